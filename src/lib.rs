@@ -1,0 +1,64 @@
+//! Infers the parameters of wet-particle impact from a scene and a table of impacts.
+//!
+//! A sphere falls on a wetted plate; its restitution follows e = √(α + β/v) (Müller & Huang 2016). The data take one
+//! way through the modules, and each module uses only what stands above it:
+//!
+//! | module | question | in → out |
+//! |---|---|---|
+//! | [`units`], [`error`], [`notice`] | how is it written, why is there no answer, what wants a look | |
+//! | `seed`, `unfinished` | which random stream, what an interruption must remove | name → stream |
+//! | `scene` | what was held fixed | file → `Scene`, checked |
+//! | `runs` | what was measured | table → `Runs`, screened with reasons |
+//! | [`physics`] | what should happen | numbers → restitution, with slopes |
+//! | `model` | what we believe | truth → simulated runs |
+//! | `inference` | what the data say | runs → fits with covariance |
+//! | `findings` | what may be said | fits → estimates with verdicts |
+//! | `report` | how it is told | findings → markdown, figures, JSON |
+//!
+//! Without the default feature `cli` only [`units`], [`error`], [`notice`] and [`physics`] are built, for a
+//! simulation code to link.
+//!
+//! # What a sphere does at one speed
+//!
+//! ```
+//! use wetcor::physics::impact::{kept_energy, DrySpeed, Parameters, Setting};
+//! use wetcor::physics::{inertia::Inertia, rebound::mean_restitution};
+//!
+//! let sphere = Setting {
+//!     density: 2150.0,        // PTFE, kg/m³
+//!     diameter: 4.762e-3,     // m
+//!     liquid_density: 930.0,  // AK10, kg/m³
+//!     viscosity: 9.3e-3,      // Pa s
+//!     film: 286e-6,           // m
+//! };
+//! let parameters = Parameters {
+//!     dry_k: 0.183,
+//!     lubrication_log: 1.85,
+//!     inertial_prefactor: 0.47,
+//!     film_scale: 0.069,
+//! };
+//! let kept = kept_energy(&sphere, Inertia::Saturating, DrySpeed::Reference(2.0), &parameters, 1.2);
+//! let e_n = mean_restitution(kept);
+//! assert!(e_n > 0.65 && e_n < 0.70, "{e_n}");
+//! ```
+
+pub mod error;
+#[cfg(feature = "cli")]
+pub mod findings;
+#[cfg(feature = "cli")]
+pub mod inference;
+#[cfg(feature = "cli")]
+pub mod model;
+pub mod notice;
+pub mod physics;
+#[cfg(feature = "cli")]
+pub mod report;
+#[cfg(feature = "cli")]
+pub mod runs;
+#[cfg(feature = "cli")]
+pub mod scene;
+#[cfg(feature = "cli")]
+pub mod seed;
+#[cfg(feature = "cli")]
+pub mod unfinished;
+pub mod units;

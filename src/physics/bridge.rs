@@ -1,0 +1,55 @@
+//! Computes the share of the impact energy that ruptures the liquid bridge, and its slope.
+//!
+//! The paper leaves this term out as an order of magnitude smaller than the others (text above eq. enEdis2).
+
+use std::f64::consts::PI;
+
+/// Volume of the bridge, taken as the immersed cap: π δ² (D/2 − δ/3), m³. Lengths in m, δ ≤ D.
+pub fn volume(diameter: f64, film: f64) -> f64 {
+    PI * film * film * (diameter / 2.0 - film / 3.0)
+}
+
+/// κ of the loss κ/v², m²/s²: 12 γ √(2 V_b D) / (ρp D³).
+///
+/// Units: N/m, kg/m³, m, m. Source: rupture energy π γ √(2 V_b D) over the impact energy.
+pub fn kappa(surface_tension: f64, density: f64, diameter: f64, film: f64) -> f64 {
+    12.0 * surface_tension * (2.0 * volume(diameter, film) * diameter).sqrt() / (density * diameter.powi(3))
+}
+
+/// Loss κ/v².
+pub fn loss(kappa: f64, impact_speed: f64) -> f64 {
+    kappa / (impact_speed * impact_speed)
+}
+
+/// Slope of [`loss`] with respect to v, s/m.
+pub fn slope_impact_speed(kappa: f64, impact_speed: f64) -> f64 {
+    -2.0 * kappa / impact_speed.powi(3)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn kappa_is_the_rupture_energy_over_the_impact_energy() {
+        let (gamma, density, diameter, film, v) = (20.1e-3, 2150.0, 4.762e-3, 286e-6, 0.9);
+        let rupture = PI * gamma * (2.0 * volume(diameter, film) * diameter).sqrt();
+        let impact = 0.5 * density * PI * diameter.powi(3) / 6.0 * v * v;
+        let share = loss(kappa(gamma, density, diameter, film), v);
+        assert!((share / (rupture / impact) - 1.0).abs() < 1e-13);
+        assert!(share < 0.01, "{share}");
+    }
+
+    #[test]
+    fn a_film_as_thick_as_the_sphere_holds_the_whole_spheres_volume() {
+        let d: f64 = 3e-3;
+        assert!((volume(d, d) / (PI * d.powi(3) / 6.0) - 1.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn slope_agrees_with_differences() {
+        let (kappa, v, h) = (3.1e-3, 0.83, 1e-6);
+        let difference = (loss(kappa, v + h) - loss(kappa, v - h)) / (2.0 * h);
+        assert!((difference / slope_impact_speed(kappa, v) - 1.0).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,132 @@
+//! Computes the share of the impact energy that sets the liquid in motion, and its slopes.
+//!
+//! The loss is C ρ̃ g(δ̃): C `inertial_prefactor`, ρ̃ `density_ratio`, δ̃ `film_ratio`, g the shape given here.
+
+/// Shape g(δ̃) of the inertial loss.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Inertia {
+    /// δ̃ (3 − 6 δ̃ + 4 δ̃²): stepwise penetration, eq. Eint2. Valid to δ̃ = 0.5.
+    Stepwise,
+    /// 2 δ̃ (3 − 5 δ̃ + 2 δ̃²): cap displaced at once, eq. Eint1. Valid to δ̃ ≈ 0.39, where it starts to fall.
+    Cap,
+    /// 1 − exp(−δ̃/δ̃0): empirical, levels off as the paper's data do and neither of its formulas does.
+    Saturating,
+    /// no inertial loss
+    None,
+}
+
+impl Inertia {
+    /// The forms a scene can name, in the order they are offered.
+    pub const ALL: [Inertia; 4] = [Inertia::Stepwise, Inertia::Cap, Inertia::Saturating, Inertia::None];
+
+    /// The word a scene file uses.
+    pub fn name(self) -> &'static str {
+        match self {
+            Inertia::Stepwise => "stepwise",
+            Inertia::Cap => "cap",
+            Inertia::Saturating => "saturating",
+            Inertia::None => "none",
+        }
+    }
+
+    /// Largest film ratio at which the form means anything.
+    pub fn valid_to(self) -> f64 {
+        match self {
+            Inertia::Stepwise | Inertia::Saturating | Inertia::None => 0.5,
+            // root of d/dδ̃ = 6 − 20 δ̃ + 12 δ̃²
+            Inertia::Cap => (10.0 - 28.0_f64.sqrt()) / 12.0,
+        }
+    }
+
+    /// Whether the form has a film scale δ̃0.
+    pub fn has_film_scale(self) -> bool {
+        self == Inertia::Saturating
+    }
+
+    /// g(δ̃); `film_scale` is read by the saturating form only.
+    pub fn shape(self, film_ratio: f64, film_scale: f64) -> f64 {
+        let x = film_ratio;
+        match self {
+            Inertia::Stepwise => x * (3.0 + x * (-6.0 + 4.0 * x)),
+            Inertia::Cap => 2.0 * x * (3.0 + x * (-5.0 + 2.0 * x)),
+            // exp_m1 keeps thin films exact where 1 − exp would cancel
+            Inertia::Saturating => -(-x / film_scale).exp_m1(),
+            Inertia::None => 0.0,
+        }
+    }
+
+    /// dg/dδ̃.
+    pub fn slope_film_ratio(self, film_ratio: f64, film_scale: f64) -> f64 {
+        let x = film_ratio;
+        match self {
+            Inertia::Stepwise => 3.0 + x * (-12.0 + 12.0 * x),
+            Inertia::Cap => 6.0 + x * (-20.0 + 12.0 * x),
+            Inertia::Saturating => (-x / film_scale).exp() / film_scale,
+            Inertia::None => 0.0,
+        }
+    }
+
+    /// dg/dδ̃0; zero for every form without a film scale.
+    pub fn slope_film_scale(self, film_ratio: f64, film_scale: f64) -> f64 {
+        match self {
+            Inertia::Saturating => -film_ratio / (film_scale * film_scale) * (-film_ratio / film_scale).exp(),
+            Inertia::Stepwise | Inertia::Cap | Inertia::None => 0.0,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slopes_agree_with_differences() {
+        let h = 1e-6;
+        for form in Inertia::ALL {
+            for (x, scale) in [(0.031, 0.07), (0.147, 0.05), (0.38, 0.21)] {
+                let dx = (form.shape(x + h, scale) - form.shape(x - h, scale)) / (2.0 * h);
+                assert!((dx - form.slope_film_ratio(x, scale)).abs() < 1e-6 * (1.0 + dx.abs()));
+                let ds = (form.shape(x, scale + h) - form.shape(x, scale - h)) / (2.0 * h);
+                assert!((ds - form.slope_film_scale(x, scale)).abs() < 1e-6 * (1.0 + ds.abs()));
+            }
+        }
+    }
+
+    #[test]
+    fn the_papers_formulas_as_printed() {
+        let x: f64 = 0.06;
+        let stepwise = x * (3.0 - 6.0 * x + 4.0 * x * x);
+        let cap = 2.0 * x * (3.0 - 5.0 * x + 2.0 * x * x);
+        assert!((Inertia::Stepwise.shape(x, 0.0) - stepwise).abs() < 1e-16);
+        assert!((Inertia::Cap.shape(x, 0.0) - cap).abs() < 1e-16);
+    }
+
+    #[test]
+    fn stepwise_is_the_integral_of_the_papers_own_velocity() {
+        // 2 ∫ ½ ρl v_l² dV over ½ ρp V v²: with eq. dl2 the integrand is 12 ρ̃ (0.5 − h̃)²
+        let film_ratio = 0.27;
+        let steps = 20_000;
+        let width = film_ratio / f64::from(steps);
+        let integral: f64 = (0..steps)
+            .map(|i| {
+                let h = (f64::from(i) + 0.5) * width;
+                12.0 * (0.5 - h) * (0.5 - h) * width
+            })
+            .sum();
+        assert!((Inertia::Stepwise.shape(film_ratio, 0.0) - integral).abs() < 1e-8);
+    }
+
+    #[test]
+    fn each_form_ends_where_it_stops_growing() {
+        let cap = Inertia::Cap;
+        assert!(cap.slope_film_ratio(cap.valid_to(), 0.0).abs() < 1e-12);
+        assert!((cap.valid_to() - 0.39).abs() < 0.005);
+        assert!(Inertia::Stepwise.slope_film_ratio(0.5, 0.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn thin_films_do_not_cancel() {
+        let x = 1e-15;
+        assert!((Inertia::Saturating.shape(x, 0.07) / (x / 0.07) - 1.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,53 @@
+//! Computes the dimensionless numbers of an impact.
+
+/// Acceleration of free fall used to turn a drop height into an impact speed, m/s².
+pub const GRAVITY: f64 = 9.81;
+
+/// Stokes number St = ρp D v / (9 η), with the 9 of Müller & Huang 2016.
+///
+/// Other codes drop the 9 or use reduced mass and radius; numbers are comparable only within one convention.
+/// Units: kg/m³, m, m/s, Pa s.
+pub fn stokes(density: f64, diameter: f64, impact_speed: f64, viscosity: f64) -> f64 {
+    density * diameter * impact_speed / (9.0 * viscosity)
+}
+
+/// Reynolds number of the film, Re = ρl δ v / η; Re/St = 9 ρ̃ δ̃.
+///
+/// Units: kg/m³, m, m/s, Pa s.
+pub fn reynolds(liquid_density: f64, film: f64, impact_speed: f64, viscosity: f64) -> f64 {
+    liquid_density * film * impact_speed / viscosity
+}
+
+/// Impact speed of a fall from rest through `height` (m), v = √(2 g h), without air drag.
+pub fn free_fall_speed(height: f64) -> f64 {
+    (2.0 * GRAVITY * height).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reynolds_over_stokes_is_nine_density_ratios_times_film_ratio() {
+        let (density, diameter, liquid_density, film, speed, viscosity) =
+            (2150.0, 4.762e-3, 930.0, 286e-6, 1.3, 9.3e-3);
+        let ratio = reynolds(liquid_density, film, speed, viscosity) / stokes(density, diameter, speed, viscosity);
+        let expected = 9.0 * (liquid_density / density) * (film / diameter);
+        assert!((ratio / expected - 1.0).abs() < 1e-14, "{ratio} {expected}");
+    }
+
+    #[test]
+    fn the_papers_reynolds_numbers_reach_from_6_to_150() {
+        // "Re ranges from 6 to 150" (text below fig. 2): M50 thin and slow to AK10 thick and fast, δ̃ ≈ 0.06
+        let slow = reynolds(965.0, 0.06 * 7.938e-3, free_fall_speed(0.03), 48.3e-3);
+        let fast = reynolds(930.0, 0.06 * 8.0e-3, free_fall_speed(0.15), 9.3e-3);
+        assert!(slow > 4.0 && slow < 10.0, "{slow}");
+        assert!(fast > 70.0 && fast < 160.0, "{fast}");
+    }
+
+    #[test]
+    fn stokes_keeps_the_nine() {
+        let st = stokes(2150.0, 8.0e-3, 1.0, 9.3e-3);
+        assert!((st - 2150.0 * 8.0e-3 / 0.0837).abs() < 1e-10, "{st}");
+    }
+}

@@ -1,0 +1,109 @@
+//! Turns the energy kept into a restitution: the square-root law, its smooth continuation, the linear law.
+//!
+//! Symbols: r kept share of the impact energy, e restitution, α and β of e = √(α + β/v) (eq. envi).
+
+/// Width τ of the turn at r = 0 in [`mean_restitution`].
+pub const TURN: f64 = 0.01;
+
+/// m(r) = r (r² + τ⁴)^(-1/4): the mean restitution, defined for every r.
+///
+/// √r for r ≫ τ² (within 1e-6 for r ≥ 0.05), −√|r| below zero, smooth between with slope 1/τ at zero.
+pub fn mean_restitution(kept: f64) -> f64 {
+    kept / (kept * kept + TURN.powi(4)).sqrt().sqrt()
+}
+
+/// dm/dr.
+pub fn slope_mean_restitution(kept: f64) -> f64 {
+    let turn4 = TURN.powi(4);
+    let square = kept * kept + turn4;
+    (0.5 * kept * kept + turn4) / (square * square.sqrt().sqrt())
+}
+
+/// e = √(α + β/v), or `None` where the energy kept is not positive.
+pub fn square_root_law(alpha: f64, beta: f64, impact_speed: f64) -> Option<f64> {
+    let kept = alpha + beta / impact_speed;
+    (kept > 0.0).then(|| kept.sqrt())
+}
+
+/// Speed below which the square-root law gives no rebound, −β/α, m/s; `None` unless α > 0 > β.
+pub fn threshold_speed(alpha: f64, beta: f64) -> Option<f64> {
+    (alpha > 0.0 && beta < 0.0).then(|| -beta / alpha)
+}
+
+/// e = e_inf (1 − St_c/St) (eq. en2): first order of the square root in 1/St.
+pub fn linear_law(e_inf: f64, st_c: f64, stokes: f64) -> f64 {
+    e_inf * (1.0 - st_c / stokes)
+}
+
+/// Coefficients of √(α + β/v) in powers 1/v⁰, 1/v, 1/v² for α > 0.
+///
+/// The third is −β²/(8 α²) √α; eq. envi prints −β/(8 α).
+pub fn square_root_expansion(alpha: f64, beta: f64) -> [f64; 3] {
+    let (root, ratio) = (alpha.sqrt(), beta / alpha);
+    [root, root * ratio / 2.0, -root * ratio * ratio / 8.0]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Slip 1 of the paper: the third term of eq. envi is −β²/(8 α² v²), not −β/(8 α v²).
+    #[test]
+    fn the_expansion_converges_to_third_order() {
+        let (alpha, beta) = (0.52, -0.11);
+        let [c0, c1, c2] = square_root_expansion(alpha, beta);
+        let error = |v: f64| {
+            let exact = square_root_law(alpha, beta, v).expect("above the threshold");
+            (exact - (c0 + c1 / v + c2 / (v * v))).abs()
+        };
+        let printed = |v: f64| {
+            let exact = square_root_law(alpha, beta, v).expect("above the threshold");
+            let third = -alpha.sqrt() * beta / (8.0 * alpha);
+            (exact - (c0 + c1 / v + third / (v * v))).abs()
+        };
+        // the next term falls as 1/v³: ten times the speed, a thousandth of the error
+        let order = (error(10.0) / error(100.0)).log10();
+        assert!((order - 3.0).abs() < 0.05, "{order}");
+        let printed_order = (printed(10.0) / printed(100.0)).log10();
+        assert!((printed_order - 2.0).abs() < 0.05, "{printed_order}");
+    }
+
+    #[test]
+    fn the_linear_law_is_the_first_order_of_the_square_root() {
+        let (e_inf, l) = (0.72, 1.92);
+        let st_c = super::super::viscous::st_c(l, e_inf);
+        let error = |st: f64| {
+            let root = square_root_law(e_inf * e_inf, -4.0 * l, st).expect("above the threshold");
+            (root - linear_law(e_inf, st_c, st)).abs()
+        };
+        let order = (error(1e3) / error(1e4)).log10();
+        assert!((order - 2.0).abs() < 0.05, "{order}");
+    }
+
+    #[test]
+    fn the_smooth_root_is_the_root_where_it_is_used() {
+        for r in [0.05, 0.1, 0.5, 0.9] {
+            assert!((mean_restitution(r) - f64::sqrt(r)).abs() < 1e-6);
+            assert!((mean_restitution(-r) + f64::sqrt(r)).abs() < 1e-6);
+        }
+        assert!((slope_mean_restitution(0.0) * TURN - 1.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn slope_agrees_with_differences() {
+        for r in [-0.3_f64, -2e-4, 3.1e-5, 1.7e-4, 0.013, 0.62] {
+            let h = 1e-6 * f64::max(r.abs(), 1e-4);
+            let difference = (mean_restitution(r + h) - mean_restitution(r - h)) / (2.0 * h);
+            assert!((difference / slope_mean_restitution(r) - 1.0).abs() < 1e-6, "{r}");
+        }
+    }
+
+    #[test]
+    fn the_threshold_is_where_the_root_vanishes() {
+        let v = threshold_speed(0.5, -0.2).expect("alpha > 0 > beta");
+        assert!((v - 0.4).abs() < 1e-15);
+        assert!(square_root_law(0.5, -0.2, 0.999 * v).is_none());
+        assert_eq!(threshold_speed(0.5, 0.1), None);
+        assert_eq!(threshold_speed(-0.1, -0.1), None);
+    }
+}

@@ -1,0 +1,73 @@
+//! Computes the viscous loss of a wet impact and the critical Stokes numbers that follow from it.
+//!
+//! Symbols: L = ln(δc/ε) `lubrication_log`. The paper calls 2 L "k" in eq. wetcor; here k is the dry law's only.
+
+/// Share of the impact energy lost to viscosity, 4 L / St (eqs. visc and beta).
+pub fn loss(lubrication_log: f64, stokes: f64) -> f64 {
+    4.0 * lubrication_log / stokes
+}
+
+/// Slope of [`loss`] with respect to L: 4 / St.
+pub fn slope_lubrication_log(stokes: f64) -> f64 {
+    4.0 / stokes
+}
+
+/// β = −36 η L/(ρp D) of e = √(α + β/v), m/s (eq. beta). Units: Pa s, kg/m³, m.
+pub fn beta(lubrication_log: f64, viscosity: f64, density: f64, diameter: f64) -> f64 {
+    -36.0 * viscosity * lubrication_log / (density * diameter)
+}
+
+/// Critical Stokes number of the linear law, St_c = 2 L / e_inf² (eq. stc): where e_inf (1 − St_c/St) is zero.
+pub fn st_c(lubrication_log: f64, e_inf: f64) -> f64 {
+    2.0 * lubrication_log / (e_inf * e_inf)
+}
+
+/// Stokes number at which the square root reaches zero, 4 L / e_inf² = 2 St_c.
+pub fn st_no_rebound(lubrication_log: f64, e_inf: f64) -> f64 {
+    2.0 * st_c(lubrication_log, e_inf)
+}
+
+/// L from e_inf and St_c, the inverse of [`st_c`].
+pub fn lubrication_log(e_inf: f64, st_c: f64) -> f64 {
+    0.5 * st_c * e_inf * e_inf
+}
+
+/// Critical separation δc = ε exp(L), m, for a roughness ε in m.
+pub fn critical_separation(roughness: f64, lubrication_log: f64) -> f64 {
+    roughness * lubrication_log.exp()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::numbers;
+    use super::*;
+
+    #[test]
+    fn beta_over_speed_is_minus_the_loss() {
+        let (density, diameter, speed, viscosity, l) = (2150.0, 4.762e-3, 1.3, 48.3e-3, 1.92);
+        let st = numbers::stokes(density, diameter, speed, viscosity);
+        let from_beta = -beta(l, viscosity, density, diameter) / speed;
+        assert!((from_beta / loss(l, st) - 1.0).abs() < 1e-14);
+        assert!((slope_lubrication_log(st) * l / loss(l, st) - 1.0).abs() < 1e-15);
+    }
+
+    /// Slip 2 of the paper: the linear law is zero at St_c, the square root only at 2 St_c.
+    #[test]
+    fn the_square_root_is_zero_at_twice_the_linear_laws_critical_stokes_number() {
+        let (l, e_inf) = (1.92, 0.72);
+        let kept = |st: f64| e_inf * e_inf - loss(l, st);
+        assert!(kept(st_no_rebound(l, e_inf)).abs() < 1e-15);
+        assert!(kept(st_c(l, e_inf)) < -0.1);
+        let linear = e_inf * (1.0 - st_c(l, e_inf) / st_no_rebound(l, e_inf));
+        assert!((linear - 0.5 * e_inf).abs() < 1e-15);
+        assert!((lubrication_log(e_inf, st_c(l, e_inf)) - l).abs() < 1e-15);
+    }
+
+    /// Slip 4 of the paper: St_c e_inf² = 5.5 is δc = 78 µm for ε = 5 µm, not about 100 µm.
+    #[test]
+    fn the_papers_critical_separation_is_78_micrometres() {
+        let delta_c = critical_separation(5e-6, 5.5 / 2.0);
+        assert!((delta_c - 78e-6).abs() < 0.3e-6, "{delta_c}");
+        assert!(delta_c < 80e-6);
+    }
+}

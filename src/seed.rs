@@ -1,0 +1,50 @@
+//! Gives every use of chance a random stream of its own, named after the use.
+//!
+//! A stream depends on the seed, its name and its index and on nothing else, so that adding a use of chance, or
+//! running on another number of threads, moves no other draw.
+
+use rand::rngs::ChaCha8Rng;
+use rand::SeedableRng;
+use sha2::{Digest, Sha256};
+
+/// The random stream of one use of chance.
+///
+/// `index` tells replicates, chains or data sets of the same use apart.
+pub fn stream(seed: u64, name: &str, index: u64) -> ChaCha8Rng {
+    let mut hash = Sha256::new();
+    hash.update(seed.to_le_bytes());
+    hash.update(name.as_bytes());
+    let mut key = [0u8; 32];
+    key.copy_from_slice(&hash.finalize());
+    let mut rng = ChaCha8Rng::from_seed(key);
+    rng.set_stream(index);
+    rng
+}
+
+/// Lowercase hexadecimal SHA-256 of some bytes.
+pub fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::Rng;
+
+    #[test]
+    fn streams_differ_by_seed_name_and_index_and_repeat() {
+        let first = |seed, name: &str, index| stream(seed, name, index).next_u64();
+        assert_eq!(first(1, "simulate", 0), first(1, "simulate", 0));
+        assert_ne!(first(1, "simulate", 0), first(2, "simulate", 0));
+        assert_ne!(first(1, "simulate", 0), first(1, "bootstrap", 0));
+        assert_ne!(first(1, "simulate", 0), first(1, "simulate", 1));
+    }
+
+    #[test]
+    fn sha256_of_the_empty_string_is_the_published_one() {
+        assert_eq!(
+            sha256(b""),
+            "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855"
+        );
+    }
+}

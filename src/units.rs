@@ -1,0 +1,150 @@
+//! Converts between the units a key or a column may carry and the SI values used everywhere inside.
+//!
+//! This is the only file with powers of ten. A unit is part of a name: `diameter_mm` is the base name
+//! `diameter` with the suffix `_mm`.
+
+/// A kind of quantity, with the units in which a file may give it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dimension {
+    /// metre
+    Length,
+    /// metre per second
+    Speed,
+    /// kilogram per cubic metre
+    Density,
+    /// pascal second (dynamic viscosity)
+    Viscosity,
+    /// newton per metre
+    SurfaceTension,
+    /// a plain number: its names carry no suffix
+    One,
+}
+
+/// One way to write a quantity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unit {
+    /// what a key or a column ends with, underscore included
+    pub suffix: &'static str,
+    /// how it is printed
+    pub symbol: &'static str,
+    scale: Scale,
+}
+
+/// Powers of ten from one upwards are exact in f64; their inverses are not, so a unit says whether it divides.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Scale {
+    Times(f64),
+    Over(f64),
+}
+
+const fn unit(suffix: &'static str, symbol: &'static str, scale: Scale) -> Unit {
+    Unit { suffix, symbol, scale }
+}
+
+const LENGTH: &[Unit] = &[
+    unit("_mm", "mm", Scale::Over(1e3)),
+    unit("_um", "µm", Scale::Over(1e6)),
+    unit("_cm", "cm", Scale::Over(1e2)),
+    unit("_m", "m", Scale::Times(1.0)),
+];
+const SPEED: &[Unit] = &[
+    unit("_m_s", "m/s", Scale::Times(1.0)),
+    unit("_cm_s", "cm/s", Scale::Over(1e2)),
+    unit("_mm_s", "mm/s", Scale::Over(1e3)),
+];
+const DENSITY: &[Unit] = &[
+    unit("_kg_m3", "kg/m³", Scale::Times(1.0)),
+    unit("_g_cm3", "g/cm³", Scale::Times(1e3)),
+];
+const VISCOSITY: &[Unit] = &[
+    unit("_mPa_s", "mPa s", Scale::Over(1e3)),
+    unit("_Pa_s", "Pa s", Scale::Times(1.0)),
+];
+const SURFACE_TENSION: &[Unit] = &[
+    unit("_mN_m", "mN/m", Scale::Over(1e3)),
+    unit("_N_m", "N/m", Scale::Times(1.0)),
+];
+const ONE: &[Unit] = &[unit("", "", Scale::Times(1.0))];
+
+impl Dimension {
+    /// Every unit in which a file may give this kind of quantity; the usual one first.
+    pub fn units(self) -> &'static [Unit] {
+        match self {
+            Dimension::Length => LENGTH,
+            Dimension::Speed => SPEED,
+            Dimension::Density => DENSITY,
+            Dimension::Viscosity => VISCOSITY,
+            Dimension::SurfaceTension => SURFACE_TENSION,
+            Dimension::One => ONE,
+        }
+    }
+}
+
+impl Unit {
+    /// The SI value of a number written in this unit.
+    pub fn to_si(&self, value: f64) -> f64 {
+        match self.scale {
+            Scale::Times(factor) => value * factor,
+            Scale::Over(factor) => value / factor,
+        }
+    }
+
+    /// The number that stands for an SI value in this unit.
+    pub fn from_si(&self, value: f64) -> f64 {
+        match self.scale {
+            Scale::Times(factor) => value / factor,
+            Scale::Over(factor) => value * factor,
+        }
+    }
+}
+
+/// Millimetres of a length in metres, for print.
+pub fn millimetres(metres: f64) -> f64 {
+    metres * 1e3
+}
+
+/// Micrometres of a length in metres, for print.
+pub fn micrometres(metres: f64) -> f64 {
+    metres * 1e6
+}
+
+/// Millipascal seconds of a viscosity in pascal seconds, for print.
+pub fn millipascal_seconds(pascal_seconds: f64) -> f64 {
+    pascal_seconds * 1e3
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ALL: [Dimension; 6] = [
+        Dimension::Length,
+        Dimension::Speed,
+        Dimension::Density,
+        Dimension::Viscosity,
+        Dimension::SurfaceTension,
+        Dimension::One,
+    ];
+
+    #[test]
+    fn a_number_comes_back_from_si() {
+        for unit in ALL.iter().flat_map(|dimension| dimension.units()) {
+            let there = unit.to_si(4.762);
+            assert!((unit.from_si(there) / 4.762 - 1.0).abs() < 1e-15, "{}", unit.suffix);
+        }
+    }
+
+    /// Equal but for the last bit, which a change of unit may move.
+    fn same(a: f64, b: f64) -> bool {
+        (a - b).abs() <= f64::EPSILON * b.abs()
+    }
+
+    #[test]
+    fn the_units_agree_with_each_other() {
+        assert!(same(LENGTH[2].to_si(25.0), LENGTH[0].to_si(250.0)));
+        assert!(same(SPEED[1].to_si(150.0), SPEED[2].to_si(1500.0)));
+        assert!(same(DENSITY[1].to_si(2.15), 2150.0));
+        assert!(same(VISCOSITY[0].to_si(9.3), VISCOSITY[1].to_si(0.0093)));
+        assert!(same(SURFACE_TENSION[0].to_si(20.1), SURFACE_TENSION[1].to_si(0.0201)));
+    }
+}
