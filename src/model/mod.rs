@@ -1,0 +1,3 @@
+//! Says what we believe of the runs: the one statement they are drawn from.
+
+pub mod simulate;

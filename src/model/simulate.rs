@@ -1,0 +1,172 @@
+//! Draws runs from a truth by the one generative statement: e* = m(r) + σ z, stuck where e* is at or below the limit.
+
+use rand::rngs::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use crate::error::Error;
+use crate::physics::impact::{kept_energy, Parameters, Setting};
+use crate::physics::{dry, rebound};
+use crate::runs::NewRun;
+use crate::scene::{Design, Scene, Truth};
+use crate::seed::stream;
+
+/// A simulation ready to be drawn.
+#[derive(Debug)]
+pub struct Simulation<'s> {
+    scene: &'s Scene,
+    truth: &'s Truth,
+    points: Vec<Point>,
+    repeats: u64,
+    /// so many of the first points get one run more
+    extra: u64,
+    /// combinations of diameter and film ratio the scene's own screens would leave out
+    pub left_out: usize,
+}
+
+/// One setting of a design, to be repeated.
+#[derive(Debug, Clone, Copy)]
+struct Point {
+    particle: usize,
+    diameter: f64,
+    /// liquid, film ratio; `None` for a dry run
+    wet: Option<(usize, f64)>,
+    impact_speed: f64,
+}
+
+impl<'s> Simulation<'s> {
+    /// A simulation of the scene's design; `runs` raises or lowers the repeats evenly to that many runs in all.
+    ///
+    /// Fails if the scene lacks a truth or a design, or the design has no settings.
+    pub fn new(scene: &'s Scene, runs: Option<u64>) -> Result<Self, Error> {
+        let usage = |text: &str| Err(Error::Usage(text.to_owned()));
+        let (Some(truth), Some(design)) = (&scene.truth, &scene.design) else {
+            return usage("the scene has no [truth] and [design]: simulate needs both");
+        };
+        let (points, left_out) = points(scene, truth, design)?;
+        let count = points.len() as u64;
+        if count == 0 {
+            return usage("the scene's [design] has no settings: it needs diameters with dry speeds, or with liquids, film ratios and heights or speeds");
+        }
+        let (repeats, extra) = match runs {
+            Some(runs) => (runs / count, runs % count),
+            None => (design.repeats, 0),
+        };
+        Ok(Simulation {
+            scene,
+            truth,
+            points,
+            repeats,
+            extra,
+            left_out,
+        })
+    }
+
+    /// How many runs will be drawn.
+    pub fn runs(&self) -> u64 {
+        self.points.len() as u64 * self.repeats + self.extra
+    }
+
+    /// Draws every run in turn from the stream `simulate` of `seed` and hands it on, keeping none.
+    ///
+    /// Fails as soon as `each` fails.
+    pub fn draw(&self, seed: u64, mut each: impl FnMut(NewRun<'s>) -> Result<(), Error>) -> Result<(), Error> {
+        let mut rng = stream(seed, "simulate", 0);
+        for (point, index) in self.points.iter().zip(0u64..) {
+            for _ in 0..self.repeats + u64::from(index < self.extra) {
+                each(self.run(point, &mut rng))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn run(&self, point: &Point, rng: &mut ChaCha8Rng) -> NewRun<'s> {
+        let z: f64 = StandardNormal.sample(rng);
+        let k = self.truth.dry_k[point.particle].unwrap_or_default();
+        let particle = &self.scene.particles[point.particle];
+        let v = point.impact_speed;
+        let (liquid, film, latent) = match point.wet {
+            None => {
+                let e = dry::restitution(k, v) + self.truth.sigma_dry * z;
+                (None, None, e)
+            }
+            Some((index, film_ratio)) => {
+                let liquid = &self.scene.liquids[index];
+                let setting = Setting {
+                    density: particle.density,
+                    diameter: point.diameter,
+                    liquid_density: liquid.density,
+                    viscosity: liquid.viscosity,
+                    film: film_ratio * point.diameter,
+                };
+                let parameters = Parameters {
+                    dry_k: k,
+                    lubrication_log: self.truth.lubrication_log,
+                    inertial_prefactor: self.truth.inertial_prefactor,
+                    film_scale: self.truth.film_scale,
+                };
+                let truth = self.truth;
+                let kept = kept_energy(&setting, truth.inertia, truth.dry_speed, &parameters, v);
+                let e = rebound::mean_restitution(kept) + truth.sigma_wet * z;
+                (Some(liquid.name.as_str()), Some((setting.film, film_ratio)), e)
+            }
+        };
+        let stuck = latent <= self.scene.data.smallest_restitution;
+        NewRun {
+            particle: &particle.name,
+            liquid,
+            diameter: point.diameter,
+            film,
+            impact_speed: v,
+            restitution: if stuck { 0.0 } else { latent },
+        }
+    }
+}
+
+/// Every setting of a design in order: dry runs, then film ratio by liquid by diameter by speed, for each particle.
+///
+/// A film the scene's own screens would leave out is not made; such combinations are counted.
+fn points(scene: &Scene, truth: &Truth, design: &Design) -> Result<(Vec<Point>, usize), Error> {
+    let screens = &scene.data.screens;
+    let mut points = vec![];
+    let mut left_out = 0;
+    for particle in 0..scene.particles.len() {
+        let diameters = &design.diameters[particle];
+        if !diameters.is_empty() && truth.dry_k[particle].is_none() {
+            let name = &scene.particles[particle].name;
+            let text = format!("[truth] dry_k has no value for {name}, which [design] uses");
+            return Err(Error::Usage(text));
+        }
+        for &diameter in diameters {
+            let dry = design.dry_speeds.iter();
+            points.extend(dry.map(|&impact_speed| Point {
+                particle,
+                diameter,
+                wet: None,
+                impact_speed,
+            }));
+        }
+        for &film_ratio in &design.film_ratios[particle] {
+            for &diameter in diameters {
+                let thin = screens.min_film.is_some_and(|least| film_ratio * diameter < least);
+                left_out += usize::from(thin || film_ratio > screens.max_film_ratio);
+            }
+            for &liquid in &design.liquids {
+                for &diameter in diameters {
+                    let thin = screens.min_film.is_some_and(|least| film_ratio * diameter < least);
+                    if thin || film_ratio > screens.max_film_ratio {
+                        continue;
+                    }
+                    let wet = Some((liquid, film_ratio));
+                    let speeds = design.speeds.0.iter();
+                    points.extend(speeds.map(|&impact_speed| Point {
+                        particle,
+                        diameter,
+                        wet,
+                        impact_speed,
+                    }));
+                }
+            }
+        }
+    }
+    Ok((points, left_out))
+}

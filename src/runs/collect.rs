@@ -1,0 +1,164 @@
+//! Gathers checked runs into columns and counts what was left out and why.
+
+use std::path::Path;
+
+use super::row::{screen, Row};
+use crate::notice::Notice;
+use crate::scene::Scene;
+
+/// Why a run is left out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Reason {
+    TooSlow,
+    TooFast,
+    FilmTooThin,
+    FilmRatioInvalid,
+    FilmRatioTooLarge,
+}
+
+impl Reason {
+    const ALL: [Reason; 5] = [
+        Reason::TooSlow,
+        Reason::TooFast,
+        Reason::FilmTooThin,
+        Reason::FilmRatioInvalid,
+        Reason::FilmRatioTooLarge,
+    ];
+
+    fn words(self) -> &'static str {
+        match self {
+            Reason::TooSlow => "impact speed below min_impact_speed",
+            Reason::TooFast => "impact speed above max_impact_speed",
+            Reason::FilmTooThin => "film thinner than min_film",
+            Reason::FilmRatioInvalid => "film ratio above 0.5, outside every inertial form",
+            Reason::FilmRatioTooLarge => "film ratio above max_film_ratio",
+        }
+    }
+}
+
+/// Runs left out for one reason.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct Screened {
+    /// why, in words
+    pub reason: &'static str,
+    /// how many
+    pub runs: usize,
+}
+
+/// Runs in the order of the file.
+#[derive(Debug, Default)]
+pub(super) struct Columns {
+    pub particle: Vec<u32>,
+    /// index into the scene's liquids, or [`Columns::NO_LIQUID`]
+    pub liquid: Vec<u32>,
+    pub diameter: Vec<f64>,
+    pub film: Vec<f64>,
+    pub impact_speed: Vec<f64>,
+    pub restitution: Vec<f64>,
+    /// the nominal film ratio; empty where the file has no such column, NaN for a dry run
+    pub film_ratio: Vec<f64>,
+}
+
+impl Columns {
+    pub const NO_LIQUID: u32 = u32::MAX;
+}
+
+/// A whole file, collected.
+#[derive(Debug)]
+pub(super) struct Collected {
+    pub columns: Columns,
+    pub rows: usize,
+    unknown: Vec<String>,
+    screened: [usize; Reason::ALL.len()],
+    above_one: usize,
+    with_sd: usize,
+}
+
+impl Collected {
+    pub fn with_capacity(rows: usize, has_film_ratio: bool, unknown: &[String]) -> Self {
+        Collected {
+            columns: Columns {
+                particle: Vec::with_capacity(rows),
+                liquid: Vec::with_capacity(rows),
+                diameter: Vec::with_capacity(rows),
+                film: Vec::with_capacity(rows),
+                impact_speed: Vec::with_capacity(rows),
+                restitution: Vec::with_capacity(rows),
+                film_ratio: Vec::with_capacity(if has_film_ratio { rows } else { 0 }),
+            },
+            rows: 0,
+            unknown: unknown.to_vec(),
+            screened: [0; Reason::ALL.len()],
+            above_one: 0,
+            with_sd: 0,
+        }
+    }
+
+    pub fn push(&mut self, row: &Row, has_film_ratio: bool, scene: &Scene) {
+        self.rows += 1;
+        if let Some(reason) = screen(row, scene) {
+            self.screened[reason as usize] += 1;
+            return;
+        }
+        self.above_one += usize::from(row.restitution > 1.0);
+        self.with_sd += usize::from(row.has_sd);
+        let columns = &mut self.columns;
+        columns.particle.push(row.particle);
+        columns.liquid.push(row.liquid.unwrap_or(Columns::NO_LIQUID));
+        columns.diameter.push(row.diameter);
+        columns.film.push(row.film);
+        columns.impact_speed.push(row.impact_speed);
+        columns.restitution.push(row.restitution);
+        if has_film_ratio {
+            columns.film_ratio.push(row.film_ratio.unwrap_or(f64::NAN));
+        }
+    }
+
+    pub fn screened(&self) -> Vec<Screened> {
+        Reason::ALL
+            .into_iter()
+            .map(|reason| Screened {
+                reason: reason.words(),
+                runs: self.screened[reason as usize],
+            })
+            .filter(|screened| screened.runs > 0)
+            .collect()
+    }
+
+    pub fn notices(&self, path: &Path) -> Vec<Notice> {
+        let file = path
+            .file_name()
+            .map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+        let mut notices = vec![];
+        if !self.unknown.is_empty() {
+            let names: Vec<_> = self.unknown.iter().map(|name| format!("`{name}`")).collect();
+            let noun = if names.len() == 1 { "column" } else { "columns" };
+            notices.push(Notice::new(
+                "unknown_column",
+                names.len(),
+                format!("{file}: {noun} {} not read", names.join(", ")),
+                "nothing, unless one of them holds what the analysis needs under another name",
+            ));
+        }
+        if self.above_one > 0 {
+            notices.push(Notice::new(
+                "restitution_above_one",
+                self.above_one,
+                format!(
+                    "{} runs rebounded faster than they fell, by at most 10 %; they are kept",
+                    self.above_one
+                ),
+                "check the speed calibration of these runs",
+            ));
+        }
+        if self.with_sd > 0 {
+            notices.push(Notice::new(
+                "measurement_errors_unused",
+                self.with_sd,
+                format!("{} runs carry measurement errors; they were checked and are not used: every run has the same weight", self.with_sd),
+                "compare them with the residual spread of the series",
+            ));
+        }
+        notices
+    }
+}

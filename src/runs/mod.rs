@@ -1,0 +1,112 @@
+//! Holds what was measured: runs as plain columns, checked cell by cell, screened with reasons, ordered by series.
+//!
+//! | file | job |
+//! |---|---|
+//! | `columns.rs` | matches a table's header with the columns runs can have |
+//! | `row.rs` | checks one run and says which cell is wrong |
+//! | `collect.rs` | gathers checked runs into columns and counts what was left out |
+//! | `typed.rs` | reads CSV and Parquet with polars, writes Parquet; the only file that names it |
+//! | `text.rs` | reads CSV as text, to accept what a typed reader refuses or to name the bad cell |
+//! | `series.rs` | orders runs by series |
+//! | `write.rs` | writes simulated runs, a row at a time |
+
+mod collect;
+mod columns;
+mod row;
+mod series;
+mod text;
+mod typed;
+mod write;
+
+pub use collect::Screened;
+pub use series::{DryGroup, FilmGroup, Runs, Series};
+pub use write::{NewRun, RunWriter};
+
+use std::path::Path;
+
+use crate::error::{Error, Problem};
+use crate::notice::Notice;
+use crate::scene::Scene;
+use crate::seed::sha256;
+
+/// Runs as read, with what a reader should know of them.
+#[derive(Debug)]
+pub struct Table {
+    /// the runs in use, ordered by series
+    pub runs: Runs,
+    /// rows of the file
+    pub rows: usize,
+    /// rows left out, by reason
+    pub screened: Vec<Screened>,
+    /// what wants a second look
+    pub notices: Vec<Notice>,
+    /// SHA-256 of the file
+    pub sha256: String,
+}
+
+/// Reads, checks and screens the runs of a scene.
+///
+/// Fails with every bad cell named by line, column and value; then nothing of the table is used.
+pub fn read(scene: &Scene) -> Result<Table, Error> {
+    let path = scene.data.runs.as_path();
+    let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
+    let refuse = |problems: Vec<Problem>| Error::input(path, problems);
+    if bytes.is_empty() {
+        return Err(refuse(vec![whole_file(
+            "the file is empty",
+            "a header line and one line a run",
+        )]));
+    }
+    let parquet = path
+        .extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"));
+    let (collected, sha256) = rayon::join(
+        || {
+            if parquet {
+                typed::read_parquet(&bytes, scene)
+            } else {
+                read_csv(&bytes, scene)
+            }
+        },
+        || sha256(&bytes),
+    );
+    drop(bytes);
+    let collected = collected.map_err(refuse)?;
+    if collected.rows == 0 {
+        return Err(refuse(vec![whole_file("no runs below the header", "one line a run")]));
+    }
+    Ok(Table {
+        rows: collected.rows,
+        screened: collected.screened(),
+        notices: collected.notices(path),
+        runs: series::arrange(collected.columns, scene),
+        sha256,
+    })
+}
+
+/// A problem of the file as a whole.
+fn whole_file(found: &str, expected: &str) -> Problem {
+    Problem {
+        line: None,
+        place: found.to_owned(),
+        found: None,
+        expected: format!("expected {expected}"),
+    }
+}
+
+fn read_csv(bytes: &[u8], scene: &Scene) -> Result<collect::Collected, Vec<Problem>> {
+    let text = text::decode(bytes)?;
+    let header = text::header(text)?;
+    let plan = columns::Plan::new(&header, Some(1))?;
+    // the typed reader is fast and strict; where it balks, the text reader decides and names what it refuses
+    match typed::read_csv(text, &header, &plan, scene) {
+        Some(collected) => Ok(collected),
+        None => text::read(text, &plan, scene),
+    }
+}
+
+/// Whether a path names a table of runs in a format that can be written.
+pub fn can_write(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("csv") || e.eq_ignore_ascii_case("parquet"))
+}

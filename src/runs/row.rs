@@ -1,0 +1,254 @@
+//! Checks one run and says which of its cells is wrong.
+
+use super::columns::Column;
+use crate::scene::{closest, Scene, DRY, LARGEST_FILM_RATIO};
+
+/// Largest restitution that is kept, with a notice above one; larger ones cannot be a measurement of a rebound.
+pub(super) const LARGEST_RESTITUTION: f64 = 1.1;
+
+/// Rebound speed over impact speed and a restitution given beside them must agree to this.
+const AGREEMENT: f64 = 0.002;
+
+/// One run as the file has it: numbers in SI, missing cells as `None`.
+#[derive(Debug, Default, Clone, Copy)]
+pub(super) struct RawRow<'a> {
+    pub particle: Option<&'a str>,
+    pub liquid: Option<&'a str>,
+    pub diameter: Option<f64>,
+    pub film: Option<f64>,
+    pub impact_speed: Option<f64>,
+    pub rebound_speed: Option<f64>,
+    pub restitution: Option<f64>,
+    pub film_ratio: Option<f64>,
+    /// standard deviations of impact speed, rebound speed and restitution
+    pub sds: [Option<f64>; 3],
+}
+
+impl RawRow<'_> {
+    pub fn set(&mut self, column: Column, value: Option<f64>) {
+        match column {
+            Column::Diameter => self.diameter = value,
+            Column::Film => self.film = value,
+            Column::ImpactSpeed => self.impact_speed = value,
+            Column::ReboundSpeed => self.rebound_speed = value,
+            Column::Restitution => self.restitution = value,
+            Column::FilmRatio => self.film_ratio = value,
+            Column::ImpactSpeedSd => self.sds[0] = value,
+            Column::ReboundSpeedSd => self.sds[1] = value,
+            Column::RestitutionSd => self.sds[2] = value,
+            Column::Particle | Column::Liquid | Column::Run => {}
+        }
+    }
+
+    /// Whether the run had no liquid.
+    pub fn is_dry(&self) -> bool {
+        matches!(self.liquid, None | Some(DRY))
+    }
+}
+
+/// A wrong cell.
+#[derive(Debug, PartialEq)]
+pub(super) struct BadCell {
+    pub column: Column,
+    pub expected: String,
+}
+
+fn bad(column: Column, expected: impl Into<String>) -> BadCell {
+    BadCell {
+        column,
+        expected: expected.into(),
+    }
+}
+
+/// One run, checked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Row {
+    /// index into the scene's particles
+    pub particle: u32,
+    /// index into the scene's liquids; `None` for a dry run
+    pub liquid: Option<u32>,
+    pub diameter: f64,
+    /// 0 for a dry run
+    pub film: f64,
+    pub impact_speed: f64,
+    pub restitution: f64,
+    pub film_ratio: Option<f64>,
+    pub has_sd: bool,
+}
+
+/// Finds names in the scene; runs come in blocks, so the last answer is tried first.
+pub(super) struct Names<'s> {
+    scene: &'s Scene,
+    last_particle: usize,
+    last_liquid: usize,
+}
+
+impl<'s> Names<'s> {
+    pub fn new(scene: &'s Scene) -> Self {
+        Names {
+            scene,
+            last_particle: 0,
+            last_liquid: 0,
+        }
+    }
+
+    fn particle(&mut self, name: &str) -> Option<usize> {
+        let all = &self.scene.particles;
+        if all.get(self.last_particle).is_none_or(|p| p.name != name) {
+            self.last_particle = all.iter().position(|p| p.name == name)?;
+        }
+        Some(self.last_particle)
+    }
+
+    fn liquid(&mut self, name: &str) -> Option<usize> {
+        let all = &self.scene.liquids;
+        if all.get(self.last_liquid).is_none_or(|l| l.name != name) {
+            self.last_liquid = all.iter().position(|l| l.name == name)?;
+        }
+        Some(self.last_liquid)
+    }
+}
+
+fn name_hint<'a>(table: &str, name: &str, names: impl Iterator<Item = &'a str>) -> String {
+    let near = closest(name, names);
+    let hint = near.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
+    format!("expected a name in [{table}]{hint}")
+}
+
+fn positive(column: Column, value: Option<f64>, what: &str, problems: &mut Vec<BadCell>) -> Option<f64> {
+    match value {
+        Some(x) if x > 0.0 && x.is_finite() => Some(x),
+        _ => {
+            problems.push(bad(column, format!("expected {what} above 0")));
+            None
+        }
+    }
+}
+
+/// Checks a run. Every wrong cell is pushed to `problems`; the run is `Some` only if there is none.
+pub(super) fn check(raw: &RawRow, names: &mut Names, problems: &mut Vec<BadCell>) -> Option<Row> {
+    let before = problems.len();
+    let particle = match raw.particle {
+        Some(name) => {
+            let index = names.particle(name);
+            if index.is_none() {
+                let all = names.scene.particles.iter().map(|p| p.name.as_str());
+                problems.push(bad(Column::Particle, name_hint("particles", name, all)));
+            }
+            index
+        }
+        None => {
+            problems.push(bad(Column::Particle, "expected a name in [particles]"));
+            None
+        }
+    };
+    let liquid = match raw.liquid {
+        Some(name) if !raw.is_dry() => {
+            let index = names.liquid(name);
+            if index.is_none() {
+                let all = names.scene.liquids.iter().map(|l| l.name.as_str());
+                let hint = name_hint("liquids", name, all);
+                problems.push(bad(Column::Liquid, format!("{hint}, or `{DRY}`")));
+            }
+            index
+        }
+        _ => None,
+    };
+    let diameter = positive(Column::Diameter, raw.diameter, "a diameter", problems);
+    let impact_speed = positive(Column::ImpactSpeed, raw.impact_speed, "an impact speed", problems);
+    let film = if raw.is_dry() {
+        Some(0.0)
+    } else {
+        let film = positive(Column::Film, raw.film, "a film thickness", problems);
+        if film.zip(diameter).is_some_and(|(film, diameter)| film > diameter) {
+            problems.push(bad(Column::Film, "expected a film no thicker than the sphere"));
+        }
+        film
+    };
+    let film_ratio = raw.film_ratio.filter(|_| !raw.is_dry());
+    if film_ratio.is_some_and(|ratio| !(ratio > 0.0 && ratio <= 1.0)) {
+        problems.push(bad(Column::FilmRatio, "expected a film ratio above 0 and up to 1"));
+    }
+    let restitution = restitution(raw, impact_speed, problems);
+    let sd_columns = [Column::ImpactSpeedSd, Column::ReboundSpeedSd, Column::RestitutionSd];
+    for (column, sd) in sd_columns.into_iter().zip(raw.sds) {
+        if sd.is_some_and(|sd| !(sd >= 0.0 && sd.is_finite())) {
+            problems.push(bad(column, "expected a standard deviation of 0 or more"));
+        }
+    }
+    if problems.len() > before {
+        return None;
+    }
+    Some(Row {
+        particle: u32::try_from(particle?).ok()?,
+        liquid: liquid.and_then(|index| u32::try_from(index).ok()),
+        diameter: diameter?,
+        film: film?,
+        impact_speed: impact_speed?,
+        restitution: restitution?,
+        film_ratio,
+        has_sd: raw.sds.iter().flatten().any(|sd| *sd > 0.0),
+    })
+}
+
+/// The run's restitution from either or both of its columns.
+fn restitution(raw: &RawRow, impact_speed: Option<f64>, problems: &mut Vec<BadCell>) -> Option<f64> {
+    let in_range = |e: f64| (0.0..=LARGEST_RESTITUTION).contains(&e);
+    let given = raw.restitution;
+    if given.is_some_and(|e| !in_range(e)) {
+        let expected = format!("expected a restitution from 0 to {LARGEST_RESTITUTION}");
+        problems.push(bad(Column::Restitution, expected));
+        return None;
+    }
+    let Some(rebound_speed) = raw.rebound_speed else {
+        if given.is_none() {
+            let expected = "expected a rebound speed or a restitution (0 where the run stuck)";
+            problems.push(bad(Column::Restitution, expected));
+        }
+        return given;
+    };
+    if !(rebound_speed >= 0.0 && rebound_speed.is_finite()) {
+        problems.push(bad(Column::ReboundSpeed, "expected a rebound speed of 0 or more"));
+        return None;
+    }
+    let quotient = rebound_speed / impact_speed?;
+    if !in_range(quotient) {
+        let expected =
+            format!("expected at most {LARGEST_RESTITUTION} times the impact speed (restitution {quotient:.3})");
+        problems.push(bad(Column::ReboundSpeed, expected));
+        return None;
+    }
+    match given {
+        // rounding of the two columns may sit exactly on the limit
+        Some(e) if (e - quotient).abs() > AGREEMENT * (1.0 + 1e-9) => {
+            let expected = format!("expected agreement with rebound over impact speed ({quotient:.4}) to {AGREEMENT}");
+            problems.push(bad(Column::Restitution, expected));
+            None
+        }
+        Some(e) => Some(e),
+        None => Some(quotient),
+    }
+}
+
+/// Why a checked run is left out; `None` keeps it.
+pub(super) fn screen(row: &Row, scene: &Scene) -> Option<super::collect::Reason> {
+    use super::collect::Reason;
+    let screens = &scene.data.screens;
+    if screens.min_impact_speed.is_some_and(|least| row.impact_speed < least) {
+        return Some(Reason::TooSlow);
+    }
+    if screens.max_impact_speed.is_some_and(|most| row.impact_speed > most) {
+        return Some(Reason::TooFast);
+    }
+    row.liquid?;
+    let film_ratio = row.film / row.diameter;
+    if screens.min_film.is_some_and(|least| row.film < least) {
+        Some(Reason::FilmTooThin)
+    } else if film_ratio > LARGEST_FILM_RATIO {
+        Some(Reason::FilmRatioInvalid)
+    } else if film_ratio > screens.max_film_ratio {
+        Some(Reason::FilmRatioTooLarge)
+    } else {
+        None
+    }
+}

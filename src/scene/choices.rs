@@ -1,0 +1,329 @@
+//! Reads the tables that choose a method: model, priors, sampler, bootstrap.
+
+use super::table::{Table, ABOVE_ZERO, INSIDE_ONE};
+use crate::physics::impact::DrySpeed;
+use crate::physics::inertia::Inertia;
+use crate::units::Dimension;
+
+/// What the model holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelChoices {
+    /// the speed at which e_dry enters
+    pub dry_speed: DrySpeed,
+    /// the inertial form; absent: to be chosen by comparison
+    pub inertia: Option<Inertia>,
+    /// the terms to hold; absent: as the runs require
+    pub terms: Option<Vec<Term>>,
+    /// distribution of the noise on a restitution
+    pub likelihood: Likelihood,
+    /// what is made of stuck runs
+    pub sticking: Sticking,
+}
+
+/// Speed at which e_inf and St_c are quoted unless the scene names another, m/s (upper end of the paper's dry runs).
+pub const DEFAULT_DRY_SPEED: f64 = 2.0;
+
+/// A term of the energy balance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Term {
+    /// C ρ̃ g(δ̃)
+    Inertia,
+    /// 4 L/St
+    Viscous,
+    /// κ/v²
+    Bridge,
+    /// (3/5) k² v^(2/5)
+    DrySecondOrder,
+}
+
+/// Distribution of the noise on a restitution.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Likelihood {
+    /// normal
+    Normal,
+    /// Student-t with estimated degrees of freedom
+    Student,
+}
+
+/// What is made of stuck runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sticking {
+    /// they are data: the restitution fell below the limit
+    Censored,
+    /// they were not logged
+    Truncated,
+    /// they are left out
+    Excluded,
+}
+
+/// A prior density.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Prior {
+    /// median, sd of the log
+    LogNormal(f64, f64),
+    /// scale
+    HalfNormal(f64),
+    /// mean, sd
+    Normal(f64, f64),
+    /// shape, rate
+    Gamma(f64, f64),
+    /// lower, upper end
+    Uniform(f64, f64),
+    /// degrees of freedom, location, scale
+    StudentT(f64, f64, f64),
+    /// held at a value
+    Fixed(f64),
+}
+
+/// A prior the scene sets for one parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PriorChoice {
+    /// the parameter's name
+    pub parameter: &'static str,
+    /// index into the scene's particles, for a prior of one particle
+    pub particle: Option<usize>,
+    /// the density
+    pub prior: Prior,
+}
+
+/// How a posterior is sampled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sampler {
+    /// chains
+    pub chains: u64,
+    /// draws a chain spends adapting
+    pub warmup: u64,
+    /// draws a chain keeps
+    pub draws: u64,
+}
+
+/// How intervals are made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bootstrap {
+    /// replicates
+    pub replicates: u64,
+    /// what is resampled
+    pub scheme: ResamplingScheme,
+    /// the interval to quote; absent: the default
+    pub interval: Option<IntervalMethod>,
+    /// probability an interval is made for
+    pub level: f64,
+}
+
+/// What a bootstrap resamples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ResamplingScheme {
+    /// runs
+    Cases,
+    /// residuals of the fit
+    Residuals,
+    /// new noise about the fit
+    Parametric,
+    /// whole series
+    Series,
+}
+
+/// How an interval is made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum IntervalMethod {
+    /// bias-corrected and accelerated
+    Bca,
+    /// percentiles of the replicates
+    Percentile,
+    /// studentized
+    Studentized,
+    /// estimate ± t · se
+    Delta,
+}
+
+/// Parameters a prior can be set for.
+const PARAMETERS: [&str; 7] = [
+    "dry_k",
+    "lubrication_log",
+    "inertial_prefactor",
+    "film_scale",
+    "sigma_dry",
+    "sigma_wet",
+    "nu",
+];
+
+pub(super) fn model(root: &Table, unused: &mut Vec<String>) -> ModelChoices {
+    let mut choices = ModelChoices {
+        dry_speed: DrySpeed::Reference(DEFAULT_DRY_SPEED),
+        inertia: Some(Inertia::Stepwise),
+        terms: None,
+        likelihood: Likelihood::Normal,
+        sticking: Sticking::Censored,
+    };
+    let Some(table) = root.table("model") else {
+        return choices;
+    };
+    let impact = ("impact", DrySpeed::Impact);
+    if let Some(speed) = table.quantity_or_word("dry_speed", Dimension::Speed, ABOVE_ZERO, impact, DrySpeed::Reference)
+    {
+        choices.dry_speed = speed;
+    }
+    let mut forms: Vec<_> = Inertia::ALL.map(|form| (form.name(), Some(form))).to_vec();
+    forms.push(("auto", None));
+    if let Some(form) = table.choice("inertia", &forms) {
+        choices.inertia = form;
+    }
+    let terms = [
+        ("inertia", Term::Inertia),
+        ("viscous", Term::Viscous),
+        ("bridge", Term::Bridge),
+        ("dry_second_order", Term::DrySecondOrder),
+    ];
+    if let Some(terms) = table.words_or("terms", "auto", &terms) {
+        choices.terms = terms;
+    }
+    let likelihoods = [("normal", Likelihood::Normal), ("student", Likelihood::Student)];
+    if let Some(likelihood) = table.choice("likelihood", &likelihoods) {
+        choices.likelihood = likelihood;
+    }
+    let stickings = [
+        ("censored", Sticking::Censored),
+        ("truncated", Sticking::Truncated),
+        ("excluded", Sticking::Excluded),
+    ];
+    if let Some(sticking) = table.choice("sticking", &stickings) {
+        choices.sticking = sticking;
+    }
+    table.finish();
+    note_unused("model", &table, &["terms", "likelihood", "sticking"], unused);
+    choices
+}
+
+/// Remembers which keys the scene sets that no stage reads yet.
+fn note_unused(name: &str, table: &Table, keys: &[&str], unused: &mut Vec<String>) {
+    for key in keys.iter().filter(|key| table.has(key)) {
+        unused.push(format!("{name}.{key}"));
+    }
+}
+
+pub(super) fn priors(root: &Table, particles: &[&str], unused: &mut Vec<String>) -> Vec<PriorChoice> {
+    let Some(table) = root.table("priors") else {
+        return vec![];
+    };
+    let mut choices = vec![];
+    for parameter in PARAMETERS {
+        if let Some(prior) = table.table(parameter).and_then(|inner| prior(&inner)) {
+            choices.push(PriorChoice {
+                parameter,
+                particle: None,
+                prior,
+            });
+        }
+    }
+    for (particle, name) in particles.iter().enumerate() {
+        if let Some(prior) = table.table(&format!("dry_k.{name}")).and_then(|inner| prior(&inner)) {
+            choices.push(PriorChoice {
+                parameter: "dry_k",
+                particle: Some(particle),
+                prior,
+            });
+        }
+    }
+    table.finish();
+    unused.extend(table.keys().into_iter().map(|key| format!("priors.{key}")));
+    choices
+}
+
+fn prior(table: &Table) -> Option<Prior> {
+    let at = table.at("");
+    let names = [
+        "lognormal",
+        "half_normal",
+        "normal",
+        "gamma",
+        "uniform",
+        "student_t",
+        "fixed",
+    ];
+    let given: Vec<_> = names.into_iter().filter(|name| table.has(name)).collect();
+    let refuse = |key: &str, expected: &str| {
+        table.refuse(key, table.at(key), None, format!("expected {expected}"));
+        None
+    };
+    let pair = |key: &str| table.numbers(key, 2).map(|x| (x[0], x[1]));
+    let prior = match given.as_slice() {
+        ["lognormal"] => match pair("lognormal")? {
+            (median, sd) if median > 0.0 && sd > 0.0 => Some(Prior::LogNormal(median, sd)),
+            _ => refuse("lognormal", "[median, sd of the log], both above 0"),
+        },
+        ["half_normal"] => table.number("half_normal", ABOVE_ZERO).map(Prior::HalfNormal),
+        ["normal"] => match pair("normal")? {
+            (mean, sd) if sd > 0.0 => Some(Prior::Normal(mean, sd)),
+            _ => refuse("normal", "[mean, sd] with sd above 0"),
+        },
+        ["gamma"] => match pair("gamma")? {
+            (shape, rate) if shape > 0.0 && rate > 0.0 => Some(Prior::Gamma(shape, rate)),
+            _ => refuse("gamma", "[shape, rate], both above 0"),
+        },
+        ["uniform"] => match pair("uniform")? {
+            (lo, hi) if lo < hi => Some(Prior::Uniform(lo, hi)),
+            _ => refuse("uniform", "[lo, hi] with lo below hi"),
+        },
+        ["student_t"] => match table.numbers("student_t", 3)?.as_slice() {
+            &[df, loc, scale] if df > 0.0 && scale > 0.0 => Some(Prior::StudentT(df, loc, scale)),
+            _ => refuse("student_t", "[df, loc, scale] with df and scale above 0"),
+        },
+        ["fixed"] => table.number("fixed", super::table::FINITE).map(Prior::Fixed),
+        _ => {
+            table.refuse("", at, None, format!("expected one prior out of {}", names.join(", ")));
+            return None;
+        }
+    };
+    table.finish();
+    prior
+}
+
+pub(super) fn sampler(root: &Table, unused: &mut Vec<String>) -> Sampler {
+    let mut sampler = Sampler {
+        chains: 4,
+        warmup: 1000,
+        draws: 1000,
+    };
+    if let Some(table) = root.table("sampler") {
+        sampler.chains = table.count("chains", 1).unwrap_or(sampler.chains);
+        sampler.warmup = table.count("warmup", 1).unwrap_or(sampler.warmup);
+        sampler.draws = table.count("draws", 1).unwrap_or(sampler.draws);
+        table.finish();
+        unused.extend(table.keys().into_iter().map(|key| format!("sampler.{key}")));
+    }
+    sampler
+}
+
+pub(super) fn bootstrap(root: &Table, unused: &mut Vec<String>) -> Bootstrap {
+    let mut bootstrap = Bootstrap {
+        replicates: 10_000,
+        scheme: ResamplingScheme::Cases,
+        interval: None,
+        level: 0.95,
+    };
+    let Some(table) = root.table("bootstrap") else {
+        return bootstrap;
+    };
+    let schemes = [
+        ("cases", ResamplingScheme::Cases),
+        ("residuals", ResamplingScheme::Residuals),
+        ("parametric", ResamplingScheme::Parametric),
+        ("series", ResamplingScheme::Series),
+    ];
+    let methods = [
+        ("bca", IntervalMethod::Bca),
+        ("percentile", IntervalMethod::Percentile),
+        ("studentized", IntervalMethod::Studentized),
+        ("delta", IntervalMethod::Delta),
+    ];
+    bootstrap.replicates = table.count("replicates", 1).unwrap_or(bootstrap.replicates);
+    bootstrap.scheme = table.choice("scheme", &schemes).unwrap_or(bootstrap.scheme);
+    bootstrap.interval = table.choice("interval", &methods);
+    bootstrap.level = table.number("level", INSIDE_ONE).unwrap_or(bootstrap.level);
+    table.finish();
+    note_unused("bootstrap", &table, &["replicates", "scheme"], unused);
+    if bootstrap.interval.is_some_and(|method| method != IntervalMethod::Delta) {
+        unused.push("bootstrap.interval".to_owned());
+    }
+    bootstrap
+}

@@ -1,0 +1,135 @@
+//! Reads the truth and the design of a simulation.
+
+use super::table::{Table, ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE};
+use super::Liquid;
+use crate::physics::impact::DrySpeed;
+use crate::physics::inertia::Inertia;
+use crate::physics::numbers;
+use crate::units::Dimension;
+
+/// The parameters simulated runs are drawn from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Truth {
+    /// k of each of the scene's particles; absent where the table names none
+    pub dry_k: Vec<Option<f64>>,
+    /// L = ln(δc/ε)
+    pub lubrication_log: f64,
+    /// form of the inertial loss
+    pub inertia: Inertia,
+    /// C
+    pub inertial_prefactor: f64,
+    /// δ̃0 of the saturating form
+    pub film_scale: f64,
+    /// the speed at which e_dry enters
+    pub dry_speed: DrySpeed,
+    /// sd of the noise on a dry restitution
+    pub sigma_dry: f64,
+    /// sd of the noise on a wet restitution
+    pub sigma_wet: f64,
+}
+
+/// The settings simulated runs are made at.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Design {
+    /// diameters of each particle, m; empty where the table names none
+    pub diameters: Vec<Vec<f64>>,
+    /// indices into the scene's liquids
+    pub liquids: Vec<usize>,
+    /// film ratios of each particle
+    pub film_ratios: Vec<Vec<f64>>,
+    /// impact speeds of the wet runs
+    pub speeds: DesignSpeeds,
+    /// impact speeds of the dry runs, m/s
+    pub dry_speeds: Vec<f64>,
+    /// runs at each setting
+    pub repeats: u64,
+}
+
+/// Impact speeds of a design, m/s.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DesignSpeeds(pub Vec<f64>);
+
+pub(super) fn truth(
+    root: &Table,
+    particles: &[&str],
+    default_inertia: Option<Inertia>,
+    default_dry_speed: DrySpeed,
+) -> Option<Truth> {
+    let table = root.table("truth")?;
+    let by_particle = table.table("dry_k");
+    if by_particle.is_none() && !table.has("dry_k") {
+        table.refuse("", table.at(""), None, "missing key `dry_k`");
+    }
+    let dry_k = particles
+        .iter()
+        .map(|name| by_particle.as_ref().and_then(|ks| ks.number(name, NOT_NEGATIVE)))
+        .collect();
+    if let Some(by_particle) = by_particle {
+        by_particle.finish();
+    }
+    let forms = Inertia::ALL.map(|form| (form.name(), form));
+    let inertia = table
+        .choice("inertia", &forms)
+        .or(default_inertia)
+        .unwrap_or(Inertia::Stepwise);
+    let one = Dimension::One;
+    let lubrication_log = table.required("lubrication_log", one, FINITE);
+    if inertia != Inertia::None {
+        table.require_key("inertial_prefactor", one);
+    }
+    if inertia.has_film_scale() {
+        table.require_key("film_scale", one);
+    }
+    let impact = ("impact", DrySpeed::Impact);
+    let truth = Truth {
+        dry_k,
+        lubrication_log: lubrication_log.unwrap_or_default(),
+        inertia,
+        inertial_prefactor: table.number("inertial_prefactor", FINITE).unwrap_or_default(),
+        film_scale: table.number("film_scale", ABOVE_ZERO).unwrap_or(1.0),
+        dry_speed: table
+            .quantity_or_word("dry_speed", Dimension::Speed, ABOVE_ZERO, impact, DrySpeed::Reference)
+            .unwrap_or(default_dry_speed),
+        sigma_dry: table.required("sigma_dry", one, NOT_NEGATIVE).unwrap_or_default(),
+        sigma_wet: table.required("sigma_wet", one, NOT_NEGATIVE).unwrap_or_default(),
+    };
+    table.choice("noise", &[("normal", ())]);
+    table.finish();
+    Some(truth)
+}
+
+pub(super) fn design(root: &Table, particles: &[&str], liquids: &[Liquid]) -> Option<Design> {
+    let table = root.table("design")?;
+    let diameters = table.quantities_by_name("diameter", Dimension::Length, ABOVE_ZERO, particles);
+    let film_ratios = table.quantities_by_name("film_ratio", Dimension::One, FILM_RATIO, particles);
+    table.require_key("diameter", Dimension::Length);
+    let mut used = vec![];
+    for name in table.texts("liquids").unwrap_or_default() {
+        match liquids.iter().position(|liquid| liquid.name == name.value) {
+            Some(liquid) => used.push(liquid),
+            None => {
+                let found = Some(format!("`{}`", name.value));
+                table.refuse("liquids", name.at, found, "expected a name in [liquids]");
+            }
+        }
+    }
+    let heights = table.quantities("height", Dimension::Length, ABOVE_ZERO);
+    let speeds = table.quantities("impact_speed", Dimension::Speed, ABOVE_ZERO);
+    if heights.is_some() && speeds.is_some() {
+        let at = table.at("");
+        table.refuse("", at, None, "expected either drop heights or impact speeds, not both");
+    }
+    let fallen = heights.map(|hs| hs.into_iter().map(numbers::free_fall_speed).collect());
+    let design = Design {
+        diameters: diameters.unwrap_or_else(|| vec![vec![]; particles.len()]),
+        liquids: used,
+        film_ratios: film_ratios.unwrap_or_else(|| vec![vec![]; particles.len()]),
+        speeds: DesignSpeeds(fallen.or(speeds).unwrap_or_default()),
+        dry_speeds: table
+            .quantities("dry_impact_speed", Dimension::Speed, ABOVE_ZERO)
+            .unwrap_or_default(),
+        repeats: table.count("repeats", 1).unwrap_or(1),
+    };
+    table.finish();
+    Some(design)
+}

@@ -1,0 +1,235 @@
+//! Turns a scene file into a checked [`Scene`], or names every mistake in it.
+
+use std::path::{Path, PathBuf};
+
+use super::table::{
+    closest, name_is_allowed, parse, Document, Table, ABOVE_ZERO, FILM_RATIO, FINITE, NAME_RULE, SHARE,
+};
+use super::{choices, plan};
+use super::{Data, Law, Liquid, Particle, Published, PublishedQuantity, Scene, Screens, LARGEST_FILM_RATIO};
+use crate::error::{Error, Problem};
+use crate::seed::sha256;
+use crate::units::Dimension;
+
+/// δ/D is split into groups at gaps larger than this, where the runs carry no film ratio.
+const DEFAULT_FILM_RATIO_GAP: f64 = 0.004;
+
+/// Reads and checks a scene file.
+///
+/// Fails with every mistake named by line, key and value.
+pub fn read(path: &Path) -> Result<Scene, Error> {
+    let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
+    let hash = sha256(&bytes);
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        let line = 1 + error.as_bytes().iter().take(at).filter(|b| **b == b'\n').count() as u64;
+        let problem = Problem {
+            line: Some(line),
+            place: "not valid UTF-8".to_owned(),
+            found: None,
+            expected: "expected a text file saved as UTF-8".to_owned(),
+        };
+        Error::input(path, vec![problem])
+    })?;
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+    let parsed = parse(text).map_err(|problem| Error::input(path, vec![problem]))?;
+    let document = Document::new(text);
+    let root = Table::root(document.clone(), parsed.get_ref());
+    let scene = assemble(&root, path, hash);
+    root.finish();
+    drop(root);
+    let problems = document.problems();
+    match scene {
+        Some(scene) if problems.is_empty() => Ok(scene),
+        _ => Err(Error::input(path, problems)),
+    }
+}
+
+fn assemble(root: &Table, path: &Path, sha256: String) -> Option<Scene> {
+    let mut unused = vec![];
+    let title = root.text("title");
+    let source = root.text("source");
+    let data = data(root, path);
+    let particles = particles(root);
+    let liquids = liquids(root);
+    let names: Vec<&str> = particles.iter().map(|p| p.name.as_str()).collect();
+    let model = choices::model(root, &mut unused);
+    let priors = choices::priors(root, &names, &mut unused);
+    let sampler = choices::sampler(root, &mut unused);
+    let bootstrap = choices::bootstrap(root, &mut unused);
+    let published = root
+        .tables("published")
+        .iter()
+        .filter_map(|t| published(t, &names))
+        .collect();
+    let truth = plan::truth(root, &names, model.inertia, model.dry_speed);
+    let design = plan::design(root, &names, &liquids);
+    let name = scene_name(path);
+    Some(Scene {
+        title: title.unwrap_or_else(|| name.clone()),
+        name,
+        source,
+        sha256,
+        data: data?,
+        particles,
+        liquids,
+        model,
+        priors,
+        sampler,
+        bootstrap,
+        published,
+        truth,
+        design,
+        unused,
+    })
+}
+
+/// The name of the folder the scene lies in.
+fn scene_name(path: &Path) -> String {
+    let folder = path
+        .canonicalize()
+        .ok()
+        .and_then(|full| full.parent().map(Path::to_path_buf));
+    folder
+        .as_deref()
+        .and_then(Path::file_name)
+        .map_or_else(|| "scene".to_owned(), |name| name.to_string_lossy().into_owned())
+}
+
+fn data(root: &Table, path: &Path) -> Option<Data> {
+    let Some(table) = root.table("data") else {
+        if !root.has("data") {
+            root.refuse("", 0, None, "missing table [data]");
+        }
+        return None;
+    };
+    let runs = table.text("runs");
+    if !table.has("runs") {
+        table.refuse("", table.at(""), None, "missing key `runs`");
+    }
+    if let Some(name) = &runs {
+        let lower = name.to_lowercase();
+        if !(lower.ends_with(".csv") || lower.ends_with(".parquet")) {
+            let found = Some(format!("`{name}`"));
+            let expected = "expected a file ending in .csv or .parquet";
+            table.refuse("runs", table.at("runs"), found, expected);
+        }
+    }
+    let length = |base: &str| table.quantity(base, Dimension::Length, ABOVE_ZERO);
+    let speed = |base: &str| table.quantity(base, Dimension::Speed, ABOVE_ZERO);
+    let screens = Screens {
+        min_film: length("min_film"),
+        max_film_ratio: table.number("max_film_ratio", FILM_RATIO).unwrap_or(LARGEST_FILM_RATIO),
+        min_impact_speed: speed("min_impact_speed"),
+        max_impact_speed: speed("max_impact_speed"),
+    };
+    let data = Data {
+        runs: beside(path, runs.as_deref().unwrap_or_default()),
+        smallest_restitution: table.number("smallest_restitution", SHARE).unwrap_or(0.0),
+        film_ratio_gap: table
+            .number("film_ratio_gap", ABOVE_ZERO)
+            .unwrap_or(DEFAULT_FILM_RATIO_GAP),
+        screens,
+    };
+    table.finish();
+    Some(data)
+}
+
+fn beside(path: &Path, name: &str) -> PathBuf {
+    match path.parent() {
+        Some(folder) => folder.join(name),
+        None => PathBuf::from(name),
+    }
+}
+
+fn particles(root: &Table) -> Vec<Particle> {
+    named_tables(root, "particles", |name, table| {
+        let density = table.required("density", Dimension::Density, ABOVE_ZERO);
+        let roughness = table.required("roughness", Dimension::Length, ABOVE_ZERO);
+        Some(Particle {
+            name,
+            density: density?,
+            roughness: roughness?,
+        })
+    })
+}
+
+fn liquids(root: &Table) -> Vec<Liquid> {
+    named_tables(root, "liquids", |name, table| {
+        if name == super::DRY {
+            let expected = "expected another name: runs without liquid are marked so";
+            table.refuse("", table.at(""), Some(format!("`{name}`")), expected);
+        }
+        let density = table.required("density", Dimension::Density, ABOVE_ZERO);
+        let viscosity = table.required("viscosity", Dimension::Viscosity, ABOVE_ZERO);
+        let surface_tension = table.quantity("surface_tension", Dimension::SurfaceTension, ABOVE_ZERO);
+        Some(Liquid {
+            name,
+            density: density?,
+            viscosity: viscosity?,
+            surface_tension,
+        })
+    })
+}
+
+/// Reads `[kind.NAME]` tables in the order of the file. A missing `[particles]` is a problem, missing liquids are not.
+fn named_tables<T>(root: &Table, kind: &str, read: impl Fn(String, &Table) -> Option<T>) -> Vec<T> {
+    let Some(table) = root.table(kind) else {
+        if kind == "particles" && !root.has(kind) {
+            root.refuse("", 0, None, "missing table [particles.NAME]");
+        }
+        return vec![];
+    };
+    let mut found = vec![];
+    for name in table.keys() {
+        let Some(inner) = table.table(&name) else {
+            continue;
+        };
+        if !name_is_allowed(&name) {
+            let expected = format!("expected {NAME_RULE}");
+            table.refuse("", inner.at(""), Some(format!("`{name}`")), expected);
+        }
+        found.extend(read(name, &inner));
+        inner.finish();
+    }
+    found
+}
+
+fn published(table: &Table, particles: &[&str]) -> Option<Published> {
+    let quantities = [PublishedQuantity::EInf, PublishedQuantity::StC, PublishedQuantity::DryK]
+        .map(|quantity| (quantity.name(), quantity));
+    let one = Dimension::One;
+    for key in ["quantity", "particle", "source"] {
+        table.require_key(key, one);
+    }
+    let quantity = table.choice("quantity", &quantities);
+    let name = table.text("particle");
+    let particle = name.as_deref().and_then(|name| {
+        let index = particles.iter().position(|particle| *particle == name);
+        if index.is_none() {
+            let near = closest(name, particles.iter().copied());
+            let hint = near.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
+            let found = Some(format!("`{name}`"));
+            let expected = format!("expected a name in [particles]{hint}");
+            table.refuse("particle", table.at("particle"), found, expected);
+        }
+        index
+    });
+    let laws = [Law::Linear, Law::Sqrt].map(|law| (law.name(), law));
+    let law = table.choice("law", &laws);
+    let film_ratio = table.number("film_ratio", FILM_RATIO);
+    let value = table.required("value", one, FINITE);
+    let se = table.required("se", one, ABOVE_ZERO);
+    let source = table.text("source");
+    table.finish();
+    let quantity = quantity?;
+    Some(Published {
+        quantity,
+        particle: particle?,
+        film_ratio,
+        law: (quantity != PublishedQuantity::DryK).then(|| law.unwrap_or(Law::Linear)),
+        value: value?,
+        se: se?,
+        source: source?,
+    })
+}

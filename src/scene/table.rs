@@ -1,0 +1,496 @@
+//! Reads TOML tables whose keys carry units, and names what cannot be used by line, key and value.
+//!
+//! The only file that names the TOML crate.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::rc::Rc;
+
+use toml::de::{DeTable, DeValue};
+use toml::Spanned;
+
+use crate::error::Problem;
+use crate::units::Dimension;
+
+/// What a name of a particle or a liquid may hold.
+pub const NAME_RULE: &str = "a name of letters, digits, `_`, `-` and `.`";
+
+/// Whether a particle or a liquid may be called so.
+pub fn name_is_allowed(name: &str) -> bool {
+    !name.is_empty()
+        && name
+            .chars()
+            .all(|c| c.is_alphanumeric() || matches!(c, '_' | '-' | '.'))
+}
+
+/// The candidate nearest to a misspelt name, if any is near enough to have been meant.
+pub fn closest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    candidates
+        .into_iter()
+        .map(|candidate| (strsim::damerau_levenshtein(name, candidate), candidate))
+        .filter(|(distance, candidate)| *distance <= 2.max(candidate.len() / 3))
+        .min()
+        .map(|(_, candidate)| candidate)
+}
+
+/// What a number must be, in words and as a test.
+#[derive(Clone, Copy)]
+pub(super) struct Expect {
+    pub words: &'static str,
+    pub holds: fn(f64) -> bool,
+}
+
+pub(super) const ABOVE_ZERO: Expect = Expect {
+    words: "a number above 0",
+    holds: |x| x > 0.0 && x.is_finite(),
+};
+pub(super) const NOT_NEGATIVE: Expect = Expect {
+    words: "a number of 0 or more",
+    holds: |x| x >= 0.0 && x.is_finite(),
+};
+pub(super) const SHARE: Expect = Expect {
+    words: "a number from 0 to below 1",
+    holds: |x| (0.0..1.0).contains(&x),
+};
+pub(super) const INSIDE_ONE: Expect = Expect {
+    words: "a number between 0 and 1",
+    holds: |x| x > 0.0 && x < 1.0,
+};
+pub(super) const FILM_RATIO: Expect = Expect {
+    words: "a film ratio above 0 and up to 0.5",
+    holds: |x| x > 0.0 && x <= super::LARGEST_FILM_RATIO,
+};
+pub(super) const FINITE: Expect = Expect {
+    words: "a finite number",
+    holds: f64::is_finite,
+};
+
+/// The text of a file and the problems found in it so far.
+pub(super) struct Document<'i> {
+    text: &'i str,
+    problems: RefCell<Vec<(usize, Problem)>>,
+}
+
+impl<'i> Document<'i> {
+    pub fn new(text: &'i str) -> Rc<Self> {
+        Rc::new(Document {
+            text,
+            problems: RefCell::default(),
+        })
+    }
+
+    /// Problems in the order of the file.
+    pub fn problems(&self) -> Vec<Problem> {
+        let mut problems = self.problems.take();
+        problems.sort_by_key(|(at, _)| *at);
+        problems.into_iter().map(|(_, problem)| problem).collect()
+    }
+
+    fn line(&self, at: usize) -> u64 {
+        1 + self.text.bytes().take(at).filter(|b| *b == b'\n').count() as u64
+    }
+
+    pub fn report(&self, at: usize, place: String, found: Option<String>, expected: String) {
+        let line = Some(self.line(at));
+        self.problems.borrow_mut().push((
+            at,
+            Problem {
+                line,
+                place,
+                found,
+                expected,
+            },
+        ));
+    }
+
+    fn snippet(&self, span: Range<usize>) -> String {
+        format!("`{}`", self.text.get(span).unwrap_or_default().trim())
+    }
+}
+
+/// Reads a whole document; the problem is the parser's own when it is no TOML.
+pub(super) fn parse(text: &str) -> Result<Spanned<DeTable<'_>>, Problem> {
+    DeTable::parse(text).map_err(|error| {
+        let at = error.span().map_or(0, |span| span.start);
+        Problem {
+            line: Some(1 + text.bytes().take(at).filter(|b| *b == b'\n').count() as u64),
+            place: "not valid TOML".to_owned(),
+            found: None,
+            expected: error.message().to_owned(),
+        }
+    })
+}
+
+/// One table of the document; remembers which keys were asked for.
+pub(super) struct Table<'a, 'i> {
+    document: Rc<Document<'i>>,
+    name: String,
+    at: usize,
+    entries: &'a DeTable<'i>,
+    /// every key this table may have; true once it was found
+    known: RefCell<BTreeMap<String, bool>>,
+}
+
+/// A value with its place, for checks that need more than the value itself.
+pub(super) struct Found<T> {
+    pub value: T,
+    pub at: usize,
+}
+
+impl<'a, 'i> Table<'a, 'i> {
+    pub fn root(document: Rc<Document<'i>>, entries: &'a DeTable<'i>) -> Self {
+        Table {
+            document,
+            name: String::new(),
+            at: 0,
+            entries,
+            known: RefCell::default(),
+        }
+    }
+
+    fn place(&self, key: &str) -> String {
+        match (self.name.is_empty(), key.is_empty()) {
+            (true, _) => key.to_owned(),
+            (false, true) => format!("[{}]", self.name),
+            (false, false) => format!("[{}] {key}", self.name),
+        }
+    }
+
+    /// Says that the value of `key` is not what was expected.
+    pub fn refuse(&self, key: &str, at: usize, found: Option<String>, expected: impl Into<String>) {
+        self.document.report(at, self.place(key), found, expected.into());
+    }
+
+    fn refuse_value(&self, key: &str, value: &Spanned<DeValue<'i>>, expected: &str) {
+        let found = self.document.snippet(value.span());
+        self.refuse(key, value.span().start, Some(found), format!("expected {expected}"));
+    }
+
+    fn entry(&self, key: &str) -> Option<&'a Spanned<DeValue<'i>>> {
+        let value = self.entries.get(key);
+        self.known.borrow_mut().insert(key.to_owned(), value.is_some());
+        value
+    }
+
+    /// Where the value of a key starts, or the table where there is none.
+    pub fn at(&self, key: &str) -> usize {
+        self.entries.get(key).map_or(self.at, |v| v.span().start)
+    }
+
+    /// Whether the file sets a key.
+    pub fn has(&self, key: &str) -> bool {
+        self.entries.contains_key(key)
+    }
+
+    /// The keys the file sets, in its order.
+    pub fn keys(&self) -> Vec<String> {
+        let mut keys: Vec<_> = self.entries.iter().map(|(k, _)| k).collect();
+        keys.sort_by_key(|k| k.span().start);
+        keys.into_iter().map(|k| k.get_ref().to_string()).collect()
+    }
+
+    pub fn text(&self, key: &str) -> Option<String> {
+        let value = self.entry(key)?;
+        match value.get_ref().as_str() {
+            Some(text) => Some(text.to_owned()),
+            None => {
+                self.refuse_value(key, value, "a text in quotes");
+                None
+            }
+        }
+    }
+
+    pub fn number(&self, key: &str, expect: Expect) -> Option<f64> {
+        let value = self.entry(key)?;
+        self.checked_number(key, value, expect)
+    }
+
+    fn checked_number(&self, key: &str, value: &Spanned<DeValue<'i>>, expect: Expect) -> Option<f64> {
+        match as_number(value.get_ref()).filter(|x| (expect.holds)(*x)) {
+            Some(x) => Some(x),
+            None => {
+                self.refuse_value(key, value, expect.words);
+                None
+            }
+        }
+    }
+
+    /// A whole number of at least `least`.
+    pub fn count(&self, key: &str, least: u64) -> Option<u64> {
+        let value = self.entry(key)?;
+        let parsed = value
+            .get_ref()
+            .as_integer()
+            .and_then(|i| u64::from_str_radix(i.as_str(), i.radix()).ok())
+            // a count above this could not be worked through, nor is it exact as f64
+            .filter(|n| (least..=1 << 53).contains(n));
+        if parsed.is_none() {
+            self.refuse_value(key, value, &format!("a whole number of {least} or more"));
+        }
+        parsed
+    }
+
+    /// One of some words.
+    pub fn choice<T: Copy>(&self, key: &str, choices: &[(&str, T)]) -> Option<T> {
+        let value = self.entry(key)?;
+        let word = value.get_ref().as_str();
+        let choice = word.and_then(|word| choices.iter().find(|(name, _)| *name == word));
+        if choice.is_none() {
+            let names: Vec<_> = choices.iter().map(|(name, _)| format!("\"{name}\"")).collect();
+            self.refuse_value(key, value, &names.join(" or "));
+        }
+        choice.map(|(_, choice)| *choice)
+    }
+
+    /// The key a quantity is given under, with its value converted by `read`; two units for one quantity are refused.
+    fn with_unit<T>(
+        &self,
+        base: &str,
+        dimension: Dimension,
+        read: impl Fn(&Self, &str, &'a Spanned<DeValue<'i>>, &dyn Fn(f64) -> f64) -> Option<T>,
+    ) -> Option<T> {
+        let mut given: Vec<(String, &'a Spanned<DeValue<'i>>, &'static crate::units::Unit)> = vec![];
+        for unit in dimension.units() {
+            let key = format!("{base}{}", unit.suffix);
+            if let Some(value) = self.entry(&key) {
+                given.push((key, value, unit));
+            }
+        }
+        given.sort_by_key(|(_, value, _)| value.span().start);
+        if let [(first, _, _), (second, value, _), ..] = given.as_slice() {
+            self.refuse(
+                second,
+                value.span().start,
+                None,
+                format!("`{base}` is already given as `{first}`; expected one unit for one quantity"),
+            );
+            return None;
+        }
+        let (key, value, unit) = given.first()?;
+        read(self, key, value, &|x| unit.to_si(x))
+    }
+
+    /// A number with its unit in the key, in SI.
+    pub fn quantity(&self, base: &str, dimension: Dimension, expect: Expect) -> Option<f64> {
+        self.with_unit(base, dimension, |table, key, value, to_si| {
+            table.checked_number(key, value, expect).map(to_si)
+        })
+    }
+
+    /// A required quantity: its absence is a problem.
+    pub fn required(&self, base: &str, dimension: Dimension, expect: Expect) -> Option<f64> {
+        self.require_key(base, dimension);
+        self.quantity(base, dimension, expect)
+    }
+
+    /// Says so when a required key is missing under each of its units.
+    pub fn require_key(&self, base: &str, dimension: Dimension) -> bool {
+        let keys: Vec<_> = dimension
+            .units()
+            .iter()
+            .map(|unit| format!("{base}{}", unit.suffix))
+            .collect();
+        let present = keys.iter().any(|key| self.has(key));
+        if !present {
+            let key = keys.first().map_or(base, String::as_str);
+            self.refuse("", self.at, None, format!("missing key `{key}`"));
+        }
+        present
+    }
+
+    /// A quantity that may also be one word instead.
+    pub fn quantity_or_word<T: Copy>(
+        &self,
+        base: &str,
+        dimension: Dimension,
+        expect: Expect,
+        word: (&str, T),
+        wrap: impl Fn(f64) -> T,
+    ) -> Option<T> {
+        self.with_unit(base, dimension, |table, key, value, to_si| {
+            if value.get_ref().as_str() == Some(word.0) {
+                return Some(word.1);
+            }
+            match as_number(value.get_ref()).filter(|x| (expect.holds)(*x)) {
+                Some(x) => Some(wrap(to_si(x))),
+                None => {
+                    table.refuse_value(key, value, &format!("{} or \"{}\"", expect.words, word.0));
+                    None
+                }
+            }
+        })
+    }
+
+    /// A list of quantities with the unit in the key, in SI.
+    pub fn quantities(&self, base: &str, dimension: Dimension, expect: Expect) -> Option<Vec<f64>> {
+        self.with_unit(base, dimension, |table, key, value, to_si| {
+            table.list(key, value, expect, to_si)
+        })
+    }
+
+    /// For each particle a list of quantities: one list for all, or a table of lists by particle.
+    pub fn quantities_by_name(
+        &self,
+        base: &str,
+        dimension: Dimension,
+        expect: Expect,
+        names: &[&str],
+    ) -> Option<Vec<Vec<f64>>> {
+        self.with_unit(base, dimension, |table, key, value, to_si| {
+            if value.get_ref().is_array() {
+                let list = table.list(key, value, expect, to_si)?;
+                return Some(vec![list; names.len()]);
+            }
+            let inner = table.inner(key, value)?;
+            let lists = names
+                .iter()
+                .map(|name| match inner.entry(name) {
+                    Some(list) => inner.list(name, list, expect, to_si),
+                    None => Some(vec![]),
+                })
+                .collect();
+            inner.finish();
+            lists
+        })
+    }
+
+    fn list(
+        &self,
+        key: &str,
+        value: &Spanned<DeValue<'i>>,
+        expect: Expect,
+        to_si: &dyn Fn(f64) -> f64,
+    ) -> Option<Vec<f64>> {
+        let Some(items) = value.get_ref().as_array().filter(|items| !items.is_empty()) else {
+            self.refuse_value(key, value, "a list of numbers");
+            return None;
+        };
+        items
+            .iter()
+            .map(|item| self.checked_number(key, item, expect).map(to_si))
+            .collect()
+    }
+
+    /// A fixed number of finite numbers, or nothing if the value is no such list.
+    pub fn numbers(&self, key: &str, how_many: usize) -> Option<Vec<f64>> {
+        let value = self.entry(key)?;
+        let items = value.get_ref().as_array().filter(|items| items.len() == how_many);
+        let numbers: Option<Vec<f64>> = items.and_then(|items| {
+            items
+                .iter()
+                .map(|item| as_number(item.get_ref()).filter(|x| x.is_finite()))
+                .collect()
+        });
+        if numbers.is_none() {
+            self.refuse_value(key, value, &format!("a list of {how_many} numbers"));
+        }
+        numbers
+    }
+
+    /// A list of words out of a fixed set, or one word that stands for no list.
+    pub fn words_or<T: Copy>(&self, key: &str, instead: &str, choices: &[(&str, T)]) -> Option<Option<Vec<T>>> {
+        let value = self.entry(key)?;
+        if value.get_ref().as_str() == Some(instead) {
+            return Some(None);
+        }
+        let words: Option<Vec<T>> = value.get_ref().as_array().and_then(|items| {
+            let word = |item: &Spanned<DeValue<'_>>| {
+                let text = item.get_ref().as_str()?;
+                choices
+                    .iter()
+                    .find(|(name, _)| *name == text)
+                    .map(|(_, choice)| *choice)
+            };
+            items.iter().map(word).collect()
+        });
+        if words.is_none() {
+            let names: Vec<_> = choices.iter().map(|(name, _)| format!("\"{name}\"")).collect();
+            let expected = format!("\"{instead}\" or a list out of {}", names.join(", "));
+            self.refuse_value(key, value, &expected);
+        }
+        words.map(Some)
+    }
+
+    /// A list of texts with their places.
+    pub fn texts(&self, key: &str) -> Option<Vec<Found<String>>> {
+        let value = self.entry(key)?;
+        let texts: Option<Vec<_>> = value.get_ref().as_array().and_then(|items| {
+            let text = |item: &Spanned<DeValue<'_>>| {
+                let value = item.get_ref().as_str()?.to_owned();
+                let at = item.span().start;
+                Some(Found { value, at })
+            };
+            items.iter().map(text).collect()
+        });
+        if texts.is_none() {
+            self.refuse_value(key, value, "a list of texts in quotes");
+        }
+        texts
+    }
+
+    fn inner(&self, key: &str, value: &'a Spanned<DeValue<'i>>) -> Option<Table<'a, 'i>> {
+        match value.get_ref().as_table() {
+            Some(entries) => Some(Table {
+                document: Rc::clone(&self.document),
+                name: if self.name.is_empty() {
+                    key.to_owned()
+                } else {
+                    format!("{}.{key}", self.name)
+                },
+                at: value.span().start,
+                entries,
+                known: RefCell::default(),
+            }),
+            None => {
+                self.refuse_value(key, value, "a table");
+                None
+            }
+        }
+    }
+
+    pub fn table(&self, key: &str) -> Option<Table<'a, 'i>> {
+        let value = self.entry(key)?;
+        self.inner(key, value)
+    }
+
+    /// The tables of an array of tables, `[[key]]`.
+    pub fn tables(&self, key: &str) -> Vec<Table<'a, 'i>> {
+        let Some(value) = self.entry(key) else {
+            return vec![];
+        };
+        match value.get_ref().as_array() {
+            Some(items) => items.iter().filter_map(|item| self.inner(key, item)).collect(),
+            None => {
+                self.refuse_value(key, value, "an array of tables, `[[…]]`");
+                vec![]
+            }
+        }
+    }
+
+    /// Names every key that nothing asked for, with the nearest one that exists.
+    pub fn finish(&self) {
+        let known = self.known.borrow();
+        for (key, value) in self.entries.iter() {
+            let name: &str = key.get_ref();
+            if known.contains_key(name) {
+                continue;
+            }
+            let free = known.iter().filter(|(_, found)| !**found).map(|(k, _)| k.as_str());
+            let hint = match closest(name, free) {
+                Some(near) => format!("unknown key; did you mean `{near}`?"),
+                None => "unknown key".to_owned(),
+            };
+            let _ = value;
+            self.refuse(name, key.span().start, None, hint);
+        }
+    }
+}
+
+fn as_number(value: &DeValue<'_>) -> Option<f64> {
+    match value {
+        DeValue::Float(float) => float.as_str().parse().ok(),
+        DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().parse().ok(),
+        _ => None,
+    }
+}
