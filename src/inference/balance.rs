@@ -1,0 +1,233 @@
+//! Fits the energy balance r = e_dry² − C ρ̃ g(δ̃) − 4 L/St to every rebound at once.
+//!
+//! The restitution is m(r), defined where the square root is not: a lucky rebound at a setting that keeps no energy on
+//! average is noise, and must not bound the parameters as the square root's domain would. Each particle's k is a
+//! parameter, too, held to its dry fit by one residual (k − k̂) σ/se: the dry runs enter through what they say of k.
+
+use nalgebra::DMatrix;
+
+use super::least_squares::{fit, Fit, OutOfDomain, ResidualProblem, Stop};
+use crate::physics::impact::DrySpeed;
+use crate::physics::inertia::Inertia;
+use crate::physics::{dry, rebound, viscous};
+
+/// Rebounds that share a particle and a liquid, and so the density ratio and k.
+#[derive(Debug, Clone, Copy)]
+pub struct Block<'a> {
+    /// index into [`Balance::dry_k`]
+    pub particle: usize,
+    /// ρ̃
+    pub density_ratio: f64,
+    /// St = this · D v
+    pub stokes_factor: f64,
+    /// D of each run, m
+    pub diameter: &'a [f64],
+    /// δ of each run, m
+    pub film: &'a [f64],
+    /// v of each run, m/s
+    pub impact_speed: &'a [f64],
+    /// e of each run
+    pub restitution: &'a [f64],
+}
+
+/// The balance to be fitted.
+///
+/// Parameters: L, then C unless there is no inertia, then δ̃0 where the form has one, then k of each particle.
+#[derive(Debug, Clone)]
+pub struct Balance<'a> {
+    /// every rebound
+    pub blocks: &'a [Block<'a>],
+    /// form of the inertial loss
+    pub inertia: Inertia,
+    /// the speed at which e_dry enters
+    pub dry_speed: DrySpeed,
+    /// k of each particle from its dry runs, with its standard error
+    pub dry_k: &'a [(f64, f64)],
+    /// spread of the restitutions, to weigh the dry runs' k against them
+    pub spread: f64,
+}
+
+/// What one run contributes.
+struct Terms {
+    kept: f64,
+    inverse_stokes: f64,
+    density_ratio: f64,
+    film_ratio: f64,
+    particle: usize,
+    dry_slope: f64,
+    restitution: f64,
+}
+
+impl Balance<'_> {
+    /// The names of the parameters before the k, in order.
+    pub fn names(&self) -> &'static [&'static str] {
+        const ALL: &[&str] = &["lubrication_log", "inertial_prefactor", "film_scale"];
+        match (self.inertia, self.inertia.has_film_scale()) {
+            (Inertia::None, _) => &ALL[..1],
+            (_, false) => &ALL[..2],
+            (_, true) => ALL,
+        }
+    }
+
+    /// L, C, δ̃0 and the k of a parameter vector; what the form lacks gets a value that is not read.
+    pub fn unpack<'b>(&self, b: &'b [f64]) -> (f64, f64, f64, &'b [f64]) {
+        let (wet, dry) = b.split_at(self.names().len());
+        let at = |j: usize, other: f64| wet.get(j).copied().unwrap_or(other);
+        (at(0, 0.0), at(1, 0.0), at(2, 1.0), dry)
+    }
+
+    fn rebounds(&self) -> usize {
+        self.blocks.iter().map(|block| block.restitution.len()).sum()
+    }
+
+    /// Every run's terms, in order.
+    fn terms<'s>(&'s self, (l, c, scale, dry_k): (f64, f64, f64, &'s [f64])) -> impl Iterator<Item = Terms> + 's {
+        self.blocks.iter().flat_map(move |block| {
+            let k = dry_k[block.particle];
+            (0..block.restitution.len()).map(move |run| {
+                let v = block.impact_speed[run];
+                let inverse_stokes = 1.0 / (block.stokes_factor * block.diameter[run] * v);
+                let film_ratio = block.film[run] / block.diameter[run];
+                let dry_speed = self.dry_speed.of(v);
+                let e_dry = dry::restitution(k, dry_speed);
+                let inertial = c * block.density_ratio * self.inertia.shape(film_ratio, scale);
+                Terms {
+                    kept: e_dry * e_dry - inertial - viscous::loss(l, 1.0 / inverse_stokes),
+                    inverse_stokes,
+                    density_ratio: block.density_ratio,
+                    film_ratio,
+                    particle: block.particle,
+                    dry_slope: 2.0 * e_dry * dry::slope_dry_k(dry_speed),
+                    restitution: block.restitution[run],
+                }
+            })
+        })
+    }
+
+    /// Slopes of r in L, C and δ̃0.
+    fn slopes(&self, c: f64, scale: f64, terms: &Terms) -> [f64; 3] {
+        [
+            -viscous::slope_lubrication_log(1.0 / terms.inverse_stokes),
+            -terms.density_ratio * self.inertia.shape(terms.film_ratio, scale),
+            -c * terms.density_ratio * self.inertia.slope_film_scale(terms.film_ratio, scale),
+        ]
+    }
+
+    /// Two starting points: the best straight line through e² over a grid of film scales, and the same with L lowered
+    /// until every rebound keeps energy. A run near r = 0 can hold a fit on its own side of the turn.
+    fn starts(&self) -> [Vec<f64>; 2] {
+        const SCALES: [f64; 6] = [0.01, 0.025, 0.05, 0.1, 0.2, 0.5];
+        const KEPT: f64 = 0.02;
+        let scales = if self.inertia.has_film_scale() {
+            &SCALES[..]
+        } else {
+            &SCALES[..1]
+        };
+        let dry: Vec<f64> = self.dry_k.iter().map(|(k, _)| *k).collect();
+        let mut best = ([0.0; 3], f64::INFINITY);
+        for &scale in scales {
+            let (l, c, rest) = self.line(scale, &dry);
+            if rest < best.1 {
+                best = ([l, c, scale], rest);
+            }
+        }
+        let [l, c, scale] = best.0;
+        let room = self
+            .terms((0.0, c, scale, &dry))
+            .map(|t| (t.kept - KEPT) / viscous::slope_lubrication_log(1.0 / t.inverse_stokes));
+        let lowered = room.fold(l, f64::min);
+        [l, lowered].map(|l| {
+            let wet = [l, c, scale].into_iter().take(self.names().len());
+            wet.chain(dry.iter().copied()).collect()
+        })
+    }
+
+    /// L and C of the line through e² at a film scale, with its residual sum of squares.
+    fn line(&self, scale: f64, dry: &[f64]) -> (f64, f64, f64) {
+        let (mut xx, mut xz, mut zz, mut xy, mut zy, mut yy) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        for t in self.terms((0.0, 0.0, scale, dry)) {
+            let [x, z, _] = self.slopes(0.0, scale, &t);
+            let y = t.restitution * t.restitution - t.kept;
+            xx += x * x;
+            xz += x * z;
+            zz += z * z;
+            xy += x * y;
+            zy += z * y;
+            yy += y * y;
+        }
+        let determinant = xx * zz - xz * xz;
+        // one film ratio and one density ratio, say: the line cannot tell the two apart, nor need a start
+        let (l, c) = if self.inertia == Inertia::None || determinant <= 1e-12 * xx * zz {
+            (xy / xx, 0.0)
+        } else {
+            ((xy * zz - zy * xz) / determinant, (zy * xx - xy * xz) / determinant)
+        };
+        (l, c, yy - l * xy - c * zy)
+    }
+
+    /// Restitution the fitted balance gives each run, in the order of the blocks.
+    pub fn fitted(&self, b: &[f64]) -> Vec<f64> {
+        self.terms(self.unpack(b))
+            .map(|t| rebound::mean_restitution(t.kept))
+            .collect()
+    }
+}
+
+impl ResidualProblem for Balance<'_> {
+    fn parameters(&self) -> usize {
+        self.names().len() + self.dry_k.len()
+    }
+    fn runs(&self) -> usize {
+        self.rebounds() + self.dry_k.len()
+    }
+    fn residuals(&self, b: &[f64], residuals: &mut [f64]) -> Result<(), OutOfDomain> {
+        let unpacked = self.unpack(b);
+        if unpacked.2 <= 0.0 {
+            return Err(OutOfDomain);
+        }
+        let (wet, dry) = residuals.split_at_mut(self.rebounds());
+        for (residual, t) in wet.iter_mut().zip(self.terms(unpacked)) {
+            *residual = rebound::mean_restitution(t.kept) - t.restitution;
+        }
+        for ((residual, k), (own, se)) in dry.iter_mut().zip(unpacked.3).zip(self.dry_k) {
+            *residual = (k - own) * self.spread / se;
+        }
+        Ok(())
+    }
+    fn jacobian(&self, b: &[f64], jacobian: &mut DMatrix<f64>) -> Result<(), OutOfDomain> {
+        let unpacked = self.unpack(b);
+        let wet = self.names().len();
+        jacobian.fill(0.0);
+        for (run, t) in self.terms(unpacked).enumerate() {
+            let root = rebound::slope_mean_restitution(t.kept);
+            for (j, slope) in self.slopes(unpacked.1, unpacked.2, &t).iter().take(wet).enumerate() {
+                jacobian[(run, j)] = root * slope;
+            }
+            jacobian[(run, wet + t.particle)] = root * t.dry_slope;
+        }
+        let rebounds = self.rebounds();
+        for (particle, (_, se)) in self.dry_k.iter().enumerate() {
+            jacobian[(rebounds + particle, wet + particle)] = self.spread / se;
+        }
+        Ok(())
+    }
+    fn scale(&self) -> f64 {
+        1.0
+    }
+}
+
+/// Fits the balance; no starting values asked.
+pub fn fit_balance(balance: &Balance) -> Fit {
+    let [line, lowered] = balance.starts();
+    let first = fit(balance, &line);
+    if lowered == line {
+        return first;
+    }
+    let second = fit(balance, &lowered);
+    let rank = |fit: &Fit| (fit.stop != Stop::Converged, fit.residual_sum_of_squares);
+    if rank(&second) < rank(&first) {
+        second
+    } else {
+        first
+    }
+}

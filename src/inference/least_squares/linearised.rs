@@ -1,0 +1,150 @@
+//! Reduces the slopes at one point to a triangle, by Householder reflections of unit columns.
+
+use nalgebra::linalg::{QR, SVD};
+use nalgebra::{DMatrix, DVector, Dyn};
+
+/// Bound on the sweeps of one singular value decomposition, so that it always ends.
+const SVD_SWEEPS: usize = 500;
+
+/// Everything the solver knows about one point: where it is, how well it fits, and the
+/// triangle of its slopes. With unit columns J = Q R diag(lengths); JᵀJ is never formed.
+pub(super) struct Linearised {
+    pub(super) parameters: DVector<f64>,
+    pub(super) residual_sum_of_squares: f64,
+    /// Lengths of the Jacobian's columns; 0 for a parameter that moves nothing.
+    pub(super) lengths: DVector<f64>,
+    /// R, p × p, upper triangle.
+    pub(super) triangle: DMatrix<f64>,
+    /// The first p entries of Qᵀ residuals: the part a change of the parameters can still remove.
+    pub(super) removable: DVector<f64>,
+    /// Length of the rest of Qᵀ residuals: the part it cannot.
+    pub(super) rest: f64,
+    /// Typical size of the model's values, at least that of any one parameter's share in it.
+    pub(super) scale: f64,
+    runs: usize,
+    qr: QR<f64, Dyn, Dyn>,
+}
+
+impl Linearised {
+    /// Builds the triangle in the Jacobian's own memory; `None` if a slope is not finite.
+    /// `work` has the length of the residuals and is overwritten.
+    pub(super) fn new(
+        parameters: DVector<f64>,
+        residuals: &DVector<f64>,
+        mut jacobian: DMatrix<f64>,
+        work: &mut DVector<f64>,
+        observed_scale: f64,
+    ) -> Option<Self> {
+        let (n, p) = jacobian.shape();
+        let mut lengths = DVector::zeros(p);
+        for (mut column, length) in jacobian.column_iter_mut().zip(lengths.iter_mut()) {
+            // The largest entry first: squares of 1e-170 would vanish, of 1e170 overflow.
+            let largest = column
+                .iter()
+                .fold(0.0_f64, |m, x| if x.is_nan() { f64::INFINITY } else { m.max(x.abs()) });
+            if !largest.is_finite() {
+                return None;
+            }
+            if largest > 0.0 {
+                column /= largest;
+                let shape = column.norm();
+                column /= shape;
+                *length = largest * shape;
+            }
+        }
+        let share = lengths
+            .iter()
+            .zip(parameters.iter())
+            .fold(0.0_f64, |m, (l, b)| m.max(l * b.abs()));
+        let qr = QR::new(jacobian);
+        work.copy_from(residuals);
+        qr.q_tr_mul(work);
+        Some(Self {
+            residual_sum_of_squares: residuals.norm_squared(),
+            triangle: qr.r(),
+            removable: work.rows(0, p).into_owned(),
+            rest: work.rows(p, n - p).norm(),
+            scale: observed_scale.abs().max(share / (n as f64).sqrt()),
+            parameters,
+            lengths,
+            runs: n,
+            qr,
+        })
+    }
+
+    /// Bates and Watts' relative offset: how far, in units of the scatter, the residuals still
+    /// lean into the plane of the slopes. It does not depend on units or on the parameters'
+    /// scales. 0 at a stationary point. The scatter counts for at least one rounding error.
+    pub(super) fn relative_offset(&self) -> f64 {
+        let p = self.removable.len() as f64;
+        let freedom = (self.runs as f64 - p).max(1.0);
+        let scatter = (self.rest / freedom.sqrt()).max(f64::EPSILON * self.scale);
+        let lean = self.removable.norm() / p.sqrt();
+        if lean == 0.0 {
+            0.0
+        } else {
+            lean / scatter
+        }
+    }
+
+    /// Whether what could still be removed is rounding error of the residuals themselves.
+    pub(super) fn at_rounding(&self) -> bool {
+        let rounding = f64::EPSILON * self.scale * (self.runs as f64).sqrt();
+        self.removable.norm() <= 4.0 * rounding
+    }
+
+    /// The undamped Gauss–Newton step; `None` where the triangle is singular.
+    pub(super) fn gauss_newton_step(&self) -> Option<DVector<f64>> {
+        let mut step = self.triangle.solve_upper_triangular(&self.removable)?;
+        for (s, length) in step.iter_mut().zip(self.lengths.iter()) {
+            *s /= -length;
+        }
+        step.iter().all(|s| s.is_finite()).then_some(step)
+    }
+
+    /// Singular values of the unit-column triangle, largest first; `None` if they cannot be had.
+    pub(super) fn singular_values(&self) -> Option<DVector<f64>> {
+        let svd = SVD::try_new(self.triangle.clone(), false, false, f64::EPSILON, SVD_SWEEPS)?;
+        Some(svd.singular_values)
+    }
+
+    /// First p entries of Qᵀ `vector`, which is overwritten.
+    pub(super) fn project(&self, vector: &mut DVector<f64>) -> DVector<f64> {
+        self.qr.q_tr_mul(vector);
+        vector.rows(0, self.removable.len()).into_owned()
+    }
+}
+
+/// The triangle in parameters measured by `yardsticks`, taken apart once so that each damping
+/// afterwards costs p².
+pub(super) struct Damped {
+    svd: SVD<f64, Dyn, Dyn>,
+}
+
+impl Damped {
+    /// `None` where the decomposition does not come to an end.
+    pub(super) fn new(point: &Linearised, yardsticks: &DVector<f64>) -> Option<Self> {
+        let mut scaled = point.triangle.clone();
+        for (j, mut column) in scaled.column_iter_mut().enumerate() {
+            column *= point.lengths[j] / yardsticks[j];
+        }
+        let svd = SVD::try_new_unordered(scaled, true, true, f64::EPSILON, SVD_SWEEPS)?;
+        Some(Self { svd })
+    }
+
+    /// The scaled u that minimises ‖scaled triangle · u + removable‖² + damping ‖u‖².
+    pub(super) fn step(&self, removable: &DVector<f64>, damping: f64) -> Option<DVector<f64>> {
+        let mut along = self.svd.u.as_ref()?.tr_mul(removable);
+        for (a, s) in along.iter_mut().zip(self.svd.singular_values.iter()) {
+            let bottom = s * s + damping;
+            *a *= if bottom > 0.0 { -s / bottom } else { 0.0 };
+        }
+        Some(self.svd.v_t.as_ref()?.tr_mul(&along))
+    }
+
+    /// Scaled triangle · u.
+    pub(super) fn apply(&self, u: &DVector<f64>) -> Option<DVector<f64>> {
+        let along = self.svd.v_t.as_ref()? * u;
+        Some(self.svd.u.as_ref()? * along.component_mul(&self.svd.singular_values))
+    }
+}

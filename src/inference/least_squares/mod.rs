@@ -1,0 +1,215 @@
+//! Fits a curve to runs by least squares, and says how well it is known and why it stopped.
+//!
+//! A problem brings its residuals and their slopes ([`ResidualProblem`]); [`fit`] runs
+//! Levenberg–Marquardt on it and returns a [`Fit`]. A poor fit is a value with a reason, not an
+//! error: read [`Fit::stop`] first. Standard errors exist only where the fit converged on a
+//! minimum that the runs determine and scatter about; otherwise they are `None` and
+//! [`Fit::why_no_covariance`] says why.
+//!
+//! Sources: Moré (1978) for the scaling, Nielsen (1999) for the damping, Transtrum and Sethna
+//! (2012) for the acceleration, Bates and Watts (1981) for the test of convergence.
+
+mod covariance;
+mod linearised;
+mod solver;
+#[cfg(test)]
+mod tests;
+
+use nalgebra::DMatrix;
+
+use solver::{attempt, Attempt, Yardstick};
+
+/// Marks a point where the model is undefined: recoverable, the step is shortened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the model is undefined at these parameters")]
+pub struct OutOfDomain;
+
+/// A curve with n residuals in p parameters that is to be fitted.
+pub trait ResidualProblem {
+    /// Number of parameters p.
+    fn parameters(&self) -> usize;
+
+    /// Number of residuals n, one a run.
+    fn runs(&self) -> usize;
+
+    /// Writes the residuals (model − observed) at `b` into `residuals`, of length n.
+    ///
+    /// Fails with [`OutOfDomain`] where the model is undefined; a residual that is not finite
+    /// counts as the same.
+    fn residuals(&self, b: &[f64], residuals: &mut [f64]) -> Result<(), OutOfDomain>;
+
+    /// Writes ∂ residual_i / ∂ b_j into `jacobian`, n × p, which arrives filled with zeros.
+    ///
+    /// Fails as [`ResidualProblem::residuals`] does.
+    fn jacobian(&self, b: &[f64], jacobian: &mut DMatrix<f64>) -> Result<(), OutOfDomain>;
+
+    /// Typical size of the observed values, below whose rounding error a residual is no scatter.
+    ///
+    /// The largest share of any one parameter in the model (rms of b_j ∂/∂b_j) is taken where it
+    /// is larger, so most problems need not say; one whose model has a large constant part should.
+    fn scale(&self) -> f64 {
+        0.0
+    }
+}
+
+/// Why a fit stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stop {
+    /// At a minimum, to rounding.
+    Converged,
+    /// Out of steps, or no step lowered the sum of squares, away from a minimum.
+    MaxIterations,
+    /// The runs do not determine the parameters.
+    Degenerate,
+    /// Held at the edge of the model's domain, or started outside it.
+    OutOfDomain,
+}
+
+impl Stop {
+    /// The reason as it is written in files: `converged`, `max_iterations`, `degenerate` or
+    /// `out_of_domain`.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Stop::Converged => "converged",
+            Stop::MaxIterations => "max_iterations",
+            Stop::Degenerate => "degenerate",
+            Stop::OutOfDomain => "out_of_domain",
+        }
+    }
+}
+
+/// The end of a least-squares fit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fit {
+    /// The parameters where the fit ended; the start, if it could not begin.
+    pub parameters: Vec<f64>,
+    /// Σ residual² there; infinite if the model is undefined at the start.
+    pub residual_sum_of_squares: f64,
+    /// Standard deviation of the residuals, √(sum of squares / degrees of freedom); `None`
+    /// without degrees of freedom or sum of squares.
+    pub residual_sd: Option<f64>,
+    /// Runs less parameters; 0 where there are fewer runs than parameters.
+    pub degrees_of_freedom: usize,
+    /// Covariance of the parameters, p × p: residual_sd² (JᵀJ)⁻¹, computed without forming JᵀJ.
+    pub covariance: Option<DMatrix<f64>>,
+    /// Why the fit stopped.
+    pub stop: Stop,
+    /// Condition number of the slopes in columns of unit length; infinite if singular.
+    pub condition: f64,
+    /// How often residuals or slopes were computed, over all attempts.
+    pub evaluations: usize,
+    /// Why there is no covariance; `None` exactly where there is one.
+    pub why_no_covariance: Option<String>,
+}
+
+impl Fit {
+    /// Standard error of parameter `j`; `None` without a covariance or such a parameter.
+    pub fn se(&self, j: usize) -> Option<f64> {
+        let covariance = self.covariance.as_ref()?;
+        covariance.get((j, j)).map(|variance| variance.sqrt())
+    }
+
+    /// Correlation of parameters `i` and `j`; `None` as for [`Fit::se`].
+    pub fn correlation(&self, i: usize, j: usize) -> Option<f64> {
+        let covariance = self.covariance.as_ref()?.get((i, j))?;
+        Some(covariance / (self.se(i)? * self.se(j)?))
+    }
+
+    /// Whether the fit ended at a minimum.
+    pub fn converged(&self) -> bool {
+        self.stop == Stop::Converged
+    }
+
+    /// A fit that could not begin.
+    fn not_begun<P: ResidualProblem>(problem: &P, start: &[f64], stop: Stop, why: String) -> Self {
+        let (n, p) = (problem.runs(), problem.parameters());
+        let mut residuals = vec![0.0; n];
+        let mut evaluations = 0;
+        let mut sum = f64::INFINITY;
+        if stop == Stop::Degenerate && start.len() == p {
+            evaluations = 1;
+            if problem.residuals(start, &mut residuals).is_ok() {
+                let squares: f64 = residuals.iter().map(|r| r * r).sum();
+                if squares.is_finite() {
+                    sum = squares;
+                }
+            }
+        }
+        Fit {
+            parameters: start.to_vec(),
+            residual_sum_of_squares: sum,
+            residual_sd: None,
+            degrees_of_freedom: n.saturating_sub(p),
+            covariance: None,
+            stop,
+            condition: f64::INFINITY,
+            evaluations,
+            why_no_covariance: Some(why),
+        }
+    }
+}
+
+/// Fits `problem` from `start`, always in a bounded number of evaluations.
+///
+/// A first attempt that does not converge is followed by one that scales the parameters
+/// differently, and the better end is returned: a converged one first, then the lower sum of
+/// squares.
+pub fn fit<P: ResidualProblem>(problem: &P, start: &[f64]) -> Fit {
+    let (n, p) = (problem.runs(), problem.parameters());
+    let counts = |count: usize, one: &str| match count {
+        1 => format!("1 {one}"),
+        _ => format!("{count} {one}s"),
+    };
+    if p == 0 || start.len() != p {
+        let why = format!(
+            "{} given for {}",
+            counts(start.len(), "start value"),
+            counts(p, "parameter")
+        );
+        return Fit::not_begun(problem, start, Stop::Degenerate, why);
+    }
+    if n < p {
+        let why = format!("{} cannot determine {}", counts(n, "run"), counts(p, "parameter"));
+        return Fit::not_begun(problem, start, Stop::Degenerate, why);
+    }
+
+    let mut best = judged(problem, attempt(problem, start, Yardstick::Longest));
+    for yardstick in [Yardstick::Current] {
+        let hopeless = best.as_ref().is_none_or(|fit| fit.converged());
+        if hopeless {
+            break;
+        }
+        let Some(mut other) = judged(problem, attempt(problem, start, yardstick)) else {
+            break;
+        };
+        if let Some(mut first) = best.take() {
+            let evaluations = first.evaluations + other.evaluations;
+            first.evaluations = evaluations;
+            other.evaluations = evaluations;
+            let better = other.converged() || other.residual_sum_of_squares < first.residual_sum_of_squares;
+            best = Some(if better { other } else { first });
+        }
+    }
+    best.unwrap_or_else(|| {
+        let why = "the law is undefined at the starting values".to_owned();
+        Fit::not_begun(problem, start, Stop::OutOfDomain, why)
+    })
+}
+
+/// The fit an attempt ended in; `None` if it could not begin.
+fn judged<P: ResidualProblem>(problem: &P, attempt: Attempt) -> Option<Fit> {
+    let end = attempt.end?;
+    let runs = problem.runs();
+    let found = covariance::judge(&end, runs, attempt.stop);
+    Some(Fit {
+        parameters: end.parameters.as_slice().to_vec(),
+        residual_sum_of_squares: end.residual_sum_of_squares,
+        residual_sd: found.residual_sd,
+        degrees_of_freedom: runs - problem.parameters(),
+        covariance: found.covariance,
+        stop: found.stop,
+        condition: found.condition,
+        evaluations: attempt.evaluations,
+        why_no_covariance: found.why_none,
+    })
+}

@@ -1,0 +1,91 @@
+//! Tests one law for all groups against one law a group, by F.
+
+use super::distributions::f_tail;
+
+/// Residual sum of squares of a fit and what it was made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spread {
+    /// residual sum of squares
+    pub sum_of_squares: f64,
+    /// runs
+    pub runs: usize,
+    /// fitted parameters
+    pub parameters: usize,
+}
+
+/// Outcome of an F test.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct FTest {
+    /// spread between the groups over spread within them
+    pub f: f64,
+    /// degrees of freedom between
+    pub df_between: usize,
+    /// degrees of freedom within
+    pub df_within: usize,
+    /// probability of a larger F if one law holds for all
+    pub p: f64,
+}
+
+/// F test of `one` fit to all runs against separate fits to `groups` of the same runs.
+///
+/// `None` with fewer than two groups, without degrees of freedom, or where the groups leave no scatter.
+pub fn one_law_for_all(one: Spread, groups: &[Spread]) -> Option<FTest> {
+    let within: f64 = groups.iter().map(|group| group.sum_of_squares).sum();
+    let parameters: usize = groups.iter().map(|group| group.parameters).sum();
+    let runs: usize = groups.iter().map(|group| group.runs).sum();
+    let df_between = parameters.checked_sub(one.parameters).filter(|df| *df > 0)?;
+    let df_within = runs.checked_sub(parameters).filter(|df| *df > 0)?;
+    if groups.len() < 2 || runs != one.runs || within <= 0.0 {
+        return None;
+    }
+    let between = (one.sum_of_squares - within).max(0.0) / df_between as f64;
+    let f = between / (within / df_within as f64);
+    let p = f_tail(f, df_between as f64, df_within as f64)?;
+    Some(FTest {
+        f,
+        df_between,
+        df_within,
+        p,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_one_way_analysis_of_variance_comes_back() {
+        // groups {1, 2, 3} and {3, 4, 5}: within 2 + 2, total 10, F = 6 on 1 and 4
+        let one = Spread {
+            sum_of_squares: 10.0,
+            runs: 6,
+            parameters: 1,
+        };
+        let group = Spread {
+            sum_of_squares: 2.0,
+            runs: 3,
+            parameters: 1,
+        };
+        let test = one_law_for_all(one, &[group, group]).expect("two groups with scatter");
+        assert!((test.f - 6.0).abs() < 1e-12);
+        assert_eq!((test.df_between, test.df_within), (1, 4));
+        // R: pf(6, 1, 4, lower.tail = FALSE)
+        assert!((test.p - 0.070_484).abs() < 1e-6, "{}", test.p);
+    }
+
+    #[test]
+    fn without_scatter_or_groups_there_is_no_test() {
+        let flat = Spread {
+            sum_of_squares: 0.0,
+            runs: 3,
+            parameters: 1,
+        };
+        let one = Spread {
+            sum_of_squares: 0.0,
+            runs: 6,
+            parameters: 1,
+        };
+        assert_eq!(one_law_for_all(one, &[flat, flat]), None);
+        assert_eq!(one_law_for_all(flat, &[flat]), None);
+    }
+}
