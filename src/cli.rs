@@ -1,0 +1,305 @@
+//! Reads the command line, runs a verb, and turns its outcome into text and an exit status.
+
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+use clap::{Parser, Subcommand, ValueEnum};
+use wetcor::error::Error;
+use wetcor::findings::{self, overview, verdicts};
+use wetcor::model::simulate::Simulation;
+use wetcor::notice::Notice;
+use wetcor::report::{self, folder, markdown, Told};
+use wetcor::runs::{self, RunWriter};
+use wetcor::scene;
+
+use crate::progress::Progress;
+
+/// Ran, and a gating verdict failed.
+const NOT_QUOTABLE: u8 = 1;
+/// Could not run.
+const COULD_NOT_RUN: u8 = 2;
+
+/// Infers the parameters of wet-particle impact from a scene file and a table of impacts
+#[derive(Parser)]
+#[command(version, arg_required_else_help = true, after_help = EXAMPLES)]
+struct Arguments {
+    #[command(subcommand)]
+    verb: Verb,
+    /// Threads to use [default: all]
+    #[arg(long, global = true, value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+    /// Print errors only
+    #[arg(long, global = true)]
+    quiet: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  wetcor check datasets/mueller2016/scene.toml
+  wetcor fit datasets/mueller2016/scene.toml
+
+Exit status: 0 ran; 1 ran, and the numbers are not to be quoted; 2 could not run";
+
+#[derive(Subcommand)]
+enum Verb {
+    /// Fit a scene's runs and write the report
+    #[command(after_help = "\
+Example:
+  wetcor fit datasets/mueller2016/scene.toml --out reports/mueller2016
+
+Writes report.md, figures/, findings.json and timing.json. An existing folder is replaced only if it holds an earlier \
+report of the same title.")]
+    Fit {
+        /// The scene file
+        scene: PathBuf,
+        /// Folder to write [default: reports/<the scene's folder name>]
+        #[arg(long)]
+        out: Option<PathBuf>,
+        /// Seed of every use of chance
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+        /// Stages to run [default: all]
+        #[arg(long, value_delimiter = ',')]
+        stages: Vec<Stage>,
+    },
+    /// Say what was read and what it can identify, without fitting
+    #[command(after_help = "\
+Example:
+  wetcor check datasets/mueller2016/scene.toml --json")]
+    Check {
+        /// The scene file
+        scene: PathBuf,
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
+    },
+    /// Draw runs from a scene's [truth] and [design]
+    #[command(after_help = "\
+Example:
+  wetcor simulate datasets/mueller2016/scene.toml --runs 100000 --out runs.parquet")]
+    Simulate {
+        /// The scene file
+        scene: PathBuf,
+        /// File to write, .csv or .parquet
+        #[arg(long)]
+        out: PathBuf,
+        /// Runs in all, spread evenly over the design [default: the design's repeats]
+        #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
+        runs: Option<u64>,
+        /// Seed of every use of chance
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+    },
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[value(rename_all = "snake_case")]
+enum Stage {
+    /// Every fit and its intervals
+    LeastSquares,
+    /// The report's figures
+    Figures,
+}
+
+/// Runs the command line.
+pub fn run() -> ExitCode {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(help) => {
+            // help and version go to standard output and are no failure; a closed pipe is none either
+            let _ = help.print();
+            return if help.use_stderr() {
+                ExitCode::from(COULD_NOT_RUN)
+            } else {
+                ExitCode::SUCCESS
+            };
+        }
+    };
+    bound_threads(arguments.threads);
+    let watched = ctrlc::set_handler(|| {
+        wetcor::unfinished::remove();
+        std::process::exit(i32::from(COULD_NOT_RUN));
+    });
+    if let Err(error) = watched {
+        warn(&format!("an interruption may leave a temporary folder: {error}"));
+    }
+    let quiet = arguments.quiet;
+    let outcome = match arguments.verb {
+        Verb::Fit {
+            scene,
+            out,
+            seed,
+            stages,
+        } => fit(&scene, out, seed, &stages, quiet),
+        Verb::Check { scene, json } => check(&scene, json, quiet),
+        Verb::Simulate { scene, out, runs, seed } => simulate(&scene, &out, runs, seed, quiet),
+    };
+    match outcome {
+        Ok(status) => ExitCode::from(status),
+        Err(error) => {
+            let label = label("error", "\u{1b}[1;31m");
+            let _ = writeln!(std::io::stderr(), "{label}: {error}");
+            ExitCode::from(COULD_NOT_RUN)
+        }
+    }
+}
+
+/// Bounds every pool. The table reader's pool is its own and reads its size from the environment when first used.
+fn bound_threads(threads: Option<u16>) {
+    let Some(threads) = threads else {
+        return;
+    };
+    std::env::set_var("POLARS_MAX_THREADS", threads.to_string());
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads));
+    // fails only if a pool exists already, and none does this early
+    if let Err(error) = pool.build_global() {
+        warn(&format!("--threads has no effect: {error}"));
+    }
+}
+
+/// A word before a message, coloured on a terminal only.
+fn label(word: &str, colour: &str) -> String {
+    let plain = !std::io::stderr().is_terminal() || std::env::var_os("NO_COLOR").is_some();
+    if plain {
+        word.to_owned()
+    } else {
+        format!("{colour}{word}\u{1b}[0m")
+    }
+}
+
+fn warn(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{}: {text}", label("notice", "\u{1b}[1;33m"));
+}
+
+fn tell(notices: &[Notice], quiet: bool) {
+    if !quiet {
+        for notice in notices {
+            warn(&notice.text);
+        }
+    }
+}
+
+/// Prints to standard output. A reader that has left is no error.
+fn say(text: &str) -> Result<(), Error> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Error::io(Path::new("standard output"), "write", error))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Seconds each stage took, for `timing.json`.
+struct Timing {
+    started: Instant,
+    stages: Vec<(&'static str, f64)>,
+}
+
+impl Timing {
+    fn stage<T>(&mut self, name: &'static str, quiet: bool, work: impl FnOnce() -> T) -> T {
+        let started = Instant::now();
+        let progress = Progress::spinner(name, quiet);
+        let done = work();
+        drop(progress);
+        self.stages.push((name, started.elapsed().as_secs_f64()));
+        done
+    }
+
+    fn json(&self) -> String {
+        let mut stages: Vec<String> = self
+            .stages
+            .iter()
+            .map(|(name, seconds)| format!("  \"{name}\": {seconds:.6}"))
+            .collect();
+        stages.push(format!("  \"all\": {:.6}", self.started.elapsed().as_secs_f64()));
+        format!("{{\n{}\n}}\n", stages.join(",\n"))
+    }
+}
+
+fn fit(path: &Path, out: Option<PathBuf>, seed: u64, stages: &[Stage], quiet: bool) -> Result<u8, Error> {
+    let mut timing = Timing {
+        started: Instant::now(),
+        stages: vec![],
+    };
+    let wanted = |stage: Stage| stages.is_empty() || stages.contains(&stage);
+    if !wanted(Stage::LeastSquares) {
+        return Err(Error::Usage(
+            "figures show the fits: add least_squares to --stages".to_owned(),
+        ));
+    }
+    let scene = scene::read(path)?;
+    let out = out.unwrap_or_else(|| Path::new("reports").join(&scene.name));
+    folder::check(&out, &scene.title)?;
+    let table = timing.stage("read", quiet, || runs::read(&scene))?;
+    let overview = overview::find(&scene, &table);
+    let findings = timing.stage("least_squares", quiet, || findings::find(&scene, &table, seed));
+    let told = Told {
+        scene: &scene,
+        runs: &table.runs,
+        overview: &overview,
+        findings: &findings,
+    };
+    let files = timing.stage("report", quiet, || report::files(told, wanted(Stage::Figures)));
+    let mut files = files?;
+    files.push(("timing.json".to_owned(), timing.json()));
+    folder::write(&out, &scene.title, &files)?;
+    tell(&findings.notices, quiet);
+    if !quiet {
+        let report = out.join("report.md");
+        say(&format!("{}report: {}\n", markdown::summary(told), report.display()))?;
+    }
+    Ok(if verdicts::quotable(&findings.verdicts) {
+        0
+    } else {
+        NOT_QUOTABLE
+    })
+}
+
+fn check(path: &Path, json: bool, quiet: bool) -> Result<u8, Error> {
+    let scene = scene::read(path)?;
+    let progress = Progress::spinner("read", quiet);
+    let table = runs::read(&scene);
+    drop(progress);
+    let overview = overview::find(&scene, &table?);
+    if json {
+        say(&report::json::text(&overview)?)?;
+    } else {
+        tell(&overview.notices, quiet);
+        say(&markdown::overview_text(&overview))?;
+    }
+    Ok(0)
+}
+
+fn simulate(path: &Path, out: &Path, runs: Option<u64>, seed: u64, quiet: bool) -> Result<u8, Error> {
+    if !runs::can_write(out) {
+        let text = format!("{}: expected a file ending in .csv or .parquet", out.display());
+        return Err(Error::Usage(text));
+    }
+    let scene = scene::read(path)?;
+    let simulation = Simulation::new(&scene, runs)?;
+    let progress = Progress::bar("simulate", simulation.runs(), quiet);
+    let mut writer = RunWriter::create(out)?;
+    let mut written = 0u64;
+    simulation.draw(seed, |run| {
+        written += 1;
+        if written.is_multiple_of(1 << 16) {
+            progress.at(written);
+        }
+        writer.write(run)
+    })?;
+    writer.finish()?;
+    drop(progress);
+    if !quiet {
+        if simulation.left_out > 0 {
+            warn(&format!(
+                "{} combinations of film ratio and diameter not made: the scene's own screens would leave them out",
+                simulation.left_out
+            ));
+        }
+        say(&format!("{written} simulated runs: {}\n", out.display()))?;
+    }
+    Ok(0)
+}

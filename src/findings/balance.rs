@@ -1,0 +1,236 @@
+//! Estimates L, the inertial prefactor and the film scale from every rebound at once.
+
+use serde::Serialize;
+
+use super::dry::{spread, FittedDry};
+use super::estimate::{uncertain, Estimate, Quoting, Scale};
+use super::scaling::{reference_dry_speed, root_of_exact, Bias, FittedScaling};
+use super::series::why_stopped;
+use super::Verdict;
+use crate::inference::balance::{fit_balance, Balance, Block};
+use crate::inference::least_squares::Stop;
+use crate::inference::nested::{one_law_for_all, FTest, Spread};
+use crate::physics::inertia::Inertia;
+use crate::physics::{dry as dry_physics, numbers, viscous};
+use crate::runs::Runs;
+use crate::scene::{Law, Scene};
+
+/// The energy balance over particles, liquids, diameters, films and speeds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EnergyBalance {
+    /// form of the inertial loss
+    pub inertia: &'static str,
+    /// particles with a usable k; the others are left out
+    pub particles: Vec<String>,
+    /// rebounds used
+    pub runs: usize,
+    /// lubrication_log, inertial_prefactor and film_scale where the form has them, and k with what the wet runs say of it
+    pub parameters: Vec<Parameter>,
+    /// δc/ε = exp(L)
+    pub delta_c_over_roughness: Estimate,
+    /// largest distance of a k here from that of the dry runs alone, in combined standard errors
+    pub dry_k_shift_in_se: Option<f64>,
+    /// spread of the restitutions about the law
+    pub residual_sd: Option<f64>,
+    /// this law for all against a square-root law for each particle and film ratio
+    pub lack_of_fit: Option<FTest>,
+    /// how the fit ended
+    pub stop: &'static str,
+    /// whether it may be quoted
+    pub verdict: Verdict,
+}
+
+/// A parameter of the energy balance.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Parameter {
+    /// its name
+    pub name: String,
+    /// its value
+    pub estimate: Estimate,
+}
+
+/// Probability of the lack-of-fit test below which the balance does not describe the runs.
+pub const MISFIT: f64 = 0.001;
+
+/// Fits the balance, and measures with it what pooling liquids does to the square-root law of each film ratio.
+///
+/// `None` without wet runs of a particle whose k is known; the biases then stay unknown, too.
+pub fn find(
+    scene: &Scene,
+    runs: &Runs,
+    dry: &[FittedDry],
+    scaling: &mut [FittedScaling],
+    quoting: Quoting,
+) -> Option<EnergyBalance> {
+    let has_rebounds = |p: usize| runs.series.iter().any(|s| s.particle == p && !s.rebounds.is_empty());
+    let known: Vec<(usize, (f64, f64))> = dry
+        .iter()
+        .filter(|d| has_rebounds(d.particle))
+        .filter_map(|d| Some((d.particle, d.usable?)))
+        .collect();
+    let place = |particle: usize| known.iter().position(|(p, _)| *p == particle);
+    let blocks: Vec<Block> = runs
+        .series
+        .iter()
+        .filter(|series| !series.rebounds.is_empty())
+        .filter_map(|series| {
+            let particle = &scene.particles[series.particle];
+            let liquid = &scene.liquids[series.liquid];
+            let range = series.rebounds.clone();
+            Some(Block {
+                particle: place(series.particle)?,
+                density_ratio: liquid.density / particle.density,
+                stokes_factor: numbers::stokes(particle.density, 1.0, 1.0, liquid.viscosity),
+                diameter: &runs.diameter[range.clone()],
+                film: &runs.film[range.clone()],
+                impact_speed: &runs.impact_speed[range.clone()],
+                restitution: &runs.restitution[range],
+            })
+        })
+        .collect();
+    if blocks.is_empty() {
+        return None;
+    }
+    let separate: Vec<Spread> = scaling
+        .iter()
+        .filter(|fitted| fitted.law == Law::Sqrt && fitted.scaling.film_ratio.is_some())
+        .filter(|fitted| fitted.scaling.runs > 0 && place(fitted.particle).is_some())
+        .map(|fitted| fitted.spread)
+        .collect();
+    let dry_k: Vec<(f64, f64)> = known.iter().map(|(_, k)| *k).collect();
+    let balance = Balance {
+        blocks: &blocks,
+        // with the form left open, least squares takes the default one
+        inertia: scene.model.inertia.unwrap_or(Inertia::Stepwise),
+        dry_speed: scene.model.dry_speed,
+        dry_k: &dry_k,
+        spread: pooled_sd(&separate),
+    };
+    let fit = fit_balance(&balance);
+    let uncertain = uncertain(&fit);
+    let converged = fit.stop == Stop::Converged;
+    let estimate = |j: usize, value: f64, slope: f64, how: Scale| {
+        if !converged {
+            return quoting.none(why_stopped(&fit));
+        }
+        let mut gradient = vec![0.0; fit.parameters.len()];
+        gradient[j] = slope;
+        quoting.of(&uncertain, value, &gradient, how)
+    };
+    let wet = balance.names();
+    if converged {
+        tell_bias(scene, runs, dry, scaling, &balance, &fit.parameters, &known);
+    }
+    let names = wet.iter().map(|name| (*name).to_owned());
+    let dry_names = known
+        .iter()
+        .map(|(p, _)| format!("dry_k[{}]", scene.particles[*p].name));
+    let parameters: Vec<Parameter> = names
+        .chain(dry_names)
+        .zip(&fit.parameters)
+        .enumerate()
+        .map(|(j, (name, value))| Parameter {
+            name,
+            estimate: estimate(j, *value, 1.0, Scale::Plain),
+        })
+        .collect();
+    let l = fit.parameters.first().copied().unwrap_or(f64::NAN);
+    let one = Spread {
+        parameters: wet.len(),
+        ..spread(&fit)
+    };
+    // the residuals that hold k cancel the parameters they belong to
+    let one = Spread {
+        runs: one.runs - known.len(),
+        ..one
+    };
+    let lack_of_fit = one_law_for_all(one, &separate).filter(|_| converged);
+    let shifts = parameters[wet.len()..]
+        .iter()
+        .zip(&dry_k)
+        .filter_map(|(joint, (k, se))| {
+            let (value, joint_se) = joint.estimate.pair()?;
+            Some((value - k).abs() / se.hypot(joint_se))
+        });
+    Some(EnergyBalance {
+        inertia: balance.inertia.name(),
+        particles: known.iter().map(|(p, _)| scene.particles[*p].name.clone()).collect(),
+        runs: one.runs,
+        delta_c_over_roughness: estimate(0, l.exp(), l.exp(), Scale::Log),
+        verdict: judge(&fit, l, lack_of_fit.as_ref()),
+        dry_k_shift_in_se: shifts.reduce(f64::max),
+        parameters,
+        residual_sd: fit.residual_sd,
+        lack_of_fit,
+        stop: fit.stop.as_str(),
+    })
+}
+
+/// Fits the square-root law to the noise-free balance at the runs of each film ratio.
+///
+/// Liquids differ in ρ̃, and so in the inertial loss that the law takes as one; what it then gets wrong is its bias.
+fn tell_bias(
+    scene: &Scene,
+    runs: &Runs,
+    dry: &[FittedDry],
+    scaling: &mut [FittedScaling],
+    balance: &Balance,
+    parameters: &[f64],
+    known: &[(usize, (f64, f64))],
+) {
+    let fitted = balance.fitted(parameters);
+    let (l, c, scale, dry_k) = balance.unpack(parameters);
+    let mut start = 0;
+    for row in scaling.iter_mut() {
+        let Some(film_ratio) = row.scaling.film_ratio.filter(|_| row.law == Law::Sqrt) else {
+            continue;
+        };
+        let Some(place) = known.iter().position(|(p, _)| *p == row.particle) else {
+            continue;
+        };
+        // the balance has its runs in the order of the series, as the film ratios have theirs
+        let exact = &fitted[start..start + row.scaling.runs];
+        start += row.scaling.runs;
+        let series = &runs.series[row.series.clone()];
+        let density_ratio = super::energy::density_ratio(scene, row.particle, series);
+        let e_dry = dry_physics::restitution(dry_k[place], reference_dry_speed(scene));
+        let inertial = c * density_ratio * balance.inertia.shape(film_ratio, scale);
+        let e_inf2 = e_dry * e_dry - inertial;
+        if e_inf2 > 0.0 {
+            let e_inf = e_inf2.sqrt();
+            row.scaling.bias = root_of_exact(scene, runs, dry, row.particle, series, exact).map(|[a, b]| Bias {
+                e_inf: a - e_inf,
+                st_c: b - viscous::st_c(l, e_inf),
+            });
+        }
+    }
+}
+
+/// Spread of the restitutions about the separate laws; 1 where they leave none, which holds k at its dry fit.
+fn pooled_sd(separate: &[Spread]) -> f64 {
+    let squares: f64 = separate.iter().map(|group| group.sum_of_squares).sum();
+    let freedom: usize = separate
+        .iter()
+        .map(|group| group.runs.saturating_sub(group.parameters))
+        .sum();
+    if squares > 0.0 && freedom > 0 {
+        (squares / freedom as f64).sqrt()
+    } else {
+        1.0
+    }
+}
+
+fn judge(fit: &crate::inference::least_squares::Fit, l: f64, misfit: Option<&FTest>) -> Verdict {
+    if fit.stop != Stop::Converged || fit.covariance.is_none() {
+        Verdict::failed(why_stopped(fit))
+    } else if l <= 0.0 {
+        Verdict::failed("L is not positive: the restitution does not fall with 1/St")
+    } else if let Some(test) = misfit.filter(|test| test.p < MISFIT) {
+        Verdict::failed(format!(
+            "the film ratios do not follow this form of the inertial loss (lack of fit, F({}, {}) = {:.3})",
+            test.df_between, test.df_within, test.f
+        ))
+    } else {
+        Verdict::passed("converged")
+    }
+}

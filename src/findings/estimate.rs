@@ -1,0 +1,128 @@
+//! Holds a number with its standard error and interval, or the reason why there is none.
+
+use serde::Serialize;
+
+use crate::inference::delta::{interval, log_interval, Interval, Uncertain, LEVELS};
+use crate::inference::least_squares::Fit;
+
+/// How intervals are quoted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quoting {
+    /// probability the quoted interval is made for
+    pub level: f64,
+}
+
+/// A number with its uncertainty.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Estimate {
+    /// its value; `None` where the runs give none
+    pub value: Option<f64>,
+    /// standard error by least squares and the delta method
+    pub se: Option<f64>,
+    /// the interval to quote
+    pub interval: Option<[f64; 2]>,
+    /// the probability it was made for
+    pub level: f64,
+    /// how it was made
+    pub method: &'static str,
+    /// every interval that was made
+    pub intervals: Vec<Interval>,
+    /// a stage that was not run
+    pub bootstrap: Option<()>,
+    /// why there is no standard error or no interval; stands exactly then
+    pub why_none: Option<String>,
+}
+
+/// On which scale an interval is made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scale {
+    /// value ± t · se
+    Plain,
+    /// the same on the logarithm, for quantities that are an exponential
+    Log,
+}
+
+impl Scale {
+    fn method(self) -> &'static str {
+        match self {
+            Scale::Plain => "delta",
+            Scale::Log => "delta_log",
+        }
+    }
+}
+
+impl Quoting {
+    /// A number that the runs do not give.
+    pub fn none(self, why: impl Into<String>) -> Estimate {
+        self.without_se(None, why)
+    }
+
+    /// A number without an uncertainty.
+    pub fn without_se(self, value: Option<f64>, why: impl Into<String>) -> Estimate {
+        Estimate {
+            value,
+            se: None,
+            interval: None,
+            level: self.level,
+            method: Scale::Plain.method(),
+            intervals: vec![],
+            bootstrap: None,
+            why_none: Some(why.into()),
+        }
+    }
+
+    /// A function of uncertain parameters, from its value and its gradient in them.
+    pub fn of(self, uncertain: &Uncertain, value: f64, gradient: &[f64], scale: Scale) -> Estimate {
+        if !value.is_finite() {
+            return self.none("it is not finite at the fit");
+        }
+        let se = match uncertain.se(gradient) {
+            Ok(se) => se,
+            Err(why) => return self.without_se(Some(value), why),
+        };
+        self.with_se(value, se, uncertain.degrees_of_freedom, scale)
+    }
+
+    /// A number with a standard error.
+    pub fn with_se(self, value: f64, se: f64, degrees_of_freedom: usize, scale: Scale) -> Estimate {
+        let make = |level| match scale {
+            Scale::Plain => interval(value, se, degrees_of_freedom, level),
+            Scale::Log => log_interval(value, se, degrees_of_freedom, level),
+        };
+        let quoted = make(self.level);
+        let mut intervals: Vec<Interval> = LEVELS.into_iter().filter_map(make).collect();
+        if !LEVELS.contains(&self.level) {
+            intervals.extend(quoted);
+        }
+        Estimate {
+            value: Some(value),
+            se: Some(se),
+            interval: quoted.map(|made| [made.lo, made.hi]),
+            level: self.level,
+            method: scale.method(),
+            intervals,
+            bootstrap: None,
+            why_none: quoted.is_none().then(|| "its interval is not finite".to_owned()),
+        }
+    }
+}
+
+impl Estimate {
+    /// Value and standard error, where both are there.
+    pub fn pair(&self) -> Option<(f64, f64)> {
+        self.value.zip(self.se)
+    }
+}
+
+/// What a fit knows of its parameters, for the delta method.
+pub fn uncertain(fit: &Fit) -> Uncertain {
+    let why = || {
+        fit.why_no_covariance
+            .clone()
+            .unwrap_or_else(|| "the fit has no covariance".to_owned())
+    };
+    Uncertain {
+        covariance: fit.covariance.clone().ok_or_else(why),
+        degrees_of_freedom: fit.degrees_of_freedom,
+    }
+}

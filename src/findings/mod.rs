@@ -1,0 +1,158 @@
+//! Says what may be said: estimates with their verdicts, as numbers and fixed words, no prose of a report.
+//!
+//! | file | job |
+//! |---|---|
+//! | `estimate.rs` | a number with its standard error, its interval, or why there is none |
+//! | `dry.rs` | k of each particle, and whether one k serves all diameters |
+//! | `series.rs` | the square-root law of each series |
+//! | `scaling.rs` | e_inf and St_c by both laws, with the linear law's bias on this design |
+//! | `balance.rs` | L, inertial prefactor and film scale from every rebound at once |
+//! | `energy.rs` | the energy the liquid takes, St_c·e_inf², δc |
+//! | `published.rs` | ours beside the literature's |
+//! | `verdicts.rs` | what must hold before the numbers are quoted |
+//! | `overview.rs` | what was read and what it can identify |
+
+pub mod balance;
+pub mod dry;
+pub mod energy;
+pub mod estimate;
+pub mod overview;
+pub mod published;
+pub mod scaling;
+pub mod series;
+pub mod verdicts;
+
+use serde::Serialize;
+
+use crate::notice::Notice;
+use crate::runs::{Screened, Table};
+use crate::scene::Scene;
+use estimate::Quoting;
+
+/// The name and version of the findings file's layout.
+pub const SCHEMA: &str = "wetcor.findings/1";
+
+/// Everything a fit says. Field names are those of `findings.json`.
+#[derive(Debug, Serialize)]
+pub struct Findings {
+    /// always [`SCHEMA`]
+    pub schema: &'static str,
+    /// the scene's folder name
+    pub scene: String,
+    /// the scene's title
+    pub title: String,
+    /// version that made this
+    pub wetcor: &'static str,
+    /// seed of every use of chance
+    pub seed: u64,
+    /// SHA-256 of the table of runs
+    pub data_sha256: String,
+    /// SHA-256 of the scene file
+    pub scene_sha256: String,
+    /// what was read and used
+    pub counts: Counts,
+    /// k of each particle with dry runs
+    pub dry: Vec<dry::Dry>,
+    /// the square-root law of each series
+    pub series: Vec<series::SeriesFit>,
+    /// e_inf and St_c by both laws
+    pub scaling: Vec<scaling::Scaling>,
+    /// L, inertial prefactor and film scale over all rebounds; `None` without a usable k
+    pub energy_balance: Option<balance::EnergyBalance>,
+    /// where the energy went
+    pub energy: Vec<energy::Energy>,
+    /// the literature beside ours
+    pub published: Vec<published::Compared>,
+    /// a stage that was not run
+    pub posterior: Option<()>,
+    /// a stage that was not run
+    pub compare: Option<()>,
+    /// what must hold before the numbers are quoted
+    pub verdicts: Vec<verdicts::Check>,
+    /// what wants a second look
+    pub notices: Vec<Notice>,
+}
+
+/// What was read and used.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Counts {
+    /// rows of the file
+    pub runs: usize,
+    /// rebounds used by least squares
+    pub used: usize,
+    /// runs that stuck
+    pub stuck: usize,
+    /// runs left out, by reason
+    pub screened: Vec<Screened>,
+}
+
+/// Whether a result may be quoted, and why or why not.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Verdict {
+    /// whether it may be quoted
+    pub passed: bool,
+    /// why, in words
+    pub reason: String,
+}
+
+impl Verdict {
+    /// Passed, with a remark.
+    pub fn passed(reason: impl Into<String>) -> Verdict {
+        Verdict {
+            passed: true,
+            reason: reason.into(),
+        }
+    }
+
+    /// Failed, with the reason.
+    pub fn failed(reason: impl Into<String>) -> Verdict {
+        Verdict {
+            passed: false,
+            reason: reason.into(),
+        }
+    }
+}
+
+/// Fits everything least squares can say of a scene's runs.
+pub fn find(scene: &Scene, table: &Table, seed: u64) -> Findings {
+    let runs = &table.runs;
+    let quoting = Quoting {
+        level: scene.bootstrap.level,
+    };
+    let dry = dry::find(scene, runs, quoting);
+    let (series, mut scaling) = rayon::join(
+        || series::find(scene, runs, &dry, quoting),
+        || scaling::find(scene, runs, &dry, quoting),
+    );
+    let energy_balance = balance::find(scene, runs, &dry, &mut scaling, quoting);
+    let energy = energy::find(scene, runs, &dry, &scaling, quoting);
+    let published = published::find(scene, &dry, &scaling);
+    let verdicts = verdicts::find(runs, &dry, &series, &scaling, energy_balance.as_ref());
+    let mut notices = table.notices.clone();
+    notices.extend(verdicts::notices(scene, table, &dry, &series, &scaling));
+    Findings {
+        schema: SCHEMA,
+        scene: scene.name.clone(),
+        title: scene.title.clone(),
+        wetcor: env!("CARGO_PKG_VERSION"),
+        seed,
+        data_sha256: table.sha256.clone(),
+        scene_sha256: scene.sha256.clone(),
+        counts: Counts {
+            runs: table.rows,
+            used: runs.len() - runs.stuck(),
+            stuck: runs.stuck(),
+            screened: table.screened.clone(),
+        },
+        dry: dry.into_iter().map(|fitted| fitted.dry).collect(),
+        series,
+        scaling: scaling.into_iter().map(|fitted| fitted.scaling).collect(),
+        energy_balance,
+        energy,
+        published,
+        posterior: None,
+        compare: None,
+        verdicts,
+        notices,
+    }
+}

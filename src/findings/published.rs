@@ -1,0 +1,92 @@
+//! Sets numbers from the literature beside ours.
+
+use serde::Serialize;
+
+use super::dry::FittedDry;
+use super::estimate::Estimate;
+use super::scaling::FittedScaling;
+use crate::scene::{Published, PublishedQuantity, Scene};
+
+/// A published number beside ours.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Compared {
+    /// `e_inf`, `st_c` or `dry_k`
+    pub quantity: &'static str,
+    /// name of the particle
+    pub particle: String,
+    /// film ratio; `None`: over all
+    pub film_ratio: Option<f64>,
+    /// law it was fitted with; `None` for k
+    pub law: Option<&'static str>,
+    /// published value
+    pub value: f64,
+    /// published standard error
+    pub se: f64,
+    /// where it stands
+    pub source: String,
+    /// our value
+    pub ours: Option<f64>,
+    /// our standard error
+    pub ours_se: Option<f64>,
+    /// (ours − published)/√(se² + ours_se²)
+    pub difference_in_se: Option<f64>,
+    /// why there is nothing to compare
+    pub why_none: Option<String>,
+}
+
+/// Every published number of the scene beside ours.
+pub fn find(scene: &Scene, dry: &[FittedDry], scaling: &[FittedScaling]) -> Vec<Compared> {
+    scene
+        .published
+        .iter()
+        .map(|published| compare(scene, dry, scaling, published))
+        .collect()
+}
+
+fn compare(scene: &Scene, dry: &[FittedDry], scaling: &[FittedScaling], published: &Published) -> Compared {
+    let ours = match published.quantity {
+        PublishedQuantity::DryK => dry
+            .iter()
+            .find(|d| d.particle == published.particle)
+            .map(|d| &d.dry.dry_k),
+        quantity => group(scene, scaling, published).map(|fitted| match quantity {
+            PublishedQuantity::StC => &fitted.scaling.st_c,
+            _ => &fitted.scaling.e_inf,
+        }),
+    };
+    let pair = ours.and_then(Estimate::pair);
+    let difference = pair.map(|(value, se)| (value - published.value) / published.se.hypot(se));
+    let why = match (pair, ours) {
+        (Some(_), _) => None,
+        (None, Some(estimate)) => estimate.why_none.clone(),
+        (None, None) => Some("no runs of this particle and film ratio".to_owned()),
+    };
+    Compared {
+        quantity: published.quantity.name(),
+        particle: scene.particles[published.particle].name.clone(),
+        film_ratio: published.film_ratio,
+        law: published.law.map(|law| law.name()),
+        value: published.value,
+        se: published.se,
+        source: published.source.clone(),
+        ours: ours.and_then(|estimate| estimate.value),
+        ours_se: ours.and_then(|estimate| estimate.se),
+        difference_in_se: difference,
+        why_none: why,
+    }
+}
+
+/// Our fit of the same particle and law at the nearest film ratio, no further off than groups are told apart.
+fn group<'a>(scene: &Scene, scaling: &'a [FittedScaling], published: &Published) -> Option<&'a FittedScaling> {
+    let same = scaling
+        .iter()
+        .filter(|fit| fit.particle == published.particle && Some(fit.law) == published.law);
+    match published.film_ratio {
+        None => same.into_iter().find(|fit| fit.scaling.film_ratio.is_none()),
+        Some(wanted) => same
+            .filter_map(|fit| Some(((fit.scaling.film_ratio? - wanted).abs(), fit)))
+            .filter(|(distance, _)| *distance <= scene.data.film_ratio_gap)
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .map(|(_, fit)| fit),
+    }
+}

@@ -1,0 +1,428 @@
+//! Estimates e_inf and St_c over liquids, diameters and speeds, by the linear and the square-root law.
+
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::dry::{spread, FittedDry};
+use super::estimate::{uncertain, Estimate, Quoting, Scale};
+use super::series::{judge, why_stopped};
+use super::Verdict;
+use crate::inference::delta::Uncertain;
+use crate::inference::laws::{fit_linear, fit_square_root, square_root_shift};
+use crate::inference::least_squares::{Fit, Stop};
+use crate::inference::nested::{one_law_for_all, FTest, Spread};
+use crate::physics::dry as dry_physics;
+use crate::physics::impact::DrySpeed;
+use crate::physics::numbers::stokes;
+use crate::runs::{FilmGroup, Runs, Series};
+use crate::scene::{Law, Scene, DEFAULT_DRY_SPEED};
+
+/// e_inf and St_c of one particle at one film ratio, or over all of them, by one law.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Scaling {
+    /// name of the particle
+    pub particle: String,
+    /// film ratio; `None`: over all
+    pub film_ratio: Option<f64>,
+    /// `linear` or `sqrt`
+    pub law: &'static str,
+    /// rebounds used
+    pub runs: usize,
+    /// runs that stuck, left out
+    pub stuck: usize,
+    /// wet restitution as St → ∞, at the reference dry speed
+    pub e_inf: Estimate,
+    /// critical Stokes number 2 L/e_inf²
+    pub st_c: Estimate,
+    /// Stokes number at which the square root reaches zero (square root only)
+    pub st_no_rebound: Option<Estimate>,
+    /// L = St_c e_inf²/2
+    pub lubrication_log: Estimate,
+    /// correlation of e_inf and St_c
+    pub correlation: Option<f64>,
+    /// what the law gets wrong on this design without any noise. Linear: fitted to the square root at the same runs,
+    /// minus that square root. Square root: fitted to the energy balance at the same runs, minus that balance
+    pub bias: Option<Bias>,
+    /// one law over all film ratios against one each (only over all)
+    pub one_for_all: Option<FTest>,
+    /// spread of the restitutions about the law
+    pub residual_sd: Option<f64>,
+    /// how the fit ended
+    pub stop: &'static str,
+    /// whether it may be quoted
+    pub verdict: Verdict,
+}
+
+/// How far a law is off on this design, fitted without noise.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Bias {
+    /// in e_inf
+    pub e_inf: f64,
+    /// in St_c
+    pub st_c: f64,
+}
+
+/// A scaling estimate with what later steps need of it.
+#[derive(Debug)]
+pub struct FittedScaling {
+    /// index into the scene's particles
+    pub particle: usize,
+    /// the law
+    pub law: Law,
+    /// range of [`Runs::series`] it was fitted to
+    pub series: std::ops::Range<usize>,
+    /// their covariance
+    pub uncertain: Uncertain,
+    /// how the parameters move with k, where the run's own dry speed enters
+    pub shift_by_dry_k: [f64; 2],
+    /// what the fit leaves unexplained
+    pub spread: Spread,
+    /// what is told
+    pub scaling: Scaling,
+}
+
+/// The run's own dry speed in the square-root law: e_dry(v)² − e_dry(reference)² is a known offset once k is.
+pub(super) struct OwnDrySpeed {
+    dry_k: f64,
+    dry_k_se: f64,
+}
+
+/// The speed at which e_inf is quoted, m/s.
+pub fn reference_dry_speed(scene: &Scene) -> f64 {
+    match scene.model.dry_speed {
+        DrySpeed::Reference(speed) => speed,
+        DrySpeed::Impact => DEFAULT_DRY_SPEED,
+    }
+}
+
+impl OwnDrySpeed {
+    /// `None` unless the scene asks for it and the particle has a usable k.
+    pub fn new(scene: &Scene, dry: &[FittedDry], particle: usize) -> Option<Self> {
+        if scene.model.dry_speed != DrySpeed::Impact {
+            return None;
+        }
+        let (dry_k, dry_k_se) = dry.iter().find(|dry| dry.particle == particle)?.usable?;
+        Some(OwnDrySpeed { dry_k, dry_k_se })
+    }
+
+    pub fn offsets(&self, speeds: &[f64]) -> Vec<f64> {
+        let reference = dry_physics::restitution(self.dry_k, DEFAULT_DRY_SPEED);
+        let own = |v: &f64| dry_physics::restitution(self.dry_k, *v);
+        speeds.iter().map(|v| own(v) * own(v) - reference * reference).collect()
+    }
+
+    fn shift(&self, fit: &Fit, x: &[f64], offset: &[f64], speeds: &[f64]) -> Option<[f64; 2]> {
+        let slope = |v: f64| 2.0 * dry_physics::restitution(self.dry_k, v) * dry_physics::slope_dry_k(v);
+        let reference = slope(DEFAULT_DRY_SPEED);
+        let slopes: Vec<f64> = speeds.iter().map(|v| slope(*v) - reference).collect();
+        square_root_shift(fit, x, offset, &slopes)
+    }
+
+    /// Adds k's own uncertainty to the covariance; returns how the parameters move with k.
+    pub fn widen(&self, uncertain: &mut Uncertain, fit: &Fit, x: &[f64], offset: &[f64], speeds: &[f64]) -> [f64; 2] {
+        let shift = self.shift(fit, x, offset, speeds).unwrap_or_default();
+        if let Ok(covariance) = &mut uncertain.covariance {
+            let variance = self.dry_k_se * self.dry_k_se;
+            *covariance += DMatrix::from_fn(2, 2, |i, j| shift[i] * shift[j] * variance);
+        }
+        shift
+    }
+}
+
+/// The rebounds of some series, pooled: 1/St, restitution and what the square root needs besides.
+struct Pool {
+    inverse_stokes: Vec<f64>,
+    speeds: Vec<f64>,
+    restitution: Vec<f64>,
+    stuck: usize,
+}
+
+impl Pool {
+    fn new(scene: &Scene, runs: &Runs, series: &[Series], keep_speeds: bool) -> Pool {
+        let size: usize = series.iter().map(|s| s.rebounds.len()).sum();
+        let mut pool = Pool {
+            inverse_stokes: Vec::with_capacity(size),
+            speeds: Vec::with_capacity(if keep_speeds { size } else { 0 }),
+            restitution: Vec::with_capacity(size),
+            stuck: series.iter().map(|s| s.stuck.len()).sum(),
+        };
+        for one in series {
+            let density = scene.particles[one.particle].density;
+            let viscosity = scene.liquids[one.liquid].viscosity;
+            let range = one.rebounds.clone();
+            let speeds = &runs.impact_speed[range.clone()];
+            let diameters = &runs.diameter[range.clone()];
+            let inverse = speeds
+                .iter()
+                .zip(diameters)
+                .map(|(v, d)| 1.0 / stokes(density, *d, *v, viscosity));
+            pool.inverse_stokes.extend(inverse);
+            if keep_speeds {
+                pool.speeds.extend_from_slice(speeds);
+            }
+            pool.restitution.extend_from_slice(&runs.restitution[range]);
+        }
+        pool
+    }
+}
+
+/// Both laws for every particle, at each film ratio and over all; square root before linear.
+pub fn find(scene: &Scene, runs: &Runs, dry: &[FittedDry], quoting: Quoting) -> Vec<FittedScaling> {
+    let mut jobs: Vec<(usize, Option<f64>, std::ops::Range<usize>)> = vec![];
+    for particle in 0..scene.particles.len() {
+        let groups: Vec<&FilmGroup> = runs
+            .film_groups
+            .iter()
+            .filter(|group| group.particle == particle)
+            .collect();
+        let (Some(first), Some(last)) = (groups.first(), groups.last()) else {
+            continue;
+        };
+        jobs.push((particle, None, first.series.start..last.series.end));
+        jobs.extend(groups.iter().map(|g| (particle, Some(g.film_ratio), g.series.clone())));
+    }
+    let pairs: Vec<[(FittedScaling, Fit); 2]> = jobs
+        .into_par_iter()
+        .map(|(particle, film_ratio, series)| both_laws(scene, runs, dry, quoting, particle, film_ratio, series))
+        .collect();
+    test_one_for_all(pairs)
+}
+
+/// Compares, for each particle and law, the fit over all film ratios with those at each.
+fn test_one_for_all(pairs: Vec<[(FittedScaling, Fit); 2]>) -> Vec<FittedScaling> {
+    let fits: Vec<(FittedScaling, Fit)> = pairs.into_iter().flatten().collect();
+    let tests: Vec<Option<FTest>> = fits
+        .iter()
+        .map(|(all, fit)| {
+            let of_ratio = |other: &&(FittedScaling, Fit)| {
+                let other = &other.0;
+                (other.particle, other.law) == (all.particle, all.law) && other.scaling.film_ratio.is_some()
+            };
+            let separate: Vec<_> = fits.iter().filter(of_ratio).map(|(_, fit)| fit).collect();
+            let converged = |fit: &&Fit| fit.stop == Stop::Converged;
+            if all.scaling.film_ratio.is_some() || !separate.iter().all(converged) {
+                return None;
+            }
+            let spreads: Vec<_> = separate.into_iter().map(spread).collect();
+            one_law_for_all(spread(fit), &spreads)
+        })
+        .collect();
+    fits.into_iter()
+        .zip(tests)
+        .map(|((mut fitted, _), test)| {
+            fitted.scaling.one_for_all = test;
+            if let Some(test) = test.filter(|test| test.p < DIFFERENT && fitted.scaling.verdict.passed) {
+                fitted.scaling.verdict = Verdict::failed(format!(
+                    "film ratios differ (F({}, {}) = {:.3}): quote each film ratio",
+                    test.df_between, test.df_within, test.f
+                ));
+            }
+            fitted
+        })
+        .collect()
+}
+
+fn both_laws(
+    scene: &Scene,
+    runs: &Runs,
+    dry: &[FittedDry],
+    quoting: Quoting,
+    particle: usize,
+    film_ratio: Option<f64>,
+    series: std::ops::Range<usize>,
+) -> [(FittedScaling, Fit); 2] {
+    let own = OwnDrySpeed::new(scene, dry, particle);
+    let pool = Pool::new(scene, runs, &runs.series[series.clone()], own.is_some());
+    let x = &pool.inverse_stokes;
+    let offset = own.as_ref().map_or_else(Vec::new, |own| own.offsets(&pool.speeds));
+    let root = fit_square_root(x, &offset, &pool.restitution);
+    let line = fit_linear(x, &pool.restitution);
+    let mut root_uncertain = uncertain(&root);
+    let shift = own.as_ref().map_or([0.0; 2], |own| {
+        own.widen(&mut root_uncertain, &root, x, &offset, &pool.speeds)
+    });
+    let bias = linear_bias(&root, x, &offset);
+    let line_uncertain = uncertain(&line);
+    let tell = |law: Law, fit: &Fit, uncertain: Uncertain, shift_by_dry_k: [f64; 2]| {
+        let name = &scene.particles[particle].name;
+        let mut scaling = match law {
+            Law::Sqrt => square_root_scaling(fit, &uncertain, quoting),
+            Law::Linear => linear_scaling(fit, &uncertain, quoting, bias),
+        };
+        scaling.particle.clone_from(name);
+        scaling.film_ratio = film_ratio;
+        scaling.runs = pool.restitution.len();
+        scaling.stuck = pool.stuck;
+        let series = series.clone();
+        FittedScaling {
+            particle,
+            law,
+            series,
+            uncertain,
+            shift_by_dry_k,
+            spread: spread(fit),
+            scaling,
+        }
+    };
+    let of_root = tell(Law::Sqrt, &root, root_uncertain, shift);
+    let of_line = tell(Law::Linear, &line, line_uncertain, [0.0; 2]);
+    [(of_root, root), (of_line, line)]
+}
+
+/// Probability of the F test below which one law does not hold for all film ratios.
+pub const DIFFERENT: f64 = 0.001;
+
+const NO_FALL: &str = "the restitution does not fall with 1/St: there is no St_c";
+
+/// e_inf = √α, St_c = −β/(2 α), L = −β/4 of e = √(α + β/St).
+fn square_root_scaling(fit: &Fit, uncertain: &Uncertain, quoting: Quoting) -> Scaling {
+    let [alpha, beta] = two(fit);
+    let verdict = judge(fit);
+    let e_inf = alpha.max(0.0).sqrt();
+    let e_inf_slope = [0.5 / e_inf, 0.0];
+    let st_c_slope = [beta / (2.0 * alpha * alpha), -0.5 / alpha];
+    let twice = st_c_slope.map(|slope| 2.0 * slope);
+    let st_c = -beta / (2.0 * alpha);
+    let tell = Tell {
+        fit,
+        uncertain,
+        quoting,
+    };
+    let has_st_c = alpha > 0.0 && beta < 0.0;
+    Scaling {
+        law: Law::Sqrt.name(),
+        e_inf: tell.estimate(alpha > 0.0, e_inf, e_inf_slope),
+        st_c: tell.estimate(has_st_c, st_c, st_c_slope),
+        st_no_rebound: Some(tell.estimate(has_st_c, 2.0 * st_c, twice)),
+        lubrication_log: tell.estimate(has_st_c, -beta / 4.0, [0.0, -0.25]),
+        correlation: uncertain.correlation(&e_inf_slope, &st_c_slope).filter(|_| has_st_c),
+        bias: None,
+        ..blank(fit, verdict)
+    }
+}
+
+/// e_inf = a, St_c = b/a, L = a b/2 of e = a − b/St.
+fn linear_scaling(fit: &Fit, uncertain: &Uncertain, quoting: Quoting, bias: Option<Bias>) -> Scaling {
+    let [a, b] = two(fit);
+    let verdict = match judge_linear(fit) {
+        Some(reason) => Verdict::failed(reason),
+        None => Verdict::passed("converged"),
+    };
+    let st_c_slope = [-b / (a * a), 1.0 / a];
+    let tell = Tell {
+        fit,
+        uncertain,
+        quoting,
+    };
+    let has_st_c = a > 0.0 && b > 0.0;
+    Scaling {
+        law: Law::Linear.name(),
+        e_inf: tell.estimate(a > 0.0, a, [1.0, 0.0]),
+        st_c: tell.estimate(has_st_c, b / a, st_c_slope),
+        st_no_rebound: None,
+        lubrication_log: tell.estimate(has_st_c, 0.5 * a * b, [0.5 * b, 0.5 * a]),
+        correlation: uncertain.correlation(&[1.0, 0.0], &st_c_slope).filter(|_| has_st_c),
+        bias,
+        ..blank(fit, verdict)
+    }
+}
+
+fn judge_linear(fit: &Fit) -> Option<String> {
+    let [a, b] = two(fit);
+    if fit.stop != Stop::Converged {
+        Some(why_stopped(fit))
+    } else if !(a > 0.0 && b > 0.0) {
+        Some(NO_FALL.to_owned())
+    } else if fit.covariance.is_none() {
+        Some(why_stopped(fit))
+    } else {
+        None
+    }
+}
+
+struct Tell<'a> {
+    fit: &'a Fit,
+    uncertain: &'a Uncertain,
+    quoting: Quoting,
+}
+
+impl Tell<'_> {
+    fn estimate(&self, allowed: bool, value: f64, gradient: [f64; 2]) -> Estimate {
+        if self.fit.stop != Stop::Converged {
+            self.quoting.none(why_stopped(self.fit))
+        } else if !allowed {
+            self.quoting.none(NO_FALL)
+        } else {
+            self.quoting.of(self.uncertain, value, &gradient, Scale::Plain)
+        }
+    }
+}
+
+fn two(fit: &Fit) -> [f64; 2] {
+    match fit.parameters.as_slice() {
+        [a, b] if fit.stop == Stop::Converged => [*a, *b],
+        _ => [f64::NAN; 2],
+    }
+}
+
+fn blank(fit: &Fit, verdict: Verdict) -> Scaling {
+    let none = Quoting { level: 0.0 }.none("");
+    Scaling {
+        particle: String::new(),
+        film_ratio: None,
+        law: "",
+        runs: 0,
+        stuck: 0,
+        e_inf: none.clone(),
+        st_c: none.clone(),
+        st_no_rebound: None,
+        lubrication_log: none,
+        correlation: None,
+        bias: None,
+        one_for_all: None,
+        residual_sd: fit.residual_sd,
+        stop: fit.stop.as_str(),
+        verdict,
+    }
+}
+
+/// Fits the linear law to the noise-free square root at the same runs: what it gets wrong without any noise.
+fn linear_bias(root: &Fit, x: &[f64], offset: &[f64]) -> Option<Bias> {
+    let [alpha, beta] = two(root);
+    if !(alpha > 0.0 && beta < 0.0) {
+        return None;
+    }
+    let offset_of = |run: usize| offset.get(run).copied().unwrap_or(0.0);
+    let exact: Vec<f64> = x
+        .iter()
+        .enumerate()
+        .map(|(run, x)| (alpha + beta * x + offset_of(run)).max(0.0).sqrt())
+        .collect();
+    let [a, b] = two(&fit_linear(x, &exact));
+    let bias = Bias {
+        e_inf: a - alpha.sqrt(),
+        st_c: b / a - -beta / (2.0 * alpha),
+    };
+    (bias.e_inf.is_finite() && bias.st_c.is_finite()).then_some(bias)
+}
+
+/// e_inf and St_c of the square-root law fitted to noise-free restitutions at the rebounds of some series.
+pub(super) fn root_of_exact(
+    scene: &Scene,
+    runs: &Runs,
+    dry: &[FittedDry],
+    particle: usize,
+    series: &[Series],
+    exact: &[f64],
+) -> Option<[f64; 2]> {
+    let pool = Pool::new(scene, runs, series, true);
+    let own = OwnDrySpeed::new(scene, dry, particle);
+    // where the balance keeps no energy, the law is not defined and no run would have rebounded
+    let kept: Vec<usize> = (0..exact.len()).filter(|run| exact[*run] > 0.0).collect();
+    let pick = |column: &[f64]| -> Vec<f64> { kept.iter().map(|run| column[*run]).collect() };
+    let offset = own.map_or_else(Vec::new, |own| own.offsets(&pick(&pool.speeds)));
+    let fit = fit_square_root(&pick(&pool.inverse_stokes), &offset, &pick(exact));
+    let [alpha, beta] = two(&fit);
+    (alpha > 0.0 && beta < 0.0).then(|| [alpha.sqrt(), -beta / (2.0 * alpha)])
+}

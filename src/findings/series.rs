@@ -1,0 +1,151 @@
+//! Estimates the square-root law of each series: α, β, e_inf and the speed below which nothing rebounds.
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::dry::FittedDry;
+use super::estimate::{uncertain, Estimate, Quoting, Scale};
+use super::scaling::OwnDrySpeed;
+use super::Verdict;
+use crate::inference::laws::fit_square_root;
+use crate::inference::least_squares::{Fit, Stop};
+use crate::runs::{Runs, Series};
+use crate::scene::Scene;
+
+/// The square-root law e = √(α + β/v) of one series.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SeriesFit {
+    /// name of the particle
+    pub particle: String,
+    /// name of the liquid
+    pub liquid: String,
+    /// mean D, m
+    pub diameter_m: f64,
+    /// mean δ, m
+    pub film_m: f64,
+    /// film ratio of the group it belongs to
+    pub film_ratio: f64,
+    /// rebounds used
+    pub runs: usize,
+    /// runs that stuck, left out
+    pub stuck: usize,
+    /// α
+    pub alpha: Estimate,
+    /// β, m/s
+    pub beta: Estimate,
+    /// √α
+    pub e_inf: Estimate,
+    /// −β/α, m/s
+    pub threshold_speed_m_s: Estimate,
+    /// spread of the restitutions about the law
+    pub residual_sd: Option<f64>,
+    /// how the fit ended
+    pub stop: &'static str,
+    /// whether it may be quoted
+    pub verdict: Verdict,
+}
+
+impl SeriesFit {
+    /// The series in words, as tables and notices name it.
+    pub fn label(&self) -> String {
+        let diameter = crate::units::millimetres(self.diameter_m);
+        let film = crate::units::micrometres(self.film_m);
+        format!(
+            "{}, {}, D = {diameter:.3} mm, δ = {film:.0} µm",
+            self.particle, self.liquid
+        )
+    }
+}
+
+/// The fit of every series, in the order of the runs.
+pub fn find(scene: &Scene, runs: &Runs, dry: &[FittedDry], quoting: Quoting) -> Vec<SeriesFit> {
+    runs.series
+        .par_iter()
+        .map(|series| of_series(scene, runs, series, dry, quoting))
+        .collect()
+}
+
+fn of_series(scene: &Scene, runs: &Runs, series: &Series, dry: &[FittedDry], quoting: Quoting) -> SeriesFit {
+    let speeds = &runs.impact_speed[series.rebounds.clone()];
+    let x: Vec<f64> = speeds.iter().map(|v| 1.0 / v).collect();
+    let own = OwnDrySpeed::new(scene, dry, series.particle);
+    let offset = own.as_ref().map_or_else(Vec::new, |own| own.offsets(speeds));
+    let fit = fit_square_root(&x, &offset, &runs.restitution[series.rebounds.clone()]);
+    let mut uncertain = uncertain(&fit);
+    if let Some(own) = &own {
+        own.widen(&mut uncertain, &fit, &x, &offset, speeds);
+    }
+    let verdict = judge(&fit);
+    let converged = fit.stop == Stop::Converged;
+    let (alpha, beta) = match fit.parameters.as_slice() {
+        [alpha, beta] if converged => (*alpha, *beta),
+        _ => (f64::NAN, f64::NAN),
+    };
+    let estimate = |allowed: bool, why: &str, value: f64, gradient: [f64; 2]| {
+        if !converged {
+            quoting.none(why_stopped(&fit))
+        } else if !allowed {
+            quoting.none(why)
+        } else {
+            quoting.of(&uncertain, value, &gradient, Scale::Plain)
+        }
+    };
+    let root = alpha.max(0.0).sqrt();
+    SeriesFit {
+        particle: scene.particles[series.particle].name.clone(),
+        liquid: scene.liquids[series.liquid].name.clone(),
+        diameter_m: series.diameter,
+        film_m: series.film,
+        film_ratio: series.film_ratio,
+        runs: series.rebounds.len(),
+        stuck: series.stuck.len(),
+        alpha: estimate(true, "", alpha, [1.0, 0.0]),
+        beta: estimate(true, "", beta, [0.0, 1.0]),
+        e_inf: estimate(alpha > 0.0, ALPHA_NOT_POSITIVE, root, [0.5 / root, 0.0]),
+        threshold_speed_m_s: estimate(
+            alpha > 0.0 && falls(&fit),
+            if alpha > 0.0 {
+                BETA_NOT_NEGATIVE
+            } else {
+                ALPHA_NOT_POSITIVE
+            },
+            -beta / alpha,
+            [beta / (alpha * alpha), -1.0 / alpha],
+        ),
+        residual_sd: fit.residual_sd,
+        stop: fit.stop.as_str(),
+        verdict,
+    }
+}
+
+const ALPHA_NOT_POSITIVE: &str = "α is not positive: the runs do not reach e_inf";
+const BETA_NOT_NEGATIVE: &str = "β is not negative: the restitution does not fall towards low speeds";
+
+/// A slope this small beside α is rounding, not a fall.
+const NO_FALL: f64 = 1e-12;
+
+/// Whether the fitted restitution falls towards low speeds.
+fn falls(fit: &Fit) -> bool {
+    matches!(fit.parameters.as_slice(), [alpha, beta] if *beta < -NO_FALL * alpha.abs())
+}
+
+/// Whether a two-parameter law of e may be quoted.
+pub(super) fn judge(fit: &Fit) -> Verdict {
+    if fit.stop != Stop::Converged {
+        Verdict::failed(why_stopped(fit))
+    } else if fit.parameters.first().is_none_or(|alpha| *alpha <= 0.0) {
+        Verdict::failed(ALPHA_NOT_POSITIVE)
+    } else if !falls(fit) {
+        Verdict::failed(BETA_NOT_NEGATIVE)
+    } else if let (None, Some(why)) = (&fit.covariance, &fit.why_no_covariance) {
+        Verdict::failed(why.clone())
+    } else {
+        Verdict::passed("converged")
+    }
+}
+
+/// Why a fit that did not converge gives no numbers.
+pub(super) fn why_stopped(fit: &Fit) -> String {
+    let reason = fit.why_no_covariance.clone();
+    reason.unwrap_or_else(|| format!("the fit ended with {}", fit.stop.as_str()))
+}

@@ -1,0 +1,62 @@
+//! Shows on a terminal what takes longer than half a second.
+
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// Work shorter than this shows nothing.
+const PATIENCE: Duration = Duration::from_millis(500);
+
+/// A line on the terminal that names the work under way; silent off a terminal.
+pub struct Progress {
+    bar: ProgressBar,
+    started: Instant,
+}
+
+impl Progress {
+    /// Work of unknown length.
+    pub fn spinner(what: &'static str, quiet: bool) -> Progress {
+        let bar = ProgressBar::with_draw_target(None, target(quiet)).with_message(what);
+        bar.set_style(ProgressStyle::default_spinner());
+        // the first tick comes after one interval: short work never draws
+        bar.enable_steady_tick(PATIENCE);
+        Progress {
+            bar,
+            started: Instant::now(),
+        }
+    }
+
+    /// Work of known length.
+    pub fn bar(what: &'static str, length: u64, quiet: bool) -> Progress {
+        let bar = ProgressBar::with_draw_target(Some(length), target(quiet)).with_message(what);
+        if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {human_pos}/{human_len} {eta}") {
+            bar.set_style(style);
+        }
+        Progress {
+            bar,
+            started: Instant::now(),
+        }
+    }
+
+    /// Says how far the work has come.
+    pub fn at(&self, position: u64) {
+        if self.started.elapsed() >= PATIENCE {
+            self.bar.set_position(position);
+        }
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+fn target(quiet: bool) -> ProgressDrawTarget {
+    if quiet {
+        ProgressDrawTarget::hidden()
+    } else {
+        // hides itself where standard error is no terminal
+        ProgressDrawTarget::stderr()
+    }
+}

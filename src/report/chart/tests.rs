@@ -1,0 +1,238 @@
+use super::*;
+
+fn named(name: &str) -> Option<String> {
+    Some(name.to_string())
+}
+
+fn point(x: f64, y: f64) -> Point {
+    Point { x, y, y_se: None }
+}
+
+fn points(name: &str, points: Vec<Point>) -> Layer {
+    Layer::Points {
+        name: named(name),
+        points,
+        style: Style::group(1),
+    }
+}
+
+fn chart(layers: Vec<Layer>) -> Chart {
+    Chart {
+        title: None,
+        x: Axis::new("x"),
+        y: Axis::new("y"),
+        layers,
+    }
+}
+
+fn line(xy: Vec<(f64, f64)>) -> Layer {
+    Layer::Line {
+        name: None,
+        xy,
+        style: Style::group(2),
+        dash: Dash::Dashed,
+    }
+}
+
+/// Checks that tags nest, attributes are quoted and no ampersand stands alone.
+fn assert_well_formed(document: &str) {
+    let mut open = Vec::new();
+    let mut rest = document;
+    while let Some((text, after)) = rest.split_once('<') {
+        assert!(!text.contains('>'), "stray > in {text:?}");
+        let (tag, tail) = after.split_once('>').expect("tag is closed");
+        assert_eq!(tag.matches('"').count() % 2, 0, "quotes in {tag:?}");
+        if let Some(name) = tag.strip_prefix('/') {
+            assert_eq!(open.pop(), Some(name), "nesting");
+        } else if !tag.starts_with('!') && !tag.ends_with('/') {
+            open.push(tag.split(' ').next().unwrap_or_default());
+        }
+        rest = tail;
+    }
+    assert!(open.is_empty(), "left open: {open:?}");
+    for entity in document.split('&').skip(1) {
+        let known = ["amp;", "lt;", "gt;", "quot;", "apos;"];
+        assert!(known.iter().any(|k| entity.starts_with(k)), "&{entity:.9}");
+    }
+}
+
+fn count(document: &str, part: &str) -> usize {
+    document.matches(part).count()
+}
+
+fn numbers_are_finite(document: &str) -> bool {
+    !document.contains("NaN") && !document.contains("inf")
+}
+
+#[test]
+fn same_charts_give_same_bytes() {
+    let one = chart(vec![points("A", vec![point(1.0, 2.0), point(3.0, 4.0)])]);
+    let both = [one.clone(), chart(vec![line(vec![(0.0, 1.0), (2.0, 3.0)])])];
+    assert_eq!(svg(&both), svg(&both));
+    assert_ne!(svg(&both), svg(&both[..1]));
+}
+
+#[test]
+fn hostile_text_is_escaped() {
+    let mut c = chart(vec![points("n <&> \"'$x$\u{1}\u{E000}", vec![point(1.0, 2.0)])]);
+    c.title = named("t <&>");
+    c.x = Axis::new("x_{<&>}");
+    c.y = Axis::new("y^{</text>");
+    let document = svg(&[c]);
+    assert_well_formed(&document);
+    assert!(document.contains("t &lt;&amp;&gt;"));
+    assert!(document.contains("n &lt;&amp;&gt; &quot;&apos;$x$  "));
+    assert!(document.contains("&lt;&amp;&gt;</tspan>"));
+}
+
+#[test]
+fn every_name_stands_in_the_legend_once() {
+    let layers = vec![
+        points("AK_10", vec![point(1.0, 2.0)]),
+        Layer::Line {
+            name: named("fit"),
+            xy: vec![(0.0, 0.0), (1.0, 1.0)],
+            style: Style::group(1),
+            dash: Dash::Solid,
+        },
+        Layer::Band {
+            name: named("spread"),
+            edges: vec![(0.0, 0.0, 1.0), (1.0, 1.0, 2.0)],
+            style: Style::group(1),
+        },
+        points("nothing to show", Vec::new()),
+        line(vec![(0.0, 0.0), (1.0, 1.0)]),
+    ];
+    let both = [chart(layers.clone()), chart(layers)];
+    for charts in [&both[..1], &both[..]] {
+        let document = svg(charts);
+        for name in ["AK_10", "fit", "spread", "nothing to show"] {
+            assert_eq!(count(&document, &format!(">{name}</text>")), 1, "{name}");
+        }
+        assert_well_formed(&document);
+    }
+}
+
+#[test]
+fn values_that_are_not_finite_are_left_out() {
+    let nan = f64::NAN;
+    let good = vec![point(1.0, 2.0), point(2.0, 3.0)];
+    let mut mixed = good.clone();
+    mixed.extend([point(nan, 1.0), point(1.0, f64::INFINITY), point(-f64::MAX, 0.0)]);
+    assert_eq!(
+        svg(&[chart(vec![points("A", good.clone())])]),
+        svg(&[chart(vec![points("A", mixed)])])
+    );
+    let with_bar = |y_se| {
+        let mut p = good.clone();
+        p[0].y_se = y_se;
+        svg(&[chart(vec![points("A", p)])])
+    };
+    for se in [nan, f64::INFINITY, -1.0, 0.0] {
+        assert_eq!(with_bar(Some(se)), with_bar(None));
+    }
+    assert_ne!(with_bar(Some(0.5)), with_bar(None));
+
+    let broken = vec![(0.0, 0.0), (1.0, 1.0), (2.0, nan), (3.0, 1.0), (4.0, 0.0)];
+    let document = svg(&[chart(vec![line(broken)])]);
+    assert_eq!(count(&document, "stroke-dasharray"), 2, "gap is not bridged");
+    assert!(numbers_are_finite(&document));
+}
+
+#[test]
+fn degenerate_charts_are_drawn() {
+    let nan = f64::NAN;
+    let layers: Vec<Vec<Layer>> = vec![
+        vec![],
+        vec![points("A", vec![])],
+        vec![points("A", vec![point(2.0, 0.5)])],
+        vec![points("A", vec![point(0.0, 0.0), point(0.0, 0.0)])],
+        vec![points("A", vec![point(nan, nan)])],
+        vec![points("A", vec![point(1e300, -1e300), point(1e99, -1e99)])],
+        vec![points("A", vec![point(1e-320, 1.0), point(0.0, 1.0 + f64::EPSILON)])],
+        vec![line(vec![]), line(vec![(1.0, 1.0)])],
+        vec![Layer::Band {
+            name: None,
+            edges: vec![(nan, 0.0, 1.0)],
+            style: Style::group(99),
+        }],
+    ];
+    for layers in layers {
+        let mut c = chart(layers);
+        for range in [None, Some((1.0, 1.0)), Some((nan, 2.0)), Some((0.0, 1e-90))] {
+            c.y.range = range;
+            for document in [svg(&[c.clone()]), svg(&[c.clone(), c.clone()])] {
+                assert_well_formed(&document);
+                assert!(numbers_are_finite(&document), "{c:?}");
+            }
+        }
+    }
+    assert_well_formed(&svg(&[]));
+}
+
+#[test]
+fn points_beyond_fixed_limits_are_not_drawn() {
+    let inside = chart(vec![points("A", vec![point(1.0, 1.0), point(2.0, 2.0)])]);
+    let mut outside = inside.clone();
+    outside.layers = vec![points("A", vec![point(1.0, 1.0), point(2.0, 2.0), point(9.0, 1.5)])];
+    let draw = |c: &Chart| svg(std::slice::from_ref(c));
+    let fixed = |c: Chart| Chart {
+        x: c.x.between(0.0, 3.0),
+        y: c.y.between(0.0, 3.0),
+        ..c
+    };
+    assert_ne!(draw(&inside), draw(&outside));
+    assert_eq!(draw(&fixed(inside)), draw(&fixed(outside)));
+}
+
+#[test]
+fn groups_differ_in_more_than_colour() {
+    let drawn: Vec<String> = (0..16)
+        .map(|group| {
+            let document = svg(&[chart(vec![Layer::Points {
+                name: None,
+                points: vec![point(1.0, 1.0)],
+                style: Style::group(group),
+            }])]);
+            // Keeps fillings apart while hiding the colours.
+            let grey: Vec<&str> = document
+                .split(['"', '<'])
+                .map(|p| match p {
+                    "#ffffff" => "white",
+                    p if p.starts_with('#') => "dark",
+                    p => p,
+                })
+                .collect();
+            grey.concat()
+        })
+        .collect();
+    for (i, a) in drawn.iter().enumerate() {
+        assert!(drawn[..i].iter().all(|b| a != b), "group {i} repeats another");
+    }
+}
+
+#[test]
+fn long_text_widens_the_picture() {
+    let width = |document: &str| -> f64 {
+        let from = document.find(" width=\"").expect("width") + 8;
+        let number = document[from..].split('"').next().expect("quoted");
+        number.parse().expect("number")
+    };
+    let long = "a name that is too long for the page ".repeat(5);
+    let usual = svg(&[chart(vec![points("A", vec![])])]);
+    assert_eq!(width(&usual), 720.0);
+    assert!(width(&svg(&[chart(vec![points(&long, vec![])])])) > 1000.0);
+    let mut titled = chart(vec![]);
+    titled.title = named(&long);
+    assert!(width(&svg(&[titled])) > 1000.0);
+}
+
+#[test]
+fn fixed_limits_carry_ticks_at_both_ends() {
+    let mut c = chart(vec![]);
+    c.y = Axis::new("y").between(0.0, 0.6);
+    let document = svg(&[c]);
+    for tick in ["0.0", "0.1", "0.5", "0.6"] {
+        assert!(document.contains(&format!(">{tick}</text>")), "{tick}");
+    }
+}

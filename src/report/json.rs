@@ -1,0 +1,111 @@
+//! Writes JSON one entry a line: readable, and a third of the size of full indentation.
+
+use std::io;
+
+use serde_json::ser::Formatter;
+
+use crate::error::Error;
+
+/// Nesting down to which every entry has its own line: the object and the lists in it.
+const OPEN_TO: usize = 2;
+
+#[derive(Default)]
+struct Shallow {
+    depth: usize,
+}
+
+impl Shallow {
+    fn line(&self, writer: &mut (impl io::Write + ?Sized)) -> io::Result<()> {
+        if self.depth > OPEN_TO {
+            return Ok(());
+        }
+        writer.write_all(b"\n")?;
+        writer.write_all(&b"    "[..2 * self.depth])
+    }
+
+    fn open(&mut self, writer: &mut (impl io::Write + ?Sized), bracket: &[u8]) -> io::Result<()> {
+        self.depth += 1;
+        writer.write_all(bracket)
+    }
+
+    fn close(&mut self, writer: &mut (impl io::Write + ?Sized), bracket: &[u8]) -> io::Result<()> {
+        let was_open = self.depth <= OPEN_TO;
+        self.depth -= 1;
+        if was_open {
+            self.line(writer)?;
+        }
+        writer.write_all(bracket)
+    }
+
+    fn next(&self, writer: &mut (impl io::Write + ?Sized), first: bool) -> io::Result<()> {
+        if !first {
+            writer.write_all(if self.depth > OPEN_TO { b", " } else { b"," })?;
+        }
+        self.line(writer)
+    }
+}
+
+impl Formatter for Shallow {
+    fn begin_array<W: ?Sized + io::Write>(&mut self, writer: &mut W) -> io::Result<()> {
+        self.open(writer, b"[")
+    }
+    fn end_array<W: ?Sized + io::Write>(&mut self, writer: &mut W) -> io::Result<()> {
+        self.close(writer, b"]")
+    }
+    fn begin_array_value<W: ?Sized + io::Write>(&mut self, writer: &mut W, first: bool) -> io::Result<()> {
+        self.next(writer, first)
+    }
+    fn begin_object<W: ?Sized + io::Write>(&mut self, writer: &mut W) -> io::Result<()> {
+        self.open(writer, b"{")
+    }
+    fn end_object<W: ?Sized + io::Write>(&mut self, writer: &mut W) -> io::Result<()> {
+        self.close(writer, b"}")
+    }
+    fn begin_object_key<W: ?Sized + io::Write>(&mut self, writer: &mut W, first: bool) -> io::Result<()> {
+        self.next(writer, first)
+    }
+    fn begin_object_value<W: ?Sized + io::Write>(&mut self, writer: &mut W) -> io::Result<()> {
+        writer.write_all(b": ")
+    }
+}
+
+/// A value as the text of a JSON file; a number that is not finite becomes null.
+pub fn text(value: &impl serde::Serialize) -> Result<String, Error> {
+    let fail = |reason: String| Error::Internal {
+        doing: "write JSON",
+        reason,
+    };
+    let mut bytes = vec![];
+    let mut serializer = serde_json::Serializer::with_formatter(&mut bytes, Shallow::default());
+    value
+        .serialize(&mut serializer)
+        .map_err(|error| fail(error.to_string()))?;
+    bytes.push(b'\n');
+    String::from_utf8(bytes).map_err(|error| fail(error.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn entries_of_lists_have_a_line_each_and_what_is_not_finite_is_null() {
+        #[derive(serde::Serialize)]
+        struct Row {
+            x: f64,
+            empty: Vec<f64>,
+        }
+        #[derive(serde::Serialize)]
+        struct File {
+            rows: Vec<Row>,
+            name: &'static str,
+        }
+        let row = |x| Row { x, empty: vec![] };
+        let file = File {
+            rows: vec![row(0.1), row(f64::NAN)],
+            name: "a",
+        };
+        let expected = "{\n  \"rows\": [\n    {\"x\": 0.1, \"empty\": []},\n    {\"x\": null, \"empty\": []}\n  ],\n  \"name\": \"a\"\n}\n";
+        assert_eq!(text(&file).ok().as_deref(), Some(expected));
+    }
+}

@@ -1,0 +1,50 @@
+//! Tells the findings: a markdown report, its figures, and `findings.json`, written whole or not at all.
+//!
+//! | file | job |
+//! |---|---|
+//! | `numbers.rs` | rounds every number by its uncertainty |
+//! | `markdown.rs` | writes the report |
+//! | `figures.rs` | says what each figure shows |
+//! | `chart.rs` | draws a chart as SVG |
+//! | `json.rs` | lays JSON out |
+//! | `folder.rs` | writes the files beside and renames them in |
+
+pub mod chart;
+pub mod figures;
+pub mod folder;
+pub mod json;
+pub mod markdown;
+pub mod numbers;
+
+use crate::error::Error;
+use crate::findings::overview::Overview;
+use crate::findings::Findings;
+use crate::runs::Runs;
+use crate::scene::Scene;
+
+/// What a report is made of.
+#[derive(Debug, Clone, Copy)]
+pub struct Told<'a> {
+    /// what was held fixed
+    pub scene: &'a Scene,
+    /// what was measured
+    pub runs: &'a Runs,
+    /// what was read
+    pub overview: &'a Overview,
+    /// what may be said
+    pub findings: &'a Findings,
+}
+
+/// Every file of a report by its path in the folder, `timing.json` excepted.
+pub fn files(told: Told, with_figures: bool) -> Result<Vec<(String, String)>, Error> {
+    let figures = if with_figures { figures::all(told) } else { vec![] };
+    let names: Vec<&str> = figures.iter().map(|figure| figure.name.as_str()).collect();
+    let mut files = vec![
+        ("report.md".to_owned(), markdown::report(told, &names)),
+        ("findings.json".to_owned(), json::text(told.findings)?),
+    ];
+    for figure in &figures {
+        files.push((format!("figures/{}", figure.name), figure.svg.clone()));
+    }
+    Ok(files)
+}

@@ -1,0 +1,179 @@
+//! Rounds numbers for print: by their standard error where there is one (PDG rule), by significant digits elsewhere.
+
+use crate::findings::estimate::Estimate;
+
+/// More decimals than this are noise in f64.
+const MOST_DECIMALS: i32 = 17;
+
+/// What stands where there is no number.
+pub const NONE: &str = "–";
+
+/// Decimal place to which a standard error, and its value with it, is rounded: 2 means hundredths, −1 tens.
+///
+/// The PDG rule: of the error's three leading digits, 100–354 keeps two digits, 355–949 one, 950–999 becomes 1000 and
+/// keeps two.
+fn decimals(se: f64) -> i32 {
+    let exponent = se.log10().floor() as i32;
+    let leading = (se / 10f64.powi(exponent - 2)).round();
+    // rounding may carry 999.6 to 1000
+    let (leading, exponent) = if leading >= 1000.0 {
+        (100.0, exponent + 1)
+    } else {
+        (leading, exponent)
+    };
+    if leading < 355.0 {
+        1 - exponent
+    } else {
+        // 950–999 prints as 1000 at the same place, which is its two digits
+        -exponent
+    }
+}
+
+fn to_place(x: f64, place: i32) -> String {
+    if place >= 0 {
+        let text = format!("{x:.*}", place.min(MOST_DECIMALS) as usize);
+        return text;
+    }
+    let unit = 10f64.powi(-place);
+    format!("{:.0}", (x / unit).round() * unit)
+}
+
+/// A value and its standard error, rounded together.
+pub fn rounded(value: f64, se: f64) -> (String, String) {
+    if !(se > 0.0 && se.is_finite() && value.is_finite()) {
+        return (significant(value, 4), NONE.to_owned());
+    }
+    let place = decimals(se);
+    (to_place(value, place), to_place(se, place))
+}
+
+/// `value ± se`, rounded together.
+pub fn with_se(value: f64, se: f64) -> String {
+    let (value, se) = rounded(value, se);
+    format!("{value} ± {se}")
+}
+
+/// An estimate for a table: `value ± se`, or the value alone where there is no standard error.
+pub fn estimate(estimate: &Estimate) -> String {
+    estimate_scaled(estimate, |x| x)
+}
+
+/// An estimate in another unit: `scale` must be a plain factor.
+pub fn estimate_scaled(estimate: &Estimate, scale: impl Fn(f64) -> f64) -> String {
+    match (estimate.value, estimate.se) {
+        (Some(value), Some(se)) => with_se(scale(value), scale(se)),
+        (Some(value), None) => format!("{} (no ±)", significant(scale(value), 4)),
+        (None, _) => NONE.to_owned(),
+    }
+}
+
+/// The interval of an estimate, rounded as its standard error is.
+pub fn interval(estimate: &Estimate) -> String {
+    interval_scaled(estimate, |x| x)
+}
+
+/// The interval of an estimate in another unit.
+pub fn interval_scaled(estimate: &Estimate, scale: impl Fn(f64) -> f64) -> String {
+    match (estimate.interval, estimate.se) {
+        (Some([lo, hi]), Some(se)) => {
+            let place = decimals(scale(se));
+            format!("{} to {}", to_place(scale(lo), place), to_place(scale(hi), place))
+        }
+        _ => NONE.to_owned(),
+    }
+}
+
+/// A number to some significant digits, without exponent between 1e-4 and 1e6.
+pub fn significant(x: f64, digits: usize) -> String {
+    if !x.is_finite() {
+        return NONE.to_owned();
+    }
+    if x == 0.0 {
+        return "0".to_owned();
+    }
+    let digits = digits.max(1) as i32;
+    let exponent = x.abs().log10().floor() as i32;
+    if !(-5..6).contains(&exponent) {
+        return format!("{x:.*e}", digits as usize - 1);
+    }
+    to_place(x, digits - 1 - exponent)
+}
+
+/// A number that may be missing, to some significant digits.
+pub fn optional(x: Option<f64>, digits: usize) -> String {
+    x.map_or_else(|| NONE.to_owned(), |x| significant(x, digits))
+}
+
+/// A probability.
+pub fn probability(p: f64) -> String {
+    if p < 0.001 {
+        "below 0.001".to_owned()
+    } else {
+        format!("{p:.3}")
+    }
+}
+
+/// A number with its sign and two decimals.
+pub fn signed(x: f64) -> String {
+    format!("{x:+.2}").replace('-', "−")
+}
+
+/// Smallest and largest, to three significant digits.
+pub fn range([lo, hi]: [f64; 2]) -> String {
+    let (lo, hi) = (significant(lo, 3), significant(hi, 3));
+    if lo == hi {
+        lo
+    } else {
+        format!("{lo} to {hi}")
+    }
+}
+
+/// A ratio or a length as a file would have it: up to four decimals, no trailing zeros.
+pub fn short(x: f64) -> String {
+    let text = format!("{x:.4}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The examples of the Particle Data Group's rounding rule, and the edges of its three ranges.
+    #[test]
+    fn errors_are_rounded_by_the_pdg_rule() {
+        for (value, se, expected) in [
+            (0.827, 0.119, "0.83 ± 0.12"),
+            (0.827, 0.367, "0.8 ± 0.4"),
+            (0.827, 0.0354, "0.827 ± 0.035"),
+            (0.827, 0.0355, "0.83 ± 0.04"),
+            (0.827, 0.0949, "0.83 ± 0.09"),
+            (0.827, 0.0951, "0.83 ± 0.10"),
+            (11.283, 0.2699, "11.28 ± 0.27"),
+            (12_345.0, 123.0, "12350 ± 120"),
+            (0.183_04, 0.000_999_6, "0.1830 ± 0.0010"),
+            (-0.000_123_4, 0.000_001_99, "-0.0001234 ± 0.0000020"),
+        ] {
+            assert_eq!(with_se(value, se), expected);
+        }
+    }
+
+    #[test]
+    fn no_error_no_plus_minus() {
+        assert_eq!(with_se(0.5, 0.0), "0.5000 ± –");
+        assert_eq!(with_se(f64::NAN, 0.1), "– ± –");
+    }
+
+    #[test]
+    fn significant_digits_and_ranges() {
+        assert_eq!(significant(0.012_345, 3), "0.0123");
+        assert_eq!(significant(123_456.0, 3), "123000");
+        assert_eq!(significant(1.234e-9, 3), "1.23e-9");
+        assert_eq!(significant(f64::INFINITY, 3), NONE);
+        assert_eq!(range([0.767, 1.715]), "0.767 to 1.72");
+        assert_eq!(range([2.0, 2.0]), "2.00");
+        assert_eq!(probability(0.000_2), "below 0.001");
+        assert_eq!(signed(-1.234), "−1.23");
+        assert_eq!(short(0.06), "0.06");
+        assert_eq!(short(4.762), "4.762");
+    }
+}
