@@ -5,6 +5,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use crate::error::Error;
 use crate::physics::impact::{kept_energy, Parameters, Setting};
+use crate::physics::inertia::Inertia;
 use crate::physics::{dry, rebound};
 use crate::runs::NewRun;
 use crate::scene::{Design, Scene, Truth};
@@ -15,12 +16,56 @@ use crate::seed::stream;
 pub struct Simulation<'s> {
     scene: &'s Scene,
     truth: &'s Truth,
+    values: Values,
     points: Vec<Point>,
     repeats: u64,
     /// so many of the first points get one run more
     extra: u64,
     /// combinations of diameter and film ratio the scene's own screens would leave out
     pub left_out: usize,
+}
+
+/// The truth's numbers, each of them given.
+#[derive(Debug, Clone, Copy)]
+struct Values {
+    lubrication_log: f64,
+    inertial_prefactor: f64,
+    film_scale: f64,
+    sigma_dry: f64,
+    sigma_wet: f64,
+}
+
+impl Values {
+    /// Fails with the names of the numbers that this truth needs and lacks.
+    fn of(truth: &Truth) -> Result<Values, Error> {
+        let mut missing = vec![];
+        let mut need = |name: &'static str, value: Option<f64>, needed: bool| {
+            if value.is_none() && needed {
+                missing.push(format!("`{name}`"));
+            }
+            // a number the inertial form does not read
+            value.unwrap_or(1.0)
+        };
+        let values = Values {
+            lubrication_log: need("lubrication_log", truth.lubrication_log, true),
+            inertial_prefactor: need(
+                "inertial_prefactor",
+                truth.inertial_prefactor,
+                truth.inertia != Inertia::None,
+            ),
+            film_scale: need("film_scale", truth.film_scale, truth.inertia.has_film_scale()),
+            sigma_dry: need("sigma_dry", truth.sigma_dry, true),
+            sigma_wet: need("sigma_wet", truth.sigma_wet, true),
+        };
+        if missing.is_empty() {
+            Ok(values)
+        } else {
+            Err(Error::Usage(format!(
+                "the scene's [truth] lacks {}, which simulate needs",
+                missing.join(", ")
+            )))
+        }
+    }
 }
 
 /// One setting of a design, to be repeated.
@@ -42,6 +87,7 @@ impl<'s> Simulation<'s> {
         let (Some(truth), Some(design)) = (&scene.truth, &scene.design) else {
             return usage("the scene has no [truth] and [design]: simulate needs both");
         };
+        let values = Values::of(truth)?;
         let (points, left_out) = points(scene, truth, design)?;
         let count = points.len() as u64;
         if count == 0 {
@@ -54,6 +100,7 @@ impl<'s> Simulation<'s> {
         Ok(Simulation {
             scene,
             truth,
+            values,
             points,
             repeats,
             extra,
@@ -86,7 +133,7 @@ impl<'s> Simulation<'s> {
         let v = point.impact_speed;
         let (liquid, film, latent) = match point.wet {
             None => {
-                let e = dry::restitution(k, v) + self.truth.sigma_dry * z;
+                let e = dry::restitution(k, v) + self.values.sigma_dry * z;
                 (None, None, e)
             }
             Some((index, film_ratio)) => {
@@ -100,13 +147,13 @@ impl<'s> Simulation<'s> {
                 };
                 let parameters = Parameters {
                     dry_k: k,
-                    lubrication_log: self.truth.lubrication_log,
-                    inertial_prefactor: self.truth.inertial_prefactor,
-                    film_scale: self.truth.film_scale,
+                    lubrication_log: self.values.lubrication_log,
+                    inertial_prefactor: self.values.inertial_prefactor,
+                    film_scale: self.values.film_scale,
                 };
                 let truth = self.truth;
                 let kept = kept_energy(&setting, truth.inertia, truth.dry_speed, &parameters, v);
-                let e = rebound::mean_restitution(kept) + truth.sigma_wet * z;
+                let e = rebound::mean_restitution(kept) + self.values.sigma_wet * z;
                 (Some(liquid.name.as_str()), Some((setting.film, film_ratio)), e)
             }
         };

@@ -480,8 +480,8 @@ fn series(page: &mut Page, told: Told) {
 fn bias_cells(row: &Scaling) -> [String; 2] {
     row.bias.map_or([NONE.to_owned(), NONE.to_owned()], |bias| {
         [
-            format!("{:+.4}", bias.e_inf).replace('-', "−"),
-            numbers::signed(bias.st_c),
+            numbers::shift(bias.e_inf, row.e_inf.se),
+            numbers::shift(bias.st_c, row.st_c.se),
         ]
     })
 }

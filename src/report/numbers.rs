@@ -115,7 +115,22 @@ pub fn probability(p: f64) -> String {
 
 /// A number with its sign and two decimals.
 pub fn signed(x: f64) -> String {
-    format!("{x:+.2}").replace('-', "−")
+    signed_to(x, 2)
+}
+
+/// A shift with its sign, to the place its estimate is rounded to.
+pub fn shift(x: f64, se: Option<f64>) -> String {
+    signed_to(x, se.filter(|se| *se > 0.0 && se.is_finite()).map_or(4, decimals))
+}
+
+fn signed_to(x: f64, place: i32) -> String {
+    let text = to_place(x.abs(), place);
+    let is_zero = text.bytes().all(|byte| matches!(byte, b'0' | b'.'));
+    match (is_zero, x < 0.0) {
+        (true, _) => text,
+        (false, true) => format!("−{text}"),
+        (false, false) => format!("+{text}"),
+    }
 }
 
 /// Smallest and largest, to three significant digits.
@@ -173,6 +188,8 @@ mod tests {
         assert_eq!(range([2.0, 2.0]), "2.00");
         assert_eq!(probability(0.000_2), "below 0.001");
         assert_eq!(signed(-1.234), "−1.23");
+        assert_eq!(signed(-0.001), "0.00");
+        assert_eq!(shift(0.046, Some(0.0108)), "+0.046");
         assert_eq!(short(0.06), "0.06");
         assert_eq!(short(4.762), "4.762");
     }

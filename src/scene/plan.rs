@@ -7,25 +7,25 @@ use crate::physics::inertia::Inertia;
 use crate::physics::numbers;
 use crate::units::Dimension;
 
-/// The parameters simulated runs are drawn from.
+/// The parameters simulated runs are drawn from. What a file leaves out is missed only when runs are drawn.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
     /// k of each of the scene's particles; absent where the table names none
     pub dry_k: Vec<Option<f64>>,
     /// L = ln(δc/ε)
-    pub lubrication_log: f64,
+    pub lubrication_log: Option<f64>,
     /// form of the inertial loss
     pub inertia: Inertia,
     /// C
-    pub inertial_prefactor: f64,
+    pub inertial_prefactor: Option<f64>,
     /// δ̃0 of the saturating form
-    pub film_scale: f64,
+    pub film_scale: Option<f64>,
     /// the speed at which e_dry enters
     pub dry_speed: DrySpeed,
     /// sd of the noise on a dry restitution
-    pub sigma_dry: f64,
+    pub sigma_dry: Option<f64>,
     /// sd of the noise on a wet restitution
-    pub sigma_wet: f64,
+    pub sigma_wet: Option<f64>,
 }
 
 /// The settings simulated runs are made at.
@@ -57,9 +57,6 @@ pub(super) fn truth(
 ) -> Option<Truth> {
     let table = root.table("truth")?;
     let by_particle = table.table("dry_k");
-    if by_particle.is_none() && !table.has("dry_k") {
-        table.refuse("", table.at(""), None, "missing key `dry_k`");
-    }
     let dry_k = particles
         .iter()
         .map(|name| by_particle.as_ref().and_then(|ks| ks.number(name, NOT_NEGATIVE)))
@@ -72,26 +69,18 @@ pub(super) fn truth(
         .choice("inertia", &forms)
         .or(default_inertia)
         .unwrap_or(Inertia::Stepwise);
-    let one = Dimension::One;
-    let lubrication_log = table.required("lubrication_log", one, FINITE);
-    if inertia != Inertia::None {
-        table.require_key("inertial_prefactor", one);
-    }
-    if inertia.has_film_scale() {
-        table.require_key("film_scale", one);
-    }
     let impact = ("impact", DrySpeed::Impact);
     let truth = Truth {
         dry_k,
-        lubrication_log: lubrication_log.unwrap_or_default(),
+        lubrication_log: table.number("lubrication_log", FINITE),
         inertia,
-        inertial_prefactor: table.number("inertial_prefactor", FINITE).unwrap_or_default(),
-        film_scale: table.number("film_scale", ABOVE_ZERO).unwrap_or(1.0),
+        inertial_prefactor: table.number("inertial_prefactor", FINITE),
+        film_scale: table.number("film_scale", ABOVE_ZERO),
         dry_speed: table
             .quantity_or_word("dry_speed", Dimension::Speed, ABOVE_ZERO, impact, DrySpeed::Reference)
             .unwrap_or(default_dry_speed),
-        sigma_dry: table.required("sigma_dry", one, NOT_NEGATIVE).unwrap_or_default(),
-        sigma_wet: table.required("sigma_wet", one, NOT_NEGATIVE).unwrap_or_default(),
+        sigma_dry: table.number("sigma_dry", NOT_NEGATIVE),
+        sigma_wet: table.number("sigma_wet", NOT_NEGATIVE),
     };
     table.choice("noise", &[("normal", ())]);
     table.finish();
@@ -102,7 +91,6 @@ pub(super) fn design(root: &Table, particles: &[&str], liquids: &[Liquid]) -> Op
     let table = root.table("design")?;
     let diameters = table.quantities_by_name("diameter", Dimension::Length, ABOVE_ZERO, particles);
     let film_ratios = table.quantities_by_name("film_ratio", Dimension::One, FILM_RATIO, particles);
-    table.require_key("diameter", Dimension::Length);
     let mut used = vec![];
     for name in table.texts("liquids").unwrap_or_default() {
         match liquids.iter().position(|liquid| liquid.name == name.value) {

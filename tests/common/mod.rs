@@ -1,0 +1,84 @@
+//! Makes scenes and simulated runs for tests, in temporary folders.
+
+// each test file uses its own part of this
+#![allow(dead_code, reason = "shared by several test files")]
+
+use std::path::Path;
+
+use tempfile::TempDir;
+use wetcor::findings::{self, Findings};
+use wetcor::model::simulate::Simulation;
+use wetcor::runs::{self, RunWriter, Table};
+use wetcor::scene::{self, Scene};
+
+/// A scene in a folder of its own, for as long as the test needs it.
+pub struct Place {
+    pub folder: TempDir,
+    pub scene: Scene,
+}
+
+impl Place {
+    pub fn new(scene_text: &str) -> Place {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("scene.toml");
+        std::fs::write(&path, scene_text).expect("the folder is writable");
+        let scene = scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
+        Place { folder, scene }
+    }
+
+    pub fn path(&self, name: &str) -> std::path::PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// Draws the scene's design and reads it back.
+    pub fn draw(&self, seed: u64, runs: Option<u64>) -> Table {
+        let simulation = Simulation::new(&self.scene, runs).unwrap_or_else(|error| panic!("{error}"));
+        write(&simulation, seed, &self.scene.data.runs);
+        self.read()
+    }
+
+    pub fn read(&self) -> Table {
+        runs::read(&self.scene).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    /// Draws, reads and fits.
+    pub fn infer(&self, seed: u64) -> Findings {
+        findings::find(&self.scene, &self.draw(seed, None), seed)
+    }
+
+    /// Fits rows given as text.
+    pub fn fit_rows(&self, csv: &str) -> Findings {
+        std::fs::write(&self.scene.data.runs, csv).expect("the folder is writable");
+        findings::find(&self.scene, &self.read(), 1)
+    }
+}
+
+pub fn write(simulation: &Simulation, seed: u64, path: &Path) {
+    let mut writer = RunWriter::create(path).unwrap_or_else(|error| panic!("{error}"));
+    simulation
+        .draw(seed, |run| writer.write(run))
+        .unwrap_or_else(|error| panic!("{error}"));
+    writer.finish().unwrap_or_else(|error| panic!("{error}"));
+}
+
+/// The seed of a statistical test: its own name, so that nobody picks it.
+pub fn seed_of(test: &str) -> u64 {
+    // FNV-1a
+    test.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    }) >> 1
+}
+
+/// How many standard deviations a count of successes lies from its expectation.
+pub fn binomial_z(successes: usize, of: usize, probability: f64) -> f64 {
+    let n = of as f64;
+    (successes as f64 - n * probability) / (n * probability * (1.0 - probability)).sqrt()
+}
+
+/// Mean and its standard error.
+pub fn mean(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let squares: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
+    (mean, (squares / (n - 1.0) / n).sqrt())
+}

@@ -1,0 +1,170 @@
+//! Holds that runs which determine nothing end in a verdict and a reason, never in an invented ±.
+
+mod common;
+
+use common::Place;
+use wetcor::findings::estimate::Estimate;
+use wetcor::findings::Findings;
+
+const SCENE: &str = r#"
+title = "degenerate"
+[data]
+runs = "runs.csv"
+[particles.PTFE]
+density_kg_m3 = 2150
+roughness_um = 5
+[liquids.AK10]
+density_kg_m3 = 930
+viscosity_mPa_s = 9.3
+"#;
+
+/// Fits wet runs of one series, given as speed and restitution, beside some dry runs.
+fn fit(wet: &[(f64, f64)]) -> Findings {
+    let mut csv = String::from("particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution\n");
+    for (v, e) in [(0.5, 0.841), (1.0, 0.818), (1.5, 0.80), (2.0, 0.79), (2.0, 0.788)] {
+        csv.push_str(&format!("PTFE,dry,4.762,,{v},{e}\n"));
+    }
+    for (v, e) in wet {
+        csv.push_str(&format!("PTFE,AK10,4.762,286,{v},{e}\n"));
+    }
+    Place::new(SCENE).fit_rows(&csv)
+}
+
+/// Every estimate of the wet runs.
+fn estimates(findings: &Findings) -> Vec<&Estimate> {
+    let series = findings
+        .series
+        .iter()
+        .flat_map(|s| [&s.alpha, &s.beta, &s.e_inf, &s.threshold_speed_m_s]);
+    let scaling = findings.scaling.iter().flat_map(|s| {
+        [&s.e_inf, &s.st_c, &s.lubrication_log]
+            .into_iter()
+            .chain(&s.st_no_rebound)
+    });
+    let energy = findings
+        .energy
+        .iter()
+        .flat_map(|e| [&e.loss_over_density_ratio, &e.st_c_e_inf2, &e.delta_c_m]);
+    series.chain(scaling).chain(energy).collect()
+}
+
+/// A reason stands exactly where an uncertainty is missing; nothing is infinite, and no ± is zero.
+fn assert_honest(findings: &Findings) {
+    for estimate in estimates(findings) {
+        let complete = estimate.se.is_some() && estimate.interval.is_some();
+        assert_eq!(estimate.why_none.is_none(), complete, "{estimate:?}");
+        assert!(estimate.value.is_none_or(f64::is_finite), "{estimate:?}");
+        assert!(estimate.se.is_none_or(|se| se > 0.0 && se.is_finite()), "{estimate:?}");
+        assert!(estimate.why_none.as_deref() != Some(""), "{estimate:?}");
+    }
+}
+
+fn assert_no_uncertainty(findings: &Findings, stop: &str, words: &str) {
+    assert_honest(findings);
+    let series = &findings.series[0];
+    assert_eq!(series.stop, stop);
+    assert!(
+        !series.verdict.passed && series.verdict.reason.contains(words),
+        "{:?}",
+        series.verdict
+    );
+    for estimate in estimates(findings) {
+        assert!(estimate.se.is_none(), "{estimate:?}");
+    }
+    assert!(findings.notices.iter().any(|notice| notice.code == "series_failed"));
+}
+
+#[test]
+fn all_speeds_equal() {
+    let findings = fit(&[(1.0, 0.70), (1.0, 0.71), (1.0, 0.69), (1.0, 0.705)]);
+    assert_no_uncertainty(&findings, "degenerate", "cannot tell the parameters apart");
+}
+
+#[test]
+fn two_runs() {
+    let findings = fit(&[(0.8, 0.66), (1.6, 0.70)]);
+    assert_no_uncertainty(&findings, "converged", "as many parameters as runs");
+    // the law through two runs is known, only its uncertainty is not
+    assert!(findings.series[0].alpha.value.is_some());
+}
+
+#[test]
+fn one_run_and_none() {
+    assert_no_uncertainty(&fit(&[(0.8, 0.66)]), "degenerate", "cannot determine");
+    assert_no_uncertainty(&fit(&[(0.8, 0.0), (1.0, 0.0)]), "degenerate", "cannot determine");
+}
+
+#[test]
+fn all_restitutions_equal() {
+    let findings = fit(&[(0.8, 0.7), (1.0, 0.7), (1.2, 0.7), (1.6, 0.7)]);
+    assert_honest(&findings);
+    let series = &findings.series[0];
+    assert!(!series.verdict.passed, "{:?}", series.verdict);
+    assert!(series.threshold_speed_m_s.value.is_none() && series.threshold_speed_m_s.why_none.is_some());
+    for estimate in estimates(&findings) {
+        assert!(estimate.se.is_none(), "{estimate:?}");
+    }
+}
+
+#[test]
+fn restitution_that_rises_towards_low_speeds_has_no_threshold() {
+    let findings = fit(&[
+        (0.8, 0.74),
+        (0.9, 0.733),
+        (1.0, 0.73),
+        (1.2, 0.722),
+        (1.4, 0.712),
+        (1.6, 0.711),
+    ]);
+    assert_honest(&findings);
+    let series = &findings.series[0];
+    assert_eq!(series.stop, "converged");
+    assert!(
+        !series.verdict.passed && series.verdict.reason.contains("does not fall"),
+        "{:?}",
+        series.verdict
+    );
+    assert!(series.beta.value.is_some_and(|beta| beta > 0.0) && series.beta.se.is_some());
+    assert!(series.threshold_speed_m_s.value.is_none());
+    assert!(series
+        .threshold_speed_m_s
+        .why_none
+        .as_deref()
+        .is_some_and(|why| why.contains("β")));
+    for row in &findings.scaling {
+        assert!(row.st_c.value.is_none() && !row.verdict.passed, "{row:?}");
+    }
+}
+
+#[test]
+fn a_failed_series_does_not_gate_but_no_law_at_all_does() {
+    let good: Vec<(f64, f64)> = [0.8, 1.0, 1.2, 1.4, 1.6]
+        .into_iter()
+        .flat_map(|v: f64| [0.004, -0.003].map(|noise| (v, (0.5 - 0.1 / v).sqrt() + noise)))
+        .collect();
+    let gates = |findings: &Findings| findings.verdicts.iter().any(|check| check.gates && !check.passed);
+    assert!(gates(&fit(&[(1.0, 0.70), (1.0, 0.71), (1.0, 0.69)])));
+    let findings = fit(&good);
+    let scaling = findings
+        .verdicts
+        .iter()
+        .find(|check| check.check == "scaling_law")
+        .expect("wet runs");
+    assert!(scaling.passed, "{scaling:?}");
+    // one film ratio and one density ratio: dry runs tell C, so the stepwise balance is determined
+    assert!(!gates(&findings), "{:?}", findings.verdicts);
+}
+
+#[test]
+fn near_the_threshold_the_fit_stays_inside_the_domain() {
+    let near: Vec<(f64, f64)> = [0.401, 0.402, 0.41, 0.42, 0.45, 0.5, 0.6]
+        .into_iter()
+        .map(|v: f64| (v, (0.5 - 0.2 / v).sqrt() + 0.001 * (40.0 * v).sin()))
+        .collect();
+    let findings = fit(&near);
+    assert_honest(&findings);
+    let series = &findings.series[0];
+    assert_eq!(series.stop, "converged");
+    let threshold = series.threshold_speed_m_s.value.expect("beta is negative");
+    assert!(threshold < 0.401 && (threshold - 0.4).abs() < 2e-3, "{threshold}");
+}

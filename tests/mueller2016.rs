@@ -1,0 +1,228 @@
+//! Holds the example in the repository: its runs, its distance from the paper, and the committed report.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde_json::Value;
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn run(arguments: &[&str]) -> std::process::Output {
+    Command::new(env!("CARGO_BIN_EXE_wetcor"))
+        .current_dir(root())
+        .args(arguments)
+        .output()
+        .expect("the command can be started")
+}
+
+fn read(path: &Path) -> String {
+    std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// Everything in a report's folder but `timing.json`, by path.
+fn files(folder: &Path) -> BTreeMap<PathBuf, String> {
+    let mut found = BTreeMap::new();
+    let mut folders = vec![folder.to_path_buf()];
+    while let Some(next) = folders.pop() {
+        for entry in std::fs::read_dir(&next).expect("a report's folder") {
+            let path = entry.expect("a readable entry").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.file_name().is_some_and(|name| name != "timing.json") {
+                let name = path.strip_prefix(folder).expect("inside the folder").to_path_buf();
+                found.insert(name, read(&path));
+            }
+        }
+    }
+    found
+}
+
+/// Both numbers, as far as rounding on another machine may move them.
+fn close(a: f64, b: f64, se: f64) -> bool {
+    (a - b).abs() <= 1e-9 * a.abs().max(b.abs()).max(se)
+}
+
+/// Structure exactly, numbers closely; `se` is the standard error of the estimate the values belong to.
+fn assert_same(a: &Value, b: &Value, se: f64, place: &str) {
+    match (a, b) {
+        (Value::Number(x), Value::Number(y)) => {
+            let (x, y) = (x.as_f64().unwrap_or(f64::NAN), y.as_f64().unwrap_or(f64::NAN));
+            assert!(close(x, y, se), "{place}: {x} {y}");
+        }
+        (Value::Array(x), Value::Array(y)) => {
+            assert_eq!(x.len(), y.len(), "{place}");
+            for (index, (x, y)) in x.iter().zip(y).enumerate() {
+                assert_same(x, y, se, &format!("{place}[{index}]"));
+            }
+        }
+        (Value::Object(x), Value::Object(y)) => {
+            assert_eq!(x.keys().collect::<Vec<_>>(), y.keys().collect::<Vec<_>>(), "{place}");
+            let se = x.get("se").and_then(Value::as_f64).unwrap_or(se);
+            for (key, value) in x {
+                assert_same(value, &y[key], se, &format!("{place}.{key}"));
+            }
+        }
+        _ => assert_eq!(a, b, "{place}"),
+    }
+}
+
+/// Text with every number, hash and version replaced by a mark.
+fn masked(text: &str) -> String {
+    let mut masked = String::new();
+    let mut in_number = false;
+    for word in text.chars() {
+        // 0.0000012 and 1.2e-6, 1e-6 and 0 print differently: a run of digits, points and exponents is one number
+        let part = word.is_ascii_digit() || in_number && matches!(word, '.' | 'e' | '-');
+        if part && !in_number {
+            masked.push('#');
+        }
+        if !part {
+            masked.push(word);
+        }
+        in_number = part;
+    }
+    masked.replace('−', "-").replace("-#", "#").replace("+#", "#")
+}
+
+#[test]
+fn the_committed_report_is_what_the_command_writes() {
+    let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mueller2016");
+    let _ = std::fs::remove_dir_all(&out);
+    let output = run(&[
+        "fit",
+        "datasets/mueller2016/scene.toml",
+        "--out",
+        &out.to_string_lossy(),
+    ]);
+    assert_eq!(
+        output.status.code(),
+        Some(0),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let (new, old) = (files(&out), files(&root().join("reports/mueller2016")));
+    assert_eq!(new.keys().collect::<Vec<_>>(), old.keys().collect::<Vec<_>>());
+    for (name, text) in &new {
+        let committed = &old[name];
+        match name.extension().and_then(|extension| extension.to_str()) {
+            Some("json") => {
+                let parse = |text: &str| serde_json::from_str::<Value>(text).expect("valid JSON");
+                assert_same(&parse(text), &parse(committed), 0.0, "findings");
+            }
+            Some("md") => assert_eq!(masked(text), masked(committed), "{}", name.display()),
+            Some("svg") => {
+                for svg in [text, committed] {
+                    let parsed = roxmltree::Document::parse(svg).expect("valid XML");
+                    assert!(parsed
+                        .root_element()
+                        .has_tag_name(("http://www.w3.org/2000/svg", "svg")));
+                }
+            }
+            _ => panic!("{}: what is this?", name.display()),
+        }
+        assert!(
+            committed.len() < 300_000,
+            "{}: {} bytes",
+            name.display(),
+            committed.len()
+        );
+    }
+}
+
+#[test]
+fn the_comparison_of_reports_can_fail() {
+    let a: Value = serde_json::json!({"dry": [{"value": 0.18, "se": 0.001}]});
+    let same = |b: Value| std::panic::catch_unwind(|| assert_same(&a, &b, 0.0, "")).is_ok();
+    assert!(same(
+        serde_json::json!({"dry": [{"value": 0.180_000_000_000_1, "se": 0.001}]})
+    ));
+    assert!(!same(serde_json::json!({"dry": [{"value": 0.180_001, "se": 0.001}]})));
+    assert!(!same(serde_json::json!({"dry": [{"value": 0.18}]})));
+    assert!(!same(serde_json::json!({"dry": []})));
+    assert_eq!(
+        masked("e = 0.70 ± 0.01, wetcor 0.1.0"),
+        masked("e = 0.71 ± 0.02, wetcor 0.2.0")
+    );
+    assert_ne!(masked("usable"), masked("not usable"));
+}
+
+/// Worst distances from the published figures stated in SOURCE.md for the committed runs, in published standard errors.
+const LARGEST_LINEAR: f64 = 1.75;
+const LARGEST_DRY: f64 = 1.15;
+
+#[test]
+fn the_papers_figures_come_back_as_nearly_as_stated() {
+    let findings: Value =
+        serde_json::from_str(&read(&root().join("reports/mueller2016/findings.json"))).expect("valid JSON");
+    let published = findings["published"]
+        .as_array()
+        .expect("the scene gives published numbers");
+    assert_eq!(published.len(), 10);
+    let source = read(&root().join("datasets/mueller2016/SOURCE.md"));
+    for row in published {
+        let number = |key: &str| row[key].as_f64().unwrap_or(f64::NAN);
+        let distance = (number("ours") - number("value")) / number("se");
+        let largest = if row["quantity"] == "dry_k" {
+            LARGEST_DRY
+        } else {
+            LARGEST_LINEAR
+        };
+        assert!(distance.abs() <= largest, "{row}: {distance:.2}");
+        // the same number stands in the table a reader sees
+        let printed = format!("{distance:+.2}").replace('-', "−");
+        let line = source.lines().find(|line| {
+            let ratio = row["film_ratio"]
+                .as_f64()
+                .map_or("all".to_owned(), |ratio| ratio.to_string());
+            let name = row["quantity"].as_str().unwrap_or_default();
+            let cells: Vec<&str> = line.split('|').map(str::trim).collect();
+            cells.get(1..4) == Some(&[row["particle"].as_str().unwrap_or_default(), name, ratio.as_str()])
+        });
+        assert!(
+            line.is_some_and(|line| line.contains(&printed)),
+            "SOURCE.md lacks {row} at {printed}"
+        );
+    }
+}
+
+#[test]
+fn the_runs_are_what_simulate_draws_and_no_one_takes_them_for_measured() {
+    let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mueller2016-runs.csv");
+    let output = run(&[
+        "simulate",
+        "datasets/mueller2016/scene.toml",
+        "--out",
+        &out.to_string_lossy(),
+    ]);
+    assert_eq!(
+        output.status.code(),
+        Some(0),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let (new, old) = (read(&out), read(&root().join("datasets/mueller2016/runs.csv")));
+    assert_eq!(new.lines().count(), old.lines().count());
+    for (a, b) in new.lines().zip(old.lines()) {
+        for (a, b) in a.split(',').zip(b.split(',')) {
+            let same = match (a.parse::<f64>(), b.parse::<f64>()) {
+                (Ok(a), Ok(b)) => close(a, b, 0.0),
+                _ => a == b,
+            };
+            assert!(same, "{a} {b}");
+        }
+    }
+    let mut films = old
+        .lines()
+        .skip(1)
+        .filter_map(|line| line.split(',').nth(3)?.parse::<f64>().ok());
+    assert!(films.all(|film| film >= 200.0));
+    let source = read(&root().join("datasets/mueller2016/SOURCE.md"));
+    assert!(
+        source.lines().next().is_some_and(|line| line.contains("simulated")),
+        "SOURCE.md's first line"
+    );
+    assert!(read(&root().join("reports/mueller2016/report.md")).contains("no run here was measured"));
+}

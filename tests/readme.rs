@@ -1,0 +1,83 @@
+//! Holds the README to its word: its example scene and runs are read, its commands and files exist.
+
+use std::path::Path;
+use std::process::Command;
+
+fn readme() -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md");
+    std::fs::read_to_string(path).expect("the README is there")
+}
+
+/// The text of the first fenced block of a language.
+fn block(text: &str, language: &str) -> String {
+    let start = format!("```{language}\n");
+    let after = text.split_once(&start).expect("the README has this block").1;
+    after.split_once("```").expect("the block ends").0.to_owned()
+}
+
+fn wetcor(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_wetcor"))
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .expect("the command can be started");
+    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
+    (output.status.code(), text(output.stdout), text(output.stderr))
+}
+
+#[test]
+fn the_minimal_scene_and_its_four_runs_are_read_and_fitted_as_the_readme_says() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let text = readme();
+    for (language, name) in [("toml", "scene.toml"), ("csv", "runs.csv")] {
+        std::fs::write(folder.path().join(name), block(&text, language)).expect("writable");
+    }
+    let (status, out, err) = wetcor(folder.path(), &["check", "scene.toml"]);
+    assert_eq!(status, Some(0), "{err}");
+    assert!(out.contains("4 runs read"), "{out}");
+    // too few to quote anything wet: it says so, with exit 1 and a report
+    let (status, out, err) = wetcor(folder.path(), &["fit", "scene.toml", "--out", "out"]);
+    assert_eq!(status, Some(1), "{err}");
+    assert!(out.starts_with("Verdict: not to be quoted"), "{out}");
+    assert!(folder.path().join("out/report.md").exists());
+}
+
+#[test]
+fn every_file_the_readme_links_to_exists() {
+    let text = readme();
+    let links: Vec<&str> = text
+        .split("](")
+        .skip(1)
+        .filter_map(|rest| rest.split(')').next())
+        .collect();
+    assert!(links.len() >= 5, "{links:?}");
+    for link in links {
+        assert!(Path::new(env!("CARGO_MANIFEST_DIR")).join(link).exists(), "{link}");
+    }
+}
+
+#[test]
+fn the_package_holds_what_a_user_needs() {
+    let output = Command::new(env!("CARGO"))
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args(["package", "--list", "--allow-dirty", "--offline"])
+        .output()
+        .expect("cargo can be started");
+    let list = String::from_utf8_lossy(&output.stdout).replace('\\', "/");
+    for needed in [
+        "README.md",
+        "LICENSE-MIT",
+        "LICENSE-APACHE",
+        "CITATION.cff",
+        "src/main.rs",
+        "datasets/mueller2016/scene.toml",
+        "datasets/mueller2016/runs.csv",
+        "reports/mueller2016/figures/restitution-speed-PTFE.svg",
+    ] {
+        assert!(
+            list.lines().any(|line| line == needed),
+            "{needed} is not in the package:\n{list}"
+        );
+    }
+    assert!(!list.lines().any(|line| line.ends_with("timing.json")));
+}

@@ -1,0 +1,319 @@
+//! Holds what the fits say of simulated runs against the truth they were drawn from.
+
+mod common;
+
+use common::{binomial_z, mean, seed_of, Place};
+use wetcor::findings::scaling::Scaling;
+use wetcor::findings::Findings;
+use wetcor::physics::rebound::mean_restitution;
+
+/// Spheres well above the threshold: nothing sticks, so every formula holds as it stands.
+const CLEAR: &str = r#"
+title = "clear of the threshold"
+[data]
+runs = "runs.csv"
+[particles.PTFE]
+density_kg_m3 = 2150
+roughness_um = 5
+[liquids.AK10]
+density_kg_m3 = 930
+viscosity_mPa_s = 9.3
+[liquids.M20]
+density_kg_m3 = 930
+viscosity_mPa_s = 20
+[model]
+inertia = "saturating"
+[truth]
+dry_k = { PTFE = 0.183 }
+lubrication_log = 1.9
+inertia = "saturating"
+inertial_prefactor = 0.45
+film_scale = 0.07
+sigma_dry = 0.01
+sigma_wet = 0.02
+[design]
+diameter_mm = { PTFE = [4.762, 8.0] }
+liquids = ["AK10", "M20"]
+film_ratio = { PTFE = [0.04, 0.06, 0.10, 0.15] }
+height_mm = [30, 60, 100, 150]
+dry_impact_speed_m_s = [0.5, 1.0, 1.5, 2.0]
+repeats = 4
+"#;
+
+/// One film ratio near the threshold: most of the runs stick.
+const STICKING: &str = r#"
+title = "mostly stuck"
+[data]
+runs = "runs.csv"
+smallest_restitution = 0.05
+[particles.PE]
+density_kg_m3 = 940
+roughness_um = 5
+[liquids.M50]
+density_kg_m3 = 965
+viscosity_mPa_s = 48.3
+[model]
+inertia = "none"
+[truth]
+dry_k = { PE = 0.123 }
+lubrication_log = 1.9
+inertia = "none"
+sigma_dry = 0.01
+sigma_wet = 0.05
+[design]
+diameter_mm = { PE = [3.175, 3.969] }
+liquids = ["M50"]
+film_ratio = { PE = [0.06] }
+height_mm = [30, 50, 70, 90, 110, 130, 150]
+dry_impact_speed_m_s = [0.5, 1.0, 2.0]
+repeats = 20
+"#;
+
+fn pooled<'a>(findings: &'a Findings, law: &str) -> &'a Scaling {
+    let found = findings
+        .scaling
+        .iter()
+        .find(|row| row.law == law && row.film_ratio.is_some());
+    found.expect("the scene has one particle and wet runs")
+}
+
+fn value(estimate: &wetcor::findings::estimate::Estimate) -> f64 {
+    estimate.value.expect("the fit converged")
+}
+
+/// How many of some simulated scenes have intervals that cover the truth, for k, L, C and δ̃0 in turn.
+/// `shrink` narrows the intervals about their middle: the planted fault.
+fn coverage(sets: u64, shrink: f64) -> [usize; 4] {
+    let place = Place::new(CLEAR);
+    let truth = [0.183, 1.9, 0.45, 0.07];
+    let mut covered = [0; 4];
+    for set in 0..sets {
+        let findings = place.infer(seed_of("the_intervals_cover_the_truth").wrapping_add(set));
+        let balance = findings.energy_balance.as_ref().expect("dry and wet runs");
+        let wet = balance.parameters.iter().take(3).map(|parameter| &parameter.estimate);
+        let estimates = std::iter::once(&findings.dry[0].dry_k).chain(wet);
+        for ((estimate, truth), covered) in estimates.zip(truth).zip(&mut covered) {
+            let [lo, hi] = estimate.interval.expect("the fit converged");
+            let (middle, half) = ((lo + hi) / 2.0, shrink * (hi - lo) / 2.0);
+            *covered += usize::from((truth - middle).abs() <= half);
+        }
+    }
+    covered
+}
+
+#[test]
+fn the_intervals_cover_the_truth() {
+    const SETS: u64 = 400;
+    for covered in coverage(SETS, 1.0) {
+        let z = binomial_z(covered, SETS as usize, 0.95);
+        assert!(z.abs() < 4.0, "{covered} of {SETS}: z = {z:.1}");
+    }
+    // a standard error without its square root, or a one-sided quantile, would narrow them about so much
+    for covered in coverage(SETS, 0.6) {
+        assert!(binomial_z(covered, SETS as usize, 0.95) < -8.0, "{covered} of {SETS}");
+    }
+}
+
+/// Slip 6 of the paper: leaving stuck runs out takes the linear law too high, the square root hardly.
+#[test]
+fn leaving_stuck_runs_out_spoils_the_linear_law_and_hardly_the_square_root() {
+    let place = Place::new(STICKING);
+    let e_dry = 1.0 - 0.123 * 2f64.powf(0.2);
+    let (e_inf, st_c) = (e_dry, 2.0 * 1.9 / (e_dry * e_dry));
+    let seed = seed_of("leaving_stuck_runs_out_spoils_the_linear_law_and_hardly_the_square_root");
+    let mut shifts: [Vec<f64>; 4] = Default::default();
+    let mut stuck = 0.0;
+    const SETS: u64 = 60;
+    for set in 0..SETS {
+        let findings = place.infer(seed.wrapping_add(set));
+        let (root, line) = (pooled(&findings, "sqrt"), pooled(&findings, "linear"));
+        stuck += root.stuck as f64 / (root.stuck + root.runs) as f64 / SETS as f64;
+        shifts[0].push(value(&root.e_inf) / e_inf - 1.0);
+        shifts[1].push(value(&root.st_c) / st_c - 1.0);
+        shifts[2].push(value(&line.e_inf) / e_inf - 1.0);
+        shifts[3].push(value(&line.st_c) / st_c - 1.0);
+    }
+    assert!((0.5..0.8).contains(&stuck), "{stuck}");
+    let [root_e, root_st, line_e, line_st] = shifts.map(|shifts| mean(&shifts).0);
+    assert!(root_e.abs() < 0.04 && root_st.abs() < 0.04, "{root_e} {root_st}");
+    assert!(line_e > 0.05 && line_st > 0.3, "{line_e} {line_st}");
+}
+
+/// Slip 7 of the paper: the linear law fitted to a square root is biased, and the printed bias is that bias.
+#[test]
+fn the_linear_laws_printed_bias_is_the_one_of_a_noise_free_fit() {
+    // no noise at all: the linear fit's distance from the square root is the bias itself
+    let quiet = CLEAR.replace("sigma_wet = 0.02", "sigma_wet = 1e-9");
+    let findings = Place::new(&quiet).infer(1);
+    for law in findings
+        .scaling
+        .iter()
+        .filter(|row| row.law == "linear" && row.film_ratio.is_some())
+    {
+        let root = findings
+            .scaling
+            .iter()
+            .find(|row| row.law == "sqrt" && row.film_ratio == law.film_ratio)
+            .expect("both laws are fitted");
+        let bias = law.bias.expect("the fit converged");
+        let found = [
+            value(&law.e_inf) - value(&root.e_inf),
+            value(&law.st_c) - value(&root.st_c),
+        ];
+        assert!((found[0] - bias.e_inf).abs() < 1e-6, "{found:?} {bias:?}");
+        assert!((found[1] - bias.st_c).abs() < 1e-4, "{found:?} {bias:?}");
+        assert!(bias.e_inf > 0.002 && bias.st_c > 0.5, "{bias:?}");
+    }
+}
+
+/// Slip 5 of the paper: which speed e_dry is taken at matters, and either choice finds its own truth.
+#[test]
+fn the_dry_speed_of_the_truth_is_the_one_that_finds_it() {
+    let at_impact = CLEAR
+        .replace("[model]", "[model]\ndry_speed_m_s = \"impact\"")
+        .replace("[truth]", "[truth]\ndry_speed_m_s = \"impact\"");
+    let wrong = at_impact.replace("[model]\ndry_speed_m_s = \"impact\"", "[model]\ndry_speed_m_s = 2.0");
+    let e_dry = 1.0 - 0.183 * 2f64.powf(0.2);
+    let seed = seed_of("the_dry_speed_of_the_truth_is_the_one_that_finds_it");
+    let distances = |text: &str| -> Vec<f64> {
+        let place = Place::new(text);
+        (0..40)
+            .map(|set| {
+                let findings = place.infer(seed.wrapping_add(set));
+                let row = pooled(&findings, "sqrt");
+                let g = 1.0 - (-row.film_ratio.unwrap_or_default() / 0.07).exp();
+                let truth = (e_dry * e_dry - 0.45 * 930.0 / 2150.0 * g).sqrt();
+                (value(&row.e_inf) - truth) / row.e_inf.se.expect("the fit converged")
+            })
+            .collect()
+    };
+    let (right, right_se) = mean(&distances(&at_impact));
+    assert!((right / right_se).abs() < 4.0, "{right} ± {right_se}");
+    // the law that takes e_dry at 2 m/s is several standard errors off
+    let (off, _) = mean(&distances(&wrong));
+    assert!(off > 2.0, "{off}");
+}
+
+/// The generative statement: e* = m(r) + σ z, stuck and written 0 at or below the limit.
+#[test]
+fn simulated_runs_follow_the_generative_statement() {
+    let text = STICKING
+        .replace(
+            "height_mm = [30, 50, 70, 90, 110, 130, 150]",
+            "impact_speed_m_s = [1.01]",
+        )
+        .replace("[3.175, 3.969]", "[4.762]");
+    let place = Place::new(&text);
+    let table = place.draw(seed_of("simulated_runs_follow_the_generative_statement"), Some(80_000));
+    let series = &table.runs.series[0];
+    let st = 940.0 * 4.762e-3 * 1.01 / (9.0 * 48.3e-3);
+    let e_dry = 1.0 - 0.123 * 2f64.powf(0.2);
+    let m = mean_restitution(e_dry * e_dry - 4.0 * 1.9 / st);
+    let expected = |sigma: f64| {
+        // a normal about m, cut off at the limit
+        let a = (0.05 - m) / sigma;
+        let below = 0.5 * erfc(-a / std::f64::consts::SQRT_2);
+        let density = (-0.5 * a * a).exp() / (2.0 * std::f64::consts::PI).sqrt();
+        (below, m + sigma * density / (1.0 - below))
+    };
+    let (rebounds, stuck) = (series.rebounds.len(), series.stuck.len());
+    let (found, se) = mean(&table.runs.restitution[series.rebounds.clone()]);
+    let distances = |sigma: f64| {
+        let (below, above) = expected(sigma);
+        (
+            binomial_z(stuck, stuck + rebounds, below).abs(),
+            ((found - above) / se).abs(),
+        )
+    };
+    let (of_stuck, of_mean) = distances(0.05);
+    assert!(of_stuck < 4.0 && of_mean < 4.0, "{of_stuck} {of_mean}");
+    assert!(table.runs.restitution[series.stuck.clone()].iter().all(|e| *e == 0.0));
+    // σ² for σ goes red
+    let (of_stuck, of_mean) = distances(0.05 * 0.05);
+    assert!(of_stuck > 20.0 || of_mean > 20.0, "{of_stuck} {of_mean}");
+}
+
+/// Complementary error function, by the continued fraction or the series, to 1e-12 or so.
+fn erfc(x: f64) -> f64 {
+    if x < 0.0 {
+        return 2.0 - erfc(-x);
+    }
+    // trapezoid over the tail: spectrally accurate for this integrand
+    let (n, width) = (4000, 8.0);
+    let h = width / f64::from(n);
+    let at = |t: f64| (-(x + t) * (x + t)).exp();
+    let inner: f64 = (1..n).map(|i| at(f64::from(i) * h)).sum();
+    2.0 / std::f64::consts::PI.sqrt() * h * (0.5 * at(0.0) + inner)
+}
+
+/// Metre, kilogram and second rescaled by odd factors, k and the dry speed with them: no pure number moves.
+#[test]
+fn no_dimensionless_result_depends_on_the_units() {
+    let (metre, kilogram, second) = (3.7, 0.21, 12.9);
+    let speed = metre / second;
+    let density = kilogram / (metre * metre * metre);
+    let viscosity = kilogram / (metre * second);
+    let place = Place::new(CLEAR);
+    let here = place.infer(1);
+    let scaled = format!(
+        r#"
+title = "rescaled"
+[data]
+runs = "runs.csv"
+[particles.PTFE]
+density_kg_m3 = {:e}
+roughness_m = {:e}
+[liquids.AK10]
+density_kg_m3 = {:e}
+viscosity_Pa_s = {:e}
+[liquids.M20]
+density_kg_m3 = {:e}
+viscosity_Pa_s = {:e}
+[model]
+inertia = "saturating"
+dry_speed_m_s = {:e}
+"#,
+        2150.0 * density,
+        5e-6 * metre,
+        930.0 * density,
+        9.3e-3 * viscosity,
+        930.0 * density,
+        20e-3 * viscosity,
+        2.0 * speed
+    );
+    let there = Place::new(&scaled);
+    let mut rows = String::from("particle,liquid,diameter_m,film_m,film_ratio,impact_speed_m_s,restitution\n");
+    let text = std::fs::read_to_string(place.path("runs.csv")).expect("just written");
+    for line in text.lines().skip(1) {
+        let cells: Vec<&str> = line.split(',').collect();
+        let number = |cell: &str, factor: f64| {
+            cell.parse::<f64>()
+                .map_or(String::new(), |x| format!("{:e}", x * factor))
+        };
+        rows.push_str(&format!(
+            "{},{},{},{},{},{},{}\n",
+            cells[0],
+            cells[1],
+            number(cells[2], 1e-3 * metre),
+            number(cells[3], 1e-6 * metre),
+            cells[4],
+            number(cells[5], speed),
+            cells[6]
+        ));
+    }
+    let there = there.fit_rows(&rows);
+    let same = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-8, "{a} {b}");
+    for (a, b) in here.scaling.iter().zip(&there.scaling) {
+        same(value(&a.e_inf), value(&b.e_inf));
+        same(value(&a.st_c), value(&b.st_c));
+        same(a.st_c.se.expect("converged"), b.st_c.se.expect("converged"));
+    }
+    let parameters = |findings: &Findings| -> Vec<f64> {
+        let balance = findings.energy_balance.as_ref().expect("dry and wet runs");
+        balance.parameters.iter().take(3).map(|p| value(&p.estimate)).collect()
+    };
+    for (a, b) in parameters(&here).into_iter().zip(parameters(&there)) {
+        same(a, b);
+    }
+    same(value(&here.dry[0].dry_k), value(&there.dry[0].dry_k) * speed.powf(0.2));
+}
