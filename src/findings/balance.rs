@@ -2,16 +2,17 @@
 
 use serde::Serialize;
 
-use super::dry::{spread, FittedDry};
-use super::estimate::{uncertain, Estimate, Quoting, Scale};
-use super::scaling::{reference_dry_speed, root_of_exact, Bias, FittedScaling};
-use super::series::why_stopped;
+use super::dry::FittedDry;
+use super::estimate::{Estimate, Quoting, Scale};
+use super::judge::{spread, uncertain, why_stopped};
+use super::pooling::tell_bias;
+use super::scaling::FittedScaling;
 use super::Verdict;
 use crate::inference::balance::{fit_balance, Balance, Block};
 use crate::inference::least_squares::Stop;
 use crate::inference::nested::{one_law_for_all, FTest, Spread};
 use crate::physics::inertia::Inertia;
-use crate::physics::{dry as dry_physics, numbers, viscous};
+use crate::physics::numbers;
 use crate::runs::Runs;
 use crate::scene::{Law, Scene};
 
@@ -164,46 +165,6 @@ pub fn find(
         lack_of_fit,
         stop: fit.stop.as_str(),
     })
-}
-
-/// Fits the square-root law to the noise-free balance at the runs of each film ratio.
-///
-/// Liquids differ in ρ̃, and so in the inertial loss that the law takes as one; what it then gets wrong is its bias.
-fn tell_bias(
-    scene: &Scene,
-    runs: &Runs,
-    dry: &[FittedDry],
-    scaling: &mut [FittedScaling],
-    balance: &Balance,
-    parameters: &[f64],
-    known: &[(usize, (f64, f64))],
-) {
-    let fitted = balance.fitted(parameters);
-    let (l, c, scale, dry_k) = balance.unpack(parameters);
-    let mut start = 0;
-    for row in scaling.iter_mut() {
-        let Some(film_ratio) = row.scaling.film_ratio.filter(|_| row.law == Law::Sqrt) else {
-            continue;
-        };
-        let Some(place) = known.iter().position(|(p, _)| *p == row.particle) else {
-            continue;
-        };
-        // the balance has its runs in the order of the series, as the film ratios have theirs
-        let exact = &fitted[start..start + row.scaling.runs];
-        start += row.scaling.runs;
-        let series = &runs.series[row.series.clone()];
-        let density_ratio = super::energy::density_ratio(scene, row.particle, series);
-        let e_dry = dry_physics::restitution(dry_k[place], reference_dry_speed(scene));
-        let inertial = c * density_ratio * balance.inertia.shape(film_ratio, scale);
-        let e_inf2 = e_dry * e_dry - inertial;
-        if e_inf2 > 0.0 {
-            let e_inf = e_inf2.sqrt();
-            row.scaling.bias = root_of_exact(scene, runs, dry, row.particle, series, exact).map(|[a, b]| Bias {
-                e_inf: a - e_inf,
-                st_c: b - viscous::st_c(l, e_inf),
-            });
-        }
-    }
 }
 
 /// Spread of the restitutions about the separate laws; 1 where they leave none, which holds k at its dry fit.

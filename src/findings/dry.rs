@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 
-use super::estimate::{uncertain, Estimate, Quoting, Scale};
+use super::estimate::{Estimate, Quoting, Scale};
+use super::judge::{spread, uncertain, why_stopped};
 use super::Verdict;
 use crate::inference::laws::fit_dry;
 use crate::inference::least_squares::{Fit, Stop};
@@ -114,24 +115,14 @@ fn of_particle(scene: &Scene, runs: &Runs, particle: usize, groups: &[&DryGroup]
 fn estimate(fit: &Fit, quoting: Quoting) -> Estimate {
     match fit.parameters.first() {
         Some(k) if fit.stop == Stop::Converged => quoting.of(&uncertain(fit), *k, &[1.0], Scale::Plain),
-        _ => quoting.none(super::series::why_stopped(fit)),
-    }
-}
-
-/// What a fit leaves unexplained, for a comparison of nested fits.
-pub(super) fn spread(fit: &Fit) -> Spread {
-    let parameters = fit.parameters.len();
-    Spread {
-        sum_of_squares: fit.residual_sum_of_squares,
-        runs: fit.degrees_of_freedom + parameters,
-        parameters,
+        _ => quoting.none(why_stopped(fit)),
     }
 }
 
 fn judge(fit: &Fit, fastest: f64) -> Verdict {
     let k = fit.parameters.first().copied().unwrap_or(f64::NAN);
     if fit.stop != Stop::Converged {
-        Verdict::failed(super::series::why_stopped(fit))
+        Verdict::failed(why_stopped(fit))
     } else if let (None, Some(why)) = (&fit.covariance, &fit.why_no_covariance) {
         Verdict::failed(why.clone())
     } else if speed_limit(k) <= fastest {

@@ -4,7 +4,8 @@ use serde::Serialize;
 
 use super::dry::FittedDry;
 use super::estimate::{Estimate, Quoting, Scale};
-use super::scaling::{reference_dry_speed, FittedScaling};
+use super::own_dry_speed::reference_dry_speed;
+use super::scaling::FittedScaling;
 use crate::physics::dry as dry_physics;
 use crate::physics::inertia::Inertia;
 use crate::physics::viscous::critical_separation;

@@ -3,7 +3,6 @@
 use serde::Serialize;
 
 use crate::inference::delta::{interval, log_interval, Interval, Uncertain, LEVELS};
-use crate::inference::least_squares::Fit;
 
 /// How intervals are quoted.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -111,18 +110,5 @@ impl Estimate {
     /// Value and standard error, where both are there.
     pub fn pair(&self) -> Option<(f64, f64)> {
         self.value.zip(self.se)
-    }
-}
-
-/// What a fit knows of its parameters, for the delta method.
-pub fn uncertain(fit: &Fit) -> Uncertain {
-    let why = || {
-        fit.why_no_covariance
-            .clone()
-            .unwrap_or_else(|| "the fit has no covariance".to_owned())
-    };
-    Uncertain {
-        covariance: fit.covariance.clone().ok_or_else(why),
-        degrees_of_freedom: fit.degrees_of_freedom,
     }
 }

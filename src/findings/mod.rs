@@ -3,10 +3,13 @@
 //! | file | job |
 //! |---|---|
 //! | `estimate.rs` | a number with its standard error, its interval, or why there is none |
+//! | `judge.rs` | whether a fit may be quoted |
 //! | `dry.rs` | k of each particle, and whether one k serves all diameters |
+//! | `own_dry_speed.rs` | e_dry at each run's own speed |
 //! | `series.rs` | the square-root law of each series |
 //! | `scaling.rs` | e_inf and St_c by both laws, with the linear law's bias on this design |
 //! | `balance.rs` | L, inertial prefactor and film scale from every rebound at once |
+//! | `pooling.rs` | what pooling liquids does to the square-root law |
 //! | `energy.rs` | the energy the liquid takes, St_c·e_inf², δc |
 //! | `published.rs` | ours beside the literature's |
 //! | `verdicts.rs` | what must hold before the numbers are quoted |
@@ -16,7 +19,10 @@ pub mod balance;
 pub mod dry;
 pub mod energy;
 pub mod estimate;
+mod judge;
 pub mod overview;
+pub mod own_dry_speed;
+mod pooling;
 pub mod published;
 pub mod scaling;
 pub mod series;

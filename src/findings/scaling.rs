@@ -1,22 +1,20 @@
 //! Estimates e_inf and St_c over liquids, diameters and speeds, by the linear and the square-root law.
 
-use nalgebra::DMatrix;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::dry::{spread, FittedDry};
-use super::estimate::{uncertain, Estimate, Quoting, Scale};
-use super::series::{judge, why_stopped};
+use super::dry::FittedDry;
+use super::estimate::{Estimate, Quoting, Scale};
+use super::judge::{judge_square_root, spread, uncertain, why_stopped};
+use super::own_dry_speed::OwnDrySpeed;
 use super::Verdict;
 use crate::inference::delta::Uncertain;
-use crate::inference::laws::{fit_linear, fit_square_root, square_root_shift};
+use crate::inference::laws::{fit_linear, fit_square_root};
 use crate::inference::least_squares::{Fit, Stop};
 use crate::inference::nested::{one_law_for_all, FTest, Spread};
-use crate::physics::dry as dry_physics;
-use crate::physics::impact::DrySpeed;
 use crate::physics::numbers::stokes;
 use crate::runs::{FilmGroup, Runs, Series};
-use crate::scene::{Law, Scene, DEFAULT_DRY_SPEED};
+use crate::scene::{Law, Scene};
 
 /// e_inf and St_c of one particle at one film ratio, or over all of them, by one law.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -82,64 +80,16 @@ pub struct FittedScaling {
     pub scaling: Scaling,
 }
 
-/// The run's own dry speed in the square-root law: e_dry(v)² − e_dry(reference)² is a known offset once k is.
-pub(super) struct OwnDrySpeed {
-    dry_k: f64,
-    dry_k_se: f64,
-}
-
-/// The speed at which e_inf is quoted, m/s.
-pub fn reference_dry_speed(scene: &Scene) -> f64 {
-    match scene.model.dry_speed {
-        DrySpeed::Reference(speed) => speed,
-        DrySpeed::Impact => DEFAULT_DRY_SPEED,
-    }
-}
-
-impl OwnDrySpeed {
-    /// `None` unless the scene asks for it and the particle has a usable k.
-    pub fn new(scene: &Scene, dry: &[FittedDry], particle: usize) -> Option<Self> {
-        if scene.model.dry_speed != DrySpeed::Impact {
-            return None;
-        }
-        let (dry_k, dry_k_se) = dry.iter().find(|dry| dry.particle == particle)?.usable?;
-        Some(OwnDrySpeed { dry_k, dry_k_se })
-    }
-
-    pub fn offsets(&self, speeds: &[f64]) -> Vec<f64> {
-        let reference = dry_physics::restitution(self.dry_k, DEFAULT_DRY_SPEED);
-        let own = |v: &f64| dry_physics::restitution(self.dry_k, *v);
-        speeds.iter().map(|v| own(v) * own(v) - reference * reference).collect()
-    }
-
-    fn shift(&self, fit: &Fit, x: &[f64], offset: &[f64], speeds: &[f64]) -> Option<[f64; 2]> {
-        let slope = |v: f64| 2.0 * dry_physics::restitution(self.dry_k, v) * dry_physics::slope_dry_k(v);
-        let reference = slope(DEFAULT_DRY_SPEED);
-        let slopes: Vec<f64> = speeds.iter().map(|v| slope(*v) - reference).collect();
-        square_root_shift(fit, x, offset, &slopes)
-    }
-
-    /// Adds k's own uncertainty to the covariance; returns how the parameters move with k.
-    pub fn widen(&self, uncertain: &mut Uncertain, fit: &Fit, x: &[f64], offset: &[f64], speeds: &[f64]) -> [f64; 2] {
-        let shift = self.shift(fit, x, offset, speeds).unwrap_or_default();
-        if let Ok(covariance) = &mut uncertain.covariance {
-            let variance = self.dry_k_se * self.dry_k_se;
-            *covariance += DMatrix::from_fn(2, 2, |i, j| shift[i] * shift[j] * variance);
-        }
-        shift
-    }
-}
-
 /// The rebounds of some series, pooled: 1/St, restitution and what the square root needs besides.
-struct Pool {
-    inverse_stokes: Vec<f64>,
-    speeds: Vec<f64>,
+pub(super) struct Pool {
+    pub(super) inverse_stokes: Vec<f64>,
+    pub(super) speeds: Vec<f64>,
     restitution: Vec<f64>,
     stuck: usize,
 }
 
 impl Pool {
-    fn new(scene: &Scene, runs: &Runs, series: &[Series], keep_speeds: bool) -> Pool {
+    pub(super) fn new(scene: &Scene, runs: &Runs, series: &[Series], keep_speeds: bool) -> Pool {
         let size: usize = series.iter().map(|s| s.rebounds.len()).sum();
         let mut pool = Pool {
             inverse_stokes: Vec::with_capacity(size),
@@ -278,7 +228,7 @@ const NO_FALL: &str = "the restitution does not fall with 1/St: there is no St_c
 /// e_inf = √α, St_c = −β/(2 α), L = −β/4 of e = √(α + β/St).
 fn square_root_scaling(fit: &Fit, uncertain: &Uncertain, quoting: Quoting) -> Scaling {
     let [alpha, beta] = two(fit);
-    let verdict = judge(fit);
+    let verdict = judge_square_root(fit);
     let e_inf = alpha.max(0.0).sqrt();
     let e_inf_slope = [0.5 / e_inf, 0.0];
     let st_c_slope = [beta / (2.0 * alpha * alpha), -0.5 / alpha];
@@ -359,7 +309,7 @@ impl Tell<'_> {
     }
 }
 
-fn two(fit: &Fit) -> [f64; 2] {
+pub(super) fn two(fit: &Fit) -> [f64; 2] {
     match fit.parameters.as_slice() {
         [a, b] if fit.stop == Stop::Converged => [*a, *b],
         _ => [f64::NAN; 2],
@@ -405,24 +355,4 @@ fn linear_bias(root: &Fit, x: &[f64], offset: &[f64]) -> Option<Bias> {
         st_c: b / a - -beta / (2.0 * alpha),
     };
     (bias.e_inf.is_finite() && bias.st_c.is_finite()).then_some(bias)
-}
-
-/// e_inf and St_c of the square-root law fitted to noise-free restitutions at the rebounds of some series.
-pub(super) fn root_of_exact(
-    scene: &Scene,
-    runs: &Runs,
-    dry: &[FittedDry],
-    particle: usize,
-    series: &[Series],
-    exact: &[f64],
-) -> Option<[f64; 2]> {
-    let pool = Pool::new(scene, runs, series, true);
-    let own = OwnDrySpeed::new(scene, dry, particle);
-    // where the balance keeps no energy, the law is not defined and no run would have rebounded
-    let kept: Vec<usize> = (0..exact.len()).filter(|run| exact[*run] > 0.0).collect();
-    let pick = |column: &[f64]| -> Vec<f64> { kept.iter().map(|run| column[*run]).collect() };
-    let offset = own.map_or_else(Vec::new, |own| own.offsets(&pick(&pool.speeds)));
-    let fit = fit_square_root(&pick(&pool.inverse_stokes), &offset, &pick(exact));
-    let [alpha, beta] = two(&fit);
-    (alpha > 0.0 && beta < 0.0).then(|| [alpha.sqrt(), -beta / (2.0 * alpha)])
 }

@@ -4,11 +4,12 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::dry::FittedDry;
-use super::estimate::{uncertain, Estimate, Quoting, Scale};
-use super::scaling::OwnDrySpeed;
+use super::estimate::{Estimate, Quoting, Scale};
+use super::judge::{falls, judge_square_root, uncertain, why_stopped, ALPHA_NOT_POSITIVE, BETA_NOT_NEGATIVE};
+use super::own_dry_speed::OwnDrySpeed;
 use super::Verdict;
 use crate::inference::laws::fit_square_root;
-use crate::inference::least_squares::{Fit, Stop};
+use crate::inference::least_squares::Stop;
 use crate::runs::{Runs, Series};
 use crate::scene::Scene;
 
@@ -75,7 +76,7 @@ fn of_series(scene: &Scene, runs: &Runs, series: &Series, dry: &[FittedDry], quo
     if let Some(own) = &own {
         own.widen(&mut uncertain, &fit, &x, &offset, speeds);
     }
-    let verdict = judge(&fit);
+    let verdict = judge_square_root(&fit);
     let converged = fit.stop == Stop::Converged;
     let (alpha, beta) = match fit.parameters.as_slice() {
         [alpha, beta] if converged => (*alpha, *beta),
@@ -116,36 +117,4 @@ fn of_series(scene: &Scene, runs: &Runs, series: &Series, dry: &[FittedDry], quo
         stop: fit.stop.as_str(),
         verdict,
     }
-}
-
-const ALPHA_NOT_POSITIVE: &str = "α is not positive: the runs do not reach e_inf";
-const BETA_NOT_NEGATIVE: &str = "β is not negative: the restitution does not fall towards low speeds";
-
-/// A slope this small beside α is rounding, not a fall.
-const NO_FALL: f64 = 1e-12;
-
-/// Whether the fitted restitution falls towards low speeds.
-fn falls(fit: &Fit) -> bool {
-    matches!(fit.parameters.as_slice(), [alpha, beta] if *beta < -NO_FALL * alpha.abs())
-}
-
-/// Whether a two-parameter law of e may be quoted.
-pub(super) fn judge(fit: &Fit) -> Verdict {
-    if fit.stop != Stop::Converged {
-        Verdict::failed(why_stopped(fit))
-    } else if fit.parameters.first().is_none_or(|alpha| *alpha <= 0.0) {
-        Verdict::failed(ALPHA_NOT_POSITIVE)
-    } else if !falls(fit) {
-        Verdict::failed(BETA_NOT_NEGATIVE)
-    } else if let (None, Some(why)) = (&fit.covariance, &fit.why_no_covariance) {
-        Verdict::failed(why.clone())
-    } else {
-        Verdict::passed("converged")
-    }
-}
-
-/// Why a fit that did not converge gives no numbers.
-pub(super) fn why_stopped(fit: &Fit) -> String {
-    let reason = fit.why_no_covariance.clone();
-    reason.unwrap_or_else(|| format!("the fit ended with {}", fit.stop.as_str()))
 }

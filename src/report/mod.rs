@@ -3,7 +3,7 @@
 //! | file | job |
 //! |---|---|
 //! | `numbers.rs` | rounds every number by its uncertainty |
-//! | `markdown.rs` | writes the report |
+//! | `markdown/` | writes the report |
 //! | `figures.rs` | says what each figure shows |
 //! | `chart.rs` | draws a chart as SVG |
 //! | `json.rs` | lays JSON out |

@@ -1,17 +1,21 @@
 //! Says what each figure shows: points, laws and axes, as the paper's figs. 2 to 5 have them.
 
+mod film;
+mod points;
+
 use super::chart::{svg, Axis, Chart, Dash, Layer, Point, Style};
 use super::{numbers, Told};
-use crate::findings::estimate::Estimate;
-use crate::findings::scaling::{reference_dry_speed, Scaling};
+use crate::findings::own_dry_speed::reference_dry_speed;
+use crate::findings::scaling::Scaling;
 use crate::findings::series::SeriesFit;
 use crate::physics::impact::DrySpeed;
-use crate::physics::inertia::Inertia;
 use crate::physics::numbers::stokes;
 use crate::physics::{dry, rebound};
 use crate::runs::Series;
 use crate::scene::Law;
 use crate::units::{micrometres, millimetres};
+use film::{energy, film};
+use points::{chart, curve, largest, means_of, pairs, points, steps};
 
 /// A finished figure.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,13 +46,6 @@ pub fn film_ratios_name(particle: &str) -> String {
     format!("restitution-film_ratios-{particle}.svg")
 }
 
-/// More points than this are joined into wider bins.
-const MOST_POINTS: usize = 2000;
-/// Runs whose abscissae agree to this share are one point; wider bins follow where there are too many.
-const BIN_WIDTHS: [f64; 4] = [0.02, 0.05, 0.1, 0.3];
-/// Points along a curve.
-const CURVE: usize = 160;
-
 const RESTITUTION: &str = "restitution e_{n}";
 const INVERSE_STOKES: &str = "St^{−1}";
 
@@ -77,75 +74,6 @@ pub fn all(told: Told) -> Vec<Figure> {
 
 fn has_points(layer: &Layer) -> bool {
     matches!(layer, Layer::Points { points, .. } if !points.is_empty())
-}
-
-fn points(name: impl Into<String>, points: Vec<Point>, style: Style) -> Layer {
-    Layer::Points {
-        name: Some(name.into()),
-        points,
-        style,
-    }
-}
-
-fn curve(name: impl Into<String>, xy: Vec<(f64, f64)>, style: Style, dash: Dash) -> Layer {
-    Layer::Line {
-        name: Some(name.into()),
-        xy,
-        style,
-        dash,
-    }
-}
-
-fn chart(x: Axis, y: Axis, layers: Vec<Layer>) -> Chart {
-    Chart {
-        title: None,
-        x,
-        y,
-        layers,
-    }
-}
-
-/// Points of (x, e): runs whose x agree are one mean with its standard error.
-fn means(pairs: &mut [(f64, f64)], width: f64) -> Vec<Point> {
-    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut points = vec![];
-    let mut rest = &*pairs;
-    while let Some((first, _)) = rest.first() {
-        let count = rest
-            .iter()
-            .take_while(|(x, _)| *x <= first * (1.0 + width))
-            .count()
-            .max(1);
-        let (bin, after) = rest.split_at(count);
-        let n = count as f64;
-        let x = bin.iter().map(|(x, _)| x).sum::<f64>() / n;
-        let y = bin.iter().map(|(_, e)| e).sum::<f64>() / n;
-        let spread: f64 = bin.iter().map(|(_, e)| (e - y) * (e - y)).sum();
-        let y_se = (count > 1).then(|| (spread / (n - 1.0) / n).sqrt());
-        points.push(Point { x, y, y_se });
-        rest = after;
-    }
-    points
-}
-
-/// The same for several groups at once, with the narrowest bins that keep the figure readable.
-fn means_of(mut groups: Vec<Vec<(f64, f64)>>) -> Vec<Vec<Point>> {
-    let mut joined = vec![];
-    for width in BIN_WIDTHS {
-        joined = groups.iter_mut().map(|pairs| means(pairs, width)).collect();
-        if joined.iter().map(Vec::len).sum::<usize>() <= MOST_POINTS {
-            break;
-        }
-    }
-    joined
-}
-
-fn steps(lo: f64, hi: f64) -> impl Iterator<Item = f64> {
-    (0..=CURVE).map(move |i| lo + (hi - lo) * i as f64 / CURVE as f64)
-}
-
-fn largest(points: &[Vec<Point>]) -> Option<f64> {
-    points.iter().flatten().map(|p| p.x).reduce(f64::max)
 }
 
 /// The film ratio shown where one must be chosen: a published one, else the one with most rebounds.
@@ -259,10 +187,6 @@ fn widen_to_data(chart: &mut Chart) {
     if highest.reduce(f64::max).is_some_and(|y| y > 0.99) {
         chart.y = chart.y.clone().between(0.0, 1.15);
     }
-}
-
-fn pairs(x: &[f64], y: &[f64]) -> Vec<(f64, f64)> {
-    x.iter().copied().zip(y.iter().copied()).collect()
 }
 
 /// √(α + β/v) from its threshold on; `None` where the series has no usable law.
@@ -389,101 +313,4 @@ fn every_film_ratio(told: Told, particle: usize) -> Chart {
     drawn.title = Some(format!("{}, every film ratio", told.scene.particles[particle].name));
     widen_to_data(&mut drawn);
     drawn
-}
-
-fn estimate_point(film_ratio: f64, estimate: &Estimate) -> Option<Point> {
-    Some(Point {
-        x: film_ratio,
-        y: estimate.value?,
-        y_se: estimate.se,
-    })
-}
-
-/// e_inf and St_c against the film ratio: a colour a particle, hollow for the linear law.
-fn film(told: Told) -> Vec<Chart> {
-    let panel = |label: &str, of: fn(&Scaling) -> &Estimate| {
-        let mut layers = vec![];
-        for (index, particle) in told.scene.particles.iter().enumerate() {
-            for (law, words) in [(Law::Sqrt, "square root"), (Law::Linear, "linear")] {
-                let rows = told.findings.scaling.iter();
-                let mine = rows.filter(|r| r.particle == particle.name && r.law == law.name() && r.verdict.passed);
-                let points_of: Vec<Point> = mine.filter_map(|r| estimate_point(r.film_ratio?, of(r))).collect();
-                let style = Style {
-                    group: index + 1,
-                    open: law == Law::Linear,
-                };
-                if !points_of.is_empty() {
-                    layers.push(points(format!("{}, {words}", particle.name), points_of, style));
-                }
-            }
-        }
-        chart(Axis::new("film ratio δ/D"), Axis::new(label), layers)
-    };
-    vec![panel("e_{inf}", |row| &row.e_inf), panel("St_{c}", |row| &row.st_c)]
-}
-
-/// The inertial loss with both predictions, and St_c e_inf², against the film ratio, by the square-root law.
-fn energy(told: Told) -> Vec<Chart> {
-    let rows = || told.findings.energy.iter().filter(|row| row.law == Law::Sqrt.name());
-    let end = rows().map(|row| row.film_ratio).reduce(f64::max).unwrap_or(0.1) * 1.08;
-    let of_particles = |of: fn(&crate::findings::energy::Energy) -> &Estimate| -> Vec<Layer> {
-        let names = told.scene.particles.iter().enumerate();
-        names
-            .filter_map(|(index, particle)| {
-                let mine = rows().filter(|row| row.particle == particle.name);
-                let points_of: Vec<Point> = mine.filter_map(|row| estimate_point(row.film_ratio, of(row))).collect();
-                let style = Style::group(index + 1);
-                (!points_of.is_empty()).then(|| points(particle.name.clone(), points_of, style))
-            })
-            .collect()
-    };
-    let mut loss = of_particles(|row| &row.loss_over_density_ratio);
-    if !loss.is_empty() {
-        for (form, words, dash) in [
-            (Inertia::Stepwise, "stepwise, eq. Eint2", Dash::Solid),
-            (Inertia::Cap, "cap, eq. Eint1", Dash::Dashed),
-        ] {
-            let last = end.min(form.valid_to());
-            let law = steps(0.0, last).map(|x| (x, form.shape(x, 1.0))).collect();
-            loss.push(curve(words, law, Style::group(0), dash));
-        }
-    }
-    if let Some((form, c, scale)) = fitted_form(told).filter(|_| !loss.is_empty()) {
-        let law = steps(0.0, end.min(form.valid_to()))
-            .map(|x| (x, c * form.shape(x, scale)))
-            .collect();
-        loss.push(curve(
-            format!("fitted, {}", form.name()),
-            law,
-            Style::group(0),
-            Dash::Dotted,
-        ));
-    }
-    vec![
-        chart(
-            Axis::new("film ratio δ/D"),
-            Axis::new("(e_{dry}^{2} − e_{inf}^{2})/ρ̃"),
-            loss,
-        ),
-        chart(
-            Axis::new("film ratio δ/D"),
-            Axis::new("St_{c} e_{inf}^{2}"),
-            of_particles(|row| &row.st_c_e_inf2),
-        ),
-    ]
-}
-
-/// The inertial form of the energy balance with its fitted C and δ̃0, where it may be quoted.
-fn fitted_form(told: Told) -> Option<(Inertia, f64, f64)> {
-    let balance = told
-        .findings
-        .energy_balance
-        .as_ref()
-        .filter(|balance| balance.verdict.passed)?;
-    let form = Inertia::ALL.into_iter().find(|form| form.name() == balance.inertia)?;
-    let value = |name: &str| {
-        let parameter = balance.parameters.iter().find(|parameter| parameter.name == name)?;
-        parameter.estimate.value
-    };
-    Some((form, value("inertial_prefactor")?, value("film_scale").unwrap_or(1.0)))
 }

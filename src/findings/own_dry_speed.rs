@@ -1,0 +1,59 @@
+//! Takes e_dry at each run's own speed, where the scene asks for it, and carries k's uncertainty along.
+
+use nalgebra::DMatrix;
+
+use super::dry::FittedDry;
+use crate::inference::delta::Uncertain;
+use crate::inference::laws::square_root_shift;
+use crate::inference::least_squares::Fit;
+use crate::physics::dry as dry_physics;
+use crate::physics::impact::DrySpeed;
+use crate::scene::{Scene, DEFAULT_DRY_SPEED};
+
+/// The run's own dry speed in the square-root law: e_dry(v)² − e_dry(reference)² is a known offset once k is.
+pub(super) struct OwnDrySpeed {
+    dry_k: f64,
+    dry_k_se: f64,
+}
+
+/// The speed at which e_inf is quoted, m/s.
+pub fn reference_dry_speed(scene: &Scene) -> f64 {
+    match scene.model.dry_speed {
+        DrySpeed::Reference(speed) => speed,
+        DrySpeed::Impact => DEFAULT_DRY_SPEED,
+    }
+}
+
+impl OwnDrySpeed {
+    /// `None` unless the scene asks for it and the particle has a usable k.
+    pub fn new(scene: &Scene, dry: &[FittedDry], particle: usize) -> Option<Self> {
+        if scene.model.dry_speed != DrySpeed::Impact {
+            return None;
+        }
+        let (dry_k, dry_k_se) = dry.iter().find(|dry| dry.particle == particle)?.usable?;
+        Some(OwnDrySpeed { dry_k, dry_k_se })
+    }
+
+    pub fn offsets(&self, speeds: &[f64]) -> Vec<f64> {
+        let reference = dry_physics::restitution(self.dry_k, DEFAULT_DRY_SPEED);
+        let own = |v: &f64| dry_physics::restitution(self.dry_k, *v);
+        speeds.iter().map(|v| own(v) * own(v) - reference * reference).collect()
+    }
+
+    fn shift(&self, fit: &Fit, x: &[f64], offset: &[f64], speeds: &[f64]) -> Option<[f64; 2]> {
+        let slope = |v: f64| 2.0 * dry_physics::restitution(self.dry_k, v) * dry_physics::slope_dry_k(v);
+        let reference = slope(DEFAULT_DRY_SPEED);
+        let slopes: Vec<f64> = speeds.iter().map(|v| slope(*v) - reference).collect();
+        square_root_shift(fit, x, offset, &slopes)
+    }
+
+    /// Adds k's own uncertainty to the covariance; returns how the parameters move with k.
+    pub fn widen(&self, uncertain: &mut Uncertain, fit: &Fit, x: &[f64], offset: &[f64], speeds: &[f64]) -> [f64; 2] {
+        let shift = self.shift(fit, x, offset, speeds).unwrap_or_default();
+        if let Ok(covariance) = &mut uncertain.covariance {
+            let variance = self.dry_k_se * self.dry_k_se;
+            *covariance += DMatrix::from_fn(2, 2, |i, j| shift[i] * shift[j] * variance);
+        }
+        shift
+    }
+}

@@ -1,0 +1,58 @@
+//! Tells what wants a second look, and how to make the report again.
+
+use super::super::{numbers, Told};
+use super::page::Page;
+
+pub(super) fn cautions(page: &mut Page, told: Told) {
+    let findings = told.findings;
+    page.heading("Cautions");
+    for notice in &findings.notices {
+        page.text
+            .push_str(&format!("* {}. Next: {}.\n", notice.text, notice.next_step));
+    }
+    if !findings.notices.is_empty() {
+        page.text.push('\n');
+    }
+    let rows: Vec<Vec<String>> = findings
+        .verdicts
+        .iter()
+        .filter(|check| check.gates || !check.passed)
+        .map(|check| {
+            let outcome = match (check.passed, check.gates) {
+                (true, _) => "holds",
+                (false, true) => "fails: not to be quoted",
+                (false, false) => "fails",
+            };
+            vec![
+                check.text.clone(),
+                numbers::optional(check.value, 3),
+                numbers::significant(check.threshold, 3),
+                outcome.to_owned(),
+                check.source.to_owned(),
+            ]
+        })
+        .collect();
+    page.table(&["check", "value", "line", "outcome", "why this line"], &rows);
+}
+
+pub(super) fn reproduce(page: &mut Page, told: Told) {
+    let findings = told.findings;
+    page.heading("How to reproduce");
+    let runs = told
+        .scene
+        .data
+        .runs
+        .file_name()
+        .map_or(String::new(), |n| n.to_string_lossy().into_owned());
+    page.paragraph(&format!(
+        "`wetcor fit {}/scene.toml --seed {}`, wetcor {}. Full precision, further intervals and every reason stand in `findings.json`.",
+        findings.scene, findings.seed, findings.wetcor
+    ));
+    page.table(
+        &["input", "SHA-256"],
+        &[
+            vec!["scene".to_owned(), findings.scene_sha256.clone()],
+            vec![runs, findings.data_sha256.clone()],
+        ],
+    );
+}

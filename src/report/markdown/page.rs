@@ -1,0 +1,44 @@
+//! Lays out headings, paragraphs, tables and figures in markdown.
+
+/// A markdown text in the making.
+pub(super) struct Page {
+    pub(super) text: String,
+    pub(super) figures: Vec<String>,
+}
+
+impl Page {
+    pub(super) fn heading(&mut self, title: &str) {
+        self.text.push_str(&format!("## {title}\n\n"));
+    }
+
+    pub(super) fn paragraph(&mut self, text: &str) {
+        self.text.push_str(text);
+        self.text.push_str("\n\n");
+    }
+
+    pub(super) fn table(&mut self, header: &[&str], rows: &[Vec<String>]) {
+        let mut line = |cells: &[String]| {
+            self.text.push_str("| ");
+            self.text.push_str(&cells.join(" | "));
+            self.text.push_str(" |\n");
+        };
+        line(&header.iter().map(|cell| (*cell).to_owned()).collect::<Vec<_>>());
+        line(&vec!["---".to_owned(); header.len()]);
+        for row in rows {
+            line(&row.iter().map(|cell| escaped(cell)).collect::<Vec<_>>());
+        }
+        self.text.push('\n');
+    }
+
+    /// Places a figure that was drawn; nothing where figures were not asked for.
+    pub(super) fn figure(&mut self, name: &str, caption: &str) {
+        if self.figures.iter().any(|drawn| drawn == name) {
+            self.paragraph(&format!("![{caption}](figures/{name})\n*{caption}*"));
+        }
+    }
+}
+
+/// Keeps a cell one cell.
+fn escaped(text: &str) -> String {
+    text.replace('|', "\\|").replace('\n', " ")
+}

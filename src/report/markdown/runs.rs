@@ -1,0 +1,92 @@
+//! Tells what was read: ranges of the runs, and what they can identify.
+
+use super::super::numbers::{self, NONE};
+use super::super::Told;
+use super::cells::list;
+use super::page::Page;
+use crate::findings::overview::{Material, Overview};
+use crate::units::{micrometres, millimetres};
+
+/// The table of what was read, for the report and the `check` command.
+fn materials(materials: &[Material]) -> (Vec<&'static str>, Vec<Vec<String>>) {
+    let header = vec![
+        "particle",
+        "liquid",
+        "runs",
+        "stuck",
+        "D / mm",
+        "δ/D",
+        "δ / µm",
+        "v / (m/s)",
+        "St",
+        "Re",
+        "e",
+    ];
+    let range = |range: Option<[f64; 2]>| range.map_or(NONE.to_owned(), numbers::range);
+    let rows = materials
+        .iter()
+        .map(|row| {
+            let ratios = if row.film_ratios.is_empty() {
+                NONE.to_owned()
+            } else {
+                list(&row.film_ratios, |x| x)
+            };
+            vec![
+                row.particle.clone(),
+                row.liquid.clone(),
+                row.runs.to_string(),
+                row.stuck.to_string(),
+                list(&row.diameters_m, millimetres),
+                ratios,
+                range(row.film_m.map(|film| film.map(micrometres))),
+                numbers::range(row.impact_speed_m_s),
+                range(row.stokes),
+                range(row.reynolds),
+                range(row.restitution),
+            ]
+        })
+        .collect();
+    (header, rows)
+}
+
+pub(super) fn data(page: &mut Page, told: Told) {
+    let counts = &told.findings.counts;
+    page.heading("Data");
+    let screened: usize = counts.screened.iter().map(|s| s.runs).sum();
+    page.paragraph(&format!(
+        "{} runs read, {screened} screened, {} stuck, {} used by least squares. \
+         St and Re = ρl δ v/η are ranges over the runs, e over the rebounds.",
+        counts.runs, counts.stuck, counts.used
+    ));
+    let (header, rows) = materials(&told.overview.materials);
+    page.table(&header, &rows);
+}
+
+/// What was read, for a terminal: plain columns.
+pub fn overview_text(overview: &Overview) -> String {
+    let mut text = format!("{}\n{} runs read", overview.title, overview.runs);
+    for screened in &overview.screened {
+        text.push_str(&format!(", {} left out ({})", screened.runs, screened.reason));
+    }
+    text.push_str("\n\n");
+    let (header, rows) = materials(&overview.materials);
+    let header: Vec<String> = header.into_iter().map(str::to_owned).collect();
+    let all: Vec<&Vec<String>> = std::iter::once(&header).chain(&rows).collect();
+    let width = |column: usize| all.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..header.len()).map(width).collect();
+    for row in &all {
+        let cells: Vec<String> = row
+            .iter()
+            .zip(&widths)
+            .map(|(cell, width)| format!("{cell}{}", " ".repeat(width - cell.chars().count())))
+            .collect();
+        text.push_str(cells.join("  ").trim_end());
+        text.push('\n');
+    }
+    text.push_str("\nWhat these runs can identify\n");
+    for one in &overview.identifies {
+        let answer = if one.identified { "yes" } else { "no " };
+        text.push_str(&format!("  {answer}  {}: {}\n", one.quantity, one.reason));
+    }
+    text
+}
