@@ -81,17 +81,23 @@ fn value(estimate: &wetcor::findings::estimate::Estimate) -> f64 {
     estimate.value.expect("the fit converged")
 }
 
-/// How many of some simulated scenes have intervals that cover the truth, for k, L, C and δ̃0 in turn.
+/// How many of some simulated scenes have intervals that cover the truth: k, L, C, δ̃0, and e_inf and St_c at the
+/// thickest film.
 /// `shrink` narrows the intervals about their middle: the planted fault.
-fn coverage(sets: u64, shrink: f64) -> [usize; 4] {
+fn coverage(sets: u64, shrink: f64) -> [usize; 6] {
     let place = Place::new(CLEAR);
-    let truth = [0.183, 1.9, 0.45, 0.07];
-    let mut covered = [0; 4];
+    let e_dry = 1.0 - 0.183 * 2f64.powf(0.2);
+    let e_inf2 = e_dry * e_dry - 0.45 * 930.0 / 2150.0 * (1.0 - (-0.15f64 / 0.07).exp());
+    let truth = [0.183, 1.9, 0.45, 0.07, e_inf2.sqrt(), 2.0 * 1.9 / e_inf2];
+    let mut covered = [0; 6];
     for set in 0..sets {
         let findings = place.infer(seed_of("the_intervals_cover_the_truth").wrapping_add(set));
         let balance = findings.energy_balance.as_ref().expect("dry and wet runs");
         let wet = balance.parameters.iter().take(3).map(|parameter| &parameter.estimate);
-        let estimates = std::iter::once(&findings.dry[0].dry_k).chain(wet);
+        let thickest = balance.derived.last().expect("four film ratios");
+        let estimates = std::iter::once(&findings.dry[0].dry_k)
+            .chain(wet)
+            .chain([&thickest.e_inf, &thickest.st_c]);
         for ((estimate, truth), covered) in estimates.zip(truth).zip(&mut covered) {
             let [lo, hi] = estimate.interval.expect("the fit converged");
             let (middle, half) = ((lo + hi) / 2.0, shrink * (hi - lo) / 2.0);

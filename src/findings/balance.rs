@@ -3,17 +3,20 @@
 use serde::Serialize;
 
 use super::dry::FittedDry;
+use super::energy::density_ratio;
 use super::estimate::{Estimate, Quoting, Scale};
 use super::judge::{spread, uncertain, why_stopped};
+use super::own_dry_speed::reference_dry_speed;
 use super::pooling::tell_bias;
 use super::scaling::FittedScaling;
 use super::Verdict;
 use crate::inference::balance::{fit_balance, Balance, Block};
+use crate::inference::delta::Uncertain;
 use crate::inference::least_squares::Stop;
 use crate::inference::nested::{one_law_for_all, FTest, Spread};
 use crate::physics::inertia::Inertia;
-use crate::physics::numbers;
-use crate::runs::Runs;
+use crate::physics::{dry, numbers, viscous};
+use crate::runs::{FilmGroup, Runs};
 use crate::scene::{Law, Scene};
 
 /// The energy balance over particles, liquids, diameters, films and speeds.
@@ -29,6 +32,8 @@ pub struct EnergyBalance {
     pub parameters: Vec<Parameter>,
     /// δc/ε = exp(L)
     pub delta_c_over_roughness: Estimate,
+    /// e_inf and St_c that follow from the parameters, for each particle and film ratio
+    pub derived: Vec<Derived>,
     /// largest distance of a k here from that of the dry runs alone, in combined standard errors
     pub dry_k_shift_in_se: Option<f64>,
     /// spread of the restitutions about the law
@@ -50,6 +55,23 @@ pub struct Parameter {
     pub estimate: Estimate,
 }
 
+/// e_inf and St_c of one particle at one film ratio, as they follow from the energy balance.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Derived {
+    /// name of the particle
+    pub particle: String,
+    /// film ratio
+    pub film_ratio: f64,
+    /// ρ̃, mean over the rebounds
+    pub density_ratio: f64,
+    /// √(e_dry² − C ρ̃ g), at the reference dry speed
+    pub e_inf: Estimate,
+    /// 2 L/e_inf²
+    pub st_c: Estimate,
+    /// their correlation
+    pub correlation: Option<f64>,
+}
+
 /// Probability of the lack-of-fit test below which the balance does not describe the runs.
 pub const MISFIT: f64 = 0.001;
 
@@ -59,12 +81,12 @@ pub const MISFIT: f64 = 0.001;
 pub fn find(
     scene: &Scene,
     runs: &Runs,
-    dry: &[FittedDry],
+    fitted_dry: &[FittedDry],
     scaling: &mut [FittedScaling],
     quoting: Quoting,
 ) -> Option<EnergyBalance> {
     let has_rebounds = |p: usize| runs.series.iter().any(|s| s.particle == p && !s.rebounds.is_empty());
-    let known: Vec<(usize, (f64, f64))> = dry
+    let known: Vec<(usize, (f64, f64))> = fitted_dry
         .iter()
         .filter(|d| has_rebounds(d.particle))
         .filter_map(|d| Some((d.particle, d.usable?)))
@@ -120,7 +142,7 @@ pub fn find(
     };
     let wet = balance.names();
     if converged {
-        tell_bias(scene, runs, dry, scaling, &balance, &fit.parameters, &known);
+        tell_bias(scene, runs, fitted_dry, scaling, &balance, &fit.parameters, &known);
     }
     let names = wet.iter().map(|name| (*name).to_owned());
     let dry_names = known
@@ -136,6 +158,17 @@ pub fn find(
         })
         .collect();
     let l = fit.parameters.first().copied().unwrap_or(f64::NAN);
+    let derived = if converged {
+        runs.film_groups
+            .iter()
+            .filter_map(|group| {
+                let at = place(group.particle)?;
+                derive((scene, runs, group), &balance, at, &fit.parameters, &uncertain, quoting)
+            })
+            .collect()
+    } else {
+        vec![]
+    };
     let one = Spread {
         parameters: wet.len(),
         ..spread(&fit)
@@ -161,9 +194,58 @@ pub fn find(
         verdict: judge(&fit, l, lack_of_fit.as_ref()),
         dry_k_shift_in_se: shifts.reduce(f64::max),
         parameters,
+        derived,
         residual_sd: fit.residual_sd,
         lack_of_fit,
         stop: fit.stop.as_str(),
+    })
+}
+
+/// e_inf and St_c of a film ratio; `None` where none of its runs rebounded or nothing is left for e_inf.
+fn derive(
+    setting: (&Scene, &Runs, &FilmGroup),
+    balance: &Balance,
+    place: usize,
+    parameters: &[f64],
+    uncertain: &Uncertain,
+    quoting: Quoting,
+) -> Option<Derived> {
+    let (scene, runs, group) = setting;
+    let series = &runs.series[group.series.clone()];
+    if series.iter().all(|s| s.rebounds.is_empty()) {
+        return None;
+    }
+    let density_ratio = density_ratio(scene, group.particle, series);
+    let (l, c, scale, dry_k) = balance.unpack(parameters);
+    let v = reference_dry_speed(scene);
+    let e_dry = dry::restitution(dry_k[place], v);
+    let (form, ratio) = (balance.inertia, group.film_ratio);
+    let e_inf2 = e_dry * e_dry - c * density_ratio * form.shape(ratio, scale);
+    if e_inf2 <= 0.0 {
+        return None;
+    }
+    let e_inf = e_inf2.sqrt();
+    // slopes of e_inf² in the parameters, in their order
+    let wet = [
+        0.0,
+        -density_ratio * form.shape(ratio, scale),
+        -c * density_ratio * form.slope_film_scale(ratio, scale),
+    ];
+    let mut slopes = vec![0.0; parameters.len()];
+    let names = balance.names().len();
+    slopes[..names].copy_from_slice(&wet[..names]);
+    slopes[names + place] = 2.0 * e_dry * dry::slope_dry_k(v);
+    let e_inf_slopes: Vec<f64> = slopes.iter().map(|slope| 0.5 * slope / e_inf).collect();
+    let st_c = viscous::st_c(l, e_inf);
+    let mut st_c_slopes: Vec<f64> = slopes.iter().map(|slope| -st_c * slope / e_inf2).collect();
+    st_c_slopes[0] += 2.0 / e_inf2;
+    Some(Derived {
+        particle: scene.particles[group.particle].name.clone(),
+        film_ratio: ratio,
+        density_ratio,
+        correlation: uncertain.correlation(&e_inf_slopes, &st_c_slopes),
+        e_inf: quoting.of(uncertain, e_inf, &e_inf_slopes, Scale::Plain),
+        st_c: quoting.of(uncertain, st_c, &st_c_slopes, Scale::Plain),
     })
 }
 

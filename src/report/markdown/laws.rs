@@ -7,7 +7,6 @@ use super::cells::{estimated, interval_header, law_name, list, told_verdict};
 use super::page::Page;
 use crate::findings::scaling::Scaling;
 use crate::physics::impact::DrySpeed;
-use crate::scene::Law;
 use crate::units::{micrometres, millimetres};
 
 pub(super) fn dry(page: &mut Page, told: Told) {
@@ -103,6 +102,7 @@ pub(super) fn series(page: &mut Page, told: Told) {
     for name in estimated(told) {
         page.figure(
             &figures::speed_name(&name),
+            &format!("{name}: e_n against v"),
             &format!("{name}: restitution against impact speed at one film ratio. Points are means of repeated speeds with their standard errors, curves the fits of this section and the dry law (as figs. 2a and 2c of Müller & Huang 2016)."),
         );
     }
@@ -166,12 +166,14 @@ pub(super) fn scaling(page: &mut Page, told: Told) {
     for name in estimated(told) {
         page.figure(
             &figures::stokes_name(&name),
+            &format!("{name}: e_n against 1/St"),
             &format!(
                 "{name}: restitution against 1/St at one film ratio, with both laws fitted to it (as figs. 2b and 2d)."
             ),
         );
         page.figure(
             &figures::film_ratios_name(&name),
+            &format!("{name}: every film ratio"),
             &format!("{name}: restitution against 1/St at every film ratio, with both laws fitted over all of them (as fig. 3)."),
         );
     }
@@ -217,12 +219,16 @@ pub(super) fn scaling(page: &mut Page, told: Told) {
 }
 
 pub(super) fn film(page: &mut Page, told: Told) {
-    let linear = told.findings.scaling.iter().filter(|row| row.law == Law::Linear.name());
-    let rows: Vec<Vec<String>> = linear
+    let rows: Vec<Vec<String>> = told
+        .findings
+        .scaling
+        .iter()
         .filter_map(|row| {
             let mut cells = vec![
                 row.particle.clone(),
                 numbers::short(row.film_ratio?),
+                law_name(row.law),
+                format!("{} ({})", row.runs, row.stuck),
                 numbers::estimate(&row.e_inf),
                 numbers::estimate(&row.st_c),
                 numbers::optional(row.correlation, 2),
@@ -236,15 +242,22 @@ pub(super) fn film(page: &mut Page, told: Told) {
         return;
     }
     page.heading("Film thickness");
-    page.paragraph("The linear law at each film ratio, to set beside the square root's e_inf and St_c above.");
+    page.paragraph(
+        "Both laws fitted directly at each film ratio, the square root as e = e_inf √(1 − 2 St_c/St). Their bias is what \
+         they get wrong without any noise: the linear law against the square root; the square root, which takes liquids \
+         of different density ratio as one, against the energy balance.",
+    );
     page.figure(
         figures::FILM,
+        "e_inf and St_c",
         "e_inf and St_c against the film ratio by both laws; bars are standard errors (as fig. 4).",
     );
     page.table(
         &[
             "particle",
             "δ/D",
+            "law",
+            "rebounds (stuck)",
             "e_inf",
             "St_c",
             "corr",
@@ -270,6 +283,7 @@ pub(super) fn energy(page: &mut Page, told: Told) {
     );
     page.figure(
         figures::ENERGY,
+        "energy balance",
         "Inertial loss over density ratio with both predictions, and St_c e_inf², against the film ratio by the square-root law; bars are standard errors (as fig. 5).",
     );
     let rows: Vec<Vec<String>> = findings

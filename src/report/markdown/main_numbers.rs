@@ -2,10 +2,10 @@
 
 use super::super::numbers::{self, NONE};
 use super::super::Told;
-use super::cells::{interval_header, law_name, told_verdict};
-use super::laws::bias_cells;
+use super::cells::{interval_header, law_name};
 use super::page::Page;
 use super::verdict_line;
+use crate::findings::balance::Derived;
 use crate::findings::estimate::Estimate;
 use crate::findings::own_dry_speed::reference_dry_speed;
 use crate::scene::{Law, Published};
@@ -33,53 +33,47 @@ pub(super) fn main_numbers(page: &mut Page, told: Told) {
         rows.push(number("δc/ε = exp(L)".to_owned(), &balance.delta_c_over_roughness));
     }
     page.table(&["quantity", "value", &level], &rows);
-    let rows: Vec<Vec<String>> = findings
-        .scaling
-        .iter()
-        .filter(|row| row.law == Law::Sqrt.name())
-        .filter_map(|row| {
-            Some(vec![
-                row.particle.clone(),
-                numbers::short(row.film_ratio?),
-                format!("{} ({})", row.runs, row.stuck),
-                numbers::estimate(&row.e_inf),
-                numbers::estimate(&row.st_c),
-                row.st_no_rebound.as_ref().map_or(NONE.to_owned(), numbers::estimate),
-                numbers::optional(row.correlation, 2),
-            ])
-            .map(|mut cells| {
-                cells.extend(bias_cells(row));
-                cells.extend([numbers::optional(row.residual_sd, 2), told_verdict(&row.verdict)]);
-                cells
-            })
-        })
-        .collect();
-    if rows.is_empty() {
-        return;
-    }
     let speed = numbers::short(reference_dry_speed(told.scene));
-    page.paragraph(&format!(
-        "e_inf and St_c by the square-root law e = e_inf √(1 − 2 St_c/St), at each film ratio; it is zero at \
-         2 St_c, below which nothing rebounds. e_inf holds for e_dry at {speed} m/s. The law takes liquids of \
-         different density ratio as one; its bias is what that gets wrong, by fitting it to the noise-free \
-         energy balance at the same runs."
-    ));
-    page.table(
-        &[
-            "particle",
-            "δ/D",
-            "rebounds (stuck)",
-            "e_inf",
-            "St_c",
-            "2 St_c",
-            "corr(e_inf, St_c)",
-            "bias of e_inf",
-            "bias of St_c",
-            "residual sd",
-            "verdict",
-        ],
-        &rows,
-    );
+    if let Some(derived) = derived(told) {
+        page.paragraph(&format!(
+            "From these follow, at each film ratio, e_inf = √(e_dry² − C ρ̃ g) with e_dry at {speed} m/s, St_c = 2 L/e_inf², \
+             and 2 St_c, below which nothing rebounds."
+        ));
+        let rows: Vec<Vec<String>> = derived
+            .iter()
+            .map(|row| {
+                vec![
+                    row.particle.clone(),
+                    numbers::short(row.film_ratio),
+                    numbers::estimate(&row.e_inf),
+                    numbers::interval(&row.e_inf),
+                    numbers::estimate(&row.st_c),
+                    numbers::interval(&row.st_c),
+                    numbers::estimate_scaled(&row.st_c, |st_c| 2.0 * st_c),
+                    numbers::optional(row.correlation, 2),
+                ]
+            })
+            .collect();
+        page.table(
+            &[
+                "particle",
+                "δ/D",
+                "e_inf",
+                &level,
+                "St_c",
+                &level,
+                "2 St_c",
+                "corr(e_inf, St_c)",
+            ],
+            &rows,
+        );
+    }
+}
+
+/// e_inf and St_c of the energy balance, where it may be quoted.
+fn derived(told: Told<'_>) -> Option<&[Derived]> {
+    let balance = told.findings.energy_balance.as_ref()?;
+    (balance.verdict.passed && !balance.derived.is_empty()).then_some(balance.derived.as_slice())
 }
 
 fn number(name: String, estimate: &Estimate) -> Vec<String> {
@@ -166,15 +160,27 @@ pub fn summary(told: Told) -> String {
             }
         }
     }
-    for row in findings.scaling.iter().filter(|row| row.law == Law::Sqrt.name()) {
-        if let Some(ratio) = row.film_ratio {
-            text.push_str(&format!(
-                "{}, δ/D = {}: e_inf = {}, St_c = {}\n",
-                row.particle,
-                numbers::short(ratio),
-                numbers::estimate(&row.e_inf),
-                numbers::estimate(&row.st_c)
-            ));
+    let line = |particle: &str, ratio: f64, e_inf: &Estimate, st_c: &Estimate| {
+        format!(
+            "{particle}, δ/D = {}: e_inf = {}, St_c = {}\n",
+            numbers::short(ratio),
+            numbers::estimate(e_inf),
+            numbers::estimate(st_c)
+        )
+    };
+    match derived(told) {
+        Some(derived) => {
+            text.extend(
+                derived
+                    .iter()
+                    .map(|row| line(&row.particle, row.film_ratio, &row.e_inf, &row.st_c)),
+            );
+        }
+        // without an energy balance the direct fits are what there is
+        None => {
+            let direct = findings.scaling.iter().filter(|row| row.law == Law::Sqrt.name());
+            let lines = direct.filter_map(|row| Some(line(&row.particle, row.film_ratio?, &row.e_inf, &row.st_c)));
+            text.extend(lines);
         }
     }
     text

@@ -30,10 +30,11 @@ impl Page {
         self.text.push('\n');
     }
 
-    /// Places a figure that was drawn; nothing where figures were not asked for.
-    pub(super) fn figure(&mut self, name: &str, caption: &str) {
+    /// Places a figure that was drawn; nothing where figures were not asked for. `short` stands in where it cannot be
+    /// shown.
+    pub(super) fn figure(&mut self, name: &str, short: &str, caption: &str) {
         if self.figures.iter().any(|drawn| drawn == name) {
-            self.paragraph(&format!("![{caption}](figures/{name})\n*{caption}*"));
+            self.paragraph(&format!("![{short}](figures/{name})\n\n*{caption}*"));
         }
     }
 }
