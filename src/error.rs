@@ -9,9 +9,9 @@ pub const PROBLEMS_SHOWN: usize = 20;
 /// One mistake in an input file: where, what stood there, what was expected.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Problem {
-    /// line in the file, from 1 (Parquet: row, from 1)
+    /// line in the file, from 1
     pub line: Option<u64>,
-    /// table, key or column
+    /// table, key or column; empty where the line says enough
     pub place: String,
     /// what stood there
     pub found: Option<String>,
@@ -21,15 +21,38 @@ pub struct Problem {
 
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(line) = self.line {
-            write!(f, "line {line}, ")?;
+        match (self.line, self.place.as_str()) {
+            (Some(line), "") => write!(f, "line {line}: ")?,
+            (Some(line), place) => write!(f, "line {line}, {place}: ")?,
+            (None, "") => {}
+            (None, place) => write!(f, "{place}: ")?,
         }
-        write!(f, "{}: ", self.place)?;
         if let Some(found) = &self.found {
             write!(f, "found {found}, ")?;
         }
         write!(f, "{}", self.expected)
     }
+}
+
+/// Characters of an input that a message repeats; the rest is cut.
+const CHARACTERS_SHOWN: usize = 60;
+
+/// A piece of an input as a message shows it: on one line, without control characters, cut where it is long.
+pub fn quoted(text: &str) -> String {
+    let mut shown = String::from("`");
+    for (count, c) in text.chars().enumerate() {
+        if count == CHARACTERS_SHOWN {
+            shown.push('…');
+            break;
+        }
+        if c.is_control() {
+            shown.extend(c.escape_default());
+        } else {
+            shown.push(c);
+        }
+    }
+    shown.push('`');
+    shown
 }
 
 /// Why there is no answer.

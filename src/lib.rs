@@ -42,6 +42,8 @@
 //! assert!(e_n > 0.65 && e_n < 0.70, "{e_n}");
 //! ```
 
+#[cfg(feature = "cli")]
+mod encoding;
 pub mod error;
 #[cfg(feature = "cli")]
 pub mod findings;

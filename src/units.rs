@@ -8,6 +8,8 @@
 pub enum Dimension {
     /// metre
     Length,
+    /// metre; of films and roughness, which are usually given in µm
+    Thickness,
     /// metre per second
     Speed,
     /// kilogram per cubic metre
@@ -47,6 +49,12 @@ const LENGTH: &[Unit] = &[
     unit("_cm", "cm", Scale::Over(1e2)),
     unit("_m", "m", Scale::Times(1.0)),
 ];
+const THICKNESS: &[Unit] = &[
+    unit("_um", "µm", Scale::Over(1e6)),
+    unit("_mm", "mm", Scale::Over(1e3)),
+    unit("_cm", "cm", Scale::Over(1e2)),
+    unit("_m", "m", Scale::Times(1.0)),
+];
 const SPEED: &[Unit] = &[
     unit("_m_s", "m/s", Scale::Times(1.0)),
     unit("_cm_s", "cm/s", Scale::Over(1e2)),
@@ -71,12 +79,26 @@ impl Dimension {
     pub fn units(self) -> &'static [Unit] {
         match self {
             Dimension::Length => LENGTH,
+            Dimension::Thickness => THICKNESS,
             Dimension::Speed => SPEED,
             Dimension::Density => DENSITY,
             Dimension::Viscosity => VISCOSITY,
             Dimension::SurfaceTension => SURFACE_TENSION,
             Dimension::One => ONE,
         }
+    }
+}
+
+/// Every name a quantity can have in a file, as `a`, `b` or `c`.
+pub fn names_in_words(base: &str, dimension: Dimension) -> String {
+    let names: Vec<String> = dimension
+        .units()
+        .iter()
+        .map(|unit| format!("`{base}{}`", unit.suffix))
+        .collect();
+    match names.split_last() {
+        Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
+        _ => names.concat(),
     }
 }
 
@@ -117,8 +139,9 @@ pub fn millipascal_seconds(pascal_seconds: f64) -> f64 {
 mod tests {
     use super::*;
 
-    const ALL: [Dimension; 6] = [
+    const ALL: [Dimension; 7] = [
         Dimension::Length,
+        Dimension::Thickness,
         Dimension::Speed,
         Dimension::Density,
         Dimension::Viscosity,
@@ -142,6 +165,7 @@ mod tests {
     #[test]
     fn the_units_agree_with_each_other() {
         assert!(same(LENGTH[2].to_si(25.0), LENGTH[0].to_si(250.0)));
+        assert!(same(THICKNESS[0].to_si(250.0), LENGTH[0].to_si(0.25)));
         assert!(same(SPEED[1].to_si(150.0), SPEED[2].to_si(1500.0)));
         assert!(same(DENSITY[1].to_si(2.15), 2150.0));
         assert!(same(VISCOSITY[0].to_si(9.3), VISCOSITY[1].to_si(0.0093)));

@@ -68,6 +68,7 @@ impl Columns {
 pub(super) struct Collected {
     pub columns: Columns,
     pub rows: usize,
+    /// columns not read, as a message shows them
     unknown: Vec<String>,
     screened: [usize; Reason::ALL.len()],
     above_one: usize,
@@ -131,12 +132,11 @@ impl Collected {
             .map_or_else(String::new, |n| n.to_string_lossy().into_owned());
         let mut notices = vec![];
         if !self.unknown.is_empty() {
-            let names: Vec<_> = self.unknown.iter().map(|name| format!("`{name}`")).collect();
-            let noun = if names.len() == 1 { "column" } else { "columns" };
+            let noun = if self.unknown.len() == 1 { "column" } else { "columns" };
             notices.push(Notice::new(
                 "unknown_column",
-                names.len(),
-                format!("{file}: {noun} {} not read", names.join(", ")),
+                self.unknown.len(),
+                format!("{file}: {noun} {} not read", self.unknown.join(", ")),
                 "nothing, unless one of them holds what the analysis needs under another name",
             ));
         }

@@ -1,8 +1,8 @@
 //! Matches the header of a table with the columns runs can have.
 
-use crate::error::Problem;
+use crate::error::{quoted, Problem};
 use crate::scene::closest;
-use crate::units::{Dimension, Unit};
+use crate::units::{names_in_words, Dimension, Unit};
 
 /// A column runs can have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -68,7 +68,8 @@ impl Column {
 
     fn dimension(self) -> Dimension {
         match self {
-            Column::Diameter | Column::Film => Dimension::Length,
+            Column::Diameter => Dimension::Length,
+            Column::Film => Dimension::Thickness,
             Column::ImpactSpeed | Column::ReboundSpeed | Column::ImpactSpeedSd | Column::ReboundSpeedSd => {
                 Dimension::Speed
             }
@@ -83,11 +84,7 @@ impl Column {
 
     /// The column's name in the usual unit, to ask for it.
     fn usual_name(self) -> String {
-        // film thickness is usually given in µm, unlike every other length
-        match self {
-            Column::Film => "film_um".to_owned(),
-            _ => format!("{}{}", self.base(), self.dimension().units()[0].suffix),
-        }
+        format!("{}{}", self.base(), self.dimension().units()[0].suffix)
     }
 }
 
@@ -102,8 +99,10 @@ fn known_names() -> impl Iterator<Item = (String, Column, &'static Unit)> {
 #[derive(Debug)]
 pub(super) struct Plan {
     places: [Option<Place>; Column::ALL.len()],
-    /// columns that are not used, by name
+    /// columns that are not used, as a message shows them
     pub unknown: Vec<String>,
+    /// what to say of a missing column of films, which only wet runs need
+    missing_film: Problem,
     /// how many columns the table has
     pub width: usize,
 }
@@ -126,7 +125,10 @@ impl Plan {
     /// Matches a header; `line` is where it stands in the file.
     pub fn new(header: &[String], line: Option<u64>) -> Result<Plan, Vec<Problem>> {
         let mut places: [Option<Place>; Column::ALL.len()] = Default::default();
+        let mut unread: Vec<&str> = vec![];
         let mut unknown: Vec<String> = vec![];
+        // columns that stand there under a name nobody can read
+        let mut meant: Vec<Column> = vec![];
         let mut problems = vec![];
         let mut refuse = |place: String, expected: String| {
             problems.push(Problem {
@@ -136,15 +138,26 @@ impl Plan {
                 expected,
             });
         };
-        let names: Vec<String> = known_names().map(|(name, _, _)| name).collect();
         for (index, name) in header.iter().enumerate() {
             let Some((_, column, unit)) = known_names().find(|(known, _, _)| known == name) else {
-                match close_enough(name, &names) {
-                    Some(near) => refuse(
+                if let Some(column) = Column::ALL.into_iter().find(|column| column.base() == name) {
+                    let names = names_in_words(name, column.dimension());
+                    refuse(
+                        format!("column {name}"),
+                        format!("a unit is part of the name; expected {names}"),
+                    );
+                    meant.push(column);
+                } else if let Some((near, column)) = close_enough(name) {
+                    refuse(
                         format!("column {name}"),
                         format!("unknown column; did you mean `{near}`?"),
-                    ),
-                    None => unknown.push(name.clone()),
+                    );
+                    meant.push(column);
+                } else if name.is_empty() {
+                    unknown.push(format!("no. {} (without a name)", index + 1));
+                } else {
+                    unread.push(name);
+                    unknown.push(quoted(name));
                 }
                 continue;
             };
@@ -169,12 +182,30 @@ impl Plan {
                 }
             }
         }
-        let missing = |column: Column| places[column as usize].is_none();
-        let mut want = |column: Column, also: &str| {
+        if meant.is_empty() && places.iter().all(Option::is_none) {
+            return Err(vec![Problem {
+                line,
+                place: "header".to_owned(),
+                found: Some(quoted(&header.join(","))),
+                expected:
+                    "expected the names of columns, among them particle, diameter_mm, impact_speed_m_s and restitution"
+                        .to_owned(),
+            }]);
+        }
+        let missing = |column: Column| places[column as usize].is_none() && !meant.contains(&column);
+        let unread_in_words: Vec<String> = unread.iter().map(|name| quoted(name)).collect();
+        let lacks = |column: Column, also: &str| {
             let name = column.usual_name();
-            let near = closest(&name, unknown.iter().map(String::as_str));
-            let hint = near.map_or(String::new(), |near| format!("; the nearest is `{near}`"));
-            refuse(format!("column {name}"), format!("missing column{also}{hint}"));
+            let hint = match closest(&name, unread.iter().copied()) {
+                Some(near) => format!("; the nearest is {}", quoted(near)),
+                None if unread.is_empty() => String::new(),
+                None => format!("; columns not known: {}", unread_in_words.join(", ")),
+            };
+            (format!("column {name}"), format!("missing column{also}{hint}"))
+        };
+        let mut want = |column: Column, also: &str| {
+            let (place, expected) = lacks(column, also);
+            refuse(place, expected);
         };
         for column in [Column::Particle, Column::Diameter, Column::ImpactSpeed] {
             if missing(column) {
@@ -184,15 +215,22 @@ impl Plan {
         if missing(Column::ReboundSpeed) && missing(Column::Restitution) {
             want(Column::Restitution, " (or `rebound_speed_m_s`)");
         }
-        if !missing(Column::Liquid) && missing(Column::Film) {
-            want(Column::Film, " (wet runs need it)");
-        }
         if missing(Column::Liquid) && !missing(Column::Film) {
             want(Column::Liquid, " (runs with a film need it)");
         }
         if problems.is_empty() {
-            let width = header.len();
-            Ok(Plan { places, unknown, width })
+            let (place, expected) = lacks(Column::Film, " (wet runs need it)");
+            Ok(Plan {
+                places,
+                unknown,
+                missing_film: Problem {
+                    line,
+                    place,
+                    found: None,
+                    expected,
+                },
+                width: header.len(),
+            })
         } else {
             Err(problems)
         }
@@ -200,6 +238,19 @@ impl Plan {
 
     pub fn place(&self, column: Column) -> Option<&Place> {
         self.places[column as usize].as_ref()
+    }
+
+    /// The column to name where a value is missing that either of two columns could give.
+    pub fn blamed(&self, column: Column) -> Column {
+        match column {
+            Column::Restitution if self.place(column).is_none() => Column::ReboundSpeed,
+            _ => column,
+        }
+    }
+
+    /// What to say to a wet run in a table without films.
+    pub fn missing_film(&self) -> Problem {
+        self.missing_film.clone()
     }
 
     /// The name a column has in this table.
@@ -210,8 +261,10 @@ impl Plan {
 }
 
 /// A known column within two letters of a name.
-fn close_enough<'a>(name: &str, known: &'a [String]) -> Option<&'a str> {
-    let distance = |known: &str| strsim::damerau_levenshtein(name, known);
-    let near = known.iter().map(|known| (distance(known), known.as_str())).min()?;
-    (near.0 <= 2).then_some(near.1)
+fn close_enough(name: &str) -> Option<(String, Column)> {
+    known_names()
+        .map(|(known, column, _)| (strsim::damerau_levenshtein(name, &known), known, column))
+        .filter(|(distance, _, _)| *distance <= 2)
+        .min()
+        .map(|(_, known, column)| (known, column))
 }

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `columns.rs` | matches a table's header with the columns runs can have |
 //! | `row.rs` | checks one run and says which cell is wrong |
+//! | `refusals.rs` | gathers what is wrong, cell by cell |
 //! | `collect.rs` | gathers checked runs into columns and counts what was left out |
 //! | `typed.rs` | reads CSV and Parquet with polars, writes Parquet; the only file that names it |
 //! | `text.rs` | reads CSV as text, to accept what a typed reader refuses or to name the bad cell |
@@ -12,6 +13,7 @@
 
 mod collect;
 mod columns;
+mod refusals;
 mod row;
 mod series;
 mod text;
@@ -24,6 +26,7 @@ pub use write::{NewRun, RunWriter};
 
 use std::path::Path;
 
+use crate::encoding::decode;
 use crate::error::{Error, Problem};
 use crate::notice::Notice;
 use crate::scene::Scene;
@@ -49,17 +52,19 @@ pub struct Table {
 /// Fails with every bad cell named by line, column and value; then nothing of the table is used.
 pub fn read(scene: &Scene) -> Result<Table, Error> {
     let path = scene.data.runs.as_path();
-    let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
+    let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read the runs", e))?;
     let refuse = |problems: Vec<Problem>| Error::input(path, problems);
-    if bytes.is_empty() {
-        return Err(refuse(vec![whole_file(
-            "the file is empty",
-            "a header line and one line a run",
-        )]));
-    }
     let parquet = path
         .extension()
         .is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"));
+    if bytes.is_empty() {
+        let expected = if parquet {
+            "a Parquet table with one row a run"
+        } else {
+            "a header line and one line a run"
+        };
+        return Err(refuse(vec![whole_file("the file is empty", expected)]));
+    }
     let (collected, sha256) = rayon::join(
         || {
             if parquet {
@@ -73,7 +78,12 @@ pub fn read(scene: &Scene) -> Result<Table, Error> {
     drop(bytes);
     let collected = collected.map_err(refuse)?;
     if collected.rows == 0 {
-        return Err(refuse(vec![whole_file("no runs below the header", "one line a run")]));
+        let problem = if parquet {
+            whole_file("the table has no rows", "one row a run")
+        } else {
+            whole_file("no runs below the header", "one line a run")
+        };
+        return Err(refuse(vec![problem]));
     }
     Ok(Table {
         rows: collected.rows,
@@ -95,11 +105,11 @@ fn whole_file(found: &str, expected: &str) -> Problem {
 }
 
 fn read_csv(bytes: &[u8], scene: &Scene) -> Result<collect::Collected, Vec<Problem>> {
-    let text = text::decode(bytes)?;
+    let text = decode(bytes).map_err(|problem| vec![problem])?;
     let header = text::header(text)?;
-    let plan = columns::Plan::new(&header, Some(1))?;
+    let plan = columns::Plan::new(&header.names, Some(header.line))?;
     // the typed reader is fast and strict; where it balks, the text reader decides and names what it refuses
-    match typed::read_csv(text, &header, &plan, scene) {
+    match typed::read_csv(text, &header.names, &plan, scene) {
         Some(collected) => Ok(collected),
         None => text::read(text, &plan, scene),
     }
@@ -110,3 +120,6 @@ pub fn can_write(path: &Path) -> bool {
     path.extension()
         .is_some_and(|e| e.eq_ignore_ascii_case("csv") || e.eq_ignore_ascii_case("parquet"))
 }
+
+#[cfg(test)]
+mod tests;

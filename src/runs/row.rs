@@ -1,7 +1,7 @@
 //! Checks one run and says which of its cells is wrong.
 
 use super::columns::Column;
-use crate::scene::{closest, Scene, DRY, LARGEST_FILM_RATIO};
+use crate::scene::{name_expected, Scene, DRY, LARGEST_FILM_RATIO};
 
 /// Largest restitution that is kept, with a notice above one; larger ones cannot be a measurement of a rebound.
 pub(super) const LARGEST_RESTITUTION: f64 = 1.1;
@@ -76,17 +76,20 @@ pub(super) struct Row {
     pub has_sd: bool,
 }
 
-/// Finds names in the scene; runs come in blocks, so the last answer is tried first.
-pub(super) struct Names<'s> {
+/// What a row is checked against: finds names in the scene; runs come in blocks, so the last answer is tried first.
+pub(super) struct Against<'s> {
     scene: &'s Scene,
+    /// whether the table has a column of film ratios, which then every wet run needs
+    has_film_ratio: bool,
     last_particle: usize,
     last_liquid: usize,
 }
 
-impl<'s> Names<'s> {
-    pub fn new(scene: &'s Scene) -> Self {
-        Names {
+impl<'s> Against<'s> {
+    pub fn new(scene: &'s Scene, has_film_ratio: bool) -> Self {
+        Against {
             scene,
+            has_film_ratio,
             last_particle: 0,
             last_liquid: 0,
         }
@@ -109,15 +112,19 @@ impl<'s> Names<'s> {
     }
 }
 
-fn name_hint<'a>(table: &str, name: &str, names: impl Iterator<Item = &'a str>) -> String {
-    let near = closest(name, names);
-    let hint = near.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
-    format!("expected a name in [{table}]{hint}")
+fn is_bad(column: Column, problems: &[BadCell]) -> bool {
+    problems.iter().any(|bad| bad.column == column)
 }
 
 fn positive(column: Column, value: Option<f64>, what: &str, problems: &mut Vec<BadCell>) -> Option<f64> {
     match value {
         Some(x) if x > 0.0 && x.is_finite() => Some(x),
+        // its cell was refused before
+        None if is_bad(column, problems) => None,
+        Some(f64::INFINITY) => {
+            problems.push(bad(column, format!("expected {what} that is finite")));
+            None
+        }
         _ => {
             problems.push(bad(column, format!("expected {what} above 0")));
             None
@@ -125,15 +132,15 @@ fn positive(column: Column, value: Option<f64>, what: &str, problems: &mut Vec<B
     }
 }
 
-/// Checks a run. Every wrong cell is pushed to `problems`; the run is `Some` only if there is none.
-pub(super) fn check(raw: &RawRow, names: &mut Names, problems: &mut Vec<BadCell>) -> Option<Row> {
-    let before = problems.len();
+/// Checks a run. Every wrong cell is pushed to `problems`, which may hold cells of this run that were no numbers; the
+/// run is `Some` only if there is none.
+pub(super) fn check(raw: &RawRow, against: &mut Against, problems: &mut Vec<BadCell>) -> Option<Row> {
     let particle = match raw.particle {
         Some(name) => {
-            let index = names.particle(name);
+            let index = against.particle(name);
             if index.is_none() {
-                let all = names.scene.particles.iter().map(|p| p.name.as_str());
-                problems.push(bad(Column::Particle, name_hint("particles", name, all)));
+                let all = against.scene.particles.iter().map(|p| p.name.as_str());
+                problems.push(bad(Column::Particle, name_expected("a name in [particles]", name, all)));
             }
             index
         }
@@ -144,11 +151,11 @@ pub(super) fn check(raw: &RawRow, names: &mut Names, problems: &mut Vec<BadCell>
     };
     let liquid = match raw.liquid {
         Some(name) if !raw.is_dry() => {
-            let index = names.liquid(name);
+            let index = against.liquid(name);
             if index.is_none() {
-                let all = names.scene.liquids.iter().map(|l| l.name.as_str());
-                let hint = name_hint("liquids", name, all);
-                problems.push(bad(Column::Liquid, format!("{hint}, or `{DRY}`")));
+                let all = against.scene.liquids.iter().map(|l| l.name.as_str());
+                let what = format!("a name in [liquids] or `{DRY}`");
+                problems.push(bad(Column::Liquid, name_expected(&what, name, all)));
             }
             index
         }
@@ -166,6 +173,10 @@ pub(super) fn check(raw: &RawRow, names: &mut Names, problems: &mut Vec<BadCell>
         film
     };
     let film_ratio = raw.film_ratio.filter(|_| !raw.is_dry());
+    if against.has_film_ratio && !raw.is_dry() && film_ratio.is_none() && !is_bad(Column::FilmRatio, problems) {
+        let expected = "expected the film ratio the run belongs to, as every wet run of a file with this column has";
+        problems.push(bad(Column::FilmRatio, expected));
+    }
     if film_ratio.is_some_and(|ratio| !(ratio > 0.0 && ratio <= 1.0)) {
         problems.push(bad(Column::FilmRatio, "expected a film ratio above 0 and up to 1"));
     }
@@ -173,10 +184,10 @@ pub(super) fn check(raw: &RawRow, names: &mut Names, problems: &mut Vec<BadCell>
     let sd_columns = [Column::ImpactSpeedSd, Column::ReboundSpeedSd, Column::RestitutionSd];
     for (column, sd) in sd_columns.into_iter().zip(raw.sds) {
         if sd.is_some_and(|sd| !(sd >= 0.0 && sd.is_finite())) {
-            problems.push(bad(column, "expected a standard deviation of 0 or more"));
+            problems.push(bad(column, "expected a finite standard deviation of 0 or more"));
         }
     }
-    if problems.len() > before {
+    if !problems.is_empty() {
         return None;
     }
     Some(Row {
@@ -201,13 +212,15 @@ fn restitution(raw: &RawRow, impact_speed: Option<f64>, problems: &mut Vec<BadCe
         return None;
     }
     let Some(rebound_speed) = raw.rebound_speed else {
-        if given.is_none() {
+        let refused = is_bad(Column::Restitution, problems) || is_bad(Column::ReboundSpeed, problems);
+        if given.is_none() && !refused {
             let expected = "expected a rebound speed or a restitution (0 where the run stuck)";
             problems.push(bad(Column::Restitution, expected));
         }
         return given;
     };
-    if !(rebound_speed >= 0.0 && rebound_speed.is_finite()) {
+    // also refuses what is no number
+    if !(rebound_speed >= 0.0) {
         problems.push(bad(Column::ReboundSpeed, "expected a rebound speed of 0 or more"));
         return None;
     }

@@ -1,18 +1,19 @@
 //! Reads runs from CSV and Parquet with polars, and writes Parquet. The only file that names polars.
 
 use std::io::{Cursor, Write};
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use polars::prelude::*;
 
 use super::collect::Collected;
-use super::columns::{Column as RunColumn, Plan};
-use super::row::{check, BadCell, Names, RawRow};
-use super::text::{is_missing, MIXED_FILM_RATIO};
-use super::whole_file;
+use super::columns::{Column as RunColumn, Place, Plan};
+use super::refusals::{At, Refusals};
+use super::row::{check, Against, BadCell, RawRow};
+use super::text::{is_missing, number};
 use super::write::NewRun;
-use crate::error::Problem;
-use crate::scene::Scene;
+use crate::error::{quoted, Problem};
+use crate::scene::{Scene, MISSING};
 
 /// Reads a CSV with typed columns; `None` where anything is out of the ordinary, so that the text reader decides.
 pub(super) fn read_csv(text: &str, header: &[String], plan: &Plan, scene: &Scene) -> Option<Collected> {
@@ -20,6 +21,14 @@ pub(super) fn read_csv(text: &str, header: &[String], plan: &Plan, scene: &Scene
     // the typed reader takes quotes, padded names and short rows in its own way
     let first_line = memchr::memchr(b'\n', bytes).map_or(text, |end| &text[..end]);
     if first_line.trim_end_matches('\r') != header.join(",") || memchr::memchr(b'"', bytes).is_some() {
+        return None;
+    }
+    // a line may also end with CR alone
+    if memchr::memchr_iter(b'\r', bytes).any(|at| bytes.get(at + 1) != Some(&b'\n')) {
+        return None;
+    }
+    // it also knows columns by their names alone
+    if (1..header.len()).any(|index| header[..index].contains(&header[index])) {
         return None;
     }
     let fields: Schema = header
@@ -33,18 +42,16 @@ pub(super) fn read_csv(text: &str, header: &[String], plan: &Plan, scene: &Scene
             (PlSmallStr::from_str(name), dtype)
         })
         .collect();
-    let wanted: Arc<[PlSmallStr]> = RunColumn::ALL
+    let wanted: Arc<[PlSmallStr]> = wanted(plan)
         .into_iter()
-        .filter(|column| *column != RunColumn::Run)
-        .filter_map(|column| plan.place(column))
-        .map(|place| PlSmallStr::from_str(&place.name))
+        .map(|(_, place)| PlSmallStr::from_str(&place.name))
         .collect();
     let frame = CsvReadOptions::default()
         .with_has_header(true)
         .with_schema(Some(Arc::new(fields)))
         .with_columns(Some(wanted))
         .with_rechunk(false)
-        .map_parse_options(|options| options.with_null_values(Some(NullValues::AllColumnsSingle("NA".into()))))
+        .map_parse_options(|options| options.with_null_values(Some(NullValues::AllColumnsSingle(MISSING.into()))))
         .into_reader_with_file_handle(Cursor::new(bytes))
         .finish()
         .ok()?;
@@ -53,73 +60,130 @@ pub(super) fn read_csv(text: &str, header: &[String], plan: &Plan, scene: &Scene
     if commas != (plan.width - 1) * (frame.height() + 1) {
         return None;
     }
-    collect(&frame, plan, scene, &mut |_, _, _| ControlFlow::Stop).ok()
+    collect(&frame, plan, scene, &mut |_, _| ControlFlow::Break(())).ok()
 }
 
 /// Reads a Parquet file. Fails with every bad cell named by row and column.
 pub(super) fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Vec<Problem>> {
-    let refuse = |error: PolarsError| {
-        let message = error.to_string();
-        let line = message.lines().next().unwrap_or_default().to_owned();
-        vec![whole_file("not a readable Parquet file", &format!("Parquet: {line}"))]
-    };
-    let frame = ParquetReader::new(Cursor::new(bytes)).finish().map_err(refuse)?;
-    let header: Vec<String> = frame.get_column_names().iter().map(|n| n.to_string()).collect();
+    let schema = polars(|| ParquetReader::new(Cursor::new(bytes)).schema())?;
+    let header: Vec<String> = schema.iter_names().map(|name| name.to_string()).collect();
     let plan = Plan::new(&header, None)?;
-    let mut problems = vec![];
-    let mut columns = vec![];
-    for column in RunColumn::ALL {
-        let Some(place) = plan.place(column).filter(|_| column != RunColumn::Run) else {
-            continue;
-        };
-        let number = RunColumn::NUMBERS.contains(&column);
-        let dtype = if number { DataType::Float64 } else { DataType::String };
-        let cast = frame.column(&place.name).and_then(|c| {
-            // numbers written as text are still read; text that is no number is not
-            c.strict_cast(&dtype)
-        });
-        match cast {
-            Ok(column) => columns.push(column),
-            Err(_) => problems.push(Problem {
+    let wanted = wanted(&plan);
+    let mut refusals = Refusals::new(&plan);
+    for (column, place) in &wanted {
+        let is_number = RunColumn::NUMBERS.contains(column);
+        let given = schema.get(&place.name).map(|field| &field.dtype);
+        if let Some(given) = given.filter(|given| !is_readable(given, is_number)) {
+            let expected = if is_number { "32- or 64-bit numbers" } else { "texts" };
+            refusals.other(Problem {
                 line: None,
                 place: format!("column {}", place.name),
-                found: frame.column(&place.name).ok().map(|c| format!("type {}", c.dtype())),
-                expected: format!("expected {}", if number { "numbers" } else { "texts" }),
-            }),
+                found: Some(format!("type {given:?}")),
+                expected: format!("expected {expected}"),
+            });
         }
     }
-    if !problems.is_empty() {
-        return Err(problems);
-    }
-    let frame = DataFrame::new(frame.height(), columns).map_err(refuse)?;
-    let mut refused = |row: usize, bad: BadCell, raw: &RawRow| {
-        let name = plan.name(bad.column);
-        problems.push(Problem {
-            line: Some(row as u64 + 1),
-            place: format!("column {name} (lines are rows of the Parquet file)"),
-            found: Some(found_in_frame(&frame, &name, row, raw)),
-            expected: bad.expected,
+    refusals.or(())?;
+    // only what is used: another column may have a type this reader does not know
+    let names = wanted.iter().map(|(_, place)| place.name.clone()).collect();
+    let frame = polars(|| {
+        let reader = ParquetReader::new(Cursor::new(bytes));
+        reader.with_columns(Some(names)).finish()
+    })?;
+    let mut refusals = Refusals::new(&plan);
+    let mut columns = vec![];
+    for (column, place) in wanted {
+        let given = polars(|| frame.column(&place.name))?;
+        let is_number = RunColumn::NUMBERS.contains(&column);
+        columns.push(if is_number && given.dtype() == &DataType::String {
+            numbers(given, column, &mut refusals)
+        } else if is_number {
+            polars(|| given.cast(&DataType::Float64))?
+        } else {
+            polars(|| given.cast(&DataType::String))?
         });
-        ControlFlow::GoOn
+    }
+    refusals.or(())?;
+    let frame = polars(|| DataFrame::new(frame.height(), columns))?;
+    let mut refusals = Refusals::new(&plan);
+    let collected = collect(&frame, &plan, scene, &mut |row, bad| {
+        refusals.cell(At::Row(row + 1), bad, |column| {
+            let cell = frame.column(&plan.place(column)?.name).ok()?.get(row).ok()?;
+            match cell {
+                AnyValue::Null => None,
+                AnyValue::String(text) => (!text.trim().is_empty()).then(|| quoted(text)),
+                AnyValue::Float64(value) => Some(quoted(&value.to_string())),
+                value => Some(quoted(&value.to_string())),
+            }
+        });
+        ControlFlow::Continue(())
+    });
+    let collected = polars(|| collected)?;
+    refusals.or(collected)
+}
+
+/// Does a step of reading Parquet. A damaged file may make polars panic: that too is only an unreadable file.
+fn polars<T>(step: impl FnOnce() -> PolarsResult<T>) -> Result<T, Vec<Problem>> {
+    let hook = std::panic::take_hook();
+    std::panic::set_hook(Box::new(|_| {}));
+    let done = std::panic::catch_unwind(std::panic::AssertUnwindSafe(step));
+    std::panic::set_hook(hook);
+    let reason = match done {
+        Ok(Ok(value)) => return Ok(value),
+        Ok(Err(error)) => error.to_string().lines().next().unwrap_or_default().to_owned(),
+        Err(_) => "its parts contradict each other".to_owned(),
     };
-    let collected = collect(&frame, &plan, scene, &mut refused);
-    match collected {
-        Ok(collected) if problems.is_empty() => Ok(collected),
-        _ => Err(problems),
+    Err(vec![Problem {
+        line: None,
+        place: "not a readable Parquet file".to_owned(),
+        found: None,
+        expected: reason,
+    }])
+}
+
+/// Whether a Parquet column of some type can hold numbers or names.
+fn is_readable(given: &ArrowDataType, is_number: bool) -> bool {
+    match given {
+        ArrowDataType::Null | ArrowDataType::Utf8 | ArrowDataType::LargeUtf8 | ArrowDataType::Utf8View => true,
+        ArrowDataType::Int32 | ArrowDataType::Int64 | ArrowDataType::UInt32 | ArrowDataType::UInt64 => true,
+        ArrowDataType::Float32 | ArrowDataType::Float64 => is_number,
+        ArrowDataType::Dictionary(_, names, _) => !is_number && is_readable(names, false),
+        _ => false,
     }
 }
 
-fn found_in_frame(frame: &DataFrame, name: &str, row: usize, _raw: &RawRow) -> String {
-    match frame.column(name).and_then(|column| column.get(row)) {
-        Ok(AnyValue::Null) | Err(_) => "an empty cell".to_owned(),
-        Ok(AnyValue::String(text)) => format!("`{text}`"),
-        Ok(value) => format!("`{value}`"),
-    }
+/// The columns in use; a free label is not.
+fn wanted(plan: &Plan) -> Vec<(RunColumn, &Place)> {
+    RunColumn::ALL
+        .into_iter()
+        .filter(|column| *column != RunColumn::Run)
+        .filter_map(|column| plan.place(column).map(|place| (column, place)))
+        .collect()
 }
 
-enum ControlFlow {
-    GoOn,
-    Stop,
+/// Numbers that a column holds as text, by the rules of a text file.
+fn numbers(given: &Column, column: RunColumn, refusals: &mut Refusals) -> Column {
+    let texts = given
+        .str()
+        .map(|texts| texts.iter().collect::<Vec<_>>())
+        .unwrap_or_default();
+    let mut values: Vec<Option<f64>> = Vec::with_capacity(texts.len());
+    for (row, text) in texts.into_iter().enumerate() {
+        let text = text.map(str::trim).filter(|text| !is_missing(text));
+        match text.map(number).transpose() {
+            Ok(value) => values.push(value),
+            Err(expected) => {
+                values.push(None);
+                refusals.cell(At::Row(row + 1), BadCell { column, expected }, |_| text.map(quoted));
+            }
+        }
+    }
+    Column::new(given.name().clone(), values)
+}
+
+/// A name as a cell holds it.
+fn name(cell: Option<&str>) -> Option<&str> {
+    cell.map(str::trim).filter(|text| !is_missing(text))
 }
 
 /// Checks every row of a frame. A refused row goes to `refused`, which says whether to go on.
@@ -127,7 +191,7 @@ fn collect(
     frame: &DataFrame,
     plan: &Plan,
     scene: &Scene,
-    refused: &mut dyn FnMut(usize, BadCell, &RawRow) -> ControlFlow,
+    refused: &mut dyn FnMut(usize, BadCell) -> ControlFlow<()>,
 ) -> PolarsResult<Collected> {
     let rows = frame.height();
     let texts = |column: RunColumn| match plan.place(column) {
@@ -145,37 +209,25 @@ fn collect(
             numbers.push((column, place, values));
         }
     }
-    let mut names = Names::new(scene);
-    let mut bad = vec![];
     let has_film_ratio = plan.place(RunColumn::FilmRatio).is_some();
+    let mut against = Against::new(scene, has_film_ratio);
+    let mut bad = vec![];
     let mut collected = Collected::with_capacity(rows, has_film_ratio, &plan.unknown);
     for index in 0..rows {
         let mut raw = RawRow {
-            particle: particle.as_mut().and_then(|c| c.next()).flatten(),
-            liquid: liquid
-                .as_mut()
-                .and_then(|c| c.next())
-                .flatten()
-                .filter(|t| !is_missing(t)),
+            particle: name(particle.as_mut().and_then(|c| c.next()).flatten()),
+            liquid: name(liquid.as_mut().and_then(|c| c.next()).flatten()),
             ..RawRow::default()
         };
         for (column, place, values) in &mut numbers {
             let value = values.next().flatten();
             raw.set(*column, value.map(|x| place.to_si(x)));
         }
-        let row = check(&raw, &mut names, &mut bad);
-        match row {
-            Some(row) if has_film_ratio && row.liquid.is_some() && row.film_ratio.is_none() => {
-                bad.push(BadCell {
-                    column: RunColumn::FilmRatio,
-                    expected: MIXED_FILM_RATIO.to_owned(),
-                });
-            }
-            Some(row) => collected.push(&row, has_film_ratio, scene),
-            None => {}
+        if let Some(row) = check(&raw, &mut against, &mut bad) {
+            collected.push(&row, has_film_ratio, scene);
         }
         for bad in bad.drain(..) {
-            if let ControlFlow::Stop = refused(index, bad, &raw) {
+            if refused(index, bad).is_break() {
                 return Err(PolarsError::NoData("a row was refused".into()));
             }
         }

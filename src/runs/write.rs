@@ -75,7 +75,13 @@ impl<'a> RunWriter<'a> {
             Some(folder) if !folder.as_os_str().is_empty() => folder,
             _ => Path::new("."),
         };
-        let fail = |error| Error::io(path, "write", error);
+        // without the temporary file's name, which means nothing to anybody
+        let fail = |error: std::io::Error| Error::io(path, "write", error.kind().into());
+        if !folder.is_dir() {
+            let reason = format!("there is no folder {}", folder.display());
+            let error = std::io::Error::new(std::io::ErrorKind::NotFound, reason);
+            return Err(Error::io(path, "write", error));
+        }
         let file = tempfile::Builder::new()
             .prefix(".wetcor-")
             .tempfile_in(folder)

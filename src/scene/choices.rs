@@ -1,6 +1,8 @@
 //! Reads the tables that choose a method: model, priors, sampler, bootstrap.
 
-use super::table::{Table, ABOVE_ZERO, INSIDE_ONE};
+use super::expect::{ABOVE_ZERO, FINITE, INSIDE_ONE};
+use super::table::Table;
+use crate::error::quoted;
 use crate::physics::impact::DrySpeed;
 use crate::physics::inertia::Inertia;
 use crate::units::Dimension;
@@ -207,7 +209,20 @@ pub(super) fn priors(root: &Table, particles: &[&str], unused: &mut Vec<String>)
     };
     let mut choices = vec![];
     for parameter in PARAMETERS {
-        if let Some(prior) = table.table(parameter).and_then(|inner| prior(&inner)) {
+        let Some(inner) = table.table(parameter) else {
+            continue;
+        };
+        if let Some(name) = particles.iter().find(|name| inner.has(name)) {
+            let expected = format!("expected the key in quotes: \"{parameter}.{name}\"");
+            table.refuse(
+                parameter,
+                inner.at(name),
+                Some(quoted(&format!("{parameter}.{name}"))),
+                expected,
+            );
+            continue;
+        }
+        if let Some(prior) = prior(&inner) {
             choices.push(PriorChoice {
                 parameter,
                 particle: None,
@@ -268,7 +283,7 @@ fn prior(table: &Table) -> Option<Prior> {
             &[df, loc, scale] if df > 0.0 && scale > 0.0 => Some(Prior::StudentT(df, loc, scale)),
             _ => refuse("student_t", "[df, loc, scale] with df and scale above 0"),
         },
-        ["fixed"] => table.number("fixed", super::table::FINITE).map(Prior::Fixed),
+        ["fixed"] => table.number("fixed", FINITE).map(Prior::Fixed),
         _ => {
             table.refuse("", at, None, format!("expected one prior out of {}", names.join(", ")));
             return None;

@@ -2,12 +2,19 @@
 //!
 //! | file | job |
 //! |---|---|
+//! | `names.rs`, `expect.rs` | which names and numbers a scene may hold |
+//! | `asked.rs` | judges the keys nobody asked for |
+//! | `document.rs` | keeps the text and gathers the problems found in it |
 //! | `table.rs` | reads TOML tables with units in the keys, and names what it cannot use |
 //! | `read.rs` | turns a scene file into a [`Scene`] |
 //! | `choices.rs` | the model, prior, sampler and bootstrap tables |
 //! | `plan.rs` | the truth and design tables of a simulation |
 
+mod asked;
 mod choices;
+mod document;
+mod expect;
+mod names;
 mod plan;
 mod read;
 mod table;
@@ -16,14 +23,17 @@ pub use choices::{
     Bootstrap, IntervalMethod, Likelihood, ModelChoices, Prior, PriorChoice, ResamplingScheme, Sampler, Sticking, Term,
     DEFAULT_DRY_SPEED,
 };
+pub use names::{closest, name_expected, name_is_allowed, NAME_RULE};
 pub use plan::{Design, DesignSpeeds, Truth};
 pub use read::read;
-pub use table::{closest, name_is_allowed, NAME_RULE};
 
 use std::path::PathBuf;
 
 /// How a table of runs marks a run without liquid.
 pub const DRY: &str = "dry";
+
+/// How a table of runs marks a missing cell, besides leaving it empty.
+pub const MISSING: &str = "NA";
 
 /// Film ratio above which no inertial form of the paper is valid; thicker films are screened.
 pub const LARGEST_FILM_RATIO: f64 = 0.5;

@@ -1,7 +1,10 @@
 //! Reads the truth and the design of a simulation.
 
-use super::table::{Table, ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE};
+use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE};
+use super::names::name_expected;
+use super::table::Table;
 use super::Liquid;
+use crate::error::quoted;
 use crate::physics::impact::DrySpeed;
 use crate::physics::inertia::Inertia;
 use crate::physics::numbers;
@@ -96,8 +99,9 @@ pub(super) fn design(root: &Table, particles: &[&str], liquids: &[Liquid]) -> Op
         match liquids.iter().position(|liquid| liquid.name == name.value) {
             Some(liquid) => used.push(liquid),
             None => {
-                let found = Some(format!("`{}`", name.value));
-                table.refuse("liquids", name.at, found, "expected a name in [liquids]");
+                let known = liquids.iter().map(|liquid| liquid.name.as_str());
+                let expected = name_expected("a name in [liquids]", &name.value, known);
+                table.refuse("liquids", name.at, Some(quoted(&name.value)), expected);
             }
         }
     }

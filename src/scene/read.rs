@@ -2,12 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use super::table::{
-    closest, name_is_allowed, parse, Document, Table, ABOVE_ZERO, FILM_RATIO, FINITE, NAME_RULE, SHARE,
-};
+use super::document::Document;
+use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, SHARE};
+use super::names::{name_expected, name_is_allowed, NAME_RULE};
+use super::table::{parse, Table};
 use super::{choices, plan};
 use super::{Data, Law, Liquid, Particle, Published, PublishedQuantity, Scene, Screens, LARGEST_FILM_RATIO};
-use crate::error::{Error, Problem};
+use crate::encoding::decode;
+use crate::error::{quoted, Error};
 use crate::seed::sha256;
 use crate::units::Dimension;
 
@@ -20,19 +22,9 @@ const DEFAULT_FILM_RATIO_GAP: f64 = 0.004;
 pub fn read(path: &Path) -> Result<Scene, Error> {
     let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
     let hash = sha256(&bytes);
-    let text = String::from_utf8(bytes).map_err(|error| {
-        let at = error.utf8_error().valid_up_to();
-        let line = 1 + error.as_bytes().iter().take(at).filter(|b| **b == b'\n').count() as u64;
-        let problem = Problem {
-            line: Some(line),
-            place: "not valid UTF-8".to_owned(),
-            found: None,
-            expected: "expected a text file saved as UTF-8".to_owned(),
-        };
-        Error::input(path, vec![problem])
-    })?;
-    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
-    let parsed = parse(text).map_err(|problem| Error::input(path, vec![problem]))?;
+    let refuse = |problem| Error::input(path, vec![problem]);
+    let text = decode(&bytes).map_err(refuse)?;
+    let parsed = parse(text).map_err(refuse)?;
     let document = Document::new(text);
     let root = Table::root(document.clone(), parsed.get_ref());
     let scene = assemble(&root, path, hash);
@@ -99,26 +91,23 @@ fn scene_name(path: &Path) -> String {
 fn data(root: &Table, path: &Path) -> Option<Data> {
     let Some(table) = root.table("data") else {
         if !root.has("data") {
-            root.refuse("", 0, None, "missing table [data]");
+            root.refuse_whole("missing table [data]");
         }
         return None;
     };
+    table.require_key("runs", Dimension::One);
     let runs = table.text("runs");
-    if !table.has("runs") {
-        table.refuse("", table.at(""), None, "missing key `runs`");
-    }
     if let Some(name) = &runs {
         let lower = name.to_lowercase();
         if !(lower.ends_with(".csv") || lower.ends_with(".parquet")) {
-            let found = Some(format!("`{name}`"));
+            let found = Some(quoted(name));
             let expected = "expected a file ending in .csv or .parquet";
             table.refuse("runs", table.at("runs"), found, expected);
         }
     }
-    let length = |base: &str| table.quantity(base, Dimension::Length, ABOVE_ZERO);
     let speed = |base: &str| table.quantity(base, Dimension::Speed, ABOVE_ZERO);
     let screens = Screens {
-        min_film: length("min_film"),
+        min_film: table.quantity("min_film", Dimension::Thickness, ABOVE_ZERO),
         max_film_ratio: table.number("max_film_ratio", FILM_RATIO).unwrap_or(LARGEST_FILM_RATIO),
         min_impact_speed: speed("min_impact_speed"),
         max_impact_speed: speed("max_impact_speed"),
@@ -145,7 +134,7 @@ fn beside(path: &Path, name: &str) -> PathBuf {
 fn particles(root: &Table) -> Vec<Particle> {
     named_tables(root, "particles", |name, table| {
         let density = table.required("density", Dimension::Density, ABOVE_ZERO);
-        let roughness = table.required("roughness", Dimension::Length, ABOVE_ZERO);
+        let roughness = table.required("roughness", Dimension::Thickness, ABOVE_ZERO);
         Some(Particle {
             name,
             density: density?,
@@ -158,7 +147,7 @@ fn liquids(root: &Table) -> Vec<Liquid> {
     named_tables(root, "liquids", |name, table| {
         if name == super::DRY {
             let expected = "expected another name: runs without liquid are marked so";
-            table.refuse("", table.at(""), Some(format!("`{name}`")), expected);
+            table.refuse("", table.at(""), Some(quoted(&name)), expected);
         }
         let density = table.required("density", Dimension::Density, ABOVE_ZERO);
         let viscosity = table.required("viscosity", Dimension::Viscosity, ABOVE_ZERO);
@@ -174,10 +163,12 @@ fn liquids(root: &Table) -> Vec<Liquid> {
 
 /// Reads `[kind.NAME]` tables in the order of the file. A missing `[particles]` is a problem, missing liquids are not.
 fn named_tables<T>(root: &Table, kind: &str, read: impl Fn(String, &Table) -> Option<T>) -> Vec<T> {
-    let Some(table) = root.table(kind) else {
-        if kind == "particles" && !root.has(kind) {
-            root.refuse("", 0, None, "missing table [particles.NAME]");
-        }
+    let found = root.table(kind);
+    let given = found.as_ref().map_or(root.has(kind), |table| !table.keys().is_empty());
+    if kind == "particles" && !given {
+        root.refuse_whole("missing table [particles.NAME]");
+    }
+    let Some(table) = found else {
         return vec![];
     };
     let mut found = vec![];
@@ -187,7 +178,11 @@ fn named_tables<T>(root: &Table, kind: &str, read: impl Fn(String, &Table) -> Op
         };
         if !name_is_allowed(&name) {
             let expected = format!("expected {NAME_RULE}");
-            table.refuse("", inner.at(""), Some(format!("`{name}`")), expected);
+            table.refuse("", inner.at(""), Some(quoted(&name)), expected);
+        }
+        if name == super::MISSING {
+            let expected = "expected another name: a missing cell is marked so";
+            table.refuse("", inner.at(""), Some(quoted(&name)), expected);
         }
         found.extend(read(name, &inner));
         inner.finish();
@@ -207,11 +202,8 @@ fn published(table: &Table, particles: &[&str]) -> Option<Published> {
     let particle = name.as_deref().and_then(|name| {
         let index = particles.iter().position(|particle| *particle == name);
         if index.is_none() {
-            let near = closest(name, particles.iter().copied());
-            let hint = near.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
-            let found = Some(format!("`{name}`"));
-            let expected = format!("expected a name in [particles]{hint}");
-            table.refuse("particle", table.at("particle"), found, expected);
+            let expected = name_expected("a name in [particles]", name, particles.iter().copied());
+            table.refuse("particle", table.at("particle"), Some(quoted(name)), expected);
         }
         index
     });

@@ -3,120 +3,28 @@
 //! The only file that names the TOML crate.
 
 use std::cell::RefCell;
-use std::collections::BTreeMap;
-use std::ops::Range;
 use std::rc::Rc;
 
 use toml::de::{DeTable, DeValue};
 use toml::Spanned;
 
-use crate::error::Problem;
+use crate::encoding::line_of;
+use crate::error::{quoted, Problem};
 use crate::units::Dimension;
 
-/// What a name of a particle or a liquid may hold.
-pub const NAME_RULE: &str = "a name of letters, digits, `_`, `-` and `.`";
-
-/// Whether a particle or a liquid may be called so.
-pub fn name_is_allowed(name: &str) -> bool {
-    !name.is_empty()
-        && name
-            .chars()
-            .all(|c| c.is_alphanumeric() || matches!(c, '_' | '-' | '.'))
-}
-
-/// The candidate nearest to a misspelt name, if any is near enough to have been meant.
-pub fn closest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    candidates
-        .into_iter()
-        .map(|candidate| (strsim::damerau_levenshtein(name, candidate), candidate))
-        .filter(|(distance, candidate)| *distance <= 2.max(candidate.len() / 3))
-        .min()
-        .map(|(_, candidate)| candidate)
-}
-
-/// What a number must be, in words and as a test.
-#[derive(Clone, Copy)]
-pub(super) struct Expect {
-    pub words: &'static str,
-    pub holds: fn(f64) -> bool,
-}
-
-pub(super) const ABOVE_ZERO: Expect = Expect {
-    words: "a number above 0",
-    holds: |x| x > 0.0 && x.is_finite(),
-};
-pub(super) const NOT_NEGATIVE: Expect = Expect {
-    words: "a number of 0 or more",
-    holds: |x| x >= 0.0 && x.is_finite(),
-};
-pub(super) const SHARE: Expect = Expect {
-    words: "a number from 0 to below 1",
-    holds: |x| (0.0..1.0).contains(&x),
-};
-pub(super) const INSIDE_ONE: Expect = Expect {
-    words: "a number between 0 and 1",
-    holds: |x| x > 0.0 && x < 1.0,
-};
-pub(super) const FILM_RATIO: Expect = Expect {
-    words: "a film ratio above 0 and up to 0.5",
-    holds: |x| x > 0.0 && x <= super::LARGEST_FILM_RATIO,
-};
-pub(super) const FINITE: Expect = Expect {
-    words: "a finite number",
-    holds: f64::is_finite,
-};
-
-/// The text of a file and the problems found in it so far.
-pub(super) struct Document<'i> {
-    text: &'i str,
-    problems: RefCell<Vec<(usize, Problem)>>,
-}
-
-impl<'i> Document<'i> {
-    pub fn new(text: &'i str) -> Rc<Self> {
-        Rc::new(Document {
-            text,
-            problems: RefCell::default(),
-        })
-    }
-
-    /// Problems in the order of the file.
-    pub fn problems(&self) -> Vec<Problem> {
-        let mut problems = self.problems.take();
-        problems.sort_by_key(|(at, _)| *at);
-        problems.into_iter().map(|(_, problem)| problem).collect()
-    }
-
-    fn line(&self, at: usize) -> u64 {
-        1 + self.text.bytes().take(at).filter(|b| *b == b'\n').count() as u64
-    }
-
-    pub fn report(&self, at: usize, place: String, found: Option<String>, expected: String) {
-        let line = Some(self.line(at));
-        self.problems.borrow_mut().push((
-            at,
-            Problem {
-                line,
-                place,
-                found,
-                expected,
-            },
-        ));
-    }
-
-    fn snippet(&self, span: Range<usize>) -> String {
-        format!("`{}`", self.text.get(span).unwrap_or_default().trim())
-    }
-}
+use super::asked::Asked;
+use super::document::Document;
+use super::expect::Expect;
 
 /// Reads a whole document; the problem is the parser's own when it is no TOML.
 pub(super) fn parse(text: &str) -> Result<Spanned<DeTable<'_>>, Problem> {
     DeTable::parse(text).map_err(|error| {
-        let at = error.span().map_or(0, |span| span.start);
+        let span = error.span().unwrap_or_default();
+        let found = text.get(span.clone()).map(str::trim).filter(|found| !found.is_empty());
         Problem {
-            line: Some(1 + text.bytes().take(at).filter(|b| *b == b'\n').count() as u64),
+            line: Some(line_of(text.as_bytes(), span.start)),
             place: "not valid TOML".to_owned(),
-            found: None,
+            found: found.map(quoted),
             expected: error.message().to_owned(),
         }
     })
@@ -128,8 +36,7 @@ pub(super) struct Table<'a, 'i> {
     name: String,
     at: usize,
     entries: &'a DeTable<'i>,
-    /// every key this table may have; true once it was found
-    known: RefCell<BTreeMap<String, bool>>,
+    asked: RefCell<Asked>,
 }
 
 /// A value with its place, for checks that need more than the value itself.
@@ -145,7 +52,7 @@ impl<'a, 'i> Table<'a, 'i> {
             name: String::new(),
             at: 0,
             entries,
-            known: RefCell::default(),
+            asked: RefCell::default(),
         }
     }
 
@@ -159,7 +66,31 @@ impl<'a, 'i> Table<'a, 'i> {
 
     /// Says that the value of `key` is not what was expected.
     pub fn refuse(&self, key: &str, at: usize, found: Option<String>, expected: impl Into<String>) {
-        self.document.report(at, self.place(key), found, expected.into());
+        let line = Some(line_of(self.document.text.as_bytes(), at));
+        let place = self.place(key);
+        let expected = expected.into();
+        self.document.report(
+            at,
+            Problem {
+                line,
+                place,
+                found,
+                expected,
+            },
+        );
+    }
+
+    /// Says what the file as a whole lacks.
+    pub fn refuse_whole(&self, expected: &str) {
+        self.document.report(
+            0,
+            Problem {
+                line: None,
+                place: String::new(),
+                found: None,
+                expected: expected.to_owned(),
+            },
+        );
     }
 
     fn refuse_value(&self, key: &str, value: &Spanned<DeValue<'i>>, expected: &str) {
@@ -169,7 +100,7 @@ impl<'a, 'i> Table<'a, 'i> {
 
     fn entry(&self, key: &str) -> Option<&'a Spanned<DeValue<'i>>> {
         let value = self.entries.get(key);
-        self.known.borrow_mut().insert(key.to_owned(), value.is_some());
+        self.asked.borrow_mut().key(key, value.is_some());
         value
     }
 
@@ -250,6 +181,7 @@ impl<'a, 'i> Table<'a, 'i> {
         dimension: Dimension,
         read: impl Fn(&Self, &str, &'a Spanned<DeValue<'i>>, &dyn Fn(f64) -> f64) -> Option<T>,
     ) -> Option<T> {
+        self.asked.borrow_mut().quantity(base, dimension);
         let mut given: Vec<(String, &'a Spanned<DeValue<'i>>, &'static crate::units::Unit)> = vec![];
         for unit in dimension.units() {
             let key = format!("{base}{}", unit.suffix);
@@ -293,8 +225,7 @@ impl<'a, 'i> Table<'a, 'i> {
             .collect();
         let present = keys.iter().any(|key| self.has(key));
         if !present {
-            let key = keys.first().map_or(base, String::as_str);
-            self.refuse("", self.at, None, format!("missing key `{key}`"));
+            self.asked.borrow_mut().missing(keys);
         }
         present
     }
@@ -341,6 +272,14 @@ impl<'a, 'i> Table<'a, 'i> {
             if value.get_ref().is_array() {
                 let list = table.list(key, value, expect, to_si)?;
                 return Some(vec![list; names.len()]);
+            }
+            if !value.get_ref().is_table() {
+                table.refuse_value(
+                    key,
+                    value,
+                    "a list of numbers, or a table with a list for each particle",
+                );
+                return None;
             }
             let inner = table.inner(key, value)?;
             let lists = names
@@ -440,7 +379,7 @@ impl<'a, 'i> Table<'a, 'i> {
                 },
                 at: value.span().start,
                 entries,
-                known: RefCell::default(),
+                asked: RefCell::default(),
             }),
             None => {
                 self.refuse_value(key, value, "a table");
@@ -462,27 +401,24 @@ impl<'a, 'i> Table<'a, 'i> {
         match value.get_ref().as_array() {
             Some(items) => items.iter().filter_map(|item| self.inner(key, item)).collect(),
             None => {
-                self.refuse_value(key, value, "an array of tables, `[[…]]`");
+                self.refuse_value(key, value, &format!("tables that begin with `[[{key}]]`"));
                 vec![]
             }
         }
     }
 
-    /// Names every key that nothing asked for, with the nearest one that exists.
+    /// Names every key that nothing asked for, with the nearest one that exists, and every required key that is missing.
     pub fn finish(&self) {
-        let known = self.known.borrow();
-        for (key, value) in self.entries.iter() {
-            let name: &str = key.get_ref();
-            if known.contains_key(name) {
-                continue;
-            }
-            let free = known.iter().filter(|(_, found)| !**found).map(|(k, _)| k.as_str());
-            let hint = match closest(name, free) {
-                Some(near) => format!("unknown key; did you mean `{near}`?"),
-                None => "unknown key".to_owned(),
-            };
-            let _ = value;
-            self.refuse(name, key.span().start, None, hint);
+        let mut asked = self.asked.borrow_mut();
+        for (name, hint) in asked.unknown(&self.keys()) {
+            let key = self
+                .entries
+                .get_key_value(name.as_str())
+                .map(|(key, _)| key.span().start);
+            self.refuse(&name, key.unwrap_or(self.at), None, hint);
+        }
+        for key in asked.still_missing() {
+            self.refuse("", self.at, None, format!("missing key `{key}`"));
         }
     }
 }

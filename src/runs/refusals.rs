@@ -1,0 +1,68 @@
+//! Gathers what is wrong with a table, cell by cell.
+
+use super::columns::{Column, Plan};
+use super::row::BadCell;
+use crate::error::Problem;
+
+/// Where a bad cell stands.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum At {
+    /// line of a text file, from 1
+    Line(u64),
+    /// row of a Parquet file, from 1
+    Row(usize),
+}
+
+/// The problems found in a table so far.
+pub(super) struct Refusals<'p> {
+    plan: &'p Plan,
+    problems: Vec<Problem>,
+    wants_film: bool,
+}
+
+impl<'p> Refusals<'p> {
+    pub fn new(plan: &'p Plan) -> Self {
+        Refusals {
+            plan,
+            problems: vec![],
+            wants_film: false,
+        }
+    }
+
+    /// A bad cell; `found` shows what stands in a column, and `None` where nothing does.
+    pub fn cell(&mut self, at: At, bad: BadCell, found: impl FnOnce(Column) -> Option<String>) {
+        if bad.column == Column::Film && self.plan.place(Column::Film).is_none() {
+            self.wants_film = true;
+            return;
+        }
+        let column = self.plan.blamed(bad.column);
+        let name = self.plan.name(column);
+        let (line, place) = match at {
+            At::Line(line) => (Some(line), format!("column {name}")),
+            At::Row(row) => (None, format!("row {row}, column {name}")),
+        };
+        self.problems.push(Problem {
+            line,
+            place,
+            found: Some(found(column).unwrap_or_else(|| "an empty cell".to_owned())),
+            expected: bad.expected,
+        });
+    }
+
+    /// A problem of another kind.
+    pub fn other(&mut self, problem: Problem) {
+        self.problems.push(problem);
+    }
+
+    /// What was read, if nothing was refused.
+    pub fn or<T>(mut self, read: T) -> Result<T, Vec<Problem>> {
+        if self.wants_film {
+            self.problems.insert(0, self.plan.missing_film());
+        }
+        if self.problems.is_empty() {
+            Ok(read)
+        } else {
+            Err(self.problems)
+        }
+    }
+}

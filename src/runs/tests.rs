@@ -1,0 +1,186 @@
+use std::path::{Path, PathBuf};
+
+use rand::RngExt;
+
+use super::*;
+use crate::scene;
+
+fn example(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good").join(name)
+}
+
+fn plain() -> (Scene, String) {
+    let scene = scene::read(&example("plain/scene.toml")).unwrap_or_else(|error| panic!("{error}"));
+    let text = std::fs::read_to_string(example("plain/runs.csv")).expect("the example is there");
+    (scene, text)
+}
+
+/// What the typed and the text reader make of a file; `None` where a reader refuses it.
+fn both(text: &str, scene: &Scene) -> (Option<String>, Option<String>) {
+    let Ok(header) = text::header(text) else {
+        return (None, None);
+    };
+    let Ok(plan) = columns::Plan::new(&header.names, Some(header.line)) else {
+        return (None, None);
+    };
+    let shown = |collected: collect::Collected| format!("{collected:?}");
+    let typed = typed::read_csv(text, &header.names, &plan, scene);
+    let slow = text::read(text, &plan, scene).ok();
+    (typed.map(shown), slow.map(shown))
+}
+
+/// Where the typed reader takes a file, the text reader must make the same of it.
+fn assert_agree(text: &str, scene: &Scene) -> bool {
+    let (typed, slow) = both(text, scene);
+    if let Some(typed) = &typed {
+        assert_eq!(Some(typed), slow.as_ref(), "{text:?}");
+    }
+    typed.is_some()
+}
+
+#[test]
+fn the_typed_reader_takes_a_plain_file() {
+    let (scene, text) = plain();
+    assert!(assert_agree(&text, &scene));
+    assert!(assert_agree(&text.replace('\n', "\r\n"), &scene));
+}
+
+#[test]
+fn both_readers_mean_the_same_by_every_spelling_of_a_number() {
+    let (scene, text) = plain();
+    let mut taken = 0;
+    for spelling in [
+        "1",
+        "+1",
+        "+1.0",
+        "1.",
+        ".5",
+        "1e-3",
+        "1E-3",
+        "1e+0",
+        "1e0",
+        "01",
+        "-0",
+        "0x1",
+        "1_0",
+        "1d0",
+        "1f",
+        "inf",
+        "+inf",
+        "Infinity",
+        "1e999",
+        "1e-999",
+        "nan",
+        "NaN",
+        "-nan",
+        "NA",
+        "na",
+        "null",
+        "",
+        " ",
+        " 1",
+        "1 ",
+        "1 1",
+        "1,0",
+        "1;0",
+        "½",
+        "１",
+        "1\u{a0}",
+        "--1",
+        "e1",
+        ".",
+        "+",
+        "1e",
+        "0.30000000000000000000001",
+        "9007199254740993e-16",
+        "2.2250738585072011e-308",
+    ] {
+        for column in 2..7 {
+            let mut cells = vec!["PTFE", "AK10", "4", "240", "0.06", "0.3", "0.58"];
+            cells[column] = spelling;
+            taken += usize::from(assert_agree(&format!("{text}{}\n", cells.join(",")), &scene));
+        }
+    }
+    assert!(taken > 40, "only {taken} files reached the typed reader");
+}
+
+#[test]
+fn both_readers_agree_on_files_with_accidents() {
+    let (scene, text) = plain();
+    let lines: Vec<&str> = text.lines().collect();
+    let mut rng = crate::seed::stream(1, "accidents", 0);
+    let accidents = [
+        ",", "\n", "\r\n", "\r", " ", "\t", "\"", "0", "9", ".", "-", "+", "e", "NA", "dry", "#", "δ", "\n\n", ",,",
+    ];
+    let (mut taken, mut refused) = (0, 0);
+    for _ in 0..12_000 {
+        // a few rows with one or two accidents, so that many still pass
+        let first = rng.random_range(1..lines.len() - 4);
+        let mut bytes = format!("{}\n{}\n", lines[0], lines[first..first + 4].join("\n"));
+        for _ in 0..rng.random_range(1..3) {
+            let places: Vec<usize> = bytes.char_indices().map(|(at, _)| at).collect();
+            let at = places[rng.random_range(0..places.len())];
+            let with = accidents[rng.random_range(0..accidents.len())];
+            let cut = rng.random_range(0..2);
+            let end = places.iter().copied().find(|end| *end >= at + cut).unwrap_or(at);
+            bytes.replace_range(at..end, with);
+        }
+        match assert_agree(&bytes, &scene) {
+            true => taken += 1,
+            false => refused += 1,
+        }
+    }
+    assert!(taken > 300 && refused > 3000, "{taken} taken, {refused} refused");
+}
+
+#[test]
+fn a_damaged_parquet_file_is_refused_or_read_but_never_panics() {
+    let (scene, _) = plain();
+    let bytes = std::fs::read(example("parquet/runs.parquet")).expect("the example is there");
+    assert!(typed::read_parquet(&bytes, &scene).is_ok());
+    let mut rng = crate::seed::stream(1, "damage", 0);
+    let mut refused = 0;
+    for _ in 0..600 {
+        let mut damaged = bytes.clone();
+        for _ in 0..rng.random_range(1..6) {
+            // the footer, where the structure is described
+            let at = rng.random_range(damaged.len() / 3..damaged.len());
+            damaged[at] = rng.random();
+        }
+        refused += usize::from(typed::read_parquet(&damaged, &scene).is_err());
+    }
+    assert!(refused > 300, "{refused} refused");
+}
+
+#[test]
+fn dry_runs_alone_need_no_film() {
+    let (scene, _) = plain();
+    for header in [
+        "particle,liquid,diameter_mm,impact_speed_m_s,restitution\nPTFE,dry,4,1,0.8\n",
+        "particle,diameter_mm,impact_speed_m_s,restitution\nPTFE,4,1,0.8\n",
+    ] {
+        assert!(assert_agree(header, &scene), "{header}");
+    }
+    let wet = "particle,liquid,diameter_mm,impact_speed_m_s,restitution\nPTFE,AK10,4,1,0.8\n";
+    assert_eq!(both(wet, &scene), (None, None));
+}
+
+#[test]
+fn two_unknown_columns_of_one_name_shift_nothing() {
+    let (scene, text) = plain();
+    let doubled: String = text
+        .lines()
+        .enumerate()
+        .map(|(index, line)| {
+            let note = if index == 0 { "note" } else { "7" };
+            format!("{note},{line},{note}\n")
+        })
+        .collect();
+    let Ok(read) = read_csv(doubled.as_bytes(), &scene) else {
+        panic!("it is read");
+    };
+    let Ok(reference) = read_csv(text.as_bytes(), &scene) else {
+        panic!("it is read");
+    };
+    assert_eq!(format!("{:?}", read.columns), format!("{:?}", reference.columns));
+}

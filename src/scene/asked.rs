@@ -1,0 +1,61 @@
+//! Remembers which keys a table was asked for, and judges the keys nobody asked for.
+
+use std::collections::BTreeMap;
+
+use super::names::{closest, nearest};
+use crate::units::{names_in_words, Dimension};
+
+/// What a table may have.
+#[derive(Default)]
+pub(super) struct Asked {
+    /// every key; true once it was found
+    keys: BTreeMap<String, bool>,
+    /// every quantity, without its unit
+    quantities: BTreeMap<String, Dimension>,
+    /// required keys that are not there, each with all its units
+    missing: Vec<Vec<String>>,
+}
+
+impl Asked {
+    pub fn key(&mut self, key: &str, found: bool) {
+        self.keys.insert(key.to_owned(), found);
+    }
+
+    pub fn quantity(&mut self, base: &str, dimension: Dimension) {
+        self.quantities.insert(base.to_owned(), dimension);
+    }
+
+    pub fn missing(&mut self, keys: Vec<String>) {
+        self.missing.push(keys);
+    }
+
+    /// What to say of each key that nobody asked for.
+    pub fn unknown(&mut self, names: &[String]) -> Vec<(String, String)> {
+        let mut unknown = vec![];
+        for name in names.iter().filter(|name| !self.keys.contains_key(*name)) {
+            let free = || self.keys.iter().filter(|(_, found)| !**found).map(|(k, _)| k.as_str());
+            let all = || self.keys.keys().map(String::as_str);
+            let (meant, hint) = if let Some(dimension) = self.quantities.get(name) {
+                let names = names_in_words(name, *dimension);
+                let usual = format!("{name}{}", dimension.units()[0].suffix);
+                (Some(usual), format!("a unit is part of the key; expected {names}"))
+            } else if let Some(near) = closest(name, free()).or_else(|| closest(name, all())) {
+                (Some(near.to_owned()), format!("unknown key; did you mean `{near}`?"))
+            } else if let Some(near) = nearest(name, free()).or_else(|| nearest(name, all())) {
+                (None, format!("unknown key; the nearest known one is `{near}`"))
+            } else {
+                (None, "unknown key".to_owned())
+            };
+            // a key under another name is told once
+            self.missing
+                .retain(|keys| !meant.as_ref().is_some_and(|meant| keys.contains(meant)));
+            unknown.push((name.clone(), hint));
+        }
+        unknown
+    }
+
+    /// The usual names of the required keys that are not there under any name.
+    pub fn still_missing(&self) -> Vec<String> {
+        self.missing.iter().filter_map(|keys| keys.first().cloned()).collect()
+    }
+}

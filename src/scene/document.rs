@@ -1,0 +1,39 @@
+//! Keeps a scene file's text and gathers the problems found in it.
+
+use std::cell::RefCell;
+use std::ops::Range;
+use std::rc::Rc;
+
+use crate::error::{quoted, Problem};
+
+/// The text of a file and the problems found in it so far.
+pub(super) struct Document<'i> {
+    pub text: &'i str,
+    problems: RefCell<Vec<(usize, Problem)>>,
+}
+
+impl<'i> Document<'i> {
+    pub fn new(text: &'i str) -> Rc<Self> {
+        Rc::new(Document {
+            text,
+            problems: RefCell::default(),
+        })
+    }
+
+    /// Problems in the order of the file.
+    pub fn problems(&self) -> Vec<Problem> {
+        let mut problems = self.problems.take();
+        problems.sort_by_key(|(at, _)| *at);
+        problems.into_iter().map(|(_, problem)| problem).collect()
+    }
+
+    /// Remembers a problem and where in the text it stands.
+    pub fn report(&self, at: usize, problem: Problem) {
+        self.problems.borrow_mut().push((at, problem));
+    }
+
+    /// A piece of the text as a message shows it.
+    pub fn snippet(&self, span: Range<usize>) -> String {
+        quoted(self.text.get(span).unwrap_or_default().trim())
+    }
+}

@@ -1,0 +1,401 @@
+//! Runs the command over every kept input, good and bad, and holds its messages, exit statuses and manners.
+//!
+//! `tests/data/README.md` says how the examples are laid out and how the golden texts are rewritten.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// The arguments of an example without `args.txt`.
+const USUAL: &str = "fit scene.toml --out out";
+
+/// Good examples whose numbers may differ in the last digits: units and sums round differently.
+const ROUNDED: [&str; 3] = ["both_rebound_and_restitution", "no_film_ratio", "other_units"];
+
+/// Largest relative difference of a number of those.
+const ROUNDING: f64 = 1e-12;
+
+/// Findings that are differences of nearly equal numbers lose this much more.
+const DIFFERENCES: [&str; 4] = ["bias", "heterogeneity", "lack_of_fit", "verdicts"];
+const LOST: f64 = 1e6;
+
+/// The folders of one kind of example; anything else beside them is a mistake.
+fn cases(kind: &str) -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(kind);
+    let entries = std::fs::read_dir(&folder).expect("the examples are there");
+    let mut cases: Vec<PathBuf> = entries.map(|entry| entry.expect("readable").path()).collect();
+    cases.sort();
+    for case in &cases {
+        assert!(case.is_dir(), "{} is no folder", case.display());
+    }
+    assert!(cases.len() > 10, "the examples are lost");
+    cases
+}
+
+fn name(path: &Path) -> &str {
+    path.file_name().and_then(|name| name.to_str()).expect("a plain name")
+}
+
+/// Every file below a folder with its bytes, every folder with none.
+fn contents(folder: &Path) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
+    let mut found = BTreeMap::new();
+    let mut open = vec![folder.to_path_buf()];
+    while let Some(next) = open.pop() {
+        for entry in std::fs::read_dir(&next).expect("readable") {
+            let path = entry.expect("readable").path();
+            let inside = path.strip_prefix(folder).expect("it lies inside").to_path_buf();
+            if path.is_dir() {
+                found.insert(inside, None);
+                open.push(path);
+            } else {
+                found.insert(inside, Some(std::fs::read(&path).expect("readable")));
+            }
+        }
+    }
+    found
+}
+
+/// An example copied to a temporary folder, under its own name: a run leaves the repository alone.
+struct Copy {
+    _place: TempDir,
+    folder: PathBuf,
+}
+
+impl Copy {
+    fn of(case: &Path) -> Copy {
+        let place = tempfile::tempdir().expect("a temporary folder");
+        let folder = place.path().join(name(case));
+        std::fs::create_dir(&folder).expect("writable");
+        for (path, bytes) in contents(case) {
+            let to = folder.join(&path);
+            match bytes {
+                None => std::fs::create_dir_all(&to).expect("writable"),
+                Some(bytes) => {
+                    std::fs::create_dir_all(to.parent().expect("it lies inside")).expect("writable");
+                    std::fs::write(&to, bytes).expect("writable");
+                }
+            }
+        }
+        for kept in ["args.txt", "expected.txt"] {
+            let _ = std::fs::remove_file(folder.join(kept));
+        }
+        Copy { _place: place, folder }
+    }
+
+    fn plain() -> Copy {
+        Copy::of(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good/plain"))
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_wetcor"));
+        command.current_dir(&self.folder).args(arguments);
+        // what a terminal or its user may ask for is no part of a golden text
+        for variable in ["COLUMNS", "CLICOLOR_FORCE", "FORCE_COLOR", "RUST_BACKTRACE"] {
+            command.env_remove(variable);
+        }
+        command
+    }
+
+    fn run(&self, arguments: &[&str]) -> (Option<i32>, String, String) {
+        told(self.command(arguments).output().expect("the command can be started"))
+    }
+}
+
+fn told(output: Output) -> (Option<i32>, String, String) {
+    let text = |bytes| String::from_utf8(bytes).expect("plain text");
+    (output.status.code(), text(output.stdout), text(output.stderr))
+}
+
+fn arguments(case: &Path) -> Vec<String> {
+    let text = std::fs::read_to_string(case.join("args.txt")).unwrap_or_else(|_| USUAL.to_owned());
+    text.split_whitespace().map(str::to_owned).collect()
+}
+
+#[test]
+fn every_bad_example_is_refused_in_its_words_and_nothing_is_written() {
+    let update = std::env::var_os("UPDATE_EXPECTED").is_some();
+    let mut failures = vec![];
+    for case in cases("bad") {
+        let copy = Copy::of(&case);
+        let before = contents(&copy.folder);
+        let arguments = arguments(&case);
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        let (status, out, err) = copy.run(&arguments);
+        let mut fail = |why: String| failures.push(format!("{}: {why}", name(&case)));
+        if status != Some(2) {
+            fail(format!("exit status {status:?}"));
+        }
+        if !out.is_empty() {
+            fail(format!("standard output holds {out:?}"));
+        }
+        if contents(&copy.folder) != before {
+            fail("something was written".to_owned());
+        }
+        if err.contains("panicked") || !err.starts_with("error: ") && !err.starts_with("Infers ") {
+            fail(format!("no error message but {err:?}"));
+        }
+        let golden = case.join("expected.txt");
+        if update {
+            std::fs::write(&golden, &err).expect("the golden text can be written");
+        }
+        match std::fs::read_to_string(&golden) {
+            Ok(expected) if expected == err => {}
+            Ok(expected) => fail(format!("expected\n{expected}but it says\n{err}")),
+            Err(error) => fail(format!("expected.txt: {error}")),
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+/// What a fit found, without what names its input.
+fn findings(folder: &Path) -> Value {
+    let text = std::fs::read_to_string(folder.join("findings.json")).expect("findings.json is written");
+    let mut findings: Value = serde_json::from_str(&text).expect("findings.json is JSON");
+    let all = findings.as_object_mut().expect("an object");
+    for key in ["scene", "title", "data_sha256", "scene_sha256"] {
+        all.remove(key).expect("the key is there");
+    }
+    let notices = all.get_mut("notices").and_then(Value::as_array_mut).expect("a list");
+    notices.retain(|notice| notice["code"] != "unknown_column");
+    findings
+}
+
+/// Where two findings differ by more than a share of the number.
+fn differences(at: &str, a: &Value, b: &Value, rounding: f64, found: &mut Vec<String>) {
+    match (a, b) {
+        (Value::Object(a), Value::Object(b)) if a.keys().eq(b.keys()) => {
+            for (key, value) in a {
+                let lost = if DIFFERENCES.contains(&key.as_str()) { LOST } else { 1.0 };
+                differences(&format!("{at}.{key}"), value, &b[key], rounding * lost, found);
+            }
+        }
+        (Value::Array(a), Value::Array(b)) if a.len() == b.len() => {
+            for (index, (a, b)) in a.iter().zip(b).enumerate() {
+                differences(&format!("{at}[{index}]"), a, b, rounding, found);
+            }
+        }
+        (Value::Number(x), Value::Number(y)) => {
+            let (x, y) = (x.as_f64().expect("a number"), y.as_f64().expect("a number"));
+            if (x - y).abs() > rounding * x.abs().max(y.abs()) {
+                found.push(format!("{at}: {x} and {y}"));
+            }
+        }
+        _ if a == b => {}
+        _ => found.push(format!("{at}: {a} and {b}")),
+    }
+}
+
+#[test]
+fn every_good_example_gives_the_same_findings() {
+    let plain = Copy::plain();
+    let (status, out, plain_err) = plain.run(&["fit", "scene.toml", "--out", "out"]);
+    assert_eq!(status, Some(0), "{out}{plain_err}");
+    let reference = findings(&plain.folder.join("out"));
+    assert_eq!(reference["counts"]["runs"], 31);
+    assert_eq!(reference["counts"]["stuck"], 1);
+    assert_eq!(reference["series"].as_array().map(Vec::len), Some(4));
+    let mut failures = vec![];
+    for case in cases("good") {
+        let copy = Copy::of(&case);
+        let (status, _, err) = copy.run(&["fit", "scene.toml", "--out", "out"]);
+        let mut fail = |why: String| failures.push(format!("{}: {why}", name(&case)));
+        if status != Some(0) {
+            fail(format!("exit status {status:?}: {err}"));
+            continue;
+        }
+        // a notice of its own stands in expected.txt; everything else is as for the plain example
+        let own = std::fs::read_to_string(case.join("expected.txt")).unwrap_or_default();
+        if err != format!("{own}{plain_err}") {
+            fail(format!("expected\n{own}{plain_err}but it says\n{err}"));
+        }
+        let rounding = if ROUNDED.contains(&name(&case)) { ROUNDING } else { 0.0 };
+        let mut found = vec![];
+        differences(
+            "",
+            &reference,
+            &findings(&copy.folder.join("out")),
+            rounding,
+            &mut found,
+        );
+        if !found.is_empty() {
+            fail(found.join("\n  "));
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+/// The typed reader takes no quotes, so one quoted cell hands the file to the text reader.
+#[test]
+fn the_typed_and_the_text_reader_agree_on_every_good_example() {
+    let mut compared = 0;
+    for case in cases("good") {
+        let copy = Copy::of(&case);
+        let path = copy.folder.join("runs.csv");
+        let Ok(text) = std::fs::read_to_string(&path) else {
+            assert!(copy.folder.join("runs.parquet").exists(), "{}", name(&case));
+            continue;
+        };
+        let read = || {
+            let scene = wetcor::scene::read(&copy.folder.join("scene.toml")).unwrap_or_else(|e| panic!("{e}"));
+            let table = wetcor::runs::read(&scene).unwrap_or_else(|e| panic!("{}: {e}", name(&case)));
+            (table.rows, table.screened, table.notices, table.runs)
+        };
+        let (rows, screened, notices, runs) = read();
+        let quoted = if text.contains('"') {
+            text.clone()
+        } else {
+            text.replacen("particle", "\"particle\"", 1)
+        };
+        std::fs::write(&path, quoted.replacen(" \"particle\"", "\"particle\"", 1)).expect("writable");
+        let (rows_text, screened_text, notices_text, runs_text) = read();
+        assert_eq!(
+            (rows, screened, notices),
+            (rows_text, screened_text, notices_text),
+            "{}",
+            name(&case)
+        );
+        assert_eq!(format!("{runs:?}"), format!("{runs_text:?}"), "{}", name(&case));
+        compared += 1;
+    }
+    assert!(compared >= 15, "only {compared} examples compared");
+}
+
+#[test]
+fn a_reader_that_leaves_early_is_no_error() {
+    let copy = Copy::plain();
+    for arguments in [
+        vec!["fit", "scene.toml", "--out", "out"],
+        vec!["check", "scene.toml"],
+        vec!["check", "scene.toml", "--json"],
+        vec!["--help"],
+    ] {
+        let mut child = copy
+            .command(&arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the command can be started");
+        drop(child.stdout.take());
+        let (status, _, err) = told(child.wait_with_output().expect("it ends"));
+        assert_eq!(status, Some(0), "{arguments:?}: {err}");
+        assert!(
+            !err.contains("panicked") && !err.contains("error"),
+            "{arguments:?}: {err}"
+        );
+    }
+    assert!(copy.folder.join("out/report.md").exists());
+}
+
+#[test]
+fn check_prints_json_and_writes_nothing() {
+    let copy = Copy::plain();
+    let before = contents(&copy.folder);
+    let (status, out, err) = copy.run(&["check", "scene.toml", "--json"]);
+    assert_eq!((status, err.as_str()), (Some(0), ""));
+    let overview: Value = serde_json::from_str(&out).expect("it is JSON");
+    assert_eq!(overview["runs"], 31);
+    assert_eq!(overview["title"], "PTFE spheres on a wetted plate");
+    let (status, out, _) = copy.run(&["check", "scene.toml"]);
+    assert_eq!(status, Some(0));
+    assert!(
+        out.starts_with("PTFE spheres on a wetted plate\n31 runs read\n"),
+        "{out}"
+    );
+    assert!(contents(&copy.folder) == before);
+}
+
+#[test]
+fn quiet_prints_nothing_on_success() {
+    let copy = Copy::of(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good/unknown_column"));
+    let (status, out, err) = copy.run(&["fit", "scene.toml", "--out", "out", "--quiet"]);
+    assert_eq!((status, out.as_str(), err.as_str()), (Some(0), "", ""));
+    let design = Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/mueller2016/scene.toml");
+    let design = design.to_str().expect("a plain path");
+    let (status, out, err) = copy.run(&["simulate", design, "--out", "new.csv", "--quiet"]);
+    assert_eq!((status, out.as_str(), err.as_str()), (Some(0), "", ""));
+    // an error is still told
+    let (status, _, err) = copy.run(&["check", "nowhere.toml", "--quiet"]);
+    assert_eq!(status, Some(2));
+    assert!(err.starts_with("error: nowhere.toml: cannot read"), "{err}");
+}
+
+/// A report's files, without the one that holds times.
+fn report(folder: &Path) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
+    let mut files = contents(folder);
+    files.remove(Path::new("timing.json")).expect("timing.json is there");
+    assert!(files.contains_key(Path::new("report.md")) && files.contains_key(Path::new("findings.json")));
+    files
+}
+
+#[test]
+fn the_number_of_threads_changes_no_byte() {
+    let copy = Copy::plain();
+    let mut first = None;
+    for threads in ["1", "2", "4"] {
+        let (status, _, err) = copy.run(&["fit", "scene.toml", "--out", "out", "--threads", threads]);
+        assert_eq!(status, Some(0), "{err}");
+        let files = report(&copy.folder.join("out"));
+        assert!(
+            files == *first.get_or_insert_with(|| files.clone()),
+            "{threads} threads"
+        );
+    }
+}
+
+#[test]
+fn a_second_fit_replaces_the_first_whole() {
+    let copy = Copy::plain();
+    let before = contents(&copy.folder);
+    // the default place: reports/<the scene's folder name> under the current folder
+    let place = copy.folder.join("reports/plain");
+    let (status, out, err) = copy.run(&["fit", "scene.toml"]);
+    assert_eq!(status, Some(0), "{err}");
+    assert!(out.contains("report: reports/plain/report.md"), "{out}");
+    let first = report(&place);
+    std::fs::write(place.join("stale.txt"), "of an older version").expect("writable");
+    std::fs::write(place.join("report.md"), "changed").expect("writable");
+    let (status, _, err) = copy.run(&["fit", "scene.toml"]);
+    assert_eq!(status, Some(0), "{err}");
+    assert!(report(&place) == first);
+    std::fs::remove_dir_all(copy.folder.join("reports")).expect("it is there");
+    assert!(contents(&copy.folder) == before, "something unfinished is left");
+}
+
+/// The verbs of the command's own list.
+fn verbs(copy: &Copy) -> Vec<String> {
+    let (status, help, err) = copy.run(&["--help"]);
+    assert_eq!((status, err.as_str()), (Some(0), ""));
+    let (_, list) = help.split_once("Commands:\n").expect("a list of verbs");
+    let lines = list.lines().take_while(|line| !line.is_empty());
+    let verb = |line: &str| line.split_whitespace().next().map(str::to_owned);
+    let verbs: Vec<String> = lines
+        .filter(|line| line.starts_with("  ") && !line.starts_with("   "))
+        .filter_map(verb)
+        .filter(|verb| verb != "help")
+        .collect();
+    assert!(verbs.len() >= 3, "{help}");
+    verbs
+}
+
+#[test]
+fn every_verb_of_the_help_exists_and_shows_an_example() {
+    let copy = Copy::plain();
+    let verbs = verbs(&copy);
+    for verb in &verbs {
+        let (status, help, err) = copy.run(&[verb, "--help"]);
+        assert_eq!((status, err.as_str()), (Some(0), ""), "{verb}");
+        assert!(help.contains(&format!("Example:\n  wetcor {verb} ")), "{help}");
+    }
+    // an example names no verb that the list lacks
+    let mut pages = vec![copy.run(&["--help"]).1];
+    pages.extend(verbs.iter().map(|verb| copy.run(&[verb, "--help"]).1));
+    for page in pages {
+        for line in page.lines().filter_map(|line| line.strip_prefix("  wetcor ")) {
+            let verb = line.split_whitespace().next().expect("a verb");
+            assert!(verbs.iter().any(|known| known == verb), "{line}");
+        }
+    }
+}
