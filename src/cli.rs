@@ -13,6 +13,7 @@ use wetcor::notice::Notice;
 use wetcor::report::{self, folder, markdown, Told};
 use wetcor::runs::{self, RunWriter};
 use wetcor::scene;
+use wetcor::study::calibration;
 
 use crate::progress::Progress;
 
@@ -60,7 +61,7 @@ report of the same title.")]
         /// Seed of every use of chance
         #[arg(long, default_value_t = 1)]
         seed: u64,
-        /// Stages to run [default: all]
+        /// Stages to run [default: least_squares,figures]
         #[arg(long, value_delimiter = ',')]
         stages: Vec<Stage>,
     },
@@ -92,6 +93,21 @@ Example:
         #[arg(long, default_value_t = 1)]
         seed: u64,
     },
+    /// Measure how often the intervals cover the truth, on simulated data
+    #[command(after_help = "\
+Example:
+  wetcor calibrate --out reports/calibration.md")]
+    Calibrate {
+        /// File to write
+        #[arg(long)]
+        out: PathBuf,
+        /// Data sets a design
+        #[arg(long, default_value_t = 4000, value_parser = clap::value_parser!(u64).range(1..))]
+        sets: u64,
+        /// Seed of every use of chance
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+    },
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -99,6 +115,8 @@ Example:
 enum Stage {
     /// Every fit and its intervals
     LeastSquares,
+    /// Bootstrap intervals beside those of least squares
+    Bootstrap,
     /// The report's figures
     Figures,
 }
@@ -135,6 +153,7 @@ pub fn run() -> ExitCode {
         } => fit(&scene, out, seed, &stages, quiet),
         Verb::Check { scene, json } => check(&scene, json, quiet),
         Verb::Simulate { scene, out, runs, seed } => simulate(&scene, &out, runs, seed, quiet),
+        Verb::Calibrate { out, sets, seed } => calibrate(&out, sets, seed, quiet),
     };
     match outcome {
         Ok(status) => ExitCode::from(status),
@@ -224,7 +243,10 @@ fn fit(path: &Path, out: Option<PathBuf>, seed: u64, stages: &[Stage], quiet: bo
         started: Instant::now(),
         stages: vec![],
     };
-    let wanted = |stage: Stage| stages.is_empty() || stages.contains(&stage);
+    let wanted = |stage: Stage| match stages {
+        [] => stage != Stage::Bootstrap,
+        named => named.contains(&stage),
+    };
     if !wanted(Stage::LeastSquares) {
         return Err(Error::Usage(
             "figures show the fits: add least_squares to --stages".to_owned(),
@@ -235,7 +257,9 @@ fn fit(path: &Path, out: Option<PathBuf>, seed: u64, stages: &[Stage], quiet: bo
     folder::check(&out, &scene.title)?;
     let table = timing.stage("read", quiet, || runs::read(&scene))?;
     let overview = overview::find(&scene, &table);
-    let findings = timing.stage("least_squares", quiet, || findings::find(&scene, &table, seed));
+    let findings = timing.stage("least_squares", quiet, || {
+        findings::find(&scene, &table, seed, wanted(Stage::Bootstrap))
+    });
     let told = Told {
         scene: &scene,
         runs: &table.runs,
@@ -300,6 +324,22 @@ fn simulate(path: &Path, out: &Path, runs: Option<u64>, seed: u64, quiet: bool) 
             ));
         }
         say(&format!("{written} simulated runs: {}\n", out.display()))?;
+    }
+    Ok(0)
+}
+
+/// Replicates of each simulated data set: enough that their number does not show in the coverage.
+const CALIBRATION_REPLICATES: u64 = 2000;
+
+fn calibrate(out: &Path, sets: u64, seed: u64, quiet: bool) -> Result<u8, Error> {
+    let progress = Progress::bar("calibrate", sets * calibration::DESIGNS, quiet);
+    let done = std::sync::atomic::AtomicU64::new(0);
+    let step = || progress.at(1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed));
+    let table = calibration::measure(sets, CALIBRATION_REPLICATES, seed, &step)?;
+    std::fs::write(out, calibration::markdown(&table)).map_err(|error| Error::io(out, "write", error))?;
+    drop(progress);
+    if !quiet {
+        say(&format!("table: {}\n", out.display()))?;
     }
     Ok(0)
 }

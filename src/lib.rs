@@ -14,6 +14,7 @@
 //! | `inference` | what the data say | runs → fits with covariance |
 //! | `findings` | what may be said | fits → estimates with verdicts |
 //! | `report` | how it is told | findings → markdown, figures, JSON |
+//! | `study` | what is asked of the whole | simulated scenes → coverage of the intervals |
 //!
 //! Without the default feature `cli` only [`units`], [`error`], [`notice`] and [`physics`] are built, for a
 //! simulation code to link.
@@ -61,6 +62,8 @@ pub mod runs;
 pub mod scene;
 #[cfg(feature = "cli")]
 pub mod seed;
+#[cfg(feature = "cli")]
+pub mod study;
 #[cfg(feature = "cli")]
 pub mod unfinished;
 pub mod units;

@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use super::bootstrap::Bootstrapped;
+
 use crate::inference::delta::{interval, log_interval, Interval, Uncertain, LEVELS};
 
 /// How intervals are quoted.
@@ -26,8 +28,8 @@ pub struct Estimate {
     pub method: &'static str,
     /// every interval that was made
     pub intervals: Vec<Interval>,
-    /// a stage that was not run
-    pub bootstrap: Option<()>,
+    /// what the replicates say; `None` where there are none
+    pub bootstrap: Option<Bootstrapped>,
     /// why there is no standard error or no interval; stands exactly then
     pub why_none: Option<String>,
 }

@@ -11,11 +11,13 @@
 //! | `balance.rs` | L, inertial prefactor and film scale from every rebound at once |
 //! | `pooling.rs` | what pooling liquids does to the square-root law |
 //! | `energy.rs` | the energy the liquid takes, St_c·e_inf², δc |
+//! | `bootstrap.rs` | the bootstrap interval of each estimate |
 //! | `published.rs` | ours beside the literature's |
 //! | `verdicts.rs` | what must hold before the numbers are quoted |
 //! | `overview.rs` | what was read and what it can identify |
 
 pub mod balance;
+pub mod bootstrap;
 pub mod dry;
 pub mod energy;
 pub mod estimate;
@@ -119,23 +121,35 @@ impl Verdict {
     }
 }
 
-/// Fits everything least squares can say of a scene's runs.
-pub fn find(scene: &Scene, table: &Table, seed: u64) -> Findings {
+/// Fits everything least squares can say of a scene's runs; with `bootstrap`, resamples them as the scene says.
+pub fn find(scene: &Scene, table: &Table, seed: u64, bootstrap: bool) -> Findings {
     let runs = &table.runs;
     let quoting = Quoting {
         level: scene.bootstrap.level,
     };
-    let dry = dry::find(scene, runs, quoting);
-    let (series, mut scaling) = rayon::join(
+    let mut dry = dry::find(scene, runs, quoting);
+    let (mut series, mut scaling) = rayon::join(
         || series::find(scene, runs, &dry, quoting),
         || scaling::find(scene, runs, &dry, quoting),
     );
     let energy_balance = balance::find(scene, runs, &dry, &mut scaling, quoting);
-    let energy = energy::find(scene, runs, &dry, &scaling, quoting);
+    let mut energy = energy::find(scene, runs, &dry, &scaling, quoting);
+    if bootstrap {
+        let estimates = bootstrap::Estimates {
+            dry: &mut dry,
+            series: &mut series,
+            scaling: &mut scaling,
+            energy: &mut energy,
+        };
+        bootstrap::complete(scene, runs, estimates, seed, false);
+    }
     let published = published::find(scene, &dry, &scaling);
-    let verdicts = verdicts::find(runs, &dry, &series, &scaling, energy_balance.as_ref());
+    let mut verdicts = verdicts::find(runs, &dry, &series, &scaling, energy_balance.as_ref());
+    if bootstrap {
+        verdicts.extend(verdicts::of_replicates(&dry, &scaling));
+    }
     let mut notices = table.notices.clone();
-    notices.extend(verdicts::notices(scene, table, &dry, &series, &scaling));
+    notices.extend(verdicts::notices(scene, table, &dry, &series, &scaling, bootstrap));
     Findings {
         schema: SCHEMA,
         scene: scene.name.clone(),

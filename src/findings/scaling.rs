@@ -70,6 +70,8 @@ pub struct FittedScaling {
     pub law: Law,
     /// range of [`Runs::series`] it was fitted to
     pub series: std::ops::Range<usize>,
+    /// α and its slope in 1/St (square root), intercept and minus the slope (linear); `None` unless it converged
+    pub parameters: Option<[f64; 2]>,
     /// their covariance
     pub uncertain: Uncertain,
     /// how the parameters move with k, where the run's own dry speed enters
@@ -209,6 +211,7 @@ fn both_laws(
             particle,
             law,
             series,
+            parameters: Some(two(fit)).filter(|p| p.iter().all(|p| p.is_finite())),
             uncertain,
             shift_by_dry_k,
             spread: spread(fit),

@@ -234,6 +234,36 @@ fn shortened(items: &[String]) -> String {
     text
 }
 
+/// A larger share of replicates without a number says that the interval is made of the others.
+const FAILED_REPLICATES: f64 = 0.01;
+
+/// The check of the replicates of k, e_inf and St_c.
+pub fn of_replicates(dry: &[FittedDry], scaling: &[FittedScaling]) -> Option<Check> {
+    let of_dry = dry.iter().map(|d| (d.dry.particle.clone(), &d.dry.dry_k));
+    let of_scaling = scaling.iter().filter(|fit| fit.scaling.verdict.passed).flat_map(|fit| {
+        let ratio = fit
+            .scaling
+            .film_ratio
+            .map_or("all".to_owned(), |ratio| format!("{ratio:.3}"));
+        let name = format!("{} at film ratio {ratio}, {}", fit.scaling.particle, fit.scaling.law);
+        [(name.clone(), &fit.scaling.e_inf), (name, &fit.scaling.st_c)]
+    });
+    let shares = of_dry.chain(of_scaling).filter_map(|(name, estimate)| {
+        let boot = estimate.bootstrap.as_ref()?;
+        Some((boot.failed as f64 / boot.replicates as f64, name))
+    });
+    let (worst, name) = shares.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(Check {
+        check: "bootstrap_failures",
+        value: Some(worst),
+        threshold: FAILED_REPLICATES,
+        passed: worst <= FAILED_REPLICATES,
+        gates: true,
+        source: "an interval is made of the replicates that gave a number",
+        text: format!("largest share of replicates without a number ({name})"),
+    })
+}
+
 /// What a reader of the estimates should look at.
 pub fn notices(
     scene: &Scene,
@@ -241,6 +271,7 @@ pub fn notices(
     dry: &[FittedDry],
     series: &[SeriesFit],
     scaling: &[FittedScaling],
+    bootstrap: bool,
 ) -> Vec<Notice> {
     let mut notices = vec![];
     let screened: usize = table.screened.iter().map(|s| s.runs).sum();
@@ -318,11 +349,13 @@ pub fn notices(
             "add dry runs over the same speeds",
         ));
     }
-    if !scene.unused.is_empty() {
+    let waits = |key: &&String| !(bootstrap && key.starts_with("bootstrap."));
+    let unused: Vec<String> = scene.unused.iter().filter(waits).cloned().collect();
+    if !unused.is_empty() {
         notices.push(Notice::new(
             "settings_unused",
-            scene.unused.len(),
-            format!("settings no stage of this version reads: {}", scene.unused.join(", ")),
+            unused.len(),
+            format!("settings that no stage of this run reads: {}", unused.join(", ")),
             "nothing: they were checked and wait for the stage that reads them; intervals here are delta-method ones",
         ));
     }

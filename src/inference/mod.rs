@@ -5,11 +5,13 @@
 //! | `least_squares/` | Levenberg–Marquardt, covariance, verdict of a fit |
 //! | `laws.rs` | the dry, linear and square-root laws as least-squares problems |
 //! | `balance.rs` | the energy balance over all rebounds as a least-squares problem |
+//! | `bootstrap/` | replicates and the intervals they give |
 //! | `delta.rs` | standard errors and intervals of derived quantities |
 //! | `nested.rs` | F test of one law for all groups against one law a group |
 //! | `distributions.rs` | quantiles of Student's t and tails of F |
 
 pub mod balance;
+pub mod bootstrap;
 pub mod delta;
 pub mod distributions;
 pub mod laws;

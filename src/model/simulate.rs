@@ -1,14 +1,14 @@
 //! Draws runs from a truth by the one generative statement: e* = m(r) + σ z, stuck where e* is at or below the limit.
 
 use rand::rngs::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
+use rand_distr::{Distribution, Exp1, StandardNormal};
 
 use crate::error::Error;
 use crate::physics::impact::{kept_energy, Parameters, Setting};
 use crate::physics::inertia::Inertia;
 use crate::physics::{dry, rebound};
 use crate::runs::NewRun;
-use crate::scene::{Design, Scene, Truth};
+use crate::scene::{Design, Noise, Scene, Truth};
 use crate::seed::stream;
 
 /// A simulation ready to be drawn.
@@ -116,8 +116,16 @@ impl<'s> Simulation<'s> {
     /// Draws every run in turn from the stream `simulate` of `seed` and hands it on, keeping none.
     ///
     /// Fails as soon as `each` fails.
-    pub fn draw(&self, seed: u64, mut each: impl FnMut(NewRun<'s>) -> Result<(), Error>) -> Result<(), Error> {
-        let mut rng = stream(seed, "simulate", 0);
+    pub fn draw(&self, seed: u64, each: impl FnMut(NewRun<'s>) -> Result<(), Error>) -> Result<(), Error> {
+        self.draw_from(stream(seed, "simulate", 0), each)
+    }
+
+    /// The same from a stream of the caller's.
+    pub fn draw_from(
+        &self,
+        mut rng: ChaCha8Rng,
+        mut each: impl FnMut(NewRun<'s>) -> Result<(), Error>,
+    ) -> Result<(), Error> {
         for (point, index) in self.points.iter().zip(0u64..) {
             for _ in 0..self.repeats + u64::from(index < self.extra) {
                 each(self.run(point, &mut rng))?;
@@ -127,12 +135,12 @@ impl<'s> Simulation<'s> {
     }
 
     fn run(&self, point: &Point, rng: &mut ChaCha8Rng) -> NewRun<'s> {
-        let z: f64 = StandardNormal.sample(rng);
         let k = self.truth.dry_k[point.particle].unwrap_or_default();
         let particle = &self.scene.particles[point.particle];
         let v = point.impact_speed;
         let (liquid, film, latent) = match point.wet {
             None => {
+                let z: f64 = StandardNormal.sample(rng);
                 let e = dry::restitution(k, v) + self.values.sigma_dry * z;
                 (None, None, e)
             }
@@ -153,7 +161,8 @@ impl<'s> Simulation<'s> {
                 };
                 let truth = self.truth;
                 let kept = kept_energy(&setting, truth.inertia, truth.dry_speed, &parameters, v);
-                let e = rebound::mean_restitution(kept) + self.values.sigma_wet * z;
+                let noise = wet_noise(truth.noise, setting.stokes(v), rng);
+                let e = rebound::mean_restitution(kept) + self.values.sigma_wet * noise;
                 (Some(liquid.name.as_str()), Some((setting.film, film_ratio)), e)
             }
         };
@@ -165,6 +174,21 @@ impl<'s> Simulation<'s> {
             film,
             impact_speed: v,
             restitution: if stuck { 0.0 } else { latent },
+        }
+    }
+}
+
+/// One draw of the noise on a wet run, in units of its sd.
+fn wet_noise(noise: Noise, stokes: f64, rng: &mut ChaCha8Rng) -> f64 {
+    match noise {
+        Noise::Normal => StandardNormal.sample(rng),
+        Noise::Skewed => {
+            let wait: f64 = Exp1.sample(rng);
+            1.0 - wait
+        }
+        Noise::Heteroscedastic => {
+            let z: f64 = StandardNormal.sample(rng);
+            (0.5 + 25.0 / stokes) * z
         }
     }
 }

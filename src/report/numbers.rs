@@ -75,12 +75,15 @@ pub fn interval(estimate: &Estimate) -> String {
 /// The interval of an estimate in another unit.
 pub fn interval_scaled(estimate: &Estimate, scale: impl Fn(f64) -> f64) -> String {
     match (estimate.interval, estimate.se) {
-        (Some([lo, hi]), Some(se)) => {
-            let place = decimals(scale(se));
-            format!("{} to {}", to_place(scale(lo), place), to_place(scale(hi), place))
-        }
+        (Some([lo, hi]), Some(se)) => between(scale(lo), scale(hi), scale(se)),
         _ => NONE.to_owned(),
     }
+}
+
+/// Two ends of an interval, rounded by a standard error.
+pub fn between(lo: f64, hi: f64, se: f64) -> String {
+    let place = decimals(se);
+    format!("{} to {}", to_place(lo, place), to_place(hi, place))
 }
 
 /// A number to some significant digits, without exponent between 1e-4 and 1e6.

@@ -94,6 +94,26 @@ pub fn read(scene: &Scene) -> Result<Table, Error> {
     })
 }
 
+/// Puts simulated runs in order, as [`read`] does those of a file.
+pub fn arrange(scene: &Scene, new: &[NewRun]) -> Runs {
+    let mut columns = collect::Columns::default();
+    let index = |position: Option<usize>| position.and_then(|i| u32::try_from(i).ok());
+    for run in new {
+        let particle = index(scene.particles.iter().position(|p| p.name == run.particle));
+        let liquid = run
+            .liquid
+            .and_then(|name| index(scene.liquids.iter().position(|l| l.name == name)));
+        columns.particle.push(particle.unwrap_or_default());
+        columns.liquid.push(liquid.unwrap_or(collect::Columns::NO_LIQUID));
+        columns.diameter.push(run.diameter);
+        columns.film.push(run.film.map_or(0.0, |(film, _)| film));
+        columns.film_ratio.push(run.film.map_or(f64::NAN, |(_, ratio)| ratio));
+        columns.impact_speed.push(run.impact_speed);
+        columns.restitution.push(run.restitution);
+    }
+    series::arrange(columns, scene)
+}
+
 /// A problem of the file as a whole.
 fn whole_file(found: &str, expected: &str) -> Problem {
     Problem {

@@ -219,8 +219,7 @@ fn restitution(raw: &RawRow, impact_speed: Option<f64>, problems: &mut Vec<BadCe
         }
         return given;
     };
-    // also refuses what is no number
-    if !(rebound_speed >= 0.0) {
+    if rebound_speed.is_nan() || rebound_speed < 0.0 {
         problems.push(bad(Column::ReboundSpeed, "expected a rebound speed of 0 or more"));
         return None;
     }

@@ -96,7 +96,7 @@ fn both_readers_mean_the_same_by_every_spelling_of_a_number() {
         "2.2250738585072011e-308",
     ] {
         for column in 2..7 {
-            let mut cells = vec!["PTFE", "AK10", "4", "240", "0.06", "0.3", "0.58"];
+            let mut cells = ["PTFE", "AK10", "4", "240", "0.06", "0.3", "0.58"];
             cells[column] = spelling;
             taken += usize::from(assert_agree(&format!("{text}{}\n", cells.join(",")), &scene));
         }

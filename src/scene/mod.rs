@@ -24,8 +24,8 @@ pub use choices::{
     DEFAULT_DRY_SPEED,
 };
 pub use names::{closest, name_expected, name_is_allowed, NAME_RULE};
-pub use plan::{Design, DesignSpeeds, Truth};
-pub use read::read;
+pub use plan::{Design, DesignSpeeds, Noise, Truth};
+pub use read::{parse, read};
 
 use std::path::PathBuf;
 

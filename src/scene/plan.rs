@@ -29,6 +29,19 @@ pub struct Truth {
     pub sigma_dry: Option<f64>,
     /// sd of the noise on a wet restitution
     pub sigma_wet: Option<f64>,
+    /// shape of the noise on wet runs
+    pub noise: Noise,
+}
+
+/// Shape of the noise on a simulated restitution; each has the truth's sd, or varies about it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Noise {
+    /// normal
+    Normal,
+    /// one minus an exponential: mean 0, sd 1, a long tail towards low restitutions
+    Skewed,
+    /// normal, its sd growing with 1/St: sd · (1/2 + 25/St)
+    Heteroscedastic,
 }
 
 /// The settings simulated runs are made at.
@@ -73,6 +86,11 @@ pub(super) fn truth(
         .or(default_inertia)
         .unwrap_or(Inertia::Stepwise);
     let impact = ("impact", DrySpeed::Impact);
+    let noises = [
+        ("normal", Noise::Normal),
+        ("skewed", Noise::Skewed),
+        ("heteroscedastic", Noise::Heteroscedastic),
+    ];
     let truth = Truth {
         dry_k,
         lubrication_log: table.number("lubrication_log", FINITE),
@@ -84,8 +102,8 @@ pub(super) fn truth(
             .unwrap_or(default_dry_speed),
         sigma_dry: table.number("sigma_dry", NOT_NEGATIVE),
         sigma_wet: table.number("sigma_wet", NOT_NEGATIVE),
+        noise: table.choice("noise", &noises).unwrap_or(Noise::Normal),
     };
-    table.choice("noise", &[("normal", ())]);
     table.finish();
     Some(truth)
 }

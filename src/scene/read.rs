@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use super::document::Document;
 use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, SHARE};
 use super::names::{name_expected, name_is_allowed, NAME_RULE};
-use super::table::{parse, Table};
-use super::{choices, plan};
+use super::table::Table;
+use super::{choices, plan, table};
 use super::{Data, Law, Liquid, Particle, Published, PublishedQuantity, Scene, Screens, LARGEST_FILM_RATIO};
 use crate::encoding::decode;
 use crate::error::{quoted, Error};
@@ -22,12 +22,16 @@ const DEFAULT_FILM_RATIO_GAP: f64 = 0.004;
 pub fn read(path: &Path) -> Result<Scene, Error> {
     let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
     let hash = sha256(&bytes);
-    let refuse = |problem| Error::input(path, vec![problem]);
-    let text = decode(&bytes).map_err(refuse)?;
-    let parsed = parse(text).map_err(refuse)?;
+    let text = decode(&bytes).map_err(|problem| Error::input(path, vec![problem]))?;
+    parse(text, path, hash)
+}
+
+/// Checks the text of a scene file that lies, or would lie, at `path`; `sha256` is its hash.
+pub fn parse(text: &str, path: &Path, sha256: String) -> Result<Scene, Error> {
+    let parsed = table::parse(text).map_err(|problem| Error::input(path, vec![problem]))?;
     let document = Document::new(text);
     let root = Table::root(document.clone(), parsed.get_ref());
-    let scene = assemble(&root, path, hash);
+    let scene = assemble(&root, path, sha256);
     root.finish();
     drop(root);
     let problems = document.problems();

@@ -1,5 +1,6 @@
 //! Writes the report as markdown: verdict and main numbers first, then what they rest on.
 
+mod bootstrap;
 mod cautions;
 mod cells;
 mod laws;
@@ -34,6 +35,7 @@ pub fn report(told: Told, figures: &[&str]) -> String {
     laws::scaling(&mut page, told);
     laws::film(&mut page, told);
     laws::energy(&mut page, told);
+    bootstrap::bootstrap(&mut page, told);
     cautions::cautions(&mut page, told);
     cautions::reproduce(&mut page, told);
     let mut text = page.text.trim_end().to_owned();
