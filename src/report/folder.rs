@@ -69,8 +69,10 @@ fn fill_and_rename(
     for (name, text) in files {
         let path = new.join(name);
         let inside = path.parent().unwrap_or(&new);
-        std::fs::create_dir_all(inside).map_err(|e| Error::io(inside, "create", e))?;
-        std::fs::write(&path, text).map_err(|e| Error::io(&path, "write", e))?;
+        // told of the place the user named, not of the one beside it
+        let fail = |error| Error::io(&folder.join(name), "write", error);
+        std::fs::create_dir_all(inside).map_err(fail)?;
+        std::fs::write(&path, text).map_err(fail)?;
     }
     // from here on an interruption waits, so that either the old report or the new one is in place
     let _hold = mark.hold();

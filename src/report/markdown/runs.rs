@@ -64,7 +64,8 @@ pub(super) fn data(page: &mut Page, told: Told) {
 
 /// What was read, for a terminal: plain columns.
 pub fn overview_text(overview: &Overview) -> String {
-    let mut text = format!("{}\n{} runs read", overview.title, overview.runs);
+    let noun = if overview.runs == 1 { "run" } else { "runs" };
+    let mut text = format!("{}\n{} {noun} read", overview.title, overview.runs);
     for screened in &overview.screened {
         text.push_str(&format!(", {} left out ({})", screened.runs, screened.reason));
     }
