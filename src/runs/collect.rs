@@ -115,25 +115,6 @@ impl Collected {
         }
     }
 
-    /// The rows of `self`, then those of `next`.
-    pub fn join(mut self, mut next: Collected) -> Collected {
-        let (columns, more) = (&mut self.columns, &mut next.columns);
-        columns.particle.append(&mut more.particle);
-        columns.liquid.append(&mut more.liquid);
-        columns.diameter.append(&mut more.diameter);
-        columns.film.append(&mut more.film);
-        columns.impact_speed.append(&mut more.impact_speed);
-        columns.restitution.append(&mut more.restitution);
-        columns.film_ratio.append(&mut more.film_ratio);
-        self.rows += next.rows;
-        for (mine, theirs) in self.screened.iter_mut().zip(next.screened) {
-            *mine += theirs;
-        }
-        self.above_one += next.above_one;
-        self.with_sd += next.with_sd;
-        self
-    }
-
     pub fn screened(&self) -> Vec<Screened> {
         Reason::ALL
             .into_iter()

@@ -6,6 +6,7 @@
 //! | `row.rs` | checks one run and says which cell is wrong |
 //! | `refusals.rs` | gathers what is wrong, cell by cell |
 //! | `collect.rs` | gathers checked runs into columns and counts what was left out |
+//! | `stream.rs` | reads an ordinary CSV a window of lines at a time |
 //! | `typed.rs` | reads CSV and Parquet with polars, writes Parquet; the only file that names it |
 //! | `text.rs` | reads CSV as text, to accept what a typed reader refuses or to name the bad cell |
 //! | `series.rs` | orders runs by series |
@@ -16,6 +17,7 @@ mod columns;
 mod refusals;
 mod row;
 mod series;
+mod stream;
 mod text;
 mod typed;
 mod write;
@@ -25,6 +27,8 @@ pub use series::{DryGroup, FilmGroup, Runs, Series};
 pub use write::{NewRun, RunWriter};
 
 use std::path::Path;
+
+use collect::Collected;
 
 use crate::encoding::decode;
 use crate::error::{Error, Problem};
@@ -52,38 +56,22 @@ pub struct Table {
 /// Fails with every bad cell named by line, column and value; then nothing of the table is used.
 pub fn read(scene: &Scene) -> Result<Table, Error> {
     let path = scene.data.runs.as_path();
-    let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read the runs", e))?;
-    let refuse = |problems: Vec<Problem>| Error::input(path, problems);
     let parquet = path
         .extension()
         .is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"));
-    if bytes.is_empty() {
-        let expected = if parquet {
-            "a Parquet table with one row a run"
-        } else {
-            "a header line and one line a run"
-        };
-        return Err(refuse(vec![whole_file("the file is empty", expected)]));
-    }
-    let (collected, sha256) = rayon::join(
-        || {
-            if parquet {
-                typed::read_parquet(&bytes, scene)
-            } else {
-                read_csv(&bytes, scene)
-            }
-        },
-        || sha256(&bytes),
-    );
-    drop(bytes);
-    let collected = collected.map_err(refuse)?;
+    // the typed reader is fast and strict; where it balks, the text reader decides and names what it refuses
+    let streamed = if parquet { None } else { read_stream(path, scene) };
+    let (collected, sha256) = match streamed {
+        Some(read) => read,
+        None => read_whole(path, parquet, scene)?,
+    };
     if collected.rows == 0 {
         let problem = if parquet {
             whole_file("the table has no rows", "one row a run")
         } else {
             whole_file("no runs below the header", "one line a run")
         };
-        return Err(refuse(vec![problem]));
+        return Err(Error::input(path, vec![problem]));
     }
     Ok(Table {
         rows: collected.rows,
@@ -124,15 +112,42 @@ fn whole_file(found: &str, expected: &str) -> Problem {
     }
 }
 
-fn read_csv(bytes: &[u8], scene: &Scene) -> Result<collect::Collected, Vec<Problem>> {
+fn read_stream(path: &Path, scene: &Scene) -> Option<(Collected, String)> {
+    // what is no file, a pipe say, can be read only once
+    let about = std::fs::metadata(path).ok().filter(std::fs::Metadata::is_file)?;
+    let file = std::fs::File::open(path).ok()?;
+    stream::read(file, about.len(), stream::WINDOW, scene)
+}
+
+fn read_whole(path: &Path, parquet: bool, scene: &Scene) -> Result<(Collected, String), Error> {
+    let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read the runs", e))?;
+    let refuse = |problems: Vec<Problem>| Error::input(path, problems);
+    if bytes.is_empty() {
+        let expected = if parquet {
+            "a Parquet table with one row a run"
+        } else {
+            "a header line and one line a run"
+        };
+        return Err(refuse(vec![whole_file("the file is empty", expected)]));
+    }
+    let (collected, sha256) = rayon::join(
+        || {
+            if parquet {
+                typed::read_parquet(&bytes, scene)
+            } else {
+                read_text(&bytes, scene)
+            }
+        },
+        || sha256(&bytes),
+    );
+    Ok((collected.map_err(refuse)?, sha256))
+}
+
+fn read_text(bytes: &[u8], scene: &Scene) -> Result<Collected, Vec<Problem>> {
     let text = decode(bytes).map_err(|problem| vec![problem])?;
     let header = text::header(text)?;
     let plan = columns::Plan::new(&header.names, Some(header.line))?;
-    // the typed reader is fast and strict; where it balks, the text reader decides and names what it refuses
-    match typed::read_csv(text, &header.names, &plan, scene) {
-        Some(collected) => Ok(collected),
-        None => text::read(text, &plan, scene),
-    }
+    text::read(text, &plan, scene)
 }
 
 /// Whether a path names a table of runs in a format that can be written.

@@ -153,38 +153,39 @@ pub(super) fn arrange(columns: Columns, scene: &Scene) -> Runs {
         start += counts[*id];
     }
     let place: Vec<u32> = id_of_row
-        .iter()
+        .into_iter()
         .map(|id| {
-            let next = &mut start_of_id[*id as usize];
+            let next = &mut start_of_id[id as usize];
             *next += 1;
             (*next - 1) as u32
         })
         .collect();
-    drop(id_of_row);
-    let Columns {
-        diameter,
-        film,
-        impact_speed,
-        restitution,
-        ..
-    } = columns;
     let mut runs = Runs {
-        diameter: reorder(diameter, &place),
-        film: reorder(film, &place),
-        impact_speed: reorder(impact_speed, &place),
-        restitution: reorder(restitution, &place),
+        diameter: columns.diameter,
+        film: columns.film,
+        impact_speed: columns.impact_speed,
+        restitution: columns.restitution,
         ..Runs::default()
     };
+    let mut spare = vec![0.0; place.len()];
+    for column in [
+        &mut runs.diameter,
+        &mut runs.film,
+        &mut runs.impact_speed,
+        &mut runs.restitution,
+    ] {
+        reorder(column, &mut spare, &place);
+    }
     name_groups(&mut runs, &spans, &groups);
     runs
 }
 
-fn reorder(column: Vec<f64>, place: &[u32]) -> Vec<f64> {
-    let mut ordered = vec![0.0; column.len()];
-    for (value, at) in column.into_iter().zip(place) {
-        ordered[*at as usize] = value;
+/// Puts every value in its place; the column's old memory is left in `spare` for the next.
+fn reorder(column: &mut Vec<f64>, spare: &mut Vec<f64>, place: &[u32]) {
+    for (value, at) in column.iter().zip(place) {
+        spare[*at as usize] = *value;
     }
-    ordered
+    std::mem::swap(column, spare);
 }
 
 fn mean(values: &[f64]) -> f64 {

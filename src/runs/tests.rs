@@ -24,7 +24,8 @@ fn both(text: &str, scene: &Scene) -> (Option<String>, Option<String>) {
         return (None, None);
     };
     let shown = |collected: collect::Collected| format!("{collected:?}");
-    let typed = typed::read_csv(text, &header.names, &plan, scene);
+    // a window so small that even these files take several
+    let typed = stream::read(text.as_bytes(), text.len() as u64, 256, scene).map(|(collected, _)| collected);
     let slow = text::read(text, &plan, scene).ok();
     (typed.map(shown), slow.map(shown))
 }
@@ -176,10 +177,14 @@ fn two_unknown_columns_of_one_name_shift_nothing() {
             format!("{note},{line},{note}\n")
         })
         .collect();
-    let Ok(read) = read_csv(doubled.as_bytes(), &scene) else {
+    assert!(
+        !assert_agree(&doubled, &scene),
+        "the typed reader knows columns by name"
+    );
+    let Ok(read) = read_text(doubled.as_bytes(), &scene) else {
         panic!("it is read");
     };
-    let Ok(reference) = read_csv(text.as_bytes(), &scene) else {
+    let Ok(reference) = read_text(text.as_bytes(), &scene) else {
         panic!("it is read");
     };
     assert_eq!(format!("{:?}", read.columns), format!("{:?}", reference.columns));

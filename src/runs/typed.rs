@@ -5,7 +5,6 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use polars::prelude::*;
-use rayon::prelude::*;
 
 use super::collect::Collected;
 use super::columns::{Column as RunColumn, Place, Plan};
@@ -16,63 +15,76 @@ use super::write::NewRun;
 use crate::error::{quoted, Problem};
 use crate::scene::{Scene, MISSING};
 
-/// Reads a CSV with typed columns; `None` where anything is out of the ordinary, so that the text reader decides.
-pub(super) fn read_csv(text: &str, header: &[String], plan: &Plan, scene: &Scene) -> Option<Collected> {
-    let bytes = text.as_bytes();
-    // the typed reader takes quotes, padded names and short rows in its own way
-    let first_line = memchr::memchr(b'\n', bytes).map_or(text, |end| &text[..end]);
-    if first_line.trim_end_matches('\r') != header.join(",") || memchr::memchr(b'"', bytes).is_some() {
-        return None;
+/// Reads whole lines of a CSV into typed columns.
+pub(super) struct CsvParser {
+    options: CsvReadOptions,
+    width: usize,
+}
+
+/// Rows with typed columns, not checked yet.
+pub(super) struct Typed(DataFrame);
+
+impl CsvParser {
+    /// `None` where a name stands twice in the header: polars knows columns by their names alone.
+    pub fn new(header: &[String], plan: &Plan) -> Option<Self> {
+        if (1..header.len()).any(|index| header[..index].contains(&header[index])) {
+            return None;
+        }
+        let fields: Schema = header
+            .iter()
+            .enumerate()
+            .map(|(index, name)| {
+                let number = RunColumn::NUMBERS
+                    .into_iter()
+                    .any(|column| plan.place(column).is_some_and(|place| place.index == index));
+                let dtype = if number { DataType::Float64 } else { DataType::String };
+                (PlSmallStr::from_str(name), dtype)
+            })
+            .collect();
+        let wanted: Arc<[PlSmallStr]> = wanted(plan)
+            .into_iter()
+            .map(|(_, place)| PlSmallStr::from_str(&place.name))
+            .collect();
+        let options = CsvReadOptions::default()
+            .with_has_header(false)
+            .with_schema(Some(Arc::new(fields)))
+            .with_columns(Some(wanted))
+            .with_rechunk(false)
+            .map_parse_options(|options| options.with_quote_char(None));
+        let width = plan.width;
+        Some(CsvParser { options, width })
     }
-    // a line may also end with CR alone
-    if memchr::memchr_iter(b'\r', bytes).any(|at| bytes.get(at + 1) != Some(&b'\n')) {
-        return None;
+
+    /// Reads some lines; `None` where anything is out of the ordinary, so that the text reader decides.
+    pub fn parse(&self, lines: &[u8]) -> Option<Typed> {
+        // the typed reader takes quotes, zero bytes and short rows in its own way
+        if memchr::memchr2(b'"', 0, lines).is_some() {
+            return None;
+        }
+        // a line may also end with CR alone
+        if memchr::memchr_iter(b'\r', lines).any(|at| lines.get(at + 1) != Some(&b'\n')) {
+            return None;
+        }
+        let mut options = self.options.clone();
+        // comparing every cell takes time, and most tables leave missing cells blank
+        if memchr::memmem::find(lines, MISSING.as_bytes()).is_some() {
+            let missing = NullValues::AllColumnsSingle(MISSING.into());
+            options = options.map_parse_options(|options| options.with_null_values(Some(missing.clone())));
+        }
+        let reader = options.into_reader_with_file_handle(Cursor::new(lines));
+        let frame = reader.finish().ok()?;
+        // a short row would be filled with missing cells: the commas tell
+        let commas = memchr::memchr_iter(b',', lines).count();
+        (commas == (self.width - 1) * frame.height()).then_some(Typed(frame))
     }
-    // it also knows columns by their names alone
-    if (1..header.len()).any(|index| header[..index].contains(&header[index])) {
-        return None;
+}
+
+impl Typed {
+    /// Checks and collects every row; `None` where one is refused.
+    pub fn collect(&self, plan: &Plan, scene: &Scene, against: &mut Against, collected: &mut Collected) -> Option<()> {
+        let mut stop = |_, _| ControlFlow::Break(());
+        collect(&self.0, plan, scene, against, collected, &mut stop).ok()
     }
-    let fields: Schema = header
-        .iter()
-        .enumerate()
-        .map(|(index, name)| {
-            let number = RunColumn::NUMBERS
-                .into_iter()
-                .any(|column| plan.place(column).is_some_and(|place| place.index == index));
-            let dtype = if number { DataType::Float64 } else { DataType::String };
-            (PlSmallStr::from_str(name), dtype)
-        })
-        .collect();
-    let wanted: Arc<[PlSmallStr]> = wanted(plan)
-        .into_iter()
-        .map(|(_, place)| PlSmallStr::from_str(&place.name))
-        .collect();
-    let frame = CsvReadOptions::default()
-        .with_has_header(true)
-        .with_schema(Some(Arc::new(fields)))
-        .with_columns(Some(wanted))
-        .with_rechunk(false)
-        .map_parse_options(|options| options.with_null_values(Some(NullValues::AllColumnsSingle(MISSING.into()))))
-        .into_reader_with_file_handle(Cursor::new(bytes))
-        .finish()
-        .ok()?;
-    // a short row would be filled with missing cells: the commas tell
-    let commas = memchr::memchr_iter(b',', bytes).count();
-    if commas != (plan.width - 1) * (frame.height() + 1) {
-        return None;
-    }
-    // rows do not depend on each other: a part a thread, joined in their order
-    let parts = rayon::current_num_threads().max(1);
-    let part = frame.height().div_ceil(parts).max(1);
-    let collected: Option<Vec<Collected>> = (0..parts)
-        .into_par_iter()
-        .map(|index| {
-            let rows = frame.slice((index * part) as i64, part);
-            collect(&rows, plan, scene, &mut |_, _| ControlFlow::Break(())).ok()
-        })
-        .collect();
-    drop(frame);
-    collected?.into_iter().reduce(Collected::join)
 }
 
 /// Reads a Parquet file. Fails with every bad cell named by row and column.
@@ -116,9 +128,13 @@ pub(super) fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Vec
         });
     }
     refusals.or(())?;
-    let frame = polars(|| DataFrame::new(frame.height(), columns))?;
+    let mut frame = polars(|| DataFrame::new(frame.height(), columns))?;
+    frame.align_chunks_par();
     let mut refusals = Refusals::new(&plan);
-    let collected = collect(&frame, &plan, scene, &mut |row, bad| {
+    let has_film_ratio = plan.place(RunColumn::FilmRatio).is_some();
+    let mut against = Against::new(scene, has_film_ratio);
+    let mut collected = Collected::with_capacity(frame.height(), has_film_ratio, &plan.unknown);
+    let mut refused = |row: usize, bad: BadCell| {
         refusals.cell(At::Row(row + 1), bad, |column| {
             let cell = frame.column(&plan.place(column)?.name).ok()?.get(row).ok()?;
             match cell {
@@ -129,8 +145,8 @@ pub(super) fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Vec
             }
         });
         ControlFlow::Continue(())
-    });
-    let collected = polars(|| collected)?;
+    };
+    polars(|| collect(&frame, &plan, scene, &mut against, &mut collected, &mut refused))?;
     refusals.or(collected)
 }
 
@@ -198,53 +214,73 @@ fn name(cell: Option<&str>) -> Option<&str> {
     cell.map(str::trim).filter(|text| !is_missing(text))
 }
 
-/// Checks every row of a frame. A refused row goes to `refused`, which says whether to go on.
+type NumberArray = <Float64Type as PolarsDataType>::Array;
+
+fn number_at(array: &NumberArray, row: usize) -> Option<f64> {
+    let present = array.validity().is_none_or(|present| present.get(row) == Some(true));
+    array.values().get(row).copied().filter(|_| present)
+}
+
+/// Checks every row of a frame whose chunks are aligned. A refused row goes to `refused`, which says whether to go on.
 fn collect(
     frame: &DataFrame,
     plan: &Plan,
     scene: &Scene,
+    against: &mut Against,
+    collected: &mut Collected,
     refused: &mut dyn FnMut(usize, BadCell) -> ControlFlow<()>,
-) -> PolarsResult<Collected> {
-    let rows = frame.height();
+) -> PolarsResult<()> {
     let texts = |column: RunColumn| match plan.place(column) {
-        Some(place) => Ok(Some(frame.column(&place.name)?.str()?)),
-        None => Ok::<_, PolarsError>(None),
+        Some(place) => Ok(frame.column(&place.name)?.str()?.downcast_iter().collect()),
+        None => Ok::<Vec<_>, PolarsError>(vec![]),
     };
-    let particle = texts(RunColumn::Particle)?;
-    let liquid = texts(RunColumn::Liquid)?;
-    let mut particle = particle.map(|c| c.iter());
-    let mut liquid = liquid.map(|c| c.iter());
-    let mut numbers = vec![];
+    let particles = texts(RunColumn::Particle)?;
+    let liquids = texts(RunColumn::Liquid)?;
+    let mut numbers: Vec<(RunColumn, &Place, Vec<&NumberArray>)> = vec![];
     for column in RunColumn::NUMBERS {
         if let Some(place) = plan.place(column) {
-            let values = frame.column(&place.name)?.f64()?.iter();
-            numbers.push((column, place, values));
+            let chunks = frame.column(&place.name)?.f64()?.downcast_iter().collect();
+            numbers.push((column, place, chunks));
         }
     }
     let has_film_ratio = plan.place(RunColumn::FilmRatio).is_some();
-    let mut against = Against::new(scene, has_film_ratio);
     let mut bad = vec![];
-    let mut collected = Collected::with_capacity(rows, has_film_ratio, &plan.unknown);
-    for index in 0..rows {
-        let mut raw = RawRow {
-            particle: name(particle.as_mut().and_then(|c| c.next()).flatten()),
-            liquid: name(liquid.as_mut().and_then(|c| c.next()).flatten()),
-            ..RawRow::default()
-        };
-        for (column, place, values) in &mut numbers {
-            let value = values.next().flatten();
-            raw.set(*column, value.map(|x| place.to_si(x)));
-        }
-        if let Some(row) = check(&raw, &mut against, &mut bad) {
-            collected.push(&row, has_film_ratio, scene);
-        }
-        for bad in bad.drain(..) {
-            if refused(index, bad).is_break() {
-                return Err(PolarsError::NoData("a row was refused".into()));
+    let mut rows_before = 0;
+    for (chunk, particles) in particles.into_iter().enumerate() {
+        let liquids = liquids.get(chunk);
+        let [diameter, film, impact_speed, rebound_speed, restitution, film_ratio, sd_v, sd_u, sd_e] =
+            RunColumn::NUMBERS.map(|wanted| {
+                let (_, place, chunks) = numbers.iter().find(|(column, ..)| *column == wanted)?;
+                Some((*place, *chunks.get(chunk)?))
+            });
+        for row in 0..particles.len() {
+            let cell = |column: Option<(&Place, &NumberArray)>| {
+                let (place, values) = column?;
+                number_at(values, row).map(|x| place.to_si(x))
+            };
+            let raw = RawRow {
+                particle: name(particles.get(row)),
+                liquid: name(liquids.and_then(|liquids| liquids.get(row))),
+                diameter: cell(diameter),
+                film: cell(film),
+                impact_speed: cell(impact_speed),
+                rebound_speed: cell(rebound_speed),
+                restitution: cell(restitution),
+                film_ratio: cell(film_ratio),
+                sds: [sd_v, sd_u, sd_e].map(cell),
+            };
+            if let Some(row) = check(&raw, against, &mut bad) {
+                collected.push(&row, has_film_ratio, scene);
+            }
+            for bad in bad.drain(..) {
+                if refused(rows_before + row, bad).is_break() {
+                    return Err(PolarsError::NoData("a row was refused".into()));
+                }
             }
         }
+        rows_before += particles.len();
     }
-    Ok(collected)
+    Ok(())
 }
 
 /// Writes Parquet a batch of runs at a time, in constant memory.

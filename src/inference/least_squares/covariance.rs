@@ -1,6 +1,6 @@
 //! Judges whether an end point may carry standard errors, and computes them from R.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::linearised::Linearised;
 use super::Stop;
@@ -18,8 +18,9 @@ pub(super) struct Uncertainty {
     pub(super) why_none: Option<String>,
 }
 
-/// Judges the `end` of an attempt that stopped for the reason `stop`.
-pub(super) fn judge(end: &Linearised, runs: usize, stop: Stop) -> Uncertainty {
+/// Judges the `end` of an attempt that stopped for the reason `stop`; `inside` says whether the
+/// model is defined at a point.
+pub(super) fn judge(end: &Linearised, runs: usize, stop: Stop, inside: impl Fn(&DVector<f64>) -> bool) -> Uncertainty {
     let p = end.parameters.len();
     let condition = condition(end);
     let freedom = runs.saturating_sub(p);
@@ -63,12 +64,17 @@ pub(super) fn judge(end: &Linearised, runs: usize, stop: Stop) -> Uncertainty {
             Some(sd) if sd <= SCATTER_ROUNDINGS * f64::EPSILON * end.scale => {
                 answer.why_none = Some("the runs show no scatter: the curve meets them to rounding error".to_owned());
             }
-            Some(sd) => {
-                answer.covariance = from_triangle(end, sd);
-                if answer.covariance.is_none() {
+            Some(sd) => match error_directions(end, sd) {
+                None => {
                     answer.why_none = Some("the standard errors are too large or small to compute".to_owned());
                 }
-            }
+                Some(directions) if on_edge(end, &directions, inside) => {
+                    answer.stop = Stop::OutOfDomain;
+                    answer.why_none =
+                        Some("the best fit lies on the edge of the values for which the law is defined".to_owned());
+                }
+                Some(directions) => answer.covariance = Some(&directions * directions.transpose()),
+            },
         }
     }
     answer
@@ -92,14 +98,19 @@ fn largest_condition(runs: usize) -> f64 {
     1.0 / (f64::EPSILON * runs.max(100) as f64)
 }
 
-/// sd² (JᵀJ)⁻¹ = (sd D⁻¹R⁻¹)(sd D⁻¹R⁻¹)ᵀ; `None` if it over- or underflows.
-fn from_triangle(end: &Linearised, sd: f64) -> Option<DMatrix<f64>> {
-    let p = end.parameters.len();
-    let mut root = end.triangle.solve_upper_triangular(&DMatrix::identity(p, p))?;
-    for (mut row, length) in root.row_iter_mut().zip(end.lengths.iter()) {
-        row *= sd / length;
-    }
-    let covariance = &root * root.transpose();
-    let usable = covariance.iter().all(|c| c.is_finite()) && covariance.diagonal().iter().all(|&c| c > 0.0);
-    usable.then_some(covariance)
+/// Whether a hundredth of a standard error leads out of the domain. On the edge of a square root
+/// the slopes are so steep that the test of convergence is met there, minimum or not.
+fn on_edge(end: &Linearised, directions: &DMatrix<f64>, inside: impl Fn(&DVector<f64>) -> bool) -> bool {
+    directions.column_iter().any(|direction| {
+        [0.01, -0.01]
+            .iter()
+            .any(|part| !inside(&(&end.parameters + direction * *part)))
+    })
+}
+
+/// C = sd D⁻¹R⁻¹, so that sd² (JᵀJ)⁻¹ = C Cᵀ; `None` if that over- or underflows.
+fn error_directions(end: &Linearised, sd: f64) -> Option<DMatrix<f64>> {
+    let directions = end.axes()? * sd;
+    let usable = directions.row_iter().all(|row| row.norm_squared().is_normal());
+    usable.then_some(directions)
 }

@@ -14,10 +14,12 @@ mod linearised;
 mod solver;
 #[cfg(test)]
 mod tests;
+mod walk;
 
 use nalgebra::DMatrix;
 
-use solver::{attempt, Attempt, Yardstick};
+use solver::{attempt, Attempt};
+use walk::Manner;
 
 /// Marks a point where the model is undefined: recoverable, the step is shortened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -126,6 +128,7 @@ impl Fit {
         let mut residuals = vec![0.0; n];
         let mut evaluations = 0;
         let mut sum = f64::INFINITY;
+        // Even where nothing can be fitted, how well the start does is known.
         if stop == Stop::Degenerate && start.len() == p {
             evaluations = 1;
             if problem.residuals(start, &mut residuals).is_ok() {
@@ -151,9 +154,9 @@ impl Fit {
 
 /// Fits `problem` from `start`, always in a bounded number of evaluations.
 ///
-/// A first attempt that does not converge is followed by one that scales the parameters
-/// differently, and the better end is returned: a converged one first, then the lower sum of
-/// squares.
+/// An attempt that does not converge is followed by one that keeps clear of the edge of the
+/// domain, if that was met, and by one that scales the parameters differently. The first to converge
+/// is returned; if none does, the one with the lowest sum of squares.
 pub fn fit<P: ResidualProblem>(problem: &P, start: &[f64]) -> Fit {
     let (n, p) = (problem.runs(), problem.parameters());
     let counts = |count: usize, one: &str| match count {
@@ -173,22 +176,31 @@ pub fn fit<P: ResidualProblem>(problem: &P, start: &[f64]) -> Fit {
         return Fit::not_begun(problem, start, Stop::Degenerate, why);
     }
 
-    let mut best = judged(problem, attempt(problem, start, Yardstick::Longest));
-    for yardstick in [Yardstick::Current] {
-        let hopeless = best.as_ref().is_none_or(|fit| fit.converged());
-        if hopeless {
-            break;
+    let mut best: Option<Fit> = None;
+    let mut evaluations = 0;
+    let mut met_edge = false;
+    for manner in [Manner::Remembering, Manner::KeepingClear, Manner::Forgetting] {
+        if manner == Manner::KeepingClear && !met_edge {
+            continue;
         }
-        let Some(mut other) = judged(problem, attempt(problem, start, yardstick)) else {
+        let attempt = attempt(problem, start, manner);
+        evaluations += attempt.evaluations;
+        met_edge |= attempt.met_edge;
+        let Some(other) = judged(problem, attempt, met_edge) else {
             break;
         };
-        if let Some(mut first) = best.take() {
-            let evaluations = first.evaluations + other.evaluations;
-            first.evaluations = evaluations;
-            other.evaluations = evaluations;
-            let better = other.converged() || other.residual_sum_of_squares < first.residual_sum_of_squares;
-            best = Some(if better { other } else { first });
+        let better = best
+            .as_ref()
+            .is_none_or(|best| other.converged() || other.residual_sum_of_squares < best.residual_sum_of_squares);
+        if better {
+            best = Some(other);
         }
+        if best.as_ref().is_some_and(Fit::converged) {
+            break;
+        }
+    }
+    if let Some(best) = best.as_mut() {
+        best.evaluations = evaluations;
     }
     best.unwrap_or_else(|| {
         let why = "the law is undefined at the starting values".to_owned();
@@ -197,10 +209,17 @@ pub fn fit<P: ResidualProblem>(problem: &P, start: &[f64]) -> Fit {
 }
 
 /// The fit an attempt ended in; `None` if it could not begin.
-fn judged<P: ResidualProblem>(problem: &P, attempt: Attempt) -> Option<Fit> {
+fn judged<P: ResidualProblem>(problem: &P, attempt: Attempt, met_edge: bool) -> Option<Fit> {
     let end = attempt.end?;
     let runs = problem.runs();
-    let found = covariance::judge(&end, runs, attempt.stop);
+    let found = covariance::judge(&end, runs, attempt.stop, |b| {
+        // An end on the edge is only reached by trying to cross it.
+        if !met_edge {
+            return true;
+        }
+        let mut residuals = vec![0.0; runs];
+        problem.residuals(b.as_slice(), &mut residuals).is_ok() && residuals.iter().all(|r| r.is_finite())
+    });
     Some(Fit {
         parameters: end.parameters.as_slice().to_vec(),
         residual_sum_of_squares: end.residual_sum_of_squares,

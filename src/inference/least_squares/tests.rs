@@ -1,1 +1,311 @@
+//! Checks error bars against a second way to them, and that runs which determine nothing get none.
 
+mod domain;
+
+use super::*;
+
+/// e = √(α + β u) against u = 1 / speed, undefined where the root's argument is not positive.
+struct SqrtLaw {
+    u: Vec<f64>,
+    e: Vec<f64>,
+}
+
+impl SqrtLaw {
+    fn new(speeds: &[f64], e: &[f64]) -> Self {
+        Self {
+            u: speeds.iter().map(|v| 1.0 / v).collect(),
+            e: e.to_vec(),
+        }
+    }
+
+    /// Runs on the law itself, every other one `off` above it, the rest below.
+    fn about(alpha: f64, beta: f64, off: f64, speeds: &[f64]) -> Self {
+        let e = speeds
+            .iter()
+            .enumerate()
+            .map(|(i, v)| (alpha + beta / v).sqrt() + if i % 2 == 0 { off } else { -off });
+        Self::new(speeds, &e.collect::<Vec<_>>())
+    }
+}
+
+impl ResidualProblem for SqrtLaw {
+    fn parameters(&self) -> usize {
+        2
+    }
+    fn runs(&self) -> usize {
+        self.u.len()
+    }
+    fn residuals(&self, b: &[f64], residuals: &mut [f64]) -> Result<(), OutOfDomain> {
+        for (i, r) in residuals.iter_mut().enumerate() {
+            let square = b[0] + b[1] * self.u[i];
+            if square <= 0.0 {
+                return Err(OutOfDomain);
+            }
+            *r = square.sqrt() - self.e[i];
+        }
+        Ok(())
+    }
+    fn jacobian(&self, b: &[f64], jacobian: &mut DMatrix<f64>) -> Result<(), OutOfDomain> {
+        for (i, u) in self.u.iter().enumerate() {
+            jacobian[(i, 0)] = 0.5 / (b[0] + b[1] * u).sqrt();
+            jacobian[(i, 1)] = u * jacobian[(i, 0)];
+        }
+        Ok(())
+    }
+}
+
+/// A problem given by closures for the model's value and slopes, against observed values.
+struct Curve<F, G> {
+    observed: Vec<f64>,
+    parameters: usize,
+    value: F,
+    slope: G,
+}
+
+impl<F: Fn(&[f64], usize) -> f64, G: Fn(&[f64], usize, usize) -> f64> ResidualProblem for Curve<F, G> {
+    fn parameters(&self) -> usize {
+        self.parameters
+    }
+    fn runs(&self) -> usize {
+        self.observed.len()
+    }
+    fn residuals(&self, b: &[f64], residuals: &mut [f64]) -> Result<(), OutOfDomain> {
+        for (i, r) in residuals.iter_mut().enumerate() {
+            *r = (self.value)(b, i) - self.observed[i];
+        }
+        Ok(())
+    }
+    fn jacobian(&self, b: &[f64], jacobian: &mut DMatrix<f64>) -> Result<(), OutOfDomain> {
+        for j in 0..self.parameters {
+            for i in 0..self.observed.len() {
+                jacobian[(i, j)] = (self.slope)(b, i, j);
+            }
+        }
+        Ok(())
+    }
+}
+
+fn speeds(n: usize) -> Vec<f64> {
+    (0..n).map(|i| 0.6 + 1.2 * i as f64 / (n - 1) as f64).collect()
+}
+
+/// A fit without error bars must say why, and never has a half of them.
+fn assert_no_bars(fit: &Fit, stop: Stop, why: &str) {
+    assert_eq!(fit.stop, stop, "{fit:?}");
+    assert!(fit.covariance.is_none() && fit.se(0).is_none() && fit.correlation(0, 1).is_none());
+    let reason = fit.why_no_covariance.as_deref().unwrap();
+    assert!(reason.contains(why), "{reason}");
+}
+
+fn close(a: f64, b: f64, relative: f64) -> bool {
+    (a - b).abs() <= relative * b.abs()
+}
+
+#[test]
+fn covariance_equals_the_inverted_normal_matrix() {
+    let law = SqrtLaw::about(0.8, -0.3, 0.012, &speeds(40));
+    let fit = fit(&law, &[0.7, -0.2]);
+    assert_eq!(fit.stop, Stop::Converged);
+    let (mut aa, mut ab, mut bb, mut sum) = (0.0, 0.0, 0.0, 0.0);
+    for (u, e) in law.u.iter().zip(&law.e) {
+        let root = (fit.parameters[0] + fit.parameters[1] * u).sqrt();
+        let (da, db) = (0.5 / root, 0.5 * u / root);
+        aa += da * da;
+        ab += da * db;
+        bb += db * db;
+        sum += (root - e).powi(2);
+    }
+    let variance = sum / 38.0;
+    let det = aa * bb - ab * ab;
+    let covariance = fit.covariance.as_ref().unwrap();
+    assert!(close(covariance[(0, 0)], variance * bb / det, 1e-11));
+    assert!(close(covariance[(1, 1)], variance * aa / det, 1e-11));
+    assert!(close(covariance[(0, 1)], -variance * ab / det, 1e-11));
+    assert_eq!(covariance[(0, 1)], covariance[(1, 0)]);
+    assert!(close(fit.residual_sum_of_squares, sum, 1e-12));
+    assert!(close(fit.residual_sd.unwrap(), variance.sqrt(), 1e-12));
+    assert!(close(fit.se(0).unwrap(), (variance * bb / det).sqrt(), 1e-11));
+    assert!(close(fit.correlation(0, 1).unwrap(), -ab / (aa * bb).sqrt(), 1e-11));
+    assert_eq!((fit.degrees_of_freedom, fit.se(2)), (38, None));
+    // The normal equations hold at the answer.
+    let lean: f64 = law
+        .u
+        .iter()
+        .zip(&law.e)
+        .map(|(u, e)| {
+            let root = (fit.parameters[0] + fit.parameters[1] * u).sqrt();
+            (root - e) * 0.5 / root
+        })
+        .sum();
+    assert!(lean.abs() < 1e-10, "{lean}");
+}
+
+#[test]
+fn parameters_of_any_size_give_the_same_fit() {
+    // The same line with its slope's unit changed by 1e±160: squares of the slopes do not exist.
+    let observed = vec![1.0, 2.1, 2.9, 4.2, 4.8];
+    let line = |unit: f64| Curve {
+        observed: observed.clone(),
+        parameters: 2,
+        value: move |b: &[f64], i| b[0] + b[1] * (unit * i as f64),
+        slope: move |_: &[f64], i, j| if j == 0 { 1.0 } else { unit * i as f64 },
+    };
+    let plain = fit(&line(1.0), &[0.0, 0.0]);
+    assert!(close(plain.parameters[1], 0.97, 1e-12) && close(plain.parameters[0], 1.06, 1e-12));
+    for unit in [1e-160, 1e-30, 1e30, 1e160] {
+        let other = fit(&line(unit), &[0.0, 0.0]);
+        assert_eq!(other.stop, Stop::Converged, "{unit}");
+        assert!(close(other.parameters[1] * unit, plain.parameters[1], 1e-11));
+        assert!(close(other.condition, plain.condition, 1e-11));
+        // Where the variance itself overflows or underflows there is none, said so.
+        match other.se(1) {
+            Some(se) => assert!(close(se * unit, plain.se(1).unwrap(), 1e-11)),
+            None => assert_no_bars(&other, Stop::Converged, "too large or small"),
+        }
+        assert_eq!(other.se(1).is_some(), unit.log10().abs() < 100.0);
+    }
+}
+
+#[test]
+fn one_speed_is_degenerate() {
+    let e = [0.6, 0.61, 0.59, 0.62, 0.6, 0.58];
+    for n in [3, 6] {
+        let fit = fit(&SqrtLaw::new(&[1.3; 6][..n], &e[..n]), &[0.7, -0.2]);
+        assert_no_bars(&fit, Stop::Degenerate, "cannot tell the parameters apart");
+        assert!(fit.condition > 1e13 && fit.evaluations < 500, "{fit:?}");
+    }
+    // Speeds apart by rounding only.
+    let v: Vec<f64> = (0..6).map(|i| 1.3 * (1.0 + 1e-15 * i as f64)).collect();
+    let nearly = fit(&SqrtLaw::new(&v, &e), &[0.7, -0.2]);
+    assert_no_bars(&nearly, Stop::Degenerate, "cannot tell the parameters apart");
+    // Speeds truly apart, if little: bars, and wide ones.
+    let v: Vec<f64> = (0..6).map(|i| 1.3 * (1.0 + 1e-6 * i as f64)).collect();
+    let apart = fit(&SqrtLaw::new(&v, &e), &[0.7, -0.2]);
+    assert!(apart.stop != Stop::Converged || apart.se(0).unwrap() > 1e3, "{apart:?}");
+}
+
+#[test]
+fn fewer_runs_than_parameters_are_degenerate() {
+    let one = fit(&SqrtLaw::new(&[1.0], &[0.5]), &[0.7, -0.2]);
+    assert_no_bars(&one, Stop::Degenerate, "1 run cannot determine 2 parameters");
+    assert!(close(
+        one.residual_sum_of_squares,
+        (0.5_f64.sqrt() - 0.5).powi(2),
+        1e-12
+    ));
+    let none = fit(&SqrtLaw::new(&[], &[]), &[0.7, -0.2]);
+    assert_no_bars(&none, Stop::Degenerate, "0 runs");
+    assert_eq!((none.degrees_of_freedom, none.parameters), (0, vec![0.7, -0.2]));
+    let short = fit(&SqrtLaw::new(&[1.0, 2.0], &[0.5, 0.6]), &[0.7]);
+    assert_no_bars(&short, Stop::Degenerate, "1 start value given for 2 parameters");
+}
+
+#[test]
+fn two_runs_fit_two_parameters_without_error_bars() {
+    let fit = fit(&SqrtLaw::new(&[1.0, 2.0], &[0.5, 0.7]), &[0.7, -0.2]);
+    assert_no_bars(&fit, Stop::Converged, "as many parameters as runs");
+    assert!(close(fit.parameters[0], 0.73, 1e-12) && close(fit.parameters[1], -0.48, 1e-12));
+    assert_eq!((fit.degrees_of_freedom, fit.residual_sd), (0, None));
+}
+
+#[test]
+fn runs_without_scatter_get_no_error_bars() {
+    // All restitutions equal: β is 0 exactly.
+    let equal = fit(&SqrtLaw::new(&speeds(12), &[0.7; 12]), &[0.7, -0.2]);
+    assert_no_bars(&equal, Stop::Converged, "no scatter");
+    assert!(close(equal.parameters[0], 0.49, 1e-12) && equal.parameters[1].abs() < 1e-12);
+    let exact = fit(&SqrtLaw::about(0.8, -0.3, 0.0, &speeds(12)), &[0.7, -0.2]);
+    assert_no_bars(&exact, Stop::Converged, "no scatter");
+    assert!(close(exact.parameters[1], -0.3, 1e-12));
+    // Scatter of 1e-12 is scatter: √(12 / 10) of it, as two parameters are fitted.
+    let faint = fit(&SqrtLaw::about(0.8, -0.3, 1e-12, &speeds(12)), &[0.7, -0.2]);
+    assert!(close(faint.residual_sd.unwrap(), 1e-12 * (12.0_f64 / 10.0).sqrt(), 0.1));
+    assert!(faint.se(0).is_some());
+}
+
+#[test]
+fn a_known_part_of_the_model_counts_by_its_stated_scale() {
+    struct Offset;
+    impl ResidualProblem for Offset {
+        fn parameters(&self) -> usize {
+            1
+        }
+        fn runs(&self) -> usize {
+            4
+        }
+        // b · 0.1 + 1e9, observed at b = 0.3: the residuals are rounding errors of 1e9.
+        fn residuals(&self, b: &[f64], residuals: &mut [f64]) -> Result<(), OutOfDomain> {
+            for (i, r) in residuals.iter_mut().enumerate() {
+                let t = 0.1 * (i + 1) as f64;
+                *r = (b[0] * t + 1e9) - (0.3 * t + 1e9) + 1e-7 * (i % 2) as f64;
+            }
+            Ok(())
+        }
+        fn jacobian(&self, _: &[f64], jacobian: &mut DMatrix<f64>) -> Result<(), OutOfDomain> {
+            jacobian
+                .iter_mut()
+                .enumerate()
+                .for_each(|(i, d)| *d = 0.1 * (i + 1) as f64);
+            Ok(())
+        }
+        fn scale(&self) -> f64 {
+            1e9
+        }
+    }
+    let fit = fit(&Offset, &[0.0]);
+    assert!(fit.covariance.is_none(), "{fit:?}");
+    assert!(fit.why_no_covariance.unwrap().contains("no scatter"));
+}
+
+#[test]
+fn a_parameter_that_moves_nothing_is_degenerate_and_named() {
+    let idle = Curve {
+        observed: vec![1.0, 1.2, 0.9, 1.1],
+        parameters: 2,
+        value: |b: &[f64], _| b[0] + 0.0 * b[1],
+        slope: |_: &[f64], _, j| if j == 0 { 1.0 } else { 0.0 },
+    };
+    let fit = fit(&idle, &[0.0, 3.0]);
+    assert_no_bars(&fit, Stop::Degenerate, "parameter 2 of 2");
+    assert!(close(fit.parameters[0], 1.05, 1e-9) && fit.parameters[1] == 3.0);
+}
+
+#[test]
+fn a_curve_without_a_minimum_never_converges() {
+    // exp(b) ≥ 0 against values below 0: better and better as b → −∞.
+    let falling = Curve {
+        observed: vec![-1.0, -1.1, -0.9],
+        parameters: 1,
+        value: |b: &[f64], _| b[0].exp(),
+        slope: |b: &[f64], _, _| b[0].exp(),
+    };
+    let fit = fit(&falling, &[0.0]);
+    assert_ne!(fit.stop, Stop::Converged, "{fit:?}");
+    assert!(fit.covariance.is_none() && fit.parameters[0] < -20.0);
+}
+
+#[test]
+fn slopes_of_the_wrong_sign_do_not_converge() {
+    // Slopes of the wrong sign: every step climbs.
+    let wrong = Curve {
+        observed: vec![1.0, 1.3, 0.8, 1.1],
+        parameters: 1,
+        value: |b: &[f64], _| b[0].exp(),
+        slope: |b: &[f64], _, _| -b[0].exp(),
+    };
+    let fit = fit(&wrong, &[1.0]);
+    assert_ne!(fit.stop, Stop::Converged);
+    assert!(fit.covariance.is_none() && fit.evaluations < 1000);
+}
+
+#[test]
+fn stops_have_the_names_that_files_use() {
+    let names = [
+        Stop::Converged,
+        Stop::MaxIterations,
+        Stop::Degenerate,
+        Stop::OutOfDomain,
+    ]
+    .map(Stop::as_str);
+    assert_eq!(names, ["converged", "max_iterations", "degenerate", "out_of_domain"]);
+}

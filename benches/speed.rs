@@ -1,0 +1,95 @@
+//! Times one series fit, the least-squares stage and the reading of a million runs beside polars' own read.
+//!
+//! Runs are simulated in the design of `datasets/mueller2016`.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use divan::{black_box, Bencher};
+use polars::prelude::*;
+use tempfile::TempDir;
+use wetcor::findings;
+use wetcor::inference::laws::fit_square_root;
+use wetcor::model::simulate::Simulation;
+use wetcor::runs::{self, RunWriter};
+use wetcor::scene::{self, Scene};
+
+fn main() {
+    divan::main();
+}
+
+/// The example's scene with so many simulated runs; they live as long as the folder.
+fn simulated(runs: u64) -> (Scene, TempDir) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/mueller2016/scene.toml");
+    let mut scene = scene::read(&path).expect("the example's scene is good");
+    let folder = TempDir::new().expect("a temporary folder can be made");
+    let table = folder.path().join("runs.csv");
+    let simulation = Simulation::new(&scene, Some(runs)).expect("the example has a truth and a design");
+    let mut writer = RunWriter::create(&table).expect("the table can be created");
+    simulation
+        .draw(1, |run| writer.write(run))
+        .expect("the table can be written");
+    writer.finish().expect("the table can be completed");
+    scene.data.runs = table;
+    (scene, folder)
+}
+
+/// Settings of the example's design; so many times 8 runs give 8 a setting, and 40 a series of five speeds.
+const SETTINGS: u64 = 300;
+
+/// The square-root law of one series of 40 runs.
+#[divan::bench]
+fn series_fit(bencher: Bencher) {
+    let (scene, _folder) = simulated(8 * SETTINGS);
+    let runs = runs::read(&scene).expect("simulated runs are good").runs;
+    let series = runs.series.iter().find(|series| series.rebounds.len() == 40);
+    let range = series.expect("some series rebounds throughout").rebounds.clone();
+    let x: Vec<f64> = runs.impact_speed[range.clone()].iter().map(|v| 1.0 / v).collect();
+    let e = &runs.restitution[range];
+    bencher.bench(|| fit_square_root(black_box(&x), &[], black_box(e)));
+}
+
+/// Every fit and interval of 2,000 runs.
+#[divan::bench]
+fn least_squares_stage(bencher: Bencher) {
+    let (scene, _folder) = simulated(2_000);
+    let table = runs::read(&scene).expect("simulated runs are good");
+    bencher.bench(|| findings::find(black_box(&scene), black_box(&table), 1, false));
+}
+
+/// A million runs from CSV.
+mod read_million {
+    use super::*;
+
+    const RUNS: u64 = 1_000_000;
+
+    /// Read, checked, screened, hashed and ordered by series.
+    #[divan::bench(sample_count = 15, sample_size = 1)]
+    fn checked(bencher: Bencher) {
+        let (scene, _folder) = simulated(RUNS);
+        bencher.bench(|| runs::read(black_box(&scene)).expect("simulated runs are good"));
+    }
+
+    /// The same file by polars alone, its types given: the measure of `checked`.
+    #[divan::bench(sample_count = 15, sample_size = 1)]
+    fn polars_alone(bencher: Bencher) {
+        let (scene, _folder) = simulated(RUNS);
+        let texts = ["particle", "liquid"].map(|name| (name, DataType::String));
+        let numbers = [
+            "diameter_mm",
+            "film_um",
+            "film_ratio",
+            "impact_speed_m_s",
+            "restitution",
+        ];
+        let fields = texts.into_iter().chain(numbers.map(|name| (name, DataType::Float64)));
+        let schema: Arc<Schema> = Arc::new(fields.map(|(name, dtype)| (name.into(), dtype)).collect());
+        bencher.bench(|| {
+            CsvReadOptions::default()
+                .with_schema(Some(schema.clone()))
+                .try_into_reader_with_file_path(Some(scene.data.runs.clone()))
+                .and_then(|reader| reader.finish())
+                .expect("simulated runs are good")
+        });
+    }
+}

@@ -1,0 +1,362 @@
+//! Takes the steps of a fit, from point to point until none is left to gain.
+//!
+//! Damped by Moré's scaling and Nielsen's update, bent by Transtrum and Sethna's geodesic
+//! acceleration; at the end undamped, or Newton's, as there the sum of squares is flat to rounding
+//! while the parameters still move in their eighth digit.
+
+use nalgebra::linalg::Cholesky;
+use nalgebra::{DMatrix, DVector};
+
+use super::linearised::{Damped, Linearised};
+use super::{ResidualProblem, Stop};
+
+/// Dampings tried before an iteration is given up.
+const MAX_DAMPINGS: usize = 40;
+/// Damping of the first step, in units of the squared yardsticks.
+const FIRST_DAMPING: f64 = 1e-3;
+/// Below this relative offset an undamped step is tried first,
+const UNDAMPED_BELOW: f64 = 1.0;
+/// and below this share of the model's values, which decides where there is no scatter.
+const UNDAMPED_BELOW_SHARE: f64 = 1e-4;
+/// An undamped step is kept only if it leaves at most this part of what was removable.
+const UNDAMPED_GAIN: f64 = 0.7;
+/// Newton's step is tried where the undamped one is refused and the scatter, as a part of the
+/// model's values, is enough to measure a curvature by,
+const NEWTON_SCATTER: f64 = 1e-8;
+/// which is done this part of a standard error away.
+const NEWTON_PROBE: f64 = 1e-4;
+/// Relative offset at which nothing is left to gain: a 1e-9th of a standard error.
+const TIGHT: f64 = 1e-9;
+/// Relative offset which still counts as converged when rounding forbids any further step.
+const LOOSE: f64 = 1e-5;
+/// Longest acceleration, as a part of the step, that is believed.
+const MAX_ACCELERATION: f64 = 0.75;
+/// Where along the step the curvature is measured.
+const CURVATURE_PROBE: f64 = 0.1;
+
+/// How an attempt walks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Manner {
+    /// Measures each parameter by its longest column so far (Moré): remembers steep ground.
+    Remembering,
+    /// Measures it by its column here: forgets, and so leaves flat ground again.
+    Forgetting,
+    /// As `Remembering` without acceleration, but shortens a step that would go more than half the
+    /// way to the edge of the domain. Damping it instead turns it, for slopes that are nearly
+    /// alike, straight towards the edge, where they may be so steep that no step leads away again.
+    KeepingClear,
+}
+
+/// A problem with what was asked of it. (argmin's own count, a hash map, takes a tenth of a small
+/// fit.)
+pub(super) struct Model<'a, P> {
+    problem: &'a P,
+    pub(super) evaluations: usize,
+    /// Whether any point was outside the domain.
+    pub(super) met_edge: bool,
+}
+
+impl<'a, P> Model<'a, P> {
+    pub(super) fn new(problem: &'a P) -> Self {
+        Self {
+            problem,
+            evaluations: 0,
+            met_edge: false,
+        }
+    }
+}
+
+/// One attempt under way.
+pub(super) struct Walker {
+    manner: Manner,
+    /// Where the solver stands.
+    pub(super) here: Option<Linearised>,
+    residuals: DVector<f64>,
+    trial: DVector<f64>,
+    work: DVector<f64>,
+    yardsticks: DVector<f64>,
+    damping: f64,
+    growth: f64,
+    /// Relative offset at which an undamped step was last refused.
+    refused_at: f64,
+    /// Why it stopped, once it has.
+    pub(super) stop: Option<Stop>,
+}
+
+/// What a proposed step led to.
+enum Step {
+    Taken,
+    Refused,
+}
+
+impl Walker {
+    pub(super) fn new(runs: usize, parameters: usize, manner: Manner) -> Self {
+        Self {
+            manner,
+            here: None,
+            residuals: DVector::zeros(runs),
+            trial: DVector::zeros(runs),
+            work: DVector::zeros(runs),
+            yardsticks: DVector::zeros(parameters),
+            damping: FIRST_DAMPING,
+            growth: 2.0,
+            refused_at: f64::INFINITY,
+            stop: None,
+        }
+    }
+
+    /// Stands at `start`; stopped at once if the model is undefined there.
+    pub(super) fn begin<P: ResidualProblem>(&mut self, model: &mut Model<P>, start: DVector<f64>) {
+        let sum = residuals_at(model, &start, &mut self.trial);
+        match sum.and_then(|_| linearise_at(model, start, &self.trial, &mut self.work)) {
+            Some(first) => self.move_to(first),
+            None => self.stop = Some(Stop::OutOfDomain),
+        }
+    }
+
+    /// Takes one step, or stops.
+    pub(super) fn advance<P: ResidualProblem>(&mut self, model: &mut Model<P>) {
+        let Some(here) = self.here.take() else {
+            return;
+        };
+        let offset = here.relative_offset();
+        let mut step = Step::Refused;
+        if offset <= TIGHT {
+            self.stop = Some(Stop::Converged);
+        } else {
+            let near = offset < UNDAMPED_BELOW || here.removable_share() < UNDAMPED_BELOW_SHARE;
+            if near && offset < 0.1 * self.refused_at {
+                step = self.undamped_step(model, &here);
+                if matches!(step, Step::Refused) {
+                    self.refused_at = offset;
+                    if here.scatter() > NEWTON_SCATTER * here.scale {
+                        step = self.newton_step(model, &here);
+                    }
+                }
+            }
+            let settled = here.at_rounding() || offset <= 1e-8;
+            if matches!(step, Step::Refused) && !settled {
+                step = self.damped_step(model, &here);
+            }
+            if matches!(step, Step::Refused) {
+                self.stop = Some(match self.stop {
+                    _ if settled || offset <= LOOSE => Stop::Converged,
+                    Some(stop) => stop,
+                    None => Stop::MaxIterations,
+                });
+            }
+        }
+        if self.here.is_none() {
+            self.here = Some(here);
+        }
+    }
+
+    /// Moves to `next`, whose residuals are in `trial`.
+    fn move_to(&mut self, next: Linearised) {
+        std::mem::swap(&mut self.residuals, &mut self.trial);
+        for (y, &length) in self.yardsticks.iter_mut().zip(next.lengths.iter()) {
+            *y = match self.manner {
+                Manner::Forgetting => length,
+                Manner::Remembering | Manner::KeepingClear => y.max(length),
+            };
+            if *y == 0.0 {
+                *y = 1.0;
+            }
+        }
+        self.here = Some(next);
+    }
+
+    /// Tries the undamped step: it is judged by the slope left, not by the sum of squares,
+    /// which no longer feels steps below 1e-8.
+    fn undamped_step<P: ResidualProblem>(&mut self, model: &mut Model<P>, here: &Linearised) -> Step {
+        let Some(step) = here.gauss_newton_step() else {
+            return Step::Refused;
+        };
+        self.take_if_flatter(model, here, &here.parameters + step)
+    }
+
+    /// Tries Newton's step, for curves so bent that undamped steps overshoot for ever (runs close
+    /// to a square root's edge). What the slopes leave out of the curvature is measured by
+    /// differences of the gradient.
+    fn newton_step<P: ResidualProblem>(&mut self, model: &mut Model<P>, here: &Linearised) -> Step {
+        let Some(axes) = here.axes() else {
+            return Step::Refused;
+        };
+        let apart = NEWTON_PROBE * here.scatter();
+        let p = here.parameters.len();
+        let mut curvature = DMatrix::zeros(p, p);
+        for (axis, mut column) in axes.column_iter().zip(curvature.column_iter_mut()) {
+            let probe = &here.parameters + axis * apart;
+            let Some(_) = residuals_at(model, &probe, &mut self.trial) else {
+                return Step::Refused;
+            };
+            let Some(there) = linearise_at(model, probe, &self.trial, &mut self.work) else {
+                return Step::Refused;
+            };
+            column.copy_from(&((there.gradient_along(&axes) - &here.removable) / apart));
+        }
+        let symmetric = (&curvature + curvature.transpose()) * 0.5;
+        // Without a positive curvature in every direction there is no minimum to step to.
+        let Some(root) = Cholesky::new(symmetric) else {
+            return Step::Refused;
+        };
+        let step = axes * root.solve(&here.removable);
+        self.take_if_flatter(model, here, &here.parameters - step)
+    }
+
+    /// Moves `there` if that leaves clearly less to remove.
+    fn take_if_flatter<P: ResidualProblem>(
+        &mut self,
+        model: &mut Model<P>,
+        here: &Linearised,
+        there: DVector<f64>,
+    ) -> Step {
+        let Some(sum) = residuals_at(model, &there, &mut self.trial) else {
+            return Step::Refused;
+        };
+        if sum > here.residual_sum_of_squares * 1.1 && !here.at_rounding() {
+            return Step::Refused;
+        }
+        let Some(next) = linearise_at(model, there, &self.trial, &mut self.work) else {
+            return Step::Refused;
+        };
+        if next.removable.norm() > UNDAMPED_GAIN * here.removable.norm() {
+            return Step::Refused;
+        }
+        self.move_to(next);
+        Step::Taken
+    }
+
+    /// Tries dampings, each greater than the last, until one lowers the sum of squares.
+    fn damped_step<P: ResidualProblem>(&mut self, model: &mut Model<P>, here: &Linearised) -> Step {
+        let Some(damped) = Damped::new(here, &self.yardsticks) else {
+            return Step::Refused;
+        };
+        let mut left_domain = false;
+        for _ in 0..MAX_DAMPINGS {
+            let Some(velocity) = damped.step(&here.removable, self.damping) else {
+                break;
+            };
+            let Some(change) = damped.apply(&velocity) else {
+                break;
+            };
+            let expected = change.norm_squared() + 2.0 * self.damping * velocity.norm_squared();
+            let bent = self.accelerate(model, here, &damped, &velocity, &change);
+            if let Some(scaled) = bent {
+                let mut step = scaled.component_div(&self.yardsticks);
+                let part = match self.manner {
+                    Manner::KeepingClear => self.clear_part(model, here, &step),
+                    _ => 1.0,
+                };
+                step *= part;
+                let expected = expected * part * (2.0 - part);
+                let there = &here.parameters + step;
+                if there == here.parameters {
+                    break;
+                }
+                match residuals_at(model, &there, &mut self.trial) {
+                    None => left_domain = true,
+                    Some(sum) => {
+                        left_domain = false;
+                        let gain = (here.residual_sum_of_squares - sum) / expected;
+                        if gain > 1e-4 {
+                            match linearise_at(model, there, &self.trial, &mut self.work) {
+                                None => left_domain = true,
+                                Some(next) => {
+                                    let ease = 1.0 - (2.0 * gain.min(1.0) - 1.0).powi(3);
+                                    self.damping *= ease.max(1.0 / 3.0);
+                                    self.growth = 2.0;
+                                    self.move_to(next);
+                                    return Step::Taken;
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+            self.damping *= self.growth;
+            self.growth *= 2.0;
+        }
+        if left_domain {
+            self.stop = Some(Stop::OutOfDomain);
+        }
+        Step::Refused
+    }
+
+    /// The part of `step` that goes at most half the way to the edge of the domain, to a half.
+    fn clear_part<P: ResidualProblem>(&mut self, model: &mut Model<P>, here: &Linearised, step: &DVector<f64>) -> f64 {
+        let mut part = 1.0;
+        for _ in 0..MAX_DAMPINGS {
+            let beyond = &here.parameters + step * (2.0 * part);
+            if residuals_at(model, &beyond, &mut self.work).is_some() {
+                break;
+            }
+            part *= 0.5;
+        }
+        part
+    }
+
+    /// Bends the step along the curvature measured on its way; `None` if it is bent so far
+    /// that the step reaches beyond what the slopes here can tell.
+    fn accelerate<P: ResidualProblem>(
+        &mut self,
+        model: &mut Model<P>,
+        here: &Linearised,
+        damped: &Damped,
+        velocity: &DVector<f64>,
+        change: &DVector<f64>,
+    ) -> Option<DVector<f64>> {
+        if self.manner == Manner::KeepingClear {
+            // A step refused as too bent is damped more, and so turned after all.
+            return Some(velocity.clone());
+        }
+        let h = CURVATURE_PROBE;
+        let probe = &here.parameters + velocity.component_div(&self.yardsticks) * h;
+        if residuals_at(model, &probe, &mut self.work).is_none() {
+            return Some(velocity.clone());
+        }
+        self.work -= &self.residuals;
+        let curvature = (here.project(&mut self.work) / h - change) * (2.0 / h);
+        let acceleration = damped.step(&curvature, self.damping)?;
+        if acceleration.norm() > MAX_ACCELERATION * velocity.norm() {
+            return None;
+        }
+        Some(velocity + acceleration * 0.5)
+    }
+}
+
+/// Sum of squares at `parameters`, the residuals going into `out`; `None` outside the domain,
+/// which a residual that is not a finite number counts as.
+fn residuals_at<P: ResidualProblem>(
+    model: &mut Model<P>,
+    parameters: &DVector<f64>,
+    out: &mut DVector<f64>,
+) -> Option<f64> {
+    if !parameters.iter().all(|b| b.is_finite()) {
+        return None;
+    }
+    model.evaluations += 1;
+    let inside = model.problem.residuals(parameters.as_slice(), out.as_mut_slice());
+    let sum = out.norm_squared();
+    if inside.is_err() || !sum.is_finite() {
+        model.met_edge = true;
+        return None;
+    }
+    Some(sum)
+}
+
+/// The triangle at `parameters`, whose `residuals` are known; `None` outside the domain.
+fn linearise_at<P: ResidualProblem>(
+    model: &mut Model<P>,
+    parameters: DVector<f64>,
+    residuals: &DVector<f64>,
+    work: &mut DVector<f64>,
+) -> Option<Linearised> {
+    model.evaluations += 1;
+    let model = model.problem;
+    let mut jacobian = DMatrix::zeros(model.runs(), model.parameters());
+    if model.jacobian(parameters.as_slice(), &mut jacobian).is_err() {
+        return None;
+    }
+    Linearised::new(parameters, residuals, jacobian, work, model.scale())
+}
