@@ -11,7 +11,7 @@
 //! | `balance.rs` | L, inertial prefactor and film scale from every rebound at once |
 //! | `pooling.rs` | what pooling liquids does to the square-root law |
 //! | `energy.rs` | the energy the liquid takes, St_c·e_inf², δc |
-//! | `bootstrap.rs` | the bootstrap interval of each estimate |
+//! | `bootstrap/` | the bootstrap interval of each estimate |
 //! | `published.rs` | ours beside the literature's |
 //! | `verdicts.rs` | what must hold before the numbers are quoted |
 //! | `overview.rs` | what was read and what it can identify |

@@ -1,0 +1,261 @@
+//! Gives every estimate its bootstrap interval, beside the delta method's.
+
+mod columns;
+mod tell;
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::dry::FittedDry;
+use super::energy::Energy;
+use super::estimate::Estimate;
+use super::own_dry_speed::reference_dry_speed;
+use super::scaling::FittedScaling;
+use super::series::SeriesFit;
+use crate::inference::bootstrap::{leave_one_out, replicate, Law, Plan, Target};
+use crate::physics::dry as dry_physics;
+use crate::physics::viscous::critical_separation;
+use crate::runs::Runs;
+use crate::scene::{self, IntervalMethod, Scene};
+use columns::Columns;
+use tell::{Quantity, Replicated, Task};
+
+/// What the replicates of a quantity say.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Bootstrapped {
+    /// standard deviation of the replicates
+    pub se: f64,
+    /// their mean minus the estimate
+    pub bias: f64,
+    /// replicates without a number
+    pub failed: usize,
+    /// replicates asked for
+    pub replicates: usize,
+    /// why the percentile interval stands in for BCa; `None` where it does not
+    pub fallback: Option<&'static str>,
+}
+
+/// The interval quoted unless the scene names one; the coverage table supports it.
+pub const DEFAULT_INTERVAL: IntervalMethod = IntervalMethod::Percentile;
+
+/// The estimates that get a bootstrap interval.
+pub struct Estimates<'e> {
+    /// k of each particle
+    pub dry: &'e mut [FittedDry],
+    /// the square-root law of each series
+    pub series: &'e mut [SeriesFit],
+    /// e_inf and St_c
+    pub scaling: &'e mut [FittedScaling],
+    /// the energy table
+    pub energy: &'e mut [Energy],
+}
+
+/// Bootstraps every estimate that has a fit, and quotes the interval the scene names.
+///
+/// Of the other intervals only the delta method's are kept, unless `keep_all`.
+pub fn complete(scene: &Scene, runs: &Runs, estimates: Estimates, seed: u64, keep_all: bool) {
+    let Estimates {
+        dry,
+        series,
+        scaling,
+        energy,
+    } = estimates;
+    let plan = Plan {
+        replicates: usize::try_from(scene.bootstrap.replicates).unwrap_or(usize::MAX),
+        scheme: scene.bootstrap.scheme,
+        seed,
+    };
+    let method = scene.bootstrap.interval.unwrap_or(DEFAULT_INTERVAL);
+    let columns = Columns::new(scene, runs, dry);
+    let mut targets: Vec<Target> = vec![];
+    let mut add = |target| {
+        targets.push(target);
+        targets.len() - 1
+    };
+    let dry_targets: Vec<Option<usize>> = dry
+        .iter()
+        .map(|fitted| {
+            let first = runs.dry.iter().position(|group| group.particle == fitted.particle)?;
+            let count = runs
+                .dry
+                .iter()
+                .filter(|group| group.particle == fitted.particle)
+                .count();
+            Some(add(columns.dry(first..first + count, fitted.dry.dry_k.value?)))
+        })
+        .collect();
+    let wet = runs.dry.len();
+    let series_targets: Vec<Option<usize>> = series
+        .iter()
+        .enumerate()
+        .map(|(index, fit)| {
+            let fitted = [fit.alpha.value?, fit.beta.value?];
+            let strata = wet + index..wet + index + 1;
+            Some(add(columns.wet(
+                Law::SquareRoot,
+                &columns.inverse_speed,
+                strata,
+                fitted,
+            )))
+        })
+        .collect();
+    let scaling_targets: Vec<Option<usize>> = scaling
+        .iter()
+        .map(|fitted| {
+            let law = match fitted.law {
+                scene::Law::Sqrt => Law::SquareRoot,
+                scene::Law::Linear => Law::Linear,
+            };
+            let strata = wet + fitted.series.start..wet + fitted.series.end;
+            Some(add(columns.wet(
+                law,
+                &columns.inverse_stokes,
+                strata,
+                fitted.parameters?,
+            )))
+        })
+        .collect();
+    let replicated = Replicated {
+        fits: replicate(&columns.pool, &targets, plan),
+        without: targets
+            .par_iter()
+            .map(|target| leave_one_out(&columns.pool, target))
+            .collect(),
+        fitted: targets.iter().map(|target| target.fitted).collect(),
+    };
+    let dry_of = |particle: usize| {
+        dry.iter()
+            .zip(&dry_targets)
+            .find(|(d, _)| d.particle == particle)
+            .and_then(|(_, target)| *target)
+    };
+    let dry_of_particle: Vec<Option<usize>> = (0..scene.particles.len()).map(dry_of).collect();
+    let mut tasks: Vec<Task> = vec![];
+    for (fitted, target) in dry.iter_mut().zip(&dry_targets) {
+        let Some(target) = *target else { continue };
+        let quantity: Quantity = Box::new(|[k, _], _| k);
+        tasks.push(Task {
+            estimate: &mut fitted.dry.dry_k,
+            target,
+            dry: None,
+            quantity,
+        });
+    }
+    for (fit, target) in series.iter_mut().zip(&series_targets) {
+        let Some(target) = *target else { continue };
+        let quantities: [(&mut Estimate, Quantity); 4] = [
+            (&mut fit.alpha, Box::new(|[alpha, _], _| alpha)),
+            (&mut fit.beta, Box::new(|[_, beta], _| beta)),
+            (&mut fit.e_inf, Box::new(|[alpha, _], _| alpha.sqrt())),
+            (
+                &mut fit.threshold_speed_m_s,
+                Box::new(|p, _| where_it_falls(p, -p[1] / p[0])),
+            ),
+        ];
+        for (estimate, quantity) in quantities {
+            tasks.push(Task {
+                estimate,
+                target,
+                dry: None,
+                quantity,
+            });
+        }
+    }
+    // the energy table follows the film ratios of the scaling table
+    let of_ratio = scaling
+        .iter()
+        .zip(&scaling_targets)
+        .filter(|(fitted, _)| fitted.scaling.film_ratio.is_some());
+    let energy_targets: Vec<(Option<usize>, usize, scene::Law)> = of_ratio
+        .map(|(fitted, target)| (*target, fitted.particle, fitted.law))
+        .collect();
+    for (fitted, target) in scaling.iter_mut().zip(&scaling_targets) {
+        let Some(target) = *target else { continue };
+        let law = fitted.law;
+        let row = &mut fitted.scaling;
+        let mut quantities: Vec<(&mut Estimate, Quantity)> = vec![
+            (&mut row.e_inf, Box::new(move |p, _| e_inf(law, p))),
+            (&mut row.st_c, Box::new(move |p, _| st_c(law, p))),
+            (&mut row.lubrication_log, Box::new(move |p, _| lubrication_log(law, p))),
+        ];
+        if let Some(twice) = &mut row.st_no_rebound {
+            quantities.push((twice, Box::new(move |p, _| 2.0 * st_c(law, p))));
+        }
+        for (estimate, quantity) in quantities {
+            tasks.push(Task {
+                estimate,
+                target,
+                dry: None,
+                quantity,
+            });
+        }
+    }
+    let reference = reference_dry_speed(scene);
+    for (row, (target, particle, law)) in energy.iter_mut().zip(energy_targets) {
+        let Some(target) = target else { continue };
+        let roughness = scene.particles[particle].roughness;
+        let density_ratio = row.density_ratio;
+        let loss = move |p: [f64; 2], k: f64| {
+            let e_dry = dry_physics::restitution(k, reference);
+            (e_dry * e_dry - e_inf(law, p).powi(2)) / density_ratio
+        };
+        let quantities: [(&mut Estimate, Option<usize>, Quantity); 3] = [
+            (
+                &mut row.loss_over_density_ratio,
+                dry_of_particle[particle],
+                Box::new(loss),
+            ),
+            (
+                &mut row.st_c_e_inf2,
+                None,
+                Box::new(move |p, _| 2.0 * lubrication_log(law, p)),
+            ),
+            (
+                &mut row.delta_c_m,
+                None,
+                Box::new(move |p, _| critical_separation(roughness, lubrication_log(law, p))),
+            ),
+        ];
+        for (estimate, dry, quantity) in quantities {
+            tasks.push(Task {
+                estimate,
+                target,
+                dry,
+                quantity,
+            });
+        }
+    }
+    tasks
+        .into_par_iter()
+        .for_each(|task| replicated.tell(task, plan, method, keep_all));
+}
+
+fn where_it_falls([alpha, beta]: [f64; 2], value: f64) -> f64 {
+    if alpha > 0.0 && beta < 0.0 {
+        value
+    } else {
+        f64::NAN
+    }
+}
+
+fn e_inf(law: scene::Law, [a, _]: [f64; 2]) -> f64 {
+    match law {
+        scene::Law::Sqrt => a.sqrt(),
+        scene::Law::Linear if a > 0.0 => a,
+        scene::Law::Linear => f64::NAN,
+    }
+}
+
+fn st_c(law: scene::Law, p: [f64; 2]) -> f64 {
+    match law {
+        scene::Law::Sqrt => where_it_falls(p, -p[1] / (2.0 * p[0])),
+        scene::Law::Linear => where_it_falls([p[0], -p[1]], p[1] / p[0]),
+    }
+}
+
+fn lubrication_log(law: scene::Law, p: [f64; 2]) -> f64 {
+    match law {
+        scene::Law::Sqrt => where_it_falls(p, -p[1] / 4.0),
+        scene::Law::Linear => where_it_falls([p[0], -p[1]], 0.5 * p[0] * p[1]),
+    }
+}
