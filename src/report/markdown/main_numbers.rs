@@ -32,7 +32,9 @@ pub(super) fn main_numbers(page: &mut Page, told: Told) {
         }
         rows.push(number("δc/ε = exp(L)".to_owned(), &balance.delta_c_over_roughness));
     }
-    page.table(&["quantity", "value", &level], &rows);
+    if !rows.is_empty() {
+        page.table(&["quantity", "value", &level], &rows);
+    }
     let speed = numbers::short(reference_dry_speed(told.scene));
     if let Some(derived) = derived(told) {
         page.paragraph(&format!(
@@ -67,6 +69,14 @@ pub(super) fn main_numbers(page: &mut Page, told: Told) {
             ],
             &rows,
         );
+    } else if !findings.scaling.is_empty() {
+        let why = match &findings.energy_balance {
+            None => "Without dry runs there is no energy balance",
+            Some(_) => "The energy balance may not be quoted",
+        };
+        page.paragraph(&format!(
+            "{why}: e_inf and St_c are the direct fits under Film thickness."
+        ));
     }
 }
 
