@@ -53,9 +53,23 @@ struct Terms {
     inverse_stokes: f64,
     density_ratio: f64,
     film_ratio: f64,
+    shape: f64,
     particle: usize,
     dry_slope: f64,
     restitution: f64,
+}
+
+/// Remembers the last answer of a function.
+#[derive(Default)]
+struct Last<T>(Option<(f64, T)>);
+
+impl<T: Copy> Last<T> {
+    fn of(&mut self, x: f64, function: impl Fn(f64) -> T) -> T {
+        match self.0 {
+            Some((same, value)) if same == x => value,
+            _ => self.0.insert((x, function(x))).1,
+        }
+    }
 }
 
 impl Balance<'_> {
@@ -84,20 +98,25 @@ impl Balance<'_> {
     fn terms<'s>(&'s self, (l, c, scale, dry_k): (f64, f64, f64, &'s [f64])) -> impl Iterator<Item = Terms> + 's {
         self.blocks.iter().flat_map(move |block| {
             let k = dry_k[block.particle];
+            // runs come in blocks of one speed and film: powers and exponentials are taken once for each
+            let mut dry = Last::default();
+            let mut shape = Last::default();
             (0..block.restitution.len()).map(move |run| {
                 let v = block.impact_speed[run];
                 let inverse_stokes = 1.0 / (block.stokes_factor * block.diameter[run] * v);
                 let film_ratio = block.film[run] / block.diameter[run];
-                let dry_speed = self.dry_speed.of(v);
-                let e_dry = dry::restitution(k, dry_speed);
-                let inertial = c * block.density_ratio * self.inertia.shape(film_ratio, scale);
+                let (e_dry, dry_slope) =
+                    dry.of(self.dry_speed.of(v), |v| (dry::restitution(k, v), dry::slope_dry_k(v)));
+                let shape = shape.of(film_ratio, |ratio| self.inertia.shape(ratio, scale));
+                let inertial = c * block.density_ratio * shape;
                 Terms {
                     kept: e_dry * e_dry - inertial - viscous::loss(l, 1.0 / inverse_stokes),
                     inverse_stokes,
                     density_ratio: block.density_ratio,
                     film_ratio,
+                    shape,
                     particle: block.particle,
-                    dry_slope: 2.0 * e_dry * dry::slope_dry_k(dry_speed),
+                    dry_slope: 2.0 * e_dry * dry_slope,
                     restitution: block.restitution[run],
                 }
             })
@@ -108,7 +127,7 @@ impl Balance<'_> {
     fn slopes(&self, c: f64, scale: f64, terms: &Terms) -> [f64; 3] {
         [
             -viscous::slope_lubrication_log(1.0 / terms.inverse_stokes),
-            -terms.density_ratio * self.inertia.shape(terms.film_ratio, scale),
+            -terms.density_ratio * terms.shape,
             -c * terms.density_ratio * self.inertia.slope_film_scale(terms.film_ratio, scale),
         ]
     }

@@ -95,6 +95,7 @@ impl Collected {
         }
     }
 
+    #[inline]
     pub fn push(&mut self, row: &Row, has_film_ratio: bool, scene: &Scene) {
         self.rows += 1;
         if let Some(reason) = screen(row, scene) {

@@ -117,24 +117,28 @@ fn is_bad(column: Column, problems: &[BadCell]) -> bool {
 }
 
 fn positive(column: Column, value: Option<f64>, what: &str, problems: &mut Vec<BadCell>) -> Option<f64> {
+    let good = value.filter(|x| *x > 0.0 && x.is_finite());
+    if good.is_none() {
+        refuse_as_not_positive(column, value, what, problems);
+    }
+    good
+}
+
+#[cold]
+fn refuse_as_not_positive(column: Column, value: Option<f64>, what: &str, problems: &mut Vec<BadCell>) {
     match value {
-        Some(x) if x > 0.0 && x.is_finite() => Some(x),
         // its cell was refused before
-        None if is_bad(column, problems) => None,
-        Some(f64::INFINITY) => {
-            problems.push(bad(column, format!("expected {what} that is finite")));
-            None
-        }
-        _ => {
-            problems.push(bad(column, format!("expected {what} above 0")));
-            None
-        }
+        None if is_bad(column, problems) => {}
+        Some(f64::INFINITY) => problems.push(bad(column, format!("expected {what} that is finite"))),
+        _ => problems.push(bad(column, format!("expected {what} above 0"))),
     }
 }
 
 /// Checks a run. Every wrong cell is pushed to `problems`, which may hold cells of this run that were no numbers; the
 /// run is `Some` only if there is none.
+#[inline]
 pub(super) fn check(raw: &RawRow, against: &mut Against, problems: &mut Vec<BadCell>) -> Option<Row> {
+    let is_dry = raw.is_dry();
     let particle = match raw.particle {
         Some(name) => {
             let index = against.particle(name);
@@ -150,7 +154,7 @@ pub(super) fn check(raw: &RawRow, against: &mut Against, problems: &mut Vec<BadC
         }
     };
     let liquid = match raw.liquid {
-        Some(name) if !raw.is_dry() => {
+        Some(name) if !is_dry => {
             let index = against.liquid(name);
             if index.is_none() {
                 let all = against.scene.liquids.iter().map(|l| l.name.as_str());
@@ -163,7 +167,7 @@ pub(super) fn check(raw: &RawRow, against: &mut Against, problems: &mut Vec<BadC
     };
     let diameter = positive(Column::Diameter, raw.diameter, "a diameter", problems);
     let impact_speed = positive(Column::ImpactSpeed, raw.impact_speed, "an impact speed", problems);
-    let film = if raw.is_dry() {
+    let film = if is_dry {
         Some(0.0)
     } else {
         let film = positive(Column::Film, raw.film, "a film thickness", problems);
@@ -172,8 +176,8 @@ pub(super) fn check(raw: &RawRow, against: &mut Against, problems: &mut Vec<BadC
         }
         film
     };
-    let film_ratio = raw.film_ratio.filter(|_| !raw.is_dry());
-    if against.has_film_ratio && !raw.is_dry() && film_ratio.is_none() && !is_bad(Column::FilmRatio, problems) {
+    let film_ratio = raw.film_ratio.filter(|_| !is_dry);
+    if against.has_film_ratio && !is_dry && film_ratio.is_none() && !is_bad(Column::FilmRatio, problems) {
         let expected = "expected the film ratio the run belongs to, as every wet run of a file with this column has";
         problems.push(bad(Column::FilmRatio, expected));
     }
@@ -181,12 +185,7 @@ pub(super) fn check(raw: &RawRow, against: &mut Against, problems: &mut Vec<BadC
         problems.push(bad(Column::FilmRatio, "expected a film ratio above 0 and up to 1"));
     }
     let restitution = restitution(raw, impact_speed, problems);
-    let sd_columns = [Column::ImpactSpeedSd, Column::ReboundSpeedSd, Column::RestitutionSd];
-    for (column, sd) in sd_columns.into_iter().zip(raw.sds) {
-        if sd.is_some_and(|sd| !(sd >= 0.0 && sd.is_finite())) {
-            problems.push(bad(column, "expected a finite standard deviation of 0 or more"));
-        }
-    }
+    let has_sd = raw.sds.iter().any(Option::is_some) && check_sds(raw, problems);
     if !problems.is_empty() {
         return None;
     }
@@ -198,8 +197,19 @@ pub(super) fn check(raw: &RawRow, against: &mut Against, problems: &mut Vec<BadC
         impact_speed: impact_speed?,
         restitution: restitution?,
         film_ratio,
-        has_sd: raw.sds.iter().flatten().any(|sd| *sd > 0.0),
+        has_sd,
     })
+}
+
+/// Checks a run's standard deviations; whether any is above 0.
+fn check_sds(raw: &RawRow, problems: &mut Vec<BadCell>) -> bool {
+    let columns = [Column::ImpactSpeedSd, Column::ReboundSpeedSd, Column::RestitutionSd];
+    for (column, sd) in columns.into_iter().zip(raw.sds) {
+        if sd.is_some_and(|sd| !(sd >= 0.0 && sd.is_finite())) {
+            problems.push(bad(column, "expected a finite standard deviation of 0 or more"));
+        }
+    }
+    raw.sds.iter().flatten().any(|sd| *sd > 0.0)
 }
 
 /// The run's restitution from either or both of its columns.
@@ -243,6 +253,7 @@ fn restitution(raw: &RawRow, impact_speed: Option<f64>, problems: &mut Vec<BadCe
 }
 
 /// Why a checked run is left out; `None` keeps it.
+#[inline]
 pub(super) fn screen(row: &Row, scene: &Scene) -> Option<super::collect::Reason> {
     use super::collect::Reason;
     let screens = &scene.data.screens;

@@ -167,25 +167,23 @@ pub(super) fn arrange(columns: Columns, scene: &Scene) -> Runs {
         restitution: columns.restitution,
         ..Runs::default()
     };
-    let mut spare = vec![0.0; place.len()];
-    for column in [
-        &mut runs.diameter,
-        &mut runs.film,
-        &mut runs.impact_speed,
-        &mut runs.restitution,
-    ] {
-        reorder(column, &mut spare, &place);
-    }
+    rayon::join(
+        || reorder([&mut runs.diameter, &mut runs.film], &place),
+        || reorder([&mut runs.impact_speed, &mut runs.restitution], &place),
+    );
     name_groups(&mut runs, &spans, &groups);
     runs
 }
 
-/// Puts every value in its place; the column's old memory is left in `spare` for the next.
-fn reorder(column: &mut Vec<f64>, spare: &mut Vec<f64>, place: &[u32]) {
-    for (value, at) in column.iter().zip(place) {
-        spare[*at as usize] = *value;
+/// Puts every value of some columns in its place, by way of the memory of one more.
+fn reorder(columns: [&mut Vec<f64>; 2], place: &[u32]) {
+    let mut ordered = vec![0.0; place.len()];
+    for column in columns {
+        for (value, at) in column.iter().zip(place) {
+            ordered[*at as usize] = *value;
+        }
+        std::mem::swap(column, &mut ordered);
     }
-    std::mem::swap(column, spare);
 }
 
 fn mean(values: &[f64]) -> f64 {

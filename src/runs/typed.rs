@@ -211,7 +211,11 @@ fn numbers(given: &Column, column: RunColumn, refusals: &mut Refusals) -> Column
 
 /// A name as a cell holds it.
 fn name(cell: Option<&str>) -> Option<&str> {
-    cell.map(str::trim).filter(|text| !is_missing(text))
+    let text = cell?;
+    // most names start and end with a letter or digit, and then need no trimming
+    let is_tight = matches!(text.as_bytes(), [first, .., last] if first.is_ascii_graphic() && last.is_ascii_graphic());
+    let text = if is_tight { text } else { text.trim() };
+    (!is_missing(text)).then_some(text)
 }
 
 type NumberArray = <Float64Type as PolarsDataType>::Array;
@@ -267,7 +271,7 @@ fn collect(
                 rebound_speed: cell(rebound_speed),
                 restitution: cell(restitution),
                 film_ratio: cell(film_ratio),
-                sds: [sd_v, sd_u, sd_e].map(cell),
+                sds: [cell(sd_v), cell(sd_u), cell(sd_e)],
             };
             if let Some(row) = check(&raw, against, &mut bad) {
                 collected.push(&row, has_film_ratio, scene);
