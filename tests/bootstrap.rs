@@ -9,7 +9,7 @@ use wetcor::findings::{self, Findings};
 use wetcor::inference::bootstrap::intervals::{acceleration, Replicates};
 use wetcor::inference::bootstrap::{kernel, replicate, Law, Plan, Pool, Target};
 use wetcor::inference::laws::{fit_dry, fit_linear, fit_square_root};
-use wetcor::scene::ResamplingScheme;
+use wetcor::scene::{IntervalMethod, ResamplingScheme};
 
 fn table(name: &str) -> Vec<Vec<String>> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/boot").join(name);
@@ -315,6 +315,12 @@ fn the_committed_coverage_table_is_measured() {
         }
     }
     // the default is what the table supports
-    let best = format!("the default: {}.", "percentile");
-    assert!(committed.contains(&best), "{best}");
+    let default = match wetcor::findings::bootstrap::DEFAULT_INTERVAL {
+        IntervalMethod::Bca => "bca",
+        IntervalMethod::Percentile => "percentile",
+        IntervalMethod::Studentized => "studentized",
+        IntervalMethod::Delta => "delta",
+    };
+    let best = format!("the default: {default}.");
+    assert!(committed.contains(&best) && measured.contains(&best), "{best}");
 }
