@@ -6,6 +6,8 @@
 //! | `laws.rs` | the dry, linear and square-root laws as least-squares problems |
 //! | `balance.rs` | the energy balance over all rebounds as a least-squares problem |
 //! | `bootstrap/` | replicates and the intervals they give |
+//! | `laplace.rs` | mode and curvature of a posterior |
+//! | `nuts.rs` | draws from a posterior |
 //! | `delta.rs` | standard errors and intervals of derived quantities |
 //! | `nested.rs` | F test of one law for all groups against one law a group |
 //! | `distributions.rs` | quantiles of Student's t and tails of F |
@@ -14,6 +16,8 @@ pub mod balance;
 pub mod bootstrap;
 pub mod delta;
 pub mod distributions;
+pub mod laplace;
 pub mod laws;
 pub mod least_squares;
 pub mod nested;
+pub mod nuts;

@@ -1,3 +1,17 @@
-//! Says what we believe of the runs: the one statement they are drawn from.
+//! Says what we believe of the runs: the one statement they are drawn from, and what was believed before them.
+//!
+//! | file | job |
+//! |---|---|
+//! | `priors.rs` | log densities of the priors, draws from them |
+//! | `parameters.rs` | the parameters a scene's runs call for |
+//! | `transforms.rs` | bounded parameters on the whole line |
+//! | `likelihood/` | log likelihood of all runs, from rows or compressed, and of each run |
+//! | `posterior.rs` | log posterior density and its slopes on the whole line |
+//! | `simulate.rs` | draws runs from a truth |
 
+pub mod likelihood;
+pub mod parameters;
+pub mod posterior;
+pub mod priors;
 pub mod simulate;
+pub mod transforms;

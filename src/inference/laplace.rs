@@ -1,0 +1,213 @@
+//! Finds the mode of a log density and the normal distribution that has its curvature there.
+
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+
+use crate::model::likelihood::OutsideDomain;
+use crate::model::posterior::LogDensity;
+
+/// The normal distribution with the mode and the curvature of a log density.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Laplace {
+    /// the mode
+    pub mode: Vec<f64>,
+    /// log density there
+    pub ln_density: f64,
+    /// S with covariance S Sᵀ: a standard normal z becomes mode + S z
+    pub scale: DMatrix<f64>,
+    /// whether the slopes vanish there, to a millionth of a standard deviation
+    pub converged: bool,
+    /// whether the log density falls in every direction; if not, S is the best that can be had
+    pub peaked: bool,
+}
+
+impl Laplace {
+    /// The point at a standard normal z.
+    pub fn point(&self, z: &[f64], point: &mut [f64]) {
+        for (i, (x, mode)) in point.iter_mut().zip(&self.mode).enumerate() {
+            let row = self.scale.row(i);
+            *x = mode + row.iter().zip(z).map(|(s, z)| s * z).sum::<f64>();
+        }
+    }
+}
+
+/// Newton steps tried before giving up; each costs two slopes for every dimension.
+const STEPS: usize = 100;
+
+/// Gain of the log density that a step must promise, or the mode is found.
+const GAIN: f64 = 1e-12;
+
+/// Steps from a start uphill to the mode by damped Newton steps, with the curvature by differences of the slopes.
+///
+/// Fails where the start has no density.
+pub fn laplace<T: LogDensity + ?Sized>(target: &T, start: &[f64]) -> Result<Laplace, OutsideDomain> {
+    let dimension = target.dimension();
+    let mut point = start.to_vec();
+    let mut slopes = vec![0.0; dimension];
+    let mut value = target.ln_density(&point, &mut slopes)?;
+    let mut widths = vec![1e-3; dimension];
+    let mut damping = 1e-3;
+    let mut converged = false;
+    let mut curvature = curvature(target, &point, &widths)?;
+    let (mut trial, mut trial_slopes) = (point.clone(), slopes.clone());
+    for _ in 0..STEPS {
+        let gradient = DVector::from_column_slice(&slopes);
+        let mut damped = curvature.clone();
+        for i in 0..dimension {
+            // never weaker than the curvature itself is strong
+            damped[(i, i)] += damping * curvature[(i, i)].abs().max(1e-6);
+        }
+        let step = damped.cholesky().map(|factor| factor.solve(&gradient));
+        let Some(step) = step else {
+            damping = 10.0 * f64::max(damping, 1e-3);
+            if damping > 1e12 {
+                break;
+            }
+            continue;
+        };
+        let promise = 0.5 * step.dot(&gradient);
+        if promise < GAIN {
+            converged = true;
+            break;
+        }
+        for ((to, from), step) in trial.iter_mut().zip(&point).zip(step.iter()) {
+            *to = from + step;
+        }
+        match target.ln_density(&trial, &mut trial_slopes) {
+            Ok(better) if better > value => {
+                std::mem::swap(&mut point, &mut trial);
+                std::mem::swap(&mut slopes, &mut trial_slopes);
+                value = better;
+                damping *= 0.1;
+                for (width, i) in widths.iter_mut().zip(0..) {
+                    // a hundredth of a standard deviation: the third derivative does not show, nor does rounding
+                    let strength: f64 = curvature[(i, i)];
+                    *width = 0.01 / strength.abs().sqrt().clamp(1e-2, 1e8);
+                }
+                curvature = self::curvature(target, &point, &widths)?;
+            }
+            _ => {
+                damping = 10.0 * f64::max(damping, 1e-6);
+                // no step however short goes up: rounding has the last word
+                if damping > 1e12 {
+                    converged = promise < 1e-6;
+                    break;
+                }
+            }
+        }
+    }
+    let (scale, peaked) = scale(&curvature);
+    Ok(Laplace {
+        mode: point,
+        ln_density: value,
+        scale,
+        converged,
+        peaked,
+    })
+}
+
+/// −d²/du² of the log density, symmetric.
+fn curvature<T: LogDensity + ?Sized>(target: &T, point: &[f64], widths: &[f64]) -> Result<DMatrix<f64>, OutsideDomain> {
+    let dimension = point.len();
+    let mut rows = DMatrix::zeros(dimension, dimension);
+    let mut moved = point.to_vec();
+    let (mut above, mut below) = (vec![0.0; dimension], vec![0.0; dimension]);
+    for j in 0..dimension {
+        let mut width = widths[j];
+        // near an edge of the domain the difference is taken closer in
+        loop {
+            moved[j] = point[j] + width;
+            let up = target.ln_density(&moved, &mut above);
+            moved[j] = point[j] - width;
+            let down = target.ln_density(&moved, &mut below);
+            if up.is_ok() && down.is_ok() {
+                break;
+            }
+            width *= 0.1;
+            if width < 1e-12 {
+                return Err(OutsideDomain);
+            }
+        }
+        moved[j] = point[j];
+        for i in 0..dimension {
+            rows[(i, j)] = (below[i] - above[i]) / (2.0 * width);
+        }
+    }
+    Ok(0.5 * (&rows + rows.transpose()))
+}
+
+/// S with S Sᵀ the inverse of the curvature, and whether the curvature is positive in every direction.
+fn scale(curvature: &DMatrix<f64>) -> (DMatrix<f64>, bool) {
+    if let Some(factor) = curvature.clone().cholesky() {
+        if let Some(inverse) = factor.l().try_inverse() {
+            return (inverse.transpose(), true);
+        }
+    }
+    /// A direction in which the density does not fall is given this spread.
+    const WIDE: f64 = 1.0;
+    let eigen = SymmetricEigen::new(curvature.clone());
+    let mut scale = eigen.eigenvectors;
+    for (mut column, strength) in scale.column_iter_mut().zip(eigen.eigenvalues.iter()) {
+        let spread = if *strength > 1e-6 { 1.0 / strength.sqrt() } else { WIDE };
+        column *= spread;
+    }
+    (scale, false)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A normal with covariance [[4, 1.9], [1.9, 1]] about (3, −1), in a domain that ends at x = −20.
+    struct Normal2;
+
+    impl LogDensity for Normal2 {
+        fn dimension(&self) -> usize {
+            2
+        }
+        fn ln_density(&self, point: &[f64], slopes: &mut [f64]) -> Result<f64, OutsideDomain> {
+            if point[0] < -20.0 {
+                return Err(OutsideDomain);
+            }
+            let (x, y) = (point[0] - 3.0, point[1] + 1.0);
+            let determinant = 4.0 - 1.9 * 1.9;
+            slopes[0] = -(x - 1.9 * y) / determinant;
+            slopes[1] = -(4.0 * y - 1.9 * x) / determinant;
+            Ok(0.5 * (x * slopes[0] + y * slopes[1]))
+        }
+    }
+
+    #[test]
+    fn a_normal_is_found_as_it_is() {
+        let found = laplace(&Normal2, &[-15.0, 8.0]).expect("the start is inside");
+        assert!(found.converged && found.peaked);
+        assert!((found.mode[0] - 3.0).abs() < 1e-5 && (found.mode[1] + 1.0).abs() < 1e-5);
+        let covariance = &found.scale * found.scale.transpose();
+        let expected = DMatrix::from_row_slice(2, 2, &[4.0, 1.9, 1.9, 1.0]);
+        assert!((covariance - expected).amax() < 1e-5);
+    }
+
+    #[test]
+    fn a_start_outside_is_told() {
+        assert_eq!(laplace(&Normal2, &[-30.0, 0.0]), Err(OutsideDomain));
+    }
+
+    /// ln p = −y²/2 says nothing of x.
+    struct Ridge;
+
+    impl LogDensity for Ridge {
+        fn dimension(&self) -> usize {
+            2
+        }
+        fn ln_density(&self, point: &[f64], slopes: &mut [f64]) -> Result<f64, OutsideDomain> {
+            slopes[0] = 0.0;
+            slopes[1] = -point[1];
+            Ok(-0.5 * point[1] * point[1])
+        }
+    }
+
+    #[test]
+    fn a_ridge_is_no_peak() {
+        let found = laplace(&Ridge, &[1.0, 2.0]).expect("the start is inside");
+        assert!(!found.peaked && found.scale.iter().all(|s| s.is_finite()));
+    }
+}

@@ -1,0 +1,153 @@
+//! Tests of the sampler on normal targets whose moments are known.
+
+use nalgebra::DMatrix;
+
+use super::*;
+use crate::inference::laplace::laplace;
+
+/// A normal about zero in d dimensions: sds from 1 to 10⁶, neighbours correlated.
+struct Normal {
+    precision: DMatrix<f64>,
+    covariance: DMatrix<f64>,
+}
+
+impl Normal {
+    fn new(dimension: usize, correlation: f64) -> Normal {
+        let sd = |i: usize| 10f64.powf(6.0 * i as f64 / (dimension - 1) as f64);
+        let covariance = DMatrix::from_fn(dimension, dimension, |i, j| {
+            correlation.powi(i32::try_from(i.abs_diff(j)).expect("small")) * sd(i) * sd(j)
+        });
+        // the correlation matrix of an autoregression is inverted in closed form, scale apart
+        let correlations = DMatrix::from_fn(dimension, dimension, |i, j| covariance[(i, j)] / (sd(i) * sd(j)));
+        let inverse = correlations.try_inverse().expect("a correlation matrix");
+        let precision = DMatrix::from_fn(dimension, dimension, |i, j| inverse[(i, j)] / (sd(i) * sd(j)));
+        Normal { precision, covariance }
+    }
+}
+
+impl LogDensity for Normal {
+    fn dimension(&self) -> usize {
+        self.precision.nrows()
+    }
+    fn ln_density(&self, point: &[f64], slopes: &mut [f64]) -> Result<f64, OutsideDomain> {
+        let mut value = 0.0;
+        for (i, slope) in slopes.iter_mut().enumerate() {
+            *slope = -self.precision.row(i).iter().zip(point).map(|(p, x)| p * x).sum::<f64>();
+            value += 0.5 * *slope * point[i];
+        }
+        Ok(value)
+    }
+}
+
+const EFFORT: Effort = Effort {
+    chains: 4,
+    warmup: 500,
+    draws: 2000,
+};
+
+/// Largest distance of a mean, and of a variance, from the truth, in standard errors for as many independent draws.
+fn distances(target: &Normal, chains: &[Chain]) -> (f64, f64) {
+    let dimension = target.dimension();
+    let n = chains.iter().map(|chain| chain.ln_density.len()).sum::<usize>() as f64;
+    let mut worst = (0.0f64, 0.0f64);
+    for i in 0..dimension {
+        let values = || {
+            chains
+                .iter()
+                .flat_map(move |chain| chain.points.iter().skip(i).step_by(dimension))
+        };
+        let variance = target.covariance[(i, i)];
+        let mean = values().sum::<f64>() / n;
+        let found = values().map(|x| x * x).sum::<f64>() / n;
+        worst.0 = worst.0.max(mean.abs() / (variance / n).sqrt());
+        worst.1 = worst.1.max((found / variance - 1.0).abs() / (2.0 / n).sqrt());
+    }
+    worst
+}
+
+fn none(_: bool, _: bool) {}
+
+/// Squares mix more slowly than the points themselves, so the errors of a variance are allowed twice the independent
+/// ones; a sampler with the wrong metric, or an accept step forgotten, is off by tens.
+#[test]
+fn means_and_variances_of_a_correlated_normal_are_its_own() {
+    let target = Normal::new(5, 0.99);
+    let about = laplace(&target, &[0.3; 5]).expect("a density everywhere");
+    let name = "means_and_variances_of_a_correlated_normal_are_its_own";
+    let chains = sample(&target, &about, EFFORT, (1, name), &none).expect("sampled");
+    let (mean, variance) = distances(&target, &chains);
+    assert!(mean < 4.5 && variance < 9.0, "{mean} {variance}");
+    assert!(chains
+        .iter()
+        .all(|chain| chain.diverging.iter().all(|diverging| !diverging)));
+    // the planted fault: draws of another target do not pass
+    let other = Normal::new(5, 0.9);
+    let chains = sample(&other, &about, EFFORT, (1, name), &none).expect("sampled");
+    let halved = Normal {
+        covariance: &target.covariance * 0.8,
+        precision: target.precision.clone(),
+    };
+    assert!(
+        distances(&halved, &chains).1 > 12.0,
+        "{:?}",
+        distances(&halved, &chains)
+    );
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bytes() {
+    let target = Normal::new(3, 0.5);
+    let about = laplace(&target, &[0.3; 3]).expect("a density everywhere");
+    let effort = Effort {
+        chains: 3,
+        warmup: 50,
+        draws: 40,
+    };
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .expect("a pool");
+        pool.install(|| sample(&target, &about, effort, (7, "bytes"), &none))
+            .expect("sampled")
+    };
+    let one = with(1);
+    assert_eq!(one, with(2));
+    assert_eq!(one, with(4));
+    assert_ne!(one[0], one[1]);
+}
+
+/// A density of one half of the line: steps across its edge end as divergences, not as failures.
+struct Half;
+
+impl LogDensity for Half {
+    fn dimension(&self) -> usize {
+        1
+    }
+    fn ln_density(&self, point: &[f64], slopes: &mut [f64]) -> Result<f64, OutsideDomain> {
+        if point[0] <= 0.0 {
+            return Err(OutsideDomain);
+        }
+        slopes[0] = -point[0];
+        Ok(-0.5 * point[0] * point[0])
+    }
+}
+
+#[test]
+fn the_edge_of_a_domain_is_counted_and_survived() {
+    let about = Laplace {
+        mode: vec![0.7],
+        ln_density: 0.0,
+        scale: DMatrix::identity(1, 1),
+        converged: true,
+        peaked: true,
+    };
+    let heard = std::sync::atomic::AtomicUsize::new(0);
+    let count = |_: bool, diverging: bool| {
+        heard.fetch_add(usize::from(diverging), std::sync::atomic::Ordering::Relaxed);
+    };
+    let chains = sample(&Half, &about, EFFORT, (1, "the_edge_of_a_domain"), &count).expect("sampled");
+    let diverged: usize = chains.iter().flat_map(|chain| &chain.diverging).filter(|d| **d).count();
+    assert!(diverged > 0 && heard.into_inner() >= diverged);
+    assert!(chains.iter().all(|chain| chain.points.iter().all(|x| *x > 0.0)));
+}

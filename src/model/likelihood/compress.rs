@@ -1,0 +1,319 @@
+//! Replaces the rows of each block by a few nodes, as many as a bound on the log density's error asks for.
+//!
+//! Runs of one setting become one node exactly. Where a block has more settings than nodes, m(r) less its value at the
+//! reference parameters is smooth in x = 4/St, and the block becomes the Gauss quadrature of its own settings: nodes with
+//! positive counts and a mean restitution each, and the sum of squares these leave. What is expanded is the difference
+//! from the reference, so that the error does not grow with the number of runs. A range of x that the nodes do not
+//! describe to its share of the bound, as towards the threshold, is halved; one with few settings keeps them.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::gauss::{rule, Rule};
+use super::{mean_and_slope, rebound_sums, Block, Likelihood, Nodes};
+use crate::model::likelihood::normal::ln_normal_cdf;
+use crate::model::parameters::{Kind, COMMON_SLOTS};
+
+/// A range with no more different settings than this keeps them all.
+const FEW: usize = 16;
+
+/// Orders of quadrature that are tried in turn.
+const ORDERS: [usize; 3] = [6, 9, 13];
+
+/// What a compression did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Compression {
+    /// nodes of wet runs, rebounded and stuck
+    pub nodes: usize,
+    /// wet runs whose own setting is a node
+    pub rows_exact: usize,
+    /// largest error of the log density at the parameters it was tested at
+    pub tested_error: f64,
+}
+
+/// What a block reads of a full vector.
+#[derive(Debug, Clone, Copy)]
+struct At {
+    k: f64,
+    inertial: f64,
+    l: f64,
+    sigma: f64,
+}
+
+/// Where p comes from inside a block.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum DryPower {
+    /// the same for all
+    Constant(f64),
+    /// this · x^(-1/5): one diameter, the run's own speed
+    Falling(f64),
+    /// neither
+    Unknown,
+}
+
+impl DryPower {
+    fn of(nodes: &Nodes) -> DryPower {
+        let (Some(x), Some(p)) = (nodes.viscous.first(), nodes.dry_power.first()) else {
+            return DryPower::Unknown;
+        };
+        if nodes.dry_power.iter().all(|other| other == p) {
+            return DryPower::Constant(*p);
+        }
+        let factor = p * x.powf(0.2);
+        let pairs = nodes.viscous.iter().zip(&nodes.dry_power);
+        let mut same = pairs.map(|(x, p)| (p * x.powf(0.2) / factor - 1.0).abs() < 1e-12);
+        if same.all(|same| same) {
+            DryPower::Falling(factor)
+        } else {
+            DryPower::Unknown
+        }
+    }
+
+    fn at(self, x: f64) -> f64 {
+        match self {
+            DryPower::Constant(p) => p,
+            DryPower::Falling(factor) => factor * x.powf(-0.2),
+            DryPower::Unknown => f64::NAN,
+        }
+    }
+}
+
+/// What became of one block.
+#[derive(Default)]
+struct Piece {
+    nodes: Nodes,
+    leftover: f64,
+    rows_exact: usize,
+    /// error at each test
+    errors: Vec<f64>,
+}
+
+impl Likelihood {
+    /// The same likelihood with fewer nodes, exact where each block has few settings.
+    ///
+    /// `reference` is a full vector near the best; at each of `tests` the log density is off by no more than `bound`.
+    pub fn compressed(&self, reference: &[f64], tests: &[Vec<f64>], bound: f64) -> (Likelihood, Compression) {
+        let rows = self.nodes().max(1) as f64;
+        let share = |range: &Range<usize>| bound * range.len() as f64 / rows;
+        let pieces: Vec<(Piece, Piece)> = self
+            .blocks
+            .par_iter()
+            .map(|block| {
+                let at = |full: &[f64]| self.read(block, full);
+                let about = at(reference);
+                let tests: Vec<At> = tests.iter().map(|full| at(full)).collect();
+                let rebounds = Compressor {
+                    about: Some(about),
+                    tests: &tests,
+                    limit: self.limit,
+                };
+                let stuck = Compressor {
+                    about: None,
+                    ..rebounds
+                };
+                (
+                    rebounds.compress(&self.rebounds, block.rebounds.clone(), share(&block.rebounds)),
+                    stuck.compress(&self.stuck, block.stuck.clone(), share(&block.stuck)),
+                )
+            })
+            .collect();
+        let mut short = Likelihood {
+            blocks: vec![],
+            rebounds: Nodes::default(),
+            stuck: Nodes::default(),
+            ..self.clone()
+        };
+        let mut errors = vec![0.0; tests.len()];
+        let mut rows_exact = 0;
+        for (block, (rebounds, stuck)) in self.blocks.iter().zip(&pieces) {
+            short.leftover += rebounds.leftover;
+            rows_exact += rebounds.rows_exact + stuck.rows_exact;
+            for (sum, (a, b)) in errors.iter_mut().zip(rebounds.errors.iter().zip(&stuck.errors)) {
+                *sum += a + b;
+            }
+            short.blocks.push(Block {
+                rebounds: append(&mut short.rebounds, &rebounds.nodes),
+                stuck: append(&mut short.stuck, &stuck.nodes),
+                ..block.clone()
+            });
+        }
+        let compression = Compression {
+            nodes: short.nodes(),
+            rows_exact,
+            tested_error: errors.into_iter().map(f64::abs).fold(0.0, f64::max),
+        };
+        (short, compression)
+    }
+
+    fn read(&self, block: &Block, full: &[f64]) -> At {
+        let at = |kind: Kind| full[kind.slot()];
+        let shape = self.inertia.shape(block.film_ratio, at(Kind::FilmScale));
+        At {
+            k: full[COMMON_SLOTS + block.particle],
+            inertial: at(Kind::InertialPrefactor) * block.density_ratio * shape,
+            l: at(Kind::LubricationLog),
+            sigma: at(Kind::SigmaWet),
+        }
+    }
+}
+
+fn append(all: &mut Nodes, more: &Nodes) -> Range<usize> {
+    let first = all.len();
+    all.viscous.extend(&more.viscous);
+    all.dry_power.extend(&more.dry_power);
+    all.restitution.extend(&more.restitution);
+    all.count.extend(&more.count);
+    first..all.len()
+}
+
+impl At {
+    fn mean(&self, x: f64, p: f64) -> f64 {
+        let e_dry = 1.0 - self.k * p;
+        mean_and_slope(e_dry * e_dry - self.inertial - self.l * x).0
+    }
+}
+
+/// Compresses the rebounds, or the stuck runs, of one block.
+#[derive(Clone, Copy)]
+struct Compressor<'t> {
+    /// the reference, for rebounds; `None` for stuck runs
+    about: Option<At>,
+    tests: &'t [At],
+    limit: f64,
+}
+
+impl Compressor<'_> {
+    fn compress(&self, rows: &Nodes, range: Range<usize>, bound: f64) -> Piece {
+        let mut piece = Piece {
+            errors: vec![0.0; self.tests.len()],
+            ..Piece::default()
+        };
+        let settings = self.settings(rows, range, &mut piece.leftover);
+        let power = DryPower::of(&settings);
+        if settings.len() > 0 {
+            self.split(&settings, 0..settings.len(), power, bound, &mut piece);
+        }
+        piece
+    }
+
+    /// The different settings, sorted by x, with their counts and mean restitutions.
+    fn settings(&self, rows: &Nodes, range: Range<usize>, leftover: &mut f64) -> Nodes {
+        let mut order: Vec<usize> = range.collect();
+        let key = |row: usize| (rows.viscous[row], rows.dry_power[row]);
+        let compare = |a: &usize, b: &usize| {
+            let ((x, p), (y, q)) = (key(*a), key(*b));
+            x.total_cmp(&y).then(p.total_cmp(&q))
+        };
+        if !order.is_sorted_by(|a, b| compare(a, b).is_le()) {
+            order.sort_by(compare);
+        }
+        let mut settings = Nodes::default();
+        for same in order.chunk_by(|a, b| key(*a) == key(*b)) {
+            let (x, p) = key(same[0]);
+            let count: f64 = same.iter().map(|row| rows.count[*row]).sum();
+            let mean = same
+                .iter()
+                .map(|row| rows.count[*row] * rows.restitution[*row])
+                .sum::<f64>()
+                / count;
+            let squares = same
+                .iter()
+                .map(|row| rows.count[*row] * (rows.restitution[*row] - mean).powi(2));
+            *leftover += squares.sum::<f64>();
+            settings.push(x, p, mean, count);
+        }
+        settings
+    }
+
+    fn split(&self, settings: &Nodes, range: Range<usize>, power: DryPower, bound: f64, piece: &mut Piece) {
+        if range.len() > FEW && power != DryPower::Unknown {
+            for order in ORDERS {
+                if self.try_order(settings, range.clone(), power, order, bound, piece) {
+                    return;
+                }
+            }
+            let x = &settings.viscous[range.clone()];
+            let middle = 0.5 * (x[0] + x[x.len() - 1]);
+            let inside = x.partition_point(|x| *x <= middle).clamp(1, x.len() - 1);
+            let cut = range.start + inside;
+            let whole: f64 = settings.count[range.clone()].iter().sum();
+            let share = |side: Range<usize>| {
+                let runs: f64 = settings.count[side].iter().sum();
+                bound * runs / whole
+            };
+            let (left, right) = (range.start..cut, cut..range.end);
+            self.split(settings, left.clone(), power, share(left), piece);
+            self.split(settings, right.clone(), power, share(right), piece);
+            return;
+        }
+        for i in range {
+            let (x, p) = (settings.viscous[i], settings.dry_power[i]);
+            piece.nodes.push(x, p, settings.restitution[i], settings.count[i]);
+            piece.rows_exact += settings.count[i].round() as usize;
+        }
+    }
+
+    /// Takes the rule of an order if it keeps the bound at every test.
+    fn try_order(
+        &self,
+        settings: &Nodes,
+        range: Range<usize>,
+        power: DryPower,
+        order: usize,
+        bound: f64,
+        piece: &mut Piece,
+    ) -> bool {
+        let (x, count) = (&settings.viscous[range.clone()], &settings.count[range.clone()]);
+        let about = |x: f64, p: f64| self.about.map_or(0.0, |at| at.mean(x, p));
+        let rows = x
+            .iter()
+            .zip(&settings.dry_power[range.clone()])
+            .zip(&settings.restitution[range.clone()]);
+        let distances: Vec<f64> = rows.map(|((x, p), e)| e - about(*x, *p)).collect();
+        let Some(Rule {
+            nodes,
+            weights,
+            values,
+            explained,
+        }) = rule(x, count, &distances, order)
+        else {
+            return false;
+        };
+        let mut short = Nodes::default();
+        for ((x, weight), value) in nodes.iter().zip(&weights).zip(&values) {
+            let p = power.at(*x);
+            short.push(*x, p, about(*x, p) + value, *weight);
+        }
+        let total: f64 = count.iter().zip(&distances).map(|(n, d)| n * d * d).sum();
+        let leftover = (total - explained).max(0.0);
+        let mut errors = vec![];
+        for at in self.tests {
+            let error = if self.about.is_some() {
+                let squares = |nodes: &Nodes, range| rebound_sums(nodes, range, at.k, at.inertial, at.l).squares;
+                let gap = squares(&short, 0..short.len()) + leftover - squares(settings, range.clone());
+                -0.5 * gap / (at.sigma * at.sigma)
+            } else {
+                self.stuck(at, &short, 0..short.len()) - self.stuck(at, settings, range.clone())
+            };
+            if error.is_nan() || error.abs() > bound {
+                return false;
+            }
+            errors.push(error);
+        }
+        piece.leftover += if self.about.is_some() { leftover } else { 0.0 };
+        append(&mut piece.nodes, &short);
+        for (sum, error) in piece.errors.iter_mut().zip(errors) {
+            *sum += error;
+        }
+        true
+    }
+
+    fn stuck(&self, at: &At, nodes: &Nodes, range: Range<usize>) -> f64 {
+        let each = range.map(|i| {
+            let mean = at.mean(nodes.viscous[i], nodes.dry_power[i]);
+            nodes.count[i] * ln_normal_cdf((self.limit - mean) / at.sigma).0
+        });
+        each.sum()
+    }
+}

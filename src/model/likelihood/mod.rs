@@ -1,0 +1,255 @@
+//! Computes the log likelihood of all runs at once and its slopes, from rows or from the few nodes that stand for them.
+//!
+//! The generative statement: a wet run's e* = m(r) + σ_wet z, a dry run's e* = e_dry(v) + σ_dry z; the run stuck if e* is
+//! at or below the limit. A node is a setting with a count and a mean restitution: a row is a node of count 1, and a
+//! compressed series has few nodes and a leftover sum of squares, so that rows and nodes share one evaluation.
+//!
+//! Symbols: r = e_dry² − C ρ̃ g(δ̃) − L x with x = 4/St, e_dry = 1 − k p with p = v^(1/5) at the dry speed in use.
+
+mod compress;
+mod gauss;
+pub mod normal;
+pub mod pointwise;
+mod rows;
+
+pub use compress::Compression;
+
+use std::ops::Range;
+
+use self::normal::ln_normal_cdf;
+use super::parameters::{Kind, COMMON_SLOTS};
+use super::priors::LN_ROOT_TWO_PI;
+use crate::physics::inertia::Inertia;
+use crate::physics::rebound::TURN;
+
+/// Settings with their counts, as columns.
+#[derive(Debug, Clone, Default, PartialEq)]
+struct Nodes {
+    /// x = 4/St
+    viscous: Vec<f64>,
+    /// p = v^(1/5) at the dry speed in use, (m/s)^(1/5)
+    dry_power: Vec<f64>,
+    /// mean e of the runs; 0 for stuck ones
+    restitution: Vec<f64>,
+    /// how many runs the node stands for; need not be whole
+    count: Vec<f64>,
+}
+
+impl Nodes {
+    fn len(&self) -> usize {
+        self.count.len()
+    }
+
+    fn push(&mut self, viscous: f64, dry_power: f64, restitution: f64, count: f64) {
+        self.viscous.push(viscous);
+        self.dry_power.push(dry_power);
+        self.restitution.push(restitution);
+        self.count.push(count);
+    }
+}
+
+/// Wet runs that share particle, liquid and film ratio to the last digit.
+#[derive(Debug, Clone, PartialEq)]
+struct Block {
+    particle: usize,
+    density_ratio: f64,
+    film_ratio: f64,
+    /// range of [`Likelihood::rebounds`]
+    rebounds: Range<usize>,
+    /// range of [`Likelihood::stuck`]
+    stuck: Range<usize>,
+}
+
+/// The dry runs of a particle: their rebounds need four numbers, with y = 1 − e = k p + σ z.
+#[derive(Debug, Clone, Default, PartialEq)]
+struct DryRuns {
+    rebounds: f64,
+    /// Σ p y / Σ p²
+    slope: f64,
+    /// Σ p²
+    weight: f64,
+    /// Σ (y − slope p)²
+    leftover: f64,
+    /// stuck runs, by p
+    stuck: Vec<f64>,
+}
+
+/// The log likelihood of the runs of a scene as a function of a full vector of parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Likelihood {
+    inertia: Inertia,
+    /// at or below this e* the run stuck
+    limit: f64,
+    blocks: Vec<Block>,
+    rebounds: Nodes,
+    stuck: Nodes,
+    /// wet runs that rebounded
+    wet_rebounds: f64,
+    /// what the nodes leave of the wet rebounds' sum of squares
+    leftover: f64,
+    dry: Vec<DryRuns>,
+}
+
+/// The parameters give no density here: not an error, a place to turn back from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OutsideDomain;
+
+/// Sums over the rebounds of a block: Σ n d², Σ n d m′, Σ n d m′ x, Σ n d m′ e_dry p, with d = e − m(r).
+#[derive(Debug, Clone, Copy, Default)]
+struct Sums {
+    squares: f64,
+    kept: f64,
+    viscous: f64,
+    dry: f64,
+}
+
+/// Runs taken at once, so that the machine's vector registers fill.
+const LANES: usize = 8;
+
+impl Likelihood {
+    /// Nodes of wet runs, rebounded and stuck: the cost of one evaluation.
+    pub fn nodes(&self) -> usize {
+        self.rebounds.len() + self.stuck.len()
+    }
+
+    /// Log likelihood at a full vector of parameters; `slopes`, as long, is overwritten.
+    ///
+    /// Fails where it is not finite; a full vector with e_dry ≤ 0 or σ ≤ 0 is the caller's to avoid by its bounds.
+    pub fn ln_density(&self, full: &[f64], slopes: &mut [f64]) -> Result<f64, OutsideDomain> {
+        slopes.fill(0.0);
+        let value = self.wet(full, slopes) + self.dry(full, slopes);
+        let finite = value.is_finite() && slopes.iter().all(|slope| slope.is_finite());
+        if finite {
+            Ok(value)
+        } else {
+            Err(OutsideDomain)
+        }
+    }
+
+    fn wet(&self, full: &[f64], slopes: &mut [f64]) -> f64 {
+        if self.blocks.is_empty() {
+            return 0.0;
+        }
+        let at = |kind: Kind| full[kind.slot()];
+        let (l, c) = (at(Kind::LubricationLog), at(Kind::InertialPrefactor));
+        let (scale, sigma) = (at(Kind::FilmScale), at(Kind::SigmaWet));
+        let precision = 1.0 / (sigma * sigma);
+        let mut squares = self.leftover;
+        let mut stuck_value = 0.0;
+        for block in &self.blocks {
+            let k = full[COMMON_SLOTS + block.particle];
+            let shape = self.inertia.shape(block.film_ratio, scale);
+            let inertial = c * block.density_ratio * shape;
+            let mut sums = Sums::default();
+            if !block.rebounds.is_empty() {
+                sums = rebound_sums(&self.rebounds, block.rebounds.clone(), k, inertial, l);
+                squares += sums.squares;
+                sums.kept *= precision;
+                sums.viscous *= precision;
+                sums.dry *= precision;
+            }
+            for node in block.stuck.clone() {
+                let (x, p) = (self.stuck.viscous[node], self.stuck.dry_power[node]);
+                let e_dry = 1.0 - k * p;
+                let (mean, slope) = mean_and_slope(e_dry * e_dry - inertial - l * x);
+                let z = (self.limit - mean) / sigma;
+                let (ln_cdf, mills) = ln_normal_cdf(z);
+                let count = self.stuck.count[node];
+                stuck_value += count * ln_cdf;
+                slopes[Kind::SigmaWet.slot()] -= count * mills * z / sigma;
+                let kept = -count * mills / sigma * slope;
+                sums.kept += kept;
+                sums.viscous += kept * x;
+                sums.dry += kept * e_dry * p;
+            }
+            slopes[Kind::LubricationLog.slot()] -= sums.viscous;
+            slopes[Kind::InertialPrefactor.slot()] -= sums.kept * block.density_ratio * shape;
+            let shape_slope = self.inertia.slope_film_scale(block.film_ratio, scale);
+            slopes[Kind::FilmScale.slot()] -= sums.kept * c * block.density_ratio * shape_slope;
+            slopes[COMMON_SLOTS + block.particle] -= 2.0 * sums.dry;
+        }
+        slopes[Kind::SigmaWet.slot()] += (squares * precision - self.wet_rebounds) / sigma;
+        stuck_value - self.wet_rebounds * (sigma.ln() + LN_ROOT_TWO_PI) - 0.5 * squares * precision
+    }
+
+    fn dry(&self, full: &[f64], slopes: &mut [f64]) -> f64 {
+        let sigma = full[Kind::SigmaDry.slot()];
+        let precision = 1.0 / (sigma * sigma);
+        let mut value = 0.0;
+        for (particle, runs) in self.dry.iter().enumerate() {
+            if runs.rebounds == 0.0 && runs.stuck.is_empty() {
+                continue;
+            }
+            let k = full[COMMON_SLOTS + particle];
+            let distance = k - runs.slope;
+            let squares = runs.leftover + runs.weight * distance * distance;
+            value -= runs.rebounds * (sigma.ln() + LN_ROOT_TWO_PI) + 0.5 * squares * precision;
+            slopes[COMMON_SLOTS + particle] -= runs.weight * distance * precision;
+            slopes[Kind::SigmaDry.slot()] += (squares * precision - runs.rebounds) / sigma;
+            for p in &runs.stuck {
+                let z = (self.limit - 1.0 + k * p) / sigma;
+                let (ln_cdf, mills) = ln_normal_cdf(z);
+                value += ln_cdf;
+                slopes[COMMON_SLOTS + particle] += mills * p / sigma;
+                slopes[Kind::SigmaDry.slot()] -= mills * z / sigma;
+            }
+        }
+        value
+    }
+}
+
+/// m(r) and m′(r) with two roots and one division.
+#[inline(always)]
+fn mean_and_slope(kept: f64) -> (f64, f64) {
+    const TURN4: f64 = TURN * TURN * TURN * TURN;
+    let square = kept * kept + TURN4;
+    let inverse = 1.0 / (square * square.sqrt().sqrt());
+    (kept * square * inverse, (0.5 * kept * kept + TURN4) * inverse)
+}
+
+/// One rebound's share of [`Sums`].
+#[inline(always)]
+fn rebound_terms(x: f64, p: f64, e: f64, count: f64, k: f64, inertial: f64, l: f64) -> [f64; 4] {
+    let e_dry = 1.0 - k * p;
+    let (mean, slope) = mean_and_slope(e_dry * e_dry - inertial - l * x);
+    let distance = e - mean;
+    let weighted = count * distance;
+    let kept = weighted * slope;
+    [weighted * distance, kept, kept * x, kept * e_dry * p]
+}
+
+fn rebound_sums(nodes: &Nodes, range: Range<usize>, k: f64, inertial: f64, l: f64) -> Sums {
+    let x = &nodes.viscous[range.clone()];
+    let p = &nodes.dry_power[range.clone()];
+    let e = &nodes.restitution[range.clone()];
+    let n = &nodes.count[range];
+    let whole = x.len() - x.len() % LANES;
+    let mut lanes = [[0.0; LANES]; 4];
+    let chunks = x[..whole].chunks_exact(LANES).zip(p[..whole].chunks_exact(LANES));
+    let values = e[..whole].chunks_exact(LANES).zip(n[..whole].chunks_exact(LANES));
+    for ((x, p), (e, n)) in chunks.zip(values) {
+        for lane in 0..LANES {
+            let terms = rebound_terms(x[lane], p[lane], e[lane], n[lane], k, inertial, l);
+            for (sum, term) in lanes.iter_mut().zip(terms) {
+                sum[lane] += term;
+            }
+        }
+    }
+    let mut sums = lanes.map(|lane| lane.iter().sum::<f64>());
+    for i in whole..x.len() {
+        let terms = rebound_terms(x[i], p[i], e[i], n[i], k, inertial, l);
+        for (sum, term) in sums.iter_mut().zip(terms) {
+            *sum += term;
+        }
+    }
+    let [squares, kept, viscous, dry] = sums;
+    Sums {
+        squares,
+        kept,
+        viscous,
+        dry,
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,107 @@
+//! Builds the likelihood of every run from the columns of a scene's runs, one node a run.
+
+use super::{Block, DryRuns, Likelihood, Nodes};
+use crate::physics::impact::DrySpeed;
+use crate::physics::inertia::Inertia;
+use crate::physics::numbers;
+use crate::runs::{Runs, Series};
+use crate::scene::Scene;
+
+impl Likelihood {
+    /// The likelihood with one node for each wet run. Dry runs need no more than their sums.
+    pub fn of_rows(scene: &Scene, runs: &Runs, inertia: Inertia, dry_speed: DrySpeed) -> Likelihood {
+        let mut likelihood = Likelihood {
+            inertia,
+            limit: scene.data.smallest_restitution,
+            blocks: vec![],
+            rebounds: Nodes::default(),
+            stuck: Nodes::default(),
+            wet_rebounds: 0.0,
+            leftover: 0.0,
+            dry: dry_runs(scene, runs),
+        };
+        for series in &runs.series {
+            likelihood.add(scene, runs, series, dry_speed);
+        }
+        likelihood.wet_rebounds = likelihood.rebounds.len() as f64;
+        likelihood
+    }
+
+    /// Adds the runs of a series, a block for each film ratio the runs themselves have.
+    fn add(&mut self, scene: &Scene, runs: &Runs, series: &Series, dry_speed: DrySpeed) {
+        let particle = &scene.particles[series.particle];
+        let liquid = &scene.liquids[series.liquid];
+        let film_ratio = |run: &usize| runs.film[*run] / runs.diameter[*run];
+        let node = |run: usize| {
+            let v = runs.impact_speed[run];
+            let stokes = numbers::stokes(particle.density, runs.diameter[run], v, liquid.viscosity);
+            (4.0 / stokes, dry_speed.of(v).powf(0.2))
+        };
+        let sorted = |range: std::ops::Range<usize>| {
+            let mut order: Vec<usize> = range.collect();
+            // stable: runs of one film keep their order
+            order.sort_by(|a, b| film_ratio(a).total_cmp(&film_ratio(b)));
+            order
+        };
+        let (rebounds, stuck) = (sorted(series.rebounds.clone()), sorted(series.stuck.clone()));
+        let (mut next, mut next_stuck) = (0, 0);
+        while next < rebounds.len() || next_stuck < stuck.len() {
+            let candidates = [rebounds.get(next), stuck.get(next_stuck)];
+            let ratio = candidates
+                .into_iter()
+                .flatten()
+                .map(film_ratio)
+                .fold(f64::INFINITY, f64::min);
+            let (first, first_stuck) = (self.rebounds.len(), self.stuck.len());
+            while let Some(run) = rebounds.get(next).filter(|run| film_ratio(run) <= ratio) {
+                let (x, p) = node(*run);
+                self.rebounds.push(x, p, runs.restitution[*run], 1.0);
+                next += 1;
+            }
+            while let Some(run) = stuck.get(next_stuck).filter(|run| film_ratio(run) <= ratio) {
+                let (x, p) = node(*run);
+                self.stuck.push(x, p, 0.0, 1.0);
+                next_stuck += 1;
+            }
+            self.blocks.push(Block {
+                particle: series.particle,
+                density_ratio: liquid.density / particle.density,
+                film_ratio: ratio,
+                rebounds: first..self.rebounds.len(),
+                stuck: first_stuck..self.stuck.len(),
+            });
+            if ratio.is_infinite() {
+                // a film ratio that is no number cannot be compared; the reader lets none through
+                break;
+            }
+        }
+    }
+}
+
+fn dry_runs(scene: &Scene, runs: &Runs) -> Vec<DryRuns> {
+    let mut dry = vec![DryRuns::default(); scene.particles.len()];
+    for (particle, sums) in dry.iter_mut().enumerate() {
+        let groups = || runs.dry.iter().filter(|group| group.particle == particle);
+        let rebounds = || {
+            let ranges = groups().map(|group| group.rebounds.clone());
+            ranges
+                .flatten()
+                .map(|run| (runs.impact_speed[run].powf(0.2), 1.0 - runs.restitution[run]))
+        };
+        let (mut count, mut cross) = (0.0, 0.0);
+        for (p, y) in rebounds() {
+            count += 1.0;
+            sums.weight += p * p;
+            cross += p * y;
+        }
+        sums.rebounds = count;
+        if count > 0.0 {
+            sums.slope = cross / sums.weight;
+            // about the fit, where nothing cancels
+            sums.leftover = rebounds().map(|(p, y)| (y - sums.slope * p).powi(2)).sum();
+        }
+        let stuck = groups().flat_map(|group| group.stuck.clone());
+        sums.stuck = stuck.map(|run| runs.impact_speed[run].powf(0.2)).collect();
+    }
+    dry
+}

@@ -1,0 +1,290 @@
+//! Tests of the likelihood against a plain sum over runs, and of the compressed against the exact one.
+
+use std::path::Path;
+
+use rand::RngExt;
+
+use super::pointwise::Pointwise;
+use super::*;
+use crate::physics::impact::{kept_energy, DrySpeed, Parameters, Setting};
+use crate::physics::{dry, rebound};
+use crate::runs::{self, NewRun, Runs};
+use crate::scene::{self, Scene};
+
+const SCENE: &str = r#"
+title = "two particles, two liquids"
+[data]
+runs = "runs.csv"
+smallest_restitution = 0.05
+[particles.PTFE]
+density_kg_m3 = 2150
+roughness_um = 5
+[particles.PE]
+density_kg_m3 = 940
+roughness_um = 5
+[liquids.AK10]
+density_kg_m3 = 930
+viscosity_mPa_s = 9.3
+[liquids.M50]
+density_kg_m3 = 965
+viscosity_mPa_s = 48.3
+"#;
+
+/// L, C, δ̃0, σ_wet, σ_dry, k of PTFE and of PE
+const FULL: [f64; 7] = [1.85, 0.47, 0.069, 0.02, 0.009, 0.183, 0.123];
+
+const WAYS: [DrySpeed; 2] = [DrySpeed::Reference(2.0), DrySpeed::Impact];
+
+fn scene() -> Scene {
+    scene::parse(SCENE, Path::new("a/scene.toml"), String::new()).expect("a valid scene")
+}
+
+/// Runs at speeds of their own, down to where nothing rebounds.
+fn runs(scene: &Scene, each: usize, seed: &str) -> Runs {
+    let mut rng = crate::seed::stream(1, seed, 0);
+    let mut new = vec![];
+    for particle in ["PTFE", "PE"] {
+        for _ in 0..5 {
+            let v: f64 = rng.random_range(0.3..2.0);
+            new.push((particle, None, 4e-3, None, v, 0.83));
+        }
+        // a dry run that stuck
+        new.push((particle, None, 4e-3, None, 1.9, 0.0));
+        for (liquid, ratio) in [("AK10", 0.06), ("M50", 0.06), ("M50", 0.12)] {
+            for _ in 0..each {
+                let v: f64 = rng.random_range(0.4..1.8);
+                new.push((particle, Some(liquid), 4e-3, Some((ratio * 4e-3, ratio)), v, f64::NAN));
+            }
+        }
+    }
+    let rows: Vec<NewRun> = new
+        .into_iter()
+        .map(|(particle, liquid, diameter, film, impact_speed, restitution)| {
+            let mut row = NewRun {
+                particle,
+                liquid,
+                diameter,
+                film,
+                impact_speed,
+                restitution,
+            };
+            if restitution.is_nan() {
+                let mean = rebound::mean_restitution(kept(scene, &row, Inertia::Saturating, WAYS[0], &FULL));
+                let noise = 0.02 * (rng.random::<f64>() + rng.random::<f64>() + rng.random::<f64>() - 1.5) * 2.0;
+                row.restitution = Some(mean + noise).filter(|e| *e > 0.05).unwrap_or(0.0);
+            }
+            row
+        })
+        .collect();
+    runs::arrange(scene, &rows)
+}
+
+fn kept(scene: &Scene, run: &NewRun, inertia: Inertia, dry_speed: DrySpeed, full: &[f64]) -> f64 {
+    let index = scene
+        .particles
+        .iter()
+        .position(|p| p.name == run.particle)
+        .expect("known");
+    let liquid = scene
+        .liquids
+        .iter()
+        .find(|l| Some(l.name.as_str()) == run.liquid)
+        .expect("known");
+    let setting = Setting {
+        density: scene.particles[index].density,
+        diameter: run.diameter,
+        liquid_density: liquid.density,
+        viscosity: liquid.viscosity,
+        film: run.film.expect("wet").0,
+    };
+    let parameters = Parameters {
+        dry_k: full[5 + index],
+        lubrication_log: full[0],
+        inertial_prefactor: if inertia == Inertia::None { 0.0 } else { full[1] },
+        film_scale: full[2],
+    };
+    kept_energy(&setting, inertia, dry_speed, &parameters, run.impact_speed)
+}
+
+/// The generative statement as it is written, a run at a time.
+fn plain(scene: &Scene, runs: &Runs, inertia: Inertia, dry_speed: DrySpeed, full: &[f64]) -> f64 {
+    let term = |mean: f64, sigma: f64, e: f64, stuck: bool| {
+        if stuck {
+            ln_normal_cdf((scene.data.smallest_restitution - mean) / sigma).0
+        } else {
+            -0.5 * ((e - mean) / sigma).powi(2) - sigma.ln() - LN_ROOT_TWO_PI
+        }
+    };
+    let mut sum = 0.0;
+    for group in &runs.dry {
+        for run in group.rebounds.start..group.stuck.end {
+            let mean = dry::restitution(full[5 + group.particle], runs.impact_speed[run]);
+            sum += term(mean, full[4], runs.restitution[run], group.stuck.contains(&run));
+        }
+    }
+    for series in &runs.series {
+        for run in series.runs() {
+            let row = NewRun {
+                particle: &scene.particles[series.particle].name,
+                liquid: Some(&scene.liquids[series.liquid].name),
+                diameter: runs.diameter[run],
+                film: Some((runs.film[run], 0.0)),
+                impact_speed: runs.impact_speed[run],
+                restitution: runs.restitution[run],
+            };
+            let mean = rebound::mean_restitution(kept(scene, &row, inertia, dry_speed, full));
+            sum += term(mean, full[3], runs.restitution[run], series.stuck.contains(&run));
+        }
+    }
+    sum
+}
+
+fn moved(full: &[f64], place: usize, step: f64) -> Vec<f64> {
+    let mut full = full.to_vec();
+    full[place] += step;
+    full
+}
+
+#[test]
+fn the_sum_over_nodes_is_the_sum_over_runs_and_its_slopes_are_differences() {
+    let scene = scene();
+    let runs = runs(&scene, 30, "the_sum_over_nodes_is_the_sum_over_runs");
+    assert!(runs.stuck() > 20 && runs.len() - runs.stuck() > 60);
+    for inertia in Inertia::ALL {
+        for dry_speed in WAYS {
+            let likelihood = Likelihood::of_rows(&scene, &runs, inertia, dry_speed);
+            let mut slopes = [0.0; 7];
+            let mut unused = [0.0; 7];
+            let value = likelihood.ln_density(&FULL, &mut slopes).expect("inside the domain");
+            let expected = plain(&scene, &runs, inertia, dry_speed, &FULL);
+            assert!((value / expected - 1.0).abs() < 1e-12, "{inertia:?} {value} {expected}");
+            let pointwise = Pointwise::new(&scene, &runs, inertia, dry_speed);
+            let at = pointwise.at(&FULL);
+            let by_run: f64 = (0..pointwise.len()).map(|run| at.ln_likelihood(run)).sum();
+            assert!(
+                (by_run / expected - 1.0).abs() < 1e-12,
+                "{inertia:?} {by_run} {expected}"
+            );
+            for (place, slope) in slopes.iter().enumerate() {
+                let h = 1e-6 * FULL[place];
+                let mut at = |step| {
+                    likelihood
+                        .ln_density(&moved(&FULL, place, step), &mut unused)
+                        .expect("inside")
+                };
+                let difference = (at(h) - at(-h)) / (2.0 * h);
+                let gap = (slope - difference).abs() / (1.0 + difference.abs());
+                assert!(gap < 2e-6, "{inertia:?} {dry_speed:?} {place}: {slope} {difference}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_point_without_a_density_is_told_and_is_no_number() {
+    let scene = scene();
+    let runs = runs(&scene, 10, "a_point_without_a_density");
+    let likelihood = Likelihood::of_rows(&scene, &runs, Inertia::Saturating, WAYS[0]);
+    let mut slopes = [0.0; 7];
+    for (place, value) in [(3, 0.0), (0, f64::NAN), (2, 0.0), (3, 1e-200)] {
+        let mut full = FULL;
+        full[place] = value;
+        assert_eq!(
+            likelihood.ln_density(&full, &mut slopes),
+            Err(OutsideDomain),
+            "{place} {value}"
+        );
+    }
+}
+
+/// Every run at a speed of its own, as measured ones are, from well above the threshold to below it.
+#[test]
+fn the_compressed_sum_keeps_its_bound_and_is_short() {
+    let scene = scene();
+    let runs = runs(&scene, 3000, "the_compressed_sum_keeps_its_bound");
+    for inertia in [Inertia::Saturating, Inertia::Stepwise] {
+        for dry_speed in WAYS {
+            let rows = Likelihood::of_rows(&scene, &runs, inertia, dry_speed);
+            // the posterior of 18,000 runs is about this wide
+            let steps = [0.004, 0.004, 0.002, 1e-4, 1e-3, 2e-4, 2e-4];
+            let tests: Vec<Vec<f64>> = (0..7)
+                .flat_map(|place| [-6.0, -2.0, 2.0, 6.0].map(|far| moved(&FULL, place, far * steps[place])))
+                .collect();
+            for bound in [1e-1, 1e-3] {
+                let (short, compression) = rows.compressed(&FULL, &tests, bound);
+                assert!(compression.tested_error <= bound, "{compression:?}");
+                assert!(
+                    compression.nodes * 10 < rows.nodes(),
+                    "{compression:?} of {}",
+                    rows.nodes()
+                );
+                let mut rng = crate::seed::stream(1, "the_compressed_sum_keeps_its_bound", 1);
+                let (mut a, mut b) = ([0.0; 7], [0.0; 7]);
+                for _ in 0..50 {
+                    // points of the region that were not tested
+                    let mut full = FULL;
+                    for (value, step) in full.iter_mut().zip(steps) {
+                        *value += rng.random_range(-2.0..2.0) * step;
+                    }
+                    let exact = rows.ln_density(&full, &mut a).expect("inside");
+                    let near = short.ln_density(&full, &mut b).expect("inside");
+                    assert!((exact - near).abs() <= 2.0 * bound, "{bound} {:e}", exact - near);
+                }
+            }
+        }
+    }
+}
+
+/// Runs repeated at a few settings, as designed ones are, lose nothing at all.
+#[test]
+fn repeated_settings_are_compressed_exactly() {
+    let scene = scene();
+    let rows: Vec<NewRun> = (0..4000)
+        .map(|i| NewRun {
+            particle: "PTFE",
+            liquid: Some("AK10"),
+            diameter: 4e-3,
+            film: Some((2.4e-4, 0.06)),
+            impact_speed: 0.8 + 0.1 * f64::from(i % 7),
+            restitution: 0.6 + 0.02 * (f64::from(i) * 0.7).sin(),
+        })
+        .collect();
+    let runs = runs::arrange(&scene, &rows);
+    let rows = Likelihood::of_rows(&scene, &runs, Inertia::Cap, WAYS[1]);
+    let (short, compression) = rows.compressed(&FULL, &[], 1e-3);
+    assert_eq!((compression.nodes, compression.rows_exact), (7, 4000));
+    let (mut a, mut b) = ([0.0; 7], [0.0; 7]);
+    for sigma in [1e-6, 1e-3, 1.0] {
+        let mut full = FULL;
+        full[3] = sigma;
+        let exact = rows.ln_density(&full, &mut a).expect("inside");
+        let near = short.ln_density(&full, &mut b).expect("inside");
+        assert!((exact / near - 1.0).abs() < 1e-12, "{sigma} {exact} {near}");
+        for (a, b) in a.iter().zip(b) {
+            assert!((a - b).abs() <= 1e-9 * a.abs(), "{sigma} {a} {b}");
+        }
+    }
+}
+
+/// A film measured anew for every run makes every run a block of its own.
+#[test]
+fn films_of_their_own_keep_their_rows() {
+    let scene = scene();
+    let rows: Vec<NewRun> = (0..60)
+        .map(|i| NewRun {
+            particle: "PE",
+            liquid: Some("M50"),
+            diameter: 4e-3,
+            film: Some((2.4e-4 * (1.0 + 1e-3 * f64::from(i % 20)), 0.06)),
+            impact_speed: 0.8 + 0.01 * f64::from(i),
+            restitution: 0.4,
+        })
+        .collect();
+    let runs = runs::arrange(&scene, &rows);
+    let likelihood = Likelihood::of_rows(&scene, &runs, Inertia::Stepwise, WAYS[0]);
+    assert_eq!((likelihood.blocks.len(), likelihood.nodes()), (20, 60));
+    let mut slopes = [0.0; 7];
+    let value = likelihood.ln_density(&FULL, &mut slopes).expect("inside");
+    let expected = plain(&scene, &runs, Inertia::Stepwise, WAYS[0], &FULL);
+    assert!((value / expected - 1.0).abs() < 1e-12);
+}

@@ -1,0 +1,329 @@
+//! Lists the parameters a scene's runs call for, each with its unit, bounds, prior and where the prior comes from.
+
+use crate::error::Error;
+use crate::physics::dry::speed_limit;
+use crate::physics::impact::DrySpeed;
+use crate::physics::inertia::Inertia;
+use crate::runs::Runs;
+use crate::scene::{Prior, Scene};
+
+/// What a parameter is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// k of a particle, by its index in the scene
+    DryK(usize),
+    /// L = ln(δc/ε)
+    LubricationLog,
+    /// C
+    InertialPrefactor,
+    /// δ̃0
+    FilmScale,
+    /// spread of the dry restitutions
+    SigmaDry,
+    /// spread of the wet restitutions
+    SigmaWet,
+}
+
+impl Kind {
+    /// The key of its prior in a scene.
+    pub fn key(self) -> &'static str {
+        match self {
+            Kind::DryK(_) => "dry_k",
+            Kind::LubricationLog => "lubrication_log",
+            Kind::InertialPrefactor => "inertial_prefactor",
+            Kind::FilmScale => "film_scale",
+            Kind::SigmaDry => "sigma_dry",
+            Kind::SigmaWet => "sigma_wet",
+        }
+    }
+
+    /// The letter of the formulas.
+    pub fn symbol(self) -> &'static str {
+        match self {
+            Kind::DryK(_) => "k",
+            Kind::LubricationLog => "L",
+            Kind::InertialPrefactor => "C",
+            Kind::FilmScale => "δ̃0",
+            Kind::SigmaDry => "σ_dry",
+            Kind::SigmaWet => "σ_wet",
+        }
+    }
+
+    /// Its unit.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Kind::DryK(_) => "(m/s)^(-1/5)",
+            _ => "1",
+        }
+    }
+
+    /// Its default prior, with the reason for it.
+    fn default_prior(self, inertia: Inertia) -> (Prior, &'static str) {
+        match self {
+            Kind::DryK(_) => (
+                Prior::LogNormal(0.15, 0.5),
+                "default: 0.123 and 0.183 were measured for two plastics, a factor 2.7 either way holds 95 %",
+            ),
+            Kind::LubricationLog => (
+                Prior::LogNormal(3.0, 0.5),
+                "default: film of some 10 to 1000 roughnesses where the sphere turns round",
+            ),
+            Kind::InertialPrefactor if inertia == Inertia::Saturating => (
+                Prior::LogNormal(0.3, 0.5),
+                "default: the published data level off near 0.25",
+            ),
+            Kind::InertialPrefactor => (
+                Prior::LogNormal(1.0, 0.5),
+                "default: the formula as derived has prefactor 1",
+            ),
+            Kind::FilmScale => (
+                Prior::LogNormal(0.07, 0.5),
+                "default: the published data level off near a film ratio of 0.07",
+            ),
+            Kind::SigmaDry | Kind::SigmaWet => (
+                Prior::HalfNormal(0.1),
+                "default: a spread of restitutions above 0.2 would be no measurement",
+            ),
+        }
+    }
+
+    /// Its place in a full vector of parameters.
+    pub fn slot(self) -> usize {
+        match self {
+            Kind::LubricationLog => 0,
+            Kind::InertialPrefactor => 1,
+            Kind::FilmScale => 2,
+            Kind::SigmaWet => 3,
+            Kind::SigmaDry => 4,
+            Kind::DryK(particle) => 5 + particle,
+        }
+    }
+}
+
+/// Places of a full vector before the k of the particles.
+pub const COMMON_SLOTS: usize = 5;
+
+/// A parameter to be sampled.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameter {
+    /// what it is
+    pub kind: Kind,
+    /// its name in files: `lubrication_log`, `dry_k[PTFE]`
+    pub name: String,
+    /// it lies inside (lower, upper)
+    pub bounds: (f64, f64),
+    /// its prior, truncated to the bounds
+    pub prior: Prior,
+    /// where the prior comes from
+    pub source: &'static str,
+}
+
+/// A parameter that is not sampled.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LeftOut {
+    /// what it is
+    pub kind: Kind,
+    /// its name in files
+    pub name: String,
+    /// the value it is held at; `None` where no formula in use reads it
+    pub value: Option<f64>,
+    /// why
+    pub reason: String,
+}
+
+/// The parameters of a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameters {
+    /// those to be sampled, in the order of files
+    pub sampled: Vec<Parameter>,
+    /// those that are not
+    pub left_out: Vec<LeftOut>,
+    /// a full vector with the values of those left out; the others are 1
+    pub template: Vec<f64>,
+}
+
+impl Parameters {
+    /// The parameters that `runs` call for, with this form of inertia and dry speed.
+    ///
+    /// Fails where a prior of the scene leaves a parameter no room inside its bounds.
+    pub fn of(scene: &Scene, runs: &Runs, inertia: Inertia, dry_speed: DrySpeed) -> Result<Parameters, Error> {
+        let wet = !runs.series.is_empty();
+        let dry = !runs.dry.is_empty();
+        let mut parameters = Parameters {
+            sampled: vec![],
+            left_out: vec![],
+            template: vec![1.0; COMMON_SLOTS + scene.particles.len()],
+        };
+        for particle in 0..scene.particles.len() {
+            let fastest = fastest(runs, particle, dry_speed);
+            let why_not = fastest.is_none().then(|| "the particle has no runs in use".to_owned());
+            // e_dry > 0 at every speed in use; beyond, e_dry² grows again and a second mode appears
+            let most = fastest.map_or(f64::INFINITY, |v| v.powf(-0.2));
+            parameters.add(
+                scene,
+                Kind::DryK(particle),
+                (0.0, most),
+                inertia,
+                why_not.map(|why| (None, why)),
+            )?;
+        }
+        let no_wet = || (!wet).then(|| (None, "no wet runs in use".to_owned()));
+        let above = (0.0, f64::INFINITY);
+        parameters.add(scene, Kind::LubricationLog, above, inertia, no_wet())?;
+        if inertia != Inertia::None {
+            let held = |kind: Kind| Some(prior_of(scene, kind, inertia).0.median());
+            let one_film = films(scene, runs) == 1;
+            let why = (one_film && !dry).then(|| {
+                let text = "one film ratio and no dry runs: the inertial prefactor and e_dry cannot be told apart; held at its prior median, add dry runs or another film ratio";
+                (held(Kind::InertialPrefactor), text.to_owned())
+            });
+            parameters.add(scene, Kind::InertialPrefactor, above, inertia, no_wet().or(why))?;
+            if inertia.has_film_scale() {
+                let why = one_film.then(|| {
+                    let text = "one film ratio: the film scale and the inertial prefactor cannot be told apart; held at its prior median, add another film ratio";
+                    (held(Kind::FilmScale), text.to_owned())
+                });
+                parameters.add(scene, Kind::FilmScale, above, inertia, no_wet().or(why))?;
+            }
+        }
+        let no_dry = || (!dry).then(|| (None, "no dry runs in use".to_owned()));
+        parameters.add(scene, Kind::SigmaDry, above, inertia, no_dry())?;
+        parameters.add(scene, Kind::SigmaWet, above, inertia, no_wet())?;
+        Ok(parameters)
+    }
+
+    fn add(
+        &mut self,
+        scene: &Scene,
+        kind: Kind,
+        bounds: (f64, f64),
+        inertia: Inertia,
+        why_not: Option<(Option<f64>, String)>,
+    ) -> Result<(), Error> {
+        let name = match kind {
+            Kind::DryK(particle) => format!("dry_k[{}]", scene.particles[particle].name),
+            other => other.key().to_owned(),
+        };
+        let (prior, source) = prior_of(scene, kind, inertia);
+        let left_out = match (why_not, prior) {
+            (None, Prior::Fixed(value)) => Some((Some(value), "held by the scene's prior".to_owned())),
+            // what no run reads stays unread; what cannot be told is held where the scene holds it
+            (Some((Some(_), _)), Prior::Fixed(value)) => Some((Some(value), "held by the scene's prior".to_owned())),
+            (why, _) => why,
+        };
+        if let Some((value, reason)) = left_out {
+            if let Some(value) = value {
+                // C may be held at 0, which its logarithm cannot reach
+                let lowest_allowed = kind == Kind::InertialPrefactor && value == 0.0;
+                if !(lowest_allowed || value > bounds.0 && value < bounds.1) {
+                    return Err(no_room(&name, &prior, bounds));
+                }
+                self.template[kind.slot()] = value;
+            }
+            let left = LeftOut {
+                kind,
+                name,
+                value,
+                reason,
+            };
+            self.left_out.push(left);
+            return Ok(());
+        }
+        let allowed = bounds;
+        let bounds = match prior {
+            Prior::Uniform(lo, hi) => (allowed.0.max(lo), allowed.1.min(hi)),
+            _ => allowed,
+        };
+        if bounds.0 >= bounds.1 {
+            return Err(no_room(&name, &prior, allowed));
+        }
+        self.sampled.push(Parameter {
+            kind,
+            name,
+            bounds,
+            prior,
+            source,
+        });
+        Ok(())
+    }
+
+    /// The place of a sampled parameter in a draw.
+    pub fn place(&self, kind: Kind) -> Option<usize> {
+        self.sampled.iter().position(|parameter| parameter.kind == kind)
+    }
+
+    /// The full vector of a draw.
+    pub fn full(&self, draw: &[f64]) -> Vec<f64> {
+        let mut full = self.template.clone();
+        self.fill(draw, &mut full);
+        full
+    }
+
+    /// Writes a draw into a full vector that began as the template.
+    pub fn fill(&self, draw: &[f64], full: &mut [f64]) {
+        for (parameter, value) in self.sampled.iter().zip(draw) {
+            full[parameter.kind.slot()] = *value;
+        }
+    }
+
+    /// Sum of the log prior densities of a draw; `None` outside the support.
+    pub fn ln_prior(&self, draw: &[f64]) -> Option<f64> {
+        let terms = self.sampled.iter().zip(draw);
+        terms.map(|(p, x)| p.prior.ln_density(*x).map(|(value, _)| value)).sum()
+    }
+}
+
+/// The prior of a parameter and where it comes from: that of one particle goes before that of all.
+pub fn prior_of(scene: &Scene, kind: Kind, inertia: Inertia) -> (Prior, &'static str) {
+    let of = |particle: Option<usize>| {
+        let mut set = scene.priors.iter();
+        set.find(|choice| choice.parameter == kind.key() && choice.particle == particle)
+    };
+    let own = match kind {
+        Kind::DryK(particle) => of(Some(particle)),
+        _ => None,
+    };
+    match own.or_else(|| of(None)) {
+        Some(choice) => (choice.prior, "the scene"),
+        None => kind.default_prior(inertia),
+    }
+}
+
+fn no_room(name: &str, prior: &Prior, (lower, upper): (f64, f64)) -> Error {
+    let bounds = if upper == f64::INFINITY {
+        format!("above {lower}")
+    } else {
+        format!("between {lower} and {upper:.6}")
+    };
+    let why = if name.starts_with("dry_k") {
+        ", or e_dry turns negative at a speed in use"
+    } else {
+        ""
+    };
+    Error::Usage(format!(
+        "[priors] {name} = {}: expected a value {bounds}{why}",
+        prior.text()
+    ))
+}
+
+/// Largest speed at which e_dry of a particle is used, m/s; `None` for a particle without runs.
+fn fastest(runs: &Runs, particle: usize, dry_speed: DrySpeed) -> Option<f64> {
+    let of = |range: std::ops::Range<usize>| runs.impact_speed[range].iter().copied();
+    let dry = runs.dry.iter().filter(|group| group.particle == particle);
+    let dry = dry.flat_map(|group| of(group.rebounds.start..group.stuck.end));
+    let wet = runs.series.iter().filter(|series| series.particle == particle);
+    let wet = wet.flat_map(|series| of(series.runs())).map(|v| dry_speed.of(v));
+    let fastest = dry.chain(wet).reduce(f64::max)?;
+    debug_assert!(speed_limit(fastest.powf(-0.2)) >= 0.999 * fastest);
+    Some(fastest)
+}
+
+/// Film ratios that differ by more than the gap at which groups are split.
+fn films(scene: &Scene, runs: &Runs) -> usize {
+    let mut ratios: Vec<f64> = runs.film_groups.iter().map(|group| group.film_ratio).collect();
+    ratios.sort_by(f64::total_cmp);
+    let gaps = ratios
+        .windows(2)
+        .filter(|pair| pair[1] - pair[0] > scene.data.film_ratio_gap);
+    usize::from(!ratios.is_empty()) + gaps.count()
+}

@@ -1,0 +1,174 @@
+//! Tests of the posterior's slopes on the whole line, and of its bounds.
+
+use std::path::Path;
+
+use super::*;
+use crate::model::parameters::Kind;
+use crate::physics::impact::DrySpeed;
+use crate::physics::inertia::Inertia;
+use crate::runs::{self, NewRun};
+use crate::scene::{self, Scene};
+
+fn scene(extra: &str) -> Scene {
+    let text = format!(
+        r#"
+title = "one particle"
+[data]
+runs = "runs.csv"
+[particles.PE]
+density_kg_m3 = 940
+roughness_um = 5
+[liquids.M50]
+density_kg_m3 = 965
+viscosity_mPa_s = 20
+{extra}
+"#
+    );
+    scene::parse(&text, Path::new("a/scene.toml"), String::new()).expect("a valid scene")
+}
+
+fn rows() -> Vec<NewRun<'static>> {
+    (0..24)
+        .map(|i| {
+            let wet = i % 3 > 0;
+            let film = 0.04 + 0.04 * f64::from(i % 2);
+            NewRun {
+                particle: "PE",
+                liquid: wet.then_some("M50"),
+                diameter: 6e-3,
+                film: wet.then_some((film * 6e-3, film)),
+                impact_speed: 0.5 + 0.06 * f64::from(i),
+                restitution: if wet { 0.5 + 0.01 * f64::from(i) } else { 0.87 },
+            }
+        })
+        .collect()
+}
+
+fn posterior(scene: &Scene, rows: &[NewRun], inertia: Inertia, dry_speed: DrySpeed) -> Posterior {
+    let runs = runs::arrange(scene, rows);
+    let parameters = Parameters::of(scene, &runs, inertia, dry_speed).expect("priors with room");
+    Posterior::new(parameters, Likelihood::of_rows(scene, &runs, inertia, dry_speed))
+}
+
+#[test]
+fn slopes_agree_with_differences_under_every_prior() {
+    let priors = [
+        "",
+        "[priors]\nlubrication_log = { gamma = [3.0, 1.0] }\nsigma_wet = { uniform = [0.01, 0.5] }\ninertial_prefactor = { student_t = [4, 0.5, 0.3] }",
+        "[priors]\ndry_k = { normal = [0.15, 0.05] }\nsigma_dry = { lognormal = [0.02, 0.5] }",
+    ];
+    for extra in priors {
+        let scene = scene(extra);
+        for (inertia, dry_speed) in [
+            (Inertia::Saturating, DrySpeed::Reference(2.0)),
+            (Inertia::Stepwise, DrySpeed::Impact),
+        ] {
+            let posterior = posterior(&scene, &rows(), inertia, dry_speed);
+            let draw: Vec<f64> = posterior
+                .parameters()
+                .sampled
+                .iter()
+                .map(|p| match p.kind {
+                    Kind::DryK(_) => 0.13,
+                    Kind::LubricationLog => 2.3,
+                    Kind::InertialPrefactor => 0.6,
+                    Kind::FilmScale => 0.08,
+                    Kind::SigmaDry => 0.03,
+                    Kind::SigmaWet => 0.05,
+                })
+                .collect();
+            let point = posterior.point_at(&draw);
+            let back = posterior.draw_at(&point);
+            assert!(draw.iter().zip(&back).all(|(a, b)| (a / b - 1.0).abs() < 1e-12));
+            let mut slopes = vec![0.0; point.len()];
+            let mut unused = slopes.clone();
+            posterior.ln_density(&point, &mut slopes).expect("inside");
+            for place in 0..point.len() {
+                let mut at = |step: f64| {
+                    let mut moved = point.clone();
+                    moved[place] += step;
+                    posterior.ln_density(&moved, &mut unused).expect("inside")
+                };
+                let difference = (at(1e-5) - at(-1e-5)) / 2e-5;
+                let gap = (difference - slopes[place]).abs() / (1.0 + difference.abs());
+                assert!(gap < 1e-6, "{extra} {place} {difference} {}", slopes[place]);
+            }
+        }
+    }
+}
+
+#[test]
+fn k_is_bounded_where_the_dry_law_turns_negative() {
+    let scene = scene("");
+    for (dry_speed, fastest) in [
+        (DrySpeed::Reference(2.0), 2.0f64),
+        (DrySpeed::Reference(0.3), 1.76),
+        (DrySpeed::Impact, 1.88),
+    ] {
+        let posterior = posterior(&scene, &rows(), Inertia::Cap, dry_speed);
+        let place = posterior.parameters().place(Kind::DryK(0)).expect("sampled");
+        let (_, most) = posterior.parameters().sampled[place].bounds;
+        assert!((most - fastest.powf(-0.2)).abs() < 1e-12, "{dry_speed:?} {most}");
+        for far in [-50.0, 50.0] {
+            let k = posterior.draw_at(&vec![far; posterior.dimension()])[place];
+            assert!(k >= 0.0 && k <= most, "{k}");
+        }
+    }
+}
+
+#[test]
+fn what_the_runs_cannot_tell_is_left_out_with_its_reason() {
+    let of = |scene: &Scene, rows: &[NewRun], inertia| {
+        let runs = runs::arrange(scene, rows);
+        Parameters::of(scene, &runs, inertia, DrySpeed::Reference(2.0)).expect("priors with room")
+    };
+    let names = |p: &Parameters| p.sampled.iter().map(|p| p.name.clone()).collect::<Vec<_>>();
+    let scene = scene("");
+    let all = rows();
+    let dry: Vec<NewRun> = all.iter().filter(|r| r.liquid.is_none()).copied().collect();
+    assert_eq!(
+        names(&of(&scene, &dry, Inertia::Saturating)),
+        ["dry_k[PE]", "sigma_dry"]
+    );
+    let one_film = |r: &&NewRun| r.film.is_none_or(|(_, ratio)| ratio < 0.05);
+    let one: Vec<NewRun> = all.iter().filter(one_film).copied().collect();
+    let found = of(&scene, &one, Inertia::Saturating);
+    assert_eq!(
+        names(&found),
+        [
+            "dry_k[PE]",
+            "lubrication_log",
+            "inertial_prefactor",
+            "sigma_dry",
+            "sigma_wet"
+        ]
+    );
+    assert_eq!(found.left_out[0].name, "film_scale");
+    assert_eq!(found.template[Kind::FilmScale.slot()], 0.07);
+    let wet: Vec<NewRun> = one.iter().filter(|r| r.liquid.is_some()).copied().collect();
+    let found = of(&scene, &wet, Inertia::Stepwise);
+    assert_eq!(names(&found), ["dry_k[PE]", "lubrication_log", "sigma_wet"]);
+    assert!(found.left_out[0].reason.contains("add dry runs or another film ratio"));
+}
+
+#[test]
+fn a_prior_without_room_is_refused_by_name() {
+    for (extra, expected) in [
+        (
+            "[priors]\n\"dry_k.PE\" = { fixed = 0.95 }",
+            "[priors] dry_k[PE] = fixed 0.95: expected a value between 0 and 0.870551, or e_dry turns negative at a speed in use",
+        ),
+        (
+            "[priors]\nlubrication_log = { uniform = [-3, -1] }",
+            "[priors] lubrication_log = uniform [-3, -1]: expected a value above 0",
+        ),
+    ] {
+        let scene = scene(extra);
+        let runs = runs::arrange(&scene, &rows());
+        let error = Parameters::of(&scene, &runs, Inertia::Cap, DrySpeed::Reference(2.0)).expect_err("no room");
+        assert_eq!(error.to_string(), expected);
+    }
+    let scene = scene("[priors]\ninertial_prefactor = { fixed = 0 }");
+    let posterior = posterior(&scene, &rows(), Inertia::Cap, DrySpeed::Reference(2.0));
+    assert_eq!(posterior.parameters().template[Kind::InertialPrefactor.slot()], 0.0);
+}

@@ -1,0 +1,199 @@
+//! Computes the log density of a prior, its slope, its spread, and draws from it.
+//!
+//! A prior truncated by a parameter's bounds keeps the density of the whole: a constant factor that no posterior, and no
+//! comparison under the same bounds, depends on.
+
+use rand::Rng;
+use rand_distr::{Distribution, Gamma, StandardNormal, StudentT};
+use statrs::distribution::ContinuousCDF;
+use statrs::function::gamma::ln_gamma;
+
+use crate::scene::Prior;
+
+/// ln √(2π)
+pub(crate) const LN_ROOT_TWO_PI: f64 = 0.918_938_533_204_672_8;
+
+impl Prior {
+    /// Log density and its slope at x; `None` where the density is zero or not finite.
+    ///
+    /// A parameter held at a value has no density: `Fixed` is 0 with slope 0 everywhere.
+    pub fn ln_density(&self, x: f64) -> Option<(f64, f64)> {
+        let (value, slope) = match *self {
+            Prior::LogNormal(median, sd) if x > 0.0 => {
+                let z = (x / median).ln() / sd;
+                (-0.5 * z * z - LN_ROOT_TWO_PI - sd.ln() - x.ln(), -(1.0 + z / sd) / x)
+            }
+            Prior::HalfNormal(scale) if x >= 0.0 => {
+                let z = x / scale;
+                let twice = std::f64::consts::LN_2;
+                (twice - 0.5 * z * z - LN_ROOT_TWO_PI - scale.ln(), -z / scale)
+            }
+            Prior::Normal(mean, sd) => {
+                let z = (x - mean) / sd;
+                (-0.5 * z * z - LN_ROOT_TWO_PI - sd.ln(), -z / sd)
+            }
+            Prior::Gamma(shape, rate) if x > 0.0 => (
+                shape * rate.ln() - ln_gamma(shape) + (shape - 1.0) * x.ln() - rate * x,
+                (shape - 1.0) / x - rate,
+            ),
+            Prior::Uniform(lo, hi) if (lo..=hi).contains(&x) => (-(hi - lo).ln(), 0.0),
+            Prior::StudentT(df, loc, scale) => {
+                let z = (x - loc) / scale;
+                let constant = ln_gamma(0.5 * (df + 1.0))
+                    - ln_gamma(0.5 * df)
+                    - 0.5 * (df * std::f64::consts::PI).ln()
+                    - scale.ln();
+                (
+                    constant - 0.5 * (df + 1.0) * (z * z / df).ln_1p(),
+                    -(df + 1.0) * z / (df + z * z) / scale,
+                )
+            }
+            Prior::Fixed(_) => (0.0, 0.0),
+            Prior::LogNormal(..) | Prior::HalfNormal(_) | Prior::Gamma(..) | Prior::Uniform(..) => return None,
+        };
+        (value.is_finite() && slope.is_finite()).then_some((value, slope))
+    }
+
+    /// Standard deviation; `None` for a Student-t with two degrees of freedom or fewer.
+    pub fn sd(&self) -> Option<f64> {
+        match *self {
+            Prior::LogNormal(median, sd) => {
+                let variance = sd * sd;
+                Some(median * (0.5 * variance).exp() * variance.exp_m1().sqrt())
+            }
+            Prior::HalfNormal(scale) => Some(scale * (1.0 - 2.0 / std::f64::consts::PI).sqrt()),
+            Prior::Normal(_, sd) => Some(sd),
+            Prior::Gamma(shape, rate) => Some(shape.sqrt() / rate),
+            Prior::Uniform(lo, hi) => Some((hi - lo) / 12f64.sqrt()),
+            Prior::StudentT(df, _, scale) => (df > 2.0).then(|| scale * (df / (df - 2.0)).sqrt()),
+            Prior::Fixed(_) => Some(0.0),
+        }
+    }
+
+    /// Median.
+    pub fn median(&self) -> f64 {
+        match *self {
+            Prior::LogNormal(median, _) => median,
+            // quartile of the normal
+            Prior::HalfNormal(scale) => scale * 0.674_489_750_196_081_7,
+            Prior::Normal(mean, _) => mean,
+            Prior::Gamma(shape, rate) => {
+                // fails only for a shape or rate that no scene can hold
+                statrs::distribution::Gamma::new(shape, rate).map_or(shape / rate, |gamma| gamma.inverse_cdf(0.5))
+            }
+            Prior::Uniform(lo, hi) => 0.5 * (lo + hi),
+            Prior::StudentT(_, loc, _) => loc,
+            Prior::Fixed(value) => value,
+        }
+    }
+
+    /// One draw.
+    pub fn draw<R: Rng + ?Sized>(&self, rng: &mut R) -> f64 {
+        let mut normal = || -> f64 { StandardNormal.sample(&mut *rng) };
+        match *self {
+            Prior::LogNormal(median, sd) => median * (sd * normal()).exp(),
+            Prior::HalfNormal(scale) => scale * normal().abs(),
+            Prior::Normal(mean, sd) => mean + sd * normal(),
+            // the scene's reader lets no shape, rate or df at or below zero through
+            Prior::Gamma(shape, rate) => Gamma::new(shape, 1.0 / rate).map_or(f64::NAN, |gamma| gamma.sample(rng)),
+            Prior::Uniform(lo, hi) => {
+                use rand::RngExt;
+                lo + (hi - lo) * rng.random::<f64>()
+            }
+            Prior::StudentT(df, loc, scale) => {
+                StudentT::new(df).map_or(f64::NAN, |student| loc + scale * student.sample(rng))
+            }
+            Prior::Fixed(value) => value,
+        }
+    }
+
+    /// As a scene writes it.
+    pub fn text(&self) -> String {
+        match *self {
+            Prior::LogNormal(median, sd) => format!("lognormal [{median}, {sd}]"),
+            Prior::HalfNormal(scale) => format!("half_normal {scale}"),
+            Prior::Normal(mean, sd) => format!("normal [{mean}, {sd}]"),
+            Prior::Gamma(shape, rate) => format!("gamma [{shape}, {rate}]"),
+            Prior::Uniform(lo, hi) => format!("uniform [{lo}, {hi}]"),
+            Prior::StudentT(df, loc, scale) => format!("student_t [{df}, {loc}, {scale}]"),
+            Prior::Fixed(value) => format!("fixed {value}"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use statrs::distribution::{Continuous, LogNormal, Normal, StudentsT};
+
+    const FAMILIES: [(Prior, f64); 6] = [
+        (Prior::LogNormal(0.15, 0.5), 0.213),
+        (Prior::HalfNormal(0.1), 0.137),
+        (Prior::Normal(-1.3, 0.7), 0.41),
+        (Prior::Gamma(2.3, 0.4), 3.7),
+        (Prior::Uniform(-0.2, 1.9), 0.77),
+        (Prior::StudentT(3.7, 0.6, 2.1), -1.9),
+    ];
+
+    #[test]
+    fn densities_are_those_of_statrs() {
+        let oracle = [
+            LogNormal::new(0.15f64.ln(), 0.5).expect("valid").ln_pdf(0.213),
+            Normal::new(0.0, 0.1).expect("valid").ln_pdf(0.137) + 2f64.ln(),
+            Normal::new(-1.3, 0.7).expect("valid").ln_pdf(0.41),
+            statrs::distribution::Gamma::new(2.3, 0.4).expect("valid").ln_pdf(3.7),
+            -(2.1f64.ln()),
+            StudentsT::new(0.6, 2.1, 3.7).expect("valid").ln_pdf(-1.9),
+        ];
+        for ((prior, x), expected) in FAMILIES.into_iter().zip(oracle) {
+            let (value, _) = prior.ln_density(x).expect("inside the support");
+            assert!((value - expected).abs() < 1e-12 * expected.abs().max(1.0), "{prior:?}");
+        }
+    }
+
+    #[test]
+    fn slopes_agree_with_differences() {
+        for (prior, x) in FAMILIES {
+            let at = |x| prior.ln_density(x).expect("inside the support").0;
+            let h = 1e-6 * x.abs();
+            let (_, slope) = prior.ln_density(x).expect("inside the support");
+            let difference = (at(x + h) - at(x - h)) / (2.0 * h);
+            assert!((slope - difference).abs() < 1e-6 * (1.0 + slope.abs()), "{prior:?}");
+        }
+    }
+
+    #[test]
+    fn outside_the_support_there_is_no_density() {
+        for (prior, x) in [
+            (Prior::LogNormal(0.15, 0.5), -0.1),
+            (Prior::HalfNormal(0.1), -0.1),
+            (Prior::Gamma(2.3, 0.4), 0.0),
+            (Prior::Uniform(0.0, 1.0), 1.5),
+            (Prior::Normal(0.0, 1.0), f64::NAN),
+        ] {
+            assert_eq!(prior.ln_density(x), None, "{prior:?}");
+        }
+    }
+
+    /// Draws have the median and the sd each prior says it has; a family with its two numbers swapped would not.
+    #[test]
+    fn draws_have_the_medians_and_spreads_of_their_families() {
+        const DRAWS: usize = 40_000;
+        let mut rng = crate::seed::stream(1, "draws_have_the_medians_and_spreads_of_their_families", 0);
+        let below = |prior: Prior, median: f64, rng: &mut rand::rngs::ChaCha8Rng| {
+            (0..DRAWS).filter(|_| prior.draw(rng) < median).count() as f64
+        };
+        let z = |count: f64| (count - 0.5 * DRAWS as f64) / (0.25 * DRAWS as f64).sqrt();
+        for (prior, _) in FAMILIES {
+            let count = below(prior, prior.median(), &mut rng);
+            assert!(z(count).abs() < 4.0, "{prior:?} {count}");
+            let draws: Vec<f64> = (0..DRAWS).map(|_| prior.draw(&mut rng)).collect();
+            let mean = draws.iter().sum::<f64>() / DRAWS as f64;
+            let sd = (draws.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / DRAWS as f64).sqrt();
+            let expected = prior.sd().expect("finite");
+            assert!((sd / expected - 1.0).abs() < 0.15, "{prior:?} {sd} {expected}");
+        }
+        let swapped = below(Prior::Gamma(0.4, 2.3), FAMILIES[3].0.median(), &mut rng);
+        assert!(z(swapped).abs() > 50.0);
+    }
+}
