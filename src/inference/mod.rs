@@ -8,6 +8,7 @@
 //! | `bootstrap/` | replicates and the intervals they give |
 //! | `laplace.rs` | mode and curvature of a posterior |
 //! | `nuts.rs` | draws from a posterior |
+//! | `sampling.rs` | a scene's runs to draws of its posterior |
 //! | `delta.rs` | standard errors and intervals of derived quantities |
 //! | `nested.rs` | F test of one law for all groups against one law a group |
 //! | `distributions.rs` | quantiles of Student's t and tails of F |
@@ -21,3 +22,4 @@ pub mod laws;
 pub mod least_squares;
 pub mod nested;
 pub mod nuts;
+pub mod sampling;

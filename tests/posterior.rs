@@ -1,0 +1,344 @@
+//! Holds the sampled posterior against simulation from its own priors, and shows that planted faults are seen.
+
+mod common;
+
+use common::seed_of;
+use rayon::prelude::*;
+use wetcor::inference::laplace::laplace;
+use wetcor::inference::nuts::{sample, Effort};
+use wetcor::inference::sampling::{sample_posterior, Plan};
+use wetcor::model::likelihood::{Likelihood, OutsideDomain};
+use wetcor::model::parameters::{Kind, Parameters};
+use wetcor::model::posterior::{LogDensity, Posterior};
+use wetcor::model::simulate::Simulation;
+use wetcor::model::transforms::Transform;
+use wetcor::runs::{self, NewRun, Runs};
+use wetcor::scene::{Prior, Scene, Truth};
+use wetcor::seed::stream;
+
+/// A posterior with one thing wrong.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Fault {
+    Nothing,
+    LogJacobianForgotten,
+    BoundOnKForgotten,
+    SigmaSquaredForSigma,
+    /// that of σ_dry, to which eight dry runs leave room
+    PriorForgotten,
+    TwoLForFourL,
+    StuckRunsDropped,
+}
+
+/// The posterior put together from its parts, so that one of them can be wrong.
+struct Assembled {
+    parameters: Parameters,
+    transforms: Vec<Transform>,
+    likelihood: Likelihood,
+    fault: Fault,
+}
+
+impl Assembled {
+    fn new(scene: &Scene, rows: &[NewRun], fault: Fault) -> Assembled {
+        let all = runs::arrange(scene, rows);
+        let (inertia, dry_speed) = (scene.model.inertia.expect("named"), scene.model.dry_speed);
+        let parameters = Parameters::of(scene, &all, inertia, dry_speed).expect("priors with room");
+        let kept: Vec<NewRun> = match fault {
+            Fault::StuckRunsDropped => rows.iter().filter(|run| run.restitution > 0.0).copied().collect(),
+            _ => rows.to_vec(),
+        };
+        let transforms = parameters.sampled.iter().map(|p| match p.kind {
+            Kind::DryK(_) if fault == Fault::BoundOnKForgotten => Transform::Above(0.0),
+            _ => Transform::of(p.bounds),
+        });
+        Assembled {
+            transforms: transforms.collect(),
+            likelihood: Likelihood::of_rows(scene, &runs::arrange(scene, &kept), inertia, dry_speed),
+            parameters,
+            fault,
+        }
+    }
+
+    fn draw_at(&self, point: &[f64]) -> Vec<f64> {
+        self.transforms.iter().zip(point).map(|(t, u)| t.at(*u).value).collect()
+    }
+
+    fn start(&self) -> Vec<f64> {
+        let medians = self.parameters.sampled.iter().map(|p| p.prior.median());
+        self.transforms.iter().zip(medians).map(|(t, x)| t.inverse(x)).collect()
+    }
+}
+
+impl LogDensity for Assembled {
+    fn dimension(&self) -> usize {
+        self.transforms.len()
+    }
+    fn ln_density(&self, point: &[f64], slopes: &mut [f64]) -> Result<f64, OutsideDomain> {
+        let mut full = self.parameters.full(&self.draw_at(point));
+        let (mut l_factor, mut sigma_factor) = (1.0, 1.0);
+        if self.fault == Fault::TwoLForFourL {
+            l_factor = 0.5;
+            full[Kind::LubricationLog.slot()] *= l_factor;
+        }
+        if self.fault == Fault::SigmaSquaredForSigma {
+            let sigma = &mut full[Kind::SigmaWet.slot()];
+            sigma_factor = 2.0 * *sigma;
+            *sigma *= *sigma;
+        }
+        let mut full_slopes = vec![0.0; full.len()];
+        let mut value = self.likelihood.ln_density(&full, &mut full_slopes)?;
+        for (((parameter, transform), u), slope) in self
+            .parameters
+            .sampled
+            .iter()
+            .zip(&self.transforms)
+            .zip(point)
+            .zip(slopes.iter_mut())
+        {
+            let mapped = transform.at(*u);
+            let mut of_value = full_slopes[parameter.kind.slot()];
+            match parameter.kind {
+                Kind::LubricationLog => of_value *= l_factor,
+                Kind::SigmaWet => of_value *= sigma_factor,
+                _ => {}
+            }
+            if !(self.fault == Fault::PriorForgotten && parameter.kind == Kind::SigmaDry) {
+                let (ln_prior, prior_slope) = parameter.prior.ln_density(mapped.value).ok_or(OutsideDomain)?;
+                value += ln_prior;
+                of_value += prior_slope;
+            }
+            *slope = of_value * mapped.slope;
+            if self.fault != Fault::LogJacobianForgotten {
+                value += mapped.ln_jacobian;
+                *slope += mapped.ln_jacobian_slope;
+            }
+        }
+        if value.is_finite() && slopes.iter().all(|slope| slope.is_finite()) {
+            Ok(value)
+        } else {
+            Err(OutsideDomain)
+        }
+    }
+}
+
+/// Few runs, two film ratios, from far above the threshold to below it.
+fn calibrated_scene(model: &str) -> common::Place {
+    common::Place::new(&format!(
+        r#"
+title = "simulation-based calibration"
+[data]
+runs = "runs.csv"
+[particles.PTFE]
+density_kg_m3 = 2150
+roughness_um = 5
+[liquids.AK10]
+density_kg_m3 = 930
+viscosity_mPa_s = 9.3
+[liquids.M50]
+density_kg_m3 = 965
+viscosity_mPa_s = 48.3
+[model]
+{model}
+[truth]
+dry_k = {{ PTFE = 0.15 }}
+lubrication_log = 3.0
+inertial_prefactor = 1.0
+film_scale = 0.07
+sigma_dry = 0.05
+sigma_wet = 0.05
+[design]
+diameter_mm = {{ PTFE = [5.0] }}
+liquids = ["AK10", "M50"]
+film_ratio = {{ PTFE = [0.05, 0.15] }}
+height_mm = [30, 60, 100, 150]
+dry_impact_speed_m_s = [0.5, 1.0, 1.5, 2.0]
+repeats = 2
+"#
+    ))
+}
+
+/// Settings without restitutions, as the design has them.
+fn settings(scene: &Scene) -> Runs {
+    let mut rows = vec![];
+    let simulation = Simulation::new(scene, None).unwrap_or_else(|error| panic!("{error}"));
+    simulation
+        .draw(1, |run| {
+            rows.push(run);
+            Ok(())
+        })
+        .unwrap_or_else(|error| panic!("{error}"));
+    runs::arrange(scene, &rows)
+}
+
+/// Draws a truth from the priors, inside the bounds.
+fn truth_of(parameters: &Parameters, scene: &Scene, rng: &mut rand::rngs::ChaCha8Rng) -> (Vec<f64>, Truth) {
+    let draw: Vec<f64> = parameters
+        .sampled
+        .iter()
+        .map(|p| loop {
+            let value = p.prior.draw(rng);
+            if value > p.bounds.0 && value < p.bounds.1 {
+                break value;
+            }
+        })
+        .collect();
+    let mut truth = scene.truth.clone().expect("the scene has one");
+    for (parameter, value) in parameters.sampled.iter().zip(&draw) {
+        match parameter.kind {
+            Kind::DryK(particle) => truth.dry_k[particle] = Some(*value),
+            Kind::LubricationLog => truth.lubrication_log = Some(*value),
+            Kind::InertialPrefactor => truth.inertial_prefactor = Some(*value),
+            Kind::FilmScale => truth.film_scale = Some(*value),
+            Kind::SigmaDry => truth.sigma_dry = Some(*value),
+            Kind::SigmaWet => truth.sigma_wet = Some(*value),
+        }
+    }
+    (draw, truth)
+}
+
+const BINS: usize = 20;
+/// Draws ranked in each scene: so few of so many that they are nearly independent.
+const RANKED: usize = 99;
+const EFFORT: Effort = Effort {
+    chains: 1,
+    warmup: 400,
+    draws: 1980,
+};
+
+/// χ² of the truths' ranks among the draws of their posteriors, as a standard normal, for each parameter.
+fn ranks(model: &str, name: &str, scenes: usize, fault: Fault) -> Vec<(String, f64)> {
+    let place = calibrated_scene(model);
+    let (inertia, dry_speed) = (place.scene.model.inertia.expect("named"), place.scene.model.dry_speed);
+    let mut scene = place.scene.clone();
+    if let Some(truth) = &mut scene.truth {
+        (truth.inertia, truth.dry_speed) = (inertia, dry_speed);
+    }
+    let parameters = Parameters::of(&scene, &settings(&scene), inertia, dry_speed).expect("priors with room");
+    let seed = seed_of(name);
+    let ranked: Vec<Vec<usize>> = (0..scenes as u64)
+        .into_par_iter()
+        .map(|index| {
+            let mut rng = stream(seed, "truth", index);
+            let (draw, truth) = truth_of(&parameters, &scene, &mut rng);
+            let mut scene = scene.clone();
+            scene.truth = Some(truth);
+            let simulation = Simulation::new(&scene, None).unwrap_or_else(|error| panic!("{error}"));
+            let mut rows = vec![];
+            simulation
+                .draw_from(rng, |run| {
+                    rows.push(run);
+                    Ok(())
+                })
+                .unwrap_or_else(|error| panic!("{error}"));
+            let streams = format!("{name} {index}");
+            let values: Vec<Vec<f64>> = if fault == Fault::Nothing {
+                let runs = runs::arrange(&scene, &rows);
+                let likelihood = Likelihood::of_rows(&scene, &runs, inertia, dry_speed);
+                let plan = Plan {
+                    effort: EFFORT,
+                    stream: (seed, &streams),
+                    exact_rows: false,
+                };
+                let sampled = sample_posterior(parameters.clone(), &likelihood, &vec![], plan, &|_, _| {})
+                    .unwrap_or_else(|error| panic!("{error}"));
+                sampled.values.into_iter().map(|chains| chains.concat()).collect()
+            } else {
+                let target = Assembled::new(&scene, &rows, fault);
+                let about = laplace(&target, &target.start()).expect("the medians have a density");
+                let chains = sample(&target, &about, EFFORT, (seed, &streams), &|_, _| {})
+                    .unwrap_or_else(|error| panic!("{error}"));
+                let draws = chains[0]
+                    .points
+                    .chunks_exact(target.dimension())
+                    .map(|u| target.draw_at(u));
+                let mut values = vec![vec![]; target.dimension()];
+                for draw in draws {
+                    values.iter_mut().zip(draw).for_each(|(of, value)| of.push(value));
+                }
+                values
+            };
+            let rank = |(values, truth): (&Vec<f64>, &f64)| {
+                values
+                    .iter()
+                    .step_by(EFFORT.draws / RANKED)
+                    .take(RANKED)
+                    .filter(|value| *value < truth)
+                    .count()
+            };
+            values.iter().zip(&draw).map(rank).collect()
+        })
+        .collect();
+    let expected = scenes as f64 / BINS as f64;
+    parameters
+        .sampled
+        .iter()
+        .enumerate()
+        .map(|(place, parameter)| {
+            let mut counts = [0.0; BINS];
+            for ranks in &ranked {
+                counts[ranks[place] * BINS / (RANKED + 1)] += 1.0;
+            }
+            let chi2: f64 = counts.iter().map(|count| (count - expected).powi(2) / expected).sum();
+            let freedom = (BINS - 1) as f64;
+            (parameter.name.clone(), (chi2 - freedom) / (2.0 * freedom).sqrt())
+        })
+        .collect()
+}
+
+const MODELS: [&str; 3] = [
+    "inertia = \"stepwise\"",
+    "inertia = \"saturating\"\ndry_speed_m_s = \"impact\"",
+    "inertia = \"none\"\ndry_speed_m_s = \"impact\"",
+];
+
+#[test]
+#[ignore = "a thousand posteriors a model: a minute"]
+fn truths_drawn_from_the_priors_rank_evenly_among_the_draws() {
+    for model in MODELS {
+        let ranks = ranks(model, "truths_drawn_from_the_priors_rank_evenly", 1000, Fault::Nothing);
+        println!("{model}: {ranks:?}");
+        for (parameter, z) in ranks {
+            assert!(z.abs() < 4.0, "{model} {parameter}: {z}");
+        }
+    }
+}
+
+#[test]
+#[ignore = "a thousand posteriors a fault: a minute"]
+fn ranks_are_uneven_under_each_planted_fault() {
+    for fault in [
+        Fault::LogJacobianForgotten,
+        Fault::SigmaSquaredForSigma,
+        Fault::PriorForgotten,
+        Fault::TwoLForFourL,
+        Fault::StuckRunsDropped,
+    ] {
+        let ranks = ranks(MODELS[0], "ranks_are_uneven_under_each_planted_fault", 1000, fault);
+        println!("{fault:?}: {ranks:?}");
+        let worst = ranks.iter().map(|(_, z)| *z).fold(0.0, f64::max);
+        assert!(worst > 8.0, "{fault:?} {ranks:?}");
+    }
+}
+
+/// The parts put together without a fault are the posterior itself, so that a fault is the only difference.
+#[test]
+fn the_assembled_posterior_is_the_posterior() {
+    let place = calibrated_scene(MODELS[1]);
+    let mut rows = vec![];
+    let simulation = Simulation::new(&place.scene, None).unwrap_or_else(|error| panic!("{error}"));
+    simulation
+        .draw(seed_of("the_assembled_posterior_is_the_posterior"), |run| {
+            rows.push(run);
+            Ok(())
+        })
+        .unwrap_or_else(|error| panic!("{error}"));
+    let assembled = Assembled::new(&place.scene, &rows, Fault::Nothing);
+    let posterior = Posterior::new(assembled.parameters.clone(), assembled.likelihood.clone());
+    let point = assembled.start();
+    let (mut a, mut b) = (point.clone(), point.clone());
+    let ours = posterior.ln_density(&point, &mut a).expect("a density");
+    let theirs = assembled.ln_density(&point, &mut b).expect("a density");
+    assert!((ours - theirs).abs() < 1e-10);
+    assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-9 * (1.0 + a.abs())));
+    let none = |p: &Parameters| p.sampled.iter().any(|p| matches!(p.prior, Prior::Fixed(_)));
+    assert!(!none(&assembled.parameters));
+}
