@@ -12,10 +12,12 @@
 //! | `delta.rs` | standard errors and intervals of derived quantities |
 //! | `nested.rs` | F test of one law for all groups against one law a group |
 //! | `distributions.rs` | quantiles of Student's t and tails of F |
+//! | `diagnostics/` | how far draws of Markov chains may be trusted |
 
 pub mod balance;
 pub mod bootstrap;
 pub mod delta;
+pub mod diagnostics;
 pub mod distributions;
 pub mod laplace;
 pub mod laws;

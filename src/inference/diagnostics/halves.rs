@@ -1,0 +1,46 @@
+//! Cuts every chain into two, so that a drift within a chain shows as a difference between chains.
+
+/// The halves of all chains, one after another in one vector.
+#[derive(Debug, Clone)]
+pub(super) struct Halves {
+    /// draws, half after half
+    pub draws: Vec<f64>,
+    /// draws in each half
+    pub length: usize,
+}
+
+impl Halves {
+    /// Cuts chains of equal length; of an odd number of draws the middle one is left out.
+    pub fn of(chains: &[&[f64]]) -> Halves {
+        Halves::map(chains, |x| x)
+    }
+
+    /// The halves of `change` of each draw.
+    pub fn map(chains: &[&[f64]], change: impl Fn(f64) -> f64) -> Halves {
+        let length = chains.first().map_or(0, |chain| chain.len() / 2);
+        let mut draws = Vec::with_capacity(2 * length * chains.len());
+        for chain in chains {
+            for half in [&chain[..length], &chain[chain.len() - length..]] {
+                draws.extend(half.iter().map(|&x| change(x)));
+            }
+        }
+        Halves { draws, length }
+    }
+
+    /// One half after another.
+    pub fn iter(&self) -> impl Iterator<Item = &[f64]> + Clone {
+        self.draws.chunks_exact(self.length)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_middle_of_an_odd_chain_is_in_neither_half() {
+        let halves = Halves::of(&[&[1.0, 2.0, 3.0, 4.0, 5.0], &[6.0, 7.0, 8.0, 9.0, 10.0]]);
+        assert_eq!(halves.draws, [1.0, 2.0, 4.0, 5.0, 6.0, 7.0, 9.0, 10.0]);
+        assert_eq!(halves.length, 2);
+    }
+}

@@ -1,0 +1,106 @@
+//! Says how far draws of Markov chains may be trusted: convergence, effective sizes, Monte Carlo errors, PSIS-LOO.
+//!
+//! | file | job |
+//! |---|---|
+//! | `halves.rs` | cuts every chain into two |
+//! | `ranks.rs` | replaces draws by the normal scores of their ranks |
+//! | `quantile.rs` | interpolates a quantile of sorted draws |
+//! | `rhat.rs` | compares the chains: rank-normalised split R-hat |
+//! | `ess.rs` | counts how many independent draws they are worth |
+//! | `mcse.rs` | gives the Monte Carlo error of mean, sd and quantiles |
+//! | `energy.rs` | says whether the momenta reach all energies: E-BFMI |
+//! | `pareto.rs` | fits a generalised Pareto tail |
+//! | `psis.rs` | smooths importance weights by it |
+//! | `loo.rs` | predicts each run from the others |
+//! | `summary.rs` | puts together what is said of one quantity |
+//!
+//! Draws come as one slice a chain, all of the same length. What cannot be had is a [`WhyNone`], by the rule of R's
+//! `posterior` (1.7): a value that is not finite, or draws that are all the same, have no diagnostic. ArviZ (1.3)
+//! differs in a few places: draws that are all the same, or differ by less than 1e-15 in whatever unit, it counts as that
+//! many independent ones (ours are the same only if they are equal, in any unit); R-hat of a single chain it refuses;
+//! infinite draws have ranks and so a bulk ESS; its default tail is 11 %/89 % where ours is 5 %/95 %. With an odd number
+//! of draws the one in the middle belongs to neither half, and as in ArviZ the median that R-hat folds about leaves it
+//! out (`posterior` does not).
+
+pub mod energy;
+pub mod ess;
+mod halves;
+pub mod loo;
+pub mod mcse;
+pub mod pareto;
+pub mod psis;
+mod quantile;
+mod ranks;
+pub mod rhat;
+pub mod summary;
+
+use std::fmt;
+
+/// Fewest draws a chain: each half then has two.
+pub const FEWEST_DRAWS: usize = 4;
+
+/// Why a diagnostic cannot be had.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WhyNone {
+    /// no chain, or fewer than [`FEWEST_DRAWS`] draws in each
+    TooFewDraws,
+    /// the chains differ in length
+    UnequalChains,
+    /// a draw is NaN or infinite
+    NotFinite,
+    /// all draws are the same
+    Constant,
+    /// no draw lies above the quantile, because many draws share the largest value
+    OneSided,
+    /// each half of each chain stands still, at values of their own
+    StandingStill,
+}
+
+impl fmt::Display for WhyNone {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            WhyNone::TooFewDraws => "fewer than 4 draws a chain",
+            WhyNone::UnequalChains => "chains of different lengths",
+            WhyNone::NotFinite => "a draw is not finite",
+            WhyNone::Constant => "all draws are the same",
+            WhyNone::OneSided => "no draw lies above the quantile",
+            WhyNone::StandingStill => "the chains stand still at different values",
+        })
+    }
+}
+
+/// Draws a chain, once it is sure that they have diagnostics.
+fn check(chains: &[&[f64]]) -> Result<usize, WhyNone> {
+    let length = chains.first().map_or(0, |chain| chain.len());
+    if chains.iter().any(|chain| chain.len() != length) {
+        return Err(WhyNone::UnequalChains);
+    }
+    if length < FEWEST_DRAWS {
+        return Err(WhyNone::TooFewDraws);
+    }
+    let mut draws = chains.iter().copied().flatten();
+    if !draws.clone().all(|x| x.is_finite()) {
+        return Err(WhyNone::NotFinite);
+    }
+    let first = draws.next();
+    if draws.all(|x| Some(x) == first) {
+        return Err(WhyNone::Constant);
+    }
+    Ok(length)
+}
+
+/// All draws, chain after chain.
+fn pool(chains: &[&[f64]]) -> Vec<f64> {
+    chains.concat()
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// Variance of a sample about its mean, by n − 1.
+fn variance(values: &[f64]) -> f64 {
+    let centre = mean(values);
+    let squares: f64 = values.iter().map(|x| (x - centre) * (x - centre)).sum();
+    squares / (values.len() as f64 - 1.0)
+}

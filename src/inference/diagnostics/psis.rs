@@ -1,0 +1,88 @@
+//! Smooths importance weights: the largest become the order statistics of a Pareto tail fitted to them.
+
+use super::pareto::{self, Pareto};
+use super::WhyNone;
+
+/// Smoothed weights of draws.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Smoothed {
+    /// logarithms of the weights, which sum to 1, in the order of the draws
+    pub log_weights: Vec<f64>,
+    /// shape of the fitted tail, to be held against [`pareto::khat_threshold`]; `None` where no tail could be fitted
+    /// (fewer than five draws in it, all of them the same, or its lower quarter tied): the weights are then the raw ones
+    pub khat: Option<f64>,
+}
+
+/// Pareto-smoothed importance weights from the logarithms of density ratios, up to any constant.
+///
+/// `tail` is how many of the largest are smoothed: [`pareto::tail_length`]. A log ratio of −∞ is a weight of 0; NaN, +∞
+/// or no finite one fail. Source: Vehtari et al. 2024 (JMLR 25, 72).
+pub fn psis(log_ratios: &[f64], tail: usize) -> Result<Smoothed, WhyNone> {
+    let largest = log_ratios.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    if !largest.is_finite() || log_ratios.iter().any(|ratio| ratio.is_nan()) {
+        return Err(WhyNone::NotFinite);
+    }
+    let mut log_weights: Vec<f64> = log_ratios.iter().map(|ratio| ratio - largest).collect();
+    let mut order: Vec<usize> = (0..log_weights.len()).collect();
+    order.sort_unstable_by(|&a, &b| log_weights[a].total_cmp(&log_weights[b]));
+    let start = order.len() - tail.min(order.len().saturating_sub(1));
+    let values: Vec<f64> = order[start..].iter().map(|&draw| log_weights[draw].exp()).collect();
+    let cutoff = order[..start].last().map_or(0.0, |&draw| log_weights[draw].exp());
+    let khat = fit_tail(&values, cutoff).map(|pareto| {
+        for (rank, &draw) in order[start..].iter().enumerate() {
+            log_weights[draw] = smoothed(pareto, cutoff, rank, values.len()).ln();
+        }
+        pareto.shape
+    });
+    let log_sum = log_weights.iter().map(|log| log.exp()).sum::<f64>().ln();
+    log_weights.iter_mut().for_each(|log| *log -= log_sum);
+    Ok(Smoothed { log_weights, khat })
+}
+
+/// The Pareto tail of weights in increasing order above a cutoff, the largest being 1.
+pub(super) fn fit_tail(weights: &[f64], cutoff: f64) -> Option<Pareto> {
+    let exceedances: Vec<f64> = weights.iter().map(|weight| weight - cutoff).collect();
+    pareto::fit(&exceedances)
+}
+
+/// Smoothed weight of the tail's draw of this rank (from 0): never above the largest raw weight, 1.
+pub(super) fn smoothed(pareto: Pareto, cutoff: f64, rank: usize, tail: usize) -> f64 {
+    let probability = (rank as f64 + 0.5) / tail as f64;
+    (cutoff + pareto.quantile(probability)).min(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_sum_to_one_and_keep_their_order() {
+        let ratios: Vec<f64> = (0..200).map(|i| f64::from((i * 37) % 200) * 0.05).collect();
+        let result = psis(&ratios, 40).expect("finite");
+        let total: f64 = result.log_weights.iter().map(|log| log.exp()).sum();
+        assert!((total - 1.0).abs() < 1e-12);
+        let mut pairs: Vec<(f64, f64)> = ratios.iter().copied().zip(result.log_weights).collect();
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        assert!(pairs.is_sorted_by(|a, b| a.1 <= b.1));
+    }
+
+    #[test]
+    fn equal_weights_have_no_tail_and_stay_equal() {
+        let result = psis(&[-3.0; 100], 20).expect("finite");
+        assert_eq!(result.khat, None);
+        assert!(result.log_weights.iter().all(|log| (log + 100f64.ln()).abs() < 1e-12));
+    }
+
+    #[test]
+    fn a_ratio_that_is_no_number_fails_and_a_weight_of_nothing_does_not() {
+        let mut ratios: Vec<f64> = (0..50).map(f64::from).collect();
+        ratios[3] = f64::NEG_INFINITY;
+        let result = psis(&ratios, 10).expect("a weight of nothing");
+        assert_eq!(result.log_weights[3], f64::NEG_INFINITY);
+        ratios[3] = f64::NAN;
+        assert_eq!(psis(&ratios, 10), Err(WhyNone::NotFinite));
+        ratios[3] = f64::INFINITY;
+        assert_eq!(psis(&ratios, 10), Err(WhyNone::NotFinite));
+        assert_eq!(psis(&[], 10), Err(WhyNone::NotFinite));
+    }
+}

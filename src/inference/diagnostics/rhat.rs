@@ -1,0 +1,78 @@
+//! Compares the chains: rank-normalised split R-hat.
+
+use super::halves::Halves;
+use super::ranks::normal_scores;
+use super::{check, mean, quantile, variance, WhyNone};
+
+/// R-hat of one quantity: 1 where all halves of all chains look alike, above 1.01 not to be trusted.
+///
+/// The larger of the split R-hat of the normal scores (do the chains agree in location?) and of the normal scores of
+/// |x − median| (do they agree in spread?). A single chain is compared with itself, half against half. Fails as
+/// [`WhyNone`] says. Source: Vehtari et al. 2021 (Bayesian Analysis 16, 667), section 4.
+pub fn rhat(chains: &[&[f64]]) -> Result<f64, WhyNone> {
+    check(chains)?;
+    let halves = Halves::of(chains);
+    of_scores(&halves, &scores(&halves))
+}
+
+/// The halves with each draw replaced by its normal score.
+pub(super) fn scores(halves: &Halves) -> Halves {
+    Halves {
+        draws: normal_scores(&halves.draws),
+        length: halves.length,
+    }
+}
+
+/// R-hat of halves whose normal scores are known already.
+pub(super) fn of_scores(halves: &Halves, bulk_scores: &Halves) -> Result<f64, WhyNone> {
+    let bulk = split_rhat(bulk_scores)?;
+    let median = quantile::of_sorted(&quantile::sorted(halves.draws.clone()), 0.5);
+    let folded = Halves {
+        draws: halves.draws.iter().map(|x| (x - median).abs()).collect(),
+        length: halves.length,
+    };
+    match split_rhat(&scores(&folded)) {
+        Ok(tail) => Ok(bulk.max(tail)),
+        // draws at two values equally far from the median have no spread to compare
+        Err(WhyNone::Constant) => Ok(bulk),
+        Err(why) => Err(why),
+    }
+}
+
+/// √((B/W + n − 1)/n) of halves of n draws: B is n times the variance of their means, W the mean of their variances.
+fn split_rhat(halves: &Halves) -> Result<f64, WhyNone> {
+    if halves.iter().all(|half| half.iter().all(|x| *x == half[0])) {
+        let still = halves.draws.iter().all(|x| *x == halves.draws[0]);
+        return Err(if still {
+            WhyNone::Constant
+        } else {
+            WhyNone::StandingStill
+        });
+    }
+    let means: Vec<f64> = halves.iter().map(mean).collect();
+    let variances: Vec<f64> = halves.iter().map(variance).collect();
+    let n = halves.length as f64;
+    Ok(((n * variance(&means) / mean(&variances) + n - 1.0) / n).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn chains_that_stand_still_have_no_rhat_but_a_reason() {
+        let (a, b) = ([1.0; 8], [2.0; 8]);
+        assert_eq!(rhat(&[&a, &b]), Err(WhyNone::StandingStill));
+        assert_eq!(rhat(&[&a, &a]), Err(WhyNone::Constant));
+        assert_eq!(rhat(&[&a[..3], &b[..3]]), Err(WhyNone::TooFewDraws));
+        assert_eq!(rhat(&[&a, &b[..7]]), Err(WhyNone::UnequalChains));
+        assert_eq!(rhat(&[]), Err(WhyNone::TooFewDraws));
+    }
+
+    #[test]
+    fn draws_at_two_values_are_compared_in_location_alone() {
+        let even = [1.0, -1.0, 1.0, -1.0, -1.0, 1.0, -1.0, 1.0];
+        let rhat = rhat(&[&even, &even]).expect("the halves have a spread");
+        assert!((rhat - (3.0f64 / 4.0).sqrt()).abs() < 1e-12, "{rhat}");
+    }
+}

@@ -1,0 +1,123 @@
+//! Puts together what is said of one quantity: where its draws lie, and how far they may be trusted.
+
+use super::halves::Halves;
+use super::{check, ess, mcse, mean, pool, quantile, rhat, variance, WhyNone};
+
+/// What the draws say of one quantity, in its own unit.
+///
+/// Mean, sd and quantiles are `None` where a draw is not finite or there is none, the sd also of a single draw; the rest
+/// is `None` where a function of this module fails, and `why_none` is then its reason (the first, if there are more).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Summary {
+    /// mean
+    pub mean: Option<f64>,
+    /// standard deviation, by S − 1
+    pub sd: Option<f64>,
+    /// 50 % point
+    pub median: Option<f64>,
+    /// 5 % point
+    pub q05: Option<f64>,
+    /// 95 % point
+    pub q95: Option<f64>,
+    /// [`rhat::rhat`]
+    pub rhat: Option<f64>,
+    /// [`ess::bulk`]
+    pub ess_bulk: Option<f64>,
+    /// [`ess::tail`]
+    pub ess_tail: Option<f64>,
+    /// [`ess::of_mean`], of which [`super::loo::relative_efficiency`] is made
+    pub ess_mean: Option<f64>,
+    /// [`mcse::of_mean`]
+    pub mcse_mean: Option<f64>,
+    /// [`mcse::of_sd`]
+    pub mcse_sd: Option<f64>,
+    /// [`mcse::of_quantile`] at 5 %
+    pub mcse_q05: Option<f64>,
+    /// [`mcse::of_quantile`] at 95 %
+    pub mcse_q95: Option<f64>,
+    /// why any of these is `None`
+    pub why_none: Option<WhyNone>,
+}
+
+/// Summary of one quantity from its draws, one slice a chain.
+///
+/// The same numbers as the single functions give, from three sorts and five sums of autocovariances.
+pub fn summarise(chains: &[&[f64]]) -> Summary {
+    let mut summary = Summary::default();
+    let draws = pool(chains);
+    if draws.iter().any(|x| !x.is_finite()) {
+        summary.why_none = Some(check(chains).err().unwrap_or(WhyNone::NotFinite));
+        return summary;
+    }
+    let sorted = quantile::sorted(draws.clone());
+    let Some((low, high)) = describe(&mut summary, &draws, &sorted) else {
+        summary.why_none = Some(WhyNone::TooFewDraws);
+        return summary;
+    };
+    if let Err(why) = check(chains) {
+        summary.why_none = Some(why);
+        return summary;
+    }
+    let mut keep = |result: Result<f64, WhyNone>| match result {
+        Ok(value) => Some(value),
+        Err(why) => {
+            summary.why_none = summary.why_none.or(Some(why));
+            None
+        }
+    };
+    let centre = mean(&draws);
+    let halves = Halves::of(chains);
+    let scores = rhat::scores(&halves);
+    let rhat = keep(rhat::of_scores(&halves, &scores));
+    let ess_bulk = keep(ess::of_halves(&scores));
+    let ess_low = keep(ess::below(chains, low));
+    let ess_high = keep(ess::below(chains, high));
+    let ess_mean = keep(ess::of_halves(&halves));
+    let ess_sd = keep(ess::of_sd_about(chains, centre));
+    summary.rhat = rhat;
+    summary.ess_bulk = ess_bulk;
+    summary.ess_tail = ess_low.zip(ess_high).map(|(low, high)| low.min(high));
+    summary.ess_mean = ess_mean;
+    summary.mcse_mean = summary.sd.zip(ess_mean).map(|(sd, effective)| sd / effective.sqrt());
+    summary.mcse_sd = ess_sd.map(|effective| mcse::from_moments(&draws, centre, effective));
+    summary.mcse_q05 = ess_low.map(|effective| mcse::from_order(&sorted, ess::TAIL, effective));
+    summary.mcse_q95 = ess_high.map(|effective| mcse::from_order(&sorted, 1.0 - ess::TAIL, effective));
+    summary
+}
+
+/// Fills in location and spread; returns the 5 % and 95 % points, `None` without draws.
+fn describe(summary: &mut Summary, draws: &[f64], sorted: &[f64]) -> Option<(f64, f64)> {
+    let (least, most) = (*sorted.first()?, *sorted.last()?);
+    let (low, high) = (
+        quantile::of_sorted(sorted, ess::TAIL),
+        quantile::of_sorted(sorted, 1.0 - ess::TAIL),
+    );
+    // draws that are all the same have no spread at all, which a rounded mean would hide
+    let same = least == most;
+    summary.mean = Some(if same { least } else { mean(draws) });
+    summary.sd = (draws.len() > 1).then(|| if same { 0.0 } else { variance(draws).sqrt() });
+    summary.median = Some(quantile::of_sorted(sorted, 0.5));
+    summary.q05 = Some(low);
+    summary.q95 = Some(high);
+    Some((low, high))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_cannot_be_had_has_a_reason() {
+        let same = summarise(&[&[0.3; 40], &[0.3; 40]]);
+        assert_eq!((same.mean, same.sd, same.q95), (Some(0.3), Some(0.0), Some(0.3)));
+        assert_eq!((same.rhat, same.why_none), (None, Some(WhyNone::Constant)));
+        let few = summarise(&[&[1.0, 2.0, 3.0]]);
+        assert_eq!((few.median, few.why_none), (Some(2.0), Some(WhyNone::TooFewDraws)));
+        let unequal = summarise(&[&[1.0; 5], &[2.0; 6]]);
+        assert_eq!((unequal.rhat, unequal.why_none), (None, Some(WhyNone::UnequalChains)));
+        let none = summarise(&[]);
+        assert_eq!((none.mean, none.why_none), (None, Some(WhyNone::TooFewDraws)));
+        let nan = summarise(&[&[1.0, 2.0, 3.0, 4.0, f64::NAN]]);
+        assert_eq!((nan.mean, nan.why_none), (None, Some(WhyNone::NotFinite)));
+    }
+}

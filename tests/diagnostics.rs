@@ -1,0 +1,394 @@
+//! Holds the convergence diagnostics and PSIS-LOO against R's posterior and loo and against ArviZ.
+
+use std::collections::BTreeMap;
+
+use serde_json::Value;
+use statrs::distribution::{ContinuousCDF, Normal};
+use wetcor::inference::diagnostics::energy::e_bfmi;
+use wetcor::inference::diagnostics::loo::{self, Loo};
+use wetcor::inference::diagnostics::pareto::{khat_threshold, tail_length};
+use wetcor::inference::diagnostics::psis::psis;
+use wetcor::inference::diagnostics::rhat::rhat;
+use wetcor::inference::diagnostics::summary::{summarise, Summary};
+use wetcor::inference::diagnostics::{ess, mcse, WhyNone};
+
+const RELATIVE: f64 = 1e-8;
+
+type Chains = Vec<Vec<f64>>;
+
+fn read(name: &str) -> String {
+    let path = format!("{}/tests/data/diagnostics/{name}", env!("CARGO_MANIFEST_DIR"));
+    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"))
+}
+
+fn slices(chains: &Chains) -> Vec<&[f64]> {
+    chains.iter().map(Vec::as_slice).collect()
+}
+
+/// A table's columns by their names.
+fn columns(name: &str) -> BTreeMap<String, Vec<String>> {
+    let mut rows = csv::Reader::from_reader(std::io::Cursor::new(read(name)));
+    let names: Vec<String> = rows.headers().expect("a header").iter().map(str::to_owned).collect();
+    let mut columns: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for row in rows.records() {
+        for (name, cell) in names.iter().zip(row.expect("a row").iter()) {
+            columns.entry(name.clone()).or_default().push(cell.to_owned());
+        }
+    }
+    columns
+}
+
+fn numbers(cells: &[String]) -> Vec<f64> {
+    cells.iter().map(|cell| cell.parse().expect("a number")).collect()
+}
+
+/// Draws of the made-up cases.
+fn made_up() -> BTreeMap<String, Chains> {
+    let mut cases: BTreeMap<String, Chains> = BTreeMap::new();
+    for line in read("arviz_draws.csv").lines() {
+        let (name, draws) = line.split_once(',').expect("a name before the draws");
+        let draws = draws.split(',').map(|cell| cell.parse().expect("a number"));
+        cases.entry(name.to_owned()).or_default().push(draws.collect());
+    }
+    cases
+}
+
+fn arviz() -> Value {
+    serde_json::from_str(&read("arviz_reference.json")).expect("JSON")
+}
+
+fn list(value: &Value) -> Vec<f64> {
+    let entries = value.as_array().expect("a list");
+    entries.iter().map(|x| x.as_f64().expect("a number")).collect()
+}
+
+fn close(what: &str, ours: f64, theirs: f64) {
+    let apart = (ours - theirs).abs();
+    assert!(apart <= RELATIVE * theirs.abs(), "{what}: {ours} {theirs}");
+}
+
+/// Every number of a summary by the name the reference has for it.
+fn by_name(summary: &Summary) -> [(&'static str, Option<f64>); 13] {
+    [
+        ("mean", summary.mean),
+        ("sd", summary.sd),
+        ("median", summary.median),
+        ("q05", summary.q05),
+        ("q95", summary.q95),
+        ("rhat", summary.rhat),
+        ("ess_bulk", summary.ess_bulk),
+        ("ess_tail", summary.ess_tail),
+        ("ess_mean", summary.ess_mean),
+        ("mcse_mean", summary.mcse_mean),
+        ("mcse_sd", summary.mcse_sd),
+        ("mcse_q05", summary.mcse_q05),
+        ("mcse_q95", summary.mcse_q95),
+    ]
+}
+
+#[test]
+fn eight_schools_agrees_with_posterior() {
+    let draws = columns("eight_schools_draws.csv");
+    let answers = columns("eight_schools_posterior.csv");
+    for (row, name) in answers["variable"].iter().enumerate() {
+        let chains: Chains = numbers(&draws[name]).chunks(100).map(<[f64]>::to_vec).collect();
+        let chains = slices(&chains);
+        let check = |column: &str, ours: f64| {
+            let theirs: f64 = answers[column][row].parse().expect("a number");
+            close(&format!("{name} {column}"), ours, theirs);
+        };
+        let summary = summarise(&chains);
+        assert_eq!(summary.why_none, None);
+        for (column, ours) in by_name(&summary) {
+            let column = match column {
+                "q05" => "q5",
+                "mcse_q05" => "mcse_q5",
+                same => same,
+            };
+            check(column, ours.expect("a diagnostic"));
+        }
+        check("ess_sd", ess::of_sd(&chains).expect("an ESS"));
+        for percent in [1, 10, 25, 30, 50, 75, 90, 99] {
+            let probability = f64::from(percent) / 100.0;
+            let ours = ess::of_quantile(&chains, probability).expect("an ESS");
+            check(&format!("ess_q{percent}"), ours);
+            let ours = mcse::of_quantile(&chains, probability).expect("an error");
+            check(&format!("mcse_q{percent}"), ours);
+        }
+    }
+}
+
+/// Cases in which ArviZ gives numbers where posterior and we give none, and the reason we give.
+fn unlike_arviz(case: &str, name: &str) -> Option<WhyNone> {
+    let of_draws = !matches!(name, "mean" | "sd" | "median" | "q05" | "q95");
+    match case {
+        "constant" if of_draws => Some(WhyNone::Constant),
+        "with_inf" | "with_nan" => Some(WhyNone::NotFinite),
+        "each_chain_still" if name == "rhat" => Some(WhyNone::StandingStill),
+        // the 95 % point is the largest value: no draw lies above it
+        "two_values" | "each_chain_still" if matches!(name, "ess_tail" | "mcse_q95") => Some(WhyNone::OneSided),
+        _ => None,
+    }
+}
+
+#[test]
+fn made_up_chains_agree_with_arviz() {
+    let answers = arviz();
+    let cases = made_up();
+    assert_eq!(cases.len(), answers["cases"].as_object().expect("cases").len());
+    for (case, chains) in &cases {
+        let chains = slices(chains);
+        let answers = &answers["cases"][case];
+        let compare = |name: &str, ours: Result<f64, WhyNone>| match (unlike_arviz(case, name), ours) {
+            (Some(why), ours) => assert_eq!(ours, Err(why), "{case} {name}"),
+            (None, Ok(ours)) => close(
+                &format!("{case} {name}"),
+                ours,
+                answers[name].as_f64().expect("a number"),
+            ),
+            (None, Err(why)) => panic!("{case} {name}: {why}"),
+        };
+        let summary = summarise(&chains);
+        for (name, ours) in by_name(&summary) {
+            match (unlike_arviz(case, name), ours) {
+                // the summary keeps the first reason only
+                (Some(_), None) => assert!(summary.why_none.is_some(), "{case} {name}"),
+                (_, ours) => compare(name, ours.ok_or(WhyNone::NotFinite)),
+            }
+        }
+        // the single functions say the same as the summary, and more
+        compare("rhat", rhat(&chains));
+        compare("ess_bulk", ess::bulk(&chains));
+        compare("ess_tail", ess::tail(&chains));
+        compare("ess_mean", ess::of_mean(&chains));
+        compare("ess_sd", ess::of_sd(&chains));
+        compare("ess_q30", ess::of_quantile(&chains, 0.3));
+        compare("mcse_mean", mcse::of_mean(&chains));
+        compare("mcse_sd", mcse::of_sd(&chains));
+        compare("mcse_q05", mcse::of_quantile(&chains, 0.05));
+        compare("mcse_q95", mcse::of_quantile(&chains, 0.95));
+        compare("mcse_q30", mcse::of_quantile(&chains, 0.3));
+        for (chain, theirs) in chains.iter().zip(answers["e_bfmi"].as_array().expect("one a chain")) {
+            match (e_bfmi(chain), theirs.as_f64()) {
+                (Some(ours), Some(theirs)) => close(&format!("{case} E-BFMI"), ours, theirs),
+                (ours, theirs) => assert_eq!(ours, theirs, "{case} E-BFMI"),
+            }
+        }
+    }
+}
+
+#[test]
+fn no_diagnostic_depends_on_the_unit() {
+    let chains = &made_up()["autocorrelated"];
+    let tiny: Chains = chains
+        .iter()
+        .map(|chain| chain.iter().map(|x| x * 2f64.powi(-90)).collect())
+        .collect();
+    let (plain, tiny) = (summarise(&slices(chains)), summarise(&slices(&tiny)));
+    assert_eq!(
+        (tiny.rhat, tiny.ess_bulk, tiny.ess_tail),
+        (plain.rhat, plain.ess_bulk, plain.ess_tail)
+    );
+    assert_eq!(tiny.ess_mean, plain.ess_mean);
+    let scaled = tiny.mcse_sd.map(|error| error * 2f64.powi(90));
+    close("mcse_sd", scaled.expect("an error"), plain.mcse_sd.expect("an error"));
+}
+
+#[test]
+fn smoothed_weights_agree_with_arviz() {
+    for (case, answer) in arviz()["weights"].as_object().expect("cases") {
+        let ratios = list(&answer["log_ratios"]);
+        let tail = tail_length(ratios.len(), answer["r_eff"].as_f64().expect("a number"));
+        assert_eq!(Some(tail as u64), answer["tail"].as_u64(), "{case}");
+        let ours = psis(&ratios, tail).expect("finite ratios");
+        close(
+            case,
+            ours.khat.expect("a tail"),
+            answer["khat"].as_f64().expect("a number"),
+        );
+        for (ours, theirs) in ours.log_weights.iter().zip(list(&answer["log_weights"])) {
+            // a logarithm may pass through zero, so that its error is held against 1 as well
+            assert!(
+                (ours - theirs).abs() <= RELATIVE * (1.0 + theirs.abs()),
+                "{case}: {ours} {theirs}"
+            );
+        }
+    }
+}
+
+/// PSIS-LOO of a made-up model from its log likelihoods, all chains together a run.
+fn loo_of(model: &str, r_eff: f64) -> Loo {
+    let text = read("arviz_loo.csv");
+    let runs: Vec<Vec<f64>> = text
+        .lines()
+        .filter_map(|line| line.strip_prefix(model)?.strip_prefix(','))
+        .map(|line| {
+            line.split(',')
+                .skip(1)
+                .map(|cell| cell.parse().expect("a number"))
+                .collect()
+        })
+        .collect();
+    loo::loo(runs.len(), runs[0].len(), r_eff, |run, values| {
+        values.copy_from_slice(&runs[run])
+    })
+    .expect("finite densities")
+}
+
+#[test]
+fn leave_one_out_agrees_with_arviz() {
+    let answers = arviz();
+    let of_model = |model: &str| {
+        let answer = &answers["loo"][model];
+        let r_eff = loo::relative_efficiency(&list(&answer["ess_of_means"]), 4, 600);
+        let ours = loo_of(model, r_eff);
+        let number = |name: &str| answer[name].as_f64().expect("a number");
+        close(model, ours.elpd, number("elpd"));
+        close(model, ours.se.expect("several runs"), number("se"));
+        close(model, ours.p_loo, number("p_loo"));
+        close(model, khat_threshold(600), number("good_k"));
+        let (elpd, khat) = (list(&answer["elpd_i"]), list(&answer["khat"]));
+        assert_eq!(ours.runs.len(), elpd.len());
+        for (run, ours) in ours.runs.iter().enumerate() {
+            close(model, ours.elpd, elpd[run]);
+            close(model, ours.khat.expect("a tail"), khat[run]);
+        }
+        let worst = khat.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let bad = khat.iter().filter(|khat| **khat > number("good_k")).count();
+        let (ours, count) = ours.worst_khat(number("good_k"));
+        close(model, ours.expect("a tail"), worst);
+        assert_eq!(count, bad);
+        loo_of(model, r_eff)
+    };
+    let difference = loo::difference(&of_model("known"), &of_model("unknown")).expect("the same runs");
+    let answer = &answers["loo"]["difference"];
+    close(
+        "difference",
+        difference.value,
+        answer["value"].as_f64().expect("a number"),
+    );
+    close(
+        "its se",
+        difference.se.expect("several runs"),
+        answer["se"].as_f64().expect("a number"),
+    );
+}
+
+/// R's loo takes each observation's own efficiency and rounds the tail's length up.
+#[test]
+fn the_loo_package_agrees_on_its_own_example() {
+    let densities = columns("loo_example.csv");
+    let answers = columns("loo_example_answer.csv");
+    for (row, column) in answers["column"].iter().enumerate() {
+        let values = numbers(&densities[column]);
+        let plain: Vec<f64> = values.iter().map(|log| log.exp()).collect();
+        let effective = ess::of_mean(&[&plain]).expect("an ESS");
+        let count = values.len() as f64;
+        let tail = (3.0 * count / effective.sqrt()).min(0.2 * count).ceil() as usize;
+        let ratios: Vec<f64> = values.iter().map(|log| -log).collect();
+        let smoothed = psis(&ratios, tail).expect("finite");
+        let pairs = smoothed.log_weights.iter().zip(&values);
+        let elpd = pairs.map(|(weight, log)| (weight + log).exp()).sum::<f64>().ln();
+        let answer = |name: &str| answers[name][row].parse::<f64>().expect("a number");
+        close(column, smoothed.khat.expect("a tail"), answer("pareto_k"));
+        close(column, elpd, answer("elpd_loo"));
+        let seen = (plain.iter().sum::<f64>() / count).ln();
+        assert!((seen - elpd - answer("p_loo")).abs() < RELATIVE, "{column}");
+    }
+}
+
+/// What a wrong R-hat may leave out.
+#[derive(Clone, Copy, PartialEq)]
+enum LeftOut {
+    Nothing,
+    Ranks,
+    Halves,
+    Fold,
+}
+
+/// R-hat written down again from the paper, with a step left out.
+fn textbook_rhat(chains: &Chains, left_out: LeftOut) -> f64 {
+    let parts: Chains = if left_out == LeftOut::Halves {
+        chains.clone()
+    } else {
+        let half = chains[0].len() / 2;
+        let cut = |chain: &Vec<f64>| [chain[..half].to_vec(), chain[chain.len() - half..].to_vec()];
+        chains.iter().flat_map(cut).collect()
+    };
+    let all = parts.concat();
+    let mut sorted = all.clone();
+    sorted.sort_by(f64::total_cmp);
+    let median = 0.5 * (sorted[(all.len() - 1) / 2] + sorted[all.len() / 2]);
+    let folded: Chains = parts
+        .iter()
+        .map(|part| part.iter().map(|x| (x - median).abs()).collect())
+        .collect();
+    let score = |parts: &Chains| -> Chains {
+        let all = parts.concat();
+        let rank = |x: &f64| {
+            let below = all.iter().filter(|y| *y < x).count() as f64;
+            let tied = all.iter().filter(|y| *y == x).count() as f64;
+            below + (tied + 1.0) / 2.0
+        };
+        let score = |x| Normal::standard().inverse_cdf((rank(x) - 0.375) / (all.len() as f64 + 0.25));
+        parts.iter().map(|part| part.iter().map(score).collect()).collect()
+    };
+    let ratio = |parts: &Chains| {
+        let parts = if left_out == LeftOut::Ranks {
+            parts.clone()
+        } else {
+            score(parts)
+        };
+        let n = parts[0].len() as f64;
+        let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
+        let variance = |x: &[f64]| x.iter().map(|y| (y - mean(x)).powi(2)).sum::<f64>() / (x.len() as f64 - 1.0);
+        let means: Vec<f64> = parts.iter().map(|part| mean(part)).collect();
+        let variances: Vec<f64> = parts.iter().map(|part| variance(part)).collect();
+        ((n - 1.0) / n + variance(&means) / mean(&variances)).sqrt()
+    };
+    if left_out == LeftOut::Fold {
+        ratio(&parts)
+    } else {
+        ratio(&parts).max(ratio(&folded))
+    }
+}
+
+#[test]
+fn an_rhat_with_a_step_left_out_goes_red() {
+    let (answers, cases) = (arviz(), made_up());
+    // the case that each step is there for
+    for (left_out, case) in [
+        (LeftOut::Ranks, "heavy_tails_one_shifted"),
+        (LeftOut::Halves, "drifting"),
+        (LeftOut::Fold, "one_chain_wider"),
+    ] {
+        let theirs = answers["cases"][case]["rhat"].as_f64().expect("a number");
+        close(case, textbook_rhat(&cases[case], LeftOut::Nothing), theirs);
+        let faulty = textbook_rhat(&cases[case], left_out);
+        assert!(
+            (faulty / theirs - 1.0).abs() > 1e6 * RELATIVE,
+            "{case}: {faulty} {theirs}"
+        );
+    }
+}
+
+#[test]
+fn an_ess_of_the_first_lag_alone_goes_red() {
+    let (answers, cases) = (arviz(), made_up());
+    for case in ["autocorrelated", "antithetic", "one_chain_shifted"] {
+        let chains = &cases[case];
+        let n: f64 = chains.iter().map(|chain| chain.len() as f64).sum();
+        let lag_one = |chain: &Vec<f64>| {
+            let mean = chain.iter().sum::<f64>() / chain.len() as f64;
+            let product: f64 = chain.windows(2).map(|x| (x[0] - mean) * (x[1] - mean)).sum();
+            product / chain.iter().map(|x| (x - mean).powi(2)).sum::<f64>()
+        };
+        let rho = chains.iter().map(lag_one).sum::<f64>() / chains.len() as f64;
+        let faulty = n / (1.0 + 2.0 * rho);
+        let theirs = answers["cases"][case]["ess_mean"].as_f64().expect("a number");
+        assert!(
+            faulty < 0.0 || (faulty / theirs - 1.0).abs() > 0.5,
+            "{case}: {faulty} {theirs}"
+        );
+    }
+}
