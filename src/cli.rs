@@ -3,6 +3,7 @@
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::time::Instant;
 
 use clap::{Parser, Subcommand, ValueEnum};
@@ -12,7 +13,7 @@ use wetcor::model::simulate::Simulation;
 use wetcor::notice::Notice;
 use wetcor::report::{self, folder, markdown, Told};
 use wetcor::runs::{self, RunWriter};
-use wetcor::scene;
+use wetcor::scene::{self, Scene};
 use wetcor::study::calibration;
 
 use crate::progress::Progress;
@@ -61,9 +62,12 @@ report of the same title.")]
         /// Seed of every use of chance
         #[arg(long, default_value_t = 1)]
         seed: u64,
-        /// Stages to run [default: least_squares,figures]
+        /// Stages to run [default: all but bootstrap]
         #[arg(long, value_delimiter = ',')]
         stages: Vec<Stage>,
+        /// Sample with every row in every evaluation, to compare with the compressed likelihood
+        #[arg(long)]
+        exact_rows: bool,
     },
     /// Say what was read and what it can identify, without fitting
     #[command(after_help = "\
@@ -117,6 +121,10 @@ enum Stage {
     LeastSquares,
     /// Bootstrap intervals beside those of least squares
     Bootstrap,
+    /// Parameters from all runs at once, under the scene's priors
+    Posterior,
+    /// Which form of the law predicts the runs best
+    Compare,
     /// The report's figures
     Figures,
 }
@@ -150,7 +158,8 @@ pub fn run() -> ExitCode {
             out,
             seed,
             stages,
-        } => fit(&scene, out, seed, &stages, quiet),
+            exact_rows,
+        } => fit(&scene, out, seed, (&stages, exact_rows), quiet),
         Verb::Check { scene, json } => check(&scene, json, quiet),
         Verb::Simulate { scene, out, runs, seed } => simulate(&scene, &out, runs, seed, quiet),
         Verb::Calibrate { out, sets, seed } => calibrate(&out, sets, seed, quiet),
@@ -238,7 +247,13 @@ impl Timing {
     }
 }
 
-fn fit(path: &Path, out: Option<PathBuf>, seed: u64, stages: &[Stage], quiet: bool) -> Result<u8, Error> {
+fn fit(
+    path: &Path,
+    out: Option<PathBuf>,
+    seed: u64,
+    (stages, exact_rows): (&[Stage], bool),
+    quiet: bool,
+) -> Result<u8, Error> {
     let mut timing = Timing {
         started: Instant::now(),
         stages: vec![],
@@ -249,7 +264,12 @@ fn fit(path: &Path, out: Option<PathBuf>, seed: u64, stages: &[Stage], quiet: bo
     };
     if !wanted(Stage::LeastSquares) {
         return Err(Error::Usage(
-            "figures show the fits: add least_squares to --stages".to_owned(),
+            "every stage starts from the fits: add least_squares to --stages".to_owned(),
+        ));
+    }
+    if wanted(Stage::Compare) && !wanted(Stage::Posterior) {
+        return Err(Error::Usage(
+            "compare starts from the posterior: add posterior to --stages".to_owned(),
         ));
     }
     let scene = scene::read(path)?;
@@ -257,14 +277,35 @@ fn fit(path: &Path, out: Option<PathBuf>, seed: u64, stages: &[Stage], quiet: bo
     folder::check(&out, &scene.title)?;
     let table = timing.stage("read", quiet, || runs::read(&scene))?;
     let overview = overview::find(&scene, &table);
-    let findings = timing.stage("least_squares", quiet, || {
+    let mut findings = timing.stage("least_squares", quiet, || {
         findings::find(&scene, &table, seed, wanted(Stage::Bootstrap))
     });
+    let mut posterior = None;
+    if wanted(Stage::Posterior) {
+        let draws = Draws::of(&scene, quiet, "posterior", 1);
+        let runs = &table.runs;
+        posterior = timing.stage("posterior", true, || {
+            findings.add_posterior(&scene, runs, exact_rows, &|kept, diverging| draws.one(kept, diverging))
+        })?;
+        drop(draws);
+        if let Some(posterior) = &posterior {
+            let parts = ["posterior_compressing", "posterior_sampling", "posterior_checking"];
+            timing.stages.extend(parts.into_iter().zip(posterior.sampled.seconds));
+        }
+    }
+    if let Some(posterior) = posterior.as_ref().filter(|_| wanted(Stage::Compare)) {
+        let draws = Draws::of(&scene, quiet, "compare", COMPARED);
+        timing.stage("compare", true, || {
+            let watcher = |kept, diverging| draws.one(kept, diverging);
+            findings.add_comparison(&scene, &table.runs, posterior, exact_rows, &watcher)
+        })?;
+    }
     let told = Told {
         scene: &scene,
         runs: &table.runs,
         overview: &overview,
         findings: &findings,
+        posterior: posterior.as_ref(),
     };
     let files = timing.stage("report", quiet, || report::files(told, wanted(Stage::Figures)));
     let mut files = files?;
@@ -280,6 +321,44 @@ fn fit(path: &Path, out: Option<PathBuf>, seed: u64, stages: &[Stage], quiet: bo
     } else {
         NOT_QUOTABLE
     })
+}
+
+/// Forms of the law that are sampled besides the scene's own.
+const COMPARED: u64 = 7;
+
+/// Shows draws as they come, and counts divergences among the kept ones.
+struct Draws {
+    progress: Progress,
+    name: &'static str,
+    drawn: AtomicU64,
+    diverged: AtomicU64,
+}
+
+impl Draws {
+    /// Draws of so many posteriors of the scene.
+    fn of(scene: &Scene, quiet: bool, name: &'static str, posteriors: u64) -> Draws {
+        let sampler = &scene.sampler;
+        let all = sampler
+            .chains
+            .saturating_mul(sampler.warmup.saturating_add(sampler.draws));
+        Draws {
+            progress: Progress::bar(name, all.saturating_mul(posteriors), quiet),
+            name,
+            drawn: AtomicU64::new(0),
+            diverged: AtomicU64::new(0),
+        }
+    }
+
+    fn one(&self, kept: bool, diverging: bool) {
+        let drawn = 1 + self.drawn.fetch_add(1, Relaxed);
+        if kept && diverging {
+            let diverged = 1 + self.diverged.fetch_add(1, Relaxed);
+            self.progress.say(format!("{}, {diverged} divergences", self.name));
+        }
+        if drawn.is_multiple_of(64) {
+            self.progress.at(drawn);
+        }
+    }
 }
 
 fn check(path: &Path, json: bool, quiet: bool) -> Result<u8, Error> {

@@ -44,6 +44,13 @@ impl Progress {
             self.bar.set_position(position);
         }
     }
+
+    /// Says something beside the name of the work.
+    pub fn say(&self, text: String) {
+        if self.started.elapsed() >= PATIENCE {
+            self.bar.set_message(text);
+        }
+    }
 }
 
 impl Drop for Progress {

@@ -12,12 +12,15 @@
 //! | `pooling.rs` | what pooling liquids does to the square-root law |
 //! | `energy.rs` | the energy the liquid takes, St_c·e_inf², δc |
 //! | `bootstrap/` | the bootstrap interval of each estimate |
+//! | `posterior/` | parameters from all runs at once, with priors |
+//! | `compare.rs` | which form of the law predicts best |
 //! | `published.rs` | ours beside the literature's |
 //! | `verdicts.rs` | what must hold before the numbers are quoted |
 //! | `overview.rs` | what was read and what it can identify |
 
 pub mod balance;
 pub mod bootstrap;
+pub mod compare;
 pub mod dry;
 pub mod energy;
 pub mod estimate;
@@ -25,6 +28,7 @@ mod judge;
 pub mod overview;
 pub mod own_dry_speed;
 mod pooling;
+pub mod posterior;
 pub mod published;
 pub mod scaling;
 pub mod series;
@@ -32,10 +36,14 @@ pub mod verdicts;
 
 use serde::Serialize;
 
+use crate::error::Error;
+use crate::inference::nuts::Watcher;
 use crate::notice::Notice;
-use crate::runs::{Screened, Table};
+use crate::runs::{Runs, Screened, Table};
 use crate::scene::Scene;
+use compare::Comparison;
 use estimate::Quoting;
+use posterior::{Asked, Declined, Posterior};
 
 /// The name and version of the findings file's layout.
 pub const SCHEMA: &str = "wetcor.findings/1";
@@ -71,10 +79,10 @@ pub struct Findings {
     pub energy: Vec<energy::Energy>,
     /// the literature beside ours
     pub published: Vec<published::Compared>,
-    /// a stage that was not run
-    pub posterior: Option<()>,
-    /// a stage that was not run
-    pub compare: Option<()>,
+    /// what all runs at once say under the priors; `None` if the stage was not run
+    pub posterior: Option<posterior::PosteriorFindings>,
+    /// how well each form of the law predicts runs it has not seen; `None` if the stage was not run
+    pub compare: Option<Vec<compare::Compared>>,
     /// what must hold before the numbers are quoted
     pub verdicts: Vec<verdicts::Check>,
     /// what wants a second look
@@ -174,5 +182,55 @@ pub fn find(scene: &Scene, table: &Table, seed: u64, bootstrap: bool) -> Finding
         compare: None,
         verdicts,
         notices,
+    }
+}
+
+impl Findings {
+    /// Samples the posterior from these least-squares findings, and adds what it says; `None` where the runs are such
+    /// that nothing was sampled, which a failed check then tells.
+    ///
+    /// Fails where a prior leaves a parameter no room.
+    pub fn add_posterior(
+        &mut self,
+        scene: &Scene,
+        runs: &Runs,
+        exact_rows: bool,
+        watcher: Watcher,
+    ) -> Result<Option<Posterior>, Error> {
+        let asked = Asked::of(scene, exact_rows);
+        match posterior::find(scene, runs, self, asked, self.seed, watcher)? {
+            Ok(posterior) => {
+                // the posterior's own check of k against the dry runs takes the place of least squares'
+                let replaced = |check: &verdicts::Check| posterior.checks.iter().any(|new| new.check == check.check);
+                self.verdicts.retain(|check| !replaced(check));
+                self.verdicts.extend(posterior.checks.iter().cloned());
+                self.notices.extend(posterior.notices.iter().cloned());
+                self.posterior = Some(posterior.findings.clone());
+                Ok(Some(posterior))
+            }
+            Err(Declined(check)) => {
+                self.verdicts.push(check);
+                Ok(None)
+            }
+        }
+    }
+
+    /// Compares the forms of the law, and adds what that says.
+    ///
+    /// Fails where a prior leaves a parameter of some form no room.
+    pub fn add_comparison(
+        &mut self,
+        scene: &Scene,
+        runs: &Runs,
+        posterior: &Posterior,
+        exact_rows: bool,
+        watcher: Watcher,
+    ) -> Result<Comparison, Error> {
+        let asked = Asked::of(scene, exact_rows);
+        let found = compare::find(scene, runs, (self, posterior), asked, self.seed, watcher)?;
+        self.verdicts.extend(found.checks.iter().cloned());
+        self.notices.extend(found.notices.iter().cloned());
+        self.compare = (!found.models.is_empty()).then(|| found.models.clone());
+        Ok(found)
     }
 }

@@ -18,7 +18,7 @@ const DIFFERENCE: f64 = 0.01;
 const BIAS: f64 = 0.25;
 
 /// A k that the wet runs move further than this is not the dry runs' k.
-const DRY_SHIFT: f64 = 3.0;
+pub(super) const DRY_SHIFT: f64 = 3.0;
 
 /// What a fit must be to count as usable.
 const USABLE: &str = "every fit must converge, with a standard error and the sign the physics has";

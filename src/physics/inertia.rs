@@ -73,6 +73,15 @@ impl Inertia {
             Inertia::Stepwise | Inertia::Cap | Inertia::None => 0.0,
         }
     }
+
+    /// g and dg/dδ̃0 together, with one exponential.
+    pub fn shape_and_slope_film_scale(self, film_ratio: f64, film_scale: f64) -> (f64, f64) {
+        let shape = self.shape(film_ratio, film_scale);
+        match self {
+            Inertia::Saturating => (shape, -film_ratio / (film_scale * film_scale) * (1.0 - shape)),
+            Inertia::Stepwise | Inertia::Cap | Inertia::None => (shape, 0.0),
+        }
+    }
 }
 
 #[cfg(test)]
@@ -88,6 +97,9 @@ mod tests {
                 assert!((dx - form.slope_film_ratio(x, scale)).abs() < 1e-6 * (1.0 + dx.abs()));
                 let ds = (form.shape(x, scale + h) - form.shape(x, scale - h)) / (2.0 * h);
                 assert!((ds - form.slope_film_scale(x, scale)).abs() < 1e-6 * (1.0 + ds.abs()));
+                let (shape, slope) = form.shape_and_slope_film_scale(x, scale);
+                assert_eq!(shape, form.shape(x, scale));
+                assert!((slope - form.slope_film_scale(x, scale)).abs() < 1e-14 * (1.0 + slope.abs()));
             }
         }
     }

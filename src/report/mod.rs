@@ -18,6 +18,7 @@ pub mod numbers;
 
 use crate::error::Error;
 use crate::findings::overview::Overview;
+use crate::findings::posterior::Posterior;
 use crate::findings::Findings;
 use crate::runs::Runs;
 use crate::scene::Scene;
@@ -33,6 +34,8 @@ pub struct Told<'a> {
     pub overview: &'a Overview,
     /// what may be said
     pub findings: &'a Findings,
+    /// the posterior's draws; `None` if nothing was sampled
+    pub posterior: Option<&'a Posterior>,
 }
 
 /// Every file of a report by its path in the folder, `timing.json` excepted.

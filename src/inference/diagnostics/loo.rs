@@ -30,9 +30,16 @@ pub struct Loo {
 
 impl Loo {
     /// The largest shape, and how many runs have none or one above `threshold`.
+    ///
+    /// A run that is as likely under every draw, one that stuck for certain say, has no shape and needs none.
     pub fn worst_khat(&self, threshold: f64) -> (Option<f64>, usize) {
+        /// below this a run does not move its own prediction
+        const NO_INFLUENCE: f64 = 1e-9;
         let shapes = self.runs.iter().filter_map(|run| run.khat);
-        let bad = |run: &&LeftOut| run.khat.is_none_or(|khat| khat > threshold);
+        let bad = |run: &&LeftOut| match run.khat {
+            Some(khat) => khat > threshold,
+            None => run.p_loo.abs() > NO_INFLUENCE,
+        };
         (shapes.reduce(f64::max), self.runs.iter().filter(bad).count())
     }
 }
@@ -167,6 +174,16 @@ mod tests {
     use super::*;
     use crate::seed;
     use rand::RngExt;
+
+    #[test]
+    fn a_run_that_is_as_likely_under_every_draw_needs_no_shape() {
+        let found = loo(2, 200, 1.0, |run, values| {
+            for (draw, value) in (0..200).map(f64::from).zip(values) {
+                *value = if run == 0 { -1e-14 * draw } else { -0.7 };
+            }
+        });
+        assert_eq!(found.expect("finite").worst_khat(0.7).1, 0);
+    }
 
     #[test]
     fn the_short_way_and_the_way_in_logarithms_agree() {

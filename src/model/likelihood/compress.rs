@@ -148,7 +148,7 @@ impl Likelihood {
 
     fn read(&self, block: &Block, full: &[f64]) -> At {
         let at = |kind: Kind| full[kind.slot()];
-        let shape = self.inertia.shape(block.film_ratio, at(Kind::FilmScale));
+        let shape = self.inertia.shape(self.film_ratios[block.film], at(Kind::FilmScale));
         At {
             k: full[COMMON_SLOTS + block.particle],
             inertial: at(Kind::InertialPrefactor) * block.density_ratio * shape,

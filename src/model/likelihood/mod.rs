@@ -48,12 +48,13 @@ impl Nodes {
     }
 }
 
-/// Wet runs that share particle, liquid and film ratio to the last digit.
+/// Wet runs that share particle, liquid and film ratio.
 #[derive(Debug, Clone, PartialEq)]
 struct Block {
     particle: usize,
     density_ratio: f64,
-    film_ratio: f64,
+    /// index into [`Likelihood::film_ratios`]
+    film: usize,
     /// range of [`Likelihood::rebounds`]
     rebounds: Range<usize>,
     /// range of [`Likelihood::stuck`]
@@ -81,6 +82,8 @@ pub struct Likelihood {
     /// at or below this e* the run stuck
     limit: f64,
     blocks: Vec<Block>,
+    /// the different film ratios: the shape of the inertial loss is computed once for each
+    film_ratios: Vec<f64>,
     rebounds: Nodes,
     stuck: Nodes,
     /// wet runs that rebounded
@@ -104,7 +107,10 @@ struct Sums {
 }
 
 /// Runs taken at once, so that the machine's vector registers fill.
-const LANES: usize = 8;
+const LANES: usize = 4;
+
+/// A stuck run this many σ below the limit stuck for certain: ln Φ(9) is −1e-19.
+const CERTAIN: f64 = 9.0;
 
 impl Likelihood {
     /// Nodes of wet runs, rebounded and stuck: the cost of one evaluation.
@@ -136,9 +142,14 @@ impl Likelihood {
         let precision = 1.0 / (sigma * sigma);
         let mut squares = self.leftover;
         let mut stuck_value = 0.0;
+        let shapes: Vec<(f64, f64)> = self
+            .film_ratios
+            .iter()
+            .map(|ratio| self.inertia.shape_and_slope_film_scale(*ratio, scale))
+            .collect();
         for block in &self.blocks {
             let k = full[COMMON_SLOTS + block.particle];
-            let shape = self.inertia.shape(block.film_ratio, scale);
+            let (shape, shape_slope) = shapes[block.film];
             let inertial = c * block.density_ratio * shape;
             let mut sums = Sums::default();
             if !block.rebounds.is_empty() {
@@ -153,6 +164,9 @@ impl Likelihood {
                 let e_dry = 1.0 - k * p;
                 let (mean, slope) = mean_and_slope(e_dry * e_dry - inertial - l * x);
                 let z = (self.limit - mean) / sigma;
+                if z > CERTAIN {
+                    continue;
+                }
                 let (ln_cdf, mills) = ln_normal_cdf(z);
                 let count = self.stuck.count[node];
                 stuck_value += count * ln_cdf;
@@ -164,7 +178,6 @@ impl Likelihood {
             }
             slopes[Kind::LubricationLog.slot()] -= sums.viscous;
             slopes[Kind::InertialPrefactor.slot()] -= sums.kept * block.density_ratio * shape;
-            let shape_slope = self.inertia.slope_film_scale(block.film_ratio, scale);
             slopes[Kind::FilmScale.slot()] -= sums.kept * c * block.density_ratio * shape_slope;
             slopes[COMMON_SLOTS + block.particle] -= 2.0 * sums.dry;
         }
@@ -223,26 +236,29 @@ fn rebound_sums(nodes: &Nodes, range: Range<usize>, k: f64, inertial: f64, l: f6
     let p = &nodes.dry_power[range.clone()];
     let e = &nodes.restitution[range.clone()];
     let n = &nodes.count[range];
-    let whole = x.len() - x.len() % LANES;
     let mut lanes = [[0.0; LANES]; 4];
-    let chunks = x[..whole].chunks_exact(LANES).zip(p[..whole].chunks_exact(LANES));
-    let values = e[..whole].chunks_exact(LANES).zip(n[..whole].chunks_exact(LANES));
-    for ((x, p), (e, n)) in chunks.zip(values) {
+    let mut add = |x: &[f64; LANES], p: &[f64; LANES], e: &[f64; LANES], n: &[f64; LANES]| {
         for lane in 0..LANES {
             let terms = rebound_terms(x[lane], p[lane], e[lane], n[lane], k, inertial, l);
             for (sum, term) in lanes.iter_mut().zip(terms) {
                 sum[lane] += term;
             }
         }
+    };
+    let ((x, x_rest), (p, p_rest)) = (x.as_chunks(), p.as_chunks());
+    let ((e, e_rest), (n, n_rest)) = (e.as_chunks(), n.as_chunks());
+    for ((x, p), (e, n)) in x.iter().zip(p).zip(e.iter().zip(n)) {
+        add(x, p, e, n);
     }
-    let mut sums = lanes.map(|lane| lane.iter().sum::<f64>());
-    for i in whole..x.len() {
-        let terms = rebound_terms(x[i], p[i], e[i], n[i], k, inertial, l);
-        for (sum, term) in sums.iter_mut().zip(terms) {
-            *sum += term;
+    if let Some((last_x, last_p)) = x_rest.last().zip(p_rest.last()) {
+        // the rest, filled up with settings that count for nothing
+        let (mut x, mut p, mut e, mut n) = ([*last_x; LANES], [*last_p; LANES], [0.0; LANES], [0.0; LANES]);
+        for (to, from) in [(&mut x, x_rest), (&mut p, p_rest), (&mut e, e_rest), (&mut n, n_rest)] {
+            to[..from.len()].copy_from_slice(from);
         }
+        add(&x, &p, &e, &n);
     }
-    let [squares, kept, viscous, dry] = sums;
+    let [squares, kept, viscous, dry] = lanes.map(|lane| lane.iter().sum::<f64>());
     Sums {
         squares,
         kept,

@@ -1,5 +1,7 @@
 //! Builds the likelihood of every run from the columns of a scene's runs, one node a run.
 
+use std::collections::HashMap;
+
 use super::{Block, DryRuns, Likelihood, Nodes};
 use crate::physics::impact::DrySpeed;
 use crate::physics::inertia::Inertia;
@@ -14,21 +16,32 @@ impl Likelihood {
             inertia,
             limit: scene.data.smallest_restitution,
             blocks: vec![],
+            film_ratios: vec![],
             rebounds: Nodes::default(),
             stuck: Nodes::default(),
             wet_rebounds: 0.0,
             leftover: 0.0,
             dry: dry_runs(scene, runs),
         };
+        let mut films = HashMap::new();
         for series in &runs.series {
-            likelihood.add(scene, runs, series, dry_speed);
+            likelihood.add(scene, runs, series, dry_speed, &mut films);
         }
         likelihood.wet_rebounds = likelihood.rebounds.len() as f64;
         likelihood
     }
 
     /// Adds the runs of a series, a block for each film ratio the runs themselves have.
-    fn add(&mut self, scene: &Scene, runs: &Runs, series: &Series, dry_speed: DrySpeed) {
+    fn add(
+        &mut self,
+        scene: &Scene,
+        runs: &Runs,
+        series: &Series,
+        dry_speed: DrySpeed,
+        films: &mut HashMap<i64, usize>,
+    ) {
+        /// film ratios are told apart beyond the rounding of a quotient
+        const ROUNDING: f64 = 1e-14;
         let particle = &scene.particles[series.particle];
         let liquid = &scene.liquids[series.liquid];
         let film_ratio = |run: &usize| runs.film[*run] / runs.diameter[*run];
@@ -52,6 +65,10 @@ impl Likelihood {
                 .flatten()
                 .map(film_ratio)
                 .fold(f64::INFINITY, f64::min);
+            let film = *films.entry((ratio / ROUNDING).round() as i64).or_insert_with(|| {
+                self.film_ratios.push(ratio);
+                self.film_ratios.len() - 1
+            });
             let (first, first_stuck) = (self.rebounds.len(), self.stuck.len());
             while let Some(run) = rebounds.get(next).filter(|run| film_ratio(run) <= ratio) {
                 let (x, p) = node(*run);
@@ -66,7 +83,7 @@ impl Likelihood {
             self.blocks.push(Block {
                 particle: series.particle,
                 density_ratio: liquid.density / particle.density,
-                film_ratio: ratio,
+                film,
                 rebounds: first..self.rebounds.len(),
                 stuck: first_stuck..self.stuck.len(),
             });

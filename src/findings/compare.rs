@@ -1,0 +1,283 @@
+//! Compares the forms of the law by how well they predict runs they have not seen.
+
+use serde::Serialize;
+
+use super::posterior::{effort, start, Asked, Posterior};
+use super::verdicts::Check;
+use super::Findings;
+use crate::error::Error;
+use crate::inference::diagnostics::loo::{difference, loo, relative_efficiency, Loo};
+use crate::inference::diagnostics::pareto::khat_threshold;
+use crate::inference::diagnostics::summary::summarise;
+use crate::inference::nuts::Watcher;
+use crate::inference::sampling::{sample_posterior, Plan, Sampled};
+use crate::model::likelihood::pointwise::Pointwise;
+use crate::model::likelihood::Likelihood;
+use crate::model::parameters::Parameters;
+use crate::notice::Notice;
+use crate::physics::impact::DrySpeed;
+use crate::physics::inertia::Inertia;
+use crate::runs::Runs;
+use crate::scene::{Scene, DEFAULT_DRY_SPEED};
+
+/// Log densities, runs times draws, that may be computed for one model.
+pub const MOST_DENSITIES: usize = 20_000_000;
+
+/// Fewer draws than this do not carry the weights.
+const FEWEST_DRAWS: usize = 400;
+
+/// One form of the law.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Compared {
+    /// form of inertia and dry speed: `stepwise/2`, `cap/impact`
+    pub model: String,
+    /// whether it is the scene's own
+    pub own: bool,
+    /// expected log density of new runs, summed over the runs
+    pub elpd_loo: f64,
+    /// its standard error from the spread between runs
+    pub se: Option<f64>,
+    /// effective number of parameters
+    pub p_loo: f64,
+    /// largest shape of the weights' tail
+    pub khat_max: Option<f64>,
+    /// runs whose weights cannot be trusted
+    pub khat_high: usize,
+    /// by how much it predicts less than the best
+    pub delta: f64,
+    /// standard error of that difference, run by run
+    pub delta_se: Option<f64>,
+    /// largest R-hat of its sampling
+    pub rhat: Option<f64>,
+    /// draws that diverged
+    pub divergences: usize,
+}
+
+/// What a comparison found.
+#[derive(Debug)]
+pub struct Comparison {
+    /// the forms, best first
+    pub models: Vec<Compared>,
+    /// what must hold
+    pub checks: Vec<Check>,
+    /// what wants a second look
+    pub notices: Vec<Notice>,
+    /// leave-one-out of the scene's own form
+    pub own: Option<Loo>,
+}
+
+/// The name of a form: `stepwise/2`.
+pub fn name(inertia: Inertia, dry_speed: DrySpeed) -> String {
+    match dry_speed {
+        DrySpeed::Reference(v) => format!("{}/{v}", inertia.name()),
+        DrySpeed::Impact => format!("{}/impact", inertia.name()),
+    }
+}
+
+/// Samples every form of inertia with both dry speeds on the same runs; the scene's own has been sampled already.
+///
+/// `Err` where a prior leaves no room under some form.
+pub fn find(
+    scene: &Scene,
+    runs: &Runs,
+    (least_squares, own): (&Findings, &Posterior),
+    asked: Asked,
+    seed: u64,
+    watcher: Watcher,
+) -> Result<Comparison, Error> {
+    let mut found = Comparison {
+        models: vec![],
+        checks: vec![],
+        notices: vec![],
+        own: None,
+    };
+    let draws = own.sampled.draws();
+    let used = draws.min(MOST_DENSITIES / runs.len().max(1));
+    if used < FEWEST_DRAWS.min(draws) || runs.series.is_empty() {
+        found.notices.push(Notice::new(
+            "compare_left_out",
+            runs.len(),
+            if runs.series.is_empty() {
+                "no wet runs: there are no forms of the wet law to compare".to_owned()
+            } else {
+                format!(
+                    "{} runs are too many to leave each out: forms of the law are not compared",
+                    runs.len()
+                )
+            },
+            "compare on a part of the runs",
+        ));
+        return Ok(found);
+    }
+    let reference = match asked.dry_speed {
+        DrySpeed::Impact => DrySpeed::Reference(DEFAULT_DRY_SPEED),
+        reference => reference,
+    };
+    let mut all: Vec<(Compared, Loo)> = vec![];
+    for inertia in Inertia::ALL {
+        for dry_speed in [reference, DrySpeed::Impact] {
+            let form = Asked {
+                inertia,
+                dry_speed,
+                ..asked
+            };
+            let is_own = (inertia, dry_speed) == (asked.inertia, asked.dry_speed);
+            let sampled;
+            let draws = if is_own {
+                &own.sampled
+            } else {
+                match sample_form(scene, runs, least_squares, form, seed, watcher)? {
+                    Ok(of_form) => {
+                        sampled = of_form;
+                        &sampled
+                    }
+                    Err(why) => {
+                        found.notices.push(not_compared(&name(inertia, dry_speed), &why));
+                        continue;
+                    }
+                }
+            };
+            match leave_out(scene, runs, form, draws, used) {
+                Ok(of_form) => all.push((compared(form, is_own, draws, &of_form, used), of_form)),
+                Err(why) => found.notices.push(not_compared(&name(inertia, dry_speed), &why)),
+            }
+        }
+    }
+    all.sort_by(|a, b| b.0.elpd_loo.total_cmp(&a.0.elpd_loo));
+    let against_best: Vec<_> = all.iter().map(|(_, of_form)| difference(of_form, &all[0].1)).collect();
+    for ((row, _), against) in all.iter_mut().zip(against_best) {
+        if let Some(against) = against {
+            row.delta = against.value;
+            // the best against itself differs by nothing, surely
+            row.delta_se = against.se;
+        }
+    }
+    let threshold = khat_threshold(used);
+    if let Some((row, _)) = all.iter().find(|(row, _)| row.own) {
+        found.checks.push(Check {
+            check: "loo_khat",
+            value: row.khat_max,
+            threshold,
+            passed: row.khat_high == 0,
+            gates: false,
+            source: "Vehtari et al. 2024: min(1 − 1/log10 S, 0.7)",
+            text: if row.khat_high == 0 {
+                "largest shape of the leave-one-out weights".to_owned()
+            } else {
+                format!(
+                    "{} runs weigh so much that leaving them out cannot be computed from these draws",
+                    row.khat_high
+                )
+            },
+        });
+        found.notices.extend(better(row, &all[0].0));
+    }
+    (found.models, found.own) = {
+        let own = all.iter().position(|(row, _)| row.own);
+        let mut loos: Vec<Loo> = vec![];
+        let mut rows = vec![];
+        for (row, of_form) in all {
+            rows.push(row);
+            loos.push(of_form);
+        }
+        (rows, own.map(|place| loos.swap_remove(place)))
+    };
+    Ok(found)
+}
+
+/// The scene's own form predicts clearly worse than another.
+fn better(own: &Compared, best: &Compared) -> Option<Notice> {
+    /// a smaller gain is no gain; see the line of an automatic choice
+    const GAIN: f64 = 4.0;
+    let gain = -own.delta;
+    let clear = gain > GAIN && own.delta_se.is_some_and(|se| gain > GAIN * se);
+    clear.then(|| {
+        Notice::new(
+            "better_form",
+            1,
+            format!(
+                "{} predicts the runs better than the scene's {}: by {gain:.1} in log density, {:.1} standard errors",
+                best.model,
+                own.model,
+                gain / own.delta_se.unwrap_or(f64::NAN)
+            ),
+            "try it as [model] inertia and dry_speed_m_s",
+        )
+    })
+}
+
+fn not_compared(model: &str, why: &str) -> Notice {
+    Notice::new(
+        "form_not_compared",
+        1,
+        format!("{model} is not compared: {why}"),
+        "see whether its parameters have room under their priors",
+    )
+}
+
+fn sample_form(
+    scene: &Scene,
+    runs: &Runs,
+    least_squares: &Findings,
+    form: Asked,
+    seed: u64,
+    watcher: Watcher,
+) -> Result<Result<Sampled, String>, Error> {
+    let parameters = Parameters::of(scene, runs, form.inertia, form.dry_speed)?;
+    let rows = Likelihood::of_rows(scene, runs, form.inertia, form.dry_speed);
+    let stream = format!("compare {}", name(form.inertia, form.dry_speed));
+    let plan = Plan {
+        effort: effort(scene),
+        stream: (seed, &stream),
+        exact_rows: form.exact_rows,
+    };
+    let start = start(scene, least_squares);
+    Ok(sample_posterior(parameters, &rows, &start, plan, watcher).map_err(|why| why.to_string()))
+}
+
+fn leave_out(scene: &Scene, runs: &Runs, form: Asked, sampled: &Sampled, used: usize) -> Result<Loo, String> {
+    let pointwise = Pointwise::new(scene, runs, form.inertia, form.dry_speed);
+    let full = sampled.full_draws();
+    let step = full.len().div_ceil(used).max(1);
+    let some: Vec<&Vec<f64>> = full.iter().step_by(step).collect();
+    let fill = |run: usize, values: &mut [f64]| {
+        for (value, full) in values.iter_mut().zip(&some) {
+            *value = pointwise.at(full).ln_likelihood(run);
+        }
+    };
+    loo(runs.len(), some.len(), efficiency(sampled), fill).map_err(|(run, why)| format!("run {}: {why}", run + 1))
+}
+
+/// Relative efficiency of the draws over the sampled parameters.
+fn efficiency(sampled: &Sampled) -> f64 {
+    let ess: Vec<f64> = sampled
+        .values
+        .iter()
+        .filter_map(|chains| summary_of(chains).ess_mean)
+        .collect();
+    relative_efficiency(&ess, sampled.chains.len(), sampled.draws())
+}
+
+fn summary_of(chains: &[Vec<f64>]) -> crate::inference::diagnostics::summary::Summary {
+    let slices: Vec<&[f64]> = chains.iter().map(Vec::as_slice).collect();
+    summarise(&slices)
+}
+
+fn compared(form: Asked, own: bool, sampled: &Sampled, found: &Loo, used: usize) -> Compared {
+    let (khat_max, khat_high) = found.worst_khat(khat_threshold(used));
+    let rhats = sampled.values.iter().filter_map(|chains| summary_of(chains).rhat);
+    let diverging = sampled.chains.iter().flat_map(|chain| &chain.diverging);
+    Compared {
+        model: name(form.inertia, form.dry_speed),
+        own,
+        elpd_loo: found.elpd,
+        se: found.se,
+        p_loo: found.p_loo,
+        khat_max,
+        khat_high,
+        delta: 0.0,
+        delta_se: None,
+        rhat: rhats.reduce(f64::max),
+        divergences: diverging.filter(|diverging| **diverging).count(),
+    }
+}

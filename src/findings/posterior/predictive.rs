@@ -1,0 +1,252 @@
+//! Asks whether new runs drawn from the posterior look like the ones that were made.
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::model::likelihood::normal::ln_normal_cdf;
+use crate::model::likelihood::pointwise::Pointwise;
+use crate::runs::Runs;
+use crate::scene::Scene;
+
+/// Draws of the parameters the checks are averaged over.
+const DRAWS: usize = 200;
+
+/// Draws over which the number stuck in a series is averaged.
+const STUCK_DRAWS: usize = 40;
+
+/// A series longer than this has so many stuck runs that their number is as good as normal.
+const EXACT_TO: usize = 500;
+
+/// How new runs compare with the ones made.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Predictive {
+    /// share of the runs inside their predicted bands
+    pub bands: Vec<Band>,
+    /// dry runs of a particle, or one of its film ratios
+    pub groups: Vec<Group>,
+    /// series in which some runs stuck, or some were expected to
+    pub stuck: Vec<Stuck>,
+}
+
+/// How often runs lie inside their central predicted band.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Band {
+    /// probability the band was made for
+    pub level: f64,
+    /// share of runs inside
+    pub coverage: f64,
+    /// runs
+    pub runs: usize,
+}
+
+/// Residuals of a group of runs.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Group {
+    /// name of the particle
+    pub particle: String,
+    /// film ratio; `None` for dry runs
+    pub film_ratio: Option<f64>,
+    /// runs
+    pub runs: usize,
+    /// mean of (e − predicted)/σ, a stuck run counting as the mean of what stuck runs have
+    pub mean_residual: f64,
+}
+
+/// Runs of a series that stuck, and how many were to be expected.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Stuck {
+    /// name of the particle
+    pub particle: String,
+    /// name of the liquid
+    pub liquid: String,
+    /// D, m
+    pub diameter_m: f64,
+    /// film ratio
+    pub film_ratio: f64,
+    /// runs
+    pub runs: usize,
+    /// those that stuck
+    pub observed: usize,
+    /// those expected to
+    pub expected: f64,
+    /// probability of a number at least as far out, on both sides
+    pub p: f64,
+}
+
+/// What the draws say of one run.
+#[derive(Clone, Copy)]
+struct Seen {
+    /// probability of a smaller restitution; of sticking, where the run stuck
+    below: f64,
+    /// mean residual in σ
+    residual: f64,
+}
+
+/// Checks the runs against predictions from full vectors of parameters, as many or a few of them.
+pub fn find(scene: &Scene, runs: &Runs, pointwise: &Pointwise, full_draws: &[Vec<f64>]) -> Predictive {
+    let some: Vec<&Vec<f64>> = spread(full_draws, DRAWS);
+    let seen: Vec<Seen> = (0..pointwise.len())
+        .into_par_iter()
+        .map(|run| {
+            look(
+                pointwise,
+                scene.data.smallest_restitution,
+                run,
+                runs.restitution[run],
+                &some,
+            )
+        })
+        .collect();
+    let few: Vec<&Vec<f64>> = spread(full_draws, STUCK_DRAWS);
+    Predictive {
+        bands: [0.5, 0.9].map(|level| band(pointwise, &seen, level)).to_vec(),
+        groups: groups(scene, runs, &seen),
+        stuck: stuck(scene, runs, pointwise, &few),
+    }
+}
+
+/// So many of the items, evenly.
+fn spread<T>(items: &[T], most: usize) -> Vec<&T> {
+    items.iter().step_by(items.len().div_ceil(most).max(1)).collect()
+}
+
+fn look(pointwise: &Pointwise, limit: f64, run: usize, e: f64, draws: &[&Vec<f64>]) -> Seen {
+    let stuck = pointwise.is_stuck(run);
+    let (mut below, mut residual) = (0.0, 0.0);
+    for full in draws {
+        let (mean, sigma) = pointwise.at(full).mean_and_sigma(run);
+        let z = (if stuck { limit } else { e } - mean) / sigma;
+        let (ln_cdf, mills) = ln_normal_cdf(z);
+        below += ln_cdf.exp();
+        // the mean of a normal below z is −φ(z)/Φ(z)
+        residual += if stuck { -mills } else { z };
+    }
+    let n = draws.len() as f64;
+    Seen {
+        below: below / n,
+        residual: residual / n,
+    }
+}
+
+fn band(pointwise: &Pointwise, seen: &[Seen], level: f64) -> Band {
+    let (lo, hi) = (0.5 - 0.5 * level, 0.5 + 0.5 * level);
+    let inside = seen.iter().enumerate().map(|(run, seen)| {
+        if pointwise.is_stuck(run) {
+            // somewhere below the limit, nobody knows where: the share of that which the band holds
+            (hi.min(seen.below) - lo).max(0.0) / seen.below
+        } else {
+            f64::from(u8::from((lo..=hi).contains(&seen.below)))
+        }
+    });
+    Band {
+        level,
+        coverage: inside.sum::<f64>() / seen.len() as f64,
+        runs: seen.len(),
+    }
+}
+
+fn groups(scene: &Scene, runs: &Runs, seen: &[Seen]) -> Vec<Group> {
+    let group = |particle: usize, film_ratio: Option<f64>, members: Vec<usize>| Group {
+        particle: scene.particles[particle].name.clone(),
+        film_ratio,
+        runs: members.len(),
+        mean_residual: members.iter().map(|run| seen[*run].residual).sum::<f64>() / members.len() as f64,
+    };
+    let mut groups = vec![];
+    for particle in 0..scene.particles.len() {
+        let dry = runs.dry.iter().filter(|dry| dry.particle == particle);
+        let members: Vec<usize> = dry.flat_map(|dry| dry.rebounds.start..dry.stuck.end).collect();
+        if !members.is_empty() {
+            groups.push(group(particle, None, members));
+        }
+    }
+    for film in &runs.film_groups {
+        let members = runs.series[film.series.clone()].iter().flat_map(|series| series.runs());
+        groups.push(group(film.particle, Some(film.film_ratio), members.collect()));
+    }
+    groups
+}
+
+fn stuck(scene: &Scene, runs: &Runs, pointwise: &Pointwise, draws: &[&Vec<f64>]) -> Vec<Stuck> {
+    let limit = scene.data.smallest_restitution;
+    let of_series = |series: &crate::runs::Series| {
+        let observed = series.stuck.len();
+        let (mut expected, mut lower, mut upper) = (0.0, 0.0, 0.0);
+        for full in draws {
+            let at = pointwise.at(full);
+            let p: Vec<f64> = series
+                .runs()
+                .map(|run| {
+                    let (mean, sigma) = at.mean_and_sigma(run);
+                    ln_normal_cdf((limit - mean) / sigma).0.exp()
+                })
+                .collect();
+            expected += p.iter().sum::<f64>();
+            let (at_most, at_least) = tails(&p, observed);
+            lower += at_most;
+            upper += at_least;
+        }
+        let n = draws.len() as f64;
+        Stuck {
+            particle: scene.particles[series.particle].name.clone(),
+            liquid: scene.liquids[series.liquid].name.clone(),
+            diameter_m: series.diameter,
+            film_ratio: series.film_ratio,
+            runs: series.runs().len(),
+            observed,
+            expected: expected / n,
+            p: (2.0 * f64::min(lower, upper) / n).min(1.0),
+        }
+    };
+    let all: Vec<Stuck> = runs.series.par_iter().map(of_series).collect();
+    all.into_iter()
+        .filter(|s| s.observed > 0 || s.expected > 0.05)
+        .collect()
+}
+
+/// Probability of at most, and of at least, so many successes of independent trials with these probabilities.
+fn tails(p: &[f64], observed: usize) -> (f64, f64) {
+    if p.len() > EXACT_TO {
+        let mean: f64 = p.iter().sum();
+        let sd = p
+            .iter()
+            .map(|p| p * (1.0 - p))
+            .sum::<f64>()
+            .sqrt()
+            .max(f64::MIN_POSITIVE);
+        let cdf = |z: f64| ln_normal_cdf(z).0.exp();
+        let observed = observed as f64;
+        return (cdf((observed + 0.5 - mean) / sd), cdf((mean - observed + 0.5) / sd));
+    }
+    let mut probability = vec![0.0; p.len() + 1];
+    probability[0] = 1.0;
+    for (trials, p) in p.iter().enumerate() {
+        for successes in (0..=trials).rev() {
+            let moved = probability[successes] * p;
+            probability[successes + 1] += moved;
+            probability[successes] -= moved;
+        }
+    }
+    let at_most = probability[..=observed].iter().sum::<f64>();
+    let at_least = probability[observed..].iter().sum::<f64>();
+    (at_most.clamp(0.0, 1.0), at_least.clamp(0.0, 1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tails_of_equal_trials_are_binomial() {
+        let (at_most, at_least) = tails(&[0.3; 4], 1);
+        assert!((at_most - (0.7f64.powi(4) + 4.0 * 0.3 * 0.7f64.powi(3))).abs() < 1e-14);
+        assert!((at_least - (1.0 - 0.7f64.powi(4))).abs() < 1e-14);
+    }
+
+    #[test]
+    fn many_trials_are_as_good_as_normal() {
+        let (exact, _) = tails(&[0.2; 500], 110);
+        let (near, _) = tails(&[0.2; 501], 110);
+        assert!((exact - near).abs() < 0.01, "{exact} {near}");
+    }
+}
