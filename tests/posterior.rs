@@ -5,7 +5,7 @@ mod common;
 use common::seed_of;
 use rayon::prelude::*;
 use wetcor::inference::laplace::laplace;
-use wetcor::inference::nuts::{sample, Effort};
+use wetcor::inference::nuts::{sample, Effort, TARGET_ACCEPT};
 use wetcor::inference::sampling::{sample_posterior, Plan};
 use wetcor::model::likelihood::{Likelihood, OutsideDomain};
 use wetcor::model::parameters::{Kind, Parameters};
@@ -202,6 +202,7 @@ const EFFORT: Effort = Effort {
     chains: 1,
     warmup: 400,
     draws: 1980,
+    target_accept: TARGET_ACCEPT,
 };
 
 /// χ² of the truths' ranks among the draws of their posteriors, as a standard normal, for each parameter.

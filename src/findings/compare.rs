@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::inference::diagnostics::loo::{difference, loo, relative_efficiency, Loo};
 use crate::inference::diagnostics::pareto::khat_threshold;
 use crate::inference::diagnostics::summary::summarise;
-use crate::inference::nuts::Watcher;
+use crate::inference::nuts::{divergences, Watcher};
 use crate::inference::sampling::{sample_posterior, Plan, Sampled};
 use crate::model::likelihood::pointwise::Pointwise;
 use crate::model::likelihood::Likelihood;
@@ -266,7 +266,6 @@ fn summary_of(chains: &[Vec<f64>]) -> crate::inference::diagnostics::summary::Su
 fn compared(form: Asked, own: bool, sampled: &Sampled, found: &Loo, used: usize) -> Compared {
     let (khat_max, khat_high) = found.worst_khat(khat_threshold(used));
     let rhats = sampled.values.iter().filter_map(|chains| summary_of(chains).rhat);
-    let diverging = sampled.chains.iter().flat_map(|chain| &chain.diverging);
     Compared {
         model: name(form.inertia, form.dry_speed),
         own,
@@ -278,6 +277,6 @@ fn compared(form: Asked, own: bool, sampled: &Sampled, found: &Loo, used: usize)
         delta: 0.0,
         delta_se: None,
         rhat: rhats.reduce(f64::max),
-        divergences: diverging.filter(|diverging| **diverging).count(),
+        divergences: divergences(&sampled.chains),
     }
 }

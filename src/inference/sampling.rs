@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::laplace::{laplace, Laplace};
-use super::nuts::{sample, Chain, Effort, SamplingFailure, Watcher};
+use super::nuts::{divergences, sample, Chain, Effort, SamplingFailure, Watcher};
 use crate::model::likelihood::{Compression, Likelihood};
 use crate::model::parameters::{Kind, Parameters};
 use crate::model::posterior::{LogDensity, Posterior};
@@ -32,6 +32,8 @@ pub struct Sampled {
     pub parameters: Parameters,
     /// what each chain kept, in the unbounded space
     pub chains: Vec<Chain>,
+    /// acceptance the step size was adapted to: the plan's, or nearer 1 where trajectories diverged with it
+    pub target_accept: f64,
     /// the draws of each parameter in each chain: `values[parameter][chain][draw]`
     pub values: Vec<Vec<Vec<f64>>>,
     /// mode and curvature the chains started from
@@ -100,7 +102,7 @@ pub fn sample_posterior(
         (posterior, about, Some(compression))
     };
     let compressed = began.elapsed().as_secs_f64();
-    let chains = sample(&posterior, &about, plan.effort, plan.stream, watcher)?;
+    let (chains, target_accept) = without_divergences(&posterior, &about, plan, watcher)?;
     let sampled = began.elapsed().as_secs_f64();
     let dimension = posterior.dimension();
     let mut values = vec![vec![vec![]; chains.len()]; dimension];
@@ -115,6 +117,7 @@ pub fn sample_posterior(
     Ok(Sampled {
         parameters,
         chains,
+        target_accept,
         values,
         laplace: about,
         compression,
@@ -125,6 +128,36 @@ pub fn sample_posterior(
             began.elapsed().as_secs_f64() - sampled,
         ],
     })
+}
+
+/// Samples anew with shorter steps as long as trajectories diverge, as they may where few runs leave σ wide open.
+fn without_divergences(
+    posterior: &Posterior,
+    about: &Laplace,
+    plan: Plan,
+    watcher: Watcher,
+) -> Result<(Vec<Chain>, f64), SamplingFailure> {
+    const SHORTER: [f64; 2] = [0.95, 0.995];
+    let with = |target_accept: f64| {
+        let effort = Effort {
+            target_accept,
+            ..plan.effort
+        };
+        sample(posterior, about, effort, plan.stream, watcher)
+    };
+    let mut target_accept = plan.effort.target_accept;
+    let mut chains = with(target_accept)?;
+    for shorter in SHORTER
+        .into_iter()
+        .filter(|shorter| *shorter > plan.effort.target_accept)
+    {
+        if divergences(&chains) == 0 {
+            break;
+        }
+        target_accept = shorter;
+        chains = with(target_accept)?;
+    }
+    Ok((chains, target_accept))
 }
 
 /// The least-squares start, and the medians of the priors for the case that it is no good.

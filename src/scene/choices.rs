@@ -1,6 +1,6 @@
 //! Reads the tables that choose a method: model, priors, sampler, bootstrap.
 
-use super::expect::{ABOVE_ZERO, FINITE, INSIDE_ONE};
+use super::expect::{ABOVE_ZERO, INSIDE_ONE, NOT_NEGATIVE};
 use super::table::Table;
 use crate::error::quoted;
 use crate::physics::impact::DrySpeed;
@@ -222,7 +222,7 @@ pub(super) fn priors(root: &Table, particles: &[&str], unused: &mut Vec<String>)
             );
             continue;
         }
-        if let Some(prior) = prior(&inner) {
+        if let Some(prior) = prior(parameter, &inner) {
             choices.push(PriorChoice {
                 parameter,
                 particle: None,
@@ -231,7 +231,10 @@ pub(super) fn priors(root: &Table, particles: &[&str], unused: &mut Vec<String>)
         }
     }
     for (particle, name) in particles.iter().enumerate() {
-        if let Some(prior) = table.table(&format!("dry_k.{name}")).and_then(|inner| prior(&inner)) {
+        if let Some(prior) = table
+            .table(&format!("dry_k.{name}"))
+            .and_then(|inner| prior("dry_k", &inner))
+        {
             choices.push(PriorChoice {
                 parameter: "dry_k",
                 particle: Some(particle),
@@ -240,11 +243,11 @@ pub(super) fn priors(root: &Table, particles: &[&str], unused: &mut Vec<String>)
         }
     }
     table.finish();
-    unused.extend(table.keys().into_iter().map(|key| format!("priors.{key}")));
+    note_unused("priors", &table, &["nu"], unused);
     choices
 }
 
-fn prior(table: &Table) -> Option<Prior> {
+fn prior(parameter: &str, table: &Table) -> Option<Prior> {
     let at = table.at("");
     let names = [
         "lognormal",
@@ -283,7 +286,9 @@ fn prior(table: &Table) -> Option<Prior> {
             &[df, loc, scale] if df > 0.0 && scale > 0.0 => Some(Prior::StudentT(df, loc, scale)),
             _ => refuse("student_t", "[df, loc, scale] with df and scale above 0"),
         },
-        ["fixed"] => table.number("fixed", FINITE).map(Prior::Fixed),
+        // every parameter is positive; without inertia is the one with its prefactor at zero
+        ["fixed"] if parameter == "inertial_prefactor" => table.number("fixed", NOT_NEGATIVE).map(Prior::Fixed),
+        ["fixed"] => table.number("fixed", ABOVE_ZERO).map(Prior::Fixed),
         _ => {
             table.refuse("", at, None, format!("expected one prior out of {}", names.join(", ")));
             return None;
@@ -293,18 +298,22 @@ fn prior(table: &Table) -> Option<Prior> {
     prior
 }
 
-pub(super) fn sampler(root: &Table, unused: &mut Vec<String>) -> Sampler {
+/// More chains, or more draws a chain, than any memory holds beside the runs.
+const MOST_CHAINS: u64 = 1000;
+const MOST_DRAWS: u64 = 1_000_000;
+
+pub(super) fn sampler(root: &Table) -> Sampler {
     let mut sampler = Sampler {
         chains: 4,
         warmup: 1000,
         draws: 1000,
     };
     if let Some(table) = root.table("sampler") {
-        sampler.chains = table.count("chains", 1).unwrap_or(sampler.chains);
-        sampler.warmup = table.count("warmup", 1).unwrap_or(sampler.warmup);
-        sampler.draws = table.count("draws", 1).unwrap_or(sampler.draws);
+        let count = |key: &str, most: u64| table.count_to(key, 1, most);
+        sampler.chains = count("chains", MOST_CHAINS).unwrap_or(sampler.chains);
+        sampler.warmup = count("warmup", MOST_DRAWS).unwrap_or(sampler.warmup);
+        sampler.draws = count("draws", MOST_DRAWS).unwrap_or(sampler.draws);
         table.finish();
-        unused.extend(table.keys().into_iter().map(|key| format!("sampler.{key}")));
     }
     sampler
 }

@@ -18,7 +18,7 @@ use super::Findings;
 use crate::error::Error;
 use crate::inference::diagnostics::energy::e_bfmi;
 use crate::inference::diagnostics::summary::summarise;
-use crate::inference::nuts::{Effort, Watcher, LARGEST_DEPTH};
+use crate::inference::nuts::{divergences, Effort, Watcher, LARGEST_DEPTH, TARGET_ACCEPT};
 use crate::inference::sampling::{sample_posterior, Plan, Sampled, Start};
 use crate::model::likelihood::pointwise::Pointwise;
 use crate::model::likelihood::Likelihood;
@@ -48,6 +48,8 @@ pub struct PosteriorFindings {
     pub warmup: usize,
     /// draws a chain kept
     pub draws: usize,
+    /// acceptance the step size was adapted to; above 0.8 where trajectories had diverged with that
+    pub target_accept: f64,
     /// kept draws whose trajectory diverged
     pub divergences: usize,
     /// kept draws whose trajectory was cut at its largest length
@@ -198,6 +200,7 @@ pub fn effort(scene: &Scene) -> Effort {
         chains: count(scene.sampler.chains),
         warmup: count(scene.sampler.warmup),
         draws: count(scene.sampler.draws),
+        target_accept: TARGET_ACCEPT,
     }
 }
 
@@ -312,11 +315,8 @@ fn tell(
         chains: effort.chains,
         warmup: effort.warmup,
         draws: effort.draws,
-        divergences: kept
-            .clone()
-            .flat_map(|chain| &chain.diverging)
-            .filter(|diverging| **diverging)
-            .count(),
+        target_accept: sampled.target_accept,
+        divergences: divergences(&sampled.chains),
         trajectories_cut: kept
             .flat_map(|chain| &chain.tree_depth)
             .filter(|depth| **depth >= LARGEST_DEPTH)
