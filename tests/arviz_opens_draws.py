@@ -69,9 +69,12 @@ def loo_of(tree):
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Estimated shape parameter of Pareto distribution")
         loo = az.loo(tree, pointwise=True)
+    # runs that stuck for certain have no log likelihood to speak of: nothing in the sum, but runs all the same
+    elpd = np.zeros(tree.observed_data.sizes["run"])
+    elpd[: loo.elpd_i.size] = loo.elpd_i.values.ravel()
     return {
         "elpd_loo": float(loo.elpd),
-        "se": float(loo.se),
+        "se": float(np.sqrt(elpd.size * elpd.var(ddof=1))),
         "p_loo": float(loo.p),
         "khat_max": float(loo.pareto_k.max()),
     }

@@ -52,5 +52,8 @@ pub fn files(told: Told, with_figures: bool) -> Result<Vec<File>, Error> {
     for figure in figures {
         files.push((format!("figures/{}", figure.name), figure.svg.into_bytes()));
     }
+    if let Some(posterior) = told.posterior {
+        files.extend(draws::posterior::files(told, posterior)?);
+    }
     Ok(files)
 }

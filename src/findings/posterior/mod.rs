@@ -54,8 +54,8 @@ pub struct PosteriorFindings {
     pub divergences: usize,
     /// kept draws whose trajectory was cut at its largest length
     pub trajectories_cut: usize,
-    /// smallest energy Bayesian fraction of missing information of a chain
-    pub e_bfmi: Option<f64>,
+    /// energy Bayesian fraction of missing information of each chain
+    pub e_bfmi: Vec<Option<f64>>,
     /// how it was sampled
     pub method: &'static str,
     /// the form of the inertial loss
@@ -293,7 +293,6 @@ fn tell(
     let parameters = &sampled.parameters;
     let told = parameters.sampled.iter().zip(&sampled.values);
     let kept = sampled.chains.iter();
-    let energies = kept.clone().filter_map(|chain| e_bfmi(&chain.energy));
     PosteriorFindings {
         parameters: told
             .map(|(parameter, values)| of_parameter(parameter, values))
@@ -318,10 +317,11 @@ fn tell(
         target_accept: sampled.target_accept,
         divergences: divergences(&sampled.chains),
         trajectories_cut: kept
+            .clone()
             .flat_map(|chain| &chain.tree_depth)
             .filter(|depth| **depth >= LARGEST_DEPTH)
             .count(),
-        e_bfmi: energies.reduce(f64::min),
+        e_bfmi: kept.map(|chain| e_bfmi(&chain.energy)).collect(),
         method: if sampled.compression.is_some() {
             "nuts_compressed"
         } else {

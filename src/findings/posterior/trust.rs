@@ -158,7 +158,7 @@ fn convergence(found: &PosteriorFindings) -> Vec<Check> {
             ),
         });
     }
-    if let Some(e_bfmi) = found.e_bfmi {
+    if let Some(e_bfmi) = found.e_bfmi.iter().copied().flatten().reduce(f64::min) {
         checks.push(Check {
             check: "e_bfmi",
             value: Some(e_bfmi),
