@@ -12,6 +12,7 @@
 //! | `pooling.rs` | what pooling liquids does to the square-root law |
 //! | `energy.rs` | the energy the liquid takes, St_c·e_inf², δc |
 //! | `bootstrap/` | the bootstrap interval of each estimate |
+//! | `shown.rs` | the film ratio shown where one must be chosen |
 //! | `published.rs` | ours beside the literature's |
 //! | `verdicts.rs` | what must hold before the numbers are quoted |
 //! | `overview.rs` | what was read and what it can identify |
@@ -28,6 +29,7 @@ mod pooling;
 pub mod published;
 pub mod scaling;
 pub mod series;
+pub mod shown;
 pub mod verdicts;
 
 use serde::Serialize;
@@ -69,6 +71,8 @@ pub struct Findings {
     pub energy_balance: Option<balance::EnergyBalance>,
     /// where the energy went
     pub energy: Vec<energy::Energy>,
+    /// how replicates were made; `None`: a stage that was not run
+    pub bootstrap: Option<bootstrap::Resampling>,
     /// the literature beside ours
     pub published: Vec<published::Compared>,
     /// a stage that was not run
@@ -123,6 +127,17 @@ impl Verdict {
 
 /// Fits everything least squares can say of a scene's runs; with `bootstrap`, resamples them as the scene says.
 pub fn find(scene: &Scene, table: &Table, seed: u64, bootstrap: bool) -> Findings {
+    find_watched(scene, table, seed, bootstrap, &|_| ())
+}
+
+/// The same; `done` is told 0 before the first replicate, then of replicates as they are finished.
+pub fn find_watched(
+    scene: &Scene,
+    table: &Table,
+    seed: u64,
+    bootstrap: bool,
+    done: &(dyn Fn(usize) + Sync),
+) -> Findings {
     let runs = &table.runs;
     let quoting = Quoting {
         level: scene.bootstrap.level,
@@ -134,15 +149,16 @@ pub fn find(scene: &Scene, table: &Table, seed: u64, bootstrap: bool) -> Finding
     );
     let energy_balance = balance::find(scene, runs, &dry, &mut scaling, quoting);
     let mut energy = energy::find(scene, runs, &dry, &scaling, quoting);
-    if bootstrap {
+    let resampled = bootstrap.then(|| {
+        done(0);
         let estimates = bootstrap::Estimates {
             dry: &mut dry,
             series: &mut series,
             scaling: &mut scaling,
             energy: &mut energy,
         };
-        bootstrap::complete(scene, runs, estimates, seed, false);
-    }
+        bootstrap::complete(scene, runs, estimates, seed, false, done)
+    });
     let published = published::find(scene, &dry, &scaling);
     let mut verdicts = verdicts::find(runs, &dry, &series, &scaling, energy_balance.as_ref());
     if bootstrap {
@@ -150,6 +166,8 @@ pub fn find(scene: &Scene, table: &Table, seed: u64, bootstrap: bool) -> Finding
     }
     let mut notices = table.notices.clone();
     notices.extend(verdicts::notices(scene, table, &dry, &series, &scaling, bootstrap));
+    let (resampling, of_resampling) = resampled.unzip();
+    notices.extend(of_resampling.into_iter().flatten());
     Findings {
         schema: SCHEMA,
         scene: scene.name.clone(),
@@ -169,6 +187,7 @@ pub fn find(scene: &Scene, table: &Table, seed: u64, bootstrap: bool) -> Finding
         scaling: scaling.into_iter().map(|fitted| fitted.scaling).collect(),
         energy_balance,
         energy,
+        bootstrap: resampling,
         published,
         posterior: None,
         compare: None,
