@@ -125,6 +125,18 @@ pub enum ResamplingScheme {
     Series,
 }
 
+impl ResamplingScheme {
+    /// Its word in a scene.
+    pub fn name(self) -> &'static str {
+        match self {
+            ResamplingScheme::Cases => "cases",
+            ResamplingScheme::Residuals => "residuals",
+            ResamplingScheme::Parametric => "parametric",
+            ResamplingScheme::Series => "series",
+        }
+    }
+}
+
 /// How an interval is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum IntervalMethod {
@@ -136,6 +148,18 @@ pub enum IntervalMethod {
     Studentized,
     /// estimate ± t · se
     Delta,
+}
+
+impl IntervalMethod {
+    /// Its word in a scene.
+    pub fn name(self) -> &'static str {
+        match self {
+            IntervalMethod::Bca => "bca",
+            IntervalMethod::Percentile => "percentile",
+            IntervalMethod::Studentized => "studentized",
+            IntervalMethod::Delta => "delta",
+        }
+    }
 }
 
 /// Parameters a prior can be set for.
@@ -329,17 +353,19 @@ pub(super) fn bootstrap(root: &Table, unused: &mut Vec<String>) -> Bootstrap {
         return bootstrap;
     };
     let schemes = [
-        ("cases", ResamplingScheme::Cases),
-        ("residuals", ResamplingScheme::Residuals),
-        ("parametric", ResamplingScheme::Parametric),
-        ("series", ResamplingScheme::Series),
-    ];
+        ResamplingScheme::Cases,
+        ResamplingScheme::Residuals,
+        ResamplingScheme::Parametric,
+        ResamplingScheme::Series,
+    ]
+    .map(|scheme| (scheme.name(), scheme));
     let methods = [
-        ("bca", IntervalMethod::Bca),
-        ("percentile", IntervalMethod::Percentile),
-        ("studentized", IntervalMethod::Studentized),
-        ("delta", IntervalMethod::Delta),
-    ];
+        IntervalMethod::Bca,
+        IntervalMethod::Percentile,
+        IntervalMethod::Studentized,
+        IntervalMethod::Delta,
+    ]
+    .map(|method| (method.name(), method));
     bootstrap.replicates = table.count("replicates", 1).unwrap_or(bootstrap.replicates);
     bootstrap.scheme = table.choice("scheme", &schemes).unwrap_or(bootstrap.scheme);
     bootstrap.interval = table.choice("interval", &methods);
