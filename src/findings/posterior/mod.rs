@@ -93,13 +93,17 @@ pub struct Quantity {
     pub mcse_mean: Option<f64>,
     /// Monte Carlo error of the sd
     pub mcse_sd: Option<f64>,
-    /// Monte Carlo error of the 5 % point
+    /// Monte Carlo error of the 5 % point; of a parameter only
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub mcse_q05: Option<f64>,
-    /// Monte Carlo error of the 95 % point
+    /// Monte Carlo error of the 95 % point; of a parameter only
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub mcse_q95: Option<f64>,
     /// what was believed before; `None` for a derived quantity
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub prior: Option<PriorTold>,
     /// why numbers are missing; stands exactly then
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub why_none: Option<String>,
 }
 
@@ -299,7 +303,11 @@ fn tell(
             .collect(),
         derived: derived
             .par_iter()
-            .map(|derived| quantity(&derived.name, &derived.values))
+            .map(|derived| Quantity {
+                mcse_q05: None,
+                mcse_q95: None,
+                ..quantity(&derived.name, &derived.values)
+            })
             .collect(),
         left_out: parameters
             .left_out
