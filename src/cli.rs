@@ -315,7 +315,7 @@ fn fit(
         let draws = Draws::of(&scene, quiet, "compare", COMPARED);
         timing.stage("compare", true, || {
             let watcher = |kept, diverging| draws.one(kept, diverging);
-            findings.add_comparison(&scene, &table.runs, posterior, exact_rows, &watcher)
+            findings.add_comparison(&scene, &table.runs, posterior, &watcher)
         })?;
     }
     let told = Told {

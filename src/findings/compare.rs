@@ -81,10 +81,9 @@ pub fn find(
     scene: &Scene,
     runs: &Runs,
     (least_squares, own): (&Findings, &Posterior),
-    asked: Asked,
-    seed: u64,
     watcher: Watcher,
 ) -> Result<Comparison, Error> {
+    let asked = own.asked;
     let mut found = Comparison {
         models: vec![],
         checks: vec![],
@@ -126,7 +125,7 @@ pub fn find(
             let draws = if is_own {
                 &own.sampled
             } else {
-                match sample_form(scene, runs, least_squares, form, seed, watcher)? {
+                match sample_form(scene, runs, least_squares, form, watcher)? {
                     Ok(of_form) => {
                         sampled = of_form;
                         &sampled
@@ -185,13 +184,65 @@ pub fn find(
     Ok(found)
 }
 
+/// A form is better than another if it gains more than this in log density, and this many standard errors.
+const GAIN: f64 = 4.0;
+
+/// Whether a difference of log density is a gain.
+fn is_gain(value: f64, se: Option<f64>) -> bool {
+    value > GAIN && se.is_some_and(|se| value > GAIN * se)
+}
+
+/// The form of inertia that a scene with `inertia = "auto"` is given: the default one, unless another predicts clearly
+/// better and its weights can be trusted. A notice says that intervals ignore the choice.
+pub fn choose(
+    scene: &Scene,
+    runs: &Runs,
+    least_squares: &Findings,
+    default: Asked,
+    watcher: Watcher,
+) -> Result<(Asked, Option<Notice>), Error> {
+    let draws = effort(scene).chains * effort(scene).draws;
+    let used = draws.min(MOST_DENSITIES / runs.len().max(1));
+    if used < FEWEST_DRAWS.min(draws) || runs.series.is_empty() {
+        return Ok((default, None));
+    }
+    let mut forms = vec![];
+    for inertia in Inertia::ALL {
+        let form = Asked { inertia, ..default };
+        let sampled = sample_form(scene, runs, least_squares, form, watcher)?;
+        if let Ok(of_form) = sampled.and_then(|sampled| leave_out(scene, runs, form, &sampled, used)) {
+            forms.push((form, of_form));
+        }
+    }
+    let Some((_, usual)) = forms.iter().find(|(form, _)| form.inertia == default.inertia) else {
+        return Ok((default, None));
+    };
+    let gains = forms.iter().filter_map(|(form, of_form)| {
+        let trusted = of_form.worst_khat(khat_threshold(used)).1 == 0;
+        let gain = difference(of_form, usual)?;
+        (trusted && is_gain(gain.value, gain.se)).then_some((*form, gain))
+    });
+    let Some((chosen, gain)) = gains.max_by(|a, b| a.1.value.total_cmp(&b.1.value)) else {
+        return Ok((default, None));
+    };
+    let notice = Notice::new(
+        "form_chosen",
+        1,
+        format!(
+            "inertia = \"auto\" took {}: it predicts the runs better than {} by {:.1} in log density; the intervals ignore that it was chosen",
+            chosen.inertia.name(),
+            default.inertia.name(),
+            gain.value
+        ),
+        "name the form in [model] to fix it",
+    );
+    Ok((chosen, Some(notice)))
+}
+
 /// The scene's own form predicts clearly worse than another.
 fn better(own: &Compared, best: &Compared) -> Option<Notice> {
-    /// a smaller gain is no gain; see the line of an automatic choice
-    const GAIN: f64 = 4.0;
     let gain = -own.delta;
-    let clear = gain > GAIN && own.delta_se.is_some_and(|se| gain > GAIN * se);
-    clear.then(|| {
+    is_gain(gain, own.delta_se).then(|| {
         Notice::new(
             "better_form",
             1,
@@ -220,7 +271,6 @@ fn sample_form(
     runs: &Runs,
     least_squares: &Findings,
     form: Asked,
-    seed: u64,
     watcher: Watcher,
 ) -> Result<Result<Sampled, String>, Error> {
     let parameters = Parameters::of(scene, runs, form.inertia, form.dry_speed)?;
@@ -228,7 +278,7 @@ fn sample_form(
     let stream = format!("compare {}", name(form.inertia, form.dry_speed));
     let plan = Plan {
         effort: effort(scene),
-        stream: (seed, &stream),
+        stream: (least_squares.seed, &stream),
         exact_rows: form.exact_rows,
     };
     let start = start(scene, least_squares);

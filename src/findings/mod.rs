@@ -216,7 +216,12 @@ impl Findings {
         exact_rows: bool,
         watcher: Watcher,
     ) -> Result<Option<Posterior>, Error> {
-        let asked = Asked::of(scene, exact_rows);
+        let mut asked = Asked::of(scene, exact_rows);
+        if scene.model.inertia.is_none() {
+            let (chosen, notice) = compare::choose(scene, runs, self, asked, watcher)?;
+            asked = chosen;
+            self.notices.extend(notice);
+        }
         match posterior::find(scene, runs, self, asked, self.seed, watcher)? {
             Ok(posterior) => {
                 // the posterior's own check of k against the dry runs takes the place of least squares'
@@ -242,11 +247,9 @@ impl Findings {
         scene: &Scene,
         runs: &Runs,
         posterior: &Posterior,
-        exact_rows: bool,
         watcher: Watcher,
     ) -> Result<Comparison, Error> {
-        let asked = Asked::of(scene, exact_rows);
-        let found = compare::find(scene, runs, (self, posterior), asked, self.seed, watcher)?;
+        let found = compare::find(scene, runs, (self, posterior), watcher)?;
         self.verdicts.extend(found.checks.iter().cloned());
         self.notices.extend(found.notices.iter().cloned());
         self.compare = (!found.models.is_empty()).then(|| found.models.clone());

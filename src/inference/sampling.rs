@@ -181,21 +181,34 @@ fn highest(posterior: &Posterior, starts: &[Vec<f64>]) -> Result<Laplace, NoPost
 }
 
 /// The compressed posterior with its mode: first roughly, to learn where the posterior lies, then to the bound there.
+///
+/// With very many runs the rough one may lie many standard deviations off; then the bound was kept in the wrong place,
+/// and the rows are compressed again about the new mode until it stays.
 fn compressed(
     parameters: &Parameters,
     rows: &Likelihood,
     starts: &[Vec<f64>],
 ) -> Result<(Posterior, Laplace, Compression), NoPosterior> {
+    /// each time the mode is nearer by orders of magnitude
+    const TRIES: usize = 8;
     let reference = parameters.full(&starts[0]);
     let (rough, _) = rows.compressed(&reference, &[], LARGEST_ERROR);
-    let rough = Posterior::new(parameters.clone(), rough);
-    let about = highest(&rough, starts)?;
-    let full = |point: &[f64]| parameters.full(&rough.draw_at(point));
-    let tests = region(&about).iter().map(|point| full(point)).collect::<Vec<_>>();
-    let (likelihood, compression) = rows.compressed(&full(&about.mode), &tests, LARGEST_ERROR);
-    let posterior = Posterior::new(parameters.clone(), likelihood);
-    let about = laplace(&posterior, &about.mode).map_err(|_| NoPosterior::NoStart)?;
-    Ok((posterior, about, compression))
+    let mut posterior = Posterior::new(parameters.clone(), rough);
+    let mut about = highest(&posterior, starts)?;
+    let mut tries = 0;
+    loop {
+        tries += 1;
+        let full = |point: &[f64]| parameters.full(&posterior.draw_at(point));
+        let tests = region(&about).iter().map(|point| full(point)).collect::<Vec<_>>();
+        let (likelihood, compression) = rows.compressed(&full(&about.mode), &tests, LARGEST_ERROR);
+        posterior = Posterior::new(parameters.clone(), likelihood);
+        let next = laplace(&posterior, &about.mode).map_err(|_| NoPosterior::NoStart)?;
+        let stays = next.distance(&about.mode).is_some_and(|moved| moved < 1.0);
+        about = next;
+        if stays || tries == TRIES {
+            return Ok((posterior, about, compression));
+        }
+    }
 }
 
 /// Points two and six standard deviations from the mode, along each axis of the rounded space.

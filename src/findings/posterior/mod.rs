@@ -159,6 +159,8 @@ pub struct Compression {
 /// A posterior with its draws, for the report and the files of draws.
 #[derive(Debug)]
 pub struct Posterior {
+    /// what was sampled
+    pub asked: Asked,
     /// what is said
     pub findings: PosteriorFindings,
     /// the draws
@@ -187,7 +189,7 @@ pub struct Asked {
 }
 
 impl Asked {
-    /// What the scene asks for; with the form left open, the default one.
+    /// What the scene asks for; with the form left open, the default one, from which another may be chosen.
     pub fn of(scene: &Scene, exact_rows: bool) -> Asked {
         Asked {
             inertia: scene.model.inertia.unwrap_or(Inertia::Stepwise),
@@ -242,6 +244,7 @@ pub fn find(
     let checks = trust::checks(&findings, least_squares);
     let notices = trust::notices(&findings);
     Ok(Ok(Posterior {
+        asked,
         findings,
         sampled,
         derived,

@@ -14,6 +14,12 @@ const DRAWS: usize = 200;
 /// Draws over which the number stuck in a series is averaged.
 const STUCK_DRAWS: usize = 40;
 
+/// Runs times draws that the checks may look at: a million runs are looked at with fewer draws, not for minutes.
+const AFFORDABLE: usize = 20_000_000;
+
+/// Fewest draws, however many runs there are.
+const FEWEST: usize = 10;
+
 /// A series longer than this has so many stuck runs that their number is as good as normal.
 const EXACT_TO: usize = 500;
 
@@ -84,7 +90,8 @@ struct Seen {
 
 /// Checks the runs against predictions from full vectors of parameters, as many or a few of them.
 pub fn find(scene: &Scene, runs: &Runs, pointwise: &Pointwise, full_draws: &[Vec<f64>]) -> Predictive {
-    let some: Vec<&Vec<f64>> = spread(full_draws, DRAWS);
+    let affordable = (AFFORDABLE / runs.len().max(1)).max(FEWEST);
+    let some: Vec<&Vec<f64>> = spread(full_draws, DRAWS.min(affordable));
     let seen: Vec<Seen> = (0..pointwise.len())
         .into_par_iter()
         .map(|run| {
@@ -97,7 +104,7 @@ pub fn find(scene: &Scene, runs: &Runs, pointwise: &Pointwise, full_draws: &[Vec
             )
         })
         .collect();
-    let few: Vec<&Vec<f64>> = spread(full_draws, STUCK_DRAWS);
+    let few: Vec<&Vec<f64>> = spread(full_draws, STUCK_DRAWS.min(affordable));
     Predictive {
         bands: [0.5, 0.9].map(|level| band(pointwise, &seen, level)).to_vec(),
         groups: groups(scene, runs, &seen),

@@ -7,7 +7,7 @@ use super::csv;
 use super::zarr::{store, Array, Group, Values};
 use crate::error::Error;
 use crate::findings::compare::{name, MOST_DENSITIES};
-use crate::findings::posterior::{Asked, Posterior};
+use crate::findings::posterior::Posterior;
 use crate::inference::diagnostics::loo::SAME;
 use crate::inference::nuts::Chain;
 use crate::model::likelihood::pointwise::Pointwise;
@@ -108,7 +108,7 @@ pub fn files(told: Told, posterior: &Posterior) -> Result<Vec<File>, Error> {
         }),
         derived(posterior, size),
     ];
-    let asked = Asked::of(scene, false);
+    let asked = posterior.asked;
     if stores_every_run(runs, posterior) {
         let pointwise = Pointwise::new(scene, runs, asked.inertia, asked.dry_speed);
         groups.extend(every_run(&pointwise, posterior, size, told.findings.seed));
