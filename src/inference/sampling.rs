@@ -12,7 +12,7 @@ use crate::model::posterior::{LogDensity, Posterior};
 pub const LARGEST_ERROR: f64 = 1e-3;
 
 /// Draws at which the sum over all rows is held against the compressed one.
-const CHECKED: usize = 200;
+pub const CHECKED: usize = 200;
 
 /// How a posterior is to be sampled.
 #[derive(Debug, Clone, Copy)]

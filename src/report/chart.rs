@@ -3,6 +3,7 @@
 //! Labels may hold subscripts and superscripts: `e_{n}`, `m s^{−1}`. An underscore or caret
 //! without braces is printed as it stands, so particle names need no care.
 
+mod grid;
 mod legend;
 mod mark;
 mod panel;
@@ -12,6 +13,7 @@ mod text;
 use kuva::backend::svg::SvgBackend;
 use kuva::render::render::{Primitive, Scene, TextAnchor};
 
+pub use grid::grid;
 use legend::Legend;
 use panel::Panel;
 
@@ -185,9 +187,7 @@ pub fn svg(charts: &[Chart]) -> String {
     let width = axes_width.max(legend_x + legend_width).ceil();
     let height = axes_height.max(legend_y + legend_height).ceil();
 
-    let mut scene = Scene::new(width, height);
-    scene.font_family = Some(FONTS.to_string());
-    scene.text_color = Some("black".to_string());
+    let mut scene = empty(width, height);
     let mut left = 0.0;
     for (i, panel) in panels.iter().enumerate() {
         scene.add(Primitive::GroupStart {
@@ -208,8 +208,20 @@ pub fn svg(charts: &[Chart]) -> String {
         left += panel.width;
     }
     legend.draw(&mut scene, legend_x, legend_y, columns);
+    document(&scene, width, height)
+}
 
-    let document = text::finish(&SvgBackend::new().render_scene(&scene));
+/// A scene with nothing in it.
+fn empty(width: f64, height: f64) -> Scene {
+    let mut scene = Scene::new(width, height);
+    scene.font_family = Some(FONTS.to_string());
+    scene.text_color = Some("black".to_string());
+    scene
+}
+
+/// A finished scene as an SVG document.
+fn document(scene: &Scene, width: f64, height: f64) -> String {
+    let document = text::finish(&SvgBackend::new().render_scene(scene));
     // Without a viewBox a page that narrows the picture would crop it instead of scaling it;
     // without preserved space some viewers swallow the blank after a subscript.
     document.replacen(

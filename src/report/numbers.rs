@@ -1,6 +1,7 @@
 //! Rounds numbers for print: by their standard error where there is one (PDG rule), by significant digits elsewhere.
 
 use crate::findings::estimate::Estimate;
+use crate::findings::posterior::Quantity;
 
 /// More decimals than this are noise in f64.
 const MOST_DECIMALS: i32 = 17;
@@ -84,6 +85,45 @@ pub fn interval_scaled(estimate: &Estimate, scale: impl Fn(f64) -> f64) -> Strin
 pub fn between(lo: f64, hi: f64, se: f64) -> String {
     let place = decimals(se);
     format!("{} to {}", to_place(lo, place), to_place(hi, place))
+}
+
+/// Decimal place of the last digit worth more than a Monte Carlo error.
+fn settled(mcse: f64) -> i32 {
+    (-mcse.log10()).ceil() as i32 - 1
+}
+
+/// A number of a posterior to the last digit that is worth more than its Monte Carlo error.
+pub fn by_mcse(value: Option<f64>, mcse: Option<f64>) -> String {
+    match (value, mcse) {
+        (Some(value), Some(mcse)) if mcse > 0.0 && mcse.is_finite() => to_place(value, settled(mcse)),
+        (value, _) => optional(value, 3),
+    }
+}
+
+/// `mean ± sd` of a posterior, rounded by the sd but to no digit that its Monte Carlo error leaves open. `scale` must be
+/// a plain factor.
+pub fn mean_and_sd(quantity: &Quantity, scale: impl Fn(f64) -> f64) -> String {
+    match (quantity.mean, quantity.sd, place(quantity, &scale)) {
+        (Some(mean), Some(sd), Some(place)) => {
+            format!("{} ± {}", to_place(scale(mean), place), to_place(scale(sd), place))
+        }
+        _ => NONE.to_owned(),
+    }
+}
+
+/// The 5 % and 95 % points of a posterior, rounded as its mean and sd are.
+pub fn five_to_ninety_five(quantity: &Quantity, scale: impl Fn(f64) -> f64) -> String {
+    match (quantity.q05, quantity.q95, place(quantity, &scale)) {
+        (Some(lo), Some(hi), Some(place)) => {
+            format!("{} to {}", to_place(scale(lo), place), to_place(scale(hi), place))
+        }
+        _ => NONE.to_owned(),
+    }
+}
+
+fn place(quantity: &Quantity, scale: impl Fn(f64) -> f64) -> Option<i32> {
+    let usable = |x: Option<f64>| x.map(&scale).filter(|x| *x > 0.0 && x.is_finite());
+    Some(decimals(usable(quantity.sd)?).min(settled(usable(quantity.mcse_mean)?)))
 }
 
 /// A number to some significant digits, without exponent between 1e-4 and 1e6.
@@ -173,6 +213,45 @@ mod tests {
         ] {
             assert_eq!(with_se(value, se), expected);
         }
+    }
+
+    #[test]
+    fn a_posteriors_digits_are_those_its_monte_carlo_error_leaves() {
+        for (mcse, expected) in [
+            (8.25e-6, "0.18352"),
+            (1e-5, "0.1835"),
+            (1.2e-4, "0.184"),
+            (0.3, "0"),
+            (3.0, "0"),
+        ] {
+            assert_eq!(by_mcse(Some(0.183_524_7), Some(mcse)), expected);
+        }
+        assert_eq!(by_mcse(Some(1234.0), Some(20.0)), "1200");
+        assert_eq!(by_mcse(Some(0.183_524_7), None), "0.184");
+        assert_eq!(by_mcse(None, Some(0.1)), NONE);
+        let quantity = |sd: f64, mcse_mean: f64| Quantity {
+            name: "k".to_owned(),
+            mean: Some(0.183_524_7),
+            sd: Some(sd),
+            median: None,
+            q05: Some(0.182_56),
+            q95: Some(0.184_48),
+            rhat: None,
+            ess_bulk: None,
+            ess_tail: None,
+            mcse_mean: Some(mcse_mean),
+            mcse_sd: None,
+            mcse_q05: None,
+            mcse_q95: None,
+            prior: None,
+            why_none: None,
+        };
+        let long = quantity(0.001_23, 2e-5);
+        assert_eq!(mean_and_sd(&long, |x| x), "0.1835 ± 0.0012");
+        assert_eq!(mean_and_sd(&long, |x| 1e3 * x), "183.5 ± 1.2");
+        assert_eq!(five_to_ninety_five(&long, |x| x), "0.1826 to 0.1845");
+        // a short run settles fewer digits than the sd would show
+        assert_eq!(mean_and_sd(&quantity(0.001_23, 4e-4), |x| x), "0.184 ± 0.001");
     }
 
     #[test]

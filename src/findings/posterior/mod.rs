@@ -177,6 +177,13 @@ pub struct Posterior {
 #[derive(Debug)]
 pub struct Declined(pub Check);
 
+impl Declined {
+    /// Its check among all, if nothing was sampled.
+    pub fn among(checks: &[Check]) -> Option<&Check> {
+        checks.iter().find(|check| trust::DECLINED.contains(&check.check))
+    }
+}
+
 /// What is sampled, and how.
 #[derive(Debug, Clone, Copy)]
 pub struct Asked {

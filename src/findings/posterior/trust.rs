@@ -26,6 +26,9 @@ const STUCK: f64 = 0.01;
 
 const VEHTARI: &str = "Vehtari et al. 2021";
 
+/// Names of the checks that stand where nothing was sampled.
+pub(super) const DECLINED: [&str; 3] = ["posterior", "noise", "rebounds"];
+
 /// Runs of which no posterior should be sampled.
 pub(super) fn decline(runs: &Runs, least_squares: &Findings, parameters: &Parameters) -> Option<Declined> {
     if parameters.sampled.is_empty() {

@@ -21,10 +21,15 @@ pub(super) fn drawable(value: f64) -> bool {
 impl Scale {
     /// Fits the values, or takes the wanted limits where they span something.
     pub(super) fn new(values: &[f64], wanted: Option<(f64, f64)>) -> Self {
+        Self::with_ticks(6.0, values, wanted)
+    }
+
+    /// The same with about so many ticks at most.
+    pub(super) fn with_ticks(most: f64, values: &[f64], wanted: Option<(f64, f64)>) -> Self {
         let (lower, upper) = wanted
             .filter(|&(lo, hi)| spans(lo, hi))
             .unwrap_or_else(|| fitted(values));
-        let rough = (upper - lower) / 6.0;
+        let rough = (upper - lower) / most;
         let decade = 10f64.powi(rough.log10().floor() as i32);
         let step = [1.0, 2.0, 5.0]
             .into_iter()
@@ -50,6 +55,14 @@ impl Scale {
 
     pub(super) fn contains(&self, value: f64) -> bool {
         (self.lower..=self.upper).contains(&value)
+    }
+
+    /// Where the ticks are.
+    pub(super) fn ticks(&self) -> impl Iterator<Item = f64> {
+        let (step, slack) = (self.step, 1e-9);
+        let first = (self.lower / step - slack).ceil() as i64;
+        let last = (self.upper / step + slack).floor() as i64;
+        (first..=last).map(move |i| i as f64 * step)
     }
 
     /// A tick's label: the same number of decimals and power of ten all along the axis.
@@ -144,9 +157,7 @@ mod tests {
     fn labels_of_an_axis_look_alike() {
         let labels = |lo, hi| {
             let s = Scale::new(&[], Some((lo, hi)));
-            let first = (s.lower / s.step - 1e-9).ceil() as i64;
-            let last = (s.upper / s.step + 1e-9).floor() as i64;
-            (first..=last).map(|i| s.label(i as f64 * s.step)).collect::<Vec<_>>()
+            s.ticks().map(|tick| s.label(tick)).collect::<Vec<_>>()
         };
         assert_eq!(labels(0.0, 0.6), ["0.0", "0.1", "0.2", "0.3", "0.4", "0.5", "0.6"]);
         assert_eq!(labels(-1.0, 1.0), ["−1.0", "−0.5", "0.0", "0.5", "1.0"]);

@@ -4,6 +4,7 @@ mod density;
 mod film;
 mod joint;
 mod points;
+mod posterior;
 
 use super::chart::{svg, Axis, Chart, Dash, Layer, Point, Style};
 use super::{numbers, Told};
@@ -21,6 +22,7 @@ use film::{energy, film};
 use joint::joint;
 pub use joint::joint_name;
 use points::{chart, curve, largest, means_of, pairs, points, steps};
+use posterior::{speeds, Bands};
 
 /// A finished figure.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,6 +37,13 @@ pub struct Figure {
 pub const FILM: &str = "e_inf-st_c-film_ratio.svg";
 /// File of the figure of the energy balance against the film ratio.
 pub const ENERGY: &str = "energy-film_ratio.svg";
+
+/// File of the posterior's figure of draws of each pair of parameters.
+pub const PAIRS: &str = "posterior-pairs.svg";
+/// File of the posterior's figure of ranks by chain.
+pub const RANKS: &str = "posterior-ranks.svg";
+/// File of the figure of prior against posterior.
+pub const PRIORS: &str = "posterior-priors.svg";
 
 /// File of a particle's figure of restitution against impact speed.
 pub fn speed_name(particle: &str) -> String {
@@ -54,9 +63,14 @@ pub fn film_ratios_name(particle: &str) -> String {
 const RESTITUTION: &str = "restitution e_{n}";
 const INVERSE_STOKES: &str = "St^{−1}";
 
+/// A marker's height on an axis of restitutions: series have their speeds in common, and their stuck runs' marks would
+/// hide each other.
+const STACKED: f64 = 0.03;
+
 /// Every figure the scene has something to show in.
 pub fn all(told: Told) -> Vec<Figure> {
-    let mut figures = vec![];
+    let mut figures = posterior::all(told);
+    let bands = Bands::of(told);
     let mut add = |name: String, charts: Vec<Chart>| {
         let drawn = |chart: &Chart| chart.layers.iter().any(has_points);
         if charts.iter().any(drawn) {
@@ -68,8 +82,8 @@ pub fn all(told: Told) -> Vec<Figure> {
     };
     for particle in 0..told.scene.particles.len() {
         let name = &told.scene.particles[particle].name;
-        add(speed_name(name), vec![against_speed(told, particle)]);
-        add(stokes_name(name), vec![against_stokes(told, particle)]);
+        add(speed_name(name), vec![against_speed(told, particle, bands.as_ref())]);
+        add(stokes_name(name), vec![against_stokes(told, particle, bands.as_ref())]);
         add(film_ratios_name(name), vec![every_film_ratio(told, particle)]);
     }
     add(FILM.to_owned(), film(told));
@@ -99,7 +113,7 @@ fn series_name(told: Told, series: &Series) -> String {
     format!("{liquid}, D = {diameter} mm, δ = {:.0} µm", micrometres(series.film))
 }
 
-fn against_speed(told: Told, particle: usize) -> Chart {
+fn against_speed(told: Told, particle: usize, bands: Option<&Bands>) -> Chart {
     let chosen = shown_film_ratio(told, particle);
     let series = series_at(told, particle, chosen);
     let runs = told.runs;
@@ -125,7 +139,12 @@ fn against_speed(told: Told, particle: usize) -> Chart {
         .collect();
     groups.push(dry_runs);
     let mut joined = means_of(groups);
-    let fastest = largest(&joined).unwrap_or(1.0);
+    let stuck = stuck_marks(told, &series, |_, v| v);
+    let fastest = largest(&joined)
+        .into_iter()
+        .chain(largest(&stuck))
+        .reduce(f64::max)
+        .unwrap_or(1.0);
     let dry_points = joined.pop().unwrap_or_default();
     let mut layers = vec![];
     let name = &told.scene.particles[particle].name;
@@ -145,6 +164,9 @@ fn against_speed(told: Told, particle: usize) -> Chart {
     for (group, ((s, fit), points_of)) in series.iter().zip(joined).enumerate() {
         let style = Style::group(group + 1);
         let label = series_name(told, s);
+        if let Some((bands, ends)) = bands.zip(speeds(told, s)) {
+            layers.extend(bands.layers(told, s, ends, (&label, style), |v| v));
+        }
         if let Some(law) = series_curve(told, fit, dry_k, fastest) {
             layers.push(curve(label.clone(), law, style, Dash::Solid));
         }
@@ -152,6 +174,7 @@ fn against_speed(told: Told, particle: usize) -> Chart {
             layers.push(points(label, points_of, style));
         }
     }
+    layers.extend(stuck_layers(told, &series, stuck, STACKED));
     let mut drawn = chart(
         Axis::new("impact speed v / (m s^{−1})").between(0.0, 1.05 * fastest),
         Axis::new(RESTITUTION).between(0.0, 1.0),
@@ -195,16 +218,50 @@ fn series_curve(told: Told, fit: &SeriesFit, dry_k: Option<f64>, fastest: f64) -
     (threshold < fastest).then(|| points.collect())
 }
 
+/// 1/St of a sphere of a series at a diameter and a speed.
+fn inverse_stokes_at(told: Told, series: &Series, diameter: f64, speed: f64) -> f64 {
+    let density = told.scene.particles[series.particle].density;
+    1.0 / stokes(density, diameter, speed, told.scene.liquids[series.liquid].viscosity)
+}
+
 /// (1/St, e) of the rebounds of some series.
 fn inverse_stokes(told: Told, series: &Series) -> Vec<(f64, f64)> {
-    let density = told.scene.particles[series.particle].density;
-    let viscosity = told.scene.liquids[series.liquid].viscosity;
     let runs = told.runs;
     let of = |run: usize| {
-        let st = stokes(density, runs.diameter[run], runs.impact_speed[run], viscosity);
-        (1.0 / st, runs.restitution[run])
+        let x = inverse_stokes_at(told, series, runs.diameter[run], runs.impact_speed[run]);
+        (x, runs.restitution[run])
     };
     series.rebounds.clone().map(of).collect()
+}
+
+/// Marks at e = 0 for the stuck runs of each series; `x` places a speed on the horizontal axis.
+fn stuck_marks(told: Told, series: &[(&Series, &SeriesFit)], x: impl Fn(&Series, f64) -> f64) -> Vec<Vec<Point>> {
+    let of = |s: &Series| {
+        let speeds = &told.runs.impact_speed[s.stuck.clone()];
+        speeds.iter().map(|v| (x(s, *v), 0.0)).collect()
+    };
+    means_of(series.iter().map(|(s, _)| of(s)).collect())
+}
+
+/// Hollow marks of stuck runs, those of each series so much above those of the one before.
+fn stuck_layers(told: Told, series: &[(&Series, &SeriesFit)], stuck: Vec<Vec<Point>>, apart: f64) -> Vec<Layer> {
+    let some = series
+        .iter()
+        .zip(stuck)
+        .enumerate()
+        .filter(|(_, (_, marks))| !marks.is_empty());
+    some.enumerate()
+        .map(|(level, (group, ((s, _), mut marks)))| {
+            marks.iter_mut().for_each(|mark| mark.y += apart * level as f64);
+            // a series that has no other marks is known by these
+            let name = if s.rebounds.is_empty() {
+                format!("{}: all stuck", series_name(told, s))
+            } else {
+                "stuck (hollow)".to_owned()
+            };
+            points(name, marks, Style::group(group + 1).open())
+        })
+        .collect()
 }
 
 fn scaling_of<'a>(told: Told<'a>, particle: usize, ratio: Option<f64>, law: Law) -> Option<&'a Scaling> {
@@ -240,18 +297,29 @@ fn laws(told: Told, particle: usize, ratio: Option<f64>, end: f64) -> Vec<Layer>
     layers
 }
 
-fn against_stokes(told: Told, particle: usize) -> Chart {
+fn against_stokes(told: Told, particle: usize, bands: Option<&Bands>) -> Chart {
     let chosen = shown_film_ratio(told, particle);
     let series = series_at(told, particle, chosen);
     let groups = series.iter().map(|(s, _)| inverse_stokes(told, s)).collect();
     let joined = means_of(groups);
-    let end = 1.1 * largest(&joined).unwrap_or(0.1);
+    let inverse = |s: &Series, v: f64| inverse_stokes_at(told, s, s.diameter, v);
+    let stuck = stuck_marks(told, &series, inverse);
+    let ends = largest(&joined).into_iter().chain(largest(&stuck));
+    let end = 1.1 * ends.reduce(f64::max).unwrap_or(0.1);
     let mut layers = laws(told, particle, chosen, end);
+    let all: Vec<&Series> = series.iter().map(|(s, _)| *s).collect();
     for (group, ((s, _), points_of)) in series.iter().zip(joined).enumerate() {
+        let (label, style) = (series_name(told, s), Style::group(group + 1));
+        layers.extend(
+            bands
+                .into_iter()
+                .flat_map(|bands| bands.of_liquid(told, &all, group, &label, inverse)),
+        );
         if !points_of.is_empty() {
-            layers.push(points(series_name(told, s), points_of, Style::group(group + 1)));
+            layers.push(points(label, points_of, style));
         }
     }
+    layers.extend(stuck_layers(told, &series, stuck, 0.0));
     let name = &told.scene.particles[particle].name;
     let mut drawn = chart(
         Axis::new(INVERSE_STOKES).between(0.0, end),

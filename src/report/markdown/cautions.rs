@@ -2,6 +2,7 @@
 
 use super::super::{numbers, Told};
 use super::page::Page;
+use super::posterior;
 
 pub(super) fn cautions(page: &mut Page, told: Told) {
     let findings = told.findings;
@@ -16,7 +17,7 @@ pub(super) fn cautions(page: &mut Page, told: Told) {
     let rows: Vec<Vec<String>> = findings
         .verdicts
         .iter()
-        .filter(|check| check.gates || !check.passed)
+        .filter(|check| !check.passed || check.gates && !posterior::tells(told, check))
         .map(|check| {
             let outcome = match (check.passed, check.gates) {
                 (true, _) => "holds",
@@ -33,6 +34,9 @@ pub(super) fn cautions(page: &mut Page, told: Told) {
         })
         .collect();
     page.table(&["check", "value", "line", "outcome", "why this line"], &rows);
+    if told.posterior.is_some() {
+        page.paragraph("The posterior's own checks that hold stand in its section.");
+    }
 }
 
 pub(super) fn reproduce(page: &mut Page, told: Told) {
@@ -44,8 +48,12 @@ pub(super) fn reproduce(page: &mut Page, told: Told) {
         .runs
         .file_name()
         .map_or(String::new(), |n| n.to_string_lossy().into_owned());
+    let every_row = told
+        .posterior
+        .is_some_and(|posterior| posterior.sampled.compression.is_none());
+    let rows = if every_row { " --exact-rows" } else { "" };
     page.paragraph(&format!(
-        "`wetcor fit {}/scene.toml --seed {}`, wetcor {}. Full precision, further intervals and every reason stand in `findings.json`.",
+        "`wetcor fit {}/scene.toml --seed {}{rows}`, wetcor {}. Full precision, further intervals and every reason stand in `findings.json`.",
         findings.scene, findings.seed, findings.wetcor
     ));
     page.table(

@@ -99,11 +99,12 @@ pub(super) fn series(page: &mut Page, told: Told) {
     page.paragraph(&format!(
         "e = √(α + β/v), one law a series; the threshold is the speed −β/α below which it gives no rebound.{offset}"
     ));
+    let bands = bands(told);
     for name in estimated(told) {
         page.figure(
             &figures::speed_name(&name),
             &format!("{name}: e_n against v"),
-            &format!("{name}: restitution against impact speed at one film ratio. Points are means of repeated speeds with their standard errors, curves the fits of this section and the dry law (as figs. 2a and 2c of Müller & Huang 2016)."),
+            &format!("{name}: restitution against impact speed at one film ratio. Points are means of repeated speeds with their standard errors, curves the fits of this section and the dry law (as figs. 2a and 2c of Müller & Huang 2016). Stuck runs are hollow marks at e = 0, those of one series above another's.{bands}"),
         );
     }
     let rows: Vec<Vec<String>> = findings
@@ -143,6 +144,17 @@ pub(super) fn series(page: &mut Page, told: Told) {
     );
 }
 
+/// What the bands in a figure are; nothing where there are none.
+fn bands(told: Told) -> &'static str {
+    match told.posterior {
+        Some(_) => {
+            " Shaded: 90 % bands of the posterior over the speeds of the runs, dark for the mean restitution (often no \
+             wider than a line), light for a single run."
+        }
+        None => "",
+    }
+}
+
 pub(super) fn bias_cells(row: &Scaling) -> [String; 2] {
     row.bias.map_or([NONE.to_owned(), NONE.to_owned()], |bias| {
         [
@@ -163,12 +175,13 @@ pub(super) fn scaling(page: &mut Page, told: Told) {
          p is the probability, by an F test against one law at each film ratio, of so large a difference by chance. \
          Bias is what the linear law gets wrong when fitted to the noise-free square root at the same runs.",
     );
+    let bands = bands(told);
     for name in estimated(told) {
         page.figure(
             &figures::stokes_name(&name),
             &format!("{name}: e_n against 1/St"),
             &format!(
-                "{name}: restitution against 1/St at one film ratio, with both laws fitted to it (as figs. 2b and 2d)."
+                "{name}: restitution against 1/St at one film ratio, with both laws fitted to it (as figs. 2b and 2d). Stuck runs are hollow marks at e = 0.{bands}"
             ),
         );
         page.figure(

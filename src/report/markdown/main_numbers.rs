@@ -8,6 +8,7 @@ use super::verdict_line;
 use crate::findings::balance::Derived;
 use crate::findings::estimate::Estimate;
 use crate::findings::own_dry_speed::reference_dry_speed;
+use crate::findings::posterior::Quantity;
 use crate::scene::{Law, Published};
 
 pub(super) fn main_numbers(page: &mut Page, told: Told) {
@@ -18,22 +19,18 @@ pub(super) fn main_numbers(page: &mut Page, told: Told) {
          ± is one standard error (least squares, delta method); k comes from the dry runs, \
          the others from every rebound at once, together with what the dry runs say of k.",
     );
-    let level = interval_header(told);
-    let mut rows: Vec<Vec<String>> = findings
-        .dry
-        .iter()
-        .map(|dry| number(format!("k / (m/s)^(−1/5), {}", dry.particle), &dry.dry_k))
-        .collect();
-    if let Some(balance) = &findings.energy_balance {
-        for parameter in &balance.parameters {
-            if let Some(name) = parameter_name(&parameter.name, balance.inertia) {
-                rows.push(number(name, &parameter.estimate));
-            }
-        }
-        rows.push(number("δc/ε = exp(L)".to_owned(), &balance.delta_c_over_roughness));
+    if told.posterior.is_some() {
+        page.paragraph(
+            "Beside them stands the posterior of all runs at once, the stuck ones with them: there ± is one standard \
+             deviation about the mean.",
+        );
     }
+    let level = interval_header(told);
+    let mut header = vec!["quantity", "value", &level];
+    header.extend(told.posterior.map(|_| "posterior mean ± sd"));
+    let rows: Vec<Vec<String>> = parameters(told).iter().map(|row| row.cells(told)).collect();
     if !rows.is_empty() {
-        page.table(&["quantity", "value", &level], &rows);
+        page.table(&header, &rows);
     }
     let speed = numbers::short(reference_dry_speed(told.scene));
     if let Some(derived) = derived(told) {
@@ -86,8 +83,67 @@ fn derived(told: Told<'_>) -> Option<&[Derived]> {
     (balance.verdict.passed && !balance.derived.is_empty()).then_some(balance.derived.as_slice())
 }
 
-fn number(name: String, estimate: &Estimate) -> Vec<String> {
-    vec![name, numbers::estimate(estimate), numbers::interval(estimate)]
+/// A main number by least squares, by the posterior, or both.
+struct Row<'a> {
+    /// its name in files
+    key: String,
+    label: String,
+    estimate: Option<&'a Estimate>,
+    quantity: Option<&'a Quantity>,
+}
+
+impl Row<'_> {
+    fn cells(&self, told: Told) -> Vec<String> {
+        let estimate = |text: fn(&Estimate) -> String| self.estimate.map_or(NONE.to_owned(), text);
+        let mut cells = vec![
+            self.label.clone(),
+            estimate(numbers::estimate),
+            estimate(numbers::interval),
+        ];
+        if told.posterior.is_some() {
+            cells.push(
+                self.quantity
+                    .map_or(NONE.to_owned(), |q| numbers::mean_and_sd(q, |x| x)),
+            );
+        }
+        cells
+    }
+}
+
+/// k of each particle, what the energy balance gives, δc/ε: each that least squares or the posterior has.
+fn parameters(told: Told<'_>) -> Vec<Row<'_>> {
+    let mut keys: Vec<(String, String, Option<&Estimate>)> = vec![];
+    for particle in &told.scene.particles {
+        let dry = told.findings.dry.iter().find(|dry| dry.particle == particle.name);
+        let label = format!("k / (m/s)^(−1/5), {}", particle.name);
+        keys.push((format!("dry_k[{}]", particle.name), label, dry.map(|dry| &dry.dry_k)));
+    }
+    let balance = told.findings.energy_balance.as_ref();
+    let inertia = balance.map(|balance| balance.inertia);
+    let inertia = inertia.or(told.posterior.map(|posterior| posterior.findings.inertia));
+    for key in ["lubrication_log", "inertial_prefactor", "film_scale"] {
+        let mut fitted = balance.iter().flat_map(|balance| &balance.parameters);
+        let estimate = fitted
+            .find(|parameter| parameter.name == key)
+            .map(|found| &found.estimate);
+        let label = parameter_name(key, inertia.unwrap_or_default()).unwrap_or_default();
+        keys.push((key.to_owned(), label, estimate));
+    }
+    let delta_c = balance.map(|balance| &balance.delta_c_over_roughness);
+    keys.push(("delta_c_over_roughness".to_owned(), "δc/ε = exp(L)".to_owned(), delta_c));
+    let quantity = |key: &str| {
+        let found = &told.posterior?.findings;
+        found.parameters.iter().chain(&found.derived).find(|q| q.name == key)
+    };
+    keys.into_iter()
+        .map(|(key, label, estimate)| Row {
+            quantity: quantity(&key),
+            key,
+            label,
+            estimate,
+        })
+        .filter(|row| row.estimate.is_some() || row.quantity.is_some())
+        .collect()
 }
 
 /// How the report names a parameter of the energy balance; k is told from the dry runs alone.
@@ -156,19 +212,18 @@ pub fn summary(told: Told) -> String {
     let findings = told.findings;
     let mut text = verdict_line(findings).replace("**", "");
     text.push('\n');
-    for dry in &findings.dry {
-        text.push_str(&format!("k[{}] = {}\n", dry.particle, numbers::estimate(&dry.dry_k)));
-    }
-    if let Some(balance) = &findings.energy_balance {
-        for parameter in &balance.parameters {
-            if parameter_name(&parameter.name, balance.inertia).is_some() {
-                text.push_str(&format!(
-                    "{} = {}\n",
-                    parameter.name,
-                    numbers::estimate(&parameter.estimate)
-                ));
-            }
-        }
+    for row in parameters(told)
+        .iter()
+        .filter(|row| row.key != "delta_c_over_roughness")
+    {
+        let least_squares = row.estimate.map(numbers::estimate);
+        let posterior = row.quantity.map(|q| numbers::mean_and_sd(q, |x| x));
+        let both = match (least_squares, posterior) {
+            (Some(least_squares), Some(posterior)) => format!("{least_squares} (se); posterior {posterior} (sd)"),
+            (Some(least_squares), None) => least_squares,
+            (None, posterior) => format!("posterior {} (sd)", posterior.unwrap_or_default()),
+        };
+        text.push_str(&format!("{} = {both}\n", row.key));
     }
     let line = |particle: &str, ratio: f64, e_inf: &Estimate, st_c: &Estimate| {
         format!(

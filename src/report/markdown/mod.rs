@@ -6,6 +6,7 @@ mod cells;
 mod laws;
 mod main_numbers;
 mod page;
+mod posterior;
 mod runs;
 
 pub use main_numbers::summary;
@@ -36,6 +37,7 @@ pub fn report(told: Told, figures: &[&str]) -> String {
     laws::film(&mut page, told);
     laws::energy(&mut page, told);
     bootstrap::bootstrap(&mut page, told);
+    posterior::posterior(&mut page, told);
     cautions::cautions(&mut page, told);
     cautions::reproduce(&mut page, told);
     let mut text = page.text.trim_end().to_owned();

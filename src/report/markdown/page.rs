@@ -11,6 +11,10 @@ impl Page {
         self.text.push_str(&format!("## {title}\n\n"));
     }
 
+    pub(super) fn subheading(&mut self, title: &str) {
+        self.text.push_str(&format!("### {title}\n\n"));
+    }
+
     pub(super) fn paragraph(&mut self, text: &str) {
         self.text.push_str(text);
         self.text.push_str("\n\n");

@@ -1,0 +1,177 @@
+//! Finds where the posterior puts the mean restitution of a series, and single runs about it.
+
+use statrs::distribution::{ContinuousCDF, Normal};
+
+use super::super::super::chart::{Layer, Style};
+use super::super::super::Told;
+use crate::model::parameters::{Kind, COMMON_SLOTS};
+use crate::physics::impact::{kept_energy, DrySpeed, Parameters, Setting};
+use crate::physics::inertia::Inertia;
+use crate::physics::rebound::mean_restitution;
+use crate::runs::Series;
+
+/// Draws a band is made of.
+const DRAWS: usize = 400;
+/// Speeds along a band.
+const STEPS: usize = 48;
+/// Probability on each side of a band.
+const TAIL: f64 = 0.05;
+/// Share by which a band goes beyond the speeds of its runs, so that those of one speed have one too.
+const BEYOND: f64 = 0.02;
+
+/// Draws of the posterior, ready for curves.
+pub(in super::super) struct Bands {
+    inertia: Inertia,
+    /// the speed at which e_dry enters
+    pub(in super::super) dry_speed: DrySpeed,
+    /// full vectors of parameters
+    draws: Vec<Vec<f64>>,
+    /// a standard normal number for each of them: evenly spread, whatever the order of the draws
+    normal: Vec<f64>,
+}
+
+/// Edges of a band at a speed.
+struct Edges {
+    speed: f64,
+    mean: (f64, f64),
+    single: (f64, f64),
+}
+
+impl Bands {
+    /// The draws of what was sampled; `None` where nothing was.
+    pub(in super::super) fn of(told: Told) -> Option<Bands> {
+        let posterior = told.posterior?;
+        let inertia = Inertia::ALL
+            .into_iter()
+            .find(|form| form.name() == posterior.findings.inertia)?;
+        let all = posterior.sampled.full_draws();
+        let step = all.len().div_ceil(DRAWS).max(1);
+        let draws: Vec<Vec<f64>> = all.into_iter().step_by(step).collect();
+        let golden = 0.5 * (5f64.sqrt() - 1.0);
+        let even = (0..draws.len()).map(|i| (0.5 + golden * i as f64).fract());
+        let normal = even.map(|p| Normal::standard().inverse_cdf(p)).collect();
+        Some(Bands {
+            inertia,
+            dry_speed: match posterior.findings.dry_speed_m_s {
+                Some(speed) => DrySpeed::Reference(speed),
+                None => DrySpeed::Impact,
+            },
+            draws,
+            normal,
+        })
+    }
+
+    /// The bands of a series over some speeds, that of single runs first; `x` places a speed on the horizontal axis.
+    pub(in super::super) fn layers(
+        &self,
+        told: Told,
+        series: &Series,
+        speeds: (f64, f64),
+        (name, style): (&str, Style),
+        x: impl Fn(f64) -> f64,
+    ) -> Vec<Layer> {
+        let edges = self.edges(told, series, speeds);
+        let band = |of: fn(&Edges) -> (f64, f64)| Layer::Band {
+            name: Some(name.to_owned()),
+            // a run below zero stuck
+            edges: edges
+                .iter()
+                .map(|at| (x(at.speed), of(at).0.max(0.0), of(at).1.max(0.0)))
+                .collect(),
+            style,
+        };
+        if edges.iter().all(|at| at.single.1 <= 0.0) {
+            return vec![];
+        }
+        vec![band(|at| at.single), band(|at| at.mean)]
+    }
+
+    /// The bands against 1/St of the series at `place`, named `label`; `inverse` is 1/St at a speed.
+    ///
+    /// With one dry speed every series of a liquid has the same curve: the first of them draws it for all.
+    pub(in super::super) fn of_liquid(
+        &self,
+        told: Told,
+        series: &[&Series],
+        place: usize,
+        label: &str,
+        inverse: impl Fn(&Series, f64) -> f64,
+    ) -> Vec<Layer> {
+        let own = series[place];
+        let style = Style::group(place + 1);
+        let along = |v: f64| inverse(own, v);
+        if self.dry_speed == DrySpeed::Impact {
+            let ends = speeds(told, own);
+            return ends.map_or(vec![], |ends| self.layers(told, own, ends, (label, style), along));
+        }
+        let same = |other: &&&Series| other.liquid == own.liquid;
+        if series[..place].iter().any(|other| same(&other)) {
+            return vec![];
+        }
+        // where the runs of all these series lie on the axis, as speeds of this one
+        let as_own = |other: &Series, v: f64| v * inverse(own, v) / inverse(other, v);
+        let each = series.iter().filter(same).filter_map(|other| {
+            let (slowest, fastest) = speeds(told, other)?;
+            Some((as_own(other, slowest), as_own(other, fastest)))
+        });
+        let ends = each.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+        let name = format!("{}, posterior", told.scene.liquids[own.liquid].name);
+        ends.map_or(vec![], |ends| self.layers(told, own, ends, (&name, style), along))
+    }
+
+    fn edges(&self, told: Told, series: &Series, (slowest, fastest): (f64, f64)) -> Vec<Edges> {
+        let particle = &told.scene.particles[series.particle];
+        let liquid = &told.scene.liquids[series.liquid];
+        let setting = Setting {
+            density: particle.density,
+            diameter: series.diameter,
+            liquid_density: liquid.density,
+            viscosity: liquid.viscosity,
+            film: series.film,
+        };
+        let (slowest, fastest) = (slowest * (1.0 - BEYOND), fastest * (1.0 + BEYOND));
+        let speeds = (0..=STEPS).map(|i| slowest + (fastest - slowest) * i as f64 / STEPS as f64);
+        speeds
+            .map(|speed| {
+                let mean = |full: &Vec<f64>| {
+                    let parameters = Parameters {
+                        dry_k: full[COMMON_SLOTS + series.particle],
+                        lubrication_log: full[Kind::LubricationLog.slot()],
+                        inertial_prefactor: full[Kind::InertialPrefactor.slot()],
+                        film_scale: full[Kind::FilmScale.slot()],
+                    };
+                    mean_restitution(kept_energy(&setting, self.inertia, self.dry_speed, &parameters, speed))
+                };
+                let means: Vec<f64> = self.draws.iter().map(mean).collect();
+                let both = means.iter().zip(&self.draws).zip(&self.normal);
+                let single = both
+                    .map(|((mean, full), z)| mean + full[Kind::SigmaWet.slot()] * z)
+                    .collect();
+                Edges {
+                    speed,
+                    mean: central(means),
+                    single: central(single),
+                }
+            })
+            .collect()
+    }
+}
+
+/// The numbers between which all but the tails lie.
+fn central(mut values: Vec<f64>) -> (f64, f64) {
+    values.sort_unstable_by(f64::total_cmp);
+    let at = |probability: f64| {
+        let place = probability * values.len().saturating_sub(1) as f64;
+        values.get(place.round() as usize).copied().unwrap_or(f64::NAN)
+    };
+    (at(TAIL), at(1.0 - TAIL))
+}
+
+/// Slowest and fastest run of a series, stuck ones with them.
+pub(in super::super) fn speeds(told: Told, series: &Series) -> Option<(f64, f64)> {
+    let all = told.runs.impact_speed[series.runs()].iter();
+    all.fold(None, |ends, v| {
+        let (slowest, fastest) = ends.unwrap_or((*v, *v));
+        Some((v.min(slowest), v.max(fastest)))
+    })
+}

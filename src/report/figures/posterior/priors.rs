@@ -1,0 +1,161 @@
+//! Draws each parameter's density before and after the runs.
+
+use super::super::super::chart::{Axis, Chart, Dash, Layer, Style};
+use super::super::super::Told;
+use super::{draws, shown, symbol};
+use crate::findings::posterior::Posterior;
+use crate::model::parameters::Parameter;
+use crate::scene::Prior;
+
+/// More panels than this are a wall.
+const MOST_PARAMETERS: usize = 16;
+/// Points along a density.
+const CURVE: usize = 120;
+/// Draws a smoothed density is made of.
+const SMOOTHED: usize = 1000;
+/// A prior is shown where it has more than this share of its highest density.
+const SHOWN: f64 = 0.02;
+/// Spreads of a prior about its median within which it is looked for.
+const REACH: f64 = 6.0;
+
+/// A panel a parameter.
+pub(super) fn charts(told: Told, posterior: &Posterior) -> Vec<Chart> {
+    let panel = |place: usize| {
+        let parameter = &posterior.sampled.parameters.sampled[place];
+        let mut chart = chart(parameter, &draws(posterior, place));
+        let unit = match parameter.kind.unit() {
+            "1" => "",
+            // the only unit a parameter has
+            _ => " / (m/s)^{−1/5}",
+        };
+        chart.x.label = format!("{}{unit}", symbol(told, parameter));
+        chart
+    };
+    shown(posterior, MOST_PARAMETERS).into_iter().map(panel).collect()
+}
+
+fn chart(parameter: &Parameter, draws: &[f64]) -> Chart {
+    let after = smoothed(draws, parameter.bounds);
+    let before = prior_range(parameter);
+    let ends = after.iter().map(|point| point.0).chain([before.0, before.1]);
+    let (lo, hi) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)));
+    let prior = over_highest(along(lo, hi).map(|x| (x, density(parameter, x))).collect());
+    let named = |name: &str| Some(name.to_owned());
+    Chart {
+        title: None,
+        x: Axis::new("").between(lo, hi),
+        y: Axis::new("").between(0.0, 1.1),
+        layers: vec![
+            Layer::Band {
+                name: named("posterior"),
+                edges: after.iter().map(|(x, y)| (*x, 0.0, *y)).collect(),
+                style: Style::group(1),
+            },
+            // a posterior narrower than a pixel is still a line
+            Layer::Line {
+                name: named("posterior"),
+                xy: after,
+                style: Style::group(1),
+                dash: Dash::Solid,
+            },
+            Layer::Line {
+                name: named("prior"),
+                xy: prior,
+                style: Style::group(2),
+                dash: Dash::Dashed,
+            },
+        ],
+    }
+}
+
+fn along(lo: f64, hi: f64) -> impl Iterator<Item = f64> {
+    (0..=CURVE).map(move |i| lo + (hi - lo) * i as f64 / CURVE as f64)
+}
+
+/// Density of a prior inside the bounds, but for a factor.
+fn density(parameter: &Parameter, x: f64) -> f64 {
+    let inside = x > parameter.bounds.0 && x < parameter.bounds.1;
+    let ln = parameter.prior.ln_density(x).filter(|_| inside);
+    ln.map_or(0.0, |(ln, _)| ln.exp())
+}
+
+/// Where a prior has most of its density.
+fn prior_range(parameter: &Parameter) -> (f64, f64) {
+    let median = parameter.prior.median();
+    let spread = match parameter.prior {
+        // may have no sd
+        Prior::StudentT(_, _, scale) => 2.0 * scale,
+        prior => prior.sd().unwrap_or(median.abs()),
+    };
+    let lo = (median - REACH * spread).max(parameter.bounds.0);
+    let hi = (median + REACH * spread).min(parameter.bounds.1);
+    let curve: Vec<(f64, f64)> = over_highest(along(lo, hi).map(|x| (x, density(parameter, x))).collect());
+    let mut dense = curve.iter().filter(|point| point.1 > SHOWN).map(|point| point.0);
+    let first = dense.next().unwrap_or(lo);
+    let step = (hi - lo) / CURVE as f64;
+    ((first - step).max(lo), (dense.last().unwrap_or(first) + step).min(hi))
+}
+
+/// The density of draws inside bounds, smoothed with a normal kernel of Silverman's width, over its highest.
+fn smoothed(draws: &[f64], (lower, upper): (f64, f64)) -> Vec<(f64, f64)> {
+    let step = draws.len().div_ceil(SMOOTHED).max(1);
+    let some: Vec<f64> = draws.iter().copied().step_by(step).collect();
+    let n = some.len() as f64;
+    let mean = some.iter().sum::<f64>() / n;
+    let sd = (some.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / n).sqrt();
+    let width = 1.06 * sd * n.powf(-0.2);
+    let (lo, hi) = ((mean - 4.0 * sd).max(lower), (mean + 4.0 * sd).min(upper));
+    let at = |x: f64| -> f64 {
+        let kernel = some.iter().map(|draw| (x - draw) / width);
+        kernel.map(|z| (-0.5 * z * z).exp()).sum()
+    };
+    over_highest(along(lo, hi).step_by(2).map(|x| (x, at(x))).collect())
+}
+
+fn over_highest(mut curve: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+    let highest = curve.iter().map(|point| point.1).fold(0.0, f64::max);
+    for point in &mut curve {
+        point.1 /= highest;
+    }
+    curve
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::parameters::Kind;
+
+    fn parameter(prior: Prior, bounds: (f64, f64)) -> Parameter {
+        Parameter {
+            kind: Kind::LubricationLog,
+            name: "lubrication_log".to_owned(),
+            bounds,
+            prior,
+            source: "a test",
+        }
+    }
+
+    #[test]
+    fn a_prior_is_shown_where_it_has_density_and_never_beyond_its_bounds() {
+        let above = (0.0, f64::INFINITY);
+        let (lo, hi) = prior_range(&parameter(Prior::LogNormal(3.0, 0.5), above));
+        assert!(lo < 1.0 && lo > 0.0 && hi > 7.0 && hi < 14.0, "{lo} {hi}");
+        let (lo, hi) = prior_range(&parameter(Prior::Normal(0.5, 1.0), (0.0, 0.9)));
+        assert!(lo == 0.0 && (hi - 0.9).abs() < 1e-12, "{lo} {hi}");
+        // a Student-t without a variance
+        let (lo, hi) = prior_range(&parameter(Prior::StudentT(1.0, 2.0, 0.1), above));
+        assert!(lo > 0.7 && hi < 3.3 && hi - lo > 1.0, "{lo} {hi}");
+        let (lo, hi) = prior_range(&parameter(Prior::Uniform(1.0, 2.0), (1.0, 2.0)));
+        assert!((1.0..1.1).contains(&lo) && (1.9..=2.0).contains(&hi), "{lo} {hi}");
+    }
+
+    #[test]
+    fn a_smoothed_density_is_highest_where_most_draws_are() {
+        let draws: Vec<f64> = (0..1000)
+            .map(|i| 1.0 + ((f64::from(i) * 0.618).fract() - 0.5).powi(3))
+            .collect();
+        let curve = smoothed(&draws, (0.0, f64::INFINITY));
+        let highest = curve.iter().max_by(|a, b| a.1.total_cmp(&b.1)).expect("points");
+        assert!((highest.0 - 1.0).abs() < 0.02 && highest.1 == 1.0, "{highest:?}");
+    }
+}

@@ -1,0 +1,132 @@
+//! Tells what was assumed: how the runs came about, what was believed of the parameters before, what was left out.
+
+use super::super::super::numbers;
+use super::super::super::Told;
+use super::super::page::Page;
+use super::label;
+use crate::findings::posterior::{LeftOut, Posterior};
+use crate::physics::rebound::TURN;
+use crate::scene::Prior;
+
+/// The generative statement with this scene's form of inertia and dry speed.
+pub(super) fn model(page: &mut Page, told: Told, posterior: &Posterior) {
+    page.subheading("Model");
+    if !told.runs.series.is_empty() {
+        page.paragraph(&wet(told, posterior));
+    }
+    let own = "Each particle has its own k; every other parameter is one for all runs.";
+    if told.runs.dry.is_empty() {
+        page.paragraph(own);
+    } else {
+        page.paragraph(&format!(
+            "A dry run has e = 1 − k v^(1/5) + σ_dry z, at its own speed. {own}"
+        ));
+    }
+}
+
+fn wet(told: Told, posterior: &Posterior) -> String {
+    let limit = numbers::short(told.scene.data.smallest_restitution);
+    let findings = &posterior.findings;
+    let (inertial, g) = match findings.inertia {
+        "stepwise" => (" − C ρ̃ g(δ̃)", " g(δ̃) = δ̃ (3 − 6 δ̃ + 4 δ̃²) (stepwise, eq. Eint2),"),
+        "cap" => (" − C ρ̃ g(δ̃)", " g(δ̃) = 2 δ̃ (3 − 5 δ̃ + 2 δ̃²) (cap, eq. Eint1),"),
+        "saturating" => (" − C ρ̃ g(δ̃)", " g(δ̃) = 1 − exp(−δ̃/δ̃0) (saturating, empirical),"),
+        _ => ("", ""),
+    };
+    let speed = match findings.dry_speed_m_s {
+        Some(speed) => format!("v_d = {} m/s for every run", numbers::short(speed)),
+        None => "v_d = v, the run's own speed".to_owned(),
+    };
+    format!(
+        "A wet run of impact speed v, diameter D and film ratio δ̃ = δ/D has the restitution e* = m(r) + σ_wet z. Here \
+         z is standard normal and independent from run to run, r = e_dry²{inertial} − 4 L/St is the energy kept,{g} \
+         e_dry = 1 − k v_d^(1/5) with {speed}, and m(r) = r (r² + τ⁴)^(−1/4) with τ = {}, which is √r except close to \
+         r = 0. The run rebounds with e = e* where e* > {limit}; otherwise it sticks. A stuck run therefore counts with \
+         its probability Φ(({limit} − m(r))/σ_wet) instead of being left out as in least squares. Every run enters with \
+         its own v, D and δ.",
+        numbers::short(TURN)
+    )
+}
+
+/// What was believed before, and which parameters were not sampled.
+pub(super) fn priors(page: &mut Page, posterior: &Posterior) {
+    page.subheading("Priors");
+    let rows: Vec<Vec<String>> = posterior
+        .findings
+        .parameters
+        .iter()
+        .filter_map(|quantity| {
+            let prior = quantity.prior.as_ref()?;
+            let bounds = match prior.upper {
+                Some(upper) => format!("{} to {}", numbers::short(prior.lower), numbers::significant(upper, 4)),
+                None => format!("above {}", numbers::short(prior.lower)),
+            };
+            Some(vec![
+                label(quantity),
+                format!("`{}`", quantity.name),
+                prior.unit.replace('-', "−"),
+                bounds,
+                prior.density.clone(),
+                prior.source.to_owned(),
+            ])
+        })
+        .collect();
+    page.table(&["parameter", "name in files", "unit", "bounds", "prior", "why"], &rows);
+    page.paragraph(&format!(
+        "Written as a scene writes them: {}. Each ends at its bounds{}.",
+        families(posterior),
+        if posterior
+            .sampled
+            .parameters
+            .sampled
+            .iter()
+            .any(|p| p.name.starts_with("dry_k"))
+        {
+            "; that of k keeps e_dry above zero at every speed in use, since e_dry² would grow again beyond"
+        } else {
+            ""
+        }
+    ));
+    left_out(page, &posterior.findings.left_out);
+}
+
+/// The families in use, each with the meaning of its numbers.
+fn families(posterior: &Posterior) -> String {
+    let mut used: Vec<&str> = vec![];
+    for parameter in &posterior.sampled.parameters.sampled {
+        let words = match parameter.prior {
+            Prior::LogNormal(..) => "lognormal [median, sd of the logarithm]",
+            Prior::HalfNormal(_) => "half_normal scale",
+            Prior::Normal(..) => "normal [mean, sd]",
+            Prior::Gamma(..) => "gamma [shape, rate]",
+            Prior::Uniform(..) => "uniform [lower, upper]",
+            Prior::StudentT(..) => "student_t [degrees of freedom, location, scale]",
+            // held, not sampled
+            Prior::Fixed(_) => continue,
+        };
+        if !used.contains(&words) {
+            used.push(words);
+        }
+    }
+    used.join(", ")
+}
+
+fn left_out(page: &mut Page, left_out: &[LeftOut]) {
+    if left_out.is_empty() {
+        page.paragraph("No parameter of this model was left out.");
+        return;
+    }
+    let rows: Vec<Vec<String>> = left_out
+        .iter()
+        .map(|left| {
+            vec![
+                format!("`{}`", left.name),
+                left.value
+                    .map_or("not read".to_owned(), |value| numbers::significant(value, 4)),
+                left.reason.clone(),
+            ]
+        })
+        .collect();
+    page.paragraph("Not sampled:");
+    page.table(&["parameter", "held at", "why"], &rows);
+}

@@ -1,0 +1,152 @@
+//! Tells whether new runs would look like the ones made, and which form of the law predicts best.
+
+use super::super::super::numbers::{self, NONE};
+use super::super::super::Told;
+use super::super::page::Page;
+use super::{checks, of_prediction};
+use crate::findings::compare::Compared;
+use crate::findings::posterior::Posterior;
+use crate::units::millimetres;
+
+/// A difference of fewer standard errors than this is none to speak of.
+const CLEAR: f64 = 4.0;
+
+/// Bands, groups and the number stuck.
+pub(super) fn predictive(page: &mut Page, posterior: &Posterior) {
+    let found = &posterior.findings.predictive;
+    page.subheading("Predictive check");
+    let bands: Vec<String> = found
+        .bands
+        .iter()
+        .map(|band| {
+            format!(
+                "the {:.0} % band holds {:.1} % of {} runs",
+                100.0 * band.level,
+                100.0 * band.coverage,
+                band.runs
+            )
+        })
+        .collect();
+    page.paragraph(&format!(
+        "New runs drawn from the posterior at the settings of the runs made: {}. A stuck run counts with the share of its \
+         probability that the band holds.",
+        bands.join(", ")
+    ));
+    checks(page, posterior.checks.iter().filter(|check| of_prediction(check)));
+    if found.stuck.is_empty() {
+        return;
+    }
+    let rows: Vec<Vec<String>> = found
+        .stuck
+        .iter()
+        .map(|row| {
+            vec![
+                row.particle.clone(),
+                row.liquid.clone(),
+                numbers::short(millimetres(row.diameter_m)),
+                numbers::short(row.film_ratio),
+                row.runs.to_string(),
+                row.observed.to_string(),
+                format!("{:.1}", row.expected),
+                numbers::probability(row.p),
+            ]
+        })
+        .collect();
+    page.paragraph("Runs that stuck, by series; p is the probability of a number at least as far out.");
+    let header = ["particle", "liquid", "D / mm", "δ/D", "runs", "stuck", "expected", "p"];
+    page.table(&header, &rows);
+}
+
+/// Leave-one-out of every form of the law; nothing where they were not compared.
+pub(super) fn forms(page: &mut Page, told: Told) {
+    let Some(models) = &told.findings.compare else {
+        return;
+    };
+    page.subheading("Other forms of the law");
+    let line = told.findings.verdicts.iter().find(|check| check.check == "loo_khat");
+    let line = line.map_or(NONE.to_owned(), |check| numbers::significant(check.threshold, 2));
+    page.paragraph(&format!(
+        "Each form of inertia with each dry speed (`stepwise/2`: e_dry at 2 m/s; `/impact`: at the run's own speed), sampled \
+         on the same runs and judged by PSIS-LOO: elpd is the log density of each run as predicted from the others, summed; \
+         difference is to the best form, with the standard error of the differences run by run. Runs with k-hat above {line} \
+         weigh so much that the elpd of their form is rough."
+    ));
+    let rows: Vec<Vec<String>> = models.iter().map(row).collect();
+    let header = [
+        "form",
+        "elpd ± se",
+        "difference ± se",
+        "p_loo",
+        "largest k-hat",
+        "runs above",
+        "R-hat",
+        "divergences",
+    ];
+    page.table(&header, &rows);
+    if let Some(text) = verdict(models) {
+        page.paragraph(&text);
+    }
+}
+
+fn row(model: &Compared) -> Vec<String> {
+    let name = if model.own {
+        format!("**{}**, this scene's", model.model)
+    } else {
+        model.model.clone()
+    };
+    vec![
+        name,
+        model.se.map_or_else(
+            || numbers::significant(model.elpd_loo, 4),
+            |se| numbers::with_se(model.elpd_loo, se),
+        ),
+        match model.delta_se {
+            // the best differs from itself by nothing
+            _ if model.delta == 0.0 => "0".to_owned(),
+            Some(se) => numbers::with_se(model.delta, se),
+            None => numbers::significant(model.delta, 3),
+        },
+        numbers::significant(model.p_loo, 2),
+        numbers::optional(model.khat_max, 2),
+        model.khat_high.to_string(),
+        numbers::optional(model.rhat, 4),
+        model.divergences.to_string(),
+    ]
+}
+
+/// What the table says, in a sentence.
+fn verdict(models: &[Compared]) -> Option<String> {
+    let (best, next) = (models.first()?, models.get(1)?);
+    let own = models.iter().find(|model| model.own)?;
+    let (other, worse) = if own.model == best.model {
+        (next, next)
+    } else {
+        (best, own)
+    };
+    let by = -worse.delta;
+    let in_se = worse.delta_se.filter(|se| *se > 0.0).map(|se| by / se);
+    let errors = in_se.map_or("of unknown standard error".to_owned(), |n| {
+        format!("{n:.1} standard errors")
+    });
+    let clear = by > CLEAR && in_se.is_some_and(|n| n > CLEAR);
+    Some(match (own.model == best.model, clear) {
+        (true, true) => format!(
+            "This scene's form, {}, predicts best; the next, {}, falls short by {by:.0} ({errors}).",
+            own.model, other.model
+        ),
+        (true, false) => format!(
+            "This scene's form, {}, predicts best, but {} is as good as the runs can tell: it falls short by {by:.1} \
+             ({errors}).",
+            own.model, other.model
+        ),
+        (false, true) => format!(
+            "{} predicts the runs better than this scene's form, {}: by {by:.0} ({errors}).",
+            other.model, own.model
+        ),
+        (false, false) => format!(
+            "{} comes first, but this scene's form, {}, is as good as the runs can tell: it falls short by {by:.1} \
+             ({errors}).",
+            other.model, own.model
+        ),
+    })
+}
