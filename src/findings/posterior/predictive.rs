@@ -30,7 +30,7 @@ pub struct Predictive {
     pub bands: Vec<Band>,
     /// dry runs of a particle, or one of its film ratios
     pub groups: Vec<Group>,
-    /// series in which some runs stuck, or some were expected to
+    /// series in which the number of stuck runs was in doubt
     pub stuck: Vec<Stuck>,
 }
 
@@ -206,9 +206,13 @@ fn stuck(scene: &Scene, runs: &Runs, pointwise: &Pointwise, draws: &[&Vec<f64>])
         }
     };
     let all: Vec<Stuck> = runs.series.par_iter().map(of_series).collect();
-    all.into_iter()
-        .filter(|s| s.observed > 0 || s.expected > 0.05)
-        .collect()
+    all.into_iter().filter(in_doubt).collect()
+}
+
+/// Whether the number that stuck could have been another: runs far from the threshold check nothing.
+fn in_doubt(stuck: &Stuck) -> bool {
+    const CERTAIN: f64 = 1e-3;
+    (stuck.expected - stuck.observed as f64).abs() > CERTAIN
 }
 
 /// Probability of at most, and of at least, so many successes of independent trials with these probabilities.
