@@ -159,6 +159,8 @@ def pystan_draws(columns):
 
 def peer(name, scene, out):
     """One peer in its own process: samples and writes what came out."""
+    # PyStan leaves a build folder where it runs
+    os.chdir(pathlib.Path(out).parent)
     draws, seconds, divergences, version = {"nutpie": nutpie_draws, "pystan": pystan_draws}[name](data(scene))
     import arviz
 
