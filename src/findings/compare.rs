@@ -1,5 +1,6 @@
 //! Compares the forms of the law by how well they predict runs they have not seen.
 
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::posterior::{effort, start, Asked, Posterior};
@@ -11,7 +12,7 @@ use crate::inference::diagnostics::pareto::khat_threshold;
 use crate::inference::diagnostics::summary::summarise;
 use crate::inference::nuts::{divergences, Watcher};
 use crate::inference::sampling::{sample_posterior, Plan, Sampled};
-use crate::model::likelihood::pointwise::Pointwise;
+use crate::model::likelihood::pointwise::{At, Pointwise};
 use crate::model::likelihood::Likelihood;
 use crate::model::parameters::Parameters;
 use crate::notice::Notice;
@@ -289,10 +290,10 @@ fn leave_out(scene: &Scene, runs: &Runs, form: Asked, sampled: &Sampled, used: u
     let pointwise = Pointwise::new(scene, runs, form.inertia, form.dry_speed);
     let full = sampled.full_draws();
     let step = full.len().div_ceil(used).max(1);
-    let some: Vec<&Vec<f64>> = full.iter().step_by(step).collect();
+    let some: Vec<At> = full.par_iter().step_by(step).map(|full| pointwise.at(full)).collect();
     let fill = |run: usize, values: &mut [f64]| {
-        for (value, full) in values.iter_mut().zip(&some) {
-            *value = pointwise.at(full).ln_likelihood(run);
+        for (value, at) in values.iter_mut().zip(&some) {
+            *value = at.ln_likelihood(run);
         }
     };
     loo(runs.len(), some.len(), efficiency(sampled), fill).map_err(|(run, why)| format!("run {}: {why}", run + 1))

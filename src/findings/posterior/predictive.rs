@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::model::likelihood::normal::ln_normal_cdf;
-use crate::model::likelihood::pointwise::Pointwise;
+use crate::model::likelihood::pointwise::{At, Pointwise};
 use crate::runs::Runs;
 use crate::scene::Scene;
 
@@ -91,7 +91,10 @@ struct Seen {
 /// Checks the runs against predictions from full vectors of parameters, as many or a few of them.
 pub fn find(scene: &Scene, runs: &Runs, pointwise: &Pointwise, full_draws: &[Vec<f64>]) -> Predictive {
     let affordable = (AFFORDABLE / runs.len().max(1)).max(FEWEST);
-    let some: Vec<&Vec<f64>> = spread(full_draws, DRAWS.min(affordable));
+    let some: Vec<At> = spread(full_draws, DRAWS.min(affordable))
+        .into_par_iter()
+        .map(|full| pointwise.at(full))
+        .collect();
     let seen: Vec<Seen> = (0..pointwise.len())
         .into_par_iter()
         .map(|run| {
@@ -104,11 +107,11 @@ pub fn find(scene: &Scene, runs: &Runs, pointwise: &Pointwise, full_draws: &[Vec
             )
         })
         .collect();
-    let few: Vec<&Vec<f64>> = spread(full_draws, STUCK_DRAWS.min(affordable));
+    let few = spread(&some, STUCK_DRAWS.min(affordable));
     Predictive {
         bands: [0.5, 0.9].map(|level| band(pointwise, &seen, level)).to_vec(),
         groups: groups(scene, runs, &seen),
-        stuck: stuck(scene, runs, pointwise, &few),
+        stuck: stuck(scene, runs, &few),
     }
 }
 
@@ -117,11 +120,11 @@ fn spread<T>(items: &[T], most: usize) -> Vec<&T> {
     items.iter().step_by(items.len().div_ceil(most).max(1)).collect()
 }
 
-fn look(pointwise: &Pointwise, limit: f64, run: usize, e: f64, draws: &[&Vec<f64>]) -> Seen {
+fn look(pointwise: &Pointwise, limit: f64, run: usize, e: f64, draws: &[At]) -> Seen {
     let stuck = pointwise.is_stuck(run);
     let (mut below, mut residual) = (0.0, 0.0);
-    for full in draws {
-        let (mean, sigma) = pointwise.at(full).mean_and_sigma(run);
+    for at in draws {
+        let (mean, sigma) = at.mean_and_sigma(run);
         let z = (if stuck { limit } else { e } - mean) / sigma;
         let (ln_cdf, mills) = ln_normal_cdf(z);
         below += ln_cdf.exp();
@@ -174,13 +177,12 @@ fn groups(scene: &Scene, runs: &Runs, seen: &[Seen]) -> Vec<Group> {
     groups
 }
 
-fn stuck(scene: &Scene, runs: &Runs, pointwise: &Pointwise, draws: &[&Vec<f64>]) -> Vec<Stuck> {
+fn stuck(scene: &Scene, runs: &Runs, draws: &[&At]) -> Vec<Stuck> {
     let limit = scene.data.smallest_restitution;
     let of_series = |series: &crate::runs::Series| {
         let observed = series.stuck.len();
         let (mut expected, mut lower, mut upper) = (0.0, 0.0, 0.0);
-        for full in draws {
-            let at = pointwise.at(full);
+        for at in draws {
             let p: Vec<f64> = series
                 .runs()
                 .map(|run| {

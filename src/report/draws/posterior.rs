@@ -245,26 +245,28 @@ fn derived(posterior: &Posterior, size: Size) -> OwnedGroup {
 fn every_run(pointwise: &Pointwise, posterior: &Posterior, size: Size, seed: u64) -> [OwnedGroup; 2] {
     let full = posterior.sampled.full_draws();
     let runs = pointwise.len();
-    let by_draw = |fill: &(dyn Fn(u64, &[f64], &mut [f64]) + Sync)| -> Vec<f64> {
-        let mut values = vec![0.0; full.len() * runs];
-        let draws = values.par_chunks_exact_mut(runs.max(1)).zip(&full).enumerate();
-        draws.for_each(|(draw, (values, full))| fill(draw as u64, full, values));
-        values
-    };
-    let log_likelihood = by_draw(&|_, full, values| {
-        for (run, value) in values.iter_mut().enumerate() {
-            *value = pointwise.at(full).ln_likelihood(run);
-        }
-    });
-    let predicted = by_draw(&|draw, full, values| {
-        let mut rng = stream(seed, "posterior_predictive", draw);
-        for (run, value) in values.iter_mut().enumerate() {
-            *value = pointwise.at(full).predict(run, &mut rng);
+    let mut log_likelihood = vec![0.0; full.len() * runs];
+    let mut predicted = vec![0.0; full.len() * runs];
+    let rows = log_likelihood.par_chunks_exact_mut(runs.max(1));
+    let rows = rows
+        .zip(predicted.par_chunks_exact_mut(runs.max(1)))
+        .zip(&full)
+        .enumerate();
+    rows.for_each(|(draw, ((likely, new), full))| {
+        let at = pointwise.at(full);
+        let mut rng = stream(seed, "posterior_predictive", draw as u64);
+        for (run, (likely, new)) in likely.iter_mut().zip(new).enumerate() {
+            *likely = at.ln_likelihood(run);
+            *new = at.predict(run, &mut rng);
         }
     });
     let telling = telling(&log_likelihood, runs);
-    let rows = log_likelihood.chunks_exact(runs.max(1));
-    let told: Vec<f64> = rows.flat_map(|row| telling.iter().map(|run| row[*run])).collect();
+    let told: Vec<f64> = if telling.len() == runs {
+        log_likelihood
+    } else {
+        let rows = log_likelihood.par_chunks_exact(runs.max(1));
+        rows.flat_map_iter(|row| telling.iter().map(|run| row[*run])).collect()
+    };
     let everyone: Vec<usize> = (0..runs).collect();
     [
         ("log_likelihood", told, telling),
