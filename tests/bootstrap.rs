@@ -244,7 +244,7 @@ fn forgetting_the_strata_spreads_the_replicates() {
     let sd = |strata: Vec<std::ops::Range<usize>>| {
         let pool = Pool {
             strata,
-            series: vec![0..40],
+            series: std::iter::once(0..40).collect(),
         };
         let target = Target {
             law: Law::Linear,
