@@ -10,7 +10,7 @@ use wetcor::inference::bootstrap::intervals::Replicates;
 use wetcor::inference::bootstrap::jackknife::acceleration;
 use wetcor::inference::bootstrap::{kernel, replicate, Law, Plan, Pool, Target};
 use wetcor::inference::laws::{fit_dry, fit_linear, fit_square_root};
-use wetcor::scene::{IntervalMethod, ResamplingScheme};
+use wetcor::scene::ResamplingScheme;
 
 fn table(name: &str) -> Vec<Vec<String>> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/boot").join(name);
@@ -244,7 +244,7 @@ fn forgetting_the_strata_spreads_the_replicates() {
     let sd = |strata: Vec<std::ops::Range<usize>>| {
         let pool = Pool {
             strata,
-            series: vec![0..40],
+            series: std::iter::once(0..40).collect(),
         };
         let target = Target {
             law: Law::Linear,
@@ -301,7 +301,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
         })
         .collect();
     assert!(findings[0] == findings[1] && findings[1] == findings[2]);
-    assert!(findings[0].contains("\"replicates\": 10000"));
+    assert!(findings[0].contains("\"replicates\":10000"));
 }
 
 /// The committed coverage table is the one the command makes, as far as rounding on another machine may move a count.
@@ -331,12 +331,7 @@ fn the_committed_coverage_table_is_measured() {
         }
     }
     // the default is what the table supports
-    let default = match wetcor::findings::bootstrap::DEFAULT_INTERVAL {
-        IntervalMethod::Bca => "bca",
-        IntervalMethod::Percentile => "percentile",
-        IntervalMethod::Studentized => "studentized",
-        IntervalMethod::Delta => "delta",
-    };
+    let default = wetcor::findings::bootstrap::DEFAULT_INTERVAL.name();
     let best = format!("the default: {default}.");
     assert!(committed.contains(&best) && measured.contains(&best), "{best}");
 }

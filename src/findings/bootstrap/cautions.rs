@@ -2,6 +2,7 @@
 
 use super::{Bootstrapped, Estimates, Resampling};
 use crate::notice::Notice;
+use crate::runs::{Runs, Series};
 
 /// Runs below which an interval is made of little.
 pub const FEW_RUNS: usize = 20;
@@ -10,7 +11,7 @@ pub const FEW_RUNS: usize = 20;
 pub const COVERAGE_OF_EIGHT: [f64; 2] = [94.7, 96.1];
 
 /// What a reader of the replicates should look at.
-pub(super) fn notices(resampling: &Resampling, estimates: &Estimates) -> Vec<Notice> {
+pub(super) fn notices(runs: &Runs, resampling: &Resampling, estimates: &Estimates) -> Vec<Notice> {
     let mut notices = vec![];
     let drawn = |boot: &Option<Bootstrapped>| boot.as_ref().is_some_and(|boot| boot.replicates > 0);
     let dry = estimates.dry.iter().map(|fit| (fit.dry.runs, &fit.dry.dry_k));
@@ -35,6 +36,19 @@ pub(super) fn notices(resampling: &Resampling, estimates: &Estimates) -> Vec<Not
                 fits.iter().filter(|(_, estimate)| drawn(&estimate.bootstrap)).count()
             ),
             "take such intervals as rough, or repeat the runs",
+        ));
+    }
+    let partly = runs.series.iter().filter(|series| partly_stuck(runs, series)).count();
+    if partly > 0 {
+        notices.push(Notice::new(
+            "bootstrap_partly_stuck",
+            partly,
+            format!(
+                "in {partly} of {} series some runs stuck at speeds at which others rebounded; those left spread less \
+                 than the noise, which makes intervals of St_c that rest on them too short",
+                runs.series.len()
+            ),
+            "compare with film ratios whose runs all rebound; the delta interval does not know of it either",
         ));
     }
     let single = resampling.single_run_strata;
@@ -63,4 +77,11 @@ pub(super) fn notices(resampling: &Resampling, estimates: &Estimates) -> Vec<Not
         ));
     }
     notices
+}
+
+/// Whether a run stuck that was no slower than one that rebounded.
+fn partly_stuck(runs: &Runs, series: &Series) -> bool {
+    let speeds = |range: &std::ops::Range<usize>| runs.impact_speed[range.clone()].iter().copied();
+    let slowest = speeds(&series.rebounds).fold(f64::INFINITY, f64::min);
+    speeds(&series.stuck).any(|speed| speed >= slowest)
 }

@@ -331,7 +331,7 @@ pub fn complete(
         scaling,
         energy,
     };
-    let notices = cautions::notices(&resampling, &estimates);
+    let notices = cautions::notices(runs, &resampling, &estimates);
     (resampling, notices)
 }
 

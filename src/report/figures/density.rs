@@ -58,8 +58,8 @@ impl Density {
                 density.values[index] += share;
             }
         }
-        for axis in 0..2 {
-            density.smooth(axis, bandwidth / step[axis]);
+        for (axis, step) in step.into_iter().enumerate() {
+            density.smooth(axis, bandwidth / step);
         }
         density.at_points = rounded.iter().map(|point| density.at(point)).collect();
         density.at_points.sort_unstable_by(|a, b| b.total_cmp(a));

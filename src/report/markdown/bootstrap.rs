@@ -17,7 +17,7 @@ pub(super) fn bootstrap(page: &mut Page, told: Told) {
             &dry.dry_k,
         ));
     }
-    for fitted in &told.findings.scaling {
+    for fitted in told.findings.scaling.iter().filter(|fitted| fitted.verdict.passed) {
         for (symbol, estimate) in [("e_inf", &fitted.e_inf), ("St_c", &fitted.st_c)] {
             let ratio = fitted.film_ratio.map_or("all".to_owned(), numbers::short);
             let cells = [fitted.particle.clone(), symbol.to_owned(), ratio, law_name(fitted.law)];
@@ -56,7 +56,7 @@ pub(super) fn bootstrap(page: &mut Page, told: Told) {
     page.paragraph(&format!(
         "{} replicates, {scheme}.{single} Percentile and BCa limits are widened as Student's t is, by the degrees of \
          freedom of the strata. The other tables quote these intervals wherever replicates were made; ± is the delta \
-         method's throughout. How often each kind of interval covers the truth of simulated runs: `wetcor calibrate`.",
+         method's throughout. Below: fits that are usable. How often each kind of interval covers the truth of simulated runs: `wetcor calibrate`.",
         resampling.replicates
     ));
     for particle in &told.scene.particles {
