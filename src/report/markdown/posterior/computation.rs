@@ -22,6 +22,9 @@ pub(super) fn computation(page: &mut Page, told: Told, posterior: &Posterior) {
         told.findings.wetcor, found.chains, found.warmup, found.draws, told.findings.seed
     ));
     page.paragraph(&match &found.compression {
+        Some(made) if made.rows == 0 => {
+            format!("Without wet runs the likelihood is a sum in closed form (method `{}`).", found.method)
+        }
         Some(made) => format!(
             "The likelihood was evaluated at {} nodes in place of {} wet runs (method `{}`). The allowed error of the log \
              density is {}; the largest difference from the sum over every run, at up to {CHECKED} of the kept draws, is \
@@ -38,7 +41,7 @@ pub(super) fn computation(page: &mut Page, told: Told, posterior: &Posterior) {
     page.figure(
         figures::RANKS,
         "ranks by chain",
-        "How often each chain has each twentieth of all ranks, over its even share of 1. Chains that agree stay near 1; \
-         grey is two standard deviations of that many independent draws.",
+        "How often each chain falls into equal bins of the ranks of all draws, over its even share of 1. Chains that agree \
+         stay near 1; grey is two standard deviations of as many independent draws.",
     );
 }

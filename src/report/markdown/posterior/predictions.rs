@@ -3,7 +3,7 @@
 use super::super::super::numbers::{self, NONE};
 use super::super::super::Told;
 use super::super::page::Page;
-use super::{checks, of_prediction};
+use super::{checks, of_prediction, rhat};
 use crate::findings::compare::Compared;
 use crate::findings::posterior::Posterior;
 use crate::units::millimetres;
@@ -109,7 +109,7 @@ fn row(model: &Compared) -> Vec<String> {
         numbers::significant(model.p_loo, 2),
         numbers::optional(model.khat_max, 2),
         model.khat_high.to_string(),
-        numbers::optional(model.rhat, 4),
+        rhat(model.rhat),
         model.divergences.to_string(),
     ]
 }
@@ -129,22 +129,23 @@ fn verdict(models: &[Compared]) -> Option<String> {
         format!("{n:.1} standard errors")
     });
     let clear = by > CLEAR && in_se.is_some_and(|n| n > CLEAR);
+    let by = numbers::significant(by, 3);
     Some(match (own.model == best.model, clear) {
         (true, true) => format!(
-            "This scene's form, {}, predicts best; the next, {}, falls short by {by:.0} ({errors}).",
+            "This scene's form, {}, predicts best; the next, {}, falls short by {by} ({errors}).",
             own.model, other.model
         ),
         (true, false) => format!(
-            "This scene's form, {}, predicts best, but {} is as good as the runs can tell: it falls short by {by:.1} \
+            "This scene's form, {}, predicts best, but {} is as good as the runs can tell: it falls short by {by} \
              ({errors}).",
             own.model, other.model
         ),
         (false, true) => format!(
-            "{} predicts the runs better than this scene's form, {}: by {by:.0} ({errors}).",
+            "{} predicts the runs better than this scene's form, {}: by {by} ({errors}).",
             other.model, own.model
         ),
         (false, false) => format!(
-            "{} comes first, but this scene's form, {}, is as good as the runs can tell: it falls short by {by:.1} \
+            "{} comes first, but this scene's form, {}, is as good as the runs can tell: it falls short by {by} \
              ({errors}).",
             other.model, own.model
         ),
