@@ -8,7 +8,7 @@ use crate::findings::posterior::Posterior;
 use crate::inference::sampling::CHECKED;
 
 /// The crate that samples, in the version in use.
-pub(super) const SAMPLER: (&str, &str) = ("nuts-rs", "0.19.1");
+const SAMPLER: (&str, &str) = ("nuts-rs", "0.19.1");
 
 /// Software, sampling, compression and the table of convergence.
 pub(super) fn computation(page: &mut Page, told: Told, posterior: &Posterior) {
@@ -44,4 +44,18 @@ pub(super) fn computation(page: &mut Page, told: Told, posterior: &Posterior) {
         "How often each chain falls into equal bins of the ranks of all draws, over its even share of 1. Chains that agree \
          stay near 1; grey is two standard deviations of as many independent draws.",
     );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_sampler_is_told_in_the_version_the_lock_file_has() {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.lock");
+        let lock = std::fs::read_to_string(path).expect("the lock file is there");
+        let (name, version) = SAMPLER;
+        let entry = format!("name = \"{name}\"\nversion = \"{version}\"\n");
+        assert!(lock.replace('\r', "").contains(&entry), "{entry}");
+    }
 }
