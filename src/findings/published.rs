@@ -31,6 +31,7 @@ pub struct Compared {
     /// (ours − published)/√(se² + ours_se²)
     pub difference_in_se: Option<f64>,
     /// why there is nothing to compare
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub why_none: Option<String>,
 }
 

@@ -21,7 +21,7 @@ impl Shallow {
             return Ok(());
         }
         writer.write_all(b"\n")?;
-        writer.write_all(&b"    "[..2 * self.depth])
+        writer.write_all(&b"  "[..self.depth])
     }
 
     fn open(&mut self, writer: &mut (impl io::Write + ?Sized), bracket: &[u8]) -> io::Result<()> {
@@ -106,7 +106,7 @@ mod tests {
             rows: vec![row(0.1), row(f64::NAN)],
             name: "a",
         };
-        let expected = "{\n  \"rows\": [\n    {\"x\":0.1,\"empty\":[]},\n    {\"x\":null,\"empty\":[]}\n  ],\n  \"name\": \"a\"\n}\n";
+        let expected = "{\n \"rows\": [\n  {\"x\":0.1,\"empty\":[]},\n  {\"x\":null,\"empty\":[]}\n ],\n \"name\": \"a\"\n}\n";
         assert_eq!(text(&file).ok().as_deref(), Some(expected));
     }
 }

@@ -6,6 +6,9 @@ use crate::findings::posterior::Quantity;
 /// More decimals than this are noise in f64.
 const MOST_DECIMALS: i32 = 17;
 
+/// From here on digits before the point are written as a power of ten.
+const LARGE: f64 = 1e6;
+
 /// What stands where there is no number.
 pub const NONE: &str = "–";
 
@@ -87,15 +90,26 @@ pub fn between(lo: f64, hi: f64, se: f64) -> String {
     format!("{} to {}", to_place(lo, place), to_place(hi, place))
 }
 
-/// Decimal place of the last digit worth more than a Monte Carlo error.
-fn settled(mcse: f64) -> i32 {
-    (-mcse.log10()).ceil() as i32 - 1
+/// Decimal place of the last digit worth more than a Monte Carlo error; that of the leading digit of `least` where even
+/// that one is not.
+fn settled(mcse: f64, least: f64) -> i32 {
+    let worth = (-mcse.log10()).ceil() as i32 - 1;
+    let leading = -least.abs().log10().floor();
+    if leading.is_finite() {
+        worth.max(leading as i32)
+    } else {
+        worth
+    }
 }
 
-/// A number of a posterior to the last digit that is worth more than its Monte Carlo error.
+fn positive(x: Option<f64>) -> Option<f64> {
+    x.filter(|x| *x > 0.0 && x.is_finite())
+}
+
+/// A number of a posterior to the last digit that is worth more than its Monte Carlo error, one digit at least.
 pub fn by_mcse(value: Option<f64>, mcse: Option<f64>) -> String {
-    match (value, mcse) {
-        (Some(value), Some(mcse)) if mcse > 0.0 && mcse.is_finite() => to_place(value, settled(mcse)),
+    match (value, positive(mcse)) {
+        (Some(value), Some(mcse)) if value.abs() < LARGE => to_place(value, settled(mcse, value)),
         (value, _) => optional(value, 3),
     }
 }
@@ -103,27 +117,29 @@ pub fn by_mcse(value: Option<f64>, mcse: Option<f64>) -> String {
 /// `mean ± sd` of a posterior, rounded by the sd but to no digit that its Monte Carlo error leaves open. `scale` must be
 /// a plain factor.
 pub fn mean_and_sd(quantity: &Quantity, scale: impl Fn(f64) -> f64) -> String {
-    match (quantity.mean, quantity.sd, place(quantity, &scale)) {
-        (Some(mean), Some(sd), Some(place)) => {
-            format!("{} ± {}", to_place(scale(mean), place), to_place(scale(sd), place))
+    let scaled = |x: Option<f64>| x.map(&scale);
+    let (mean, sd) = (scaled(quantity.mean), positive(scaled(quantity.sd)));
+    match (mean, sd, positive(scaled(quantity.mcse_mean))) {
+        (Some(mean), Some(sd), _) if sd >= LARGE => format!("{} ± {}", significant(mean, 2), significant(sd, 2)),
+        (Some(mean), Some(sd), Some(mcse)) => {
+            let place = decimals(sd).min(settled(mcse, sd));
+            format!("{} ± {}", to_place(mean, place), to_place(sd, place))
         }
         _ => NONE.to_owned(),
     }
 }
 
-/// The 5 % and 95 % points of a posterior, rounded as its mean and sd are.
+/// The 5 % and 95 % points of a posterior, each rounded by its own Monte Carlo error.
 pub fn five_to_ninety_five(quantity: &Quantity, scale: impl Fn(f64) -> f64) -> String {
-    match (quantity.q05, quantity.q95, place(quantity, &scale)) {
-        (Some(lo), Some(hi), Some(place)) => {
-            format!("{} to {}", to_place(scale(lo), place), to_place(scale(hi), place))
-        }
-        _ => NONE.to_owned(),
+    let point = |value: Option<f64>, mcse: Option<f64>| by_mcse(value.map(&scale), mcse.map(&scale));
+    if quantity.q05.is_none() && quantity.q95.is_none() {
+        return NONE.to_owned();
     }
-}
-
-fn place(quantity: &Quantity, scale: impl Fn(f64) -> f64) -> Option<i32> {
-    let usable = |x: Option<f64>| x.map(&scale).filter(|x| *x > 0.0 && x.is_finite());
-    Some(decimals(usable(quantity.sd)?).min(settled(usable(quantity.mcse_mean)?)))
+    format!(
+        "{} to {}",
+        point(quantity.q05, quantity.mcse_q05),
+        point(quantity.q95, quantity.mcse_q95)
+    )
 }
 
 /// A number to some significant digits, without exponent between 1e-4 and 1e6.
@@ -217,19 +233,14 @@ mod tests {
 
     #[test]
     fn a_posteriors_digits_are_those_its_monte_carlo_error_leaves() {
-        for (mcse, expected) in [
-            (8.25e-6, "0.18352"),
-            (1e-5, "0.1835"),
-            (1.2e-4, "0.184"),
-            (0.3, "0"),
-            (3.0, "0"),
-        ] {
+        for (mcse, expected) in [(8.25e-6, "0.18352"), (1e-5, "0.1835"), (1.2e-4, "0.184"), (0.3, "0.2")] {
             assert_eq!(by_mcse(Some(0.183_524_7), Some(mcse)), expected);
         }
         assert_eq!(by_mcse(Some(1234.0), Some(20.0)), "1200");
+        assert_eq!(by_mcse(Some(0.0), Some(0.01)), "0.0");
         assert_eq!(by_mcse(Some(0.183_524_7), None), "0.184");
         assert_eq!(by_mcse(None, Some(0.1)), NONE);
-        let quantity = |sd: f64, mcse_mean: f64| Quantity {
+        let quantity = |sd: f64, mcse: f64| Quantity {
             name: "k".to_owned(),
             mean: Some(0.183_524_7),
             sd: Some(sd),
@@ -239,19 +250,20 @@ mod tests {
             rhat: None,
             ess_bulk: None,
             ess_tail: None,
-            mcse_mean: Some(mcse_mean),
+            mcse_mean: Some(mcse),
             mcse_sd: None,
-            mcse_q05: None,
-            mcse_q95: None,
+            mcse_q05: Some(2.0 * mcse),
+            mcse_q95: Some(mcse),
             prior: None,
             why_none: None,
         };
-        let long = quantity(0.001_23, 2e-5);
+        let long = quantity(0.001_23, 9e-6);
         assert_eq!(mean_and_sd(&long, |x| x), "0.1835 ± 0.0012");
         assert_eq!(mean_and_sd(&long, |x| 1e3 * x), "183.5 ± 1.2");
-        assert_eq!(five_to_ninety_five(&long, |x| x), "0.1826 to 0.1845");
+        assert_eq!(five_to_ninety_five(&long, |x| x), "0.1826 to 0.18448");
         // a short run settles fewer digits than the sd would show
         assert_eq!(mean_and_sd(&quantity(0.001_23, 4e-4), |x| x), "0.184 ± 0.001");
+        assert_eq!(mean_and_sd(&quantity(3.4e9, 1e8), |x| x), "0.18 ± 3.4e9");
     }
 
     #[test]

@@ -236,3 +236,53 @@ fn fixed_limits_carry_ticks_at_both_ends() {
         assert!(document.contains(&format!(">{tick}</text>")), "{tick}");
     }
 }
+
+#[test]
+fn a_grid_draws_dots_and_only_the_axes_that_have_a_label() {
+    let cloud = |label: &str| Chart {
+        title: None,
+        x: Axis::new(label).between(0.0, 1.0),
+        y: Axis::new("").between(0.0, 1.0),
+        layers: vec![points("A", vec![point(0.2, 0.3), point(0.4, 0.5), point(7.0, 0.5)])],
+    };
+    let rows = vec![
+        vec![Some(cloud("")), None],
+        vec![Some(cloud("x <&>")), Some(cloud("z"))],
+    ];
+    let document = grid(&rows, (100.0, 80.0));
+    assert_eq!(document, grid(&rows, (100.0, 80.0)));
+    assert_well_formed(&document);
+    assert_eq!(
+        count(&document, "h2v2h-2z"),
+        6,
+        "two of three points lie inside each panel"
+    );
+    assert_eq!(count(&document, ">0.5</text>"), 2, "ticks of the two labelled axes");
+    assert_eq!(count(&document, ">A</text>"), 1, "one legend");
+}
+
+#[test]
+fn degenerate_grids_are_drawn() {
+    let nan = f64::NAN;
+    for layers in [
+        vec![],
+        vec![points("A", vec![])],
+        vec![points("A", vec![point(nan, 1.0), point(2.0, 2.0)])],
+        vec![line(vec![(0.0, nan), (1.0, 1e300), (2.0, -1.0)])],
+        vec![Layer::Band {
+            name: named("B"),
+            edges: vec![(0.0, 0.0, f64::INFINITY), (1.0, 0.0, 1.0)],
+            style: Style::group(1),
+        }],
+    ] {
+        let mut c = chart(layers);
+        for range in [None, Some((1.0, 1.0)), Some((nan, 2.0)), Some((-1e-9, 1e-9))] {
+            c.y.range = range;
+            let document = grid(&[vec![Some(c.clone()), Some(c.clone())]], (90.0, 90.0));
+            assert_well_formed(&document);
+            assert!(numbers_are_finite(&document), "{c:?}");
+        }
+    }
+    assert_well_formed(&grid(&[], (90.0, 90.0)));
+    assert_well_formed(&grid(&[vec![None]], (90.0, 90.0)));
+}

@@ -4,6 +4,7 @@ use super::super::numbers::{self, NONE};
 use super::super::Told;
 use super::cells::{interval_header, law_name};
 use super::page::Page;
+use super::posterior::held;
 use super::verdict_line;
 use crate::findings::balance::Derived;
 use crate::findings::estimate::Estimate;
@@ -31,6 +32,9 @@ pub(super) fn main_numbers(page: &mut Page, told: Told) {
     let rows: Vec<Vec<String>> = parameters(told).iter().map(|row| row.cells(told)).collect();
     if !rows.is_empty() {
         page.table(&header, &rows);
+    }
+    if let Some(text) = told.posterior.and_then(|posterior| held(&posterior.findings.left_out)) {
+        page.paragraph(&text);
     }
     let speed = numbers::short(reference_dry_speed(told.scene));
     if let Some(derived) = derived(told) {

@@ -47,17 +47,14 @@ impl Bands {
         let all = posterior.sampled.full_draws();
         let step = all.len().div_ceil(DRAWS).max(1);
         let draws: Vec<Vec<f64>> = all.into_iter().step_by(step).collect();
-        let golden = 0.5 * (5f64.sqrt() - 1.0);
-        let even = (0..draws.len()).map(|i| (0.5 + golden * i as f64).fract());
-        let normal = even.map(|p| Normal::standard().inverse_cdf(p)).collect();
         Some(Bands {
             inertia,
+            normal: spread_normal(draws.len()),
             dry_speed: match posterior.findings.dry_speed_m_s {
                 Some(speed) => DrySpeed::Reference(speed),
                 None => DrySpeed::Impact,
             },
             draws,
-            normal,
         })
     }
 
@@ -70,7 +67,16 @@ impl Bands {
         (name, style): (&str, Style),
         x: impl Fn(f64) -> f64,
     ) -> Vec<Layer> {
-        let edges = self.edges(told, series, speeds);
+        let particle = &told.scene.particles[series.particle];
+        let liquid = &told.scene.liquids[series.liquid];
+        let setting = Setting {
+            density: particle.density,
+            diameter: series.diameter,
+            liquid_density: liquid.density,
+            viscosity: liquid.viscosity,
+            film: series.film,
+        };
+        let edges = self.edges(&setting, series.particle, speeds);
         let band = |of: fn(&Edges) -> (f64, f64)| Layer::Band {
             name: Some(name.to_owned()),
             // a run below zero stuck
@@ -119,28 +125,19 @@ impl Bands {
         ends.map_or(vec![], |ends| self.layers(told, own, ends, (&name, style), along))
     }
 
-    fn edges(&self, told: Told, series: &Series, (slowest, fastest): (f64, f64)) -> Vec<Edges> {
-        let particle = &told.scene.particles[series.particle];
-        let liquid = &told.scene.liquids[series.liquid];
-        let setting = Setting {
-            density: particle.density,
-            diameter: series.diameter,
-            liquid_density: liquid.density,
-            viscosity: liquid.viscosity,
-            film: series.film,
-        };
+    fn edges(&self, setting: &Setting, particle: usize, (slowest, fastest): (f64, f64)) -> Vec<Edges> {
         let (slowest, fastest) = (slowest * (1.0 - BEYOND), fastest * (1.0 + BEYOND));
         let speeds = (0..=STEPS).map(|i| slowest + (fastest - slowest) * i as f64 / STEPS as f64);
         speeds
             .map(|speed| {
                 let mean = |full: &Vec<f64>| {
                     let parameters = Parameters {
-                        dry_k: full[COMMON_SLOTS + series.particle],
+                        dry_k: full[COMMON_SLOTS + particle],
                         lubrication_log: full[Kind::LubricationLog.slot()],
                         inertial_prefactor: full[Kind::InertialPrefactor.slot()],
                         film_scale: full[Kind::FilmScale.slot()],
                     };
-                    mean_restitution(kept_energy(&setting, self.inertia, self.dry_speed, &parameters, speed))
+                    mean_restitution(kept_energy(setting, self.inertia, self.dry_speed, &parameters, speed))
                 };
                 let means: Vec<f64> = self.draws.iter().map(mean).collect();
                 let both = means.iter().zip(&self.draws).zip(&self.normal);
@@ -155,6 +152,13 @@ impl Bands {
             })
             .collect()
     }
+}
+
+/// So many numbers that lie as a standard normal has them; none is near the next one in the list.
+fn spread_normal(count: usize) -> Vec<f64> {
+    let golden = 0.5 * (5f64.sqrt() - 1.0);
+    let even = (0..count).map(|i| (0.5 + golden * i as f64).fract());
+    even.map(|p| Normal::standard().inverse_cdf(p)).collect()
 }
 
 /// The numbers between which all but the tails lie.
@@ -174,4 +178,66 @@ pub(in super::super) fn speeds(told: Told, series: &Series) -> Option<(f64, f64)
         let (slowest, fastest) = ends.unwrap_or((*v, *v));
         Some((v.min(slowest), v.max(fastest)))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SETTING: Setting = Setting {
+        density: 2150.0,
+        diameter: 4.762e-3,
+        liquid_density: 930.0,
+        viscosity: 9.3e-3,
+        film: 286e-6,
+    };
+
+    fn bands(draws: Vec<Vec<f64>>) -> Bands {
+        Bands {
+            inertia: Inertia::Saturating,
+            dry_speed: DrySpeed::Reference(2.0),
+            normal: spread_normal(draws.len()),
+            draws,
+        }
+    }
+
+    /// L, C, δ̃0, σ_wet, σ_dry, k
+    fn full(lubrication_log: f64) -> Vec<f64> {
+        vec![lubrication_log, 0.47, 0.069, 0.02, 0.01, 0.183]
+    }
+
+    #[test]
+    fn a_posterior_without_spread_leaves_the_curve_and_the_noise() {
+        let parameters = Parameters {
+            dry_k: 0.183,
+            lubrication_log: 1.85,
+            inertial_prefactor: 0.47,
+            film_scale: 0.069,
+        };
+        for at in bands(vec![full(1.85); 400]).edges(&SETTING, 0, (0.8, 1.7)) {
+            let dry_speed = DrySpeed::Reference(2.0);
+            let kept = kept_energy(&SETTING, Inertia::Saturating, dry_speed, &parameters, at.speed);
+            let mean = mean_restitution(kept);
+            assert_eq!(at.mean, (mean, mean));
+            // 5 % and 95 % points of the normal; 400 numbers resolve a probability to 1/400
+            let half = 1.644_853_626_951 * 0.02;
+            for (edge, expected) in [(at.single.0, mean - half), (at.single.1, mean + half)] {
+                assert!((edge - expected).abs() < 0.03 * half, "{edge} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_spread_of_a_parameter_widens_both_bands() {
+        let draws = (0..400).map(|i| full(1.0 + f64::from(i) / 200.0)).collect();
+        let (wide, narrow) = (bands(draws), bands(vec![full(2.0); 400]));
+        let both = wide
+            .edges(&SETTING, 0, (0.8, 1.7))
+            .into_iter()
+            .zip(narrow.edges(&SETTING, 0, (0.8, 1.7)));
+        for (wide, narrow) in both {
+            assert!(wide.mean.0 < narrow.mean.0 && wide.mean.1 > narrow.mean.1);
+            assert!(wide.single.1 - wide.single.0 > narrow.single.1 - narrow.single.0);
+        }
+    }
 }

@@ -9,6 +9,8 @@ use crate::findings::posterior::Posterior;
 const MOST_PARAMETERS: usize = 16;
 /// Bins of ranks, where the draws are many enough.
 const BINS: usize = 20;
+/// Top of the vertical axis where nothing is higher: even shares lie in the middle.
+const LOWEST_TOP: f64 = 2.0;
 /// Draws a bin should expect of each chain.
 const EXPECTED: usize = 10;
 
@@ -28,7 +30,12 @@ pub(super) fn charts(told: Told, posterior: &Posterior, columns: usize) -> Vec<C
         }
         chart
     };
-    places.into_iter().enumerate().map(panel).collect()
+    let mut charts: Vec<Chart> = places.into_iter().enumerate().map(panel).collect();
+    // one scale for all: neighbours share their ticks
+    let highest = charts.iter().filter_map(|chart| chart.y.range).map(|range| range.1);
+    let highest = highest.fold(LOWEST_TOP, f64::max);
+    charts.iter_mut().for_each(|chart| chart.y.range = Some((0.0, highest)));
+    charts
 }
 
 fn of_chains(chains: &[Vec<f64>]) -> Chart {
@@ -67,7 +74,7 @@ fn of_chains(chains: &[Vec<f64>]) -> Chart {
     Chart {
         title: None,
         x: Axis::new("").between(0.0, 1.0),
-        y: Axis::new("").between(0.0, f64::max(2.0, 1.05 * highest)),
+        y: Axis::new("").between(0.0, 1.05 * highest),
         layers,
     }
 }

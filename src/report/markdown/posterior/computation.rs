@@ -8,7 +8,7 @@ use crate::findings::posterior::Posterior;
 use crate::inference::sampling::CHECKED;
 
 /// The crate that samples, in the version in use.
-pub(super) const SAMPLER: (&str, &str) = ("nuts-rs", "0.19.1");
+const SAMPLER: (&str, &str) = ("nuts-rs", "0.19.1");
 
 /// Software, sampling, compression and the table of convergence.
 pub(super) fn computation(page: &mut Page, told: Told, posterior: &Posterior) {
@@ -22,6 +22,9 @@ pub(super) fn computation(page: &mut Page, told: Told, posterior: &Posterior) {
         told.findings.wetcor, found.chains, found.warmup, found.draws, told.findings.seed
     ));
     page.paragraph(&match &found.compression {
+        Some(made) if made.rows == 0 => {
+            format!("Without wet runs the likelihood is a sum in closed form (method `{}`).", found.method)
+        }
         Some(made) => format!(
             "The likelihood was evaluated at {} nodes in place of {} wet runs (method `{}`). The allowed error of the log \
              density is {}; the largest difference from the sum over every run, at up to {CHECKED} of the kept draws, is \
@@ -38,7 +41,21 @@ pub(super) fn computation(page: &mut Page, told: Told, posterior: &Posterior) {
     page.figure(
         figures::RANKS,
         "ranks by chain",
-        "How often each chain has each twentieth of all ranks, over its even share of 1. Chains that agree stay near 1; \
-         grey is two standard deviations of that many independent draws.",
+        "How often each chain falls into equal bins of the ranks of all draws, over its even share of 1. Chains that agree \
+         stay near 1; grey is two standard deviations of as many independent draws.",
     );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_sampler_is_told_in_the_version_the_lock_file_has() {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.lock");
+        let lock = std::fs::read_to_string(path).expect("the lock file is there");
+        let (name, version) = SAMPLER;
+        let entry = format!("name = \"{name}\"\nversion = \"{version}\"\n");
+        assert!(lock.replace('\r', "").contains(&entry), "{entry}");
+    }
 }

@@ -15,6 +15,9 @@ mod model;
 mod numbers;
 mod predictions;
 
+pub(super) use model::held;
+
+use super::super::numbers::{self as print, NONE};
 use super::super::Told;
 use super::page::Page;
 use crate::findings::posterior::{Declined, Posterior, Quantity};
@@ -68,14 +71,19 @@ pub(super) fn label(quantity: &Quantity) -> String {
     }
 }
 
+/// R-hat, to the thousandths its line of 1.01 asks for.
+fn rhat(value: Option<f64>) -> String {
+    value.map_or(NONE.to_owned(), |rhat| format!("{rhat:.3}"))
+}
+
 /// A table of checks with what was found, the line it is held against, and whether it holds.
 fn checks<'c>(page: &mut Page, checks: impl Iterator<Item = &'c Check>) {
     let rows: Vec<Vec<String>> = checks
         .map(|check| {
             vec![
                 check.text.clone(),
-                super::super::numbers::optional(check.value, 4),
-                super::super::numbers::significant(check.threshold, 3),
+                print::optional(check.value, 4),
+                print::significant(check.threshold, 3),
                 if check.passed { "holds" } else { "fails" }.to_owned(),
                 check.source.to_owned(),
             ]

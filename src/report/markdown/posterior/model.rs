@@ -58,8 +58,8 @@ pub(super) fn priors(page: &mut Page, posterior: &Posterior) {
         .filter_map(|quantity| {
             let prior = quantity.prior.as_ref()?;
             let bounds = match prior.upper {
-                Some(upper) => format!("{} to {}", numbers::short(prior.lower), numbers::significant(upper, 4)),
-                None => format!("above {}", numbers::short(prior.lower)),
+                Some(upper) => format!("{} to {}", bound(prior.lower), bound(upper)),
+                None => format!("above {}", bound(prior.lower)),
             };
             Some(vec![
                 label(quantity),
@@ -88,6 +88,14 @@ pub(super) fn priors(page: &mut Page, posterior: &Posterior) {
         }
     ));
     left_out(page, &posterior.findings.left_out);
+}
+
+fn bound(x: f64) -> String {
+    if x == 0.0 || x.abs() >= 0.01 {
+        numbers::short(x)
+    } else {
+        numbers::significant(x, 3)
+    }
 }
 
 /// The families in use, each with the meaning of its numbers.
@@ -129,4 +137,21 @@ fn left_out(page: &mut Page, left_out: &[LeftOut]) {
         .collect();
     page.paragraph("Not sampled:");
     page.table(&["parameter", "held at", "why"], &rows);
+    if let Some(text) = held(left_out) {
+        page.paragraph(&text);
+    }
+}
+
+/// What the posterior takes as known; nothing where all that it reads was sampled.
+pub(in super::super) fn held(left_out: &[LeftOut]) -> Option<String> {
+    let held: Vec<String> = left_out
+        .iter()
+        .filter_map(|left| Some(format!("{} at {}", left.name, numbers::significant(left.value?, 3))))
+        .collect();
+    (!held.is_empty()).then(|| {
+        format!(
+            "The posterior holds {}: what is not known of that is not in its ±.",
+            held.join(" and ")
+        )
+    })
 }

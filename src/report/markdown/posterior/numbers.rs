@@ -3,10 +3,11 @@
 use super::super::super::numbers::{self, NONE};
 use super::super::super::{figures, Told};
 use super::super::page::Page;
-use super::label;
+use super::{label, rhat};
 use crate::findings::own_dry_speed::reference_dry_speed;
 use crate::findings::posterior::derived::Setting;
 use crate::findings::posterior::{Posterior, Quantity};
+use crate::physics::inertia::Inertia;
 use crate::units::micrometres;
 
 /// A posterior narrower than this beside its prior is the runs' word alone.
@@ -20,8 +21,8 @@ const STRONG: f64 = 0.5;
 pub(super) fn parameters(page: &mut Page, posterior: &Posterior) {
     page.subheading("Parameters");
     page.paragraph(
-        "Each number is printed to the last digit worth more than its own Monte Carlo standard error (the 50 % point to \
-         that of the mean). sd is the spread of the posterior; ESS is how many independent draws the draws are worth, for \
+        "Each number is printed to the last digit worth more than its own Monte Carlo standard error, one digit at least \
+         (the 50 % point to that of the mean). sd is the spread of the posterior; ESS is how many independent draws the draws are worth, for \
          the centre (bulk) and for the 5 % and 95 % points (tail).",
     );
     let rows: Vec<Vec<String>> = posterior
@@ -36,7 +37,7 @@ pub(super) fn parameters(page: &mut Page, posterior: &Posterior) {
                 numbers::by_mcse(q.q05, q.mcse_q05),
                 numbers::by_mcse(q.median, q.mcse_mean),
                 numbers::by_mcse(q.q95, q.mcse_q95),
-                numbers::optional(q.rhat, 4),
+                rhat(q.rhat),
             ];
             cells.extend([q.ess_bulk, q.ess_tail].map(effective));
             cells
@@ -105,7 +106,7 @@ pub(super) fn derived(page: &mut Page, told: Told, posterior: &Posterior) {
             |(q, setting): &&(&Quantity, Option<&Setting>)| *setting == Some(wanted) && q.name.starts_with(&start);
         both.iter().find(mine).map(|(q, _)| *q)
     };
-    let mut rows = vec![];
+    let mut rows: Vec<Vec<String>> = vec![];
     for (e_inf, setting) in both.iter().filter(|(q, _)| q.name.starts_with("e_inf[")) {
         let Some(setting) = setting else { continue };
         let mut row = vec![
@@ -113,6 +114,13 @@ pub(super) fn derived(page: &mut Page, told: Told, posterior: &Posterior) {
             told.scene.liquids[setting.liquid].name.clone(),
             numbers::short(setting.film_ratio),
         ];
+        if posterior.findings.inertia == Inertia::None.name() {
+            // neither liquid nor film enters
+            row[1..].fill("all".to_owned());
+            if rows.last().is_some_and(|last| last[0] == row[0]) {
+                continue;
+            }
+        }
         for q in [Some(*e_inf), of("st_c", setting)] {
             row.push(q.map_or(NONE.to_owned(), |q| numbers::mean_and_sd(q, |x| x)));
             row.push(q.map_or(NONE.to_owned(), |q| numbers::five_to_ninety_five(q, |x| x)));
@@ -140,7 +148,7 @@ pub(super) fn derived(page: &mut Page, told: Told, posterior: &Posterior) {
     };
     page.paragraph(&format!(
         "Among these the largest R-hat is {}, the fewest effective draws {} (bulk) and {} (tail).",
-        numbers::optional(worst(|q| q.rhat, f64::max), 4),
+        rhat(worst(|q| q.rhat, f64::max)),
         effective(worst(|q| q.ess_bulk, f64::min)),
         effective(worst(|q| q.ess_tail, f64::min))
     ));
@@ -151,7 +159,7 @@ pub(super) fn beside_the_prior(page: &mut Page, posterior: &Posterior) {
     page.subheading("Prior against posterior");
     page.paragraph(&format!(
         "Shift: posterior mean minus prior median, in prior sd. sd ratio: posterior sd over prior sd; below {RUNS_DECIDE} \
-         the runs decide, above {PRIOR_DECIDES} the prior does."
+         the runs decide, above {PRIOR_DECIDES} they narrow nothing."
     ));
     let rows: Vec<Vec<String>> = posterior
         .findings
@@ -160,10 +168,12 @@ pub(super) fn beside_the_prior(page: &mut Page, posterior: &Posterior) {
         .filter_map(|q| {
             let prior = q.prior.as_ref()?;
             let shift = q.mean.zip(prior.sd).map(|(mean, sd)| (mean - prior.median) / sd);
+            let moved = shift.is_some_and(|shift| shift.abs() > 1.0);
             let said = match prior.sd_ratio {
-                None => "cannot be said",
+                None => "the prior has no sd",
                 Some(ratio) if ratio < RUNS_DECIDE => "the runs decide",
-                Some(ratio) if ratio > PRIOR_DECIDES => "the prior decides",
+                Some(ratio) if ratio > PRIOR_DECIDES && !moved => "the prior decides",
+                Some(ratio) if ratio > PRIOR_DECIDES => "the runs move it, without narrowing it",
                 Some(_) => "runs and prior together",
             };
             Some(vec![
@@ -222,7 +232,14 @@ pub(super) fn correlations(page: &mut Page, posterior: &Posterior) {
     page.figure(
         figures::PAIRS,
         "pairs of parameters",
-        "Draws of each pair of parameters, thinned; on the diagonal the posterior as a histogram with the prior density \
-         as a line. Draws whose trajectory diverged would be marked.",
+        &format!(
+            "Draws of each pair of parameters, thinned; on the diagonal the posterior as a histogram with the prior \
+             density as a line.{}",
+            if found.divergences > 0 {
+                " Hollow marks are draws whose trajectory diverged."
+            } else {
+                ""
+            }
+        ),
     );
 }

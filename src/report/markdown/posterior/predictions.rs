@@ -3,7 +3,7 @@
 use super::super::super::numbers::{self, NONE};
 use super::super::super::Told;
 use super::super::page::Page;
-use super::{checks, of_prediction};
+use super::{checks, of_prediction, rhat};
 use crate::findings::compare::Compared;
 use crate::findings::posterior::Posterior;
 use crate::units::millimetres;
@@ -109,7 +109,7 @@ fn row(model: &Compared) -> Vec<String> {
         numbers::significant(model.p_loo, 2),
         numbers::optional(model.khat_max, 2),
         model.khat_high.to_string(),
-        numbers::optional(model.rhat, 4),
+        rhat(model.rhat),
         model.divergences.to_string(),
     ]
 }
@@ -129,24 +129,66 @@ fn verdict(models: &[Compared]) -> Option<String> {
         format!("{n:.1} standard errors")
     });
     let clear = by > CLEAR && in_se.is_some_and(|n| n > CLEAR);
+    let by = numbers::significant(by, 3);
     Some(match (own.model == best.model, clear) {
         (true, true) => format!(
-            "This scene's form, {}, predicts best; the next, {}, falls short by {by:.0} ({errors}).",
+            "This scene's form, {}, predicts best; the next, {}, falls short by {by} ({errors}).",
             own.model, other.model
         ),
         (true, false) => format!(
-            "This scene's form, {}, predicts best, but {} is as good as the runs can tell: it falls short by {by:.1} \
+            "This scene's form, {}, predicts best, but {} is as good as the runs can tell: it falls short by {by} \
              ({errors}).",
             own.model, other.model
         ),
         (false, true) => format!(
-            "{} predicts the runs better than this scene's form, {}: by {by:.0} ({errors}).",
+            "{} predicts the runs better than this scene's form, {}: by {by} ({errors}).",
             other.model, own.model
         ),
         (false, false) => format!(
-            "{} comes first, but this scene's form, {}, is as good as the runs can tell: it falls short by {by:.1} \
+            "{} comes first, but this scene's form, {}, is as good as the runs can tell: it falls short by {by} \
              ({errors}).",
             other.model, own.model
         ),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn model(name: &str, own: bool, delta: f64, delta_se: f64) -> Compared {
+        Compared {
+            model: name.to_owned(),
+            own,
+            elpd_loo: 100.0 + delta,
+            se: Some(5.0),
+            p_loo: 3.0,
+            khat_max: Some(0.2),
+            khat_high: 0,
+            delta,
+            delta_se: Some(delta_se),
+            rhat: Some(1.0),
+            divergences: 0,
+        }
+    }
+
+    #[test]
+    fn the_sentence_names_the_better_form_only_where_the_difference_is_clear() {
+        let said = |own_first: bool, delta: f64, se: f64| {
+            let models = [
+                model("cap/2", own_first, 0.0, 0.0),
+                model("none/2", !own_first, delta, se),
+            ];
+            verdict(&models).expect("two forms")
+        };
+        assert_eq!(
+            said(true, -263.0, 22.0),
+            "This scene's form, cap/2, predicts best; the next, none/2, falls short by 263 (12.0 standard errors)."
+        );
+        assert!(said(true, -3.0, 0.1).contains("as good as the runs can tell"));
+        assert!(said(true, -30.0, 10.0).contains("as good as the runs can tell"));
+        assert!(said(false, -30.0, 5.0).starts_with("cap/2 predicts the runs better than this scene's form, none/2"));
+        assert!(said(false, -30.0, 10.0).contains("as good as the runs can tell"));
+        assert_eq!(verdict(&[model("cap/2", true, 0.0, 0.0)]), None);
+    }
 }

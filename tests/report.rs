@@ -1,0 +1,223 @@
+//! Holds what the report says of a posterior: on good runs, where sampling failed, and where there was nothing to sample.
+
+use std::path::Path;
+use std::process::Command;
+
+const SCENE: &str = r#"
+title = "report"
+[data]
+runs = "runs.csv"
+[particles.PTFE]
+density_kg_m3 = 2150
+roughness_um = 5
+[liquids.AK10]
+density_kg_m3 = 930
+viscosity_mPa_s = 9.3
+[liquids.M50]
+density_kg_m3 = 965
+viscosity_mPa_s = 48.3
+[model]
+inertia = "saturating"
+[truth]
+dry_k = { PTFE = 0.183 }
+lubrication_log = 1.85
+inertia = "saturating"
+inertial_prefactor = 0.47
+film_scale = 0.069
+dry_speed_m_s = 2.0
+sigma_dry = 0.009
+sigma_wet = 0.02
+[design]
+diameter_mm = { PTFE = [3.175, 8.0] }
+liquids = ["AK10", "M50"]
+film_ratio = { PTFE = [0.04, 0.08, 0.15] }
+height_mm = [30, 60, 90, 120, 150]
+dry_impact_speed_m_s = [0.4, 0.8, 1.2, 1.6, 2.0]
+repeats = 4
+"#;
+
+/// What a fit wrote.
+struct Written {
+    status: Option<i32>,
+    report: String,
+    figures: Vec<String>,
+}
+
+fn wetcor(folder: &Path, arguments: &[&str]) -> Option<i32> {
+    let output = Command::new(env!("CARGO_BIN_EXE_wetcor"))
+        .current_dir(folder)
+        .args(arguments)
+        .arg("--quiet")
+        .output()
+        .expect("the command can be started");
+    output.status.code()
+}
+
+/// Simulates the scene, keeps the rows that `keep` rewrites, and fits them.
+fn fit(scene: &str, flags: &[&str], keep: impl Fn(&str) -> Option<String>) -> Written {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    std::fs::write(folder.path().join("scene.toml"), scene).expect("writable");
+    let runs = folder.path().join("runs.csv");
+    assert_eq!(
+        wetcor(folder.path(), &["simulate", "scene.toml", "--out", "runs.csv"]),
+        Some(0)
+    );
+    let text = std::fs::read_to_string(&runs).expect("just written");
+    let mut lines = text.lines();
+    let header = lines.next().unwrap_or_default().to_owned();
+    let kept: Vec<String> = std::iter::once(header).chain(lines.filter_map(keep)).collect();
+    std::fs::write(&runs, kept.join("\n")).expect("writable");
+    let status = wetcor(folder.path(), &[&["fit", "scene.toml", "--out", "out"], flags].concat());
+    let out = folder.path().join("out");
+    let names = std::fs::read_dir(out.join("figures")).map_or(vec![], |entries| {
+        entries
+            .filter_map(|entry| Some(entry.ok()?.file_name().to_string_lossy().into_owned()))
+            .collect()
+    });
+    Written {
+        status,
+        report: std::fs::read_to_string(out.join("report.md")).expect("a report"),
+        figures: names,
+    }
+}
+
+fn all(row: &str) -> Option<String> {
+    Some(row.to_owned())
+}
+
+fn is_dry(row: &str) -> bool {
+    row.split(',').nth(1) == Some("dry")
+}
+
+/// The cells of the first row of a table that starts with `first`.
+fn cells(report: &str, first: &str) -> Vec<String> {
+    let line = report.lines().find(|line| line.starts_with(&format!("| {first} |")));
+    let line = line.unwrap_or_else(|| panic!("no row {first}"));
+    line.trim_matches('|')
+        .split('|')
+        .map(|cell| cell.trim().to_owned())
+        .collect()
+}
+
+#[test]
+fn a_posterior_is_told_step_by_step_and_its_figures_are_drawn() {
+    let written = fit(SCENE, &[], all);
+    let report = &written.report;
+    let steps = [
+        "## Posterior",
+        "### Model",
+        "### Priors",
+        "### Computation",
+        "### Parameters",
+        "### What follows from them",
+        "### Prior against posterior",
+        "### Predictive check",
+        "### Other forms of the law",
+        "### Draws",
+        "## Cautions",
+    ];
+    let places: Vec<Option<usize>> = steps.iter().map(|step| report.find(&format!("\n{step}\n"))).collect();
+    assert!(places.iter().all(Option::is_some) && places.is_sorted(), "{places:?}");
+    for name in ["posterior-pairs.svg", "posterior-ranks.svg", "posterior-priors.svg"] {
+        assert!(written.figures.iter().any(|drawn| drawn == name), "{name}");
+        assert!(report.contains(&format!("(figures/{name})")), "{name}");
+    }
+    // k stands in the main numbers by both methods, and the truth lies where they say
+    let k = cells(report, "k / (m/s)^(−1/5), PTFE");
+    for told in [&k[1], &k[3]] {
+        let (value, error) = told.split_once(" ± ").expect("a value and what it is uncertain by");
+        let number = |text: &str| text.parse::<f64>().expect("a number");
+        assert!((number(value) - 0.183).abs() < 4.0 * number(error), "{told}");
+    }
+    assert!(report.contains("which is √r except close to r = 0"));
+    assert!(report.contains("No parameter of this model was left out."));
+    // 6 parameters, 12 settings of 2 liquids and 3 film ratios in one table each
+    assert_eq!(report.matches("\n| PTFE | AK10 | 0.04 |").count(), 1);
+}
+
+#[test]
+fn figures_are_not_told_where_none_were_asked_for() {
+    let written = fit(SCENE, &["--stages", "least_squares,posterior"], all);
+    assert!(written.figures.is_empty() && !written.report.contains("figures/"));
+    assert!(!written.report.contains("### Other forms of the law"));
+    let exact = fit(SCENE, &["--stages", "least_squares,posterior", "--exact-rows"], all);
+    assert!(exact
+        .report
+        .contains("Every run entered every evaluation of the likelihood"));
+    assert!(exact.report.contains("--seed 1 --exact-rows`"));
+}
+
+#[test]
+fn sampling_that_failed_is_told_on_the_first_line_and_rounded_to_what_it_knows() {
+    let scene = format!("{SCENE}\n[sampler]\nwarmup = 5\ndraws = 20\n");
+    let written = fit(&scene, &["--stages", "least_squares,posterior,figures"], all);
+    assert_eq!(written.status, Some(1));
+    let first = written.report.lines().nth(2).unwrap_or_default();
+    assert!(first.starts_with("**Verdict: not to be quoted:"), "{first}");
+    assert!(first.contains("effective draws"), "{first}");
+    assert!(written.report.contains("| fails |"));
+    let good = fit(SCENE, &["--stages", "least_squares,posterior"], all);
+    let digits = |report: &str| {
+        let row = report.lines().skip_while(|line| *line != "### Parameters");
+        let row = row
+            .skip_while(|line| !line.starts_with("| L |"))
+            .next()
+            .expect("the row of L");
+        row.split('|').nth(2).map_or(0, |mean| mean.trim().len())
+    };
+    assert!(digits(&written.report) < digits(&good.report));
+}
+
+#[test]
+fn without_dry_runs_the_posterior_alone_has_k_and_what_is_not_sampled_is_said() {
+    let written = fit(SCENE, &["--stages", "least_squares,posterior"], |row| {
+        (!is_dry(row)).then(|| row.to_owned())
+    });
+    let k = cells(&written.report, "k / (m/s)^(−1/5), PTFE");
+    assert!(k[1] == "–" && k[3].contains('±'), "{k:?}");
+    assert_eq!(cells(&written.report, "`sigma_dry`")[1], "not read");
+    assert!(!written.report.contains("A dry run has"));
+    // one film ratio as well: C is held, and the ± leaves that out
+    let one = fit(SCENE, &["--stages", "least_squares,posterior"], |row| {
+        let one = !is_dry(row) && row.split(',').nth(4) == Some("0.08");
+        one.then(|| row.to_owned())
+    });
+    assert!(
+        one.report.contains("The posterior holds inertial_prefactor at"),
+        "{}",
+        one.report
+    );
+}
+
+#[test]
+fn dry_runs_alone_have_a_posterior_without_a_wet_word() {
+    let written = fit(SCENE, &[], |row| is_dry(row).then(|| row.to_owned()));
+    assert!(written.report.contains("### Parameters"));
+    for absent in [
+        "A wet run of",
+        "### What follows from them",
+        "### Other forms",
+        "Runs that stuck, by series",
+    ] {
+        assert!(!written.report.contains(absent), "{absent}");
+    }
+}
+
+#[test]
+fn runs_without_noise_have_no_posterior_and_the_report_says_why() {
+    let scene = SCENE
+        .replace("sigma_dry = 0.009", "sigma_dry = 0.0")
+        .replace("sigma_wet = 0.02", "sigma_wet = 0.0");
+    let written = fit(&scene, &[], all);
+    assert_eq!(written.status, Some(1));
+    assert!(
+        written.report.contains("\nNothing was sampled: the runs have no noise"),
+        "{}",
+        written.report
+    );
+    assert!(!written.report.contains("posterior mean ± sd"));
+    assert!(!written.figures.iter().any(|name| name.starts_with("posterior")));
+    // where the stage was not asked for there is nothing to say
+    let unasked = fit(SCENE, &["--stages", "least_squares"], all);
+    assert!(!unasked.report.contains("## Posterior"));
+}
