@@ -106,7 +106,8 @@ mod tests {
             rows: vec![row(0.1), row(f64::NAN)],
             name: "a",
         };
-        let expected = "{\n \"rows\": [\n  {\"x\":0.1,\"empty\":[]},\n  {\"x\":null,\"empty\":[]}\n ],\n \"name\": \"a\"\n}\n";
+        let expected =
+            "{\n \"rows\": [\n  {\"x\":0.1,\"empty\":[]},\n  {\"x\":null,\"empty\":[]}\n ],\n \"name\": \"a\"\n}\n";
         assert_eq!(text(&file).ok().as_deref(), Some(expected));
     }
 }

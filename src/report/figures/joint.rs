@@ -7,7 +7,10 @@ use super::points::{chart, curve, points};
 use super::Figure;
 use crate::findings::bootstrap::Joint;
 use crate::findings::estimate::Estimate;
+use crate::findings::own_dry_speed::reference_dry_speed;
 use crate::inference::delta::Interval;
+use crate::model::parameters::{Kind, COMMON_SLOTS};
+use crate::physics::{dry, viscous};
 use crate::scene::Law;
 
 /// File of a particle's figure of e_inf and St_c together, at one film ratio or over all.
@@ -82,7 +85,53 @@ fn of_bootstrap(told: Told, joint: &Joint) -> Option<Chart> {
     let title = format!("{}, {ratio}, {law}", told.scene.particles[joint.particle].name);
     let centre = (row.e_inf.value?, row.st_c.value?);
     let delta = both.map(|estimate| by(estimate, &|made| made.method == "delta"));
-    joint_chart(title, centre, delta, &[cloud])
+    let pairs = of_posterior(told, joint);
+    let posterior = pairs.as_ref().map(|pairs| Cloud {
+        name: "posterior",
+        pairs,
+        intervals: [0, 1].map(|axis| central(pairs, axis, row.e_inf.level)),
+        style: Style::group(2),
+    });
+    let clouds: Vec<Cloud> = [cloud].into_iter().chain(posterior).collect();
+    joint_chart(title, centre, delta, &clouds)
+}
+
+/// e_inf and St_c of the posterior's draws at a film ratio, with the density ratio of the runs the law was fitted to.
+///
+/// `None` beside the linear law, whose St_c is another quantity, and over all film ratios, where there is no one e_inf.
+fn of_posterior(told: Told, joint: &Joint) -> Option<Vec<[f64; 2]>> {
+    let posterior = told.posterior.filter(|_| joint.law == Law::Sqrt)?;
+    let ratio = joint.film_ratio?;
+    let name = &told.scene.particles[joint.particle].name;
+    let balance = told.findings.energy_balance.as_ref()?;
+    let mut derived = balance.derived.iter();
+    let density_ratio = derived
+        .find(|row| row.particle == *name && row.film_ratio == ratio)?
+        .density_ratio;
+    let inertia = posterior.asked.inertia;
+    let v = reference_dry_speed(told.scene);
+    let pair = |full: &Vec<f64>| {
+        let e_dry = dry::restitution(full[COMMON_SLOTS + joint.particle], v);
+        let shape = inertia.shape(ratio, full[Kind::FilmScale.slot()]);
+        let kept = e_dry * e_dry - full[Kind::InertialPrefactor.slot()] * density_ratio * shape;
+        let e_inf = (kept > 0.0).then(|| kept.sqrt())?;
+        Some([e_inf, viscous::st_c(full[Kind::LubricationLog.slot()], e_inf)])
+    };
+    posterior.sampled.full_draws().iter().map(pair).collect()
+}
+
+/// The central interval of one of a cloud's quantities.
+fn central(pairs: &[[f64; 2]], axis: usize, level: f64) -> Option<[f64; 2]> {
+    let mut sorted: Vec<f64> = pairs.iter().map(|pair| pair[axis]).collect();
+    sorted.sort_by(f64::total_cmp);
+    let at = |probability: f64| {
+        sorted
+            .get((probability * (sorted.len() - 1) as f64).round() as usize)
+            .copied()
+    };
+    at(0.5 - 0.5 * level)
+        .zip(at(0.5 + 0.5 * level))
+        .map(|(lo, hi)| [lo, hi])
 }
 
 /// One set of axes: the estimate, the delta method's intervals, and for each cloud its contours and intervals.

@@ -67,9 +67,14 @@ pub(super) fn bootstrap(page: &mut Page, told: Told) {
                 &format!("{}: e_inf and St_c together", particle.name),
                 &format!(
                     "{}: the replicates of e_inf and St_c together; contours hold 50 % and 95 % of them. The bars along \
-                     the axes are the {} intervals of each quantity alone.",
+                     the axes are the {} intervals of each quantity alone.{}",
                     particle.name,
-                    interval_header(told).replace(" interval", "")
+                    interval_header(told).replace(" interval", ""),
+                    if told.posterior.is_some() && !over_all {
+                        " The posterior of the square root is that of all runs at once, at the density ratio of these."
+                    } else {
+                        ""
+                    }
                 ),
             );
         }
