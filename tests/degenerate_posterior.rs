@@ -87,6 +87,8 @@ fn assert_honest(findings: &Findings) {
             quantity.q95,
             quantity.rhat,
             quantity.ess_bulk,
+            quantity.ess_tail,
+            quantity.mcse_mean,
         ];
         assert!(numbers.iter().flatten().all(|x| x.is_finite()), "{quantity:?}");
         let complete = numbers.iter().all(Option::is_some);
@@ -166,6 +168,14 @@ fn one_run_a_group_is_sampled() {
     let (findings, posterior) = sample(&csv);
     assert!(posterior.is_some());
     assert_eq!(names(&findings).len(), 6);
+    // with as many parameters as runs σ may shrink to nothing: chains that lose themselves there must be told
+    let worst = findings
+        .posterior
+        .iter()
+        .flat_map(|p| &p.parameters)
+        .filter_map(|q| q.rhat)
+        .fold(0.0, f64::max);
+    assert_eq!(failed(&findings).contains(&"rhat"), worst > 1.01, "{worst}");
 }
 
 /// Restitutions of one value at one setting have no spread: no likelihood, but an end.
