@@ -4,6 +4,7 @@ use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::sync::OnceLock;
 use std::time::Instant;
 
 use clap::{Parser, Subcommand, ValueEnum};
@@ -62,7 +63,7 @@ report of the same title.")]
         /// Seed of every use of chance
         #[arg(long, default_value_t = 1)]
         seed: u64,
-        /// Stages to run [default: all but bootstrap]
+        /// Stages to run [default: all]
         #[arg(long, value_delimiter = ',')]
         stages: Vec<Stage>,
         /// Sample with every row in every evaluation, to compare with the compressed likelihood
@@ -236,6 +237,26 @@ impl Timing {
         done
     }
 
+    /// Least squares, and the bootstrap from where it is first told of replicates.
+    fn fits<T>(&mut self, replicates: u64, quiet: bool, work: impl FnOnce(&(dyn Fn(usize) + Sync)) -> T) -> T {
+        let started = Instant::now();
+        let progress = Progress::bar("bootstrap", replicates, quiet);
+        let finished = AtomicU64::new(0);
+        let bootstrap = OnceLock::new();
+        let done = work(&|more| {
+            bootstrap.get_or_init(Instant::now);
+            let before = finished.fetch_add(more as u64, Relaxed);
+            progress.at(before + more as u64);
+        });
+        let ended = Instant::now();
+        let fitted = *bootstrap.get().unwrap_or(&ended);
+        self.stages.push(("least_squares", (fitted - started).as_secs_f64()));
+        if fitted != ended {
+            self.stages.push(("bootstrap", (ended - fitted).as_secs_f64()));
+        }
+        done
+    }
+
     fn json(&self) -> String {
         let mut stages: Vec<String> = self
             .stages
@@ -258,10 +279,7 @@ fn fit(
         started: Instant::now(),
         stages: vec![],
     };
-    let wanted = |stage: Stage| match stages {
-        [] => stage != Stage::Bootstrap,
-        named => named.contains(&stage),
-    };
+    let wanted = |stage: Stage| stages.is_empty() || stages.contains(&stage);
     if !wanted(Stage::LeastSquares) {
         return Err(Error::Usage(
             "every stage starts from the fits: add least_squares to --stages".to_owned(),
@@ -277,8 +295,8 @@ fn fit(
     folder::check(&out, &scene.title)?;
     let table = timing.stage("read", quiet, || runs::read(&scene))?;
     let overview = overview::find(&scene, &table);
-    let mut findings = timing.stage("least_squares", quiet, || {
-        findings::find(&scene, &table, seed, wanted(Stage::Bootstrap))
+    let mut findings = timing.fits(scene.bootstrap.replicates, quiet, |done| {
+        findings::find_watched(&scene, &table, seed, wanted(Stage::Bootstrap), done)
     });
     let mut posterior = None;
     if wanted(Stage::Posterior) {
@@ -297,7 +315,7 @@ fn fit(
         let draws = Draws::of(&scene, quiet, "compare", COMPARED);
         timing.stage("compare", true, || {
             let watcher = |kept, diverging| draws.one(kept, diverging);
-            findings.add_comparison(&scene, &table.runs, posterior, exact_rows, &watcher)
+            findings.add_comparison(&scene, &table.runs, posterior, &watcher)
         })?;
     }
     let told = Told {
@@ -309,7 +327,7 @@ fn fit(
     };
     let files = timing.stage("report", quiet, || report::files(told, wanted(Stage::Figures)));
     let mut files = files?;
-    files.push(("timing.json".to_owned(), timing.json()));
+    files.push(("timing.json".to_owned(), timing.json().into_bytes()));
     folder::write(&out, &scene.title, &files)?;
     tell(&findings.notices, quiet);
     if !quiet {
@@ -412,8 +430,8 @@ const CALIBRATION_REPLICATES: u64 = 2000;
 
 fn calibrate(out: &Path, sets: u64, seed: u64, quiet: bool) -> Result<u8, Error> {
     let progress = Progress::bar("calibrate", sets * calibration::DESIGNS, quiet);
-    let done = std::sync::atomic::AtomicU64::new(0);
-    let step = || progress.at(1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed));
+    let done = AtomicU64::new(0);
+    let step = || progress.at(1 + done.fetch_add(1, Relaxed));
     let table = calibration::measure(sets, CALIBRATION_REPLICATES, seed, &step)?;
     std::fs::write(out, calibration::markdown(&table)).map_err(|error| Error::io(out, "write", error))?;
     drop(progress);

@@ -11,14 +11,32 @@ use sha2::{Digest, Sha256};
 ///
 /// `index` tells replicates, chains or data sets of the same use apart.
 pub fn stream(seed: u64, name: &str, index: u64) -> ChaCha8Rng {
-    let mut hash = Sha256::new();
-    hash.update(seed.to_le_bytes());
-    hash.update(name.as_bytes());
-    let mut key = [0u8; 32];
-    key.copy_from_slice(&hash.finalize());
-    let mut rng = ChaCha8Rng::from_seed(key);
-    rng.set_stream(index);
-    rng
+    Streams::new(seed, name).at(index)
+}
+
+/// The random streams of one use of chance, for many indices: hashing takes longer than a short use.
+#[derive(Debug, Clone, Copy)]
+pub struct Streams {
+    key: [u8; 32],
+}
+
+impl Streams {
+    /// The streams of this seed and name.
+    pub fn new(seed: u64, name: &str) -> Streams {
+        let mut hash = Sha256::new();
+        hash.update(seed.to_le_bytes());
+        hash.update(name.as_bytes());
+        let mut key = [0u8; 32];
+        key.copy_from_slice(&hash.finalize());
+        Streams { key }
+    }
+
+    /// The stream of an index.
+    pub fn at(&self, index: u64) -> ChaCha8Rng {
+        let mut rng = ChaCha8Rng::from_seed(self.key);
+        rng.set_stream(index);
+        rng
+    }
 }
 
 /// Lowercase hexadecimal SHA-256 of some bytes.

@@ -6,10 +6,11 @@ use std::path::Path;
 
 use common::Place;
 use wetcor::findings::{self, Findings};
-use wetcor::inference::bootstrap::intervals::{acceleration, Replicates};
+use wetcor::inference::bootstrap::intervals::Replicates;
+use wetcor::inference::bootstrap::jackknife::acceleration;
 use wetcor::inference::bootstrap::{kernel, replicate, Law, Plan, Pool, Target};
 use wetcor::inference::laws::{fit_dry, fit_linear, fit_square_root};
-use wetcor::scene::{IntervalMethod, ResamplingScheme};
+use wetcor::scene::ResamplingScheme;
 
 fn table(name: &str) -> Vec<Vec<String>> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/boot").join(name);
@@ -39,8 +40,8 @@ fn intervals_are_rs_given_its_replicates() {
             // the replicates are stored with 15 digits: so must the estimate be, or its ties come apart
             let estimate: f64 = format!("{estimate:.14e}").parse().expect("a number");
             let made = match row[0].as_str() {
-                "perc" => replicates.percentile(level).expect("replicates"),
-                "bca" => replicates.bca(estimate, a, level).expect("defined"),
+                "perc" => replicates.percentile(level, f64::INFINITY).expect("replicates"),
+                "bca" => replicates.bca(estimate, a, level, f64::INFINITY).expect("defined"),
                 _ => continue,
             };
             assert!((replicates.z0(estimate) - z0).abs() < 1e-10, "{name}: z0");
@@ -49,7 +50,7 @@ fn intervals_are_rs_given_its_replicates() {
             compared += 1;
             // the planted fault: the acceleration's sign flipped
             if row[0] == "bca" && a.abs() > 0.05 {
-                let flipped = replicates.bca(estimate, -a, level).expect("defined");
+                let flipped = replicates.bca(estimate, -a, level, f64::INFINITY).expect("defined");
                 assert!(!close(flipped.lo, lo) && !close(flipped.hi, hi), "{name}: {flipped:?}");
             }
         }
@@ -63,7 +64,7 @@ fn the_acceleration_is_rs_given_its_influence_values() {
     for name in ["city_ratio", "aircondit_mean", "law_cor"] {
         let rows = table(&format!("{name}_ci.csv"));
         let expected = number(&rows[0][6]);
-        let found = acceleration(std::iter::once(column(&format!("{name}_L.csv"))));
+        let found = acceleration(&[column(&format!("{name}_L.csv"))]);
         assert!((found / expected - 1.0).abs() < 1e-9, "{name}: {found} {expected}");
     }
 }
@@ -71,13 +72,18 @@ fn the_acceleration_is_rs_given_its_influence_values() {
 #[test]
 fn undefined_intervals_say_why() {
     let equal = Replicates::new([0.5, 0.5, 0.5].into_iter());
-    assert_eq!(equal.bca(0.5, 0.0, 0.95), Err("all replicates equal"));
+    assert_eq!(equal.bca(0.5, 0.0, 0.95, f64::INFINITY), Err("all replicates equal"));
     let above = Replicates::new([0.6, 0.7, f64::NAN].into_iter());
     assert_eq!(above.failed, 1);
-    assert_eq!(above.bca(0.5, 0.0, 0.95), Err("z0 infinite"));
+    assert_eq!(above.bca(0.5, 0.0, 0.95, f64::INFINITY), Err("z0 infinite"));
     let around = Replicates::new([0.4, 0.6, 0.7].into_iter());
-    assert_eq!(around.bca(0.5, f64::NAN, 0.95), Err("acceleration not finite"));
-    assert!(Replicates::new(std::iter::empty()).percentile(0.95).is_none());
+    assert_eq!(
+        around.bca(0.5, f64::NAN, 0.95, f64::INFINITY),
+        Err("acceleration not finite")
+    );
+    assert!(Replicates::new(std::iter::empty())
+        .percentile(0.95, f64::INFINITY)
+        .is_none());
 }
 
 /// Runs of one series with a spread of weights, a zero among them.
@@ -158,6 +164,7 @@ fn stratified(pool: &Pool, scheme: ResamplingScheme, replicates: usize) -> Vec<f
         offset: &[],
         restitution: &e,
         strata: 0..pool.strata.len(),
+        series: 0..pool.series.len(),
         fitted: [0.8, 10.0],
     };
     let plan = Plan {
@@ -165,7 +172,7 @@ fn stratified(pool: &Pool, scheme: ResamplingScheme, replicates: usize) -> Vec<f
         scheme,
         seed: 5,
     };
-    replicate(pool, &[target], plan)[0]
+    replicate(pool, &[target], plan, &|_| ())[0]
         .iter()
         .map(|fit| fit.parameters[0])
         .collect()
@@ -175,6 +182,7 @@ fn stratified(pool: &Pool, scheme: ResamplingScheme, replicates: usize) -> Vec<f
 fn raising_the_replicates_keeps_the_first_ones() {
     let pool = Pool {
         strata: vec![0..20, 20..40],
+        series: vec![0..10, 10..20, 20..30, 30..40],
     };
     for scheme in [
         ResamplingScheme::Cases,
@@ -211,7 +219,11 @@ fn every_scheme_spreads_as_the_delta_method_says() {
             .expect("wet runs");
         for estimate in [&row.e_inf, &row.st_c] {
             let boot = estimate.bootstrap.as_ref().expect("bootstrapped");
-            spreads.push((scheme, boot.se / estimate.se.expect("converged"), boot.failed));
+            spreads.push((
+                scheme,
+                boot.se.expect("replicates") / estimate.se.expect("converged"),
+                boot.failed,
+            ));
         }
     }
     for (scheme, ratio, failed) in &spreads {
@@ -230,13 +242,17 @@ fn forgetting_the_strata_spreads_the_replicates() {
         .map(|i| if i < 20 { 0.7 } else { 0.6 } + 0.01 * f64::from(i % 3 - 1))
         .collect();
     let sd = |strata: Vec<std::ops::Range<usize>>| {
-        let pool = Pool { strata };
+        let pool = Pool {
+            strata,
+            series: std::iter::once(0..40).collect(),
+        };
         let target = Target {
             law: Law::Linear,
             x: &x,
             offset: &[],
             restitution: &e,
             strata: 0..pool.strata.len(),
+            series: 0..pool.series.len(),
             fitted: [0.65, 0.0],
         };
         let plan = Plan {
@@ -244,7 +260,7 @@ fn forgetting_the_strata_spreads_the_replicates() {
             scheme: ResamplingScheme::Cases,
             seed: 5,
         };
-        let replicates = &replicate(&pool, &[target], plan)[0];
+        let replicates = &replicate(&pool, &[target], plan, &|_| ())[0];
         // e in the middle of the design
         let middle = replicates
             .iter()
@@ -285,7 +301,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
         })
         .collect();
     assert!(findings[0] == findings[1] && findings[1] == findings[2]);
-    assert!(findings[0].contains("\"replicates\": 10000"));
+    assert!(findings[0].contains("\"replicates\":10000"));
 }
 
 /// The committed coverage table is the one the command makes, as far as rounding on another machine may move a count.
@@ -315,12 +331,7 @@ fn the_committed_coverage_table_is_measured() {
         }
     }
     // the default is what the table supports
-    let default = match wetcor::findings::bootstrap::DEFAULT_INTERVAL {
-        IntervalMethod::Bca => "bca",
-        IntervalMethod::Percentile => "percentile",
-        IntervalMethod::Studentized => "studentized",
-        IntervalMethod::Delta => "delta",
-    };
+    let default = wetcor::findings::bootstrap::DEFAULT_INTERVAL.name();
     let best = format!("the default: {default}.");
     assert!(committed.contains(&best) && measured.contains(&best), "{best}");
 }

@@ -274,29 +274,6 @@ fn leave_one_out_agrees_with_arviz() {
     );
 }
 
-/// R's loo takes each observation's own efficiency and rounds the tail's length up.
-#[test]
-fn the_loo_package_agrees_on_its_own_example() {
-    let densities = columns("loo_example.csv");
-    let answers = columns("loo_example_answer.csv");
-    for (row, column) in answers["column"].iter().enumerate() {
-        let values = numbers(&densities[column]);
-        let plain: Vec<f64> = values.iter().map(|log| log.exp()).collect();
-        let effective = ess::of_mean(&[&plain]).expect("an ESS");
-        let count = values.len() as f64;
-        let tail = (3.0 * count / effective.sqrt()).min(0.2 * count).ceil() as usize;
-        let ratios: Vec<f64> = values.iter().map(|log| -log).collect();
-        let smoothed = psis(&ratios, tail).expect("finite");
-        let pairs = smoothed.log_weights.iter().zip(&values);
-        let elpd = pairs.map(|(weight, log)| (weight + log).exp()).sum::<f64>().ln();
-        let answer = |name: &str| answers[name][row].parse::<f64>().expect("a number");
-        close(column, smoothed.khat.expect("a tail"), answer("pareto_k"));
-        close(column, elpd, answer("elpd_loo"));
-        let seen = (plain.iter().sum::<f64>() / count).ln();
-        assert!((seen - elpd - answer("p_loo")).abs() < RELATIVE, "{column}");
-    }
-}
-
 /// What a wrong R-hat may leave out.
 #[derive(Clone, Copy, PartialEq)]
 enum LeftOut {

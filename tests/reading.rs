@@ -191,7 +191,9 @@ fn differences(at: &str, a: &Value, b: &Value, rounding: f64, found: &mut Vec<St
 #[test]
 fn every_good_example_gives_the_same_findings() {
     let plain = Copy::plain();
-    let (status, out, plain_err) = plain.run(&["fit", "scene.toml", "--out", "out"]);
+    // draws differ from a rounding on: what was read shows in the fits
+    let fits = ["fit", "scene.toml", "--out", "out", "--stages", "least_squares,figures"];
+    let (status, out, plain_err) = plain.run(&fits);
     assert_eq!(status, Some(0), "{out}{plain_err}");
     let reference = findings(&plain.folder.join("out"));
     assert_eq!(reference["counts"]["runs"], 31);
@@ -200,7 +202,7 @@ fn every_good_example_gives_the_same_findings() {
     let mut failures = vec![];
     for case in cases("good") {
         let copy = Copy::of(&case);
-        let (status, _, err) = copy.run(&["fit", "scene.toml", "--out", "out"]);
+        let (status, _, err) = copy.run(&fits);
         let mut fail = |why: String| failures.push(format!("{}: {why}", name(&case)));
         if status != Some(0) {
             fail(format!("exit status {status:?}: {err}"));

@@ -197,7 +197,7 @@ fn dry_runs_alone_have_a_posterior_without_a_wet_word() {
         "A wet run of",
         "### What follows from them",
         "### Other forms",
-        "Runs that stuck, by series",
+        "number of stuck runs",
     ] {
         assert!(!written.report.contains(absent), "{absent}");
     }

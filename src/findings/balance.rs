@@ -12,7 +12,7 @@ use super::scaling::FittedScaling;
 use super::Verdict;
 use crate::inference::balance::{fit_balance, Balance, Block};
 use crate::inference::delta::Uncertain;
-use crate::inference::least_squares::Stop;
+use crate::inference::least_squares::{Fit, Stop};
 use crate::inference::nested::{one_law_for_all, FTest, Spread};
 use crate::physics::inertia::Inertia;
 use crate::physics::{dry, numbers, viscous};
@@ -121,15 +121,17 @@ pub fn find(
         .map(|fitted| fitted.spread)
         .collect();
     let dry_k: Vec<(f64, f64)> = known.iter().map(|(_, k)| *k).collect();
-    let balance = Balance {
+    let of_form = |inertia: Inertia| Balance {
         blocks: &blocks,
-        // with the form left open, least squares takes the default one
-        inertia: scene.model.inertia.unwrap_or(Inertia::Stepwise),
+        inertia,
         dry_speed: scene.model.dry_speed,
         dry_k: &dry_k,
         spread: pooled_sd(&separate),
     };
-    let fit = fit_balance(&balance);
+    let (balance, fit) = match scene.model.inertia {
+        Some(inertia) => (of_form(inertia), fit_balance(&of_form(inertia))),
+        None => closest(of_form),
+    };
     let uncertain = uncertain(&fit);
     let converged = fit.stop == Stop::Converged;
     let estimate = |j: usize, value: f64, slope: f64, how: Scale| {
@@ -201,6 +203,19 @@ pub fn find(
     })
 }
 
+/// With the form left open: the one that leaves the smallest spread, the default one if none converges.
+fn closest<'b>(of_form: impl Fn(Inertia) -> Balance<'b>) -> (Balance<'b>, Fit) {
+    let fits = Inertia::ALL.map(|inertia| (of_form(inertia), fit_balance(&of_form(inertia))));
+    let spread = |fit: &Fit| {
+        let converged = fit.residual_sd.filter(|_| fit.stop == Stop::Converged);
+        converged.unwrap_or(f64::INFINITY)
+    };
+    let best = fits
+        .into_iter()
+        .reduce(|a, b| if spread(&b.1) < spread(&a.1) { b } else { a });
+    best.unwrap_or_else(|| (of_form(Inertia::Stepwise), fit_balance(&of_form(Inertia::Stepwise))))
+}
+
 /// e_inf and St_c of a film ratio; `None` where none of its runs rebounded or nothing is left for e_inf.
 fn derive(
     setting: (&Scene, &Runs, &FilmGroup),
@@ -263,7 +278,7 @@ fn pooled_sd(separate: &[Spread]) -> f64 {
     }
 }
 
-fn judge(fit: &crate::inference::least_squares::Fit, l: f64, misfit: Option<&FTest>) -> Verdict {
+fn judge(fit: &Fit, l: f64, misfit: Option<&FTest>) -> Verdict {
     if fit.stop != Stop::Converged || fit.covariance.is_none() {
         Verdict::failed(why_stopped(fit))
     } else if l <= 0.0 {

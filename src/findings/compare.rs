@@ -1,5 +1,6 @@
 //! Compares the forms of the law by how well they predict runs they have not seen.
 
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::posterior::{effort, start, Asked, Posterior};
@@ -9,9 +10,9 @@ use crate::error::Error;
 use crate::inference::diagnostics::loo::{difference, loo, relative_efficiency, Loo};
 use crate::inference::diagnostics::pareto::khat_threshold;
 use crate::inference::diagnostics::summary::summarise;
-use crate::inference::nuts::Watcher;
+use crate::inference::nuts::{divergences, Watcher};
 use crate::inference::sampling::{sample_posterior, Plan, Sampled};
-use crate::model::likelihood::pointwise::Pointwise;
+use crate::model::likelihood::pointwise::{At, Pointwise};
 use crate::model::likelihood::Likelihood;
 use crate::model::parameters::Parameters;
 use crate::notice::Notice;
@@ -81,10 +82,9 @@ pub fn find(
     scene: &Scene,
     runs: &Runs,
     (least_squares, own): (&Findings, &Posterior),
-    asked: Asked,
-    seed: u64,
     watcher: Watcher,
 ) -> Result<Comparison, Error> {
+    let asked = own.asked;
     let mut found = Comparison {
         models: vec![],
         checks: vec![],
@@ -126,7 +126,7 @@ pub fn find(
             let draws = if is_own {
                 &own.sampled
             } else {
-                match sample_form(scene, runs, least_squares, form, seed, watcher)? {
+                match sample_form(scene, runs, least_squares, form, watcher)? {
                     Ok(of_form) => {
                         sampled = of_form;
                         &sampled
@@ -185,13 +185,65 @@ pub fn find(
     Ok(found)
 }
 
+/// A form is better than another if it gains more than this in log density, and this many standard errors.
+const GAIN: f64 = 4.0;
+
+/// Whether a difference of log density is a gain.
+fn is_gain(value: f64, se: Option<f64>) -> bool {
+    value > GAIN && se.is_some_and(|se| value > GAIN * se)
+}
+
+/// The form of inertia that a scene with `inertia = "auto"` is given: the default one, unless another predicts clearly
+/// better and its weights can be trusted. A notice says that intervals ignore the choice.
+pub fn choose(
+    scene: &Scene,
+    runs: &Runs,
+    least_squares: &Findings,
+    default: Asked,
+    watcher: Watcher,
+) -> Result<(Asked, Option<Notice>), Error> {
+    let draws = effort(scene).chains * effort(scene).draws;
+    let used = draws.min(MOST_DENSITIES / runs.len().max(1));
+    if used < FEWEST_DRAWS.min(draws) || runs.series.is_empty() {
+        return Ok((default, None));
+    }
+    let mut forms = vec![];
+    for inertia in Inertia::ALL {
+        let form = Asked { inertia, ..default };
+        let sampled = sample_form(scene, runs, least_squares, form, watcher)?;
+        if let Ok(of_form) = sampled.and_then(|sampled| leave_out(scene, runs, form, &sampled, used)) {
+            forms.push((form, of_form));
+        }
+    }
+    let Some((_, usual)) = forms.iter().find(|(form, _)| form.inertia == default.inertia) else {
+        return Ok((default, None));
+    };
+    let gains = forms.iter().filter_map(|(form, of_form)| {
+        let trusted = of_form.worst_khat(khat_threshold(used)).1 == 0;
+        let gain = difference(of_form, usual)?;
+        (trusted && is_gain(gain.value, gain.se)).then_some((*form, gain))
+    });
+    let Some((chosen, gain)) = gains.max_by(|a, b| a.1.value.total_cmp(&b.1.value)) else {
+        return Ok((default, None));
+    };
+    let notice = Notice::new(
+        "form_chosen",
+        1,
+        format!(
+            "inertia = \"auto\" took {}: it predicts the runs better than {} by {:.1} in log density; the intervals ignore that it was chosen",
+            chosen.inertia.name(),
+            default.inertia.name(),
+            gain.value
+        ),
+        "name the form in [model] to fix it",
+    );
+    Ok((chosen, Some(notice)))
+}
+
 /// The scene's own form predicts clearly worse than another.
 fn better(own: &Compared, best: &Compared) -> Option<Notice> {
-    /// a smaller gain is no gain; see the line of an automatic choice
-    const GAIN: f64 = 4.0;
     let gain = -own.delta;
-    let clear = gain > GAIN && own.delta_se.is_some_and(|se| gain > GAIN * se);
-    clear.then(|| {
+    is_gain(gain, own.delta_se).then(|| {
         Notice::new(
             "better_form",
             1,
@@ -220,7 +272,6 @@ fn sample_form(
     runs: &Runs,
     least_squares: &Findings,
     form: Asked,
-    seed: u64,
     watcher: Watcher,
 ) -> Result<Result<Sampled, String>, Error> {
     let parameters = Parameters::of(scene, runs, form.inertia, form.dry_speed)?;
@@ -228,7 +279,7 @@ fn sample_form(
     let stream = format!("compare {}", name(form.inertia, form.dry_speed));
     let plan = Plan {
         effort: effort(scene),
-        stream: (seed, &stream),
+        stream: (least_squares.seed, &stream),
         exact_rows: form.exact_rows,
     };
     let start = start(scene, least_squares);
@@ -239,10 +290,10 @@ fn leave_out(scene: &Scene, runs: &Runs, form: Asked, sampled: &Sampled, used: u
     let pointwise = Pointwise::new(scene, runs, form.inertia, form.dry_speed);
     let full = sampled.full_draws();
     let step = full.len().div_ceil(used).max(1);
-    let some: Vec<&Vec<f64>> = full.iter().step_by(step).collect();
+    let some: Vec<At> = full.par_iter().step_by(step).map(|full| pointwise.at(full)).collect();
     let fill = |run: usize, values: &mut [f64]| {
-        for (value, full) in values.iter_mut().zip(&some) {
-            *value = pointwise.at(full).ln_likelihood(run);
+        for (value, at) in values.iter_mut().zip(&some) {
+            *value = at.ln_likelihood(run);
         }
     };
     loo(runs.len(), some.len(), efficiency(sampled), fill).map_err(|(run, why)| format!("run {}: {why}", run + 1))
@@ -266,7 +317,6 @@ fn summary_of(chains: &[Vec<f64>]) -> crate::inference::diagnostics::summary::Su
 fn compared(form: Asked, own: bool, sampled: &Sampled, found: &Loo, used: usize) -> Compared {
     let (khat_max, khat_high) = found.worst_khat(khat_threshold(used));
     let rhats = sampled.values.iter().filter_map(|chains| summary_of(chains).rhat);
-    let diverging = sampled.chains.iter().flat_map(|chain| &chain.diverging);
     Compared {
         model: name(form.inertia, form.dry_speed),
         own,
@@ -278,6 +328,6 @@ fn compared(form: Asked, own: bool, sampled: &Sampled, found: &Loo, used: usize)
         delta: 0.0,
         delta_se: None,
         rhat: rhats.reduce(f64::max),
-        divergences: diverging.filter(|diverging| **diverging).count(),
+        divergences: divergences(&sampled.chains),
     }
 }

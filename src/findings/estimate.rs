@@ -31,6 +31,7 @@ pub struct Estimate {
     /// what the replicates say; `None` where there are none
     pub bootstrap: Option<Bootstrapped>,
     /// why there is no standard error or no interval; stands exactly then
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub why_none: Option<String>,
 }
 

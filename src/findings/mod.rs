@@ -14,6 +14,7 @@
 //! | `bootstrap/` | the bootstrap interval of each estimate |
 //! | `posterior/` | parameters from all runs at once, with priors |
 //! | `compare.rs` | which form of the law predicts best |
+//! | `shown.rs` | the film ratio shown where one must be chosen |
 //! | `published.rs` | ours beside the literature's |
 //! | `verdicts.rs` | what must hold before the numbers are quoted |
 //! | `overview.rs` | what was read and what it can identify |
@@ -32,6 +33,7 @@ pub mod posterior;
 pub mod published;
 pub mod scaling;
 pub mod series;
+pub mod shown;
 pub mod verdicts;
 
 use serde::Serialize;
@@ -77,6 +79,8 @@ pub struct Findings {
     pub energy_balance: Option<balance::EnergyBalance>,
     /// where the energy went
     pub energy: Vec<energy::Energy>,
+    /// how replicates were made; `None`: a stage that was not run
+    pub bootstrap: Option<bootstrap::Resampling>,
     /// the literature beside ours
     pub published: Vec<published::Compared>,
     /// what all runs at once say under the priors; `None` if the stage was not run
@@ -131,6 +135,17 @@ impl Verdict {
 
 /// Fits everything least squares can say of a scene's runs; with `bootstrap`, resamples them as the scene says.
 pub fn find(scene: &Scene, table: &Table, seed: u64, bootstrap: bool) -> Findings {
+    find_watched(scene, table, seed, bootstrap, &|_| ())
+}
+
+/// The same; `done` is told 0 before the first replicate, then of replicates as they are finished.
+pub fn find_watched(
+    scene: &Scene,
+    table: &Table,
+    seed: u64,
+    bootstrap: bool,
+    done: &(dyn Fn(usize) + Sync),
+) -> Findings {
     let runs = &table.runs;
     let quoting = Quoting {
         level: scene.bootstrap.level,
@@ -142,15 +157,16 @@ pub fn find(scene: &Scene, table: &Table, seed: u64, bootstrap: bool) -> Finding
     );
     let energy_balance = balance::find(scene, runs, &dry, &mut scaling, quoting);
     let mut energy = energy::find(scene, runs, &dry, &scaling, quoting);
-    if bootstrap {
+    let resampled = bootstrap.then(|| {
+        done(0);
         let estimates = bootstrap::Estimates {
             dry: &mut dry,
             series: &mut series,
             scaling: &mut scaling,
             energy: &mut energy,
         };
-        bootstrap::complete(scene, runs, estimates, seed, false);
-    }
+        bootstrap::complete(scene, runs, estimates, seed, false, done)
+    });
     let published = published::find(scene, &dry, &scaling);
     let mut verdicts = verdicts::find(runs, &dry, &series, &scaling, energy_balance.as_ref());
     if bootstrap {
@@ -158,6 +174,8 @@ pub fn find(scene: &Scene, table: &Table, seed: u64, bootstrap: bool) -> Finding
     }
     let mut notices = table.notices.clone();
     notices.extend(verdicts::notices(scene, table, &dry, &series, &scaling, bootstrap));
+    let (resampling, of_resampling) = resampled.unzip();
+    notices.extend(of_resampling.into_iter().flatten());
     Findings {
         schema: SCHEMA,
         scene: scene.name.clone(),
@@ -177,6 +195,7 @@ pub fn find(scene: &Scene, table: &Table, seed: u64, bootstrap: bool) -> Finding
         scaling: scaling.into_iter().map(|fitted| fitted.scaling).collect(),
         energy_balance,
         energy,
+        bootstrap: resampling,
         published,
         posterior: None,
         compare: None,
@@ -197,7 +216,12 @@ impl Findings {
         exact_rows: bool,
         watcher: Watcher,
     ) -> Result<Option<Posterior>, Error> {
-        let asked = Asked::of(scene, exact_rows);
+        let mut asked = Asked::of(scene, exact_rows);
+        if scene.model.inertia.is_none() {
+            let (chosen, notice) = compare::choose(scene, runs, self, asked, watcher)?;
+            asked = chosen;
+            self.notices.extend(notice);
+        }
         match posterior::find(scene, runs, self, asked, self.seed, watcher)? {
             Ok(posterior) => {
                 // the posterior's own check of k against the dry runs takes the place of least squares'
@@ -223,11 +247,9 @@ impl Findings {
         scene: &Scene,
         runs: &Runs,
         posterior: &Posterior,
-        exact_rows: bool,
         watcher: Watcher,
     ) -> Result<Comparison, Error> {
-        let asked = Asked::of(scene, exact_rows);
-        let found = compare::find(scene, runs, (self, posterior), asked, self.seed, watcher)?;
+        let found = compare::find(scene, runs, (self, posterior), watcher)?;
         self.verdicts.extend(found.checks.iter().cloned());
         self.notices.extend(found.notices.iter().cloned());
         self.compare = (!found.models.is_empty()).then(|| found.models.clone());

@@ -35,7 +35,8 @@ pub struct Scaling {
     pub st_c: Estimate,
     /// Stokes number at which the square root reaches zero (square root only)
     pub st_no_rebound: Option<Estimate>,
-    /// L = St_c e_inf²/2
+    /// L = St_c e_inf²/2; in the file, half of the energy table's St_c·e_inf²
+    #[serde(skip_serializing)]
     pub lubrication_log: Estimate,
     /// correlation of e_inf and St_c
     pub correlation: Option<f64>,

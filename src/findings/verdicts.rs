@@ -249,7 +249,7 @@ pub fn of_replicates(dry: &[FittedDry], scaling: &[FittedScaling]) -> Option<Che
         [(name.clone(), &fit.scaling.e_inf), (name, &fit.scaling.st_c)]
     });
     let shares = of_dry.chain(of_scaling).filter_map(|(name, estimate)| {
-        let boot = estimate.bootstrap.as_ref()?;
+        let boot = estimate.bootstrap.as_ref().filter(|boot| boot.replicates > 0)?;
         Some((boot.failed as f64 / boot.replicates as f64, name))
     });
     let (worst, name) = shares.max_by(|a, b| a.0.total_cmp(&b.0))?;

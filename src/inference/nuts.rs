@@ -16,7 +16,7 @@ use crate::model::posterior::LogDensity;
 use crate::seed::stream;
 
 /// How much is sampled.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effort {
     /// chains
     pub chains: usize,
@@ -24,7 +24,12 @@ pub struct Effort {
     pub warmup: usize,
     /// draws a chain keeps
     pub draws: usize,
+    /// mean acceptance probability to which the step size is adapted; nearer 1 is shorter steps
+    pub target_accept: f64,
 }
+
+/// The acceptance that is least work where a posterior is nearly normal.
+pub const TARGET_ACCEPT: f64 = 0.8;
 
 /// Depth at which a trajectory is cut: 2¹⁰ steps.
 pub const LARGEST_DEPTH: u64 = 10;
@@ -60,6 +65,15 @@ pub struct SamplingFailure {
     pub reason: String,
 }
 
+/// Kept draws whose trajectory diverged.
+pub fn divergences(chains: &[Chain]) -> usize {
+    chains
+        .iter()
+        .flat_map(|chain| &chain.diverging)
+        .filter(|diverging| **diverging)
+        .count()
+}
+
 /// Hears of every draw: whether it is kept, and whether it diverged.
 pub type Watcher<'w> = &'w (dyn Fn(bool, bool) + Sync);
 
@@ -93,13 +107,14 @@ fn run<T: LogDensity + ?Sized>(
     watcher: Watcher,
 ) -> Result<Chain, String> {
     let start = start(target, about, &mut rng).ok_or("no start near the mode has a density")?;
-    let settings = DiagNutsSettings {
+    let mut settings = DiagNutsSettings {
         num_tune: effort.warmup as u64,
         num_draws: effort.draws as u64,
         num_chains: effort.chains,
         maxdepth: LARGEST_DEPTH,
         ..DiagNutsSettings::default()
     };
+    settings.adapt_options.step_size_settings.target_accept = effort.target_accept;
     let math = CpuMath::new(Rounded::new(target, about));
     let told = |error: &dyn std::fmt::Display| error.to_string();
     let mut sampler = settings.new_chain(chain, math, &mut rng).map_err(|e| told(&e))?;

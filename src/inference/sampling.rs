@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::laplace::{laplace, Laplace};
-use super::nuts::{sample, Chain, Effort, SamplingFailure, Watcher};
+use super::nuts::{divergences, sample, Chain, Effort, SamplingFailure, Watcher};
 use crate::model::likelihood::{Compression, Likelihood};
 use crate::model::parameters::{Kind, Parameters};
 use crate::model::posterior::{LogDensity, Posterior};
@@ -32,6 +32,8 @@ pub struct Sampled {
     pub parameters: Parameters,
     /// what each chain kept, in the unbounded space
     pub chains: Vec<Chain>,
+    /// acceptance the step size was adapted to: the plan's, or nearer 1 where trajectories diverged with it
+    pub target_accept: f64,
     /// the draws of each parameter in each chain: `values[parameter][chain][draw]`
     pub values: Vec<Vec<Vec<f64>>>,
     /// mode and curvature the chains started from
@@ -100,7 +102,7 @@ pub fn sample_posterior(
         (posterior, about, Some(compression))
     };
     let compressed = began.elapsed().as_secs_f64();
-    let chains = sample(&posterior, &about, plan.effort, plan.stream, watcher)?;
+    let (chains, target_accept) = without_divergences(&posterior, &about, plan, watcher)?;
     let sampled = began.elapsed().as_secs_f64();
     let dimension = posterior.dimension();
     let mut values = vec![vec![vec![]; chains.len()]; dimension];
@@ -115,6 +117,7 @@ pub fn sample_posterior(
     Ok(Sampled {
         parameters,
         chains,
+        target_accept,
         values,
         laplace: about,
         compression,
@@ -125,6 +128,36 @@ pub fn sample_posterior(
             began.elapsed().as_secs_f64() - sampled,
         ],
     })
+}
+
+/// Samples anew with shorter steps as long as trajectories diverge, as they may where few runs leave σ wide open.
+fn without_divergences(
+    posterior: &Posterior,
+    about: &Laplace,
+    plan: Plan,
+    watcher: Watcher,
+) -> Result<(Vec<Chain>, f64), SamplingFailure> {
+    const SHORTER: [f64; 2] = [0.95, 0.995];
+    let with = |target_accept: f64| {
+        let effort = Effort {
+            target_accept,
+            ..plan.effort
+        };
+        sample(posterior, about, effort, plan.stream, watcher)
+    };
+    let mut target_accept = plan.effort.target_accept;
+    let mut chains = with(target_accept)?;
+    for shorter in SHORTER
+        .into_iter()
+        .filter(|shorter| *shorter > plan.effort.target_accept)
+    {
+        if divergences(&chains) == 0 {
+            break;
+        }
+        target_accept = shorter;
+        chains = with(target_accept)?;
+    }
+    Ok((chains, target_accept))
 }
 
 /// The least-squares start, and the medians of the priors for the case that it is no good.
@@ -148,21 +181,34 @@ fn highest(posterior: &Posterior, starts: &[Vec<f64>]) -> Result<Laplace, NoPost
 }
 
 /// The compressed posterior with its mode: first roughly, to learn where the posterior lies, then to the bound there.
+///
+/// With very many runs the rough one may lie many standard deviations off; then the bound was kept in the wrong place,
+/// and the rows are compressed again about the new mode until it stays.
 fn compressed(
     parameters: &Parameters,
     rows: &Likelihood,
     starts: &[Vec<f64>],
 ) -> Result<(Posterior, Laplace, Compression), NoPosterior> {
+    /// each time the mode is nearer by orders of magnitude
+    const TRIES: usize = 8;
     let reference = parameters.full(&starts[0]);
     let (rough, _) = rows.compressed(&reference, &[], LARGEST_ERROR);
-    let rough = Posterior::new(parameters.clone(), rough);
-    let about = highest(&rough, starts)?;
-    let full = |point: &[f64]| parameters.full(&rough.draw_at(point));
-    let tests = region(&about).iter().map(|point| full(point)).collect::<Vec<_>>();
-    let (likelihood, compression) = rows.compressed(&full(&about.mode), &tests, LARGEST_ERROR);
-    let posterior = Posterior::new(parameters.clone(), likelihood);
-    let about = laplace(&posterior, &about.mode).map_err(|_| NoPosterior::NoStart)?;
-    Ok((posterior, about, compression))
+    let mut posterior = Posterior::new(parameters.clone(), rough);
+    let mut about = highest(&posterior, starts)?;
+    let mut tries = 0;
+    loop {
+        tries += 1;
+        let full = |point: &[f64]| parameters.full(&posterior.draw_at(point));
+        let tests = region(&about).iter().map(|point| full(point)).collect::<Vec<_>>();
+        let (likelihood, compression) = rows.compressed(&full(&about.mode), &tests, LARGEST_ERROR);
+        posterior = Posterior::new(parameters.clone(), likelihood);
+        let next = laplace(&posterior, &about.mode).map_err(|_| NoPosterior::NoStart)?;
+        let stays = next.distance(&about.mode).is_some_and(|moved| moved < 1.0);
+        about = next;
+        if stays || tries == TRIES {
+            return Ok((posterior, about, compression));
+        }
+    }
 }
 
 /// Points two and six standard deviations from the mode, along each axis of the rounded space.

@@ -19,6 +19,14 @@ pub fn slope_mean_restitution(kept: f64) -> f64 {
     (0.5 * kept * kept + turn4) / (square * square.sqrt().sqrt())
 }
 
+/// The r at which m(r) is this: the inverse of [`mean_restitution`].
+pub fn kept_of_mean_restitution(mean: f64) -> f64 {
+    // r⁴ = m⁴ (r² + τ⁴), a quadratic in r²
+    let fourth = mean.powi(4);
+    let square = 0.5 * (fourth + (fourth * fourth + 4.0 * fourth * TURN.powi(4)).sqrt());
+    square.sqrt().copysign(mean)
+}
+
 /// e = √(α + β/v), or `None` where the energy kept is not positive.
 pub fn square_root_law(alpha: f64, beta: f64, impact_speed: f64) -> Option<f64> {
     let kept = alpha + beta / impact_speed;
@@ -87,6 +95,14 @@ mod tests {
             assert!((mean_restitution(-r) + f64::sqrt(r)).abs() < 1e-6);
         }
         assert!((slope_mean_restitution(0.0) * TURN - 1.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn the_inverse_of_the_smooth_root_comes_back() {
+        for r in [-0.7, -3e-4, -1e-9, 0.0, 2e-5, 0.013, 0.62] {
+            let back = kept_of_mean_restitution(mean_restitution(r));
+            assert!((back - r).abs() <= 1e-14 * (1.0 + r.abs()), "{r} {back}");
+        }
     }
 
     #[test]

@@ -8,6 +8,9 @@ use crate::error::Error;
 use crate::findings::SCHEMA;
 use crate::unfinished;
 
+/// A file of a report: its path inside the folder, and its bytes.
+pub type File = (String, Vec<u8>);
+
 /// What tells an earlier report of ours.
 #[derive(Deserialize)]
 struct Mark {
@@ -43,8 +46,8 @@ pub fn check(folder: &Path, title: &str) -> Result<(), Error> {
     }
 }
 
-/// Writes the files, by their paths inside the folder, and puts the folder in place of an earlier report of ours.
-pub fn write(folder: &Path, title: &str, files: &[(String, String)]) -> Result<(), Error> {
+/// Writes the files and puts the folder in place of an earlier report of ours.
+pub fn write(folder: &Path, title: &str, files: &[File]) -> Result<(), Error> {
     check(folder, title)?;
     let parent = match folder.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
@@ -62,17 +65,17 @@ pub fn write(folder: &Path, title: &str, files: &[(String, String)]) -> Result<(
 fn fill_and_rename(
     beside: tempfile::TempDir,
     folder: &Path,
-    files: &[(String, String)],
+    files: &[File],
     mark: unfinished::Mark,
 ) -> Result<(), Error> {
     let new = beside.path().join("new");
-    for (name, text) in files {
+    for (name, bytes) in files {
         let path = new.join(name);
         let inside = path.parent().unwrap_or(&new);
         // told of the place the user named, not of the one beside it
         let fail = |error| Error::io(&folder.join(name), "write", error);
         std::fs::create_dir_all(inside).map_err(fail)?;
-        std::fs::write(&path, text).map_err(fail)?;
+        std::fs::write(&path, bytes).map_err(fail)?;
     }
     // from here on an interruption waits, so that either the old report or the new one is in place
     let _hold = mark.hold();
@@ -97,11 +100,11 @@ fn fill_and_rename(
 mod tests {
     use super::*;
 
-    fn files(title: &str, body: &str) -> Vec<(String, String)> {
+    fn files(title: &str, body: &str) -> Vec<File> {
         let findings = format!("{{\"schema\": \"{SCHEMA}\", \"title\": \"{title}\"}}");
         vec![
-            ("findings.json".to_owned(), findings),
-            ("figures/a.svg".to_owned(), body.to_owned()),
+            ("findings.json".to_owned(), findings.into_bytes()),
+            ("figures/a.svg".to_owned(), body.as_bytes().to_vec()),
         ]
     }
 

@@ -1,4 +1,5 @@
-//! Writes JSON one entry a line: readable, and a third of the size of full indentation.
+//! Writes JSON one entry a line, without blanks inside: a table that can be read and a quarter of the size of full
+//! indentation.
 
 use std::io;
 
@@ -39,7 +40,7 @@ impl Shallow {
 
     fn next(&self, writer: &mut (impl io::Write + ?Sized), first: bool) -> io::Result<()> {
         if !first {
-            writer.write_all(if self.depth > OPEN_TO { b", " } else { b"," })?;
+            writer.write_all(b",")?;
         }
         self.line(writer)
     }
@@ -65,7 +66,7 @@ impl Formatter for Shallow {
         self.next(writer, first)
     }
     fn begin_object_value<W: ?Sized + io::Write>(&mut self, writer: &mut W) -> io::Result<()> {
-        writer.write_all(b": ")
+        writer.write_all(if self.depth > OPEN_TO { b":" } else { b": " })
     }
 }
 
@@ -105,7 +106,7 @@ mod tests {
             rows: vec![row(0.1), row(f64::NAN)],
             name: "a",
         };
-        let expected = "{\n  \"rows\": [\n    {\"x\": 0.1, \"empty\": []},\n    {\"x\": null, \"empty\": []}\n  ],\n  \"name\": \"a\"\n}\n";
+        let expected = "{\n  \"rows\": [\n    {\"x\":0.1,\"empty\":[]},\n    {\"x\":null,\"empty\":[]}\n  ],\n  \"name\": \"a\"\n}\n";
         assert_eq!(text(&file).ok().as_deref(), Some(expected));
     }
 }

@@ -7,9 +7,11 @@
 //! | `figures.rs` | says what each figure shows |
 //! | `chart.rs` | draws a chart as SVG |
 //! | `json.rs` | lays JSON out |
+//! | `draws/` | puts draws on disk |
 //! | `folder.rs` | writes the files beside and renames them in |
 
 pub mod chart;
+pub mod draws;
 pub mod figures;
 pub mod folder;
 pub mod json;
@@ -22,6 +24,7 @@ use crate::findings::posterior::Posterior;
 use crate::findings::Findings;
 use crate::runs::Runs;
 use crate::scene::Scene;
+use folder::File;
 
 /// What a report is made of.
 #[derive(Debug, Clone, Copy)]
@@ -39,15 +42,18 @@ pub struct Told<'a> {
 }
 
 /// Every file of a report by its path in the folder, `timing.json` excepted.
-pub fn files(told: Told, with_figures: bool) -> Result<Vec<(String, String)>, Error> {
+pub fn files(told: Told, with_figures: bool) -> Result<Vec<File>, Error> {
     let figures = if with_figures { figures::all(told) } else { vec![] };
     let names: Vec<&str> = figures.iter().map(|figure| figure.name.as_str()).collect();
     let mut files = vec![
-        ("report.md".to_owned(), markdown::report(told, &names)),
-        ("findings.json".to_owned(), json::text(told.findings)?),
+        ("report.md".to_owned(), markdown::report(told, &names).into_bytes()),
+        ("findings.json".to_owned(), json::text(told.findings)?.into_bytes()),
     ];
-    for figure in &figures {
-        files.push((format!("figures/{}", figure.name), figure.svg.clone()));
+    for figure in figures {
+        files.push((format!("figures/{}", figure.name), figure.svg.into_bytes()));
+    }
+    if let Some(posterior) = told.posterior {
+        files.extend(draws::posterior::files(told, posterior)?);
     }
     Ok(files)
 }

@@ -11,7 +11,7 @@ const SAME_DIAMETER: f64 = 1e-3;
 
 /// The runs in use as columns in SI, ordered: dry runs by particle and diameter, then wet runs by particle, film
 /// ratio, liquid and diameter; inside a series the rebounds come first, then the stuck runs, each in file order.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Runs {
     /// D of each run, m
     pub diameter: Vec<f64>,

@@ -1,6 +1,6 @@
 //! Reads the tables that choose a method: model, priors, sampler, bootstrap.
 
-use super::expect::{ABOVE_ZERO, FINITE, INSIDE_ONE};
+use super::expect::{ABOVE_ZERO, INSIDE_ONE, NOT_NEGATIVE};
 use super::table::Table;
 use crate::error::quoted;
 use crate::physics::impact::DrySpeed;
@@ -125,6 +125,18 @@ pub enum ResamplingScheme {
     Series,
 }
 
+impl ResamplingScheme {
+    /// Its word in a scene.
+    pub fn name(self) -> &'static str {
+        match self {
+            ResamplingScheme::Cases => "cases",
+            ResamplingScheme::Residuals => "residuals",
+            ResamplingScheme::Parametric => "parametric",
+            ResamplingScheme::Series => "series",
+        }
+    }
+}
+
 /// How an interval is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum IntervalMethod {
@@ -136,6 +148,18 @@ pub enum IntervalMethod {
     Studentized,
     /// estimate ± t · se
     Delta,
+}
+
+impl IntervalMethod {
+    /// Its word in a scene.
+    pub fn name(self) -> &'static str {
+        match self {
+            IntervalMethod::Bca => "bca",
+            IntervalMethod::Percentile => "percentile",
+            IntervalMethod::Studentized => "studentized",
+            IntervalMethod::Delta => "delta",
+        }
+    }
 }
 
 /// Parameters a prior can be set for.
@@ -222,7 +246,7 @@ pub(super) fn priors(root: &Table, particles: &[&str], unused: &mut Vec<String>)
             );
             continue;
         }
-        if let Some(prior) = prior(&inner) {
+        if let Some(prior) = prior(parameter, &inner) {
             choices.push(PriorChoice {
                 parameter,
                 particle: None,
@@ -231,7 +255,10 @@ pub(super) fn priors(root: &Table, particles: &[&str], unused: &mut Vec<String>)
         }
     }
     for (particle, name) in particles.iter().enumerate() {
-        if let Some(prior) = table.table(&format!("dry_k.{name}")).and_then(|inner| prior(&inner)) {
+        if let Some(prior) = table
+            .table(&format!("dry_k.{name}"))
+            .and_then(|inner| prior("dry_k", &inner))
+        {
             choices.push(PriorChoice {
                 parameter: "dry_k",
                 particle: Some(particle),
@@ -240,11 +267,11 @@ pub(super) fn priors(root: &Table, particles: &[&str], unused: &mut Vec<String>)
         }
     }
     table.finish();
-    unused.extend(table.keys().into_iter().map(|key| format!("priors.{key}")));
+    note_unused("priors", &table, &["nu"], unused);
     choices
 }
 
-fn prior(table: &Table) -> Option<Prior> {
+fn prior(parameter: &str, table: &Table) -> Option<Prior> {
     let at = table.at("");
     let names = [
         "lognormal",
@@ -283,7 +310,9 @@ fn prior(table: &Table) -> Option<Prior> {
             &[df, loc, scale] if df > 0.0 && scale > 0.0 => Some(Prior::StudentT(df, loc, scale)),
             _ => refuse("student_t", "[df, loc, scale] with df and scale above 0"),
         },
-        ["fixed"] => table.number("fixed", FINITE).map(Prior::Fixed),
+        // every parameter is positive; without inertia is the one with its prefactor at zero
+        ["fixed"] if parameter == "inertial_prefactor" => table.number("fixed", NOT_NEGATIVE).map(Prior::Fixed),
+        ["fixed"] => table.number("fixed", ABOVE_ZERO).map(Prior::Fixed),
         _ => {
             table.refuse("", at, None, format!("expected one prior out of {}", names.join(", ")));
             return None;
@@ -293,18 +322,22 @@ fn prior(table: &Table) -> Option<Prior> {
     prior
 }
 
-pub(super) fn sampler(root: &Table, unused: &mut Vec<String>) -> Sampler {
+/// More chains, or more draws a chain, than any memory holds beside the runs.
+const MOST_CHAINS: u64 = 1000;
+const MOST_DRAWS: u64 = 1_000_000;
+
+pub(super) fn sampler(root: &Table) -> Sampler {
     let mut sampler = Sampler {
         chains: 4,
         warmup: 1000,
         draws: 1000,
     };
     if let Some(table) = root.table("sampler") {
-        sampler.chains = table.count("chains", 1).unwrap_or(sampler.chains);
-        sampler.warmup = table.count("warmup", 1).unwrap_or(sampler.warmup);
-        sampler.draws = table.count("draws", 1).unwrap_or(sampler.draws);
+        let count = |key: &str, most: u64| table.count_to(key, 1, most);
+        sampler.chains = count("chains", MOST_CHAINS).unwrap_or(sampler.chains);
+        sampler.warmup = count("warmup", MOST_DRAWS).unwrap_or(sampler.warmup);
+        sampler.draws = count("draws", MOST_DRAWS).unwrap_or(sampler.draws);
         table.finish();
-        unused.extend(table.keys().into_iter().map(|key| format!("sampler.{key}")));
     }
     sampler
 }
@@ -320,17 +353,19 @@ pub(super) fn bootstrap(root: &Table, unused: &mut Vec<String>) -> Bootstrap {
         return bootstrap;
     };
     let schemes = [
-        ("cases", ResamplingScheme::Cases),
-        ("residuals", ResamplingScheme::Residuals),
-        ("parametric", ResamplingScheme::Parametric),
-        ("series", ResamplingScheme::Series),
-    ];
+        ResamplingScheme::Cases,
+        ResamplingScheme::Residuals,
+        ResamplingScheme::Parametric,
+        ResamplingScheme::Series,
+    ]
+    .map(|scheme| (scheme.name(), scheme));
     let methods = [
-        ("bca", IntervalMethod::Bca),
-        ("percentile", IntervalMethod::Percentile),
-        ("studentized", IntervalMethod::Studentized),
-        ("delta", IntervalMethod::Delta),
-    ];
+        IntervalMethod::Bca,
+        IntervalMethod::Percentile,
+        IntervalMethod::Studentized,
+        IntervalMethod::Delta,
+    ]
+    .map(|method| (method.name(), method));
     bootstrap.replicates = table.count("replicates", 1).unwrap_or(bootstrap.replicates);
     bootstrap.scheme = table.choice("scheme", &schemes).unwrap_or(bootstrap.scheme);
     bootstrap.interval = table.choice("interval", &methods);

@@ -51,7 +51,7 @@ fn assemble(root: &Table, path: &Path, sha256: String) -> Option<Scene> {
     let names: Vec<&str> = particles.iter().map(|p| p.name.as_str()).collect();
     let model = choices::model(root, &mut unused);
     let priors = choices::priors(root, &names, &mut unused);
-    let sampler = choices::sampler(root, &mut unused);
+    let sampler = choices::sampler(root);
     let bootstrap = choices::bootstrap(root, &mut unused);
     let published = root
         .tables("published")

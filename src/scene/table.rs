@@ -149,15 +149,24 @@ impl<'a, 'i> Table<'a, 'i> {
 
     /// A whole number of at least `least`.
     pub fn count(&self, key: &str, least: u64) -> Option<u64> {
+        // a count above this could not be worked through, nor is it exact as f64
+        self.whole(key, least, 1 << 53, &format!("a whole number of {least} or more"))
+    }
+
+    /// A whole number from `least` to `most`.
+    pub fn count_to(&self, key: &str, least: u64, most: u64) -> Option<u64> {
+        self.whole(key, least, most, &format!("a whole number from {least} to {most}"))
+    }
+
+    fn whole(&self, key: &str, least: u64, most: u64, expected: &str) -> Option<u64> {
         let value = self.entry(key)?;
         let parsed = value
             .get_ref()
             .as_integer()
             .and_then(|i| u64::from_str_radix(i.as_str(), i.radix()).ok())
-            // a count above this could not be worked through, nor is it exact as f64
-            .filter(|n| (least..=1 << 53).contains(n));
+            .filter(|n| (least..=most).contains(n));
         if parsed.is_none() {
-            self.refuse_value(key, value, &format!("a whole number of {least} or more"));
+            self.refuse_value(key, value, expected);
         }
         parsed
     }

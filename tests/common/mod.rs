@@ -3,6 +3,8 @@
 // each test file uses its own part of this
 #![allow(dead_code, reason = "shared by several test files")]
 
+pub mod assembled;
+
 use std::path::Path;
 
 use tempfile::TempDir;

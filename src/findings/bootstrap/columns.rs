@@ -1,15 +1,26 @@
 //! Lays the runs of all fits out as columns, in the order in which the strata are drawn.
 
+use std::ops::Range;
+
 use crate::findings::dry::FittedDry;
 use crate::findings::own_dry_speed::OwnDrySpeed;
-use crate::inference::bootstrap::{Law, Pool, Target};
+use crate::inference::bootstrap::{strata, Law, Pool, Target};
 use crate::physics::numbers::stokes;
 use crate::runs::Runs;
 use crate::scene::Scene;
 
+/// Where the runs of a series, or dry runs of a diameter, stand.
+struct Place {
+    runs: Range<usize>,
+    strata: Range<usize>,
+    /// empty where nothing rebounded: there is nothing to draw
+    series: Range<usize>,
+}
+
 /// The runs of all fits as columns in the order of the strata.
 pub(super) struct Columns {
     pub(super) pool: Pool,
+    places: Vec<Place>,
     dry_runs: usize,
     speed_root: Vec<f64>,
     dry_restitution: Vec<f64>,
@@ -23,6 +34,7 @@ impl Columns {
     pub(super) fn new(scene: &Scene, runs: &Runs, dry: &[FittedDry]) -> Columns {
         let mut columns = Columns {
             pool: Pool::default(),
+            places: vec![],
             dry_runs: 0,
             speed_root: vec![],
             dry_restitution: vec![],
@@ -31,34 +43,29 @@ impl Columns {
             restitution: vec![],
             offset: vec![],
         };
-        let mut end = 0;
-        let mut stratum = |size: usize, pool: &mut Pool| {
-            pool.strata.push(end..end + size);
-            end += size;
-        };
         for group in &runs.dry {
-            stratum(group.rebounds.len(), &mut columns.pool);
-            let range = group.rebounds.clone();
-            columns
-                .speed_root
-                .extend(runs.impact_speed[range.clone()].iter().map(|v| v.powf(0.2)));
-            columns.dry_restitution.extend_from_slice(&runs.restitution[range]);
+            for run in columns.divide(&runs.impact_speed, &group.rebounds) {
+                columns.speed_root.push(runs.impact_speed[run].powf(0.2));
+                columns.dry_restitution.push(runs.restitution[run]);
+            }
         }
         columns.dry_runs = columns.dry_restitution.len();
         for series in &runs.series {
-            stratum(series.rebounds.len(), &mut columns.pool);
-            let range = series.rebounds.clone();
+            let order = columns.divide(&runs.impact_speed, &series.rebounds);
             let density = scene.particles[series.particle].density;
             let viscosity = scene.liquids[series.liquid].viscosity;
-            let speeds = &runs.impact_speed[range.clone()];
+            let speeds: Vec<f64> = order.iter().map(|run| runs.impact_speed[*run]).collect();
             columns.inverse_speed.extend(speeds.iter().map(|v| 1.0 / v));
-            let inverse = runs.diameter[range.clone()].iter().zip(speeds);
+            let inverse = order.iter().map(|run| {
+                let (diameter, speed) = (runs.diameter[*run], runs.impact_speed[*run]);
+                1.0 / stokes(density, diameter, speed, viscosity)
+            });
+            columns.inverse_stokes.extend(inverse);
             columns
-                .inverse_stokes
-                .extend(inverse.map(|(d, v)| 1.0 / stokes(density, *d, *v, viscosity)));
-            columns.restitution.extend_from_slice(&runs.restitution[range]);
+                .restitution
+                .extend(order.iter().map(|run| runs.restitution[*run]));
             match OwnDrySpeed::new(scene, dry, series.particle) {
-                Some(own) => columns.offset.extend(own.offsets(speeds)),
+                Some(own) => columns.offset.extend(own.offsets(&speeds)),
                 None => columns.offset.extend(std::iter::repeat_n(0.0, speeds.len())),
             }
         }
@@ -68,32 +75,48 @@ impl Columns {
         columns
     }
 
-    fn range(&self, strata: &std::ops::Range<usize>) -> std::ops::Range<usize> {
-        let strata = &self.pool.strata[strata.clone()];
-        let (first, last) = (strata.first(), strata.last());
-        first.map_or(0, |s| s.start)..last.map_or(0, |s| s.end)
+    /// Adds a series of the pool, divided by impact speed, and gives its runs in the order of their columns.
+    fn divide(&mut self, speeds: &[f64], rebounds: &Range<usize>) -> Vec<usize> {
+        let mut order: Vec<usize> = rebounds.clone().collect();
+        order.sort_by(|a, b| speeds[*a].total_cmp(&speeds[*b]));
+        let sorted: Vec<f64> = order.iter().map(|run| speeds[*run]).collect();
+        let (strata, series) = (self.pool.strata.len(), self.pool.series.len());
+        let first = self.pool.strata.last().map_or(0, |stratum| stratum.end);
+        let own = strata::by_speed(&sorted).into_iter();
+        let shifted = own.map(|stratum| first + stratum.start..first + stratum.end);
+        self.pool.strata.extend(shifted);
+        let runs = first..first + order.len();
+        self.pool.series.extend((!order.is_empty()).then(|| runs.clone()));
+        self.places.push(Place {
+            runs,
+            strata: strata..self.pool.strata.len(),
+            series: series..self.pool.series.len(),
+        });
+        order
     }
 
-    pub(super) fn dry(&self, strata: std::ops::Range<usize>, k: f64) -> Target<'_> {
-        let range = self.range(&strata);
+    /// What some series cover together.
+    fn joined(&self, places: &Range<usize>, of: fn(&Place) -> &Range<usize>) -> Range<usize> {
+        let places = &self.places[places.clone()];
+        let (first, last) = (places.first().map(of), places.last().map(of));
+        first.map_or(0, |range| range.start)..last.map_or(0, |range| range.end)
+    }
+
+    pub(super) fn dry(&self, places: Range<usize>, k: f64) -> Target<'_> {
+        let range = self.joined(&places, |place| &place.runs);
         Target {
             law: Law::Dry,
             x: &self.speed_root[range.clone()],
             offset: &[],
             restitution: &self.dry_restitution[range],
-            strata,
+            strata: self.joined(&places, |place| &place.strata),
+            series: self.joined(&places, |place| &place.series),
             fitted: [k, 0.0],
         }
     }
 
-    pub(super) fn wet(
-        &self,
-        law: Law,
-        x: &'_ Vec<f64>,
-        strata: std::ops::Range<usize>,
-        fitted: [f64; 2],
-    ) -> Target<'_> {
-        let range = self.range(&strata);
+    pub(super) fn wet(&self, law: Law, x: &'_ Vec<f64>, places: Range<usize>, fitted: [f64; 2]) -> Target<'_> {
+        let range = self.joined(&places, |place| &place.runs);
         let range = range.start - self.dry_runs..range.end - self.dry_runs;
         // the caller names one of our columns
         let x = if std::ptr::eq(x, &self.inverse_speed) {
@@ -107,7 +130,8 @@ impl Columns {
             x: &x[range.clone()],
             offset: if with_offset { &self.offset[range.clone()] } else { &[] },
             restitution: &self.restitution[range],
-            strata,
+            strata: self.joined(&places, |place| &place.strata),
+            series: self.joined(&places, |place| &place.series),
             fitted,
         }
     }

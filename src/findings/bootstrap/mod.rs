@@ -1,7 +1,16 @@
 //! Gives every estimate its bootstrap interval, beside the delta method's.
+//!
+//! | file | job |
+//! |---|---|
+//! | `columns.rs` | lays the runs of all fits out in strata |
+//! | `tell.rs` | turns replicates into intervals |
+//! | `cautions.rs` | which intervals want a second look |
 
+mod cautions;
 mod columns;
 mod tell;
+
+pub use cautions::{COVERAGE_OF_EIGHT, FEW_RUNS};
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -12,27 +21,75 @@ use super::estimate::Estimate;
 use super::own_dry_speed::reference_dry_speed;
 use super::scaling::FittedScaling;
 use super::series::SeriesFit;
-use crate::inference::bootstrap::{leave_one_out, replicate, Law, Plan, Target};
+use super::shown;
+use crate::inference::bootstrap::jackknife::leave_one_out;
+use crate::inference::bootstrap::kernel::Weighted;
+use crate::inference::bootstrap::{replicate, Law, Plan, Target};
+use crate::notice::Notice;
 use crate::physics::dry as dry_physics;
 use crate::physics::viscous::critical_separation;
 use crate::runs::Runs;
-use crate::scene::{self, IntervalMethod, Scene};
+use crate::scene::{self, IntervalMethod, ResamplingScheme, Scene};
 use columns::Columns;
 use tell::{Quantity, Replicated, Task};
 
 /// What the replicates of a quantity say.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Bootstrapped {
-    /// standard deviation of the replicates
-    pub se: f64,
+    /// standard deviation of the replicates; `None` where `fallback` says why there are none
+    pub se: Option<f64>,
     /// their mean minus the estimate
-    pub bias: f64,
+    pub bias: Option<f64>,
     /// replicates without a number
     pub failed: usize,
     /// replicates asked for
     pub replicates: usize,
-    /// why the percentile interval stands in for BCa; `None` where it does not
+    /// why another interval stands in for the scene's: the percentile one, without replicates the delta method's
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub fallback: Option<&'static str>,
+}
+
+impl Bootstrapped {
+    fn none(why: &'static str) -> Bootstrapped {
+        Bootstrapped {
+            se: None,
+            bias: None,
+            failed: 0,
+            replicates: 0,
+            fallback: Some(why),
+        }
+    }
+}
+
+/// How replicates were made.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Resampling {
+    /// what was resampled
+    pub scheme: &'static str,
+    /// the interval quoted
+    pub interval: &'static str,
+    /// replicates
+    pub replicates: usize,
+    /// strata of all runs
+    pub strata: usize,
+    /// strata of one run, which no resample can vary
+    pub single_run_strata: usize,
+    /// replicates of pairs, for the figures
+    #[serde(skip)]
+    pub joint: Vec<Joint>,
+}
+
+/// e_inf and St_c of the same replicates.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Joint {
+    /// index into the scene's particles
+    pub particle: usize,
+    /// film ratio; `None`: over all
+    pub film_ratio: Option<f64>,
+    /// the law
+    pub law: scene::Law,
+    /// (e_inf, St_c) of each replicate; not finite where it gave none
+    pub pairs: Vec<[f64; 2]>,
 }
 
 /// The interval quoted unless the scene names one; the coverage table supports it.
@@ -53,7 +110,15 @@ pub struct Estimates<'e> {
 /// Bootstraps every estimate that has a fit, and quotes the interval the scene names.
 ///
 /// Of the other intervals only the delta method's are kept, unless `keep_all`.
-pub fn complete(scene: &Scene, runs: &Runs, estimates: Estimates, seed: u64, keep_all: bool) {
+/// `done` is told of replicates as they are finished.
+pub fn complete(
+    scene: &Scene,
+    runs: &Runs,
+    estimates: Estimates,
+    seed: u64,
+    keep_all: bool,
+    done: &(dyn Fn(usize) + Sync),
+) -> (Resampling, Vec<Notice>) {
     let Estimates {
         dry,
         series,
@@ -116,12 +181,23 @@ pub fn complete(scene: &Scene, runs: &Runs, estimates: Estimates, seed: u64, kee
         })
         .collect();
     let replicated = Replicated {
-        fits: replicate(&columns.pool, &targets, plan),
+        plan,
+        method,
+        keep_all,
+        fits: replicate(&columns.pool, &targets, plan, done),
         without: targets
             .par_iter()
-            .map(|target| leave_one_out(&columns.pool, target))
+            .map(|target| leave_one_out(&columns.pool, target, plan.scheme))
             .collect(),
         fitted: targets.iter().map(|target| target.fitted).collect(),
+        to_spare: targets
+            .iter()
+            .map(|target| target.x.len().saturating_sub(target.law.parameters()))
+            .collect(),
+        drawn: targets
+            .iter()
+            .map(|target| plan.scheme != ResamplingScheme::Series || target.series.len() > 1)
+            .collect(),
     };
     let dry_of = |particle: usize| {
         dry.iter()
@@ -143,14 +219,11 @@ pub fn complete(scene: &Scene, runs: &Runs, estimates: Estimates, seed: u64, kee
     }
     for (fit, target) in series.iter_mut().zip(&series_targets) {
         let Some(target) = *target else { continue };
-        let quantities: [(&mut Estimate, Quantity); 4] = [
+        // the threshold speed keeps its delta interval: near β = 0 its replicates have no mean
+        let quantities: [(&mut Estimate, Quantity); 3] = [
             (&mut fit.alpha, Box::new(|[alpha, _], _| alpha)),
             (&mut fit.beta, Box::new(|[_, beta], _| beta)),
             (&mut fit.e_inf, Box::new(|[alpha, _], _| alpha.sqrt())),
-            (
-                &mut fit.threshold_speed_m_s,
-                Box::new(|p, _| where_it_falls(p, -p[1] / p[0])),
-            ),
         ];
         for (estimate, quantity) in quantities {
             tasks.push(Task {
@@ -225,9 +298,41 @@ pub fn complete(scene: &Scene, runs: &Runs, estimates: Estimates, seed: u64, kee
             });
         }
     }
-    tasks
-        .into_par_iter()
-        .for_each(|task| replicated.tell(task, plan, method, keep_all));
+    tasks.into_par_iter().for_each(|task| replicated.tell(task));
+    let shown: Vec<Option<f64>> = (0..scene.particles.len())
+        .map(|particle| shown::film_ratio(scene, runs, particle))
+        .collect();
+    let joint = scaling.iter().zip(&scaling_targets).filter_map(|(fitted, target)| {
+        let row = &fitted.scaling;
+        let drawn = match row.film_ratio {
+            Some(_) => row.film_ratio == shown[fitted.particle],
+            None => row.verdict.passed,
+        };
+        let fits = &replicated.fits[target.filter(|_| drawn)?];
+        let pair = |fit: &Weighted| [e_inf(fitted.law, fit.parameters), st_c(fitted.law, fit.parameters)];
+        Some(Joint {
+            particle: fitted.particle,
+            film_ratio: row.film_ratio,
+            law: fitted.law,
+            pairs: fits.iter().map(pair).collect(),
+        })
+    });
+    let resampling = Resampling {
+        scheme: plan.scheme.name(),
+        interval: method.name(),
+        replicates: plan.replicates,
+        strata: columns.pool.strata.len(),
+        single_run_strata: columns.pool.single_runs(),
+        joint: joint.collect(),
+    };
+    let estimates = Estimates {
+        dry,
+        series,
+        scaling,
+        energy,
+    };
+    let notices = cautions::notices(runs, &resampling, &estimates);
+    (resampling, notices)
 }
 
 fn where_it_falls([alpha, beta]: [f64; 2], value: f64) -> f64 {

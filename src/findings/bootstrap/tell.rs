@@ -2,11 +2,12 @@
 
 use super::Bootstrapped;
 use crate::findings::estimate::Estimate;
-use crate::inference::bootstrap::intervals::{acceleration, studentized, Replicates};
+use crate::inference::bootstrap::intervals::{studentized, Replicates};
+use crate::inference::bootstrap::jackknife::{acceleration, degrees_of_freedom, influence};
 use crate::inference::bootstrap::kernel::Weighted;
 use crate::inference::bootstrap::Plan;
-use crate::inference::delta::LEVELS;
-use crate::scene::IntervalMethod;
+use crate::inference::delta::{Interval, LEVELS};
+use crate::scene::{IntervalMethod, ResamplingScheme};
 
 /// A quantity as a function of a law's parameters and of k; NaN where it is not defined.
 pub(super) type Quantity = Box<dyn Fn([f64; 2], f64) -> f64 + Send + Sync>;
@@ -21,13 +22,23 @@ pub(super) struct Task<'e> {
 
 /// Every replicate and every leave-one-out fit, by target.
 pub(super) struct Replicated {
+    pub(super) plan: Plan,
+    pub(super) method: IntervalMethod,
+    pub(super) keep_all: bool,
     pub(super) fits: Vec<Vec<Weighted>>,
     pub(super) without: Vec<Vec<Vec<[f64; 2]>>>,
     pub(super) fitted: Vec<[f64; 2]>,
+    /// runs minus parameters of each target
+    pub(super) to_spare: Vec<usize>,
+    /// whether the scheme can draw from each target
+    pub(super) drawn: Vec<bool>,
 }
 
+/// Why nothing is resampled where series are and there is one.
+const ONE_SERIES: &str = "one series: none to draw in its place";
+
 impl Replicated {
-    pub(super) fn tell(&self, task: Task, plan: Plan, method: IntervalMethod, keep_all: bool) {
+    pub(super) fn tell(&self, task: Task) {
         let Task {
             estimate,
             target,
@@ -37,41 +48,29 @@ impl Replicated {
         let (Some(value), Some(se)) = (estimate.value, estimate.se) else {
             return;
         };
+        if !self.drawn[target] || dry.is_some_and(|dry| !self.drawn[dry]) {
+            estimate.bootstrap = Some(Bootstrapped::none(ONE_SERIES));
+            return;
+        }
         let k_at = |number: usize| dry.map_or(f64::NAN, |dry| self.fits[dry][number].parameters[0]);
-        let k_fitted = dry.map_or(f64::NAN, |dry| self.fitted[dry][0]);
         let of = |(number, fit): (usize, &Weighted)| quantity(fit.parameters, k_at(number));
         let replicates = Replicates::new(self.fits[target].iter().enumerate().map(of));
         let Some((mean, sd)) = replicates.mean_sd() else {
             return;
         };
-        let influence = |at: f64, without: Vec<f64>| -> Vec<f64> {
-            let n = without.len() as f64;
-            without.into_iter().map(|left| (n - 1.0) * (at - left)).collect()
+        let influences = self.influences(target, dry, &quantity, value);
+        let degrees_of_freedom = match self.plan.scheme {
+            ResamplingScheme::Cases | ResamplingScheme::Series => degrees_of_freedom(&influences),
+            ResamplingScheme::Residuals | ResamplingScheme::Parametric => Some(self.to_spare[target] as f64),
         };
-        let wet = self.without[target]
-            .iter()
-            .map(|stratum| influence(value, stratum.iter().map(|p| quantity(*p, k_fitted)).collect()));
-        let of_dry = dry.iter().flat_map(|dry| &self.without[*dry]).map(|stratum| {
-            influence(
-                value,
-                stratum.iter().map(|p| quantity(self.fitted[target], p[0])).collect(),
-            )
-        });
-        // a stratum of one run cannot be left out and says nothing of the skewness
-        let acceleration = acceleration(wet.chain(of_dry).filter(|stratum| stratum.len() > 1));
-        let t = self.studentized(target, dry, &quantity, value);
-        let mut fallback = None;
-        let mut make = |method: IntervalMethod, level: f64| match method {
-            IntervalMethod::Bca => match replicates.bca(value, acceleration, level) {
-                Ok(made) => Some(made),
-                Err(reason) => {
-                    fallback = Some(reason);
-                    None
-                }
-            },
-            IntervalMethod::Percentile => replicates.percentile(level),
-            IntervalMethod::Studentized => studentized(&t, value, se, level),
-            IntervalMethod::Delta => None,
+        let made = Made {
+            acceleration: acceleration(&influences),
+            degrees_of_freedom: degrees_of_freedom.unwrap_or(f64::INFINITY),
+            t: (self.keep_all || self.method == IntervalMethod::Studentized)
+                .then(|| self.studentized(target, dry, &quantity, value)),
+            replicates: &replicates,
+            value,
+            se,
         };
         let mut levels: Vec<f64> = LEVELS.to_vec();
         if !levels.contains(&estimate.level) {
@@ -83,25 +82,44 @@ impl Replicated {
             IntervalMethod::Studentized,
         ];
         for level in levels {
-            for other in all.into_iter().filter(|other| keep_all || *other == method) {
-                estimate.intervals.extend(make(other, level));
+            for other in all.into_iter().filter(|other| self.keep_all || *other == self.method) {
+                estimate.intervals.extend(made.interval(other, level).ok());
             }
         }
-        let quoted = match method {
-            IntervalMethod::Delta => None,
-            method => make(method, estimate.level).or_else(|| replicates.percentile(estimate.level)),
-        };
-        if let Some(quoted) = quoted {
-            estimate.interval = Some([quoted.lo, quoted.hi]);
-            estimate.method = quoted.method;
+        let mut fallback = None;
+        if self.method != IntervalMethod::Delta {
+            let quoted = match made.interval(self.method, estimate.level) {
+                Ok(quoted) => Some(quoted),
+                Err(reason) => {
+                    fallback = Some(reason);
+                    made.interval(IntervalMethod::Percentile, estimate.level).ok()
+                }
+            };
+            if let Some(quoted) = quoted {
+                estimate.interval = Some([quoted.lo, quoted.hi]);
+                estimate.method = quoted.method;
+            }
         }
         estimate.bootstrap = Some(Bootstrapped {
-            se: sd,
-            bias: mean - value,
+            se: Some(sd),
+            bias: Some(mean - value),
             failed: replicates.failed,
-            replicates: plan.replicates,
+            replicates: self.plan.replicates,
             fallback,
         });
+    }
+
+    /// Influence values by stratum, of the runs behind k after those of the target itself.
+    fn influences(&self, target: usize, dry: Option<usize>, quantity: &Quantity, value: f64) -> Vec<Vec<f64>> {
+        let k = dry.map_or(f64::NAN, |dry| self.fitted[dry][0]);
+        let wet = self.without[target]
+            .iter()
+            .map(|stratum| influence(value, stratum.iter().map(|p| quantity(*p, k))));
+        let of_dry = dry.iter().flat_map(|dry| &self.without[*dry]).map(|stratum| {
+            let fitted = self.fitted[target];
+            influence(value, stratum.iter().map(|p| quantity(fitted, p[0])))
+        });
+        wet.chain(of_dry).collect()
     }
 
     /// t* = (θ* − θ̂)/se*, with each replicate's own delta-method standard error.
@@ -124,5 +142,33 @@ impl Replicated {
             (quantity(p, k_at) - value) / variance.sqrt()
         });
         Replicates::new(t)
+    }
+}
+
+/// What an interval of a quantity is made of.
+struct Made<'r> {
+    replicates: &'r Replicates,
+    /// t* of the replicates, where they are asked for
+    t: Option<Replicates>,
+    acceleration: f64,
+    degrees_of_freedom: f64,
+    value: f64,
+    se: f64,
+}
+
+impl Made<'_> {
+    /// The interval, or why there is none.
+    fn interval(&self, method: IntervalMethod, level: f64) -> Result<Interval, &'static str> {
+        const NONE: &str = "no replicates";
+        let df = self.degrees_of_freedom;
+        match method {
+            IntervalMethod::Bca => self.replicates.bca(self.value, self.acceleration, level, df),
+            IntervalMethod::Percentile => self.replicates.percentile(level, df).ok_or(NONE),
+            IntervalMethod::Studentized => {
+                let t = self.t.as_ref().ok_or(NONE)?;
+                studentized(t, self.value, self.se, level).ok_or("a replicate's standard error is not finite")
+            }
+            IntervalMethod::Delta => Err("made by least squares"),
+        }
     }
 }

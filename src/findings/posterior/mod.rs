@@ -18,7 +18,7 @@ use super::Findings;
 use crate::error::Error;
 use crate::inference::diagnostics::energy::e_bfmi;
 use crate::inference::diagnostics::summary::summarise;
-use crate::inference::nuts::{Effort, Watcher, LARGEST_DEPTH};
+use crate::inference::nuts::{divergences, Effort, Watcher, LARGEST_DEPTH, TARGET_ACCEPT};
 use crate::inference::sampling::{sample_posterior, Plan, Sampled, Start};
 use crate::model::likelihood::pointwise::Pointwise;
 use crate::model::likelihood::Likelihood;
@@ -48,12 +48,14 @@ pub struct PosteriorFindings {
     pub warmup: usize,
     /// draws a chain kept
     pub draws: usize,
+    /// acceptance the step size was adapted to; above 0.8 where trajectories had diverged with that
+    pub target_accept: f64,
     /// kept draws whose trajectory diverged
     pub divergences: usize,
     /// kept draws whose trajectory was cut at its largest length
     pub trajectories_cut: usize,
-    /// smallest energy Bayesian fraction of missing information of a chain
-    pub e_bfmi: Option<f64>,
+    /// energy Bayesian fraction of missing information of each chain
+    pub e_bfmi: Vec<Option<f64>>,
     /// how it was sampled
     pub method: &'static str,
     /// the form of the inertial loss
@@ -91,13 +93,17 @@ pub struct Quantity {
     pub mcse_mean: Option<f64>,
     /// Monte Carlo error of the sd
     pub mcse_sd: Option<f64>,
-    /// Monte Carlo error of the 5 % point
+    /// Monte Carlo error of the 5 % point; of a parameter only
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub mcse_q05: Option<f64>,
-    /// Monte Carlo error of the 95 % point
+    /// Monte Carlo error of the 95 % point; of a parameter only
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub mcse_q95: Option<f64>,
     /// what was believed before; `None` for a derived quantity
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub prior: Option<PriorTold>,
     /// why numbers are missing; stands exactly then
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub why_none: Option<String>,
 }
 
@@ -153,6 +159,8 @@ pub struct Compression {
 /// A posterior with its draws, for the report and the files of draws.
 #[derive(Debug)]
 pub struct Posterior {
+    /// what was sampled
+    pub asked: Asked,
     /// what is said
     pub findings: PosteriorFindings,
     /// the draws
@@ -188,7 +196,7 @@ pub struct Asked {
 }
 
 impl Asked {
-    /// What the scene asks for; with the form left open, the default one.
+    /// What the scene asks for; with the form left open, the default one, from which another may be chosen.
     pub fn of(scene: &Scene, exact_rows: bool) -> Asked {
         Asked {
             inertia: scene.model.inertia.unwrap_or(Inertia::Stepwise),
@@ -205,6 +213,7 @@ pub fn effort(scene: &Scene) -> Effort {
         chains: count(scene.sampler.chains),
         warmup: count(scene.sampler.warmup),
         draws: count(scene.sampler.draws),
+        target_accept: TARGET_ACCEPT,
     }
 }
 
@@ -242,6 +251,7 @@ pub fn find(
     let checks = trust::checks(&findings, least_squares);
     let notices = trust::notices(&findings);
     Ok(Ok(Posterior {
+        asked,
         findings,
         sampled,
         derived,
@@ -297,14 +307,17 @@ fn tell(
     let parameters = &sampled.parameters;
     let told = parameters.sampled.iter().zip(&sampled.values);
     let kept = sampled.chains.iter();
-    let energies = kept.clone().filter_map(|chain| e_bfmi(&chain.energy));
     PosteriorFindings {
         parameters: told
             .map(|(parameter, values)| of_parameter(parameter, values))
             .collect(),
         derived: derived
             .par_iter()
-            .map(|derived| quantity(&derived.name, &derived.values))
+            .map(|derived| Quantity {
+                mcse_q05: None,
+                mcse_q95: None,
+                ..quantity(&derived.name, &derived.values)
+            })
             .collect(),
         left_out: parameters
             .left_out
@@ -319,16 +332,14 @@ fn tell(
         chains: effort.chains,
         warmup: effort.warmup,
         draws: effort.draws,
-        divergences: kept
-            .clone()
-            .flat_map(|chain| &chain.diverging)
-            .filter(|diverging| **diverging)
-            .count(),
+        target_accept: sampled.target_accept,
+        divergences: divergences(&sampled.chains),
         trajectories_cut: kept
+            .clone()
             .flat_map(|chain| &chain.tree_depth)
             .filter(|depth| **depth >= LARGEST_DEPTH)
             .count(),
-        e_bfmi: energies.reduce(f64::min),
+        e_bfmi: kept.map(|chain| e_bfmi(&chain.energy)).collect(),
         method: if sampled.compression.is_some() {
             "nuts_compressed"
         } else {

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::model::likelihood::normal::ln_normal_cdf;
-use crate::model::likelihood::pointwise::Pointwise;
+use crate::model::likelihood::pointwise::{At, Pointwise};
 use crate::runs::Runs;
 use crate::scene::Scene;
 
@@ -13,6 +13,12 @@ const DRAWS: usize = 200;
 
 /// Draws over which the number stuck in a series is averaged.
 const STUCK_DRAWS: usize = 40;
+
+/// Runs times draws that the checks may look at: a million runs are looked at with fewer draws, not for minutes.
+const AFFORDABLE: usize = 20_000_000;
+
+/// Fewest draws, however many runs there are.
+const FEWEST: usize = 10;
 
 /// A series longer than this has so many stuck runs that their number is as good as normal.
 const EXACT_TO: usize = 500;
@@ -24,7 +30,7 @@ pub struct Predictive {
     pub bands: Vec<Band>,
     /// dry runs of a particle, or one of its film ratios
     pub groups: Vec<Group>,
-    /// series in which some runs stuck, or some were expected to
+    /// series in which the number of stuck runs was in doubt
     pub stuck: Vec<Stuck>,
 }
 
@@ -84,7 +90,11 @@ struct Seen {
 
 /// Checks the runs against predictions from full vectors of parameters, as many or a few of them.
 pub fn find(scene: &Scene, runs: &Runs, pointwise: &Pointwise, full_draws: &[Vec<f64>]) -> Predictive {
-    let some: Vec<&Vec<f64>> = spread(full_draws, DRAWS);
+    let affordable = (AFFORDABLE / runs.len().max(1)).max(FEWEST);
+    let some: Vec<At> = spread(full_draws, DRAWS.min(affordable))
+        .into_par_iter()
+        .map(|full| pointwise.at(full))
+        .collect();
     let seen: Vec<Seen> = (0..pointwise.len())
         .into_par_iter()
         .map(|run| {
@@ -97,11 +107,11 @@ pub fn find(scene: &Scene, runs: &Runs, pointwise: &Pointwise, full_draws: &[Vec
             )
         })
         .collect();
-    let few: Vec<&Vec<f64>> = spread(full_draws, STUCK_DRAWS);
+    let few = spread(&some, STUCK_DRAWS.min(affordable));
     Predictive {
         bands: [0.5, 0.9].map(|level| band(pointwise, &seen, level)).to_vec(),
         groups: groups(scene, runs, &seen),
-        stuck: stuck(scene, runs, pointwise, &few),
+        stuck: stuck(scene, runs, &few),
     }
 }
 
@@ -110,11 +120,11 @@ fn spread<T>(items: &[T], most: usize) -> Vec<&T> {
     items.iter().step_by(items.len().div_ceil(most).max(1)).collect()
 }
 
-fn look(pointwise: &Pointwise, limit: f64, run: usize, e: f64, draws: &[&Vec<f64>]) -> Seen {
+fn look(pointwise: &Pointwise, limit: f64, run: usize, e: f64, draws: &[At]) -> Seen {
     let stuck = pointwise.is_stuck(run);
     let (mut below, mut residual) = (0.0, 0.0);
-    for full in draws {
-        let (mean, sigma) = pointwise.at(full).mean_and_sigma(run);
+    for at in draws {
+        let (mean, sigma) = at.mean_and_sigma(run);
         let z = (if stuck { limit } else { e } - mean) / sigma;
         let (ln_cdf, mills) = ln_normal_cdf(z);
         below += ln_cdf.exp();
@@ -167,13 +177,12 @@ fn groups(scene: &Scene, runs: &Runs, seen: &[Seen]) -> Vec<Group> {
     groups
 }
 
-fn stuck(scene: &Scene, runs: &Runs, pointwise: &Pointwise, draws: &[&Vec<f64>]) -> Vec<Stuck> {
+fn stuck(scene: &Scene, runs: &Runs, draws: &[&At]) -> Vec<Stuck> {
     let limit = scene.data.smallest_restitution;
     let of_series = |series: &crate::runs::Series| {
         let observed = series.stuck.len();
         let (mut expected, mut lower, mut upper) = (0.0, 0.0, 0.0);
-        for full in draws {
-            let at = pointwise.at(full);
+        for at in draws {
             let p: Vec<f64> = series
                 .runs()
                 .map(|run| {
@@ -199,9 +208,13 @@ fn stuck(scene: &Scene, runs: &Runs, pointwise: &Pointwise, draws: &[&Vec<f64>])
         }
     };
     let all: Vec<Stuck> = runs.series.par_iter().map(of_series).collect();
-    all.into_iter()
-        .filter(|s| s.observed > 0 || s.expected > 0.05)
-        .collect()
+    all.into_iter().filter(in_doubt).collect()
+}
+
+/// Whether the number that stuck could have been another: runs far from the threshold check nothing.
+fn in_doubt(stuck: &Stuck) -> bool {
+    const CERTAIN: f64 = 1e-3;
+    (stuck.expected - stuck.observed as f64).abs() > CERTAIN
 }
 
 /// Probability of at most, and of at least, so many successes of independent trials with these probabilities.

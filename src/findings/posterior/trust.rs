@@ -44,8 +44,7 @@ pub(super) fn decline(runs: &Runs, least_squares: &Findings, parameters: &Parame
     let wet: Vec<f64> = series.filter_map(|series| series.residual_sd).collect();
     // one noisy series is enough to have a noise
     let wet = wet.into_iter().reduce(f64::max);
-    let smallest = dry.chain(wet).reduce(f64::min)?;
-    if smallest < NOISE {
+    if let Some(smallest) = dry.chain(wet).reduce(f64::min).filter(|sd| *sd < NOISE) {
         let text = format!(
             "the runs have no noise (spread {smallest:.1e}): there is no posterior to sample, and least squares is exact"
         );
@@ -162,7 +161,7 @@ fn convergence(found: &PosteriorFindings) -> Vec<Check> {
             ),
         });
     }
-    if let Some(e_bfmi) = found.e_bfmi {
+    if let Some(e_bfmi) = found.e_bfmi.iter().copied().flatten().reduce(f64::min) {
         checks.push(Check {
             check: "e_bfmi",
             value: Some(e_bfmi),
@@ -187,7 +186,7 @@ fn convergence(found: &PosteriorFindings) -> Vec<Check> {
         text: told(
             found.divergences == 0,
             "kept draws whose trajectory diverged".to_owned(),
-            "a region of the posterior is too sharp to be followed; see where they lie in the pair plot",
+            "a region of the posterior is too sharp to be followed even in short steps; a narrower prior may help",
         ),
     });
     checks.push(Check {

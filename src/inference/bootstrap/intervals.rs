@@ -1,10 +1,13 @@
 //! Turns replicates of a quantity into percentile, BCa and studentized intervals.
 //!
-//! Order statistics are interpolated on the normal scale, as R's boot does.
+//! Order statistics are interpolated on the normal scale, as R's boot does. Replicates spread as normal ones do, while
+//! the spread they stand for was itself estimated, with some degrees of freedom: percentile and BCa limits are therefore
+//! taken at Φ(t_p) where others take p, t_p being Student's quantile. Infinite degrees of freedom give p.
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::inference::delta::Interval;
+use crate::inference::distributions::student_t_quantile;
 
 /// Φ, by the complementary error function: statrs' own has ten digits only.
 fn normal_cdf(z: f64) -> f64 {
@@ -97,15 +100,26 @@ impl Replicates {
         Some(Interval { method, level, lo, hi })
     }
 
-    /// Between the (1 ∓ level)/2 quantiles of the replicates; `None` without replicates.
-    pub fn percentile(&self, level: f64) -> Option<Interval> {
-        self.between("percentile", level, tails(level))
+    /// Between the quantiles of the replicates at Φ(t) for t of (1 ∓ level)/2; `None` without replicates.
+    pub fn percentile(&self, level: f64, degrees_of_freedom: f64) -> Option<Interval> {
+        let at = if degrees_of_freedom.is_infinite() {
+            tails(level)
+        } else {
+            wider_tails(level, degrees_of_freedom).map(normal_cdf)
+        };
+        self.between("percentile", level, at)
     }
 
     /// Bias-corrected and accelerated (Efron 1987), with z0 strictly less and the acceleration given.
     ///
     /// Where it is undefined the reason is returned: all replicates equal, z0 infinite, acceleration not finite.
-    pub fn bca(&self, estimate: f64, acceleration: f64, level: f64) -> Result<Interval, &'static str> {
+    pub fn bca(
+        &self,
+        estimate: f64,
+        acceleration: f64,
+        level: f64,
+        degrees_of_freedom: f64,
+    ) -> Result<Interval, &'static str> {
         let spread = self.sorted.first() != self.sorted.last();
         if !spread {
             return Err("all replicates equal");
@@ -117,8 +131,8 @@ impl Replicates {
         if !acceleration.is_finite() {
             return Err("acceleration not finite");
         }
-        let adjusted = tails(level).map(|p| {
-            let z = z0 + normal_quantile(p);
+        let adjusted = wider_tails(level, degrees_of_freedom).map(|t| {
+            let z = z0 + t;
             normal_cdf(z0 + z / (1.0 - acceleration * z))
         });
         // a strong acceleration can fold the scale: the ends would then change places
@@ -145,19 +159,7 @@ fn tails(level: f64) -> [f64; 2] {
     [0.5 - 0.5 * level, 0.5 + 0.5 * level]
 }
 
-/// Acceleration from jackknife influence values by stratum, l = (n_s − 1)(θ̂ − θ_(i)):
-/// a = Σ n_s⁻³ Σ l³ / (6 (Σ n_s⁻² Σ l²)^1.5).
-pub fn acceleration(strata: impl Iterator<Item = Vec<f64>>) -> f64 {
-    let (mut cubes, mut squares) = (0.0, 0.0);
-    for influence in strata {
-        let n = influence.len() as f64;
-        let (mut cube, mut square) = (0.0, 0.0);
-        for l in &influence {
-            square += l * l;
-            cube += l * l * l;
-        }
-        cubes += cube / (n * n * n);
-        squares += square / (n * n);
-    }
-    cubes / (6.0 * squares.powf(1.5))
+/// Student's quantiles at both tails; the normal ones where there are none.
+fn wider_tails(level: f64, degrees_of_freedom: f64) -> [f64; 2] {
+    tails(level).map(|p| student_t_quantile(p, degrees_of_freedom).unwrap_or_else(|| normal_quantile(p)))
 }

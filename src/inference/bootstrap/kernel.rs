@@ -36,20 +36,18 @@ pub fn dry(s: &[f64], e: &[f64], w: &[f64]) -> Option<Weighted> {
     })
 }
 
+/// Runs taken at once, so that sums of them need not wait for one another.
+const LANES: usize = 4;
+
 /// a, b of e = a − b x; `None` if the weighted x do not vary.
 pub fn linear(x: &[f64], e: &[f64], w: &[f64]) -> Option<Weighted> {
     // about a run inside the data, so that nothing cancels
     let (x0, e0) = (*x.get(x.len() / 2)?, *e.get(e.len() / 2)?);
-    let (mut n, mut sx, mut se, mut xx, mut xe, mut ee) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-    for ((x, e), w) in x.iter().zip(e).zip(w) {
+    let [n, sx, se, xx, xe, ee] = sums([x, x, e, w], |x, _, e, w| {
         let (x, e) = (x - x0, e - e0);
-        n += w;
-        sx += w * x;
-        se += w * e;
-        xx += w * x * x;
-        xe += w * x * e;
-        ee += w * e * e;
-    }
+        let (wx, we) = (w * x, w * e);
+        [w, wx, we, wx * x, wx * e, we * e]
+    });
     let (mx, me) = (sx / n, se / n);
     let vxx = xx - sx * mx;
     // a NaN determines nothing, either
@@ -74,30 +72,59 @@ const FLOOR: f64 = 1e-30;
 
 /// Newton steps before a replicate counts as not converged.
 const MOST_STEPS: usize = 60;
-/// Relative change of both parameters' contributions at which Newton's next step would be rounding.
-const SETTLED: f64 = 1e-13;
+/// Share of the way to the domain's edge a step may take.
+const MOST_OF_THE_WAY: f64 = 0.9;
+/// Relative change of both parameters' contributions after which Newton's next one, about its square, is rounding.
+const SETTLED: f64 = 1e-10;
 
 /// α, β of e = √(α + β x + o) from a start inside the domain, at which it need not be near the minimum.
 ///
 /// `offset` is empty or one number a run. `None` if the runs with weight do not determine both, or Newton's method does
 /// not settle.
 pub fn square_root(x: &[f64], offset: &[f64], e: &[f64], w: &[f64], start: [f64; 2]) -> Option<Weighted> {
+    if offset.is_empty() {
+        newton::<false>(x, e, e, w, start)
+    } else {
+        newton::<true>(x, offset, e, w, start)
+    }
+}
+
+/// Sums of four columns' terms over the runs.
+fn sums<const N: usize>([x, o, e, w]: [&[f64]; 4], terms: impl Fn(f64, f64, f64, f64) -> [f64; N]) -> [f64; N] {
+    let mut lanes = [[0.0; LANES]; N];
+    let chunked = [x, o, e, w].map(|column| column.as_chunks::<LANES>());
+    let [xs, os, es, ws] = chunked.map(|(chunks, _)| chunks);
+    for (((x, o), e), w) in xs.iter().zip(os).zip(es).zip(ws) {
+        for lane in 0..LANES {
+            for (sum, term) in lanes.iter_mut().zip(terms(x[lane], o[lane], e[lane], w[lane])) {
+                sum[lane] += term;
+            }
+        }
+    }
+    let [xs, os, es, ws] = chunked.map(|(_, rest)| rest);
+    for (((x, o), e), w) in xs.iter().zip(os).zip(es).zip(ws) {
+        for (sum, term) in lanes.iter_mut().zip(terms(*x, *o, *e, *w)) {
+            sum[0] += term;
+        }
+    }
+    lanes.map(|sum| sum.iter().sum())
+}
+
+fn newton<const OFFSET: bool>(x: &[f64], o: &[f64], e: &[f64], w: &[f64], start: [f64; 2]) -> Option<Weighted> {
     let [mut alpha, mut beta] = start;
-    let offset_of = |run: usize| if offset.is_empty() { 0.0 } else { offset[run] };
+    let middle = *x.get(x.len() / 2)?;
+    let columns = [x, o, e, w];
+    let kept = |[alpha, beta]: [f64; 2], x: f64, o: f64| alpha + beta * x + if OFFSET { o } else { 0.0 };
     for _ in 0..MOST_STEPS {
         // gradient g and Hessian h of ½ Σ w (√r − e)²
-        let (mut g0, mut g1, mut h0, mut h1, mut h2) = (0.0, 0.0, 0.0, 0.0, 0.0);
-        for run in 0..x.len() {
-            let r = (alpha + beta * x[run] + offset_of(run)).max(FLOOR);
-            let root = r.sqrt();
-            let slope = 0.5 * w[run] * (1.0 - e[run] / root);
-            let bend = 0.25 * w[run] * e[run] / (r * root);
-            g0 += slope;
-            g1 += slope * x[run];
-            h0 += bend;
-            h1 += bend * x[run];
-            h2 += bend * x[run] * x[run];
-        }
+        let [g0, g1, h0, h1, h2] = sums(columns, |x, o, e, w| {
+            let r = kept([alpha, beta], x, o).max(FLOOR);
+            // one division for both e/√r and e/(r √r)
+            let bend = w * e / (r * r.sqrt());
+            let slope = 0.5 * (w - bend * r);
+            let bend = 0.25 * bend;
+            [slope, slope * x, bend, bend * x, bend * x * x]
+        });
         let determinant = h0 * h2 - h1 * h1;
         let determined = determinant > SINGULAR * h0 * h2;
         if !determined {
@@ -105,42 +132,37 @@ pub fn square_root(x: &[f64], offset: &[f64], e: &[f64], w: &[f64], start: [f64;
         }
         let mut step = [(h1 * g1 - h2 * g0) / determinant, (h1 * g0 - h0 * g1) / determinant];
         // inside the domain: never more than most of the way to its edge
+        let beyond = |x: f64, o: f64| -(step[0] + step[1] * x) - MOST_OF_THE_WAY * kept([alpha, beta], x, o);
+        let [leaving] = sums(columns, |x, o, _, w| [(w * beyond(x, o)).max(0.0)]);
         let mut share: f64 = 1.0;
-        for run in 0..x.len() {
-            let r = alpha + beta * x[run] + offset_of(run);
-            let change = step[0] + step[1] * x[run];
-            if w[run] > 0.0 && change < 0.0 && -change > 0.9 * r {
-                share = share.min(0.9 * r / -change);
+        if leaving > 0.0 {
+            for run in (0..x.len()).filter(|run| w[*run] > 0.0 && beyond(x[*run], o[*run]) > 0.0) {
+                let change = step[0] + step[1] * x[run];
+                share = share.min(MOST_OF_THE_WAY * kept([alpha, beta], x[run], o[run]) / -change);
             }
         }
         step = step.map(|s| s * share);
         alpha += step[0];
         beta += step[1];
-        let moved = step[0].abs() + (step[1] * x[x.len() / 2]).abs();
+        let moved = step[0].abs() + (step[1] * middle).abs();
         if share == 1.0 && moved <= SETTLED * alpha.abs() {
-            return covariance(x, offset, e, w, [alpha, beta]);
+            return Some(covariance(columns, [alpha, beta], |x, o| kept([alpha, beta], x, o)));
         }
     }
     None
 }
 
 /// The delta method's covariance at the minimum: residual variance times (JᵀWJ)⁻¹.
-fn covariance(x: &[f64], offset: &[f64], e: &[f64], w: &[f64], parameters: [f64; 2]) -> Option<Weighted> {
-    let [alpha, beta] = parameters;
-    let (mut n, mut squares, mut j0, mut j1, mut j2) = (0.0, 0.0, 0.0, 0.0, 0.0);
-    for run in 0..x.len() {
-        let r = (alpha + beta * x[run] + if offset.is_empty() { 0.0 } else { offset[run] }).max(FLOOR);
-        let residual = r.sqrt() - e[run];
-        let weight = 0.25 * w[run] / r;
-        n += w[run];
-        squares += w[run] * residual * residual;
-        j0 += weight;
-        j1 += weight * x[run];
-        j2 += weight * x[run] * x[run];
-    }
+fn covariance(columns: [&[f64]; 4], parameters: [f64; 2], kept: impl Fn(f64, f64) -> f64) -> Weighted {
+    let [n, squares, j0, j1, j2] = sums(columns, |x, o, e, w| {
+        let r = kept(x, o).max(FLOOR);
+        let residual = r.sqrt() - e;
+        let weight = 0.25 * w / r;
+        [w, w * residual * residual, weight, weight * x, weight * x * x]
+    });
     let scale = squares / (n - 2.0) / (j0 * j2 - j1 * j1);
-    Some(Weighted {
+    Weighted {
         parameters,
         covariance: [scale * j2, -scale * j1, scale * j0],
-    })
+    }
 }

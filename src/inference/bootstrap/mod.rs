@@ -1,27 +1,33 @@
 //! Resamples the runs and fits every law to each replicate.
 //!
-//! Strata are particle × liquid × diameter × film ratio (dry: particle × diameter). A replicate has one random stream,
-//! from which the strata are drawn in a fixed order, so that neither the number of threads nor the number of replicates
-//! moves any of them. Indices are drawn and counted, never stored: a thread holds one weight a run.
+//! Strata are particle × liquid × diameter × film ratio (dry: particle × diameter), and inside these the impact speed.
+//! From n runs of a stratum n − 1 are drawn, each with the weight n/(n − 1), which keeps the variance of small strata
+//! unbiased. A replicate has one random stream, from which the strata are drawn in a fixed order, so that neither the
+//! number of threads nor the number of replicates moves any of them. Indices are drawn and counted, never stored: a
+//! thread holds one weight a run.
 //!
 //! | file | job |
 //! |---|---|
+//! | `strata.rs` | divides the runs of a series by impact speed |
+//! | `schemes.rs` | draws what a replicate is fitted to |
 //! | `kernel.rs` | fits a law to weighted runs in one stream over them |
+//! | `jackknife.rs` | leaves out one run at a time: acceleration and degrees of freedom |
 //! | `intervals.rs` | percentile, BCa and studentized intervals from replicates |
 
 pub mod intervals;
+pub mod jackknife;
 pub mod kernel;
+mod schemes;
+pub mod strata;
 
 use std::ops::Range;
 
-use rand::rngs::ChaCha8Rng;
-use rand::{Rng, RngExt};
-use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
 use crate::scene::ResamplingScheme;
-use crate::seed::stream;
+use crate::seed::Streams;
 use kernel::Weighted;
+use schemes::{draw_cases, draw_series, Noise};
 
 /// A law fitted to some strata.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,15 +63,49 @@ pub struct Target<'a> {
     pub restitution: &'a [f64],
     /// the strata, as indices into [`Pool::strata`]; consecutive, and together all of x
     pub strata: Range<usize>,
+    /// the series, as indices into [`Pool::series`]; consecutive, and together all of x
+    pub series: Range<usize>,
     /// parameters of the fit to the runs themselves
     pub fitted: [f64; 2],
 }
 
-/// Sizes of all strata, in the fixed order in which a replicate draws them.
+impl Target<'_> {
+    /// Restitution the fitted law gives each run; negative or NaN nowhere, since the fit lies in its domain.
+    fn fitted_restitution(&self) -> Vec<f64> {
+        let [a, b] = self.fitted;
+        let at = |run: usize| {
+            let x = self.x[run];
+            match self.law {
+                Law::Dry => 1.0 - a * x,
+                Law::Linear => a - b * x,
+                Law::SquareRoot => {
+                    let offset = self.offset.get(run).copied().unwrap_or(0.0);
+                    (a + b * x + offset).max(0.0).sqrt()
+                }
+            }
+        };
+        (0..self.x.len()).map(at).collect()
+    }
+}
+
+/// How all runs are divided, in the fixed order in which a replicate draws them; ranges of consecutive runs.
 #[derive(Debug, Clone, Default)]
 pub struct Pool {
-    /// ranges of consecutive runs
+    /// runs that may stand for one another
     pub strata: Vec<Range<usize>>,
+    /// series (dry: runs of one diameter), each made of whole strata
+    pub series: Vec<Range<usize>>,
+}
+
+impl Pool {
+    /// Strata that cannot vary, since they hold one run.
+    pub fn single_runs(&self) -> usize {
+        self.strata.iter().filter(|stratum| stratum.len() == 1).count()
+    }
+
+    fn first_run(&self, target: &Target) -> usize {
+        self.strata.get(target.strata.start).map_or(0, |stratum| stratum.start)
+    }
 }
 
 /// How replicates are made.
@@ -102,240 +142,89 @@ fn solve(target: &Target, restitution: &[f64], weights: &[f64]) -> Weighted {
         .unwrap_or(NO_FIT)
 }
 
-/// Restitution the fitted law gives each run; negative or NaN nowhere, since the fit lies in its domain.
-fn fitted(target: &Target) -> Vec<f64> {
-    let [a, b] = target.fitted;
-    let at = |run: usize| {
-        let x = target.x[run];
-        match target.law {
-            Law::Dry => 1.0 - a * x,
-            Law::Linear => a - b * x,
-            Law::SquareRoot => {
-                let offset = target.offset.get(run).copied().unwrap_or(0.0);
-                (a + b * x + offset).max(0.0).sqrt()
-            }
-        }
-    };
-    (0..target.x.len()).map(at).collect()
-}
-
-/// What the residual and parametric schemes draw from.
-struct Noise {
-    fitted: Vec<f64>,
-    /// residuals over √(1 − leverage), centred
-    residuals: Vec<f64>,
-    sd: f64,
-}
-
-impl Noise {
-    fn new(target: &Target) -> Noise {
-        let fitted = fitted(target);
-        let n = target.x.len() as f64;
-        let p = target.law.parameters() as f64;
-        let slope = |run: usize| match target.law {
-            Law::Dry => [-target.x[run], 0.0],
-            Law::Linear => [1.0, -target.x[run]],
-            Law::SquareRoot => [0.5 / fitted[run], 0.5 * target.x[run] / fitted[run]],
-        };
-        let (mut j0, mut j1, mut j2) = (0.0, 0.0, 0.0);
-        for run in 0..target.x.len() {
-            let [a, b] = slope(run);
-            j0 += a * a;
-            j1 += a * b;
-            j2 += b * b;
-        }
-        let determinant = j0 * j2 - j1 * j1;
-        let leverage = |run: usize| {
-            let [a, b] = slope(run);
-            match target.law {
-                Law::Dry => a * a / j0,
-                _ => (a * a * j2 - 2.0 * a * b * j1 + b * b * j0) / determinant,
-            }
-        };
-        let raw: Vec<f64> = target.restitution.iter().zip(&fitted).map(|(e, f)| e - f).collect();
-        let sd = (raw.iter().map(|r| r * r).sum::<f64>() / (n - p)).sqrt();
-        let mut residuals: Vec<f64> = raw
-            .iter()
-            .enumerate()
-            .map(|(run, r)| r / (1.0 - leverage(run)).max(f64::EPSILON).sqrt())
-            .collect();
-        let mean = residuals.iter().sum::<f64>() / n;
-        residuals.iter_mut().for_each(|r| *r -= mean);
-        Noise { fitted, residuals, sd }
-    }
-}
-
 /// One thread's working space.
 struct Scratch {
     weights: Vec<f64>,
     restitution: Vec<f64>,
 }
 
-/// Draws an index below `n` from 32 random bits; the bias of the multiplication is below n/2³².
-fn index(rng: &mut ChaCha8Rng, n: usize) -> usize {
-    ((u64::from(rng.next_u32()) * n as u64) >> 32) as usize
-}
-
-/// Counts of a resample with replacement inside each stratum.
-fn draw_cases(rng: &mut ChaCha8Rng, pool: &Pool, weights: &mut [f64]) {
-    weights.fill(0.0);
-    for stratum in &pool.strata {
-        let runs = &mut weights[stratum.clone()];
-        let n = runs.len();
-        // beyond 32 bits of runs no stratum could be held in memory
-        for _ in 0..n {
-            runs[index(rng, n)] += 1.0;
-        }
+/// Every replicate of every target, in order; targets × replicates. `done` is told of replicates as they are finished.
+///
+/// A target with a single series has no replicates where series are resampled.
+pub fn replicate(pool: &Pool, targets: &[Target], plan: Plan, done: &(dyn Fn(usize) + Sync)) -> Vec<Replicated> {
+    if targets.is_empty() {
+        return vec![];
     }
-}
-
-/// Every replicate of every target, in order; targets × replicates.
-pub fn replicate(pool: &Pool, targets: &[Target], plan: Plan) -> Vec<Replicated> {
     let runs = pool.strata.last().map_or(0, |stratum| stratum.end);
     let most = targets.iter().map(|target| target.x.len()).max().unwrap_or(0);
-    let noises: Vec<Option<Noise>> = targets
-        .iter()
-        .map(|target| match plan.scheme {
-            ResamplingScheme::Residuals | ResamplingScheme::Parametric => Some(Noise::new(target)),
-            ResamplingScheme::Cases | ResamplingScheme::Series => None,
-        })
-        .collect();
+    let replication = Replication {
+        pool,
+        targets,
+        noises: targets
+            .iter()
+            .map(|target| match plan.scheme {
+                ResamplingScheme::Residuals | ResamplingScheme::Parametric => Some(Noise::new(target)),
+                ResamplingScheme::Cases | ResamplingScheme::Series => None,
+            })
+            .collect(),
+        scheme: plan.scheme,
+        streams: Streams::new(plan.seed, "bootstrap"),
+    };
     let scratch = || Scratch {
         weights: vec![0.0; runs.max(most)],
         restitution: vec![0.0; most],
     };
     let mut rows = vec![NO_FIT; targets.len() * plan.replicates];
-    if targets.is_empty() {
-        return vec![];
-    }
     rows.par_chunks_mut(BLOCK * targets.len())
         .enumerate()
         .for_each_init(scratch, |scratch, (block, rows)| {
             for (index, row) in rows.chunks_mut(targets.len()).enumerate() {
-                let number = (block * BLOCK + index) as u64;
-                one(pool, targets, &noises, plan, number, scratch, row);
+                replication.draw((block * BLOCK + index) as u64, scratch, row);
             }
+            done(rows.len() / targets.len());
         });
+    if targets.len() == 1 {
+        return vec![rows];
+    }
     (0..targets.len())
+        .into_par_iter()
         .map(|target| rows.iter().skip(target).step_by(targets.len()).copied().collect())
         .collect()
 }
 
-fn one(
-    pool: &Pool,
-    targets: &[Target],
-    noises: &[Option<Noise>],
-    plan: Plan,
-    number: u64,
-    scratch: &mut Scratch,
-    row: &mut [Weighted],
-) {
-    let mut rng = stream(plan.seed, "bootstrap", number);
-    if plan.scheme == ResamplingScheme::Cases {
-        draw_cases(&mut rng, pool, &mut scratch.weights);
-    }
-    for ((target, noise), out) in targets.iter().zip(noises).zip(row) {
-        let n = target.x.len();
-        *out = match (plan.scheme, noise) {
-            (ResamplingScheme::Cases, _) => {
-                let first = pool.strata.get(target.strata.start).map_or(0, |stratum| stratum.start);
-                solve(target, target.restitution, &scratch.weights[first..first + n])
-            }
-            (ResamplingScheme::Series, _) => {
-                draw_series(&mut rng, pool, target, &mut scratch.weights[..n]);
-                solve(target, target.restitution, &scratch.weights[..n])
-            }
-            (_, Some(noise)) => {
-                scratch.weights[..n].fill(1.0);
-                let first = pool.strata.get(target.strata.start).map_or(0, |stratum| stratum.start);
-                for stratum in &pool.strata[target.strata.clone()] {
-                    for run in stratum.start - first..stratum.end - first {
-                        let shift = if plan.scheme == ResamplingScheme::Parametric {
-                            let z: f64 = StandardNormal.sample(&mut rng);
-                            noise.sd * z
-                        } else {
-                            noise.residuals[rng.random_range(0..n)]
-                        };
-                        scratch.restitution[run] = noise.fitted[run] + shift;
-                        // it would have stuck, and stuck runs are left out
-                        if scratch.restitution[run] <= 0.0 {
-                            scratch.weights[run] = 0.0;
-                            scratch.restitution[run] = 0.0;
-                        }
-                    }
+/// What every replicate is drawn from.
+struct Replication<'a> {
+    pool: &'a Pool,
+    targets: &'a [Target<'a>],
+    noises: Vec<Option<Noise>>,
+    scheme: ResamplingScheme,
+    streams: Streams,
+}
+
+impl Replication<'_> {
+    /// The replicate of this number, a fit for each target.
+    fn draw(&self, number: u64, scratch: &mut Scratch, row: &mut [Weighted]) {
+        let mut rng = self.streams.at(number);
+        let Scratch { weights, restitution } = scratch;
+        if self.scheme == ResamplingScheme::Cases {
+            draw_cases(&mut rng, &self.pool.strata, weights);
+        }
+        for ((target, noise), out) in self.targets.iter().zip(&self.noises).zip(row) {
+            let n = target.x.len();
+            let first = self.pool.first_run(target);
+            *out = match (self.scheme, noise) {
+                (ResamplingScheme::Cases, _) => solve(target, target.restitution, &weights[first..first + n]),
+                (ResamplingScheme::Series, _) if target.series.len() > 1 => {
+                    let series = &self.pool.series[target.series.clone()];
+                    draw_series(&mut rng, series, first, &mut weights[..n]);
+                    solve(target, target.restitution, &weights[..n])
                 }
-                solve(target, &scratch.restitution[..n], &scratch.weights[..n])
-            }
-            (_, None) => NO_FIT,
-        };
-    }
-}
-
-/// Whole strata drawn with replacement: every run weighs as often as its series was drawn.
-fn draw_series(rng: &mut ChaCha8Rng, pool: &Pool, target: &Target, weights: &mut [f64]) {
-    weights.fill(0.0);
-    let strata = &pool.strata[target.strata.clone()];
-    let Some(first) = strata.first().map(|stratum| stratum.start) else {
-        return;
-    };
-    for _ in 0..strata.len() {
-        let drawn = &strata[index(rng, strata.len())];
-        for weight in &mut weights[drawn.start - first..drawn.end - first] {
-            *weight += 1.0;
+                (_, Some(noise)) => {
+                    noise.draw(&mut rng, self.scheme, &mut restitution[..n], &mut weights[..n]);
+                    solve(target, &restitution[..n], &weights[..n])
+                }
+                _ => NO_FIT,
+            };
         }
     }
-}
-
-/// Runs up to which leave-one-out fits are made one by one; above, they are taken to first order, off by 1/runs.
-const EXACT_JACKKNIFE: usize = 500;
-
-/// Parameters without each run in turn, by stratum.
-pub fn leave_one_out(pool: &Pool, target: &Target) -> Vec<Vec<[f64; 2]>> {
-    let first = pool.strata.get(target.strata.start).map_or(0, |stratum| stratum.start);
-    let shifts = (target.x.len() > EXACT_JACKKNIFE).then(|| first_order(target));
-    let mut weights = vec![1.0; target.x.len()];
-    let mut without = |run: usize| match &shifts {
-        Some(shifts) => [target.fitted[0] - shifts[run][0], target.fitted[1] - shifts[run][1]],
-        None => {
-            weights[run] = 0.0;
-            let left = solve(target, target.restitution, &weights);
-            weights[run] = 1.0;
-            left.parameters
-        }
-    };
-    pool.strata[target.strata.clone()]
-        .iter()
-        .map(|stratum| (stratum.start - first..stratum.end - first).map(&mut without).collect())
-        .collect()
-}
-
-/// dθ/dw_i of both parameters for each run: −H⁻¹ times the run's own gradient.
-fn first_order(target: &Target) -> Vec<[f64; 2]> {
-    let fitted = fitted(target);
-    let pull = |run: usize| -> ([f64; 2], [f64; 3]) {
-        let (x, e, f) = (target.x[run], target.restitution[run], fitted[run]);
-        match target.law {
-            Law::Dry => ([-(f - e) * x, 0.0], [x * x, 0.0, 1.0]),
-            Law::Linear => ([f - e, -(f - e) * x], [1.0, -x, x * x]),
-            Law::SquareRoot => {
-                let slope = 0.5 * (1.0 - e / f);
-                let bend = 0.25 * e / (f * f * f);
-                ([slope, slope * x], [bend, bend * x, bend * x * x])
-            }
-        }
-    };
-    let (mut h0, mut h1, mut h2) = (0.0, 0.0, 0.0);
-    for run in 0..target.x.len() {
-        let (_, [a, b, c]) = pull(run);
-        h0 += a;
-        h1 += b;
-        h2 += c;
-    }
-    let determinant = h0 * h2 - h1 * h1;
-    (0..target.x.len())
-        .map(|run| {
-            let ([g0, g1], _) = pull(run);
-            [(h1 * g1 - h2 * g0) / determinant, (h1 * g0 - h0 * g1) / determinant]
-        })
-        .collect()
 }

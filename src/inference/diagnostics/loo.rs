@@ -112,6 +112,9 @@ fn sum(values: &[f64]) -> (f64, Option<f64>) {
     (values.iter().sum(), se)
 }
 
+/// A run whose log densities lie no further apart is as likely under every draw.
+pub const SAME: f64 = 1e-7;
+
 /// Leaves one run out, given its log density at every draw; uses `values` up.
 ///
 /// Outside the tail, weight times density is the same for every draw, and the density is the weight's reciprocal: one
@@ -124,6 +127,15 @@ fn leave_out(values: &mut [f64], tail: usize) -> Result<LeftOut, WhyNone> {
     let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     if largest - smallest > WIDEST {
         return wide(values, tail, largest);
+    }
+    if largest - smallest <= SAME {
+        // no weight differs from another: leaving the run out changes nothing, and a shape would be that of rounding
+        let mean = smallest + values.iter().map(|log| log - smallest).sum::<f64>() / values.len() as f64;
+        return Ok(LeftOut {
+            elpd: mean,
+            p_loo: 0.0,
+            khat: None,
+        });
     }
     // raw weights, the largest being 1
     values.iter_mut().for_each(|log| *log = (smallest - *log).exp());
@@ -216,7 +228,7 @@ mod tests {
     fn a_run_no_draw_disagrees_about_is_predicted_exactly() {
         let same = loo(2, 100, 1.0, |run, values| values.fill(-(run as f64))).expect("finite");
         assert!((same.elpd + 1.0).abs() < 1e-12 && same.p_loo.abs() < 1e-12, "{same:?}");
-        assert_eq!(same.worst_khat(0.7), (None, 2));
+        assert_eq!(same.worst_khat(0.7), (None, 0));
         assert!((same.se.expect("two runs") - 1.0).abs() < 1e-12);
         let none = difference(&same, &same).expect("as many runs");
         assert_eq!((none.value, none.se), (0.0, Some(0.0)));

@@ -43,6 +43,7 @@ const EFFORT: Effort = Effort {
     chains: 4,
     warmup: 500,
     draws: 2000,
+    target_accept: TARGET_ACCEPT,
 };
 
 /// Largest distance of a mean, and of a variance, from the truth, in standard errors for as many independent draws.
@@ -102,6 +103,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
         chains: 3,
         warmup: 50,
         draws: 40,
+        target_accept: TARGET_ACCEPT,
     };
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new()

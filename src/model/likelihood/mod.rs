@@ -20,7 +20,7 @@ use self::normal::ln_normal_cdf;
 use super::parameters::{Kind, COMMON_SLOTS};
 use super::priors::LN_ROOT_TWO_PI;
 use crate::physics::inertia::Inertia;
-use crate::physics::rebound::TURN;
+use crate::physics::rebound::{kept_of_mean_restitution, TURN};
 
 /// Settings with their counts, as columns.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -142,6 +142,7 @@ impl Likelihood {
         let precision = 1.0 / (sigma * sigma);
         let mut squares = self.leftover;
         let mut stuck_value = 0.0;
+        let certain = kept_of_mean_restitution(self.limit - CERTAIN * sigma);
         let shapes: Vec<(f64, f64)> = self
             .film_ratios
             .iter()
@@ -162,11 +163,12 @@ impl Likelihood {
             for node in block.stuck.clone() {
                 let (x, p) = (self.stuck.viscous[node], self.stuck.dry_power[node]);
                 let e_dry = 1.0 - k * p;
-                let (mean, slope) = mean_and_slope(e_dry * e_dry - inertial - l * x);
-                let z = (self.limit - mean) / sigma;
-                if z > CERTAIN {
+                let r = e_dry * e_dry - inertial - l * x;
+                if r < certain {
                     continue;
                 }
+                let (mean, slope) = mean_and_slope(r);
+                let z = (self.limit - mean) / sigma;
                 let (ln_cdf, mills) = ln_normal_cdf(z);
                 let count = self.stuck.count[node];
                 stuck_value += count * ln_cdf;
@@ -220,15 +222,12 @@ fn mean_and_slope(kept: f64) -> (f64, f64) {
     (kept * square * inverse, (0.5 * kept * kept + TURN4) * inverse)
 }
 
-/// One rebound's share of [`Sums`].
+/// So many numbers, one after another in memory.
+type Lanes = [f64; LANES];
+
 #[inline(always)]
-fn rebound_terms(x: f64, p: f64, e: f64, count: f64, k: f64, inertial: f64, l: f64) -> [f64; 4] {
-    let e_dry = 1.0 - k * p;
-    let (mean, slope) = mean_and_slope(e_dry * e_dry - inertial - l * x);
-    let distance = e - mean;
-    let weighted = count * distance;
-    let kept = weighted * slope;
-    [weighted * distance, kept, kept * x, kept * e_dry * p]
+fn each(of: impl Fn(usize) -> f64) -> Lanes {
+    std::array::from_fn(of)
 }
 
 fn rebound_sums(nodes: &Nodes, range: Range<usize>, k: f64, inertial: f64, l: f64) -> Sums {
@@ -236,14 +235,23 @@ fn rebound_sums(nodes: &Nodes, range: Range<usize>, k: f64, inertial: f64, l: f6
     let p = &nodes.dry_power[range.clone()];
     let e = &nodes.restitution[range.clone()];
     let n = &nodes.count[range];
-    let mut lanes = [[0.0; LANES]; 4];
-    let mut add = |x: &[f64; LANES], p: &[f64; LANES], e: &[f64; LANES], n: &[f64; LANES]| {
-        for lane in 0..LANES {
-            let terms = rebound_terms(x[lane], p[lane], e[lane], n[lane], k, inertial, l);
-            for (sum, term) in lanes.iter_mut().zip(terms) {
-                sum[lane] += term;
-            }
-        }
+    const TURN4: f64 = TURN * TURN * TURN * TURN;
+    let [mut squares, mut kept, mut viscous, mut dry] = [[0.0; LANES]; 4];
+    // a step for all lanes at a time is what a compiler turns into vector instructions
+    let mut add = |x: &Lanes, p: &Lanes, e: &Lanes, n: &Lanes| {
+        let e_dry = each(|i| 1.0 - k * p[i]);
+        let r = each(|i| e_dry[i] * e_dry[i] - inertial - l * x[i]);
+        let square = each(|i| r[i] * r[i] + TURN4);
+        let root = each(|i| square[i].sqrt());
+        let root = each(|i| root[i].sqrt());
+        let inverse = each(|i| 1.0 / (square[i] * root[i]));
+        let distance = each(|i| e[i] - r[i] * square[i] * inverse[i]);
+        let weighted = each(|i| n[i] * distance[i]);
+        let moved = each(|i| weighted[i] * (0.5 * r[i] * r[i] + TURN4) * inverse[i]);
+        squares = each(|i| squares[i] + weighted[i] * distance[i]);
+        kept = each(|i| kept[i] + moved[i]);
+        viscous = each(|i| viscous[i] + moved[i] * x[i]);
+        dry = each(|i| dry[i] + moved[i] * e_dry[i] * p[i]);
     };
     let ((x, x_rest), (p, p_rest)) = (x.as_chunks(), p.as_chunks());
     let ((e, e_rest), (n, n_rest)) = (e.as_chunks(), n.as_chunks());
@@ -258,7 +266,7 @@ fn rebound_sums(nodes: &Nodes, range: Range<usize>, k: f64, inertial: f64, l: f6
         }
         add(&x, &p, &e, &n);
     }
-    let [squares, kept, viscous, dry] = lanes.map(|lane| lane.iter().sum::<f64>());
+    let [squares, kept, viscous, dry] = [squares, kept, viscous, dry].map(|lanes| lanes.iter().sum::<f64>());
     Sums {
         squares,
         kept,

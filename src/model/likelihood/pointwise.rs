@@ -17,21 +17,24 @@ use crate::scene::Scene;
 pub struct Pointwise<'r> {
     inertia: Inertia,
     limit: f64,
-    runs: Vec<Run>,
+    /// runs of one setting that follow one another share an entry
+    settings: Vec<Setting>,
+    /// the setting of each run
+    setting: Vec<u32>,
+    stuck: Vec<bool>,
     restitution: &'r [f64],
 }
 
 /// What a run's restitution depends on.
-#[derive(Debug, Clone, Copy)]
-struct Run {
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Setting {
     particle: usize,
     /// v^(1/5) at the dry speed in use
     dry_power: f64,
     wet: Option<Wet>,
-    stuck: bool,
 }
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 struct Wet {
     density_ratio: f64,
     film_ratio: f64,
@@ -40,24 +43,47 @@ struct Wet {
 }
 
 /// The law at one full vector of parameters.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct At<'p, 'r> {
     pointwise: &'p Pointwise<'r>,
-    full: &'p [f64],
+    /// mean of e* at each setting
+    means: Vec<f64>,
+    dry: Spread,
+    wet: Spread,
+}
+
+/// A spread with its logarithm.
+#[derive(Debug, Clone, Copy)]
+struct Spread {
+    sigma: f64,
+    ln: f64,
+}
+
+impl Spread {
+    fn of(sigma: f64) -> Spread {
+        Spread { sigma, ln: sigma.ln() }
+    }
 }
 
 impl<'r> Pointwise<'r> {
     /// The runs under this form of inertia and dry speed.
     pub fn new(scene: &Scene, runs: &'r Runs, inertia: Inertia, dry_speed: DrySpeed) -> Pointwise<'r> {
-        let mut all = Vec::with_capacity(runs.len());
+        let mut pointwise = Pointwise {
+            inertia,
+            limit: scene.data.smallest_restitution,
+            settings: vec![],
+            setting: Vec::with_capacity(runs.len()),
+            stuck: Vec::with_capacity(runs.len()),
+            restitution: &runs.restitution,
+        };
         for group in &runs.dry {
             for run in group.rebounds.start..group.stuck.end {
-                all.push(Run {
+                let setting = Setting {
                     particle: group.particle,
                     dry_power: runs.impact_speed[run].powf(0.2),
                     wet: None,
-                    stuck: group.stuck.contains(&run),
-                });
+                };
+                pointwise.add(setting, group.stuck.contains(&run));
             }
         }
         for series in &runs.series {
@@ -65,7 +91,7 @@ impl<'r> Pointwise<'r> {
             let liquid = &scene.liquids[series.liquid];
             for run in series.runs() {
                 let (v, d) = (runs.impact_speed[run], runs.diameter[run]);
-                all.push(Run {
+                let setting = Setting {
                     particle: series.particle,
                     dry_power: dry_speed.of(v).powf(0.2),
                     wet: Some(Wet {
@@ -73,62 +99,83 @@ impl<'r> Pointwise<'r> {
                         film_ratio: runs.film[run] / d,
                         viscous: 4.0 / numbers::stokes(particle.density, d, v, liquid.viscosity),
                     }),
-                    stuck: series.stuck.contains(&run),
-                });
+                };
+                pointwise.add(setting, series.stuck.contains(&run));
             }
         }
-        Pointwise {
-            inertia,
-            limit: scene.data.smallest_restitution,
-            runs: all,
-            restitution: &runs.restitution,
+        pointwise
+    }
+
+    fn add(&mut self, setting: Setting, stuck: bool) {
+        if self.settings.last() != Some(&setting) {
+            self.settings.push(setting);
         }
+        // runs are counted in 32 bits where they are read
+        self.setting
+            .push(u32::try_from(self.settings.len() - 1).unwrap_or(u32::MAX));
+        self.stuck.push(stuck);
     }
 
     /// Runs.
     pub fn len(&self) -> usize {
-        self.runs.len()
+        self.stuck.len()
     }
 
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
-        self.runs.is_empty()
+        self.stuck.is_empty()
     }
 
     /// Whether a run stuck.
     pub fn is_stuck(&self, run: usize) -> bool {
-        self.runs[run].stuck
+        self.stuck[run]
     }
 
     /// The law at a full vector of parameters.
-    pub fn at<'p>(&'p self, full: &'p [f64]) -> At<'p, 'r> {
-        At { pointwise: self, full }
+    pub fn at<'p>(&'p self, full: &[f64]) -> At<'p, 'r> {
+        let of = |kind: Kind| full[kind.slot()];
+        let mean = |setting: &Setting| {
+            let e_dry = 1.0 - full[COMMON_SLOTS + setting.particle] * setting.dry_power;
+            let Some(wet) = setting.wet else {
+                return e_dry;
+            };
+            let shape = self.inertia.shape(wet.film_ratio, of(Kind::FilmScale));
+            let inertial = of(Kind::InertialPrefactor) * wet.density_ratio * shape;
+            rebound::mean_restitution(e_dry * e_dry - inertial - of(Kind::LubricationLog) * wet.viscous)
+        };
+        At {
+            pointwise: self,
+            means: self.settings.iter().map(mean).collect(),
+            dry: Spread::of(of(Kind::SigmaDry)),
+            wet: Spread::of(of(Kind::SigmaWet)),
+        }
     }
 }
 
 impl At<'_, '_> {
+    fn mean_and_spread(&self, run: usize) -> (f64, Spread) {
+        let setting = self.pointwise.setting[run] as usize;
+        let spread = match self.pointwise.settings[setting].wet {
+            None => self.dry,
+            Some(_) => self.wet,
+        };
+        (self.means[setting], spread)
+    }
+
     /// Mean of e* and its spread: m(r) and σ_wet, or e_dry and σ_dry.
     pub fn mean_and_sigma(&self, run: usize) -> (f64, f64) {
-        let run = &self.pointwise.runs[run];
-        let at = |kind: Kind| self.full[kind.slot()];
-        let e_dry = 1.0 - self.full[COMMON_SLOTS + run.particle] * run.dry_power;
-        let Some(wet) = run.wet else {
-            return (e_dry, at(Kind::SigmaDry));
-        };
-        let shape = self.pointwise.inertia.shape(wet.film_ratio, at(Kind::FilmScale));
-        let inertial = at(Kind::InertialPrefactor) * wet.density_ratio * shape;
-        let kept = e_dry * e_dry - inertial - at(Kind::LubricationLog) * wet.viscous;
-        (rebound::mean_restitution(kept), at(Kind::SigmaWet))
+        let (mean, spread) = self.mean_and_spread(run);
+        (mean, spread.sigma)
     }
 
     /// Log likelihood of a run: a density where it rebounded, a probability where it stuck.
     pub fn ln_likelihood(&self, run: usize) -> f64 {
-        let (mean, sigma) = self.mean_and_sigma(run);
-        if self.pointwise.runs[run].stuck {
-            return ln_normal_cdf((self.pointwise.limit - mean) / sigma).0;
+        let (mean, spread) = self.mean_and_spread(run);
+        if self.pointwise.stuck[run] {
+            return ln_normal_cdf((self.pointwise.limit - mean) / spread.sigma).0;
         }
-        let z = (self.pointwise.restitution[run] - mean) / sigma;
-        -0.5 * z * z - LN_ROOT_TWO_PI - sigma.ln()
+        let z = (self.pointwise.restitution[run] - mean) / spread.sigma;
+        -0.5 * z * z - LN_ROOT_TWO_PI - spread.ln
     }
 
     /// A new draw of a run's restitution; 0 where it would have stuck.

@@ -1,6 +1,8 @@
 //! Says what each figure shows: points, laws and axes, as the paper's figs. 2 to 5 have them.
 
+mod density;
 mod film;
+mod joint;
 mod points;
 mod posterior;
 
@@ -9,6 +11,7 @@ use super::{numbers, Told};
 use crate::findings::own_dry_speed::reference_dry_speed;
 use crate::findings::scaling::Scaling;
 use crate::findings::series::SeriesFit;
+use crate::findings::shown;
 use crate::physics::impact::DrySpeed;
 use crate::physics::numbers::stokes;
 use crate::physics::{dry, rebound};
@@ -16,6 +19,8 @@ use crate::runs::Series;
 use crate::scene::Law;
 use crate::units::{micrometres, millimetres};
 use film::{energy, film};
+use joint::joint;
+pub use joint::joint_name;
 use points::{chart, curve, largest, means_of, pairs, points, steps};
 use posterior::{speeds, Bands};
 
@@ -83,6 +88,7 @@ pub fn all(told: Told) -> Vec<Figure> {
     }
     add(FILM.to_owned(), film(told));
     add(ENERGY.to_owned(), energy(told));
+    figures.extend(joint(told));
     figures
 }
 
@@ -90,30 +96,8 @@ fn has_points(layer: &Layer) -> bool {
     matches!(layer, Layer::Points { points, .. } if !points.is_empty())
 }
 
-/// The film ratio shown where one must be chosen: a published one, else the one with most rebounds.
 fn shown_film_ratio(told: Told, particle: usize) -> Option<f64> {
-    let groups: Vec<_> = told
-        .runs
-        .film_groups
-        .iter()
-        .filter(|g| g.particle == particle)
-        .collect();
-    let mut published = told.scene.published.iter().filter(|p| p.particle == particle);
-    let wanted = published.find_map(|p| p.film_ratio);
-    let near = wanted.and_then(|wanted| {
-        let distance = |ratio: f64| (ratio - wanted).abs();
-        let nearest = groups
-            .iter()
-            .min_by(|a, b| distance(a.film_ratio).total_cmp(&distance(b.film_ratio)))?;
-        (distance(nearest.film_ratio) <= told.scene.data.film_ratio_gap).then_some(nearest.film_ratio)
-    });
-    let rebounds = |series: &[Series]| series.iter().map(|s| s.rebounds.len()).sum::<usize>();
-    near.or_else(|| {
-        let most = groups
-            .iter()
-            .max_by_key(|g| rebounds(&told.runs.series[g.series.clone()]))?;
-        Some(most.film_ratio)
-    })
+    shown::film_ratio(told.scene, told.runs, particle)
 }
 
 /// The series of a particle at a film ratio, with the fit of each.
@@ -271,7 +255,7 @@ fn stuck_layers(told: Told, series: &[(&Series, &SeriesFit)], stuck: Vec<Vec<Poi
             marks.iter_mut().for_each(|mark| mark.y += apart * level as f64);
             // a series that has no other marks is known by these
             let name = if s.rebounds.is_empty() {
-                format!("{}: all stuck", series_name(told, s))
+                series_name(told, s)
             } else {
                 "stuck (hollow)".to_owned()
             };

@@ -1,8 +1,9 @@
 //! Tells where the bootstrap and the delta method part.
 
+use super::super::figures;
 use super::super::numbers::{self, NONE};
 use super::super::Told;
-use super::cells::law_name;
+use super::cells::{interval_header, law_name};
 use super::page::Page;
 use crate::findings::estimate::Estimate;
 use crate::scene::ResamplingScheme;
@@ -16,7 +17,7 @@ pub(super) fn bootstrap(page: &mut Page, told: Told) {
             &dry.dry_k,
         ));
     }
-    for fitted in &told.findings.scaling {
+    for fitted in told.findings.scaling.iter().filter(|fitted| fitted.verdict.passed) {
         for (symbol, estimate) in [("e_inf", &fitted.e_inf), ("St_c", &fitted.st_c)] {
             let ratio = fitted.film_ratio.map_or("all".to_owned(), numbers::short);
             let cells = [fitted.particle.clone(), symbol.to_owned(), ratio, law_name(fitted.law)];
@@ -26,19 +27,52 @@ pub(super) fn bootstrap(page: &mut Page, told: Told) {
     if rows.is_empty() {
         return;
     }
+    let Some(resampling) = &told.findings.bootstrap else {
+        return;
+    };
     page.heading("Bootstrap");
-    let choices = &told.scene.bootstrap;
-    let scheme = match choices.scheme {
-        ResamplingScheme::Cases => "runs resampled inside each series",
-        ResamplingScheme::Residuals => "leverage-corrected residuals resampled",
-        ResamplingScheme::Parametric => "normal noise of the fitted spread",
-        ResamplingScheme::Series => "whole series resampled",
+    let scheme = match told.scene.bootstrap.scheme {
+        ResamplingScheme::Cases => {
+            "runs resampled inside each series and impact speed, so that only the noise varies. From n runs n − 1 are \
+             drawn with the weight n/(n − 1): n of n would give a standard error √(1 − 1/n) too small"
+        }
+        ResamplingScheme::Residuals => "residuals resampled, each over √(1 − leverage)",
+        ResamplingScheme::Parametric => "normal noise of the fitted spread about each law",
+        ResamplingScheme::Series => {
+            "whole series resampled. From n series n − 1 are drawn with the weight n/(n − 1): n of n would give a \
+             standard error √(1 − 1/n) too small"
+        }
+    };
+    let single = match (told.scene.bootstrap.scheme, resampling.single_run_strata) {
+        (ResamplingScheme::Cases, n) if n > 0 => {
+            format!(
+                " Of {} strata {n} hold a single run, which no resample can vary.",
+                resampling.strata
+            )
+        }
+        (ResamplingScheme::Cases, _) => format!(" None of the {} strata holds a single run.", resampling.strata),
+        _ => String::new(),
     };
     page.paragraph(&format!(
-        "{} replicates, {scheme}. A stratum of n runs resampled by cases gives a standard error √(1 − 1/n) too small. \
-         The other tables quote these intervals wherever replicates were made.",
-        choices.replicates
+        "{} replicates, {scheme}.{single} Percentile and BCa limits are widened as Student's t is, by the degrees of \
+         freedom of the strata. The other tables quote these intervals wherever replicates were made; ± is the delta \
+         method's throughout. Below: fits that are usable. How often each kind of interval covers the truth of simulated runs: `wetcor calibrate`.",
+        resampling.replicates
     ));
+    for particle in &told.scene.particles {
+        for over_all in [false, true] {
+            page.figure(
+                &figures::joint_name(&particle.name, over_all),
+                &format!("{}: e_inf and St_c together", particle.name),
+                &format!(
+                    "{}: the replicates of e_inf and St_c together; contours hold 50 % and 95 % of them. The bars along \
+                     the axes are the {} intervals of each quantity alone.",
+                    particle.name,
+                    interval_header(told).replace(" interval", "")
+                ),
+            );
+        }
+    }
     page.table(
         &[
             "particle",
@@ -72,8 +106,8 @@ fn row(mut cells: [String; 4], estimate: &Estimate) -> Option<Vec<String>> {
         delta.map_or(NONE.to_owned(), |made| numbers::between(made.lo, made.hi, se)),
         numbers::interval(estimate),
         method,
-        numbers::significant(boot.se / se, 3),
-        numbers::shift(boot.bias, Some(se)),
+        boot.se.map_or(NONE.to_owned(), |own| numbers::significant(own / se, 3)),
+        boot.bias.map_or(NONE.to_owned(), |bias| numbers::shift(bias, Some(se))),
         boot.failed.to_string(),
     ]);
     Some(row)

@@ -93,7 +93,10 @@ fn prior_range(parameter: &Parameter) -> (f64, f64) {
     let mut dense = curve.iter().filter(|point| point.1 > SHOWN).map(|point| point.0);
     let first = dense.next().unwrap_or(lo);
     let step = (hi - lo) / CURVE as f64;
-    ((first - step).max(lo), (dense.last().unwrap_or(first) + step).min(hi))
+    (
+        (first - step).max(lo),
+        (dense.next_back().unwrap_or(first) + step).min(hi),
+    )
 }
 
 /// The density of draws inside bounds, smoothed with a normal kernel of Silverman's width, over its highest.

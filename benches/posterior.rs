@@ -1,0 +1,138 @@
+//! Times the log posterior with its slopes, compressed and over all rows, and the sampling of two thousand and a million
+//! runs.
+//!
+//! Runs are simulated in the design of `datasets/mueller2016`: at its five speeds, or each at a speed of its own.
+
+use std::path::Path;
+
+use divan::{black_box, Bencher};
+use wetcor::inference::nuts::{Effort, TARGET_ACCEPT};
+use wetcor::inference::sampling::{sample_posterior, Plan};
+use wetcor::model::likelihood::Likelihood;
+use wetcor::model::parameters::{Kind, Parameters};
+use wetcor::model::posterior::{LogDensity, Posterior};
+use wetcor::model::simulate::Simulation;
+use wetcor::runs::{self, Runs};
+use wetcor::scene::{self, DesignSpeeds, Scene};
+
+fn main() {
+    divan::main();
+}
+
+const SIZES: [u64; 4] = [1_000, 10_000, 100_000, 1_000_000];
+
+/// The example's scene and so many simulated runs, in order.
+fn simulated(runs: u64, own_speeds: bool) -> (Scene, Runs) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/mueller2016/scene.toml");
+    let mut scene = scene::read(&path).expect("the example's scene is good");
+    if let Some(design) = scene.design.as_mut().filter(|_| own_speeds) {
+        // as many speeds as give each of the 48 combinations of the design one run a speed
+        let count = (runs / 48).max(1);
+        let speed = |i: u64| 0.767 + 0.95 * (i as f64 + 0.5) / count as f64;
+        design.speeds = DesignSpeeds((0..count).map(speed).collect());
+    }
+    let simulation = Simulation::new(&scene, Some(runs)).expect("the example has a truth and a design");
+    let mut rows = vec![];
+    simulation
+        .draw(1, |run| {
+            rows.push(run);
+            Ok(())
+        })
+        .expect("nothing is written");
+    let runs = runs::arrange(&scene, &rows);
+    drop(rows);
+    (scene.clone(), runs)
+}
+
+fn parts(scene: &Scene, runs: &Runs) -> (Parameters, Likelihood) {
+    let (inertia, dry_speed) = (scene.model.inertia.expect("named"), scene.model.dry_speed);
+    let parameters = Parameters::of(scene, runs, inertia, dry_speed).expect("priors with room");
+    (parameters, Likelihood::of_rows(scene, runs, inertia, dry_speed))
+}
+
+/// The truth the runs were drawn from.
+fn truth(scene: &Scene, parameters: &Parameters) -> Vec<f64> {
+    let truth = scene.truth.as_ref().expect("the example has one");
+    let of = |kind: Kind| match kind {
+        Kind::DryK(particle) => truth.dry_k[particle],
+        Kind::LubricationLog => truth.lubrication_log,
+        Kind::InertialPrefactor => truth.inertial_prefactor,
+        Kind::FilmScale => truth.film_scale,
+        Kind::SigmaDry => truth.sigma_dry,
+        Kind::SigmaWet => truth.sigma_wet,
+    };
+    parameters.sampled.iter().map(|p| of(p.kind).expect("given")).collect()
+}
+
+fn evaluate(bencher: Bencher, posterior: &Posterior, draw: &[f64]) {
+    let point = posterior.point_at(draw);
+    let mut slopes = vec![0.0; point.len()];
+    bencher.bench_local(|| posterior.ln_density(black_box(&point), &mut slopes));
+}
+
+/// Log posterior and slopes from the nodes; flat where settings repeat.
+#[divan::bench(args = SIZES)]
+fn compressed(bencher: Bencher, runs: u64) {
+    let (scene, runs) = simulated(runs, false);
+    let (parameters, rows) = parts(&scene, &runs);
+    let draw = truth(&scene, &parameters);
+    let (short, _) = rows.compressed(&parameters.full(&draw), &[], 1e-3);
+    evaluate(bencher, &Posterior::new(parameters, short), &draw);
+}
+
+/// The same over every row; divide by the runs.
+#[divan::bench(args = SIZES)]
+fn exact(bencher: Bencher, runs: u64) {
+    let (scene, runs) = simulated(runs, false);
+    let (parameters, rows) = parts(&scene, &runs);
+    let draw = truth(&scene, &parameters);
+    evaluate(bencher, &Posterior::new(parameters, rows), &draw);
+}
+
+/// One square root and one division a row: what a row cannot cost less than, nearly.
+#[divan::bench(args = SIZES)]
+fn root_and_division(bencher: Bencher, runs: u64) {
+    let values: Vec<f64> = (0..runs).map(|i| 0.2 + 0.6 * (i as f64 * 0.618).fract()).collect();
+    bencher.bench_local(|| {
+        let mut sums = [0.0; 4];
+        for chunk in black_box(&values).as_chunks::<4>().0 {
+            for (sum, x) in sums.iter_mut().zip(chunk) {
+                *sum += x.sqrt() + 1.0 / x;
+            }
+        }
+        sums.iter().sum::<f64>()
+    });
+}
+
+const EFFORT: Effort = Effort {
+    chains: 4,
+    warmup: 1000,
+    draws: 1000,
+    target_accept: TARGET_ACCEPT,
+};
+
+/// Compressing, mode, four chains of 1,000 + 1,000, and the check of the compression.
+fn sample(bencher: Bencher, (scene, runs): (Scene, Runs)) {
+    let (parameters, rows) = parts(&scene, &runs);
+    let plan = Plan {
+        effort: EFFORT,
+        stream: (1, "bench"),
+        exact_rows: false,
+    };
+    bencher.bench_local(|| {
+        let sampled = sample_posterior(parameters.clone(), &rows, &vec![], plan, &|_, _| {});
+        black_box(sampled.expect("a posterior"))
+    });
+}
+
+/// Settings of the design, repeated.
+#[divan::bench(args = [2_000, 1_000_000], sample_count = 5)]
+fn sampling(bencher: Bencher, runs: u64) {
+    sample(bencher, simulated(runs, false));
+}
+
+/// Every run at a speed of its own.
+#[divan::bench(args = [2_000, 1_000_000], sample_count = 5)]
+fn sampling_at_own_speeds(bencher: Bencher, runs: u64) {
+    sample(bencher, simulated(runs, true));
+}

@@ -1,0 +1,87 @@
+//! Says which bootstrap intervals want a second look: few runs, strata that cannot vary, one series alone.
+
+use super::{Bootstrapped, Estimates, Resampling};
+use crate::notice::Notice;
+use crate::runs::{Runs, Series};
+
+/// Runs below which an interval is made of little.
+pub const FEW_RUNS: usize = 20;
+
+/// Smallest and largest coverage of the default 95 % interval on the calibration's design of 8 runs, per cent.
+pub const COVERAGE_OF_EIGHT: [f64; 2] = [94.7, 96.1];
+
+/// What a reader of the replicates should look at.
+pub(super) fn notices(runs: &Runs, resampling: &Resampling, estimates: &Estimates) -> Vec<Notice> {
+    let mut notices = vec![];
+    let drawn = |boot: &Option<Bootstrapped>| boot.as_ref().is_some_and(|boot| boot.replicates > 0);
+    let dry = estimates.dry.iter().map(|fit| (fit.dry.runs, &fit.dry.dry_k));
+    let series = estimates.series.iter().map(|fit| (fit.runs, &fit.alpha));
+    let scaling = estimates
+        .scaling
+        .iter()
+        .map(|fit| (fit.scaling.runs, &fit.scaling.e_inf));
+    let fits: Vec<_> = dry.chain(series).chain(scaling).collect();
+    let few = fits
+        .iter()
+        .filter(|(runs, estimate)| *runs < FEW_RUNS && drawn(&estimate.bootstrap))
+        .count();
+    if few > 0 {
+        let [least, most] = COVERAGE_OF_EIGHT;
+        notices.push(Notice::new(
+            "bootstrap_few_runs",
+            few,
+            format!(
+                "{few} of {} bootstrapped fits rest on fewer than {FEW_RUNS} runs; on simulated designs of 8 runs the \
+                 default 95 % intervals covered {least} to {most} % with normal noise",
+                fits.iter().filter(|(_, estimate)| drawn(&estimate.bootstrap)).count()
+            ),
+            "take such intervals as rough, or repeat the runs",
+        ));
+    }
+    let partly = runs.series.iter().filter(|series| partly_stuck(runs, series)).count();
+    if partly > 0 {
+        notices.push(Notice::new(
+            "bootstrap_partly_stuck",
+            partly,
+            format!(
+                "in {partly} of {} series some runs stuck at speeds at which others rebounded; those left spread less \
+                 than the noise, which makes intervals of St_c that rest on them too short",
+                runs.series.len()
+            ),
+            "compare with film ratios whose runs all rebound; the delta interval does not know of it either",
+        ));
+    }
+    let single = resampling.single_run_strata;
+    if single > 0 {
+        notices.push(Notice::new(
+            "bootstrap_single_run_strata",
+            single,
+            format!(
+                "{single} of {} strata hold a single run, which no resample can vary",
+                resampling.strata
+            ),
+            "a second run of such a series would tell its noise",
+        ));
+    }
+    let alone = fits
+        .iter()
+        .filter_map(|(_, estimate)| estimate.bootstrap.as_ref())
+        .filter(|boot| boot.replicates == 0)
+        .count();
+    if alone > 0 {
+        notices.push(Notice::new(
+            "bootstrap_one_series",
+            alone,
+            format!("{alone} fits rest on one series, for which none can be drawn: their delta interval stands"),
+            "choose scheme = \"cases\" for their bootstrap interval",
+        ));
+    }
+    notices
+}
+
+/// Whether a run stuck that was no slower than one that rebounded.
+fn partly_stuck(runs: &Runs, series: &Series) -> bool {
+    let speeds = |range: &std::ops::Range<usize>| runs.impact_speed[range.clone()].iter().copied();
+    let slowest = speeds(&series.rebounds).fold(f64::INFINITY, f64::min);
+    speeds(&series.stuck).any(|speed| speed >= slowest)
+}

@@ -1,0 +1,23 @@
+//! Chooses the film ratio shown where one must be chosen.
+
+use crate::runs::{FilmGroup, Runs};
+use crate::scene::Scene;
+
+/// The film ratio of a particle that stands for the others in figures: a published one, else the one with most rebounds.
+pub fn film_ratio(scene: &Scene, runs: &Runs, particle: usize) -> Option<f64> {
+    let groups: Vec<&FilmGroup> = runs.film_groups.iter().filter(|g| g.particle == particle).collect();
+    let mut published = scene.published.iter().filter(|p| p.particle == particle);
+    let wanted = published.find_map(|p| p.film_ratio);
+    let near = wanted.and_then(|wanted| {
+        let distance = |ratio: f64| (ratio - wanted).abs();
+        let nearest = groups
+            .iter()
+            .min_by(|a, b| distance(a.film_ratio).total_cmp(&distance(b.film_ratio)))?;
+        (distance(nearest.film_ratio) <= scene.data.film_ratio_gap).then_some(nearest.film_ratio)
+    });
+    let rebounds = |group: &FilmGroup| {
+        let series = &runs.series[group.series.clone()];
+        series.iter().map(|s| s.rebounds.len()).sum::<usize>()
+    };
+    near.or_else(|| Some(groups.iter().max_by_key(|g| rebounds(g))?.film_ratio))
+}

@@ -1,0 +1,148 @@
+//! Leaves out one run at a time, or one series, to tell the skewness and the degrees of freedom of a quantity.
+
+use super::{solve, Law, Pool, Target};
+use crate::scene::ResamplingScheme;
+
+/// Runs up to which leave-one-out fits are made one by one; above, they are taken to first order, off by 1/runs.
+const EXACT: usize = 500;
+
+/// Parameters without each member in turn, by stratum; a stratum of one member has none.
+///
+/// Members are runs inside their strata, or whole series where these are resampled. The others of the stratum weigh
+/// n/(n − 1), so that it keeps its weight.
+pub fn leave_one_out(pool: &Pool, target: &Target, scheme: ResamplingScheme) -> Vec<Vec<[f64; 2]>> {
+    let first = pool.first_run(target);
+    let within = |range: &std::ops::Range<usize>| range.start - first..range.end - first;
+    let strata: Vec<Vec<std::ops::Range<usize>>> = if scheme == ResamplingScheme::Series {
+        vec![pool.series[target.series.clone()].iter().map(within).collect()]
+    } else {
+        let runs = |stratum: &std::ops::Range<usize>| within(stratum).map(|run| run..run + 1).collect();
+        pool.strata[target.strata.clone()].iter().map(runs).collect()
+    };
+    let slopes = (target.x.len() > EXACT).then(|| first_order(target));
+    let mut weights = vec![1.0; target.x.len()];
+    strata
+        .iter()
+        .filter(|members| members.len() > 1)
+        .map(|members| {
+            let n = members.len() as f64;
+            match &slopes {
+                Some(slopes) => without_to_first_order(target, slopes, members),
+                None => {
+                    let whole = members[0].start..members[members.len() - 1].end;
+                    let left = members.iter().map(|member| {
+                        weights[whole.clone()].fill(n / (n - 1.0));
+                        weights[member.clone()].fill(0.0);
+                        solve(target, target.restitution, &weights).parameters
+                    });
+                    let left = left.collect();
+                    weights[whole].fill(1.0);
+                    left
+                }
+            }
+        })
+        .collect()
+}
+
+fn without_to_first_order(target: &Target, slopes: &[[f64; 2]], members: &[std::ops::Range<usize>]) -> Vec<[f64; 2]> {
+    let n = members.len() as f64;
+    let sums: Vec<[f64; 2]> = members
+        .iter()
+        .map(|member| {
+            let add = |sum: [f64; 2], slope: &[f64; 2]| [sum[0] + slope[0], sum[1] + slope[1]];
+            slopes[member.clone()].iter().fold([0.0; 2], add)
+        })
+        .collect();
+    let mean = [0, 1].map(|p| sums.iter().map(|sum| sum[p]).sum::<f64>() / n);
+    let without = |sum: &[f64; 2]| [0, 1].map(|p| target.fitted[p] - n / (n - 1.0) * (sum[p] - mean[p]));
+    sums.iter().map(without).collect()
+}
+
+/// dθ/dw_i of both parameters for each run: −H⁻¹ times the run's own gradient.
+fn first_order(target: &Target) -> Vec<[f64; 2]> {
+    let fitted = target.fitted_restitution();
+    let pull = |run: usize| -> ([f64; 2], [f64; 3]) {
+        let (x, e, f) = (target.x[run], target.restitution[run], fitted[run]);
+        match target.law {
+            Law::Dry => ([-(f - e) * x, 0.0], [x * x, 0.0, 1.0]),
+            Law::Linear => ([f - e, -(f - e) * x], [1.0, -x, x * x]),
+            Law::SquareRoot => {
+                let slope = 0.5 * (1.0 - e / f);
+                let bend = 0.25 * e / (f * f * f);
+                ([slope, slope * x], [bend, bend * x, bend * x * x])
+            }
+        }
+    };
+    let (mut h0, mut h1, mut h2) = (0.0, 0.0, 0.0);
+    for run in 0..target.x.len() {
+        let (_, [a, b, c]) = pull(run);
+        h0 += a;
+        h1 += b;
+        h2 += c;
+    }
+    if target.law == Law::Dry {
+        return (0..target.x.len()).map(|run| [-pull(run).0[0] / h0, 0.0]).collect();
+    }
+    let determinant = h0 * h2 - h1 * h1;
+    (0..target.x.len())
+        .map(|run| {
+            let ([g0, g1], _) = pull(run);
+            [(h1 * g1 - h2 * g0) / determinant, (h1 * g0 - h0 * g1) / determinant]
+        })
+        .collect()
+}
+
+/// Influence values l = (n_s − 1)(θ̂ − θ_(i)) of a quantity, from its values without each member of a stratum.
+pub fn influence(at: f64, without: impl ExactSizeIterator<Item = f64>) -> Vec<f64> {
+    let n = without.len() as f64;
+    without.map(|left| (n - 1.0) * (at - left)).collect()
+}
+
+/// a = Σ n_s⁻³ Σ l³ / (6 (Σ n_s⁻² Σ l²)^1.5) from influence values by stratum.
+pub fn acceleration(strata: &[Vec<f64>]) -> f64 {
+    let (mut cubes, mut squares) = (0.0, 0.0);
+    for influence in strata {
+        let n = influence.len() as f64;
+        let (mut cube, mut square) = (0.0, 0.0);
+        for l in influence {
+            square += l * l;
+            cube += l * l * l;
+        }
+        cubes += cube / (n * n * n);
+        squares += square / (n * n);
+    }
+    cubes / (6.0 * squares.powf(1.5))
+}
+
+/// Degrees of freedom of the variance V = Σ V_s with V_s = Σ (l − l̄)²/(n_s (n_s − 1)): V² / Σ V_s²/(n_s − 1).
+///
+/// `None` without a stratum that varies. Source: Satterthwaite 1946, doi:10.2307/3002019.
+pub fn degrees_of_freedom(strata: &[Vec<f64>]) -> Option<f64> {
+    let (mut all, mut squares) = (0.0, 0.0);
+    for influence in strata.iter().filter(|influence| influence.len() > 1) {
+        let n = influence.len() as f64;
+        let mean = influence.iter().sum::<f64>() / n;
+        let variance = influence.iter().map(|l| (l - mean).powi(2)).sum::<f64>() / (n * (n - 1.0));
+        all += variance;
+        squares += variance * variance / (n - 1.0);
+    }
+    Some(all * all / squares).filter(|df| *df > 0.0 && df.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn degrees_of_freedom_lie_between_those_of_a_stratum_and_of_all() {
+        let stratum = |scale: f64| vec![scale, -scale, 2.0 * scale, -2.0 * scale, 0.0];
+        let of = |scales: &[f64]| degrees_of_freedom(&scales.iter().map(|s| stratum(*s)).collect::<Vec<_>>());
+        let near = |found: Option<f64>, expected: f64| (found.unwrap_or(f64::NAN) - expected).abs() < 1e-9;
+        assert!(near(of(&[1.0]), 4.0));
+        assert!(near(of(&[1.0, 1.0, 1.0]), 12.0));
+        // one stratum with all the variance counts alone
+        assert!(near(of(&[1.0, 1e-6, 1e-6]), 4.0));
+        assert_eq!(of(&[0.0]), None);
+        assert_eq!(degrees_of_freedom(&[vec![1.0]]), None);
+    }
+}

@@ -1,0 +1,11 @@
+//! Puts draws on disk, for ArviZ as a Zarr store and for R as a table.
+//!
+//! | file | job |
+//! |---|---|
+//! | `posterior.rs` | gathers the groups of a posterior |
+//! | `zarr.rs` | lays groups of arrays out as a Zarr store |
+//! | `csv.rs` | writes one line a draw |
+
+pub mod csv;
+pub mod posterior;
+pub mod zarr;

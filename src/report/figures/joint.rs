@@ -1,0 +1,161 @@
+//! Says what the figures of e_inf and St_c together show: clouds as contours, with each quantity's intervals.
+
+use super::super::chart::{svg, Axis, Chart, Dash, Layer, Point, Style};
+use super::super::{numbers, Told};
+use super::density::Density;
+use super::points::{chart, curve, points};
+use super::Figure;
+use crate::findings::bootstrap::Joint;
+use crate::findings::estimate::Estimate;
+use crate::inference::delta::Interval;
+use crate::scene::Law;
+
+/// File of a particle's figure of e_inf and St_c together, at one film ratio or over all.
+pub fn joint_name(particle: &str, over_all: bool) -> String {
+    let all = if over_all { "-all" } else { "" };
+    format!("e_inf-st_c-joint{all}-{particle}.svg")
+}
+
+/// Pairs (e_inf, St_c) that say how uncertain both are together, and the intervals made of them.
+pub(super) struct Cloud<'a> {
+    /// word of the legend
+    pub(super) name: &'a str,
+    pub(super) pairs: &'a [[f64; 2]],
+    /// intervals of e_inf and St_c, where they were made
+    pub(super) intervals: [Option<[f64; 2]>; 2],
+    /// colour
+    pub(super) style: Style,
+}
+
+/// Shares of a cloud that its contours hold, with their strokes.
+const SHARES: [(f64, Dash); 2] = [(0.5, Dash::Dashed), (0.95, Dash::Solid)];
+
+/// Every joint figure: one a particle and film ratio, a panel a law.
+pub(super) fn joint(told: Told) -> Vec<Figure> {
+    let Some(resampling) = &told.findings.bootstrap else {
+        return vec![];
+    };
+    let mut figures = vec![];
+    for (index, particle) in told.scene.particles.iter().enumerate() {
+        for over_all in [false, true] {
+            let mine = |joint: &&Joint| joint.particle == index && joint.film_ratio.is_none() == over_all;
+            let panels = resampling.joint.iter().filter(mine);
+            let charts: Vec<Chart> = panels.filter_map(|joint| of_bootstrap(told, joint)).collect();
+            if !charts.is_empty() {
+                figures.push(Figure {
+                    name: joint_name(&particle.name, over_all),
+                    svg: svg(&charts),
+                });
+            }
+        }
+    }
+    figures
+}
+
+fn of_bootstrap(told: Told, joint: &Joint) -> Option<Chart> {
+    let row = super::scaling_of(told, joint.particle, joint.film_ratio, joint.law)?;
+    let both = [&row.e_inf, &row.st_c];
+    let by = |estimate: &Estimate, wanted: &dyn Fn(&Interval) -> bool| {
+        let made = estimate
+            .intervals
+            .iter()
+            .find(|made| made.level == estimate.level && wanted(made));
+        made.map(|made| [made.lo, made.hi])
+    };
+    let cloud = Cloud {
+        name: "bootstrap",
+        pairs: &joint.pairs,
+        intervals: both.map(|estimate| {
+            by(estimate, &|made| {
+                made.method != "delta" && made.method == estimate.method
+            })
+        }),
+        style: Style::group(1),
+    };
+    let ratio = joint
+        .film_ratio
+        .map_or("every δ/D".to_owned(), |r| format!("δ/D = {}", numbers::short(r)));
+    let law = match joint.law {
+        Law::Sqrt => "square-root law",
+        Law::Linear => "linear law",
+    };
+    let title = format!("{}, {ratio}, {law}", told.scene.particles[joint.particle].name);
+    let centre = (row.e_inf.value?, row.st_c.value?);
+    let delta = both.map(|estimate| by(estimate, &|made| made.method == "delta"));
+    joint_chart(title, centre, delta, &[cloud])
+}
+
+/// One set of axes: the estimate, the delta method's intervals, and for each cloud its contours and intervals.
+///
+/// Intervals of e_inf lie along the lower axis, those of St_c along the left one. `None` where no cloud has a shape.
+pub(super) fn joint_chart(
+    title: String,
+    estimate: (f64, f64),
+    delta: [Option<[f64; 2]>; 2],
+    clouds: &[Cloud],
+) -> Option<Chart> {
+    let mut layers = vec![];
+    for cloud in clouds {
+        let Some(density) = Density::new(cloud.pairs) else {
+            continue;
+        };
+        for (share, dash) in SHARES {
+            for around in density.around(share) {
+                let name = format!("{}: {} %", cloud.name, numbers::short(100.0 * share));
+                layers.push(curve(name, around, cloud.style, dash));
+            }
+        }
+    }
+    if layers.is_empty() {
+        return None;
+    }
+    let mut bars = vec![(
+        "± t · se, delta method".to_owned(),
+        delta,
+        Style::group(0),
+        Dash::Dotted,
+    )];
+    for cloud in clouds {
+        bars.push((
+            format!("{} interval", cloud.name),
+            cloud.intervals,
+            cloud.style,
+            Dash::Solid,
+        ));
+    }
+    let ends = bars.iter().map(|(_, intervals, _, _)| intervals);
+    let [x, y] = [0, 1].map(|axis| {
+        let of_bars = ends.clone().filter_map(|intervals| intervals[axis]).flatten();
+        let of_curves = layers.iter().flat_map(|layer| match layer {
+            Layer::Line { xy, .. } => xy.as_slice(),
+            _ => &[],
+        });
+        let all = of_curves.map(|(x, y)| if axis == 0 { *x } else { *y }).chain(of_bars);
+        let (lo, hi) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (lo.min(v), hi.max(v)));
+        // room for the bars below and left of the clouds
+        let margin = (0.06 + 0.05 * bars.len() as f64) * (hi - lo);
+        (lo - margin, hi + 0.06 * (hi - lo))
+    });
+    for (number, (name, [e_inf, st_c], style, dash)) in bars.iter().enumerate() {
+        let off = |(lo, hi): (f64, f64)| lo + 0.04 * (1 + number) as f64 * (hi - lo);
+        if let Some([lo, hi]) = *e_inf {
+            layers.push(curve(name.clone(), vec![(lo, off(y)), (hi, off(y))], *style, *dash));
+        }
+        if let Some([lo, hi]) = *st_c {
+            layers.push(curve(name.clone(), vec![(off(x), lo), (off(x), hi)], *style, *dash));
+        }
+    }
+    let point = Point {
+        x: estimate.0,
+        y: estimate.1,
+        y_se: None,
+    };
+    layers.push(points("least squares", vec![point], Style::group(0)));
+    let mut drawn = chart(
+        Axis::new("e_{inf}").between(x.0, x.1),
+        Axis::new("St_{c}").between(y.0, y.1),
+        layers,
+    );
+    drawn.title = Some(title);
+    Some(drawn)
+}

@@ -1,0 +1,116 @@
+//! Puts a posterior together from its parts, so that a test can leave one of them out.
+
+// each test file uses its own part of this
+#![allow(dead_code, reason = "shared by several test files")]
+
+use wetcor::model::likelihood::{Likelihood, OutsideDomain};
+use wetcor::model::parameters::{Kind, Parameters};
+use wetcor::model::posterior::LogDensity;
+use wetcor::model::transforms::Transform;
+use wetcor::runs::Runs;
+use wetcor::scene::Scene;
+
+/// A posterior with one thing wrong.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fault {
+    Nothing,
+    LogJacobianForgotten,
+    BoundOnKForgotten,
+    SigmaSquaredForSigma,
+    PriorForgotten(Kind),
+    TwoLForFourL,
+    StuckRunsDropped,
+}
+
+/// The posterior put together from its parts, so that one of them can be wrong.
+pub struct Assembled {
+    pub parameters: Parameters,
+    transforms: Vec<Transform>,
+    pub likelihood: Likelihood,
+    fault: Fault,
+}
+
+impl Assembled {
+    pub fn new(scene: &Scene, all: &Runs, fault: Fault) -> Assembled {
+        let (inertia, dry_speed) = (scene.model.inertia.expect("named"), scene.model.dry_speed);
+        let parameters = Parameters::of(scene, all, inertia, dry_speed).expect("priors with room");
+        let mut kept = all.clone();
+        if fault == Fault::StuckRunsDropped {
+            kept.series
+                .iter_mut()
+                .for_each(|series| series.stuck.end = series.stuck.start);
+            kept.dry.iter_mut().for_each(|dry| dry.stuck.end = dry.stuck.start);
+        }
+        let transforms = parameters.sampled.iter().map(|p| match p.kind {
+            Kind::DryK(_) if fault == Fault::BoundOnKForgotten => Transform::Above(0.0),
+            _ => Transform::of(p.bounds),
+        });
+        Assembled {
+            transforms: transforms.collect(),
+            likelihood: Likelihood::of_rows(scene, &kept, inertia, dry_speed),
+            parameters,
+            fault,
+        }
+    }
+
+    pub fn draw_at(&self, point: &[f64]) -> Vec<f64> {
+        self.transforms.iter().zip(point).map(|(t, u)| t.at(*u).value).collect()
+    }
+
+    pub fn start(&self) -> Vec<f64> {
+        let medians = self.parameters.sampled.iter().map(|p| p.prior.median());
+        self.transforms.iter().zip(medians).map(|(t, x)| t.inverse(x)).collect()
+    }
+}
+
+impl LogDensity for Assembled {
+    fn dimension(&self) -> usize {
+        self.transforms.len()
+    }
+    fn ln_density(&self, point: &[f64], slopes: &mut [f64]) -> Result<f64, OutsideDomain> {
+        let mut full = self.parameters.full(&self.draw_at(point));
+        let (mut l_factor, mut sigma_factor) = (1.0, 1.0);
+        if self.fault == Fault::TwoLForFourL {
+            l_factor = 0.5;
+            full[Kind::LubricationLog.slot()] *= l_factor;
+        }
+        if self.fault == Fault::SigmaSquaredForSigma {
+            let sigma = &mut full[Kind::SigmaWet.slot()];
+            sigma_factor = 2.0 * *sigma;
+            *sigma *= *sigma;
+        }
+        let mut full_slopes = vec![0.0; full.len()];
+        let mut value = self.likelihood.ln_density(&full, &mut full_slopes)?;
+        for (((parameter, transform), u), slope) in self
+            .parameters
+            .sampled
+            .iter()
+            .zip(&self.transforms)
+            .zip(point)
+            .zip(slopes.iter_mut())
+        {
+            let mapped = transform.at(*u);
+            let mut of_value = full_slopes[parameter.kind.slot()];
+            match parameter.kind {
+                Kind::LubricationLog => of_value *= l_factor,
+                Kind::SigmaWet => of_value *= sigma_factor,
+                _ => {}
+            }
+            if self.fault != Fault::PriorForgotten(parameter.kind) {
+                let (ln_prior, prior_slope) = parameter.prior.ln_density(mapped.value).ok_or(OutsideDomain)?;
+                value += ln_prior;
+                of_value += prior_slope;
+            }
+            *slope = of_value * mapped.slope;
+            if self.fault != Fault::LogJacobianForgotten {
+                value += mapped.ln_jacobian;
+                *slope += mapped.ln_jacobian_slope;
+            }
+        }
+        if value.is_finite() && slopes.iter().all(|slope| slope.is_finite()) {
+            Ok(value)
+        } else {
+            Err(OutsideDomain)
+        }
+    }
+}

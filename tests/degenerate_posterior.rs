@@ -1,0 +1,225 @@
+//! Holds that runs which leave a posterior without ground end in a verdict, a notice or a message, in bounded time.
+
+mod common;
+
+use common::Place;
+use wetcor::findings::posterior::Posterior;
+use wetcor::findings::verdicts::quotable;
+use wetcor::findings::{self, Findings};
+
+const SCENE: &str = r#"
+title = "degenerate"
+[data]
+runs = "runs.csv"
+[particles.PTFE]
+density_kg_m3 = 2150
+roughness_um = 5
+[particles.PE]
+density_kg_m3 = 940
+roughness_um = 5
+[liquids.AK10]
+density_kg_m3 = 930
+viscosity_mPa_s = 9.3
+[sampler]
+chains = 4
+"#;
+
+const DRY: [(f64, f64); 6] = [
+    (0.5, 0.841),
+    (1.0, 0.818),
+    (1.5, 0.80),
+    (2.0, 0.79),
+    (2.0, 0.788),
+    (0.8, 0.83),
+];
+const WET: [(f64, f64); 6] = [
+    (0.8, 0.55),
+    (1.0, 0.60),
+    (1.2, 0.61),
+    (1.4, 0.65),
+    (1.6, 0.64),
+    (1.8, 0.67),
+];
+
+/// Rows of a particle: dry ones as (v, e), wet ones as (film in µm, v, e).
+fn rows(particle: &str, dry: &[(f64, f64)], wet: &[(f64, f64, f64)]) -> String {
+    let mut csv = String::new();
+    for (v, e) in dry {
+        csv.push_str(&format!("{particle},dry,4.762,,{v},{e}\n"));
+    }
+    for (film, v, e) in wet {
+        csv.push_str(&format!("{particle},AK10,4.762,{film},{v},{e}\n"));
+    }
+    csv
+}
+
+fn at(film: f64, runs: &[(f64, f64)]) -> Vec<(f64, f64, f64)> {
+    runs.iter().map(|(v, e)| (film, *v, *e)).collect()
+}
+
+fn sample(rows: &str) -> (Findings, Option<Posterior>) {
+    sample_scene(SCENE, rows)
+}
+
+fn sample_scene(scene: &str, rows: &str) -> (Findings, Option<Posterior>) {
+    let place = Place::new(scene);
+    let csv = format!("particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution\n{rows}");
+    std::fs::write(&place.scene.data.runs, csv).expect("the folder is writable");
+    let table = place.read();
+    let mut findings = findings::find(&place.scene, &table, 1, false);
+    let posterior = findings
+        .add_posterior(&place.scene, &table.runs, false, &|_, _| {})
+        .unwrap_or_else(|error| panic!("{error}"));
+    assert_honest(&findings);
+    (findings, posterior)
+}
+
+/// What is told is finite, or is missing with its reason.
+fn assert_honest(findings: &Findings) {
+    let Some(posterior) = &findings.posterior else {
+        return;
+    };
+    for quantity in posterior.parameters.iter().chain(&posterior.derived) {
+        let numbers = [
+            quantity.mean,
+            quantity.sd,
+            quantity.q05,
+            quantity.q95,
+            quantity.rhat,
+            quantity.ess_bulk,
+        ];
+        assert!(numbers.iter().flatten().all(|x| x.is_finite()), "{quantity:?}");
+        let complete = numbers.iter().all(Option::is_some);
+        assert_eq!(complete, quantity.why_none.is_none(), "{quantity:?}");
+    }
+}
+
+fn names(findings: &Findings) -> Vec<&str> {
+    let posterior = findings.posterior.as_ref().expect("sampled");
+    posterior.parameters.iter().map(|q| q.name.as_str()).collect()
+}
+
+/// The gating checks that failed.
+fn failed(findings: &Findings) -> Vec<&str> {
+    let checks = findings.verdicts.iter().filter(|check| check.gates && !check.passed);
+    checks.map(|check| check.check).collect()
+}
+
+#[test]
+fn no_wet_runs_leave_the_wet_parameters_out() {
+    let (findings, posterior) = sample(&rows("PTFE", &DRY, &[]));
+    assert!(posterior.is_some() && findings.posterior.as_ref().is_some_and(|p| p.derived.is_empty()));
+    assert_eq!(names(&findings), ["dry_k[PTFE]", "sigma_dry"]);
+    let left: Vec<_> = findings
+        .posterior
+        .iter()
+        .flat_map(|p| &p.left_out)
+        .map(|l| l.name.as_str())
+        .collect();
+    assert_eq!(
+        left,
+        ["dry_k[PE]", "lubrication_log", "inertial_prefactor", "sigma_wet"]
+    );
+    assert_eq!(failed(&findings), Vec::<&str>::new());
+}
+
+#[test]
+fn one_film_ratio_without_dry_runs_leaves_the_prefactor_out() {
+    let (findings, _) = sample(&rows("PTFE", &[], &at(286.0, &WET)));
+    assert_eq!(names(&findings), ["dry_k[PTFE]", "lubrication_log", "sigma_wet"]);
+    let notice = findings.notices.iter().find(|notice| notice.code == "unidentified");
+    assert!(notice.is_some_and(|notice| notice.text.contains("add dry runs or another film ratio")));
+}
+
+#[test]
+fn runs_without_noise_are_not_sampled() {
+    let dry: Vec<(f64, f64)> = [0.5, 1.0, 2.0].map(|v: f64| (v, 1.0 - 0.18 * v.powf(0.2))).to_vec();
+    let (findings, posterior) = sample(&rows("PTFE", &dry, &at(286.0, &WET)));
+    assert!(posterior.is_none() && findings.posterior.is_none());
+    assert!(failed(&findings).contains(&"noise"));
+}
+
+#[test]
+fn runs_that_all_stuck_are_not_sampled() {
+    let stuck: Vec<(f64, f64, f64)> = at(286.0, &WET).into_iter().map(|(film, v, _)| (film, v, 0.0)).collect();
+    let (findings, posterior) = sample(&rows("PTFE", &[], &stuck));
+    assert!(posterior.is_none());
+    assert!(failed(&findings).contains(&"rebounds"));
+}
+
+#[test]
+fn wet_runs_that_all_stuck_bound_the_parameters_and_say_so() {
+    let stuck: Vec<(f64, f64, f64)> = at(286.0, &WET).into_iter().map(|(film, v, _)| (film, v, 0.0)).collect();
+    let (findings, posterior) = sample(&rows("PTFE", &DRY, &stuck));
+    assert!(posterior.is_some());
+    let notice = findings.notices.iter().find(|notice| notice.code == "prior_rules");
+    assert!(
+        notice.is_some_and(|notice| notice.text.contains("sigma_wet")),
+        "{:?}",
+        findings.notices
+    );
+}
+
+#[test]
+fn one_run_a_group_is_sampled() {
+    let csv = rows("PTFE", &DRY[..1], &[(286.0, 1.0, 0.6)]) + &rows("PE", &DRY[1..2], &[(400.0, 1.2, 0.5)]);
+    let (findings, posterior) = sample(&csv);
+    assert!(posterior.is_some());
+    assert_eq!(names(&findings).len(), 6);
+}
+
+/// Restitutions of one value at one setting have no spread: no likelihood, but an end.
+#[test]
+fn a_million_identical_runs_end_in_a_verdict() {
+    let row = "PTFE,AK10,4.762,286,1.2,0.61\n";
+    let (findings, posterior) = sample(&(rows("PTFE", &DRY, &[]) + &row.repeat(1_000_000)));
+    assert!(posterior.is_none());
+    assert!(failed(&findings).contains(&"noise"), "{:?}", failed(&findings));
+}
+
+#[test]
+fn every_prior_fixed_leaves_nothing_to_sample() {
+    let fixed = "[priors]\ndry_k = { fixed = 0.18 }\nlubrication_log = { fixed = 2 }\ninertial_prefactor = { fixed = 0 }\nsigma_dry = { fixed = 0.01 }\nsigma_wet = { fixed = 0.02 }\n";
+    let (findings, posterior) = sample_scene(&format!("{SCENE}{fixed}"), &rows("PTFE", &DRY, &at(286.0, &WET)));
+    assert!(posterior.is_none());
+    assert_eq!(failed(&findings), ["posterior"]);
+}
+
+#[test]
+fn too_few_draws_fail_by_name() {
+    let short = SCENE.replace("chains = 4", "chains = 2\nwarmup = 20\ndraws = 30");
+    let (findings, _) = sample_scene(&short, &rows("PTFE", &DRY, &at(286.0, &WET)));
+    assert!(failed(&findings).contains(&"ess_bulk"), "{:?}", failed(&findings));
+    assert!(!quotable(&findings.verdicts));
+    let check = findings
+        .verdicts
+        .iter()
+        .find(|check| check.check == "ess_bulk")
+        .expect("checked");
+    assert!(
+        check.text.contains("raise draws and warmup in [sampler]"),
+        "{}",
+        check.text
+    );
+}
+
+#[test]
+fn fewer_draws_than_diagnostics_need_fail_too() {
+    let short = SCENE.replace("chains = 4", "chains = 1\nwarmup = 1\ndraws = 1");
+    let (findings, _) = sample_scene(&short, &rows("PTFE", &DRY, &at(286.0, &WET)));
+    assert!(failed(&findings).contains(&"rhat"), "{:?}", failed(&findings));
+}
+
+#[test]
+fn a_wet_law_that_does_not_fit_leaks_into_k_and_is_caught() {
+    // restitutions no film could leave: wet runs faster than dry ones
+    let wet: Vec<(f64, f64, f64)> = (0..60)
+        .map(|i| (286.0, 0.8 + 0.02 * f64::from(i), 0.93 + 0.005 * f64::from(i % 3)))
+        .collect();
+    let (findings, _) = sample(&rows("PTFE", &DRY, &wet));
+    assert!(
+        failed(&findings).contains(&"dry_consistency"),
+        "{:?}",
+        failed(&findings)
+    );
+}

@@ -1,0 +1,269 @@
+//! Holds the posterior of small scenes against an independent answer by importance sampling.
+//!
+//! `tests/data/posterior/reference.py` states the model anew in NumPy; its output lies beside it.
+
+mod common;
+
+use std::path::Path;
+
+use common::assembled::{Assembled, Fault};
+use serde_json::Value;
+use wetcor::findings::posterior::{derived, start};
+use wetcor::findings::{self};
+use wetcor::inference::diagnostics::summary::{summarise, Summary};
+use wetcor::inference::laplace::laplace;
+use wetcor::inference::nuts::{sample, Effort, TARGET_ACCEPT};
+use wetcor::inference::sampling::{sample_posterior, Plan};
+use wetcor::model::likelihood::normal::ln_normal_cdf;
+use wetcor::model::likelihood::Likelihood;
+use wetcor::model::parameters::{Kind, Parameters};
+use wetcor::model::posterior::LogDensity;
+use wetcor::runs::{self, Table};
+use wetcor::scene::{self, Prior, Scene};
+
+const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/posterior");
+
+/// Monte Carlo standard errors, of both answers together, that an agreement may miss by.
+const WITHIN: f64 = 4.5;
+
+const EFFORT: Effort = Effort {
+    chains: 4,
+    warmup: 1000,
+    draws: 5000,
+    target_accept: TARGET_ACCEPT,
+};
+
+fn reference() -> Value {
+    let text = std::fs::read_to_string(Path::new(FOLDER).join("reference.json")).expect("kept beside its script");
+    serde_json::from_str(&text).expect("JSON")
+}
+
+fn read(name: &str) -> (Scene, Table) {
+    let scene = scene::read(&Path::new(FOLDER).join(name).join("scene.toml")).unwrap_or_else(|e| panic!("{e}"));
+    let table = runs::read(&scene).unwrap_or_else(|e| panic!("{e}"));
+    (scene, table)
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().expect("a number")
+}
+
+/// Largest distance of mean, sd, 5 %, 50 % and 95 % points from the reference, in Monte Carlo standard errors.
+fn distance(answer: &Value, ours: &Summary, chains: &[&[f64]]) -> (f64, &'static str) {
+    let mcse = wetcor::inference::diagnostics::mcse::of_quantile;
+    let median = mcse(chains, 0.5).ok();
+    let found = [
+        ("mean", ours.mean, ours.mcse_mean),
+        ("sd", ours.sd, ours.mcse_sd),
+        ("q05", ours.q05, ours.mcse_q05),
+        ("median", ours.median, median),
+        ("q95", ours.q95, ours.mcse_q95),
+    ];
+    // moments that need not exist are not in the reference
+    let found = found.into_iter().filter(|(name, ..)| !answer[*name].is_null());
+    let distances = found.map(|(name, value, mcse)| {
+        let of = &answer[name];
+        let error = mcse.expect("mixed").hypot(number(&of["mcse"]));
+        ((value.expect("finite") - number(&of["value"])).abs() / error, name)
+    });
+    distances
+        .into_iter()
+        .fold((0.0, ""), |a, b| if b.0 > a.0 { b } else { a })
+}
+
+fn scenes(reference: &Value) -> Vec<String> {
+    reference["scenes"]
+        .as_object()
+        .expect("scenes by name")
+        .keys()
+        .cloned()
+        .collect()
+}
+
+#[test]
+fn moments_and_quantiles_agree_with_importance_sampling() {
+    let reference = reference();
+    let mut worst = (0.0, String::new());
+    for name in scenes(&reference) {
+        let answers = &reference["scenes"][&name];
+        let (scene, table) = read(&name);
+        let (inertia, dry_speed) = (scene.model.inertia.expect("named"), scene.model.dry_speed);
+        let parameters = Parameters::of(&scene, &table.runs, inertia, dry_speed).unwrap_or_else(|e| panic!("{e}"));
+        let rows = Likelihood::of_rows(&scene, &table.runs, inertia, dry_speed);
+        let least_squares = findings::find(&scene, &table, 1, false);
+        let plan = Plan {
+            effort: EFFORT,
+            stream: (
+                common::seed_of("moments_and_quantiles_agree_with_importance_sampling"),
+                &name,
+            ),
+            exact_rows: false,
+        };
+        let start = start(&scene, &least_squares);
+        let sampled =
+            sample_posterior(parameters, &rows, &start, plan, &|_, _| {}).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let told = answers["parameters"].as_object().expect("parameters by name");
+        assert_eq!(told.len(), sampled.parameters.sampled.len(), "{name}");
+        let derived = derived::find(&scene, &table.runs, inertia, &sampled);
+        let parameters = sampled.parameters.sampled.iter().zip(&sampled.values);
+        let quantities = parameters
+            .map(|(parameter, values)| (parameter.name.as_str(), values, &answers["parameters"]))
+            .chain(
+                derived
+                    .iter()
+                    .map(|d| (d.name.as_str(), &d.values, &answers["derived"])),
+            );
+        let mut compared = 0;
+        for (quantity, values, of) in quantities {
+            let answer = &of[quantity];
+            // δc in metres is δc/ε in another unit; where no draw will ever be without the quantity it is defined
+            if answer.is_null() || number(&answer["undefined_share"]) > 1e-6 {
+                continue;
+            }
+            compared += 1;
+            let chains: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
+            let ours = summarise(&chains);
+            assert!(ours.ess_bulk.expect("mixed") > 400.0, "{name} {quantity}");
+            let (far, what) = distance(answer, &ours, &chains);
+            assert!(
+                far < WITHIN,
+                "{name}: {what} of {quantity} is {far} Monte Carlo errors off"
+            );
+            if far > worst.0 {
+                worst = (far, format!("{name} {quantity} {what}"));
+            }
+        }
+        assert!(compared > told.len(), "{name}: {compared}");
+    }
+    println!("worst: {worst:?}");
+}
+
+/// Each fault on the scene where it shows: the sampler is the same, so only the fault can tell.
+#[test]
+fn planted_faults_move_the_moments() {
+    let reference = reference();
+    for (fault, name) in [
+        (Fault::LogJacobianForgotten, "few"),
+        (Fault::BoundOnKForgotten, "bound"),
+        (Fault::SigmaSquaredForSigma, "few"),
+        (Fault::PriorForgotten(Kind::InertialPrefactor), "weak"),
+        (Fault::TwoLForFourL, "stepwise"),
+        (Fault::StuckRunsDropped, "stepwise_stuck"),
+    ] {
+        let (scene, table) = read(name);
+        let far = |fault: Fault| {
+            let target = Assembled::new(&scene, &table.runs, fault);
+            let about = laplace(&target, &target.start()).expect("the medians have a density");
+            let stream = (common::seed_of("planted_faults_move_the_moments"), name);
+            let chains = sample(&target, &about, EFFORT, stream, &|_, _| {}).unwrap_or_else(|e| panic!("{e}"));
+            let dimension = target.dimension();
+            let mut worst = (0.0, String::new());
+            for (place, parameter) in target.parameters.sampled.iter().enumerate() {
+                let values: Vec<Vec<f64>> = chains
+                    .iter()
+                    .map(|chain| {
+                        chain
+                            .points
+                            .chunks_exact(dimension)
+                            .map(|u| target.draw_at(u)[place])
+                            .collect()
+                    })
+                    .collect();
+                let slices: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
+                let answer = &reference["scenes"][name]["parameters"][&parameter.name];
+                let (far, what) = distance(answer, &summarise(&slices), &slices);
+                if far > worst.0 {
+                    worst = (far, format!("{what} of {}", parameter.name));
+                }
+            }
+            worst
+        };
+        let (right, wrong) = (far(Fault::Nothing), far(fault));
+        println!("{fault:?} on {name}: {wrong:?}, without the fault {right:?}");
+        assert!(right.0 < WITHIN, "{name}: {right:?}");
+        assert!(wrong.0 > 3.0 * WITHIN, "{fault:?} on {name}: {wrong:?}");
+    }
+}
+
+#[test]
+fn densities_and_slopes_are_the_references() {
+    let reference = reference();
+    for name in scenes(&reference) {
+        let (scene, table) = read(&name);
+        let (inertia, dry_speed) = (scene.model.inertia.expect("named"), scene.model.dry_speed);
+        let parameters = Parameters::of(&scene, &table.runs, inertia, dry_speed).unwrap_or_else(|e| panic!("{e}"));
+        let rows = Likelihood::of_rows(&scene, &table.runs, inertia, dry_speed);
+        let points = reference["scenes"][&name]["densities"]
+            .as_array()
+            .expect("points")
+            .clone();
+        assert!(points.len() >= 5);
+        for point in points {
+            let draw: Vec<f64> = parameters
+                .sampled
+                .iter()
+                .map(|p| number(&point["at"][&p.name]))
+                .collect();
+            let mut slopes = vec![0.0; parameters.template.len()];
+            let value = rows
+                .ln_density(&parameters.full(&draw), &mut slopes)
+                .expect("a density");
+            let close = |what: &str, ours: f64, theirs: f64, scale: f64| {
+                assert!(
+                    (ours - theirs).abs() <= 1e-10 * scale.max(1.0),
+                    "{name} {what}: {ours} {theirs}"
+                );
+            };
+            let expected = number(&point["log_likelihood"]);
+            close("log likelihood", value, expected, expected.abs());
+            let ln_prior = parameters.ln_prior(&draw).expect("inside");
+            close("log prior", ln_prior, number(&point["log_prior"]), ln_prior.abs());
+            for (parameter, x) in parameters.sampled.iter().zip(&draw) {
+                let theirs = number(&point["gradient_log_likelihood"][&parameter.name]);
+                // terms as large as the curvature times the value cancel in a slope
+                close(
+                    &parameter.name,
+                    slopes[parameter.kind.slot()],
+                    theirs,
+                    theirs.abs() + value.abs() / x,
+                );
+                let (_, slope) = parameter.prior.ln_density(*x).expect("inside");
+                let theirs = number(&point["gradient_log_prior"][&parameter.name]);
+                close(&parameter.name, slope, theirs, theirs.abs());
+            }
+        }
+    }
+}
+
+#[test]
+fn the_normal_tail_and_the_priors_are_the_references() {
+    let reference = reference();
+    let far = |ours: f64, theirs: f64| (ours - theirs).abs() / theirs.abs().max(f64::MIN_POSITIVE);
+    for row in reference["log_phi"].as_array().expect("rows") {
+        let (value, slope) = ln_normal_cdf(number(&row["z"]));
+        assert!(far(value, number(&row["log_phi"])) < 1e-12, "{row} {value}");
+        assert!(far(slope, number(&row["slope"])) < 1e-12, "{row} {slope}");
+    }
+    for row in reference["priors"].as_array().expect("rows") {
+        let args: Vec<f64> = match &row["args"] {
+            Value::Array(args) => args.iter().map(number).collect(),
+            one => vec![number(one)],
+        };
+        let prior = match (row["family"].as_str().expect("a name"), args.as_slice()) {
+            ("lognormal", &[median, sd]) => Prior::LogNormal(median, sd),
+            ("half_normal", &[scale]) => Prior::HalfNormal(scale),
+            ("normal", &[mean, sd]) => Prior::Normal(mean, sd),
+            ("gamma", &[shape, rate]) => Prior::Gamma(shape, rate),
+            ("uniform", &[lo, hi]) => Prior::Uniform(lo, hi),
+            ("student_t", &[df, loc, scale]) => Prior::StudentT(df, loc, scale),
+            other => panic!("{other:?}"),
+        };
+        let (value, slope) = prior.ln_density(number(&row["x"])).expect("inside the support");
+        let (theirs, their_slope) = (number(&row["log_density"]), number(&row["slope"]));
+        assert!((value - theirs).abs() < 1e-12 * theirs.abs().max(1.0), "{row} {value}");
+        assert!(
+            (slope - their_slope).abs() < 1e-12 * their_slope.abs().max(1.0),
+            "{row} {slope}"
+        );
+    }
+}
