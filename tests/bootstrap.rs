@@ -8,6 +8,7 @@ use common::Place;
 use wetcor::findings::{self, Findings};
 use wetcor::inference::bootstrap::intervals::Replicates;
 use wetcor::inference::bootstrap::jackknife::acceleration;
+use wetcor::inference::bootstrap::kernel::Failure;
 use wetcor::inference::bootstrap::{kernel, replicate, Law, Plan, Pool, Target};
 use wetcor::inference::laws::{fit_dry, fit_linear, fit_square_root};
 use wetcor::scene::ResamplingScheme;
@@ -144,11 +145,14 @@ fn the_kernels_are_the_full_fit() {
 fn a_kernel_refuses_what_the_runs_do_not_determine() {
     let e = [0.6, 0.61, 0.59];
     let w = [1.0, 1.0, 1.0];
-    assert_eq!(kernel::square_root(&[0.02; 3], &[], &e, &w, [0.5, -5.0]), None);
-    assert_eq!(kernel::linear(&[0.02; 3], &e, &w), None);
+    assert_eq!(
+        kernel::square_root(&[0.02; 3], &[], &e, &w, [0.5, -5.0]),
+        Err(Failure::Degenerate)
+    );
+    assert_eq!(kernel::linear(&[0.02; 3], &e, &w), Err(Failure::Degenerate));
     assert_eq!(
         kernel::square_root(&[0.01, 0.02, 0.03], &[], &e, &[0.0, 3.0, 0.0], [0.5, -5.0]),
-        None
+        Err(Failure::Degenerate)
     );
 }
 

@@ -240,6 +240,36 @@ fn one_series_cannot_be_resampled_and_says_so() {
 }
 
 #[test]
+fn failed_replicates_are_counted_with_their_reason_and_gate() {
+    // each series at one speed: drawn alone, as every second of two is, it determines nothing
+    let at = |liquid: &str, v: f64, e: f64| -> String {
+        let one = |run: i32| {
+            format!(
+                "PTFE,{liquid},4.762,286,0.06,{v},{:.4}\n",
+                e + 0.01 * f64::from(run % 3 - 1)
+            )
+        };
+        (0..12).map(one).collect()
+    };
+    let found = fitted("series", &(at("AK10", 1.5, 0.68) + &at("M20", 1.0, 0.55)));
+    let row = found.scaling.iter().find(|row| row.law == "linear").expect("wet runs");
+    let boot = row.e_inf.bootstrap.as_ref().expect("it is said");
+    assert_eq!((boot.failed, boot.replicates), (500, 500));
+    assert_eq!(boot.failures.len(), 1, "{boot:?}");
+    assert_eq!(
+        (boot.failures[0].reason, boot.failures[0].replicates),
+        ("degenerate resample", 500)
+    );
+    assert_eq!(row.e_inf.method, "delta");
+    let check = found
+        .verdicts
+        .iter()
+        .find(|check| check.check == "bootstrap_failures")
+        .expect("checked");
+    assert!(check.gates && !check.passed && check.value == Some(1.0), "{check:?}");
+}
+
+#[test]
 fn strata_of_one_run_and_fits_of_few_runs_are_counted() {
     let one = "PTFE,M20,4.762,286,0.06,1.2,0.55\n";
     let found = fitted("cases", &(series("AK10", 0.5, -0.1, 24) + one));

@@ -42,11 +42,23 @@ pub struct Bootstrapped {
     pub bias: Option<f64>,
     /// replicates without a number
     pub failed: usize,
+    /// the same by reason
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub failures: Vec<Failed>,
     /// replicates asked for
     pub replicates: usize,
     /// why another interval stands in for the scene's: the percentile one, without replicates the delta method's
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fallback: Option<&'static str>,
+}
+
+/// Replicates that gave no number.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Failed {
+    /// why, in words
+    pub reason: &'static str,
+    /// how many
+    pub replicates: usize,
 }
 
 impl Bootstrapped {
@@ -55,6 +67,7 @@ impl Bootstrapped {
             se: None,
             bias: None,
             failed: 0,
+            failures: vec![],
             replicates: 0,
             fallback: Some(why),
         }

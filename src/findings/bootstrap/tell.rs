@@ -1,10 +1,12 @@
 //! Turns the replicates of a quantity into its interval, and says where there is none.
 
-use super::Bootstrapped;
+use std::collections::BTreeMap;
+
+use super::{Bootstrapped, Failed};
 use crate::findings::estimate::Estimate;
 use crate::inference::bootstrap::intervals::{studentized, Replicates};
 use crate::inference::bootstrap::jackknife::{acceleration, degrees_of_freedom, influence};
-use crate::inference::bootstrap::kernel::Weighted;
+use crate::inference::bootstrap::kernel::{Failure, Weighted};
 use crate::inference::bootstrap::Plan;
 use crate::inference::delta::{Interval, LEVELS};
 use crate::scene::{IntervalMethod, ResamplingScheme};
@@ -34,8 +36,8 @@ pub(super) struct Replicated {
     pub(super) drawn: Vec<bool>,
 }
 
-/// Why nothing is resampled where series are and there is one.
-const ONE_SERIES: &str = "one series: none to draw in its place";
+/// A replicate has a fit, and the quantity is not defined there.
+const UNDEFINED: &str = "a fit without this quantity: e does not fall with 1/St";
 
 impl Replicated {
     pub(super) fn tell(&self, task: Task) {
@@ -49,13 +51,23 @@ impl Replicated {
             return;
         };
         if !self.drawn[target] || dry.is_some_and(|dry| !self.drawn[dry]) {
-            estimate.bootstrap = Some(Bootstrapped::none(ONE_SERIES));
+            estimate.bootstrap = Some(Bootstrapped::none(Failure::OneSeries.as_str()));
             return;
         }
         let k_at = |number: usize| dry.map_or(f64::NAN, |dry| self.fits[dry][number].parameters[0]);
         let of = |(number, fit): (usize, &Weighted)| quantity(fit.parameters, k_at(number));
         let replicates = Replicates::new(self.fits[target].iter().enumerate().map(of));
+        let failures = match replicates.failed {
+            0 => vec![],
+            _ => self.failures(target, dry, &quantity),
+        };
         let Some((mean, sd)) = replicates.mean_sd() else {
+            estimate.bootstrap = Some(Bootstrapped {
+                failed: replicates.failed,
+                failures,
+                replicates: self.plan.replicates,
+                ..Bootstrapped::none("fewer than two replicates gave a number")
+            });
             return;
         };
         let influences = self.influences(target, dry, &quantity, value);
@@ -104,9 +116,24 @@ impl Replicated {
             se: Some(sd),
             bias: Some(mean - value),
             failed: replicates.failed,
+            failures,
             replicates: self.plan.replicates,
             fallback,
         });
+    }
+
+    /// Replicates without this quantity, by reason.
+    fn failures(&self, target: usize, dry: Option<usize>, quantity: &Quantity) -> Vec<Failed> {
+        let mut counts: BTreeMap<&'static str, usize> = BTreeMap::new();
+        for (number, fit) in self.fits[target].iter().enumerate() {
+            let k = dry.map(|dry| &self.fits[dry][number]);
+            if !quantity(fit.parameters, k.map_or(f64::NAN, |k| k.parameters[0])).is_finite() {
+                let failure = fit.failure.or(k.and_then(|k| k.failure));
+                *counts.entry(failure.map_or(UNDEFINED, Failure::as_str)).or_default() += 1;
+            }
+        }
+        let told = |(reason, replicates)| Failed { reason, replicates };
+        counts.into_iter().map(told).collect()
     }
 
     /// Influence values by stratum, of the runs behind k after those of the target itself.

@@ -10,13 +10,47 @@ pub struct Weighted {
     pub parameters: [f64; 2],
     /// entries aa, ab, bb of the covariance with the replicate's own residual variance
     pub covariance: [f64; 3],
+    /// why there are no parameters; they are NaN then
+    pub failure: Option<Failure>,
+}
+
+impl Weighted {
+    pub(super) fn none(failure: Failure) -> Weighted {
+        Weighted {
+            parameters: [f64::NAN; 2],
+            covariance: [f64::NAN; 3],
+            failure: Some(failure),
+        }
+    }
+}
+
+/// Why weighted runs have no fit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Failure {
+    /// the runs with weight do not determine the parameters
+    Degenerate,
+    /// Newton's method does not settle
+    NotConverged,
+    /// one series, where series are resampled
+    OneSeries,
+}
+
+impl Failure {
+    /// In words.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Failure::Degenerate => "degenerate resample",
+            Failure::NotConverged => "no convergence",
+            Failure::OneSeries => "one series: none to draw in its place",
+        }
+    }
 }
 
 /// Below this share of the product of the diagonals a 2 × 2 determinant is rounding.
 const SINGULAR: f64 = 1e-12;
 
-/// k of e = 1 − k s, s = v^(1/5); `None` if every weight is on runs without speed.
-pub fn dry(s: &[f64], e: &[f64], w: &[f64]) -> Option<Weighted> {
+/// k of e = 1 − k s, s = v^(1/5); fails if every weight is on runs without speed.
+pub fn dry(s: &[f64], e: &[f64], w: &[f64]) -> Result<Weighted, Failure> {
     let (mut ss, mut sy, mut yy, mut n) = (0.0, 0.0, 0.0, 0.0);
     for ((s, e), w) in s.iter().zip(e).zip(w) {
         let y = 1.0 - e;
@@ -26,23 +60,26 @@ pub fn dry(s: &[f64], e: &[f64], w: &[f64]) -> Option<Weighted> {
         n += w;
     }
     if ss <= 0.0 {
-        return None;
+        return Err(Failure::Degenerate);
     }
     let k = sy / ss;
     let variance = (yy - k * sy).max(0.0) / (n - 1.0) / ss;
-    Some(Weighted {
+    Ok(Weighted {
         parameters: [k, 0.0],
         covariance: [variance, 0.0, 0.0],
+        failure: None,
     })
 }
 
 /// Runs taken at once, so that sums of them need not wait for one another.
 const LANES: usize = 4;
 
-/// a, b of e = a − b x; `None` if the weighted x do not vary.
-pub fn linear(x: &[f64], e: &[f64], w: &[f64]) -> Option<Weighted> {
+/// a, b of e = a − b x; fails if the weighted x do not vary.
+pub fn linear(x: &[f64], e: &[f64], w: &[f64]) -> Result<Weighted, Failure> {
     // about a run inside the data, so that nothing cancels
-    let (x0, e0) = (*x.get(x.len() / 2)?, *e.get(e.len() / 2)?);
+    let (Some(&x0), Some(&e0)) = (x.get(x.len() / 2), e.get(e.len() / 2)) else {
+        return Err(Failure::Degenerate);
+    };
     let [n, sx, se, xx, xe, ee] = sums([x, x, e, w], |x, _, e, w| {
         let (x, e) = (x - x0, e - e0);
         let (wx, we) = (w * x, w * e);
@@ -53,7 +90,7 @@ pub fn linear(x: &[f64], e: &[f64], w: &[f64]) -> Option<Weighted> {
     // a NaN determines nothing, either
     let determined = vxx > SINGULAR * xx.max(f64::MIN_POSITIVE) && n >= 2.0;
     if !determined {
-        return None;
+        return Err(Failure::Degenerate);
     }
     let vxe = xe - sx * me;
     let slope = vxe / vxx;
@@ -61,9 +98,10 @@ pub fn linear(x: &[f64], e: &[f64], w: &[f64]) -> Option<Weighted> {
     let variance = (ee - se * me - slope * vxe).max(0.0) / (n - 2.0);
     let centre = x0 + mx;
     let bb = variance / vxx;
-    Some(Weighted {
+    Ok(Weighted {
         parameters: [intercept, -slope],
         covariance: [variance / n + centre * centre * bb, centre * bb, bb],
+        failure: None,
     })
 }
 
@@ -79,9 +117,9 @@ const SETTLED: f64 = 1e-10;
 
 /// α, β of e = √(α + β x + o) from a start inside the domain, at which it need not be near the minimum.
 ///
-/// `offset` is empty or one number a run. `None` if the runs with weight do not determine both, or Newton's method does
+/// `offset` is empty or one number a run. Fails if the runs with weight do not determine both, or Newton's method does
 /// not settle.
-pub fn square_root(x: &[f64], offset: &[f64], e: &[f64], w: &[f64], start: [f64; 2]) -> Option<Weighted> {
+pub fn square_root(x: &[f64], offset: &[f64], e: &[f64], w: &[f64], start: [f64; 2]) -> Result<Weighted, Failure> {
     if offset.is_empty() {
         newton::<false>(x, e, e, w, start)
     } else {
@@ -110,9 +148,15 @@ fn sums<const N: usize>([x, o, e, w]: [&[f64]; 4], terms: impl Fn(f64, f64, f64,
     lanes.map(|sum| sum.iter().sum())
 }
 
-fn newton<const OFFSET: bool>(x: &[f64], o: &[f64], e: &[f64], w: &[f64], start: [f64; 2]) -> Option<Weighted> {
+fn newton<const OFFSET: bool>(
+    x: &[f64],
+    o: &[f64],
+    e: &[f64],
+    w: &[f64],
+    start: [f64; 2],
+) -> Result<Weighted, Failure> {
     let [mut alpha, mut beta] = start;
-    let middle = *x.get(x.len() / 2)?;
+    let middle = *x.get(x.len() / 2).ok_or(Failure::Degenerate)?;
     let columns = [x, o, e, w];
     let kept = |[alpha, beta]: [f64; 2], x: f64, o: f64| alpha + beta * x + if OFFSET { o } else { 0.0 };
     for _ in 0..MOST_STEPS {
@@ -128,7 +172,7 @@ fn newton<const OFFSET: bool>(x: &[f64], o: &[f64], e: &[f64], w: &[f64], start:
         let determinant = h0 * h2 - h1 * h1;
         let determined = determinant > SINGULAR * h0 * h2;
         if !determined {
-            return None;
+            return Err(Failure::Degenerate);
         }
         let mut step = [(h1 * g1 - h2 * g0) / determinant, (h1 * g0 - h0 * g1) / determinant];
         // inside the domain: never more than most of the way to its edge
@@ -146,10 +190,10 @@ fn newton<const OFFSET: bool>(x: &[f64], o: &[f64], e: &[f64], w: &[f64], start:
         beta += step[1];
         let moved = step[0].abs() + (step[1] * middle).abs();
         if share == 1.0 && moved <= SETTLED * alpha.abs() {
-            return Some(covariance(columns, [alpha, beta], |x, o| kept([alpha, beta], x, o)));
+            return Ok(covariance(columns, [alpha, beta], |x, o| kept([alpha, beta], x, o)));
         }
     }
-    None
+    Err(Failure::NotConverged)
 }
 
 /// The delta method's covariance at the minimum: residual variance times (JᵀWJ)⁻¹.
@@ -164,5 +208,6 @@ fn covariance(columns: [&[f64]; 4], parameters: [f64; 2], kept: impl Fn(f64, f64
     Weighted {
         parameters,
         covariance: [scale * j2, -scale * j1, scale * j0],
+        failure: None,
     }
 }

@@ -26,7 +26,7 @@ use rayon::prelude::*;
 
 use crate::scene::ResamplingScheme;
 use crate::seed::Streams;
-use kernel::Weighted;
+use kernel::{Failure, Weighted};
 use schemes::{draw_cases, draw_series, Noise};
 
 /// A law fitted to some strata.
@@ -122,12 +122,6 @@ pub struct Plan {
 /// Replicates of one target: parameters and covariance, or NaN where a replicate has no fit.
 pub type Replicated = Vec<Weighted>;
 
-/// A replicate without a fit.
-const NO_FIT: Weighted = Weighted {
-    parameters: [f64::NAN; 2],
-    covariance: [f64::NAN; 3],
-};
-
 /// Replicates handled by one thread at a time.
 const BLOCK: usize = 32;
 
@@ -138,8 +132,11 @@ fn solve(target: &Target, restitution: &[f64], weights: &[f64]) -> Weighted {
         Law::Linear => kernel::linear(target.x, restitution, weights),
         Law::SquareRoot => kernel::square_root(target.x, target.offset, restitution, weights, target.fitted),
     };
-    fit.filter(|fit| fit.parameters.iter().all(|p| p.is_finite()))
-        .unwrap_or(NO_FIT)
+    match fit {
+        Ok(fit) if fit.parameters.iter().all(|p| p.is_finite()) => fit,
+        Ok(_) => Weighted::none(Failure::Degenerate),
+        Err(failure) => Weighted::none(failure),
+    }
 }
 
 /// One thread's working space.
@@ -174,7 +171,7 @@ pub fn replicate(pool: &Pool, targets: &[Target], plan: Plan, done: &(dyn Fn(usi
         weights: vec![0.0; runs.max(most)],
         restitution: vec![0.0; most],
     };
-    let mut rows = vec![NO_FIT; targets.len() * plan.replicates];
+    let mut rows = vec![Weighted::none(Failure::OneSeries); targets.len() * plan.replicates];
     rows.par_chunks_mut(BLOCK * targets.len())
         .enumerate()
         .for_each_init(scratch, |scratch, (block, rows)| {
@@ -223,7 +220,7 @@ impl Replication<'_> {
                     noise.draw(&mut rng, self.scheme, &mut restitution[..n], &mut weights[..n]);
                     solve(target, &restitution[..n], &weights[..n])
                 }
-                _ => NO_FIT,
+                _ => Weighted::none(Failure::OneSeries),
             };
         }
     }

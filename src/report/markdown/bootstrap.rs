@@ -5,6 +5,7 @@ use super::super::numbers::{self, NONE};
 use super::super::Told;
 use super::cells::{interval_header, law_name};
 use super::page::Page;
+use crate::findings::bootstrap::Bootstrapped;
 use crate::findings::estimate::Estimate;
 use crate::scene::ResamplingScheme;
 
@@ -108,7 +109,20 @@ fn row(mut cells: [String; 4], estimate: &Estimate) -> Option<Vec<String>> {
         method,
         boot.se.map_or(NONE.to_owned(), |own| numbers::significant(own / se, 3)),
         boot.bias.map_or(NONE.to_owned(), |bias| numbers::shift(bias, Some(se))),
-        boot.failed.to_string(),
+        failed(boot),
     ]);
     Some(row)
+}
+
+/// How many replicates gave no number, and why.
+fn failed(boot: &Bootstrapped) -> String {
+    let reasons: Vec<String> = boot
+        .failures
+        .iter()
+        .map(|failed| format!("{} {}", failed.replicates, failed.reason))
+        .collect();
+    match reasons.as_slice() {
+        [] => boot.failed.to_string(),
+        reasons => reasons.join(", "),
+    }
 }
