@@ -158,11 +158,8 @@ fn sampling_that_failed_is_told_on_the_first_line_and_rounded_to_what_it_knows()
     assert!(written.report.contains("| fails |"));
     let good = fit(SCENE, &["--stages", "least_squares,posterior"], all);
     let digits = |report: &str| {
-        let row = report.lines().skip_while(|line| *line != "### Parameters");
-        let row = row
-            .skip_while(|line| !line.starts_with("| L |"))
-            .next()
-            .expect("the row of L");
+        let mut rows = report.lines().skip_while(|line| *line != "### Parameters");
+        let row = rows.find(|line| line.starts_with("| L |")).expect("the row of L");
         row.split('|').nth(2).map_or(0, |mean| mean.trim().len())
     };
     assert!(digits(&written.report) < digits(&good.report));
