@@ -10,6 +10,9 @@ use crate::error::Error;
 /// Nesting down to which every entry has its own line: the object and the lists in it.
 const OPEN_TO: usize = 2;
 
+/// Numbers below this are written with a power of ten.
+const SMALL: f64 = 1e-3;
+
 #[derive(Default)]
 struct Shallow {
     depth: usize,
@@ -47,6 +50,16 @@ impl Shallow {
 }
 
 impl Formatter for Shallow {
+    fn write_f64<W: ?Sized + io::Write>(&mut self, writer: &mut W, value: f64) -> io::Result<()> {
+        // both read back to the same number; zeros after the point say nothing that a power of ten does not
+        let small = value != 0.0 && value.abs() < SMALL;
+        let text = if small {
+            format!("{value:e}")
+        } else {
+            format!("{value:?}")
+        };
+        writer.write_all(text.as_bytes())
+    }
     fn begin_array<W: ?Sized + io::Write>(&mut self, writer: &mut W) -> io::Result<()> {
         self.open(writer, b"[")
     }
@@ -109,5 +122,25 @@ mod tests {
         let expected =
             "{\n \"rows\": [\n  {\"x\":0.1,\"empty\":[]},\n  {\"x\":null,\"empty\":[]}\n ],\n \"name\": \"a\"\n}\n";
         assert_eq!(text(&file).ok().as_deref(), Some(expected));
+    }
+
+    #[test]
+    fn numbers_read_back_to_the_last_bit() {
+        let numbers = [
+            0.0,
+            -0.0,
+            0.1,
+            -2.206_147_085_928_589_2e-5,
+            9.99e-4,
+            5e-324,
+            4371.0,
+            1e300,
+            f64::MAX,
+        ];
+        let text = text(&numbers).expect("numbers");
+        assert!(text.contains("-2.2061470859285892e-5"), "{text}");
+        let read: Vec<f64> = serde_json::from_str(&text).expect("valid JSON");
+        let bits = |numbers: &[f64]| numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(&read), bits(&numbers));
     }
 }

@@ -255,7 +255,7 @@ fn stuck_layers(told: Told, series: &[(&Series, &SeriesFit)], stuck: Vec<Vec<Poi
             marks.iter_mut().for_each(|mark| mark.y += apart * level as f64);
             // a series that has no other marks is known by these
             let name = if s.rebounds.is_empty() {
-                format!("{}: all stuck", series_name(told, s))
+                series_name(told, s)
             } else {
                 "stuck (hollow)".to_owned()
             };

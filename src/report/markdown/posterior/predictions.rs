@@ -52,7 +52,9 @@ pub(super) fn predictive(page: &mut Page, posterior: &Posterior) {
             ]
         })
         .collect();
-    page.paragraph("Runs that stuck, by series; p is the probability of a number at least as far out.");
+    page.paragraph(
+        "Series whose number of stuck runs was in doubt; p is the probability of a number at least as far out.",
+    );
     let header = ["particle", "liquid", "D / mm", "δ/D", "runs", "stuck", "expected", "p"];
     page.table(&header, &rows);
 }
