@@ -184,7 +184,7 @@ fn report() -> Vec<File> {
         ),
     ];
     let attributes = Map::from_iter([("model".to_owned(), json!("stepwise/2"))]);
-    let mut files = store("draws/draws.zarr", attributes, &groups).expect("values as the shapes ask");
+    let mut files = store("draws/draws.zarr", attributes, groups.into()).expect("values as the shapes ask");
     let columns: Vec<(&str, &[f64])> = parameters
         .iter()
         .map(|(name, values)| (*name, values.as_slice()))

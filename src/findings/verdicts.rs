@@ -260,7 +260,15 @@ pub fn of_replicates(dry: &[FittedDry], scaling: &[FittedScaling]) -> Option<Che
         passed: worst <= FAILED_REPLICATES,
         gates: true,
         source: "an interval is made of the replicates that gave a number",
-        text: format!("largest share of replicates without a number ({name})"),
+        text: if worst <= FAILED_REPLICATES {
+            format!("largest share of replicates without a number ({name})")
+        } else {
+            format!(
+                "{:.1} % of the replicates gave no number ({name}), so that its bootstrap interval is one of the others \
+                 alone; add runs there, or screen them",
+                100.0 * worst
+            )
+        },
     })
 }
 

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use rayon::prelude::*;
 use serde::Deserialize;
 
 use crate::error::Error;
@@ -69,14 +70,14 @@ fn fill_and_rename(
     mark: unfinished::Mark,
 ) -> Result<(), Error> {
     let new = beside.path().join("new");
-    for (name, bytes) in files {
+    files.par_iter().try_for_each(|(name, bytes)| {
         let path = new.join(name);
         let inside = path.parent().unwrap_or(&new);
         // told of the place the user named, not of the one beside it
         let fail = |error| Error::io(&folder.join(name), "write", error);
         std::fs::create_dir_all(inside).map_err(fail)?;
-        std::fs::write(&path, bytes).map_err(fail)?;
-    }
+        std::fs::write(&path, bytes).map_err(fail)
+    })?;
     // from here on an interruption waits, so that either the old report or the new one is in place
     let _hold = mark.hold();
     let old = beside.path().join("old");

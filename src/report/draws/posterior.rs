@@ -10,7 +10,7 @@ use crate::findings::compare::{name, MOST_DENSITIES};
 use crate::findings::posterior::Posterior;
 use crate::inference::diagnostics::loo::SAME;
 use crate::inference::nuts::Chain;
-use crate::model::likelihood::pointwise::Pointwise;
+use crate::model::likelihood::pointwise::{At, Pointwise};
 use crate::model::parameters::Kind;
 use crate::report::folder::File;
 use crate::report::Told;
@@ -31,6 +31,8 @@ struct Owned {
 
 enum Column {
     Real(Vec<f64>),
+    /// reals as the bytes of the file
+    Bytes(Vec<u8>),
     Whole(Vec<i64>),
     Flag(Vec<bool>),
     Text(Vec<String>),
@@ -132,20 +134,20 @@ pub fn files(told: Told, posterior: &Posterior) -> Result<Vec<File>, Error> {
         .map(|group| group.arrays.iter().map(|array| array.dimensions.clone()).collect())
         .collect();
     let borrowed: Vec<Group> = groups
-        .iter()
+        .iter_mut()
         .zip(&dimensions)
         .map(|(group, dimensions)| Group {
             name: group.name,
             attributes: Map::new(),
             arrays: group
                 .arrays
-                .iter()
+                .iter_mut()
                 .zip(dimensions)
                 .map(|(array, of)| borrow(array, of))
                 .collect(),
         })
         .collect();
-    let mut files = store(STORE, attributes, &borrowed)?;
+    let mut files = store(STORE, attributes, borrowed)?;
     let columns: Vec<(&str, Vec<f64>)> = sampled
         .parameters
         .sampled
@@ -162,13 +164,14 @@ pub fn files(told: Told, posterior: &Posterior) -> Result<Vec<File>, Error> {
     Ok(files)
 }
 
-fn borrow<'a>(array: &'a Owned, dimensions: &'a [&'a str]) -> Array<'a> {
+fn borrow<'a>(array: &'a mut Owned, dimensions: &'a [&'a str]) -> Array<'a> {
     Array {
         name: &array.name,
         dimensions,
         shape: &array.shape,
-        values: match &array.values {
+        values: match &mut array.values {
             Column::Real(values) => Values::F64(values),
+            Column::Bytes(bytes) => Values::Bytes(std::mem::take(bytes)),
             Column::Whole(values) => Values::I64(values),
             Column::Flag(values) => Values::Bool(values),
             Column::Text(values) => Values::Text(values),
@@ -245,31 +248,22 @@ fn derived(posterior: &Posterior, size: Size) -> OwnedGroup {
 fn every_run(pointwise: &Pointwise, posterior: &Posterior, size: Size, seed: u64) -> [OwnedGroup; 2] {
     let full = posterior.sampled.full_draws();
     let runs = pointwise.len();
-    let mut log_likelihood = vec![0.0; full.len() * runs];
-    let mut predicted = vec![0.0; full.len() * runs];
-    let rows = log_likelihood.par_chunks_exact_mut(runs.max(1));
-    let rows = rows
-        .zip(predicted.par_chunks_exact_mut(runs.max(1)))
-        .zip(&full)
-        .enumerate();
-    rows.for_each(|(draw, ((likely, new), full))| {
-        let at = pointwise.at(full);
-        let mut rng = stream(seed, "posterior_predictive", draw as u64);
-        for (run, (likely, new)) in likely.iter_mut().zip(new).enumerate() {
-            *likely = at.ln_likelihood(run);
-            *new = at.predict(run, &mut rng);
+    let at: Vec<At> = full.par_iter().map(|full| pointwise.at(full)).collect();
+    let telling = telling(pointwise, &at);
+    let everyone: Vec<usize> = (0..runs).collect();
+    let likely = in_bytes(&at, telling.len(), |_, at, row| {
+        for (value, run) in row.iter_mut().zip(&telling) {
+            *value = at.ln_likelihood(*run).to_le_bytes();
         }
     });
-    let telling = telling(&log_likelihood, runs);
-    let told: Vec<f64> = if telling.len() == runs {
-        log_likelihood
-    } else {
-        let rows = log_likelihood.par_chunks_exact(runs.max(1));
-        rows.flat_map_iter(|row| telling.iter().map(|run| row[*run])).collect()
-    };
-    let everyone: Vec<usize> = (0..runs).collect();
+    let predicted = in_bytes(&at, runs, |draw, at, row| {
+        let mut rng = stream(seed, "posterior_predictive", draw);
+        for (run, value) in row.iter_mut().enumerate() {
+            *value = at.predict(run, &mut rng).to_le_bytes();
+        }
+    });
     [
-        ("log_likelihood", told, telling),
+        ("log_likelihood", likely, telling),
         ("posterior_predictive", predicted, everyone),
     ]
     .map(|(name, values, of)| {
@@ -278,23 +272,34 @@ fn every_run(pointwise: &Pointwise, posterior: &Posterior, size: Size, seed: u64
         // run numbers are far below the largest i64
         let numbers = of.iter().map(|run| i64::try_from(*run).unwrap_or(i64::MAX)).collect();
         group.add("run", &[("run", of.len())], Column::Whole(numbers));
-        group.add("restitution", &[chain, draw, ("run", of.len())], Column::Real(values));
+        group.add("restitution", &[chain, draw, ("run", of.len())], Column::Bytes(values));
         group
     })
+}
+
+/// So many numbers for each draw, as bytes.
+fn in_bytes(at: &[At], width: usize, fill: impl Fn(u64, &At, &mut [[u8; 8]]) + Sync) -> Vec<u8> {
+    let mut bytes = vec![0; 8 * width * at.len()];
+    let rows = bytes.par_chunks_exact_mut(8 * width.max(1)).zip(at).enumerate();
+    rows.for_each(|(draw, (row, at))| fill(draw as u64, at, row.as_chunks_mut().0));
+    bytes
 }
 
 /// The runs that are not as likely under every draw.
 ///
 /// One that stuck for certain has a log likelihood of 0 whatever the parameters: it adds nothing to any sum, and ArviZ's
 /// LOO refuses the whole for it.
-fn telling(log_likelihood: &[f64], runs: usize) -> Vec<usize> {
-    let mut range = vec![(f64::INFINITY, f64::NEG_INFINITY); runs];
-    for row in log_likelihood.chunks_exact(runs.max(1)) {
-        for ((lo, hi), value) in range.iter_mut().zip(row) {
-            (*lo, *hi) = (lo.min(*value), hi.max(*value));
+fn telling(pointwise: &Pointwise, at: &[At]) -> Vec<usize> {
+    let varies = |run: &usize| {
+        if !pointwise.is_stuck(*run) {
+            return true;
         }
-    }
-    (0..runs).filter(|run| range[*run].1 - range[*run].0 > SAME).collect()
+        let values = at.iter().map(|at| at.ln_likelihood(*run));
+        let start = (f64::INFINITY, f64::NEG_INFINITY);
+        let (lo, hi) = values.fold(start, |(lo, hi), value| (lo.min(value), hi.max(value)));
+        hi - lo > SAME
+    };
+    (0..pointwise.len()).into_par_iter().filter(varies).collect()
 }
 
 fn observed(runs: &Runs) -> OwnedGroup {

@@ -13,10 +13,12 @@ use crate::report::folder::File;
 use crate::report::json;
 
 /// Values of an array, the last dimension running fastest.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Values<'a> {
     /// numbers; one that is not finite is kept as it is
     F64(&'a [f64]),
+    /// the same as the bytes of the file, eight a number, little end first: many numbers need not be copied
+    Bytes(Vec<u8>),
     /// counts
     I64(&'a [i64]),
     /// flags
@@ -53,17 +55,17 @@ pub struct Group<'a> {
 ///
 /// Fails where an array has fewer or more values than its shape asks for, or another length of a dimension than its
 /// group.
-pub fn store(root: &str, attributes: Map<String, Value>, groups: &[Group]) -> Result<Vec<File>, Error> {
+pub fn store(root: &str, attributes: Map<String, Value>, groups: Vec<Group>) -> Result<Vec<File>, Error> {
     let mut files = vec![];
     let mut all = Map::new();
     for group in groups {
-        agree(group)?;
-        let node = group_node(group.attributes.clone());
+        agree(&group)?;
+        let node = group_node(group.attributes);
         files.push(node_file(&format!("{root}/{}", group.name), &node)?);
         all.insert(group.name.to_owned(), node);
-        for array in &group.arrays {
+        for array in group.arrays {
             let path = format!("{}/{}", group.name, array.name);
-            let node = array_node(array);
+            let node = array_node(&array);
             files.push(node_file(&format!("{root}/{path}"), &node)?);
             let bytes = chunk(array.values);
             if !bytes.is_empty() {
@@ -109,6 +111,7 @@ impl Values<'_> {
     fn len(&self) -> usize {
         match self {
             Values::F64(values) => values.len(),
+            Values::Bytes(bytes) => bytes.len() / 8,
             Values::I64(values) => values.len(),
             Values::Bool(values) => values.len(),
             Values::Text(values) => values.len(),
@@ -126,8 +129,8 @@ fn group_node(attributes: Map<String, Value>) -> Value {
 
 fn array_node(array: &Array) -> Value {
     let little = json!({"name": "bytes", "configuration": {"endian": "little"}});
-    let (data_type, fill, codec) = match array.values {
-        Values::F64(_) => (json!("float64"), json!("NaN"), little),
+    let (data_type, fill, codec) = match &array.values {
+        Values::F64(_) | Values::Bytes(_) => (json!("float64"), json!("NaN"), little),
         Values::I64(_) => (json!("int64"), json!(0), little),
         // single bytes have no order
         Values::Bool(_) => (json!("bool"), json!(false), json!({"name": "bytes"})),
@@ -161,6 +164,7 @@ fn longest(texts: &[String]) -> usize {
 fn chunk(values: Values) -> Vec<u8> {
     match values {
         Values::F64(values) => little(values.iter().map(|x| x.to_le_bytes())),
+        Values::Bytes(bytes) => bytes,
         Values::I64(values) => little(values.iter().map(|x| x.to_le_bytes())),
         Values::Bool(values) => values.iter().map(|&x| u8::from(x)).collect(),
         Values::Text(texts) => {
@@ -230,9 +234,9 @@ mod tests {
             ],
         };
         let root = Map::from_iter([("model".to_owned(), json!("stepwise/2"))]);
-        let files = store("draws.zarr", root.clone(), std::slice::from_ref(&group)).expect("a store");
+        let files = store("draws.zarr", root.clone(), vec![group.clone()]).expect("a store");
         assert_eq!(
-            store("draws.zarr", root, &[group]).expect("a store"),
+            store("draws.zarr", root, vec![group]).expect("a store"),
             files,
             "the same bytes again"
         );
@@ -279,12 +283,12 @@ mod tests {
             shape: length,
             values: Values::F64(values),
         };
-        let empty = store("s", Map::new(), &[with(vec![of_length("a", &[0], &[])])]).expect("a store");
+        let empty = store("s", Map::new(), vec![with(vec![of_length("a", &[0], &[])])]).expect("a store");
         let paths: Vec<&str> = empty.iter().map(|(path, _)| path.as_str()).collect();
         assert_eq!(paths, ["s/g/zarr.json", "s/g/a/zarr.json", "s/zarr.json"]);
         let short = with(vec![of_length("a", &[2], &[1.0])]);
-        assert!(store("s", Map::new(), &[short]).is_err());
+        assert!(store("s", Map::new(), vec![short]).is_err());
         let apart = with(vec![of_length("a", &[2], &[1.0; 2]), of_length("b", &[3], &[1.0; 3])]);
-        assert!(store("s", Map::new(), &[apart]).is_err());
+        assert!(store("s", Map::new(), vec![apart]).is_err());
     }
 }
