@@ -7,6 +7,7 @@ use std::path::Path;
 
 use divan::{black_box, Bencher};
 use wetcor::inference::nuts::{Effort, TARGET_ACCEPT};
+use wetcor::inference::posed::Evaluation;
 use wetcor::inference::sampling::{sample_posterior, Plan};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::{Kind, Parameters};
@@ -76,7 +77,7 @@ fn compressed(bencher: Bencher, runs: u64) {
     let (scene, runs) = simulated(runs, false);
     let (parameters, rows) = parts(&scene, &runs);
     let draw = truth(&scene, &parameters);
-    let (short, _) = rows.compressed(&parameters.full(&draw), &[], 1e-3);
+    let (short, _) = rows.compressed(&parameters.full(&draw), &[], Resolution::Bound(1e-3));
     evaluate(bencher, &Posterior::new(parameters, short), &draw);
 }
 
@@ -117,7 +118,7 @@ fn sample(bencher: Bencher, (scene, runs): (Scene, Runs)) {
     let plan = Plan {
         effort: EFFORT,
         stream: (1, "bench"),
-        exact_rows: false,
+        evaluation: Evaluation::default(),
     };
     bencher.bench_local(|| {
         let sampled = sample_posterior(parameters.clone(), &rows, &vec![], plan, &|_, _| {});

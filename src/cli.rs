@@ -9,7 +9,9 @@ use std::time::Instant;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use wetcor::error::Error;
+use wetcor::findings::posterior::Way;
 use wetcor::findings::{self, overview, verdicts};
+use wetcor::inference::accuracy::RANGE;
 use wetcor::model::simulate::Simulation;
 use wetcor::notice::Notice;
 use wetcor::report::{self, folder, markdown, Told};
@@ -67,8 +69,12 @@ report of the same title.")]
         #[arg(long, value_delimiter = ',')]
         stages: Vec<Stage>,
         /// Sample with every row in every evaluation, to compare with the compressed likelihood
-        #[arg(long)]
+        #[arg(long, conflicts_with = "accuracy")]
         exact_rows: bool,
+        /// Largest error of any posterior mean, in posterior sds, and of any sd, relative, from 0.005 to 1: take the
+        /// cheapest method that can vouch for it [default: trajectories as [sampler] says]
+        #[arg(long, value_name = "X", value_parser = accuracy)]
+        accuracy: Option<f64>,
     },
     /// Say what was read and what it can identify, without fitting
     #[command(after_help = "\
@@ -160,7 +166,15 @@ pub fn run() -> ExitCode {
             seed,
             stages,
             exact_rows,
-        } => fit(&scene, out, seed, (&stages, exact_rows), quiet),
+            accuracy,
+        } => {
+            let way = match accuracy {
+                Some(accuracy) => Way::Accuracy(accuracy),
+                None if exact_rows => Way::Rows,
+                None => Way::Nodes,
+            };
+            fit(&scene, out, seed, (&stages, way), quiet)
+        }
         Verb::Check { scene, json } => check(&scene, json, quiet),
         Verb::Simulate { scene, out, runs, seed } => simulate(&scene, &out, runs, seed, quiet),
         Verb::Calibrate { out, sets, seed } => calibrate(&out, sets, seed, quiet),
@@ -173,6 +187,16 @@ pub fn run() -> ExitCode {
             ExitCode::from(COULD_NOT_RUN)
         }
     }
+}
+
+/// An accuracy that may be asked for.
+fn accuracy(text: &str) -> Result<f64, String> {
+    let (least, most) = RANGE;
+    let expected = || format!("expected a number from {least} to {most}");
+    let value: f64 = text.parse().map_err(|_| expected())?;
+    Some(value)
+        .filter(|value| (least..=most).contains(value))
+        .ok_or_else(expected)
 }
 
 /// Bounds every pool. The table reader's pool is its own and reads its size from the environment when first used.
@@ -268,13 +292,7 @@ impl Timing {
     }
 }
 
-fn fit(
-    path: &Path,
-    out: Option<PathBuf>,
-    seed: u64,
-    (stages, exact_rows): (&[Stage], bool),
-    quiet: bool,
-) -> Result<u8, Error> {
+fn fit(path: &Path, out: Option<PathBuf>, seed: u64, (stages, way): (&[Stage], Way), quiet: bool) -> Result<u8, Error> {
     let mut timing = Timing {
         started: Instant::now(),
         stages: vec![],
@@ -303,7 +321,7 @@ fn fit(
         let draws = Draws::of(&scene, quiet, "posterior", 1);
         let runs = &table.runs;
         posterior = timing.stage("posterior", true, || {
-            findings.add_posterior(&scene, runs, exact_rows, &|kept, diverging| draws.one(kept, diverging))
+            findings.add_posterior(&scene, runs, way, &|kept, diverging| draws.one(kept, diverging))
         })?;
         drop(draws);
         if let Some(posterior) = &posterior {

@@ -68,7 +68,7 @@ fn sample_scene(scene: &str, rows: &str) -> (Findings, Option<Posterior>) {
     let table = place.read();
     let mut findings = findings::find(&place.scene, &table, 1, false);
     let posterior = findings
-        .add_posterior(&place.scene, &table.runs, false, &|_, _| {})
+        .add_posterior(&place.scene, &table.runs, Way::Nodes, &|_, _| {})
         .unwrap_or_else(|error| panic!("{error}"));
     assert_honest(&findings);
     (findings, posterior)

@@ -7,6 +7,7 @@ use common::seed_of;
 use rayon::prelude::*;
 use wetcor::inference::laplace::laplace;
 use wetcor::inference::nuts::{sample, Effort, TARGET_ACCEPT};
+use wetcor::inference::posed::Evaluation;
 use wetcor::inference::sampling::{sample_posterior, Plan};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::{Kind, Parameters};
@@ -133,7 +134,7 @@ fn ranks(model: &str, name: &str, scenes: usize, fault: Fault) -> Vec<(String, f
                 let plan = Plan {
                     effort: EFFORT,
                     stream: (seed, &streams),
-                    exact_rows: false,
+                    evaluation: Evaluation::default(),
                 };
                 let sampled = sample_posterior(parameters.clone(), &likelihood, &vec![], plan, &|_, _| {})
                     .unwrap_or_else(|error| panic!("{error}"));

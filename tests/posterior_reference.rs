@@ -13,6 +13,7 @@ use wetcor::findings::{self};
 use wetcor::inference::diagnostics::summary::{summarise, Summary};
 use wetcor::inference::laplace::laplace;
 use wetcor::inference::nuts::{sample, Effort, TARGET_ACCEPT};
+use wetcor::inference::posed::Evaluation;
 use wetcor::inference::sampling::{sample_posterior, Plan};
 use wetcor::model::likelihood::normal::ln_normal_cdf;
 use wetcor::model::likelihood::Likelihood;
@@ -97,7 +98,7 @@ fn moments_and_quantiles_agree_with_importance_sampling() {
                 common::seed_of("moments_and_quantiles_agree_with_importance_sampling"),
                 &name,
             ),
-            exact_rows: false,
+            evaluation: Evaluation::default(),
         };
         let start = start(&scene, &least_squares);
         let sampled =

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::posterior::trust::VEHTARI_PSIS;
 use super::posterior::{effort, start, Asked, Posterior};
 use super::verdicts::Check;
 use super::Findings;
@@ -160,7 +161,7 @@ pub fn find(
             threshold,
             passed: row.khat_high == 0,
             gates: false,
-            source: "Vehtari et al. 2024: min(1 − 1/log10 S, 0.7)",
+            source: VEHTARI_PSIS,
             text: if row.khat_high == 0 {
                 "largest shape of the leave-one-out weights".to_owned()
             } else {
@@ -280,7 +281,7 @@ fn sample_form(
     let plan = Plan {
         effort: effort(scene),
         stream: (least_squares.seed, &stream),
-        exact_rows: form.exact_rows,
+        evaluation: form.way.evaluation(),
     };
     let start = start(scene, least_squares);
     Ok(sample_posterior(parameters, &rows, &start, plan, watcher).map_err(|why| why.to_string()))

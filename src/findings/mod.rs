@@ -45,7 +45,7 @@ use crate::runs::{Runs, Screened, Table};
 use crate::scene::Scene;
 use compare::Comparison;
 use estimate::Quoting;
-use posterior::{Asked, Declined, Posterior};
+use posterior::{Asked, Declined, Posterior, Way};
 
 /// The name and version of the findings file's layout.
 pub const SCHEMA: &str = "wetcor.findings/1";
@@ -213,10 +213,10 @@ impl Findings {
         &mut self,
         scene: &Scene,
         runs: &Runs,
-        exact_rows: bool,
+        way: Way,
         watcher: Watcher,
     ) -> Result<Option<Posterior>, Error> {
-        let mut asked = Asked::of(scene, exact_rows);
+        let mut asked = Asked::of(scene, way);
         if scene.model.inertia.is_none() {
             let (chosen, notice) = compare::choose(scene, runs, self, asked, watcher)?;
             asked = chosen;

@@ -7,21 +7,27 @@
 //! | `balance.rs` | the energy balance over all rebounds as a least-squares problem |
 //! | `bootstrap/` | replicates and the intervals they give |
 //! | `laplace.rs` | mode and curvature of a posterior |
-//! | `nuts.rs` | draws from a posterior |
-//! | `sampling.rs` | a scene's runs to draws of its posterior |
+//! | `posed.rs` | a posterior with its start, its nodes and its mode |
+//! | `nuts.rs` | draws by trajectories |
+//! | `importance.rs` | draws from the normal about the mode, and their weights |
+//! | `sampling.rs` | a posterior to its draws |
+//! | `accuracy.rs` | the cheapest draws that reach an accuracy |
 //! | `delta.rs` | standard errors and intervals of derived quantities |
 //! | `nested.rs` | F test of one law for all groups against one law a group |
 //! | `distributions.rs` | quantiles of Student's t and tails of F |
 //! | `diagnostics/` | how far draws of Markov chains may be trusted |
 
+pub mod accuracy;
 pub mod balance;
 pub mod bootstrap;
 pub mod delta;
 pub mod diagnostics;
 pub mod distributions;
+pub mod importance;
 pub mod laplace;
 pub mod laws;
 pub mod least_squares;
 pub mod nested;
 pub mod nuts;
+pub mod posed;
 pub mod sampling;

@@ -8,7 +8,7 @@
 
 pub mod derived;
 pub mod predictive;
-mod trust;
+pub(super) mod trust;
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -16,10 +16,12 @@ use serde::Serialize;
 use super::verdicts::Check;
 use super::Findings;
 use crate::error::Error;
+use crate::inference::accuracy::sample_to;
 use crate::inference::diagnostics::energy::e_bfmi;
 use crate::inference::diagnostics::summary::summarise;
 use crate::inference::nuts::{divergences, Effort, Watcher, LARGEST_DEPTH, TARGET_ACCEPT};
-use crate::inference::sampling::{sample_posterior, Plan, Sampled, Start};
+use crate::inference::posed::{Evaluation, Start};
+use crate::inference::sampling::{sample_posterior, Method, Plan, Sampled};
 use crate::model::likelihood::pointwise::Pointwise;
 use crate::model::likelihood::Likelihood;
 use crate::model::parameters::{Kind, Parameter, Parameters};
@@ -57,7 +59,13 @@ pub struct PosteriorFindings {
     /// energy Bayesian fraction of missing information of each chain
     pub e_bfmi: Vec<Option<f64>>,
     /// how it was sampled
-    pub method: &'static str,
+    pub method: Method,
+    /// Pareto shape of the weights of the normal about the mode; `None` where none were asked for
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub khat: Option<f64>,
+    /// the accuracy that was asked for; `None` if none was
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<Accuracy>,
     /// the form of the inertial loss
     pub inertia: &'static str,
     /// the speed at which e_dry enters, m/s; `None`: each run's own
@@ -141,6 +149,26 @@ pub struct LeftOut {
     pub reason: String,
 }
 
+/// An accuracy that was asked for: the largest error of any mean, in posterior sds, and of any sd, relative.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Accuracy {
+    /// what was asked for
+    pub asked: f64,
+    /// what the method's own check vouches for; `None`: nothing
+    pub vouched: Option<f64>,
+    /// cheaper ways that did not do
+    pub tried: Vec<Tried>,
+}
+
+/// A way to the draws that did not do.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Tried {
+    /// which
+    pub method: Method,
+    /// why it did not do
+    pub why: String,
+}
+
 /// What stood for the runs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Compression {
@@ -191,17 +219,39 @@ pub struct Asked {
     pub inertia: Inertia,
     /// the speed at which e_dry enters
     pub dry_speed: DrySpeed,
-    /// every row in every evaluation
-    pub exact_rows: bool,
+    /// how
+    pub way: Way,
+}
+
+/// The way to the draws.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Way {
+    /// as the scene's `[sampler]` says, on nodes
+    #[default]
+    Nodes,
+    /// the same, on every row
+    Rows,
+    /// the cheapest that vouches for this accuracy
+    Accuracy(f64),
+}
+
+impl Way {
+    /// What stands for the runs where trajectories are followed.
+    pub fn evaluation(self) -> Evaluation {
+        match self {
+            Way::Rows => Evaluation::Rows,
+            Way::Nodes | Way::Accuracy(_) => Evaluation::default(),
+        }
+    }
 }
 
 impl Asked {
     /// What the scene asks for; with the form left open, the default one, from which another may be chosen.
-    pub fn of(scene: &Scene, exact_rows: bool) -> Asked {
+    pub fn of(scene: &Scene, way: Way) -> Asked {
         Asked {
             inertia: scene.model.inertia.unwrap_or(Inertia::Stepwise),
             dry_speed: scene.model.dry_speed,
-            exact_rows,
+            way,
         }
     }
 }
@@ -237,10 +287,14 @@ pub fn find(
     let plan = Plan {
         effort,
         stream: (seed, "posterior"),
-        exact_rows: asked.exact_rows,
+        evaluation: asked.way.evaluation(),
     };
     let start = start(scene, least_squares);
-    let sampled = match sample_posterior(parameters, &rows, &start, plan, watcher) {
+    let sampled = match asked.way {
+        Way::Accuracy(x) => sample_to(x, parameters, &rows, &start, plan, watcher),
+        Way::Nodes | Way::Rows => sample_posterior(parameters, &rows, &start, plan, watcher),
+    };
+    let sampled = match sampled {
         Ok(sampled) => sampled,
         Err(why) => return Ok(Err(trust::no_posterior(&why.to_string()))),
     };
@@ -309,14 +363,14 @@ fn tell(
     let kept = sampled.chains.iter();
     PosteriorFindings {
         parameters: told
-            .map(|(parameter, values)| of_parameter(parameter, values))
+            .map(|(parameter, values)| of_parameter(parameter, values, sampled.mcse_factor))
             .collect(),
         derived: derived
             .par_iter()
             .map(|derived| Quantity {
                 mcse_q05: None,
                 mcse_q95: None,
-                ..quantity(&derived.name, &derived.values)
+                ..quantity(&derived.name, &derived.values, sampled.mcse_factor)
             })
             .collect(),
         left_out: parameters
@@ -329,9 +383,9 @@ fn tell(
             })
             .collect(),
         correlation: correlation(&sampled.values),
-        chains: effort.chains,
-        warmup: effort.warmup,
-        draws: effort.draws,
+        chains: sampled.chains.len(),
+        warmup: if sampled.method.is_nuts() { effort.warmup } else { 0 },
+        draws: sampled.chains.first().map_or(0, |chain| chain.ln_density.len()),
         target_accept: sampled.target_accept,
         divergences: divergences(&sampled.chains),
         trajectories_cut: kept
@@ -339,12 +393,24 @@ fn tell(
             .flat_map(|chain| &chain.tree_depth)
             .filter(|depth| **depth >= LARGEST_DEPTH)
             .count(),
-        e_bfmi: kept.map(|chain| e_bfmi(&chain.energy)).collect(),
-        method: if sampled.compression.is_some() {
-            "nuts_compressed"
-        } else {
-            "nuts_exact"
-        },
+        e_bfmi: kept
+            .filter(|chain| !chain.energy.is_empty())
+            .map(|chain| e_bfmi(&chain.energy))
+            .collect(),
+        method: sampled.method,
+        khat: sampled.khat.filter(|khat| khat.is_finite()),
+        accuracy: sampled.accuracy.as_ref().map(|accuracy| Accuracy {
+            asked: accuracy.asked,
+            vouched: Some(accuracy.vouched).filter(|error| error.is_finite()),
+            tried: accuracy
+                .tried
+                .iter()
+                .map(|(method, why)| Tried {
+                    method: *method,
+                    why: why.clone(),
+                })
+                .collect(),
+        }),
         inertia: asked.inertia.name(),
         dry_speed_m_s: match asked.dry_speed {
             DrySpeed::Reference(v) => Some(v),
@@ -357,15 +423,15 @@ fn tell(
                 nodes: made.nodes,
                 rows,
                 rows_exact: made.rows_exact,
-                bound: crate::inference::sampling::LARGEST_ERROR,
+                bound: sampled.bound.unwrap_or(f64::INFINITY),
                 max_log_density_error: checked,
             }),
         predictive,
     }
 }
 
-fn of_parameter(parameter: &Parameter, values: &[Vec<f64>]) -> Quantity {
-    let told = quantity(&parameter.name, values);
+fn of_parameter(parameter: &Parameter, values: &[Vec<f64>], mcse_factor: f64) -> Quantity {
+    let told = quantity(&parameter.name, values, mcse_factor);
     let sd = parameter.prior.sd();
     let prior = PriorTold {
         symbol: parameter.kind.symbol(),
@@ -384,7 +450,8 @@ fn of_parameter(parameter: &Parameter, values: &[Vec<f64>]) -> Quantity {
     }
 }
 
-fn quantity(name: &str, values: &[Vec<f64>]) -> Quantity {
+/// `mcse_factor` is that of [`Sampled`].
+fn quantity(name: &str, values: &[Vec<f64>], mcse_factor: f64) -> Quantity {
     let chains: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
     let missing = values.iter().flatten().filter(|value| !value.is_finite()).count();
     let all: usize = values.iter().map(Vec::len).sum();
@@ -393,6 +460,8 @@ fn quantity(name: &str, values: &[Vec<f64>]) -> Quantity {
         Some(_) if missing > 0 => Some(format!("{missing} of {all} draws leave no energy at infinite speed")),
         why => why.map(|why| why.to_string()),
     };
+    let larger = |mcse: f64| mcse_factor * mcse;
+    let fewer = |effective: f64| effective / (mcse_factor * mcse_factor);
     Quantity {
         name: name.to_owned(),
         mean: found.mean,
@@ -401,12 +470,12 @@ fn quantity(name: &str, values: &[Vec<f64>]) -> Quantity {
         q05: found.q05,
         q95: found.q95,
         rhat: found.rhat,
-        ess_bulk: found.ess_bulk,
-        ess_tail: found.ess_tail,
-        mcse_mean: found.mcse_mean,
-        mcse_sd: found.mcse_sd,
-        mcse_q05: found.mcse_q05,
-        mcse_q95: found.mcse_q95,
+        ess_bulk: found.ess_bulk.map(fewer),
+        ess_tail: found.ess_tail.map(fewer),
+        mcse_mean: found.mcse_mean.map(larger),
+        mcse_sd: found.mcse_sd.map(larger),
+        mcse_q05: found.mcse_q05.map(larger),
+        mcse_q95: found.mcse_q95.map(larger),
         prior: None,
         why_none,
     }

@@ -3,6 +3,7 @@
 use super::{Declined, PosteriorFindings, Quantity};
 use crate::findings::verdicts::{Check, DRY_SHIFT};
 use crate::findings::Findings;
+use crate::inference::diagnostics::pareto::khat_threshold;
 use crate::model::parameters::Parameters;
 use crate::notice::Notice;
 use crate::runs::Runs;
@@ -25,6 +26,8 @@ const CHANCE: f64 = 3.5;
 const STUCK: f64 = 0.01;
 
 const VEHTARI: &str = "Vehtari et al. 2021";
+/// Where the line of the shape of importance weights comes from.
+pub(in crate::findings) const VEHTARI_PSIS: &str = "Vehtari et al. 2024: min(1 − 1/log10 S, 0.7)";
 
 /// Names of the checks that stand where nothing was sampled.
 pub(super) const DECLINED: [&str; 3] = ["posterior", "noise", "rebounds"];
@@ -176,29 +179,68 @@ fn convergence(found: &PosteriorFindings) -> Vec<Check> {
             ),
         });
     }
-    checks.push(Check {
-        check: "divergences",
-        value: Some(found.divergences as f64),
-        threshold: 0.0,
-        passed: found.divergences == 0,
-        gates: true,
-        source: "Betancourt 2017",
-        text: told(
-            found.divergences == 0,
-            "kept draws whose trajectory diverged".to_owned(),
-            "a region of the posterior is too sharp to be followed even in short steps; a narrower prior may help",
-        ),
-    });
-    checks.push(Check {
-        check: "trajectories_cut",
-        value: Some(found.trajectories_cut as f64),
-        threshold: 0.0,
-        passed: found.trajectories_cut == 0,
-        gates: false,
-        source: "slow, not wrong",
-        text: "kept draws whose trajectory was cut at 1024 steps".to_owned(),
-    });
+    if found.method.is_nuts() {
+        checks.extend(trajectories(found));
+    }
+    if let Some(khat) = found.khat {
+        // the normal and its weights are taken only below the line
+        let threshold = khat_threshold(found.chains * found.draws);
+        checks.push(Check {
+            check: "khat",
+            value: Some(khat),
+            threshold,
+            passed: khat <= threshold,
+            gates: true,
+            source: VEHTARI_PSIS,
+            text: "shape of the weights of the normal about the mode: whether it reaches the posterior's tails"
+                .to_owned(),
+        });
+    }
+    if let Some(accuracy) = &found.accuracy {
+        let passed = accuracy.vouched.is_some_and(|error| error <= accuracy.asked);
+        checks.push(Check {
+            check: "accuracy",
+            value: accuracy.vouched,
+            threshold: accuracy.asked,
+            passed,
+            gates: true,
+            source: "what was asked for",
+            text: told(
+                passed,
+                "largest error of a mean, in posterior sds, or of an sd that the method vouches for".to_owned(),
+                "no method could vouch for what was asked; ask for less",
+            ),
+        });
+    }
     checks
+}
+
+/// Checks of trajectories.
+fn trajectories(found: &PosteriorFindings) -> [Check; 2] {
+    [
+        Check {
+            check: "divergences",
+            value: Some(found.divergences as f64),
+            threshold: 0.0,
+            passed: found.divergences == 0,
+            gates: true,
+            source: "Betancourt 2017",
+            text: told(
+                found.divergences == 0,
+                "kept draws whose trajectory diverged".to_owned(),
+                "a region of the posterior is too sharp to be followed even in short steps; a narrower prior may help",
+            ),
+        },
+        Check {
+            check: "trajectories_cut",
+            value: Some(found.trajectories_cut as f64),
+            threshold: 0.0,
+            passed: found.trajectories_cut == 0,
+            gates: false,
+            source: "slow, not wrong",
+            text: "kept draws whose trajectory was cut at 1024 steps".to_owned(),
+        },
+    ]
 }
 
 /// Misfit of the wet law leaks into k: the pooled k is held against the dry runs' own.

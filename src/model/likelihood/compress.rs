@@ -21,6 +21,15 @@ const FEW: usize = 16;
 /// Orders of quadrature that are tried in turn.
 const ORDERS: [usize; 3] = [6, 9, 13];
 
+/// How finely the rows are replaced.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Resolution {
+    /// as finely as this largest error of the log density asks for
+    Bound(f64),
+    /// by so many nodes a block, whatever the error; a block with no more settings keeps them
+    Nodes(usize),
+}
+
 /// What a compression did.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Compression {
@@ -92,9 +101,22 @@ struct Piece {
 impl Likelihood {
     /// The same likelihood with fewer nodes, exact where each block has few settings.
     ///
-    /// `reference` is a full vector near the best; at each of `tests` the log density is off by no more than `bound`.
-    pub fn compressed(&self, reference: &[f64], tests: &[Vec<f64>], bound: f64) -> (Likelihood, Compression) {
+    /// `reference` is a full vector near the best; with a bound, the log density is off by no more at each of `tests`.
+    pub fn compressed(
+        &self,
+        reference: &[f64],
+        tests: &[Vec<f64>],
+        resolution: Resolution,
+    ) -> (Likelihood, Compression) {
         let rows = self.nodes().max(1) as f64;
+        let asked;
+        let (bound, few, orders) = match resolution {
+            Resolution::Bound(bound) => (bound, FEW, &ORDERS[..]),
+            Resolution::Nodes(nodes) => {
+                asked = [nodes.max(1)];
+                (f64::INFINITY, asked[0], &asked[..])
+            }
+        };
         let share = |range: &Range<usize>| bound * range.len() as f64 / rows;
         let pieces: Vec<(Piece, Piece)> = self
             .blocks
@@ -107,6 +129,8 @@ impl Likelihood {
                     about: Some(about),
                     tests: &tests,
                     limit: self.limit,
+                    few,
+                    orders,
                 };
                 let stuck = Compressor {
                     about: None,
@@ -181,6 +205,8 @@ struct Compressor<'t> {
     about: Option<At>,
     tests: &'t [At],
     limit: f64,
+    few: usize,
+    orders: &'t [usize],
 }
 
 impl Compressor<'_> {
@@ -227,9 +253,9 @@ impl Compressor<'_> {
     }
 
     fn split(&self, settings: &Nodes, range: Range<usize>, power: DryPower, bound: f64, piece: &mut Piece) {
-        if range.len() > FEW && power != DryPower::Unknown {
-            for order in ORDERS {
-                if self.try_order(settings, range.clone(), power, order, bound, piece) {
+        if range.len() > self.few && power != DryPower::Unknown {
+            for order in self.orders {
+                if self.try_order(settings, range.clone(), power, *order, bound, piece) {
                     return;
                 }
             }

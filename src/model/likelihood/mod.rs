@@ -12,7 +12,7 @@ pub mod normal;
 pub mod pointwise;
 mod rows;
 
-pub use compress::Compression;
+pub use compress::{Compression, Resolution};
 
 use std::ops::Range;
 

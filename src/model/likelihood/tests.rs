@@ -211,7 +211,7 @@ fn the_compressed_sum_keeps_its_bound_and_is_short() {
                 .flat_map(|place| [-6.0, -2.0, 2.0, 6.0].map(|far| moved(&FULL, place, far * steps[place])))
                 .collect();
             for bound in [1e-1, 1e-3] {
-                let (short, compression) = rows.compressed(&FULL, &tests, bound);
+                let (short, compression) = rows.compressed(&FULL, &tests, Resolution::Bound(bound));
                 assert!(compression.tested_error <= bound, "{compression:?}");
                 assert!(
                     compression.nodes * 10 < rows.nodes(),
@@ -251,7 +251,7 @@ fn repeated_settings_are_compressed_exactly() {
         .collect();
     let runs = runs::arrange(&scene, &rows);
     let rows = Likelihood::of_rows(&scene, &runs, Inertia::Cap, WAYS[1]);
-    let (short, compression) = rows.compressed(&FULL, &[], 1e-3);
+    let (short, compression) = rows.compressed(&FULL, &[], Resolution::Bound(1e-3));
     assert_eq!((compression.nodes, compression.rows_exact), (7, 4000));
     let (mut a, mut b) = ([0.0; 7], [0.0; 7]);
     for sigma in [1e-6, 1e-3, 1.0] {

@@ -225,6 +225,10 @@ fn sample_stats(chains: &[Chain], size: Size) -> OwnedGroup {
     };
     let dimensions = size.dimensions();
     group.add("lp", &dimensions, real(|chain| &chain.ln_density));
+    // draws that followed no trajectory have no more to tell
+    if chains.iter().all(|chain| chain.steps.is_empty()) {
+        return group;
+    }
     group.add("acceptance_rate", &dimensions, real(|chain| &chain.acceptance_rate));
     group.add("step_size", &dimensions, real(|chain| &chain.step_size));
     group.add("tree_depth", &dimensions, whole(|chain| &chain.tree_depth));

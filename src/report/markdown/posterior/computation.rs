@@ -4,8 +4,9 @@ use super::super::super::numbers;
 use super::super::super::{figures, Told};
 use super::super::page::Page;
 use super::{checks, of_prediction};
-use crate::findings::posterior::Posterior;
-use crate::inference::sampling::CHECKED;
+use crate::findings::posterior::{Accuracy, Posterior, PosteriorFindings};
+use crate::inference::posed::CHECKED;
+use crate::inference::sampling::Method;
 
 /// The crate that samples, in the version in use.
 const SAMPLER: (&str, &str) = ("nuts-rs", "0.19.1");
@@ -14,16 +15,24 @@ const SAMPLER: (&str, &str) = ("nuts-rs", "0.19.1");
 pub(super) fn computation(page: &mut Page, told: Told, posterior: &Posterior) {
     let found = &posterior.findings;
     page.subheading("Computation");
-    let (sampler, version) = SAMPLER;
     page.paragraph(&format!(
-        "wetcor {}, with the No-U-Turn sampler of {sampler} {version}: {} chains × ({} to adapt + {} kept) draws, seed \
-         {}. Bounded parameters are mapped onto the whole line, and the space is made round by the curvature at the mode, \
-         which is sought from least squares and from the medians of the priors; the chains start about it.",
-        told.findings.wetcor, found.chains, found.warmup, found.draws, told.findings.seed
+        "wetcor {}, {}, seed {}. Bounded parameters are mapped onto the whole line; the mode is sought from least squares \
+         and from the medians of the priors.{}",
+        told.findings.wetcor,
+        way(found),
+        told.findings.seed,
+        if found.method.is_nuts() {
+            " The space is made round by the curvature at the mode, and the chains start about it."
+        } else {
+            ""
+        }
     ));
+    if let Some(accuracy) = &found.accuracy {
+        page.paragraph(&asked(accuracy, found.method));
+    }
     page.paragraph(&match &found.compression {
         Some(made) if made.rows == 0 => {
-            format!("Without wet runs the likelihood is a sum in closed form (method `{}`).", found.method)
+            format!("Without wet runs the likelihood is a sum in closed form (method `{}`).", found.method.name())
         }
         Some(made) => format!(
             "The likelihood was evaluated at {} nodes in place of {} wet runs (method `{}`). The allowed error of the log \
@@ -31,11 +40,11 @@ pub(super) fn computation(page: &mut Page, told: Told, posterior: &Posterior) {
              {}.",
             made.nodes,
             made.rows,
-            found.method,
+            found.method.name(),
             numbers::short(made.bound),
             numbers::significant(made.max_log_density_error, 2)
         ),
-        None => format!("Every run entered every evaluation of the likelihood (method `{}`).", found.method),
+        None => format!("Every run entered every evaluation of the likelihood (method `{}`).", found.method.name()),
     });
     checks(page, posterior.checks.iter().filter(|check| !of_prediction(check)));
     page.figure(
@@ -44,6 +53,51 @@ pub(super) fn computation(page: &mut Page, told: Told, posterior: &Posterior) {
         "How often each chain falls into equal bins of the ranks of all draws, over its even share of 1. Chains that agree \
          stay near 1; grey is two standard deviations of as many independent draws.",
     );
+}
+
+/// How the draws were made.
+fn way(found: &PosteriorFindings) -> String {
+    let (chains, draws) = (found.chains, found.draws);
+    match found.method {
+        Method::Laplace => {
+            format!("draws from the normal with the mode and the curvature of the posterior, {chains} × {draws}")
+        }
+        Method::LaplacePsis => format!(
+            "draws from the normal with the mode and the curvature of the posterior, weighed by what the posterior has \
+             there (Pareto-smoothed importance weights) and resampled to {chains} × {draws}"
+        ),
+        Method::NutsCompressed | Method::NutsExact => {
+            let (sampler, version) = SAMPLER;
+            format!(
+                "with the No-U-Turn sampler of {sampler} {version}: {chains} chains × ({} to adapt + {draws} kept) draws",
+                found.warmup
+            )
+        }
+    }
+}
+
+/// What accuracy was asked for, and why this method was taken.
+fn asked(accuracy: &Accuracy, method: Method) -> String {
+    let vouched = match accuracy.vouched {
+        Some(error) => format!("vouches for {}", numbers::significant(error, 2)),
+        None => "cannot vouch for any".to_owned(),
+    };
+    let tried: Vec<String> = accuracy
+        .tried
+        .iter()
+        .map(|tried| format!("`{}`: {}", tried.method.name(), tried.why))
+        .collect();
+    let before = if tried.is_empty() {
+        "No method is cheaper.".to_owned()
+    } else {
+        format!("Cheaper methods did not do: {}.", tried.join("; "))
+    };
+    format!(
+        "An accuracy of {} was asked for: the largest error of any mean, in posterior sds, and of any sd, relative. \
+         `{}` {vouched}. {before}",
+        numbers::short(accuracy.asked),
+        method.name()
+    )
 }
 
 #[cfg(test)]

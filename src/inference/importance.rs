@@ -1,0 +1,238 @@
+//! Draws from the normal about the mode, weighs the draws by what the posterior has there, and resamples them.
+
+use rand::{Rng, RngExt};
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+
+use super::diagnostics::pareto::tail_length;
+use super::diagnostics::psis::psis;
+use super::laplace::Laplace;
+use super::nuts::Chain;
+use crate::model::posterior::LogDensity;
+use crate::seed::stream;
+
+/// Draws from the normal about a mode, chain after chain: the same bytes for any number of threads.
+///
+/// A point without a density has the log density −∞.
+pub fn normal_draws<T: LogDensity + ?Sized>(
+    target: &T,
+    about: &Laplace,
+    (chains, draws): (usize, usize),
+    (seed, name): (u64, &str),
+) -> Vec<Proposed> {
+    let one = |chain: usize| {
+        let mut rng = stream(seed, name, chain as u64);
+        let mut proposed = Proposed::default();
+        let dimension = target.dimension();
+        let (mut point, mut slopes) = (vec![0.0; dimension], vec![0.0; dimension]);
+        let mut z = vec![0.0; dimension];
+        for _ in 0..draws {
+            z.fill_with(|| StandardNormal.sample(&mut rng));
+            about.point(&z, &mut point);
+            let ln_density = target.ln_density(&point, &mut slopes).unwrap_or(f64::NEG_INFINITY);
+            proposed.points.extend_from_slice(&point);
+            proposed.ln_density.push(ln_density);
+            // the normal's own logarithm is −z²/2 and a constant
+            proposed
+                .ln_ratio
+                .push(ln_density + 0.5 * z.iter().map(|z| z * z).sum::<f64>());
+        }
+        proposed
+    };
+    (0..chains).into_par_iter().map(one).collect()
+}
+
+/// Draws from the normal about a mode, with what the posterior has there.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Proposed {
+    /// the points, one after the other
+    pub points: Vec<f64>,
+    /// the posterior's log density
+    pub ln_density: Vec<f64>,
+    /// the same less the normal's, up to a constant
+    pub ln_ratio: Vec<f64>,
+}
+
+impl Proposed {
+    /// The draws as they are.
+    pub fn as_chain(&self) -> Chain {
+        Chain {
+            points: self.points.clone(),
+            ln_density: self.ln_density.clone(),
+            ..Chain::default()
+        }
+    }
+}
+
+/// Smoothed weights of all draws.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Weights {
+    /// the weights, which sum to 1, chain after chain
+    pub weights: Vec<f64>,
+    /// shape of their tail; −∞ where they are all the same
+    pub khat: f64,
+}
+
+impl Weights {
+    /// The Pareto-smoothed weights of draws; `None` where the densities allow none.
+    pub fn of(proposed: &[Proposed]) -> Option<Weights> {
+        let ln_ratio: Vec<f64> = proposed.iter().flat_map(|one| &one.ln_ratio).copied().collect();
+        // the draws are independent
+        let smoothed = psis(&ln_ratio, tail_length(ln_ratio.len(), 1.0)).ok()?;
+        Some(Weights {
+            weights: smoothed.log_weights.iter().map(|log| log.exp()).collect(),
+            khat: smoothed.khat.unwrap_or(f64::NEG_INFINITY),
+        })
+    }
+
+    /// How many independent draws of the posterior they are worth: 1/Σw².
+    pub fn effective(&self) -> f64 {
+        1.0 / self.weights.iter().map(|w| w * w).sum::<f64>()
+    }
+
+    /// Which draws to keep so that each stands for as much weight: systematic resampling, in the order of the draws.
+    pub fn resample(&self, kept: usize, rng: &mut impl Rng) -> Vec<usize> {
+        let step = 1.0 / kept as f64;
+        let offset: f64 = rng.random::<f64>() * step;
+        let mut places = Vec::with_capacity(kept);
+        let (mut place, mut reached) = (0, self.weights.first().copied().unwrap_or(0.0));
+        for i in 0..kept {
+            let wanted = offset + i as f64 * step;
+            // the last weight's sum may miss 1 by rounding
+            while reached <= wanted && place + 1 < self.weights.len() {
+                place += 1;
+                reached += self.weights[place];
+            }
+            places.push(place);
+        }
+        places
+    }
+}
+
+/// What weights change about a quantity, against the draws as they are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shift {
+    /// distance of the means, in sds
+    pub mean: f64,
+    /// Monte Carlo error of that
+    pub mean_mcse: f64,
+    /// sd with weights over sd without, less 1
+    pub sd: f64,
+    /// Monte Carlo error of that
+    pub sd_mcse: f64,
+}
+
+/// How the weights move the mean and the sd of a quantity with these values.
+///
+/// The difference itself is averaged, whose noise is small where weights are nearly equal: far fewer draws tell it than
+/// tell either mean.
+pub fn shift(values: &[f64], weights: &[f64]) -> Shift {
+    let share = 1.0 / values.len() as f64;
+    let centre = values.iter().sum::<f64>() * share;
+    let variance = values.iter().map(|x| (x - centre) * (x - centre)).sum::<f64>() * share;
+    let sd = variance.sqrt();
+    let (mut mean, mut mean_square) = (0.0, 0.0);
+    let (mut spread, mut spread_square) = (0.0, 0.0);
+    for (x, w) in values.iter().zip(weights) {
+        let (z, more) = ((x - centre) / sd, w - share);
+        mean += more * z;
+        mean_square += (more * z).powi(2);
+        let square = z * z - 1.0;
+        spread += more * square;
+        spread_square += (more * square).powi(2);
+    }
+    let ratio = (1.0 + spread - mean * mean).max(0.0).sqrt();
+    Shift {
+        mean,
+        mean_mcse: mean_square.sqrt(),
+        sd: ratio - 1.0,
+        // of the variance, halved for its root
+        sd_mcse: 0.5 * spread_square.sqrt(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::likelihood::OutsideDomain;
+    use nalgebra::DMatrix;
+
+    /// A normal of mean `mean` and spread `sd` where the one about its supposed mode has 0 and 1.
+    struct Off {
+        mean: f64,
+        sd: f64,
+    }
+
+    impl LogDensity for Off {
+        fn dimension(&self) -> usize {
+            1
+        }
+        fn ln_density(&self, point: &[f64], slopes: &mut [f64]) -> Result<f64, OutsideDomain> {
+            let z = (point[0] - self.mean) / self.sd;
+            slopes[0] = -z / self.sd;
+            Ok(-0.5 * z * z)
+        }
+    }
+
+    fn standard() -> Laplace {
+        Laplace {
+            mode: vec![0.0],
+            ln_density: 0.0,
+            scale: DMatrix::identity(1, 1),
+            converged: true,
+            peaked: true,
+        }
+    }
+
+    fn proposed(target: &Off) -> Vec<Proposed> {
+        normal_draws(target, &standard(), (4, 2000), (1, "importance"))
+    }
+
+    #[test]
+    fn the_shift_of_a_normal_is_its_distance() {
+        let target = Off { mean: 0.1, sd: 0.9 };
+        let draws = proposed(&target);
+        let weights = Weights::of(&draws).expect("densities");
+        let values: Vec<f64> = draws.iter().flat_map(|one| one.points.clone()).collect();
+        let found = shift(&values, &weights.weights);
+        assert!(
+            (found.mean - 0.1).abs() < 4.0 * found.mean_mcse && found.mean_mcse < 0.006,
+            "{found:?}"
+        );
+        assert!(
+            (found.sd + 0.1).abs() < 4.0 * found.sd_mcse && found.sd_mcse < 0.006,
+            "{found:?}"
+        );
+        assert!(weights.khat < 0.3 && weights.effective() > 7000.0);
+    }
+
+    #[test]
+    fn the_right_normal_needs_no_weights() {
+        let draws = proposed(&Off { mean: 0.0, sd: 1.0 });
+        let weights = Weights::of(&draws).expect("densities");
+        assert!((weights.effective() - 8000.0).abs() < 1e-6);
+        let mut rng = stream(1, "resample", 0);
+        let kept = weights.resample(8000, &mut rng);
+        assert!(kept.iter().enumerate().all(|(i, place)| i.abs_diff(*place) <= 1));
+    }
+
+    #[test]
+    fn a_tail_the_normal_does_not_have_shows() {
+        let weights = Weights::of(&proposed(&Off { mean: 0.0, sd: 3.0 })).expect("densities");
+        assert!(weights.khat > 0.7, "{}", weights.khat);
+    }
+
+    #[test]
+    fn resampled_draws_stand_for_the_weights() {
+        let weights = Weights {
+            weights: vec![0.1, 0.0, 0.65, 0.25],
+            khat: 0.0,
+        };
+        let kept = weights.resample(1000, &mut stream(1, "resample", 1));
+        let count = |place: usize| kept.iter().filter(|kept| **kept == place).count();
+        assert_eq!(count(1), 0);
+        for (place, expected) in [(0, 100), (2, 650), (3, 250)] {
+            assert!(count(place).abs_diff(expected) <= 1, "{place} {}", count(place));
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! Poses a posterior: finds a start, chooses rows or nodes for the likelihood, and finds the mode with its curvature.
+
+use rayon::prelude::*;
+
+use super::laplace::{laplace, Laplace};
+use super::nuts::Chain;
+use crate::model::likelihood::{Compression, Likelihood, Resolution};
+use crate::model::parameters::{Kind, Parameters};
+use crate::model::posterior::{LogDensity, Posterior};
+
+/// Largest error of the log density that a compression may make over the posterior's region.
+pub const LARGEST_ERROR: f64 = 1e-3;
+
+/// Draws at which the sum over all rows is held against the compressed one.
+pub const CHECKED: usize = 200;
+
+/// What stands for the runs in an evaluation of the likelihood.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Evaluation {
+    /// every row
+    Rows,
+    /// nodes
+    Compressed(Resolution),
+}
+
+impl Default for Evaluation {
+    fn default() -> Evaluation {
+        Evaluation::Compressed(Resolution::Bound(LARGEST_ERROR))
+    }
+}
+
+/// A posterior with what every way to draw from it starts from.
+#[derive(Debug, Clone)]
+pub struct Posed<'r> {
+    /// the likelihood of every row
+    pub rows: &'r Likelihood,
+    /// the posterior, of rows or nodes
+    pub posterior: Posterior,
+    /// its mode and curvature
+    pub about: Laplace,
+    /// what was compressed; `None` if every row is used
+    pub compression: Option<Compression>,
+    /// the error of the log density that was allowed; `None` without a bound
+    pub bound: Option<f64>,
+    /// seconds it took
+    pub seconds: f64,
+}
+
+/// The posterior has no density at any start.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("the posterior has no density at the least-squares estimates, nor at the medians of the priors")]
+pub struct NoStart;
+
+/// Values a search for the mode may start from, by kind; what is missing starts at its prior's median.
+pub type Start = Vec<(Kind, f64)>;
+
+impl<'r> Posed<'r> {
+    /// Poses the posterior of these parameters under the likelihood of all rows.
+    pub fn new(
+        parameters: Parameters,
+        rows: &'r Likelihood,
+        start: &Start,
+        evaluation: Evaluation,
+    ) -> Result<Posed<'r>, NoStart> {
+        let began = std::time::Instant::now();
+        let starts = starts(&parameters, start);
+        let (posterior, about, compression) = match evaluation {
+            Evaluation::Rows => {
+                let posterior = Posterior::new(parameters, rows.clone());
+                let about = highest(&posterior, &starts)?;
+                (posterior, about, None)
+            }
+            Evaluation::Compressed(resolution) => {
+                let (posterior, about, compression) = compressed(&parameters, rows, &starts, resolution)?;
+                (posterior, about, Some(compression))
+            }
+        };
+        Ok(Posed {
+            rows,
+            posterior,
+            about,
+            compression,
+            bound: match evaluation {
+                Evaluation::Compressed(Resolution::Bound(bound)) => Some(bound),
+                _ => None,
+            },
+            seconds: began.elapsed().as_secs_f64(),
+        })
+    }
+
+    /// Largest difference of the log density between all rows and the nodes, at draws spread over the chains; `None`
+    /// where every row is used.
+    pub fn largest_difference(&self, chains: &[Chain]) -> Option<f64> {
+        self.compression?;
+        let dimension = self.posterior.dimension();
+        let points: Vec<&[f64]> = chains
+            .iter()
+            .flat_map(|chain| chain.points.chunks_exact(dimension.max(1)))
+            .collect();
+        let step = points.len().div_ceil(CHECKED).max(1);
+        let checked: Vec<&[f64]> = points.into_iter().step_by(step).collect();
+        let difference = |point: &&[f64]| {
+            let full = self.posterior.parameters().full(&self.posterior.draw_at(point));
+            let mut slopes = vec![0.0; full.len()];
+            let exact = self.rows.ln_density(&full, &mut slopes);
+            let short = self.posterior.likelihood().ln_density(&full, &mut slopes);
+            match (exact, short) {
+                (Ok(exact), Ok(short)) => (exact - short).abs(),
+                _ => f64::INFINITY,
+            }
+        };
+        Some(checked.par_iter().map(difference).reduce(|| 0.0, f64::max))
+    }
+}
+
+/// The least-squares start, and the medians of the priors for the case that it is no good.
+fn starts(parameters: &Parameters, start: &Start) -> [Vec<f64>; 2] {
+    let medians: Vec<f64> = parameters.sampled.iter().map(|p| p.prior.median()).collect();
+    let given = parameters.sampled.iter().zip(&medians).map(|(parameter, median)| {
+        let found = start.iter().find(|(kind, _)| *kind == parameter.kind);
+        found.map_or(*median, |(_, value)| *value)
+    });
+    [given.collect(), medians]
+}
+
+/// The highest mode that the starts lead to.
+fn highest(posterior: &Posterior, starts: &[Vec<f64>]) -> Result<Laplace, NoStart> {
+    let modes = starts
+        .iter()
+        .filter_map(|start| laplace(posterior, &posterior.point_at(start)).ok());
+    // the earlier start wins a tie
+    let best = modes.reduce(|a, b| if b.ln_density > a.ln_density + 1e-6 { b } else { a });
+    best.ok_or(NoStart)
+}
+
+/// The compressed posterior with its mode: first roughly, to learn where the posterior lies, then to the bound there.
+///
+/// With very many runs the rough one may lie many standard deviations off; then the bound was kept in the wrong place,
+/// and the rows are compressed again about the new mode until it stays.
+fn compressed(
+    parameters: &Parameters,
+    rows: &Likelihood,
+    starts: &[Vec<f64>],
+    resolution: Resolution,
+) -> Result<(Posterior, Laplace, Compression), NoStart> {
+    /// each time the mode is nearer by orders of magnitude
+    const TRIES: usize = 8;
+    let reference = parameters.full(&starts[0]);
+    let (rough, _) = rows.compressed(&reference, &[], resolution);
+    let mut posterior = Posterior::new(parameters.clone(), rough);
+    let mut about = highest(&posterior, starts)?;
+    let mut tries = 0;
+    loop {
+        tries += 1;
+        let full = |point: &[f64]| parameters.full(&posterior.draw_at(point));
+        let tests = region(&about).iter().map(|point| full(point)).collect::<Vec<_>>();
+        let (likelihood, compression) = rows.compressed(&full(&about.mode), &tests, resolution);
+        posterior = Posterior::new(parameters.clone(), likelihood);
+        let next = laplace(&posterior, &about.mode).map_err(|_| NoStart)?;
+        let stays = next.distance(&about.mode).is_some_and(|moved| moved < 1.0);
+        about = next;
+        if stays || tries == TRIES {
+            return Ok((posterior, about, compression));
+        }
+    }
+}
+
+/// Points two and six standard deviations from the mode, along each axis of the rounded space.
+fn region(about: &Laplace) -> Vec<Vec<f64>> {
+    const FAR: [f64; 4] = [-6.0, -2.0, 2.0, 6.0];
+    let dimension = about.mode.len();
+    let mut points = vec![];
+    for axis in 0..dimension {
+        for far in FAR {
+            let mut z = vec![0.0; dimension];
+            z[axis] = far;
+            let mut point = z.clone();
+            about.point(&z, &mut point);
+            points.push(point);
+        }
+    }
+    points
+}
