@@ -14,10 +14,11 @@ use wetcor::findings::{self, overview, verdicts};
 use wetcor::inference::accuracy::RANGE;
 use wetcor::model::simulate::Simulation;
 use wetcor::notice::Notice;
-use wetcor::report::{self, folder, markdown, Told};
+use wetcor::report::folder::{self, Contents};
+use wetcor::report::{self, markdown, trade as trade_report, Told};
 use wetcor::runs::{self, RunWriter};
 use wetcor::scene::{self, Scene};
-use wetcor::study::calibration;
+use wetcor::study::{accuracy, calibration, trade};
 
 use crate::progress::Progress;
 
@@ -73,7 +74,7 @@ report of the same title.")]
         exact_rows: bool,
         /// Largest error of any posterior mean, in posterior sds, and of any sd, relative, from 0.005 to 1: take the
         /// cheapest method that can vouch for it [default: trajectories as [sampler] says]
-        #[arg(long, value_name = "X", value_parser = accuracy)]
+        #[arg(long, value_name = "X", value_parser = read_accuracy)]
         accuracy: Option<f64>,
     },
     /// Say what was read and what it can identify, without fitting
@@ -100,6 +101,22 @@ Example:
         /// Runs in all, spread evenly over the design [default: the design's repeats]
         #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
         runs: Option<u64>,
+        /// Seed of every use of chance
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+    },
+    /// Measure, on a scene's runs, what each method costs and how far off it is
+    #[command(after_help = "\
+Example:
+  wetcor trade datasets/mueller2016/scene.toml --out reports/mueller2016-trade
+
+Writes trade.md, trade.json and trade.svg. The other methods are held against a long run that evaluates every run.")]
+    Trade {
+        /// The scene file
+        scene: PathBuf,
+        /// Folder to write [default: reports/<the scene's folder name>-trade]
+        #[arg(long)]
+        out: Option<PathBuf>,
         /// Seed of every use of chance
         #[arg(long, default_value_t = 1)]
         seed: u64,
@@ -177,6 +194,7 @@ pub fn run() -> ExitCode {
         }
         Verb::Check { scene, json } => check(&scene, json, quiet),
         Verb::Simulate { scene, out, runs, seed } => simulate(&scene, &out, runs, seed, quiet),
+        Verb::Trade { scene, out, seed } => run_trade(&scene, out, seed, quiet),
         Verb::Calibrate { out, sets, seed } => calibrate(&out, sets, seed, quiet),
     };
     match outcome {
@@ -190,7 +208,7 @@ pub fn run() -> ExitCode {
 }
 
 /// An accuracy that may be asked for.
-fn accuracy(text: &str) -> Result<f64, String> {
+fn read_accuracy(text: &str) -> Result<f64, String> {
     let (least, most) = RANGE;
     let expected = || format!("expected a number from {least} to {most}");
     let value: f64 = text.parse().map_err(|_| expected())?;
@@ -310,7 +328,7 @@ fn fit(path: &Path, out: Option<PathBuf>, seed: u64, (stages, way): (&[Stage], W
     }
     let scene = scene::read(path)?;
     let out = out.unwrap_or_else(|| Path::new("reports").join(&scene.name));
-    folder::check(&out, &scene.title)?;
+    folder::check(&out, Contents::Fit, &scene.title)?;
     let table = timing.stage("read", quiet, || runs::read(&scene))?;
     let overview = overview::find(&scene, &table);
     let mut findings = timing.fits(scene.bootstrap.replicates, quiet, |done| {
@@ -346,7 +364,7 @@ fn fit(path: &Path, out: Option<PathBuf>, seed: u64, (stages, way): (&[Stage], W
     let files = timing.stage("report", quiet, || report::files(told, wanted(Stage::Figures)));
     let mut files = files?;
     files.push(("timing.json".to_owned(), timing.json().into_bytes()));
-    folder::write(&out, &scene.title, &files)?;
+    folder::write(&out, Contents::Fit, &scene.title, &files)?;
     tell(&findings.notices, quiet);
     if !quiet {
         let report = out.join("report.md");
@@ -443,15 +461,41 @@ fn simulate(path: &Path, out: &Path, runs: Option<u64>, seed: u64, quiet: bool) 
     Ok(0)
 }
 
+fn run_trade(path: &Path, out: Option<PathBuf>, seed: u64, quiet: bool) -> Result<u8, Error> {
+    let scene = scene::read(path)?;
+    let out = out.unwrap_or_else(|| Path::new("reports").join(format!("{}-trade", scene.name)));
+    folder::check(&out, Contents::Trade, &scene.title)?;
+    let table = runs::read(&scene)?;
+    let progress = Progress::bar("trade", trade::PATHS, quiet);
+    let done = AtomicU64::new(0);
+    let measured = trade::measure(&scene, &table, seed, &|| progress.at(1 + done.fetch_add(1, Relaxed)))?;
+    drop(progress);
+    let files = trade_report::files(&scene, &measured)?;
+    folder::write(&out, Contents::Trade, &scene.title, &files)?;
+    tell(&table.notices, quiet);
+    if !quiet {
+        let page = out.join("trade.md");
+        say(&format!("{}trade: {}\n", trade_report::summary(&measured), page.display()))?;
+    }
+    Ok(0)
+}
+
 /// Replicates of each simulated data set: enough that their number does not show in the coverage.
 const CALIBRATION_REPLICATES: u64 = 2000;
 
 fn calibrate(out: &Path, sets: u64, seed: u64, quiet: bool) -> Result<u8, Error> {
-    let progress = Progress::bar("calibrate", sets * calibration::DESIGNS, quiet);
+    // an accuracy takes about as long as a hundred data sets
+    let of_accuracy = 100;
+    let all = sets * calibration::DESIGNS + of_accuracy * accuracy::SCENES;
+    let progress = Progress::bar("calibrate", all, quiet);
     let done = AtomicU64::new(0);
     let step = || progress.at(1 + done.fetch_add(1, Relaxed));
     let table = calibration::measure(sets, CALIBRATION_REPLICATES, seed, &step)?;
-    std::fs::write(out, calibration::markdown(&table)).map_err(|error| Error::io(out, "write", error))?;
+    let kept = accuracy::measure(accuracy::SCENES, seed, &|| {
+        progress.at(of_accuracy + done.fetch_add(of_accuracy, Relaxed));
+    })?;
+    let text = calibration::markdown(&table) + &accuracy::markdown(&kept);
+    std::fs::write(out, text).map_err(|error| Error::io(out, "write", error))?;
     drop(progress);
     if !quiet {
         say(&format!("table: {}\n", out.display()))?;

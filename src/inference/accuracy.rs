@@ -7,13 +7,12 @@
 use super::diagnostics::pareto::khat_threshold;
 use super::diagnostics::summary::summarise;
 use super::importance::{normal_draws, shift, Weights};
-use super::nuts::{Chain, Effort, Watcher};
+use super::nuts::{Effort, Watcher};
 use super::posed::{Evaluation, Posed, Start, LARGEST_ERROR};
-use super::sampling::{follow, Method, NoPosterior, Plan, Sampled};
+use super::sampling::{by_normal, by_weights, follow, Method, NoPosterior, Plan, Sampled, PROPOSED};
 use crate::model::likelihood::{Likelihood, Resolution};
 use crate::model::parameters::Parameters;
 use crate::model::posterior::LogDensity;
-use crate::seed::stream;
 
 /// Monte Carlo errors that stand for the error that is not exceeded: one in a thousand is.
 pub const SURE: f64 = 3.3;
@@ -23,9 +22,6 @@ pub const RANGE: (f64, f64) = (0.005, 1.0);
 
 /// Draws from the normal that tell how far it is off.
 const PILOT: usize = 2000;
-
-/// Draws from the normal for one that is kept after weighing.
-const PROPOSED: usize = 4;
 
 /// The fewest draws a chain keeps: fewer leave nothing to judge them by.
 const FEWEST_DRAWS: usize = 250;
@@ -78,7 +74,7 @@ pub fn sample_to(
     }
     let sampled = climb.by_trajectories(&posed, bound, plan.effort, watcher)?;
     if sampled.checked_error.is_none_or(|error| error <= bound) {
-        return Ok(climb.done(sampled, bound));
+        return Ok(climb.followed(sampled, bound));
     }
     climb.tried.push((
         Method::NutsCompressed,
@@ -86,7 +82,7 @@ pub fn sample_to(
     ));
     let posed = Posed::new(parameters, rows, start, Evaluation::Rows)?;
     let sampled = climb.by_trajectories(&posed, 0.0, plan.effort, watcher)?;
-    Ok(climb.done(sampled, 0.0))
+    Ok(climb.followed(sampled, 0.0))
 }
 
 struct Climb<'p> {
@@ -99,99 +95,46 @@ struct Climb<'p> {
 impl Climb<'_> {
     /// The normal about the mode, or its weighted draws, if either can be vouched for.
     fn from_the_normal(&mut self, posed: &Posed, bound: f64) -> Option<Sampled> {
-        let began = std::time::Instant::now();
-        let dimension = posed.posterior.dimension();
-        if !(posed.about.converged && posed.about.peaked) {
-            let why = "the posterior has no peak to lay a normal about";
-            self.tried
-                .extend([Method::Laplace, Method::LaplacePsis].map(|method| (method, why.to_owned())));
-            return None;
-        }
-        let (seed, name) = self.stream;
-        let draws = |chains_draws, what: &str| {
-            let name = format!("{name} {what}");
-            normal_draws(&posed.posterior, &posed.about, chains_draws, (seed, &name))
+        let (off, efficiency) = match look(posed, self.stream) {
+            Ok(looked) => looked,
+            Err(why) => {
+                let both = [Method::Laplace, Method::LaplacePsis];
+                self.tried.extend(both.map(|method| (method, why.clone())));
+                return None;
+            }
         };
-        let pilot = draws((1, PILOT), "pilot");
-        let Some(weights) = Weights::of(&pilot) else {
-            let why = "the posterior has no density near the normal's draws";
-            self.tried
-                .extend([Method::Laplace, Method::LaplacePsis].map(|method| (method, why.to_owned())));
-            return None;
-        };
-        let line = khat_threshold(PILOT);
-        if weights.khat > line {
-            let why = format!(
-                "importance weights have the shape {:.2}, above {line:.2}: the normal does not reach the posterior's tails",
-                weights.khat
-            );
-            self.tried
-                .extend([Method::Laplace, Method::LaplacePsis].map(|method| (method, why.clone())));
-            return None;
-        }
-        let off = largest_shift(posed, &pilot[0].points, &weights.weights) + bound;
+        let off = off + bound;
         // half of the accuracy for the normal's own error, half for the number of its draws
         if off <= 0.5 * self.asked {
-            let left = self.asked - off;
-            let each = self.each((SURE / left).powi(2));
-            let chains: Vec<Chain> = draws((self.chains, each), "normal")
-                .iter()
-                .map(|p| p.as_chain())
-                .collect();
-            let sampled = Sampled {
-                khat: Some(weights.khat),
-                ..Sampled::of_chains(posed, Method::Laplace, chains, began)
-            };
+            let each = self.each((SURE / (self.asked - off)).powi(2));
+            let sampled = by_normal(posed, (self.chains, each), self.stream);
             let vouched = monte_carlo_error(&sampled) + off;
             if self.holds(&sampled, vouched, bound) {
-                return Some(self.done_with(sampled, vouched));
+                return Some(self.done(sampled, vouched));
             }
-            self.tried.push((
-                Method::Laplace,
-                format!("its draws leave an error of {vouched:.2}, with its own of {off:.2}"),
-            ));
+            let why = format!("its draws leave an error of {vouched:.2}, with its own of {off:.2}");
+            self.tried.push((Method::Laplace, why));
         } else {
-            self.tried.push((
-                Method::Laplace,
-                format!("the normal is off by up to {off:.2}, more than half of what was asked for"),
-            ));
+            let why = format!("the normal is off by up to {off:.2}, more than half of what was asked for");
+            self.tried.push((Method::Laplace, why));
         }
-        let efficiency = weights.effective() / PILOT as f64;
-        let left = self.asked - bound;
-        let mut wanted = (SURE / left).powi(2) * (1.0 + 1.0 / (PROPOSED as f64 * efficiency));
+        let mut wanted = (SURE / (self.asked - bound)).powi(2) * (1.0 + 1.0 / (PROPOSED as f64 * efficiency));
         /// each corrects what the one before it found missing
         const TRIES: usize = 4;
-        let mut why = String::new();
-        for attempt in 0..TRIES {
+        let mut why = "the densities allow no weights".to_owned();
+        for _ in 0..TRIES {
             let each = self.each(wanted);
-            let proposed = draws((self.chains, PROPOSED * each), "proposed");
-            let weights = Weights::of(&proposed)?;
-            let line = khat_threshold(weights.weights.len());
-            if weights.khat > line {
-                why = format!("importance weights have the shape {:.2}, above {line:.2}", weights.khat);
+            let Some(sampled) = by_weights(posed, (self.chains, each), self.stream) else {
+                break;
+            };
+            let (khat, line) = (sampled.khat.unwrap_or(f64::INFINITY), khat_threshold(self.chains * each));
+            if khat > line {
+                why = format!("importance weights have the shape {khat:.2}, above {line:.2}");
                 break;
             }
-            let kept = weights.resample(self.chains * each, &mut stream(seed, name, attempt as u64));
-            let all: Vec<&[f64]> = proposed
-                .iter()
-                .flat_map(|one| one.points.chunks_exact(dimension))
-                .collect();
-            let ln_density: Vec<f64> = proposed.iter().flat_map(|one| &one.ln_density).copied().collect();
-            let chain = |kept: &[usize]| Chain {
-                points: kept.iter().flat_map(|place| all[*place]).copied().collect(),
-                ln_density: kept.iter().map(|place| ln_density[*place]).collect(),
-                ..Chain::default()
-            };
-            let chains: Vec<Chain> = kept.chunks(each).map(chain).collect();
-            let sampled = Sampled {
-                khat: Some(weights.khat),
-                // the noise of choosing the draws adds to that of those there were to choose from
-                mcse_factor: (1.0 + (self.chains * each) as f64 / weights.effective()).sqrt(),
-                ..Sampled::of_chains(posed, Method::LaplacePsis, chains, began)
-            };
             let vouched = monte_carlo_error(&sampled) + bound;
             if self.holds(&sampled, vouched, bound) {
-                return Some(self.done_with(sampled, vouched));
+                return Some(self.done(sampled, vouched));
             }
             why = format!("{} draws leave an error of {vouched:.2}", self.chains * each);
             wanted = 1.1 * (self.chains * each) as f64 * (vouched / self.asked).powi(2);
@@ -236,16 +179,16 @@ impl Climb<'_> {
         }
     }
 
-    fn done(self, sampled: Sampled, bound: f64) -> Sampled {
+    /// What trajectories gave, with the error they vouch for.
+    fn followed(mut self, sampled: Sampled, bound: f64) -> Sampled {
         let vouched = match sampled.checked_error {
             Some(error) if error > bound => f64::INFINITY,
             _ => monte_carlo_error(&sampled) + bound,
         };
-        let mut climb = self;
-        climb.done_with(sampled, vouched)
+        self.done(sampled, vouched)
     }
 
-    fn done_with(&mut self, sampled: Sampled, vouched: f64) -> Sampled {
+    fn done(&mut self, sampled: Sampled, vouched: f64) -> Sampled {
         Sampled {
             accuracy: Some(Accuracy {
                 asked: self.asked,
@@ -255,6 +198,28 @@ impl Climb<'_> {
             ..sampled
         }
     }
+}
+
+/// Largest error of the normal about the mode as the accuracy counts it, and how many draws of the posterior one of its
+/// own is worth, from a few draws; the reason where they do not tell.
+pub fn look(posed: &Posed, (seed, name): (u64, &str)) -> Result<(f64, f64), String> {
+    if !(posed.about.converged && posed.about.peaked) {
+        return Err("the posterior has no peak to lay a normal about".to_owned());
+    }
+    let name = format!("{name} pilot");
+    let pilot = normal_draws(&posed.posterior, &posed.about, (1, PILOT), (seed, &name));
+    let Some(weights) = Weights::of(&pilot) else {
+        return Err("the posterior has no density near the normal's draws".to_owned());
+    };
+    let line = khat_threshold(PILOT);
+    if weights.khat > line {
+        return Err(format!(
+            "importance weights have the shape {:.2}, above {line:.2}: the normal does not reach the posterior's tails",
+            weights.khat
+        ));
+    }
+    let off = largest_shift(posed, &pilot[0].points, &weights.weights);
+    Ok((off, weights.effective() / PILOT as f64))
 }
 
 /// The largest error that leaving the weights out makes, of any mean in sds and of any sd.

@@ -55,10 +55,10 @@ pub struct Proposed {
 
 impl Proposed {
     /// The draws as they are.
-    pub fn as_chain(&self) -> Chain {
+    pub fn into_chain(self) -> Chain {
         Chain {
-            points: self.points.clone(),
-            ln_density: self.ln_density.clone(),
+            points: self.points,
+            ln_density: self.ln_density,
             ..Chain::default()
         }
     }

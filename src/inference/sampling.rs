@@ -3,12 +3,14 @@
 use serde::Serialize;
 
 use super::accuracy::Accuracy;
+use super::importance::{normal_draws, Proposed, Weights};
 use super::laplace::Laplace;
 use super::nuts::{divergences, sample, Chain, Effort, SamplingFailure, Watcher};
 use super::posed::{Evaluation, NoStart, Posed, Start};
 use crate::model::likelihood::{Compression, Likelihood};
 use crate::model::parameters::Parameters;
 use crate::model::posterior::{LogDensity, Posterior};
+use crate::seed::stream;
 
 /// How draws were made, the cheapest way first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -176,6 +178,51 @@ pub fn follow(
     Ok(Sampled {
         target_accept,
         ..Sampled::of_chains(posed, method, chains, began)
+    })
+}
+
+/// Draws from the normal about the mode of a posed posterior, whatever the posterior has there.
+pub fn by_normal(posed: &Posed, (chains, draws): (usize, usize), (seed, name): (u64, &str)) -> Sampled {
+    let began = std::time::Instant::now();
+    let name = format!("{name} normal");
+    let proposed = normal_draws(&posed.posterior, &posed.about, (chains, draws), (seed, &name));
+    let chains = proposed.into_iter().map(Proposed::into_chain).collect();
+    Sampled::of_chains(posed, Method::Laplace, chains, began)
+}
+
+/// Draws from the normal for one that is kept after weighing.
+pub const PROPOSED: usize = 4;
+
+/// Draws from the normal about the mode, resampled by what the posterior has there; `None` where the densities allow no
+/// weights. `khat` says whether they may be trusted.
+pub fn by_weights(posed: &Posed, (chains, draws): (usize, usize), (seed, name): (u64, &str)) -> Option<Sampled> {
+    let began = std::time::Instant::now();
+    let dimension = posed.posterior.dimension();
+    let stream_name = format!("{name} proposed");
+    let proposed = normal_draws(
+        &posed.posterior,
+        &posed.about,
+        (chains, PROPOSED * draws),
+        (seed, &stream_name),
+    );
+    let weights = Weights::of(&proposed)?;
+    let kept = weights.resample(chains * draws, &mut stream(seed, &format!("{name} resampled"), 0));
+    let points: Vec<&[f64]> = proposed
+        .iter()
+        .flat_map(|one| one.points.chunks_exact(dimension))
+        .collect();
+    let ln_density: Vec<f64> = proposed.iter().flat_map(|one| &one.ln_density).copied().collect();
+    let chain = |kept: &[usize]| Chain {
+        points: kept.iter().flat_map(|place| points[*place]).copied().collect(),
+        ln_density: kept.iter().map(|place| ln_density[*place]).collect(),
+        ..Chain::default()
+    };
+    let chains: Vec<Chain> = kept.chunks(draws).map(chain).collect();
+    Some(Sampled {
+        khat: Some(weights.khat),
+        // the noise of choosing the draws adds to that of those there were to choose from
+        mcse_factor: (1.0 + kept.len() as f64 / weights.effective()).sqrt(),
+        ..Sampled::of_chains(posed, Method::LaplacePsis, chains, began)
     })
 }
 

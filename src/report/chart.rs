@@ -22,21 +22,23 @@ use panel::Panel;
 pub struct Chart {
     /// Heading above the axes.
     pub title: Option<String>,
-    /// Horizontal axis, linear.
+    /// Horizontal axis.
     pub x: Axis,
-    /// Vertical axis, linear.
+    /// Vertical axis.
     pub y: Axis,
     /// Bands are drawn lowest, lines over them and points on top, each in this order.
     pub layers: Vec<Layer>,
 }
 
-/// A linear axis.
+/// An axis, linear in what it is given.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
     /// Quantity and unit, e.g. `impact speed v / (m s^{−1})`.
     pub label: String,
     /// Limits (lower, upper); `None`, or limits that span nothing, fits them to the data.
     pub range: Option<(f64, f64)>,
+    /// Whether it is given logarithms to base 10, which its ticks show as powers of ten.
+    pub decades: bool,
 }
 
 impl Axis {
@@ -45,7 +47,13 @@ impl Axis {
         Self {
             label: label.into(),
             range: None,
+            decades: false,
         }
+    }
+
+    /// The same axis for logarithms to base 10.
+    pub fn of_decades(self) -> Self {
+        Self { decades: true, ..self }
     }
 
     /// The same axis with fixed limits; what lies outside is not drawn.

@@ -6,21 +6,41 @@ use rayon::prelude::*;
 use serde::Deserialize;
 
 use crate::error::Error;
-use crate::findings::SCHEMA;
 use crate::unfinished;
+use crate::{findings, study};
 
 /// A file of a report: its path inside the folder, and its bytes.
 pub type File = (String, Vec<u8>);
 
-/// What tells an earlier report of ours.
+/// What a folder holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Contents {
+    /// a fit
+    Fit,
+    /// a trade of speed against accuracy
+    Trade,
+}
+
+impl Contents {
+    /// The file that tells an earlier one of ours, and the schema it names.
+    fn mark(self) -> (&'static str, &'static str) {
+        match self {
+            Contents::Fit => ("findings.json", findings::SCHEMA),
+            Contents::Trade => ("trade.json", study::trade::SCHEMA),
+        }
+    }
+}
+
+/// What is read of the file that tells.
 #[derive(Deserialize)]
 struct Mark {
     schema: String,
     title: String,
 }
 
-/// Fails unless `folder` is free or holds an earlier report of ours of the same title.
-pub fn check(folder: &Path, title: &str) -> Result<(), Error> {
+/// Fails unless `folder` is free or holds an earlier one of ours of the same kind and title.
+pub fn check(folder: &Path, contents: Contents, title: &str) -> Result<(), Error> {
+    let (file, schema) = contents.mark();
     let refuse = |reason: String| {
         Err(Error::Out {
             path: folder.to_path_buf(),
@@ -36,20 +56,20 @@ pub fn check(folder: &Path, title: &str) -> Result<(), Error> {
     if !folder.is_dir() {
         return refuse("exists and is no folder".to_owned());
     }
-    let mark = std::fs::read_to_string(folder.join("findings.json"))
+    let mark = std::fs::read_to_string(folder.join(file))
         .ok()
         .and_then(|text| serde_json::from_str::<Mark>(&text).ok())
-        .filter(|mark| mark.schema == SCHEMA);
+        .filter(|mark| mark.schema == schema);
     match mark {
-        None => refuse("exists and holds no findings.json of wetcor".to_owned()),
+        None => refuse(format!("exists and holds no {file} of wetcor")),
         Some(mark) if mark.title != title => refuse(format!("holds a report of another scene, \"{}\"", mark.title)),
         Some(_) => Ok(()),
     }
 }
 
 /// Writes the files and puts the folder in place of an earlier report of ours.
-pub fn write(folder: &Path, title: &str, files: &[File]) -> Result<(), Error> {
-    check(folder, title)?;
+pub fn write(folder: &Path, contents: Contents, title: &str, files: &[File]) -> Result<(), Error> {
+    check(folder, contents, title)?;
     let parent = match folder.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
@@ -102,7 +122,7 @@ mod tests {
     use super::*;
 
     fn files(title: &str, body: &str) -> Vec<File> {
-        let findings = format!("{{\"schema\": \"{SCHEMA}\", \"title\": \"{title}\"}}");
+        let findings = format!("{{\"schema\": \"{}\", \"title\": \"{title}\"}}", findings::SCHEMA);
         vec![
             ("findings.json".to_owned(), findings.into_bytes()),
             ("figures/a.svg".to_owned(), body.as_bytes().to_vec()),
@@ -113,9 +133,9 @@ mod tests {
     fn an_earlier_report_of_the_same_title_is_replaced_whole() {
         let place = tempfile::tempdir().expect("a temporary folder");
         let folder = place.path().join("deep/report");
-        write(&folder, "one", &files("one", "first")).expect("a free place");
+        write(&folder, Contents::Fit, "one", &files("one", "first")).expect("a free place");
         std::fs::write(folder.join("stale.txt"), "x").expect("writable");
-        write(&folder, "one", &files("one", "second")).expect("ours");
+        write(&folder, Contents::Fit, "one", &files("one", "second")).expect("ours");
         let read = std::fs::read_to_string(folder.join("figures/a.svg"));
         assert_eq!(read.ok().as_deref(), Some("second"));
         assert!(!folder.join("stale.txt").exists());
@@ -130,14 +150,15 @@ mod tests {
         std::fs::create_dir(&folder).expect("writable");
         std::fs::write(folder.join("thesis.tex"), "years of work").expect("writable");
         assert!(matches!(
-            write(&folder, "one", &files("one", "")),
+            write(&folder, Contents::Fit, "one", &files("one", "")),
             Err(Error::Out { .. })
         ));
         std::fs::write(folder.join("findings.json"), "{\"schema\": \"other\"}").expect("writable");
-        assert!(matches!(check(&folder, "one"), Err(Error::Out { .. })));
+        assert!(matches!(check(&folder, Contents::Fit, "one"), Err(Error::Out { .. })));
         let ours = place.path().join("ours");
-        write(&ours, "one", &files("one", "")).expect("a free place");
-        assert!(matches!(check(&ours, "two"), Err(Error::Out { .. })));
+        write(&ours, Contents::Fit, "one", &files("one", "")).expect("a free place");
+        assert!(matches!(check(&ours, Contents::Fit, "two"), Err(Error::Out { .. })));
+        assert!(matches!(check(&ours, Contents::Trade, "one"), Err(Error::Out { .. })));
         assert!(folder.join("thesis.tex").exists());
     }
 }

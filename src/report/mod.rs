@@ -8,6 +8,7 @@
 //! | `chart.rs` | draws a chart as SVG |
 //! | `json.rs` | lays JSON out |
 //! | `draws/` | puts draws on disk |
+//! | `trade.rs` | tells a trade of speed against accuracy |
 //! | `folder.rs` | writes the files beside and renames them in |
 
 pub mod chart;
@@ -17,6 +18,7 @@ pub mod folder;
 pub mod json;
 pub mod markdown;
 pub mod numbers;
+pub mod trade;
 
 use crate::error::Error;
 use crate::findings::overview::Overview;

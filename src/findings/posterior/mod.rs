@@ -33,6 +33,8 @@ use crate::scene::Scene;
 use derived::Derived;
 use predictive::Predictive;
 
+pub use trust::decline;
+
 /// What the posterior says.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PosteriorFindings {

@@ -32,8 +32,8 @@ pub(in crate::findings) const VEHTARI_PSIS: &str = "Vehtari et al. 2024: min(1 â
 /// Names of the checks that stand where nothing was sampled.
 pub(super) const DECLINED: [&str; 3] = ["posterior", "noise", "rebounds"];
 
-/// Runs of which no posterior should be sampled.
-pub(super) fn decline(runs: &Runs, least_squares: &Findings, parameters: &Parameters) -> Option<Declined> {
+/// Why no posterior of these runs should be sampled; `None` if it may be.
+pub fn decline(runs: &Runs, least_squares: &Findings, parameters: &Parameters) -> Option<Declined> {
     if parameters.sampled.is_empty() {
         let text = "no parameter is left to be sampled: no runs in use, or every prior fixed";
         return Some(declined("posterior", 0.0, 1.0, "a posterior needs parameters", text));

@@ -51,8 +51,14 @@ impl<'a> Panel<'a> {
                 }
             }
         }
-        let x = Scale::new(&xs, chart.x.range);
-        let y = Scale::new(&ys, chart.y.range);
+        let [x, y] = [(&chart.x, &xs), (&chart.y, &ys)].map(|(axis, values)| {
+            let scale = Scale::new(values, axis.range);
+            if axis.decades {
+                scale.of_decades()
+            } else {
+                scale
+            }
+        });
         let top = if lettered || chart.title.is_some() { 38.0 } else { 16.0 };
         let left = (46.0 + y.label_width(TICK_SIZE)).ceil();
         // The last tick label may stand half its width beyond the axis.

@@ -11,6 +11,8 @@ pub(super) struct Scale {
     decimals: usize,
     /// Power of ten shared by all labels of the axis; 0 writes plain numbers.
     exponent: i32,
+    /// Whether it is given logarithms to base 10.
+    decades: bool,
 }
 
 /// Whether a value can be placed on an axis; near the limits of f64 even a span overflows.
@@ -50,6 +52,20 @@ impl Scale {
             step,
             decimals: usize::try_from(exponent - finest).unwrap_or(0),
             exponent,
+            decades: false,
+        }
+    }
+
+    /// The same for logarithms to base 10: from one power of ten to another, with ticks at powers only.
+    pub(super) fn of_decades(self) -> Self {
+        let (lower, upper) = (self.lower.floor(), self.upper.ceil());
+        let most = 8.0;
+        Self {
+            lower,
+            upper,
+            step: ((upper - lower) / most).ceil(),
+            decades: true,
+            ..self
         }
     }
 
@@ -67,6 +83,9 @@ impl Scale {
 
     /// A tick's label: the same number of decimals and power of ten all along the axis.
     pub(super) fn label(&self, tick: f64) -> String {
+        if self.decades {
+            return text::markup(&Self::power(tick));
+        }
         // Rounding leaves the tick at the origin a little off it: "-0.0".
         let tick = if tick.abs() < 1e-6 * self.step { 0.0 } else { tick };
         let plain = match self.exponent {
@@ -76,9 +95,14 @@ impl Scale {
         plain.replace('-', "−")
     }
 
+    fn power(tick: f64) -> String {
+        format!("10^{{{tick:.0}}}").replace('-', "−")
+    }
+
     /// Room for the widest tick label, in pixels.
     pub(super) fn label_width(&self, size: u32) -> f64 {
-        let ends = [self.label(self.lower), self.label(self.upper)];
+        let label = |tick: f64| if self.decades { Self::power(tick) } else { self.label(tick) };
+        let ends = [label(self.lower), label(self.upper)];
         ends.iter().map(|l| text::width(l, size)).fold(0.0, f64::max)
     }
 }
@@ -151,6 +175,15 @@ mod tests {
         }
         let s = Scale::new(&[1.0, 2.0], Some((0.0, 5.0)));
         assert_eq!((s.lower, s.upper), (0.0, 5.0));
+    }
+
+    #[test]
+    fn decades_end_at_powers_of_ten() {
+        let s = Scale::new(&[-2.3, 1.2], None).of_decades();
+        assert_eq!((s.lower, s.upper, s.step), (-3.0, 2.0, 1.0));
+        assert_eq!(Scale::power(-3.0), "10^{−3}");
+        let wide = Scale::new(&[-20.0, 12.0], None).of_decades();
+        assert!((wide.upper - wide.lower) / wide.step <= 8.5);
     }
 
     #[test]

@@ -5,7 +5,7 @@ mod cautions;
 mod cells;
 mod laws;
 mod main_numbers;
-mod page;
+pub(super) mod page;
 mod posterior;
 mod runs;
 

@@ -1,26 +1,26 @@
 //! Lays out headings, paragraphs, tables and figures in markdown.
 
 /// A markdown text in the making.
-pub(super) struct Page {
-    pub(super) text: String,
-    pub(super) figures: Vec<String>,
+pub(in crate::report) struct Page {
+    pub(in crate::report) text: String,
+    pub(in crate::report) figures: Vec<String>,
 }
 
 impl Page {
-    pub(super) fn heading(&mut self, title: &str) {
+    pub(in crate::report) fn heading(&mut self, title: &str) {
         self.text.push_str(&format!("## {title}\n\n"));
     }
 
-    pub(super) fn subheading(&mut self, title: &str) {
+    pub(in crate::report) fn subheading(&mut self, title: &str) {
         self.text.push_str(&format!("### {title}\n\n"));
     }
 
-    pub(super) fn paragraph(&mut self, text: &str) {
+    pub(in crate::report) fn paragraph(&mut self, text: &str) {
         self.text.push_str(text);
         self.text.push_str("\n\n");
     }
 
-    pub(super) fn table(&mut self, header: &[&str], rows: &[Vec<String>]) {
+    pub(in crate::report) fn table(&mut self, header: &[&str], rows: &[Vec<String>]) {
         let mut line = |cells: &[String]| {
             self.text.push_str("| ");
             self.text.push_str(&cells.join(" | "));
@@ -36,7 +36,7 @@ impl Page {
 
     /// Places a figure that was drawn; nothing where figures were not asked for. `short` stands in where it cannot be
     /// shown.
-    pub(super) fn figure(&mut self, name: &str, short: &str, caption: &str) {
+    pub(in crate::report) fn figure(&mut self, name: &str, short: &str, caption: &str) {
         if self.figures.iter().any(|drawn| drawn == name) {
             self.paragraph(&format!("![{short}](figures/{name})\n\n*{caption}*"));
         }

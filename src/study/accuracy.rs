@@ -1,0 +1,269 @@
+//! Measures how often an accuracy that was asked for is kept, on simulated scenes with a long run for each.
+
+use std::path::Path;
+
+use rand::RngExt;
+use rayon::prelude::*;
+
+use crate::error::Error;
+use crate::inference::accuracy::sample_to;
+use crate::inference::diagnostics::summary::{summarise, Summary};
+use crate::inference::nuts::{Effort, TARGET_ACCEPT};
+use crate::inference::posed::{Evaluation, Posed};
+use crate::inference::sampling::{follow, Method, Plan, Sampled};
+use crate::model::likelihood::Likelihood;
+use crate::model::parameters::Parameters;
+use crate::model::simulate::Simulation;
+use crate::runs;
+use crate::scene::{self, Scene};
+use crate::seed::stream;
+
+/// Accuracies that are asked for.
+pub const ASKED: [f64; 3] = [0.3, 0.1, 0.03];
+
+/// A long run's Monte Carlo error is at most this share of the accuracy.
+const SHARE: f64 = 0.1;
+
+/// Simulated scenes.
+pub const SCENES: u64 = 200;
+
+/// The share of scenes in which an accuracy must be kept.
+pub const KEPT: f64 = 0.95;
+
+/// How often one accuracy was kept.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Promise {
+    /// the accuracy
+    pub asked: f64,
+    /// scenes in which it was reached, by the method's own word
+    pub reached: u64,
+    /// of these, scenes in which the true error was no larger
+    pub kept: u64,
+    /// the largest true error
+    pub worst: f64,
+    /// scenes by method, cheapest first
+    pub methods: [u64; 4],
+}
+
+impl Promise {
+    /// How far the share kept lies from [`KEPT`], in standard errors of a binomial share.
+    pub fn z(&self) -> f64 {
+        let n = self.reached as f64;
+        (self.kept as f64 / n - KEPT) / (KEPT * (1.0 - KEPT) / n).sqrt()
+    }
+}
+
+/// What was found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    /// scenes
+    pub scenes: u64,
+    /// scenes left out, because no long run converged
+    pub left_out: u64,
+    /// each accuracy
+    pub promises: Vec<Promise>,
+}
+
+const METHODS: [Method; 4] = [
+    Method::Laplace,
+    Method::LaplacePsis,
+    Method::NutsCompressed,
+    Method::NutsExact,
+];
+
+/// Simulates so many scenes, asks each accuracy of each, and holds the answers against a long run over every row.
+/// `progress` is called after each scene.
+pub fn measure(scenes: u64, seed: u64, progress: &(dyn Fn() + Sync)) -> Result<Table, Error> {
+    let found = (0..scenes)
+        .into_par_iter()
+        .map(|index| {
+            let found = one(index, seed)?;
+            progress();
+            Ok(found)
+        })
+        .collect::<Result<Vec<_>, Error>>()?;
+    let mut promises: Vec<Promise> = ASKED
+        .iter()
+        .map(|asked| Promise {
+            asked: *asked,
+            reached: 0,
+            kept: 0,
+            worst: 0.0,
+            methods: [0; 4],
+        })
+        .collect();
+    for (promise, place) in promises.iter_mut().zip(0..) {
+        for answers in found.iter().flatten() {
+            let Some((method, error)) = &answers[place] else {
+                continue;
+            };
+            promise.reached += 1;
+            promise.kept += u64::from(*error <= promise.asked);
+            promise.worst = promise.worst.max(*error);
+            if let Some(of) = METHODS.iter().position(|one| one == method) {
+                promise.methods[of] += 1;
+            }
+        }
+    }
+    Ok(Table {
+        scenes,
+        left_out: found.iter().filter(|found| found.is_none()).count() as u64,
+        promises,
+    })
+}
+
+/// For each accuracy the method taken and its true error, if it was reached; `None` without a long run.
+type Answers = Option<Vec<Option<(Method, f64)>>>;
+
+fn one(index: u64, seed: u64) -> Result<Answers, Error> {
+    let scene = simulated(index, seed)?;
+    let mut drawn = vec![];
+    Simulation::new(&scene, None)?.draw_from(stream(seed, "accuracy runs", index), |run| {
+        drawn.push(run);
+        Ok(())
+    })?;
+    let runs = runs::arrange(&scene, &drawn);
+    let (Some(inertia), dry_speed) = (scene.model.inertia, scene.model.dry_speed) else {
+        return Ok(None);
+    };
+    let parameters = Parameters::of(&scene, &runs, inertia, dry_speed)?;
+    let rows = Likelihood::of_rows(&scene, &runs, inertia, dry_speed);
+    let Some(truth) = long_run(&parameters, &rows, seed, index) else {
+        return Ok(None);
+    };
+    let name = format!("accuracy {index}");
+    let answer = |asked: f64| {
+        let plan = Plan {
+            effort: effort(1000),
+            stream: (seed, &name),
+            evaluation: Evaluation::default(),
+        };
+        let sampled = sample_to(asked, parameters.clone(), &rows, &vec![], plan, &|_, _| ()).ok()?;
+        let reached = sampled.accuracy.as_ref().is_some_and(|accuracy| accuracy.reached());
+        reached.then(|| (sampled.method, error(&summaries(&sampled), &truth)))
+    };
+    Ok(Some(ASKED.map(answer).to_vec()))
+}
+
+fn effort(draws: usize) -> Effort {
+    Effort {
+        chains: 4,
+        warmup: 1000,
+        draws,
+        target_accept: TARGET_ACCEPT,
+    }
+}
+
+/// A long run over every row, whose Monte Carlo error is small beside the finest accuracy; `None` where it does not
+/// converge.
+fn long_run(parameters: &Parameters, rows: &Likelihood, seed: u64, index: u64) -> Option<Vec<Summary>> {
+    const FIRST: usize = 30_000;
+    const MOST: usize = 480_000;
+    let finest = ASKED.iter().copied().fold(f64::INFINITY, f64::min);
+    let posed = Posed::new(parameters.clone(), rows, &vec![], Evaluation::Rows).ok()?;
+    let mut draws = FIRST;
+    while draws <= MOST {
+        let name = format!("accuracy long run {index}");
+        let sampled = follow(&posed, effort(draws), (seed, &name), &|_, _| ()).ok()?;
+        let found = summaries(&sampled);
+        let agreed = found.iter().all(|one| one.rhat.is_some_and(|rhat| rhat < 1.005));
+        let mcse = found.iter().map(largest_mcse).fold(0.0, f64::max);
+        if agreed && mcse <= SHARE * finest {
+            return Some(found);
+        }
+        draws *= 2;
+    }
+    None
+}
+
+fn summaries(sampled: &Sampled) -> Vec<Summary> {
+    let of = |values: &Vec<Vec<f64>>| {
+        let chains: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
+        summarise(&chains)
+    };
+    sampled.values.iter().map(of).collect()
+}
+
+/// Monte Carlo error of mean or sd, in sds.
+fn largest_mcse(found: &Summary) -> f64 {
+    match (found.sd, found.mcse_mean, found.mcse_sd) {
+        (Some(sd), Some(mean), Some(of_sd)) => mean.max(of_sd) / sd,
+        _ => f64::INFINITY,
+    }
+}
+
+/// Largest error of a mean, in sds, or of an sd, relative.
+fn error(found: &[Summary], truth: &[Summary]) -> f64 {
+    let of = |(found, truth): (&Summary, &Summary)| match (found.mean, found.sd, truth.mean, truth.sd) {
+        (Some(mean), Some(sd), Some(true_mean), Some(true_sd)) => {
+            ((mean - true_mean) / true_sd).abs().max((sd / true_sd - 1.0).abs())
+        }
+        _ => f64::INFINITY,
+    };
+    found.iter().zip(truth).map(of).fold(0.0, f64::max)
+}
+
+/// A scene of its own: its design, its truth and its noise are drawn.
+fn simulated(index: u64, seed: u64) -> Result<Scene, Error> {
+    let mut rng = stream(seed, "accuracy scenes", index);
+    let mut between = |lo: f64, hi: f64| lo + (hi - lo) * rng.random::<f64>();
+    let k = between(0.1, 0.2);
+    let l = between(1.4, 2.6);
+    let c = between(0.3, 0.7);
+    let sigma = 0.005 * 10f64.powf(between(0.0, 1.0));
+    let sigma_dry = 0.005 * 10f64.powf(between(0.0, 0.7));
+    let repeats = 1 + (between(0.0, 5.0) as u32);
+    let form = ["stepwise", "saturating", "none"][between(0.0, 3.0) as usize];
+    let films = ["[0.06]", "[0.03, 0.1]", "[0.02, 0.05, 0.1]"][between(0.0, 3.0) as usize];
+    let liquids = ["\"M50\"", "\"AK10\", \"M50\""][between(0.0, 2.0) as usize];
+    let text = format!(
+        "title = \"accuracy {index}\"\n[data]\nruns = \"runs.csv\"\n[particles.PTFE]\ndensity_kg_m3 = 2150\n\
+         roughness_um = 5\n[liquids.AK10]\ndensity_kg_m3 = 930\nviscosity_mPa_s = 9.3\n[liquids.M50]\n\
+         density_kg_m3 = 965\nviscosity_mPa_s = 48.3\n[model]\ninertia = \"{form}\"\n[truth]\ndry_k = {{ PTFE = {k} }}\n\
+         lubrication_log = {l}\ninertia = \"{form}\"\ninertial_prefactor = {c}\nfilm_scale = 0.07\n\
+         sigma_dry = {sigma_dry}\nsigma_wet = {sigma}\n[design]\ndiameter_mm = {{ PTFE = [4.762, 8.0] }}\n\
+         liquids = [{liquids}]\nfilm_ratio = {{ PTFE = {films} }}\nheight_mm = [30, 60, 100, 150]\n\
+         dry_impact_speed_m_s = [0.5, 1.0, 1.5, 2.0]\nrepeats = {repeats}\n"
+    );
+    scene::parse(&text, Path::new("accuracy/scene.toml"), String::new())
+}
+
+/// The table as markdown.
+pub fn markdown(table: &Table) -> String {
+    let mut text = String::from("\n## Is an accuracy that was asked for kept?\n\n");
+    text.push_str(&format!(
+        "`wetcor fit --accuracy X` on {} simulated scenes, whose design (8 to 240 wet runs of 1 or 2 liquids, 2 diameters, \
+         1 to 3 film ratios, 4 heights, 1 to 5 repeats; 8 to 40 dry ones), truth, noise (σ from 0.005 to 0.05) and form of \
+         inertia are drawn anew for each. The true error is the largest of any mean, in posterior sds, and of any sd, \
+         relative, against trajectories over every row that are followed until their Monte Carlo error is at most {} of \
+         the finest X; {} scenes without such a run are left out. X must be kept in {:.0} % of the scenes; z is the \
+         distance from that in standard errors.\n\n",
+        table.scenes,
+        SHARE,
+        table.left_out,
+        100.0 * KEPT
+    ));
+    text.push_str("| X | reached | kept | share / % | z | largest true error |");
+    for method in METHODS {
+        text.push_str(&format!(" `{}` |", method.name()));
+    }
+    text.push_str("\n| --- | --- | --- | --- | --- | --- |");
+    text.push_str(&" --- |".repeat(METHODS.len()));
+    text.push('\n');
+    for promise in &table.promises {
+        text.push_str(&format!(
+            "| {} | {} | {} | {:.1} | {:.1} | {:.3} |",
+            promise.asked,
+            promise.reached,
+            promise.kept,
+            100.0 * promise.kept as f64 / promise.reached as f64,
+            promise.z(),
+            promise.worst
+        ));
+        for count in promise.methods {
+            text.push_str(&format!(" {count} |"));
+        }
+        text.push('\n');
+    }
+    text
+}

@@ -1,0 +1,84 @@
+//! Reads parameters off the fitted laws, with normal uncertainties, where the laws give them.
+
+use super::{Marginal, NORMAL_95};
+use crate::findings::dry::FittedDry;
+use crate::findings::energy::Energy;
+use crate::findings::scaling::FittedScaling;
+use crate::model::parameters::{Kind, Parameters};
+use crate::physics::inertia::Inertia;
+use crate::scene::Law;
+
+/// The fits of least squares that parameters are read from.
+pub(super) struct Fits<'f> {
+    pub dry: &'f [FittedDry],
+    pub scaling: &'f [FittedScaling],
+    pub energy: &'f [Energy],
+}
+
+/// What one law gives of each parameter: L = St_c e_inf²/2 and C = (e_dry² − e_inf²)/(ρ̃ g), each the mean over particles
+/// and film ratios weighted by its standard errors, k by the dry fit, spreads by the residuals.
+///
+/// A form of inertia with a film scale has no such C: `None`.
+pub(super) fn by_law(law: Law, parameters: &Parameters, inertia: Inertia, fits: &Fits) -> Vec<Option<Marginal>> {
+    let of = |kind: Kind| match kind {
+        Kind::DryK(particle) => {
+            let fitted = fits.dry.iter().find(|dry| dry.particle == particle)?;
+            fitted.usable.map(normal)
+        }
+        Kind::LubricationLog => {
+            let groups = fits.scaling.iter().filter(|one| one.law == law);
+            weighted(groups.filter_map(|one| one.scaling.film_ratio.and(one.scaling.lubrication_log.pair())))
+        }
+        Kind::InertialPrefactor if !inertia.has_film_scale() && inertia != Inertia::None => {
+            let groups = fits.energy.iter().filter(|one| one.law == law.name());
+            weighted(groups.filter_map(|one| {
+                let (loss, se) = one.loss_over_density_ratio.pair()?;
+                let shape = inertia.shape(one.film_ratio, 1.0);
+                Some((loss / shape, se / shape))
+            }))
+        }
+        Kind::InertialPrefactor | Kind::FilmScale => None,
+        Kind::SigmaDry => spread(fits.dry.iter().map(|one| (one.dry.residual_sd, one.dry.runs, 1))),
+        Kind::SigmaWet => {
+            let groups = fits.scaling.iter().filter(|one| one.law == law);
+            let each = groups.filter(|one| one.scaling.film_ratio.is_some());
+            spread(each.map(|one| (one.scaling.residual_sd, one.scaling.runs, 2)))
+        }
+    };
+    parameters.sampled.iter().map(|parameter| of(parameter.kind)).collect()
+}
+
+fn normal((mean, sd): (f64, f64)) -> Marginal {
+    Marginal {
+        mean,
+        sd,
+        q05: mean - NORMAL_95 * sd,
+        q95: mean + NORMAL_95 * sd,
+    }
+}
+
+/// Mean by inverse squares of the standard errors.
+fn weighted(pairs: impl Iterator<Item = (f64, f64)>) -> Option<Marginal> {
+    let (mut weights, mut sum) = (0.0, 0.0);
+    for (value, se) in pairs {
+        let weight = 1.0 / (se * se);
+        weights += weight;
+        sum += weight * value;
+    }
+    (weights > 0.0).then(|| normal((sum / weights, (1.0 / weights).sqrt())))
+}
+
+/// One spread from the residual sds of fits, each with its runs and how many parameters it spent; its own uncertainty is
+/// that of a normal sample, σ/√(2ν).
+fn spread(fits: impl Iterator<Item = (Option<f64>, usize, usize)>) -> Option<Marginal> {
+    let (mut squares, mut freedom) = (0.0, 0.0);
+    for (sd, runs, spent) in fits {
+        if let Some(sd) = sd {
+            let left = runs.saturating_sub(spent) as f64;
+            squares += left * sd * sd;
+            freedom += left;
+        }
+    }
+    let sigma = (squares / freedom).sqrt();
+    (freedom > 0.0).then(|| normal((sigma, sigma / (2.0 * freedom).sqrt())))
+}
