@@ -1,0 +1,135 @@
+//! Holds `--accuracy` and `trade` to what they say.
+
+mod common;
+
+use std::path::Path;
+use std::process::Command;
+
+use common::Place;
+use wetcor::inference::accuracy::SURE;
+use wetcor::study::{accuracy, trade};
+
+/// Every accuracy is kept in its share of scenes; with Monte Carlo errors counted once instead of [`SURE`] times, none
+/// would be.
+#[test]
+#[ignore = "slow: two hundred long runs"]
+fn an_accuracy_is_kept() {
+    let table = accuracy::measure(accuracy::SCENES, common::seed_of("an_accuracy_is_kept"), &|| ())
+        .unwrap_or_else(|error| panic!("{error}"));
+    print!("{}", accuracy::markdown(&table));
+    assert!(table.left_out * 20 <= table.scenes, "{} of {}", table.left_out, table.scenes);
+    for promise in &table.promises {
+        let reached = promise.errors.len() as u64;
+        assert!(reached * 20 >= (table.scenes - table.left_out) * 19, "{reached}");
+        assert!(promise.z(promise.asked) > -4.0, "{}: {}", promise.asked, promise.z(promise.asked));
+        let once = promise.z(promise.asked / SURE);
+        assert!(once < -8.0, "{}: {once}", promise.asked);
+    }
+}
+
+const SCENE: &str = "title = \"trade\"
+[data]
+runs = \"runs.csv\"
+[particles.PTFE]
+density_kg_m3 = 2150
+roughness_um = 5
+[liquids.M50]
+density_kg_m3 = 965
+viscosity_mPa_s = 48.3
+[sampler]
+draws = 500
+[truth]
+dry_k = { PTFE = 0.183 }
+lubrication_log = 1.85
+inertia = \"stepwise\"
+inertial_prefactor = 0.5
+sigma_dry = 0.009
+sigma_wet = 0.02
+[design]
+diameter_mm = { PTFE = [4.762, 8.0] }
+liquids = [\"M50\"]
+film_ratio = { PTFE = [0.03, 0.08] }
+height_mm = [30, 40, 50, 60, 70, 80, 90, 100, 110, 120, 130, 140, 150]
+dry_impact_speed_m_s = [0.5, 1.0, 1.5, 2.0]
+repeats = 3
+";
+
+#[test]
+fn each_way_is_as_far_off_as_its_draws_explain() {
+    let place = Place::new(SCENE);
+    let table = place.draw(common::seed_of("each_way_is_as_far_off"), None);
+    let found = trade::measure(&place.scene, &table, 1, &|| ()).unwrap_or_else(|error| panic!("{error}"));
+    assert!(found.reference.mcse_mean < 0.01 && found.reference.rhat < 1.01, "{:?}", found.reference);
+    let rung = |name: &str| {
+        let of_name = found.rungs.iter().find(|rung| rung.name == name);
+        of_name.unwrap_or_else(|| panic!("no way named {name}"))
+    };
+    for name in ["laplace_psis", "nuts_compressed", "nuts_exact"] {
+        let rung = rung(name);
+        let off = rung.worst_mean.expect("draws").max(rung.worst_sd.expect("draws"));
+        let vouched = rung.vouched.expect("its own check");
+        // 4.5 in place of the 3.3 Monte Carlo errors it counts
+        assert!(off < 1.4 * vouched + 4.5 * found.reference.mcse_sd, "{name}: {off} {vouched}");
+        assert_eq!(rung.failed, None, "{name}");
+    }
+    let laplace = rung("laplace");
+    assert!(laplace.worst_mean < laplace.vouched, "{laplace:?}");
+    // each law gives k, L, C and both spreads here; the straight line misses L by far
+    let of_law = |name: &str| rung(name).errors[1].expect("L").mean.abs();
+    assert_eq!(found.reference.parameters[1].name, "lubrication_log");
+    assert!(of_law("linear") > 5.0 && of_law("sqrt") < of_law("linear"), "{} {}", of_law("linear"), of_law("sqrt"));
+    assert!(found.linear_bias.iter().all(|bias| bias.st_c > 0.0) && !found.linear_bias.is_empty());
+    // of ten nodes a block 4 are too few for 13 settings, and say so if they breach the bound
+    assert!(rung("nuts_compressed/4").nodes < rung("nuts_compressed/16").nodes);
+    assert_eq!(rung("nuts_compressed/16").nodes, rung("nuts_compressed").nodes);
+}
+
+#[test]
+fn the_commands_take_an_accuracy_and_write_a_trade() {
+    let place = Place::new(SCENE);
+    place.draw(common::seed_of("the_commands_take_an_accuracy"), None);
+    let run = |arguments: &[&str]| {
+        let output = Command::new(env!("CARGO_BIN_EXE_wetcor"))
+            .current_dir(place.folder.path())
+            .args(arguments)
+            .output()
+            .expect("the command can be started");
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let read = |path: &str| -> serde_json::Value {
+        let text = std::fs::read_to_string(place.path(path)).expect("just written");
+        serde_json::from_str(&text).expect("JSON")
+    };
+    let stages = "least_squares,posterior";
+    let (status, err) = run(&["fit", "scene.toml", "--stages", stages, "--accuracy", "0.1", "--out", "out"]);
+    assert!(matches!(status, Some(0 | 1)), "{err}");
+    let findings = read("out/findings.json");
+    let posterior = &findings["posterior"];
+    assert_eq!(posterior["accuracy"]["asked"], 0.1);
+    assert!(posterior["accuracy"]["vouched"].as_f64().expect("a number") <= 0.1);
+    for parameter in posterior["parameters"].as_array().expect("a list") {
+        let number = |key: &str| parameter[key].as_f64().expect("a number");
+        assert!(SURE * number("mcse_mean") <= 0.1 * number("sd"), "{parameter}");
+        assert!(SURE * number("mcse_sd") <= 0.1 * number("sd"), "{parameter}");
+    }
+    let method = posterior["method"].as_str().expect("a word");
+    let report = std::fs::read_to_string(place.path("out/report.md")).expect("just written");
+    assert!(report.contains("An accuracy of 0.1 was asked for") && report.contains(method));
+    for (x, word) in [("0.001", "0.005"), ("nan", "0.005"), ("few", "0.005")] {
+        let (status, err) = run(&["fit", "scene.toml", "--accuracy", x, "--out", "never"]);
+        assert!(status == Some(2) && err.contains(word), "{err}");
+    }
+    let (status, _) = run(&["fit", "scene.toml", "--accuracy", "0.1", "--exact-rows", "--out", "never"]);
+    assert_eq!(status, Some(2));
+
+    let (status, err) = run(&["trade", "scene.toml", "--out", "traded"]);
+    assert_eq!(status, Some(0), "{err}");
+    assert_eq!(read("traded/trade.json")["schema"], trade::SCHEMA);
+    for file in ["trade.md", "trade.svg"] {
+        assert!(place.path("traded").join(file).exists());
+    }
+    // a fit's folder is not a trade's to replace
+    let (status, err) = run(&["trade", "scene.toml", "--out", "out"]);
+    assert!(status == Some(2) && err.contains("trade.json"), "{err}");
+    assert!(!Path::new(&place.path("never")).exists());
+}
