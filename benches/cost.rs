@@ -276,7 +276,10 @@ fn of_threads(decade: u32) -> String {
     );
     let mut rows = vec![];
     for threads in 1..=2 {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .expect("threads");
         let mut shortest = [f64::INFINITY; 3];
         for _ in 0..3 {
             let seconds = pool.install(|| stages(&scene, &table, true));

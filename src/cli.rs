@@ -475,7 +475,11 @@ fn run_trade(path: &Path, out: Option<PathBuf>, seed: u64, quiet: bool) -> Resul
     tell(&table.notices, quiet);
     if !quiet {
         let page = out.join("trade.md");
-        say(&format!("{}trade: {}\n", trade_report::summary(&measured), page.display()))?;
+        say(&format!(
+            "{}trade: {}\n",
+            trade_report::summary(&measured),
+            page.display()
+        ))?;
     }
     Ok(0)
 }

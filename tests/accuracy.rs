@@ -17,11 +17,21 @@ fn an_accuracy_is_kept() {
     let table = accuracy::measure(accuracy::SCENES, common::seed_of("an_accuracy_is_kept"), &|| ())
         .unwrap_or_else(|error| panic!("{error}"));
     print!("{}", accuracy::markdown(&table));
-    assert!(table.left_out * 20 <= table.scenes, "{} of {}", table.left_out, table.scenes);
+    assert!(
+        table.left_out * 20 <= table.scenes,
+        "{} of {}",
+        table.left_out,
+        table.scenes
+    );
     for promise in &table.promises {
         let reached = promise.errors.len() as u64;
         assert!(reached * 20 >= (table.scenes - table.left_out) * 19, "{reached}");
-        assert!(promise.z(promise.asked) > -4.0, "{}: {}", promise.asked, promise.z(promise.asked));
+        assert!(
+            promise.z(promise.asked) > -4.0,
+            "{}: {}",
+            promise.asked,
+            promise.z(promise.asked)
+        );
         let once = promise.z(promise.asked / SURE);
         assert!(once < -8.0, "{}: {once}", promise.asked);
     }
@@ -59,7 +69,11 @@ fn each_way_is_as_far_off_as_its_draws_explain() {
     let place = Place::new(SCENE);
     let table = place.draw(common::seed_of("each_way_is_as_far_off"), None);
     let found = trade::measure(&place.scene, &table, 1, &|| ()).unwrap_or_else(|error| panic!("{error}"));
-    assert!(found.reference.mcse_mean < 0.01 && found.reference.rhat < 1.01, "{:?}", found.reference);
+    assert!(
+        found.reference.mcse_mean < 0.01 && found.reference.rhat < 1.01,
+        "{:?}",
+        found.reference
+    );
     let rung = |name: &str| {
         let of_name = found.rungs.iter().find(|rung| rung.name == name);
         of_name.unwrap_or_else(|| panic!("no way named {name}"))
@@ -69,7 +83,10 @@ fn each_way_is_as_far_off_as_its_draws_explain() {
         let off = rung.worst_mean.expect("draws").max(rung.worst_sd.expect("draws"));
         let vouched = rung.vouched.expect("its own check");
         // 4.5 in place of the 3.3 Monte Carlo errors it counts
-        assert!(off < 1.4 * vouched + 4.5 * found.reference.mcse_sd, "{name}: {off} {vouched}");
+        assert!(
+            off < 1.4 * vouched + 4.5 * found.reference.mcse_sd,
+            "{name}: {off} {vouched}"
+        );
         assert_eq!(rung.failed, None, "{name}");
     }
     let laplace = rung("laplace");
@@ -77,7 +94,12 @@ fn each_way_is_as_far_off_as_its_draws_explain() {
     // each law gives k, L, C and both spreads here; the straight line misses L by far
     let of_law = |name: &str| rung(name).errors[1].expect("L").mean.abs();
     assert_eq!(found.reference.parameters[1].name, "lubrication_log");
-    assert!(of_law("linear") > 5.0 && of_law("sqrt") < of_law("linear"), "{} {}", of_law("linear"), of_law("sqrt"));
+    assert!(
+        of_law("linear") > 5.0 && of_law("sqrt") < of_law("linear"),
+        "{} {}",
+        of_law("linear"),
+        of_law("sqrt")
+    );
     assert!(found.linear_bias.iter().all(|bias| bias.st_c > 0.0) && !found.linear_bias.is_empty());
     // of ten nodes a block 4 are too few for 13 settings, and say so if they breach the bound
     assert!(rung("nuts_compressed/4").nodes < rung("nuts_compressed/16").nodes);
@@ -94,14 +116,26 @@ fn the_commands_take_an_accuracy_and_write_a_trade() {
             .args(arguments)
             .output()
             .expect("the command can be started");
-        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+        (
+            output.status.code(),
+            String::from_utf8_lossy(&output.stderr).into_owned(),
+        )
     };
     let read = |path: &str| -> serde_json::Value {
         let text = std::fs::read_to_string(place.path(path)).expect("just written");
         serde_json::from_str(&text).expect("JSON")
     };
     let stages = "least_squares,posterior";
-    let (status, err) = run(&["fit", "scene.toml", "--stages", stages, "--accuracy", "0.1", "--out", "out"]);
+    let (status, err) = run(&[
+        "fit",
+        "scene.toml",
+        "--stages",
+        stages,
+        "--accuracy",
+        "0.1",
+        "--out",
+        "out",
+    ]);
     assert!(matches!(status, Some(0 | 1)), "{err}");
     let findings = read("out/findings.json");
     let posterior = &findings["posterior"];
@@ -119,7 +153,15 @@ fn the_commands_take_an_accuracy_and_write_a_trade() {
         let (status, err) = run(&["fit", "scene.toml", "--accuracy", x, "--out", "never"]);
         assert!(status == Some(2) && err.contains(word), "{err}");
     }
-    let (status, _) = run(&["fit", "scene.toml", "--accuracy", "0.1", "--exact-rows", "--out", "never"]);
+    let (status, _) = run(&[
+        "fit",
+        "scene.toml",
+        "--accuracy",
+        "0.1",
+        "--exact-rows",
+        "--out",
+        "never",
+    ]);
     assert_eq!(status, Some(2));
 
     let (status, err) = run(&["trade", "scene.toml", "--out", "traded"]);

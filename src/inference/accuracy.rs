@@ -26,8 +26,8 @@ const PILOT: usize = 2000;
 /// The fewest draws a chain keeps: fewer leave nothing to judge them by.
 const FEWEST_DRAWS: usize = 250;
 
-/// The most draws a chain keeps.
-const MOST_DRAWS: usize = 1_000_000;
+/// The most draws a chain keeps: nearly twice what the finest accuracy takes where draws are independent and chains four.
+const MOST_DRAWS: usize = 200_000;
 
 /// An accuracy that was asked for, and how it was reached.
 #[derive(Debug, Clone, PartialEq)]
@@ -127,7 +127,10 @@ impl Climb<'_> {
             let Some(sampled) = by_weights(posed, (self.chains, each), self.stream) else {
                 break;
             };
-            let (khat, line) = (sampled.khat.unwrap_or(f64::INFINITY), khat_threshold(self.chains * each));
+            let (khat, line) = (
+                sampled.khat.unwrap_or(f64::INFINITY),
+                khat_threshold(self.chains * each),
+            );
             if khat > line {
                 why = format!("importance weights have the shape {khat:.2}, above {line:.2}");
                 break;
@@ -153,7 +156,7 @@ impl Climb<'_> {
         ((all / self.chains as f64).ceil() as usize).clamp(FEWEST_DRAWS, MOST_DRAWS)
     }
 
-    /// Trajectories, anew with more draws until the accuracy is reached.
+    /// Trajectories, anew with more draws until the accuracy is reached or is out of reach.
     fn by_trajectories(
         &self,
         posed: &Posed,

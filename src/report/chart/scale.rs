@@ -101,7 +101,13 @@ impl Scale {
 
     /// Room for the widest tick label, in pixels.
     pub(super) fn label_width(&self, size: u32) -> f64 {
-        let label = |tick: f64| if self.decades { Self::power(tick) } else { self.label(tick) };
+        let label = |tick: f64| {
+            if self.decades {
+                Self::power(tick)
+            } else {
+                self.label(tick)
+            }
+        };
         let ends = [label(self.lower), label(self.upper)];
         ends.iter().map(|l| text::width(l, size)).fold(0.0, f64::max)
     }

@@ -307,7 +307,12 @@ impl Ground<'_> {
         for (parameter, values) in sampled.parameters.sampled.iter().zip(&sampled.values) {
             let chains: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
             let found = summarise(&chains);
-            let told = || fail(format!("the draws of {} do not tell how far they may be trusted", parameter.name));
+            let told = || {
+                fail(format!(
+                    "the draws of {} do not tell how far they may be trusted",
+                    parameter.name
+                ))
+            };
             let marginal = marginal(&sampled, values).ok_or_else(told)?;
             mcse_mean = f64::max(mcse_mean, found.mcse_mean.ok_or_else(told)? / marginal.sd);
             mcse_sd = f64::max(mcse_sd, found.mcse_sd.ok_or_else(told)? / marginal.sd);
@@ -352,10 +357,12 @@ impl Ground<'_> {
     fn go(&self, path: Path) -> Answer {
         match path {
             Path::Law(law) => self.read_off(law),
-            Path::Laplace | Path::LaplacePsis => self.on_nodes(Evaluation::default(), |posed, size, stream| match path {
-                Path::Laplace => Ok(by_normal(posed, size, stream)),
-                _ => by_weights(posed, size, stream).ok_or("the densities allow no weights".to_owned()),
-            }),
+            Path::Laplace | Path::LaplacePsis => {
+                self.on_nodes(Evaluation::default(), |posed, size, stream| match path {
+                    Path::Laplace => Ok(by_normal(posed, size, stream)),
+                    _ => by_weights(posed, size, stream).ok_or("the densities allow no weights".to_owned()),
+                })
+            }
             Path::Nuts(evaluation) => self.on_nodes(evaluation, |posed, (_, draws), stream| {
                 let effort = Effort { draws, ..self.effort };
                 follow(posed, effort, stream, &|_, _| ()).map_err(|why| why.to_string())
