@@ -8,7 +8,7 @@ use common::Place;
 use wetcor::findings::{self, Findings};
 use wetcor::inference::bootstrap::intervals::Replicates;
 use wetcor::inference::bootstrap::jackknife::acceleration;
-use wetcor::inference::bootstrap::kernel::Failure;
+use wetcor::inference::bootstrap::kernel::{Failure, Sample};
 use wetcor::inference::bootstrap::{kernel, replicate, Law, Plan, Pool, Target};
 use wetcor::inference::laws::{fit_dry, fit_linear, fit_square_root};
 use wetcor::scene::ResamplingScheme;
@@ -118,7 +118,7 @@ fn the_kernels_are_the_full_fit() {
     let full = fit_square_root(&rx, &[], &re);
     // from a start far from the minimum, too: the problem is convex
     for start in [[0.5, -7.0], [0.9, -1.0], [0.3, 5.0]] {
-        let fast = kernel::square_root(&x, &[], &e, &w, start).expect("determined");
+        let fast = kernel::square_root(&Sample::new(&x, &e, &w), start).expect("determined");
         let covariance = full.covariance.as_ref().expect("it has scatter");
         same(fast.parameters[0], full.parameters[0]);
         same(fast.parameters[1], full.parameters[1]);
@@ -127,7 +127,7 @@ fn the_kernels_are_the_full_fit() {
         same(fast.covariance[2], covariance[(1, 1)]);
     }
     let full = fit_linear(&rx, &re);
-    let fast = kernel::linear(&x, &e, &w).expect("determined");
+    let fast = kernel::linear(&Sample::new(&x, &e, &w)).expect("determined");
     let covariance = full.covariance.as_ref().expect("it has scatter");
     same(fast.parameters[0], full.parameters[0]);
     same(fast.parameters[1], full.parameters[1]);
@@ -136,7 +136,7 @@ fn the_kernels_are_the_full_fit() {
     let speeds: Vec<f64> = rx.iter().map(|x| 100.0 * x).collect();
     let roots: Vec<f64> = x.iter().map(|x| (100.0 * x).powf(0.2)).collect();
     let full = fit_dry(&speeds, &re);
-    let fast = kernel::dry(&roots, &e, &w).expect("determined");
+    let fast = kernel::dry(&Sample::new(&roots, &e, &w)).expect("determined");
     same(fast.parameters[0], full.parameters[0]);
     same(fast.covariance[0].sqrt(), full.se(0).expect("it has scatter"));
 }
@@ -146,12 +146,12 @@ fn a_kernel_refuses_what_the_runs_do_not_determine() {
     let e = [0.6, 0.61, 0.59];
     let w = [1.0, 1.0, 1.0];
     assert_eq!(
-        kernel::square_root(&[0.02; 3], &[], &e, &w, [0.5, -5.0]),
+        kernel::square_root(&Sample::new(&[0.02; 3], &e, &w), [0.5, -5.0]),
         Err(Failure::Degenerate)
     );
-    assert_eq!(kernel::linear(&[0.02; 3], &e, &w), Err(Failure::Degenerate));
+    assert_eq!(kernel::linear(&Sample::new(&[0.02; 3], &e, &w)), Err(Failure::Degenerate));
     assert_eq!(
-        kernel::square_root(&[0.01, 0.02, 0.03], &[], &e, &[0.0, 3.0, 0.0], [0.5, -5.0]),
+        kernel::square_root(&Sample::new(&[0.01, 0.02, 0.03], &e, &[0.0, 3.0, 0.0]), [0.5, -5.0]),
         Err(Failure::Degenerate)
     );
 }

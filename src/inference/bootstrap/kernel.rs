@@ -46,13 +46,41 @@ impl Failure {
     }
 }
 
+/// What a law is fitted to: runs, or runs of one abscissa as one at their mean.
+#[derive(Debug, Clone, Copy)]
+pub struct Sample<'a> {
+    /// abscissa
+    pub x: &'a [f64],
+    /// known offset; empty for none
+    pub offset: &'a [f64],
+    /// restitution
+    pub restitution: &'a [f64],
+    /// weight
+    pub weights: &'a [f64],
+    /// weighted squares about the means, which no parameter moves
+    pub within: f64,
+}
+
+impl<'a> Sample<'a> {
+    /// Single runs without offset.
+    pub fn new(x: &'a [f64], restitution: &'a [f64], weights: &'a [f64]) -> Sample<'a> {
+        Sample {
+            x,
+            offset: &[],
+            restitution,
+            weights,
+            within: 0.0,
+        }
+    }
+}
+
 /// Below this share of the product of the diagonals a 2 × 2 determinant is rounding.
 const SINGULAR: f64 = 1e-12;
 
 /// k of e = 1 − k s, s = v^(1/5); fails if every weight is on runs without speed.
-pub fn dry(s: &[f64], e: &[f64], w: &[f64]) -> Result<Weighted, Failure> {
-    let (mut ss, mut sy, mut yy, mut n) = (0.0, 0.0, 0.0, 0.0);
-    for ((s, e), w) in s.iter().zip(e).zip(w) {
+pub fn dry(sample: &Sample) -> Result<Weighted, Failure> {
+    let (mut ss, mut sy, mut yy, mut n) = (0.0, 0.0, sample.within, 0.0);
+    for ((s, e), w) in sample.x.iter().zip(sample.restitution).zip(sample.weights) {
         let y = 1.0 - e;
         ss += w * s * s;
         sy += w * s * y;
@@ -75,7 +103,8 @@ pub fn dry(s: &[f64], e: &[f64], w: &[f64]) -> Result<Weighted, Failure> {
 const LANES: usize = 4;
 
 /// a, b of e = a − b x; fails if the weighted x do not vary.
-pub fn linear(x: &[f64], e: &[f64], w: &[f64]) -> Result<Weighted, Failure> {
+pub fn linear(sample: &Sample) -> Result<Weighted, Failure> {
+    let (x, e, w) = (sample.x, sample.restitution, sample.weights);
     // about a run inside the data, so that nothing cancels
     let (Some(&x0), Some(&e0)) = (x.get(x.len() / 2), e.get(e.len() / 2)) else {
         return Err(Failure::Degenerate);
@@ -95,7 +124,7 @@ pub fn linear(x: &[f64], e: &[f64], w: &[f64]) -> Result<Weighted, Failure> {
     let vxe = xe - sx * me;
     let slope = vxe / vxx;
     let intercept = e0 + me - slope * (x0 + mx);
-    let variance = (ee - se * me - slope * vxe).max(0.0) / (n - 2.0);
+    let variance = (sample.within + ee - se * me - slope * vxe).max(0.0) / (n - 2.0);
     let centre = x0 + mx;
     let bb = variance / vxx;
     Ok(Weighted {
@@ -117,13 +146,12 @@ const SETTLED: f64 = 1e-10;
 
 /// α, β of e = √(α + β x + o) from a start inside the domain, at which it need not be near the minimum.
 ///
-/// `offset` is empty or one number a run. Fails if the runs with weight do not determine both, or Newton's method does
-/// not settle.
-pub fn square_root(x: &[f64], offset: &[f64], e: &[f64], w: &[f64], start: [f64; 2]) -> Result<Weighted, Failure> {
-    if offset.is_empty() {
-        newton::<false>(x, e, e, w, start)
+/// Fails if the runs with weight do not determine both, or Newton's method does not settle.
+pub fn square_root(sample: &Sample, start: [f64; 2]) -> Result<Weighted, Failure> {
+    if sample.offset.is_empty() {
+        newton::<false>(sample, sample.restitution, start)
     } else {
-        newton::<true>(x, offset, e, w, start)
+        newton::<true>(sample, sample.offset, start)
     }
 }
 
@@ -148,16 +176,11 @@ fn sums<const N: usize>([x, o, e, w]: [&[f64]; 4], terms: impl Fn(f64, f64, f64,
     lanes.map(|sum| sum.iter().sum())
 }
 
-fn newton<const OFFSET: bool>(
-    x: &[f64],
-    o: &[f64],
-    e: &[f64],
-    w: &[f64],
-    start: [f64; 2],
-) -> Result<Weighted, Failure> {
+fn newton<const OFFSET: bool>(sample: &Sample, o: &[f64], start: [f64; 2]) -> Result<Weighted, Failure> {
+    let (x, w) = (sample.x, sample.weights);
     let [mut alpha, mut beta] = start;
     let middle = *x.get(x.len() / 2).ok_or(Failure::Degenerate)?;
-    let columns = [x, o, e, w];
+    let columns = [x, o, sample.restitution, w];
     let kept = |[alpha, beta]: [f64; 2], x: f64, o: f64| alpha + beta * x + if OFFSET { o } else { 0.0 };
     for _ in 0..MOST_STEPS {
         // gradient g and Hessian h of ½ Σ w (√r − e)²
@@ -190,21 +213,27 @@ fn newton<const OFFSET: bool>(
         beta += step[1];
         let moved = step[0].abs() + (step[1] * middle).abs();
         if share == 1.0 && moved <= SETTLED * alpha.abs() {
-            return Ok(covariance(columns, [alpha, beta], |x, o| kept([alpha, beta], x, o)));
+            let kept = |x, o| kept([alpha, beta], x, o);
+            return Ok(covariance(columns, sample.within, [alpha, beta], kept));
         }
     }
     Err(Failure::NotConverged)
 }
 
 /// The delta method's covariance at the minimum: residual variance times (JᵀWJ)⁻¹.
-fn covariance(columns: [&[f64]; 4], parameters: [f64; 2], kept: impl Fn(f64, f64) -> f64) -> Weighted {
+fn covariance(
+    columns: [&[f64]; 4],
+    within: f64,
+    parameters: [f64; 2],
+    kept: impl Fn(f64, f64) -> f64,
+) -> Weighted {
     let [n, squares, j0, j1, j2] = sums(columns, |x, o, e, w| {
         let r = kept(x, o).max(FLOOR);
         let residual = r.sqrt() - e;
         let weight = 0.25 * w / r;
         [w, w * residual * residual, weight, weight * x, weight * x * x]
     });
-    let scale = squares / (n - 2.0) / (j0 * j2 - j1 * j1);
+    let scale = (within + squares) / (n - 2.0) / (j0 * j2 - j1 * j1);
     Weighted {
         parameters,
         covariance: [scale * j2, -scale * j1, scale * j0],
