@@ -12,23 +12,30 @@ use super::kernel::Sample;
 use super::picks::{draws, drawn, unit, ways, weigh, Picks};
 use super::{Pool, Target};
 
-/// A stratum, as nodes.
-struct Stratum {
+/// A stratum whose runs are a node each.
+struct Apart {
     picks: Range<usize>,
     nodes: Range<usize>,
-    /// mean restitution, of a stratum that is one node of several runs
-    mean: Option<f64>,
+}
+
+/// A stratum that is one node.
+struct Alike {
+    picks: Range<usize>,
+    node: usize,
     runs: f64,
+    /// their mean restitution
+    mean: f64,
 }
 
 /// All strata as nodes.
 pub(super) struct Nodes {
     picks: Picks,
-    strata: Vec<Stratum>,
+    alike: Vec<Alike>,
+    apart: Vec<Apart>,
     /// Σ w (e − mean) and Σ w (e − mean)² of the draws of a pick, for every way in which they fall
     tables: Vec<[f64; 2]>,
-    /// where the table of each pick starts
-    starts: Vec<usize>,
+    /// nodes of each stratum
+    strata: Vec<Range<usize>>,
     /// the first run of each node
     runs: Vec<usize>,
     /// restitution of each run
@@ -85,67 +92,68 @@ impl Nodes {
                 *alike &= same(target.x) && same(target.offset);
             }
         }
-        let picks = Picks::new(&pool.strata);
         let mut nodes = Nodes {
-            strata: vec![],
+            picks: Picks::new(&pool.strata),
+            alike: vec![],
+            apart: vec![],
             tables: vec![],
-            starts: vec![],
+            strata: vec![],
             runs: vec![],
             restitution,
             columns: vec![],
-            picks,
         };
         for (number, (stratum, alike)) in pool.strata.iter().zip(alike).enumerate() {
             let first = nodes.runs.len();
-            let mean = (alike && stratum.len() > 1).then(|| nodes.tabulate(number, stratum));
-            nodes.runs.extend(stratum.clone().take(match mean {
-                Some(_) => 1,
-                None => stratum.len(),
-            }));
-            nodes.starts.resize(nodes.picks.strata[number].end, 0);
-            nodes.strata.push(Stratum {
-                picks: nodes.picks.strata[number].clone(),
-                nodes: first..nodes.runs.len(),
-                mean,
-                runs: stratum.len() as f64,
-            });
+            let picks = nodes.picks.strata[number].clone();
+            if alike && stratum.len() > 1 {
+                nodes.runs.push(stratum.start);
+                nodes.tabulate(picks, stratum);
+            } else {
+                nodes.runs.extend(stratum.clone());
+                nodes.apart.push(Apart {
+                    picks,
+                    nodes: first..nodes.runs.len(),
+                });
+            }
+            nodes.strata.push(first..nodes.runs.len());
         }
         nodes.columns = targets.iter().map(|target| nodes.column(pool, target)).collect();
         nodes
     }
 
-    /// Tabulates the draws of a stratum and gives its mean restitution.
-    fn tabulate(&mut self, number: usize, stratum: &Range<usize>) -> f64 {
+    /// Adds a stratum that is the last node, with the sums over its draws.
+    fn tabulate(&mut self, picks: Range<usize>, stratum: &Range<usize>) {
         let own = &self.restitution[stratum.clone()];
         let n = own.len();
         let mean = own.iter().sum::<f64>() / n as f64;
-        let mut made = None;
-        let picks = self.picks.strata[number].clone();
-        for (pick, draws) in picks.zip(draws(n)) {
-            if made != Some(draws) {
-                made = Some(draws);
-                self.starts.resize(pick, 0);
-                let start = self.tables.len();
+        let (mut made, mut start) = (0, 0);
+        for (pick, draws) in picks.clone().zip(draws(n)) {
+            if made != draws {
+                made = draws;
+                start = u32::try_from(self.tables.len()).unwrap_or(u32::MAX);
                 self.tables.extend((0..ways(n, draws)).map(|way| {
                     drawn(way, n, draws).fold([0.0; 2], |[sum, squares], member| {
                         let e = own[member] - mean;
                         [sum + unit(n) * e, squares + unit(n) * e * e]
                     })
                 }));
-                self.starts.push(start);
-            } else {
-                self.starts.extend(self.starts.last().copied());
             }
+            self.picks.number_from(pick, start);
         }
-        mean
+        self.alike.push(Alike {
+            picks,
+            node: self.runs.len() - 1,
+            runs: n as f64,
+            mean,
+        });
     }
 
     /// A target's columns over its nodes.
     fn column(&self, pool: &Pool, target: &Target) -> Column {
         let nodes = match &self.strata[target.strata.clone()] {
             [] => 0..0,
-            [first, .., last] => first.nodes.start..last.nodes.end,
-            [only] => only.nodes.clone(),
+            [first, .., last] => first.start..last.end,
+            [only] => only.clone(),
         };
         let first = pool.first_run(target);
         let of = |column: &[f64]| {
@@ -167,8 +175,8 @@ impl Nodes {
     /// Room for a replicate; what no draw moves is in place.
     pub(super) fn room(&self) -> Drawn {
         let mut weights = vec![1.0; self.runs.len()];
-        for stratum in self.strata.iter().filter(|stratum| stratum.mean.is_some()) {
-            weights[stratum.nodes.start] = stratum.runs;
+        for stratum in &self.alike {
+            weights[stratum.node] = stratum.runs;
         }
         Drawn {
             fell: vec![0; self.picks.len()],
@@ -181,21 +189,19 @@ impl Nodes {
     /// Draws a replicate of all strata.
     pub(super) fn draw(&self, rng: &mut ChaCha8Rng, into: &mut Drawn) {
         self.picks.draw(rng, &mut into.fell);
-        for stratum in &self.strata {
-            let fell = &into.fell[stratum.picks.clone()];
-            let Some(mean) = stratum.mean else {
-                weigh(fell, &mut into.weights[stratum.nodes.clone()]);
-                continue;
-            };
+        for stratum in &self.apart {
+            weigh(&into.fell[stratum.picks.clone()], &mut into.weights[stratum.nodes.clone()]);
+        }
+        for stratum in &self.alike {
             let (mut sum, mut squares) = (0.0, 0.0);
-            for (way, start) in fell.iter().zip(&self.starts[stratum.picks.clone()]) {
-                let [s, q] = self.tables[start + *way as usize];
+            for way in &into.fell[stratum.picks.clone()] {
+                let [s, q] = self.tables[*way as usize];
                 sum += s;
                 squares += q;
             }
             let shift = sum / stratum.runs;
-            into.restitution[stratum.nodes.start] = mean + shift;
-            into.squares[stratum.nodes.start] = squares - sum * shift;
+            into.restitution[stratum.node] = stratum.mean + shift;
+            into.squares[stratum.node] = squares - sum * shift;
         }
     }
 }

@@ -81,9 +81,16 @@ pub(super) fn weigh(fell: &[u32], weights: &mut [f64]) {
     }
 }
 
+/// Ways in which the draws of a pick fall, numbered from the first on.
+#[derive(Clone, Copy)]
+struct Ways {
+    first: u32,
+    count: u32,
+}
+
 /// Which draws are made at once, and which of them one random word decides.
 pub(super) struct Picks {
-    ways: Vec<u32>,
+    ways: Vec<Ways>,
     /// picks that one word decides
     words: Vec<Range<usize>>,
     /// picks of each stratum
@@ -110,11 +117,19 @@ impl Picks {
                         decided = ways as u64;
                     }
                 }
-                picks.ways.push(u32::try_from(ways).unwrap_or(u32::MAX));
+                picks.ways.push(Ways {
+                    first: 0,
+                    count: u32::try_from(ways).unwrap_or(u32::MAX),
+                });
             }
             picks.strata.push(first..picks.ways.len());
         }
         picks
+    }
+
+    /// Numbers the ways of a pick from here on, which a table over them wants.
+    pub(super) fn number_from(&mut self, pick: usize, first: u32) {
+        self.ways[pick].first = first;
     }
 
     /// Picks of a replicate.
@@ -132,8 +147,8 @@ impl Picks {
         for word in &self.words {
             let mut left = rng.next_u64();
             for (way, ways) in fell[word.clone()].iter_mut().zip(&self.ways[word.clone()]) {
-                let scaled = u128::from(left) * u128::from(*ways);
-                *way = (scaled >> 64) as u32;
+                let scaled = u128::from(left) * u128::from(ways.count);
+                *way = ways.first + (scaled >> 64) as u32;
                 left = scaled as u64;
             }
         }
@@ -193,9 +208,9 @@ mod tests {
         for _ in 0..draws {
             picks.draw(&mut rng, &mut fell);
             for a in 0..fell.len() {
-                assert!(fell[a] < picks.ways[a]);
+                assert!(fell[a] < picks.ways[a].count);
                 for b in 0..a {
-                    sums[a * fell.len() + b] += centred(fell[a], picks.ways[a]) * centred(fell[b], picks.ways[b]);
+                    sums[a * fell.len() + b] += centred(fell[a], picks.ways[a].count) * centred(fell[b], picks.ways[b].count);
                 }
             }
         }
