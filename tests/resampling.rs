@@ -83,11 +83,11 @@ fn jackknife_and_studentized_limits_are_the_scripts() {
             .iter()
             .map(|stratum| influence(value, stratum.iter().map(|p| of(*p))))
             .collect();
-        let t = Replicates::new(weights.iter().map(|w| {
+        let mut t = Replicates::new(weights.iter().map(|w| {
             let fit = fit(w).expect("determined");
             (of(fit.parameters) - value) / se(gradient(fit.parameters), fit.covariance)
         }));
-        let limits = [0.90, 0.95].map(|level| studentized(&t, value, own, level).expect("replicates"));
+        let limits = [0.90, 0.95].map(|level| studentized(&mut t, value, own, level).expect("replicates"));
         let mut found = vec![value, own, acceleration(&influences)];
         found.extend(degrees_of_freedom(&influences));
         found.extend(limits.iter().flat_map(|made| [made.lo, made.hi]));
@@ -133,7 +133,11 @@ fn covered(test: &str, unit_df: bool, ends: fn(f64, f64) -> (f64, f64)) -> (usiz
             })
             .collect();
         let truth: Vec<f64> = x.iter().map(|x| 0.8 - 5.0 * x - 10.0 * x * x).collect();
-        let slope = |e: &[f64]| kernel::linear(&Sample::new(&x, e, &[1.0; 24])).expect("determined").parameters;
+        let slope = |e: &[f64]| {
+            kernel::linear(&Sample::new(&x, e, &[1.0; 24]))
+                .expect("determined")
+                .parameters
+        };
         let fitted = slope(&e);
         let target = Target {
             law: Law::Linear,

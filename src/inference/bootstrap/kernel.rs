@@ -114,24 +114,80 @@ pub fn linear(sample: &Sample) -> Result<Weighted, Failure> {
         let (wx, we) = (w * x, w * e);
         [w, wx, we, wx * x, wx * e, we * e]
     });
-    let (mx, me) = (sx / n, se / n);
-    let vxx = xx - sx * mx;
-    // a NaN determines nothing, either
-    let determined = vxx > SINGULAR * xx.max(f64::MIN_POSITIVE) && n >= 2.0;
-    if !determined {
-        return Err(Failure::Degenerate);
+    let level = Level::new(n, x0, sx / n, xx)?;
+    let me = se / n;
+    Ok(level.through(e0 + me, xe - sx * me, sample.within + ee - se * me))
+}
+
+/// What weights and abscissae alone say of a linear fit.
+#[derive(Debug, Clone, Copy)]
+struct Level {
+    /// sum of the weights
+    runs: f64,
+    /// mean abscissa
+    centre: f64,
+    /// squares about it
+    squares: f64,
+}
+
+impl Level {
+    /// From the sum of the weights, and mean and squares of x − x0.
+    fn new(runs: f64, x0: f64, mean: f64, xx: f64) -> Result<Level, Failure> {
+        let squares = xx - runs * mean * mean;
+        // a NaN determines nothing, either
+        let determined = squares > SINGULAR * xx.max(f64::MIN_POSITIVE) && runs >= 2.0;
+        let centre = x0 + mean;
+        let level = Level { runs, centre, squares };
+        determined.then_some(level).ok_or(Failure::Degenerate)
     }
-    let vxe = xe - sx * me;
-    let slope = vxe / vxx;
-    let intercept = e0 + me - slope * (x0 + mx);
-    let variance = (sample.within + ee - se * me - slope * vxe).max(0.0) / (n - 2.0);
-    let centre = x0 + mx;
-    let bb = variance / vxx;
-    Ok(Weighted {
-        parameters: [intercept, -slope],
-        covariance: [variance / n + centre * centre * bb, centre * bb, bb],
-        failure: None,
-    })
+
+    /// The line through the mean restitution, from products and squares about the means.
+    fn through(&self, mean: f64, products: f64, squares: f64) -> Weighted {
+        let slope = products / self.squares;
+        let variance = (squares - slope * products).max(0.0) / (self.runs - 2.0);
+        let bb = variance / self.squares;
+        Weighted {
+            parameters: [mean - slope * self.centre, -slope],
+            covariance: [
+                variance / self.runs + self.centre * self.centre * bb,
+                self.centre * bb,
+                bb,
+            ],
+            failure: None,
+        }
+    }
+}
+
+/// Linear fits to other restitutions at the same abscissae with the same weights.
+#[derive(Debug, Clone)]
+pub(super) struct Lines {
+    level: Level,
+    /// weight of each run times its x, about the mean
+    pulls: Vec<f64>,
+}
+
+impl Lines {
+    /// Fails as [`linear`] does.
+    pub(super) fn new(x: &[f64], w: &[f64]) -> Result<Lines, Failure> {
+        let x0 = *x.get(x.len() / 2).ok_or(Failure::Degenerate)?;
+        let [n, sx, xx] = sums([x, x, x, w], |x, _, _, w| [w, w * (x - x0), w * (x - x0) * (x - x0)]);
+        let level = Level::new(n, x0, sx / n, xx)?;
+        let pulls = x.iter().zip(w).map(|(x, w)| w * (x - x0 - sx / n)).collect();
+        Ok(Lines { level, pulls })
+    }
+
+    /// What [`linear`] finds, where the sample has the abscissae and weights given before.
+    pub(super) fn fit(&self, sample: &Sample) -> Weighted {
+        let e0 = sample.restitution[sample.restitution.len() / 2];
+        let columns = [sample.restitution, sample.weights, &self.pulls, &self.pulls];
+        let [se, xe, ee] = sums(columns, |e, w, pull, _| {
+            let e = e - e0;
+            let we = w * e;
+            [we, pull * e, we * e]
+        });
+        let me = se / self.level.runs;
+        self.level.through(e0 + me, xe, sample.within + ee - se * me)
+    }
 }
 
 /// Kept energy below which a run without weight is held, so that its zero weight stays a zero.
@@ -221,12 +277,7 @@ fn newton<const OFFSET: bool>(sample: &Sample, o: &[f64], start: [f64; 2]) -> Re
 }
 
 /// The delta method's covariance at the minimum: residual variance times (JᵀWJ)⁻¹.
-fn covariance(
-    columns: [&[f64]; 4],
-    within: f64,
-    parameters: [f64; 2],
-    kept: impl Fn(f64, f64) -> f64,
-) -> Weighted {
+fn covariance(columns: [&[f64]; 4], within: f64, parameters: [f64; 2], kept: impl Fn(f64, f64) -> f64) -> Weighted {
     let [n, squares, j0, j1, j2] = sums(columns, |x, o, e, w| {
         let r = kept(x, o).max(FLOOR);
         let residual = r.sqrt() - e;

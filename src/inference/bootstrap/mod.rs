@@ -147,10 +147,15 @@ fn fit(target: &Target, sample: &Sample) -> Weighted {
         Law::Linear => kernel::linear(sample),
         Law::SquareRoot => kernel::square_root(sample, target.fitted),
     };
-    match fit {
-        Ok(fit) if fit.parameters.iter().all(|p| p.is_finite()) => fit,
-        Ok(_) => Weighted::none(Failure::Degenerate),
-        Err(failure) => Weighted::none(failure),
+    fit.map_or_else(Weighted::none, finite)
+}
+
+/// A fit with a number for every parameter.
+fn finite(fit: Weighted) -> Weighted {
+    if fit.parameters.iter().all(|p| p.is_finite()) {
+        fit
+    } else {
+        Weighted::none(Failure::Degenerate)
     }
 }
 
@@ -242,7 +247,11 @@ impl Replication<'_> {
             for row in rows {
                 nodes.draw(&mut rng, drawn);
                 for ((target, column), out) in self.targets.iter().zip(&nodes.columns).zip(row) {
-                    *out = fit(target, &drawn.of(column));
+                    let sample = drawn.of(column);
+                    *out = match &column.lines {
+                        Some(lines) => finite(lines.fit(&sample)),
+                        None => fit(target, &sample),
+                    };
                 }
             }
             return;

@@ -8,9 +8,9 @@ use std::ops::Range;
 
 use rand::rngs::ChaCha8Rng;
 
-use super::kernel::Sample;
-use super::picks::{draws, drawn, unit, ways, weigh, Picks};
-use super::{Pool, Target};
+use super::kernel::{Lines, Sample};
+use super::picks::{drawn, draws, unit, ways, weigh, Picks};
+use super::{Law, Pool, Target};
 
 /// A stratum whose runs are a node each.
 struct Apart {
@@ -23,6 +23,8 @@ struct Alike {
     picks: Range<usize>,
     node: usize,
     runs: f64,
+    /// 1/runs: dividing takes as long as the sums
+    share: f64,
     /// their mean restitution
     mean: f64,
 }
@@ -49,6 +51,8 @@ pub(super) struct Column {
     nodes: Range<usize>,
     x: Vec<f64>,
     offset: Vec<f64>,
+    /// of a linear law, where no draw moves a weight
+    pub(super) lines: Option<Lines>,
 }
 
 /// A replicate, by node.
@@ -144,6 +148,7 @@ impl Nodes {
             picks,
             node: self.runs.len() - 1,
             runs: n as f64,
+            share: 1.0 / n as f64,
             mean,
         });
     }
@@ -156,14 +161,23 @@ impl Nodes {
             [only] => only.clone(),
         };
         let first = pool.first_run(target);
-        let of = |column: &[f64]| {
+        let of = |column: &[f64]| -> Vec<f64> {
             let own = self.runs[nodes.clone()].iter();
             own.filter_map(|run| column.get(run - first)).copied().collect()
         };
+        let x = of(target.x);
+        // a stratum of one run is one that no draw moves, either
+        let moved = |apart: &Apart| apart.nodes.len() > 1 && nodes.contains(&apart.nodes.start);
+        let lines = if target.law == Law::Linear && !self.apart.iter().any(moved) {
+            Lines::new(&x, &self.room().weights[nodes.clone()]).ok()
+        } else {
+            None
+        };
         Column {
-            x: of(target.x),
+            x,
             offset: of(target.offset),
             nodes,
+            lines,
         }
     }
 
@@ -190,7 +204,10 @@ impl Nodes {
     pub(super) fn draw(&self, rng: &mut ChaCha8Rng, into: &mut Drawn) {
         self.picks.draw(rng, &mut into.fell);
         for stratum in &self.apart {
-            weigh(&into.fell[stratum.picks.clone()], &mut into.weights[stratum.nodes.clone()]);
+            weigh(
+                &into.fell[stratum.picks.clone()],
+                &mut into.weights[stratum.nodes.clone()],
+            );
         }
         for stratum in &self.alike {
             let (mut sum, mut squares) = (0.0, 0.0);
@@ -199,7 +216,7 @@ impl Nodes {
                 sum += s;
                 squares += q;
             }
-            let shift = sum / stratum.runs;
+            let shift = sum * stratum.share;
             into.restitution[stratum.node] = stratum.mean + shift;
             into.squares[stratum.node] = squares - sum * shift;
         }

@@ -210,7 +210,8 @@ mod tests {
             for a in 0..fell.len() {
                 assert!(fell[a] < picks.ways[a].count);
                 for b in 0..a {
-                    sums[a * fell.len() + b] += centred(fell[a], picks.ways[a].count) * centred(fell[b], picks.ways[b].count);
+                    sums[a * fell.len() + b] +=
+                        centred(fell[a], picks.ways[a].count) * centred(fell[b], picks.ways[b].count);
                 }
             }
         }
