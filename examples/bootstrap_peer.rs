@@ -59,14 +59,16 @@ fn main() -> Result<(), Box<dyn Error>> {
             scheme: ResamplingScheme::Cases,
             seed: 1,
         };
-        let fits = &replicate(&pool, &targets, plan, &|_| ())[0];
-        let without = leave_one_out(&pool, &targets[0], plan.scheme);
+        let (fits, without) = rayon::join(
+            || replicate(&pool, &targets, plan, &|_| ()),
+            || leave_one_out(&pool, &targets[0], plan.scheme),
+        );
         let influences: Vec<Vec<f64>> = without
             .iter()
             .map(|stratum| influence(value, stratum.iter().map(|p| e_inf(*p))))
             .collect();
         let df = degrees_of_freedom(&influences).ok_or("the runs do not vary")?;
-        let made = Replicates::new(fits.iter().map(|fit| e_inf(fit.parameters)));
+        let mut made = Replicates::new(fits[0].iter().map(|fit| e_inf(fit.parameters)));
         made.bca(value, acceleration(&influences), 0.95, df)
     };
     let threads = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;

@@ -37,6 +37,14 @@ impl Streams {
         rng.set_stream(index);
         rng
     }
+
+    /// One stream from the stretch of an index on, where every stretch has so many words of 32 bits: the next one
+    /// follows without a new start, which takes as long as sixty words.
+    pub fn stretch(&self, index: u64, words: u64) -> ChaCha8Rng {
+        let mut rng = ChaCha8Rng::from_seed(self.key);
+        rng.set_word_pos(u128::from(index) * u128::from(words));
+        rng
+    }
 }
 
 /// Lowercase hexadecimal SHA-256 of some bytes.

@@ -8,8 +8,8 @@ use common::Place;
 use wetcor::findings::{self, Findings};
 use wetcor::inference::bootstrap::intervals::Replicates;
 use wetcor::inference::bootstrap::jackknife::acceleration;
-use wetcor::inference::bootstrap::kernel::Failure;
-use wetcor::inference::bootstrap::{kernel, replicate, Law, Plan, Pool, Target};
+use wetcor::inference::bootstrap::kernel::{Failure, Sample};
+use wetcor::inference::bootstrap::{kernel, replicate, weights, Law, Plan, Pool, Target};
 use wetcor::inference::laws::{fit_dry, fit_linear, fit_square_root};
 use wetcor::scene::ResamplingScheme;
 
@@ -33,7 +33,7 @@ fn column(name: &str) -> Vec<f64> {
 #[test]
 fn intervals_are_rs_given_its_replicates() {
     for name in ["city_ratio", "aircondit_mean", "law_cor"] {
-        let replicates = Replicates::new(column(&format!("{name}_t.csv")).into_iter());
+        let mut replicates = Replicates::new(column(&format!("{name}_t.csv")).into_iter());
         assert_eq!(replicates.failed, 0);
         let mut compared = 0;
         for row in table(&format!("{name}_ci.csv")) {
@@ -72,12 +72,12 @@ fn the_acceleration_is_rs_given_its_influence_values() {
 
 #[test]
 fn undefined_intervals_say_why() {
-    let equal = Replicates::new([0.5, 0.5, 0.5].into_iter());
+    let mut equal = Replicates::new([0.5, 0.5, 0.5].into_iter());
     assert_eq!(equal.bca(0.5, 0.0, 0.95, f64::INFINITY), Err("all replicates equal"));
-    let above = Replicates::new([0.6, 0.7, f64::NAN].into_iter());
+    let mut above = Replicates::new([0.6, 0.7, f64::NAN].into_iter());
     assert_eq!(above.failed, 1);
     assert_eq!(above.bca(0.5, 0.0, 0.95, f64::INFINITY), Err("z0 infinite"));
-    let around = Replicates::new([0.4, 0.6, 0.7].into_iter());
+    let mut around = Replicates::new([0.4, 0.6, 0.7].into_iter());
     assert_eq!(
         around.bca(0.5, f64::NAN, 0.95, f64::INFINITY),
         Err("acceleration not finite")
@@ -118,7 +118,7 @@ fn the_kernels_are_the_full_fit() {
     let full = fit_square_root(&rx, &[], &re);
     // from a start far from the minimum, too: the problem is convex
     for start in [[0.5, -7.0], [0.9, -1.0], [0.3, 5.0]] {
-        let fast = kernel::square_root(&x, &[], &e, &w, start).expect("determined");
+        let fast = kernel::square_root(&Sample::new(&x, &e, &w), start).expect("determined");
         let covariance = full.covariance.as_ref().expect("it has scatter");
         same(fast.parameters[0], full.parameters[0]);
         same(fast.parameters[1], full.parameters[1]);
@@ -127,7 +127,7 @@ fn the_kernels_are_the_full_fit() {
         same(fast.covariance[2], covariance[(1, 1)]);
     }
     let full = fit_linear(&rx, &re);
-    let fast = kernel::linear(&x, &e, &w).expect("determined");
+    let fast = kernel::linear(&Sample::new(&x, &e, &w)).expect("determined");
     let covariance = full.covariance.as_ref().expect("it has scatter");
     same(fast.parameters[0], full.parameters[0]);
     same(fast.parameters[1], full.parameters[1]);
@@ -136,7 +136,7 @@ fn the_kernels_are_the_full_fit() {
     let speeds: Vec<f64> = rx.iter().map(|x| 100.0 * x).collect();
     let roots: Vec<f64> = x.iter().map(|x| (100.0 * x).powf(0.2)).collect();
     let full = fit_dry(&speeds, &re);
-    let fast = kernel::dry(&roots, &e, &w).expect("determined");
+    let fast = kernel::dry(&Sample::new(&roots, &e, &w)).expect("determined");
     same(fast.parameters[0], full.parameters[0]);
     same(fast.covariance[0].sqrt(), full.se(0).expect("it has scatter"));
 }
@@ -146,14 +146,96 @@ fn a_kernel_refuses_what_the_runs_do_not_determine() {
     let e = [0.6, 0.61, 0.59];
     let w = [1.0, 1.0, 1.0];
     assert_eq!(
-        kernel::square_root(&[0.02; 3], &[], &e, &w, [0.5, -5.0]),
+        kernel::square_root(&Sample::new(&[0.02; 3], &e, &w), [0.5, -5.0]),
         Err(Failure::Degenerate)
     );
-    assert_eq!(kernel::linear(&[0.02; 3], &e, &w), Err(Failure::Degenerate));
     assert_eq!(
-        kernel::square_root(&[0.01, 0.02, 0.03], &[], &e, &[0.0, 3.0, 0.0], [0.5, -5.0]),
+        kernel::linear(&Sample::new(&[0.02; 3], &e, &w)),
         Err(Failure::Degenerate)
     );
+    assert_eq!(
+        kernel::square_root(&Sample::new(&[0.01, 0.02, 0.03], &e, &[0.0, 3.0, 0.0]), [0.5, -5.0]),
+        Err(Failure::Degenerate)
+    );
+}
+
+/// Strata of these sizes, of one x each or of an x a run, as x and a scattered e.
+fn strata(sizes: &[usize], alike: impl Fn(usize) -> bool) -> (Pool, Vec<f64>, Vec<f64>) {
+    let (mut pool, mut x) = (Pool::default(), vec![]);
+    for (stratum, size) in sizes.iter().enumerate() {
+        pool.strata.push(x.len()..x.len() + size);
+        let of = |run: usize| 0.004 + 0.002 * stratum as f64 + if alike(stratum) { 0.0 } else { 1e-4 * run as f64 };
+        x.extend((0..*size).map(of));
+    }
+    pool.series.push(0..x.len());
+    let scatter = |(run, x): (usize, &f64)| (0.52 - 7.4 * x).sqrt() + 0.02 * (7.0 * run as f64).sin();
+    let e = x.iter().enumerate().map(scatter).collect();
+    (pool, x, e)
+}
+
+/// However strata are drawn and summed, a replicate is the fit of every run with the weight it was drawn with.
+#[test]
+fn every_replicate_is_the_plain_fit_of_its_weights() {
+    let sizes = [1, 2, 3, 4, 5, 6, 7, 8, 9, 17, 1, 5];
+    let kinds: [fn(usize) -> bool; 3] = [|_| true, |_| false, |stratum| stratum % 2 == 0];
+    for alike in kinds {
+        let (pool, x, e) = strata(&sizes, alike);
+        let offset: Vec<f64> = x.iter().map(|x| 0.01 + 0.3 * x).collect();
+        // one target has all strata, the other those in the middle
+        let some = pool.strata[3].start..pool.strata[9].end;
+        let targets: Vec<Target> = [
+            (Law::Dry, [0.3, 0.0]),
+            (Law::Linear, [0.72, 6.0]),
+            (Law::SquareRoot, [0.5, -7.0]),
+        ]
+        .into_iter()
+        .flat_map(|(law, fitted)| {
+            let offset: &[f64] = if law == Law::SquareRoot { &offset } else { &[] };
+            let of = |runs: std::ops::Range<usize>, strata| Target {
+                law,
+                x: &x[runs.clone()],
+                offset: offset.get(runs.clone()).unwrap_or(&[]),
+                restitution: &e[runs],
+                strata,
+                series: 0..1,
+                fitted,
+            };
+            [of(0..x.len(), 0..sizes.len()), of(some.clone(), 3..10)]
+        })
+        .collect();
+        let plan = Plan {
+            replicates: 150,
+            scheme: ResamplingScheme::Cases,
+            seed: 11,
+        };
+        let found = replicate(&pool, &targets, plan, &|_| ());
+        let distance = |target: usize, number: usize, drawn: u64| {
+            let Target { law, x, offset, .. } = targets[target];
+            let runs = if target % 2 == 0 { 0..e.len() } else { some.clone() };
+            let weights = &weights(&pool, plan.seed, drawn)[runs];
+            let sample = Sample {
+                offset,
+                ..Sample::new(x, targets[target].restitution, weights)
+            };
+            let plain = match law {
+                Law::Dry => kernel::dry(&sample),
+                Law::Linear => kernel::linear(&sample),
+                Law::SquareRoot => kernel::square_root(&sample, targets[target].fitted),
+            };
+            let (plain, found) = (plain.expect("determined"), found[target][number]);
+            let all = |fit: kernel::Weighted| fit.parameters.into_iter().chain(fit.covariance);
+            let apart = |(a, b): (f64, f64)| if a == b { 0.0 } else { (a - b).abs() / b.abs() };
+            all(found).zip(all(plain)).map(apart).fold(0.0, f64::max)
+        };
+        for target in 0..targets.len() {
+            for number in 0..plan.replicates {
+                let off = distance(target, number, number as u64);
+                assert!(off < 1e-10, "{target} {number}: {off}");
+            }
+            // the planted fault: weights of another replicate
+            assert!(distance(target, 3, 4) > 1e-4, "{target}");
+        }
+    }
 }
 
 /// Two strata with their own levels: how far resampled stratum sizes would move the estimate.

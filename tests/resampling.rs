@@ -11,6 +11,7 @@ use wetcor::findings::bootstrap::COVERAGE_OF_EIGHT;
 use wetcor::findings::{self, Findings};
 use wetcor::inference::bootstrap::intervals::{studentized, Replicates};
 use wetcor::inference::bootstrap::jackknife::{acceleration, degrees_of_freedom, influence, leave_one_out};
+use wetcor::inference::bootstrap::kernel::Sample;
 use wetcor::inference::bootstrap::{kernel, replicate, Law, Plan, Pool, Target};
 use wetcor::scene::ResamplingScheme;
 use wetcor::seed::stream;
@@ -64,8 +65,8 @@ fn jackknife_and_studentized_limits_are_the_scripts() {
         let (law, expected) = (row[0].as_str(), numbers(&row[2..]));
         let (of, gradient) = quantity(law, &row[1]);
         let fit = |w: &[f64]| match law {
-            "linear" => kernel::linear(&x, &e, w),
-            _ => kernel::square_root(&x, &[], &e, w, [0.52, -7.4]),
+            "linear" => kernel::linear(&Sample::new(&x, &e, w)),
+            _ => kernel::square_root(&Sample::new(&x, &e, w), [0.52, -7.4]),
         };
         let full = fit(&vec![1.0; x.len()]).expect("determined");
         let (value, own) = (of(full.parameters), se(gradient(full.parameters), full.covariance));
@@ -82,11 +83,11 @@ fn jackknife_and_studentized_limits_are_the_scripts() {
             .iter()
             .map(|stratum| influence(value, stratum.iter().map(|p| of(*p))))
             .collect();
-        let t = Replicates::new(weights.iter().map(|w| {
+        let mut t = Replicates::new(weights.iter().map(|w| {
             let fit = fit(w).expect("determined");
             (of(fit.parameters) - value) / se(gradient(fit.parameters), fit.covariance)
         }));
-        let limits = [0.90, 0.95].map(|level| studentized(&t, value, own, level).expect("replicates"));
+        let limits = [0.90, 0.95].map(|level| studentized(&mut t, value, own, level).expect("replicates"));
         let mut found = vec![value, own, acceleration(&influences)];
         found.extend(degrees_of_freedom(&influences));
         found.extend(limits.iter().flat_map(|made| [made.lo, made.hi]));
@@ -132,7 +133,11 @@ fn covered(test: &str, unit_df: bool, ends: fn(f64, f64) -> (f64, f64)) -> (usiz
             })
             .collect();
         let truth: Vec<f64> = x.iter().map(|x| 0.8 - 5.0 * x - 10.0 * x * x).collect();
-        let slope = |e: &[f64]| kernel::linear(&x, e, &[1.0; 24]).expect("determined").parameters;
+        let slope = |e: &[f64]| {
+            kernel::linear(&Sample::new(&x, e, &[1.0; 24]))
+                .expect("determined")
+                .parameters
+        };
         let fitted = slope(&e);
         let target = Target {
             law: Law::Linear,

@@ -56,7 +56,7 @@ impl Replicated {
         }
         let k_at = |number: usize| dry.map_or(f64::NAN, |dry| self.fits[dry][number].parameters[0]);
         let of = |(number, fit): (usize, &Weighted)| quantity(fit.parameters, k_at(number));
-        let replicates = Replicates::new(self.fits[target].iter().enumerate().map(of));
+        let mut replicates = Replicates::new(self.fits[target].iter().enumerate().map(of));
         let failures = match replicates.failed {
             0 => vec![],
             _ => self.failures(target, dry, &quantity),
@@ -75,12 +75,12 @@ impl Replicated {
             ResamplingScheme::Cases | ResamplingScheme::Series => degrees_of_freedom(&influences),
             ResamplingScheme::Residuals | ResamplingScheme::Parametric => Some(self.to_spare[target] as f64),
         };
-        let made = Made {
+        let mut made = Made {
             acceleration: acceleration(&influences),
             degrees_of_freedom: degrees_of_freedom.unwrap_or(f64::INFINITY),
             t: (self.keep_all || self.method == IntervalMethod::Studentized)
                 .then(|| self.studentized(target, dry, &quantity, value)),
-            replicates: &replicates,
+            replicates: &mut replicates,
             value,
             se,
         };
@@ -174,7 +174,7 @@ impl Replicated {
 
 /// What an interval of a quantity is made of.
 struct Made<'r> {
-    replicates: &'r Replicates,
+    replicates: &'r mut Replicates,
     /// t* of the replicates, where they are asked for
     t: Option<Replicates>,
     acceleration: f64,
@@ -185,14 +185,14 @@ struct Made<'r> {
 
 impl Made<'_> {
     /// The interval, or why there is none.
-    fn interval(&self, method: IntervalMethod, level: f64) -> Result<Interval, &'static str> {
+    fn interval(&mut self, method: IntervalMethod, level: f64) -> Result<Interval, &'static str> {
         const NONE: &str = "no replicates";
         let df = self.degrees_of_freedom;
         match method {
             IntervalMethod::Bca => self.replicates.bca(self.value, self.acceleration, level, df),
             IntervalMethod::Percentile => self.replicates.percentile(level, df).ok_or(NONE),
             IntervalMethod::Studentized => {
-                let t = self.t.as_ref().ok_or(NONE)?;
+                let t = self.t.as_mut().ok_or(NONE)?;
                 studentized(t, self.value, self.se, level).ok_or("a replicate's standard error is not finite")
             }
             IntervalMethod::Delta => Err("made by least squares"),

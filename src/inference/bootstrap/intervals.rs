@@ -18,90 +18,106 @@ fn normal_quantile(p: f64) -> f64 {
     Normal::standard().inverse_cdf(p)
 }
 
-/// Finite replicates of one quantity, in increasing order.
+/// Finite replicates of one quantity, of which only the order statistics asked for are put in their places.
 #[derive(Debug, Clone)]
 pub struct Replicates {
-    sorted: Vec<f64>,
+    values: Vec<f64>,
+    /// ranks from 0 that are in place: everything before each is no larger, everything after it no smaller
+    placed: Vec<usize>,
     /// replicates that gave no number
     pub failed: usize,
 }
 
 impl Replicates {
-    /// Sorts the finite replicates and counts the others.
+    /// Keeps the finite replicates and counts the others.
     pub fn new(values: impl Iterator<Item = f64>) -> Replicates {
         let mut failed = 0;
-        let mut sorted: Vec<f64> = values
+        let values = values
             .filter(|value| {
                 failed += usize::from(!value.is_finite());
                 value.is_finite()
             })
             .collect();
-        sorted.sort_unstable_by(f64::total_cmp);
-        Replicates { sorted, failed }
+        Replicates {
+            values,
+            placed: vec![],
+            failed,
+        }
+    }
+
+    /// The replicate of this rank from 0.
+    fn at(&mut self, rank: usize) -> Option<f64> {
+        if let Err(next) = self.placed.binary_search(&rank) {
+            let from = next.checked_sub(1).map_or(0, |before| self.placed[before] + 1);
+            let to = self.placed.get(next).copied().unwrap_or(self.values.len());
+            let between = self.values.get_mut(from..to).filter(|_| rank < to)?;
+            between.select_nth_unstable_by(rank - from, f64::total_cmp);
+            self.placed.insert(next, rank);
+        }
+        self.values.get(rank).copied()
     }
 
     /// Finite replicates.
     pub fn len(&self) -> usize {
-        self.sorted.len()
+        self.values.len()
     }
 
     /// Whether there is no finite replicate.
     pub fn is_empty(&self) -> bool {
-        self.sorted.is_empty()
+        self.values.is_empty()
     }
 
     /// Mean and standard deviation; `None` for fewer than two.
     pub fn mean_sd(&self) -> Option<(f64, f64)> {
-        let n = self.sorted.len();
+        let n = self.values.len();
         if n < 2 {
             return None;
         }
         // about the first one, so that equal replicates have no spread at all
-        let first = self.sorted[0];
-        let mean = self.sorted.iter().map(|x| x - first).sum::<f64>() / n as f64;
-        let squares: f64 = self.sorted.iter().map(|x| (x - first - mean).powi(2)).sum();
+        let first = self.values[0];
+        let mean = self.values.iter().map(|x| x - first).sum::<f64>() / n as f64;
+        let squares: f64 = self.values.iter().map(|x| (x - first - mean).powi(2)).sum();
         Some((first + mean, (squares / (n as f64 - 1.0)).sqrt()))
     }
 
     /// z0 = Φ⁻¹ of the share of replicates strictly below the estimate; infinite where all or none are.
     pub fn z0(&self, estimate: f64) -> f64 {
-        let below = self.sorted.partition_point(|x| *x < estimate);
-        let share = below as f64 / self.sorted.len() as f64;
+        let below = self.values.iter().filter(|x| **x < estimate).count();
+        let share = below as f64 / self.values.len() as f64;
         match below {
             0 => f64::NEG_INFINITY,
-            below if below == self.sorted.len() => f64::INFINITY,
+            below if below == self.values.len() => f64::INFINITY,
             _ => normal_quantile(share),
         }
     }
 
     /// The order statistic at rank (R + 1) p, interpolated on the normal scale between its neighbours.
-    fn quantile(&self, p: f64) -> Option<f64> {
-        let count = self.sorted.len();
+    fn quantile(&mut self, p: f64) -> Option<f64> {
+        let count = self.values.len();
         let rank = (count as f64 + 1.0) * p;
         let k = rank.trunc() as usize;
-        let at = |k: usize| self.sorted.get(k.checked_sub(1)?).copied();
         if k == 0 {
-            return self.sorted.first().copied();
+            return self.at(0);
         }
         if k >= count {
-            return self.sorted.last().copied();
+            return self.at(count.checked_sub(1)?);
         }
+        let low = self.at(k - 1)?;
         if k as f64 == rank {
-            return at(k);
+            return Some(low);
         }
         let z = |k: usize| normal_quantile(k as f64 / (count as f64 + 1.0));
         let share = (normal_quantile(p) - z(k)) / (z(k + 1) - z(k));
-        let (low, high) = (at(k)?, at(k + 1)?);
-        Some(low + share * (high - low))
+        Some(low + share * (self.at(k)? - low))
     }
 
-    fn between(&self, method: &'static str, level: f64, [lo, hi]: [f64; 2]) -> Option<Interval> {
+    fn between(&mut self, method: &'static str, level: f64, [lo, hi]: [f64; 2]) -> Option<Interval> {
         let (lo, hi) = (self.quantile(lo)?, self.quantile(hi)?);
         Some(Interval { method, level, lo, hi })
     }
 
     /// Between the quantiles of the replicates at Φ(t) for t of (1 ∓ level)/2; `None` without replicates.
-    pub fn percentile(&self, level: f64, degrees_of_freedom: f64) -> Option<Interval> {
+    pub fn percentile(&mut self, level: f64, degrees_of_freedom: f64) -> Option<Interval> {
         let at = if degrees_of_freedom.is_infinite() {
             tails(level)
         } else {
@@ -114,14 +130,13 @@ impl Replicates {
     ///
     /// Where it is undefined the reason is returned: all replicates equal, z0 infinite, acceleration not finite.
     pub fn bca(
-        &self,
+        &mut self,
         estimate: f64,
         acceleration: f64,
         level: f64,
         degrees_of_freedom: f64,
     ) -> Result<Interval, &'static str> {
-        let spread = self.sorted.first() != self.sorted.last();
-        if !spread {
+        if self.values.iter().all(|x| *x == self.values[0]) {
             return Err("all replicates equal");
         }
         let z0 = self.z0(estimate);
@@ -144,7 +159,7 @@ impl Replicates {
 }
 
 /// estimate − se · quantiles of t* = (θ* − θ̂)/se*, with the upper quantile below; `None` without replicates.
-pub fn studentized(t: &Replicates, estimate: f64, se: f64, level: f64) -> Option<Interval> {
+pub fn studentized(t: &mut Replicates, estimate: f64, se: f64, level: f64) -> Option<Interval> {
     let [low, high] = tails(level);
     let (lo, hi) = (estimate - se * t.quantile(high)?, estimate - se * t.quantile(low)?);
     (lo.is_finite() && hi.is_finite()).then_some(Interval {

@@ -46,13 +46,41 @@ impl Failure {
     }
 }
 
+/// What a law is fitted to: runs, or runs of one abscissa as one at their mean.
+#[derive(Debug, Clone, Copy)]
+pub struct Sample<'a> {
+    /// abscissa
+    pub x: &'a [f64],
+    /// known offset; empty for none
+    pub offset: &'a [f64],
+    /// restitution
+    pub restitution: &'a [f64],
+    /// weight
+    pub weights: &'a [f64],
+    /// weighted squares about the means, which no parameter moves
+    pub within: f64,
+}
+
+impl<'a> Sample<'a> {
+    /// Single runs without offset.
+    pub fn new(x: &'a [f64], restitution: &'a [f64], weights: &'a [f64]) -> Sample<'a> {
+        Sample {
+            x,
+            offset: &[],
+            restitution,
+            weights,
+            within: 0.0,
+        }
+    }
+}
+
 /// Below this share of the product of the diagonals a 2 × 2 determinant is rounding.
 const SINGULAR: f64 = 1e-12;
 
 /// k of e = 1 − k s, s = v^(1/5); fails if every weight is on runs without speed.
-pub fn dry(s: &[f64], e: &[f64], w: &[f64]) -> Result<Weighted, Failure> {
-    let (mut ss, mut sy, mut yy, mut n) = (0.0, 0.0, 0.0, 0.0);
-    for ((s, e), w) in s.iter().zip(e).zip(w) {
+pub fn dry(sample: &Sample) -> Result<Weighted, Failure> {
+    let (mut ss, mut sy, mut yy, mut n) = (0.0, 0.0, sample.within, 0.0);
+    for ((s, e), w) in sample.x.iter().zip(sample.restitution).zip(sample.weights) {
         let y = 1.0 - e;
         ss += w * s * s;
         sy += w * s * y;
@@ -75,7 +103,8 @@ pub fn dry(s: &[f64], e: &[f64], w: &[f64]) -> Result<Weighted, Failure> {
 const LANES: usize = 4;
 
 /// a, b of e = a − b x; fails if the weighted x do not vary.
-pub fn linear(x: &[f64], e: &[f64], w: &[f64]) -> Result<Weighted, Failure> {
+pub fn linear(sample: &Sample) -> Result<Weighted, Failure> {
+    let (x, e, w) = (sample.x, sample.restitution, sample.weights);
     // about a run inside the data, so that nothing cancels
     let (Some(&x0), Some(&e0)) = (x.get(x.len() / 2), e.get(e.len() / 2)) else {
         return Err(Failure::Degenerate);
@@ -85,24 +114,80 @@ pub fn linear(x: &[f64], e: &[f64], w: &[f64]) -> Result<Weighted, Failure> {
         let (wx, we) = (w * x, w * e);
         [w, wx, we, wx * x, wx * e, we * e]
     });
-    let (mx, me) = (sx / n, se / n);
-    let vxx = xx - sx * mx;
-    // a NaN determines nothing, either
-    let determined = vxx > SINGULAR * xx.max(f64::MIN_POSITIVE) && n >= 2.0;
-    if !determined {
-        return Err(Failure::Degenerate);
+    let level = Level::new(n, x0, sx / n, xx)?;
+    let me = se / n;
+    Ok(level.through(e0 + me, xe - sx * me, sample.within + ee - se * me))
+}
+
+/// What weights and abscissae alone say of a linear fit.
+#[derive(Debug, Clone, Copy)]
+struct Level {
+    /// sum of the weights
+    runs: f64,
+    /// mean abscissa
+    centre: f64,
+    /// squares about it
+    squares: f64,
+}
+
+impl Level {
+    /// From the sum of the weights, and mean and squares of x − x0.
+    fn new(runs: f64, x0: f64, mean: f64, xx: f64) -> Result<Level, Failure> {
+        let squares = xx - runs * mean * mean;
+        // a NaN determines nothing, either
+        let determined = squares > SINGULAR * xx.max(f64::MIN_POSITIVE) && runs >= 2.0;
+        let centre = x0 + mean;
+        let level = Level { runs, centre, squares };
+        determined.then_some(level).ok_or(Failure::Degenerate)
     }
-    let vxe = xe - sx * me;
-    let slope = vxe / vxx;
-    let intercept = e0 + me - slope * (x0 + mx);
-    let variance = (ee - se * me - slope * vxe).max(0.0) / (n - 2.0);
-    let centre = x0 + mx;
-    let bb = variance / vxx;
-    Ok(Weighted {
-        parameters: [intercept, -slope],
-        covariance: [variance / n + centre * centre * bb, centre * bb, bb],
-        failure: None,
-    })
+
+    /// The line through the mean restitution, from products and squares about the means.
+    fn through(&self, mean: f64, products: f64, squares: f64) -> Weighted {
+        let slope = products / self.squares;
+        let variance = (squares - slope * products).max(0.0) / (self.runs - 2.0);
+        let bb = variance / self.squares;
+        Weighted {
+            parameters: [mean - slope * self.centre, -slope],
+            covariance: [
+                variance / self.runs + self.centre * self.centre * bb,
+                self.centre * bb,
+                bb,
+            ],
+            failure: None,
+        }
+    }
+}
+
+/// Linear fits to other restitutions at the same abscissae with the same weights.
+#[derive(Debug, Clone)]
+pub(super) struct Lines {
+    level: Level,
+    /// weight of each run times its x, about the mean
+    pulls: Vec<f64>,
+}
+
+impl Lines {
+    /// Fails as [`linear`] does.
+    pub(super) fn new(x: &[f64], w: &[f64]) -> Result<Lines, Failure> {
+        let x0 = *x.get(x.len() / 2).ok_or(Failure::Degenerate)?;
+        let [n, sx, xx] = sums([x, x, x, w], |x, _, _, w| [w, w * (x - x0), w * (x - x0) * (x - x0)]);
+        let level = Level::new(n, x0, sx / n, xx)?;
+        let pulls = x.iter().zip(w).map(|(x, w)| w * (x - x0 - sx / n)).collect();
+        Ok(Lines { level, pulls })
+    }
+
+    /// What [`linear`] finds, where the sample has the abscissae and weights given before.
+    pub(super) fn fit(&self, sample: &Sample) -> Weighted {
+        let e0 = sample.restitution[sample.restitution.len() / 2];
+        let columns = [sample.restitution, sample.weights, &self.pulls, &self.pulls];
+        let [se, xe, ee] = sums(columns, |e, w, pull, _| {
+            let e = e - e0;
+            let we = w * e;
+            [we, pull * e, we * e]
+        });
+        let me = se / self.level.runs;
+        self.level.through(e0 + me, xe, sample.within + ee - se * me)
+    }
 }
 
 /// Kept energy below which a run without weight is held, so that its zero weight stays a zero.
@@ -117,13 +202,12 @@ const SETTLED: f64 = 1e-10;
 
 /// α, β of e = √(α + β x + o) from a start inside the domain, at which it need not be near the minimum.
 ///
-/// `offset` is empty or one number a run. Fails if the runs with weight do not determine both, or Newton's method does
-/// not settle.
-pub fn square_root(x: &[f64], offset: &[f64], e: &[f64], w: &[f64], start: [f64; 2]) -> Result<Weighted, Failure> {
-    if offset.is_empty() {
-        newton::<false>(x, e, e, w, start)
+/// Fails if the runs with weight do not determine both, or Newton's method does not settle.
+pub fn square_root(sample: &Sample, start: [f64; 2]) -> Result<Weighted, Failure> {
+    if sample.offset.is_empty() {
+        newton::<false>(sample, sample.restitution, start)
     } else {
-        newton::<true>(x, offset, e, w, start)
+        newton::<true>(sample, sample.offset, start)
     }
 }
 
@@ -148,16 +232,11 @@ fn sums<const N: usize>([x, o, e, w]: [&[f64]; 4], terms: impl Fn(f64, f64, f64,
     lanes.map(|sum| sum.iter().sum())
 }
 
-fn newton<const OFFSET: bool>(
-    x: &[f64],
-    o: &[f64],
-    e: &[f64],
-    w: &[f64],
-    start: [f64; 2],
-) -> Result<Weighted, Failure> {
+fn newton<const OFFSET: bool>(sample: &Sample, o: &[f64], start: [f64; 2]) -> Result<Weighted, Failure> {
+    let (x, w) = (sample.x, sample.weights);
     let [mut alpha, mut beta] = start;
     let middle = *x.get(x.len() / 2).ok_or(Failure::Degenerate)?;
-    let columns = [x, o, e, w];
+    let columns = [x, o, sample.restitution, w];
     let kept = |[alpha, beta]: [f64; 2], x: f64, o: f64| alpha + beta * x + if OFFSET { o } else { 0.0 };
     for _ in 0..MOST_STEPS {
         // gradient g and Hessian h of ½ Σ w (√r − e)²
@@ -190,21 +269,22 @@ fn newton<const OFFSET: bool>(
         beta += step[1];
         let moved = step[0].abs() + (step[1] * middle).abs();
         if share == 1.0 && moved <= SETTLED * alpha.abs() {
-            return Ok(covariance(columns, [alpha, beta], |x, o| kept([alpha, beta], x, o)));
+            let kept = |x, o| kept([alpha, beta], x, o);
+            return Ok(covariance(columns, sample.within, [alpha, beta], kept));
         }
     }
     Err(Failure::NotConverged)
 }
 
 /// The delta method's covariance at the minimum: residual variance times (JᵀWJ)⁻¹.
-fn covariance(columns: [&[f64]; 4], parameters: [f64; 2], kept: impl Fn(f64, f64) -> f64) -> Weighted {
+fn covariance(columns: [&[f64]; 4], within: f64, parameters: [f64; 2], kept: impl Fn(f64, f64) -> f64) -> Weighted {
     let [n, squares, j0, j1, j2] = sums(columns, |x, o, e, w| {
         let r = kept(x, o).max(FLOOR);
         let residual = r.sqrt() - e;
         let weight = 0.25 * w / r;
         [w, w * residual * residual, weight, weight * x, weight * x * x]
     });
-    let scale = squares / (n - 2.0) / (j0 * j2 - j1 * j1);
+    let scale = (within + squares) / (n - 2.0) / (j0 * j2 - j1 * j1);
     Weighted {
         parameters,
         covariance: [scale * j2, -scale * j1, scale * j0],

@@ -2,14 +2,16 @@
 //!
 //! Strata are particle × liquid × diameter × film ratio (dry: particle × diameter), and inside these the impact speed.
 //! From n runs of a stratum n − 1 are drawn, each with the weight n/(n − 1), which keeps the variance of small strata
-//! unbiased. A replicate has one random stream, from which the strata are drawn in a fixed order, so that neither the
-//! number of threads nor the number of replicates moves any of them. Indices are drawn and counted, never stored: a
-//! thread holds one weight a run.
+//! unbiased. A replicate has a random stream of its own, or where runs are drawn inside strata its own stretch of one, so
+//! that neither the number of threads nor the number of replicates moves any of them. Draws are counted or summed, never
+//! stored beyond their replicate.
 //!
 //! | file | job |
 //! |---|---|
 //! | `strata.rs` | divides the runs of a series by impact speed |
-//! | `schemes.rs` | draws what a replicate is fitted to |
+//! | `picks.rs` | draws the runs of every stratum |
+//! | `nodes.rs` | gathers runs that share stratum and abscissa |
+//! | `schemes.rs` | draws what a replicate of the other schemes is fitted to |
 //! | `kernel.rs` | fits a law to weighted runs in one stream over them |
 //! | `jackknife.rs` | leaves out one run at a time: acceleration and degrees of freedom |
 //! | `intervals.rs` | percentile, BCa and studentized intervals from replicates |
@@ -17,6 +19,8 @@
 pub mod intervals;
 pub mod jackknife;
 pub mod kernel;
+mod nodes;
+mod picks;
 mod schemes;
 pub mod strata;
 
@@ -26,8 +30,10 @@ use rayon::prelude::*;
 
 use crate::scene::ResamplingScheme;
 use crate::seed::Streams;
-use kernel::{Failure, Weighted};
-use schemes::{draw_cases, draw_series, Noise};
+use kernel::{Failure, Sample, Weighted};
+use nodes::{Drawn, Nodes};
+use picks::{weigh, Picks};
+use schemes::{draw_series, Noise};
 
 /// A law fitted to some strata.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,7 +65,7 @@ pub struct Target<'a> {
     pub x: &'a [f64],
     /// known offset of each run; empty for none
     pub offset: &'a [f64],
-    /// restitution of each run
+    /// restitution of each run, the same in every target that has the run
     pub restitution: &'a [f64],
     /// the strata, as indices into [`Pool::strata`]; consecutive, and together all of x
     pub strata: Range<usize>,
@@ -123,19 +129,33 @@ pub struct Plan {
 pub type Replicated = Vec<Weighted>;
 
 /// Replicates handled by one thread at a time.
-const BLOCK: usize = 32;
+const BLOCK: usize = 64;
 
-/// Fits a target to weighted restitutions.
+/// Fits a target to weighted restitutions of its runs.
 fn solve(target: &Target, restitution: &[f64], weights: &[f64]) -> Weighted {
-    let fit = match target.law {
-        Law::Dry => kernel::dry(target.x, restitution, weights),
-        Law::Linear => kernel::linear(target.x, restitution, weights),
-        Law::SquareRoot => kernel::square_root(target.x, target.offset, restitution, weights, target.fitted),
+    let sample = Sample {
+        offset: target.offset,
+        ..Sample::new(target.x, restitution, weights)
     };
-    match fit {
-        Ok(fit) if fit.parameters.iter().all(|p| p.is_finite()) => fit,
-        Ok(_) => Weighted::none(Failure::Degenerate),
-        Err(failure) => Weighted::none(failure),
+    fit(target, &sample)
+}
+
+/// Fits a target's law from where it ended.
+fn fit(target: &Target, sample: &Sample) -> Weighted {
+    let fit = match target.law {
+        Law::Dry => kernel::dry(sample),
+        Law::Linear => kernel::linear(sample),
+        Law::SquareRoot => kernel::square_root(sample, target.fitted),
+    };
+    fit.map_or_else(Weighted::none, finite)
+}
+
+/// A fit with a number for every parameter.
+fn finite(fit: Weighted) -> Weighted {
+    if fit.parameters.iter().all(|p| p.is_finite()) {
+        fit
+    } else {
+        Weighted::none(Failure::Degenerate)
     }
 }
 
@@ -143,6 +163,7 @@ fn solve(target: &Target, restitution: &[f64], weights: &[f64]) -> Weighted {
 struct Scratch {
     weights: Vec<f64>,
     restitution: Vec<f64>,
+    drawn: Option<Drawn>,
 }
 
 /// Every replicate of every target, in order; targets × replicates. `done` is told of replicates as they are finished.
@@ -152,11 +173,11 @@ pub fn replicate(pool: &Pool, targets: &[Target], plan: Plan, done: &(dyn Fn(usi
     if targets.is_empty() {
         return vec![];
     }
-    let runs = pool.strata.last().map_or(0, |stratum| stratum.end);
     let most = targets.iter().map(|target| target.x.len()).max().unwrap_or(0);
     let replication = Replication {
         pool,
         targets,
+        nodes: (plan.scheme == ResamplingScheme::Cases).then(|| Nodes::new(pool, targets)),
         noises: targets
             .iter()
             .map(|target| match plan.scheme {
@@ -164,22 +185,20 @@ pub fn replicate(pool: &Pool, targets: &[Target], plan: Plan, done: &(dyn Fn(usi
                 ResamplingScheme::Cases | ResamplingScheme::Series => None,
             })
             .collect(),
-        scheme: plan.scheme,
-        streams: Streams::new(plan.seed, "bootstrap"),
-    };
-    let scratch = || Scratch {
-        weights: vec![0.0; runs.max(most)],
-        restitution: vec![0.0; most],
+        plan,
     };
     let mut rows = vec![Weighted::none(Failure::OneSeries); targets.len() * plan.replicates];
-    rows.par_chunks_mut(BLOCK * targets.len())
-        .enumerate()
-        .for_each_init(scratch, |scratch, (block, rows)| {
-            for (index, row) in rows.chunks_mut(targets.len()).enumerate() {
-                replication.draw((block * BLOCK + index) as u64, scratch, row);
-            }
+    rows.par_chunks_mut(BLOCK * targets.len()).enumerate().for_each_init(
+        || Scratch {
+            weights: vec![0.0; most],
+            restitution: vec![0.0; most],
+            drawn: replication.nodes.as_ref().map(Nodes::room),
+        },
+        |scratch, (block, rows)| {
+            replication.draw((block * BLOCK) as u64, scratch, rows);
             done(rows.len() / targets.len());
-        });
+        },
+    );
     if targets.len() == 1 {
         return vec![rows];
     }
@@ -189,39 +208,72 @@ pub fn replicate(pool: &Pool, targets: &[Target], plan: Plan, done: &(dyn Fn(usi
         .collect()
 }
 
+/// The name of the stream of which a replicate of [`ResamplingScheme::Cases`] has its own stretch.
+const CASES: &str = "bootstrap cases";
+
+/// Weights of all runs of a pool in one replicate of [`ResamplingScheme::Cases`], for fits other than those made here.
+pub fn weights(pool: &Pool, seed: u64, number: u64) -> Vec<f64> {
+    let picks = Picks::new(&pool.strata);
+    let mut fell = vec![0; picks.len()];
+    picks.draw(&mut Streams::new(seed, CASES).stretch(number, picks.words()), &mut fell);
+    let mut weights = vec![0.0; pool.strata.last().map_or(0, |stratum| stratum.end)];
+    for (stratum, picks) in pool.strata.iter().zip(&picks.strata) {
+        weigh(&fell[picks.clone()], &mut weights[stratum.clone()]);
+    }
+    weights
+}
+
 /// What every replicate is drawn from.
 struct Replication<'a> {
     pool: &'a Pool,
     targets: &'a [Target<'a>],
+    /// runs drawn inside strata
+    nodes: Option<Nodes>,
     noises: Vec<Option<Noise>>,
-    scheme: ResamplingScheme,
-    streams: Streams,
+    plan: Plan,
 }
 
 impl Replication<'_> {
-    /// The replicate of this number, a fit for each target.
-    fn draw(&self, number: u64, scratch: &mut Scratch, row: &mut [Weighted]) {
-        let mut rng = self.streams.at(number);
-        let Scratch { weights, restitution } = scratch;
-        if self.scheme == ResamplingScheme::Cases {
-            draw_cases(&mut rng, &self.pool.strata, weights);
+    /// Replicates from this number on, each a row of fits by target.
+    fn draw(&self, first: u64, scratch: &mut Scratch, rows: &mut [Weighted]) {
+        let rows = rows.chunks_mut(self.targets.len());
+        let Scratch {
+            weights,
+            restitution,
+            drawn,
+        } = scratch;
+        if let (Some(nodes), Some(drawn)) = (&self.nodes, drawn) {
+            let mut rng = Streams::new(self.plan.seed, CASES).stretch(first, nodes.words());
+            for row in rows {
+                nodes.draw(&mut rng, drawn);
+                for ((target, column), out) in self.targets.iter().zip(&nodes.columns).zip(row) {
+                    let sample = drawn.of(column);
+                    *out = match &column.lines {
+                        Some(lines) => finite(lines.fit(&sample)),
+                        None => fit(target, &sample),
+                    };
+                }
+            }
+            return;
         }
-        for ((target, noise), out) in self.targets.iter().zip(&self.noises).zip(row) {
-            let n = target.x.len();
-            let first = self.pool.first_run(target);
-            *out = match (self.scheme, noise) {
-                (ResamplingScheme::Cases, _) => solve(target, target.restitution, &weights[first..first + n]),
-                (ResamplingScheme::Series, _) if target.series.len() > 1 => {
-                    let series = &self.pool.series[target.series.clone()];
-                    draw_series(&mut rng, series, first, &mut weights[..n]);
-                    solve(target, target.restitution, &weights[..n])
-                }
-                (_, Some(noise)) => {
-                    noise.draw(&mut rng, self.scheme, &mut restitution[..n], &mut weights[..n]);
-                    solve(target, &restitution[..n], &weights[..n])
-                }
-                _ => Weighted::none(Failure::OneSeries),
-            };
+        let streams = Streams::new(self.plan.seed, "bootstrap");
+        for (number, row) in (first..).zip(rows) {
+            let mut rng = streams.at(number);
+            for ((target, noise), out) in self.targets.iter().zip(&self.noises).zip(row) {
+                let (weights, restitution) = (&mut weights[..target.x.len()], &mut restitution[..target.x.len()]);
+                *out = match noise {
+                    Some(noise) => {
+                        noise.draw(&mut rng, self.plan.scheme, restitution, weights);
+                        solve(target, restitution, weights)
+                    }
+                    None if target.series.len() > 1 => {
+                        let series = &self.pool.series[target.series.clone()];
+                        draw_series(&mut rng, series, self.pool.first_run(target), weights);
+                        solve(target, target.restitution, weights)
+                    }
+                    None => Weighted::none(Failure::OneSeries),
+                };
+            }
         }
     }
 }
