@@ -200,7 +200,7 @@ fn both_laws(
     let tell = |law: Law, fit: &Fit, uncertain: Uncertain, shift_by_dry_k: [f64; 2]| {
         let name = &scene.particles[particle].name;
         let mut scaling = match law {
-            Law::Sqrt => square_root_scaling(fit, &uncertain, quoting),
+            Law::Sqrt => square_root_scaling(fit, x, &uncertain, quoting),
             Law::Linear => linear_scaling(fit, &uncertain, quoting, bias),
         };
         scaling.particle.clone_from(name);
@@ -230,9 +230,9 @@ pub const DIFFERENT: f64 = 0.001;
 const NO_FALL: &str = "the restitution does not fall with 1/St: there is no St_c";
 
 /// e_inf = √α, St_c = −β/(2 α), L = −β/4 of e = √(α + β/St).
-fn square_root_scaling(fit: &Fit, uncertain: &Uncertain, quoting: Quoting) -> Scaling {
+fn square_root_scaling(fit: &Fit, x: &[f64], uncertain: &Uncertain, quoting: Quoting) -> Scaling {
     let [alpha, beta] = two(fit);
-    let verdict = judge_square_root(fit);
+    let verdict = judge_square_root(fit, x);
     let e_inf = alpha.max(0.0).sqrt();
     let e_inf_slope = [0.5 / e_inf, 0.0];
     let st_c_slope = [beta / (2.0 * alpha * alpha), -0.5 / alpha];
