@@ -285,11 +285,12 @@ fn derive(
     })
 }
 
-/// Spread of the restitutions about the separate laws; 1 where they leave none, which holds k at its dry fit.
+/// Spread of the restitutions about the separate laws that could be fitted; 1 where they leave none, which holds k at
+/// its dry fit.
 fn pooled_sd(separate: &[Spread]) -> f64 {
-    let squares: f64 = separate.iter().map(|group| group.sum_of_squares).sum();
-    let freedom: usize = separate
-        .iter()
+    let separate = || separate.iter().filter(|group| group.sum_of_squares.is_finite());
+    let squares: f64 = separate().map(|group| group.sum_of_squares).sum();
+    let freedom: usize = separate()
         .map(|group| group.runs.saturating_sub(group.parameters))
         .sum();
     if squares > 0.0 && freedom > 0 {

@@ -7,7 +7,7 @@ use wetcor::findings::verdicts::quotable;
 use wetcor::findings::{self, Findings};
 use wetcor::model::simulate::Simulation;
 use wetcor::physics::dry::restitution;
-use wetcor::physics::impact::{kept_energy, DrySpeed, Parameters, Setting};
+use wetcor::physics::impact::{kept_energy, Parameters, Setting};
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::runs::{self, NewRun, Table};
 use wetcor::scene::Scene;
@@ -208,25 +208,23 @@ fn tell(scene: &Scene, findings: Findings, sampled: bool) -> Told {
     parts.push(match distance {
         Some(distance) => format!("least squares within {} se", rounded_up(distance)),
         None => {
-            let series = findings
-                .series
-                .iter()
-                .find(|s| !s.verdict.passed)
-                .map(|s| s.verdict.reason.clone());
-            let reason = balance
-                .filter(|b| !b.verdict.passed)
-                .map(|b| b.verdict.reason.clone())
-                .or(series);
+            let of_balance = balance.map(|balance| &balance.verdict);
+            let of_dry = findings.dry.iter().map(|dry| &dry.verdict);
+            let of_series = findings.series.iter().map(|series| &series.verdict);
+            let mut verdicts = of_balance.into_iter().chain(of_dry).chain(of_series);
+            let reason = verdicts
+                .find(|verdict| !verdict.passed)
+                .map(|verdict| verdict.reason.as_str());
             format!(
                 "least squares: no balance ({})",
-                reason.unwrap_or_else(|| "no usable k".to_owned())
+                reason.unwrap_or("no dry runs, no k to begin with")
             )
         }
     });
     if sampled {
         parts.push(match posterior_distance {
             _ if chains => "posterior: the chains are not trusted".to_owned(),
-            Some(distance) => format!("posterior within {} sd", rounded_up(distance)),
+            Some(distance) => format!("posterior within {} sd", of_draws(distance)),
             None => "posterior declined".to_owned(),
         });
     }
@@ -259,6 +257,15 @@ pub fn rounded_up(x: f64) -> String {
         return format!("10^{}", x.log10().ceil());
     }
     format!("{}", (2.0 * x + 0.02).ceil() / 2.0)
+}
+
+/// Steps between which draws of another processor do not stray: 3.5, 5, powers of ten.
+pub fn of_draws(x: f64) -> String {
+    match x {
+        x if x <= 3.5 => "3.5".to_owned(),
+        x if x <= 5.0 => "5".to_owned(),
+        x => format!("10^{}", x.log10().ceil()),
+    }
 }
 
 fn estimates(findings: &Findings) -> Vec<&Estimate> {

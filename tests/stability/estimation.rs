@@ -13,7 +13,7 @@ use wetcor::physics::inertia::Inertia;
 use wetcor::runs::NewRun;
 use wetcor::scene::{Prior, PriorChoice, Scene};
 
-use crate::asking::{both, chance, draw, dry_run, least_squares, rounded_up, scene, table, wet_run, Told};
+use crate::asking::{both, chance, draw, dry_run, least_squares, of_draws, rounded_up, scene, table, wet_run, Told};
 use crate::common::mean;
 
 /// A line of the table.
@@ -98,7 +98,7 @@ fn noise() -> Vec<Row> {
         let case = format!("noise of {sigma}");
         let told = both(&scene, &table(&scene, &draw(&scene, &case, Some(1600))));
         let mut line = row(case, BOTH, &told);
-        if told.distance.is_none() {
+        if told.findings.posterior.is_none() {
             let k = told.findings.dry[0].dry_k.value.expect("the law meets the runs");
             line.came_out += &format!("; k right to {}", digits(k / 0.183 - 1.0));
         }
@@ -302,7 +302,8 @@ fn bounds() -> Vec<Row> {
         } else {
             "k on its bound"
         };
-        rows.push(row(case, BOTH, &both(&bound, &table(&bound, &runs))));
+        let told = both(&bound, &table(&bound, &runs));
+        rows.push(row(case, BOTH, &told));
     }
     rows
 }
@@ -477,7 +478,7 @@ fn compressed_sum() -> Vec<Row> {
                 "log density off by less than {} with fewer than {} nodes; posterior within {} sd",
                 digits(error.max(1e-7)),
                 compression.nodes.next_power_of_two(),
-                rounded_up(distance)
+                of_draws(distance)
             ),
         });
     }
