@@ -152,9 +152,11 @@ fn test_one_for_all(pairs: Vec<[(FittedScaling, Fit); 2]>) -> Vec<FittedScaling>
                 let other = &other.0;
                 (other.particle, other.law) == (all.particle, all.law) && other.scaling.film_ratio.is_some()
             };
+            if all.scaling.film_ratio.is_some() {
+                return None;
+            }
             let separate: Vec<_> = fits.iter().filter(of_ratio).map(|(_, fit)| fit).collect();
-            let converged = |fit: &&Fit| fit.stop == Stop::Converged;
-            if all.scaling.film_ratio.is_some() || !separate.iter().all(converged) {
+            if !separate.iter().all(|fit| fit.stop == Stop::Converged) {
                 return None;
             }
             let spreads: Vec<_> = separate.into_iter().map(spread).collect();
