@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::estimate::{Estimate, Quoting, Scale};
 use super::judge::{spread, uncertain, why_stopped};
 use super::Verdict;
+use crate::inference::distributions::student_t_quantile;
 use crate::inference::laws::fit_dry;
 use crate::inference::least_squares::{Fit, Stop};
 use crate::inference::nested::{one_law_for_all, FTest, Spread};
@@ -75,7 +76,8 @@ fn of_particle(scene: &Scene, runs: &Runs, particle: usize, groups: &[&DryGroup]
     let (speeds, restitutions) = (gather(&runs.impact_speed), gather(&runs.restitution));
     let fit = fit_dry(&speeds, &restitutions);
     let fastest = speeds.iter().copied().fold(0.0, f64::max);
-    let verdict = judge(&fit, fastest);
+    let stuck = groups.iter().map(|group| group.stuck.len()).sum();
+    let verdict = judge(&fit, fastest, stuck);
     let separate: Vec<(f64, Fit)> = groups
         .iter()
         .map(|group| {
@@ -93,7 +95,7 @@ fn of_particle(scene: &Scene, runs: &Runs, particle: usize, groups: &[&DryGroup]
         dry: Dry {
             particle: scene.particles[particle].name.clone(),
             runs: restitutions.len(),
-            stuck: groups.iter().map(|group| group.stuck.len()).sum(),
+            stuck,
             dry_k,
             residual_sd: fit.residual_sd,
             by_diameter: separate
@@ -119,7 +121,17 @@ fn estimate(fit: &Fit, quoting: Quoting) -> Estimate {
     }
 }
 
-fn judge(fit: &Fit, fastest: f64) -> Verdict {
+/// How far leaving out the lowest runs moves a mean of normal ones, in its standard errors.
+fn cut_off_bias(rebounds: usize, stuck: usize) -> f64 {
+    /// Student's t with so many degrees of freedom is the normal
+    const NORMAL: f64 = 1e9;
+    let share = stuck as f64 / (rebounds + stuck) as f64;
+    let z = student_t_quantile(share, NORMAL).unwrap_or(f64::NEG_INFINITY);
+    let density = (-0.5 * z * z).exp() / (2.0 * std::f64::consts::PI).sqrt();
+    density / (1.0 - share) * (rebounds as f64).sqrt()
+}
+
+fn judge(fit: &Fit, fastest: f64, stuck: usize) -> Verdict {
     let k = fit.parameters.first().copied().unwrap_or(f64::NAN);
     if fit.stop != Stop::Converged {
         Verdict::failed(why_stopped(fit))
@@ -127,7 +139,24 @@ fn judge(fit: &Fit, fastest: f64) -> Verdict {
         Verdict::failed(why.clone())
     } else if speed_limit(k) <= fastest {
         Verdict::failed("the fitted law turns negative inside the range of speeds")
+    } else if cut_off_bias(fit.degrees_of_freedom + 1, stuck) > 1.0 {
+        Verdict::failed(format!(
+            "{stuck} dry runs have no rebound: leaving out so many may move k by more than its standard error"
+        ))
     } else {
         Verdict::passed("converged")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Mean of a standard normal cut off below: φ(z)/(1 − Φ(z)); at the median 0.7979.
+    #[test]
+    fn the_bias_of_a_cut_off_is_that_of_a_truncated_normal() {
+        assert!((cut_off_bias(100, 100) / (10.0 * 0.797_884_56) - 1.0).abs() < 1e-6);
+        assert_eq!(cut_off_bias(100, 0), 0.0);
+        assert!(cut_off_bias(30, 1) < 1.0 && cut_off_bias(80, 20) > 3.0);
     }
 }

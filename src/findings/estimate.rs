@@ -53,6 +53,8 @@ impl Scale {
     }
 }
 
+const NOT_FINITE: &str = "it is not finite at the fit";
+
 impl Quoting {
     /// A number that the runs do not give.
     pub fn none(self, why: impl Into<String>) -> Estimate {
@@ -76,7 +78,7 @@ impl Quoting {
     /// A function of uncertain parameters, from its value and its gradient in them.
     pub fn of(self, uncertain: &Uncertain, value: f64, gradient: &[f64], scale: Scale) -> Estimate {
         if !value.is_finite() {
-            return self.none("it is not finite at the fit");
+            return self.none(NOT_FINITE);
         }
         let se = match uncertain.se(gradient) {
             Ok(se) => se,
@@ -85,8 +87,14 @@ impl Quoting {
         self.with_se(value, se, uncertain.degrees_of_freedom, scale)
     }
 
-    /// A number with a standard error.
+    /// A number with a standard error; none where either is beyond what a number can hold, as exp(L) may be.
     pub fn with_se(self, value: f64, se: f64, degrees_of_freedom: usize, scale: Scale) -> Estimate {
+        if !value.is_finite() {
+            return self.none(NOT_FINITE);
+        }
+        if !se.is_finite() {
+            return self.without_se(Some(value), "its standard error is not finite");
+        }
         let make = |level| match scale {
             Scale::Plain => interval(value, se, degrees_of_freedom, level),
             Scale::Log => log_interval(value, se, degrees_of_freedom, level),

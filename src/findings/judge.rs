@@ -8,21 +8,22 @@ use crate::inference::nested::Spread;
 pub(super) const ALPHA_NOT_POSITIVE: &str = "α is not positive: the runs do not reach e_inf";
 pub(super) const BETA_NOT_NEGATIVE: &str = "β is not negative: the restitution does not fall towards low speeds";
 
-/// A slope this small beside α is rounding, not a fall.
+/// A fall of e² this small beside α, over all of the runs' x, is rounding.
 const NO_FALL: f64 = 1e-12;
 
-/// Whether the fitted restitution falls towards low speeds.
-pub(super) fn falls(fit: &Fit) -> bool {
-    matches!(fit.parameters.as_slice(), [alpha, beta] if *beta < -NO_FALL * alpha.abs())
+/// Whether the fitted restitution falls towards low speeds; x of each run, in whatever unit β takes it.
+pub(super) fn falls(fit: &Fit, x: &[f64]) -> bool {
+    let largest = x.iter().copied().fold(0.0, f64::max);
+    matches!(fit.parameters.as_slice(), [alpha, beta] if beta * largest < -NO_FALL * alpha.abs())
 }
 
 /// Whether a two-parameter law of e may be quoted.
-pub(super) fn judge_square_root(fit: &Fit) -> Verdict {
+pub(super) fn judge_square_root(fit: &Fit, x: &[f64]) -> Verdict {
     if fit.stop != Stop::Converged {
         Verdict::failed(why_stopped(fit))
     } else if fit.parameters.first().is_none_or(|alpha| *alpha <= 0.0) {
         Verdict::failed(ALPHA_NOT_POSITIVE)
-    } else if !falls(fit) {
+    } else if !falls(fit, x) {
         Verdict::failed(BETA_NOT_NEGATIVE)
     } else if let (None, Some(why)) = (&fit.covariance, &fit.why_no_covariance) {
         Verdict::failed(why.clone())

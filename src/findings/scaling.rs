@@ -152,9 +152,11 @@ fn test_one_for_all(pairs: Vec<[(FittedScaling, Fit); 2]>) -> Vec<FittedScaling>
                 let other = &other.0;
                 (other.particle, other.law) == (all.particle, all.law) && other.scaling.film_ratio.is_some()
             };
+            if all.scaling.film_ratio.is_some() {
+                return None;
+            }
             let separate: Vec<_> = fits.iter().filter(of_ratio).map(|(_, fit)| fit).collect();
-            let converged = |fit: &&Fit| fit.stop == Stop::Converged;
-            if all.scaling.film_ratio.is_some() || !separate.iter().all(converged) {
+            if !separate.iter().all(|fit| fit.stop == Stop::Converged) {
                 return None;
             }
             let spreads: Vec<_> = separate.into_iter().map(spread).collect();
@@ -200,7 +202,7 @@ fn both_laws(
     let tell = |law: Law, fit: &Fit, uncertain: Uncertain, shift_by_dry_k: [f64; 2]| {
         let name = &scene.particles[particle].name;
         let mut scaling = match law {
-            Law::Sqrt => square_root_scaling(fit, &uncertain, quoting),
+            Law::Sqrt => square_root_scaling(fit, x, &uncertain, quoting),
             Law::Linear => linear_scaling(fit, &uncertain, quoting, bias),
         };
         scaling.particle.clone_from(name);
@@ -230,9 +232,9 @@ pub const DIFFERENT: f64 = 0.001;
 const NO_FALL: &str = "the restitution does not fall with 1/St: there is no St_c";
 
 /// e_inf = √α, St_c = −β/(2 α), L = −β/4 of e = √(α + β/St).
-fn square_root_scaling(fit: &Fit, uncertain: &Uncertain, quoting: Quoting) -> Scaling {
+fn square_root_scaling(fit: &Fit, x: &[f64], uncertain: &Uncertain, quoting: Quoting) -> Scaling {
     let [alpha, beta] = two(fit);
-    let verdict = judge_square_root(fit);
+    let verdict = judge_square_root(fit, x);
     let e_inf = alpha.max(0.0).sqrt();
     let e_inf_slope = [0.5 / e_inf, 0.0];
     let st_c_slope = [beta / (2.0 * alpha * alpha), -0.5 / alpha];

@@ -76,7 +76,7 @@ fn of_series(scene: &Scene, runs: &Runs, series: &Series, dry: &[FittedDry], quo
     if let Some(own) = &own {
         own.widen(&mut uncertain, &fit, &x, &offset, speeds);
     }
-    let verdict = judge_square_root(&fit);
+    let verdict = judge_square_root(&fit, &x);
     let converged = fit.stop == Stop::Converged;
     let (alpha, beta) = match fit.parameters.as_slice() {
         [alpha, beta] if converged => (*alpha, *beta),
@@ -104,7 +104,7 @@ fn of_series(scene: &Scene, runs: &Runs, series: &Series, dry: &[FittedDry], quo
         beta: estimate(true, "", beta, [0.0, 1.0]),
         e_inf: estimate(alpha > 0.0, ALPHA_NOT_POSITIVE, root, [0.5 / root, 0.0]),
         threshold_speed_m_s: estimate(
-            alpha > 0.0 && falls(&fit),
+            alpha > 0.0 && falls(&fit, &x),
             if alpha > 0.0 {
                 BETA_NOT_NEGATIVE
             } else {

@@ -315,7 +315,7 @@ pub fn notices(
         notices.push(Notice::new(
             "dry_run_without_rebound",
             dry_stuck,
-            format!("{dry_stuck} dry runs have no rebound and are left out"),
+            format!("{dry_stuck} dry runs have no rebound and are left out; were it noise that kept them down, k is too small"),
             "check that they were dry: nothing in the dry law makes a sphere stick",
         ));
     }

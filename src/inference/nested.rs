@@ -28,14 +28,15 @@ pub struct FTest {
 
 /// F test of `one` fit to all runs against separate fits to `groups` of the same runs.
 ///
-/// `None` with fewer than two groups, without degrees of freedom, or where the groups leave no scatter.
+/// `None` with fewer than two groups, without degrees of freedom, where the groups leave no scatter, or where a fit could
+/// not begin and its sum of squares is infinite.
 pub fn one_law_for_all(one: Spread, groups: &[Spread]) -> Option<FTest> {
     let within: f64 = groups.iter().map(|group| group.sum_of_squares).sum();
     let parameters: usize = groups.iter().map(|group| group.parameters).sum();
     let runs: usize = groups.iter().map(|group| group.runs).sum();
     let df_between = parameters.checked_sub(one.parameters).filter(|df| *df > 0)?;
     let df_within = runs.checked_sub(parameters).filter(|df| *df > 0)?;
-    if groups.len() < 2 || runs != one.runs || within <= 0.0 {
+    if groups.len() < 2 || runs != one.runs || within <= 0.0 || !within.is_finite() || !one.sum_of_squares.is_finite() {
         return None;
     }
     let between = (one.sum_of_squares - within).max(0.0) / df_between as f64;
@@ -87,5 +88,16 @@ mod tests {
         };
         assert_eq!(one_law_for_all(one, &[flat, flat]), None);
         assert_eq!(one_law_for_all(flat, &[flat]), None);
+        // a law that was undefined at its start is no evidence for either side
+        let unknown = Spread {
+            sum_of_squares: f64::INFINITY,
+            ..flat
+        };
+        let some = Spread {
+            sum_of_squares: 1.0,
+            ..one
+        };
+        assert_eq!(one_law_for_all(some, &[flat, unknown]), None);
+        assert_eq!(one_law_for_all(unknown, &[some]), None);
     }
 }

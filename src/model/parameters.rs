@@ -174,7 +174,7 @@ impl Parameters {
             let held = |kind: Kind| Some(prior_of(scene, kind, inertia).0.median());
             let one_film = films(scene, runs) == 1;
             let why = (one_film && !dry).then(|| {
-                let text = "one film ratio and no dry runs: the inertial prefactor and e_dry cannot be told apart; held at its prior median, add dry runs or another film ratio";
+                let text = "one film ratio and no dry runs: the inertial prefactor and e_dry cannot be told apart; held at its prior median, which dry_k then rests on; add dry runs or another film ratio";
                 (held(Kind::InertialPrefactor), text.to_owned())
             });
             parameters.add(scene, Kind::InertialPrefactor, above, inertia, no_wet().or(why))?;

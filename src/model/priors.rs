@@ -54,9 +54,9 @@ impl Prior {
         (value.is_finite() && slope.is_finite()).then_some((value, slope))
     }
 
-    /// Standard deviation; `None` for a Student-t with two degrees of freedom or fewer.
+    /// Standard deviation; `None` for a Student-t with two degrees of freedom or fewer, and beyond the largest number.
     pub fn sd(&self) -> Option<f64> {
-        match *self {
+        let sd = match *self {
             Prior::LogNormal(median, sd) => {
                 let variance = sd * sd;
                 Some(median * (0.5 * variance).exp() * variance.exp_m1().sqrt())
@@ -67,7 +67,8 @@ impl Prior {
             Prior::Uniform(lo, hi) => Some((hi - lo) / 12f64.sqrt()),
             Prior::StudentT(df, _, scale) => (df > 2.0).then(|| scale * (df / (df - 2.0)).sqrt()),
             Prior::Fixed(_) => Some(0.0),
-        }
+        };
+        sd.filter(|sd| sd.is_finite())
     }
 
     /// Median.

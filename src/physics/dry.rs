@@ -17,7 +17,8 @@ pub fn slope_dry_k(impact_speed: f64) -> f64 {
 
 /// Slope of [`restitution`] with respect to v, s/m.
 pub fn slope_impact_speed(dry_k: f64, impact_speed: f64) -> f64 {
-    -0.2 * dry_k * impact_speed.powf(-0.8)
+    // not v^(-0.8): the rounding of an exponent counts ln v times
+    -0.2 * dry_k * impact_speed.powf(0.2) / impact_speed
 }
 
 /// Coefficient of the second-order term, in units of k²: C₂/C₁² = 0.79826/1.15344² = 3/5.

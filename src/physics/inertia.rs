@@ -59,7 +59,8 @@ impl Inertia {
     pub fn slope_film_ratio(self, film_ratio: f64, film_scale: f64) -> f64 {
         let x = film_ratio;
         match self {
-            Inertia::Stepwise => 3.0 + x * (-12.0 + 12.0 * x),
+            // 3 − 12 δ̃ + 12 δ̃² as the square it is, which vanishes at δ̃ = 0.5 without cancelling
+            Inertia::Stepwise => 3.0 * (1.0 - 2.0 * x) * (1.0 - 2.0 * x),
             Inertia::Cap => 6.0 + x * (-20.0 + 12.0 * x),
             Inertia::Saturating => (-x / film_scale).exp() / film_scale,
             Inertia::None => 0.0,
@@ -74,11 +75,13 @@ impl Inertia {
         }
     }
 
-    /// g and dg/dδ̃0 together, with one exponential.
+    /// g and dg/dδ̃0 together, with one exponential for films thinner than the scale.
     pub fn shape_and_slope_film_scale(self, film_ratio: f64, film_scale: f64) -> (f64, f64) {
         let shape = self.shape(film_ratio, film_scale);
         match self {
-            Inertia::Saturating => (shape, -film_ratio / (film_scale * film_scale) * (1.0 - shape)),
+            // beyond, 1 − g cancels
+            Inertia::Saturating if shape < 0.5 => (shape, -film_ratio / (film_scale * film_scale) * (1.0 - shape)),
+            Inertia::Saturating => (shape, self.slope_film_scale(film_ratio, film_scale)),
             Inertia::Stepwise | Inertia::Cap | Inertia::None => (shape, 0.0),
         }
     }

@@ -49,7 +49,7 @@ pub(super) fn judge(end: &Linearised, runs: usize, stop: Stop, inside: impl Fn(&
     } else if stop != Stop::Converged {
         answer.why_none = Some(
             match stop {
-                Stop::OutOfDomain => "the fit ran into values for which the law is undefined",
+                Stop::OutOfDomain => "the fit is held at the edge of the values for which the law is defined",
                 _ => "the fit did not settle on a minimum",
             }
             .to_owned(),

@@ -34,6 +34,12 @@ const MAX_ACCELERATION: f64 = 0.75;
 /// Where along the step the curvature is measured.
 const CURVATURE_PROBE: f64 = 0.1;
 
+/// Once a step has led out of the domain, so many iterations
+const EDGE_PATIENCE: usize = 30;
+/// must lower the sum of squares by this part: an attempt that creeps along the edge has no minimum to come to, and with
+/// a million runs would take minutes to say so.
+const EDGE_GAIN: f64 = 1e-3;
+
 /// How an attempt walks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Manner {
@@ -79,6 +85,8 @@ pub(super) struct Walker {
     growth: f64,
     /// Relative offset at which an undamped step was last refused.
     refused_at: f64,
+    /// Iterations since the edge was met or the sum of squares last looked at, and what it was then.
+    at_edge: Option<(usize, f64)>,
     /// Why it stopped, once it has.
     pub(super) stop: Option<Stop>,
 }
@@ -101,6 +109,7 @@ impl Walker {
             damping: FIRST_DAMPING,
             growth: 2.0,
             refused_at: f64::INFINITY,
+            at_edge: None,
             stop: None,
         }
     }
@@ -146,8 +155,17 @@ impl Walker {
                 });
             }
         }
-        if self.here.is_none() {
-            self.here = Some(here);
+        let sum = self.here.get_or_insert(here).residual_sum_of_squares;
+        if model.met_edge && self.stop.is_none() {
+            let (iterations, before) = self.at_edge.unwrap_or((0, sum));
+            self.at_edge = match iterations + 1 {
+                EDGE_PATIENCE if sum > (1.0 - EDGE_GAIN) * before => {
+                    self.stop = Some(Stop::OutOfDomain);
+                    None
+                }
+                EDGE_PATIENCE => Some((0, sum)),
+                more => Some((more, before)),
+            };
         }
     }
 

@@ -1,0 +1,343 @@
+//! Asks least squares and the posterior of runs made in memory, and tells in a line what came out.
+
+use rand::Rng;
+use rand_distr::{Distribution, StandardNormal};
+use wetcor::findings::estimate::Estimate;
+use wetcor::findings::verdicts::quotable;
+use wetcor::findings::{self, Findings};
+use wetcor::model::simulate::Simulation;
+use wetcor::physics::dry::restitution;
+use wetcor::physics::impact::{kept_energy, Parameters, Setting};
+use wetcor::physics::rebound::mean_restitution;
+use wetcor::runs::{self, NewRun, Table};
+use wetcor::scene::Scene;
+use wetcor::seed::stream;
+
+use crate::common::{seed_of, Place};
+
+/// A scene whose least squares and posterior are plainly right, before anything is taken to an extreme.
+pub const BASE: &str = r#"
+title = "extremes"
+[data]
+runs = "runs.csv"
+[particles.PTFE]
+density_kg_m3 = 2150
+roughness_um = 5
+[liquids.AK10]
+density_kg_m3 = 930
+viscosity_mPa_s = 9.3
+[liquids.M20]
+density_kg_m3 = 950
+viscosity_mPa_s = 20
+[model]
+inertia = "stepwise"
+[truth]
+dry_k = { PTFE = 0.183 }
+lubrication_log = 1.9
+inertia = "stepwise"
+inertial_prefactor = 0.6
+sigma_dry = 0.01
+sigma_wet = 0.02
+[design]
+diameter_mm = { PTFE = [4.762, 8.0] }
+liquids = ["AK10", "M20"]
+film_ratio = { PTFE = [0.04, 0.10] }
+height_mm = [30, 60, 100, 150]
+dry_impact_speed_m_s = [0.5, 1.0, 1.5, 2.0]
+repeats = 4
+"#;
+
+/// The base scene with some lines replaced.
+pub fn scene(changes: &[(&str, &str)]) -> Scene {
+    let text = changes.iter().fold(BASE.to_owned(), |text, (from, to)| {
+        assert!(text.contains(from), "{from}");
+        text.replace(from, to)
+    });
+    Place::new(&text).scene
+}
+
+/// The design's runs drawn from the scene's truth, by the name of the case.
+pub fn draw<'s>(scene: &'s Scene, case: &str, runs: Option<u64>) -> Vec<NewRun<'s>> {
+    let simulation = Simulation::new(scene, runs).unwrap_or_else(|error| panic!("{error}"));
+    let mut drawn = vec![];
+    simulation
+        .draw(seed_of(case), |run| {
+            drawn.push(run);
+            Ok(())
+        })
+        .unwrap_or_else(|error| panic!("{error}"));
+    drawn
+}
+
+/// A wet run at a setting of its own, by the truth of the scene; AK10 and PTFE.
+pub fn wet_run<'s, R: Rng>(scene: &'s Scene, diameter: f64, film_ratio: f64, v: f64, rng: &mut R) -> NewRun<'s> {
+    let truth = scene.truth.as_ref().expect("a truth");
+    let (particle, liquid) = (&scene.particles[0], &scene.liquids[0]);
+    let setting = Setting {
+        density: particle.density,
+        diameter,
+        liquid_density: liquid.density,
+        viscosity: liquid.viscosity,
+        film: film_ratio * diameter,
+    };
+    let parameters = Parameters {
+        dry_k: truth.dry_k[0].expect("k"),
+        lubrication_log: truth.lubrication_log.expect("L"),
+        inertial_prefactor: truth.inertial_prefactor.expect("C"),
+        film_scale: truth.film_scale.unwrap_or(1.0),
+    };
+    let z: f64 = StandardNormal.sample(rng);
+    let kept = kept_energy(&setting, truth.inertia, truth.dry_speed, &parameters, v);
+    let e = mean_restitution(kept) + truth.sigma_wet.expect("sigma") * z;
+    NewRun {
+        particle: &particle.name,
+        liquid: Some(&liquid.name),
+        diameter,
+        film: Some((setting.film, film_ratio)),
+        impact_speed: v,
+        restitution: e.max(0.0),
+    }
+}
+
+/// A dry run of the first particle, by the truth of the scene.
+pub fn dry_run<'s, R: Rng>(scene: &'s Scene, v: f64, rng: &mut R) -> NewRun<'s> {
+    let truth = scene.truth.as_ref().expect("a truth");
+    let z: f64 = StandardNormal.sample(rng);
+    NewRun {
+        particle: &scene.particles[0].name,
+        liquid: None,
+        diameter: 4.762e-3,
+        film: None,
+        impact_speed: v,
+        restitution: restitution(truth.dry_k[0].expect("k"), v) + truth.sigma_dry.expect("sigma") * z,
+    }
+}
+
+/// The stream of a case.
+pub fn chance(case: &str) -> impl Rng {
+    stream(seed_of(case), "stability", 0)
+}
+
+pub fn table(scene: &Scene, new: &[NewRun]) -> Table {
+    Table {
+        runs: runs::arrange(scene, new),
+        rows: new.len(),
+        screened: vec![],
+        notices: vec![],
+        sha256: String::new(),
+    }
+}
+
+/// What was found, and how it is told.
+pub struct Told {
+    pub findings: Findings,
+    /// largest distance from the truth of k, L, C and δ̃0, in standard errors; `None` where the balance has no answer
+    pub distance: Option<f64>,
+    /// the same of the posterior's means, in posterior standard deviations
+    pub posterior_distance: Option<f64>,
+    pub text: String,
+}
+
+/// Least squares of a table.
+pub fn least_squares(scene: &Scene, table: &Table) -> Told {
+    tell(scene, findings::find(scene, table, 1, false), false)
+}
+
+/// Least squares and posterior of a table.
+pub fn both(scene: &Scene, table: &Table) -> Told {
+    let mut findings = findings::find(scene, table, 1, false);
+    findings
+        .add_posterior(scene, &table.runs, false, &|_, _| {})
+        .unwrap_or_else(|error| panic!("{error}"));
+    tell(scene, findings, true)
+}
+
+/// The truth of a parameter by its name.
+fn truth_of(scene: &Scene, name: &str) -> f64 {
+    let truth = scene.truth.as_ref().expect("a truth");
+    let found = match name {
+        "lubrication_log" => truth.lubrication_log,
+        "inertial_prefactor" => truth.inertial_prefactor,
+        "film_scale" => truth.film_scale,
+        "sigma_dry" => truth.sigma_dry,
+        "sigma_wet" => truth.sigma_wet,
+        _ => truth.dry_k[0],
+    };
+    found.unwrap_or_else(|| panic!("{name} has no truth"))
+}
+
+/// Checks of chains, and of what their draws say.
+const OF_CHAINS: [&str; 5] = ["rhat", "ess_bulk", "ess_tail", "e_bfmi", "divergences"];
+const OF_DRAWS: [&str; 6] = [
+    "dry_consistency",
+    "predictive_50",
+    "predictive_90",
+    "predictive_residual",
+    "predictive_stuck",
+    "compression_error",
+];
+
+fn tell(scene: &Scene, findings: Findings, sampled: bool) -> Told {
+    honest(&findings);
+    let balance = findings.energy_balance.as_ref();
+    let passed = |check: &str| findings.verdicts.iter().all(|c| c.check != check || c.passed);
+    let distance = balance
+        .filter(|b| b.verdict.passed && passed("energy_balance"))
+        .and_then(|balance| {
+            let each = balance.parameters.iter().filter_map(|p| {
+                let (value, se) = p.estimate.pair()?;
+                Some((value - truth_of(scene, &p.name)).abs() / se)
+            });
+            each.reduce(f64::max)
+        });
+    let posterior_distance = findings.posterior.as_ref().and_then(|posterior| {
+        let each = posterior
+            .parameters
+            .iter()
+            .filter_map(|q| Some((q.mean? - truth_of(scene, &q.name)).abs() / q.sd?));
+        each.reduce(f64::max)
+    });
+    let failed: Vec<&str> = findings
+        .verdicts
+        .iter()
+        .filter(|c| c.gates && !c.passed)
+        .map(|c| c.check)
+        .collect();
+    let chains = failed.iter().any(|check| OF_CHAINS.contains(check));
+    let mut parts = vec![];
+    parts.push(match distance {
+        Some(distance) => format!("least squares within {} se", rounded_up(distance)),
+        None => {
+            let of_balance = balance.map(|balance| &balance.verdict);
+            let of_dry = findings.dry.iter().map(|dry| &dry.verdict);
+            let of_series = findings.series.iter().map(|series| &series.verdict);
+            let mut verdicts = of_balance.into_iter().chain(of_dry).chain(of_series);
+            let reason = verdicts
+                .find(|verdict| !verdict.passed)
+                .map(|verdict| verdict.reason.as_str());
+            format!(
+                "least squares: no balance ({})",
+                reason.unwrap_or("no dry runs, no k to begin with")
+            )
+        }
+    });
+    if sampled {
+        parts.push(match posterior_distance {
+            _ if chains => "posterior: the chains are not trusted".to_owned(),
+            Some(distance) => format!("posterior within {} sd", of_draws(distance)),
+            None => "posterior declined".to_owned(),
+        });
+    }
+    // which checks fail besides where chains lost themselves is up to chance
+    let told: Vec<String> = failed
+        .iter()
+        .filter(|check| !OF_CHAINS.contains(check) && !(chains && OF_DRAWS.contains(check)))
+        .map(|check| format!("`{check}`"))
+        .collect();
+    parts.push(match (quotable(&findings.verdicts), told.is_empty()) {
+        (true, _) => "may be quoted".to_owned(),
+        (false, false) => format!("not to be quoted: {}", told.join(", ")),
+        (false, true) => "not to be quoted".to_owned(),
+    });
+    let notices: Vec<String> = findings.notices.iter().map(|n| format!("`{}`", n.code)).collect();
+    if !notices.is_empty() {
+        parts.push(format!("notices: {}", notices.join(", ")));
+    }
+    Told {
+        distance,
+        posterior_distance,
+        text: parts.join("; "),
+        findings,
+    }
+}
+
+/// Half units, upwards: no processor's rounding shows in it.
+pub fn rounded_up(x: f64) -> String {
+    if x > 1e3 {
+        return format!("10^{}", x.log10().ceil());
+    }
+    format!("{}", (2.0 * x + 0.02).ceil() / 2.0)
+}
+
+/// Steps between which draws of another processor do not stray: 3.5, 5, powers of ten.
+pub fn of_draws(x: f64) -> String {
+    match x {
+        x if x <= 3.5 => "3.5".to_owned(),
+        x if x <= 5.0 => "5".to_owned(),
+        x => format!("10^{}", x.log10().ceil()),
+    }
+}
+
+fn estimates(findings: &Findings) -> Vec<&Estimate> {
+    let dry = findings.dry.iter().map(|d| &d.dry_k);
+    let series = findings
+        .series
+        .iter()
+        .flat_map(|s| [&s.alpha, &s.beta, &s.e_inf, &s.threshold_speed_m_s]);
+    let scaling = findings.scaling.iter().flat_map(|s| {
+        [&s.e_inf, &s.st_c, &s.lubrication_log]
+            .into_iter()
+            .chain(&s.st_no_rebound)
+    });
+    let energy = findings
+        .energy
+        .iter()
+        .flat_map(|e| [&e.loss_over_density_ratio, &e.st_c_e_inf2, &e.delta_c_m]);
+    let balance = findings.energy_balance.iter().flat_map(|b| {
+        let parameters = b.parameters.iter().map(|p| &p.estimate);
+        let derived = b.derived.iter().flat_map(|d| [&d.e_inf, &d.st_c]);
+        parameters.chain(derived).chain([&b.delta_c_over_roughness])
+    });
+    dry.chain(series).chain(scaling).chain(energy).chain(balance).collect()
+}
+
+/// Everything told is finite, or is missing with its reason; no ± is zero; no failed check is without words.
+fn honest(findings: &Findings) {
+    for estimate in estimates(findings) {
+        let complete = estimate.se.is_some() && estimate.interval.is_some();
+        assert_eq!(estimate.why_none.is_none(), complete, "{estimate:?}");
+        assert!(estimate.why_none.as_deref() != Some(""), "{estimate:?}");
+        let numbers = [estimate.value, estimate.se];
+        assert!(numbers.iter().flatten().all(|x| x.is_finite()), "{estimate:?}");
+        let interval = estimate.interval.iter().flatten();
+        assert!(interval.clone().all(|x| x.is_finite()), "{estimate:?}");
+        assert!(estimate.se.is_none_or(|se| se > 0.0), "{estimate:?}");
+    }
+    for quantity in findings
+        .posterior
+        .iter()
+        .flat_map(|p| p.parameters.iter().chain(&p.derived))
+    {
+        let numbers = [
+            quantity.mean,
+            quantity.sd,
+            quantity.median,
+            quantity.q05,
+            quantity.q95,
+            quantity.rhat,
+        ];
+        assert!(numbers.iter().flatten().all(|x| x.is_finite()), "{quantity:?}");
+        let more = [quantity.ess_bulk, quantity.ess_tail, quantity.mcse_mean];
+        assert!(more.iter().flatten().all(|x| x.is_finite()), "{quantity:?}");
+        let complete = numbers.iter().chain(&more).all(Option::is_some);
+        assert_eq!(complete, quantity.why_none.is_none(), "{quantity:?}");
+        if let Some(prior) = &quantity.prior {
+            assert!(
+                prior.sd.is_none_or(f64::is_finite) && prior.sd_ratio.is_none_or(f64::is_finite),
+                "{prior:?}"
+            );
+        }
+    }
+    for check in &findings.verdicts {
+        assert!(
+            check.value.is_none_or(f64::is_finite) && !check.text.is_empty(),
+            "{check:?}"
+        );
+    }
+    for series in &findings.series {
+        assert!(
+            !series.verdict.reason.is_empty() && series.residual_sd.is_none_or(f64::is_finite),
+            "{series:?}"
+        );
+    }
+}

@@ -1,0 +1,119 @@
+//! Holds that formulas and estimates stay right at the extremes, and that `reports/stability.md` says how right.
+//!
+//! `UPDATE_EXPECTED=1 cargo test --release --test stability -- --include-ignored --test-threads 1` rewrites the page;
+//! each test writes the part between its own marks. Figures are rounded up so far that another processor gives the same.
+
+mod asking;
+#[path = "../common/mod.rs"]
+mod common;
+mod estimation;
+mod formulas;
+
+use std::path::Path;
+
+use estimation::Row;
+use formulas::{measure, ours, NOTHING, ROUNDINGS};
+
+/// Holds a part of the page against what was measured, or rewrites it.
+fn compare(part: &str, measured: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("reports/stability.md");
+    let page = std::fs::read_to_string(&path).expect("the page is kept");
+    let (begin, end) = (format!("<!-- {part} -->\n"), format!("<!-- end of {part} -->"));
+    let (head, rest) = page.split_once(&begin).expect("the part begins");
+    let (kept, tail) = rest.split_once(&end).expect("the part ends");
+    if std::env::var_os("UPDATE_EXPECTED").is_some() {
+        std::fs::write(&path, format!("{head}{begin}{measured}{end}{tail}")).expect("the page can be written");
+    } else {
+        for (kept, measured) in kept.lines().zip(measured.lines()) {
+            assert_eq!(kept, measured);
+        }
+        assert_eq!(kept, measured);
+    }
+}
+
+/// The next power of two, or of ten where that is too fine.
+fn at_most(x: f64) -> String {
+    match x {
+        x if x <= 64.0 => format!("{}", x.max(0.25).log2().ceil().exp2()),
+        x => format!("10^{}", x.log10().ceil()),
+    }
+}
+
+#[test]
+fn no_formula_cancels_worse_than_its_condition_number_excuses() {
+    let (formulas, laws) = measure(ours);
+    assert!(formulas.len() > 30 && laws.len() == 3);
+    let mut table = String::from(
+        "| formula with its slopes | answers | largest error where the condition number is 10 or less | largest condition \
+         number | largest error over 1 + condition number |\n| --- | --- | --- | --- | --- |\n",
+    );
+    for (name, measured) in &formulas {
+        assert!(measured.worst_share <= ROUNDINGS, "{name}: {measured:?}");
+        table += &format!(
+            "| {name} | {} | {} | {} | {} |\n",
+            measured.answers,
+            at_most(measured.worst_of_tame),
+            at_most(measured.largest_condition),
+            at_most(measured.worst_share),
+        );
+    }
+    table += "\n| law fitted | fits | largest distance from the exact fit, se | largest relative error of an se |\n| --- | --- | --- | --- |\n";
+    for (name, fitted) in &laws {
+        assert!(
+            fitted.distance <= NOTHING && fitted.of_se <= NOTHING,
+            "{name}: {fitted:?}"
+        );
+        assert!(
+            fitted.declined.is_empty() && fitted.evaluations < 100,
+            "{name}: {fitted:?}"
+        );
+        table += &format!("| {name} | {} | below {NOTHING:e} | below {NOTHING:e} |\n", fitted.fits);
+    }
+    compare("formulas", &table);
+}
+
+/// The planted faults: formulas as one would first write them, right in exact arithmetic.
+#[test]
+fn formulas_that_cancel_are_found() {
+    let naive = |scene: &mut _, name: &str, x: &[f64]| {
+        let mut answers = ours(scene, name, x);
+        match name {
+            "inertia::stepwise" => answers[1] = 3.0 + x[0] * (-12.0 + 12.0 * x[0]),
+            "inertia::saturating" => answers[0] = 1.0 - (-x[0] / x[1]).exp(),
+            "normal::ln_normal_cdf" => {
+                let density = (-0.5 * x[0] * x[0]).exp() / (2.0 * std::f64::consts::PI).sqrt();
+                answers[1] = density / (0.5 * libm::erfc(-x[0] / std::f64::consts::SQRT_2));
+            }
+            _ => {}
+        }
+        answers
+    };
+    let (formulas, _) = measure(naive);
+    for name in ["inertia::stepwise", "inertia::saturating", "normal::ln_normal_cdf"] {
+        assert!(
+            formulas[name].worst_share > 50.0 * ROUNDINGS,
+            "{name}: {:?}",
+            formulas[name]
+        );
+    }
+}
+
+fn told(rows: &[Row]) -> String {
+    let mut table = String::from("| case | asked | what came out |\n| --- | --- | --- |\n");
+    for row in rows {
+        table += &format!("| {} | {} | {} |\n", row.case, row.asked, row.came_out);
+    }
+    table
+}
+
+#[test]
+fn estimates_at_the_extremes_are_right_or_say_why_not() {
+    compare("estimates", &told(&estimation::fast()));
+}
+
+/// CI's slow part runs this one: up to 10⁷ runs.
+#[test]
+#[ignore]
+fn estimates_of_very_many_runs_are_right() {
+    compare("estimates of very many runs", &told(&estimation::slow()));
+}
