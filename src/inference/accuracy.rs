@@ -5,6 +5,7 @@
 //! sd, relative. A Monte Carlo error counts [`SURE`] times.
 
 use super::diagnostics::pareto::khat_threshold;
+use super::diagnostics::rhat::rhat;
 use super::diagnostics::summary::summarise;
 use super::importance::{normal_draws, shift, Weights};
 use super::nuts::{Effort, Watcher};
@@ -169,16 +170,18 @@ impl Climb<'_> {
         loop {
             let sampled = follow(posed, Effort { draws, ..effort }, self.stream, watcher)?;
             let error = monte_carlo_error(&sampled);
-            if error <= left || draws == MOST_DRAWS {
-                return Ok(sampled);
-            }
             // draws that say nothing of their error are doubled
             let more = if error.is_finite() {
                 1.1 * (error / left).powi(2)
             } else {
                 2.0
             };
-            draws = ((draws as f64 * more.clamp(1.1, 100.0)).ceil() as usize).min(MOST_DRAWS);
+            let next = draws as f64 * more.max(1.1);
+            // chains that do not agree, or so slow that not even the most draws would do, are not followed further
+            if error <= left || next > MOST_DRAWS as f64 || !chains_agree(&sampled) {
+                return Ok(sampled);
+            }
+            draws = next.ceil() as usize;
         }
     }
 
@@ -239,6 +242,16 @@ fn largest_shift(posed: &Posed, points: &[f64], weights: &[f64]) -> f64 {
         mean.max(found.sd.abs() + SURE * found.sd_mcse)
     };
     (0..dimension).map(of).fold(0.0, f64::max)
+}
+
+/// Whether no parameter has an R-hat so far from 1 that more draws would not bring its chains together.
+fn chains_agree(sampled: &Sampled) -> bool {
+    const LOST: f64 = 1.1;
+    let agree = |values: &Vec<Vec<f64>>| {
+        let chains: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
+        rhat(&chains).is_ok_and(|rhat| rhat < LOST)
+    };
+    sampled.values.iter().all(agree)
 }
 
 /// [`SURE`] Monte Carlo errors of the mean in sds, or of the sd, of the parameter that has most; infinite where the draws
