@@ -32,11 +32,13 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<&str, Problem> {
 
 /// The line, from 1, that a byte stands on. A line ends with LF, CRLF or CR.
 pub(crate) fn line_of(bytes: &[u8], at: usize) -> u64 {
-    let before = bytes.get(..at).unwrap_or(bytes);
-    let ends = memchr::memchr2_iter(b'\n', b'\r', before)
+    1 + line_ends(bytes).take_while(|end| *end < at).count() as u64
+}
+
+/// Where lines end: the last byte of each line end.
+pub(crate) fn line_ends(bytes: &[u8]) -> impl Iterator<Item = usize> + '_ {
+    memchr::memchr2_iter(b'\n', b'\r', bytes)
         .filter(|i| bytes.get(*i) == Some(&b'\n') || bytes.get(i + 1) != Some(&b'\n'))
-        .count();
-    1 + ends as u64
 }
 
 #[cfg(test)]

@@ -21,7 +21,9 @@ pub struct Problem {
 
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match (self.line, self.place.as_str()) {
+        // names of the input stand in a place: they too stay on one line, and are cut where nobody would read on
+        let place = plain(&self.place, PLACE_SHOWN);
+        match (self.line, place.as_str()) {
             (Some(line), "") => write!(f, "line {line}: ")?,
             (Some(line), place) => write!(f, "line {line}, {place}: ")?,
             (None, "") => {}
@@ -30,18 +32,21 @@ impl fmt::Display for Problem {
         if let Some(found) = &self.found {
             write!(f, "found {found}, ")?;
         }
-        write!(f, "{}", self.expected)
+        write!(f, "{}", plain(&self.expected, usize::MAX))
     }
 }
 
 /// Characters of an input that a message repeats; the rest is cut.
 const CHARACTERS_SHOWN: usize = 60;
 
-/// A piece of an input as a message shows it: on one line, without control characters, cut where it is long.
-pub fn quoted(text: &str) -> String {
-    let mut shown = String::from("`");
+/// Characters of a place that a message names: a table and a key.
+const PLACE_SHOWN: usize = 160;
+
+/// A text on one line, without control characters, cut after some characters.
+pub fn plain(text: &str, most: usize) -> String {
+    let mut shown = String::new();
     for (count, c) in text.chars().enumerate() {
-        if count == CHARACTERS_SHOWN {
+        if count == most {
             shown.push('…');
             break;
         }
@@ -51,8 +56,12 @@ pub fn quoted(text: &str) -> String {
             shown.push(c);
         }
     }
-    shown.push('`');
     shown
+}
+
+/// A piece of an input as a message shows it: on one line, without control characters, cut where it is long.
+pub fn quoted(text: &str) -> String {
+    format!("`{}`", plain(text, CHARACTERS_SHOWN))
 }
 
 /// Why there is no answer.
@@ -62,7 +71,7 @@ pub enum Error {
     #[error("{0}")]
     Usage(String),
     /// The operating system refused.
-    #[error("{}: cannot {doing}: {source}", path.display())]
+    #[error("{}: cannot {doing}: {source}", named(path))]
     Io {
         /// the file or folder
         path: PathBuf,
@@ -82,7 +91,7 @@ pub enum Error {
         count: usize,
     },
     /// The folder to write is somebody else's.
-    #[error("{}: {reason}; nothing was written", path.display())]
+    #[error("{}: {reason}; nothing was written", named(path))]
     Out {
         /// the folder
         path: PathBuf,
@@ -121,9 +130,14 @@ impl Error {
     }
 }
 
+/// A path as a message names it; a scene may name its table with any character.
+fn named(path: &Path) -> String {
+    plain(&path.display().to_string(), usize::MAX)
+}
+
 fn list(file: &Path, problems: &[Problem], count: usize) -> String {
     let noun = if count == 1 { "problem" } else { "problems" };
-    let mut text = format!("{}: {count} {noun}; nothing was written", file.display());
+    let mut text = format!("{}: {count} {noun}; nothing was written", named(file));
     for problem in problems {
         text.push_str("\n  ");
         text.push_str(&problem.to_string());

@@ -22,6 +22,13 @@ pub enum Dimension {
     One,
 }
 
+/// Smallest and largest magnitude a file may give, in SI: products and quotients of a few quantities then neither
+/// overflow nor vanish. Every physical quantity lies far inside.
+pub const MAGNITUDES: std::ops::RangeInclusive<f64> = 1e-60..=1e60;
+
+/// What to say of a number outside [`MAGNITUDES`].
+pub const MAGNITUDE_EXPECTED: &str = "a magnitude from 1e-60 to 1e60 in SI units";
+
 /// One way to write a quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unit {

@@ -202,8 +202,12 @@ pub fn range([lo, hi]: [f64; 2]) -> String {
     }
 }
 
-/// A ratio or a length as a file would have it: up to four decimals, no trailing zeros.
+/// A ratio or a length as a file would have it: up to four decimals, no trailing zeros; three digits where four
+/// decimals would leave nothing of it, or where it is very large.
 pub fn short(x: f64) -> String {
+    if x != 0.0 && !(5e-5..1e6).contains(&x.abs()) {
+        return significant(x, 3);
+    }
     let text = format!("{x:.4}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
@@ -286,5 +290,8 @@ mod tests {
         assert_eq!(shift(0.046, Some(0.0108)), "+0.046");
         assert_eq!(short(0.06), "0.06");
         assert_eq!(short(4.762), "4.762");
+        assert_eq!(short(2e-5), "0.0000200");
+        assert_eq!(short(1e-9), "1.00e-9");
+        assert_eq!(short(3e50), "3.00e50");
     }
 }

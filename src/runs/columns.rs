@@ -1,7 +1,7 @@
 //! Matches the header of a table with the columns runs can have.
 
 use crate::error::{quoted, Problem};
-use crate::scene::closest;
+use crate::scene::{closest, letters_apart};
 use crate::units::{names_in_words, Dimension, Unit};
 
 /// A column runs can have.
@@ -263,8 +263,7 @@ impl Plan {
 /// A known column within two letters of a name.
 fn close_enough(name: &str) -> Option<(String, Column)> {
     known_names()
-        .map(|(known, column, _)| (strsim::damerau_levenshtein(name, &known), known, column))
-        .filter(|(distance, _, _)| *distance <= 2)
+        .filter_map(|(known, column, _)| Some((letters_apart(name, &known, 2)?, known, column)))
         .min()
         .map(|(_, known, column)| (known, column))
 }

@@ -2,6 +2,7 @@
 
 use super::columns::Column;
 use crate::scene::{name_expected, Scene, DRY, LARGEST_FILM_RATIO};
+use crate::units::{MAGNITUDES, MAGNITUDE_EXPECTED};
 
 /// Largest restitution that is kept, with a notice above one; larger ones cannot be a measurement of a rebound.
 pub(super) const LARGEST_RESTITUTION: f64 = 1.1;
@@ -117,7 +118,7 @@ fn is_bad(column: Column, problems: &[BadCell]) -> bool {
 }
 
 fn positive(column: Column, value: Option<f64>, what: &str, problems: &mut Vec<BadCell>) -> Option<f64> {
-    let good = value.filter(|x| *x > 0.0 && x.is_finite());
+    let good = value.filter(|x| MAGNITUDES.contains(x));
     if good.is_none() {
         refuse_as_not_positive(column, value, what, problems);
     }
@@ -130,6 +131,7 @@ fn refuse_as_not_positive(column: Column, value: Option<f64>, what: &str, proble
         // its cell was refused before
         None if is_bad(column, problems) => {}
         Some(f64::INFINITY) => problems.push(bad(column, format!("expected {what} that is finite"))),
+        Some(x) if x > 0.0 => problems.push(bad(column, format!("expected {what} of {MAGNITUDE_EXPECTED}"))),
         _ => problems.push(bad(column, format!("expected {what} above 0"))),
     }
 }

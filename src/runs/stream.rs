@@ -61,14 +61,15 @@ pub(super) fn read(
     Some((collected, hash.finish()))
 }
 
-/// The names in the first line and where the next line starts; `None` where a name is padded or quoted.
+/// The names in the first line and where the next line starts; `None` where a name is padded or quoted, or where the
+/// text reader would see a binary file or another end of the line.
 fn header(window: &[u8]) -> Option<(Vec<String>, usize)> {
     let end = memchr::memchr(b'\n', window)?;
     let line = std::str::from_utf8(&window[..end]).ok()?;
     let line = line.strip_prefix('\u{feff}').unwrap_or(line);
     let line = line.strip_suffix('\r').unwrap_or(line);
     let names: Vec<String> = line.split(',').map(str::to_owned).collect();
-    let plain = |name: &String| name.trim() == name && !name.contains('"');
+    let plain = |name: &String| name.trim() == name && !name.contains(['"', '\0', '\r']);
     names.iter().all(plain).then_some((names, end + 1))
 }
 

@@ -46,7 +46,7 @@ pub(super) fn header(text: &str) -> Result<Header, Vec<Problem>> {
         }
     }
     let line = Lines::of(text).line(&record);
-    let names: Vec<String> = record.iter().map(cell_text).collect();
+    let names: Vec<String> = record.iter().map(|cell| cell_text(cell).trim().to_owned()).collect();
     if let [only] = names.as_slice() {
         if let Some(separator) = [';', '\t', '|'].into_iter().find(|c| only.contains(*c)) {
             return Err(vec![Problem {
@@ -114,7 +114,9 @@ pub(super) fn read(text: &str, plan: &Plan, scene: &Scene) -> Result<Collected, 
         for bad in bad {
             refusals.cell(At::Line(lines.line(&record)), bad, |column| {
                 let cell = record.get(plan.place(column)?.index)?;
-                (!cell.is_empty()).then(|| quoted(&cell_text(cell)))
+                let cell = cell_text(cell);
+                let cell = cell.trim();
+                (!cell.is_empty()).then(|| quoted(cell))
             });
         }
     }
@@ -185,6 +187,8 @@ fn row_of<'a>(record: &'a ByteRecord, plan: &Plan) -> Result<Parsed<'a>, Problem
         let place = plan.place(column)?;
         // the whole file was checked to be UTF-8
         let text = std::str::from_utf8(record.get(place.index)?).ok()?;
+        // blanks of any kind, as the typed reader takes them
+        let text = text.trim();
         (!is_missing(text)).then_some((text, place))
     };
     let mut row = RawRow {

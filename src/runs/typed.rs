@@ -73,8 +73,19 @@ impl CsvParser {
         }
         let reader = options.into_reader_with_file_handle(Cursor::new(lines));
         let frame = reader.finish().ok()?;
-        // a short row would be filled with missing cells: the commas tell
-        let commas = memchr::memchr_iter(b',', lines).count();
+        // a short row would be filled with missing cells, and one that is too long cut: the commas of each line tell
+        let (mut commas, mut of_line) = (0, 0);
+        for at in memchr::memchr2_iter(b',', b'\n', lines) {
+            if lines.get(at) == Some(&b'\n') {
+                of_line = 0;
+                continue;
+            }
+            commas += 1;
+            of_line += 1;
+            if of_line >= self.width {
+                return None;
+            }
+        }
         (commas == (self.width - 1) * frame.height()).then_some(Typed(frame))
     }
 }

@@ -35,12 +35,17 @@ impl Asked {
         for name in names.iter().filter(|name| !self.keys.contains_key(*name)) {
             let free = || self.keys.iter().filter(|(_, found)| !**found).map(|(k, _)| k.as_str());
             let all = || self.keys.keys().map(String::as_str);
-            let (meant, hint) = if let Some(dimension) = self.quantities.get(name) {
-                let names = names_in_words(name, *dimension);
-                let usual = format!("{name}{}", dimension.units()[0].suffix);
+            let unit = |base: &str, dimension: Dimension| {
+                let names = names_in_words(base, dimension);
+                let usual = format!("{base}{}", dimension.units()[0].suffix);
                 (Some(usual), format!("a unit is part of the key; expected {names}"))
+            };
+            let (meant, hint) = if let Some(dimension) = self.quantities.get(name) {
+                unit(name, *dimension)
             } else if let Some(near) = closest(name, free()).or_else(|| closest(name, all())) {
                 (Some(near.to_owned()), format!("unknown key; did you mean `{near}`?"))
+            } else if let Some((base, dimension)) = self.in_an_unknown_unit(name) {
+                unit(base, dimension)
             } else if let Some(near) = nearest(name, free()).or_else(|| nearest(name, all())) {
                 (None, format!("unknown key; the nearest known one is `{near}`"))
             } else {
@@ -52,6 +57,16 @@ impl Asked {
             unknown.push((name.clone(), hint));
         }
         unknown
+    }
+
+    /// The quantity a key means that names a unit nobody knows.
+    fn in_an_unknown_unit(&self, name: &str) -> Option<(&str, Dimension)> {
+        let names_it = |base: &str| name.strip_prefix(base).is_some_and(|unit| unit.starts_with('_'));
+        let with_units = self.quantities.iter().filter(|(_, d)| **d != Dimension::One);
+        let longest = with_units
+            .filter(|(base, _)| names_it(base))
+            .max_by_key(|(base, _)| base.len())?;
+        Some((longest.0.as_str(), *longest.1))
     }
 
     /// The usual names of the required keys that are not there under any name.

@@ -1,15 +1,18 @@
 //! Keeps a scene file's text and gathers the problems found in it.
 
-use std::cell::RefCell;
+use std::cell::{OnceCell, RefCell};
 use std::ops::Range;
 use std::rc::Rc;
 
+use crate::encoding::line_ends;
 use crate::error::{quoted, Problem};
 
 /// The text of a file and the problems found in it so far.
 pub(super) struct Document<'i> {
     pub text: &'i str,
     problems: RefCell<Vec<(usize, Problem)>>,
+    /// where lines end, once a problem needs its line: each problem of many would count them anew
+    ends: OnceCell<Vec<usize>>,
 }
 
 impl<'i> Document<'i> {
@@ -17,6 +20,7 @@ impl<'i> Document<'i> {
         Rc::new(Document {
             text,
             problems: RefCell::default(),
+            ends: OnceCell::new(),
         })
     }
 
@@ -30,6 +34,12 @@ impl<'i> Document<'i> {
     /// Remembers a problem and where in the text it stands.
     pub fn report(&self, at: usize, problem: Problem) {
         self.problems.borrow_mut().push((at, problem));
+    }
+
+    /// The line, from 1, that a byte stands on.
+    pub fn line(&self, at: usize) -> u64 {
+        let ends = self.ends.get_or_init(|| line_ends(self.text.as_bytes()).collect());
+        1 + ends.partition_point(|end| *end < at) as u64
     }
 
     /// A piece of the text as a message shows it.

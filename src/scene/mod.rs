@@ -23,7 +23,7 @@ pub use choices::{
     Bootstrap, IntervalMethod, Likelihood, ModelChoices, Prior, PriorChoice, ResamplingScheme, Sampler, Sticking, Term,
     DEFAULT_DRY_SPEED,
 };
-pub use names::{closest, name_expected, name_is_allowed, NAME_RULE};
+pub use names::{closest, letters_apart, name_expected, name_is_allowed, NAME_RULE};
 pub use plan::{Design, DesignSpeeds, Noise, Truth};
 pub use read::{parse, read};
 

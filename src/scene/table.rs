@@ -2,7 +2,7 @@
 //!
 //! The only file that names the TOML crate.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 use toml::de::{DeTable, DeValue};
@@ -10,7 +10,7 @@ use toml::Spanned;
 
 use crate::encoding::line_of;
 use crate::error::{quoted, Problem};
-use crate::units::Dimension;
+use crate::units::{Dimension, MAGNITUDES, MAGNITUDE_EXPECTED};
 
 use super::asked::Asked;
 use super::document::Document;
@@ -19,10 +19,12 @@ use super::expect::Expect;
 /// Reads a whole document; the problem is the parser's own when it is no TOML.
 pub(super) fn parse(text: &str) -> Result<Spanned<DeTable<'_>>, Problem> {
     DeTable::parse(text).map_err(|error| {
-        let span = error.span().unwrap_or_default();
-        let found = text.get(span.clone()).map(str::trim).filter(|found| !found.is_empty());
+        let span = error.span();
+        let found = span.clone().and_then(|span| text.get(span)).map(str::trim);
+        let found = found.filter(|found| !found.is_empty());
         Problem {
-            line: Some(line_of(text.as_bytes(), span.start)),
+            // some of the parser's own limits have no place
+            line: span.map(|span| line_of(text.as_bytes(), span.start)),
             place: "not valid TOML".to_owned(),
             found: found.map(quoted),
             expected: error.message().to_owned(),
@@ -66,7 +68,7 @@ impl<'a, 'i> Table<'a, 'i> {
 
     /// Says that the value of `key` is not what was expected.
     pub fn refuse(&self, key: &str, at: usize, found: Option<String>, expected: impl Into<String>) {
-        let line = Some(line_of(self.document.text.as_bytes(), at));
+        let line = Some(self.document.line(at));
         let place = self.place(key);
         let expected = expected.into();
         self.document.report(
@@ -209,7 +211,17 @@ impl<'a, 'i> Table<'a, 'i> {
             return None;
         }
         let (key, value, unit) = given.first()?;
-        read(self, key, value, &|x| unit.to_si(x))
+        let out_of_range = Cell::new(false);
+        let read = read(self, key, value, &|x| {
+            let si = unit.to_si(x);
+            out_of_range.set(out_of_range.get() || dimension != Dimension::One && !MAGNITUDES.contains(&si));
+            si
+        });
+        if out_of_range.get() {
+            self.refuse_value(key, value, MAGNITUDE_EXPECTED);
+            return None;
+        }
+        read
     }
 
     /// A number with its unit in the key, in SI.

@@ -4,6 +4,7 @@ use super::super::numbers::{self, NONE};
 use super::super::Told;
 use super::cells::list;
 use super::page::Page;
+use crate::error::plain;
 use crate::findings::overview::{Material, Overview};
 use crate::units::{micrometres, millimetres};
 
@@ -65,7 +66,8 @@ pub(super) fn data(page: &mut Page, told: Told) {
 /// What was read, for a terminal: plain columns.
 pub fn overview_text(overview: &Overview) -> String {
     let noun = if overview.runs == 1 { "run" } else { "runs" };
-    let mut text = format!("{}\n{} {noun} read", overview.title, overview.runs);
+    let title = plain(&overview.title, usize::MAX);
+    let mut text = format!("{title}\n{} {noun} read", overview.runs);
     for screened in &overview.screened {
         text.push_str(&format!(", {} left out ({})", screened.runs, screened.reason));
     }

@@ -1,0 +1,67 @@
+//! Keeps what the fuzz targets share: a scene, a place for a table, and what an error must look like.
+
+use std::path::PathBuf;
+use std::sync::OnceLock;
+
+use wetcor::error::Error;
+use wetcor::runs::{self, Table};
+use wetcor::scene::{self, Scene};
+
+/// The scene that tables are read against; like that of the kept inputs.
+pub const SCENE: &str = include_str!("../../tests/data/good/plain/scene.toml");
+
+/// A scene whose table of runs is a file of this process.
+pub struct Place {
+    pub scene: Scene,
+}
+
+fn folder() -> &'static PathBuf {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    FOLDER.get_or_init(|| {
+        let folder = std::env::temp_dir().join(format!("wetcor-fuzz-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a temporary folder");
+        folder
+    })
+}
+
+impl Place {
+    /// A scene that is known to be good, with a table of some name.
+    pub fn with(scene: &str, runs: &str) -> Place {
+        let mut place = Place::of(scene).expect("a good scene");
+        place.scene.data.runs = folder().join(runs);
+        place
+    }
+
+    /// A scene that may be bad; its table is a CSV.
+    pub fn of(scene: &str) -> Option<Place> {
+        let mut scene = scene::parse(scene, &folder().join("scene.toml"), String::new()).ok()?;
+        scene.data.runs = folder().join("runs.csv");
+        Some(Place { scene })
+    }
+
+    pub fn read(&self, bytes: &[u8]) -> Result<Table, Error> {
+        std::fs::write(&self.scene.data.runs, bytes).expect("the folder is writable");
+        runs::read(&self.scene)
+    }
+}
+
+/// All that a table holds, without its hash; or its error.
+pub fn outcome(read: &Result<Table, Error>) -> String {
+    match read {
+        Ok(table) => format!("{:?}", (&table.runs, table.rows, &table.screened, &table.notices)),
+        Err(error) => error.to_string(),
+    }
+}
+
+/// An error names its file, and no line of it holds a control character.
+pub fn assert_told(error: &Error, file: &str) {
+    let text = error.to_string();
+    assert!(
+        text.split(": ").next().is_some_and(|first| first.ends_with(file)),
+        "{text}"
+    );
+    for (index, line) in text.lines().enumerate() {
+        assert!(!line.chars().any(char::is_control), "{text:?}");
+        assert!(index == 0 || line.starts_with("  "), "{text:?}");
+    }
+}
