@@ -19,6 +19,8 @@ use wetcor::study::calibration;
 
 use crate::progress::Progress;
 
+mod predict;
+
 /// Ran, and a gating verdict failed.
 const NOT_QUOTABLE: u8 = 1;
 /// Could not run.
@@ -98,6 +100,8 @@ Example:
         #[arg(long, default_value_t = 1)]
         seed: u64,
     },
+    /// Predict the restitution at given speeds from a finished fit
+    Predict(predict::Predict),
     /// Measure how often the intervals cover the truth, on simulated data
     #[command(after_help = "\
 Example:
@@ -163,6 +167,7 @@ pub fn run() -> ExitCode {
         } => fit(&scene, out, seed, (&stages, exact_rows), quiet),
         Verb::Check { scene, json } => check(&scene, json, quiet),
         Verb::Simulate { scene, out, runs, seed } => simulate(&scene, &out, runs, seed, quiet),
+        Verb::Predict(asked) => predict::predict(&asked, quiet),
         Verb::Calibrate { out, sets, seed } => calibrate(&out, sets, seed, quiet),
     };
     match outcome {

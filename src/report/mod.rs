@@ -8,15 +8,19 @@
 //! | `chart.rs` | draws a chart as SVG |
 //! | `json.rs` | lays JSON out |
 //! | `draws/` | puts draws on disk |
+//! | `finished.rs` | reads a report's folder back for predictions |
+//! | `prediction.rs` | writes predictions |
 //! | `folder.rs` | writes the files beside and renames them in |
 
 pub mod chart;
 pub mod draws;
 pub mod figures;
+pub mod finished;
 pub mod folder;
 pub mod json;
 pub mod markdown;
 pub mod numbers;
+pub mod prediction;
 
 use crate::error::Error;
 use crate::findings::overview::Overview;
