@@ -78,7 +78,8 @@ impl Speeds {
         let speed = |i: usize| match i {
             0 => self.first,
             i if i == last => self.last,
-            i => self.first + (self.last - self.first) * (i as f64 / steps),
+            // one rounding less than adding steps: 0.6:1.8:5 has a 1.2
+            i => (self.first * (last - i) as f64 + self.last * i as f64) / steps,
         };
         (0..self.count).map(speed).collect()
     }
