@@ -14,10 +14,8 @@ use super::{say, warn};
 
 #[derive(Args)]
 #[command(after_help = "\
-Examples:
+Example:
   wetcor predict reports/mueller2016 --particle PTFE --liquid AK10 --diameter-mm 4.762 --film-um 286 --speed-m-s 0.2:2:10
-  wetcor predict reports/mueller2016 --particle PE --liquid-density-kg-m3 1000 --viscosity-mPa-s 1 --diameter-mm 4 \
---film-um 300 --speed-m-s 0.5:2:4 --format json
 
 A line a speed. restitution is the posterior median of the curve of the energy balance, 0 where it does not rebound; its \
 _q05 to _q95 are the points of its 50 % and 90 % bands, from the parameters' uncertainty alone: what a simulation needs. \

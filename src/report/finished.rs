@@ -92,7 +92,7 @@ impl Finished {
     /// Fails where the folder is no report, of another version, or of a fit without a posterior.
     pub fn read(folder: &Path) -> Result<Finished, Error> {
         let path = folder.join("findings.json");
-        let bytes = std::fs::read(&path).map_err(|error| Error::io(&path, "read the findings of a fit", error))?;
+        let bytes = read(&path, "findings of a fit", folder)?;
         let no_json = |error: &dyn std::fmt::Display| {
             let text = format!("{}: no findings of wetcor ({error})", path.display());
             Error::Usage(format!("{text}; {}", again(folder)))
@@ -217,14 +217,7 @@ impl Finished {
             }
         }
         let path = self.folder.join(DRAWS);
-        let bytes = match std::fs::read(&path) {
-            Ok(bytes) => bytes,
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-                let text = format!("{}: no draws to predict from", path.display());
-                return Err(Error::Usage(format!("{text}; {}", again(&self.folder))));
-            }
-            Err(error) => return Err(Error::io(&path, "read the draws", error)),
-        };
+        let bytes = read(&path, "draws to predict from", &self.folder)?;
         let refuse = |problem: &dyn std::fmt::Display| {
             let text = format!("{}: {problem}", path.display());
             Error::Usage(format!("{text}; {}", again(&self.folder)))
@@ -260,6 +253,17 @@ const KINDS: [Kind; 5] = [
     Kind::SigmaWet,
     Kind::SigmaDry,
 ];
+
+/// The bytes of a file of the folder.
+fn read(path: &Path, what: &str, folder: &Path) -> Result<Vec<u8>, Error> {
+    std::fs::read(path).map_err(|error| {
+        if error.kind() == std::io::ErrorKind::NotFound {
+            Error::Usage(format!("{}: no {what}; {}", path.display(), again(folder)))
+        } else {
+            Error::io(path, "read", error)
+        }
+    })
+}
 
 /// The command that writes a folder predictions can be made from.
 fn again(folder: &Path) -> String {
