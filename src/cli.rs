@@ -22,6 +22,8 @@ use wetcor::study::{accuracy, calibration, trade};
 
 use crate::progress::Progress;
 
+mod predict;
+
 /// Ran, and a gating verdict failed.
 const NOT_QUOTABLE: u8 = 1;
 /// Could not run.
@@ -105,6 +107,8 @@ Example:
         #[arg(long, default_value_t = 1)]
         seed: u64,
     },
+    /// Predict the restitution at given speeds from a finished fit
+    Predict(predict::Predict),
     /// Measure, on a scene's runs, what each method costs and how far off it is
     #[command(after_help = "\
 Example:
@@ -194,6 +198,7 @@ pub fn run() -> ExitCode {
         }
         Verb::Check { scene, json } => check(&scene, json, quiet),
         Verb::Simulate { scene, out, runs, seed } => simulate(&scene, &out, runs, seed, quiet),
+        Verb::Predict(asked) => predict::predict(&asked, quiet),
         Verb::Trade { scene, out, seed } => run_trade(&scene, out, seed, quiet),
         Verb::Calibrate { out, sets, seed } => calibrate(&out, sets, seed, quiet),
     };

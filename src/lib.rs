@@ -22,8 +22,8 @@
 //! # What a sphere does at one speed
 //!
 //! ```
-//! use wetcor::physics::impact::{kept_energy, DrySpeed, Parameters, Setting};
-//! use wetcor::physics::{inertia::Inertia, rebound::mean_restitution};
+//! use wetcor::physics::impact::{DrySpeed, Parameters, Setting};
+//! use wetcor::physics::{inertia::Inertia, restitution::Restitution};
 //!
 //! let sphere = Setting {
 //!     density: 2150.0,        // PTFE, kg/m³
@@ -38,9 +38,10 @@
 //!     inertial_prefactor: 0.47,
 //!     film_scale: 0.069,
 //! };
-//! let kept = kept_energy(&sphere, Inertia::Saturating, DrySpeed::Reference(2.0), &parameters, 1.2);
-//! let e_n = mean_restitution(kept);
-//! assert!(e_n > 0.65 && e_n < 0.70, "{e_n}");
+//! // once for a pair of materials; then a call a collision, without allocation
+//! let e_n = Restitution::new(&sphere, Inertia::Saturating, DrySpeed::Reference(2.0), &parameters);
+//! assert!(e_n.at(1.2) > 0.65 && e_n.at(1.2) < 0.70);
+//! assert_eq!(e_n.at(0.05), 0.0); // too slow to rebound
 //! ```
 
 #[cfg(feature = "cli")]

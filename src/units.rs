@@ -94,6 +94,11 @@ impl Dimension {
             Dimension::One => ONE,
         }
     }
+
+    /// The SI value of a number written in the usual unit.
+    pub fn usual_to_si(self, value: f64) -> f64 {
+        self.units()[0].to_si(value)
+    }
 }
 
 /// Every name a quantity can have in a file, as `a`, `b` or `c`.

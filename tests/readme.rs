@@ -43,6 +43,45 @@ fn the_minimal_scene_and_its_four_runs_are_read_and_fitted_as_the_readme_says() 
 }
 
 #[test]
+fn the_prediction_is_what_the_readme_shows() {
+    let text = readme();
+    let command = text.lines().find_map(|line| line.strip_prefix("    wetcor predict "));
+    let words: Vec<&str> = command.expect("the README has this command").split(' ').collect();
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/mueller2016/scene.toml");
+    let scene = scene.to_str().expect("a plain path");
+    let stages = "least_squares,posterior";
+    let (status, _, err) = wetcor(folder.path(), &["fit", scene, "--stages", stages, "--out", words[0]]);
+    assert_eq!(status, Some(0), "{err}");
+    let (status, out, err) = wetcor(folder.path(), &[&["predict"], &words[..]].concat());
+    assert_eq!((status, err.as_str()), (Some(0), ""));
+    let mut lines = out.lines();
+    let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
+    let mut shown = 0;
+    for line in lines {
+        let cells: Vec<&str> = line.split(',').collect();
+        let cell = |name: &str| {
+            let place = header.iter().position(|column| *column == name).expect("a column");
+            cells[place].parse().map_or(String::new(), |x: f64| format!("{x:.3}"))
+        };
+        let row = format!(
+            "| {} | {} ({} to {}) | {} to {} | {} | {} |",
+            cells[0],
+            cell("restitution"),
+            cell("restitution_q05"),
+            cell("restitution_q95"),
+            cell("run_q05"),
+            cell("run_q95"),
+            cell("stuck_probability"),
+            cell("log_slope")
+        );
+        assert!(text.contains(&row.replace("|  |", "| |")), "{row}");
+        shown += 1;
+    }
+    assert_eq!(shown, 5);
+}
+
+#[test]
 fn every_file_the_readme_links_to_exists() {
     let text = readme();
     let links: Vec<&str> = text

@@ -13,6 +13,7 @@
 //! | `energy.rs` | the energy the liquid takes, St_c·e_inf², δc |
 //! | `bootstrap/` | the bootstrap interval of each estimate |
 //! | `posterior/` | parameters from all runs at once, with priors |
+//! | `predict.rs` | restitution at any speed from the posterior's draws |
 //! | `compare.rs` | which form of the law predicts best |
 //! | `shown.rs` | the film ratio shown where one must be chosen |
 //! | `published.rs` | ours beside the literature's |
@@ -30,6 +31,7 @@ pub mod overview;
 pub mod own_dry_speed;
 mod pooling;
 pub mod posterior;
+pub mod predict;
 pub mod published;
 pub mod scaling;
 pub mod series;

@@ -9,4 +9,5 @@ pub mod impact;
 pub mod inertia;
 pub mod numbers;
 pub mod rebound;
+pub mod restitution;
 pub mod viscous;

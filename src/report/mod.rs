@@ -8,16 +8,20 @@
 //! | `chart.rs` | draws a chart as SVG |
 //! | `json.rs` | lays JSON out |
 //! | `draws/` | puts draws on disk |
+//! | `finished.rs` | reads a report's folder back for predictions |
+//! | `prediction.rs` | writes predictions |
 //! | `trade.rs` | tells a trade of speed against accuracy |
 //! | `folder.rs` | writes the files beside and renames them in |
 
 pub mod chart;
 pub mod draws;
 pub mod figures;
+pub mod finished;
 pub mod folder;
 pub mod json;
 pub mod markdown;
 pub mod numbers;
+pub mod prediction;
 pub mod trade;
 
 use crate::error::Error;

@@ -13,6 +13,7 @@ pub(super) mod trust;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::predict::Basis;
 use super::verdicts::Check;
 use super::Findings;
 use crate::error::Error;
@@ -76,6 +77,8 @@ pub struct PosteriorFindings {
     pub compression: Option<Compression>,
     /// new runs beside the ones made
     pub predictive: Predictive,
+    /// what `wetcor predict` needs besides these and the draws
+    pub basis: Basis,
 }
 
 /// One quantity of the posterior.
@@ -303,7 +306,8 @@ pub fn find(
     let derived = derived::find(scene, runs, asked.inertia, &sampled);
     let pointwise = Pointwise::new(scene, runs, asked.inertia, asked.dry_speed);
     let predictive = predictive::find(scene, runs, &pointwise, &sampled.full_draws());
-    let findings = tell(asked, effort, rows.nodes(), &sampled, &derived, predictive);
+    let basis = Basis::of(scene, runs);
+    let findings = tell(asked, effort, rows.nodes(), &sampled, &derived, (predictive, basis));
     let checks = trust::checks(&findings, least_squares);
     let notices = trust::notices(&findings);
     Ok(Ok(Posterior {
@@ -358,7 +362,7 @@ fn tell(
     rows: usize,
     sampled: &Sampled,
     derived: &[Derived],
-    predictive: Predictive,
+    (predictive, basis): (Predictive, Basis),
 ) -> PosteriorFindings {
     let parameters = &sampled.parameters;
     let told = parameters.sampled.iter().zip(&sampled.values);
@@ -429,6 +433,7 @@ fn tell(
                 max_log_density_error: checked,
             }),
         predictive,
+        basis,
     }
 }
 

@@ -29,7 +29,7 @@ pub mod loo;
 pub mod mcse;
 pub mod pareto;
 pub mod psis;
-mod quantile;
+pub(crate) mod quantile;
 mod ranks;
 pub mod rhat;
 pub mod summary;

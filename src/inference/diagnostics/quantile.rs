@@ -4,7 +4,7 @@
 ///
 /// Linear between the order statistics at (S − 1)·probability (type 7 of Hyndman & Fan), rounded as NumPy rounds it:
 /// a tail ESS counts the draws up to and including the quantile, so that the last bit matters where it is a draw.
-pub(super) fn of_sorted(sorted: &[f64], probability: f64) -> f64 {
+pub(crate) fn of_sorted(sorted: &[f64], probability: f64) -> f64 {
     let place = (sorted.len() - 1) as f64 * probability;
     let below = place.floor();
     let low = sorted[below as usize];
@@ -18,7 +18,7 @@ pub(super) fn of_sorted(sorted: &[f64], probability: f64) -> f64 {
 }
 
 /// All draws in increasing order.
-pub(super) fn sorted(mut draws: Vec<f64>) -> Vec<f64> {
+pub(crate) fn sorted(mut draws: Vec<f64>) -> Vec<f64> {
     draws.sort_unstable_by(f64::total_cmp);
     draws
 }

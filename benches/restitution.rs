@@ -1,0 +1,53 @@
+//! Times one evaluation of the restitution at fixed parameters, as a simulation code would call it.
+
+use divan::{black_box, Bencher};
+use wetcor::physics::impact::{DrySpeed, Parameters, Setting};
+use wetcor::physics::inertia::Inertia;
+use wetcor::physics::restitution::Restitution;
+
+fn main() {
+    divan::main();
+}
+
+/// Evaluations timed together: one alone is shorter than the clock can tell.
+const SPEEDS: usize = 1000;
+
+fn law(dry_speed: DrySpeed) -> Restitution {
+    let sphere = Setting {
+        density: 2150.0,
+        diameter: 4.762e-3,
+        liquid_density: 930.0,
+        viscosity: 9.3e-3,
+        film: 286e-6,
+    };
+    let parameters = Parameters {
+        dry_k: 0.183,
+        lubrication_log: 1.85,
+        inertial_prefactor: 0.47,
+        film_scale: 0.069,
+    };
+    Restitution::new(&sphere, Inertia::Saturating, dry_speed, &parameters)
+}
+
+fn evaluate(bencher: Bencher, dry_speed: DrySpeed) {
+    let law = law(dry_speed);
+    let speeds: Vec<f64> = (0..SPEEDS).map(|i| 0.05 + 2.0 * i as f64 / SPEEDS as f64).collect();
+    let counted = bencher.counter(divan::counter::ItemsCount::new(SPEEDS));
+    counted.bench(|| {
+        for v in &speeds {
+            black_box(black_box(&law).at(black_box(*v)));
+        }
+    });
+}
+
+/// e_dry at the reference speed: no power is taken.
+#[divan::bench]
+fn reference_dry_speed(bencher: Bencher) {
+    evaluate(bencher, DrySpeed::Reference(2.0));
+}
+
+/// e_dry at the impact speed.
+#[divan::bench]
+fn own_dry_speed(bencher: Bencher) {
+    evaluate(bencher, DrySpeed::Impact);
+}

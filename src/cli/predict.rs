@@ -1,0 +1,192 @@
+//! Runs `wetcor predict`: the restitution at speeds of the user's choice, from a finished fit's folder.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use wetcor::error::{quoted, Error};
+use wetcor::physics::impact::Setting;
+use wetcor::report::finished::Finished;
+use wetcor::report::prediction::{self, Origin};
+use wetcor::scene::{name_expected, LARGEST_FILM_RATIO};
+use wetcor::units::Dimension;
+
+use super::{say, warn};
+
+#[derive(Args)]
+#[command(after_help = "\
+Example:
+  wetcor predict reports/mueller2016 --particle PTFE --liquid AK10 --diameter-mm 4.762 --film-um 286 --speed-m-s 0.2:2:10
+
+A line a speed. restitution is the posterior median of the curve of the energy balance, 0 where it does not rebound; its \
+_q05 to _q95 are the points of its 50 % and 90 % bands, from the parameters' uncertainty alone: what a simulation needs. \
+run_q05 to run_q95 are those of a single run with its scatter, 0 where it sticks: what an experiment will see. log_slope \
+is d ln e/d ln v of the curve. extrapolated: outside the Stokes numbers or the film ratios of the particle's runs.")]
+pub struct Predict {
+    /// Folder of a finished fit
+    folder: PathBuf,
+    /// A particle of the scene
+    #[arg(long)]
+    particle: String,
+    /// A liquid of the scene; for another give its density and viscosity instead
+    #[arg(long, required_unless_present_all = ["liquid_density", "viscosity"])]
+    liquid: Option<String>,
+    /// Density of a liquid the scene has not, kg/m³
+    #[arg(long = "liquid-density-kg-m3", value_name = "X", value_parser = positive, requires = "viscosity", conflicts_with = "liquid")]
+    liquid_density: Option<f64>,
+    /// Its viscosity, mPa s
+    #[arg(long = "viscosity-mPa-s", value_name = "X", value_parser = positive, requires = "liquid_density", conflicts_with = "liquid")]
+    viscosity: Option<f64>,
+    /// Diameter of the particle, mm
+    #[arg(long = "diameter-mm", value_name = "X", value_parser = positive)]
+    diameter: f64,
+    /// Thickness of the film, µm
+    #[arg(long = "film-um", value_name = "X", value_parser = positive)]
+    film: f64,
+    /// Impact speeds, m/s: so many from the first to the last
+    #[arg(long = "speed-m-s", value_name = "FIRST:LAST:COUNT", value_parser = speeds)]
+    speed: Speeds,
+    /// What to print
+    #[arg(long, value_enum, default_value_t = Format::Csv)]
+    format: Format,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// a table
+    Csv,
+    /// an object with a list
+    Json,
+}
+
+/// Most speeds of one call.
+const MOST_SPEEDS: usize = 100_000;
+
+#[derive(Clone, Copy)]
+struct Speeds {
+    first: f64,
+    last: f64,
+    count: usize,
+}
+
+impl Speeds {
+    /// Evenly spaced, the ends themselves included.
+    fn all(self) -> Vec<f64> {
+        let last = self.count - 1;
+        let steps = last.max(1) as f64;
+        let speed = |i: usize| match i {
+            0 => self.first,
+            i if i == last => self.last,
+            // one rounding less than adding steps: 0.6:1.8:5 has a 1.2
+            i => (self.first * (last - i) as f64 + self.last * i as f64) / steps,
+        };
+        (0..self.count).map(speed).collect()
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|x: &f64| x.is_finite() && *x > 0.0);
+    number.ok_or_else(|| "expected a number above 0".to_owned())
+}
+
+fn speeds(text: &str) -> Result<Speeds, String> {
+    let expected = || {
+        format!(
+            "expected FIRST:LAST:COUNT as 0.2:2:10, 0 < FIRST < LAST, COUNT from 2 to {MOST_SPEEDS} (or v:v:1 for one)"
+        )
+    };
+    let parts: Vec<&str> = text.split(':').collect();
+    let [first, last, count] = parts[..] else {
+        return Err(expected());
+    };
+    let (Ok(first), Ok(last), Ok(count)) = (positive(first), positive(last), count.parse()) else {
+        return Err(expected());
+    };
+    let in_order = if count == 1 { first == last } else { first < last };
+    if in_order && (1..=MOST_SPEEDS).contains(&count) {
+        Ok(Speeds { first, last, count })
+    } else {
+        Err(expected())
+    }
+}
+
+/// Prints the prediction, and on standard error what to mind.
+pub fn predict(asked: &Predict, quiet: bool) -> Result<u8, Error> {
+    let finished = Finished::read(&asked.folder)?;
+    let law = finished.law(&asked.particle)?;
+    let particles = &finished.basis.particles;
+    let Some(particle) = particles.iter().find(|particle| particle.name == asked.particle) else {
+        return Err(Error::Internal {
+            doing: "find the particle",
+            reason: "a law of an unknown particle".to_owned(),
+        });
+    };
+    let (liquid_density, viscosity) = liquid(asked, &finished)?;
+    let setting = Setting {
+        density: particle.density_kg_m3,
+        diameter: Dimension::Length.usual_to_si(asked.diameter),
+        liquid_density,
+        viscosity,
+        film: Dimension::Thickness.usual_to_si(asked.film),
+    };
+    if setting.film_ratio() > LARGEST_FILM_RATIO {
+        let ratio = setting.film_ratio();
+        return Err(Error::Usage(format!(
+            "--film-um: found a film ratio of {ratio:.3}, expected at most {LARGEST_FILM_RATIO}: no formula is valid above"
+        )));
+    }
+    let rows = law.predict(&setting, &asked.speed.all());
+    let text = match asked.format {
+        Format::Csv => prediction::csv(&rows),
+        Format::Json => {
+            let origin = Origin {
+                title: &finished.title,
+                particle: &asked.particle,
+                liquid: asked.liquid.as_deref(),
+                draws: law.draws.len(),
+                quotable: finished.failed.is_empty(),
+            };
+            prediction::json(origin, &setting, &rows)?
+        }
+    };
+    if !quiet {
+        for check in &finished.failed {
+            warn(&format!("the fit is not to be quoted, and this not either: {check}"));
+        }
+        let outside = rows.iter().filter(|row| row.extrapolated).count();
+        if outside > 0 {
+            let of = rows.len();
+            warn(&match law.covered {
+                Some(covered) => format!(
+                    "{outside} of {of} speeds extrapolated: runs of {} covered Stokes numbers {:.1} to {:.1} and film ratios {:.3} to {:.3}",
+                    asked.particle, covered.stokes[0], covered.stokes[1], covered.film_ratio[0], covered.film_ratio[1]
+                ),
+                None => format!("all speeds extrapolated: {} has no wet runs", asked.particle),
+            });
+        }
+    }
+    say(&text)?;
+    Ok(0)
+}
+
+/// Density and viscosity of the liquid asked for, kg/m³ and Pa s.
+fn liquid(asked: &Predict, finished: &Finished) -> Result<(f64, f64), Error> {
+    let liquids = &finished.basis.liquids;
+    match (&asked.liquid, asked.liquid_density, asked.viscosity) {
+        (None, Some(density), Some(viscosity)) => Ok((
+            Dimension::Density.usual_to_si(density),
+            Dimension::Viscosity.usual_to_si(viscosity),
+        )),
+        (name, ..) => {
+            let name = name.as_deref().unwrap_or_default();
+            let known = liquids.iter().find(|liquid| liquid.name == name);
+            let known = known.map(|liquid| (liquid.density_kg_m3, liquid.viscosity_pa_s));
+            known.ok_or_else(|| {
+                let names = liquids.iter().map(|liquid| liquid.name.as_str());
+                let all: Vec<&str> = names.clone().collect();
+                let expected = name_expected(&format!("one of {}", all.join(", ")), name, names);
+                let other = "for another liquid give --liquid-density-kg-m3 and --viscosity-mPa-s";
+                Error::Usage(format!("--liquid: found {}, {expected}; {other}", quoted(name)))
+            })
+        }
+    }
+}

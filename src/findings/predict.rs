@@ -1,0 +1,298 @@
+//! Predicts the restitution at speeds of the user's choice from the draws of a posterior.
+//!
+//! Two questions have two answers. The curve of a simulation, √max(r, 0) of the energy balance, is uncertain as the
+//! parameters are: its bands are quantiles over the draws, and narrow with more runs. A single run of an experiment
+//! scatters about it as well: e* = m(r) + σ z, stuck and written 0 where e* ≤ `smallest_restitution`. Its bands are
+//! quantiles of the mixture of those normals over all draws with the probability of sticking as a mass at 0, solved for
+//! to rounding instead of sampled, so that nothing here takes chance.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::inference::diagnostics::quantile;
+use crate::model::likelihood::normal::ln_normal_cdf;
+use crate::physics::impact::{DrySpeed, Parameters, Setting};
+use crate::physics::inertia::Inertia;
+use crate::physics::rebound::mean_restitution;
+use crate::physics::restitution::Restitution;
+use crate::runs::{Runs, Series};
+use crate::scene::Scene;
+
+/// What a prediction needs of a scene and its runs besides the draws.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Basis {
+    /// a restitution at or below this counts as stuck
+    pub smallest_restitution: f64,
+    /// the particles of the scene
+    pub particles: Vec<Particle>,
+    /// the liquids of the scene
+    pub liquids: Vec<Liquid>,
+}
+
+/// A particle, and where its wet runs were made.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Particle {
+    /// its name
+    pub name: String,
+    /// ρp
+    pub density_kg_m3: f64,
+    /// what its wet runs in use covered, the stuck ones with them; `None` without any
+    pub covered: Option<Covered>,
+}
+
+/// Smallest and largest numbers of some runs.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Covered {
+    /// Stokes numbers
+    pub stokes: [f64; 2],
+    /// film ratios
+    pub film_ratio: [f64; 2],
+}
+
+/// A liquid.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Liquid {
+    /// its name
+    pub name: String,
+    /// ρl
+    pub density_kg_m3: f64,
+    /// η
+    #[serde(rename = "viscosity_Pa_s")]
+    pub viscosity_pa_s: f64,
+}
+
+impl Basis {
+    /// What these runs leave to predict from.
+    pub fn of(scene: &Scene, runs: &Runs) -> Basis {
+        let particles = scene.particles.iter().enumerate().map(|(index, particle)| Particle {
+            name: particle.name.clone(),
+            density_kg_m3: particle.density,
+            covered: covered(scene, runs, index),
+        });
+        let liquids = scene.liquids.iter().map(|liquid| Liquid {
+            name: liquid.name.clone(),
+            density_kg_m3: liquid.density,
+            viscosity_pa_s: liquid.viscosity,
+        });
+        Basis {
+            smallest_restitution: scene.data.smallest_restitution,
+            particles: particles.collect(),
+            liquids: liquids.collect(),
+        }
+    }
+}
+
+fn covered(scene: &Scene, runs: &Runs, particle: usize) -> Option<Covered> {
+    let density = scene.particles[particle].density;
+    let numbers = |series: &Series, run: usize| {
+        let liquid = &scene.liquids[series.liquid];
+        let setting = Setting {
+            density,
+            diameter: runs.diameter[run],
+            liquid_density: liquid.density,
+            viscosity: liquid.viscosity,
+            film: runs.film[run],
+        };
+        (setting.stokes(runs.impact_speed[run]), setting.film_ratio())
+    };
+    let of_particle = runs.series.iter().filter(|series| series.particle == particle);
+    let all = of_particle.flat_map(|series| series.runs().map(move |run| numbers(series, run)));
+    let wider = |[lo, hi]: [f64; 2], x: f64| [lo.min(x), hi.max(x)];
+    all.fold(None, |covered: Option<Covered>, (stokes, film_ratio)| {
+        let so_far = covered.unwrap_or(Covered {
+            stokes: [stokes; 2],
+            film_ratio: [film_ratio; 2],
+        });
+        Some(Covered {
+            stokes: wider(so_far.stokes, stokes),
+            film_ratio: wider(so_far.film_ratio, film_ratio),
+        })
+    })
+}
+
+impl Covered {
+    /// Whether a Stokes number and a film ratio lie inside, but for the rounding of units.
+    pub fn holds(&self, stokes: f64, film_ratio: f64) -> bool {
+        const ROUNDING: f64 = 1e-9;
+        let inside = |[lo, hi]: [f64; 2], x: f64| x >= lo * (1.0 - ROUNDING) && x <= hi * (1.0 + ROUNDING);
+        inside(self.stokes, stokes) && inside(self.film_ratio, film_ratio)
+    }
+}
+
+/// The law of one particle as a posterior has it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Law {
+    /// form of the inertial loss
+    pub inertia: Inertia,
+    /// the speed at which e_dry enters
+    pub dry_speed: DrySpeed,
+    /// a restitution at or below this counts as stuck
+    pub smallest_restitution: f64,
+    /// what its runs covered
+    pub covered: Option<Covered>,
+    /// the draws, at least one
+    pub draws: Vec<Draw>,
+}
+
+/// One draw of what a wet impact depends on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Draw {
+    /// parameters of the energy balance
+    pub parameters: Parameters,
+    /// spread σ of wet restitutions, above zero
+    pub sigma_wet: f64,
+}
+
+/// What is to be expected at one impact speed. Field names are those of files.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Predicted {
+    /// v
+    pub impact_speed_m_s: f64,
+    /// St = ρp D v/(9 η)
+    pub stokes: f64,
+    /// Re = ρl δ v/η
+    pub reynolds: f64,
+    /// posterior median of the curve √max(r, 0); 0: no rebound
+    pub restitution: f64,
+    /// 5 % point of the curve, from the parameters' uncertainty alone
+    pub restitution_q05: f64,
+    /// 25 % point of the curve
+    pub restitution_q25: f64,
+    /// 75 % point of the curve
+    pub restitution_q75: f64,
+    /// 95 % point of the curve
+    pub restitution_q95: f64,
+    /// 5 % point of a single run, scatter and sticking included; 0: stuck
+    pub run_q05: f64,
+    /// 25 % point of a single run
+    pub run_q25: f64,
+    /// 75 % point of a single run
+    pub run_q75: f64,
+    /// 95 % point of a single run
+    pub run_q95: f64,
+    /// probability that a single run sticks
+    pub stuck_probability: f64,
+    /// posterior median of d ln e/d ln v of the curve, +∞ where a draw does not rebound; `None` unless finite
+    pub log_slope: Option<f64>,
+    /// whether the Stokes number or the film ratio lies outside what the particle's runs covered
+    pub extrapolated: bool,
+}
+
+impl Law {
+    /// Predictions at impact speeds above zero, m/s, in their order.
+    pub fn predict(&self, setting: &Setting, impact_speeds: &[f64]) -> Vec<Predicted> {
+        let curves: Vec<(Restitution, f64)> = self
+            .draws
+            .iter()
+            .map(|draw| {
+                let curve = Restitution::new(setting, self.inertia, self.dry_speed, &draw.parameters);
+                (curve, draw.sigma_wet)
+            })
+            .collect();
+        let speeds = impact_speeds.par_iter();
+        speeds.map(|v| self.at(setting, &curves, *v)).collect()
+    }
+
+    fn at(&self, setting: &Setting, curves: &[(Restitution, f64)], v: f64) -> Predicted {
+        let sorted = |of: &dyn Fn(&Restitution) -> f64| quantile::sorted(curves.iter().map(|(c, _)| of(c)).collect());
+        let e = sorted(&|curve| curve.at(v));
+        let slopes = sorted(&|curve| curve.log_slope(v).unwrap_or(f64::INFINITY));
+        let run = SingleRun::new(curves, v, self.smallest_restitution);
+        let (stokes, reynolds) = (setting.stokes(v), setting.reynolds(v));
+        let covered = |covered: &Covered| covered.holds(stokes, setting.film_ratio());
+        Predicted {
+            impact_speed_m_s: v,
+            stokes,
+            reynolds,
+            restitution: quantile::of_sorted(&e, 0.5),
+            restitution_q05: quantile::of_sorted(&e, 0.05),
+            restitution_q25: quantile::of_sorted(&e, 0.25),
+            restitution_q75: quantile::of_sorted(&e, 0.75),
+            restitution_q95: quantile::of_sorted(&e, 0.95),
+            run_q05: run.quantile(0.05),
+            run_q25: run.quantile(0.25),
+            run_q75: run.quantile(0.75),
+            run_q95: run.quantile(0.95),
+            stuck_probability: run.stuck,
+            log_slope: Some(quantile::of_sorted(&slopes, 0.5)).filter(|slope| slope.is_finite()),
+            extrapolated: !self.covered.as_ref().is_some_and(covered),
+        }
+    }
+}
+
+/// The distribution of a run's restitution at one speed: a mixture of normals, cut at the limit.
+struct SingleRun {
+    /// mean and spread of each draw
+    normals: Vec<(f64, f64)>,
+    /// probability of sticking
+    stuck: f64,
+}
+
+impl SingleRun {
+    fn new(curves: &[(Restitution, f64)], v: f64, limit: f64) -> SingleRun {
+        let normal = |(curve, sigma): &(Restitution, f64)| (mean_restitution(curve.kept_energy(v)), *sigma);
+        let mut run = SingleRun {
+            normals: curves.iter().map(normal).collect(),
+            stuck: 0.0,
+        };
+        run.stuck = run.below(limit).0;
+        run
+    }
+
+    /// Probability of an e* at or below x, and its density there.
+    fn below(&self, x: f64) -> (f64, f64) {
+        let of = |(mean, sigma): &(f64, f64)| {
+            let (ln_cdf, mills) = ln_normal_cdf((x - mean) / sigma);
+            let cdf = ln_cdf.exp();
+            (cdf, mills * cdf / sigma)
+        };
+        let sum = self
+            .normals
+            .iter()
+            .map(of)
+            .fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
+        let n = self.normals.len() as f64;
+        (sum.0 / n, sum.1 / n)
+    }
+
+    /// Quantile at a probability from 0.03 to 0.97; 0 where that is a stuck run.
+    fn quantile(&self, probability: f64) -> f64 {
+        /// standard deviations that hold those probabilities of each normal, and so of their mixture
+        const WIDE: f64 = 2.0;
+        /// a bracket halved so often is down to rounding; Newton's steps mostly need five
+        const STEPS: usize = 60;
+        /// far below what a restitution can be measured to
+        const ENOUGH: f64 = 1e-13;
+        if probability <= self.stuck {
+            return 0.0;
+        }
+        let (mut lo, mut hi) = self
+            .normals
+            .iter()
+            .fold((f64::MAX, f64::MIN), |(lo, hi), (mean, sigma)| {
+                (lo.min(mean - WIDE * sigma), hi.max(mean + WIDE * sigma))
+            });
+        let mut x = 0.5 * (lo + hi);
+        for _ in 0..STEPS {
+            let (below, density) = self.below(x);
+            if below < probability {
+                lo = x;
+            } else {
+                hi = x;
+            }
+            let newton = x + (probability - below) / density;
+            // a step out of the bracket, or of no length known, is replaced by half the bracket
+            let next = if newton > lo && newton < hi {
+                newton
+            } else {
+                0.5 * (lo + hi)
+            };
+            let moved = (next - x).abs();
+            x = next;
+            if moved < ENOUGH {
+                break;
+            }
+        }
+        x
+    }
+}
