@@ -4,6 +4,7 @@ mod common;
 
 use common::Place;
 use wetcor::findings::posterior::Posterior;
+use wetcor::findings::posterior::Way;
 use wetcor::findings::verdicts::quotable;
 use wetcor::findings::{self, Findings};
 

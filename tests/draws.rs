@@ -199,7 +199,7 @@ fn report() -> Vec<File> {
 fn a_report_with_draws_is_written_whole() {
     let files = report();
     let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join("made_up_report");
-    folder::write(&place, TITLE, &files).unwrap_or_else(|error| panic!("{error}"));
+    folder::write(&place, folder::Contents::Fit, TITLE, &files).unwrap_or_else(|error| panic!("{error}"));
     for (name, bytes) in &files {
         let written = std::fs::read(place.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"));
         assert_eq!(&written, bytes, "{name}");

@@ -3,6 +3,7 @@
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::estimate::Estimate;
+use wetcor::findings::posterior::Way;
 use wetcor::findings::verdicts::quotable;
 use wetcor::findings::{self, Findings};
 use wetcor::model::simulate::Simulation;
@@ -147,7 +148,7 @@ pub fn least_squares(scene: &Scene, table: &Table) -> Told {
 pub fn both(scene: &Scene, table: &Table) -> Told {
     let mut findings = findings::find(scene, table, 1, false);
     findings
-        .add_posterior(scene, &table.runs, false, &|_, _| {})
+        .add_posterior(scene, &table.runs, Way::Nodes, &|_, _| {})
         .unwrap_or_else(|error| panic!("{error}"));
     tell(scene, findings, true)
 }

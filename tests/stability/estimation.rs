@@ -5,6 +5,7 @@ use wetcor::findings::verdicts::quotable;
 use wetcor::inference::bootstrap::kernel;
 use wetcor::inference::laws::fit_square_root;
 use wetcor::inference::nuts::{Effort, TARGET_ACCEPT};
+use wetcor::inference::posed::Evaluation;
 use wetcor::inference::sampling::{sample_posterior, Plan};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::{Kind, Parameters};
@@ -436,7 +437,7 @@ fn compressed_sum() -> Vec<Row> {
             .collect();
         runs.iter_mut()
             .for_each(|run| run.restitution = run.restitution.max(0.0));
-        for i in 0..1_000_000 {
+        for i in 0..1_000_000u32 {
             let v = 0.77 + 1e-6 * f64::from(i);
             runs.push(wet_run(&base, 4.762e-3, [0.04, 0.1][i as usize % 2], v, &mut rng));
         }
@@ -459,7 +460,7 @@ fn compressed_sum() -> Vec<Row> {
         let plan = Plan {
             effort,
             stream: (1, "stability"),
-            exact_rows: false,
+            evaluation: Evaluation::default(),
         };
         let sampled = sample_posterior(parameters, &rows_all, &start, plan, &|_, _| {}).expect("a posterior");
         let truth = [0.183, 1.9, 0.6];
@@ -499,8 +500,11 @@ fn ten_million() -> Vec<Row> {
     let e = &table.runs.restitution[range];
     let fit = fit_square_root(&x, &[], e);
     let ones = vec![1.0; x.len()];
-    let by_kernel =
-        kernel::square_root(&x, &[], e, &ones, [fit.parameters[0] * 1.01, fit.parameters[1] * 1.02]).expect("a fit");
+    let by_kernel = kernel::square_root(
+        &kernel::Sample::new(&x, e, &ones),
+        [fit.parameters[0] * 1.01, fit.parameters[1] * 1.02],
+    )
+    .expect("a fit");
     let gap = fit
         .parameters
         .iter()
