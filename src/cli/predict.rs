@@ -76,8 +76,11 @@ impl Speeds {
         let speed = |i: usize| match i {
             0 => self.first,
             i if i == last => self.last,
-            // one rounding less than adding steps: 0.6:1.8:5 has a 1.2
-            i => (self.first * (last - i) as f64 + self.last * i as f64) / steps,
+            i => {
+                let between = (self.first * (last - i) as f64 + self.last * i as f64) / steps;
+                // to twelve digits, as one would write it: 0.6:1.8:5 has a 0.9, not a 0.8999999999999999
+                format!("{between:.11e}").parse().unwrap_or(between)
+            }
         };
         (0..self.count).map(speed).collect()
     }
