@@ -489,9 +489,6 @@ fn run_trade(path: &Path, out: Option<PathBuf>, seed: u64, quiet: bool) -> Resul
     Ok(0)
 }
 
-/// Replicates of each simulated data set: enough that their number does not show in the coverage.
-const CALIBRATION_REPLICATES: u64 = 2000;
-
 fn calibrate(out: &Path, sets: u64, seed: u64, quiet: bool) -> Result<u8, Error> {
     // an accuracy takes about as long as a hundred data sets
     let of_accuracy = 100;
@@ -499,7 +496,7 @@ fn calibrate(out: &Path, sets: u64, seed: u64, quiet: bool) -> Result<u8, Error>
     let progress = Progress::bar("calibrate", all, quiet);
     let done = AtomicU64::new(0);
     let step = || progress.at(1 + done.fetch_add(1, Relaxed));
-    let table = calibration::measure(sets, CALIBRATION_REPLICATES, seed, &step)?;
+    let table = calibration::measure(sets, calibration::REPLICATES, seed, &step)?;
     let kept = accuracy::measure(accuracy::SCENES, seed, &|| {
         progress.at(of_accuracy + done.fetch_add(of_accuracy, Relaxed));
     })?;

@@ -62,20 +62,29 @@ fn the_prediction_is_what_the_readme_shows() {
         let cells: Vec<&str> = line.split(',').collect();
         let cell = |name: &str| {
             let place = header.iter().position(|column| *column == name).expect("a column");
-            cells[place].parse().map_or(String::new(), |x: f64| format!("{x:.3}"))
+            cells[place].parse::<f64>().ok()
         };
-        let row = format!(
-            "| {} | {} ({} to {}) | {} to {} | {} | {} |",
-            cells[0],
-            cell("restitution"),
-            cell("restitution_q05"),
-            cell("restitution_q95"),
-            cell("run_q05"),
-            cell("run_q95"),
-            cell("stuck_probability"),
-            cell("log_slope")
-        );
-        assert!(text.contains(&row.replace("|  |", "| |")), "{row}");
+        let names = [
+            "restitution",
+            "restitution_q05",
+            "restitution_q95",
+            "run_q05",
+            "run_q95",
+            "stuck_probability",
+            "log_slope",
+        ];
+        let row = text.lines().find(|line| line.starts_with(&format!("| {} |", cells[0])));
+        let row = row.unwrap_or_else(|| panic!("no row of {} m/s", cells[0]));
+        let printed: Vec<f64> = row
+            .split(|c: char| !(c.is_ascii_digit() || c == '.'))
+            .filter_map(|word| word.parse().ok())
+            .skip(1)
+            .collect();
+        let predicted: Vec<f64> = names.iter().filter_map(|name| cell(name)).collect();
+        assert_eq!(printed.len(), predicted.len(), "{row}");
+        // another processor draws other numbers, within their Monte Carlo error
+        let near = printed.iter().zip(&predicted).all(|(a, b)| (a - b).abs() < 2e-3);
+        assert!(near, "{row}: {predicted:?}");
         shown += 1;
     }
     assert_eq!(shown, 5);

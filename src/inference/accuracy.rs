@@ -70,7 +70,7 @@ pub fn sample_to(
         stream: plan.stream,
         tried: vec![],
     };
-    if let Some(sampled) = climb.from_the_normal(&posed, bound) {
+    if let Some(sampled) = climb.about_the_mode(&posed, bound) {
         return Ok(sampled);
     }
     let sampled = climb.by_trajectories(&posed, bound, plan.effort, watcher)?;
@@ -95,7 +95,7 @@ struct Climb<'p> {
 
 impl Climb<'_> {
     /// The normal about the mode, or its weighted draws, if either can be vouched for.
-    fn from_the_normal(&mut self, posed: &Posed, bound: f64) -> Option<Sampled> {
+    fn about_the_mode(&mut self, posed: &Posed, bound: f64) -> Option<Sampled> {
         let (off, efficiency) = match look(posed, self.stream) {
             Ok(looked) => looked,
             Err(why) => {

@@ -39,6 +39,9 @@ const PAPER: Design = Design {
     noise: "normal",
 };
 
+/// Replicates of each simulated data set: enough that their number does not show in the coverage.
+pub const REPLICATES: u64 = 2000;
+
 /// How many designs are measured.
 pub const DESIGNS: u64 = ALL.len() as u64;
 
