@@ -1,6 +1,7 @@
 //! Measures how each stage's cost grows with runs, replicates, groups and threads, and writes `reports/cost/`.
 //!
-//! `cargo bench --bench cost` takes some minutes and 3 GB; `-- quick` stops at 10⁵ runs and writes nothing. Runs are
+//! `cargo bench --bench cost` takes some minutes; `-- quick` stops at 10⁵ runs and writes nothing, `-- ten-million` goes
+//! on to 10⁷ and takes a quarter of an hour and some gigabytes. Runs are
 //! simulated in the design of `datasets/mueller2016`, each at a speed of its own: no two share a setting, which is the
 //! hardest case. A cost's exponent is the slope of its logarithm over the last two decades.
 
@@ -25,7 +26,12 @@ fn main() {
     if std::env::args().any(|word| word == "--test") {
         return;
     }
-    let largest = if quick { 5 } else { 7 };
+    let most = std::env::args().any(|word| word == "ten-million");
+    let largest = match (quick, most) {
+        (true, _) => 5,
+        (_, true) => 7,
+        _ => 6,
+    };
     let panels = [
         of_runs(largest),
         of_replicates(if quick { 4 } else { 6 }),

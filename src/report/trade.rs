@@ -207,7 +207,14 @@ fn linear(page: &mut Page, trade: &Trade) {
 fn figure(trade: &Trade) -> String {
     let mut layers = vec![];
     let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
-    for (group, rung) in trade.rungs.iter().enumerate() {
+    let mut names: Vec<&str> = vec![];
+    for rung in &trade.rungs {
+        // trajectories on different numbers of nodes share a name: their points say the rest
+        let name = rung.name.split_once('/').map_or(rung.name.as_str(), |_| "few nodes");
+        let group = names.iter().position(|known| *known == name).unwrap_or(names.len());
+        if group == names.len() {
+            names.push(name);
+        }
         let (Some(mean), Some(sd)) = (rung.worst_mean, rung.worst_sd) else {
             continue;
         };
@@ -220,7 +227,7 @@ fn figure(trade: &Trade) -> String {
         (lo, hi) = (lo.min(point.x), hi.max(point.x));
         let style = Style::group(group);
         layers.push(Layer::Points {
-            name: Some(rung.name.clone()),
+            name: Some(name.to_owned()),
             points: vec![point],
             style: if stands(rung) { style } else { style.open() },
         });

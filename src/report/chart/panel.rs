@@ -169,13 +169,22 @@ impl<'a> Panel<'a> {
             .with_y_axis_max(y.upper + slack * y.step)
             .with_x_tick_step(x.step)
             .with_y_tick_step(y.step)
-            .with_x_label_overlap(AxisLabelOverlap::Thin)
+            .with_x_label_overlap(self.overlap())
             .with_force_margins(self.left, self.right)
             .with_force_margins_y(self.top, MARGIN_BOTTOM);
         // kuva's own formats mix "1e-1" with "0.20" on one axis.
         axes.x_tick_format = TickFormat::Custom(std::sync::Arc::new(move |v| x.label(v)));
         axes.y_tick_format = TickFormat::Custom(std::sync::Arc::new(move |v| y.label(v)));
         axes
+    }
+
+    /// Powers of ten are few, and their markup counts as longer than it is.
+    fn overlap(&self) -> AxisLabelOverlap {
+        if self.chart.x.decades {
+            AxisLabelOverlap::Allow
+        } else {
+            AxisLabelOverlap::Thin
+        }
     }
 
     /// Writes title and axis labels; kuva would place the vertical one by DejaVu's metrics
