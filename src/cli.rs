@@ -327,7 +327,7 @@ fn fit(
     };
     let files = timing.stage("report", quiet, || report::files(told, wanted(Stage::Figures)));
     let mut files = files?;
-    files.push(("timing.json".to_owned(), timing.json().into_bytes()));
+    files.whole.push(("timing.json".to_owned(), timing.json().into_bytes()));
     folder::write(&out, &scene.title, &files)?;
     tell(&findings.notices, quiet);
     if !quiet {

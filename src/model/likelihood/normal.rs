@@ -2,16 +2,21 @@
 
 use crate::model::priors::LN_ROOT_TWO_PI;
 
+/// Φ(z); accurate to a few ulp.
+pub fn normal_cdf(z: f64) -> f64 {
+    0.5 * libm::erfc(-z * std::f64::consts::FRAC_1_SQRT_2)
+}
+
 /// ln Φ(z) and φ(z)/Φ(z), its slope; accurate to a few ulp from −∞ to ∞.
 pub fn ln_normal_cdf(z: f64) -> (f64, f64) {
     /// below this, erfc nears the smallest numbers there are
     const FAR: f64 = -35.0;
     let ln_density = -0.5 * z * z - LN_ROOT_TWO_PI;
     if z > 0.0 {
-        let above = 0.5 * libm::erfc(z * std::f64::consts::FRAC_1_SQRT_2);
+        let above = normal_cdf(-z);
         ((-above).ln_1p(), ln_density.exp() / (1.0 - above))
     } else if z > FAR {
-        let below = 0.5 * libm::erfc(-z * std::f64::consts::FRAC_1_SQRT_2);
+        let below = normal_cdf(z);
         (below.ln(), ln_density.exp() / below)
     } else {
         // Φ(z) = φ(z)/(−z) (1 − 1/z² + 3/z⁴ − 15/z⁶ + …): at z = −35 the sixth term is below the last digit
