@@ -45,20 +45,21 @@ pub struct Told<'a> {
 pub fn files(told: Told, with_figures: bool) -> Result<Files, Error> {
     let figures = if with_figures { figures::all(told) } else { vec![] };
     let names: Vec<&str> = figures.iter().map(|figure| figure.name.as_str()).collect();
-    let mut files = Files::default();
-    files.whole = vec![
+    let mut whole = vec![
         ("report.md".to_owned(), markdown::report(told, &names).into_bytes()),
         ("findings.json".to_owned(), json::text(told.findings)?.into_bytes()),
     ];
     for figure in figures {
-        files
-            .whole
-            .push((format!("figures/{}", figure.name), figure.svg.into_bytes()));
+        whole.push((format!("figures/{}", figure.name), figure.svg.into_bytes()));
     }
+    let mut files = Files {
+        whole,
+        streamed: vec![],
+    };
     if let Some(posterior) = told.posterior {
         let draws = draws::posterior::files(told, posterior)?;
         files.whole.extend(draws.whole);
-        files.streamed = draws.streamed;
+        files.streamed.extend(draws.streamed);
     }
     Ok(files)
 }

@@ -244,9 +244,10 @@ pub fn find(
         Ok(sampled) => sampled,
         Err(why) => return Ok(Err(trust::no_posterior(&why.to_string()))),
     };
-    let derived = derived::find(scene, runs, asked.inertia, &sampled);
+    let full = sampled.full_draws();
+    let derived = derived::find(scene, runs, asked.inertia, &sampled, &full);
     let pointwise = Pointwise::new(scene, runs, asked.inertia, asked.dry_speed);
-    let predictive = predictive::find(scene, runs, &pointwise, &sampled.full_draws());
+    let predictive = predictive::find(scene, runs, &pointwise, &full);
     let findings = tell(asked, effort, rows.nodes(), &sampled, &derived, predictive);
     let checks = trust::checks(&findings, least_squares);
     let notices = trust::notices(&findings);
@@ -305,7 +306,7 @@ fn tell(
     predictive: Predictive,
 ) -> PosteriorFindings {
     let parameters = &sampled.parameters;
-    let told = parameters.sampled.iter().zip(&sampled.values);
+    let told = parameters.sampled.par_iter().zip(&sampled.values);
     let kept = sampled.chains.iter();
     PosteriorFindings {
         parameters: told
