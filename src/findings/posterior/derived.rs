@@ -37,10 +37,11 @@ pub struct Setting {
 }
 
 /// δc/ε, δc of each particle, then e_inf, St_c and the Stokes number of no rebound at each setting of the runs.
-pub fn find(scene: &Scene, runs: &Runs, inertia: Inertia, sampled: &Sampled, full: &[Vec<f64>]) -> Vec<Derived> {
+pub fn find(scene: &Scene, runs: &Runs, inertia: Inertia, sampled: &Sampled) -> Vec<Derived> {
     if runs.series.is_empty() {
         return vec![];
     }
+    let full = sampled.full_draws();
     let per_chain = full.len() / sampled.chains.len().max(1);
     let chains = |values: &[f64]| values.chunks(per_chain.max(1)).map(<[f64]>::to_vec).collect();
     let of_draws = |of: &dyn Fn(&[f64]) -> f64| -> Vec<Vec<f64>> {

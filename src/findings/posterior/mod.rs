@@ -244,10 +244,9 @@ pub fn find(
         Ok(sampled) => sampled,
         Err(why) => return Ok(Err(trust::no_posterior(&why.to_string()))),
     };
-    let full = sampled.full_draws();
-    let derived = derived::find(scene, runs, asked.inertia, &sampled, &full);
+    let derived = derived::find(scene, runs, asked.inertia, &sampled);
     let pointwise = Pointwise::new(scene, runs, asked.inertia, asked.dry_speed);
-    let predictive = predictive::find(scene, runs, &pointwise, &full);
+    let predictive = predictive::find(scene, runs, &pointwise, &sampled.full_draws());
     let findings = tell(asked, effort, rows.nodes(), &sampled, &derived, predictive);
     let checks = trust::checks(&findings, least_squares);
     let notices = trust::notices(&findings);
