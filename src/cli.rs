@@ -368,7 +368,7 @@ fn fit(path: &Path, out: Option<PathBuf>, seed: u64, (stages, way): (&[Stage], W
     };
     let files = timing.stage("report", quiet, || report::files(told, wanted(Stage::Figures)));
     let mut files = files?;
-    files.push(("timing.json".to_owned(), timing.json().into_bytes()));
+    files.whole.push(("timing.json".to_owned(), timing.json().into_bytes()));
     folder::write(&out, Contents::Fit, &scene.title, &files)?;
     tell(&findings.notices, quiet);
     if !quiet {

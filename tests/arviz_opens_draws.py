@@ -4,9 +4,9 @@
 
 Needs Python >= 3.12 with arviz >= 1.3 and zarr (tried with arviz 1.3.0, arviz-stats 1.3.3, xarray 2026.9.0, zarr 3.4.2).
 Prints R-hat, ESS (bulk, and tail at 5 %/95 %) and LOO as JSON. Compares with findings.json to 1e-8, relative:
-posterior.parameters[*].{rhat, ess_bulk, ess_tail}, posterior.{e_bfmi, divergences} where they are there, and the entry of
-compare that the store's attribute `model` names; and the store with draws.csv, to the last bit. Exit status 1 on any
-difference, missing group, variable without a single number, or warning.
+posterior.parameters[*].{rhat, ess_bulk, ess_tail}, posterior.derived[*].{mean, rhat} and posterior.{e_bfmi, divergences}
+where they are there, and the entry of compare that the store's attribute `model` names; and the store with draws.csv, to
+the last bit. Exit status 1 on any difference, missing group, variable without a single number, or warning.
 """
 
 import csv
@@ -55,7 +55,8 @@ def draws_of(posterior, name):
     variable, labels = re.fullmatch(r"([^\[]*)(?:\[(.*)\])?", name).groups()
     array = posterior[variable]
     dimensions = [d for d in array.dims if d not in ("chain", "draw")]
-    labels = labels.split(",") if labels else []
+    # the label of a setting has commas of its own
+    labels = [] if not labels else [labels] if len(dimensions) == 1 else labels.split(",")
     if len(labels) != len(dimensions):
         raise KeyError(f"{name}: the variable has the dimensions {dimensions}")
     for dimension, label in zip(dimensions, labels):
@@ -116,6 +117,12 @@ def main(folder):
         parameters[parameter["name"]] = said
         for name, value in said.items():
             compare(f"{parameter['name']} {name}", value, parameter[name])
+    for quantity in told.get("derived") or []:
+        x = draws_of(tree.derived, quantity["name"])
+        finite = bool(np.isfinite(x).all())
+        compare(f"{quantity['name']} mean", float(x.mean()) if finite else None, quantity["mean"])
+        compare(f"{quantity['name']} rhat", float(array_stats.rhat(x, method="rank")) if finite else None, quantity["rhat"])
+
     # the table a user would ask for, whatever its rounding
     az.summary(tree, kind="diagnostics")
 

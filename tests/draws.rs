@@ -12,7 +12,7 @@ use wetcor::inference::diagnostics::pareto::khat_threshold;
 use wetcor::inference::diagnostics::summary::{summarise, Summary};
 use wetcor::report::draws::csv;
 use wetcor::report::draws::zarr::{store, Array, Group, Values};
-use wetcor::report::folder::{self, File};
+use wetcor::report::folder::{self, File, Files};
 use wetcor::seed;
 
 const CHAINS: usize = 4;
@@ -199,7 +199,11 @@ fn report() -> Vec<File> {
 fn a_report_with_draws_is_written_whole() {
     let files = report();
     let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join("made_up_report");
-    folder::write(&place, folder::Contents::Fit, TITLE, &files).unwrap_or_else(|error| panic!("{error}"));
+    let written = Files {
+        whole: files.clone(),
+        streamed: vec![],
+    };
+    folder::write(&place, folder::Contents::Fit, TITLE, &written).unwrap_or_else(|error| panic!("{error}"));
     for (name, bytes) in &files {
         let written = std::fs::read(place.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"));
         assert_eq!(&written, bytes, "{name}");

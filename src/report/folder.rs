@@ -1,5 +1,8 @@
 //! Writes a report's files beside their place and renames them in: whole or not at all.
 
+use std::collections::BTreeSet;
+use std::fmt;
+use std::io;
 use std::path::Path;
 
 use rayon::prelude::*;
@@ -11,6 +14,32 @@ use crate::{findings, study};
 
 /// A file of a report: its path inside the folder, and its bytes.
 pub type File = (String, Vec<u8>);
+
+/// Every file of a report.
+#[derive(Debug, Default)]
+pub struct Files<'a> {
+    /// those whose bytes are there
+    pub whole: Vec<File>,
+    /// those too large to be held
+    pub streamed: Vec<Streamed<'a>>,
+}
+
+/// Two files that come from one computation, made while they are written.
+pub struct Streamed<'a> {
+    /// their paths inside the folder
+    pub names: [String; 2],
+    /// writes them, both empty at first
+    pub fill: Box<Fill<'a>>,
+}
+
+/// Fills files. Fails where the system refuses.
+pub type Fill<'a> = dyn Fn(&mut [std::fs::File; 2]) -> io::Result<()> + Send + Sync + 'a;
+
+impl fmt::Debug for Streamed<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Streamed").field(&self.names).finish()
+    }
+}
 
 /// What a folder holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,7 +97,7 @@ pub fn check(folder: &Path, contents: Contents, title: &str) -> Result<(), Error
 }
 
 /// Writes the files and puts the folder in place of an earlier report of ours.
-pub fn write(folder: &Path, contents: Contents, title: &str, files: &[File]) -> Result<(), Error> {
+pub fn write(folder: &Path, contents: Contents, title: &str, files: &Files) -> Result<(), Error> {
     check(folder, contents, title)?;
     let parent = match folder.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
@@ -86,18 +115,26 @@ pub fn write(folder: &Path, contents: Contents, title: &str, files: &[File]) -> 
 fn fill_and_rename(
     beside: tempfile::TempDir,
     folder: &Path,
-    files: &[File],
+    files: &Files,
     mark: unfinished::Mark,
 ) -> Result<(), Error> {
     let new = beside.path().join("new");
-    files.par_iter().try_for_each(|(name, bytes)| {
-        let path = new.join(name);
-        let inside = path.parent().unwrap_or(&new);
-        // told of the place the user named, not of the one beside it
-        let fail = |error| Error::io(&folder.join(name), "write", error);
-        std::fs::create_dir_all(inside).map_err(fail)?;
-        std::fs::write(&path, bytes).map_err(fail)
-    })?;
+    // told of the place the user named, not of the one beside it
+    let fail = |name: &str, error| Error::io(&folder.join(name), "write", error);
+    for inside in folders(files) {
+        std::fs::create_dir(new.join(inside)).map_err(|error| fail(inside, error))?;
+    }
+    let stream = |streamed: &Streamed| {
+        let [a, b] = &streamed.names;
+        let open = |name: &String| std::fs::File::create(new.join(name)).map_err(|error| fail(name, error));
+        (streamed.fill)(&mut [open(a)?, open(b)?]).map_err(|error| fail(a, error))
+    };
+    let write = |(name, bytes): &File| std::fs::write(new.join(name), bytes).map_err(|error| fail(name, error));
+    let (streamed, whole) = rayon::join(
+        || files.streamed.par_iter().try_for_each(stream),
+        || files.whole.par_iter().try_for_each(write),
+    );
+    streamed.and(whole)?;
     // from here on an interruption waits, so that either the old report or the new one is in place
     let _hold = mark.hold();
     let old = beside.path().join("old");
@@ -117,16 +154,29 @@ fn fill_and_rename(
     Ok(())
 }
 
+/// Every folder the files lie in, the report's own as "", each after the one it is in.
+fn folders<'a>(files: &'a Files) -> BTreeSet<&'a str> {
+    let streamed = files.streamed.iter().flat_map(|streamed| &streamed.names);
+    let names = files.whole.iter().map(|(name, _)| name).chain(streamed);
+    let above = |name: &'a String| name.match_indices('/').map(|(end, _)| &name[..end]);
+    std::iter::once("").chain(names.flat_map(above)).collect()
+}
+
 #[cfg(test)]
 mod tests {
+    use std::io::Write;
+
     use super::*;
 
-    fn files(title: &str, body: &str) -> Vec<File> {
+    fn files<'a>(title: &str, body: &str) -> Files<'a> {
         let findings = format!("{{\"schema\": \"{}\", \"title\": \"{title}\"}}", findings::SCHEMA);
-        vec![
-            ("findings.json".to_owned(), findings.into_bytes()),
-            ("figures/a.svg".to_owned(), body.as_bytes().to_vec()),
-        ]
+        Files {
+            whole: vec![
+                ("findings.json".to_owned(), findings.into_bytes()),
+                ("figures/a.svg".to_owned(), body.as_bytes().to_vec()),
+            ],
+            streamed: vec![],
+        }
     }
 
     #[test]
@@ -141,6 +191,24 @@ mod tests {
         assert!(!folder.join("stale.txt").exists());
         let left = std::fs::read_dir(place.path().join("deep")).map(Iterator::count);
         assert_eq!(left.ok(), Some(1), "nothing unfinished is left beside");
+    }
+
+    #[test]
+    fn what_is_made_while_it_is_written_is_there_or_nothing_is() {
+        let place = tempfile::tempdir().expect("a temporary folder");
+        let folder = place.path().join("report");
+        let mut made = files("one", "");
+        let names = ["deep/er/a", "b"].map(str::to_owned);
+        let fill: Box<Fill> = Box::new(|[a, b]| a.write_all(b"first").and_then(|()| b.write_all(b"second")));
+        made.streamed.push(Streamed { names, fill });
+        write(&folder, "one", &made).expect("a free place");
+        let read = |name: &str| std::fs::read_to_string(folder.join(name)).ok();
+        assert_eq!(read("deep/er/a").as_deref(), Some("first"));
+        assert_eq!(read("b").as_deref(), Some("second"));
+        made.streamed[0].fill = Box::new(|_| Err(io::Error::other("no room")));
+        let failed = write(&folder, "one", &made).expect_err("no room").to_string();
+        assert!(failed.contains("deep/er/a") && failed.contains("no room"), "{failed}");
+        assert_eq!(read("b").as_deref(), Some("second"), "the earlier report stands");
     }
 
     #[test]

@@ -30,7 +30,7 @@ use crate::findings::posterior::Posterior;
 use crate::findings::Findings;
 use crate::runs::Runs;
 use crate::scene::Scene;
-use folder::File;
+use folder::Files;
 
 /// What a report is made of.
 #[derive(Debug, Clone, Copy)]
@@ -48,18 +48,24 @@ pub struct Told<'a> {
 }
 
 /// Every file of a report by its path in the folder, `timing.json` excepted.
-pub fn files(told: Told, with_figures: bool) -> Result<Vec<File>, Error> {
+pub fn files(told: Told, with_figures: bool) -> Result<Files, Error> {
     let figures = if with_figures { figures::all(told) } else { vec![] };
     let names: Vec<&str> = figures.iter().map(|figure| figure.name.as_str()).collect();
-    let mut files = vec![
+    let mut whole = vec![
         ("report.md".to_owned(), markdown::report(told, &names).into_bytes()),
         ("findings.json".to_owned(), json::text(told.findings)?.into_bytes()),
     ];
     for figure in figures {
-        files.push((format!("figures/{}", figure.name), figure.svg.into_bytes()));
+        whole.push((format!("figures/{}", figure.name), figure.svg.into_bytes()));
     }
+    let mut files = Files {
+        whole,
+        streamed: vec![],
+    };
     if let Some(posterior) = told.posterior {
-        files.extend(draws::posterior::files(told, posterior)?);
+        let draws = draws::posterior::files(told, posterior)?;
+        files.whole.extend(draws.whole);
+        files.streamed.extend(draws.streamed);
     }
     Ok(files)
 }

@@ -1,7 +1,7 @@
 //! Tells a trade of speed against accuracy: a page, a figure, and `trade.json`.
 
 use super::chart::{svg, Axis, Chart, Dash, Layer, Point, Style};
-use super::folder::File;
+use super::folder::Files;
 use super::json;
 use super::markdown::page::Page;
 use super::numbers::{self, NONE};
@@ -15,12 +15,16 @@ use crate::study::trade::{Miss, Rung, Trade};
 const FIGURE: &str = "trade.svg";
 
 /// Every file of a trade.
-pub fn files(scene: &Scene, trade: &Trade) -> Result<Vec<File>, Error> {
-    Ok(vec![
+pub fn files(scene: &Scene, trade: &Trade) -> Result<Files<'static>, Error> {
+    let whole = vec![
         ("trade.md".to_owned(), page(scene, trade).into_bytes()),
         ("trade.json".to_owned(), json::text(trade)?.into_bytes()),
         (FIGURE.to_owned(), figure(trade).into_bytes()),
-    ])
+    ];
+    Ok(Files {
+        whole,
+        streamed: vec![],
+    })
 }
 
 /// The ways that no other beats, a line each.

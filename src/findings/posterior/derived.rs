@@ -1,5 +1,7 @@
 //! Computes what follows from the parameters, draw by draw.
 
+use rayon::prelude::*;
+
 use crate::findings::own_dry_speed::reference_dry_speed;
 use crate::inference::sampling::Sampled;
 use crate::model::parameters::{Kind, COMMON_SLOTS};
@@ -11,8 +13,12 @@ use crate::scene::Scene;
 /// A quantity with its draws, chain by chain; NaN where a draw leaves none.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Derived {
-    /// its name in files
+    /// its name in files, with the label in brackets where it has one
     pub name: String,
+    /// what it is: `st_c`
+    pub quantity: &'static str,
+    /// the particle or the setting it holds for: `PTFE,AK10,0.06`
+    pub label: Option<String>,
     /// the setting it holds for
     pub setting: Option<Setting>,
     /// `values[chain][draw]`
@@ -37,23 +43,26 @@ pub fn find(scene: &Scene, runs: &Runs, inertia: Inertia, sampled: &Sampled) -> 
     }
     let full = sampled.full_draws();
     let per_chain = full.len() / sampled.chains.len().max(1);
-    let chains = |of: &dyn Fn(&[f64]) -> f64| -> Vec<Vec<f64>> {
-        full.chunks(per_chain.max(1))
-            .map(|chain| chain.iter().map(|full| of(full)).collect())
-            .collect()
+    let chains = |values: &[f64]| values.chunks(per_chain.max(1)).map(<[f64]>::to_vec).collect();
+    let of_draws = |of: &dyn Fn(&[f64]) -> f64| -> Vec<Vec<f64>> {
+        chains(&full.iter().map(|full| of(full)).collect::<Vec<f64>>())
     };
     let l = Kind::LubricationLog.slot();
     let mut all = vec![Derived {
         name: "delta_c_over_roughness".to_owned(),
+        quantity: "delta_c_over_roughness",
+        label: None,
         setting: None,
-        values: chains(&|full| full[l].exp()),
+        values: of_draws(&|full| full[l].exp()),
     }];
     let wet = |particle: usize| runs.series.iter().any(|series| series.particle == particle);
     for (_, particle) in scene.particles.iter().enumerate().filter(|(index, _)| wet(*index)) {
         all.push(Derived {
             name: format!("delta_c_m[{}]", particle.name),
+            quantity: "delta_c_m",
+            label: Some(particle.name.clone()),
             setting: None,
-            values: chains(&|full| viscous::critical_separation(particle.roughness, full[l])),
+            values: of_draws(&|full| viscous::critical_separation(particle.roughness, full[l])),
         });
     }
     let v = reference_dry_speed(scene);
@@ -69,22 +78,35 @@ pub fn find(scene: &Scene, runs: &Runs, inertia: Inertia, sampled: &Sampled) -> 
             f64::NAN
         }
     };
-    type Formula<'f> = &'f dyn Fn(f64, f64) -> f64;
+    let e_inf: Vec<Vec<f64>> = settings
+        .par_iter()
+        .map(|setting| full.iter().map(|full| e_inf2(setting, full).sqrt()).collect())
+        .collect();
+    type Formula = fn(f64, f64) -> f64;
     let formulas: [(&str, Formula); 3] = [
-        ("e_inf", &|e_inf2, _| e_inf2.sqrt()),
-        ("st_c", &|e_inf2, l| viscous::st_c(l, e_inf2.sqrt())),
-        ("st_no_rebound", &|e_inf2, l| viscous::st_no_rebound(l, e_inf2.sqrt())),
+        ("e_inf", |_, e_inf| e_inf),
+        ("st_c", viscous::st_c),
+        ("st_no_rebound", viscous::st_no_rebound),
     ];
     for (quantity, formula) in formulas {
-        for setting in &settings {
+        let of_setting = |(setting, e_inf): (&Setting, &Vec<f64>)| {
             let (particle, liquid) = (&scene.particles[setting.particle], &scene.liquids[setting.liquid]);
             let ratio = four_decimals(setting.film_ratio);
-            all.push(Derived {
-                name: format!("{quantity}[{},{},{ratio}]", particle.name, liquid.name),
+            let label = format!("{},{},{ratio}", particle.name, liquid.name);
+            let values: Vec<f64> = full
+                .iter()
+                .zip(e_inf)
+                .map(|(full, e_inf)| formula(full[l], *e_inf))
+                .collect();
+            Derived {
+                name: format!("{quantity}[{label}]"),
+                quantity,
+                label: Some(label),
                 setting: Some(setting.clone()),
-                values: chains(&|full| formula(e_inf2(setting, full), full[l])),
-            });
-        }
+                values: chains(&values),
+            }
+        };
+        all.par_extend(settings.par_iter().zip(&e_inf).map(of_setting));
     }
     all
 }

@@ -365,7 +365,7 @@ fn tell(
     (predictive, basis): (Predictive, Basis),
 ) -> PosteriorFindings {
     let parameters = &sampled.parameters;
-    let told = parameters.sampled.iter().zip(&sampled.values);
+    let told = parameters.sampled.par_iter().zip(&sampled.values);
     let kept = sampled.chains.iter();
     PosteriorFindings {
         parameters: told

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::model::likelihood::normal::ln_normal_cdf;
+use crate::model::likelihood::normal::{ln_normal_cdf, normal_cdf};
 use crate::model::likelihood::pointwise::{At, Pointwise};
 use crate::runs::Runs;
 use crate::scene::Scene;
@@ -126,10 +126,15 @@ fn look(pointwise: &Pointwise, limit: f64, run: usize, e: f64, draws: &[At]) -> 
     for at in draws {
         let (mean, sigma) = at.mean_and_sigma(run);
         let z = (if stuck { limit } else { e } - mean) / sigma;
-        let (ln_cdf, mills) = ln_normal_cdf(z);
-        below += ln_cdf.exp();
-        // the mean of a normal below z is −φ(z)/Φ(z)
-        residual += if stuck { -mills } else { z };
+        if stuck {
+            let (ln_cdf, mills) = ln_normal_cdf(z);
+            below += ln_cdf.exp();
+            // the mean of a normal below z is −φ(z)/Φ(z)
+            residual -= mills;
+        } else {
+            below += normal_cdf(z);
+            residual += z;
+        }
     }
     let n = draws.len() as f64;
     Seen {

@@ -6,7 +6,8 @@
 //! section 3.2, with the refined end of the sum and the bound τ ≥ 1/log10 S for antithetic chains.
 
 use super::halves::Halves;
-use super::{check, mean, pool, quantile, rhat, variance, WhyNone};
+use super::ranks::Ordered;
+use super::{check, mean, pool, quantile, variance, WhyNone};
 
 /// Probability of each tail whose ESS is reported.
 pub const TAIL: f64 = 0.05;
@@ -14,7 +15,7 @@ pub const TAIL: f64 = 0.05;
 /// Effective draws in the bulk: those of the normal scores. Fails as [`WhyNone`] says.
 pub fn bulk(chains: &[&[f64]]) -> Result<f64, WhyNone> {
     check(chains)?;
-    of_halves(&rhat::scores(&Halves::of(chains)))
+    of_halves(&Ordered::of(&Halves::of(chains)).scores())
 }
 
 /// Effective draws in the tails: the smaller of those at the 5 % and at the 95 % point. Fails as [`WhyNone`] says.

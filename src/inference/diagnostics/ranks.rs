@@ -1,39 +1,126 @@
 //! Replaces draws by the normal scores of their ranks, so that heavy tails and infinite variances do no harm.
 
+use std::sync::{Arc, Mutex, PoisonError};
+
 use statrs::distribution::{ContinuousCDF, Normal};
 
-/// Φ⁻¹((rank − 3/8)/(S + 1/4)) of each of S values, ties sharing their mean rank.
+use super::halves::Halves;
+use super::quantile;
+
+/// The draws of all halves from the smallest up, each with its place among them.
 ///
-/// Source: Vehtari et al. 2021 (Bayesian Analysis 16, 667), eq. 14, with Blom's offset.
-pub(super) fn normal_scores(values: &[f64]) -> Vec<f64> {
-    let mut order: Vec<(f64, u32)> = values.iter().copied().zip(0u32..).collect();
-    order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-    let normal = Normal::standard();
-    let count = values.len() as f64;
-    let mut scores = vec![0.0; values.len()];
-    let mut below = 0;
-    for tied in order.chunk_by(|a, b| a.0 == b.0) {
-        let rank = below as f64 + (tied.len() as f64 + 1.0) / 2.0;
-        let score = normal.inverse_cdf((rank - 0.375) / (count + 0.25));
-        for &(_, place) in tied {
-            scores[place as usize] = score;
+/// Sorting costs more than anything else that is said of a quantity, so it is done once.
+pub(super) struct Ordered {
+    draws: Vec<(f64, u32)>,
+    /// draws in each half
+    length: usize,
+}
+
+impl Ordered {
+    pub fn of(halves: &Halves) -> Ordered {
+        let mut draws: Vec<(f64, u32)> = halves.draws.iter().copied().zip(0u32..).collect();
+        draws.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        Ordered {
+            draws,
+            length: halves.length,
         }
-        below += tied.len();
     }
-    scores
+
+    /// The same of |x − median|: both sides of the median are in order already.
+    pub fn folded(&self) -> Ordered {
+        let values: Vec<f64> = self.draws.iter().map(|(x, _)| *x).collect();
+        let median = quantile::of_sorted(&values, 0.5);
+        let (below, above) = self.draws.split_at(values.partition_point(|x| *x < median));
+        let far = |&(x, place): &(f64, u32)| ((x - median).abs(), place);
+        let mut below = below.iter().rev().map(far).peekable();
+        let mut above = above.iter().map(far).peekable();
+        let nearer = || match (below.peek(), above.peek()) {
+            (Some(low), Some(high)) if low.0 < high.0 => below.next(),
+            (Some(_), None) => below.next(),
+            _ => above.next(),
+        };
+        Ordered {
+            draws: std::iter::from_fn(nearer).collect(),
+            length: self.length,
+        }
+    }
+
+    /// The halves with each draw replaced by its normal score: Φ⁻¹((rank − 3/8)/(S + 1/4)), ties sharing their mean rank.
+    ///
+    /// Source: Vehtari et al. 2021 (Bayesian Analysis 16, 667), eq. 14, with Blom's offset.
+    pub fn scores(&self) -> Halves {
+        let count = self.draws.len();
+        let alone = untied(count);
+        let mut scores = vec![0.0; count];
+        let mut below = 0;
+        for tied in self.draws.chunk_by(|a, b| a.0 == b.0) {
+            let score = match tied.len() {
+                1 => alone[below],
+                several => score(below as f64 + (several as f64 + 1.0) / 2.0, count),
+            };
+            for &(_, place) in tied {
+                scores[place as usize] = score;
+            }
+            below += tied.len();
+        }
+        Halves {
+            draws: scores,
+            length: self.length,
+        }
+    }
+}
+
+fn score(rank: f64, count: usize) -> f64 {
+    Normal::standard().inverse_cdf((rank - 0.375) / (count as f64 + 0.25))
+}
+
+/// The scores of the ranks 1 to S; kept for the next call, as all quantities of a posterior have as many draws.
+fn untied(count: usize) -> Arc<[f64]> {
+    static KEPT: Mutex<Option<Arc<[f64]>>> = Mutex::new(None);
+    // what is kept is replaced whole, so that a panic elsewhere does not spoil it
+    let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
+    match &*kept {
+        Some(scores) if scores.len() == count => scores.clone(),
+        _ => {
+            let scores: Arc<[f64]> = (1..=count).map(|rank| score(rank as f64, count)).collect();
+            *kept = Some(scores.clone());
+            scores
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn of(draws: &[f64]) -> Ordered {
+        Ordered::of(&Halves {
+            draws: draws.to_vec(),
+            length: draws.len(),
+        })
+    }
+
     #[test]
     fn ties_share_a_rank_and_order_is_all_that_counts() {
-        let scores = normal_scores(&[3.0, -0.0, 1e300, 0.0]);
+        let scores = of(&[3.0, -0.0, 1e300, 0.0]).scores().draws;
         assert_eq!(scores[1], scores[3]);
         assert!(scores[1] < scores[0] && scores[0] < scores[2]);
         // scipy.stats.norm.ppf((4 - 3/8)/(4 + 1/4))
         assert!((scores[2] - 1.049_131_397_963_970_7).abs() < 1e-12, "{}", scores[2]);
-        assert_eq!(normal_scores(&[5.0, 5.0, 5.0]), [0.0; 3]);
+        assert_eq!(of(&[5.0, 5.0, 5.0]).scores().draws, [0.0; 3]);
+    }
+
+    #[test]
+    fn folding_what_is_in_order_is_sorting_what_is_folded() {
+        for draws in [
+            &[3.0, 1.0, 2.0, 10.0, 2.0, -7.0][..],
+            &[1.0, 1.0, -1.0, 1.0, -1.0],
+            &[4.0; 3],
+        ] {
+            let sorted = quantile::sorted(draws.to_vec());
+            let median = quantile::of_sorted(&sorted, 0.5);
+            let distances: Vec<f64> = draws.iter().map(|x| (x - median).abs()).collect();
+            assert_eq!(of(draws).folded().scores().draws, of(&distances).scores().draws);
+        }
     }
 }

@@ -1,8 +1,8 @@
 //! Compares the chains: rank-normalised split R-hat.
 
 use super::halves::Halves;
-use super::ranks::normal_scores;
-use super::{check, mean, quantile, variance, WhyNone};
+use super::ranks::Ordered;
+use super::{check, mean, variance, WhyNone};
 
 /// R-hat of one quantity: 1 where all halves of all chains look alike, above 1.01 not to be trusted.
 ///
@@ -11,27 +11,14 @@ use super::{check, mean, quantile, variance, WhyNone};
 /// [`WhyNone`] says. Source: Vehtari et al. 2021 (Bayesian Analysis 16, 667), section 4.
 pub fn rhat(chains: &[&[f64]]) -> Result<f64, WhyNone> {
     check(chains)?;
-    let halves = Halves::of(chains);
-    of_scores(&halves, &scores(&halves))
-}
-
-/// The halves with each draw replaced by its normal score.
-pub(super) fn scores(halves: &Halves) -> Halves {
-    Halves {
-        draws: normal_scores(&halves.draws),
-        length: halves.length,
-    }
+    let ordered = Ordered::of(&Halves::of(chains));
+    of_scores(&ordered, &ordered.scores())
 }
 
 /// R-hat of halves whose normal scores are known already.
-pub(super) fn of_scores(halves: &Halves, bulk_scores: &Halves) -> Result<f64, WhyNone> {
+pub(super) fn of_scores(ordered: &Ordered, bulk_scores: &Halves) -> Result<f64, WhyNone> {
     let bulk = split_rhat(bulk_scores)?;
-    let median = quantile::of_sorted(&quantile::sorted(halves.draws.clone()), 0.5);
-    let folded = Halves {
-        draws: halves.draws.iter().map(|x| (x - median).abs()).collect(),
-        length: halves.length,
-    };
-    match split_rhat(&scores(&folded)) {
+    match split_rhat(&ordered.folded().scores()) {
         Ok(tail) => Ok(bulk.max(tail)),
         // draws at two values equally far from the median have no spread to compare
         Err(WhyNone::Constant) => Ok(bulk),

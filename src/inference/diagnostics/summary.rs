@@ -1,6 +1,7 @@
 //! Puts together what is said of one quantity: where its draws lie, and how far they may be trusted.
 
 use super::halves::Halves;
+use super::ranks::Ordered;
 use super::{check, ess, mcse, mean, pool, quantile, rhat, variance, WhyNone};
 
 /// What the draws say of one quantity, in its own unit.
@@ -41,7 +42,7 @@ pub struct Summary {
 
 /// Summary of one quantity from its draws, one slice a chain.
 ///
-/// The same numbers as the single functions give, from three sorts and five sums of autocovariances.
+/// The same numbers as the single functions give, from two sorts and five sums of autocovariances.
 pub fn summarise(chains: &[&[f64]]) -> Summary {
     let mut summary = Summary::default();
     let draws = pool(chains);
@@ -67,8 +68,9 @@ pub fn summarise(chains: &[&[f64]]) -> Summary {
     };
     let centre = mean(&draws);
     let halves = Halves::of(chains);
-    let scores = rhat::scores(&halves);
-    let rhat = keep(rhat::of_scores(&halves, &scores));
+    let ordered = Ordered::of(&halves);
+    let scores = ordered.scores();
+    let rhat = keep(rhat::of_scores(&ordered, &scores));
     let ess_bulk = keep(ess::of_halves(&scores));
     let ess_low = keep(ess::below(chains, low));
     let ess_high = keep(ess::below(chains, high));

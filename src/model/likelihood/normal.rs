@@ -11,13 +11,18 @@ fn exp_minus_square(x: f64) -> f64 {
     (-head * head).exp() * (-(x - head) * (x + head)).exp()
 }
 
+/// Φ(z); accurate to a few ulp, times z² below zero.
+pub fn normal_cdf(z: f64) -> f64 {
+    0.5 * libm::erfc(-z * std::f64::consts::FRAC_1_SQRT_2)
+}
+
 /// ln Φ(z) and φ(z)/Φ(z), its slope; accurate from −∞ to ∞ to a few ulp, times z² for the slope above zero.
 pub fn ln_normal_cdf(z: f64) -> (f64, f64) {
     /// below this, erfc nears the smallest numbers there are
     const FAR: f64 = -35.0;
     let ln_density = -0.5 * z * z - LN_ROOT_TWO_PI;
     if z > 0.0 {
-        let above = 0.5 * libm::erfc(z * std::f64::consts::FRAC_1_SQRT_2);
+        let above = normal_cdf(-z);
         ((-above).ln_1p(), ln_density.exp() / (1.0 - above))
     } else if z > FAR {
         // both of the slope's parts at the same rounded x: each alone feels its rounding z² times, their quotient once

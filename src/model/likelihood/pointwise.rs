@@ -21,6 +21,8 @@ pub struct Pointwise<'r> {
     settings: Vec<Setting>,
     /// the setting of each run
     setting: Vec<u32>,
+    /// runs without a liquid, which come first
+    dry: usize,
     stuck: Vec<bool>,
     restitution: &'r [f64],
 }
@@ -73,6 +75,7 @@ impl<'r> Pointwise<'r> {
             limit: scene.data.smallest_restitution,
             settings: vec![],
             setting: Vec::with_capacity(runs.len()),
+            dry: 0,
             stuck: Vec::with_capacity(runs.len()),
             restitution: &runs.restitution,
         };
@@ -86,6 +89,7 @@ impl<'r> Pointwise<'r> {
                 pointwise.add(setting, group.stuck.contains(&run));
             }
         }
+        pointwise.dry = pointwise.len();
         for series in &runs.series {
             let particle = &scene.particles[series.particle];
             let liquid = &scene.liquids[series.liquid];
@@ -131,21 +135,40 @@ impl<'r> Pointwise<'r> {
         self.stuck[run]
     }
 
-    /// The law at a full vector of parameters.
-    pub fn at<'p>(&'p self, full: &[f64]) -> At<'p, 'r> {
+    /// The mean of e* at each setting asked for, in turn.
+    fn means<'f>(&'f self, full: &'f [f64]) -> impl FnMut(&Setting) -> f64 + 'f {
         let of = |kind: Kind| full[kind.slot()];
-        let mean = |setting: &Setting| {
+        // neighbours mostly share a film ratio, and an exponential costs more than the rest
+        let mut shape = (f64::NAN, f64::NAN);
+        move |setting| {
             let e_dry = 1.0 - full[COMMON_SLOTS + setting.particle] * setting.dry_power;
             let Some(wet) = setting.wet else {
                 return e_dry;
             };
-            let shape = self.inertia.shape(wet.film_ratio, of(Kind::FilmScale));
-            let inertial = of(Kind::InertialPrefactor) * wet.density_ratio * shape;
+            if shape.0 != wet.film_ratio {
+                shape = (wet.film_ratio, self.inertia.shape(wet.film_ratio, of(Kind::FilmScale)));
+            }
+            let inertial = of(Kind::InertialPrefactor) * wet.density_ratio * shape.1;
             rebound::mean_restitution(e_dry * e_dry - inertial - of(Kind::LubricationLog) * wet.viscous)
-        };
+        }
+    }
+
+    /// By how many σ the smallest restitution told from sticking lies above the mean, for each of some runs.
+    pub fn limits<'f>(&'f self, full: &'f [f64], runs: &'f [usize]) -> impl Iterator<Item = f64> + 'f {
+        let mut mean = self.means(full);
+        let spreads = [Kind::SigmaDry, Kind::SigmaWet].map(|kind| full[kind.slot()]);
+        runs.iter().map(move |&run| {
+            let sigma = spreads[usize::from(run >= self.dry)];
+            (self.limit - mean(&self.settings[self.setting[run] as usize])) / sigma
+        })
+    }
+
+    /// The law at a full vector of parameters.
+    pub fn at<'p>(&'p self, full: &[f64]) -> At<'p, 'r> {
+        let of = |kind: Kind| full[kind.slot()];
         At {
             pointwise: self,
-            means: self.settings.iter().map(mean).collect(),
+            means: self.settings.iter().map(self.means(full)).collect(),
             dry: Spread::of(of(Kind::SigmaDry)),
             wet: Spread::of(of(Kind::SigmaWet)),
         }
@@ -154,12 +177,8 @@ impl<'r> Pointwise<'r> {
 
 impl At<'_, '_> {
     fn mean_and_spread(&self, run: usize) -> (f64, Spread) {
-        let setting = self.pointwise.setting[run] as usize;
-        let spread = match self.pointwise.settings[setting].wet {
-            None => self.dry,
-            Some(_) => self.wet,
-        };
-        (self.means[setting], spread)
+        let spread = if run < self.pointwise.dry { self.dry } else { self.wet };
+        (self.means[self.pointwise.setting[run] as usize], spread)
     }
 
     /// Mean of e* and its spread: m(r) and σ_wet, or e_dry and σ_dry.

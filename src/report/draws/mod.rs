@@ -3,9 +3,11 @@
 //! | file | job |
 //! |---|---|
 //! | `posterior.rs` | gathers the groups of a posterior |
+//! | `every_run.rs` | makes the likelihood and a prediction of every run while they are written |
 //! | `zarr.rs` | lays groups of arrays out as a Zarr store |
 //! | `csv.rs` | writes one line a draw |
 
 pub mod csv;
+mod every_run;
 pub mod posterior;
 pub mod zarr;

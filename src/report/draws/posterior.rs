@@ -1,22 +1,21 @@
 //! Gathers what ArviZ looks for: posterior, sample statistics, likelihood and predictions of each run, the runs themselves.
 
-use rayon::prelude::*;
+use std::sync::Arc;
+
 use serde_json::{json, Map, Value};
 
 use super::csv;
-use super::zarr::{store, Array, Group, Values};
+use super::every_run::EveryRun;
+use super::zarr::{chunk_path, store, Apart, Array, Group, Values};
 use crate::error::Error;
 use crate::findings::compare::{name, MOST_DENSITIES};
 use crate::findings::posterior::Posterior;
-use crate::inference::diagnostics::loo::SAME;
 use crate::inference::nuts::Chain;
-use crate::model::likelihood::pointwise::{At, Pointwise};
 use crate::model::parameters::Kind;
-use crate::report::folder::File;
+use crate::report::folder::{Files, Streamed};
 use crate::report::Told;
 use crate::runs::Runs;
 use crate::scene::{Scene, DRY};
-use crate::seed::stream;
 
 /// Where the store lies in a report's folder.
 const STORE: &str = "draws/draws.zarr";
@@ -31,8 +30,8 @@ struct Owned {
 
 enum Column {
     Real(Vec<f64>),
-    /// reals as the bytes of the file
-    Bytes(Vec<u8>),
+    /// reals that are not here
+    Apart(Apart),
     Whole(Vec<i64>),
     Flag(Vec<bool>),
     Text(Vec<String>),
@@ -66,6 +65,10 @@ impl OwnedGroup {
         group
     }
 
+    fn has(&self, name: &str) -> bool {
+        self.arrays.iter().any(|array| array.name == name)
+    }
+
     fn count(&mut self, dimension: &'static str, length: usize) {
         let numbers = (0i64..).take(length).collect();
         self.add(dimension, &[(dimension, length)], Column::Whole(numbers));
@@ -92,8 +95,8 @@ pub fn stores_every_run(runs: &Runs, posterior: &Posterior) -> bool {
 /// Every file of the draws: a Zarr store and a table.
 ///
 /// Groups `posterior`, `sample_stats`, `log_prior`, `derived`, `observed_data` and `constant_data`, and while runs times
-/// draws are at most [`MOST_DENSITIES`], `log_likelihood` and `posterior_predictive`. Runs are in the order of the report.
-pub fn files(told: Told, posterior: &Posterior) -> Result<Vec<File>, Error> {
+/// draws are at most [`MOST_DENSITIES`], `log_likelihood` and `posterior_predictive` (new runs, to f32). Runs are in the order of the report.
+pub fn files<'a>(told: Told<'a>, posterior: &Posterior) -> Result<Files<'a>, Error> {
     let (scene, runs) = (told.scene, told.runs);
     let sampled = &posterior.sampled;
     let size = Size {
@@ -111,9 +114,11 @@ pub fn files(told: Told, posterior: &Posterior) -> Result<Vec<File>, Error> {
         derived(posterior, size),
     ];
     let asked = posterior.asked;
+    let mut streamed = vec![];
     if stores_every_run(runs, posterior) {
-        let pointwise = Pointwise::new(scene, runs, asked.inertia, asked.dry_speed);
-        groups.extend(every_run(&pointwise, posterior, size, told.findings.seed));
+        let every_run = EveryRun::new(told, posterior);
+        groups.extend(every_run_groups(&every_run, runs.len(), size));
+        streamed = every_run_files(every_run, size);
     }
     groups.push(observed(runs));
     groups.push(constant(scene, runs));
@@ -134,20 +139,20 @@ pub fn files(told: Told, posterior: &Posterior) -> Result<Vec<File>, Error> {
         .map(|group| group.arrays.iter().map(|array| array.dimensions.clone()).collect())
         .collect();
     let borrowed: Vec<Group> = groups
-        .iter_mut()
+        .iter()
         .zip(&dimensions)
         .map(|(group, dimensions)| Group {
             name: group.name,
             attributes: Map::new(),
             arrays: group
                 .arrays
-                .iter_mut()
+                .iter()
                 .zip(dimensions)
                 .map(|(array, of)| borrow(array, of))
                 .collect(),
         })
         .collect();
-    let mut files = store(STORE, attributes, borrowed)?;
+    let mut whole = store(STORE, attributes, borrowed)?;
     let columns: Vec<(&str, Vec<f64>)> = sampled
         .parameters
         .sampled
@@ -160,18 +165,18 @@ pub fn files(told: Told, posterior: &Posterior) -> Result<Vec<File>, Error> {
         .map(|(name, values)| (*name, values.as_slice()))
         .collect();
     let table = csv::table(size.chains, size.draws, &columns)?;
-    files.push(("draws/draws.csv".to_owned(), table.into_bytes()));
-    Ok(files)
+    whole.push(("draws/draws.csv".to_owned(), table.into_bytes()));
+    Ok(Files { whole, streamed })
 }
 
-fn borrow<'a>(array: &'a mut Owned, dimensions: &'a [&'a str]) -> Array<'a> {
+fn borrow<'a>(array: &'a Owned, dimensions: &'a [&'a str]) -> Array<'a> {
     Array {
         name: &array.name,
         dimensions,
         shape: &array.shape,
-        values: match &mut array.values {
+        values: match &array.values {
             Column::Real(values) => Values::F64(values),
-            Column::Bytes(bytes) => Values::Bytes(std::mem::take(bytes)),
+            Column::Apart(apart) => Values::Apart(*apart),
             Column::Whole(values) => Values::I64(values),
             Column::Flag(values) => Values::Bool(values),
             Column::Text(values) => Values::Text(values),
@@ -203,11 +208,12 @@ fn parameters(
     }
     if !particles.is_empty() {
         let count = particles.len();
-        let woven = (0..size.chains * size.draws)
-            .flat_map(|i| dry_k.iter().map(move |values| values[i]))
-            .collect();
         group.add("particle", &[("particle", count)], Column::Text(particles));
-        group.add("dry_k", &[chain, draw, ("particle", count)], Column::Real(woven));
+        group.add(
+            "dry_k",
+            &[chain, draw, ("particle", count)],
+            Column::Real(woven(&dry_k)),
+        );
     }
     group
 }
@@ -239,71 +245,74 @@ fn sample_stats(chains: &[Chain], size: Size) -> OwnedGroup {
     group
 }
 
-/// What follows from the parameters, a variable each; apart from them, so that nobody counts them as parameters.
+/// What follows from the parameters, one variable for all particles or settings; apart from them, so that nobody counts
+/// them as parameters.
 fn derived(posterior: &Posterior, size: Size) -> OwnedGroup {
     let mut group = OwnedGroup::of_draws("derived", size);
-    for derived in &posterior.derived {
-        group.add(&derived.name, &size.dimensions(), Column::Real(derived.values.concat()));
+    let [chain, draw] = size.dimensions();
+    for of_one in posterior.derived.chunk_by(|a, b| a.quantity == b.quantity) {
+        let labels: Vec<String> = of_one.iter().filter_map(|derived| derived.label.clone()).collect();
+        let values: Vec<Vec<f64>> = of_one.iter().map(|derived| derived.values.concat()).collect();
+        let of = (
+            if of_one[0].setting.is_some() {
+                "setting"
+            } else {
+                "particle"
+            },
+            of_one.len(),
+        );
+        let dimensions = if labels.is_empty() {
+            vec![chain, draw]
+        } else {
+            vec![chain, draw, of]
+        };
+        group.add(of_one[0].quantity, &dimensions, Column::Real(woven(&values)));
+        if !labels.is_empty() && !group.has(of.0) {
+            group.add(of.0, &[of], Column::Text(labels));
+        }
     }
     group
 }
 
-/// Log likelihood of each run at each draw, and a new run from each.
-fn every_run(pointwise: &Pointwise, posterior: &Posterior, size: Size, seed: u64) -> [OwnedGroup; 2] {
-    let full = posterior.sampled.full_draws();
-    let runs = pointwise.len();
-    let at: Vec<At> = full.par_iter().map(|full| pointwise.at(full)).collect();
-    let telling = telling(pointwise, &at);
+/// Every column's value at the first draw, then at the next.
+fn woven(columns: &[Vec<f64>]) -> Vec<f64> {
+    let draws = columns.first().map_or(0, Vec::len);
+    (0..draws)
+        .flat_map(|draw| columns.iter().map(move |values| values[draw]))
+        .collect()
+}
+
+/// Log likelihood of each run at each draw, and a new run from each; the numbers themselves are written apart.
+fn every_run_groups(every_run: &EveryRun, runs: usize, size: Size) -> [OwnedGroup; 2] {
     let everyone: Vec<usize> = (0..runs).collect();
-    let likely = in_bytes(&at, telling.len(), |_, at, row| {
-        for (value, run) in row.iter_mut().zip(&telling) {
-            *value = at.ln_likelihood(*run).to_le_bytes();
-        }
-    });
-    let predicted = in_bytes(&at, runs, |draw, at, row| {
-        let mut rng = stream(seed, "posterior_predictive", draw);
-        for (run, value) in row.iter_mut().enumerate() {
-            *value = at.predict(run, &mut rng).to_le_bytes();
-        }
-    });
     [
-        ("log_likelihood", likely, telling),
-        ("posterior_predictive", predicted, everyone),
+        ("log_likelihood", &every_run.telling, Apart::F64),
+        ("posterior_predictive", &everyone, Apart::F32),
     ]
-    .map(|(name, values, of)| {
+    .map(|(name, of, apart)| {
         let mut group = OwnedGroup::of_draws(name, size);
         let [chain, draw] = size.dimensions();
         // run numbers are far below the largest i64
         let numbers = of.iter().map(|run| i64::try_from(*run).unwrap_or(i64::MAX)).collect();
         group.add("run", &[("run", of.len())], Column::Whole(numbers));
-        group.add("restitution", &[chain, draw, ("run", of.len())], Column::Bytes(values));
+        group.add("restitution", &[chain, draw, ("run", of.len())], Column::Apart(apart));
         group
     })
 }
 
-/// So many numbers for each draw, as bytes.
-fn in_bytes(at: &[At], width: usize, fill: impl Fn(u64, &At, &mut [[u8; 8]]) + Sync) -> Vec<u8> {
-    let mut bytes = vec![0; 8 * width * at.len()];
-    let rows = bytes.par_chunks_exact_mut(8 * width.max(1)).zip(at).enumerate();
-    rows.for_each(|(draw, (row, at))| fill(draw as u64, at, row.as_chunks_mut().0));
-    bytes
-}
-
-/// The runs that are not as likely under every draw.
-///
-/// One that stuck for certain has a log likelihood of 0 whatever the parameters: it adds nothing to any sum, and ArviZ's
-/// LOO refuses the whole for it.
-fn telling(pointwise: &Pointwise, at: &[At]) -> Vec<usize> {
-    let varies = |run: &usize| {
-        if !pointwise.is_stuck(*run) {
-            return true;
+/// The files of those numbers, a pair for each chain.
+fn every_run_files(every_run: EveryRun, size: Size) -> Vec<Streamed> {
+    let every_run = Arc::new(every_run);
+    let of_chain = |chain: usize| {
+        let every_run = every_run.clone();
+        let draws = chain * size.draws..(chain + 1) * size.draws;
+        Streamed {
+            names: ["log_likelihood", "posterior_predictive"]
+                .map(|group| chunk_path(STORE, group, "restitution", &[chain, 0, 0])),
+            fill: Box::new(move |[likelihood, predictive]| every_run.write(draws.clone(), likelihood, predictive)),
         }
-        let values = at.iter().map(|at| at.ln_likelihood(*run));
-        let start = (f64::INFINITY, f64::NEG_INFINITY);
-        let (lo, hi) = values.fold(start, |(lo, hi), value| (lo.min(value), hi.max(value)));
-        hi - lo > SAME
     };
-    (0..pointwise.len()).into_par_iter().filter(varies).collect()
+    (0..size.chains).map(of_chain).collect()
 }
 
 fn observed(runs: &Runs) -> OwnedGroup {

@@ -1,7 +1,7 @@
 //! Lays groups of arrays out as a Zarr store (format 3) that xarray and ArviZ open as they are.
 //!
 //! A folder each for the store, its groups and their arrays, with a `zarr.json`; an array's values are one raw
-//! little-endian chunk, so that nothing need be compressed to be written or understood to be read. The store's own
+//! little-endian chunk beside it (or one for each index of the first dimension, see [`Values::Apart`]), so that nothing need be compressed to be written or understood to be read. The store's own
 //! `zarr.json` repeats all the others (consolidated metadata), so that a reader opens one file instead of all. Text is
 //! UTF-32 of the longest entry's length: of the string types of zarr-python 3, one that xarray writes and reads itself.
 //! Source: the Zarr 3 core specification, <https://zarr-specs.readthedocs.io/en/latest/v3/core/index.html>.
@@ -17,14 +17,24 @@ use crate::report::json;
 pub enum Values<'a> {
     /// numbers; one that is not finite is kept as it is
     F64(&'a [f64]),
-    /// the same as the bytes of the file, eight a number, little end first: many numbers need not be copied
-    Bytes(Vec<u8>),
+    /// numbers too many to be held: the caller writes a chunk for each index of the first dimension to [`chunk_path`],
+    /// raw, little end first
+    Apart(Apart),
     /// counts
     I64(&'a [i64]),
     /// flags
     Bool(&'a [bool]),
     /// names, as of a coordinate; trailing NUL characters are lost
     Text(&'a [String]),
+}
+
+/// How numbers are written that a store does not hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Apart {
+    /// eight bytes each
+    F64,
+    /// four bytes each
+    F32,
 }
 
 /// An array of a group. One that bears the name of its only dimension is that dimension's coordinate.
@@ -69,7 +79,10 @@ pub fn store(root: &str, attributes: Map<String, Value>, groups: Vec<Group>) -> 
             files.push(node_file(&format!("{root}/{path}"), &node)?);
             let bytes = chunk(array.values);
             if !bytes.is_empty() {
-                files.push((format!("{root}/{path}/c{}", "/0".repeat(array.shape.len())), bytes));
+                files.push((
+                    chunk_path(root, group.name, array.name, &vec![0; array.shape.len()]),
+                    bytes,
+                ));
             }
             all.insert(path, node);
         }
@@ -78,6 +91,12 @@ pub fn store(root: &str, attributes: Map<String, Value>, groups: Vec<Group>) -> 
     node["consolidated_metadata"] = json!({"kind": "inline", "must_understand": false, "metadata": all});
     files.push(node_file(root, &node)?);
     Ok(files)
+}
+
+/// Where the chunk at this place of the grid lies, for a store at `root`.
+pub fn chunk_path(root: &str, group: &str, array: &str, place: &[usize]) -> String {
+    let place: Vec<String> = place.iter().map(|index| format!(".{index}")).collect();
+    format!("{root}/{group}/{array}/c{}", place.concat())
 }
 
 fn agree(group: &Group) -> Result<(), Error> {
@@ -93,8 +112,8 @@ fn agree(group: &Group) -> Result<(), Error> {
         if array.dimensions.len() != array.shape.len() {
             return fail(format!("{:?} has not the lengths {:?}", array.dimensions, array.shape));
         }
-        if array.values.len() != count {
-            return fail(format!("{} values for {:?}", array.values.len(), array.shape));
+        if let Some(values) = array.values.len().filter(|values| *values != count) {
+            return fail(format!("{values} values for {:?}", array.shape));
         }
         for (&dimension, &length) in array.dimensions.iter().zip(array.shape) {
             match lengths.iter().find(|(name, _)| *name == dimension) {
@@ -108,13 +127,14 @@ fn agree(group: &Group) -> Result<(), Error> {
 }
 
 impl Values<'_> {
-    fn len(&self) -> usize {
+    /// As many as are here.
+    fn len(&self) -> Option<usize> {
         match self {
-            Values::F64(values) => values.len(),
-            Values::Bytes(bytes) => bytes.len() / 8,
-            Values::I64(values) => values.len(),
-            Values::Bool(values) => values.len(),
-            Values::Text(values) => values.len(),
+            Values::F64(values) => Some(values.len()),
+            Values::Apart(_) => None,
+            Values::I64(values) => Some(values.len()),
+            Values::Bool(values) => Some(values.len()),
+            Values::Text(values) => Some(values.len()),
         }
     }
 }
@@ -130,7 +150,8 @@ fn group_node(attributes: Map<String, Value>) -> Value {
 fn array_node(array: &Array) -> Value {
     let little = json!({"name": "bytes", "configuration": {"endian": "little"}});
     let (data_type, fill, codec) = match &array.values {
-        Values::F64(_) | Values::Bytes(_) => (json!("float64"), json!("NaN"), little),
+        Values::F64(_) | Values::Apart(Apart::F64) => (json!("float64"), json!("NaN"), little),
+        Values::Apart(Apart::F32) => (json!("float32"), json!("NaN"), little),
         Values::I64(_) => (json!("int64"), json!(0), little),
         // single bytes have no order
         Values::Bool(_) => (json!("bool"), json!(false), json!({"name": "bytes"})),
@@ -141,14 +162,17 @@ fn array_node(array: &Array) -> Value {
         }
     };
     // a chunk has a length of at least one, even where the array has none
-    let whole: Vec<usize> = array.shape.iter().map(|&length| length.max(1)).collect();
+    let mut chunk: Vec<usize> = array.shape.iter().map(|&length| length.max(1)).collect();
+    if let (Values::Apart(_), Some(first)) = (&array.values, chunk.first_mut()) {
+        *first = 1;
+    }
     json!({
         "zarr_format": 3,
         "node_type": "array",
         "shape": array.shape,
         "data_type": data_type,
-        "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": whole}},
-        "chunk_key_encoding": {"name": "default", "configuration": {"separator": "/"}},
+        "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": chunk}},
+        "chunk_key_encoding": {"name": "default", "configuration": {"separator": "."}},
         "fill_value": fill,
         "codecs": [codec],
         "attributes": {},
@@ -164,7 +188,8 @@ fn longest(texts: &[String]) -> usize {
 fn chunk(values: Values) -> Vec<u8> {
     match values {
         Values::F64(values) => little(values.iter().map(|x| x.to_le_bytes())),
-        Values::Bytes(bytes) => bytes,
+        // the caller's to write
+        Values::Apart(_) => vec![],
         Values::I64(values) => little(values.iter().map(|x| x.to_le_bytes())),
         Values::Bool(values) => values.iter().map(|&x| u8::from(x)).collect(),
         Values::Text(texts) => {
@@ -214,6 +239,12 @@ mod tests {
                     values: Values::F64(&[0.1, f64::NAN, -0.0, 1e300]),
                 },
                 Array {
+                    name: "many",
+                    dimensions: &["chain", "draw"],
+                    shape: &[1, 2],
+                    values: Values::Apart(Apart::F32),
+                },
+                Array {
                     name: "particle",
                     dimensions: &["particle"],
                     shape: &[2],
@@ -241,15 +272,15 @@ mod tests {
             "the same bytes again"
         );
 
-        let chunk = file(&files, "draws.zarr/posterior/dry_k/c/0/0/0");
+        let chunk = file(&files, "draws.zarr/posterior/dry_k/c.0.0.0");
         let numbers: Vec<u64> = chunk
             .chunks_exact(8)
             .map(|bytes| u64::from_le_bytes(bytes.try_into().expect("eight bytes")))
             .collect();
         assert_eq!(numbers, [0.1, f64::NAN, -0.0, 1e300].map(f64::to_bits));
-        assert_eq!(file(&files, "draws.zarr/posterior/n_steps/c/0")[8..], [255; 8]);
-        assert_eq!(file(&files, "draws.zarr/posterior/diverging/c/0"), [1, 0]);
-        let text = file(&files, "draws.zarr/posterior/particle/c/0");
+        assert_eq!(file(&files, "draws.zarr/posterior/n_steps/c.0")[8..], [255; 8]);
+        assert_eq!(file(&files, "draws.zarr/posterior/diverging/c.0"), [1, 0]);
+        let text = file(&files, "draws.zarr/posterior/particle/c.0");
         let letters: Vec<char> = text
             .chunks_exact(4)
             .filter_map(|bytes| char::from_u32(u32::from_le_bytes(bytes.try_into().expect("four bytes"))))
@@ -259,6 +290,12 @@ mod tests {
         let array = node(&files, "draws.zarr/posterior/dry_k/zarr.json");
         assert_eq!(array["shape"], json!([1, 2, 2]));
         assert_eq!(array["dimension_names"], json!(["chain", "draw", "particle"]));
+        let many = node(&files, "draws.zarr/posterior/many/zarr.json");
+        assert_eq!(many["data_type"], "float32");
+        assert_eq!(many["chunk_grid"]["configuration"]["chunk_shape"], json!([1, 2]));
+        let apart = chunk_path("draws.zarr", "posterior", "many", &[0, 0]);
+        assert_eq!(apart, "draws.zarr/posterior/many/c.0.0");
+        assert!(files.iter().all(|(path, _)| *path != apart), "the caller's to write");
         let all = node(&files, "draws.zarr/zarr.json");
         assert_eq!(all["attributes"]["model"], "stepwise/2");
         let consolidated = &all["consolidated_metadata"]["metadata"];
@@ -267,7 +304,7 @@ mod tests {
             consolidated["posterior"],
             node(&files, "draws.zarr/posterior/zarr.json")
         );
-        assert_eq!(consolidated.as_object().map(Map::len), Some(5));
+        assert_eq!(consolidated.as_object().map(Map::len), Some(6));
     }
 
     #[test]

@@ -1,0 +1,99 @@
+//! Makes the log likelihood of every run and a new draw of it, at every draw of a chain, while they are written.
+
+use std::fs::File;
+use std::io::{self, Write};
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::findings::posterior::Posterior;
+use crate::inference::diagnostics::loo::SAME;
+use crate::model::likelihood::normal::ln_normal_cdf;
+use crate::model::likelihood::pointwise::Pointwise;
+use crate::report::Told;
+use crate::seed::Streams;
+
+/// Bytes written at once: they are still near the processor, and the system is asked seldom.
+const BLOCK: usize = 1 << 18;
+
+/// The law at every draw, ready for every run. Runs times draws are too many numbers to hold.
+#[derive(Debug)]
+pub(super) struct EveryRun<'a> {
+    pointwise: Pointwise<'a>,
+    /// parameters of each draw, chain after chain
+    full: Vec<Vec<f64>>,
+    /// the runs whose log likelihood is written, see [`telling`]
+    pub telling: Vec<usize>,
+    streams: Streams,
+}
+
+impl<'a> EveryRun<'a> {
+    pub fn new(told: Told<'a>, posterior: &Posterior) -> EveryRun<'a> {
+        let asked = posterior.asked;
+        let pointwise = Pointwise::new(told.scene, told.runs, asked.inertia, asked.dry_speed);
+        let full = posterior.sampled.full_draws();
+        EveryRun {
+            telling: telling(&pointwise, &full),
+            pointwise,
+            full,
+            streams: Streams::new(told.findings.seed, "posterior_predictive"),
+        }
+    }
+
+    /// Writes some draws one after another, the runs of each as they come: log likelihoods as f64 to one file, new runs
+    /// as f32 to another, little end first.
+    pub fn write(&self, draws: Range<usize>, likelihood: &mut File, predictive: &mut File) -> io::Result<()> {
+        let (mut likely, mut predicted) = (vec![], vec![]);
+        for draw in draws {
+            let at = self.pointwise.at(&self.full[draw]);
+            let densities = self.telling.iter().map(|&run| at.ln_likelihood(run).to_le_bytes());
+            likely.extend(densities.flatten());
+            let mut rng = self.streams.at(draw as u64);
+            // the digits that f32 leaves out are noise
+            let new = (0..self.pointwise.len()).map(|run| (at.predict(run, &mut rng) as f32).to_le_bytes());
+            predicted.extend(new.flatten());
+            flush(&mut likely, likelihood, BLOCK)?;
+            flush(&mut predicted, predictive, BLOCK)?;
+        }
+        flush(&mut likely, likelihood, 0)?;
+        flush(&mut predicted, predictive, 0)
+    }
+}
+
+/// Writes the bytes if there are so many.
+fn flush(bytes: &mut Vec<u8>, file: &mut File, least: usize) -> io::Result<()> {
+    if bytes.len() >= least {
+        file.write_all(bytes)?;
+        bytes.clear();
+    }
+    Ok(())
+}
+
+/// The runs that are not as likely under every draw.
+///
+/// One that stuck for certain has a log likelihood of 0 whatever the parameters: it adds nothing to any sum, and ArviZ's
+/// LOO refuses the whole for it.
+fn telling(pointwise: &Pointwise, full: &[Vec<f64>]) -> Vec<usize> {
+    let stuck: Vec<usize> = (0..pointwise.len()).filter(|run| pointwise.is_stuck(*run)).collect();
+    let none = || vec![(f64::INFINITY, f64::NEG_INFINITY); stuck.len()];
+    // smallest and largest are the same in any order
+    let ranges = full
+        .par_iter()
+        .fold(none, |mut ranges, full| {
+            for ((lo, hi), z) in ranges.iter_mut().zip(pointwise.limits(full, &stuck)) {
+                (*lo, *hi) = (lo.min(z), hi.max(z));
+            }
+            ranges
+        })
+        .reduce(none, |a, b| {
+            let both = a.iter().zip(&b);
+            both.map(|(a, b)| (a.0.min(b.0), a.1.max(b.1))).collect()
+        });
+    // ln Φ rises with z
+    let certain = |(lo, hi): &(f64, f64)| ln_normal_cdf(*hi).0 - ln_normal_cdf(*lo).0 <= SAME;
+    let mut tells = vec![true; pointwise.len()];
+    for (run, range) in stuck.iter().zip(&ranges) {
+        tells[*run] = !certain(range);
+    }
+    (0..pointwise.len()).filter(|run| tells[*run]).collect()
+}
