@@ -201,12 +201,14 @@ mod tests {
         let names = ["deep/er/a", "b"].map(str::to_owned);
         let fill: Box<Fill> = Box::new(|[a, b]| a.write_all(b"first").and_then(|()| b.write_all(b"second")));
         made.streamed.push(Streamed { names, fill });
-        write(&folder, "one", &made).expect("a free place");
+        write(&folder, Contents::Fit, "one", &made).expect("a free place");
         let read = |name: &str| std::fs::read_to_string(folder.join(name)).ok();
         assert_eq!(read("deep/er/a").as_deref(), Some("first"));
         assert_eq!(read("b").as_deref(), Some("second"));
         made.streamed[0].fill = Box::new(|_| Err(io::Error::other("no room")));
-        let failed = write(&folder, "one", &made).expect_err("no room").to_string();
+        let failed = write(&folder, Contents::Fit, "one", &made)
+            .expect_err("no room")
+            .to_string();
         assert!(failed.contains("deep/er/a") && failed.contains("no room"), "{failed}");
         assert_eq!(read("b").as_deref(), Some("second"), "the earlier report stands");
     }
