@@ -9,7 +9,7 @@ use divan::{black_box, Bencher};
 use wetcor::inference::nuts::{Effort, TARGET_ACCEPT};
 use wetcor::inference::posed::Evaluation;
 use wetcor::inference::sampling::{sample_posterior, Plan};
-use wetcor::model::likelihood::Likelihood;
+use wetcor::model::likelihood::{Likelihood, Resolution};
 use wetcor::model::parameters::{Kind, Parameters};
 use wetcor::model::posterior::{LogDensity, Posterior};
 use wetcor::model::simulate::Simulation;

@@ -212,7 +212,11 @@ fn every_replicate_is_the_plain_fit_of_its_weights() {
         let found = replicate(&pool, &targets, plan, &|_| ());
         let distance = |target: usize, number: usize, drawn: u64| {
             let Target { law, x, offset, .. } = targets[target];
-            let runs = if target.is_multiple_of(2) { 0..e.len() } else { some.clone() };
+            let runs = if target.is_multiple_of(2) {
+                0..e.len()
+            } else {
+                some.clone()
+            };
             let weights = &weights(&pool, plan.seed, drawn)[runs];
             let sample = Sample {
                 offset,
