@@ -232,7 +232,7 @@ fn tell(scene: &Scene, findings: Findings, sampled: bool) -> Told {
     // which checks fail besides where chains lost themselves is up to chance
     let told: Vec<String> = failed
         .iter()
-        .filter(|check| !OF_CHAINS.contains(check) && !(chains && OF_DRAWS.contains(check)))
+        .filter(|check| !(OF_CHAINS.contains(check) || chains && OF_DRAWS.contains(check)))
         .map(|check| format!("`{check}`"))
         .collect();
     parts.push(match (quotable(&findings.verdicts), told.is_empty()) {
