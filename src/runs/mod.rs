@@ -7,11 +7,13 @@
 //! | `refusals.rs` | gathers what is wrong, cell by cell |
 //! | `collect.rs` | gathers checked runs into columns and counts what was left out |
 //! | `stream.rs` | reads an ordinary CSV a window of lines at a time |
-//! | `typed.rs` | reads CSV and Parquet with polars, writes Parquet; the only file that names it |
+//! | `claims.rs` | checks what a Parquet file claims to hold before memory is asked for |
+//! | `typed.rs` | reads CSV and Parquet with polars, writes Parquet; with `claims.rs` the only file that names it |
 //! | `text.rs` | reads CSV as text, to accept what a typed reader refuses or to name the bad cell |
 //! | `series.rs` | orders runs by series |
 //! | `write.rs` | writes simulated runs, a row at a time |
 
+mod claims;
 mod collect;
 mod columns;
 mod refusals;

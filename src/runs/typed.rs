@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use polars::prelude::*;
 
+use super::claims;
 use super::collect::Collected;
 use super::columns::{Column as RunColumn, Place, Plan};
 use super::refusals::{At, Refusals};
@@ -120,7 +121,8 @@ pub(super) fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Vec
     }
     refusals.or(())?;
     // only what is used: another column may have a type this reader does not know
-    let names = wanted.iter().map(|(_, place)| place.name.clone()).collect();
+    let names: Vec<String> = wanted.iter().map(|(_, place)| place.name.clone()).collect();
+    polars(|| claims::agree(bytes, &names))?;
     let frame = polars(|| {
         let reader = ParquetReader::new(Cursor::new(bytes));
         reader.with_columns(Some(names)).finish()
