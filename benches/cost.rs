@@ -17,6 +17,9 @@ use wetcor::report::chart::{svg, Axis, Chart, Dash, Layer, Point, Style};
 use wetcor::runs::{self, RunWriter, Table};
 use wetcor::scene::{self, DesignSpeeds, Scene};
 
+/// Every stage, each drawn in its own way in every panel.
+const STAGES: [&str; 4] = ["read", "least squares", "bootstrap", "posterior"];
+
 /// Replicates where runs or groups grow.
 const REPLICATES: u64 = 1000;
 
@@ -114,7 +117,8 @@ impl Panel {
     }
 
     fn chart(&self) -> Chart {
-        let layers = self.stages.iter().enumerate().flat_map(|(group, (name, times))| {
+        let layers = self.stages.iter().flat_map(|(name, times)| {
+            let group = STAGES.iter().position(|stage| stage == name).unwrap_or(STAGES.len());
             let at: Vec<(f64, f64)> = self
                 .sizes
                 .iter()
@@ -211,7 +215,7 @@ fn stages(scene: &Scene, table: &Table, with_posterior: bool) -> [f64; 3] {
 }
 
 fn of_runs(largest: u32) -> Panel {
-    let mut panel = Panel::new("runs", &["read", "least squares", "bootstrap", "posterior"]);
+    let mut panel = Panel::new("runs", &STAGES);
     for decade in 2..=largest {
         let scene = own_speeds(10u64.pow(decade));
         let (read, table) = timed(|| runs::read(&scene).expect("simulated runs are good"));
@@ -222,7 +226,7 @@ fn of_runs(largest: u32) -> Panel {
 }
 
 fn of_replicates(largest: u32) -> Panel {
-    let mut panel = Panel::new("replicates", &["bootstrap"]);
+    let mut panel = Panel::new("replicates", &STAGES[2..3]);
     let mut scene = example();
     let table = runs::read(&scene).expect("the example's runs are good");
     for decade in 2..=largest {
@@ -235,7 +239,7 @@ fn of_replicates(largest: u32) -> Panel {
 /// Groups of six runs: a particle has up to 48 film ratios.
 fn of_groups(largest: u32) -> Panel {
     const FILMS: u64 = 48;
-    let mut panel = Panel::new("groups", &["least squares", "bootstrap", "posterior"]);
+    let mut panel = Panel::new("groups", &STAGES[1..]);
     for decade in 0..=largest {
         let groups = 10u64.pow(decade);
         let particles = groups.div_ceil(FILMS);

@@ -89,8 +89,8 @@ def main():
         # by turns, so that whatever else the machine does disturbs both
         one, two = [], []
         for _ in range(5):
-            one.append(ours(program, runs, law, 200_000, 1, 2)["seconds"])
-            two.append(ours(program, runs, law, 200_000, 2, 2)["seconds"])
+            one.append(ours(program, runs, law, 200_000, 1, 10)["seconds"])
+            two.append(ours(program, runs, law, 200_000, 2, 10)["seconds"])
         print(f"{law}: two threads over one {min(one) / min(two):.2f} (target 1.8)")
         strata = runs[-1][0] + 1
         for times in (1, 2, 4, 8):

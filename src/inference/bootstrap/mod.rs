@@ -187,7 +187,9 @@ pub fn replicate(pool: &Pool, targets: &[Target], plan: Plan, done: &(dyn Fn(usi
             .collect(),
         plan,
     };
-    let mut rows = vec![Weighted::none(Failure::OneSeries); targets.len() * plan.replicates];
+    // by all threads: touching this much memory for the first time takes as long as many a fit
+    let none = rayon::iter::repeat_n(Weighted::none(Failure::OneSeries), targets.len() * plan.replicates);
+    let mut rows: Vec<Weighted> = none.collect();
     rows.par_chunks_mut(BLOCK * targets.len()).enumerate().for_each_init(
         || Scratch {
             weights: vec![0.0; most],
