@@ -46,9 +46,9 @@ fn simulated(runs: u64, own_speeds: bool) -> (Scene, Runs) {
 }
 
 fn parts(scene: &Scene, runs: &Runs) -> (Parameters, Likelihood) {
-    let (inertia, dry_speed) = (scene.model.inertia.expect("named"), scene.model.dry_speed);
-    let parameters = Parameters::of(scene, runs, inertia, dry_speed).expect("priors with room");
-    (parameters, Likelihood::of_rows(scene, runs, inertia, dry_speed))
+    let form = scene.model.form();
+    let parameters = Parameters::of(scene, runs, form).expect("priors with room");
+    (parameters, Likelihood::of_rows(scene, runs, form))
 }
 
 /// The truth the runs were drawn from.

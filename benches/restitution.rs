@@ -1,7 +1,7 @@
 //! Times one evaluation of the restitution at fixed parameters, as a simulation code would call it.
 
 use divan::{black_box, Bencher};
-use wetcor::physics::impact::{DrySpeed, Parameters, Setting};
+use wetcor::physics::impact::{DrySpeed, Form, Parameters, Setting};
 use wetcor::physics::inertia::Inertia;
 use wetcor::physics::restitution::Restitution;
 
@@ -19,6 +19,7 @@ fn law(dry_speed: DrySpeed) -> Restitution {
         liquid_density: 930.0,
         viscosity: 9.3e-3,
         film: 286e-6,
+        surface_tension: None,
     };
     let parameters = Parameters {
         dry_k: 0.183,
@@ -26,7 +27,7 @@ fn law(dry_speed: DrySpeed) -> Restitution {
         inertial_prefactor: 0.47,
         film_scale: 0.069,
     };
-    Restitution::new(&sphere, Inertia::Saturating, dry_speed, &parameters)
+    Restitution::new(&sphere, Form::new(Inertia::Saturating, dry_speed), &parameters)
 }
 
 fn evaluate(bencher: Bencher, dry_speed: DrySpeed) {

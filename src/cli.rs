@@ -335,7 +335,6 @@ fn fit(path: &Path, out: Option<PathBuf>, seed: u64, (stages, way): (&[Stage], W
     let out = out.unwrap_or_else(|| Path::new("reports").join(&scene.name));
     folder::check(&out, Contents::Fit, &scene.title)?;
     let table = timing.stage("read", quiet, || runs::read(&scene))?;
-    let overview = overview::find(&scene, &table);
     let mut findings = timing.fits(scene.bootstrap.replicates, quiet, |done| {
         findings::find_watched(&scene, &table, seed, wanted(Stage::Bootstrap), done)
     });
@@ -359,6 +358,7 @@ fn fit(path: &Path, out: Option<PathBuf>, seed: u64, (stages, way): (&[Stage], W
             findings.add_comparison(&scene, &table.runs, posterior, &watcher)
         })?;
     }
+    let overview = overview::find(&scene, &table, &findings.terms);
     let told = Told {
         scene: &scene,
         runs: &table.runs,
@@ -425,7 +425,9 @@ fn check(path: &Path, json: bool, quiet: bool) -> Result<u8, Error> {
     let progress = Progress::spinner("read", quiet);
     let table = runs::read(&scene);
     drop(progress);
-    let overview = overview::find(&scene, &table?);
+    let table = table?;
+    let least_squares = findings::find(&scene, &table, 1, false);
+    let overview = overview::find(&scene, &table, &least_squares.terms);
     if json {
         say(&report::json::text(&overview)?)?;
     } else {

@@ -22,7 +22,7 @@
 //! # What a sphere does at one speed
 //!
 //! ```
-//! use wetcor::physics::impact::{DrySpeed, Parameters, Setting};
+//! use wetcor::physics::impact::{DrySpeed, Form, Parameters, Setting};
 //! use wetcor::physics::{inertia::Inertia, restitution::Restitution};
 //!
 //! let sphere = Setting {
@@ -31,6 +31,7 @@
 //!     liquid_density: 930.0,  // AK10, kg/m³
 //!     viscosity: 9.3e-3,      // Pa s
 //!     film: 286e-6,           // m
+//!     surface_tension: None,  // N/m; the bridge alone reads it
 //! };
 //! let parameters = Parameters {
 //!     dry_k: 0.183,
@@ -39,7 +40,8 @@
 //!     film_scale: 0.069,
 //! };
 //! // once for a pair of materials; then a call a collision, without allocation
-//! let e_n = Restitution::new(&sphere, Inertia::Saturating, DrySpeed::Reference(2.0), &parameters);
+//! let form = Form::new(Inertia::Saturating, DrySpeed::Reference(2.0));
+//! let e_n = Restitution::new(&sphere, form, &parameters);
 //! assert!(e_n.at(1.2) > 0.65 && e_n.at(1.2) < 0.70);
 //! assert_eq!(e_n.at(0.05), 0.0); // too slow to rebound
 //! ```

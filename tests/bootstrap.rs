@@ -11,6 +11,7 @@ use wetcor::inference::bootstrap::jackknife::acceleration;
 use wetcor::inference::bootstrap::kernel::{Failure, Sample};
 use wetcor::inference::bootstrap::{kernel, replicate, weights, Law, Plan, Pool, Target};
 use wetcor::inference::laws::{fit_dry, fit_linear, fit_square_root};
+use wetcor::physics::dry::Order;
 use wetcor::scene::ResamplingScheme;
 use wetcor::study::calibration;
 
@@ -136,10 +137,15 @@ fn the_kernels_are_the_full_fit() {
     same(fast.covariance[2], covariance[(1, 1)]);
     let speeds: Vec<f64> = rx.iter().map(|x| 100.0 * x).collect();
     let roots: Vec<f64> = x.iter().map(|x| (100.0 * x).powf(0.2)).collect();
-    let full = fit_dry(&speeds, &re);
+    let full = fit_dry(&speeds, &re, Order::First);
     let fast = kernel::dry(&Sample::new(&roots, &e, &w)).expect("determined");
     same(fast.parameters[0], full.parameters[0]);
     same(fast.covariance[0].sqrt(), full.se(0).expect("it has scatter"));
+    let bent = fit_dry(&speeds, &re, Order::Second);
+    let fast = kernel::dry_second_order(&Sample::new(&roots, &e, &w), full.parameters[0]).expect("determined");
+    assert!((bent.parameters[0] / full.parameters[0] - 1.0).abs() > 0.01);
+    same(fast.parameters[0], bent.parameters[0]);
+    same(fast.covariance[0].sqrt(), bent.se(0).expect("it has scatter"));
 }
 
 #[test]
@@ -185,7 +191,7 @@ fn every_replicate_is_the_plain_fit_of_its_weights() {
         // one target has all strata, the other those in the middle
         let some = pool.strata[3].start..pool.strata[9].end;
         let targets: Vec<Target> = [
-            (Law::Dry, [0.3, 0.0]),
+            (Law::Dry(Order::First), [0.3, 0.0]),
             (Law::Linear, [0.72, 6.0]),
             (Law::SquareRoot, [0.5, -7.0]),
         ]
@@ -223,7 +229,7 @@ fn every_replicate_is_the_plain_fit_of_its_weights() {
                 ..Sample::new(x, targets[target].restitution, weights)
             };
             let plain = match law {
-                Law::Dry => kernel::dry(&sample),
+                Law::Dry(_) => kernel::dry(&sample),
                 Law::Linear => kernel::linear(&sample),
                 Law::SquareRoot => kernel::square_root(&sample, targets[target].fitted),
             };

@@ -105,12 +105,12 @@ const EFFORT: Effort = Effort {
 /// χ² of the truths' ranks among the draws of their posteriors, as a standard normal, for each parameter.
 fn ranks(model: &str, name: &str, scenes: usize, fault: Fault) -> Vec<(String, f64)> {
     let place = calibrated_scene(model);
-    let (inertia, dry_speed) = (place.scene.model.inertia.expect("named"), place.scene.model.dry_speed);
+    let form = place.scene.model.form();
     let mut scene = place.scene.clone();
     if let Some(truth) = &mut scene.truth {
-        (truth.inertia, truth.dry_speed) = (inertia, dry_speed);
+        (truth.inertia, truth.dry_speed) = (form.inertia, form.dry_speed);
     }
-    let parameters = Parameters::of(&scene, &settings(&scene), inertia, dry_speed).expect("priors with room");
+    let parameters = Parameters::of(&scene, &settings(&scene), form).expect("priors with room");
     let seed = seed_of(name);
     let ranked: Vec<Vec<usize>> = (0..scenes as u64)
         .into_par_iter()
@@ -130,7 +130,7 @@ fn ranks(model: &str, name: &str, scenes: usize, fault: Fault) -> Vec<(String, f
             let streams = format!("{name} {index}");
             let values: Vec<Vec<f64>> = if fault == Fault::Nothing {
                 let runs = runs::arrange(&scene, &rows);
-                let likelihood = Likelihood::of_rows(&scene, &runs, inertia, dry_speed);
+                let likelihood = Likelihood::of_rows(&scene, &runs, form);
                 let plan = Plan {
                     effort: EFFORT,
                     stream: (seed, &streams),

@@ -88,9 +88,9 @@ fn moments_and_quantiles_agree_with_importance_sampling() {
     for name in scenes(&reference) {
         let answers = &reference["scenes"][&name];
         let (scene, table) = read(&name);
-        let (inertia, dry_speed) = (scene.model.inertia.expect("named"), scene.model.dry_speed);
-        let parameters = Parameters::of(&scene, &table.runs, inertia, dry_speed).unwrap_or_else(|e| panic!("{e}"));
-        let rows = Likelihood::of_rows(&scene, &table.runs, inertia, dry_speed);
+        let form = scene.model.form();
+        let parameters = Parameters::of(&scene, &table.runs, form).unwrap_or_else(|e| panic!("{e}"));
+        let rows = Likelihood::of_rows(&scene, &table.runs, form);
         let least_squares = findings::find(&scene, &table, 1, false);
         let plan = Plan {
             effort: EFFORT,
@@ -105,7 +105,7 @@ fn moments_and_quantiles_agree_with_importance_sampling() {
             sample_posterior(parameters, &rows, &start, plan, &|_, _| {}).unwrap_or_else(|e| panic!("{name}: {e}"));
         let told = answers["parameters"].as_object().expect("parameters by name");
         assert_eq!(told.len(), sampled.parameters.sampled.len(), "{name}");
-        let derived = derived::find(&scene, &table.runs, inertia, &sampled);
+        let derived = derived::find(&scene, &table.runs, form, &sampled);
         let parameters = sampled.parameters.sampled.iter().zip(&sampled.values);
         let quantities = parameters
             .map(|(parameter, values)| (parameter.name.as_str(), values, &answers["parameters"]))
@@ -191,9 +191,9 @@ fn densities_and_slopes_are_the_references() {
     let reference = reference();
     for name in scenes(&reference) {
         let (scene, table) = read(&name);
-        let (inertia, dry_speed) = (scene.model.inertia.expect("named"), scene.model.dry_speed);
-        let parameters = Parameters::of(&scene, &table.runs, inertia, dry_speed).unwrap_or_else(|e| panic!("{e}"));
-        let rows = Likelihood::of_rows(&scene, &table.runs, inertia, dry_speed);
+        let form = scene.model.form();
+        let parameters = Parameters::of(&scene, &table.runs, form).unwrap_or_else(|e| panic!("{e}"));
+        let rows = Likelihood::of_rows(&scene, &table.runs, form);
         let points = reference["scenes"][&name]["densities"]
             .as_array()
             .expect("points")

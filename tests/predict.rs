@@ -12,7 +12,7 @@ use rand_distr::{Distribution, StandardNormal};
 use tempfile::TempDir;
 use wetcor::findings::predict::{Covered, Draw, Law, Predicted};
 use wetcor::model::simulate::Simulation;
-use wetcor::physics::impact::{kept_energy, DrySpeed, Parameters, Setting};
+use wetcor::physics::impact::{kept_energy, DrySpeed, Form, Parameters, Setting};
 use wetcor::physics::inertia::Inertia;
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::report::finished::Finished;
@@ -26,6 +26,7 @@ const SLOW: Setting = Setting {
     liquid_density: 965.0,
     viscosity: 48.3e-3,
     film: 0.06 * 4.762e-3,
+    surface_tension: None,
 };
 
 const TRUTH: Parameters = Parameters {
@@ -51,8 +52,7 @@ fn law(test: &str) -> Law {
         sigma_wet: near(0.02, 0.1),
     });
     Law {
-        inertia: Inertia::Saturating,
-        dry_speed: DrySpeed::Impact,
+        form: Form::new(Inertia::Saturating, DrySpeed::Impact),
         smallest_restitution: 0.05,
         covered: None,
         draws: draws.collect(),
@@ -67,7 +67,7 @@ fn worst_z(law: &Law, predicted: &Predicted, test: &str) -> f64 {
     let runs: Vec<f64> = (0..RUNS)
         .map(|_| {
             let draw = &law.draws[rng.random_range(0..law.draws.len())];
-            let kept = kept_energy(&SLOW, law.inertia, law.dry_speed, &draw.parameters, v);
+            let kept = kept_energy(&SLOW, law.form, &draw.parameters, v);
             let z: f64 = StandardNormal.sample(&mut rng);
             let e = mean_restitution(kept) + draw.sigma_wet * z;
             if e <= law.smallest_restitution {
@@ -154,7 +154,7 @@ fn the_curve_is_the_energy_balance_of_the_draws_and_its_bands_hold_their_shares(
     for row in law.predict(&SLOW, &speeds(&law)) {
         let v = row.impact_speed_m_s;
         let e = |draw: &Draw| {
-            let kept = kept_energy(&SLOW, law.inertia, law.dry_speed, &draw.parameters, v);
+            let kept = kept_energy(&SLOW, law.form, &draw.parameters, v);
             kept.max(0.0).sqrt()
         };
         for (p, point) in [
@@ -255,6 +255,7 @@ fn the_truth_of_the_example_and_new_runs_of_it_lie_where_they_are_predicted() {
                 liquid_density: liquid.density,
                 viscosity: liquid.viscosity,
                 film,
+                surface_tension: None,
             };
             let v = run.impact_speed;
             let known = last.take().filter(|(at, speed, _)| (*at, *speed) == (setting, v));
@@ -264,7 +265,7 @@ fn the_truth_of_the_example_and_new_runs_of_it_lie_where_they_are_predicted() {
                 dry_k: truth.dry_k[index].expect("given"),
                 ..TRUTH
             };
-            let kept = kept_energy(&setting, truth.inertia, truth.dry_speed, &own_truth, v);
+            let kept = kept_energy(&setting, truth.form(), &own_truth, v);
             let width = row.restitution_q95 - row.restitution_q05;
             if kept > 0.05 && width > 0.0 {
                 // a 90 % band is 3.29 standard deviations wide
@@ -407,7 +408,7 @@ impl Store {
         ];
         let mut findings = format!(
             r#"{{"schema":"wetcor.findings/1","title":"t","wetcor":"{}","verdicts":[],"posterior":{{"parameters":[{}],
-"left_out":[{{"name":"dry_k[PE]","value":null,"reason":"no runs"}}],"chains":1,"draws":2,"inertia":"stepwise","dry_speed_m_s":2.0,
+"left_out":[{{"name":"dry_k[PE]","value":null,"reason":"no runs"}}],"chains":1,"draws":2,"terms":["inertia","viscous"],"inertia":"stepwise","dry_speed_m_s":2.0,
 "basis":{{"smallest_restitution":0.0,"particles":[{{"name":"PTFE","density_kg_m3":2150.0,"covered":null}},
 {{"name":"PE","density_kg_m3":940.0,"covered":null}}],"liquids":[{{"name":"AK10","density_kg_m3":930.0,"viscosity_Pa_s":0.0093}}]}}}}}}"#,
             env!("CARGO_PKG_VERSION"),

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use wetcor::error::{quoted, Error};
+use wetcor::findings::predict::Liquid;
 use wetcor::physics::impact::Setting;
 use wetcor::report::finished::Finished;
 use wetcor::report::prediction::{self, Origin};
@@ -123,13 +124,25 @@ pub fn predict(asked: &Predict, quiet: bool) -> Result<u8, Error> {
             reason: "a law of an unknown particle".to_owned(),
         });
     };
-    let (liquid_density, viscosity) = liquid(asked, &finished)?;
+    let Liquid {
+        density_kg_m3: liquid_density,
+        viscosity_pa_s: viscosity,
+        surface_tension_n_m: surface_tension,
+        ..
+    } = liquid(asked, &finished)?;
+    if law.form.bridge && surface_tension.is_none() {
+        let text = "the fit holds the rupture of the bridge, and this liquid's surface tension is not known";
+        return Err(Error::Usage(format!(
+            "--liquid: {text}; name a liquid of the scene that has one"
+        )));
+    }
     let setting = Setting {
         density: particle.density_kg_m3,
         diameter: Dimension::Length.usual_to_si(asked.diameter),
         liquid_density,
         viscosity,
         film: Dimension::Thickness.usual_to_si(asked.film),
+        surface_tension,
     };
     if setting.film_ratio() > LARGEST_FILM_RATIO {
         let ratio = setting.film_ratio();
@@ -172,18 +185,19 @@ pub fn predict(asked: &Predict, quiet: bool) -> Result<u8, Error> {
 }
 
 /// Density and viscosity of the liquid asked for, kg/m³ and Pa s.
-fn liquid(asked: &Predict, finished: &Finished) -> Result<(f64, f64), Error> {
+fn liquid(asked: &Predict, finished: &Finished) -> Result<Liquid, Error> {
     let liquids = &finished.basis.liquids;
     match (&asked.liquid, asked.liquid_density, asked.viscosity) {
-        (None, Some(density), Some(viscosity)) => Ok((
-            Dimension::Density.usual_to_si(density),
-            Dimension::Viscosity.usual_to_si(viscosity),
-        )),
+        (None, Some(density), Some(viscosity)) => Ok(Liquid {
+            name: String::new(),
+            density_kg_m3: Dimension::Density.usual_to_si(density),
+            viscosity_pa_s: Dimension::Viscosity.usual_to_si(viscosity),
+            surface_tension_n_m: None,
+        }),
         (name, ..) => {
             let name = name.as_deref().unwrap_or_default();
             let known = liquids.iter().find(|liquid| liquid.name == name);
-            let known = known.map(|liquid| (liquid.density_kg_m3, liquid.viscosity_pa_s));
-            known.ok_or_else(|| {
+            known.cloned().ok_or_else(|| {
                 let names = liquids.iter().map(|liquid| liquid.name.as_str());
                 let all: Vec<&str> = names.clone().collect();
                 let expected = name_expected(&format!("one of {}", all.join(", ")), name, names);

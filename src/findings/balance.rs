@@ -14,8 +14,9 @@ use crate::inference::balance::{fit_balance, Balance, Block};
 use crate::inference::delta::Uncertain;
 use crate::inference::least_squares::{Fit, Stop};
 use crate::inference::nested::{one_law_for_all, FTest, Spread};
+use crate::physics::impact::Form;
 use crate::physics::inertia::Inertia;
-use crate::physics::{dry, numbers, viscous};
+use crate::physics::{numbers, viscous};
 use crate::runs::{FilmGroup, Runs};
 use crate::scene::{Law, Scene};
 
@@ -72,10 +73,13 @@ pub struct Derived {
     pub correlation: Option<f64>,
 }
 
+/// Why there is no St_c and no δc.
+const NO_VISCOUS: &str = "the viscous loss is left out of the model";
+
 /// Probability of the lack-of-fit test below which the balance does not describe the runs.
 pub const MISFIT: f64 = 0.001;
 
-/// Fits the balance, and measures with it what pooling liquids does to the square-root law of each film ratio.
+/// Fits the balance of this form, with the form of inertia `open` or not, and measures with it what pooling liquids does to the square-root law of each film ratio.
 ///
 /// `None` without wet runs of a particle whose k is known; the biases then stay unknown, too.
 pub fn find(
@@ -83,6 +87,7 @@ pub fn find(
     runs: &Runs,
     fitted_dry: &[FittedDry],
     scaling: &mut [FittedScaling],
+    (form, open): (Form, bool),
     quoting: Quoting,
 ) -> Option<EnergyBalance> {
     let has_rebounds = |p: usize| runs.series.iter().any(|s| s.particle == p && !s.rebounds.is_empty());
@@ -104,6 +109,7 @@ pub fn find(
                 particle: place(series.particle)?,
                 density_ratio: liquid.density / particle.density,
                 stokes_factor: numbers::stokes(particle.density, 1.0, 1.0, liquid.viscosity),
+                tension_over_density: liquid.surface_tension.unwrap_or(0.0) / particle.density,
                 diameter: &runs.diameter[range.clone()],
                 film: &runs.film[range.clone()],
                 impact_speed: &runs.impact_speed[range.clone()],
@@ -124,16 +130,12 @@ pub fn find(
     let of_form = |inertia: Inertia| {
         fit_weighed(Balance {
             blocks: &blocks,
-            inertia,
-            dry_speed: scene.model.dry_speed,
+            form: Form { inertia, ..form },
             dry_k: &dry_k,
             spread: pooled_sd(&separate),
         })
     };
-    let (balance, fit) = match scene.model.inertia {
-        Some(inertia) => of_form(inertia),
-        None => closest(of_form),
-    };
+    let (balance, fit) = if open { closest(of_form) } else { of_form(form.inertia) };
     let uncertain = uncertain(&fit);
     let converged = fit.stop == Stop::Converged;
     let estimate = |j: usize, value: f64, slope: f64, how: Scale| {
@@ -161,7 +163,8 @@ pub fn find(
             estimate: estimate(j, *value, 1.0, Scale::Plain),
         })
         .collect();
-    let l = fit.parameters.first().copied().unwrap_or(f64::NAN);
+    let l = balance.unpack(&fit.parameters).0;
+    let viscous = balance.form.viscous;
     let derived = if converged {
         runs.film_groups
             .iter()
@@ -191,11 +194,15 @@ pub fn find(
             Some((value - k).abs() / se.hypot(joint_se))
         });
     Some(EnergyBalance {
-        inertia: balance.inertia.name(),
+        inertia: balance.form.inertia.name(),
         particles: known.iter().map(|(p, _)| scene.particles[*p].name.clone()).collect(),
         runs: one.runs,
-        delta_c_over_roughness: estimate(0, l.exp(), l.exp(), Scale::Log),
-        verdict: judge(&fit, l, lack_of_fit.as_ref()),
+        delta_c_over_roughness: if viscous {
+            estimate(0, l.exp(), l.exp(), Scale::Log)
+        } else {
+            quoting.none(NO_VISCOUS)
+        },
+        verdict: judge(&fit, Some(l).filter(|_| viscous), lack_of_fit.as_ref()),
         dry_k_shift_in_se: shifts.reduce(f64::max),
         parameters,
         derived,
@@ -254,8 +261,9 @@ fn derive(
     let density_ratio = density_ratio(scene, group.particle, series);
     let (l, c, scale, dry_k) = balance.unpack(parameters);
     let v = reference_dry_speed(scene);
-    let e_dry = dry::restitution(dry_k[place], v);
-    let (form, ratio) = (balance.inertia, group.film_ratio);
+    let law = balance.form.dry;
+    let e_dry = law.restitution(dry_k[place], v);
+    let (form, ratio) = (balance.form.inertia, group.film_ratio);
     let e_inf2 = e_dry * e_dry - c * density_ratio * form.shape(ratio, scale);
     if e_inf2 <= 0.0 {
         return None;
@@ -269,19 +277,27 @@ fn derive(
     ];
     let mut slopes = vec![0.0; parameters.len()];
     let names = balance.names().len();
-    slopes[..names].copy_from_slice(&wet[..names]);
-    slopes[names + place] = 2.0 * e_dry * dry::slope_dry_k(v);
+    let viscous = balance.form.viscous;
+    let first = usize::from(!viscous);
+    slopes[..names].copy_from_slice(&wet[first..first + names]);
+    slopes[names + place] = 2.0 * e_dry * law.slope_dry_k(dry_k[place], v);
     let e_inf_slopes: Vec<f64> = slopes.iter().map(|slope| 0.5 * slope / e_inf).collect();
     let st_c = viscous::st_c(l, e_inf);
     let mut st_c_slopes: Vec<f64> = slopes.iter().map(|slope| -st_c * slope / e_inf2).collect();
-    st_c_slopes[0] += 2.0 / e_inf2;
+    if viscous {
+        st_c_slopes[0] += 2.0 / e_inf2;
+    }
     Some(Derived {
         particle: scene.particles[group.particle].name.clone(),
         film_ratio: ratio,
         density_ratio,
-        correlation: uncertain.correlation(&e_inf_slopes, &st_c_slopes),
+        correlation: uncertain.correlation(&e_inf_slopes, &st_c_slopes).filter(|_| viscous),
         e_inf: quoting.of(uncertain, e_inf, &e_inf_slopes, Scale::Plain),
-        st_c: quoting.of(uncertain, st_c, &st_c_slopes, Scale::Plain),
+        st_c: if viscous {
+            quoting.of(uncertain, st_c, &st_c_slopes, Scale::Plain)
+        } else {
+            quoting.none(NO_VISCOUS)
+        },
     })
 }
 
@@ -300,10 +316,10 @@ fn pooled_sd(separate: &[Spread]) -> f64 {
     }
 }
 
-fn judge(fit: &Fit, l: f64, misfit: Option<&FTest>) -> Verdict {
+fn judge(fit: &Fit, l: Option<f64>, misfit: Option<&FTest>) -> Verdict {
     if fit.stop != Stop::Converged || fit.covariance.is_none() {
         Verdict::failed(why_stopped(fit))
-    } else if l <= 0.0 {
+    } else if l.is_some_and(|l| l <= 0.0) {
         Verdict::failed("L is not positive: the restitution does not fall with 1/St")
     } else if let Some(test) = misfit.filter(|test| test.p < MISFIT) {
         Verdict::failed(format!(

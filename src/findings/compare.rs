@@ -17,7 +17,9 @@ use crate::model::likelihood::pointwise::{At, Pointwise};
 use crate::model::likelihood::Likelihood;
 use crate::model::parameters::Parameters;
 use crate::notice::Notice;
+use crate::physics::dry::Order;
 use crate::physics::impact::DrySpeed;
+use crate::physics::impact::Form;
 use crate::physics::inertia::Inertia;
 use crate::runs::Runs;
 use crate::scene::{Scene, DEFAULT_DRY_SPEED};
@@ -68,12 +70,21 @@ pub struct Comparison {
     pub own: Option<Loo>,
 }
 
-/// The name of a form: `stepwise/2`.
-pub fn name(inertia: Inertia, dry_speed: DrySpeed) -> String {
-    match dry_speed {
-        DrySpeed::Reference(v) => format!("{}/{v}", inertia.name()),
-        DrySpeed::Impact => format!("{}/impact", inertia.name()),
+/// The name of a form: `stepwise/2`, and what else it holds or lacks: `cap/impact+bridge-viscous`.
+pub fn name(form: Form) -> String {
+    let mut name = match form.dry_speed {
+        DrySpeed::Reference(v) => format!("{}/{v}", form.inertia.name()),
+        DrySpeed::Impact => format!("{}/impact", form.inertia.name()),
+    };
+    let others = [
+        (form.bridge, "+bridge"),
+        (form.dry == Order::Second, "+dry_second_order"),
+        (!form.viscous, "-viscous"),
+    ];
+    for (_, other) in others.into_iter().filter(|(differs, _)| *differs) {
+        name.push_str(other);
     }
+    name
 }
 
 /// Samples every form of inertia with both dry speeds on the same runs; the scene's own has been sampled already.
@@ -110,7 +121,7 @@ pub fn find(
         ));
         return Ok(found);
     }
-    let reference = match asked.dry_speed {
+    let reference = match asked.form.dry_speed {
         DrySpeed::Impact => DrySpeed::Reference(DEFAULT_DRY_SPEED),
         reference => reference,
     };
@@ -118,11 +129,14 @@ pub fn find(
     for inertia in Inertia::ALL {
         for dry_speed in [reference, DrySpeed::Impact] {
             let form = Asked {
-                inertia,
-                dry_speed,
+                form: Form {
+                    inertia,
+                    dry_speed,
+                    ..asked.form
+                },
                 ..asked
             };
-            let is_own = (inertia, dry_speed) == (asked.inertia, asked.dry_speed);
+            let is_own = form.form == asked.form;
             let sampled;
             let draws = if is_own {
                 &own.sampled
@@ -133,14 +147,14 @@ pub fn find(
                         &sampled
                     }
                     Err(why) => {
-                        found.notices.push(not_compared(&name(inertia, dry_speed), &why));
+                        found.notices.push(not_compared(&name(form.form), &why));
                         continue;
                     }
                 }
             };
             match leave_out(scene, runs, form, draws, used) {
                 Ok(of_form) => all.push((compared(form, is_own, draws, &of_form, used), of_form)),
-                Err(why) => found.notices.push(not_compared(&name(inertia, dry_speed), &why)),
+                Err(why) => found.notices.push(not_compared(&name(form.form), &why)),
             }
         }
     }
@@ -210,13 +224,19 @@ pub fn choose(
     }
     let mut forms = vec![];
     for inertia in Inertia::ALL {
-        let form = Asked { inertia, ..default };
+        let form = Asked {
+            form: Form {
+                inertia,
+                ..default.form
+            },
+            ..default
+        };
         let sampled = sample_form(scene, runs, least_squares, form, watcher)?;
         if let Ok(of_form) = sampled.and_then(|sampled| leave_out(scene, runs, form, &sampled, used)) {
             forms.push((form, of_form));
         }
     }
-    let Some((_, usual)) = forms.iter().find(|(form, _)| form.inertia == default.inertia) else {
+    let Some((_, usual)) = forms.iter().find(|(form, _)| form.form == default.form) else {
         return Ok((default, None));
     };
     let gains = forms.iter().filter_map(|(form, of_form)| {
@@ -232,8 +252,8 @@ pub fn choose(
         1,
         format!(
             "inertia = \"auto\" took {}: it predicts the runs better than {} by {:.1} in log density; the intervals ignore that it was chosen",
-            chosen.inertia.name(),
-            default.inertia.name(),
+            chosen.form.inertia.name(),
+            default.form.inertia.name(),
             gain.value
         ),
         "name the form in [model] to fix it",
@@ -275,9 +295,9 @@ fn sample_form(
     form: Asked,
     watcher: Watcher,
 ) -> Result<Result<Sampled, String>, Error> {
-    let parameters = Parameters::of(scene, runs, form.inertia, form.dry_speed)?;
-    let rows = Likelihood::of_rows(scene, runs, form.inertia, form.dry_speed);
-    let stream = format!("compare {}", name(form.inertia, form.dry_speed));
+    let parameters = Parameters::of(scene, runs, form.form)?;
+    let rows = Likelihood::of_rows(scene, runs, form.form);
+    let stream = format!("compare {}", name(form.form));
     let plan = Plan {
         effort: effort(scene),
         stream: (least_squares.seed, &stream),
@@ -288,7 +308,7 @@ fn sample_form(
 }
 
 fn leave_out(scene: &Scene, runs: &Runs, form: Asked, sampled: &Sampled, used: usize) -> Result<Loo, String> {
-    let pointwise = Pointwise::new(scene, runs, form.inertia, form.dry_speed);
+    let pointwise = Pointwise::new(scene, runs, form.form);
     let full = sampled.full_draws();
     let step = full.len().div_ceil(used).max(1);
     let some: Vec<At> = full.par_iter().step_by(step).map(|full| pointwise.at(full)).collect();
@@ -319,7 +339,7 @@ fn compared(form: Asked, own: bool, sampled: &Sampled, found: &Loo, used: usize)
     let (khat_max, khat_high) = found.worst_khat(khat_threshold(used));
     let rhats = sampled.values.iter().filter_map(|chains| summary_of(chains).rhat);
     Compared {
-        model: name(form.inertia, form.dry_speed),
+        model: name(form.form),
         own,
         elpd_loo: found.elpd,
         se: found.se,

@@ -9,7 +9,7 @@ use crate::inference::distributions::student_t_quantile;
 use crate::inference::laws::fit_dry;
 use crate::inference::least_squares::{Fit, Stop};
 use crate::inference::nested::{one_law_for_all, FTest, Spread};
-use crate::physics::dry::speed_limit;
+use crate::physics::dry::Order;
 use crate::runs::{DryGroup, Runs};
 use crate::scene::Scene;
 
@@ -74,15 +74,16 @@ fn of_particle(scene: &Scene, runs: &Runs, particle: usize, groups: &[&DryGroup]
         slices.flatten().copied().collect()
     };
     let (speeds, restitutions) = (gather(&runs.impact_speed), gather(&runs.restitution));
-    let fit = fit_dry(&speeds, &restitutions);
+    let order = scene.model.form().dry;
+    let fit = fit_dry(&speeds, &restitutions, order);
     let fastest = speeds.iter().copied().fold(0.0, f64::max);
     let stuck = groups.iter().map(|group| group.stuck.len()).sum();
-    let verdict = judge(&fit, fastest, stuck);
+    let verdict = judge(&fit, order, fastest, stuck);
     let separate: Vec<(f64, Fit)> = groups
         .iter()
         .map(|group| {
             let range = group.rebounds.clone();
-            let fit = fit_dry(&runs.impact_speed[range.clone()], &runs.restitution[range]);
+            let fit = fit_dry(&runs.impact_speed[range.clone()], &runs.restitution[range], order);
             (group.diameter, fit)
         })
         .collect();
@@ -131,14 +132,17 @@ fn cut_off_bias(rebounds: usize, stuck: usize) -> f64 {
     density / (1.0 - share) * (rebounds as f64).sqrt()
 }
 
-fn judge(fit: &Fit, fastest: f64, stuck: usize) -> Verdict {
+fn judge(fit: &Fit, order: Order, fastest: f64, stuck: usize) -> Verdict {
     let k = fit.parameters.first().copied().unwrap_or(f64::NAN);
     if fit.stop != Stop::Converged {
         Verdict::failed(why_stopped(fit))
     } else if let (None, Some(why)) = (&fit.covariance, &fit.why_no_covariance) {
         Verdict::failed(why.clone())
-    } else if speed_limit(k) <= fastest {
-        Verdict::failed("the fitted law turns negative inside the range of speeds")
+    } else if order.speed_limit(k) <= fastest {
+        Verdict::failed(match order {
+            Order::First => "the fitted law turns negative inside the range of speeds",
+            Order::Second => "the fitted law rises again inside the range of speeds",
+        })
     } else if cut_off_bias(fit.degrees_of_freedom + 1, stuck) > 1.0 {
         Verdict::failed(format!(
             "{stuck} dry runs have no rebound: leaving out so many may move k by more than its standard error"

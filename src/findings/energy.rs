@@ -6,7 +6,6 @@ use super::dry::FittedDry;
 use super::estimate::{Estimate, Quoting, Scale};
 use super::own_dry_speed::reference_dry_speed;
 use super::scaling::FittedScaling;
-use crate::physics::dry as dry_physics;
 use crate::physics::inertia::Inertia;
 use crate::physics::viscous::critical_separation;
 use crate::runs::{Runs, Series};
@@ -119,7 +118,8 @@ fn loss(scene: &Scene, dry: &[FittedDry], fitted: &FittedScaling, density_ratio:
         return quoting.none(why(&fitted.scaling.e_inf));
     };
     let v = reference_dry_speed(scene);
-    let e_dry = dry_physics::restitution(k, v);
+    let law = scene.model.form().dry;
+    let e_dry = law.restitution(k, v);
     if e_dry <= 0.0 {
         return quoting.none("e_dry is not positive at the reference speed");
     }
@@ -129,7 +129,7 @@ fn loss(scene: &Scene, dry: &[FittedDry], fitted: &FittedScaling, density_ratio:
         Law::Sqrt => 1.0,
         Law::Linear => 2.0 * e_inf,
     };
-    let k_slope = 2.0 * e_dry * dry_physics::slope_dry_k(v);
+    let k_slope = 2.0 * e_dry * law.slope_dry_k(k, v);
     let covariance = match &fitted.uncertain.covariance {
         Ok(covariance) => covariance,
         Err(why) => return quoting.without_se(Some(value), why.clone()),

@@ -10,6 +10,7 @@
 //! | `scaling.rs` | e_inf and St_c by both laws, with the linear law's bias on this design |
 //! | `balance.rs` | L, inertial prefactor and film scale from every rebound at once |
 //! | `pooling.rs` | what pooling liquids does to the square-root law |
+//! | `terms/` | what each term of the balance matters, and whether it is held |
 //! | `energy.rs` | the energy the liquid takes, St_c·e_inf², δc |
 //! | `bootstrap/` | the bootstrap interval of each estimate |
 //! | `posterior/` | parameters from all runs at once, with priors |
@@ -36,6 +37,7 @@ pub mod published;
 pub mod scaling;
 pub mod series;
 pub mod shown;
+pub mod terms;
 pub mod verdicts;
 
 use serde::Serialize;
@@ -43,6 +45,8 @@ use serde::Serialize;
 use crate::error::Error;
 use crate::inference::nuts::Watcher;
 use crate::notice::Notice;
+use crate::physics::impact::Form;
+use crate::physics::inertia::Inertia;
 use crate::runs::{Runs, Screened, Table};
 use crate::scene::Scene;
 use compare::Comparison;
@@ -79,6 +83,11 @@ pub struct Findings {
     pub scaling: Vec<scaling::Scaling>,
     /// L, inertial prefactor and film scale over all rebounds; `None` without a usable k
     pub energy_balance: Option<balance::EnergyBalance>,
+    /// what each term of the energy balance matters, and whether it is held
+    pub terms: Vec<terms::SizedTerm>,
+    /// the energy balance that is held; its form of inertia may still be open
+    #[serde(skip)]
+    pub form: Form,
     /// where the energy went
     pub energy: Vec<energy::Energy>,
     /// how replicates were made; `None`: a stage that was not run
@@ -157,7 +166,7 @@ pub fn find_watched(
         || series::find(scene, runs, &dry, quoting),
         || scaling::find(scene, runs, &dry, quoting),
     );
-    let energy_balance = balance::find(scene, runs, &dry, &mut scaling, quoting);
+    let (form, energy_balance, terms) = terms::settle(scene, runs, &dry, &mut scaling, quoting);
     let mut energy = energy::find(scene, runs, &dry, &scaling, quoting);
     let resampled = bootstrap.then(|| {
         done(0);
@@ -175,6 +184,7 @@ pub fn find_watched(
         verdicts.extend(verdicts::of_replicates(&dry, &scaling));
     }
     let mut notices = table.notices.clone();
+    notices.extend(terms::notices(&terms));
     notices.extend(verdicts::notices(scene, table, &dry, &series, &scaling, bootstrap));
     let (resampling, of_resampling) = resampled.unzip();
     notices.extend(of_resampling.into_iter().flatten());
@@ -196,6 +206,8 @@ pub fn find_watched(
         series,
         scaling: scaling.into_iter().map(|fitted| fitted.scaling).collect(),
         energy_balance,
+        terms,
+        form,
         energy,
         bootstrap: resampling,
         published,
@@ -218,8 +230,8 @@ impl Findings {
         way: Way,
         watcher: Watcher,
     ) -> Result<Option<Posterior>, Error> {
-        let mut asked = Asked::of(scene, way);
-        if scene.model.inertia.is_none() {
+        let mut asked = Asked { form: self.form, way };
+        if scene.model.inertia_is_open() && self.form.inertia != Inertia::None {
             let (chosen, notice) = compare::choose(scene, runs, self, asked, watcher)?;
             asked = chosen;
             self.notices.extend(notice);

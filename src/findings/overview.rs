@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::terms::SizedTerm;
 use crate::notice::Notice;
 use crate::physics::impact::Setting;
 use crate::runs::{Runs, Screened, Series, Table};
@@ -22,6 +23,8 @@ pub struct Overview {
     pub materials: Vec<Material>,
     /// what these runs can identify
     pub identifies: Vec<Identified>,
+    /// what each term of the energy balance matters for them
+    pub terms: Vec<SizedTerm>,
     /// what wants a second look
     pub notices: Vec<Notice>,
 }
@@ -76,8 +79,8 @@ fn join(first: Option<[f64; 2]>, second: Option<[f64; 2]>) -> Option<[f64; 2]> {
     range(first.into_iter().chain(second).flatten())
 }
 
-/// Tells what was read.
-pub fn find(scene: &Scene, table: &Table) -> Overview {
+/// Tells what was read, with the terms as least squares sized them.
+pub fn find(scene: &Scene, table: &Table, terms: &[SizedTerm]) -> Overview {
     let runs = &table.runs;
     let mut materials: Vec<Material> = vec![];
     for (index, particle) in scene.particles.iter().enumerate() {
@@ -116,6 +119,7 @@ pub fn find(scene: &Scene, table: &Table) -> Overview {
         screened: table.screened.clone(),
         materials,
         identifies: identify(scene, runs),
+        terms: terms.to_vec(),
         notices: table.notices.clone(),
     }
 }
@@ -132,6 +136,7 @@ fn wet(scene: &Scene, runs: &Runs, series: &[&Series]) -> Material {
             liquid_density: liquid.density,
             viscosity: liquid.viscosity,
             film: runs.film[run],
+            surface_tension: liquid.surface_tension,
         };
         let v = |run: usize| runs.impact_speed[run];
         film = join(film, range(one.runs().map(|run| runs.film[run])));

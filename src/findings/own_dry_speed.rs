@@ -6,7 +6,7 @@ use super::dry::FittedDry;
 use crate::inference::delta::Uncertain;
 use crate::inference::laws::square_root_shift;
 use crate::inference::least_squares::Fit;
-use crate::physics::dry as dry_physics;
+use crate::physics::dry::Order;
 use crate::physics::impact::DrySpeed;
 use crate::scene::{Scene, DEFAULT_DRY_SPEED};
 
@@ -14,6 +14,7 @@ use crate::scene::{Scene, DEFAULT_DRY_SPEED};
 pub(super) struct OwnDrySpeed {
     dry_k: f64,
     dry_k_se: f64,
+    order: Order,
 }
 
 /// The speed at which e_inf is quoted, m/s.
@@ -31,17 +32,21 @@ impl OwnDrySpeed {
             return None;
         }
         let (dry_k, dry_k_se) = dry.iter().find(|dry| dry.particle == particle)?.usable?;
-        Some(OwnDrySpeed { dry_k, dry_k_se })
+        Some(OwnDrySpeed {
+            dry_k,
+            dry_k_se,
+            order: scene.model.form().dry,
+        })
     }
 
     pub fn offsets(&self, speeds: &[f64]) -> Vec<f64> {
-        let reference = dry_physics::restitution(self.dry_k, DEFAULT_DRY_SPEED);
-        let own = |v: &f64| dry_physics::restitution(self.dry_k, *v);
+        let reference = self.order.restitution(self.dry_k, DEFAULT_DRY_SPEED);
+        let own = |v: &f64| self.order.restitution(self.dry_k, *v);
         speeds.iter().map(|v| own(v) * own(v) - reference * reference).collect()
     }
 
     fn shift(&self, fit: &Fit, x: &[f64], offset: &[f64], speeds: &[f64]) -> Option<[f64; 2]> {
-        let slope = |v: f64| 2.0 * dry_physics::restitution(self.dry_k, v) * dry_physics::slope_dry_k(v);
+        let slope = |v: f64| 2.0 * self.order.restitution(self.dry_k, v) * self.order.slope_dry_k(self.dry_k, v);
         let reference = slope(DEFAULT_DRY_SPEED);
         let slopes: Vec<f64> = speeds.iter().map(|v| slope(*v) - reference).collect();
         square_root_shift(fit, x, offset, &slopes)

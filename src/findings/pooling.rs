@@ -6,7 +6,7 @@ use super::own_dry_speed::{reference_dry_speed, OwnDrySpeed};
 use super::scaling::{two, Bias, FittedScaling, Pool};
 use crate::inference::balance::Balance;
 use crate::inference::laws::fit_square_root;
-use crate::physics::{dry as dry_physics, viscous};
+use crate::physics::viscous;
 use crate::runs::{Runs, Series};
 use crate::scene::{Law, Scene};
 
@@ -37,8 +37,8 @@ pub(super) fn tell_bias(
         start += row.scaling.runs;
         let series = &runs.series[row.series.clone()];
         let density_ratio = density_ratio(scene, row.particle, series);
-        let e_dry = dry_physics::restitution(dry_k[place], reference_dry_speed(scene));
-        let inertial = c * density_ratio * balance.inertia.shape(film_ratio, scale);
+        let e_dry = balance.form.dry.restitution(dry_k[place], reference_dry_speed(scene));
+        let inertial = c * density_ratio * balance.form.inertia.shape(film_ratio, scale);
         let e_inf2 = e_dry * e_dry - inertial;
         if e_inf2 > 0.0 {
             let e_inf = e_inf2.sqrt();

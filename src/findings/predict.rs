@@ -11,8 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::inference::diagnostics::quantile;
 use crate::model::likelihood::normal::ln_normal_cdf;
-use crate::physics::impact::{DrySpeed, Parameters, Setting};
-use crate::physics::inertia::Inertia;
+use crate::physics::impact::{Form, Parameters, Setting};
 use crate::physics::rebound::mean_restitution;
 use crate::physics::restitution::Restitution;
 use crate::runs::{Runs, Series};
@@ -59,6 +58,9 @@ pub struct Liquid {
     /// η
     #[serde(rename = "viscosity_Pa_s")]
     pub viscosity_pa_s: f64,
+    /// γ, where it is known
+    #[serde(rename = "surface_tension_N_m", default, skip_serializing_if = "Option::is_none")]
+    pub surface_tension_n_m: Option<f64>,
 }
 
 impl Basis {
@@ -73,6 +75,7 @@ impl Basis {
             name: liquid.name.clone(),
             density_kg_m3: liquid.density,
             viscosity_pa_s: liquid.viscosity,
+            surface_tension_n_m: liquid.surface_tension,
         });
         Basis {
             smallest_restitution: scene.data.smallest_restitution,
@@ -92,6 +95,7 @@ fn covered(scene: &Scene, runs: &Runs, particle: usize) -> Option<Covered> {
             liquid_density: liquid.density,
             viscosity: liquid.viscosity,
             film: runs.film[run],
+            surface_tension: liquid.surface_tension,
         };
         (setting.stokes(runs.impact_speed[run]), setting.film_ratio())
     };
@@ -122,10 +126,8 @@ impl Covered {
 /// The law of one particle as a posterior has it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Law {
-    /// form of the inertial loss
-    pub inertia: Inertia,
-    /// the speed at which e_dry enters
-    pub dry_speed: DrySpeed,
+    /// the terms of the energy balance
+    pub form: Form,
     /// a restitution at or below this counts as stuck
     pub smallest_restitution: f64,
     /// what its runs covered
@@ -185,7 +187,7 @@ impl Law {
             .draws
             .iter()
             .map(|draw| {
-                let curve = Restitution::new(setting, self.inertia, self.dry_speed, &draw.parameters);
+                let curve = Restitution::new(setting, self.form, &draw.parameters);
                 (curve, draw.sigma_wet)
             })
             .collect();

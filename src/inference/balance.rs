@@ -1,4 +1,4 @@
-//! Fits the energy balance r = e_dry² − C ρ̃ g(δ̃) − 4 L/St to every rebound at once.
+//! Fits the energy balance r = e_dry² − C ρ̃ g(δ̃) − 4 L/St − κ/v², as far as its form holds them, to every rebound at once.
 //!
 //! The restitution is m(r), defined where the square root is not: a lucky rebound at a setting that keeps no energy on
 //! average is noise, and must not bound the parameters as the square root's domain would. Each particle's k is a
@@ -7,9 +7,9 @@
 use nalgebra::DMatrix;
 
 use super::least_squares::{fit, Fit, OutOfDomain, ResidualProblem, Stop};
-use crate::physics::impact::DrySpeed;
+use crate::physics::impact::Form;
 use crate::physics::inertia::Inertia;
-use crate::physics::{dry, rebound, viscous};
+use crate::physics::{bridge, rebound, viscous};
 
 /// Rebounds that share a particle and a liquid, and so the density ratio and k.
 #[derive(Debug, Clone, Copy)]
@@ -20,6 +20,8 @@ pub struct Block<'a> {
     pub density_ratio: f64,
     /// St = this · D v
     pub stokes_factor: f64,
+    /// γ/ρp, which the bridge's loss is proportional to, m³/s²; 0 where the liquid's surface tension is not known
+    pub tension_over_density: f64,
     /// D of each run, m
     pub diameter: &'a [f64],
     /// δ of each run, m
@@ -32,15 +34,14 @@ pub struct Block<'a> {
 
 /// The balance to be fitted.
 ///
-/// Parameters: L, then C unless there is no inertia, then δ̃0 where the form has one, then k of each particle.
+/// Parameters: L unless there is no viscous loss, then C unless there is no inertia, then δ̃0 where the form has one, then k
+/// of each particle.
 #[derive(Debug, Clone)]
 pub struct Balance<'a> {
     /// every rebound
     pub blocks: &'a [Block<'a>],
-    /// form of the inertial loss
-    pub inertia: Inertia,
-    /// the speed at which e_dry enters
-    pub dry_speed: DrySpeed,
+    /// the terms it holds
+    pub form: Form,
     /// k of each particle from its dry runs, with its standard error
     pub dry_k: &'a [(f64, f64)],
     /// spread of the restitutions, to weigh the dry runs' k against them
@@ -76,17 +77,25 @@ impl Balance<'_> {
     /// The names of the parameters before the k, in order.
     pub fn names(&self) -> &'static [&'static str] {
         const ALL: &[&str] = &["lubrication_log", "inertial_prefactor", "film_scale"];
-        match (self.inertia, self.inertia.has_film_scale()) {
-            (Inertia::None, _) => &ALL[..1],
-            (_, false) => &ALL[..2],
-            (_, true) => ALL,
-        }
+        let inertia = self.form.inertia;
+        let last = match (inertia, inertia.has_film_scale()) {
+            (Inertia::None, _) => 1,
+            (_, false) => 2,
+            (_, true) => 3,
+        };
+        &ALL[self.first()..last]
+    }
+
+    /// Place of the first parameter among L, C and δ̃0.
+    fn first(&self) -> usize {
+        usize::from(!self.form.viscous)
     }
 
     /// L, C, δ̃0 and the k of a parameter vector; what the form lacks gets a value that is not read.
     pub fn unpack<'b>(&self, b: &'b [f64]) -> (f64, f64, f64, &'b [f64]) {
         let (wet, dry) = b.split_at(self.names().len());
-        let at = |j: usize, other: f64| wet.get(j).copied().unwrap_or(other);
+        let place = |j: usize| j.checked_sub(self.first());
+        let at = |j: usize, other: f64| place(j).and_then(|j| wet.get(j)).copied().unwrap_or(other);
         (at(0, 0.0), at(1, 0.0), at(2, 1.0), dry)
     }
 
@@ -105,12 +114,19 @@ impl Balance<'_> {
                 let v = block.impact_speed[run];
                 let inverse_stokes = 1.0 / (block.stokes_factor * block.diameter[run] * v);
                 let film_ratio = block.film[run] / block.diameter[run];
-                let (e_dry, dry_slope) =
-                    dry.of(self.dry_speed.of(v), |v| (dry::restitution(k, v), dry::slope_dry_k(v)));
-                let shape = shape.of(film_ratio, |ratio| self.inertia.shape(ratio, scale));
+                let law = self.form.dry;
+                let (e_dry, dry_slope) = dry.of(self.form.dry_speed.of(v), |v| {
+                    (law.restitution(k, v), law.slope_dry_k(k, v))
+                });
+                let shape = shape.of(film_ratio, |ratio| self.form.inertia.shape(ratio, scale));
                 let inertial = c * block.density_ratio * shape;
+                let mut kept = e_dry * e_dry - inertial - viscous::loss(l, 1.0 / inverse_stokes);
+                if self.form.bridge {
+                    let kappa = bridge::kappa(block.tension_over_density, 1.0, block.diameter[run], block.film[run]);
+                    kept -= bridge::loss(kappa, v);
+                }
                 Terms {
-                    kept: e_dry * e_dry - inertial - viscous::loss(l, 1.0 / inverse_stokes),
+                    kept,
                     inverse_stokes,
                     density_ratio: block.density_ratio,
                     film_ratio,
@@ -128,7 +144,7 @@ impl Balance<'_> {
         [
             -viscous::slope_lubrication_log(1.0 / terms.inverse_stokes),
             -terms.density_ratio * terms.shape,
-            -c * terms.density_ratio * self.inertia.slope_film_scale(terms.film_ratio, scale),
+            -c * terms.density_ratio * self.form.inertia.slope_film_scale(terms.film_ratio, scale),
         ]
     }
 
@@ -137,7 +153,7 @@ impl Balance<'_> {
     fn starts(&self) -> [Vec<f64>; 2] {
         const SCALES: [f64; 6] = [0.01, 0.025, 0.05, 0.1, 0.2, 0.5];
         const KEPT: f64 = 0.02;
-        let scales = if self.inertia.has_film_scale() {
+        let scales = if self.form.inertia.has_film_scale() {
             &SCALES[..]
         } else {
             &SCALES[..1]
@@ -156,7 +172,7 @@ impl Balance<'_> {
             .map(|t| (t.kept - KEPT) / viscous::slope_lubrication_log(1.0 / t.inverse_stokes));
         let lowered = room.fold(l, f64::min);
         [l, lowered].map(|l| {
-            let wet = [l, c, scale].into_iter().take(self.names().len());
+            let wet = [l, c, scale].into_iter().skip(self.first()).take(self.names().len());
             wet.chain(dry.iter().copied()).collect()
         })
     }
@@ -176,7 +192,9 @@ impl Balance<'_> {
         }
         let determinant = xx * zz - xz * xz;
         // one film ratio and one density ratio, say: the line cannot tell the two apart, nor need a start
-        let (l, c) = if self.inertia == Inertia::None || determinant <= 1e-12 * xx * zz {
+        let (l, c) = if !self.form.viscous {
+            (0.0, if zz > 0.0 { zy / zz } else { 0.0 })
+        } else if self.form.inertia == Inertia::None || determinant <= 1e-12 * xx * zz {
             (xy / xx, 0.0)
         } else {
             ((xy * zz - zy * xz) / determinant, (zy * xx - xy * xz) / determinant)
@@ -219,7 +237,8 @@ impl ResidualProblem for Balance<'_> {
         jacobian.fill(0.0);
         for (run, t) in self.terms(unpacked).enumerate() {
             let root = rebound::slope_mean_restitution(t.kept);
-            for (j, slope) in self.slopes(unpacked.1, unpacked.2, &t).iter().take(wet).enumerate() {
+            let slopes = self.slopes(unpacked.1, unpacked.2, &t);
+            for (j, slope) in slopes.iter().skip(self.first()).take(wet).enumerate() {
                 jacobian[(run, j)] = root * slope;
             }
             jacobian[(run, wet + t.particle)] = root * t.dry_slope;

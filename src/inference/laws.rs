@@ -5,9 +5,11 @@
 use nalgebra::DMatrix;
 
 use super::least_squares::{fit, Fit, OutOfDomain, ResidualProblem};
+use crate::physics::dry::{Order, SECOND_ORDER};
 
-/// e = 1 − k v^(1/5), linear in k.
+/// e = 1 − k v^(1/5), linear in k, or the same to second order.
 struct DryLaw<'a> {
+    order: Order,
     speed_root: &'a [f64],
     restitution: &'a [f64],
 }
@@ -22,24 +24,32 @@ impl ResidualProblem for DryLaw<'_> {
     fn residuals(&self, b: &[f64], residuals: &mut [f64]) -> Result<(), OutOfDomain> {
         for ((residual, root), e) in residuals.iter_mut().zip(self.speed_root).zip(self.restitution) {
             *residual = 1.0 - b[0] * root - e;
+            if self.order == Order::Second {
+                let loss = b[0] * root;
+                *residual += SECOND_ORDER * loss * loss;
+            }
         }
         Ok(())
     }
-    fn jacobian(&self, _: &[f64], jacobian: &mut DMatrix<f64>) -> Result<(), OutOfDomain> {
+    fn jacobian(&self, b: &[f64], jacobian: &mut DMatrix<f64>) -> Result<(), OutOfDomain> {
         for (slope, root) in jacobian.iter_mut().zip(self.speed_root) {
-            *slope = -root;
+            *slope = match self.order {
+                Order::First => -root,
+                Order::Second => -root * (1.0 - 2.0 * SECOND_ORDER * b[0] * root),
+            };
         }
         Ok(())
     }
 }
 
-/// Fits k of e = 1 − k v^(1/5); speeds in m/s.
-pub fn fit_dry(impact_speed: &[f64], restitution: &[f64]) -> Fit {
+/// Fits k of e = 1 − k v^(1/5), or of the same to second order; speeds in m/s.
+pub fn fit_dry(impact_speed: &[f64], restitution: &[f64], order: Order) -> Fit {
     let speed_root: Vec<f64> = impact_speed.iter().map(|v| v.powf(0.2)).collect();
     let squares: f64 = speed_root.iter().map(|s| s * s).sum();
     let products: f64 = speed_root.iter().zip(restitution).map(|(s, e)| s * (1.0 - e)).sum();
     let start = if squares > 0.0 { products / squares } else { 0.0 };
     let problem = DryLaw {
+        order,
         speed_root: &speed_root,
         restitution,
     };

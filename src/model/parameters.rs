@@ -1,8 +1,7 @@
 //! Lists the parameters a scene's runs call for, each with its unit, bounds, prior and where the prior comes from.
 
 use crate::error::Error;
-use crate::physics::dry::speed_limit;
-use crate::physics::impact::DrySpeed;
+use crate::physics::impact::Form;
 use crate::physics::inertia::Inertia;
 use crate::runs::Runs;
 use crate::scene::{Prior, Scene};
@@ -143,10 +142,11 @@ pub struct Parameters {
 }
 
 impl Parameters {
-    /// The parameters that `runs` call for, with this form of inertia and dry speed.
+    /// The parameters that `runs` call for, with this form of the energy balance.
     ///
     /// Fails where a prior of the scene leaves a parameter no room inside its bounds.
-    pub fn of(scene: &Scene, runs: &Runs, inertia: Inertia, dry_speed: DrySpeed) -> Result<Parameters, Error> {
+    pub fn of(scene: &Scene, runs: &Runs, form: Form) -> Result<Parameters, Error> {
+        let inertia = form.inertia;
         let wet = !runs.series.is_empty();
         let dry = !runs.dry.is_empty();
         let mut parameters = Parameters {
@@ -155,10 +155,10 @@ impl Parameters {
             template: vec![1.0; COMMON_SLOTS + scene.particles.len()],
         };
         for particle in 0..scene.particles.len() {
-            let fastest = fastest(runs, particle, dry_speed);
+            let fastest = fastest(runs, particle, form);
             let why_not = fastest.is_none().then(|| "the particle has no runs in use".to_owned());
-            // e_dry > 0 at every speed in use; beyond, e_dry² grows again and a second mode appears
-            let most = fastest.map_or(f64::INFINITY, |v| v.powf(-0.2));
+            // e_dry is positive and falls at every speed in use; beyond, e_dry² grows again and a second mode appears
+            let most = fastest.map_or(f64::INFINITY, |v| form.dry.largest_loss() * v.powf(-0.2));
             parameters.add(
                 scene,
                 Kind::DryK(particle),
@@ -169,7 +169,9 @@ impl Parameters {
         }
         let no_wet = || (!wet).then(|| (None, "no wet runs in use".to_owned()));
         let above = (0.0, f64::INFINITY);
-        parameters.add(scene, Kind::LubricationLog, above, inertia, no_wet())?;
+        let no_viscous =
+            || (!form.viscous).then(|| (Some(0.0), "the viscous loss is left out of the model".to_owned()));
+        parameters.add(scene, Kind::LubricationLog, above, inertia, no_wet().or(no_viscous()))?;
         if inertia != Inertia::None {
             let held = |kind: Kind| Some(prior_of(scene, kind, inertia).0.median());
             let one_film = films(scene, runs) == 1;
@@ -213,8 +215,13 @@ impl Parameters {
         };
         if let Some((value, reason)) = left_out {
             if let Some(value) = value {
-                // C may be held at 0, which its logarithm cannot reach
-                let lowest_allowed = kind == Kind::InertialPrefactor && value == 0.0;
+                // C may be held at 0, which its logarithm cannot reach, and L is 0 where there is no viscous loss
+                let lowest_allowed = value == 0.0
+                    && match kind {
+                        Kind::InertialPrefactor => true,
+                        Kind::LubricationLog => !matches!(prior, Prior::Fixed(_)),
+                        _ => false,
+                    };
                 if !(lowest_allowed || value > bounds.0 && value < bounds.1) {
                     return Err(no_room(&name, &prior, bounds));
                 }
@@ -307,15 +314,13 @@ fn no_room(name: &str, prior: &Prior, (lower, upper): (f64, f64)) -> Error {
 }
 
 /// Largest speed at which e_dry of a particle is used, m/s; `None` for a particle without runs.
-fn fastest(runs: &Runs, particle: usize, dry_speed: DrySpeed) -> Option<f64> {
+fn fastest(runs: &Runs, particle: usize, form: Form) -> Option<f64> {
     let of = |range: std::ops::Range<usize>| runs.impact_speed[range].iter().copied();
     let dry = runs.dry.iter().filter(|group| group.particle == particle);
     let dry = dry.flat_map(|group| of(group.rebounds.start..group.stuck.end));
     let wet = runs.series.iter().filter(|series| series.particle == particle);
-    let wet = wet.flat_map(|series| of(series.runs())).map(|v| dry_speed.of(v));
-    let fastest = dry.chain(wet).reduce(f64::max)?;
-    debug_assert!(speed_limit(fastest.powf(-0.2)) >= 0.999 * fastest);
-    Some(fastest)
+    let wet = wet.flat_map(|series| of(series.runs())).map(|v| form.dry_speed.of(v));
+    dry.chain(wet).reduce(f64::max)
 }
 
 /// Film ratios that differ by more than the gap at which groups are split.

@@ -6,7 +6,7 @@ use rand_distr::{Distribution, Exp1, StandardNormal};
 use crate::error::Error;
 use crate::physics::impact::{kept_energy, Parameters, Setting};
 use crate::physics::inertia::Inertia;
-use crate::physics::{dry, rebound};
+use crate::physics::rebound;
 use crate::runs::NewRun;
 use crate::scene::{Design, Noise, Scene, Truth};
 use crate::seed::stream;
@@ -47,7 +47,7 @@ impl Values {
             value.unwrap_or(1.0)
         };
         let values = Values {
-            lubrication_log: need("lubrication_log", truth.lubrication_log, true),
+            lubrication_log: need("lubrication_log", truth.lubrication_log, truth.form().viscous),
             inertial_prefactor: need(
                 "inertial_prefactor",
                 truth.inertial_prefactor,
@@ -141,7 +141,7 @@ impl<'s> Simulation<'s> {
         let (liquid, film, latent) = match point.wet {
             None => {
                 let z: f64 = StandardNormal.sample(rng);
-                let e = dry::restitution(k, v) + self.values.sigma_dry * z;
+                let e = self.truth.form().dry.restitution(k, v) + self.values.sigma_dry * z;
                 (None, None, e)
             }
             Some((index, film_ratio)) => {
@@ -152,6 +152,7 @@ impl<'s> Simulation<'s> {
                     liquid_density: liquid.density,
                     viscosity: liquid.viscosity,
                     film: film_ratio * point.diameter,
+                    surface_tension: liquid.surface_tension,
                 };
                 let parameters = Parameters {
                     dry_k: k,
@@ -160,7 +161,7 @@ impl<'s> Simulation<'s> {
                     film_scale: self.values.film_scale,
                 };
                 let truth = self.truth;
-                let kept = kept_energy(&setting, truth.inertia, truth.dry_speed, &parameters, v);
+                let kept = kept_energy(&setting, truth.form(), &parameters, v);
                 let noise = wet_noise(truth.noise, setting.stokes(v), rng);
                 let e = rebound::mean_restitution(kept) + self.values.sigma_wet * noise;
                 (Some(liquid.name.as_str()), Some((setting.film, film_ratio)), e)

@@ -40,6 +40,58 @@ pub fn slope_dry_k_second_order(dry_k: f64, impact_speed: f64) -> f64 {
     -root + 2.0 * SECOND_ORDER * dry_k * root * root
 }
 
+/// Order to which the dry law is taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Order {
+    /// [`restitution`]
+    First,
+    /// [`restitution_second_order`]
+    Second,
+}
+
+impl Order {
+    /// e_dry.
+    pub fn restitution(self, dry_k: f64, impact_speed: f64) -> f64 {
+        match self {
+            Order::First => restitution(dry_k, impact_speed),
+            Order::Second => restitution_second_order(dry_k, impact_speed),
+        }
+    }
+
+    /// Slope of e_dry with respect to k.
+    pub fn slope_dry_k(self, dry_k: f64, impact_speed: f64) -> f64 {
+        match self {
+            Order::First => slope_dry_k(impact_speed),
+            Order::Second => slope_dry_k_second_order(dry_k, impact_speed),
+        }
+    }
+
+    /// Slope of e_dry with respect to v, s/m.
+    pub fn slope_impact_speed(self, dry_k: f64, impact_speed: f64) -> f64 {
+        let first = slope_impact_speed(dry_k, impact_speed);
+        match self {
+            Order::First => first,
+            Order::Second => first * (1.0 - 2.0 * SECOND_ORDER * dry_k * impact_speed.powf(0.2)),
+        }
+    }
+
+    /// k v^(1/5) up to which e_dry is positive and falls: 1, and 5/6, where the second order has its minimum.
+    pub fn largest_loss(self) -> f64 {
+        match self {
+            Order::First => 1.0,
+            Order::Second => 0.5 / SECOND_ORDER,
+        }
+    }
+
+    /// Speed at which [`Order::largest_loss`] is reached, m/s. Infinite for k ≤ 0.
+    pub fn speed_limit(self, dry_k: f64) -> f64 {
+        match self {
+            Order::First => speed_limit(dry_k),
+            Order::Second => speed_limit(dry_k / self.largest_loss()),
+        }
+    }
+}
+
 /// Speed at which the first-order law reaches zero, v = k⁻⁵, m/s. Infinite for k ≤ 0.
 pub fn speed_limit(dry_k: f64) -> f64 {
     if dry_k > 0.0 {
@@ -63,6 +115,10 @@ mod tests {
             assert!((dv / slope_impact_speed(k, v) - 1.0).abs() < 1e-6);
             let d2 = (restitution_second_order(k + h, v) - restitution_second_order(k - h, v)) / (2.0 * h);
             assert!((d2 / slope_dry_k_second_order(k, v) - 1.0).abs() < 1e-6);
+            for order in [Order::First, Order::Second] {
+                let of_speed = (order.restitution(k, v + h) - order.restitution(k, v - h)) / (2.0 * h);
+                assert!((of_speed / order.slope_impact_speed(k, v) - 1.0).abs() < 1e-6);
+            }
         }
     }
 
@@ -77,6 +133,17 @@ mod tests {
         let squared = |v: f64| restitution(k, v).powi(2);
         assert!(squared(2.0 * limit) > squared(1.5 * limit));
         assert!(speed_limit(0.183) > 2.0 && speed_limit(0.0).is_infinite());
+    }
+
+    /// The second order never reaches zero: it turns at its limit, which comes before the first order's.
+    #[test]
+    fn the_second_order_turns_at_its_limit() {
+        let k: f64 = 0.8;
+        let limit = Order::Second.speed_limit(k);
+        assert!((k * limit.powf(0.2) - 5.0 / 6.0).abs() < 1e-14 && limit < speed_limit(k));
+        assert!(Order::Second.slope_impact_speed(k, limit).abs() < 1e-14);
+        assert!(restitution_second_order(k, limit) < restitution_second_order(k, 1.01 * limit));
+        assert!(restitution_second_order(k, limit) < restitution_second_order(k, 0.99 * limit));
     }
 
     /// Slip 5 of the paper: e_dry² at the run's own speed is not e_dry² at 2 m/s.

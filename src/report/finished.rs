@@ -10,9 +10,9 @@ use crate::error::{quoted, Error};
 use crate::findings::predict::{Basis, Draw, Law};
 use crate::findings::SCHEMA;
 use crate::model::parameters::Kind;
-use crate::physics::impact::{DrySpeed, Parameters};
+use crate::physics::impact::{DrySpeed, Form, Parameters};
 use crate::physics::inertia::Inertia;
-use crate::scene::name_expected;
+use crate::scene::{form_of, name_expected, Term};
 
 /// Where the draws lie in a report's folder.
 const DRAWS: &str = "draws/draws.csv";
@@ -56,6 +56,7 @@ struct Sampled {
     left_out: Vec<Named>,
     chains: usize,
     draws: usize,
+    terms: Vec<String>,
     inertia: String,
     dry_speed_m_s: Option<f64>,
     basis: Basis,
@@ -137,6 +138,7 @@ impl Finished {
             .into_iter()
             .find(|form| form.name() == self.posterior.inertia)
             .ok_or_else(|| self.unknown(&format!("inertia {}", quoted(&self.posterior.inertia))))?;
+        let form = self.form(inertia)?;
         let known_parameters = |name: &str| name.starts_with("dry_k[") || KINDS.iter().any(|kind| kind.key() == name);
         if let Some(new) = self.posterior.parameters.iter().find(|p| !known_parameters(&p.name)) {
             return Err(self.unknown(&format!("the parameter {}", quoted(&new.name))));
@@ -166,15 +168,25 @@ impl Finished {
             }
         });
         Ok(Law {
-            inertia,
-            dry_speed: self
-                .posterior
-                .dry_speed_m_s
-                .map_or(DrySpeed::Impact, DrySpeed::Reference),
+            form,
             smallest_restitution: self.basis.smallest_restitution,
             covered: known.covered,
             draws: draws.collect(),
         })
+    }
+
+    /// The terms of the fit's energy balance.
+    fn form(&self, inertia: Inertia) -> Result<Form, Error> {
+        let speed = self.posterior.dry_speed_m_s;
+        let mut terms = vec![];
+        for name in &self.posterior.terms {
+            match Term::ALL.into_iter().find(|term| term.name() == name) {
+                Some(term) => terms.push(term),
+                None => return Err(self.unknown(&format!("the term {}", quoted(name)))),
+            }
+        }
+        let speed = speed.map_or(DrySpeed::Impact, DrySpeed::Reference);
+        Ok(form_of(inertia, speed, Some(&terms)))
     }
 
     fn has(&self, name: &str) -> bool {

@@ -2,8 +2,10 @@
 
 use super::expect::{ABOVE_ZERO, INSIDE_ONE, NOT_NEGATIVE};
 use super::table::Table;
+use super::Liquid;
 use crate::error::quoted;
-use crate::physics::impact::DrySpeed;
+use crate::physics::dry::Order;
+use crate::physics::impact::{DrySpeed, Form};
 use crate::physics::inertia::Inertia;
 use crate::units::Dimension;
 
@@ -36,6 +38,69 @@ pub enum Term {
     Bridge,
     /// (3/5) k² v^(2/5)
     DrySecondOrder,
+}
+
+impl Term {
+    /// Every term a scene can name.
+    pub const ALL: [Term; 4] = [Term::Inertia, Term::Viscous, Term::Bridge, Term::DrySecondOrder];
+
+    /// Its word in a scene.
+    pub fn name(self) -> &'static str {
+        match self {
+            Term::Inertia => "inertia",
+            Term::Viscous => "viscous",
+            Term::Bridge => "bridge",
+            Term::DrySecondOrder => "dry_second_order",
+        }
+    }
+}
+
+/// The terms an energy balance holds.
+pub fn terms_of(form: Form) -> Vec<Term> {
+    let holds = |term: &Term| match term {
+        Term::Inertia => form.inertia != Inertia::None,
+        Term::Viscous => form.viscous,
+        Term::Bridge => form.bridge,
+        Term::DrySecondOrder => form.dry == Order::Second,
+    };
+    Term::ALL.into_iter().filter(holds).collect()
+}
+
+/// The energy balance that holds exactly these terms; without a list, the inertial and the viscous loss.
+pub fn form_of(inertia: Inertia, dry_speed: DrySpeed, terms: Option<&[Term]>) -> Form {
+    let usual = Form::new(inertia, dry_speed);
+    let Some(terms) = terms else {
+        return usual;
+    };
+    let has = |term| terms.contains(&term);
+    Form {
+        inertia: if has(Term::Inertia) { inertia } else { Inertia::None },
+        viscous: has(Term::Viscous),
+        bridge: has(Term::Bridge),
+        dry: if has(Term::DrySecondOrder) {
+            Order::Second
+        } else {
+            Order::First
+        },
+        ..usual
+    }
+}
+
+impl ModelChoices {
+    /// The energy balance to start from: what the scene's terms name, with the form of inertia that stands where the
+    /// scene leaves it open.
+    pub fn form(&self) -> Form {
+        form_of(
+            self.inertia.unwrap_or(Inertia::Stepwise),
+            self.dry_speed,
+            self.terms.as_deref(),
+        )
+    }
+
+    /// Whether the form of the inertial loss is to be found by comparison.
+    pub fn inertia_is_open(&self) -> bool {
+        self.inertia.is_none() && self.form().inertia != Inertia::None
+    }
 }
 
 /// Distribution of the noise on a restitution.
@@ -173,7 +238,7 @@ const PARAMETERS: [&str; 7] = [
     "nu",
 ];
 
-pub(super) fn model(root: &Table, unused: &mut Vec<String>) -> ModelChoices {
+pub(super) fn model(root: &Table, liquids: &[Liquid], unused: &mut Vec<String>) -> ModelChoices {
     let mut choices = ModelChoices {
         dry_speed: DrySpeed::Reference(DEFAULT_DRY_SPEED),
         inertia: Some(Inertia::Stepwise),
@@ -194,15 +259,7 @@ pub(super) fn model(root: &Table, unused: &mut Vec<String>) -> ModelChoices {
     if let Some(form) = table.choice("inertia", &forms) {
         choices.inertia = form;
     }
-    let terms = [
-        ("inertia", Term::Inertia),
-        ("viscous", Term::Viscous),
-        ("bridge", Term::Bridge),
-        ("dry_second_order", Term::DrySecondOrder),
-    ];
-    if let Some(terms) = table.words_or("terms", "auto", &terms) {
-        choices.terms = terms;
-    }
+    choices.terms = terms(&table, liquids);
     let likelihoods = [("normal", Likelihood::Normal), ("student", Likelihood::Student)];
     if let Some(likelihood) = table.choice("likelihood", &likelihoods) {
         choices.likelihood = likelihood;
@@ -216,8 +273,23 @@ pub(super) fn model(root: &Table, unused: &mut Vec<String>) -> ModelChoices {
         choices.sticking = sticking;
     }
     table.finish();
-    note_unused("model", &table, &["terms", "likelihood", "sticking"], unused);
+    note_unused("model", &table, &["likelihood", "sticking"], unused);
     choices
+}
+
+/// The terms a table names; absent: as the runs require. A bridge wants the surface tension of every liquid.
+pub(super) fn terms(table: &Table, liquids: &[Liquid]) -> Option<Vec<Term>> {
+    let words = Term::ALL.map(|term| (term.name(), term));
+    let terms = table.words_or("terms", "auto", &words).flatten()?;
+    let without = liquids.iter().find(|liquid| liquid.surface_tension.is_none());
+    if let Some(liquid) = without.filter(|_| terms.contains(&Term::Bridge)) {
+        let expected = format!(
+            "bridge needs the surface tension: expected [liquids.{}] surface_tension_mN_m",
+            liquid.name
+        );
+        table.refuse("terms", table.at("terms"), None, expected);
+    }
+    Some(terms)
 }
 
 /// Remembers which keys the scene sets that no stage reads yet.

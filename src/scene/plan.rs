@@ -1,11 +1,12 @@
 //! Reads the truth and the design of a simulation.
 
+use super::choices::{form_of, terms};
 use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE};
 use super::names::name_expected;
 use super::table::Table;
-use super::Liquid;
+use super::{Liquid, Term};
 use crate::error::quoted;
-use crate::physics::impact::DrySpeed;
+use crate::physics::impact::{DrySpeed, Form};
 use crate::physics::inertia::Inertia;
 use crate::physics::numbers;
 use crate::units::Dimension;
@@ -31,6 +32,15 @@ pub struct Truth {
     pub sigma_wet: Option<f64>,
     /// shape of the noise on wet runs
     pub noise: Noise,
+    /// the terms the truth holds; absent: the inertial and the viscous loss
+    pub terms: Option<Vec<Term>>,
+}
+
+impl Truth {
+    /// The form of the truth's energy balance.
+    pub fn form(&self) -> Form {
+        form_of(self.inertia, self.dry_speed, self.terms.as_deref())
+    }
 }
 
 /// Shape of the noise on a simulated restitution; each has the truth's sd, or varies about it.
@@ -68,8 +78,8 @@ pub struct DesignSpeeds(pub Vec<f64>);
 pub(super) fn truth(
     root: &Table,
     particles: &[&str],
-    default_inertia: Option<Inertia>,
-    default_dry_speed: DrySpeed,
+    liquids: &[Liquid],
+    (default_inertia, default_dry_speed): (Option<Inertia>, DrySpeed),
 ) -> Option<Truth> {
     let table = root.table("truth")?;
     let by_particle = table.table("dry_k");
@@ -103,6 +113,7 @@ pub(super) fn truth(
         sigma_dry: table.number("sigma_dry", NOT_NEGATIVE),
         sigma_wet: table.number("sigma_wet", NOT_NEGATIVE),
         noise: table.choice("noise", &noises).unwrap_or(Noise::Normal),
+        terms: terms(&table, liquids),
     };
     table.finish();
     Some(truth)

@@ -49,7 +49,7 @@ fn assemble(root: &Table, path: &Path, sha256: String) -> Option<Scene> {
     let particles = particles(root);
     let liquids = liquids(root);
     let names: Vec<&str> = particles.iter().map(|p| p.name.as_str()).collect();
-    let model = choices::model(root, &mut unused);
+    let model = choices::model(root, &liquids, &mut unused);
     let priors = choices::priors(root, &names, &mut unused);
     let sampler = choices::sampler(root);
     let bootstrap = choices::bootstrap(root, &mut unused);
@@ -58,7 +58,7 @@ fn assemble(root: &Table, path: &Path, sha256: String) -> Option<Scene> {
         .iter()
         .filter_map(|t| published(t, &names))
         .collect();
-    let truth = plan::truth(root, &names, model.inertia, model.dry_speed);
+    let truth = plan::truth(root, &names, &liquids, (model.inertia, model.dry_speed));
     let design = plan::design(root, &names, &liquids);
     let name = scene_name(path);
     Some(Scene {

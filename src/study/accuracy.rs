@@ -119,11 +119,9 @@ fn one(index: u64, seed: u64) -> Result<Answers, Error> {
         Ok(())
     })?;
     let runs = runs::arrange(&scene, &drawn);
-    let (Some(inertia), dry_speed) = (scene.model.inertia, scene.model.dry_speed) else {
-        return Ok(None);
-    };
-    let parameters = Parameters::of(&scene, &runs, inertia, dry_speed)?;
-    let rows = Likelihood::of_rows(&scene, &runs, inertia, dry_speed);
+    let form = scene.model.form();
+    let parameters = Parameters::of(&scene, &runs, form)?;
+    let rows = Likelihood::of_rows(&scene, &runs, form);
     let Some(truth) = long_run(&parameters, &rows, seed, index) else {
         return Ok(None);
     };

@@ -32,8 +32,8 @@ pub struct Assembled {
 
 impl Assembled {
     pub fn new(scene: &Scene, all: &Runs, fault: Fault) -> Assembled {
-        let (inertia, dry_speed) = (scene.model.inertia.expect("named"), scene.model.dry_speed);
-        let parameters = Parameters::of(scene, all, inertia, dry_speed).expect("priors with room");
+        let form = scene.model.form();
+        let parameters = Parameters::of(scene, all, form).expect("priors with room");
         let mut kept = all.clone();
         if fault == Fault::StuckRunsDropped {
             kept.series
@@ -47,7 +47,7 @@ impl Assembled {
         });
         Assembled {
             transforms: transforms.collect(),
-            likelihood: Likelihood::of_rows(scene, &kept, inertia, dry_speed),
+            likelihood: Likelihood::of_rows(scene, &kept, form),
             parameters,
             fault,
         }

@@ -80,6 +80,7 @@ pub fn wet_run<'s, R: Rng>(scene: &'s Scene, diameter: f64, film_ratio: f64, v: 
         liquid_density: liquid.density,
         viscosity: liquid.viscosity,
         film: film_ratio * diameter,
+        surface_tension: None,
     };
     let parameters = Parameters {
         dry_k: truth.dry_k[0].expect("k"),
@@ -88,7 +89,7 @@ pub fn wet_run<'s, R: Rng>(scene: &'s Scene, diameter: f64, film_ratio: f64, v: 
         film_scale: truth.film_scale.unwrap_or(1.0),
     };
     let z: f64 = StandardNormal.sample(rng);
-    let kept = kept_energy(&setting, truth.inertia, truth.dry_speed, &parameters, v);
+    let kept = kept_energy(&setting, truth.form(), &parameters, v);
     let e = mean_restitution(kept) + truth.sigma_wet.expect("sigma") * z;
     NewRun {
         particle: &particle.name,

@@ -9,7 +9,7 @@ use wetcor::inference::posed::Evaluation;
 use wetcor::inference::sampling::{sample_posterior, Plan};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::{Kind, Parameters};
-use wetcor::physics::impact::DrySpeed;
+use wetcor::physics::impact::{DrySpeed, Form};
 use wetcor::physics::inertia::Inertia;
 use wetcor::runs::NewRun;
 use wetcor::scene::{Prior, PriorChoice, Scene};
@@ -442,8 +442,9 @@ fn compressed_sum() -> Vec<Row> {
             runs.push(wet_run(&base, 4.762e-3, [0.04, 0.1][i as usize % 2], v, &mut rng));
         }
         let runs = table(&base, &runs).runs;
-        let parameters = Parameters::of(&base, &runs, Inertia::Stepwise, base.model.dry_speed).expect("room");
-        let rows_all = Likelihood::of_rows(&base, &runs, Inertia::Stepwise, base.model.dry_speed);
+        let parameters =
+            Parameters::of(&base, &runs, Form::new(Inertia::Stepwise, base.model.dry_speed)).expect("room");
+        let rows_all = Likelihood::of_rows(&base, &runs, Form::new(Inertia::Stepwise, base.model.dry_speed));
         let start = vec![
             (Kind::DryK(0), 0.18),
             (Kind::LubricationLog, 1.8),

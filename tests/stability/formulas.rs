@@ -8,7 +8,8 @@ use wetcor::inference::least_squares::{Fit, Stop};
 use wetcor::model::likelihood::normal::ln_normal_cdf;
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::Kind;
-use wetcor::physics::impact::{kept_energy, kept_energy_slopes, DrySpeed, Parameters, Setting};
+use wetcor::physics::dry::Order;
+use wetcor::physics::impact::{kept_energy, kept_energy_slopes, DrySpeed, Form, Parameters, Setting};
 use wetcor::physics::inertia::Inertia;
 use wetcor::physics::{bridge, dry, numbers, rebound, viscous};
 use wetcor::runs::{self, NewRun};
@@ -81,7 +82,7 @@ fn run_alone(scene: &mut Scene, form: Inertia, x: &[f64]) -> Vec<f64> {
         restitution: e,
     };
     let runs = runs::arrange(scene, &[run]);
-    let likelihood = Likelihood::of_rows(scene, &runs, form, DrySpeed::Impact);
+    let likelihood = Likelihood::of_rows(scene, &runs, Form::new(form, DrySpeed::Impact));
     let full = [l, c, scale, sigma, 1.0, k];
     let mut slopes = [0.0; 6];
     let value = likelihood.ln_density(&full, &mut slopes).expect("finite");
@@ -104,7 +105,7 @@ fn dry_run_alone(scene: &Scene, x: &[f64]) -> Vec<f64> {
         restitution: e,
     };
     let runs = runs::arrange(scene, &[run]);
-    let likelihood = Likelihood::of_rows(scene, &runs, Inertia::None, DrySpeed::Impact);
+    let likelihood = Likelihood::of_rows(scene, &runs, Form::new(Inertia::None, DrySpeed::Impact));
     let mut slopes = [0.0; 6];
     let full = [1.0, 1.0, 1.0, 1.0, sigma, k];
     let value = likelihood.ln_density(&full, &mut slopes).expect("finite");
@@ -120,6 +121,7 @@ fn kept(form: Inertia, x: &[f64]) -> Vec<f64> {
         liquid_density,
         viscosity,
         film,
+        surface_tension: None,
     };
     let parameters = Parameters {
         dry_k: k,
@@ -127,9 +129,9 @@ fn kept(form: Inertia, x: &[f64]) -> Vec<f64> {
         inertial_prefactor: c,
         film_scale: scale,
     };
-    let slopes = kept_energy_slopes(&setting, form, DrySpeed::Impact, &parameters, v);
+    let slopes = kept_energy_slopes(&setting, Form::new(form, DrySpeed::Impact), &parameters, v);
     vec![
-        kept_energy(&setting, form, DrySpeed::Impact, &parameters, v),
+        kept_energy(&setting, Form::new(form, DrySpeed::Impact), &parameters, v),
         slopes.dry_k,
         slopes.lubrication_log,
         slopes.inertial_prefactor,
@@ -205,7 +207,7 @@ fn law(name: &str, arguments: &[f64]) -> Fit {
     let x: Vec<f64> = arguments.iter().step_by(2).copied().collect();
     let e: Vec<f64> = arguments.iter().skip(1).step_by(2).copied().collect();
     match name {
-        "fit_dry" => fit_dry(&x, &e),
+        "fit_dry" => fit_dry(&x, &e, Order::First),
         "fit_linear" => fit_linear(&x, &e),
         "fit_square_root" => fit_square_root(&x, &[], &e),
         _ => panic!("{name} is no law of ours"),

@@ -5,6 +5,7 @@ use std::ops::Range;
 use crate::findings::dry::FittedDry;
 use crate::findings::own_dry_speed::OwnDrySpeed;
 use crate::inference::bootstrap::{strata, Law, Pool, Target};
+use crate::physics::dry::Order;
 use crate::physics::numbers::stokes;
 use crate::runs::Runs;
 use crate::scene::Scene;
@@ -102,10 +103,10 @@ impl Columns {
         first.map_or(0, |range| range.start)..last.map_or(0, |range| range.end)
     }
 
-    pub(super) fn dry(&self, places: Range<usize>, k: f64) -> Target<'_> {
+    pub(super) fn dry(&self, places: Range<usize>, k: f64, order: Order) -> Target<'_> {
         let range = self.joined(&places, |place| &place.runs);
         Target {
-            law: Law::Dry,
+            law: Law::Dry(order),
             x: &self.speed_root[range.clone()],
             offset: &[],
             restitution: &self.dry_restitution[range],

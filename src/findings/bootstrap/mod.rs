@@ -26,7 +26,6 @@ use crate::inference::bootstrap::jackknife::leave_one_out;
 use crate::inference::bootstrap::kernel::Weighted;
 use crate::inference::bootstrap::{replicate, Law, Plan, Target};
 use crate::notice::Notice;
-use crate::physics::dry as dry_physics;
 use crate::physics::viscous::critical_separation;
 use crate::runs::Runs;
 use crate::scene::{self, IntervalMethod, ResamplingScheme, Scene};
@@ -150,6 +149,7 @@ pub fn complete(
         targets.push(target);
         targets.len() - 1
     };
+    let order = scene.model.form().dry;
     let dry_targets: Vec<Option<usize>> = dry
         .iter()
         .map(|fitted| {
@@ -159,7 +159,7 @@ pub fn complete(
                 .iter()
                 .filter(|group| group.particle == fitted.particle)
                 .count();
-            Some(add(columns.dry(first..first + count, fitted.dry.dry_k.value?)))
+            Some(add(columns.dry(first..first + count, fitted.dry.dry_k.value?, order)))
         })
         .collect();
     let wet = runs.dry.len();
@@ -282,7 +282,7 @@ pub fn complete(
         let roughness = scene.particles[particle].roughness;
         let density_ratio = row.density_ratio;
         let loss = move |p: [f64; 2], k: f64| {
-            let e_dry = dry_physics::restitution(k, reference);
+            let e_dry = order.restitution(k, reference);
             (e_dry * e_dry - e_inf(law, p).powi(2)) / density_ratio
         };
         let quantities: [(&mut Estimate, Option<usize>, Quantity); 3] = [

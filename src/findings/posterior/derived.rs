@@ -5,8 +5,8 @@ use rayon::prelude::*;
 use crate::findings::own_dry_speed::reference_dry_speed;
 use crate::inference::sampling::Sampled;
 use crate::model::parameters::{Kind, COMMON_SLOTS};
-use crate::physics::inertia::Inertia;
-use crate::physics::{dry, viscous};
+use crate::physics::impact::Form;
+use crate::physics::viscous;
 use crate::runs::Runs;
 use crate::scene::Scene;
 
@@ -36,8 +36,9 @@ pub struct Setting {
     pub film_ratio: f64,
 }
 
-/// δc/ε, δc of each particle, then e_inf, St_c and the Stokes number of no rebound at each setting of the runs.
-pub fn find(scene: &Scene, runs: &Runs, inertia: Inertia, sampled: &Sampled) -> Vec<Derived> {
+/// δc/ε, δc of each particle, then e_inf, St_c and the Stokes number of no rebound at each setting of the runs; without a
+/// viscous loss e_inf alone.
+pub fn find(scene: &Scene, runs: &Runs, form: Form, sampled: &Sampled) -> Vec<Derived> {
     if runs.series.is_empty() {
         return vec![];
     }
@@ -48,29 +49,32 @@ pub fn find(scene: &Scene, runs: &Runs, inertia: Inertia, sampled: &Sampled) -> 
         chains(&full.iter().map(|full| of(full)).collect::<Vec<f64>>())
     };
     let l = Kind::LubricationLog.slot();
-    let mut all = vec![Derived {
-        name: "delta_c_over_roughness".to_owned(),
-        quantity: "delta_c_over_roughness",
-        label: None,
-        setting: None,
-        values: of_draws(&|full| full[l].exp()),
-    }];
-    let wet = |particle: usize| runs.series.iter().any(|series| series.particle == particle);
-    for (_, particle) in scene.particles.iter().enumerate().filter(|(index, _)| wet(*index)) {
+    let mut all = vec![];
+    if form.viscous {
         all.push(Derived {
-            name: format!("delta_c_m[{}]", particle.name),
-            quantity: "delta_c_m",
-            label: Some(particle.name.clone()),
+            name: "delta_c_over_roughness".to_owned(),
+            quantity: "delta_c_over_roughness",
+            label: None,
             setting: None,
-            values: of_draws(&|full| viscous::critical_separation(particle.roughness, full[l])),
+            values: of_draws(&|full| full[l].exp()),
         });
+        let wet = |particle: usize| runs.series.iter().any(|series| series.particle == particle);
+        for (_, particle) in scene.particles.iter().enumerate().filter(|(index, _)| wet(*index)) {
+            all.push(Derived {
+                name: format!("delta_c_m[{}]", particle.name),
+                quantity: "delta_c_m",
+                label: Some(particle.name.clone()),
+                setting: None,
+                values: of_draws(&|full| viscous::critical_separation(particle.roughness, full[l])),
+            });
+        }
     }
     let v = reference_dry_speed(scene);
     let settings = settings(runs);
     let e_inf2 = |setting: &Setting, full: &[f64]| {
-        let e_dry = dry::restitution(full[COMMON_SLOTS + setting.particle], v);
+        let e_dry = form.dry.restitution(full[COMMON_SLOTS + setting.particle], v);
         let density_ratio = scene.liquids[setting.liquid].density / scene.particles[setting.particle].density;
-        let shape = inertia.shape(setting.film_ratio, full[Kind::FilmScale.slot()]);
+        let shape = form.inertia.shape(setting.film_ratio, full[Kind::FilmScale.slot()]);
         let kept = e_dry * e_dry - full[Kind::InertialPrefactor.slot()] * density_ratio * shape;
         if kept > 0.0 {
             kept
@@ -88,7 +92,8 @@ pub fn find(scene: &Scene, runs: &Runs, inertia: Inertia, sampled: &Sampled) -> 
         ("st_c", viscous::st_c),
         ("st_no_rebound", viscous::st_no_rebound),
     ];
-    for (quantity, formula) in formulas {
+    // without a viscous loss there is no St_c
+    for (quantity, formula) in formulas.into_iter().take(if form.viscous { 3 } else { 1 }) {
         let of_setting = |(setting, e_inf): (&Setting, &Vec<f64>)| {
             let (particle, liquid) = (&scene.particles[setting.particle], &scene.liquids[setting.liquid]);
             let ratio = four_decimals(setting.film_ratio);

@@ -27,10 +27,9 @@ use crate::model::likelihood::pointwise::Pointwise;
 use crate::model::likelihood::Likelihood;
 use crate::model::parameters::{Kind, Parameter, Parameters};
 use crate::notice::Notice;
-use crate::physics::impact::DrySpeed;
-use crate::physics::inertia::Inertia;
+use crate::physics::impact::{DrySpeed, Form};
 use crate::runs::Runs;
-use crate::scene::Scene;
+use crate::scene::{terms_of, Scene, Term};
 use derived::Derived;
 use predictive::Predictive;
 
@@ -69,6 +68,8 @@ pub struct PosteriorFindings {
     /// the accuracy that was asked for; `None` if none was
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<Accuracy>,
+    /// the terms of the energy balance, as a scene names them
+    pub terms: Vec<&'static str>,
     /// the form of the inertial loss
     pub inertia: &'static str,
     /// the speed at which e_dry enters, m/s; `None`: each run's own
@@ -220,10 +221,8 @@ impl Declined {
 /// What is sampled, and how.
 #[derive(Debug, Clone, Copy)]
 pub struct Asked {
-    /// form of the inertial loss
-    pub inertia: Inertia,
-    /// the speed at which e_dry enters
-    pub dry_speed: DrySpeed,
+    /// the terms of the energy balance
+    pub form: Form,
     /// how
     pub way: Way,
 }
@@ -250,17 +249,6 @@ impl Way {
     }
 }
 
-impl Asked {
-    /// What the scene asks for; with the form left open, the default one, from which another may be chosen.
-    pub fn of(scene: &Scene, way: Way) -> Asked {
-        Asked {
-            inertia: scene.model.inertia.unwrap_or(Inertia::Stepwise),
-            dry_speed: scene.model.dry_speed,
-            way,
-        }
-    }
-}
-
 /// The scene's sampling effort.
 pub fn effort(scene: &Scene) -> Effort {
     let count = |n: u64| usize::try_from(n).unwrap_or(usize::MAX);
@@ -283,11 +271,11 @@ pub fn find(
     seed: u64,
     watcher: Watcher,
 ) -> Result<Result<Posterior, Declined>, Error> {
-    let parameters = Parameters::of(scene, runs, asked.inertia, asked.dry_speed)?;
+    let parameters = Parameters::of(scene, runs, asked.form)?;
     if let Some(declined) = trust::decline(runs, least_squares, &parameters) {
         return Ok(Err(declined));
     }
-    let rows = Likelihood::of_rows(scene, runs, asked.inertia, asked.dry_speed);
+    let rows = Likelihood::of_rows(scene, runs, asked.form);
     let effort = effort(scene);
     let plan = Plan {
         effort,
@@ -303,8 +291,8 @@ pub fn find(
         Ok(sampled) => sampled,
         Err(why) => return Ok(Err(trust::no_posterior(&why.to_string()))),
     };
-    let derived = derived::find(scene, runs, asked.inertia, &sampled);
-    let pointwise = Pointwise::new(scene, runs, asked.inertia, asked.dry_speed);
+    let derived = derived::find(scene, runs, asked.form, &sampled);
+    let pointwise = Pointwise::new(scene, runs, asked.form);
     let predictive = predictive::find(scene, runs, &pointwise, &sampled.full_draws());
     let basis = Basis::of(scene, runs);
     let findings = tell(asked, effort, rows.nodes(), &sampled, &derived, (predictive, basis));
@@ -417,8 +405,9 @@ fn tell(
                 })
                 .collect(),
         }),
-        inertia: asked.inertia.name(),
-        dry_speed_m_s: match asked.dry_speed {
+        terms: terms_of(asked.form).into_iter().map(Term::name).collect(),
+        inertia: asked.form.inertia.name(),
+        dry_speed_m_s: match asked.form.dry_speed {
             DrySpeed::Reference(v) => Some(v),
             DrySpeed::Impact => None,
         },

@@ -1,6 +1,7 @@
 //! Leaves out one run at a time, or one series, to tell the skewness and the degrees of freedom of a quantity.
 
 use super::{solve, Law, Pool, Target};
+use crate::physics::dry::{Order, SECOND_ORDER};
 use crate::scene::ResamplingScheme;
 
 /// Runs up to which leave-one-out fits are made one by one; above, they are taken to first order, off by 1/runs.
@@ -64,7 +65,12 @@ fn first_order(target: &Target) -> Vec<[f64; 2]> {
     let pull = |run: usize| -> ([f64; 2], [f64; 3]) {
         let (x, e, f) = (target.x[run], target.restitution[run], fitted[run]);
         match target.law {
-            Law::Dry => ([-(f - e) * x, 0.0], [x * x, 0.0, 1.0]),
+            Law::Dry(Order::First) => ([-(f - e) * x, 0.0], [x * x, 0.0, 1.0]),
+            Law::Dry(Order::Second) => {
+                let slope = -x * (1.0 - 2.0 * SECOND_ORDER * target.fitted[0] * x);
+                let bend = slope * slope + (f - e) * 2.0 * SECOND_ORDER * x * x;
+                ([(f - e) * slope, 0.0], [bend, 0.0, 1.0])
+            }
             Law::Linear => ([f - e, -(f - e) * x], [1.0, -x, x * x]),
             Law::SquareRoot => {
                 let slope = 0.5 * (1.0 - e / f);
@@ -80,7 +86,7 @@ fn first_order(target: &Target) -> Vec<[f64; 2]> {
         h1 += b;
         h2 += c;
     }
-    if target.law == Law::Dry {
+    if matches!(target.law, Law::Dry(_)) {
         return (0..target.x.len()).map(|run| [-pull(run).0[0] / h0, 0.0]).collect();
     }
     let determinant = h0 * h2 - h1 * h1;

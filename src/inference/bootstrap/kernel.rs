@@ -3,6 +3,8 @@
 //! With e ≥ 0 the square root's sum of squares is convex in (α, β): (√r − e)² has the second derivative
 //! e/(2 r^(3/2)) ≥ 0 in r, and r is linear in both. Newton's method kept inside the domain then finds the one minimum.
 
+use crate::physics::dry::SECOND_ORDER;
+
 /// What a kernel found: parameters, and the covariance over the squared residual sd, as (aa, ab, bb).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Weighted {
@@ -97,6 +99,46 @@ pub fn dry(sample: &Sample) -> Result<Weighted, Failure> {
         covariance: [variance, 0.0, 0.0],
         failure: None,
     })
+}
+
+/// k of e = 1 − k s + (3/5) k² s² from a start near it; fails if every weight is on runs without speed, or Newton's method
+/// does not settle.
+pub fn dry_second_order(sample: &Sample, start: f64) -> Result<Weighted, Failure> {
+    const A: f64 = SECOND_ORDER;
+    // of runs with y = 1 − e: the squares are a polynomial in k
+    let [n, yy, y1, y2, s2, s3, s4] = sums(
+        [sample.x, sample.x, sample.restitution, sample.weights],
+        |s, _, e, w| {
+            let (y, square) = (1.0 - e, s * s);
+            let ws2 = w * square;
+            [w, w * y * y, w * s * y, ws2 * y, ws2, ws2 * s, ws2 * square]
+        },
+    );
+    if s2 <= 0.0 {
+        return Err(Failure::Degenerate);
+    }
+    let mut k = start;
+    for _ in 0..MOST_STEPS {
+        // half the slope of the squares in k, and half its slope
+        let slope = -y1 + k * (s2 + 2.0 * A * y2) - 3.0 * A * k * k * s3 + 2.0 * A * A * k * k * k * s4;
+        let bend = s2 + 2.0 * A * y2 - 6.0 * A * k * s3 + 6.0 * A * A * k * k * s4;
+        if bend <= 0.0 {
+            return Err(Failure::NotConverged);
+        }
+        let step = slope / bend;
+        k -= step;
+        if step.abs() <= SETTLED * k.abs() {
+            let left = sample.within + yy - 2.0 * k * y1 + k * k * (s2 + 2.0 * A * y2) - 2.0 * A * k * k * k * s3
+                + A * A * k * k * k * k * s4;
+            let squares = s2 - 4.0 * A * k * s3 + 4.0 * A * A * k * k * s4;
+            return Ok(Weighted {
+                parameters: [k, 0.0],
+                covariance: [left.max(0.0) / (n - 1.0) / squares, 0.0, 0.0],
+                failure: None,
+            });
+        }
+    }
+    Err(Failure::NotConverged)
 }
 
 /// Runs taken at once, so that sums of them need not wait for one another.

@@ -28,6 +28,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use crate::physics::dry::{Order, SECOND_ORDER};
 use crate::scene::ResamplingScheme;
 use crate::seed::Streams;
 use kernel::{Failure, Sample, Weighted};
@@ -38,8 +39,8 @@ use schemes::{draw_series, Noise};
 /// A law fitted to some strata.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Law {
-    /// e = 1 − k s; x is s = v^(1/5)
-    Dry,
+    /// e = 1 − k s, or 1 − k s + (3/5) k² s² to second order; x is s = v^(1/5)
+    Dry(Order),
     /// e = a − b x
     Linear,
     /// e = √(α + β x + o)
@@ -50,7 +51,7 @@ impl Law {
     /// Parameters of the law.
     pub fn parameters(self) -> usize {
         match self {
-            Law::Dry => 1,
+            Law::Dry(_) => 1,
             Law::Linear | Law::SquareRoot => 2,
         }
     }
@@ -82,7 +83,8 @@ impl Target<'_> {
         let at = |run: usize| {
             let x = self.x[run];
             match self.law {
-                Law::Dry => 1.0 - a * x,
+                Law::Dry(Order::First) => 1.0 - a * x,
+                Law::Dry(Order::Second) => 1.0 - a * x * (1.0 - SECOND_ORDER * a * x),
                 Law::Linear => a - b * x,
                 Law::SquareRoot => {
                     let offset = self.offset.get(run).copied().unwrap_or(0.0);
@@ -143,7 +145,8 @@ fn solve(target: &Target, restitution: &[f64], weights: &[f64]) -> Weighted {
 /// Fits a target's law from where it ended.
 fn fit(target: &Target, sample: &Sample) -> Weighted {
     let fit = match target.law {
-        Law::Dry => kernel::dry(sample),
+        Law::Dry(Order::First) => kernel::dry(sample),
+        Law::Dry(Order::Second) => kernel::dry_second_order(sample, target.fitted[0]),
         Law::Linear => kernel::linear(sample),
         Law::SquareRoot => kernel::square_root(sample, target.fitted),
     };

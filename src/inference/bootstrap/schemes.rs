@@ -1,5 +1,6 @@
 //! Draws what a replicate is fitted to where runs keep no stratum: counts of series, or new noise on the fitted law.
 
+use crate::physics::dry::{Order, SECOND_ORDER};
 use std::ops::Range;
 
 use rand::rngs::ChaCha8Rng;
@@ -55,7 +56,11 @@ impl Noise {
         let n = target.x.len() as f64;
         let p = target.law.parameters() as f64;
         let slope = |run: usize| match target.law {
-            Law::Dry => [-target.x[run], 0.0],
+            Law::Dry(Order::First) => [-target.x[run], 0.0],
+            Law::Dry(Order::Second) => {
+                let s = target.x[run];
+                [-s * (1.0 - 2.0 * SECOND_ORDER * target.fitted[0] * s), 0.0]
+            }
             Law::Linear => [1.0, -target.x[run]],
             Law::SquareRoot => [0.5 / fitted[run], 0.5 * target.x[run] / fitted[run]],
         };
@@ -70,7 +75,7 @@ impl Noise {
         let leverage = |run: usize| {
             let [a, b] = slope(run);
             match target.law {
-                Law::Dry => a * a / j0,
+                Law::Dry(_) => a * a / j0,
                 _ => (a * a * j2 - 2.0 * a * b * j1 + b * b * j0) / determinant,
             }
         };

@@ -11,7 +11,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::gauss::{rule, Rule};
-use super::{mean_and_slope, rebound_sums, Block, Likelihood, Nodes};
+use super::{mean_and_slope, rebound_sums, Abscissa, Block, Law, Likelihood, Nodes};
 use crate::model::likelihood::normal::ln_normal_cdf;
 use crate::model::parameters::{Kind, COMMON_SLOTS};
 
@@ -44,9 +44,7 @@ pub struct Compression {
 /// What a block reads of a full vector.
 #[derive(Debug, Clone, Copy)]
 struct At {
-    k: f64,
-    inertial: f64,
-    l: f64,
+    law: Law,
     sigma: f64,
 }
 
@@ -57,7 +55,7 @@ enum DryPower {
     Constant(f64),
     /// this · x^(-1/5): one diameter, the run's own speed
     Falling(f64),
-    /// neither
+    /// neither, or there is a bridge, too
     Unknown,
 }
 
@@ -66,6 +64,9 @@ impl DryPower {
         let (Some(x), Some(p)) = (nodes.viscous.first(), nodes.dry_power.first()) else {
             return DryPower::Unknown;
         };
+        if !nodes.bridge.is_empty() {
+            return DryPower::Unknown;
+        }
         if nodes.dry_power.iter().all(|other| other == p) {
             return DryPower::Constant(*p);
         }
@@ -79,11 +80,16 @@ impl DryPower {
         }
     }
 
-    fn at(self, x: f64) -> f64 {
-        match self {
+    fn at(self, x: f64) -> Abscissa {
+        let dry_power = match self {
             DryPower::Constant(p) => p,
             DryPower::Falling(factor) => factor * x.powf(-0.2),
             DryPower::Unknown => f64::NAN,
+        };
+        Abscissa {
+            viscous: x,
+            dry_power,
+            bridge: None,
         }
     }
 }
@@ -172,11 +178,17 @@ impl Likelihood {
 
     fn read(&self, block: &Block, full: &[f64]) -> At {
         let at = |kind: Kind| full[kind.slot()];
-        let shape = self.inertia.shape(self.film_ratios[block.film], at(Kind::FilmScale));
+        let shape = self
+            .form
+            .inertia
+            .shape(self.film_ratios[block.film], at(Kind::FilmScale));
         At {
-            k: full[COMMON_SLOTS + block.particle],
-            inertial: at(Kind::InertialPrefactor) * block.density_ratio * shape,
-            l: at(Kind::LubricationLog),
+            law: Law {
+                order: self.form.dry,
+                k: full[COMMON_SLOTS + block.particle],
+                inertial: at(Kind::InertialPrefactor) * block.density_ratio * shape,
+                l: at(Kind::LubricationLog),
+            },
             sigma: at(Kind::SigmaWet),
         }
     }
@@ -186,15 +198,15 @@ fn append(all: &mut Nodes, more: &Nodes) -> Range<usize> {
     let first = all.len();
     all.viscous.extend(&more.viscous);
     all.dry_power.extend(&more.dry_power);
+    all.bridge.extend(&more.bridge);
     all.restitution.extend(&more.restitution);
     all.count.extend(&more.count);
     first..all.len()
 }
 
 impl At {
-    fn mean(&self, x: f64, p: f64) -> f64 {
-        let e_dry = 1.0 - self.k * p;
-        mean_and_slope(e_dry * e_dry - self.inertial - self.l * x).0
+    fn mean(&self, at: &Abscissa) -> f64 {
+        mean_and_slope(self.law.kept(at).0).0
     }
 }
 
@@ -226,17 +238,19 @@ impl Compressor<'_> {
     /// The different settings, sorted by x, with their counts and mean restitutions.
     fn settings(&self, rows: &Nodes, range: Range<usize>, leftover: &mut f64) -> Nodes {
         let mut order: Vec<usize> = range.collect();
-        let key = |row: usize| (rows.viscous[row], rows.dry_power[row]);
+        let key = |row: usize| rows.abscissa(row);
         let compare = |a: &usize, b: &usize| {
-            let ((x, p), (y, q)) = (key(*a), key(*b));
-            x.total_cmp(&y).then(p.total_cmp(&q))
+            let (one, other) = (key(*a), key(*b));
+            let of = |at: Abscissa| [at.viscous, at.dry_power, at.bridge.unwrap_or(0.0)];
+            let pairs = of(one).into_iter().zip(of(other));
+            let mut orders = pairs.map(|(a, b)| a.total_cmp(&b));
+            orders.find(|order| order.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
         };
         if !order.is_sorted_by(|a, b| compare(a, b).is_le()) {
             order.sort_by(compare);
         }
         let mut settings = Nodes::default();
         for same in order.chunk_by(|a, b| key(*a) == key(*b)) {
-            let (x, p) = key(same[0]);
             let count: f64 = same.iter().map(|row| rows.count[*row]).sum();
             let mean = same
                 .iter()
@@ -247,7 +261,7 @@ impl Compressor<'_> {
                 .iter()
                 .map(|row| rows.count[*row] * (rows.restitution[*row] - mean).powi(2));
             *leftover += squares.sum::<f64>();
-            settings.push(x, p, mean, count);
+            settings.push(key(same[0]), mean, count);
         }
         settings
     }
@@ -274,8 +288,9 @@ impl Compressor<'_> {
             return;
         }
         for i in range {
-            let (x, p) = (settings.viscous[i], settings.dry_power[i]);
-            piece.nodes.push(x, p, settings.restitution[i], settings.count[i]);
+            piece
+                .nodes
+                .push(settings.abscissa(i), settings.restitution[i], settings.count[i]);
             piece.rows_exact += settings.count[i].round() as usize;
         }
     }
@@ -291,12 +306,11 @@ impl Compressor<'_> {
         piece: &mut Piece,
     ) -> bool {
         let (x, count) = (&settings.viscous[range.clone()], &settings.count[range.clone()]);
-        let about = |x: f64, p: f64| self.about.map_or(0.0, |at| at.mean(x, p));
-        let rows = x
-            .iter()
-            .zip(&settings.dry_power[range.clone()])
-            .zip(&settings.restitution[range.clone()]);
-        let distances: Vec<f64> = rows.map(|((x, p), e)| e - about(*x, *p)).collect();
+        let about = |at: &Abscissa| self.about.map_or(0.0, |reference| reference.mean(at));
+        let distances: Vec<f64> = range
+            .clone()
+            .map(|i| settings.restitution[i] - about(&settings.abscissa(i)))
+            .collect();
         let Some(Rule {
             nodes,
             weights,
@@ -308,15 +322,15 @@ impl Compressor<'_> {
         };
         let mut short = Nodes::default();
         for ((x, weight), value) in nodes.iter().zip(&weights).zip(&values) {
-            let p = power.at(*x);
-            short.push(*x, p, about(*x, p) + value, *weight);
+            let at = power.at(*x);
+            short.push(at, about(&at) + value, *weight);
         }
         let total: f64 = count.iter().zip(&distances).map(|(n, d)| n * d * d).sum();
         let leftover = (total - explained).max(0.0);
         let mut errors = vec![];
         for at in self.tests {
             let error = if self.about.is_some() {
-                let squares = |nodes: &Nodes, range| rebound_sums(nodes, range, at.k, at.inertial, at.l).squares;
+                let squares = |nodes: &Nodes, range| rebound_sums(nodes, range, &at.law).squares;
                 let gap = squares(&short, 0..short.len()) + leftover - squares(settings, range.clone());
                 -0.5 * gap / (at.sigma * at.sigma)
             } else {
@@ -337,7 +351,7 @@ impl Compressor<'_> {
 
     fn stuck(&self, at: &At, nodes: &Nodes, range: Range<usize>) -> f64 {
         let each = range.map(|i| {
-            let mean = at.mean(nodes.viscous[i], nodes.dry_power[i]);
+            let mean = at.mean(&nodes.abscissa(i));
             nodes.count[i] * ln_normal_cdf((self.limit - mean) / at.sigma).0
         });
         each.sum()

@@ -4,7 +4,8 @@
 //! at or below the limit. A node is a setting with a count and a mean restitution: a row is a node of count 1, and a
 //! compressed series has few nodes and a leftover sum of squares, so that rows and nodes share one evaluation.
 //!
-//! Symbols: r = e_dry² − C ρ̃ g(δ̃) − L x with x = 4/St, e_dry = 1 − k p with p = v^(1/5) at the dry speed in use.
+//! Symbols: r = e_dry² − C ρ̃ g(δ̃) − L x − b with x = 4/St and b = κ/v², as far as the form holds them, and e_dry = 1 − k p
+//! (+ (3/5) k² p² to second order) with p = v^(1/5) at the dry speed in use.
 
 mod compress;
 mod gauss;
@@ -19,7 +20,8 @@ use std::ops::Range;
 use self::normal::ln_normal_cdf;
 use super::parameters::{Kind, COMMON_SLOTS};
 use super::priors::LN_ROOT_TWO_PI;
-use crate::physics::inertia::Inertia;
+use crate::physics::dry::{Order, SECOND_ORDER};
+use crate::physics::impact::Form;
 use crate::physics::rebound::{kept_of_mean_restitution, TURN};
 
 /// Settings with their counts, as columns.
@@ -29,6 +31,8 @@ struct Nodes {
     viscous: Vec<f64>,
     /// p = v^(1/5) at the dry speed in use, (m/s)^(1/5)
     dry_power: Vec<f64>,
+    /// b = κ/v²; empty where the form holds no bridge
+    bridge: Vec<f64>,
     /// mean e of the runs; 0 for stuck ones
     restitution: Vec<f64>,
     /// how many runs the node stands for; need not be whole
@@ -40,11 +44,64 @@ impl Nodes {
         self.count.len()
     }
 
-    fn push(&mut self, viscous: f64, dry_power: f64, restitution: f64, count: f64) {
-        self.viscous.push(viscous);
-        self.dry_power.push(dry_power);
+    fn push(&mut self, at: Abscissa, restitution: f64, count: f64) {
+        self.viscous.push(at.viscous);
+        self.dry_power.push(at.dry_power);
+        self.bridge.extend(at.bridge);
         self.restitution.push(restitution);
         self.count.push(count);
+    }
+}
+
+impl Nodes {
+    fn abscissa(&self, node: usize) -> Abscissa {
+        Abscissa {
+            viscous: self.viscous[node],
+            dry_power: self.dry_power[node],
+            bridge: self.bridge.get(node).copied(),
+        }
+    }
+}
+
+/// What of a node the energy kept depends on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Abscissa {
+    /// x
+    viscous: f64,
+    /// p
+    dry_power: f64,
+    /// b; `None` where the form holds no bridge
+    bridge: Option<f64>,
+}
+
+/// What of the parameters the energy kept in a block depends on.
+#[derive(Debug, Clone, Copy)]
+struct Law {
+    order: Order,
+    k: f64,
+    /// C ρ̃ g(δ̃)
+    inertial: f64,
+    l: f64,
+}
+
+impl Law {
+    /// r, and its slope in k over −2: e_dry times that of −e_dry.
+    fn kept(&self, at: &Abscissa) -> (f64, f64) {
+        let (e_dry, fall) = e_dry(self.order, self.k, at.dry_power);
+        let lost = self.inertial + self.l * at.viscous + at.bridge.unwrap_or(0.0);
+        (e_dry * e_dry - lost, e_dry * fall)
+    }
+}
+
+/// e_dry and its slope in −k.
+#[inline(always)]
+fn e_dry(order: Order, k: f64, p: f64) -> (f64, f64) {
+    match order {
+        Order::First => (1.0 - k * p, p),
+        Order::Second => {
+            let bent = SECOND_ORDER * k * p;
+            (1.0 - k * p * (1.0 - bent), p * (1.0 - 2.0 * bent))
+        }
     }
 }
 
@@ -71,14 +128,40 @@ struct DryRuns {
     weight: f64,
     /// Σ (y − slope p)²
     leftover: f64,
+    /// Σ p³, Σ p⁴ and Σ p² (y − slope p), which the second order wants
+    bent: [f64; 3],
     /// stuck runs, by p
     stuck: Vec<f64>,
+}
+
+impl DryRuns {
+    /// Σ (e − e_dry)² over the rebounds, and its slope in k.
+    fn squares(&self, order: Order, k: f64) -> (f64, f64) {
+        let distance = k - self.slope;
+        let first = (
+            self.leftover + self.weight * distance * distance,
+            2.0 * self.weight * distance,
+        );
+        match order {
+            Order::First => first,
+            // with y − k p + a k² p² = u − distance p + a k² p², where Σ p u = 0
+            Order::Second => {
+                let [cubes, fourth, bend] = self.bent;
+                let a = SECOND_ORDER;
+                let square = k * k;
+                (
+                    first.0 + a * square * (a * square * fourth + 2.0 * (bend - distance * cubes)),
+                    first.1 + 4.0 * a * k * (a * square * fourth + bend - distance * cubes) - 2.0 * a * square * cubes,
+                )
+            }
+        }
+    }
 }
 
 /// The log likelihood of the runs of a scene as a function of a full vector of parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Likelihood {
-    inertia: Inertia,
+    form: Form,
     /// at or below this e* the run stuck
     limit: f64,
     blocks: Vec<Block>,
@@ -146,24 +229,28 @@ impl Likelihood {
         let shapes: Vec<(f64, f64)> = self
             .film_ratios
             .iter()
-            .map(|ratio| self.inertia.shape_and_slope_film_scale(*ratio, scale))
+            .map(|ratio| self.form.inertia.shape_and_slope_film_scale(*ratio, scale))
             .collect();
         for block in &self.blocks {
             let k = full[COMMON_SLOTS + block.particle];
             let (shape, shape_slope) = shapes[block.film];
-            let inertial = c * block.density_ratio * shape;
+            let law = Law {
+                order: self.form.dry,
+                k,
+                inertial: c * block.density_ratio * shape,
+                l,
+            };
             let mut sums = Sums::default();
             if !block.rebounds.is_empty() {
-                sums = rebound_sums(&self.rebounds, block.rebounds.clone(), k, inertial, l);
+                sums = rebound_sums(&self.rebounds, block.rebounds.clone(), &law);
                 squares += sums.squares;
                 sums.kept *= precision;
                 sums.viscous *= precision;
                 sums.dry *= precision;
             }
             for node in block.stuck.clone() {
-                let (x, p) = (self.stuck.viscous[node], self.stuck.dry_power[node]);
-                let e_dry = 1.0 - k * p;
-                let r = e_dry * e_dry - inertial - l * x;
+                let at = self.stuck.abscissa(node);
+                let (r, dry) = law.kept(&at);
                 if r < certain {
                     continue;
                 }
@@ -175,8 +262,8 @@ impl Likelihood {
                 slopes[Kind::SigmaWet.slot()] -= count * mills * z / sigma;
                 let kept = -count * mills / sigma * slope;
                 sums.kept += kept;
-                sums.viscous += kept * x;
-                sums.dry += kept * e_dry * p;
+                sums.viscous += kept * at.viscous;
+                sums.dry += kept * dry;
             }
             slopes[Kind::LubricationLog.slot()] -= sums.viscous;
             slopes[Kind::InertialPrefactor.slot()] -= sums.kept * block.density_ratio * shape;
@@ -196,16 +283,16 @@ impl Likelihood {
                 continue;
             }
             let k = full[COMMON_SLOTS + particle];
-            let distance = k - runs.slope;
-            let squares = runs.leftover + runs.weight * distance * distance;
+            let (squares, slope) = runs.squares(self.form.dry, k);
             value -= runs.rebounds * (sigma.ln() + LN_ROOT_TWO_PI) + 0.5 * squares * precision;
-            slopes[COMMON_SLOTS + particle] -= runs.weight * distance * precision;
+            slopes[COMMON_SLOTS + particle] -= 0.5 * slope * precision;
             slopes[Kind::SigmaDry.slot()] += (squares * precision - runs.rebounds) / sigma;
             for p in &runs.stuck {
-                let z = (self.limit - 1.0 + k * p) / sigma;
+                let (e_dry, fall) = e_dry(self.form.dry, k, *p);
+                let z = (self.limit - e_dry) / sigma;
                 let (ln_cdf, mills) = ln_normal_cdf(z);
                 value += ln_cdf;
-                slopes[COMMON_SLOTS + particle] += mills * p / sigma;
+                slopes[COMMON_SLOTS + particle] += mills * fall / sigma;
                 slopes[Kind::SigmaDry.slot()] -= mills * z / sigma;
             }
         }
@@ -230,17 +317,39 @@ fn each(of: impl Fn(usize) -> f64) -> Lanes {
     std::array::from_fn(of)
 }
 
-fn rebound_sums(nodes: &Nodes, range: Range<usize>, k: f64, inertial: f64, l: f64) -> Sums {
+fn rebound_sums(nodes: &Nodes, range: Range<usize>, law: &Law) -> Sums {
+    match (law.order, nodes.bridge.is_empty()) {
+        (Order::First, true) => sums::<false, false>(nodes, range, law),
+        (Order::First, false) => sums::<false, true>(nodes, range, law),
+        (Order::Second, true) => sums::<true, false>(nodes, range, law),
+        (Order::Second, false) => sums::<true, true>(nodes, range, law),
+    }
+}
+
+/// The sums, with what a form does not hold left out where the code is made.
+fn sums<const SECOND: bool, const BRIDGE: bool>(nodes: &Nodes, range: Range<usize>, law: &Law) -> Sums {
+    const TURN4: f64 = TURN * TURN * TURN * TURN;
+    let Law { k, inertial, l, .. } = *law;
+    let order = if SECOND { Order::Second } else { Order::First };
     let x = &nodes.viscous[range.clone()];
     let p = &nodes.dry_power[range.clone()];
+    // without a bridge a column that is not read
+    let b = if BRIDGE { &nodes.bridge[range.clone()] } else { x };
     let e = &nodes.restitution[range.clone()];
     let n = &nodes.count[range];
-    const TURN4: f64 = TURN * TURN * TURN * TURN;
     let [mut squares, mut kept, mut viscous, mut dry] = [[0.0; LANES]; 4];
     // a step for all lanes at a time is what a compiler turns into vector instructions
-    let mut add = |x: &Lanes, p: &Lanes, e: &Lanes, n: &Lanes| {
-        let e_dry = each(|i| 1.0 - k * p[i]);
-        let r = each(|i| e_dry[i] * e_dry[i] - inertial - l * x[i]);
+    let mut add = |x: &Lanes, p: &Lanes, b: &Lanes, e: &Lanes, n: &Lanes| {
+        let e_dry_of = each(|i| e_dry(order, k, p[i]).0);
+        let fall = each(|i| e_dry(order, k, p[i]).1);
+        let r = each(|i| {
+            let r = e_dry_of[i] * e_dry_of[i] - inertial - l * x[i];
+            if BRIDGE {
+                r - b[i]
+            } else {
+                r
+            }
+        });
         let square = each(|i| r[i] * r[i] + TURN4);
         let root = each(|i| square[i].sqrt());
         let root = each(|i| root[i].sqrt());
@@ -251,20 +360,28 @@ fn rebound_sums(nodes: &Nodes, range: Range<usize>, k: f64, inertial: f64, l: f6
         squares = each(|i| squares[i] + weighted[i] * distance[i]);
         kept = each(|i| kept[i] + moved[i]);
         viscous = each(|i| viscous[i] + moved[i] * x[i]);
-        dry = each(|i| dry[i] + moved[i] * e_dry[i] * p[i]);
+        dry = each(|i| dry[i] + moved[i] * e_dry_of[i] * fall[i]);
     };
-    let ((x, x_rest), (p, p_rest)) = (x.as_chunks(), p.as_chunks());
+    let ((x, x_rest), (p, p_rest), (b, b_rest)) = (x.as_chunks(), p.as_chunks(), b.as_chunks());
     let ((e, e_rest), (n, n_rest)) = (e.as_chunks(), n.as_chunks());
-    for ((x, p), (e, n)) in x.iter().zip(p).zip(e.iter().zip(n)) {
-        add(x, p, e, n);
+    for (((x, p), b), (e, n)) in x.iter().zip(p).zip(b).zip(e.iter().zip(n)) {
+        add(x, p, b, e, n);
     }
-    if let Some((last_x, last_p)) = x_rest.last().zip(p_rest.last()) {
+    if let (Some(last_x), Some(last_p), Some(last_b)) = (x_rest.last(), p_rest.last(), b_rest.last()) {
         // the rest, filled up with settings that count for nothing
-        let (mut x, mut p, mut e, mut n) = ([*last_x; LANES], [*last_p; LANES], [0.0; LANES], [0.0; LANES]);
-        for (to, from) in [(&mut x, x_rest), (&mut p, p_rest), (&mut e, e_rest), (&mut n, n_rest)] {
+        let (mut x, mut p, mut b) = ([*last_x; LANES], [*last_p; LANES], [*last_b; LANES]);
+        let (mut e, mut n) = ([0.0; LANES], [0.0; LANES]);
+        let columns = [
+            (&mut x, x_rest),
+            (&mut p, p_rest),
+            (&mut b, b_rest),
+            (&mut e, e_rest),
+            (&mut n, n_rest),
+        ];
+        for (to, from) in columns {
             to[..from.len()].copy_from_slice(from);
         }
-        add(&x, &p, &e, &n);
+        add(&x, &p, &b, &e, &n);
     }
     let [squares, kept, viscous, dry] = [squares, kept, viscous, dry].map(|lanes| lanes.iter().sum::<f64>());
     Sums {

@@ -3,19 +3,19 @@
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 
+use super::e_dry;
 use super::normal::ln_normal_cdf;
 use crate::model::parameters::{Kind, COMMON_SLOTS};
 use crate::model::priors::LN_ROOT_TWO_PI;
-use crate::physics::impact::DrySpeed;
-use crate::physics::inertia::Inertia;
-use crate::physics::{numbers, rebound};
+use crate::physics::impact::Form;
+use crate::physics::{bridge, numbers, rebound};
 use crate::runs::Runs;
 use crate::scene::Scene;
 
 /// The runs of a scene, in the order of [`Runs`], ready for one run at a time.
 #[derive(Debug)]
 pub struct Pointwise<'r> {
-    inertia: Inertia,
+    form: Form,
     limit: f64,
     /// runs of one setting that follow one another share an entry
     settings: Vec<Setting>,
@@ -42,6 +42,8 @@ struct Wet {
     film_ratio: f64,
     /// 4/St
     viscous: f64,
+    /// κ/v²; 0 where the form holds no bridge
+    bridge: f64,
 }
 
 /// The law at one full vector of parameters.
@@ -68,10 +70,10 @@ impl Spread {
 }
 
 impl<'r> Pointwise<'r> {
-    /// The runs under this form of inertia and dry speed.
-    pub fn new(scene: &Scene, runs: &'r Runs, inertia: Inertia, dry_speed: DrySpeed) -> Pointwise<'r> {
+    /// The runs under this form of the energy balance.
+    pub fn new(scene: &Scene, runs: &'r Runs, form: Form) -> Pointwise<'r> {
         let mut pointwise = Pointwise {
-            inertia,
+            form,
             limit: scene.data.smallest_restitution,
             settings: vec![],
             setting: Vec::with_capacity(runs.len()),
@@ -95,13 +97,16 @@ impl<'r> Pointwise<'r> {
             let liquid = &scene.liquids[series.liquid];
             for run in series.runs() {
                 let (v, d) = (runs.impact_speed[run], runs.diameter[run]);
+                let gamma = liquid.surface_tension.filter(|_| form.bridge);
+                let kappa = gamma.map(|gamma| bridge::kappa(gamma, particle.density, d, runs.film[run]));
                 let setting = Setting {
                     particle: series.particle,
-                    dry_power: dry_speed.of(v).powf(0.2),
+                    dry_power: form.dry_speed.of(v).powf(0.2),
                     wet: Some(Wet {
                         density_ratio: liquid.density / particle.density,
                         film_ratio: runs.film[run] / d,
                         viscous: 4.0 / numbers::stokes(particle.density, d, v, liquid.viscosity),
+                        bridge: kappa.map_or(0.0, |kappa| bridge::loss(kappa, v)),
                     }),
                 };
                 pointwise.add(setting, series.stuck.contains(&run));
@@ -141,15 +146,19 @@ impl<'r> Pointwise<'r> {
         // neighbours mostly share a film ratio, and an exponential costs more than the rest
         let mut shape = (f64::NAN, f64::NAN);
         move |setting| {
-            let e_dry = 1.0 - full[COMMON_SLOTS + setting.particle] * setting.dry_power;
+            let k = full[COMMON_SLOTS + setting.particle];
+            let (e_dry, _) = e_dry(self.form.dry, k, setting.dry_power);
             let Some(wet) = setting.wet else {
                 return e_dry;
             };
             if shape.0 != wet.film_ratio {
-                shape = (wet.film_ratio, self.inertia.shape(wet.film_ratio, of(Kind::FilmScale)));
+                shape = (
+                    wet.film_ratio,
+                    self.form.inertia.shape(wet.film_ratio, of(Kind::FilmScale)),
+                );
             }
             let inertial = of(Kind::InertialPrefactor) * wet.density_ratio * shape.1;
-            rebound::mean_restitution(e_dry * e_dry - inertial - of(Kind::LubricationLog) * wet.viscous)
+            rebound::mean_restitution(e_dry * e_dry - inertial - of(Kind::LubricationLog) * wet.viscous - wet.bridge)
         }
     }
 

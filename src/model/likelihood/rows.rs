@@ -2,18 +2,17 @@
 
 use std::collections::HashMap;
 
-use super::{Block, DryRuns, Likelihood, Nodes};
-use crate::physics::impact::DrySpeed;
-use crate::physics::inertia::Inertia;
-use crate::physics::numbers;
+use super::{Abscissa, Block, DryRuns, Likelihood, Nodes};
+use crate::physics::impact::Form;
+use crate::physics::{bridge, numbers};
 use crate::runs::{Runs, Series};
 use crate::scene::Scene;
 
 impl Likelihood {
     /// The likelihood with one node for each wet run. Dry runs need no more than their sums.
-    pub fn of_rows(scene: &Scene, runs: &Runs, inertia: Inertia, dry_speed: DrySpeed) -> Likelihood {
+    pub fn of_rows(scene: &Scene, runs: &Runs, form: Form) -> Likelihood {
         let mut likelihood = Likelihood {
-            inertia,
+            form,
             limit: scene.data.smallest_restitution,
             blocks: vec![],
             film_ratios: vec![],
@@ -25,30 +24,32 @@ impl Likelihood {
         };
         let mut films = HashMap::new();
         for series in &runs.series {
-            likelihood.add(scene, runs, series, dry_speed, &mut films);
+            likelihood.add(scene, runs, series, &mut films);
         }
         likelihood.wet_rebounds = likelihood.rebounds.len() as f64;
         likelihood
     }
 
     /// Adds the runs of a series, a block for each film ratio the runs themselves have.
-    fn add(
-        &mut self,
-        scene: &Scene,
-        runs: &Runs,
-        series: &Series,
-        dry_speed: DrySpeed,
-        films: &mut HashMap<i64, usize>,
-    ) {
+    fn add(&mut self, scene: &Scene, runs: &Runs, series: &Series, films: &mut HashMap<i64, usize>) {
         /// film ratios are told apart beyond the rounding of a quotient
         const ROUNDING: f64 = 1e-14;
         let particle = &scene.particles[series.particle];
         let liquid = &scene.liquids[series.liquid];
         let film_ratio = |run: &usize| runs.film[*run] / runs.diameter[*run];
+        let form = self.form;
         let node = |run: usize| {
-            let v = runs.impact_speed[run];
-            let stokes = numbers::stokes(particle.density, runs.diameter[run], v, liquid.viscosity);
-            (4.0 / stokes, dry_speed.of(v).powf(0.2))
+            let (v, d) = (runs.impact_speed[run], runs.diameter[run]);
+            let kappa = |gamma| bridge::kappa(gamma, particle.density, d, runs.film[run]);
+            Abscissa {
+                viscous: 4.0 / numbers::stokes(particle.density, d, v, liquid.viscosity),
+                dry_power: form.dry_speed.of(v).powf(0.2),
+                bridge: form.bridge.then(|| {
+                    liquid
+                        .surface_tension
+                        .map_or(0.0, |gamma| bridge::loss(kappa(gamma), v))
+                }),
+            }
         };
         let sorted = |range: std::ops::Range<usize>| {
             let mut order: Vec<usize> = range.collect();
@@ -71,13 +72,11 @@ impl Likelihood {
             });
             let (first, first_stuck) = (self.rebounds.len(), self.stuck.len());
             while let Some(run) = rebounds.get(next).filter(|run| film_ratio(run) <= ratio) {
-                let (x, p) = node(*run);
-                self.rebounds.push(x, p, runs.restitution[*run], 1.0);
+                self.rebounds.push(node(*run), runs.restitution[*run], 1.0);
                 next += 1;
             }
             while let Some(run) = stuck.get(next_stuck).filter(|run| film_ratio(run) <= ratio) {
-                let (x, p) = node(*run);
-                self.stuck.push(x, p, 0.0, 1.0);
+                self.stuck.push(node(*run), 0.0, 1.0);
                 next_stuck += 1;
             }
             self.blocks.push(Block {
@@ -115,7 +114,14 @@ fn dry_runs(scene: &Scene, runs: &Runs) -> Vec<DryRuns> {
         if count > 0.0 {
             sums.slope = cross / sums.weight;
             // about the fit, where nothing cancels
-            sums.leftover = rebounds().map(|(p, y)| (y - sums.slope * p).powi(2)).sum();
+            for (p, y) in rebounds() {
+                let left = y - sums.slope * p;
+                sums.leftover += left * left;
+                let square = p * p;
+                for (sum, term) in sums.bent.iter_mut().zip([square * p, square * square, square * left]) {
+                    *sum += term;
+                }
+            }
         }
         let stuck = groups().flat_map(|group| group.stuck.clone());
         sums.stuck = stuck.map(|run| runs.impact_speed[run].powf(0.2)).collect();

@@ -6,8 +6,9 @@ use rand::RngExt;
 
 use super::pointwise::Pointwise;
 use super::*;
-use crate::physics::impact::{kept_energy, DrySpeed, Parameters, Setting};
-use crate::physics::{dry, rebound};
+use crate::physics::impact::{kept_energy, DrySpeed, Form, Parameters, Setting};
+use crate::physics::inertia::Inertia;
+use crate::physics::rebound;
 use crate::runs::{self, NewRun, Runs};
 use crate::scene::{self, Scene};
 
@@ -25,9 +26,11 @@ roughness_um = 5
 [liquids.AK10]
 density_kg_m3 = 930
 viscosity_mPa_s = 9.3
+surface_tension_mN_m = 20.1
 [liquids.M50]
 density_kg_m3 = 965
 viscosity_mPa_s = 48.3
+surface_tension_mN_m = 20.9
 "#;
 
 /// L, C, δ̃0, σ_wet, σ_dry, k of PTFE and of PE
@@ -35,12 +38,38 @@ const FULL: [f64; 7] = [1.85, 0.47, 0.069, 0.02, 0.009, 0.183, 0.123];
 
 const WAYS: [DrySpeed; 2] = [DrySpeed::Reference(2.0), DrySpeed::Impact];
 
+/// Every form of inertia with both dry speeds, and with the other terms in and out.
+fn forms() -> Vec<Form> {
+    let mut forms = vec![];
+    for inertia in Inertia::ALL {
+        for dry_speed in WAYS {
+            let plain = Form::new(inertia, dry_speed);
+            let bridge = Form { bridge: true, ..plain };
+            let second = Form {
+                dry: Order::Second,
+                ..plain
+            };
+            let both = Form {
+                dry: Order::Second,
+                ..bridge
+            };
+            forms.extend([plain, bridge, second, both]);
+        }
+    }
+    forms
+}
+
 fn scene() -> Scene {
     scene::parse(SCENE, Path::new("a/scene.toml"), String::new()).expect("a valid scene")
 }
 
 /// Runs at speeds of their own, down to where nothing rebounds.
 fn runs(scene: &Scene, each: usize, seed: &str) -> Runs {
+    runs_of(scene, each, seed, Form::new(Inertia::Saturating, WAYS[0]))
+}
+
+/// The same, drawn from a form.
+fn runs_of(scene: &Scene, each: usize, seed: &str, form: Form) -> Runs {
     let mut rng = crate::seed::stream(1, seed, 0);
     let mut new = vec![];
     for particle in ["PTFE", "PE"] {
@@ -69,7 +98,7 @@ fn runs(scene: &Scene, each: usize, seed: &str) -> Runs {
                 restitution,
             };
             if restitution.is_nan() {
-                let mean = rebound::mean_restitution(kept(scene, &row, Inertia::Saturating, WAYS[0], &FULL));
+                let mean = rebound::mean_restitution(kept(scene, &row, form, &FULL));
                 let noise = 0.02 * (rng.random::<f64>() + rng.random::<f64>() + rng.random::<f64>() - 1.5) * 2.0;
                 row.restitution = Some(mean + noise).filter(|e| *e > 0.05).unwrap_or(0.0);
             }
@@ -79,7 +108,7 @@ fn runs(scene: &Scene, each: usize, seed: &str) -> Runs {
     runs::arrange(scene, &rows)
 }
 
-fn kept(scene: &Scene, run: &NewRun, inertia: Inertia, dry_speed: DrySpeed, full: &[f64]) -> f64 {
+fn kept(scene: &Scene, run: &NewRun, form: Form, full: &[f64]) -> f64 {
     let index = scene
         .particles
         .iter()
@@ -96,18 +125,19 @@ fn kept(scene: &Scene, run: &NewRun, inertia: Inertia, dry_speed: DrySpeed, full
         liquid_density: liquid.density,
         viscosity: liquid.viscosity,
         film: run.film.expect("wet").0,
+        surface_tension: liquid.surface_tension,
     };
     let parameters = Parameters {
         dry_k: full[5 + index],
         lubrication_log: full[0],
-        inertial_prefactor: if inertia == Inertia::None { 0.0 } else { full[1] },
+        inertial_prefactor: full[1],
         film_scale: full[2],
     };
-    kept_energy(&setting, inertia, dry_speed, &parameters, run.impact_speed)
+    kept_energy(&setting, form, &parameters, run.impact_speed)
 }
 
 /// The generative statement as it is written, a run at a time.
-fn plain(scene: &Scene, runs: &Runs, inertia: Inertia, dry_speed: DrySpeed, full: &[f64]) -> f64 {
+fn plain(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
     let term = |mean: f64, sigma: f64, e: f64, stuck: bool| {
         if stuck {
             ln_normal_cdf((scene.data.smallest_restitution - mean) / sigma).0
@@ -118,7 +148,7 @@ fn plain(scene: &Scene, runs: &Runs, inertia: Inertia, dry_speed: DrySpeed, full
     let mut sum = 0.0;
     for group in &runs.dry {
         for run in group.rebounds.start..group.stuck.end {
-            let mean = dry::restitution(full[5 + group.particle], runs.impact_speed[run]);
+            let mean = form.dry.restitution(full[5 + group.particle], runs.impact_speed[run]);
             sum += term(mean, full[4], runs.restitution[run], group.stuck.contains(&run));
         }
     }
@@ -132,7 +162,7 @@ fn plain(scene: &Scene, runs: &Runs, inertia: Inertia, dry_speed: DrySpeed, full
                 impact_speed: runs.impact_speed[run],
                 restitution: runs.restitution[run],
             };
-            let mean = rebound::mean_restitution(kept(scene, &row, inertia, dry_speed, full));
+            let mean = rebound::mean_restitution(kept(scene, &row, form, full));
             sum += term(mean, full[3], runs.restitution[run], series.stuck.contains(&run));
         }
     }
@@ -150,32 +180,27 @@ fn the_sum_over_nodes_is_the_sum_over_runs_and_its_slopes_are_differences() {
     let scene = scene();
     let runs = runs(&scene, 30, "the_sum_over_nodes_is_the_sum_over_runs");
     assert!(runs.stuck() > 20 && runs.len() - runs.stuck() > 60);
-    for inertia in Inertia::ALL {
-        for dry_speed in WAYS {
-            let likelihood = Likelihood::of_rows(&scene, &runs, inertia, dry_speed);
-            let mut slopes = [0.0; 7];
-            let mut unused = [0.0; 7];
-            let value = likelihood.ln_density(&FULL, &mut slopes).expect("inside the domain");
-            let expected = plain(&scene, &runs, inertia, dry_speed, &FULL);
-            assert!((value / expected - 1.0).abs() < 1e-12, "{inertia:?} {value} {expected}");
-            let pointwise = Pointwise::new(&scene, &runs, inertia, dry_speed);
-            let at = pointwise.at(&FULL);
-            let by_run: f64 = (0..pointwise.len()).map(|run| at.ln_likelihood(run)).sum();
-            assert!(
-                (by_run / expected - 1.0).abs() < 1e-12,
-                "{inertia:?} {by_run} {expected}"
-            );
-            for (place, slope) in slopes.iter().enumerate() {
-                let h = 1e-6 * FULL[place];
-                let mut at = |step| {
-                    likelihood
-                        .ln_density(&moved(&FULL, place, step), &mut unused)
-                        .expect("inside")
-                };
-                let difference = (at(h) - at(-h)) / (2.0 * h);
-                let gap = (slope - difference).abs() / (1.0 + difference.abs());
-                assert!(gap < 2e-6, "{inertia:?} {dry_speed:?} {place}: {slope} {difference}");
-            }
+    for form in forms() {
+        let likelihood = Likelihood::of_rows(&scene, &runs, form);
+        let mut slopes = [0.0; 7];
+        let mut unused = [0.0; 7];
+        let value = likelihood.ln_density(&FULL, &mut slopes).expect("inside the domain");
+        let expected = plain(&scene, &runs, form, &FULL);
+        assert!((value / expected - 1.0).abs() < 1e-12, "{form:?} {value} {expected}");
+        let pointwise = Pointwise::new(&scene, &runs, form);
+        let at = pointwise.at(&FULL);
+        let by_run: f64 = (0..pointwise.len()).map(|run| at.ln_likelihood(run)).sum();
+        assert!((by_run / expected - 1.0).abs() < 1e-12, "{form:?} {by_run} {expected}");
+        for (place, slope) in slopes.iter().enumerate() {
+            let h = 1e-6 * FULL[place];
+            let mut at = |step| {
+                likelihood
+                    .ln_density(&moved(&FULL, place, step), &mut unused)
+                    .expect("inside")
+            };
+            let difference = (at(h) - at(-h)) / (2.0 * h);
+            let gap = (slope - difference).abs() / (1.0 + difference.abs());
+            assert!(gap < 2e-6, "{form:?} {place}: {slope} {difference}");
         }
     }
 }
@@ -184,7 +209,7 @@ fn the_sum_over_nodes_is_the_sum_over_runs_and_its_slopes_are_differences() {
 fn a_point_without_a_density_is_told_and_is_no_number() {
     let scene = scene();
     let runs = runs(&scene, 10, "a_point_without_a_density");
-    let likelihood = Likelihood::of_rows(&scene, &runs, Inertia::Saturating, WAYS[0]);
+    let likelihood = Likelihood::of_rows(&scene, &runs, Form::new(Inertia::Saturating, WAYS[0]));
     let mut slopes = [0.0; 7];
     for (place, value) in [(3, 0.0), (0, f64::NAN), (2, 0.0), (3, 1e-200)] {
         let mut full = FULL;
@@ -202,34 +227,38 @@ fn a_point_without_a_density_is_told_and_is_no_number() {
 fn the_compressed_sum_keeps_its_bound_and_is_short() {
     let scene = scene();
     let runs = runs(&scene, 3000, "the_compressed_sum_keeps_its_bound");
-    for inertia in [Inertia::Saturating, Inertia::Stepwise] {
-        for dry_speed in WAYS {
-            let rows = Likelihood::of_rows(&scene, &runs, inertia, dry_speed);
-            // the posterior of 18,000 runs is about this wide
-            let steps = [0.004, 0.004, 0.002, 1e-4, 1e-3, 2e-4, 2e-4];
-            let tests: Vec<Vec<f64>> = (0..7)
-                .flat_map(|place| [-6.0, -2.0, 2.0, 6.0].map(|far| moved(&FULL, place, far * steps[place])))
-                .collect();
-            for bound in [1e-1, 1e-3] {
-                let (short, compression) = rows.compressed(&FULL, &tests, Resolution::Bound(bound));
-                assert!(compression.tested_error <= bound, "{compression:?}");
-                assert!(
-                    compression.nodes * 10 < rows.nodes(),
-                    "{compression:?} of {}",
-                    rows.nodes()
-                );
-                let mut rng = crate::seed::stream(1, "the_compressed_sum_keeps_its_bound", 1);
-                let (mut a, mut b) = ([0.0; 7], [0.0; 7]);
-                for _ in 0..50 {
-                    // points of the region that were not tested
-                    let mut full = FULL;
-                    for (value, step) in full.iter_mut().zip(steps) {
-                        *value += rng.random_range(-2.0..2.0) * step;
-                    }
-                    let exact = rows.ln_density(&full, &mut a).expect("inside");
-                    let near = short.ln_density(&full, &mut b).expect("inside");
-                    assert!((exact - near).abs() <= 2.0 * bound, "{bound} {:e}", exact - near);
+    let second = Form {
+        dry: Order::Second,
+        ..Form::new(Inertia::Saturating, WAYS[1])
+    };
+    let usual = [Inertia::Saturating, Inertia::Stepwise].map(|inertia| WAYS.map(|speed| Form::new(inertia, speed)));
+    for form in usual.into_iter().flatten().chain([second]) {
+        let own = (form == second).then(|| runs_of(&scene, 3000, "the_compressed_sum_keeps_its_bound", second));
+        let rows = Likelihood::of_rows(&scene, own.as_ref().unwrap_or(&runs), form);
+        // the posterior of 18,000 runs is about this wide
+        let steps = [0.004, 0.004, 0.002, 1e-4, 1e-3, 2e-4, 2e-4];
+        let tests: Vec<Vec<f64>> = (0..7)
+            .flat_map(|place| [-6.0, -2.0, 2.0, 6.0].map(|far| moved(&FULL, place, far * steps[place])))
+            .collect();
+        for bound in [1e-1, 1e-3] {
+            let (short, compression) = rows.compressed(&FULL, &tests, Resolution::Bound(bound));
+            assert!(compression.tested_error <= bound, "{compression:?}");
+            assert!(
+                compression.nodes * 10 < rows.nodes(),
+                "{compression:?} of {}",
+                rows.nodes()
+            );
+            let mut rng = crate::seed::stream(1, "the_compressed_sum_keeps_its_bound", 1);
+            let (mut a, mut b) = ([0.0; 7], [0.0; 7]);
+            for _ in 0..50 {
+                // points of the region that were not tested
+                let mut full = FULL;
+                for (value, step) in full.iter_mut().zip(steps) {
+                    *value += rng.random_range(-2.0..2.0) * step;
                 }
+                let exact = rows.ln_density(&full, &mut a).expect("inside");
+                let near = short.ln_density(&full, &mut b).expect("inside");
+                assert!((exact - near).abs() <= 2.0 * bound, "{bound} {:e}", exact - near);
             }
         }
     }
@@ -250,7 +279,7 @@ fn repeated_settings_are_compressed_exactly() {
         })
         .collect();
     let runs = runs::arrange(&scene, &rows);
-    let rows = Likelihood::of_rows(&scene, &runs, Inertia::Cap, WAYS[1]);
+    let rows = Likelihood::of_rows(&scene, &runs, Form::new(Inertia::Cap, WAYS[1]));
     let (short, compression) = rows.compressed(&FULL, &[], Resolution::Bound(1e-3));
     assert_eq!((compression.nodes, compression.rows_exact), (7, 4000));
     let (mut a, mut b) = ([0.0; 7], [0.0; 7]);
@@ -264,6 +293,39 @@ fn repeated_settings_are_compressed_exactly() {
             assert!((a - b).abs() <= 1e-9 * a.abs(), "{sigma} {a} {b}");
         }
     }
+}
+
+/// With a bridge, runs at speeds of their own keep their rows, and repeated ones are joined all the same.
+#[test]
+fn a_bridge_is_compressed_where_settings_repeat() {
+    let scene = scene();
+    let form = Form {
+        bridge: true,
+        ..Form::new(Inertia::Cap, WAYS[0])
+    };
+    let own = Likelihood::of_rows(&scene, &runs(&scene, 40, "a_bridge_is_compressed"), form);
+    let (short, compression) = own.compressed(&FULL, &[], Resolution::Bound(1e-3));
+    assert_eq!(compression.nodes, own.nodes());
+    let (mut a, mut b) = ([0.0; 7], [0.0; 7]);
+    let exact = own.ln_density(&FULL, &mut a).expect("inside");
+    let near = short.ln_density(&FULL, &mut b).expect("inside");
+    assert!((exact / near - 1.0).abs() < 1e-12, "{exact} {near}");
+    let rows: Vec<NewRun> = (0..400)
+        .map(|i| NewRun {
+            particle: "PTFE",
+            liquid: Some("AK10"),
+            diameter: 4e-3,
+            film: Some((2.4e-4, 0.06)),
+            impact_speed: 0.8 + 0.1 * f64::from(i % 7),
+            restitution: 0.6,
+        })
+        .collect();
+    let repeated = Likelihood::of_rows(&scene, &runs::arrange(&scene, &rows), form);
+    let (short, compression) = repeated.compressed(&FULL, &[], Resolution::Bound(1e-3));
+    assert_eq!(compression.nodes, 7);
+    let exact = repeated.ln_density(&FULL, &mut a).expect("inside");
+    let near = short.ln_density(&FULL, &mut b).expect("inside");
+    assert!((exact / near - 1.0).abs() < 1e-12, "{exact} {near}");
 }
 
 /// A film measured anew for every run makes every run a block of its own.
@@ -281,10 +343,10 @@ fn films_of_their_own_keep_their_rows() {
         })
         .collect();
     let runs = runs::arrange(&scene, &rows);
-    let likelihood = Likelihood::of_rows(&scene, &runs, Inertia::Stepwise, WAYS[0]);
+    let likelihood = Likelihood::of_rows(&scene, &runs, Form::new(Inertia::Stepwise, WAYS[0]));
     assert_eq!((likelihood.blocks.len(), likelihood.nodes()), (20, 60));
     let mut slopes = [0.0; 7];
     let value = likelihood.ln_density(&FULL, &mut slopes).expect("inside");
-    let expected = plain(&scene, &runs, Inertia::Stepwise, WAYS[0], &FULL);
+    let expected = plain(&scene, &runs, Form::new(Inertia::Stepwise, WAYS[0]), &FULL);
     assert!((value / expected - 1.0).abs() < 1e-12);
 }

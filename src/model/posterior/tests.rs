@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::*;
 use crate::model::parameters::Kind;
-use crate::physics::impact::DrySpeed;
+use crate::physics::impact::{DrySpeed, Form};
 use crate::physics::inertia::Inertia;
 use crate::runs::{self, NewRun};
 use crate::scene::{self, Scene};
@@ -45,9 +45,10 @@ fn rows() -> Vec<NewRun<'static>> {
 }
 
 fn posterior(scene: &Scene, rows: &[NewRun], inertia: Inertia, dry_speed: DrySpeed) -> Posterior {
+    let form = Form::new(inertia, dry_speed);
     let runs = runs::arrange(scene, rows);
-    let parameters = Parameters::of(scene, &runs, inertia, dry_speed).expect("priors with room");
-    Posterior::new(parameters, Likelihood::of_rows(scene, &runs, inertia, dry_speed))
+    let parameters = Parameters::of(scene, &runs, form).expect("priors with room");
+    Posterior::new(parameters, Likelihood::of_rows(scene, &runs, form))
 }
 
 #[test]
@@ -120,7 +121,7 @@ fn k_is_bounded_where_the_dry_law_turns_negative() {
 fn what_the_runs_cannot_tell_is_left_out_with_its_reason() {
     let of = |scene: &Scene, rows: &[NewRun], inertia| {
         let runs = runs::arrange(scene, rows);
-        Parameters::of(scene, &runs, inertia, DrySpeed::Reference(2.0)).expect("priors with room")
+        Parameters::of(scene, &runs, Form::new(inertia, DrySpeed::Reference(2.0))).expect("priors with room")
     };
     let names = |p: &Parameters| p.sampled.iter().map(|p| p.name.clone()).collect::<Vec<_>>();
     let scene = scene("");
@@ -165,7 +166,7 @@ fn a_prior_without_room_is_refused_by_name() {
     ] {
         let scene = scene(extra);
         let runs = runs::arrange(&scene, &rows());
-        let error = Parameters::of(&scene, &runs, Inertia::Cap, DrySpeed::Reference(2.0)).expect_err("no room");
+        let error = Parameters::of(&scene, &runs, Form::new(Inertia::Cap, DrySpeed::Reference(2.0))).expect_err("no room");
         assert_eq!(error.to_string(), expected);
     }
     let scene = scene("[priors]\ninertial_prefactor = { fixed = 0 }");

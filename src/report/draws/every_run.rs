@@ -30,7 +30,7 @@ pub(super) struct EveryRun<'a> {
 impl<'a> EveryRun<'a> {
     pub fn new(told: Told<'a>, posterior: &Posterior) -> EveryRun<'a> {
         let asked = posterior.asked;
-        let pointwise = Pointwise::new(told.scene, told.runs, asked.inertia, asked.dry_speed);
+        let pointwise = Pointwise::new(told.scene, told.runs, asked.form);
         let full = posterior.sampled.full_draws();
         EveryRun {
             telling: telling(&pointwise, &full),

@@ -124,7 +124,7 @@ pub fn files<'a>(told: Told<'a>, posterior: &Posterior) -> Result<Files<'a>, Err
     groups.push(constant(scene, runs));
     let attributes: Map<String, Value> = [
         ("title", json!(scene.title)),
-        ("model", json!(name(asked.inertia, asked.dry_speed))),
+        ("model", json!(name(asked.form))),
         ("creation_library", json!("wetcor")),
         ("creation_library_version", json!(told.findings.wetcor)),
         ("seed", json!(told.findings.seed)),

@@ -10,7 +10,7 @@ use crate::findings::estimate::Estimate;
 use crate::findings::own_dry_speed::reference_dry_speed;
 use crate::inference::delta::Interval;
 use crate::model::parameters::{Kind, COMMON_SLOTS};
-use crate::physics::{dry, viscous};
+use crate::physics::viscous;
 use crate::scene::Law;
 
 /// File of a particle's figure of e_inf and St_c together, at one film ratio or over all.
@@ -108,11 +108,11 @@ fn of_posterior(told: Told, joint: &Joint) -> Option<Vec<[f64; 2]>> {
     let density_ratio = derived
         .find(|row| row.particle == *name && row.film_ratio == ratio)?
         .density_ratio;
-    let inertia = posterior.asked.inertia;
+    let form = posterior.asked.form;
     let v = reference_dry_speed(told.scene);
     let pair = |full: &Vec<f64>| {
-        let e_dry = dry::restitution(full[COMMON_SLOTS + joint.particle], v);
-        let shape = inertia.shape(ratio, full[Kind::FilmScale.slot()]);
+        let e_dry = form.dry.restitution(full[COMMON_SLOTS + joint.particle], v);
+        let shape = form.inertia.shape(ratio, full[Kind::FilmScale.slot()]);
         let kept = e_dry * e_dry - full[Kind::InertialPrefactor.slot()] * density_ratio * shape;
         let e_inf = (kept > 0.0).then(|| kept.sqrt())?;
         Some([e_inf, viscous::st_c(full[Kind::LubricationLog.slot()], e_inf)])

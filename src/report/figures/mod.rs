@@ -12,9 +12,10 @@ use crate::findings::own_dry_speed::reference_dry_speed;
 use crate::findings::scaling::Scaling;
 use crate::findings::series::SeriesFit;
 use crate::findings::shown;
+use crate::physics::dry::Order;
 use crate::physics::impact::DrySpeed;
 use crate::physics::numbers::stokes;
-use crate::physics::{dry, rebound};
+use crate::physics::rebound;
 use crate::runs::Series;
 use crate::scene::Law;
 use crate::units::{micrometres, millimetres};
@@ -158,8 +159,13 @@ fn against_speed(told: Told, particle: usize, bands: Option<&Bands>) -> Chart {
         layers.push(points("dry", dry_points, Style::group(0)));
     }
     if let Some(k) = dry_k {
-        let law = steps(0.0, fastest).map(|v| (v, dry::restitution(k, v))).collect();
-        layers.push(curve("dry, 1 − k v^{1/5}", law, Style::group(0), Dash::Dashed));
+        let order = told.scene.model.form().dry;
+        let label = match order {
+            Order::First => "dry, 1 − k v^{1/5}",
+            Order::Second => "dry, to second order in k v^{1/5}",
+        };
+        let law = steps(0.0, fastest).map(|v| (v, order.restitution(k, v))).collect();
+        layers.push(curve(label, law, Style::group(0), Dash::Dashed));
     }
     for (group, ((s, fit), points_of)) in series.iter().zip(joined).enumerate() {
         let style = Style::group(group + 1);
@@ -205,9 +211,10 @@ fn series_curve(told: Told, fit: &SeriesFit, dry_k: Option<f64>, fastest: f64) -
     let threshold = rebound::threshold_speed(alpha, beta)?;
     let own = dry_k.filter(|_| told.scene.model.dry_speed == DrySpeed::Impact);
     let reference = reference_dry_speed(told.scene);
+    let order = told.scene.model.form().dry;
     let offset = |v: f64| {
         own.map_or(0.0, |k| {
-            dry::restitution(k, v).powi(2) - dry::restitution(k, reference).powi(2)
+            order.restitution(k, v).powi(2) - order.restitution(k, reference).powi(2)
         })
     };
     // steep at its threshold: steps in the root of the distance from it

@@ -5,6 +5,7 @@ use super::super::Told;
 use super::cells::{interval_header, law_name};
 use super::page::Page;
 use super::posterior::held;
+use super::terms::{dry_law, kept};
 use super::verdict_line;
 use crate::findings::balance::Derived;
 use crate::findings::estimate::Estimate;
@@ -15,11 +16,13 @@ use crate::scene::{Law, Published};
 pub(super) fn main_numbers(page: &mut Page, told: Told) {
     let findings = told.findings;
     page.heading("Main numbers");
-    page.paragraph(
-        "e_dry = 1 − k v^(1/5) and e² = e_dry² − C ρ̃ g(δ/D) − 4 L/St, with St = ρp D v/(9 η) and L = ln(δc/ε). \
+    page.paragraph(&format!(
+        "e_dry = {} and e² = {}, with St = ρp D v/(9 η) and L = ln(δc/ε). \
          ± is one standard error (least squares, delta method); k comes from the dry runs, \
          the others from every rebound at once, together with what the dry runs say of k.",
-    );
+        dry_law(findings.form, "v"),
+        kept(findings.form, "δ/D")
+    ));
     if told.posterior.is_some() {
         page.paragraph(
             "Beside them stands the posterior of all runs at once, the stuck ones with them: there ± is one standard \

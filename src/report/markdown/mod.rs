@@ -8,6 +8,7 @@ mod main_numbers;
 pub(super) mod page;
 mod posterior;
 mod runs;
+mod terms;
 
 pub use main_numbers::summary;
 pub use runs::overview_text;
@@ -31,6 +32,7 @@ pub fn report(told: Told, figures: &[&str]) -> String {
     main_numbers::main_numbers(&mut page, told);
     main_numbers::published(&mut page, told);
     runs::data(&mut page, told);
+    terms::terms(&mut page, told);
     laws::dry(&mut page, told);
     laws::series(&mut page, told);
     laws::scaling(&mut page, told);

@@ -91,5 +91,9 @@ pub fn overview_text(overview: &Overview) -> String {
         let answer = if one.identified { "yes" } else { "no " };
         text.push_str(&format!("  {answer}  {}: {}\n", one.quantity, one.reason));
     }
+    if !overview.terms.is_empty() {
+        text.push_str("\nWhat the terms of the energy balance matter for them\n");
+        text.push_str(&super::terms::text(&overview.terms));
+    }
     text
 }

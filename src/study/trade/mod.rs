@@ -243,10 +243,13 @@ struct Ground<'g> {
 /// Fails where a prior leaves a parameter no room, where the runs are such that no posterior should be sampled, or where
 /// the long run does not come off; the text says why.
 pub fn measure(scene: &Scene, table: &Table, seed: u64, progress: &dyn Fn()) -> Result<Trade, Error> {
-    let asked = Asked::of(scene, Way::Nodes);
     let runs = &table.runs;
-    let parameters = Parameters::of(scene, runs, asked.inertia, asked.dry_speed)?;
     let least_squares = findings::find(scene, table, seed, false);
+    let asked = Asked {
+        form: least_squares.form,
+        way: Way::Nodes,
+    };
+    let parameters = Parameters::of(scene, runs, asked.form)?;
     if let Some(declined) = decline(runs, &least_squares, &parameters) {
         return Err(Error::Usage(format!("nothing to trade: {}", declined.0.text)));
     }
@@ -335,7 +338,7 @@ impl Ground<'_> {
     }
 
     fn rows(&self) -> Likelihood {
-        Likelihood::of_rows(self.scene, &self.table.runs, self.asked.inertia, self.asked.dry_speed)
+        Likelihood::of_rows(self.scene, &self.table.runs, self.asked.form)
     }
 
     /// The shortest of a few times, and what came out each time.
@@ -384,7 +387,7 @@ impl Ground<'_> {
             energy: &energy,
         };
         Answer {
-            marginals: by_law(law, &self.parameters, self.asked.inertia, &fits),
+            marginals: by_law(law, &self.parameters, self.asked.form.inertia, &fits),
             nodes: None,
             effective: None,
             vouched: None,

@@ -5,8 +5,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 use super::super::super::chart::{Layer, Style};
 use super::super::super::Told;
 use crate::model::parameters::{Kind, COMMON_SLOTS};
-use crate::physics::impact::{kept_energy, DrySpeed, Parameters, Setting};
-use crate::physics::inertia::Inertia;
+use crate::physics::impact::{kept_energy, DrySpeed, Form, Parameters, Setting};
 use crate::physics::rebound::mean_restitution;
 use crate::runs::Series;
 
@@ -21,9 +20,8 @@ const BEYOND: f64 = 0.02;
 
 /// Draws of the posterior, ready for curves.
 pub(in super::super) struct Bands {
-    inertia: Inertia,
-    /// the speed at which e_dry enters
-    pub(in super::super) dry_speed: DrySpeed,
+    /// the terms of the energy balance
+    pub(in super::super) form: Form,
     /// full vectors of parameters
     draws: Vec<Vec<f64>>,
     /// a standard normal number for each of them: evenly spread, whatever the order of the draws
@@ -41,19 +39,12 @@ impl Bands {
     /// The draws of what was sampled; `None` where nothing was.
     pub(in super::super) fn of(told: Told) -> Option<Bands> {
         let posterior = told.posterior?;
-        let inertia = Inertia::ALL
-            .into_iter()
-            .find(|form| form.name() == posterior.findings.inertia)?;
         let all = posterior.sampled.full_draws();
         let step = all.len().div_ceil(DRAWS).max(1);
         let draws: Vec<Vec<f64>> = all.into_iter().step_by(step).collect();
         Some(Bands {
-            inertia,
+            form: posterior.asked.form,
             normal: spread_normal(draws.len()),
-            dry_speed: match posterior.findings.dry_speed_m_s {
-                Some(speed) => DrySpeed::Reference(speed),
-                None => DrySpeed::Impact,
-            },
             draws,
         })
     }
@@ -75,6 +66,7 @@ impl Bands {
             liquid_density: liquid.density,
             viscosity: liquid.viscosity,
             film: series.film,
+            surface_tension: liquid.surface_tension,
         };
         let edges = self.edges(&setting, series.particle, speeds);
         let band = |of: fn(&Edges) -> (f64, f64)| Layer::Band {
@@ -106,7 +98,7 @@ impl Bands {
         let own = series[place];
         let style = Style::group(place + 1);
         let along = |v: f64| inverse(own, v);
-        if self.dry_speed == DrySpeed::Impact {
+        if self.form.dry_speed == DrySpeed::Impact {
             let ends = speeds(told, own);
             return ends.map_or(vec![], |ends| self.layers(told, own, ends, (label, style), along));
         }
@@ -137,7 +129,7 @@ impl Bands {
                         inertial_prefactor: full[Kind::InertialPrefactor.slot()],
                         film_scale: full[Kind::FilmScale.slot()],
                     };
-                    mean_restitution(kept_energy(setting, self.inertia, self.dry_speed, &parameters, speed))
+                    mean_restitution(kept_energy(setting, self.form, &parameters, speed))
                 };
                 let means: Vec<f64> = self.draws.iter().map(mean).collect();
                 let both = means.iter().zip(&self.draws).zip(&self.normal);
@@ -183,6 +175,7 @@ pub(in super::super) fn speeds(told: Told, series: &Series) -> Option<(f64, f64)
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::physics::inertia::Inertia;
 
     const SETTING: Setting = Setting {
         density: 2150.0,
@@ -190,12 +183,12 @@ mod tests {
         liquid_density: 930.0,
         viscosity: 9.3e-3,
         film: 286e-6,
+        surface_tension: None,
     };
 
     fn bands(draws: Vec<Vec<f64>>) -> Bands {
         Bands {
-            inertia: Inertia::Saturating,
-            dry_speed: DrySpeed::Reference(2.0),
+            form: Form::new(Inertia::Saturating, DrySpeed::Reference(2.0)),
             normal: spread_normal(draws.len()),
             draws,
         }
@@ -215,8 +208,8 @@ mod tests {
             film_scale: 0.069,
         };
         for at in bands(vec![full(1.85); 400]).edges(&SETTING, 0, (0.8, 1.7)) {
-            let dry_speed = DrySpeed::Reference(2.0);
-            let kept = kept_energy(&SETTING, Inertia::Saturating, dry_speed, &parameters, at.speed);
+            let form = Form::new(Inertia::Saturating, DrySpeed::Reference(2.0));
+            let kept = kept_energy(&SETTING, form, &parameters, at.speed);
             let mean = mean_restitution(kept);
             assert_eq!(at.mean, (mean, mean));
             // 5 % and 95 % points of the normal; 400 numbers resolve a probability to 1/400

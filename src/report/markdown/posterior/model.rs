@@ -3,6 +3,7 @@
 use super::super::super::numbers;
 use super::super::super::Told;
 use super::super::page::Page;
+use super::super::terms::{dry_law, kept};
 use super::label;
 use crate::findings::posterior::{LeftOut, Posterior};
 use crate::physics::rebound::TURN;
@@ -19,7 +20,8 @@ pub(super) fn model(page: &mut Page, told: Told, posterior: &Posterior) {
         page.paragraph(own);
     } else {
         page.paragraph(&format!(
-            "A dry run has e = 1 − k v^(1/5) + σ_dry z, at its own speed. {own}"
+            "A dry run has e = {} + σ_dry z, at its own speed. {own}",
+            dry_law(posterior.asked.form, "v")
         ));
     }
 }
@@ -27,11 +29,17 @@ pub(super) fn model(page: &mut Page, told: Told, posterior: &Posterior) {
 fn wet(told: Told, posterior: &Posterior) -> String {
     let limit = numbers::short(told.scene.data.smallest_restitution);
     let findings = &posterior.findings;
-    let (inertial, g) = match findings.inertia {
-        "stepwise" => (" − C ρ̃ g(δ̃)", " g(δ̃) = δ̃ (3 − 6 δ̃ + 4 δ̃²) (stepwise, eq. Eint2),"),
-        "cap" => (" − C ρ̃ g(δ̃)", " g(δ̃) = 2 δ̃ (3 − 5 δ̃ + 2 δ̃²) (cap, eq. Eint1),"),
-        "saturating" => (" − C ρ̃ g(δ̃)", " g(δ̃) = 1 − exp(−δ̃/δ̃0) (saturating, empirical),"),
-        _ => ("", ""),
+    let form = posterior.asked.form;
+    let g = match findings.inertia {
+        "stepwise" => " g(δ̃) = δ̃ (3 − 6 δ̃ + 4 δ̃²) (stepwise, eq. Eint2),",
+        "cap" => " g(δ̃) = 2 δ̃ (3 − 5 δ̃ + 2 δ̃²) (cap, eq. Eint1),",
+        "saturating" => " g(δ̃) = 1 − exp(−δ̃/δ̃0) (saturating, empirical),",
+        _ => "",
+    };
+    let bridge = if form.bridge {
+        " κ = 12 γ √(2 V_b D)/(ρp D³) with V_b = π δ² (D/2 − δ/3),"
+    } else {
+        ""
     };
     let speed = match findings.dry_speed_m_s {
         Some(speed) => format!("v_d = {} m/s for every run", numbers::short(speed)),
@@ -39,11 +47,13 @@ fn wet(told: Told, posterior: &Posterior) -> String {
     };
     format!(
         "A wet run of impact speed v, diameter D and film ratio δ̃ = δ/D has the restitution e* = m(r) + σ_wet z. Here \
-         z is standard normal and independent from run to run, r = e_dry²{inertial} − 4 L/St is the energy kept,{g} \
-         e_dry = 1 − k v_d^(1/5) with {speed}, and m(r) = r (r² + τ⁴)^(−1/4) with τ = {}, which is √r except close to \
+         z is standard normal and independent from run to run, r = {} is the energy kept,{g}{bridge} \
+         e_dry = {} with {speed}, and m(r) = r (r² + τ⁴)^(−1/4) with τ = {}, which is √r except close to \
          r = 0. The run rebounds with e = e* where e* > {limit}; otherwise it sticks. A stuck run therefore counts with \
          its probability Φ(({limit} − m(r))/σ_wet) instead of being left out as in least squares. Every run enters with \
          its own v, D and δ.",
+        kept(form, "δ̃"),
+        dry_law(form, "v_d"),
         numbers::short(TURN)
     )
 }

@@ -1,0 +1,265 @@
+//! Holds the sizes of terms, and what is decided by them, against simulated runs whose terms are known.
+
+mod common;
+
+use common::{binomial_z, seed_of, Place};
+use wetcor::findings::terms::{SizedTerm, LINE};
+use wetcor::findings::Findings;
+
+/// A design clear of the threshold, in which one number sets how much one term matters.
+struct Design {
+    term: &'static str,
+    /// k, η in mPa s, γ in mN/m, film ratios, dry speed
+    dry_k: f64,
+    viscosity: f64,
+    tension: f64,
+    films: [f64; 2],
+    dry_speed: &'static str,
+    /// the terms of the truth
+    truth: &'static str,
+}
+
+const USUAL: Design = Design {
+    term: "",
+    dry_k: 0.15,
+    viscosity: 9.3,
+    tension: 20.1,
+    films: [0.05, 0.1],
+    dry_speed: "2.0",
+    truth: "[\"inertia\", \"viscous\"]",
+};
+
+impl Design {
+    /// The scene; `terms` as a scene writes them, and the speed the fit takes e_dry at.
+    fn scene(&self, terms: &str, dry_speed: &str) -> String {
+        let quoted = |speed: &str| match speed {
+            "impact" => "\"impact\"".to_owned(),
+            number => number.to_owned(),
+        };
+        format!(
+            "title = \"one term\"\n[data]\nruns = \"runs.csv\"\n[particles.P]\ndensity_kg_m3 = 2150\nroughness_um = 5\n\
+             [liquids.oil]\ndensity_kg_m3 = 930\nviscosity_mPa_s = {}\nsurface_tension_mN_m = {}\n\
+             [model]\ninertia = \"stepwise\"\nterms = {terms}\ndry_speed_m_s = {}\n\
+             [truth]\ndry_k = {{ P = {} }}\nlubrication_log = 3.0\ninertial_prefactor = 1.0\nsigma_dry = 0.01\n\
+             sigma_wet = 0.02\ndry_speed_m_s = {}\nterms = {}\n\
+             [design]\ndiameter_mm = {{ P = [6.0] }}\nliquids = [\"oil\"]\nfilm_ratio = {{ P = [{}, {}] }}\n\
+             impact_speed_m_s = [0.9, 1.2, 1.6, 2.2]\ndry_impact_speed_m_s = [0.5, 0.7, 0.9, 1.1, 1.3, 1.5, 1.7, 1.9, 2.1, 2.3, 2.5, 2.7]\nrepeats = 20\n",
+            self.viscosity,
+            self.tension,
+            quoted(dry_speed),
+            self.dry_k,
+            quoted(self.dry_speed),
+            self.truth,
+            self.films[0],
+            self.films[1],
+        )
+    }
+}
+
+/// Designs with each term a little below the line, a little above it, and far above.
+fn all() -> [[Design; 3]; 5] {
+    let inertia = |films| Design {
+        term: "inertia",
+        films,
+        ..USUAL
+    };
+    let viscous = |viscosity| Design {
+        term: "viscous",
+        viscosity,
+        ..USUAL
+    };
+    let bridge = |tension| Design {
+        term: "bridge",
+        tension,
+        truth: "[\"inertia\", \"viscous\", \"bridge\"]",
+        ..USUAL
+    };
+    let second = |dry_k| Design {
+        term: "dry_second_order",
+        dry_k,
+        truth: "[\"inertia\", \"viscous\", \"dry_second_order\"]",
+        ..USUAL
+    };
+    let own = |dry_k| Design {
+        term: "own_dry_speed",
+        dry_k,
+        dry_speed: "impact",
+        ..USUAL
+    };
+    [
+        [
+            inertia([0.00028, 0.00056]),
+            inertia([0.0006, 0.0012]),
+            inertia([0.006, 0.012]),
+        ],
+        [viscous(0.082), viscous(0.17), viscous(1.7)],
+        [bridge(12.5), bridge(26.0), bridge(260.0)],
+        [second(0.0135), second(0.0195), second(0.06)],
+        [own(0.0047), own(0.0088), own(0.09)],
+    ]
+}
+
+fn of<'f>(findings: &'f Findings, term: &str) -> &'f SizedTerm {
+    let found = findings.terms.iter().find(|sized| sized.term == term);
+    found.unwrap_or_else(|| panic!("{term} is not sized"))
+}
+
+/// Sets drawn for a coverage.
+const SETS: u64 = 300;
+
+/// In how many of so many sets the 95 % interval of a parameter holds its truth.
+fn covered(design: &Design, terms: &str, dry_speed: &str, seed: &str) -> usize {
+    let place = Place::new(&design.scene(terms, dry_speed));
+    let (name, truth) = match design.term {
+        "viscous" => ("inertial_prefactor", 1.0),
+        "dry_second_order" => ("dry_k[P]", design.dry_k),
+        _ => ("lubrication_log", 3.0),
+    };
+    let covers = |set: &u64| {
+        let found = place.infer(seed_of(seed).wrapping_add(*set));
+        let balance = found.energy_balance.expect("a balance");
+        let of = balance.parameters.iter().find(|parameter| parameter.name == name);
+        let [lo, hi] = of.expect("a parameter").estimate.interval.expect("an interval");
+        (lo..=hi).contains(&truth)
+    };
+    (0..SETS).filter(covers).count()
+}
+
+/// The terms of a design's truth, and the same without its own.
+fn with_and_without(design: &Design) -> [(String, &'static str); 2] {
+    let usual = [
+        ("inertia", true),
+        ("viscous", true),
+        ("bridge", false),
+        ("dry_second_order", false),
+    ];
+    let listed = |own: bool| {
+        let holds = |(term, usual): &(&str, bool)| if *term == design.term { own } else { *usual };
+        let names: Vec<String> = usual
+            .iter()
+            .filter(|term| holds(term))
+            .map(|(name, _)| format!("{name:?}"))
+            .collect();
+        format!("[{}]", names.join(", "))
+    };
+    let speed = |own: bool| {
+        if own && design.term == "own_dry_speed" {
+            "impact"
+        } else {
+            "2.0"
+        }
+    };
+    [true, false].map(|own| (listed(own), speed(own)))
+}
+
+#[test]
+fn each_term_is_decided_by_its_size() {
+    for [below, above, far] in all() {
+        let seed = seed_of("each_term_is_decided_by_its_size");
+        let size = |design: &Design| {
+            let found = Place::new(&design.scene("\"auto\"", "2.0")).infer(seed);
+            let sized = of(&found, design.term);
+            let by_itself = matches!(design.term, "inertia" | "viscous");
+            let size = sized.size.expect("the runs scatter");
+            assert_eq!(sized.held, by_itself && size >= LINE, "{sized:?}");
+            let told = |code: &str| {
+                found
+                    .notices
+                    .iter()
+                    .any(|notice| notice.code == code && notice.text.starts_with(sized.in_words()))
+            };
+            assert_eq!(told("term_left_out"), by_itself && size < LINE, "{sized:?}");
+            assert_eq!(told("term_not_held"), !by_itself && size >= LINE, "{sized:?}");
+            size
+        };
+        let (below, above, far) = (size(&below), size(&above), size(&far));
+        assert!(below < LINE && LINE < above && far > 2.0, "{below} {above} {far}");
+    }
+}
+
+/// Below the line a term may be left out, above it is held, by itself or by name; either way intervals cover.
+#[test]
+fn intervals_cover_with_what_is_decided() {
+    for [below, above, _] in all() {
+        let seed = format!("intervals_cover_with_what_is_decided {}", below.term);
+        // a bias of a quarter of a standard error, and as much more as the size of a draw may be off
+        let z = binomial_z(covered(&below, "\"auto\"", "2.0", &seed), SETS as usize, 0.945);
+        assert!(z.abs() < 4.0, "{}: {z}", below.term);
+        let [(held, speed), _] = with_and_without(&above);
+        let z = binomial_z(covered(&above, &held, speed, &seed), SETS as usize, 0.95);
+        assert!(z.abs() < 4.0, "{}: {z}", above.term);
+    }
+}
+
+/// The planted fault: a term that matters much, left out by name.
+#[test]
+fn intervals_do_not_cover_without_a_term_that_matters() {
+    for [_, _, far] in all() {
+        let [with, (without, speed)] = with_and_without(&far);
+        let seed = format!("intervals_do_not_cover_without_a_term {}", far.term);
+        let z = binomial_z(covered(&far, &without, speed, &seed), SETS as usize, 0.945);
+        assert!(z < -8.0, "{}: {z}", far.term);
+        let z = binomial_z(covered(&far, &with.0, with.1, &seed), SETS as usize, 0.95);
+        assert!(z.abs() < 4.0, "{} held: {z}", far.term);
+    }
+}
+
+/// A list is obeyed whatever the sizes say, and what it costs is told.
+#[test]
+fn a_list_of_terms_is_obeyed() {
+    let [[below, _, far], ..] = all();
+    let found = Place::new(&below.scene("[\"viscous\", \"inertia\"]", "2.0")).infer(1);
+    let sized = of(&found, "inertia");
+    assert!(
+        sized.held && sized.chosen_by == "scene" && sized.widens.is_some_and(|factor| factor > 1.0),
+        "{sized:?}"
+    );
+    assert!(found.notices.iter().any(|notice| notice.code == "term_too_small"));
+    let found = Place::new(&far.scene("[\"viscous\"]", "2.0")).infer(1);
+    let sized = of(&found, "inertia");
+    assert!(!sized.held && sized.size.is_some_and(|size| size > LINE), "{sized:?}");
+    let balance = found.energy_balance.expect("a balance");
+    let names: Vec<&str> = balance
+        .parameters
+        .iter()
+        .map(|parameter| parameter.name.as_str())
+        .collect();
+    assert_eq!(
+        (names.as_slice(), balance.inertia),
+        (&["lubrication_log", "dry_k[P]"][..], "none")
+    );
+    let found = Place::new(&far.scene("[\"inertia\", \"bridge\", \"dry_second_order\"]", "2.0")).infer(1);
+    let balance = found.energy_balance.as_ref().expect("a balance");
+    let names: Vec<&str> = balance
+        .parameters
+        .iter()
+        .map(|parameter| parameter.name.as_str())
+        .collect();
+    assert_eq!(names, ["inertial_prefactor", "dry_k[P]"]);
+    assert!(
+        balance.delta_c_over_roughness.value.is_none() && balance.derived.iter().all(|row| row.st_c.value.is_none())
+    );
+    let held = |term| of(&found, term).held;
+    assert_eq!(
+        ["inertia", "viscous", "bridge", "dry_second_order"].map(held),
+        [true, false, true, true]
+    );
+}
+
+/// Without noise every term that acts is held; one run has no spread to measure by; without a surface tension there is no
+/// bridge.
+#[test]
+fn what_cannot_be_sized_says_so() {
+    let text = USUAL.scene("\"auto\"", "2.0");
+    let exact = text
+        .replace("sigma_wet = 0.02", "sigma_wet = 0")
+        .replace("sigma_dry = 0.01", "sigma_dry = 0");
+    let found = Place::new(&exact).infer(1);
+    assert!(of(&found, "inertia").held && of(&found, "viscous").held);
+    let row = "particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution\nP,oil,6,300,1.2,0.7\n";
+    let found = Place::new(&text).fit_rows(row);
+    assert!(found.terms.len() == 5 && found.terms.iter().all(|sized| sized.size.is_none()));
+    assert!(of(&found, "inertia").held && found.notices.iter().all(|notice| !notice.code.starts_with("term_")));
+    let found = Place::new(&text.replace("surface_tension_mN_m = 20.1\n", "")).infer(1);
+    assert!(found.terms.iter().all(|sized| sized.term != "bridge"));
+}
