@@ -14,15 +14,17 @@ pub(super) enum Reason {
     FilmTooThin,
     FilmRatioInvalid,
     FilmRatioTooLarge,
+    Stuck,
 }
 
 impl Reason {
-    const ALL: [Reason; 5] = [
+    const ALL: [Reason; 6] = [
         Reason::TooSlow,
         Reason::TooFast,
         Reason::FilmTooThin,
         Reason::FilmRatioInvalid,
         Reason::FilmRatioTooLarge,
+        Reason::Stuck,
     ];
 
     fn words(self) -> &'static str {
@@ -32,6 +34,7 @@ impl Reason {
             Reason::FilmTooThin => "film thinner than min_film",
             Reason::FilmRatioInvalid => "film ratio above 0.5, outside every inertial form",
             Reason::FilmRatioTooLarge => "film ratio above max_film_ratio",
+            Reason::Stuck => "stuck, which the scene's sticking leaves out",
         }
     }
 }

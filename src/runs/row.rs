@@ -1,7 +1,7 @@
 //! Checks one run and says which of its cells is wrong.
 
 use super::columns::Column;
-use crate::scene::{name_expected, Scene, DRY, LARGEST_FILM_RATIO};
+use crate::scene::{name_expected, Scene, Sticking, DRY, LARGEST_FILM_RATIO};
 use crate::units::{MAGNITUDES, MAGNITUDE_EXPECTED};
 
 /// Largest restitution that is kept, with a notice above one; larger ones cannot be a measurement of a rebound.
@@ -265,7 +265,11 @@ pub(super) fn screen(row: &Row, scene: &Scene) -> Option<super::collect::Reason>
     if screens.max_impact_speed.is_some_and(|most| row.impact_speed > most) {
         return Some(Reason::TooFast);
     }
-    row.liquid?;
+    let stuck = row.restitution <= scene.data.smallest_restitution && scene.model.sticking != Sticking::Censored;
+    let of_stuck = stuck.then_some(Reason::Stuck);
+    if row.liquid.is_none() {
+        return of_stuck;
+    }
     let film_ratio = row.film / row.diameter;
     if screens.min_film.is_some_and(|least| row.film < least) {
         Some(Reason::FilmTooThin)
@@ -274,6 +278,6 @@ pub(super) fn screen(row: &Row, scene: &Scene) -> Option<super::collect::Reason>
     } else if film_ratio > screens.max_film_ratio {
         Some(Reason::FilmRatioTooLarge)
     } else {
-        None
+        of_stuck
     }
 }

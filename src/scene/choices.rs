@@ -273,7 +273,7 @@ pub(super) fn model(root: &Table, liquids: &[Liquid], unused: &mut Vec<String>) 
         choices.sticking = sticking;
     }
     table.finish();
-    note_unused("model", &table, &["likelihood", "sticking"], unused);
+    note_unused("model", &table, &["likelihood"], unused);
     choices
 }
 

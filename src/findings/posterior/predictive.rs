@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::model::likelihood::normal::{ln_normal_cdf, normal_cdf};
 use crate::model::likelihood::pointwise::{At, Pointwise};
 use crate::runs::Runs;
-use crate::scene::Scene;
+use crate::scene::{Scene, Sticking};
 
 /// Draws of the parameters the checks are averaged over.
 const DRAWS: usize = 200;
@@ -111,7 +111,11 @@ pub fn find(scene: &Scene, runs: &Runs, pointwise: &Pointwise, full_draws: &[Vec
     Predictive {
         bands: [0.5, 0.9].map(|level| band(pointwise, &seen, level)).to_vec(),
         groups: groups(scene, runs, &seen),
-        stuck: stuck(scene, runs, &few),
+        stuck: if scene.model.sticking == Sticking::Censored {
+            stuck(scene, runs, &few)
+        } else {
+            vec![]
+        },
     }
 }
 
@@ -131,6 +135,11 @@ fn look(pointwise: &Pointwise, limit: f64, run: usize, e: f64, draws: &[At]) -> 
             below += ln_cdf.exp();
             // the mean of a normal below z is −φ(z)/Φ(z)
             residual -= mills;
+        } else if at.is_truncated() {
+            // of those that rebound: 1 − Φ(−z)/Φ(−l), about their mean φ(l)/Φ(−l)
+            let (ln_rebound, mills) = ln_normal_cdf((mean - limit) / sigma);
+            below += -(ln_normal_cdf(-z).0 - ln_rebound).exp_m1();
+            residual += z - mills;
         } else {
             below += normal_cdf(z);
             residual += z;

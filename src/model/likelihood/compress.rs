@@ -135,6 +135,7 @@ impl Likelihood {
                     about: Some(about),
                     tests: &tests,
                     limit: self.limit,
+                    truncated: self.truncated,
                     few,
                     orders,
                 };
@@ -217,6 +218,7 @@ struct Compressor<'t> {
     about: Option<At>,
     tests: &'t [At],
     limit: f64,
+    truncated: bool,
     few: usize,
     orders: &'t [usize],
 }
@@ -332,7 +334,14 @@ impl Compressor<'_> {
             let error = if self.about.is_some() {
                 let squares = |nodes: &Nodes, range| rebound_sums(nodes, range, &at.law).squares;
                 let gap = squares(&short, 0..short.len()) + leftover - squares(settings, range.clone());
-                -0.5 * gap / (at.sigma * at.sigma)
+                let rebound = |nodes: &Nodes, range| {
+                    if self.truncated {
+                        self.rebound_probability(at, nodes, range)
+                    } else {
+                        0.0
+                    }
+                };
+                -0.5 * gap / (at.sigma * at.sigma) - rebound(&short, 0..short.len()) + rebound(settings, range.clone())
             } else {
                 self.stuck(at, &short, 0..short.len()) - self.stuck(at, settings, range.clone())
             };
@@ -347,6 +356,14 @@ impl Compressor<'_> {
             *sum += error;
         }
         true
+    }
+
+    fn rebound_probability(&self, at: &At, nodes: &Nodes, range: Range<usize>) -> f64 {
+        let each = range.map(|i| {
+            let mean = at.mean(&nodes.abscissa(i));
+            nodes.count[i] * ln_normal_cdf((mean - self.limit) / at.sigma).0
+        });
+        each.sum()
     }
 
     fn stuck(&self, at: &At, nodes: &Nodes, range: Range<usize>) -> f64 {

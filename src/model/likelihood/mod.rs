@@ -1,7 +1,7 @@
 //! Computes the log likelihood of all runs at once and its slopes, from rows or from the few nodes that stand for them.
 //!
 //! The generative statement: a wet run's e* = m(r) + σ_wet z, a dry run's e* = e_dry(v) + σ_dry z; the run stuck if e* is
-//! at or below the limit. A node is a setting with a count and a mean restitution: a row is a node of count 1, and a
+//! at or below the limit; where such runs were not logged, a rebound's density is that of runs that rebound. A node is a setting with a count and a mean restitution: a row is a node of count 1, and a
 //! compressed series has few nodes and a leftover sum of squares, so that rows and nodes share one evaluation.
 //!
 //! Symbols: r = e_dry² − C ρ̃ g(δ̃) − L x − b with x = 4/St and b = κ/v², as far as the form holds them, and e_dry = 1 − k p
@@ -132,6 +132,8 @@ struct DryRuns {
     bent: [f64; 3],
     /// stuck runs, by p
     stuck: Vec<f64>,
+    /// rebounds, by p, where stuck runs were not logged
+    logged: Vec<f64>,
 }
 
 impl DryRuns {
@@ -164,6 +166,8 @@ pub struct Likelihood {
     form: Form,
     /// at or below this e* the run stuck
     limit: f64,
+    /// whether runs that stuck were not logged, so that a rebound's density is that of runs that rebound
+    truncated: bool,
     blocks: Vec<Block>,
     /// the different film ratios: the shape of the inertial loss is computed once for each
     film_ratios: Vec<f64>,
@@ -248,6 +252,9 @@ impl Likelihood {
                 sums.viscous *= precision;
                 sums.dry *= precision;
             }
+            if self.truncated {
+                stuck_value -= self.rebound_probability(block.rebounds.clone(), &law, sigma, slopes, &mut sums);
+            }
             for node in block.stuck.clone() {
                 let at = self.stuck.abscissa(node);
                 let (r, dry) = law.kept(&at);
@@ -274,6 +281,36 @@ impl Likelihood {
         stuck_value - self.wet_rebounds * (sigma.ln() + LN_ROOT_TWO_PI) - 0.5 * squares * precision
     }
 
+    /// Σ n ln P(e* > limit) over the rebounds of a block; its slopes are taken off those of σ and of the sums.
+    fn rebound_probability(
+        &self,
+        nodes: Range<usize>,
+        law: &Law,
+        sigma: f64,
+        slopes: &mut [f64],
+        sums: &mut Sums,
+    ) -> f64 {
+        let mut value = 0.0;
+        for node in nodes {
+            let at = self.rebounds.abscissa(node);
+            let (r, dry) = law.kept(&at);
+            let (mean, slope) = mean_and_slope(r);
+            let z = (mean - self.limit) / sigma;
+            if z > CERTAIN {
+                continue;
+            }
+            let (ln_cdf, mills) = ln_normal_cdf(z);
+            let count = self.rebounds.count[node];
+            value += count * ln_cdf;
+            slopes[Kind::SigmaWet.slot()] += count * mills * z / sigma;
+            let kept = -count * mills / sigma * slope;
+            sums.kept += kept;
+            sums.viscous += kept * at.viscous;
+            sums.dry += kept * dry;
+        }
+        value
+    }
+
     fn dry(&self, full: &[f64], slopes: &mut [f64]) -> f64 {
         let sigma = full[Kind::SigmaDry.slot()];
         let precision = 1.0 / (sigma * sigma);
@@ -287,6 +324,17 @@ impl Likelihood {
             value -= runs.rebounds * (sigma.ln() + LN_ROOT_TWO_PI) + 0.5 * squares * precision;
             slopes[COMMON_SLOTS + particle] -= 0.5 * slope * precision;
             slopes[Kind::SigmaDry.slot()] += (squares * precision - runs.rebounds) / sigma;
+            for p in &runs.logged {
+                let (e_dry, fall) = e_dry(self.form.dry, k, *p);
+                let z = (e_dry - self.limit) / sigma;
+                if z > CERTAIN {
+                    continue;
+                }
+                let (ln_cdf, mills) = ln_normal_cdf(z);
+                value -= ln_cdf;
+                slopes[COMMON_SLOTS + particle] += mills * fall / sigma;
+                slopes[Kind::SigmaDry.slot()] += mills * z / sigma;
+            }
             for p in &runs.stuck {
                 let (e_dry, fall) = e_dry(self.form.dry, k, *p);
                 let z = (self.limit - e_dry) / sigma;

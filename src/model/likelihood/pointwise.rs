@@ -10,13 +10,15 @@ use crate::model::priors::LN_ROOT_TWO_PI;
 use crate::physics::impact::Form;
 use crate::physics::{bridge, numbers, rebound};
 use crate::runs::Runs;
-use crate::scene::Scene;
+use crate::scene::{Scene, Sticking};
 
 /// The runs of a scene, in the order of [`Runs`], ready for one run at a time.
 #[derive(Debug)]
 pub struct Pointwise<'r> {
     form: Form,
     limit: f64,
+    /// whether runs that stuck were not logged
+    truncated: bool,
     /// runs of one setting that follow one another share an entry
     settings: Vec<Setting>,
     /// the setting of each run
@@ -75,6 +77,7 @@ impl<'r> Pointwise<'r> {
         let mut pointwise = Pointwise {
             form,
             limit: scene.data.smallest_restitution,
+            truncated: scene.model.sticking == Sticking::Truncated,
             settings: vec![],
             setting: Vec::with_capacity(runs.len()),
             dry: 0,
@@ -203,14 +206,38 @@ impl At<'_, '_> {
             return ln_normal_cdf((self.pointwise.limit - mean) / spread.sigma).0;
         }
         let z = (self.pointwise.restitution[run] - mean) / spread.sigma;
-        -0.5 * z * z - LN_ROOT_TWO_PI - spread.ln
+        let density = -0.5 * z * z - LN_ROOT_TWO_PI - spread.ln;
+        if self.pointwise.truncated {
+            density - ln_normal_cdf((mean - self.pointwise.limit) / spread.sigma).0
+        } else {
+            density
+        }
     }
 
-    /// A new draw of a run's restitution; 0 where it would have stuck.
+    /// Whether runs that stuck were not logged.
+    pub fn is_truncated(&self) -> bool {
+        self.pointwise.truncated
+    }
+
+    /// A new draw of a run's restitution; 0 where it would have stuck. Where stuck runs were not logged, of one that
+    /// rebounds.
     pub fn predict<R: Rng + ?Sized>(&self, run: usize, rng: &mut R) -> f64 {
         let (mean, sigma) = self.mean_and_sigma(run);
-        let z: f64 = StandardNormal.sample(rng);
-        let e = mean + sigma * z;
+        let mut draw = || {
+            let z: f64 = StandardNormal.sample(rng);
+            mean + sigma * z
+        };
+        let mut e = draw();
+        if self.pointwise.truncated {
+            /// a run that hardly ever rebounds is given up after so many
+            const MOST_TRIES: usize = 10_000;
+            for _ in 0..MOST_TRIES {
+                if e > self.pointwise.limit {
+                    break;
+                }
+                e = draw();
+            }
+        }
         if e <= self.pointwise.limit {
             0.0
         } else {

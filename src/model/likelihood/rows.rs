@@ -6,7 +6,7 @@ use super::{Abscissa, Block, DryRuns, Likelihood, Nodes};
 use crate::physics::impact::Form;
 use crate::physics::{bridge, numbers};
 use crate::runs::{Runs, Series};
-use crate::scene::Scene;
+use crate::scene::{Scene, Sticking};
 
 impl Likelihood {
     /// The likelihood with one node for each wet run. Dry runs need no more than their sums.
@@ -14,6 +14,7 @@ impl Likelihood {
         let mut likelihood = Likelihood {
             form,
             limit: scene.data.smallest_restitution,
+            truncated: scene.model.sticking == Sticking::Truncated,
             blocks: vec![],
             film_ratios: vec![],
             rebounds: Nodes::default(),
@@ -122,6 +123,9 @@ fn dry_runs(scene: &Scene, runs: &Runs) -> Vec<DryRuns> {
                     *sum += term;
                 }
             }
+        }
+        if scene.model.sticking == Sticking::Truncated {
+            sums.logged = rebounds().map(|(p, _)| p).collect();
         }
         let stuck = groups().flat_map(|group| group.stuck.clone());
         sums.stuck = stuck.map(|run| runs.impact_speed[run].powf(0.2)).collect();

@@ -7,7 +7,7 @@ use super::super::terms::{dry_law, kept};
 use super::label;
 use crate::findings::posterior::{LeftOut, Posterior};
 use crate::physics::rebound::TURN;
-use crate::scene::Prior;
+use crate::scene::{Prior, Sticking};
 
 /// The generative statement with this scene's form of inertia and dry speed.
 pub(super) fn model(page: &mut Page, told: Told, posterior: &Posterior) {
@@ -36,6 +36,19 @@ fn wet(told: Told, posterior: &Posterior) -> String {
         "saturating" => " g(δ̃) = 1 − exp(−δ̃/δ̃0) (saturating, empirical),",
         _ => "",
     };
+    let stuck = match told.scene.model.sticking {
+        Sticking::Censored => format!(
+            "A stuck run therefore counts with its probability Φ(({limit} − m(r))/σ_wet) instead of being left out as in \
+             least squares."
+        ),
+        Sticking::Truncated => format!(
+            "Stuck runs were not logged, so the density of a rebound is divided by its probability \
+             Φ((m(r) − {limit})/σ_wet)."
+        ),
+        Sticking::Excluded => "Stuck runs are left out, as the scene asks: what rebounds near the threshold is then a \
+             choice of the luckier ones, which the model does not know."
+            .to_owned(),
+    };
     let bridge = if form.bridge {
         " κ = 12 γ √(2 V_b D)/(ρp D³) with V_b = π δ² (D/2 − δ/3),"
     } else {
@@ -49,8 +62,7 @@ fn wet(told: Told, posterior: &Posterior) -> String {
         "A wet run of impact speed v, diameter D and film ratio δ̃ = δ/D has the restitution e* = m(r) + σ_wet z. Here \
          z is standard normal and independent from run to run, r = {} is the energy kept,{g}{bridge} \
          e_dry = {} with {speed}, and m(r) = r (r² + τ⁴)^(−1/4) with τ = {}, which is √r except close to \
-         r = 0. The run rebounds with e = e* where e* > {limit}; otherwise it sticks. A stuck run therefore counts with \
-         its probability Φ(({limit} − m(r))/σ_wet) instead of being left out as in least squares. Every run enters with \
+         r = 0. The run rebounds with e = e* where e* > {limit}; otherwise it sticks. {stuck} Every run enters with \
          its own v, D and δ.",
         kept(form, "δ̃"),
         dry_law(form, "v_d"),

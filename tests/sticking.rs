@@ -1,0 +1,229 @@
+//! Measures what becomes of L where runs stick, by each way of taking them, and compares it with `reports/sticking.md`.
+
+mod common;
+
+use std::fmt::Write;
+
+use common::{binomial_z, mean, seed_of, Place};
+use rand_distr::{Distribution, StandardNormal};
+use wetcor::findings::posterior::{effort, start};
+use wetcor::findings::{self, Findings};
+use wetcor::inference::nuts::Effort;
+use wetcor::inference::posed::Evaluation;
+use wetcor::inference::sampling::{sample_posterior, Plan};
+use wetcor::model::likelihood::Likelihood;
+use wetcor::model::parameters::Parameters;
+use wetcor::physics::dry;
+use wetcor::physics::rebound::mean_restitution;
+use wetcor::runs;
+use wetcor::scene::{Scene, Sticking};
+
+const L: f64 = 1.85;
+const K: f64 = 0.123;
+const NOISE: f64 = 0.03;
+const LIMIT: f64 = 0.05;
+const SETS: u64 = 200;
+
+/// Where the noise acts.
+#[derive(Clone, Copy, PartialEq)]
+enum On {
+    /// e* = m(r) + σ z, as the likelihood has it
+    Restitution,
+    /// e* = m(r + σ z)
+    Energy,
+}
+
+/// One film ratio; the viscosity, mPa s, decides at how many of its ten speeds nothing rebounds.
+fn scene(viscosity: f64) -> String {
+    format!(
+        "title = \"sticking\"\n[data]\nruns = \"runs.csv\"\nsmallest_restitution = {LIMIT}\n[particles.PE]\n\
+         density_kg_m3 = 940\nroughness_um = 5\n[liquids.oil]\ndensity_kg_m3 = 965\nviscosity_mPa_s = {viscosity}\n\
+         [model]\ninertia = \"none\"\nterms = [\"viscous\"]\n"
+    )
+}
+
+/// Viscosities at which about these shares of the runs stick, in per cent.
+const SHARES: [(u32, f64); 3] = [(10, 71.1), (40, 97.1), (80, 127.2)];
+
+const DIAMETER: f64 = 7.938e-3;
+
+fn table(viscosity: f64, on: On, seed: u64) -> String {
+    let mut rng = wetcor::seed::stream(seed, "sticking", 0);
+    let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+    let mut text = String::from("particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution\n");
+    for i in 0..30 {
+        let v = 0.5 + 0.05 * f64::from(i);
+        let e = dry::restitution(K, v) + 0.01 * normal();
+        let _ = writeln!(text, "PE,dry,7.938,,{v},{e}");
+    }
+    for i in 0..120 {
+        let v = 0.8 + 0.1 * f64::from(i % 10);
+        let stokes = wetcor::physics::numbers::stokes(940.0, DIAMETER, v, 1e-3 * viscosity);
+        let r = dry::restitution(K, 2.0).powi(2) - 4.0 * L / stokes;
+        let e = match on {
+            On::Restitution => mean_restitution(r) + NOISE * normal(),
+            On::Energy => mean_restitution(r + NOISE * normal()),
+        };
+        let e = if e > LIMIT { e } else { 0.0 };
+        let _ = writeln!(text, "PE,oil,7.938,{},{v},{e}", 0.06 * 7938.0);
+    }
+    text
+}
+
+/// L with its 90 % and 95 % intervals.
+#[derive(Clone, Copy)]
+struct Found {
+    value: f64,
+    intervals: [[f64; 2]; 2],
+}
+
+/// The ways, in the order of the table.
+const WAYS: [&str; 5] = [
+    "linear law, rebounds",
+    "square root, rebounds",
+    "posterior, excluded",
+    "posterior, truncated",
+    "posterior, censored",
+];
+
+fn by_law(found: &Findings, law: &str) -> Option<Found> {
+    let row = found
+        .scaling
+        .iter()
+        .find(|row| row.law == law && row.film_ratio.is_some())?;
+    let of = &row.lubrication_log;
+    let at = |level: f64| {
+        let interval = of.intervals.iter().find(|interval| interval.level == level)?;
+        Some([interval.lo, interval.hi])
+    };
+    Some(Found {
+        value: of.value?,
+        intervals: [at(0.9)?, at(0.95)?],
+    })
+}
+
+fn by_posterior(place: &Place, sticking: Sticking, seed: u64) -> Option<Found> {
+    let mut scene: Scene = place.scene.clone();
+    scene.model.sticking = sticking;
+    let table = runs::read(&scene).expect("good runs");
+    let least_squares = findings::find(&scene, &table, 1, false);
+    let form = scene.model.form();
+    let parameters = Parameters::of(&scene, &table.runs, form).expect("room");
+    let rows = Likelihood::of_rows(&scene, &table.runs, form);
+    let plan = Plan {
+        effort: Effort {
+            chains: 2,
+            warmup: 300,
+            draws: 500,
+            ..effort(&scene)
+        },
+        stream: (seed, "sticking posterior"),
+        evaluation: Evaluation::default(),
+    };
+    let start = start(&scene, &least_squares);
+    let sampled = sample_posterior(parameters, &rows, &start, plan, &|_, _| {}).ok()?;
+    let place = sampled
+        .parameters
+        .sampled
+        .iter()
+        .position(|p| p.name == "lubrication_log")?;
+    let mut draws: Vec<f64> = sampled.values[place].iter().flatten().copied().collect();
+    draws.sort_by(f64::total_cmp);
+    let at = |p: f64| draws[((draws.len() - 1) as f64 * p).round() as usize];
+    Some(Found {
+        value: mean(&draws).0,
+        intervals: [[at(0.05), at(0.95)], [at(0.025), at(0.975)]],
+    })
+}
+
+/// What a way came to over the sets.
+#[derive(Default)]
+struct Tally {
+    values: Vec<f64>,
+    covered: [usize; 2],
+}
+
+/// The share that stuck, and a tally of each way.
+fn tally((share, viscosity): (u32, f64), on: On) -> (f64, Vec<Tally>) {
+    let place = Place::new(&scene(viscosity));
+    let name = format!(
+        "sticking {share} {}",
+        if on == On::Energy { "energy" } else { "restitution" }
+    );
+    let mut tallies: Vec<Tally> = WAYS.iter().map(|_| Tally::default()).collect();
+    let mut stuck = 0;
+    for set in 0..SETS {
+        let seed = seed_of(&name).wrapping_add(set);
+        std::fs::write(&place.scene.data.runs, table(viscosity, on, seed)).expect("writable");
+        let read = place.read();
+        stuck += read.runs.stuck();
+        let least_squares = findings::find(&place.scene, &read, 1, false);
+        let found = [
+            by_law(&least_squares, "linear"),
+            by_law(&least_squares, "sqrt"),
+            by_posterior(&place, Sticking::Excluded, seed),
+            by_posterior(&place, Sticking::Truncated, seed),
+            by_posterior(&place, Sticking::Censored, seed),
+        ];
+        for (tally, found) in tallies.iter_mut().zip(found) {
+            let Some(found) = found else { continue };
+            tally.values.push(found.value);
+            for (covered, [lo, hi]) in tally.covered.iter_mut().zip(found.intervals) {
+                *covered += usize::from((lo..=hi).contains(&L));
+            }
+        }
+    }
+    (stuck as f64 / (120 * SETS) as f64, tallies)
+}
+
+/// Two minutes of sampling: slow.
+#[test]
+#[ignore = "slow: run with --ignored"]
+fn the_committed_table_is_measured_and_the_censored_posterior_covers() {
+    let mut text = format!(
+        "# Where runs stick\n\nWhat becomes of L = ln(δc/ε), whose truth is {L}, by each way of taking stuck runs: bias, and \
+         how many of {SETS} simulated sets have it in their 90 % and 95 % intervals. A set has 120 wet runs at ten speeds \
+         and one film ratio, and 30 dry ones. The noise has the sd {NOISE}, on e as the likelihood has it, or on the energy \
+         kept r, which it does not. A share of {:.1} % is one binomial standard deviation at 95 %.\n\n\
+         Made by `UPDATE_EXPECTED=1 cargo test --release --test sticking -- --ignored`.\n\n\
+         | noise on | stuck | way | sets with a number | bias of L | in its 90 % interval | in its 95 % interval |\n\
+         | --- | --- | --- | --- | --- | --- | --- |\n",
+        100.0 * (0.95 * 0.05 / SETS as f64).sqrt()
+    );
+    for on in [On::Restitution, On::Energy] {
+        for share in SHARES {
+            let (stuck, tallies) = tally(share, on);
+            for (way, tally) in WAYS.into_iter().zip(&tallies) {
+                let sets = tally.values.len();
+                let (average, se) = mean(&tally.values);
+                let percent = |covered: usize| format!("{:.1} %", 100.0 * covered as f64 / sets as f64);
+                let _ = writeln!(
+                    text,
+                    "| {} | {:.0} % | {way} | {sets} | {:.3} ± {se:.3} | {} | {} |",
+                    if on == On::Energy { "r" } else { "e" },
+                    100.0 * stuck,
+                    average - L,
+                    percent(tally.covered[0]),
+                    percent(tally.covered[1])
+                );
+            }
+            let z = |way: usize, level: usize| {
+                let nominal = [0.9, 0.95][level];
+                binomial_z(tallies[way].covered[level], SETS as usize, nominal)
+            };
+            if on == On::Restitution {
+                for level in [0, 1] {
+                    assert!(z(4, level).abs() < 4.0, "censored, {stuck}: {}", z(4, level));
+                }
+                // the planted fault: the linear law knows nothing of the threshold
+                assert!(z(0, 1) < -4.0, "linear, {stuck}: {}", z(0, 1));
+            }
+        }
+    }
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("reports/sticking.md");
+    if std::env::var_os("UPDATE_EXPECTED").is_some() {
+        std::fs::write(&path, &text).expect("writable");
+    }
+    let kept = std::fs::read_to_string(&path).expect("the committed table");
+    assert_eq!(kept, text);
+}
