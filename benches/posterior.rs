@@ -61,6 +61,7 @@ fn truth(scene: &Scene, parameters: &Parameters) -> Vec<f64> {
         Kind::FilmScale => truth.film_scale,
         Kind::SigmaDry => truth.sigma_dry,
         Kind::SigmaWet => truth.sigma_wet,
+        Kind::SigmaEnergy => truth.sigma_energy,
     };
     parameters.sampled.iter().map(|p| of(p.kind).expect("given")).collect()
 }

@@ -87,6 +87,7 @@ fn truth_of(parameters: &Parameters, scene: &Scene, rng: &mut rand::rngs::ChaCha
             Kind::FilmScale => truth.film_scale = Some(*value),
             Kind::SigmaDry => truth.sigma_dry = Some(*value),
             Kind::SigmaWet => truth.sigma_wet = Some(*value),
+            Kind::SigmaEnergy => truth.sigma_energy = Some(*value),
         }
     }
     (draw, truth)

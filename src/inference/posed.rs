@@ -64,6 +64,11 @@ impl<'r> Posed<'r> {
     ) -> Result<Posed<'r>, NoStart> {
         let began = std::time::Instant::now();
         let starts = starts(&parameters, start);
+        let evaluation = if rows.needs_rows() {
+            Evaluation::Rows
+        } else {
+            evaluation
+        };
         let (posterior, about, compression) = match evaluation {
             Evaluation::Rows => {
                 let posterior = Posterior::new(parameters, rows.clone());

@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::physics::impact::Form;
 use crate::physics::inertia::Inertia;
 use crate::runs::Runs;
-use crate::scene::{Prior, Scene};
+use crate::scene::{NoiseOn, Prior, Scene};
 
 /// What a parameter is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,6 +21,8 @@ pub enum Kind {
     SigmaDry,
     /// spread of the wet restitutions
     SigmaWet,
+    /// spread σ_r of the energy wet runs keep
+    SigmaEnergy,
 }
 
 impl Kind {
@@ -33,6 +35,7 @@ impl Kind {
             Kind::FilmScale => "film_scale",
             Kind::SigmaDry => "sigma_dry",
             Kind::SigmaWet => "sigma_wet",
+            Kind::SigmaEnergy => "sigma_energy",
         }
     }
 
@@ -45,6 +48,7 @@ impl Kind {
             Kind::FilmScale => "δ̃0",
             Kind::SigmaDry => "σ_dry",
             Kind::SigmaWet => "σ_wet",
+            Kind::SigmaEnergy => "σ_r",
         }
     }
 
@@ -79,6 +83,10 @@ impl Kind {
                 Prior::LogNormal(0.07, 0.5),
                 "default: the published data level off near a film ratio of 0.07",
             ),
+            Kind::SigmaEnergy => (
+                Prior::HalfNormal(0.1),
+                "default: a spread of the energy kept above 0.2 would be no measurement",
+            ),
             Kind::SigmaDry | Kind::SigmaWet => (
                 Prior::HalfNormal(0.1),
                 "default: a spread of restitutions above 0.2 would be no measurement",
@@ -94,13 +102,14 @@ impl Kind {
             Kind::FilmScale => 2,
             Kind::SigmaWet => 3,
             Kind::SigmaDry => 4,
-            Kind::DryK(particle) => 5 + particle,
+            Kind::SigmaEnergy => 5,
+            Kind::DryK(particle) => COMMON_SLOTS + particle,
         }
     }
 }
 
 /// Places of a full vector before the k of the particles.
-pub const COMMON_SLOTS: usize = 5;
+pub const COMMON_SLOTS: usize = 6;
 
 /// A parameter to be sampled.
 #[derive(Debug, Clone, PartialEq)]
@@ -191,6 +200,9 @@ impl Parameters {
         let no_dry = || (!dry).then(|| (None, "no dry runs in use".to_owned()));
         parameters.add(scene, Kind::SigmaDry, above, inertia, no_dry())?;
         parameters.add(scene, Kind::SigmaWet, above, inertia, no_wet())?;
+        if scene.model.noise == NoiseOn::Both {
+            parameters.add(scene, Kind::SigmaEnergy, above, inertia, no_wet())?;
+        }
         Ok(parameters)
     }
 

@@ -1,4 +1,5 @@
-//! Draws runs from a truth by the one generative statement: e* = m(r) + σ z, stuck where e* is at or below the limit.
+//! Draws runs from a truth by the one generative statement: e* = m(r) + σ z, stuck where e* is at or below the limit; with
+//! noise on the energy kept e* = m(r + σ_r z′) + σ z.
 
 use rand::rngs::ChaCha8Rng;
 use rand_distr::{Distribution, Exp1, StandardNormal};
@@ -163,7 +164,12 @@ impl<'s> Simulation<'s> {
                 let truth = self.truth;
                 let kept = kept_energy(&setting, truth.form(), &parameters, v);
                 let noise = wet_noise(truth.noise, setting.stokes(v), rng);
-                let e = rebound::mean_restitution(kept) + self.values.sigma_wet * noise;
+                // drawn only where there is some, so that other scenes' runs stay as they are
+                let lucky = truth.sigma_energy.filter(|sigma| *sigma > 0.0).map_or(0.0, |sigma| {
+                    let z: f64 = StandardNormal.sample(rng);
+                    sigma * z
+                });
+                let e = rebound::mean_restitution(kept + lucky) + self.values.sigma_wet * noise;
                 (Some(liquid.name.as_str()), Some((setting.film, film_ratio)), e)
             }
         };

@@ -22,6 +22,8 @@ pub struct ModelChoices {
     pub likelihood: Likelihood,
     /// what is made of stuck runs
     pub sticking: Sticking,
+    /// where the scatter of wet runs acts
+    pub noise: NoiseOn,
 }
 
 /// Speed at which e_inf and St_c are quoted unless the scene names another, m/s (upper end of the paper's dry runs).
@@ -110,6 +112,15 @@ pub enum Likelihood {
     Normal,
     /// Student-t with estimated degrees of freedom
     Student,
+}
+
+/// Where the scatter of wet runs acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoiseOn {
+    /// on the restitution alone
+    Restitution,
+    /// on the energy kept, too
+    Both,
 }
 
 /// What is made of stuck runs.
@@ -228,13 +239,14 @@ impl IntervalMethod {
 }
 
 /// Parameters a prior can be set for.
-const PARAMETERS: [&str; 7] = [
+const PARAMETERS: [&str; 8] = [
     "dry_k",
     "lubrication_log",
     "inertial_prefactor",
     "film_scale",
     "sigma_dry",
     "sigma_wet",
+    "sigma_energy",
     "nu",
 ];
 
@@ -245,6 +257,7 @@ pub(super) fn model(root: &Table, liquids: &[Liquid], unused: &mut Vec<String>) 
         terms: None,
         likelihood: Likelihood::Normal,
         sticking: Sticking::Censored,
+        noise: NoiseOn::Restitution,
     };
     let Some(table) = root.table("model") else {
         return choices;
@@ -271,6 +284,10 @@ pub(super) fn model(root: &Table, liquids: &[Liquid], unused: &mut Vec<String>) 
     ];
     if let Some(sticking) = table.choice("sticking", &stickings) {
         choices.sticking = sticking;
+    }
+    let noises = [("restitution", NoiseOn::Restitution), ("both", NoiseOn::Both)];
+    if let Some(noise) = table.choice("noise", &noises) {
+        choices.noise = noise;
     }
     table.finish();
     note_unused("model", &table, &["likelihood"], unused);

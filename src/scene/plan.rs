@@ -30,6 +30,8 @@ pub struct Truth {
     pub sigma_dry: Option<f64>,
     /// sd of the noise on a wet restitution
     pub sigma_wet: Option<f64>,
+    /// sd of the noise on the energy a wet run keeps; absent: none
+    pub sigma_energy: Option<f64>,
     /// shape of the noise on wet runs
     pub noise: Noise,
     /// the terms the truth holds; absent: the inertial and the viscous loss
@@ -112,6 +114,7 @@ pub(super) fn truth(
             .unwrap_or(default_dry_speed),
         sigma_dry: table.number("sigma_dry", NOT_NEGATIVE),
         sigma_wet: table.number("sigma_wet", NOT_NEGATIVE),
+        sigma_energy: table.number("sigma_energy", NOT_NEGATIVE),
         noise: table.choice("noise", &noises).unwrap_or(Noise::Normal),
         terms: terms(&table, liquids),
     };

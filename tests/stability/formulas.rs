@@ -106,8 +106,8 @@ fn dry_run_alone(scene: &Scene, x: &[f64]) -> Vec<f64> {
     };
     let runs = runs::arrange(scene, &[run]);
     let likelihood = Likelihood::of_rows(scene, &runs, Form::new(Inertia::None, DrySpeed::Impact));
-    let mut slopes = [0.0; 6];
-    let full = [1.0, 1.0, 1.0, 1.0, sigma, k];
+    let mut slopes = [0.0; 7];
+    let full = [1.0, 1.0, 1.0, 1.0, sigma, 1.0, k];
     let value = likelihood.ln_density(&full, &mut slopes).expect("finite");
     let [of_k, of_sigma] = [Kind::DryK(0), Kind::SigmaDry].map(|kind| slopes[kind.slot()]);
     vec![value, of_k, of_sigma]

@@ -97,15 +97,7 @@ pub fn find(scene: &Scene, runs: &Runs, pointwise: &Pointwise, full_draws: &[Vec
         .collect();
     let seen: Vec<Seen> = (0..pointwise.len())
         .into_par_iter()
-        .map(|run| {
-            look(
-                pointwise,
-                scene.data.smallest_restitution,
-                run,
-                runs.restitution[run],
-                &some,
-            )
-        })
+        .map(|run| look(pointwise, run, runs.restitution[run], &some))
         .collect();
     let few = spread(&some, STUCK_DRAWS.min(affordable));
     Predictive {
@@ -124,12 +116,11 @@ fn spread<T>(items: &[T], most: usize) -> Vec<&T> {
     items.iter().step_by(items.len().div_ceil(most).max(1)).collect()
 }
 
-fn look(pointwise: &Pointwise, limit: f64, run: usize, e: f64, draws: &[At]) -> Seen {
+fn look(pointwise: &Pointwise, run: usize, e: f64, draws: &[At]) -> Seen {
     let stuck = pointwise.is_stuck(run);
     let (mut below, mut residual) = (0.0, 0.0);
     for at in draws {
-        let (mean, sigma) = at.mean_and_sigma(run);
-        let z = (if stuck { limit } else { e } - mean) / sigma;
+        let z = if stuck { at.limit_z(run) } else { at.z(run, e) };
         if stuck {
             let (ln_cdf, mills) = ln_normal_cdf(z);
             below += ln_cdf.exp();
@@ -137,7 +128,7 @@ fn look(pointwise: &Pointwise, limit: f64, run: usize, e: f64, draws: &[At]) -> 
             residual -= mills;
         } else if at.is_truncated() {
             // of those that rebound: 1 − Φ(−z)/Φ(−l), about their mean φ(l)/Φ(−l)
-            let (ln_rebound, mills) = ln_normal_cdf((mean - limit) / sigma);
+            let (ln_rebound, mills) = ln_normal_cdf(-at.limit_z(run));
             below += -(ln_normal_cdf(-z).0 - ln_rebound).exp_m1();
             residual += z - mills;
         } else {
@@ -192,17 +183,13 @@ fn groups(scene: &Scene, runs: &Runs, seen: &[Seen]) -> Vec<Group> {
 }
 
 fn stuck(scene: &Scene, runs: &Runs, draws: &[&At]) -> Vec<Stuck> {
-    let limit = scene.data.smallest_restitution;
     let of_series = |series: &crate::runs::Series| {
         let observed = series.stuck.len();
         let (mut expected, mut lower, mut upper) = (0.0, 0.0, 0.0);
         for at in draws {
             let p: Vec<f64> = series
                 .runs()
-                .map(|run| {
-                    let (mean, sigma) = at.mean_and_sigma(run);
-                    ln_normal_cdf((limit - mean) / sigma).0.exp()
-                })
+                .map(|run| ln_normal_cdf(at.limit_z(run)).0.exp())
                 .collect();
             expected += p.iter().sum::<f64>();
             let (at_most, at_least) = tails(&p, observed);

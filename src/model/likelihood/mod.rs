@@ -8,15 +8,18 @@
 //! (+ (3/5) k² p² to second order) with p = v^(1/5) at the dry speed in use.
 
 mod compress;
+mod energies;
 mod gauss;
 pub mod normal;
 pub mod pointwise;
 mod rows;
 
 pub use compress::{Compression, Resolution};
+pub use energies::on_energies;
 
 use std::ops::Range;
 
+use self::energies::{Energies, Spreads};
 use self::normal::ln_normal_cdf;
 use super::parameters::{Kind, COMMON_SLOTS};
 use super::priors::LN_ROOT_TWO_PI;
@@ -173,6 +176,8 @@ pub struct Likelihood {
     film_ratios: Vec<f64>,
     rebounds: Nodes,
     stuck: Nodes,
+    /// the rebounds on the scale of the energy kept, where noise acts there, too
+    energies: Option<Energies>,
     /// wet runs that rebounded
     wet_rebounds: f64,
     /// what the nodes leave of the wet rebounds' sum of squares
@@ -200,6 +205,12 @@ const LANES: usize = 4;
 const CERTAIN: f64 = 9.0;
 
 impl Likelihood {
+    /// Whether the likelihood is one of rows and cannot be compressed: noise on the energy kept gives every run a spread of
+    /// its own.
+    pub fn needs_rows(&self) -> bool {
+        self.energies.is_some()
+    }
+
     /// Nodes of wet runs, rebounded and stuck: the cost of one evaluation.
     pub fn nodes(&self) -> usize {
         self.rebounds.len() + self.stuck.len()
@@ -245,6 +256,15 @@ impl Likelihood {
                 l,
             };
             let mut sums = Sums::default();
+            if let Some(energies) = &self.energies {
+                let spreads = Spreads {
+                    sigma,
+                    energy: at(Kind::SigmaEnergy),
+                };
+                stuck_value += self.of_energies(energies, block, &law, spreads, slopes, &mut sums);
+                self.add_slopes(block, (shape, shape_slope, c), sums, slopes);
+                continue;
+            }
             if !block.rebounds.is_empty() {
                 sums = rebound_sums(&self.rebounds, block.rebounds.clone(), &law);
                 squares += sums.squares;
@@ -272,13 +292,21 @@ impl Likelihood {
                 sums.viscous += kept * at.viscous;
                 sums.dry += kept * dry;
             }
-            slopes[Kind::LubricationLog.slot()] -= sums.viscous;
-            slopes[Kind::InertialPrefactor.slot()] -= sums.kept * block.density_ratio * shape;
-            slopes[Kind::FilmScale.slot()] -= sums.kept * c * block.density_ratio * shape_slope;
-            slopes[COMMON_SLOTS + block.particle] -= 2.0 * sums.dry;
+            self.add_slopes(block, (shape, shape_slope, c), sums, slopes);
+        }
+        if self.energies.is_some() {
+            return stuck_value;
         }
         slopes[Kind::SigmaWet.slot()] += (squares * precision - self.wet_rebounds) / sigma;
         stuck_value - self.wet_rebounds * (sigma.ln() + LN_ROOT_TWO_PI) - 0.5 * squares * precision
+    }
+
+    /// Slopes of r turned into those of the parameters.
+    fn add_slopes(&self, block: &Block, (shape, shape_slope, c): (f64, f64, f64), sums: Sums, slopes: &mut [f64]) {
+        slopes[Kind::LubricationLog.slot()] -= sums.viscous;
+        slopes[Kind::InertialPrefactor.slot()] -= sums.kept * block.density_ratio * shape;
+        slopes[Kind::FilmScale.slot()] -= sums.kept * c * block.density_ratio * shape_slope;
+        slopes[COMMON_SLOTS + block.particle] -= 2.0 * sums.dry;
     }
 
     /// Σ n ln P(e* > limit) over the rebounds of a block; its slopes are taken off those of σ and of the sums.

@@ -4,13 +4,14 @@ use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::e_dry;
+use super::energies::{ln_density, on_energies};
 use super::normal::ln_normal_cdf;
 use crate::model::parameters::{Kind, COMMON_SLOTS};
 use crate::model::priors::LN_ROOT_TWO_PI;
 use crate::physics::impact::Form;
 use crate::physics::{bridge, numbers, rebound};
 use crate::runs::Runs;
-use crate::scene::{Scene, Sticking};
+use crate::scene::{NoiseOn, Scene, Sticking};
 
 /// The runs of a scene, in the order of [`Runs`], ready for one run at a time.
 #[derive(Debug)]
@@ -19,6 +20,8 @@ pub struct Pointwise<'r> {
     limit: f64,
     /// whether runs that stuck were not logged
     truncated: bool,
+    /// whether noise acts on the energy kept, too
+    both: bool,
     /// runs of one setting that follow one another share an entry
     settings: Vec<Setting>,
     /// the setting of each run
@@ -56,6 +59,8 @@ pub struct At<'p, 'r> {
     means: Vec<f64>,
     dry: Spread,
     wet: Spread,
+    /// σ_r, where noise acts on the energy kept, too
+    energy: Option<f64>,
 }
 
 /// A spread with its logarithm.
@@ -78,6 +83,7 @@ impl<'r> Pointwise<'r> {
             form,
             limit: scene.data.smallest_restitution,
             truncated: scene.model.sticking == Sticking::Truncated,
+            both: scene.model.noise == NoiseOn::Both,
             settings: vec![],
             setting: Vec::with_capacity(runs.len()),
             dry: 0,
@@ -167,12 +173,8 @@ impl<'r> Pointwise<'r> {
 
     /// By how many σ the smallest restitution told from sticking lies above the mean, for each of some runs.
     pub fn limits<'f>(&'f self, full: &'f [f64], runs: &'f [usize]) -> impl Iterator<Item = f64> + 'f {
-        let mut mean = self.means(full);
-        let spreads = [Kind::SigmaDry, Kind::SigmaWet].map(|kind| full[kind.slot()]);
-        runs.iter().map(move |&run| {
-            let sigma = spreads[usize::from(run >= self.dry)];
-            (self.limit - mean(&self.settings[self.setting[run] as usize])) / sigma
-        })
+        let at = self.at(full);
+        runs.iter().map(move |&run| at.limit_z(run))
     }
 
     /// The law at a full vector of parameters.
@@ -183,6 +185,7 @@ impl<'r> Pointwise<'r> {
             means: self.settings.iter().map(self.means(full)).collect(),
             dry: Spread::of(of(Kind::SigmaDry)),
             wet: Spread::of(of(Kind::SigmaWet)),
+            energy: self.both.then(|| of(Kind::SigmaEnergy)),
         }
     }
 }
@@ -193,7 +196,33 @@ impl At<'_, '_> {
         (self.means[self.pointwise.setting[run] as usize], spread)
     }
 
-    /// Mean of e* and its spread: m(r) and σ_wet, or e_dry and σ_dry.
+    /// r and σ_r of a wet run, where noise acts on the energy kept, too.
+    fn energy(&self, run: usize) -> Option<(f64, f64)> {
+        let sigma = self.energy.filter(|_| run >= self.pointwise.dry)?;
+        let mean = self.means[self.pointwise.setting[run] as usize];
+        Some((rebound::kept_of_mean_restitution(mean), sigma))
+    }
+
+    /// By how many σ the smallest restitution told from sticking lies above the mean: Φ of it is the probability of
+    /// sticking.
+    pub fn limit_z(&self, run: usize) -> f64 {
+        let (mean, spread) = self.mean_and_spread(run);
+        match self.energy(run) {
+            Some((kept, energy)) => on_energies(self.pointwise.limit, kept, (spread.sigma, energy)),
+            None => (self.pointwise.limit - mean) / spread.sigma,
+        }
+    }
+
+    /// By how many σ a restitution lies above the mean.
+    pub fn z(&self, run: usize, restitution: f64) -> f64 {
+        let (mean, spread) = self.mean_and_spread(run);
+        match self.energy(run) {
+            Some((kept, energy)) => on_energies(restitution, kept, (spread.sigma, energy)),
+            None => (restitution - mean) / spread.sigma,
+        }
+    }
+
+    /// Mean of e* and its spread σ: m(r) and σ_wet, or e_dry and σ_dry.
     pub fn mean_and_sigma(&self, run: usize) -> (f64, f64) {
         let (mean, spread) = self.mean_and_spread(run);
         (mean, spread.sigma)
@@ -203,12 +232,17 @@ impl At<'_, '_> {
     pub fn ln_likelihood(&self, run: usize) -> f64 {
         let (mean, spread) = self.mean_and_spread(run);
         if self.pointwise.stuck[run] {
-            return ln_normal_cdf((self.pointwise.limit - mean) / spread.sigma).0;
+            return ln_normal_cdf(self.limit_z(run)).0;
         }
-        let z = (self.pointwise.restitution[run] - mean) / spread.sigma;
-        let density = -0.5 * z * z - LN_ROOT_TWO_PI - spread.ln;
+        let e = self.pointwise.restitution[run];
+        let density = if let Some((kept, energy)) = self.energy(run) {
+            ln_density(e, kept, (spread.sigma, energy))
+        } else {
+            let z = (e - mean) / spread.sigma;
+            -0.5 * z * z - LN_ROOT_TWO_PI - spread.ln
+        };
         if self.pointwise.truncated {
-            density - ln_normal_cdf((mean - self.pointwise.limit) / spread.sigma).0
+            density - ln_normal_cdf(-self.limit_z(run)).0
         } else {
             density
         }
@@ -223,8 +257,13 @@ impl At<'_, '_> {
     /// rebounds.
     pub fn predict<R: Rng + ?Sized>(&self, run: usize, rng: &mut R) -> f64 {
         let (mean, sigma) = self.mean_and_sigma(run);
+        let energy = self.energy(run);
         let mut draw = || {
             let z: f64 = StandardNormal.sample(rng);
+            let mean = energy.map_or(mean, |(kept, sigma)| {
+                let lucky: f64 = StandardNormal.sample(rng);
+                rebound::mean_restitution(kept + sigma * lucky)
+            });
             mean + sigma * z
         };
         let mut e = draw();

@@ -2,11 +2,12 @@
 
 use std::collections::HashMap;
 
+use super::energies::Energies;
 use super::{Abscissa, Block, DryRuns, Likelihood, Nodes};
 use crate::physics::impact::Form;
 use crate::physics::{bridge, numbers};
 use crate::runs::{Runs, Series};
-use crate::scene::{Scene, Sticking};
+use crate::scene::{NoiseOn, Scene, Sticking};
 
 impl Likelihood {
     /// The likelihood with one node for each wet run. Dry runs need no more than their sums.
@@ -19,6 +20,7 @@ impl Likelihood {
             film_ratios: vec![],
             rebounds: Nodes::default(),
             stuck: Nodes::default(),
+            energies: None,
             wet_rebounds: 0.0,
             leftover: 0.0,
             dry: dry_runs(scene, runs),
@@ -28,6 +30,9 @@ impl Likelihood {
             likelihood.add(scene, runs, series, &mut films);
         }
         likelihood.wet_rebounds = likelihood.rebounds.len() as f64;
+        if scene.model.noise == NoiseOn::Both {
+            likelihood.energies = Some(Energies::new(&likelihood.rebounds, likelihood.limit));
+        }
         likelihood
     }
 

@@ -76,6 +76,7 @@ fn slopes_agree_with_differences_under_every_prior() {
                     Kind::FilmScale => 0.08,
                     Kind::SigmaDry => 0.03,
                     Kind::SigmaWet => 0.05,
+                    Kind::SigmaEnergy => 0.04,
                 })
                 .collect();
             let point = posterior.point_at(&draw);

@@ -71,6 +71,7 @@ fn symbol(told: Told, parameter: &Parameter) -> String {
         Kind::FilmScale => "δ̃_{0}".to_owned(),
         Kind::SigmaDry => "σ_{dry}".to_owned(),
         Kind::SigmaWet => "σ_{wet}".to_owned(),
+        Kind::SigmaEnergy => "σ_{r}".to_owned(),
         other => other.symbol().to_owned(),
     }
 }

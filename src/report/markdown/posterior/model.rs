@@ -7,7 +7,7 @@ use super::super::terms::{dry_law, kept};
 use super::label;
 use crate::findings::posterior::{LeftOut, Posterior};
 use crate::physics::rebound::TURN;
-use crate::scene::{Prior, Sticking};
+use crate::scene::{NoiseOn, Prior, Sticking};
 
 /// The generative statement with this scene's form of inertia and dry speed.
 pub(super) fn model(page: &mut Page, told: Told, posterior: &Posterior) {
@@ -49,6 +49,15 @@ fn wet(told: Told, posterior: &Posterior) -> String {
              choice of the luckier ones, which the model does not know."
             .to_owned(),
     };
+    let both = told.scene.model.noise == NoiseOn::Both;
+    let (restitution, stuck) = if both {
+        let text = "Noise acts on the energy kept, too. A rebound is therefore taken to that scale, y = m⁻¹(e), where it is \
+                    normal about r with the variance σ_r² + (σ_wet/m′(y))²; a run sticks where y is at or below that of \
+                    the limit.";
+        ("e* = m(r + σ_r z′) + σ_wet z", format!("{text} {}", where_stuck(told)))
+    } else {
+        ("e* = m(r) + σ_wet z", stuck)
+    };
     let bridge = if form.bridge {
         " κ = 12 γ √(2 V_b D)/(ρp D³) with V_b = π δ² (D/2 − δ/3),"
     } else {
@@ -59,7 +68,7 @@ fn wet(told: Told, posterior: &Posterior) -> String {
         None => "v_d = v, the run's own speed".to_owned(),
     };
     format!(
-        "A wet run of impact speed v, diameter D and film ratio δ̃ = δ/D has the restitution e* = m(r) + σ_wet z. Here \
+        "A wet run of impact speed v, diameter D and film ratio δ̃ = δ/D has the restitution {restitution}. Here \
          z is standard normal and independent from run to run, r = {} is the energy kept,{g}{bridge} \
          e_dry = {} with {speed}, and m(r) = r (r² + τ⁴)^(−1/4) with τ = {}, which is √r except close to \
          r = 0. The run rebounds with e = e* where e* > {limit}; otherwise it sticks. {stuck} Every run enters with \
@@ -68,6 +77,15 @@ fn wet(told: Told, posterior: &Posterior) -> String {
         dry_law(form, "v_d"),
         numbers::short(TURN)
     )
+}
+
+/// What becomes of stuck runs where noise acts on the energy kept, too.
+fn where_stuck(told: Told) -> &'static str {
+    match told.scene.model.sticking {
+        Sticking::Censored => "A stuck run counts with its probability.",
+        Sticking::Truncated => "Stuck runs were not logged, so the density of a rebound is divided by its probability.",
+        Sticking::Excluded => "Stuck runs are left out, as the scene asks.",
+    }
 }
 
 /// What was believed before, and which parameters were not sampled.
