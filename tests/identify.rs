@@ -130,8 +130,15 @@ fn one_film_ratio_without_dry_runs_tells_e_inf() {
         dry: "",
         ..WELL
     };
-    let seen = design.see("one_film_ratio_without_dry_runs_tells_e_inf");
+    let findings = design.draw("one_film_ratio_without_dry_runs_tells_e_inf").2;
+    let seen = findings.identifies.expect("parameters");
     let unseen = only(&seen);
+    let notice = findings.notices.iter().find(|notice| notice.code == "unseen");
+    let notice = notice.expect("a caution of the report");
+    assert!(
+        notice.text.starts_with(&unseen.reason) && notice.text.contains("; determined instead: e_inf[PTFE,0.06] = 0.")
+    );
+    assert_eq!(notice.next_step, unseen.add);
     assert_eq!(unseen.parameters, ["inertial_prefactor", "dry_k[PTFE]"]);
     assert_eq!(
         unseen.reason,

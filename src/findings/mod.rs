@@ -210,7 +210,7 @@ pub fn find_watched(
         notices,
     };
     findings.identifies = identify::directions(scene, runs, &findings);
-    findings.notices.extend(identify::notices(findings.identifies.as_ref()));
+    findings.notices.extend(identify::notice(findings.identifies.as_ref()));
     findings
 }
 

@@ -98,18 +98,21 @@ pub fn directions(scene: &Scene, runs: &Runs, least_squares: &Findings) -> Optio
     })
 }
 
-/// One notice for each group of unseen directions.
-pub fn notices(directions: Option<&Directions>) -> Vec<Notice> {
-    let each = directions.iter().flat_map(|directions| &directions.unseen);
-    let tell = |unseen: &Unseen| {
-        let mut text = unseen.reason.clone();
-        let instead: Vec<String> = unseen.determined.iter().map(Determined::text).collect();
-        if !instead.is_empty() {
-            text.push_str(&format!("; determined instead: {}", instead.join(", ")));
+/// A notice of what the runs cannot see; `None` where they see everything.
+pub fn notice(directions: Option<&Directions>) -> Option<Notice> {
+    let unseen = &directions?.unseen;
+    let tell = |one: &Unseen| {
+        let instead: Vec<String> = one.determined.iter().map(Determined::text).collect();
+        if instead.is_empty() {
+            one.reason.clone()
+        } else {
+            format!("{}; determined instead: {}", one.reason, instead.join(", "))
         }
-        Notice::new("unseen", unseen.directions, text, unseen.add.clone())
     };
-    each.map(tell).collect()
+    let texts: Vec<String> = unseen.iter().map(tell).collect();
+    let next: Vec<&str> = unseen.iter().map(|one| one.add.as_str()).collect();
+    let count = unseen.iter().map(|one| one.directions).sum();
+    (count > 0).then(|| Notice::new("unseen", count, texts.join("; "), next.join("; ")))
 }
 
 impl Determined {
