@@ -79,7 +79,7 @@ report of the same title.")]
         #[arg(long, value_name = "X", value_parser = read_accuracy)]
         accuracy: Option<f64>,
     },
-    /// Say what was read and what it can identify, without fitting
+    /// Say what was read and what it can identify, by least squares at most
     #[command(after_help = "\
 Example:
   wetcor check datasets/mueller2016/scene.toml --json")]
@@ -338,6 +338,7 @@ fn fit(path: &Path, out: Option<PathBuf>, seed: u64, (stages, way): (&[Stage], W
     let mut findings = timing.fits(scene.bootstrap.replicates, quiet, |done| {
         findings::find_watched(&scene, &table, seed, wanted(Stage::Bootstrap), done)
     });
+    let overview = overview::find(&scene, &table, &findings);
     let mut posterior = None;
     if wanted(Stage::Posterior) {
         let draws = Draws::of(&scene, quiet, "posterior", 1);
@@ -358,7 +359,6 @@ fn fit(path: &Path, out: Option<PathBuf>, seed: u64, (stages, way): (&[Stage], W
             findings.add_comparison(&scene, &table.runs, posterior, &watcher)
         })?;
     }
-    let overview = overview::find(&scene, &table, &findings.terms);
     let told = Told {
         scene: &scene,
         runs: &table.runs,
@@ -427,7 +427,7 @@ fn check(path: &Path, json: bool, quiet: bool) -> Result<u8, Error> {
     drop(progress);
     let table = table?;
     let least_squares = findings::find(&scene, &table, 1, false);
-    let overview = overview::find(&scene, &table, &least_squares.terms);
+    let overview = overview::find(&scene, &table, &least_squares);
     if json {
         say(&report::json::text(&overview)?)?;
     } else {

@@ -17,7 +17,7 @@ use crate::inference::nested::{one_law_for_all, FTest, Spread};
 use crate::physics::impact::Form;
 use crate::physics::inertia::Inertia;
 use crate::physics::{numbers, viscous};
-use crate::runs::{FilmGroup, Runs};
+use crate::runs::{FilmGroup, Runs, Series};
 use crate::scene::{Law, Scene};
 
 /// The energy balance over particles, liquids, diameters, films and speeds.
@@ -97,26 +97,7 @@ pub fn find(
         .filter_map(|d| Some((d.particle, d.usable?)))
         .collect();
     let place = |particle: usize| known.iter().position(|(p, _)| *p == particle);
-    let blocks: Vec<Block> = runs
-        .series
-        .iter()
-        .filter(|series| !series.rebounds.is_empty())
-        .filter_map(|series| {
-            let particle = &scene.particles[series.particle];
-            let liquid = &scene.liquids[series.liquid];
-            let range = series.rebounds.clone();
-            Some(Block {
-                particle: place(series.particle)?,
-                density_ratio: liquid.density / particle.density,
-                stokes_factor: numbers::stokes(particle.density, 1.0, 1.0, liquid.viscosity),
-                tension_over_density: liquid.surface_tension.unwrap_or(0.0) / particle.density,
-                diameter: &runs.diameter[range.clone()],
-                film: &runs.film[range.clone()],
-                impact_speed: &runs.impact_speed[range.clone()],
-                restitution: &runs.restitution[range],
-            })
-        })
-        .collect();
+    let blocks = blocks(scene, runs, place);
     if blocks.is_empty() {
         return None;
     }
@@ -209,6 +190,36 @@ pub fn find(
         residual_sd: fit.residual_sd,
         lack_of_fit,
         stop: fit.stop.as_str(),
+    })
+}
+
+/// The rebounds of the particles that have a place, block by block.
+pub(super) fn blocks<'r>(scene: &Scene, runs: &'r Runs, place: impl Fn(usize) -> Option<usize>) -> Vec<Block<'r>> {
+    let rebounding = runs.series.iter().filter(|series| !series.rebounds.is_empty());
+    rebounding
+        .filter_map(|series| block(scene, runs, series, &place))
+        .collect()
+}
+
+/// The rebounds of one series; `None` where its particle has no place.
+pub(super) fn block<'r>(
+    scene: &Scene,
+    runs: &'r Runs,
+    series: &Series,
+    place: impl Fn(usize) -> Option<usize>,
+) -> Option<Block<'r>> {
+    let particle = &scene.particles[series.particle];
+    let liquid = &scene.liquids[series.liquid];
+    let range = series.rebounds.clone();
+    Some(Block {
+        particle: place(series.particle)?,
+        density_ratio: liquid.density / particle.density,
+        stokes_factor: numbers::stokes(particle.density, 1.0, 1.0, liquid.viscosity),
+        tension_over_density: liquid.surface_tension.unwrap_or(0.0) / particle.density,
+        diameter: &runs.diameter[range.clone()],
+        film: &runs.film[range.clone()],
+        impact_speed: &runs.impact_speed[range.clone()],
+        restitution: &runs.restitution[range],
     })
 }
 

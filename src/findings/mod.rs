@@ -19,7 +19,8 @@
 //! | `shown.rs` | the film ratio shown where one must be chosen |
 //! | `published.rs` | ours beside the literature's |
 //! | `verdicts.rs` | what must hold before the numbers are quoted |
-//! | `overview.rs` | what was read and what it can identify |
+//! | `identify/` | what the runs can identify, and what is determined instead |
+//! | `overview.rs` | what was read, for `check` |
 
 pub mod balance;
 pub mod bootstrap;
@@ -27,6 +28,7 @@ pub mod compare;
 pub mod dry;
 pub mod energy;
 pub mod estimate;
+pub mod identify;
 mod judge;
 pub mod overview;
 pub mod own_dry_speed;
@@ -98,6 +100,8 @@ pub struct Findings {
     pub posterior: Option<posterior::PosteriorFindings>,
     /// how well each form of the law predicts runs it has not seen; `None` if the stage was not run
     pub compare: Option<Vec<compare::Compared>>,
+    /// what the runs see of the parameters; `None` without parameters, or where a sum is not finite
+    pub identifies: Option<identify::Directions>,
     /// what must hold before the numbers are quoted
     pub verdicts: Vec<verdicts::Check>,
     /// what wants a second look
@@ -188,7 +192,7 @@ pub fn find_watched(
     notices.extend(verdicts::notices(scene, table, &dry, &series, &scaling, bootstrap));
     let (resampling, of_resampling) = resampled.unzip();
     notices.extend(of_resampling.into_iter().flatten());
-    Findings {
+    let mut findings = Findings {
         schema: SCHEMA,
         scene: scene.name.clone(),
         title: scene.title.clone(),
@@ -213,9 +217,13 @@ pub fn find_watched(
         published,
         posterior: None,
         compare: None,
+        identifies: None,
         verdicts,
         notices,
-    }
+    };
+    findings.identifies = identify::directions(scene, runs, &findings);
+    findings.notices.extend(identify::notice(findings.identifies.as_ref()));
+    findings
 }
 
 impl Findings {

@@ -2,7 +2,9 @@
 
 use serde::Serialize;
 
+use super::identify::{self, Directions, Identified};
 use super::terms::SizedTerm;
+use super::Findings;
 use crate::notice::Notice;
 use crate::physics::impact::Setting;
 use crate::runs::{Runs, Screened, Series, Table};
@@ -23,6 +25,8 @@ pub struct Overview {
     pub materials: Vec<Material>,
     /// what these runs can identify
     pub identifies: Vec<Identified>,
+    /// what they see of the parameters together; `None` without parameters, or where a sum is not finite
+    pub directions: Option<Directions>,
     /// what each term of the energy balance matters for them
     pub terms: Vec<SizedTerm>,
     /// what wants a second look
@@ -56,19 +60,8 @@ pub struct Material {
     pub restitution: Option<[f64; 2]>,
 }
 
-/// Whether a quantity can be had from these runs.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Identified {
-    /// which
-    pub quantity: String,
-    /// whether the runs tell it
-    pub identified: bool,
-    /// why, or what is missing
-    pub reason: String,
-}
-
 /// Smallest and largest of some numbers; `None` without any.
-fn range(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+pub(super) fn range(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     values.fold(None, |range, x| match range {
         None => Some([x, x]),
         Some([lo, hi]) => Some([f64::min(lo, x), f64::max(hi, x)]),
@@ -79,8 +72,8 @@ fn join(first: Option<[f64; 2]>, second: Option<[f64; 2]>) -> Option<[f64; 2]> {
     range(first.into_iter().chain(second).flatten())
 }
 
-/// Tells what was read, with the terms as least squares sized them.
-pub fn find(scene: &Scene, table: &Table, terms: &[SizedTerm]) -> Overview {
+/// Tells what was read, beside what least squares found in it.
+pub fn find(scene: &Scene, table: &Table, least_squares: &Findings) -> Overview {
     let runs = &table.runs;
     let mut materials: Vec<Material> = vec![];
     for (index, particle) in scene.particles.iter().enumerate() {
@@ -118,8 +111,9 @@ pub fn find(scene: &Scene, table: &Table, terms: &[SizedTerm]) -> Overview {
         runs: table.rows,
         screened: table.screened.clone(),
         materials,
-        identifies: identify(scene, runs),
-        terms: terms.to_vec(),
+        identifies: identify::lines(scene, runs),
+        directions: least_squares.identifies.clone(),
+        terms: least_squares.terms.clone(),
         notices: table.notices.clone(),
     }
 }
@@ -165,94 +159,4 @@ fn wet(scene: &Scene, runs: &Runs, series: &[&Series]) -> Material {
         reynolds,
         restitution: e,
     }
-}
-
-/// Fewest rebounds that give two parameters and a spread.
-const FEWEST: usize = 3;
-
-fn identify(scene: &Scene, runs: &Runs) -> Vec<Identified> {
-    let mut all = vec![];
-    let mut any_st_c = false;
-    for (index, particle) in scene.particles.iter().enumerate() {
-        let name = &particle.name;
-        let dry: usize = runs
-            .dry
-            .iter()
-            .filter(|g| g.particle == index)
-            .map(|g| g.rebounds.len())
-            .sum();
-        let groups: Vec<_> = runs.film_groups.iter().filter(|g| g.particle == index).collect();
-        if dry == 0 && groups.is_empty() {
-            continue;
-        }
-        all.push(Identified {
-            quantity: format!("dry_k[{name}]"),
-            identified: dry >= 2,
-            reason: match dry {
-                0 => "no dry runs".to_owned(),
-                1 => "one dry run leaves no spread to judge it by".to_owned(),
-                n => format!("{n} dry runs"),
-            },
-        });
-        if groups.is_empty() {
-            continue;
-        }
-        let usable = groups
-            .iter()
-            .filter(|g| varies(scene, runs, &runs.series[g.series.clone()]))
-            .count();
-        any_st_c |= usable > 0;
-        all.push(Identified {
-            quantity: format!("e_inf[{name}], st_c[{name}]"),
-            identified: usable > 0,
-            reason: format!(
-                "{usable} of {} film ratios have {FEWEST} rebounds or more at different Stokes numbers",
-                groups.len()
-            ),
-        });
-        let has_dry = dry >= 2;
-        all.push(Identified {
-            quantity: format!("inertial_prefactor[{name}]"),
-            identified: usable > 0 && (has_dry || usable > 1),
-            reason: match (has_dry, usable) {
-                (_, 0) => "e_inf is not known".to_owned(),
-                (true, n) => format!("dry runs, and e_inf at {n} film ratios"),
-                (false, 1) => "one film ratio and no dry runs: C and e_dry cannot be told apart; add dry runs or another film ratio".to_owned(),
-                (false, n) => format!("no dry runs: only from how e_inf changes over {n} film ratios"),
-            },
-        });
-        all.push(Identified {
-            quantity: format!("film_scale[{name}]"),
-            identified: has_dry && usable > 1 || usable > 2,
-            reason: match (has_dry, usable) {
-                (true, n) if n > 1 => format!("dry runs, and e_inf at {n} film ratios"),
-                (_, n) => format!("e_inf at {n} film ratios; the level-off needs 2 with dry runs, 3 without"),
-            },
-        });
-    }
-    if !runs.series.is_empty() {
-        all.push(Identified {
-            quantity: "lubrication_log".to_owned(),
-            identified: any_st_c,
-            reason: if any_st_c {
-                "from how the restitution falls with 1/St".to_owned()
-            } else {
-                "no film ratio has rebounds at different Stokes numbers".to_owned()
-            },
-        });
-    }
-    all
-}
-
-/// Whether some series have enough rebounds at different Stokes numbers.
-fn varies(scene: &Scene, runs: &Runs, series: &[Series]) -> bool {
-    let rebounds: usize = series.iter().map(|s| s.rebounds.len()).sum();
-    let scaled = series.iter().flat_map(|s| {
-        // St up to factors common to the particle
-        let viscosity = scene.liquids[s.liquid].viscosity;
-        s.rebounds
-            .clone()
-            .map(move |run| runs.diameter[run] * runs.impact_speed[run] / viscosity)
-    });
-    rebounds >= FEWEST && range(scaled).is_some_and(|[lo, hi]| hi > lo * (1.0 + 1e-9))
 }

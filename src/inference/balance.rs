@@ -6,6 +6,7 @@
 
 use nalgebra::DMatrix;
 
+use super::information::Sums;
 use super::least_squares::{fit, Fit, OutOfDomain, ResidualProblem, Stop};
 use crate::physics::impact::Form;
 use crate::physics::inertia::Inertia;
@@ -200,6 +201,23 @@ impl Balance<'_> {
             ((xy * zz - zy * xz) / determinant, (zy * xx - xy * xz) / determinant)
         };
         (l, c, yy - l * xy - c * zy)
+    }
+
+    /// What every rebound says of the parameters about `b`; what the dry runs say of k is not in it.
+    pub fn sums(&self, b: &[f64]) -> Sums {
+        let unpacked = self.unpack(b);
+        let wet = self.names().len();
+        let mut sums = Sums::new(b.len());
+        for t in self.terms(unpacked) {
+            let root = rebound::slope_mean_restitution(t.kept);
+            let common = self.slopes(unpacked.1, unpacked.2, &t);
+            let mut slopes = [(wet + t.particle, root * t.dry_slope); 4];
+            for (j, slope) in common.iter().skip(self.first()).enumerate().take(wet) {
+                slopes[j + 1] = (j, root * slope);
+            }
+            sums.add(rebound::mean_restitution(t.kept) - t.restitution, &slopes[..=wet]);
+        }
+        sums
     }
 
     /// Restitution the fitted balance gives each run, in the order of the blocks.

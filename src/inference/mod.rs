@@ -5,6 +5,7 @@
 //! | `least_squares/` | Levenberg–Marquardt, covariance, verdict of a fit |
 //! | `laws.rs` | the dry, linear and square-root laws as least-squares problems |
 //! | `balance.rs` | the energy balance over all rebounds as a least-squares problem |
+//! | `information.rs` | the directions in which runs say more than was believed before |
 //! | `bootstrap/` | replicates and the intervals they give |
 //! | `laplace.rs` | mode and curvature of a posterior |
 //! | `posed.rs` | a posterior with its start, its nodes and its mode |
@@ -24,6 +25,7 @@ pub mod delta;
 pub mod diagnostics;
 pub mod distributions;
 pub mod importance;
+pub mod information;
 pub mod laplace;
 pub mod laws;
 pub mod least_squares;

@@ -2,10 +2,12 @@
 //!
 //! | file | job |
 //! |---|---|
+//! | `contraction.rs` | the parameters that keep much of their prior |
 //! | `derived.rs` | what follows from the parameters, draw by draw |
 //! | `predictive.rs` | new runs beside the ones made |
 //! | `trust.rs` | what must hold before the posterior is quoted |
 
+mod contraction;
 pub mod derived;
 pub mod predictive;
 pub(super) mod trust;
@@ -297,7 +299,7 @@ pub fn find(
     let basis = Basis::of(scene, runs);
     let findings = tell(asked, effort, rows.nodes(), &sampled, &derived, (predictive, basis));
     let checks = trust::checks(&findings, least_squares);
-    let notices = trust::notices(&findings);
+    let notices = contraction::notices(&findings, least_squares);
     Ok(Ok(Posterior {
         asked,
         findings,

@@ -5,7 +5,6 @@ use crate::findings::verdicts::{Check, DRY_SHIFT};
 use crate::findings::Findings;
 use crate::inference::diagnostics::pareto::khat_threshold;
 use crate::model::parameters::Parameters;
-use crate::notice::Notice;
 use crate::runs::Runs;
 
 /// Largest R-hat of chains that have mixed.
@@ -346,47 +345,4 @@ fn predictions(found: &PosteriorFindings) -> Vec<Check> {
         });
     }
     checks
-}
-
-/// Parameters on which the runs said little.
-pub(super) fn notices(found: &PosteriorFindings) -> Vec<Notice> {
-    /// a posterior this wide beside its prior is mostly the prior
-    const LITTLE: f64 = 0.9;
-    let of = |q: &Quantity| {
-        q.prior
-            .as_ref()
-            .and_then(|prior| prior.sd_ratio)
-            .is_some_and(|ratio| ratio > LITTLE)
-    };
-    let names: Vec<&str> = found
-        .parameters
-        .iter()
-        .filter(|q| of(q))
-        .map(|q| q.name.as_str())
-        .collect();
-    let mut notices = vec![];
-    if !names.is_empty() {
-        notices.push(Notice::new(
-            "prior_rules",
-            names.len(),
-            format!(
-                "the runs say little on {}: more than nine tenths of the prior's spread is left",
-                names.join(", ")
-            ),
-            "quote it as what was assumed, or add runs that tell it",
-        ));
-    }
-    let held = found
-        .left_out
-        .iter()
-        .filter(|left| left.reason.contains("cannot be told apart"));
-    for left in held {
-        notices.push(Notice::new(
-            "unidentified",
-            1,
-            format!("{} is not sampled: {}", left.name, left.reason),
-            "add the runs it names",
-        ));
-    }
-    notices
 }

@@ -16,6 +16,9 @@ use crate::scene::{Law, Prior, Scene};
 /// A term with more than this many runs to see it by is sized on every so manyth of them.
 const MOST_RUNS: usize = 20_000;
 
+/// What a prior without a standard deviation says: nothing.
+const WIDE: f64 = 1e6;
+
 /// A fitted prefactor this many standard errors from zero says how large its term is; else its prior does.
 const SEEN: f64 = 2.0;
 
@@ -154,7 +157,8 @@ impl<'p> Sums<'p> {
         for kind in kinds.into_iter().chain(ks).filter(in_form) {
             let prior = prior_of(scene, kind, form.inertia).0;
             // what a prior holds is no parameter
-            if let Some(sd) = sd(&prior) {
+            if !matches!(prior, Prior::Fixed(_)) {
+                let sd = prior.sd().unwrap_or(WIDE);
                 slots.push(kind.slot());
                 precision.push(1.0 / (sd * sd));
             }
@@ -298,17 +302,4 @@ fn name_of(scene: &Scene, slot: usize) -> String {
             kind.map_or_else(String::new, |kind| kind.key().to_owned())
         }
     }
-}
-
-/// Standard deviation of a prior, roughly; `None` for one that holds its parameter. Infinite ones count as wide.
-fn sd(prior: &Prior) -> Option<f64> {
-    Some(match *prior {
-        Prior::LogNormal(median, s) => median * s,
-        Prior::HalfNormal(scale) => scale,
-        Prior::Normal(_, sd) => sd,
-        Prior::Gamma(shape, rate) => shape.sqrt() / rate,
-        Prior::Uniform(lo, hi) => (hi - lo) / 12f64.sqrt(),
-        Prior::StudentT(_, _, scale) => 2.0 * scale,
-        Prior::Fixed(_) => return None,
-    })
 }

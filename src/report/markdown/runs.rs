@@ -5,6 +5,7 @@ use super::super::Told;
 use super::cells::list;
 use super::page::Page;
 use crate::error::plain;
+use crate::findings::identify::{Determined, Directions, Unseen};
 use crate::findings::overview::{Material, Overview};
 use crate::units::{micrometres, millimetres};
 
@@ -61,6 +62,37 @@ pub(super) fn data(page: &mut Page, told: Told) {
     ));
     let (header, rows) = materials(&told.overview.materials);
     page.table(&header, &rows);
+    if let Some(directions) = &told.findings.identifies {
+        page.paragraph(&seen(directions));
+        for unseen in &directions.unseen {
+            page.paragraph(&format!("* {}.", unseen_lines(unseen).join(". ")));
+        }
+    }
+}
+
+/// What the runs see of the parameters together.
+fn seen(directions: &Directions) -> String {
+    let least = format!(
+        "{} is known least and keeps {} of its prior sd",
+        directions.least_known,
+        numbers::significant(directions.spread_left, 2)
+    );
+    match directions.unseen.as_slice() {
+        [] => format!("The runs see every direction of the parameters: {least}."),
+        _ => format!("The runs say less than the priors in some directions of the parameters ({least}):"),
+    }
+}
+
+/// Why a direction is unseen, what is determined instead, and what to add.
+fn unseen_lines(unseen: &Unseen) -> Vec<String> {
+    let value = |one: &Determined| format!("{} = {}", one.quantity, numbers::with_se(one.value, one.se));
+    let instead: Vec<String> = unseen.determined.iter().map(value).collect();
+    let mut lines = vec![unseen.reason.clone()];
+    if !instead.is_empty() {
+        lines.push(format!("determined instead: {}", instead.join(", ")));
+    }
+    lines.push(unseen.add.clone());
+    lines
 }
 
 /// What was read, for a terminal: plain columns.
@@ -90,6 +122,12 @@ pub fn overview_text(overview: &Overview) -> String {
     for one in &overview.identifies {
         let answer = if one.identified { "yes" } else { "no " };
         text.push_str(&format!("  {answer}  {}: {}\n", one.quantity, one.reason));
+    }
+    if let Some(directions) = &overview.directions {
+        text.push_str(&format!("{}\n", seen(directions)));
+        for unseen in &directions.unseen {
+            text.push_str(&format!("  no   {}\n", unseen_lines(unseen).join("\n       ")));
+        }
     }
     if !overview.terms.is_empty() {
         text.push_str("\nWhat the terms of the energy balance matter for them\n");

@@ -1,0 +1,119 @@
+//! Finds what the runs determine where they do not tell the parameters apart.
+
+use super::sight::Sight;
+use super::{words, Determined};
+use crate::findings::energy::Energy;
+use crate::findings::estimate::Estimate;
+use crate::findings::posterior::derived::four_decimals;
+use crate::findings::scaling::Scaling;
+use crate::findings::Findings;
+use crate::model::parameters::Kind;
+use crate::physics::numbers::stokes;
+use crate::runs::{FilmGroup, Runs, Series};
+use crate::scene::{Law, Scene};
+
+/// What is determined of the parameters at these places: e_inf where k is among them, the inertial loss where it is not,
+/// and only the restitution itself where neither is, or L is among them. Nothing of one parameter by itself.
+pub(super) fn find(
+    scene: &Scene,
+    runs: &Runs,
+    least_squares: &Findings,
+    sight: &Sight,
+    members: &[usize],
+) -> Vec<Determined> {
+    let kinds: Vec<Kind> = members.iter().map(|place| sight.kinds[*place]).collect();
+    let has = |kind: Kind| kinds.contains(&kind);
+    let particles = words::particles(&kinds);
+    // a parameter by itself has no combination, except that C g(δ̃) stands while δ̃0 moves
+    if kinds.len() == 1 && !has(Kind::FilmScale) {
+        return vec![];
+    }
+    let found: Vec<Determined> = if has(Kind::LubricationLog) {
+        vec![]
+    } else if particles.is_empty() {
+        inertial_loss(least_squares)
+            .or_else(|| loss_of_balance(runs, sight))
+            .into_iter()
+            .collect()
+    } else {
+        let of = |particle: &usize| e_inf(least_squares, &scene.particles[*particle].name);
+        particles.iter().filter_map(of).collect()
+    };
+    if !found.is_empty() {
+        return found;
+    }
+    let all: Vec<usize> = (0..scene.particles.len()).collect();
+    let of = if particles.is_empty() { &all } else { &particles };
+    of.iter().filter_map(|p| restitution(scene, runs, sight, *p)).collect()
+}
+
+/// The best known of some estimates.
+fn best<'e>(of: impl Iterator<Item = (&'e Estimate, String)>, size: impl Fn(f64, f64) -> f64) -> Option<Determined> {
+    let known = of.filter_map(|(estimate, quantity)| {
+        let (value, se) = estimate.pair()?;
+        Some(Determined { quantity, value, se })
+    });
+    known.min_by(|a, b| size(a.value, a.se).total_cmp(&size(b.value, b.se)))
+}
+
+/// e_inf of a particle at the film ratio where it is known best.
+fn e_inf(least_squares: &Findings, particle: &str) -> Option<Determined> {
+    let own = |row: &&Scaling| row.law == Law::Sqrt.name() && row.particle == particle && row.verdict.passed;
+    let rows = least_squares.scaling.iter().filter(own).filter_map(|row| {
+        let ratio = four_decimals(row.film_ratio?);
+        Some((&row.e_inf, format!("e_inf[{particle},{ratio}]")))
+    });
+    best(rows, |_, se| se)
+}
+
+/// C g(δ̃) at the film ratio where it is known best.
+fn inertial_loss(least_squares: &Findings) -> Option<Determined> {
+    let own = |row: &&Energy| row.law == Law::Sqrt.name();
+    let rows = least_squares.energy.iter().filter(own);
+    let rows = rows.map(|row| (&row.loss_over_density_ratio, loss_name(row.film_ratio)));
+    // a larger loss says more of C with the same error
+    best(rows, |value, se| se / value.abs())
+}
+
+/// The same from all runs at once, where dry runs give no e_dry to read it off.
+fn loss_of_balance(runs: &Runs, sight: &Sight) -> Option<Determined> {
+    let rebounds = |group: &&FilmGroup| -> usize {
+        let series = &runs.series[group.series.clone()];
+        series.iter().map(|series| series.rebounds.len()).sum()
+    };
+    let ratio = runs.film_groups.iter().max_by_key(rebounds)?.film_ratio;
+    let (value, se) = sight.inertial_loss(ratio)?;
+    Some(Determined {
+        quantity: loss_name(ratio),
+        value,
+        se,
+    })
+}
+
+fn loss_name(film_ratio: f64) -> String {
+    format!("inertial_prefactor·g({})", four_decimals(film_ratio))
+}
+
+/// Restitution of a particle's series with most rebounds, at its middle speed: what runs tell though they tell no
+/// parameter apart.
+fn restitution(scene: &Scene, runs: &Runs, sight: &Sight, particle: usize) -> Option<Determined> {
+    let own = runs.series.iter().filter(|series| series.particle == particle);
+    let series: &Series = own.max_by_key(|series| series.rebounds.len())?;
+    let mut by_speed: Vec<usize> = series.rebounds.clone().collect();
+    by_speed.sort_by(|a, b| runs.impact_speed[*a].total_cmp(&runs.impact_speed[*b]));
+    let run = *by_speed.get(by_speed.len() / 2)?;
+    let (value, se) = sight.restitution(scene, runs, series, run)?;
+    let (particle, liquid) = (&scene.particles[particle], &scene.liquids[series.liquid]);
+    let st = stokes(
+        particle.density,
+        runs.diameter[run],
+        runs.impact_speed[run],
+        liquid.viscosity,
+    );
+    let ratio = four_decimals(series.film_ratio);
+    Some(Determined {
+        quantity: format!("e[{},{},{ratio}] at St {st:.1}", particle.name, liquid.name),
+        value,
+        se,
+    })
+}

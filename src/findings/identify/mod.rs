@@ -1,0 +1,124 @@
+//! Says what the runs can identify: each quantity by itself, and the directions of all parameters together.
+//!
+//! | file | job |
+//! |---|---|
+//! | `lines.rs` | each quantity by itself, by counting runs |
+//! | `sight.rs` | what the runs say about the fit, beside the priors |
+//! | `words.rs` | why a direction is not seen, and what would show it |
+//! | `instead.rs` | what is determined in its place |
+//!
+//! A direction is unseen where the runs say less of it than its prior: the slopes of every restitution, wet and dry,
+//! over the runs' spread and for a step of one prior sd in the logarithm of each parameter, leave it a singular value
+//! below 1, and the prior then more than 1/√2 of its sd. Stuck runs are left out, as by least squares.
+
+mod instead;
+mod lines;
+mod sight;
+mod words;
+
+use serde::Serialize;
+
+pub use lines::{lines, Identified};
+
+use super::Findings;
+use crate::notice::Notice;
+use crate::runs::Runs;
+use crate::scene::Scene;
+use sight::Sight;
+
+/// What the runs see of the parameters together.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Directions {
+    /// where the slopes were taken: `least_squares`, or `least_squares_with_priors` where the energy balance alone has
+    /// no answer
+    pub at: &'static str,
+    /// the parameter that keeps most of its prior
+    pub least_known: String,
+    /// the share of its prior sd it keeps
+    pub spread_left: f64,
+    /// what the runs cannot see
+    pub unseen: Vec<Unseen>,
+}
+
+/// Parameters that move together without the runs seeing it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Unseen {
+    /// their names
+    pub parameters: Vec<String>,
+    /// in how many directions they do
+    pub directions: usize,
+    /// largest share of a prior sd that one of them keeps
+    pub spread_left: f64,
+    /// why, and which cannot be told apart
+    pub reason: String,
+    /// the runs that would show it
+    pub add: String,
+    /// what is determined of them instead
+    pub determined: Vec<Determined>,
+}
+
+/// A quantity that the runs determine.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Determined {
+    /// its name: `e_inf[PTFE,0.06]`
+    pub quantity: String,
+    /// its value
+    pub value: f64,
+    /// its standard error
+    pub se: f64,
+}
+
+/// What the runs see of the parameters at the fit; `None` without parameters, or where a sum is not finite.
+pub fn directions(scene: &Scene, runs: &Runs, least_squares: &Findings) -> Option<Directions> {
+    let sight = Sight::of(scene, runs, least_squares)?;
+    let left = sight.known.left();
+    let (least, spread_left) = left.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
+    let name = |place: &usize| words::name(scene, sight.kinds[*place]);
+    let unseen = sight.known.unseen().into_iter().map(|group| {
+        let kinds: Vec<_> = group.members.iter().map(|place| sight.kinds[*place]).collect();
+        let (reason, add) = words::why(scene, runs, &sight, &kinds, group.directions);
+        Unseen {
+            parameters: group.members.iter().map(name).collect(),
+            directions: group.directions,
+            spread_left: group.members.iter().map(|place| left[*place]).fold(0.0, f64::max),
+            reason,
+            add,
+            determined: instead::find(scene, runs, least_squares, &sight, &group.members),
+        }
+    });
+    Some(Directions {
+        at: if sight.fitted {
+            "least_squares"
+        } else {
+            "least_squares_with_priors"
+        },
+        least_known: name(&least),
+        spread_left: *spread_left,
+        unseen: unseen.collect(),
+    })
+}
+
+/// A notice of what the runs cannot see; `None` where they see everything.
+pub fn notice(directions: Option<&Directions>) -> Option<Notice> {
+    let unseen = &directions?.unseen;
+    let tell = |one: &Unseen| {
+        let instead: Vec<String> = one.determined.iter().map(Determined::text).collect();
+        if instead.is_empty() {
+            one.reason.clone()
+        } else {
+            format!("{}; determined instead: {}", one.reason, instead.join(", "))
+        }
+    };
+    let texts: Vec<String> = unseen.iter().map(tell).collect();
+    let next: Vec<&str> = unseen.iter().map(|one| one.add.as_str()).collect();
+    let count = unseen.iter().map(|one| one.directions).sum();
+    (count > 0).then(|| Notice::new("unseen", count, texts.join("; "), next.join("; ")))
+}
+
+impl Determined {
+    /// `e_inf[PTFE,0.06] = 0.7180 ± 0.0040`, to two digits of the standard error.
+    pub fn text(&self) -> String {
+        let decimals = (1.0 - self.se.log10().floor()).clamp(0.0, 12.0) as usize;
+        format!("{} = {:.decimals$} ± {:.decimals$}", self.quantity, self.value, self.se)
+    }
+}

@@ -1,0 +1,158 @@
+//! Says in the field's words why a direction is not seen, and which runs would show it.
+
+use super::lines::stokes_differ;
+use super::sight::Sight;
+use crate::model::parameters::Kind;
+use crate::runs::{FilmGroup, Runs};
+use crate::scene::Scene;
+
+/// The name of a parameter in files.
+pub(super) fn name(scene: &Scene, kind: Kind) -> String {
+    match kind {
+        Kind::DryK(particle) => format!("dry_k[{}]", scene.particles[particle].name),
+        other => other.key().to_owned(),
+    }
+}
+
+/// The particles whose k is among some parameters.
+pub(super) fn particles(kinds: &[Kind]) -> Vec<usize> {
+    let particle = |kind: &Kind| match kind {
+        Kind::DryK(particle) => Some(*particle),
+        _ => None,
+    };
+    kinds.iter().filter_map(particle).collect()
+}
+
+/// What a parameter is called in a sentence.
+fn word(scene: &Scene, kind: Kind) -> String {
+    match kind {
+        Kind::DryK(_) if scene.particles.len() == 1 => "e_dry".to_owned(),
+        Kind::DryK(particle) => format!("e_dry of {}", scene.particles[particle].name),
+        Kind::LubricationLog => "the viscous loss".to_owned(),
+        Kind::InertialPrefactor => "the inertial prefactor".to_owned(),
+        Kind::FilmScale => "the film scale".to_owned(),
+        Kind::SigmaDry | Kind::SigmaWet | Kind::SigmaEnergy => "the spread".to_owned(),
+    }
+}
+
+/// A known reason, and the runs that would remove it.
+struct Cause {
+    why: String,
+    add: &'static str,
+}
+
+/// Why some parameters cannot be told in so many directions, and what to add.
+pub(super) fn why(scene: &Scene, runs: &Runs, sight: &Sight, kinds: &[Kind], directions: usize) -> (String, String) {
+    let causes = causes(scene, runs, sight, kinds);
+    let reasons: Vec<&str> = causes.iter().map(|cause| cause.why.as_str()).collect();
+    let reasons = if reasons.is_empty() {
+        "the runs say less than the priors".to_owned()
+    } else {
+        listed(&reasons, "and")
+    };
+    // the losses before what they are told from
+    let (k, losses): (Vec<Kind>, Vec<Kind>) = kinds.iter().partition(|kind| matches!(kind, Kind::DryK(_)));
+    let mut losses = losses;
+    losses.sort_by_key(|kind| *kind == Kind::LubricationLog);
+    let names: Vec<String> = losses.iter().chain(&k).map(|kind| word(scene, *kind)).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let apart = if names.len() > 1 { "told apart" } else { "told" };
+    let mut add: Vec<&str> = causes.iter().map(|cause| cause.add).collect();
+    add.dedup();
+    let add = match add.len() {
+        0 => "more runs, or runs that differ more in film ratio and speed".to_owned(),
+        // each removes one direction
+        n if n > directions && directions > 1 => format!("{directions} of: {}", add.join(", ")),
+        n if n > directions => listed(&add, "or"),
+        _ => listed(&add, "and"),
+    };
+    (
+        format!("{reasons}: {} cannot be {apart}", listed(&names, "and")),
+        format!("add {add}"),
+    )
+}
+
+/// `a, b and c`.
+fn listed(words: &[&str], last: &str) -> String {
+    match words {
+        [] => String::new(),
+        [one] => (*one).to_owned(),
+        [first @ .., end] => format!("{} {last} {end}", first.join(", ")),
+    }
+}
+
+fn causes(scene: &Scene, runs: &Runs, sight: &Sight, kinds: &[Kind]) -> Vec<Cause> {
+    let mut causes = vec![];
+    let mut because = |why: String, add: &'static str| causes.push(Cause { why, add });
+    let losses = kinds.iter().any(|kind| !matches!(kind, Kind::DryK(_)));
+    let rebounding: Vec<&FilmGroup> = runs.film_groups.iter().filter(|group| rebounds(runs, group)).collect();
+    if losses && rebounding.is_empty() {
+        because("no wet run rebounded".to_owned(), "faster runs");
+        return causes;
+    }
+    let films = film_ratios(scene, &rebounding);
+    let inertial = kinds.contains(&Kind::InertialPrefactor) || kinds.contains(&Kind::FilmScale);
+    let of_k = particles(kinds);
+    let without_dry: Vec<&str> = of_k
+        .iter()
+        .filter(|p| {
+            !runs
+                .dry
+                .iter()
+                .any(|group| group.particle == **p && !group.rebounds.is_empty())
+        })
+        .map(|p| scene.particles[*p].name.as_str())
+        .collect();
+    let shared = inertial || kinds.contains(&Kind::LubricationLog);
+    let level = sight
+        .value(Kind::FilmScale)
+        .filter(|_| kinds.contains(&Kind::FilmScale));
+    match (films.as_slice(), level) {
+        ([_], _) if inertial => because("one film ratio".to_owned(), "another film ratio"),
+        ([_, _], Some(_)) if !without_dry.is_empty() => because("two film ratios".to_owned(), "a third film ratio"),
+        ([thinnest, .., thickest], Some(level)) => {
+            if *thinnest > level {
+                because("every film is beyond the level-off".to_owned(), "thinner films");
+            } else if *thickest < level {
+                because("every film is below the level-off".to_owned(), "thicker films");
+            }
+        }
+        _ => {}
+    }
+    if kinds.contains(&Kind::LubricationLog)
+        && rebounding
+            .iter()
+            .all(|group| !stokes_differ(scene, runs, &runs.series[group.series.clone()]))
+    {
+        because("one Stokes number".to_owned(), "runs at other speeds");
+    }
+    if shared && !without_dry.is_empty() {
+        let why = if runs.dry.iter().all(|group| group.rebounds.is_empty()) {
+            "no dry runs".to_owned()
+        } else {
+            format!("no dry runs of {}", listed(&without_dry, "and"))
+        };
+        because(why, "dry runs");
+    }
+    causes
+}
+
+fn rebounds(runs: &Runs, group: &FilmGroup) -> bool {
+    runs.series[group.series.clone()]
+        .iter()
+        .any(|series| !series.rebounds.is_empty())
+}
+
+/// Film ratios that differ by more than the gap at which groups are split, ascending.
+fn film_ratios(scene: &Scene, groups: &[&FilmGroup]) -> Vec<f64> {
+    let mut ratios: Vec<f64> = groups.iter().map(|group| group.film_ratio).collect();
+    ratios.sort_by(f64::total_cmp);
+    // as long as neighbours are near, they are one
+    let mut last = f64::NEG_INFINITY;
+    ratios.retain(|ratio| {
+        let apart = ratio - last > scene.data.film_ratio_gap;
+        last = *ratio;
+        apart
+    });
+    ratios
+}

@@ -1,0 +1,73 @@
+//! Names the parameters that keep much of their prior, each with the one it moves with.
+
+use super::{PosteriorFindings, Quantity};
+use crate::findings::Findings;
+use crate::notice::Notice;
+
+/// Share of its prior sd from which a parameter wants a look: what each of two keeps that only move together, where the
+/// runs say as much of their common direction as the priors, √(½ · ½).
+const LEFT: f64 = 0.5;
+
+/// A correlation below this is no partner.
+const PARTNER: f64 = 0.3;
+
+/// What of a parameter's prior sd is left, where it is more than the line.
+fn left(quantity: &Quantity) -> Option<f64> {
+    quantity.prior.as_ref()?.sd_ratio.filter(|ratio| *ratio > LEFT)
+}
+
+/// Parameters that keep more than the line, and those held because the runs cannot tell them.
+pub(super) fn notices(found: &PosteriorFindings, least_squares: &Findings) -> Vec<Notice> {
+    let wide = found.parameters.iter().enumerate();
+    let wide: Vec<(usize, f64)> = wide.filter_map(|(place, q)| Some((place, left(q)?))).collect();
+    let mut notices = vec![];
+    if !wide.is_empty() {
+        let told: Vec<String> = wide.iter().map(|(place, left)| tell(found, *place, *left)).collect();
+        let directions = least_squares
+            .identifies
+            .iter()
+            .flat_map(|directions| &directions.unseen);
+        let names = |place: &usize| found.parameters[*place].name.as_str();
+        let known = directions.filter(|unseen| {
+            wide.iter()
+                .any(|(at, _)| unseen.parameters.iter().any(|p| p == names(at)))
+        });
+        let mut next: Vec<&str> = known.map(|unseen| unseen.add.as_str()).collect();
+        next.push("quote it beside its prior, or add runs that tell it");
+        notices.push(Notice::new(
+            "prior_rules",
+            wide.len(),
+            format!("more than half of the prior sd is left of {}", told.join(", ")),
+            next[0],
+        ));
+    }
+    let held = found
+        .left_out
+        .iter()
+        .filter(|left| left.reason.contains("cannot be told apart"));
+    for left in held {
+        notices.push(Notice::new(
+            "unidentified",
+            1,
+            format!("{} is not sampled: {}", left.name, left.reason),
+            "add the runs it names",
+        ));
+    }
+    notices
+}
+
+/// A parameter with what is left of its prior sd, and the parameter that moves most with it.
+fn tell(found: &PosteriorFindings, place: usize, left: f64) -> String {
+    let name = &found.parameters[place].name;
+    let others = found.correlation[place]
+        .iter()
+        .enumerate()
+        .filter(|(other, _)| *other != place);
+    let partner = others
+        .filter(|(_, correlation)| correlation.abs() >= PARTNER)
+        .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+    let partner = partner.map_or(String::new(), |(other, correlation)| {
+        format!(", correlation {correlation:.2} with {}", found.parameters[other].name)
+    });
+    format!("{name} ({left:.2} of it{partner})")
+}

@@ -1,0 +1,432 @@
+//! Holds that what runs cannot see is named, with a true value for what they determine instead.
+
+mod common;
+
+use common::{seed_of, Place};
+use wetcor::findings::identify::{directions, Determined, Directions, Unseen};
+use wetcor::findings::posterior::Way;
+use wetcor::findings::{self, Findings};
+use wetcor::physics::inertia::Inertia;
+use wetcor::physics::rebound::mean_restitution;
+use wetcor::physics::{dry, viscous};
+use wetcor::runs::Table;
+
+const DRY_K: f64 = 0.183;
+const L: f64 = 1.85;
+const C: f64 = 0.47;
+const FILM_SCALE: f64 = 0.069;
+/// AK10 on PTFE
+const DENSITY_RATIO: f64 = 930.0 / 2150.0;
+
+/// A design in one liquid, with whatever else its scene says.
+struct Design {
+    inertia: &'static str,
+    films: &'static str,
+    heights: &'static str,
+    dry: &'static str,
+    more: &'static str,
+}
+
+/// Two film ratios, five heights and dry runs: everything is seen.
+const WELL: Design = Design {
+    inertia: "stepwise",
+    films: "0.06, 0.12",
+    heights: "30, 60, 90, 120, 150",
+    dry: "dry_impact_speed_m_s = [0.4, 0.8, 1.2, 1.6, 2.0]",
+    more: "",
+};
+
+impl Design {
+    fn place(&self) -> Place {
+        Place::new(&format!(
+            r#"
+title = "what runs cannot see"
+[data]
+runs = "runs.csv"
+[particles.PTFE]
+density_kg_m3 = 2150
+roughness_um = 5
+[liquids.AK10]
+density_kg_m3 = 930
+viscosity_mPa_s = 9.3
+[model]
+inertia = "{}"
+[truth]
+dry_k = {{ PTFE = {DRY_K} }}
+lubrication_log = {L}
+inertia = "{}"
+inertial_prefactor = {C}
+film_scale = {FILM_SCALE}
+sigma_dry = 0.009
+sigma_wet = 0.02
+[design]
+diameter_mm = {{ PTFE = [4.762] }}
+liquids = ["AK10"]
+film_ratio = {{ PTFE = [{}] }}
+height_mm = [{}]
+repeats = 20
+{}
+{}"#,
+            self.inertia, self.inertia, self.films, self.heights, self.dry, self.more
+        ))
+    }
+
+    /// Draws and fits; the seed is the test's name.
+    fn draw(&self, test: &str) -> (Place, Table, Findings) {
+        let place = self.place();
+        let table = place.draw(seed_of(test), None);
+        let findings = findings::find(&place.scene, &table, 1, false);
+        (place, table, findings)
+    }
+
+    fn see(&self, test: &str) -> Directions {
+        self.draw(test).2.identifies.expect("parameters and finite sums")
+    }
+
+    fn g(&self, film_ratio: f64) -> f64 {
+        let form = Inertia::ALL.into_iter().find(|form| form.name() == self.inertia);
+        form.expect("a form").shape(film_ratio, FILM_SCALE)
+    }
+
+    /// e_inf² of the truth, at the default dry speed of 2 m/s.
+    fn e_inf2(&self, film_ratio: f64) -> f64 {
+        dry::restitution(DRY_K, 2.0).powi(2) - C * DENSITY_RATIO * self.g(film_ratio)
+    }
+
+    /// Stokes number and restitution of the truth after a fall from a height, m.
+    fn at(&self, film_ratio: f64, height: f64) -> (f64, f64) {
+        let v = (2.0 * 9.81 * height).sqrt();
+        let st = 2150.0 * 4.762e-3 * v / (9.0 * 9.3e-3);
+        (st, mean_restitution(self.e_inf2(film_ratio) - viscous::loss(L, st)))
+    }
+}
+
+/// The only group of unseen directions.
+fn only(seen: &Directions) -> &Unseen {
+    assert_eq!(seen.unseen.len(), 1, "{seen:?}");
+    &seen.unseen[0]
+}
+
+fn assert_true(determined: &Determined, quantity: &str, truth: f64) {
+    assert_eq!(determined.quantity, quantity);
+    let z = (determined.value - truth) / determined.se;
+    assert!(z.abs() < 4.0, "{z}: {determined:?}, in truth {truth}");
+    // an error that covers everything says nothing
+    assert!(determined.se < 0.2 * truth, "{determined:?}");
+}
+
+#[test]
+fn two_film_ratios_and_dry_runs_see_everything() {
+    let seen = WELL.see("two_film_ratios_and_dry_runs_see_everything");
+    assert_eq!(seen.unseen, vec![]);
+    assert_eq!(seen.at, "least_squares");
+    assert!(seen.spread_left < 0.5, "{seen:?}");
+}
+
+#[test]
+fn one_film_ratio_without_dry_runs_tells_e_inf() {
+    let design = Design {
+        films: "0.06",
+        dry: "",
+        ..WELL
+    };
+    let findings = design.draw("one_film_ratio_without_dry_runs_tells_e_inf").2;
+    let seen = findings.identifies.expect("parameters");
+    let unseen = only(&seen);
+    let notice = findings.notices.iter().find(|notice| notice.code == "unseen");
+    let notice = notice.expect("a caution of the report");
+    assert!(
+        notice.text.starts_with(&unseen.reason) && notice.text.contains("; determined instead: e_inf[PTFE,0.06] = 0.")
+    );
+    assert_eq!(notice.next_step, unseen.add);
+    assert_eq!(unseen.parameters, ["inertial_prefactor", "dry_k[PTFE]"]);
+    assert_eq!(
+        unseen.reason,
+        "one film ratio and no dry runs: the inertial prefactor and e_dry cannot be told apart"
+    );
+    assert_eq!(unseen.add, "add another film ratio or dry runs");
+    assert_eq!(seen.at, "least_squares_with_priors");
+    assert_true(&unseen.determined[0], "e_inf[PTFE,0.06]", design.e_inf2(0.06).sqrt());
+}
+
+#[test]
+fn one_film_ratio_with_a_film_scale_and_no_dry_runs_hides_two_directions() {
+    let design = Design {
+        inertia: "saturating",
+        films: "0.06",
+        dry: "",
+        ..WELL
+    };
+    let seen = design.see("one_film_ratio_with_a_film_scale_and_no_dry_runs_hides_two_directions");
+    let unseen = only(&seen);
+    assert_eq!(unseen.parameters, ["inertial_prefactor", "film_scale", "dry_k[PTFE]"]);
+    assert_eq!(unseen.directions, 2);
+    assert_eq!(unseen.add, "add another film ratio and dry runs");
+    assert_true(&unseen.determined[0], "e_inf[PTFE,0.06]", design.e_inf2(0.06).sqrt());
+}
+
+#[test]
+fn one_film_ratio_with_dry_runs_tells_the_loss_of_that_film() {
+    let design = Design {
+        inertia: "saturating",
+        films: "0.12",
+        ..WELL
+    };
+    let seen = design.see("one_film_ratio_with_dry_runs_tells_the_loss_of_that_film");
+    let unseen = only(&seen);
+    assert_eq!(unseen.parameters, ["inertial_prefactor", "film_scale"]);
+    assert_eq!(
+        unseen.reason,
+        "one film ratio: the inertial prefactor and the film scale cannot be told apart"
+    );
+    assert_eq!(unseen.add, "add another film ratio");
+    assert_true(&unseen.determined[0], "inertial_prefactor·g(0.12)", C * design.g(0.12));
+}
+
+/// With a form that has no film scale, the same runs tell the prefactor.
+#[test]
+fn one_film_ratio_with_dry_runs_is_enough_for_the_prefactor_alone() {
+    let design = Design { films: "0.12", ..WELL };
+    let seen = design.see("one_film_ratio_with_dry_runs_is_enough_for_the_prefactor_alone");
+    assert_eq!(seen.unseen, vec![]);
+}
+
+/// The twin of the one before: with the dry runs forgotten, k and C could not be told apart.
+#[test]
+fn forgotten_dry_runs_would_hide_a_direction() {
+    let design = Design { films: "0.12", ..WELL };
+    let (place, mut table, findings) = design.draw("one_film_ratio_with_dry_runs_is_enough_for_the_prefactor_alone");
+    assert_eq!(
+        directions(&place.scene, &table.runs, &findings).map(|seen| seen.unseen),
+        Some(vec![])
+    );
+    table.runs.dry.clear();
+    let blind = directions(&place.scene, &table.runs, &findings).expect("parameters");
+    assert_eq!(only(&blind).parameters, ["inertial_prefactor", "dry_k[PTFE]"]);
+}
+
+#[test]
+fn one_speed_tells_only_the_restitution_there() {
+    let one = Design {
+        films: "0.06",
+        heights: "90",
+        ..WELL
+    };
+    let e = one.at(0.06, 0.09).1;
+    let seen = one.see("one_speed_tells_only_the_restitution_there");
+    let unseen = only(&seen);
+    assert_eq!(unseen.parameters, ["lubrication_log", "inertial_prefactor"]);
+    assert_eq!(
+        unseen.reason,
+        "one film ratio and one Stokes number: the inertial prefactor and the viscous loss cannot be told apart"
+    );
+    assert_eq!(unseen.add, "add another film ratio or runs at other speeds");
+    assert_true(&unseen.determined[0], "e[PTFE,AK10,0.06] at St 162.5", e);
+    // without dry runs nothing else is told, either
+    let nothing = Design { dry: "", ..one };
+    let seen = nothing.see("one_speed_tells_only_the_restitution_there");
+    let unseen = only(&seen);
+    assert_eq!(
+        unseen.parameters,
+        ["lubrication_log", "inertial_prefactor", "dry_k[PTFE]"]
+    );
+    assert_eq!(
+        (unseen.directions, unseen.add.as_str()),
+        (2, "add 2 of: another film ratio, runs at other speeds, dry runs")
+    );
+    assert_true(&unseen.determined[0], "e[PTFE,AK10,0.06] at St 162.5", e);
+}
+
+#[test]
+fn films_beyond_the_level_off_tell_the_level_but_no_film_scale() {
+    let design = Design {
+        inertia: "saturating",
+        films: "0.44, 0.46, 0.48",
+        ..WELL
+    };
+    let seen = design.see("films_beyond_the_level_off_tell_the_level_but_no_film_scale");
+    let unseen = only(&seen);
+    assert_eq!(unseen.parameters, ["film_scale"]);
+    assert_eq!(
+        (unseen.reason.as_str(), unseen.add.as_str()),
+        (
+            "every film is beyond the level-off: the film scale cannot be told",
+            "add thinner films"
+        )
+    );
+    let found = &unseen.determined[0];
+    assert!(found.quantity.starts_with("inertial_prefactor·g(0."), "{found:?}");
+    // the level is C to 0.5 %
+    assert_true(found, &found.quantity, C);
+}
+
+#[test]
+fn films_below_the_level_off_tell_the_loss_but_not_its_level() {
+    let design = Design {
+        inertia: "saturating",
+        films: "0.02, 0.03",
+        ..WELL
+    };
+    let seen = design.see("films_below_the_level_off_tell_the_loss_but_not_its_level");
+    let unseen = only(&seen);
+    assert_eq!(unseen.parameters, ["inertial_prefactor", "film_scale"]);
+    assert_eq!(unseen.add, "add thicker films");
+    assert!(
+        unseen.reason.starts_with("every film is below the level-off: "),
+        "{unseen:?}"
+    );
+    let found = &unseen.determined[0];
+    let film = if found.quantity.contains("0.03") { 0.03 } else { 0.02 };
+    assert_true(found, &format!("inertial_prefactor·g({film})"), C * design.g(film));
+}
+
+/// The same from the posterior's draws: what keeps its prior is named with the parameter it moves with, and the runs
+/// that would tell it are those of `check`.
+#[test]
+fn a_posterior_that_keeps_its_prior_names_the_partner() {
+    let design = Design {
+        inertia: "saturating",
+        films: "0.02, 0.03",
+        more: "[sampler]\nchains = 4\nwarmup = 500\ndraws = 500",
+        ..WELL
+    };
+    let test = "a_posterior_that_keeps_its_prior_names_the_partner";
+    let notice = |design: &Design| {
+        let (place, table, mut findings) = design.draw(test);
+        let sampled = findings.add_posterior(&place.scene, &table.runs, Way::default(), &|_, _| ());
+        assert!(sampled.is_ok_and(|posterior| posterior.is_some()));
+        findings.notices.into_iter().find(|notice| notice.code == "prior_rules")
+    };
+    let found = notice(&design).expect("C and the film scale keep their priors");
+    assert!(found.text.contains("inertial_prefactor (0."), "{found:?}");
+    assert!(
+        found.text.contains("with film_scale)") && found.text.contains("with inertial_prefactor)"),
+        "{found:?}"
+    );
+    assert_eq!((found.count, found.next_step.as_str()), (2, "add thicker films"));
+    assert_eq!(
+        notice(&Design {
+            more: design.more,
+            ..WELL
+        }),
+        None
+    );
+}
+
+/// A prior so narrow that it says more than the runs: their slopes must be held against the prior's sd.
+#[test]
+fn a_narrow_prior_says_more_than_the_runs() {
+    let narrow = Design {
+        more: "[priors]\ninertial_prefactor = { lognormal = [0.47, 0.001] }",
+        ..WELL
+    };
+    let test = "a_narrow_prior_says_more_than_the_runs";
+    let unseen = narrow.see(test).unseen;
+    assert_eq!(unseen[0].parameters, ["inertial_prefactor"], "{unseen:?}");
+    assert_eq!(
+        unseen[0].reason,
+        "the runs say less than the priors: the inertial prefactor cannot be told"
+    );
+    // scaled by nothing instead, which is a prior of one e-fold for each, it would be seen
+    let more = "[priors]\ninertial_prefactor = { lognormal = [0.47, 1] }\nlubrication_log = { lognormal = [3, 1] }\n\
+                dry_k = { lognormal = [0.15, 1] }";
+    assert_eq!(Design { more, ..WELL }.see(test).unseen, vec![]);
+}
+
+/// Films and speeds so near each other that no known reason names what is missing: the restitution is told all the same.
+#[test]
+fn what_no_known_reason_explains_still_tells_the_restitution() {
+    let design = Design {
+        films: "0.06, 0.065",
+        dry: "",
+        heights: "100, 101",
+        ..WELL
+    };
+    let seen = design.see("what_no_known_reason_explains_still_tells_the_restitution");
+    let unseen = only(&seen);
+    assert!(unseen.parameters.len() == 3 && unseen.directions == 2, "{unseen:?}");
+    let (st, e) = design.at(0.065, 0.101);
+    assert_true(&unseen.determined[0], &format!("e[PTFE,AK10,0.065] at St {st:.1}"), e);
+}
+
+/// Runs that determine nothing end in words, never in a panic or a number that is none.
+#[test]
+fn degenerate_runs_are_told_in_finite_numbers() {
+    let place = WELL.place();
+    let wet = |e: f64| {
+        (0..8)
+            .map(|i| format!("PTFE,AK10,4.762,286,{},{e}\n", 0.5 + 0.1 * f64::from(i)))
+            .collect::<String>()
+    };
+    let dry = |e: f64| {
+        (0..8)
+            .map(|i| format!("PTFE,dry,4.762,,{},{e}\n", 0.5 + 0.1 * f64::from(i)))
+            .collect::<String>()
+    };
+    for (rows, reason) in [
+        (wet(0.6), "one film ratio and no dry runs"),
+        (dry(0.8), ""),
+        (dry(0.8) + &wet(0.0), "no wet run rebounded"),
+        (wet(0.0), "no wet run rebounded"),
+        (dry(0.0) + &wet(0.0), "no wet run rebounded"),
+        (dry(0.0), "the runs say less than the priors: e_dry"),
+        ("PTFE,AK10,4.762,286,1,0.6\n".to_owned(), "one Stokes number"),
+        (dry(1.1) + &wet(1.1), ""),
+        (dry(0.8) + &wet(1e-9), ""),
+    ] {
+        let head = "particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution\n";
+        let findings = place.fit_rows(&(head.to_owned() + &rows));
+        let seen = findings.identifies.expect("finite sums");
+        assert!(seen.spread_left.is_finite(), "{seen:?}");
+        let reasons: Vec<&str> = seen.unseen.iter().map(|unseen| unseen.reason.as_str()).collect();
+        match reason {
+            "" => {}
+            _ => assert!(
+                reasons.iter().any(|own| own.starts_with(reason)),
+                "{reasons:?} for {rows}"
+            ),
+        }
+        for found in seen.unseen.iter().flat_map(|unseen| &unseen.determined) {
+            assert!(
+                found.value.is_finite() && found.se > 0.0 && found.se.is_finite(),
+                "{found:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_committed_example_has_no_unseen_direction() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(root.join("reports/mueller2016/findings.json")).expect("committed");
+    let findings: serde_json::Value = serde_json::from_str(&text).expect("it is JSON");
+    let told = &findings["identifies"];
+    assert_eq!(told["unseen"], serde_json::json!([]));
+    assert!(told.to_string().len() < 1000, "{told}");
+}
+
+/// Two liquids whose density ratios differ tell the loss of one film without dry runs, though not how it grows.
+#[test]
+fn two_density_ratios_stand_in_for_dry_runs() {
+    let design = Design {
+        inertia: "saturating",
+        films: "0.12",
+        dry: "",
+        ..WELL
+    };
+    let text = std::fs::read_to_string(design.place().path("scene.toml")).expect("written");
+    let liquids = "[liquids.heavy]\ndensity_kg_m3 = 1900\nviscosity_mPa_s = 9.3\n[model]";
+    let place = Place::new(
+        &text
+            .replace("[model]", liquids)
+            .replace("liquids = [\"AK10\"]", "liquids = [\"AK10\", \"heavy\"]")
+            .replace("repeats = 20", "repeats = 400"),
+    );
+    let table = place.draw(seed_of("two_density_ratios_stand_in_for_dry_runs"), None);
+    let seen = findings::find(&place.scene, &table, 1, false)
+        .identifies
+        .expect("parameters");
+    let unseen = only(&seen);
+    assert_eq!(unseen.parameters, ["inertial_prefactor", "film_scale"]);
+    assert_true(&unseen.determined[0], "inertial_prefactor·g(0.12)", C * design.g(0.12));
+}
