@@ -11,6 +11,7 @@
 //! | `balance.rs` | L, inertial prefactor and film scale from every rebound at once |
 //! | `pooling.rs` | what pooling liquids does to the square-root law |
 //! | `energy.rs` | the energy the liquid takes, St_c·e_inf², δc |
+//! | `constants/` | how results move with the constants taken as exact |
 //! | `bootstrap/` | the bootstrap interval of each estimate |
 //! | `posterior/` | parameters from all runs at once, with priors |
 //! | `predict.rs` | restitution at any speed from the posterior's draws |
@@ -23,6 +24,7 @@
 pub mod balance;
 pub mod bootstrap;
 pub mod compare;
+pub mod constants;
 pub mod dry;
 pub mod energy;
 pub mod estimate;
@@ -81,6 +83,8 @@ pub struct Findings {
     pub energy_balance: Option<balance::EnergyBalance>,
     /// where the energy went
     pub energy: Vec<energy::Energy>,
+    /// how results move with the constants taken as exact
+    pub constants: Vec<constants::Sensitivity>,
     /// how replicates were made; `None`: a stage that was not run
     pub bootstrap: Option<bootstrap::Resampling>,
     /// the literature beside ours
@@ -159,6 +163,7 @@ pub fn find_watched(
     );
     let energy_balance = balance::find(scene, runs, &dry, &mut scaling, quoting);
     let mut energy = energy::find(scene, runs, &dry, &scaling, quoting);
+    let (constants, of_constants) = constants::find(scene, runs, &dry, &scaling, energy_balance.as_ref());
     let resampled = bootstrap.then(|| {
         done(0);
         let estimates = bootstrap::Estimates {
@@ -178,6 +183,7 @@ pub fn find_watched(
     notices.extend(verdicts::notices(scene, table, &dry, &series, &scaling, bootstrap));
     let (resampling, of_resampling) = resampled.unzip();
     notices.extend(of_resampling.into_iter().flatten());
+    notices.extend(of_constants);
     Findings {
         schema: SCHEMA,
         scene: scene.name.clone(),
@@ -197,6 +203,7 @@ pub fn find_watched(
         scaling: scaling.into_iter().map(|fitted| fitted.scaling).collect(),
         energy_balance,
         energy,
+        constants,
         bootstrap: resampling,
         published,
         posterior: None,
