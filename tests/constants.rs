@@ -5,7 +5,8 @@ mod common;
 use common::{seed_of, Place};
 use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::constants::{Sensitivity, MOST_REBOUNDS};
-use wetcor::findings::{self, Findings};
+use wetcor::findings::{self, overview, Findings};
+use wetcor::report::{markdown, Told};
 use wetcor::runs::{Runs, Table};
 use wetcor::scene::Scene;
 use wetcor::seed::stream;
@@ -115,8 +116,13 @@ fn worst_of_known(findings: &Findings) -> f64 {
 
 #[test]
 fn all_of_a_kind_move_the_results_by_known_powers() {
-    let mut findings = Place::new(SCENE).infer(seed_of("all_of_a_kind_move_the_results_by_known_powers"));
-    assert!(worst_of_known(&findings) < 1.5e-5, "{}", worst_of_known(&findings));
+    let seed = seed_of("all_of_a_kind_move_the_results_by_known_powers");
+    for noise in ["0.02", "0.0001", "0.000001"] {
+        let text = SCENE.replace("sigma_wet = 0.02", &format!("sigma_wet = {noise}"));
+        let off = worst_of_known(&Place::new(&text).infer(seed));
+        assert!(off < 1.5e-5, "{noise}: {off}");
+    }
+    let mut findings = Place::new(SCENE).infer(seed);
     // a sign swapped in one place is seen
     let moved = findings.constants[0]
         .by
@@ -376,6 +382,48 @@ fn zero_is_allowed_and_adds_nothing() {
         assert_eq!((row.constants_sd, row.combined), (Some(0.0), Some(row.se)), "{row:?}");
     }
     assert_eq!(notice(&findings), None);
+}
+
+#[test]
+fn the_report_has_a_second_figure_where_one_is_given() {
+    let seed = seed_of("the_report_has_a_second_figure_where_one_is_given");
+    let of = |text: &str| {
+        let place = Place::new(text);
+        let table = place.draw(seed, None);
+        let (scene, runs) = (&place.scene, &table.runs);
+        let (overview, findings) = (&overview::find(scene, &table), &findings::find(scene, &table, 1, false));
+        let told = Told {
+            scene,
+            runs,
+            overview,
+            findings,
+            posterior: None,
+        };
+        markdown::report(told, &[])
+    };
+    let (exact, given) = (of(SCENE), of(&all_given()));
+    for told in [&exact, &given] {
+        assert!(
+            told.contains("## Constants taken as exact") && told.contains("| L | −1.00 |"),
+            "{told}"
+        );
+    }
+    assert!(!exact.contains("± combined") && given.contains("| ± combined |"));
+    // the main numbers keep their own ±
+    let main = |report: &str| {
+        let (_, rest) = report.split_once("## Main numbers").expect("the section");
+        let (table, rest) = rest.split_once("From these follow").expect("e_inf and St_c");
+        (
+            table.to_owned(),
+            rest.split("\n## ").next().unwrap_or_default().to_owned(),
+        )
+    };
+    assert_eq!(main(&exact).0, main(&given).0);
+    assert!(
+        main(&given).1.contains("(combined, see Constants taken as exact): L "),
+        "{given}"
+    );
+    assert!(!main(&exact).1.contains("combined"));
 }
 
 const ONE_SERIES: &str = "[data]\nruns = \"runs.csv\"\n[particles.PTFE]\ndensity_kg_m3 = 2150\nroughness_um = 5\n\

@@ -10,9 +10,9 @@ use super::own_dry_speed::reference_dry_speed;
 use super::pooling::tell_bias;
 use super::scaling::FittedScaling;
 use super::Verdict;
-use crate::inference::balance::{fit_balance, refit_balance, Balance, Block};
+use crate::inference::balance::{fit_balance, Balance, Block};
 use crate::inference::delta::Uncertain;
-use crate::inference::least_squares::{Fit, Minimum, Stop};
+use crate::inference::least_squares::{Fit, Stop};
 use crate::inference::nested::{one_law_for_all, FTest, Spread};
 use crate::physics::inertia::Inertia;
 use crate::physics::{dry, numbers, viscous};
@@ -52,10 +52,10 @@ pub struct EnergyBalance {
 /// What a refit of the energy balance keeps of the fit.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Held {
-    inertia: Inertia,
+    pub(super) inertia: Inertia,
     /// the spread that weighs the dry runs' k
-    spread: f64,
-    parameters: Vec<f64>,
+    pub(super) spread: f64,
+    pub(super) parameters: Vec<f64>,
 }
 
 /// A parameter of the energy balance.
@@ -200,7 +200,7 @@ pub fn find(
 }
 
 /// The particles with rebounds and a usable k, with that k.
-fn known(runs: &Runs, fitted_dry: &[FittedDry]) -> Vec<(usize, (f64, f64))> {
+pub(super) fn known(runs: &Runs, fitted_dry: &[FittedDry]) -> Vec<(usize, (f64, f64))> {
     let has_rebounds = |p: usize| runs.series.iter().any(|s| s.particle == p && !s.rebounds.is_empty());
     fitted_dry
         .iter()
@@ -210,7 +210,7 @@ fn known(runs: &Runs, fitted_dry: &[FittedDry]) -> Vec<(usize, (f64, f64))> {
 }
 
 /// The rebounds of those particles, a block a series.
-fn blocks<'r>(scene: &Scene, runs: &'r Runs, known: &[(usize, (f64, f64))]) -> Vec<Block<'r>> {
+pub(super) fn blocks<'r>(scene: &Scene, runs: &'r Runs, known: &[(usize, (f64, f64))]) -> Vec<Block<'r>> {
     let with_rebounds = runs.series.iter().filter(|series| !series.rebounds.is_empty());
     let block = |series: &Series| {
         let particle = &scene.particles[series.particle];
@@ -229,85 +229,14 @@ fn blocks<'r>(scene: &Scene, runs: &'r Runs, known: &[(usize, (f64, f64))]) -> V
     with_rebounds.filter_map(block).collect()
 }
 
-/// The balance of some of the runs, to be moved a little to either side.
-pub(super) struct Movable<'h> {
-    held: &'h Held,
-    known: Vec<(usize, (f64, f64))>,
-    dry_k: Vec<(f64, f64)>,
-    share: f64,
-    minimum: Minimum,
-}
-
-/// What a balance says at parameters of its own.
-pub(super) struct Moved {
-    /// the parameters, in the order of [`EnergyBalance::parameters`]
-    pub(super) parameters: Vec<f64>,
-    /// e_inf and St_c of each film group; NaN where nothing is left for e_inf
-    pub(super) derived: Vec<[f64; 2]>,
-}
-
-impl<'h> Movable<'h> {
-    /// Fits the balance again from where it ended, its form and the weight of the dry runs kept; `share` of the rebounds
-    /// are among these runs. `None` unless that converges on a minimum with standard errors.
-    pub(super) fn new(scene: &Scene, runs: &Runs, dry: &[FittedDry], held: &'h Held, share: f64) -> Option<Self> {
-        let known = known(runs, dry);
-        let dry_k: Vec<(f64, f64)> = known.iter().map(|(_, k)| *k).collect();
-        let blocks = blocks(scene, runs, &known);
-        let balance = held.balance(scene, &blocks, &dry_k, share);
-        let minimum = Minimum::new(&balance, &refit_balance(&balance, &held.parameters))?;
-        Some(Movable {
-            held,
-            known,
-            dry_k,
-            share,
-            minimum,
-        })
-    }
-
-    /// What the balance says of two scenes and their runs that lie as far on either side: of the first, of the second.
-    pub(super) fn at(&self, settings: [(&Scene, &Runs); 2]) -> Option<[Moved; 2]> {
-        let blocks = settings.map(|(scene, runs)| blocks(scene, runs, &self.known));
-        let balance = |side: usize| {
-            self.held
-                .balance(settings[side].0, &blocks[side], &self.dry_k, self.share)
-        };
-        let balances = [balance(0), balance(1)];
-        let minima = self.minimum.of_neighbours(&balances[0], &balances[1])?;
-        let mut sides = minima.into_iter().zip(settings).zip(&balances);
-        let mut next = || {
-            let ((parameters, (scene, runs)), balance) = sides.next()?;
-            let derived = runs.film_groups.iter().map(|group| {
-                let place = self.known.iter().position(|(p, _)| *p == group.particle);
-                place.map_or([f64::NAN; 2], |place| {
-                    let density_ratio = density_ratio(scene, group.particle, &runs.series[group.series.clone()]);
-                    let e_inf2 = e_inf2(scene, balance, place, &parameters, (density_ratio, group.film_ratio));
-                    [e_inf2.sqrt(), 2.0 * parameters[0] / e_inf2]
-                })
-            });
-            Some(Moved {
-                derived: derived.collect(),
-                parameters,
-            })
-        };
-        Some([next()?, next()?])
-    }
-}
-
-impl Held {
-    fn balance<'b>(&self, scene: &Scene, blocks: &'b [Block], dry_k: &'b [(f64, f64)], share: f64) -> Balance<'b> {
-        Balance {
-            blocks,
-            inertia: self.inertia,
-            dry_speed: scene.model.dry_speed,
-            dry_k,
-            // fewer wet runs are held by as much less
-            spread: self.spread * share.sqrt(),
-        }
-    }
-}
-
 /// e_inf² of a density ratio and a film ratio.
-fn e_inf2(scene: &Scene, balance: &Balance, place: usize, parameters: &[f64], (density, film): (f64, f64)) -> f64 {
+pub(super) fn e_inf2(
+    scene: &Scene,
+    balance: &Balance,
+    place: usize,
+    parameters: &[f64],
+    (density, film): (f64, f64),
+) -> f64 {
     let (_, c, scale, dry_k) = balance.unpack(parameters);
     let e_dry = dry::restitution(dry_k[place], reference_dry_speed(scene));
     e_dry * e_dry - c * density * balance.inertia.shape(film, scale)

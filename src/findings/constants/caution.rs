@@ -36,8 +36,8 @@ pub(super) fn notice(
         "constants_exact",
         above.len(),
         format!(
-            "the {} is taken as exact, and an error of {} % in it moves {} by {:.1} %, {:.1} of its standard errors: \
-             the ± are of the runs alone",
+            "the {} is taken as exact: were it off by {} %, {} would be off by {:.1} %, {:.1} times its ±, which is of \
+             the runs alone",
             constant.words(scene),
             100.0 * ERROR,
             sensitivity.label(),

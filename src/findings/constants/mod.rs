@@ -3,12 +3,14 @@
 //! | file | job |
 //! |---|---|
 //! | `constant.rs` | which constants there are, and how one is moved |
-//! | `refits.rs` | fits again with a constant moved |
+//! | `movable.rs` | moves the minimum of the energy balance |
+//! | `elasticities.rs` | finds how results move with a constant |
 //! | `caution.rs` | which constant wants a second look |
 
 mod caution;
 mod constant;
-mod refits;
+mod elasticities;
+mod movable;
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -19,11 +21,10 @@ use super::estimate::Estimate;
 use super::scaling::FittedScaling;
 use super::shown;
 use crate::notice::Notice;
-use crate::physics::viscous::critical_separation;
-use crate::runs::Runs;
+use crate::runs::{FilmGroup, Runs};
 use crate::scene::{Law, Scene};
 use constant::{Constant, InUse};
-use refits::{sample, Aim, Setting};
+use elasticities::{sample, Aim, Setting};
 
 /// How one result moves with the constants.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -65,7 +66,10 @@ impl Sensitivity {
             BALANCE => "energy balance".to_owned(),
             _ => "square root".to_owned(),
         });
-        let ratio = self.film_ratio.map(|ratio| format!("δ/D = {ratio}"));
+        let ratio = self.film_ratio.map(|ratio| {
+            let decimals = format!("{ratio:.4}");
+            format!("δ/D = {}", decimals.trim_end_matches('0').trim_end_matches('.'))
+        });
         let about: Vec<String> = [self.particle.clone(), ratio, law].into_iter().flatten().collect();
         match about.as_slice() {
             [] => name.to_owned(),
@@ -132,7 +136,7 @@ pub fn find(
                 .iter()
                 .map(|column| (column[row] * PARTS).round() / PARTS)
                 .collect();
-            // where a refit gives no number, what its constant does is not known, nor is the sum
+            // where a fit gives no number, what its constant does is not known, nor is the sum
             elasticities.iter().all(|x| x.is_finite()).then(|| {
                 let by = constants.iter().zip(&elasticities).filter(|(_, x)| **x != 0.0);
                 let by = by.map(|(constant, elasticity)| Moves {
@@ -171,79 +175,93 @@ fn asked(
     scaling: &[FittedScaling],
     balance: Option<&EnergyBalance>,
 ) -> Vec<(Aim, Sensitivity)> {
-    let mut asked = vec![];
-    let mut add = |aim: Aim, result: &str, at: Option<(usize, Option<f64>)>, fit: &'static str, pair: (f64, f64)| {
-        // a result at zero has no share to move by
-        if pair.0 != 0.0 {
-            let blank = Sensitivity {
-                result: result.to_owned(),
-                particle: at.map(|(particle, _)| scene.particles[particle].name.clone()),
-                film_ratio: at.and_then(|(_, film_ratio)| film_ratio),
-                fit,
-                value: pair.0,
-                se: pair.1,
-                by: vec![],
-                constants_sd: None,
-                combined: None,
-            };
-            asked.push((aim, blank));
-        }
-    };
-    const QUANTITIES: [&str; 2] = ["e_inf", "st_c"];
-    if let Some(balance) = balance {
-        // k comes from the dry runs, which no constant enters
-        let wet = balance.parameters.len() - balance.particles.len();
-        for (index, parameter) in balance.parameters.iter().take(wet).enumerate() {
-            if let Some(pair) = parameter.estimate.pair() {
-                add(Aim::Parameter(index), &parameter.name, None, BALANCE, pair);
-            }
-        }
-    }
-    let position = |name: &str| scene.particles.iter().position(|particle| particle.name == name);
-    let in_balance: Vec<usize> = balance.map_or(vec![], |balance| {
-        balance.particles.iter().filter_map(|name| position(name)).collect()
-    });
-    for &particle in &in_balance {
-        let ratio = balance.and_then(|balance| balance.delta_c_over_roughness.pair());
-        let l = balance.and_then(|balance| balance.parameters.first()?.estimate.value);
-        if let (Some((ratio, se)), Some(l)) = (ratio, l) {
-            let delta_c = critical_separation(scene.particles[particle].roughness, l);
-            let pair = (delta_c, delta_c * se / ratio);
-            let aim = Aim::CriticalSeparation(particle);
-            add(aim, "delta_c_m", Some((particle, None)), BALANCE, pair);
-        }
-    }
-    for (particle, about) in scene.particles.iter().enumerate() {
+    let mut asked = balance.map_or(vec![], |balance| of_balance(scene, balance));
+    for particle in 0..scene.particles.len() {
         let Some(film_ratio) = shown::film_ratio(scene, runs, particle) else {
             continue;
         };
-        let same = |group: &crate::runs::FilmGroup| group.particle == particle && group.film_ratio == film_ratio;
+        let same = |group: &FilmGroup| (group.particle, group.film_ratio) == (particle, film_ratio);
         let Some(group) = runs.film_groups.iter().position(same) else {
             continue;
         };
-        let at = Some((particle, Some(film_ratio)));
-        let mut rows: Vec<(&'static str, fn(usize, usize) -> Aim, [&Estimate; 2])> = vec![];
-        if let Some(row) = balance.and_then(|balance| {
-            let mut derived = balance.derived.iter();
-            derived.find(|row| row.particle == about.name && row.film_ratio == film_ratio)
-        }) {
-            rows.push((BALANCE, Aim::Derived, [&row.e_inf, &row.st_c]));
-        }
-        if let Some(fitted) = scaling.iter().find(|fitted| {
-            (fitted.particle, fitted.law) == (particle, Law::Sqrt)
-                && fitted.scaling.film_ratio == Some(film_ratio)
+        let name = &scene.particles[particle].name;
+        let derived = balance.and_then(|balance| {
+            let mut rows = balance.derived.iter();
+            rows.find(|row| row.particle == *name && row.film_ratio == film_ratio)
+        });
+        let direct = scaling.iter().find(|fitted| {
+            (fitted.particle, fitted.law, fitted.scaling.film_ratio) == (particle, Law::Sqrt, Some(film_ratio))
                 && fitted.scaling.verdict.passed
-        }) {
-            let row = &fitted.scaling;
-            rows.push((Law::Sqrt.name(), Aim::SquareRoot, [&row.e_inf, &row.st_c]));
+        });
+        let mut add = |aim: Aim, result: &str, fit: &'static str, estimate: &Estimate| {
+            let about = (Some(name.clone()), Some(film_ratio));
+            asked.extend(blank(result, about, fit, estimate.pair()).map(|blank| (aim, blank)));
+        };
+        if let Some(row) = derived {
+            add(Aim::Derived(group, 0), "e_inf", BALANCE, &row.e_inf);
+            add(Aim::Derived(group, 1), "st_c", BALANCE, &row.st_c);
         }
-        for (fit, aim, estimates) in rows {
-            for (which, estimate) in estimates.into_iter().enumerate() {
-                if let Some(pair) = estimate.pair() {
-                    add(aim(group, which), QUANTITIES[which], at, fit, pair);
-                }
-            }
+        if let Some(fitted) = direct {
+            add(
+                Aim::SquareRoot(group, 0),
+                "e_inf",
+                Law::Sqrt.name(),
+                &fitted.scaling.e_inf,
+            );
+            add(
+                Aim::SquareRoot(group, 1),
+                "st_c",
+                Law::Sqrt.name(),
+                &fitted.scaling.st_c,
+            );
         }
     }
     asked
+}
+
+/// The parameters of the energy balance and δc of its particles.
+fn of_balance(scene: &Scene, balance: &EnergyBalance) -> Vec<(Aim, Sensitivity)> {
+    let mut asked = vec![];
+    let mut add = |aim: Aim, result: &str, particle: Option<&String>, pair: Option<(f64, f64)>| {
+        asked.extend(blank(result, (particle.cloned(), None), BALANCE, pair).map(|blank| (aim, blank)));
+    };
+    // k comes from the dry runs, which no constant enters
+    let wet = balance.parameters.len() - balance.particles.len();
+    for (index, parameter) in balance.parameters.iter().take(wet).enumerate() {
+        add(Aim::Parameter(index), &parameter.name, None, parameter.estimate.pair());
+    }
+    for (index, particle) in scene.particles.iter().enumerate() {
+        if balance.particles.contains(&particle.name) {
+            let pair = balance.delta_c_over_roughness.pair();
+            let delta_c = pair.map(|(ratio, se)| (particle.roughness * ratio, particle.roughness * se));
+            add(
+                Aim::CriticalSeparation(index),
+                "delta_c_m",
+                Some(&particle.name),
+                delta_c,
+            );
+        }
+    }
+    asked
+}
+
+/// A result still without the constants; `None` at zero, which has no share to move by.
+fn blank(
+    result: &str,
+    (particle, film_ratio): (Option<String>, Option<f64>),
+    fit: &'static str,
+    pair: Option<(f64, f64)>,
+) -> Option<Sensitivity> {
+    let (value, se) = pair.filter(|(value, _)| *value != 0.0)?;
+    Some(Sensitivity {
+        result: result.to_owned(),
+        particle,
+        film_ratio,
+        fit,
+        value,
+        se,
+        by: vec![],
+        constants_sd: None,
+        combined: None,
+    })
 }

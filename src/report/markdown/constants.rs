@@ -13,6 +13,11 @@ pub(super) fn constants(page: &mut Page, told: Told) {
     }
     page.heading("Constants taken as exact");
     let names = names(rows);
+    let offset = if names.iter().any(|name| name == "film_offset") {
+        ", `film_offset` all films by one length, as a share of their mean"
+    } else {
+        ""
+    };
     let rebounds: usize = told.runs.series.iter().map(|series| series.rebounds.len()).sum();
     let taken = if rebounds > MOST_REBOUNDS {
         format!(" Found on about {MOST_REBOUNDS} of the {rebounds} rebounds.")
@@ -22,9 +27,8 @@ pub(super) fn constants(page: &mut Page, told: Told) {
     page.paragraph(&format!(
         "Every fit takes viscosity, densities, roughness and films as exact. The table has d ln(result)/d ln(constant): \
          −1.00 says that 1 % more of the constant gives 1 % less of the result, an empty cell that it does not move it. \
-         A column moves all constants of its kind by one factor, one with a name in brackets that one alone, \
-         `film_offset` all films by one length, as a share of their mean. A film ratio in brackets stays what it is \
-         told to be; the square-root law does not know the films of its runs.{taken}"
+         A column moves all constants of its kind by one factor, one with a name in brackets that one alone{offset}. A \
+         film ratio in brackets stays what it is told to be; the square-root law does not know the films of its runs.{taken}"
     ));
     let mut header = vec!["result"];
     header.extend(names.iter().map(String::as_str));
@@ -48,11 +52,13 @@ pub(super) fn constants(page: &mut Page, told: Told) {
         uncertainties(rows).join(", ")
     ));
     let cells = |row: &&Sensitivity| {
-        let [se, sd, combined] = [Some(row.se), row.constants_sd, row.combined].map(|x| x.map(|x| in_unit(row, x)));
-        let value = in_unit(row, row.value);
-        let ones = [se, combined].map(|x| x.map_or(NONE.to_owned(), |x| numbers::with_se(value, x)));
-        let [statistical, combined] = ones;
-        vec![label_with_unit(row), statistical, numbers::optional(sd, 2), combined]
+        let with = |error: f64| numbers::with_se(in_unit(row, row.value), in_unit(row, error));
+        vec![
+            label_with_unit(row),
+            with(row.se),
+            numbers::optional(row.constants_sd.map(|sd| in_unit(row, sd)), 2),
+            row.combined.map_or(NONE.to_owned(), with),
+        ]
     };
     let header = ["result", "± standard error", "sd from the constants", "± combined"];
     page.table(&header, &given.iter().map(cells).collect::<Vec<_>>());

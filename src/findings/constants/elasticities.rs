@@ -1,7 +1,8 @@
-//! Fits again with a constant moved, on as many runs as the answer needs.
+//! Finds how results move with a constant, on as many runs as the answer needs.
 
 use super::constant::{Constant, InUse};
-use crate::findings::balance::{EnergyBalance, Movable, Moved};
+use super::movable::{Movable, Moved};
+use crate::findings::balance::EnergyBalance;
 use crate::findings::dry::FittedDry;
 use crate::findings::scaling::square_root_of;
 use crate::physics::viscous::critical_separation;
@@ -31,13 +32,6 @@ pub(super) struct Setting<'a> {
     balance: Option<Movable<'a>>,
 }
 
-/// What the fits behind some results say.
-struct Fits {
-    balance: Option<Moved>,
-    /// e_inf and St_c by the square-root law, of the film groups that are asked for
-    square_roots: Vec<Option<[f64; 2]>>,
-}
-
 impl<'a> Setting<'a> {
     /// `share` of the rebounds are in the sample.
     pub(super) fn new(
@@ -60,26 +54,20 @@ impl<'a> Setting<'a> {
 
     /// d ln(result)/d ln(constant) of every aim, by central differences; NaN where a fit gives no number.
     pub(super) fn elasticities(&self, constant: Constant, step: f64) -> Vec<f64> {
-        let moved = |share: f64| self.in_use.moved(self.scene, self.sample, constant, share);
-        let ((more, more_runs), (less, less_runs)) = (moved(step), moved(-step));
-        let mut sides = [(&more, &*more_runs), (&less, &*less_runs)].map(|(scene, runs)| Fits {
-            balance: None,
-            square_roots: self.square_roots(scene, runs),
+        let sides = [-step, step].map(|share| self.in_use.moved(self.scene, self.sample, constant, share));
+        let settings = sides.each_ref().map(|(scene, runs)| (scene, &**runs));
+        let balances = self.balance.as_ref().and_then(|balance| balance.at(settings));
+        let [less, more] = [0, 1].map(|side| {
+            let (scene, runs) = settings[side];
+            let balance = balances.as_ref().map(|balances| &balances[side]);
+            self.results(scene, balance, &self.square_roots(scene, runs))
         });
-        let balances = self
-            .balance
-            .as_ref()
-            .and_then(|balance| balance.at([(&less, &less_runs), (&more, &more_runs)]));
-        if let Some([of_less, of_more]) = balances {
-            (sides[0].balance, sides[1].balance) = (Some(of_more), Some(of_less));
-        }
-        let more = self.results(&more, &sides[0]);
-        let less = self.results(&less, &sides[1]);
         // a power law has no other error than rounding in logarithms
         let slope = |(more, less): (&f64, &f64)| (more / less).ln() / (2.0 * step);
         more.iter().zip(&less).map(slope).collect()
     }
 
+    /// e_inf and St_c by the square-root law, of the film groups that are asked for.
     fn square_roots(&self, scene: &Scene, runs: &Runs) -> Vec<Option<[f64; 2]>> {
         let asked = |group: usize| {
             let of_group = |aim: &Aim| matches!(aim, Aim::SquareRoot(wanted, _) if *wanted == group);
@@ -93,9 +81,8 @@ impl<'a> Setting<'a> {
         (0..runs.film_groups.len()).map(square_root).collect()
     }
 
-    fn results(&self, scene: &Scene, fits: &Fits) -> Vec<f64> {
+    fn results(&self, scene: &Scene, balance: Option<&Moved>, square_roots: &[Option<[f64; 2]>]) -> Vec<f64> {
         let result = |aim: &Aim| -> Option<f64> {
-            let balance = fits.balance.as_ref();
             match *aim {
                 Aim::Parameter(index) => balance?.parameters.get(index).copied(),
                 Aim::CriticalSeparation(particle) => {
@@ -103,7 +90,7 @@ impl<'a> Setting<'a> {
                     Some(critical_separation(scene.particles[particle].roughness, *l))
                 }
                 Aim::Derived(group, which) => Some(balance?.derived.get(group)?[which]),
-                Aim::SquareRoot(group, which) => Some(fits.square_roots[group]?[which]),
+                Aim::SquareRoot(group, which) => Some(square_roots[group]?[which]),
             }
         };
         self.aims.iter().map(|aim| result(aim).unwrap_or(f64::NAN)).collect()
