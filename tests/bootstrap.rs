@@ -309,12 +309,22 @@ fn every_scheme_spreads_as_the_delta_method_says() {
         ));
         let table = place.draw(3, None);
         let found: Findings = findings::find(&place.scene, &table, 1, true);
+        let slowest = &found.series[0].threshold_speed_m_s;
+        let levels: Vec<f64> = slowest.intervals.iter().map(|made| made.level).collect();
+        assert_eq!(levels, [0.9, 0.95], "nothing stands beside these");
         let row = found
             .scaling
             .iter()
             .find(|row| row.law == "sqrt" && row.film_ratio.is_some())
             .expect("wet runs");
         for estimate in [&row.e_inf, &row.st_c] {
+            // the delta method's interval is kept at the scene's level alone
+            let kept: Vec<(&str, f64)> = estimate
+                .intervals
+                .iter()
+                .map(|made| (made.method, made.level))
+                .collect();
+            assert_eq!(kept, [("delta", 0.95), ("percentile", 0.9), ("percentile", 0.95)]);
             let boot = estimate.bootstrap.as_ref().expect("bootstrapped");
             spreads.push((
                 scheme,

@@ -45,6 +45,18 @@ pub struct EnergyBalance {
     pub stop: &'static str,
     /// whether it may be quoted
     pub verdict: Verdict,
+    /// what a refit starts from
+    #[serde(skip)]
+    pub(super) held: Held,
+}
+
+/// What a refit of the energy balance keeps of the fit.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Held {
+    pub(super) form: Form,
+    /// the spread that weighs the dry runs' k
+    pub(super) spread: f64,
+    pub(super) parameters: Vec<f64>,
 }
 
 /// A parameter of the energy balance.
@@ -90,12 +102,7 @@ pub fn find(
     (form, open): (Form, bool),
     quoting: Quoting,
 ) -> Option<EnergyBalance> {
-    let has_rebounds = |p: usize| runs.series.iter().any(|s| s.particle == p && !s.rebounds.is_empty());
-    let known: Vec<(usize, (f64, f64))> = fitted_dry
-        .iter()
-        .filter(|d| has_rebounds(d.particle))
-        .filter_map(|d| Some((d.particle, d.usable?)))
-        .collect();
+    let known = known(runs, fitted_dry);
     let place = |particle: usize| known.iter().position(|(p, _)| *p == particle);
     let blocks = blocks(scene, runs, place);
     if blocks.is_empty() {
@@ -190,7 +197,22 @@ pub fn find(
         residual_sd: fit.residual_sd,
         lack_of_fit,
         stop: fit.stop.as_str(),
+        held: Held {
+            form: balance.form,
+            spread: balance.spread,
+            parameters: fit.parameters,
+        },
     })
+}
+
+/// The particles with rebounds and a usable k, with that k.
+pub(super) fn known(runs: &Runs, fitted_dry: &[FittedDry]) -> Vec<(usize, (f64, f64))> {
+    let has_rebounds = |p: usize| runs.series.iter().any(|s| s.particle == p && !s.rebounds.is_empty());
+    fitted_dry
+        .iter()
+        .filter(|d| has_rebounds(d.particle))
+        .filter_map(|d| Some((d.particle, d.usable?)))
+        .collect()
 }
 
 /// The rebounds of the particles that have a place, block by block.
@@ -221,6 +243,19 @@ pub(super) fn block<'r>(
         impact_speed: &runs.impact_speed[range.clone()],
         restitution: &runs.restitution[range],
     })
+}
+
+/// e_inf² of a density ratio and a film ratio.
+pub(super) fn e_inf2(
+    scene: &Scene,
+    balance: &Balance,
+    place: usize,
+    parameters: &[f64],
+    (density, film): (f64, f64),
+) -> f64 {
+    let (_, c, scale, dry_k) = balance.unpack(parameters);
+    let e_dry = balance.form.dry.restitution(dry_k[place], reference_dry_speed(scene));
+    e_dry * e_dry - c * density * balance.form.inertia.shape(film, scale)
 }
 
 /// Fits the balance, and again with its own spread where that is far below the one that weighed the dry runs' k: the
@@ -275,7 +310,7 @@ fn derive(
     let law = balance.form.dry;
     let e_dry = law.restitution(dry_k[place], v);
     let (form, ratio) = (balance.form.inertia, group.film_ratio);
-    let e_inf2 = e_dry * e_dry - c * density_ratio * form.shape(ratio, scale);
+    let e_inf2 = e_inf2(scene, balance, place, parameters, (density_ratio, ratio));
     if e_inf2 <= 0.0 {
         return None;
     }

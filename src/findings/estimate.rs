@@ -26,7 +26,7 @@ pub struct Estimate {
     pub level: f64,
     /// how it was made
     pub method: &'static str,
-    /// every interval that was made
+    /// every interval that was made; beside a bootstrap's, of the delta method's only the one at `level`
     pub intervals: Vec<Interval>,
     /// what the replicates say; `None` where there are none
     pub bootstrap: Option<Bootstrapped>,

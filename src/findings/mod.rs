@@ -12,6 +12,7 @@
 //! | `pooling.rs` | what pooling liquids does to the square-root law |
 //! | `terms/` | what each term of the balance matters, and whether it is held |
 //! | `energy.rs` | the energy the liquid takes, St_c·e_inf², δc |
+//! | `constants/` | how results move with the constants taken as exact |
 //! | `bootstrap/` | the bootstrap interval of each estimate |
 //! | `posterior/` | parameters from all runs at once, with priors |
 //! | `predict.rs` | restitution at any speed from the posterior's draws |
@@ -25,6 +26,7 @@
 pub mod balance;
 pub mod bootstrap;
 pub mod compare;
+pub mod constants;
 pub mod dry;
 pub mod energy;
 pub mod estimate;
@@ -92,6 +94,8 @@ pub struct Findings {
     pub form: Form,
     /// where the energy went
     pub energy: Vec<energy::Energy>,
+    /// how results move with the constants taken as exact
+    pub constants: Vec<constants::Sensitivity>,
     /// how replicates were made; `None`: a stage that was not run
     pub bootstrap: Option<bootstrap::Resampling>,
     /// the literature beside ours
@@ -172,6 +176,7 @@ pub fn find_watched(
     );
     let (form, energy_balance, terms) = terms::settle(scene, runs, &dry, &mut scaling, quoting);
     let mut energy = energy::find(scene, runs, &dry, &scaling, quoting);
+    let (constants, of_constants) = constants::find(scene, runs, &dry, &scaling, energy_balance.as_ref());
     let resampled = bootstrap.then(|| {
         done(0);
         let estimates = bootstrap::Estimates {
@@ -192,6 +197,7 @@ pub fn find_watched(
     notices.extend(verdicts::notices(scene, table, &dry, &series, &scaling, bootstrap));
     let (resampling, of_resampling) = resampled.unzip();
     notices.extend(of_resampling.into_iter().flatten());
+    notices.extend(of_constants);
     let mut findings = Findings {
         schema: SCHEMA,
         scene: scene.name.clone(),
@@ -213,6 +219,7 @@ pub fn find_watched(
         terms,
         form,
         energy,
+        constants,
         bootstrap: resampling,
         published,
         posterior: None,

@@ -229,6 +229,21 @@ fn both_laws(
 /// Probability of the F test below which one law does not hold for all film ratios.
 pub const DIFFERENT: f64 = 0.001;
 
+/// e_inf and St_c of the square-root law at the rebounds of some series of one particle; `None` where it gives none.
+pub(super) fn square_root_of(
+    scene: &Scene,
+    runs: &Runs,
+    dry: &[FittedDry],
+    particle: usize,
+    series: &[Series],
+) -> Option<[f64; 2]> {
+    let pool = Pool::new(scene, runs, series, true);
+    let own = OwnDrySpeed::new(scene, dry, particle);
+    let offset = own.map_or_else(Vec::new, |own| own.offsets(&pool.speeds));
+    let [alpha, beta] = two(&fit_square_root(&pool.inverse_stokes, &offset, &pool.restitution));
+    (alpha > 0.0 && beta < 0.0).then(|| [alpha.sqrt(), -beta / (2.0 * alpha)])
+}
+
 const NO_FALL: &str = "the restitution does not fall with 1/St: there is no St_c";
 
 /// e_inf = √α, St_c = −β/(2 α), L = −β/4 of e = √(α + β/St).

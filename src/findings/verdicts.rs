@@ -15,7 +15,7 @@ use crate::scene::{Law, Scene};
 const DIFFERENCE: f64 = 0.01;
 
 /// A bias above this share of the standard error spoils a 95 % interval by more than a point of coverage.
-const BIAS: f64 = 0.25;
+pub(super) const BIAS: f64 = 0.25;
 
 /// A k that the wet runs move further than this is not the dry runs' k.
 pub(super) const DRY_SHIFT: f64 = 3.0;

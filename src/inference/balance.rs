@@ -272,6 +272,11 @@ impl ResidualProblem for Balance<'_> {
     }
 }
 
+/// Fits the balance again from where a fit of nearly the same balance ended.
+pub fn refit_balance(balance: &Balance, near: &[f64]) -> Fit {
+    fit(balance, near)
+}
+
 /// Fits the balance; no starting values asked.
 pub fn fit_balance(balance: &Balance) -> Fit {
     let [line, lowered] = balance.starts();

@@ -82,6 +82,8 @@ pub struct Data {
     pub smallest_restitution: f64,
     /// where runs carry no film ratio: sorted δ/D is split at larger gaps
     pub film_ratio_gap: f64,
+    /// sd of an error of the film thickness that all runs share, m; absent: the films are taken as exact
+    pub film_sd: Option<f64>,
     /// which runs are left out
     pub screens: Screens,
 }
@@ -106,8 +108,12 @@ pub struct Particle {
     pub name: String,
     /// ρp, kg/m³
     pub density: f64,
+    /// sd of ρp over ρp; absent: taken as exact
+    pub density_rel_sd: Option<f64>,
     /// ε, m
     pub roughness: f64,
+    /// sd of ε over ε; absent: taken as exact
+    pub roughness_rel_sd: Option<f64>,
 }
 
 /// A liquid.
@@ -117,8 +123,12 @@ pub struct Liquid {
     pub name: String,
     /// ρl, kg/m³
     pub density: f64,
+    /// sd of ρl over ρl; absent: taken as exact
+    pub density_rel_sd: Option<f64>,
     /// η, Pa s
     pub viscosity: f64,
+    /// sd of η over η; absent: taken as exact
+    pub viscosity_rel_sd: Option<f64>,
     /// γ, N/m
     pub surface_tension: Option<f64>,
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::document::Document;
-use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, SHARE};
+use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE, SHARE};
 use super::names::{name_expected, name_is_allowed, NAME_RULE};
 use super::table::Table;
 use super::{choices, plan, table};
@@ -122,6 +122,7 @@ fn data(root: &Table, path: &Path) -> Option<Data> {
         film_ratio_gap: table
             .number("film_ratio_gap", ABOVE_ZERO)
             .unwrap_or(DEFAULT_FILM_RATIO_GAP),
+        film_sd: table.quantity("film_sd", Dimension::Thickness, NOT_NEGATIVE),
         screens,
     };
     table.finish();
@@ -139,10 +140,14 @@ fn particles(root: &Table) -> Vec<Particle> {
     named_tables(root, "particles", |name, table| {
         let density = table.required("density", Dimension::Density, ABOVE_ZERO);
         let roughness = table.required("roughness", Dimension::Thickness, ABOVE_ZERO);
+        let density_rel_sd = table.number("density_rel_sd", SHARE);
+        let roughness_rel_sd = table.number("roughness_rel_sd", SHARE);
         Some(Particle {
             name,
             density: density?,
+            density_rel_sd,
             roughness: roughness?,
+            roughness_rel_sd,
         })
     })
 }
@@ -155,11 +160,15 @@ fn liquids(root: &Table) -> Vec<Liquid> {
         }
         let density = table.required("density", Dimension::Density, ABOVE_ZERO);
         let viscosity = table.required("viscosity", Dimension::Viscosity, ABOVE_ZERO);
+        let density_rel_sd = table.number("density_rel_sd", SHARE);
+        let viscosity_rel_sd = table.number("viscosity_rel_sd", SHARE);
         let surface_tension = table.quantity("surface_tension", Dimension::SurfaceTension, ABOVE_ZERO);
         Some(Liquid {
             name,
             density: density?,
+            density_rel_sd,
             viscosity: viscosity?,
+            viscosity_rel_sd,
             surface_tension,
         })
     })

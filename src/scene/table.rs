@@ -214,7 +214,9 @@ impl<'a, 'i> Table<'a, 'i> {
         let out_of_range = Cell::new(false);
         let read = read(self, key, value, &|x| {
             let si = unit.to_si(x);
-            out_of_range.set(out_of_range.get() || dimension != Dimension::One && !MAGNITUDES.contains(&si));
+            // zero is the business of what the number is expected to be
+            let lost = dimension != Dimension::One && x != 0.0 && !MAGNITUDES.contains(&si);
+            out_of_range.set(out_of_range.get() || lost);
             si
         });
         if out_of_range.get() {

@@ -83,8 +83,8 @@ fn run_alone(scene: &mut Scene, form: Inertia, x: &[f64]) -> Vec<f64> {
     };
     let runs = runs::arrange(scene, &[run]);
     let likelihood = Likelihood::of_rows(scene, &runs, Form::new(form, DrySpeed::Impact));
-    let full = [l, c, scale, sigma, 1.0, k];
-    let mut slopes = [0.0; 6];
+    let full = [l, c, scale, sigma, 1.0, 1.0, k];
+    let mut slopes = [0.0; 7];
     let value = likelihood.ln_density(&full, &mut slopes).expect("finite");
     let mut kinds = vec![Kind::DryK(0), Kind::LubricationLog, Kind::InertialPrefactor];
     kinds.extend(form.has_film_scale().then_some(Kind::FilmScale));

@@ -98,6 +98,12 @@ impl Replicated {
                 estimate.intervals.extend(made.interval(other, level).ok());
             }
         }
+        // the delta method's at another level says nothing that its se and the scene's level do not
+        let made_some = estimate.intervals.iter().any(|made| !is_delta(made));
+        if made_some && !self.keep_all {
+            let level = estimate.level;
+            estimate.intervals.retain(|made| !is_delta(made) || made.level == level);
+        }
         let mut fallback = None;
         if self.method != IntervalMethod::Delta {
             let quoted = match made.interval(self.method, estimate.level) {
@@ -170,6 +176,10 @@ impl Replicated {
         });
         Replicates::new(t)
     }
+}
+
+fn is_delta(made: &Interval) -> bool {
+    matches!(made.method, "delta" | "delta_log")
 }
 
 /// What an interval of a quantity is made of.

@@ -11,6 +11,7 @@
 
 mod covariance;
 mod linearised;
+mod moved;
 mod solver;
 #[cfg(test)]
 mod tests;
@@ -18,6 +19,7 @@ mod walk;
 
 use nalgebra::DMatrix;
 
+pub use moved::Minimum;
 use solver::{attempt, Attempt};
 use walk::Manner;
 

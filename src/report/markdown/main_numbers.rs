@@ -3,6 +3,7 @@
 use super::super::numbers::{self, NONE};
 use super::super::Told;
 use super::cells::{interval_header, law_name};
+use super::constants::combined;
 use super::page::Page;
 use super::posterior::held;
 use super::terms::{dry_law, kept};
@@ -81,6 +82,9 @@ pub(super) fn main_numbers(page: &mut Page, told: Told) {
         page.paragraph(&format!(
             "{why}: e_inf and St_c are the direct fits under Film thickness."
         ));
+    }
+    if let Some(text) = combined(told) {
+        page.paragraph(&text);
     }
 }
 

@@ -3,6 +3,7 @@
 mod bootstrap;
 mod cautions;
 mod cells;
+mod constants;
 mod laws;
 mod main_numbers;
 pub(super) mod page;
@@ -38,6 +39,7 @@ pub fn report(told: Told, figures: &[&str]) -> String {
     laws::scaling(&mut page, told);
     laws::film(&mut page, told);
     laws::energy(&mut page, told);
+    constants::constants(&mut page, told);
     bootstrap::bootstrap(&mut page, told);
     posterior::posterior(&mut page, told);
     cautions::cautions(&mut page, told);

@@ -196,7 +196,7 @@ mod tests {
 
     /// L, C, δ̃0, σ_wet, σ_dry, k
     fn full(lubrication_log: f64) -> Vec<f64> {
-        vec![lubrication_log, 0.47, 0.069, 0.02, 0.01, 0.183]
+        vec![lubrication_log, 0.47, 0.069, 0.02, 0.01, 1.0, 0.183]
     }
 
     #[test]

@@ -1,0 +1,218 @@
+//! Names the constants of a scene, and moves one of them by a little.
+
+use std::borrow::Cow;
+
+use crate::runs::Runs;
+use crate::scene::{Liquid, Particle, Scene};
+
+/// A constant taken as exact, or all of one kind at once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Constant {
+    /// η of one liquid, or of all
+    Viscosity(Option<usize>),
+    /// ρl of one liquid, or of all
+    LiquidDensity(Option<usize>),
+    /// ρp of one particle, or of all
+    ParticleDensity(Option<usize>),
+    /// ε of one particle, or of all
+    Roughness(Option<usize>),
+    /// δ of all runs, by one factor
+    Film,
+    /// δ of all runs, by one length, in units of their mean
+    FilmOffset,
+}
+
+/// Liquids and particles that have rebounds, and the mean film of these.
+pub(super) struct InUse {
+    liquids: Vec<usize>,
+    particles: Vec<usize>,
+    /// m
+    mean_film: f64,
+}
+
+/// A kind of constant with those of it that are in use.
+pub(super) struct Kind {
+    /// all of them at once
+    pub(super) all: Constant,
+    /// each alone
+    pub(super) each: Vec<Constant>,
+    /// whether each is told wherever there is more than one
+    always_each: bool,
+}
+
+impl InUse {
+    pub(super) fn new(scene: &Scene, runs: &Runs) -> InUse {
+        let has = |of: &dyn Fn(usize) -> bool, count: usize| (0..count).filter(|index| of(*index)).collect();
+        let with_rebounds = || runs.series.iter().filter(|series| !series.rebounds.is_empty());
+        let films = || with_rebounds().flat_map(|series| &runs.film[series.rebounds.clone()]);
+        InUse {
+            liquids: has(
+                &|index| with_rebounds().any(|series| series.liquid == index),
+                scene.liquids.len(),
+            ),
+            particles: has(
+                &|index| with_rebounds().any(|series| series.particle == index),
+                scene.particles.len(),
+            ),
+            mean_film: films().sum::<f64>() / films().count().max(1) as f64,
+        }
+    }
+
+    pub(super) fn kinds(&self) -> Vec<Kind> {
+        let of_liquids = |of: fn(Option<usize>) -> Constant, always_each: bool| Kind {
+            all: of(None),
+            each: self.liquids.iter().map(|index| of(Some(*index))).collect(),
+            always_each,
+        };
+        let of_particles = |of: fn(Option<usize>) -> Constant| Kind {
+            all: of(None),
+            each: self.particles.iter().map(|index| of(Some(*index))).collect(),
+            always_each: false,
+        };
+        vec![
+            of_liquids(Constant::Viscosity, true),
+            of_liquids(Constant::LiquidDensity, false),
+            of_particles(Constant::ParticleDensity),
+            of_particles(Constant::Roughness),
+            Kind {
+                all: Constant::Film,
+                each: vec![],
+                always_each: false,
+            },
+        ]
+    }
+
+    /// sd of a constant over its value as the scene gives it; `None` for all of several at once.
+    pub(super) fn rel_sd(&self, scene: &Scene, constant: Constant) -> Option<f64> {
+        let of_liquid = |index: Option<usize>, of: fn(&Liquid) -> Option<f64>| {
+            let only = (self.liquids.len() == 1).then(|| self.liquids[0]);
+            of(&scene.liquids[index.or(only)?])
+        };
+        let of_particle = |index: Option<usize>, of: fn(&Particle) -> Option<f64>| {
+            let only = (self.particles.len() == 1).then(|| self.particles[0]);
+            of(&scene.particles[index.or(only)?])
+        };
+        match constant {
+            Constant::Viscosity(index) => of_liquid(index, |liquid| liquid.viscosity_rel_sd),
+            Constant::LiquidDensity(index) => of_liquid(index, |liquid| liquid.density_rel_sd),
+            Constant::ParticleDensity(index) => of_particle(index, |particle| particle.density_rel_sd),
+            Constant::Roughness(index) => of_particle(index, |particle| particle.roughness_rel_sd),
+            Constant::Film => None,
+            Constant::FilmOffset => scene.data.film_sd.map(|sd| sd / self.mean_film),
+        }
+    }
+
+    /// The scene and the runs with a constant moved by this share of itself, as an exponent.
+    pub(super) fn moved<'a>(
+        &self,
+        scene: &Scene,
+        runs: &'a Runs,
+        constant: Constant,
+        share: f64,
+    ) -> (Scene, Cow<'a, Runs>) {
+        let (mut scene, mut runs) = (scene.clone(), Cow::Borrowed(runs));
+        let factor = share.exp();
+        let meant = |index: usize, wanted: Option<usize>| wanted.is_none_or(|wanted| wanted == index);
+        match constant {
+            Constant::Viscosity(wanted) | Constant::LiquidDensity(wanted) => {
+                for (index, liquid) in scene.liquids.iter_mut().enumerate() {
+                    match constant {
+                        Constant::Viscosity(_) if meant(index, wanted) => liquid.viscosity *= factor,
+                        _ if meant(index, wanted) => liquid.density *= factor,
+                        _ => (),
+                    }
+                }
+            }
+            Constant::ParticleDensity(wanted) | Constant::Roughness(wanted) => {
+                for (index, particle) in scene.particles.iter_mut().enumerate() {
+                    match constant {
+                        Constant::ParticleDensity(_) if meant(index, wanted) => particle.density *= factor,
+                        _ if meant(index, wanted) => particle.roughness *= factor,
+                        _ => (),
+                    }
+                }
+            }
+            // the film ratios that name the groups stay: a result is that at the film ratio it is told at
+            Constant::Film => runs.to_mut().film.iter_mut().for_each(|film| *film *= factor),
+            Constant::FilmOffset => {
+                let offset = share * self.mean_film;
+                runs.to_mut().film.iter_mut().for_each(|film| *film += offset);
+            }
+        }
+        (scene, runs)
+    }
+}
+
+impl Kind {
+    /// The constants of this kind that are told: all at once, and each where that says more.
+    pub(super) fn told(&self, in_use: &InUse, scene: &Scene) -> Vec<Constant> {
+        let given = |constant: &Constant| in_use.rel_sd(scene, *constant).is_some();
+        let mut told = vec![self.all];
+        if self.each.len() > 1 && (self.always_each || self.each.iter().any(given)) {
+            told.extend(&self.each);
+        }
+        if self.all == Constant::Film && given(&Constant::FilmOffset) {
+            told.push(Constant::FilmOffset);
+        }
+        told
+    }
+
+    /// The constants of this kind that the scene gives no uncertainty of.
+    pub(super) fn not_given(&self, in_use: &InUse, scene: &Scene) -> Vec<Constant> {
+        let given = |constant: &Constant| in_use.rel_sd(scene, *constant).is_some();
+        if given(&self.all) || self.all == Constant::Film && given(&Constant::FilmOffset) {
+            return vec![];
+        }
+        match self.each.iter().filter(|constant| given(constant)).count() {
+            0 => vec![self.all],
+            _ => self.each.iter().filter(|constant| !given(constant)).copied().collect(),
+        }
+    }
+}
+
+impl Constant {
+    /// Its name in files.
+    pub(super) fn name(self, scene: &Scene) -> String {
+        let of_liquid = |index: Option<usize>| index.map(|index| scene.liquids[index].name.as_str());
+        let of_particle = |index: Option<usize>| index.map(|index| scene.particles[index].name.as_str());
+        let (name, of) = match self {
+            Constant::Viscosity(index) => ("viscosity", of_liquid(index)),
+            Constant::LiquidDensity(index) => ("liquid_density", of_liquid(index)),
+            Constant::ParticleDensity(index) => ("particle_density", of_particle(index)),
+            Constant::Roughness(index) => ("roughness", of_particle(index)),
+            Constant::Film => ("film", None),
+            Constant::FilmOffset => ("film_offset", None),
+        };
+        of.map_or(name.to_owned(), |of| format!("{name}[{of}]"))
+    }
+
+    /// The key of a scene that gives its uncertainty.
+    pub(super) fn key(self) -> &'static str {
+        match self {
+            Constant::Viscosity(_) => "viscosity_rel_sd in [liquids]",
+            Constant::LiquidDensity(_) => "density_rel_sd in [liquids]",
+            Constant::ParticleDensity(_) => "density_rel_sd in [particles]",
+            Constant::Roughness(_) => "roughness_rel_sd in [particles]",
+            Constant::Film | Constant::FilmOffset => "film_sd_um in [data]",
+        }
+    }
+
+    /// Its name in a sentence.
+    pub(super) fn words(self, scene: &Scene) -> String {
+        let liquid = |index: Option<usize>| match index {
+            Some(index) => format!("of {}", scene.liquids[index].name),
+            None => "of the liquids".to_owned(),
+        };
+        let particle = |index: Option<usize>| match index {
+            Some(index) => format!("of {}", scene.particles[index].name),
+            None => "of the particles".to_owned(),
+        };
+        match self {
+            Constant::Viscosity(index) => format!("viscosity {}", liquid(index)),
+            Constant::LiquidDensity(index) => format!("density {}", liquid(index)),
+            Constant::ParticleDensity(index) => format!("density {}", particle(index)),
+            Constant::Roughness(index) => format!("roughness {}", particle(index)),
+            Constant::Film | Constant::FilmOffset => "film thickness".to_owned(),
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! Finds how results move with a constant, on as many runs as the answer needs.
+
+use super::constant::{Constant, InUse};
+use super::movable::{Movable, Moved};
+use crate::findings::balance::EnergyBalance;
+use crate::findings::dry::FittedDry;
+use crate::findings::scaling::square_root_of;
+use crate::physics::viscous::critical_separation;
+use crate::runs::{Runs, Series};
+use crate::scene::Scene;
+
+/// A result whose sensitivity is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Aim {
+    /// a parameter of the energy balance
+    Parameter(usize),
+    /// δc of a particle, from the energy balance
+    CriticalSeparation(usize),
+    /// e_inf (0) or St_c (1) of a film group, from the energy balance
+    Derived(usize, usize),
+    /// the same by the square-root law of the film group
+    SquareRoot(usize, usize),
+}
+
+/// Everything that says how results move.
+pub(super) struct Setting<'a> {
+    scene: &'a Scene,
+    sample: &'a Runs,
+    dry: &'a [FittedDry],
+    in_use: &'a InUse,
+    aims: &'a [Aim],
+    balance: Option<Movable<'a>>,
+}
+
+impl<'a> Setting<'a> {
+    /// `share` of the rebounds are in the sample.
+    pub(super) fn new(
+        scene: &'a Scene,
+        (sample, share): (&'a Runs, f64),
+        dry: &'a [FittedDry],
+        balance: Option<&'a EnergyBalance>,
+        in_use: &'a InUse,
+        aims: &'a [Aim],
+    ) -> Setting<'a> {
+        Setting {
+            scene,
+            sample,
+            dry,
+            in_use,
+            aims,
+            balance: balance.and_then(|balance| Movable::new(scene, sample, dry, &balance.held, share)),
+        }
+    }
+
+    /// d ln(result)/d ln(constant) of every aim, by central differences; NaN where a fit gives no number.
+    pub(super) fn elasticities(&self, constant: Constant, step: f64) -> Vec<f64> {
+        let sides = [-step, step].map(|share| self.in_use.moved(self.scene, self.sample, constant, share));
+        let settings = sides.each_ref().map(|(scene, runs)| (scene, &**runs));
+        let balances = self.balance.as_ref().and_then(|balance| balance.at(settings));
+        let [less, more] = [0, 1].map(|side| {
+            let (scene, runs) = settings[side];
+            let balance = balances.as_ref().map(|balances| &balances[side]);
+            self.results(scene, balance, &self.square_roots(scene, runs))
+        });
+        // a power law has no other error than rounding in logarithms
+        let slope = |(more, less): (&f64, &f64)| (more / less).ln() / (2.0 * step);
+        more.iter().zip(&less).map(slope).collect()
+    }
+
+    /// e_inf and St_c by the square-root law, of the film groups that are asked for.
+    fn square_roots(&self, scene: &Scene, runs: &Runs) -> Vec<Option<[f64; 2]>> {
+        let asked = |group: usize| {
+            let of_group = |aim: &Aim| matches!(aim, Aim::SquareRoot(wanted, _) if *wanted == group);
+            self.aims.iter().any(of_group)
+        };
+        let square_root = |index: usize| {
+            let group = runs.film_groups.get(index).filter(|_| asked(index))?;
+            let series: &[Series] = &runs.series[group.series.clone()];
+            square_root_of(scene, runs, self.dry, group.particle, series)
+        };
+        (0..runs.film_groups.len()).map(square_root).collect()
+    }
+
+    fn results(&self, scene: &Scene, balance: Option<&Moved>, square_roots: &[Option<[f64; 2]>]) -> Vec<f64> {
+        let result = |aim: &Aim| -> Option<f64> {
+            match *aim {
+                Aim::Parameter(index) => balance?.parameters.get(index).copied(),
+                Aim::CriticalSeparation(particle) => {
+                    let l = balance?.parameters.first()?;
+                    Some(critical_separation(scene.particles[particle].roughness, *l))
+                }
+                Aim::Derived(group, which) => Some(balance?.derived.get(group)?[which]),
+                Aim::SquareRoot(group, which) => Some(square_roots[group]?[which]),
+            }
+        };
+        self.aims.iter().map(|aim| result(aim).unwrap_or(f64::NAN)).collect()
+    }
+}
+
+/// About `most` of the rebounds of wet runs, spread over each series, and their share of all; at least one a series.
+pub(super) fn sample(runs: &Runs, most: usize) -> (Runs, f64) {
+    /// multiples of this have parts behind the point that fill [0, 1) evenly, and fall in step with no repeat of a
+    /// design
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+    let all: usize = runs.series.iter().map(|series| series.rebounds.len()).sum();
+    let share = if all > most { most as f64 / all as f64 } else { 1.0 };
+    let mut sample = Runs {
+        film_groups: runs.film_groups.clone(),
+        ..Runs::default()
+    };
+    for series in &runs.series {
+        let start = sample.restitution.len();
+        let rebounds = series.rebounds.clone().enumerate();
+        let picked = rebounds.filter(|(place, _)| (*place as f64 * GOLDEN).fract() < share);
+        for (_, run) in picked {
+            sample.diameter.push(runs.diameter[run]);
+            sample.film.push(runs.film[run]);
+            sample.impact_speed.push(runs.impact_speed[run]);
+            sample.restitution.push(runs.restitution[run]);
+        }
+        let end = sample.restitution.len();
+        sample.series.push(Series {
+            rebounds: start..end,
+            stuck: end..end,
+            ..series.clone()
+        });
+    }
+    let kept = sample.restitution.len() as f64 / all.max(1) as f64;
+    (sample, kept)
+}

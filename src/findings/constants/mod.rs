@@ -1,0 +1,267 @@
+//! Measures how far results move with the constants that a scene takes as exact, and what that adds to their error.
+//!
+//! | file | job |
+//! |---|---|
+//! | `constant.rs` | which constants there are, and how one is moved |
+//! | `movable.rs` | moves the minimum of the energy balance |
+//! | `elasticities.rs` | finds how results move with a constant |
+//! | `caution.rs` | which constant wants a second look |
+
+mod caution;
+mod constant;
+mod elasticities;
+mod movable;
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::balance::EnergyBalance;
+use super::dry::FittedDry;
+use super::estimate::Estimate;
+use super::scaling::FittedScaling;
+use super::shown;
+use crate::notice::Notice;
+use crate::runs::{FilmGroup, Runs};
+use crate::scene::{Law, Scene};
+use constant::{Constant, InUse};
+use elasticities::{sample, Aim, Setting};
+
+/// How one result moves with the constants.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Sensitivity {
+    /// `lubrication_log`, `inertial_prefactor`, `film_scale`, `delta_c_m`, `e_inf` or `st_c`
+    pub result: String,
+    /// name of the particle, of a result that has one
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub particle: Option<String>,
+    /// film ratio, of a result that has one
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub film_ratio: Option<f64>,
+    /// `balance`: over all rebounds; `sqrt`: the square-root law of the film ratio
+    pub fit: &'static str,
+    /// its value
+    pub value: f64,
+    /// its statistical standard error, by least squares
+    pub se: f64,
+    /// the constants that move it; any other moves it by less than 5e-6 of its own share
+    pub by: Vec<Moves>,
+    /// √Σ (value · elasticity · rel_sd)² over the constants whose uncertainty is given; `None` where none is
+    pub constants_sd: Option<f64>,
+    /// √(se² + constants_sd²)
+    pub combined: Option<f64>,
+}
+
+impl Sensitivity {
+    /// Its name in a sentence or a table.
+    pub fn label(&self) -> String {
+        let name = match self.result.as_str() {
+            "lubrication_log" => "L",
+            "inertial_prefactor" => "C",
+            "film_scale" => "δ̃0",
+            "delta_c_m" => "δc",
+            "st_c" => "St_c",
+            other => other,
+        };
+        let law = self.film_ratio.map(|_| match self.fit {
+            BALANCE => "energy balance".to_owned(),
+            _ => "square root".to_owned(),
+        });
+        let ratio = self.film_ratio.map(|ratio| {
+            let decimals = format!("{ratio:.4}");
+            format!("δ/D = {}", decimals.trim_end_matches('0').trim_end_matches('.'))
+        });
+        let about: Vec<String> = [self.particle.clone(), ratio, law].into_iter().flatten().collect();
+        match about.as_slice() {
+            [] => name.to_owned(),
+            about => format!("{name} ({})", about.join(", ")),
+        }
+    }
+}
+
+/// How a result moves with one constant.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Moves {
+    /// `viscosity`, `liquid_density`, `particle_density`, `roughness` or `film`: all of a kind by one factor;
+    /// `viscosity[AK10]` and the like: one alone; `film_offset`: all films by one length, in units of their mean
+    pub constant: String,
+    /// d ln(result)/d ln(constant), to five decimals
+    pub elasticity: f64,
+    /// sd of the constant over its value, as the scene gives it
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rel_sd: Option<f64>,
+}
+
+/// How the energy balance is named as the fit behind a result.
+const BALANCE: &str = "balance";
+
+/// Share of itself by which a constant is moved each way. The error of a central difference falls with its square and is
+/// 1e-8 of an elasticity on the example, where it is 1e-4 with a share of 1e-4; rounding grows with its inverse, to as much.
+const STEP: f64 = 1e-6;
+
+/// More rebounds than this say little new of an elasticity: of longer tables about so many are taken.
+pub const MOST_REBOUNDS: usize = 10_000;
+
+/// Elasticities are told to so many parts of one: what a difference leaves behind them is its own error.
+const PARTS: f64 = 1e5;
+
+/// The sensitivity of what the energy balance gives and, at the film ratio shown of each particle, of e_inf and St_c; a
+/// fit that may not be quoted has none. With it, what the reader should look at.
+pub fn find(
+    scene: &Scene,
+    runs: &Runs,
+    dry: &[FittedDry],
+    scaling: &[FittedScaling],
+    balance: Option<&EnergyBalance>,
+) -> (Vec<Sensitivity>, Option<Notice>) {
+    let balance = balance.filter(|balance| balance.verdict.passed);
+    let asked = asked(scene, runs, scaling, balance);
+    if asked.is_empty() {
+        return (vec![], None);
+    }
+    let aims: Vec<Aim> = asked.iter().map(|(aim, _)| *aim).collect();
+    let in_use = InUse::new(scene, runs);
+    let (sample, share) = sample(runs, MOST_REBOUNDS);
+    let setting = Setting::new(scene, (&sample, share), dry, balance, &in_use, &aims);
+    let kinds = in_use.kinds();
+    let constants: Vec<Constant> = kinds.iter().flat_map(|kind| kind.told(&in_use, scene)).collect();
+    let columns: Vec<Vec<f64>> = constants
+        .par_iter()
+        .map(|constant| setting.elasticities(*constant, STEP))
+        .collect();
+    let told: Vec<(Sensitivity, Vec<f64>)> = asked
+        .into_iter()
+        .enumerate()
+        .filter_map(|(row, (_, blank))| {
+            let elasticities: Vec<f64> = columns
+                .iter()
+                .map(|column| (column[row] * PARTS).round() / PARTS)
+                .collect();
+            // where a fit gives no number, what its constant does is not known, nor is the sum
+            elasticities.iter().all(|x| x.is_finite()).then(|| {
+                let by = constants.iter().zip(&elasticities).filter(|(_, x)| **x != 0.0);
+                let by = by.map(|(constant, elasticity)| Moves {
+                    constant: constant.name(scene),
+                    elasticity: *elasticity,
+                    rel_sd: in_use.rel_sd(scene, *constant),
+                });
+                (combine(blank, by.collect()), elasticities)
+            })
+        })
+        .collect();
+    let notice = caution::notice(scene, &in_use, &kinds, &constants, &told);
+    (told.into_iter().map(|(sensitivity, _)| sensitivity).collect(), notice)
+}
+
+/// Adds what is known of the constants to the statistical error; they are taken as independent of each other.
+fn combine(blank: Sensitivity, by: Vec<Moves>) -> Sensitivity {
+    let value = blank.value;
+    let given = by
+        .iter()
+        .filter_map(|moves| Some(value * moves.elasticity * moves.rel_sd?));
+    let squares: Vec<f64> = given.map(|sd| sd * sd).collect();
+    let constants_sd = (!squares.is_empty()).then(|| squares.iter().sum::<f64>().sqrt());
+    Sensitivity {
+        combined: constants_sd.map(|sd| sd.hypot(blank.se)),
+        constants_sd,
+        by,
+        ..blank
+    }
+}
+
+/// The results that have a value and a standard error, still without the constants.
+fn asked(
+    scene: &Scene,
+    runs: &Runs,
+    scaling: &[FittedScaling],
+    balance: Option<&EnergyBalance>,
+) -> Vec<(Aim, Sensitivity)> {
+    let mut asked = balance.map_or(vec![], |balance| of_balance(scene, balance));
+    for particle in 0..scene.particles.len() {
+        let Some(film_ratio) = shown::film_ratio(scene, runs, particle) else {
+            continue;
+        };
+        let same = |group: &FilmGroup| (group.particle, group.film_ratio) == (particle, film_ratio);
+        let Some(group) = runs.film_groups.iter().position(same) else {
+            continue;
+        };
+        let name = &scene.particles[particle].name;
+        let derived = balance.and_then(|balance| {
+            let mut rows = balance.derived.iter();
+            rows.find(|row| row.particle == *name && row.film_ratio == film_ratio)
+        });
+        let direct = scaling.iter().find(|fitted| {
+            (fitted.particle, fitted.law, fitted.scaling.film_ratio) == (particle, Law::Sqrt, Some(film_ratio))
+                && fitted.scaling.verdict.passed
+        });
+        let mut add = |aim: Aim, result: &str, fit: &'static str, estimate: &Estimate| {
+            let about = (Some(name.clone()), Some(film_ratio));
+            asked.extend(blank(result, about, fit, estimate.pair()).map(|blank| (aim, blank)));
+        };
+        if let Some(row) = derived {
+            add(Aim::Derived(group, 0), "e_inf", BALANCE, &row.e_inf);
+            add(Aim::Derived(group, 1), "st_c", BALANCE, &row.st_c);
+        }
+        if let Some(fitted) = direct {
+            add(
+                Aim::SquareRoot(group, 0),
+                "e_inf",
+                Law::Sqrt.name(),
+                &fitted.scaling.e_inf,
+            );
+            add(
+                Aim::SquareRoot(group, 1),
+                "st_c",
+                Law::Sqrt.name(),
+                &fitted.scaling.st_c,
+            );
+        }
+    }
+    asked
+}
+
+/// The parameters of the energy balance and δc of its particles.
+fn of_balance(scene: &Scene, balance: &EnergyBalance) -> Vec<(Aim, Sensitivity)> {
+    let mut asked = vec![];
+    let mut add = |aim: Aim, result: &str, particle: Option<&String>, pair: Option<(f64, f64)>| {
+        asked.extend(blank(result, (particle.cloned(), None), BALANCE, pair).map(|blank| (aim, blank)));
+    };
+    // k comes from the dry runs, which no constant enters
+    let wet = balance.parameters.len() - balance.particles.len();
+    for (index, parameter) in balance.parameters.iter().take(wet).enumerate() {
+        add(Aim::Parameter(index), &parameter.name, None, parameter.estimate.pair());
+    }
+    for (index, particle) in scene.particles.iter().enumerate() {
+        if balance.particles.contains(&particle.name) {
+            let pair = balance.delta_c_over_roughness.pair();
+            let delta_c = pair.map(|(ratio, se)| (particle.roughness * ratio, particle.roughness * se));
+            add(
+                Aim::CriticalSeparation(index),
+                "delta_c_m",
+                Some(&particle.name),
+                delta_c,
+            );
+        }
+    }
+    asked
+}
+
+/// A result still without the constants; `None` at zero, which has no share to move by.
+fn blank(
+    result: &str,
+    (particle, film_ratio): (Option<String>, Option<f64>),
+    fit: &'static str,
+    pair: Option<(f64, f64)>,
+) -> Option<Sensitivity> {
+    let (value, se) = pair.filter(|(value, _)| *value != 0.0)?;
+    Some(Sensitivity {
+        result: result.to_owned(),
+        particle,
+        film_ratio,
+        fit,
+        value,
+        se,
+        by: vec![],
+        constants_sd: None,
+        combined: None,
+    })
+}
