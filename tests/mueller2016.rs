@@ -1,4 +1,4 @@
-//! Holds the example in the repository: its runs, its distance from the paper, and the committed report.
+//! Holds the examples in the repository: the runs, their distance from the paper, and the committed reports.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -131,11 +131,17 @@ fn masked(text: &str) -> String {
 
 #[test]
 fn the_committed_report_is_what_the_command_writes() {
-    let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mueller2016");
+    for example in ["mueller2016", "sticking"] {
+        a_committed_report_is_written_again(example);
+    }
+}
+
+fn a_committed_report_is_written_again(example: &str) {
+    let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join(example);
     let _ = std::fs::remove_dir_all(&out);
     let output = run(&[
         "fit",
-        "datasets/mueller2016/scene.toml",
+        &format!("datasets/{example}/scene.toml"),
         "--out",
         &out.to_string_lossy(),
     ]);
@@ -145,7 +151,7 @@ fn the_committed_report_is_what_the_command_writes() {
         "{}",
         String::from_utf8_lossy(&output.stderr)
     );
-    let (new, old) = (files(&out), files(&root().join("reports/mueller2016")));
+    let (new, old) = (files(&out), files(&root().join("reports").join(example)));
     assert_eq!(new.keys().collect::<Vec<_>>(), old.keys().collect::<Vec<_>>());
     for (name, text) in &new {
         let committed = &old[name];
@@ -172,6 +178,24 @@ fn the_committed_report_is_what_the_command_writes() {
             committed.len()
         );
     }
+}
+
+/// Near the threshold, with noise on the energy kept: the matching posterior holds the truth, least squares does not.
+#[test]
+fn the_example_of_sticking_is_told_by_its_own_noise() {
+    let findings: Value =
+        serde_json::from_str(&read(&root().join("reports/sticking/findings.json"))).expect("valid JSON");
+    let number = |value: &Value| value.as_f64().expect("a number");
+    let of = |list: &Value| {
+        let all = list.as_array().expect("a list").iter();
+        let mut named = all.filter(|one| one["name"] == "lubrication_log");
+        named.next().expect("L is among them").clone()
+    };
+    let sampled = of(&findings["posterior"]["parameters"]);
+    let fitted = of(&findings["energy_balance"]["parameters"]);
+    assert!((number(&sampled["mean"]) - 1.85).abs() < 3.0 * number(&sampled["sd"]));
+    let estimate = &fitted["estimate"];
+    assert!((number(&estimate["value"]) - 1.85).abs() > 4.0 * number(&estimate["se"]));
 }
 
 #[test]

@@ -52,7 +52,7 @@ use crate::notice::Notice;
 use crate::physics::impact::Form;
 use crate::physics::inertia::Inertia;
 use crate::runs::{Runs, Screened, Table};
-use crate::scene::Scene;
+use crate::scene::{NoiseOn, Scene};
 use compare::Comparison;
 use estimate::Quoting;
 use posterior::{Asked, Declined, Posterior, Way};
@@ -256,6 +256,12 @@ impl Findings {
                 // the posterior's own check of k against the dry runs takes the place of least squares'
                 let replaced = |check: &verdicts::Check| posterior.checks.iter().any(|new| new.check == check.check);
                 self.verdicts.retain(|check| !replaced(check));
+                if scene.model.noise == NoiseOn::Both {
+                    // least squares knows neither this noise nor the runs that stuck: the posterior's parameters are quoted
+                    for check in &mut self.verdicts {
+                        check.gates &= check.check != verdicts::ENERGY_BALANCE;
+                    }
+                }
                 self.verdicts.extend(posterior.checks.iter().cloned());
                 self.notices.extend(posterior.notices.iter().cloned());
                 self.posterior = Some(posterior.findings.clone());

@@ -42,6 +42,9 @@ pub struct Check {
     pub text: String,
 }
 
+/// The check of the energy balance by least squares.
+pub const ENERGY_BALANCE: &str = "energy_balance";
+
 /// Whether the main numbers may be quoted: no gating check failed.
 pub fn quotable(checks: &[Check]) -> bool {
     checks.iter().all(|check| check.passed || !check.gates)
@@ -89,7 +92,7 @@ pub fn find(
             .into_iter()
             .collect();
         checks.push(count(
-            "energy_balance",
+            ENERGY_BALANCE,
             &names,
             1,
             "energy balance over all rebounds",
