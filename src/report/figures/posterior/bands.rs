@@ -8,6 +8,7 @@ use crate::model::parameters::{Kind, COMMON_SLOTS};
 use crate::physics::impact::{kept_energy, DrySpeed, Form, Parameters, Setting};
 use crate::physics::rebound::mean_restitution;
 use crate::runs::Series;
+use crate::scene::NoiseOn;
 
 /// Draws a band is made of.
 const DRAWS: usize = 400;
@@ -26,6 +27,8 @@ pub(in super::super) struct Bands {
     draws: Vec<Vec<f64>>,
     /// a standard normal number for each of them: evenly spread, whatever the order of the draws
     normal: Vec<f64>,
+    /// another, where noise acts on the energy kept, too
+    energy: Option<Vec<f64>>,
 }
 
 /// Edges of a band at a speed.
@@ -44,7 +47,8 @@ impl Bands {
         let draws: Vec<Vec<f64>> = all.into_iter().step_by(step).collect();
         Some(Bands {
             form: posterior.asked.form,
-            normal: spread_normal(draws.len()),
+            normal: spread_normal(draws.len(), GOLDEN),
+            energy: (told.scene.model.noise == NoiseOn::Both).then(|| spread_normal(draws.len(), SILVER)),
             draws,
         })
     }
@@ -122,20 +126,24 @@ impl Bands {
         let speeds = (0..=STEPS).map(|i| slowest + (fastest - slowest) * i as f64 / STEPS as f64);
         speeds
             .map(|speed| {
-                let mean = |full: &Vec<f64>| {
+                let kept = |full: &Vec<f64>| {
                     let parameters = Parameters {
                         dry_k: full[COMMON_SLOTS + particle],
                         lubrication_log: full[Kind::LubricationLog.slot()],
                         inertial_prefactor: full[Kind::InertialPrefactor.slot()],
                         film_scale: full[Kind::FilmScale.slot()],
                     };
-                    mean_restitution(kept_energy(setting, self.form, &parameters, speed))
+                    kept_energy(setting, self.form, &parameters, speed)
                 };
-                let means: Vec<f64> = self.draws.iter().map(mean).collect();
-                let both = means.iter().zip(&self.draws).zip(&self.normal);
-                let single = both
-                    .map(|((mean, full), z)| mean + full[Kind::SigmaWet.slot()] * z)
-                    .collect();
+                let kept: Vec<f64> = self.draws.iter().map(kept).collect();
+                let means: Vec<f64> = kept.iter().map(|r| mean_restitution(*r)).collect();
+                let single = |draw: usize| {
+                    let full = &self.draws[draw];
+                    let lucky = self.energy.as_ref().map(|z| full[Kind::SigmaEnergy.slot()] * z[draw]);
+                    let mean = lucky.map_or(means[draw], |lucky| mean_restitution(kept[draw] + lucky));
+                    mean + full[Kind::SigmaWet.slot()] * self.normal[draw]
+                };
+                let single = (0..self.draws.len()).map(single).collect();
                 Edges {
                     speed,
                     mean: central(means),
@@ -146,10 +154,13 @@ impl Bands {
     }
 }
 
+/// (√5 − 1)/2 and √2 − 1: steps round a circle whose places are even for long, and together fill a square.
+const GOLDEN: f64 = 0.618_033_988_749_894_8;
+const SILVER: f64 = std::f64::consts::SQRT_2 - 1.0;
+
 /// So many numbers that lie as a standard normal has them; none is near the next one in the list.
-fn spread_normal(count: usize) -> Vec<f64> {
-    let golden = 0.5 * (5f64.sqrt() - 1.0);
-    let even = (0..count).map(|i| (0.5 + golden * i as f64).fract());
+fn spread_normal(count: usize, step: f64) -> Vec<f64> {
+    let even = (0..count).map(|i| (0.5 + step * i as f64).fract());
     even.map(|p| Normal::standard().inverse_cdf(p)).collect()
 }
 
@@ -189,7 +200,8 @@ mod tests {
     fn bands(draws: Vec<Vec<f64>>) -> Bands {
         Bands {
             form: Form::new(Inertia::Saturating, DrySpeed::Reference(2.0)),
-            normal: spread_normal(draws.len()),
+            normal: spread_normal(draws.len(), GOLDEN),
+            energy: None,
             draws,
         }
     }
