@@ -50,6 +50,7 @@ fn law(test: &str) -> Law {
             film_scale: near(TRUTH.film_scale, 0.05),
         },
         sigma_wet: near(0.02, 0.1),
+        sigma_energy: 0.0,
     });
     Law {
         form: Form::new(Inertia::Saturating, DrySpeed::Impact),
@@ -597,4 +598,55 @@ fn a_particle_without_k_another_liquid_and_a_film_too_thick_are_refused() {
     }
     assert!(refused(5, "-1").contains("--diameter-mm"));
     assert!(refused(7, "0").contains("expected a number above 0"));
+}
+
+/// Noise on the energy kept enters the single run: its quantiles and sticking against draws of e* = m(r + σ_r z′) + σ z.
+#[test]
+fn a_single_run_scatters_with_the_energy_kept() {
+    let law = Law {
+        form: Form::new(Inertia::Saturating, DrySpeed::Reference(2.0)),
+        smallest_restitution: 0.05,
+        covered: None,
+        draws: vec![
+            Draw {
+                parameters: TRUTH,
+                sigma_wet: 0.01,
+                sigma_energy: 0.04,
+            };
+            3
+        ],
+    };
+    let mut rng = stream(seed_of("a_single_run_scatters_with_the_energy_kept"), "predict", 0);
+    for v in [1.2, 1.4, 1.9] {
+        let row = law.predict(&SLOW, &[v]).remove(0);
+        let kept = kept_energy(&SLOW, law.form, &TRUTH, v);
+        let mut drawn: Vec<f64> = (0..40_000)
+            .map(|_| {
+                let (lucky, z): (f64, f64) = (StandardNormal.sample(&mut rng), StandardNormal.sample(&mut rng));
+                let e = mean_restitution(kept + 0.04 * lucky) + 0.01 * z;
+                if e > 0.05 {
+                    e
+                } else {
+                    0.0
+                }
+            })
+            .collect();
+        drawn.sort_by(f64::total_cmp);
+        let stuck = drawn.iter().filter(|e| **e == 0.0).count() as f64 / drawn.len() as f64;
+        assert!(
+            (row.stuck_probability - stuck).abs() < 0.01,
+            "{v}: {} {stuck}",
+            row.stuck_probability
+        );
+        for (found, p) in [
+            (row.run_q05, 0.05),
+            (row.run_q25, 0.25),
+            (row.run_q75, 0.75),
+            (row.run_q95, 0.95),
+        ] {
+            let expected = drawn[(p * drawn.len() as f64) as usize];
+            // a draw's own error, and first order in σ
+            assert!((found - expected).abs() < 0.012, "{v}, {p}: {found} {expected}");
+        }
+    }
 }

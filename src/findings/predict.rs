@@ -11,8 +11,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::inference::diagnostics::quantile;
 use crate::model::likelihood::normal::ln_normal_cdf;
+use crate::model::likelihood::on_energies;
 use crate::physics::impact::{Form, Parameters, Setting};
-use crate::physics::rebound::mean_restitution;
+use crate::physics::rebound::{kept_of_mean_restitution, mean_restitution, slope_mean_restitution};
 use crate::physics::restitution::Restitution;
 use crate::runs::{Runs, Series};
 use crate::scene::Scene;
@@ -143,6 +144,8 @@ pub struct Draw {
     pub parameters: Parameters,
     /// spread σ of wet restitutions, above zero
     pub sigma_wet: f64,
+    /// spread σ_r of the energy kept; 0 where noise acts on the restitution alone
+    pub sigma_energy: f64,
 }
 
 /// What is to be expected at one impact speed. Field names are those of files.
@@ -183,19 +186,19 @@ pub struct Predicted {
 impl Law {
     /// Predictions at impact speeds above zero, m/s, in their order.
     pub fn predict(&self, setting: &Setting, impact_speeds: &[f64]) -> Vec<Predicted> {
-        let curves: Vec<(Restitution, f64)> = self
+        let curves: Vec<(Restitution, (f64, f64))> = self
             .draws
             .iter()
             .map(|draw| {
                 let curve = Restitution::new(setting, self.form, &draw.parameters);
-                (curve, draw.sigma_wet)
+                (curve, (draw.sigma_wet, draw.sigma_energy))
             })
             .collect();
         let speeds = impact_speeds.par_iter();
         speeds.map(|v| self.at(setting, &curves, *v)).collect()
     }
 
-    fn at(&self, setting: &Setting, curves: &[(Restitution, f64)], v: f64) -> Predicted {
+    fn at(&self, setting: &Setting, curves: &[(Restitution, (f64, f64))], v: f64) -> Predicted {
         let sorted = |of: &dyn Fn(&Restitution) -> f64| quantile::sorted(curves.iter().map(|(c, _)| of(c)).collect());
         let e = sorted(&|curve| curve.at(v));
         let slopes = sorted(&|curve| curve.log_slope(v).unwrap_or(f64::INFINITY));
@@ -222,17 +225,55 @@ impl Law {
     }
 }
 
-/// The distribution of a run's restitution at one speed: a mixture of normals, cut at the limit.
+/// The distribution of a run's restitution at one speed: a mixture of normals, cut at the limit. Where noise acts on the
+/// energy kept, too, each is normal on that scale.
 struct SingleRun {
-    /// mean and spread of each draw
-    normals: Vec<(f64, f64)>,
+    /// each draw's share
+    normals: Vec<Share>,
     /// probability of sticking
     stuck: f64,
 }
 
+/// What one draw says of a run.
+#[derive(Clone, Copy)]
+struct Share {
+    /// r
+    kept: f64,
+    /// m(r)
+    mean: f64,
+    sigma: f64,
+    sigma_energy: f64,
+}
+
+impl Share {
+    /// z of a restitution, and its slope; to first order in σ where noise acts on the energy kept.
+    fn z(&self, x: f64) -> (f64, f64) {
+        if self.sigma_energy == 0.0 {
+            return ((x - self.mean) / self.sigma, 1.0 / self.sigma);
+        }
+        let z = on_energies(x, self.kept, (self.sigma, self.sigma_energy));
+        let slope = slope_mean_restitution(kept_of_mean_restitution(x));
+        (z, 1.0 / (self.sigma_energy * slope).hypot(self.sigma))
+    }
+
+    /// Between which restitutions all but the tails of so many standard deviations lie.
+    fn within(&self, wide: f64) -> (f64, f64) {
+        let on = |side: f64| mean_restitution(self.kept + side * self.sigma_energy) + side * self.sigma;
+        (on(-wide), on(wide))
+    }
+}
+
 impl SingleRun {
-    fn new(curves: &[(Restitution, f64)], v: f64, limit: f64) -> SingleRun {
-        let normal = |(curve, sigma): &(Restitution, f64)| (mean_restitution(curve.kept_energy(v)), *sigma);
+    fn new(curves: &[(Restitution, (f64, f64))], v: f64, limit: f64) -> SingleRun {
+        let normal = |(curve, (sigma, sigma_energy)): &(Restitution, (f64, f64))| {
+            let kept = curve.kept_energy(v);
+            Share {
+                kept,
+                mean: mean_restitution(kept),
+                sigma: *sigma,
+                sigma_energy: *sigma_energy,
+            }
+        };
         let mut run = SingleRun {
             normals: curves.iter().map(normal).collect(),
             stuck: 0.0,
@@ -243,10 +284,11 @@ impl SingleRun {
 
     /// Probability of an e* at or below x, and its density there.
     fn below(&self, x: f64) -> (f64, f64) {
-        let of = |(mean, sigma): &(f64, f64)| {
-            let (ln_cdf, mills) = ln_normal_cdf((x - mean) / sigma);
+        let of = |share: &Share| {
+            let (z, slope) = share.z(x);
+            let (ln_cdf, mills) = ln_normal_cdf(z);
             let cdf = ln_cdf.exp();
-            (cdf, mills * cdf / sigma)
+            (cdf, mills * cdf * slope)
         };
         let sum = self
             .normals
@@ -271,8 +313,9 @@ impl SingleRun {
         let (mut lo, mut hi) = self
             .normals
             .iter()
-            .fold((f64::MAX, f64::MIN), |(lo, hi), (mean, sigma)| {
-                (lo.min(mean - WIDE * sigma), hi.max(mean + WIDE * sigma))
+            .map(|share| share.within(WIDE))
+            .fold((f64::MAX, f64::MIN), |(lo, hi), (low, high)| {
+                (lo.min(low), hi.max(high))
             });
         let mut x = 0.5 * (lo + hi);
         for _ in 0..STEPS {

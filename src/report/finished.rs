@@ -150,13 +150,16 @@ impl Finished {
                 Kind::InertialPrefactor => inertia == Inertia::None,
                 _ => false,
             };
+            let unread = unread || *kind == Kind::SigmaEnergy && !self.has(kind.key());
+            // what is not there counts as none
+            let instead = if *kind == Kind::SigmaEnergy { 0.0 } else { 1.0 };
             // a spread of dry runs is on no wet run's way
-            (*kind != Kind::SigmaDry).then(|| (kind.key().to_owned(), unread.then_some(1.0)))
+            (*kind != Kind::SigmaDry).then(|| (kind.key().to_owned(), unread.then_some(instead)))
         }));
         let sources = self.sources(&wanted)?;
         let draws = (0..self.posterior.chains * self.posterior.draws).map(|draw| {
-            let [dry_k, lubrication_log, inertial_prefactor, film_scale, sigma_wet] =
-                [0, 1, 2, 3, 4].map(|place: usize| sources[place].at(draw));
+            let [dry_k, lubrication_log, inertial_prefactor, film_scale, sigma_wet, sigma_energy] =
+                [0, 1, 2, 3, 4, 5].map(|place: usize| sources[place].at(draw));
             Draw {
                 parameters: Parameters {
                     dry_k,
@@ -165,6 +168,7 @@ impl Finished {
                     film_scale,
                 },
                 sigma_wet,
+                sigma_energy,
             }
         });
         Ok(Law {
@@ -258,11 +262,12 @@ impl Finished {
 }
 
 /// Parameters besides the k of the particles, in the order a law takes them.
-const KINDS: [Kind; 5] = [
+const KINDS: [Kind; 6] = [
     Kind::LubricationLog,
     Kind::InertialPrefactor,
     Kind::FilmScale,
     Kind::SigmaWet,
+    Kind::SigmaEnergy,
     Kind::SigmaDry,
 ];
 
