@@ -9,6 +9,153 @@ use polars::prelude::{ParquetReader, PolarsError, PolarsResult, SerReader};
 use polars_parquet_format::thrift::protocol::TCompactInputProtocol;
 use polars_parquet_format::{PageHeader, PageType};
 
+/// Checks that a file's footer is a structure whose lists have no more elements than it has bytes left. A file without a
+/// footer is for the reader to name.
+pub(super) fn footer_fits(bytes: &[u8]) -> PolarsResult<()> {
+    /// bytes of the file's end after the footer: its length, and the mark of the format
+    const END: usize = 8;
+    let Some(end) = bytes.len().checked_sub(END) else {
+        return Ok(());
+    };
+    let [a, b, c, d, mark @ ..] = &bytes[end..] else {
+        return Ok(());
+    };
+    if mark != b"PAR1" {
+        return Ok(());
+    }
+    let length = usize::try_from(u32::from_le_bytes([*a, *b, *c, *d])).unwrap_or(usize::MAX);
+    let Some(footer) = end.checked_sub(length).and_then(|start| bytes.get(start..end)) else {
+        return Ok(());
+    };
+    match (Walk { left: footer }).structure(0) {
+        Ok(()) => Ok(()),
+        Err(Stop::TooLong) => refuse("its footer claims more parts than it holds".to_owned()),
+        Err(Stop::Broken) => refuse("its footer is broken".to_owned()),
+    }
+}
+
+/// A walk through a structure in Thrift's compact encoding, whatever its fields mean.
+///
+/// Source: the encoding as Apache Thrift specifies it (thrift-compact-protocol.md).
+struct Walk<'b> {
+    left: &'b [u8],
+}
+
+/// Why a walk ends early.
+#[derive(Debug, PartialEq)]
+enum Stop {
+    /// a list of more elements than there are bytes
+    TooLong,
+    /// anything else
+    Broken,
+}
+
+impl Walk<'_> {
+    /// Structures inside structures beyond which no footer goes.
+    const DEEPEST: usize = 64;
+
+    fn byte(&mut self) -> Result<u8, Stop> {
+        let (first, rest) = self.left.split_first().ok_or(Stop::Broken)?;
+        self.left = rest;
+        Ok(*first)
+    }
+
+    fn skip(&mut self, count: u64) -> Result<(), Stop> {
+        let count = usize::try_from(count).map_err(|_| Stop::Broken)?;
+        self.left = self.left.get(count..).ok_or(Stop::Broken)?;
+        Ok(())
+    }
+
+    /// A number in groups of seven bits, the lowest first.
+    fn number(&mut self) -> Result<u64, Stop> {
+        let mut value = 0;
+        for shift in (0..64).step_by(7) {
+            let byte = self.byte()?;
+            value |= u64::from(byte & 0x7f) << shift;
+            if byte < 0x80 {
+                return Ok(value);
+            }
+        }
+        Err(Stop::Broken)
+    }
+
+    fn fits(&self, elements: u64) -> Result<(), Stop> {
+        if elements > self.left.len() as u64 {
+            Err(Stop::TooLong)
+        } else {
+            Ok(())
+        }
+    }
+
+    fn structure(&mut self, depth: usize) -> Result<(), Stop> {
+        /// fields of the footer that the reader takes for lists, whatever their type says
+        const LISTS: [i64; 4] = [2, 4, 5, 7];
+        const LIST: u8 = 9;
+        let mut field = 0_i64;
+        loop {
+            let head = self.byte()?;
+            if head == 0 {
+                return Ok(());
+            }
+            // the field's number stands apart where it does not follow closely
+            if head >> 4 == 0 {
+                let number = self.number()?;
+                // zigzag: the sign is the lowest bit
+                field = (number >> 1) as i64 ^ -((number & 1) as i64);
+            } else {
+                field = field.saturating_add(i64::from(head >> 4));
+            }
+            if depth == 0 && LISTS.contains(&field) && head & 0x0f != LIST {
+                return Err(Stop::Broken);
+            }
+            // a field of truth is its own type
+            if !matches!(head & 0x0f, 1 | 2) {
+                self.value(head & 0x0f, depth)?;
+            }
+        }
+    }
+
+    fn value(&mut self, kind: u8, depth: usize) -> Result<(), Stop> {
+        match kind {
+            // truth inside a list, a byte
+            1..=3 => self.skip(1),
+            // whole numbers
+            4..=6 => self.number().map(|_| ()),
+            7 => self.skip(8),
+            // a text
+            8 => {
+                let length = self.number()?;
+                self.skip(length)
+            }
+            // a list or a set
+            9 | 10 => {
+                let head = self.byte()?;
+                let elements = match head >> 4 {
+                    15 => self.number()?,
+                    few => u64::from(few),
+                };
+                self.fits(elements)?;
+                (0..elements).try_for_each(|_| self.value(head & 0x0f, depth))
+            }
+            11 => {
+                let pairs = self.number()?;
+                self.fits(pairs)?;
+                if pairs == 0 {
+                    return Ok(());
+                }
+                let kinds = self.byte()?;
+                (0..pairs).try_for_each(|_| {
+                    self.value(kinds >> 4, depth)?;
+                    self.value(kinds & 0x0f, depth)
+                })
+            }
+            13 => self.skip(16),
+            12 if depth < Self::DEEPEST => self.structure(depth + 1),
+            _ => Err(Stop::Broken),
+        }
+    }
+}
+
 /// Checks that in some columns, all of single values, the pages hold what their row groups claim and these what the file
 /// claims, and that so many values fit into memory.
 pub(super) fn agree(bytes: &[u8], columns: &[String]) -> PolarsResult<()> {

@@ -101,6 +101,7 @@ impl Typed {
 
 /// Reads a Parquet file. Fails with every bad cell named by row and column.
 pub(super) fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Vec<Problem>> {
+    polars(|| claims::footer_fits(bytes))?;
     let schema = polars(|| ParquetReader::new(Cursor::new(bytes)).schema())?;
     let header: Vec<String> = schema.iter_names().map(|name| name.to_string()).collect();
     let plan = Plan::new(&header, None)?;
