@@ -99,7 +99,7 @@ pub(super) fn size(
     let point = Point::of(scene, runs, dry, scaling, (form, balance));
     let mut sums = Sums::new(scene, form, &point);
     sums.add_wet(scene, runs);
-    sums.add_dry(scene, runs);
+    sums.add_dry(runs);
     let tension = |series: &Series| scene.liquids[series.liquid].surface_tension.is_some();
     let wet = !runs.series.is_empty();
     let applies = |term: &Term| match term {
@@ -227,13 +227,12 @@ impl<'p> Sums<'p> {
         }
     }
 
-    fn add_dry(&mut self, scene: &Scene, runs: &Runs) {
+    fn add_dry(&mut self, runs: &Runs) {
         let rebounds: usize = runs.dry.iter().map(|group| group.rebounds.len()).sum();
         let step = rebounds.div_ceil(MOST_RUNS).max(1);
         let weight = self.point.sigma.map_or(0.0, |[dry, _]| step as f64 / (dry * dry));
         for group in &runs.dry {
             let slot = Kind::DryK(group.particle).slot();
-            debug_assert!(group.particle < scene.particles.len());
             let k = self.point.full[slot];
             let other = Term::DrySecondOrder.toggled(self.form).dry;
             for run in group.rebounds.clone().step_by(step) {
