@@ -285,6 +285,52 @@ fn the_typed_and_the_text_reader_agree_on_every_good_example() {
     assert!(compared >= 15, "only {compared} examples compared");
 }
 
+/// Rows count from 1 below the header, screened ones too; what a restitution shares with its speed is taken out.
+#[test]
+fn rows_and_measurement_errors_are_the_same_from_every_format() {
+    let copy = Copy::of(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/errors"));
+    let mut scene = wetcor::scene::read(&copy.folder.join("scene.toml")).unwrap_or_else(|e| panic!("{e}"));
+    let path = copy.folder.join("runs.csv");
+    let text = std::fs::read_to_string(&path).expect("the example is there");
+    let typed = wetcor::runs::read(&scene).unwrap_or_else(|e| panic!("{e}")).runs;
+    // blank lines are no rows, and a quote may hold the end of a line
+    let quoted = text.replacen("PTFE,", "\n\"PTFE\",", 1);
+    std::fs::write(&path, quoted).expect("writable");
+    let from_text = wetcor::runs::read(&scene).unwrap_or_else(|e| panic!("{e}")).runs;
+    scene.data.runs = copy.folder.join("runs.parquet");
+    let from_parquet = wetcor::runs::read(&scene).unwrap_or_else(|e| panic!("{e}")).runs;
+    assert_eq!(format!("{typed:?}"), format!("{from_text:?}"));
+    assert_eq!(format!("{typed:?}"), format!("{from_parquet:?}"));
+    // dry first; then the rebounds, then what stuck
+    assert_eq!(typed.row, [5, 7, 3, 4, 6, 2]);
+    let errors = typed.errors.expect("runs carry errors");
+    assert_eq!(errors.impact_speed_sd, [0.0, 0.005, 0.1, 0.0, 0.0, 0.02]);
+    // 0.05² = (0.6 · 0.1/2)² + 0.04²; a share of 0.84 · 0.005/0.5 is more than 0.001; 0.01/0.5 where it stuck
+    let expected = [0.0, 0.0, 0.04, 0.02, 0.0, 0.02];
+    for (own, expected) in errors.restitution_sd.iter().zip(expected) {
+        assert!((own - expected).abs() < 1e-15, "{own} and {expected}");
+    }
+    assert_eq!(typed.restitution, [0.81, 0.84, 0.6, 0.7, 0.65, 0.0]);
+}
+
+/// Errors of 0, and errors of runs that are screened, are none.
+#[test]
+fn runs_without_errors_above_zero_have_no_such_columns() {
+    let copy = Copy::plain();
+    let scene = wetcor::scene::read(&copy.folder.join("scene.toml")).unwrap_or_else(|e| panic!("{e}"));
+    let plain = wetcor::runs::read(&scene).unwrap_or_else(|e| panic!("{e}")).runs;
+    assert_eq!(plain.errors, None);
+    assert_eq!(plain.row.len(), plain.len());
+    let path = copy.folder.join("runs.csv");
+    let text = std::fs::read_to_string(&path).expect("the example is there");
+    let mut with_zeros = text.replace('\n', ",0\n").replacen(",0\n", ",restitution_sd\n", 1);
+    with_zeros.push_str("PTFE,AK10,1,600,0.1,0.3,0.5,0.1\n");
+    std::fs::write(&path, with_zeros).expect("writable");
+    let table = wetcor::runs::read(&scene).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!((table.rows, table.runs.len()), (32, 31));
+    assert_eq!(format!("{:?}", table.runs), format!("{plain:?}"));
+}
+
 #[test]
 fn a_reader_that_leaves_early_is_no_error() {
     let copy = Copy::plain();

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::errors::MeasurementErrors;
 use super::row::{screen, Row};
 use crate::notice::Notice;
 use crate::scene::Scene;
@@ -60,6 +61,10 @@ pub(super) struct Columns {
     pub restitution: Vec<f64>,
     /// the nominal film ratio; empty where the file has no such column, NaN for a dry run
     pub film_ratio: Vec<f64>,
+    /// row of the table, from 1
+    pub row: Vec<u32>,
+    /// empty while no run carries an error
+    pub errors: MeasurementErrors,
 }
 
 impl Columns {
@@ -75,7 +80,6 @@ pub(super) struct Collected {
     unknown: Vec<String>,
     screened: [usize; Reason::ALL.len()],
     above_one: usize,
-    with_sd: usize,
 }
 
 impl Collected {
@@ -89,12 +93,13 @@ impl Collected {
                 impact_speed: Vec::with_capacity(rows),
                 restitution: Vec::with_capacity(rows),
                 film_ratio: Vec::with_capacity(if has_film_ratio { rows } else { 0 }),
+                row: Vec::with_capacity(rows),
+                errors: MeasurementErrors::default(),
             },
             rows: 0,
             unknown: unknown.to_vec(),
             screened: [0; Reason::ALL.len()],
             above_one: 0,
-            with_sd: 0,
         }
     }
 
@@ -106,14 +111,20 @@ impl Collected {
             return;
         }
         self.above_one += usize::from(row.restitution > 1.0);
-        self.with_sd += usize::from(row.has_sd);
         let columns = &mut self.columns;
+        if row.errors != [0.0; 2] || !columns.errors.impact_speed_sd.is_empty() {
+            if columns.errors.impact_speed_sd.is_empty() {
+                columns.errors = MeasurementErrors::none(columns.restitution.len());
+            }
+            columns.errors.push(row.errors);
+        }
         columns.particle.push(row.particle);
         columns.liquid.push(row.liquid.unwrap_or(Columns::NO_LIQUID));
         columns.diameter.push(row.diameter);
         columns.film.push(row.film);
         columns.impact_speed.push(row.impact_speed);
         columns.restitution.push(row.restitution);
+        columns.row.push(u32::try_from(self.rows).unwrap_or(u32::MAX));
         if has_film_ratio {
             columns.film_ratio.push(row.film_ratio.unwrap_or(f64::NAN));
         }
@@ -155,11 +166,12 @@ impl Collected {
                 "check the speed calibration of these runs",
             ));
         }
-        if self.with_sd > 0 {
+        let with_errors = self.columns.errors.runs();
+        if with_errors > 0 {
             notices.push(Notice::new(
                 "measurement_errors_unused",
-                self.with_sd,
-                format!("{} runs carry measurement errors; they were checked and are not used: every run has the same weight", self.with_sd),
+                with_errors,
+                format!("{} runs carry measurement errors; they were checked and are not used: every run has the same weight", with_errors),
                 "compare them with the residual spread of the series",
             ));
         }

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `columns.rs` | matches a table's header with the columns runs can have |
 //! | `row.rs` | checks one run and says which cell is wrong |
+//! | `errors.rs` | holds the measurement errors of runs |
 //! | `refusals.rs` | gathers what is wrong, cell by cell |
 //! | `collect.rs` | gathers checked runs into columns and counts what was left out |
 //! | `stream.rs` | reads an ordinary CSV a window of lines at a time |
@@ -16,6 +17,7 @@
 mod claims;
 mod collect;
 mod columns;
+mod errors;
 mod refusals;
 mod row;
 mod series;
@@ -25,6 +27,7 @@ mod typed;
 mod write;
 
 pub use collect::Screened;
+pub use errors::MeasurementErrors;
 pub use series::{DryGroup, FilmGroup, Runs, Series};
 pub use write::{NewRun, RunWriter};
 
@@ -88,7 +91,7 @@ pub fn read(scene: &Scene) -> Result<Table, Error> {
 pub fn arrange(scene: &Scene, new: &[NewRun]) -> Runs {
     let mut columns = collect::Columns::default();
     let index = |position: Option<usize>| position.and_then(|i| u32::try_from(i).ok());
-    for run in new {
+    for (run, row) in new.iter().zip(1..) {
         let particle = index(scene.particles.iter().position(|p| p.name == run.particle));
         let liquid = run
             .liquid
@@ -100,6 +103,7 @@ pub fn arrange(scene: &Scene, new: &[NewRun]) -> Runs {
         columns.film_ratio.push(run.film.map_or(f64::NAN, |(_, ratio)| ratio));
         columns.impact_speed.push(run.impact_speed);
         columns.restitution.push(run.restitution);
+        columns.row.push(row);
     }
     series::arrange(columns, scene)
 }

@@ -1,6 +1,7 @@
 //! Checks one run and says which of its cells is wrong.
 
 use super::columns::Column;
+use super::errors;
 use crate::scene::{name_expected, Scene, Sticking, DRY, LARGEST_FILM_RATIO};
 use crate::units::{MAGNITUDES, MAGNITUDE_EXPECTED};
 
@@ -74,7 +75,8 @@ pub(super) struct Row {
     pub impact_speed: f64,
     pub restitution: f64,
     pub film_ratio: Option<f64>,
-    pub has_sd: bool,
+    /// what impact speed and restitution err by, as [`super::MeasurementErrors`] has them
+    pub errors: [f64; 2],
 }
 
 /// What a row is checked against: finds names in the scene; runs come in blocks, so the last answer is tried first.
@@ -187,31 +189,45 @@ pub(super) fn check(raw: &RawRow, against: &mut Against, problems: &mut Vec<BadC
         problems.push(bad(Column::FilmRatio, "expected a film ratio above 0 and up to 1"));
     }
     let restitution = restitution(raw, impact_speed, problems);
-    let has_sd = raw.sds.iter().any(Option::is_some) && check_sds(raw, problems);
+    let has_sd = raw.sds.iter().any(Option::is_some);
+    if has_sd {
+        check_sds(raw, problems);
+    }
     if !problems.is_empty() {
         return None;
     }
+    let (impact_speed, restitution) = (impact_speed?, restitution?);
     Some(Row {
         particle: u32::try_from(particle?).ok()?,
         liquid: liquid.and_then(|index| u32::try_from(index).ok()),
         diameter: diameter?,
         film: film?,
-        impact_speed: impact_speed?,
-        restitution: restitution?,
+        impact_speed,
+        restitution,
         film_ratio,
-        has_sd,
+        errors: if has_sd {
+            errors::of_run(raw.sds, impact_speed, restitution)
+        } else {
+            [0.0; 2]
+        },
     })
 }
 
-/// Checks a run's standard deviations; whether any is above 0.
-fn check_sds(raw: &RawRow, problems: &mut Vec<BadCell>) -> bool {
+/// Checks a run's standard deviations. One far below its quantity is no mistake; one beyond every magnitude would
+/// overflow.
+fn check_sds(raw: &RawRow, problems: &mut Vec<BadCell>) {
     let columns = [Column::ImpactSpeedSd, Column::ReboundSpeedSd, Column::RestitutionSd];
     for (column, sd) in columns.into_iter().zip(raw.sds) {
         if sd.is_some_and(|sd| !(sd >= 0.0 && sd.is_finite())) {
             problems.push(bad(column, "expected a finite standard deviation of 0 or more"));
+        } else if sd.is_some_and(|sd| sd > *MAGNITUDES.end()) {
+            let most = MAGNITUDES.end();
+            problems.push(bad(
+                column,
+                format!("expected a standard deviation of at most {most:e} in SI units"),
+            ));
         }
     }
-    raw.sds.iter().flatten().any(|sd| *sd > 0.0)
 }
 
 /// The run's restitution from either or both of its columns.

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
 use super::collect::Columns;
+use super::errors::MeasurementErrors;
 use crate::scene::Scene;
 
 /// Diameters that differ by less than this share of the smallest are one diameter.
@@ -21,6 +22,10 @@ pub struct Runs {
     pub impact_speed: Vec<f64>,
     /// e of each run
     pub restitution: Vec<f64>,
+    /// row of the table each run stood in, from 1 below the header
+    pub row: Vec<u32>,
+    /// what was measured errs by; `None` where no run carries an error above 0
+    pub errors: Option<MeasurementErrors>,
     /// the dry runs of one particle and diameter
     pub dry: Vec<DryGroup>,
     /// the series of one particle and film ratio
@@ -165,19 +170,26 @@ pub(super) fn arrange(columns: Columns, scene: &Scene) -> Runs {
         film: columns.film,
         impact_speed: columns.impact_speed,
         restitution: columns.restitution,
+        row: columns.row,
+        errors: Some(columns.errors).filter(|errors| !errors.impact_speed_sd.is_empty()),
         ..Runs::default()
     };
     rayon::join(
         || reorder([&mut runs.diameter, &mut runs.film], &place),
         || reorder([&mut runs.impact_speed, &mut runs.restitution], &place),
     );
+    // after the others, whose memory it may then have
+    reorder([&mut runs.row], &place);
+    if let Some(errors) = &mut runs.errors {
+        reorder([&mut errors.impact_speed_sd, &mut errors.restitution_sd], &place);
+    }
     name_groups(&mut runs, &spans, &groups);
     runs
 }
 
 /// Puts every value of some columns in its place, by way of the memory of one more.
-fn reorder(columns: [&mut Vec<f64>; 2], place: &[u32]) {
-    let mut ordered = vec![0.0; place.len()];
+fn reorder<T: Copy + Default, const N: usize>(columns: [&mut Vec<T>; N], place: &[u32]) {
+    let mut ordered = vec![T::default(); place.len()];
     for column in columns {
         for (value, at) in column.iter().zip(place) {
             ordered[*at as usize] = *value;

@@ -30,6 +30,17 @@ fn both(text: &str, scene: &Scene) -> (Option<String>, Option<String>) {
     (typed.map(shown), slow.map(shown))
 }
 
+/// The plain table with a column of errors, most of them missing.
+fn with_errors(text: &str) -> String {
+    let line = |(index, line): (usize, &str)| match index {
+        0 => format!("{line},impact_speed_sd_m_s,restitution_sd\n"),
+        _ if index % 7 == 3 => format!("{line},0.0{index},0.02\n"),
+        _ if index % 5 == 0 => format!("{line},0,\n"),
+        _ => format!("{line},,NA\n"),
+    };
+    text.lines().enumerate().map(line).collect()
+}
+
 /// Where the typed reader takes a file, the text reader must make the same of it.
 fn assert_agree(text: &str, scene: &Scene) -> bool {
     let (typed, slow) = both(text, scene);
@@ -44,6 +55,7 @@ fn the_typed_reader_takes_a_plain_file() {
     let (scene, text) = plain();
     assert!(assert_agree(&text, &scene));
     assert!(assert_agree(&text.replace('\n', "\r\n"), &scene));
+    assert!(assert_agree(&with_errors(&text), &scene));
 }
 
 #[test]
@@ -108,13 +120,15 @@ fn both_readers_mean_the_same_by_every_spelling_of_a_number() {
 #[test]
 fn both_readers_agree_on_files_with_accidents() {
     let (scene, text) = plain();
-    let lines: Vec<&str> = text.lines().collect();
+    let with_errors = with_errors(&text);
     let mut rng = crate::seed::stream(1, "accidents", 0);
     let accidents = [
         ",", "\n", "\r\n", "\r", " ", "\t", "\"", "0", "9", ".", "-", "+", "e", "NA", "dry", "#", "δ", "\n\n", ",,",
     ];
     let (mut taken, mut refused) = (0, 0);
-    for _ in 0..12_000 {
+    for attempt in 0..12_000 {
+        let text = if attempt % 3 == 0 { &with_errors } else { &text };
+        let lines: Vec<&str> = text.lines().collect();
         // a few rows with one or two accidents, so that many still pass
         let first = rng.random_range(1..lines.len() - 4);
         let mut bytes = format!("{}\n{}\n", lines[0], lines[first..first + 4].join("\n"));

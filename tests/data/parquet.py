@@ -9,12 +9,12 @@ import pyarrow.parquet
 
 HERE = Path(__file__).parent
 NAMES = ["particle", "liquid"]
-plain = pyarrow.csv.read_csv(
-    HERE / "good/plain/runs.csv",
-    convert_options=pyarrow.csv.ConvertOptions(
-        column_types={name: pa.string() for name in NAMES}, strings_can_be_null=True
-    ),
-)
+
+
+def read(case):
+    names = {name: pa.string() for name in NAMES}
+    options = pyarrow.csv.ConvertOptions(column_types=names, strings_can_be_null=True)
+    return pyarrow.csv.read_csv(HERE / case / "runs.csv", convert_options=options)
 
 
 def write(case, table):
@@ -35,7 +35,9 @@ def as_text(table):
     return table
 
 
+plain = read("good/plain")
 write("good/parquet", plain)
+write("errors", read("errors"))
 write("good/parquet_of_texts", as_text(plain))
 
 small = plain.slice(6, 3)

@@ -6,7 +6,7 @@ use crate::findings::balance::EnergyBalance;
 use crate::findings::dry::FittedDry;
 use crate::findings::scaling::square_root_of;
 use crate::physics::viscous::critical_separation;
-use crate::runs::{Runs, Series};
+use crate::runs::{MeasurementErrors, Runs, Series};
 use crate::scene::Scene;
 
 /// A result whose sensitivity is asked for.
@@ -106,6 +106,7 @@ pub(super) fn sample(runs: &Runs, most: usize) -> (Runs, f64) {
     let share = if all > most { most as f64 / all as f64 } else { 1.0 };
     let mut sample = Runs {
         film_groups: runs.film_groups.clone(),
+        errors: runs.errors.as_ref().map(|_| MeasurementErrors::default()),
         ..Runs::default()
     };
     for series in &runs.series {
@@ -117,6 +118,10 @@ pub(super) fn sample(runs: &Runs, most: usize) -> (Runs, f64) {
             sample.film.push(runs.film[run]);
             sample.impact_speed.push(runs.impact_speed[run]);
             sample.restitution.push(runs.restitution[run]);
+            sample.row.push(runs.row[run]);
+            if let (Some(errors), Some(all)) = (&mut sample.errors, &runs.errors) {
+                errors.push(all.of(run));
+            }
         }
         let end = sample.restitution.len();
         sample.series.push(Series {
