@@ -51,6 +51,7 @@ fn law(test: &str) -> Law {
         },
         sigma_wet: near(0.02, 0.1),
         sigma_energy: 0.0,
+        nu: None,
     });
     Law {
         form: Form::new(Inertia::Saturating, DrySpeed::Impact),
@@ -612,6 +613,7 @@ fn a_single_run_scatters_with_the_energy_kept() {
                 parameters: TRUTH,
                 sigma_wet: 0.01,
                 sigma_energy: 0.04,
+                nu: None,
             };
             3
         ],

@@ -3,15 +3,15 @@
 //! Two questions have two answers. The curve of a simulation, √max(r, 0) of the energy balance, is uncertain as the
 //! parameters are: its bands are quantiles over the draws, and narrow with more runs. A single run of an experiment
 //! scatters about it as well: e* = m(r) + σ z, stuck and written 0 where e* ≤ `smallest_restitution`. Its bands are
-//! quantiles of the mixture of those normals over all draws with the probability of sticking as a mass at 0, solved for
+//! quantiles of the mixture of those distributions over all draws with the probability of sticking as a mass at 0, solved for
 //! to rounding instead of sampled, so that nothing here takes chance.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::inference::diagnostics::quantile;
-use crate::model::likelihood::normal::ln_normal_cdf;
 use crate::model::likelihood::on_energies;
+use crate::model::likelihood::tails::Tails;
 use crate::physics::impact::{Form, Parameters, Setting};
 use crate::physics::rebound::{kept_of_mean_restitution, mean_restitution, slope_mean_restitution};
 use crate::physics::restitution::Restitution;
@@ -146,6 +146,8 @@ pub struct Draw {
     pub sigma_wet: f64,
     /// spread σ_r of the energy kept; 0 where noise acts on the restitution alone
     pub sigma_energy: f64,
+    /// degrees of freedom ν of Student's noise; `None` where noise is normal
+    pub nu: Option<f64>,
 }
 
 /// What is to be expected at one impact speed. Field names are those of files.
@@ -186,19 +188,24 @@ pub struct Predicted {
 impl Law {
     /// Predictions at impact speeds above zero, m/s, in their order.
     pub fn predict(&self, setting: &Setting, impact_speeds: &[f64]) -> Vec<Predicted> {
-        let curves: Vec<(Restitution, (f64, f64))> = self
+        let curves: Vec<(Restitution, Noise)> = self
             .draws
             .iter()
             .map(|draw| {
                 let curve = Restitution::new(setting, self.form, &draw.parameters);
-                (curve, (draw.sigma_wet, draw.sigma_energy))
+                let noise = Noise {
+                    sigma: draw.sigma_wet,
+                    sigma_energy: draw.sigma_energy,
+                    tails: Tails::of(draw.nu),
+                };
+                (curve, noise)
             })
             .collect();
         let speeds = impact_speeds.par_iter();
         speeds.map(|v| self.at(setting, &curves, *v)).collect()
     }
 
-    fn at(&self, setting: &Setting, curves: &[(Restitution, (f64, f64))], v: f64) -> Predicted {
+    fn at(&self, setting: &Setting, curves: &[(Restitution, Noise)], v: f64) -> Predicted {
         let sorted = |of: &dyn Fn(&Restitution) -> f64| quantile::sorted(curves.iter().map(|(c, _)| of(c)).collect());
         let e = sorted(&|curve| curve.at(v));
         let slopes = sorted(&|curve| curve.log_slope(v).unwrap_or(f64::INFINITY));
@@ -225,11 +232,19 @@ impl Law {
     }
 }
 
-/// The distribution of a run's restitution at one speed: a mixture of normals, cut at the limit. Where noise acts on the
-/// energy kept, too, each is normal on that scale.
+/// The noise of single runs under one draw.
+#[derive(Clone, Copy)]
+struct Noise {
+    sigma: f64,
+    sigma_energy: f64,
+    tails: Tails,
+}
+
+/// The distribution of a run's restitution at one speed: a mixture over the draws, cut at the limit. Where noise acts on
+/// the energy kept, too, each part is symmetric on that scale.
 struct SingleRun {
     /// each draw's share
-    normals: Vec<Share>,
+    shares: Vec<Share>,
     /// probability of sticking
     stuck: f64,
 }
@@ -241,41 +256,45 @@ struct Share {
     kept: f64,
     /// m(r)
     mean: f64,
-    sigma: f64,
-    sigma_energy: f64,
+    noise: Noise,
 }
 
 impl Share {
     /// z of a restitution, and its slope; to first order in σ where noise acts on the energy kept.
     fn z(&self, x: f64) -> (f64, f64) {
-        if self.sigma_energy == 0.0 {
-            return ((x - self.mean) / self.sigma, 1.0 / self.sigma);
+        let Noise {
+            sigma, sigma_energy, ..
+        } = self.noise;
+        if sigma_energy == 0.0 {
+            return ((x - self.mean) / sigma, 1.0 / sigma);
         }
-        let z = on_energies(x, self.kept, (self.sigma, self.sigma_energy));
+        let z = on_energies(x, self.kept, (sigma, sigma_energy));
         let slope = slope_mean_restitution(kept_of_mean_restitution(x));
-        (z, 1.0 / (self.sigma_energy * slope).hypot(self.sigma))
+        (z, 1.0 / (sigma_energy * slope).hypot(sigma))
     }
 
-    /// Between which restitutions all but the tails of so many standard deviations lie.
+    /// Between which restitutions all but the tails beyond so many spreads lie.
     fn within(&self, wide: f64) -> (f64, f64) {
-        let on = |side: f64| mean_restitution(self.kept + side * self.sigma_energy) + side * self.sigma;
+        let Noise {
+            sigma, sigma_energy, ..
+        } = self.noise;
+        let on = |side: f64| mean_restitution(self.kept + side * sigma_energy) + side * sigma;
         (on(-wide), on(wide))
     }
 }
 
 impl SingleRun {
-    fn new(curves: &[(Restitution, (f64, f64))], v: f64, limit: f64) -> SingleRun {
-        let normal = |(curve, (sigma, sigma_energy)): &(Restitution, (f64, f64))| {
+    fn new(curves: &[(Restitution, Noise)], v: f64, limit: f64) -> SingleRun {
+        let share = |(curve, noise): &(Restitution, Noise)| {
             let kept = curve.kept_energy(v);
             Share {
                 kept,
                 mean: mean_restitution(kept),
-                sigma: *sigma,
-                sigma_energy: *sigma_energy,
+                noise: *noise,
             }
         };
         let mut run = SingleRun {
-            normals: curves.iter().map(normal).collect(),
+            shares: curves.iter().map(share).collect(),
             stuck: 0.0,
         };
         run.stuck = run.below(limit).0;
@@ -286,23 +305,24 @@ impl SingleRun {
     fn below(&self, x: f64) -> (f64, f64) {
         let of = |share: &Share| {
             let (z, slope) = share.z(x);
-            let (ln_cdf, mills) = ln_normal_cdf(z);
+            let (ln_cdf, mills) = share.noise.tails.ln_probability_and_slope(z);
             let cdf = ln_cdf.exp();
             (cdf, mills * cdf * slope)
         };
         let sum = self
-            .normals
+            .shares
             .iter()
             .map(of)
             .fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
-        let n = self.normals.len() as f64;
+        let n = self.shares.len() as f64;
         (sum.0 / n, sum.1 / n)
     }
 
     /// Quantile at a probability from 0.03 to 0.97; 0 where that is a stuck run.
     fn quantile(&self, probability: f64) -> f64 {
-        /// standard deviations that hold those probabilities of each normal, and so of their mixture
-        const WIDE: f64 = 2.0;
+        /// spreads that hold those probabilities of each part, and so of their mixture: of the normal, and of Student's t
+        /// with more than two degrees of freedom
+        const WIDE: [f64; 2] = [2.0, 4.0];
         /// a bracket halved so often is down to rounding; Newton's steps mostly need five
         const STEPS: usize = 60;
         /// far below what a restitution can be measured to
@@ -310,10 +330,12 @@ impl SingleRun {
         if probability <= self.stuck {
             return 0.0;
         }
+        let student = |share: &Share| share.noise.tails != Tails::Normal;
+        let wide = WIDE[usize::from(self.shares.iter().any(student))];
         let (mut lo, mut hi) = self
-            .normals
+            .shares
             .iter()
-            .map(|share| share.within(WIDE))
+            .map(|share| share.within(wide))
             .fold((f64::MAX, f64::MIN), |(lo, hi), (low, high)| {
                 (lo.min(low), hi.max(high))
             });

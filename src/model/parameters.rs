@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::physics::impact::Form;
 use crate::physics::inertia::Inertia;
 use crate::runs::Runs;
-use crate::scene::{NoiseOn, Prior, Scene};
+use crate::scene::{Likelihood, NoiseOn, Prior, Scene};
 
 /// What a parameter is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,6 +23,8 @@ pub enum Kind {
     SigmaWet,
     /// spread σ_r of the energy wet runs keep
     SigmaEnergy,
+    /// degrees of freedom ν of Student's noise
+    Nu,
 }
 
 impl Kind {
@@ -36,6 +38,7 @@ impl Kind {
             Kind::SigmaDry => "sigma_dry",
             Kind::SigmaWet => "sigma_wet",
             Kind::SigmaEnergy => "sigma_energy",
+            Kind::Nu => "nu",
         }
     }
 
@@ -49,6 +52,7 @@ impl Kind {
             Kind::SigmaDry => "σ_dry",
             Kind::SigmaWet => "σ_wet",
             Kind::SigmaEnergy => "σ_r",
+            Kind::Nu => "ν",
         }
     }
 
@@ -87,6 +91,10 @@ impl Kind {
                 Prior::HalfNormal(0.1),
                 "default: a spread of the energy kept above 0.2 would be no measurement",
             ),
+            Kind::Nu => (
+                Prior::Gamma(2.0, 0.1),
+                "default: Juárez & Steel 2010, from a few outliers to as good as normal; above 2, where there is a variance",
+            ),
             Kind::SigmaDry | Kind::SigmaWet => (
                 Prior::HalfNormal(0.1),
                 "default: a spread of restitutions above 0.2 would be no measurement",
@@ -103,13 +111,17 @@ impl Kind {
             Kind::SigmaWet => 3,
             Kind::SigmaDry => 4,
             Kind::SigmaEnergy => 5,
+            Kind::Nu => 6,
             Kind::DryK(particle) => COMMON_SLOTS + particle,
         }
     }
 }
 
 /// Places of a full vector before the k of the particles.
-pub const COMMON_SLOTS: usize = 6;
+pub const COMMON_SLOTS: usize = 7;
+
+/// Noise of no more degrees of freedom has no variance.
+const LEAST_NU: f64 = 2.0;
 
 /// A parameter to be sampled.
 #[derive(Debug, Clone, PartialEq)]
@@ -202,6 +214,10 @@ impl Parameters {
         parameters.add(scene, Kind::SigmaWet, above, inertia, no_wet())?;
         if scene.model.noise == NoiseOn::Both {
             parameters.add(scene, Kind::SigmaEnergy, above, inertia, no_wet())?;
+        }
+        if scene.model.likelihood == Likelihood::Student {
+            let why_not = runs.is_empty().then(|| (None, "no runs in use".to_owned()));
+            parameters.add(scene, Kind::Nu, (LEAST_NU, f64::INFINITY), inertia, why_not)?;
         }
         Ok(parameters)
     }

@@ -5,6 +5,7 @@ use rand::rngs::ChaCha8Rng;
 use rand_distr::{Distribution, Exp1, StandardNormal};
 
 use crate::error::Error;
+use crate::model::likelihood::tails::Tails;
 use crate::physics::impact::{kept_energy, Parameters, Setting};
 use crate::physics::inertia::Inertia;
 use crate::physics::rebound;
@@ -34,6 +35,7 @@ struct Values {
     film_scale: f64,
     sigma_dry: f64,
     sigma_wet: f64,
+    nu: f64,
 }
 
 impl Values {
@@ -57,6 +59,7 @@ impl Values {
             film_scale: need("film_scale", truth.film_scale, truth.inertia.has_film_scale()),
             sigma_dry: need("sigma_dry", truth.sigma_dry, true),
             sigma_wet: need("sigma_wet", truth.sigma_wet, true),
+            nu: need("nu", truth.nu, truth.noise == Noise::Student),
         };
         if missing.is_empty() {
             Ok(values)
@@ -135,14 +138,20 @@ impl<'s> Simulation<'s> {
         Ok(())
     }
 
+    /// The tails of the noise on every run.
+    fn tails(&self) -> Tails {
+        Tails::of((self.truth.noise == Noise::Student).then_some(self.values.nu))
+    }
+
     fn run(&self, point: &Point, rng: &mut ChaCha8Rng) -> NewRun<'s> {
         let k = self.truth.dry_k[point.particle].unwrap_or_default();
         let particle = &self.scene.particles[point.particle];
         let v = point.impact_speed;
         let (liquid, film, latent) = match point.wet {
             None => {
+                let wide = self.tails().draw_scale(rng);
                 let z: f64 = StandardNormal.sample(rng);
-                let e = self.truth.form().dry.restitution(k, v) + self.values.sigma_dry * z;
+                let e = self.truth.form().dry.restitution(k, v) + self.values.sigma_dry * wide * z;
                 (None, None, e)
             }
             Some((index, film_ratio)) => {
@@ -163,11 +172,12 @@ impl<'s> Simulation<'s> {
                 };
                 let truth = self.truth;
                 let kept = kept_energy(&setting, truth.form(), &parameters, v);
-                let noise = wet_noise(truth.noise, setting.stokes(v), rng);
+                let wide = self.tails().draw_scale(rng);
+                let noise = wide * wet_noise(truth.noise, setting.stokes(v), rng);
                 // drawn only where there is some, so that other scenes' runs stay as they are
                 let lucky = truth.sigma_energy.filter(|sigma| *sigma > 0.0).map_or(0.0, |sigma| {
                     let z: f64 = StandardNormal.sample(rng);
-                    sigma * z
+                    sigma * wide * z
                 });
                 let e = rebound::mean_restitution(kept + lucky) + self.values.sigma_wet * noise;
                 (Some(liquid.name.as_str()), Some((setting.film, film_ratio)), e)
@@ -185,10 +195,10 @@ impl<'s> Simulation<'s> {
     }
 }
 
-/// One draw of the noise on a wet run, in units of its sd.
+/// One draw of the noise on a wet run, in units of its sd; Student's before it is widened.
 fn wet_noise(noise: Noise, stokes: f64, rng: &mut ChaCha8Rng) -> f64 {
     match noise {
-        Noise::Normal => StandardNormal.sample(rng),
+        Noise::Normal | Noise::Student => StandardNormal.sample(rng),
         Noise::Skewed => {
             let wait: f64 = Exp1.sample(rng);
             1.0 - wait

@@ -150,16 +150,21 @@ impl Finished {
                 Kind::InertialPrefactor => inertia == Inertia::None,
                 _ => false,
             };
-            let unread = unread || *kind == Kind::SigmaEnergy && !self.has(kind.key());
             // what is not there counts as none
-            let instead = if *kind == Kind::SigmaEnergy { 0.0 } else { 1.0 };
+            let instead = match kind {
+                Kind::SigmaEnergy => 0.0,
+                Kind::Nu => f64::INFINITY,
+                _ => 1.0,
+            };
+            let optional = matches!(kind, Kind::SigmaEnergy | Kind::Nu);
+            let unread = unread || optional && !self.has(kind.key());
             // a spread of dry runs is on no wet run's way
             (*kind != Kind::SigmaDry).then(|| (kind.key().to_owned(), unread.then_some(instead)))
         }));
         let sources = self.sources(&wanted)?;
         let draws = (0..self.posterior.chains * self.posterior.draws).map(|draw| {
-            let [dry_k, lubrication_log, inertial_prefactor, film_scale, sigma_wet, sigma_energy] =
-                [0, 1, 2, 3, 4, 5].map(|place: usize| sources[place].at(draw));
+            let [dry_k, lubrication_log, inertial_prefactor, film_scale, sigma_wet, sigma_energy, nu] =
+                [0, 1, 2, 3, 4, 5, 6].map(|place: usize| sources[place].at(draw));
             Draw {
                 parameters: Parameters {
                     dry_k,
@@ -169,6 +174,7 @@ impl Finished {
                 },
                 sigma_wet,
                 sigma_energy,
+                nu: Some(nu).filter(|nu| nu.is_finite()),
             }
         });
         Ok(Law {
@@ -262,12 +268,13 @@ impl Finished {
 }
 
 /// Parameters besides the k of the particles, in the order a law takes them.
-const KINDS: [Kind; 6] = [
+const KINDS: [Kind; 7] = [
     Kind::LubricationLog,
     Kind::InertialPrefactor,
     Kind::FilmScale,
     Kind::SigmaWet,
     Kind::SigmaEnergy,
+    Kind::Nu,
     Kind::SigmaDry,
 ];
 

@@ -250,7 +250,7 @@ const PARAMETERS: [&str; 8] = [
     "nu",
 ];
 
-pub(super) fn model(root: &Table, liquids: &[Liquid], unused: &mut Vec<String>) -> ModelChoices {
+pub(super) fn model(root: &Table, liquids: &[Liquid]) -> ModelChoices {
     let mut choices = ModelChoices {
         dry_speed: DrySpeed::Reference(DEFAULT_DRY_SPEED),
         inertia: Some(Inertia::Stepwise),
@@ -290,7 +290,6 @@ pub(super) fn model(root: &Table, liquids: &[Liquid], unused: &mut Vec<String>) 
         choices.noise = noise;
     }
     table.finish();
-    note_unused("model", &table, &["likelihood"], unused);
     choices
 }
 
@@ -316,7 +315,12 @@ fn note_unused(name: &str, table: &Table, keys: &[&str], unused: &mut Vec<String
     }
 }
 
-pub(super) fn priors(root: &Table, particles: &[&str], unused: &mut Vec<String>) -> Vec<PriorChoice> {
+pub(super) fn priors(
+    root: &Table,
+    particles: &[&str],
+    likelihood: Likelihood,
+    unused: &mut Vec<String>,
+) -> Vec<PriorChoice> {
     let Some(table) = root.table("priors") else {
         return vec![];
     };
@@ -356,7 +360,9 @@ pub(super) fn priors(root: &Table, particles: &[&str], unused: &mut Vec<String>)
         }
     }
     table.finish();
-    note_unused("priors", &table, &["nu"], unused);
+    if likelihood == Likelihood::Normal {
+        note_unused("priors", &table, &["nu"], unused);
+    }
     choices
 }
 

@@ -32,6 +32,8 @@ pub struct Truth {
     pub sigma_wet: Option<f64>,
     /// sd of the noise on the energy a wet run keeps; absent: none
     pub sigma_energy: Option<f64>,
+    /// degrees of freedom of Student's noise
+    pub nu: Option<f64>,
     /// shape of the noise on wet runs
     pub noise: Noise,
     /// the terms the truth holds; absent: the inertial and the viscous loss
@@ -54,6 +56,8 @@ pub enum Noise {
     Skewed,
     /// normal, its sd growing with 1/St: sd · (1/2 + 25/St)
     Heteroscedastic,
+    /// Student's t with the truth's `nu`, its scale in place of the sd, on dry runs as well
+    Student,
 }
 
 /// The settings simulated runs are made at.
@@ -102,6 +106,7 @@ pub(super) fn truth(
         ("normal", Noise::Normal),
         ("skewed", Noise::Skewed),
         ("heteroscedastic", Noise::Heteroscedastic),
+        ("student", Noise::Student),
     ];
     let truth = Truth {
         dry_k,
@@ -115,6 +120,7 @@ pub(super) fn truth(
         sigma_dry: table.number("sigma_dry", NOT_NEGATIVE),
         sigma_wet: table.number("sigma_wet", NOT_NEGATIVE),
         sigma_energy: table.number("sigma_energy", NOT_NEGATIVE),
+        nu: table.number("nu", ABOVE_ZERO),
         noise: table.choice("noise", &noises).unwrap_or(Noise::Normal),
         terms: terms(&table, liquids),
     };

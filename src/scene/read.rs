@@ -49,8 +49,8 @@ fn assemble(root: &Table, path: &Path, sha256: String) -> Option<Scene> {
     let particles = particles(root);
     let liquids = liquids(root);
     let names: Vec<&str> = particles.iter().map(|p| p.name.as_str()).collect();
-    let model = choices::model(root, &liquids, &mut unused);
-    let priors = choices::priors(root, &names, &mut unused);
+    let model = choices::model(root, &liquids);
+    let priors = choices::priors(root, &names, model.likelihood, &mut unused);
     let sampler = choices::sampler(root);
     let bootstrap = choices::bootstrap(root, &mut unused);
     let published = root

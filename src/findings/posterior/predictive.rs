@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::model::likelihood::normal::{ln_normal_cdf, normal_cdf};
+use crate::model::likelihood::normal::normal_cdf;
 use crate::model::likelihood::pointwise::{At, Pointwise};
 use crate::runs::Runs;
 use crate::scene::{Scene, Sticking};
@@ -121,18 +121,18 @@ fn look(pointwise: &Pointwise, run: usize, e: f64, draws: &[At]) -> Seen {
     let (mut below, mut residual) = (0.0, 0.0);
     for at in draws {
         let z = if stuck { at.limit_z(run) } else { at.z(run, e) };
+        let tails = at.tails();
         if stuck {
-            let (ln_cdf, mills) = ln_normal_cdf(z);
-            below += ln_cdf.exp();
-            // the mean of a normal below z is −φ(z)/Φ(z)
-            residual -= mills;
+            below += tails.probability(z);
+            residual += tails.mean_below(z);
         } else if at.is_truncated() {
-            // of those that rebound: 1 − Φ(−z)/Φ(−l), about their mean φ(l)/Φ(−l)
-            let (ln_rebound, mills) = ln_normal_cdf(-at.limit_z(run));
-            below += -(ln_normal_cdf(-z).0 - ln_rebound).exp_m1();
-            residual += z - mills;
+            // of those that rebound: 1 − F(−z)/F(−l), about their mean, which mirrors that of those below
+            let limit = -at.limit_z(run);
+            let ln = |z| tails.ln_probability_and_slope(z).0;
+            below += -(ln(-z) - ln(limit)).exp_m1();
+            residual += z + tails.mean_below(limit);
         } else {
-            below += normal_cdf(z);
+            below += tails.probability(z);
             residual += z;
         }
     }
@@ -189,7 +189,7 @@ fn stuck(scene: &Scene, runs: &Runs, draws: &[&At]) -> Vec<Stuck> {
         for at in draws {
             let p: Vec<f64> = series
                 .runs()
-                .map(|run| ln_normal_cdf(at.limit_z(run)).0.exp())
+                .map(|run| at.tails().probability(at.limit_z(run)))
                 .collect();
             expected += p.iter().sum::<f64>();
             let (at_most, at_least) = tails(&p, observed);
@@ -228,9 +228,11 @@ fn tails(p: &[f64], observed: usize) -> (f64, f64) {
             .sum::<f64>()
             .sqrt()
             .max(f64::MIN_POSITIVE);
-        let cdf = |z: f64| ln_normal_cdf(z).0.exp();
         let observed = observed as f64;
-        return (cdf((observed + 0.5 - mean) / sd), cdf((mean - observed + 0.5) / sd));
+        return (
+            normal_cdf((observed + 0.5 - mean) / sd),
+            normal_cdf((mean - observed + 0.5) / sd),
+        );
     }
     let mut probability = vec![0.0; p.len() + 1];
     probability[0] = 1.0;

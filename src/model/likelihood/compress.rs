@@ -11,9 +11,10 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::gauss::{rule, Rule};
-use super::{mean_and_slope, rebound_sums, Abscissa, Block, Law, Likelihood, Nodes};
+use super::sums::rebound_sums;
+use super::{mean_and_slope, Abscissa, Block, Law, Likelihood, Nodes};
 use crate::model::likelihood::normal::ln_normal_cdf;
-use crate::model::parameters::{Kind, COMMON_SLOTS};
+use crate::model::parameters::Kind;
 
 /// A range with no more different settings than this keeps them all.
 const FEW: usize = 16;
@@ -184,12 +185,7 @@ impl Likelihood {
             .inertia
             .shape(self.film_ratios[block.film], at(Kind::FilmScale));
         At {
-            law: Law {
-                order: self.form.dry,
-                k: full[COMMON_SLOTS + block.particle],
-                inertial: at(Kind::InertialPrefactor) * block.density_ratio * shape,
-                l: at(Kind::LubricationLog),
-            },
+            law: self.law(block, full, shape),
             sigma: at(Kind::SigmaWet),
         }
     }

@@ -1,30 +1,38 @@
 //! Computes the log likelihood of all runs at once and its slopes, from rows or from the few nodes that stand for them.
 //!
 //! The generative statement: a wet run's e* = m(r) + σ_wet z, a dry run's e* = e_dry(v) + σ_dry z; the run stuck if e* is
-//! at or below the limit; where such runs were not logged, a rebound's density is that of runs that rebound. A node is a setting with a count and a mean restitution: a row is a node of count 1, and a
-//! compressed series has few nodes and a leftover sum of squares, so that rows and nodes share one evaluation.
+//! at or below the limit; where such runs were not logged, a rebound's density is that of runs that rebound. A node is a
+//! setting with a count and a mean restitution: a row is a node of count 1, and a compressed series has few nodes and a
+//! leftover sum of squares, so that rows and nodes share one evaluation. Where z has Student's tails, or runs have errors
+//! of their own, or noise acts on the energy kept, `by_row.rs` takes a run at a time.
 //!
 //! Symbols: r = e_dry² − C ρ̃ g(δ̃) − L x − b with x = 4/St and b = κ/v², as far as the form holds them, and e_dry = 1 − k p
 //! (+ (3/5) k² p² to second order) with p = v^(1/5) at the dry speed in use.
 
+mod by_row;
 mod compress;
-mod energies;
+mod dry;
 mod gauss;
 pub mod normal;
 pub mod pointwise;
 mod rows;
+mod sums;
+pub mod tails;
 
+pub use by_row::on_energies;
 pub use compress::{Compression, Resolution};
-pub use energies::on_energies;
 
 use std::ops::Range;
 
-use self::energies::{Energies, Spreads};
+use self::by_row::{ByRow, Errors, Spreads};
+use self::dry::DryRuns;
 use self::normal::ln_normal_cdf;
+use self::sums::{rebound_sums, Sums};
+use self::tails::Tails;
 use super::parameters::{Kind, COMMON_SLOTS};
 use super::priors::LN_ROOT_TWO_PI;
 use crate::physics::dry::{Order, SECOND_ORDER};
-use crate::physics::impact::Form;
+use crate::physics::impact::{DrySpeed, Form};
 use crate::physics::rebound::{kept_of_mean_restitution, TURN};
 
 /// Settings with their counts, as columns.
@@ -81,6 +89,8 @@ struct Abscissa {
 #[derive(Debug, Clone, Copy)]
 struct Law {
     order: Order,
+    /// whether e_dry is that of the run's own speed
+    own_speed: bool,
     k: f64,
     /// C ρ̃ g(δ̃)
     inertial: f64,
@@ -88,11 +98,52 @@ struct Law {
 }
 
 impl Law {
+    /// That of a dry run, but for its k.
+    const DRY: Law = Law {
+        order: Order::First,
+        own_speed: true,
+        k: f64::NAN,
+        inertial: 0.0,
+        l: 0.0,
+    };
+
     /// r, and its slope in k over −2: e_dry times that of −e_dry.
     fn kept(&self, at: &Abscissa) -> (f64, f64) {
         let (e_dry, fall) = e_dry(self.order, self.k, at.dry_power);
         let lost = self.inertial + self.l * at.viscous + at.bridge.unwrap_or(0.0);
         (e_dry * e_dry - lost, e_dry * fall)
+    }
+
+    /// e_dry, its slope in −k, and that slope's slope in k.
+    fn dry(&self, p: f64) -> (f64, f64, f64) {
+        let (e_dry, fall) = e_dry(self.order, self.k, p);
+        let bend = match self.order {
+            Order::First => 0.0,
+            Order::Second => -2.0 * SECOND_ORDER * p * p,
+        };
+        (e_dry, fall, bend)
+    }
+
+    /// dr/dv at a slowness 1/v, and its slope in k; with p ∝ v^(1/5), x ∝ 1/v and b ∝ 1/v².
+    fn by_speed(&self, at: &Abscissa, slowness: f64) -> (f64, f64) {
+        let viscous = self.l * at.viscous + 2.0 * at.bridge.unwrap_or(0.0);
+        if !self.own_speed {
+            return (viscous * slowness, 0.0);
+        }
+        let (e_dry, fall, bend) = self.dry(at.dry_power);
+        let dry = -0.4 * e_dry * fall * self.k;
+        let of_k = -0.4 * (e_dry * fall + self.k * (e_dry * bend - fall * fall));
+        ((viscous + dry) * slowness, of_k * slowness)
+    }
+
+    /// r and dr/dv; the second 0 for a run whose speed does not err.
+    fn kept_and_by_speed(&self, at: &Abscissa, errors: Errors) -> (f64, f64) {
+        let by_speed = if errors.speed > 0.0 {
+            self.by_speed(at, errors.slowness).0
+        } else {
+            0.0
+        };
+        (self.kept(at).0, by_speed)
     }
 }
 
@@ -121,46 +172,15 @@ struct Block {
     stuck: Range<usize>,
 }
 
-/// The dry runs of a particle: their rebounds need four numbers, with y = 1 − e = k p + σ z.
-#[derive(Debug, Clone, Default, PartialEq)]
-struct DryRuns {
-    rebounds: f64,
-    /// Σ p y / Σ p²
-    slope: f64,
-    /// Σ p²
-    weight: f64,
-    /// Σ (y − slope p)²
-    leftover: f64,
-    /// Σ p³, Σ p⁴ and Σ p² (y − slope p), which the second order wants
-    bent: [f64; 3],
-    /// stuck runs, by p
-    stuck: Vec<f64>,
-    /// rebounds, by p, where stuck runs were not logged
-    logged: Vec<f64>,
-}
-
-impl DryRuns {
-    /// Σ (e − e_dry)² over the rebounds, and its slope in k.
-    fn squares(&self, order: Order, k: f64) -> (f64, f64) {
-        let distance = k - self.slope;
-        let first = (
-            self.leftover + self.weight * distance * distance,
-            2.0 * self.weight * distance,
-        );
-        match order {
-            Order::First => first,
-            // with y − k p + a k² p² = u − distance p + a k² p², where Σ p u = 0
-            Order::Second => {
-                let [cubes, fourth, bend] = self.bent;
-                let a = SECOND_ORDER;
-                let square = k * k;
-                (
-                    first.0 + a * square * (a * square * fourth + 2.0 * (bend - distance * cubes)),
-                    first.1 + 4.0 * a * k * (a * square * fourth + bend - distance * cubes) - 2.0 * a * square * cubes,
-                )
-            }
-        }
-    }
+/// A dry run by itself.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct DryRow {
+    particle: usize,
+    /// p
+    dry_power: f64,
+    /// e; `None` where it stuck
+    restitution: Option<f64>,
+    errors: Errors,
 }
 
 /// The log likelihood of the runs of a scene as a function of a full vector of parameters.
@@ -176,8 +196,8 @@ pub struct Likelihood {
     film_ratios: Vec<f64>,
     rebounds: Nodes,
     stuck: Nodes,
-    /// the rebounds on the scale of the energy kept, where noise acts there, too
-    energies: Option<Energies>,
+    /// what runs have of their own, where they are taken one at a time
+    own: Option<ByRow>,
     /// wet runs that rebounded
     wet_rebounds: f64,
     /// what the nodes leave of the wet rebounds' sum of squares
@@ -189,26 +209,13 @@ pub struct Likelihood {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct OutsideDomain;
 
-/// Sums over the rebounds of a block: Σ n d², Σ n d m′, Σ n d m′ x, Σ n d m′ e_dry p, with d = e − m(r).
-#[derive(Debug, Clone, Copy, Default)]
-struct Sums {
-    squares: f64,
-    kept: f64,
-    viscous: f64,
-    dry: f64,
-}
-
-/// Runs taken at once, so that the machine's vector registers fill.
-const LANES: usize = 4;
-
 /// A stuck run this many σ below the limit stuck for certain: ln Φ(9) is −1e-19.
 const CERTAIN: f64 = 9.0;
 
 impl Likelihood {
-    /// Whether the likelihood is one of rows and cannot be compressed: noise on the energy kept gives every run a spread of
-    /// its own.
+    /// Whether the likelihood is one of rows and cannot be compressed, because runs have spreads or tails of their own.
     pub fn needs_rows(&self) -> bool {
-        self.energies.is_some()
+        self.own.is_some()
     }
 
     /// Nodes of wet runs, rebounded and stuck: the cost of one evaluation.
@@ -230,38 +237,50 @@ impl Likelihood {
         }
     }
 
+    /// The law of a block at a full vector of parameters, with the shape of its inertial loss.
+    fn law(&self, block: &Block, full: &[f64], shape: f64) -> Law {
+        Law {
+            order: self.form.dry,
+            own_speed: self.form.dry_speed == DrySpeed::Impact,
+            k: full[COMMON_SLOTS + block.particle],
+            inertial: full[Kind::InertialPrefactor.slot()] * block.density_ratio * shape,
+            l: full[Kind::LubricationLog.slot()],
+        }
+    }
+
+    /// The tails of noise at a full vector of parameters.
+    fn tails(&self, full: &[f64]) -> Tails {
+        let student = self.own.as_ref().is_some_and(|own| own.student);
+        Tails::of(student.then(|| full[Kind::Nu.slot()]))
+    }
+
     fn wet(&self, full: &[f64], slopes: &mut [f64]) -> f64 {
         if self.blocks.is_empty() {
             return 0.0;
         }
         let at = |kind: Kind| full[kind.slot()];
-        let (l, c) = (at(Kind::LubricationLog), at(Kind::InertialPrefactor));
+        let c = at(Kind::InertialPrefactor);
         let (scale, sigma) = (at(Kind::FilmScale), at(Kind::SigmaWet));
         let precision = 1.0 / (sigma * sigma);
         let mut squares = self.leftover;
         let mut stuck_value = 0.0;
         let certain = kept_of_mean_restitution(self.limit - CERTAIN * sigma);
+        let tails = self.tails(full);
+        let spreads = Spreads {
+            sigma,
+            energy: at(Kind::SigmaEnergy),
+        };
         let shapes: Vec<(f64, f64)> = self
             .film_ratios
             .iter()
             .map(|ratio| self.form.inertia.shape_and_slope_film_scale(*ratio, scale))
             .collect();
         for block in &self.blocks {
-            let k = full[COMMON_SLOTS + block.particle];
             let (shape, shape_slope) = shapes[block.film];
-            let law = Law {
-                order: self.form.dry,
-                k,
-                inertial: c * block.density_ratio * shape,
-                l,
-            };
+            let law = self.law(block, full, shape);
             let mut sums = Sums::default();
-            if let Some(energies) = &self.energies {
-                let spreads = Spreads {
-                    sigma,
-                    energy: at(Kind::SigmaEnergy),
-                };
-                stuck_value += self.of_energies(energies, block, &law, spreads, slopes, &mut sums);
+            if let Some(own) = &self.own {
+                stuck_value += self.of_block(own, block, &law, (tails, spreads), slopes, &mut sums);
                 self.add_slopes(block, (shape, shape_slope, c), sums, slopes);
                 continue;
             }
@@ -294,7 +313,7 @@ impl Likelihood {
             }
             self.add_slopes(block, (shape, shape_slope, c), sums, slopes);
         }
-        if self.energies.is_some() {
+        if self.own.is_some() {
             return stuck_value;
         }
         slopes[Kind::SigmaWet.slot()] += (squares * precision - self.wet_rebounds) / sigma;
@@ -338,42 +357,6 @@ impl Likelihood {
         }
         value
     }
-
-    fn dry(&self, full: &[f64], slopes: &mut [f64]) -> f64 {
-        let sigma = full[Kind::SigmaDry.slot()];
-        let precision = 1.0 / (sigma * sigma);
-        let mut value = 0.0;
-        for (particle, runs) in self.dry.iter().enumerate() {
-            if runs.rebounds == 0.0 && runs.stuck.is_empty() {
-                continue;
-            }
-            let k = full[COMMON_SLOTS + particle];
-            let (squares, slope) = runs.squares(self.form.dry, k);
-            value -= runs.rebounds * (sigma.ln() + LN_ROOT_TWO_PI) + 0.5 * squares * precision;
-            slopes[COMMON_SLOTS + particle] -= 0.5 * slope * precision;
-            slopes[Kind::SigmaDry.slot()] += (squares * precision - runs.rebounds) / sigma;
-            for p in &runs.logged {
-                let (e_dry, fall) = e_dry(self.form.dry, k, *p);
-                let z = (e_dry - self.limit) / sigma;
-                if z > CERTAIN {
-                    continue;
-                }
-                let (ln_cdf, mills) = ln_normal_cdf(z);
-                value -= ln_cdf;
-                slopes[COMMON_SLOTS + particle] += mills * fall / sigma;
-                slopes[Kind::SigmaDry.slot()] += mills * z / sigma;
-            }
-            for p in &runs.stuck {
-                let (e_dry, fall) = e_dry(self.form.dry, k, *p);
-                let z = (self.limit - e_dry) / sigma;
-                let (ln_cdf, mills) = ln_normal_cdf(z);
-                value += ln_cdf;
-                slopes[COMMON_SLOTS + particle] += mills * fall / sigma;
-                slopes[Kind::SigmaDry.slot()] -= mills * z / sigma;
-            }
-        }
-        value
-    }
 }
 
 /// m(r) and m′(r) with two roots and one division.
@@ -383,89 +366,6 @@ fn mean_and_slope(kept: f64) -> (f64, f64) {
     let square = kept * kept + TURN4;
     let inverse = 1.0 / (square * square.sqrt().sqrt());
     (kept * square * inverse, (0.5 * kept * kept + TURN4) * inverse)
-}
-
-/// So many numbers, one after another in memory.
-type Lanes = [f64; LANES];
-
-#[inline(always)]
-fn each(of: impl Fn(usize) -> f64) -> Lanes {
-    std::array::from_fn(of)
-}
-
-fn rebound_sums(nodes: &Nodes, range: Range<usize>, law: &Law) -> Sums {
-    match (law.order, nodes.bridge.is_empty()) {
-        (Order::First, true) => sums::<false, false>(nodes, range, law),
-        (Order::First, false) => sums::<false, true>(nodes, range, law),
-        (Order::Second, true) => sums::<true, false>(nodes, range, law),
-        (Order::Second, false) => sums::<true, true>(nodes, range, law),
-    }
-}
-
-/// The sums, with what a form does not hold left out where the code is made.
-fn sums<const SECOND: bool, const BRIDGE: bool>(nodes: &Nodes, range: Range<usize>, law: &Law) -> Sums {
-    const TURN4: f64 = TURN * TURN * TURN * TURN;
-    let Law { k, inertial, l, .. } = *law;
-    let order = if SECOND { Order::Second } else { Order::First };
-    let x = &nodes.viscous[range.clone()];
-    let p = &nodes.dry_power[range.clone()];
-    // without a bridge a column that is not read
-    let b = if BRIDGE { &nodes.bridge[range.clone()] } else { x };
-    let e = &nodes.restitution[range.clone()];
-    let n = &nodes.count[range];
-    let [mut squares, mut kept, mut viscous, mut dry] = [[0.0; LANES]; 4];
-    // a step for all lanes at a time is what a compiler turns into vector instructions
-    let mut add = |x: &Lanes, p: &Lanes, b: &Lanes, e: &Lanes, n: &Lanes| {
-        let e_dry_of = each(|i| e_dry(order, k, p[i]).0);
-        let fall = each(|i| e_dry(order, k, p[i]).1);
-        let r = each(|i| {
-            let r = e_dry_of[i] * e_dry_of[i] - inertial - l * x[i];
-            if BRIDGE {
-                r - b[i]
-            } else {
-                r
-            }
-        });
-        let square = each(|i| r[i] * r[i] + TURN4);
-        let root = each(|i| square[i].sqrt());
-        let root = each(|i| root[i].sqrt());
-        let inverse = each(|i| 1.0 / (square[i] * root[i]));
-        let distance = each(|i| e[i] - r[i] * square[i] * inverse[i]);
-        let weighted = each(|i| n[i] * distance[i]);
-        let moved = each(|i| weighted[i] * (0.5 * r[i] * r[i] + TURN4) * inverse[i]);
-        squares = each(|i| squares[i] + weighted[i] * distance[i]);
-        kept = each(|i| kept[i] + moved[i]);
-        viscous = each(|i| viscous[i] + moved[i] * x[i]);
-        dry = each(|i| dry[i] + moved[i] * e_dry_of[i] * fall[i]);
-    };
-    let ((x, x_rest), (p, p_rest), (b, b_rest)) = (x.as_chunks(), p.as_chunks(), b.as_chunks());
-    let ((e, e_rest), (n, n_rest)) = (e.as_chunks(), n.as_chunks());
-    for (((x, p), b), (e, n)) in x.iter().zip(p).zip(b).zip(e.iter().zip(n)) {
-        add(x, p, b, e, n);
-    }
-    if let (Some(last_x), Some(last_p), Some(last_b)) = (x_rest.last(), p_rest.last(), b_rest.last()) {
-        // the rest, filled up with settings that count for nothing
-        let (mut x, mut p, mut b) = ([*last_x; LANES], [*last_p; LANES], [*last_b; LANES]);
-        let (mut e, mut n) = ([0.0; LANES], [0.0; LANES]);
-        let columns = [
-            (&mut x, x_rest),
-            (&mut p, p_rest),
-            (&mut b, b_rest),
-            (&mut e, e_rest),
-            (&mut n, n_rest),
-        ];
-        for (to, from) in columns {
-            to[..from.len()].copy_from_slice(from);
-        }
-        add(&x, &p, &b, &e, &n);
-    }
-    let [squares, kept, viscous, dry] = [squares, kept, viscous, dry].map(|lanes| lanes.iter().sum::<f64>());
-    Sums {
-        squares,
-        kept,
-        viscous,
-        dry,
-    }
 }
 
 #[cfg(test)]

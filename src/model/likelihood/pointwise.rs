@@ -3,15 +3,14 @@
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::e_dry;
-use super::energies::{ln_density, on_energies};
-use super::normal::ln_normal_cdf;
+use super::by_row::{place, place_dry, Energy, Errors, Spreads};
+use super::tails::Tails;
+use super::{e_dry, Abscissa, Law};
 use crate::model::parameters::{Kind, COMMON_SLOTS};
-use crate::model::priors::LN_ROOT_TWO_PI;
-use crate::physics::impact::Form;
+use crate::physics::impact::{DrySpeed, Form};
 use crate::physics::{bridge, numbers, rebound};
 use crate::runs::Runs;
-use crate::scene::{NoiseOn, Scene, Sticking};
+use crate::scene::{Likelihood, NoiseOn, Scene, Sticking};
 
 /// The runs of a scene, in the order of [`Runs`], ready for one run at a time.
 #[derive(Debug)]
@@ -22,6 +21,8 @@ pub struct Pointwise<'r> {
     truncated: bool,
     /// whether noise acts on the energy kept, too
     both: bool,
+    /// whether noise has Student's tails
+    student: bool,
     /// runs of one setting that follow one another share an entry
     settings: Vec<Setting>,
     /// the setting of each run
@@ -29,7 +30,7 @@ pub struct Pointwise<'r> {
     /// runs without a liquid, which come first
     dry: usize,
     stuck: Vec<bool>,
-    restitution: &'r [f64],
+    runs: &'r Runs,
 }
 
 /// What a run's restitution depends on.
@@ -57,6 +58,9 @@ pub struct At<'p, 'r> {
     pointwise: &'p Pointwise<'r>,
     /// mean of e* at each setting
     means: Vec<f64>,
+    /// dr/dv at each setting, m⁻¹ s, and the k of its particle, where runs have errors of their own
+    moved: Vec<(f64, f64)>,
+    tails: Tails,
     dry: Spread,
     wet: Spread,
     /// σ_r, where noise acts on the energy kept, too
@@ -76,6 +80,20 @@ impl Spread {
     }
 }
 
+/// How a restitution lies beside what a run is expected to have, on the scale its noise is symmetric on.
+#[derive(Debug, Clone, Copy)]
+struct Beside {
+    distance: f64,
+    /// S on that scale, with the logarithm of S on the restitution's
+    spread: Spread,
+}
+
+impl Beside {
+    fn z(&self) -> f64 {
+        self.distance / self.spread.sigma
+    }
+}
+
 impl<'r> Pointwise<'r> {
     /// The runs under this form of the energy balance.
     pub fn new(scene: &Scene, runs: &'r Runs, form: Form) -> Pointwise<'r> {
@@ -84,11 +102,12 @@ impl<'r> Pointwise<'r> {
             limit: scene.data.smallest_restitution,
             truncated: scene.model.sticking == Sticking::Truncated,
             both: scene.model.noise == NoiseOn::Both,
+            student: scene.model.likelihood == Likelihood::Student,
             settings: vec![],
             setting: Vec::with_capacity(runs.len()),
             dry: 0,
             stuck: Vec::with_capacity(runs.len()),
-            restitution: &runs.restitution,
+            runs,
         };
         for group in &runs.dry {
             for run in group.rebounds.start..group.stuck.end {
@@ -171,6 +190,41 @@ impl<'r> Pointwise<'r> {
         }
     }
 
+    /// dr/dv of each setting with its k; none where no run has errors of its own.
+    fn moved(&self, full: &[f64]) -> Vec<(f64, f64)> {
+        if self.runs.errors.is_none() {
+            return vec![];
+        }
+        let of = |setting: &Setting| {
+            let law = Law {
+                order: self.form.dry,
+                own_speed: self.form.dry_speed == DrySpeed::Impact,
+                k: full[COMMON_SLOTS + setting.particle],
+                l: full[Kind::LubricationLog.slot()],
+                ..Law::DRY
+            };
+            let by_speed = setting.wet.map_or(0.0, |wet| {
+                let at = Abscissa {
+                    viscous: wet.viscous,
+                    dry_power: setting.dry_power,
+                    bridge: Some(wet.bridge),
+                };
+                // per 1/v: runs of one setting may differ in v where the dry speed is held
+                law.by_speed(&at, 1.0).0
+            });
+            (by_speed, law.k)
+        };
+        self.settings.iter().map(of).collect()
+    }
+
+    /// Whether a run that stuck is as good as certain to, where its limit lies between these z.
+    ///
+    /// With Student's tails none is.
+    pub fn is_certain(&self, (lo, hi): (f64, f64), same: f64) -> bool {
+        let ln = |z| Tails::Normal.ln_probability_and_slope(z).0;
+        !self.student && ln(hi) - ln(lo) <= same
+    }
+
     /// By how many σ the smallest restitution told from sticking lies above the mean, for each of some runs.
     pub fn limits<'f>(&'f self, full: &'f [f64], runs: &'f [usize]) -> impl Iterator<Item = f64> + 'f {
         let at = self.at(full);
@@ -183,6 +237,8 @@ impl<'r> Pointwise<'r> {
         At {
             pointwise: self,
             means: self.settings.iter().map(self.means(full)).collect(),
+            moved: self.moved(full),
+            tails: Tails::of(self.student.then(|| of(Kind::Nu))),
             dry: Spread::of(of(Kind::SigmaDry)),
             wet: Spread::of(of(Kind::SigmaWet)),
             energy: self.both.then(|| of(Kind::SigmaEnergy)),
@@ -196,30 +252,89 @@ impl At<'_, '_> {
         (self.means[self.pointwise.setting[run] as usize], spread)
     }
 
-    /// r and σ_r of a wet run, where noise acts on the energy kept, too.
-    fn energy(&self, run: usize) -> Option<(f64, f64)> {
-        let sigma = self.energy.filter(|_| run >= self.pointwise.dry)?;
-        let mean = self.means[self.pointwise.setting[run] as usize];
-        Some((rebound::kept_of_mean_restitution(mean), sigma))
+    /// σ_r, where noise acts on the energy this run keeps, too.
+    fn energy(&self, run: usize) -> Option<f64> {
+        self.energy.filter(|_| run >= self.pointwise.dry)
     }
 
-    /// By how many σ the smallest restitution told from sticking lies above the mean: Φ of it is the probability of
-    /// sticking.
+    /// How a restitution lies beside what a run is expected to have; `measured` whether its own measurement errs.
+    fn beside(&self, run: usize, restitution: f64, measured: bool) -> Beside {
+        let (mean, spread) = self.mean_and_spread(run);
+        let errors = Errors::of(self.pointwise.runs, run);
+        let energy = self.energy(run);
+        if errors.is_none() && energy.is_none() {
+            let distance = restitution - mean;
+            return Beside { distance, spread };
+        }
+        let errors = errors.unwrap_or_default();
+        let (mean, variance, stretch, y) = match energy {
+            Some(energy) => {
+                let at = Energy::of(restitution);
+                let spreads = Spreads {
+                    sigma: spread.sigma,
+                    energy,
+                };
+                let errors = if measured { errors } else { errors.of_speed_alone() };
+                let placed = at.place(spreads, self.kept_and_by_speed(run, errors), errors);
+                (placed.mean, placed.variance, at.stretch, at.kept)
+            }
+            None => {
+                let (mean, variance) = self.placed(run, errors, measured);
+                (mean, variance, 1.0, restitution)
+            }
+        };
+        Beside {
+            distance: y - mean,
+            spread: Spread {
+                sigma: variance.sqrt(),
+                ln: 0.5 * (variance / stretch).ln(),
+            },
+        }
+    }
+
+    /// r and dr/dv of a wet run.
+    fn kept_and_by_speed(&self, run: usize, errors: Errors) -> (f64, f64) {
+        let setting = self.pointwise.setting[run] as usize;
+        let moved = self
+            .moved
+            .get(setting)
+            .map_or(0.0, |(moved, _)| moved * errors.slowness);
+        (rebound::kept_of_mean_restitution(self.means[setting]), moved)
+    }
+
+    /// Mean and S² of a run on the scale of the restitution.
+    fn placed(&self, run: usize, errors: Errors, measured: bool) -> (f64, f64) {
+        let (mean, Spread { sigma, .. }) = self.mean_and_spread(run);
+        let setting = self.pointwise.setting[run] as usize;
+        let errors = if measured { errors } else { errors.of_speed_alone() };
+        if run < self.pointwise.dry {
+            let law = Law {
+                order: self.pointwise.form.dry,
+                k: self.moved.get(setting).map_or(f64::NAN, |(_, k)| *k),
+                ..Law::DRY
+            };
+            let power = self.pointwise.settings[setting].dry_power;
+            return (mean, place_dry(&law, power, sigma, errors, measured).1);
+        }
+        let placed = place(sigma, self.kept_and_by_speed(run, errors), errors, measured);
+        (mean, placed.variance)
+    }
+
+    /// The tails of noise.
+    pub fn tails(&self) -> Tails {
+        self.tails
+    }
+
+    /// By how many spreads the smallest restitution told from sticking lies above the mean: F of it is the probability of
+    /// sticking. Where stuck runs were not logged, that of a run not being there.
     pub fn limit_z(&self, run: usize) -> f64 {
-        let (mean, spread) = self.mean_and_spread(run);
-        match self.energy(run) {
-            Some((kept, energy)) => on_energies(self.pointwise.limit, kept, (spread.sigma, energy)),
-            None => (self.pointwise.limit - mean) / spread.sigma,
-        }
+        let measured = self.pointwise.truncated && !self.pointwise.stuck[run];
+        self.beside(run, self.pointwise.limit, measured).z()
     }
 
-    /// By how many σ a restitution lies above the mean.
+    /// By how many spreads a measured restitution lies above the mean.
     pub fn z(&self, run: usize, restitution: f64) -> f64 {
-        let (mean, spread) = self.mean_and_spread(run);
-        match self.energy(run) {
-            Some((kept, energy)) => on_energies(restitution, kept, (spread.sigma, energy)),
-            None => (restitution - mean) / spread.sigma,
-        }
+        self.beside(run, restitution, true).z()
     }
 
     /// Mean of e* and its spread σ: m(r) and σ_wet, or e_dry and σ_dry.
@@ -230,19 +345,14 @@ impl At<'_, '_> {
 
     /// Log likelihood of a run: a density where it rebounded, a probability where it stuck.
     pub fn ln_likelihood(&self, run: usize) -> f64 {
-        let (mean, spread) = self.mean_and_spread(run);
+        let ln_below = |z| self.tails.ln_probability_and_slope(z).0;
         if self.pointwise.stuck[run] {
-            return ln_normal_cdf(self.limit_z(run)).0;
+            return ln_below(self.limit_z(run));
         }
-        let e = self.pointwise.restitution[run];
-        let density = if let Some((kept, energy)) = self.energy(run) {
-            ln_density(e, kept, (spread.sigma, energy))
-        } else {
-            let z = (e - mean) / spread.sigma;
-            -0.5 * z * z - LN_ROOT_TWO_PI - spread.ln
-        };
+        let beside = self.beside(run, self.pointwise.runs.restitution[run], true);
+        let density = self.tails.ln_unit_density(beside.z()) - beside.spread.ln;
         if self.pointwise.truncated {
-            density - ln_normal_cdf(-self.limit_z(run)).0
+            density - ln_below(-self.limit_z(run))
         } else {
             density
         }
@@ -253,18 +363,24 @@ impl At<'_, '_> {
         self.pointwise.truncated
     }
 
-    /// A new draw of a run's restitution; 0 where it would have stuck. Where stuck runs were not logged, of one that
-    /// rebounds.
+    /// A new draw of a run's restitution, as it would be measured; 0 where it would have stuck. Where stuck runs were not
+    /// logged, of one that rebounds.
     pub fn predict<R: Rng + ?Sized>(&self, run: usize, rng: &mut R) -> f64 {
-        let (mean, sigma) = self.mean_and_sigma(run);
-        let energy = self.energy(run);
+        let (mean, mut sigma) = self.mean_and_sigma(run);
+        if let Some(errors) = Errors::of(self.pointwise.runs, run) {
+            sigma = self.placed(run, errors, true).1.sqrt();
+        }
+        let energy = self
+            .energy(run)
+            .map(|energy| (rebound::kept_of_mean_restitution(mean), energy));
         let mut draw = || {
+            let wide = self.tails.draw_scale(rng);
             let z: f64 = StandardNormal.sample(rng);
             let mean = energy.map_or(mean, |(kept, sigma)| {
                 let lucky: f64 = StandardNormal.sample(rng);
-                rebound::mean_restitution(kept + sigma * lucky)
+                rebound::mean_restitution(kept + wide * sigma * lucky)
             });
-            mean + sigma * z
+            mean + wide * sigma * z
         };
         let mut e = draw();
         if self.pointwise.truncated {

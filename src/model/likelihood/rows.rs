@@ -2,12 +2,13 @@
 
 use std::collections::HashMap;
 
-use super::energies::Energies;
-use super::{Abscissa, Block, DryRuns, Likelihood, Nodes};
+use super::by_row::{ByRow, Energies, Errors};
+use super::dry::DryRuns;
+use super::{Abscissa, Block, DryRow, Likelihood, Nodes};
 use crate::physics::impact::Form;
 use crate::physics::{bridge, numbers};
-use crate::runs::{Runs, Series};
-use crate::scene::{NoiseOn, Scene, Sticking};
+use crate::runs::{DryGroup, Runs, Series};
+use crate::scene::{self, NoiseOn, Scene, Sticking};
 
 impl Likelihood {
     /// The likelihood with one node for each wet run. Dry runs need no more than their sums.
@@ -20,18 +21,33 @@ impl Likelihood {
             film_ratios: vec![],
             rebounds: Nodes::default(),
             stuck: Nodes::default(),
-            energies: None,
+            own: None,
             wet_rebounds: 0.0,
             leftover: 0.0,
             dry: dry_runs(scene, runs),
         };
+        let student = scene.model.likelihood == scene::Likelihood::Student;
+        let both = scene.model.noise == NoiseOn::Both;
+        if student || both || runs.errors.is_some() {
+            likelihood.own = Some(ByRow {
+                student,
+                energies: None,
+                rebounds: vec![],
+                stuck: vec![],
+                dry: if student || runs.errors.is_some() {
+                    dry_rows(runs)
+                } else {
+                    vec![]
+                },
+            });
+        }
         let mut films = HashMap::new();
         for series in &runs.series {
             likelihood.add(scene, runs, series, &mut films);
         }
         likelihood.wet_rebounds = likelihood.rebounds.len() as f64;
-        if scene.model.noise == NoiseOn::Both {
-            likelihood.energies = Some(Energies::new(&likelihood.rebounds, likelihood.limit));
+        if let Some(own) = likelihood.own.as_mut().filter(|_| both) {
+            own.energies = Some(Energies::new(&likelihood.rebounds, likelihood.limit));
         }
         likelihood
     }
@@ -77,12 +93,19 @@ impl Likelihood {
                 self.film_ratios.len() - 1
             });
             let (first, first_stuck) = (self.rebounds.len(), self.stuck.len());
+            let errors = |run: usize| Errors::of(runs, run);
             while let Some(run) = rebounds.get(next).filter(|run| film_ratio(run) <= ratio) {
                 self.rebounds.push(node(*run), runs.restitution[*run], 1.0);
+                if let Some(own) = &mut self.own {
+                    own.rebounds.extend(errors(*run));
+                }
                 next += 1;
             }
             while let Some(run) = stuck.get(next_stuck).filter(|run| film_ratio(run) <= ratio) {
                 self.stuck.push(node(*run), 0.0, 1.0);
+                if let Some(own) = &mut self.own {
+                    own.stuck.extend(errors(*run));
+                }
                 next_stuck += 1;
             }
             self.blocks.push(Block {
@@ -136,4 +159,20 @@ fn dry_runs(scene: &Scene, runs: &Runs) -> Vec<DryRuns> {
         sums.stuck = stuck.map(|run| runs.impact_speed[run].powf(0.2)).collect();
     }
     dry
+}
+
+/// The dry runs one at a time.
+fn dry_rows(runs: &Runs) -> Vec<DryRow> {
+    let row = |particle: usize, run: usize, rebounded: bool| DryRow {
+        particle,
+        dry_power: runs.impact_speed[run].powf(0.2),
+        restitution: rebounded.then(|| runs.restitution[run]),
+        errors: Errors::of(runs, run).unwrap_or_default(),
+    };
+    let of_group = |group: &DryGroup| {
+        let particle = group.particle;
+        let rebounds = group.rebounds.clone().map(move |run| row(particle, run, true));
+        rebounds.chain(group.stuck.clone().map(move |run| row(particle, run, false)))
+    };
+    runs.dry.iter().flat_map(of_group).collect()
 }

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+mod by_row;
+
 use rand::RngExt;
 
 use super::pointwise::Pointwise;
@@ -33,8 +35,11 @@ viscosity_mPa_s = 48.3
 surface_tension_mN_m = 20.9
 "#;
 
-/// L, C, δ̃0, σ_wet, σ_dry, σ_r, k of PTFE and of PE
-const FULL: [f64; 8] = [1.85, 0.47, 0.069, 0.02, 0.009, 0.03, 0.183, 0.123];
+/// Places of a full vector of two particles.
+const SLOTS: usize = COMMON_SLOTS + 2;
+
+/// L, C, δ̃0, σ_wet, σ_dry, σ_r, ν, k of PTFE and of PE
+const FULL: [f64; SLOTS] = [1.85, 0.47, 0.069, 0.02, 0.009, 0.03, 6.0, 0.183, 0.123];
 
 const WAYS: [DrySpeed; 2] = [DrySpeed::Reference(2.0), DrySpeed::Impact];
 
@@ -128,7 +133,7 @@ fn kept(scene: &Scene, run: &NewRun, form: Form, full: &[f64]) -> f64 {
         surface_tension: liquid.surface_tension,
     };
     let parameters = Parameters {
-        dry_k: full[6 + index],
+        dry_k: full[COMMON_SLOTS + index],
         lubrication_log: full[0],
         inertial_prefactor: full[1],
         film_scale: full[2],
@@ -153,7 +158,9 @@ fn plain(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
     let mut sum = 0.0;
     for group in &runs.dry {
         for run in group.rebounds.start..group.stuck.end {
-            let mean = form.dry.restitution(full[6 + group.particle], runs.impact_speed[run]);
+            let mean = form
+                .dry
+                .restitution(full[COMMON_SLOTS + group.particle], runs.impact_speed[run]);
             sum += term(mean, full[4], runs.restitution[run], group.stuck.contains(&run));
         }
     }
@@ -187,20 +194,20 @@ fn the_sum_over_nodes_is_the_sum_over_runs_and_its_slopes_are_differences() {
         scene.model.sticking = sticking;
         // so wide a spread that truncation is felt by dry runs, too
         let full = match sticking {
-            Sticking::Truncated => [1.85, 0.47, 0.069, 0.05, 0.2, 0.03, 0.183, 0.123],
+            Sticking::Truncated => [1.85, 0.47, 0.069, 0.05, 0.2, 0.03, 6.0, 0.183, 0.123],
             _ => FULL,
         };
         sums_and_slopes_agree(&scene, &full);
     }
 }
 
-fn sums_and_slopes_agree(scene: &Scene, full: &[f64; 8]) {
+fn sums_and_slopes_agree(scene: &Scene, full: &[f64; SLOTS]) {
     let runs = runs(scene, 30, "the_sum_over_nodes_is_the_sum_over_runs");
     assert!(runs.stuck() > 20 && runs.len() - runs.stuck() > 60);
     for form in forms() {
         let likelihood = Likelihood::of_rows(scene, &runs, form);
-        let mut slopes = [0.0; 8];
-        let mut unused = [0.0; 8];
+        let mut slopes = [0.0; SLOTS];
+        let mut unused = [0.0; SLOTS];
         let value = likelihood.ln_density(full, &mut slopes).expect("inside the domain");
         let expected = plain(scene, &runs, form, full);
         assert!(
@@ -239,7 +246,7 @@ fn noise_on_the_energy_is_summed_as_it_is_written() {
         let form = Form::new(Inertia::Saturating, WAYS[1]);
         let likelihood = Likelihood::of_rows(&scene, &runs, form);
         assert!(likelihood.needs_rows());
-        let (mut slopes, mut unused) = ([0.0; 8], [0.0; 8]);
+        let (mut slopes, mut unused) = ([0.0; SLOTS], [0.0; SLOTS]);
         let value = likelihood.ln_density(&FULL, &mut slopes).expect("inside the domain");
         let pointwise = Pointwise::new(&scene, &runs, form);
         let at = pointwise.at(&FULL);
@@ -300,7 +307,7 @@ fn a_point_without_a_density_is_told_and_is_no_number() {
     let scene = scene();
     let runs = runs(&scene, 10, "a_point_without_a_density");
     let likelihood = Likelihood::of_rows(&scene, &runs, Form::new(Inertia::Saturating, WAYS[0]));
-    let mut slopes = [0.0; 8];
+    let mut slopes = [0.0; SLOTS];
     for (place, value) in [(3, 0.0), (0, f64::NAN), (2, 0.0), (3, 1e-200)] {
         let mut full = FULL;
         full[place] = value;
@@ -326,8 +333,8 @@ fn the_compressed_sum_keeps_its_bound_and_is_short() {
         let own = (form == second).then(|| runs_of(&scene, 3000, "the_compressed_sum_keeps_its_bound", second));
         let rows = Likelihood::of_rows(&scene, own.as_ref().unwrap_or(&runs), form);
         // the posterior of 18,000 runs is about this wide
-        let steps = [0.004, 0.004, 0.002, 1e-4, 1e-3, 0.0, 2e-4, 2e-4];
-        let tests: Vec<Vec<f64>> = (0..8)
+        let steps = [0.004, 0.004, 0.002, 1e-4, 1e-3, 0.0, 0.0, 2e-4, 2e-4];
+        let tests: Vec<Vec<f64>> = (0..SLOTS)
             .flat_map(|place| [-6.0, -2.0, 2.0, 6.0].map(|far| moved(&FULL, place, far * steps[place])))
             .collect();
         for bound in [1e-1, 1e-3] {
@@ -339,7 +346,7 @@ fn the_compressed_sum_keeps_its_bound_and_is_short() {
                 rows.nodes()
             );
             let mut rng = crate::seed::stream(1, "the_compressed_sum_keeps_its_bound", 1);
-            let (mut a, mut b) = ([0.0; 8], [0.0; 8]);
+            let (mut a, mut b) = ([0.0; SLOTS], [0.0; SLOTS]);
             for _ in 0..50 {
                 // points of the region that were not tested
                 let mut full = FULL;
@@ -372,7 +379,7 @@ fn repeated_settings_are_compressed_exactly() {
     let rows = Likelihood::of_rows(&scene, &runs, Form::new(Inertia::Cap, WAYS[1]));
     let (short, compression) = rows.compressed(&FULL, &[], Resolution::Bound(1e-3));
     assert_eq!((compression.nodes, compression.rows_exact), (7, 4000));
-    let (mut a, mut b) = ([0.0; 8], [0.0; 8]);
+    let (mut a, mut b) = ([0.0; SLOTS], [0.0; SLOTS]);
     for sigma in [1e-6, 1e-3, 1.0] {
         let mut full = FULL;
         full[3] = sigma;
@@ -396,7 +403,7 @@ fn a_bridge_is_compressed_where_settings_repeat() {
     let own = Likelihood::of_rows(&scene, &runs(&scene, 40, "a_bridge_is_compressed"), form);
     let (short, compression) = own.compressed(&FULL, &[], Resolution::Bound(1e-3));
     assert_eq!(compression.nodes, own.nodes());
-    let (mut a, mut b) = ([0.0; 8], [0.0; 8]);
+    let (mut a, mut b) = ([0.0; SLOTS], [0.0; SLOTS]);
     let exact = own.ln_density(&FULL, &mut a).expect("inside");
     let near = short.ln_density(&FULL, &mut b).expect("inside");
     assert!((exact / near - 1.0).abs() < 1e-12, "{exact} {near}");
@@ -435,7 +442,7 @@ fn films_of_their_own_keep_their_rows() {
     let runs = runs::arrange(&scene, &rows);
     let likelihood = Likelihood::of_rows(&scene, &runs, Form::new(Inertia::Stepwise, WAYS[0]));
     assert_eq!((likelihood.blocks.len(), likelihood.nodes()), (20, 60));
-    let mut slopes = [0.0; 8];
+    let mut slopes = [0.0; SLOTS];
     let value = likelihood.ln_density(&FULL, &mut slopes).expect("inside");
     let expected = plain(&scene, &runs, Form::new(Inertia::Stepwise, WAYS[0]), &FULL);
     assert!((value / expected - 1.0).abs() < 1e-12);

@@ -56,6 +56,7 @@ fn slopes_agree_with_differences_under_every_prior() {
     let priors = [
         "",
         "[priors]\nlubrication_log = { gamma = [3.0, 1.0] }\nsigma_wet = { uniform = [0.01, 0.5] }\ninertial_prefactor = { student_t = [4, 0.5, 0.3] }",
+        "[model]\nlikelihood = \"student\"\nnoise = \"both\"",
         "[priors]\ndry_k = { normal = [0.15, 0.05] }\nsigma_dry = { lognormal = [0.02, 0.5] }",
     ];
     for extra in priors {
@@ -77,6 +78,7 @@ fn slopes_agree_with_differences_under_every_prior() {
                     Kind::SigmaDry => 0.03,
                     Kind::SigmaWet => 0.05,
                     Kind::SigmaEnergy => 0.04,
+                    Kind::Nu => 7.0,
                 })
                 .collect();
             let point = posterior.point_at(&draw);

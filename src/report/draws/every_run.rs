@@ -8,7 +8,6 @@ use rayon::prelude::*;
 
 use crate::findings::posterior::Posterior;
 use crate::inference::diagnostics::loo::SAME;
-use crate::model::likelihood::normal::ln_normal_cdf;
 use crate::model::likelihood::pointwise::Pointwise;
 use crate::report::Told;
 use crate::seed::Streams;
@@ -89,11 +88,9 @@ fn telling(pointwise: &Pointwise, full: &[Vec<f64>]) -> Vec<usize> {
             let both = a.iter().zip(&b);
             both.map(|(a, b)| (a.0.min(b.0), a.1.max(b.1))).collect()
         });
-    // ln Φ rises with z
-    let certain = |(lo, hi): &(f64, f64)| ln_normal_cdf(*hi).0 - ln_normal_cdf(*lo).0 <= SAME;
     let mut tells = vec![true; pointwise.len()];
     for (run, range) in stuck.iter().zip(&ranges) {
-        tells[*run] = !certain(range);
+        tells[*run] = !pointwise.is_certain(*range, SAME);
     }
     (0..pointwise.len()).filter(|run| tells[*run]).collect()
 }

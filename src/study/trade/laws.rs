@@ -39,8 +39,8 @@ pub(super) fn by_law(law: Law, parameters: &Parameters, inertia: Inertia, fits: 
         }
         Kind::InertialPrefactor | Kind::FilmScale => None,
         Kind::SigmaDry => spread(fits.dry.iter().map(|one| (one.dry.residual_sd, one.dry.runs, 1))),
-        // least squares has one spread
-        Kind::SigmaEnergy => None,
+        // least squares has one spread, and normal noise
+        Kind::SigmaEnergy | Kind::Nu => None,
         Kind::SigmaWet => {
             let groups = fits.scaling.iter().filter(|one| one.law == law);
             let each = groups.filter(|one| one.scaling.film_ratio.is_some());

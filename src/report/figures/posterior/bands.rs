@@ -1,6 +1,6 @@
 //! Finds where the posterior puts the mean restitution of a series, and single runs about it.
 
-use statrs::distribution::{ContinuousCDF, Normal};
+use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 use super::super::super::chart::{Layer, Style};
 use super::super::super::Told;
@@ -8,7 +8,7 @@ use crate::model::parameters::{Kind, COMMON_SLOTS};
 use crate::physics::impact::{kept_energy, DrySpeed, Form, Parameters, Setting};
 use crate::physics::rebound::mean_restitution;
 use crate::runs::Series;
-use crate::scene::NoiseOn;
+use crate::scene::{Likelihood, NoiseOn};
 
 /// Draws a band is made of.
 const DRAWS: usize = 400;
@@ -29,6 +29,8 @@ pub(in super::super) struct Bands {
     normal: Vec<f64>,
     /// another, where noise acts on the energy kept, too
     energy: Option<Vec<f64>>,
+    /// what both are multiplied by, where noise has Student's tails
+    wide: Option<Vec<f64>>,
 }
 
 /// Edges of a band at a speed.
@@ -49,6 +51,7 @@ impl Bands {
             form: posterior.asked.form,
             normal: spread_normal(draws.len(), GOLDEN),
             energy: (told.scene.model.noise == NoiseOn::Both).then(|| spread_normal(draws.len(), SILVER)),
+            wide: (told.scene.model.likelihood == Likelihood::Student).then(|| spread_scales(&draws)),
             draws,
         })
     }
@@ -139,9 +142,13 @@ impl Bands {
                 let means: Vec<f64> = kept.iter().map(|r| mean_restitution(*r)).collect();
                 let single = |draw: usize| {
                     let full = &self.draws[draw];
-                    let lucky = self.energy.as_ref().map(|z| full[Kind::SigmaEnergy.slot()] * z[draw]);
+                    let wide = self.wide.as_ref().map_or(1.0, |wide| wide[draw]);
+                    let lucky = self
+                        .energy
+                        .as_ref()
+                        .map(|z| wide * full[Kind::SigmaEnergy.slot()] * z[draw]);
                     let mean = lucky.map_or(means[draw], |lucky| mean_restitution(kept[draw] + lucky));
-                    mean + full[Kind::SigmaWet.slot()] * self.normal[draw]
+                    mean + wide * full[Kind::SigmaWet.slot()] * self.normal[draw]
                 };
                 let single = (0..self.draws.len()).map(single).collect();
                 Edges {
@@ -157,11 +164,24 @@ impl Bands {
 /// (√5 − 1)/2 and √2 − 1: steps round a circle whose places are even for long, and together fill a square.
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
 const SILVER: f64 = std::f64::consts::SQRT_2 - 1.0;
+/// √3 − 1, for a third
+const BRONZE: f64 = 0.732_050_807_568_877_2;
 
 /// So many numbers that lie as a standard normal has them; none is near the next one in the list.
 fn spread_normal(count: usize, step: f64) -> Vec<f64> {
     let even = (0..count).map(|i| (0.5 + step * i as f64).fract());
     even.map(|p| Normal::standard().inverse_cdf(p)).collect()
+}
+
+/// √(ν/χ²) of each draw's ν: what makes a standard normal number Student's t.
+fn spread_scales(draws: &[Vec<f64>]) -> Vec<f64> {
+    let even = (0..draws.len()).map(|i| (0.5 + BRONZE * i as f64).fract());
+    let scale = |(full, p): (&Vec<f64>, f64)| {
+        let nu = full[Kind::Nu.slot()];
+        // ν lies above 2
+        ChiSquared::new(nu).map_or(1.0, |squares| (nu / squares.inverse_cdf(p)).sqrt())
+    };
+    draws.iter().zip(even).map(scale).collect()
 }
 
 /// The numbers between which all but the tails lie.
@@ -202,13 +222,14 @@ mod tests {
             form: Form::new(Inertia::Saturating, DrySpeed::Reference(2.0)),
             normal: spread_normal(draws.len(), GOLDEN),
             energy: None,
+            wide: None,
             draws,
         }
     }
 
-    /// L, C, δ̃0, σ_wet, σ_dry, k
+    /// L, C, δ̃0, σ_wet, σ_dry, σ_r, ν, k
     fn full(lubrication_log: f64) -> Vec<f64> {
-        vec![lubrication_log, 0.47, 0.069, 0.02, 0.01, 1.0, 0.183]
+        vec![lubrication_log, 0.47, 0.069, 0.02, 0.01, 1.0, 1.0, 0.183]
     }
 
     #[test]

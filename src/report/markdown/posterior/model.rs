@@ -7,7 +7,7 @@ use super::super::terms::{dry_law, kept};
 use super::label;
 use crate::findings::posterior::{LeftOut, Posterior};
 use crate::physics::rebound::TURN;
-use crate::scene::{NoiseOn, Prior, Sticking};
+use crate::scene::{Likelihood, NoiseOn, Prior, Sticking};
 
 /// The generative statement with this scene's form of inertia and dry speed.
 pub(super) fn model(page: &mut Page, told: Told, posterior: &Posterior) {
@@ -24,6 +24,23 @@ pub(super) fn model(page: &mut Page, told: Told, posterior: &Posterior) {
             dry_law(posterior.asked.form, "v")
         ));
     }
+    if is_student(told) {
+        page.paragraph(
+            "Noise has Student's tails: z has a t distribution with ν degrees of freedom, the same for all runs, wet and \
+             dry; F is the probability of less than a number under it. A spread σ is then the scale, and the standard \
+             deviation is σ √(ν/(ν − 2)). A run far from all others says little of the other parameters and much of ν.",
+        );
+    }
+    if let Some(errors) = &told.runs.errors {
+        page.paragraph(&format!(
+            "{} of {} runs carry measurement errors, and each of these has a spread S in place of σ: S² = σ² + u² + t², \
+             where u is what its restitution errs by beyond its share of the impact speed and t what the impact speed does, \
+             which the restitution shares. σ is then what the errors do not explain. To first order in the errors; a stuck \
+             run has only the error of its speed.",
+            errors.runs(),
+            told.runs.len()
+        ));
+    }
 }
 
 fn wet(told: Told, posterior: &Posterior) -> String {
@@ -36,14 +53,19 @@ fn wet(told: Told, posterior: &Posterior) -> String {
         "saturating" => " g(δ̃) = 1 − exp(−δ̃/δ̃0) (saturating, empirical),",
         _ => "",
     };
+    let (cdf, law) = if is_student(told) {
+        ("F", "has Student's t distribution")
+    } else {
+        ("Φ", "is standard normal")
+    };
     let stuck = match told.scene.model.sticking {
         Sticking::Censored => format!(
-            "A stuck run therefore counts with its probability Φ(({limit} − m(r))/σ_wet) instead of being left out as in \
+            "A stuck run therefore counts with its probability {cdf}(({limit} − m(r))/σ_wet) instead of being left out as in \
              least squares."
         ),
         Sticking::Truncated => format!(
             "Stuck runs were not logged, so the density of a rebound is divided by its probability \
-             Φ((m(r) − {limit})/σ_wet)."
+             {cdf}((m(r) − {limit})/σ_wet)."
         ),
         Sticking::Excluded => "Stuck runs are left out, as the scene asks: what rebounds near the threshold is then a \
              choice of the luckier ones, which the model does not know."
@@ -51,9 +73,12 @@ fn wet(told: Told, posterior: &Posterior) -> String {
     };
     let both = told.scene.model.noise == NoiseOn::Both;
     let (restitution, stuck) = if both {
-        let text = "Noise acts on the energy kept, too. A rebound is therefore taken to that scale, y = m⁻¹(e), where it is \
-                    normal about r with the variance σ_r² + (σ_wet/m′(y))²; a run sticks where y is at or below that of \
-                    the limit.";
+        let symmetric = if is_student(told) { "spread" } else { "normal" };
+        let text = format!(
+            "Noise acts on the energy kept, too. A rebound is therefore taken to that scale, y = m⁻¹(e), where it is \
+                    {symmetric} about r with the variance σ_r² + (σ_wet/m′(y))²; a run sticks where y is at or below that of \
+                    the limit."
+        );
         ("e* = m(r + σ_r z′) + σ_wet z", format!("{text} {}", where_stuck(told)))
     } else {
         ("e* = m(r) + σ_wet z", stuck)
@@ -69,7 +94,7 @@ fn wet(told: Told, posterior: &Posterior) -> String {
     };
     format!(
         "A wet run of impact speed v, diameter D and film ratio δ̃ = δ/D has the restitution {restitution}. Here \
-         z is standard normal and independent from run to run, r = {} is the energy kept,{g}{bridge} \
+         z {law} and is independent from run to run, r = {} is the energy kept,{g}{bridge} \
          e_dry = {} with {speed}, and m(r) = r (r² + τ⁴)^(−1/4) with τ = {}, which is √r except close to \
          r = 0. The run rebounds with e = e* where e* > {limit}; otherwise it sticks. {stuck} Every run enters with \
          its own v, D and δ.",
@@ -77,6 +102,10 @@ fn wet(told: Told, posterior: &Posterior) -> String {
         dry_law(form, "v_d"),
         numbers::short(TURN)
     )
+}
+
+fn is_student(told: Told) -> bool {
+    told.scene.model.likelihood == Likelihood::Student
 }
 
 /// What becomes of stuck runs where noise acts on the energy kept, too.

@@ -1,0 +1,326 @@
+//! Computes the log density and the log probability of noise with normal or with Student's tails, and their slopes.
+
+use rand::Rng;
+use rand_distr::{ChiSquared, Distribution};
+use statrs::function::beta::beta_reg;
+use statrs::function::gamma::{digamma, ln_gamma};
+
+use super::normal::{ln_normal_cdf, normal_cdf};
+use crate::model::priors::LN_ROOT_TWO_PI;
+
+/// The distribution of noise in units of its spread.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Tails {
+    /// standard normal
+    Normal,
+    /// Student's t
+    Student(Student),
+}
+
+/// Student's t with its constants.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Student {
+    /// ν
+    nu: f64,
+    /// ln of the density at 0
+    peak: f64,
+    /// its slope in ν
+    peak_slope: f64,
+}
+
+/// A log density with its slopes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Density {
+    pub value: f64,
+    /// in the mean
+    pub mean: f64,
+    /// in the square of the spread
+    pub variance: f64,
+    /// in ν
+    pub nu: f64,
+}
+
+/// ln F(z) with its slopes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Probability {
+    pub value: f64,
+    /// in z
+    pub z: f64,
+    /// in ν
+    pub nu: f64,
+}
+
+impl Tails {
+    /// The tails of so many degrees of freedom; of the normal without any.
+    pub fn of(nu: Option<f64>) -> Tails {
+        let Some(nu) = nu else {
+            return Tails::Normal;
+        };
+        let half = 0.5 * nu;
+        Tails::Student(Student {
+            nu,
+            peak: ln_gamma(half + 0.5) - ln_gamma(half) - 0.5 * (nu * std::f64::consts::PI).ln(),
+            peak_slope: 0.5 * (digamma(half + 0.5) - digamma(half) - 1.0 / nu),
+        })
+    }
+
+    /// Log density at a distance above the mean; `stretch` divides the square of the spread where the density is wanted on
+    /// another scale than the distance has.
+    #[inline]
+    pub(super) fn ln_density(&self, distance: f64, variance: f64, stretch: f64) -> Density {
+        let square = distance * distance / variance;
+        let ln_spread = 0.5 * (variance / stretch).ln();
+        match self {
+            Tails::Normal => Density {
+                value: -0.5 * square - ln_spread - LN_ROOT_TWO_PI,
+                mean: distance / variance,
+                variance: 0.5 * (square - 1.0) / variance,
+                nu: 0.0,
+            },
+            Tails::Student(Student { nu, peak, peak_slope }) => {
+                let ln_tail = (square / nu).ln_1p();
+                // the normal's slopes, times this: 1 at a spread of 1, and falling with the square beyond
+                let weight = (nu + 1.0) / (nu + square);
+                Density {
+                    value: peak - 0.5 * (nu + 1.0) * ln_tail - ln_spread,
+                    mean: weight * distance / variance,
+                    variance: 0.5 * (weight * square - 1.0) / variance,
+                    nu: peak_slope - 0.5 * ln_tail + 0.5 * weight * square / nu,
+                }
+            }
+        }
+    }
+
+    /// Log of the probability of less than z.
+    pub(super) fn ln_probability(&self, z: f64) -> Probability {
+        match self {
+            Tails::Normal => {
+                let (value, slope) = ln_normal_cdf(z);
+                Probability {
+                    value,
+                    z: slope,
+                    nu: 0.0,
+                }
+            }
+            Tails::Student(student) => {
+                /// of ν: what the third order leaves is below 1e-6 of the slope, and what rounding takes far below
+                const STEP: f64 = 1e-4;
+                let value = ln_student_cdf(student.nu, z);
+                let step = STEP * student.nu;
+                let [less, more] = [student.nu - step, student.nu + step].map(|nu| ln_student_cdf(nu, z));
+                Probability {
+                    value,
+                    z: (student.ln_density(z) - value).exp(),
+                    nu: (more - less) / (2.0 * step),
+                }
+            }
+        }
+    }
+
+    /// Probability of less than z.
+    pub fn probability(&self, z: f64) -> f64 {
+        match self {
+            Tails::Normal => normal_cdf(z),
+            Tails::Student(student) if z > 0.0 => 1.0 - lower_tail(student.nu, -z),
+            Tails::Student(student) => lower_tail(student.nu, z),
+        }
+    }
+
+    /// Log of the probability of less than z, and its slope.
+    pub fn ln_probability_and_slope(&self, z: f64) -> (f64, f64) {
+        match self {
+            Tails::Normal => ln_normal_cdf(z),
+            Tails::Student(student) => {
+                let value = ln_student_cdf(student.nu, z);
+                (value, (student.ln_density(z) - value).exp())
+            }
+        }
+    }
+
+    /// Mean of what lies below z.
+    pub fn mean_below(&self, z: f64) -> f64 {
+        let (_, slope) = self.ln_probability_and_slope(z);
+        match self {
+            Tails::Normal => -slope,
+            // ∫ t f(t) dt up to z is −f(z) (ν + z²)/(ν − 1)
+            Tails::Student(Student { nu, .. }) => -slope * (nu + z * z) / (nu - 1.0),
+        }
+    }
+
+    /// Log density at z, of a spread of 1.
+    pub fn ln_unit_density(&self, z: f64) -> f64 {
+        match self {
+            Tails::Normal => -0.5 * z * z - LN_ROOT_TWO_PI,
+            Tails::Student(student) => student.ln_density(z),
+        }
+    }
+
+    /// A draw of what a standard normal is to be multiplied by, √(ν/χ²); 1 for normal tails, which takes no chance.
+    pub fn draw_scale<R: Rng + ?Sized>(&self, rng: &mut R) -> f64 {
+        match self {
+            Tails::Normal => 1.0,
+            // ν lies above 2 wherever there is one
+            Tails::Student(Student { nu, .. }) => {
+                ChiSquared::new(*nu).map_or(f64::NAN, |squares| (nu / squares.sample(rng)).sqrt())
+            }
+        }
+    }
+}
+
+impl Student {
+    fn ln_density(&self, z: f64) -> f64 {
+        self.peak - 0.5 * (self.nu + 1.0) * (z * z / self.nu).ln_1p()
+    }
+}
+
+/// P(t < z) for z at or below 0.
+fn lower_tail(nu: f64, z: f64) -> f64 {
+    let square = z * z;
+    // the same number from the side on which it is not one less a small one
+    if square < nu {
+        0.5 * (1.0 - beta_reg(0.5, 0.5 * nu, square / (nu + square)))
+    } else {
+        0.5 * beta_reg(0.5 * nu, 0.5, nu / (nu + square))
+    }
+}
+
+fn ln_student_cdf(nu: f64, z: f64) -> f64 {
+    if z > 0.0 {
+        (-lower_tail(nu, -z)).ln_1p()
+    } else {
+        lower_tail(nu, z).ln()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_distr::StandardNormal;
+    use statrs::distribution::{Continuous, ContinuousCDF, StudentsT};
+
+    const PROBABILITIES: [(f64, f64, f64, f64); 32] = [
+        (2.1, -60.0, -9.2248077140270907, -3.4100098885635542),
+        (2.1, -5.0, -4.0702818036618882, -0.98967166910083618),
+        (2.1, -1.9, -2.3447925849000556, -0.30418342352312565),
+        (2.1, -0.3, -0.9272436815398627, -0.01453675756518982),
+        (2.1, 0.0, -0.69314718055994531, 0.0),
+        (2.1, 0.7, -0.32390907448734985, 0.020052309788654865),
+        (2.1, 3.0, -0.046038853022624289, 0.027285196193013603),
+        (2.1, 25.0, -6.1849927129259489e-4, 1.5694991357096316e-3),
+        (4.0, -60.0, -15.280616826848477, -3.0119980991414872),
+        (4.0, -5.0, -5.587275735616685, -0.65401780299330841),
+        (4.0, -1.9, -2.7315323644779739, -0.13686689262811517),
+        (4.0, -0.3, -0.94273554869765258, -4.5567440516481842e-3),
+        (4.0, 0.0, -0.69314718055994531, 0.0),
+        (4.0, 0.7, -0.30279582233862063, 6.1387527558649905e-3),
+        (4.0, 3.0, -0.020173099629157312, 6.5033005382724801e-3),
+        (4.0, 25.0, -7.5987917524027898e-6, 1.6270636400366149e-5),
+        (17.3, -60.0, -48.57160465192888, -2.201710695174144),
+        (17.3, -5.0, -9.862923957927442, -0.16795381909674235),
+        (17.3, -1.9, -3.2936966292414283, -0.013185579003301481),
+        (17.3, -0.3, -0.95743572838135287, -2.6678892456639854e-4),
+        (17.3, 0.0, -0.69314718055994531, 0.0),
+        (17.3, 0.7, -0.28318149787666206, 3.5284355194256684e-4),
+        (17.3, 3.0, -3.9771900322191314e-3, 1.9029583658119952e-4),
+        (17.3, 25.0, -2.5298128196433081e-15, 3.4100348450271183e-15),
+        (250.0, -60.0, -345.44331340088373, -0.90151742580885612),
+        (250.0, -5.0, -14.431871642111911, -2.3793336978043674e-3),
+        (250.0, -1.9, -3.5304450286379505, -7.8642251524478672e-5),
+        (250.0, -0.3, -0.96177664675932553, -1.3037674355381474e-6),
+        (250.0, 0.0, -0.69314718055994531, 0.0),
+        (250.0, 0.7, -0.2774533455764368, 1.7166731980708852e-6),
+        (250.0, 3.0, -1.4874367313232015e-3, 5.6045029390564645e-7),
+        (250.0, 25.0, -2.919964523511787e-70, 7.9032708295652517e-71),
+    ];
+
+    fn student(nu: f64) -> (Tails, StudentsT) {
+        let oracle = StudentsT::new(0.0, 1.0, nu).expect("valid");
+        (Tails::of(Some(nu)), oracle)
+    }
+
+    #[test]
+    fn densities_are_those_of_statrs_on_either_scale() {
+        for nu in [2.1, 4.0, 17.3, 250.0] {
+            let (tails, oracle) = student(nu);
+            for z in [-40.0, -3.0, -0.2, 0.0, 1.0, 9.0] {
+                let spread: f64 = 0.07;
+                let found = tails.ln_density(z * spread, spread * spread, 1.0).value;
+                let expected = oracle.ln_pdf(z) - spread.ln();
+                assert!((found - expected).abs() < 1e-12 * (1.0 + expected.abs()), "{nu} {z}");
+                let stretched = tails.ln_density(z * spread, spread * spread, 4.0).value;
+                assert!((stretched - found - 2f64.ln()).abs() < 1e-12, "{nu} {z}");
+            }
+        }
+    }
+
+    /// mpmath, 50 digits: the log of betainc(ν/2, ½, 0, ν/(ν+z²), regularized)/2, one less it above 0, and diff in ν.
+    #[test]
+    fn probabilities_are_those_of_fifty_digit_arithmetic() {
+        for (nu, z, value, slope) in PROBABILITIES {
+            let found = Tails::of(Some(nu)).ln_probability(z);
+            assert!((found.value / value - 1.0).abs() < 1e-12, "{nu} {z}: {found:?} {value}");
+            assert!(
+                (found.nu - slope).abs() < 1e-6 * slope.abs() + 1e-12,
+                "{nu} {z}: {found:?} {slope}"
+            );
+            let (_, oracle) = student(nu);
+            let mills = oracle.pdf(z) / oracle.cdf(z);
+            assert!((found.z / mills - 1.0).abs() < 1e-9, "{nu} {z}: {found:?} {mills}");
+        }
+    }
+
+    #[test]
+    fn slopes_agree_with_differences() {
+        for nu in [2.5, 7.0, 60.0] {
+            for (distance, variance) in [(-0.3, 0.01), (0.02, 0.01), (0.001, 4.0)] {
+                let found = Tails::of(Some(nu)).ln_density(distance, variance, 1.0);
+                let at = |nu, distance, variance| Tails::of(Some(nu)).ln_density(distance, variance, 1.0).value;
+                let h = 1e-6;
+                let of_mean = (at(nu, distance - h, variance) - at(nu, distance + h, variance)) / (2.0 * h);
+                let step = h * variance;
+                let of_variance =
+                    (at(nu, distance, variance + step) - at(nu, distance, variance - step)) / (2.0 * step);
+                let step = 1e-5 * nu;
+                let of_nu = (at(nu + step, distance, variance) - at(nu - step, distance, variance)) / (2.0 * step);
+                for (slope, difference) in [(found.mean, of_mean), (found.variance, of_variance), (found.nu, of_nu)] {
+                    let gap = (slope - difference).abs() / (1.0 + difference.abs());
+                    assert!(gap < 1e-6, "{nu} {distance} {variance}: {slope} {difference}");
+                }
+            }
+        }
+    }
+
+    /// Very many degrees of freedom are the normal.
+    #[test]
+    fn the_mean_below_and_the_limit_of_many_degrees_of_freedom() {
+        let (normal, many) = (Tails::Normal, Tails::of(Some(1e6)));
+        for z in [-3.0, -0.5, 0.0, 2.0] {
+            assert!((normal.mean_below(z) / many.mean_below(z) - 1.0).abs() < 1e-4, "{z}");
+            assert!((normal.probability(z) / many.probability(z) - 1.0).abs() < 1e-4, "{z}");
+        }
+        // below 0 half of a t lies, with the mean −2 f(0) ν/(ν − 1)
+        let (tails, oracle) = student(5.0);
+        assert!((tails.mean_below(0.0) + 2.0 * oracle.pdf(0.0) * 1.25).abs() < 1e-12);
+    }
+
+    #[test]
+    fn draws_have_the_quartiles_of_their_tails() {
+        const DRAWS: usize = 40_000;
+        let mut rng = crate::seed::stream(1, "draws_have_the_quartiles_of_their_tails", 0);
+        for (tails, other) in [
+            (Tails::of(Some(3.0)), Tails::Normal),
+            (Tails::Normal, Tails::of(Some(3.0))),
+        ] {
+            let z = |below: f64, probability: f64| {
+                (below - DRAWS as f64 * probability) / (DRAWS as f64 * probability * (1.0 - probability)).sqrt()
+            };
+            let draw = |_: &usize| {
+                let z: f64 = StandardNormal.sample(&mut rng);
+                tails.draw_scale(&mut rng) * z < -2.0
+            };
+            let below = (0..DRAWS).filter(draw).count() as f64;
+            assert!(z(below, tails.probability(-2.0)).abs() < 4.0, "{tails:?} {below}");
+            assert!(z(below, other.probability(-2.0)).abs() > 20.0, "{tails:?} {below}");
+        }
+    }
+}
