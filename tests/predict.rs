@@ -11,6 +11,7 @@ use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use tempfile::TempDir;
 use wetcor::findings::predict::{Covered, Draw, Law, Predicted};
+use wetcor::model::likelihood::tails::Tails;
 use wetcor::model::simulate::Simulation;
 use wetcor::physics::impact::{kept_energy, DrySpeed, Form, Parameters, Setting};
 use wetcor::physics::inertia::Inertia;
@@ -601,9 +602,16 @@ fn a_particle_without_k_another_liquid_and_a_film_too_thick_are_refused() {
     assert!(refused(7, "0").contains("expected a number above 0"));
 }
 
-/// Noise on the energy kept enters the single run: its quantiles and sticking against draws of e* = m(r + σ_r z′) + σ z.
+/// Noise on the energy kept enters the single run, and so do Student's tails: its quantiles and sticking against draws of
+/// e* = m(r + σ_r z′) + σ z.
 #[test]
 fn a_single_run_scatters_with_the_energy_kept() {
+    scatters(0.01, 0.04, None);
+    scatters(0.04, 0.0, Some(3.0));
+    scatters(0.01, 0.04, Some(3.0));
+}
+
+fn scatters(sigma_wet: f64, sigma_energy: f64, nu: Option<f64>) {
     let law = Law {
         form: Form::new(Inertia::Saturating, DrySpeed::Reference(2.0)),
         smallest_restitution: 0.05,
@@ -611,9 +619,9 @@ fn a_single_run_scatters_with_the_energy_kept() {
         draws: vec![
             Draw {
                 parameters: TRUTH,
-                sigma_wet: 0.01,
-                sigma_energy: 0.04,
-                nu: None,
+                sigma_wet,
+                sigma_energy,
+                nu,
             };
             3
         ],
@@ -625,7 +633,8 @@ fn a_single_run_scatters_with_the_energy_kept() {
         let mut drawn: Vec<f64> = (0..40_000)
             .map(|_| {
                 let (lucky, z): (f64, f64) = (StandardNormal.sample(&mut rng), StandardNormal.sample(&mut rng));
-                let e = mean_restitution(kept + 0.04 * lucky) + 0.01 * z;
+                let wide = Tails::of(nu).draw_scale(&mut rng);
+                let e = mean_restitution(kept + wide * sigma_energy * lucky) + wide * sigma_wet * z;
                 if e > 0.05 {
                     e
                 } else {

@@ -9,8 +9,7 @@
 //! in σ with it. A run sticks with the probability F((y_l − r)/S_l), y_l and S_l belonging to the limit. A restitution at
 //! or below zero has no place where the limit is not negative, so that a rebound's y is always above y_l.
 //!
-//! F is normal, or Student's with one ν for all runs; with ν, σ is the scale and not the standard deviation. A stuck run
-//! was not measured, so that only its impact speed errs.
+//! F is normal, or Student's with one ν for all runs. A stuck run was not measured, so that only its impact speed errs.
 
 use super::tails::Tails;
 use super::{mean_and_slope, Block, DryRow, Law, Likelihood, Nodes, Sums};

@@ -1,8 +1,12 @@
 //! Computes the log density and the log probability of noise with normal or with Student's tails, and their slopes.
+//!
+//! Student's t is stretched so that as much of it lies within a spread of its mean as of the normal, 68.3 %: its spread then
+//! means what a standard deviation does, and hardly moves when a run far out takes ν down. z is in these units, c(ν) z in
+//! those of t.
 
 use rand::Rng;
 use rand_distr::{ChiSquared, Distribution};
-use statrs::function::beta::beta_reg;
+use statrs::function::beta::checked_beta_reg;
 use statrs::function::gamma::{digamma, ln_gamma};
 
 use super::normal::{ln_normal_cdf, normal_cdf};
@@ -13,7 +17,7 @@ use crate::model::priors::LN_ROOT_TWO_PI;
 pub enum Tails {
     /// standard normal
     Normal,
-    /// Student's t
+    /// Student's t, of the same central 68.3 %
     Student(Student),
 }
 
@@ -22,6 +26,10 @@ pub enum Tails {
 pub struct Student {
     /// ν
     nu: f64,
+    /// c, the quantile of t that as much lies below as below 1 of the standard normal
+    quantile: f64,
+    /// slope of ln c in ν
+    quantile_slope: f64,
     /// ln of the density at 0
     peak: f64,
     /// its slope in ν
@@ -57,10 +65,19 @@ impl Tails {
             return Tails::Normal;
         };
         let half = 0.5 * nu;
+        let peak = ln_gamma(half + 0.5) - ln_gamma(half) - 0.5 * (nu * std::f64::consts::PI).ln();
+        let peak_slope = 0.5 * (digamma(half + 0.5) - digamma(half) - 1.0 / nu);
+        let quantile = quantile(nu, peak);
+        let density = ln_density(nu, peak, quantile).exp();
+        let step = STEP * nu;
+        let [less, more] = [nu - step, nu + step].map(|nu| lower_tail(nu, -quantile));
+        let quantile_slope = (more - less) / (2.0 * step) / density / quantile;
         Tails::Student(Student {
             nu,
-            peak: ln_gamma(half + 0.5) - ln_gamma(half) - 0.5 * (nu * std::f64::consts::PI).ln(),
-            peak_slope: 0.5 * (digamma(half + 0.5) - digamma(half) - 1.0 / nu),
+            quantile,
+            quantile_slope,
+            peak: peak + quantile.ln(),
+            peak_slope: peak_slope + quantile_slope,
         })
     }
 
@@ -77,15 +94,19 @@ impl Tails {
                 variance: 0.5 * (square - 1.0) / variance,
                 nu: 0.0,
             },
-            Tails::Student(Student { nu, peak, peak_slope }) => {
+            Tails::Student(student) => {
+                let nu = student.nu;
+                let stretched = student.quantile * student.quantile;
+                let square = stretched * square;
                 let ln_tail = (square / nu).ln_1p();
-                // the normal's slopes, times this: 1 at a spread of 1, and falling with the square beyond
+                // falls with the square of the distance, so that what lies far out pulls less the farther it is
                 let weight = (nu + 1.0) / (nu + square);
                 Density {
-                    value: peak - 0.5 * (nu + 1.0) * ln_tail - ln_spread,
-                    mean: weight * distance / variance,
+                    value: student.peak - 0.5 * (nu + 1.0) * ln_tail - ln_spread,
+                    mean: weight * stretched * distance / variance,
                     variance: 0.5 * (weight * square - 1.0) / variance,
-                    nu: peak_slope - 0.5 * ln_tail + 0.5 * weight * square / nu,
+                    nu: student.peak_slope - 0.5 * ln_tail + 0.5 * weight * square / nu
+                        - weight * square * student.quantile_slope,
                 }
             }
         }
@@ -103,15 +124,22 @@ impl Tails {
                 }
             }
             Tails::Student(student) => {
-                /// of ν: what the third order leaves is below 1e-6 of the slope, and what rounding takes far below
-                const STEP: f64 = 1e-4;
-                let value = ln_student_cdf(student.nu, z);
+                if student.is_certain(z) {
+                    return Probability {
+                        value: 0.0,
+                        z: 0.0,
+                        nu: 0.0,
+                    };
+                }
+                let at = student.quantile * z;
+                let value = ln_student_cdf(student.nu, at);
                 let step = STEP * student.nu;
-                let [less, more] = [student.nu - step, student.nu + step].map(|nu| ln_student_cdf(nu, z));
+                let [less, more] = [student.nu - step, student.nu + step].map(|nu| ln_student_cdf(nu, at));
+                let slope = (student.ln_density(z) - value).exp();
                 Probability {
                     value,
-                    z: (student.ln_density(z) - value).exp(),
-                    nu: (more - less) / (2.0 * step),
+                    z: slope,
+                    nu: (more - less) / (2.0 * step) + slope * z * student.quantile_slope,
                 }
             }
         }
@@ -121,8 +149,8 @@ impl Tails {
     pub fn probability(&self, z: f64) -> f64 {
         match self {
             Tails::Normal => normal_cdf(z),
-            Tails::Student(student) if z > 0.0 => 1.0 - lower_tail(student.nu, -z),
-            Tails::Student(student) => lower_tail(student.nu, z),
+            Tails::Student(student) if z > 0.0 => 1.0 - lower_tail(student.nu, -student.quantile * z),
+            Tails::Student(student) => lower_tail(student.nu, student.quantile * z),
         }
     }
 
@@ -131,7 +159,7 @@ impl Tails {
         match self {
             Tails::Normal => ln_normal_cdf(z),
             Tails::Student(student) => {
-                let value = ln_student_cdf(student.nu, z);
+                let value = ln_student_cdf(student.nu, student.quantile * z);
                 (value, (student.ln_density(z) - value).exp())
             }
         }
@@ -142,8 +170,11 @@ impl Tails {
         let (_, slope) = self.ln_probability_and_slope(z);
         match self {
             Tails::Normal => -slope,
-            // ∫ t f(t) dt up to z is −f(z) (ν + z²)/(ν − 1)
-            Tails::Student(Student { nu, .. }) => -slope * (nu + z * z) / (nu - 1.0),
+            // ∫ t f(t) dt up to t is −f(t) (ν + t²)/(ν − 1)
+            Tails::Student(Student { nu, quantile, .. }) => {
+                let stretched = quantile * quantile;
+                -slope * (nu / stretched + z * z) / (nu - 1.0)
+            }
         }
     }
 
@@ -155,33 +186,80 @@ impl Tails {
         }
     }
 
-    /// A draw of what a standard normal is to be multiplied by, √(ν/χ²); 1 for normal tails, which takes no chance.
+    /// A draw of what a standard normal is to be multiplied by, √(ν/χ²)/c; 1 for normal tails, which takes no chance.
     pub fn draw_scale<R: Rng + ?Sized>(&self, rng: &mut R) -> f64 {
         match self {
             Tails::Normal => 1.0,
             // ν lies above 2 wherever there is one
             Tails::Student(Student { nu, .. }) => {
-                ChiSquared::new(*nu).map_or(f64::NAN, |squares| (nu / squares.sample(rng)).sqrt())
+                ChiSquared::new(*nu).map_or(f64::NAN, |squares| self.scale(squares.sample(rng)))
             }
+        }
+    }
+
+    /// What a standard normal is to be multiplied by where χ² comes out as `squares`.
+    pub fn scale(&self, squares: f64) -> f64 {
+        match self {
+            Tails::Normal => 1.0,
+            Tails::Student(Student { nu, quantile, .. }) => (nu / squares).sqrt() / quantile,
         }
     }
 }
 
 impl Student {
+    /// Whether what lies above z is lost in rounding beside 1: z Q(z) is less than the mean f(z) (ν + z²)/(ν − 1) of what
+    /// lies there.
+    fn is_certain(&self, z: f64) -> bool {
+        /// nearer, not even the normal has so little
+        const FAR: f64 = 9.0;
+        const LOST: f64 = 1e-18;
+        let at = self.quantile * z;
+        z > FAR && self.ln_density(z).exp() * (self.nu + at * at) < LOST * (self.nu - 1.0) * at
+    }
+
     fn ln_density(&self, z: f64) -> f64 {
-        self.peak - 0.5 * (self.nu + 1.0) * (z * z / self.nu).ln_1p()
+        ln_density(self.nu, self.peak, self.quantile * z)
     }
 }
 
-/// P(t < z) for z at or below 0.
+/// Step in ν of a difference, as a share of it: what the third order leaves is below 1e-6 of a slope, and what rounding
+/// takes far below.
+const STEP: f64 = 1e-4;
+
+/// Log density of t where its logarithm at 0 is `peak`.
+fn ln_density(nu: f64, peak: f64, t: f64) -> f64 {
+    peak - 0.5 * (nu + 1.0) * (t * t / nu).ln_1p()
+}
+
+/// The quantile of t with as much above it as above 1 of the standard normal.
+fn quantile(nu: f64, peak: f64) -> f64 {
+    const ABOVE_ONE: f64 = 0.158_655_253_931_457_05;
+    /// from the start used here the fourth step is below rounding for any ν above 2
+    const STEPS: usize = 4;
+    const ENOUGH: f64 = 1e-8;
+    // Abramowitz & Stegun 26.7.5 to second order, at 1
+    let mut t = 1.0 + (0.5 + 0.25 / nu) / nu;
+    for _ in 0..STEPS {
+        let step = (lower_tail(nu, -t) - ABOVE_ONE) / ln_density(nu, peak, t).exp();
+        t += step;
+        // the next would be the square of it
+        if step.abs() < ENOUGH {
+            break;
+        }
+    }
+    t
+}
+
+/// P(t < z) for z at or below 0; no number where z or ν is none.
 fn lower_tail(nu: f64, z: f64) -> f64 {
     let square = z * z;
     // the same number from the side on which it is not one less a small one
-    if square < nu {
-        0.5 * (1.0 - beta_reg(0.5, 0.5 * nu, square / (nu + square)))
+    let tail = if square < nu {
+        checked_beta_reg(0.5, 0.5 * nu, square / (nu + square)).map(|centre| 1.0 - centre)
     } else {
-        0.5 * beta_reg(0.5 * nu, 0.5, nu / (nu + square))
-    }
+        checked_beta_reg(0.5 * nu, 0.5, nu / (nu + square))
+    };
+    tail.map_or(f64::NAN, |tail| 0.5 * tail)
 }
 
 fn ln_student_cdf(nu: f64, z: f64) -> f64 {
@@ -233,6 +311,13 @@ mod tests {
         (250.0, 25.0, -2.919964523511787e-70, 7.9032708295652517e-71),
     ];
 
+    fn student_of(nu: f64) -> Student {
+        match Tails::of(Some(nu)) {
+            Tails::Student(student) => student,
+            Tails::Normal => unreachable!("ν was given"),
+        }
+    }
+
     fn student(nu: f64) -> (Tails, StudentsT) {
         let oracle = StudentsT::new(0.0, 1.0, nu).expect("valid");
         (Tails::of(Some(nu)), oracle)
@@ -242,11 +327,16 @@ mod tests {
     fn densities_are_those_of_statrs_on_either_scale() {
         for nu in [2.1, 4.0, 17.3, 250.0] {
             let (tails, oracle) = student(nu);
+            let c = oracle.inverse_cdf(normal_cdf(1.0));
             for z in [-40.0, -3.0, -0.2, 0.0, 1.0, 9.0] {
                 let spread: f64 = 0.07;
                 let found = tails.ln_density(z * spread, spread * spread, 1.0).value;
-                let expected = oracle.ln_pdf(z) - spread.ln();
-                assert!((found - expected).abs() < 1e-12 * (1.0 + expected.abs()), "{nu} {z}");
+                let expected = oracle.ln_pdf(c * z) + c.ln() - spread.ln();
+                // its inversion is to ten digits
+                assert!(
+                    (found - expected).abs() < 1e-9 * (1.0 + expected.abs()),
+                    "{nu} {z}: {found} {expected}"
+                );
                 let stretched = tails.ln_density(z * spread, spread * spread, 4.0).value;
                 assert!((stretched - found - 2f64.ln()).abs() < 1e-12, "{nu} {z}");
             }
@@ -257,15 +347,31 @@ mod tests {
     #[test]
     fn probabilities_are_those_of_fifty_digit_arithmetic() {
         for (nu, z, value, slope) in PROBABILITIES {
-            let found = Tails::of(Some(nu)).ln_probability(z);
-            assert!((found.value / value - 1.0).abs() < 1e-12, "{nu} {z}: {found:?} {value}");
+            // those of t itself
+            let tails = Student {
+                quantile: 1.0,
+                quantile_slope: 0.0,
+                ..student_of(nu)
+            };
+            let tails = Student {
+                peak: tails.peak - student_of(nu).quantile.ln(),
+                ..tails
+            };
+            let found = Tails::Student(tails).ln_probability(z);
+            assert!(
+                (found.value - value).abs() < 1e-12 * value.abs() + 1e-18,
+                "{nu} {z}: {found:?} {value}"
+            );
             assert!(
                 (found.nu - slope).abs() < 1e-6 * slope.abs() + 1e-12,
                 "{nu} {z}: {found:?} {slope}"
             );
             let (_, oracle) = student(nu);
             let mills = oracle.pdf(z) / oracle.cdf(z);
-            assert!((found.z / mills - 1.0).abs() < 1e-9, "{nu} {z}: {found:?} {mills}");
+            assert!(
+                (found.z - mills).abs() < 1e-9 * mills + 1e-18,
+                "{nu} {z}: {found:?} {mills}"
+            );
         }
     }
 
@@ -290,6 +396,47 @@ mod tests {
         }
     }
 
+    /// A sampler may ask for what is no number; it is told so.
+    #[test]
+    fn what_is_no_number_has_no_probability() {
+        for (nu, z) in [(f64::NAN, 1.0), (4.0, f64::NAN), (f64::INFINITY, 1.0), (0.0, 1.0)] {
+            let found = Tails::of(Some(nu)).ln_probability(z);
+            assert!(!found.value.is_finite() || !found.nu.is_finite(), "{nu} {z}: {found:?}");
+        }
+        for z in [f64::INFINITY, -1e300, 1e300] {
+            let found = Tails::of(Some(4.0)).ln_probability(z);
+            assert!(!found.value.is_nan(), "{z}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn slopes_of_probabilities_agree_with_differences() {
+        for nu in [2.5, 7.0, 60.0] {
+            for z in [-6.0, -1.0, 0.4, 3.0] {
+                let at = |nu, z| Tails::of(Some(nu)).ln_probability(z);
+                let found = at(nu, z);
+                let (h, step) = (1e-6, 1e-3 * nu);
+                let of_z = (at(nu, z + h).value - at(nu, z - h).value) / (2.0 * h);
+                let of_nu = (at(nu + step, z).value - at(nu - step, z).value) / (2.0 * step);
+                assert!(
+                    (found.z - of_z).abs() < 1e-5 * (1.0 + of_z.abs()),
+                    "{nu} {z}: {found:?} {of_z}"
+                );
+                assert!(
+                    (found.nu - of_nu).abs() < 1e-5 * (of_nu.abs() + 1e-3),
+                    "{nu} {z}: {found:?} {of_nu}"
+                );
+                assert!(
+                    (Tails::of(Some(nu)).probability(z).ln() - found.value).abs() < 1e-12,
+                    "{nu} {z}"
+                );
+            }
+            // as much lies below −1 as of the normal
+            let one = (Tails::of(Some(nu)).probability(-1.0), normal_cdf(-1.0));
+            assert!((one.0 - one.1).abs() < 1e-12, "{nu}: {one:?}");
+        }
+    }
+
     /// Very many degrees of freedom are the normal.
     #[test]
     fn the_mean_below_and_the_limit_of_many_degrees_of_freedom() {
@@ -300,7 +447,8 @@ mod tests {
         }
         // below 0 half of a t lies, with the mean −2 f(0) ν/(ν − 1)
         let (tails, oracle) = student(5.0);
-        assert!((tails.mean_below(0.0) + 2.0 * oracle.pdf(0.0) * 1.25).abs() < 1e-12);
+        let c = student_of(5.0).quantile;
+        assert!((tails.mean_below(0.0) + 2.0 * oracle.pdf(0.0) * 1.25 / c).abs() < 1e-12);
     }
 
     #[test]

@@ -11,8 +11,10 @@ fn oracle(nu: Option<f64>, z: f64) -> (f64, f64) {
         None => (Normal::standard().ln_pdf(z), ln_normal_cdf(z).0),
         Some(nu) => {
             let t = StudentsT::new(0.0, 1.0, nu).expect("valid");
-            let below = if z < 0.0 { t.cdf(z) } else { 1.0 - t.cdf(-z) };
-            (t.ln_pdf(z), below.ln())
+            // as much of it within 1 as of the normal
+            let c = t.inverse_cdf(Normal::standard().cdf(1.0));
+            let below = if z < 0.0 { t.cdf(c * z) } else { 1.0 - t.cdf(-c * z) };
+            (t.ln_pdf(c * z) + c.ln(), below.ln())
         }
     }
 }

@@ -4,6 +4,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 use super::super::super::chart::{Layer, Style};
 use super::super::super::Told;
+use crate::model::likelihood::tails::Tails;
 use crate::model::parameters::{Kind, COMMON_SLOTS};
 use crate::physics::impact::{kept_energy, DrySpeed, Form, Parameters, Setting};
 use crate::physics::rebound::mean_restitution;
@@ -173,13 +174,13 @@ fn spread_normal(count: usize, step: f64) -> Vec<f64> {
     even.map(|p| Normal::standard().inverse_cdf(p)).collect()
 }
 
-/// √(ν/χ²) of each draw's ν: what makes a standard normal number Student's t.
+/// √(ν/χ²)/c of each draw's ν: what makes a standard normal number noise with Student's tails.
 fn spread_scales(draws: &[Vec<f64>]) -> Vec<f64> {
     let even = (0..draws.len()).map(|i| (0.5 + BRONZE * i as f64).fract());
     let scale = |(full, p): (&Vec<f64>, f64)| {
         let nu = full[Kind::Nu.slot()];
         // ν lies above 2
-        ChiSquared::new(nu).map_or(1.0, |squares| (nu / squares.inverse_cdf(p)).sqrt())
+        ChiSquared::new(nu).map_or(1.0, |squares| Tails::of(Some(nu)).scale(squares.inverse_cdf(p)))
     };
     draws.iter().zip(even).map(scale).collect()
 }

@@ -27,8 +27,8 @@ pub(super) fn model(page: &mut Page, told: Told, posterior: &Posterior) {
     if is_student(told) {
         page.paragraph(
             "Noise has Student's tails: z has a t distribution with ν degrees of freedom, the same for all runs, wet and \
-             dry; F is the probability of less than a number under it. A spread σ is then the scale, and the standard \
-             deviation is σ √(ν/(ν − 2)). A run far from all others says little of the other parameters and much of ν.",
+             dry; F is the probability of less than a number under it. t is stretched so that 68.3 % of it lies within a \
+             spread σ of its mean, as of the normal: its standard deviation is larger. A run far from all others says little of the other parameters and much of ν.",
         );
     }
     if let Some(errors) = &told.runs.errors {

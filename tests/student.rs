@@ -1,0 +1,171 @@
+//! Puts outliers among simulated runs: Student's tails let none of them move a parameter, normal ones do.
+
+mod common;
+
+use common::{mean, seed_of, Place};
+use wetcor::findings;
+use wetcor::findings::posterior::{effort, start};
+use wetcor::inference::nuts::Effort;
+use wetcor::inference::posed::Evaluation;
+use wetcor::inference::sampling::{sample_posterior, Plan};
+use wetcor::model::likelihood::Likelihood as Rows;
+use wetcor::model::parameters::Parameters;
+use wetcor::model::simulate::Simulation;
+use wetcor::runs::{NewRun, Table};
+use wetcor::scene::Likelihood;
+
+const SCENE: &str = r#"
+title = "outliers"
+[data]
+runs = "runs.csv"
+smallest_restitution = 0.05
+[particles.PTFE]
+density_kg_m3 = 2150
+roughness_um = 5
+[liquids.AK10]
+density_kg_m3 = 930
+viscosity_mPa_s = 9.3
+[liquids.M50]
+density_kg_m3 = 965
+viscosity_mPa_s = 48.3
+[truth]
+dry_k = { PTFE = 0.183 }
+lubrication_log = 1.85
+inertial_prefactor = 0.8
+sigma_dry = 0.01
+sigma_wet = 0.02
+[design]
+diameter_mm = { PTFE = [4.762, 7.938] }
+liquids = ["AK10", "M50"]
+film_ratio = { PTFE = [0.05, 0.12] }
+height_mm = [40, 60, 80, 100, 120, 150]
+dry_impact_speed_m_s = [0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8, 1.9, 2.0]
+repeats = 3
+"#;
+
+fn rows(place: &Place, seed: u64) -> Vec<NewRun<'_>> {
+    let simulation = Simulation::new(&place.scene, None).unwrap_or_else(|error| panic!("{error}"));
+    let mut rows = vec![];
+    simulation
+        .draw(seed, |run| {
+            rows.push(run);
+            Ok(())
+        })
+        .unwrap_or_else(|error| panic!("{error}"));
+    rows
+}
+
+/// Name, mean and sd of each parameter.
+fn posterior(place: &Place, rows: &[NewRun], likelihood: Likelihood, seed: u64) -> Vec<(String, f64, f64)> {
+    let mut scene = place.scene.clone();
+    scene.model.likelihood = likelihood;
+    let runs = wetcor::runs::arrange(&scene, rows);
+    let table = Table {
+        rows: rows.len(),
+        screened: vec![],
+        notices: vec![],
+        sha256: String::new(),
+        runs,
+    };
+    let least_squares = findings::find(&scene, &table, 1, false);
+    let form = scene.model.form();
+    let parameters = Parameters::of(&scene, &table.runs, form).expect("room");
+    let plan = Plan {
+        effort: Effort {
+            chains: 2,
+            warmup: 500,
+            draws: 1000,
+            ..effort(&scene)
+        },
+        stream: (seed, "outliers"),
+        evaluation: Evaluation::default(),
+    };
+    let likelihood = Rows::of_rows(&scene, &table.runs, form);
+    let sampled = sample_posterior(
+        parameters,
+        &likelihood,
+        &start(&scene, &least_squares),
+        plan,
+        &|_, _| {},
+    )
+    .unwrap_or_else(|error| panic!("{error}"));
+    let marginal = |(parameter, chains): (&wetcor::model::parameters::Parameter, &Vec<Vec<f64>>)| {
+        let draws = chains.concat();
+        let centre = mean(&draws).0;
+        let square = draws.iter().map(|x| (x - centre).powi(2)).sum::<f64>() / draws.len() as f64;
+        (parameter.name.clone(), centre, square.sqrt())
+    };
+    let parameters = &sampled.parameters.sampled;
+    parameters.iter().zip(&sampled.values).map(marginal).collect()
+}
+
+/// How far the means move in the sds they had, the farthest. ν is what takes an outlier, and moves.
+fn moved(clean: &[(String, f64, f64)], with: &[(String, f64, f64)]) -> (f64, String) {
+    let each = clean
+        .iter()
+        .zip(with)
+        .filter(|((name, ..), _)| name != "nu")
+        .map(|((name, from, sd), (_, to, _))| {
+            let far = (to - from).abs() / sd;
+            (far, format!("{name} by {far:.2} sd, from {from:.4} to {to:.4}"))
+        });
+    each.fold((0.0, String::new()), |a, b| if b.0 > a.0 { b } else { a })
+}
+
+/// A hundred dry runs, so that one at four spreads is a small part of what tells theirs: of 24 it moved σ_dry by 1.6 sd.
+///
+/// One run of each kind, a wet rebound in the middle, a slow wet one and a dry one, comes out anywhere from stuck to as fast
+/// as it fell.
+#[test]
+fn an_outlier_anywhere_moves_no_parameter_by_more_than_its_sd() {
+    let name = "an_outlier_anywhere_moves_no_parameter_by_more_than_its_sd";
+    let place = Place::new(SCENE);
+    let seed = seed_of(name);
+    let rows = rows(&place, seed);
+    let clean = [Likelihood::Student, Likelihood::Normal].map(|tails| posterior(&place, &rows, tails, seed));
+    let wet = |e: f64| {
+        let near = |run: &NewRun| (run.restitution - e).abs();
+        let of_wet = (0..rows.len()).filter(|run| rows[*run].liquid.is_some());
+        of_wet
+            .min_by(|a, b| near(&rows[*a]).total_cmp(&near(&rows[*b])))
+            .expect("wet runs")
+    };
+    let dry = rows.iter().position(|run| run.liquid.is_none()).expect("dry runs");
+    let mut worst_normal: f64 = 0.0;
+    for run in [wet(0.6), wet(0.3), dry] {
+        for e in [0.0, 0.06, 0.2, 0.4, 0.6, 0.79, 0.87, 1.0] {
+            let mut rows = rows.clone();
+            rows[run].restitution = e;
+            let student = moved(&clean[0], &posterior(&place, &rows, Likelihood::Student, seed));
+            println!("run {run} at {e}: {}", student.1);
+            assert!(student.0 < 1.0, "run {run} at {e}: {}", student.1);
+            if e == 1.0 || e == 0.0 {
+                let normal = moved(&clean[1], &posterior(&place, &rows, Likelihood::Normal, seed));
+                println!("    normal: {}", normal.1);
+                worst_normal = worst_normal.max(normal.0);
+            }
+        }
+    }
+    // the planted fault: tails that are not heavy
+    assert!(worst_normal > 2.0, "{worst_normal}");
+}
+
+/// Heavy tails are found where there are some: ν of simulated runs lies inside its posterior, and normal runs say many.
+#[test]
+fn the_degrees_of_freedom_are_those_of_the_noise() {
+    let name = "the_degrees_of_freedom_are_those_of_the_noise";
+    let nu_of = |truth: &str| {
+        let text = SCENE
+            .replace("[design]", &format!("{truth}[design]"))
+            .replace("repeats = 3", "repeats = 20");
+        let place = Place::new(&text);
+        let rows = rows(&place, seed_of(name));
+        let found = posterior(&place, &rows, Likelihood::Student, seed_of(name));
+        let (_, mean, sd) = found.iter().find(|(name, ..)| name == "nu").expect("sampled");
+        (*mean, *sd)
+    };
+    let (mean, sd) = nu_of("noise = \"student\"\nnu = 4\n");
+    assert!((mean - 4.0).abs() < 3.0 * sd && sd < 1.0, "{mean} {sd}");
+    let (mean, sd) = nu_of("");
+    assert!(mean - sd > 8.0, "{mean} {sd}");
+}
