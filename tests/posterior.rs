@@ -88,6 +88,7 @@ fn truth_of(parameters: &Parameters, scene: &Scene, rng: &mut rand::rngs::ChaCha
             Kind::SigmaDry => truth.sigma_dry = Some(*value),
             Kind::SigmaWet => truth.sigma_wet = Some(*value),
             Kind::SigmaEnergy => truth.sigma_energy = Some(*value),
+            Kind::LubricationTrend | Kind::InertialTrend => panic!("no scene asks for a trend"),
         }
     }
     (draw, truth)

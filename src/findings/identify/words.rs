@@ -32,6 +32,7 @@ fn word(scene: &Scene, kind: Kind) -> String {
         Kind::InertialPrefactor => "the inertial prefactor".to_owned(),
         Kind::FilmScale => "the film scale".to_owned(),
         Kind::SigmaDry | Kind::SigmaWet | Kind::SigmaEnergy => "the spread".to_owned(),
+        Kind::LubricationTrend | Kind::InertialTrend => "the trend with the film".to_owned(),
     }
 }
 

@@ -179,17 +179,9 @@ impl Likelihood {
 
     fn read(&self, block: &Block, full: &[f64]) -> At {
         let at = |kind: Kind| full[kind.slot()];
-        let shape = self
-            .form
-            .inertia
-            .shape(self.film_ratios[block.film], at(Kind::FilmScale));
+        let film = self.film(block.film, full);
         At {
-            law: Law {
-                order: self.form.dry,
-                k: full[COMMON_SLOTS + block.particle],
-                inertial: at(Kind::InertialPrefactor) * block.density_ratio * shape,
-                l: at(Kind::LubricationLog),
-            },
+            law: film.law(self.form.dry, full[COMMON_SLOTS + block.particle], block.density_ratio),
             sigma: at(Kind::SigmaWet),
         }
     }

@@ -5,7 +5,8 @@
 //! compressed series has few nodes and a leftover sum of squares, so that rows and nodes share one evaluation.
 //!
 //! Symbols: r = e_dry² − C ρ̃ g(δ̃) − L x − b with x = 4/St and b = κ/v², as far as the form holds them, and e_dry = 1 − k p
-//! (+ (3/5) k² p² to second order) with p = v^(1/5) at the dry speed in use.
+//! (+ (3/5) k² p² to second order) with p = v^(1/5) at the dry speed in use. A trend with the film ratio stands in L and C:
+//! L + L′ f and C exp(C′ f), f being the logarithm of the film ratio over the middle one of the runs.
 
 mod compress;
 mod energies;
@@ -13,6 +14,7 @@ mod gauss;
 pub mod normal;
 pub mod pointwise;
 mod rows;
+mod trend;
 
 pub use compress::{Compression, Resolution};
 pub use energies::on_energies;
@@ -21,6 +23,7 @@ use std::ops::Range;
 
 use self::energies::{Energies, Spreads};
 use self::normal::ln_normal_cdf;
+use self::trend::Film;
 use super::parameters::{Kind, COMMON_SLOTS};
 use super::priors::LN_ROOT_TWO_PI;
 use crate::physics::dry::{Order, SECOND_ORDER};
@@ -174,6 +177,8 @@ pub struct Likelihood {
     blocks: Vec<Block>,
     /// the different film ratios: the shape of the inertial loss is computed once for each
     film_ratios: Vec<f64>,
+    /// f of each of them
+    ln_films: Vec<f64>,
     rebounds: Nodes,
     stuck: Nodes,
     /// the rebounds on the scale of the energy kept, where noise acts there, too
@@ -235,26 +240,15 @@ impl Likelihood {
             return 0.0;
         }
         let at = |kind: Kind| full[kind.slot()];
-        let (l, c) = (at(Kind::LubricationLog), at(Kind::InertialPrefactor));
-        let (scale, sigma) = (at(Kind::FilmScale), at(Kind::SigmaWet));
+        let sigma = at(Kind::SigmaWet);
         let precision = 1.0 / (sigma * sigma);
         let mut squares = self.leftover;
         let mut stuck_value = 0.0;
         let certain = kept_of_mean_restitution(self.limit - CERTAIN * sigma);
-        let shapes: Vec<(f64, f64)> = self
-            .film_ratios
-            .iter()
-            .map(|ratio| self.form.inertia.shape_and_slope_film_scale(*ratio, scale))
-            .collect();
+        let films: Vec<Film> = (0..self.film_ratios.len()).map(|film| self.film(film, full)).collect();
         for block in &self.blocks {
-            let k = full[COMMON_SLOTS + block.particle];
-            let (shape, shape_slope) = shapes[block.film];
-            let law = Law {
-                order: self.form.dry,
-                k,
-                inertial: c * block.density_ratio * shape,
-                l,
-            };
+            let film = &films[block.film];
+            let law = film.law(self.form.dry, full[COMMON_SLOTS + block.particle], block.density_ratio);
             let mut sums = Sums::default();
             if let Some(energies) = &self.energies {
                 let spreads = Spreads {
@@ -262,7 +256,7 @@ impl Likelihood {
                     energy: at(Kind::SigmaEnergy),
                 };
                 stuck_value += self.of_energies(energies, block, &law, spreads, slopes, &mut sums);
-                self.add_slopes(block, (shape, shape_slope, c), sums, slopes);
+                film.add_slopes(block, sums, slopes);
                 continue;
             }
             if !block.rebounds.is_empty() {
@@ -292,21 +286,13 @@ impl Likelihood {
                 sums.viscous += kept * at.viscous;
                 sums.dry += kept * dry;
             }
-            self.add_slopes(block, (shape, shape_slope, c), sums, slopes);
+            film.add_slopes(block, sums, slopes);
         }
         if self.energies.is_some() {
             return stuck_value;
         }
         slopes[Kind::SigmaWet.slot()] += (squares * precision - self.wet_rebounds) / sigma;
         stuck_value - self.wet_rebounds * (sigma.ln() + LN_ROOT_TWO_PI) - 0.5 * squares * precision
-    }
-
-    /// Slopes of r turned into those of the parameters.
-    fn add_slopes(&self, block: &Block, (shape, shape_slope, c): (f64, f64, f64), sums: Sums, slopes: &mut [f64]) {
-        slopes[Kind::LubricationLog.slot()] -= sums.viscous;
-        slopes[Kind::InertialPrefactor.slot()] -= sums.kept * block.density_ratio * shape;
-        slopes[Kind::FilmScale.slot()] -= sums.kept * c * block.density_ratio * shape_slope;
-        slopes[COMMON_SLOTS + block.particle] -= 2.0 * sums.dry;
     }
 
     /// Σ n ln P(e* > limit) over the rebounds of a block; its slopes are taken off those of σ and of the sums.

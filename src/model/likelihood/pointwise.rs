@@ -6,6 +6,7 @@ use rand_distr::{Distribution, StandardNormal};
 use super::e_dry;
 use super::energies::{ln_density, on_energies};
 use super::normal::ln_normal_cdf;
+use super::trend::{middle_film_ratio, Film};
 use crate::model::parameters::{Kind, COMMON_SLOTS};
 use crate::model::priors::LN_ROOT_TWO_PI;
 use crate::physics::impact::Form;
@@ -45,6 +46,8 @@ struct Setting {
 struct Wet {
     density_ratio: f64,
     film_ratio: f64,
+    /// its logarithm over the middle one of the runs
+    ln_film: f64,
     /// 4/St
     viscous: f64,
     /// κ/v²; 0 where the form holds no bridge
@@ -101,6 +104,9 @@ impl<'r> Pointwise<'r> {
             }
         }
         pointwise.dry = pointwise.len();
+        let middle = middle_film_ratio(runs);
+        // neighbours mostly share a film ratio
+        let mut film = (f64::NAN, f64::NAN);
         for series in &runs.series {
             let particle = &scene.particles[series.particle];
             let liquid = &scene.liquids[series.liquid];
@@ -108,12 +114,17 @@ impl<'r> Pointwise<'r> {
                 let (v, d) = (runs.impact_speed[run], runs.diameter[run]);
                 let gamma = liquid.surface_tension.filter(|_| form.bridge);
                 let kappa = gamma.map(|gamma| bridge::kappa(gamma, particle.density, d, runs.film[run]));
+                let film_ratio = runs.film[run] / d;
+                if film.0 != film_ratio {
+                    film = (film_ratio, (film_ratio / middle).ln());
+                }
                 let setting = Setting {
                     particle: series.particle,
                     dry_power: form.dry_speed.of(v).powf(0.2),
                     wet: Some(Wet {
                         density_ratio: liquid.density / particle.density,
-                        film_ratio: runs.film[run] / d,
+                        film_ratio,
+                        ln_film: film.1,
                         viscous: 4.0 / numbers::stokes(particle.density, d, v, liquid.viscosity),
                         bridge: kappa.map_or(0.0, |kappa| bridge::loss(kappa, v)),
                     }),
@@ -153,21 +164,24 @@ impl<'r> Pointwise<'r> {
     fn means<'f>(&'f self, full: &'f [f64]) -> impl FnMut(&Setting) -> f64 + 'f {
         let of = |kind: Kind| full[kind.slot()];
         // neighbours mostly share a film ratio, and an exponential costs more than the rest
-        let mut shape = (f64::NAN, f64::NAN);
+        let mut film: Option<(f64, Film)> = None;
         move |setting| {
             let k = full[COMMON_SLOTS + setting.particle];
             let (e_dry, _) = e_dry(self.form.dry, k, setting.dry_power);
             let Some(wet) = setting.wet else {
                 return e_dry;
             };
-            if shape.0 != wet.film_ratio {
-                shape = (
-                    wet.film_ratio,
-                    self.form.inertia.shape(wet.film_ratio, of(Kind::FilmScale)),
-                );
-            }
-            let inertial = of(Kind::InertialPrefactor) * wet.density_ratio * shape.1;
-            rebound::mean_restitution(e_dry * e_dry - inertial - of(Kind::LubricationLog) * wet.viscous - wet.bridge)
+            let of_film = match film {
+                Some((ratio, of_film)) if ratio == wet.film_ratio => of_film,
+                _ => {
+                    let shape = self.form.inertia.shape(wet.film_ratio, of(Kind::FilmScale));
+                    // nobody asks for slopes here
+                    film.insert((wet.film_ratio, Film::of(wet.ln_film, (shape, f64::NAN), full)))
+                        .1
+                }
+            };
+            let inertial = of_film.inertial(wet.density_ratio);
+            rebound::mean_restitution(e_dry * e_dry - inertial - of_film.l * wet.viscous - wet.bridge)
         }
     }
 

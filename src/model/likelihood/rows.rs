@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use super::energies::Energies;
+use super::trend::middle_film_ratio;
 use super::{Abscissa, Block, DryRuns, Likelihood, Nodes};
 use crate::physics::impact::Form;
 use crate::physics::{bridge, numbers};
@@ -18,6 +19,7 @@ impl Likelihood {
             truncated: scene.model.sticking == Sticking::Truncated,
             blocks: vec![],
             film_ratios: vec![],
+            ln_films: vec![],
             rebounds: Nodes::default(),
             stuck: Nodes::default(),
             energies: None,
@@ -26,9 +28,12 @@ impl Likelihood {
             dry: dry_runs(scene, runs),
         };
         let mut films = HashMap::new();
+        let middle = middle_film_ratio(runs);
         for series in &runs.series {
             likelihood.add(scene, runs, series, &mut films);
         }
+        let ratios = likelihood.film_ratios.iter();
+        likelihood.ln_films = ratios.map(|ratio| (ratio / middle).ln()).collect();
         likelihood.wet_rebounds = likelihood.rebounds.len() as f64;
         if scene.model.noise == NoiseOn::Both {
             likelihood.energies = Some(Energies::new(&likelihood.rebounds, likelihood.limit));
