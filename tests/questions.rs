@@ -7,11 +7,12 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use wetcor::findings::posterior::{self, Asked, Posterior, Way};
 use wetcor::findings::questions::{self, is_lubrication_constant, is_prefactor_constant, Answer, Context, Question};
-use wetcor::findings::{self, Findings};
+use wetcor::findings::{self, overview, Findings};
 use wetcor::physics::impact::{kept_energy, DrySpeed, Form, Parameters, Setting};
 use wetcor::physics::inertia::Inertia;
 use wetcor::physics::rebound::mean_restitution;
-use wetcor::runs::{self, NewRun, Runs, Table};
+use wetcor::report::{files, Told};
+use wetcor::runs::{self, NewRun, Table};
 use wetcor::scene::Scene;
 use wetcor::seed::stream;
 
@@ -107,7 +108,7 @@ fn drawn(truth: &Truth, films: &[f64], repeats: usize, dry: bool, (name, index):
 /// Everything the questions rest on.
 struct Fitted {
     place: Place,
-    runs: Runs,
+    table: Table,
     least_squares: Findings,
     own: Posterior,
 }
@@ -131,7 +132,7 @@ impl Fitted {
             .unwrap_or_else(|declined| panic!("{declined:?}"));
         Fitted {
             place,
-            runs: table.runs,
+            table,
             least_squares,
             own,
         }
@@ -140,7 +141,7 @@ impl Fitted {
     fn context(&self) -> Context<'_> {
         Context {
             scene: self.scene(),
-            runs: &self.runs,
+            runs: &self.table.runs,
             least_squares: &self.least_squares,
             own: &self.own,
             own_loo: None,
@@ -150,6 +151,22 @@ impl Fitted {
 
     fn scene(&self) -> &Scene {
         &self.place.scene
+    }
+
+    /// The report, and the names of its figures.
+    fn report(&self) -> (String, Vec<String>) {
+        let (scene, table, findings) = (self.scene(), &self.table, &self.least_squares);
+        let told = Told {
+            scene,
+            runs: &table.runs,
+            overview: &overview::find(scene, table, findings),
+            findings,
+            posterior: Some(&self.own),
+        };
+        let whole = files(told, true).unwrap_or_else(|error| panic!("{error}")).whole;
+        let text = whole.iter().find(|(name, _)| name == "report.md").expect("a report");
+        let text = String::from_utf8(text.1.clone()).expect("text");
+        (text, whole.into_iter().map(|(name, _)| name).collect())
     }
 
     fn lubrication(&self, below: f64) -> Question {
@@ -363,9 +380,12 @@ fn the_comparison_asks_and_a_no_is_noticed() {
     let mut all = fitted(&truth, "stepwise", "the_comparison_asks_and_a_no_is_noticed", 1);
     let mut fitted = all.remove(0);
     assert!(fitted.least_squares.questions.is_none());
+    let figure = "figures/residuals-film_ratio.svg";
+    let (text, names) = fitted.report();
+    assert!(!text.contains("Questions the paper leaves") && !names.iter().any(|name| name == figure));
     let mut least_squares = fitted.least_squares;
     least_squares
-        .add_comparison(&fitted.place.scene, &fitted.runs, &fitted.own, &|_, _| ())
+        .add_comparison(&fitted.place.scene, &fitted.table.runs, &fitted.own, &|_, _| ())
         .unwrap_or_else(|error| panic!("{error}"));
     let asked = least_squares.questions.as_ref().expect("asked");
     assert_eq!(asked[0].answer, Answer::Rises);
@@ -380,6 +400,9 @@ fn the_comparison_asks_and_a_no_is_noticed() {
     let anew = fitted.prefactor();
     let asked = fitted.least_squares.questions.as_ref().expect("asked");
     assert_eq!(asked[1], anew);
+    let (text, names) = fitted.report();
+    let mut told = ["Questions the paper leaves", "no, it rises", figure].into_iter();
+    assert!(told.all(|part| text.contains(part)) && names.iter().any(|name| name == figure));
     let groups = &fitted.own.findings.predictive.groups;
     assert!(groups
         .iter()
