@@ -382,8 +382,8 @@ fn fit(path: &Path, out: Option<PathBuf>, seed: u64, (stages, way): (&[Stage], W
     })
 }
 
-/// Forms of the law that are sampled besides the scene's own.
-const COMPARED: u64 = 7;
+/// Models that are sampled besides the scene's own: forms of the law, and trends with the film.
+const COMPARED: u64 = 10;
 
 /// Shows draws as they come, and counts divergences among the kept ones.
 struct Draws {

@@ -92,6 +92,7 @@ fn truth_of(parameters: &Parameters, scene: &Scene, rng: &mut rand::rngs::ChaCha
             Kind::SigmaWet => truth.sigma_wet = Some(*value),
             Kind::SigmaEnergy => truth.sigma_energy = Some(*value),
             Kind::Nu => truth.nu = Some(*value),
+            Kind::LubricationTrend | Kind::InertialTrend => panic!("no scene asks for a trend"),
         }
     }
     (draw, truth)

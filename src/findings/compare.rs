@@ -103,9 +103,7 @@ pub fn find(
         notices: vec![],
         own: None,
     };
-    let draws = own.sampled.draws();
-    let used = draws.min(MOST_DENSITIES / runs.len().max(1));
-    if used < FEWEST_DRAWS.min(draws) || runs.series.is_empty() {
+    let Some(used) = affordable(runs, own.sampled.draws()) else {
         found.notices.push(Notice::new(
             "compare_left_out",
             runs.len(),
@@ -120,7 +118,7 @@ pub fn find(
             "compare on a part of the runs",
         ));
         return Ok(found);
-    }
+    };
     let reference = match asked.form.dry_speed {
         DrySpeed::Impact => DrySpeed::Reference(DEFAULT_DRY_SPEED),
         reference => reference,
@@ -153,7 +151,7 @@ pub fn find(
                 }
             };
             match leave_out(scene, runs, form, draws, used) {
-                Ok(of_form) => all.push((compared(form, is_own, draws, &of_form, used), of_form)),
+                Ok(of_form) => all.push((compared(name(form.form), is_own, draws, &of_form, used), of_form)),
                 Err(why) => found.notices.push(not_compared(&name(form.form), &why)),
             }
         }
@@ -200,11 +198,17 @@ pub fn find(
     Ok(found)
 }
 
+/// How many of the draws can leave each run out; `None` for too many runs, or without wet ones.
+pub(super) fn affordable(runs: &Runs, draws: usize) -> Option<usize> {
+    let used = draws.min(MOST_DENSITIES / runs.len().max(1));
+    (used >= FEWEST_DRAWS.min(draws) && !runs.series.is_empty()).then_some(used)
+}
+
 /// A form is better than another if it gains more than this in log density, and this many standard errors.
-const GAIN: f64 = 4.0;
+pub(super) const GAIN: f64 = 4.0;
 
 /// Whether a difference of log density is a gain.
-fn is_gain(value: f64, se: Option<f64>) -> bool {
+pub(super) fn is_gain(value: f64, se: Option<f64>) -> bool {
     value > GAIN && se.is_some_and(|se| value > GAIN * se)
 }
 
@@ -217,11 +221,9 @@ pub fn choose(
     default: Asked,
     watcher: Watcher,
 ) -> Result<(Asked, Option<Notice>), Error> {
-    let draws = effort(scene).chains * effort(scene).draws;
-    let used = draws.min(MOST_DENSITIES / runs.len().max(1));
-    if used < FEWEST_DRAWS.min(draws) || runs.series.is_empty() {
+    let Some(used) = affordable(runs, effort(scene).chains * effort(scene).draws) else {
         return Ok((default, None));
-    }
+    };
     let mut forms = vec![];
     for inertia in Inertia::ALL {
         let form = Asked {
@@ -296,18 +298,42 @@ fn sample_form(
     watcher: Watcher,
 ) -> Result<Result<Sampled, String>, Error> {
     let parameters = Parameters::of(scene, runs, form.form)?;
-    let rows = Likelihood::of_rows(scene, runs, form.form);
     let stream = format!("compare {}", name(form.form));
+    Ok(sample_model(
+        scene,
+        runs,
+        least_squares,
+        (form, parameters, &stream),
+        watcher,
+    ))
+}
+
+/// Samples these parameters of a form from streams of this name; `Err` says why that cannot be done.
+pub(super) fn sample_model(
+    scene: &Scene,
+    runs: &Runs,
+    least_squares: &Findings,
+    (form, parameters, stream): (Asked, Parameters, &str),
+    watcher: Watcher,
+) -> Result<Sampled, String> {
+    let rows = Likelihood::of_rows(scene, runs, form.form);
     let plan = Plan {
         effort: effort(scene),
-        stream: (least_squares.seed, &stream),
+        stream: (least_squares.seed, stream),
         evaluation: form.way.evaluation(),
     };
     let start = start(scene, least_squares);
-    Ok(sample_posterior(parameters, &rows, &start, plan, watcher).map_err(|why| why.to_string()))
+    sample_posterior(parameters, &rows, &start, plan, watcher).map_err(|why| why.to_string())
 }
 
-fn leave_out(scene: &Scene, runs: &Runs, form: Asked, sampled: &Sampled, used: usize) -> Result<Loo, String> {
+/// PSIS leave-one-out of a sampled form, by so many of its draws; `Err` says which run stands in the way.
+pub(super) fn leave_out(
+    scene: &Scene,
+    runs: &Runs,
+    form: Asked,
+    sampled: &Sampled,
+    used: usize,
+) -> Result<Loo, String> {
     let pointwise = Pointwise::new(scene, runs, form.form);
     let full = sampled.full_draws();
     let step = full.len().div_ceil(used).max(1);
@@ -335,11 +361,12 @@ fn summary_of(chains: &[Vec<f64>]) -> crate::inference::diagnostics::summary::Su
     summarise(&slices)
 }
 
-fn compared(form: Asked, own: bool, sampled: &Sampled, found: &Loo, used: usize) -> Compared {
+/// What is told of a sampled model; its difference to the best is not known here.
+pub(super) fn compared(model: String, own: bool, sampled: &Sampled, found: &Loo, used: usize) -> Compared {
     let (khat_max, khat_high) = found.worst_khat(khat_threshold(used));
     let rhats = sampled.values.iter().filter_map(|chains| summary_of(chains).rhat);
     Compared {
-        model: name(form.form),
+        model,
         own,
         elpd_loo: found.elpd,
         se: found.se,

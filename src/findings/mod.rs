@@ -17,6 +17,7 @@
 //! | `posterior/` | parameters from all runs at once, with priors |
 //! | `predict.rs` | restitution at any speed from the posterior's draws |
 //! | `compare.rs` | which form of the law predicts best |
+//! | `questions/` | whether L and C are the same at every film ratio |
 //! | `shown.rs` | the film ratio shown where one must be chosen |
 //! | `published.rs` | ours beside the literature's |
 //! | `verdicts.rs` | what must hold before the numbers are quoted |
@@ -38,6 +39,7 @@ mod pooling;
 pub mod posterior;
 pub mod predict;
 pub mod published;
+pub mod questions;
 pub mod scaling;
 pub mod series;
 pub mod shown;
@@ -104,6 +106,8 @@ pub struct Findings {
     pub posterior: Option<posterior::PosteriorFindings>,
     /// how well each form of the law predicts runs it has not seen; `None` if the stage was not run
     pub compare: Option<Vec<compare::Compared>>,
+    /// whether L and C are the same at every film ratio; `None` if the stage was not run
+    pub questions: Option<Vec<questions::Question>>,
     /// what the runs see of the parameters; `None` without parameters, or where a sum is not finite
     pub identifies: Option<identify::Directions>,
     /// what must hold before the numbers are quoted
@@ -224,6 +228,7 @@ pub fn find_watched(
         published,
         posterior: None,
         compare: None,
+        questions: None,
         identifies: None,
         verdicts,
         notices,
@@ -274,7 +279,7 @@ impl Findings {
         }
     }
 
-    /// Compares the forms of the law, and adds what that says.
+    /// Compares the forms of the law, asks whether L and C are constant, and adds what that says.
     ///
     /// Fails where a prior leaves a parameter of some form no room.
     pub fn add_comparison(
@@ -288,6 +293,17 @@ impl Findings {
         self.verdicts.extend(found.checks.iter().cloned());
         self.notices.extend(found.notices.iter().cloned());
         self.compare = (!found.models.is_empty()).then(|| found.models.clone());
+        let context = questions::Context {
+            scene,
+            runs,
+            least_squares: self,
+            own: posterior,
+            own_loo: found.own.as_ref(),
+            watcher,
+        };
+        let (questions, notices) = questions::find(context)?;
+        self.notices.extend(notices);
+        self.questions = Some(questions);
         Ok(found)
     }
 }

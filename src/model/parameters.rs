@@ -25,6 +25,10 @@ pub enum Kind {
     SigmaEnergy,
     /// degrees of freedom ν of Student's noise
     Nu,
+    /// L′, the slope of L in the logarithm of the film ratio
+    LubricationTrend,
+    /// C′, the slope of ln C in the logarithm of the film ratio
+    InertialTrend,
 }
 
 impl Kind {
@@ -39,6 +43,8 @@ impl Kind {
             Kind::SigmaWet => "sigma_wet",
             Kind::SigmaEnergy => "sigma_energy",
             Kind::Nu => "nu",
+            Kind::LubricationTrend => "lubrication_log_trend",
+            Kind::InertialTrend => "inertial_prefactor_trend",
         }
     }
 
@@ -53,6 +59,8 @@ impl Kind {
             Kind::SigmaWet => "σ_wet",
             Kind::SigmaEnergy => "σ_r",
             Kind::Nu => "ν",
+            Kind::LubricationTrend => "L′",
+            Kind::InertialTrend => "C′",
         }
     }
 
@@ -99,6 +107,14 @@ impl Kind {
                 Prior::HalfNormal(0.1),
                 "default: a spread of restitutions above 0.2 would be no measurement",
             ),
+            Kind::LubricationTrend => (
+                TREND_PRIOR,
+                "default: at 1 the sphere turns round at a fixed share of the film, beyond 2 either way is past belief",
+            ),
+            Kind::InertialTrend => (
+                TREND_PRIOR,
+                "default: at −1 a loss that grows with the film is level, beyond 2 either way is past belief",
+            ),
         }
     }
 
@@ -111,14 +127,19 @@ impl Kind {
             Kind::SigmaWet => 3,
             Kind::SigmaDry => 4,
             Kind::SigmaEnergy => 5,
-            Kind::Nu => 6,
+            Kind::LubricationTrend => 6,
+            Kind::InertialTrend => 7,
+            Kind::Nu => 8,
             Kind::DryK(particle) => COMMON_SLOTS + particle,
         }
     }
 }
 
 /// Places of a full vector before the k of the particles.
-pub const COMMON_SLOTS: usize = 7;
+pub const COMMON_SLOTS: usize = 9;
+
+/// What is believed of a trend with the film ratio before the runs.
+const TREND_PRIOR: Prior = Prior::Normal(0.0, 1.0);
 
 /// Noise of no more degrees of freedom has no variance.
 const LEAST_NU: f64 = 2.0;
@@ -158,7 +179,7 @@ pub struct Parameters {
     pub sampled: Vec<Parameter>,
     /// those that are not
     pub left_out: Vec<LeftOut>,
-    /// a full vector with the values of those left out; the others are 1
+    /// a full vector with the values of those left out; the others are 1, trends 0
     pub template: Vec<f64>,
 }
 
@@ -175,6 +196,9 @@ impl Parameters {
             left_out: vec![],
             template: vec![1.0; COMMON_SLOTS + scene.particles.len()],
         };
+        for trend in [Kind::LubricationTrend, Kind::InertialTrend] {
+            parameters.template[trend.slot()] = 0.0;
+        }
         for particle in 0..scene.particles.len() {
             let fastest = fastest(runs, particle, form);
             let why_not = fastest.is_none().then(|| "the particle has no runs in use".to_owned());
@@ -220,6 +244,21 @@ impl Parameters {
             parameters.add(scene, Kind::Nu, (LEAST_NU, f64::INFINITY), inertia, why_not)?;
         }
         Ok(parameters)
+    }
+
+    /// The same with a trend with the film ratio sampled, too, which is otherwise held at 0.
+    ///
+    /// `trend` is [`Kind::LubricationTrend`] or [`Kind::InertialTrend`].
+    pub fn with_trend(mut self, trend: Kind) -> Parameters {
+        let (prior, source) = trend.default_prior(Inertia::None);
+        self.sampled.push(Parameter {
+            kind: trend,
+            name: trend.key().to_owned(),
+            bounds: (f64::NEG_INFINITY, f64::INFINITY),
+            prior,
+            source,
+        });
+        self
     }
 
     fn add(

@@ -12,12 +12,14 @@
 //! | `typed.rs` | reads CSV and Parquet with polars, writes Parquet; with `claims.rs` the only file that names it |
 //! | `text.rs` | reads CSV as text, to accept what a typed reader refuses or to name the bad cell |
 //! | `series.rs` | orders runs by series |
+//! | `part.rs` | takes a part of the runs |
 //! | `write.rs` | writes simulated runs, a row at a time |
 
 mod claims;
 mod collect;
 mod columns;
 mod errors;
+mod part;
 mod refusals;
 mod row;
 mod series;

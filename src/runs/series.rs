@@ -198,7 +198,7 @@ fn reorder<T: Copy + Default, const N: usize>(columns: [&mut Vec<T>; N], place: 
     }
 }
 
-fn mean(values: &[f64]) -> f64 {
+pub(super) fn mean(values: &[f64]) -> f64 {
     // about the first value: equal values then have exactly that mean
     let first = values.first().copied().unwrap_or(f64::NAN);
     first + values.iter().map(|x| x - first).sum::<f64>() / values.len() as f64

@@ -7,7 +7,7 @@ use wetcor::inference::laws::{fit_dry, fit_linear, fit_square_root};
 use wetcor::inference::least_squares::{Fit, Stop};
 use wetcor::model::likelihood::normal::ln_normal_cdf;
 use wetcor::model::likelihood::Likelihood;
-use wetcor::model::parameters::Kind;
+use wetcor::model::parameters::{Kind, COMMON_SLOTS};
 use wetcor::physics::dry::Order;
 use wetcor::physics::impact::{kept_energy, kept_energy_slopes, DrySpeed, Form, Parameters, Setting};
 use wetcor::physics::inertia::Inertia;
@@ -67,6 +67,15 @@ fn form(name: &str) -> Inertia {
     *Inertia::ALL.iter().find(|form| form.name() == name).expect("a form")
 }
 
+/// A full vector with these values, and 0 for what is not read.
+fn full(values: &[(Kind, f64)]) -> Vec<f64> {
+    let mut full = vec![0.0; COMMON_SLOTS + 1];
+    for (kind, value) in values {
+        full[kind.slot()] = *value;
+    }
+    full
+}
+
 /// Log density of a run alone with its slopes in k, L, C, δ̃0 and σ, as the likelihood of all runs computes it.
 fn run_alone(scene: &mut Scene, form: Inertia, x: &[f64]) -> Vec<f64> {
     let [rp, d, rl, eta, film, v, e, k, l, c, scale, sigma] = x.try_into().expect("twelve arguments");
@@ -83,8 +92,14 @@ fn run_alone(scene: &mut Scene, form: Inertia, x: &[f64]) -> Vec<f64> {
     };
     let runs = runs::arrange(scene, &[run]);
     let likelihood = Likelihood::of_rows(scene, &runs, Form::new(form, DrySpeed::Impact));
-    let full = [l, c, scale, sigma, 1.0, 1.0, k];
-    let mut slopes = [0.0; 7];
+    let full = full(&[
+        (Kind::LubricationLog, l),
+        (Kind::InertialPrefactor, c),
+        (Kind::FilmScale, scale),
+        (Kind::SigmaWet, sigma),
+        (Kind::DryK(0), k),
+    ]);
+    let mut slopes = full.clone();
     let value = likelihood.ln_density(&full, &mut slopes).expect("finite");
     let mut kinds = vec![Kind::DryK(0), Kind::LubricationLog, Kind::InertialPrefactor];
     kinds.extend(form.has_film_scale().then_some(Kind::FilmScale));
@@ -106,8 +121,8 @@ fn dry_run_alone(scene: &Scene, x: &[f64]) -> Vec<f64> {
     };
     let runs = runs::arrange(scene, &[run]);
     let likelihood = Likelihood::of_rows(scene, &runs, Form::new(Inertia::None, DrySpeed::Impact));
-    let mut slopes = [0.0; 7];
-    let full = [1.0, 1.0, 1.0, 1.0, sigma, 1.0, k];
+    let full = full(&[(Kind::SigmaDry, sigma), (Kind::DryK(0), k)]);
+    let mut slopes = full.clone();
     let value = likelihood.ln_density(&full, &mut slopes).expect("finite");
     let [of_k, of_sigma] = [Kind::DryK(0), Kind::SigmaDry].map(|kind| slopes[kind.slot()]);
     vec![value, of_k, of_sigma]

@@ -33,6 +33,7 @@ fn word(scene: &Scene, kind: Kind) -> String {
         Kind::FilmScale => "the film scale".to_owned(),
         Kind::SigmaDry | Kind::SigmaWet | Kind::SigmaEnergy => "the spread".to_owned(),
         Kind::Nu => "the tails of the noise".to_owned(),
+        Kind::LubricationTrend | Kind::InertialTrend => "the trend with the film".to_owned(),
     }
 }
 

@@ -56,6 +56,8 @@ pub struct Group {
     pub runs: usize,
     /// mean of (e − predicted)/σ, a stuck run counting as the mean of what stuck runs have
     pub mean_residual: f64,
+    /// its standard error from the spread between runs; `None` for one run
+    pub mean_residual_se: Option<f64>,
 }
 
 /// Runs of a series that stuck, and how many were to be expected.
@@ -161,11 +163,18 @@ fn band(pointwise: &Pointwise, seen: &[Seen], level: f64) -> Band {
 }
 
 fn groups(scene: &Scene, runs: &Runs, seen: &[Seen]) -> Vec<Group> {
-    let group = |particle: usize, film_ratio: Option<f64>, members: Vec<usize>| Group {
-        particle: scene.particles[particle].name.clone(),
-        film_ratio,
-        runs: members.len(),
-        mean_residual: members.iter().map(|run| seen[*run].residual).sum::<f64>() / members.len() as f64,
+    let group = |particle: usize, film_ratio: Option<f64>, members: Vec<usize>| {
+        let n = members.len() as f64;
+        let residuals = || members.iter().map(|run| seen[*run].residual);
+        let mean = residuals().sum::<f64>() / n;
+        let squares: f64 = residuals().map(|residual| (residual - mean).powi(2)).sum();
+        Group {
+            particle: scene.particles[particle].name.clone(),
+            film_ratio,
+            runs: members.len(),
+            mean_residual: mean,
+            mean_residual_se: (members.len() > 1).then(|| (squares / (n - 1.0) / n).sqrt()),
+        }
     };
     let mut groups = vec![];
     for particle in 0..scene.particles.len() {

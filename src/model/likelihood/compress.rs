@@ -180,12 +180,9 @@ impl Likelihood {
 
     fn read(&self, block: &Block, full: &[f64]) -> At {
         let at = |kind: Kind| full[kind.slot()];
-        let shape = self
-            .form
-            .inertia
-            .shape(self.film_ratios[block.film], at(Kind::FilmScale));
+        let film = self.film(block.film, full);
         At {
-            law: self.law(block, full, shape),
+            law: self.law(block, full, &film),
             sigma: at(Kind::SigmaWet),
         }
     }

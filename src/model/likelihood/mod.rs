@@ -7,7 +7,8 @@
 //! of their own, or noise acts on the energy kept, `by_row.rs` takes a run at a time.
 //!
 //! Symbols: r = e_dry² − C ρ̃ g(δ̃) − L x − b with x = 4/St and b = κ/v², as far as the form holds them, and e_dry = 1 − k p
-//! (+ (3/5) k² p² to second order) with p = v^(1/5) at the dry speed in use.
+//! (+ (3/5) k² p² to second order) with p = v^(1/5) at the dry speed in use. A trend with the film ratio stands in L and C:
+//! L + L′ f and C exp(C′ f), f being the logarithm of the film ratio over the middle one of the runs.
 
 mod by_row;
 mod compress;
@@ -18,6 +19,7 @@ pub mod pointwise;
 mod rows;
 mod sums;
 pub mod tails;
+mod trend;
 
 pub use by_row::on_energies;
 pub use compress::{Compression, Resolution};
@@ -29,10 +31,11 @@ use self::dry::DryRuns;
 use self::normal::ln_normal_cdf;
 use self::sums::{rebound_sums, Sums};
 use self::tails::Tails;
+use self::trend::Film;
 use super::parameters::{Kind, COMMON_SLOTS};
 use super::priors::LN_ROOT_TWO_PI;
 use crate::physics::dry::{Order, SECOND_ORDER};
-use crate::physics::impact::{DrySpeed, Form};
+use crate::physics::impact::Form;
 use crate::physics::rebound::{kept_of_mean_restitution, TURN};
 
 /// Settings with their counts, as columns.
@@ -194,6 +197,8 @@ pub struct Likelihood {
     blocks: Vec<Block>,
     /// the different film ratios: the shape of the inertial loss is computed once for each
     film_ratios: Vec<f64>,
+    /// f of each of them
+    ln_films: Vec<f64>,
     rebounds: Nodes,
     stuck: Nodes,
     /// what runs have of their own, where they are taken one at a time
@@ -237,15 +242,9 @@ impl Likelihood {
         }
     }
 
-    /// The law of a block at a full vector of parameters, with the shape of its inertial loss.
-    fn law(&self, block: &Block, full: &[f64], shape: f64) -> Law {
-        Law {
-            order: self.form.dry,
-            own_speed: self.form.dry_speed == DrySpeed::Impact,
-            k: full[COMMON_SLOTS + block.particle],
-            inertial: full[Kind::InertialPrefactor.slot()] * block.density_ratio * shape,
-            l: full[Kind::LubricationLog.slot()],
-        }
+    /// The law of a block at a full vector of parameters, which `film` has read.
+    fn law(&self, block: &Block, full: &[f64], film: &Film) -> Law {
+        film.law(self.form, full[COMMON_SLOTS + block.particle], block.density_ratio)
     }
 
     /// The tails of noise at a full vector of parameters.
@@ -259,8 +258,7 @@ impl Likelihood {
             return 0.0;
         }
         let at = |kind: Kind| full[kind.slot()];
-        let c = at(Kind::InertialPrefactor);
-        let (scale, sigma) = (at(Kind::FilmScale), at(Kind::SigmaWet));
+        let sigma = at(Kind::SigmaWet);
         let precision = 1.0 / (sigma * sigma);
         let mut squares = self.leftover;
         let mut stuck_value = 0.0;
@@ -270,18 +268,14 @@ impl Likelihood {
             sigma,
             energy: at(Kind::SigmaEnergy),
         };
-        let shapes: Vec<(f64, f64)> = self
-            .film_ratios
-            .iter()
-            .map(|ratio| self.form.inertia.shape_and_slope_film_scale(*ratio, scale))
-            .collect();
+        let films: Vec<Film> = (0..self.film_ratios.len()).map(|film| self.film(film, full)).collect();
         for block in &self.blocks {
-            let (shape, shape_slope) = shapes[block.film];
-            let law = self.law(block, full, shape);
+            let film = &films[block.film];
+            let law = self.law(block, full, film);
             let mut sums = Sums::default();
             if let Some(own) = &self.own {
                 stuck_value += self.of_block(own, block, &law, (tails, spreads), slopes, &mut sums);
-                self.add_slopes(block, (shape, shape_slope, c), sums, slopes);
+                film.add_slopes(block, sums, slopes);
                 continue;
             }
             if !block.rebounds.is_empty() {
@@ -311,21 +305,13 @@ impl Likelihood {
                 sums.viscous += kept * at.viscous;
                 sums.dry += kept * dry;
             }
-            self.add_slopes(block, (shape, shape_slope, c), sums, slopes);
+            film.add_slopes(block, sums, slopes);
         }
         if self.own.is_some() {
             return stuck_value;
         }
         slopes[Kind::SigmaWet.slot()] += (squares * precision - self.wet_rebounds) / sigma;
         stuck_value - self.wet_rebounds * (sigma.ln() + LN_ROOT_TWO_PI) - 0.5 * squares * precision
-    }
-
-    /// Slopes of r turned into those of the parameters.
-    fn add_slopes(&self, block: &Block, (shape, shape_slope, c): (f64, f64, f64), sums: Sums, slopes: &mut [f64]) {
-        slopes[Kind::LubricationLog.slot()] -= sums.viscous;
-        slopes[Kind::InertialPrefactor.slot()] -= sums.kept * block.density_ratio * shape;
-        slopes[Kind::FilmScale.slot()] -= sums.kept * c * block.density_ratio * shape_slope;
-        slopes[COMMON_SLOTS + block.particle] -= 2.0 * sums.dry;
     }
 
     /// Σ n ln P(e* > limit) over the rebounds of a block; its slopes are taken off those of σ and of the sums.

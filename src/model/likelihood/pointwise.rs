@@ -5,9 +5,10 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::by_row::{place, place_dry, Energy, Errors, Spreads};
 use super::tails::Tails;
+use super::trend::{middle_film_ratio, Film};
 use super::{e_dry, Abscissa, Law};
 use crate::model::parameters::{Kind, COMMON_SLOTS};
-use crate::physics::impact::{DrySpeed, Form};
+use crate::physics::impact::Form;
 use crate::physics::{bridge, numbers, rebound};
 use crate::runs::Runs;
 use crate::scene::{Likelihood, NoiseOn, Scene, Sticking};
@@ -46,6 +47,8 @@ struct Setting {
 struct Wet {
     density_ratio: f64,
     film_ratio: f64,
+    /// its logarithm over the middle one of the runs
+    ln_film: f64,
     /// 4/St
     viscous: f64,
     /// κ/v²; 0 where the form holds no bridge
@@ -120,6 +123,9 @@ impl<'r> Pointwise<'r> {
             }
         }
         pointwise.dry = pointwise.len();
+        let middle = middle_film_ratio(runs);
+        // neighbours mostly share a film ratio
+        let mut film = (f64::NAN, f64::NAN);
         for series in &runs.series {
             let particle = &scene.particles[series.particle];
             let liquid = &scene.liquids[series.liquid];
@@ -127,12 +133,17 @@ impl<'r> Pointwise<'r> {
                 let (v, d) = (runs.impact_speed[run], runs.diameter[run]);
                 let gamma = liquid.surface_tension.filter(|_| form.bridge);
                 let kappa = gamma.map(|gamma| bridge::kappa(gamma, particle.density, d, runs.film[run]));
+                let film_ratio = runs.film[run] / d;
+                if film.0 != film_ratio {
+                    film = (film_ratio, (film_ratio / middle).ln());
+                }
                 let setting = Setting {
                     particle: series.particle,
                     dry_power: form.dry_speed.of(v).powf(0.2),
                     wet: Some(Wet {
                         density_ratio: liquid.density / particle.density,
-                        film_ratio: runs.film[run] / d,
+                        film_ratio,
+                        ln_film: film.1,
                         viscous: 4.0 / numbers::stokes(particle.density, d, v, liquid.viscosity),
                         bridge: kappa.map_or(0.0, |kappa| bridge::loss(kappa, v)),
                     }),
@@ -172,21 +183,24 @@ impl<'r> Pointwise<'r> {
     fn means<'f>(&'f self, full: &'f [f64]) -> impl FnMut(&Setting) -> f64 + 'f {
         let of = |kind: Kind| full[kind.slot()];
         // neighbours mostly share a film ratio, and an exponential costs more than the rest
-        let mut shape = (f64::NAN, f64::NAN);
+        let mut film: Option<(f64, Film)> = None;
         move |setting| {
             let k = full[COMMON_SLOTS + setting.particle];
             let (e_dry, _) = e_dry(self.form.dry, k, setting.dry_power);
             let Some(wet) = setting.wet else {
                 return e_dry;
             };
-            if shape.0 != wet.film_ratio {
-                shape = (
-                    wet.film_ratio,
-                    self.form.inertia.shape(wet.film_ratio, of(Kind::FilmScale)),
-                );
-            }
-            let inertial = of(Kind::InertialPrefactor) * wet.density_ratio * shape.1;
-            rebound::mean_restitution(e_dry * e_dry - inertial - of(Kind::LubricationLog) * wet.viscous - wet.bridge)
+            let of_film = match film {
+                Some((ratio, of_film)) if ratio == wet.film_ratio => of_film,
+                _ => {
+                    let shape = self.form.inertia.shape(wet.film_ratio, of(Kind::FilmScale));
+                    // nobody asks for slopes here
+                    film.insert((wet.film_ratio, Film::of(wet.ln_film, (shape, f64::NAN), full)))
+                        .1
+                }
+            };
+            let inertial = of_film.inertial(wet.density_ratio);
+            rebound::mean_restitution(e_dry * e_dry - inertial - of_film.l * wet.viscous - wet.bridge)
         }
     }
 
@@ -196,23 +210,19 @@ impl<'r> Pointwise<'r> {
             return vec![];
         }
         let of = |setting: &Setting| {
-            let law = Law {
-                order: self.form.dry,
-                own_speed: self.form.dry_speed == DrySpeed::Impact,
-                k: full[COMMON_SLOTS + setting.particle],
-                l: full[Kind::LubricationLog.slot()],
-                ..Law::DRY
-            };
+            let k = full[COMMON_SLOTS + setting.particle];
             let by_speed = setting.wet.map_or(0.0, |wet| {
+                // what does not change with speed is not read
+                let film = Film::of(wet.ln_film, (f64::NAN, f64::NAN), full);
                 let at = Abscissa {
                     viscous: wet.viscous,
                     dry_power: setting.dry_power,
                     bridge: Some(wet.bridge),
                 };
                 // per 1/v: runs of one setting may differ in v where the dry speed is held
-                law.by_speed(&at, 1.0).0
+                film.law(self.form, k, wet.density_ratio).by_speed(&at, 1.0).0
             });
-            (by_speed, law.k)
+            (by_speed, k)
         };
         self.settings.iter().map(of).collect()
     }

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use super::by_row::{ByRow, Energies, Errors};
 use super::dry::DryRuns;
+use super::trend::middle_film_ratio;
 use super::{Abscissa, Block, DryRow, Likelihood, Nodes};
 use crate::physics::impact::Form;
 use crate::physics::{bridge, numbers};
@@ -19,6 +20,7 @@ impl Likelihood {
             truncated: scene.model.sticking == Sticking::Truncated,
             blocks: vec![],
             film_ratios: vec![],
+            ln_films: vec![],
             rebounds: Nodes::default(),
             stuck: Nodes::default(),
             own: None,
@@ -42,9 +44,12 @@ impl Likelihood {
             });
         }
         let mut films = HashMap::new();
+        let middle = middle_film_ratio(runs);
         for series in &runs.series {
             likelihood.add(scene, runs, series, &mut films);
         }
+        let ratios = likelihood.film_ratios.iter();
+        likelihood.ln_films = ratios.map(|ratio| (ratio / middle).ln()).collect();
         likelihood.wet_rebounds = likelihood.rebounds.len() as f64;
         if let Some(own) = likelihood.own.as_mut().filter(|_| both) {
             own.energies = Some(Energies::new(&likelihood.rebounds, likelihood.limit));

@@ -38,8 +38,16 @@ surface_tension_mN_m = 20.9
 /// Places of a full vector of two particles.
 const SLOTS: usize = COMMON_SLOTS + 2;
 
-/// L, C, δ̃0, σ_wet, σ_dry, σ_r, ν, k of PTFE and of PE
-const FULL: [f64; SLOTS] = [1.85, 0.47, 0.069, 0.02, 0.009, 0.03, 6.0, 0.183, 0.123];
+/// L, C, δ̃0, σ_wet, σ_dry, σ_r, L′, C′, ν, k of PTFE and of PE
+const FULL: [f64; SLOTS] = [1.85, 0.47, 0.069, 0.02, 0.009, 0.03, 0.0, 0.0, 6.0, 0.183, 0.123];
+
+/// The same with L rising and C falling with the film.
+fn with_trends(full: [f64; SLOTS]) -> [f64; SLOTS] {
+    let mut full = full;
+    full[Kind::LubricationTrend.slot()] = 0.3;
+    full[Kind::InertialTrend.slot()] = -0.4;
+    full
+}
 
 const WAYS: [DrySpeed; 2] = [DrySpeed::Reference(2.0), DrySpeed::Impact];
 
@@ -103,7 +111,7 @@ fn runs_of(scene: &Scene, each: usize, seed: &str, form: Form) -> Runs {
                 restitution,
             };
             if restitution.is_nan() {
-                let mean = rebound::mean_restitution(kept(scene, &row, form, &FULL));
+                let mean = rebound::mean_restitution(kept(scene, (&row, 1.0), form, &FULL));
                 let noise = 0.02 * (rng.random::<f64>() + rng.random::<f64>() + rng.random::<f64>() - 1.5) * 2.0;
                 row.restitution = Some(mean + noise).filter(|e| *e > 0.05).unwrap_or(0.0);
             }
@@ -113,7 +121,8 @@ fn runs_of(scene: &Scene, each: usize, seed: &str, form: Form) -> Runs {
     runs::arrange(scene, &rows)
 }
 
-fn kept(scene: &Scene, run: &NewRun, form: Form, full: &[f64]) -> f64 {
+/// The energy kept; `middle` is the film ratio at which L and C have no trend.
+fn kept(scene: &Scene, (run, middle): (&NewRun, f64), form: Form, full: &[f64]) -> f64 {
     let index = scene
         .particles
         .iter()
@@ -132,10 +141,11 @@ fn kept(scene: &Scene, run: &NewRun, form: Form, full: &[f64]) -> f64 {
         film: run.film.expect("wet").0,
         surface_tension: liquid.surface_tension,
     };
+    let film: f64 = setting.film_ratio() / middle;
     let parameters = Parameters {
         dry_k: full[COMMON_SLOTS + index],
-        lubrication_log: full[0],
-        inertial_prefactor: full[1],
+        lubrication_log: full[0] + full[Kind::LubricationTrend.slot()] * film.ln(),
+        inertial_prefactor: full[1] * film.powf(full[Kind::InertialTrend.slot()]),
         film_scale: full[2],
     };
     kept_energy(&setting, form, &parameters, run.impact_speed)
@@ -155,6 +165,9 @@ fn plain(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
             -0.5 * ((e - mean) / sigma).powi(2) - sigma.ln() - LN_ROOT_TWO_PI - logged
         }
     };
+    let films = runs.series.iter().flat_map(|series| series.runs());
+    let logs: Vec<f64> = films.map(|run| (runs.film[run] / runs.diameter[run]).ln()).collect();
+    let middle = (logs.iter().sum::<f64>() / logs.len() as f64).exp();
     let mut sum = 0.0;
     for group in &runs.dry {
         for run in group.rebounds.start..group.stuck.end {
@@ -174,7 +187,7 @@ fn plain(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
                 impact_speed: runs.impact_speed[run],
                 restitution: runs.restitution[run],
             };
-            let mean = rebound::mean_restitution(kept(scene, &row, form, full));
+            let mean = rebound::mean_restitution(kept(scene, (&row, middle), form, full));
             sum += term(mean, full[3], runs.restitution[run], series.stuck.contains(&run));
         }
     }
@@ -194,10 +207,11 @@ fn the_sum_over_nodes_is_the_sum_over_runs_and_its_slopes_are_differences() {
         scene.model.sticking = sticking;
         // so wide a spread that truncation is felt by dry runs, too
         let full = match sticking {
-            Sticking::Truncated => [1.85, 0.47, 0.069, 0.05, 0.2, 0.03, 6.0, 0.183, 0.123],
+            Sticking::Truncated => [1.85, 0.47, 0.069, 0.05, 0.2, 0.03, 0.0, 0.0, 6.0, 0.183, 0.123],
             _ => FULL,
         };
         sums_and_slopes_agree(&scene, &full);
+        sums_and_slopes_agree(&scene, &with_trends(full));
     }
 }
 
@@ -222,7 +236,7 @@ fn sums_and_slopes_agree(scene: &Scene, full: &[f64; SLOTS]) {
             "{form:?} {by_run} {expected}"
         );
         for (place, slope) in slopes.iter().enumerate() {
-            let h = 1e-6 * full[place];
+            let h = 1e-6 * full[place].abs().max(0.1);
             let mut at = |step| {
                 likelihood
                     .ln_density(&moved(full, place, step), &mut unused)
@@ -231,6 +245,14 @@ fn sums_and_slopes_agree(scene: &Scene, full: &[f64; SLOTS]) {
             let difference = (at(h) - at(-h)) / (2.0 * h);
             let gap = (slope - difference).abs() / (1.0 + difference.abs());
             assert!(gap < 2e-6, "{form:?} {place}: {slope} {difference}");
+            // a trend's slope with the wrong sign would be seen
+            let trend = [Kind::LubricationTrend, Kind::InertialTrend]
+                .map(Kind::slot)
+                .contains(&place);
+            if trend && form.inertia != Inertia::None {
+                let flipped = (slope + difference).abs() / (1.0 + difference.abs());
+                assert!(flipped > 1e-2, "{form:?} {place}: {slope}");
+            }
         }
     }
 }
@@ -245,21 +267,22 @@ fn noise_on_the_energy_is_summed_as_it_is_written() {
         let runs = runs(&scene, 30, "noise_on_the_energy_is_summed_as_it_is_written");
         let form = Form::new(Inertia::Saturating, WAYS[1]);
         let likelihood = Likelihood::of_rows(&scene, &runs, form);
+        let full = with_trends(FULL);
         assert!(likelihood.needs_rows());
         let (mut slopes, mut unused) = ([0.0; SLOTS], [0.0; SLOTS]);
-        let value = likelihood.ln_density(&FULL, &mut slopes).expect("inside the domain");
+        let value = likelihood.ln_density(&full, &mut slopes).expect("inside the domain");
         let pointwise = Pointwise::new(&scene, &runs, form);
-        let at = pointwise.at(&FULL);
+        let at = pointwise.at(&full);
         let by_run: f64 = (0..pointwise.len()).map(|run| at.ln_likelihood(run)).sum();
         assert!(
             (value - by_run).abs() < 1e-9 * (100.0 + value.abs()),
             "{value} {by_run}"
         );
         for (place, slope) in slopes.iter().enumerate() {
-            let h = 1e-6 * FULL[place];
+            let h = 1e-6 * full[place].abs().max(0.1);
             let mut at = |step| {
                 likelihood
-                    .ln_density(&moved(&FULL, place, step), &mut unused)
+                    .ln_density(&moved(&full, place, step), &mut unused)
                     .expect("inside")
             };
             let difference = (at(h) - at(-h)) / (2.0 * h);
@@ -333,7 +356,7 @@ fn the_compressed_sum_keeps_its_bound_and_is_short() {
         let own = (form == second).then(|| runs_of(&scene, 3000, "the_compressed_sum_keeps_its_bound", second));
         let rows = Likelihood::of_rows(&scene, own.as_ref().unwrap_or(&runs), form);
         // the posterior of 18,000 runs is about this wide
-        let steps = [0.004, 0.004, 0.002, 1e-4, 1e-3, 0.0, 0.0, 2e-4, 2e-4];
+        let steps = [0.004, 0.004, 0.002, 1e-4, 1e-3, 0.0, 0.004, 0.004, 0.0, 2e-4, 2e-4];
         let tests: Vec<Vec<f64>> = (0..SLOTS)
             .flat_map(|place| [-6.0, -2.0, 2.0, 6.0].map(|far| moved(&FULL, place, far * steps[place])))
             .collect();

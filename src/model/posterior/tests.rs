@@ -66,6 +66,11 @@ fn slopes_agree_with_differences_under_every_prior() {
             (Inertia::Stepwise, DrySpeed::Impact),
         ] {
             let posterior = posterior(&scene, &rows(), inertia, dry_speed);
+            let parameters = posterior.parameters().clone();
+            let parameters = parameters
+                .with_trend(Kind::LubricationTrend)
+                .with_trend(Kind::InertialTrend);
+            let posterior = Posterior::new(parameters, posterior.likelihood().clone());
             let draw: Vec<f64> = posterior
                 .parameters()
                 .sampled
@@ -79,6 +84,8 @@ fn slopes_agree_with_differences_under_every_prior() {
                     Kind::SigmaWet => 0.05,
                     Kind::SigmaEnergy => 0.04,
                     Kind::Nu => 7.0,
+                    Kind::LubricationTrend => 0.3,
+                    Kind::InertialTrend => -0.4,
                 })
                 .collect();
             let point = posterior.point_at(&draw);

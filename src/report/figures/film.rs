@@ -90,6 +90,41 @@ pub(super) fn energy(told: Told) -> Vec<Chart> {
     ]
 }
 
+/// Mean residual of each particle and film ratio under the scene's own model; nothing where the film was not asked about.
+pub(super) fn residuals(told: Told) -> Vec<Chart> {
+    let Some(posterior) = told.posterior.filter(|_| told.findings.questions.is_some()) else {
+        return vec![];
+    };
+    let groups = &posterior.findings.predictive.groups;
+    let wet = groups.iter().filter_map(|group| group.film_ratio);
+    let end = 1.08 * wet.reduce(f64::max).unwrap_or(0.1);
+    let mut layers = vec![curve(
+        "the model",
+        vec![(0.0, 0.0), (end, 0.0)],
+        Style::group(0),
+        Dash::Dashed,
+    )];
+    for (index, particle) in told.scene.particles.iter().enumerate() {
+        let mine = groups.iter().filter(|group| group.particle == particle.name);
+        let points_of = mine.filter_map(|group| {
+            Some(Point {
+                x: group.film_ratio?,
+                y: group.mean_residual,
+                y_se: group.mean_residual_se,
+            })
+        });
+        let points_of: Vec<Point> = points_of.collect();
+        if !points_of.is_empty() {
+            layers.push(points(particle.name.clone(), points_of, Style::group(index + 1)));
+        }
+    }
+    vec![chart(
+        Axis::new("film ratio δ/D").between(0.0, end),
+        Axis::new("mean residual in σ"),
+        layers,
+    )]
+}
+
 /// The inertial form of the energy balance with its fitted C and δ̃0, where it may be quoted.
 fn fitted_form(told: Told) -> Option<(Inertia, f64, f64)> {
     let balance = told

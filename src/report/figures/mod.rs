@@ -19,7 +19,7 @@ use crate::physics::rebound;
 use crate::runs::Series;
 use crate::scene::Law;
 use crate::units::{micrometres, millimetres};
-use film::{energy, film};
+use film::{energy, film, residuals};
 use joint::joint;
 pub use joint::joint_name;
 use points::{chart, curve, largest, means_of, pairs, points, steps};
@@ -38,6 +38,9 @@ pub struct Figure {
 pub const FILM: &str = "e_inf-st_c-film_ratio.svg";
 /// File of the figure of the energy balance against the film ratio.
 pub const ENERGY: &str = "energy-film_ratio.svg";
+
+/// File of the figure of mean residuals against the film ratio.
+pub const RESIDUALS: &str = "residuals-film_ratio.svg";
 
 /// File of the posterior's figure of draws of each pair of parameters.
 pub const PAIRS: &str = "posterior-pairs.svg";
@@ -89,6 +92,7 @@ pub fn all(told: Told) -> Vec<Figure> {
     }
     add(FILM.to_owned(), film(told));
     add(ENERGY.to_owned(), energy(told));
+    add(RESIDUALS.to_owned(), residuals(told));
     figures.extend(joint(told));
     figures
 }

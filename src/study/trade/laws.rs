@@ -37,7 +37,7 @@ pub(super) fn by_law(law: Law, parameters: &Parameters, inertia: Inertia, fits: 
                 Some((loss / shape, se / shape))
             }))
         }
-        Kind::InertialPrefactor | Kind::FilmScale => None,
+        Kind::InertialPrefactor | Kind::FilmScale | Kind::LubricationTrend | Kind::InertialTrend => None,
         Kind::SigmaDry => spread(fits.dry.iter().map(|one| (one.dry.residual_sd, one.dry.runs, 1))),
         // least squares has one spread, and normal noise
         Kind::SigmaEnergy | Kind::Nu => None,

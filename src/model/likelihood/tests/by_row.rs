@@ -35,7 +35,7 @@ fn with_errors(mut runs: Runs) -> Runs {
 
 /// The statement a run at a time: half a difference of m over the speed's error, or the energy's scale.
 fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
-    let nu = (scene.model.likelihood == scene::Likelihood::Student).then_some(full[6]);
+    let nu = (scene.model.likelihood == scene::Likelihood::Student).then_some(full[Kind::Nu.slot()]);
     let both = scene.model.noise == NoiseOn::Both;
     let truncated = scene.model.sticking == Sticking::Truncated;
     let limit = scene.data.smallest_restitution;

@@ -228,9 +228,19 @@ mod tests {
         }
     }
 
-    /// L, C, δ̃0, σ_wet, σ_dry, σ_r, ν, k
+    /// A full vector of one particle's parameters.
     fn full(lubrication_log: f64) -> Vec<f64> {
-        vec![lubrication_log, 0.47, 0.069, 0.02, 0.01, 1.0, 1.0, 0.183]
+        let mut full = vec![0.0; COMMON_SLOTS + 1];
+        for (kind, value) in [
+            (Kind::LubricationLog, lubrication_log),
+            (Kind::InertialPrefactor, 0.47),
+            (Kind::FilmScale, 0.069),
+            (Kind::SigmaWet, 0.02),
+            (Kind::DryK(0), 0.183),
+        ] {
+            full[kind.slot()] = value;
+        }
+        full
     }
 
     #[test]

@@ -6,6 +6,7 @@
 //! | `computation.rs` | how it was sampled, and whether the chains agree |
 //! | `numbers.rs` | what the parameters are, and what follows from them |
 //! | `predictions.rs` | whether new runs would look like the ones made, and which form of the law predicts best |
+//! | `questions.rs` | whether L and C are the same at every film ratio |
 //!
 //! The order of the steps is that of the Bayesian Analysis Reporting Guidelines (Kruschke 2021, Nature Human Behaviour
 //! 5, 1282).
@@ -14,6 +15,7 @@ mod computation;
 mod model;
 mod numbers;
 mod predictions;
+mod questions;
 
 pub(super) use model::held;
 
@@ -47,6 +49,7 @@ pub(super) fn posterior(page: &mut Page, told: Told) {
     numbers::correlations(page, posterior);
     predictions::predictive(page, posterior);
     predictions::forms(page, told);
+    questions::questions(page, told, posterior);
     draws(page);
 }
 

@@ -1,0 +1,186 @@
+//! Samples a model with and without a trend on the same runs, and leaves each run out of both.
+
+use super::answer::answered;
+use super::{Context, Question, Trend};
+use crate::error::Error;
+use crate::findings::compare::{affordable, compared, leave_out, name, sample_model, Compared};
+use crate::findings::posterior::Asked;
+use crate::inference::diagnostics::loo::{difference, Difference, Loo};
+use crate::inference::diagnostics::quantile;
+use crate::inference::sampling::Sampled;
+use crate::model::parameters::{Kind, Parameters};
+use crate::runs::Runs;
+
+/// A film ratio counts with so many runs: fewer hardly have a mean and a spread.
+const FEWEST_RUNS: usize = 5;
+
+/// What two models of the same runs say.
+pub(super) struct Weighed {
+    /// the one without the trend, the one with it
+    pub models: [Compared; 2],
+    /// by how much the trend predicts the runs better, in log density
+    pub gain: Difference,
+    pub trend: Trend,
+}
+
+/// Two models of the same runs, one with a trend.
+pub(super) struct Models<'a> {
+    pub context: Context<'a>,
+    /// the runs of both
+    pub runs: &'a Runs,
+    /// draws of the model without the trend, where there are some
+    pub plain: Option<&'a Sampled>,
+    pub trend: Kind,
+    /// what has the trend
+    pub of: Kind,
+}
+
+impl Models<'_> {
+    /// The question with its answer; it stays open, with the reason, where the runs or the form allow none.
+    pub fn ask(&self, question: Question) -> Result<Question, Error> {
+        let Context { scene, own, .. } = self.context;
+        let question = Question {
+            runs: self.runs.wet(),
+            film_ratios: Some(film_ratios(self.runs, scene.data.film_ratio_gap)),
+            ..question
+        };
+        let parameters = Parameters::of(scene, self.runs, own.asked.form)?;
+        if parameters.place(self.of).is_none() {
+            let left = parameters.left_out.iter().find(|left| left.kind == self.of);
+            let why = left.map_or("the model holds no inertial loss", |left| left.reason.as_str());
+            return Ok(question.open(why));
+        }
+        let below = question
+            .film_ratio_below
+            .map_or(String::new(), |below| format!(" below {below:.2}"));
+        let few = match question.film_ratios {
+            Some(0) => Some(format!("no film ratio{below} has {FEWEST_RUNS} runs")),
+            Some(1) => Some(format!("one film ratio{below} tells no trend; add another")),
+            _ => None,
+        };
+        if let Some(why) = few {
+            return Ok(question.open(&why));
+        }
+        Ok(match self.sampled(parameters) {
+            Ok(weighed) => answered(question, own.asked.form, weighed),
+            Err(why) => question.open(&why),
+        })
+    }
+
+    /// Both models sampled and left every run out of; `Err` says why that cannot be done.
+    fn sampled(&self, parameters: Parameters) -> Result<Weighed, String> {
+        let Context { own, own_loo, .. } = self.context;
+        let form = own.asked;
+        let model = name(form.form);
+        let sampled;
+        let plain = match self.plain {
+            Some(plain) => plain,
+            None => {
+                sampled = self.sample(form, parameters.clone(), "plain")?;
+                &sampled
+            }
+        };
+        let usual = match own_loo.filter(|_| self.plain.is_some()) {
+            Some(known) => known.clone(),
+            None => self.leave_out(form, plain)?.0,
+        };
+        let with = parameters.with_trend(self.trend);
+        let bent = self.sample(form, with, "trend")?;
+        let (better, used) = self.leave_out(form, &bent)?;
+        let gain = difference(&better, &usual).ok_or("the models differ in their runs")?;
+        let mut models = [
+            compared(model.clone(), self.plain.is_some(), plain, &usual, used),
+            compared(format!("{model}+{}", self.trend.key()), false, &bent, &better, used),
+        ];
+        let behind = &mut models[usize::from(gain.value < 0.0)];
+        (behind.delta, behind.delta_se) = (-gain.value.abs(), gain.se);
+        let trend = self.trend(&bent).ok_or("the trend has no draws")?;
+        Ok(Weighed { models, gain, trend })
+    }
+
+    fn sample(&self, form: Asked, parameters: Parameters, which: &str) -> Result<Sampled, String> {
+        let Context {
+            scene,
+            least_squares,
+            watcher,
+            ..
+        } = self.context;
+        let stream = format!("question {} {which}", self.of.key());
+        sample_model(scene, self.runs, least_squares, (form, parameters, &stream), watcher)
+    }
+
+    /// Leave-one-out, and by how many draws.
+    fn leave_out(&self, form: Asked, sampled: &Sampled) -> Result<(Loo, usize), String> {
+        let used = affordable(self.runs, sampled.draws()).ok_or("too many runs to leave each out")?;
+        let found = leave_out(self.context.scene, self.runs, form, sampled, used)?;
+        Ok((found, used))
+    }
+
+    fn trend(&self, sampled: &Sampled) -> Option<Trend> {
+        let place = sampled.parameters.place(self.trend)?;
+        let parameter = &sampled.parameters.sampled[place];
+        let draws = quantile::sorted(sampled.values[place].concat());
+        let n = draws.len() as f64;
+        let mean = draws.iter().sum::<f64>() / n;
+        let squares: f64 = draws.iter().map(|x| (x - mean) * (x - mean)).sum();
+        (draws.len() > 1).then(|| Trend {
+            symbol: parameter.kind.symbol(),
+            mean,
+            sd: (squares / (n - 1.0)).sqrt(),
+            interval: [0.025, 0.975].map(|probability| quantile::of_sorted(&draws, probability)),
+            prior: parameter.prior.text(),
+            source: parameter.source,
+        })
+    }
+}
+
+/// Film ratios that differ by more than the gap and have runs enough, whatever groups they were put in.
+fn film_ratios(runs: &Runs, gap: f64) -> usize {
+    let wet = runs.series.iter().flat_map(|series| series.runs());
+    let mut ratios: Vec<f64> = wet.map(|run| runs.film[run] / runs.diameter[run]).collect();
+    ratios.sort_unstable_by(f64::total_cmp);
+    let mut rest = &ratios[..];
+    let mut counted = 0;
+    while let Some(first) = rest.first() {
+        let same = rest.partition_point(|ratio| *ratio <= first + gap);
+        counted += usize::from(same >= FEWEST_RUNS);
+        rest = &rest[same.max(1)..];
+    }
+    counted
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::runs::Series;
+
+    #[test]
+    fn film_ratios_are_counted_where_enough_runs_have_them() {
+        let of = |ratios: &[(f64, usize)]| {
+            let film: Vec<f64> = ratios.iter().flat_map(|(ratio, runs)| vec![*ratio; *runs]).collect();
+            let n = film.len();
+            let runs = Runs {
+                diameter: vec![1.0; n],
+                film,
+                series: vec![Series {
+                    particle: 0,
+                    liquid: 0,
+                    diameter: 1.0,
+                    film: 0.1,
+                    film_ratio: 0.1,
+                    rebounds: 0..n,
+                    stuck: n..n,
+                }],
+                ..Runs::default()
+            };
+            film_ratios(&runs, 0.004)
+        };
+        assert_eq!(of(&[]), 0);
+        assert_eq!(of(&[(0.03, 4)]), 0);
+        assert_eq!(of(&[(0.03, 5), (0.032, 5)]), 1);
+        assert_eq!(of(&[(0.03, 5), (0.06, 4), (0.09, 70)]), 2);
+        // films without nominal values: one group by its gaps, several film ratios all the same
+        let spread: Vec<(f64, usize)> = (0..60).map(|i| (0.03 + 0.001 * f64::from(i), 2)).collect();
+        assert_eq!(of(&spread), 12);
+    }
+}

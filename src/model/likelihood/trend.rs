@@ -1,0 +1,94 @@
+//! Reads L and C of a film ratio from the parameters, with their trends, and turns slopes of r into those of parameters.
+//!
+//! Symbols: f = ln(δ̃/δ̃_m), δ̃_m being the middle film ratio of the runs; L + L′ f and C exp(C′ f). With δc ∝ δ̃^p at one
+//! diameter L = ln(δc/ε) has the slope L′ = p; C′ is the power of the film ratio by which the inertial loss departs from
+//! its form. Empirical: neither is in the paper, which asks whether they vanish.
+
+use super::sums::Sums;
+use super::{Block, Law, Likelihood};
+use crate::model::parameters::{Kind, COMMON_SLOTS};
+use crate::physics::impact::{DrySpeed, Form};
+use crate::runs::Runs;
+
+/// The film ratio in the middle of the wet runs, their geometric mean: there L and C are what they are without trends.
+pub(super) fn middle_film_ratio(runs: &Runs) -> f64 {
+    let (mut logs, mut count) = (0.0, 0.0);
+    for series in &runs.series {
+        let weight = series.runs().len() as f64;
+        logs += weight * (series.film / series.diameter).ln();
+        count += weight;
+    }
+    if count > 0.0 {
+        (logs / count).exp()
+    } else {
+        1.0
+    }
+}
+
+/// What the parameters say at one film ratio.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Film {
+    /// L + L′ f
+    pub l: f64,
+    /// C
+    c: f64,
+    /// exp(C′ f)
+    grown: f64,
+    /// g(δ̃) and its slope in δ̃0
+    shape: (f64, f64),
+    /// f
+    ln_film: f64,
+}
+
+impl Film {
+    /// At a film ratio with this f, and this g and slope of g in δ̃0.
+    pub fn of(ln_film: f64, shape: (f64, f64), full: &[f64]) -> Film {
+        let at = |kind: Kind| full[kind.slot()];
+        let trend = at(Kind::InertialTrend);
+        Film {
+            l: at(Kind::LubricationLog) + at(Kind::LubricationTrend) * ln_film,
+            c: at(Kind::InertialPrefactor),
+            // an exponential a film is felt, and most models have no trend
+            grown: if trend == 0.0 { 1.0 } else { (trend * ln_film).exp() },
+            shape,
+            ln_film,
+        }
+    }
+
+    /// C exp(C′ f) ρ̃ g(δ̃).
+    pub fn inertial(&self, density_ratio: f64) -> f64 {
+        self.c * self.grown * density_ratio * self.shape.0
+    }
+
+    /// The law of runs with this film ratio.
+    pub fn law(&self, form: Form, k: f64, density_ratio: f64) -> Law {
+        Law {
+            order: form.dry,
+            own_speed: form.dry_speed == DrySpeed::Impact,
+            k,
+            inertial: self.inertial(density_ratio),
+            l: self.l,
+        }
+    }
+
+    /// Slopes of r turned into those of the parameters.
+    pub fn add_slopes(&self, block: &Block, sums: Sums, slopes: &mut [f64]) {
+        let (shape, shape_slope) = self.shape;
+        let kept = sums.kept * self.grown;
+        slopes[Kind::LubricationLog.slot()] -= sums.viscous;
+        slopes[Kind::LubricationTrend.slot()] -= sums.viscous * self.ln_film;
+        slopes[Kind::InertialPrefactor.slot()] -= kept * block.density_ratio * shape;
+        slopes[Kind::InertialTrend.slot()] -= kept * self.c * block.density_ratio * shape * self.ln_film;
+        slopes[Kind::FilmScale.slot()] -= kept * self.c * block.density_ratio * shape_slope;
+        slopes[COMMON_SLOTS + block.particle] -= 2.0 * sums.dry;
+    }
+}
+
+impl Likelihood {
+    /// What the parameters say at a film ratio, by its index.
+    pub(super) fn film(&self, film: usize, full: &[f64]) -> Film {
+        let (ratio, scale) = (self.film_ratios[film], full[Kind::FilmScale.slot()]);
+        let shape = self.form.inertia.shape_and_slope_film_scale(ratio, scale);
+        Film::of(self.ln_films[film], shape, full)
+    }
+}

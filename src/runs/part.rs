@@ -1,0 +1,83 @@
+//! Takes a part of the runs, in the order of the whole.
+
+use std::ops::Range;
+
+use super::series::{mean, DryGroup, FilmGroup, Runs, Series};
+
+impl Runs {
+    /// The dry runs, and the wet runs whose own δ/D lies below `film_ratio`; a series left without runs is gone.
+    ///
+    /// A film group keeps its name, also where some of its runs are gone.
+    pub fn with_films_below(&self, film_ratio: f64) -> Runs {
+        let mut part = Runs::default();
+        let all = |_: usize| true;
+        let thin = |run: usize| self.film[run] / self.diameter[run] < film_ratio;
+        for group in &self.dry {
+            let rebounds = part.take(self, group.rebounds.clone(), all);
+            let stuck = part.take(self, group.stuck.clone(), all);
+            part.dry.push(DryGroup {
+                rebounds,
+                stuck,
+                ..group.clone()
+            });
+        }
+        for group in &self.film_groups {
+            let first = part.series.len();
+            for series in &self.series[group.series.clone()] {
+                let rebounds = part.take(self, series.rebounds.clone(), thin);
+                let stuck = part.take(self, series.stuck.clone(), thin);
+                let runs = rebounds.start..stuck.end;
+                if !runs.is_empty() {
+                    part.series.push(Series {
+                        diameter: mean(&part.diameter[runs.clone()]),
+                        film: mean(&part.film[runs]),
+                        rebounds,
+                        stuck,
+                        ..series.clone()
+                    });
+                }
+            }
+            let series = first..part.series.len();
+            if !series.is_empty() {
+                part.film_groups.push(FilmGroup {
+                    series,
+                    ..group.clone()
+                });
+            }
+        }
+        part
+    }
+
+    /// Wet runs.
+    pub fn wet(&self) -> usize {
+        self.series.iter().map(|series| series.runs().len()).sum()
+    }
+
+    /// Appends some runs of another table, and says where they are.
+    fn take(&mut self, from: &Runs, range: Range<usize>, keep: impl Fn(usize) -> bool) -> Range<usize> {
+        let first = self.len();
+        // every column by name: one that is added must be taken, too
+        let Runs {
+            diameter,
+            film,
+            impact_speed,
+            restitution,
+            row,
+            errors,
+            dry: _,
+            film_groups: _,
+            series: _,
+        } = self;
+        for run in range.filter(|run| keep(*run)) {
+            diameter.push(from.diameter[run]);
+            film.push(from.film[run]);
+            impact_speed.push(from.impact_speed[run]);
+            restitution.push(from.restitution[run]);
+            row.push(from.row[run]);
+            if let Some(all) = &from.errors {
+                errors.get_or_insert_default().push(all.of(run));
+            }
+        }
+        first..self.len()
+    }
+}
