@@ -49,6 +49,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         strata: 0..pool.strata.len(),
         series: 0..1,
         fitted: [fit.parameters[0], fit.parameters[1]],
+        kept: None,
     };
     let e_inf = |p: [f64; 2]| if linear { p[0] } else { p[0].sqrt() };
     let value = e_inf(target.fitted);

@@ -206,6 +206,7 @@ fn every_replicate_is_the_plain_fit_of_its_weights() {
                 strata,
                 series: 0..1,
                 fitted,
+                kept: None,
             };
             [of(0..x.len(), 0..sizes.len()), of(some.clone(), 3..10)]
         })
@@ -263,6 +264,7 @@ fn stratified(pool: &Pool, scheme: ResamplingScheme, replicates: usize) -> Vec<f
         strata: 0..pool.strata.len(),
         series: 0..pool.series.len(),
         fitted: [0.8, 10.0],
+        kept: None,
     };
     let plan = Plan {
         replicates,
@@ -361,6 +363,7 @@ fn forgetting_the_strata_spreads_the_replicates() {
             strata: 0..pool.strata.len(),
             series: 0..pool.series.len(),
             fitted: [0.65, 0.0],
+            kept: None,
         };
         let plan = Plan {
             replicates: 2000,

@@ -78,6 +78,7 @@ fn jackknife_and_studentized_limits_are_the_scripts() {
             strata: 0..3,
             series: 0..1,
             fitted: full.parameters,
+            kept: None,
         };
         let influences: Vec<Vec<f64>> = leave_one_out(&pool, &target, ResamplingScheme::Cases)
             .iter()
@@ -147,6 +148,7 @@ fn covered(test: &str, unit_df: bool, ends: fn(f64, f64) -> (f64, f64)) -> (usiz
             strata: 0..8,
             series: 0..1,
             fitted,
+            kept: None,
         };
         let plan = Plan {
             replicates: 1000,

@@ -4,16 +4,18 @@ use serde::Serialize;
 
 use super::dry::FittedDry;
 use super::energy::density_ratio;
+use super::erring::{Columns, Weighed};
 use super::estimate::{Estimate, Quoting, Scale};
-use super::judge::{spread, uncertain, why_stopped};
+use super::judge::{one_against, spread, uncertain, why_stopped};
 use super::own_dry_speed::reference_dry_speed;
 use super::pooling::tell_bias;
 use super::scaling::FittedScaling;
 use super::Verdict;
 use crate::inference::balance::{fit_balance, Balance, Block};
 use crate::inference::delta::Uncertain;
+use crate::inference::effective_variance::{chi_squared, weigh, Weighing};
 use crate::inference::least_squares::{Fit, Stop};
-use crate::inference::nested::{one_law_for_all, FTest, Spread};
+use crate::inference::nested::{FTest, Spread};
 use crate::physics::impact::Form;
 use crate::physics::inertia::Inertia;
 use crate::physics::{numbers, viscous};
@@ -39,6 +41,9 @@ pub struct EnergyBalance {
     pub dry_k_shift_in_se: Option<f64>,
     /// spread of the restitutions about the law
     pub residual_sd: Option<f64>,
+    /// how measurement errors entered; `None` where no run carries one
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measurement_errors: Option<Weighed>,
     /// this law for all against a square-root law for each particle and film ratio
     pub lack_of_fit: Option<FTest>,
     /// how the fit ended
@@ -108,11 +113,11 @@ pub fn find(
     if blocks.is_empty() {
         return None;
     }
-    let separate: Vec<Spread> = scaling
+    let separate: Vec<(Spread, Option<Weighing>)> = scaling
         .iter()
         .filter(|fitted| fitted.law == Law::Sqrt && fitted.scaling.film_ratio.is_some())
         .filter(|fitted| fitted.scaling.runs > 0 && place(fitted.particle).is_some())
-        .map(|fitted| fitted.spread)
+        .map(|fitted| (fitted.spread, fitted.weighing.clone()))
         .collect();
     let dry_k: Vec<(f64, f64)> = known.iter().map(|(_, k)| *k).collect();
     let of_form = |inertia: Inertia| {
@@ -124,6 +129,15 @@ pub fn find(
         })
     };
     let (balance, fit) = if open { closest(of_form) } else { of_form(form.inertia) };
+    let (balance, (fit, weighing)) = match errors(runs, place) {
+        Some(errors) => {
+            let in_errors = in_standard_errors(balance.clone(), 1.0);
+            let (fit, weighing) = weigh(&errors.erring(), fit, |_| in_errors.clone());
+            let balance = if weighing.is_some() { in_errors } else { balance };
+            (balance, (fit, weighing))
+        }
+        None => (balance, (fit, None)),
+    };
     let uncertain = uncertain(&fit);
     let converged = fit.stop == Stop::Converged;
     let estimate = |j: usize, value: f64, slope: f64, how: Scale| {
@@ -173,7 +187,12 @@ pub fn find(
         runs: one.runs - known.len(),
         ..one
     };
-    let lack_of_fit = one_law_for_all(one, &separate).filter(|_| converged);
+    let each = separate.iter().map(|(spread, weighing)| (*spread, weighing.as_ref()));
+    let lack_of_fit = one_against(one, each, |mut variance| {
+        variance.resize(fit.degrees_of_freedom + fit.parameters.len(), 1.0);
+        chi_squared(&balance, &variance, &fit.parameters)
+    });
+    let lack_of_fit = lack_of_fit.filter(|_| converged);
     let shifts = parameters[wet.len()..]
         .iter()
         .zip(&dry_k)
@@ -195,6 +214,7 @@ pub fn find(
         parameters,
         derived,
         residual_sd: fit.residual_sd,
+        measurement_errors: weighing.as_ref().map(Weighed::of),
         lack_of_fit,
         stop: fit.stop.as_str(),
         held: Held {
@@ -221,6 +241,21 @@ pub(super) fn blocks<'r>(scene: &Scene, runs: &'r Runs, place: impl Fn(usize) ->
     rebounding
         .filter_map(|series| block(scene, runs, series, &place))
         .collect()
+}
+
+/// What the rebounds of [`blocks`] err by; `None` where no run of the table does.
+pub(super) fn errors(runs: &Runs, place: impl Fn(usize) -> Option<usize>) -> Option<Columns> {
+    let placed = runs.series.iter().filter(|series| place(series.particle).is_some());
+    Columns::of(runs, placed.map(|series| series.rebounds.clone()), None)
+}
+
+/// The balance with the dry runs' k in their standard errors, as runs weighed by their own errors want them; `share` of
+/// the rebounds are among these runs, which are held by as much less.
+pub(super) fn in_standard_errors(balance: Balance, share: f64) -> Balance {
+    Balance {
+        spread: share.sqrt(),
+        ..balance
+    }
 }
 
 /// The rebounds of one series; `None` where its particle has no place.
@@ -349,8 +384,13 @@ fn derive(
 
 /// Spread of the restitutions about the separate laws that could be fitted; 1 where they leave none, which holds k at
 /// its dry fit.
-fn pooled_sd(separate: &[Spread]) -> f64 {
-    let separate = || separate.iter().filter(|group| group.sum_of_squares.is_finite());
+fn pooled_sd(separate: &[(Spread, Option<Weighing>)]) -> f64 {
+    let separate = || {
+        separate
+            .iter()
+            .map(|(spread, _)| spread)
+            .filter(|group| group.sum_of_squares.is_finite())
+    };
     let squares: f64 = separate().map(|group| group.sum_of_squares).sum();
     let freedom: usize = separate()
         .map(|group| group.runs.saturating_sub(group.parameters))

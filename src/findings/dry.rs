@@ -2,13 +2,15 @@
 
 use serde::Serialize;
 
+use super::erring::{Columns, Weighed};
 use super::estimate::{Estimate, Quoting, Scale};
-use super::judge::{spread, uncertain, why_stopped};
+use super::judge::{one_against, spread, uncertain, why_stopped};
 use super::Verdict;
 use crate::inference::distributions::student_t_quantile;
-use crate::inference::laws::fit_dry;
+use crate::inference::effective_variance::Weighing;
+use crate::inference::laws::{dry_squares, fit_dry_weighed};
 use crate::inference::least_squares::{Fit, Stop};
-use crate::inference::nested::{one_law_for_all, FTest, Spread};
+use crate::inference::nested::FTest;
 use crate::physics::dry::Order;
 use crate::runs::{DryGroup, Runs};
 use crate::scene::Scene;
@@ -26,6 +28,9 @@ pub struct Dry {
     pub dry_k: Estimate,
     /// spread of the restitutions about the law
     pub residual_sd: Option<f64>,
+    /// how measurement errors entered; `None` where no run carries one
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measurement_errors: Option<Weighed>,
     /// k of each diameter
     pub by_diameter: Vec<DryOfDiameter>,
     /// one k for all diameters against one k each; `None` with a single diameter
@@ -54,6 +59,8 @@ pub struct FittedDry {
     pub particle: usize,
     /// k and its standard error, where it may be used
     pub usable: Option<(f64, f64)>,
+    /// how its runs were weighed, where they carry measurement errors
+    pub weighing: Option<Weighing>,
     /// what is told
     pub dry: Dry,
 }
@@ -75,20 +82,28 @@ fn of_particle(scene: &Scene, runs: &Runs, particle: usize, groups: &[&DryGroup]
     };
     let (speeds, restitutions) = (gather(&runs.impact_speed), gather(&runs.restitution));
     let order = scene.model.form().dry;
-    let fit = fit_dry(&speeds, &restitutions, order);
+    let errors_of = |groups: &[&DryGroup]| Columns::of(runs, groups.iter().map(|group| group.rebounds.clone()), None);
+    let errors = errors_of(groups);
+    let erring = errors.as_ref().map(Columns::erring);
+    let (fit, weighing) = fit_dry_weighed(&speeds, &restitutions, order, erring.as_ref());
     let fastest = speeds.iter().copied().fold(0.0, f64::max);
     let stuck = groups.iter().map(|group| group.stuck.len()).sum();
     let verdict = judge(&fit, order, fastest, stuck);
-    let separate: Vec<(f64, Fit)> = groups
+    let separate: Vec<(f64, (Fit, Option<Weighing>))> = groups
         .iter()
         .map(|group| {
             let range = group.rebounds.clone();
-            let fit = fit_dry(&runs.impact_speed[range.clone()], &runs.restitution[range], order);
-            (group.diameter, fit)
+            let errors = errors_of(&[group]);
+            let erring = errors.as_ref().map(Columns::erring);
+            let (v, e) = (&runs.impact_speed[range.clone()], &runs.restitution[range]);
+            (group.diameter, fit_dry_weighed(v, e, order, erring.as_ref()))
         })
         .collect();
-    let spreads: Vec<Spread> = separate.iter().map(|(_, fit)| spread(fit)).collect();
-    let heterogeneity = one_law_for_all(spread(&fit), &spreads);
+    let one = |variance: Vec<f64>| dry_squares(&speeds, &restitutions, order, &variance, &fit.parameters);
+    let each = separate
+        .iter()
+        .map(|(_, (fit, weighing))| (spread(fit), weighing.as_ref()));
+    let heterogeneity = one_against(spread(&fit), each, one);
     let dry_k = estimate(&fit, quoting);
     FittedDry {
         particle,
@@ -99,10 +114,11 @@ fn of_particle(scene: &Scene, runs: &Runs, particle: usize, groups: &[&DryGroup]
             stuck,
             dry_k,
             residual_sd: fit.residual_sd,
+            measurement_errors: weighing.as_ref().map(Weighed::of),
             by_diameter: separate
                 .iter()
                 .zip(groups)
-                .map(|((diameter, fit), group)| DryOfDiameter {
+                .map(|((diameter, (fit, _)), group)| DryOfDiameter {
                     diameter_m: *diameter,
                     runs: group.rebounds.len(),
                     dry_k: estimate(fit, quoting),
@@ -112,6 +128,7 @@ fn of_particle(scene: &Scene, runs: &Runs, particle: usize, groups: &[&DryGroup]
             stop: fit.stop.as_str(),
             verdict,
         },
+        weighing,
     }
 }
 

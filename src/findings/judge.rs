@@ -2,8 +2,9 @@
 
 use super::Verdict;
 use crate::inference::delta::Uncertain;
+use crate::inference::effective_variance::Weighing;
 use crate::inference::least_squares::{Fit, Stop};
-use crate::inference::nested::Spread;
+use crate::inference::nested::{one_law_for_all, FTest, Spread};
 
 pub(super) const ALPHA_NOT_POSITIVE: &str = "α is not positive: the runs do not reach e_inf";
 pub(super) const BETA_NOT_NEGATIVE: &str = "β is not negative: the restitution does not fall towards low speeds";
@@ -59,4 +60,38 @@ pub(super) fn spread(fit: &Fit) -> Spread {
         runs: fit.degrees_of_freedom + parameters,
         parameters,
     }
+}
+
+/// One law for all groups against a law each, by F. Where runs are weighed, both sides have the weights of the groups:
+/// `one` gives the weighted squares of the one law, fitted again with these variances of all runs.
+pub(super) fn one_against<'w>(
+    of_all: Spread,
+    groups: impl Iterator<Item = (Spread, Option<&'w Weighing>)> + Clone,
+    one: impl Fn(Vec<f64>) -> f64,
+) -> Option<FTest> {
+    if groups.clone().all(|(_, weighing)| weighing.is_none()) {
+        let spreads: Vec<Spread> = groups.map(|(spread, _)| spread).collect();
+        return one_law_for_all(of_all, &spreads);
+    }
+    let (mut spreads, mut variance) = (vec![], vec![]);
+    for (own, weighing) in groups {
+        let (sum_of_squares, of_runs) = match weighing {
+            Some(weighing) => (weighing.squares, weighing.variance.clone()),
+            None => {
+                let each = own.sum_of_squares / own.runs.checked_sub(own.parameters)? as f64;
+                let each = Some(each).filter(|each| *each > 0.0 && each.is_finite())?;
+                (own.sum_of_squares / each, vec![each; own.runs])
+            }
+        };
+        variance.extend(of_runs);
+        spreads.push(Spread { sum_of_squares, ..own });
+    }
+    let sum_of_squares = one(variance);
+    let one = Spread {
+        sum_of_squares,
+        // a run left out of its own group is left out here, too
+        runs: spreads.iter().map(|own| own.runs).sum(),
+        ..of_all
+    };
+    one_law_for_all(one, &spreads)
 }

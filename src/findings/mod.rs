@@ -5,6 +5,7 @@
 //! | `estimate.rs` | a number with its standard error, its interval, or why there is none |
 //! | `judge.rs` | whether a fit may be quoted |
 //! | `dry.rs` | k of each particle, and whether one k serves all diameters |
+//! | `erring.rs` | what the runs of a fit are measured to err by |
 //! | `own_dry_speed.rs` | e_dry at each run's own speed |
 //! | `series.rs` | the square-root law of each series |
 //! | `scaling.rs` | e_inf and St_c by both laws, with the linear law's bias on this design |
@@ -30,6 +31,7 @@ pub mod compare;
 pub mod constants;
 pub mod dry;
 pub mod energy;
+pub mod erring;
 pub mod estimate;
 pub mod identify;
 mod judge;
@@ -127,6 +129,9 @@ pub struct Counts {
     pub stuck: usize,
     /// runs left out, by reason
     pub screened: Vec<Screened>,
+    /// runs in use that carry measurement errors; `None` where none does
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measurement_errors: Option<erring::Given>,
 }
 
 /// Whether a result may be quoted, and why or why not.
@@ -215,6 +220,7 @@ pub fn find_watched(
             used: runs.len() - runs.stuck(),
             stuck: runs.stuck(),
             screened: table.screened.clone(),
+            measurement_errors: erring::Given::of(runs),
         },
         dry: dry.into_iter().map(|fitted| fitted.dry).collect(),
         series,
@@ -233,6 +239,7 @@ pub fn find_watched(
         verdicts,
         notices,
     };
+    findings.notices.extend(erring::notices(&findings.scaling));
     findings.identifies = identify::directions(scene, runs, &findings);
     findings.notices.extend(identify::notice(findings.identifies.as_ref()));
     findings

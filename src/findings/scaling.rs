@@ -4,14 +4,19 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::dry::FittedDry;
+use super::erring::{Columns, Weighed};
 use super::estimate::{Estimate, Quoting, Scale};
-use super::judge::{judge_square_root, spread, uncertain, why_stopped};
+use super::judge::{judge_square_root, one_against, spread, uncertain, why_stopped};
 use super::own_dry_speed::OwnDrySpeed;
 use super::Verdict;
 use crate::inference::delta::Uncertain;
-use crate::inference::laws::{fit_linear, fit_square_root};
+use crate::inference::effective_variance::Weighing;
+use crate::inference::laws::{
+    fit_linear, fit_linear_weighed, fit_square_root_weighed, linear_squares, speed_error_that_matters,
+    square_root_squares,
+};
 use crate::inference::least_squares::{Fit, Stop};
-use crate::inference::nested::{one_law_for_all, FTest, Spread};
+use crate::inference::nested::{FTest, Spread};
 use crate::physics::numbers::stokes;
 use crate::runs::{FilmGroup, Runs, Series};
 use crate::scene::{Law, Scene};
@@ -47,6 +52,11 @@ pub struct Scaling {
     pub one_for_all: Option<FTest>,
     /// spread of the restitutions about the law
     pub residual_sd: Option<f64>,
+    /// the error of v, as a share of it, that would bias β by a tenth of its standard error (square root only)
+    pub speed_error_of_a_tenth_se: Option<f64>,
+    /// how measurement errors entered; `None` where no run carries one
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measurement_errors: Option<Weighed>,
     /// how the fit ended
     pub stop: &'static str,
     /// whether it may be quoted
@@ -79,6 +89,8 @@ pub struct FittedScaling {
     pub shift_by_dry_k: [f64; 2],
     /// what the fit leaves unexplained
     pub spread: Spread,
+    /// how its runs were weighed, where they carry measurement errors
+    pub weighing: Option<Weighing>,
     /// what is told
     pub scaling: Scaling,
 }
@@ -87,7 +99,7 @@ pub struct FittedScaling {
 pub(super) struct Pool {
     pub(super) inverse_stokes: Vec<f64>,
     pub(super) speeds: Vec<f64>,
-    restitution: Vec<f64>,
+    pub(super) restitution: Vec<f64>,
     stuck: usize,
 }
 
@@ -139,11 +151,16 @@ pub fn find(scene: &Scene, runs: &Runs, dry: &[FittedDry], quoting: Quoting) -> 
         .into_par_iter()
         .map(|(particle, film_ratio, series)| both_laws(scene, runs, dry, quoting, particle, film_ratio, series))
         .collect();
-    test_one_for_all(pairs)
+    test_one_for_all(scene, runs, dry, pairs)
 }
 
 /// Compares, for each particle and law, the fit over all film ratios with those at each.
-fn test_one_for_all(pairs: Vec<[(FittedScaling, Fit); 2]>) -> Vec<FittedScaling> {
+fn test_one_for_all(
+    scene: &Scene,
+    runs: &Runs,
+    dry: &[FittedDry],
+    pairs: Vec<[(FittedScaling, Fit); 2]>,
+) -> Vec<FittedScaling> {
     let fits: Vec<(FittedScaling, Fit)> = pairs.into_iter().flatten().collect();
     let tests: Vec<Option<FTest>> = fits
         .iter()
@@ -155,12 +172,14 @@ fn test_one_for_all(pairs: Vec<[(FittedScaling, Fit); 2]>) -> Vec<FittedScaling>
             if all.scaling.film_ratio.is_some() {
                 return None;
             }
-            let separate: Vec<_> = fits.iter().filter(of_ratio).map(|(_, fit)| fit).collect();
-            if !separate.iter().all(|fit| fit.stop == Stop::Converged) {
+            let separate = fits.iter().filter(of_ratio);
+            if !separate.clone().all(|(_, fit)| fit.stop == Stop::Converged) {
                 return None;
             }
-            let spreads: Vec<_> = separate.into_iter().map(spread).collect();
-            one_law_for_all(spread(fit), &spreads)
+            let groups = separate.map(|(fitted, fit)| (spread(fit), fitted.weighing.as_ref()));
+            one_against(spread(fit), groups, |variance| {
+                squares_of_one(scene, runs, dry, all, &variance, &fit.parameters)
+            })
         })
         .collect();
     fits.into_iter()
@@ -178,6 +197,25 @@ fn test_one_for_all(pairs: Vec<[(FittedScaling, Fit); 2]>) -> Vec<FittedScaling>
         .collect()
 }
 
+/// Weighted squares of one law for all film ratios, fitted with these variances of the runs.
+fn squares_of_one(
+    scene: &Scene,
+    runs: &Runs,
+    dry: &[FittedDry],
+    all: &FittedScaling,
+    variance: &[f64],
+    start: &[f64],
+) -> f64 {
+    let pool = Pool::new(scene, runs, &runs.series[all.series.clone()], true);
+    let own = OwnDrySpeed::new(scene, dry, all.particle);
+    let offset = own.map_or_else(Vec::new, |own| own.offsets(&pool.speeds));
+    let x = &pool.inverse_stokes;
+    match all.law {
+        Law::Sqrt => square_root_squares(x, &offset, &pool.restitution, variance, start),
+        Law::Linear => linear_squares(x, &pool.restitution, variance, start),
+    }
+}
+
 fn both_laws(
     scene: &Scene,
     runs: &Runs,
@@ -191,15 +229,23 @@ fn both_laws(
     let pool = Pool::new(scene, runs, &runs.series[series.clone()], own.is_some());
     let x = &pool.inverse_stokes;
     let offset = own.as_ref().map_or_else(Vec::new, |own| own.offsets(&pool.speeds));
-    let root = fit_square_root(x, &offset, &pool.restitution);
-    let line = fit_linear(x, &pool.restitution);
+    let ranges = runs.series[series.clone()].iter().map(|one| one.rebounds.clone());
+    let errors = Columns::of(runs, ranges, own.as_ref());
+    let erring = errors.as_ref().map(Columns::erring);
+    let (root, root_weighing) = fit_square_root_weighed(x, &offset, &pool.restitution, erring.as_ref());
+    let (line, line_weighing) = fit_linear_weighed(x, &pool.restitution, erring.as_ref());
+    let variance = root_weighing.as_ref().map(|weighing| weighing.variance.as_slice());
     let mut root_uncertain = uncertain(&root);
     let shift = own.as_ref().map_or([0.0; 2], |own| {
-        own.widen(&mut root_uncertain, &root, x, &offset, &pool.speeds)
+        own.widen(&mut root_uncertain, &root, [x, &offset, &pool.speeds], variance)
     });
+    let offset_slopes = own
+        .as_ref()
+        .map_or_else(Vec::new, |own| own.all_offset_slopes(&pool.speeds));
+    let speed_error = speed_error_that_matters(&root, [x, &offset], &offset_slopes, variance.unwrap_or_default());
     let bias = linear_bias(&root, x, &offset);
     let line_uncertain = uncertain(&line);
-    let tell = |law: Law, fit: &Fit, uncertain: Uncertain, shift_by_dry_k: [f64; 2]| {
+    let tell = |law: Law, fit: &Fit, uncertain: Uncertain, shift_by_dry_k: [f64; 2], weighing: Option<Weighing>| {
         let name = &scene.particles[particle].name;
         let mut scaling = match law {
             Law::Sqrt => square_root_scaling(fit, x, &uncertain, quoting),
@@ -209,6 +255,8 @@ fn both_laws(
         scaling.film_ratio = film_ratio;
         scaling.runs = pool.restitution.len();
         scaling.stuck = pool.stuck;
+        scaling.speed_error_of_a_tenth_se = speed_error.filter(|_| law == Law::Sqrt && scaling.verdict.passed);
+        scaling.measurement_errors = weighing.as_ref().map(Weighed::of);
         let series = series.clone();
         FittedScaling {
             particle,
@@ -218,11 +266,12 @@ fn both_laws(
             uncertain,
             shift_by_dry_k,
             spread: spread(fit),
+            weighing,
             scaling,
         }
     };
-    let of_root = tell(Law::Sqrt, &root, root_uncertain, shift);
-    let of_line = tell(Law::Linear, &line, line_uncertain, [0.0; 2]);
+    let of_root = tell(Law::Sqrt, &root, root_uncertain, shift, root_weighing);
+    let of_line = tell(Law::Linear, &line, line_uncertain, [0.0; 2], line_weighing);
     [(of_root, root), (of_line, line)]
 }
 
@@ -239,8 +288,11 @@ pub(super) fn square_root_of(
 ) -> Option<[f64; 2]> {
     let pool = Pool::new(scene, runs, series, true);
     let own = OwnDrySpeed::new(scene, dry, particle);
-    let offset = own.map_or_else(Vec::new, |own| own.offsets(&pool.speeds));
-    let [alpha, beta] = two(&fit_square_root(&pool.inverse_stokes, &offset, &pool.restitution));
+    let offset = own.as_ref().map_or_else(Vec::new, |own| own.offsets(&pool.speeds));
+    let errors = Columns::of(runs, series.iter().map(|one| one.rebounds.clone()), own.as_ref());
+    let erring = errors.as_ref().map(Columns::erring);
+    let (fit, _) = fit_square_root_weighed(&pool.inverse_stokes, &offset, &pool.restitution, erring.as_ref());
+    let [alpha, beta] = two(&fit);
     (alpha > 0.0 && beta < 0.0).then(|| [alpha.sqrt(), -beta / (2.0 * alpha)])
 }
 
@@ -353,6 +405,8 @@ fn blank(fit: &Fit, verdict: Verdict) -> Scaling {
         bias: None,
         one_for_all: None,
         residual_sd: fit.residual_sd,
+        speed_error_of_a_tenth_se: None,
+        measurement_errors: None,
         stop: fit.stop.as_str(),
         verdict,
     }

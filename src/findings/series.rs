@@ -4,11 +4,13 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::dry::FittedDry;
+use super::erring::{Columns, Weighed};
 use super::estimate::{Estimate, Quoting, Scale};
 use super::judge::{falls, judge_square_root, uncertain, why_stopped, ALPHA_NOT_POSITIVE, BETA_NOT_NEGATIVE};
 use super::own_dry_speed::OwnDrySpeed;
 use super::Verdict;
-use crate::inference::laws::fit_square_root;
+use crate::inference::effective_variance::Weighing;
+use crate::inference::laws::{fit_square_root_weighed, speed_error_that_matters};
 use crate::inference::least_squares::Stop;
 use crate::runs::{Runs, Series};
 use crate::scene::Scene;
@@ -40,6 +42,14 @@ pub struct SeriesFit {
     pub threshold_speed_m_s: Estimate,
     /// spread of the restitutions about the law
     pub residual_sd: Option<f64>,
+    /// the error of v, as a share of it, that would bias β by a tenth of its standard error
+    pub speed_error_of_a_tenth_se: Option<f64>,
+    /// how measurement errors entered; `None` where no run carries one
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measurement_errors: Option<Weighed>,
+    /// the same for every run, for replicates
+    #[serde(skip)]
+    pub weighing: Option<Weighing>,
     /// how the fit ended
     pub stop: &'static str,
     /// whether it may be quoted
@@ -71,10 +81,14 @@ fn of_series(scene: &Scene, runs: &Runs, series: &Series, dry: &[FittedDry], quo
     let x: Vec<f64> = speeds.iter().map(|v| 1.0 / v).collect();
     let own = OwnDrySpeed::new(scene, dry, series.particle);
     let offset = own.as_ref().map_or_else(Vec::new, |own| own.offsets(speeds));
-    let fit = fit_square_root(&x, &offset, &runs.restitution[series.rebounds.clone()]);
+    let errors = Columns::of(runs, std::iter::once(series.rebounds.clone()), own.as_ref());
+    let erring = errors.as_ref().map(Columns::erring);
+    let restitution = &runs.restitution[series.rebounds.clone()];
+    let (fit, weighing) = fit_square_root_weighed(&x, &offset, restitution, erring.as_ref());
+    let variance = weighing.as_ref().map(|weighing| weighing.variance.as_slice());
     let mut uncertain = uncertain(&fit);
     if let Some(own) = &own {
-        own.widen(&mut uncertain, &fit, &x, &offset, speeds);
+        own.widen(&mut uncertain, &fit, [&x, &offset, speeds], variance);
     }
     let verdict = judge_square_root(&fit, &x);
     let converged = fit.stop == Stop::Converged;
@@ -114,6 +128,15 @@ fn of_series(scene: &Scene, runs: &Runs, series: &Series, dry: &[FittedDry], quo
             [beta / (alpha * alpha), -1.0 / alpha],
         ),
         residual_sd: fit.residual_sd,
+        speed_error_of_a_tenth_se: speed_error_that_matters(
+            &fit,
+            [&x, &offset],
+            &own.as_ref().map_or_else(Vec::new, |own| own.all_offset_slopes(speeds)),
+            variance.unwrap_or_default(),
+        )
+        .filter(|_| verdict.passed),
+        measurement_errors: weighing.as_ref().map(Weighed::of),
+        weighing,
         stop: fit.stop.as_str(),
         verdict,
     }

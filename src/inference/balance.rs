@@ -6,6 +6,7 @@
 
 use nalgebra::DMatrix;
 
+use super::effective_variance::{Erring, InSpeed, OfSpeed, Weighted};
 use super::information::Sums;
 use super::least_squares::{fit, Fit, OutOfDomain, ResidualProblem, Stop};
 use crate::physics::impact::Form;
@@ -272,9 +273,55 @@ impl ResidualProblem for Balance<'_> {
     }
 }
 
-/// Fits the balance again from where a fit of nearly the same balance ended.
-pub fn refit_balance(balance: &Balance, near: &[f64]) -> Fit {
-    fit(balance, near)
+/// Share of its speed by which a run is moved each way: a difference then errs by 1e-8 of a slope, and by as much of a
+/// bend in rounding.
+const STEP: f64 = 1e-4;
+
+impl OfSpeed for Balance<'_> {
+    fn in_speed(&self, b: &[f64], erring: &Erring) -> Result<InSpeed, OutOfDomain> {
+        let at = |step: f64| {
+            let moved = |block: &Block| block.impact_speed.iter().map(|v| v * (1.0 + step)).collect();
+            let speeds: Vec<Vec<f64>> = self.blocks.iter().map(moved).collect();
+            let blocks: Vec<Block> = self
+                .blocks
+                .iter()
+                .zip(&speeds)
+                .map(|(block, impact_speed)| Block { impact_speed, ..*block })
+                .collect();
+            let balance = Balance {
+                blocks: &blocks,
+                ..self.clone()
+            };
+            let mut jacobian = DMatrix::zeros(self.runs(), self.parameters());
+            balance.jacobian(b, &mut jacobian)?;
+            Ok((balance.fitted(b), jacobian))
+        };
+        let ((less, of_less), (here, jacobian), (more, of_more)) = (at(-STEP)?, at(0.0)?, at(STEP)?);
+        let mut jacobian_slope = of_more - of_less;
+        let (mut slope, mut bend) = (vec![0.0; here.len()], vec![0.0; here.len()]);
+        for (run, v) in erring.speed.iter().enumerate() {
+            let step = STEP * v;
+            slope[run] = (more[run] - less[run]) / (2.0 * step);
+            bend[run] = (more[run] - 2.0 * here[run] + less[run]) / (step * step);
+            jacobian_slope.row_mut(run).scale_mut(0.5 / step);
+        }
+        Ok(InSpeed {
+            value: here,
+            slope,
+            bend,
+            jacobian,
+            jacobian_slope,
+        })
+    }
+}
+
+/// Fits the balance again from where a fit of nearly the same balance ended, its residuals times these roots of weights.
+pub fn refit_balance(balance: &Balance, roots: &[f64], near: &[f64]) -> Fit {
+    let problem = Weighted {
+        problem: balance,
+        roots,
+    };
+    fit(&problem, near)
 }
 
 /// Fits the balance; no starting values asked.

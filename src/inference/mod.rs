@@ -3,6 +3,7 @@
 //! | file | job |
 //! |---|---|
 //! | `least_squares/` | Levenberg–Marquardt, covariance, verdict of a fit |
+//! | `effective_variance.rs` | weighs runs by what speed and restitution are measured to err by |
 //! | `laws.rs` | the dry, linear and square-root laws as least-squares problems |
 //! | `balance.rs` | the energy balance over all rebounds as a least-squares problem |
 //! | `information.rs` | the directions in which runs say more than was believed before |
@@ -24,6 +25,7 @@ pub mod bootstrap;
 pub mod delta;
 pub mod diagnostics;
 pub mod distributions;
+pub mod effective_variance;
 pub mod importance;
 pub mod information;
 pub mod laplace;

@@ -166,15 +166,6 @@ impl Collected {
                 "check the speed calibration of these runs",
             ));
         }
-        let with_errors = self.columns.errors.runs();
-        if with_errors > 0 {
-            notices.push(Notice::new(
-                "measurement_errors_unused",
-                with_errors,
-                format!("{} runs carry measurement errors; they were checked and are not used: every run has the same weight", with_errors),
-                "compare them with the residual spread of the series",
-            ));
-        }
         notices
     }
 }

@@ -33,10 +33,12 @@ impl MeasurementErrors {
         [self.impact_speed_sd[run], self.restitution_sd[run]]
     }
 
-    /// Runs that carry an error above 0.
-    pub fn runs(&self) -> usize {
-        let both = self.impact_speed_sd.iter().zip(&self.restitution_sd);
-        both.filter(|(s_v, u)| **s_v > 0.0 || **u > 0.0).count()
+    /// Runs that carry an error above 0: any at all, of the impact speed, of the restitution beyond its share of that.
+    pub fn counts(&self) -> [usize; 3] {
+        let both = || self.impact_speed_sd.iter().zip(&self.restitution_sd);
+        let any = both().filter(|(s_v, u)| **s_v > 0.0 || **u > 0.0).count();
+        let of = |column: &[f64]| column.iter().filter(|sd| **sd > 0.0).count();
+        [any, of(&self.impact_speed_sd), of(&self.restitution_sd)]
     }
 }
 

@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use crate::findings::dry::FittedDry;
 use crate::findings::own_dry_speed::OwnDrySpeed;
-use crate::inference::bootstrap::{strata, Law, Pool, Target};
+use crate::inference::bootstrap::{strata, Kept, Law, Pool, Target};
+use crate::inference::effective_variance::Weighing;
 use crate::physics::dry::Order;
 use crate::physics::numbers::stokes;
 use crate::runs::Runs;
@@ -16,6 +17,8 @@ struct Place {
     strata: Range<usize>,
     /// empty where nothing rebounded: there is nothing to draw
     series: Range<usize>,
+    /// first of its rebounds in the table
+    first: usize,
 }
 
 /// The runs of all fits as columns in the order of the strata.
@@ -23,6 +26,8 @@ pub(super) struct Columns {
     pub(super) pool: Pool,
     places: Vec<Place>,
     dry_runs: usize,
+    /// where each run stands in the table
+    order: Vec<usize>,
     speed_root: Vec<f64>,
     dry_restitution: Vec<f64>,
     pub(super) inverse_speed: Vec<f64>,
@@ -37,6 +42,7 @@ impl Columns {
             pool: Pool::default(),
             places: vec![],
             dry_runs: 0,
+            order: vec![],
             speed_root: vec![],
             dry_restitution: vec![],
             inverse_speed: vec![],
@@ -92,8 +98,29 @@ impl Columns {
             runs,
             strata: strata..self.pool.strata.len(),
             series: series..self.pool.series.len(),
+            first: rebounds.start,
         });
+        self.order.extend(&order);
         order
+    }
+
+    /// How a fit weighed the runs of some places, in the order of their columns.
+    pub(super) fn kept(&self, weighing: Option<&Weighing>, places: Range<usize>) -> Option<Kept> {
+        let weighing = weighing?;
+        let mut weights = vec![];
+        for place in &self.places[places] {
+            let before = weights.len();
+            let at = |run: &usize| 1.0 / weighing.variance[before + run - place.first];
+            weights.extend(self.order[place.runs.clone()].iter().map(at));
+        }
+        let counted = weights.iter().filter(|weight| **weight > 0.0).count();
+        let mean = weights.iter().sum::<f64>() / counted as f64;
+        weights.iter_mut().for_each(|weight| *weight /= mean);
+        let bias = |j: usize| weighing.bias.get(j).copied().unwrap_or(0.0);
+        Some(Kept {
+            weights,
+            bias: [bias(0), bias(1)],
+        })
     }
 
     /// What some series cover together.
@@ -103,7 +130,7 @@ impl Columns {
         first.map_or(0, |range| range.start)..last.map_or(0, |range| range.end)
     }
 
-    pub(super) fn dry(&self, places: Range<usize>, k: f64, order: Order) -> Target<'_> {
+    pub(super) fn dry<'k>(&'k self, places: Range<usize>, k: f64, order: Order, kept: Option<&'k Kept>) -> Target<'k> {
         let range = self.joined(&places, |place| &place.runs);
         Target {
             law: Law::Dry(order),
@@ -113,10 +140,18 @@ impl Columns {
             strata: self.joined(&places, |place| &place.strata),
             series: self.joined(&places, |place| &place.series),
             fitted: [k, 0.0],
+            kept,
         }
     }
 
-    pub(super) fn wet(&self, law: Law, x: &'_ Vec<f64>, places: Range<usize>, fitted: [f64; 2]) -> Target<'_> {
+    pub(super) fn wet<'k>(
+        &'k self,
+        law: Law,
+        x: &'_ Vec<f64>,
+        places: Range<usize>,
+        fitted: [f64; 2],
+        kept: Option<&'k Kept>,
+    ) -> Target<'k> {
         let range = self.joined(&places, |place| &place.runs);
         let range = range.start - self.dry_runs..range.end - self.dry_runs;
         // the caller names one of our columns
@@ -134,6 +169,7 @@ impl Columns {
             strata: self.joined(&places, |place| &place.strata),
             series: self.joined(&places, |place| &place.series),
             fitted,
+            kept,
         }
     }
 }

@@ -12,6 +12,8 @@ mod tell;
 
 pub use cautions::{COVERAGE_OF_EIGHT, FEW_RUNS};
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -24,7 +26,8 @@ use super::series::SeriesFit;
 use super::shown;
 use crate::inference::bootstrap::jackknife::leave_one_out;
 use crate::inference::bootstrap::kernel::Weighted;
-use crate::inference::bootstrap::{replicate, Law, Plan, Target};
+use crate::inference::bootstrap::{replicate, Kept, Law, Plan, Target};
+use crate::inference::effective_variance::Weighing;
 use crate::notice::Notice;
 use crate::physics::viscous::critical_separation;
 use crate::runs::Runs;
@@ -144,6 +147,33 @@ pub fn complete(
     };
     let method = scene.bootstrap.interval.unwrap_or(DEFAULT_INTERVAL);
     let columns = Columns::new(scene, runs, dry);
+    let wet = runs.dry.len();
+    let own_dry = |fitted: &FittedDry| {
+        let mut groups = (0..wet).filter(|group| runs.dry[*group].particle == fitted.particle);
+        let first = groups.next()?;
+        Some(first..first + 1 + groups.count())
+    };
+    let kept = |weighing: &Option<Weighing>, places: Range<usize>| {
+        let mut kept = columns.kept(weighing.as_ref(), places)?;
+        if matches!(plan.scheme, ResamplingScheme::Residuals | ResamplingScheme::Parametric) {
+            // noise about the law at the speeds as they were read: nothing errs in speed
+            kept.bias = [0.0; 2];
+        }
+        Some(kept)
+    };
+    let kept_dry: Vec<Option<Kept>> = dry
+        .iter()
+        .map(|fitted| kept(&fitted.weighing, own_dry(fitted)?))
+        .collect();
+    let kept_series: Vec<Option<Kept>> = series
+        .iter()
+        .enumerate()
+        .map(|(index, fit)| kept(&fit.weighing, wet + index..wet + index + 1))
+        .collect();
+    let kept_scaling: Vec<Option<Kept>> = scaling
+        .iter()
+        .map(|fitted| kept(&fitted.weighing, wet + fitted.series.start..wet + fitted.series.end))
+        .collect();
     let mut targets: Vec<Target> = vec![];
     let mut add = |target| {
         targets.push(target);
@@ -152,21 +182,17 @@ pub fn complete(
     let order = scene.model.form().dry;
     let dry_targets: Vec<Option<usize>> = dry
         .iter()
-        .map(|fitted| {
-            let first = runs.dry.iter().position(|group| group.particle == fitted.particle)?;
-            let count = runs
-                .dry
-                .iter()
-                .filter(|group| group.particle == fitted.particle)
-                .count();
-            Some(add(columns.dry(first..first + count, fitted.dry.dry_k.value?, order)))
+        .zip(&kept_dry)
+        .map(|(fitted, kept)| {
+            let k = fitted.dry.dry_k.value?;
+            Some(add(columns.dry(own_dry(fitted)?, k, order, kept.as_ref())))
         })
         .collect();
-    let wet = runs.dry.len();
     let series_targets: Vec<Option<usize>> = series
         .iter()
+        .zip(&kept_series)
         .enumerate()
-        .map(|(index, fit)| {
+        .map(|(index, (fit, kept))| {
             let fitted = [fit.alpha.value?, fit.beta.value?];
             let strata = wet + index..wet + index + 1;
             Some(add(columns.wet(
@@ -174,12 +200,14 @@ pub fn complete(
                 &columns.inverse_speed,
                 strata,
                 fitted,
+                kept.as_ref(),
             )))
         })
         .collect();
     let scaling_targets: Vec<Option<usize>> = scaling
         .iter()
-        .map(|fitted| {
+        .zip(&kept_scaling)
+        .map(|(fitted, kept)| {
             let law = match fitted.law {
                 scene::Law::Sqrt => Law::SquareRoot,
                 scene::Law::Linear => Law::Linear,
@@ -190,6 +218,7 @@ pub fn complete(
                 &columns.inverse_stokes,
                 strata,
                 fitted.parameters?,
+                kept.as_ref(),
             )))
         })
         .collect();

@@ -1,9 +1,10 @@
 //! Moves the minimum of the energy balance with the constants, without fitting again.
 
-use crate::findings::balance::{blocks, e_inf2, known, Held};
+use crate::findings::balance::{blocks, e_inf2, errors, in_standard_errors, known, Held};
 use crate::findings::dry::FittedDry;
 use crate::findings::energy::density_ratio;
 use crate::inference::balance::{refit_balance, Balance, Block};
+use crate::inference::effective_variance::{roots, weigh, Weighted};
 use crate::inference::least_squares::Minimum;
 use crate::physics::viscous;
 use crate::runs::Runs;
@@ -15,6 +16,8 @@ pub(super) struct Movable<'h> {
     known: Vec<(usize, (f64, f64))>,
     dry_k: Vec<(f64, f64)>,
     share: f64,
+    /// roots of the runs' weights; empty where they carry no errors
+    roots: Vec<f64>,
     minimum: Minimum,
 }
 
@@ -35,12 +38,32 @@ impl<'h> Movable<'h> {
         let place = |particle: usize| known.iter().position(|(p, _)| *p == particle);
         let blocks = blocks(scene, runs, place);
         let balance = balance_of(held, &blocks, &dry_k, share);
-        let minimum = Minimum::new(&balance, &refit_balance(&balance, &held.parameters))?;
+        let mut fit = refit_balance(&balance, &[], &held.parameters);
+        let mut of_runs = vec![];
+        if let Some(errors) = errors(runs, place) {
+            let in_errors = in_standard_errors(balance.clone(), share);
+            let weighed = weigh(&errors.erring(), fit.clone(), |_| in_errors.clone());
+            if let Some(weighing) = weighed.1 {
+                let mut variance = weighing.variance;
+                variance.resize(
+                    in_errors.blocks.iter().map(|b| b.restitution.len()).sum::<usize>() + dry_k.len(),
+                    1.0,
+                );
+                of_runs = roots(&variance).0;
+                fit = refit_balance(&in_errors, &of_runs, &held.parameters);
+            }
+        }
+        let weighted = Weighted {
+            problem: &balance,
+            roots: &of_runs,
+        };
+        let minimum = Minimum::new(&weighted, &fit)?;
         Some(Movable {
             held,
             known,
             dry_k,
             share,
+            roots: of_runs,
             minimum,
         })
     }
@@ -51,7 +74,11 @@ impl<'h> Movable<'h> {
         let [first, second] = settings.map(|(scene, runs)| blocks(scene, runs, place));
         let balance = |blocks| balance_of(self.held, blocks, &self.dry_k, self.share);
         let (first, second) = (balance(&first), balance(&second));
-        let minima = self.minimum.of_neighbours(&first, &second)?;
+        let weighted = [&first, &second].map(|problem| Weighted {
+            problem,
+            roots: &self.roots,
+        });
+        let minima = self.minimum.of_neighbours(&weighted[0], &weighted[1])?;
         let [of_first, of_second] = minima;
         Some([
             self.tell(settings[0], &first, of_first),

@@ -62,7 +62,7 @@ fn without_to_first_order(target: &Target, slopes: &[[f64; 2]], members: &[std::
 /// dθ/dw_i of both parameters for each run: −H⁻¹ times the run's own gradient.
 fn first_order(target: &Target) -> Vec<[f64; 2]> {
     let fitted = target.fitted_restitution();
-    let pull = |run: usize| -> ([f64; 2], [f64; 3]) {
+    let plain = |run: usize| -> ([f64; 2], [f64; 3]) {
         let (x, e, f) = (target.x[run], target.restitution[run], fitted[run]);
         match target.law {
             Law::Dry(Order::First) => ([-(f - e) * x, 0.0], [x * x, 0.0, 1.0]),
@@ -78,6 +78,14 @@ fn first_order(target: &Target) -> Vec<[f64; 2]> {
                 ([slope, slope * x], [bend, bend * x, bend * x * x])
             }
         }
+    };
+    let pull = |run: usize| {
+        let weight = target.kept.map_or(1.0, |kept| kept.weights[run]);
+        if weight == 0.0 {
+            return ([0.0; 2], [0.0; 3]);
+        }
+        let (gradient, bend) = plain(run);
+        (gradient.map(|g| weight * g), bend.map(|h| weight * h))
     };
     let (mut h0, mut h1, mut h2) = (0.0, 0.0, 0.0);
     for run in 0..target.x.len() {

@@ -74,6 +74,17 @@ pub struct Target<'a> {
     pub series: Range<usize>,
     /// parameters of the fit to the runs themselves
     pub fitted: [f64; 2],
+    /// weights of the runs that every replicate keeps; `None`: all alike
+    pub kept: Option<&'a Kept>,
+}
+
+/// How the runs of a fit were weighed, which no replicate settles anew.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Kept {
+    /// weight of each run, 1 on average but for runs that are left out and have 0
+    pub weights: Vec<f64>,
+    /// what was taken off the parameters of the fit, and is of those of a replicate
+    pub bias: [f64; 2],
 }
 
 impl Target<'_> {
@@ -139,7 +150,26 @@ fn solve(target: &Target, restitution: &[f64], weights: &[f64]) -> Weighted {
         offset: target.offset,
         ..Sample::new(target.x, restitution, weights)
     };
-    fit(target, &sample)
+    let Some(kept) = target.kept else {
+        return fit(target, &sample);
+    };
+    let weights: Vec<f64> = weights
+        .iter()
+        .zip(&kept.weights)
+        .map(|(drawn, own)| drawn * own)
+        .collect();
+    let fitted = fit(
+        target,
+        &Sample {
+            weights: &weights,
+            ..sample
+        },
+    );
+    let [a, b] = fitted.parameters;
+    Weighted {
+        parameters: [a - kept.bias[0], b - kept.bias[1]],
+        ..fitted
+    }
 }
 
 /// Fits a target's law from where it ended.
@@ -177,10 +207,12 @@ pub fn replicate(pool: &Pool, targets: &[Target], plan: Plan, done: &(dyn Fn(usi
         return vec![];
     }
     let most = targets.iter().map(|target| target.x.len()).max().unwrap_or(0);
+    let alike = targets.iter().all(|target| target.kept.is_none());
     let replication = Replication {
         pool,
         targets,
-        nodes: (plan.scheme == ResamplingScheme::Cases).then(|| Nodes::new(pool, targets)),
+        nodes: (plan.scheme == ResamplingScheme::Cases && alike).then(|| Nodes::new(pool, targets)),
+        picks: (plan.scheme == ResamplingScheme::Cases && !alike).then(|| Picks::new(&pool.strata)),
         noises: targets
             .iter()
             .map(|target| match plan.scheme {
@@ -218,7 +250,10 @@ const CASES: &str = "bootstrap cases";
 
 /// Weights of all runs of a pool in one replicate of [`ResamplingScheme::Cases`], for fits other than those made here.
 pub fn weights(pool: &Pool, seed: u64, number: u64) -> Vec<f64> {
-    let picks = Picks::new(&pool.strata);
+    drawn_weights(&Picks::new(&pool.strata), pool, seed, number)
+}
+
+fn drawn_weights(picks: &Picks, pool: &Pool, seed: u64, number: u64) -> Vec<f64> {
     let mut fell = vec![0; picks.len()];
     picks.draw(&mut Streams::new(seed, CASES).stretch(number, picks.words()), &mut fell);
     let mut weights = vec![0.0; pool.strata.last().map_or(0, |stratum| stratum.end)];
@@ -234,6 +269,8 @@ struct Replication<'a> {
     targets: &'a [Target<'a>],
     /// runs drawn inside strata
     nodes: Option<Nodes>,
+    /// the same where runs of one abscissa weigh differently, and are no node
+    picks: Option<Picks>,
     noises: Vec<Option<Noise>>,
     plan: Plan,
 }
@@ -257,6 +294,16 @@ impl Replication<'_> {
                         Some(lines) => finite(lines.fit(&sample)),
                         None => fit(target, &sample),
                     };
+                }
+            }
+            return;
+        }
+        if let Some(picks) = &self.picks {
+            for (number, row) in (first..).zip(rows) {
+                let weights = drawn_weights(picks, self.pool, self.plan.seed, number);
+                for (target, out) in self.targets.iter().zip(row) {
+                    let first = self.pool.first_run(target);
+                    *out = solve(target, target.restitution, &weights[first..first + target.x.len()]);
                 }
             }
             return;

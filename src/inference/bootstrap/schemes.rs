@@ -48,14 +48,23 @@ pub(super) struct Noise {
     /// residuals over √(1 − leverage), centred
     residuals: Vec<f64>,
     sd: f64,
+    /// what a residual of each run is more than one of mean weight; empty where all weigh alike
+    wider: Vec<f64>,
 }
 
 impl Noise {
     pub(super) fn new(target: &Target) -> Noise {
         let fitted = target.fitted_restitution();
-        let n = target.x.len() as f64;
         let p = target.law.parameters() as f64;
-        let slope = |run: usize| match target.law {
+        let wider: Vec<f64> = match target.kept {
+            Some(kept) => kept.weights.iter().map(|weight| weight.sqrt().recip()).collect(),
+            None => vec![],
+        };
+        // infinitely wider where a run is left out
+        let counted = |run: usize| wider.get(run).is_none_or(|wider| wider.is_finite());
+        let n = (0..target.x.len()).filter(|run| counted(*run)).count() as f64;
+        let of_run = |run: usize| wider.get(run).copied().unwrap_or(1.0);
+        let plain = |run: usize| match target.law {
             Law::Dry(Order::First) => [-target.x[run], 0.0],
             Law::Dry(Order::Second) => {
                 let s = target.x[run];
@@ -63,6 +72,11 @@ impl Noise {
             }
             Law::Linear => [1.0, -target.x[run]],
             Law::SquareRoot => [0.5 / fitted[run], 0.5 * target.x[run] / fitted[run]],
+        };
+        let slope = |run: usize| match of_run(run) {
+            // left out
+            f64::INFINITY => [0.0; 2],
+            wider => plain(run).map(|slope| slope / wider),
         };
         let (mut j0, mut j1, mut j2) = (0.0, 0.0, 0.0);
         for run in 0..target.x.len() {
@@ -79,16 +93,29 @@ impl Noise {
                 _ => (a * a * j2 - 2.0 * a * b * j1 + b * b * j0) / determinant,
             }
         };
-        let raw: Vec<f64> = target.restitution.iter().zip(&fitted).map(|(e, f)| e - f).collect();
+        let residual = |(run, (e, f)): (usize, (&f64, &f64))| (e - f) / of_run(run);
+        let raw: Vec<f64> = target
+            .restitution
+            .iter()
+            .zip(&fitted)
+            .enumerate()
+            .map(residual)
+            .collect();
         let sd = (raw.iter().map(|r| r * r).sum::<f64>() / (n - p)).sqrt();
         let mut residuals: Vec<f64> = raw
             .iter()
             .enumerate()
+            .filter(|(run, _)| counted(*run))
             .map(|(run, r)| r / (1.0 - leverage(run)).max(f64::EPSILON).sqrt())
             .collect();
         let mean = residuals.iter().sum::<f64>() / n;
         residuals.iter_mut().for_each(|r| *r -= mean);
-        Noise { fitted, residuals, sd }
+        Noise {
+            fitted,
+            residuals,
+            sd,
+            wider,
+        }
     }
 
     /// New restitutions about the fitted law. A run that would have stuck weighs nothing, as stuck runs are left out.
@@ -99,13 +126,15 @@ impl Noise {
         restitution: &mut [f64],
         weights: &mut [f64],
     ) {
-        for ((fitted, e), weight) in self.fitted.iter().zip(restitution).zip(weights) {
+        for (run, ((fitted, e), weight)) in self.fitted.iter().zip(restitution).zip(weights).enumerate() {
             let shift = if scheme == ResamplingScheme::Parametric {
                 let z: f64 = StandardNormal.sample(rng);
                 self.sd * z
             } else {
                 self.residuals[rng.random_range(0..self.residuals.len())]
             };
+            let wider = self.wider.get(run).copied().unwrap_or(1.0);
+            let shift = if wider.is_finite() { wider * shift } else { 0.0 };
             *e = (fitted + shift).max(0.0);
             *weight = if *e > 0.0 { 1.0 } else { 0.0 };
         }

@@ -4,6 +4,7 @@ use super::super::figures;
 use super::super::numbers::{self, NONE};
 use super::super::Told;
 use super::cells::{estimated, interval_header, law_name, list, told_verdict};
+use super::errors::of_speed;
 use super::page::Page;
 use crate::findings::scaling::Scaling;
 use crate::physics::impact::DrySpeed;
@@ -281,6 +282,9 @@ pub(super) fn film(page: &mut Page, told: Told) {
         ],
         &rows,
     );
+    if let Some(text) = of_speed(told) {
+        page.paragraph(&text);
+    }
 }
 
 pub(super) fn energy(page: &mut Page, told: Told) {

@@ -4,6 +4,7 @@ mod bootstrap;
 mod cautions;
 mod cells;
 mod constants;
+mod errors;
 mod laws;
 mod main_numbers;
 pub(super) mod page;
@@ -39,6 +40,7 @@ pub fn report(told: Told, figures: &[&str]) -> String {
     laws::scaling(&mut page, told);
     laws::film(&mut page, told);
     laws::energy(&mut page, told);
+    errors::errors(&mut page, told);
     constants::constants(&mut page, told);
     bootstrap::bootstrap(&mut page, told);
     posterior::posterior(&mut page, told);

@@ -1,0 +1,401 @@
+//! Holds fits of runs with measurement errors: coverage, precision, an oracle, and the speed error that matters.
+
+mod common;
+
+use common::{binomial_z, mean, seed_of, Place};
+use rand::rngs::ChaCha8Rng;
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use wetcor::findings::{self, Findings};
+use wetcor::inference::delta::interval;
+use wetcor::inference::effective_variance::{Erring, Weighing};
+use wetcor::inference::laws::{fit_square_root, fit_square_root_weighed, speed_error_that_matters};
+use wetcor::inference::least_squares::Fit;
+
+/// α and β of the truth.
+const TRUTH: [f64; 2] = [0.52, -0.09];
+
+/// Runs of a series, as they were read.
+#[derive(Default)]
+struct Measured {
+    x: Vec<f64>,
+    speed: Vec<f64>,
+    restitution: Vec<f64>,
+    impact_speed_sd: Vec<f64>,
+    restitution_sd: Vec<f64>,
+}
+
+/// What one run of a design errs by: s_v/v and s_r/v, and whether that is told.
+type Errs = (f64, f64, bool);
+
+fn draw(rng: &mut ChaCha8Rng, runs: usize, sigma: f64, errs: impl Fn(usize) -> Errs) -> Measured {
+    let mut measured = Measured::default();
+    for run in 0..runs {
+        let mut z = || -> f64 { StandardNormal.sample(rng) };
+        let v = 0.3 * 10f64.powf((run % 12) as f64 / 11.0);
+        let (of_v, of_r, told) = errs(run);
+        let e = (TRUTH[0] + TRUTH[1] / v).sqrt() + sigma * z();
+        let read = v * (1.0 + of_v * z());
+        measured.speed.push(read);
+        measured.x.push(1.0 / read);
+        measured.restitution.push((e * v + of_r * v * z()) / read);
+        let told = f64::from(u8::from(told));
+        measured.impact_speed_sd.push(told * of_v * read);
+        measured.restitution_sd.push(told * of_r);
+    }
+    measured
+}
+
+impl Measured {
+    fn erring(&self) -> Erring<'_> {
+        Erring {
+            speed: &self.speed,
+            impact_speed_sd: &self.impact_speed_sd,
+            restitution_sd: &self.restitution_sd,
+            offset_slopes: &[],
+        }
+    }
+    fn plain(&self) -> Fit {
+        fit_square_root(&self.x, &[], &self.restitution)
+    }
+    fn weighed(&self) -> (Fit, Weighing) {
+        let (fit, weighing) = fit_square_root_weighed(&self.x, &[], &self.restitution, Some(&self.erring()));
+        (fit, weighing.expect("runs with errors"))
+    }
+}
+
+fn rng(test: &str) -> ChaCha8Rng {
+    ChaCha8Rng::seed_from_u64(seed_of(test))
+}
+
+/// Errors of v and of v_r that differ tenfold; every seventh run errs by nothing, of every eleventh they were not told.
+fn tenfold(of_v: f64, of_r: f64) -> impl Fn(usize) -> Errs {
+    move |run| {
+        let factor = 10f64.powf(((run / 12) % 5) as f64 / 4.0 - 0.5);
+        let given = f64::from(u8::from(run % 7 != 0));
+        (given * factor * of_v, given * factor * of_r, run % 11 != 0)
+    }
+}
+
+#[test]
+fn weighed_fits_cover_and_are_sharper_than_plain_ones() {
+    const SETS: usize = 600;
+    let mut rng = rng("weighed_fits_cover_and_are_sharper_than_plain_ones");
+    for (sigma, of_v, of_r) in [(0.01, 0.005, 0.005), (0.005, 0.01, 0.01), (0.002, 0.01, 0.002)] {
+        let (mut covered, mut weighed, mut plain) = ([0; 2], vec![], vec![]);
+        for _ in 0..SETS {
+            let measured = draw(&mut rng, 60, sigma, tenfold(of_v, of_r));
+            let (fit, _) = measured.weighed();
+            for j in 0..2 {
+                let se = fit.se(j).expect("a covariance");
+                let made = interval(fit.parameters[j], se, fit.degrees_of_freedom, 0.95).expect("runs to spare");
+                covered[j] += usize::from((made.lo..=made.hi).contains(&TRUTH[j]));
+            }
+            weighed.push((fit.parameters[1] - TRUTH[1]).powi(2));
+            plain.push((measured.plain().parameters[1] - TRUTH[1]).powi(2));
+        }
+        let z = covered.map(|covered| binomial_z(covered, SETS, 0.95));
+        assert!(z.iter().all(|z| z.abs() < 4.0), "{sigma}: {z:?}");
+        let gains: Vec<f64> = plain
+            .iter()
+            .zip(&weighed)
+            .map(|(plain, weighed)| plain - weighed)
+            .collect();
+        let (gain, mcse) = mean(&gains);
+        assert!(gain > 4.0 * mcse, "{sigma}: {gain:e} ± {mcse:e}");
+        let share = mean(&weighed).0 / mean(&plain).0;
+        println!("σ = {sigma}: coverage z {z:?}, variance of β over that of plain fits {share:.2}");
+    }
+}
+
+/// Where errors are all there is, their χ² is one a degree of freedom; with the covariance of e and v forgotten, or with
+/// the wrong sign, it is not.
+#[test]
+fn errors_explain_the_scatter_they_make() {
+    const SETS: usize = 400;
+    let mut rng = rng("errors_explain_the_scatter_they_make");
+    let (mut right, mut without, mut wrong) = (vec![], vec![], vec![]);
+    for _ in 0..SETS {
+        let measured = draw(&mut rng, 60, 0.0, |run| (0.01 + 0.001 * (run % 7) as f64, 0.003, true));
+        let (fit, weighing) = measured.weighed();
+        right.push(weighing.reduced_chi_squared);
+        let with = |tau2: &dyn Fn(f64, f64) -> f64| {
+            let errors = (0..measured.x.len()).map(|run| {
+                let m = (TRUTH[0] + TRUTH[1] * measured.x[run]).sqrt();
+                let of_v = measured.impact_speed_sd[run] * measured.x[run];
+                let slope = -TRUTH[1] * measured.x[run] / (2.0 * m);
+                (measured.restitution_sd[run].powi(2) + of_v * of_v * tau2(m, slope)).sqrt()
+            });
+            let errors: Vec<f64> = errors.collect();
+            let none = vec![0.0; errors.len()];
+            let erring = Erring {
+                impact_speed_sd: &none,
+                restitution_sd: &errors,
+                ..measured.erring()
+            };
+            let (_, weighing) = fit_square_root_weighed(&measured.x, &[], &measured.restitution, Some(&erring));
+            weighing.expect("runs with errors").reduced_chi_squared
+        };
+        without.push(with(&|m, slope| m * m + slope * slope));
+        wrong.push(with(&|m, slope| (m - slope) * (m - slope)));
+        assert!(fit.covariance.is_some());
+    }
+    let z = |values: &[f64]| {
+        let (mean, mcse) = mean(values);
+        (mean - 1.0) / mcse
+    };
+    assert!(z(&right).abs() < 4.5, "{:?}", mean(&right));
+    assert!(z(&without) > 20.0, "{:?}", mean(&without));
+    assert!(z(&wrong) > 20.0, "{:?}", mean(&wrong));
+}
+
+/// Errors of v alone pull β towards zero; what is taken off leaves it where it is.
+#[test]
+fn errors_of_the_speed_do_not_bias_a_weighed_fit() {
+    const SETS: usize = 600;
+    let mut rng = rng("errors_of_the_speed_do_not_bias_a_weighed_fit");
+    let (mut weighed, mut plain) = (vec![], vec![]);
+    for _ in 0..SETS {
+        let measured = draw(&mut rng, 60, 0.005, |_| (0.03, 0.001, true));
+        let z = |fit: &Fit| (fit.parameters[1] - TRUTH[1]) / fit.se(1).expect("a covariance");
+        weighed.push(z(&measured.weighed().0));
+        plain.push(z(&measured.plain()));
+    }
+    let ((weighed, mcse), (plain, _)) = (mean(&weighed), mean(&plain));
+    assert!(weighed.abs() < 4.0 * mcse, "{weighed} ± {mcse}");
+    assert!(plain > 4.5 * mcse, "{plain} ± {mcse}");
+}
+
+#[test]
+fn fits_are_those_of_an_independent_program() {
+    let text = include_str!("data/effective_variance/reference.json");
+    let reference: serde_json::Value = serde_json::from_str(text).expect("the reference is JSON");
+    let column = |value: &serde_json::Value| -> Vec<f64> {
+        let numbers = value.as_array().expect("a list").iter();
+        numbers.map(|x| x.as_f64().expect("a number")).collect()
+    };
+    let runs = |name: &str| column(&reference["runs"][name]);
+    let fits = reference["fits"].as_array().expect("a list");
+    assert_eq!(fits.len(), 3);
+    for expected in fits {
+        let number = |name: &str| expected[name].as_f64().expect("a number");
+        let scaled = |name: &str| runs(name).iter().map(|sd| sd * number("scale")).collect();
+        let speed = runs("speed");
+        let measured = Measured {
+            x: speed.iter().map(|v| 1.0 / v).collect(),
+            speed,
+            restitution: runs("restitution"),
+            impact_speed_sd: scaled("impact_speed_sd"),
+            restitution_sd: scaled("restitution_sd"),
+        };
+        let (fit, weighing) = measured.weighed();
+        let near = |found: f64, expected: f64| {
+            assert!(
+                (found - expected).abs() <= 1e-8 * expected.abs(),
+                "{found} and {expected}"
+            );
+        };
+        for j in 0..2 {
+            near(fit.parameters[j], column(&expected["parameters"])[j]);
+            near(fit.se(j).expect("a covariance"), column(&expected["se"])[j]);
+            // its curvature is a difference
+            let bias = column(&expected["bias"])[j];
+            assert!(
+                (weighing.bias[j] / bias - 1.0).abs() < 1e-6,
+                "{} and {bias}",
+                weighing.bias[j]
+            );
+        }
+        near(weighing.intrinsic_sd, number("intrinsic_sd"));
+        near(weighing.reduced_chi_squared, number("reduced_chi_squared"));
+    }
+}
+
+#[test]
+fn an_error_far_too_small_or_large_has_no_infinite_weight() {
+    let mut rng = rng("an_error_far_too_small_or_large_has_no_infinite_weight");
+    let plain = draw(&mut rng, 60, 0.01, |_| (0.01, 0.01, false));
+    // nothing but an error whose square vanishes is no error
+    let mut one = Measured {
+        restitution_sd: vec![0.0; 60],
+        ..plain
+    };
+    one.restitution_sd[7] = 1e-300;
+    let (fit, weighing) = fit_square_root_weighed(&one.x, &[], &one.restitution, Some(&one.erring()));
+    assert_eq!((fit, weighing), (one.plain(), None));
+    // among others it counts as one of them
+    let mut among = draw(&mut rng, 60, 0.01, |_| (0.01, 0.01, true));
+    let (usual, _) = among.weighed();
+    among.restitution_sd[7] = 1e-300;
+    among.impact_speed_sd[7] = 0.0;
+    let (fit, weighing) = among.weighed();
+    assert_eq!(weighing.erring, 59);
+    assert!((fit.parameters[1] - usual.parameters[1]).abs() < 0.3 * fit.se(1).expect("a covariance"));
+    // and one that is huge leaves its run out
+    for sd in [1e3, 1e60] {
+        among.restitution_sd[7] = sd;
+        among.restitution[7] = 1.09;
+        let (fit, weighing) = among.weighed();
+        assert!(
+            (fit.parameters[1] - usual.parameters[1]).abs() < 0.5 * fit.se(1).expect("a covariance"),
+            "{sd}"
+        );
+        assert!(weighing.variance.iter().all(|variance| *variance > 0.0));
+    }
+    among.impact_speed_sd[8] = 1e60;
+    let (fit, weighing) = among.weighed();
+    assert_eq!(weighing.left_out, 1);
+    assert!((fit.parameters[1] - usual.parameters[1]).abs() < 0.5 * fit.se(1).expect("a covariance"));
+}
+
+/// A rebound read below the threshold holds a plain fit at the edge of the law's domain; its error of v lets it go.
+#[test]
+fn a_run_that_may_have_been_too_slow_to_rebound_is_left_out() {
+    let mut rng = rng("a_run_that_may_have_been_too_slow_to_rebound_is_left_out");
+    let mut measured = draw(&mut rng, 60, 0.005, |_| (0.01, 0.005, true));
+    let slow = 0.95 * -TRUTH[1] / TRUTH[0];
+    measured.speed.push(slow);
+    measured.x.push(1.0 / slow);
+    measured.restitution.push(0.1);
+    measured.impact_speed_sd.push(0.05 * slow);
+    measured.restitution_sd.push(0.005);
+    let far = |fit: &Fit| (fit.parameters[1] - TRUTH[1]).abs() / fit.se(1).unwrap_or(1e-9);
+    let plain = measured.plain();
+    assert!(far(&plain) > 4.5, "{plain:?}");
+    let (fit, weighing) = measured.weighed();
+    assert_eq!((weighing.left_out, fit.degrees_of_freedom), (1, 58));
+    assert!(far(&fit) < 4.0, "{fit:?}");
+    // with a speed that is exact, nothing lets it go
+    measured.impact_speed_sd[60] = 0.0;
+    let (held, _) = fit_square_root_weighed(&measured.x, &[], &measured.restitution, Some(&measured.erring()));
+    assert!(far(&held) > 4.5, "{held:?}");
+}
+
+/// The same sets with and without errors of v, twice as large as those that matter: β moves by four tenths of its error.
+#[test]
+fn the_speed_error_that_matters_moves_beta_as_it_says() {
+    const SETS: usize = 4000;
+    let mut rng = rng("the_speed_error_that_matters_moves_beta_as_it_says");
+    // enough runs that a tenth of a standard error is a small error of v
+    let design = draw(&mut rng, 240, 0.01, |_| (0.0, 0.0, false));
+    let fit = design.plain();
+    let share = speed_error_that_matters(&fit, [&design.x, &[]], &[], &[]).expect("a bias");
+    assert!((0.002..0.03).contains(&share), "{share}");
+    let se = fit.se(1).expect("a covariance");
+    let moved: Vec<f64> = (0..SETS)
+        .map(|_| {
+            let mut read = Measured::default();
+            for (v, e) in design.speed.iter().zip(&design.restitution) {
+                let z: f64 = StandardNormal.sample(&mut rng);
+                let factor = 1.0 + 2.0 * share * z;
+                read.x.push(1.0 / (v * factor));
+                read.restitution.push(e / factor);
+            }
+            (read.plain().parameters[1] - fit.parameters[1]) / se
+        })
+        .collect();
+    let (moved, mcse) = mean(&moved);
+    assert!(mcse < 0.02, "{mcse}");
+    assert!((moved.abs() - 0.4).abs() < 4.0 * mcse + 0.02, "{moved} ± {mcse}");
+}
+
+const SCENE: &str = r#"
+[data]
+runs = "runs.csv"
+[particles.PTFE]
+density_kg_m3 = 2150
+roughness_um = 5
+[liquids.AK10]
+density_kg_m3 = 930
+viscosity_mPa_s = 9.3
+[truth]
+dry_k = { PTFE = 0.183 }
+lubrication_log = 1.85
+inertia = "stepwise"
+inertial_prefactor = 0.9
+sigma_dry = 0.004
+sigma_wet = 0.004
+[design]
+diameter_mm = { PTFE = [4, 8] }
+liquids = ["AK10"]
+film_ratio = { PTFE = [0.03, 0.06, 0.09] }
+impact_speed_m_s = [0.5, 0.7, 1.0, 1.4, 2.0]
+dry_impact_speed_m_s = [0.5, 1.0, 2.0]
+repeats = 5
+[bootstrap]
+replicates = 2000
+"#;
+
+/// A drawn table with errors of v of 1 % and of v_r of 0.5 %, tenfold apart, told in columns of their own.
+fn with_errors(place: &Place, test: &str) -> Findings {
+    place.draw(seed_of(test), None);
+    let path = &place.scene.data.runs;
+    let text = std::fs::read_to_string(path).expect("it was drawn");
+    let mut rng = rng(test);
+    let mut lines = text.lines();
+    let mut out = format!(
+        "{},impact_speed_sd_m_s,rebound_speed_sd_m_s\n",
+        lines.next().expect("a header")
+    );
+    for (run, line) in lines.enumerate() {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        let [v, e] = [5, 6].map(|cell: usize| cells[cell].parse::<f64>().expect("a number"));
+        let factor = 10f64.powf((run % 5) as f64 / 4.0 - 0.5);
+        let mut z = || -> f64 { StandardNormal.sample(&mut rng) };
+        let (s_v, s_r) = (0.01 * factor * v, 0.005 * factor * v);
+        let (read, rebound) = (v + s_v * z(), e * v + s_r * z());
+        cells[5] = read.to_string();
+        cells[6] = (rebound / read).to_string();
+        let sds = if run % 9 == 0 {
+            ",".to_owned()
+        } else {
+            format!("{s_v},{s_r}")
+        };
+        out.push_str(&format!("{},{sds}\n", cells.join(",")));
+    }
+    std::fs::write(path, out).expect("writable");
+    findings::find(&place.scene, &place.read(), 1, true)
+}
+
+#[test]
+fn a_scene_with_errors_is_weighed_in_every_fit_and_replicate() {
+    for scheme in ["cases", "residuals", "parametric"] {
+        let place = Place::new(&SCENE.replace("replicates", &format!("scheme = \"{scheme}\"\nreplicates")));
+        let found = with_errors(&place, "a_scene_with_errors_is_weighed_in_every_fit_and_replicate");
+        let given = found.counts.measurement_errors.expect("runs carry errors");
+        assert_eq!(given.runs, given.of_impact_speed);
+        assert!(given.runs > 150 && given.runs < found.counts.runs);
+        assert!(found.dry.iter().all(|dry| dry.measurement_errors.is_some()));
+        assert!(found.series.iter().all(|series| series.measurement_errors.is_some()));
+        let balance = found.energy_balance.as_ref().expect("dry runs");
+        assert!(balance.verdict.passed, "{}", balance.verdict.reason);
+        let spread = balance.measurement_errors.expect("runs carry errors").intrinsic_sd;
+        assert!((0.003..0.005).contains(&spread), "{spread}");
+        for row in found.scaling.iter().filter(|row| row.film_ratio.is_some()) {
+            assert!(
+                row.measurement_errors.is_some() && row.verdict.passed,
+                "{}",
+                row.verdict.reason
+            );
+            for estimate in [&row.e_inf, &row.st_c] {
+                let (value, se) = estimate.pair().expect("an error");
+                let boot = estimate.bootstrap.as_ref().expect("replicates");
+                let of_replicates = boot.se.expect("replicates");
+                assert!(
+                    (of_replicates / se).ln().abs() < 0.4,
+                    "{scheme}: {of_replicates} and {se}"
+                );
+                // drawing cases of unlike weights moves their mean; noise about the law does not
+                let bias = boot.bias.expect("replicates").abs();
+                let most = if scheme == "cases" { 0.5 } else { 0.1 };
+                assert!(bias < most * se, "{scheme}: {boot:?}");
+                let [lo, hi] = estimate.interval.expect("an interval");
+                assert!(lo < value && value < hi);
+            }
+        }
+        assert!(found
+            .notices
+            .iter()
+            .all(|notice| notice.code != "measurement_errors_too_large"));
+    }
+}
