@@ -15,7 +15,7 @@ use super::tails::Tails;
 use super::{mean_and_slope, Block, DryRow, Law, Likelihood, Nodes, Sums};
 use crate::model::parameters::{Kind, COMMON_SLOTS};
 use crate::physics::rebound::{kept_of_mean_restitution, slope_mean_restitution};
-use crate::runs::Runs;
+use crate::runs::MeasurementErrors;
 
 /// What runs have of their own.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,13 +61,12 @@ pub(super) struct Errors {
 }
 
 impl Errors {
-    /// Those of a run; `None` where no run has any.
-    pub fn of(runs: &Runs, run: usize) -> Option<Errors> {
-        let errors = runs.errors.as_ref()?;
-        let own = errors.restitution_sd[run];
+    /// Those of a run with this impact speed; `None` where no run has any.
+    pub fn of(errors: Option<&MeasurementErrors>, run: usize, impact_speed: f64) -> Option<Errors> {
+        let [speed, own] = errors?.of(run);
         Some(Errors {
-            slowness: 1.0 / runs.impact_speed[run],
-            speed: errors.impact_speed_sd[run],
+            slowness: 1.0 / impact_speed,
+            speed,
             restitution: own * own,
         })
     }

@@ -10,7 +10,7 @@ use super::{e_dry, Abscissa, Law};
 use crate::model::parameters::{Kind, COMMON_SLOTS};
 use crate::physics::impact::Form;
 use crate::physics::{bridge, numbers, rebound};
-use crate::runs::Runs;
+use crate::runs::{MeasurementErrors, Runs};
 use crate::scene::{Likelihood, NoiseOn, Scene, Sticking};
 
 /// The runs of a scene, in the order of [`Runs`], ready for one run at a time.
@@ -32,6 +32,8 @@ pub struct Pointwise<'r> {
     dry: usize,
     stuck: Vec<bool>,
     runs: &'r Runs,
+    /// of the measurement of each run
+    errors: Option<MeasurementErrors>,
 }
 
 /// What a run's restitution depends on.
@@ -111,6 +113,7 @@ impl<'r> Pointwise<'r> {
             dry: 0,
             stuck: Vec::with_capacity(runs.len()),
             runs,
+            errors: runs.errors_with_medians(),
         };
         for group in &runs.dry {
             for run in group.rebounds.start..group.stuck.end {
@@ -206,7 +209,7 @@ impl<'r> Pointwise<'r> {
 
     /// dr/dv of each setting with its k; none where no run has errors of its own.
     fn moved(&self, full: &[f64]) -> Vec<(f64, f64)> {
-        if self.runs.errors.is_none() {
+        if self.errors.is_none() {
             return vec![];
         }
         let of = |setting: &Setting| {
@@ -267,10 +270,16 @@ impl At<'_, '_> {
         self.energy.filter(|_| run >= self.pointwise.dry)
     }
 
+    /// What the measurement of a run errs by; `None` where no run has any.
+    fn errors(&self, run: usize) -> Option<Errors> {
+        let runs = self.pointwise.runs;
+        Errors::of(self.pointwise.errors.as_ref(), run, runs.impact_speed[run])
+    }
+
     /// How a restitution lies beside what a run is expected to have; `measured` whether its own measurement errs.
     fn beside(&self, run: usize, restitution: f64, measured: bool) -> Beside {
         let (mean, spread) = self.mean_and_spread(run);
-        let errors = Errors::of(self.pointwise.runs, run);
+        let errors = self.errors(run);
         let energy = self.energy(run);
         if errors.is_none() && energy.is_none() {
             let distance = restitution - mean;
@@ -377,7 +386,7 @@ impl At<'_, '_> {
     /// logged, of one that rebounds.
     pub fn predict<R: Rng + ?Sized>(&self, run: usize, rng: &mut R) -> f64 {
         let (mean, mut sigma) = self.mean_and_sigma(run);
-        if let Some(errors) = Errors::of(self.pointwise.runs, run) {
+        if let Some(errors) = self.errors(run) {
             sigma = self.placed(run, errors, true).1.sqrt();
         }
         let energy = self

@@ -8,7 +8,7 @@ use super::trend::middle_film_ratio;
 use super::{Abscissa, Block, DryRow, Likelihood, Nodes};
 use crate::physics::impact::Form;
 use crate::physics::{bridge, numbers};
-use crate::runs::{DryGroup, Runs, Series};
+use crate::runs::{DryGroup, MeasurementErrors, Runs, Series};
 use crate::scene::{self, NoiseOn, Scene, Sticking};
 
 impl Likelihood {
@@ -30,14 +30,16 @@ impl Likelihood {
         };
         let student = scene.model.likelihood == scene::Likelihood::Student;
         let both = scene.model.noise == NoiseOn::Both;
-        if student || both || runs.errors.is_some() {
+        let errors = runs.errors_with_medians();
+        let errors = errors.as_ref();
+        if student || both || errors.is_some() {
             likelihood.own = Some(ByRow {
                 student,
                 energies: None,
                 rebounds: vec![],
                 stuck: vec![],
-                dry: if student || runs.errors.is_some() {
-                    dry_rows(runs)
+                dry: if student || errors.is_some() {
+                    dry_rows(runs, errors)
                 } else {
                     vec![]
                 },
@@ -46,7 +48,7 @@ impl Likelihood {
         let mut films = HashMap::new();
         let middle = middle_film_ratio(runs);
         for series in &runs.series {
-            likelihood.add(scene, runs, series, &mut films);
+            likelihood.add(scene, (runs, errors), series, &mut films);
         }
         let ratios = likelihood.film_ratios.iter();
         likelihood.ln_films = ratios.map(|ratio| (ratio / middle).ln()).collect();
@@ -58,7 +60,13 @@ impl Likelihood {
     }
 
     /// Adds the runs of a series, a block for each film ratio the runs themselves have.
-    fn add(&mut self, scene: &Scene, runs: &Runs, series: &Series, films: &mut HashMap<i64, usize>) {
+    fn add(
+        &mut self,
+        scene: &Scene,
+        (runs, errors): (&Runs, Option<&MeasurementErrors>),
+        series: &Series,
+        films: &mut HashMap<i64, usize>,
+    ) {
         /// film ratios are told apart beyond the rounding of a quotient
         const ROUNDING: f64 = 1e-14;
         let particle = &scene.particles[series.particle];
@@ -98,7 +106,7 @@ impl Likelihood {
                 self.film_ratios.len() - 1
             });
             let (first, first_stuck) = (self.rebounds.len(), self.stuck.len());
-            let errors = |run: usize| Errors::of(runs, run);
+            let errors = |run: usize| Errors::of(errors, run, runs.impact_speed[run]);
             while let Some(run) = rebounds.get(next).filter(|run| film_ratio(run) <= ratio) {
                 self.rebounds.push(node(*run), runs.restitution[*run], 1.0);
                 if let Some(own) = &mut self.own {
@@ -167,12 +175,12 @@ fn dry_runs(scene: &Scene, runs: &Runs) -> Vec<DryRuns> {
 }
 
 /// The dry runs one at a time.
-fn dry_rows(runs: &Runs) -> Vec<DryRow> {
+fn dry_rows(runs: &Runs, errors: Option<&MeasurementErrors>) -> Vec<DryRow> {
     let row = |particle: usize, run: usize, rebounded: bool| DryRow {
         particle,
         dry_power: runs.impact_speed[run].powf(0.2),
         restitution: rebounded.then(|| runs.restitution[run]),
-        errors: Errors::of(runs, run).unwrap_or_default(),
+        errors: Errors::of(errors, run, runs.impact_speed[run]).unwrap_or_default(),
     };
     let of_group = |group: &DryGroup| {
         let particle = group.particle;

@@ -39,8 +39,9 @@ fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
     let both = scene.model.noise == NoiseOn::Both;
     let truncated = scene.model.sticking == Sticking::Truncated;
     let limit = scene.data.smallest_restitution;
+    let filled = runs.errors_with_medians();
     let errors = |run: usize| {
-        let errors = runs.errors.as_ref();
+        let errors = filled.as_ref();
         errors.map_or((0.0, 0.0), |e| (e.impact_speed_sd[run], e.restitution_sd[run]))
     };
     let m = rebound::mean_restitution;
@@ -57,6 +58,7 @@ fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
         let density = oracle(nu, distance / spread).0 - spread.ln() + stretch.ln();
         density - if truncated { oracle(nu, -of_limit(true)).1 } else { 0.0 }
     };
+    let middle = trend::middle_film_ratio(runs);
     let mut sum = 0.0;
     for group in &runs.dry {
         for run in group.rebounds.start..group.stuck.end {
@@ -86,7 +88,7 @@ fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
                     impact_speed: v,
                     restitution: f64::NAN,
                 };
-                kept(scene, &row, form, full)
+                kept(scene, (&row, middle), form, full)
             };
             let h = 1e-5 * v;
             let slope = (r(v + h) - r(v - h)) / (2.0 * h);
@@ -138,24 +140,25 @@ fn runs_one_at_a_time_are_summed_as_it_is_written() {
 fn agree(scene: &Scene, runs: &Runs, form: Form, plain: bool) {
     let model = &scene.model;
     let name = format!("{:?} {:?} {:?} {form:?}", model.likelihood, model.noise, model.sticking);
+    let full = &with_trends(FULL);
     let likelihood = Likelihood::of_rows(scene, runs, form);
     assert_eq!(likelihood.needs_rows(), !plain);
     let (mut slopes, mut unused) = ([0.0; SLOTS], [0.0; SLOTS]);
-    let value = likelihood.ln_density(&FULL, &mut slopes).expect("inside the domain");
-    let expected = by_run(scene, runs, form, &FULL);
+    let value = likelihood.ln_density(full, &mut slopes).expect("inside the domain");
+    let expected = by_run(scene, runs, form, full);
     // the oracle's slopes in v are differences
     let gap = (value - expected).abs() / (100.0 + expected.abs());
     assert!(gap < 1e-8, "{name}: {value} {expected}");
     let pointwise = Pointwise::new(scene, runs, form);
-    let at = pointwise.at(&FULL);
+    let at = pointwise.at(full);
     let summed: f64 = (0..pointwise.len()).map(|run| at.ln_likelihood(run)).sum();
     let gap = (value - summed).abs() / (100.0 + value.abs());
     assert!(gap < 1e-10, "{name}: {value} {summed}");
     for (place, slope) in slopes.iter().enumerate() {
-        let h = 1e-6 * FULL[place];
+        let h = 1e-6 * full[place];
         let mut at = |step| {
             likelihood
-                .ln_density(&moved(&FULL, place, step), &mut unused)
+                .ln_density(&moved(full, place, step), &mut unused)
                 .expect("inside")
         };
         let difference = (at(h) - at(-h)) / (2.0 * h);

@@ -33,11 +33,12 @@ pub(super) fn model(page: &mut Page, told: Told, posterior: &Posterior) {
     }
     if let Some(errors) = &told.runs.errors {
         page.paragraph(&format!(
-            "{} of {} runs carry measurement errors, and each of these has a spread S in place of σ: S² = σ² + u² + t², \
+            "{} of {} runs carry measurement errors; one that does not is taken to err like the median of the others. Each \
+             run has a spread S in place of σ: S² = σ² + u² + t², \
              where u is what its restitution errs by beyond its share of the impact speed and t what the impact speed does, \
              which the restitution shares. σ is then what the errors do not explain. To first order in the errors; a stuck \
              run has only the error of its speed.",
-            errors.runs(),
+            errors.counts()[0],
             told.runs.len()
         ));
     }
