@@ -1,0 +1,219 @@
+//! Puts the fitted runs in rows: what each leaves of the joint fit of dry law and energy balance, with its slopes.
+
+use std::ops::Range;
+
+use crate::findings::balance::{block_of, known, EnergyBalance};
+use crate::findings::dry::FittedDry;
+use crate::inference::balance::Balance;
+use crate::inference::least_squares::Stop;
+use crate::physics::impact::Form;
+use crate::runs::Runs;
+use crate::scene::{NoiseOn, Scene};
+
+/// Most slopes a run has: k, L, C and δ̃0.
+const MOST_SLOPES: usize = 4;
+
+/// Dry runs have one spread, wet runs another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    Dry,
+    Wet,
+}
+
+impl Kind {
+    pub(super) const ALL: [Kind; 2] = [Kind::Dry, Kind::Wet];
+}
+
+/// Runs of one kind, particle, liquid and film ratio, over all diameters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Group {
+    pub(super) kind: Kind,
+    pub(super) particle: usize,
+    pub(super) liquid: Option<usize>,
+    pub(super) film_ratio: Option<f64>,
+}
+
+/// The runs of a series, or the dry ones of a particle and diameter.
+pub(super) struct Part {
+    /// index into [`Rows::groups`]
+    pub(super) group: usize,
+    /// index into [`Runs::series`]; `None` for dry runs
+    pub(super) series: Option<usize>,
+    /// mean D, m
+    pub(super) diameter: f64,
+    pub(super) rebounds: Range<usize>,
+    pub(super) stuck: Range<usize>,
+    /// places of the parameters its runs have slopes in, in the order of the slopes
+    pub(super) places: Vec<usize>,
+}
+
+/// What one run leaves.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Row {
+    /// index into the columns of [`Runs`]
+    pub(super) run: usize,
+    /// model less restitution
+    pub(super) residual: f64,
+    /// r, the energy kept; not read of dry runs
+    pub(super) kept: f64,
+    /// slopes of the model, in the order of [`Part::places`]; zeros beyond
+    pub(super) slopes: [f64; MOST_SLOPES],
+}
+
+/// The runs of the joint fit, and where it ended.
+pub(super) struct Rows<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) runs: &'a Runs,
+    form: Form,
+    /// names of the parameters before the k
+    wet: usize,
+    /// names of all parameters
+    pub(super) names: Vec<String>,
+    /// the parameters where least squares ended
+    pub(super) point: Vec<f64>,
+    pub(super) parts: Vec<Part>,
+    pub(super) groups: Vec<Group>,
+}
+
+impl<'a> Rows<'a> {
+    /// Dry runs of every usable k, and wet runs of the particles the energy balance holds.
+    pub(super) fn new(
+        scene: &'a Scene,
+        runs: &'a Runs,
+        dry: &[FittedDry],
+        balance: Option<&EnergyBalance>,
+        form: Form,
+    ) -> Rows<'a> {
+        let balance = balance.filter(|balance| balance.stop == Stop::Converged.as_str());
+        let form = balance.map_or(form, |balance| balance.held.form);
+        let of_balance = if balance.is_some() { known(runs, dry) } else { vec![] };
+        let mut particles: Vec<usize> = of_balance.iter().map(|(particle, _)| *particle).collect();
+        let mut names: Vec<String> = vec![];
+        let mut point: Vec<f64> = vec![];
+        if let Some(balance) = balance {
+            names.extend(balance.parameters.iter().map(|parameter| parameter.name.clone()));
+            point.extend(&balance.held.parameters);
+        }
+        let wet = names.len() - particles.len();
+        for fitted in dry.iter().filter(|fitted| !particles.contains(&fitted.particle)).collect::<Vec<_>>() {
+            if let Some((k, _)) = fitted.usable {
+                particles.push(fitted.particle);
+                names.push(format!("dry_k[{}]", scene.particles[fitted.particle].name));
+                point.push(k);
+            }
+        }
+        let mut rows = Rows {
+            scene,
+            runs,
+            form,
+            wet,
+            names,
+            point,
+            parts: vec![],
+            groups: vec![],
+        };
+        let place = |particle: usize| particles.iter().position(|known| *known == particle).map(|at| wet + at);
+        for dry in &runs.dry {
+            if let Some(place) = place(dry.particle) {
+                let group = Group {
+                    kind: Kind::Dry,
+                    particle: dry.particle,
+                    liquid: None,
+                    film_ratio: None,
+                };
+                rows.add(group, None, dry.diameter, (&dry.rebounds, &dry.stuck), vec![place]);
+            }
+        }
+        for (index, series) in runs.series.iter().enumerate() {
+            let place = of_balance.iter().position(|(known, _)| *known == series.particle);
+            if let Some(place) = place {
+                let group = Group {
+                    kind: Kind::Wet,
+                    particle: series.particle,
+                    liquid: Some(series.liquid),
+                    film_ratio: Some(series.film_ratio),
+                };
+                let places = std::iter::once(wet + place).chain(0..wet).collect();
+                rows.add(group, Some(index), series.diameter, (&series.rebounds, &series.stuck), places);
+            }
+        }
+        rows
+    }
+
+    fn add(
+        &mut self,
+        group: Group,
+        series: Option<usize>,
+        diameter: f64,
+        (rebounds, stuck): (&Range<usize>, &Range<usize>),
+        places: Vec<usize>,
+    ) {
+        let at = self.groups.iter().position(|other| *other == group);
+        self.parts.push(Part {
+            group: at.unwrap_or(self.groups.len()),
+            series,
+            diameter,
+            rebounds: rebounds.clone(),
+            stuck: stuck.clone(),
+            places,
+        });
+        if at.is_none() {
+            self.groups.push(group);
+        }
+    }
+
+    pub(super) fn kind(&self, part: &Part) -> Kind {
+        self.groups[part.group].kind
+    }
+
+    /// Whether the energy kept scatters, too, so that wet restitutions near the threshold scatter more.
+    pub(super) fn energy_scatters(&self) -> bool {
+        self.scene.model.noise == NoiseOn::Both
+    }
+
+    /// Whether a point lies where the model is defined.
+    pub(super) fn holds(&self, point: &[f64]) -> bool {
+        let scale = self.names.iter().position(|name| name == "film_scale");
+        point.iter().all(|x| x.is_finite()) && scale.is_none_or(|scale| point[scale] > 0.0)
+    }
+
+    /// Tells of each of a range of a part's runs in turn, about a point.
+    pub(super) fn each(&self, part: &Part, range: Range<usize>, point: &[f64], mut tell: impl FnMut(Row)) {
+        let first = range.start;
+        let mut slopes = [0.0; MOST_SLOPES];
+        let Some(series) = part.series.map(|index| &self.runs.series[index]) else {
+            let k = point[part.places[0]];
+            for run in range {
+                let v = self.runs.impact_speed[run];
+                slopes[0] = self.form.dry.slope_dry_k(k, v);
+                tell(Row {
+                    run,
+                    residual: self.form.dry.restitution(k, v) - self.runs.restitution[run],
+                    kept: 1.0,
+                    slopes,
+                });
+            }
+            return;
+        };
+        let block = block_of(self.scene, self.runs, series, range, part.places[0] - self.wet);
+        let balance = Balance {
+            blocks: &[block],
+            form: self.form,
+            dry_k: &[],
+            spread: 1.0,
+        };
+        let mut run = first;
+        balance.each(point, |rebound| {
+            for (own, (_, slope)) in slopes.iter_mut().zip(rebound.slopes) {
+                *own = *slope;
+            }
+            tell(Row {
+                run,
+                residual: rebound.residual,
+                kept: rebound.kept,
+                slopes,
+            });
+            run += 1;
+        });
+    }
+}

@@ -1,0 +1,223 @@
+//! Finds the scatter of the runs about the joint fit in a way that outliers do not mislead.
+
+use super::joint::{inverse, Joint};
+use super::rows::{Kind, Row, Rows};
+use crate::inference::information::Sums;
+use crate::inference::spreads::median;
+use crate::physics::rebound::{kept_of_mean_restitution, slope_mean_restitution};
+
+/// More runs than this of a kind say little new of its scatter: of longer tables about so many are taken.
+const MOST_RUNS: usize = 20_000;
+
+/// √ of the normal's variance over its median distance from the mean.
+const OF_MEDIAN: f64 = 1.482_602_218_505_602;
+
+/// A mean this many sds above the limit of sticking is not cut off by it.
+const CLEAR: f64 = 3.0;
+
+/// sd of a restitution: √(σ² + (σ_r m′(r))²), σ_r = 0 where only the restitution scatters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Scatter {
+    /// σ²
+    restitution: f64,
+    /// σ_r²
+    energy: f64,
+}
+
+impl Scatter {
+    /// sd of the runs that keep this energy.
+    pub(super) fn sd(self, kept: f64) -> f64 {
+        if self.energy > 0.0 {
+            let slope = slope_mean_restitution(kept);
+            (self.restitution + self.energy * slope * slope).sqrt()
+        } else {
+            self.restitution.sqrt()
+        }
+    }
+
+    /// The sd by which a restitution so far away is judged: m(r) is curved, and what counts is its slope on the way.
+    pub(super) fn sd_to(self, kept: f64, restitution: f64, residual: f64) -> f64 {
+        let away = kept - kept_of_mean_restitution(restitution);
+        if self.energy > 0.0 && away.abs() > 1e-9 {
+            let slope = residual / away;
+            (self.restitution + self.energy * slope * slope).sqrt()
+        } else {
+            self.sd(kept)
+        }
+    }
+}
+
+/// The joint fit without the runs that lie far from it.
+pub(super) struct Settled {
+    pub(super) point: Vec<f64>,
+    /// scatter of each kind
+    pub(super) scatter: [Scatter; 2],
+    /// residuals of each group over the sd of their kind, of those runs that were taken
+    pub(super) residuals: Vec<Vec<f64>>,
+}
+
+struct Taken {
+    part: usize,
+    row: Row,
+    clear: bool,
+    accepted: bool,
+}
+
+/// Fits, leaves out what lies further than `far` sds, and fits again until the same runs are left out.
+///
+/// `None` where the runs show no scatter, or none is clear of the limit of sticking.
+pub(super) fn settle(rows: &Rows, far: f64) -> Option<Settled> {
+    /// the sets left out settle in a few rounds, or alternate between two that are as good
+    const ROUNDS: usize = 10;
+    let mut point = rows.point.clone();
+    let mut taken = take(rows);
+    let mut scatter = scatter(rows, &mut taken, None)?;
+    for round in 0..ROUNDS {
+        let mut changed = round == 0;
+        for one in &mut taken {
+            let sd = scatter[rows.kind(&rows.parts[one.part]) as usize].sd(one.row.kept);
+            let accepted = one.clear && one.row.residual.abs() <= far * sd;
+            changed |= accepted != one.accepted;
+            one.accepted = accepted;
+        }
+        if !changed {
+            break;
+        }
+        let step = step(rows, &taken, &scatter);
+        let moved: Vec<f64> = point.iter().zip(step.iter()).map(|(x, dx)| x + dx).collect();
+        if !rows.holds(&moved) {
+            break;
+        }
+        point = moved;
+        for one in &mut taken {
+            let places = &rows.parts[one.part].places;
+            one.row.residual += places.iter().zip(one.row.slopes).map(|(j, slope)| slope * step[*j]).sum::<f64>();
+        }
+        scatter = self::scatter(rows, &mut taken, Some(scatter))?;
+    }
+    let mut residuals = vec![vec![]; rows.groups.len()];
+    for one in taken.iter().filter(|one| one.clear) {
+        let part = &rows.parts[one.part];
+        residuals[part.group].push(one.row.residual / scatter[rows.kind(part) as usize].sd(one.row.kept));
+    }
+    Some(Settled {
+        point,
+        scatter,
+        residuals,
+    })
+}
+
+/// The rebounds, spread over each part where they are many.
+fn take(rows: &Rows) -> Vec<Taken> {
+    /// multiples of this have parts behind the point that fill [0, 1) evenly, and fall in step with no repeat of a
+    /// design
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+    let mut taken = vec![];
+    for kind in Kind::ALL {
+        let of_kind = || rows.parts.iter().enumerate().filter(|(_, part)| rows.kind(part) == kind);
+        let all: usize = of_kind().map(|(_, part)| part.rebounds.len()).sum();
+        let share = MOST_RUNS as f64 / all.max(1) as f64;
+        for (index, part) in of_kind() {
+            let tell = |row| {
+                taken.push(Taken {
+                    part: index,
+                    row,
+                    clear: true,
+                    accepted: true,
+                });
+            };
+            if share >= 1.0 {
+                rows.each(part, part.rebounds.clone(), &rows.point, tell);
+            } else {
+                let mut tell = tell;
+                let picked = |run: &usize| ((run - part.rebounds.start) as f64 * GOLDEN).fract() < share;
+                for run in part.rebounds.clone().filter(picked) {
+                    rows.each(part, run..run + 1, &rows.point, &mut tell);
+                }
+            }
+        }
+    }
+    taken
+}
+
+/// The scatter of each kind by medians, and which runs are clear of sticking with the scatter `before` or without any.
+fn scatter(rows: &Rows, taken: &mut [Taken], before: Option<[Scatter; 2]>) -> Option<[Scatter; 2]> {
+    let limit = rows.scene.data.smallest_restitution;
+    let mark = |taken: &mut [Taken], scatter: [Scatter; 2]| {
+        for one in taken {
+            let sd = scatter[rows.kind(&rows.parts[one.part]) as usize].sd(one.row.kept);
+            one.clear = is_clear(rows, &one.row, limit, sd);
+        }
+    };
+    if let Some(before) = before {
+        mark(taken, before);
+    }
+    let of_kind = |taken: &[Taken], kind: Kind| -> Vec<(f64, f64)> {
+        let own = taken.iter().filter(|one| one.clear && rows.kind(&rows.parts[one.part]) == kind);
+        own.map(|one| (one.row.residual.abs(), one.row.kept)).collect()
+    };
+    let both = |taken: &[Taken]| -> Option<[Scatter; 2]> {
+        let dry = of_median(of_kind(taken, Kind::Dry), false);
+        let wet = of_median(of_kind(taken, Kind::Wet), rows.energy_scatters());
+        // a kind without scatter of its own has the other's stand for it
+        let (first, second) = (dry.or(wet)?, wet.or(dry)?);
+        Some([first, second])
+    };
+    let found = both(taken)?;
+    if before.is_some() {
+        return Some(found);
+    }
+    mark(taken, found);
+    both(taken)
+}
+
+/// Whether a rebound belongs to a setting that hardly ever sticks; a lucky one among stuck ones has no fair residual.
+pub(super) fn is_clear(rows: &Rows, row: &Row, limit: f64, sd: f64) -> bool {
+    row.residual + rows.runs.restitution[row.run] - limit > CLEAR * sd
+}
+
+/// σ from the median distance; with the energy's scatter σ and σ_r from the medians of the runs with less and with more
+/// of it.
+fn of_median(mut distances: Vec<(f64, f64)>, energy_scatters: bool) -> Option<Scatter> {
+    let variance = |own: &[(f64, f64)]| {
+        let mut own: Vec<f64> = own.iter().map(|(distance, _)| *distance).collect();
+        median(&mut own).map(|middle| (OF_MEDIAN * middle).powi(2)).filter(|variance| *variance > 1e-24)
+    };
+    let one = variance(&distances)?;
+    let alone = Scatter {
+        restitution: one,
+        energy: 0.0,
+    };
+    if !energy_scatters || distances.len() < 4 {
+        return Some(alone);
+    }
+    let middle = distances.len() / 2;
+    distances.select_nth_unstable_by(middle, |a, b| b.1.total_cmp(&a.1));
+    let halves = distances.split_at(middle);
+    let slope2 = |half: &[(f64, f64)]| {
+        let sum: f64 = half.iter().map(|(_, kept)| slope_mean_restitution(*kept).powi(2)).sum();
+        sum / half.len() as f64
+    };
+    let [less, more] = [halves.0, halves.1].map(|half| (slope2(half), variance(half).unwrap_or(one)));
+    let energy = ((more.1 - less.1) / (more.0 - less.0)).clamp(0.0, less.1 / less.0);
+    Some(if energy.is_finite() && energy > 0.0 {
+        Scatter {
+            restitution: (less.1 - energy * less.0).max(0.0),
+            energy,
+        }
+    } else {
+        alone
+    })
+}
+
+/// The step to the least squares of what is accepted.
+fn step(rows: &Rows, taken: &[Taken], scatter: &[Scatter; 2]) -> nalgebra::DVector<f64> {
+    let mut sums: Vec<Sums> = rows.parts.iter().map(Joint::blank).collect();
+    for one in taken.iter().filter(|one| one.accepted) {
+        let part = &rows.parts[one.part];
+        let sd = scatter[rows.kind(part) as usize].sd(one.row.kept);
+        Joint::add(&mut sums[one.part], part, &one.row, sd);
+    }
+    let joint = Joint::new(rows, &sums, |_| 1.0);
+    -(inverse(&joint.information).matrix * joint.gradient)
+}

@@ -1,0 +1,153 @@
+//! Says how far unequal spreads of the groups carry the standard errors off.
+
+use nalgebra::DMatrix;
+use serde::Serialize;
+
+use super::joint::{Fitted, Joint};
+use super::rows::{Kind, Rows};
+use super::{largest, LEVEL};
+use crate::inference::information::Sums;
+use crate::inference::nested::FTest;
+use crate::inference::spreads::{median, LEAST_RESIDUALS};
+
+/// Spreads of the groups against one spread for all dry and one for all wet runs.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Spreads {
+    /// Brown and Forsythe's test of equal spreads
+    pub test: FTest,
+    /// the group with the largest spread, of the kind (dry or wet) whose spreads differ most
+    pub widest: OfGroup,
+    /// the one of that kind with the smallest
+    pub narrowest: OfGroup,
+    /// the parameter whose standard error is too small by the largest factor
+    pub parameter: String,
+    /// that factor: the standard error that allows each group its own spread over the one that takes them as equal
+    pub ratio: f64,
+}
+
+/// The spread of one group's runs about the fit.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OfGroup {
+    /// name of the particle
+    pub particle: String,
+    /// name of the liquid; `None` for dry runs
+    pub liquid: Option<String>,
+    /// film ratio; `None` for dry runs
+    pub film_ratio: Option<f64>,
+    /// runs
+    pub runs: usize,
+    /// sd of their restitutions about the fit
+    pub sd: f64,
+}
+
+/// Groups whose spreads differ.
+pub(super) struct Unequal {
+    /// spread of each group over that of its kind, by medians
+    factors: Vec<f64>,
+}
+
+impl Unequal {
+    /// `None` where the test sees no difference.
+    pub(super) fn of(test: Option<&FTest>, residuals: &mut [Vec<f64>]) -> Option<Unequal> {
+        const OF_MEDIAN: f64 = 1.482_602_218_505_602;
+        test.filter(|test| test.p < LEVEL)?;
+        let factor = |group: &mut Vec<f64>| {
+            let mut distances: Vec<f64> = group.iter().map(|x| x.abs()).collect();
+            let middle = median(&mut distances).filter(|_| group.len() >= 2 * LEAST_RESIDUALS);
+            middle.map(|middle| OF_MEDIAN * middle).filter(|factor| *factor > 1e-6).unwrap_or(1.0)
+        };
+        Some(Unequal {
+            factors: residuals.iter_mut().map(factor).collect(),
+        })
+    }
+
+    pub(super) fn factor(&self, group: usize) -> f64 {
+        self.factors[group]
+    }
+}
+
+/// Variance of each kind, and of each group over that of its kind; the second is 1 for groups of few runs.
+pub(super) struct Variances {
+    pub(super) kinds: [f64; 2],
+    pub(super) groups: Vec<f64>,
+    runs: Vec<usize>,
+}
+
+impl Variances {
+    pub(super) fn new(rows: &Rows, sums: &[Sums]) -> Variances {
+        let fitted = Joint::new(rows, sums, |_| 1.0).fit();
+        let of = |wanted: &dyn Fn(usize) -> bool| {
+            let parts = rows.parts.iter().zip(sums).filter(|(part, _)| wanted(part.group));
+            fitted.leaves(parts, 1.0)
+        };
+        let kinds = Kind::ALL.map(|kind| {
+            let (squares, freedom) = of(&|group| rows.groups[group].kind == kind);
+            if freedom > 0.0 && squares > 0.0 {
+                squares / freedom
+            } else {
+                1.0
+            }
+        });
+        let mut runs = vec![0; rows.groups.len()];
+        for (part, sums) in rows.parts.iter().zip(sums) {
+            runs[part.group] += sums.runs;
+        }
+        let groups = (0..rows.groups.len()).map(|group| {
+            let (squares, freedom) = of(&|other| other == group);
+            let enough = runs[group] >= LEAST_RESIDUALS && freedom > 0.0 && squares > 0.0;
+            let kind = kinds[rows.groups[group].kind as usize];
+            if enough {
+                squares / freedom / kind
+            } else {
+                1.0
+            }
+        });
+        Variances {
+            kinds,
+            groups: groups.collect(),
+            runs,
+        }
+    }
+}
+
+/// The spreads with what they do to the standard errors; `sds` are those of the kinds in which the sums are counted.
+pub(super) fn spreads(
+    rows: &Rows,
+    sums: &[Sums],
+    variances: &Variances,
+    test: Option<FTest>,
+    sds: [f64; 2],
+) -> Option<Spreads> {
+    let weight = |part: usize| 1.0 / variances.kinds[rows.kind(&rows.parts[part]) as usize];
+    let fitted: Fitted = Joint::new(rows, sums, weight).fit();
+    let scores: DMatrix<f64> =
+        Joint::new(rows, sums, |part| weight(part) * variances.groups[rows.parts[part].group]).information;
+    let (parameter, ratio) = largest(rows, &fitted.widening(&scores))?;
+    let ends = Kind::ALL.iter().filter_map(|kind| {
+        let of_kind = |group: &usize| rows.groups[*group].kind == *kind && variances.runs[*group] >= LEAST_RESIDUALS;
+        let order = |a: &usize, b: &usize| variances.groups[*a].total_cmp(&variances.groups[*b]);
+        let widest = (0..rows.groups.len()).filter(of_kind).max_by(order)?;
+        let narrowest = (0..rows.groups.len()).filter(of_kind).min_by(order)?;
+        (widest != narrowest).then_some((widest, narrowest))
+    });
+    let by = |pair: &(usize, usize)| variances.groups[pair.0] / variances.groups[pair.1];
+    let (widest, narrowest) = ends.max_by(|a, b| by(a).total_cmp(&by(b)))?;
+    let tell = |index: usize| {
+        let group = rows.groups[index];
+        let kind = group.kind as usize;
+        OfGroup {
+            particle: rows.scene.particles[group.particle].name.clone(),
+            liquid: group.liquid.map(|liquid| rows.scene.liquids[liquid].name.clone()),
+            film_ratio: group.film_ratio,
+            runs: variances.runs[index],
+            sd: (variances.groups[index] * variances.kinds[kind]).sqrt() * sds[kind],
+        }
+    };
+    Some(Spreads {
+        test: test?,
+        widest: tell(widest),
+        narrowest: tell(narrowest),
+        parameter,
+        ratio,
+    })
+}
