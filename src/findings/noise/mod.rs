@@ -101,9 +101,27 @@ pub(super) fn find(
     })
 }
 
-/// The parameter whose standard error widens most, with the factor.
-fn largest(rows: &Rows, widening: &[Option<f64>]) -> Option<(String, f64)> {
-    let all = widening.iter().enumerate().filter_map(|(j, factor)| Some((j, (*factor)?)));
-    let (j, factor) = all.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    Some((rows.names[j].clone(), factor))
+/// By how much the standard error of a parameter is too small.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Lacking {
+    /// its name
+    pub parameter: String,
+    /// the standard error that allows for what was found over the one that does not; below 1 it is too large
+    pub ratio: f64,
+}
+
+/// The parameters the runs see, with what their standard errors lack.
+fn lacking(rows: &Rows, widening: &[Option<f64>]) -> Vec<Lacking> {
+    let named = |(name, ratio): (&String, &Option<f64>)| {
+        Some(Lacking {
+            parameter: name.clone(),
+            ratio: (*ratio)?,
+        })
+    };
+    rows.names.iter().zip(widening).filter_map(named).collect()
+}
+
+/// The one that lacks most.
+fn worst(all: &[Lacking]) -> Option<&Lacking> {
+    all.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio))
 }

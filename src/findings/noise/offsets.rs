@@ -10,7 +10,7 @@ use nalgebra::DVector;
 use serde::Serialize;
 
 use super::joint::Joint;
-use super::largest;
+use super::{lacking, worst, Lacking};
 use super::rows::{Kind, Rows};
 use super::spread::Variances;
 use crate::inference::distributions::f_tail;
@@ -28,10 +28,15 @@ pub struct Offsets {
     pub sd: f64,
     /// the same over the sd of wet runs about the fit
     pub share: f64,
-    /// the parameter whose standard error is too small by the largest factor
-    pub parameter: String,
-    /// that factor: the standard error that allows for the offsets over the one that takes runs as independent
-    pub ratio: f64,
+    /// what the standard errors lack by it
+    pub standard_errors: Vec<Lacking>,
+}
+
+impl Offsets {
+    /// The parameter whose standard error lacks most.
+    pub fn worst(&self) -> Option<&Lacking> {
+        worst(&self.standard_errors)
+    }
 }
 
 /// The offsets; `None` where the series leave none to be seen. `weigh_groups`: groups have spreads of their own.
@@ -87,7 +92,6 @@ pub(super) fn offsets(
     let of_offsets = (explained - df_between as f64 * variance) / room;
     let of_offsets = if room > 0.0 { of_offsets.max(0.0) } else { 0.0 };
     scores.information += shared * of_offsets;
-    let (parameter, ratio) = largest(rows, &one.widening(&scores.information))?;
     Some(Offsets {
         series,
         test: FTest {
@@ -98,7 +102,6 @@ pub(super) fn offsets(
         },
         sd: of_offsets.sqrt(),
         share: of_offsets.sqrt() / sd,
-        parameter,
-        ratio,
+        standard_errors: lacking(rows, &one.widening(&scores.information)),
     })
 }

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::joint::{Fitted, Joint};
 use super::rows::{Kind, Rows};
-use super::{largest, LEVEL};
+use super::{lacking, worst, Lacking, LEVEL};
 use crate::inference::information::Sums;
 use crate::inference::nested::FTest;
 use crate::inference::spreads::{median, LEAST_RESIDUALS};
@@ -19,10 +19,15 @@ pub struct Spreads {
     pub widest: OfGroup,
     /// the one of that kind with the smallest
     pub narrowest: OfGroup,
-    /// the parameter whose standard error is too small by the largest factor
-    pub parameter: String,
-    /// that factor: the standard error that allows each group its own spread over the one that takes them as equal
-    pub ratio: f64,
+    /// what the standard errors lack by it
+    pub standard_errors: Vec<Lacking>,
+}
+
+impl Spreads {
+    /// The parameter whose standard error lacks most.
+    pub fn worst(&self) -> Option<&Lacking> {
+        worst(&self.standard_errors)
+    }
 }
 
 /// The spread of one group's runs about the fit.
@@ -122,7 +127,6 @@ pub(super) fn spreads(
     let fitted: Fitted = Joint::new(rows, sums, weight).fit();
     let scores: DMatrix<f64> =
         Joint::new(rows, sums, |part| weight(part) * variances.groups[rows.parts[part].group]).information;
-    let (parameter, ratio) = largest(rows, &fitted.widening(&scores))?;
     let ends = Kind::ALL.iter().filter_map(|kind| {
         let of_kind = |group: &usize| rows.groups[*group].kind == *kind && variances.runs[*group] >= LEAST_RESIDUALS;
         let order = |a: &usize, b: &usize| variances.groups[*a].total_cmp(&variances.groups[*b]);
@@ -147,7 +151,6 @@ pub(super) fn spreads(
         test: test?,
         widest: tell(widest),
         narrowest: tell(narrowest),
-        parameter,
-        ratio,
+        standard_errors: lacking(rows, &fitted.widening(&scores)),
     })
 }

@@ -1,6 +1,6 @@
 //! Says what of the scatter wants a second look.
 
-use super::{Noise, Offsets, OfGroup, Outlier, Spreads, LEVEL, LINE};
+use super::{Lacking, Noise, Offsets, OfGroup, Outlier, Spreads, LEVEL, LINE};
 use crate::notice::Notice;
 use crate::scene::{ResamplingScheme, Scene};
 use crate::units::millimetres;
@@ -13,15 +13,14 @@ pub(in crate::findings) fn notices(scene: &Scene, noise: Option<&Noise>) -> Vec<
     let Some(noise) = noise else {
         return vec![];
     };
-    let spread = noise.spread.as_ref().filter(|spread| matters(spread.test.p, spread.ratio));
-    let offsets = noise.offsets.as_ref().filter(|offsets| matters(offsets.test.p, offsets.ratio));
-    let all = [outliers(noise), spread.map(unequal_spread), offsets.map(|one| series_offsets(scene, one))];
-    all.into_iter().flatten().collect()
+    let spread = noise.spread.as_ref().and_then(unequal_spread);
+    let offsets = noise.offsets.as_ref().and_then(|offsets| series_offsets(scene, offsets));
+    [outliers(noise), spread, offsets].into_iter().flatten().collect()
 }
 
-/// Whether a difference is real, and carries a 95 % interval below 94 %.
-fn matters(p: f64, ratio: f64) -> bool {
-    p < LEVEL && ratio > LINE
+/// What lacks most, where the difference is real and carries a 95 % interval below 94 %.
+fn mattering(p: f64, worst: Option<&Lacking>) -> Option<&Lacking> {
+    worst.filter(|worst| p < LEVEL && worst.ratio > LINE)
 }
 
 fn outliers(noise: &Noise) -> Option<Notice> {
@@ -83,9 +82,10 @@ impl OfGroup {
     }
 }
 
-fn unequal_spread(spread: &Spreads) -> Notice {
+fn unequal_spread(spread: &Spreads) -> Option<Notice> {
+    let lacking = mattering(spread.test.p, spread.worst())?;
     let of = |group: &OfGroup| format!("{:.4} ({}, {} runs)", group.sd, group.label(), group.runs);
-    Notice::new(
+    Some(Notice::new(
         "unequal_spread",
         spread.test.df_between + 1,
         format!(
@@ -93,15 +93,16 @@ fn unequal_spread(spread: &Spreads) -> Notice {
              and one for all wet runs; the standard error of {} is too small by a factor of {:.2}",
             of(&spread.narrowest),
             of(&spread.widest),
-            spread.parameter,
-            spread.ratio
+            lacking.parameter,
+            lacking.ratio
         ),
         "look at the group that scatters most; the fits of single film ratios have spreads of their own, and the `cases` \
          bootstrap does not take spreads as equal",
-    )
+    ))
 }
 
-fn series_offsets(scene: &Scene, offsets: &Offsets) -> Notice {
+fn series_offsets(scene: &Scene, offsets: &Offsets) -> Option<Notice> {
+    let lacking = mattering(offsets.test.p, offsets.worst())?;
     let drawn = scene.bootstrap.scheme == ResamplingScheme::Series;
     let next = if drawn {
         "quote the bootstrap's intervals, whose scheme is `series`; the delta method's and the posterior's do not know of it"
@@ -109,15 +110,15 @@ fn series_offsets(scene: &Scene, offsets: &Offsets) -> Notice {
         "set [bootstrap] scheme = \"series\" and quote its intervals; the delta method's and the posterior's take runs as \
          independent"
     };
-    Notice::new(
+    Some(Notice::new(
         "series_offsets",
         offsets.series,
         format!(
             "runs of a series share an offset: over {} series it has an sd of {:.4} in e, {:.2} of the spread of single \
              runs; taking runs as independent makes the standard error of {} too small by a factor of {:.2}. It may be \
              the film or the alignment, set once for a series, or the law itself where it does not fit",
-            offsets.series, offsets.sd, offsets.share, offsets.parameter, offsets.ratio
+            offsets.series, offsets.sd, offsets.share, lacking.parameter, lacking.ratio
         ),
         next,
-    )
+    ))
 }
