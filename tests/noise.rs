@@ -157,7 +157,10 @@ fn plain_noise_alarms_as_rarely_as_claimed() {
         let noise = noise_of(&found);
         outliers += usize::from(noise.outliers_found > 0);
         assert_eq!(tells(&found, "outlier"), noise.outliers_found > 0);
-        let [spread, offsets] = [&noise.spread.as_ref().expect("groups").test, &noise.offsets.as_ref().expect("series").test];
+        let [spread, offsets] = [
+            &noise.spread.as_ref().expect("groups").test,
+            &noise.offsets.as_ref().expect("series").test,
+        ];
         for (below, test) in below.iter_mut().zip([spread, offsets]) {
             for (below, level) in below.iter_mut().zip(levels) {
                 *below += usize::from(test.p < level);
@@ -218,7 +221,10 @@ fn an_outlier_is_named() {
             let mut runs = scattered(&exact, seed.wrapping_add(index as u64), plain);
             let fits = |run: &NewRun| run.liquid.is_none() == dry && (run.restitution - e).abs() > 8.0 * plain(run);
             // not the first: a row that is always the same is no proof
-            let at = (0..runs.len()).filter(|run| fits(&runs[*run])).nth(30 + index).expect("such a run");
+            let at = (0..runs.len())
+                .filter(|run| fits(&runs[*run]))
+                .nth(30 + index)
+                .expect("such a run");
             let expected = exact[at].restitution;
             runs[at].restitution = e;
             let found = fit(&place.scene, &runs, (1, false));
@@ -228,9 +234,20 @@ fn an_outlier_is_named() {
             assert_eq!((one.row as usize, one.restitution), (at + 1, e), "{one:?}");
             assert!((one.expected - expected).abs() < 0.01, "{one:?} {expected}");
             let sds = (e - expected) / plain(&runs[at]);
-            assert!((one.sds / sds - 1.0).abs() < 0.2 && one.moves_in_se > 0.0, "{one:?} {sds}");
-            let notice = found.notices.iter().find(|notice| notice.code == "outlier").expect("it is told");
-            assert!(notice.text.contains(&format!("row {} of the table", at + 1)), "{}", notice.text);
+            assert!(
+                (one.sds / sds - 1.0).abs() < 0.2 && one.moves_in_se > 0.0,
+                "{one:?} {sds}"
+            );
+            let notice = found
+                .notices
+                .iter()
+                .find(|notice| notice.code == "outlier")
+                .expect("it is told");
+            assert!(
+                notice.text.contains(&format!("row {} of the table", at + 1)),
+                "{}",
+                notice.text
+            );
         }
     }
 }
@@ -278,8 +295,16 @@ fn outliers_do_not_hide_each_other() {
     for outlier in &noise.outliers {
         assert!(bad.binary_search(&(outlier.row as usize - 1)).is_ok(), "{outlier:?}");
     }
-    let notice = found.notices.iter().find(|notice| notice.code == "outlier").expect("they are told");
-    assert!(notice.count == 12 && notice.text.ends_with("and 9 more"), "{}", notice.text);
+    let notice = found
+        .notices
+        .iter()
+        .find(|notice| notice.code == "outlier")
+        .expect("they are told");
+    assert!(
+        notice.count == 12 && notice.text.ends_with("and 9 more"),
+        "{}",
+        notice.text
+    );
     // they are taken out before spreads and offsets are looked at
     assert!(!tells(&found, "unequal_spread") && !tells(&found, "series_offsets"));
 }
@@ -341,14 +366,24 @@ fn unequal_spreads_are_told_when_they_matter() {
     let told = |factor: f64| {
         let count = |set: &u64| {
             let seed = seed_of("unequal_spreads_are_told_when_they_matter").wrapping_add(*set);
-            let wider = |run: &NewRun| if run.particle == "PE" { factor * plain(run) } else { plain(run) };
+            let wider = |run: &NewRun| {
+                if run.particle == "PE" {
+                    factor * plain(run)
+                } else {
+                    plain(run)
+                }
+            };
             let found = fit(&place.scene, &scattered(&exact, seed, wider), (1, false));
             let noise = noise_of(&found);
             let spread = noise.spread.as_ref().expect("groups");
             if factor > 2.0 {
                 let ends = (spread.widest.particle.as_str(), spread.narrowest.particle.as_str());
                 assert_eq!(ends, ("PE", "PTFE"));
-                let sd = if spread.widest.liquid.is_some() { SIGMA } else { 0.5 * SIGMA };
+                let sd = if spread.widest.liquid.is_some() {
+                    SIGMA
+                } else {
+                    0.5 * SIGMA
+                };
                 assert!((spread.widest.sd / (factor * sd) - 1.0).abs() < 0.4, "{spread:?}");
                 assert!(spread.worst().expect("a parameter").ratio > LINE, "{spread:?}");
                 // each group has a spread of its own: its tails are no outliers
@@ -436,7 +471,9 @@ fn shared_offsets_are_told_and_the_series_bootstrap_covers_them() {
         let truth = fit(&place.scene, &scattered(&exact, 1, |_| 1e-9), (1, false));
         let of = |findings: &Findings| {
             let laws = findings.scaling.iter();
-            let law = laws.filter(|row| row.law == "sqrt").find(|row| row.film_ratio.is_some());
+            let law = laws
+                .filter(|row| row.law == "sqrt")
+                .find(|row| row.film_ratio.is_some());
             let law = law.expect("the film ratio");
             [law.e_inf.clone(), law.st_c.clone()]
         };
@@ -488,8 +525,14 @@ fn where_nothing_can_be_told_nothing_is() {
         runs.retain(|run| run.liquid != Some("AK20"));
         let found = fit(&place.scene, &runs, (1, false));
         let noise = noise_of(&found);
-        assert!(noise.offsets.as_ref().is_none_or(|offsets| offsets.test.p > 0.001), "{noise:?}");
-        assert!(!tells(&found, "series_offsets") && !tells(&found, "unequal_spread"), "{noise:?}");
+        assert!(
+            noise.offsets.as_ref().is_none_or(|offsets| offsets.test.p > 0.001),
+            "{noise:?}"
+        );
+        assert!(
+            !tells(&found, "series_offsets") && !tells(&found, "unequal_spread"),
+            "{noise:?}"
+        );
         for few in 1..12 {
             let found = fit(&place.scene, &runs[runs.len() - few..], (1, false));
             assert!(found.noise.is_none_or(|noise| noise.outliers_found == 0));
@@ -498,5 +541,7 @@ fn where_nothing_can_be_told_nothing_is() {
     }
     let place = USUAL.place();
     let found = fit(&place.scene, &drawn(&place.scene, 1), (1, false));
-    assert!(found.noise.is_none_or(|noise| noise.outliers_found == 0 && noise.offsets.is_none_or(|one| one.share < 1.0)));
+    assert!(found
+        .noise
+        .is_none_or(|noise| noise.outliers_found == 0 && noise.offsets.is_none_or(|one| one.share < 1.0)));
 }

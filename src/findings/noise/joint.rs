@@ -48,7 +48,12 @@ impl Joint {
 
     /// The same without what an offset of each wet part, free for itself, would take up; and the sums so.
     pub(super) fn within(rows: &Rows, sums: &[Sums], weight: impl Fn(usize) -> f64) -> (Joint, Vec<Sums>) {
-        let demeaned: Vec<Sums> = rows.parts.iter().zip(sums).map(|(part, sums)| demeaned(part, sums)).collect();
+        let demeaned: Vec<Sums> = rows
+            .parts
+            .iter()
+            .zip(sums)
+            .map(|(part, sums)| demeaned(part, sums))
+            .collect();
         (Joint::new(rows, &demeaned, weight), demeaned)
     }
 
@@ -92,7 +97,11 @@ impl Fitted {
             let step = self.step.select_rows(&part.places);
             let information = sums.information.view((0, 0), (n, n));
             squares += sums.squares + 2.0 * sums.gradient.rows(0, n).dot(&step) + (information * &step).dot(&step);
-            let spent = self.inverse.matrix.select_rows(&part.places).select_columns(&part.places);
+            let spent = self
+                .inverse
+                .matrix
+                .select_rows(&part.places)
+                .select_columns(&part.places);
             freedom += sums.runs as f64 - weight * spent.component_mul(&information).sum();
         }
         (squares.max(0.0), freedom)
@@ -105,7 +114,8 @@ impl Fitted {
         let covariance = inverse * scores * inverse;
         let ratio = |j: usize| (covariance[(j, j)] / inverse[(j, j)]).sqrt();
         let seen = self.inverse.seen.iter().enumerate();
-        seen.map(|(j, seen)| seen.then(|| ratio(j)).filter(|ratio| ratio.is_finite())).collect()
+        seen.map(|(j, seen)| seen.then(|| ratio(j)).filter(|ratio| ratio.is_finite()))
+            .collect()
     }
 }
 
@@ -123,10 +133,17 @@ fn demeaned(part: &Part, sums: &Sums) -> Sums {
         let of_row = sums.information[(i, offset)];
         within.gradient[i] -= of_row * mean / weight;
         for j in 0..offset {
-            let (was, taken) = (sums.information[(i, j)], of_row * sums.information[(j, offset)] / weight);
+            let (was, taken) = (
+                sums.information[(i, j)],
+                of_row * sums.information[(j, offset)] / weight,
+            );
             // a slope that is the same in all runs leaves only rounding
             let rounding = 1e-12 * (sums.information[(i, i)] * sums.information[(j, j)]).sqrt();
-            within.information[(i, j)] = if (was - taken).abs() > rounding { was - taken } else { 0.0 };
+            within.information[(i, j)] = if (was - taken).abs() > rounding {
+                was - taken
+            } else {
+                0.0
+            };
         }
     }
     within

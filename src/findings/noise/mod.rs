@@ -75,7 +75,11 @@ pub(super) fn find(
     let far = outliers::far(tested);
     let mut settled = scatter::settle(&rows, far)?;
     let mut kinds = Kind::ALL.map(|kind| -> Vec<Vec<f64>> {
-        let of_kind = rows.groups.iter().zip(&settled.residuals).filter(|(group, _)| group.kind == kind);
+        let of_kind = rows
+            .groups
+            .iter()
+            .zip(&settled.residuals)
+            .filter(|(group, _)| group.kind == kind);
         of_kind.map(|(_, residuals)| residuals.clone()).collect()
     });
     let test = equal_spreads(&mut kinds, far);

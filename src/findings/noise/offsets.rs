@@ -10,9 +10,9 @@ use nalgebra::DVector;
 use serde::Serialize;
 
 use super::joint::Joint;
-use super::{lacking, worst, Lacking};
 use super::rows::{Kind, Rows};
 use super::spread::Variances;
+use super::{lacking, worst, Lacking};
 use crate::inference::distributions::f_tail;
 use crate::inference::information::Sums;
 use crate::inference::nested::FTest;
@@ -23,6 +23,7 @@ pub struct Offsets {
     /// series with runs in the fit
     pub series: usize,
     /// F test of an offset for each series
+    #[serde(flatten)]
     pub test: FTest,
     /// sd of the offsets, in units of e; 0 where the series differ less than their runs would make them
     pub sd: f64,
@@ -49,7 +50,11 @@ pub(super) fn offsets(
 ) -> Option<Offsets> {
     let weight = |part: usize| {
         let part = &rows.parts[part];
-        let own = if weigh_groups { variances.groups[part.group] } else { 1.0 };
+        let own = if weigh_groups {
+            variances.groups[part.group]
+        } else {
+            1.0
+        };
         1.0 / (variances.kinds[rows.kind(part) as usize] * own)
     };
     let is_wet = |part: &usize| rows.kind(&rows.parts[*part]) == Kind::Wet;
@@ -58,7 +63,9 @@ pub(super) fn offsets(
     let (own, demeaned) = Joint::within(rows, sums, weight);
     let own = own.fit();
     let series = wet().count();
-    let df_between = (series + own.inverse.rank).checked_sub(one.inverse.rank).filter(|df| *df > 0)?;
+    let df_between = (series + own.inverse.rank)
+        .checked_sub(one.inverse.rank)
+        .filter(|df| *df > 0)?;
     // of wet runs alone: dry runs have another spread, and no part in the offsets
     let (mut within, mut freedom) = (0.0, 0.0);
     for part in wet() {
@@ -76,7 +83,13 @@ pub(super) fn offsets(
     let p = f_tail(f, df_between as f64, df_within)?;
     let inverse = &one.inverse.matrix;
     let mut room = 0.0;
-    let mut scores = Joint::new(rows, sums, |part| if is_wet(&part) { weight(part) * variance } else { weight(part) });
+    let mut scores = Joint::new(rows, sums, |part| {
+        if is_wet(&part) {
+            weight(part) * variance
+        } else {
+            weight(part)
+        }
+    });
     let mut shared = Joint::new(rows, sums, |_| 0.0).information;
     for index in wet() {
         let part = &rows.parts[index];

@@ -111,7 +111,12 @@ pub(super) fn sort(rows: &Rows, settled: &Settled, unequal: Option<&Unequal>) ->
         if candidate.sds.abs() > line(runs, freedom) {
             outlying.push(candidate);
         } else if candidate.fits {
-            Joint::add(&mut sums[candidate.part], &rows.parts[candidate.part], &candidate.row, candidate.sd);
+            Joint::add(
+                &mut sums[candidate.part],
+                &rows.parts[candidate.part],
+                &candidate.row,
+                candidate.sd,
+            );
             against = Against::new(rows, &sums, unequal);
         }
     }
@@ -219,7 +224,10 @@ impl<'r> Against<'r> {
     /// Spread in units of the sd of the kind, and its degrees of freedom.
     fn spread(&self, candidate: &Candidate) -> (f64, f64) {
         let part = &self.rows.parts[candidate.part];
-        let own = self.groups.get(part.group).filter(|(_, freedom)| *freedom >= LEAST_OF_OWN as f64);
+        let own = self
+            .groups
+            .get(part.group)
+            .filter(|(_, freedom)| *freedom >= LEAST_OF_OWN as f64);
         let (squares, freedom) = *own.unwrap_or(&self.kinds[self.rows.kind(part) as usize]);
         ((squares / freedom).sqrt(), freedom)
     }
@@ -227,7 +235,12 @@ impl<'r> Against<'r> {
     /// Restitution less model in units of the sd of the kind, and the leverage.
     fn distance(&self, candidate: &Candidate) -> (f64, f64) {
         let part = &self.rows.parts[candidate.part];
-        let slopes = || part.places.iter().zip(candidate.row.slopes).map(|(j, slope)| (*j, slope / candidate.sd));
+        let slopes = || {
+            part.places
+                .iter()
+                .zip(candidate.row.slopes)
+                .map(|(j, slope)| (*j, slope / candidate.sd))
+        };
         let moved: f64 = slopes().map(|(j, slope)| slope * self.fitted.step[j]).sum();
         let inverse = &self.fitted.inverse.matrix;
         let of = |(i, a): (usize, f64)| slopes().map(|(j, b)| a * b * inverse[(i, j)]).sum::<f64>();

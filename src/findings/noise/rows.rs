@@ -95,7 +95,11 @@ impl<'a> Rows<'a> {
             point.extend(&balance.held.parameters);
         }
         let wet = names.len() - particles.len();
-        for fitted in dry.iter().filter(|fitted| !particles.contains(&fitted.particle)).collect::<Vec<_>>() {
+        for fitted in dry
+            .iter()
+            .filter(|fitted| !particles.contains(&fitted.particle))
+            .collect::<Vec<_>>()
+        {
             if let Some((k, _)) = fitted.usable {
                 particles.push(fitted.particle);
                 names.push(format!("dry_k[{}]", scene.particles[fitted.particle].name));
@@ -134,7 +138,13 @@ impl<'a> Rows<'a> {
                     film_ratio: Some(series.film_ratio),
                 };
                 let places = std::iter::once(wet + place).chain(0..wet).collect();
-                rows.add(group, Some(index), series.diameter, (&series.rebounds, &series.stuck), places);
+                rows.add(
+                    group,
+                    Some(index),
+                    series.diameter,
+                    (&series.rebounds, &series.stuck),
+                    places,
+                );
             }
         }
         rows

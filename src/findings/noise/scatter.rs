@@ -91,7 +91,11 @@ pub(super) fn settle(rows: &Rows, far: f64) -> Option<Settled> {
         point = moved;
         for one in &mut taken {
             let places = &rows.parts[one.part].places;
-            one.row.residual += places.iter().zip(one.row.slopes).map(|(j, slope)| slope * step[*j]).sum::<f64>();
+            one.row.residual += places
+                .iter()
+                .zip(one.row.slopes)
+                .map(|(j, slope)| slope * step[*j])
+                .sum::<f64>();
         }
         scatter = self::scatter(rows, &mut taken, Some(scatter))?;
     }
@@ -114,7 +118,12 @@ fn take(rows: &Rows) -> Vec<Taken> {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     let mut taken = vec![];
     for kind in Kind::ALL {
-        let of_kind = || rows.parts.iter().enumerate().filter(|(_, part)| rows.kind(part) == kind);
+        let of_kind = || {
+            rows.parts
+                .iter()
+                .enumerate()
+                .filter(|(_, part)| rows.kind(part) == kind)
+        };
         let all: usize = of_kind().map(|(_, part)| part.rebounds.len()).sum();
         let share = MOST_RUNS as f64 / all.max(1) as f64;
         for (index, part) in of_kind() {
@@ -153,7 +162,9 @@ fn scatter(rows: &Rows, taken: &mut [Taken], before: Option<[Scatter; 2]>) -> Op
         mark(taken, before);
     }
     let of_kind = |taken: &[Taken], kind: Kind| -> Vec<(f64, f64)> {
-        let own = taken.iter().filter(|one| one.clear && rows.kind(&rows.parts[one.part]) == kind);
+        let own = taken
+            .iter()
+            .filter(|one| one.clear && rows.kind(&rows.parts[one.part]) == kind);
         own.map(|one| (one.row.residual.abs(), one.row.kept)).collect()
     };
     let both = |taken: &[Taken]| -> Option<[Scatter; 2]> {
@@ -181,7 +192,9 @@ pub(super) fn is_clear(rows: &Rows, row: &Row, limit: f64, sd: f64) -> bool {
 fn of_median(mut distances: Vec<(f64, f64)>, energy_scatters: bool) -> Option<Scatter> {
     let variance = |own: &[(f64, f64)]| {
         let mut own: Vec<f64> = own.iter().map(|(distance, _)| *distance).collect();
-        median(&mut own).map(|middle| (OF_MEDIAN * middle).powi(2)).filter(|variance| *variance > 1e-24)
+        median(&mut own)
+            .map(|middle| (OF_MEDIAN * middle).powi(2))
+            .filter(|variance| *variance > 1e-24)
     };
     let one = variance(&distances)?;
     let alone = Scatter {

@@ -14,6 +14,7 @@ use crate::inference::spreads::{median, LEAST_RESIDUALS};
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Spreads {
     /// Brown and Forsythe's test of equal spreads
+    #[serde(flatten)]
     pub test: FTest,
     /// the group with the largest spread, of the kind (dry or wet) whose spreads differ most
     pub widest: OfGroup,
@@ -59,7 +60,10 @@ impl Unequal {
         let factor = |group: &mut Vec<f64>| {
             let mut distances: Vec<f64> = group.iter().map(|x| x.abs()).collect();
             let middle = median(&mut distances).filter(|_| group.len() >= 2 * LEAST_RESIDUALS);
-            middle.map(|middle| OF_MEDIAN * middle).filter(|factor| *factor > 1e-6).unwrap_or(1.0)
+            middle
+                .map(|middle| OF_MEDIAN * middle)
+                .filter(|factor| *factor > 1e-6)
+                .unwrap_or(1.0)
         };
         Some(Unequal {
             factors: residuals.iter_mut().map(factor).collect(),
@@ -125,8 +129,10 @@ pub(super) fn spreads(
 ) -> Option<Spreads> {
     let weight = |part: usize| 1.0 / variances.kinds[rows.kind(&rows.parts[part]) as usize];
     let fitted: Fitted = Joint::new(rows, sums, weight).fit();
-    let scores: DMatrix<f64> =
-        Joint::new(rows, sums, |part| weight(part) * variances.groups[rows.parts[part].group]).information;
+    let scores: DMatrix<f64> = Joint::new(rows, sums, |part| {
+        weight(part) * variances.groups[rows.parts[part].group]
+    })
+    .information;
     let ends = Kind::ALL.iter().filter_map(|kind| {
         let of_kind = |group: &usize| rows.groups[*group].kind == *kind && variances.runs[*group] >= LEAST_RESIDUALS;
         let order = |a: &usize, b: &usize| variances.groups[*a].total_cmp(&variances.groups[*b]);

@@ -1,6 +1,6 @@
 //! Says what of the scatter wants a second look.
 
-use super::{Lacking, Noise, Offsets, OfGroup, Outlier, Spreads, LEVEL, LINE};
+use super::{Lacking, Noise, OfGroup, Offsets, Outlier, Spreads, LEVEL, LINE};
 use crate::notice::Notice;
 use crate::scene::{ResamplingScheme, Scene};
 use crate::units::millimetres;
@@ -14,13 +14,25 @@ pub(in crate::findings) fn notices(scene: &Scene, noise: Option<&Noise>) -> Vec<
         return vec![];
     };
     let spread = noise.spread.as_ref().and_then(unequal_spread);
-    let offsets = noise.offsets.as_ref().and_then(|offsets| series_offsets(scene, offsets));
+    let offsets = noise
+        .offsets
+        .as_ref()
+        .and_then(|offsets| series_offsets(scene, offsets));
     [outliers(noise), spread, offsets].into_iter().flatten().collect()
 }
 
-/// What lacks most, where the difference is real and carries a 95 % interval below 94 %.
-fn mattering(p: f64, worst: Option<&Lacking>) -> Option<&Lacking> {
-    worst.filter(|worst| p < LEVEL && worst.ratio > LINE)
+impl Spreads {
+    /// The standard error that lacks most, where spreads differ and a 95 % interval therefore covers less than 94 %.
+    pub fn mattering(&self) -> Option<&Lacking> {
+        self.worst().filter(|worst| self.test.p < LEVEL && worst.ratio > LINE)
+    }
+}
+
+impl Offsets {
+    /// The standard error that lacks most, where there are offsets and a 95 % interval therefore covers less than 94 %.
+    pub fn mattering(&self) -> Option<&Lacking> {
+        self.worst().filter(|worst| self.test.p < LEVEL && worst.ratio > LINE)
+    }
 }
 
 fn outliers(noise: &Noise) -> Option<Notice> {
@@ -32,7 +44,11 @@ fn outliers(noise: &Noise) -> Option<Notice> {
     if found > SHOWN {
         rows.push(format!("and {} more", found - SHOWN));
     }
-    let what = if found == 1 { "1 run lies" } else { &format!("{found} runs lie") };
+    let what = if found == 1 {
+        "1 run lies"
+    } else {
+        &format!("{found} runs lie")
+    };
     Some(Notice::new(
         "outlier",
         found,
@@ -71,7 +87,12 @@ fn name(particle: &str, liquid: Option<&str>, diameter: Option<&str>, film_ratio
         let decimals = format!("{ratio:.4}");
         format!("film ratio {}", decimals.trim_end_matches('0').trim_end_matches('.'))
     });
-    let parts = [Some(particle), Some(liquid.unwrap_or("dry")), diameter, ratio.as_deref()];
+    let parts = [
+        Some(particle),
+        Some(liquid.unwrap_or("dry")),
+        diameter,
+        ratio.as_deref(),
+    ];
     parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
@@ -83,7 +104,7 @@ impl OfGroup {
 }
 
 fn unequal_spread(spread: &Spreads) -> Option<Notice> {
-    let lacking = mattering(spread.test.p, spread.worst())?;
+    let lacking = spread.mattering()?;
     let of = |group: &OfGroup| format!("{:.4} ({}, {} runs)", group.sd, group.label(), group.runs);
     Some(Notice::new(
         "unequal_spread",
@@ -102,7 +123,7 @@ fn unequal_spread(spread: &Spreads) -> Option<Notice> {
 }
 
 fn series_offsets(scene: &Scene, offsets: &Offsets) -> Option<Notice> {
-    let lacking = mattering(offsets.test.p, offsets.worst())?;
+    let lacking = offsets.mattering()?;
     let drawn = scene.bootstrap.scheme == ResamplingScheme::Series;
     let next = if drawn {
         "quote the bootstrap's intervals, whose scheme is `series`; the delta method's and the posterior's do not know of it"

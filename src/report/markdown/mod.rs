@@ -6,6 +6,7 @@ mod cells;
 mod constants;
 mod laws;
 mod main_numbers;
+mod noise;
 pub(super) mod page;
 mod posterior;
 mod runs;
@@ -39,6 +40,7 @@ pub fn report(told: Told, figures: &[&str]) -> String {
     laws::scaling(&mut page, told);
     laws::film(&mut page, told);
     laws::energy(&mut page, told);
+    noise::noise(&mut page, told);
     constants::constants(&mut page, told);
     bootstrap::bootstrap(&mut page, told);
     posterior::posterior(&mut page, told);
