@@ -67,6 +67,16 @@ impl Joint {
         }
     }
 
+    /// The slopes of a part, summed over its runs.
+    pub(super) fn slopes(rows: &Rows, part: &Part, sums: &Sums) -> DVector<f64> {
+        let offset = part.places.len();
+        let mut slopes = DVector::zeros(rows.names.len());
+        for (i, place) in part.places.iter().enumerate() {
+            slopes[*place] = sums.information[(i, offset)];
+        }
+        slopes
+    }
+
     /// The fit to these sums: the step from the point they were taken at, and the sum of squares it leaves.
     pub(super) fn fit(&self) -> Fitted {
         let inverse = inverse(&self.information);
@@ -105,6 +115,14 @@ impl Fitted {
             freedom += sums.runs as f64 - weight * spent.component_mul(&information).sum();
         }
         (squares.max(0.0), freedom)
+    }
+
+    /// The sum of what the fit leaves of one part, and the sum of its weights.
+    pub(super) fn sum(&self, part: &Part, sums: &Sums) -> (f64, f64) {
+        let n = part.places.len();
+        let step = self.step.select_rows(&part.places);
+        let slopes = sums.information.view((0, n), (n, 1));
+        (sums.gradient[n] + slopes.dot(&step), sums.information[(n, n)])
     }
 
     /// The covariance of the fit where the runs' scores have the information `scores`, as variances over those the fit

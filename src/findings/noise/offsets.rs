@@ -6,7 +6,6 @@
 //! df σ² + σ_s² (n − Σ v_sᵀA⁻¹v_s): unbiased for few series, too. The standard error that allows for them is that of
 //! scores with the variance σ² JᵀJ + σ_s² Σ v_s v_sᵀ.
 
-use nalgebra::DVector;
 use serde::Serialize;
 
 use super::joint::Joint;
@@ -94,10 +93,7 @@ pub(super) fn offsets(
     for index in wet() {
         let part = &rows.parts[index];
         let offset = part.places.len();
-        let mut slopes = DVector::zeros(rows.names.len());
-        for (i, place) in part.places.iter().enumerate() {
-            slopes[*place] = weight(index) * sums[index].information[(i, offset)];
-        }
+        let slopes = Joint::slopes(rows, part, &sums[index]) * weight(index);
         room += weight(index) * sums[index].information[(offset, offset)] - (inverse * &slopes).dot(&slopes);
         shared += &slopes * slopes.transpose();
     }

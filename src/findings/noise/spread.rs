@@ -1,6 +1,6 @@
 //! Says how far unequal spreads of the groups carry the standard errors off.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use super::joint::{Fitted, Joint};
@@ -42,7 +42,7 @@ pub struct OfGroup {
     pub film_ratio: Option<f64>,
     /// runs
     pub runs: usize,
-    /// sd of their restitutions about the fit
+    /// sd of their restitutions about the fit, their mean taken out
     pub sd: f64,
 }
 
@@ -75,47 +75,76 @@ impl Unequal {
     }
 }
 
-/// Variance of each kind, and of each group over that of its kind; the second is 1 for groups of few runs.
+/// Variances of the runs about the fit, in units of those in which the sums are counted.
 pub(super) struct Variances {
+    /// of each kind
     pub(super) kinds: [f64; 2],
+    /// of each group about its own mean, over that of all groups of its kind: a law that does not fit a group, or an
+    /// offset of it, is no wider spread. 1 for groups of few runs
     pub(super) groups: Vec<f64>,
+    /// of all groups of each kind about their means
+    inside: [f64; 2],
     runs: Vec<usize>,
 }
 
 impl Variances {
     pub(super) fn new(rows: &Rows, sums: &[Sums]) -> Variances {
         let fitted = Joint::new(rows, sums, |_| 1.0).fit();
-        let of = |wanted: &dyn Fn(usize) -> bool| {
-            let parts = rows.parts.iter().zip(sums).filter(|(part, _)| wanted(part.group));
-            fitted.leaves(parts, 1.0)
-        };
-        let kinds = Kind::ALL.map(|kind| {
-            let (squares, freedom) = of(&|group| rows.groups[group].kind == kind);
-            if freedom > 0.0 && squares > 0.0 {
-                squares / freedom
-            } else {
-                1.0
-            }
-        });
+        let mut kinds = [Left::default(); 2];
         let mut runs = vec![0; rows.groups.len()];
+        let mut own: Vec<Left> = vec![Left::default(); rows.groups.len()];
+        let mut means = vec![(0.0, 0.0); rows.groups.len()];
+        let mut slopes = vec![DVector::zeros(rows.names.len()); rows.groups.len()];
         for (part, sums) in rows.parts.iter().zip(sums) {
+            let (squares, freedom) = fitted.leaves(std::iter::once((part, sums)), 1.0);
+            kinds[rows.kind(part) as usize].add(squares, freedom);
+            own[part.group].add(squares, freedom);
             runs[part.group] += sums.runs;
+            let (sum, weight) = fitted.sum(part, sums);
+            means[part.group].0 += sum;
+            means[part.group].1 += weight;
+            slopes[part.group] += Joint::slopes(rows, part, sums);
         }
-        let groups = (0..rows.groups.len()).map(|group| {
-            let (squares, freedom) = of(&|other| other == group);
-            let enough = runs[group] >= LEAST_RESIDUALS && freedom > 0.0 && squares > 0.0;
-            let kind = kinds[rows.groups[group].kind as usize];
-            if enough {
-                squares / freedom / kind
-            } else {
-                1.0
+        let mut inside = [Left::default(); 2];
+        for (index, group) in rows.groups.iter().enumerate() {
+            let (sum, weight) = means[index];
+            if weight > 0.0 {
+                // of the mean's one degree of freedom the parameters have taken up a part already
+                let taken = (&fitted.inverse.matrix * &slopes[index]).dot(&slopes[index]) / weight;
+                own[index].add(-sum * sum / weight, taken - 1.0);
             }
-        });
+            inside[group.kind as usize].add(own[index].squares, own[index].freedom);
+        }
+        let of_group = |index: usize| {
+            let all = inside[rows.groups[index].kind as usize].variance();
+            let enough = runs[index] >= LEAST_RESIDUALS;
+            let own = own[index].variance().filter(|_| enough);
+            own.zip(all).map_or(1.0, |(own, all)| own / all)
+        };
         Variances {
-            kinds,
-            groups: groups.collect(),
+            kinds: kinds.map(|kind| kind.variance().unwrap_or(1.0)),
+            groups: (0..rows.groups.len()).map(of_group).collect(),
+            inside: inside.map(|kind| kind.variance().unwrap_or(1.0)),
             runs,
         }
+    }
+}
+
+/// What a fit leaves of some runs.
+#[derive(Clone, Copy, Default)]
+struct Left {
+    squares: f64,
+    freedom: f64,
+}
+
+impl Left {
+    fn add(&mut self, squares: f64, freedom: f64) {
+        self.squares += squares;
+        self.freedom += freedom;
+    }
+
+    fn variance(self) -> Option<f64> {
+        (self.freedom > 0.5 && self.squares > 0.0).then(|| self.squares / self.freedom)
     }
 }
 
@@ -150,7 +179,7 @@ pub(super) fn spreads(
             liquid: group.liquid.map(|liquid| rows.scene.liquids[liquid].name.clone()),
             film_ratio: group.film_ratio,
             runs: variances.runs[index],
-            sd: (variances.groups[index] * variances.kinds[kind]).sqrt() * sds[kind],
+            sd: (variances.groups[index] * variances.inside[kind]).sqrt() * sds[kind],
         }
     };
     Some(Spreads {
