@@ -7,7 +7,7 @@ use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::noise::{Noise, Outlier, FALSE_ALARM, LINE};
 use wetcor::findings::{self, Findings};
 use wetcor::model::simulate::Simulation;
-use wetcor::runs::{self, NewRun, Table};
+use wetcor::runs::{self, MeasurementErrors, NewRun, Table};
 use wetcor::scene::Scene;
 use wetcor::seed::stream;
 
@@ -321,6 +321,52 @@ fn under_a_student_likelihood_no_outlier_is_told() {
     runs[200].restitution -= 0.3;
     let found = fit(&place.scene, &runs, (1, false));
     assert_eq!((noise_of(&found).outliers_found, tells(&found, "outlier")), (0, false));
+}
+
+/// A run whose table says that it was measured badly is not far for lying further away; without that it would be.
+#[test]
+fn runs_are_held_against_their_own_measurement_errors() {
+    let place = USUAL.place();
+    let exact = drawn(&place.scene, 1);
+    let own = 8.0 * SIGMA;
+    // every seventh run
+    let badly = |row: u32| row.is_multiple_of(7);
+    let mut count = 0;
+    let wider = |run: &NewRun| f64::hypot(plain(run), own);
+    let all = scattered(
+        &exact,
+        seed_of("runs_are_held_against_their_own_measurement_errors"),
+        plain,
+    );
+    let wide = scattered(
+        &exact,
+        seed_of("runs_are_held_against_their_own_measurement_errors"),
+        wider,
+    );
+    let mut runs = all;
+    for (index, (run, wide)) in runs.iter_mut().zip(wide).enumerate() {
+        if badly(index as u32 + 1) {
+            *run = wide;
+            count += 1;
+        }
+    }
+    let mut table = Table {
+        runs: runs::arrange(&place.scene, &runs),
+        rows: runs.len(),
+        screened: vec![],
+        notices: vec![],
+        sha256: String::new(),
+    };
+    let unknown = findings::find(&place.scene, &table, 1, false);
+    let outliers = noise_of(&unknown).outliers_found;
+    assert!(outliers > count / 6, "{outliers} of {count}");
+    let of_run = |row: &u32| if badly(*row) { own } else { 0.0 };
+    table.runs.errors = Some(MeasurementErrors {
+        impact_speed_sd: vec![0.0; runs.len()],
+        restitution_sd: table.runs.row.iter().map(of_run).collect(),
+    });
+    let known = findings::find(&place.scene, &table, 1, false);
+    assert_eq!(noise_of(&known).outliers_found, 0, "{:?}", noise_of(&known).outliers);
 }
 
 /// Near the threshold runs stick or bounce by luck, which is no mistake; one that sticks far above it is.

@@ -86,8 +86,8 @@ pub(super) fn find(
     let unequal = Unequal::of(test.as_ref(), &mut settled.residuals);
     let sorted = outliers::sort(&rows, &settled, unequal.as_ref());
     let variances = Variances::new(&rows, &sorted.sums);
-    // where the energy scatters, too, these are the sds of runs that rebound at full energy
-    let sds = settled.scatter.map(|scatter| scatter.sd(1.0));
+    // where other things scatter, too, the sds of runs without them
+    let sds = settled.scatter.map(scatter::Scatter::least);
     let told = scene.model.likelihood == Likelihood::Normal;
     let sd_wet = sds[Kind::Wet as usize];
     Some(Noise {

@@ -140,8 +140,8 @@ fn gather(rows: &Rows, settled: &Settled, unequal: Option<&Unequal>, far: f64) -
         let scatter = settled.scatter[rows.kind(part) as usize];
         let own = unequal.map_or(1.0, |unequal| unequal.factor(part.group));
         let candidate = |row: Row, restitution: f64, fits: bool| {
-            let sd = scatter.sd(row.kept);
-            let stretch = sd / scatter.sd_to(row.kept, restitution, row.residual);
+            let sd = scatter.sd(&row);
+            let stretch = sd / scatter.sd_to(&row, restitution);
             Candidate {
                 part: index,
                 row,
@@ -152,7 +152,7 @@ fn gather(rows: &Rows, settled: &Settled, unequal: Option<&Unequal>, far: f64) -
             }
         };
         rows.each(part, part.rebounds.clone(), &settled.point, |row| {
-            let sd = scatter.sd(row.kept);
+            let sd = scatter.sd(&row);
             let clear = is_clear(rows, &row, limit, sd);
             // cheap first: nearly every run is near
             let one = (row.residual.abs() > 0.5 * far * sd * own)

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::findings::balance::{block_of, known, EnergyBalance};
 use crate::findings::dry::FittedDry;
-use crate::inference::balance::Balance;
+use crate::inference::balance::{Balance, Block};
 use crate::inference::least_squares::Stop;
 use crate::physics::impact::Form;
 use crate::runs::Runs;
@@ -56,6 +56,8 @@ pub(super) struct Row {
     pub(super) residual: f64,
     /// r, the energy kept; not read of dry runs
     pub(super) kept: f64,
+    /// τ², what the measurement errors of the run add to the variance about the model
+    pub(super) measured: f64,
     /// slopes of the model, in the order of [`Part::places`]; zeros beyond
     pub(super) slopes: [f64; MOST_SLOPES],
 }
@@ -189,23 +191,59 @@ impl<'a> Rows<'a> {
 
     /// Tells of each of a range of a part's runs in turn, about a point.
     pub(super) fn each(&self, part: &Part, range: Range<usize>, point: &[f64], mut tell: impl FnMut(Row)) {
+        let Some(errors) = &self.runs.errors else {
+            return self.each_at(part, range, point, 1.0, tell);
+        };
+        /// a central difference this wide errs by 1e-8 of the slope
+        const STEP: f64 = 1e-4;
+        let first = range.start;
+        let mut slopes: Vec<f64> = vec![0.0; range.len()];
+        for step in [-STEP, STEP] {
+            self.each_at(part, range.clone(), point, 1.0 + step, |row| {
+                slopes[row.run - first] += row.residual / (2.0 * step * self.runs.impact_speed[row.run]);
+            });
+        }
+        self.each_at(part, range, point, 1.0, |row| {
+            let [of_speed, own] = errors.of(row.run);
+            let model = row.residual + self.runs.restitution[row.run];
+            let with_speed = of_speed * (model / self.runs.impact_speed[row.run] + slopes[row.run - first]);
+            tell(Row {
+                measured: own * own + with_speed * with_speed,
+                ..row
+            });
+        });
+    }
+
+    /// The same with all impact speeds times a factor, and without measurement errors.
+    fn each_at(&self, part: &Part, range: Range<usize>, point: &[f64], factor: f64, mut tell: impl FnMut(Row)) {
         let first = range.start;
         let mut slopes = [0.0; MOST_SLOPES];
         let Some(series) = part.series.map(|index| &self.runs.series[index]) else {
             let k = point[part.places[0]];
             for run in range {
-                let v = self.runs.impact_speed[run];
+                let v = factor * self.runs.impact_speed[run];
                 slopes[0] = self.form.dry.slope_dry_k(k, v);
                 tell(Row {
                     run,
                     residual: self.form.dry.restitution(k, v) - self.runs.restitution[run],
                     kept: 1.0,
+                    measured: 0.0,
                     slopes,
                 });
             }
             return;
         };
         let block = block_of(self.scene, self.runs, series, range, part.places[0] - self.wet);
+        let moved: Vec<f64>;
+        let block = if factor == 1.0 {
+            block
+        } else {
+            moved = block.impact_speed.iter().map(|v| factor * v).collect();
+            Block {
+                impact_speed: &moved,
+                ..block
+            }
+        };
         let balance = Balance {
             blocks: &[block],
             form: self.form,
@@ -221,6 +259,7 @@ impl<'a> Rows<'a> {
                 run,
                 residual: rebound.residual,
                 kept: rebound.kept,
+                measured: 0.0,
                 slopes,
             });
             run += 1;

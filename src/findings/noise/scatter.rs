@@ -15,7 +15,8 @@ const OF_MEDIAN: f64 = 1.482_602_218_505_602;
 /// A mean this many sds above the limit of sticking is not cut off by it.
 const CLEAR: f64 = 3.0;
 
-/// sd of a restitution: √(σ² + (σ_r m′(r))²), σ_r = 0 where only the restitution scatters.
+/// Variance of a restitution: σ² + (σ_r m′(r))² + τ², σ_r = 0 where only the restitution scatters, τ the run's own
+/// measurement errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Scatter {
     /// σ²
@@ -25,24 +26,33 @@ pub(super) struct Scatter {
 }
 
 impl Scatter {
-    /// sd of the runs that keep this energy.
-    pub(super) fn sd(self, kept: f64) -> f64 {
+    /// sd of a run.
+    pub(super) fn sd(self, row: &Row) -> f64 {
+        (self.at(row.kept) + row.measured).sqrt()
+    }
+
+    /// sd of runs that keep all their energy, without measurement errors.
+    pub(super) fn least(self) -> f64 {
+        self.at(1.0).sqrt()
+    }
+
+    fn at(self, kept: f64) -> f64 {
         if self.energy > 0.0 {
             let slope = slope_mean_restitution(kept);
-            (self.restitution + self.energy * slope * slope).sqrt()
+            self.restitution + self.energy * slope * slope
         } else {
-            self.restitution.sqrt()
+            self.restitution
         }
     }
 
     /// The sd by which a restitution so far away is judged: m(r) is curved, and what counts is its slope on the way.
-    pub(super) fn sd_to(self, kept: f64, restitution: f64, residual: f64) -> f64 {
-        let away = kept - kept_of_mean_restitution(restitution);
+    pub(super) fn sd_to(self, row: &Row, restitution: f64) -> f64 {
+        let away = row.kept - kept_of_mean_restitution(restitution);
         if self.energy > 0.0 && away.abs() > 1e-9 {
-            let slope = residual / away;
-            (self.restitution + self.energy * slope * slope).sqrt()
+            let slope = row.residual / away;
+            (self.restitution + self.energy * slope * slope + row.measured).sqrt()
         } else {
-            self.sd(kept)
+            self.sd(row)
         }
     }
 }
@@ -75,7 +85,7 @@ pub(super) fn settle(rows: &Rows, far: f64) -> Option<Settled> {
     for round in 0..ROUNDS {
         let mut changed = round == 0;
         for one in &mut taken {
-            let sd = scatter[rows.kind(&rows.parts[one.part]) as usize].sd(one.row.kept);
+            let sd = scatter[rows.kind(&rows.parts[one.part]) as usize].sd(&one.row);
             let accepted = one.clear && one.row.residual.abs() <= far * sd;
             changed |= accepted != one.accepted;
             one.accepted = accepted;
@@ -102,7 +112,7 @@ pub(super) fn settle(rows: &Rows, far: f64) -> Option<Settled> {
     let mut residuals = vec![vec![]; rows.groups.len()];
     for one in taken.iter().filter(|one| one.clear) {
         let part = &rows.parts[one.part];
-        residuals[part.group].push(one.row.residual / scatter[rows.kind(part) as usize].sd(one.row.kept));
+        residuals[part.group].push(one.row.residual / scatter[rows.kind(part) as usize].sd(&one.row));
     }
     Some(Settled {
         point,
@@ -154,18 +164,18 @@ fn scatter(rows: &Rows, taken: &mut [Taken], before: Option<[Scatter; 2]>) -> Op
     let limit = rows.scene.data.smallest_restitution;
     let mark = |taken: &mut [Taken], scatter: [Scatter; 2]| {
         for one in taken {
-            let sd = scatter[rows.kind(&rows.parts[one.part]) as usize].sd(one.row.kept);
+            let sd = scatter[rows.kind(&rows.parts[one.part]) as usize].sd(&one.row);
             one.clear = is_clear(rows, &one.row, limit, sd);
         }
     };
     if let Some(before) = before {
         mark(taken, before);
     }
-    let of_kind = |taken: &[Taken], kind: Kind| -> Vec<(f64, f64)> {
+    let of_kind = |taken: &[Taken], kind: Kind| -> Vec<Row> {
         let own = taken
             .iter()
             .filter(|one| one.clear && rows.kind(&rows.parts[one.part]) == kind);
-        own.map(|one| (one.row.residual.abs(), one.row.kept)).collect()
+        own.map(|one| one.row).collect()
     };
     let both = |taken: &[Taken]| -> Option<[Scatter; 2]> {
         let dry = of_median(of_kind(taken, Kind::Dry), false);
@@ -189,26 +199,20 @@ pub(super) fn is_clear(rows: &Rows, row: &Row, limit: f64, sd: f64) -> bool {
 
 /// σ from the median distance; with the energy's scatter σ and σ_r from the medians of the runs with less and with more
 /// of it.
-fn of_median(mut distances: Vec<(f64, f64)>, energy_scatters: bool) -> Option<Scatter> {
-    let variance = |own: &[(f64, f64)]| {
-        let mut own: Vec<f64> = own.iter().map(|(distance, _)| *distance).collect();
-        median(&mut own)
-            .map(|middle| (OF_MEDIAN * middle).powi(2))
-            .filter(|variance| *variance > 1e-24)
-    };
-    let one = variance(&distances)?;
+fn of_median(mut rows: Vec<Row>, energy_scatters: bool) -> Option<Scatter> {
+    let one = variance(&rows)?;
     let alone = Scatter {
         restitution: one,
         energy: 0.0,
     };
-    if !energy_scatters || distances.len() < 4 {
+    if !energy_scatters || rows.len() < 4 {
         return Some(alone);
     }
-    let middle = distances.len() / 2;
-    distances.select_nth_unstable_by(middle, |a, b| b.1.total_cmp(&a.1));
-    let halves = distances.split_at(middle);
-    let slope2 = |half: &[(f64, f64)]| {
-        let sum: f64 = half.iter().map(|(_, kept)| slope_mean_restitution(*kept).powi(2)).sum();
+    let middle = rows.len() / 2;
+    rows.select_nth_unstable_by(middle, |a, b| b.kept.total_cmp(&a.kept));
+    let halves = rows.split_at(middle);
+    let slope2 = |half: &[Row]| {
+        let sum: f64 = half.iter().map(|row| slope_mean_restitution(row.kept).powi(2)).sum();
         sum / half.len() as f64
     };
     let [less, more] = [halves.0, halves.1].map(|half| (slope2(half), variance(half).unwrap_or(one)));
@@ -223,12 +227,41 @@ fn of_median(mut distances: Vec<(f64, f64)>, energy_scatters: bool) -> Option<Sc
     })
 }
 
+/// σ² of runs, beside which each has its own measurement errors; `None` without any scatter.
+fn variance(rows: &[Row]) -> Option<f64> {
+    /// each halves what is left of the range
+    const HALVINGS: usize = 30;
+    /// runs do not scatter less than this share of what they seem to without measurement errors
+    const LEAST: f64 = 1e-6;
+    let mut distances: Vec<f64> = rows.iter().map(|row| row.residual.abs()).collect();
+    let all = (OF_MEDIAN * median(&mut distances)?).powi(2);
+    if all <= 1e-24 {
+        return None;
+    }
+    if rows.iter().all(|row| row.measured == 0.0) {
+        return Some(all);
+    }
+    // over their own sds, half of normal distances lie below the median of one
+    let (mut lo, mut hi) = (LEAST * all, all);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (lo + hi);
+        let over = |(distance, row): (&mut f64, &Row)| *distance = row.residual.abs() / (middle + row.measured).sqrt();
+        distances.iter_mut().zip(rows).for_each(over);
+        if OF_MEDIAN * median(&mut distances)? > 1.0 {
+            lo = middle;
+        } else {
+            hi = middle;
+        }
+    }
+    Some(0.5 * (lo + hi))
+}
+
 /// The step to the least squares of what is accepted.
 fn step(rows: &Rows, taken: &[Taken], scatter: &[Scatter; 2]) -> nalgebra::DVector<f64> {
     let mut sums: Vec<Sums> = rows.parts.iter().map(Joint::blank).collect();
     for one in taken.iter().filter(|one| one.accepted) {
         let part = &rows.parts[one.part];
-        let sd = scatter[rows.kind(part) as usize].sd(one.row.kept);
+        let sd = scatter[rows.kind(part) as usize].sd(&one.row);
         Joint::add(&mut sums[one.part], part, &one.row, sd);
     }
     let joint = Joint::new(rows, &sums, |_| 1.0);
