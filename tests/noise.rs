@@ -26,7 +26,7 @@ struct Design {
 }
 
 const USUAL: Design = Design {
-    model: "",
+    model: "inertia = \"stepwise\"",
     bootstrap: "",
     particles: &["PTFE", "PE"],
     films: "0.06, 0.1",
@@ -50,7 +50,7 @@ impl Design {
             "title = \"noise\"\n[data]\nruns = \"runs.csv\"\n[particles.PTFE]\ndensity_kg_m3 = 2150\nroughness_um = 5\n\
              [particles.PE]\ndensity_kg_m3 = 940\nroughness_um = 5\n[liquids.AK10]\ndensity_kg_m3 = 930\n\
              viscosity_mPa_s = 9.3\n[liquids.AK20]\ndensity_kg_m3 = 930\nviscosity_mPa_s = 18.6\n\
-             [model]\ninertia = \"stepwise\"\n{}\n[bootstrap]\n{}\n\
+             [model]\n{}\n[bootstrap]\n{}\n\
              [truth]\ndry_k = {{ PTFE = 0.15, PE = 0.12 }}\nlubrication_log = 1.85\ninertia = \"stepwise\"\n\
              inertial_prefactor = 1.0\nsigma_dry = {}\nsigma_wet = {}\n\
              [design]\ndiameter_mm = {{ {} }}\nliquids = [\"AK10\", \"AK20\"]\nfilm_ratio = {{ {} }}\n\
@@ -252,6 +252,44 @@ fn an_outlier_is_named() {
     }
 }
 
+/// Where no k is known, or the runs cannot tell all parameters apart, there are restitutions to be expected all the same.
+#[test]
+fn an_outlier_is_named_where_not_every_parameter_is_known() {
+    const SETS: u64 = 200;
+    let one_film = Design {
+        model: "inertia = \"saturating\"",
+        films: "0.06",
+        ..USUAL
+    };
+    for (design, has_dry) in [(USUAL, false), (one_film, true)] {
+        let place = design.place();
+        let mut exact = drawn(&place.scene, 1);
+        exact.retain(|run| has_dry || run.liquid.is_some());
+        let mut alarms = [0; 3];
+        for set in 0..SETS {
+            let seed = seed_of("an_outlier_is_named_where_not_every_parameter_is_known").wrapping_add(set);
+            let mut runs = scattered(&exact, seed, plain);
+            let found = fit(&place.scene, &runs, (1, false));
+            for (count, code) in alarms.iter_mut().zip(["outlier", "unequal_spread", "series_offsets"]) {
+                *count += usize::from(tells(&found, code));
+            }
+            let at = runs.len() / 2;
+            runs[at].restitution -= 0.25;
+            let found = fit(&place.scene, &runs, (1, false));
+            let named = |one: &Outlier| one.row as usize == at + 1;
+            assert!(
+                noise_of(&found).outliers.iter().any(named),
+                "{set}: {:?}",
+                noise_of(&found)
+            );
+        }
+        println!("{alarms:?} of {SETS}");
+        for count in alarms {
+            assert!(binomial_z(count, SETS as usize, 0.01) < 4.0, "{alarms:?}");
+        }
+    }
+}
+
 /// What is said of the parameter it moves most is what a fit without the run does.
 #[test]
 fn the_move_is_that_of_a_fit_without_the_run() {
@@ -313,7 +351,7 @@ fn outliers_do_not_hide_each_other() {
 #[test]
 fn under_a_student_likelihood_no_outlier_is_told() {
     let design = Design {
-        model: "likelihood = \"student\"",
+        model: "inertia = \"stepwise\"\nlikelihood = \"student\"",
         ..USUAL
     };
     let place = design.place();

@@ -34,7 +34,7 @@ impl Joint {
 
     /// Puts the parts together, each with its weight.
     pub(super) fn new(rows: &Rows, sums: &[Sums], weight: impl Fn(usize) -> f64) -> Joint {
-        let p = rows.names.len();
+        let p = rows.point.names.len();
         let mut joint = Joint {
             squares: 0.0,
             gradient: DVector::zeros(p),
@@ -70,7 +70,7 @@ impl Joint {
     /// The slopes of a part, summed over its runs.
     pub(super) fn slopes(rows: &Rows, part: &Part, sums: &Sums) -> DVector<f64> {
         let offset = part.places.len();
-        let mut slopes = DVector::zeros(rows.names.len());
+        let mut slopes = DVector::zeros(rows.point.names.len());
         for (i, place) in part.places.iter().enumerate() {
             slopes[*place] = sums.information[(i, offset)];
         }

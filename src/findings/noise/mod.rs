@@ -2,6 +2,7 @@
 //!
 //! | file | job |
 //! |---|---|
+//! | `point.rs` | the point about which the joint fit is looked at |
 //! | `rows.rs` | what each run leaves of the joint fit, with its slopes |
 //! | `scatter.rs` | the scatter about it, found so that outliers do not mislead |
 //! | `joint.rs` | the sums of all runs, put together |
@@ -18,6 +19,7 @@
 mod joint;
 mod offsets;
 mod outliers;
+mod point;
 mod rows;
 mod scatter;
 mod spread;
@@ -33,6 +35,7 @@ use crate::runs::Runs;
 use crate::scene::{Likelihood, Scene};
 pub use offsets::Offsets;
 pub use outliers::{Outlier, FALSE_ALARM, MOST_TOLD};
+use point::Point;
 use rows::{Kind, Rows};
 pub use spread::{OfGroup, Spreads};
 use spread::{Unequal, Variances};
@@ -70,7 +73,7 @@ pub(super) fn find(
     balance: Option<&EnergyBalance>,
     form: Form,
 ) -> Option<Noise> {
-    let rows = Rows::new(scene, runs, dry, balance, form);
+    let rows = Rows::new(scene, runs, Point::new(scene, runs, dry, balance, form));
     let tested = outliers::tested(&rows);
     let far = outliers::far(tested);
     let mut settled = scatter::settle(&rows, far)?;
@@ -122,7 +125,7 @@ fn lacking(rows: &Rows, widening: &[Option<f64>]) -> Vec<Lacking> {
             ratio: (*ratio)?,
         })
     };
-    rows.names.iter().zip(widening).filter_map(named).collect()
+    rows.point.names.iter().zip(widening).filter_map(named).collect()
 }
 
 /// The one that lacks most.

@@ -103,6 +103,9 @@ pub(super) fn sort(rows: &Rows, settled: &Settled, unequal: Option<&Unequal>) ->
     let (mut sums, mut candidates) = gather(rows, settled, unequal, far(runs));
     candidates.sort_by(|a, b| a.sds.abs().total_cmp(&b.sds.abs()));
     let mut against = Against::new(rows, &sums, unequal);
+    // among many runs one more moves neither fit nor spread
+    let many = 1 + runs / 10_000;
+    let mut back = 0;
     let mut outlying = vec![];
     for mut candidate in candidates {
         let (spread, freedom) = against.spread(&candidate);
@@ -117,7 +120,10 @@ pub(super) fn sort(rows: &Rows, settled: &Settled, unequal: Option<&Unequal>) ->
                 &candidate.row,
                 candidate.sd,
             );
-            against = Against::new(rows, &sums, unequal);
+            back += 1;
+            if back % many == 0 {
+                against = Against::new(rows, &sums, unequal);
+            }
         }
     }
     outlying.sort_by(|a, b| b.sds.abs().total_cmp(&a.sds.abs()).then(a.row.run.cmp(&b.row.run)));
@@ -258,7 +264,7 @@ impl<'r> Against<'r> {
             let pull: f64 = slopes.map(|(i, slope)| inverse[(j, *i)] * slope / candidate.sd).sum();
             pull * distance / (1.0 + leverage) / (spread * inverse[(j, j)].sqrt())
         };
-        let seen = (0..self.rows.names.len()).filter(|j| self.fitted.inverse.seen[*j]);
+        let seen = (0..self.rows.point.names.len()).filter(|j| self.fitted.inverse.seen[*j]);
         let all = seen.map(|j| (j, of(j).abs()));
         all.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default()
     }
@@ -292,7 +298,7 @@ impl<'r> Against<'r> {
             restitution,
             expected: from - distance * candidate.sd,
             sds: candidate.sds,
-            moves: rows.names.get(moves).cloned().unwrap_or_default(),
+            moves: rows.point.names.get(moves).cloned().unwrap_or_default(),
             moves_in_se,
         }
     }

@@ -2,11 +2,9 @@
 
 use std::ops::Range;
 
-use crate::findings::balance::{block_of, known, EnergyBalance};
-use crate::findings::dry::FittedDry;
+use super::point::Point;
+use crate::findings::balance::block_of;
 use crate::inference::balance::{Balance, Block};
-use crate::inference::least_squares::Stop;
-use crate::physics::impact::Form;
 use crate::runs::Runs;
 use crate::scene::{NoiseOn, Scene};
 
@@ -66,61 +64,27 @@ pub(super) struct Row {
 pub(super) struct Rows<'a> {
     pub(super) scene: &'a Scene,
     pub(super) runs: &'a Runs,
-    form: Form,
-    /// names of the parameters before the k
-    wet: usize,
-    /// names of all parameters
-    pub(super) names: Vec<String>,
-    /// the parameters where least squares ended
-    pub(super) point: Vec<f64>,
+    pub(super) point: Point,
     pub(super) parts: Vec<Part>,
     pub(super) groups: Vec<Group>,
 }
 
 impl<'a> Rows<'a> {
-    /// Dry runs of every usable k, and wet runs of the particles the energy balance holds.
-    pub(super) fn new(
-        scene: &'a Scene,
-        runs: &'a Runs,
-        dry: &[FittedDry],
-        balance: Option<&EnergyBalance>,
-        form: Form,
-    ) -> Rows<'a> {
-        let balance = balance.filter(|balance| balance.stop == Stop::Converged.as_str());
-        let form = balance.map_or(form, |balance| balance.held.form);
-        let of_balance = if balance.is_some() { known(runs, dry) } else { vec![] };
-        let mut particles: Vec<usize> = of_balance.iter().map(|(particle, _)| *particle).collect();
-        let mut names: Vec<String> = vec![];
-        let mut point: Vec<f64> = vec![];
-        if let Some(balance) = balance {
-            names.extend(balance.parameters.iter().map(|parameter| parameter.name.clone()));
-            point.extend(&balance.held.parameters);
-        }
-        let wet = names.len() - particles.len();
-        for fitted in dry
-            .iter()
-            .filter(|fitted| !particles.contains(&fitted.particle))
-            .collect::<Vec<_>>()
-        {
-            if let Some((k, _)) = fitted.usable {
-                particles.push(fitted.particle);
-                names.push(format!("dry_k[{}]", scene.particles[fitted.particle].name));
-                point.push(k);
-            }
-        }
+    /// Dry runs of every usable k, and wet runs of the particles with a place in the energy balance.
+    pub(super) fn new(scene: &'a Scene, runs: &'a Runs, point: Point) -> Rows<'a> {
         let mut rows = Rows {
             scene,
             runs,
-            form,
-            wet,
-            names,
             point,
             parts: vec![],
             groups: vec![],
         };
-        let place = |particle: usize| particles.iter().position(|known| *known == particle).map(|at| wet + at);
         for dry in &runs.dry {
-            if let Some(place) = place(dry.particle) {
+            if let Some(place) = rows
+                .point
+                .place(dry.particle)
+                .filter(|_| rows.point.dried.contains(&dry.particle))
+            {
                 let group = Group {
                     kind: Kind::Dry,
                     particle: dry.particle,
@@ -131,7 +95,11 @@ impl<'a> Rows<'a> {
             }
         }
         for (index, series) in runs.series.iter().enumerate() {
-            let place = of_balance.iter().position(|(known, _)| *known == series.particle);
+            let wet = rows.point.wet;
+            let place = rows
+                .point
+                .place(series.particle)
+                .filter(|place| *place < wet + rows.point.rebounding);
             if let Some(place) = place {
                 let group = Group {
                     kind: Kind::Wet,
@@ -139,7 +107,7 @@ impl<'a> Rows<'a> {
                     liquid: Some(series.liquid),
                     film_ratio: Some(series.film_ratio),
                 };
-                let places = std::iter::once(wet + place).chain(0..wet).collect();
+                let places = std::iter::once(place).chain(0..wet).collect();
                 rows.add(
                     group,
                     Some(index),
@@ -185,7 +153,7 @@ impl<'a> Rows<'a> {
 
     /// Whether a point lies where the model is defined.
     pub(super) fn holds(&self, point: &[f64]) -> bool {
-        let scale = self.names.iter().position(|name| name == "film_scale");
+        let scale = self.point.names.iter().position(|name| name == "film_scale");
         point.iter().all(|x| x.is_finite()) && scale.is_none_or(|scale| point[scale] > 0.0)
     }
 
@@ -222,10 +190,10 @@ impl<'a> Rows<'a> {
             let k = point[part.places[0]];
             for run in range {
                 let v = factor * self.runs.impact_speed[run];
-                slopes[0] = self.form.dry.slope_dry_k(k, v);
+                slopes[0] = self.point.form.dry.slope_dry_k(k, v);
                 tell(Row {
                     run,
-                    residual: self.form.dry.restitution(k, v) - self.runs.restitution[run],
+                    residual: self.point.form.dry.restitution(k, v) - self.runs.restitution[run],
                     kept: 1.0,
                     measured: 0.0,
                     slopes,
@@ -233,7 +201,7 @@ impl<'a> Rows<'a> {
             }
             return;
         };
-        let block = block_of(self.scene, self.runs, series, range, part.places[0] - self.wet);
+        let block = block_of(self.scene, self.runs, series, range, part.places[0] - self.point.wet);
         let moved: Vec<f64>;
         let block = if factor == 1.0 {
             block
@@ -246,7 +214,7 @@ impl<'a> Rows<'a> {
         };
         let balance = Balance {
             blocks: &[block],
-            form: self.form,
+            form: self.point.form,
             dry_k: &[],
             spread: 1.0,
         };

@@ -79,18 +79,12 @@ struct Taken {
 pub(super) fn settle(rows: &Rows, far: f64) -> Option<Settled> {
     /// the sets left out settle in a few rounds, or alternate between two that are as good
     const ROUNDS: usize = 10;
-    let mut point = rows.point.clone();
-    let mut taken = take(rows);
+    const WORSE: f64 = 1.1;
+    let mut point = rows.point.values.clone();
+    let mut taken = take(rows, &point);
     let mut scatter = scatter(rows, &mut taken, None)?;
-    for round in 0..ROUNDS {
-        let mut changed = round == 0;
-        for one in &mut taken {
-            let sd = scatter[rows.kind(&rows.parts[one.part]) as usize].sd(&one.row);
-            let accepted = one.clear && one.row.residual.abs() <= far * sd;
-            changed |= accepted != one.accepted;
-            one.accepted = accepted;
-        }
-        if !changed {
+    for _ in 0..ROUNDS {
+        if !accept(rows, &mut taken, &scatter, far) {
             break;
         }
         let step = step(rows, &taken, &scatter);
@@ -98,16 +92,23 @@ pub(super) fn settle(rows: &Rows, far: f64) -> Option<Settled> {
         if !rows.holds(&moved) {
             break;
         }
-        point = moved;
-        for one in &mut taken {
-            let places = &rows.parts[one.part].places;
-            one.row.residual += places
-                .iter()
-                .zip(one.row.slopes)
-                .map(|(j, slope)| slope * step[*j])
-                .sum::<f64>();
+        let accepted: Vec<bool> = taken.iter().map(|one| one.accepted).collect();
+        let mut there = take(rows, &moved);
+        there
+            .iter_mut()
+            .zip(accepted)
+            .for_each(|(one, accepted)| one.accepted = accepted);
+        let Some(nearer) = self::scatter(rows, &mut there, Some(scatter)) else {
+            break;
+        };
+        // a step along what the runs hardly see may leave the range in which the law is as good as straight
+        if Kind::ALL
+            .iter()
+            .any(|kind| nearer[*kind as usize].least() > WORSE * scatter[*kind as usize].least())
+        {
+            break;
         }
-        scatter = self::scatter(rows, &mut taken, Some(scatter))?;
+        (point, taken, scatter) = (moved, there, nearer);
     }
     let mut residuals = vec![vec![]; rows.groups.len()];
     for one in taken.iter().filter(|one| one.clear) {
@@ -121,8 +122,20 @@ pub(super) fn settle(rows: &Rows, far: f64) -> Option<Settled> {
     })
 }
 
-/// The rebounds, spread over each part where they are many.
-fn take(rows: &Rows) -> Vec<Taken> {
+/// Accepts what is clear and near; whether that is another set than before.
+fn accept(rows: &Rows, taken: &mut [Taken], scatter: &[Scatter; 2], far: f64) -> bool {
+    let mut changed = false;
+    for one in taken {
+        let sd = scatter[rows.kind(&rows.parts[one.part]) as usize].sd(&one.row);
+        let accepted = one.clear && one.row.residual.abs() <= far * sd;
+        changed |= accepted != one.accepted;
+        one.accepted = accepted;
+    }
+    changed
+}
+
+/// The rebounds about a point, spread over each part where they are many; all of them accepted.
+fn take(rows: &Rows, point: &[f64]) -> Vec<Taken> {
     /// multiples of this have parts behind the point that fill [0, 1) evenly, and fall in step with no repeat of a
     /// design
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
@@ -146,12 +159,12 @@ fn take(rows: &Rows) -> Vec<Taken> {
                 });
             };
             if share >= 1.0 {
-                rows.each(part, part.rebounds.clone(), &rows.point, tell);
+                rows.each(part, part.rebounds.clone(), point, tell);
             } else {
                 let mut tell = tell;
                 let picked = |run: &usize| ((run - part.rebounds.start) as f64 * GOLDEN).fract() < share;
                 for run in part.rebounds.clone().filter(picked) {
-                    rows.each(part, run..run + 1, &rows.point, &mut tell);
+                    rows.each(part, run..run + 1, point, &mut tell);
                 }
             }
         }

@@ -94,7 +94,7 @@ impl Variances {
         let mut runs = vec![0; rows.groups.len()];
         let mut own: Vec<Left> = vec![Left::default(); rows.groups.len()];
         let mut means = vec![(0.0, 0.0); rows.groups.len()];
-        let mut slopes = vec![DVector::zeros(rows.names.len()); rows.groups.len()];
+        let mut slopes = vec![DVector::zeros(rows.point.names.len()); rows.groups.len()];
         for (part, sums) in rows.parts.iter().zip(sums) {
             let (squares, freedom) = fitted.leaves(std::iter::once((part, sums)), 1.0);
             kinds[rows.kind(part) as usize].add(squares, freedom);
