@@ -6,6 +6,9 @@ use super::nested::FTest;
 /// Fewer residuals than this say too little of a spread to be a group.
 pub const LEAST_RESIDUALS: usize = 5;
 
+/// sd of a normal over its median distance from the mean.
+pub const SD_OF_MEDIAN_DISTANCE: f64 = 1.482_602_218_505_602;
+
 /// Middle of some numbers, which are put in another order; `None` without any.
 pub fn median(values: &mut [f64]) -> Option<f64> {
     let middle = values.len() / 2;

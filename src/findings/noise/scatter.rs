@@ -3,14 +3,11 @@
 use super::joint::{inverse, Joint};
 use super::rows::{Kind, Row, Rows};
 use crate::inference::information::Sums;
-use crate::inference::spreads::median;
+use crate::inference::spreads::{median, SD_OF_MEDIAN_DISTANCE};
 use crate::physics::rebound::{kept_of_mean_restitution, slope_mean_restitution};
 
 /// More runs than this of a kind say little new of its scatter: of longer tables about so many are taken.
 const MOST_RUNS: usize = 20_000;
-
-/// √ of the normal's variance over its median distance from the mean.
-const OF_MEDIAN: f64 = 1.482_602_218_505_602;
 
 /// A mean this many sds above the limit of sticking is not cut off by it.
 const CLEAR: f64 = 3.0;
@@ -247,7 +244,7 @@ fn variance(rows: &[Row]) -> Option<f64> {
     /// runs do not scatter less than this share of what they seem to without measurement errors
     const LEAST: f64 = 1e-6;
     let mut distances: Vec<f64> = rows.iter().map(|row| row.residual.abs()).collect();
-    let all = (OF_MEDIAN * median(&mut distances)?).powi(2);
+    let all = (SD_OF_MEDIAN_DISTANCE * median(&mut distances)?).powi(2);
     if all <= 1e-24 {
         return None;
     }
@@ -260,7 +257,7 @@ fn variance(rows: &[Row]) -> Option<f64> {
         let middle = 0.5 * (lo + hi);
         let over = |(distance, row): (&mut f64, &Row)| *distance = row.residual.abs() / (middle + row.measured).sqrt();
         distances.iter_mut().zip(rows).for_each(over);
-        if OF_MEDIAN * median(&mut distances)? > 1.0 {
+        if SD_OF_MEDIAN_DISTANCE * median(&mut distances)? > 1.0 {
             lo = middle;
         } else {
             hi = middle;

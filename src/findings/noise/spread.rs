@@ -8,7 +8,7 @@ use super::rows::{Kind, Rows};
 use super::{lacking, worst, Lacking, LEVEL};
 use crate::inference::information::Sums;
 use crate::inference::nested::FTest;
-use crate::inference::spreads::{median, LEAST_RESIDUALS};
+use crate::inference::spreads::{median, LEAST_RESIDUALS, SD_OF_MEDIAN_DISTANCE};
 
 /// Spreads of the groups against one spread for all dry and one for all wet runs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -55,13 +55,12 @@ pub(super) struct Unequal {
 impl Unequal {
     /// `None` where the test sees no difference.
     pub(super) fn of(test: Option<&FTest>, residuals: &mut [Vec<f64>]) -> Option<Unequal> {
-        const OF_MEDIAN: f64 = 1.482_602_218_505_602;
         test.filter(|test| test.p < LEVEL)?;
         let factor = |group: &mut Vec<f64>| {
             let mut distances: Vec<f64> = group.iter().map(|x| x.abs()).collect();
             let middle = median(&mut distances).filter(|_| group.len() >= 2 * LEAST_RESIDUALS);
             middle
-                .map(|middle| OF_MEDIAN * middle)
+                .map(|middle| SD_OF_MEDIAN_DISTANCE * middle)
                 .filter(|factor| *factor > 1e-6)
                 .unwrap_or(1.0)
         };
