@@ -77,7 +77,7 @@ fn few_runs_raise_no_more_alarms() {
 /// Near the threshold runs stick or bounce by luck, which is no mistake; one that sticks far above it is.
 #[test]
 fn runs_that_stick_near_the_threshold_raise_no_alarm() {
-    const SETS: u64 = 200;
+    const SETS: u64 = 600;
     let design = Design {
         speeds: "0.35, 0.45, 0.55, 0.7, 0.9, 1.2, 1.6",
         sigma: SIGMA,

@@ -14,6 +14,7 @@ use super::scatter::{is_clear, Settled};
 use super::Unequal;
 use crate::inference::distributions::student_t_quantile;
 use crate::inference::information::Sums;
+use crate::physics::rebound::{mean_restitution, slope_mean_restitution};
 use crate::scene::Sticking;
 
 /// Probability that normal noise makes any run of a table an outlier.
@@ -76,6 +77,9 @@ pub(super) fn far(runs: usize) -> f64 {
     CANDIDATE * line(runs, NORMAL)
 }
 
+/// Standard errors by which the energy of a run near the threshold may be off.
+const OFF: f64 = 4.0;
+
 struct Candidate {
     part: usize,
     row: Row,
@@ -109,8 +113,7 @@ pub(super) fn sort(rows: &Rows, settled: &Settled, unequal: Option<&Unequal>) ->
     let mut outlying = vec![];
     for mut candidate in candidates {
         let (spread, freedom) = against.spread(&candidate);
-        let (distance, leverage) = against.distance(&candidate);
-        candidate.sds = candidate.stretch * distance / (spread * (1.0 + leverage).sqrt());
+        candidate.sds = candidate.stretch * against.cautious(&candidate) / spread;
         if candidate.sds.abs() > line(runs, freedom) {
             outlying.push(candidate);
         } else if candidate.fits {
@@ -251,6 +254,25 @@ impl<'r> Against<'r> {
         let inverse = &self.fitted.inverse.matrix;
         let of = |(i, a): (usize, f64)| slopes().map(|(j, b)| a * b * inverse[(i, j)]).sum::<f64>();
         (-(candidate.row.residual / candidate.sd + moved), slopes().map(of).sum())
+    }
+
+    /// The distance over √(1 + leverage). Near the threshold m(r) bends too fast for that: there the distance counts that
+    /// is left when the energy kept is off by [`OFF`] of its standard errors to the run's side.
+    fn cautious(&self, candidate: &Candidate) -> f64 {
+        let (distance, leverage) = self.distance(candidate);
+        let part = &self.rows.parts[candidate.part];
+        if candidate.fits || part.series.is_none() {
+            return distance / (1.0 + leverage).sqrt();
+        }
+        let kept = candidate.row.kept;
+        let se = leverage.max(0.0).sqrt() * candidate.sd / slope_mean_restitution(kept);
+        let found = mean_restitution(kept) - candidate.row.residual;
+        let left = (found - mean_restitution(kept + OFF * se * distance.signum())) / candidate.sd;
+        if left * distance > 0.0 {
+            left
+        } else {
+            0.0
+        }
     }
 
     /// The parameter that adding a run moves most, and by how many standard errors of the fit without it.
