@@ -88,14 +88,18 @@ impl Point {
     }
 }
 
+/// Spread against which a prior's k is weighed: so small that it decides only what the runs leave open.
+const OPEN: f64 = 1e-6;
+
+/// Spread against which the k of dry runs are weighed, about that of wet restitutions: where a fit starts from.
+const USUAL: f64 = 0.02;
+
 fn balance_of(form: Form, dry_k: &[(f64, f64)]) -> Balance<'_> {
-    /// weighs a prior's k against the runs: only the start of a fit without it
-    const SPREAD: f64 = 0.02;
     Balance {
         blocks: &[],
         form,
         dry_k,
-        spread: SPREAD,
+        spread: OPEN,
     }
 }
 
@@ -115,7 +119,10 @@ fn with_priors(
         let own = dry.iter().find(|fitted| fitted.particle == *particle);
         let prior = prior_of(scene, Kind::DryK(*particle), form.inertia).0;
         let sd = prior.sd().filter(|sd| *sd > 0.0).unwrap_or(0.01 * prior.median());
-        own.and_then(|fitted| fitted.usable).unwrap_or((prior.median(), sd))
+        let of_dry = own
+            .and_then(|fitted| fitted.usable)
+            .map(|(k, se)| (k, se * OPEN / USUAL));
+        of_dry.unwrap_or((prior.median(), sd))
     };
     let dry_k: Vec<(f64, f64)> = particles.iter().map(k).collect();
     let fit = fit_balance(&Balance {
