@@ -1,5 +1,7 @@
 //! Estimates L, the inertial prefactor and the film scale from every rebound at once.
 
+use std::ops::Range;
+
 use serde::Serialize;
 
 use super::dry::FittedDry;
@@ -265,11 +267,22 @@ pub(super) fn block<'r>(
     series: &Series,
     place: impl Fn(usize) -> Option<usize>,
 ) -> Option<Block<'r>> {
+    let place = place(series.particle)?;
+    Some(block_of(scene, runs, series, series.rebounds.clone(), place))
+}
+
+/// A range of the runs of one series, whose particle has this place.
+pub(super) fn block_of<'r>(
+    scene: &Scene,
+    runs: &'r Runs,
+    series: &Series,
+    range: Range<usize>,
+    place: usize,
+) -> Block<'r> {
     let particle = &scene.particles[series.particle];
     let liquid = &scene.liquids[series.liquid];
-    let range = series.rebounds.clone();
-    Some(Block {
-        particle: place(series.particle)?,
+    Block {
+        particle: place,
         density_ratio: liquid.density / particle.density,
         stokes_factor: numbers::stokes(particle.density, 1.0, 1.0, liquid.viscosity),
         tension_over_density: liquid.surface_tension.unwrap_or(0.0) / particle.density,
@@ -277,7 +290,7 @@ pub(super) fn block<'r>(
         film: &runs.film[range.clone()],
         impact_speed: &runs.impact_speed[range.clone()],
         restitution: &runs.restitution[range],
-    })
+    }
 }
 
 /// e_inf² of a density ratio and a film ratio.

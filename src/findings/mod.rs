@@ -13,6 +13,7 @@
 //! | `pooling.rs` | what pooling liquids does to the square-root law |
 //! | `terms/` | what each term of the balance matters, and whether it is held |
 //! | `energy.rs` | the energy the liquid takes, St_c·e_inf², δc |
+//! | `noise/` | outliers, unequal spreads, offsets that series share |
 //! | `constants/` | how results move with the constants taken as exact |
 //! | `bootstrap/` | the bootstrap interval of each estimate |
 //! | `posterior/` | parameters from all runs at once, with priors |
@@ -35,6 +36,7 @@ pub mod erring;
 pub mod estimate;
 pub mod identify;
 mod judge;
+pub mod noise;
 pub mod overview;
 pub mod own_dry_speed;
 mod pooling;
@@ -100,6 +102,8 @@ pub struct Findings {
     pub energy: Vec<energy::Energy>,
     /// how results move with the constants taken as exact
     pub constants: Vec<constants::Sensitivity>,
+    /// what the scatter of the runs is like; `None` without a fit or without scatter
+    pub noise: Option<noise::Noise>,
     /// how replicates were made; `None`: a stage that was not run
     pub bootstrap: Option<bootstrap::Resampling>,
     /// the literature beside ours
@@ -186,6 +190,7 @@ pub fn find_watched(
     let (form, energy_balance, terms) = terms::settle(scene, runs, &dry, &mut scaling, quoting);
     let mut energy = energy::find(scene, runs, &dry, &scaling, quoting);
     let (constants, of_constants) = constants::find(scene, runs, &dry, &scaling, energy_balance.as_ref());
+    let noise = noise::find(scene, runs, &dry, energy_balance.as_ref(), form);
     let resampled = bootstrap.then(|| {
         done(0);
         let estimates = bootstrap::Estimates {
@@ -207,6 +212,7 @@ pub fn find_watched(
     let (resampling, of_resampling) = resampled.unzip();
     notices.extend(of_resampling.into_iter().flatten());
     notices.extend(of_constants);
+    notices.extend(noise::notices(scene, noise.as_ref()));
     let mut findings = Findings {
         schema: SCHEMA,
         scene: scene.name.clone(),
@@ -230,6 +236,7 @@ pub fn find_watched(
         form,
         energy,
         constants,
+        noise,
         bootstrap: resampling,
         published,
         posterior: None,

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::identify::{self, Directions, Identified};
+use super::noise::{self, Noise};
 use super::terms::SizedTerm;
 use super::Findings;
 use crate::notice::Notice;
@@ -29,6 +30,8 @@ pub struct Overview {
     pub directions: Option<Directions>,
     /// what each term of the energy balance matters for them
     pub terms: Vec<SizedTerm>,
+    /// what the scatter of the runs is like; `None` without a fit or without scatter
+    pub noise: Option<Noise>,
     /// what wants a second look
     pub notices: Vec<Notice>,
 }
@@ -114,7 +117,12 @@ pub fn find(scene: &Scene, table: &Table, least_squares: &Findings) -> Overview 
         identifies: identify::lines(scene, runs),
         directions: least_squares.identifies.clone(),
         terms: least_squares.terms.clone(),
-        notices: table.notices.clone(),
+        notices: [
+            table.notices.clone(),
+            noise::notices(scene, least_squares.noise.as_ref()),
+        ]
+        .concat(),
+        noise: least_squares.noise.clone(),
     }
 }
 

@@ -50,6 +50,17 @@ pub struct Balance<'a> {
     pub spread: f64,
 }
 
+/// What one rebound says about a point.
+#[derive(Debug, Clone, Copy)]
+pub struct Rebound<'a> {
+    /// r, the energy kept
+    pub kept: f64,
+    /// m(r) less the restitution
+    pub residual: f64,
+    /// slopes of m(r), each with its parameter's place: k, then L, C and δ̃0 as far as the form has them
+    pub slopes: &'a [(usize, f64)],
+}
+
 /// What one run contributes.
 struct Terms {
     kept: f64,
@@ -206,9 +217,15 @@ impl Balance<'_> {
 
     /// What every rebound says of the parameters about `b`; what the dry runs say of k is not in it.
     pub fn sums(&self, b: &[f64]) -> Sums {
+        let mut sums = Sums::new(b.len());
+        self.each(b, |rebound| sums.add(rebound.residual, rebound.slopes));
+        sums
+    }
+
+    /// Tells of every rebound in turn, in the order of the blocks, about `b`.
+    pub fn each(&self, b: &[f64], mut tell: impl FnMut(Rebound)) {
         let unpacked = self.unpack(b);
         let wet = self.names().len();
-        let mut sums = Sums::new(b.len());
         for t in self.terms(unpacked) {
             let root = rebound::slope_mean_restitution(t.kept);
             let common = self.slopes(unpacked.1, unpacked.2, &t);
@@ -216,9 +233,12 @@ impl Balance<'_> {
             for (j, slope) in common.iter().skip(self.first()).enumerate().take(wet) {
                 slopes[j + 1] = (j, root * slope);
             }
-            sums.add(rebound::mean_restitution(t.kept) - t.restitution, &slopes[..=wet]);
+            tell(Rebound {
+                kept: t.kept,
+                residual: rebound::mean_restitution(t.kept) - t.restitution,
+                slopes: &slopes[..=wet],
+            });
         }
-        sums
     }
 
     /// Restitution the fitted balance gives each run, in the order of the blocks.

@@ -16,6 +16,7 @@
 //! | `accuracy.rs` | the cheapest draws that reach an accuracy |
 //! | `delta.rs` | standard errors and intervals of derived quantities |
 //! | `nested.rs` | F test of one law for all groups against one law a group |
+//! | `spreads.rs` | test of one spread for all groups |
 //! | `distributions.rs` | quantiles of Student's t and tails of F |
 //! | `diagnostics/` | how far draws of Markov chains may be trusted |
 
@@ -35,3 +36,4 @@ pub mod nested;
 pub mod nuts;
 pub mod posed;
 pub mod sampling;
+pub mod spreads;

@@ -7,6 +7,7 @@ mod constants;
 mod errors;
 mod laws;
 mod main_numbers;
+mod noise;
 pub(super) mod page;
 mod posterior;
 mod runs;
@@ -41,6 +42,7 @@ pub fn report(told: Told, figures: &[&str]) -> String {
     laws::film(&mut page, told);
     laws::energy(&mut page, told);
     errors::errors(&mut page, told);
+    noise::noise(&mut page, told);
     constants::constants(&mut page, told);
     bootstrap::bootstrap(&mut page, told);
     posterior::posterior(&mut page, told);

@@ -1,0 +1,206 @@
+//! Puts the sums of all parts together: the joint fit linearised, in units of each run's sd.
+
+use nalgebra::linalg::SymmetricEigen;
+use nalgebra::{DMatrix, DVector};
+
+use super::rows::{Part, Row, Rows};
+use crate::inference::information::Sums;
+
+/// Directions with less of this share of the information, all parameters scaled to one, are not seen.
+const UNSEEN: f64 = 1e-10;
+
+/// Sums over all runs at one point, in the order of the parameters' names.
+pub(super) struct Joint {
+    pub(super) squares: f64,
+    pub(super) gradient: DVector<f64>,
+    pub(super) information: DMatrix<f64>,
+}
+
+impl Joint {
+    /// The sums of a part without runs: its parameters, and last an offset of all its restitutions.
+    pub(super) fn blank(part: &Part) -> Sums {
+        Sums::new(part.places.len() + 1)
+    }
+
+    /// Adds a run to the sums of its part.
+    pub(super) fn add(sums: &mut Sums, part: &Part, row: &Row, sd: f64) {
+        let offset = part.places.len();
+        let mut slopes = [(offset, 1.0 / sd); 5];
+        for (j, slope) in row.slopes[..offset].iter().enumerate() {
+            slopes[j] = (j, slope / sd);
+        }
+        sums.add(row.residual / sd, &slopes[..=offset]);
+    }
+
+    /// Puts the parts together, each with its weight.
+    pub(super) fn new(rows: &Rows, sums: &[Sums], weight: impl Fn(usize) -> f64) -> Joint {
+        let p = rows.point.names.len();
+        let mut joint = Joint {
+            squares: 0.0,
+            gradient: DVector::zeros(p),
+            information: DMatrix::zeros(p, p),
+        };
+        for (index, (part, sums)) in rows.parts.iter().zip(sums).enumerate() {
+            joint.add_part(part, sums, weight(index));
+        }
+        joint
+    }
+
+    /// The same without what an offset of each wet part, free for itself, would take up; and the sums so.
+    pub(super) fn within(rows: &Rows, sums: &[Sums], weight: impl Fn(usize) -> f64) -> (Joint, Vec<Sums>) {
+        let demeaned: Vec<Sums> = rows
+            .parts
+            .iter()
+            .zip(sums)
+            .map(|(part, sums)| demeaned(part, sums))
+            .collect();
+        (Joint::new(rows, &demeaned, weight), demeaned)
+    }
+
+    fn add_part(&mut self, part: &Part, sums: &Sums, weight: f64) {
+        self.squares += weight * sums.squares;
+        for (i, of_row) in part.places.iter().enumerate() {
+            self.gradient[*of_row] += weight * sums.gradient[i];
+            for (j, of_column) in part.places.iter().enumerate() {
+                self.information[(*of_row, *of_column)] += weight * sums.information[(i, j)];
+            }
+        }
+    }
+
+    /// The slopes of a part, summed over its runs.
+    pub(super) fn slopes(rows: &Rows, part: &Part, sums: &Sums) -> DVector<f64> {
+        let offset = part.places.len();
+        let mut slopes = DVector::zeros(rows.point.names.len());
+        for (i, place) in part.places.iter().enumerate() {
+            slopes[*place] = sums.information[(i, offset)];
+        }
+        slopes
+    }
+
+    /// The fit to these sums: the step from the point they were taken at, and the sum of squares it leaves.
+    pub(super) fn fit(&self) -> Fitted {
+        let inverse = inverse(&self.information);
+        let step = -(&inverse.matrix * &self.gradient);
+        Fitted {
+            left: self.squares + self.gradient.dot(&step),
+            step,
+            inverse,
+        }
+    }
+}
+
+/// A joint fit.
+pub(super) struct Fitted {
+    /// from the point of the sums
+    pub(super) step: DVector<f64>,
+    pub(super) inverse: Inverse,
+    /// Σ residual²
+    pub(super) left: f64,
+}
+
+impl Fitted {
+    /// What the fit leaves of a part or several: Σ residual², and the runs less the parameters spent on them.
+    pub(super) fn leaves<'s>(&self, parts: impl Iterator<Item = (&'s Part, &'s Sums)>, weight: f64) -> (f64, f64) {
+        let (mut squares, mut freedom) = (0.0, 0.0);
+        for (part, sums) in parts {
+            let n = part.places.len();
+            let step = self.step.select_rows(&part.places);
+            let information = sums.information.view((0, 0), (n, n));
+            squares += sums.squares + 2.0 * sums.gradient.rows(0, n).dot(&step) + (information * &step).dot(&step);
+            let spent = self
+                .inverse
+                .matrix
+                .select_rows(&part.places)
+                .select_columns(&part.places);
+            freedom += sums.runs as f64 - weight * spent.component_mul(&information).sum();
+        }
+        (squares.max(0.0), freedom)
+    }
+
+    /// The sum of what the fit leaves of one part, and the sum of its weights.
+    pub(super) fn sum(&self, part: &Part, sums: &Sums) -> (f64, f64) {
+        let n = part.places.len();
+        let step = self.step.select_rows(&part.places);
+        let slopes = sums.information.view((0, n), (n, 1));
+        (sums.gradient[n] + slopes.dot(&step), sums.information[(n, n)])
+    }
+
+    /// The covariance of the fit where the runs' scores have the information `scores`, as variances over those the fit
+    /// claims: by how much each standard error is too short. `None` of a parameter that is not seen.
+    pub(super) fn widening(&self, scores: &DMatrix<f64>) -> Vec<Option<f64>> {
+        let inverse = &self.inverse.matrix;
+        let covariance = inverse * scores * inverse;
+        let ratio = |j: usize| (covariance[(j, j)] / inverse[(j, j)]).sqrt();
+        let seen = self.inverse.seen.iter().enumerate();
+        seen.map(|(j, seen)| seen.then(|| ratio(j)).filter(|ratio| ratio.is_finite()))
+            .collect()
+    }
+}
+
+/// Sums with the mean of the part taken out of residuals and slopes; dry parts stay as they are.
+fn demeaned(part: &Part, sums: &Sums) -> Sums {
+    let offset = part.places.len();
+    let weight = sums.information[(offset, offset)];
+    let mut within = sums.clone();
+    if part.series.is_none() || weight <= 0.0 {
+        return within;
+    }
+    let mean = sums.gradient[offset];
+    within.squares -= mean * mean / weight;
+    for i in 0..offset {
+        let of_row = sums.information[(i, offset)];
+        within.gradient[i] -= of_row * mean / weight;
+        for j in 0..offset {
+            let (was, taken) = (
+                sums.information[(i, j)],
+                of_row * sums.information[(j, offset)] / weight,
+            );
+            // a slope that is the same in all runs leaves only rounding
+            let rounding = 1e-12 * (sums.information[(i, i)] * sums.information[(j, j)]).sqrt();
+            within.information[(i, j)] = if (was - taken).abs() > rounding {
+                was - taken
+            } else {
+                0.0
+            };
+        }
+    }
+    within
+}
+
+/// The inverse of an information matrix in the directions that are seen.
+pub(super) struct Inverse {
+    pub(super) matrix: DMatrix<f64>,
+    /// how many directions are seen
+    pub(super) rank: usize,
+    /// whether each parameter is
+    pub(super) seen: Vec<bool>,
+}
+
+/// Inverts what can be inverted; the other directions are left out.
+pub(super) fn inverse(information: &DMatrix<f64>) -> Inverse {
+    const TURNS: usize = 1000;
+    let p = information.nrows();
+    let length = |j: usize| information[(j, j)].max(0.0).sqrt();
+    let over = |j: usize| if length(j) > 0.0 { 1.0 / length(j) } else { 0.0 };
+    let scale: Vec<f64> = (0..p).map(over).collect();
+    let scaled = DMatrix::from_fn(p, p, |i, j| information[(i, j)] * scale[i] * scale[j]);
+    let mut found = Inverse {
+        matrix: DMatrix::zeros(p, p),
+        rank: 0,
+        seen: vec![false; p],
+    };
+    let Some(axes) = SymmetricEigen::try_new(scaled, f64::EPSILON, TURNS) else {
+        return found;
+    };
+    let mut kept = vec![0.0; p];
+    for (axis, strength) in axes.eigenvectors.column_iter().zip(axes.eigenvalues.iter()) {
+        if *strength > UNSEEN {
+            found.rank += 1;
+            found.matrix += axis * axis.transpose() / *strength;
+            kept.iter_mut().zip(axis.iter()).for_each(|(kept, x)| *kept += x * x);
+        }
+    }
+    found.matrix = DMatrix::from_fn(p, p, |i, j| found.matrix[(i, j)] * scale[i] * scale[j]);
+    found.seen = (0..p).map(|j| scale[j] > 0.0 && kept[j] > 1.0 - 1e-6).collect();
+    found
+}

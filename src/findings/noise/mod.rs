@@ -1,0 +1,134 @@
+//! Holds the scatter of the runs against what every interval assumes: normal, of one spread, independent run by run.
+//!
+//! | file | job |
+//! |---|---|
+//! | `point.rs` | the point about which the joint fit is looked at |
+//! | `rows.rs` | what each run leaves of the joint fit, with its slopes |
+//! | `scatter.rs` | the scatter about it, found so that outliers do not mislead |
+//! | `joint.rs` | the sums of all runs, put together |
+//! | `outliers.rs` | runs that normal noise would hardly ever take so far |
+//! | `spread.rs` | what unequal spreads of groups do to standard errors |
+//! | `offsets.rs` | what offsets that the runs of a series share do to them |
+//! | `tell.rs` | which of it wants a second look |
+//!
+//! The joint fit is that of the energy balance with the dry law, linearised where least squares ended, with one spread
+//! for all dry and one for all wet runs as the likelihood has them. Stuck runs, and rebounds of settings that may stick,
+//! are not in it: what is left of a scatter that the limit cuts off has neither its mean nor its spread. Outliers are
+//! taken out before spreads and offsets are looked at.
+
+mod joint;
+mod offsets;
+mod outliers;
+mod point;
+mod rows;
+mod scatter;
+mod spread;
+mod tell;
+
+use serde::Serialize;
+
+use super::balance::EnergyBalance;
+use super::dry::FittedDry;
+use crate::inference::spreads::equal_spreads;
+use crate::physics::impact::Form;
+use crate::runs::Runs;
+use crate::scene::{Likelihood, Scene};
+pub use offsets::Offsets;
+pub use outliers::{Outlier, FALSE_ALARM, MOST_TOLD};
+use point::Point;
+use rows::{Kind, Rows};
+pub use spread::{OfGroup, Spreads};
+use spread::{Unequal, Variances};
+pub(super) use tell::notices;
+
+/// Standard errors too small by more than this factor matter: a 95 % interval then covers less than 94 %.
+///
+/// An interval of ± 1.960 standard errors that are too small by c reaches ± 1.960/c of the right ones, and covers 94 %
+/// where that is 1.881: c = 1.042. It is the line of 0.25 for a bias, told of a width.
+pub const LINE: f64 = 1.042;
+
+/// Probability below which groups or series are taken to differ.
+pub const LEVEL: f64 = 0.01;
+
+/// What the scatter of the runs is like.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Noise {
+    /// runs held against the line for outliers
+    pub runs: usize,
+    /// outliers in all; 0 where the likelihood is Student's t, which has room for them
+    pub outliers_found: usize,
+    /// the [`MOST_TOLD`] furthest
+    pub outliers: Vec<Outlier>,
+    /// spreads of the groups; `None` with fewer than two groups of five runs
+    pub spread: Option<Spreads>,
+    /// offsets that series share; `None` where there are no more series than the parameters take up
+    pub offsets: Option<Offsets>,
+}
+
+/// Looks at the scatter about the joint fit; `None` without a fit or without any scatter.
+pub(super) fn find(
+    scene: &Scene,
+    runs: &Runs,
+    dry: &[FittedDry],
+    balance: Option<&EnergyBalance>,
+    form: Form,
+) -> Option<Noise> {
+    let rows = Rows::new(scene, runs, Point::new(scene, runs, dry, balance, form));
+    let tested = outliers::tested(&rows);
+    let far = outliers::far(tested);
+    let mut settled = scatter::settle(&rows, far)?;
+    let mut kinds = Kind::ALL.map(|kind| -> Vec<Vec<f64>> {
+        let of_kind = rows
+            .groups
+            .iter()
+            .zip(&settled.residuals)
+            .filter(|(group, _)| group.kind == kind);
+        of_kind.map(|(_, residuals)| residuals.clone()).collect()
+    });
+    let test = equal_spreads(&mut kinds, far);
+    let unequal = Unequal::of(test.as_ref(), &mut settled.residuals);
+    let sorted = outliers::sort(&rows, &settled, unequal.as_ref());
+    let variances = Variances::new(&rows, &sorted.sums);
+    // where other things scatter, too, the sds of runs without them
+    let sds = settled.scatter.map(scatter::Scatter::least);
+    let told = scene.model.likelihood == Likelihood::Normal;
+    let sd_wet = sds[Kind::Wet as usize];
+    Some(Noise {
+        runs: tested,
+        outliers_found: if told { sorted.found } else { 0 },
+        outliers: if told { sorted.outliers } else { vec![] },
+        spread: spread::spreads(&rows, &sorted.sums, &variances, test, sds),
+        offsets: offsets::offsets(
+            &rows,
+            &sorted.sums,
+            &variances,
+            unequal.is_some(),
+            sd_wet * variances.kinds[Kind::Wet as usize].sqrt(),
+        ),
+    })
+}
+
+/// By how much the standard error of a parameter is too small.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Lacking {
+    /// its name
+    pub parameter: String,
+    /// the standard error that allows for what was found over the one that does not; below 1 it is too large
+    pub ratio: f64,
+}
+
+/// The parameters the runs see, with what their standard errors lack.
+fn lacking(rows: &Rows, widening: &[Option<f64>]) -> Vec<Lacking> {
+    let named = |(name, ratio): (&String, &Option<f64>)| {
+        Some(Lacking {
+            parameter: name.clone(),
+            ratio: (*ratio)?,
+        })
+    };
+    rows.point.names.iter().zip(widening).filter_map(named).collect()
+}
+
+/// The one that lacks most.
+fn worst(all: &[Lacking]) -> Option<&Lacking> {
+    all.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio))
+}

@@ -1,0 +1,327 @@
+//! Names the runs that normal noise would hardly ever take so far from the law.
+//!
+//! A run is told by its deletion residual t: its distance from the fit to the others, over the sd of that difference as
+//! these others show it. Were all noise normal, some |t| among n runs would exceed the line t(1 − 0.01/2n) in one table of
+//! a hundred (Bonferroni). Candidates are all taken out first, and come back from the least extreme on: none hides
+//! another, and none widens the spread it is held against.
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::joint::Joint;
+use super::rows::{Group, Row, Rows};
+use super::scatter::{is_clear, Settled};
+use super::Unequal;
+use crate::inference::distributions::student_t_quantile;
+use crate::inference::information::Sums;
+use crate::physics::rebound::{mean_restitution, slope_mean_restitution};
+use crate::scene::Sticking;
+
+/// Probability that normal noise makes any run of a table an outlier.
+pub const FALSE_ALARM: f64 = 0.01;
+
+/// Outliers that are told one by one.
+pub const MOST_TOLD: usize = 10;
+
+/// Share of the line from which a run is a candidate: none that passes it with the final spread is missed by a scale
+/// that is off by a quarter.
+const CANDIDATE: f64 = 0.75;
+
+/// Groups of fewer runs are held against the spread of their kind.
+const LEAST_OF_OWN: usize = 10;
+
+/// A run far from the law.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Outlier {
+    /// row of the table, the first below the header is 1
+    pub row: u32,
+    /// name of the particle
+    pub particle: String,
+    /// name of the liquid; `None` for a dry run
+    pub liquid: Option<String>,
+    /// D of its series, m
+    pub diameter_m: f64,
+    /// film ratio; `None` for a dry run
+    pub film_ratio: Option<f64>,
+    /// v, m/s
+    pub impact_speed_m_s: f64,
+    /// e; 0: it stuck
+    pub restitution: f64,
+    /// what the fit without outliers expects of it
+    pub expected: f64,
+    /// distance from that in sds of the difference; of a stuck run from the limit of sticking
+    pub sds: f64,
+    /// the parameter that leaving it out moves most
+    pub moves: String,
+    /// by so many of its standard errors
+    pub moves_in_se: f64,
+}
+
+/// The line in sds for this many runs and degrees of freedom; infinite where there are none.
+fn line(runs: usize, degrees_of_freedom: f64) -> f64 {
+    let tail = 0.5 * FALSE_ALARM / runs.max(1) as f64;
+    student_t_quantile(tail, degrees_of_freedom).map_or(f64::INFINITY, |t| -t)
+}
+
+/// Runs that are held against the line.
+pub(super) fn tested(rows: &Rows) -> usize {
+    let censored = rows.scene.model.sticking == Sticking::Censored;
+    let of = |part: &super::rows::Part| part.rebounds.len() + if censored { part.stuck.len() } else { 0 };
+    rows.parts.iter().map(of).sum()
+}
+
+/// Distance in sds from which a run of so many is a candidate.
+pub(super) fn far(runs: usize) -> f64 {
+    /// Student's t with so many degrees of freedom is the normal
+    const NORMAL: f64 = 1e9;
+    CANDIDATE * line(runs, NORMAL)
+}
+
+/// Standard errors by which the energy of a run near the threshold may be off.
+const OFF: f64 = 4.0;
+
+struct Candidate {
+    part: usize,
+    row: Row,
+    /// sd of its kind at its energy
+    sd: f64,
+    /// by how much less it counts where the energy scatters, too
+    stretch: f64,
+    /// whether it may come back into the fit; runs near or below the limit of sticking are never in it
+    fits: bool,
+    sds: f64,
+}
+
+/// The sums over all runs but the outliers, and these.
+pub(super) struct Sorted {
+    /// of each part, in units of the sd of its kind
+    pub(super) sums: Vec<Sums>,
+    pub(super) outliers: Vec<Outlier>,
+    /// how many there are
+    pub(super) found: usize,
+}
+
+/// Sorts every run by whether it is an outlier.
+pub(super) fn sort(rows: &Rows, settled: &Settled, unequal: Option<&Unequal>) -> Sorted {
+    let runs = tested(rows);
+    let (mut sums, mut candidates) = gather(rows, settled, unequal, far(runs));
+    candidates.sort_by(|a, b| a.sds.abs().total_cmp(&b.sds.abs()));
+    let mut against = Against::new(rows, &sums, unequal);
+    // among many runs one more moves neither fit nor spread
+    let many = 1 + runs / 10_000;
+    let mut back = 0;
+    let mut outlying = vec![];
+    for mut candidate in candidates {
+        let (spread, freedom) = against.spread(&candidate);
+        candidate.sds = candidate.stretch * against.cautious(&candidate) / spread;
+        if candidate.sds.abs() > line(runs, freedom) {
+            outlying.push(candidate);
+        } else if candidate.fits {
+            Joint::add(
+                &mut sums[candidate.part],
+                &rows.parts[candidate.part],
+                &candidate.row,
+                candidate.sd,
+            );
+            back += 1;
+            if back % many == 0 {
+                against = Against::new(rows, &sums, unequal);
+            }
+        }
+    }
+    outlying.sort_by(|a, b| b.sds.abs().total_cmp(&a.sds.abs()).then(a.row.run.cmp(&b.row.run)));
+    let found = outlying.len();
+    outlying.truncate(MOST_TOLD);
+    Sorted {
+        outliers: outlying.iter().map(|one| against.tell(one)).collect(),
+        found,
+        sums,
+    }
+}
+
+/// Sums of the runs near the fit, and those far from it.
+fn gather(rows: &Rows, settled: &Settled, unequal: Option<&Unequal>, far: f64) -> (Vec<Sums>, Vec<Candidate>) {
+    let limit = rows.scene.data.smallest_restitution;
+    let censored = rows.scene.model.sticking == Sticking::Censored;
+    let of_part = |(index, part): (usize, &super::rows::Part)| {
+        let mut sums = Joint::blank(part);
+        let mut candidates = vec![];
+        let scatter = settled.scatter[rows.kind(part) as usize];
+        let own = unequal.map_or(1.0, |unequal| unequal.factor(part.group));
+        let candidate = |row: Row, restitution: f64, fits: bool| {
+            let sd = scatter.sd(&row);
+            let stretch = sd / scatter.sd_to(&row, restitution);
+            Candidate {
+                part: index,
+                row,
+                sd,
+                stretch,
+                fits,
+                sds: -stretch * row.residual / (sd * own),
+            }
+        };
+        rows.each(part, part.rebounds.clone(), &settled.point, |row| {
+            let sd = scatter.sd(&row);
+            let clear = is_clear(rows, &row, limit, sd);
+            // cheap first: nearly every run is near
+            let one = (row.residual.abs() > 0.5 * far * sd * own)
+                .then(|| candidate(row, rows.runs.restitution[row.run], clear))
+                .filter(|one| one.sds.abs() > far);
+            match one {
+                Some(one) => candidates.push(one),
+                None if clear => Joint::add(&mut sums, part, &row, sd),
+                None => {}
+            }
+        });
+        if censored {
+            rows.each(part, part.stuck.clone(), &settled.point, |mut row| {
+                row.residual += rows.runs.restitution[row.run] - limit;
+                let one = candidate(row, limit, false);
+                if one.sds < -far {
+                    candidates.push(one);
+                }
+            });
+        }
+        (sums, candidates)
+    };
+    let parts: Vec<(Vec<Candidate>, Sums)> = rows
+        .parts
+        .par_iter()
+        .enumerate()
+        .map(|part| {
+            let (sums, candidates) = of_part(part);
+            (candidates, sums)
+        })
+        .collect();
+    let (candidates, sums): (Vec<_>, Vec<_>) = parts.into_iter().unzip();
+    (sums, candidates.into_iter().flatten().collect())
+}
+
+/// The fit a candidate is held against.
+struct Against<'r> {
+    rows: &'r Rows<'r>,
+    fitted: super::joint::Fitted,
+    /// sum of squares and degrees of freedom of each kind
+    kinds: [(f64, f64); 2],
+    /// the same of each group, where groups differ
+    groups: Vec<(f64, f64)>,
+}
+
+impl<'r> Against<'r> {
+    fn new(rows: &'r Rows<'r>, sums: &[Sums], unequal: Option<&Unequal>) -> Against<'r> {
+        let fitted = Joint::new(rows, sums, |_| 1.0).fit();
+        let mut kinds = [(0.0, 0.0); 2];
+        let mut groups = vec![(0.0, 0.0); rows.groups.len()];
+        for (part, sums) in rows.parts.iter().zip(sums) {
+            let (squares, freedom) = fitted.leaves(std::iter::once((part, sums)), 1.0);
+            for own in [&mut kinds[rows.kind(part) as usize], &mut groups[part.group]] {
+                own.0 += squares;
+                own.1 += freedom;
+            }
+        }
+        if unequal.is_none() {
+            groups.clear();
+        }
+        Against {
+            rows,
+            fitted,
+            kinds,
+            groups,
+        }
+    }
+
+    /// Spread in units of the sd of the kind, and its degrees of freedom.
+    fn spread(&self, candidate: &Candidate) -> (f64, f64) {
+        let part = &self.rows.parts[candidate.part];
+        let own = self
+            .groups
+            .get(part.group)
+            .filter(|(_, freedom)| *freedom >= LEAST_OF_OWN as f64);
+        let (squares, freedom) = *own.unwrap_or(&self.kinds[self.rows.kind(part) as usize]);
+        ((squares / freedom).sqrt(), freedom)
+    }
+
+    /// Restitution less model in units of the sd of the kind, and the leverage.
+    fn distance(&self, candidate: &Candidate) -> (f64, f64) {
+        let part = &self.rows.parts[candidate.part];
+        let slopes = || {
+            part.places
+                .iter()
+                .zip(candidate.row.slopes)
+                .map(|(j, slope)| (*j, slope / candidate.sd))
+        };
+        let moved: f64 = slopes().map(|(j, slope)| slope * self.fitted.step[j]).sum();
+        let inverse = &self.fitted.inverse.matrix;
+        let of = |(i, a): (usize, f64)| slopes().map(|(j, b)| a * b * inverse[(i, j)]).sum::<f64>();
+        (-(candidate.row.residual / candidate.sd + moved), slopes().map(of).sum())
+    }
+
+    /// The distance over √(1 + leverage). Near the threshold m(r) bends too fast for that: there the distance counts that
+    /// is left when the energy kept is off by [`OFF`] of its standard errors to the run's side.
+    fn cautious(&self, candidate: &Candidate) -> f64 {
+        let (distance, leverage) = self.distance(candidate);
+        let part = &self.rows.parts[candidate.part];
+        if candidate.fits || part.series.is_none() {
+            return distance / (1.0 + leverage).sqrt();
+        }
+        let kept = candidate.row.kept;
+        let se = leverage.max(0.0).sqrt() * candidate.sd / slope_mean_restitution(kept);
+        let found = mean_restitution(kept) - candidate.row.residual;
+        let left = (found - mean_restitution(kept + OFF * se * distance.signum())) / candidate.sd;
+        if left * distance > 0.0 {
+            left
+        } else {
+            0.0
+        }
+    }
+
+    /// The parameter that adding a run moves most, and by how many standard errors of the fit without it.
+    fn moves(&self, candidate: &Candidate) -> (usize, f64) {
+        let part = &self.rows.parts[candidate.part];
+        let (distance, leverage) = self.distance(candidate);
+        let (spread, _) = self.spread(candidate);
+        let inverse = &self.fitted.inverse.matrix;
+        let of = |j: usize| {
+            let slopes = part.places.iter().zip(candidate.row.slopes);
+            let pull: f64 = slopes.map(|(i, slope)| inverse[(j, *i)] * slope / candidate.sd).sum();
+            pull * distance / (1.0 + leverage) / (spread * inverse[(j, j)].sqrt())
+        };
+        let seen = (0..self.rows.point.names.len()).filter(|j| self.fitted.inverse.seen[*j]);
+        let all = seen.map(|j| (j, of(j).abs()));
+        all.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default()
+    }
+
+    fn tell(&self, candidate: &Candidate) -> Outlier {
+        let rows = self.rows;
+        let part = &rows.parts[candidate.part];
+        let Group {
+            particle,
+            liquid,
+            film_ratio,
+            ..
+        } = rows.groups[part.group];
+        let run = candidate.row.run;
+        let stuck = part.stuck.contains(&run);
+        let restitution = rows.runs.restitution[run];
+        let from = if stuck {
+            rows.scene.data.smallest_restitution
+        } else {
+            restitution
+        };
+        let (distance, _) = self.distance(candidate);
+        let (moves, moves_in_se) = self.moves(candidate);
+        Outlier {
+            row: rows.runs.row[run],
+            particle: rows.scene.particles[particle].name.clone(),
+            liquid: liquid.map(|liquid| rows.scene.liquids[liquid].name.clone()),
+            diameter_m: part.diameter,
+            film_ratio,
+            impact_speed_m_s: rows.runs.impact_speed[run],
+            restitution,
+            expected: from - distance * candidate.sd,
+            sds: candidate.sds,
+            moves: rows.point.names.get(moves).cloned().unwrap_or_default(),
+            moves_in_se,
+        }
+    }
+}

@@ -1,0 +1,279 @@
+//! Finds the scatter of the runs about the joint fit in a way that outliers do not mislead.
+
+use super::joint::{inverse, Joint};
+use super::rows::{Kind, Row, Rows};
+use crate::inference::information::Sums;
+use crate::inference::spreads::{median, SD_OF_MEDIAN_DISTANCE};
+use crate::physics::rebound::{kept_of_mean_restitution, slope_mean_restitution};
+
+/// More runs than this of a kind say little new of its scatter: of longer tables about so many are taken.
+const MOST_RUNS: usize = 20_000;
+
+/// A mean this many sds above the limit of sticking is not cut off by it.
+const CLEAR: f64 = 3.0;
+
+/// Variance of a restitution: σ² + (σ_r m′(r))² + τ², σ_r = 0 where only the restitution scatters, τ the run's own
+/// measurement errors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Scatter {
+    /// σ²
+    restitution: f64,
+    /// σ_r²
+    energy: f64,
+}
+
+impl Scatter {
+    /// sd of a run.
+    pub(super) fn sd(self, row: &Row) -> f64 {
+        (self.at(row.kept) + row.measured).sqrt()
+    }
+
+    /// sd of runs that keep all their energy, without measurement errors.
+    pub(super) fn least(self) -> f64 {
+        self.at(1.0).sqrt()
+    }
+
+    fn at(self, kept: f64) -> f64 {
+        if self.energy > 0.0 {
+            let slope = slope_mean_restitution(kept);
+            self.restitution + self.energy * slope * slope
+        } else {
+            self.restitution
+        }
+    }
+
+    /// The sd by which a restitution so far away is judged: m(r) is curved, and what counts is its slope on the way.
+    pub(super) fn sd_to(self, row: &Row, restitution: f64) -> f64 {
+        let away = row.kept - kept_of_mean_restitution(restitution);
+        if self.energy > 0.0 && away.abs() > 1e-9 {
+            let slope = row.residual / away;
+            (self.restitution + self.energy * slope * slope + row.measured).sqrt()
+        } else {
+            self.sd(row)
+        }
+    }
+}
+
+/// The joint fit without the runs that lie far from it.
+pub(super) struct Settled {
+    pub(super) point: Vec<f64>,
+    /// scatter of each kind
+    pub(super) scatter: [Scatter; 2],
+    /// residuals of each group over the sd of their kind, of those runs that were taken
+    pub(super) residuals: Vec<Vec<f64>>,
+}
+
+struct Taken {
+    part: usize,
+    row: Row,
+    clear: bool,
+    accepted: bool,
+}
+
+/// Fits, leaves out what lies further than `far` sds, and fits again until the same runs are left out.
+///
+/// `None` where the runs show no scatter, or none is clear of the limit of sticking.
+pub(super) fn settle(rows: &Rows, far: f64) -> Option<Settled> {
+    /// the sets left out settle in a few rounds, or alternate between two that are as good
+    const ROUNDS: usize = 10;
+    const WORSE: f64 = 1.1;
+    let mut point = rows.point.values.clone();
+    let mut taken = take(rows, &point);
+    let mut scatter = scatter(rows, &mut taken, None)?;
+    for _ in 0..ROUNDS {
+        if !accept(rows, &mut taken, &scatter, far) {
+            break;
+        }
+        let step = step(rows, &taken, &scatter);
+        let moved: Vec<f64> = point.iter().zip(step.iter()).map(|(x, dx)| x + dx).collect();
+        if !rows.holds(&moved) {
+            break;
+        }
+        let accepted: Vec<bool> = taken.iter().map(|one| one.accepted).collect();
+        let mut there = take(rows, &moved);
+        there
+            .iter_mut()
+            .zip(accepted)
+            .for_each(|(one, accepted)| one.accepted = accepted);
+        let Some(nearer) = self::scatter(rows, &mut there, Some(scatter)) else {
+            break;
+        };
+        // a step along what the runs hardly see may leave the range in which the law is as good as straight
+        if Kind::ALL
+            .iter()
+            .any(|kind| nearer[*kind as usize].least() > WORSE * scatter[*kind as usize].least())
+        {
+            break;
+        }
+        (point, taken, scatter) = (moved, there, nearer);
+    }
+    let mut residuals = vec![vec![]; rows.groups.len()];
+    for one in taken.iter().filter(|one| one.clear) {
+        let part = &rows.parts[one.part];
+        residuals[part.group].push(one.row.residual / scatter[rows.kind(part) as usize].sd(&one.row));
+    }
+    Some(Settled {
+        point,
+        scatter,
+        residuals,
+    })
+}
+
+/// Accepts what is clear and near; whether that is another set than before.
+fn accept(rows: &Rows, taken: &mut [Taken], scatter: &[Scatter; 2], far: f64) -> bool {
+    let mut changed = false;
+    for one in taken {
+        let sd = scatter[rows.kind(&rows.parts[one.part]) as usize].sd(&one.row);
+        let accepted = one.clear && one.row.residual.abs() <= far * sd;
+        changed |= accepted != one.accepted;
+        one.accepted = accepted;
+    }
+    changed
+}
+
+/// The rebounds about a point, spread over each part where they are many; all of them accepted.
+fn take(rows: &Rows, point: &[f64]) -> Vec<Taken> {
+    /// multiples of this have parts behind the point that fill [0, 1) evenly, and fall in step with no repeat of a
+    /// design
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+    let mut taken = vec![];
+    for kind in Kind::ALL {
+        let of_kind = || {
+            rows.parts
+                .iter()
+                .enumerate()
+                .filter(|(_, part)| rows.kind(part) == kind)
+        };
+        let all: usize = of_kind().map(|(_, part)| part.rebounds.len()).sum();
+        let share = MOST_RUNS as f64 / all.max(1) as f64;
+        for (index, part) in of_kind() {
+            let tell = |row| {
+                taken.push(Taken {
+                    part: index,
+                    row,
+                    clear: true,
+                    accepted: true,
+                });
+            };
+            if share >= 1.0 {
+                rows.each(part, part.rebounds.clone(), point, tell);
+            } else {
+                let mut tell = tell;
+                let picked = |run: &usize| ((run - part.rebounds.start) as f64 * GOLDEN).fract() < share;
+                for run in part.rebounds.clone().filter(picked) {
+                    rows.each(part, run..run + 1, point, &mut tell);
+                }
+            }
+        }
+    }
+    taken
+}
+
+/// The scatter of each kind by medians, and which runs are clear of sticking with the scatter `before` or without any.
+fn scatter(rows: &Rows, taken: &mut [Taken], before: Option<[Scatter; 2]>) -> Option<[Scatter; 2]> {
+    let limit = rows.scene.data.smallest_restitution;
+    let mark = |taken: &mut [Taken], scatter: [Scatter; 2]| {
+        for one in taken {
+            let sd = scatter[rows.kind(&rows.parts[one.part]) as usize].sd(&one.row);
+            one.clear = is_clear(rows, &one.row, limit, sd);
+        }
+    };
+    if let Some(before) = before {
+        mark(taken, before);
+    }
+    let of_kind = |taken: &[Taken], kind: Kind| -> Vec<Row> {
+        let own = taken
+            .iter()
+            .filter(|one| one.clear && rows.kind(&rows.parts[one.part]) == kind);
+        own.map(|one| one.row).collect()
+    };
+    let both = |taken: &[Taken]| -> Option<[Scatter; 2]> {
+        let dry = of_median(of_kind(taken, Kind::Dry), false);
+        let wet = of_median(of_kind(taken, Kind::Wet), rows.energy_scatters());
+        // a kind without scatter of its own has the other's stand for it
+        let (first, second) = (dry.or(wet)?, wet.or(dry)?);
+        Some([first, second])
+    };
+    let found = both(taken)?;
+    if before.is_some() {
+        return Some(found);
+    }
+    mark(taken, found);
+    both(taken)
+}
+
+/// Whether a rebound belongs to a setting that hardly ever sticks; a lucky one among stuck ones has no fair residual.
+pub(super) fn is_clear(rows: &Rows, row: &Row, limit: f64, sd: f64) -> bool {
+    row.residual + rows.runs.restitution[row.run] - limit > CLEAR * sd
+}
+
+/// σ from the median distance; with the energy's scatter σ and σ_r from the medians of the runs with less and with more
+/// of it.
+fn of_median(mut rows: Vec<Row>, energy_scatters: bool) -> Option<Scatter> {
+    let one = variance(&rows)?;
+    let alone = Scatter {
+        restitution: one,
+        energy: 0.0,
+    };
+    if !energy_scatters || rows.len() < 4 {
+        return Some(alone);
+    }
+    let middle = rows.len() / 2;
+    rows.select_nth_unstable_by(middle, |a, b| b.kept.total_cmp(&a.kept));
+    let halves = rows.split_at(middle);
+    let slope2 = |half: &[Row]| {
+        let sum: f64 = half.iter().map(|row| slope_mean_restitution(row.kept).powi(2)).sum();
+        sum / half.len() as f64
+    };
+    let [less, more] = [halves.0, halves.1].map(|half| (slope2(half), variance(half).unwrap_or(one)));
+    let energy = ((more.1 - less.1) / (more.0 - less.0)).clamp(0.0, less.1 / less.0);
+    Some(if energy.is_finite() && energy > 0.0 {
+        Scatter {
+            restitution: (less.1 - energy * less.0).max(0.0),
+            energy,
+        }
+    } else {
+        alone
+    })
+}
+
+/// σ² of runs, beside which each has its own measurement errors; `None` without any scatter.
+fn variance(rows: &[Row]) -> Option<f64> {
+    /// each halves what is left of the range
+    const HALVINGS: usize = 30;
+    /// runs do not scatter less than this share of what they seem to without measurement errors
+    const LEAST: f64 = 1e-6;
+    let mut distances: Vec<f64> = rows.iter().map(|row| row.residual.abs()).collect();
+    let all = (SD_OF_MEDIAN_DISTANCE * median(&mut distances)?).powi(2);
+    if all <= 1e-24 {
+        return None;
+    }
+    if rows.iter().all(|row| row.measured == 0.0) {
+        return Some(all);
+    }
+    // over their own sds, half of normal distances lie below the median of one
+    let (mut lo, mut hi) = (LEAST * all, all);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (lo + hi);
+        let over = |(distance, row): (&mut f64, &Row)| *distance = row.residual.abs() / (middle + row.measured).sqrt();
+        distances.iter_mut().zip(rows).for_each(over);
+        if SD_OF_MEDIAN_DISTANCE * median(&mut distances)? > 1.0 {
+            lo = middle;
+        } else {
+            hi = middle;
+        }
+    }
+    Some(0.5 * (lo + hi))
+}
+
+/// The step to the least squares of what is accepted.
+fn step(rows: &Rows, taken: &[Taken], scatter: &[Scatter; 2]) -> nalgebra::DVector<f64> {
+    let mut sums: Vec<Sums> = rows.parts.iter().map(Joint::blank).collect();
+    for one in taken.iter().filter(|one| one.accepted) {
+        let part = &rows.parts[one.part];
+        let sd = scatter[rows.kind(part) as usize].sd(&one.row);
+        Joint::add(&mut sums[one.part], part, &one.row, sd);
+    }
+    let joint = Joint::new(rows, &sums, |_| 1.0);
+    -(inverse(&joint.information).matrix * joint.gradient)
+}

@@ -1,0 +1,145 @@
+//! Says what of the scatter wants a second look.
+
+use super::{Lacking, Noise, OfGroup, Offsets, Outlier, Spreads, LEVEL, LINE};
+use crate::notice::Notice;
+use crate::scene::{ResamplingScheme, Scene};
+use crate::units::millimetres;
+
+/// Outliers that a notice describes.
+const SHOWN: usize = 3;
+
+/// A notice for outliers, one for unequal spreads and one for shared offsets, each where it matters.
+pub(in crate::findings) fn notices(scene: &Scene, noise: Option<&Noise>) -> Vec<Notice> {
+    let Some(noise) = noise else {
+        return vec![];
+    };
+    let spread = noise.spread.as_ref().and_then(unequal_spread);
+    let offsets = noise
+        .offsets
+        .as_ref()
+        .and_then(|offsets| series_offsets(scene, offsets));
+    [outliers(noise), spread, offsets].into_iter().flatten().collect()
+}
+
+impl Spreads {
+    /// The standard error that lacks most, where spreads differ and a 95 % interval therefore covers less than 94 %.
+    pub fn mattering(&self) -> Option<&Lacking> {
+        self.worst().filter(|worst| self.test.p < LEVEL && worst.ratio > LINE)
+    }
+}
+
+impl Offsets {
+    /// The standard error that lacks most, where there are offsets and a 95 % interval therefore covers less than 94 %.
+    pub fn mattering(&self) -> Option<&Lacking> {
+        self.worst().filter(|worst| self.test.p < LEVEL && worst.ratio > LINE)
+    }
+}
+
+fn outliers(noise: &Noise) -> Option<Notice> {
+    let found = noise.outliers_found;
+    if found == 0 {
+        return None;
+    }
+    let mut rows: Vec<String> = noise.outliers.iter().take(SHOWN).map(described).collect();
+    if found > SHOWN {
+        rows.push(format!("and {} more", found - SHOWN));
+    }
+    let what = if found == 1 {
+        "1 run lies"
+    } else {
+        &format!("{found} runs lie")
+    };
+    Some(Notice::new(
+        "outlier",
+        found,
+        format!(
+            "{what} so far from the law that normal noise would take any of {} runs there in one table of a hundred: {}",
+            noise.runs,
+            rows.join("; ")
+        ),
+        "check the rows: a mistake in one is to be mended there; likelihood = \"student\" keeps what cannot be from \
+         moving the parameters",
+    ))
+}
+
+fn described(one: &Outlier) -> String {
+    let diameter = format!("{:.3} mm", millimetres(one.diameter_m));
+    let group = name(&one.particle, one.liquid.as_deref(), Some(&diameter), one.film_ratio);
+    let found = if one.restitution > 0.0 {
+        format!("e = {:.3}", one.restitution)
+    } else {
+        "it stuck".to_owned()
+    };
+    format!(
+        "row {} of the table: {group}, v = {:.3} m/s, {found} where {:.3} was expected, {:.1} σ; leaving it out moves {} by \
+         {:.1} of its standard errors",
+        one.row,
+        one.impact_speed_m_s,
+        one.expected,
+        one.sds.abs(),
+        one.moves,
+        one.moves_in_se
+    )
+}
+
+fn name(particle: &str, liquid: Option<&str>, diameter: Option<&str>, film_ratio: Option<f64>) -> String {
+    let ratio = film_ratio.map(|ratio| {
+        let decimals = format!("{ratio:.4}");
+        format!("film ratio {}", decimals.trim_end_matches('0').trim_end_matches('.'))
+    });
+    let parts = [
+        Some(particle),
+        Some(liquid.unwrap_or("dry")),
+        diameter,
+        ratio.as_deref(),
+    ];
+    parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
+}
+
+impl OfGroup {
+    /// Its name in a sentence.
+    pub fn label(&self) -> String {
+        name(&self.particle, self.liquid.as_deref(), None, self.film_ratio)
+    }
+}
+
+fn unequal_spread(spread: &Spreads) -> Option<Notice> {
+    let lacking = spread.mattering()?;
+    let of = |group: &OfGroup| format!("{:.4} ({}, {} runs)", group.sd, group.label(), group.runs);
+    Some(Notice::new(
+        "unequal_spread",
+        spread.test.df_between + 1,
+        format!(
+            "the runs do not scatter alike: from {} to {} about the fit, where every interval takes one spread for all dry \
+             and one for all wet runs; the standard error of {} is too small by a factor of {:.2}",
+            of(&spread.narrowest),
+            of(&spread.widest),
+            lacking.parameter,
+            lacking.ratio
+        ),
+        "look at the group that scatters most; the fits of single film ratios have spreads of their own, and the `cases` \
+         bootstrap does not take spreads as equal",
+    ))
+}
+
+fn series_offsets(scene: &Scene, offsets: &Offsets) -> Option<Notice> {
+    let lacking = offsets.mattering()?;
+    let drawn = scene.bootstrap.scheme == ResamplingScheme::Series;
+    let next = if drawn {
+        "quote the bootstrap's intervals, whose scheme is `series`; the delta method's and the posterior's do not know of it"
+    } else {
+        "set [bootstrap] scheme = \"series\" and quote its intervals; the delta method's and the posterior's take runs as \
+         independent"
+    };
+    Some(Notice::new(
+        "series_offsets",
+        offsets.series,
+        format!(
+            "runs of a series share an offset: over {} series it has an sd of {:.4} in e, {:.2} of the spread of single \
+             runs; taking runs as independent makes the standard error of {} too small by a factor of {:.2}. It may be \
+             the film or the alignment, set once for a series, or the law itself where it does not fit",
+            offsets.series, offsets.sd, offsets.share, lacking.parameter, lacking.ratio
+        ),
+        next,
+    ))
+}

@@ -1,0 +1,106 @@
+//! Tests whether groups of residuals have one spread, by their distances from each group's median.
+
+use super::distributions::f_tail;
+use super::nested::FTest;
+
+/// Fewer residuals than this say too little of a spread to be a group.
+pub const LEAST_RESIDUALS: usize = 5;
+
+/// sd of a normal over its median distance from the mean.
+pub const SD_OF_MEDIAN_DISTANCE: f64 = 1.482_602_218_505_602;
+
+/// Middle of some numbers, which are put in another order; `None` without any.
+pub fn median(values: &mut [f64]) -> Option<f64> {
+    let middle = values.len() / 2;
+    if values.is_empty() {
+        return None;
+    }
+    let even = values.len().is_multiple_of(2);
+    let (below, upper, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
+    let lower = below.iter().copied().reduce(f64::max).filter(|_| even);
+    Some(lower.map_or(*upper, |lower| 0.5 * (lower + *upper)))
+}
+
+/// Brown and Forsythe's test of equal spreads among the groups of each kind; kinds may differ.
+///
+/// It holds its level where noise is not normal, and errs to the cautious side for groups of few residuals. No distance
+/// counts for more than `most`, so that a single run does not make a group wide. Groups of fewer than
+/// [`LEAST_RESIDUALS`] are left out; `None` without two groups of a kind, or without any scatter of the distances.
+/// Source: Brown & Forsythe (1974), J. Am. Stat. Assoc. 69, 364.
+pub fn equal_spreads(kinds: &mut [Vec<Vec<f64>>], most: f64) -> Option<FTest> {
+    let (mut between, mut within) = (0.0, 0.0);
+    let (mut df_between, mut df_within) = (0, 0);
+    for groups in kinds {
+        let mut means: Vec<(f64, f64)> = vec![];
+        for group in groups.iter_mut().filter(|group| group.len() >= LEAST_RESIDUALS) {
+            let Some(middle) = median(group) else { continue };
+            let distance = |x: &f64| (x - middle).abs().min(most);
+            let n = group.len() as f64;
+            let mean = group.iter().map(distance).sum::<f64>() / n;
+            within += group.iter().map(|x| (distance(x) - mean).powi(2)).sum::<f64>();
+            df_within += group.len() - 1;
+            means.push((n, mean));
+        }
+        let all: f64 = means.iter().map(|(n, _)| n).sum();
+        let mean = means.iter().map(|(n, mean)| n * mean).sum::<f64>() / all;
+        between += means.iter().map(|(n, own)| n * (own - mean).powi(2)).sum::<f64>();
+        df_between += means.len().saturating_sub(1);
+    }
+    if df_between == 0 || within <= 0.0 {
+        return None;
+    }
+    let f = between / df_between as f64 / (within / df_within as f64);
+    let p = f_tail(f, df_between as f64, df_within as f64)?;
+    Some(FTest {
+        f,
+        df_between,
+        df_within,
+        p,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn groups() -> Vec<Vec<f64>> {
+        vec![
+            vec![0.3, -1.2, 0.8, 0.1, -0.4, 1.7],
+            vec![2.9, -3.1, 0.2, 4.4, -1.8],
+            vec![0.05, -0.15, 0.2, 0.4, -0.35, 0.1, -0.02],
+        ]
+    }
+
+    /// scipy.stats.levene(…, center="median") of the same groups (SciPy 1.18.1)
+    #[test]
+    fn the_test_agrees_with_scipy() {
+        let test = equal_spreads(&mut [groups()], f64::INFINITY).expect("three groups");
+        assert_eq!((test.df_between, test.df_within), (2, 15));
+        assert!((test.f / 9.712_564_685_926_287 - 1.0).abs() < 1e-9, "{}", test.f);
+        assert!((test.p / 0.001_968_419_166_586_786 - 1.0).abs() < 1e-9, "{}", test.p);
+    }
+
+    #[test]
+    fn kinds_may_differ_and_groups_within_them_not() {
+        let wide = |factor: f64| -> Vec<Vec<f64>> {
+            let stretched = |group: Vec<f64>| group.into_iter().map(|x| factor * x).collect();
+            groups().into_iter().map(stretched).collect()
+        };
+        let narrow = vec![groups().swap_remove(2), groups().swap_remove(2)];
+        let alike = equal_spreads(&mut [narrow.clone(), vec![wide(9.0).swap_remove(1)]], 1e9).expect("two alike");
+        assert_eq!((alike.df_between, alike.f), (1, 0.0));
+        assert!(equal_spreads(&mut [vec![narrow[0].clone()], vec![groups().swap_remove(1)]], 1e9).is_none());
+        // one run far away makes no group wide
+        let mut one = narrow;
+        one[0].push(40.0);
+        let test = equal_spreads(&mut [one], 1.0).expect("two groups");
+        assert!(test.p > 0.1, "{}", test.p);
+    }
+
+    #[test]
+    fn the_middle_of_an_even_number_lies_between_two() {
+        assert_eq!(median(&mut [3.0, 1.0, 10.0, 2.0]), Some(2.5));
+        assert_eq!(median(&mut [3.0, 1.0, 2.0]), Some(2.0));
+        assert_eq!(median(&mut []), None);
+    }
+}

@@ -1,0 +1,115 @@
+//! Tells what the scatter of the runs is like, and what the standard errors lack by it.
+
+use super::super::numbers::{self, NONE};
+use super::super::Told;
+use super::page::Page;
+use crate::findings::noise::{Lacking, Noise, OfGroup, Offsets, Spreads, FALSE_ALARM, LINE};
+use crate::scene::Likelihood;
+
+pub(super) fn noise(page: &mut Page, told: Told) {
+    let Some(noise) = &told.findings.noise else {
+        return;
+    };
+    page.heading("Noise");
+    page.paragraph(
+        "Every interval takes the runs as independent, with one spread for all dry and one for all wet runs. What was \
+         found about the joint fit of dry law and energy balance:",
+    );
+    let mut lines = vec![];
+    if told.scene.model.likelihood == Likelihood::Normal {
+        lines.push(outliers(noise));
+    }
+    lines.extend(noise.spread.as_ref().map(spreads));
+    lines.extend(noise.offsets.as_ref().map(offsets));
+    for line in lines {
+        page.text.push_str(&format!("* {line}\n"));
+    }
+    page.text.push('\n');
+    let spread = noise.spread.as_ref().filter(|spread| spread.mattering().is_some());
+    let offsets = noise.offsets.as_ref().filter(|offsets| offsets.mattering().is_some());
+    if spread.is_some() || offsets.is_some() {
+        let all = [
+            spread.map(|one| &one.standard_errors),
+            offsets.map(|one| &one.standard_errors),
+        ];
+        table(page, all);
+    }
+}
+
+fn outliers(noise: &Noise) -> String {
+    let runs = noise.runs;
+    let line = format!(
+        "normal noise takes a run so far in {} % of tables of {runs} runs",
+        100.0 * FALSE_ALARM
+    );
+    match noise.outliers_found {
+        0 => format!("Outliers: none ({line})."),
+        found => format!("Outliers: {found} ({line}), named under Cautions; left out of the next lines."),
+    }
+}
+
+fn spreads(spread: &Spreads) -> String {
+    let of = |group: &OfGroup| {
+        format!(
+            "{} ({}, {} runs)",
+            numbers::significant(group.sd, 2),
+            group.label(),
+            group.runs
+        )
+    };
+    format!(
+        "Spread: from {} to {}; as unequal by chance with probability {} (Brown–Forsythe).{}",
+        of(&spread.narrowest),
+        of(&spread.widest),
+        numbers::probability(spread.test.p),
+        by(spread.mattering())
+    )
+}
+
+fn offsets(offsets: &Offsets) -> String {
+    format!(
+        "Offsets shared by the runs of a series: sd {} in e, {} of the spread of single runs, over {} series; so large by \
+         chance with probability {} (F({}, {})).{}",
+        numbers::significant(offsets.sd, 2),
+        numbers::significant(offsets.share, 2),
+        offsets.series,
+        numbers::probability(offsets.test.p),
+        offsets.test.df_between,
+        offsets.test.df_within,
+        by(offsets.mattering())
+    )
+}
+
+fn by(lacking: Option<&Lacking>) -> String {
+    lacking.map_or(String::new(), |lacking| {
+        format!(
+            " The standard error of {} is too small by a factor of {:.2}.",
+            lacking.parameter, lacking.ratio
+        )
+    })
+}
+
+/// What each standard error lacks, where one matters.
+fn table(page: &mut Page, all: [Option<&Vec<Lacking>>; 2]) {
+    page.paragraph(&format!(
+        "The standard error that allows for it over the one that does not; above {LINE} a 95 % interval covers less than \
+         94 %, below 1 it is wider than it needs to be."
+    ));
+    let mut names: Vec<&str> = all
+        .iter()
+        .flatten()
+        .flat_map(|one| one.iter())
+        .map(|one| one.parameter.as_str())
+        .collect();
+    names.sort_unstable();
+    names.dedup();
+    let cell = |one: Option<&Vec<Lacking>>, name: &str| {
+        let found = one.and_then(|one| one.iter().find(|lacking| lacking.parameter == name));
+        found.map_or(NONE.to_owned(), |lacking| format!("{:.2}", lacking.ratio))
+    };
+    let rows: Vec<Vec<String>> = names
+        .iter()
+        .map(|name| vec![(*name).to_owned(), cell(all[0], name), cell(all[1], name)])
+        .collect();
+    page.table(&["parameter", "unequal spreads", "shared offsets"], &rows);
+}

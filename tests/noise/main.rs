@@ -1,0 +1,150 @@
+//! Holds what is said of the scatter of the runs against simulated runs whose scatter is known.
+
+mod alarms;
+#[path = "../common/mod.rs"]
+mod common;
+mod outliers;
+mod spreads;
+
+use common::Place;
+use rand_distr::{Distribution, StandardNormal};
+use wetcor::findings::noise::Noise;
+use wetcor::findings::{self, Findings};
+use wetcor::model::simulate::Simulation;
+use wetcor::runs::{self, NewRun, Table};
+use wetcor::scene::Scene;
+use wetcor::seed::stream;
+
+/// Two particles, two liquids, two film ratios, three diameters, five speeds clear of the threshold.
+struct Design {
+    model: &'static str,
+    bootstrap: &'static str,
+    particles: &'static [&'static str],
+    films: &'static str,
+    diameters: &'static str,
+    speeds: &'static str,
+    dry_speeds: &'static str,
+    repeats: u32,
+    /// sd of the truth's own noise on wet runs
+    sigma: f64,
+}
+
+const USUAL: Design = Design {
+    model: "inertia = \"stepwise\"",
+    bootstrap: "",
+    particles: &["PTFE", "PE"],
+    films: "0.06, 0.1",
+    diameters: "4.0, 5.0, 6.0",
+    speeds: "1.8, 2.1, 2.4, 2.7, 3.0",
+    dry_speeds: "0.4, 0.8, 1.2, 1.6, 2.0",
+    repeats: 5,
+    sigma: 1e-12,
+};
+
+const SIGMA: f64 = 0.02;
+
+impl Design {
+    /// The scene. Its truth usually has no noise to speak of: a test adds its own.
+    fn place(&self) -> Place {
+        let each = |what: &str| -> String {
+            let of = |name: &&str| format!("{name} = [{what}]");
+            self.particles.iter().map(of).collect::<Vec<_>>().join(", ")
+        };
+        Place::new(&format!(
+            "title = \"noise\"\n[data]\nruns = \"runs.csv\"\n[particles.PTFE]\ndensity_kg_m3 = 2150\nroughness_um = 5\n\
+             [particles.PE]\ndensity_kg_m3 = 940\nroughness_um = 5\n[liquids.AK10]\ndensity_kg_m3 = 930\n\
+             viscosity_mPa_s = 9.3\n[liquids.AK20]\ndensity_kg_m3 = 930\nviscosity_mPa_s = 18.6\n\
+             [model]\n{}\n[bootstrap]\n{}\n\
+             [truth]\ndry_k = {{ PTFE = 0.15, PE = 0.12 }}\nlubrication_log = 1.85\ninertia = \"stepwise\"\n\
+             inertial_prefactor = 1.0\nsigma_dry = {}\nsigma_wet = {}\n\
+             [design]\ndiameter_mm = {{ {} }}\nliquids = [\"AK10\", \"AK20\"]\nfilm_ratio = {{ {} }}\n\
+             impact_speed_m_s = [{}]\ndry_impact_speed_m_s = [{}]\nrepeats = {}\n",
+            self.model,
+            self.bootstrap,
+            0.5 * self.sigma,
+            self.sigma,
+            each(self.diameters),
+            each(self.films),
+            self.speeds,
+            self.dry_speeds,
+            self.repeats
+        ))
+    }
+}
+
+/// The runs of the design, with the truth's own noise.
+fn drawn(scene: &Scene, seed: u64) -> Vec<NewRun<'_>> {
+    let simulation = Simulation::new(scene, None).expect("a truth and a design");
+    let mut drawn = vec![];
+    let keep = |run| {
+        drawn.push(run);
+        Ok(())
+    };
+    simulation.draw(seed, keep).expect("a place in memory");
+    drawn
+}
+
+/// The same with normal noise whose sd each run is asked for.
+fn scattered<'s>(exact: &[NewRun<'s>], seed: u64, sd: impl Fn(&NewRun) -> f64) -> Vec<NewRun<'s>> {
+    let mut rng = stream(seed, "noise of a test", 0);
+    let scatter = |run: &NewRun<'s>| {
+        let z: f64 = StandardNormal.sample(&mut rng);
+        let mut run = *run;
+        run.restitution = f64::max(run.restitution + sd(&run) * z, 0.0);
+        run
+    };
+    exact.iter().map(scatter).collect()
+}
+
+fn plain(run: &NewRun) -> f64 {
+    if run.liquid.is_some() {
+        SIGMA
+    } else {
+        0.5 * SIGMA
+    }
+}
+
+/// Runs as if a file had held them.
+fn table(scene: &Scene, runs: &[NewRun]) -> Table {
+    Table {
+        runs: runs::arrange(scene, runs),
+        rows: runs.len(),
+        screened: vec![],
+        notices: vec![],
+        sha256: String::new(),
+    }
+}
+
+/// Fits them.
+fn fit(scene: &Scene, runs: &[NewRun], (seed, bootstrap): (u64, bool)) -> Findings {
+    findings::find(scene, &table(scene, runs), seed, bootstrap)
+}
+
+fn noise_of(findings: &Findings) -> &Noise {
+    findings.noise.as_ref().expect("a fit with scatter")
+}
+
+fn tells(findings: &Findings, code: &str) -> bool {
+    findings.notices.iter().any(|notice| notice.code == code)
+}
+
+/// Series of a run, as a number; `None` for dry runs.
+fn series_of(run: &NewRun) -> Option<String> {
+    let (_, ratio) = run.film?;
+    Some(format!("{} {:?} {:.6} {ratio}", run.particle, run.liquid, run.diameter))
+}
+
+/// Adds an offset to each series, normal of this sd.
+fn offset(runs: &mut [NewRun], seed: u64, sd: f64) {
+    let mut rng = stream(seed, "offsets of a test", 0);
+    let mut known: Vec<(String, f64)> = vec![];
+    for run in runs {
+        let Some(name) = series_of(run) else { continue };
+        let at = known.iter().position(|(other, _)| *other == name).unwrap_or_else(|| {
+            let z: f64 = StandardNormal.sample(&mut rng);
+            known.push((name, sd * z));
+            known.len() - 1
+        });
+        run.restitution += known[at].1;
+    }
+}
