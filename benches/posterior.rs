@@ -62,6 +62,7 @@ fn truth(scene: &Scene, parameters: &Parameters) -> Vec<f64> {
         Kind::SigmaDry => truth.sigma_dry,
         Kind::SigmaWet => truth.sigma_wet,
         Kind::SigmaEnergy => truth.sigma_energy,
+        Kind::Nu => truth.nu,
         Kind::LubricationTrend | Kind::InertialTrend => None,
     };
     parameters.sampled.iter().map(|p| of(p.kind).expect("given")).collect()
