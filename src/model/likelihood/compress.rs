@@ -325,7 +325,10 @@ impl Compressor<'_> {
         let mut errors = vec![];
         for at in self.tests {
             let error = if self.about.is_some() {
-                let squares = |nodes: &Nodes, range| rebound_sums(nodes, range, &at.law).squares;
+                let squares = |nodes: &Nodes, range| {
+                    let sums = rebound_sums(nodes, at.law.order, &[(range, at.law)]);
+                    sums.iter().map(|sums| sums.squares).sum::<f64>()
+                };
                 let gap = squares(&short, 0..short.len()) + leftover - squares(settings, range.clone());
                 let rebound = |nodes: &Nodes, range| {
                     if self.truncated {

@@ -29,7 +29,7 @@ use std::ops::Range;
 use self::by_row::{ByRow, Errors, Spreads};
 use self::dry::DryRuns;
 use self::normal::ln_normal_cdf;
-use self::sums::{rebound_sums, Sums};
+use self::sums::{rebound_sums, Piece, Sums};
 use self::tails::Tails;
 use self::trend::Film;
 use super::parameters::{Kind, COMMON_SLOTS};
@@ -269,24 +269,24 @@ impl Likelihood {
             energy: at(Kind::SigmaEnergy),
         };
         let films: Vec<Film> = (0..self.film_ratios.len()).map(|film| self.film(film, full)).collect();
-        for block in &self.blocks {
-            let film = &films[block.film];
-            let law = self.law(block, full, film);
-            let mut sums = Sums::default();
-            if let Some(own) = &self.own {
-                stuck_value += self.of_block(own, block, &law, (tails, spreads), slopes, &mut sums);
-                film.add_slopes(block, sums, slopes);
-                continue;
+        let law = |block: &Block| self.law(block, full, &films[block.film]);
+        if let Some(own) = &self.own {
+            for block in &self.blocks {
+                let mut sums = Sums::default();
+                stuck_value += self.of_block(own, block, &law(block), (tails, spreads), slopes, &mut sums);
+                films[block.film].add_slopes(block, sums, slopes);
             }
-            if !block.rebounds.is_empty() {
-                sums = rebound_sums(&self.rebounds, block.rebounds.clone(), &law);
-                squares += sums.squares;
-                sums.kept *= precision;
-                sums.viscous *= precision;
-                sums.dry *= precision;
-            }
+            return stuck_value;
+        }
+        let pieces: Vec<Piece> = self.blocks.iter().map(|block| (block.rebounds.clone(), law(block))).collect();
+        let all_sums = rebound_sums(&self.rebounds, self.form.dry, &pieces);
+        for ((block, (_, law)), mut sums) in self.blocks.iter().zip(&pieces).zip(all_sums) {
+            squares += sums.squares;
+            sums.kept *= precision;
+            sums.viscous *= precision;
+            sums.dry *= precision;
             if self.truncated {
-                stuck_value -= self.rebound_probability(block.rebounds.clone(), &law, sigma, slopes, &mut sums);
+                stuck_value -= self.rebound_probability(block.rebounds.clone(), law, sigma, slopes, &mut sums);
             }
             for node in block.stuck.clone() {
                 let at = self.stuck.abscissa(node);
@@ -305,10 +305,7 @@ impl Likelihood {
                 sums.viscous += kept * at.viscous;
                 sums.dry += kept * dry;
             }
-            film.add_slopes(block, sums, slopes);
-        }
-        if self.own.is_some() {
-            return stuck_value;
+            films[block.film].add_slopes(block, sums, slopes);
         }
         slopes[Kind::SigmaWet.slot()] += (squares * precision - self.wet_rebounds) / sigma;
         stuck_value - self.wet_rebounds * (sigma.ln() + LN_ROOT_TWO_PI) - 0.5 * squares * precision

@@ -2,8 +2,10 @@
 
 use std::ops::Range;
 
-use super::{e_dry, Law, Nodes};
-use crate::physics::dry::Order;
+use pulp::{Arch, Simd, WithSimd};
+
+use super::{Law, Nodes};
+use crate::physics::dry::{Order, SECOND_ORDER};
 use crate::physics::rebound::TURN;
 
 /// Sums over the rebounds of a block: Σ n d², Σ n d m′, Σ n d m′ x, Σ n d m′ e_dry p, with d = e − m(r).
@@ -15,89 +17,129 @@ pub(super) struct Sums {
     pub dry: f64,
 }
 
-/// Runs taken at once, so that the machine's vector registers fill.
-const LANES: usize = 4;
+/// Numbers of the widest register there is.
+const WIDEST: usize = 8;
 
-/// So many numbers, one after another in memory.
-type Lanes = [f64; LANES];
+/// As many zeros as the widest register holds, then as many ones.
+const LAST: [f64; 2 * WIDEST] = {
+    let mut last = [0.0; 2 * WIDEST];
+    let mut lane = WIDEST;
+    while lane < 2 * WIDEST {
+        last[lane] = 1.0;
+        lane += 1;
+    }
+    last
+};
 
-#[inline(always)]
-fn each(of: impl Fn(usize) -> f64) -> Lanes {
-    std::array::from_fn(of)
-}
+/// A range of the nodes with its law.
+pub(super) type Piece = (Range<usize>, Law);
 
-/// The sums over a range of the nodes.
-pub(super) fn rebound_sums(nodes: &Nodes, range: Range<usize>, law: &Law) -> Sums {
-    match (law.order, nodes.bridge.is_empty()) {
-        (Order::First, true) => sums::<false, false>(nodes, range, law),
-        (Order::First, false) => sums::<false, true>(nodes, range, law),
-        (Order::Second, true) => sums::<true, false>(nodes, range, law),
-        (Order::Second, false) => sums::<true, true>(nodes, range, law),
+/// The sums over each of some ranges of the nodes, in the widest registers that the machine has.
+pub(super) fn rebound_sums(nodes: &Nodes, order: Order, pieces: &[Piece]) -> Vec<Sums> {
+    // one call for all: a range of a few nodes costs no more than its roots
+    let machine = Arch::new();
+    match (order, nodes.bridge.is_empty()) {
+        (Order::First, true) => machine.dispatch(Over::<false, false> { nodes, pieces }),
+        (Order::First, false) => machine.dispatch(Over::<false, true> { nodes, pieces }),
+        (Order::Second, true) => machine.dispatch(Over::<true, false> { nodes, pieces }),
+        (Order::Second, false) => machine.dispatch(Over::<true, true> { nodes, pieces }),
     }
 }
 
-/// The sums, with what a form does not hold left out where the code is made.
-fn sums<const SECOND: bool, const BRIDGE: bool>(nodes: &Nodes, range: Range<usize>, law: &Law) -> Sums {
-    const TURN4: f64 = TURN * TURN * TURN * TURN;
-    let Law { k, inertial, l, .. } = *law;
-    let order = if SECOND { Order::Second } else { Order::First };
-    let x = &nodes.viscous[range.clone()];
-    let p = &nodes.dry_power[range.clone()];
-    // without a bridge a column that is not read
-    let b = if BRIDGE { &nodes.bridge[range.clone()] } else { x };
-    let e = &nodes.restitution[range.clone()];
-    let n = &nodes.count[range];
-    let [mut squares, mut kept, mut viscous, mut dry] = [[0.0; LANES]; 4];
-    // a step for all lanes at a time is what a compiler turns into vector instructions
-    let mut add = |x: &Lanes, p: &Lanes, b: &Lanes, e: &Lanes, n: &Lanes| {
-        let e_dry_of = each(|i| e_dry(order, k, p[i]).0);
-        let fall = each(|i| e_dry(order, k, p[i]).1);
-        let r = each(|i| {
-            let r = e_dry_of[i] * e_dry_of[i] - inertial - l * x[i];
-            if BRIDGE {
-                r - b[i]
-            } else {
-                r
-            }
-        });
-        let square = each(|i| r[i] * r[i] + TURN4);
-        let root = each(|i| square[i].sqrt());
-        let root = each(|i| root[i].sqrt());
-        let inverse = each(|i| 1.0 / (square[i] * root[i]));
-        let distance = each(|i| e[i] - r[i] * square[i] * inverse[i]);
-        let weighted = each(|i| n[i] * distance[i]);
-        let moved = each(|i| weighted[i] * (0.5 * r[i] * r[i] + TURN4) * inverse[i]);
-        squares = each(|i| squares[i] + weighted[i] * distance[i]);
-        kept = each(|i| kept[i] + moved[i]);
-        viscous = each(|i| viscous[i] + moved[i] * x[i]);
-        dry = each(|i| dry[i] + moved[i] * e_dry_of[i] * fall[i]);
-    };
-    let ((x, x_rest), (p, p_rest), (b, b_rest)) = (x.as_chunks(), p.as_chunks(), b.as_chunks());
-    let ((e, e_rest), (n, n_rest)) = (e.as_chunks(), n.as_chunks());
-    for (((x, p), b), (e, n)) in x.iter().zip(p).zip(b).zip(e.iter().zip(n)) {
-        add(x, p, b, e, n);
-    }
-    if let (Some(last_x), Some(last_p), Some(last_b)) = (x_rest.last(), p_rest.last(), b_rest.last()) {
-        // the rest, filled up with settings that count for nothing
-        let (mut x, mut p, mut b) = ([*last_x; LANES], [*last_p; LANES], [*last_b; LANES]);
-        let (mut e, mut n) = ([0.0; LANES], [0.0; LANES]);
-        let columns = [
-            (&mut x, x_rest),
-            (&mut p, p_rest),
-            (&mut b, b_rest),
-            (&mut e, e_rest),
-            (&mut n, n_rest),
-        ];
-        for (to, from) in columns {
-            to[..from.len()].copy_from_slice(from);
+/// Some ranges of the nodes, with what a form does not hold left out where the code is made.
+struct Over<'a, const SECOND: bool, const BRIDGE: bool> {
+    nodes: &'a Nodes,
+    pieces: &'a [Piece],
+}
+
+impl<const SECOND: bool, const BRIDGE: bool> Over<'_, SECOND, BRIDGE> {
+    /// Adds the settings of one register.
+    #[inline(always)]
+    fn add<S: Simd>(simd: S, law: &Law, to: &mut Running<S>, [x, p, b, e, n]: [S::f64s; 5]) {
+        const TURN4: f64 = TURN * TURN * TURN * TURN;
+        let number = |x: f64| simd.splat_f64s(x);
+        let times = |a, b| simd.mul_f64s(a, b);
+        let minus = |a, b| simd.sub_f64s(a, b);
+        let (one, turn4) = (number(1.0), number(TURN4));
+        let loss = times(number(law.k), p);
+        let (e_dry, fall) = if SECOND {
+            let bent = times(number(SECOND_ORDER * law.k), p);
+            let half_way = minus(one, times(number(2.0), bent));
+            (minus(one, times(loss, minus(one, bent))), times(p, half_way))
+        } else {
+            (minus(one, loss), p)
+        };
+        let mut r = minus(times(e_dry, e_dry), number(law.inertial));
+        r = minus(r, times(number(law.l), x));
+        if BRIDGE {
+            r = minus(r, b);
         }
-        add(&x, &p, &b, &e, &n);
+        let square = simd.add_f64s(times(r, r), turn4);
+        let root = simd.sqrt_f64s(simd.sqrt_f64s(square));
+        let inverse = simd.div_f64s(one, times(square, root));
+        let distance = minus(e, times(times(r, square), inverse));
+        let weighted = times(n, distance);
+        let slope = simd.add_f64s(times(times(number(0.5), r), r), turn4);
+        let moved = times(times(weighted, slope), inverse);
+        let more = [
+            times(weighted, distance),
+            moved,
+            times(moved, x),
+            times(times(moved, e_dry), fall),
+        ];
+        for (sum, more) in to.0.iter_mut().zip(more) {
+            *sum = simd.add_f64s(*sum, more);
+        }
     }
-    let [squares, kept, viscous, dry] = [squares, kept, viscous, dry].map(|lanes| lanes.iter().sum::<f64>());
-    Sums {
-        squares,
-        kept,
-        viscous,
-        dry,
+}
+
+/// The sums of each lane, in the order of [`Sums`].
+struct Running<S: Simd>([S::f64s; 4]);
+
+impl<const SECOND: bool, const BRIDGE: bool> WithSimd for Over<'_, SECOND, BRIDGE> {
+    type Output = Vec<Sums>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Vec<Sums> {
+        let mut all = Vec::with_capacity(self.pieces.len());
+        for (range, law) in self.pieces {
+            let mut running = Running::<S>([simd.splat_f64s(0.0); 4]);
+            let x = &self.nodes.viscous[range.clone()];
+            let p = &self.nodes.dry_power[range.clone()];
+            // without a bridge a column that is not read
+            let b = if BRIDGE { &self.nodes.bridge[range.clone()] } else { x };
+            let e = &self.nodes.restitution[range.clone()];
+            let n = &self.nodes.count[range.clone()];
+            let columns = [x, p, b, e, n];
+            let [(x, x_rest), (p, p_rest), (b, b_rest), (e, e_rest), (n, n_rest)] = columns.map(S::as_simd_f64s);
+            for (((x, p), b), (e, n)) in x.iter().zip(p).zip(b).zip(e.iter().zip(n)) {
+                Self::add(simd, law, &mut running, [*x, *p, *b, *e, *n]);
+            }
+            let rest = x_rest.len();
+            if rest > 0 {
+                let last = if x.is_empty() {
+                    // filled up with settings that count for nothing
+                    [x_rest, p_rest, b_rest, e_rest, n_rest].map(|rest| {
+                        let mut lanes = [0.0; WIDEST];
+                        lanes[..rest.len()].copy_from_slice(rest);
+                        S::as_simd_f64s(&lanes).0[0]
+                    })
+                } else {
+                    // the last full register, in which those that were added count for nothing
+                    let [x, p, b, e, n] = columns.map(|column| S::as_simd_f64s(&column[column.len() - S::F64_LANES..]).0[0]);
+                    let new = S::as_simd_f64s(&LAST[WIDEST + rest - S::F64_LANES..]).0[0];
+                    [x, p, b, e, simd.mul_f64s(n, new)]
+                };
+                Self::add(simd, law, &mut running, last);
+            }
+            let [squares, kept, viscous, dry] = running.0.map(|lanes| simd.reduce_sum_f64s(lanes));
+            all.push(Sums {
+                squares,
+                kept,
+                viscous,
+                dry,
+            });
+        }
+        all
     }
 }
