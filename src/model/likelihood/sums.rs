@@ -126,7 +126,8 @@ impl<const SECOND: bool, const BRIDGE: bool> WithSimd for Over<'_, SECOND, BRIDG
                     })
                 } else {
                     // the last full register, in which those that were added count for nothing
-                    let [x, p, b, e, n] = columns.map(|column| S::as_simd_f64s(&column[column.len() - S::F64_LANES..]).0[0]);
+                    let [x, p, b, e, n] =
+                        columns.map(|column| S::as_simd_f64s(&column[column.len() - S::F64_LANES..]).0[0]);
                     let new = S::as_simd_f64s(&LAST[WIDEST + rest - S::F64_LANES..]).0[0];
                     [x, p, b, e, simd.mul_f64s(n, new)]
                 };

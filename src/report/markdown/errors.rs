@@ -74,7 +74,7 @@ pub(super) fn errors(page: &mut Page, told: Told) {
 pub(super) fn of_speed(told: Told) -> Option<String> {
     let (row, share) = most_moved(&told.findings.scaling)?;
     Some(format!(
-        "An error of v biases β, which grows with its square; as little as {} % of v in every run would move β of the \
+        "An error of v biases β in proportion to its square; as little as {} % of v in every run would move β of the \
          square root by a tenth of its standard error ({}, δ/D = {}).",
         numbers::significant(100.0 * share, 2),
         row.particle,

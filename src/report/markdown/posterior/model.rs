@@ -55,9 +55,9 @@ fn wet(told: Told, posterior: &Posterior) -> String {
         _ => "",
     };
     let (cdf, law) = if is_student(told) {
-        ("F", "has Student's t distribution")
+        ("F", "has Student's t distribution and is")
     } else {
-        ("Φ", "is standard normal")
+        ("Φ", "is standard normal and")
     };
     let stuck = match told.scene.model.sticking {
         Sticking::Censored => format!(
@@ -95,7 +95,7 @@ fn wet(told: Told, posterior: &Posterior) -> String {
     };
     format!(
         "A wet run of impact speed v, diameter D and film ratio δ̃ = δ/D has the restitution {restitution}. Here \
-         z {law} and is independent from run to run, r = {} is the energy kept,{g}{bridge} \
+         z {law} independent from run to run, r = {} is the energy kept,{g}{bridge} \
          e_dry = {} with {speed}, and m(r) = r (r² + τ⁴)^(−1/4) with τ = {}, which is √r except close to \
          r = 0. The run rebounds with e = e* where e* > {limit}; otherwise it sticks. {stuck} Every run enters with \
          its own v, D and δ.",

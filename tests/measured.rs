@@ -1,0 +1,260 @@
+//! Holds the posterior and the joint least squares of runs with measurement errors to the truth those were drawn from.
+
+mod common;
+
+use common::{binomial_z, mean, seed_of, Place};
+use rand::RngExt;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+use wetcor::findings;
+use wetcor::findings::posterior::{effort, start};
+use wetcor::inference::nuts::Effort;
+use wetcor::inference::posed::Evaluation;
+use wetcor::inference::sampling::{sample_posterior, Plan};
+use wetcor::model::likelihood::Likelihood;
+use wetcor::model::parameters::Parameters;
+use wetcor::model::simulate::Simulation;
+use wetcor::physics::numbers::stokes;
+use wetcor::runs::{self, MeasurementErrors, NewRun, Runs, Table};
+use wetcor::scene::Scene;
+use wetcor::seed::stream;
+
+const SCENE: &str = r#"
+title = "measured with errors"
+[data]
+runs = "runs.csv"
+smallest_restitution = 0.05
+[particles.PTFE]
+density_kg_m3 = 2150
+roughness_um = 5
+[liquids.AK10]
+density_kg_m3 = 930
+viscosity_mPa_s = 9.3
+[liquids.M20]
+density_kg_m3 = 950
+viscosity_mPa_s = 19.0
+[model]
+dry_speed_m_s = "impact"
+[truth]
+dry_k = { PTFE = 0.183 }
+lubrication_log = 1.85
+inertial_prefactor = 0.8
+sigma_dry = 0.003
+sigma_wet = 0.003
+[design]
+diameter_mm = { PTFE = [4.762, 7.938] }
+liquids = ["AK10", "M20"]
+film_ratio = { PTFE = [0.05, 0.12] }
+height_mm = [50, 70, 90, 110, 130, 150]
+dry_impact_speed_m_s = [0.5, 0.8, 1.1, 1.4, 1.7, 2.0]
+repeats = 6
+"#;
+
+/// Name and truth of what is held.
+const TRUTH: [(&str, f64); 5] = [
+    ("dry_k[PTFE]", 0.183),
+    ("lubrication_log", 1.85),
+    ("inertial_prefactor", 0.8),
+    ("sigma_dry", 0.003),
+    ("sigma_wet", 0.003),
+];
+
+/// What v is read with an error of, as a share of it: twentyfold apart from run to run, or the same for all.
+#[derive(Clone, Copy)]
+enum Apart {
+    Twentyfold,
+    Nothing,
+}
+
+/// The scene's runs with v read with an error, and v_r with half as much.
+fn measured(scene: &Scene, apart: Apart, (seed, set): (u64, u64)) -> Runs {
+    let mut rows: Vec<NewRun> = vec![];
+    Simulation::new(scene, None)
+        .unwrap_or_else(|error| panic!("{error}"))
+        .draw_from(stream(seed, "runs", set), |run| {
+            rows.push(run);
+            Ok(())
+        })
+        .unwrap_or_else(|error| panic!("{error}"));
+    let mut rng = stream(seed, "errors", set);
+    let mut told: Vec<[f64; 2]> = vec![];
+    for row in &mut rows {
+        let share = match apart {
+            Apart::Twentyfold => 0.001 * 20f64.powf(rng.random::<f64>()),
+            Apart::Nothing => 0.01,
+        };
+        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+        let (v, e) = (row.impact_speed, row.restitution);
+        let sds = [share * v, 0.5 * share * v];
+        let rebound = e * v + if e > 0.0 { sds[1] * normal() } else { 0.0 };
+        row.impact_speed = v + sds[0] * normal();
+        row.restitution = rebound / row.impact_speed;
+        told.push([sds[0], sds[1] / row.impact_speed]);
+    }
+    let mut runs = runs::arrange(scene, &rows);
+    // rows of the table are counted from 1
+    let of = |which: usize| runs.row.iter().map(|row| told[*row as usize - 1][which]).collect();
+    runs.errors = Some(MeasurementErrors {
+        impact_speed_sd: of(0),
+        restitution_sd: of(1),
+    });
+    runs
+}
+
+/// What a fit forgets of the errors.
+#[derive(Clone, Copy, PartialEq)]
+enum Forgets {
+    Nothing,
+    /// that e and v share the error of v: what that does to the residual enters as an error of e alone
+    Covariance,
+    /// all of them
+    Errors,
+}
+
+/// Mean and 95 % interval of each parameter, by the posterior; and of k, L and C by the joint least squares.
+type Found = Vec<(f64, [f64; 2])>;
+
+fn fitted(scene: &Scene, mut runs: Runs, forgets: Forgets, stream: (u64, &str)) -> [Found; 2] {
+    if forgets == Forgets::Errors {
+        runs.errors = None;
+    } else if let (Forgets::Covariance, Some(errors)) = (forgets, &mut runs.errors) {
+        let viscosity = |run: usize| {
+            let series = runs.series.iter().find(|series| series.runs().contains(&run))?;
+            Some(scene.liquids[series.liquid].viscosity)
+        };
+        for run in 0..runs.restitution.len() {
+            let (v, e) = (runs.impact_speed[run], runs.restitution[run]);
+            let share = errors.impact_speed_sd[run] / v;
+            // v dm/dv at the truth
+            let loss = 0.183 * v.powf(0.2);
+            let slope = viscosity(run).map_or(-0.2 * loss, |viscosity| {
+                let viscous = 4.0 * 1.85 / stokes(2150.0, runs.diameter[run], v, viscosity);
+                (viscous - 0.4 * (1.0 - loss) * loss) / (2.0 * e)
+            });
+            let own = errors.restitution_sd[run];
+            errors.restitution_sd[run] = (own * own + share * share * (e * e + slope * slope)).sqrt();
+            errors.impact_speed_sd[run] = 0.0;
+        }
+    }
+    let table = Table {
+        rows: runs.len(),
+        screened: vec![],
+        notices: vec![],
+        sha256: String::new(),
+        runs,
+    };
+    let least_squares = findings::find(scene, &table, 1, false);
+    let form = scene.model.form();
+    let parameters = Parameters::of(scene, &table.runs, form).expect("room");
+    let rows = Likelihood::of_rows(scene, &table.runs, form);
+    let plan = Plan {
+        effort: Effort {
+            chains: 1,
+            warmup: 300,
+            draws: 600,
+            ..effort(scene)
+        },
+        stream,
+        evaluation: Evaluation::default(),
+    };
+    let sampled = sample_posterior(parameters, &rows, &start(scene, &least_squares), plan, &|_, _| {})
+        .unwrap_or_else(|error| panic!("{error}"));
+    let of_draws = |(name, _): &(&str, f64)| {
+        let place = sampled
+            .parameters
+            .sampled
+            .iter()
+            .position(|p| p.name == *name)
+            .expect("sampled");
+        let mut draws = sampled.values[place].concat();
+        draws.sort_by(f64::total_cmp);
+        let at = |p: f64| draws[((draws.len() - 1) as f64 * p).round() as usize];
+        (mean(&draws).0, [at(0.025), at(0.975)])
+    };
+    let balance = least_squares.energy_balance.expect("every run rebounds");
+    let of_balance = |(name, _): &(&str, f64)| {
+        let own = balance.parameters.iter().find(|own| own.name == *name).expect("fitted");
+        let interval = own
+            .estimate
+            .intervals
+            .iter()
+            .find(|interval| interval.level == 0.95)
+            .expect("delta");
+        (own.estimate.value.expect("converged"), [interval.lo, interval.hi])
+    };
+    [
+        TRUTH.iter().map(of_draws).collect(),
+        TRUTH[..3].iter().map(of_balance).collect(),
+    ]
+}
+
+/// z of the coverage of each parameter, and the spread of its estimates: by the posterior, by least squares.
+fn held(sets: u64, forgets: Forgets, test: &str) -> [Vec<(f64, f64)>; 2] {
+    let place = Place::new(SCENE);
+    let seed = seed_of(test);
+    let all: Vec<[Found; 2]> = (0..sets)
+        .into_par_iter()
+        .map(|set| {
+            let runs = measured(&place.scene, Apart::Twentyfold, (seed, set));
+            fitted(&place.scene, runs, forgets, (seed, &format!("posterior {set}")))
+        })
+        .collect();
+    [0, 1].map(|way| {
+        (0..all[0][way].len())
+            .map(|parameter| {
+                let truth = TRUTH[parameter].1;
+                let each = || all.iter().map(|found| found[way][parameter]);
+                let inside = each().filter(|(_, [lo, hi])| (*lo..=*hi).contains(&truth)).count();
+                let values: Vec<f64> = each().map(|(value, _)| value).collect();
+                let se = mean(&values).1;
+                (binomial_z(inside, sets as usize, 0.95), se * (sets as f64).sqrt())
+            })
+            .collect()
+    })
+}
+
+/// The tables of both tests are the same.
+const TEST: &str = "fits_of_measured_runs_cover_the_truth_and_are_sharper";
+
+#[test]
+fn fits_of_measured_runs_cover_the_truth_and_are_sharper() {
+    let [posterior, balance] = held(300, Forgets::Nothing, TEST);
+    println!("posterior {posterior:?}\nbalance {balance:?}");
+    for (way, found) in [("posterior", &posterior), ("least squares", &balance)] {
+        for ((name, _), (z, _)) in TRUTH.iter().zip(found) {
+            assert!(z.abs() < 4.0, "{way}, {name}: {z}");
+        }
+    }
+    let [plain, of_balance] = held(300, Forgets::Errors, TEST);
+    println!("without: posterior {plain:?}\nbalance {of_balance:?}");
+    // errors twentyfold apart are worth telling: L and C
+    for parameter in [1, 2] {
+        assert!(posterior[parameter].1 < 0.8 * plain[parameter].1);
+        assert!(balance[parameter].1 < 0.8 * of_balance[parameter].1);
+    }
+    // what is not told is taken for scatter of the runs
+    assert!(plain[4].0 < -20.0, "{plain:?}");
+}
+
+/// Where errors are nearly all there is they leave little to the scatter of the runs; with the covariance of e and v
+/// forgotten they explain too little, and it is taken for what it is not.
+#[test]
+fn a_forgotten_covariance_is_seen() {
+    // so viscous that a restitution changes with its speed by half of itself
+    let place = Place::new(&SCENE.replace("= 9.3", "= 52.0").replace("= 19.0", "= 58.0"));
+    let seed = seed_of("a_forgotten_covariance_is_seen");
+    let scatter = |forgets: Forgets| {
+        let each = (0..40).into_par_iter().map(|set| {
+            let runs = measured(&place.scene, Apart::Nothing, (seed, set));
+            let [posterior, _] = fitted(&place.scene, runs, forgets, (seed, &format!("posterior {set}")));
+            posterior[4].0
+        });
+        mean(&each.collect::<Vec<f64>>())
+    };
+    let (right, se) = scatter(Forgets::Nothing);
+    let (wrong, _) = scatter(Forgets::Covariance);
+    println!("sigma_wet {right} ± {se}, covariance forgotten {wrong}");
+    let near = |found: f64| (found - TRUTH[4].1).abs() < 0.0005 + 4.0 * se;
+    assert!(near(right), "{right} {se}");
+    assert!(!near(wrong), "{wrong} {se}");
+}
