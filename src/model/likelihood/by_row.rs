@@ -11,8 +11,11 @@
 //!
 //! F is normal, or Student's with one ν for all runs. A stuck run was not measured, so that only its impact speed errs.
 
+use std::ops::Range;
+
+use super::sums::Sums;
 use super::tails::Tails;
-use super::{mean_and_slope, Block, DryRow, Law, Likelihood, Nodes, Sums};
+use super::{mean_and_slope, DryRow, Law, Likelihood, Nodes};
 use crate::model::parameters::{Kind, COMMON_SLOTS};
 use crate::physics::rebound::{kept_of_mean_restitution, slope_mean_restitution};
 use crate::runs::MeasurementErrors;
@@ -104,6 +107,13 @@ pub(super) struct Placed {
     of_spreads: [f64; 2],
 }
 
+impl ByRow {
+    /// Whether all rebounds have σ for their spread, so that they may be summed together.
+    pub fn spreads_are_one(&self) -> bool {
+        self.energies.is_none() && self.rebounds.is_empty()
+    }
+}
+
 impl Energy {
     pub fn of(restitution: f64) -> Energy {
         let kept = kept_of_mean_restitution(restitution);
@@ -187,11 +197,12 @@ pub fn on_energies(restitution: f64, kept: f64, (sigma, energy): (f64, f64)) -> 
 }
 
 impl Likelihood {
-    /// Log likelihood of a block; adds its slopes in the spreads and in ν, and in r to `sums`.
-    pub(super) fn of_block(
+    /// Log likelihood of some rebounds and some stuck runs of a block; adds its slopes in the spreads and in ν, and in r to
+    /// `sums`.
+    pub(super) fn one_by_one(
         &self,
         own: &ByRow,
-        block: &Block,
+        (rebounds, stuck): (Range<usize>, Range<usize>),
         law: &Law,
         (tails, spreads): (Tails, Spreads),
         slopes: &mut [f64],
@@ -215,7 +226,7 @@ impl Likelihood {
                 *sum += of_variance * of_spread;
             }
         };
-        for node in block.rebounds.clone() {
+        for node in rebounds {
             let errors = own.rebounds.get(node).copied().unwrap_or(none);
             let kept = law.kept_and_by_speed(&self.rebounds.abscissa(node), errors);
             let (placed, e, stretch) = match &own.energies {
@@ -241,7 +252,7 @@ impl Likelihood {
                 add(&self.rebounds, node, errors, placed, -side.mean, -side.variance);
             }
         }
-        for node in block.stuck.clone() {
+        for node in stuck {
             let errors = own.stuck.get(node).copied().unwrap_or(none).of_speed_alone();
             let kept = law.kept_and_by_speed(&self.stuck.abscissa(node), errors);
             let placed = self.place_limit(own, spreads, kept, errors, false);

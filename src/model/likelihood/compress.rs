@@ -326,7 +326,7 @@ impl Compressor<'_> {
         for at in self.tests {
             let error = if self.about.is_some() {
                 let squares = |nodes: &Nodes, range| {
-                    let sums = rebound_sums(nodes, at.law.order, &[(range, at.law)]);
+                    let sums = rebound_sums(nodes, at.law.order, None, &[(range, at.law)]);
                     sums.iter().map(|sums| sums.squares).sum::<f64>()
                 };
                 let gap = squares(&short, 0..short.len()) + leftover - squares(settings, range.clone());

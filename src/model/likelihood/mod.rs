@@ -17,6 +17,7 @@ mod gauss;
 pub mod normal;
 pub mod pointwise;
 mod rows;
+mod student;
 mod sums;
 pub mod tails;
 mod trend;
@@ -270,20 +271,32 @@ impl Likelihood {
         };
         let films: Vec<Film> = (0..self.film_ratios.len()).map(|film| self.film(film, full)).collect();
         let law = |block: &Block| self.law(block, full, &films[block.film]);
+        let piece = |block: &Block| (block.rebounds.clone(), law(block));
+        let pieces: Vec<Piece> = self.blocks.iter().map(piece).collect();
         if let Some(own) = &self.own {
-            for block in &self.blocks {
+            let heavy = tails.heavy(sigma).filter(|_| !self.truncated && own.spreads_are_one());
+            let all_sums = heavy.map(|heavy| rebound_sums(&self.rebounds, self.form.dry, Some(heavy), &pieces));
+            for (place, (block, (rebounds, law))) in self.blocks.iter().zip(&pieces).enumerate() {
                 let mut sums = Sums::default();
-                stuck_value += self.of_block(own, block, &law(block), (tails, spreads), slopes, &mut sums);
+                let mut one_by_one = rebounds.clone();
+                if let Some(all_sums) = &all_sums {
+                    sums = all_sums[place];
+                    let (value, of_sigma, of_nu, of_distance) = tails.of_sums(sums, rebounds.len(), sigma);
+                    stuck_value += value;
+                    slopes[Kind::SigmaWet.slot()] += of_sigma;
+                    slopes[Kind::Nu.slot()] += of_nu;
+                    for sum in [&mut sums.kept, &mut sums.viscous, &mut sums.dry] {
+                        *sum *= of_distance;
+                    }
+                    one_by_one = rebounds.end..rebounds.end;
+                }
+                let nodes = (one_by_one, block.stuck.clone());
+                stuck_value += self.one_by_one(own, nodes, law, (tails, spreads), slopes, &mut sums);
                 films[block.film].add_slopes(block, sums, slopes);
             }
             return stuck_value;
         }
-        let pieces: Vec<Piece> = self
-            .blocks
-            .iter()
-            .map(|block| (block.rebounds.clone(), law(block)))
-            .collect();
-        let all_sums = rebound_sums(&self.rebounds, self.form.dry, &pieces);
+        let all_sums = rebound_sums(&self.rebounds, self.form.dry, None, &pieces);
         for ((block, (_, law)), mut sums) in self.blocks.iter().zip(&pieces).zip(all_sums) {
             squares += sums.squares;
             sums.kept *= precision;

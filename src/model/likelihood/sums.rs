@@ -15,6 +15,28 @@ pub(super) struct Sums {
     pub kept: f64,
     pub viscous: f64,
     pub dry: f64,
+    /// Σ w q, where tails are heavy: with q = (d/σ)² in units of Student's t, w = (ν + 1)/(ν + q) and the sums above weighted
+    /// by w, but for the squares
+    pub weighted: f64,
+    /// Σ ln(1 + q/ν)
+    pub ln_tails: f64,
+}
+
+/// Student's tails of one spread.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Heavy {
+    /// q over the square of a distance
+    pub steepness: f64,
+    /// ν
+    pub nu: f64,
+}
+
+impl Heavy {
+    /// Of normal noise, which reads neither.
+    const NONE: Heavy = Heavy {
+        steepness: 0.0,
+        nu: f64::INFINITY,
+    };
 }
 
 /// Numbers of the widest register there is.
@@ -35,27 +57,42 @@ const LAST: [f64; 2 * WIDEST] = {
 pub(super) type Piece = (Range<usize>, Law);
 
 /// The sums over each of some ranges of the nodes, in the widest registers that the machine has.
-pub(super) fn rebound_sums(nodes: &Nodes, order: Order, pieces: &[Piece]) -> Vec<Sums> {
-    // one call for all: a range of a few nodes costs no more than its roots
-    let machine = Arch::new();
-    match (order, nodes.bridge.is_empty()) {
-        (Order::First, true) => machine.dispatch(Over::<false, false> { nodes, pieces }),
-        (Order::First, false) => machine.dispatch(Over::<false, true> { nodes, pieces }),
-        (Order::Second, true) => machine.dispatch(Over::<true, false> { nodes, pieces }),
-        (Order::Second, false) => machine.dispatch(Over::<true, true> { nodes, pieces }),
+///
+/// With heavy tails each node is one run, and counts by the weight its distance leaves it.
+pub(super) fn rebound_sums(nodes: &Nodes, order: Order, heavy: Option<Heavy>, pieces: &[Piece]) -> Vec<Sums> {
+    let (second, bridge) = (order == Order::Second, !nodes.bridge.is_empty());
+    match (second, bridge, heavy) {
+        (false, false, None) => over::<false, false, false>(nodes, Heavy::NONE, pieces),
+        (false, true, None) => over::<false, true, false>(nodes, Heavy::NONE, pieces),
+        (true, false, None) => over::<true, false, false>(nodes, Heavy::NONE, pieces),
+        (true, true, None) => over::<true, true, false>(nodes, Heavy::NONE, pieces),
+        (false, false, Some(heavy)) => over::<false, false, true>(nodes, heavy, pieces),
+        (false, true, Some(heavy)) => over::<false, true, true>(nodes, heavy, pieces),
+        (true, false, Some(heavy)) => over::<true, false, true>(nodes, heavy, pieces),
+        (true, true, Some(heavy)) => over::<true, true, true>(nodes, heavy, pieces),
     }
 }
 
+fn over<const SECOND: bool, const BRIDGE: bool, const HEAVY: bool>(
+    nodes: &Nodes,
+    heavy: Heavy,
+    pieces: &[Piece],
+) -> Vec<Sums> {
+    // one call for all: a range of a few nodes costs no more than its roots
+    Arch::new().dispatch(Over::<SECOND, BRIDGE, HEAVY> { nodes, heavy, pieces })
+}
+
 /// Some ranges of the nodes, with what a form does not hold left out where the code is made.
-struct Over<'a, const SECOND: bool, const BRIDGE: bool> {
+struct Over<'a, const SECOND: bool, const BRIDGE: bool, const HEAVY: bool> {
     nodes: &'a Nodes,
+    heavy: Heavy,
     pieces: &'a [Piece],
 }
 
-impl<const SECOND: bool, const BRIDGE: bool> Over<'_, SECOND, BRIDGE> {
+impl<const SECOND: bool, const BRIDGE: bool, const HEAVY: bool> Over<'_, SECOND, BRIDGE, HEAVY> {
     /// Adds the settings of one register.
     #[inline(always)]
-    fn add<S: Simd>(simd: S, law: &Law, to: &mut Running<S>, [x, p, b, e, n]: [S::f64s; 5]) {
+    fn add<S: Simd>(&self, simd: S, law: &Law, to: &mut Running<S>, [x, p, b, e, n]: [S::f64s; 5]) {
         const TURN4: f64 = TURN * TURN * TURN * TURN;
         let number = |x: f64| simd.splat_f64s(x);
         let times = |a, b| simd.mul_f64s(a, b);
@@ -80,30 +117,79 @@ impl<const SECOND: bool, const BRIDGE: bool> Over<'_, SECOND, BRIDGE> {
         let distance = minus(e, times(times(r, square), inverse));
         let weighted = times(n, distance);
         let slope = simd.add_f64s(times(times(number(0.5), r), r), turn4);
-        let moved = times(times(weighted, slope), inverse);
+        let mut moved = times(times(weighted, slope), inverse);
+        if HEAVY {
+            // a node that counts for nothing has no distance, either
+            let square = times(times(weighted, distance), number(self.heavy.steepness));
+            let nu = number(self.heavy.nu);
+            let weight = simd.div_f64s(number(self.heavy.nu + 1.0), simd.add_f64s(nu, square));
+            moved = times(moved, weight);
+            to.weighted = simd.add_f64s(to.weighted, times(weight, square));
+            to.tails = times(to.tails, simd.add_f64s(one, times(square, number(1.0 / self.heavy.nu))));
+            to.factors += 1;
+            if to.factors == MOST_FACTORS {
+                to.take_logarithms(simd);
+            }
+        }
         let more = [
             times(weighted, distance),
             moved,
             times(moved, x),
             times(times(moved, e_dry), fall),
         ];
-        for (sum, more) in to.0.iter_mut().zip(more) {
+        for (sum, more) in to.sums.iter_mut().zip(more) {
             *sum = simd.add_f64s(*sum, more);
         }
     }
 }
 
-/// The sums of each lane, in the order of [`Sums`].
-struct Running<S: Simd>([S::f64s; 4]);
+/// Factors of a product whose logarithm is taken at once, each less than 1e18 where any density is left.
+const MOST_FACTORS: usize = 16;
 
-impl<const SECOND: bool, const BRIDGE: bool> WithSimd for Over<'_, SECOND, BRIDGE> {
+/// The sums of each lane.
+struct Running<S: Simd> {
+    /// in the order of [`Sums`]
+    sums: [S::f64s; 4],
+    weighted: S::f64s,
+    /// product of the tails since the last logarithms
+    tails: S::f64s,
+    factors: usize,
+    ln_tails: f64,
+}
+
+impl<S: Simd> Running<S> {
+    #[inline(always)]
+    fn new(simd: S) -> Running<S> {
+        let zero = simd.splat_f64s(0.0);
+        Running {
+            sums: [zero; 4],
+            weighted: zero,
+            tails: simd.splat_f64s(1.0),
+            factors: 0,
+            ln_tails: 0.0,
+        }
+    }
+
+    #[inline(always)]
+    fn take_logarithms(&mut self, simd: S) {
+        let mut lanes = [1.0; WIDEST];
+        if let Some(first) = S::as_mut_simd_f64s(&mut lanes).0.first_mut() {
+            *first = self.tails;
+        }
+        self.ln_tails += lanes.iter().map(|tail| tail.ln()).sum::<f64>();
+        self.tails = simd.splat_f64s(1.0);
+        self.factors = 0;
+    }
+}
+
+impl<const SECOND: bool, const BRIDGE: bool, const HEAVY: bool> WithSimd for Over<'_, SECOND, BRIDGE, HEAVY> {
     type Output = Vec<Sums>;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Vec<Sums> {
         let mut all = Vec::with_capacity(self.pieces.len());
         for (range, law) in self.pieces {
-            let mut running = Running::<S>([simd.splat_f64s(0.0); 4]);
+            let mut running = Running::new(simd);
             let x = &self.nodes.viscous[range.clone()];
             let p = &self.nodes.dry_power[range.clone()];
             // without a bridge a column that is not read
@@ -113,7 +199,7 @@ impl<const SECOND: bool, const BRIDGE: bool> WithSimd for Over<'_, SECOND, BRIDG
             let columns = [x, p, b, e, n];
             let [(x, x_rest), (p, p_rest), (b, b_rest), (e, e_rest), (n, n_rest)] = columns.map(S::as_simd_f64s);
             for (((x, p), b), (e, n)) in x.iter().zip(p).zip(b).zip(e.iter().zip(n)) {
-                Self::add(simd, law, &mut running, [*x, *p, *b, *e, *n]);
+                self.add(simd, law, &mut running, [*x, *p, *b, *e, *n]);
             }
             let rest = x_rest.len();
             if rest > 0 {
@@ -131,14 +217,19 @@ impl<const SECOND: bool, const BRIDGE: bool> WithSimd for Over<'_, SECOND, BRIDG
                     let new = S::as_simd_f64s(&LAST[WIDEST + rest - S::F64_LANES..]).0[0];
                     [x, p, b, e, simd.mul_f64s(n, new)]
                 };
-                Self::add(simd, law, &mut running, last);
+                self.add(simd, law, &mut running, last);
             }
-            let [squares, kept, viscous, dry] = running.0.map(|lanes| simd.reduce_sum_f64s(lanes));
+            if HEAVY {
+                running.take_logarithms(simd);
+            }
+            let [squares, kept, viscous, dry] = running.sums.map(|lanes| simd.reduce_sum_f64s(lanes));
             all.push(Sums {
                 squares,
                 kept,
                 viscous,
                 dry,
+                weighted: simd.reduce_sum_f64s(running.weighted),
+                ln_tails: running.ln_tails,
             });
         }
         all

@@ -6,10 +6,11 @@
 
 use rand::Rng;
 use rand_distr::{ChiSquared, Distribution};
-use statrs::function::beta::checked_beta_reg;
-use statrs::function::gamma::{digamma, ln_gamma};
+use statrs::function::gamma::digamma;
 
 use super::normal::{ln_normal_cdf, normal_cdf};
+use super::student::StudentT;
+use super::sums::{Heavy, Sums};
 use crate::model::priors::LN_ROOT_TWO_PI;
 
 /// The distribution of noise in units of its spread.
@@ -26,6 +27,10 @@ pub enum Tails {
 pub struct Student {
     /// ν
     nu: f64,
+    /// t itself
+    t: StudentT,
+    /// t of a little less and a little more ν
+    beside: [StudentT; 2],
     /// c, the quantile of t that as much lies below as below 1 of the standard normal
     quantile: f64,
     /// slope of ln c in ν
@@ -65,20 +70,49 @@ impl Tails {
             return Tails::Normal;
         };
         let half = 0.5 * nu;
-        let peak = ln_gamma(half + 0.5) - ln_gamma(half) - 0.5 * (nu * std::f64::consts::PI).ln();
         let peak_slope = 0.5 * (digamma(half + 0.5) - digamma(half) - 1.0 / nu);
-        let quantile = quantile(nu, peak);
-        let density = ln_density(nu, peak, quantile).exp();
         let step = STEP * nu;
-        let [less, more] = [nu - step, nu + step].map(|nu| lower_tail(nu, -quantile));
-        let quantile_slope = (more - less) / (2.0 * step) / density / quantile;
+        let t = StudentT::new(nu);
+        let beside = [nu - step, nu + step].map(StudentT::new);
+        let quantile = t.quantile_of_one();
+        // as much stays above
+        let [less, more] = beside.map(|t| t.above(quantile));
+        let quantile_slope = (more - less) / (2.0 * step) / t.ln_density(quantile).exp() / quantile;
         Tails::Student(Student {
             nu,
+            t,
+            beside,
             quantile,
             quantile_slope,
-            peak: peak + quantile.ln(),
+            peak: t.peak + quantile.ln(),
             peak_slope: peak_slope + quantile_slope,
         })
+    }
+
+    /// What sums over rebounds of one spread σ want to know of heavy tails; `None` for normal ones.
+    pub(super) fn heavy(&self, sigma: f64) -> Option<Heavy> {
+        match self {
+            Tails::Normal => None,
+            Tails::Student(student) => Some(Heavy {
+                steepness: (student.quantile / sigma).powi(2),
+                nu: student.nu,
+            }),
+        }
+    }
+
+    /// The log density of so many runs from their sums, its slopes in σ and in ν, and what the sums' slopes in r are to be
+    /// multiplied by.
+    pub(super) fn of_sums(&self, sums: Sums, runs: usize, sigma: f64) -> (f64, f64, f64, f64) {
+        let Tails::Student(student) = self else {
+            return (0.0, 0.0, 0.0, 0.0);
+        };
+        let (n, Student { nu, .. }) = (runs as f64, *student);
+        (
+            n * (student.peak - sigma.ln()) - 0.5 * (nu + 1.0) * sums.ln_tails,
+            (sums.weighted - n) / sigma,
+            n * student.peak_slope - 0.5 * sums.ln_tails + sums.weighted * (0.5 / nu - student.quantile_slope),
+            (student.quantile / sigma).powi(2),
+        )
     }
 
     /// Log density at a distance above the mean; `stretch` divides the square of the spread where the density is wanted on
@@ -132,9 +166,9 @@ impl Tails {
                     };
                 }
                 let at = student.quantile * z;
-                let value = ln_student_cdf(student.nu, at);
+                let value = student.t.ln_below(at);
                 let step = STEP * student.nu;
-                let [less, more] = [student.nu - step, student.nu + step].map(|nu| ln_student_cdf(nu, at));
+                let [less, more] = student.beside.map(|t| t.ln_below(at));
                 let slope = (student.ln_density(z) - value).exp();
                 Probability {
                     value,
@@ -149,8 +183,8 @@ impl Tails {
     pub fn probability(&self, z: f64) -> f64 {
         match self {
             Tails::Normal => normal_cdf(z),
-            Tails::Student(student) if z > 0.0 => 1.0 - lower_tail(student.nu, -student.quantile * z),
-            Tails::Student(student) => lower_tail(student.nu, student.quantile * z),
+            Tails::Student(student) if z > 0.0 => 1.0 - student.t.above(student.quantile * z),
+            Tails::Student(student) => student.t.above(-student.quantile * z),
         }
     }
 
@@ -159,7 +193,7 @@ impl Tails {
         match self {
             Tails::Normal => ln_normal_cdf(z),
             Tails::Student(student) => {
-                let value = ln_student_cdf(student.nu, student.quantile * z);
+                let value = student.t.ln_below(student.quantile * z);
                 (value, (student.ln_density(z) - value).exp())
             }
         }
@@ -218,57 +252,13 @@ impl Student {
     }
 
     fn ln_density(&self, z: f64) -> f64 {
-        ln_density(self.nu, self.peak, self.quantile * z)
+        self.t.ln_density(self.quantile * z) + self.quantile.ln()
     }
 }
 
 /// Step in ν of a difference, as a share of it: what the third order leaves is below 1e-6 of a slope, and what rounding
 /// takes far below.
 const STEP: f64 = 1e-4;
-
-/// Log density of t where its logarithm at 0 is `peak`.
-fn ln_density(nu: f64, peak: f64, t: f64) -> f64 {
-    peak - 0.5 * (nu + 1.0) * (t * t / nu).ln_1p()
-}
-
-/// The quantile of t with as much above it as above 1 of the standard normal.
-fn quantile(nu: f64, peak: f64) -> f64 {
-    const ABOVE_ONE: f64 = 0.158_655_253_931_457_05;
-    /// from the start used here the fourth step is below rounding for any ν above 2
-    const STEPS: usize = 4;
-    const ENOUGH: f64 = 1e-8;
-    // Abramowitz & Stegun 26.7.5 to second order, at 1
-    let mut t = 1.0 + (0.5 + 0.25 / nu) / nu;
-    for _ in 0..STEPS {
-        let step = (lower_tail(nu, -t) - ABOVE_ONE) / ln_density(nu, peak, t).exp();
-        t += step;
-        // the next would be the square of it
-        if step.abs() < ENOUGH {
-            break;
-        }
-    }
-    t
-}
-
-/// P(t < z) for z at or below 0; no number where z or ν is none.
-fn lower_tail(nu: f64, z: f64) -> f64 {
-    let square = z * z;
-    // the same number from the side on which it is not one less a small one
-    let tail = if square < nu {
-        checked_beta_reg(0.5, 0.5 * nu, square / (nu + square)).map(|centre| 1.0 - centre)
-    } else {
-        checked_beta_reg(0.5 * nu, 0.5, nu / (nu + square))
-    };
-    tail.map_or(f64::NAN, |tail| 0.5 * tail)
-}
-
-fn ln_student_cdf(nu: f64, z: f64) -> f64 {
-    if z > 0.0 {
-        (-lower_tail(nu, -z)).ln_1p()
-    } else {
-        lower_tail(nu, z).ln()
-    }
-}
 
 #[cfg(test)]
 mod tests {
@@ -348,10 +338,6 @@ mod tests {
                 quantile: 1.0,
                 quantile_slope: 0.0,
                 ..student_of(nu)
-            };
-            let tails = Student {
-                peak: tails.peak - student_of(nu).quantile.ln(),
-                ..tails
             };
             let found = Tails::Student(tails).ln_probability(z);
             assert!(
