@@ -156,79 +156,55 @@ pub fn linear(sample: &Sample) -> Result<Weighted, Failure> {
         let (wx, we) = (w * x, w * e);
         [w, wx, we, wx * x, wx * e, we * e]
     });
-    let level = Level::new(n, x0, sx / n, xx)?;
-    let me = se / n;
+    let level = Level::new(n, x0, sx, xx)?;
+    let me = se * level.share;
     Ok(level.through(e0 + me, xe - sx * me, sample.within + ee - se * me))
 }
 
 /// What weights and abscissae alone say of a linear fit.
 #[derive(Debug, Clone, Copy)]
-struct Level {
-    /// sum of the weights
-    runs: f64,
+pub(super) struct Level {
+    /// 1 over the sum of the weights: a fit must not wait for divisions
+    pub(super) share: f64,
+    /// 1 over the degrees of freedom
+    freedom: f64,
     /// mean abscissa
-    centre: f64,
-    /// squares about it
-    squares: f64,
+    pub(super) centre: f64,
+    /// 1 over the squares about it
+    spread: f64,
 }
 
 impl Level {
-    /// From the sum of the weights, and mean and squares of x − x0.
-    fn new(runs: f64, x0: f64, mean: f64, xx: f64) -> Result<Level, Failure> {
-        let squares = xx - runs * mean * mean;
+    /// From the sum of the weights, and sum and squares of x − x0.
+    pub(super) fn new(runs: f64, x0: f64, sx: f64, xx: f64) -> Result<Level, Failure> {
+        let share = 1.0 / runs;
+        let mean = sx * share;
+        let squares = xx - sx * mean;
         // a NaN determines nothing, either
         let determined = squares > SINGULAR * xx.max(f64::MIN_POSITIVE) && runs >= 2.0;
-        let centre = x0 + mean;
-        let level = Level { runs, centre, squares };
+        let level = Level {
+            share,
+            freedom: 1.0 / (runs - 2.0),
+            centre: x0 + mean,
+            spread: 1.0 / squares,
+        };
         determined.then_some(level).ok_or(Failure::Degenerate)
     }
 
     /// The line through the mean restitution, from products and squares about the means.
-    fn through(&self, mean: f64, products: f64, squares: f64) -> Weighted {
-        let slope = products / self.squares;
-        let variance = (squares - slope * products).max(0.0) / (self.runs - 2.0);
-        let bb = variance / self.squares;
+    pub(super) fn through(&self, mean: f64, products: f64, squares: f64) -> Weighted {
+        let slope = products * self.spread;
+        let variance = (squares - slope * products).max(0.0) * self.freedom;
+        let bb = variance * self.spread;
         Weighted {
             parameters: [mean - slope * self.centre, -slope],
             covariance: [
-                variance / self.runs + self.centre * self.centre * bb,
+                variance * self.share + self.centre * self.centre * bb,
                 self.centre * bb,
                 bb,
             ],
             failure: None,
         }
-    }
-}
-
-/// Linear fits to other restitutions at the same abscissae with the same weights.
-#[derive(Debug, Clone)]
-pub(super) struct Lines {
-    level: Level,
-    /// weight of each run times its x, about the mean
-    pulls: Vec<f64>,
-}
-
-impl Lines {
-    /// Fails as [`linear`] does.
-    pub(super) fn new(x: &[f64], w: &[f64]) -> Result<Lines, Failure> {
-        let x0 = *x.get(x.len() / 2).ok_or(Failure::Degenerate)?;
-        let [n, sx, xx] = sums([x, x, x, w], |x, _, _, w| [w, w * (x - x0), w * (x - x0) * (x - x0)]);
-        let level = Level::new(n, x0, sx / n, xx)?;
-        let pulls = x.iter().zip(w).map(|(x, w)| w * (x - x0 - sx / n)).collect();
-        Ok(Lines { level, pulls })
-    }
-
-    /// What [`linear`] finds, where the sample has the abscissae and weights given before.
-    pub(super) fn fit(&self, sample: &Sample) -> Weighted {
-        let e0 = sample.restitution[sample.restitution.len() / 2];
-        let columns = [sample.restitution, sample.weights, &self.pulls, &self.pulls];
-        let [se, xe, ee] = sums(columns, |e, w, pull, _| {
-            let e = e - e0;
-            let we = w * e;
-            [we, pull * e, we * e]
-        });
-        let me = se / self.level.runs;
-        self.level.through(e0 + me, xe, sample.within + ee - se * me)
     }
 }
 
@@ -254,7 +230,10 @@ pub fn square_root(sample: &Sample, start: [f64; 2]) -> Result<Weighted, Failure
 }
 
 /// Sums of four columns' terms over the runs.
-fn sums<const N: usize>([x, o, e, w]: [&[f64]; 4], terms: impl Fn(f64, f64, f64, f64) -> [f64; N]) -> [f64; N] {
+pub(super) fn sums<const N: usize>(
+    [x, o, e, w]: [&[f64]; 4],
+    terms: impl Fn(f64, f64, f64, f64) -> [f64; N],
+) -> [f64; N] {
     let mut lanes = [[0.0; LANES]; N];
     let chunked = [x, o, e, w].map(|column| column.as_chunks::<LANES>());
     let [xs, os, es, ws] = chunked.map(|(chunks, _)| chunks);

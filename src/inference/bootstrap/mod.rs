@@ -9,8 +9,10 @@
 //! | file | job |
 //! |---|---|
 //! | `strata.rs` | divides the runs of a series by impact speed |
+//! | `outcomes.rs` | tells which members draws take |
 //! | `picks.rs` | draws the runs of every stratum |
 //! | `nodes.rs` | gathers runs that share stratum and abscissa |
+//! | `lines.rs` | fits lines straight from what was drawn |
 //! | `schemes.rs` | draws what a replicate of the other schemes is fitted to |
 //! | `kernel.rs` | fits a law to weighted runs in one stream over them |
 //! | `jackknife.rs` | leaves out one run at a time: acceleration and degrees of freedom |
@@ -19,7 +21,9 @@
 pub mod intervals;
 pub mod jackknife;
 pub mod kernel;
+mod lines;
 mod nodes;
+mod outcomes;
 mod picks;
 mod schemes;
 pub mod strata;
@@ -254,11 +258,14 @@ pub fn weights(pool: &Pool, seed: u64, number: u64) -> Vec<f64> {
 }
 
 fn drawn_weights(picks: &Picks, pool: &Pool, seed: u64, number: u64) -> Vec<f64> {
-    let mut fell = vec![0; picks.len()];
-    picks.draw(&mut Streams::new(seed, CASES).stretch(number, picks.words()), &mut fell);
+    let mut drawn = vec![0; picks.len()];
+    picks.draw(
+        &mut Streams::new(seed, CASES).stretch(number, picks.words()),
+        &mut drawn,
+    );
     let mut weights = vec![0.0; pool.strata.last().map_or(0, |stratum| stratum.end)];
     for (stratum, picks) in pool.strata.iter().zip(&picks.strata) {
-        weigh(&fell[picks.clone()], &mut weights[stratum.clone()]);
+        weigh(&drawn[picks.clone()], &mut weights[stratum.clone()]);
     }
     weights
 }
@@ -289,10 +296,9 @@ impl Replication<'_> {
             for row in rows {
                 nodes.draw(&mut rng, drawn);
                 for ((target, column), out) in self.targets.iter().zip(&nodes.columns).zip(row) {
-                    let sample = drawn.of(column);
                     *out = match &column.lines {
-                        Some(lines) => finite(lines.fit(&sample)),
-                        None => fit(target, &sample),
+                        Some(lines) => finite(nodes.line(lines, drawn)),
+                        None => fit(target, &drawn.of(column)),
                     };
                 }
             }

@@ -2,26 +2,30 @@
 //!
 //! Where all n runs of a stratum have one x, a law's sum of squares over the runs drawn is that of n runs at their mean
 //! plus the squares about it, which no parameter moves. The mean and these squares are sums over the draws, tabulated by
-//! how the draws fall. The runs of other strata are a node each, and their weight is drawn.
+//! what is drawn. The runs of other strata are a node each, and their weight is drawn.
 
 use std::ops::Range;
 
 use rand::rngs::ChaCha8Rng;
 
-use super::kernel::{Lines, Sample};
-use super::picks::{drawn, draws, unit, ways, weigh, Picks};
+use super::kernel::{Sample, Weighted};
+use super::lines::{Lines, Pull};
+use super::outcomes::{Outcomes, FEW};
+use super::picks::{unit, weigh, Picks};
 use super::{Law, Pool, Target};
 
-/// A stratum whose runs are a node each.
-struct Apart {
+/// A stratum with its picks and its nodes.
+struct Stratum {
     picks: Range<usize>,
     nodes: Range<usize>,
+    /// `None` where its runs are a node each
+    alike: Option<Alike>,
 }
 
 /// A stratum that is one node.
 struct Alike {
-    picks: Range<usize>,
-    node: usize,
+    /// its part of the tables
+    table: Range<usize>,
     runs: f64,
     /// 1/runs: dividing takes as long as the sums
     share: f64,
@@ -32,12 +36,10 @@ struct Alike {
 /// All strata as nodes.
 pub(super) struct Nodes {
     picks: Picks,
-    alike: Vec<Alike>,
-    apart: Vec<Apart>,
-    /// Σ w (e − mean) and Σ w (e − mean)² of the draws of a pick, for every way in which they fall
+    /// those of targets that are not fitted from the tables alone
+    strata: Vec<Stratum>,
+    /// Σ w (e − mean) and Σ w (e − mean)² of the draws of a pick, by the outcome or the member drawn
     tables: Vec<[f64; 2]>,
-    /// nodes of each stratum
-    strata: Vec<Range<usize>>,
     /// the first run of each node
     runs: Vec<usize>,
     /// restitution of each run
@@ -57,7 +59,7 @@ pub(super) struct Column {
 
 /// A replicate, by node.
 pub(super) struct Drawn {
-    fell: Vec<u32>,
+    picks: Vec<u32>,
     restitution: Vec<f64>,
     weights: Vec<f64>,
     /// squares about the node's mean
@@ -98,10 +100,8 @@ impl Nodes {
         }
         let mut nodes = Nodes {
             picks: Picks::new(&pool.strata),
-            alike: vec![],
-            apart: vec![],
-            tables: vec![],
             strata: vec![],
+            tables: vec![],
             runs: vec![],
             restitution,
             columns: vec![],
@@ -109,56 +109,61 @@ impl Nodes {
         for (number, (stratum, alike)) in pool.strata.iter().zip(alike).enumerate() {
             let first = nodes.runs.len();
             let picks = nodes.picks.strata[number].clone();
-            if alike && stratum.len() > 1 {
+            let alike = (alike && stratum.len() > 1).then(|| nodes.tabulate(stratum));
+            if alike.is_some() {
                 nodes.runs.push(stratum.start);
-                nodes.tabulate(picks, stratum);
             } else {
                 nodes.runs.extend(stratum.clone());
-                nodes.apart.push(Apart {
-                    picks,
-                    nodes: first..nodes.runs.len(),
-                });
             }
-            nodes.strata.push(first..nodes.runs.len());
+            nodes.strata.push(Stratum {
+                picks,
+                nodes: first..nodes.runs.len(),
+                alike,
+            });
         }
         nodes.columns = targets.iter().map(|target| nodes.column(pool, target)).collect();
+        let mut drawn = vec![false; nodes.strata.len()];
+        for (target, column) in targets.iter().zip(&nodes.columns) {
+            if column.lines.is_none() {
+                drawn[target.strata.clone()].fill(true);
+            }
+        }
+        let mut drawn = drawn.into_iter();
+        nodes.strata.retain(|_| drawn.next() == Some(true));
         nodes
     }
 
-    /// Adds a stratum that is the last node, with the sums over its draws.
-    fn tabulate(&mut self, picks: Range<usize>, stratum: &Range<usize>) {
+    /// Adds the sums over the draws of a stratum that is one node.
+    fn tabulate(&mut self, stratum: &Range<usize>) -> Alike {
         let own = &self.restitution[stratum.clone()];
         let n = own.len();
         let mean = own.iter().sum::<f64>() / n as f64;
-        let (mut made, mut start) = (0, 0);
-        for (pick, draws) in picks.clone().zip(draws(n)) {
-            if made != draws {
-                made = draws;
-                start = u32::try_from(self.tables.len()).unwrap_or(u32::MAX);
-                self.tables.extend((0..ways(n, draws)).map(|way| {
-                    drawn(way, n, draws).fold([0.0; 2], |[sum, squares], member| {
-                        let e = own[member] - mean;
-                        [sum + unit(n) * e, squares + unit(n) * e * e]
-                    })
-                }));
-            }
-            self.picks.number_from(pick, start);
+        let of = |(count, e): (f64, &f64)| {
+            let (weight, e) = (count * unit(n), e - mean);
+            [weight * e, weight * e * e]
+        };
+        let start = self.tables.len();
+        if n <= FEW {
+            let outcomes = Outcomes::all().counts(n).iter();
+            self.tables
+                .extend(outcomes.map(|counts| counts.each().zip(own).map(of).fold([0.0; 2], add)));
+        } else {
+            self.tables.extend(own.iter().map(|e| of((1.0, e))));
         }
-        self.alike.push(Alike {
-            picks,
-            node: self.runs.len() - 1,
+        Alike {
+            table: start..self.tables.len(),
             runs: n as f64,
             share: 1.0 / n as f64,
             mean,
-        });
+        }
     }
 
     /// A target's columns over its nodes.
     fn column(&self, pool: &Pool, target: &Target) -> Column {
         let nodes = match &self.strata[target.strata.clone()] {
             [] => 0..0,
-            [first, .., last] => first.start..last.end,
-            [only] => only.clone(),
+            [first, .., last] => first.nodes.start..last.nodes.end,
+            [only] => only.nodes.clone(),
         };
         let first = pool.first_run(target);
         let of = |column: &[f64]| -> Vec<f64> {
@@ -166,19 +171,41 @@ impl Nodes {
             own.filter_map(|run| column.get(run - first)).copied().collect()
         };
         let x = of(target.x);
-        // a stratum of one run is one that no draw moves, either
-        let moved = |apart: &Apart| apart.nodes.len() > 1 && nodes.contains(&apart.nodes.start);
-        let lines = if target.law == Law::Linear && !self.apart.iter().any(moved) {
-            Lines::new(&x, &self.room().weights[nodes.clone()]).ok()
-        } else {
-            None
-        };
+        let lines = (target.law == Law::Linear)
+            .then(|| self.lines(target.strata.clone(), &x))
+            .flatten();
         Column {
             x,
             offset: of(target.offset),
             nodes,
             lines,
         }
+    }
+
+    /// Lines through some strata, where no draw moves a weight.
+    fn lines(&self, strata: Range<usize>, x: &[f64]) -> Option<Lines> {
+        let strata = &self.strata[strata];
+        let (first, last) = (strata.first()?, strata.last()?);
+        let (mut pulls, mut restitution, mut weights) = (vec![], vec![], vec![]);
+        for (node, Stratum { picks, nodes, alike }) in strata.iter().enumerate() {
+            if let Some(alike) = alike {
+                restitution.push(alike.mean);
+                weights.push(alike.runs);
+                let table = &alike.table;
+                pulls.extend(picks.clone().map(|_| Pull {
+                    table: table.clone(),
+                    node,
+                }));
+            } else if nodes.len() == 1 {
+                // always itself
+                restitution.push(self.restitution[self.runs[nodes.start]]);
+                weights.push(1.0);
+            } else {
+                return None;
+            }
+        }
+        let sample = Sample::new(x, &restitution, &weights);
+        Lines::new(&sample, first.picks.start..last.picks.end, &pulls, &self.tables).ok()
     }
 
     /// Words of 32 bits that a replicate uses.
@@ -189,36 +216,44 @@ impl Nodes {
     /// Room for a replicate; what no draw moves is in place.
     pub(super) fn room(&self) -> Drawn {
         let mut weights = vec![1.0; self.runs.len()];
-        for stratum in &self.alike {
-            weights[stratum.node] = stratum.runs;
+        for stratum in &self.strata {
+            if let Some(alike) = &stratum.alike {
+                weights[stratum.nodes.start] = alike.runs;
+            }
         }
         Drawn {
-            fell: vec![0; self.picks.len()],
+            picks: vec![0; self.picks.len()],
             restitution: self.runs.iter().map(|run| self.restitution[*run]).collect(),
             weights,
             squares: vec![0.0; self.runs.len()],
         }
     }
 
+    /// The line of a replicate.
+    pub(super) fn line(&self, lines: &Lines, drawn: &Drawn) -> Weighted {
+        lines.fit(&drawn.picks)
+    }
+
     /// Draws a replicate of all strata.
     pub(super) fn draw(&self, rng: &mut ChaCha8Rng, into: &mut Drawn) {
-        self.picks.draw(rng, &mut into.fell);
-        for stratum in &self.apart {
-            weigh(
-                &into.fell[stratum.picks.clone()],
-                &mut into.weights[stratum.nodes.clone()],
-            );
-        }
-        for stratum in &self.alike {
-            let (mut sum, mut squares) = (0.0, 0.0);
-            for way in &into.fell[stratum.picks.clone()] {
-                let [s, q] = self.tables[*way as usize];
-                sum += s;
-                squares += q;
-            }
-            let shift = sum * stratum.share;
-            into.restitution[stratum.node] = stratum.mean + shift;
-            into.squares[stratum.node] = squares - sum * shift;
+        self.picks.draw(rng, &mut into.picks);
+        for Stratum { picks, nodes, alike } in &self.strata {
+            let drawn = &into.picks[picks.clone()];
+            let Some(alike) = alike else {
+                weigh(drawn, &mut into.weights[nodes.clone()]);
+                continue;
+            };
+            let table = &self.tables[alike.table.clone()];
+            let own = drawn.iter().map(|drawn| table[*drawn as usize]);
+            let [sum, squares] = own.fold([0.0; 2], add);
+            let shift = sum * alike.share;
+            into.restitution[nodes.start] = alike.mean + shift;
+            into.squares[nodes.start] = squares - sum * shift;
         }
     }
+}
+
+/// Adds the sums of one pick.
+fn add([sum, squares]: [f64; 2], [s, q]: [f64; 2]) -> [f64; 2] {
+    [sum + s, squares + q]
 }

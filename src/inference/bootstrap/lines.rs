@@ -1,0 +1,136 @@
+//! Fits lines to replicates in which no draw moves a weight or an abscissa, straight from what was drawn.
+
+use std::ops::Range;
+
+use pulp::{Arch, Simd, WithSimd};
+
+use super::kernel::{sums, Failure, Level, Sample, Weighted};
+
+/// What a pick moves.
+#[derive(Debug, Clone)]
+pub(super) struct Pull {
+    /// its stratum's part of the tables of Σ w (e − mean) and Σ w (e − mean)², by what is drawn
+    pub(super) table: Range<usize>,
+    /// node of its stratum
+    pub(super) node: usize,
+}
+
+/// Sums that a draw moves.
+const SUMS: usize = 3;
+
+/// Numbers read at once, which fill a register of the machine; after the sums comes one that is of no use.
+const READ: usize = 4;
+
+/// Picks taken at once, so that sums of them need not wait for one another.
+const LANES: usize = 2;
+
+/// Linear fits to other restitutions of the same nodes.
+#[derive(Debug, Clone)]
+pub(super) struct Lines {
+    level: Level,
+    /// restitution about which all sums are
+    centre: f64,
+    /// Σ w e, Σ w e (x − mean) and Σ w e² of the runs themselves, e about the centre
+    own: [f64; SUMS],
+    picks: Range<usize>,
+    /// where the table of each pick starts
+    starts: Vec<u32>,
+    /// what the sums grow by, by what is drawn; READ at once, so that some follow the last
+    tables: Vec<f64>,
+}
+
+impl Lines {
+    /// From the nodes at the means of their own runs, and the picks that move them; fails as [`super::kernel::linear`] does.
+    pub(super) fn new(
+        sample: &Sample,
+        picks: Range<usize>,
+        pulls: &[Pull],
+        tables: &[[f64; 2]],
+    ) -> Result<Lines, Failure> {
+        let (x, e, w) = (sample.x, sample.restitution, sample.weights);
+        let x0 = *x.get(x.len() / 2).ok_or(Failure::Degenerate)?;
+        let [n, sx, xx, se] = sums([x, x, e, w], |x, _, e, w| {
+            let x = x - x0;
+            [w, w * x, w * x * x, w * e]
+        });
+        let level = Level::new(n, x0, sx, xx)?;
+        let centre = se * level.share;
+        let own = sums([x, x, e, w], |x, _, e, w| {
+            let e = e - centre;
+            [w * e, w * e * (x - level.centre), w * e * e]
+        });
+        let mut lines = Lines {
+            level,
+            centre,
+            own,
+            picks,
+            starts: vec![],
+            tables: vec![],
+        };
+        let (mut last, mut start) = (0..0, 0);
+        for Pull { table, node } in pulls {
+            if *table != last {
+                last = table.clone();
+                start = u32::try_from(lines.tables.len() / SUMS).map_err(|_| Failure::Degenerate)?;
+                let (x, e) = (x[*node] - level.centre, e[*node] - centre);
+                let own = tables[table.clone()].iter();
+                lines.tables.extend(own.flat_map(|[s, q]| [*s, s * x, q + 2.0 * s * e]));
+            }
+            lines.starts.push(start);
+        }
+        lines.tables.extend([0.0; READ - SUMS]);
+        Ok(lines)
+    }
+
+    /// What [`super::kernel::linear`] finds in a replicate, from what its picks drew.
+    pub(super) fn fit(&self, drawn: &[u32]) -> Weighted {
+        let drawn = &drawn[self.picks.clone()];
+        let [s, x, e, _] = Arch::new().dispatch(Moved { lines: self, drawn });
+        let [se, xe, ee] = [self.own[0] + s, self.own[1] + x, self.own[2] + e];
+        let me = se * self.level.share;
+        self.level.through(self.centre + me, xe, ee - se * me)
+    }
+}
+
+/// What picks add to the sums.
+struct Moved<'a> {
+    lines: &'a Lines,
+    drawn: &'a [u32],
+}
+
+impl Moved<'_> {
+    #[inline(always)]
+    fn add(to: &mut [f64; READ], tables: &[f64], at: u32) {
+        let at = SUMS * at as usize;
+        for (sum, more) in to.iter_mut().zip(&tables[at..at + READ]) {
+            *sum += more;
+        }
+    }
+}
+
+impl WithSimd for Moved<'_> {
+    /// With what was read after the sums: left out here, the compiler would read them one by one.
+    type Output = [f64; READ];
+
+    // no registers named: where the machine has wide ones, the compiler adds a lane at once
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> [f64; READ] {
+        let tables = &self.lines.tables[..];
+        let mut lanes = [[0.0; READ]; LANES];
+        let (drawn, drawn_rest) = self.drawn.as_chunks::<LANES>();
+        let (starts, starts_rest) = self.lines.starts.as_chunks::<LANES>();
+        for (drawn, starts) in drawn.iter().zip(starts) {
+            for ((lane, drawn), start) in lanes.iter_mut().zip(drawn).zip(starts) {
+                Self::add(lane, tables, start + drawn);
+            }
+        }
+        for (drawn, start) in drawn_rest.iter().zip(starts_rest) {
+            Self::add(&mut lanes[0], tables, start + drawn);
+        }
+        let [mut sums, others] = lanes;
+        for (sum, other) in sums.iter_mut().zip(others) {
+            *sum += other;
+        }
+        sums
+    }
+}
