@@ -278,7 +278,11 @@ impl Likelihood {
             }
             return stuck_value;
         }
-        let pieces: Vec<Piece> = self.blocks.iter().map(|block| (block.rebounds.clone(), law(block))).collect();
+        let pieces: Vec<Piece> = self
+            .blocks
+            .iter()
+            .map(|block| (block.rebounds.clone(), law(block)))
+            .collect();
         let all_sums = rebound_sums(&self.rebounds, self.form.dry, &pieces);
         for ((block, (_, law)), mut sums) in self.blocks.iter().zip(&pieces).zip(all_sums) {
             squares += sums.squares;
