@@ -42,7 +42,8 @@ pub struct Summary {
 
 /// Summary of one quantity from its draws, one slice a chain.
 ///
-/// The same numbers as the single functions give, from one sort and five sums of autocovariances.
+/// The same numbers as the single functions give, from one sort (two where chains are odd in length) and five sums of
+/// autocovariances.
 pub fn summarise(chains: &[&[f64]]) -> Summary {
     let mut summary = Summary::default();
     let draws = pool(chains);
