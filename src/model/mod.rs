@@ -7,9 +7,11 @@
 //! | `transforms.rs` | bounded parameters on the whole line |
 //! | `likelihood/` | log likelihood of all runs, from rows or compressed, and of each run |
 //! | `posterior.rs` | log posterior density and its slopes on the whole line |
+//! | `normals.rs` | many standard normals at once |
 //! | `simulate.rs` | draws runs from a truth |
 
 pub mod likelihood;
+pub mod normals;
 pub mod parameters;
 pub mod posterior;
 pub mod priors;

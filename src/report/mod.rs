@@ -51,9 +51,16 @@ pub struct Told<'a> {
 pub fn files(told: Told, with_figures: bool) -> Result<Files, Error> {
     let figures = if with_figures { figures::all(told) } else { vec![] };
     let names: Vec<&str> = figures.iter().map(|figure| figure.name.as_str()).collect();
+    let ((report, findings), draws) = rayon::join(
+        || (markdown::report(told, &names), json::text(told.findings)),
+        || {
+            let draws = told.posterior.map(|posterior| draws::posterior::files(told, posterior));
+            draws.transpose()
+        },
+    );
     let mut whole = vec![
-        ("report.md".to_owned(), markdown::report(told, &names).into_bytes()),
-        ("findings.json".to_owned(), json::text(told.findings)?.into_bytes()),
+        ("report.md".to_owned(), report.into_bytes()),
+        ("findings.json".to_owned(), findings?.into_bytes()),
     ];
     for figure in figures {
         whole.push((format!("figures/{}", figure.name), figure.svg.into_bytes()));
@@ -62,8 +69,7 @@ pub fn files(told: Told, with_figures: bool) -> Result<Files, Error> {
         whole,
         streamed: vec![],
     };
-    if let Some(posterior) = told.posterior {
-        let draws = draws::posterior::files(told, posterior)?;
+    if let Some(draws) = draws? {
         files.whole.extend(draws.whole);
         files.streamed.extend(draws.streamed);
     }

@@ -26,9 +26,14 @@ impl Ordered {
         }
     }
 
+    /// The draws of all halves in increasing order.
+    pub fn values(&self) -> Vec<f64> {
+        self.draws.iter().map(|(x, _)| *x).collect()
+    }
+
     /// The same of |x − median|: both sides of the median are in order already.
     pub fn folded(&self) -> Ordered {
-        let values: Vec<f64> = self.draws.iter().map(|(x, _)| *x).collect();
+        let values = self.values();
         let median = quantile::of_sorted(&values, 0.5);
         let (below, above) = self.draws.split_at(values.partition_point(|x| *x < median));
         let far = |&(x, place): &(f64, u32)| ((x - median).abs(), place);

@@ -42,7 +42,8 @@ pub struct Summary {
 
 /// Summary of one quantity from its draws, one slice a chain.
 ///
-/// The same numbers as the single functions give, from two sorts and five sums of autocovariances.
+/// The same numbers as the single functions give, from one sort (two where chains are odd in length) and five sums of
+/// autocovariances.
 pub fn summarise(chains: &[&[f64]]) -> Summary {
     let mut summary = Summary::default();
     let draws = pool(chains);
@@ -50,15 +51,24 @@ pub fn summarise(chains: &[&[f64]]) -> Summary {
         summary.why_none = Some(check(chains).err().unwrap_or(WhyNone::NotFinite));
         return summary;
     }
-    let sorted = quantile::sorted(draws.clone());
+    let halves = check(chains).map(|_| Halves::of(chains));
+    let ordered = halves.as_ref().ok().map(Ordered::of);
+    let sorted = match &ordered {
+        // no draw was left out of the halves
+        Some(ordered) if chains.iter().all(|chain| chain.len().is_multiple_of(2)) => ordered.values(),
+        _ => quantile::sorted(draws.clone()),
+    };
     let Some((low, high)) = describe(&mut summary, &draws, &sorted) else {
         summary.why_none = Some(WhyNone::TooFewDraws);
         return summary;
     };
-    if let Err(why) = check(chains) {
-        summary.why_none = Some(why);
-        return summary;
-    }
+    let (halves, ordered) = match (halves, ordered) {
+        (Ok(halves), Some(ordered)) => (halves, ordered),
+        (why, _) => {
+            summary.why_none = why.err();
+            return summary;
+        }
+    };
     let mut keep = |result: Result<f64, WhyNone>| match result {
         Ok(value) => Some(value),
         Err(why) => {
@@ -67,8 +77,6 @@ pub fn summarise(chains: &[&[f64]]) -> Summary {
         }
     };
     let centre = mean(&draws);
-    let halves = Halves::of(chains);
-    let ordered = Ordered::of(&halves);
     let scores = ordered.scores();
     let rhat = keep(rhat::of_scores(&ordered, &scores));
     let ess_bulk = keep(ess::of_halves(&scores));

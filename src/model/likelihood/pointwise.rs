@@ -1,5 +1,7 @@
 //! Computes what each run contributes to the log likelihood, its expected restitution, and a new draw of it.
 
+mod columns;
+
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 
@@ -239,17 +241,35 @@ impl<'r> Pointwise<'r> {
     }
 
     /// By how many σ the smallest restitution told from sticking lies above the mean, for each of some runs.
-    pub fn limits<'f>(&'f self, full: &'f [f64], runs: &'f [usize]) -> impl Iterator<Item = f64> + 'f {
-        let at = self.at(full);
-        runs.iter().map(move |&run| at.limit_z(run))
+    pub fn limits(&self, full: &[f64], runs: &[usize]) -> Vec<f64> {
+        // of the other settings nothing is asked
+        let mut at = self.without_means(full);
+        let mut mean = self.means(full);
+        if !at.is_plain() {
+            at.means = self.settings.iter().map(mean).collect();
+            return runs.iter().map(|&run| at.limit_z(run)).collect();
+        }
+        let of_run = |&run: &usize| {
+            let sigma = at.spread(run).sigma;
+            (self.limit - mean(&self.settings[self.setting[run] as usize])) / sigma
+        };
+        runs.iter().map(of_run).collect()
     }
 
     /// The law at a full vector of parameters.
     pub fn at<'p>(&'p self, full: &[f64]) -> At<'p, 'r> {
+        At {
+            means: self.settings.iter().map(self.means(full)).collect(),
+            ..self.without_means(full)
+        }
+    }
+
+    /// The law but for what each setting has.
+    fn without_means<'p>(&'p self, full: &[f64]) -> At<'p, 'r> {
         let of = |kind: Kind| full[kind.slot()];
         At {
             pointwise: self,
-            means: self.settings.iter().map(self.means(full)).collect(),
+            means: vec![],
             moved: self.moved(full),
             tails: Tails::of(self.student.then(|| of(Kind::Nu))),
             dry: Spread::of(of(Kind::SigmaDry)),
@@ -260,9 +280,16 @@ impl<'r> Pointwise<'r> {
 }
 
 impl At<'_, '_> {
+    fn spread(&self, run: usize) -> Spread {
+        if run < self.pointwise.dry {
+            self.dry
+        } else {
+            self.wet
+        }
+    }
+
     fn mean_and_spread(&self, run: usize) -> (f64, Spread) {
-        let spread = if run < self.pointwise.dry { self.dry } else { self.wet };
-        (self.means[self.pointwise.setting[run] as usize], spread)
+        (self.means[self.pointwise.setting[run] as usize], self.spread(run))
     }
 
     /// σ_r, where noise acts on the energy this run keeps, too.

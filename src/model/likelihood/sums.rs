@@ -197,7 +197,9 @@ impl<const SECOND: bool, const BRIDGE: bool, const HEAVY: bool> WithSimd for Ove
             let e = &self.nodes.restitution[range.clone()];
             let n = &self.nodes.count[range.clone()];
             let columns = [x, p, b, e, n];
-            let [(x, x_rest), (p, p_rest), (b, b_rest), (e, e_rest), (n, n_rest)] = columns.map(S::as_simd_f64s);
+            // one by one: a map over the five would be copied about in memory
+            let ((x, x_rest), (p, p_rest), (b, b_rest)) = (S::as_simd_f64s(x), S::as_simd_f64s(p), S::as_simd_f64s(b));
+            let ((e, e_rest), (n, n_rest)) = (S::as_simd_f64s(e), S::as_simd_f64s(n));
             for (((x, p), b), (e, n)) in x.iter().zip(p).zip(b).zip(e.iter().zip(n)) {
                 self.add(simd, law, &mut running, [*x, *p, *b, *e, *n]);
             }
@@ -205,17 +207,18 @@ impl<const SECOND: bool, const BRIDGE: bool, const HEAVY: bool> WithSimd for Ove
             if rest > 0 {
                 let last = if x.is_empty() {
                     // filled up with settings that count for nothing
-                    [x_rest, p_rest, b_rest, e_rest, n_rest].map(|rest| {
+                    let filled = |rest: &[f64]| {
                         let mut lanes = [0.0; WIDEST];
                         lanes[..rest.len()].copy_from_slice(rest);
                         S::as_simd_f64s(&lanes).0[0]
-                    })
+                    };
+                    [x_rest, p_rest, b_rest, e_rest, n_rest].map(filled)
                 } else {
                     // the last full register, in which those that were added count for nothing
-                    let [x, p, b, e, n] =
-                        columns.map(|column| S::as_simd_f64s(&column[column.len() - S::F64_LANES..]).0[0]);
+                    let last = |column: &[f64]| S::as_simd_f64s(&column[column.len() - S::F64_LANES..]).0[0];
+                    let [x, p, b, e, n] = columns;
                     let new = S::as_simd_f64s(&LAST[WIDEST + rest - S::F64_LANES..]).0[0];
-                    [x, p, b, e, simd.mul_f64s(n, new)]
+                    [last(x), last(p), last(b), last(e), simd.mul_f64s(last(n), new)]
                 };
                 self.add(simd, law, &mut running, last);
             }

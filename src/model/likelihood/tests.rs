@@ -3,6 +3,7 @@
 use std::path::Path;
 
 mod by_row;
+mod columns;
 
 use rand::RngExt;
 

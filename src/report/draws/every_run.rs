@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use crate::findings::posterior::Posterior;
 use crate::inference::diagnostics::loo::SAME;
 use crate::model::likelihood::pointwise::Pointwise;
+use crate::model::normals::Normals;
 use crate::report::Told;
 use crate::seed::Streams;
 
@@ -24,6 +25,7 @@ pub(super) struct EveryRun<'a> {
     /// the runs whose log likelihood is written, see [`telling`]
     pub telling: Vec<usize>,
     streams: Streams,
+    normals: Normals,
 }
 
 impl<'a> EveryRun<'a> {
@@ -36,6 +38,7 @@ impl<'a> EveryRun<'a> {
             pointwise,
             full,
             streams: Streams::new(told.findings.seed, "posterior_predictive"),
+            normals: Normals::new(),
         }
     }
 
@@ -43,19 +46,30 @@ impl<'a> EveryRun<'a> {
     /// as f32 to another, little end first.
     pub fn write(&self, draws: Range<usize>, likelihood: &mut File, predictive: &mut File) -> io::Result<()> {
         let (mut likely, mut predicted) = (vec![], vec![]);
+        let mut densities = vec![0.0; self.telling.len()];
+        let mut new = vec![];
         for draw in draws {
             let at = self.pointwise.at(&self.full[draw]);
-            let densities = self.telling.iter().map(|&run| at.ln_likelihood(run).to_le_bytes());
-            likely.extend(densities.flatten());
-            let mut rng = self.streams.at(draw as u64);
+            at.ln_likelihoods(&self.telling, &mut densities);
+            extend(&mut likely, &densities, f64::to_le_bytes);
+            at.predictions(&self.normals, &mut self.streams.at(draw as u64), &mut new);
             // the digits that f32 leaves out are noise
-            let new = (0..self.pointwise.len()).map(|run| (at.predict(run, &mut rng) as f32).to_le_bytes());
-            predicted.extend(new.flatten());
+            extend(&mut predicted, &new, |e| (e as f32).to_le_bytes());
             flush(&mut likely, likelihood, BLOCK)?;
             flush(&mut predicted, predictive, BLOCK)?;
         }
         flush(&mut likely, likelihood, 0)?;
         flush(&mut predicted, predictive, 0)
+    }
+}
+
+/// Adds the bytes of some numbers.
+fn extend<const N: usize>(bytes: &mut Vec<u8>, numbers: &[f64], of: impl Fn(f64) -> [u8; N]) {
+    let begin = bytes.len();
+    bytes.resize(begin + N * numbers.len(), 0);
+    // room is made once for all: a check for each number would cost more than the number
+    for (bytes, number) in bytes[begin..].chunks_exact_mut(N).zip(numbers) {
+        bytes.copy_from_slice(&of(*number));
     }
 }
 

@@ -103,20 +103,24 @@ pub fn files<'a>(told: Told<'a>, posterior: &Posterior) -> Result<Files<'a>, Err
         chains: sampled.chains.len(),
         draws: sampled.chains.first().map_or(0, |chain| chain.ln_density.len()),
     };
-    let mut groups = vec![
-        parameters("posterior", scene, posterior, size, |_, values| values.to_vec()),
-        sample_stats(&sampled.chains, size),
-        parameters("log_prior", scene, posterior, size, |place, values| {
-            let prior = &sampled.parameters.sampled[place].prior;
-            let density = |x: &f64| prior.ln_density(*x).map_or(f64::NEG_INFINITY, |(value, _)| value);
-            values.iter().map(density).collect()
-        }),
-        derived(posterior, size),
-    ];
+    let every_run = || stores_every_run(runs, posterior).then(|| EveryRun::new(told, posterior));
+    let rest = || {
+        let groups = vec![
+            parameters("posterior", scene, posterior, size, |_, values| values.to_vec()),
+            sample_stats(&sampled.chains, size),
+            parameters("log_prior", scene, posterior, size, |place, values| {
+                let prior = &sampled.parameters.sampled[place].prior;
+                let density = |x: &f64| prior.ln_density(*x).map_or(f64::NEG_INFINITY, |(value, _)| value);
+                values.iter().map(density).collect()
+            }),
+            derived(posterior, size),
+        ];
+        (groups, table(posterior, size))
+    };
+    let (every_run, (mut groups, table)) = rayon::join(every_run, rest);
     let asked = posterior.asked;
     let mut streamed = vec![];
-    if stores_every_run(runs, posterior) {
-        let every_run = EveryRun::new(told, posterior);
+    if let Some(every_run) = every_run {
         groups.extend(every_run_groups(&every_run, runs.len(), size));
         streamed = every_run_files(every_run, size);
     }
@@ -153,6 +157,13 @@ pub fn files<'a>(told: Told<'a>, posterior: &Posterior) -> Result<Files<'a>, Err
         })
         .collect();
     let mut whole = store(STORE, attributes, borrowed)?;
+    whole.push(("draws/draws.csv".to_owned(), table?.into_bytes()));
+    Ok(Files { whole, streamed })
+}
+
+/// The sampled parameters as one table.
+fn table(posterior: &Posterior, size: Size) -> Result<String, Error> {
+    let sampled = &posterior.sampled;
     let columns: Vec<(&str, Vec<f64>)> = sampled
         .parameters
         .sampled
@@ -164,9 +175,7 @@ pub fn files<'a>(told: Told<'a>, posterior: &Posterior) -> Result<Files<'a>, Err
         .iter()
         .map(|(name, values)| (*name, values.as_slice()))
         .collect();
-    let table = csv::table(size.chains, size.draws, &columns)?;
-    whole.push(("draws/draws.csv".to_owned(), table.into_bytes()));
-    Ok(Files { whole, streamed })
+    csv::table(size.chains, size.draws, &columns)
 }
 
 fn borrow<'a>(array: &'a Owned, dimensions: &'a [&'a str]) -> Array<'a> {

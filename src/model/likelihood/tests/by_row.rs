@@ -20,7 +20,7 @@ fn oracle(nu: Option<f64>, z: f64) -> (f64, f64) {
 }
 
 /// Errors of every other run, the rest without; some of the speed alone, some of the restitution alone.
-fn with_errors(mut runs: Runs) -> Runs {
+pub(super) fn with_errors(mut runs: Runs) -> Runs {
     let mut rng = crate::seed::stream(1, "with_errors", 0);
     let mut errors = MeasurementErrors::default();
     for run in 0..runs.len() {

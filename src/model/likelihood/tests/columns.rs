@@ -1,0 +1,96 @@
+//! Tests of many runs at once against one at a time.
+
+use super::by_row::with_errors;
+use super::*;
+use crate::model::normals::Normals;
+use crate::seed::stream;
+
+/// Every kind of noise, with stuck runs censored and not logged, with and without errors of the runs' own.
+fn ways() -> Vec<(Scene, bool)> {
+    let mut ways = vec![];
+    for likelihood in [scene::Likelihood::Normal, scene::Likelihood::Student] {
+        for noise in [NoiseOn::Restitution, NoiseOn::Both] {
+            for sticking in [Sticking::Censored, Sticking::Truncated] {
+                for errors in [false, true] {
+                    let mut scene = scene();
+                    (scene.model.likelihood, scene.model.noise) = (likelihood, noise);
+                    scene.model.sticking = sticking;
+                    ways.push((scene, errors));
+                }
+            }
+        }
+    }
+    ways
+}
+
+#[test]
+fn many_runs_at_once_have_the_likelihoods_of_one_at_a_time() {
+    for (scene, errors) in ways() {
+        let runs = runs(&scene, 20, "many_runs_at_once");
+        let runs = if errors { with_errors(runs) } else { runs };
+        let pointwise = Pointwise::new(&scene, &runs, Form::new(Inertia::Saturating, WAYS[1]));
+        let at = pointwise.at(&FULL);
+        let some: Vec<usize> = (0..runs.len()).filter(|run| run % 7 != 3).collect();
+        let mut found = vec![f64::NAN; some.len()];
+        at.ln_likelihoods(&some, &mut found);
+        let expected: Vec<f64> = some.iter().map(|run| at.ln_likelihood(*run)).collect();
+        assert_eq!(found, expected);
+        assert!(some.iter().any(|run| pointwise.is_stuck(*run)));
+        let expected: Vec<f64> = some.iter().map(|run| at.limit_z(*run)).collect();
+        assert_eq!(pointwise.limits(&FULL, &some), expected);
+    }
+}
+
+/// How many standard deviations the most deviant share of new draws lies from its probability: of those below a
+/// restitution on both sides of the mean, and of those that stick.
+fn farthest(full: &[f64], name: &str) -> f64 {
+    const DRAWS: usize = 20_000;
+    let scene = scene();
+    let runs = runs(&scene, 20, name);
+    let pointwise = Pointwise::new(&scene, &runs, Form::new(Inertia::Saturating, WAYS[0]));
+    let (at, drawn_at) = (pointwise.at(&FULL), pointwise.at(full));
+    let limit = scene.data.smallest_restitution;
+    let points = |run: usize| {
+        let (mean, sigma) = at.mean_and_sigma(run);
+        [mean - sigma, mean + 0.5 * sigma].map(|e| e.max(limit))
+    };
+    let mut below = vec![[0.0; 2]; runs.len()];
+    let (normals, mut rng, mut new) = (Normals::new(), stream(1, name, 0), vec![]);
+    for _ in 0..DRAWS {
+        drawn_at.predictions(&normals, &mut rng, &mut new);
+        for (run, (below, new)) in below.iter_mut().zip(&new).enumerate() {
+            assert!(*new == 0.0 || *new > limit);
+            for (below, point) in below.iter_mut().zip(points(run)) {
+                *below += f64::from(u8::from(*new <= point));
+            }
+        }
+    }
+    let mut farthest: f64 = 0.0;
+    for (run, below) in below.iter().enumerate() {
+        for (below, point) in below.iter().zip(points(run)) {
+            let p = at.tails().probability(at.z(run, point));
+            let n = DRAWS as f64;
+            // a share of hardly any or of nearly all tells nothing in normal terms
+            if n * p.min(1.0 - p) > 100.0 {
+                farthest = farthest.max((below - n * p).abs() / (n * p * (1.0 - p)).sqrt());
+            }
+        }
+    }
+    farthest
+}
+
+#[test]
+fn new_draws_of_all_runs_have_their_probabilities() {
+    let found = farthest(&FULL, "new_draws_of_all_runs_have_their_probabilities");
+    assert!(found < 4.5, "{found}");
+}
+
+#[test]
+fn a_spread_a_tenth_too_wide_is_seen() {
+    for kind in [Kind::SigmaWet, Kind::SigmaDry] {
+        let mut full = FULL;
+        full[kind.slot()] *= 1.1;
+        let found = farthest(&full, "a_spread_a_tenth_too_wide_is_seen");
+        assert!(found > 9.0, "{found}");
+    }
+}
