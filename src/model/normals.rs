@@ -1,9 +1,10 @@
 //! Draws many standard normals at once, to the digits of an f32, from half as much chance as one at a time takes.
 //!
-//! A ziggurat of layers of one area V under f(x) = exp(−x²/2): layer i reaches from 0 to x_i, and all of it that lies
-//! below x_{i+1} is under the curve, so that most draws cost a product and a comparison. The layer and the place in it
-//! come from different bits of a word, without which the draws of a layer would be too regular. Source: Marsaglia & Tsang
-//! 2000 (J. Stat. Softw. 5, 8); for the bits Doornik 2005 (An improved ziggurat method to generate normal random samples).
+//! A ziggurat of layers of one area V under f(x) = exp(−x²/2): layer i reaches from 0 to x_i, and all of it below
+//! x_{i+1} is under the curve, so that most draws cost a product and a comparison. The layer and the place in it come
+//! from different bits of a word, without which the draws of a layer would be too regular. Source: Marsaglia & Tsang
+//! 2000 (J. Stat. Softw. 5, 8); for the bits Doornik 2005 (An improved ziggurat method to generate normal random
+//! samples).
 
 use rand::Rng;
 
