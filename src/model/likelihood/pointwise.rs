@@ -65,7 +65,7 @@ pub struct At<'p, 'r> {
     pointwise: &'p Pointwise<'r>,
     /// mean of e* at each setting
     means: Vec<f64>,
-    /// dr/dv at each setting, m⁻¹ s, and the k of its particle, where runs have errors of their own
+    /// v dr/dv at each setting and the k of its particle, where runs have errors of their own
     moved: Vec<(f64, f64)>,
     tails: Tails,
     dry: Spread,
@@ -209,7 +209,7 @@ impl<'r> Pointwise<'r> {
         }
     }
 
-    /// dr/dv of each setting with its k; none where no run has errors of its own.
+    /// v dr/dv of each setting with its k; none where no run has errors of its own.
     fn moved(&self, full: &[f64]) -> Vec<(f64, f64)> {
         if self.errors.is_none() {
             return vec![];
