@@ -217,6 +217,7 @@ fn every_replicate_is_the_plain_fit_of_its_weights() {
             seed: 11,
         };
         let found = replicate(&pool, &targets, plan, &|_| ());
+        let found: Vec<Vec<_>> = (0..targets.len()).map(|target| found.of(target).collect()).collect();
         let distance = |target: usize, number: usize, drawn: u64| {
             let Target { law, x, offset, .. } = targets[target];
             let runs = if target.is_multiple_of(2) {
@@ -271,8 +272,8 @@ fn stratified(pool: &Pool, scheme: ResamplingScheme, replicates: usize) -> Vec<f
         scheme,
         seed: 5,
     };
-    replicate(pool, &[target], plan, &|_| ())[0]
-        .iter()
+    replicate(pool, &[target], plan, &|_| ())
+        .of(0)
         .map(|fit| fit.parameters[0])
         .collect()
 }
@@ -370,12 +371,10 @@ fn forgetting_the_strata_spreads_the_replicates() {
             scheme: ResamplingScheme::Cases,
             seed: 5,
         };
-        let replicates = &replicate(&pool, &[target], plan, &|_| ())[0];
+        let replicates = replicate(&pool, &[target], plan, &|_| ());
         // e in the middle of the design
-        let middle = replicates
-            .iter()
-            .map(|fit| fit.parameters[0] - 0.029 * fit.parameters[1]);
-        Replicates::new(middle.collect::<Vec<_>>().into_iter())
+        let middle = |fit: kernel::Weighted| fit.parameters[0] - 0.029 * fit.parameters[1];
+        Replicates::new(replicates.of(0).map(middle))
             .mean_sd()
             .expect("replicates")
             .1

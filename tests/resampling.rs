@@ -165,8 +165,8 @@ fn covered(test: &str, unit_df: bool, ends: fn(f64, f64) -> (f64, f64)) -> (usiz
         } else {
             degrees_of_freedom(&influences).expect("it varies")
         };
-        let fits = &replicate(&pool, &[target], plan, &|_| ())[0];
-        let made = Replicates::new(fits.iter().map(|fit| fit.parameters[1])).percentile(0.95, df);
+        let fits = replicate(&pool, &[target], plan, &|_| ());
+        let made = Replicates::new(fits.of(0).map(|fit| fit.parameters[1])).percentile(0.95, df);
         let made = made.expect("replicates");
         let (lo, hi) = ends(made.lo, made.hi);
         let aim = slope(&truth)[1];

@@ -33,7 +33,7 @@ use crate::physics::viscous::critical_separation;
 use crate::runs::Runs;
 use crate::scene::{self, IntervalMethod, ResamplingScheme, Scene};
 use columns::Columns;
-use tell::{Quantity, Replicated, Task};
+use tell::{Quantity, Task, Told};
 
 /// What the replicates of a quantity say.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -222,7 +222,7 @@ pub fn complete(
             )))
         })
         .collect();
-    let replicated = Replicated {
+    let replicated = Told {
         plan,
         method,
         keep_all,
@@ -350,13 +350,13 @@ pub fn complete(
             Some(_) => row.film_ratio == shown[fitted.particle],
             None => row.verdict.passed,
         };
-        let fits = &replicated.fits[target.filter(|_| drawn)?];
-        let pair = |fit: &Weighted| [e_inf(fitted.law, fit.parameters), st_c(fitted.law, fit.parameters)];
+        let fits = replicated.fits.of(target.filter(|_| drawn)?);
+        let pair = |fit: Weighted| [e_inf(fitted.law, fit.parameters), st_c(fitted.law, fit.parameters)];
         Some(Joint {
             particle: fitted.particle,
             film_ratio: row.film_ratio,
             law: fitted.law,
-            pairs: fits.iter().map(pair).collect(),
+            pairs: fits.map(pair).collect(),
         })
     });
     let resampling = Resampling {

@@ -7,7 +7,7 @@ use crate::findings::estimate::Estimate;
 use crate::inference::bootstrap::intervals::{studentized, Replicates};
 use crate::inference::bootstrap::jackknife::{acceleration, degrees_of_freedom, influence};
 use crate::inference::bootstrap::kernel::{Failure, Weighted};
-use crate::inference::bootstrap::Plan;
+use crate::inference::bootstrap::{Plan, Replicated};
 use crate::inference::delta::{Interval, LEVELS};
 use crate::scene::{IntervalMethod, ResamplingScheme};
 
@@ -23,11 +23,11 @@ pub(super) struct Task<'e> {
 }
 
 /// Every replicate and every leave-one-out fit, by target.
-pub(super) struct Replicated {
+pub(super) struct Told {
     pub(super) plan: Plan,
     pub(super) method: IntervalMethod,
     pub(super) keep_all: bool,
-    pub(super) fits: Vec<Vec<Weighted>>,
+    pub(super) fits: Replicated,
     pub(super) without: Vec<Vec<Vec<[f64; 2]>>>,
     pub(super) fitted: Vec<[f64; 2]>,
     /// runs minus parameters of each target
@@ -39,7 +39,7 @@ pub(super) struct Replicated {
 /// A replicate has a fit, and the quantity is not defined there.
 const UNDEFINED: &str = "a fit without this quantity: e does not fall with 1/St";
 
-impl Replicated {
+impl Told {
     pub(super) fn tell(&self, task: Task) {
         let Task {
             estimate,
@@ -54,9 +54,8 @@ impl Replicated {
             estimate.bootstrap = Some(Bootstrapped::none(Failure::OneSeries.as_str()));
             return;
         }
-        let k_at = |number: usize| dry.map_or(f64::NAN, |dry| self.fits[dry][number].parameters[0]);
-        let of = |(number, fit): (usize, &Weighted)| quantity(fit.parameters, k_at(number));
-        let mut replicates = Replicates::new(self.fits[target].iter().enumerate().map(of));
+        let of = |(fit, k): (Weighted, Weighted)| quantity(fit.parameters, k.parameters[0]);
+        let mut replicates = Replicates::new(self.fits(target, dry).map(of));
         let failures = match replicates.failed {
             0 => vec![],
             _ => self.failures(target, dry, &quantity),
@@ -128,14 +127,22 @@ impl Replicated {
         });
     }
 
+    /// The replicates of a target, each with that of its k; without one, its parameter is NaN.
+    fn fits(&self, target: usize, dry: Option<usize>) -> impl Iterator<Item = (Weighted, Weighted)> + use<'_> {
+        let k = dry.into_iter().flat_map(|dry| self.fits.of(dry));
+        self.fits.of(target).zip(k.chain(std::iter::repeat(Weighted::NONE)))
+    }
+
     /// Replicates without this quantity, by reason.
     fn failures(&self, target: usize, dry: Option<usize>, quantity: &Quantity) -> Vec<Failed> {
+        let of_k = dry.into_iter().flat_map(|dry| self.fits.failures(dry));
+        let reasons = self.fits.failures(target).zip(of_k.chain(std::iter::repeat(None)));
         let mut counts: BTreeMap<&'static str, usize> = BTreeMap::new();
-        for (number, fit) in self.fits[target].iter().enumerate() {
-            let k = dry.map(|dry| &self.fits[dry][number]);
-            if !quantity(fit.parameters, k.map_or(f64::NAN, |k| k.parameters[0])).is_finite() {
-                let failure = fit.failure.or(k.and_then(|k| k.failure));
-                *counts.entry(failure.map_or(UNDEFINED, Failure::as_str)).or_default() += 1;
+        for ((fit, k), (own, of_k)) in self.fits(target, dry).zip(reasons) {
+            if !quantity(fit.parameters, k.parameters[0]).is_finite() {
+                *counts
+                    .entry(own.or(of_k).map_or(UNDEFINED, Failure::as_str))
+                    .or_default() += 1;
             }
         }
         let told = |(reason, replicates)| Failed { reason, replicates };
@@ -157,9 +164,8 @@ impl Replicated {
 
     /// t* = (θ* − θ̂)/se*, with each replicate's own delta-method standard error.
     fn studentized(&self, target: usize, dry: Option<usize>, quantity: &Quantity, value: f64) -> Replicates {
-        let t = self.fits[target].iter().enumerate().map(|(number, fit)| {
-            let k = dry.map(|dry| &self.fits[dry][number]);
-            let k_at = k.map_or(f64::NAN, |k| k.parameters[0]);
+        let t = self.fits(target, dry).map(|(fit, k)| {
+            let k_at = k.parameters[0];
             let p = fit.parameters;
             // central differences: the quantities are smooth and the parameters of order one
             let step = |x: f64| 1e-5 * x.abs().max(1e-3);
@@ -168,7 +174,7 @@ impl Replicated {
             let g1 = (quantity([p[0], p[1] + h1], k_at) - quantity([p[0], p[1] - h1], k_at)) / (2.0 * h1);
             let [aa, ab, bb] = fit.covariance;
             let mut variance = g0 * g0 * aa + 2.0 * g0 * g1 * ab + g1 * g1 * bb;
-            if let Some(k) = k {
+            if dry.is_some() {
                 let gk = (quantity(p, k_at + hk) - quantity(p, k_at - hk)) / (2.0 * hk);
                 variance += gk * gk * k.covariance[0];
             }

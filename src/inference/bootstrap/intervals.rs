@@ -18,34 +18,16 @@ fn normal_quantile(p: f64) -> f64 {
     Normal::standard().inverse_cdf(p)
 }
 
-/// Finite replicates of one quantity, of which only the order statistics asked for are put in their places.
-#[derive(Debug, Clone)]
-pub struct Replicates {
+/// Some numbers, of which only the order statistics asked for are put in their places.
+#[derive(Debug, Clone, Default)]
+struct Ordered {
     values: Vec<f64>,
     /// ranks from 0 that are in place: everything before each is no larger, everything after it no smaller
     placed: Vec<usize>,
-    /// replicates that gave no number
-    pub failed: usize,
 }
 
-impl Replicates {
-    /// Keeps the finite replicates and counts the others.
-    pub fn new(values: impl Iterator<Item = f64>) -> Replicates {
-        let mut failed = 0;
-        let values = values
-            .filter(|value| {
-                failed += usize::from(!value.is_finite());
-                value.is_finite()
-            })
-            .collect();
-        Replicates {
-            values,
-            placed: vec![],
-            failed,
-        }
-    }
-
-    /// The replicate of this rank from 0.
+impl Ordered {
+    /// The number of this rank from 0.
     fn at(&mut self, rank: usize) -> Option<f64> {
         if let Err(next) = self.placed.binary_search(&rank) {
             let from = next.checked_sub(1).map_or(0, |before| self.placed[before] + 1);
@@ -56,44 +38,126 @@ impl Replicates {
         }
         self.values.get(rank).copied()
     }
+}
+
+/// Numbers from which on the ends are looked for by themselves.
+const MANY: usize = 4096;
+/// Numbers that tell where the ends start.
+const SAMPLE: usize = 512;
+/// Share of the numbers in each end, more than the limits of intervals leave outside.
+const END: f64 = 0.08;
+
+/// The smallest and the largest numbers, as many as a sample tells; limits are found among these several times sooner.
+fn ends(values: &[f64]) -> [Ordered; 2] {
+    let mut ends = [Ordered::default(), Ordered::default()];
+    let mut sample = Ordered {
+        values: values.iter().step_by(values.len() / SAMPLE).copied().collect(),
+        placed: vec![],
+    };
+    let outside = (END * SAMPLE as f64) as usize;
+    let last = sample.values.len() - 1;
+    let (Some(low), Some(high)) = (sample.at(outside), sample.at(last - outside)) else {
+        return ends;
+    };
+    let mut kept = [[0.0; 64]; 2];
+    for some in values.chunks(64) {
+        // each is put down, and stays where it belongs there: a branch would be mistaken too often
+        let mut counts = [0; 2];
+        for value in some {
+            for (end, belongs) in [*value < low, *value > high].into_iter().enumerate() {
+                kept[end][counts[end]] = *value;
+                counts[end] += usize::from(belongs);
+            }
+        }
+        for ((end, kept), count) in ends.iter_mut().zip(&kept).zip(counts) {
+            end.values.extend_from_slice(&kept[..count]);
+        }
+    }
+    ends
+}
+
+/// Finite replicates of one quantity.
+#[derive(Debug, Clone)]
+pub struct Replicates {
+    all: Ordered,
+    ends: Option<[Ordered; 2]>,
+    /// replicates that gave no number
+    pub failed: usize,
+}
+
+impl Replicates {
+    /// Keeps the finite replicates and counts the others.
+    pub fn new(values: impl Iterator<Item = f64>) -> Replicates {
+        let (mut failed, mut finite) = (0, Vec::with_capacity(values.size_hint().1.unwrap_or(0)));
+        values.for_each(|value| {
+            if value.is_finite() {
+                finite.push(value);
+            } else {
+                failed += 1;
+            }
+        });
+        Replicates {
+            all: Ordered {
+                values: finite,
+                placed: vec![],
+            },
+            ends: None,
+            failed,
+        }
+    }
+
+    /// The replicate of this rank from 0.
+    fn at(&mut self, rank: usize) -> Option<f64> {
+        let values = &self.all.values;
+        if values.len() >= MANY {
+            let [low, high] = self.ends.get_or_insert_with(|| ends(values));
+            let between = values.len() - high.values.len();
+            if rank < low.values.len() {
+                return low.at(rank);
+            } else if rank >= between {
+                return high.at(rank - between);
+            }
+        }
+        self.all.at(rank)
+    }
 
     /// Finite replicates.
     pub fn len(&self) -> usize {
-        self.values.len()
+        self.all.values.len()
     }
 
     /// Whether there is no finite replicate.
     pub fn is_empty(&self) -> bool {
-        self.values.is_empty()
+        self.all.values.is_empty()
     }
 
     /// Mean and standard deviation; `None` for fewer than two.
     pub fn mean_sd(&self) -> Option<(f64, f64)> {
-        let n = self.values.len();
+        let n = self.all.values.len();
         if n < 2 {
             return None;
         }
         // about the first one, so that equal replicates have no spread at all
-        let first = self.values[0];
-        let mean = self.values.iter().map(|x| x - first).sum::<f64>() / n as f64;
-        let squares: f64 = self.values.iter().map(|x| (x - first - mean).powi(2)).sum();
+        let first = self.all.values[0];
+        let mean = self.all.values.iter().map(|x| x - first).sum::<f64>() / n as f64;
+        let squares: f64 = self.all.values.iter().map(|x| (x - first - mean).powi(2)).sum();
         Some((first + mean, (squares / (n as f64 - 1.0)).sqrt()))
     }
 
     /// z0 = Φ⁻¹ of the share of replicates strictly below the estimate; infinite where all or none are.
     pub fn z0(&self, estimate: f64) -> f64 {
-        let below = self.values.iter().filter(|x| **x < estimate).count();
-        let share = below as f64 / self.values.len() as f64;
+        let below = self.all.values.iter().filter(|x| **x < estimate).count();
+        let share = below as f64 / self.all.values.len() as f64;
         match below {
             0 => f64::NEG_INFINITY,
-            below if below == self.values.len() => f64::INFINITY,
+            below if below == self.all.values.len() => f64::INFINITY,
             _ => normal_quantile(share),
         }
     }
 
     /// The order statistic at rank (R + 1) p, interpolated on the normal scale between its neighbours.
     fn quantile(&mut self, p: f64) -> Option<f64> {
-        let count = self.values.len();
+        let count = self.all.values.len();
         let rank = (count as f64 + 1.0) * p;
         let k = rank.trunc() as usize;
         if k == 0 {
@@ -136,7 +200,7 @@ impl Replicates {
         level: f64,
         degrees_of_freedom: f64,
     ) -> Result<Interval, &'static str> {
-        if self.values.iter().all(|x| *x == self.values[0]) {
+        if self.all.values.iter().all(|x| *x == self.all.values[0]) {
             return Err("all replicates equal");
         }
         let z0 = self.z0(estimate);
@@ -177,4 +241,37 @@ fn tails(level: f64) -> [f64; 2] {
 /// Student's quantiles at both tails; the normal ones where there are none.
 fn wider_tails(level: f64, degrees_of_freedom: f64) -> [f64; 2] {
     tails(level).map(|p| student_t_quantile(p, degrees_of_freedom).unwrap_or_else(|| normal_quantile(p)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The ends are looked for by themselves, in whatever order the replicates come.
+    #[test]
+    fn order_statistics_are_those_of_a_full_sort() {
+        let scattered = |i: usize| (i as f64 * 0.618_033_988_749_895).fract();
+        let kinds: [fn(f64, usize) -> f64; 5] = [
+            |share, _| normal_quantile(0.5 * share + 0.25),
+            |_, i| i as f64,
+            |_, i| -(i as f64),
+            |share, _| (10.0 * share).floor(),
+            |_, _| 0.3,
+        ];
+        for (kind, of) in kinds.into_iter().enumerate() {
+            for count in [1, 2, MANY - 1, MANY, 3 * MANY + 7] {
+                let values: Vec<f64> = (0..count).map(|i| of(scattered(i), i)).collect();
+                let mut sorted = values.clone();
+                sorted.sort_unstable_by(f64::total_cmp);
+                let mut replicates = Replicates::new(values.iter().copied());
+                for share in [0.5, 0.025, 0.0, 0.975, 0.07, 0.09, 0.95, 1.0] {
+                    let rank = (share * (count - 1) as f64) as usize;
+                    assert_eq!(replicates.at(rank), Some(sorted[rank]), "{kind} {count} {share}");
+                }
+                assert_eq!(replicates.at(count), None);
+                let kept = replicates.mean_sd();
+                assert_eq!(kept.is_some(), count > 1);
+            }
+        }
+    }
 }

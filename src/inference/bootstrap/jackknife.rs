@@ -1,5 +1,6 @@
 //! Leaves out one run at a time, or one series, to tell the skewness and the degrees of freedom of a quantity.
 
+use super::kernel::Weighted;
 use super::{solve, Law, Pool, Target};
 use crate::physics::dry::{Order, SECOND_ORDER};
 use crate::scene::ResamplingScheme;
@@ -34,7 +35,9 @@ pub fn leave_one_out(pool: &Pool, target: &Target, scheme: ResamplingScheme) -> 
                     let left = members.iter().map(|member| {
                         weights[whole.clone()].fill(n / (n - 1.0));
                         weights[member.clone()].fill(0.0);
-                        solve(target, target.restitution, &weights).parameters
+                        solve(target, target.restitution, &weights)
+                            .unwrap_or(Weighted::NONE)
+                            .parameters
                     });
                     let left = left.collect();
                     weights[whole].fill(1.0);

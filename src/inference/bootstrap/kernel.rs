@@ -5,25 +5,21 @@
 
 use crate::physics::dry::SECOND_ORDER;
 
-/// What a kernel found: parameters, and the covariance over the squared residual sd, as (aa, ab, bb).
+/// What a kernel found; NaN where there is no fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Weighted {
     /// a, b of the law
     pub parameters: [f64; 2],
     /// entries aa, ab, bb of the covariance with the replicate's own residual variance
     pub covariance: [f64; 3],
-    /// why there are no parameters; they are NaN then
-    pub failure: Option<Failure>,
 }
 
 impl Weighted {
-    pub(super) fn none(failure: Failure) -> Weighted {
-        Weighted {
-            parameters: [f64::NAN; 2],
-            covariance: [f64::NAN; 3],
-            failure: Some(failure),
-        }
-    }
+    /// No fit.
+    pub const NONE: Weighted = Weighted {
+        parameters: [f64::NAN; 2],
+        covariance: [f64::NAN; 3],
+    };
 }
 
 /// Why weighted runs have no fit.
@@ -97,7 +93,6 @@ pub fn dry(sample: &Sample) -> Result<Weighted, Failure> {
     Ok(Weighted {
         parameters: [k, 0.0],
         covariance: [variance, 0.0, 0.0],
-        failure: None,
     })
 }
 
@@ -134,7 +129,6 @@ pub fn dry_second_order(sample: &Sample, start: f64) -> Result<Weighted, Failure
             return Ok(Weighted {
                 parameters: [k, 0.0],
                 covariance: [left.max(0.0) / (n - 1.0) / squares, 0.0, 0.0],
-                failure: None,
             });
         }
     }
@@ -203,7 +197,6 @@ impl Level {
                 self.centre * bb,
                 bb,
             ],
-            failure: None,
         }
     }
 }
@@ -309,6 +302,5 @@ fn covariance(columns: [&[f64]; 4], within: f64, parameters: [f64; 2], kept: imp
     Weighted {
         parameters,
         covariance: [scale * j2, -scale * j1, scale * j0],
-        failure: None,
     }
 }

@@ -5,6 +5,7 @@ use std::ops::Range;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::kernel::{sums, Failure, Level, Sample, Weighted};
+use super::TOGETHER;
 
 /// What a pick moves.
 #[derive(Debug, Clone)]
@@ -20,9 +21,6 @@ const SUMS: usize = 3;
 
 /// Numbers read at once, which fill a register of the machine; after the sums comes one that is of no use.
 const READ: usize = 4;
-
-/// Picks taken at once, so that sums of them need not wait for one another.
-const LANES: usize = 2;
 
 /// Linear fits to other restitutions of the same nodes.
 #[derive(Debug, Clone)]
@@ -82,54 +80,40 @@ impl Lines {
         Ok(lines)
     }
 
-    /// What [`super::kernel::linear`] finds in a replicate, from what its picks drew.
-    pub(super) fn fit(&self, drawn: &[u32]) -> Weighted {
+    /// What [`super::kernel::linear`] finds in replicates drawn together, from what their picks drew.
+    pub(super) fn fit(&self, drawn: &[[u32; TOGETHER]]) -> impl Iterator<Item = Weighted> + use<'_> {
         let drawn = &drawn[self.picks.clone()];
-        let [s, x, e, _] = Arch::new().dispatch(Moved { lines: self, drawn });
-        let [se, xe, ee] = [self.own[0] + s, self.own[1] + x, self.own[2] + e];
-        let me = se * self.level.share;
-        self.level.through(self.centre + me, xe, ee - se * me)
+        let moved = Arch::new().dispatch(Moved { lines: self, drawn });
+        moved.into_iter().map(|[s, x, e, _]| {
+            let [se, xe, ee] = [self.own[0] + s, self.own[1] + x, self.own[2] + e];
+            let me = se * self.level.share;
+            self.level.through(self.centre + me, xe, ee - se * me)
+        })
     }
 }
 
-/// What picks add to the sums.
+/// What picks add to the sums of each replicate.
 struct Moved<'a> {
     lines: &'a Lines,
-    drawn: &'a [u32],
-}
-
-impl Moved<'_> {
-    #[inline(always)]
-    fn add(to: &mut [f64; READ], tables: &[f64], at: u32) {
-        let at = SUMS * at as usize;
-        for (sum, more) in to.iter_mut().zip(&tables[at..at + READ]) {
-            *sum += more;
-        }
-    }
+    drawn: &'a [[u32; TOGETHER]],
 }
 
 impl WithSimd for Moved<'_> {
     /// With what was read after the sums: left out here, the compiler would read them one by one.
-    type Output = [f64; READ];
+    type Output = [[f64; READ]; TOGETHER];
 
-    // no registers named: where the machine has wide ones, the compiler adds a lane at once
+    // no registers named: where the machine has wide ones, the compiler adds all sums of a replicate at once
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> [f64; READ] {
-        let tables = &self.lines.tables[..];
-        let mut lanes = [[0.0; READ]; LANES];
-        let (drawn, drawn_rest) = self.drawn.as_chunks::<LANES>();
-        let (starts, starts_rest) = self.lines.starts.as_chunks::<LANES>();
-        for (drawn, starts) in drawn.iter().zip(starts) {
-            for ((lane, drawn), start) in lanes.iter_mut().zip(drawn).zip(starts) {
-                Self::add(lane, tables, start + drawn);
+    fn with_simd<S: Simd>(self, _: S) -> [[f64; READ]; TOGETHER] {
+        let mut sums = [[0.0; READ]; TOGETHER];
+        for (drawn, start) in self.drawn.iter().zip(&self.lines.starts) {
+            let table = &self.lines.tables[SUMS * *start as usize..];
+            for (sums, drawn) in sums.iter_mut().zip(drawn) {
+                let at = SUMS * *drawn as usize;
+                for (sum, more) in sums.iter_mut().zip(&table[at..at + READ]) {
+                    *sum += more;
+                }
             }
-        }
-        for (drawn, start) in drawn_rest.iter().zip(starts_rest) {
-            Self::add(&mut lanes[0], tables, start + drawn);
-        }
-        let [mut sums, others] = lanes;
-        for (sum, other) in sums.iter_mut().zip(others) {
-            *sum += other;
         }
         sums
     }

@@ -142,14 +142,53 @@ pub struct Plan {
     pub seed: u64,
 }
 
-/// Replicates of one target: parameters and covariance, or NaN where a replicate has no fit.
-pub type Replicated = Vec<Weighted>;
-
-/// Replicates handled by one thread at a time.
+/// Replicates handled by one thread at a time, a multiple of those drawn together.
 const BLOCK: usize = 64;
 
+/// Replicates drawn at once.
+const TOGETHER: usize = 8;
+
+/// Every replicate of every target: parameters and covariance, or NaN and the reason where a replicate has no fit.
+#[derive(Debug, Clone)]
+pub struct Replicated {
+    targets: usize,
+    replicates: usize,
+    /// a block after another, in which one target's replicates follow another's
+    fits: Vec<Numbers>,
+    failures: Vec<Option<Failure>>,
+}
+
+/// Parameters and covariance. Plain numbers: memory for them comes as zeros, where filling it with fits that are none
+/// would take a tenth of the time that the fits take.
+type Numbers = [f64; 5];
+
+impl Replicated {
+    /// The replicates of one target, in order.
+    pub fn of(&self, target: usize) -> impl Iterator<Item = Weighted> + use<'_> {
+        self.column(&self.fits, target).map(|&[a, b, aa, ab, bb]| Weighted {
+            parameters: [a, b],
+            covariance: [aa, ab, bb],
+        })
+    }
+
+    /// Why each replicate of one target has no fit; `None` where it has.
+    pub fn failures(&self, target: usize) -> impl Iterator<Item = Option<Failure>> + use<'_> {
+        self.column(&self.failures, target).copied()
+    }
+
+    fn column<'a, T>(&self, all: &'a [T], target: usize) -> impl Iterator<Item = &'a T> + use<'a, T> {
+        let targets = self.targets;
+        let blocks = all.chunks(BLOCK * targets.max(1));
+        let every = blocks.flat_map(move |block| {
+            let made = block.len() / targets;
+            &block[target * made..(target + 1) * made]
+        });
+        every.take(self.replicates)
+    }
+}
+
 /// Fits a target to weighted restitutions of its runs.
-fn solve(target: &Target, restitution: &[f64], weights: &[f64]) -> Weighted {
+fn solve(target: &Target, restitution: &[f64], weights: &[f64]) -> Result<Weighted, Failure> {
     let sample = Sample {
         offset: target.offset,
         ..Sample::new(target.x, restitution, weights)
@@ -168,32 +207,29 @@ fn solve(target: &Target, restitution: &[f64], weights: &[f64]) -> Weighted {
             weights: &weights,
             ..sample
         },
-    );
+    )?;
     let [a, b] = fitted.parameters;
-    Weighted {
+    Ok(Weighted {
         parameters: [a - kept.bias[0], b - kept.bias[1]],
         ..fitted
-    }
+    })
 }
 
 /// Fits a target's law from where it ended.
-fn fit(target: &Target, sample: &Sample) -> Weighted {
+fn fit(target: &Target, sample: &Sample) -> Result<Weighted, Failure> {
     let fit = match target.law {
         Law::Dry(Order::First) => kernel::dry(sample),
         Law::Dry(Order::Second) => kernel::dry_second_order(sample, target.fitted[0]),
         Law::Linear => kernel::linear(sample),
         Law::SquareRoot => kernel::square_root(sample, target.fitted),
     };
-    fit.map_or_else(Weighted::none, finite)
+    fit.and_then(finite)
 }
 
 /// A fit with a number for every parameter.
-fn finite(fit: Weighted) -> Weighted {
-    if fit.parameters.iter().all(|p| p.is_finite()) {
-        fit
-    } else {
-        Weighted::none(Failure::Degenerate)
-    }
+fn finite(fit: Weighted) -> Result<Weighted, Failure> {
+    let all = fit.parameters.iter().all(|p| p.is_finite());
+    all.then_some(fit).ok_or(Failure::Degenerate)
 }
 
 /// One thread's working space.
@@ -203,13 +239,10 @@ struct Scratch {
     drawn: Option<Drawn>,
 }
 
-/// Every replicate of every target, in order; targets × replicates. `done` is told of replicates as they are finished.
+/// Every replicate of every target. `done` is told of replicates as they are finished.
 ///
 /// A target with a single series has no replicates where series are resampled.
-pub fn replicate(pool: &Pool, targets: &[Target], plan: Plan, done: &(dyn Fn(usize) + Sync)) -> Vec<Replicated> {
-    if targets.is_empty() {
-        return vec![];
-    }
+pub fn replicate(pool: &Pool, targets: &[Target], plan: Plan, done: &(dyn Fn(usize) + Sync)) -> Replicated {
     let most = targets.iter().map(|target| target.x.len()).max().unwrap_or(0);
     let alike = targets.iter().all(|target| target.kept.is_none());
     let replication = Replication {
@@ -224,29 +257,60 @@ pub fn replicate(pool: &Pool, targets: &[Target], plan: Plan, done: &(dyn Fn(usi
                 ResamplingScheme::Cases | ResamplingScheme::Series => None,
             })
             .collect(),
-        plan,
+        scheme: plan.scheme,
+        cases: Streams::new(plan.seed, CASES),
+        streams: Streams::new(plan.seed, "bootstrap"),
     };
-    // by all threads: touching this much memory for the first time takes as long as many a fit
-    let none = rayon::iter::repeat_n(Weighted::none(Failure::OneSeries), targets.len() * plan.replicates);
-    let mut rows: Vec<Weighted> = none.collect();
-    rows.par_chunks_mut(BLOCK * targets.len()).enumerate().for_each_init(
+    let all = targets.len() * plan.replicates;
+    let mut made = Replicated {
+        targets: targets.len(),
+        replicates: plan.replicates,
+        fits: vec![[0.0; 5]; all],
+        failures: vec![None; all],
+    };
+    let block = BLOCK * targets.len().max(1);
+    let fits = made.fits.par_chunks_mut(block);
+    let blocks = fits.zip(made.failures.par_chunks_mut(block)).enumerate();
+    blocks.for_each_init(
         || Scratch {
             weights: vec![0.0; most],
             restitution: vec![0.0; most],
             drawn: replication.nodes.as_ref().map(Nodes::room),
         },
-        |scratch, (block, rows)| {
-            replication.draw((block * BLOCK) as u64, scratch, rows);
-            done(rows.len() / targets.len());
+        |scratch, (block, (fits, failures))| {
+            let replicates = fits.len() / targets.len();
+            let mut block = Block {
+                first: (block * BLOCK) as u64,
+                replicates,
+                fits,
+                failures,
+            };
+            replication.draw(scratch, &mut block);
+            done(replicates);
         },
     );
-    if targets.len() == 1 {
-        return vec![rows];
+    made
+}
+
+/// Replicates to be made.
+struct Block<'a> {
+    /// number of the first of them
+    first: u64,
+    replicates: usize,
+    fits: &'a mut [Numbers],
+    failures: &'a mut [Option<Failure>],
+}
+
+impl Block<'_> {
+    fn put(&mut self, target: usize, replicate: usize, fit: Result<Weighted, Failure>) {
+        let place = target * self.replicates + replicate;
+        let Weighted {
+            parameters: [a, b],
+            covariance: [aa, ab, bb],
+        } = fit.unwrap_or(Weighted::NONE);
+        self.fits[place] = [a, b, aa, ab, bb];
+        self.failures[place] = fit.err();
     }
-    (0..targets.len())
-        .into_par_iter()
-        .map(|target| rows.iter().skip(target).step_by(targets.len()).copied().collect())
-        .collect()
 }
 
 /// The name of the stream of which a replicate of [`ResamplingScheme::Cases`] has its own stretch.
@@ -254,18 +318,18 @@ const CASES: &str = "bootstrap cases";
 
 /// Weights of all runs of a pool in one replicate of [`ResamplingScheme::Cases`], for fits other than those made here.
 pub fn weights(pool: &Pool, seed: u64, number: u64) -> Vec<f64> {
-    drawn_weights(&Picks::new(&pool.strata), pool, seed, number)
+    drawn_weights(&Picks::new(&pool.strata), pool, &Streams::new(seed, CASES), number)
 }
 
-fn drawn_weights(picks: &Picks, pool: &Pool, seed: u64, number: u64) -> Vec<f64> {
-    let mut drawn = vec![0; picks.len()];
-    picks.draw(
-        &mut Streams::new(seed, CASES).stretch(number, picks.words()),
-        &mut drawn,
-    );
+fn drawn_weights(picks: &Picks, pool: &Pool, cases: &Streams, number: u64) -> Vec<f64> {
+    let mut drawn = picks.room::<1>();
+    picks.draw(&mut cases.stretch(number, picks.words()), &mut drawn);
     let mut weights = vec![0.0; pool.strata.last().map_or(0, |stratum| stratum.end)];
     for (stratum, picks) in pool.strata.iter().zip(&picks.strata) {
-        weigh(&drawn[picks.clone()], &mut weights[stratum.clone()]);
+        weigh(
+            drawn.of[picks.clone()].iter().map(|[drawn]| *drawn),
+            &mut weights[stratum.clone()],
+        );
     }
     weights
 }
@@ -279,49 +343,64 @@ struct Replication<'a> {
     /// the same where runs of one abscissa weigh differently, and are no node
     picks: Option<Picks>,
     noises: Vec<Option<Noise>>,
-    plan: Plan,
+    scheme: ResamplingScheme,
+    /// stream of [`ResamplingScheme::Cases`], of which each replicate has a stretch
+    cases: Streams,
+    /// streams of the other schemes, one a replicate
+    streams: Streams,
 }
 
 impl Replication<'_> {
-    /// Replicates from this number on, each a row of fits by target.
-    fn draw(&self, first: u64, scratch: &mut Scratch, rows: &mut [Weighted]) {
-        let rows = rows.chunks_mut(self.targets.len());
+    fn draw(&self, scratch: &mut Scratch, block: &mut Block) {
         let Scratch {
             weights,
             restitution,
             drawn,
         } = scratch;
         if let (Some(nodes), Some(drawn)) = (&self.nodes, drawn) {
-            let mut rng = Streams::new(self.plan.seed, CASES).stretch(first, nodes.words());
-            for row in rows {
+            let mut rng = self.cases.stretch(block.first, nodes.words());
+            for start in (0..block.replicates).step_by(TOGETHER) {
+                let together = start..block.replicates.min(start + TOGETHER);
                 nodes.draw(&mut rng, drawn);
-                for ((target, column), out) in self.targets.iter().zip(&nodes.columns).zip(row) {
-                    *out = match &column.lines {
-                        Some(lines) => finite(nodes.line(lines, drawn)),
-                        None => fit(target, &drawn.of(column)),
-                    };
+                for (target, column) in nodes.columns.iter().enumerate() {
+                    if let Some(lines) = &column.lines {
+                        for (replicate, fit) in together.clone().zip(lines.fit(drawn.picks())) {
+                            block.put(target, replicate, finite(fit));
+                        }
+                    }
+                }
+                if nodes.by_lines() {
+                    continue;
+                }
+                for (lane, replicate) in together.enumerate() {
+                    nodes.gather(lane, drawn);
+                    for (number, (target, column)) in self.targets.iter().zip(&nodes.columns).enumerate() {
+                        if column.lines.is_none() {
+                            block.put(number, replicate, fit(target, &drawn.of(column)));
+                        }
+                    }
                 }
             }
             return;
         }
         if let Some(picks) = &self.picks {
-            for (number, row) in (first..).zip(rows) {
-                let weights = drawn_weights(picks, self.pool, self.plan.seed, number);
-                for (target, out) in self.targets.iter().zip(row) {
+            for replicate in 0..block.replicates {
+                let weights = drawn_weights(picks, self.pool, &self.cases, block.first + replicate as u64);
+                for (number, target) in self.targets.iter().enumerate() {
                     let first = self.pool.first_run(target);
-                    *out = solve(target, target.restitution, &weights[first..first + target.x.len()]);
+                    let weights = &weights[first..first + target.x.len()];
+                    block.put(number, replicate, solve(target, target.restitution, weights));
                 }
             }
             return;
         }
-        let streams = Streams::new(self.plan.seed, "bootstrap");
-        for (number, row) in (first..).zip(rows) {
-            let mut rng = streams.at(number);
-            for ((target, noise), out) in self.targets.iter().zip(&self.noises).zip(row) {
+        for replicate in 0..block.replicates {
+            let mut rng = self.streams.at(block.first + replicate as u64);
+            for (number, (target, noise)) in self.targets.iter().zip(&self.noises).enumerate() {
                 let (weights, restitution) = (&mut weights[..target.x.len()], &mut restitution[..target.x.len()]);
-                *out = match noise {
+                let fit = match noise {
                     Some(noise) => {
-                        noise.draw(&mut rng, self.plan.scheme, restitution, weights);
+                        noise.draw(&mut rng, self.scheme, restitution, weights);
                         solve(target, restitution, weights)
                     }
                     None if target.series.len() > 1 => {
@@ -329,8 +408,9 @@ impl Replication<'_> {
                         draw_series(&mut rng, series, self.pool.first_run(target), weights);
                         solve(target, target.restitution, weights)
                     }
-                    None => Weighted::none(Failure::OneSeries),
+                    None => Err(Failure::OneSeries),
                 };
+                block.put(number, replicate, fit);
             }
         }
     }

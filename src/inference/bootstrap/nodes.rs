@@ -8,11 +8,11 @@ use std::ops::Range;
 
 use rand::rngs::ChaCha8Rng;
 
-use super::kernel::{Sample, Weighted};
+use super::kernel::Sample;
 use super::lines::{Lines, Pull};
 use super::outcomes::{Outcomes, FEW};
-use super::picks::{unit, weigh, Picks};
-use super::{Law, Pool, Target};
+use super::picks::{self, unit, weigh, Picks};
+use super::{Law, Pool, Target, TOGETHER};
 
 /// A stratum with its picks and its nodes.
 struct Stratum {
@@ -59,7 +59,7 @@ pub(super) struct Column {
 
 /// A replicate, by node.
 pub(super) struct Drawn {
-    picks: Vec<u32>,
+    picks: picks::Drawn<TOGETHER>,
     restitution: Vec<f64>,
     weights: Vec<f64>,
     /// squares about the node's mean
@@ -67,6 +67,11 @@ pub(super) struct Drawn {
 }
 
 impl Drawn {
+    /// What the picks of the replicates drew.
+    pub(super) fn picks(&self) -> &[[u32; TOGETHER]] {
+        &self.picks.of
+    }
+
     /// What a target is fitted to.
     pub(super) fn of<'a>(&'a self, column: &'a Column) -> Sample<'a> {
         let nodes = column.nodes.clone();
@@ -222,29 +227,33 @@ impl Nodes {
             }
         }
         Drawn {
-            picks: vec![0; self.picks.len()],
+            picks: self.picks.room(),
             restitution: self.runs.iter().map(|run| self.restitution[*run]).collect(),
             weights,
             squares: vec![0.0; self.runs.len()],
         }
     }
 
-    /// The line of a replicate.
-    pub(super) fn line(&self, lines: &Lines, drawn: &Drawn) -> Weighted {
-        lines.fit(&drawn.picks)
+    /// Whether all targets are fitted from the tables alone.
+    pub(super) fn by_lines(&self) -> bool {
+        self.strata.is_empty()
     }
 
-    /// Draws a replicate of all strata.
+    /// Draws some replicates of all strata.
     pub(super) fn draw(&self, rng: &mut ChaCha8Rng, into: &mut Drawn) {
         self.picks.draw(rng, &mut into.picks);
+    }
+
+    /// The nodes of one of the replicates drawn.
+    pub(super) fn gather(&self, replicate: usize, into: &mut Drawn) {
         for Stratum { picks, nodes, alike } in &self.strata {
-            let drawn = &into.picks[picks.clone()];
+            let drawn = into.picks.of[picks.clone()].iter().map(|drawn| drawn[replicate]);
             let Some(alike) = alike else {
                 weigh(drawn, &mut into.weights[nodes.clone()]);
                 continue;
             };
             let table = &self.tables[alike.table.clone()];
-            let own = drawn.iter().map(|drawn| table[*drawn as usize]);
+            let own = drawn.map(|drawn| table[drawn as usize]);
             let [sum, squares] = own.fold([0.0; 2], add);
             let shift = sum * alike.share;
             into.restitution[nodes.start] = alike.mean + shift;

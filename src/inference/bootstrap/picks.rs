@@ -5,13 +5,15 @@
 
 use std::ops::Range;
 
+use pulp::{Arch, Simd, WithSimd};
 use rand::rngs::ChaCha8Rng;
 use rand::Rng;
 
 use super::outcomes::{draws, ways, Counts, Outcomes, FEW};
 
-/// Most ways that one word of 128 bits decides: none is then likelier than another by more than a share of 2⁻³².
-const MOST_WAYS_OF_A_WORD: u128 = 1 << 96;
+/// Most ways that one word of 64 bits decides: none is then likelier than another by more than a share of 2⁻²¹, which moves
+/// a mean of replicates by less than 10⁻⁶ of their standard deviation.
+const MOST_WAYS_OF_A_WORD: u64 = 1 << 43;
 
 /// The weight of a member each time it is drawn; a single member is always itself.
 pub(super) fn unit(members: usize) -> f64 {
@@ -35,9 +37,16 @@ struct Ways {
 pub(super) struct Picks {
     ways: Vec<Ways>,
     outcomes: &'static Outcomes,
-    words: u64,
+    words: usize,
     /// picks of each stratum
     pub(super) strata: Vec<Range<usize>>,
+}
+
+/// What the picks of some replicates draw.
+pub(super) struct Drawn<const N: usize> {
+    bytes: Vec<u8>,
+    /// by pick, an outcome of a few members, one of more
+    pub(super) of: Vec<[u32; N]>,
 }
 
 impl Picks {
@@ -49,15 +58,15 @@ impl Picks {
             words: 0,
             strata: vec![],
         };
-        let mut decided = u128::MAX;
+        let mut decided = u64::MAX;
         for stratum in strata {
             let (first, n) = (picks.ways.len(), stratum.len());
             for draws in draws(n) {
                 let ways = ways(n, draws);
-                decided = decided.saturating_mul(ways as u128);
+                decided = decided.saturating_mul(ways as u64);
                 let anew = decided > MOST_WAYS_OF_A_WORD;
                 if anew {
-                    decided = ways as u128;
+                    decided = ways as u64;
                     picks.words += 1;
                 }
                 picks.ways.push(Ways {
@@ -74,7 +83,7 @@ impl Picks {
 
     /// Words of 32 bits that a replicate uses, always as many.
     pub(super) fn words(&self) -> u64 {
-        4 * self.words
+        2 * self.words as u64
     }
 
     /// Picks of a replicate.
@@ -82,37 +91,76 @@ impl Picks {
         self.ways.len()
     }
 
-    /// What the picks of a replicate draw: an outcome of a few members, one of more.
-    pub(super) fn draw(&self, rng: &mut ChaCha8Rng, drawn: &mut [u32]) {
-        let outcomes = &self.outcomes.of[..];
-        let (mut upper, mut lower) = (0, 0);
-        for (drawn, ways) in drawn.iter_mut().zip(&self.ways) {
+    /// Room for what some replicates draw.
+    pub(super) fn room<const N: usize>(&self) -> Drawn<N> {
+        Drawn {
+            bytes: vec![0; N * size_of::<u64>() * self.words],
+            of: vec![[0; N]; self.len()],
+        }
+    }
+
+    /// Draws some replicates.
+    pub(super) fn draw<const N: usize>(&self, rng: &mut ChaCha8Rng, into: &mut Drawn<N>) {
+        rng.fill_bytes(&mut into.bytes);
+        Arch::new().dispatch(Decide { picks: self, into });
+    }
+}
+
+/// Tells from random words what picks draw.
+struct Decide<'a, const N: usize> {
+    picks: &'a Picks,
+    into: &'a mut Drawn<N>,
+}
+
+impl<const N: usize> WithSimd for Decide<'_, N> {
+    type Output = ();
+
+    // no registers named: where the machine has wide ones, the compiler decides several replicates at once
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        const HALF: u64 = u32::MAX as u64;
+        let Decide { picks, into } = self;
+        let (words, _) = into.bytes.as_chunks();
+        let mut word = 0;
+        let mut left = [0; N];
+        for (drawn, ways) in into.of.iter_mut().zip(&picks.ways) {
             if ways.anew {
-                (upper, lower) = (rng.next_u64(), rng.next_u64());
+                for (replicate, left) in left.iter_mut().enumerate() {
+                    *left = u64::from_le_bytes(words[replicate * picks.words + word]);
+                }
+                word += 1;
             }
-            // way and what is left of the word: the whole and the broken part of its share of 2¹²⁸ times the ways
-            let count = u128::from(ways.count);
-            let below = u128::from(lower) * count;
-            let scaled = u128::from(upper) * count + (below >> 64);
-            (upper, lower) = (scaled as u64, below as u64);
-            let way = (scaled >> 64) as u32;
-            *drawn = match ways.listed {
-                Some(first) => u32::from(outcomes[(first + way) as usize]),
-                None => way,
-            };
+            let count = u64::from(ways.count);
+            let mut way = [0; N];
+            for (way, left) in way.iter_mut().zip(&mut left) {
+                // way and what is left of the word: the whole and the broken part of its share of 2⁶⁴ times the ways
+                let below = (*left & HALF) * count;
+                let scaled = (*left >> 32) * count + (below >> 32);
+                *left = scaled << 32 | below & HALF;
+                *way = scaled >> 32;
+            }
+            match ways.listed {
+                Some(first) => {
+                    let outcomes = &picks.outcomes.of[first as usize..];
+                    for (drawn, way) in drawn.iter_mut().zip(way) {
+                        *drawn = u32::from(outcomes[way as usize]);
+                    }
+                }
+                None => *drawn = way.map(|way| way as u32),
+            }
         }
     }
 }
 
 /// Weights of the members of one stratum, from what its picks drew.
-pub(super) fn weigh(drawn: &[u32], weights: &mut [f64]) {
+pub(super) fn weigh(drawn: impl Iterator<Item = u32>, weights: &mut [f64]) {
     let n = weights.len();
     let unit = unit(n);
     if n == 1 {
         weights[0] = 1.0;
     } else if n <= FEW {
         let outcomes = Outcomes::all().counts(n);
-        let drawn = drawn.iter().map(|outcome| outcomes[*outcome as usize]);
+        let drawn = drawn.map(|outcome| outcomes[outcome as usize]);
         let drawn = drawn.fold(Counts::default(), Counts::and);
         for (weight, count) in weights.iter_mut().zip(drawn.each()) {
             *weight = count * unit;
@@ -120,7 +168,7 @@ pub(super) fn weigh(drawn: &[u32], weights: &mut [f64]) {
     } else {
         weights.fill(0.0);
         for member in drawn {
-            weights[*member as usize] += unit;
+            weights[member as usize] += unit;
         }
     }
 }
@@ -136,13 +184,13 @@ mod tests {
         for members in [2usize, 3, 4, 5, 6, 7, 8, 9, 16, 17, 40] {
             let mut rng = stream(1, "weights_have_the_moments_of_rescaled_draws", members as u64);
             let picks = Picks::new(std::slice::from_ref(&(0..members)));
-            let mut drawn = vec![0; picks.len()];
+            let mut drawn = picks.room::<1>();
             let mut weights = vec![0.0; members];
             let (mut sums, mut squares, mut products) = (vec![0.0; members], 0.0, 0.0);
             let draws = 40_000;
             for _ in 0..draws {
                 picks.draw(&mut rng, &mut drawn);
-                weigh(&drawn, &mut weights);
+                weigh(drawn.of.iter().map(|[drawn]| *drawn), &mut weights);
                 let total: f64 = weights.iter().sum();
                 assert!((total - members as f64).abs() < 1e-9, "{members}: {total}");
                 for (sum, weight) in sums.iter_mut().zip(&weights) {
@@ -170,7 +218,7 @@ mod tests {
         let strata = [0..7, 7..14, 14..18, 18..20];
         let picks = Picks::new(&strata);
         let number = picks.len();
-        assert!(picks.words < number as u64);
+        assert!(picks.words < number);
         let mut rng = stream(1, "strata_that_share_a_word_are_drawn_apart", 0);
         let draws = 40_000;
         let means = picks.ways.iter().map(|ways| match ways.listed {
@@ -181,15 +229,20 @@ mod tests {
             None => 0.5 * (f64::from(ways.count) - 1.0),
         });
         let means: Vec<f64> = means.collect();
-        let mut drawn = vec![0; number];
+        let mut drawn = picks.room::<1>();
         let mut sums = vec![0.0; number * number];
         for _ in 0..draws {
             picks.draw(&mut rng, &mut drawn);
-            let centred = drawn.iter().zip(&picks.ways).zip(&means).map(|((drawn, ways), mean)| {
-                assert!(*drawn < ways.count);
-                // outcomes are fewer than ways
-                (f64::from(*drawn) - mean) / f64::from(ways.count)
-            });
+            let centred = drawn
+                .of
+                .iter()
+                .zip(&picks.ways)
+                .zip(&means)
+                .map(|(([drawn], ways), mean)| {
+                    assert!(*drawn < ways.count);
+                    // outcomes are fewer than ways
+                    (f64::from(*drawn) - mean) / f64::from(ways.count)
+                });
             let centred: Vec<f64> = centred.collect();
             for a in 0..number {
                 for b in 0..a {
