@@ -368,8 +368,12 @@ fn fit(path: &Path, out: Option<PathBuf>, seed: u64, (stages, way): (&[Stage], W
     };
     let files = timing.stage("report", quiet, || report::files(told, wanted(Stage::Figures)));
     let mut files = files?;
-    files.whole.push(("timing.json".to_owned(), timing.json().into_bytes()));
-    folder::write(&out, Contents::Fit, &scene.title, &files)?;
+    let began = Instant::now();
+    files.last = Some(Box::new(move || {
+        timing.stages.push(("write", began.elapsed().as_secs_f64()));
+        ("timing.json".to_owned(), timing.json().into_bytes())
+    }));
+    folder::write(&out, Contents::Fit, &scene.title, files)?;
     tell(&findings.notices, quiet);
     if !quiet {
         let report = out.join("report.md");
@@ -478,7 +482,7 @@ fn run_trade(path: &Path, out: Option<PathBuf>, seed: u64, quiet: bool) -> Resul
     let measured = trade::measure(&scene, &table, seed, &|| progress.at(1 + done.fetch_add(1, Relaxed)))?;
     drop(progress);
     let files = trade_report::files(&scene, &measured)?;
-    folder::write(&out, Contents::Trade, &scene.title, &files)?;
+    folder::write(&out, Contents::Trade, &scene.title, files)?;
     tell(&table.notices, quiet);
     if !quiet {
         let page = out.join("trade.md");

@@ -6,7 +6,9 @@ Needs Python >= 3.12 with arviz >= 1.3 and zarr (tried with arviz 1.3.0, arviz-s
 Prints R-hat, ESS (bulk, and tail at 5 %/95 %) and LOO as JSON. Compares with findings.json to 1e-8, relative:
 posterior.parameters[*].{rhat, ess_bulk, ess_tail}, posterior.derived[*].{mean, rhat} and posterior.{e_bfmi, divergences}
 where they are there, and the entry of compare that the store's attribute `model` names; and the store with draws.csv, to
-the last bit. Exit status 1 on any difference, missing group, variable without a single number, or warning.
+the last bit. Log likelihoods are stored as float32, in which ArviZ then sums, too: summed in float64 its LOO is held to
+1e-8 (the largest shape to 1e-5), as it comes to a thousandth of the standard error. Exit status 1 on any difference,
+missing group, variable without a single number, or warning.
 """
 
 import csv
@@ -40,13 +42,13 @@ RELATIVE = 1e-8
 wrong = []
 
 
-def compare(what, arviz, ours):
-    """Nothing is null in findings and not a number in ArviZ; all else is equal to 1e-8."""
+def compare(what, arviz, ours, relative=RELATIVE, absolute=0.0):
+    """Nothing is null in findings and not a number in ArviZ; all else is equal to 1e-8, or as far as is said."""
     none = ours is None, arviz is None or not math.isfinite(arviz)
     if any(none):
         if not all(none):
             wrong.append(f"{what}: ArviZ {arviz}, findings {ours}")
-    elif not math.isclose(arviz, ours, rel_tol=RELATIVE, abs_tol=0.0):
+    elif not math.isclose(arviz, ours, rel_tol=relative, abs_tol=absolute):
         wrong.append(f"{what}: ArviZ {arviz!r}, findings {ours!r}")
 
 
@@ -134,11 +136,15 @@ def main(folder):
         wrong.append(f"divergences: stored {divergences}, findings {told['divergences']}")
 
     loo = loo_of(tree)
+    tree["log_likelihood"] = tree["log_likelihood"].to_dataset().astype(np.float64)
+    in_double = loo_of(tree)
     model = tree.attrs.get("model")
     own = [entry for entry in findings.get("compare") or [] if entry["model"] == model]
     if len(own) == 1:
         for name, value in loo.items():
-            compare(f"{model} {name}", value, own[0][name])
+            compare(f"{model} {name}", value, own[0][name], 0.0, 1e-3 * own[0]["se"])
+            shape = 1e-5 if name == "khat_max" else RELATIVE
+            compare(f"{model} {name} in float64", in_double[name], own[0][name], shape)
     else:
         wrong.append(f"compare has {len(own)} entries of the store's model {model!r}")
     return {"parameters": parameters, "e_bfmi": e_bfmi, "divergences": divergences, "loo": {"model": model, **loo}}

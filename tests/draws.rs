@@ -201,9 +201,9 @@ fn a_report_with_draws_is_written_whole() {
     let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join("made_up_report");
     let written = Files {
         whole: files.clone(),
-        streamed: vec![],
+        ..Files::default()
     };
-    folder::write(&place, folder::Contents::Fit, TITLE, &written).unwrap_or_else(|error| panic!("{error}"));
+    folder::write(&place, folder::Contents::Fit, TITLE, written).unwrap_or_else(|error| panic!("{error}"));
     for (name, bytes) in &files {
         let written = std::fs::read(place.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"));
         assert_eq!(&written, bytes, "{name}");

@@ -210,10 +210,7 @@ impl<T: LogDensity + ?Sized> CpuLogpFunc for Rounded<'_, T> {
         self.about.point(z, &mut self.point);
         let value = self.target.ln_density(&self.point, &mut self.slopes);
         let value = value.map_err(|OutsideDomain| Outside)?;
-        for (j, slope) in gradient.iter_mut().enumerate() {
-            let column = self.about.scale.column(j);
-            *slope = column.iter().zip(&self.slopes).map(|(s, g)| s * g).sum();
-        }
+        self.about.slopes(&self.slopes, gradient);
         Ok(value)
     }
 

@@ -1,6 +1,5 @@
 //! Writes a report's files beside their place and renames them in: whole or not at all.
 
-use std::collections::BTreeSet;
 use std::fmt;
 use std::io;
 use std::path::Path;
@@ -16,13 +15,18 @@ use crate::{findings, study};
 pub type File = (String, Vec<u8>);
 
 /// Every file of a report.
-#[derive(Debug, Default)]
+#[derive(Default)]
 pub struct Files<'a> {
     /// those whose bytes are there
     pub whole: Vec<File>,
     /// those too large to be held
     pub streamed: Vec<Streamed<'a>>,
+    /// one that is made when all others are written
+    pub last: Option<Last<'a>>,
 }
+
+/// Makes a file.
+pub type Last<'a> = Box<dyn FnOnce() -> File + Send + Sync + 'a>;
 
 /// Two files that come from one computation, made while they are written.
 pub struct Streamed<'a> {
@@ -35,9 +39,11 @@ pub struct Streamed<'a> {
 /// Fills files. Fails where the system refuses.
 pub type Fill<'a> = dyn Fn(&mut [std::fs::File; 2]) -> io::Result<()> + Send + Sync + 'a;
 
-impl fmt::Debug for Streamed<'_> {
+impl fmt::Debug for Files<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Streamed").field(&self.names).finish()
+        let whole = self.whole.iter().map(|(name, _)| name);
+        let streamed = self.streamed.iter().flat_map(|streamed| &streamed.names);
+        f.debug_set().entries(whole.chain(streamed)).finish()
     }
 }
 
@@ -97,7 +103,7 @@ pub fn check(folder: &Path, contents: Contents, title: &str) -> Result<(), Error
 }
 
 /// Writes the files and puts the folder in place of an earlier report of ours.
-pub fn write(folder: &Path, contents: Contents, title: &str, files: &Files) -> Result<(), Error> {
+pub fn write(folder: &Path, contents: Contents, title: &str, files: Files) -> Result<(), Error> {
     check(folder, contents, title)?;
     let parent = match folder.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
@@ -115,26 +121,32 @@ pub fn write(folder: &Path, contents: Contents, title: &str, files: &Files) -> R
 fn fill_and_rename(
     beside: tempfile::TempDir,
     folder: &Path,
-    files: &Files,
+    files: Files,
     mark: unfinished::Mark,
 ) -> Result<(), Error> {
     let new = beside.path().join("new");
     // told of the place the user named, not of the one beside it
     let fail = |name: &str, error| Error::io(&folder.join(name), "write", error);
-    for inside in folders(files) {
-        std::fs::create_dir(new.join(inside)).map_err(|error| fail(inside, error))?;
-    }
+    let room = |name: &str| {
+        let path = new.join(name);
+        // by whoever writes there: to make all folders first would keep the others waiting
+        let made = path.parent().map_or(Ok(()), std::fs::create_dir_all);
+        made.map(|()| path).map_err(|error| fail(name, error))
+    };
     let stream = |streamed: &Streamed| {
         let [a, b] = &streamed.names;
-        let open = |name: &String| std::fs::File::create(new.join(name)).map_err(|error| fail(name, error));
+        let open = |name: &str| std::fs::File::create(room(name)?).map_err(|error| fail(name, error));
         (streamed.fill)(&mut [open(a)?, open(b)?]).map_err(|error| fail(a, error))
     };
-    let write = |(name, bytes): &File| std::fs::write(new.join(name), bytes).map_err(|error| fail(name, error));
+    let write = |(name, bytes): &File| std::fs::write(room(name)?, bytes).map_err(|error| fail(name, error));
     let (streamed, whole) = rayon::join(
         || files.streamed.par_iter().try_for_each(stream),
         || files.whole.par_iter().try_for_each(write),
     );
     streamed.and(whole)?;
+    if let Some(last) = files.last {
+        write(&last())?;
+    }
     // from here on an interruption waits, so that either the old report or the new one is in place
     let _hold = mark.hold();
     let old = beside.path().join("old");
@@ -154,14 +166,6 @@ fn fill_and_rename(
     Ok(())
 }
 
-/// Every folder the files lie in, the report's own as "", each after the one it is in.
-fn folders<'a>(files: &'a Files) -> BTreeSet<&'a str> {
-    let streamed = files.streamed.iter().flat_map(|streamed| &streamed.names);
-    let names = files.whole.iter().map(|(name, _)| name).chain(streamed);
-    let above = |name: &'a String| name.match_indices('/').map(|(end, _)| &name[..end]);
-    std::iter::once("").chain(names.flat_map(above)).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use std::io::Write;
@@ -175,7 +179,7 @@ mod tests {
                 ("findings.json".to_owned(), findings.into_bytes()),
                 ("figures/a.svg".to_owned(), body.as_bytes().to_vec()),
             ],
-            streamed: vec![],
+            ..Files::default()
         }
     }
 
@@ -183,9 +187,9 @@ mod tests {
     fn an_earlier_report_of_the_same_title_is_replaced_whole() {
         let place = tempfile::tempdir().expect("a temporary folder");
         let folder = place.path().join("deep/report");
-        write(&folder, Contents::Fit, "one", &files("one", "first")).expect("a free place");
+        write(&folder, Contents::Fit, "one", files("one", "first")).expect("a free place");
         std::fs::write(folder.join("stale.txt"), "x").expect("writable");
-        write(&folder, Contents::Fit, "one", &files("one", "second")).expect("ours");
+        write(&folder, Contents::Fit, "one", files("one", "second")).expect("ours");
         let read = std::fs::read_to_string(folder.join("figures/a.svg"));
         assert_eq!(read.ok().as_deref(), Some("second"));
         assert!(!folder.join("stale.txt").exists());
@@ -197,16 +201,26 @@ mod tests {
     fn what_is_made_while_it_is_written_is_there_or_nothing_is() {
         let place = tempfile::tempdir().expect("a temporary folder");
         let folder = place.path().join("report");
-        let mut made = files("one", "");
-        let names = ["deep/er/a", "b"].map(str::to_owned);
-        let fill: Box<Fill> = Box::new(|[a, b]| a.write_all(b"first").and_then(|()| b.write_all(b"second")));
-        made.streamed.push(Streamed { names, fill });
-        write(&folder, Contents::Fit, "one", &made).expect("a free place");
+        let made = |broken: bool| {
+            let mut made = files("one", "");
+            let names = ["deep/er/a", "b"].map(str::to_owned);
+            let fill: Box<Fill> = Box::new(move |[a, b]| {
+                a.write_all(b"first")?;
+                if broken {
+                    return Err(io::Error::other("no room"));
+                }
+                b.write_all(b"second")
+            });
+            made.streamed.push(Streamed { names, fill });
+            made.last = Some(Box::new(|| ("deep/last".to_owned(), b"third".to_vec())));
+            made
+        };
+        write(&folder, Contents::Fit, "one", made(false)).expect("a free place");
         let read = |name: &str| std::fs::read_to_string(folder.join(name)).ok();
         assert_eq!(read("deep/er/a").as_deref(), Some("first"));
         assert_eq!(read("b").as_deref(), Some("second"));
-        made.streamed[0].fill = Box::new(|_| Err(io::Error::other("no room")));
-        let failed = write(&folder, Contents::Fit, "one", &made)
+        assert_eq!(read("deep/last").as_deref(), Some("third"));
+        let failed = write(&folder, Contents::Fit, "one", made(true))
             .expect_err("no room")
             .to_string();
         assert!(failed.contains("deep/er/a") && failed.contains("no room"), "{failed}");
@@ -220,13 +234,13 @@ mod tests {
         std::fs::create_dir(&folder).expect("writable");
         std::fs::write(folder.join("thesis.tex"), "years of work").expect("writable");
         assert!(matches!(
-            write(&folder, Contents::Fit, "one", &files("one", "")),
+            write(&folder, Contents::Fit, "one", files("one", "")),
             Err(Error::Out { .. })
         ));
         std::fs::write(folder.join("findings.json"), "{\"schema\": \"other\"}").expect("writable");
         assert!(matches!(check(&folder, Contents::Fit, "one"), Err(Error::Out { .. })));
         let ours = place.path().join("ours");
-        write(&ours, Contents::Fit, "one", &files("one", "")).expect("a free place");
+        write(&ours, Contents::Fit, "one", files("one", "")).expect("a free place");
         assert!(matches!(check(&ours, Contents::Fit, "two"), Err(Error::Out { .. })));
         assert!(matches!(check(&ours, Contents::Trade, "one"), Err(Error::Out { .. })));
         assert!(folder.join("thesis.tex").exists());

@@ -67,7 +67,7 @@ pub fn files(told: Told, with_figures: bool) -> Result<Files, Error> {
     }
     let mut files = Files {
         whole,
-        streamed: vec![],
+        ..Files::default()
     };
     if let Some(draws) = draws? {
         files.whole.extend(draws.whole);

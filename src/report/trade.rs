@@ -23,7 +23,7 @@ pub fn files(scene: &Scene, trade: &Trade) -> Result<Files<'static>, Error> {
     ];
     Ok(Files {
         whole,
-        streamed: vec![],
+        ..Files::default()
     })
 }
 

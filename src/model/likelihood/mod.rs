@@ -32,7 +32,7 @@ use self::dry::DryRuns;
 use self::normal::ln_normal_cdf;
 use self::sums::{rebound_sums, Piece, Sums};
 use self::tails::Tails;
-use self::trend::Film;
+use self::trend::{Film, OfFilm};
 use super::parameters::{Kind, COMMON_SLOTS};
 use super::priors::LN_ROOT_TWO_PI;
 use crate::physics::dry::{Order, SECOND_ORDER};
@@ -270,6 +270,12 @@ impl Likelihood {
             energy: at(Kind::SigmaEnergy),
         };
         let films: Vec<Film> = (0..self.film_ratios.len()).map(|film| self.film(film, full)).collect();
+        let mut of_films = vec![OfFilm::default(); films.len()];
+        let add_slopes = |of_films: Vec<OfFilm>, slopes: &mut [f64]| {
+            for (film, sums) in films.iter().zip(of_films) {
+                film.add_slopes(sums, slopes);
+            }
+        };
         let law = |block: &Block| self.law(block, full, &films[block.film]);
         let piece = |block: &Block| (block.rebounds.clone(), law(block));
         let pieces: Vec<Piece> = self.blocks.iter().map(piece).collect();
@@ -292,8 +298,9 @@ impl Likelihood {
                 }
                 let nodes = (one_by_one, block.stuck.clone());
                 stuck_value += self.one_by_one(own, nodes, law, (tails, spreads), slopes, &mut sums);
-                films[block.film].add_slopes(block, sums, slopes);
+                of_films[block.film].add(block, sums, slopes);
             }
+            add_slopes(of_films, slopes);
             return stuck_value;
         }
         let all_sums = rebound_sums(&self.rebounds, self.form.dry, None, &pieces);
@@ -322,8 +329,9 @@ impl Likelihood {
                 sums.viscous += kept * at.viscous;
                 sums.dry += kept * dry;
             }
-            films[block.film].add_slopes(block, sums, slopes);
+            of_films[block.film].add(block, sums, slopes);
         }
+        add_slopes(of_films, slopes);
         slopes[Kind::SigmaWet.slot()] += (squares * precision - self.wet_rebounds) / sigma;
         stuck_value - self.wet_rebounds * (sigma.ln() + LN_ROOT_TWO_PI) - 0.5 * squares * precision
     }

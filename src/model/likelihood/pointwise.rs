@@ -2,6 +2,8 @@
 
 mod columns;
 
+pub use columns::Stretch;
+
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 
@@ -238,22 +240,6 @@ impl<'r> Pointwise<'r> {
     pub fn is_certain(&self, (lo, hi): (f64, f64), same: f64) -> bool {
         let ln = |z| Tails::Normal.ln_probability_and_slope(z).0;
         !self.student && ln(hi) - ln(lo) <= same
-    }
-
-    /// By how many σ the smallest restitution told from sticking lies above the mean, for each of some runs.
-    pub fn limits(&self, full: &[f64], runs: &[usize]) -> Vec<f64> {
-        // of the other settings nothing is asked
-        let mut at = self.without_means(full);
-        let mut mean = self.means(full);
-        if !at.is_plain() {
-            at.means = self.settings.iter().map(mean).collect();
-            return runs.iter().map(|&run| at.limit_z(run)).collect();
-        }
-        let of_run = |&run: &usize| {
-            let sigma = at.spread(run).sigma;
-            (self.limit - mean(&self.settings[self.setting[run] as usize])) / sigma
-        };
-        runs.iter().map(of_run).collect()
     }
 
     /// The law at a full vector of parameters.

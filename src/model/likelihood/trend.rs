@@ -71,15 +71,32 @@ impl Film {
         }
     }
 
-    /// Slopes of r turned into those of the parameters.
-    pub fn add_slopes(&self, block: &Block, sums: Sums, slopes: &mut [f64]) {
+    /// Slopes of r turned into those of the parameters, over all blocks of this film ratio.
+    pub fn add_slopes(&self, sums: OfFilm, slopes: &mut [f64]) {
         let (shape, shape_slope) = self.shape;
-        let kept = sums.kept * self.grown;
+        let kept = sums.inertial * self.grown;
         slopes[Kind::LubricationLog.slot()] -= sums.viscous;
         slopes[Kind::LubricationTrend.slot()] -= sums.viscous * self.ln_film;
-        slopes[Kind::InertialPrefactor.slot()] -= kept * block.density_ratio * shape;
-        slopes[Kind::InertialTrend.slot()] -= kept * self.c * block.density_ratio * shape * self.ln_film;
-        slopes[Kind::FilmScale.slot()] -= kept * self.c * block.density_ratio * shape_slope;
+        slopes[Kind::InertialPrefactor.slot()] -= kept * shape;
+        slopes[Kind::InertialTrend.slot()] -= kept * self.c * shape * self.ln_film;
+        slopes[Kind::FilmScale.slot()] -= kept * self.c * shape_slope;
+    }
+}
+
+/// Slopes of r, added up over the blocks of a film ratio.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct OfFilm {
+    /// those in r times ρ̃
+    inertial: f64,
+    /// those in −L
+    viscous: f64,
+}
+
+impl OfFilm {
+    /// Adds those of a block; its slope in k goes to the slopes of the parameters at once.
+    pub fn add(&mut self, block: &Block, sums: Sums, slopes: &mut [f64]) {
+        self.inertial += sums.kept * block.density_ratio;
+        self.viscous += sums.viscous;
         slopes[COMMON_SLOTS + block.particle] -= 2.0 * sums.dry;
     }
 }

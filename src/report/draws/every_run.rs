@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::findings::posterior::Posterior;
 use crate::inference::diagnostics::loo::SAME;
-use crate::model::likelihood::pointwise::Pointwise;
+use crate::model::likelihood::pointwise::{Pointwise, Stretch};
 use crate::model::normals::Normals;
 use crate::report::Told;
 use crate::seed::Streams;
@@ -24,6 +24,7 @@ pub(super) struct EveryRun<'a> {
     full: Vec<Vec<f64>>,
     /// the runs whose log likelihood is written, see [`telling`]
     pub telling: Vec<usize>,
+    stretches: Vec<Stretch>,
     streams: Streams,
     normals: Normals,
 }
@@ -33,8 +34,10 @@ impl<'a> EveryRun<'a> {
         let asked = posterior.asked;
         let pointwise = Pointwise::new(told.scene, told.runs, asked.form);
         let full = posterior.sampled.full_draws();
+        let telling = telling(&pointwise, &full);
         EveryRun {
-            telling: telling(&pointwise, &full),
+            stretches: pointwise.stretches(&telling),
+            telling,
             pointwise,
             full,
             streams: Streams::new(told.findings.seed, "posterior_predictive"),
@@ -42,44 +45,76 @@ impl<'a> EveryRun<'a> {
         }
     }
 
-    /// Writes some draws one after another, the runs of each as they come: log likelihoods as f64 to one file, new runs
-    /// as f32 to another, little end first.
-    pub fn write(&self, draws: Range<usize>, likelihood: &mut File, predictive: &mut File) -> io::Result<()> {
-        let (mut likely, mut predicted) = (vec![], vec![]);
+    /// Writes some draws one after another, the runs of each as they come: log likelihoods to one file, new runs to
+    /// another; both filled up with zeros to as many draws as `whole`.
+    pub fn write(
+        &self,
+        draws: Range<usize>,
+        whole: usize,
+        likelihood: &mut File,
+        predictive: &mut File,
+    ) -> io::Result<()> {
         let mut densities = vec![0.0; self.telling.len()];
-        let mut new = vec![];
+        let mut new = vec![0.0; self.pointwise.len()];
+        let mut likely = Singles::new(likelihood, densities.len());
+        let mut predicted = Singles::new(predictive, new.len());
         for draw in draws {
             let at = self.pointwise.at(&self.full[draw]);
-            at.ln_likelihoods(&self.telling, &mut densities);
-            extend(&mut likely, &densities, f64::to_le_bytes);
+            at.ln_likelihoods(&self.stretches, &mut densities);
+            likely.put(&densities)?;
             at.predictions(&self.normals, &mut self.streams.at(draw as u64), &mut new);
-            // the digits that f32 leaves out are noise
-            extend(&mut predicted, &new, |e| (e as f32).to_le_bytes());
-            flush(&mut likely, likelihood, BLOCK)?;
-            flush(&mut predicted, predictive, BLOCK)?;
+            predicted.put(&new)?;
         }
-        flush(&mut likely, likelihood, 0)?;
-        flush(&mut predicted, predictive, 0)
+        likely.end(whole)?;
+        predicted.end(whole)
     }
 }
 
-/// Adds the bytes of some numbers.
-fn extend<const N: usize>(bytes: &mut Vec<u8>, numbers: &[f64], of: impl Fn(f64) -> [u8; N]) {
-    let begin = bytes.len();
-    bytes.resize(begin + N * numbers.len(), 0);
-    // room is made once for all: a check for each number would cost more than the number
-    for (bytes, number) in bytes[begin..].chunks_exact_mut(N).zip(numbers) {
-        bytes.copy_from_slice(&of(*number));
-    }
+/// A file of rows of numbers as f32, little end first. The digits that are left out are less than chance leaves to any sum
+/// over draws: 10⁻⁷ of a log likelihood, which Monte Carlo errors of 10⁻² hide.
+struct Singles<'f> {
+    file: &'f mut File,
+    numbers: usize,
+    /// room for as many rows as are written at once
+    bytes: Vec<u8>,
+    filled: usize,
 }
 
-/// Writes the bytes if there are so many.
-fn flush(bytes: &mut Vec<u8>, file: &mut File, least: usize) -> io::Result<()> {
-    if bytes.len() >= least {
-        file.write_all(bytes)?;
-        bytes.clear();
+impl<'f> Singles<'f> {
+    fn new(file: &'f mut File, numbers: usize) -> Singles<'f> {
+        let row = numbers * size_of::<f32>();
+        let rows = BLOCK.checked_div(row).unwrap_or(0).max(1);
+        Singles {
+            file,
+            numbers,
+            bytes: vec![0; rows * row],
+            filled: 0,
+        }
     }
-    Ok(())
+
+    fn put(&mut self, row: &[f64]) -> io::Result<()> {
+        if self.filled == self.bytes.len() {
+            self.flush()?;
+        }
+        let bytes = &mut self.bytes[self.filled..];
+        for (bytes, number) in bytes.as_chunks_mut().0.iter_mut().zip(row) {
+            *bytes = (*number as f32).to_le_bytes();
+        }
+        self.filled += row.len() * size_of::<f32>();
+        Ok(())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.write_all(&self.bytes[..self.filled])?;
+        self.filled = 0;
+        Ok(())
+    }
+
+    /// Writes what is left, and fills up to so many rows.
+    fn end(mut self, rows: usize) -> io::Result<()> {
+        self.flush()?;
+        self.file.set_len((rows * self.numbers * size_of::<f32>()) as u64)
+    }
 }
 
 /// The runs that are not as likely under every draw.

@@ -6,7 +6,7 @@ use serde_json::{json, Map, Value};
 
 use super::csv;
 use super::every_run::EveryRun;
-use super::zarr::{chunk_path, store, Apart, Array, Group, Values};
+use super::zarr::{chunk_path, store, Array, Group, Values, PART};
 use crate::error::Error;
 use crate::findings::compare::{name, MOST_DENSITIES};
 use crate::findings::posterior::Posterior;
@@ -30,8 +30,10 @@ struct Owned {
 
 enum Column {
     Real(Vec<f64>),
+    /// reals as they lie in the file: many enough that each copy of them is felt
+    Bytes(Vec<u8>),
     /// reals that are not here
-    Apart(Apart),
+    Apart,
     Whole(Vec<i64>),
     Flag(Vec<bool>),
     Text(Vec<String>),
@@ -95,7 +97,8 @@ pub fn stores_every_run(runs: &Runs, posterior: &Posterior) -> bool {
 /// Every file of the draws: a Zarr store and a table.
 ///
 /// Groups `posterior`, `sample_stats`, `log_prior`, `derived`, `observed_data` and `constant_data`, and while runs times
-/// draws are at most [`MOST_DENSITIES`], `log_likelihood` and `posterior_predictive` (new runs, to f32). Runs are in the order of the report.
+/// draws are at most [`MOST_DENSITIES`], `log_likelihood` and `posterior_predictive` (new runs), to f32. Runs are in the
+/// order of the report.
 pub fn files<'a>(told: Told<'a>, posterior: &Posterior) -> Result<Files<'a>, Error> {
     let (scene, runs) = (told.scene, told.runs);
     let sampled = &posterior.sampled;
@@ -143,14 +146,14 @@ pub fn files<'a>(told: Told<'a>, posterior: &Posterior) -> Result<Files<'a>, Err
         .map(|group| group.arrays.iter().map(|array| array.dimensions.clone()).collect())
         .collect();
     let borrowed: Vec<Group> = groups
-        .iter()
+        .iter_mut()
         .zip(&dimensions)
         .map(|(group, dimensions)| Group {
             name: group.name,
             attributes: Map::new(),
             arrays: group
                 .arrays
-                .iter()
+                .iter_mut()
                 .zip(dimensions)
                 .map(|(array, of)| borrow(array, of))
                 .collect(),
@@ -158,7 +161,11 @@ pub fn files<'a>(told: Told<'a>, posterior: &Posterior) -> Result<Files<'a>, Err
         .collect();
     let mut whole = store(STORE, attributes, borrowed)?;
     whole.push(("draws/draws.csv".to_owned(), table?.into_bytes()));
-    Ok(Files { whole, streamed })
+    Ok(Files {
+        whole,
+        streamed,
+        last: None,
+    })
 }
 
 /// The sampled parameters as one table.
@@ -178,14 +185,15 @@ fn table(posterior: &Posterior, size: Size) -> Result<String, Error> {
     csv::table(size.chains, size.draws, &columns)
 }
 
-fn borrow<'a>(array: &'a Owned, dimensions: &'a [&'a str]) -> Array<'a> {
+fn borrow<'a>(array: &'a mut Owned, dimensions: &'a [&'a str]) -> Array<'a> {
     Array {
         name: &array.name,
         dimensions,
         shape: &array.shape,
-        values: match &array.values {
+        values: match &mut array.values {
             Column::Real(values) => Values::F64(values),
-            Column::Apart(apart) => Values::Apart(*apart),
+            Column::Bytes(bytes) => Values::F64Bytes(std::mem::take(bytes)),
+            Column::Apart => Values::Apart,
             Column::Whole(values) => Values::I64(values),
             Column::Flag(values) => Values::Bool(values),
             Column::Text(values) => Values::Text(values),
@@ -210,7 +218,7 @@ fn parameters(
         match parameter.kind {
             Kind::DryK(particle) => {
                 particles.push(scene.particles[particle].name.clone());
-                dry_k.push(values);
+                dry_k.push(vec![values]);
             }
             _ => group.add(&parameter.name, &[chain, draw], Column::Real(values)),
         }
@@ -221,7 +229,7 @@ fn parameters(
         group.add(
             "dry_k",
             &[chain, draw, ("particle", count)],
-            Column::Real(woven(&dry_k)),
+            Column::Bytes(woven(&dry_k.iter().collect::<Vec<_>>())),
         );
     }
     group
@@ -261,7 +269,7 @@ fn derived(posterior: &Posterior, size: Size) -> OwnedGroup {
     let [chain, draw] = size.dimensions();
     for of_one in posterior.derived.chunk_by(|a, b| a.quantity == b.quantity) {
         let labels: Vec<String> = of_one.iter().filter_map(|derived| derived.label.clone()).collect();
-        let values: Vec<Vec<f64>> = of_one.iter().map(|derived| derived.values.concat()).collect();
+        let values: Vec<&Vec<Vec<f64>>> = of_one.iter().map(|derived| &derived.values).collect();
         let of = (
             if of_one[0].setting.is_some() {
                 "setting"
@@ -275,7 +283,7 @@ fn derived(posterior: &Posterior, size: Size) -> OwnedGroup {
         } else {
             vec![chain, draw, of]
         };
-        group.add(of_one[0].quantity, &dimensions, Column::Real(woven(&values)));
+        group.add(of_one[0].quantity, &dimensions, Column::Bytes(woven(&values)));
         if !labels.is_empty() && !group.has(of.0) {
             group.add(of.0, &[of], Column::Text(labels));
         }
@@ -283,45 +291,57 @@ fn derived(posterior: &Posterior, size: Size) -> OwnedGroup {
     group
 }
 
-/// Every column's value at the first draw, then at the next.
-fn woven(columns: &[Vec<f64>]) -> Vec<f64> {
-    let draws = columns.first().map_or(0, Vec::len);
-    (0..draws)
-        .flat_map(|draw| columns.iter().map(move |values| values[draw]))
-        .collect()
+/// Every column's value at the first draw of the first chain, then at the next; columns have their draws by chain.
+fn woven(columns: &[&Vec<Vec<f64>>]) -> Vec<u8> {
+    let lengths = columns.first().map_or(vec![], |first| first.iter().map(Vec::len).collect());
+    let numbers = columns.len() * lengths.iter().sum::<usize>();
+    let mut bytes = Vec::with_capacity(size_of::<f64>() * numbers);
+    for (chain, draws) in lengths.into_iter().enumerate() {
+        for draw in 0..draws {
+            for column in columns {
+                bytes.extend_from_slice(&column[chain][draw].to_le_bytes());
+            }
+        }
+    }
+    bytes
 }
 
 /// Log likelihood of each run at each draw, and a new run from each; the numbers themselves are written apart.
 fn every_run_groups(every_run: &EveryRun, runs: usize, size: Size) -> [OwnedGroup; 2] {
     let everyone: Vec<usize> = (0..runs).collect();
     [
-        ("log_likelihood", &every_run.telling, Apart::F64),
-        ("posterior_predictive", &everyone, Apart::F32),
+        ("log_likelihood", &every_run.telling),
+        ("posterior_predictive", &everyone),
     ]
-    .map(|(name, of, apart)| {
+    .map(|(name, of)| {
         let mut group = OwnedGroup::of_draws(name, size);
         let [chain, draw] = size.dimensions();
         // run numbers are far below the largest i64
         let numbers = of.iter().map(|run| i64::try_from(*run).unwrap_or(i64::MAX)).collect();
         group.add("run", &[("run", of.len())], Column::Whole(numbers));
-        group.add("restitution", &[chain, draw, ("run", of.len())], Column::Apart(apart));
+        group.add("restitution", &[chain, draw, ("run", of.len())], Column::Apart);
         group
     })
 }
 
-/// The files of those numbers, a pair for each chain.
+/// The files of those numbers, pairs of the same draws.
 fn every_run_files(every_run: EveryRun, size: Size) -> Vec<Streamed> {
     let every_run = Arc::new(every_run);
-    let of_chain = |chain: usize| {
+    let parts = (0..size.chains).flat_map(|chain| (0..size.draws.div_ceil(PART)).map(move |part| (chain, part)));
+    let of_part = |(chain, part): (usize, usize)| {
         let every_run = every_run.clone();
-        let draws = chain * size.draws..(chain + 1) * size.draws;
+        let first = chain * size.draws;
+        let draws = first + part * PART..first + size.draws.min((part + 1) * PART);
+        let whole = PART.min(size.draws);
         Streamed {
             names: ["log_likelihood", "posterior_predictive"]
-                .map(|group| chunk_path(STORE, group, "restitution", &[chain, 0, 0])),
-            fill: Box::new(move |[likelihood, predictive]| every_run.write(draws.clone(), likelihood, predictive)),
+                .map(|group| chunk_path(STORE, group, "restitution", &[chain, part, 0])),
+            fill: Box::new(move |[likelihood, predictive]| {
+                every_run.write(draws.clone(), whole, likelihood, predictive)
+            }),
         }
     };
-    (0..size.chains).map(of_chain).collect()
+    parts.map(of_part).collect()
 }
 
 fn observed(runs: &Runs) -> OwnedGroup {

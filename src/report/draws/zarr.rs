@@ -1,9 +1,10 @@
 //! Lays groups of arrays out as a Zarr store (format 3) that xarray and ArviZ open as they are.
 //!
 //! A folder each for the store, its groups and their arrays, with a `zarr.json`; an array's values are one raw
-//! little-endian chunk beside it (or one for each index of the first dimension, see [`Values::Apart`]), so that nothing need be compressed to be written or understood to be read. The store's own
-//! `zarr.json` repeats all the others (consolidated metadata), so that a reader opens one file instead of all. Text is
-//! UTF-32 of the longest entry's length: of the string types of zarr-python 3, one that xarray writes and reads itself.
+//! little-endian chunk beside it (or several, see [`Values::Apart`]), so that nothing need be compressed to be written or
+//! understood to be read. The store's own `zarr.json` repeats all the others (consolidated metadata), so that a reader
+//! opens one file instead of all. Text is UTF-32 of the longest entry's length: of the string types of zarr-python 3, one that
+//! xarray writes and reads itself.
 //! Source: the Zarr 3 core specification, <https://zarr-specs.readthedocs.io/en/latest/v3/core/index.html>.
 
 use serde_json::{json, Map, Value};
@@ -17,9 +18,11 @@ use crate::report::json;
 pub enum Values<'a> {
     /// numbers; one that is not finite is kept as it is
     F64(&'a [f64]),
-    /// numbers too many to be held: the caller writes a chunk for each index of the first dimension to [`chunk_path`],
-    /// raw, little end first
-    Apart(Apart),
+    /// the same as they lie in the file, little end first
+    F64Bytes(Vec<u8>),
+    /// numbers too many to be held: the caller writes a chunk for each index of the first dimension and each [`PART`] of the
+    /// second to [`chunk_path`], as raw f32, little end first; the last one is filled up
+    Apart,
     /// counts
     I64(&'a [i64]),
     /// flags
@@ -28,14 +31,8 @@ pub enum Values<'a> {
     Text(&'a [String]),
 }
 
-/// How numbers are written that a store does not hold.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Apart {
-    /// eight bytes each
-    F64,
-    /// four bytes each
-    F32,
-}
+/// Length along the second dimension of a chunk that the caller writes: some megabytes for thousands of numbers each.
+pub const PART: usize = 250;
 
 /// An array of a group. One that bears the name of its only dimension is that dimension's coordinate.
 #[derive(Debug, Clone, PartialEq)]
@@ -131,7 +128,8 @@ impl Values<'_> {
     fn len(&self) -> Option<usize> {
         match self {
             Values::F64(values) => Some(values.len()),
-            Values::Apart(_) => None,
+            Values::F64Bytes(bytes) => Some(bytes.len() / size_of::<f64>()),
+            Values::Apart => None,
             Values::I64(values) => Some(values.len()),
             Values::Bool(values) => Some(values.len()),
             Values::Text(values) => Some(values.len()),
@@ -150,8 +148,8 @@ fn group_node(attributes: Map<String, Value>) -> Value {
 fn array_node(array: &Array) -> Value {
     let little = json!({"name": "bytes", "configuration": {"endian": "little"}});
     let (data_type, fill, codec) = match &array.values {
-        Values::F64(_) | Values::Apart(Apart::F64) => (json!("float64"), json!("NaN"), little),
-        Values::Apart(Apart::F32) => (json!("float32"), json!("NaN"), little),
+        Values::F64(_) | Values::F64Bytes(_) => (json!("float64"), json!("NaN"), little),
+        Values::Apart => (json!("float32"), json!("NaN"), little),
         Values::I64(_) => (json!("int64"), json!(0), little),
         // single bytes have no order
         Values::Bool(_) => (json!("bool"), json!(false), json!({"name": "bytes"})),
@@ -163,8 +161,10 @@ fn array_node(array: &Array) -> Value {
     };
     // a chunk has a length of at least one, even where the array has none
     let mut chunk: Vec<usize> = array.shape.iter().map(|&length| length.max(1)).collect();
-    if let (Values::Apart(_), Some(first)) = (&array.values, chunk.first_mut()) {
-        *first = 1;
+    if matches!(array.values, Values::Apart) {
+        for (length, most) in chunk.iter_mut().zip([1, PART]) {
+            *length = most.min(*length);
+        }
     }
     json!({
         "zarr_format": 3,
@@ -188,8 +188,9 @@ fn longest(texts: &[String]) -> usize {
 fn chunk(values: Values) -> Vec<u8> {
     match values {
         Values::F64(values) => little(values.iter().map(|x| x.to_le_bytes())),
+        Values::F64Bytes(bytes) => bytes,
         // the caller's to write
-        Values::Apart(_) => vec![],
+        Values::Apart => vec![],
         Values::I64(values) => little(values.iter().map(|x| x.to_le_bytes())),
         Values::Bool(values) => values.iter().map(|&x| u8::from(x)).collect(),
         Values::Text(texts) => {
@@ -242,7 +243,7 @@ mod tests {
                     name: "many",
                     dimensions: &["chain", "draw"],
                     shape: &[1, 2],
-                    values: Values::Apart(Apart::F32),
+                    values: Values::Apart,
                 },
                 Array {
                     name: "particle",
