@@ -8,7 +8,7 @@ use crate::runs::{Runs, Series};
 pub const FEW_RUNS: usize = 20;
 
 /// Smallest and largest coverage of the default 95 % interval on the calibration's design of 8 runs, per cent.
-pub const COVERAGE_OF_EIGHT: [f64; 2] = [94.7, 96.1];
+pub const COVERAGE_OF_EIGHT: [f64; 2] = [94.7, 96.2];
 
 /// What a reader of the replicates should look at.
 pub(super) fn notices(runs: &Runs, resampling: &Resampling, estimates: &Estimates) -> Vec<Notice> {
