@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{binomial_z, mean, seed_of, Place};
+use common::{binomial_z, mean, rows_from, seed_of, table_of, Place};
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -13,9 +13,8 @@ use wetcor::inference::posed::Evaluation;
 use wetcor::inference::sampling::{sample_posterior, Plan};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::Parameters;
-use wetcor::model::simulate::Simulation;
 use wetcor::physics::numbers::stokes;
-use wetcor::runs::{self, MeasurementErrors, NewRun, Runs, Table};
+use wetcor::runs::{self, MeasurementErrors, Runs};
 use wetcor::scene::Scene;
 use wetcor::seed::stream;
 
@@ -68,14 +67,7 @@ enum Apart {
 
 /// The scene's runs with v read with an error, and v_r with half as much.
 fn measured(scene: &Scene, apart: Apart, (seed, set): (u64, u64)) -> Runs {
-    let mut rows: Vec<NewRun> = vec![];
-    Simulation::new(scene, None)
-        .unwrap_or_else(|error| panic!("{error}"))
-        .draw_from(stream(seed, "runs", set), |run| {
-            rows.push(run);
-            Ok(())
-        })
-        .unwrap_or_else(|error| panic!("{error}"));
+    let mut rows = rows_from(scene, stream(seed, "runs", set));
     let mut rng = stream(seed, "errors", set);
     let mut told: Vec<[f64; 2]> = vec![];
     for row in &mut rows {
@@ -136,13 +128,7 @@ fn fitted(scene: &Scene, mut runs: Runs, forgets: Forgets, stream: (u64, &str)) 
             errors.impact_speed_sd[run] = 0.0;
         }
     }
-    let table = Table {
-        rows: runs.len(),
-        screened: vec![],
-        notices: vec![],
-        sha256: String::new(),
-        runs,
-    };
+    let table = table_of(runs);
     let least_squares = findings::find(scene, &table, 1, false);
     let form = scene.model.form();
     let parameters = Parameters::of(scene, &table.runs, form).expect("room");

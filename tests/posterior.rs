@@ -3,7 +3,7 @@
 mod common;
 
 use common::assembled::{Assembled, Fault};
-use common::seed_of;
+use common::{rows, rows_from, seed_of};
 use rayon::prelude::*;
 use wetcor::inference::laplace::laplace;
 use wetcor::inference::nuts::{sample, Effort, TARGET_ACCEPT};
@@ -12,7 +12,6 @@ use wetcor::inference::sampling::{sample_posterior, Plan};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::{Kind, Parameters};
 use wetcor::model::posterior::{LogDensity, Posterior};
-use wetcor::model::simulate::Simulation;
 use wetcor::runs::{self, Runs};
 use wetcor::scene::{self, Noise, Prior, Scene, Truth};
 use wetcor::seed::stream;
@@ -58,15 +57,7 @@ repeats = 2
 
 /// Settings without restitutions, as the design has them.
 fn settings(scene: &Scene) -> Runs {
-    let mut rows = vec![];
-    let simulation = Simulation::new(scene, None).unwrap_or_else(|error| panic!("{error}"));
-    simulation
-        .draw(1, |run| {
-            rows.push(run);
-            Ok(())
-        })
-        .unwrap_or_else(|error| panic!("{error}"));
-    runs::arrange(scene, &rows)
+    runs::arrange(scene, &rows(scene, 1))
 }
 
 /// Draws a truth from the priors, inside the bounds.
@@ -129,14 +120,7 @@ fn ranks(model: &str, name: &str, scenes: usize, fault: Fault) -> Vec<(String, f
             let (draw, truth) = truth_of(&parameters, &scene, &mut rng);
             let mut scene = scene.clone();
             scene.truth = Some(truth);
-            let simulation = Simulation::new(&scene, None).unwrap_or_else(|error| panic!("{error}"));
-            let mut rows = vec![];
-            simulation
-                .draw_from(rng, |run| {
-                    rows.push(run);
-                    Ok(())
-                })
-                .unwrap_or_else(|error| panic!("{error}"));
+            let rows = rows_from(&scene, rng);
             let streams = format!("{name} {index}");
             let values: Vec<Vec<f64>> = if fault == Fault::Nothing {
                 let runs = runs::arrange(&scene, &rows);
@@ -257,14 +241,7 @@ fn ranks_are_uneven_under_each_planted_fault() {
 #[test]
 fn the_assembled_posterior_is_the_posterior() {
     let place = calibrated_scene(MODELS[1]);
-    let mut rows = vec![];
-    let simulation = Simulation::new(&place.scene, None).unwrap_or_else(|error| panic!("{error}"));
-    simulation
-        .draw(seed_of("the_assembled_posterior_is_the_posterior"), |run| {
-            rows.push(run);
-            Ok(())
-        })
-        .unwrap_or_else(|error| panic!("{error}"));
+    let rows = rows(&place.scene, seed_of("the_assembled_posterior_is_the_posterior"));
     let assembled = Assembled::new(&place.scene, &runs::arrange(&place.scene, &rows), Fault::Nothing);
     let posterior = Posterior::new(assembled.parameters.clone(), assembled.likelihood.clone());
     let point = assembled.start();

@@ -6,13 +6,12 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 
-use common::{binomial_z, seed_of};
+use common::{binomial_z, rows, seed_of};
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use tempfile::TempDir;
 use wetcor::findings::predict::{Covered, Draw, Law, Predicted};
 use wetcor::model::likelihood::tails::Tails;
-use wetcor::model::simulate::Simulation;
 use wetcor::physics::impact::{kept_energy, DrySpeed, Form, Parameters, Setting};
 use wetcor::physics::inertia::Inertia;
 use wetcor::physics::rebound::mean_restitution;
@@ -231,14 +230,7 @@ fn the_truth_of_the_example_and_new_runs_of_it_lie_where_they_are_predicted() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/mueller2016/scene.toml");
     let scene = scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
     let truth = scene.truth.as_ref().expect("the example has a truth");
-    let simulation = Simulation::new(&scene, None).unwrap_or_else(|error| panic!("{error}"));
-    let mut runs = vec![];
-    simulation
-        .draw(seed_of(test), |run| {
-            runs.push(run);
-            Ok(())
-        })
-        .unwrap_or_else(|error| panic!("{error}"));
+    let runs = rows(&scene, seed_of(test));
     let (mut inside, mut inside_curve, mut certain) = ([0; 2], 0, 0);
     let (mut stuck, mut expected, mut variance) = (0, 0.0, 0.0);
     let mut worst = 0.0f64;

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{mean, seed_of, Place};
+use common::{mean, rows, seed_of, table_of, Place};
 use wetcor::findings;
 use wetcor::findings::posterior::{effort, start};
 use wetcor::inference::nuts::Effort;
@@ -10,8 +10,7 @@ use wetcor::inference::posed::Evaluation;
 use wetcor::inference::sampling::{sample_posterior, Plan};
 use wetcor::model::likelihood::Likelihood as Rows;
 use wetcor::model::parameters::Parameters;
-use wetcor::model::simulate::Simulation;
-use wetcor::runs::{NewRun, Table};
+use wetcor::runs::{arrange, NewRun};
 use wetcor::scene::Likelihood;
 
 const SCENE: &str = r#"
@@ -43,30 +42,11 @@ dry_impact_speed_m_s = [0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1
 repeats = 3
 "#;
 
-fn rows(place: &Place, seed: u64) -> Vec<NewRun<'_>> {
-    let simulation = Simulation::new(&place.scene, None).unwrap_or_else(|error| panic!("{error}"));
-    let mut rows = vec![];
-    simulation
-        .draw(seed, |run| {
-            rows.push(run);
-            Ok(())
-        })
-        .unwrap_or_else(|error| panic!("{error}"));
-    rows
-}
-
 /// Name, mean and sd of each parameter.
 fn posterior(place: &Place, rows: &[NewRun], likelihood: Likelihood, seed: u64) -> Vec<(String, f64, f64)> {
     let mut scene = place.scene.clone();
     scene.model.likelihood = likelihood;
-    let runs = wetcor::runs::arrange(&scene, rows);
-    let table = Table {
-        rows: rows.len(),
-        screened: vec![],
-        notices: vec![],
-        sha256: String::new(),
-        runs,
-    };
+    let table = table_of(arrange(&scene, rows));
     let least_squares = findings::find(&scene, &table, 1, false);
     let form = scene.model.form();
     let parameters = Parameters::of(&scene, &table.runs, form).expect("room");
@@ -121,7 +101,7 @@ fn an_outlier_anywhere_moves_no_parameter_by_more_than_its_sd() {
     let name = "an_outlier_anywhere_moves_no_parameter_by_more_than_its_sd";
     let place = Place::new(SCENE);
     let seed = seed_of(name);
-    let rows = rows(&place, seed);
+    let rows = rows(&place.scene, seed);
     let clean = [Likelihood::Student, Likelihood::Normal].map(|tails| posterior(&place, &rows, tails, seed));
     let wet = |e: f64| {
         let near = |run: &NewRun| (run.restitution - e).abs();
@@ -159,7 +139,7 @@ fn the_degrees_of_freedom_are_those_of_the_noise() {
             .replace("[design]", &format!("{truth}[design]"))
             .replace("repeats = 3", "repeats = 20");
         let place = Place::new(&text);
-        let rows = rows(&place, seed_of(name));
+        let rows = rows(&place.scene, seed_of(name));
         let found = posterior(&place, &rows, Likelihood::Student, seed_of(name));
         let (_, mean, sd) = found.iter().find(|(name, ..)| name == "nu").expect("sampled");
         (*mean, *sd)

@@ -7,10 +7,12 @@ pub mod assembled;
 
 use std::path::Path;
 
+use rand::rngs::ChaCha8Rng;
 use tempfile::TempDir;
+use wetcor::error::Error;
 use wetcor::findings::{self, Findings};
 use wetcor::model::simulate::Simulation;
-use wetcor::runs::{self, RunWriter, Table};
+use wetcor::runs::{self, NewRun, RunWriter, Runs, Table};
 use wetcor::scene::{self, Scene};
 
 /// A scene in a folder of its own, for as long as the test needs it.
@@ -52,6 +54,43 @@ impl Place {
     pub fn fit_rows(&self, csv: &str) -> Findings {
         std::fs::write(&self.scene.data.runs, csv).expect("the folder is writable");
         findings::find(&self.scene, &self.read(), 1, false)
+    }
+}
+
+/// The runs of a scene's design, as they are drawn.
+pub fn rows(scene: &Scene, seed: u64) -> Vec<NewRun<'_>> {
+    gather(scene, |simulation, row| simulation.draw(seed, row))
+}
+
+/// The same from a stream.
+pub fn rows_from(scene: &Scene, rng: ChaCha8Rng) -> Vec<NewRun<'_>> {
+    gather(scene, |simulation, row| simulation.draw_from(rng, row))
+}
+
+type Row<'r, 's> = &'r mut dyn FnMut(NewRun<'s>) -> Result<(), Error>;
+
+fn gather<'s>(
+    scene: &'s Scene,
+    draw: impl FnOnce(&Simulation<'s>, Row<'_, 's>) -> Result<(), Error>,
+) -> Vec<NewRun<'s>> {
+    let simulation = Simulation::new(scene, None).unwrap_or_else(|error| panic!("{error}"));
+    let mut rows = vec![];
+    let drawn = draw(&simulation, &mut |run| {
+        rows.push(run);
+        Ok(())
+    });
+    drawn.unwrap_or_else(|error| panic!("{error}"));
+    rows
+}
+
+/// Runs as if they had been read.
+pub fn table_of(runs: Runs) -> Table {
+    Table {
+        rows: runs.len(),
+        screened: vec![],
+        notices: vec![],
+        sha256: String::new(),
+        runs,
     }
 }
 

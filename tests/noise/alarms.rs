@@ -1,7 +1,7 @@
 //! Holds that plain noise raises alarms as rarely as claimed, and that there are none where nothing can be told.
 
-use super::common::{binomial_z, seed_of};
-use super::{drawn, fit, noise_of, plain, scattered, tells, Design, SIGMA, USUAL};
+use super::common::{binomial_z, rows, seed_of};
+use super::{fit, noise_of, plain, scattered, tells, Design, SIGMA, USUAL};
 use wetcor::findings::noise::{Outlier, FALSE_ALARM};
 use wetcor::runs::NewRun;
 
@@ -11,7 +11,7 @@ use wetcor::runs::NewRun;
 fn plain_noise_alarms_as_rarely_as_claimed() {
     const SETS: u64 = 600;
     let place = USUAL.place();
-    let exact = drawn(&place.scene, 1);
+    let exact = rows(&place.scene, 1);
     let (mut outliers, mut notices) = (0, [0; 2]);
     let mut below: [[usize; 3]; 2] = [[0; 3]; 2];
     let levels = [0.01, 0.1, 0.5];
@@ -61,7 +61,7 @@ fn few_runs_raise_no_more_alarms() {
             ..USUAL
         };
         let place = design.place();
-        let exact = drawn(&place.scene, 1);
+        let exact = rows(&place.scene, 1);
         let mut outliers = 0;
         for set in 0..SETS {
             let seed = seed_of("few_runs_raise_no_more_alarms").wrapping_add(set);
@@ -87,7 +87,7 @@ fn runs_that_stick_near_the_threshold_raise_no_alarm() {
     let (mut alarms, mut stuck, mut all) = ([0; 3], 0, 0);
     for set in 0..SETS {
         let seed = seed_of("runs_that_stick_near_the_threshold_raise_no_alarm").wrapping_add(set);
-        let mut runs = drawn(&place.scene, seed);
+        let mut runs = rows(&place.scene, seed);
         all += runs.len();
         stuck += runs.iter().filter(|run| run.restitution == 0.0).count();
         let found = fit(&place.scene, &runs, (1, false));
@@ -125,7 +125,7 @@ fn where_nothing_can_be_told_nothing_is() {
     let seed = seed_of("where_nothing_can_be_told_nothing_is");
     for design in [one, single] {
         let place = design.place();
-        let exact = drawn(&place.scene, 1);
+        let exact = rows(&place.scene, 1);
         let mut runs = scattered(&exact, seed, plain);
         runs.retain(|run| run.liquid != Some("AK20"));
         let found = fit(&place.scene, &runs, (1, false));
@@ -145,7 +145,7 @@ fn where_nothing_can_be_told_nothing_is() {
         }
     }
     let place = USUAL.place();
-    let found = fit(&place.scene, &drawn(&place.scene, 1), (1, false));
+    let found = fit(&place.scene, &rows(&place.scene, 1), (1, false));
     assert!(found
         .noise
         .is_none_or(|noise| noise.outliers_found == 0 && noise.offsets.is_none_or(|one| one.share < 1.0)));

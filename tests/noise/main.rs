@@ -6,12 +6,11 @@ mod common;
 mod outliers;
 mod spreads;
 
-use common::Place;
+use common::{table_of, Place};
 use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::noise::Noise;
 use wetcor::findings::{self, Findings};
-use wetcor::model::simulate::Simulation;
-use wetcor::runs::{self, NewRun, Table};
+use wetcor::runs::{arrange, NewRun};
 use wetcor::scene::Scene;
 use wetcor::seed::stream;
 
@@ -72,18 +71,6 @@ impl Design {
     }
 }
 
-/// The runs of the design, with the truth's own noise.
-fn drawn(scene: &Scene, seed: u64) -> Vec<NewRun<'_>> {
-    let simulation = Simulation::new(scene, None).expect("a truth and a design");
-    let mut drawn = vec![];
-    let keep = |run| {
-        drawn.push(run);
-        Ok(())
-    };
-    simulation.draw(seed, keep).expect("a place in memory");
-    drawn
-}
-
 /// The same with normal noise whose sd each run is asked for.
 fn scattered<'s>(exact: &[NewRun<'s>], seed: u64, sd: impl Fn(&NewRun) -> f64) -> Vec<NewRun<'s>> {
     let mut rng = stream(seed, "noise of a test", 0);
@@ -104,20 +91,9 @@ fn plain(run: &NewRun) -> f64 {
     }
 }
 
-/// Runs as if a file had held them.
-fn table(scene: &Scene, runs: &[NewRun]) -> Table {
-    Table {
-        runs: runs::arrange(scene, runs),
-        rows: runs.len(),
-        screened: vec![],
-        notices: vec![],
-        sha256: String::new(),
-    }
-}
-
 /// Fits them.
 fn fit(scene: &Scene, runs: &[NewRun], (seed, bootstrap): (u64, bool)) -> Findings {
-    findings::find(scene, &table(scene, runs), seed, bootstrap)
+    findings::find(scene, &table_of(arrange(scene, runs)), seed, bootstrap)
 }
 
 fn noise_of(findings: &Findings) -> &Noise {

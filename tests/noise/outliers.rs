@@ -1,16 +1,16 @@
 //! Holds that outliers are named wherever they lie, and do not hide each other.
 
-use super::common::{binomial_z, seed_of};
-use super::{drawn, fit, noise_of, plain, scattered, series_of, table, tells, Design, SIGMA, USUAL};
+use super::common::{binomial_z, rows, seed_of, table_of};
+use super::{fit, noise_of, plain, scattered, series_of, tells, Design, SIGMA, USUAL};
 use wetcor::findings::noise::Outlier;
 use wetcor::findings::{self, Findings};
-use wetcor::runs::{MeasurementErrors, NewRun};
+use wetcor::runs::{arrange, MeasurementErrors, NewRun};
 
 /// Wherever it lies in [0, 1], and stuck or not.
 #[test]
 fn an_outlier_is_named() {
     let place = USUAL.place();
-    let exact = drawn(&place.scene, 1);
+    let exact = rows(&place.scene, 1);
     let seed = seed_of("an_outlier_is_named");
     for (index, e) in [0.0, 0.05, 0.3, 0.6, 1.0].into_iter().enumerate() {
         for dry in [true, false] {
@@ -59,7 +59,7 @@ fn an_outlier_is_named_where_not_every_parameter_is_known() {
     };
     for (design, has_dry) in [(USUAL, false), (one_film, true)] {
         let place = design.place();
-        let mut exact = drawn(&place.scene, 1);
+        let mut exact = rows(&place.scene, 1);
         exact.retain(|run| has_dry || run.liquid.is_some());
         let mut alarms = [0; 3];
         for set in 0..SETS {
@@ -91,7 +91,7 @@ fn an_outlier_is_named_where_not_every_parameter_is_known() {
 fn the_move_is_that_of_a_fit_without_the_run() {
     let design = Design { repeats: 2, ..USUAL };
     let place = design.place();
-    let exact = drawn(&place.scene, 1);
+    let exact = rows(&place.scene, 1);
     let mut runs = scattered(&exact, seed_of("the_move_is_that_of_a_fit_without_the_run"), plain);
     let at = 110;
     runs[at].restitution -= 0.2;
@@ -114,7 +114,7 @@ fn the_move_is_that_of_a_fit_without_the_run() {
 #[test]
 fn outliers_do_not_hide_each_other() {
     let place = USUAL.place();
-    let exact = drawn(&place.scene, 1);
+    let exact = rows(&place.scene, 1);
     let mut runs = scattered(&exact, seed_of("outliers_do_not_hide_each_other"), plain);
     let one = series_of(&exact[400]);
     let of_one = (0..runs.len()).filter(|run| series_of(&exact[*run]) == one).step_by(4);
@@ -151,7 +151,7 @@ fn under_a_student_likelihood_no_outlier_is_told() {
         ..USUAL
     };
     let place = design.place();
-    let mut runs = scattered(&drawn(&place.scene, 1), seed_of("under_a_student_likelihood"), plain);
+    let mut runs = scattered(&rows(&place.scene, 1), seed_of("under_a_student_likelihood"), plain);
     runs[200].restitution -= 0.3;
     let found = fit(&place.scene, &runs, (1, false));
     assert_eq!((noise_of(&found).outliers_found, tells(&found, "outlier")), (0, false));
@@ -161,7 +161,7 @@ fn under_a_student_likelihood_no_outlier_is_told() {
 #[test]
 fn runs_are_held_against_their_own_measurement_errors() {
     let place = USUAL.place();
-    let exact = drawn(&place.scene, 1);
+    let exact = rows(&place.scene, 1);
     let own = 8.0 * SIGMA;
     // every seventh run
     let badly = |row: u32| row.is_multiple_of(7);
@@ -184,7 +184,7 @@ fn runs_are_held_against_their_own_measurement_errors() {
             count += 1;
         }
     }
-    let mut table = table(&place.scene, &runs);
+    let mut table = table_of(arrange(&place.scene, &runs));
     let unknown = findings::find(&place.scene, &table, 1, false);
     let outliers = noise_of(&unknown).outliers_found;
     assert!(outliers > count / 6, "{outliers} of {count}");

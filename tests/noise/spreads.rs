@@ -1,7 +1,7 @@
 //! Holds that unequal spreads and shared offsets are told when they matter, with what standard errors lack by them.
 
-use super::common::{self, binomial_z, seed_of};
-use super::{drawn, fit, noise_of, offset, plain, scattered, tells, Design, SIGMA, USUAL};
+use super::common::{self, binomial_z, rows, seed_of};
+use super::{fit, noise_of, offset, plain, scattered, tells, Design, SIGMA, USUAL};
 use wetcor::findings::noise::LINE;
 use wetcor::findings::Findings;
 use wetcor::runs::NewRun;
@@ -11,7 +11,7 @@ use wetcor::runs::NewRun;
 fn unequal_spreads_are_told_when_they_matter() {
     const SETS: u64 = 50;
     let place = USUAL.place();
-    let exact = drawn(&place.scene, 1);
+    let exact = rows(&place.scene, 1);
     let told = |factor: f64| {
         let count = |set: &u64| {
             let seed = seed_of("unequal_spreads_are_told_when_they_matter").wrapping_add(*set);
@@ -52,7 +52,7 @@ fn unequal_spreads_are_told_when_they_matter() {
 fn the_factor_is_what_a_standard_error_lacks() {
     const SETS: u64 = 600;
     let place = USUAL.place();
-    let exact = drawn(&place.scene, 1);
+    let exact = rows(&place.scene, 1);
     let name = seed_of("the_factor_is_what_a_standard_error_lacks");
     // for unequal spreads, and for shared offsets
     for offsets in [false, true] {
@@ -115,7 +115,7 @@ fn shared_offsets_are_told_and_the_series_bootstrap_covers_them() {
             ..USUAL
         };
         let place = design.place();
-        let exact = drawn(&place.scene, 1);
+        let exact = rows(&place.scene, 1);
         // without noise the law returns its own truth
         let truth = fit(&place.scene, &scattered(&exact, 1, |_| 1e-9), (1, false));
         let of = |findings: &Findings| {

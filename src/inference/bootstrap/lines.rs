@@ -2,9 +2,8 @@
 
 use std::ops::Range;
 
-use pulp::{Arch, Simd, WithSimd};
-
 use super::kernel::{sums, Failure, Level, Sample, Weighted};
+use super::wide::{widest, Wide};
 use super::TOGETHER;
 
 /// What a pick moves.
@@ -83,7 +82,7 @@ impl Lines {
     /// What [`super::kernel::linear`] finds in replicates drawn together, from what their picks drew.
     pub(super) fn fit(&self, drawn: &[[u32; TOGETHER]]) -> impl Iterator<Item = Weighted> + use<'_> {
         let drawn = &drawn[self.picks.clone()];
-        let moved = Arch::new().dispatch(Moved { lines: self, drawn });
+        let moved = widest(Moved { lines: self, drawn });
         moved.into_iter().map(|[s, x, e, _]| {
             let [se, xe, ee] = [self.own[0] + s, self.own[1] + x, self.own[2] + e];
             let me = se * self.level.share;
@@ -98,13 +97,13 @@ struct Moved<'a> {
     drawn: &'a [[u32; TOGETHER]],
 }
 
-impl WithSimd for Moved<'_> {
+impl Wide for Moved<'_> {
     /// With what was read after the sums: left out here, the compiler would read them one by one.
     type Output = [[f64; READ]; TOGETHER];
 
-    // no registers named: where the machine has wide ones, the compiler adds all sums of a replicate at once
+    // all sums of a replicate at once
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> [[f64; READ]; TOGETHER] {
+    fn run(self) -> [[f64; READ]; TOGETHER] {
         let mut sums = [[0.0; READ]; TOGETHER];
         for (drawn, start) in self.drawn.iter().zip(&self.lines.starts) {
             let table = &self.lines.tables[SUMS * *start as usize..];

@@ -15,6 +15,8 @@
 //! | `lines.rs` | fits lines straight from what was drawn |
 //! | `schemes.rs` | draws what a replicate of the other schemes is fitted to |
 //! | `kernel.rs` | fits a law to weighted runs in one stream over them |
+//! | `replicated.rs` | keeps the replicates |
+//! | `wide.rs` | runs loops in the widest registers that the machine has |
 //! | `jackknife.rs` | leaves out one run at a time: acceleration and degrees of freedom |
 //! | `intervals.rs` | percentile, BCa and studentized intervals from replicates |
 
@@ -25,8 +27,12 @@ mod lines;
 mod nodes;
 mod outcomes;
 mod picks;
+mod replicated;
 mod schemes;
 pub mod strata;
+mod wide;
+
+pub use replicated::Replicated;
 
 use std::ops::Range;
 
@@ -38,6 +44,7 @@ use crate::seed::Streams;
 use kernel::{Failure, Sample, Weighted};
 use nodes::{Drawn, Nodes};
 use picks::{weigh, Picks};
+use replicated::Block;
 use schemes::{draw_series, Noise};
 
 /// A law fitted to some strata.
@@ -142,50 +149,8 @@ pub struct Plan {
     pub seed: u64,
 }
 
-/// Replicates handled by one thread at a time, a multiple of those drawn together.
-const BLOCK: usize = 64;
-
 /// Replicates drawn at once.
 const TOGETHER: usize = 8;
-
-/// Every replicate of every target: parameters and covariance, or NaN and the reason where a replicate has no fit.
-#[derive(Debug, Clone)]
-pub struct Replicated {
-    targets: usize,
-    replicates: usize,
-    /// a block after another, in which one target's replicates follow another's
-    fits: Vec<Numbers>,
-    failures: Vec<Option<Failure>>,
-}
-
-/// Parameters and covariance. Plain numbers: memory for them comes as zeros, where filling it with fits that are none
-/// would take a tenth of the time that the fits take.
-type Numbers = [f64; 5];
-
-impl Replicated {
-    /// The replicates of one target, in order.
-    pub fn of(&self, target: usize) -> impl Iterator<Item = Weighted> + use<'_> {
-        self.column(&self.fits, target).map(|&[a, b, aa, ab, bb]| Weighted {
-            parameters: [a, b],
-            covariance: [aa, ab, bb],
-        })
-    }
-
-    /// Why each replicate of one target has no fit; `None` where it has.
-    pub fn failures(&self, target: usize) -> impl Iterator<Item = Option<Failure>> + use<'_> {
-        self.column(&self.failures, target).copied()
-    }
-
-    fn column<'a, T>(&self, all: &'a [T], target: usize) -> impl Iterator<Item = &'a T> + use<'a, T> {
-        let targets = self.targets;
-        let blocks = all.chunks(BLOCK * targets.max(1));
-        let every = blocks.flat_map(move |block| {
-            let made = block.len() / targets;
-            &block[target * made..(target + 1) * made]
-        });
-        every.take(self.replicates)
-    }
-}
 
 /// Fits a target to weighted restitutions of its runs.
 fn solve(target: &Target, restitution: &[f64], weights: &[f64]) -> Result<Weighted, Failure> {
@@ -261,56 +226,19 @@ pub fn replicate(pool: &Pool, targets: &[Target], plan: Plan, done: &(dyn Fn(usi
         cases: Streams::new(plan.seed, CASES),
         streams: Streams::new(plan.seed, "bootstrap"),
     };
-    let all = targets.len() * plan.replicates;
-    let mut made = Replicated {
-        targets: targets.len(),
-        replicates: plan.replicates,
-        fits: vec![[0.0; 5]; all],
-        failures: vec![None; all],
-    };
-    let block = BLOCK * targets.len().max(1);
-    let fits = made.fits.par_chunks_mut(block);
-    let blocks = fits.zip(made.failures.par_chunks_mut(block)).enumerate();
-    blocks.for_each_init(
+    let mut made = Replicated::room(targets.len(), plan.replicates);
+    made.blocks().for_each_init(
         || Scratch {
             weights: vec![0.0; most],
             restitution: vec![0.0; most],
             drawn: replication.nodes.as_ref().map(Nodes::room),
         },
-        |scratch, (block, (fits, failures))| {
-            let replicates = fits.len() / targets.len();
-            let mut block = Block {
-                first: (block * BLOCK) as u64,
-                replicates,
-                fits,
-                failures,
-            };
+        |scratch, mut block| {
             replication.draw(scratch, &mut block);
-            done(replicates);
+            done(block.replicates);
         },
     );
     made
-}
-
-/// Replicates to be made.
-struct Block<'a> {
-    /// number of the first of them
-    first: u64,
-    replicates: usize,
-    fits: &'a mut [Numbers],
-    failures: &'a mut [Option<Failure>],
-}
-
-impl Block<'_> {
-    fn put(&mut self, target: usize, replicate: usize, fit: Result<Weighted, Failure>) {
-        let place = target * self.replicates + replicate;
-        let Weighted {
-            parameters: [a, b],
-            covariance: [aa, ab, bb],
-        } = fit.unwrap_or(Weighted::NONE);
-        self.fits[place] = [a, b, aa, ab, bb];
-        self.failures[place] = fit.err();
-    }
 }
 
 /// The name of the stream of which a replicate of [`ResamplingScheme::Cases`] has its own stretch.

@@ -5,11 +5,11 @@
 
 use std::ops::Range;
 
-use pulp::{Arch, Simd, WithSimd};
 use rand::rngs::ChaCha8Rng;
 use rand::Rng;
 
 use super::outcomes::{draws, ways, Counts, Outcomes, FEW};
+use super::wide::{widest, Wide};
 
 /// Most ways that one word of 64 bits decides: none is then likelier than another by more than a share of 2⁻²¹, which moves
 /// a mean of replicates by less than 10⁻⁶ of their standard deviation.
@@ -102,7 +102,7 @@ impl Picks {
     /// Draws some replicates.
     pub(super) fn draw<const N: usize>(&self, rng: &mut ChaCha8Rng, into: &mut Drawn<N>) {
         rng.fill_bytes(&mut into.bytes);
-        Arch::new().dispatch(Decide { picks: self, into });
+        widest(Decide { picks: self, into });
     }
 }
 
@@ -112,12 +112,12 @@ struct Decide<'a, const N: usize> {
     into: &'a mut Drawn<N>,
 }
 
-impl<const N: usize> WithSimd for Decide<'_, N> {
+impl<const N: usize> Wide for Decide<'_, N> {
     type Output = ();
 
-    // no registers named: where the machine has wide ones, the compiler decides several replicates at once
+    // several replicates at once
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
+    fn run(self) {
         const HALF: u64 = u32::MAX as u64;
         let Decide { picks, into } = self;
         let (words, _) = into.bytes.as_chunks();

@@ -293,7 +293,9 @@ fn derived(posterior: &Posterior, size: Size) -> OwnedGroup {
 
 /// Every column's value at the first draw of the first chain, then at the next; columns have their draws by chain.
 fn woven(columns: &[&Vec<Vec<f64>>]) -> Vec<u8> {
-    let lengths = columns.first().map_or(vec![], |first| first.iter().map(Vec::len).collect());
+    let lengths = columns
+        .first()
+        .map_or(vec![], |first| first.iter().map(Vec::len).collect());
     let numbers = columns.len() * lengths.iter().sum::<usize>();
     let mut bytes = Vec::with_capacity(size_of::<f64>() * numbers);
     for (chain, draws) in lengths.into_iter().enumerate() {

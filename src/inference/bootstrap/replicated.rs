@@ -1,0 +1,94 @@
+//! Keeps the replicates of all targets, in the order in which they are made.
+
+use rayon::prelude::*;
+
+use super::kernel::{Failure, Weighted};
+
+/// Replicates handled by one thread at a time, a multiple of those drawn together.
+const BLOCK: usize = 64;
+
+/// Every replicate of every target: parameters and covariance, or NaN and the reason where a replicate has no fit.
+#[derive(Debug, Clone)]
+pub struct Replicated {
+    targets: usize,
+    replicates: usize,
+    /// a block after another, in which one target's replicates follow another's
+    fits: Vec<Numbers>,
+    failures: Vec<Option<Failure>>,
+}
+
+/// Parameters and covariance. Plain numbers: memory for them comes as zeros, where filling it with fits that are none
+/// would take a tenth of the time that the fits take.
+type Numbers = [f64; 5];
+
+impl Replicated {
+    /// Room for so many of each of some targets.
+    pub(super) fn room(targets: usize, replicates: usize) -> Replicated {
+        let all = targets * replicates;
+        Replicated {
+            targets,
+            replicates,
+            fits: vec![[0.0; 5]; all],
+            failures: vec![None; all],
+        }
+    }
+
+    /// The room, in blocks to be filled by any thread.
+    pub(super) fn blocks(&mut self) -> impl IndexedParallelIterator<Item = Block<'_>> {
+        let targets = self.targets.max(1);
+        let fits = self.fits.par_chunks_mut(BLOCK * targets);
+        let blocks = fits.zip(self.failures.par_chunks_mut(BLOCK * targets)).enumerate();
+        blocks.map(move |(block, (fits, failures))| Block {
+            first: (block * BLOCK) as u64,
+            replicates: fits.len() / targets,
+            fits,
+            failures,
+        })
+    }
+
+    /// The replicates of one target, in order.
+    pub fn of(&self, target: usize) -> impl Iterator<Item = Weighted> + use<'_> {
+        self.column(&self.fits, target).map(|&[a, b, aa, ab, bb]| Weighted {
+            parameters: [a, b],
+            covariance: [aa, ab, bb],
+        })
+    }
+
+    /// Why each replicate of one target has no fit; `None` where it has.
+    pub fn failures(&self, target: usize) -> impl Iterator<Item = Option<Failure>> + use<'_> {
+        self.column(&self.failures, target).copied()
+    }
+
+    fn column<'a, T>(&self, all: &'a [T], target: usize) -> impl Iterator<Item = &'a T> + use<'a, T> {
+        let targets = self.targets;
+        let blocks = all.chunks(BLOCK * targets.max(1));
+        let every = blocks.flat_map(move |block| {
+            let made = block.len() / targets;
+            &block[target * made..(target + 1) * made]
+        });
+        every.take(self.replicates)
+    }
+}
+
+/// Replicates to be made, of all targets.
+pub(super) struct Block<'a> {
+    /// number of the first of them
+    pub first: u64,
+    /// how many
+    pub replicates: usize,
+    fits: &'a mut [Numbers],
+    failures: &'a mut [Option<Failure>],
+}
+
+impl Block<'_> {
+    /// Keeps what one replicate of a target is, numbered from the first.
+    pub fn put(&mut self, target: usize, replicate: usize, fit: Result<Weighted, Failure>) {
+        let place = target * self.replicates + replicate;
+        let Weighted {
+            parameters: [a, b],
+            covariance: [aa, ab, bb],
+        } = fit.unwrap_or(Weighted::NONE);
+        self.fits[place] = [a, b, aa, ab, bb];
+        self.failures[place] = fit.err();
+    }
+}
