@@ -31,8 +31,8 @@ pub enum Values<'a> {
     Text(&'a [String]),
 }
 
-/// Length along the second dimension of a chunk that the caller writes: some megabytes for thousands of numbers each.
-pub const PART: usize = 250;
+/// Length along the second dimension of a chunk that the caller writes: a few megabytes where runs are thousands.
+pub const PART: usize = 256;
 
 /// An array of a group. One that bears the name of its only dimension is that dimension's coordinate.
 #[derive(Debug, Clone, PartialEq)]
