@@ -11,7 +11,7 @@ use wetcor::report::prediction::{self, Origin};
 use wetcor::scene::{name_expected, LARGEST_FILM_RATIO};
 use wetcor::units::Dimension;
 
-use super::{say, warn};
+use super::said::{say, warn};
 
 #[derive(Args)]
 #[command(after_help = "\

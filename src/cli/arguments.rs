@@ -1,0 +1,146 @@
+//! Says what the command line may hold.
+
+use std::path::PathBuf;
+
+use clap::{Parser, Subcommand, ValueEnum};
+use wetcor::inference::accuracy::RANGE;
+
+use super::predict;
+
+/// Infers the parameters of wet-particle impact from a scene file and a table of impacts
+#[derive(Parser)]
+#[command(version, arg_required_else_help = true, after_help = EXAMPLES)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    pub(super) verb: Verb,
+    /// Threads to use [default: all]
+    #[arg(long, global = true, value_parser = clap::value_parser!(u16).range(1..))]
+    pub(super) threads: Option<u16>,
+    /// Print errors only
+    #[arg(long, global = true)]
+    pub(super) quiet: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  wetcor check datasets/mueller2016/scene.toml
+  wetcor fit datasets/mueller2016/scene.toml
+
+Exit status: 0 ran; 1 ran, and the numbers are not to be quoted; 2 could not run";
+
+#[derive(Subcommand)]
+pub(super) enum Verb {
+    /// Fit a scene's runs and write the report
+    #[command(after_help = "\
+Example:
+  wetcor fit datasets/mueller2016/scene.toml --out reports/mueller2016
+
+Writes report.md, figures/, findings.json and timing.json. An existing folder is replaced only if it holds an earlier \
+report of the same title.")]
+    Fit {
+        /// The scene file
+        scene: PathBuf,
+        /// Folder to write [default: reports/<the scene's folder name>]
+        #[arg(long)]
+        out: Option<PathBuf>,
+        /// Seed of every use of chance
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+        /// Stages to run [default: all]
+        #[arg(long, value_delimiter = ',')]
+        stages: Vec<Stage>,
+        /// Sample with every row in every evaluation, to compare with the compressed likelihood
+        #[arg(long, conflicts_with = "accuracy")]
+        exact_rows: bool,
+        /// Largest error of any posterior mean, in posterior sds, and of any sd, relative, from 0.005 to 1: take the
+        /// cheapest method that can vouch for it [default: trajectories as [sampler] says]
+        #[arg(long, value_name = "X", value_parser = read_accuracy)]
+        accuracy: Option<f64>,
+    },
+    /// Say what was read and what it can identify, by least squares at most
+    #[command(after_help = "\
+Example:
+  wetcor check datasets/mueller2016/scene.toml --json")]
+    Check {
+        /// The scene file
+        scene: PathBuf,
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
+    },
+    /// Draw runs from a scene's [truth] and [design]
+    #[command(after_help = "\
+Example:
+  wetcor simulate datasets/mueller2016/scene.toml --runs 100000 --out runs.parquet")]
+    Simulate {
+        /// The scene file
+        scene: PathBuf,
+        /// File to write, .csv or .parquet
+        #[arg(long)]
+        out: PathBuf,
+        /// Runs in all, spread evenly over the design [default: the design's repeats]
+        #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
+        runs: Option<u64>,
+        /// Seed of every use of chance
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+    },
+    /// Predict the restitution at given speeds from a finished fit
+    Predict(predict::Predict),
+    /// Measure, on a scene's runs, what each method costs and how far off it is
+    #[command(after_help = "\
+Example:
+  wetcor trade datasets/mueller2016/scene.toml --out reports/mueller2016-trade
+
+Writes trade.md, trade.json and trade.svg. The other methods are held against a long run that evaluates every run.")]
+    Trade {
+        /// The scene file
+        scene: PathBuf,
+        /// Folder to write [default: reports/<the scene's folder name>-trade]
+        #[arg(long)]
+        out: Option<PathBuf>,
+        /// Seed of every use of chance
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+    },
+    /// Measure how often the intervals cover the truth, on simulated data
+    #[command(after_help = "\
+Example:
+  wetcor calibrate --out reports/calibration.md")]
+    Calibrate {
+        /// File to write
+        #[arg(long)]
+        out: PathBuf,
+        /// Data sets a design
+        #[arg(long, default_value_t = 4000, value_parser = clap::value_parser!(u64).range(1..))]
+        sets: u64,
+        /// Seed of every use of chance
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+    },
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[value(rename_all = "snake_case")]
+pub(super) enum Stage {
+    /// Every fit and its intervals
+    LeastSquares,
+    /// Bootstrap intervals beside those of least squares
+    Bootstrap,
+    /// Parameters from all runs at once, under the scene's priors
+    Posterior,
+    /// Which form of the law predicts the runs best
+    Compare,
+    /// The report's figures
+    Figures,
+}
+
+/// An accuracy that may be asked for.
+fn read_accuracy(text: &str) -> Result<f64, String> {
+    let (least, most) = RANGE;
+    let expected = || format!("expected a number from {least} to {most}");
+    let value: f64 = text.parse().map_err(|_| expected())?;
+    Some(value)
+        .filter(|value| (least..=most).contains(value))
+        .ok_or_else(expected)
+}

@@ -1,0 +1,30 @@
+//! Runs `wetcor calibrate`: how often the intervals cover the truth, on simulated data.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
+use wetcor::error::Error;
+use wetcor::study::{accuracy, calibration};
+
+use super::said::say;
+use crate::progress::Progress;
+
+pub(super) fn calibrate(out: &Path, sets: u64, seed: u64, quiet: bool) -> Result<u8, Error> {
+    // an accuracy takes about as long as a hundred data sets
+    let of_accuracy = 100;
+    let all = sets * calibration::DESIGNS + of_accuracy * accuracy::SCENES;
+    let progress = Progress::bar("calibrate", all, quiet);
+    let done = AtomicU64::new(0);
+    let step = || progress.at(1 + done.fetch_add(1, Relaxed));
+    let table = calibration::measure(sets, calibration::REPLICATES, seed, &step)?;
+    let kept = accuracy::measure(accuracy::SCENES, seed, &|| {
+        progress.at(of_accuracy + done.fetch_add(of_accuracy, Relaxed));
+    })?;
+    let text = calibration::markdown(&table) + &accuracy::markdown(&kept);
+    std::fs::write(out, text).map_err(|error| Error::io(out, "write", error))?;
+    drop(progress);
+    if !quiet {
+        say(&format!("table: {}\n", out.display()))?;
+    }
+    Ok(0)
+}

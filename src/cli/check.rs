@@ -1,0 +1,28 @@
+//! Runs `wetcor check`: what was read, and what it can identify.
+
+use std::path::Path;
+
+use wetcor::error::Error;
+use wetcor::findings::{self, overview};
+use wetcor::report::{self, markdown};
+use wetcor::{runs, scene};
+
+use super::said::{say, tell};
+use crate::progress::Progress;
+
+pub(super) fn check(path: &Path, json: bool, quiet: bool) -> Result<u8, Error> {
+    let scene = scene::read(path)?;
+    let progress = Progress::spinner("read", quiet);
+    let table = runs::read(&scene);
+    drop(progress);
+    let table = table?;
+    let least_squares = findings::find(&scene, &table, 1, false);
+    let overview = overview::find(&scene, &table, &least_squares);
+    if json {
+        say(&report::json::text(&overview)?)?;
+    } else {
+        tell(&overview.notices, quiet);
+        say(&markdown::overview_text(&overview))?;
+    }
+    Ok(0)
+}

@@ -1,0 +1,42 @@
+//! Runs `wetcor simulate`: runs drawn from a scene's truth and design.
+
+use std::path::Path;
+
+use wetcor::error::Error;
+use wetcor::model::simulate::Simulation;
+use wetcor::runs::{self, RunWriter};
+use wetcor::scene;
+
+use super::said::{say, warn};
+use crate::progress::Progress;
+
+pub(super) fn simulate(path: &Path, out: &Path, runs: Option<u64>, seed: u64, quiet: bool) -> Result<u8, Error> {
+    if !runs::can_write(out) {
+        let text = format!("{}: expected a file ending in .csv or .parquet", out.display());
+        return Err(Error::Usage(text));
+    }
+    let scene = scene::read(path)?;
+    let simulation = Simulation::new(&scene, runs)?;
+    let progress = Progress::bar("simulate", simulation.runs(), quiet);
+    let mut writer = RunWriter::create(out)?;
+    let mut written = 0u64;
+    simulation.draw(seed, |run| {
+        written += 1;
+        if written.is_multiple_of(1 << 16) {
+            progress.at(written);
+        }
+        writer.write(run)
+    })?;
+    writer.finish()?;
+    drop(progress);
+    if !quiet {
+        if simulation.left_out > 0 {
+            warn(&format!(
+                "{} combinations of film ratio and diameter not made: the scene's own screens would leave them out",
+                simulation.left_out
+            ));
+        }
+        say(&format!("{written} simulated runs: {}\n", out.display()))?;
+    }
+    Ok(0)
+}

@@ -1,0 +1,59 @@
+//! Times the stages of a fit, and shows that they are under way.
+
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::sync::OnceLock;
+use std::time::Instant;
+
+use crate::progress::Progress;
+
+/// Seconds each stage took, for `timing.json`.
+pub(super) struct Timing {
+    pub(super) started: Instant,
+    pub(super) stages: Vec<(&'static str, f64)>,
+}
+
+impl Timing {
+    pub(super) fn stage<T>(&mut self, name: &'static str, quiet: bool, work: impl FnOnce() -> T) -> T {
+        let started = Instant::now();
+        let progress = Progress::spinner(name, quiet);
+        let done = work();
+        drop(progress);
+        self.stages.push((name, started.elapsed().as_secs_f64()));
+        done
+    }
+
+    /// Least squares, and the bootstrap from where it is first told of replicates.
+    pub(super) fn fits<T>(
+        &mut self,
+        replicates: u64,
+        quiet: bool,
+        work: impl FnOnce(&(dyn Fn(usize) + Sync)) -> T,
+    ) -> T {
+        let started = Instant::now();
+        let progress = Progress::bar("bootstrap", replicates, quiet);
+        let finished = AtomicU64::new(0);
+        let bootstrap = OnceLock::new();
+        let done = work(&|more| {
+            bootstrap.get_or_init(Instant::now);
+            let before = finished.fetch_add(more as u64, Relaxed);
+            progress.at(before + more as u64);
+        });
+        let ended = Instant::now();
+        let fitted = *bootstrap.get().unwrap_or(&ended);
+        self.stages.push(("least_squares", (fitted - started).as_secs_f64()));
+        if fitted != ended {
+            self.stages.push(("bootstrap", (ended - fitted).as_secs_f64()));
+        }
+        done
+    }
+
+    pub(super) fn json(&self) -> String {
+        let mut stages: Vec<String> = self
+            .stages
+            .iter()
+            .map(|(name, seconds)| format!("  \"{name}\": {seconds:.6}"))
+            .collect();
+        stages.push(format!("  \"all\": {:.6}", self.started.elapsed().as_secs_f64()));
+        format!("{{\n{}\n}}\n", stages.join(",\n"))
+    }
+}

@@ -1,0 +1,36 @@
+//! Runs `wetcor trade`: what each method costs on a scene's runs, and how far off it is.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
+use wetcor::error::Error;
+use wetcor::report::folder::{self, Contents};
+use wetcor::report::trade as trade_report;
+use wetcor::study::trade;
+use wetcor::{runs, scene};
+
+use super::said::{say, tell};
+use crate::progress::Progress;
+
+pub(super) fn run_trade(path: &Path, out: Option<PathBuf>, seed: u64, quiet: bool) -> Result<u8, Error> {
+    let scene = scene::read(path)?;
+    let out = out.unwrap_or_else(|| Path::new("reports").join(format!("{}-trade", scene.name)));
+    folder::check(&out, Contents::Trade, &scene.title)?;
+    let table = runs::read(&scene)?;
+    let progress = Progress::bar("trade", trade::PATHS, quiet);
+    let done = AtomicU64::new(0);
+    let measured = trade::measure(&scene, &table, seed, &|| progress.at(1 + done.fetch_add(1, Relaxed)))?;
+    drop(progress);
+    let files = trade_report::files(&scene, &measured)?;
+    folder::write(&out, Contents::Trade, &scene.title, files)?;
+    tell(&table.notices, quiet);
+    if !quiet {
+        let page = out.join("trade.md");
+        say(&format!(
+            "{}trade: {}\n",
+            trade_report::summary(&measured),
+            page.display()
+        ))?;
+    }
+    Ok(0)
+}

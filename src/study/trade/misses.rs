@@ -1,0 +1,50 @@
+//! Measures how far off a way is, and what the linear law gets wrong on the design.
+
+use super::timed::Answer;
+use super::ways::Path;
+use super::{LinearBias, Miss, Reference, Rung};
+use crate::findings::scaling;
+use crate::scene::Law;
+
+pub(super) fn rung(path: Path, seconds: f64, answer: Answer, reference: &Reference) -> Rung {
+    let errors: Vec<Option<Miss>> = answer
+        .marginals
+        .iter()
+        .zip(&reference.parameters)
+        .map(|(found, truth)| {
+            let (found, truth) = ((*found)?, truth.marginal);
+            Some(Miss {
+                mean: (found.mean - truth.mean) / truth.sd,
+                sd: found.sd / truth.sd - 1.0,
+                q05: (found.q05 - truth.q05) / truth.sd,
+                q95: (found.q95 - truth.q95) / truth.sd,
+            })
+        })
+        .collect();
+    let worst = |of: fn(&Miss) -> f64| errors.iter().flatten().map(|miss| of(miss).abs()).reduce(f64::max);
+    Rung {
+        name: path.name(),
+        seconds,
+        nodes: answer.nodes,
+        worst_mean: worst(|miss| miss.mean),
+        worst_sd: worst(|miss| miss.sd),
+        vouched: answer.vouched,
+        effective: answer.effective,
+        effective_per_second: answer.effective.map(|effective| effective / seconds),
+        dominated_by: None,
+        failed: answer.failed,
+        errors,
+    }
+}
+
+pub(super) fn linear_bias(scaling: &scaling::Scaling) -> Option<LinearBias> {
+    let bias = scaling.bias.filter(|_| scaling.law == Law::Linear.name())?;
+    Some(LinearBias {
+        particle: scaling.particle.clone(),
+        film_ratio: scaling.film_ratio,
+        e_inf: bias.e_inf,
+        e_inf_se: scaling.e_inf.se.map(|se| bias.e_inf / se),
+        st_c: bias.st_c,
+        st_c_se: scaling.st_c.se.map(|se| bias.st_c / se),
+    })
+}

@@ -1,0 +1,75 @@
+//! Makes the long run that every way is held against.
+
+use std::time::Instant;
+
+use super::timed::marginal;
+use super::{Ground, Named, Reference};
+use crate::error::Error;
+use crate::findings::posterior::start;
+use crate::findings::Findings;
+use crate::inference::diagnostics::summary::summarise;
+use crate::inference::nuts::Effort;
+use crate::inference::posed::{Evaluation, Posed, LARGEST_ERROR};
+use crate::inference::sampling::follow;
+use crate::model::likelihood::Resolution;
+
+/// Draws a chain of the reference keeps.
+const REFERENCE_DRAWS: usize = 25_000;
+
+/// Runs up to which the reference evaluates every row; beyond, nodes to a bound a hundred times the default's.
+const REFERENCE_ROWS: usize = 100_000;
+
+impl Ground<'_> {
+    /// The long run.
+    pub(super) fn reference(&self, least_squares: &Findings) -> Result<Reference, Error> {
+        let began = Instant::now();
+        let rows = self.rows();
+        let evaluation = if self.table.runs.len() <= REFERENCE_ROWS {
+            Evaluation::Rows
+        } else {
+            Evaluation::Compressed(Resolution::Bound(0.01 * LARGEST_ERROR))
+        };
+        let effort = Effort {
+            draws: REFERENCE_DRAWS,
+            warmup: self.effort.warmup.max(1000),
+            chains: self.effort.chains.max(4),
+            ..self.effort
+        };
+        let fail = |why: String| Error::Usage(format!("no long run to hold the others against: {why}"));
+        let start = start(self.scene, least_squares);
+        let posed =
+            Posed::new(self.parameters.clone(), &rows, &start, evaluation).map_err(|why| fail(why.to_string()))?;
+        let stream = (self.seed, "trade reference");
+        let sampled = follow(&posed, effort, stream, &|_, _| ()).map_err(|why| fail(why.to_string()))?;
+        let mut parameters = vec![];
+        let (mut mcse_mean, mut mcse_sd, mut rhat) = (0.0, 0.0, 0.0);
+        for (parameter, values) in sampled.parameters.sampled.iter().zip(&sampled.values) {
+            let chains: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
+            let found = summarise(&chains);
+            let told = || {
+                fail(format!(
+                    "the draws of {} do not tell how far they may be trusted",
+                    parameter.name
+                ))
+            };
+            let marginal = marginal(&sampled, values).ok_or_else(told)?;
+            mcse_mean = f64::max(mcse_mean, found.mcse_mean.ok_or_else(told)? / marginal.sd);
+            mcse_sd = f64::max(mcse_sd, found.mcse_sd.ok_or_else(told)? / marginal.sd);
+            rhat = f64::max(rhat, found.rhat.ok_or_else(told)?);
+            parameters.push(Named {
+                name: parameter.name.clone(),
+                marginal,
+            });
+        }
+        Ok(Reference {
+            method: sampled.method.name(),
+            chains: effort.chains,
+            draws: effort.draws,
+            seconds: began.elapsed().as_secs_f64(),
+            mcse_mean,
+            mcse_sd,
+            rhat,
+            parameters,
+        })
+    }
+}
