@@ -5,9 +5,9 @@
 //! | `names.rs`, `expect.rs` | which names and numbers a scene may hold |
 //! | `asked.rs` | judges the keys nobody asked for |
 //! | `document.rs` | keeps the text and gathers the problems found in it |
-//! | `table.rs` | reads TOML tables with units in the keys, and names what it cannot use |
+//! | `table/` | reads TOML tables with units in the keys, and names what it cannot use |
 //! | `read.rs` | turns a scene file into a [`Scene`] |
-//! | `choices.rs` | the model, prior, sampler and bootstrap tables |
+//! | `choices/` | the model, prior, sampler and bootstrap tables |
 //! | `plan.rs` | the truth and design tables of a simulation |
 
 mod asked;

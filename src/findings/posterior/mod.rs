@@ -2,6 +2,8 @@
 //!
 //! | file | job |
 //! |---|---|
+//! | `written.rs` | what is said, as `findings.json` writes it |
+//! | `tell.rs` | each parameter and what follows from it, in numbers |
 //! | `contraction.rs` | the parameters that keep much of their prior |
 //! | `derived.rs` | what follows from the parameters, draw by draw |
 //! | `predictive.rs` | new runs beside the ones made |
@@ -10,187 +12,30 @@
 mod contraction;
 pub mod derived;
 pub mod predictive;
+mod tell;
 pub(super) mod trust;
-
-use rayon::prelude::*;
-use serde::Serialize;
+mod written;
 
 use super::predict::Basis;
 use super::verdicts::Check;
 use super::Findings;
 use crate::error::Error;
 use crate::inference::accuracy::sample_to;
-use crate::inference::diagnostics::energy::e_bfmi;
-use crate::inference::diagnostics::summary::summarise;
-use crate::inference::nuts::{divergences, Effort, Watcher, LARGEST_DEPTH, TARGET_ACCEPT};
+use crate::inference::nuts::{Effort, Watcher, TARGET_ACCEPT};
 use crate::inference::posed::{Evaluation, Start};
-use crate::inference::sampling::{sample_posterior, Method, Plan, Sampled};
+use crate::inference::sampling::{sample_posterior, Plan, Sampled};
 use crate::model::likelihood::pointwise::Pointwise;
 use crate::model::likelihood::Likelihood;
-use crate::model::parameters::{Kind, Parameter, Parameters};
+use crate::model::parameters::{Kind, Parameters};
 use crate::notice::Notice;
-use crate::physics::impact::{DrySpeed, Form};
+use crate::physics::impact::Form;
 use crate::runs::Runs;
-use crate::scene::{terms_of, Scene, Term};
+use crate::scene::Scene;
 use derived::Derived;
-use predictive::Predictive;
+use tell::tell;
 
 pub use trust::decline;
-
-/// What the posterior says.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct PosteriorFindings {
-    /// the sampled parameters
-    pub parameters: Vec<Quantity>,
-    /// what follows from them
-    pub derived: Vec<Quantity>,
-    /// parameters that were not sampled
-    pub left_out: Vec<LeftOut>,
-    /// correlations of the sampled parameters, in their order
-    pub correlation: Vec<Vec<f64>>,
-    /// chains
-    pub chains: usize,
-    /// draws a chain spent adapting
-    pub warmup: usize,
-    /// draws a chain kept
-    pub draws: usize,
-    /// acceptance the step size was adapted to; above 0.8 where trajectories had diverged with that
-    pub target_accept: f64,
-    /// kept draws whose trajectory diverged
-    pub divergences: usize,
-    /// kept draws whose trajectory was cut at its largest length
-    pub trajectories_cut: usize,
-    /// energy Bayesian fraction of missing information of each chain
-    pub e_bfmi: Vec<Option<f64>>,
-    /// how it was sampled
-    pub method: Method,
-    /// Pareto shape of the weights of the normal about the mode; `None` where none were asked for
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub khat: Option<f64>,
-    /// the accuracy that was asked for; `None` if none was
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub accuracy: Option<Accuracy>,
-    /// the terms of the energy balance, as a scene names them
-    pub terms: Vec<&'static str>,
-    /// the form of the inertial loss
-    pub inertia: &'static str,
-    /// the speed at which e_dry enters, m/s; `None`: each run's own
-    pub dry_speed_m_s: Option<f64>,
-    /// what stood for the runs; `None` if every row was used
-    pub compression: Option<Compression>,
-    /// new runs beside the ones made
-    pub predictive: Predictive,
-    /// what `wetcor predict` needs besides these and the draws
-    pub basis: Basis,
-}
-
-/// One quantity of the posterior.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Quantity {
-    /// its name
-    pub name: String,
-    /// mean
-    pub mean: Option<f64>,
-    /// standard deviation
-    pub sd: Option<f64>,
-    /// median
-    pub median: Option<f64>,
-    /// 5 % point
-    pub q05: Option<f64>,
-    /// 95 % point
-    pub q95: Option<f64>,
-    /// rank-normalised split R-hat
-    pub rhat: Option<f64>,
-    /// effective draws for the centre
-    pub ess_bulk: Option<f64>,
-    /// effective draws for the 5 % and 95 % points
-    pub ess_tail: Option<f64>,
-    /// Monte Carlo error of the mean
-    pub mcse_mean: Option<f64>,
-    /// Monte Carlo error of the sd
-    pub mcse_sd: Option<f64>,
-    /// Monte Carlo error of the 5 % point; of a parameter only
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub mcse_q05: Option<f64>,
-    /// Monte Carlo error of the 95 % point; of a parameter only
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub mcse_q95: Option<f64>,
-    /// what was believed before; `None` for a derived quantity
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub prior: Option<PriorTold>,
-    /// why numbers are missing; stands exactly then
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub why_none: Option<String>,
-}
-
-/// What was believed of a parameter before the runs.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct PriorTold {
-    /// the letter of the formulas
-    pub symbol: &'static str,
-    /// its unit
-    pub unit: &'static str,
-    /// it lies above this
-    pub lower: f64,
-    /// it lies below this; `None` without a bound
-    pub upper: Option<f64>,
-    /// the density, as a scene writes it
-    pub density: String,
-    /// its median
-    pub median: f64,
-    /// its standard deviation; `None` where it has none
-    pub sd: Option<f64>,
-    /// where it comes from
-    pub source: &'static str,
-    /// sd of the posterior over sd of the prior
-    pub sd_ratio: Option<f64>,
-}
-
-/// A parameter that was not sampled.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct LeftOut {
-    /// its name
-    pub name: String,
-    /// the value it was held at; `None` where nothing reads it
-    pub value: Option<f64>,
-    /// why
-    pub reason: String,
-}
-
-/// An accuracy that was asked for: the largest error of any mean, in posterior sds, and of any sd, relative.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Accuracy {
-    /// what was asked for
-    pub asked: f64,
-    /// what the method's own check vouches for; `None`: nothing
-    pub vouched: Option<f64>,
-    /// cheaper ways that did not do
-    pub tried: Vec<Tried>,
-}
-
-/// A way to the draws that did not do.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Tried {
-    /// which
-    pub method: Method,
-    /// why it did not do
-    pub why: String,
-}
-
-/// What stood for the runs.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Compression {
-    /// nodes of wet runs
-    pub nodes: usize,
-    /// wet runs
-    pub rows: usize,
-    /// wet runs whose own setting was a node
-    pub rows_exact: usize,
-    /// the error that was allowed
-    pub bound: f64,
-    /// largest difference from the sum over all rows at some of the draws
-    pub max_log_density_error: f64,
-}
+pub use written::{Accuracy, Compression, LeftOut, PosteriorFindings, PriorTold, Quantity, Tried};
 
 /// A posterior with its draws, for the report and the files of draws.
 #[derive(Debug)]
@@ -344,154 +189,4 @@ pub fn start(scene: &Scene, least_squares: &Findings) -> Start {
     // a value at or below zero is on no parameter's way
     start.retain(|(_, value)| *value > 0.0);
     start
-}
-
-fn tell(
-    asked: Asked,
-    effort: Effort,
-    rows: usize,
-    sampled: &Sampled,
-    derived: &[Derived],
-    (predictive, basis): (Predictive, Basis),
-) -> PosteriorFindings {
-    let parameters = &sampled.parameters;
-    let told = parameters.sampled.par_iter().zip(&sampled.values);
-    let kept = sampled.chains.iter();
-    PosteriorFindings {
-        parameters: told
-            .map(|(parameter, values)| of_parameter(parameter, values, sampled.mcse_factor))
-            .collect(),
-        derived: derived
-            .par_iter()
-            .map(|derived| Quantity {
-                mcse_q05: None,
-                mcse_q95: None,
-                ..quantity(&derived.name, &derived.values, sampled.mcse_factor)
-            })
-            .collect(),
-        left_out: parameters
-            .left_out
-            .iter()
-            .map(|left| LeftOut {
-                name: left.name.clone(),
-                value: left.value,
-                reason: left.reason.clone(),
-            })
-            .collect(),
-        correlation: correlation(&sampled.values),
-        chains: sampled.chains.len(),
-        warmup: if sampled.method.is_nuts() { effort.warmup } else { 0 },
-        draws: sampled.chains.first().map_or(0, |chain| chain.ln_density.len()),
-        target_accept: sampled.target_accept,
-        divergences: divergences(&sampled.chains),
-        trajectories_cut: kept
-            .clone()
-            .flat_map(|chain| &chain.tree_depth)
-            .filter(|depth| **depth >= LARGEST_DEPTH)
-            .count(),
-        e_bfmi: kept
-            .filter(|chain| !chain.energy.is_empty())
-            .map(|chain| e_bfmi(&chain.energy))
-            .collect(),
-        method: sampled.method,
-        khat: sampled.khat.filter(|khat| khat.is_finite()),
-        accuracy: sampled.accuracy.as_ref().map(|accuracy| Accuracy {
-            asked: accuracy.asked,
-            vouched: Some(accuracy.vouched).filter(|error| error.is_finite()),
-            tried: accuracy
-                .tried
-                .iter()
-                .map(|(method, why)| Tried {
-                    method: *method,
-                    why: why.clone(),
-                })
-                .collect(),
-        }),
-        terms: terms_of(asked.form).into_iter().map(Term::name).collect(),
-        inertia: asked.form.inertia.name(),
-        dry_speed_m_s: match asked.form.dry_speed {
-            DrySpeed::Reference(v) => Some(v),
-            DrySpeed::Impact => None,
-        },
-        compression: sampled
-            .compression
-            .zip(sampled.checked_error)
-            .map(|(made, checked)| Compression {
-                nodes: made.nodes,
-                rows,
-                rows_exact: made.rows_exact,
-                bound: sampled.bound.unwrap_or(f64::INFINITY),
-                max_log_density_error: checked,
-            }),
-        predictive,
-        basis,
-    }
-}
-
-fn of_parameter(parameter: &Parameter, values: &[Vec<f64>], mcse_factor: f64) -> Quantity {
-    let told = quantity(&parameter.name, values, mcse_factor);
-    let sd = parameter.prior.sd();
-    let prior = PriorTold {
-        symbol: parameter.kind.symbol(),
-        unit: parameter.kind.unit(),
-        lower: parameter.bounds.0,
-        upper: Some(parameter.bounds.1).filter(|upper| upper.is_finite()),
-        density: parameter.prior.text(),
-        median: parameter.prior.median(),
-        sd,
-        source: parameter.source,
-        sd_ratio: told.sd.zip(sd).map(|(posterior, prior)| posterior / prior),
-    };
-    Quantity {
-        prior: Some(prior),
-        ..told
-    }
-}
-
-/// `mcse_factor` is that of [`Sampled`].
-fn quantity(name: &str, values: &[Vec<f64>], mcse_factor: f64) -> Quantity {
-    let chains: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
-    let missing = values.iter().flatten().filter(|value| !value.is_finite()).count();
-    let all: usize = values.iter().map(Vec::len).sum();
-    let found = summarise(&chains);
-    let why_none = match found.why_none {
-        Some(_) if missing > 0 => Some(format!("{missing} of {all} draws leave no energy at infinite speed")),
-        why => why.map(|why| why.to_string()),
-    };
-    let larger = |mcse: f64| mcse_factor * mcse;
-    let fewer = |effective: f64| effective / (mcse_factor * mcse_factor);
-    Quantity {
-        name: name.to_owned(),
-        mean: found.mean,
-        sd: found.sd,
-        median: found.median,
-        q05: found.q05,
-        q95: found.q95,
-        rhat: found.rhat,
-        ess_bulk: found.ess_bulk.map(fewer),
-        ess_tail: found.ess_tail.map(fewer),
-        mcse_mean: found.mcse_mean.map(larger),
-        mcse_sd: found.mcse_sd.map(larger),
-        mcse_q05: found.mcse_q05.map(larger),
-        mcse_q95: found.mcse_q95.map(larger),
-        prior: None,
-        why_none,
-    }
-}
-
-fn correlation(values: &[Vec<Vec<f64>>]) -> Vec<Vec<f64>> {
-    let centred: Vec<Vec<f64>> = values
-        .iter()
-        .map(|chains| {
-            let all: Vec<f64> = chains.concat();
-            let mean = all.iter().sum::<f64>() / all.len() as f64;
-            let norm = all.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>().sqrt();
-            all.iter().map(|x| (x - mean) / norm).collect()
-        })
-        .collect();
-    let pair = |a: &Vec<f64>, b: &Vec<f64>| a.iter().zip(b).map(|(a, b)| a * b).sum();
-    centred
-        .iter()
-        .map(|a| centred.iter().map(|b| pair(a, b)).collect())
-        .collect()
 }

@@ -1,0 +1,162 @@
+//! Holds what is said of the posterior, as `findings.json` writes it.
+
+use serde::Serialize;
+
+use super::predictive::Predictive;
+use crate::findings::predict::Basis;
+use crate::inference::sampling::Method;
+
+/// What the posterior says.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PosteriorFindings {
+    /// the sampled parameters
+    pub parameters: Vec<Quantity>,
+    /// what follows from them
+    pub derived: Vec<Quantity>,
+    /// parameters that were not sampled
+    pub left_out: Vec<LeftOut>,
+    /// correlations of the sampled parameters, in their order
+    pub correlation: Vec<Vec<f64>>,
+    /// chains
+    pub chains: usize,
+    /// draws a chain spent adapting
+    pub warmup: usize,
+    /// draws a chain kept
+    pub draws: usize,
+    /// acceptance the step size was adapted to; above 0.8 where trajectories had diverged with that
+    pub target_accept: f64,
+    /// kept draws whose trajectory diverged
+    pub divergences: usize,
+    /// kept draws whose trajectory was cut at its largest length
+    pub trajectories_cut: usize,
+    /// energy Bayesian fraction of missing information of each chain
+    pub e_bfmi: Vec<Option<f64>>,
+    /// how it was sampled
+    pub method: Method,
+    /// Pareto shape of the weights of the normal about the mode; `None` where none were asked for
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub khat: Option<f64>,
+    /// the accuracy that was asked for; `None` if none was
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<Accuracy>,
+    /// the terms of the energy balance, as a scene names them
+    pub terms: Vec<&'static str>,
+    /// the form of the inertial loss
+    pub inertia: &'static str,
+    /// the speed at which e_dry enters, m/s; `None`: each run's own
+    pub dry_speed_m_s: Option<f64>,
+    /// what stood for the runs; `None` if every row was used
+    pub compression: Option<Compression>,
+    /// new runs beside the ones made
+    pub predictive: Predictive,
+    /// what `wetcor predict` needs besides these and the draws
+    pub basis: Basis,
+}
+
+/// One quantity of the posterior.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Quantity {
+    /// its name
+    pub name: String,
+    /// mean
+    pub mean: Option<f64>,
+    /// standard deviation
+    pub sd: Option<f64>,
+    /// median
+    pub median: Option<f64>,
+    /// 5 % point
+    pub q05: Option<f64>,
+    /// 95 % point
+    pub q95: Option<f64>,
+    /// rank-normalised split R-hat
+    pub rhat: Option<f64>,
+    /// effective draws for the centre
+    pub ess_bulk: Option<f64>,
+    /// effective draws for the 5 % and 95 % points
+    pub ess_tail: Option<f64>,
+    /// Monte Carlo error of the mean
+    pub mcse_mean: Option<f64>,
+    /// Monte Carlo error of the sd
+    pub mcse_sd: Option<f64>,
+    /// Monte Carlo error of the 5 % point; of a parameter only
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mcse_q05: Option<f64>,
+    /// Monte Carlo error of the 95 % point; of a parameter only
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mcse_q95: Option<f64>,
+    /// what was believed before; `None` for a derived quantity
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub prior: Option<PriorTold>,
+    /// why numbers are missing; stands exactly then
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub why_none: Option<String>,
+}
+
+/// What was believed of a parameter before the runs.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PriorTold {
+    /// the letter of the formulas
+    pub symbol: &'static str,
+    /// its unit
+    pub unit: &'static str,
+    /// it lies above this
+    pub lower: f64,
+    /// it lies below this; `None` without a bound
+    pub upper: Option<f64>,
+    /// the density, as a scene writes it
+    pub density: String,
+    /// its median
+    pub median: f64,
+    /// its standard deviation; `None` where it has none
+    pub sd: Option<f64>,
+    /// where it comes from
+    pub source: &'static str,
+    /// sd of the posterior over sd of the prior
+    pub sd_ratio: Option<f64>,
+}
+
+/// A parameter that was not sampled.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LeftOut {
+    /// its name
+    pub name: String,
+    /// the value it was held at; `None` where nothing reads it
+    pub value: Option<f64>,
+    /// why
+    pub reason: String,
+}
+
+/// An accuracy that was asked for: the largest error of any mean, in posterior sds, and of any sd, relative.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Accuracy {
+    /// what was asked for
+    pub asked: f64,
+    /// what the method's own check vouches for; `None`: nothing
+    pub vouched: Option<f64>,
+    /// cheaper ways that did not do
+    pub tried: Vec<Tried>,
+}
+
+/// A way to the draws that did not do.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Tried {
+    /// which
+    pub method: Method,
+    /// why it did not do
+    pub why: String,
+}
+
+/// What stood for the runs.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Compression {
+    /// nodes of wet runs
+    pub nodes: usize,
+    /// wet runs
+    pub rows: usize,
+    /// wet runs whose own setting was a node
+    pub rows_exact: usize,
+    /// the error that was allowed
+    pub bound: f64,
+    /// largest difference from the sum over all rows at some of the draws
+    pub max_log_density_error: f64,
+}

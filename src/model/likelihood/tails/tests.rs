@@ -1,0 +1,192 @@
+//! Tests densities, probabilities and draws against other arithmetic, and their slopes against differences.
+
+use super::*;
+use rand_distr::StandardNormal;
+use statrs::distribution::{Continuous, ContinuousCDF, StudentsT};
+
+const PROBABILITIES: [(f64, f64, f64, f64); 28] = [
+    (2.1, -60.0, -9.224_807_714_027_09, -3.410_009_888_563_554_4),
+    (2.1, -5.0, -4.070_281_803_661_889, -0.989_671_669_100_836_1),
+    (2.1, -1.9, -2.344_792_584_900_055_5, -0.304_183_423_523_125_66),
+    (2.1, -0.3, -0.927_243_681_539_862_7, -0.014_536_757_565_189_82),
+    (2.1, 0.7, -0.323_909_074_487_349_85, 0.020_052_309_788_654_864),
+    (2.1, 3.0, -0.046_038_853_022_624_29, 0.027_285_196_193_013_603),
+    (2.1, 25.0, -6.184_992_712_925_948e-4, 1.569_499_135_709_631_7e-3),
+    (4.0, -60.0, -15.280_616_826_848_478, -3.011_998_099_141_487),
+    (4.0, -5.0, -5.587_275_735_616_685, -0.654_017_802_993_308_4),
+    (4.0, -1.9, -2.731_532_364_477_974, -0.136_866_892_628_115_16),
+    (4.0, -0.3, -0.942_735_548_697_652_5, -4.556_744_051_648_185e-3),
+    (4.0, 0.7, -0.302_795_822_338_620_6, 6.138_752_755_864_99e-3),
+    (4.0, 3.0, -0.020_173_099_629_157_313, 6.503_300_538_272_480_5e-3),
+    (4.0, 25.0, -7.598_791_752_402_79e-6, 1.627_063_640_036_615e-5),
+    (17.3, -60.0, -48.571_604_651_928_88, -2.201_710_695_174_144),
+    (17.3, -5.0, -9.862_923_957_927_443, -0.167_953_819_096_742_34),
+    (17.3, -1.9, -3.293_696_629_241_428_5, -0.013_185_579_003_301_482),
+    (17.3, -0.3, -0.957_435_728_381_352_8, -2.667_889_245_663_985_5e-4),
+    (17.3, 0.7, -0.283_181_497_876_662_1, 3.528_435_519_425_668_3e-4),
+    (17.3, 3.0, -3.977_190_032_219_131e-3, 1.902_958_365_811_995_2e-4),
+    (17.3, 25.0, -2.529_812_819_643_308e-15, 3.410_034_845_027_118e-15),
+    (250.0, -60.0, -345.443_313_400_883_7, -0.901_517_425_808_856_1),
+    (250.0, -5.0, -14.431_871_642_111_911, -2.379_333_697_804_367e-3),
+    (250.0, -1.9, -3.530_445_028_637_950_5, -7.864_225_152_447_868e-5),
+    (250.0, -0.3, -0.961_776_646_759_325_5, -1.303_767_435_538_147_4e-6),
+    (250.0, 0.7, -0.277_453_345_576_436_8, 1.716_673_198_070_885_2e-6),
+    (250.0, 3.0, -1.487_436_731_323_201_4e-3, 5.604_502_939_056_464e-7),
+    (250.0, 25.0, -2.919_964_523_511_787e-70, 7.903_270_829_565_252e-71),
+];
+
+fn student_of(nu: f64) -> Student {
+    match Tails::of(Some(nu)) {
+        Tails::Student(student) => student,
+        Tails::Normal => unreachable!("ν was given"),
+    }
+}
+
+fn student(nu: f64) -> (Tails, StudentsT) {
+    let oracle = StudentsT::new(0.0, 1.0, nu).expect("valid");
+    (Tails::of(Some(nu)), oracle)
+}
+
+#[test]
+fn densities_are_those_of_statrs_on_either_scale() {
+    for nu in [2.1, 4.0, 17.3, 250.0] {
+        let (tails, oracle) = student(nu);
+        let c = oracle.inverse_cdf(normal_cdf(1.0));
+        for z in [-40.0, -3.0, -0.2, 0.0, 1.0, 9.0] {
+            let spread: f64 = 0.07;
+            let found = tails.ln_density(z * spread, spread * spread, 1.0).value;
+            let expected = oracle.ln_pdf(c * z) + c.ln() - spread.ln();
+            // its inversion is to ten digits
+            assert!(
+                (found - expected).abs() < 1e-9 * (1.0 + expected.abs()),
+                "{nu} {z}: {found} {expected}"
+            );
+            let stretched = tails.ln_density(z * spread, spread * spread, 4.0).value;
+            assert!((stretched - found - 2f64.ln()).abs() < 1e-12, "{nu} {z}");
+        }
+    }
+}
+
+/// mpmath, 50 digits: the log of betainc(ν/2, ½, 0, ν/(ν+z²), regularized)/2, one less it above 0, and diff in ν.
+#[test]
+fn probabilities_are_those_of_fifty_digit_arithmetic() {
+    for (nu, z, value, slope) in PROBABILITIES {
+        // those of t itself
+        let tails = Student {
+            quantile: 1.0,
+            quantile_slope: 0.0,
+            ..student_of(nu)
+        };
+        let found = Tails::Student(tails).ln_probability(z);
+        assert!(
+            (found.value - value).abs() < 1e-12 * value.abs() + 1e-18,
+            "{nu} {z}: {found:?} {value}"
+        );
+        assert!(
+            (found.nu - slope).abs() < 1e-6 * slope.abs() + 1e-12,
+            "{nu} {z}: {found:?} {slope}"
+        );
+        let (_, oracle) = student(nu);
+        let mills = oracle.pdf(z) / oracle.cdf(z);
+        assert!(
+            (found.z - mills).abs() < 1e-9 * mills + 1e-18,
+            "{nu} {z}: {found:?} {mills}"
+        );
+    }
+}
+
+#[test]
+fn slopes_agree_with_differences() {
+    for nu in [2.5, 7.0, 60.0] {
+        for (distance, variance) in [(-0.3, 0.01), (0.02, 0.01), (0.001, 4.0)] {
+            let found = Tails::of(Some(nu)).ln_density(distance, variance, 1.0);
+            let at = |nu, distance, variance| Tails::of(Some(nu)).ln_density(distance, variance, 1.0).value;
+            let h = 1e-6;
+            let of_mean = (at(nu, distance - h, variance) - at(nu, distance + h, variance)) / (2.0 * h);
+            let step = h * variance;
+            let of_variance = (at(nu, distance, variance + step) - at(nu, distance, variance - step)) / (2.0 * step);
+            let step = 1e-5 * nu;
+            let of_nu = (at(nu + step, distance, variance) - at(nu - step, distance, variance)) / (2.0 * step);
+            for (slope, difference) in [(found.mean, of_mean), (found.variance, of_variance), (found.nu, of_nu)] {
+                let gap = (slope - difference).abs() / (1.0 + difference.abs());
+                assert!(gap < 1e-6, "{nu} {distance} {variance}: {slope} {difference}");
+            }
+        }
+    }
+}
+
+/// A sampler may ask for what is no number; it is told so.
+#[test]
+fn what_is_no_number_has_no_probability() {
+    for (nu, z) in [(f64::NAN, 1.0), (4.0, f64::NAN), (f64::INFINITY, 1.0), (0.0, 1.0)] {
+        let found = Tails::of(Some(nu)).ln_probability(z);
+        assert!(!found.value.is_finite() || !found.nu.is_finite(), "{nu} {z}: {found:?}");
+    }
+    for z in [f64::INFINITY, -1e300, 1e300] {
+        let found = Tails::of(Some(4.0)).ln_probability(z);
+        assert!(!found.value.is_nan(), "{z}: {found:?}");
+    }
+}
+
+#[test]
+fn slopes_of_probabilities_agree_with_differences() {
+    for nu in [2.5, 7.0, 60.0] {
+        for z in [-6.0, -1.0, 0.4, 3.0] {
+            let at = |nu, z| Tails::of(Some(nu)).ln_probability(z);
+            let found = at(nu, z);
+            let (h, step) = (1e-6, 1e-3 * nu);
+            let of_z = (at(nu, z + h).value - at(nu, z - h).value) / (2.0 * h);
+            let of_nu = (at(nu + step, z).value - at(nu - step, z).value) / (2.0 * step);
+            assert!(
+                (found.z - of_z).abs() < 1e-5 * (1.0 + of_z.abs()),
+                "{nu} {z}: {found:?} {of_z}"
+            );
+            assert!(
+                (found.nu - of_nu).abs() < 1e-5 * (of_nu.abs() + 1e-3),
+                "{nu} {z}: {found:?} {of_nu}"
+            );
+            assert!(
+                (Tails::of(Some(nu)).probability(z).ln() - found.value).abs() < 1e-12,
+                "{nu} {z}"
+            );
+        }
+        // as much lies below −1 as of the normal
+        let one = (Tails::of(Some(nu)).probability(-1.0), normal_cdf(-1.0));
+        assert!((one.0 - one.1).abs() < 1e-12, "{nu}: {one:?}");
+    }
+}
+
+/// Very many degrees of freedom are the normal.
+#[test]
+fn the_mean_below_and_the_limit_of_many_degrees_of_freedom() {
+    let (normal, many) = (Tails::Normal, Tails::of(Some(1e6)));
+    for z in [-3.0, -0.5, 0.0, 2.0] {
+        assert!((normal.mean_below(z) / many.mean_below(z) - 1.0).abs() < 1e-4, "{z}");
+        assert!((normal.probability(z) / many.probability(z) - 1.0).abs() < 1e-4, "{z}");
+    }
+    // below 0 half of a t lies, with the mean −2 f(0) ν/(ν − 1)
+    let (tails, oracle) = student(5.0);
+    let c = student_of(5.0).quantile;
+    assert!((tails.mean_below(0.0) + 2.0 * oracle.pdf(0.0) * 1.25 / c).abs() < 1e-12);
+}
+
+#[test]
+fn draws_have_the_quartiles_of_their_tails() {
+    const DRAWS: usize = 40_000;
+    let mut rng = crate::seed::stream(1, "draws_have_the_quartiles_of_their_tails", 0);
+    for (tails, other) in [
+        (Tails::of(Some(3.0)), Tails::Normal),
+        (Tails::Normal, Tails::of(Some(3.0))),
+    ] {
+        let z = |below: f64, probability: f64| {
+            (below - DRAWS as f64 * probability) / (DRAWS as f64 * probability * (1.0 - probability)).sqrt()
+        };
+        let draw = |_: &usize| {
+            let z: f64 = StandardNormal.sample(&mut rng);
+            tails.draw_scale(&mut rng) * z < -2.0
+        };
+        let below = (0..DRAWS).filter(draw).count() as f64;
+        assert!(z(below, tails.probability(-2.0)).abs() < 4.0, "{tails:?} {below}");
+        assert!(z(below, other.probability(-2.0)).abs() > 20.0, "{tails:?} {below}");
+    }
+}

@@ -1,0 +1,150 @@
+//! Reads the priors that a scene sets for its parameters.
+
+use super::{note_unused, Likelihood};
+use crate::error::quoted;
+use crate::scene::expect::{ABOVE_ZERO, NOT_NEGATIVE};
+use crate::scene::table::Table;
+
+/// A prior density.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Prior {
+    /// median, sd of the log
+    LogNormal(f64, f64),
+    /// scale
+    HalfNormal(f64),
+    /// mean, sd
+    Normal(f64, f64),
+    /// shape, rate
+    Gamma(f64, f64),
+    /// lower, upper end
+    Uniform(f64, f64),
+    /// degrees of freedom, location, scale
+    StudentT(f64, f64, f64),
+    /// held at a value
+    Fixed(f64),
+}
+
+/// A prior the scene sets for one parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PriorChoice {
+    /// the parameter's name
+    pub parameter: &'static str,
+    /// index into the scene's particles, for a prior of one particle
+    pub particle: Option<usize>,
+    /// the density
+    pub prior: Prior,
+}
+
+/// Parameters a prior can be set for.
+const PARAMETERS: [&str; 8] = [
+    "dry_k",
+    "lubrication_log",
+    "inertial_prefactor",
+    "film_scale",
+    "sigma_dry",
+    "sigma_wet",
+    "sigma_energy",
+    "nu",
+];
+
+pub(in crate::scene) fn priors(
+    root: &Table,
+    particles: &[&str],
+    likelihood: Likelihood,
+    unused: &mut Vec<String>,
+) -> Vec<PriorChoice> {
+    let Some(table) = root.table("priors") else {
+        return vec![];
+    };
+    let mut choices = vec![];
+    for parameter in PARAMETERS {
+        let Some(inner) = table.table(parameter) else {
+            continue;
+        };
+        if let Some(name) = particles.iter().find(|name| inner.has(name)) {
+            let expected = format!("expected the key in quotes: \"{parameter}.{name}\"");
+            table.refuse(
+                parameter,
+                inner.at(name),
+                Some(quoted(&format!("{parameter}.{name}"))),
+                expected,
+            );
+            continue;
+        }
+        if let Some(prior) = prior(parameter, &inner) {
+            choices.push(PriorChoice {
+                parameter,
+                particle: None,
+                prior,
+            });
+        }
+    }
+    for (particle, name) in particles.iter().enumerate() {
+        if let Some(prior) = table
+            .table(&format!("dry_k.{name}"))
+            .and_then(|inner| prior("dry_k", &inner))
+        {
+            choices.push(PriorChoice {
+                parameter: "dry_k",
+                particle: Some(particle),
+                prior,
+            });
+        }
+    }
+    table.finish();
+    if likelihood == Likelihood::Normal {
+        note_unused("priors", &table, &["nu"], unused);
+    }
+    choices
+}
+
+fn prior(parameter: &str, table: &Table) -> Option<Prior> {
+    let at = table.at("");
+    let names = [
+        "lognormal",
+        "half_normal",
+        "normal",
+        "gamma",
+        "uniform",
+        "student_t",
+        "fixed",
+    ];
+    let given: Vec<_> = names.into_iter().filter(|name| table.has(name)).collect();
+    let refuse = |key: &str, expected: &str| {
+        table.refuse(key, table.at(key), None, format!("expected {expected}"));
+        None
+    };
+    let pair = |key: &str| table.numbers(key, 2).map(|x| (x[0], x[1]));
+    let prior = match given.as_slice() {
+        ["lognormal"] => match pair("lognormal")? {
+            (median, sd) if median > 0.0 && sd > 0.0 => Some(Prior::LogNormal(median, sd)),
+            _ => refuse("lognormal", "[median, sd of the log], both above 0"),
+        },
+        ["half_normal"] => table.number("half_normal", ABOVE_ZERO).map(Prior::HalfNormal),
+        ["normal"] => match pair("normal")? {
+            (mean, sd) if sd > 0.0 => Some(Prior::Normal(mean, sd)),
+            _ => refuse("normal", "[mean, sd] with sd above 0"),
+        },
+        ["gamma"] => match pair("gamma")? {
+            (shape, rate) if shape > 0.0 && rate > 0.0 => Some(Prior::Gamma(shape, rate)),
+            _ => refuse("gamma", "[shape, rate], both above 0"),
+        },
+        ["uniform"] => match pair("uniform")? {
+            (lo, hi) if lo < hi => Some(Prior::Uniform(lo, hi)),
+            _ => refuse("uniform", "[lo, hi] with lo below hi"),
+        },
+        ["student_t"] => match table.numbers("student_t", 3)?.as_slice() {
+            &[df, loc, scale] if df > 0.0 && scale > 0.0 => Some(Prior::StudentT(df, loc, scale)),
+            _ => refuse("student_t", "[df, loc, scale] with df and scale above 0"),
+        },
+        // every parameter is positive; without inertia is the one with its prefactor at zero
+        ["fixed"] if parameter == "inertial_prefactor" => table.number("fixed", NOT_NEGATIVE).map(Prior::Fixed),
+        ["fixed"] => table.number("fixed", ABOVE_ZERO).map(Prior::Fixed),
+        _ => {
+            table.refuse("", at, None, format!("expected one prior out of {}", names.join(", ")));
+            return None;
+        }
+    };
+    table.finish();
+    prior
+}

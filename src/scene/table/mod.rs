@@ -1,0 +1,185 @@
+//! Reads TOML tables whose keys carry units, and names what cannot be used by line, key and value.
+//!
+//! | file | job |
+//! |---|---|
+//! | `values.rs` | words, texts and plain numbers, one or a list |
+//! | `quantities.rs` | numbers whose unit stands in the key |
+//!
+//! The only file that names the TOML crate; the others take its types from here.
+
+mod quantities;
+mod values;
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use toml::de::{DeTable, DeValue};
+use toml::Spanned;
+
+use crate::encoding::line_of;
+use crate::error::{quoted, Problem};
+
+use super::asked::Asked;
+use super::document::Document;
+
+/// Reads a whole document; the problem is the parser's own when it is no TOML.
+pub(super) fn parse(text: &str) -> Result<Spanned<DeTable<'_>>, Problem> {
+    DeTable::parse(text).map_err(|error| {
+        let span = error.span();
+        let found = span.clone().and_then(|span| text.get(span)).map(str::trim);
+        let found = found.filter(|found| !found.is_empty());
+        Problem {
+            // some of the parser's own limits have no place
+            line: span.map(|span| line_of(text.as_bytes(), span.start)),
+            place: "not valid TOML".to_owned(),
+            found: found.map(quoted),
+            expected: error.message().to_owned(),
+        }
+    })
+}
+
+/// One table of the document; remembers which keys were asked for.
+pub(super) struct Table<'a, 'i> {
+    document: Rc<Document<'i>>,
+    name: String,
+    at: usize,
+    entries: &'a DeTable<'i>,
+    asked: RefCell<Asked>,
+}
+
+/// A value with its place, for checks that need more than the value itself.
+pub(super) struct Found<T> {
+    pub value: T,
+    pub at: usize,
+}
+
+impl<'a, 'i> Table<'a, 'i> {
+    pub fn root(document: Rc<Document<'i>>, entries: &'a DeTable<'i>) -> Self {
+        Table {
+            document,
+            name: String::new(),
+            at: 0,
+            entries,
+            asked: RefCell::default(),
+        }
+    }
+
+    fn place(&self, key: &str) -> String {
+        match (self.name.is_empty(), key.is_empty()) {
+            (true, _) => key.to_owned(),
+            (false, true) => format!("[{}]", self.name),
+            (false, false) => format!("[{}] {key}", self.name),
+        }
+    }
+
+    /// Says that the value of `key` is not what was expected.
+    pub fn refuse(&self, key: &str, at: usize, found: Option<String>, expected: impl Into<String>) {
+        let line = Some(self.document.line(at));
+        let place = self.place(key);
+        let expected = expected.into();
+        self.document.report(
+            at,
+            Problem {
+                line,
+                place,
+                found,
+                expected,
+            },
+        );
+    }
+
+    /// Says what the file as a whole lacks.
+    pub fn refuse_whole(&self, expected: &str) {
+        self.document.report(
+            0,
+            Problem {
+                line: None,
+                place: String::new(),
+                found: None,
+                expected: expected.to_owned(),
+            },
+        );
+    }
+
+    fn refuse_value(&self, key: &str, value: &Spanned<DeValue<'i>>, expected: &str) {
+        let found = self.document.snippet(value.span());
+        self.refuse(key, value.span().start, Some(found), format!("expected {expected}"));
+    }
+
+    fn entry(&self, key: &str) -> Option<&'a Spanned<DeValue<'i>>> {
+        let value = self.entries.get(key);
+        self.asked.borrow_mut().key(key, value.is_some());
+        value
+    }
+
+    /// Where the value of a key starts, or the table where there is none.
+    pub fn at(&self, key: &str) -> usize {
+        self.entries.get(key).map_or(self.at, |v| v.span().start)
+    }
+
+    /// Whether the file sets a key.
+    pub fn has(&self, key: &str) -> bool {
+        self.entries.contains_key(key)
+    }
+
+    /// The keys the file sets, in its order.
+    pub fn keys(&self) -> Vec<String> {
+        let mut keys: Vec<_> = self.entries.iter().map(|(k, _)| k).collect();
+        keys.sort_by_key(|k| k.span().start);
+        keys.into_iter().map(|k| k.get_ref().to_string()).collect()
+    }
+
+    fn inner(&self, key: &str, value: &'a Spanned<DeValue<'i>>) -> Option<Table<'a, 'i>> {
+        match value.get_ref().as_table() {
+            Some(entries) => Some(Table {
+                document: Rc::clone(&self.document),
+                name: if self.name.is_empty() {
+                    key.to_owned()
+                } else {
+                    format!("{}.{key}", self.name)
+                },
+                at: value.span().start,
+                entries,
+                asked: RefCell::default(),
+            }),
+            None => {
+                self.refuse_value(key, value, "a table");
+                None
+            }
+        }
+    }
+
+    pub fn table(&self, key: &str) -> Option<Table<'a, 'i>> {
+        let value = self.entry(key)?;
+        self.inner(key, value)
+    }
+
+    /// The tables of an array of tables, `[[key]]`.
+    pub fn tables(&self, key: &str) -> Vec<Table<'a, 'i>> {
+        let Some(value) = self.entry(key) else {
+            return vec![];
+        };
+        match value.get_ref().as_array() {
+            Some(items) => items.iter().filter_map(|item| self.inner(key, item)).collect(),
+            None => {
+                self.refuse_value(key, value, &format!("tables that begin with `[[{key}]]`"));
+                vec![]
+            }
+        }
+    }
+
+    /// Names every key that nothing asked for, with the nearest one that exists, and every required key that is missing.
+    pub fn finish(&self) {
+        let mut asked = self.asked.borrow_mut();
+        for (name, hint) in asked.unknown(&self.keys()) {
+            let key = self
+                .entries
+                .get_key_value(name.as_str())
+                .map(|(key, _)| key.span().start);
+            self.refuse(&name, key.unwrap_or(self.at), None, hint);
+        }
+        for key in asked.still_missing() {
+            self.refuse("", self.at, None, format!("missing key `{key}`"));
+        }
+    }
+}
