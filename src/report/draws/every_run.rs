@@ -14,7 +14,7 @@ use crate::report::Told;
 use crate::seed::Streams;
 
 /// Bytes written at once: they are still near the processor, and the system is asked seldom.
-const BLOCK: usize = 1 << 18;
+const BLOCK: usize = 1 << 16;
 
 /// The law at every draw, ready for every run. Runs times draws are too many numbers to hold.
 #[derive(Debug)]
