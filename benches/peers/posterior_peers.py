@@ -2,7 +2,8 @@
 
 Each side is a process of its own, with empty compile caches, and samples 4 chains of 1,000 + 1,000 draws on two cores.
 Reported: smallest bulk effective sample size over the sampled parameters (ArviZ's for the peers, findings.json's for
-ours), seconds of sampling alone, and seconds from process start to exit, compiling included.
+ours), seconds of sampling alone, and seconds from process start to exit, compiling included; of ours the medians over
+some processes.
 
 Usage: python3 benches/peers/posterior_peers.py [runs]   (needs cargo; the peers of posterior_requirements.txt and, for
 PyStan, a C++ compiler)

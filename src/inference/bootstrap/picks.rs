@@ -12,7 +12,7 @@ use super::outcomes::{draws, ways, Counts, Outcomes, FEW};
 use super::wide::{widest, Wide};
 
 /// Most ways that one word of 64 bits decides: none is then likelier than another by more than a share of 2⁻²¹, which moves
-/// a mean of replicates by less than 10⁻⁶ of their standard deviation.
+/// the mean of what a word draws by less than 10⁻⁶ of its standard deviation.
 const MOST_WAYS_OF_A_WORD: u64 = 1 << 43;
 
 /// The weight of a member each time it is drawn; a single member is always itself.
