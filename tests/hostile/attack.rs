@@ -1,0 +1,140 @@
+//! Runs the command with a time limit and holds its manners: an exit status it documents, no panic, no control characters.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use tempfile::TempDir;
+
+/// A folder with a scene and its runs, for as long as the test needs it.
+pub struct Place {
+    pub folder: TempDir,
+}
+
+/// What a command did.
+#[derive(Debug)]
+pub struct Outcome {
+    /// `None` where a signal or the time limit ended it
+    pub status: Option<i32>,
+    pub out: String,
+    pub err: String,
+    pub seconds: f64,
+}
+
+impl Place {
+    /// The plain example's scene and its 31 runs.
+    pub fn plain() -> Place {
+        let plain = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good/plain");
+        let place = Place {
+            folder: tempfile::tempdir().expect("a temporary folder"),
+        };
+        for name in ["scene.toml", "runs.csv"] {
+            std::fs::copy(plain.join(name), place.path(name)).expect("writable");
+        }
+        place
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    pub fn write(&self, name: &str, bytes: impl AsRef<[u8]>) {
+        std::fs::write(self.path(name), bytes).expect("writable");
+    }
+
+    pub fn read(&self, name: &str) -> String {
+        std::fs::read_to_string(self.path(name)).expect("readable")
+    }
+
+    /// The scene with some lines added at its end.
+    pub fn add_to_scene(&self, lines: &str) {
+        let scene = self.read("scene.toml");
+        self.write("scene.toml", format!("{scene}\n{lines}\n"));
+    }
+
+    /// The command in this folder.
+    pub fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_wetcor"));
+        command.current_dir(self.folder.path()).args(arguments);
+        for variable in ["COLUMNS", "CLICOLOR_FORCE", "FORCE_COLOR", "RUST_BACKTRACE"] {
+            command.env_remove(variable);
+        }
+        command
+    }
+
+    /// Runs the command in this folder, for at most so many seconds.
+    pub fn run(&self, arguments: &[&str], seconds: f64) -> Outcome {
+        finish(self.command(arguments), seconds)
+    }
+
+    /// Names of what lies in the folder, sorted.
+    pub fn entries(&self) -> Vec<String> {
+        let entries = std::fs::read_dir(self.folder.path()).expect("readable");
+        let mut names: Vec<String> = entries
+            .map(|entry| entry.expect("readable").file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    }
+}
+
+/// Runs a command for at most so many seconds.
+pub fn finish(mut command: Command, seconds: f64) -> Outcome {
+    let started = Instant::now();
+    command
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    let mut child = command.spawn().expect("the command can be started");
+    // read aside, so that a full pipe stops nobody
+    let out = text_of(child.stdout.take().expect("piped"));
+    let err = text_of(child.stderr.take().expect("piped"));
+    let limit = Duration::from_secs_f64(seconds);
+    let status = loop {
+        if let Some(status) = child.try_wait().expect("it can be waited for") {
+            break status.code();
+        }
+        if started.elapsed() > limit {
+            let _ = child.kill();
+            let _ = child.wait();
+            break None;
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    };
+    Outcome {
+        status,
+        seconds: started.elapsed().as_secs_f64(),
+        out: out.join().expect("read"),
+        err: err.join().expect("read"),
+    }
+}
+
+fn text_of(mut pipe: impl Read + Send + 'static) -> std::thread::JoinHandle<String> {
+    std::thread::spawn(move || {
+        let mut bytes = vec![];
+        let _ = pipe.read_to_end(&mut bytes);
+        String::from_utf8_lossy(&bytes).into_owned()
+    })
+}
+
+impl Outcome {
+    /// It ended by itself with a documented exit status, without a panic, and said nothing that moves a terminal.
+    pub fn assert_mannered(&self, of: &str) {
+        assert!(matches!(self.status, Some(0..=2)), "{of}: {self:?}");
+        assert!(!self.err.contains("panicked"), "{of}: {self:?}");
+        for text in [&self.out, &self.err] {
+            let told = |c: char| c == '\n' || !c.is_control();
+            assert!(text.chars().all(told), "{of}: {text:?}");
+        }
+    }
+
+    /// It was refused in words that hold all of these.
+    pub fn assert_refused(&self, of: &str, words: &[&str]) {
+        self.assert_mannered(of);
+        assert_eq!(self.status, Some(2), "{of}: {self:?}");
+        for word in words {
+            assert!(self.err.contains(word), "{of}: no {word:?} in {}", self.err);
+        }
+    }
+}

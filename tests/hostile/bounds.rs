@@ -1,0 +1,1 @@
+//! Attacks sizes: of files, lines and counts, and numbers of particles.

@@ -1,0 +1,1 @@
+//! Attacks folders that are read back.

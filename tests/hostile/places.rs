@@ -1,0 +1,1 @@
+//! Attacks the places that files are written to.

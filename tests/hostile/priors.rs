@@ -1,0 +1,1 @@
+//! Attacks with every prior a scene can hold.

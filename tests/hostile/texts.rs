@@ -1,0 +1,1 @@
+//! Attacks with names and texts, with a standard output that refuses, and without threads.
