@@ -14,7 +14,7 @@ use wetcor::findings;
 use wetcor::findings::posterior::Way;
 use wetcor::model::simulate::Simulation;
 use wetcor::report::chart::{svg, Axis, Chart, Dash, Layer, Point, Style};
-use wetcor::runs::{self, RunWriter, Table};
+use wetcor::runs::{self, Existing, RunWriter, Table};
 use wetcor::scene::{self, DesignSpeeds, Scene};
 
 /// Every stage, each drawn in its own way in every panel.
@@ -165,7 +165,7 @@ fn simulate(scene: &mut Scene, runs: Option<u64>, name: &str) {
     std::fs::create_dir_all(&folder).expect("target/ is writable");
     scene.data.runs = folder.join(name);
     let simulation = Simulation::new(scene, runs).expect("the scene has a truth and a design");
-    let mut writer = RunWriter::create(&scene.data.runs).expect("the table can be created");
+    let mut writer = RunWriter::create(&scene.data.runs, Existing::Replaced).expect("the table can be created");
     simulation
         .draw(1, |run| writer.write(run))
         .expect("the table can be written");

@@ -11,7 +11,7 @@ use tempfile::TempDir;
 use wetcor::findings;
 use wetcor::inference::laws::fit_square_root;
 use wetcor::model::simulate::Simulation;
-use wetcor::runs::{self, RunWriter};
+use wetcor::runs::{self, Existing, RunWriter};
 use wetcor::scene::{self, Scene};
 
 fn main() {
@@ -25,7 +25,7 @@ fn simulated(runs: u64) -> (Scene, TempDir) {
     let folder = TempDir::new().expect("a temporary folder can be made");
     let table = folder.path().join("runs.csv");
     let simulation = Simulation::new(&scene, Some(runs)).expect("the example has a truth and a design");
-    let mut writer = RunWriter::create(&table).expect("the table can be created");
+    let mut writer = RunWriter::create(&table, Existing::Replaced).expect("the table can be created");
     simulation
         .draw(1, |run| writer.write(run))
         .expect("the table can be written");

@@ -24,6 +24,8 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use wetcor::findings::posterior::Way;
+use wetcor::interruption;
+use wetcor::runs::Existing;
 
 use arguments::{Arguments, Verb};
 use said::{label, warn};
@@ -48,11 +50,7 @@ pub fn run() -> ExitCode {
         }
     };
     bound_threads(arguments.threads);
-    let watched = ctrlc::set_handler(|| {
-        wetcor::unfinished::remove();
-        std::process::exit(i32::from(COULD_NOT_RUN));
-    });
-    if let Err(error) = watched {
+    if let Err(error) = interruption::watch(fail) {
         warn(&format!("an interruption may leave a temporary folder: {error}"));
     }
     let quiet = arguments.quiet;
@@ -73,7 +71,16 @@ pub fn run() -> ExitCode {
             fit::fit(&scene, out, seed, (&stages, way), quiet)
         }
         Verb::Check { scene, json } => check::check(&scene, json, quiet),
-        Verb::Simulate { scene, out, runs, seed } => simulate::simulate(&scene, &out, runs, seed, quiet),
+        Verb::Simulate {
+            scene,
+            out,
+            runs,
+            seed,
+            force,
+        } => {
+            let existing = if force { Existing::Replaced } else { Existing::Kept };
+            simulate::simulate(&scene, (&out, existing), runs, seed, quiet)
+        }
         Verb::Predict(asked) => predict::predict(&asked, quiet),
         Verb::Trade { scene, out, seed } => trade::run_trade(&scene, out, seed, quiet),
         Verb::Calibrate { out, sets, seed } => calibrate::calibrate(&out, sets, seed, quiet),
@@ -81,11 +88,16 @@ pub fn run() -> ExitCode {
     match outcome {
         Ok(status) => ExitCode::from(status),
         Err(error) => {
-            let label = label("error", "\u{1b}[1;31m");
-            let _ = writeln!(std::io::stderr(), "{label}: {error}");
+            fail(&error.to_string());
             ExitCode::from(COULD_NOT_RUN)
         }
     }
+}
+
+/// Says why there is no answer.
+fn fail(why: &str) {
+    let label = label("error", "\u{1b}[1;31m");
+    let _ = writeln!(std::io::stderr(), "{label}: {why}");
 }
 
 /// Bounds every pool. The table reader's pool is its own and reads its size from the environment when first used.

@@ -6,7 +6,8 @@
 //! | module | question | in → out |
 //! |---|---|---|
 //! | [`units`], [`error`], [`notice`] | how is it written, why is there no answer, what wants a look | |
-//! | `seed`, `unfinished` | which random stream, what an interruption must remove | name → stream |
+//! | `seed` | which random stream | name → stream |
+//! | `staging`, `interruption` | how is a file written whole or not at all | |
 //! | `scene` | what was held fixed | file → `Scene`, checked |
 //! | `runs` | what was measured | table → `Runs`, screened with reasons |
 //! | [`physics`] | what should happen | numbers → restitution, with slopes |
@@ -54,6 +55,8 @@ pub mod findings;
 #[cfg(feature = "cli")]
 pub mod inference;
 #[cfg(feature = "cli")]
+pub mod interruption;
+#[cfg(feature = "cli")]
 pub mod model;
 pub mod notice;
 pub mod physics;
@@ -66,7 +69,7 @@ pub mod scene;
 #[cfg(feature = "cli")]
 pub mod seed;
 #[cfg(feature = "cli")]
-pub mod study;
+pub mod staging;
 #[cfg(feature = "cli")]
-pub mod unfinished;
+pub mod study;
 pub mod units;

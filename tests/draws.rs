@@ -12,7 +12,7 @@ use wetcor::inference::diagnostics::pareto::khat_threshold;
 use wetcor::inference::diagnostics::summary::{summarise, Summary};
 use wetcor::report::draws::csv;
 use wetcor::report::draws::zarr::{store, Array, Group, Values};
-use wetcor::report::folder::{self, File, Files};
+use wetcor::report::folder::{Contents, Destination, File, Files};
 use wetcor::seed;
 
 const CHAINS: usize = 4;
@@ -203,7 +203,10 @@ fn a_report_with_draws_is_written_whole() {
         whole: files.clone(),
         ..Files::default()
     };
-    folder::write(&place, folder::Contents::Fit, TITLE, written).unwrap_or_else(|error| panic!("{error}"));
+    let destination = Destination::prepare(&place, Contents::Fit, TITLE, &[]);
+    destination
+        .and_then(|destination| destination.write(written))
+        .unwrap_or_else(|error| panic!("{error}"));
     for (name, bytes) in &files {
         let written = std::fs::read(place.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"));
         assert_eq!(&written, bytes, "{name}");

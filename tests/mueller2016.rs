@@ -144,6 +144,7 @@ fn a_committed_report_is_written_again(example: &str) {
         &format!("datasets/{example}/scene.toml"),
         "--out",
         &out.to_string_lossy(),
+        "--force",
     ]);
     assert_eq!(
         output.status.code(),

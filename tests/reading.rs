@@ -423,7 +423,7 @@ fn a_second_fit_replaces_the_first_whole() {
     assert_eq!(status, Some(0), "{err}");
     assert!(out.contains("report: reports/plain/report.md"), "{out}");
     let first = report(&place);
-    std::fs::write(place.join("stale.txt"), "of an older version").expect("writable");
+    std::fs::write(place.join("draws/draws.zarr/c.9"), "of an older version").expect("writable");
     std::fs::write(place.join("report.md"), "changed").expect("writable");
     let (status, _, err) = copy.run(&["fit", "scene.toml"]);
     assert_eq!(status, Some(0), "{err}");

@@ -36,7 +36,7 @@ Example:
   wetcor fit datasets/mueller2016/scene.toml --out reports/mueller2016
 
 Writes report.md, figures/, findings.json and timing.json. An existing folder is replaced only if it holds an earlier \
-report of the same title.")]
+report of the same title and nothing else.")]
     Fit {
         /// The scene file
         scene: PathBuf,
@@ -71,7 +71,9 @@ Example:
     /// Draw runs from a scene's [truth] and [design]
     #[command(after_help = "\
 Example:
-  wetcor simulate datasets/mueller2016/scene.toml --runs 100000 --out runs.parquet")]
+  wetcor simulate datasets/mueller2016/scene.toml --runs 100000 --out runs.parquet
+
+An existing file is kept unless --force is given; a scene, and the runs of a scene beside it, are never replaced.")]
     Simulate {
         /// The scene file
         scene: PathBuf,
@@ -84,6 +86,9 @@ Example:
         /// Seed of every use of chance
         #[arg(long, default_value_t = 1)]
         seed: u64,
+        /// Replace an existing file
+        #[arg(long)]
+        force: bool,
     },
     /// Predict the restitution at given speeds from a finished fit
     Predict(predict::Predict),

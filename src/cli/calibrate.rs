@@ -1,15 +1,19 @@
 //! Runs `wetcor calibrate`: how often the intervals cover the truth, on simulated data.
 
+use std::io::Write;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use wetcor::error::Error;
+use wetcor::staging::{Place, Staging};
 use wetcor::study::{accuracy, calibration};
 
 use super::said::say;
 use crate::progress::Progress;
 
 pub(super) fn calibrate(out: &Path, sets: u64, seed: u64, quiet: bool) -> Result<u8, Error> {
+    let place = Place::prepare(out)?;
+    calibration::may_replace(&place)?;
     // an accuracy takes about as long as a hundred data sets
     let of_accuracy = 100;
     let all = sets * calibration::DESIGNS + of_accuracy * accuracy::SCENES;
@@ -21,7 +25,12 @@ pub(super) fn calibrate(out: &Path, sets: u64, seed: u64, quiet: bool) -> Result
         progress.at(of_accuracy + done.fetch_add(of_accuracy, Relaxed));
     })?;
     let text = calibration::markdown(&table) + &accuracy::markdown(&kept);
-    std::fs::write(out, text).map_err(|error| Error::io(out, "write", error))?;
+    let staging = Staging::beside(&place)?;
+    let written = staging
+        .create_itself()
+        .and_then(|mut file| file.write_all(text.as_bytes()));
+    written.map_err(|error| Error::io(out, "write", error))?;
+    staging.put(calibration::may_replace)?;
     drop(progress);
     if !quiet {
         say(&format!("table: {}\n", out.display()))?;

@@ -6,7 +6,7 @@ use std::time::Instant;
 use wetcor::error::Error;
 use wetcor::findings::posterior::Way;
 use wetcor::findings::{self, overview, verdicts};
-use wetcor::report::folder::{self, Contents};
+use wetcor::report::folder::{Contents, Destination};
 use wetcor::report::{self, markdown, Told};
 use wetcor::{runs, scene};
 
@@ -43,7 +43,7 @@ pub(super) fn fit(
     }
     let scene = scene::read(path)?;
     let out = out.unwrap_or_else(|| Path::new("reports").join(&scene.name));
-    folder::check(&out, Contents::Fit, &scene.title)?;
+    let destination = Destination::prepare(&out, Contents::Fit, &scene.title, &[path, &scene.data.runs])?;
     let table = timing.stage("read", quiet, || runs::read(&scene))?;
     let mut findings = timing.fits(scene.bootstrap.replicates, quiet, |done| {
         findings::find_watched(&scene, &table, seed, wanted(Stage::Bootstrap), done)
@@ -83,7 +83,7 @@ pub(super) fn fit(
         timing.stages.push(("write", began.elapsed().as_secs_f64()));
         ("timing.json".to_owned(), timing.json().into_bytes())
     }));
-    folder::write(&out, Contents::Fit, &scene.title, files)?;
+    destination.write(files)?;
     tell(&findings.notices, quiet);
     if !quiet {
         let report = out.join("report.md");

@@ -4,21 +4,33 @@ use std::path::Path;
 
 use wetcor::error::Error;
 use wetcor::model::simulate::Simulation;
-use wetcor::runs::{self, RunWriter};
+use wetcor::runs::{self, Existing, RunWriter};
 use wetcor::scene;
 
 use super::said::{say, warn};
 use crate::progress::Progress;
 
-pub(super) fn simulate(path: &Path, out: &Path, runs: Option<u64>, seed: u64, quiet: bool) -> Result<u8, Error> {
+pub(super) fn simulate(
+    path: &Path,
+    (out, existing): (&Path, Existing),
+    runs: Option<u64>,
+    seed: u64,
+    quiet: bool,
+) -> Result<u8, Error> {
     if !runs::can_write(out) {
         let text = format!("{}: expected a file ending in .csv or .parquet", out.display());
         return Err(Error::Usage(text));
     }
     let scene = scene::read(path)?;
+    if let Some(reason) = scene::claim(out, (path, &scene)) {
+        return Err(Error::Out {
+            path: out.to_path_buf(),
+            reason,
+        });
+    }
     let simulation = Simulation::new(&scene, runs)?;
+    let mut writer = RunWriter::create(out, existing)?;
     let progress = Progress::bar("simulate", simulation.runs(), quiet);
-    let mut writer = RunWriter::create(out)?;
     let mut written = 0u64;
     simulation.draw(seed, |run| {
         written += 1;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use wetcor::error::Error;
-use wetcor::report::folder::{self, Contents};
+use wetcor::report::folder::{Contents, Destination};
 use wetcor::report::trade as trade_report;
 use wetcor::study::trade;
 use wetcor::{runs, scene};
@@ -15,14 +15,14 @@ use crate::progress::Progress;
 pub(super) fn run_trade(path: &Path, out: Option<PathBuf>, seed: u64, quiet: bool) -> Result<u8, Error> {
     let scene = scene::read(path)?;
     let out = out.unwrap_or_else(|| Path::new("reports").join(format!("{}-trade", scene.name)));
-    folder::check(&out, Contents::Trade, &scene.title)?;
+    let destination = Destination::prepare(&out, Contents::Trade, &scene.title, &[path, &scene.data.runs])?;
     let table = runs::read(&scene)?;
     let progress = Progress::bar("trade", trade::PATHS, quiet);
     let done = AtomicU64::new(0);
     let measured = trade::measure(&scene, &table, seed, &|| progress.at(1 + done.fetch_add(1, Relaxed)))?;
     drop(progress);
     let files = trade_report::files(&scene, &measured)?;
-    folder::write(&out, Contents::Trade, &scene.title, files)?;
+    destination.write(files)?;
     tell(&table.notices, quiet);
     if !quiet {
         let page = out.join("trade.md");

@@ -1,14 +1,16 @@
-//! Writes a report's files beside their place and renames them in: whole or not at all.
+//! Says which folders may be written, and writes a report's files there: whole or not at all.
 
+use std::ffi::OsStr;
 use std::fmt;
-use std::io;
-use std::path::Path;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use serde::Deserialize;
 
-use crate::error::Error;
-use crate::unfinished;
+use super::draws::zarr;
+use crate::error::{quoted, Error};
+use crate::staging::{Place, Staging};
 use crate::{findings, study};
 
 /// A file of a report: its path inside the folder, and its bytes.
@@ -64,6 +66,23 @@ impl Contents {
             Contents::Trade => ("trade.json", study::trade::SCHEMA),
         }
     }
+
+    /// Whether it is we who write a file of this path inside such a folder.
+    fn has(self, inside: &Path, mark: &Mark) -> bool {
+        let parts: Option<Vec<&str>> = inside.iter().map(OsStr::to_str).collect();
+        match (self, parts.as_deref()) {
+            (Contents::Trade, Some([name])) => ["trade.md", "trade.json", "trade.svg"].contains(name),
+            (Contents::Fit, Some([name])) => ["report.md", "findings.json", "timing.json"].contains(name),
+            (Contents::Fit, Some(["figures", name])) => match &mark.figures {
+                Some(figures) => figures.iter().any(|figure| figure == name),
+                // as reports were before they listed their figures
+                None => name.ends_with(".svg"),
+            },
+            (Contents::Fit, Some(["draws", "draws.csv"])) => true,
+            (Contents::Fit, Some(["draws", "draws.zarr", .., name])) => zarr::is_file_name(name),
+            _ => false,
+        }
+    }
 }
 
 /// What is read of the file that tells.
@@ -71,99 +90,138 @@ impl Contents {
 struct Mark {
     schema: String,
     title: String,
+    #[serde(default)]
+    figures: Option<Vec<String>>,
 }
 
-/// Fails unless `folder` is free or holds an earlier one of ours of the same kind and title.
-pub fn check(folder: &Path, contents: Contents, title: &str) -> Result<(), Error> {
-    let (file, schema) = contents.mark();
-    let refuse = |reason: String| {
-        Err(Error::Out {
-            path: folder.to_path_buf(),
-            reason,
-        })
-    };
-    if !folder.exists() {
-        return match std::fs::symlink_metadata(folder) {
-            Ok(_) => refuse("is a link to nothing".to_owned()),
-            Err(_) => Ok(()),
+/// Largest file that may tell an earlier one of ours; those we write are a thousandth of it.
+const LARGEST_MARK: u64 = 1 << 28;
+
+/// A folder that may be written, and replaced where it holds an earlier one of ours.
+#[derive(Debug)]
+pub struct Destination {
+    place: Place,
+    contents: Contents,
+    title: String,
+    /// what is read to fill it, which must not lie inside it
+    inputs: Vec<PathBuf>,
+}
+
+impl Destination {
+    /// Looks whether a folder may be written: before the work, so that nothing is worked out in vain.
+    ///
+    /// `inputs` are the files that are read for it. Fails where the folder can not be made or replaced, where it holds
+    /// anything but an earlier one of ours of the same kind and title, and where an input lies inside it.
+    pub fn prepare(folder: &Path, contents: Contents, title: &str, inputs: &[&Path]) -> Result<Destination, Error> {
+        let destination = Destination {
+            place: Place::prepare(folder)?,
+            contents,
+            title: title.to_owned(),
+            // one that is not there is for its reader to name
+            inputs: inputs.iter().filter_map(|input| input.canonicalize().ok()).collect(),
         };
+        destination.allow(&destination.place)?;
+        Ok(destination)
     }
-    if !folder.is_dir() {
-        return refuse("exists and is no folder".to_owned());
+
+    /// Fails unless the place is free or holds an earlier one of ours and nothing else.
+    fn allow(&self, place: &Place) -> Result<(), Error> {
+        if !place.is_taken() {
+            return Ok(());
+        }
+        let refuse = |reason: String| {
+            Err(Error::Out {
+                path: place.named().to_path_buf(),
+                reason,
+            })
+        };
+        let folder = place.path();
+        if !folder.symlink_metadata().is_ok_and(|of| of.is_dir()) {
+            return refuse("exists and is no folder".to_owned());
+        }
+        if let Some(input) = self.inputs.iter().find(|input| input.starts_with(folder)) {
+            let input = input.strip_prefix(folder).unwrap_or(input).display();
+            return refuse(format!("holds {input}, which is read for what would replace it"));
+        }
+        let (file, schema) = self.contents.mark();
+        let Some(mark) = read_mark(&folder.join(file)).filter(|mark| mark.schema == schema) else {
+            return refuse(format!("exists and holds no {file} of wetcor"));
+        };
+        if mark.title != self.title {
+            return refuse(format!("holds a report of another scene, {}", quoted(&mark.title)));
+        }
+        let strangers = strangers(folder, |inside| self.contents.has(inside, &mark));
+        let strangers = strangers.map_err(|error| Error::io(place.named(), "look through", error))?;
+        match strangers.as_slice() {
+            [] => Ok(()),
+            [one] => refuse(format!("holds {}, which no report writes", one.display())),
+            [one, more @ ..] => refuse(format!(
+                "holds {} and {} more that no report writes",
+                one.display(),
+                if more.len() < MOST_STRANGERS {
+                    format!("{}", more.len())
+                } else {
+                    format!("at least {MOST_STRANGERS}")
+                }
+            )),
+        }
     }
-    let mark = std::fs::read_to_string(folder.join(file))
-        .ok()
-        .and_then(|text| serde_json::from_str::<Mark>(&text).ok())
-        .filter(|mark| mark.schema == schema);
-    match mark {
-        None => refuse(format!("exists and holds no {file} of wetcor")),
-        Some(mark) if mark.title != title => refuse(format!("holds a report of another scene, \"{}\"", mark.title)),
-        Some(_) => Ok(()),
+
+    /// Writes the files beside the folder, and puts them in place of an earlier report of ours, whole or not at all.
+    pub fn write(&self, files: Files) -> Result<(), Error> {
+        let staging = Staging::beside(&self.place)?;
+        // told of the place the user named, not of the one beside it
+        let fail = |name: &str, error| Error::io(&self.place.named().join(name), "write", error);
+        let create = |name: &str| staging.create(name).map_err(|error| fail(name, error));
+        let stream = |streamed: &Streamed| {
+            let [a, b] = &streamed.names;
+            (streamed.fill)(&mut [create(a)?, create(b)?]).map_err(|error| fail(a, error))
+        };
+        let write = |(name, bytes): &File| create(name)?.write_all(bytes).map_err(|error| fail(name, error));
+        let (streamed, whole) = rayon::join(
+            || files.streamed.par_iter().try_for_each(stream),
+            || files.whole.par_iter().try_for_each(write),
+        );
+        streamed.and(whole)?;
+        if let Some(last) = files.last {
+            write(&last())?;
+        }
+        staging.put(|place| self.allow(place))
     }
 }
 
-/// Writes the files and puts the folder in place of an earlier report of ours.
-pub fn write(folder: &Path, contents: Contents, title: &str, files: Files) -> Result<(), Error> {
-    check(folder, contents, title)?;
-    let parent = match folder.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    std::fs::create_dir_all(parent).map_err(|e| Error::io(parent, "create", e))?;
-    let beside = tempfile::Builder::new()
-        .prefix(".wetcor-")
-        .tempdir_in(parent)
-        .map_err(|e| Error::io(parent, "write in", e))?;
-    let mark = unfinished::mark(beside.path());
-    fill_and_rename(beside, folder, files, mark)
+fn read_mark(path: &Path) -> Option<Mark> {
+    let of = path.symlink_metadata().ok()?;
+    let text = (of.is_file() && of.len() <= LARGEST_MARK).then(|| std::fs::read_to_string(path))?;
+    serde_json::from_str(&text.ok()?).ok()
 }
 
-fn fill_and_rename(
-    beside: tempfile::TempDir,
-    folder: &Path,
-    files: Files,
-    mark: unfinished::Mark,
-) -> Result<(), Error> {
-    let new = beside.path().join("new");
-    // told of the place the user named, not of the one beside it
-    let fail = |name: &str, error| Error::io(&folder.join(name), "write", error);
-    let room = |name: &str| {
-        let path = new.join(name);
-        // by whoever writes there: to make all folders first would keep the others waiting
-        let made = path.parent().map_or(Ok(()), std::fs::create_dir_all);
-        made.map(|()| path).map_err(|error| fail(name, error))
-    };
-    let stream = |streamed: &Streamed| {
-        let [a, b] = &streamed.names;
-        let open = |name: &str| std::fs::File::create(room(name)?).map_err(|error| fail(name, error));
-        (streamed.fill)(&mut [open(a)?, open(b)?]).map_err(|error| fail(a, error))
-    };
-    let write = |(name, bytes): &File| std::fs::write(room(name)?, bytes).map_err(|error| fail(name, error));
-    let (streamed, whole) = rayon::join(
-        || files.streamed.par_iter().try_for_each(stream),
-        || files.whole.par_iter().try_for_each(write),
-    );
-    streamed.and(whole)?;
-    if let Some(last) = files.last {
-        write(&last())?;
-    }
-    // from here on an interruption waits, so that either the old report or the new one is in place
-    let _hold = mark.hold();
-    let old = beside.path().join("old");
-    let had_one = folder.exists();
-    if had_one {
-        std::fs::rename(folder, &old).map_err(|e| Error::io(folder, "replace", e))?;
-    }
-    if let Err(error) = std::fs::rename(&new, folder) {
-        if had_one {
-            // put the earlier report back; if even that fails, it is kept where it lies
-            if std::fs::rename(&old, folder).is_err() {
-                let _ = beside.keep();
+/// Files that are named, or counted, where a folder is refused for them.
+const MOST_STRANGERS: usize = 20;
+
+/// Files below a folder that are not ours by their path inside it, links among them; one more than are counted at most.
+fn strangers(folder: &Path, is_ours: impl Fn(&Path) -> bool) -> io::Result<Vec<PathBuf>> {
+    let mut strangers = vec![];
+    let mut open = vec![folder.to_path_buf()];
+    while let Some(next) = open.pop() {
+        for entry in std::fs::read_dir(&next)? {
+            let entry = entry?;
+            let (path, kind) = (entry.path(), entry.file_type()?);
+            if kind.is_dir() {
+                open.push(path);
+                continue;
+            }
+            let inside = path.strip_prefix(folder).unwrap_or(&path);
+            if !(kind.is_file() && is_ours(inside)) {
+                strangers.push(inside.to_path_buf());
+            }
+            if strangers.len() > MOST_STRANGERS {
+                break;
             }
         }
-        return Err(Error::io(folder, "write", error));
     }
-    Ok(())
+    strangers.sort();
+    Ok(strangers)
 }
 
 #[cfg(test)]
@@ -183,16 +241,20 @@ mod tests {
         }
     }
 
+    fn write(folder: &Path, contents: Contents, title: &str, files: Files) -> Result<(), Error> {
+        Destination::prepare(folder, contents, title, &[])?.write(files)
+    }
+
     #[test]
     fn an_earlier_report_of_the_same_title_is_replaced_whole() {
         let place = tempfile::tempdir().expect("a temporary folder");
         let folder = place.path().join("deep/report");
         write(&folder, Contents::Fit, "one", files("one", "first")).expect("a free place");
-        std::fs::write(folder.join("stale.txt"), "x").expect("writable");
+        std::fs::write(folder.join("figures/stale.svg"), "x").expect("writable");
         write(&folder, Contents::Fit, "one", files("one", "second")).expect("ours");
         let read = std::fs::read_to_string(folder.join("figures/a.svg"));
         assert_eq!(read.ok().as_deref(), Some("second"));
-        assert!(!folder.join("stale.txt").exists());
+        assert!(!folder.join("figures/stale.svg").exists());
         let left = std::fs::read_dir(place.path().join("deep")).map(Iterator::count);
         assert_eq!(left.ok(), Some(1), "nothing unfinished is left beside");
     }
@@ -203,7 +265,7 @@ mod tests {
         let folder = place.path().join("report");
         let made = |broken: bool| {
             let mut made = files("one", "");
-            let names = ["deep/er/a", "b"].map(str::to_owned);
+            let names = ["draws/draws.zarr/deep/c.0", "draws/draws.csv"].map(str::to_owned);
             let fill: Box<Fill> = Box::new(move |[a, b]| {
                 a.write_all(b"first")?;
                 if broken {
@@ -212,19 +274,26 @@ mod tests {
                 b.write_all(b"second")
             });
             made.streamed.push(Streamed { names, fill });
-            made.last = Some(Box::new(|| ("deep/last".to_owned(), b"third".to_vec())));
+            made.last = Some(Box::new(|| ("timing.json".to_owned(), b"third".to_vec())));
             made
         };
         write(&folder, Contents::Fit, "one", made(false)).expect("a free place");
         let read = |name: &str| std::fs::read_to_string(folder.join(name)).ok();
-        assert_eq!(read("deep/er/a").as_deref(), Some("first"));
-        assert_eq!(read("b").as_deref(), Some("second"));
-        assert_eq!(read("deep/last").as_deref(), Some("third"));
+        assert_eq!(read("draws/draws.zarr/deep/c.0").as_deref(), Some("first"));
+        assert_eq!(read("draws/draws.csv").as_deref(), Some("second"));
+        assert_eq!(read("timing.json").as_deref(), Some("third"));
         let failed = write(&folder, Contents::Fit, "one", made(true))
             .expect_err("no room")
             .to_string();
-        assert!(failed.contains("deep/er/a") && failed.contains("no room"), "{failed}");
-        assert_eq!(read("b").as_deref(), Some("second"), "the earlier report stands");
+        assert!(
+            failed.contains("draws/draws.zarr/deep/c.0") && failed.contains("no room"),
+            "{failed}"
+        );
+        assert_eq!(
+            read("draws/draws.csv").as_deref(),
+            Some("second"),
+            "the earlier report stands"
+        );
     }
 
     #[test]
@@ -238,11 +307,14 @@ mod tests {
             Err(Error::Out { .. })
         ));
         std::fs::write(folder.join("findings.json"), "{\"schema\": \"other\"}").expect("writable");
-        assert!(matches!(check(&folder, Contents::Fit, "one"), Err(Error::Out { .. })));
+        let refused = write(&folder, Contents::Fit, "one", files("one", ""));
+        assert!(matches!(refused, Err(Error::Out { .. })));
         let ours = place.path().join("ours");
         write(&ours, Contents::Fit, "one", files("one", "")).expect("a free place");
-        assert!(matches!(check(&ours, Contents::Fit, "two"), Err(Error::Out { .. })));
-        assert!(matches!(check(&ours, Contents::Trade, "one"), Err(Error::Out { .. })));
+        for (contents, title) in [(Contents::Fit, "two"), (Contents::Trade, "one")] {
+            let refused = Destination::prepare(&ours, contents, title, &[]);
+            assert!(matches!(refused, Err(Error::Out { .. })));
+        }
         assert!(folder.join("thesis.tex").exists());
     }
 }

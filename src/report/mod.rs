@@ -24,6 +24,8 @@ pub mod numbers;
 pub mod prediction;
 pub mod trade;
 
+use serde::Serialize;
+
 use crate::error::Error;
 use crate::findings::overview::Overview;
 use crate::findings::posterior::Posterior;
@@ -52,7 +54,7 @@ pub fn files(told: Told, with_figures: bool) -> Result<Files, Error> {
     let figures = if with_figures { figures::all(told) } else { vec![] };
     let names: Vec<&str> = figures.iter().map(|figure| figure.name.as_str()).collect();
     let ((report, findings), draws) = rayon::join(
-        || (markdown::report(told, &names), json::text(told.findings)),
+        || (markdown::report(told, &names), findings_text(told.findings, &names)),
         || {
             let draws = told.posterior.map(|posterior| draws::posterior::files(told, posterior));
             draws.transpose()
@@ -74,4 +76,15 @@ pub fn files(told: Told, with_figures: bool) -> Result<Files, Error> {
         files.streamed.extend(draws.streamed);
     }
     Ok(files)
+}
+
+/// `findings.json`: the findings, and the names of the figures, by which a later run knows the report's own files.
+fn findings_text(findings: &Findings, figures: &[&str]) -> Result<String, Error> {
+    #[derive(Serialize)]
+    struct Written<'a> {
+        #[serde(flatten)]
+        findings: &'a Findings,
+        figures: &'a [&'a str],
+    }
+    json::text(&Written { findings, figures })
 }

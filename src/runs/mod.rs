@@ -31,7 +31,7 @@ mod write;
 pub use collect::Screened;
 pub use errors::MeasurementErrors;
 pub use series::{DryGroup, FilmGroup, Runs, Series};
-pub use write::{NewRun, RunWriter};
+pub use write::{Existing, NewRun, RunWriter};
 
 use std::path::Path;
 

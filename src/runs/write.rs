@@ -1,11 +1,12 @@
 //! Writes simulated runs a row at a time, in constant memory, whole or not at all.
 
+use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use super::typed::ParquetRuns;
 use crate::error::Error;
-use crate::unfinished;
+use crate::staging::{Place, Staging};
 use crate::units;
 
 /// One run to be written; lengths in m, speeds in m/s.
@@ -56,52 +57,57 @@ fn round(x: f64) -> f64 {
 const BATCH: usize = 65_536;
 
 enum Format {
-    Csv(BufWriter<tempfile::NamedTempFile>),
-    Parquet(Box<ParquetRuns<BufWriter<std::fs::File>>>, tempfile::NamedTempFile),
+    Csv(BufWriter<File>),
+    Parquet(Box<ParquetRuns<BufWriter<File>>>),
+}
+
+/// What becomes of a file that is there already.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Existing {
+    /// it is kept, and nothing is written
+    Kept,
+    /// it is replaced
+    Replaced,
 }
 
 /// Writes runs to a file that appears only once it is complete.
 pub struct RunWriter<'a> {
     path: PathBuf,
+    staging: Staging,
+    existing: Existing,
     format: Format,
     batch: Vec<NewRun<'a>>,
-    mark: unfinished::Mark,
 }
 
 impl<'a> RunWriter<'a> {
     /// Opens a file beside `path`; `.parquet` makes Parquet, anything else CSV.
-    pub fn create(path: &Path) -> Result<Self, Error> {
-        let folder = match path.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder,
-            _ => Path::new("."),
-        };
-        // without the temporary file's name, which means nothing to anybody
-        let fail = |error: std::io::Error| Error::io(path, "write", error.kind().into());
-        if !folder.is_dir() {
-            let reason = format!("there is no folder {}", folder.display());
-            let error = std::io::Error::new(std::io::ErrorKind::NotFound, reason);
-            return Err(Error::io(path, "write", error));
+    ///
+    /// Fails where there is no such folder, and where something stands there that is not to be replaced.
+    pub fn create(path: &Path, existing: Existing) -> Result<Self, Error> {
+        let fail = |error: std::io::Error| Error::io(path, "write", error);
+        let place = Place::prepare(path)?;
+        if !place.path().parent().is_some_and(Path::is_dir) {
+            let folder = path.parent().unwrap_or(path).display();
+            let reason = format!("there is no folder {folder}");
+            return Err(fail(std::io::Error::new(std::io::ErrorKind::NotFound, reason)));
         }
-        let file = tempfile::Builder::new()
-            .prefix(".wetcor-")
-            .tempfile_in(folder)
-            .map_err(fail)?;
-        let mark = unfinished::mark(file.path());
+        allow(&place, existing)?;
+        let staging = Staging::beside(&place)?;
+        let mut sink = BufWriter::new(staging.create_itself().map_err(fail)?);
         let parquet = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet"));
         let format = if parquet {
-            let sink = BufWriter::new(file.reopen().map_err(fail)?);
             let writer = ParquetRuns::new(sink).map_err(|reason| parquet_error(path, reason))?;
-            Format::Parquet(Box::new(writer), file)
+            Format::Parquet(Box::new(writer))
         } else {
-            let mut sink = BufWriter::new(file);
             writeln!(sink, "particle,liquid,{}", NewRun::NUMBERS.join(",")).map_err(fail)?;
             Format::Csv(sink)
         };
         Ok(RunWriter {
             path: path.to_path_buf(),
+            staging,
+            existing,
             format,
             batch: vec![],
-            mark,
         })
     }
 
@@ -109,7 +115,7 @@ impl<'a> RunWriter<'a> {
     pub fn write(&mut self, run: NewRun<'a>) -> Result<(), Error> {
         match &mut self.format {
             Format::Csv(sink) => write_csv(sink, &run).map_err(|error| Error::io(&self.path, "write", error)),
-            Format::Parquet(writer, _) => {
+            Format::Parquet(writer) => {
                 self.batch.push(run);
                 if self.batch.len() < BATCH {
                     return Ok(());
@@ -124,37 +130,35 @@ impl<'a> RunWriter<'a> {
     /// Completes the file and gives it its name.
     pub fn finish(self) -> Result<(), Error> {
         let path = self.path;
-        let file = match self.format {
-            Format::Csv(sink) => sink
-                .into_inner()
-                .map_err(|error| Error::io(&path, "write", error.into_error()))?,
-            Format::Parquet(mut writer, file) => {
-                if !self.batch.is_empty() {
-                    writer
-                        .write(&self.batch)
-                        .map_err(|reason| parquet_error(&path, reason))?;
-                }
-                writer.finish().map_err(|reason| parquet_error(&path, reason))?;
-                file
+        match self.format {
+            Format::Csv(mut sink) => sink.flush().map_err(|error| Error::io(&path, "write", error))?,
+            Format::Parquet(mut writer) => {
+                let last = if self.batch.is_empty() {
+                    Ok(())
+                } else {
+                    writer.write(&self.batch)
+                };
+                last.and_then(|()| writer.finish())
+                    .map_err(|reason| parquet_error(&path, reason))?;
             }
-        };
-        let _hold = self.mark.hold();
-        persist(file, &path)
+        }
+        self.staging.put(|place| allow(place, self.existing))
     }
 }
 
-/// Gives a finished temporary file its name, readable as any new file is.
-fn persist(file: tempfile::NamedTempFile, path: &Path) -> Result<(), Error> {
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        // temporary files are made for their owner alone
-        let permissions = std::fs::Permissions::from_mode(0o644);
-        std::fs::set_permissions(file.path(), permissions).map_err(|error| Error::io(path, "write", error))?;
+/// Fails where something stands that is not to be replaced.
+fn allow(place: &Place, existing: Existing) -> Result<(), Error> {
+    let refuse = |reason: &str| {
+        Err(Error::Out {
+            path: place.named().to_path_buf(),
+            reason: reason.to_owned(),
+        })
+    };
+    match place.path().symlink_metadata() {
+        Ok(of) if !of.is_file() => refuse("exists and is no file"),
+        Ok(_) if existing == Existing::Kept => refuse("exists; --force replaces it"),
+        _ => Ok(()),
     }
-    file.persist(path)
-        .map(|_| ())
-        .map_err(|error| Error::io(path, "write", error.error))
 }
 
 fn parquet_error(path: &Path, reason: String) -> Error {

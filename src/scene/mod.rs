@@ -9,9 +9,11 @@
 //! | `read.rs` | turns a scene file into a [`Scene`] |
 //! | `choices/` | the model, prior, sampler and bootstrap tables |
 //! | `plan.rs` | the truth and design tables of a simulation |
+//! | `claim.rs` | says whether a file is a scene or holds the runs of one |
 
 mod asked;
 mod choices;
+mod claim;
 mod document;
 mod expect;
 mod names;
@@ -23,6 +25,7 @@ pub use choices::{
     form_of, terms_of, Bootstrap, IntervalMethod, Likelihood, ModelChoices, NoiseOn, Prior, PriorChoice,
     ResamplingScheme, Sampler, Sticking, Term, DEFAULT_DRY_SPEED,
 };
+pub use claim::claim;
 pub use names::{closest, letters_apart, name_expected, name_is_allowed, NAME_RULE};
 pub use plan::{Design, DesignSpeeds, Noise, Truth};
 pub use read::{parse, read};

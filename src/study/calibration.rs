@@ -1,5 +1,6 @@
 //! Measures how often the intervals of e_inf and St_c cover the truth they were simulated from.
 
+use std::io::Read;
 use std::path::Path;
 
 use rayon::prelude::*;
@@ -14,6 +15,7 @@ use crate::model::simulate::Simulation;
 use crate::runs;
 use crate::scene::{self, Law, Scene};
 use crate::seed::stream;
+use crate::staging::Place;
 
 /// The methods compared, as intervals name them, the simplest first.
 pub const METHODS: [&str; 4] = ["delta", "percentile", "bca", "studentized"];
@@ -280,9 +282,29 @@ fn place(interval: &Interval) -> Option<usize> {
     Some(method * LEVELS.len() + level)
 }
 
+/// How the page begins.
+const HEADING: &str = "# Do the intervals cover?";
+
+/// Fails where something stands at a place that is no earlier page of this kind.
+pub fn may_replace(place: &Place) -> Result<(), Error> {
+    let is_ours = || {
+        let mut start = vec![];
+        let file = std::fs::File::open(place.path()).ok()?;
+        file.take(HEADING.len() as u64).read_to_end(&mut start).ok()?;
+        (start == HEADING.as_bytes()).then_some(())
+    };
+    if place.is_taken() && !(place.path().is_file() && is_ours().is_some()) {
+        return Err(Error::Out {
+            path: place.named().to_path_buf(),
+            reason: "exists and is no page of `wetcor calibrate`".to_owned(),
+        });
+    }
+    Ok(())
+}
+
 /// The table as markdown.
 pub fn markdown(table: &Table) -> String {
-    let mut text = String::from("# Do the intervals cover?\n\n");
+    let mut text = format!("{HEADING}\n\n");
     text.push_str(&format!(
         "Share of {} simulated data sets, in per cent, whose 90 % and 95 % intervals of e_inf and St_c cover the truth, \
          for each design, law and method; {} replicates each (cases). The Monte Carlo error of a share is {:.1} at 90 % \

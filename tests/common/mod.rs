@@ -12,7 +12,7 @@ use tempfile::TempDir;
 use wetcor::error::Error;
 use wetcor::findings::{self, Findings};
 use wetcor::model::simulate::Simulation;
-use wetcor::runs::{self, NewRun, RunWriter, Runs, Table};
+use wetcor::runs::{self, Existing, NewRun, RunWriter, Runs, Table};
 use wetcor::scene::{self, Scene};
 
 /// A scene in a folder of its own, for as long as the test needs it.
@@ -95,7 +95,7 @@ pub fn table_of(runs: Runs) -> Table {
 }
 
 pub fn write(simulation: &Simulation, seed: u64, path: &Path) {
-    let mut writer = RunWriter::create(path).unwrap_or_else(|error| panic!("{error}"));
+    let mut writer = RunWriter::create(path, Existing::Replaced).unwrap_or_else(|error| panic!("{error}"));
     simulation
         .draw(seed, |run| writer.write(run))
         .unwrap_or_else(|error| panic!("{error}"));

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use proptest::sample::{select, Index};
-use wetcor::runs::{self, NewRun, RunWriter, Table};
+use wetcor::runs::{self, Existing, NewRun, RunWriter, Table};
 use wetcor::units::{Dimension, Unit};
 
 use super::{assert_every_row_counted, assert_told, hold, same, Folder};
@@ -258,7 +258,7 @@ fn csv_and_parquet_hold_the_same_runs() {
     hold(name, 300, inputs, |rows| {
         let read = |name: &str| {
             let path = folder.0.path().join(name);
-            let mut writer = RunWriter::create(&path).unwrap_or_else(|error| panic!("{error}"));
+            let mut writer = RunWriter::create(&path, Existing::Replaced).unwrap_or_else(|error| panic!("{error}"));
             for run in &rows {
                 let written = writer.write(NewRun {
                     particle: run.particle,

@@ -31,6 +31,9 @@ pub enum Values<'a> {
     Text(&'a [String]),
 }
 
+/// File that describes the store, a group or an array.
+const NODE: &str = "zarr.json";
+
 /// Length along the second dimension of a chunk that the caller writes: a few megabytes where runs are thousands.
 pub const PART: usize = 256;
 
@@ -96,6 +99,15 @@ pub fn chunk_path(root: &str, group: &str, array: &str, place: &[usize]) -> Stri
     format!("{root}/{group}/{array}/c{}", place.concat())
 }
 
+/// Whether a file of a store may have this name: it describes a group or an array, or is a chunk of one.
+pub fn is_file_name(name: &str) -> bool {
+    let is_place = |place: &str| !place.is_empty() && place.bytes().all(|byte| byte.is_ascii_digit());
+    match name.split_once('.') {
+        Some(("c", place)) => place.split('.').all(is_place),
+        _ => name == NODE || name == "c",
+    }
+}
+
 fn agree(group: &Group) -> Result<(), Error> {
     let mut lengths: Vec<(&str, usize)> = vec![];
     for array in &group.arrays {
@@ -138,7 +150,7 @@ impl Values<'_> {
 }
 
 fn node_file(folder: &str, node: &Value) -> Result<File, Error> {
-    Ok((format!("{folder}/zarr.json"), json::text(node)?.into_bytes()))
+    Ok((format!("{folder}/{NODE}"), json::text(node)?.into_bytes()))
 }
 
 fn group_node(attributes: Map<String, Value>) -> Value {

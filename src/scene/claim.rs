@@ -1,0 +1,50 @@
+//! Says whether a file is a scene, or holds the runs of one: what was measured must not be written over.
+
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use super::Scene;
+
+/// What every scene has, whatever else is right or wrong with it.
+#[derive(Deserialize)]
+struct Sketch {
+    data: SketchedData,
+}
+
+#[derive(Deserialize)]
+struct SketchedData {
+    runs: PathBuf,
+}
+
+/// Why nothing may be written to a file: it is a scene, or holds the runs of this scene or of one that lies beside it.
+/// `None` where no scene has a claim to it, or it is not there.
+pub fn claim(file: &Path, (scene_file, scene): (&Path, &Scene)) -> Option<String> {
+    let file = file.canonicalize().ok()?;
+    let is_this = |other: &Path| other.canonicalize().is_ok_and(|other| other == file);
+    if is_this(scene_file) || runs_of(&file).is_some() {
+        return Some("is a scene; choose another file".to_owned());
+    }
+    let holds_runs_of = |scene: &Path| {
+        let scene = scene.display();
+        Some(format!(
+            "holds the runs of {scene}; choose another file, or move it away first"
+        ))
+    };
+    if is_this(&scene.data.runs) {
+        return holds_runs_of(scene_file);
+    }
+    let beside = std::fs::read_dir(file.parent()?).ok()?;
+    let mut scenes = beside
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|path| path.extension().is_some_and(|extension| extension == "toml"));
+    let owner = scenes.find(|path| runs_of(path).is_some_and(|runs| is_this(&runs)))?;
+    holds_runs_of(&owner)
+}
+
+/// Where the runs of a scene lie; `None` for what is no scene.
+fn runs_of(path: &Path) -> Option<PathBuf> {
+    let text = std::fs::read_to_string(path).ok()?;
+    let sketch: Sketch = toml::from_str(&text).ok()?;
+    Some(path.parent()?.join(sketch.data.runs))
+}

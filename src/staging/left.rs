@@ -1,0 +1,134 @@
+//! Tells by a lock what an earlier run left from what a neighbour is making, and clears it.
+
+use std::ffi::OsStr;
+use std::fs::{File, TryLockError};
+use std::io::{self, ErrorKind, Read, Write};
+use std::path::Path;
+use std::time::Duration;
+
+use super::rename::rename_to_free;
+
+/// How the folder begins that something is made in.
+pub(super) const PREFIX: &str = ".wetcor-";
+/// What lies in such a folder: the locked file, what is being made, and what stood in its place.
+const LOCK: &str = "lock";
+pub(super) const NEW: &str = "new";
+pub(super) const OLD: &str = "old";
+/// How the locked file begins; the name of the place follows, so that what is moved aside can be put back.
+const MARK: &str = "wetcor makes ";
+
+/// By which a folder is known to be in use; held as long as this lives, where the file system knows locks.
+#[derive(Debug)]
+pub(super) struct Lock {
+    _file: Option<File>,
+}
+
+/// Locks a new folder; `None` where a neighbour has cleared it, or is about to.
+pub(super) fn lock(folder: &Path, way: &Path) -> io::Result<Option<Lock>> {
+    let path = folder.join(LOCK);
+    let mut file = match File::options().write(true).create_new(true).open(&path) {
+        Ok(file) => file,
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(error),
+    };
+    let locked = match file.try_lock() {
+        Ok(()) => true,
+        Err(TryLockError::WouldBlock) => return Ok(None),
+        Err(TryLockError::Error(_)) => false,
+    };
+    if !path.exists() {
+        return Ok(None);
+    }
+    file.write_all(MARK.as_bytes())?;
+    file.write_all(way.as_os_str().as_encoded_bytes())?;
+    Ok(Some(Lock {
+        _file: locked.then_some(file),
+    }))
+}
+
+/// How long to wait for a neighbour who is putting something in its place beside ours: it takes milliseconds.
+const PATIENCE: Duration = Duration::from_secs(10);
+const PAUSE: Duration = Duration::from_millis(5);
+
+/// One's turn to move things in a folder; `None` where there are no locks, or somebody sits on it.
+pub(super) fn turn(base: &Path) -> Option<File> {
+    let folder = File::open(base).ok()?;
+    let mut waited = Duration::ZERO;
+    while waited < PATIENCE {
+        match folder.try_lock() {
+            Ok(()) => return Some(folder),
+            Err(TryLockError::WouldBlock) => std::thread::sleep(PAUSE),
+            Err(TryLockError::Error(_)) => return None,
+        }
+        waited += PAUSE;
+    }
+    None
+}
+
+/// Clears what processes that are no more have left in a folder.
+pub(super) fn clear(base: &Path) {
+    let Ok(entries) = std::fs::read_dir(base) else {
+        return;
+    };
+    let left = entries.filter_map(Result::ok).filter(|entry| {
+        let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
+        is_folder && entry.file_name().as_encoded_bytes().starts_with(PREFIX.as_bytes())
+    });
+    for entry in left {
+        clear_one(base, &entry.path());
+    }
+}
+
+/// Clears a folder whose maker is no more. Whatever else it holds, it is left alone.
+fn clear_one(base: &Path, folder: &Path) {
+    let lock = File::options().read(true).write(true).open(folder.join(LOCK));
+    let Ok(mut lock) = lock else {
+        // its maker came no further than to make it, or is there now: then it makes another
+        let _ = std::fs::remove_dir(folder);
+        return;
+    };
+    if lock.try_lock().is_err() {
+        return;
+    }
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return;
+    };
+    let known = |name: &OsStr| [LOCK, NEW, OLD].iter().any(|known| name == *known);
+    if !entries.filter_map(Result::ok).all(|entry| known(&entry.file_name())) {
+        return;
+    }
+    let mut text = vec![];
+    // no path is longer
+    let read = Read::take(&mut lock, 1 << 16).read_to_end(&mut text);
+    let Some(way) = read.ok().and_then(|_| text.strip_prefix(MARK.as_bytes())) else {
+        if text.is_empty() {
+            let _ = std::fs::remove_dir_all(folder);
+        }
+        return;
+    };
+    let old = folder.join(OLD);
+    if old.exists() {
+        let _turn = turn(base);
+        let Some(name) = path_of(way).filter(|way| way.file_name() == Some(way.as_os_str())) else {
+            return;
+        };
+        match rename_to_free(&old, &base.join(name)) {
+            // a newer one has come to its place
+            Err(error) if error.kind() != ErrorKind::AlreadyExists => return,
+            _ => {}
+        }
+    }
+    let _ = std::fs::remove_dir_all(folder);
+}
+
+/// The path some bytes of a file are.
+fn path_of(bytes: &[u8]) -> Option<&Path> {
+    #[cfg(unix)]
+    {
+        Some(Path::new(std::os::unix::ffi::OsStrExt::from_bytes(bytes) as &OsStr))
+    }
+    #[cfg(not(unix))]
+    {
+        std::str::from_utf8(bytes).ok().map(Path::new)
+    }
+}

@@ -1,0 +1,143 @@
+//! Finds the place of a file or folder to be written, before any work is done for it.
+
+use std::ffi::OsStr;
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+
+use super::left::clear;
+use super::Staging;
+use crate::error::Error;
+
+/// A file or folder to be written.
+#[derive(Debug, Clone)]
+pub struct Place {
+    /// as the user named it
+    pub(super) named: PathBuf,
+    /// from the root, links followed: where it is, whatever becomes of the working folder
+    pub(super) path: PathBuf,
+}
+
+impl Place {
+    /// Finds the place, clears what earlier runs left beside it, and tries whether something can be made there.
+    ///
+    /// Fails where nothing can be: a name that no file may have, a link to nothing, a folder that may not be written to.
+    pub fn prepare(named: &Path) -> Result<Place, Error> {
+        let refuse = |reason: &str| Error::Out {
+            path: named.to_path_buf(),
+            reason: reason.to_owned(),
+        };
+        if !names_itself(named) {
+            return Err(refuse("expected a name that does not end in `.` or `..`"));
+        }
+        let fail = |error: io::Error| Error::io(named, "write", error);
+        let path = std::path::absolute(named).and_then(|path| follow(&path));
+        let Some(path) = path.map_err(fail)? else {
+            return Err(refuse("is a link to nothing"));
+        };
+        let place = Place {
+            named: named.to_path_buf(),
+            path,
+        };
+        clear(place.base().0);
+        if place.is_mounted() {
+            return Err(refuse("is where a file system begins; name a folder inside it"));
+        }
+        place.may_be_replaced().map_err(fail)?;
+        drop(Staging::beside(&place)?);
+        Ok(place)
+    }
+
+    /// As the user named it.
+    pub fn named(&self) -> &Path {
+        &self.named
+    }
+
+    /// Where it is: from the root, links followed.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Whether anything stands there.
+    pub fn is_taken(&self) -> bool {
+        self.path.symlink_metadata().is_ok()
+    }
+
+    /// The nearest folder above that is there, and the way from it to the place.
+    pub(super) fn base(&self) -> (&Path, &Path) {
+        let above = self.path.ancestors().skip(1);
+        let base = above.into_iter().find(|folder| folder.is_dir());
+        let base = base.unwrap_or(&self.path);
+        (base, self.path.strip_prefix(base).unwrap_or(&self.path))
+    }
+
+    /// Fails where what stands there may not be written to: a folder then may not be moved either.
+    fn may_be_replaced(&self) -> io::Result<()> {
+        #[cfg(unix)]
+        if self.path.is_dir() {
+            rustix::fs::access(&self.path, rustix::fs::Access::WRITE_OK)?;
+        }
+        Ok(())
+    }
+
+    /// Whether it is the root of a file system, which cannot be exchanged.
+    fn is_mounted(&self) -> bool {
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::MetadataExt;
+            let device = |path: &Path| path.metadata().ok().map(|of| of.dev());
+            self.is_taken() && device(&self.path) != device(self.base().0)
+        }
+        #[cfg(not(unix))]
+        false
+    }
+}
+
+/// Whether a path ends in a name, not in a way to a folder.
+fn names_itself(path: &Path) -> bool {
+    let bytes = path.as_os_str().as_encoded_bytes();
+    let end = bytes
+        .rsplit(|byte| std::path::is_separator(char::from(*byte)))
+        .find(|part| !part.is_empty());
+    !matches!(end, None | Some(b"." | b".."))
+}
+
+/// Letters of the longest path inside a report, and some more.
+const LONGEST_INSIDE: usize = 200;
+
+/// A path with its links followed as far as it is there; `None` for a link to nothing.
+///
+/// Fails where the system would not let the rest be made for its name.
+fn follow(path: &Path) -> io::Result<Option<PathBuf>> {
+    let mut missing: Vec<&OsStr> = vec![];
+    let mut here = path;
+    let mut found = loop {
+        match here.canonicalize() {
+            Ok(found) => break found,
+            Err(error) if error.kind() == ErrorKind::NotFound => {
+                if here.symlink_metadata().is_ok() {
+                    return Ok(None);
+                }
+                let (Some(parent), Some(name)) = (here.parent(), here.file_name()) else {
+                    return Err(error);
+                };
+                missing.push(name);
+                here = parent;
+            }
+            Err(error) => return Err(error),
+        }
+    };
+    let may_be = |path: PathBuf| match path.symlink_metadata() {
+        Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
+    };
+    for name in missing.iter().rev() {
+        // a name too long is told only of a folder that is there
+        may_be(here.join(name))?;
+        found.push(name);
+    }
+    may_be(found.join("x".repeat(LONGEST_INSIDE))).or_else(|error| match error.kind() {
+        ErrorKind::InvalidFilename => Err(error),
+        _ => Ok(()),
+    })?;
+    Ok(Some(found))
+}

@@ -1,0 +1,383 @@
+//! Kills fits while they write, and lets fits run against each other: the old report or the new one always stands whole.
+//!
+//! This file starts itself again to be killed: what is killed is a fit through the library whose report is written slowly,
+//! so that most signals arrive while it is written.
+
+mod common;
+
+use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use rand::{RngExt, SeedableRng};
+use tempfile::TempDir;
+use wetcor::findings::{self, overview};
+use wetcor::report::folder::{Contents, Destination, File, Fill, Streamed};
+use wetcor::report::{self, Told};
+use wetcor::staging::{self, Place};
+use wetcor::{interruption, runs, scene};
+
+/// What the child is told: where to write, with which seed, and how.
+const OUT: &str = "REPLACING_OUT";
+const SEED: &str = "REPLACING_SEED";
+const HOW: &str = "REPLACING_HOW";
+
+/// What the child says when it begins to write.
+const WRITING: &str = "writing";
+
+/// Files that the child writes slowly, and how slowly.
+const SLOW_FILES: usize = 40;
+const SLOWNESS: Duration = Duration::from_millis(2);
+
+/// Time between the two steps where there is no exchange in one.
+const BETWEEN_STEPS: u64 = 40;
+
+const SIGNALS: [&str; 4] = ["INT", "TERM", "HUP", "KILL"];
+
+fn plain() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good/plain/scene.toml")
+}
+
+/// The child: fits the plain example and writes its report slowly.
+fn fit_slowly(out: &Path) {
+    let seed = std::env::var(SEED).expect("the seed is set").parse().expect("a number");
+    let how = std::env::var(HOW).expect("the way is set");
+    if how == "two steps" {
+        staging::take_two_steps(BETWEEN_STEPS);
+    }
+    interruption::watch(|why| eprintln!("{why}")).expect("signals can be waited for");
+    let path = plain();
+    let scene = scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
+    let destination = Destination::prepare(out, Contents::Fit, &scene.title, &[&path, &scene.data.runs]);
+    let table = runs::read(&scene).unwrap_or_else(|error| panic!("{error}"));
+    let findings = findings::find(&scene, &table, seed, false);
+    let told = Told {
+        scene: &scene,
+        runs: &table.runs,
+        overview: &overview::find(&scene, &table, &findings),
+        findings: &findings,
+        posterior: None,
+    };
+    let mut files = report::files(told, true).unwrap_or_else(|error| panic!("{error}"));
+    for part in 0..SLOW_FILES {
+        let fill: Box<Fill> = Box::new(move |both| {
+            for (part, file) in both.iter_mut().enumerate() {
+                std::thread::sleep(SLOWNESS);
+                write!(file, "{seed} {part}")?;
+            }
+            Ok(())
+        });
+        let names = ["one", "other"].map(|name| format!("draws/draws.zarr/slow/{name}/c.{part}"));
+        files.streamed.push(Streamed { names, fill });
+    }
+    let last = move || -> File { ("timing.json".to_owned(), format!("{seed}").into_bytes()) };
+    files.last = Some(Box::new(last));
+    println!("\n{WRITING}");
+    std::io::stdout().flush().expect("the parent listens");
+    if how == "careless" {
+        // as no report may be replaced: for the test of this test
+        std::fs::remove_dir_all(out).expect("it is there");
+        std::thread::sleep(SLOWNESS * 20);
+    }
+    destination
+        .and_then(|destination| destination.write(files))
+        .unwrap_or_else(|error| panic!("{error}"));
+}
+
+/// Starts the child and waits until it begins to write.
+fn start(out: &Path, seed: u64, how: &str) -> (Child, Instant) {
+    let mut command = Command::new(std::env::current_exe().expect("this test has a file"));
+    command
+        .args([
+            "--exact",
+            "a_slow_fit_that_nobody_kills_is_whole",
+            "--nocapture",
+            "--test-threads=1",
+        ])
+        .env(OUT, out)
+        .env(SEED, seed.to_string())
+        .env(HOW, how)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null());
+    let mut child = command.spawn().expect("it can be started");
+    let mut said = BufReader::new(child.stdout.take().expect("piped"));
+    let mut line = String::new();
+    while line.trim() != WRITING {
+        line.clear();
+        let read = said.read_line(&mut line).expect("text");
+        assert_ne!(read, 0, "the child ended before it began to write");
+    }
+    // what it says after is nobody's concern, but it must find somebody to say it to
+    std::thread::spawn(move || std::io::copy(&mut said, &mut std::io::sink()));
+    (child, Instant::now())
+}
+
+fn kill(child: &Child, signal: &str) {
+    let id = child.id().to_string();
+    // a child that has ended and was not waited for still has its number
+    let sent = Command::new("sh")
+        .args(["-c", &format!("kill -s {signal} {id}")])
+        .status();
+    assert!(sent.expect("there is a shell").success());
+}
+
+/// Every file below a folder with its bytes, `but` for one; empty where there is no folder.
+fn contents(folder: &Path, but: &str) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    let mut open = vec![folder.to_path_buf()];
+    while let Some(next) = open.pop() {
+        for entry in std::fs::read_dir(&next).into_iter().flatten() {
+            let path = entry.expect("readable").path();
+            if path.is_dir() {
+                open.push(path);
+            } else if path != folder.join(but) {
+                let inside = path.strip_prefix(folder).expect("it lies inside").to_path_buf();
+                found.insert(inside, std::fs::read(&path).expect("readable"));
+            }
+        }
+    }
+    found
+}
+
+/// Names of what lies in a folder.
+fn beside(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).expect("readable");
+    entries
+        .map(|entry| entry.expect("readable").file_name().to_string_lossy().into_owned())
+        .collect()
+}
+
+/// A folder with a report in it, and what the reports of two seeds hold.
+struct Scene {
+    place: TempDir,
+    whole: [BTreeMap<PathBuf, Vec<u8>>; 2],
+    /// how long the child writes
+    writing: Duration,
+}
+
+/// What stands at the place: the report of this seed, or neither.
+#[derive(Debug, PartialEq)]
+enum Stands {
+    Whole(u64),
+    Nothing,
+    Mixed,
+}
+
+impl Scene {
+    fn new(how: &str) -> Scene {
+        let place = tempfile::tempdir().expect("a temporary folder");
+        let out = place.path().join("report");
+        let mut writing = Duration::ZERO;
+        let whole = [1, 2].map(|seed| {
+            let (mut child, began) = start(&out, seed, how);
+            assert!(child.wait().expect("it ends").success());
+            writing = began.elapsed();
+            contents(&out, "")
+        });
+        assert!(whole[0].len() > 2 * SLOW_FILES && whole[0] != whole[1]);
+        Scene { place, whole, writing }
+    }
+
+    fn out(&self) -> PathBuf {
+        self.place.path().join("report")
+    }
+
+    fn stands(&self) -> Stands {
+        let now = contents(&self.out(), "");
+        match self.whole.iter().position(|whole| *whole == now) {
+            Some(place) => Stands::Whole(place as u64 + 1),
+            None if !self.out().exists() => Stands::Nothing,
+            None => Stands::Mixed,
+        }
+    }
+}
+
+/// What became of many kills.
+#[derive(Debug, Default)]
+struct Tally {
+    /// while the child was writing
+    kills: usize,
+    /// the child had ended
+    missed: usize,
+    old_stood: usize,
+    new_stood: usize,
+    /// nothing stood until the next run put the old report back
+    put_back: usize,
+    /// the next run had something to clear
+    left: usize,
+}
+
+/// Kills children at times spread over their writing, and holds that the old report or the new one stands after each.
+fn kill_many(test: &str, how: &str, signals: &[&str], times: usize) -> Tally {
+    let scene = Scene::new(how);
+    let mut rng = rand::rngs::ChaCha8Rng::seed_from_u64(common::seed_of(test));
+    let mut tally = Tally::default();
+    let mut old = 2;
+    for signal in signals.iter().cycle().take(3 * times * signals.len()) {
+        if tally.kills == times * signals.len() {
+            break;
+        }
+        let new = 3 - old;
+        let (mut child, began) = start(&scene.out(), new, how);
+        let wait = scene.writing.mul_f64(rng.random::<f64>());
+        std::thread::sleep(wait.saturating_sub(began.elapsed()));
+        if child.try_wait().expect("it can be asked").is_some() {
+            // it was faster this time
+            tally.missed += 1;
+        } else {
+            kill(&child, signal);
+            tally.kills += 1;
+        }
+        let status = child.wait().expect("it ends");
+        let why = format!("{how}, SIG{signal} after {wait:?}, {status}");
+        let stood = scene.stands();
+        let left = beside(scene.place.path()).len() - usize::from(stood != Stands::Nothing);
+        if *signal == "KILL" {
+            let may_be_empty = how == "two steps";
+            assert!(
+                stood != Stands::Mixed && (may_be_empty || stood != Stands::Nothing),
+                "{why}: {stood:?}"
+            );
+            tally.left += usize::from(left > 0);
+            // the next run, whatever it is of
+            Place::prepare(&scene.out()).unwrap_or_else(|error| panic!("{error}"));
+            tally.put_back += usize::from(stood == Stands::Nothing);
+            if stood == Stands::Nothing {
+                assert_eq!(scene.stands(), Stands::Whole(old), "{why}: not put back");
+            }
+        } else {
+            assert_eq!(left, 0, "{why}: {:?}", beside(scene.place.path()));
+            assert!(matches!(status.code(), Some(0 | interruption::STATUS)), "{why}");
+        }
+        assert_eq!(beside(scene.place.path()), ["report"], "{why}");
+        let Stands::Whole(stands) = scene.stands() else {
+            panic!("{why}: {:?}", scene.stands());
+        };
+        tally.old_stood += usize::from(stands == old);
+        tally.new_stood += usize::from(stands == new);
+        old = stands;
+    }
+    tally
+}
+
+#[test]
+fn a_slow_fit_that_nobody_kills_is_whole() {
+    if let Some(out) = std::env::var_os(OUT) {
+        return fit_slowly(Path::new(&out));
+    }
+    let scene = Scene::new("exchange");
+    assert_eq!(scene.stands(), Stands::Whole(2));
+    assert_eq!(beside(scene.place.path()), ["report"]);
+}
+
+/// Kills of each signal, each way.
+const TIMES: usize = 26;
+
+#[test]
+fn under_every_signal_the_old_report_or_the_new_one_stands_whole() {
+    let test = "under_every_signal_the_old_report_or_the_new_one_stands_whole";
+    let tally = kill_many(test, "exchange", &SIGNALS, TIMES);
+    assert_eq!(tally.kills, 104, "{tally:?}");
+    assert!(
+        tally.old_stood > 40 && tally.new_stood > 0 && tally.left > 10,
+        "{tally:?}"
+    );
+    assert_eq!(tally.put_back, 0);
+}
+
+#[test]
+fn where_there_is_no_exchange_the_next_run_puts_the_old_report_back() {
+    let test = "where_there_is_no_exchange_the_next_run_puts_the_old_report_back";
+    let tally = kill_many(test, "two steps", &SIGNALS, TIMES);
+    assert_eq!(tally.kills, 104, "{tally:?}");
+    assert!(
+        tally.old_stood > 30 && tally.new_stood > 10 && tally.put_back > 2,
+        "{tally:?}"
+    );
+}
+
+/// The test of the test: a report that is deleted first is seen to be lost.
+#[test]
+fn a_report_that_is_deleted_first_is_seen_to_be_lost() {
+    let scene = Scene::new("exchange");
+    let (mut child, _) = start(&scene.out(), 1, "careless");
+    std::thread::sleep(SLOWNESS * 15);
+    kill(&child, "KILL");
+    child.wait().expect("it ends");
+    assert_eq!(scene.stands(), Stands::Nothing);
+}
+
+/// A fit by the command itself.
+fn fit(out: &Path, seed: u64) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_wetcor"));
+    command
+        .arg("fit")
+        .arg(plain())
+        .args([
+            "--stages",
+            "least_squares,figures",
+            "--seed",
+            &seed.to_string(),
+            "--out",
+        ])
+        .arg(out)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null());
+    command
+}
+
+/// What the command writes with each of two seeds, times excepted.
+fn by_the_command() -> [BTreeMap<PathBuf, Vec<u8>>; 2] {
+    [1, 2].map(|seed| {
+        let place = tempfile::tempdir().expect("a temporary folder");
+        let out = place.path().join("report");
+        let status = fit(&out, seed).status().expect("it can be started");
+        assert!(matches!(status.code(), Some(0 | 1)));
+        contents(&out, "timing.json")
+    })
+}
+
+#[test]
+fn the_command_killed_at_any_time_leaves_one_whole_report() {
+    let whole = by_the_command();
+    let mut rng = rand::rngs::ChaCha8Rng::seed_from_u64(common::seed_of("the_command_killed_at_any_time"));
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let out = place.path().join("report");
+    let began = Instant::now();
+    fit(&out, 1).status().expect("it can be started");
+    let took = began.elapsed();
+    for (count, signal) in SIGNALS.into_iter().cycle().take(40).enumerate() {
+        let mut child = fit(&out, 1 + count as u64 % 2).spawn().expect("it can be started");
+        std::thread::sleep(took.mul_f64(1.2 * rng.random::<f64>()));
+        kill(&child, signal);
+        child.wait().expect("it ends");
+        if signal == "KILL" {
+            Place::prepare(&out).unwrap_or_else(|error| panic!("{error}"));
+        }
+        assert!(whole.contains(&contents(&out, "timing.json")), "SIG{signal}");
+        assert_eq!(beside(place.path()), ["report"], "SIG{signal}");
+    }
+}
+
+#[test]
+fn of_two_fits_at_once_into_one_folder_one_stands_whole() {
+    let whole = by_the_command();
+    let place = tempfile::tempdir().expect("a temporary folder");
+    for round in 0..50 {
+        // every fifth round begins with nothing, and with folders to be made
+        let out = place.path().join(format!("{}/of/fits/report", round / 5));
+        let both = [1, 2].map(|seed| fit(&out, seed).spawn().expect("it can be started"));
+        for mut child in both {
+            let status = child.wait().expect("it ends");
+            assert!(matches!(status.code(), Some(0 | 1)), "round {round}: {status}");
+        }
+        assert!(whole.contains(&contents(&out, "timing.json")), "round {round}");
+        for folder in out.ancestors().skip(1).take(3) {
+            assert_eq!(beside(folder).len(), 1, "round {round}: {:?}", beside(folder));
+        }
+    }
+    assert_eq!(beside(place.path()).len(), 10);
+}
