@@ -1,5 +1,7 @@
 //! Checks one run and says which of its cells is wrong.
 
+use std::collections::HashMap;
+
 use super::columns::Column;
 use super::errors;
 use crate::scene::{name_expected, Scene, Sticking, DRY, LARGEST_FILM_RATIO};
@@ -82,6 +84,8 @@ pub(super) struct Row {
 /// What a row is checked against: finds names in the scene; runs come in blocks, so the last answer is tried first.
 pub(super) struct Against<'s> {
     scene: &'s Scene,
+    particles: HashMap<&'s str, usize>,
+    liquids: HashMap<&'s str, usize>,
     /// whether the table has a column of film ratios, which then every wet run needs
     has_film_ratio: bool,
     last_particle: usize,
@@ -90,8 +94,12 @@ pub(super) struct Against<'s> {
 
 impl<'s> Against<'s> {
     pub fn new(scene: &'s Scene, has_film_ratio: bool) -> Self {
+        let particles = scene.particles.iter().enumerate();
+        let liquids = scene.liquids.iter().enumerate();
         Against {
             scene,
+            particles: particles.map(|(index, p)| (p.name.as_str(), index)).collect(),
+            liquids: liquids.map(|(index, l)| (l.name.as_str(), index)).collect(),
             has_film_ratio,
             last_particle: 0,
             last_liquid: 0,
@@ -101,7 +109,7 @@ impl<'s> Against<'s> {
     fn particle(&mut self, name: &str) -> Option<usize> {
         let all = &self.scene.particles;
         if all.get(self.last_particle).is_none_or(|p| p.name != name) {
-            self.last_particle = all.iter().position(|p| p.name == name)?;
+            self.last_particle = *self.particles.get(name)?;
         }
         Some(self.last_particle)
     }
@@ -109,7 +117,7 @@ impl<'s> Against<'s> {
     fn liquid(&mut self, name: &str) -> Option<usize> {
         let all = &self.scene.liquids;
         if all.get(self.last_liquid).is_none_or(|l| l.name != name) {
-            self.last_liquid = all.iter().position(|l| l.name == name)?;
+            self.last_liquid = *self.liquids.get(name)?;
         }
         Some(self.last_liquid)
     }

@@ -149,9 +149,9 @@ pub fn complete(
     let columns = Columns::new(scene, runs, dry);
     let wet = runs.dry.len();
     let own_dry = |fitted: &FittedDry| {
-        let mut groups = (0..wet).filter(|group| runs.dry[*group].particle == fitted.particle);
-        let first = groups.next()?;
-        Some(first..first + 1 + groups.count())
+        let first = runs.dry.partition_point(|group| group.particle < fitted.particle);
+        let groups = runs.dry_of(fitted.particle).len();
+        (groups > 0).then_some(first..first + groups)
     };
     let kept = |weighing: &Option<Weighing>, places: Range<usize>| {
         let mut kept = columns.kept(weighing.as_ref(), places)?;
@@ -242,10 +242,8 @@ pub fn complete(
             .collect(),
     };
     let dry_of = |particle: usize| {
-        dry.iter()
-            .zip(&dry_targets)
-            .find(|(d, _)| d.particle == particle)
-            .and_then(|(_, target)| *target)
+        let place = dry.binary_search_by_key(&particle, |fitted| fitted.particle).ok()?;
+        dry_targets[place]
     };
     let dry_of_particle: Vec<Option<usize>> = (0..scene.particles.len()).map(dry_of).collect();
     let mut tasks: Vec<Task> = vec![];
