@@ -48,9 +48,22 @@ impl Arrow {
 
     /// Adds weight · slopes · slopesᵀ, the slopes each with its parameter's place; at most one is that of a k.
     pub fn add_square(&mut self, weight: f64, slopes: &[(usize, f64)]) {
-        for &(i, slope) in slopes {
-            for &(j, other) in slopes {
-                self.add((i, j), weight * slope * other);
+        let shared = self.corner.nrows();
+        for &(j, slope) in slopes {
+            let weighted = weight * slope;
+            let (all, column) = match j.checked_sub(shared) {
+                None => (self.corner.as_mut_slice(), j),
+                Some(own) => {
+                    self.diagonal[own] += weighted * slope;
+                    (self.border.as_mut_slice(), own)
+                }
+            };
+            let column = &mut all[column * shared..(column + 1) * shared];
+            for &(i, other) in slopes {
+                // below the shared parameters nothing is kept
+                if let Some(sum) = column.get_mut(i) {
+                    *sum += weighted * other;
+                }
             }
         }
     }

@@ -38,10 +38,8 @@ impl Sums {
         self.squares += residual * residual;
         for &(i, slope) in slopes {
             self.gradient[i] += residual * slope;
-            for &(j, other) in slopes {
-                self.information.add((i, j), slope * other);
-            }
         }
+        self.information.add_square(1.0, slopes);
     }
 
     /// The sums of some of the parameters, ascending.
