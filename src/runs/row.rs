@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use super::columns::Column;
 use super::errors;
+use crate::error::PROBLEMS_SHOWN;
 use crate::scene::{name_expected, Scene, Sticking, DRY, LARGEST_FILM_RATIO};
 use crate::units::{MAGNITUDES, MAGNITUDE_EXPECTED};
 
@@ -90,6 +91,8 @@ pub(super) struct Against<'s> {
     has_film_ratio: bool,
     last_particle: usize,
     last_liquid: usize,
+    /// unknown names that may still be compared with every known one: beyond, no message is printed
+    to_compare: usize,
 }
 
 impl<'s> Against<'s> {
@@ -103,6 +106,7 @@ impl<'s> Against<'s> {
             has_film_ratio,
             last_particle: 0,
             last_liquid: 0,
+            to_compare: PROBLEMS_SHOWN,
         }
     }
 
@@ -120,6 +124,14 @@ impl<'s> Against<'s> {
             self.last_liquid = *self.liquids.get(name)?;
         }
         Some(self.last_liquid)
+    }
+
+    fn name_expected(&mut self, what: &str, name: &str, names: impl Iterator<Item = &'s str>) -> String {
+        if self.to_compare == 0 {
+            return format!("expected {what}");
+        }
+        self.to_compare -= 1;
+        name_expected(what, name, names)
     }
 }
 
@@ -156,7 +168,8 @@ pub(super) fn check(raw: &RawRow, against: &mut Against, problems: &mut Vec<BadC
             let index = against.particle(name);
             if index.is_none() {
                 let all = against.scene.particles.iter().map(|p| p.name.as_str());
-                problems.push(bad(Column::Particle, name_expected("a name in [particles]", name, all)));
+                let expected = against.name_expected("a name in [particles]", name, all);
+                problems.push(bad(Column::Particle, expected));
             }
             index
         }
@@ -171,7 +184,8 @@ pub(super) fn check(raw: &RawRow, against: &mut Against, problems: &mut Vec<BadC
             if index.is_none() {
                 let all = against.scene.liquids.iter().map(|l| l.name.as_str());
                 let what = format!("a name in [liquids] or `{DRY}`");
-                problems.push(bad(Column::Liquid, name_expected(&what, name, all)));
+                let expected = against.name_expected(&what, name, all);
+                problems.push(bad(Column::Liquid, expected));
             }
             index
         }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::document::Document;
 use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE, SHARE};
-use super::names::{name_expected, name_is_allowed, NAME_RULE};
+use super::names::{name_is_allowed, NAME_RULE};
 use super::table::Table;
 use super::{choices, plan, table};
 use super::{Data, Law, Liquid, Particle, Published, PublishedQuantity, Scene, Screens, LARGEST_FILM_RATIO};
@@ -215,8 +215,8 @@ fn published(table: &Table, particles: &[&str]) -> Option<Published> {
     let particle = name.as_deref().and_then(|name| {
         let index = particles.iter().position(|particle| *particle == name);
         if index.is_none() {
-            let expected = name_expected("a name in [particles]", name, particles.iter().copied());
-            table.refuse("particle", table.at("particle"), Some(quoted(name)), expected);
+            let known = particles.iter().copied();
+            table.refuse_name(("particle", table.at("particle")), name, "a name in [particles]", known);
         }
         index
     });
