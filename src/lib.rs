@@ -7,6 +7,7 @@
 //! |---|---|---|
 //! | [`units`], [`error`], [`notice`] | how is it written, why is there no answer, what wants a look | |
 //! | `seed`, `unfinished` | which random stream, what an interruption must remove | name → stream |
+//! | `files` | how much of a file is read | path → bytes |
 //! | `scene` | what was held fixed | file → `Scene`, checked |
 //! | `runs` | what was measured | table → `Runs`, screened with reasons |
 //! | [`physics`] | what should happen | numbers → restitution, with slopes |
@@ -49,6 +50,8 @@
 #[cfg(feature = "cli")]
 mod encoding;
 pub mod error;
+#[cfg(feature = "cli")]
+mod files;
 #[cfg(feature = "cli")]
 pub mod findings;
 #[cfg(feature = "cli")]

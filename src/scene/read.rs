@@ -10,6 +10,7 @@ use super::{choices, plan, table};
 use super::{Data, Law, Liquid, Particle, Published, PublishedQuantity, Scene, Screens, LARGEST_FILM_RATIO};
 use crate::encoding::decode;
 use crate::error::{quoted, Error};
+use crate::files;
 use crate::seed::sha256;
 use crate::units::Dimension;
 
@@ -20,7 +21,7 @@ const DEFAULT_FILM_RATIO_GAP: f64 = 0.004;
 ///
 /// Fails with every mistake named by line, key and value.
 pub fn read(path: &Path) -> Result<Scene, Error> {
-    let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
+    let bytes = files::read(path, files::MOST_OF_SCENE, "read")?;
     let hash = sha256(&bytes);
     let text = decode(&bytes).map_err(|problem| Error::input(path, vec![problem]))?;
     parse(text, path, hash)
