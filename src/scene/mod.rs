@@ -21,7 +21,7 @@ mod table;
 
 pub use choices::{
     form_of, terms_of, Bootstrap, IntervalMethod, Likelihood, ModelChoices, NoiseOn, Prior, PriorChoice,
-    ResamplingScheme, Sampler, Sticking, Term, DEFAULT_DRY_SPEED,
+    ResamplingScheme, Sampler, Sticking, Term, DEFAULT_DRY_SPEED, MOST_KEPT,
 };
 pub use names::{closest, letters_apart, name_expected, name_is_allowed, NAME_RULE};
 pub use plan::{Design, DesignSpeeds, Noise, Truth};
