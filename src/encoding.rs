@@ -1,33 +1,107 @@
 //! Decodes input files as UTF-8 text, or says why they are none.
 
+use std::io::Read;
+
 use crate::error::Problem;
 
 const EXPECTED: &str = "expected a text file saved as UTF-8";
 
-/// The text of a file without its byte-order mark.
-pub(crate) fn decode(bytes: &[u8]) -> Result<&str, Problem> {
-    let whole_file = |place: &str| Problem {
+fn whole_file(place: &str) -> Problem {
+    Problem {
         line: None,
         place: place.to_owned(),
         found: None,
         expected: EXPECTED.to_owned(),
-    };
-    if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) {
-        return Err(whole_file("the file is UTF-16"));
     }
-    if memchr::memchr(0, bytes).is_some() {
-        return Err(whole_file("the file is binary"));
+}
+
+fn not_utf8(line: u64, byte: Option<&u8>) -> Problem {
+    Problem {
+        line: Some(line),
+        place: "not valid UTF-8".to_owned(),
+        found: byte.map(|byte| format!("byte 0x{byte:02X}")),
+        expected: EXPECTED.to_owned(),
+    }
+}
+
+/// What a file is that starts so or holds such a byte, if it is no UTF-8 for that.
+fn no_text(bytes: &[u8], at_start: bool) -> Option<Problem> {
+    if at_start && (bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF])) {
+        Some(whole_file("the file is UTF-16"))
+    } else if memchr::memchr(0, bytes).is_some() {
+        Some(whole_file("the file is binary"))
+    } else {
+        None
+    }
+}
+
+/// The text of a file without its byte-order mark.
+pub(crate) fn decode(bytes: &[u8]) -> Result<&str, Problem> {
+    if let Some(problem) = no_text(bytes, true) {
+        return Err(problem);
     }
     let text = std::str::from_utf8(bytes).map_err(|error| {
         let at = error.valid_up_to();
-        Problem {
-            line: Some(line_of(bytes, at)),
-            place: "not valid UTF-8".to_owned(),
-            found: bytes.get(at).map(|byte| format!("byte 0x{byte:02X}")),
-            expected: EXPECTED.to_owned(),
-        }
+        not_utf8(line_of(bytes, at), bytes.get(at))
     })?;
-    Ok(text.strip_prefix('\u{feff}').unwrap_or(text))
+    Ok(text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text))
+}
+
+/// What some programs write before a text.
+pub(crate) const BYTE_ORDER_MARK: char = '\u{feff}';
+
+/// Checks that a source is text, as [`decode`] does, with no line longer than so many bytes; a piece at a time, of which
+/// `tell` hears. The first piece that is no text decides.
+pub(crate) fn check(
+    mut source: impl Read,
+    longest_line: usize,
+    mut tell: impl FnMut(&[u8]),
+) -> std::io::Result<Result<(), Problem>> {
+    const PIECE: usize = 1 << 20;
+    let mut piece: Vec<u8> = Vec::with_capacity(PIECE + 4);
+    let (mut line, mut of_line, mut at_start, mut after_cr) = (1, 0, true, false);
+    loop {
+        // what is left of the piece before is the start of a character, checked but for that
+        let left = piece.len();
+        let fetched = source.by_ref().take(PIECE as u64).read_to_end(&mut piece)?;
+        let is_last = fetched < PIECE;
+        tell(&piece[left..]);
+        if let Some(problem) = no_text(&piece, at_start) {
+            return Ok(Err(problem));
+        }
+        let (valid, broken) = match std::str::from_utf8(&piece) {
+            Ok(_) => (piece.len(), false),
+            Err(error) => (error.valid_up_to(), error.error_len().is_some() || is_last),
+        };
+        let mut start = 0;
+        for end in memchr::memchr2_iter(b'\n', b'\r', &piece[..valid]) {
+            if end - start + of_line > longest_line {
+                break;
+            }
+            // CRLF ends one line
+            let is_second = piece[end] == b'\n' && if end == 0 { after_cr } else { piece[end - 1] == b'\r' };
+            line += u64::from(!is_second);
+            (start, of_line) = (end + 1, 0);
+        }
+        of_line += valid - start;
+        if of_line > longest_line {
+            return Ok(Err(Problem {
+                line: Some(line),
+                place: String::new(),
+                found: Some("a longer line".to_owned()),
+                expected: format!("expected lines of at most {longest_line} bytes"),
+            }));
+        }
+        if broken {
+            return Ok(Err(not_utf8(line, piece.get(valid))));
+        }
+        if is_last {
+            return Ok(Ok(()));
+        }
+        after_cr = valid.checked_sub(1).is_some_and(|last| piece[last] == b'\r');
+        at_start = false;
+        piece.drain(..valid);
+    }
 }
 
 /// The line, from 1, that a byte stands on. A line ends with LF, CRLF or CR.
@@ -63,5 +137,48 @@ mod tests {
         assert!(problem(b"\xff\xfea\0").starts_with("the file is UTF-16"));
         assert!(problem(b"PK\x03\x04\0").starts_with("the file is binary"));
         assert_eq!(decode("\u{feff}δ".as_bytes()), Ok("δ"));
+    }
+
+    /// A source that hands out its bytes in twos: a piece then ends anywhere.
+    struct InTwos<'b>(&'b [u8]);
+
+    impl Read for InTwos<'_> {
+        fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
+            let most = into.len().min(2);
+            self.0.read(&mut into[..most])
+        }
+    }
+
+    #[test]
+    fn a_text_is_checked_piece_by_piece_as_it_is_whole() {
+        let long = "δ\r\n".repeat(400_000);
+        let mut bad = long.clone().into_bytes();
+        let middle = bad.len() - 7;
+        bad[middle] = 0xFF;
+        for bytes in [
+            b"a\nM\xfcller" as &[u8],
+            b"\xff\xfea\0",
+            b"PK\x03\x04\0",
+            "\u{feff}δ".as_bytes(),
+            b"",
+            &bad,
+        ]
+        .into_iter()
+        .chain([long.as_bytes(), &long.as_bytes()[..long.len() - 3]])
+        {
+            let mut told = vec![];
+            let found = check(InTwos(bytes), 1 << 20, |piece| told.extend_from_slice(piece)).expect("it is read");
+            assert_eq!(found, decode(bytes).map(|_| ()));
+            assert_eq!(found.is_ok(), told == bytes && decode(bytes).is_ok());
+        }
+        let lines = "four\nfive5\nsix".as_bytes();
+        assert_eq!(check(lines, 5, |_| ()).expect("it is read"), Ok(()));
+        let problem = check(lines, 4, |_| ()).expect("it is read").expect_err("a long line");
+        assert_eq!(
+            problem.to_string(),
+            "line 2: found a longer line, expected lines of at most 4 bytes"
+        );
+        let endless = check(std::io::repeat(b'x'), 1 << 20, |_| ()).expect("it is read");
+        assert_eq!(endless.map_err(|problem| problem.line), Err(Some(1)));
     }
 }

@@ -7,6 +7,7 @@
 //! |---|---|---|
 //! | [`units`], [`error`], [`notice`] | how is it written, why is there no answer, what wants a look | |
 //! | `seed` | which random stream | name → stream |
+//! | `files` | how much of a file is read | path → bytes |
 //! | `staging`, `interruption` | how is a file written whole or not at all | |
 //! | `scene` | what was held fixed | file → `Scene`, checked |
 //! | `runs` | what was measured | table → `Runs`, screened with reasons |
@@ -50,6 +51,8 @@
 #[cfg(feature = "cli")]
 mod encoding;
 pub mod error;
+#[cfg(feature = "cli")]
+mod files;
 #[cfg(feature = "cli")]
 pub mod findings;
 #[cfg(feature = "cli")]

@@ -110,7 +110,7 @@ pub fn find(
     quoting: Quoting,
 ) -> Option<EnergyBalance> {
     let known = known(runs, fitted_dry);
-    let place = |particle: usize| known.iter().position(|(p, _)| *p == particle);
+    let place = |particle: usize| place_of(&known, particle);
     let blocks = blocks(scene, runs, place);
     if blocks.is_empty() {
         return None;
@@ -229,12 +229,17 @@ pub fn find(
 
 /// The particles with rebounds and a usable k, with that k.
 pub(super) fn known(runs: &Runs, fitted_dry: &[FittedDry]) -> Vec<(usize, (f64, f64))> {
-    let has_rebounds = |p: usize| runs.series.iter().any(|s| s.particle == p && !s.rebounds.is_empty());
+    let has_rebounds = |p: usize| runs.series_of(p).iter().any(|series| !series.rebounds.is_empty());
     fitted_dry
         .iter()
         .filter(|d| has_rebounds(d.particle))
         .filter_map(|d| Some((d.particle, d.usable?)))
         .collect()
+}
+
+/// Place of a particle among those of [`known`].
+pub(super) fn place_of(known: &[(usize, (f64, f64))], particle: usize) -> Option<usize> {
+    known.binary_search_by_key(&particle, |(p, _)| *p).ok()
 }
 
 /// The rebounds of the particles that have a place, block by block.

@@ -69,10 +69,16 @@ pub struct FittedDry {
 pub fn find(scene: &Scene, runs: &Runs, quoting: Quoting) -> Vec<FittedDry> {
     (0..scene.particles.len())
         .filter_map(|particle| {
-            let groups: Vec<&DryGroup> = runs.dry.iter().filter(|group| group.particle == particle).collect();
+            let groups: Vec<&DryGroup> = runs.dry_of(particle).iter().collect();
             (!groups.is_empty()).then(|| of_particle(scene, runs, particle, &groups, quoting))
         })
         .collect()
+}
+
+/// That of one particle, out of all in the scene's order.
+pub(super) fn of(dry: &[FittedDry], particle: usize) -> Option<&FittedDry> {
+    let place = dry.binary_search_by_key(&particle, |fitted| fitted.particle).ok()?;
+    dry.get(place)
 }
 
 fn of_particle(scene: &Scene, runs: &Runs, particle: usize, groups: &[&DryGroup], quoting: Quoting) -> FittedDry {

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::dry::FittedDry;
+use super::dry::{self, FittedDry};
 use super::estimate::{Estimate, Quoting, Scale};
 use super::own_dry_speed::reference_dry_speed;
 use super::scaling::FittedScaling;
@@ -107,10 +107,7 @@ pub(super) fn density_ratio(scene: &Scene, particle: usize, series: &[Series]) -
 
 /// (e_dry² − e_inf²)/ρ̃ with the uncertainties of k and of the fit, and what they share.
 fn loss(scene: &Scene, dry: &[FittedDry], fitted: &FittedScaling, density_ratio: f64, quoting: Quoting) -> Estimate {
-    let usable = dry
-        .iter()
-        .find(|dry| dry.particle == fitted.particle)
-        .and_then(|dry| dry.usable);
+    let usable = dry::of(dry, fitted.particle).and_then(|dry| dry.usable);
     let Some((k, k_se)) = usable else {
         return quoting.none("the particle has no usable dry runs, so e_dry is not known");
     };

@@ -80,7 +80,7 @@ pub fn find(scene: &Scene, table: &Table, least_squares: &Findings) -> Overview 
     let runs = &table.runs;
     let mut materials: Vec<Material> = vec![];
     for (index, particle) in scene.particles.iter().enumerate() {
-        let dry: Vec<_> = runs.dry.iter().filter(|group| group.particle == index).collect();
+        let dry = runs.dry_of(index);
         if let (Some(first), Some(last)) = (dry.first(), dry.last()) {
             let all = first.rebounds.start..last.stuck.end;
             materials.push(Material {
@@ -100,11 +100,11 @@ pub fn find(scene: &Scene, table: &Table, least_squares: &Findings) -> Overview 
                 ),
             });
         }
-        for liquid in 0..scene.liquids.len() {
-            let of = |s: &&Series| s.particle == index && s.liquid == liquid;
-            let series: Vec<&Series> = runs.series.iter().filter(of).collect();
+        let wet = runs.series_of(index);
+        for liquid in (0..scene.liquids.len()).filter(|_| !wet.is_empty()) {
+            let series: Vec<&Series> = wet.iter().filter(|series| series.liquid == liquid).collect();
             if !series.is_empty() {
-                materials.push(wet(scene, runs, &series));
+                materials.push(of_wet(scene, runs, &series));
             }
         }
     }
@@ -126,7 +126,7 @@ pub fn find(scene: &Scene, table: &Table, least_squares: &Findings) -> Overview 
     }
 }
 
-fn wet(scene: &Scene, runs: &Runs, series: &[&Series]) -> Material {
+fn of_wet(scene: &Scene, runs: &Runs, series: &[&Series]) -> Material {
     let first = series[0];
     let particle = &scene.particles[first.particle];
     let liquid = &scene.liquids[first.liquid];

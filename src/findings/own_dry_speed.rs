@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::dry::FittedDry;
+use super::dry::{self, FittedDry};
 use crate::inference::delta::Uncertain;
 use crate::inference::laws::square_root_shift;
 use crate::inference::least_squares::Fit;
@@ -31,7 +31,7 @@ impl OwnDrySpeed {
         if scene.model.dry_speed != DrySpeed::Impact {
             return None;
         }
-        let (dry_k, dry_k_se) = dry.iter().find(|dry| dry.particle == particle)?.usable?;
+        let (dry_k, dry_k_se) = dry::of(dry, particle)?.usable?;
         Some(OwnDrySpeed {
             dry_k,
             dry_k_se,

@@ -29,7 +29,7 @@ pub(super) fn tell_bias(
         let Some(film_ratio) = row.scaling.film_ratio.filter(|_| row.law == Law::Sqrt) else {
             continue;
         };
-        let Some(place) = known.iter().position(|(p, _)| *p == row.particle) else {
+        let Ok(place) = known.binary_search_by_key(&row.particle, |(p, _)| *p) else {
             continue;
         };
         // the balance has its runs in the order of the series, as the film ratios have theirs

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::dry::FittedDry;
+use super::dry::{self, FittedDry};
 use super::estimate::Estimate;
 use super::scaling::FittedScaling;
 use crate::scene::{Published, PublishedQuantity, Scene};
@@ -46,10 +46,7 @@ pub fn find(scene: &Scene, dry: &[FittedDry], scaling: &[FittedScaling]) -> Vec<
 
 fn compare(scene: &Scene, dry: &[FittedDry], scaling: &[FittedScaling], published: &Published) -> Compared {
     let ours = match published.quantity {
-        PublishedQuantity::DryK => dry
-            .iter()
-            .find(|d| d.particle == published.particle)
-            .map(|d| &d.dry.dry_k),
+        PublishedQuantity::DryK => dry::of(dry, published.particle).map(|d| &d.dry.dry_k),
         quantity => group(scene, scaling, published).map(|fitted| match quantity {
             PublishedQuantity::StC => &fitted.scaling.st_c,
             _ => &fitted.scaling.e_inf,

@@ -136,11 +136,7 @@ impl Pool {
 pub fn find(scene: &Scene, runs: &Runs, dry: &[FittedDry], quoting: Quoting) -> Vec<FittedScaling> {
     let mut jobs: Vec<(usize, Option<f64>, std::ops::Range<usize>)> = vec![];
     for particle in 0..scene.particles.len() {
-        let groups: Vec<&FilmGroup> = runs
-            .film_groups
-            .iter()
-            .filter(|group| group.particle == particle)
-            .collect();
+        let groups: &[FilmGroup] = runs.film_groups_of(particle);
         let (Some(first), Some(last)) = (groups.first(), groups.last()) else {
             continue;
         };

@@ -5,7 +5,10 @@ use crate::scene::Scene;
 
 /// The film ratio of a particle that stands for the others in figures: a published one, else the one with most rebounds.
 pub fn film_ratio(scene: &Scene, runs: &Runs, particle: usize) -> Option<f64> {
-    let groups: Vec<&FilmGroup> = runs.film_groups.iter().filter(|g| g.particle == particle).collect();
+    let groups: Vec<&FilmGroup> = runs.film_groups_of(particle).iter().collect();
+    if groups.is_empty() {
+        return None;
+    }
     let mut published = scene.published.iter().filter(|p| p.particle == particle);
     let wanted = published.find_map(|p| p.film_ratio);
     let near = wanted.and_then(|wanted| {

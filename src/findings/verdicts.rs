@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::balance::EnergyBalance;
-use super::dry::FittedDry;
+use super::dry::{self, FittedDry};
 use super::scaling::FittedScaling;
 use super::series::SeriesFit;
 use crate::notice::Notice;
@@ -341,8 +341,9 @@ pub fn notices(
         ));
     }
     let without: Vec<String> = (0..scene.particles.len())
-        .filter(|p| scaling.iter().any(|fit| fit.particle == *p))
-        .filter(|p| !dry.iter().any(|d| d.particle == *p))
+        // fits come in the order of the particles
+        .filter(|p| scaling.binary_search_by_key(p, |fit| fit.particle).is_ok())
+        .filter(|p| dry::of(dry, *p).is_none())
         .map(|p| scene.particles[p].name.clone())
         .collect();
     if !without.is_empty() {

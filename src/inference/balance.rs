@@ -217,7 +217,7 @@ impl Balance<'_> {
 
     /// What every rebound says of the parameters about `b`; what the dry runs say of k is not in it.
     pub fn sums(&self, b: &[f64]) -> Sums {
-        let mut sums = Sums::new(b.len());
+        let mut sums = Sums::new(self.names().len(), self.dry_k.len());
         self.each(b, |rebound| sums.add(rebound.residual, rebound.slopes));
         sums
     }

@@ -4,8 +4,9 @@
 //! model in z over the runs' spread. An eigenvalue s² of JᵀJ belongs to a direction of which the runs alone leave the
 //! spread 1/s, runs and prior together 1/√(1 + s²). Only the sums over runs are kept, never a row a run.
 
-use nalgebra::linalg::SymmetricEigen;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
+
+use super::arrow::{Arrow, Axes, Blocks};
 
 /// Sums over runs that share a spread, at one point, in the parameters' own units.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,17 +18,17 @@ pub struct Sums {
     /// Σ residual · slope
     pub gradient: DVector<f64>,
     /// Σ slope · slopeᵀ
-    pub information: DMatrix<f64>,
+    pub information: Arrow,
 }
 
 impl Sums {
-    /// No runs yet.
-    pub fn new(parameters: usize) -> Sums {
+    /// No runs yet: so many parameters that all runs share, then so many k of which each run has at most one.
+    pub fn new(shared: usize, own: usize) -> Sums {
         Sums {
             runs: 0,
             squares: 0.0,
-            gradient: DVector::zeros(parameters),
-            information: DMatrix::zeros(parameters, parameters),
+            gradient: DVector::zeros(shared + own),
+            information: Arrow::zeros(shared, own),
         }
     }
 
@@ -37,25 +38,23 @@ impl Sums {
         self.squares += residual * residual;
         for &(i, slope) in slopes {
             self.gradient[i] += residual * slope;
-            for &(j, other) in slopes {
-                self.information[(i, j)] += slope * other;
-            }
         }
+        self.information.add_square(1.0, slopes);
     }
 
-    /// The sums of some of the parameters.
+    /// The sums of some of the parameters, ascending.
     pub fn of(&self, kept: &[usize]) -> Sums {
         Sums {
             runs: self.runs,
             squares: self.squares,
             gradient: self.gradient.select_rows(kept),
-            information: self.information.select_rows(kept).select_columns(kept),
+            information: self.information.select(kept),
         }
     }
 
     /// The spread the residuals leave; `before` counts as one residual, so that no number of runs leaves none.
     fn spread(&self, before: f64) -> f64 {
-        let spent = self.information.diagonal().iter().filter(|sum| **sum > 0.0).count();
+        let spent = self.information.diagonal().filter(|sum| *sum > 0.0).count();
         let left = self.runs.saturating_sub(spent) + 1;
         ((self.squares + before * before) / left as f64).sqrt()
     }
@@ -84,7 +83,7 @@ pub struct Kinds<'a> {
 struct Local {
     cost: f64,
     downhill: DVector<f64>,
-    information: DMatrix<f64>,
+    information: Arrow,
 }
 
 impl Kinds<'_> {
@@ -99,18 +98,21 @@ impl Kinds<'_> {
         let each = || values.iter().zip(self.beliefs);
         let z = DVector::from_iterator(p, each().map(|(x, of)| (x / of.median).ln() / of.ln_sd));
         let width = DVector::from_iterator(p, each().map(|(x, of)| x * of.ln_sd));
+        let kinds = (self.sums)(values);
+        let shared = kinds.first().map_or(0, |sums| sums.information.corner.nrows());
         let mut local = Local {
             cost: z.norm_squared(),
             downhill: -z,
-            information: DMatrix::zeros(p, p),
+            information: Arrow::zeros(shared, p - shared),
         };
-        for (sums, spread) in (self.sums)(values).iter().zip(spreads) {
+        for (sums, spread) in kinds.iter().zip(spreads) {
             let weight = 1.0 / (spread * spread);
             local.cost += weight * sums.squares;
             local.downhill -= sums.gradient.component_mul(&width) * weight;
-            local.information += DMatrix::from_fn(p, p, |i, j| sums.information[(i, j)] * width[i] * width[j] * weight);
+            local.information.add_weighted(&sums.information, weight);
         }
-        let finite = local.cost.is_finite() && local.information.iter().all(|x| x.is_finite());
+        local.information = local.information.scaled(width.as_slice());
+        let finite = local.cost.is_finite() && local.information.is_finite();
         (finite && local.downhill.iter().all(|x| x.is_finite())).then_some(local)
     }
 
@@ -136,10 +138,8 @@ impl Kinds<'_> {
             let began = here.cost;
             for _ in 0..STEPS {
                 let mut curvature = here.information.clone();
-                for j in 0..values.len() {
-                    curvature[(j, j)] = (curvature[(j, j)] + 1.0) * (1.0 + damping);
-                }
-                let Some(step) = curvature.cholesky().map(|root| root.solve(&here.downhill)) else {
+                curvature.change_diagonal(|x| (x + 1.0) * (1.0 + damping));
+                let Some(step) = curvature.root().map(|root| root.solve(&here.downhill)) else {
                     break;
                 };
                 let moved = values.iter().zip(self.beliefs).zip(step.iter());
@@ -168,17 +168,15 @@ impl Kinds<'_> {
 
     /// What the runs say about a point; `None` where it is not finite.
     pub fn known(&self, values: &[f64]) -> Option<Known> {
-        Known::of(self.local(values, &self.spreads(values))?.information)
+        Known::of(&self.local(values, &self.spreads(values))?.information)
     }
 }
 
 /// The directions of the parameters with what runs say of each.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Known {
-    /// s of each direction
-    pub strengths: Vec<f64>,
-    /// the directions in z, a column each
-    pub axes: DMatrix<f64>,
+    /// s² of each direction in z
+    axes: Axes,
 }
 
 /// Parameters of which a direction is told only by the prior.
@@ -198,31 +196,27 @@ pub const AS_MUCH: f64 = 1.0;
 const SHARE: f64 = 0.01;
 
 impl Known {
-    fn of(information: DMatrix<f64>) -> Option<Known> {
-        const TURNS: usize = 10_000;
-        let found = SymmetricEigen::try_new(information, f64::EPSILON, TURNS)?;
+    fn of(information: &Arrow) -> Option<Known> {
         Some(Known {
-            // rounding may leave a zero a little below it
-            strengths: found.eigenvalues.iter().map(|s2| s2.max(0.0).sqrt()).collect(),
-            axes: found.eigenvectors,
+            axes: information.axes()?,
         })
     }
 
-    /// Covariance of z under runs and prior, or the part of it in the directions that are wanted.
-    fn covariance(&self, wanted: impl Fn(f64) -> bool) -> DMatrix<f64> {
-        let p = self.strengths.len();
-        let mut sum = DMatrix::zeros(p, p);
-        for (axis, s) in self.axes.column_iter().zip(&self.strengths) {
-            if wanted(*s) {
-                sum += axis * axis.transpose() / (1.0 + s * s);
+    /// Covariance of z under runs and prior, or the part of it in the directions of wanted strengths.
+    fn covariance(&self, wanted: impl Fn(f64) -> bool) -> Blocks {
+        self.axes.function(|s2| {
+            let s = strength(s2);
+            if wanted(s) {
+                1.0 / (1.0 + s * s)
+            } else {
+                0.0
             }
-        }
-        sum
+        })
     }
 
     /// Share of its prior sd that each parameter keeps.
     pub fn left(&self) -> Vec<f64> {
-        self.covariance(|_| true).diagonal().iter().map(|x| x.sqrt()).collect()
+        self.covariance(|_| true).diagonal().map(f64::sqrt).collect()
     }
 
     /// The parameters with a share in the unseen directions; those that move together are one group.
@@ -230,47 +224,60 @@ impl Known {
         /// correlation from which two parameters move together
         const TOGETHER: f64 = 0.1;
         let hidden = |s: f64| s < AS_MUCH;
-        if !self.strengths.iter().any(|s| hidden(*s)) {
+        if !self.axes.strengths().any(|s2| hidden(strength(s2))) {
             return vec![];
         }
         let (all, part) = (self.covariance(|_| true), self.covariance(hidden));
-        let p = self.strengths.len();
-        let has_share = |j: &usize| part[(*j, *j)] >= SHARE && part[(*j, *j)] >= 0.5 * all[(*j, *j)];
-        let mut open: Vec<usize> = (0..p).filter(has_share).collect();
+        let own: Vec<f64> = part.diagonal().collect();
+        let has_share = |(j, all): (usize, f64)| (own[j] >= SHARE && own[j] >= 0.5 * all).then_some(j);
+        let mut open: Vec<usize> = all.diagonal().enumerate().filter_map(has_share).collect();
         if open.is_empty() {
-            open.extend((0..p).max_by(|i, j| part[(*i, *i)].total_cmp(&part[(*j, *j)])));
+            open.extend((0..own.len()).max_by(|i, j| own[*i].total_cmp(&own[*j])));
         }
-        let mut groups = vec![];
+        // who meets nobody is a group without being compared with all the others
+        let (mut open, mut found): (Vec<usize>, Vec<Vec<usize>>) =
+            open.into_iter().fold((vec![], vec![]), |(mut open, mut found), place| {
+                match part.together().binary_search(&place) {
+                    Ok(_) => open.push(place),
+                    Err(_) => found.push(vec![place]),
+                }
+                (open, found)
+            });
         while let Some(first) = open.first().copied() {
             open.remove(0);
             let mut members = vec![first];
             let mut at = 0;
             while let Some(&i) = members.get(at) {
-                let moves = |j: &usize| part[(i, *j)].abs() >= TOGETHER * (part[(i, i)] * part[(*j, *j)]).sqrt();
+                let moves = |j: &usize| part.get(i, *j).abs() >= TOGETHER * (own[i] * own[*j]).sqrt();
                 let (with, without): (Vec<usize>, Vec<usize>) = open.iter().partition(|j| moves(j));
                 members.extend(with);
                 open = without;
                 at += 1;
             }
             members.sort_unstable();
-            let axes = self.axes.column_iter().zip(&self.strengths);
-            let weights = axes.filter(|(_, s)| hidden(**s));
-            let weight: f64 = weights
-                .map(|(axis, _)| members.iter().map(|j| axis[*j] * axis[*j]).sum::<f64>())
-                .sum();
-            groups.push(Group {
+            found.push(members);
+        }
+        found.sort_unstable();
+        let group = |members: Vec<usize>| {
+            let weight = self.axes.share(&members, |s2| hidden(strength(s2)));
+            Group {
                 members,
                 directions: (weight.round() as usize).max(1),
-            });
-        }
-        groups
+            }
+        };
+        found.into_iter().map(group).collect()
     }
 
     /// Standard error of a quantity by its slopes in z, under runs and prior.
     pub fn se(&self, slopes: &[f64]) -> f64 {
         let slopes = DVector::from_column_slice(slopes);
-        (self.covariance(|_| true) * &slopes).dot(&slopes).sqrt()
+        self.covariance(|_| true).times(&slopes).dot(&slopes).sqrt()
     }
+}
+
+/// s of a direction; rounding may leave a zero a little below it.
+fn strength(s2: f64) -> f64 {
+    s2.max(0.0).sqrt()
 }
 
 #[cfg(test)]
@@ -278,11 +285,11 @@ mod tests {
     use super::*;
 
     fn known(rows: &[[f64; 3]]) -> Known {
-        let mut sums = Sums::new(3);
+        let mut sums = Sums::new(3, 0);
         for row in rows {
             sums.add(0.0, &[(0, row[0]), (1, row[1]), (2, row[2])]);
         }
-        Known::of(sums.information).expect("finite")
+        Known::of(&sums.information).expect("finite")
     }
 
     #[test]
@@ -313,7 +320,7 @@ mod tests {
     #[test]
     fn the_walk_settles_where_only_a_product_is_told() {
         let sums = |values: &[f64]| {
-            let mut sums = Sums::new(2);
+            let mut sums = Sums::new(2, 0);
             for x in [0.5, 1.0, 1.5, 2.0] {
                 let off = values[0] * values[1] * x - 6.0 * x;
                 sums.add(off, &[(0, values[1] * x), (1, values[0] * x)]);

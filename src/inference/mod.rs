@@ -6,6 +6,7 @@
 //! | `effective_variance.rs` | weighs runs by what speed and restitution are measured to err by |
 //! | `laws.rs` | the dry, linear and square-root laws as least-squares problems |
 //! | `balance.rs` | the energy balance over all rebounds as a least-squares problem |
+//! | `arrow.rs` | symmetric matrices of parameters that are linear in the particles |
 //! | `information.rs` | the directions in which runs say more than was believed before |
 //! | `bootstrap/` | replicates and the intervals they give |
 //! | `laplace.rs` | mode and curvature of a posterior |
@@ -21,6 +22,7 @@
 //! | `diagnostics/` | how far draws of Markov chains may be trusted |
 
 pub mod accuracy;
+pub mod arrow;
 pub mod balance;
 pub mod bootstrap;
 pub mod delta;

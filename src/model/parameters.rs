@@ -351,7 +351,7 @@ impl Parameters {
 pub fn prior_of(scene: &Scene, kind: Kind, inertia: Inertia) -> (Prior, &'static str) {
     let of = |particle: Option<usize>| {
         let mut set = scene.priors.iter();
-        set.find(|choice| choice.parameter == kind.key() && choice.particle == particle)
+        set.find(|choice| choice.particle == particle && choice.parameter == kind.key())
     };
     let own = match kind {
         Kind::DryK(particle) => of(Some(particle)),

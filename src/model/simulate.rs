@@ -114,7 +114,8 @@ impl<'s> Simulation<'s> {
 
     /// How many runs will be drawn.
     pub fn runs(&self) -> u64 {
-        self.points.len() as u64 * self.repeats + self.extra
+        let repeated = (self.points.len() as u64).saturating_mul(self.repeats);
+        repeated.saturating_add(self.extra)
     }
 
     /// Draws every run in turn from the stream `simulate` of `seed` and hands it on, keeping none.
@@ -210,11 +211,36 @@ fn wet_noise(noise: Noise, stokes: f64, rng: &mut ChaCha8Rng) -> f64 {
     }
 }
 
+/// Settings of the largest design; its runs may be as many as the file can hold.
+pub const MOST_SETTINGS: usize = 1_000_000;
+
+/// Checks how many settings the lists of a design make, before any of them is made.
+fn check_settings(design: &Design) -> Result<(), Error> {
+    let films = design.liquids.len().max(1).saturating_mul(design.speeds.0.len().max(1));
+    let of_particle = |(diameters, film_ratios): (&Vec<f64>, &Vec<f64>)| {
+        let of_diameter = film_ratios
+            .len()
+            .saturating_mul(films)
+            .saturating_add(design.dry_speeds.len());
+        diameters.len().saturating_mul(of_diameter)
+    };
+    let each = design.diameters.iter().zip(&design.film_ratios).map(of_particle);
+    let all = each.fold(0, usize::saturating_add);
+    if all <= MOST_SETTINGS {
+        return Ok(());
+    }
+    Err(Error::Usage(format!(
+        "[design]: found {all} combinations of particle, diameter, film ratio, liquid and speed, expected at most \
+         {MOST_SETTINGS}; repeats makes more runs of them"
+    )))
+}
+
 /// Every setting of a design in order: dry runs, then film ratio by liquid by diameter by speed, for each particle.
 ///
 /// A film the scene's own screens would leave out is not made; such combinations are counted.
 fn points(scene: &Scene, truth: &Truth, design: &Design) -> Result<(Vec<Point>, usize), Error> {
     let screens = &scene.data.screens;
+    check_settings(design)?;
     let mut points = vec![];
     let mut left_out = 0;
     for particle in 0..scene.particles.len() {

@@ -11,7 +11,7 @@ use serde::Deserialize;
 use super::draws::zarr;
 use crate::error::{quoted, Error};
 use crate::staging::{Place, Staging};
-use crate::{findings, study};
+use crate::{files, findings, study};
 
 /// A file of a report: its path inside the folder, and its bytes.
 pub type File = (String, Vec<u8>);
@@ -191,9 +191,8 @@ impl Destination {
 }
 
 fn read_mark(path: &Path) -> Option<Mark> {
-    let of = path.symlink_metadata().ok()?;
-    let text = (of.is_file() && of.len() <= LARGEST_MARK).then(|| std::fs::read_to_string(path))?;
-    serde_json::from_str(&text.ok()?).ok()
+    let bytes = files::read(path, LARGEST_MARK, "read").ok()?;
+    serde_json::from_slice(&bytes).ok()
 }
 
 /// Files that are named, or counted, where a folder is refused for them.

@@ -3,24 +3,46 @@
 //! A damaged page that claims more values than its column has makes polars ask for them all, and a refused allocation
 //! ends the process: no error, and no panic that could be caught.
 
-use std::io::Cursor;
+use std::fs::File;
+use std::io::{Cursor, Read, Seek, SeekFrom};
 
 use polars::prelude::{ParquetReader, PolarsError, PolarsResult, SerReader};
 use polars_parquet_format::thrift::protocol::TCompactInputProtocol;
 use polars_parquet_format::{PageHeader, PageType};
 
+/// What every Parquet file ends with.
+const MARK: &[u8] = b"PAR1";
+
+/// Bytes of a file's end after the footer: its length, and the mark of the format.
+const END: usize = 8;
+
+/// The last bytes of a file of some length, as many as say what it is.
+pub(super) fn end(file: &mut File, length: u64) -> std::io::Result<Vec<u8>> {
+    let mut end = vec![];
+    file.seek(SeekFrom::Start(length.saturating_sub(END as u64)))?;
+    file.by_ref().take(END as u64).read_to_end(&mut end)?;
+    Ok(end)
+}
+
+/// Checks that the end of a file is one of Parquet; nothing at all is for the reader to name.
+pub(super) fn is_marked(end: &[u8]) -> PolarsResult<()> {
+    if end.is_empty() || end.ends_with(MARK) {
+        Ok(())
+    } else {
+        refuse("parquet: File out of specification: The file must end with PAR1".to_owned())
+    }
+}
+
 /// Checks that a file's footer is a structure whose lists have no more elements than it has bytes left. A file without a
 /// footer is for the reader to name.
 pub(super) fn footer_fits(bytes: &[u8]) -> PolarsResult<()> {
-    /// bytes of the file's end after the footer: its length, and the mark of the format
-    const END: usize = 8;
     let Some(end) = bytes.len().checked_sub(END) else {
         return Ok(());
     };
     let [a, b, c, d, mark @ ..] = &bytes[end..] else {
         return Ok(());
     };
-    if mark != b"PAR1" {
+    if mark != MARK {
         return Ok(());
     }
     let length = usize::try_from(u32::from_le_bytes([*a, *b, *c, *d])).unwrap_or(usize::MAX);

@@ -33,15 +33,20 @@ pub use errors::MeasurementErrors;
 pub use series::{DryGroup, FilmGroup, Runs, Series};
 pub use write::{Existing, NewRun, RunWriter};
 
+use std::fs::File;
+use std::io::{Read, Seek};
 use std::path::Path;
 
 use collect::Collected;
 
-use crate::encoding::decode;
+use refusals::Refused;
+
+use crate::encoding;
 use crate::error::{Error, Problem};
+use crate::files::{self, Input, MOST_OF_LINE, MOST_OF_PARQUET, MOST_OF_PIPE};
 use crate::notice::Notice;
 use crate::scene::Scene;
-use crate::seed::sha256;
+use crate::seed::{sha256, Hash};
 
 /// Runs as read, with what a reader should know of them.
 #[derive(Debug)]
@@ -66,11 +71,11 @@ pub fn read(scene: &Scene) -> Result<Table, Error> {
     let parquet = path
         .extension()
         .is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"));
-    // the typed reader is fast and strict; where it balks, the text reader decides and names what it refuses
-    let streamed = if parquet { None } else { read_stream(path, scene) };
-    let (collected, sha256) = match streamed {
-        Some(read) => read,
-        None => read_whole(path, parquet, scene)?,
+    let mut source = Source::open(path)?;
+    let (collected, sha256) = if parquet {
+        read_parquet(source, path, scene)?
+    } else {
+        read_csv(&mut source, path, scene)?
     };
     if collected.rows == 0 {
         let problem = if parquet {
@@ -120,42 +125,102 @@ fn whole_file(found: &str, expected: &str) -> Problem {
     }
 }
 
-fn read_stream(path: &Path, scene: &Scene) -> Option<(Collected, String)> {
-    // what is no file, a pipe say, can be read only once
-    let about = std::fs::metadata(path).ok().filter(std::fs::Metadata::is_file)?;
-    let file = std::fs::File::open(path).ok()?;
-    stream::read(file, about.len(), stream::WINDOW, scene)
+/// What is being done, as a verb.
+const READ: &str = "read the runs";
+
+/// A table that can be read from its start more than once.
+enum Source {
+    /// a regular file, with its length
+    File(File, u64),
+    /// what a pipe held
+    Held(Vec<u8>),
 }
 
-fn read_whole(path: &Path, parquet: bool, scene: &Scene) -> Result<(Collected, String), Error> {
-    let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read the runs", e))?;
-    let refuse = |problems: Vec<Problem>| Error::input(path, problems);
-    if bytes.is_empty() {
-        let expected = if parquet {
-            "a Parquet table with one row a run"
-        } else {
-            "a header line and one line a run"
-        };
-        return Err(refuse(vec![whole_file("the file is empty", expected)]));
+impl Source {
+    fn open(path: &Path) -> Result<Source, Error> {
+        Ok(match files::open(path, READ)? {
+            Input::File(file, length) => Source::File(file, length),
+            Input::Pipe(pipe) => Source::Held(pipe.read(path, MOST_OF_PIPE, READ)?),
+        })
     }
-    let (collected, sha256) = rayon::join(
-        || {
-            if parquet {
-                typed::read_parquet(&bytes, scene)
-            } else {
-                read_text(&bytes, scene)
+
+    /// About how many bytes it has.
+    fn length(&self) -> u64 {
+        match self {
+            Source::File(_, length) => *length,
+            Source::Held(bytes) => bytes.len() as u64,
+        }
+    }
+
+    /// From its start.
+    fn reader(&mut self) -> std::io::Result<Box<dyn Read + Send + '_>> {
+        Ok(match self {
+            Source::File(file, _) => {
+                file.rewind()?;
+                Box::new(file)
             }
-        },
-        || sha256(&bytes),
-    );
-    Ok((collected.map_err(refuse)?, sha256))
+            Source::Held(bytes) => Box::new(bytes.as_slice()),
+        })
+    }
 }
 
-fn read_text(bytes: &[u8], scene: &Scene) -> Result<Collected, Vec<Problem>> {
-    let text = decode(bytes).map_err(|problem| vec![problem])?;
-    let header = text::header(text)?;
+/// The typed reader is fast and strict; where it balks, the text reader decides and names what it refuses.
+fn read_csv(source: &mut Source, path: &Path, scene: &Scene) -> Result<(Collected, String), Error> {
+    let fail = |error: std::io::Error| Error::io(path, READ, error);
+    let length = source.length();
+    let streamed = stream::read(source.reader().map_err(fail)?, length, stream::WINDOW, scene);
+    if let Some(read) = streamed {
+        return Ok(read);
+    }
+    // once to see that it is text, of which every later step is then sure, and once more for the runs
+    let (mut hash, mut bytes) = (Hash::default(), 0);
+    let checked = encoding::check(source.reader().map_err(fail)?, MOST_OF_LINE, |piece| {
+        hash.update(piece);
+        bytes += piece.len();
+    });
+    let checked = checked.map_err(fail)?;
+    if bytes == 0 {
+        let problem = whole_file("the file is empty", "a header line and one line a run");
+        return Err(Error::input(path, vec![problem]));
+    }
+    checked.map_err(|problem| Error::input(path, vec![problem]))?;
+    let collected = read_text(source.reader().map_err(fail)?, scene).map_err(|refused| refuse(path, refused))?;
+    Ok((collected, hash.finish()))
+}
+
+/// The runs of a CSV that was checked to be text.
+fn read_text(source: impl Read, scene: &Scene) -> Result<Collected, Refused> {
+    let mut text = text::Text::new(source);
+    let header = text.header()?;
     let plan = columns::Plan::new(&header.names, Some(header.line))?;
-    text::read(text, &plan, scene)
+    text.rows(&plan, scene)
+}
+
+fn read_parquet(source: Source, path: &Path, scene: &Scene) -> Result<(Collected, String), Error> {
+    let bytes = match source {
+        Source::File(mut file, length) => {
+            // the end of the file says whether it is worth reading
+            let end = claims::end(&mut file, length).map_err(|error| Error::io(path, READ, error))?;
+            typed::parquet_ends(&end).map_err(|problems| refuse(path, problems.into()))?;
+            file.rewind().map_err(|error| Error::io(path, READ, error))?;
+            files::read_file(&file, length, path, MOST_OF_PARQUET, READ)?
+        }
+        Source::Held(bytes) => bytes,
+    };
+    if bytes.is_empty() {
+        let problem = whole_file("the file is empty", "a Parquet table with one row a run");
+        return Err(Error::input(path, vec![problem]));
+    }
+    let (collected, sha256) = rayon::join(|| typed::read_parquet(&bytes, scene), || sha256(&bytes));
+    Ok((collected.map_err(|refused| refuse(path, refused))?, sha256))
+}
+
+fn refuse(path: &Path, refused: Refused) -> Error {
+    Error::Input {
+        file: path.to_path_buf(),
+        problems: refused.problems,
+        count: refused.count,
+    }
 }
 
 /// Whether a path names a table of runs in a format that can be written.

@@ -2,7 +2,7 @@
 
 use super::columns::{Column, Plan};
 use super::row::BadCell;
-use crate::error::Problem;
+use crate::error::{Problem, PROBLEMS_SHOWN};
 
 /// Where a bad cell stands.
 #[derive(Debug, Clone, Copy)]
@@ -13,10 +13,27 @@ pub(super) enum At {
     Row(usize),
 }
 
-/// The problems found in a table so far.
+/// Why a table is refused.
+#[derive(Debug)]
+pub(super) struct Refused {
+    /// the first problems, at least as many as are printed
+    pub problems: Vec<Problem>,
+    /// how many there are
+    pub count: usize,
+}
+
+impl From<Vec<Problem>> for Refused {
+    fn from(problems: Vec<Problem>) -> Refused {
+        let count = problems.len();
+        Refused { problems, count }
+    }
+}
+
+/// The problems found in a table so far; of those that nobody prints only the number, since there may be one a cell.
 pub(super) struct Refusals<'p> {
     plan: &'p Plan,
     problems: Vec<Problem>,
+    count: usize,
     wants_film: bool,
 }
 
@@ -25,6 +42,7 @@ impl<'p> Refusals<'p> {
         Refusals {
             plan,
             problems: vec![],
+            count: 0,
             wants_film: false,
         }
     }
@@ -35,13 +53,17 @@ impl<'p> Refusals<'p> {
             self.wants_film = true;
             return;
         }
+        if self.count >= PROBLEMS_SHOWN {
+            self.count += 1;
+            return;
+        }
         let column = self.plan.blamed(bad.column);
         let name = self.plan.name(column);
         let (line, place) = match at {
             At::Line(line) => (Some(line), format!("column {name}")),
             At::Row(row) => (None, format!("row {row}, column {name}")),
         };
-        self.problems.push(Problem {
+        self.other(Problem {
             line,
             place,
             found: Some(found(column).unwrap_or_else(|| "an empty cell".to_owned())),
@@ -51,18 +73,25 @@ impl<'p> Refusals<'p> {
 
     /// A problem of another kind.
     pub fn other(&mut self, problem: Problem) {
-        self.problems.push(problem);
+        self.count += 1;
+        if self.count <= PROBLEMS_SHOWN {
+            self.problems.push(problem);
+        }
     }
 
     /// What was read, if nothing was refused.
-    pub fn or<T>(mut self, read: T) -> Result<T, Vec<Problem>> {
+    pub fn or<T>(mut self, read: T) -> Result<T, Refused> {
         if self.wants_film {
             self.problems.insert(0, self.plan.missing_film());
+            self.count += 1;
         }
-        if self.problems.is_empty() {
+        if self.count == 0 {
             Ok(read)
         } else {
-            Err(self.problems)
+            Err(Refused {
+                problems: self.problems,
+                count: self.count,
+            })
         }
     }
 }

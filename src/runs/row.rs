@@ -1,7 +1,10 @@
 //! Checks one run and says which of its cells is wrong.
 
+use std::collections::HashMap;
+
 use super::columns::Column;
 use super::errors;
+use crate::error::PROBLEMS_SHOWN;
 use crate::scene::{name_expected, Scene, Sticking, DRY, LARGEST_FILM_RATIO};
 use crate::units::{MAGNITUDES, MAGNITUDE_EXPECTED};
 
@@ -82,26 +85,35 @@ pub(super) struct Row {
 /// What a row is checked against: finds names in the scene; runs come in blocks, so the last answer is tried first.
 pub(super) struct Against<'s> {
     scene: &'s Scene,
+    particles: HashMap<&'s str, usize>,
+    liquids: HashMap<&'s str, usize>,
     /// whether the table has a column of film ratios, which then every wet run needs
     has_film_ratio: bool,
     last_particle: usize,
     last_liquid: usize,
+    /// unknown names that may still be compared with every known one: beyond, no message is printed
+    to_compare: usize,
 }
 
 impl<'s> Against<'s> {
     pub fn new(scene: &'s Scene, has_film_ratio: bool) -> Self {
+        let particles = scene.particles.iter().enumerate();
+        let liquids = scene.liquids.iter().enumerate();
         Against {
             scene,
+            particles: particles.map(|(index, p)| (p.name.as_str(), index)).collect(),
+            liquids: liquids.map(|(index, l)| (l.name.as_str(), index)).collect(),
             has_film_ratio,
             last_particle: 0,
             last_liquid: 0,
+            to_compare: PROBLEMS_SHOWN,
         }
     }
 
     fn particle(&mut self, name: &str) -> Option<usize> {
         let all = &self.scene.particles;
         if all.get(self.last_particle).is_none_or(|p| p.name != name) {
-            self.last_particle = all.iter().position(|p| p.name == name)?;
+            self.last_particle = *self.particles.get(name)?;
         }
         Some(self.last_particle)
     }
@@ -109,9 +121,17 @@ impl<'s> Against<'s> {
     fn liquid(&mut self, name: &str) -> Option<usize> {
         let all = &self.scene.liquids;
         if all.get(self.last_liquid).is_none_or(|l| l.name != name) {
-            self.last_liquid = all.iter().position(|l| l.name == name)?;
+            self.last_liquid = *self.liquids.get(name)?;
         }
         Some(self.last_liquid)
+    }
+
+    fn name_expected(&mut self, what: &str, name: &str, names: impl Iterator<Item = &'s str>) -> String {
+        if self.to_compare == 0 {
+            return format!("expected {what}");
+        }
+        self.to_compare -= 1;
+        name_expected(what, name, names)
     }
 }
 
@@ -148,7 +168,8 @@ pub(super) fn check(raw: &RawRow, against: &mut Against, problems: &mut Vec<BadC
             let index = against.particle(name);
             if index.is_none() {
                 let all = against.scene.particles.iter().map(|p| p.name.as_str());
-                problems.push(bad(Column::Particle, name_expected("a name in [particles]", name, all)));
+                let expected = against.name_expected("a name in [particles]", name, all);
+                problems.push(bad(Column::Particle, expected));
             }
             index
         }
@@ -163,7 +184,8 @@ pub(super) fn check(raw: &RawRow, against: &mut Against, problems: &mut Vec<BadC
             if index.is_none() {
                 let all = against.scene.liquids.iter().map(|l| l.name.as_str());
                 let what = format!("a name in [liquids] or `{DRY}`");
-                problems.push(bad(Column::Liquid, name_expected(&what, name, all)));
+                let expected = against.name_expected(&what, name, all);
+                problems.push(bad(Column::Liquid, expected));
             }
             index
         }

@@ -101,6 +101,27 @@ impl Runs {
         let dry = self.dry.iter().map(|group| group.stuck.len());
         wet.chain(dry).sum()
     }
+
+    /// The dry runs of a particle, by diameter.
+    pub fn dry_of(&self, particle: usize) -> &[DryGroup] {
+        &self.dry[of_particle(&self.dry, particle, |group| group.particle)]
+    }
+
+    /// The film groups of a particle.
+    pub fn film_groups_of(&self, particle: usize) -> &[FilmGroup] {
+        &self.film_groups[of_particle(&self.film_groups, particle, |group| group.particle)]
+    }
+
+    /// The series of a particle.
+    pub fn series_of(&self, particle: usize) -> &[Series] {
+        &self.series[of_particle(&self.series, particle, |series| series.particle)]
+    }
+}
+
+/// Where the entries of a particle stand in a column that is ordered by particle.
+fn of_particle<T>(column: &[T], particle: usize, of: impl Fn(&T) -> usize) -> Range<usize> {
+    let start = column.partition_point(|one| of(one) < particle);
+    start..start + column[start..].partition_point(|one| of(one) == particle)
 }
 
 /// What makes two runs belong together, in the order of the columns.

@@ -6,6 +6,7 @@ use super::collect::Collected;
 use super::columns::{Column, Plan};
 use super::row::Against;
 use super::typed::{CsvParser, Typed};
+use crate::files::{MOST_COLUMNS, MOST_OF_LINE};
 use crate::scene::Scene;
 use crate::seed::Hash;
 
@@ -68,15 +69,21 @@ fn header(window: &[u8]) -> Option<(Vec<String>, usize)> {
     let line = std::str::from_utf8(&window[..end]).ok()?;
     let line = line.strip_prefix('\u{feff}').unwrap_or(line);
     let line = line.strip_suffix('\r').unwrap_or(line);
-    let names: Vec<String> = line.split(',').map(str::to_owned).collect();
+    let names: Vec<String> = line.split(',').take(MOST_COLUMNS + 1).map(str::to_owned).collect();
+    if names.len() > MOST_COLUMNS || end > MOST_OF_LINE {
+        return None;
+    }
     let plain = |name: &String| name.trim() == name && !name.contains(['"', '\0', '\r']);
     names.iter().all(plain).then_some((names, end + 1))
 }
 
-/// About how many rows a source of some length has if all of it is like this window, rather too many than too few.
+/// About how many rows a source of some length has if all of it is like this window, rather too many than too few; no
+/// more than memory is asked for without having seen them.
 fn rows_like(window: &[u8], length: u64) -> usize {
+    const MOST_FORESEEN: usize = 1 << 24;
     let lines = memchr::memchr_iter(b'\n', window).count();
-    (1.05 * lines as f64 * length as f64 / window.len() as f64) as usize
+    let rows = (1.05 * lines as f64 * length as f64 / window.len() as f64) as usize;
+    rows.min(MOST_FORESEEN)
 }
 
 /// A source to be cut into windows of whole lines.

@@ -17,7 +17,8 @@ fn plain() -> (Scene, String) {
 
 /// What the typed and the text reader make of a file; `None` where a reader refuses it.
 fn both(text: &str, scene: &Scene) -> (Option<String>, Option<String>) {
-    let Ok(header) = text::header(text) else {
+    let mut reader = text::Text::new(text.as_bytes());
+    let Ok(header) = reader.header() else {
         return (None, None);
     };
     let Ok(plan) = columns::Plan::new(&header.names, Some(header.line)) else {
@@ -26,7 +27,7 @@ fn both(text: &str, scene: &Scene) -> (Option<String>, Option<String>) {
     let shown = |collected: collect::Collected| format!("{collected:?}");
     // a window so small that even these files take several
     let typed = stream::read(text.as_bytes(), text.len() as u64, 256, scene).map(|(collected, _)| collected);
-    let slow = text::read(text, &plan, scene).ok();
+    let slow = reader.rows(&plan, scene).ok();
     (typed.map(shown), slow.map(shown))
 }
 

@@ -1,14 +1,17 @@
 //! Reads runs from CSV as text: accepts what a typed reader refuses, or names the bad cell by line and column.
 
+use std::io::Read;
+
 use csv::{ByteRecord, ReaderBuilder, Trim};
 
 use super::collect::Collected;
 use super::columns::{Column, Plan};
-use super::refusals::{At, Refusals};
+use super::refusals::{At, Refusals, Refused};
 use super::row::{check, Against, BadCell, RawRow};
 use super::whole_file;
-use crate::encoding::line_of;
+use crate::encoding::{line_of, BYTE_ORDER_MARK};
 use crate::error::{quoted, Problem};
+use crate::files::{MOST_COLUMNS, MOST_OF_LINE};
 use crate::scene::{Scene, MISSING};
 
 /// A cell that is missing.
@@ -32,40 +35,133 @@ pub(super) struct Header {
     pub line: u64,
 }
 
-pub(super) fn header(text: &str) -> Result<Header, Vec<Problem>> {
-    let mut record = ByteRecord::new();
-    let mut reader = reader(text);
-    loop {
-        match reader.read_byte_record(&mut record) {
-            Ok(true) if is_blank(&record) => {}
-            Ok(true) => break,
-            _ => {
-                let expected = "a header line and one line a run";
-                return Err(vec![whole_file("the file is blank", expected)]);
+/// A CSV that is read from its start to its end, a record at a time; of the text no more is held than a record.
+pub(super) struct Text<R> {
+    reader: csv::Reader<Lines<R>>,
+    record: ByteRecord,
+}
+
+impl<R: Read> Text<R> {
+    /// The bytes must be UTF-8, but for a byte-order mark before them.
+    pub fn new(source: R) -> Text<R> {
+        const BUFFER: usize = 1 << 16;
+        Text {
+            reader: ReaderBuilder::new()
+                .has_headers(false)
+                .flexible(true)
+                .trim(Trim::All)
+                .buffer_capacity(BUFFER)
+                .from_reader(Lines::of(source)),
+            record: ByteRecord::new(),
+        }
+    }
+
+    /// Reads the next record that is not blank; whether there is one.
+    fn next_record(&mut self) -> Result<bool, Problem> {
+        loop {
+            self.reader.get_mut().since_record = 0;
+            match self.reader.read_byte_record(&mut self.record) {
+                Ok(true) if is_blank(&self.record) => continue,
+                Ok(there) => {
+                    self.reader.get_mut().pass(&self.record);
+                    return Ok(there);
+                }
+                Err(error) => {
+                    let lines = self.reader.get_mut();
+                    lines.pass(&self.record);
+                    if lines.since_record <= MOST_OF_LINE {
+                        return Err(whole_file("the table cannot be read", &error.to_string()));
+                    }
+                    return Err(Problem {
+                        line: Some(lines.line),
+                        place: "row".to_owned(),
+                        found: Some("a longer row".to_owned()),
+                        expected: format!(
+                            "expected rows of at most {MOST_OF_LINE} bytes; a cell may go on over the end of the line: is \
+                             a quote not closed?"
+                        ),
+                    });
+                }
             }
         }
     }
-    let line = Lines::of(text).line(&record);
-    let names: Vec<String> = record.iter().map(|cell| cell_text(cell).trim().to_owned()).collect();
-    if let [only] = names.as_slice() {
-        if let Some(separator) = [';', '\t', '|'].into_iter().find(|c| only.contains(*c)) {
-            return Err(vec![Problem {
-                line: Some(line),
-                place: "header".to_owned(),
-                found: Some(format!("columns separated by `{}`", separator.escape_default())),
-                expected: "expected commas between columns and a decimal point in numbers".to_owned(),
-            }]);
+
+    /// Reads the header.
+    pub fn header(&mut self) -> Result<Header, Vec<Problem>> {
+        if !self.next_record().map_err(|problem| vec![problem])? {
+            let expected = "a header line and one line a run";
+            return Err(vec![whole_file("the file is blank", expected)]);
         }
+        let line = self.reader.get_ref().line;
+        if self.record.len() > MOST_COLUMNS {
+            return Err(vec![too_many_columns(self.record.len(), Some(line))]);
+        }
+        let names: Vec<String> = self
+            .record
+            .iter()
+            .map(|cell| cell_text(cell).trim().to_owned())
+            .collect();
+        if let [only] = names.as_slice() {
+            if let Some(separator) = [';', '\t', '|'].into_iter().find(|c| only.contains(*c)) {
+                return Err(vec![Problem {
+                    line: Some(line),
+                    place: "header".to_owned(),
+                    found: Some(format!("columns separated by `{}`", separator.escape_default())),
+                    expected: "expected commas between columns and a decimal point in numbers".to_owned(),
+                }]);
+            }
+        }
+        Ok(Header { names, line })
     }
-    Ok(Header { names, line })
+
+    /// Reads every row below the header, which was read before.
+    pub fn rows(&mut self, plan: &Plan, scene: &Scene) -> Result<Collected, Refused> {
+        let mut refusals = Refusals::new(plan);
+        let has_film_ratio = plan.place(Column::FilmRatio).is_some();
+        let mut against = Against::new(scene, has_film_ratio);
+        let mut collected = Collected::with_capacity(0, has_film_ratio, &plan.unknown);
+        loop {
+            match self.next_record() {
+                Ok(true) => {}
+                Ok(false) => break,
+                Err(problem) => {
+                    refusals.other(problem);
+                    break;
+                }
+            }
+            let line = self.reader.get_ref().line;
+            let Parsed { row, mut bad } = match row_of(&self.record, plan) {
+                Ok(parsed) => parsed,
+                Err(problem) => {
+                    let line = Some(line);
+                    refusals.other(Problem { line, ..problem });
+                    continue;
+                }
+            };
+            if let Some(row) = check(&row, &mut against, &mut bad) {
+                collected.push(&row, has_film_ratio, scene);
+            }
+            for bad in bad {
+                refusals.cell(At::Line(line), bad, |column| {
+                    let cell = self.record.get(plan.place(column)?.index)?;
+                    let cell = cell_text(cell);
+                    let cell = cell.trim();
+                    (!cell.is_empty()).then(|| quoted(cell))
+                });
+            }
+        }
+        refusals.or(collected)
+    }
 }
 
-fn reader(text: &str) -> csv::Reader<&[u8]> {
-    ReaderBuilder::new()
-        .has_headers(false)
-        .flexible(true)
-        .trim(Trim::All)
-        .from_reader(text.as_bytes())
+/// Says that a table is wider than any table of runs.
+pub(super) fn too_many_columns(found: usize, line: Option<u64>) -> Problem {
+    Problem {
+        line,
+        place: "header".to_owned(),
+        found: Some(format!("{found} columns")),
+        expected: format!("expected at most {MOST_COLUMNS}"),
+    }
 }
 
 /// A line of blanks only, which is no row.
@@ -77,78 +173,79 @@ fn cell_text(cell: &[u8]) -> String {
     String::from_utf8_lossy(cell).into_owned()
 }
 
-/// Reads every row below the header.
-pub(super) fn read(text: &str, plan: &Plan, scene: &Scene) -> Result<Collected, Vec<Problem>> {
-    let mut reader = reader(text);
-    let mut record = ByteRecord::new();
-    let mut refusals = Refusals::new(plan);
-    let mut lines = Lines::of(text);
-    let has_film_ratio = plan.place(Column::FilmRatio).is_some();
-    let mut against = Against::new(scene, has_film_ratio);
-    let mut collected = Collected::with_capacity(0, has_film_ratio, &plan.unknown);
-    let mut is_header = true;
-    loop {
-        match reader.read_byte_record(&mut record) {
-            Ok(true) if is_blank(&record) => continue,
-            Ok(true) => {}
-            Ok(false) => break,
-            Err(error) => {
-                refusals.other(whole_file("the table cannot be read", &error.to_string()));
-                break;
-            }
-        }
-        if std::mem::take(&mut is_header) {
-            continue;
-        }
-        let Parsed { row, mut bad } = match row_of(&record, plan) {
-            Ok(parsed) => parsed,
-            Err(problem) => {
-                let line = Some(lines.line(&record));
-                refusals.other(Problem { line, ..problem });
-                continue;
-            }
-        };
-        if let Some(row) = check(&row, &mut against, &mut bad) {
-            collected.push(&row, has_film_ratio, scene);
-        }
-        for bad in bad {
-            refusals.cell(At::Line(lines.line(&record)), bad, |column| {
-                let cell = record.get(plan.place(column)?.index)?;
-                let cell = cell_text(cell);
-                let cell = cell.trim();
-                (!cell.is_empty()).then(|| quoted(cell))
-            });
-        }
-    }
-    refusals.or(collected)
-}
-
-/// Counts lines up to records that come in the order of the file.
-struct Lines<'a> {
-    bytes: &'a [u8],
-    at: usize,
+/// Hands a source on without its byte-order mark, and counts lines up to records that come in its order.
+struct Lines<R> {
+    source: R,
+    /// what is to come before the source: what stood where the mark may stand
+    first: Option<Vec<u8>>,
+    /// what was handed on, from somewhere before the last record told of
+    seen: Vec<u8>,
+    /// where in `seen` lines are counted to
+    counted: usize,
+    /// bytes of the source before `seen`
+    before: u64,
+    /// the line that stands at `counted`
     line: u64,
+    /// bytes handed on for the record that is being read
+    since_record: usize,
 }
 
-impl<'a> Lines<'a> {
-    fn of(text: &'a str) -> Self {
+impl<R: Read> Lines<R> {
+    fn of(source: R) -> Self {
         Lines {
-            bytes: text.as_bytes(),
-            at: 0,
+            source,
+            first: None,
+            seen: vec![],
+            counted: 0,
+            before: 0,
             line: 1,
+            since_record: 0,
         }
     }
 
-    /// The line a record starts on; the reader's own position stands before any blank lines it skipped.
-    fn line(&mut self, record: &ByteRecord) -> u64 {
+    /// Counts up to the line a record starts on; the reader's own position stands before any blank lines it skipped.
+    fn pass(&mut self, record: &ByteRecord) {
         let from = record.position().map_or(0, |position| position.byte());
-        let from = usize::try_from(from).unwrap_or(0).max(self.at);
-        let rest = self.bytes.get(from..).unwrap_or_default();
-        let blanks = rest.iter().take_while(|b| b.is_ascii_whitespace()).count();
-        let passed = self.bytes.get(self.at..).unwrap_or_default();
-        self.line += line_of(passed, from + blanks - self.at) - 1;
-        self.at = from + blanks;
-        self.line
+        let from = from
+            .checked_sub(self.before)
+            .and_then(|from| usize::try_from(from).ok());
+        let from = from.unwrap_or(0).clamp(self.counted, self.seen.len());
+        let blanks = self.seen[from..].iter().take_while(|b| b.is_ascii_whitespace()).count();
+        let passed = &self.seen[self.counted..];
+        self.line += line_of(passed, from + blanks - self.counted) - 1;
+        self.counted = from + blanks;
+    }
+}
+
+impl<R: Read> Read for Lines<R> {
+    fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
+        if self.since_record > MOST_OF_LINE {
+            return Err(std::io::Error::other("a longer row"));
+        }
+        if self.first.is_none() {
+            let mut first = vec![];
+            let mut mark = [0; 4];
+            let mark = BYTE_ORDER_MARK.encode_utf8(&mut mark).as_bytes();
+            self.source.by_ref().take(mark.len() as u64).read_to_end(&mut first)?;
+            if first == mark {
+                first.clear();
+            }
+            self.first = Some(first);
+        }
+        let fetched = match &mut self.first {
+            Some(first) if !first.is_empty() => {
+                let fetched = first.len().min(into.len());
+                into[..fetched].copy_from_slice(&first[..fetched]);
+                first.drain(..fetched);
+                fetched
+            }
+            _ => self.source.read(into)?,
+        };
+        self.before += self.counted as u64;
+        self.seen.drain(..std::mem::take(&mut self.counted));
+        self.seen.extend_from_slice(&into[..fetched]);
+        self.since_record += fetched;
+        Ok(fetched)
     }
 }
 

@@ -1,5 +1,6 @@
 //! Reads runs from CSV and Parquet with polars, and writes Parquet. The only file that names polars.
 
+use std::collections::HashSet;
 use std::io::{Cursor, Write};
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -9,11 +10,12 @@ use polars::prelude::*;
 use super::claims;
 use super::collect::Collected;
 use super::columns::{Column as RunColumn, Place, Plan};
-use super::refusals::{At, Refusals};
+use super::refusals::{At, Refusals, Refused};
 use super::row::{check, Against, BadCell, RawRow};
-use super::text::{is_missing, number};
+use super::text::{is_missing, number, too_many_columns};
 use super::write::NewRun;
 use crate::error::{quoted, Problem};
+use crate::files::{MOST_COLUMNS, MOST_OF_LINE};
 use crate::scene::{Scene, MISSING};
 
 /// Reads whole lines of a CSV into typed columns.
@@ -28,7 +30,8 @@ pub(super) struct Typed(DataFrame);
 impl CsvParser {
     /// `None` where a name stands twice in the header: polars knows columns by their names alone.
     pub fn new(header: &[String], plan: &Plan) -> Option<Self> {
-        if (1..header.len()).any(|index| header[..index].contains(&header[index])) {
+        let mut seen = HashSet::new();
+        if !header.iter().all(|name| seen.insert(name)) {
             return None;
         }
         let fields: Schema = header
@@ -75,10 +78,13 @@ impl CsvParser {
         let reader = options.into_reader_with_file_handle(Cursor::new(lines));
         let frame = reader.finish().ok()?;
         // a short row would be filled with missing cells, and one that is too long cut: the commas of each line tell
-        let (mut commas, mut of_line) = (0, 0);
+        let (mut commas, mut of_line, mut start) = (0, 0, 0);
         for at in memchr::memchr2_iter(b',', b'\n', lines) {
             if lines.get(at) == Some(&b'\n') {
-                of_line = 0;
+                if at - start > MOST_OF_LINE {
+                    return None;
+                }
+                (of_line, start) = (0, at + 1);
                 continue;
             }
             commas += 1;
@@ -87,7 +93,8 @@ impl CsvParser {
                 return None;
             }
         }
-        (commas == (self.width - 1) * frame.height()).then_some(Typed(frame))
+        let fits = lines.len() - start <= MOST_OF_LINE;
+        (fits && commas == (self.width - 1) * frame.height()).then_some(Typed(frame))
     }
 }
 
@@ -99,11 +106,19 @@ impl Typed {
     }
 }
 
+/// Checks the last bytes of a Parquet file, before it is read as a whole.
+pub(super) fn parquet_ends(end: &[u8]) -> Result<(), Vec<Problem>> {
+    polars(|| claims::is_marked(end))
+}
+
 /// Reads a Parquet file. Fails with every bad cell named by row and column.
-pub(super) fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Vec<Problem>> {
+pub(super) fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Refused> {
     polars(|| claims::footer_fits(bytes))?;
     let schema = polars(|| ParquetReader::new(Cursor::new(bytes)).schema())?;
     let header: Vec<String> = schema.iter_names().map(|name| name.to_string()).collect();
+    if header.len() > MOST_COLUMNS {
+        return Err(vec![too_many_columns(header.len(), None)].into());
+    }
     let plan = Plan::new(&header, None)?;
     let wanted = wanted(&plan);
     let mut refusals = Refusals::new(&plan);

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::names::{closest, nearest};
+use crate::error::PROBLEMS_SHOWN;
 use crate::units::{names_in_words, Dimension};
 
 /// What a table may have.
@@ -31,8 +32,13 @@ impl Asked {
 
     /// What to say of each key that nobody asked for.
     pub fn unknown(&mut self, names: &[String]) -> Vec<(String, String)> {
-        let mut unknown = vec![];
+        let mut unknown: Vec<(String, String)> = vec![];
         for name in names.iter().filter(|name| !self.keys.contains_key(*name)) {
+            // beyond what is printed no key is compared with every known one
+            if unknown.len() >= PROBLEMS_SHOWN {
+                unknown.push((name.clone(), "unknown key".to_owned()));
+                continue;
+            }
             let free = || self.keys.iter().filter(|(_, found)| !**found).map(|(k, _)| k.as_str());
             let all = || self.keys.keys().map(String::as_str);
             let unit = |base: &str, dimension: Dimension| {

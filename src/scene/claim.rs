@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::Scene;
+use crate::files;
 
 /// What every scene has, whatever else is right or wrong with it.
 #[derive(Deserialize)]
@@ -44,7 +45,7 @@ pub fn claim(file: &Path, (scene_file, scene): (&Path, &Scene)) -> Option<String
 
 /// Where the runs of a scene lie; `None` for what is no scene.
 fn runs_of(path: &Path) -> Option<PathBuf> {
-    let text = std::fs::read_to_string(path).ok()?;
-    let sketch: Sketch = toml::from_str(&text).ok()?;
+    let bytes = files::read(path, files::MOST_OF_SCENE, "read").ok()?;
+    let sketch: Sketch = toml::from_slice(&bytes).ok()?;
     Some(path.parent()?.join(sketch.data.runs))
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::rc::Rc;
 
 use crate::encoding::line_ends;
-use crate::error::{quoted, Problem};
+use crate::error::{quoted, Problem, PROBLEMS_SHOWN};
 
 /// The text of a file and the problems found in it so far.
 pub(super) struct Document<'i> {
@@ -34,6 +34,11 @@ impl<'i> Document<'i> {
     /// Remembers a problem and where in the text it stands.
     pub fn report(&self, at: usize, problem: Problem) {
         self.problems.borrow_mut().push((at, problem));
+    }
+
+    /// Whether more problems were found than are printed.
+    pub fn is_full(&self) -> bool {
+        self.problems.borrow().len() >= PROBLEMS_SHOWN
     }
 
     /// The line, from 1, that a byte stands on.

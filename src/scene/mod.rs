@@ -23,7 +23,7 @@ mod table;
 
 pub use choices::{
     form_of, terms_of, Bootstrap, IntervalMethod, Likelihood, ModelChoices, NoiseOn, Prior, PriorChoice,
-    ResamplingScheme, Sampler, Sticking, Term, DEFAULT_DRY_SPEED,
+    ResamplingScheme, Sampler, Sticking, Term, DEFAULT_DRY_SPEED, MOST_KEPT,
 };
 pub use claim::claim;
 pub use names::{closest, letters_apart, name_expected, name_is_allowed, NAME_RULE};

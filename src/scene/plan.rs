@@ -2,10 +2,8 @@
 
 use super::choices::{form_of, terms};
 use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE};
-use super::names::name_expected;
 use super::table::Table;
 use super::{Liquid, Term};
-use crate::error::quoted;
 use crate::physics::impact::{DrySpeed, Form};
 use crate::physics::inertia::Inertia;
 use crate::physics::numbers;
@@ -138,8 +136,7 @@ pub(super) fn design(root: &Table, particles: &[&str], liquids: &[Liquid]) -> Op
             Some(liquid) => used.push(liquid),
             None => {
                 let known = liquids.iter().map(|liquid| liquid.name.as_str());
-                let expected = name_expected("a name in [liquids]", &name.value, known);
-                table.refuse("liquids", name.at, Some(quoted(&name.value)), expected);
+                table.refuse_name(("liquids", name.at), &name.value, "a name in [liquids]", known);
             }
         }
     }

@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 
 use super::document::Document;
 use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE, SHARE};
-use super::names::{name_expected, name_is_allowed, NAME_RULE};
+use super::names::{name_is_allowed, NAME_RULE};
 use super::table::Table;
 use super::{choices, plan, table};
 use super::{Data, Law, Liquid, Particle, Published, PublishedQuantity, Scene, Screens, LARGEST_FILM_RATIO};
 use crate::encoding::decode;
 use crate::error::{quoted, Error};
+use crate::files;
 use crate::seed::sha256;
 use crate::units::Dimension;
 
@@ -20,7 +21,7 @@ const DEFAULT_FILM_RATIO_GAP: f64 = 0.004;
 ///
 /// Fails with every mistake named by line, key and value.
 pub fn read(path: &Path) -> Result<Scene, Error> {
-    let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
+    let bytes = files::read(path, files::MOST_OF_SCENE, "read")?;
     let hash = sha256(&bytes);
     let text = decode(&bytes).map_err(|problem| Error::input(path, vec![problem]))?;
     parse(text, path, hash)
@@ -215,8 +216,8 @@ fn published(table: &Table, particles: &[&str]) -> Option<Published> {
     let particle = name.as_deref().and_then(|name| {
         let index = particles.iter().position(|particle| *particle == name);
         if index.is_none() {
-            let expected = name_expected("a name in [particles]", name, particles.iter().copied());
-            table.refuse("particle", table.at("particle"), Some(quoted(name)), expected);
+            let known = particles.iter().copied();
+            table.refuse_name(("particle", table.at("particle")), name, "a name in [particles]", known);
         }
         index
     });

@@ -110,6 +110,15 @@ pub struct Joint {
 /// The interval quoted unless the scene names one; the coverage table supports it.
 pub const DEFAULT_INTERVAL: IntervalMethod = IntervalMethod::Percentile;
 
+/// Replicates of all fits together that are held at once: 4 GB.
+pub const MOST_HELD: usize = 100_000_000;
+
+/// How many replicates are made of so many fits where a number is wanted: no more than are held at once.
+fn affordable(wanted: u64, fits: usize) -> usize {
+    let wanted = usize::try_from(wanted).unwrap_or(usize::MAX);
+    wanted.min(MOST_HELD / fits.max(1)).max(1)
+}
+
 /// The estimates that get a bootstrap interval.
 pub struct Estimates<'e> {
     /// k of each particle
@@ -140,8 +149,9 @@ pub fn complete(
         scaling,
         energy,
     } = estimates;
+    let fits = dry.len() + series.len() + scaling.len();
     let plan = Plan {
-        replicates: usize::try_from(scene.bootstrap.replicates).unwrap_or(usize::MAX),
+        replicates: affordable(scene.bootstrap.replicates, fits),
         scheme: scene.bootstrap.scheme,
         seed,
     };
@@ -149,9 +159,9 @@ pub fn complete(
     let columns = Columns::new(scene, runs, dry);
     let wet = runs.dry.len();
     let own_dry = |fitted: &FittedDry| {
-        let mut groups = (0..wet).filter(|group| runs.dry[*group].particle == fitted.particle);
-        let first = groups.next()?;
-        Some(first..first + 1 + groups.count())
+        let first = runs.dry.partition_point(|group| group.particle < fitted.particle);
+        let groups = runs.dry_of(fitted.particle).len();
+        (groups > 0).then_some(first..first + groups)
     };
     let kept = |weighing: &Option<Weighing>, places: Range<usize>| {
         let mut kept = columns.kept(weighing.as_ref(), places)?;
@@ -242,10 +252,8 @@ pub fn complete(
             .collect(),
     };
     let dry_of = |particle: usize| {
-        dry.iter()
-            .zip(&dry_targets)
-            .find(|(d, _)| d.particle == particle)
-            .and_then(|(_, target)| *target)
+        let place = dry.binary_search_by_key(&particle, |fitted| fitted.particle).ok()?;
+        dry_targets[place]
     };
     let dry_of_particle: Vec<Option<usize>> = (0..scene.particles.len()).map(dry_of).collect();
     let mut tasks: Vec<Task> = vec![];
@@ -373,7 +381,8 @@ pub fn complete(
         scaling,
         energy,
     };
-    let notices = cautions::notices(runs, &resampling, &estimates);
+    let mut notices = cautions::notices(runs, &resampling, &estimates);
+    notices.extend(cautions::fewer(scene.bootstrap.replicates, plan.replicates, fits));
     (resampling, notices)
 }
 
@@ -404,5 +413,24 @@ fn lubrication_log(law: scene::Law, p: [f64; 2]) -> f64 {
     match law {
         scene::Law::Sqrt => where_it_falls(p, -p[1] / 4.0),
         scene::Law::Linear => where_it_falls([p[0], -p[1]], 0.5 * p[0] * p[1]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_more_replicates_are_made_than_are_held() {
+        // the largest number a scene may ask for, of as many fits as the published example has
+        assert_eq!(affordable(1_000_000, 88), 1_000_000);
+        assert_eq!(affordable(1_000_000, 1000), 100_000);
+        assert_eq!(affordable(10_000, 20_000), 5000);
+        assert_eq!(affordable(10_000, usize::MAX), 1);
+        assert_eq!(cautions::fewer(10_000, 10_000, 88), None);
+        let notice = cautions::fewer(10_000, 5000, 20_000).expect("fewer");
+        assert!(notice
+            .text
+            .starts_with("[bootstrap] replicates: found 10000, of 20000 fits; made 5000, since at most"));
     }
 }

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use crate::runs::Runs;
+use crate::runs::{Runs, Series};
 use crate::scene::{Liquid, Particle, Scene};
 
 /// A constant taken as exact, or all of one kind at once.
@@ -42,18 +42,16 @@ pub(super) struct Kind {
 
 impl InUse {
     pub(super) fn new(scene: &Scene, runs: &Runs) -> InUse {
-        let has = |of: &dyn Fn(usize) -> bool, count: usize| (0..count).filter(|index| of(*index)).collect();
         let with_rebounds = || runs.series.iter().filter(|series| !series.rebounds.is_empty());
+        let has = |of: &dyn Fn(&Series) -> usize, count: usize| {
+            let mut found = vec![false; count];
+            with_rebounds().for_each(|series| found[of(series)] = true);
+            (0..count).filter(|index| found[*index]).collect()
+        };
         let films = || with_rebounds().flat_map(|series| &runs.film[series.rebounds.clone()]);
         InUse {
-            liquids: has(
-                &|index| with_rebounds().any(|series| series.liquid == index),
-                scene.liquids.len(),
-            ),
-            particles: has(
-                &|index| with_rebounds().any(|series| series.particle == index),
-                scene.particles.len(),
-            ),
+            liquids: has(&|series| series.liquid, scene.liquids.len()),
+            particles: has(&|series| series.particle, scene.particles.len()),
             mean_film: films().sum::<f64>() / films().count().max(1) as f64,
         }
     }

@@ -12,6 +12,8 @@ mod constant;
 mod elasticities;
 mod movable;
 
+use std::collections::HashSet;
+
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -181,9 +183,11 @@ fn asked(
             continue;
         };
         let same = |group: &FilmGroup| (group.particle, group.film_ratio) == (particle, film_ratio);
-        let Some(group) = runs.film_groups.iter().position(same) else {
+        let of_others = runs.film_groups.partition_point(|group| group.particle < particle);
+        let Some(group) = runs.film_groups_of(particle).iter().position(same) else {
             continue;
         };
+        let group = of_others + group;
         let name = &scene.particles[particle].name;
         let derived = balance.and_then(|balance| {
             let mut rows = balance.derived.iter();
@@ -230,8 +234,9 @@ fn of_balance(scene: &Scene, balance: &EnergyBalance) -> Vec<(Aim, Sensitivity)>
     for (index, parameter) in balance.parameters.iter().take(wet).enumerate() {
         add(Aim::Parameter(index), &parameter.name, None, parameter.estimate.pair());
     }
+    let held: HashSet<&String> = balance.particles.iter().collect();
     for (index, particle) in scene.particles.iter().enumerate() {
-        if balance.particles.contains(&particle.name) {
+        if held.contains(&particle.name) {
             let pair = balance.delta_c_over_roughness.pair();
             let delta_c = pair.map(|(ratio, se)| (particle.roughness * ratio, particle.roughness * se));
             add(

@@ -1,6 +1,6 @@
 //! Moves the minimum of the energy balance with the constants, without fitting again.
 
-use crate::findings::balance::{blocks, e_inf2, errors, in_standard_errors, known, Held};
+use crate::findings::balance::{blocks, e_inf2, errors, in_standard_errors, known, place_of, Held};
 use crate::findings::dry::FittedDry;
 use crate::findings::energy::density_ratio;
 use crate::inference::balance::{refit_balance, Balance, Block};
@@ -35,7 +35,7 @@ impl<'h> Movable<'h> {
     pub(super) fn new(scene: &Scene, runs: &Runs, dry: &[FittedDry], held: &'h Held, share: f64) -> Option<Self> {
         let known = known(runs, dry);
         let dry_k: Vec<(f64, f64)> = known.iter().map(|(_, k)| *k).collect();
-        let place = |particle: usize| known.iter().position(|(p, _)| *p == particle);
+        let place = |particle: usize| place_of(&known, particle);
         let blocks = blocks(scene, runs, place);
         let balance = balance_of(held, &blocks, &dry_k, share);
         let mut fit = refit_balance(&balance, &[], &held.parameters);
@@ -70,7 +70,7 @@ impl<'h> Movable<'h> {
 
     /// What the balance says of two scenes and their runs that lie as far on either side: of the first, of the second.
     pub(super) fn at(&self, settings: [(&Scene, &Runs); 2]) -> Option<[Moved; 2]> {
-        let place = |particle: usize| self.known.iter().position(|(p, _)| *p == particle);
+        let place = |particle: usize| place_of(&self.known, particle);
         let [first, second] = settings.map(|(scene, runs)| blocks(scene, runs, place));
         let balance = |blocks| balance_of(self.held, blocks, &self.dry_k, self.share);
         let (first, second) = (balance(&first), balance(&second));
@@ -88,7 +88,7 @@ impl<'h> Movable<'h> {
 
     fn tell(&self, (scene, runs): (&Scene, &Runs), balance: &Balance, parameters: Vec<f64>) -> Moved {
         let derived = runs.film_groups.iter().map(|group| {
-            let Some(place) = self.known.iter().position(|(p, _)| *p == group.particle) else {
+            let Some(place) = place_of(&self.known, group.particle) else {
                 return [f64::NAN; 2];
             };
             let density_ratio = density_ratio(scene, group.particle, &runs.series[group.series.clone()]);

@@ -97,8 +97,10 @@ fn loss_name(film_ratio: f64) -> String {
 /// Restitution of a particle's series with most rebounds, at its middle speed: what runs tell though they tell no
 /// parameter apart.
 fn restitution(scene: &Scene, runs: &Runs, sight: &Sight, particle: usize) -> Option<Determined> {
-    let own = runs.series.iter().filter(|series| series.particle == particle);
-    let series: &Series = own.max_by_key(|series| series.rebounds.len())?;
+    let series: &Series = runs
+        .series_of(particle)
+        .iter()
+        .max_by_key(|series| series.rebounds.len())?;
     let mut by_speed: Vec<usize> = series.rebounds.clone().collect();
     by_speed.sort_by(|a, b| runs.impact_speed[*a].total_cmp(&runs.impact_speed[*b]));
     let run = *by_speed.get(by_speed.len() / 2)?;

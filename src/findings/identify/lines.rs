@@ -26,13 +26,8 @@ pub fn lines(scene: &Scene, runs: &Runs) -> Vec<Identified> {
     let mut any_st_c = false;
     for (index, particle) in scene.particles.iter().enumerate() {
         let name = &particle.name;
-        let dry: usize = runs
-            .dry
-            .iter()
-            .filter(|g| g.particle == index)
-            .map(|g| g.rebounds.len())
-            .sum();
-        let groups: Vec<_> = runs.film_groups.iter().filter(|g| g.particle == index).collect();
+        let dry: usize = runs.dry_of(index).iter().map(|g| g.rebounds.len()).sum();
+        let groups = runs.film_groups_of(index);
         if dry == 0 && groups.is_empty() {
             continue;
         }

@@ -1,8 +1,12 @@
 //! Sums what the runs say about the fit, and sets it beside the priors.
 
+use std::collections::{HashMap, HashSet};
+
 use nalgebra::DMatrix;
 
 use crate::findings::balance::{block, blocks};
+use crate::findings::dry::Dry;
+use crate::findings::estimate::Estimate;
 use crate::findings::Findings;
 use crate::inference::balance::{Balance, Block};
 use crate::inference::information::{Belief, Kinds, Known, Sums};
@@ -42,7 +46,7 @@ impl Sight {
         let form = form(scene, least_squares);
         let inertia = form.inertia;
         let particles: Vec<usize> = (0..scene.particles.len()).filter(|p| in_use(runs, *p)).collect();
-        let place = |particle: usize| particles.iter().position(|p| *p == particle);
+        let place = |particle: usize| particles.binary_search(&particle).ok();
         let blocks = blocks(scene, runs, place);
         let no_fit = vec![NO_FIT; particles.len()];
         let balance = law(form, &blocks, &no_fit);
@@ -79,21 +83,22 @@ impl Sight {
             sums: &sums,
         };
         let kinds: Vec<Kind> = free.iter().map(|j| all[*j]).collect();
+        let fits = Fits::of(least_squares);
         // an estimate less certain than the prior is no place to take slopes at
-        let fits: Vec<Option<f64>> = kinds
+        let alone: Vec<Option<f64>> = kinds
             .iter()
             .zip(&beliefs)
             .map(|(kind, belief)| {
-                let (value, se) = fitted(scene, least_squares, *kind, true)?;
+                let (value, se) = fits.of_kind(scene, *kind, true)?;
                 (se < value * belief.ln_sd).then_some(value)
             })
             .collect();
-        let (values, fitted) = match fits.into_iter().collect::<Option<Vec<f64>>>() {
+        let (values, fitted) = match alone.into_iter().collect::<Option<Vec<f64>>>() {
             Some(values) => (values, true),
             None => {
                 // a fit that ran away is no place to start from
                 let near = |(kind, belief): (&Kind, &Belief)| {
-                    let found = fitted(scene, least_squares, *kind, false).map(|(value, _)| value);
+                    let found = fits.of_kind(scene, *kind, false).map(|(value, _)| value);
                     let here = |value: &f64| (value / belief.median).ln().abs() < FAR * belief.ln_sd;
                     found.filter(here).unwrap_or(belief.median)
                 };
@@ -145,7 +150,7 @@ impl Sight {
     pub fn restitution(&self, scene: &Scene, runs: &Runs, series: &Series, run: usize) -> Option<(f64, f64)> {
         let mut one = series.clone();
         (one.rebounds, one.stuck) = (run..run + 1, run + 1..run + 1);
-        let place = |particle: usize| self.particles.iter().position(|p| *p == particle);
+        let place = |particle: usize| self.particles.binary_search(&particle).ok();
         let block = block(scene, runs, &one, place)?;
         let no_fit = vec![NO_FIT; self.particles.len()];
         let blocks = [block];
@@ -194,8 +199,7 @@ fn form(scene: &Scene, least_squares: &Findings) -> Form {
 }
 
 fn in_use(runs: &Runs, particle: usize) -> bool {
-    runs.dry.iter().any(|group| group.particle == particle)
-        || runs.series.iter().any(|series| series.particle == particle)
+    !runs.dry_of(particle).is_empty() || !runs.series_of(particle).is_empty()
 }
 
 /// A prior as median and sd of the logarithm; one that is not lognormal by its sd over its median.
@@ -213,41 +217,59 @@ fn belief(prior: &Prior) -> Belief {
     }
 }
 
-/// Where least squares found a parameter: in the energy balance, or for k in the dry runs, too, unless that balance is
-/// asked for alone; with its standard error. `None` unless it is positive.
-fn fitted(scene: &Scene, least_squares: &Findings, kind: Kind, balance_alone: bool) -> Option<(f64, f64)> {
-    let name = super::words::name(scene, kind);
-    let balance = least_squares.energy_balance.as_ref();
-    let in_balance = balance.and_then(|balance| balance.parameters.iter().find(|own| own.name == name));
-    let in_balance = in_balance.and_then(|own| own.estimate.pair());
-    let dry = || match kind {
-        Kind::DryK(particle) => {
-            let name = &scene.particles[particle].name;
-            let dry = least_squares.dry.iter().find(|dry| dry.particle == *name)?;
-            dry.dry_k.pair().filter(|_| dry.verdict.passed)
-        }
-        _ => None,
-    };
-    // a particle without wet runs has its k from the dry ones, and no other
-    let alone = balance_alone && !dry_only(least_squares, kind, scene);
-    let value = if alone { in_balance } else { in_balance.or_else(dry) };
-    value.filter(|(value, _)| *value > 0.0)
+/// Where least squares found the parameters, by name.
+struct Fits<'f> {
+    in_balance: HashMap<&'f str, &'f Estimate>,
+    dry: HashMap<&'f str, &'f Dry>,
+    /// particles with wet runs
+    wet: HashSet<&'f str>,
 }
 
-/// Whether k is that of a particle with dry runs only.
-fn dry_only(least_squares: &Findings, kind: Kind, scene: &Scene) -> bool {
-    match kind {
-        Kind::DryK(particle) => {
-            let name = &scene.particles[particle].name;
-            !least_squares.series.iter().any(|series| series.particle == *name)
+impl<'f> Fits<'f> {
+    fn of(least_squares: &'f Findings) -> Fits<'f> {
+        let parameters = least_squares
+            .energy_balance
+            .iter()
+            .flat_map(|balance| &balance.parameters);
+        Fits {
+            in_balance: parameters.map(|own| (own.name.as_str(), &own.estimate)).collect(),
+            dry: least_squares
+                .dry
+                .iter()
+                .map(|dry| (dry.particle.as_str(), dry))
+                .collect(),
+            wet: least_squares
+                .series
+                .iter()
+                .map(|series| series.particle.as_str())
+                .collect(),
         }
-        _ => false,
+    }
+
+    /// Where least squares found a parameter: in the energy balance, or for k in the dry runs, too, unless that balance
+    /// is asked for alone; with its standard error. `None` unless it is positive.
+    fn of_kind(&self, scene: &Scene, kind: Kind, balance_alone: bool) -> Option<(f64, f64)> {
+        let name = super::words::name(scene, kind);
+        let in_balance = self.in_balance.get(name.as_str()).and_then(|estimate| estimate.pair());
+        let particle = match kind {
+            Kind::DryK(particle) => Some(scene.particles[particle].name.as_str()),
+            _ => None,
+        };
+        let dry = || {
+            let dry = self.dry.get(particle?)?;
+            dry.dry_k.pair().filter(|_| dry.verdict.passed)
+        };
+        // a particle without wet runs has its k from the dry ones, and no other
+        let dry_only = particle.is_some_and(|particle| !self.wet.contains(particle));
+        let alone = balance_alone && !dry_only;
+        let value = if alone { in_balance } else { in_balance.or_else(dry) };
+        value.filter(|(value, _)| *value > 0.0)
     }
 }
 
 /// What every dry rebound says of k; k of the first particle stands at `common`.
 fn dry_sums(runs: &Runs, place: impl Fn(usize) -> Option<usize>, full: &[f64], (common, law): (usize, Order)) -> Sums {
-    let mut sums = Sums::new(full.len());
+    let mut sums = Sums::new(common, full.len() - common);
     for group in &runs.dry {
         let Some(place) = place(group.particle) else { continue };
         let k = full[common + place];

@@ -97,12 +97,7 @@ fn causes(scene: &Scene, runs: &Runs, sight: &Sight, kinds: &[Kind]) -> Vec<Caus
     let of_k = particles(kinds);
     let without_dry: Vec<&str> = of_k
         .iter()
-        .filter(|p| {
-            !runs
-                .dry
-                .iter()
-                .any(|group| group.particle == **p && !group.rebounds.is_empty())
-        })
+        .filter(|p| runs.dry_of(**p).iter().all(|group| group.rebounds.is_empty()))
         .map(|p| scene.particles[*p].name.as_str())
         .collect();
     let shared = inertial || kinds.contains(&Kind::LubricationLog);

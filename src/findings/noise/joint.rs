@@ -1,9 +1,9 @@
 //! Puts the sums of all parts together: the joint fit linearised, in units of each run's sd.
 
-use nalgebra::linalg::SymmetricEigen;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use super::rows::{Part, Row, Rows};
+use crate::inference::arrow::{Arrow, Blocks};
 use crate::inference::information::Sums;
 
 /// Directions with less of this share of the information, all parameters scaled to one, are not seen.
@@ -13,13 +13,13 @@ const UNSEEN: f64 = 1e-10;
 pub(super) struct Joint {
     pub(super) squares: f64,
     pub(super) gradient: DVector<f64>,
-    pub(super) information: DMatrix<f64>,
+    pub(super) information: Arrow,
 }
 
 impl Joint {
     /// The sums of a part without runs: its parameters, and last an offset of all its restitutions.
     pub(super) fn blank(part: &Part) -> Sums {
-        Sums::new(part.places.len() + 1)
+        Sums::new(part.places.len() + 1, 0)
     }
 
     /// Adds a run to the sums of its part.
@@ -34,11 +34,10 @@ impl Joint {
 
     /// Puts the parts together, each with its weight.
     pub(super) fn new(rows: &Rows, sums: &[Sums], weight: impl Fn(usize) -> f64) -> Joint {
-        let p = rows.point.names.len();
         let mut joint = Joint {
             squares: 0.0,
-            gradient: DVector::zeros(p),
-            information: DMatrix::zeros(p, p),
+            gradient: DVector::zeros(rows.point.names.len()),
+            information: Arrow::zeros(rows.point.wet, rows.point.particles.len()),
         };
         for (index, (part, sums)) in rows.parts.iter().zip(sums).enumerate() {
             joint.add_part(part, sums, weight(index));
@@ -62,25 +61,23 @@ impl Joint {
         for (i, of_row) in part.places.iter().enumerate() {
             self.gradient[*of_row] += weight * sums.gradient[i];
             for (j, of_column) in part.places.iter().enumerate() {
-                self.information[(*of_row, *of_column)] += weight * sums.information[(i, j)];
+                self.information
+                    .add((*of_row, *of_column), weight * sums.information[(i, j)]);
             }
         }
     }
 
-    /// The slopes of a part, summed over its runs.
-    pub(super) fn slopes(rows: &Rows, part: &Part, sums: &Sums) -> DVector<f64> {
+    /// The slopes of a part, summed over its runs, each with its parameter's place.
+    pub(super) fn slopes(part: &Part, sums: &Sums) -> Vec<(usize, f64)> {
         let offset = part.places.len();
-        let mut slopes = DVector::zeros(rows.point.names.len());
-        for (i, place) in part.places.iter().enumerate() {
-            slopes[*place] = sums.information[(i, offset)];
-        }
-        slopes
+        let of = |(i, place): (usize, &usize)| (*place, sums.information[(i, offset)]);
+        part.places.iter().enumerate().map(of).collect()
     }
 
     /// The fit to these sums: the step from the point they were taken at, and the sum of squares it leaves.
     pub(super) fn fit(&self) -> Fitted {
         let inverse = inverse(&self.information);
-        let step = -(&inverse.matrix * &self.gradient);
+        let step = -inverse.matrix.times(&self.gradient);
         Fitted {
             left: self.squares + self.gradient.dot(&step),
             step,
@@ -105,14 +102,12 @@ impl Fitted {
         for (part, sums) in parts {
             let n = part.places.len();
             let step = self.step.select_rows(&part.places);
-            let information = sums.information.view((0, 0), (n, n));
+            let information = sums.information.corner.view((0, 0), (n, n));
             squares += sums.squares + 2.0 * sums.gradient.rows(0, n).dot(&step) + (information * &step).dot(&step);
-            let spent = self
-                .inverse
-                .matrix
-                .select_rows(&part.places)
-                .select_columns(&part.places);
-            freedom += sums.runs as f64 - weight * spent.component_mul(&information).sum();
+            let spent = |i: usize, j: usize| self.inverse.matrix.get(part.places[i], part.places[j]);
+            let all = (0..n * n).map(|place| (place % n, place / n));
+            let spent: f64 = all.map(|(i, j)| spent(i, j) * information[(i, j)]).sum();
+            freedom += sums.runs as f64 - weight * spent;
         }
         (squares.max(0.0), freedom)
     }
@@ -121,16 +116,16 @@ impl Fitted {
     pub(super) fn sum(&self, part: &Part, sums: &Sums) -> (f64, f64) {
         let n = part.places.len();
         let step = self.step.select_rows(&part.places);
-        let slopes = sums.information.view((0, n), (n, 1));
+        let slopes = sums.information.corner.view((0, n), (n, 1));
         (sums.gradient[n] + slopes.dot(&step), sums.information[(n, n)])
     }
 
     /// The covariance of the fit where the runs' scores have the information `scores`, as variances over those the fit
     /// claims: by how much each standard error is too short. `None` of a parameter that is not seen.
-    pub(super) fn widening(&self, scores: &DMatrix<f64>) -> Vec<Option<f64>> {
+    pub(super) fn widening(&self, scores: &Arrow) -> Vec<Option<f64>> {
         let inverse = &self.inverse.matrix;
-        let covariance = inverse * scores * inverse;
-        let ratio = |j: usize| (covariance[(j, j)] / inverse[(j, j)]).sqrt();
+        let covariance = inverse.around(scores);
+        let ratio = |j: usize| (covariance[j] / inverse.get(j, j)).sqrt();
         let seen = self.inverse.seen.iter().enumerate();
         seen.map(|(j, seen)| seen.then(|| ratio(j)).filter(|ratio| ratio.is_finite()))
             .collect()
@@ -157,7 +152,7 @@ fn demeaned(part: &Part, sums: &Sums) -> Sums {
             );
             // a slope that is the same in all runs leaves only rounding
             let rounding = 1e-12 * (sums.information[(i, i)] * sums.information[(j, j)]).sqrt();
-            within.information[(i, j)] = if (was - taken).abs() > rounding {
+            within.information.corner[(i, j)] = if (was - taken).abs() > rounding {
                 was - taken
             } else {
                 0.0
@@ -169,7 +164,7 @@ fn demeaned(part: &Part, sums: &Sums) -> Sums {
 
 /// The inverse of an information matrix in the directions that are seen.
 pub(super) struct Inverse {
-    pub(super) matrix: DMatrix<f64>,
+    pub(super) matrix: Blocks,
     /// how many directions are seen
     pub(super) rank: usize,
     /// whether each parameter is
@@ -177,30 +172,23 @@ pub(super) struct Inverse {
 }
 
 /// Inverts what can be inverted; the other directions are left out.
-pub(super) fn inverse(information: &DMatrix<f64>) -> Inverse {
-    const TURNS: usize = 1000;
-    let p = information.nrows();
-    let length = |j: usize| information[(j, j)].max(0.0).sqrt();
-    let over = |j: usize| if length(j) > 0.0 { 1.0 / length(j) } else { 0.0 };
-    let scale: Vec<f64> = (0..p).map(over).collect();
-    let scaled = DMatrix::from_fn(p, p, |i, j| information[(i, j)] * scale[i] * scale[j]);
-    let mut found = Inverse {
-        matrix: DMatrix::zeros(p, p),
-        rank: 0,
-        seen: vec![false; p],
+pub(super) fn inverse(information: &Arrow) -> Inverse {
+    let over = |sum: f64| if sum > 0.0 { 1.0 / sum.sqrt() } else { 0.0 };
+    let scale: Vec<f64> = information.diagonal().map(over).collect();
+    let Some(axes) = information.clone().scaled(&scale).axes() else {
+        return Inverse {
+            matrix: Blocks::zeros(scale.len()),
+            rank: 0,
+            seen: vec![false; scale.len()],
+        };
     };
-    let Some(axes) = SymmetricEigen::try_new(scaled, f64::EPSILON, TURNS) else {
-        return found;
-    };
-    let mut kept = vec![0.0; p];
-    for (axis, strength) in axes.eigenvectors.column_iter().zip(axes.eigenvalues.iter()) {
-        if *strength > UNSEEN {
-            found.rank += 1;
-            found.matrix += axis * axis.transpose() / *strength;
-            kept.iter_mut().zip(axis.iter()).for_each(|(kept, x)| *kept += x * x);
-        }
+    let sees = |strength: f64| strength > UNSEEN;
+    let kept = axes.function(|strength| f64::from(u8::from(sees(strength))));
+    let seen = |(scale, kept): (&f64, f64)| *scale > 0.0 && kept > 1.0 - 1e-6;
+    let matrix = axes.function(|strength| if sees(strength) { 1.0 / strength } else { 0.0 });
+    Inverse {
+        rank: axes.strengths().filter(|strength| sees(*strength)).count(),
+        seen: scale.iter().zip(kept.diagonal()).map(seen).collect(),
+        matrix: matrix.scaled(&scale),
     }
-    found.matrix = DMatrix::from_fn(p, p, |i, j| found.matrix[(i, j)] * scale[i] * scale[j]);
-    found.seen = (0..p).map(|j| scale[j] > 0.0 && kept[j] > 1.0 - 1e-6).collect();
-    found
 }

@@ -93,14 +93,15 @@ pub(super) fn offsets(
     for index in wet() {
         let part = &rows.parts[index];
         let offset = part.places.len();
-        let slopes = Joint::slopes(rows, part, &sums[index]) * weight(index);
-        room += weight(index) * sums[index].information[(offset, offset)] - (inverse * &slopes).dot(&slopes);
-        shared += &slopes * slopes.transpose();
+        let own = Joint::slopes(part, &sums[index]);
+        let slopes: Vec<(usize, f64)> = own.iter().map(|(j, slope)| (*j, slope * weight(index))).collect();
+        room += weight(index) * sums[index].information[(offset, offset)] - inverse.square(&slopes);
+        shared.add_square(1.0, &slopes);
     }
     // in units of e², since the offsets' slopes are those of e
     let of_offsets = (explained - df_between as f64 * variance) / room;
     let of_offsets = if room > 0.0 { of_offsets.max(0.0) } else { 0.0 };
-    scores.information += shared * of_offsets;
+    scores.information.add_weighted(&shared, of_offsets);
     Some(Offsets {
         series,
         test: FTest {

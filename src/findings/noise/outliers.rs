@@ -252,7 +252,7 @@ impl<'r> Against<'r> {
         };
         let moved: f64 = slopes().map(|(j, slope)| slope * self.fitted.step[j]).sum();
         let inverse = &self.fitted.inverse.matrix;
-        let of = |(i, a): (usize, f64)| slopes().map(|(j, b)| a * b * inverse[(i, j)]).sum::<f64>();
+        let of = |(i, a): (usize, f64)| slopes().map(|(j, b)| a * b * inverse.get(i, j)).sum::<f64>();
         (-(candidate.row.residual / candidate.sd + moved), slopes().map(of).sum())
     }
 
@@ -283,8 +283,8 @@ impl<'r> Against<'r> {
         let inverse = &self.fitted.inverse.matrix;
         let of = |j: usize| {
             let slopes = part.places.iter().zip(candidate.row.slopes);
-            let pull: f64 = slopes.map(|(i, slope)| inverse[(j, *i)] * slope / candidate.sd).sum();
-            pull * distance / (1.0 + leverage) / (spread * inverse[(j, j)].sqrt())
+            let pull: f64 = slopes.map(|(i, slope)| inverse.get(j, *i) * slope / candidate.sd).sum();
+            pull * distance / (1.0 + leverage) / (spread * inverse.get(j, j).sqrt())
         };
         let seen = (0..self.rows.point.names.len()).filter(|j| self.fitted.inverse.seen[*j]);
         let all = seen.map(|j| (j, of(j).abs()));

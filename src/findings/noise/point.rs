@@ -1,7 +1,7 @@
 //! Finds the point about which the joint fit is looked at: where least squares ended, or would with the priors' k.
 
 use crate::findings::balance::{blocks, known, EnergyBalance};
-use crate::findings::dry::FittedDry;
+use crate::findings::dry::{self, FittedDry};
 use crate::inference::balance::{fit_balance, Balance};
 use crate::inference::least_squares::Stop;
 use crate::model::parameters::{prior_of, Kind};
@@ -22,8 +22,10 @@ pub(super) struct Point {
     pub(super) particles: Vec<usize>,
     /// how many of them have wet runs that are looked at, the first ones
     pub(super) rebounding: usize,
-    /// those with a usable k of their dry runs
-    pub(super) dried: Vec<usize>,
+    /// of each particle of the scene, whether its dry runs have a usable k
+    pub(super) dried: Vec<bool>,
+    /// of each particle of the scene, where it stands among those of the point
+    places: Vec<Option<usize>>,
 }
 
 impl Point {
@@ -36,7 +38,7 @@ impl Point {
         balance: Option<&EnergyBalance>,
         form: Form,
     ) -> Point {
-        let rebounds = |p: &usize| runs.series.iter().any(|s| s.particle == *p && !s.rebounds.is_empty());
+        let rebounds = |p: &usize| runs.series_of(*p).iter().any(|series| !series.rebounds.is_empty());
         let all: Vec<usize> = (0..scene.particles.len()).filter(rebounds).collect();
         let of_balance = balance.filter(|_| known(runs, dry).len() == all.len());
         let found = match of_balance {
@@ -54,7 +56,8 @@ impl Point {
                 values,
                 rebounding: all.len(),
                 particles: all,
-                dried: vec![],
+                dried: vec![false; scene.particles.len()],
+                places: vec![None; scene.particles.len()],
             },
             None => Point {
                 form,
@@ -63,13 +66,18 @@ impl Point {
                 wet: 0,
                 particles: vec![],
                 rebounding: 0,
-                dried: vec![],
+                dried: vec![false; scene.particles.len()],
+                places: vec![None; scene.particles.len()],
             },
         };
+        for (place, particle) in point.particles.iter().enumerate() {
+            point.places[*particle] = Some(place);
+        }
         for fitted in dry {
             let Some((k, _)) = fitted.usable else { continue };
-            point.dried.push(fitted.particle);
-            if !point.particles.contains(&fitted.particle) {
+            point.dried[fitted.particle] = true;
+            if point.places[fitted.particle].is_none() {
+                point.places[fitted.particle] = Some(point.particles.len());
                 point.particles.push(fitted.particle);
                 point.values.push(k);
             }
@@ -83,8 +91,7 @@ impl Point {
 
     /// Place of a particle's k; `None` without a usable one.
     pub(super) fn place(&self, particle: usize) -> Option<usize> {
-        let at = self.particles.iter().position(|known| *known == particle)?;
-        Some(self.wet + at)
+        Some(self.wet + self.places[particle]?)
     }
 }
 
@@ -114,9 +121,9 @@ fn with_priors(
     if particles.is_empty() {
         return None;
     }
-    let blocks = blocks(scene, runs, |particle| particles.iter().position(|p| *p == particle));
+    let blocks = blocks(scene, runs, |particle| particles.binary_search(&particle).ok());
     let k = |particle: &usize| {
-        let own = dry.iter().find(|fitted| fitted.particle == *particle);
+        let own = dry::of(dry, *particle);
         let prior = prior_of(scene, Kind::DryK(*particle), form.inertia).0;
         let sd = prior.sd().filter(|sd| *sd > 0.0).unwrap_or(0.01 * prior.median());
         let of_dry = own

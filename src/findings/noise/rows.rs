@@ -83,7 +83,7 @@ impl<'a> Rows<'a> {
             if let Some(place) = rows
                 .point
                 .place(dry.particle)
-                .filter(|_| rows.point.dried.contains(&dry.particle))
+                .filter(|_| rows.point.dried[dry.particle])
             {
                 let group = Group {
                     kind: Kind::Dry,
@@ -128,18 +128,18 @@ impl<'a> Rows<'a> {
         (rebounds, stuck): (&Range<usize>, &Range<usize>),
         places: Vec<usize>,
     ) {
-        let at = self.groups.iter().position(|other| *other == group);
+        // the parts of a group come one after the other
+        if self.groups.last() != Some(&group) {
+            self.groups.push(group);
+        }
         self.parts.push(Part {
-            group: at.unwrap_or(self.groups.len()),
+            group: self.groups.len() - 1,
             series,
             diameter,
             rebounds: rebounds.clone(),
             stuck: stuck.clone(),
             places,
         });
-        if at.is_none() {
-            self.groups.push(group);
-        }
     }
 
     pub(super) fn kind(&self, part: &Part) -> Kind {

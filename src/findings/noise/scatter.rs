@@ -275,5 +275,5 @@ fn step(rows: &Rows, taken: &[Taken], scatter: &[Scatter; 2]) -> nalgebra::DVect
         Joint::add(&mut sums[one.part], part, &one.row, sd);
     }
     let joint = Joint::new(rows, &sums, |_| 1.0);
-    -(inverse(&joint.information).matrix * joint.gradient)
+    -inverse(&joint.information).matrix.times(&joint.gradient)
 }

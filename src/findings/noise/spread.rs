@@ -1,11 +1,11 @@
 //! Says how far unequal spreads of the groups carry the standard errors off.
 
-use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use super::joint::{Fitted, Joint};
 use super::rows::{Kind, Rows};
 use super::{lacking, worst, Lacking, LEVEL};
+use crate::inference::arrow::Arrow;
 use crate::inference::information::Sums;
 use crate::inference::nested::FTest;
 use crate::inference::spreads::{median, LEAST_RESIDUALS, SD_OF_MEDIAN_DISTANCE};
@@ -93,7 +93,8 @@ impl Variances {
         let mut runs = vec![0; rows.groups.len()];
         let mut own: Vec<Left> = vec![Left::default(); rows.groups.len()];
         let mut means = vec![(0.0, 0.0); rows.groups.len()];
-        let mut slopes = vec![DVector::zeros(rows.point.names.len()); rows.groups.len()];
+        // the parts of a group have slopes in the same parameters
+        let mut slopes: Vec<Vec<(usize, f64)>> = vec![vec![]; rows.groups.len()];
         for (part, sums) in rows.parts.iter().zip(sums) {
             let (squares, freedom) = fitted.leaves(std::iter::once((part, sums)), 1.0);
             kinds[rows.kind(part) as usize].add(squares, freedom);
@@ -102,14 +103,19 @@ impl Variances {
             let (sum, weight) = fitted.sum(part, sums);
             means[part.group].0 += sum;
             means[part.group].1 += weight;
-            slopes[part.group] += Joint::slopes(rows, part, sums);
+            let more = Joint::slopes(part, sums);
+            let so_far = &mut slopes[part.group];
+            match so_far.is_empty() {
+                true => *so_far = more,
+                false => so_far.iter_mut().zip(more).for_each(|(sum, (_, slope))| sum.1 += slope),
+            }
         }
         let mut inside = [Left::default(); 2];
         for (index, group) in rows.groups.iter().enumerate() {
             let (sum, weight) = means[index];
             if weight > 0.0 {
                 // of the mean's one degree of freedom the parameters have taken up a part already
-                let taken = (&fitted.inverse.matrix * &slopes[index]).dot(&slopes[index]) / weight;
+                let taken = fitted.inverse.matrix.square(&slopes[index]) / weight;
                 own[index].add(-sum * sum / weight, taken - 1.0);
             }
             inside[group.kind as usize].add(own[index].squares, own[index].freedom);
@@ -157,7 +163,7 @@ pub(super) fn spreads(
 ) -> Option<Spreads> {
     let weight = |part: usize| 1.0 / variances.kinds[rows.kind(&rows.parts[part]) as usize];
     let fitted: Fitted = Joint::new(rows, sums, weight).fit();
-    let scores: DMatrix<f64> = Joint::new(rows, sums, |part| {
+    let scores: Arrow = Joint::new(rows, sums, |part| {
         weight(part) * variances.groups[rows.parts[part].group]
     })
     .information;

@@ -7,7 +7,7 @@ use crate::inference::sampling::Sampled;
 use crate::model::parameters::{Kind, COMMON_SLOTS};
 use crate::physics::impact::Form;
 use crate::physics::viscous;
-use crate::runs::Runs;
+use crate::runs::{Runs, Series};
 use crate::scene::Scene;
 
 /// A quantity with its draws, chain by chain; NaN where a draw leaves none.
@@ -58,7 +58,7 @@ pub fn find(scene: &Scene, runs: &Runs, form: Form, sampled: &Sampled) -> Vec<De
             setting: None,
             values: of_draws(&|full| full[l].exp()),
         });
-        let wet = |particle: usize| runs.series.iter().any(|series| series.particle == particle);
+        let wet = |particle: usize| !runs.series_of(particle).is_empty();
         for (_, particle) in scene.particles.iter().enumerate().filter(|(index, _)| wet(*index)) {
             all.push(Derived {
                 name: format!("delta_c_m[{}]", particle.name),
@@ -116,6 +116,20 @@ pub fn find(scene: &Scene, runs: &Runs, form: Form, sampled: &Sampled) -> Vec<De
     all
 }
 
+/// How many quantities [`find`] gives.
+pub fn count(runs: &Runs, form: Form) -> usize {
+    if runs.series.is_empty() {
+        return 0;
+    }
+    let settings = settings(runs).len();
+    if !form.viscous {
+        return settings;
+    }
+    let of = |series: &Series| series.particle;
+    let particles = runs.series.chunk_by(|a, b| of(a) == of(b)).count();
+    1 + particles + 3 * settings
+}
+
 /// A film ratio as names have it: nominal ones as they are, measured means to four decimals.
 pub fn four_decimals(film_ratio: f64) -> f64 {
     (film_ratio * 1e4).round() / 1e4
@@ -130,7 +144,8 @@ fn settings(runs: &Runs) -> Vec<Setting> {
             liquid: series.liquid,
             film_ratio: series.film_ratio,
         };
-        if !settings.contains(&setting) {
+        // diameters of one setting come one after the other
+        if settings.last() != Some(&setting) {
             settings.push(setting);
         }
     }

@@ -107,9 +107,29 @@ pub fn effort(scene: &Scene) -> Effort {
     }
 }
 
+/// Numbers, draws times quantities, that a posterior may hold: 400 MB, which are held some six times over while it is
+/// sampled, checked and written.
+pub const MOST_NUMBERS: usize = 50_000_000;
+
+/// Checks that the draws of a posterior fit into memory, each of them with so many quantities.
+///
+/// Fails with the largest number of draws that do.
+pub fn check_room(effort: Effort, quantities: usize) -> Result<(), Error> {
+    let Effort { chains, draws, .. } = effort;
+    let all = chains.saturating_mul(draws).saturating_mul(quantities);
+    if all <= MOST_NUMBERS {
+        return Ok(());
+    }
+    let most = MOST_NUMBERS / (chains * quantities).max(1);
+    Err(Error::Usage(format!(
+        "[sampler] draws: found {draws} in {chains} chains, each with {quantities} quantities of this scene; expected at \
+         most {most}, so that no more than {MOST_NUMBERS} numbers are held"
+    )))
+}
+
 /// Samples the posterior from where least squares stands, and says what it says.
 ///
-/// `Err` where a prior leaves no room; the inner `Err` where the runs are such that nothing should be sampled.
+/// `Err` where a prior leaves no room, or the draws do not fit into memory; the inner `Err` where the runs are such that nothing should be sampled.
 pub fn find(
     scene: &Scene,
     runs: &Runs,
@@ -122,8 +142,9 @@ pub fn find(
     if let Some(declined) = trust::decline(runs, least_squares, &parameters) {
         return Ok(Err(declined));
     }
-    let rows = Likelihood::of_rows(scene, runs, asked.form);
     let effort = effort(scene);
+    check_room(effort, parameters.sampled.len() + derived::count(runs, asked.form))?;
+    let rows = Likelihood::of_rows(scene, runs, asked.form);
     let plan = Plan {
         effort,
         stream: (seed, "posterior"),

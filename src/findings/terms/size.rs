@@ -1,11 +1,15 @@
 //! Takes the sizes of terms from weighted sums over the runs.
 
-use nalgebra::{DMatrix, DVector};
+use std::collections::HashMap;
+
+use nalgebra::DVector;
 
 use super::{SizedTerm, Term};
 use crate::findings::balance::EnergyBalance;
-use crate::findings::dry::FittedDry;
+use crate::findings::dry::{self, FittedDry};
+use crate::findings::estimate::Estimate;
 use crate::findings::scaling::FittedScaling;
+use crate::inference::arrow::Arrow;
 use crate::model::parameters::{prior_of, Kind, COMMON_SLOTS};
 use crate::physics::impact::{kept_energy, kept_energy_slopes, Form, Parameters, Setting};
 use crate::physics::inertia::Inertia;
@@ -39,9 +43,10 @@ impl Point {
         (form, balance): (Form, Option<&EnergyBalance>),
     ) -> Point {
         let mut full = vec![0.0; COMMON_SLOTS + scene.particles.len()];
+        let parameters = balance.iter().flat_map(|balance| &balance.parameters);
+        let in_balance: HashMap<&str, &Estimate> = parameters.map(|own| (own.name.as_str(), &own.estimate)).collect();
         let fitted = |name: &str| {
-            let of = balance?.parameters.iter().find(|parameter| parameter.name == name)?;
-            let (value, se) = of.estimate.pair()?;
+            let (value, se) = in_balance.get(name)?.pair()?;
             (value > SEEN * se).then_some(value)
         };
         for kind in [Kind::LubricationLog, Kind::InertialPrefactor, Kind::FilmScale] {
@@ -50,10 +55,7 @@ impl Point {
         }
         for (particle, named) in scene.particles.iter().enumerate() {
             let kind = Kind::DryK(particle);
-            let own = dry
-                .iter()
-                .find(|one| one.particle == particle)
-                .and_then(|one| one.usable);
+            let own = dry::of(dry, particle).and_then(|one| one.usable);
             let joint = fitted(&format!("dry_k[{}]", named.name)).or(own.map(|(k, _)| k));
             full[kind.slot()] = joint.unwrap_or_else(|| prior_of(scene, kind, form.inertia).0.median());
         }
@@ -135,8 +137,10 @@ struct Sums<'p> {
     point: &'p Point,
     /// the slots of a full vector that are parameters of the model, spreads apart
     slots: Vec<usize>,
+    /// where each slot stands among them
+    places: Vec<Option<usize>>,
     /// JᵀWJ with the priors' own
-    information: DMatrix<f64>,
+    information: Arrow,
     /// JᵀWΔe of each term
     pulls: [DVector<f64>; 5],
     largest_effect: [f64; 5],
@@ -164,11 +168,21 @@ impl<'p> Sums<'p> {
             }
         }
         let zeros = DVector::zeros(slots.len());
+        let shared = slots.partition_point(|slot| *slot < COMMON_SLOTS);
+        let mut information = Arrow::zeros(shared, slots.len() - shared);
+        for (place, precision) in precision.into_iter().enumerate() {
+            information.add((place, place), precision);
+        }
+        let mut places = vec![None; point.full.len()];
+        for (place, slot) in slots.iter().enumerate() {
+            places[*slot] = Some(place);
+        }
         Sums {
             form,
             point,
-            information: DMatrix::from_diagonal(&DVector::from_vec(precision)),
+            information,
             slots,
+            places,
             pulls: std::array::from_fn(|_| zeros.clone()),
             largest_effect: [0.0; 5],
         }
@@ -178,12 +192,10 @@ impl<'p> Sums<'p> {
     fn add(&mut self, weight: f64, slopes: &[(usize, f64)], effects: [f64; 5]) {
         let places: Vec<(usize, f64)> = slopes
             .iter()
-            .filter_map(|(slot, slope)| Some((self.slots.iter().position(|known| known == slot)?, *slope)))
+            .filter_map(|(slot, slope)| Some((self.places[*slot]?, *slope)))
             .collect();
+        self.information.add_square(weight, &places);
         for (row, of_row) in &places {
-            for (column, of_column) in &places {
-                self.information[(*row, *column)] += weight * of_row * of_column;
-            }
             for (pull, effect) in self.pulls.iter_mut().zip(effects) {
                 pull[*row] += weight * of_row * effect;
             }
@@ -244,35 +256,45 @@ impl<'p> Sums<'p> {
         }
     }
 
-    /// Inverse of the information of the parameters that are not this term's own, and their places.
-    fn covariance_without(&self, term: Option<Term>) -> Option<(DMatrix<f64>, Vec<usize>)> {
+    /// What runs and priors say of the parameters that are not this term's own; `None` where that leaves one open.
+    fn without(&self, term: Option<Term>) -> Option<Others> {
         self.point.sigma?;
         let others = |place: &usize| !term.is_some_and(|term| term.owns(self.slots[*place]));
         let places: Vec<usize> = (0..self.slots.len()).filter(others).collect();
+        let information = self.information.select(&places);
         // parameters have units of their own: scaled to a unit diagonal the inverse loses no digits to them
-        let scale: Vec<f64> = places
+        let scale: Vec<f64> = information.diagonal().map(|sum| 1.0 / sum.sqrt()).collect();
+        let scaled = information.scaled(&scale);
+        let root = scaled.root()?;
+        let pull = |term: Term| {
+            let scaled = places
+                .iter()
+                .zip(&scale)
+                .map(|(place, scale)| self.pulls[term as usize][*place] * scale);
+            DVector::from_iterator(places.len(), scaled)
+        };
+        let bias = term.map(|term| root.solve(&pull(term)));
+        let bias = bias
             .iter()
-            .map(|place| self.information[(*place, *place)].sqrt())
+            .flat_map(|bias| bias.iter().zip(&scale).map(|(x, scale)| x * scale))
             .collect();
-        let scaled = DMatrix::from_fn(places.len(), places.len(), |i, j| {
-            self.information[(places[i], places[j])] / (scale[i] * scale[j])
-        });
-        let inverse = scaled.cholesky()?.inverse();
-        let covariance = DMatrix::from_fn(places.len(), places.len(), |i, j| {
-            inverse[(i, j)] / (scale[i] * scale[j])
-        });
-        Some((covariance, places))
+        let variance = root
+            .inverse_diagonal()
+            .into_iter()
+            .zip(&scale)
+            .map(|(x, scale)| x * scale * scale);
+        Some(Others {
+            variance: variance.collect(),
+            bias,
+            places,
+        })
     }
 
     /// The largest bias in standard errors, and whose it is.
     fn bias(&self, scene: &Scene, term: Term) -> Option<(f64, String)> {
-        let (covariance, places) = self.covariance_without(Some(term))?;
-        let pull = DVector::from_iterator(
-            places.len(),
-            places.iter().map(|place| self.pulls[term as usize][*place]),
-        );
-        let bias = &covariance * pull;
-        let sizes = (0..places.len()).map(|i| (bias[i].abs() / covariance[(i, i)].sqrt(), self.slots[places[i]]));
+        let others = self.without(Some(term))?;
+        let sizes = others.bias.iter().zip(&others.variance).zip(&others.places);
+        let sizes = sizes.map(|((bias, variance), place)| (bias.abs() / variance.sqrt(), self.slots[*place]));
         let (size, slot) = sizes.max_by(|a, b| a.0.total_cmp(&b.0))?;
         size.is_finite().then(|| (size, name_of(scene, slot)))
     }
@@ -282,14 +304,20 @@ impl<'p> Sums<'p> {
         if !self.slots.iter().any(|slot| term.owns(*slot)) {
             return None;
         }
-        let (with, all) = self.covariance_without(None)?;
-        let (without, others) = self.covariance_without(Some(term))?;
-        let ratio = |(i, place): (usize, &usize)| {
-            let j = all.iter().position(|known| known == place)?;
-            Some((with[(j, j)] / without[(i, i)]).sqrt())
-        };
-        others.iter().enumerate().filter_map(ratio).reduce(f64::max)
+        let (with, without) = (self.without(None)?, self.without(Some(term))?);
+        // of all the parameters, none is left out
+        let ratio = |(variance, place): (&f64, &usize)| (with.variance[*place] / variance).sqrt();
+        without.variance.iter().zip(&without.places).map(ratio).reduce(f64::max)
     }
+}
+
+/// Parameters of the model without a term.
+struct Others {
+    /// their places among all of them
+    places: Vec<usize>,
+    variance: Vec<f64>,
+    /// what leaving the term out does to each; empty without a term
+    bias: Vec<f64>,
 }
 
 fn name_of(scene: &Scene, slot: usize) -> String {

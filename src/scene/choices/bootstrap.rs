@@ -67,6 +67,10 @@ impl IntervalMethod {
     }
 }
 
+/// Most replicates: more than any interval needs. What they take also depends on the number of fits, and is checked when
+/// that is known.
+pub const MOST_REPLICATES: u64 = 1_000_000;
+
 pub(in crate::scene) fn bootstrap(root: &Table, unused: &mut Vec<String>) -> Bootstrap {
     let mut bootstrap = Bootstrap {
         replicates: 10_000,
@@ -91,7 +95,9 @@ pub(in crate::scene) fn bootstrap(root: &Table, unused: &mut Vec<String>) -> Boo
         IntervalMethod::Delta,
     ]
     .map(|method| (method.name(), method));
-    bootstrap.replicates = table.count("replicates", 1).unwrap_or(bootstrap.replicates);
+    bootstrap.replicates = table
+        .count_to("replicates", 1, MOST_REPLICATES)
+        .unwrap_or(bootstrap.replicates);
     bootstrap.scheme = table.choice("scheme", &schemes).unwrap_or(bootstrap.scheme);
     bootstrap.interval = table.choice("interval", &methods);
     bootstrap.level = table.number("level", INSIDE_ONE).unwrap_or(bootstrap.level);

@@ -13,9 +13,13 @@ pub struct Sampler {
     pub draws: u64,
 }
 
-/// More chains, or more draws a chain, than any memory holds beside the runs.
+/// Most chains, and most draws a chain adapts by or keeps: more than any answer needs.
 const MOST_CHAINS: u64 = 1000;
 const MOST_DRAWS: u64 = 1_000_000;
+
+/// Most draws that all chains keep together; what they take also depends on the parameters, and is checked when these
+/// are known.
+pub const MOST_KEPT: u64 = 10_000_000;
 
 pub(in crate::scene) fn sampler(root: &Table) -> Sampler {
     let mut sampler = Sampler {
@@ -28,6 +32,12 @@ pub(in crate::scene) fn sampler(root: &Table) -> Sampler {
         sampler.chains = count("chains", MOST_CHAINS).unwrap_or(sampler.chains);
         sampler.warmup = count("warmup", MOST_DRAWS).unwrap_or(sampler.warmup);
         sampler.draws = count("draws", MOST_DRAWS).unwrap_or(sampler.draws);
+        if sampler.chains * sampler.draws > MOST_KEPT {
+            let key = if table.has("draws") { "draws" } else { "chains" };
+            let found = format!("{} draws of {} chains", sampler.draws, sampler.chains);
+            let expected = format!("expected at most {MOST_KEPT} draws of all chains together");
+            table.refuse(key, table.at(key), Some(found), expected);
+        }
         table.finish();
     }
     sampler

@@ -21,6 +21,7 @@ use crate::error::{quoted, Problem};
 
 use super::asked::Asked;
 use super::document::Document;
+use super::names::name_expected;
 
 /// Reads a whole document; the problem is the parser's own when it is no TOML.
 pub(super) fn parse(text: &str) -> Result<Spanned<DeTable<'_>>, Problem> {
@@ -86,6 +87,22 @@ impl<'a, 'i> Table<'a, 'i> {
                 expected,
             },
         );
+    }
+
+    /// Says that a name is not one of some, and which may have been meant; among very many problems only the former.
+    pub fn refuse_name<'n>(
+        &self,
+        (key, at): (&str, usize),
+        name: &str,
+        what: &str,
+        names: impl IntoIterator<Item = &'n str>,
+    ) {
+        let expected = if self.document.is_full() {
+            format!("expected {what}")
+        } else {
+            name_expected(what, name, names)
+        };
+        self.refuse(key, at, Some(quoted(name)), expected);
     }
 
     /// Says what the file as a whole lacks.

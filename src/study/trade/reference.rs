@@ -5,7 +5,7 @@ use std::time::Instant;
 use super::timed::marginal;
 use super::{Ground, Named, Reference};
 use crate::error::Error;
-use crate::findings::posterior::start;
+use crate::findings::posterior::{check_room, start};
 use crate::findings::Findings;
 use crate::inference::diagnostics::summary::summarise;
 use crate::inference::nuts::Effort;
@@ -35,6 +35,7 @@ impl Ground<'_> {
             chains: self.effort.chains.max(4),
             ..self.effort
         };
+        check_room(effort, self.parameters.sampled.len())?;
         let fail = |why: String| Error::Usage(format!("no long run to hold the others against: {why}"));
         let start = start(self.scene, least_squares);
         let posed =
