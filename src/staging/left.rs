@@ -65,6 +65,19 @@ pub(super) fn turn(base: &Path) -> Option<File> {
     None
 }
 
+/// Removes a folder in which something was made: the lock last, so that what a sudden end leaves is known for what it is.
+pub(super) fn remove(folder: &Path) {
+    for made in [NEW, OLD].map(|name| folder.join(name)) {
+        // what the system keeps now, the next run clears
+        let _ = if made.is_dir() {
+            std::fs::remove_dir_all(made)
+        } else {
+            std::fs::remove_file(made)
+        };
+    }
+    let _ = std::fs::remove_file(folder.join(LOCK)).and_then(|()| std::fs::remove_dir(folder));
+}
+
 /// Clears what processes that are no more have left in a folder.
 pub(super) fn clear(base: &Path) {
     let Ok(entries) = std::fs::read_dir(base) else {
@@ -102,7 +115,7 @@ fn clear_one(base: &Path, folder: &Path) {
     let read = Read::take(&mut lock, 1 << 16).read_to_end(&mut text);
     let Some(way) = read.ok().and_then(|_| text.strip_prefix(MARK.as_bytes())) else {
         if text.is_empty() {
-            let _ = std::fs::remove_dir_all(folder);
+            remove(folder);
         }
         return;
     };
@@ -118,7 +131,7 @@ fn clear_one(base: &Path, folder: &Path) {
             _ => {}
         }
     }
-    let _ = std::fs::remove_dir_all(folder);
+    remove(folder);
 }
 
 /// The path some bytes of a file are.

@@ -190,8 +190,7 @@ impl Staging {
     fn end(&mut self, making: &mut Making) {
         if let Some(folder) = self.folder.take() {
             making.forget(folder.path());
-            // what the system keeps now, the next run clears
-            let _ = folder.close();
+            left::remove(&folder.keep());
         }
     }
 }
@@ -208,8 +207,7 @@ impl Drop for Staging {
 pub fn abandon() -> Abandoned {
     let mut making = making();
     for folder in making.folders.drain(..) {
-        // nothing more can be done here if the system refuses
-        let _ = std::fs::remove_dir_all(folder);
+        left::remove(&folder);
     }
     Abandoned(making)
 }
