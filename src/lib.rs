@@ -6,6 +6,7 @@
 //! | module | question | in → out |
 //! |---|---|---|
 //! | [`units`], [`error`], [`notice`] | how is it written, why is there no answer, what wants a look | |
+//! | `distributions` | how probable is a number | probability → quantile |
 //! | `seed`, `unfinished` | which random stream, what an interruption must remove | name → stream |
 //! | `scene` | what was held fixed | file → `Scene`, checked |
 //! | `runs` | what was measured | table → `Runs`, screened with reasons |
@@ -46,6 +47,8 @@
 //! assert_eq!(e_n.at(0.05), 0.0); // too slow to rebound
 //! ```
 
+#[cfg(feature = "cli")]
+mod distributions;
 #[cfg(feature = "cli")]
 mod encoding;
 pub mod error;

@@ -9,6 +9,8 @@
 //! | `read.rs` | turns a scene file into a [`Scene`] |
 //! | `choices/` | the model, prior, sampler and bootstrap tables |
 //! | `plan.rs` | the truth and design tables of a simulation |
+//! | `prior.rs` | the densities a prior may have, their slopes, quantiles and draws |
+//! | `trial.rs` | tries a prior where sampling will go |
 
 mod asked;
 mod choices;
@@ -16,16 +18,21 @@ mod document;
 mod expect;
 mod names;
 mod plan;
+mod prior;
 mod read;
 mod table;
+mod trial;
 
+pub(crate) use choices::least;
 pub use choices::{
-    form_of, terms_of, Bootstrap, IntervalMethod, Likelihood, ModelChoices, NoiseOn, Prior, PriorChoice,
-    ResamplingScheme, Sampler, Sticking, Term, DEFAULT_DRY_SPEED,
+    form_of, terms_of, Bootstrap, IntervalMethod, Likelihood, ModelChoices, NoiseOn, PriorChoice, ResamplingScheme,
+    Sampler, Sticking, Term, DEFAULT_DRY_SPEED,
 };
 pub use names::{closest, letters_apart, name_expected, name_is_allowed, NAME_RULE};
 pub use plan::{Design, DesignSpeeds, Noise, Truth};
+pub use prior::Prior;
 pub use read::{parse, read};
+pub(crate) use trial::within;
 
 use std::path::PathBuf;
 
@@ -41,6 +48,8 @@ pub const LARGEST_FILM_RATIO: f64 = 0.5;
 /// A scene: everything that does not change from run to run. SI inside.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
+    /// the scene file, as the user named it
+    pub file: PathBuf,
     /// name of the folder the scene file lies in
     pub name: String,
     /// title of the report

@@ -1,0 +1,82 @@
+//! Tries a prior where sampling will go: what would hang, overflow or drown in rounding is refused before it starts.
+
+use super::prior::Prior;
+use crate::distributions::FEW;
+
+/// Probability outside each of the two points between which a prior is tried.
+const OUTSIDE: f64 = 0.001;
+
+/// Magnitudes between which the larger of these points lies. No parameter has another than 1 or (m/s)^(-1/5) for its unit,
+/// and squares, products and fourth powers of these are far from the ends of the numbers.
+const MAGNITUDES: (f64, f64) = (1e-15, 1e15);
+
+/// Least distance of the points, as a share of the magnitude: the log density of a narrower one is lost in rounding.
+const NARROWEST: f64 = 1e-5;
+
+/// Most by which the log density may fall from the median to where the bounds let the parameter be: 37 sd of a normal.
+const FALL: f64 = 700.0;
+
+/// How far inside its bounds a parameter is tried, as a share of them or of the distance of the points.
+const INSIDE: f64 = 1e-3;
+
+impl Prior {
+    /// What is to be expected of a prior inside these bounds instead of this one; `None` where it stands the trial.
+    ///
+    /// A prior held at a value is tried by its magnitude and the bounds; 0 is no magnitude, and left to who knows whether it
+    /// may be held.
+    pub(crate) fn fails(&self, bounds: (f64, f64)) -> Option<String> {
+        let (least, most) = MAGNITUDES;
+        if let Prior::Fixed(value) = *self {
+            let usable = value == 0.0 || (least..=most).contains(&value.abs());
+            return (!usable).then(|| format!("a value of a magnitude from {least:e} to {most:e}"));
+        }
+        if matches!(self, Prior::StudentT(df, ..) if *df < FEW) {
+            return Some(format!("[df, loc, scale] with df of {FEW} or more"));
+        }
+        let points = [OUTSIDE, 0.5, 1.0 - OUTSIDE].map(|probability| self.quantile(probability));
+        let [Some(low), Some(middle), Some(high)] = points else {
+            return Some(
+                "a prior whose 0.1 %, 50 % and 99.9 % points are numbers that can be computed with".to_owned(),
+            );
+        };
+        let size = low.abs().max(high.abs());
+        if !(least..=most).contains(&size) {
+            return Some(format!(
+                "a prior of which the larger of the 0.1 % and 99.9 % points has a magnitude from {least:e} to {most:e}, \
+                 they are {low:.3e} and {high:.3e}"
+            ));
+        }
+        if high - low < NARROWEST * size {
+            return Some(format!(
+                "a prior whose 0.1 % and 99.9 % points, here {low:.9e} and {high:.9e}, lie {NARROWEST:e} of their \
+                 magnitude apart, or {{ fixed = {middle} }}"
+            ));
+        }
+        let inside = match *self {
+            // its own ends are bounds, too
+            Prior::Uniform(lo, hi) => (bounds.0.max(lo), bounds.1.min(hi)),
+            _ => bounds,
+        };
+        if inside.0 >= inside.1 {
+            return Some(within("a value", bounds));
+        }
+        let little = INSIDE * (high - low).min(inside.1 - inside.0);
+        let tried = |x: f64| self.ln_density(x.max(inside.0 + little).min(inside.1 - little));
+        let has_room = match (self.ln_density(middle), tried(middle)) {
+            (Some((there, _)), Some((here, _))) => there - here < FALL,
+            _ => false,
+        };
+        if !has_room || tried(low).is_none() || tried(high).is_none() {
+            return Some(within("a prior with a density", bounds));
+        }
+        None
+    }
+}
+
+/// A phrase that says where a parameter has to lie.
+pub(crate) fn within(what: &str, (lower, upper): (f64, f64)) -> String {
+    match (lower.is_finite(), upper.is_finite()) {
+        (_, false) => format!("{what} above {lower}"),
+        _ => format!("{what} between {lower} and {upper:.6}"),
+    }
+}
