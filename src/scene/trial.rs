@@ -48,8 +48,8 @@ impl Prior {
         }
         if high - low < NARROWEST * size {
             return Some(format!(
-                "a prior whose 0.1 % and 99.9 % points, here {low:.9e} and {high:.9e}, lie {NARROWEST:e} of their \
-                 magnitude apart, or {{ fixed = {middle} }}"
+                "a prior whose 0.1 % and 99.9 % points lie apart by {NARROWEST:e} of their magnitude or more, they are \
+                 {low:.9e} and {high:.9e}; or {{ fixed = {middle} }}"
             ));
         }
         let inside = match *self {
@@ -75,8 +75,113 @@ impl Prior {
 
 /// A phrase that says where a parameter has to lie.
 pub(crate) fn within(what: &str, (lower, upper): (f64, f64)) -> String {
-    match (lower.is_finite(), upper.is_finite()) {
-        (_, false) => format!("{what} above {lower}"),
-        _ => format!("{what} between {lower} and {upper:.6}"),
+    if upper.is_finite() {
+        format!("{what} between {lower} and {upper:.6}")
+    } else {
+        format!("{what} above {lower}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ABOVE_ZERO: (f64, f64) = (0.0, f64::INFINITY);
+
+    #[test]
+    fn usual_and_wide_priors_stand_the_trial() {
+        for prior in [
+            Prior::LogNormal(0.15, 0.5),
+            Prior::LogNormal(3.0, 5.0),
+            Prior::LogNormal(0.47, 0.001),
+            Prior::HalfNormal(1e-6),
+            Prior::Normal(0.0, 1e-6),
+            Prior::Normal(-5.0, 1.0),
+            Prior::Gamma(0.01, 1.0),
+            Prior::Gamma(2.0, 0.1),
+            Prior::Gamma(1e6, 1e6),
+            Prior::Gamma(1e6, 1.0),
+            Prior::Uniform(-100.0, 1.0),
+            Prior::Uniform(0.0, 1e9),
+            Prior::StudentT(0.5, 0.0, 1.0),
+            Prior::StudentT(4.0, 0.12, 0.02),
+            Prior::StudentT(1e300, 0.12, 0.02),
+            Prior::Fixed(0.0),
+            Prior::Fixed(0.18),
+        ] {
+            assert_eq!(prior.fails(ABOVE_ZERO), None, "{prior:?}");
+        }
+        assert_eq!(Prior::LogNormal(10.0, 0.5).fails((2.0, f64::INFINITY)), None);
+        assert_eq!(Prior::LogNormal(0.4, 0.3).fails((0.0, 0.87)), None);
+    }
+
+    #[test]
+    fn what_cannot_be_computed_with_fails_the_trial_and_says_why() {
+        let above_two = (2.0, f64::INFINITY);
+        let below_one = (0.0, 0.87);
+        for (prior, bounds, why) in [
+            (Prior::Gamma(2.0, 1e308), ABOVE_ZERO, "a magnitude from 1e-15 to 1e15"),
+            (Prior::Gamma(1e15, 1.0), ABOVE_ZERO, "a magnitude from 1e-15 to 1e15"),
+            (Prior::Gamma(1e10, 1e-300), ABOVE_ZERO, "can be computed with"),
+            (Prior::Gamma(1e-5, 1.0), ABOVE_ZERO, "can be computed with"),
+            (Prior::Gamma(1e14, 1e14), ABOVE_ZERO, "or { fixed = 0.99999"),
+            (
+                Prior::LogNormal(10.0, 30.0),
+                above_two,
+                "a magnitude from 1e-15 to 1e15",
+            ),
+            (Prior::LogNormal(1e-5, 0.2), above_two, "a prior with a density above 2"),
+            (Prior::LogNormal(0.2, 1e-9), ABOVE_ZERO, "or { fixed = 0.2 }"),
+            (Prior::HalfNormal(1e-300), ABOVE_ZERO, "a magnitude from 1e-15 to 1e15"),
+            (Prior::Normal(-50.0, 1.0), ABOVE_ZERO, "a prior with a density above 0"),
+            (
+                Prior::Normal(900.0, 1.0),
+                below_one,
+                "a prior with a density between 0 and 0.87",
+            ),
+            (Prior::Uniform(-1.7e308, 1.7e308), ABOVE_ZERO, "can be computed with"),
+            (Prior::Uniform(2.0, 3.0), below_one, "a value between 0 and 0.87"),
+            (Prior::StudentT(0.1, 0.0, 1.0), ABOVE_ZERO, "df of 0.5 or more"),
+            (Prior::StudentT(4.0, 1.0, 1e-300), ABOVE_ZERO, "or { fixed = 1 }"),
+            (
+                Prior::Fixed(1e300),
+                ABOVE_ZERO,
+                "a value of a magnitude from 1e-15 to 1e15",
+            ),
+        ] {
+            let told = prior.fails(bounds).unwrap_or_default();
+            assert!(told.contains(why), "{prior:?}: {told}");
+        }
+    }
+
+    /// Every family with every pair of a hundred numbers: an answer at once, and a density at the median of what passes.
+    #[test]
+    fn no_prior_holds_the_trial_up() {
+        let began = std::time::Instant::now();
+        let sizes: Vec<f64> = (-323..=308).step_by(13).map(|e| 10f64.powi(e) * 1.7).collect();
+        let mut passed = 0;
+        for &a in &sizes {
+            for &b in &sizes {
+                for prior in [
+                    Prior::LogNormal(a, b),
+                    Prior::HalfNormal(a),
+                    Prior::Normal(a, b),
+                    Prior::Normal(-a, b),
+                    Prior::Gamma(a, b),
+                    Prior::Uniform(-a, b),
+                    Prior::Uniform(a, a + b),
+                    Prior::StudentT(a, b, a),
+                    Prior::StudentT(3.0, a, b),
+                    Prior::Fixed(a),
+                ] {
+                    if prior.fails(ABOVE_ZERO).is_none() {
+                        passed += 1;
+                        assert!(prior.ln_density(prior.median()).is_some(), "{prior:?}");
+                    }
+                }
+            }
+        }
+        assert!(passed > 100, "{passed}");
+        assert!(began.elapsed().as_secs_f64() < 10.0, "{:?}", began.elapsed());
     }
 }
