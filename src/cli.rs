@@ -6,11 +6,13 @@
 //! | `said.rs` | says things to the user |
 //! | `timing.rs` | times the stages of a fit |
 //! | `draws.rs` | shows draws as they come |
+//! | `defect.rs` | makes one line of a panic |
 //! | `fit.rs`, `check.rs`, `simulate.rs`, `predict.rs`, `trade.rs`, `calibrate.rs` | run the verb of their name |
 
 mod arguments;
 mod calibrate;
 mod check;
+mod defect;
 mod draws;
 mod fit;
 mod predict;
@@ -54,7 +56,8 @@ pub fn run() -> ExitCode {
         warn(&format!("an interruption may leave a temporary folder: {error}"));
     }
     let quiet = arguments.quiet;
-    let outcome = match arguments.verb {
+    let verb = arguments.verb;
+    let outcome = defect::caught(|| match verb {
         Verb::Fit {
             scene,
             out,
@@ -84,8 +87,8 @@ pub fn run() -> ExitCode {
         Verb::Predict(asked) => predict::predict(&asked, quiet),
         Verb::Trade { scene, out, seed } => trade::run_trade(&scene, out, seed, quiet),
         Verb::Calibrate { out, sets, seed } => calibrate::calibrate(&out, sets, seed, quiet),
-    };
-    match outcome {
+    });
+    match outcome.unwrap_or_else(Err) {
         Ok(status) => ExitCode::from(status),
         Err(error) => {
             fail(&error.to_string());

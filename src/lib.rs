@@ -6,6 +6,7 @@
 //! | module | question | in → out |
 //! |---|---|---|
 //! | [`units`], [`error`], [`notice`] | how is it written, why is there no answer, what wants a look | |
+//! | `distributions` | how probable is a number | probability → quantile |
 //! | `seed` | which random stream | name → stream |
 //! | `files` | how much of a file is read | path → bytes |
 //! | `staging`, `interruption` | how is a file written whole or not at all | |
@@ -48,6 +49,8 @@
 //! assert_eq!(e_n.at(0.05), 0.0); // too slow to rebound
 //! ```
 
+#[cfg(feature = "cli")]
+mod distributions;
 #[cfg(feature = "cli")]
 mod encoding;
 pub mod error;

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use wetcor::error::Error;
 use wetcor::findings::{self, overview};
+use wetcor::model::parameters::Parameters;
 use wetcor::report::{self, markdown};
 use wetcor::{runs, scene};
 
@@ -17,6 +18,8 @@ pub(super) fn check(path: &Path, json: bool, quiet: bool) -> Result<u8, Error> {
     drop(progress);
     let table = table?;
     let least_squares = findings::find(&scene, &table, 1, false);
+    // a prior that leaves a parameter no room would fail the fit
+    Parameters::of(&scene, &table.runs, least_squares.form)?;
     let overview = overview::find(&scene, &table, &least_squares);
     if json {
         say(&report::json::text(&overview)?)?;

@@ -6,6 +6,7 @@ use std::time::Instant;
 use wetcor::error::Error;
 use wetcor::findings::posterior::Way;
 use wetcor::findings::{self, overview, verdicts};
+use wetcor::model::parameters::Parameters;
 use wetcor::report::folder::{Contents, Destination};
 use wetcor::report::{self, markdown, Told};
 use wetcor::{runs, scene};
@@ -45,6 +46,10 @@ pub(super) fn fit(
     let out = out.unwrap_or_else(|| Path::new("reports").join(&scene.name));
     let destination = Destination::prepare(&out, Contents::Fit, &scene.title, &[path, &scene.data.runs])?;
     let table = timing.stage("read", quiet, || runs::read(&scene))?;
+    if wanted(Stage::Posterior) {
+        // a prior without room is told now, not after the bootstrap
+        Parameters::of(&scene, &table.runs, scene.model.form())?;
+    }
     let mut findings = timing.fits(scene.bootstrap.replicates, quiet, |done| {
         findings::find_watched(&scene, &table, seed, wanted(Stage::Bootstrap), done)
     });

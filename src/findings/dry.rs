@@ -6,7 +6,7 @@ use super::erring::{Columns, Weighed};
 use super::estimate::{Estimate, Quoting, Scale};
 use super::judge::{one_against, spread, uncertain, why_stopped};
 use super::Verdict;
-use crate::inference::distributions::student_t_quantile;
+use crate::distributions::student_t_quantile;
 use crate::inference::effective_variance::Weighing;
 use crate::inference::laws::{dry_squares, fit_dry_weighed};
 use crate::inference::least_squares::{Fit, Stop};

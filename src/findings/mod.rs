@@ -303,7 +303,7 @@ impl Findings {
         posterior: &Posterior,
         watcher: Watcher,
     ) -> Result<Comparison, Error> {
-        let found = compare::find(scene, runs, (self, posterior), watcher)?;
+        let found = compare::find(scene, runs, (self, posterior), watcher);
         self.verdicts.extend(found.checks.iter().cloned());
         self.notices.extend(found.notices.iter().cloned());
         self.compare = (!found.models.is_empty()).then(|| found.models.clone());

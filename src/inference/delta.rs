@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::distributions::student_t_quantile;
+use crate::distributions::student_t_quantile;
 
 /// Levels every interval is made for, besides the scene's own.
 pub const LEVELS: [f64; 2] = [0.90, 0.95];

@@ -158,6 +158,9 @@ fn curvature<T: LogDensity + ?Sized>(target: &T, point: &[f64], widths: &[f64]) 
     Ok(0.5 * (&rows + rows.transpose()))
 }
 
+/// Rotations in which the axes of a curvature are found; more are none.
+const TURNS: usize = 1000;
+
 /// S with S Sᵀ the inverse of the curvature, and whether the curvature is positive in every direction.
 fn scale(curvature: &DMatrix<f64>) -> (DMatrix<f64>, bool) {
     if let Some(factor) = curvature.clone().cholesky() {
@@ -167,7 +170,12 @@ fn scale(curvature: &DMatrix<f64>) -> (DMatrix<f64>, bool) {
     }
     /// A direction in which the density does not fall is given this spread.
     const WIDE: f64 = 1.0;
-    let eigen = SymmetricEigen::new(curvature.clone());
+    // with a slope that overflowed no rotation would be the last
+    let finite = curvature.iter().all(|strength| strength.is_finite());
+    let found = finite.then(|| SymmetricEigen::try_new(curvature.clone(), f64::EPSILON, TURNS));
+    let Some(eigen) = found.flatten() else {
+        return (DMatrix::identity(curvature.nrows(), curvature.ncols()), false);
+    };
     let mut scale = eigen.eigenvectors;
     for (mut column, strength) in scale.column_iter_mut().zip(eigen.eigenvalues.iter()) {
         let spread = if *strength > 1e-6 { 1.0 / strength.sqrt() } else { WIDE };

@@ -18,7 +18,6 @@
 //! | `delta.rs` | standard errors and intervals of derived quantities |
 //! | `nested.rs` | F test of one law for all groups against one law a group |
 //! | `spreads.rs` | test of one spread for all groups |
-//! | `distributions.rs` | quantiles of Student's t and tails of F |
 //! | `diagnostics/` | how far draws of Markov chains may be trusted |
 
 pub mod accuracy;
@@ -27,7 +26,6 @@ pub mod balance;
 pub mod bootstrap;
 pub mod delta;
 pub mod diagnostics;
-pub mod distributions;
 pub mod effective_variance;
 pub mod importance;
 pub mod information;

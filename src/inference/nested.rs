@@ -1,6 +1,6 @@
 //! Tests one law for all groups against one law a group, by F.
 
-use super::distributions::f_tail;
+use crate::distributions::f_tail;
 
 /// Residual sum of squares of a fit and what it was made of.
 #[derive(Debug, Clone, Copy, PartialEq)]

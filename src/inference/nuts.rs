@@ -31,6 +31,10 @@ pub struct Effort {
 /// The acceptance that is least work where a posterior is nearly normal.
 pub const TARGET_ACCEPT: f64 = 0.8;
 
+/// Rounding of the log density beyond which no step keeps the energy: every trajectory would be followed to its largest
+/// depth for nothing.
+const MOST_ROUNDING: f64 = 1e-3;
+
 /// Depth at which a trajectory is cut: 2¹⁰ steps.
 pub const LARGEST_DEPTH: u64 = 10;
 
@@ -79,7 +83,8 @@ pub type Watcher<'w> = &'w (dyn Fn(bool, bool) + Sync);
 
 /// Samples every chain from a stream of its own: the same bytes for any number of threads.
 ///
-/// `name` names the streams. Fails where a chain finds no start, or the sampler itself fails.
+/// `name` names the streams. Fails where the log density is lost in rounding, where a chain finds no start, or where the
+/// sampler itself fails.
 pub fn sample<T: LogDensity + ?Sized>(
     target: &T,
     about: &Laplace,
@@ -87,6 +92,17 @@ pub fn sample<T: LogDensity + ?Sized>(
     (seed, name): (u64, &str),
     watcher: Watcher,
 ) -> Result<Vec<Chain>, SamplingFailure> {
+    let rounding = about.ln_density.abs() * f64::EPSILON;
+    if rounding > MOST_ROUNDING {
+        return Err(SamplingFailure {
+            chain: 1,
+            reason: format!(
+                "the log density at the mode is {:.1e}, of which rounding leaves {rounding:.0e}; a prior or a spread is held \
+                 far too tightly for these runs",
+                about.ln_density
+            ),
+        });
+    }
     let one = |chain: usize| {
         let index = chain as u64;
         let sampled = run(target, about, effort, index, stream(seed, name, index), watcher);

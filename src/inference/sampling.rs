@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::accuracy::Accuracy;
 use super::importance::{normal_draws, Proposed, Weights};
 use super::laplace::Laplace;
-use super::nuts::{divergences, sample, Chain, Effort, SamplingFailure, Watcher};
+use super::nuts::{divergences, sample, Chain, Effort, SamplingFailure, Watcher, LARGEST_DEPTH};
 use super::posed::{Evaluation, NoStart, Posed, Start};
 use crate::model::likelihood::{Compression, Likelihood};
 use crate::model::parameters::Parameters;
@@ -226,6 +226,12 @@ pub fn by_weights(posed: &Posed, (chains, draws): (usize, usize), (seed, name): 
     })
 }
 
+/// Whether most trajectories ended at the largest depth: shorter steps would end nearer still, at the same cost.
+fn mostly_cut(chains: &[Chain]) -> bool {
+    let depths = || chains.iter().flat_map(|chain| &chain.tree_depth);
+    2 * depths().filter(|depth| **depth >= LARGEST_DEPTH).count() > depths().count()
+}
+
 /// Samples anew with shorter steps as long as trajectories diverge, as they may where few runs leave σ wide open.
 fn without_divergences(
     posterior: &Posterior,
@@ -245,7 +251,7 @@ fn without_divergences(
     let mut target_accept = effort.target_accept;
     let mut chains = with(target_accept)?;
     for shorter in SHORTER.into_iter().filter(|shorter| *shorter > effort.target_accept) {
-        if divergences(&chains) == 0 {
+        if divergences(&chains) == 0 || mostly_cut(&chains) {
             break;
         }
         target_accept = shorter;

@@ -1,7 +1,7 @@
 //! Tests whether groups of residuals have one spread, by their distances from each group's median.
 
-use super::distributions::f_tail;
 use super::nested::FTest;
+use crate::distributions::f_tail;
 
 /// Fewer residuals than this say too little of a spread to be a group.
 pub const LEAST_RESIDUALS: usize = 5;

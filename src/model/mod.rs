@@ -2,7 +2,6 @@
 //!
 //! | file | job |
 //! |---|---|
-//! | `priors.rs` | log densities of the priors, draws from them |
 //! | `parameters.rs` | the parameters a scene's runs call for |
 //! | `transforms.rs` | bounded parameters on the whole line |
 //! | `likelihood/` | log likelihood of all runs, from rows or compressed, and of each run |
@@ -14,6 +13,5 @@ pub mod likelihood;
 pub mod normals;
 pub mod parameters;
 pub mod posterior;
-pub mod priors;
 pub mod simulate;
 pub mod transforms;

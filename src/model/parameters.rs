@@ -1,10 +1,10 @@
 //! Lists the parameters a scene's runs call for, each with its unit, bounds, prior and where the prior comes from.
 
-use crate::error::Error;
+use crate::error::{quoted, Error, Problem};
 use crate::physics::impact::Form;
 use crate::physics::inertia::Inertia;
 use crate::runs::Runs;
-use crate::scene::{Likelihood, NoiseOn, Prior, Scene};
+use crate::scene::{least, within, Likelihood, NoiseOn, Prior, PriorChoice, Scene};
 
 /// What a parameter is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -141,9 +141,6 @@ pub const COMMON_SLOTS: usize = 9;
 /// What is believed of a trend with the film ratio before the runs.
 const TREND_PRIOR: Prior = Prior::Normal(0.0, 1.0);
 
-/// Noise of no more degrees of freedom has no variance.
-const LEAST_NU: f64 = 2.0;
-
 /// A parameter to be sampled.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameter {
@@ -186,7 +183,7 @@ pub struct Parameters {
 impl Parameters {
     /// The parameters that `runs` call for, with this form of the energy balance.
     ///
-    /// Fails where a prior of the scene leaves a parameter no room inside its bounds.
+    /// Fails where a prior of the scene leaves a parameter no room inside its bounds, or no density that can be sampled.
     pub fn of(scene: &Scene, runs: &Runs, form: Form) -> Result<Parameters, Error> {
         let inertia = form.inertia;
         let wet = !runs.series.is_empty();
@@ -241,7 +238,8 @@ impl Parameters {
         }
         if scene.model.likelihood == Likelihood::Student {
             let why_not = runs.is_empty().then(|| (None, "no runs in use".to_owned()));
-            parameters.add(scene, Kind::Nu, (LEAST_NU, f64::INFINITY), inertia, why_not)?;
+            let bounds = (least(Kind::Nu.key()), f64::INFINITY);
+            parameters.add(scene, Kind::Nu, bounds, inertia, why_not)?;
         }
         Ok(parameters)
     }
@@ -290,7 +288,7 @@ impl Parameters {
                         _ => false,
                     };
                 if !(lowest_allowed || value > bounds.0 && value < bounds.1) {
-                    return Err(no_room(&name, &prior, bounds));
+                    return Err(no_room(scene, kind, &prior, within("a value", bounds)));
                 }
                 self.template[kind.slot()] = value;
             }
@@ -303,14 +301,13 @@ impl Parameters {
             self.left_out.push(left);
             return Ok(());
         }
-        let allowed = bounds;
-        let bounds = match prior {
-            Prior::Uniform(lo, hi) => (allowed.0.max(lo), allowed.1.min(hi)),
-            _ => allowed,
-        };
-        if bounds.0 >= bounds.1 {
-            return Err(no_room(&name, &prior, allowed));
+        if let Some(expected) = prior.fails(bounds) {
+            return Err(no_room(scene, kind, &prior, expected));
         }
+        let bounds = match prior {
+            Prior::Uniform(lo, hi) => (bounds.0.max(lo), bounds.1.min(hi)),
+            _ => bounds,
+        };
         self.sampled.push(Parameter {
             kind,
             name,
@@ -349,6 +346,14 @@ impl Parameters {
 
 /// The prior of a parameter and where it comes from: that of one particle goes before that of all.
 pub fn prior_of(scene: &Scene, kind: Kind, inertia: Inertia) -> (Prior, &'static str) {
+    match choice_of(scene, kind) {
+        Some(choice) => (choice.prior, "the scene"),
+        None => kind.default_prior(inertia),
+    }
+}
+
+/// The prior the scene sets for a parameter; `None` where it keeps its default.
+fn choice_of(scene: &Scene, kind: Kind) -> Option<&PriorChoice> {
     let of = |particle: Option<usize>| {
         let mut set = scene.priors.iter();
         set.find(|choice| choice.particle == particle && choice.parameter == kind.key())
@@ -357,27 +362,33 @@ pub fn prior_of(scene: &Scene, kind: Kind, inertia: Inertia) -> (Prior, &'static
         Kind::DryK(particle) => of(Some(particle)),
         _ => None,
     };
-    match own.or_else(|| of(None)) {
-        Some(choice) => (choice.prior, "the scene"),
-        None => kind.default_prior(inertia),
-    }
+    own.or_else(|| of(None))
 }
 
-fn no_room(name: &str, prior: &Prior, (lower, upper): (f64, f64)) -> Error {
-    let bounds = if upper == f64::INFINITY {
-        format!("above {lower}")
-    } else {
-        format!("between {lower} and {upper:.6}")
+/// A prior that leaves a parameter no room, with the line of the scene it stands on.
+fn no_room(scene: &Scene, kind: Kind, prior: &Prior, expected: String) -> Error {
+    let choice = choice_of(scene, kind);
+    let (key, why) = match kind {
+        Kind::DryK(particle) => {
+            let of_all = choice.is_some_and(|choice| choice.particle.is_none());
+            let name = &scene.particles[particle].name;
+            let key = if of_all {
+                "dry_k".to_owned()
+            } else {
+                format!("dry_k.{name}")
+            };
+            (key, format!(", or e_dry of {name} turns negative at a speed in use"))
+        }
+        other => (other.key().to_owned(), String::new()),
     };
-    let why = if name.starts_with("dry_k") {
-        ", or e_dry turns negative at a speed in use"
-    } else {
-        ""
+    let default = if choice.is_none() { "the default " } else { "" };
+    let problem = Problem {
+        line: choice.and_then(|choice| choice.line),
+        place: format!("[priors] {key}"),
+        found: Some(format!("{default}{}", quoted(&prior.text()))),
+        expected: format!("expected {expected}{why}"),
     };
-    Error::Usage(format!(
-        "[priors] {name} = {}: expected a value {bounds}{why}",
-        prior.text()
-    ))
+    Error::input(&scene.file, vec![problem])
 }
 
 /// Largest speed at which e_dry of a particle is used, m/s; `None` for a particle without runs.

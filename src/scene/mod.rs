@@ -10,6 +10,8 @@
 //! | `choices/` | the model, prior, sampler and bootstrap tables |
 //! | `plan.rs` | the truth and design tables of a simulation |
 //! | `claim.rs` | says whether a file is a scene or holds the runs of one |
+//! | `prior.rs` | the densities a prior may have, their slopes, quantiles and draws |
+//! | `trial.rs` | tries a prior where sampling will go |
 
 mod asked;
 mod choices;
@@ -18,17 +20,22 @@ mod document;
 mod expect;
 mod names;
 mod plan;
+mod prior;
 mod read;
 mod table;
+mod trial;
 
+pub(crate) use choices::least;
 pub use choices::{
-    form_of, terms_of, Bootstrap, IntervalMethod, Likelihood, ModelChoices, NoiseOn, Prior, PriorChoice,
-    ResamplingScheme, Sampler, Sticking, Term, DEFAULT_DRY_SPEED, MOST_KEPT,
+    form_of, terms_of, Bootstrap, IntervalMethod, Likelihood, ModelChoices, NoiseOn, PriorChoice, ResamplingScheme,
+    Sampler, Sticking, Term, DEFAULT_DRY_SPEED, MOST_KEPT,
 };
 pub use claim::claim;
 pub use names::{closest, letters_apart, name_expected, name_is_allowed, NAME_RULE};
 pub use plan::{Design, DesignSpeeds, Noise, Truth};
+pub use prior::Prior;
 pub use read::{parse, read};
+pub(crate) use trial::within;
 
 use std::path::PathBuf;
 
@@ -44,6 +51,8 @@ pub const LARGEST_FILM_RATIO: f64 = 0.5;
 /// A scene: everything that does not change from run to run. SI inside.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
+    /// the scene file, as the user named it
+    pub file: PathBuf,
     /// name of the folder the scene file lies in
     pub name: String,
     /// title of the report

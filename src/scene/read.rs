@@ -63,6 +63,7 @@ fn assemble(root: &Table, path: &Path, sha256: String) -> Option<Scene> {
     let design = plan::design(root, &names, &liquids);
     let name = scene_name(path);
     Some(Scene {
+        file: path.to_path_buf(),
         title: title.unwrap_or_else(|| name.clone()),
         name,
         source,

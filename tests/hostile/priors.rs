@@ -1,1 +1,257 @@
-//! Attacks with every prior a scene can hold.
+//! Attacks the priors of a scene: every parameter, every family, numbers from one end of f64 to the other.
+
+use std::sync::Mutex;
+
+use rayon::prelude::*;
+
+use crate::attack::{Outcome, Place};
+
+/// Seconds after which a command counts as hanging; a refusal takes a hundredth of one, a fit of the plain example half of
+/// one on two busy cores.
+const LIMIT: f64 = 20.0;
+
+/// So little sampling and resampling that a fit is mostly its start, where priors are met.
+const SMALL: &str = "[sampler]\nchains = 2\nwarmup = 150\ndraws = 100\n[bootstrap]\nreplicates = 200\n";
+
+/// The plain example with more to its model and these priors.
+fn place(model: &str, priors: &str) -> Place {
+    let place = Place::plain();
+    place.add_to_scene(&format!("{SMALL}[model]\n{model}\n[priors]\n{priors}"));
+    place
+}
+
+/// Words that stand for a number that is none, in a text made of numbers and words.
+fn holds_no_number(text: &str) -> bool {
+    let mut words = text.split(|c: char| !(c.is_alphanumeric() || c == '_'));
+    words.any(|word| ["nan", "inf", "infinity"].contains(&word.to_lowercase().as_str()))
+}
+
+/// What a command printed and wrote holds no number that is none, and a refusal leaves nothing.
+fn assert_clean(place: &Place, outcome: &Outcome, of: &str) {
+    outcome.assert_mannered(of);
+    assert!(!holds_no_number(&outcome.out), "{of}: {}", outcome.out);
+    let written = place.path("report");
+    if outcome.status == Some(2) {
+        assert!(outcome.err.contains("nothing was written"), "{of}: {}", outcome.err);
+        assert!(
+            outcome.err.contains("line ") && outcome.err.contains("[priors"),
+            "{of}: {}",
+            outcome.err
+        );
+        assert_eq!(place.entries(), ["runs.csv", "scene.toml"], "{of}");
+    } else if written.exists() {
+        for name in ["report.md", "findings.json"] {
+            let text = std::fs::read_to_string(written.join(name)).expect("written");
+            let found = text.lines().find(|line| holds_no_number(line));
+            assert_eq!(found, None, "{of}: {name}");
+        }
+    }
+}
+
+/// Runs `check` and `fit` on the plain example with these priors.
+fn attack(verb: &str, model: &str, priors: &str) -> Outcome {
+    let place = place(model, priors);
+    let outcome = match verb {
+        "fit" => place.run(&["fit", "scene.toml", "--out", "report", "--threads", "1"], LIMIT),
+        verb => place.run(&[verb, "scene.toml"], LIMIT),
+    };
+    assert_clean(&place, &outcome, &format!("{verb} {model} {priors}"));
+    outcome
+}
+
+const STUDENT: &str = "likelihood = \"student\"";
+const BOTH: &str = "noise = \"both\"";
+
+#[test]
+fn d05_a_gamma_prior_of_a_large_rate_is_refused() {
+    for verb in ["check", "fit"] {
+        let outcome = attack(verb, "", "lubrication_log = { gamma = [2, 1e308] }");
+        let words = [
+            "scene.toml",
+            "line ",
+            "[priors.lubrication_log] gamma",
+            "`[2, 1e308]`",
+            "1e-15 to 1e15",
+        ];
+        outcome.assert_refused(verb, &words);
+        let outcome = attack(verb, "", "lubrication_log = { gamma = [2, 1e300] }");
+        outcome.assert_refused(verb, &words[..3]);
+        // a rate that a scene may well hold
+        let outcome = attack(verb, "", "lubrication_log = { gamma = [2, 1] }");
+        assert!(matches!(outcome.status, Some(0 | 1)), "{outcome:?}");
+    }
+}
+
+#[test]
+fn d06_no_prior_holds_a_command_up() {
+    for verb in ["check", "fit"] {
+        let outcome = attack(verb, "", "dry_k = { gamma = [1e15, 1] }");
+        outcome.assert_refused(verb, &["[priors.dry_k] gamma", "`[1e15, 1]`"]);
+        assert!(outcome.seconds < 5.0, "{outcome:?}");
+    }
+    let outcome = attack("fit", STUDENT, "nu = { lognormal = [10, 30] }");
+    outcome.assert_refused("nu", &["[priors.nu] lognormal", "`[10, 30]`"]);
+    // held so tightly against the runs that rounding is all that is left of the log density
+    let outcome = attack("fit", "", "sigma_dry = { fixed = 1e-10 }");
+    assert!(outcome.status == Some(1) && outcome.seconds < 5.0, "{outcome:?}");
+    assert!(outcome.out.contains("rounding leaves"), "{}", outcome.out);
+    // as wide as may be: a likelihood lost in rounding at 10²⁰ degrees of freedom was followed for minutes
+    let outcome = attack("fit", STUDENT, "nu = { lognormal = [10, 9.9] }");
+    assert!(
+        matches!(outcome.status, Some(0 | 1)) && outcome.seconds < 10.0,
+        "{outcome:?}"
+    );
+}
+
+#[test]
+fn d16_numbers_of_a_prior_leave_none_that_is_no_number() {
+    let outcome = attack("fit", "", "lubrication_log = { gamma = [1e10, 1e-300] }");
+    outcome.assert_refused("gamma", &["[priors.lubrication_log] gamma", "can be computed with"]);
+    // what looks for such numbers finds them, and takes no word for one
+    for text in ["| L | inf |", "NaN ± 1", "[-inf, 1]", "\"value\": NaN"] {
+        assert!(holds_no_number(text), "{text}");
+    }
+    assert!(!holds_no_number("e_inf[PTFE] = 0.7, information on the finite e_inf"));
+}
+
+/// What the runs leave of a prior's room is known only with them: refused with the line, too, and before any sampling.
+#[test]
+fn a_prior_beyond_the_fastest_run_is_refused_with_its_line() {
+    for (priors, key) in [
+        (
+            "dry_k = { normal = [900, 1] }",
+            "[priors] dry_k: found `normal [900, 1]`",
+        ),
+        (
+            "\"dry_k.PTFE\" = { uniform = [2, 3] }",
+            "[priors] dry_k.PTFE: found `uniform [2, 3]`",
+        ),
+        ("dry_k = { fixed = 4 }", "[priors] dry_k: found `fixed 4`"),
+    ] {
+        for verb in ["check", "fit"] {
+            attack(verb, "", priors).assert_refused(verb, &["scene.toml", "line ", key, "between 0 and 0.870551"]);
+        }
+    }
+}
+
+const EXTREMES: [&str; 14] = [
+    "5e-324", "1e-308", "1e-300", "1e-100", "1e-15", "1e-10", "1e-3", "1", "1e3", "1e10", "1e15", "1e100", "1e300",
+    "1.7e308",
+];
+
+const PARAMETERS: [(&str, &str); 9] = [
+    ("dry_k", ""),
+    ("\"dry_k.PTFE\"", ""),
+    ("lubrication_log", ""),
+    ("inertial_prefactor", ""),
+    ("film_scale", "inertia = \"saturating\""),
+    ("sigma_dry", ""),
+    ("sigma_wet", ""),
+    ("sigma_energy", BOTH),
+    ("nu", STUDENT),
+];
+
+/// Every parameter with every family and extreme numbers; the families take turns at the pairs, so that all meet all.
+fn attacks() -> Vec<(&'static str, String)> {
+    let mut all = vec![];
+    let mut turn = 0;
+    for (parameter, model) in PARAMETERS {
+        for (i, a) in EXTREMES.into_iter().enumerate() {
+            // over the parameters every pair of places comes up
+            let b = EXTREMES[(5 * i + 3 * turn + 2) % EXTREMES.len()];
+            let (low, high) = if i % 2 == 0 { (a, b) } else { (b, a) };
+            for family in [
+                format!("lognormal = [{a}, {b}]"),
+                format!("gamma = [{a}, {b}]"),
+                format!("student_t = [{a}, {b}, {a}]"),
+                format!("student_t = [3, {b}, {a}]"),
+                format!("normal = [{a}, {b}]"),
+                format!("normal = [-{a}, {b}]"),
+                format!("uniform = [{low}, {high}]"),
+                format!("uniform = [-{a}, {b}]"),
+                format!("half_normal = {a}"),
+                format!("fixed = {a}"),
+            ] {
+                all.push((model, format!("{parameter} = {{ {family} }}")));
+            }
+            turn += 1;
+        }
+        // below zero, equal, reversed
+        for family in [
+            "lognormal = [-1, 1]",
+            "lognormal = [1, -1]",
+            "gamma = [-1, 1]",
+            "student_t = [-3, 1, 1]",
+            "normal = [1, 0]",
+            "uniform = [1, 1]",
+            "uniform = [2, 1]",
+            "half_normal = -1",
+            "fixed = -1",
+            "lognormal = [nan, 1]",
+            "normal = [inf, 1]",
+            "fixed = nan",
+        ] {
+            all.push((model, format!("{parameter} = {{ {family} }}")));
+        }
+    }
+    all
+}
+
+/// Which priors pass is settled by `check` in a few milliseconds each; those that pass are fitted, a part of them.
+#[test]
+fn every_prior_at_every_extreme_is_used_or_refused_in_time() {
+    /// one of so many that `check` lets through is fitted
+    const FITTED: usize = 9;
+    let all = attacks();
+    assert!(all.len() >= 300, "{}", all.len());
+    let slowest = Mutex::new((0.0, String::new()));
+    let note = |outcome: &Outcome, of: &str| {
+        let mut slowest = slowest.lock().expect("no panic holds it");
+        if outcome.seconds > slowest.0 {
+            *slowest = (outcome.seconds, of.to_owned());
+        }
+    };
+    let passing = |(model, priors): &(&'static str, String)| {
+        let outcome = attack("check", model, priors);
+        note(&outcome, priors);
+        (outcome.status == Some(0)).then(|| (*model, priors.clone()))
+    };
+    let passed: Vec<_> = all.par_iter().filter_map(passing).collect();
+    let refused = all.len() - passed.len();
+    assert!(refused > 300 && passed.len() > 50, "{refused} {}", passed.len());
+    let fitted: Vec<_> = passed.iter().step_by(FITTED).collect();
+    fitted.par_iter().for_each(|(model, priors)| {
+        let outcome = attack("fit", model, priors);
+        note(&outcome, priors);
+    });
+    let slowest = slowest.into_inner().expect("no panic held it");
+    println!(
+        "{refused} refused, {} pass, {} fitted, slowest {slowest:?}",
+        passed.len(),
+        fitted.len()
+    );
+}
+
+/// What a user may well mean stays possible.
+#[test]
+fn priors_that_are_meant_are_not_refused() {
+    let priors = [
+        ("", "lubrication_log = { lognormal = [3, 5] }"),
+        ("", "dry_k = { lognormal = [0.15, 5] }"),
+        ("", "inertial_prefactor = { gamma = [0.01, 1] }"),
+        ("", "lubrication_log = { gamma = [1e6, 5e5] }"),
+        ("", "lubrication_log = { student_t = [0.5, 2, 1] }"),
+        ("", "sigma_wet = { half_normal = 1e-3 }"),
+        ("", "dry_k = { uniform = [0, 10] }"),
+        ("", "\"dry_k.PTFE\" = { lognormal = [0.183, 0.005] }"),
+        ("", "lubrication_log = { normal = [0, 1] }"),
+        ("", "inertial_prefactor = { fixed = 0 }"),
+        (STUDENT, "nu = { gamma = [2, 0.1] }"),
+        (STUDENT, "nu = { fixed = 4 }"),
+        (BOTH, "sigma_energy = { lognormal = [0.02, 1] }"),
+    ];
+    priors.par_iter().for_each(|(model, priors)| {
+        let outcome = attack("fit", model, priors);
+        assert!(matches!(outcome.status, Some(0 | 1)), "{priors}: {outcome:?}");
+    });
+}

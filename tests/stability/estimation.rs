@@ -247,6 +247,7 @@ fn with_priors(scene: &Scene, priors: &[(&'static str, Prior)]) -> Scene {
             parameter: name,
             particle: None,
             prior: *prior,
+            line: None,
         })
         .collect();
     scene

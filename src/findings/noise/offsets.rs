@@ -12,7 +12,7 @@ use super::joint::Joint;
 use super::rows::{Kind, Rows};
 use super::spread::Variances;
 use super::{lacking, worst, Lacking};
-use crate::inference::distributions::f_tail;
+use crate::distributions::f_tail;
 use crate::inference::information::Sums;
 use crate::inference::nested::FTest;
 

@@ -12,7 +12,7 @@ use super::joint::Joint;
 use super::rows::{Group, Row, Rows};
 use super::scatter::{is_clear, Settled};
 use super::Unequal;
-use crate::inference::distributions::student_t_quantile;
+use crate::distributions::student_t_quantile;
 use crate::inference::information::Sums;
 use crate::physics::rebound::{mean_restitution, slope_mean_restitution};
 use crate::scene::Sticking;

@@ -4,18 +4,12 @@
 //! the spread they stand for was itself estimated, with some degrees of freedom: percentile and BCa limits are therefore
 //! taken at Φ(t_p) where others take p, t_p being Student's quantile. Infinite degrees of freedom give p.
 
-use statrs::distribution::{ContinuousCDF, Normal};
-
+use crate::distributions::{normal_quantile, student_t_quantile};
 use crate::inference::delta::Interval;
-use crate::inference::distributions::student_t_quantile;
 
 /// Φ, by the complementary error function: statrs' own has ten digits only.
 fn normal_cdf(z: f64) -> f64 {
     0.5 * libm::erfc(-z / std::f64::consts::SQRT_2)
-}
-
-fn normal_quantile(p: f64) -> f64 {
-    Normal::standard().inverse_cdf(p)
 }
 
 /// Some numbers, of which only the order statistics asked for are put in their places.

@@ -1,8 +1,7 @@
 //! Gives the Monte Carlo standard error of a mean, a standard deviation and a quantile: what more draws would lower.
 
-use statrs::function::beta::inv_beta_reg;
-
 use super::{check, ess, mean, pool, quantile, variance, WhyNone};
+use crate::distributions::beta_quantile;
 
 /// Probabilities between which a normal variable lies within one standard deviation of its mean.
 ///
@@ -52,7 +51,7 @@ pub fn of_quantile(chains: &[&[f64]], probability: f64) -> Result<f64, WhyNone> 
 pub(super) fn from_order(sorted: &[f64], probability: f64, effective: f64) -> f64 {
     let count = sorted.len() as f64;
     let (below, above) = (effective * probability + 1.0, effective * (1.0 - probability) + 1.0);
-    let [low, high] = ONE_SD.map(|p| inv_beta_reg(below, above, p) * count - 1.0);
+    let [low, high] = ONE_SD.map(|p| beta_quantile(p, (below, above)) * count - 1.0);
     let low = sorted[low.max(0.0).floor() as usize];
     let high = sorted[high.min(count - 1.0).ceil() as usize];
     (high - low) / 2.0

@@ -2,10 +2,9 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use statrs::distribution::{ContinuousCDF, Normal};
-
 use super::halves::Halves;
 use super::quantile;
+use crate::distributions::normal_quantile;
 
 /// The draws of all halves from the smallest up, each with its place among them.
 ///
@@ -76,7 +75,7 @@ impl Ordered {
 }
 
 fn score(rank: f64, count: usize) -> f64 {
-    Normal::standard().inverse_cdf((rank - 0.375) / (count as f64 + 0.25))
+    normal_quantile((rank - 0.375) / (count as f64 + 0.25))
 }
 
 /// The scores of the ranks 1 to S; kept for the next call, as all quantities of a posterior have as many draws.

@@ -2,8 +2,8 @@
 
 use super::normal::ln_normal_cdf;
 use super::{e_dry, Likelihood, CERTAIN};
+use crate::distributions::LN_ROOT_TWO_PI;
 use crate::model::parameters::{Kind, COMMON_SLOTS};
-use crate::model::priors::LN_ROOT_TWO_PI;
 use crate::physics::dry::{Order, SECOND_ORDER};
 
 /// The dry runs of a particle: their rebounds need four numbers, with y = 1 − e = k p + σ z.

@@ -34,7 +34,7 @@ use self::sums::{rebound_sums, Piece, Sums};
 use self::tails::Tails;
 use self::trend::{Film, OfFilm};
 use super::parameters::{Kind, COMMON_SLOTS};
-use super::priors::LN_ROOT_TWO_PI;
+use crate::distributions::LN_ROOT_TWO_PI;
 use crate::physics::dry::{Order, SECOND_ORDER};
 use crate::physics::impact::Form;
 use crate::physics::rebound::{kept_of_mean_restitution, TURN};

@@ -1,6 +1,6 @@
 //! Computes ln Φ and its slope over the whole line.
 
-use crate::model::priors::LN_ROOT_TWO_PI;
+use crate::distributions::LN_ROOT_TWO_PI;
 
 /// 1/√(2π).
 const ROOT_TWO_PI_INVERSE: f64 = 0.5 * std::f64::consts::FRAC_2_SQRT_PI * std::f64::consts::FRAC_1_SQRT_2;

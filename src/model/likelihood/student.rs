@@ -1,6 +1,6 @@
 //! Computes the density and the tails of Student's t.
 
-use statrs::function::gamma::ln_gamma;
+use crate::distributions::student_t_peak;
 
 /// Student's t of some degrees of freedom.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,10 +13,9 @@ pub(super) struct StudentT {
 
 impl StudentT {
     pub fn new(nu: f64) -> StudentT {
-        let half = 0.5 * nu;
         StudentT {
             nu,
-            peak: ln_gamma(half + 0.5) - ln_gamma(half) - 0.5 * (nu * std::f64::consts::PI).ln(),
+            peak: student_t_peak(nu),
         }
     }
 

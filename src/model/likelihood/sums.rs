@@ -125,7 +125,9 @@ impl<const SECOND: bool, const BRIDGE: bool, const HEAVY: bool> Over<'_, SECOND,
             let weight = simd.div_f64s(number(self.heavy.nu + 1.0), simd.add_f64s(nu, square));
             moved = times(moved, weight);
             to.weighted = simd.add_f64s(to.weighted, times(weight, square));
-            to.tails = times(to.tails, simd.add_f64s(one, times(square, number(1.0 / self.heavy.nu))));
+            // without its 1, which with many degrees of freedom would leave nothing of the rest
+            let more = times(square, number(1.0 / self.heavy.nu));
+            to.tails = simd.add_f64s(to.tails, times(more, simd.add_f64s(one, to.tails)));
             to.factors += 1;
             if to.factors == MOST_FACTORS {
                 to.take_logarithms(simd);
@@ -151,7 +153,7 @@ struct Running<S: Simd> {
     /// in the order of [`Sums`]
     sums: [S::f64s; 4],
     weighted: S::f64s,
-    /// product of the tails since the last logarithms
+    /// product of the tails since the last logarithms, less 1
     tails: S::f64s,
     factors: usize,
     ln_tails: f64,
@@ -164,7 +166,7 @@ impl<S: Simd> Running<S> {
         Running {
             sums: [zero; 4],
             weighted: zero,
-            tails: simd.splat_f64s(1.0),
+            tails: simd.splat_f64s(0.0),
             factors: 0,
             ln_tails: 0.0,
         }
@@ -172,12 +174,12 @@ impl<S: Simd> Running<S> {
 
     #[inline(always)]
     fn take_logarithms(&mut self, simd: S) {
-        let mut lanes = [1.0; WIDEST];
+        let mut lanes = [0.0; WIDEST];
         if let Some(first) = S::as_mut_simd_f64s(&mut lanes).0.first_mut() {
             *first = self.tails;
         }
-        self.ln_tails += lanes.iter().map(|tail| tail.ln()).sum::<f64>();
-        self.tails = simd.splat_f64s(1.0);
+        self.ln_tails += lanes.iter().map(|tail| tail.ln_1p()).sum::<f64>();
+        self.tails = simd.splat_f64s(0.0);
         self.factors = 0;
     }
 }

@@ -6,12 +6,11 @@
 
 use rand::Rng;
 use rand_distr::{ChiSquared, Distribution};
-use statrs::function::gamma::digamma;
 
 use super::normal::{ln_normal_cdf, normal_cdf};
 use super::student::StudentT;
 use super::sums::{Heavy, Sums};
-use crate::model::priors::LN_ROOT_TWO_PI;
+use crate::distributions::{student_t_peak_slope, LN_ROOT_TWO_PI};
 
 /// The distribution of noise in units of its spread.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,8 +68,6 @@ impl Tails {
         let Some(nu) = nu else {
             return Tails::Normal;
         };
-        let half = 0.5 * nu;
-        let peak_slope = 0.5 * (digamma(half + 0.5) - digamma(half) - 1.0 / nu);
         let step = STEP * nu;
         let t = StudentT::new(nu);
         let beside = [nu - step, nu + step].map(StudentT::new);
@@ -85,7 +82,7 @@ impl Tails {
             quantile,
             quantile_slope,
             peak: t.peak + quantile.ln(),
-            peak_slope: peak_slope + quantile_slope,
+            peak_slope: student_t_peak_slope(nu) + quantile_slope,
         })
     }
 

@@ -167,17 +167,25 @@ fn a_prior_without_room_is_refused_by_name() {
     for (extra, expected) in [
         (
             "[priors]\n\"dry_k.PE\" = { fixed = 0.95 }",
-            "[priors] dry_k[PE] = fixed 0.95: expected a value between 0 and 0.870551, or e_dry turns negative at a speed in use",
+            "line 12, [priors] dry_k.PE: found `fixed 0.95`, expected a value between 0 and 0.870551, or e_dry of PE turns \
+             negative at a speed in use",
         ),
         (
-            "[priors]\nlubrication_log = { uniform = [-3, -1] }",
-            "[priors] lubrication_log = uniform [-3, -1]: expected a value above 0",
+            "[priors]\ndry_k = { uniform = [2, 3] }",
+            "line 12, [priors] dry_k: found `uniform [2, 3]`, expected a value between 0 and 0.870551, or e_dry of PE turns \
+             negative at a speed in use",
+        ),
+        (
+            "[priors]\ndry_k = { normal = [900, 1] }",
+            "line 12, [priors] dry_k: found `normal [900, 1]`, expected a prior with a density between 0 and 0.870551, or \
+             e_dry of PE turns negative at a speed in use",
         ),
     ] {
         let scene = scene(extra);
         let runs = runs::arrange(&scene, &rows());
         let error = Parameters::of(&scene, &runs, Form::new(Inertia::Cap, DrySpeed::Reference(2.0))).expect_err("no room");
-        assert_eq!(error.to_string(), expected);
+        let told = format!("a/scene.toml: 1 problem; nothing was written\n  {expected}");
+        assert_eq!(error.to_string(), told);
     }
     let scene = scene("[priors]\ninertial_prefactor = { fixed = 0 }");
     let posterior = posterior(&scene, &rows(), Inertia::Cap, DrySpeed::Reference(2.0));

@@ -16,7 +16,8 @@ use super::table::Table;
 
 pub use bootstrap::{Bootstrap, IntervalMethod, ResamplingScheme};
 pub use model::{form_of, terms_of, Likelihood, ModelChoices, NoiseOn, Sticking, Term, DEFAULT_DRY_SPEED};
-pub use priors::{Prior, PriorChoice};
+pub(crate) use priors::least;
+pub use priors::PriorChoice;
 pub use sampler::{Sampler, MOST_KEPT};
 
 pub(super) use bootstrap::bootstrap;

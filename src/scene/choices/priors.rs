@@ -3,26 +3,8 @@
 use super::{note_unused, Likelihood};
 use crate::error::quoted;
 use crate::scene::expect::{ABOVE_ZERO, NOT_NEGATIVE};
+use crate::scene::prior::Prior;
 use crate::scene::table::Table;
-
-/// A prior density.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Prior {
-    /// median, sd of the log
-    LogNormal(f64, f64),
-    /// scale
-    HalfNormal(f64),
-    /// mean, sd
-    Normal(f64, f64),
-    /// shape, rate
-    Gamma(f64, f64),
-    /// lower, upper end
-    Uniform(f64, f64),
-    /// degrees of freedom, location, scale
-    StudentT(f64, f64, f64),
-    /// held at a value
-    Fixed(f64),
-}
 
 /// A prior the scene sets for one parameter.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,6 +15,8 @@ pub struct PriorChoice {
     pub particle: Option<usize>,
     /// the density
     pub prior: Prior,
+    /// the line of the scene file it stands on, from 1; `None` for one of no file
+    pub line: Option<u64>,
 }
 
 /// Parameters a prior can be set for.
@@ -47,6 +31,15 @@ const PARAMETERS: [&str; 8] = [
     "nu",
 ];
 
+/// What a parameter lies above: noise of two degrees of freedom or fewer has no variance.
+pub(crate) fn least(parameter: &str) -> f64 {
+    if parameter == "nu" {
+        2.0
+    } else {
+        0.0
+    }
+}
+
 pub(in crate::scene) fn priors(
     root: &Table,
     particles: &[&str],
@@ -57,6 +50,16 @@ pub(in crate::scene) fn priors(
         return vec![];
     };
     let mut choices = vec![];
+    let mut add = |parameter: &'static str, particle: Option<usize>, inner: &Table| {
+        if let Some(prior) = prior(parameter, inner) {
+            choices.push(PriorChoice {
+                parameter,
+                particle,
+                prior,
+                line: Some(inner.line()),
+            });
+        }
+    };
     for parameter in PARAMETERS {
         let Some(inner) = table.table(parameter) else {
             continue;
@@ -71,24 +74,11 @@ pub(in crate::scene) fn priors(
             );
             continue;
         }
-        if let Some(prior) = prior(parameter, &inner) {
-            choices.push(PriorChoice {
-                parameter,
-                particle: None,
-                prior,
-            });
-        }
+        add(parameter, None, &inner);
     }
     for (particle, name) in particles.iter().enumerate() {
-        if let Some(prior) = table
-            .table(&format!("dry_k.{name}"))
-            .and_then(|inner| prior("dry_k", &inner))
-        {
-            choices.push(PriorChoice {
-                parameter: "dry_k",
-                particle: Some(particle),
-                prior,
-            });
+        if let Some(inner) = table.table(&format!("dry_k.{name}")) {
+            add("dry_k", Some(particle), &inner);
         }
     }
     table.finish();
@@ -146,5 +136,12 @@ fn prior(parameter: &str, table: &Table) -> Option<Prior> {
         }
     };
     table.finish();
-    prior
+    let fails = |prior: &Prior| prior.fails((least(parameter), f64::INFINITY));
+    match (prior.as_ref().and_then(fails), given.as_slice()) {
+        (Some(expected), [family]) => {
+            table.refuse_given(family, &expected);
+            None
+        }
+        _ => prior,
+    }
 }

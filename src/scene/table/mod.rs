@@ -123,6 +123,18 @@ impl<'a, 'i> Table<'a, 'i> {
         self.refuse(key, value.span().start, Some(found), format!("expected {expected}"));
     }
 
+    /// Says that the value the file gives for `key` is not what was expected, and repeats it.
+    pub fn refuse_given(&self, key: &str, expected: &str) {
+        if let Some(value) = self.entries.get(key) {
+            self.refuse_value(key, value, expected);
+        }
+    }
+
+    /// The line, from 1, that the table starts on.
+    pub fn line(&self) -> u64 {
+        self.document.line(self.at)
+    }
+
     fn entry(&self, key: &str) -> Option<&'a Spanned<DeValue<'i>>> {
         let value = self.entries.get(key);
         self.asked.borrow_mut().key(key, value.is_some());

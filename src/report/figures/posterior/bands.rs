@@ -1,9 +1,8 @@
 //! Finds where the posterior puts the mean restitution of a series, and single runs about it.
 
-use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
-
 use super::super::super::chart::{Layer, Style};
 use super::super::super::Told;
+use crate::distributions::{gamma_quantile, normal_quantile};
 use crate::model::likelihood::tails::Tails;
 use crate::model::parameters::{Kind, COMMON_SLOTS};
 use crate::physics::impact::{kept_energy, DrySpeed, Form, Parameters, Setting};
@@ -171,7 +170,7 @@ const BRONZE: f64 = 0.732_050_807_568_877_2;
 /// So many numbers that lie as a standard normal has them; none is near the next one in the list.
 fn spread_normal(count: usize, step: f64) -> Vec<f64> {
     let even = (0..count).map(|i| (0.5 + step * i as f64).fract());
-    even.map(|p| Normal::standard().inverse_cdf(p)).collect()
+    even.map(|p| normal_quantile(p)).collect()
 }
 
 /// √(ν/χ²)/c of each draw's ν: what makes a standard normal number noise with Student's tails.
@@ -179,8 +178,8 @@ fn spread_scales(draws: &[Vec<f64>]) -> Vec<f64> {
     let even = (0..draws.len()).map(|i| (0.5 + BRONZE * i as f64).fract());
     let scale = |(full, p): (&Vec<f64>, f64)| {
         let nu = full[Kind::Nu.slot()];
-        // ν lies above 2
-        ChiSquared::new(nu).map_or(1.0, |squares| Tails::of(Some(nu)).scale(squares.inverse_cdf(p)))
+        // χ² is twice a gamma of half its degrees of freedom
+        gamma_quantile(p, 0.5 * nu).map_or(1.0, |half| Tails::of(Some(nu)).scale(2.0 * half))
     };
     draws.iter().zip(even).map(scale).collect()
 }

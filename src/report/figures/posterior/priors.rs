@@ -17,6 +17,8 @@ const SMOOTHED: usize = 1000;
 const SHOWN: f64 = 0.02;
 /// Spreads of a prior about its median within which it is looked for.
 const REACH: f64 = 6.0;
+/// Spreads in which a prior of usual tails has all but a thousandth on each side.
+const MOSTLY: f64 = 5.0;
 
 /// A panel a parameter.
 pub(super) fn charts(told: Told, posterior: &Posterior) -> Vec<Chart> {
@@ -85,8 +87,11 @@ fn prior_range(parameter: &Parameter) -> (f64, f64) {
     let spread = match parameter.prior {
         // may have no sd
         Prior::StudentT(_, _, scale) => 2.0 * scale,
-        prior => prior.sd().unwrap_or(median.abs()),
+        prior => prior.sd().unwrap_or(f64::INFINITY),
     };
+    // a heavy tail may have its sd far beyond whatever is drawn
+    let ends = [0.001, 0.999].map(|p| parameter.prior.quantile(p).unwrap_or(median));
+    let spread = spread.min((ends[1] - ends[0]) / MOSTLY);
     let lo = (median - REACH * spread).max(parameter.bounds.0);
     let hi = (median + REACH * spread).min(parameter.bounds.1);
     let curve: Vec<(f64, f64)> = over_highest(along(lo, hi).map(|x| (x, density(parameter, x))).collect());

@@ -1,17 +1,32 @@
-//! Computes the log density of a prior, its slope, its spread, and draws from it.
+//! Computes the log density of a prior, its slope, its quantiles, its spread, and draws from it.
 //!
 //! A prior truncated by a parameter's bounds keeps the density of the whole: a constant factor that no posterior, and no
 //! comparison under the same bounds, depends on.
 
 use rand::Rng;
 use rand_distr::{Distribution, Gamma, StandardNormal, StudentT};
-use statrs::distribution::ContinuousCDF;
 use statrs::function::gamma::ln_gamma;
 
-use crate::scene::Prior;
+use crate::distributions::{gamma_quantile, normal_quantile, student_t_peak, student_t_quantile, LN_ROOT_TWO_PI};
 
-/// ln √(2π)
-pub(crate) const LN_ROOT_TWO_PI: f64 = 0.918_938_533_204_672_8;
+/// A prior density.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Prior {
+    /// median, sd of the log
+    LogNormal(f64, f64),
+    /// scale
+    HalfNormal(f64),
+    /// mean, sd
+    Normal(f64, f64),
+    /// shape, rate
+    Gamma(f64, f64),
+    /// lower, upper end
+    Uniform(f64, f64),
+    /// degrees of freedom, location, scale
+    StudentT(f64, f64, f64),
+    /// held at a value
+    Fixed(f64),
+}
 
 impl Prior {
     /// Log density and its slope at x; `None` where the density is zero or not finite.
@@ -39,12 +54,8 @@ impl Prior {
             Prior::Uniform(lo, hi) if (lo..=hi).contains(&x) => (-(hi - lo).ln(), 0.0),
             Prior::StudentT(df, loc, scale) => {
                 let z = (x - loc) / scale;
-                let constant = ln_gamma(0.5 * (df + 1.0))
-                    - ln_gamma(0.5 * df)
-                    - 0.5 * (df * std::f64::consts::PI).ln()
-                    - scale.ln();
                 (
-                    constant - 0.5 * (df + 1.0) * (z * z / df).ln_1p(),
+                    student_t_peak(df) - scale.ln() - 0.5 * (df + 1.0) * (z * z / df).ln_1p(),
                     -(df + 1.0) * z / (df + z * z) / scale,
                 )
             }
@@ -78,14 +89,27 @@ impl Prior {
             // quartile of the normal
             Prior::HalfNormal(scale) => scale * 0.674_489_750_196_081_7,
             Prior::Normal(mean, _) => mean,
-            Prior::Gamma(shape, rate) => {
-                // fails only for a shape or rate that no scene can hold
-                statrs::distribution::Gamma::new(shape, rate).map_or(shape / rate, |gamma| gamma.inverse_cdf(0.5))
-            }
+            // fails only for a shape or rate that no scene can hold
+            Prior::Gamma(shape, rate) => gamma_quantile(0.5, shape).map_or(shape / rate, |median| median / rate),
             Prior::Uniform(lo, hi) => 0.5 * (lo + hi),
             Prior::StudentT(_, loc, _) => loc,
             Prior::Fixed(value) => value,
         }
+    }
+
+    /// Quantile at a probability inside (0, 1); `None` where no number is it.
+    pub fn quantile(&self, probability: f64) -> Option<f64> {
+        let z = normal_quantile(probability);
+        let x = match *self {
+            Prior::LogNormal(median, sd) => median * (sd * z).exp(),
+            Prior::HalfNormal(scale) => scale * normal_quantile(0.5 + 0.5 * probability),
+            Prior::Normal(mean, sd) => mean + sd * z,
+            Prior::Gamma(shape, rate) => gamma_quantile(probability, shape)? / rate,
+            Prior::Uniform(lo, hi) => lo + probability * (hi - lo),
+            Prior::StudentT(df, loc, scale) => loc + scale * student_t_quantile(probability, df)?,
+            Prior::Fixed(value) => value,
+        };
+        x.is_finite().then_some(x)
     }
 
     /// One draw.
