@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `arguments.rs` | says what the command line may hold |
 //! | `said.rs` | says things to the user |
+//! | `threads.rs` | starts the threads of every pool |
 //! | `timing.rs` | times the stages of a fit |
 //! | `draws.rs` | shows draws as they come |
 //! | `fit.rs`, `check.rs`, `simulate.rs`, `predict.rs`, `trade.rs`, `calibrate.rs` | run the verb of their name |
@@ -16,17 +17,18 @@ mod fit;
 mod predict;
 mod said;
 mod simulate;
+mod threads;
 mod timing;
 mod trade;
 
-use std::io::Write;
 use std::process::ExitCode;
 
 use clap::Parser;
+use wetcor::error::Error;
 use wetcor::findings::posterior::Way;
 
 use arguments::{Arguments, Verb};
-use said::{label, warn};
+use said::{complain, warn};
 
 /// Ran, and a gating verdict failed.
 const NOT_QUOTABLE: u8 = 1;
@@ -37,17 +39,11 @@ const COULD_NOT_RUN: u8 = 2;
 pub fn run() -> ExitCode {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
-        Err(help) => {
-            // help and version go to standard output and are no failure; a closed pipe is none either
-            let _ = help.print();
-            return if help.use_stderr() {
-                ExitCode::from(COULD_NOT_RUN)
-            } else {
-                ExitCode::SUCCESS
-            };
-        }
+        Err(error) => return without_arguments(error),
     };
-    bound_threads(arguments.threads);
+    if let Err(error) = threads::start(arguments.threads, arguments.quiet) {
+        return could_not_run(&error);
+    }
     let watched = ctrlc::set_handler(|| {
         wetcor::unfinished::remove();
         std::process::exit(i32::from(COULD_NOT_RUN));
@@ -80,23 +76,26 @@ pub fn run() -> ExitCode {
     };
     match outcome {
         Ok(status) => ExitCode::from(status),
-        Err(error) => {
-            let label = label("error", "\u{1b}[1;31m");
-            let _ = writeln!(std::io::stderr(), "{label}: {error}");
-            ExitCode::from(COULD_NOT_RUN)
-        }
+        Err(error) => could_not_run(&error),
     }
 }
 
-/// Bounds every pool. The table reader's pool is its own and reads its size from the environment when first used.
-fn bound_threads(threads: Option<u16>) {
-    let Some(threads) = threads else {
-        return;
-    };
-    std::env::set_var("POLARS_MAX_THREADS", threads.to_string());
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads));
-    // fails only if a pool exists already, and none does this early
-    if let Err(error) = pool.build_global() {
-        warn(&format!("--threads has no effect: {error}"));
+fn could_not_run(error: &Error) -> ExitCode {
+    complain(&error.to_string());
+    ExitCode::from(COULD_NOT_RUN)
+}
+
+/// Prints help and version, which are no failure, or what is wrong with the command line.
+fn without_arguments(error: clap::Error) -> ExitCode {
+    if error.use_stderr() {
+        complain(&said::usage(error));
+        return ExitCode::from(COULD_NOT_RUN);
+    }
+    match error.print() {
+        // a reader that has left is no error
+        Err(source) if source.kind() != std::io::ErrorKind::BrokenPipe => {
+            could_not_run(&Error::Unprinted { written: None, source })
+        }
+        _ => ExitCode::SUCCESS,
     }
 }

@@ -3,10 +3,10 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-use wetcor::error::Error;
+use wetcor::error::{named, Error};
 use wetcor::study::{accuracy, calibration};
 
-use super::said::say;
+use super::said::say_of;
 use crate::progress::Progress;
 
 pub(super) fn calibrate(out: &Path, sets: u64, seed: u64, quiet: bool) -> Result<u8, Error> {
@@ -24,7 +24,7 @@ pub(super) fn calibrate(out: &Path, sets: u64, seed: u64, quiet: bool) -> Result
     std::fs::write(out, text).map_err(|error| Error::io(out, "write", error))?;
     drop(progress);
     if !quiet {
-        say(&format!("table: {}\n", out.display()))?;
+        say_of(out, &format!("table: {}\n", named(out)))?;
     }
     Ok(0)
 }

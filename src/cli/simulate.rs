@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use wetcor::error::Error;
+use wetcor::error::{named, Error};
 use wetcor::model::simulate::Simulation;
 use wetcor::runs::{self, RunWriter};
 use wetcor::scene;
 
-use super::said::{say, warn};
+use super::said::{say_of, warn};
 use crate::progress::Progress;
 
 pub(super) fn simulate(path: &Path, out: &Path, runs: Option<u64>, seed: u64, quiet: bool) -> Result<u8, Error> {
@@ -36,7 +36,7 @@ pub(super) fn simulate(path: &Path, out: &Path, runs: Option<u64>, seed: u64, qu
                 simulation.left_out
             ));
         }
-        say(&format!("{written} simulated runs: {}\n", out.display()))?;
+        say_of(out, &format!("{written} simulated runs: {}\n", named(out)))?;
     }
     Ok(0)
 }
