@@ -1,26 +1,40 @@
 //! Reads back from a finished report's folder what predictions start from, or says what the folder lacks.
+//!
+//! Nothing in a folder is taken on trust: its parts must be those that were written together (see [`Tie`]), and every number
+//! must be one that a fit can have found.
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
 use super::draws::csv;
+use super::draws::tie::{Tie, STORE, TABLE};
 use crate::encoding::decode;
-use crate::error::{quoted, Error};
-use crate::findings::predict::{Basis, Draw, Law};
+use crate::error::{named, quoted, Error};
+use crate::findings::predict::{Basis, Covered, Draw, Law};
 use crate::findings::SCHEMA;
 use crate::model::parameters::Kind;
 use crate::physics::impact::{DrySpeed, Form, Parameters};
 use crate::physics::inertia::Inertia;
-use crate::scene::{form_of, name_expected, Term};
+use crate::scene::{form_of, name_expected, Term, LARGEST_FILM_RATIO};
+use crate::seed::sha256;
 
-/// Where the draws lie in a report's folder.
-const DRAWS: &str = "draws/draws.csv";
+/// Most bytes of a `findings.json` or a store's `zarr.json`: far more than any has.
+const MOST_BYTES: u64 = 64 << 20;
+
+/// Columns of the table of draws before those of the parameters: chain, iteration, draw.
+const CONTROLS: u64 = 3;
+
+/// Fewest and most bytes a number of the table of draws takes, with what parts it from the next.
+const BYTES_A_NUMBER: [u64; 2] = [2, 32];
 
 /// A finished fit with a posterior.
 #[derive(Debug)]
 pub struct Finished {
     folder: PathBuf,
+    /// SHA-256 of its `findings.json`
+    sha256: String,
     /// title of the scene
     pub title: String,
     /// the gating checks that failed, in words; empty: the numbers may be quoted
@@ -93,7 +107,7 @@ impl Finished {
     /// Fails where the folder is no report, of another version, or of a fit without a posterior.
     pub fn read(folder: &Path) -> Result<Finished, Error> {
         let path = folder.join("findings.json");
-        let bytes = read(&path, "findings of a fit", folder)?;
+        let bytes = read(&path, "findings of a fit", folder, MOST_BYTES)?;
         let no_json = |error: &dyn std::fmt::Display| {
             let text = format!("{}: no findings of wetcor ({error})", path.display());
             Error::Usage(format!("{text}; {}", again(folder)))
@@ -116,8 +130,13 @@ impl Finished {
             return Err(Error::Usage(format!("{text}; {}", again(folder))));
         };
         let failed = file.verdicts.into_iter().filter(|check| check.gates && !check.passed);
+        if let Some(odd) = odd_number(&posterior) {
+            let text = format!("{}: {odd}", path.display());
+            return Err(Error::Usage(format!("{text}; {}", again(folder))));
+        }
         Ok(Finished {
             folder: folder.to_path_buf(),
+            sha256: sha256(&bytes),
             title: mark.title,
             failed: failed.map(|check| check.text).collect(),
             basis: posterior.basis.clone(),
@@ -225,6 +244,46 @@ impl Finished {
         Error::Usage(format!("{folder}: the fit has {what}, which predict does not know"))
     }
 
+    /// Columns of the table of draws, which must be the one that was written with these findings.
+    fn columns(&self, columns: &[&str]) -> Result<Vec<Vec<f64>>, Error> {
+        let (path, store) = (self.folder.join(TABLE), self.folder.join(STORE).join("zarr.json"));
+        let refuse = |path: &Path, problem: &dyn std::fmt::Display| {
+            let text = format!("{}: {problem}", path.display());
+            Error::Usage(format!("{text}; {}", again(&self.folder)))
+        };
+        let Sampled { chains, draws, .. } = self.posterior;
+        let numbers = (chains as u64)
+            .checked_mul(draws as u64)
+            .and_then(|all| all.checked_mul(self.posterior.parameters.len() as u64 + CONTROLS));
+        let room = |bytes: u64| numbers.and_then(|numbers| numbers.checked_mul(bytes));
+        let expected = || format!("{chains} chains of {draws} draws");
+        // names have as much room again as the numbers of a findings.json
+        let most = room(BYTES_A_NUMBER[1]).and_then(|bytes| bytes.checked_add(MOST_BYTES));
+        let bytes = read(&path, "draws to predict from", &self.folder, most.unwrap_or(0))?;
+        let fewest = room(BYTES_A_NUMBER[0]).filter(|fewest| *fewest > 0 && *fewest <= bytes.len() as u64);
+        if fewest.is_none() {
+            let found = bytes.len();
+            return Err(refuse(&path, &format!("found {found} bytes, which {} do not take", expected())));
+        }
+        let root = read(&store, "word of what the draws belong to", &self.folder, MOST_BYTES)?;
+        let tie = Tie::of_store(&root).map_err(|error| refuse(&store, &format!("no word of what the draws belong to ({error})")))?;
+        let other = "is not what the draws' store names: it was changed, or comes from another fit";
+        if tie.findings_sha256 != self.sha256 {
+            return Err(refuse(&self.folder.join("findings.json"), &other));
+        }
+        if tie.draws_csv_sha256 != sha256(&bytes) {
+            return Err(refuse(&path, &other));
+        }
+        let text = decode(&bytes).map_err(|problem| refuse(&path, &problem))?;
+        let read = csv::read(text, columns, chains * draws).map_err(|problem| refuse(&path, &problem))?;
+        for (name, values) in columns.iter().zip(&read) {
+            if let Some(odd) = values.iter().find_map(|x| odd_value(name, *x, false)) {
+                return Err(refuse(&path, &odd));
+            }
+        }
+        Ok(read)
+    }
+
     /// The values of some parameters, in that order; one with a number is not read.
     fn sources(&self, wanted: &[(String, Option<f64>)]) -> Result<Vec<Source>, Error> {
         let posterior = &self.posterior;
@@ -238,22 +297,7 @@ impl Finished {
                 return Err(Error::Usage(format!("{why}: it needs wet runs")));
             }
         }
-        let path = self.folder.join(DRAWS);
-        let bytes = read(&path, "draws to predict from", &self.folder)?;
-        let refuse = |problem: &dyn std::fmt::Display| {
-            let text = format!("{}: {problem}", path.display());
-            Error::Usage(format!("{text}; {}", again(&self.folder)))
-        };
-        let text = decode(&bytes).map_err(|problem| refuse(&problem))?;
-        let draws = posterior.chains * posterior.draws;
-        let mut read = csv::read(text, &columns, draws).map_err(|problem| refuse(&problem))?;
-        if let Some(place) = columns
-            .iter()
-            .zip(&read)
-            .position(|(_, values)| values.iter().any(|x| !x.is_finite()))
-        {
-            return Err(refuse(&format!("{}: found a draw that is not finite", columns[place])));
-        }
+        let mut read = self.columns(&columns)?;
         let sources = wanted.iter().map(|(name, unread)| {
             let column = columns.iter().position(|column| column == name);
             let held = || posterior.left_out.iter().find(|held| held.name == *name)?.value;
@@ -267,6 +311,56 @@ impl Finished {
     }
 }
 
+/// What is wrong with the numbers a prediction starts from, the draws apart; `None`: nothing.
+fn odd_number(posterior: &Sampled) -> Option<String> {
+    let basis = &posterior.basis;
+    let above = |place: String, x: f64| {
+        let holds = x > 0.0 && x.is_finite();
+        (!holds).then(|| format!("{place}: found {x:?}, expected a number above 0"))
+    };
+    let range = |place: String, [lo, hi]: [f64; 2], most: f64| {
+        let holds = lo > 0.0 && lo <= hi && hi <= most;
+        (!holds).then(|| format!("{place}: found {lo:?} to {hi:?}, expected a range above 0"))
+    };
+    let covered = |name: &str, covered: &Covered| {
+        let of = |what: &str| format!("{what} of {}", quoted(name));
+        let stokes = range(of("Stokes numbers"), covered.stokes, f64::MAX);
+        stokes.or_else(|| range(of("film ratios"), covered.film_ratio, LARGEST_FILM_RATIO))
+    };
+    let particles = basis.particles.iter().find_map(|particle| {
+        let density = above(format!("density of {}", quoted(&particle.name)), particle.density_kg_m3);
+        density.or_else(|| covered(&particle.name, particle.covered.as_ref()?))
+    });
+    let liquids = || {
+        basis.liquids.iter().find_map(|liquid| {
+            let name = quoted(&liquid.name);
+            above(format!("density of {name}"), liquid.density_kg_m3)
+                .or_else(|| above(format!("viscosity of {name}"), liquid.viscosity_pa_s))
+                .or_else(|| above(format!("surface tension of {name}"), liquid.surface_tension_n_m?))
+        })
+    };
+    let limit = || {
+        let x = basis.smallest_restitution;
+        let holds = (0.0..1.0).contains(&x);
+        (!holds).then(|| format!("smallest_restitution: found {x:?}, expected a number from 0 to below 1"))
+    };
+    let speed = || above("dry_speed_m_s".to_owned(), posterior.dry_speed_m_s?);
+    let held = || {
+        let mut held = posterior.left_out.iter().filter_map(|held| Some((&held.name, held.value?)));
+        held.find_map(|(name, x)| odd_value(name, x, true))
+    };
+    particles.or_else(liquids).or_else(limit).or_else(speed).or_else(held)
+}
+
+/// What is wrong with a parameter's value; `None`: nothing. Held values may be 0 where the term they scale is left out.
+fn odd_value(name: &str, x: f64, held: bool) -> Option<String> {
+    let least = if name == Kind::Nu.key() { 2.0 } else { 0.0 };
+    // a term without a prefactor takes nothing
+    let may_vanish = held && [Kind::LubricationLog, Kind::InertialPrefactor].iter().any(|kind| kind.key() == name);
+    let holds = x.is_finite() && (x > least || may_vanish && x == 0.0);
+    (!holds).then(|| format!("{name}: found {x:?}, expected a number above {least}"))
+}
+
 /// Parameters besides the k of the particles, in the order a law takes them.
 const KINDS: [Kind; 7] = [
     Kind::LubricationLog,
@@ -278,18 +372,31 @@ const KINDS: [Kind; 7] = [
     Kind::SigmaDry,
 ];
 
-/// The bytes of a file of the folder.
-fn read(path: &Path, what: &str, folder: &Path) -> Result<Vec<u8>, Error> {
-    std::fs::read(path).map_err(|error| {
+/// The bytes of a file of the folder, which has no more than so many.
+fn read(path: &Path, what: &str, folder: &Path, most: u64) -> Result<Vec<u8>, Error> {
+    let fail = |error: std::io::Error| {
         if error.kind() == std::io::ErrorKind::NotFound {
             Error::Usage(format!("{}: no {what}; {}", path.display(), again(folder)))
         } else {
             Error::io(path, "read", error)
         }
-    })
+    };
+    let about = std::fs::metadata(path).map_err(fail)?;
+    if !about.is_file() {
+        let text = format!("{}: is no file", path.display());
+        return Err(Error::Usage(format!("{text}; {}", again(folder))));
+    }
+    if about.len() > most {
+        let text = format!("{}: found {} bytes, expected at most {most}", path.display(), about.len());
+        return Err(Error::Usage(format!("{text}; {}", again(folder))));
+    }
+    let file = std::fs::File::open(path).map_err(fail)?;
+    let mut bytes = vec![];
+    file.take(most).read_to_end(&mut bytes).map_err(fail)?;
+    Ok(bytes)
 }
 
 /// The command that writes a folder predictions can be made from.
 fn again(folder: &Path) -> String {
-    format!("run `wetcor fit SCENE --out {}` with every stage", folder.display())
+    format!("run `wetcor fit SCENE --out {}` with every stage", named(folder))
 }
