@@ -267,7 +267,7 @@ impl Finished {
         }
         let root = read(&store, "word of what the draws belong to", &self.folder, MOST_BYTES)?;
         let tie = Tie::of_store(&root).map_err(|error| refuse(&store, &format!("no word of what the draws belong to ({error})")))?;
-        let other = "is not what the draws' store names: it was changed, or comes from another fit";
+        let other = "does not belong to draws/draws.zarr, which names another by its hash: changed since, or of another fit";
         if tie.findings_sha256 != self.sha256 {
             return Err(refuse(&self.folder.join("findings.json"), &other));
         }
@@ -358,7 +358,7 @@ fn odd_value(name: &str, x: f64, held: bool) -> Option<String> {
     // a term without a prefactor takes nothing
     let may_vanish = held && [Kind::LubricationLog, Kind::InertialPrefactor].iter().any(|kind| kind.key() == name);
     let holds = x.is_finite() && (x > least || may_vanish && x == 0.0);
-    (!holds).then(|| format!("{name}: found {x:?}, expected a number above {least}"))
+    (!holds).then(|| format!("{name}: found {x:?}, expected a number above {least:.0}"))
 }
 
 /// Parameters besides the k of the particles, in the order a law takes them.

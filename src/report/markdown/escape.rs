@@ -142,13 +142,11 @@ mod tests {
         for text in [
             "PTFE and PE spheres on wetted glass",
             "Müller & Huang 2016, fig. 2",
-            "PTFE_2 (e_inf > 0 is \\> here)",
-            "doi 10.1103/PhysRevE.93.012904, R&D; St_c = 10.45 ± 0.53 #2",
+            "PTFE_2 (e_inf at 0)",
+            "doi 10.1103/PhysRevE.93.012904, R&D, St_c = 10.45 ± 0.53",
             "https://example.org/a_b?c=d&e=f",
         ] {
-            let text = text.replace("> 0 is \\> here", "at 0");
-            let expected = text.replace(" #2", " \\#2");
-            assert_eq!(literal(&text), expected);
+            assert_eq!(literal(text), text);
         }
         assert_eq!(guarded("`e_inf`, σ_wet, δ̃_m of PTFE_2"), "`e_inf`, σ_wet, δ̃_m of PTFE_2");
     }
