@@ -242,9 +242,18 @@ mod tests {
         for error in [
             Error::Usage("found x\ny".to_owned()),
             Error::io(odd, "read", source()),
-            Error::Out { path: odd.to_path_buf(), reason: "\u{1b}[2J".to_owned() },
-            Error::Unprinted { written: Some(odd.to_path_buf()), source: source() },
-            Error::Internal { doing: "write", reason: "a\rb".to_owned() },
+            Error::Out {
+                path: odd.to_path_buf(),
+                reason: "\u{1b}[2J".to_owned(),
+            },
+            Error::Unprinted {
+                written: Some(odd.to_path_buf()),
+                source: source(),
+            },
+            Error::Internal {
+                doing: "write",
+                reason: "a\rb".to_owned(),
+            },
         ] {
             let text = error.to_string();
             assert!(!text.chars().any(is_unseen), "{text:?}");

@@ -419,7 +419,11 @@ impl Store {
             sha256(findings.as_bytes()),
             sha256(draws.as_bytes())
         );
-        let files = [("findings.json", findings), ("draws/draws.csv", draws), ("draws/draws.zarr/zarr.json", root)];
+        let files = [
+            ("findings.json", findings),
+            ("draws/draws.csv", draws),
+            ("draws/draws.zarr/zarr.json", root),
+        ];
         for (name, text) in files {
             if !text.is_empty() {
                 std::fs::write(folder.join(name), text).expect("writable");

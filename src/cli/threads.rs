@@ -52,7 +52,9 @@ pub(super) fn start(asked: Option<u16>, quiet: bool) -> Result<(), Error> {
     let asked = asked.map_or(machine, usize::from);
     let wanted = asked.min(MOST.max(machine));
     if wanted < asked {
-        notice(format!("{wanted} in place of {asked} threads: this machine runs {machine} at once, more would only wait"));
+        notice(format!(
+            "{wanted} in place of {asked} threads: this machine runs {machine} at once, more would only wait"
+        ));
     }
     let (mut idle, refused) = start_idle(2 * wanted + BESIDE);
     let each = idle.len().saturating_sub(BESIDE) / 2;
@@ -68,7 +70,10 @@ pub(super) fn start(asked: Option<u16>, quiet: bool) -> Result<(), Error> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(each);
     let mut ready = idle.into_iter();
     let pool = pool.spawn_handler(|thread| match ready.next() {
-        Some(idle) => idle.work.send(thread).map_err(|gone| io::Error::other(gone.to_string())),
+        Some(idle) => idle
+            .work
+            .send(thread)
+            .map_err(|gone| io::Error::other(gone.to_string())),
         None => Err(io::Error::other("more threads than were started")),
     });
     pool.build_global().map_err(|error| Error::Internal {
@@ -81,7 +86,9 @@ pub(super) fn start(asked: Option<u16>, quiet: bool) -> Result<(), Error> {
         let _ = thread.join();
     }
     if each < wanted {
-        notice(format!("{each} in place of {wanted} threads: no more could be started ({reason})"));
+        notice(format!(
+            "{each} in place of {wanted} threads: no more could be started ({reason})"
+        ));
         // the system counts a thread a moment longer than it lasts
         std::thread::sleep(std::time::Duration::from_millis(20));
     }

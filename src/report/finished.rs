@@ -246,42 +246,55 @@ impl Finished {
 
     /// Columns of the table of draws, which must be the one that was written with these findings.
     fn columns(&self, columns: &[&str]) -> Result<Vec<Vec<f64>>, Error> {
-        let (path, store) = (self.folder.join(TABLE), self.folder.join(STORE).join("zarr.json"));
-        let refuse = |path: &Path, problem: &dyn std::fmt::Display| {
-            let text = format!("{}: {problem}", path.display());
-            Error::Usage(format!("{text}; {}", again(&self.folder)))
-        };
+        let path = self.folder.join(TABLE);
         let Sampled { chains, draws, .. } = self.posterior;
         let numbers = (chains as u64)
             .checked_mul(draws as u64)
             .and_then(|all| all.checked_mul(self.posterior.parameters.len() as u64 + CONTROLS));
-        let room = |bytes: u64| numbers.and_then(|numbers| numbers.checked_mul(bytes));
-        let expected = || format!("{chains} chains of {draws} draws");
-        // names have as much room again as the numbers of a findings.json
-        let most = room(BYTES_A_NUMBER[1]).and_then(|bytes| bytes.checked_add(MOST_BYTES));
+        let [fewest, most] = BYTES_A_NUMBER.map(|bytes| numbers.and_then(|numbers| numbers.checked_mul(bytes)));
+        // the names in the header have as much room as all of a findings.json
+        let most = most.and_then(|bytes| bytes.checked_add(MOST_BYTES));
         let bytes = read(&path, "draws to predict from", &self.folder, most.unwrap_or(0))?;
-        let fewest = room(BYTES_A_NUMBER[0]).filter(|fewest| *fewest > 0 && *fewest <= bytes.len() as u64);
-        if fewest.is_none() {
+        // before memory is asked for so many
+        if fewest.is_none_or(|fewest| fewest == 0 || fewest > bytes.len() as u64) {
             let found = bytes.len();
-            return Err(refuse(&path, &format!("found {found} bytes, which {} do not take", expected())));
+            let problem = format!("found {found} bytes, which {chains} chains of {draws} draws do not take");
+            return Err(self.refuse(&path, &problem));
         }
-        let root = read(&store, "word of what the draws belong to", &self.folder, MOST_BYTES)?;
-        let tie = Tie::of_store(&root).map_err(|error| refuse(&store, &format!("no word of what the draws belong to ({error})")))?;
-        let other = "does not belong to draws/draws.zarr, which names another by its hash: changed since, or of another fit";
-        if tie.findings_sha256 != self.sha256 {
-            return Err(refuse(&self.folder.join("findings.json"), &other));
-        }
-        if tie.draws_csv_sha256 != sha256(&bytes) {
-            return Err(refuse(&path, &other));
-        }
-        let text = decode(&bytes).map_err(|problem| refuse(&path, &problem))?;
-        let read = csv::read(text, columns, chains * draws).map_err(|problem| refuse(&path, &problem))?;
+        self.check_tie(&bytes)?;
+        let text = decode(&bytes).map_err(|problem| self.refuse(&path, &problem))?;
+        let read = csv::read(text, columns, chains * draws).map_err(|problem| self.refuse(&path, &problem))?;
         for (name, values) in columns.iter().zip(&read) {
             if let Some(odd) = values.iter().find_map(|x| odd_value(name, *x, false)) {
-                return Err(refuse(&path, &odd));
+                return Err(self.refuse(&path, &odd));
             }
         }
         Ok(read)
+    }
+
+    /// Fails unless the findings and these draws are what the store beside them was written with.
+    fn check_tie(&self, draws: &[u8]) -> Result<(), Error> {
+        let store = self.folder.join(STORE).join("zarr.json");
+        let root = read(&store, "word of what the draws belong to", &self.folder, MOST_BYTES)?;
+        let tie = Tie::of_store(&root)
+            .map_err(|error| self.refuse(&store, &format!("no word of what the draws belong to ({error})")))?;
+        for (name, hash, expected) in [
+            ("findings.json", &self.sha256, tie.findings_sha256),
+            (TABLE, &sha256(draws), tie.draws_csv_sha256),
+        ] {
+            if *hash != expected {
+                let other = format!(
+                    "does not belong to {STORE}, which names another by its hash: changed since, or of another fit"
+                );
+                return Err(self.refuse(&self.folder.join(name), &other));
+            }
+        }
+        Ok(())
+    }
+
+    /// Says what is wrong with a file of the folder.
+    fn refuse(&self, path: &Path, problem: &dyn std::fmt::Display) -> Error {
+        Error::Usage(format!("{}: {problem}; {}", path.display(), again(&self.folder)))
     }
 
     /// The values of some parameters, in that order; one with a number is not read.
@@ -346,7 +359,10 @@ fn odd_number(posterior: &Sampled) -> Option<String> {
     };
     let speed = || above("dry_speed_m_s".to_owned(), posterior.dry_speed_m_s?);
     let held = || {
-        let mut held = posterior.left_out.iter().filter_map(|held| Some((&held.name, held.value?)));
+        let mut held = posterior
+            .left_out
+            .iter()
+            .filter_map(|held| Some((&held.name, held.value?)));
         held.find_map(|(name, x)| odd_value(name, x, true))
     };
     particles.or_else(liquids).or_else(limit).or_else(speed).or_else(held)
@@ -356,7 +372,10 @@ fn odd_number(posterior: &Sampled) -> Option<String> {
 fn odd_value(name: &str, x: f64, held: bool) -> Option<String> {
     let least = if name == Kind::Nu.key() { 2.0 } else { 0.0 };
     // a term without a prefactor takes nothing
-    let may_vanish = held && [Kind::LubricationLog, Kind::InertialPrefactor].iter().any(|kind| kind.key() == name);
+    let may_vanish = held
+        && [Kind::LubricationLog, Kind::InertialPrefactor]
+            .iter()
+            .any(|kind| kind.key() == name);
     let holds = x.is_finite() && (x > least || may_vanish && x == 0.0);
     (!holds).then(|| format!("{name}: found {x:?}, expected a number above {least:.0}"))
 }
@@ -387,7 +406,11 @@ fn read(path: &Path, what: &str, folder: &Path, most: u64) -> Result<Vec<u8>, Er
         return Err(Error::Usage(format!("{text}; {}", again(folder))));
     }
     if about.len() > most {
-        let text = format!("{}: found {} bytes, expected at most {most}", path.display(), about.len());
+        let text = format!(
+            "{}: found {} bytes, expected at most {most}",
+            path.display(),
+            about.len()
+        );
         return Err(Error::Usage(format!("{text}; {}", again(folder))));
     }
     let file = std::fs::File::open(path).map_err(fail)?;

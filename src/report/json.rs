@@ -143,7 +143,10 @@ mod tests {
         let title = "a\u{1b}[2J\n\u{202e}b\u{7f}\u{9b}\u{e0041} ü中";
         let written = text(&title).expect("a text");
         assert!(!written.trim_end().chars().any(is_unseen), "{written:?}");
-        assert!(written.contains("\\u202eb\\u007f\\u009b\\udb40\\udc41 ü中"), "{written}");
+        assert!(
+            written.contains("\\u202eb\\u007f\\u009b\\udb40\\udc41 ü中"),
+            "{written}"
+        );
         assert_eq!(serde_json::from_str::<String>(&written).ok().as_deref(), Some(title));
     }
 

@@ -54,7 +54,9 @@ pub fn files(told: Told, with_figures: bool) -> Result<Files, Error> {
     let ((report, findings), draws) = rayon::join(
         || (markdown::report(told, &names), json::text(told.findings)),
         || {
-            let draws = told.posterior.map(|posterior| draws::posterior::gather(told, posterior));
+            let draws = told
+                .posterior
+                .map(|posterior| draws::posterior::gather(told, posterior));
             draws.transpose()
         },
     );

@@ -6,6 +6,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
+use wetcor::error::is_unseen;
 
 /// A folder with a scene and its runs, for as long as the test needs it.
 pub struct Place {
@@ -119,13 +120,14 @@ fn text_of(mut pipe: impl Read + Send + 'static) -> std::thread::JoinHandle<Stri
 }
 
 impl Outcome {
-    /// It ended by itself with a documented exit status, without a panic, and said nothing that moves a terminal.
+    /// It ended by itself with a documented exit status, without a panic, and said nothing that moves a terminal or turns its
+    /// text.
     pub fn assert_mannered(&self, of: &str) {
         assert!(matches!(self.status, Some(0..=2)), "{of}: {self:?}");
         assert!(!self.err.contains("panicked"), "{of}: {self:?}");
         for text in [&self.out, &self.err] {
-            let told = |c: char| c == '\n' || !c.is_control();
-            assert!(text.chars().all(told), "{of}: {text:?}");
+            let is_told = |c: char| c == '\n' || !is_unseen(c);
+            assert!(text.chars().all(is_told), "{of}: {text:?}");
         }
     }
 

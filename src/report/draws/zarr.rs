@@ -330,7 +330,10 @@ mod tests {
         let paths: Vec<&str> = empty.iter().map(|(path, _)| path.as_str()).collect();
         assert_eq!(paths, ["s/g/zarr.json", "s/g/a/zarr.json", "s/zarr.json"]);
         for name in ["", ".", "..", "a/b", "a\\b", "a\0", "ä"] {
-            assert!(store("s", Map::new(), vec![with(vec![of_length(name, &[1], &[1.0])])]).is_err(), "{name:?}");
+            assert!(
+                store("s", Map::new(), vec![with(vec![of_length(name, &[1], &[1.0])])]).is_err(),
+                "{name:?}"
+            );
         }
         let short = with(vec![of_length("a", &[2], &[1.0])]);
         assert!(store("s", Map::new(), vec![short]).is_err());

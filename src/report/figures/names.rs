@@ -106,7 +106,15 @@ mod tests {
     /// Every file of these particles.
     fn files(names: &[&str]) -> Vec<String> {
         let all = Names::of_particles(names);
-        let of = |name: &&str| [all.speed(name), all.stokes(name), all.film_ratios(name), all.joint(name, false), all.joint(name, true)];
+        let of = |name: &&str| {
+            [
+                all.speed(name),
+                all.stokes(name),
+                all.film_ratios(name),
+                all.joint(name, false),
+                all.joint(name, true),
+            ]
+        };
         names.iter().flat_map(of).collect()
     }
 
@@ -141,11 +149,19 @@ mod tests {
         for names in sets {
             let files = files(names);
             assert_eq!(alike(&files), 0, "{files:?}");
-            assert!(files.iter().all(|file| file.len() < 255 && !file.contains('/')), "{files:?}");
+            assert!(
+                files.iter().all(|file| file.len() < 255 && !file.contains('/')),
+                "{files:?}"
+            );
         }
-        assert_eq!(Names::of_particles(&["PE", "all-PE"]).joint("all-PE", false), "e_inf-st_c-joint-all-PE-2.svg");
+        assert_eq!(
+            Names::of_particles(&["PE", "all-PE"]).joint("all-PE", false),
+            "e_inf-st_c-joint-all-PE-2.svg"
+        );
         // what is looked for here is there where names are only put together
-        let plain = ["PE", "all-PE"].map(|name| [format!("joint-{name}"), format!("joint-all-{name}")]).concat();
+        let plain = ["PE", "all-PE"]
+            .map(|name| [format!("joint-{name}"), format!("joint-all-{name}")])
+            .concat();
         assert_eq!(alike(&plain), 1);
     }
 }

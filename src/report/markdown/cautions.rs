@@ -49,7 +49,10 @@ pub(super) fn reproduce(page: &mut Page, told: Told) {
     let rows = if every_row { " --exact-rows" } else { "" };
     page.paragraph(&format!(
         "{}, wetcor {}. Full precision, further intervals and every reason stand in `findings.json`.",
-        code(&format!("wetcor fit {}/scene.toml --seed {}{rows}", findings.scene, findings.seed)),
+        code(&format!(
+            "wetcor fit {}/scene.toml --seed {}{rows}",
+            findings.scene, findings.seed
+        )),
         findings.wetcor
     ));
     page.table(

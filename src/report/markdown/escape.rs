@@ -39,7 +39,11 @@ pub(in crate::report) fn code(text: &str) -> String {
     let longest = line.split(|c| c != '`').map(str::len).max().unwrap_or(0);
     let marks = "`".repeat(longest + 1);
     // a backtick at an end would lengthen the marks
-    let room = if line.is_empty() || line.starts_with('`') || line.ends_with('`') { " " } else { "" };
+    let room = if line.is_empty() || line.starts_with('`') || line.ends_with('`') {
+        " "
+    } else {
+        ""
+    };
     format!("{marks}{room}{line}{room}{marks}")
 }
 
@@ -148,7 +152,10 @@ mod tests {
         ] {
             assert_eq!(literal(text), text);
         }
-        assert_eq!(guarded("`e_inf`, σ_wet, δ̃_m of PTFE_2"), "`e_inf`, σ_wet, δ̃_m of PTFE_2");
+        assert_eq!(
+            guarded("`e_inf`, σ_wet, δ̃_m of PTFE_2"),
+            "`e_inf`, σ_wet, δ̃_m of PTFE_2"
+        );
     }
 
     #[test]
@@ -156,7 +163,10 @@ mod tests {
         for (text, expected) in [
             ("<img src=x onerror=alert(1)>", "\\<img src=x onerror=alert(1)\\>"),
             ("![a](b) [c]: d", "!\\[a\\](b) \\[c\\]: d"),
-            ("**b** _i_ ~s~ `c` $m$ a\\", "\\*\\*b\\*\\* \\_i\\_ \\~s\\~ \\`c\\` \\$m\\$ a\\\\"),
+            (
+                "**b** _i_ ~s~ `c` $m$ a\\",
+                "\\*\\*b\\*\\* \\_i\\_ \\~s\\~ \\`c\\` \\$m\\$ a\\\\",
+            ),
             ("a\n\n# b\r\n## c ##", "a \\# b \\## c \\##"),
             ("&lt; &#60; AT&T", "\\&lt; \\&#60; AT&T"),
             ("- a", "\\- a"),
@@ -167,12 +177,7 @@ mod tests {
         ] {
             assert_eq!(literal(text), expected);
         }
-        for (text, expected) in [
-            ("a", "`a`"),
-            ("`a", "`` `a ``"),
-            ("a``b", "```a``b```"),
-            ("", "`  `"),
-        ] {
+        for (text, expected) in [("a", "`a`"), ("`a", "`` `a ``"), ("a``b", "```a``b```"), ("", "`  `")] {
             assert_eq!(code(text), expected);
         }
         assert_eq!(guarded("_a_: `_b_` __c__ \\_d"), "\\_a\\_: `_b_` \\_\\_c\\_\\_ \\_d");

@@ -60,7 +60,8 @@ impl Page {
         if self.figures.iter().any(|drawn| drawn == name) {
             let (short, caption) = (guarded(short), guarded(caption));
             let address = destination(name);
-            self.text.push_str(&format!("![{short}](figures/{address})\n\n*{caption}*\n\n"));
+            self.text
+                .push_str(&format!("![{short}](figures/{address})\n\n*{caption}*\n\n"));
         }
     }
 }
