@@ -6,13 +6,13 @@ use std::time::Instant;
 
 use serde_json::{json, Value};
 use tempfile::TempDir;
-use wetcor::error::{is_unseen, Error};
+use wetcor::error::Error;
 use wetcor::physics::impact::Setting;
 use wetcor::report::draws::tie::{Tie, STORE, TABLE};
 use wetcor::report::finished::Finished;
 use wetcor::report::prediction;
 
-use super::attack::{Outcome, Place};
+use super::attack::{is_hostile, Outcome, Place};
 
 const FINDINGS: &str = "findings.json";
 
@@ -147,7 +147,7 @@ fn assert_mannered(outcome: &Result<String, Error>, of: &str) {
         }
         Err(error) => {
             let text = error.to_string();
-            assert!(!text.is_empty() && !text.chars().any(is_unseen), "{of}: {text:?}");
+            assert!(!text.is_empty() && !text.chars().any(is_hostile), "{of}: {text:?}");
         }
     }
 }

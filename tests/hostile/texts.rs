@@ -1,12 +1,10 @@
 //! Attacks with names and texts, with a standard output that refuses, and without threads.
 
-use std::fs::File;
 use std::path::Path;
-use std::process::{Command, Stdio};
 
-use wetcor::error::is_unseen;
-
-use super::attack::{finish, Outcome, Place};
+#[cfg(target_os = "linux")]
+use super::attack::finish;
+use super::attack::{is_hostile, Outcome, Place};
 
 /// Clears a terminal, ends a line, turns the direction, hides, and is markup wherever it goes.
 const HOSTILE: &str =
@@ -233,14 +231,14 @@ fn d11_a_report_shows_titles_and_sources_as_they_are() {
         "published source"
     );
     assert_eq!(bare(&page, "<img"), 0);
-    assert!(page.chars().all(|c| c == '\n' || !is_unseen(c)));
+    assert!(page.chars().all(|c| c == '\n' || !is_hostile(c)));
     // what is looked for is seen where it is
     assert_eq!(bare("a <img \\<img `<img` `` ` <img ``", "<img"), 1);
     for name in files(&place.path("o")) {
         let is_text = [".md", ".json", ".svg", ".csv"].iter().any(|end| name.ends_with(end));
         if is_text {
             let text = place.read(&format!("o/{name}"));
-            let odd = text.chars().find(|c| *c != '\n' && is_unseen(*c));
+            let odd = text.chars().find(|c| *c != '\n' && is_hostile(*c));
             assert_eq!(odd, None, "{name}");
         }
     }
@@ -370,9 +368,15 @@ fn d14_every_figure_of_particles_named_alike_is_there() {
 /// Runs a command whose standard output takes nothing.
 #[cfg(target_os = "linux")]
 fn to_a_full_device(place: &Place, arguments: &[&str]) -> Outcome {
-    let full = File::options().write(true).open("/dev/full").expect("the full device");
+    let full = std::fs::File::options()
+        .write(true)
+        .open("/dev/full")
+        .expect("the full device");
     let mut command = place.command(arguments);
-    command.stdin(Stdio::null()).stdout(full).stderr(Stdio::piped());
+    command
+        .stdin(std::process::Stdio::null())
+        .stdout(full)
+        .stderr(std::process::Stdio::piped());
     let output = command.output().expect("the command can be started");
     Outcome {
         status: output.status.code(),
@@ -436,7 +440,7 @@ fn d12_a_full_standard_output_is_said_with_what_stands() {
 /// The command with so many kilobytes of address space, in which a thread takes a quarter of a gigabyte.
 #[cfg(target_os = "linux")]
 fn with_room(place: &Place, kilobytes: u64, arguments: &[&str]) -> Outcome {
-    let mut command = Command::new("sh");
+    let mut command = std::process::Command::new("sh");
     command
         .arg("-c")
         .arg(format!("ulimit -v {kilobytes} && exec \"$0\" \"$@\""));
