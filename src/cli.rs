@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `arguments.rs` | says what the command line may hold |
 //! | `said.rs` | says things to the user |
+//! | `threads.rs` | starts the threads of every pool |
 //! | `timing.rs` | times the stages of a fit |
 //! | `draws.rs` | shows draws as they come |
 //! | `defect.rs` | makes one line of a panic |
@@ -18,19 +19,20 @@ mod fit;
 mod predict;
 mod said;
 mod simulate;
+mod threads;
 mod timing;
 mod trade;
 
-use std::io::Write;
 use std::process::ExitCode;
 
 use clap::Parser;
+use wetcor::error::Error;
 use wetcor::findings::posterior::Way;
 use wetcor::interruption;
 use wetcor::runs::Existing;
 
 use arguments::{Arguments, Verb};
-use said::{label, warn};
+use said::{complain, warn};
 
 /// Ran, and a gating verdict failed.
 const NOT_QUOTABLE: u8 = 1;
@@ -41,18 +43,12 @@ const COULD_NOT_RUN: u8 = 2;
 pub fn run() -> ExitCode {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
-        Err(help) => {
-            // help and version go to standard output and are no failure; a closed pipe is none either
-            let _ = help.print();
-            return if help.use_stderr() {
-                ExitCode::from(COULD_NOT_RUN)
-            } else {
-                ExitCode::SUCCESS
-            };
-        }
+        Err(error) => return without_arguments(error),
     };
-    bound_threads(arguments.threads);
-    if let Err(error) = interruption::watch(fail) {
+    if let Err(error) = threads::start(arguments.threads, arguments.quiet) {
+        return could_not_run(&error);
+    }
+    if let Err(error) = interruption::watch(complain) {
         warn(&format!("an interruption may leave a temporary folder: {error}"));
     }
     let quiet = arguments.quiet;
@@ -90,28 +86,26 @@ pub fn run() -> ExitCode {
     });
     match outcome.unwrap_or_else(Err) {
         Ok(status) => ExitCode::from(status),
-        Err(error) => {
-            fail(&error.to_string());
-            ExitCode::from(COULD_NOT_RUN)
-        }
+        Err(error) => could_not_run(&error),
     }
 }
 
-/// Says why there is no answer.
-fn fail(why: &str) {
-    let label = label("error", "\u{1b}[1;31m");
-    let _ = writeln!(std::io::stderr(), "{label}: {why}");
+fn could_not_run(error: &Error) -> ExitCode {
+    complain(&error.to_string());
+    ExitCode::from(COULD_NOT_RUN)
 }
 
-/// Bounds every pool. The table reader's pool is its own and reads its size from the environment when first used.
-fn bound_threads(threads: Option<u16>) {
-    let Some(threads) = threads else {
-        return;
-    };
-    std::env::set_var("POLARS_MAX_THREADS", threads.to_string());
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads));
-    // fails only if a pool exists already, and none does this early
-    if let Err(error) = pool.build_global() {
-        warn(&format!("--threads has no effect: {error}"));
+/// Prints help and version, which are no failure, or what is wrong with the command line.
+fn without_arguments(error: clap::Error) -> ExitCode {
+    if error.use_stderr() {
+        complain(&said::usage(error));
+        return ExitCode::from(COULD_NOT_RUN);
+    }
+    match error.print() {
+        // a reader that has left is no error
+        Err(source) if source.kind() != std::io::ErrorKind::BrokenPipe => {
+            could_not_run(&Error::Unprinted { written: None, source })
+        }
+        _ => ExitCode::SUCCESS,
     }
 }

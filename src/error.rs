@@ -1,5 +1,8 @@
 //! Says why a command could not run: no answer was given and nothing was written.
+//!
+//! What is shown of a user's text or a file's, here or elsewhere on a terminal, goes through [`plain`].
 
+use std::borrow::Cow;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -30,7 +33,7 @@ impl fmt::Display for Problem {
             (None, place) => write!(f, "{place}: ")?,
         }
         if let Some(found) = &self.found {
-            write!(f, "found {found}, ")?;
+            write!(f, "found {}, ", plain(found, usize::MAX))?;
         }
         write!(f, "{}", plain(&self.expected, usize::MAX))
     }
@@ -42,7 +45,23 @@ const CHARACTERS_SHOWN: usize = 60;
 /// Characters of a place that a message names: a table and a key.
 const PLACE_SHOWN: usize = 160;
 
-/// A text on one line, without control characters, cut after some characters.
+/// Whether a character is never shown as it is: it moves the cursor, breaks the line, turns the direction of what stands
+/// about it, or is not seen.
+///
+/// Control characters, the separators of lines and paragraphs, marks, embeddings, overrides and isolates of direction,
+/// soft hyphens and zero widths, tags and other invisible format characters, and the letters that are blank (fillers of
+/// Hangul). Joiners (U+200C, U+200D) and variation selectors are not among them: they shape the letters beside them in
+/// ordinary words.
+pub fn is_unseen(c: char) -> bool {
+    c.is_control()
+        || matches!(c,
+            '\u{ad}' | '\u{61c}' | '\u{115f}' | '\u{1160}' | '\u{180e}' | '\u{200b}' | '\u{200e}' | '\u{200f}'
+            | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{3164}' | '\u{feff}' | '\u{ffa0}'
+            | '\u{fff0}'..='\u{fffb}' | '\u{1bca0}'..='\u{1bca3}' | '\u{1d173}'..='\u{1d17a}'
+            | '\u{e0000}'..='\u{e007f}')
+}
+
+/// A text on one line, with escapes for what is never shown as it is, cut after some characters.
 pub fn plain(text: &str, most: usize) -> String {
     let mut shown = String::new();
     for (count, c) in text.chars().enumerate() {
@@ -50,28 +69,62 @@ pub fn plain(text: &str, most: usize) -> String {
             shown.push('…');
             break;
         }
-        if c.is_control() {
-            shown.extend(c.escape_default());
-        } else {
-            shown.push(c);
-        }
+        push_plain(&mut shown, c);
     }
     shown
 }
 
-/// A piece of an input as a message shows it: on one line, without control characters, cut where it is long.
+/// The same of lines that the program put together: their ends stay. What a user named in them has gone through
+/// [`plain`] before, so that no line of it can pass for one of the program's.
+pub fn plain_lines(text: &str) -> Cow<'_, str> {
+    // mostly there is nothing to escape, and a prediction may have megabytes
+    if text.bytes().all(|byte| matches!(byte, b'\n' | b' '..=b'~')) {
+        return Cow::Borrowed(text);
+    }
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        if c == '\n' {
+            shown.push(c);
+        } else {
+            push_plain(&mut shown, c);
+        }
+    }
+    Cow::Owned(shown)
+}
+
+fn push_plain(shown: &mut String, c: char) {
+    if is_unseen(c) {
+        shown.extend(c.escape_default());
+    } else {
+        shown.push(c);
+    }
+}
+
+/// A piece of an input as a message shows it: on one line, with nothing unseen, cut where it is long. A backtick in it is
+/// shown as an escape, too: the mark about it ends where it seems to.
 pub fn quoted(text: &str) -> String {
-    format!("`{}`", plain(text, CHARACTERS_SHOWN))
+    format!("`{}`", plain(text, CHARACTERS_SHOWN).replace('`', "\\u{60}"))
+}
+
+/// The name of a file without its folder, as a sentence names it: as it is where that is plain, else quoted.
+pub fn file_name(path: &Path) -> String {
+    let name = path.file_name().map(|name| name.to_string_lossy()).unwrap_or_default();
+    let ordinary = |c: char| c.is_alphanumeric() && !is_unseen(c) || matches!(c, '.' | '-' | '_' | ' ');
+    if name.chars().all(ordinary) {
+        name.into_owned()
+    } else {
+        quoted(&name)
+    }
 }
 
 /// Why there is no answer.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The command line asks for something that is not to be had.
-    #[error("{0}")]
+    #[error("{}", plain(.0, usize::MAX))]
     Usage(String),
     /// The operating system refused.
-    #[error("{}: cannot {doing}: {source}", named(path))]
+    #[error("{}: cannot {doing}: {}", named(path), plain(&source.to_string(), usize::MAX))]
     Io {
         /// the file or folder
         path: PathBuf,
@@ -91,15 +144,23 @@ pub enum Error {
         count: usize,
     },
     /// The folder to write is somebody else's.
-    #[error("{}: {reason}; nothing was written", named(path))]
+    #[error("{}: {}; nothing was written", named(path), plain(reason, usize::MAX))]
     Out {
         /// the folder
         path: PathBuf,
         /// why it is not replaced
         reason: String,
     },
+    /// Standard output refused what was to be printed.
+    #[error("standard output: cannot write: {}{}", plain(&source.to_string(), usize::MAX), written.as_deref().map_or(String::new(), stands))]
+    Unprinted {
+        /// what was written before, and stays
+        written: Option<PathBuf>,
+        /// the system's own reason
+        source: std::io::Error,
+    },
     /// A library below failed in a way no input should cause.
-    #[error("{doing}: {reason}")]
+    #[error("{doing}: {}", plain(reason, usize::MAX))]
     Internal {
         /// what was tried
         doing: &'static str,
@@ -130,8 +191,13 @@ impl Error {
     }
 }
 
+/// What is there although it could not be printed.
+fn stands(path: &Path) -> String {
+    format!("; {} was written whole", named(path))
+}
+
 /// A path as a message names it; a scene may name its table with any character.
-fn named(path: &Path) -> String {
+pub fn named(path: &Path) -> String {
     plain(&path.display().to_string(), usize::MAX)
 }
 
@@ -146,4 +212,51 @@ fn list(file: &Path, problems: &[Problem], count: usize) -> String {
         text.push_str(&format!("\n  and {} more", count - problems.len()));
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_moves_or_turns_a_text_is_shown_as_an_escape_and_letters_are_not() {
+        for c in "\0\t\n\r\u{1b}\u{7f}\u{9b}\u{ad}\u{61c}\u{200b}\u{200e}\u{200f}\u{2028}\u{2029}\u{202a}\u{202e}\u{2066}\u{2069}\u{feff}\u{3164}\u{e0041}"
+            .chars()
+        {
+            let shown = plain(&format!("a{c}b"), usize::MAX);
+            assert!(shown.chars().all(|c| c.is_ascii_graphic()) && shown.len() > 3, "{shown}");
+            assert_eq!(plain(&shown, usize::MAX), shown, "once is enough");
+        }
+        let words = "Müller & Huang 2016, Kügelchen µ Ω א خ می‌خواهم ❤️ 中";
+        assert_eq!(plain(words, usize::MAX), words);
+        assert_eq!(plain_lines("a\n\u{202e}b\n"), "a\n\\u{202e}b\n");
+        assert_eq!(quoted("a`b"), "`a\\u{60}b`");
+        assert_eq!(file_name(Path::new("x/runs-2.csv")), "runs-2.csv");
+        assert_eq!(file_name(Path::new("x/<b>.csv")), "`<b>.csv`");
+    }
+
+    #[test]
+    fn an_error_is_one_line_but_for_the_list_of_problems() {
+        let odd = Path::new("a\nb\u{202e}.csv");
+        let source = || std::io::Error::other("no\nroom");
+        for error in [
+            Error::Usage("found x\ny".to_owned()),
+            Error::io(odd, "read", source()),
+            Error::Out {
+                path: odd.to_path_buf(),
+                reason: "\u{1b}[2J".to_owned(),
+            },
+            Error::Unprinted {
+                written: Some(odd.to_path_buf()),
+                source: source(),
+            },
+            Error::Internal {
+                doing: "write",
+                reason: "a\rb".to_owned(),
+            },
+        ] {
+            let text = error.to_string();
+            assert!(!text.chars().any(is_unseen), "{text:?}");
+        }
+    }
 }

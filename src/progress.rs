@@ -1,5 +1,7 @@
 //! Shows on a terminal what takes longer than half a second.
 
+use std::sync::mpsc::{channel, RecvTimeoutError, Sender};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -11,6 +13,43 @@ const PATIENCE: Duration = Duration::from_millis(500);
 pub struct Progress {
     bar: ProgressBar,
     started: Instant,
+    ticker: Option<Ticker>,
+}
+
+/// Shows again and again that work of unknown length goes on, until it is dropped.
+struct Ticker {
+    work: Option<Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Ticker {
+    /// `None` where there is no terminal to show it on, or no thread is to be had: the work goes on without.
+    fn of(bar: &ProgressBar) -> Option<Ticker> {
+        if bar.is_hidden() {
+            return None;
+        }
+        let (work, ended) = channel::<()>();
+        let bar = bar.clone();
+        let tick = move || {
+            // the first tick comes after one interval: short work never draws
+            while ended.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
+                bar.tick();
+            }
+        };
+        let thread = std::thread::Builder::new().spawn(tick).ok()?;
+        Some(Ticker {
+            work: Some(work),
+            thread: Some(thread),
+        })
+    }
+}
+
+impl Drop for Ticker {
+    fn drop(&mut self) {
+        drop(self.work.take());
+        // one that ended in a panic has ended, too
+        let _ = self.thread.take().map(JoinHandle::join);
+    }
 }
 
 impl Progress {
@@ -18,9 +57,8 @@ impl Progress {
     pub fn spinner(what: &'static str, quiet: bool) -> Progress {
         let bar = ProgressBar::with_draw_target(None, target(quiet)).with_message(what);
         bar.set_style(ProgressStyle::default_spinner());
-        // the first tick comes after one interval: short work never draws
-        bar.enable_steady_tick(PATIENCE);
         Progress {
+            ticker: Ticker::of(&bar),
             bar,
             started: Instant::now(),
         }
@@ -35,6 +73,7 @@ impl Progress {
         Progress {
             bar,
             started: Instant::now(),
+            ticker: None,
         }
     }
 
@@ -55,6 +94,8 @@ impl Progress {
 
 impl Drop for Progress {
     fn drop(&mut self) {
+        // before the line is cleared, so that no tick draws it again
+        drop(self.ticker.take());
         self.bar.finish_and_clear();
     }
 }

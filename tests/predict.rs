@@ -17,7 +17,7 @@ use wetcor::physics::inertia::Inertia;
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::report::finished::Finished;
 use wetcor::scene;
-use wetcor::seed::stream;
+use wetcor::seed::{sha256, stream};
 
 /// PE in M50, δ/D = 0.06: near the threshold at the speeds of the example.
 const SLOW: Setting = Setting {
@@ -413,8 +413,18 @@ impl Store {
         change(&mut findings, &mut draws);
         let place = tempfile::tempdir().expect("a temporary folder");
         let folder = place.path().join("r");
-        std::fs::create_dir_all(folder.join("draws")).expect("writable");
-        for (name, text) in [("findings.json", findings), ("draws/draws.csv", draws)] {
+        std::fs::create_dir_all(folder.join("draws/draws.zarr")).expect("writable");
+        let root = format!(
+            r#"{{"attributes":{{"findings_sha256":"{}","draws_csv_sha256":"{}"}}}}"#,
+            sha256(findings.as_bytes()),
+            sha256(draws.as_bytes())
+        );
+        let files = [
+            ("findings.json", findings),
+            ("draws/draws.csv", draws),
+            ("draws/draws.zarr/zarr.json", root),
+        ];
+        for (name, text) in files {
             if !text.is_empty() {
                 std::fs::write(folder.join(name), text).expect("writable");
             }
@@ -530,7 +540,7 @@ fn every_folder_that_cannot_be_predicted_from_is_refused_in_its_words() {
         ),
         (
             |_, draws| *draws = draws.replace("1.86", "NaN"),
-            format!("r/draws/draws.csv: lubrication_log: found a draw that is not finite{AGAIN}"),
+            format!("r/draws/draws.csv: lubrication_log: found NaN, expected a number above 0{AGAIN}"),
         ),
         (
             |_, draws| *draws = draws.replace("sigma_wet", "sigma"),

@@ -4,11 +4,11 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-use wetcor::error::Error;
+use wetcor::error::{named, Error};
 use wetcor::staging::{Place, Staging};
 use wetcor::study::{accuracy, calibration};
 
-use super::said::say;
+use super::said::say_of;
 use crate::progress::Progress;
 
 pub(super) fn calibrate(out: &Path, sets: u64, seed: u64, quiet: bool) -> Result<u8, Error> {
@@ -33,7 +33,7 @@ pub(super) fn calibrate(out: &Path, sets: u64, seed: u64, quiet: bool) -> Result
     staging.put(calibration::may_replace)?;
     drop(progress);
     if !quiet {
-        say(&format!("table: {}\n", out.display()))?;
+        say_of(out, &format!("table: {}\n", named(out)))?;
     }
     Ok(0)
 }

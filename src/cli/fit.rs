@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use wetcor::error::Error;
+use wetcor::error::{named, Error};
 use wetcor::findings::posterior::Way;
 use wetcor::findings::{self, overview, verdicts};
 use wetcor::model::parameters::Parameters;
@@ -13,7 +13,7 @@ use wetcor::{runs, scene};
 
 use super::arguments::Stage;
 use super::draws::Draws;
-use super::said::{say, tell};
+use super::said::{say_of, tell};
 use super::timing::Timing;
 use super::NOT_QUOTABLE;
 
@@ -92,7 +92,8 @@ pub(super) fn fit(
     tell(&findings.notices, quiet);
     if !quiet {
         let report = out.join("report.md");
-        say(&format!("{}report: {}\n", markdown::summary(told), report.display()))?;
+        let text = format!("{}report: {}\n", markdown::summary(told), named(&report));
+        say_of(&report, &text)?;
     }
     Ok(if verdicts::quotable(&findings.verdicts) {
         0

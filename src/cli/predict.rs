@@ -144,15 +144,10 @@ pub fn predict(asked: &Predict, quiet: bool) -> Result<u8, Error> {
         film: Dimension::Thickness.usual_to_si(asked.film),
         surface_tension,
     };
-    if setting.film_ratio() > LARGEST_FILM_RATIO {
-        let ratio = setting.film_ratio();
-        return Err(Error::Usage(format!(
-            "--film-um: found a film ratio of {ratio:.3}, expected at most {LARGEST_FILM_RATIO}: no formula is valid above"
-        )));
-    }
+    can_be_asked(&setting)?;
     let rows = law.predict(&setting, &asked.speed.all());
     let text = match asked.format {
-        Format::Csv => prediction::csv(&rows),
+        Format::Csv => prediction::csv(&rows)?,
         Format::Json => {
             let origin = Origin {
                 title: &finished.title,
@@ -182,6 +177,29 @@ pub fn predict(asked: &Predict, quiet: bool) -> Result<u8, Error> {
     }
     say(&text)?;
     Ok(0)
+}
+
+/// Fails where no formula is valid, or a number of the command line vanishes in SI.
+fn can_be_asked(setting: &Setting) -> Result<(), Error> {
+    for (flag, x) in [
+        ("--diameter-mm", setting.diameter),
+        ("--film-um", setting.film),
+        ("--viscosity-mPa-s", setting.viscosity),
+        ("--liquid-density-kg-m3", setting.liquid_density),
+        ("the liquid's density over the particle's", setting.density_ratio()),
+    ] {
+        if !x.is_normal() {
+            let expected = "expected a number that is neither too small nor too large to compute with";
+            return Err(Error::Usage(format!("{flag}: found {x:e} in SI, {expected}")));
+        }
+    }
+    let ratio = setting.film_ratio();
+    if ratio > LARGEST_FILM_RATIO {
+        return Err(Error::Usage(format!(
+            "--film-um: found a film ratio of {ratio:.3}, expected at most {LARGEST_FILM_RATIO}: no formula is valid above"
+        )));
+    }
+    Ok(())
 }
 
 /// Density and viscosity of the liquid asked for, kg/m³ and Pa s.

@@ -1,13 +1,17 @@
-//! Says things to the user: notices on standard error, results on standard output.
+//! Says things to the user: notices and errors on standard error, results on standard output.
+//!
+//! Everything goes through [`plain_lines`] or [`plain`] here: whatever a name, a path or a library's message holds, nothing
+//! moves the terminal or turns its text.
 
 use std::io::{IsTerminal, Write};
 use std::path::Path;
 
-use wetcor::error::Error;
+use clap::error::{ContextKind, ContextValue};
+use wetcor::error::{plain, plain_lines, Error};
 use wetcor::notice::Notice;
 
 /// A word before a message, coloured on a terminal only.
-pub(super) fn label(word: &str, colour: &str) -> String {
+fn label(word: &str, colour: &str) -> String {
     let plain = !std::io::stderr().is_terminal() || std::env::var_os("NO_COLOR").is_some();
     if plain {
         word.to_owned()
@@ -16,8 +20,38 @@ pub(super) fn label(word: &str, colour: &str) -> String {
     }
 }
 
+/// Says what wants a second look, on one line.
 pub(super) fn warn(text: &str) {
+    let text = plain(text, usize::MAX);
     let _ = writeln!(std::io::stderr(), "{}: {text}", label("notice", "\u{1b}[1;33m"));
+}
+
+/// What is wrong with the command line. The words on it are shown on one line each, and a tip that repeats one that cannot
+/// be shown as it is falls away.
+pub(super) fn usage(mut error: clap::Error) -> String {
+    let one_line = |text: &String| plain(text, usize::MAX);
+    let shown: Vec<(ContextKind, ContextValue)> = error
+        .context()
+        .filter_map(|(kind, value)| match value {
+            ContextValue::String(text) => Some((kind, ContextValue::String(one_line(text)))),
+            ContextValue::Strings(texts) => Some((kind, ContextValue::Strings(texts.iter().map(one_line).collect()))),
+            _ => None,
+        })
+        .collect();
+    for (kind, value) in shown {
+        let before = error.insert(kind, value);
+        if before.as_ref() != error.get(kind) {
+            error.remove(ContextKind::Suggested);
+        }
+    }
+    let text = error.render().to_string();
+    text.strip_prefix("error: ").unwrap_or(&text).trim_end().to_owned()
+}
+
+/// Says why there is no answer; what a user named in it is on one line already.
+pub(super) fn complain(text: &str) {
+    let text = plain_lines(text);
+    let _ = writeln!(std::io::stderr(), "{}: {text}", label("error", "\u{1b}[1;31m"));
 }
 
 pub(super) fn tell(notices: &[Notice], quiet: bool) {
@@ -30,11 +64,21 @@ pub(super) fn tell(notices: &[Notice], quiet: bool) {
 
 /// Prints to standard output. A reader that has left is no error.
 pub(super) fn say(text: &str) -> Result<(), Error> {
+    print(text, None)
+}
+
+/// Prints when a file or a folder is written, which stays whatever becomes of standard output.
+pub(super) fn say_of(written: &Path, text: &str) -> Result<(), Error> {
+    print(text, Some(written))
+}
+
+fn print(text: &str, written: Option<&Path>) -> Result<(), Error> {
     let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(Error::io(Path::new("standard output"), "write", error))
-        }
+    match out.write_all(plain_lines(text).as_bytes()).and_then(|()| out.flush()) {
+        Err(source) if source.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::Unprinted {
+            written: written.map(Path::to_path_buf),
+            source,
+        }),
         _ => Ok(()),
     }
 }

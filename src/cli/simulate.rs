@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use wetcor::error::Error;
+use wetcor::error::{named, Error};
 use wetcor::model::simulate::Simulation;
 use wetcor::runs::{self, Existing, RunWriter};
 use wetcor::scene;
 
-use super::said::{say, warn};
+use super::said::{say_of, warn};
 use crate::progress::Progress;
 
 pub(super) fn simulate(
@@ -48,7 +48,7 @@ pub(super) fn simulate(
                 simulation.left_out
             ));
         }
-        say(&format!("{written} simulated runs: {}\n", out.display()))?;
+        say_of(out, &format!("{written} simulated runs: {}\n", named(out)))?;
     }
     Ok(0)
 }

@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-use wetcor::error::Error;
+use wetcor::error::{named, Error};
 use wetcor::report::folder::{Contents, Destination};
 use wetcor::report::trade as trade_report;
 use wetcor::study::trade;
 use wetcor::{runs, scene};
 
-use super::said::{say, tell};
+use super::said::{say_of, tell};
 use crate::progress::Progress;
 
 pub(super) fn run_trade(path: &Path, out: Option<PathBuf>, seed: u64, quiet: bool) -> Result<u8, Error> {
@@ -26,11 +26,8 @@ pub(super) fn run_trade(path: &Path, out: Option<PathBuf>, seed: u64, quiet: boo
     tell(&table.notices, quiet);
     if !quiet {
         let page = out.join("trade.md");
-        say(&format!(
-            "{}trade: {}\n",
-            trade_report::summary(&measured),
-            page.display()
-        ))?;
+        let text = format!("{}trade: {}\n", trade_report::summary(&measured), named(&page));
+        say_of(&page, &text)?;
     }
     Ok(0)
 }

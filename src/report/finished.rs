@@ -1,26 +1,40 @@
 //! Reads back from a finished report's folder what predictions start from, or says what the folder lacks.
+//!
+//! Nothing in a folder is taken on trust: its parts must be those that were written together (see [`Tie`]), and every number
+//! must be one that a fit can have found.
 
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
 use super::draws::csv;
+use super::draws::tie::{Tie, STORE, TABLE};
 use crate::encoding::decode;
-use crate::error::{quoted, Error};
-use crate::findings::predict::{Basis, Draw, Law};
+use crate::error::{named, quoted, Error};
+use crate::files;
+use crate::findings::predict::{Basis, Covered, Draw, Law};
 use crate::findings::SCHEMA;
 use crate::model::parameters::Kind;
 use crate::physics::impact::{DrySpeed, Form, Parameters};
 use crate::physics::inertia::Inertia;
-use crate::scene::{form_of, name_expected, Term};
+use crate::scene::{form_of, name_expected, Term, LARGEST_FILM_RATIO};
+use crate::seed::sha256;
 
-/// Where the draws lie in a report's folder.
-const DRAWS: &str = "draws/draws.csv";
+/// Most bytes of a `findings.json` or a store's `zarr.json`: far more than any has.
+const MOST_BYTES: u64 = 64 << 20;
+
+/// Columns of the table of draws before those of the parameters: chain, iteration, draw.
+const CONTROLS: u64 = 3;
+
+/// Fewest and most bytes a number of the table of draws takes, with what parts it from the next.
+const BYTES_A_NUMBER: [u64; 2] = [2, 32];
 
 /// A finished fit with a posterior.
 #[derive(Debug)]
 pub struct Finished {
     folder: PathBuf,
+    /// SHA-256 of its `findings.json`
+    sha256: String,
     /// title of the scene
     pub title: String,
     /// the gating checks that failed, in words; empty: the numbers may be quoted
@@ -93,7 +107,7 @@ impl Finished {
     /// Fails where the folder is no report, of another version, or of a fit without a posterior.
     pub fn read(folder: &Path) -> Result<Finished, Error> {
         let path = folder.join("findings.json");
-        let bytes = read(&path, "findings of a fit", folder)?;
+        let bytes = read(&path, "findings of a fit", folder, MOST_BYTES)?;
         let no_json = |error: &dyn std::fmt::Display| {
             let text = format!("{}: no findings of wetcor ({error})", path.display());
             Error::Usage(format!("{text}; {}", again(folder)))
@@ -116,8 +130,13 @@ impl Finished {
             return Err(Error::Usage(format!("{text}; {}", again(folder))));
         };
         let failed = file.verdicts.into_iter().filter(|check| check.gates && !check.passed);
+        if let Some(odd) = odd_number(&posterior) {
+            let text = format!("{}: {odd}", path.display());
+            return Err(Error::Usage(format!("{text}; {}", again(folder))));
+        }
         Ok(Finished {
             folder: folder.to_path_buf(),
+            sha256: sha256(&bytes),
             title: mark.title,
             failed: failed.map(|check| check.text).collect(),
             basis: posterior.basis.clone(),
@@ -225,6 +244,59 @@ impl Finished {
         Error::Usage(format!("{folder}: the fit has {what}, which predict does not know"))
     }
 
+    /// Columns of the table of draws, which must be the one that was written with these findings.
+    fn columns(&self, columns: &[&str]) -> Result<Vec<Vec<f64>>, Error> {
+        let path = self.folder.join(TABLE);
+        let Sampled { chains, draws, .. } = self.posterior;
+        let numbers = (chains as u64)
+            .checked_mul(draws as u64)
+            .and_then(|all| all.checked_mul(self.posterior.parameters.len() as u64 + CONTROLS));
+        let [fewest, most] = BYTES_A_NUMBER.map(|bytes| numbers.and_then(|numbers| numbers.checked_mul(bytes)));
+        // the names in the header have as much room as all of a findings.json
+        let most = most.and_then(|bytes| bytes.checked_add(MOST_BYTES));
+        let bytes = read(&path, "draws to predict from", &self.folder, most.unwrap_or(0))?;
+        // before memory is asked for so many
+        if fewest.is_none_or(|fewest| fewest == 0 || fewest > bytes.len() as u64) {
+            let found = bytes.len();
+            let problem = format!("found {found} bytes, which {chains} chains of {draws} draws do not take");
+            return Err(self.refuse(&path, &problem));
+        }
+        self.check_tie(&bytes)?;
+        let text = decode(&bytes).map_err(|problem| self.refuse(&path, &problem))?;
+        let read = csv::read(text, columns, chains * draws).map_err(|problem| self.refuse(&path, &problem))?;
+        for (name, values) in columns.iter().zip(&read) {
+            if let Some(odd) = values.iter().find_map(|x| odd_value(name, *x, false)) {
+                return Err(self.refuse(&path, &odd));
+            }
+        }
+        Ok(read)
+    }
+
+    /// Fails unless the findings and these draws are what the store beside them was written with.
+    fn check_tie(&self, draws: &[u8]) -> Result<(), Error> {
+        let store = self.folder.join(STORE).join("zarr.json");
+        let root = read(&store, "word of what the draws belong to", &self.folder, MOST_BYTES)?;
+        let tie = Tie::of_store(&root)
+            .map_err(|error| self.refuse(&store, &format!("no word of what the draws belong to ({error})")))?;
+        for (name, hash, expected) in [
+            ("findings.json", &self.sha256, tie.findings_sha256),
+            (TABLE, &sha256(draws), tie.draws_csv_sha256),
+        ] {
+            if *hash != expected {
+                let other = format!(
+                    "does not belong to {STORE}, which names another by its hash: changed since, or of another fit"
+                );
+                return Err(self.refuse(&self.folder.join(name), &other));
+            }
+        }
+        Ok(())
+    }
+
+    /// Says what is wrong with a file of the folder.
+    fn refuse(&self, path: &Path, problem: &dyn std::fmt::Display) -> Error {
+        Error::Usage(format!("{}: {problem}; {}", path.display(), again(&self.folder)))
+    }
+
     /// The values of some parameters, in that order; one with a number is not read.
     fn sources(&self, wanted: &[(String, Option<f64>)]) -> Result<Vec<Source>, Error> {
         let posterior = &self.posterior;
@@ -238,22 +310,7 @@ impl Finished {
                 return Err(Error::Usage(format!("{why}: it needs wet runs")));
             }
         }
-        let path = self.folder.join(DRAWS);
-        let bytes = read(&path, "draws to predict from", &self.folder)?;
-        let refuse = |problem: &dyn std::fmt::Display| {
-            let text = format!("{}: {problem}", path.display());
-            Error::Usage(format!("{text}; {}", again(&self.folder)))
-        };
-        let text = decode(&bytes).map_err(|problem| refuse(&problem))?;
-        let draws = posterior.chains * posterior.draws;
-        let mut read = csv::read(text, &columns, draws).map_err(|problem| refuse(&problem))?;
-        if let Some(place) = columns
-            .iter()
-            .zip(&read)
-            .position(|(_, values)| values.iter().any(|x| !x.is_finite()))
-        {
-            return Err(refuse(&format!("{}: found a draw that is not finite", columns[place])));
-        }
+        let mut read = self.columns(&columns)?;
         let sources = wanted.iter().map(|(name, unread)| {
             let column = columns.iter().position(|column| column == name);
             let held = || posterior.left_out.iter().find(|held| held.name == *name)?.value;
@@ -267,6 +324,62 @@ impl Finished {
     }
 }
 
+/// What is wrong with the numbers a prediction starts from, the draws apart; `None`: nothing.
+fn odd_number(posterior: &Sampled) -> Option<String> {
+    let basis = &posterior.basis;
+    let above = |place: String, x: f64| {
+        let holds = x > 0.0 && x.is_finite();
+        (!holds).then(|| format!("{place}: found {x:?}, expected a number above 0"))
+    };
+    let range = |place: String, [lo, hi]: [f64; 2], most: f64| {
+        let holds = lo > 0.0 && lo <= hi && hi <= most;
+        (!holds).then(|| format!("{place}: found {lo:?} to {hi:?}, expected a range above 0"))
+    };
+    let covered = |name: &str, covered: &Covered| {
+        let of = |what: &str| format!("{what} of {}", quoted(name));
+        let stokes = range(of("Stokes numbers"), covered.stokes, f64::MAX);
+        stokes.or_else(|| range(of("film ratios"), covered.film_ratio, LARGEST_FILM_RATIO))
+    };
+    let particles = basis.particles.iter().find_map(|particle| {
+        let density = above(format!("density of {}", quoted(&particle.name)), particle.density_kg_m3);
+        density.or_else(|| covered(&particle.name, particle.covered.as_ref()?))
+    });
+    let liquids = || {
+        basis.liquids.iter().find_map(|liquid| {
+            let name = quoted(&liquid.name);
+            above(format!("density of {name}"), liquid.density_kg_m3)
+                .or_else(|| above(format!("viscosity of {name}"), liquid.viscosity_pa_s))
+                .or_else(|| above(format!("surface tension of {name}"), liquid.surface_tension_n_m?))
+        })
+    };
+    let limit = || {
+        let x = basis.smallest_restitution;
+        let holds = (0.0..1.0).contains(&x);
+        (!holds).then(|| format!("smallest_restitution: found {x:?}, expected a number from 0 to below 1"))
+    };
+    let speed = || above("dry_speed_m_s".to_owned(), posterior.dry_speed_m_s?);
+    let held = || {
+        let mut held = posterior
+            .left_out
+            .iter()
+            .filter_map(|held| Some((&held.name, held.value?)));
+        held.find_map(|(name, x)| odd_value(name, x, true))
+    };
+    particles.or_else(liquids).or_else(limit).or_else(speed).or_else(held)
+}
+
+/// What is wrong with a parameter's value; `None`: nothing. Held values may be 0 where the term they scale is left out.
+fn odd_value(name: &str, x: f64, held: bool) -> Option<String> {
+    let least = if name == Kind::Nu.key() { 2.0 } else { 0.0 };
+    // a term without a prefactor takes nothing
+    let may_vanish = held
+        && [Kind::LubricationLog, Kind::InertialPrefactor]
+            .iter()
+            .any(|kind| kind.key() == name);
+    let holds = x.is_finite() && (x > least || may_vanish && x == 0.0);
+    (!holds).then(|| format!("{name}: found {x:?}, expected a number above {least:.0}"))
+}
+
 /// Parameters besides the k of the particles, in the order a law takes them.
 const KINDS: [Kind; 7] = [
     Kind::LubricationLog,
@@ -278,18 +391,17 @@ const KINDS: [Kind; 7] = [
     Kind::SigmaDry,
 ];
 
-/// The bytes of a file of the folder.
-fn read(path: &Path, what: &str, folder: &Path) -> Result<Vec<u8>, Error> {
-    std::fs::read(path).map_err(|error| {
-        if error.kind() == std::io::ErrorKind::NotFound {
+/// The bytes of a file of the folder, which has no more than so many.
+fn read(path: &Path, what: &str, folder: &Path, most: u64) -> Result<Vec<u8>, Error> {
+    files::read(path, most, "read").map_err(|error| match error {
+        Error::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
             Error::Usage(format!("{}: no {what}; {}", path.display(), again(folder)))
-        } else {
-            Error::io(path, "read", error)
         }
+        other => other,
     })
 }
 
 /// The command that writes a folder predictions can be made from.
 fn again(folder: &Path) -> String {
-    format!("run `wetcor fit SCENE --out {}` with every stage", folder.display())
+    format!("run `wetcor fit SCENE --out {}` with every stage", named(folder))
 }

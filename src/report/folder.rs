@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use serde::Deserialize;
 
 use super::draws::zarr;
-use crate::error::{quoted, Error};
+use crate::error::{named, quoted, Error};
 use crate::staging::{Place, Staging};
 use crate::{files, findings, study};
 
@@ -140,7 +140,7 @@ impl Destination {
             return refuse("exists and is no folder".to_owned());
         }
         if let Some(input) = self.inputs.iter().find(|input| input.starts_with(folder)) {
-            let input = input.strip_prefix(folder).unwrap_or(input).display();
+            let input = named(input.strip_prefix(folder).unwrap_or(input));
             return refuse(format!("holds {input}, which is read for what would replace it"));
         }
         let (file, schema) = self.contents.mark();
@@ -154,16 +154,12 @@ impl Destination {
         let strangers = strangers.map_err(|error| Error::io(place.named(), "look through", error))?;
         match strangers.as_slice() {
             [] => Ok(()),
-            [one] => refuse(format!("holds {}, which no report writes", one.display())),
-            [one, more @ ..] => refuse(format!(
-                "holds {} and {} more that no report writes",
-                one.display(),
-                if more.len() < MOST_STRANGERS {
-                    format!("{}", more.len())
-                } else {
-                    format!("at least {MOST_STRANGERS}")
-                }
-            )),
+            [one] => refuse(format!("holds {}, which no report writes", named(one))),
+            [one, more @ ..] => {
+                let least = if more.len() < MOST_STRANGERS { "" } else { "at least " };
+                let (one, more) = (named(one), more.len());
+                refuse(format!("holds {one} and {least}{more} more that no report writes"))
+            }
         }
     }
 

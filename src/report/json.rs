@@ -1,11 +1,14 @@
 //! Writes JSON one entry a line, without blanks inside: a table that can be read and a quarter of the size of full
 //! indentation.
+//!
+//! A character that is never shown as it is (see [`is_unseen`]) is written as its number, of which a reader makes the same
+//! text: JSON is printed, and files of it are shown on terminals and in editors.
 
 use std::io;
 
 use serde_json::ser::Formatter;
 
-use crate::error::Error;
+use crate::error::{is_unseen, Error};
 
 /// Nesting down to which every entry has its own line: the object and the lists in it.
 const OPEN_TO: usize = 2;
@@ -59,6 +62,17 @@ impl Formatter for Shallow {
             format!("{value:?}")
         };
         writer.write_all(text.as_bytes())
+    }
+    fn write_string_fragment<W: ?Sized + io::Write>(&mut self, writer: &mut W, fragment: &str) -> io::Result<()> {
+        let mut rest = fragment;
+        while let Some((at, c)) = rest.char_indices().find(|(_, c)| is_unseen(*c)) {
+            writer.write_all(&rest.as_bytes()[..at])?;
+            for unit in c.encode_utf16(&mut [0; 2]) {
+                write!(writer, "\\u{unit:04x}")?;
+            }
+            rest = &rest[at + c.len_utf8()..];
+        }
+        writer.write_all(rest.as_bytes())
     }
     fn begin_array<W: ?Sized + io::Write>(&mut self, writer: &mut W) -> io::Result<()> {
         self.open(writer, b"[")
@@ -122,6 +136,18 @@ mod tests {
         let expected =
             "{\n \"rows\": [\n  {\"x\":0.1,\"empty\":[]},\n  {\"x\":null,\"empty\":[]}\n ],\n \"name\": \"a\"\n}\n";
         assert_eq!(text(&file).ok().as_deref(), Some(expected));
+    }
+
+    #[test]
+    fn d11_what_is_not_shown_is_written_as_a_number_and_read_back_as_it_was() {
+        let title = "a\u{1b}[2J\n\u{202e}b\u{7f}\u{9b}\u{e0041} ü中";
+        let written = text(&title).expect("a text");
+        assert!(!written.trim_end().chars().any(is_unseen), "{written:?}");
+        assert!(
+            written.contains("\\u202eb\\u007f\\u009b\\udb40\\udc41 ü中"),
+            "{written}"
+        );
+        assert_eq!(serde_json::from_str::<String>(&written).ok().as_deref(), Some(title));
     }
 
     #[test]

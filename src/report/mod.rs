@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `numbers.rs` | rounds every number by its uncertainty |
 //! | `markdown/` | writes the report |
-//! | `figures.rs` | says what each figure shows |
+//! | `figures/` | says what each figure shows |
 //! | `chart.rs` | draws a chart as SVG |
 //! | `json.rs` | lays JSON out |
 //! | `draws/` | puts draws on disk |
@@ -56,13 +56,17 @@ pub fn files(told: Told, with_figures: bool) -> Result<Files, Error> {
     let ((report, findings), draws) = rayon::join(
         || (markdown::report(told, &names), findings_text(told.findings, &names)),
         || {
-            let draws = told.posterior.map(|posterior| draws::posterior::files(told, posterior));
+            let draws = told
+                .posterior
+                .map(|posterior| draws::posterior::gather(told, posterior));
             draws.transpose()
         },
     );
+    let findings = findings?.into_bytes();
+    let draws = draws?.map(|draws| draws.files(&findings)).transpose()?;
     let mut whole = vec![
         ("report.md".to_owned(), report.into_bytes()),
-        ("findings.json".to_owned(), findings?.into_bytes()),
+        ("findings.json".to_owned(), findings),
     ];
     for figure in figures {
         whole.push((format!("figures/{}", figure.name), figure.svg.into_bytes()));
@@ -71,7 +75,7 @@ pub fn files(told: Told, with_figures: bool) -> Result<Files, Error> {
         whole,
         ..Files::default()
     };
-    if let Some(draws) = draws? {
+    if let Some(draws) = draws {
         files.whole.extend(draws.whole);
         files.streamed.extend(draws.streamed);
     }

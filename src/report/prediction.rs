@@ -28,26 +28,49 @@ const COLUMNS: [&str; 15] = [
     "extrapolated",
 ];
 
+/// The numbers of a row, in the order of the columns.
+fn numbers(row: &Predicted) -> [f64; 13] {
+    [
+        row.impact_speed_m_s,
+        row.stokes,
+        row.reynolds,
+        row.restitution,
+        row.restitution_q05,
+        row.restitution_q25,
+        row.restitution_q75,
+        row.restitution_q95,
+        row.run_q05,
+        row.run_q25,
+        row.run_q75,
+        row.run_q95,
+        row.stuck_probability,
+    ]
+}
+
+/// Fails at the first number that is none, with its name: what was asked for is too far from anything that can be computed.
+fn check(rows: &[Predicted]) -> Result<(), Error> {
+    for row in rows {
+        let odd = COLUMNS.iter().zip(numbers(row)).find(|(_, number)| !number.is_finite());
+        if let Some((name, _)) = odd {
+            let speed = row.impact_speed_m_s;
+            return Err(Error::Usage(format!(
+                "{name} at {speed} m/s comes out as no finite number: this sphere, film, liquid or speed is beyond what can be \
+                 computed from the fit"
+            )));
+        }
+    }
+    Ok(())
+}
+
 /// A line a speed; a slope there is none of is left empty.
-pub fn csv(rows: &[Predicted]) -> String {
+///
+/// Fails where a number is not finite.
+pub fn csv(rows: &[Predicted]) -> Result<String, Error> {
+    check(rows)?;
     let mut text = COLUMNS.join(",");
     text.push('\n');
     for row in rows {
-        for number in [
-            row.impact_speed_m_s,
-            row.stokes,
-            row.reynolds,
-            row.restitution,
-            row.restitution_q05,
-            row.restitution_q25,
-            row.restitution_q75,
-            row.restitution_q95,
-            row.run_q05,
-            row.run_q25,
-            row.run_q75,
-            row.run_q95,
-            row.stuck_probability,
-        ] {
+        for number in numbers(row) {
             // a String takes whatever is written to it
             let _ = write!(text, "{number:?},");
         }
@@ -56,7 +79,7 @@ pub fn csv(rows: &[Predicted]) -> String {
         }
         let _ = writeln!(text, ",{}", row.extrapolated);
     }
-    text
+    Ok(text)
 }
 
 /// What a prediction was made of.
@@ -76,6 +99,8 @@ pub struct Origin<'a> {
 
 /// An object with what the prediction was made of and `predicted`, a list of rows; a slope there is none of is null with
 /// a reason.
+///
+/// Fails where a number is not finite.
 pub fn json(origin: Origin, setting: &Setting, rows: &[Predicted]) -> Result<String, Error> {
     #[derive(Serialize)]
     struct File<'a> {
@@ -94,6 +119,7 @@ pub fn json(origin: Origin, setting: &Setting, rows: &[Predicted]) -> Result<Str
         #[serde(skip_serializing_if = "Option::is_none")]
         why_none: Option<&'static str>,
     }
+    check(rows)?;
     json::text(&File {
         origin,
         diameter_m: setting.diameter,

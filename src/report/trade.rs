@@ -3,6 +3,7 @@
 use super::chart::{svg, Axis, Chart, Dash, Layer, Point, Style};
 use super::folder::Files;
 use super::json;
+use super::markdown::escape::literal;
 use super::markdown::page::Page;
 use super::numbers::{self, NONE};
 use crate::error::Error;
@@ -47,10 +48,7 @@ fn stands(rung: &Rung) -> bool {
 }
 
 fn page(scene: &Scene, trade: &Trade) -> String {
-    let mut page = Page {
-        text: format!("# Speed against accuracy: {}\n\n", scene.title),
-        figures: vec![],
-    };
+    let mut page = Page::titled(&format!("Speed against accuracy: {}", literal(&scene.title)), &[]);
     let reference = &trade.reference;
     page.paragraph(&format!(
         "What each way to the posterior of these {} runs costs, and how far it is off, on {} threads, by wetcor {} with \

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::errors::MeasurementErrors;
 use super::row::{screen, Row};
+use crate::error::file_name;
 use crate::notice::Notice;
 use crate::scene::Scene;
 
@@ -142,9 +143,7 @@ impl Collected {
     }
 
     pub fn notices(&self, path: &Path) -> Vec<Notice> {
-        let file = path
-            .file_name()
-            .map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+        let file = file_name(path);
         let mut notices = vec![];
         if !self.unknown.is_empty() {
             let noun = if self.unknown.len() == 1 { "column" } else { "columns" };

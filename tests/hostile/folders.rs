@@ -1,1 +1,463 @@
 //! Attacks folders that are read back.
+
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+use std::time::Instant;
+
+use serde_json::{json, Value};
+use tempfile::TempDir;
+use wetcor::error::Error;
+use wetcor::physics::impact::Setting;
+use wetcor::report::draws::tie::{Tie, STORE, TABLE};
+use wetcor::report::finished::Finished;
+use wetcor::report::prediction;
+
+use super::attack::{is_hostile, Outcome, Place};
+
+const FINDINGS: &str = "findings.json";
+
+/// What the store says of itself.
+fn root() -> String {
+    format!("{STORE}/zarr.json")
+}
+
+/// Two fits of the same runs with different seeds, as small as they can be, once for all tests.
+fn fits() -> &'static (Place, [PathBuf; 2]) {
+    static FITS: OnceLock<(Place, [PathBuf; 2])> = OnceLock::new();
+    FITS.get_or_init(|| {
+        let place = Place::plain();
+        place.add_to_scene("[sampler]\nchains = 2\nwarmup = 100\ndraws = 50\n[model]\nlikelihood = \"student\"");
+        let folders = ["1", "2"].map(|seed| {
+            let stages = "least_squares,posterior";
+            let outcome = place.run(
+                &["fit", "scene.toml", "--seed", seed, "--out", seed, "--stages", stages],
+                60.0,
+            );
+            assert!(matches!(outcome.status, Some(0 | 1)), "{outcome:?}");
+            place.path(seed)
+        });
+        (place, folders)
+    })
+}
+
+/// A copy of what a prediction reads of a fit.
+struct Copy {
+    place: TempDir,
+}
+
+impl Copy {
+    fn of(fit: &Path) -> Copy {
+        let copy = Copy {
+            place: tempfile::tempdir().expect("a temporary folder"),
+        };
+        std::fs::create_dir_all(copy.path(STORE)).expect("writable");
+        for name in [FINDINGS, TABLE, &root()] {
+            std::fs::copy(fit.join(name), copy.path(name)).expect("writable");
+        }
+        copy
+    }
+
+    fn first() -> Copy {
+        Copy::of(&fits().1[0])
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.place.path().join(name)
+    }
+
+    fn read(&self, name: &str) -> Vec<u8> {
+        std::fs::read(self.path(name)).expect("readable")
+    }
+
+    fn write(&self, name: &str, bytes: impl AsRef<[u8]>) {
+        std::fs::write(self.path(name), bytes).expect("writable");
+    }
+
+    fn findings(&self) -> Value {
+        serde_json::from_slice(&self.read(FINDINGS)).expect("JSON")
+    }
+
+    /// Ties the parts as they are now, as a forger would.
+    fn tie(&self) {
+        let mut store: Value = serde_json::from_slice(&self.read(&root())).expect("JSON");
+        for (name, hash) in Tie::of(&self.read(FINDINGS), &self.read(TABLE)).attributes() {
+            store["attributes"][name] = hash;
+        }
+        self.write(&root(), store.to_string());
+    }
+
+    /// A prediction without a process of its own.
+    fn predicted(&self) -> Result<String, Error> {
+        predicted(self.place.path())
+    }
+
+    /// A prediction by the command.
+    fn run(&self, more: &[&str]) -> Outcome {
+        let folder = self.place.path().to_str().expect("a plain path").to_owned();
+        fits().0.run(&[&["predict", &folder][..], &ASKED, more].concat(), 10.0)
+    }
+
+    fn assert_refused(&self, of: &str, words: &[&str]) {
+        self.run(&[]).assert_refused(of, words);
+    }
+}
+
+const ASKED: [&str; 10] = [
+    "--particle",
+    "PTFE",
+    "--liquid",
+    "AK10",
+    "--diameter-mm",
+    "4",
+    "--film-um",
+    "200",
+    "--speed-m-s",
+    "0.05:2:4",
+];
+
+fn predicted(folder: &Path) -> Result<String, Error> {
+    let finished = Finished::read(folder)?;
+    let law = finished.law("PTFE")?;
+    let basis = &finished.basis;
+    let particle = basis.particles.iter().find(|particle| particle.name == "PTFE");
+    let liquid = basis.liquids.iter().find(|liquid| liquid.name == "AK10");
+    let (Some(particle), Some(liquid)) = (particle, liquid) else {
+        return Err(Error::Usage("another name".to_owned()));
+    };
+    let setting = Setting {
+        density: particle.density_kg_m3,
+        diameter: 4e-3,
+        liquid_density: liquid.density_kg_m3,
+        viscosity: liquid.viscosity_pa_s,
+        film: 2e-4,
+        surface_tension: liquid.surface_tension_n_m,
+    };
+    prediction::csv(&law.predict(&setting, &[0.05, 0.3, 2.0]))
+}
+
+/// It is a table of finite numbers, or a refusal on one line.
+fn assert_mannered(outcome: &Result<String, Error>, of: &str) {
+    match outcome {
+        Ok(table) => {
+            let odd = |word: &str| table.to_lowercase().contains(word);
+            assert!(
+                !odd("nan") && !odd("inf") && table.lines().count() == 4,
+                "{of}: {table}"
+            );
+        }
+        Err(error) => {
+            let text = error.to_string();
+            assert!(!text.is_empty() && !text.chars().any(is_hostile), "{of}: {text:?}");
+        }
+    }
+}
+
+/// Every place of a value, as a path of keys and indices; of a long list the first and the last.
+fn places(value: &Value, at: &str, found: &mut Vec<String>) {
+    match value {
+        Value::Object(map) => map
+            .iter()
+            .for_each(|(key, value)| places(value, &format!("{at}/{key}"), found)),
+        Value::Array(list) => {
+            for (index, value) in list.iter().enumerate() {
+                if index == 0 || index + 1 == list.len() {
+                    places(value, &format!("{at}/{index}"), found);
+                }
+            }
+        }
+        _ => found.push(at.to_owned()),
+    }
+}
+
+fn extremes() -> Vec<Value> {
+    vec![
+        json!(0),
+        json!(-1),
+        json!(1),
+        json!(0.5),
+        json!(1e308),
+        json!(-1e308),
+        json!(5e-324),
+        json!(1_000_000_000_000_000u64),
+        json!(u64::MAX),
+        Value::Null,
+        json!("\u{1b}[2J\n\u{202e}"),
+        json!([]),
+        json!({}),
+        json!(true),
+    ]
+}
+
+/// The parts that a prediction reads, each value of them replaced by extremes: as it is, and tied anew by a forger.
+#[test]
+fn d13_no_change_of_findings_gives_a_number_that_is_none() {
+    let started = Instant::now();
+    let copy = Copy::first();
+    let findings = copy.findings();
+    let mut found = vec![];
+    for part in ["schema", "title", "wetcor"] {
+        found.push(format!("/{part}"));
+    }
+    for part in [
+        "basis",
+        "chains",
+        "draws",
+        "terms",
+        "inertia",
+        "dry_speed_m_s",
+        "left_out",
+    ] {
+        places(&findings["posterior"][part], &format!("/posterior/{part}"), &mut found);
+    }
+    let parameters = findings["posterior"]["parameters"].as_array().expect("a list").len();
+    found.extend((0..parameters).map(|index| format!("/posterior/parameters/{index}/name")));
+    places(&findings["verdicts"], "/verdicts", &mut found);
+    assert!(found.len() > 30, "{found:?}");
+    let (mut refused, mut believed, mut forged) = (0, 0, 0);
+    for place in &found {
+        for extreme in extremes() {
+            let of = format!("{place} = {extreme}");
+            let mut changed = findings.clone();
+            let value = changed.pointer_mut(place).expect("it is there");
+            if *value == extreme {
+                continue;
+            }
+            *value = extreme;
+            copy.write(FINDINGS, changed.to_string());
+            let outcome = copy.predicted();
+            assert_mannered(&outcome, &of);
+            assert!(outcome.is_err(), "{of} was not tied");
+            copy.tie();
+            let outcome = copy.predicted();
+            assert_mannered(&outcome, &of);
+            forged += 1;
+            match outcome {
+                Ok(_) => believed += 1,
+                Err(_) => refused += 1,
+            }
+        }
+    }
+    // a title or a word of a verdict changes no number; a count or a viscosity does
+    assert!(
+        forged > 300 && refused > 200 && believed > 20,
+        "{forged} {refused} {believed}"
+    );
+    assert!(started.elapsed().as_secs_f64() < 60.0);
+}
+
+#[test]
+fn d13_no_change_of_draws_gives_a_number_that_is_none() {
+    let copy = Copy::first();
+    let draws = String::from_utf8(copy.read(TABLE)).expect("UTF-8");
+    let header: Vec<&str> = draws.lines().next().expect("a header").split(',').collect();
+    let (mut refused, mut all) = (0, 0);
+    for column in 3..header.len() {
+        for extreme in [
+            "0", "-0.0", "-1", "1", "1e308", "-1e308", "5e-324", "NaN", "inf", "-inf", "", "x", "1e999", "0x1p3",
+        ] {
+            for every in [false, true] {
+                let change = |(row, line): (usize, &str)| {
+                    let mut cells: Vec<&str> = line.split(',').collect();
+                    if row > 0 && (every || row == 7) {
+                        cells[column] = extreme;
+                    }
+                    cells.join(",") + "\n"
+                };
+                let changed: String = draws.lines().enumerate().map(change).collect();
+                let of = format!("{} = {extreme} {every}", header[column]);
+                copy.write(TABLE, changed);
+                let outcome = copy.predicted();
+                assert!(outcome.is_err(), "{of} was not tied");
+                copy.tie();
+                let outcome = copy.predicted();
+                assert_mannered(&outcome, &of);
+                refused += usize::from(outcome.is_err());
+                all += 1;
+                copy.write(&root(), std::fs::read(fits().1[0].join(root())).expect("readable"));
+            }
+        }
+    }
+    assert!(refused > all / 2 && refused < all, "{refused} of {all}");
+}
+
+#[test]
+fn d13_hand_made_counts_are_refused_before_memory_is_asked_for() {
+    let copy = Copy::first();
+    let findings = copy.findings();
+    for (chains, draws) in [
+        (1u64, 1_000_000_000_000_000u64),
+        (u64::MAX, u64::MAX),
+        (0, 0),
+        (1 << 32, 1 << 32),
+        (2, 49),
+        (3, 50),
+        (50, 2),
+    ] {
+        let mut changed = findings.clone();
+        changed["posterior"]["chains"] = json!(chains);
+        changed["posterior"]["draws"] = json!(draws);
+        copy.write(FINDINGS, changed.to_string());
+        copy.tie();
+        let outcome = copy.run(&[]);
+        let of = format!("{chains} x {draws}");
+        if chains == 50 {
+            // as many in all: the table says no other
+            assert!(matches!(outcome.status, Some(0)), "{of}: {outcome:?}");
+        } else {
+            outcome.assert_refused(&of, &["draws.csv: found "]);
+            assert!(outcome.seconds < 5.0, "{outcome:?}");
+        }
+    }
+}
+
+#[test]
+fn d13_a_viscosity_of_nothing_is_refused_by_its_name() {
+    let copy = Copy::first();
+    let mut findings = copy.findings();
+    findings["posterior"]["basis"]["liquids"][0]["viscosity_Pa_s"] = json!(0.0);
+    copy.write(FINDINGS, findings.to_string());
+    copy.tie();
+    copy.assert_refused(
+        "viscosity 0",
+        &["findings.json: viscosity of `AK10`: found 0.0, expected a number above 0"],
+    );
+}
+
+/// Numbers of the command line that are too large or too small for any formula.
+#[test]
+fn d13_no_number_that_is_asked_for_gives_one_that_is_none() {
+    let copy = Copy::first();
+    let sizes = ["1e-320", "1e-300", "1", "1e300", "1.7e308"];
+    let mut refused = 0;
+    for size in sizes {
+        for other in sizes {
+            for (flags, format) in [
+                (
+                    ["--diameter-mm", size, "--film-um", other, "--viscosity-mPa-s", "9"],
+                    "csv",
+                ),
+                (
+                    ["--diameter-mm", "4", "--film-um", "200", "--viscosity-mPa-s", size],
+                    "json",
+                ),
+            ] {
+                let folder = copy.place.path().to_str().expect("a plain path");
+                let fixed = ["predict", folder, "--particle", "PTFE", "--liquid-density-kg-m3", other];
+                let rest = ["--speed-m-s", "1e-300:1e300:3", "--format", format];
+                let outcome = fits().0.run(&[&fixed[..], &flags, &rest].concat(), 10.0);
+                outcome.assert_mannered(&format!("{flags:?}"));
+                let text = outcome.out.to_lowercase();
+                assert!(!text.contains("nan") && !text.contains("inf"), "{flags:?}: {text}");
+                assert!(
+                    outcome.status == Some(2) || outcome.out.lines().count() > 3,
+                    "{outcome:?}"
+                );
+                refused += usize::from(outcome.status == Some(2));
+            }
+        }
+    }
+    assert!((20..50).contains(&refused), "{refused}");
+}
+
+#[test]
+fn d13_parts_of_two_fits_do_not_belong_together() {
+    let whole = Copy::first();
+    assert_eq!(whole.run(&[]).status, Some(0), "as it was written");
+    let other = &fits().1[1];
+    for name in [FINDINGS, TABLE, &root()] {
+        let copy = Copy::first();
+        std::fs::copy(other.join(name), copy.path(name)).expect("writable");
+        let word = if name == TABLE { "draws.csv" } else { FINDINGS };
+        copy.assert_refused(
+            name,
+            &[word, "does not belong to draws/draws.zarr", "wetcor fit SCENE --out"],
+        );
+        // it is the tie that is missed, nothing else
+        copy.tie();
+        assert_eq!(copy.run(&[]).status, Some(0), "{name}");
+    }
+    let edited = Copy::first();
+    let mut findings = edited.findings();
+    findings["title"] = json!("another");
+    edited.write(FINDINGS, findings.to_string());
+    edited.assert_refused("another title", &["does not belong to draws/draws.zarr"]);
+}
+
+#[test]
+fn d13_files_cut_short_gone_or_of_another_kind_are_refused() {
+    for name in [FINDINGS, TABLE, &root()] {
+        let copy = Copy::first();
+        let bytes = copy.read(name);
+        for tenth in 0..10 {
+            copy.write(name, &bytes[..bytes.len() * tenth / 10]);
+            copy.assert_refused(&format!("{tenth} tenths of {name}"), &["wetcor fit SCENE --out"]);
+        }
+        copy.write(name, [&bytes[..], b" "].concat());
+        let one_more = copy.predicted();
+        // blanks after JSON say nothing, but to the hash
+        assert_eq!(one_more.is_ok(), name == root(), "{name}");
+        copy.write(name, [0xff; 100]);
+        copy.assert_refused(name, &[]);
+        std::fs::remove_file(copy.path(name)).expect("writable");
+        copy.assert_refused(name, &[": no ", "wetcor fit SCENE --out"]);
+        std::fs::create_dir(copy.path(name)).expect("writable");
+        copy.assert_refused(name, &["found a folder"]);
+        #[cfg(target_os = "linux")]
+        {
+            std::fs::remove_dir(copy.path(name)).expect("writable");
+            std::os::unix::fs::symlink("/dev/zero", copy.path(name)).expect("writable");
+            copy.assert_refused(name, &["found a device"]);
+            // a pipe that nobody writes to
+            std::fs::remove_file(copy.path(name)).expect("writable");
+            let made = std::process::Command::new("mkfifo").arg(copy.path(name)).status();
+            assert!(made.is_ok_and(|made| made.success()));
+            copy.assert_refused(name, &["a pipe that nobody writes to"]);
+            // far more than it can have
+            std::fs::remove_file(copy.path(name)).expect("writable");
+            let sparse = std::fs::File::create(copy.path(name)).expect("writable");
+            sparse.set_len(1 << 40).expect("a sparse file");
+            copy.assert_refused(name, &["expected at most"]);
+        }
+    }
+}
+
+#[test]
+fn d11_texts_of_a_finished_fit_do_not_move_a_terminal() {
+    let copy = Copy::first();
+    let hostile = "\u{1b}[2J\n\u{202e}x";
+    let mut findings = copy.findings();
+    findings["title"] = json!(hostile);
+    findings["verdicts"] = json!([{"passed": false, "gates": true, "text": hostile}]);
+    copy.write(FINDINGS, findings.to_string());
+    copy.tie();
+    for format in ["csv", "json"] {
+        let outcome = copy.run(&["--format", format]);
+        outcome.assert_mannered(format);
+        assert_eq!(outcome.status, Some(0), "{outcome:?}");
+        assert!(
+            outcome.err.contains("not either: \\u{1b}[2J\\n\\u{202e}x\n"),
+            "{}",
+            outcome.err
+        );
+        if format == "json" {
+            let told: Value = serde_json::from_str(&outcome.out).expect("JSON");
+            assert_eq!(told["title"], hostile);
+        }
+    }
+    for key in ["schema", "wetcor"] {
+        let mut changed = findings.clone();
+        changed[key] = json!(hostile);
+        copy.write(FINDINGS, changed.to_string());
+        copy.assert_refused(key, &["`\\u{1b}[2J\\n\\u{202e}x`"]);
+    }
+    for key in ["inertia", "terms"] {
+        let mut changed = findings.clone();
+        changed["posterior"][key] = if key == "terms" {
+            json!([hostile])
+        } else {
+            json!(hostile)
+        };
+        copy.write(FINDINGS, changed.to_string());
+        copy.assert_refused(key, &["`\\u{1b}[2J\\n\\u{202e}x`"]);
+    }
+}

@@ -1,1 +1,497 @@
 //! Attacks with names and texts, with a standard output that refuses, and without threads.
+
+use std::path::Path;
+
+#[cfg(target_os = "linux")]
+use super::attack::finish;
+use super::attack::{is_hostile, Outcome, Place};
+
+/// Clears a terminal, ends a line, turns the direction, hides, and is markup wherever it goes.
+const HOSTILE: &str =
+    "\u{1b}[2J\u{1b}]0;x\u{7}\r\n\u{202e}<img src=x onerror=alert(1)> ![a](b) `c` **d** | \u{200b}\u{9b}0m\u{2028}&lt;";
+
+/// The same for a string of a TOML file.
+fn toml(text: &str) -> String {
+    let mut quoted = String::from("\"");
+    for c in text.chars() {
+        if c.is_ascii_graphic() && !matches!(c, '"' | '\\') || c == ' ' {
+            quoted.push(c);
+        } else {
+            quoted.push_str(&format!("\\U{:08X}", u32::from(c)));
+        }
+    }
+    quoted + "\""
+}
+
+/// The plain example with a particle for each of these names, every one with the same runs, and little sampling.
+fn with_particles(names: &[&str]) -> Place {
+    let place = Place::plain();
+    let runs = place.read("runs.csv");
+    let mut lines = runs.lines();
+    let mut table = lines.next().expect("a header").to_owned() + "\n";
+    for line in lines {
+        // the thicker films rebound as the thinner ones do: one law holds for all, and is drawn apart
+        if line.contains(",0.1,") {
+            continue;
+        }
+        let thicker = line
+            .replace(",240,0.06,", ",400,0.1,")
+            .replace(",480,0.06,", ",800,0.1,");
+        for name in names {
+            table += &line.replacen("PTFE", name, 1);
+            table.push('\n');
+            if thicker != line {
+                table += &thicker.replacen("PTFE", name, 1);
+                table.push('\n');
+            }
+        }
+    }
+    place.write("runs.csv", table);
+    let of = |name: &&str| format!("[particles.{}]\ndensity_kg_m3 = 2150\nroughness_um = 5\n", toml(name));
+    let scene = place.read("scene.toml");
+    let one = "[particles.PTFE]\ndensity_kg_m3 = 2150\nroughness_um = 5\n";
+    assert!(scene.contains(one), "{scene}");
+    let all: String = names.iter().map(of).collect();
+    place.write("scene.toml", scene.replace(one, &all));
+    place.add_to_scene("[sampler]\nchains = 2\nwarmup = 50\ndraws = 50\n[bootstrap]\nreplicates = 1000");
+    place
+}
+
+/// The plain example with a title and sources that nobody should write.
+fn with_hostile_texts() -> Place {
+    let place = Place::plain();
+    let hostile = toml(HOSTILE);
+    let scene = place.read("scene.toml");
+    let rest = scene.split_once('\n').expect("a title").1;
+    place.write("scene.toml", format!("title = {hostile}\nsource = {hostile}\n{rest}"));
+    place.add_to_scene(&format!(
+        "[[published]]\nquantity = \"dry_k\"\nparticle = \"PTFE\"\nvalue = 0.183\nse = 0.001\nsource = {hostile}"
+    ));
+    place.add_to_scene("[sampler]\nchains = 2\nwarmup = 50\ndraws = 50\n[bootstrap]\nreplicates = 100");
+    let runs = place.read("runs.csv");
+    let (header, rows) = runs.split_once('\n').expect("a header");
+    let odd = HOSTILE.replace(['\r', '\n', ','], "").replace('"', "");
+    let rows: String = rows.lines().map(|row| format!("{row},1\n")).collect();
+    place.write("runs.csv", format!("{header},{odd}\n{rows}"));
+    place
+}
+
+/// Every file below a folder, as a path from there.
+fn files(folder: &Path) -> Vec<String> {
+    let mut found = vec![];
+    let mut folders = vec![folder.to_path_buf()];
+    while let Some(next) = folders.pop() {
+        for entry in std::fs::read_dir(&next).expect("readable") {
+            let path = entry.expect("readable").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                let inside = path.strip_prefix(folder).expect("inside");
+                found.push(inside.to_str().expect("a plain path").to_owned());
+            }
+        }
+    }
+    found
+}
+
+fn assert_ran(outcome: &Outcome, of: &str) {
+    outcome.assert_mannered(of);
+    assert!(matches!(outcome.status, Some(0 | 1)), "{of}: {outcome:?}");
+}
+
+#[test]
+fn d11_no_text_of_a_scene_or_a_table_moves_a_terminal() {
+    let place = with_hostile_texts();
+    for arguments in [
+        &["check", "scene.toml"][..],
+        &["check", "scene.toml", "--json"],
+        &["fit", "scene.toml", "--out", "o", "--stages", "least_squares"],
+    ] {
+        let outcome = place.run(arguments, 20.0);
+        assert_ran(&outcome, &arguments.join(" "));
+    }
+    // another title at the same place: that of the first is shown in the refusal
+    let scene = place.read("scene.toml");
+    let rest = scene.split_once('\n').expect("a title").1;
+    place.write("scene.toml", format!("title = \"another\"\n{rest}"));
+    let outcome = place.run(&["fit", "scene.toml", "--out", "o"], 20.0);
+    outcome.assert_refused("the title of another report", &["\\u{1b}[2J", "\\u{202e}"]);
+    // what is looked for is seen where it is
+    let shown = Outcome {
+        status: Some(0),
+        out: "a\u{202e}b".to_owned(),
+        err: String::new(),
+        seconds: 0.0,
+    };
+    let seen = std::panic::catch_unwind(|| shown.assert_mannered("planted"));
+    assert!(seen.is_err());
+}
+
+/// Every value and key of the scene, and every cell of the header and the first row, one at a time.
+#[test]
+fn d11_no_value_that_is_refused_moves_a_terminal() {
+    let plain = Place::plain();
+    let (scene, runs) = (plain.read("scene.toml"), plain.read("runs.csv"));
+    let hostile = toml(HOSTILE);
+    let mut mutants = vec![];
+    for (index, line) in scene.lines().enumerate() {
+        let with = |new: String| {
+            let lines = scene.lines().enumerate();
+            let all: Vec<&str> = lines
+                .map(|(at, line)| if at == index { new.as_str() } else { line })
+                .collect();
+            (all.join("\n") + "\n", runs.clone())
+        };
+        if let Some((key, value)) = line.split_once(" = ") {
+            mutants.push(with(format!("{key} = {hostile}")));
+            mutants.push(with(format!("{hostile} = {value}")));
+            // not as TOML has it
+            mutants.push(with(format!("{key} = {HOSTILE}")));
+        } else if let Some(name) = line.strip_prefix('[') {
+            mutants.push(with(format!("[{}.{hostile}]", name.trim_end_matches(']'))));
+            mutants.push(with(format!("[{HOSTILE}]")));
+        }
+    }
+    let cell = HOSTILE.replace(['\r', '\n'], "").replace('"', "");
+    for row in 0..2 {
+        for column in 0..7 {
+            let line = runs.lines().nth(row).expect("a line");
+            let mut cells: Vec<&str> = line.split(',').collect();
+            cells[column] = &cell;
+            mutants.push((scene.clone(), runs.replacen(line, &cells.join(","), 1)));
+        }
+    }
+    assert!(mutants.len() > 35, "{}", mutants.len());
+    let mut refused = 0;
+    for (scene, runs) in mutants {
+        plain.write("scene.toml", &scene);
+        plain.write("runs.csv", &runs);
+        let outcome = plain.run(&["check", "scene.toml"], 20.0);
+        outcome.assert_mannered(&scene);
+        refused += usize::from(outcome.status == Some(2));
+    }
+    assert!(refused > 30, "{refused}");
+}
+
+#[test]
+fn d11_no_argument_moves_a_terminal_or_ends_a_line() {
+    let place = Place::plain();
+    let odd = HOSTILE;
+    let folder = format!("{}.csv", HOSTILE.replace('/', ""));
+    let with_dashes = format!("--{HOSTILE}");
+    let asked = [
+        "--particle",
+        odd,
+        "--liquid",
+        odd,
+        "--diameter-mm",
+        "4",
+        "--film-um",
+        "200",
+        "--speed-m-s",
+        "1:2:3",
+    ];
+    let predict = [&["predict", "."][..], &asked].concat();
+    for arguments in [
+        &[odd][..],
+        &["fit", odd],
+        &["fit", "scene.toml", "--out", odd, "--stages", odd],
+        &["fit", "scene.toml", odd],
+        &["fit", &with_dashes],
+        &["fit", "scene.toml", "--seed", odd],
+        &["fit", "scene.toml", "--accuracy", odd],
+        &["check", "scene.toml", "--threads", odd],
+        &["simulate", "scene.toml", "--out", odd],
+        &["simulate", "scene.toml", "--out", &folder],
+        &["predict", odd, "--speed-m-s", odd],
+        &predict,
+        &["trade", odd],
+    ] {
+        let outcome = place.run(arguments, 20.0);
+        outcome.assert_refused(&format!("{arguments:?}"), &[]);
+        // wherever it is shown, it is on one line from its beginning
+        for line in outcome.err.lines().filter(|line| line.contains("onerror")) {
+            assert!(line.contains("\\u{1b}[2J"), "{}", outcome.err);
+        }
+    }
+}
+
+#[test]
+fn d11_a_report_shows_titles_and_sources_as_they_are() {
+    let place = with_hostile_texts();
+    let outcome = place.run(&["fit", "scene.toml", "--out", "o"], 60.0);
+    assert_ran(&outcome, "hostile texts");
+    let page = place.read("o/report.md");
+    let literal = "\\u{1b}\\[2J\\u{1b}\\]0;x\\u{7} \\u{202e}\\<img src=x onerror=alert(1)\\> !\\[a\\](b) \\`c\\` \\*\\*d\\*\\* | \
+                   \\u{200b}\\u{9b}0m \\&lt;";
+    assert_eq!(page.lines().next(), Some(format!("# {literal}").as_str()));
+    assert!(page.contains(&format!("\n\nRuns: {literal}\n\n")), "source");
+    assert!(
+        page.contains(&format!("\n\nPublished: {literal}.\n\n")),
+        "published source"
+    );
+    assert_eq!(bare(&page, "<img"), 0);
+    assert!(page.chars().all(|c| c == '\n' || !is_hostile(c)));
+    // what is looked for is seen where it is
+    assert_eq!(bare("a <img \\<img `<img` `` ` <img ``", "<img"), 1);
+    for name in files(&place.path("o")) {
+        let is_text = [".md", ".json", ".svg", ".csv"].iter().any(|end| name.ends_with(end));
+        if is_text {
+            let text = place.read(&format!("o/{name}"));
+            let odd = text.chars().find(|c| *c != '\n' && is_hostile(*c));
+            assert_eq!(odd, None, "{name}");
+        }
+    }
+    let findings: serde_json::Value = serde_json::from_str(&place.read("o/findings.json")).expect("JSON");
+    assert_eq!(findings["title"], HOSTILE, "the same text comes back");
+}
+
+/// How often a piece of markup stands on a page outside code and without an escape.
+fn bare(page: &str, markup: &str) -> usize {
+    let mut count = 0;
+    for line in page.lines() {
+        let mut rest = line;
+        // code spans of one and of two marks, the longer first
+        let mut outside = String::new();
+        while let Some(at) = rest.find('`').filter(|at| !rest[..*at].ends_with('\\')) {
+            let marks = if rest[at..].starts_with("``") { "``" } else { "`" };
+            outside.push_str(&rest[..at]);
+            let inside = &rest[at + marks.len()..];
+            rest = inside.split_once(marks).map_or("", |(_, after)| after);
+        }
+        outside.push_str(rest);
+        count += outside.matches(markup).count() - outside.matches(&format!("\\{markup}")).count();
+    }
+    count
+}
+
+#[test]
+fn d11_names_stay_inside_the_folder_the_pictures_and_the_tables() {
+    let names = ["..", "con", "_a_", "__b__", "שלום", "a\u{3164}", "x_{y}"].map(|name| name.replace(['{', '}'], ""));
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let place = with_particles(&names);
+    let stages = "least_squares,bootstrap,posterior,figures";
+    let outcome = place.run(&["fit", "scene.toml", "--out", "o", "--stages", stages], 60.0);
+    assert_ran(&outcome, "odd names");
+    assert_eq!(place.entries(), ["o", "runs.csv", "scene.toml"]);
+    let found = files(&place.path("o"));
+    let mut pictures = 0;
+    for name in &found {
+        if name.starts_with("figures/") {
+            let text = place.read(&format!("o/{name}"));
+            let document = roxmltree::Document::parse(&text).unwrap_or_else(|error| panic!("{name}: {error}"));
+            let known = [
+                "svg", "g", "rect", "line", "path", "circle", "text", "tspan", "polyline", "polygon", "defs",
+                "clipPath",
+            ];
+            let odd = document
+                .descendants()
+                .find(|node| node.is_element() && !known.contains(&node.tag_name().name()));
+            assert!(odd.is_none(), "{name}: {odd:?}");
+            pictures += 1;
+        } else if name.starts_with("draws/draws.zarr/") {
+            assert!(
+                name.chars()
+                    .all(|c| c.is_ascii_alphanumeric() || matches!(c, '/' | '.' | '_')),
+                "{name}"
+            );
+            assert!(!name.contains(".."), "{name}");
+        }
+    }
+    assert!(pictures > 20, "{pictures}");
+    let page = place.read("o/report.md");
+    assert!(
+        page.contains("| \\_a\\_ |") && page.contains("| \\_\\_b\\_\\_ |"),
+        "{page}"
+    );
+    assert!(page.contains("a\\u{3164}") && !page.contains('\u{3164}'));
+    links(&page, &found);
+}
+
+/// Every link to a figure leads to one, and every figure of a particle is linked. How many links there are.
+fn links(page: &str, found: &[String]) -> usize {
+    let mut linked = vec![];
+    for (at, _) in page.match_indices("](figures/") {
+        let address = page[at + 2..].split_once(')').expect("an end").0;
+        assert!(address.is_ascii(), "{address}");
+        let mut bytes = vec![];
+        let mut rest = address.bytes();
+        while let Some(byte) = rest.next() {
+            if byte == b'%' {
+                let digits = [rest.next(), rest.next()].map(|digit| char::from(digit.expect("two digits")));
+                let digits: String = digits.iter().collect();
+                bytes.push(u8::from_str_radix(&digits, 16).expect("hexadecimal"));
+            } else {
+                bytes.push(byte);
+            }
+        }
+        linked.push(String::from_utf8(bytes).expect("UTF-8"));
+    }
+    for name in found.iter().filter(|name| name.starts_with("figures/")) {
+        let times = linked.iter().filter(|link| *link == name).count();
+        assert_eq!(times, 1, "{name} in {linked:?}");
+    }
+    assert_eq!(
+        linked.len(),
+        found.iter().filter(|name| name.starts_with("figures/")).count()
+    );
+    linked.len()
+}
+
+#[test]
+fn d14_every_figure_of_particles_named_alike_is_there() {
+    let figures = |names: &[&str]| {
+        let place = with_particles(names);
+        let stages = "least_squares,bootstrap,figures";
+        let outcome = place.run(&["fit", "scene.toml", "--out", "o", "--stages", stages], 60.0);
+        assert_ran(&outcome, &names.join(" "));
+        let found = files(&place.path("o"));
+        let linked = links(&place.read("o/report.md"), &found);
+        assert!(found.iter().any(|name| name.contains("joint-all-")), "{found:?}");
+        let folded = found.iter().map(|name| name.to_lowercase());
+        let different: std::collections::BTreeSet<String> = folded.collect();
+        assert_eq!(different.len(), found.len(), "{found:?}");
+        assert!(
+            found.iter().all(|name| name.rsplit('/').all(|part| part.len() < 255)),
+            "{found:?}"
+        );
+        linked
+    };
+    let ordinary = figures(&["PE", "PTFE"]);
+    assert_eq!(ordinary, 12, "five of each particle, and two of both");
+    assert_eq!(figures(&["PE", "all-PE"]), ordinary);
+    assert_eq!(figures(&["PE", "pe"]), ordinary);
+    let long = ["a".repeat(255), "a".repeat(254)];
+    assert_eq!(figures(&[&long[0], &long[1]]), ordinary);
+}
+
+/// Runs a command whose standard output takes nothing.
+#[cfg(target_os = "linux")]
+fn to_a_full_device(place: &Place, arguments: &[&str]) -> Outcome {
+    let full = std::fs::File::options()
+        .write(true)
+        .open("/dev/full")
+        .expect("the full device");
+    let mut command = place.command(arguments);
+    command
+        .stdin(std::process::Stdio::null())
+        .stdout(full)
+        .stderr(std::process::Stdio::piped());
+    let output = command.output().expect("the command can be started");
+    Outcome {
+        status: output.status.code(),
+        out: String::new(),
+        err: String::from_utf8(output.stderr).expect("UTF-8"),
+        seconds: 0.0,
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn d12_a_full_standard_output_is_said_with_what_stands() {
+    let place = Place::plain();
+    place.add_to_scene(
+        "[truth]\ndry_k = { PTFE = 0.183 }\nlubrication_log = 1.9\ninertia = \"stepwise\"\ninertial_prefactor = 0.6\n\
+         sigma_dry = 0.01\nsigma_wet = 0.01\n[design]\ndiameter_mm = { PTFE = [4.0] }\nliquids = [\"AK10\"]\n\
+         film_ratio = { PTFE = [0.05] }\nimpact_speed_m_s = [1.0]\ndry_impact_speed_m_s = [1.0]\nrepeats = 2",
+    );
+    let reason = "standard output: cannot write: No space left on device";
+    for (arguments, written) in [
+        (
+            &["fit", "scene.toml", "--out", "o", "--stages", "least_squares"][..],
+            Some("o/report.md"),
+        ),
+        (&["simulate", "scene.toml", "--out", "s.csv"], Some("s.csv")),
+        (&["check", "scene.toml"], None),
+        (&["--version"], None),
+        (&["fit", "--help"], None),
+    ] {
+        let outcome = to_a_full_device(&place, arguments);
+        outcome.assert_refused(&arguments.join(" "), &[reason]);
+        match written {
+            Some(path) => {
+                assert!(
+                    outcome.err.contains(&format!("; {path} was written whole\n")),
+                    "{}",
+                    outcome.err
+                );
+                assert!(place.path(path).is_file(), "{path}");
+            }
+            None => assert!(!outcome.err.contains("was written"), "{}", outcome.err),
+        }
+    }
+    assert!(place.path("o/findings.json").is_file());
+    // nothing is printed, so nothing can be refused
+    let quiet = to_a_full_device(
+        &place,
+        &[
+            "fit",
+            "scene.toml",
+            "--out",
+            "o",
+            "--stages",
+            "least_squares",
+            "--quiet",
+        ],
+    );
+    assert_eq!((quiet.status, quiet.err.as_str()), (Some(0), ""));
+}
+
+/// The command with so many kilobytes of address space, in which a thread takes a quarter of a gigabyte.
+#[cfg(target_os = "linux")]
+fn with_room(place: &Place, kilobytes: u64, arguments: &[&str]) -> Outcome {
+    let mut command = std::process::Command::new("sh");
+    command
+        .arg("-c")
+        .arg(format!("ulimit -v {kilobytes} && exec \"$0\" \"$@\""));
+    command.arg(env!("CARGO_BIN_EXE_wetcor")).args(arguments);
+    command
+        .current_dir(place.folder.path())
+        .env("RUST_MIN_STACK", (256 << 20).to_string());
+    finish(command, 60.0)
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn d16_fewer_threads_are_used_where_no_more_are_to_be_had() {
+    let place = Place::plain();
+    let arguments = [
+        "fit",
+        "scene.toml",
+        "--out",
+        "o",
+        "--threads",
+        "5",
+        "--stages",
+        "least_squares",
+    ];
+    let mut seen = [0; 3];
+    for quarters in 1..=20 {
+        let outcome = with_room(&place, (100 + 256 * quarters) << 10, &arguments);
+        outcome.assert_mannered(&format!("{quarters} stacks"));
+        let fewer = outcome.err.contains(" in place of 5 threads: no more could be started");
+        let none = outcome
+            .err
+            .contains("cannot start the 4 threads that the least work takes");
+        assert_eq!(none, outcome.status == Some(2), "{outcome:?}");
+        seen[usize::from(fewer) + 2 * usize::from(none)] += 1;
+    }
+    assert!(seen.iter().all(|count| *count > 0), "{seen:?}");
+    let folder = place.entries();
+    assert_eq!(folder, ["o", "runs.csv", "scene.toml"]);
+}
+
+#[test]
+fn d16_more_threads_than_are_of_use_are_not_started() {
+    let place = Place::plain();
+    let outcome = place.run(&["check", "scene.toml", "--threads", "65535"], 20.0);
+    assert_ran(&outcome, "65535 threads");
+    assert!(
+        outcome.err.contains(" in place of 65535 threads: this machine runs "),
+        "{}",
+        outcome.err
+    );
+    let few = place.run(&["check", "scene.toml", "--threads", "64"], 20.0);
+    assert!(!few.err.contains("in place of"), "{}", few.err);
+    assert_eq!(few.out, outcome.out);
+}

@@ -1,5 +1,7 @@
 //! Sets subscripts and superscripts in labels, and estimates how wide a label gets.
 
+use crate::error::is_unseen;
+
 /// Stand-ins, from Unicode's private area, for the characters of a tag. kuva escapes every
 /// `<` and has no way to raise or lower part of a line, so tags travel through it in disguise.
 const DISGUISE: [(char, &str); 3] = [('\u{E000}', "<"), ('\u{E001}', ">"), ('\u{E002}', "\"")];
@@ -73,9 +75,10 @@ fn combining(c: char) -> bool {
     ('\u{300}'..='\u{36F}').contains(&c)
 }
 
-/// Splits a label at `_{…}` and `^{…}`; characters no XML document may hold become blanks.
+/// Splits a label at `_{…}` and `^{…}`; what no XML document may hold, and what would turn the rest of the label, become
+/// blanks.
 fn runs(label: &str) -> Vec<(Level, String)> {
-    let forbidden = |c: char| c.is_control() || matches!(c, '\u{E000}'..='\u{E002}' | '\u{FFFE}' | '\u{FFFF}');
+    let forbidden = |c: char| is_unseen(c) || matches!(c, '\u{E000}'..='\u{E002}' | '\u{FFFE}' | '\u{FFFF}');
     let clean: String = label.chars().map(|c| if forbidden(c) { ' ' } else { c }).collect();
     let mut runs = Vec::new();
     let mut line = String::new();
@@ -127,6 +130,7 @@ mod tests {
             ]
         );
         assert_eq!(runs("a\u{0}b\u{E000}"), [line("a b ")]);
+        assert_eq!(runs("a\u{202e}b\u{3164}"), [line("a b ")]);
     }
 
     #[test]

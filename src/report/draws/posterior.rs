@@ -6,6 +6,7 @@ use serde_json::{json, Map, Value};
 
 use super::csv;
 use super::every_run::EveryRun;
+use super::tie::{Tie, STORE, TABLE};
 use super::zarr::{chunk_path, store, Array, Group, Values, PART};
 use crate::error::Error;
 use crate::findings::compare::{name, MOST_DENSITIES};
@@ -16,9 +17,6 @@ use crate::report::folder::{Files, Streamed};
 use crate::report::Told;
 use crate::runs::Runs;
 use crate::scene::{Scene, DRY};
-
-/// Where the store lies in a report's folder.
-const STORE: &str = "draws/draws.zarr";
 
 /// An array with what it needs to live.
 struct Owned {
@@ -94,12 +92,20 @@ pub fn stores_every_run(runs: &Runs, posterior: &Posterior) -> bool {
     runs.len().saturating_mul(posterior.sampled.draws()) <= MOST_DENSITIES
 }
 
-/// Every file of the draws: a Zarr store and a table.
+/// The draws, ready to be written.
+pub struct Gathered<'a> {
+    groups: Vec<OwnedGroup>,
+    streamed: Vec<Streamed<'a>>,
+    attributes: Map<String, Value>,
+    table: String,
+}
+
+/// Gathers the draws: what makes a Zarr store and a table of them.
 ///
 /// Groups `posterior`, `sample_stats`, `log_prior`, `derived`, `observed_data` and `constant_data`, and while runs times
 /// draws are at most [`MOST_DENSITIES`], `log_likelihood` and `posterior_predictive` (new runs), to f32. Runs are in the
 /// order of the report.
-pub fn files<'a>(told: Told<'a>, posterior: &Posterior) -> Result<Files<'a>, Error> {
+pub fn gather<'a>(told: Told<'a>, posterior: &Posterior) -> Result<Gathered<'a>, Error> {
     let (scene, runs) = (told.scene, told.runs);
     let sampled = &posterior.sampled;
     let size = Size {
@@ -129,7 +135,7 @@ pub fn files<'a>(told: Told<'a>, posterior: &Posterior) -> Result<Files<'a>, Err
     }
     groups.push(observed(runs));
     groups.push(constant(scene, runs));
-    let attributes: Map<String, Value> = [
+    let attributes = [
         ("title", json!(scene.title)),
         ("model", json!(name(asked.form))),
         ("creation_library", json!("wetcor")),
@@ -139,35 +145,50 @@ pub fn files<'a>(told: Told<'a>, posterior: &Posterior) -> Result<Files<'a>, Err
         ("scene_sha256", json!(told.findings.scene_sha256)),
     ]
     .into_iter()
-    .map(|(key, value)| (key.to_owned(), value))
-    .collect();
-    let dimensions: Vec<Vec<Vec<&str>>> = groups
-        .iter()
-        .map(|group| group.arrays.iter().map(|array| array.dimensions.clone()).collect())
-        .collect();
-    let borrowed: Vec<Group> = groups
-        .iter_mut()
-        .zip(&dimensions)
-        .map(|(group, dimensions)| Group {
-            name: group.name,
-            attributes: Map::new(),
-            arrays: group
-                .arrays
-                .iter_mut()
-                .zip(dimensions)
-                .map(|(array, of)| borrow(array, of))
-                .collect(),
-        })
-        .collect();
-    let mut whole = store(STORE, attributes, borrowed)?;
-    whole.push(("draws/draws.csv".to_owned(), table?.into_bytes()));
-    Ok(Files {
-        whole,
+    .map(|(key, value)| (key.to_owned(), value));
+    Ok(Gathered {
+        groups,
         streamed,
-        last: None,
+        attributes: attributes.collect(),
+        table: table?,
     })
 }
 
+impl<'a> Gathered<'a> {
+    /// Every file of the draws, tied to the bytes of `findings.json`.
+    pub fn files(mut self, findings: &[u8]) -> Result<Files<'a>, Error> {
+        let table = self.table.into_bytes();
+        let tie = Tie::of(findings, &table);
+        self.attributes.extend(tie.attributes());
+        let dimensions: Vec<Vec<Vec<&str>>> = self
+            .groups
+            .iter()
+            .map(|group| group.arrays.iter().map(|array| array.dimensions.clone()).collect())
+            .collect();
+        let borrowed: Vec<Group> = self
+            .groups
+            .iter_mut()
+            .zip(&dimensions)
+            .map(|(group, dimensions)| Group {
+                name: group.name,
+                attributes: Map::new(),
+                arrays: group
+                    .arrays
+                    .iter_mut()
+                    .zip(dimensions)
+                    .map(|(array, of)| borrow(array, of))
+                    .collect(),
+            })
+            .collect();
+        let mut whole = store(STORE, self.attributes, borrowed)?;
+        whole.push((TABLE.to_owned(), table));
+        Ok(Files {
+            whole,
+            streamed: self.streamed,
+            last: None,
+        })
+    }
+}
 /// The sampled parameters as one table.
 fn table(posterior: &Posterior, size: Size) -> Result<String, Error> {
     let sampled = &posterior.sampled;

@@ -40,7 +40,7 @@ pub const PART: usize = 256;
 /// An array of a group. One that bears the name of its only dimension is that dimension's coordinate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Array<'a> {
-    /// name inside the group, without a slash
+    /// name inside the group: letters and digits of ASCII and `_`, as it is a folder's, too
     pub name: &'a str,
     /// names of the dimensions
     pub dimensions: &'a [&'a str],
@@ -53,7 +53,7 @@ pub struct Array<'a> {
 /// A group of arrays: for ArviZ posterior, sample_stats, log_likelihood and so on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Group<'a> {
-    /// name, without a slash
+    /// name, of the same letters
     pub name: &'a str,
     /// what is said of the group
     pub attributes: Map<String, Value>,
@@ -63,8 +63,8 @@ pub struct Group<'a> {
 
 /// Every file of a store at `root` (a path inside the report's folder): the same bytes for the same groups.
 ///
-/// Fails where an array has fewer or more values than its shape asks for, or another length of a dimension than its
-/// group.
+/// Fails where a name could lead to another place, and where an array has fewer or more values than its shape asks for, or
+/// another length of a dimension than its group.
 pub fn store(root: &str, attributes: Map<String, Value>, groups: Vec<Group>) -> Result<Vec<File>, Error> {
     let mut files = vec![];
     let mut all = Map::new();
@@ -110,13 +110,18 @@ pub fn is_file_name(name: &str) -> bool {
 
 fn agree(group: &Group) -> Result<(), Error> {
     let mut lengths: Vec<(&str, usize)> = vec![];
+    let fail = |array: &str, reason: String| {
+        Err(Error::Internal {
+            doing: "write draws.zarr",
+            reason: format!("{}/{array}: {reason}", group.name),
+        })
+    };
+    let plain = |name: &str| !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
     for array in &group.arrays {
-        let fail = |reason: String| {
-            Err(Error::Internal {
-                doing: "write draws.zarr",
-                reason: format!("{}/{}: {reason}", group.name, array.name),
-            })
-        };
+        let fail = |reason: String| fail(array.name, reason);
+        if !(plain(group.name) && plain(array.name)) {
+            return fail("is no name of letters, digits and `_`".to_owned());
+        }
         let count: usize = array.shape.iter().product();
         if array.dimensions.len() != array.shape.len() {
             return fail(format!("{:?} has not the lengths {:?}", array.dimensions, array.shape));
@@ -336,6 +341,12 @@ mod tests {
         let empty = store("s", Map::new(), vec![with(vec![of_length("a", &[0], &[])])]).expect("a store");
         let paths: Vec<&str> = empty.iter().map(|(path, _)| path.as_str()).collect();
         assert_eq!(paths, ["s/g/zarr.json", "s/g/a/zarr.json", "s/zarr.json"]);
+        for name in ["", ".", "..", "a/b", "a\\b", "a\0", "ä"] {
+            assert!(
+                store("s", Map::new(), vec![with(vec![of_length(name, &[1], &[1.0])])]).is_err(),
+                "{name:?}"
+            );
+        }
         let short = with(vec![of_length("a", &[2], &[1.0])]);
         assert!(store("s", Map::new(), vec![short]).is_err());
         let apart = with(vec![of_length("a", &[2], &[1.0; 2]), of_length("b", &[3], &[1.0; 3])]);

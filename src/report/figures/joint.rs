@@ -4,7 +4,7 @@ use super::super::chart::{svg, Axis, Chart, Dash, Layer, Point, Style};
 use super::super::{numbers, Told};
 use super::density::Density;
 use super::points::{chart, curve, points};
-use super::Figure;
+use super::{Figure, Names};
 use crate::findings::bootstrap::Joint;
 use crate::findings::estimate::Estimate;
 use crate::findings::own_dry_speed::reference_dry_speed;
@@ -12,12 +12,6 @@ use crate::inference::delta::Interval;
 use crate::model::parameters::{Kind, COMMON_SLOTS};
 use crate::physics::viscous;
 use crate::scene::Law;
-
-/// File of a particle's figure of e_inf and St_c together, at one film ratio or over all.
-pub fn joint_name(particle: &str, over_all: bool) -> String {
-    let all = if over_all { "-all" } else { "" };
-    format!("e_inf-st_c-joint{all}-{particle}.svg")
-}
 
 /// Pairs (e_inf, St_c) that say how uncertain both are together, and the intervals made of them.
 pub(super) struct Cloud<'a> {
@@ -34,7 +28,7 @@ pub(super) struct Cloud<'a> {
 const SHARES: [(f64, Dash); 2] = [(0.5, Dash::Dashed), (0.95, Dash::Solid)];
 
 /// Every joint figure: one a particle and film ratio, a panel a law.
-pub(super) fn joint(told: Told) -> Vec<Figure> {
+pub(super) fn joint(told: Told, names: &Names) -> Vec<Figure> {
     let Some(resampling) = &told.findings.bootstrap else {
         return vec![];
     };
@@ -46,7 +40,7 @@ pub(super) fn joint(told: Told) -> Vec<Figure> {
             let charts: Vec<Chart> = panels.filter_map(|joint| of_bootstrap(told, joint)).collect();
             if !charts.is_empty() {
                 figures.push(Figure {
-                    name: joint_name(&particle.name, over_all),
+                    name: names.joint(&particle.name, over_all),
                     svg: svg(&charts),
                 });
             }

@@ -3,6 +3,7 @@
 mod density;
 mod film;
 mod joint;
+mod names;
 mod points;
 mod posterior;
 
@@ -21,7 +22,7 @@ use crate::scene::Law;
 use crate::units::{micrometres, millimetres};
 use film::{energy, film, residuals};
 use joint::joint;
-pub use joint::joint_name;
+pub use names::Names;
 use points::{chart, curve, largest, means_of, pairs, points, steps};
 use posterior::{speeds, Bands};
 
@@ -49,21 +50,6 @@ pub const RANKS: &str = "posterior-ranks.svg";
 /// File of the figure of prior against posterior.
 pub const PRIORS: &str = "posterior-priors.svg";
 
-/// File of a particle's figure of restitution against impact speed.
-pub fn speed_name(particle: &str) -> String {
-    format!("restitution-speed-{particle}.svg")
-}
-
-/// File of a particle's figure of restitution against 1/St at one film ratio.
-pub fn stokes_name(particle: &str) -> String {
-    format!("restitution-stokes-{particle}.svg")
-}
-
-/// File of a particle's figure of restitution against 1/St at every film ratio.
-pub fn film_ratios_name(particle: &str) -> String {
-    format!("restitution-film_ratios-{particle}.svg")
-}
-
 const RESTITUTION: &str = "restitution e_{n}";
 const INVERSE_STOKES: &str = "St^{−1}";
 
@@ -75,6 +61,7 @@ const STACKED: f64 = 0.03;
 pub fn all(told: Told) -> Vec<Figure> {
     let mut figures = posterior::all(told);
     let bands = Bands::of(told);
+    let names = Names::of(told.scene);
     let mut add = |name: String, charts: Vec<Chart>| {
         let drawn = |chart: &Chart| chart.layers.iter().any(has_points);
         if charts.iter().any(drawn) {
@@ -86,14 +73,14 @@ pub fn all(told: Told) -> Vec<Figure> {
     };
     for particle in 0..told.scene.particles.len() {
         let name = &told.scene.particles[particle].name;
-        add(speed_name(name), vec![against_speed(told, particle, bands.as_ref())]);
-        add(stokes_name(name), vec![against_stokes(told, particle, bands.as_ref())]);
-        add(film_ratios_name(name), vec![every_film_ratio(told, particle)]);
+        add(names.speed(name), vec![against_speed(told, particle, bands.as_ref())]);
+        add(names.stokes(name), vec![against_stokes(told, particle, bands.as_ref())]);
+        add(names.film_ratios(name), vec![every_film_ratio(told, particle)]);
     }
     add(FILM.to_owned(), film(told));
     add(ENERGY.to_owned(), energy(told));
     add(RESIDUALS.to_owned(), residuals(told));
-    figures.extend(joint(told));
+    figures.extend(joint(told, &names));
     figures
 }
 

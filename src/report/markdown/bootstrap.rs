@@ -60,10 +60,11 @@ pub(super) fn bootstrap(page: &mut Page, told: Told) {
          method's throughout. Below: fits that are usable. How often each kind of interval covers the truth of simulated runs: `wetcor calibrate`.",
         resampling.replicates
     ));
+    let names = figures::Names::of(told.scene);
     for particle in &told.scene.particles {
         for over_all in [false, true] {
             page.figure(
-                &figures::joint_name(&particle.name, over_all),
+                &names.joint(&particle.name, over_all),
                 &format!("{}: e_inf and St_c together", particle.name),
                 &format!(
                     "{}: the replicates of e_inf and St_c together; contours hold 50 % and 95 % of them. The bars along \

@@ -1,19 +1,18 @@
 //! Tells what wants a second look, and how to make the report again.
 
 use super::super::{numbers, Told};
+use super::escape::{code, literal};
 use super::page::Page;
 use super::posterior;
 
 pub(super) fn cautions(page: &mut Page, told: Told) {
     let findings = told.findings;
     page.heading("Cautions");
-    for notice in &findings.notices {
-        page.text
-            .push_str(&format!("* {}. Next: {}.\n", notice.text, notice.next_step));
-    }
-    if !findings.notices.is_empty() {
-        page.text.push('\n');
-    }
+    let told_of = findings.notices.iter();
+    let notices: Vec<String> = told_of
+        .map(|notice| format!("{}. Next: {}.", notice.text, notice.next_step))
+        .collect();
+    page.list(&notices);
     let rows: Vec<Vec<String>> = findings
         .verdicts
         .iter()
@@ -42,19 +41,19 @@ pub(super) fn cautions(page: &mut Page, told: Told) {
 pub(super) fn reproduce(page: &mut Page, told: Told) {
     let findings = told.findings;
     page.heading("How to reproduce");
-    let runs = told
-        .scene
-        .data
-        .runs
-        .file_name()
-        .map_or(String::new(), |n| n.to_string_lossy().into_owned());
+    let runs = told.scene.data.runs.file_name();
+    let runs = runs.map_or(String::new(), |name| literal(&name.to_string_lossy()));
     let every_row = told
         .posterior
         .is_some_and(|posterior| posterior.sampled.compression.is_none());
     let rows = if every_row { " --exact-rows" } else { "" };
     page.paragraph(&format!(
-        "`wetcor fit {}/scene.toml --seed {}{rows}`, wetcor {}. Full precision, further intervals and every reason stand in `findings.json`.",
-        findings.scene, findings.seed, findings.wetcor
+        "{}, wetcor {}. Full precision, further intervals and every reason stand in `findings.json`.",
+        code(&format!(
+            "wetcor fit {}/scene.toml --seed {}{rows}",
+            findings.scene, findings.seed
+        )),
+        findings.wetcor
     ));
     page.table(
         &["input", "SHA-256"],

@@ -46,7 +46,3 @@ pub(super) fn told_verdict(verdict: &Verdict) -> String {
         format!("not usable: {}", verdict.reason)
     }
 }
-
-pub(super) fn one_line(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
-}

@@ -100,10 +100,10 @@ pub(super) fn series(page: &mut Page, told: Told) {
     page.paragraph(&format!(
         "e = √(α + β/v), one law a series; the threshold is the speed −β/α below which it gives no rebound.{offset}"
     ));
-    let bands = bands(told);
+    let (bands, names) = (bands(told), figures::Names::of(told.scene));
     for name in estimated(told) {
         page.figure(
-            &figures::speed_name(&name),
+            &names.speed(&name),
             &format!("{name}: e_n against v"),
             &format!("{name}: restitution against impact speed at one film ratio. Points are means of repeated speeds with their standard errors, curves the fits of this section and the dry law (as figs. 2a and 2c of Müller & Huang 2016). Stuck runs are hollow marks at e = 0, those of one series above another's.{bands}"),
         );
@@ -176,17 +176,17 @@ pub(super) fn scaling(page: &mut Page, told: Told) {
          p is the probability, by an F test against one law at each film ratio, of so large a difference by chance. \
          Bias is what the linear law gets wrong when fitted to the noise-free square root at the same runs.",
     );
-    let bands = bands(told);
+    let (bands, names) = (bands(told), figures::Names::of(told.scene));
     for name in estimated(told) {
         page.figure(
-            &figures::stokes_name(&name),
+            &names.stokes(&name),
             &format!("{name}: e_n against 1/St"),
             &format!(
                 "{name}: restitution against 1/St at one film ratio, with both laws fitted to it (as figs. 2b and 2d). Stuck runs are hollow marks at e = 0.{bands}"
             ),
         );
         page.figure(
-            &figures::film_ratios_name(&name),
+            &names.film_ratios(&name),
             &format!("{name}: every film ratio"),
             &format!("{name}: restitution against 1/St at every film ratio, with both laws fitted over all of them (as fig. 3)."),
         );

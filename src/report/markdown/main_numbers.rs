@@ -4,6 +4,7 @@ use super::super::numbers::{self, NONE};
 use super::super::Told;
 use super::cells::{interval_header, law_name};
 use super::constants::combined;
+use super::escape::literal;
 use super::page::Page;
 use super::posterior::held;
 use super::terms::{dry_law, kept};
@@ -12,7 +13,7 @@ use crate::findings::balance::Derived;
 use crate::findings::estimate::Estimate;
 use crate::findings::own_dry_speed::reference_dry_speed;
 use crate::findings::posterior::Quantity;
-use crate::scene::{Law, Published};
+use crate::scene::Law;
 
 pub(super) fn main_numbers(page: &mut Page, told: Told) {
     let findings = told.findings;
@@ -198,12 +199,8 @@ pub(super) fn published(page: &mut Page, told: Told) {
         &["particle", "quantity", "δ/D", "law", "ours", "published", "difference"],
         &rows,
     );
-    let mut sources: Vec<&str> = told
-        .scene
-        .published
-        .iter()
-        .map(|p: &Published| p.source.as_str())
-        .collect();
+    let published = told.scene.published.iter();
+    let mut sources: Vec<String> = published.map(|published| literal(&published.source)).collect();
     sources.dedup();
     sources.sort_unstable();
     sources.dedup();

@@ -5,6 +5,7 @@ mod cautions;
 mod cells;
 mod constants;
 mod errors;
+pub(super) mod escape;
 mod laws;
 mod main_numbers;
 mod noise;
@@ -19,18 +20,15 @@ pub use runs::overview_text;
 use super::Told;
 use crate::findings::verdicts::quotable;
 use crate::findings::Findings;
-use cells::one_line;
+use escape::literal;
 use page::Page;
 
 /// The whole report; `figures` are the names of those that were drawn.
 pub fn report(told: Told, figures: &[&str]) -> String {
-    let mut page = Page {
-        text: format!("# {}\n\n", one_line(&told.scene.title)),
-        figures: figures.iter().map(|name| (*name).to_owned()).collect(),
-    };
+    let mut page = Page::titled(&literal(&told.scene.title), figures);
     page.paragraph(&verdict_line(told.findings));
     if let Some(source) = &told.scene.source {
-        page.paragraph(&format!("Runs: {}", one_line(source)));
+        page.paragraph(&format!("Runs: {}", literal(source)));
     }
     main_numbers::main_numbers(&mut page, told);
     main_numbers::published(&mut page, told);

@@ -21,10 +21,7 @@ pub(super) fn noise(page: &mut Page, told: Told) {
     }
     lines.extend(noise.spread.as_ref().map(spreads));
     lines.extend(noise.offsets.as_ref().map(offsets));
-    for line in lines {
-        page.text.push_str(&format!("* {line}\n"));
-    }
-    page.text.push('\n');
+    page.list(&lines);
     let spread = noise.spread.as_ref().filter(|spread| spread.mattering().is_some());
     let offsets = noise.offsets.as_ref().filter(|offsets| offsets.mattering().is_some());
     if spread.is_some() || offsets.is_some() {

@@ -1,4 +1,6 @@
-//! Lays out headings, paragraphs, tables and figures in markdown.
+//! Lays out headings, paragraphs, lists, tables and figures in markdown.
+
+use super::escape::{destination, guarded};
 
 /// A markdown text in the making.
 pub(in crate::report) struct Page {
@@ -7,6 +9,14 @@ pub(in crate::report) struct Page {
 }
 
 impl Page {
+    /// A page under a title that is markdown already.
+    pub(in crate::report) fn titled(title: &str, figures: &[&str]) -> Page {
+        Page {
+            text: format!("# {title}\n\n"),
+            figures: figures.iter().map(|name| (*name).to_owned()).collect(),
+        }
+    }
+
     pub(in crate::report) fn heading(&mut self, title: &str) {
         self.text.push_str(&format!("## {title}\n\n"));
     }
@@ -16,8 +26,18 @@ impl Page {
     }
 
     pub(in crate::report) fn paragraph(&mut self, text: &str) {
-        self.text.push_str(text);
+        self.text.push_str(&guarded(text));
         self.text.push_str("\n\n");
+    }
+
+    /// A list, an entry each.
+    pub(in crate::report) fn list(&mut self, entries: &[String]) {
+        for entry in entries {
+            self.text.push_str(&format!("* {}\n", guarded(entry)));
+        }
+        if !entries.is_empty() {
+            self.text.push('\n');
+        }
     }
 
     pub(in crate::report) fn table(&mut self, header: &[&str], rows: &[Vec<String>]) {
@@ -26,7 +46,7 @@ impl Page {
             self.text.push_str(&cells.join(" | "));
             self.text.push_str(" |\n");
         };
-        line(&header.iter().map(|cell| (*cell).to_owned()).collect::<Vec<_>>());
+        line(&header.iter().map(|cell| escaped(cell)).collect::<Vec<_>>());
         line(&vec!["---".to_owned(); header.len()]);
         for row in rows {
             line(&row.iter().map(|cell| escaped(cell)).collect::<Vec<_>>());
@@ -38,12 +58,15 @@ impl Page {
     /// shown.
     pub(in crate::report) fn figure(&mut self, name: &str, short: &str, caption: &str) {
         if self.figures.iter().any(|drawn| drawn == name) {
-            self.paragraph(&format!("![{short}](figures/{name})\n\n*{caption}*"));
+            let (short, caption) = (guarded(short), guarded(caption));
+            let address = destination(name);
+            self.text
+                .push_str(&format!("![{short}](figures/{address})\n\n*{caption}*\n\n"));
         }
     }
 }
 
 /// Keeps a cell one cell.
 fn escaped(text: &str) -> String {
-    text.replace('|', "\\|").replace('\n', " ")
+    guarded(text).replace('|', "\\|").replace('\n', " ")
 }

@@ -170,7 +170,7 @@ const BRONZE: f64 = 0.732_050_807_568_877_2;
 /// So many numbers that lie as a standard normal has them; none is near the next one in the list.
 fn spread_normal(count: usize, step: f64) -> Vec<f64> {
     let even = (0..count).map(|i| (0.5 + step * i as f64).fract());
-    even.map(|p| normal_quantile(p)).collect()
+    even.map(normal_quantile).collect()
 }
 
 /// √(ν/χ²)/c of each draw's ν: what makes a standard normal number noise with Student's tails.

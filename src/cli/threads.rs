@@ -1,0 +1,108 @@
+//! Starts the threads of every pool, or fewer where the system gives no more.
+//!
+//! A pool that cannot start all of its threads panics, and that of the table reader is not ours to build. So the threads
+//! are started first, as many as all pools together will want, and then counted: those of our own pool go to it, the
+//! others end and leave their places to who comes later.
+
+use std::io;
+use std::sync::mpsc::{channel, Sender};
+use std::thread::JoinHandle;
+
+use rayon::ThreadBuilder;
+use wetcor::error::Error;
+
+use super::said::warn;
+
+/// Threads that may be used on any machine; more than that only where it runs more at once. Idle ones look for work at
+/// each other: on two processors a small fit takes 1.2 s with 64, 3.5 s with 256 and more than a minute with 1,024.
+const MOST: usize = 64;
+
+/// Threads besides those of the pools: the one that hears signals, and the one that shows that work is under way.
+const BESIDE: usize = 2;
+
+/// A thread that waits for what it is to do.
+struct Idle {
+    work: Sender<ThreadBuilder>,
+    thread: JoinHandle<()>,
+}
+
+impl Idle {
+    fn new() -> io::Result<Idle> {
+        let (work, wait) = channel::<ThreadBuilder>();
+        let thread = std::thread::Builder::new().spawn(move || {
+            if let Ok(work) = wait.recv() {
+                work.run();
+            }
+        })?;
+        Ok(Idle { work, thread })
+    }
+}
+
+/// Starts our pool and bounds the table reader's, which is its own and reads its size from the environment when it is first
+/// used: both with so many threads, or with as many as the machine runs at once.
+///
+/// Fails where the system does not even give one to each.
+pub(super) fn start(asked: Option<u16>, quiet: bool) -> Result<(), Error> {
+    let notice = |text: String| {
+        if !quiet {
+            warn(&text);
+        }
+    };
+    let machine = std::thread::available_parallelism().map_or(1, usize::from);
+    let asked = asked.map_or(machine, usize::from);
+    let wanted = asked.min(MOST.max(machine));
+    if wanted < asked {
+        notice(format!(
+            "{wanted} in place of {asked} threads: this machine runs {machine} at once, more would only wait"
+        ));
+    }
+    let (mut idle, refused) = start_idle(2 * wanted + BESIDE);
+    let each = idle.len().saturating_sub(BESIDE) / 2;
+    let reason = refused.map(|error| error.to_string()).unwrap_or_default();
+    if each == 0 {
+        let least = 2 + BESIDE;
+        return Err(Error::Usage(format!(
+            "cannot start the {least} threads that the least work takes: {reason}"
+        )));
+    }
+    std::env::set_var("POLARS_MAX_THREADS", each.to_string());
+    let others = idle.split_off(each);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(each);
+    let mut ready = idle.into_iter();
+    let pool = pool.spawn_handler(|thread| match ready.next() {
+        Some(idle) => idle
+            .work
+            .send(thread)
+            .map_err(|gone| io::Error::other(gone.to_string())),
+        None => Err(io::Error::other("more threads than were started")),
+    });
+    pool.build_global().map_err(|error| Error::Internal {
+        doing: "start the threads",
+        reason: error.to_string(),
+    })?;
+    for Idle { work, thread } in others {
+        drop(work);
+        // one that ended in a panic, which none does, has ended, too
+        let _ = thread.join();
+    }
+    if each < wanted {
+        notice(format!(
+            "{each} in place of {wanted} threads: no more could be started ({reason})"
+        ));
+        // the system counts a thread a moment longer than it lasts
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    Ok(())
+}
+
+/// As many as the system gives, and why not more.
+fn start_idle(most: usize) -> (Vec<Idle>, Option<io::Error>) {
+    let mut idle = vec![];
+    for _ in 0..most {
+        match Idle::new() {
+            Ok(one) => idle.push(one),
+            Err(refused) => return (idle, Some(refused)),
+        }
+    }
+    (idle, None)
+}

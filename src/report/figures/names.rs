@@ -1,0 +1,167 @@
+//! Names the file of each figure, no two alike on any file system, whatever the particles are called.
+
+use std::collections::{HashMap, HashSet};
+
+use crate::error::is_unseen;
+use crate::scene::Scene;
+
+/// Longest part of a file name, in bytes, that a particle gives: with what stands about it, below the 255 of a file system.
+const LONGEST: usize = 160;
+
+/// Marks a figure over all film ratios; it stands where a particle's name may begin so, too.
+const ALL: &str = "all-";
+
+/// File names of the figures of each particle.
+///
+/// A particle stands in them by its name, and by its name and a number where that could be taken for another's: by a file
+/// system that folds capitals or composes letters, or beside the mark of a figure over all film ratios.
+#[derive(Debug, Clone)]
+pub struct Names {
+    /// how each particle stands in a file name
+    stems: HashMap<String, String>,
+}
+
+impl Names {
+    /// The names for a scene's particles, the first of two alike keeping its own.
+    pub fn of(scene: &Scene) -> Names {
+        let names: Vec<&str> = scene.particles.iter().map(|particle| particle.name.as_str()).collect();
+        Names::of_particles(&names)
+    }
+
+    fn of_particles(names: &[&str]) -> Names {
+        let own: Vec<String> = names.iter().map(|name| folded(cut(name))).collect();
+        let all = |key: &str| format!("{ALL}{key}");
+        // nobody is given by a number what another is called
+        let called: HashSet<String> = own.iter().flat_map(|key| [key.clone(), all(key)]).collect();
+        let mut taken: HashSet<String> = HashSet::new();
+        let mut stems = HashMap::new();
+        for (name, own) in names.iter().zip(&own) {
+            let is_free = |key: &str| !taken.contains(key) && !taken.contains(&all(key));
+            let mut stem = cut(name).to_owned();
+            let mut key = own.clone();
+            let mut number = 1u64;
+            while !is_free(&key) || number > 1 && (called.contains(&key) || called.contains(&all(&key))) {
+                number += 1;
+                stem = format!("{}-{number}", cut(name));
+                key = folded(&stem);
+            }
+            taken.extend([all(&key), key]);
+            stems.insert((*name).to_owned(), stem);
+        }
+        Names { stems }
+    }
+
+    /// How a particle stands in a file name; one that is not of the scene by its own name.
+    fn stem<'a>(&'a self, particle: &'a str) -> &'a str {
+        self.stems.get(particle).map_or(particle, String::as_str)
+    }
+
+    /// Restitution against impact speed.
+    pub fn speed(&self, particle: &str) -> String {
+        format!("restitution-speed-{}.svg", self.stem(particle))
+    }
+
+    /// Restitution against 1/St at one film ratio.
+    pub fn stokes(&self, particle: &str) -> String {
+        format!("restitution-stokes-{}.svg", self.stem(particle))
+    }
+
+    /// Restitution against 1/St at every film ratio.
+    pub fn film_ratios(&self, particle: &str) -> String {
+        format!("restitution-film_ratios-{}.svg", self.stem(particle))
+    }
+
+    /// e_inf and St_c together, at one film ratio or over all.
+    pub fn joint(&self, particle: &str, over_all: bool) -> String {
+        let all = if over_all { ALL } else { "" };
+        format!("e_inf-st_c-joint-{all}{}.svg", self.stem(particle))
+    }
+}
+
+/// The beginning of a name that a file name has room for.
+fn cut(name: &str) -> &str {
+    &name[..name.floor_char_boundary(LONGEST)]
+}
+
+/// What two names have in common that some file system takes for one: capitals are folded, what is not seen falls away, and
+/// letters beyond ASCII, which may be written in several ways, are all one.
+fn folded(name: &str) -> String {
+    let letters = name.chars().filter(|c| !is_unseen(*c));
+    let folded = letters.flat_map(char::to_uppercase).flat_map(char::to_lowercase);
+    let mut key = String::new();
+    for c in folded {
+        let c = if c.is_ascii() { c } else { char::REPLACEMENT_CHARACTER };
+        // several may be one composed
+        if c.is_ascii() || !key.ends_with(c) {
+            key.push(c);
+        }
+    }
+    key
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every file of these particles.
+    fn files(names: &[&str]) -> Vec<String> {
+        let all = Names::of_particles(names);
+        let of = |name: &&str| {
+            [
+                all.speed(name),
+                all.stokes(name),
+                all.film_ratios(name),
+                all.joint(name, false),
+                all.joint(name, true),
+            ]
+        };
+        names.iter().flat_map(of).collect()
+    }
+
+    fn alike(files: &[String]) -> usize {
+        let keys: HashSet<String> = files.iter().map(|file| folded(file)).collect();
+        files.len() - keys.len()
+    }
+
+    #[test]
+    fn a_particle_keeps_its_name_where_no_other_is_like_it() {
+        let names = Names::of_particles(&["PTFE", "PE", "Glas-2", "µ"]);
+        assert_eq!(names.speed("PTFE"), "restitution-speed-PTFE.svg");
+        assert_eq!(names.joint("PE", true), "e_inf-st_c-joint-all-PE.svg");
+        assert_eq!(names.stokes("µ"), "restitution-stokes-µ.svg");
+        assert_eq!(names.film_ratios("Glas-2"), "restitution-film_ratios-Glas-2.svg");
+    }
+
+    #[test]
+    fn d14_no_two_figures_share_a_name() {
+        let long = ["a".repeat(255), "a".repeat(254), "ä".repeat(200)];
+        let sets: [&[&str]; 9] = [
+            &["PE", "all-PE"],
+            &["all-PE", "PE"],
+            &["PE", "all-all-PE", "all-PE"],
+            &["pe", "PE", "Pe", "PE-2", "pe-3"],
+            &[".", "..", "con", "CON", "-", "_"],
+            &["가", "\u{1100}\u{1161}", "가-2"],
+            &["straße", "STRASSE", "K", "\u{212a}", "k"],
+            &["a", "a\u{3164}", "all-", "all-all-"],
+            &[&long[0], &long[1], &long[2], "a"],
+        ];
+        for names in sets {
+            let files = files(names);
+            assert_eq!(alike(&files), 0, "{files:?}");
+            assert!(
+                files.iter().all(|file| file.len() < 255 && !file.contains('/')),
+                "{files:?}"
+            );
+        }
+        assert_eq!(
+            Names::of_particles(&["PE", "all-PE"]).joint("all-PE", false),
+            "e_inf-st_c-joint-all-PE-2.svg"
+        );
+        // what is looked for here is there where names are only put together
+        let plain = ["PE", "all-PE"]
+            .map(|name| [format!("joint-{name}"), format!("joint-all-{name}")])
+            .concat();
+        assert_eq!(alike(&plain), 1);
+    }
+}
