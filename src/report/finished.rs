@@ -17,7 +17,7 @@ use crate::findings::SCHEMA;
 use crate::model::parameters::Kind;
 use crate::physics::impact::{DrySpeed, Form, Parameters};
 use crate::physics::inertia::Inertia;
-use crate::scene::{form_of, name_expected, Term, LARGEST_FILM_RATIO};
+use crate::scene::{form_of, name_expected, Term, LARGEST_FILM_RATIO, MOST_KEPT};
 use crate::seed::sha256;
 
 /// Most bytes of a `findings.json` or a store's `zarr.json`: far more than any has.
@@ -248,15 +248,12 @@ impl Finished {
     fn columns(&self, columns: &[&str]) -> Result<Vec<Vec<f64>>, Error> {
         let path = self.folder.join(TABLE);
         let Sampled { chains, draws, .. } = self.posterior;
-        let numbers = (chains as u64)
-            .checked_mul(draws as u64)
-            .and_then(|all| all.checked_mul(self.posterior.parameters.len() as u64 + CONTROLS));
-        let [fewest, most] = BYTES_A_NUMBER.map(|bytes| numbers.and_then(|numbers| numbers.checked_mul(bytes)));
+        let numbers = (chains * draws) as u64 * (self.posterior.parameters.len() as u64 + CONTROLS);
+        let [fewest, most] = BYTES_A_NUMBER.map(|bytes| numbers * bytes);
         // the names in the header have as much room as all of a findings.json
-        let most = most.and_then(|bytes| bytes.checked_add(MOST_BYTES));
-        let bytes = read(&path, "draws to predict from", &self.folder, most.unwrap_or(0))?;
+        let bytes = read(&path, "draws to predict from", &self.folder, most + MOST_BYTES)?;
         // before memory is asked for so many
-        if fewest.is_none_or(|fewest| fewest == 0 || fewest > bytes.len() as u64) {
+        if fewest > bytes.len() as u64 {
             let found = bytes.len();
             let problem = format!("found {found} bytes, which {chains} chains of {draws} draws do not take");
             return Err(self.refuse(&path, &problem));
@@ -327,6 +324,13 @@ impl Finished {
 /// What is wrong with the numbers a prediction starts from, the draws apart; `None`: nothing.
 fn odd_number(posterior: &Sampled) -> Option<String> {
     let basis = &posterior.basis;
+    let (chains, draws) = (posterior.chains, posterior.draws);
+    let in_all = chains.checked_mul(draws).map(|all| all as u64);
+    if !in_all.is_some_and(|all| (1..=MOST_KEPT).contains(&all)) {
+        return Some(format!(
+            "found {draws} draws of {chains} chains, expected from 1 to {MOST_KEPT} draws of all chains together"
+        ));
+    }
     let above = |place: String, x: f64| {
         let holds = x > 0.0 && x.is_finite();
         (!holds).then(|| format!("{place}: found {x:?}, expected a number above 0"))
@@ -396,6 +400,10 @@ fn read(path: &Path, what: &str, folder: &Path, most: u64) -> Result<Vec<u8>, Er
     files::read(path, most, "read").map_err(|error| match error {
         Error::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
             Error::Usage(format!("{}: no {what}; {}", path.display(), again(folder)))
+        }
+        Error::Input { problems, .. } => {
+            let found: Vec<String> = problems.iter().map(ToString::to_string).collect();
+            Error::Usage(format!("{}: {}; {}", path.display(), found.join(", "), again(folder)))
         }
         other => other,
     })

@@ -335,6 +335,7 @@ fn rescaled<'s>(
         parameter: "dry_k",
         particle: None,
         prior,
+        line: None,
     });
     if let Some(truth) = &mut there.truth {
         truth.dry_k[0] = truth.dry_k[0].map(|k| k * speed.powf(-0.2));
