@@ -144,7 +144,6 @@ fn a_committed_report_is_written_again(example: &str) {
         &format!("datasets/{example}/scene.toml"),
         "--out",
         &out.to_string_lossy(),
-        "--force",
     ]);
     assert_eq!(
         output.status.code(),
@@ -267,6 +266,7 @@ fn the_runs_are_what_simulate_draws_and_no_one_takes_them_for_measured() {
         "datasets/mueller2016/scene.toml",
         "--out",
         &out.to_string_lossy(),
+        "--force",
     ]);
     assert_eq!(
         output.status.code(),
