@@ -110,6 +110,7 @@ impl<'s> Against<'s> {
         }
     }
 
+    #[inline]
     fn particle(&mut self, name: &str) -> Option<usize> {
         let all = &self.scene.particles;
         if all.get(self.last_particle).is_none_or(|p| p.name != name) {
@@ -118,6 +119,7 @@ impl<'s> Against<'s> {
         Some(self.last_particle)
     }
 
+    #[inline]
     fn liquid(&mut self, name: &str) -> Option<usize> {
         let all = &self.scene.liquids;
         if all.get(self.last_liquid).is_none_or(|l| l.name != name) {

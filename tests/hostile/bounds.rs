@@ -283,7 +283,11 @@ fn d09_a_thousand_particles_are_checked_in_little_time_and_memory() {
 #[test]
 fn d09_the_time_of_a_check_is_linear_in_the_particles() {
     let places = [4000, 8000].map(with_particles);
-    let once = |place: &Place| place.run(&["check", "scene.toml"], AT_ONCE).seconds;
+    let once = |place: &Place| {
+        let checked = place.run(&["check", "scene.toml"], AT_ONCE);
+        assert_eq!(checked.status, Some(0), "{checked:?}");
+        checked.seconds
+    };
     let shortest = |place: &Place| (0..5).map(|_| once(place)).fold(f64::INFINITY, f64::min);
     let [once, twice] = places.each_ref().map(shortest);
     assert!(twice < 3.5 * once, "{once} s and {twice} s");

@@ -62,7 +62,7 @@ impl Joint {
             self.gradient[*of_row] += weight * sums.gradient[i];
             for (j, of_column) in part.places.iter().enumerate() {
                 self.information
-                    .add((*of_row, *of_column), weight * sums.information[(i, j)]);
+                    .add((*of_row, *of_column), weight * sums.information.corner[(i, j)]);
             }
         }
     }
@@ -70,7 +70,7 @@ impl Joint {
     /// The slopes of a part, summed over its runs, each with its parameter's place.
     pub(super) fn slopes(part: &Part, sums: &Sums) -> Vec<(usize, f64)> {
         let offset = part.places.len();
-        let of = |(i, place): (usize, &usize)| (*place, sums.information[(i, offset)]);
+        let of = |(i, place): (usize, &usize)| (*place, sums.information.corner[(i, offset)]);
         part.places.iter().enumerate().map(of).collect()
     }
 
@@ -117,7 +117,7 @@ impl Fitted {
         let n = part.places.len();
         let step = self.step.select_rows(&part.places);
         let slopes = sums.information.corner.view((0, n), (n, 1));
-        (sums.gradient[n] + slopes.dot(&step), sums.information[(n, n)])
+        (sums.gradient[n] + slopes.dot(&step), sums.information.corner[(n, n)])
     }
 
     /// The covariance of the fit where the runs' scores have the information `scores`, as variances over those the fit
@@ -135,7 +135,7 @@ impl Fitted {
 /// Sums with the mean of the part taken out of residuals and slopes; dry parts stay as they are.
 fn demeaned(part: &Part, sums: &Sums) -> Sums {
     let offset = part.places.len();
-    let weight = sums.information[(offset, offset)];
+    let weight = sums.information.corner[(offset, offset)];
     let mut within = sums.clone();
     if part.series.is_none() || weight <= 0.0 {
         return within;
@@ -143,15 +143,15 @@ fn demeaned(part: &Part, sums: &Sums) -> Sums {
     let mean = sums.gradient[offset];
     within.squares -= mean * mean / weight;
     for i in 0..offset {
-        let of_row = sums.information[(i, offset)];
+        let of_row = sums.information.corner[(i, offset)];
         within.gradient[i] -= of_row * mean / weight;
         for j in 0..offset {
             let (was, taken) = (
-                sums.information[(i, j)],
-                of_row * sums.information[(j, offset)] / weight,
+                sums.information.corner[(i, j)],
+                of_row * sums.information.corner[(j, offset)] / weight,
             );
             // a slope that is the same in all runs leaves only rounding
-            let rounding = 1e-12 * (sums.information[(i, i)] * sums.information[(j, j)]).sqrt();
+            let rounding = 1e-12 * (sums.information.corner[(i, i)] * sums.information.corner[(j, j)]).sqrt();
             within.information.corner[(i, j)] = if (was - taken).abs() > rounding {
                 was - taken
             } else {
