@@ -15,7 +15,8 @@ pub struct Place {
     pub scene: Scene,
 }
 
-fn folder() -> &'static PathBuf {
+/// A folder of this process.
+pub fn folder() -> &'static PathBuf {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     FOLDER.get_or_init(|| {
         let folder = std::env::temp_dir().join(format!("wetcor-fuzz-{}", std::process::id()));
@@ -61,7 +62,13 @@ pub fn assert_told(error: &Error, file: &str) {
         "{text}"
     );
     for (index, line) in text.lines().enumerate() {
-        assert!(!line.chars().any(char::is_control), "{text:?}");
+        assert!(is_line(line), "{text:?}");
         assert!(index == 0 || line.starts_with("  "), "{text:?}");
     }
+}
+
+/// Nothing on a line moves a terminal or turns its text.
+pub fn is_line(line: &str) -> bool {
+    let turns = |c: char| matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    !line.chars().any(|c| c.is_control() || turns(c))
 }

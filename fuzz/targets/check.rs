@@ -1,8 +1,11 @@
-//! Does all that `check` does with any scene and table: the input holds both, with a zero byte between.
+//! Does all that `check` does with any scene and table, and what `fit` begins with: the input holds both, with a zero byte
+//! between.
 #![no_main]
 
-use wetcor::{findings::overview, report};
-use wetcor_fuzz::Place;
+use wetcor::findings::{self, overview};
+use wetcor::model::parameters::Parameters;
+use wetcor::report;
+use wetcor_fuzz::{assert_told, is_line, Place};
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let Some(at) = bytes.iter().position(|byte| *byte == 0) else {
@@ -12,15 +15,33 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
         return;
     };
     let Some(place) = Place::of(scene) else { return };
-    let Ok(table) = place.read(&bytes[at + 1..]) else {
-        return;
+    let table = match place.read(&bytes[at + 1..]) {
+        Ok(table) => table,
+        Err(error) => return assert_told(&error, "runs.csv"),
     };
     let used = table.runs.len() + table.screened.iter().map(|s| s.runs).sum::<usize>();
     assert_eq!(used, table.rows);
-    let overview = overview::find(&place.scene, &table);
+    let findings = findings::find(&place.scene, &table, 1, false);
+    if let Err(error) = Parameters::of(&place.scene, &table.runs, findings.form) {
+        return assert_told(&error, "scene.toml");
+    }
+    let overview = overview::find(&place.scene, &table, &findings);
     let json = report::json::text(&overview).expect("any overview can be written");
     // a range is whole or absent, and every number of it is finite
     assert!(!json.contains("[null") && !json.contains("null]"), "{json}");
     let text = report::markdown::overview_text(&overview);
-    assert!(!text.chars().any(|c| c.is_control() && c != '\n'), "{text:?}");
+    assert!(text.lines().all(is_line), "{text:?}");
+    // and the whole report of least squares, without draws
+    let told = report::Told {
+        scene: &place.scene,
+        runs: &table.runs,
+        overview: &overview,
+        findings: &findings,
+        posterior: None,
+    };
+    let files = report::files(told, true).expect("any findings can be told");
+    let mut names: Vec<String> = files.whole.iter().map(|(name, _)| name.to_lowercase()).collect();
+    names.sort();
+    names.dedup();
+    assert_eq!(names.len(), files.whole.len(), "two files of one name");
 });
