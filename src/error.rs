@@ -52,7 +52,11 @@ const PLACE_SHOWN: usize = 160;
 /// soft hyphens and zero widths, tags and other invisible format characters, and the letters that are blank (fillers of
 /// Hangul). Joiners (U+200C, U+200D) and variation selectors are not among them: they shape the letters beside them in
 /// ordinary words.
+#[inline]
 pub fn is_unseen(c: char) -> bool {
+    if matches!(c, ' '..='~') {
+        return false;
+    }
     c.is_control()
         || matches!(c,
             '\u{ad}' | '\u{61c}' | '\u{115f}' | '\u{1160}' | '\u{180e}' | '\u{200b}' | '\u{200e}' | '\u{200f}'

@@ -64,6 +64,10 @@ impl Formatter for Shallow {
         writer.write_all(text.as_bytes())
     }
     fn write_string_fragment<W: ?Sized + io::Write>(&mut self, writer: &mut W, fragment: &str) -> io::Result<()> {
+        // nearly all: what is below a blank has been escaped before
+        if fragment.is_ascii() && memchr::memchr(0x7f, fragment.as_bytes()).is_none() {
+            return writer.write_all(fragment.as_bytes());
+        }
         let mut rest = fragment;
         while let Some((at, c)) = rest.char_indices().find(|(_, c)| is_unseen(*c)) {
             writer.write_all(&rest.as_bytes()[..at])?;

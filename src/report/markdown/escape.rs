@@ -49,6 +49,10 @@ pub(in crate::report) fn code(text: &str) -> String {
 
 /// A piece of a page that may hold names: a `_` at the edge of one opens no emphasis, and nothing unseen is left.
 pub(super) fn guarded(text: &str) -> String {
+    // most are numbers and words
+    if !text.contains(['_', '`']) && text.chars().all(|c| c == '\n' || !is_unseen(c)) {
+        return text.to_owned();
+    }
     let letters: Vec<char> = text.chars().collect();
     let mut shown = String::with_capacity(text.len());
     let mut at = 0;
