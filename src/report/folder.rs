@@ -211,6 +211,8 @@ fn strangers(folder: &Path, is_ours: impl Fn(&Path) -> bool) -> io::Result<Vec<P
                 strangers.push(inside.to_path_buf());
             }
             if strangers.len() > MOST_STRANGERS {
+                // enough to refuse; the rest may be a whole disk
+                open.clear();
                 break;
             }
         }

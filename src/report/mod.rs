@@ -11,7 +11,7 @@
 //! | `finished.rs` | reads a report's folder back for predictions |
 //! | `prediction.rs` | writes predictions |
 //! | `trade.rs` | tells a trade of speed against accuracy |
-//! | `folder.rs` | writes the files beside and renames them in |
+//! | `folder.rs` | says which folders may be written, and writes the files there |
 
 pub mod chart;
 pub mod draws;
