@@ -32,7 +32,8 @@ pub fn normal_quantile(probability: f64) -> f64 {
 
 /// Quantile of Student's t with `degrees_of_freedom` > 0 at a probability inside (0, 1).
 ///
-/// `None` outside that domain, below 0.5 degrees of freedom, and for tails of less than 1e-20. Source of the expansion: Abramowitz & Stegun 26.7.5.
+/// `None` outside that domain, below 0.5 degrees of freedom, and for tails of less than 1e-20. Source of the expansion:
+/// Abramowitz & Stegun 26.7.5.
 pub fn student_t_quantile(probability: f64, degrees_of_freedom: f64) -> Option<f64> {
     if !((FAR..1.0).contains(&probability) && degrees_of_freedom >= FEW) {
         return None;

@@ -8,6 +8,9 @@ use crate::attack::{finish, Place};
 
 const FIT: [&str; 5] = ["fit", "scene.toml", "--stages", "least_squares", "--out"];
 
+/// Lines of a scene that make its fit slow.
+const SLOW: &str = "[sampler]\nchains = 4\nwarmup = 100000\ndraws = 100000\n[model]\nlikelihood = \"student\"";
+
 fn fit(place: &Place, out: &str) -> crate::attack::Outcome {
     place.run(&[&FIT[..], &[out]].concat(), 60.0)
 }
@@ -25,10 +28,14 @@ fn d01_and_d10_are_held_by_the_kills_of_replacing() {
     // here only that an interrupted fit says so, with the status of one that could not run
     let place = fitted();
     let before = place.read("report/findings.json");
-    let mut command = place.command(&["trade", "scene.toml", "--out", "trade"]);
-    command.stderr(std::process::Stdio::piped());
+    // minutes of sampling, so that the signal finds it at work on any machine
+    place.add_to_scene(SLOW);
+    let mut command = place.command(&["fit", "scene.toml", "--out", "other"]);
+    command
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::piped());
     let child = command.spawn().expect("it can be started");
-    std::thread::sleep(std::time::Duration::from_millis(300));
+    std::thread::sleep(std::time::Duration::from_secs(1));
     let kill = format!("kill -s INT {}", child.id());
     assert!(Command::new("sh")
         .args(["-c", &kill])
@@ -232,7 +239,7 @@ fn d15_a_link_to_a_report_is_followed() {
 fn d15_places_that_cannot_be_are_refused_before_the_fit() {
     let place = fitted();
     // so slow a fit that a refusal after it would be cut off
-    place.add_to_scene("[sampler]\nchains = 4\nwarmup = 100000\ndraws = 100000\n[model]\nlikelihood = \"student\"");
+    place.add_to_scene(SLOW);
     let long = "n".repeat(256);
     let deep = format!("new/{}", "folder/".repeat(600));
     for (out, words) in [

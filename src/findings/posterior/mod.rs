@@ -129,7 +129,8 @@ pub fn check_room(effort: Effort, quantities: usize) -> Result<(), Error> {
 
 /// Samples the posterior from where least squares stands, and says what it says.
 ///
-/// `Err` where a prior leaves no room, or the draws do not fit into memory; the inner `Err` where the runs are such that nothing should be sampled.
+/// `Err` where a prior leaves no room, or the draws do not fit into memory; the inner `Err` where the runs are such that
+/// nothing should be sampled.
 pub fn find(
     scene: &Scene,
     runs: &Runs,
