@@ -143,8 +143,14 @@ fn fitted(scene: &Scene, mut runs: Runs, forgets: Forgets, stream: (u64, &str)) 
         stream,
         evaluation: Evaluation::default(),
     };
-    let sampled = sample_posterior(parameters, &rows, &start(scene, &least_squares), plan, &|_, _| {})
-        .unwrap_or_else(|error| panic!("{error}"));
+    let sampled = sample_posterior(
+        parameters,
+        &rows,
+        &start(scene, least_squares.least_squares()),
+        plan,
+        &|_, _| {},
+    )
+    .unwrap_or_else(|error| panic!("{error}"));
     let of_draws = |(name, _): &(&str, f64)| {
         let place = sampled
             .parameters

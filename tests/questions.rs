@@ -127,9 +127,15 @@ impl Fitted {
             form: least_squares.form,
             way: Way::Nodes,
         };
-        let own = posterior::find(&place.scene, &table.runs, &least_squares, asked, 1, &|_, _| ())
-            .unwrap_or_else(|error| panic!("{error}"))
-            .unwrap_or_else(|declined| panic!("{declined:?}"));
+        let own = posterior::find(
+            &place.scene,
+            &table.runs,
+            least_squares.least_squares(),
+            asked,
+            &|_, _| (),
+        )
+        .unwrap_or_else(|error| panic!("{error}"))
+        .unwrap_or_else(|declined| panic!("{declined:?}"));
         Fitted {
             place,
             table,
@@ -142,7 +148,7 @@ impl Fitted {
         Context {
             scene: self.scene(),
             runs: &self.table.runs,
-            least_squares: &self.least_squares,
+            least_squares: self.least_squares.least_squares(),
             own: &self.own,
             own_loo: None,
             watcher: &|_, _| (),

@@ -64,7 +64,7 @@ fn posterior(place: &Place, rows: &[NewRun], likelihood: Likelihood, seed: u64) 
     let sampled = sample_posterior(
         parameters,
         &likelihood,
-        &start(&scene, &least_squares),
+        &start(&scene, least_squares.least_squares()),
         plan,
         &|_, _| {},
     )

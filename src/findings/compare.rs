@@ -3,10 +3,10 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::least_squares::LeastSquares;
 use super::posterior::trust::VEHTARI_PSIS;
 use super::posterior::{effort, start, Asked, Posterior};
 use super::verdicts::Check;
-use super::Findings;
 use crate::error::Error;
 use crate::inference::diagnostics::loo::{difference, loo, relative_efficiency, Loo};
 use crate::inference::diagnostics::pareto::khat_threshold;
@@ -90,7 +90,12 @@ pub fn name(form: Form) -> String {
 /// Samples every form of inertia with both dry speeds on the same runs; the scene's own has been sampled already.
 ///
 /// A form under which a prior leaves a parameter no room is not compared, and a notice says so.
-pub fn find(scene: &Scene, runs: &Runs, (least_squares, own): (&Findings, &Posterior), watcher: Watcher) -> Comparison {
+pub fn find(
+    scene: &Scene,
+    runs: &Runs,
+    (least_squares, own): (LeastSquares, &Posterior),
+    watcher: Watcher,
+) -> Comparison {
     let asked = own.asked;
     let mut found = Comparison {
         models: vec![],
@@ -214,7 +219,7 @@ pub(super) fn is_gain(value: f64, se: Option<f64>) -> bool {
 pub fn choose(
     scene: &Scene,
     runs: &Runs,
-    least_squares: &Findings,
+    least_squares: LeastSquares,
     default: Asked,
     watcher: Watcher,
 ) -> Result<(Asked, Option<Notice>), Error> {
@@ -290,7 +295,7 @@ fn not_compared(model: &str, why: &str) -> Notice {
 fn sample_form(
     scene: &Scene,
     runs: &Runs,
-    least_squares: &Findings,
+    least_squares: LeastSquares,
     form: Asked,
     watcher: Watcher,
 ) -> Result<Result<Sampled, String>, Error> {
@@ -309,7 +314,7 @@ fn sample_form(
 pub(super) fn sample_model(
     scene: &Scene,
     runs: &Runs,
-    least_squares: &Findings,
+    least_squares: LeastSquares,
     (form, parameters, stream): (Asked, Parameters, &str),
     watcher: Watcher,
 ) -> Result<Sampled, String> {

@@ -4,14 +4,15 @@ use serde::Serialize;
 
 use super::erring::{Columns, Weighed};
 use super::estimate::{Estimate, Quoting, Scale};
-use super::judge::{one_against, spread, uncertain, why_stopped};
-use super::Verdict;
+use super::judge::{one_against, spread, uncertain, why_stopped, Verdict};
+use super::own_dry_speed::OwnDrySpeed;
 use crate::distributions::student_t_quantile;
 use crate::inference::effective_variance::Weighing;
 use crate::inference::laws::{dry_squares, fit_dry_weighed};
 use crate::inference::least_squares::{Fit, Stop};
 use crate::inference::nested::FTest;
 use crate::physics::dry::Order;
+use crate::physics::impact::DrySpeed;
 use crate::runs::{DryGroup, Runs};
 use crate::scene::Scene;
 
@@ -79,6 +80,19 @@ pub fn find(scene: &Scene, runs: &Runs, quoting: Quoting) -> Vec<FittedDry> {
 pub(super) fn of(dry: &[FittedDry], particle: usize) -> Option<&FittedDry> {
     let place = dry.binary_search_by_key(&particle, |fitted| fitted.particle).ok()?;
     dry.get(place)
+}
+
+/// The dry speed of a particle's own runs; `None` unless the scene asks for it and the particle has a usable k.
+pub(super) fn own_dry_speed(scene: &Scene, dry: &[FittedDry], particle: usize) -> Option<OwnDrySpeed> {
+    if scene.model.dry_speed != DrySpeed::Impact {
+        return None;
+    }
+    let (dry_k, dry_k_se) = of(dry, particle)?.usable?;
+    Some(OwnDrySpeed {
+        dry_k,
+        dry_k_se,
+        order: scene.model.form().dry,
+    })
 }
 
 fn of_particle(scene: &Scene, runs: &Runs, particle: usize, groups: &[&DryGroup], quoting: Quoting) -> FittedDry {

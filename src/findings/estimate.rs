@@ -2,8 +2,6 @@
 
 use serde::Serialize;
 
-use super::bootstrap::Bootstrapped;
-
 use crate::inference::delta::{interval, log_interval, Interval, Uncertain, LEVELS};
 
 /// How intervals are quoted.
@@ -33,6 +31,47 @@ pub struct Estimate {
     /// why there is no standard error or no interval; stands exactly then
     #[serde(skip_serializing_if = "Option::is_none")]
     pub why_none: Option<String>,
+}
+
+/// What the replicates of a quantity say.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Bootstrapped {
+    /// standard deviation of the replicates; `None` where `fallback` says why there are none
+    pub se: Option<f64>,
+    /// their mean minus the estimate
+    pub bias: Option<f64>,
+    /// replicates without a number
+    pub failed: usize,
+    /// the same by reason
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub failures: Vec<Failed>,
+    /// replicates asked for
+    pub replicates: usize,
+    /// why another interval stands in for the scene's: the percentile one, without replicates the delta method's
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fallback: Option<&'static str>,
+}
+
+/// Replicates that gave no number.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Failed {
+    /// why, in words
+    pub reason: &'static str,
+    /// how many
+    pub replicates: usize,
+}
+
+impl Bootstrapped {
+    pub(super) fn none(why: &'static str) -> Bootstrapped {
+        Bootstrapped {
+            se: None,
+            bias: None,
+            failed: 0,
+            failures: vec![],
+            replicates: 0,
+            fallback: Some(why),
+        }
+    }
 }
 
 /// On which scale an interval is made.

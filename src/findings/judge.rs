@@ -1,10 +1,38 @@
 //! Judges a fit: whether its numbers may be quoted, and why not.
 
-use super::Verdict;
+use serde::Serialize;
+
 use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::Weighing;
 use crate::inference::least_squares::{Fit, Stop};
 use crate::inference::nested::{one_law_for_all, FTest, Spread};
+
+/// Whether a result may be quoted, and why or why not.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Verdict {
+    /// whether it may be quoted
+    pub passed: bool,
+    /// why, in words
+    pub reason: String,
+}
+
+impl Verdict {
+    /// Passed, with a remark.
+    pub fn passed(reason: impl Into<String>) -> Verdict {
+        Verdict {
+            passed: true,
+            reason: reason.into(),
+        }
+    }
+
+    /// Failed, with the reason.
+    pub fn failed(reason: impl Into<String>) -> Verdict {
+        Verdict {
+            passed: false,
+            reason: reason.into(),
+        }
+    }
+}
 
 pub(super) const ALPHA_NOT_POSITIVE: &str = "α is not positive: the runs do not reach e_inf";
 pub(super) const BETA_NOT_NEGATIVE: &str = "β is not negative: the restitution does not fall towards low speeds";

@@ -1,41 +1,50 @@
 //! Says what may be said: estimates with their verdicts, as numbers and fixed words, no prose of a report.
 //!
+//! A file uses only what stands above it in this table; this one, which calls them in turn, stands last.
+//!
 //! | file | job |
 //! |---|---|
 //! | `estimate.rs` | a number with its standard error, its interval, or why there is none |
 //! | `judge.rs` | whether a fit may be quoted |
-//! | `dry.rs` | k of each particle, and whether one k serves all diameters |
-//! | `erring.rs` | what the runs of a fit are measured to err by |
+//! | `range.rs` | the smallest and the largest of some numbers |
+//! | `shown.rs` | the film ratio shown where one must be chosen |
 //! | `own_dry_speed.rs` | e_dry at each run's own speed |
+//! | `erring.rs` | what the runs of a fit are measured to err by |
+//! | `dry.rs` | k of each particle, and whether one k serves all diameters |
 //! | `series.rs` | the square-root law of each series |
 //! | `scaling.rs` | e_inf and St_c by both laws, with the linear law's bias on this design |
-//! | `balance.rs` | L, inertial prefactor and film scale from every rebound at once |
-//! | `pooling.rs` | what pooling liquids does to the square-root law |
-//! | `terms/` | what each term of the balance matters, and whether it is held |
+//! | `measurement_errors.rs` | which measurement errors want a second look |
 //! | `energy.rs` | the energy the liquid takes, St_c·e_inf², δc |
+//! | `published.rs` | ours beside the literature's |
+//! | `pooling.rs` | what pooling liquids does to the square-root law |
+//! | `balance.rs` | L, inertial prefactor and film scale from every rebound at once |
+//! | `terms/` | what each term of the balance matters, and whether it is held |
 //! | `noise/` | outliers, unequal spreads, offsets that series share |
-//! | `constants/` | how results move with the constants taken as exact |
 //! | `bootstrap/` | the bootstrap interval of each estimate |
-//! | `posterior/` | parameters from all runs at once, with priors |
+//! | `verdicts.rs` | what must hold before the numbers are quoted |
+//! | `constants/` | how results move with the constants taken as exact |
+//! | `least_squares.rs` | what least squares found, for the stages that start from it |
+//! | `identify/` | what the runs can identify, and what is determined instead |
 //! | `predict.rs` | restitution at any speed from the posterior's draws |
+//! | `posterior/` | parameters from all runs at once, with priors |
 //! | `compare.rs` | which form of the law predicts best |
 //! | `questions/` | whether L and C are the same at every film ratio |
-//! | `shown.rs` | the film ratio shown where one must be chosen |
-//! | `published.rs` | ours beside the literature's |
-//! | `verdicts.rs` | what must hold before the numbers are quoted |
-//! | `identify/` | what the runs can identify, and what is determined instead |
+//! | `document.rs` | everything a fit says, as `findings.json` writes it |
 //! | `overview.rs` | what was read, for `check` |
 
 pub mod balance;
 pub mod bootstrap;
 pub mod compare;
 pub mod constants;
+mod document;
 pub mod dry;
 pub mod energy;
 pub mod erring;
 pub mod estimate;
 pub mod identify;
 mod judge;
+pub mod least_squares;
+pub mod measurement_errors;
 pub mod noise;
 pub mod overview;
 pub mod own_dry_speed;
@@ -44,126 +53,24 @@ pub mod posterior;
 pub mod predict;
 pub mod published;
 pub mod questions;
+mod range;
 pub mod scaling;
 pub mod series;
 pub mod shown;
 pub mod terms;
 pub mod verdicts;
 
-use serde::Serialize;
-
 use crate::error::Error;
 use crate::inference::nuts::Watcher;
-use crate::notice::Notice;
-use crate::physics::impact::Form;
 use crate::physics::inertia::Inertia;
-use crate::runs::{Runs, Screened, Table};
+use crate::runs::{Runs, Table};
 use crate::scene::{NoiseOn, Scene};
 use compare::Comparison;
 use estimate::Quoting;
-use posterior::{Asked, Declined, Posterior, Way};
+use posterior::{contraction, Asked, Declined, Posterior, Way};
 
-/// The name and version of the findings file's layout.
-pub const SCHEMA: &str = "wetcor.findings/1";
-
-/// Everything a fit says. Field names are those of `findings.json`.
-#[derive(Debug, Serialize)]
-pub struct Findings {
-    /// always [`SCHEMA`]
-    pub schema: &'static str,
-    /// the scene's folder name
-    pub scene: String,
-    /// the scene's title
-    pub title: String,
-    /// version that made this
-    pub wetcor: &'static str,
-    /// seed of every use of chance
-    pub seed: u64,
-    /// SHA-256 of the table of runs
-    pub data_sha256: String,
-    /// SHA-256 of the scene file
-    pub scene_sha256: String,
-    /// what was read and used
-    pub counts: Counts,
-    /// k of each particle with dry runs
-    pub dry: Vec<dry::Dry>,
-    /// the square-root law of each series
-    pub series: Vec<series::SeriesFit>,
-    /// e_inf and St_c by both laws
-    pub scaling: Vec<scaling::Scaling>,
-    /// L, inertial prefactor and film scale over all rebounds; `None` without a usable k
-    pub energy_balance: Option<balance::EnergyBalance>,
-    /// what each term of the energy balance matters, and whether it is held
-    pub terms: Vec<terms::SizedTerm>,
-    /// the energy balance that is held; its form of inertia may still be open
-    #[serde(skip)]
-    pub form: Form,
-    /// where the energy went
-    pub energy: Vec<energy::Energy>,
-    /// how results move with the constants taken as exact
-    pub constants: Vec<constants::Sensitivity>,
-    /// what the scatter of the runs is like; `None` without a fit or without scatter
-    pub noise: Option<noise::Noise>,
-    /// how replicates were made; `None`: a stage that was not run
-    pub bootstrap: Option<bootstrap::Resampling>,
-    /// the literature beside ours
-    pub published: Vec<published::Compared>,
-    /// what all runs at once say under the priors; `None` if the stage was not run
-    pub posterior: Option<posterior::PosteriorFindings>,
-    /// how well each form of the law predicts runs it has not seen; `None` if the stage was not run
-    pub compare: Option<Vec<compare::Compared>>,
-    /// whether L and C are the same at every film ratio; `None` if the stage was not run
-    pub questions: Option<Vec<questions::Question>>,
-    /// what the runs see of the parameters; `None` without parameters, or where a sum is not finite
-    pub identifies: Option<identify::Directions>,
-    /// what must hold before the numbers are quoted
-    pub verdicts: Vec<verdicts::Check>,
-    /// what wants a second look
-    pub notices: Vec<Notice>,
-}
-
-/// What was read and used.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Counts {
-    /// rows of the file
-    pub runs: usize,
-    /// rebounds used by least squares
-    pub used: usize,
-    /// runs that stuck
-    pub stuck: usize,
-    /// runs left out, by reason
-    pub screened: Vec<Screened>,
-    /// runs in use that carry measurement errors; `None` where none does
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub measurement_errors: Option<erring::Given>,
-}
-
-/// Whether a result may be quoted, and why or why not.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Verdict {
-    /// whether it may be quoted
-    pub passed: bool,
-    /// why, in words
-    pub reason: String,
-}
-
-impl Verdict {
-    /// Passed, with a remark.
-    pub fn passed(reason: impl Into<String>) -> Verdict {
-        Verdict {
-            passed: true,
-            reason: reason.into(),
-        }
-    }
-
-    /// Failed, with the reason.
-    pub fn failed(reason: impl Into<String>) -> Verdict {
-        Verdict {
-            passed: false,
-            reason: reason.into(),
-        }
-    }
-}
+pub use document::{Counts, Findings, SCHEMA};
+pub use judge::Verdict;
 
 /// Fits everything least squares can say of a scene's runs; with `bootstrap`, resamples them as the scene says.
 pub fn find(scene: &Scene, table: &Table, seed: u64, bootstrap: bool) -> Findings {
@@ -246,8 +153,8 @@ pub fn find_watched(
         verdicts,
         notices,
     };
-    findings.notices.extend(erring::notices(&findings.scaling));
-    findings.identifies = identify::directions(scene, runs, &findings);
+    findings.notices.extend(measurement_errors::notices(&findings.scaling));
+    findings.identifies = identify::directions(scene, runs, findings.least_squares());
     findings.notices.extend(identify::notice(findings.identifies.as_ref()));
     findings
 }
@@ -266,11 +173,11 @@ impl Findings {
     ) -> Result<Option<Posterior>, Error> {
         let mut asked = Asked { form: self.form, way };
         if scene.model.inertia_is_open() && self.form.inertia != Inertia::None {
-            let (chosen, notice) = compare::choose(scene, runs, self, asked, watcher)?;
+            let (chosen, notice) = compare::choose(scene, runs, self.least_squares(), asked, watcher)?;
             asked = chosen;
             self.notices.extend(notice);
         }
-        match posterior::find(scene, runs, self, asked, self.seed, watcher)? {
+        match posterior::find(scene, runs, self.least_squares(), asked, watcher)? {
             Ok(posterior) => {
                 // the posterior's own check of k against the dry runs takes the place of least squares'
                 let replaced = |check: &verdicts::Check| posterior.checks.iter().any(|new| new.check == check.check);
@@ -282,7 +189,9 @@ impl Findings {
                     }
                 }
                 self.verdicts.extend(posterior.checks.iter().cloned());
-                self.notices.extend(posterior.notices.iter().cloned());
+                let directions = self.identifies.as_ref();
+                self.notices
+                    .extend(contraction::notices(&posterior.findings, directions));
                 self.posterior = Some(posterior.findings.clone());
                 Ok(Some(posterior))
             }
@@ -303,14 +212,14 @@ impl Findings {
         posterior: &Posterior,
         watcher: Watcher,
     ) -> Result<Comparison, Error> {
-        let found = compare::find(scene, runs, (self, posterior), watcher);
+        let found = compare::find(scene, runs, (self.least_squares(), posterior), watcher);
         self.verdicts.extend(found.checks.iter().cloned());
         self.notices.extend(found.notices.iter().cloned());
         self.compare = (!found.models.is_empty()).then(|| found.models.clone());
         let context = questions::Context {
             scene,
             runs,
-            least_squares: self,
+            least_squares: self.least_squares(),
             own: posterior,
             own_loo: found.own.as_ref(),
             watcher,

@@ -2,10 +2,11 @@
 
 use serde::Serialize;
 
+use super::document::Findings;
 use super::identify::{self, Directions, Identified};
 use super::noise::{self, Noise};
+use super::range::range;
 use super::terms::SizedTerm;
-use super::Findings;
 use crate::notice::Notice;
 use crate::physics::impact::Setting;
 use crate::runs::{Runs, Screened, Series, Table};
@@ -61,14 +62,6 @@ pub struct Material {
     pub reynolds: Option<[f64; 2]>,
     /// smallest and largest restitution of the rebounds; `None` where all stuck
     pub restitution: Option<[f64; 2]>,
-}
-
-/// Smallest and largest of some numbers; `None` without any.
-pub(super) fn range(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
-    values.fold(None, |range, x| match range {
-        None => Some([x, x]),
-        Some([lo, hi]) => Some([f64::min(lo, x), f64::max(hi, x)]),
-    })
 }
 
 fn join(first: Option<[f64; 2]>, second: Option<[f64; 2]>) -> Option<[f64; 2]> {

@@ -2,7 +2,6 @@
 
 use nalgebra::DMatrix;
 
-use super::dry::{self, FittedDry};
 use crate::inference::delta::Uncertain;
 use crate::inference::laws::square_root_shift;
 use crate::inference::least_squares::Fit;
@@ -12,9 +11,9 @@ use crate::scene::{Scene, DEFAULT_DRY_SPEED};
 
 /// The run's own dry speed in the square-root law: e_dry(v)² − e_dry(reference)² is a known offset once k is.
 pub(super) struct OwnDrySpeed {
-    dry_k: f64,
-    dry_k_se: f64,
-    order: Order,
+    pub(super) dry_k: f64,
+    pub(super) dry_k_se: f64,
+    pub(super) order: Order,
 }
 
 /// The speed at which e_inf is quoted, m/s.
@@ -26,19 +25,6 @@ pub fn reference_dry_speed(scene: &Scene) -> f64 {
 }
 
 impl OwnDrySpeed {
-    /// `None` unless the scene asks for it and the particle has a usable k.
-    pub fn new(scene: &Scene, dry: &[FittedDry], particle: usize) -> Option<Self> {
-        if scene.model.dry_speed != DrySpeed::Impact {
-            return None;
-        }
-        let (dry_k, dry_k_se) = dry::of(dry, particle)?.usable?;
-        Some(OwnDrySpeed {
-            dry_k,
-            dry_k_se,
-            order: scene.model.form().dry,
-        })
-    }
-
     pub fn offsets(&self, speeds: &[f64]) -> Vec<f64> {
         let reference = self.order.restitution(self.dry_k, DEFAULT_DRY_SPEED);
         let own = |v: &f64| self.order.restitution(self.dry_k, *v);

@@ -1,8 +1,8 @@
 //! Measures what pooling liquids of different density ratio does to the square-root law, without any noise.
 
-use super::dry::FittedDry;
+use super::dry::{own_dry_speed, FittedDry};
 use super::energy::density_ratio;
-use super::own_dry_speed::{reference_dry_speed, OwnDrySpeed};
+use super::own_dry_speed::reference_dry_speed;
 use super::scaling::{two, Bias, FittedScaling, Pool};
 use crate::inference::balance::Balance;
 use crate::inference::laws::fit_square_root;
@@ -60,7 +60,7 @@ fn root_of_exact(
     exact: &[f64],
 ) -> Option<[f64; 2]> {
     let pool = Pool::new(scene, runs, series, true);
-    let own = OwnDrySpeed::new(scene, dry, particle);
+    let own = own_dry_speed(scene, dry, particle);
     // where the balance keeps no energy, the law is not defined and no run would have rebounded
     let kept: Vec<usize> = (0..exact.len()).filter(|run| exact[*run] > 0.0).collect();
     let pick = |column: &[f64]| -> Vec<f64> { kept.iter().map(|run| column[*run]).collect() };

@@ -3,12 +3,10 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::dry::FittedDry;
+use super::dry::{own_dry_speed, FittedDry};
 use super::erring::{Columns, Weighed};
 use super::estimate::{Estimate, Quoting, Scale};
-use super::judge::{judge_square_root, one_against, spread, uncertain, why_stopped};
-use super::own_dry_speed::OwnDrySpeed;
-use super::Verdict;
+use super::judge::{judge_square_root, one_against, spread, uncertain, why_stopped, Verdict};
 use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::Weighing;
 use crate::inference::laws::{
@@ -203,7 +201,7 @@ fn squares_of_one(
     start: &[f64],
 ) -> f64 {
     let pool = Pool::new(scene, runs, &runs.series[all.series.clone()], true);
-    let own = OwnDrySpeed::new(scene, dry, all.particle);
+    let own = own_dry_speed(scene, dry, all.particle);
     let offset = own.map_or_else(Vec::new, |own| own.offsets(&pool.speeds));
     let x = &pool.inverse_stokes;
     match all.law {
@@ -221,7 +219,7 @@ fn both_laws(
     film_ratio: Option<f64>,
     series: std::ops::Range<usize>,
 ) -> [(FittedScaling, Fit); 2] {
-    let own = OwnDrySpeed::new(scene, dry, particle);
+    let own = own_dry_speed(scene, dry, particle);
     let pool = Pool::new(scene, runs, &runs.series[series.clone()], own.is_some());
     let x = &pool.inverse_stokes;
     let offset = own.as_ref().map_or_else(Vec::new, |own| own.offsets(&pool.speeds));
@@ -283,7 +281,7 @@ pub(super) fn square_root_of(
     series: &[Series],
 ) -> Option<[f64; 2]> {
     let pool = Pool::new(scene, runs, series, true);
-    let own = OwnDrySpeed::new(scene, dry, particle);
+    let own = own_dry_speed(scene, dry, particle);
     let offset = own.as_ref().map_or_else(Vec::new, |own| own.offsets(&pool.speeds));
     let errors = Columns::of(runs, series.iter().map(|one| one.rebounds.clone()), own.as_ref());
     let erring = errors.as_ref().map(Columns::erring);

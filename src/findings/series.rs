@@ -3,12 +3,10 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::dry::FittedDry;
+use super::dry::{own_dry_speed, FittedDry};
 use super::erring::{Columns, Weighed};
 use super::estimate::{Estimate, Quoting, Scale};
-use super::judge::{falls, judge_square_root, uncertain, why_stopped, ALPHA_NOT_POSITIVE, BETA_NOT_NEGATIVE};
-use super::own_dry_speed::OwnDrySpeed;
-use super::Verdict;
+use super::judge::{falls, judge_square_root, uncertain, why_stopped, Verdict, ALPHA_NOT_POSITIVE, BETA_NOT_NEGATIVE};
 use crate::inference::effective_variance::Weighing;
 use crate::inference::laws::{fit_square_root_weighed, speed_error_that_matters};
 use crate::inference::least_squares::Stop;
@@ -79,7 +77,7 @@ pub fn find(scene: &Scene, runs: &Runs, dry: &[FittedDry], quoting: Quoting) -> 
 fn of_series(scene: &Scene, runs: &Runs, series: &Series, dry: &[FittedDry], quoting: Quoting) -> SeriesFit {
     let speeds = &runs.impact_speed[series.rebounds.clone()];
     let x: Vec<f64> = speeds.iter().map(|v| 1.0 / v).collect();
-    let own = OwnDrySpeed::new(scene, dry, series.particle);
+    let own = own_dry_speed(scene, dry, series.particle);
     let offset = own.as_ref().map_or_else(Vec::new, |own| own.offsets(speeds));
     let errors = Columns::of(runs, std::iter::once(series.rebounds.clone()), own.as_ref());
     let erring = errors.as_ref().map(Columns::erring);

@@ -1,4 +1,4 @@
-//! Chooses the film ratio shown where one must be chosen.
+//! Chooses the film ratio shown where one must be chosen, and rounds film ratios for names.
 
 use crate::runs::{FilmGroup, Runs};
 use crate::scene::Scene;
@@ -23,4 +23,9 @@ pub fn film_ratio(scene: &Scene, runs: &Runs, particle: usize) -> Option<f64> {
         series.iter().map(|s| s.rebounds.len()).sum::<usize>()
     };
     near.or_else(|| Some(groups.iter().max_by_key(|g| rebounds(g))?.film_ratio))
+}
+
+/// A film ratio as names have it: nominal ones as they are, measured means to four decimals.
+pub fn four_decimals(film_ratio: f64) -> f64 {
+    (film_ratio * 1e4).round() / 1e4
 }

@@ -1,6 +1,7 @@
 //! Says which bootstrap intervals want a second look: few runs, strata that cannot vary, one series alone.
 
-use super::{Bootstrapped, Estimates, Resampling, MOST_HELD};
+use super::resampling::{Estimates, Resampling};
+use crate::findings::estimate::Bootstrapped;
 use crate::notice::Notice;
 use crate::runs::{Runs, Series};
 
@@ -9,21 +10,6 @@ pub const FEW_RUNS: usize = 20;
 
 /// Smallest and largest coverage of the default 95 % interval on the calibration's design of 8 runs, per cent.
 pub const COVERAGE_OF_EIGHT: [f64; 2] = [94.7, 96.2];
-
-/// Says that fewer replicates were made than the scene asks for; `None` where they were not.
-pub(super) fn fewer(wanted: u64, made: usize, fits: usize) -> Option<Notice> {
-    (made as u64 != wanted).then(|| {
-        Notice::new(
-            "bootstrap_fewer_replicates",
-            made,
-            format!(
-                "[bootstrap] replicates: found {wanted}, of {fits} fits; made {made}, since at most {MOST_HELD} replicates \
-                 of all fits together are held at once"
-            ),
-            format!("set it to at most {made}, or fit fewer series in one scene"),
-        )
-    })
-}
 
 /// What a reader of the replicates should look at.
 pub(super) fn notices(runs: &Runs, resampling: &Resampling, estimates: &Estimates) -> Vec<Notice> {

@@ -2,8 +2,7 @@
 
 use std::ops::Range;
 
-use crate::findings::dry::FittedDry;
-use crate::findings::own_dry_speed::OwnDrySpeed;
+use crate::findings::dry::{own_dry_speed, FittedDry};
 use crate::inference::bootstrap::{strata, Kept, Law, Pool, Target};
 use crate::inference::effective_variance::Weighing;
 use crate::physics::dry::Order;
@@ -71,7 +70,7 @@ impl Columns {
             columns
                 .restitution
                 .extend(order.iter().map(|run| runs.restitution[*run]));
-            match OwnDrySpeed::new(scene, dry, series.particle) {
+            match own_dry_speed(scene, dry, series.particle) {
                 Some(own) => columns.offset.extend(own.offsets(&speeds)),
                 None => columns.offset.extend(std::iter::repeat_n(0.0, speeds.len())),
             }

@@ -2,27 +2,29 @@
 //!
 //! | file | job |
 //! |---|---|
+//! | `resampling.rs` | what is resampled, and how |
+//! | `affordable.rs` | how many replicates are held at once |
 //! | `columns.rs` | lays the runs of all fits out in strata |
 //! | `tell.rs` | turns replicates into intervals |
 //! | `cautions.rs` | which intervals want a second look |
 
+mod affordable;
 mod cautions;
 mod columns;
+mod resampling;
 mod tell;
 
+pub use affordable::MOST_HELD;
 pub use cautions::{COVERAGE_OF_EIGHT, FEW_RUNS};
+pub use resampling::{Estimates, Joint, Resampling};
 
 use std::ops::Range;
 
 use rayon::prelude::*;
-use serde::Serialize;
 
 use super::dry::FittedDry;
-use super::energy::Energy;
 use super::estimate::Estimate;
 use super::own_dry_speed::reference_dry_speed;
-use super::scaling::FittedScaling;
-use super::series::SeriesFit;
 use super::shown;
 use crate::inference::bootstrap::jackknife::leave_one_out;
 use crate::inference::bootstrap::kernel::Weighted;
@@ -32,104 +34,12 @@ use crate::notice::Notice;
 use crate::physics::viscous::critical_separation;
 use crate::runs::Runs;
 use crate::scene::{self, IntervalMethod, ResamplingScheme, Scene};
+use affordable::{affordable, fewer};
 use columns::Columns;
 use tell::{Quantity, Task, Told};
 
-/// What the replicates of a quantity say.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Bootstrapped {
-    /// standard deviation of the replicates; `None` where `fallback` says why there are none
-    pub se: Option<f64>,
-    /// their mean minus the estimate
-    pub bias: Option<f64>,
-    /// replicates without a number
-    pub failed: usize,
-    /// the same by reason
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub failures: Vec<Failed>,
-    /// replicates asked for
-    pub replicates: usize,
-    /// why another interval stands in for the scene's: the percentile one, without replicates the delta method's
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub fallback: Option<&'static str>,
-}
-
-/// Replicates that gave no number.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Failed {
-    /// why, in words
-    pub reason: &'static str,
-    /// how many
-    pub replicates: usize,
-}
-
-impl Bootstrapped {
-    fn none(why: &'static str) -> Bootstrapped {
-        Bootstrapped {
-            se: None,
-            bias: None,
-            failed: 0,
-            failures: vec![],
-            replicates: 0,
-            fallback: Some(why),
-        }
-    }
-}
-
-/// How replicates were made.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Resampling {
-    /// what was resampled
-    pub scheme: &'static str,
-    /// the interval quoted
-    pub interval: &'static str,
-    /// replicates
-    pub replicates: usize,
-    /// strata of all runs
-    pub strata: usize,
-    /// strata of one run, which no resample can vary
-    pub single_run_strata: usize,
-    /// replicates of pairs, for the figures
-    #[serde(skip)]
-    pub joint: Vec<Joint>,
-}
-
-/// e_inf and St_c of the same replicates.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Joint {
-    /// index into the scene's particles
-    pub particle: usize,
-    /// film ratio; `None`: over all
-    pub film_ratio: Option<f64>,
-    /// the law
-    pub law: scene::Law,
-    /// (e_inf, St_c) of each replicate; not finite where it gave none
-    pub pairs: Vec<[f64; 2]>,
-}
-
 /// The interval quoted unless the scene names one; the coverage table supports it.
 pub const DEFAULT_INTERVAL: IntervalMethod = IntervalMethod::Percentile;
-
-/// Replicates of all fits together that are held at once: 4 GB.
-pub const MOST_HELD: usize = 100_000_000;
-
-/// How many replicates are made of so many fits where a number is wanted: no more than are held at once.
-fn affordable(wanted: u64, fits: usize) -> usize {
-    let wanted = usize::try_from(wanted).unwrap_or(usize::MAX);
-    wanted.min(MOST_HELD / fits.max(1)).max(1)
-}
-
-/// The estimates that get a bootstrap interval.
-pub struct Estimates<'e> {
-    /// k of each particle
-    pub dry: &'e mut [FittedDry],
-    /// the square-root law of each series
-    pub series: &'e mut [SeriesFit],
-    /// e_inf and St_c
-    pub scaling: &'e mut [FittedScaling],
-    /// the energy table
-    pub energy: &'e mut [Energy],
-}
 
 /// Bootstraps every estimate that has a fit, and quotes the interval the scene names.
 ///
@@ -382,7 +292,7 @@ pub fn complete(
         energy,
     };
     let mut notices = cautions::notices(runs, &resampling, &estimates);
-    notices.extend(cautions::fewer(scene.bootstrap.replicates, plan.replicates, fits));
+    notices.extend(fewer(scene.bootstrap.replicates, plan.replicates, fits));
     (resampling, notices)
 }
 
@@ -413,24 +323,5 @@ fn lubrication_log(law: scene::Law, p: [f64; 2]) -> f64 {
     match law {
         scene::Law::Sqrt => where_it_falls(p, -p[1] / 4.0),
         scene::Law::Linear => where_it_falls([p[0], -p[1]], 0.5 * p[0] * p[1]),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn no_more_replicates_are_made_than_are_held() {
-        // the largest number a scene may ask for, of as many fits as the published example has
-        assert_eq!(affordable(1_000_000, 88), 1_000_000);
-        assert_eq!(affordable(1_000_000, 1000), 100_000);
-        assert_eq!(affordable(10_000, 20_000), 5000);
-        assert_eq!(affordable(10_000, usize::MAX), 1);
-        assert_eq!(cautions::fewer(10_000, 10_000, 88), None);
-        let notice = cautions::fewer(10_000, 5000, 20_000).expect("fewer");
-        assert!(notice
-            .text
-            .starts_with("[bootstrap] replicates: found 10000, of 20000 fits; made 5000, since at most"));
     }
 }

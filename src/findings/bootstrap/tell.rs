@@ -2,8 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Bootstrapped, Failed};
-use crate::findings::estimate::Estimate;
+use crate::findings::estimate::{Bootstrapped, Estimate, Failed};
 use crate::inference::bootstrap::intervals::{studentized, Replicates};
 use crate::inference::bootstrap::jackknife::{acceleration, degrees_of_freedom, influence};
 use crate::inference::bootstrap::kernel::{Failure, Weighted};

@@ -4,9 +4,9 @@ use super::sight::Sight;
 use super::{words, Determined};
 use crate::findings::energy::Energy;
 use crate::findings::estimate::Estimate;
-use crate::findings::posterior::derived::four_decimals;
+use crate::findings::least_squares::LeastSquares;
 use crate::findings::scaling::Scaling;
-use crate::findings::Findings;
+use crate::findings::shown::four_decimals;
 use crate::model::parameters::Kind;
 use crate::physics::numbers::stokes;
 use crate::runs::{FilmGroup, Runs, Series};
@@ -17,7 +17,7 @@ use crate::scene::{Law, Scene};
 pub(super) fn find(
     scene: &Scene,
     runs: &Runs,
-    least_squares: &Findings,
+    least_squares: LeastSquares,
     sight: &Sight,
     members: &[usize],
 ) -> Vec<Determined> {
@@ -57,7 +57,7 @@ fn best<'e>(of: impl Iterator<Item = (&'e Estimate, String)>, size: impl Fn(f64,
 }
 
 /// e_inf of a particle at the film ratio where it is known best.
-fn e_inf(least_squares: &Findings, particle: &str) -> Option<Determined> {
+fn e_inf(least_squares: LeastSquares, particle: &str) -> Option<Determined> {
     let own = |row: &&Scaling| row.law == Law::Sqrt.name() && row.particle == particle && row.verdict.passed;
     let rows = least_squares.scaling.iter().filter(own).filter_map(|row| {
         let ratio = four_decimals(row.film_ratio?);
@@ -67,7 +67,7 @@ fn e_inf(least_squares: &Findings, particle: &str) -> Option<Determined> {
 }
 
 /// C g(δ̃) at the film ratio where it is known best.
-fn inertial_loss(least_squares: &Findings) -> Option<Determined> {
+fn inertial_loss(least_squares: LeastSquares) -> Option<Determined> {
     let own = |row: &&Energy| row.law == Law::Sqrt.name();
     let rows = least_squares.energy.iter().filter(own);
     let rows = rows.map(|row| (&row.loss_over_density_ratio, loss_name(row.film_ratio)));

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::findings::overview::range;
+use crate::findings::range::range;
 use crate::runs::{Runs, Series};
 use crate::scene::Scene;
 

@@ -20,7 +20,7 @@ use serde::Serialize;
 
 pub use lines::{lines, Identified};
 
-use super::Findings;
+use super::least_squares::LeastSquares;
 use crate::notice::Notice;
 use crate::runs::Runs;
 use crate::scene::Scene;
@@ -69,7 +69,7 @@ pub struct Determined {
 }
 
 /// What the runs see of the parameters at the fit; `None` without parameters, or where a sum is not finite.
-pub fn directions(scene: &Scene, runs: &Runs, least_squares: &Findings) -> Option<Directions> {
+pub fn directions(scene: &Scene, runs: &Runs, least_squares: LeastSquares) -> Option<Directions> {
     let sight = Sight::of(scene, runs, least_squares)?;
     let left = sight.known.left();
     let (least, spread_left) = left.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;

@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 use crate::findings::balance::{block, blocks};
 use crate::findings::dry::Dry;
 use crate::findings::estimate::Estimate;
-use crate::findings::Findings;
+use crate::findings::least_squares::LeastSquares;
 use crate::inference::balance::{Balance, Block};
 use crate::inference::information::{Belief, Kinds, Known, Sums};
 use crate::inference::least_squares::ResidualProblem;
@@ -42,7 +42,7 @@ pub(super) struct Sight {
 
 impl Sight {
     /// `None` without parameters, or where a sum is not finite.
-    pub fn of(scene: &Scene, runs: &Runs, least_squares: &Findings) -> Option<Sight> {
+    pub fn of(scene: &Scene, runs: &Runs, least_squares: LeastSquares) -> Option<Sight> {
         let form = form(scene, least_squares);
         let inertia = form.inertia;
         let particles: Vec<usize> = (0..scene.particles.len()).filter(|p| in_use(runs, *p)).collect();
@@ -188,7 +188,7 @@ fn law<'b>(form: Form, blocks: &'b [Block<'b>], no_fit: &'b [(f64, f64)]) -> Bal
 }
 
 /// The terms that are held; where the form of the inertial loss is left open, the one the energy balance took.
-fn form(scene: &Scene, least_squares: &Findings) -> Form {
+fn form(scene: &Scene, least_squares: LeastSquares) -> Form {
     let taken = least_squares.energy_balance.as_ref().map(|balance| balance.inertia);
     let taken = taken.and_then(|name| Inertia::ALL.into_iter().find(|form| form.name() == name));
     let taken = taken.filter(|_| scene.model.inertia_is_open());
@@ -226,7 +226,7 @@ struct Fits<'f> {
 }
 
 impl<'f> Fits<'f> {
-    fn of(least_squares: &'f Findings) -> Fits<'f> {
+    fn of(least_squares: LeastSquares<'f>) -> Fits<'f> {
         let parameters = least_squares
             .energy_balance
             .iter()

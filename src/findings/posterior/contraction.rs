@@ -1,7 +1,7 @@
 //! Names the parameters that keep much of their prior, each with the one it moves with.
 
-use super::{PosteriorFindings, Quantity};
-use crate::findings::Findings;
+use super::written::{PosteriorFindings, Quantity};
+use crate::findings::identify::Directions;
 use crate::notice::Notice;
 
 /// Share of its prior sd from which a parameter wants a look: what each of two keeps that only move together, where the
@@ -17,16 +17,13 @@ fn left(quantity: &Quantity) -> Option<f64> {
 }
 
 /// Parameters that keep more than the line, and those held because the runs cannot tell them.
-pub(super) fn notices(found: &PosteriorFindings, least_squares: &Findings) -> Vec<Notice> {
+pub(in crate::findings) fn notices(found: &PosteriorFindings, directions: Option<&Directions>) -> Vec<Notice> {
     let wide = found.parameters.iter().enumerate();
     let wide: Vec<(usize, f64)> = wide.filter_map(|(place, q)| Some((place, left(q)?))).collect();
     let mut notices = vec![];
     if !wide.is_empty() {
         let told: Vec<String> = wide.iter().map(|(place, left)| tell(found, *place, *left)).collect();
-        let directions = least_squares
-            .identifies
-            .iter()
-            .flat_map(|directions| &directions.unseen);
+        let directions = directions.into_iter().flat_map(|directions| &directions.unseen);
         let names = |place: &usize| found.parameters[*place].name.as_str();
         let known = directions.filter(|unseen| {
             wide.iter()

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use crate::findings::own_dry_speed::reference_dry_speed;
+use crate::findings::shown::four_decimals;
 use crate::inference::sampling::Sampled;
 use crate::model::parameters::{Kind, COMMON_SLOTS};
 use crate::physics::impact::Form;
@@ -128,11 +129,6 @@ pub fn count(runs: &Runs, form: Form) -> usize {
     let of = |series: &Series| series.particle;
     let particles = runs.series.chunk_by(|a, b| of(a) == of(b)).count();
     1 + particles + 3 * settings
-}
-
-/// A film ratio as names have it: nominal ones as they are, measured means to four decimals.
-pub fn four_decimals(film_ratio: f64) -> f64 {
-    (film_ratio * 1e4).round() / 1e4
 }
 
 /// The different particles, liquids and film ratios of the runs, in their order.

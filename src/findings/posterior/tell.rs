@@ -4,8 +4,8 @@ use rayon::prelude::*;
 
 use super::derived::Derived;
 use super::predictive::Predictive;
+use super::sampling::Asked;
 use super::written::{Accuracy, Compression, LeftOut, PosteriorFindings, PriorTold, Quantity, Tried};
-use super::Asked;
 use crate::findings::predict::Basis;
 use crate::inference::diagnostics::energy::e_bfmi;
 use crate::inference::diagnostics::summary::summarise;

@@ -1,8 +1,8 @@
 //! Judges whether a posterior may be quoted: convergence, compression, agreement with the dry runs, predictions.
 
-use super::{Declined, PosteriorFindings, Quantity};
+use super::written::{PosteriorFindings, Quantity};
+use crate::findings::least_squares::LeastSquares;
 use crate::findings::verdicts::{Check, DRY_SHIFT};
-use crate::findings::Findings;
 use crate::inference::diagnostics::pareto::khat_threshold;
 use crate::model::parameters::Parameters;
 use crate::runs::Runs;
@@ -29,10 +29,21 @@ const VEHTARI: &str = "Vehtari et al. 2021";
 pub(in crate::findings) const VEHTARI_PSIS: &str = "Vehtari et al. 2024: min(1 − 1/log10 S, 0.7)";
 
 /// Names of the checks that stand where nothing was sampled.
-pub(super) const DECLINED: [&str; 3] = ["posterior", "noise", "rebounds"];
+const DECLINED: [&str; 3] = ["posterior", "noise", "rebounds"];
+
+/// Why no posterior was sampled, though it was asked for; the check fails and gates.
+#[derive(Debug)]
+pub struct Declined(pub Check);
+
+impl Declined {
+    /// Its check among all, if nothing was sampled.
+    pub fn among(checks: &[Check]) -> Option<&Check> {
+        checks.iter().find(|check| DECLINED.contains(&check.check))
+    }
+}
 
 /// Why no posterior of these runs should be sampled; `None` if it may be.
-pub fn decline(runs: &Runs, least_squares: &Findings, parameters: &Parameters) -> Option<Declined> {
+pub fn decline(runs: &Runs, least_squares: LeastSquares, parameters: &Parameters) -> Option<Declined> {
     if parameters.sampled.is_empty() {
         let text = "no parameter is left to be sampled: no runs in use, or every prior fixed";
         return Some(declined("posterior", 0.0, 1.0, "a posterior needs parameters", text));
@@ -84,7 +95,7 @@ fn declined(check: &'static str, value: f64, threshold: f64, source: &'static st
 }
 
 /// Every check of a posterior.
-pub(super) fn checks(found: &PosteriorFindings, least_squares: &Findings) -> Vec<Check> {
+pub(super) fn checks(found: &PosteriorFindings, least_squares: LeastSquares) -> Vec<Check> {
     let mut checks = convergence(found);
     if let Some(compression) = &found.compression {
         let error = compression.max_log_density_error;
@@ -243,7 +254,7 @@ fn trajectories(found: &PosteriorFindings) -> [Check; 2] {
 }
 
 /// Misfit of the wet law leaks into k: the pooled k is held against the dry runs' own.
-fn dry_consistency(found: &PosteriorFindings, least_squares: &Findings) -> Option<Check> {
+fn dry_consistency(found: &PosteriorFindings, least_squares: LeastSquares) -> Option<Check> {
     let shifts = least_squares
         .dry
         .iter()

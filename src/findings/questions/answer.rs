@@ -1,27 +1,19 @@
 //! Says whether a parameter is constant, from the gain of a trend and the trend itself.
 
-use serde::Serialize;
-
-use super::ask::Weighed;
-use super::{Question, Trend};
+use super::question::{Answer, Question, Trend};
 use crate::findings::compare::{is_gain, Compared, GAIN};
 use crate::inference::diagnostics::loo::Difference;
 use crate::notice::Notice;
 use crate::physics::impact::Form;
 use crate::physics::inertia::Inertia;
 
-/// What the runs tell of a parameter that may go with the film ratio.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Answer {
-    /// one value serves
-    OneServes,
-    /// it rises with the film ratio
-    Rises,
-    /// it falls
-    Falls,
-    /// the runs do not tell
-    Open,
+/// What two models of the same runs say.
+pub(super) struct Weighed {
+    /// the one without the trend, the one with it
+    pub models: [Compared; 2],
+    /// by how much the trend predicts the runs better, in log density
+    pub gain: Difference,
+    pub trend: Trend,
 }
 
 /// A trend that matters: half of the one that keeps δc a fixed share of the film, or a loss from growing with it.

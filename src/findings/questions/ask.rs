@@ -1,26 +1,37 @@
 //! Samples a model with and without a trend on the same runs, and leaves each run out of both.
 
-use super::answer::answered;
-use super::{Context, Question, Trend};
+use super::answer::{answered, Weighed};
+use super::question::{Question, Trend};
 use crate::error::Error;
-use crate::findings::compare::{affordable, compared, leave_out, name, sample_model, Compared};
-use crate::findings::posterior::Asked;
-use crate::inference::diagnostics::loo::{difference, Difference, Loo};
+use crate::findings::compare::{affordable, compared, leave_out, name, sample_model};
+use crate::findings::least_squares::LeastSquares;
+use crate::findings::posterior::{Asked, Posterior};
+use crate::inference::diagnostics::loo::{difference, Loo};
 use crate::inference::diagnostics::quantile;
+use crate::inference::nuts::Watcher;
 use crate::inference::sampling::Sampled;
 use crate::model::parameters::{Kind, Parameters};
 use crate::runs::Runs;
+use crate::scene::Scene;
 
 /// A film ratio counts with so many runs: fewer hardly have a mean and a spread.
 const FEWEST_RUNS: usize = 5;
 
-/// What two models of the same runs say.
-pub(super) struct Weighed {
-    /// the one without the trend, the one with it
-    pub models: [Compared; 2],
-    /// by how much the trend predicts the runs better, in log density
-    pub gain: Difference,
-    pub trend: Trend,
+/// What the questions are asked of.
+#[derive(Clone, Copy)]
+pub struct Context<'a> {
+    /// what was held fixed
+    pub scene: &'a Scene,
+    /// every run
+    pub runs: &'a Runs,
+    /// where sampling starts
+    pub least_squares: LeastSquares<'a>,
+    /// the scene's own model, sampled on every run
+    pub own: &'a Posterior,
+    /// leave-one-out of it; `None` where it has yet to be computed
+    pub own_loo: Option<&'a Loo>,
+    /// hears of every draw
+    pub watcher: Watcher<'a>,
 }
 
 /// Two models of the same runs, one with a trend.

@@ -2,91 +2,25 @@
 //!
 //! | file | job |
 //! |---|---|
-//! | `ask.rs` | samples a model with and without a trend on the same runs, and leaves each run out of both |
-//! | `answer.rs` | says what the two tell |
+//! | `question.rs` | a question with its answer, in fields |
+//! | `answer.rs` | says what a model with and one without a trend tell |
+//! | `ask.rs` | samples the two on the same runs, and leaves each run out of both |
 
 mod answer;
 mod ask;
+mod question;
 
-use serde::Serialize;
-
-use super::compare::{affordable, Compared};
-use super::posterior::Posterior;
-use super::Findings;
+use super::compare::affordable;
 use crate::error::Error;
-use crate::inference::diagnostics::loo::Loo;
-use crate::inference::nuts::Watcher;
 use crate::model::parameters::Kind;
 use crate::notice::Notice;
-use crate::runs::Runs;
-use crate::scene::Scene;
 use ask::Models;
 
-pub use answer::Answer;
+pub use ask::Context;
+pub use question::{Answer, Question, Trend};
 
 /// The paper takes L as constant for film ratios below this one (text of its summary).
 pub const THIN: f64 = 0.10;
-
-/// A question with its answer. Field names are those of `findings.json`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Question {
-    /// in words
-    pub question: &'static str,
-    /// the parameter it asks of: `lubrication_log`, `inertial_prefactor`
-    pub parameter: &'static str,
-    /// only runs with film ratios below this one are asked; `None`: all
-    pub film_ratio_below: Option<f64>,
-    /// wet runs that are asked
-    pub runs: usize,
-    /// film ratios that enough of them have; `None` where they were not counted
-    pub film_ratios: Option<usize>,
-    /// the model without the trend and the one with it; none where nothing was sampled
-    pub models: Vec<Compared>,
-    /// by how much the trend predicts runs better, in log density summed over them
-    pub gain: Option<f64>,
-    /// standard error of the gain, run by run
-    pub gain_se: Option<f64>,
-    /// the trend; `None` where nothing was sampled
-    pub trend: Option<Trend>,
-    /// what that tells
-    pub answer: Answer,
-    /// the same in words
-    pub text: String,
-}
-
-/// How a parameter goes with the logarithm of the film ratio: dL/d ln δ̃ or d ln C/d ln δ̃.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Trend {
-    /// its letter
-    pub symbol: &'static str,
-    /// mean of the posterior
-    pub mean: f64,
-    /// its standard deviation
-    pub sd: f64,
-    /// its central 95 %
-    pub interval: [f64; 2],
-    /// what was believed before, as a scene writes it
-    pub prior: String,
-    /// why
-    pub source: &'static str,
-}
-
-/// What the questions are asked of.
-#[derive(Clone, Copy)]
-pub struct Context<'a> {
-    /// what was held fixed
-    pub scene: &'a Scene,
-    /// every run
-    pub runs: &'a Runs,
-    /// where sampling starts
-    pub least_squares: &'a Findings,
-    /// the scene's own model, sampled on every run
-    pub own: &'a Posterior,
-    /// leave-one-out of it; `None` where it has yet to be computed
-    pub own_loo: Option<&'a Loo>,
-    /// hears of every draw
-    pub watcher: Watcher<'a>,
-}
 
 /// Both questions, in the order of the paper's text, and what wants a second look.
 ///
@@ -159,15 +93,4 @@ fn too_many(context: Context) -> Option<String> {
     let draws = context.own.sampled.draws();
     let none = affordable(runs, draws).is_none();
     none.then(|| format!("{} runs are too many to leave each out", runs.len()))
-}
-
-impl Question {
-    /// The same, left open for a reason.
-    fn open(self, why: &str) -> Question {
-        Question {
-            answer: Answer::Open,
-            text: format!("open: {why}"),
-            ..self
-        }
-    }
 }

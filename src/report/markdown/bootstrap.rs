@@ -5,7 +5,7 @@ use super::super::numbers::{self, NONE};
 use super::super::Told;
 use super::cells::{interval_header, law_name};
 use super::page::Page;
-use crate::findings::bootstrap::Bootstrapped;
+use crate::findings::estimate::Bootstrapped;
 use crate::findings::estimate::Estimate;
 use crate::scene::ResamplingScheme;
 

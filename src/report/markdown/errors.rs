@@ -4,7 +4,8 @@ use super::super::numbers::{self, NONE};
 use super::super::Told;
 use super::cells::law_name;
 use super::page::Page;
-use crate::findings::erring::{most_moved, Weighed};
+use crate::findings::erring::Weighed;
+use crate::findings::measurement_errors::most_moved;
 
 /// How the errors of the runs entered; nothing where no run carries one.
 pub(super) fn errors(page: &mut Page, told: Told) {

@@ -67,7 +67,7 @@ pub fn measure(scene: &Scene, table: &Table, seed: u64, progress: &dyn Fn()) -> 
         way: Way::Nodes,
     };
     let parameters = Parameters::of(scene, runs, asked.form)?;
-    if let Some(declined) = decline(runs, &least_squares, &parameters) {
+    if let Some(declined) = decline(runs, least_squares.least_squares(), &parameters) {
         return Err(Error::Usage(format!("nothing to trade: {}", declined.0.text)));
     }
     let ground = Ground {

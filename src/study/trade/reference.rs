@@ -37,7 +37,7 @@ impl Ground<'_> {
         };
         check_room(effort, self.parameters.sampled.len())?;
         let fail = |why: String| Error::Usage(format!("no long run to hold the others against: {why}"));
-        let start = start(self.scene, least_squares);
+        let start = start(self.scene, least_squares.least_squares());
         let posed =
             Posed::new(self.parameters.clone(), &rows, &start, evaluation).map_err(|why| fail(why.to_string()))?;
         let stream = (self.seed, "trade reference");

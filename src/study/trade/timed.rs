@@ -94,7 +94,7 @@ impl Ground<'_> {
     ) -> Answer {
         let least_squares = findings::find(self.scene, self.table, self.seed, false);
         let rows = self.rows();
-        let start = start(self.scene, &least_squares);
+        let start = start(self.scene, least_squares.least_squares());
         let size = (self.effort.chains, self.effort.draws);
         let stream = (self.seed, "trade");
         let sampled = Posed::new(self.parameters.clone(), &rows, &start, evaluation)

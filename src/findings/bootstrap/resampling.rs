@@ -1,0 +1,52 @@
+//! Holds what is resampled and how: the estimates that get an interval, and what is kept of their replicates.
+
+use serde::Serialize;
+
+use crate::findings::dry::FittedDry;
+use crate::findings::energy::Energy;
+use crate::findings::scaling::FittedScaling;
+use crate::findings::series::SeriesFit;
+use crate::scene::Law;
+
+/// The estimates that get a bootstrap interval.
+pub struct Estimates<'e> {
+    /// k of each particle
+    pub dry: &'e mut [FittedDry],
+    /// the square-root law of each series
+    pub series: &'e mut [SeriesFit],
+    /// e_inf and St_c
+    pub scaling: &'e mut [FittedScaling],
+    /// the energy table
+    pub energy: &'e mut [Energy],
+}
+
+/// How replicates were made.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Resampling {
+    /// what was resampled
+    pub scheme: &'static str,
+    /// the interval quoted
+    pub interval: &'static str,
+    /// replicates
+    pub replicates: usize,
+    /// strata of all runs
+    pub strata: usize,
+    /// strata of one run, which no resample can vary
+    pub single_run_strata: usize,
+    /// replicates of pairs, for the figures
+    #[serde(skip)]
+    pub joint: Vec<Joint>,
+}
+
+/// e_inf and St_c of the same replicates.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Joint {
+    /// index into the scene's particles
+    pub particle: usize,
+    /// film ratio; `None`: over all
+    pub film_ratio: Option<f64>,
+    /// the law
+    pub law: Law,
+    /// (e_inf, St_c) of each replicate; not finite where it gave none
+    pub pairs: Vec<[f64; 2]>,
+}

@@ -1,0 +1,114 @@
+//! Holds everything a fit says, as `findings.json` writes it.
+
+use serde::Serialize;
+
+use super::balance::EnergyBalance;
+use super::bootstrap::Resampling;
+use super::compare;
+use super::constants::Sensitivity;
+use super::dry::Dry;
+use super::energy::Energy;
+use super::erring::Given;
+use super::identify::Directions;
+use super::least_squares::LeastSquares;
+use super::noise::Noise;
+use super::posterior::PosteriorFindings;
+use super::published;
+use super::questions::Question;
+use super::scaling::Scaling;
+use super::series::SeriesFit;
+use super::terms::SizedTerm;
+use super::verdicts::Check;
+use crate::notice::Notice;
+use crate::physics::impact::Form;
+use crate::runs::Screened;
+
+/// The name and version of the findings file's layout.
+pub const SCHEMA: &str = "wetcor.findings/1";
+
+/// Everything a fit says. Field names are those of `findings.json`.
+#[derive(Debug, Serialize)]
+pub struct Findings {
+    /// always [`SCHEMA`]
+    pub schema: &'static str,
+    /// the scene's folder name
+    pub scene: String,
+    /// the scene's title
+    pub title: String,
+    /// version that made this
+    pub wetcor: &'static str,
+    /// seed of every use of chance
+    pub seed: u64,
+    /// SHA-256 of the table of runs
+    pub data_sha256: String,
+    /// SHA-256 of the scene file
+    pub scene_sha256: String,
+    /// what was read and used
+    pub counts: Counts,
+    /// k of each particle with dry runs
+    pub dry: Vec<Dry>,
+    /// the square-root law of each series
+    pub series: Vec<SeriesFit>,
+    /// e_inf and St_c by both laws
+    pub scaling: Vec<Scaling>,
+    /// L, inertial prefactor and film scale over all rebounds; `None` without a usable k
+    pub energy_balance: Option<EnergyBalance>,
+    /// what each term of the energy balance matters, and whether it is held
+    pub terms: Vec<SizedTerm>,
+    /// the energy balance that is held; its form of inertia may still be open
+    #[serde(skip)]
+    pub form: Form,
+    /// where the energy went
+    pub energy: Vec<Energy>,
+    /// how results move with the constants taken as exact
+    pub constants: Vec<Sensitivity>,
+    /// what the scatter of the runs is like; `None` without a fit or without scatter
+    pub noise: Option<Noise>,
+    /// how replicates were made; `None`: a stage that was not run
+    pub bootstrap: Option<Resampling>,
+    /// the literature beside ours
+    pub published: Vec<published::Compared>,
+    /// what all runs at once say under the priors; `None` if the stage was not run
+    pub posterior: Option<PosteriorFindings>,
+    /// how well each form of the law predicts runs it has not seen; `None` if the stage was not run
+    pub compare: Option<Vec<compare::Compared>>,
+    /// whether L and C are the same at every film ratio; `None` if the stage was not run
+    pub questions: Option<Vec<Question>>,
+    /// what the runs see of the parameters; `None` without parameters, or where a sum is not finite
+    pub identifies: Option<Directions>,
+    /// what must hold before the numbers are quoted
+    pub verdicts: Vec<Check>,
+    /// what wants a second look
+    pub notices: Vec<Notice>,
+}
+
+/// What was read and used.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Counts {
+    /// rows of the file
+    pub runs: usize,
+    /// rebounds used by least squares
+    pub used: usize,
+    /// runs that stuck
+    pub stuck: usize,
+    /// runs left out, by reason
+    pub screened: Vec<Screened>,
+    /// runs in use that carry measurement errors; `None` where none does
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measurement_errors: Option<Given>,
+}
+
+impl Findings {
+    /// What least squares found, for the stages that start from it.
+    pub fn least_squares(&self) -> LeastSquares<'_> {
+        LeastSquares {
+            seed: self.seed,
+            dry: &self.dry,
+            series: &self.series,
+            scaling: &self.scaling,
+            energy: &self.energy,
+            energy_balance: self.energy_balance.as_ref(),
+            form: self.form,
+        }
+    }
+}

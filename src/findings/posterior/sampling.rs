@@ -1,0 +1,107 @@
+//! Says what is sampled and how: the terms, the way to the draws, the effort, and where the chains start.
+
+use crate::error::Error;
+use crate::findings::least_squares::LeastSquares;
+use crate::inference::nuts::{Effort, TARGET_ACCEPT};
+use crate::inference::posed::{Evaluation, Start};
+use crate::model::parameters::Kind;
+use crate::physics::impact::Form;
+use crate::scene::Scene;
+
+/// What is sampled, and how.
+#[derive(Debug, Clone, Copy)]
+pub struct Asked {
+    /// the terms of the energy balance
+    pub form: Form,
+    /// how
+    pub way: Way,
+}
+
+/// The way to the draws.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Way {
+    /// as the scene's `[sampler]` says, on nodes
+    #[default]
+    Nodes,
+    /// the same, on every row
+    Rows,
+    /// the cheapest that vouches for this accuracy
+    Accuracy(f64),
+}
+
+impl Way {
+    /// What stands for the runs where trajectories are followed.
+    pub fn evaluation(self) -> Evaluation {
+        match self {
+            Way::Rows => Evaluation::Rows,
+            Way::Nodes | Way::Accuracy(_) => Evaluation::default(),
+        }
+    }
+}
+
+/// The scene's sampling effort.
+pub fn effort(scene: &Scene) -> Effort {
+    let count = |n: u64| usize::try_from(n).unwrap_or(usize::MAX);
+    Effort {
+        chains: count(scene.sampler.chains),
+        warmup: count(scene.sampler.warmup),
+        draws: count(scene.sampler.draws),
+        target_accept: TARGET_ACCEPT,
+    }
+}
+
+/// Numbers, draws times quantities, that a posterior may hold: 400 MB, which are held some six times over while it is
+/// sampled, checked and written.
+pub const MOST_NUMBERS: usize = 50_000_000;
+
+/// Checks that the draws of a posterior fit into memory, each of them with so many quantities.
+///
+/// Fails with the largest number of draws that do.
+pub fn check_room(effort: Effort, quantities: usize) -> Result<(), Error> {
+    let Effort { chains, draws, .. } = effort;
+    let all = chains.saturating_mul(draws).saturating_mul(quantities);
+    if all <= MOST_NUMBERS {
+        return Ok(());
+    }
+    let most = MOST_NUMBERS / (chains * quantities).max(1);
+    Err(Error::Usage(format!(
+        "[sampler] draws: found {draws} in {chains} chains, each with {quantities} quantities of this scene; expected at \
+         most {most}, so that no more than {MOST_NUMBERS} numbers are held"
+    )))
+}
+
+/// Where least squares stands, by parameter.
+pub fn start(scene: &Scene, least_squares: LeastSquares) -> Start {
+    let mut start = vec![];
+    let particle = |name: &str| scene.particles.iter().position(|p| p.name == name);
+    for dry in least_squares.dry {
+        if let (Some(particle), Some(k)) = (particle(&dry.particle), dry.dry_k.value) {
+            start.push((Kind::DryK(particle), k));
+        }
+    }
+    let spreads: Vec<(f64, f64)> = least_squares
+        .dry
+        .iter()
+        .filter_map(|dry| Some((dry.residual_sd?, dry.runs as f64)))
+        .collect();
+    let runs: f64 = spreads.iter().map(|(_, runs)| runs).sum();
+    if runs > 0.0 {
+        let pooled = spreads.iter().map(|(sd, runs)| sd * sd * runs).sum::<f64>() / runs;
+        start.push((Kind::SigmaDry, pooled.sqrt()));
+    }
+    let Some(balance) = least_squares.energy_balance else {
+        return start;
+    };
+    for kind in [Kind::LubricationLog, Kind::InertialPrefactor, Kind::FilmScale] {
+        let found = balance.parameters.iter().find(|parameter| parameter.name == kind.key());
+        if let Some(value) = found.and_then(|parameter| parameter.estimate.value) {
+            start.push((kind, value));
+        }
+    }
+    if let Some(sd) = balance.residual_sd {
+        start.push((Kind::SigmaWet, sd));
+    }
+    // a value at or below zero is on no parameter's way
+    start.retain(|(_, value)| *value > 0.0);
+    start
+}

@@ -1,0 +1,74 @@
+//! Holds a question with its answer, as `findings.json` writes it.
+
+use serde::Serialize;
+
+use crate::findings::compare::Compared;
+
+/// A question with its answer. Field names are those of `findings.json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Question {
+    /// in words
+    pub question: &'static str,
+    /// the parameter it asks of: `lubrication_log`, `inertial_prefactor`
+    pub parameter: &'static str,
+    /// only runs with film ratios below this one are asked; `None`: all
+    pub film_ratio_below: Option<f64>,
+    /// wet runs that are asked
+    pub runs: usize,
+    /// film ratios that enough of them have; `None` where they were not counted
+    pub film_ratios: Option<usize>,
+    /// the model without the trend and the one with it; none where nothing was sampled
+    pub models: Vec<Compared>,
+    /// by how much the trend predicts runs better, in log density summed over them
+    pub gain: Option<f64>,
+    /// standard error of the gain, run by run
+    pub gain_se: Option<f64>,
+    /// the trend; `None` where nothing was sampled
+    pub trend: Option<Trend>,
+    /// what that tells
+    pub answer: Answer,
+    /// the same in words
+    pub text: String,
+}
+
+/// How a parameter goes with the logarithm of the film ratio: dL/d ln δ̃ or d ln C/d ln δ̃.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Trend {
+    /// its letter
+    pub symbol: &'static str,
+    /// mean of the posterior
+    pub mean: f64,
+    /// its standard deviation
+    pub sd: f64,
+    /// its central 95 %
+    pub interval: [f64; 2],
+    /// what was believed before, as a scene writes it
+    pub prior: String,
+    /// why
+    pub source: &'static str,
+}
+
+/// What the runs tell of a parameter that may go with the film ratio.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Answer {
+    /// one value serves
+    OneServes,
+    /// it rises with the film ratio
+    Rises,
+    /// it falls
+    Falls,
+    /// the runs do not tell
+    Open,
+}
+
+impl Question {
+    /// The same, left open for a reason.
+    pub(super) fn open(self, why: &str) -> Question {
+        Question {
+            answer: Answer::Open,
+            text: format!("open: {why}"),
+            ..self
+        }
+    }
+}
