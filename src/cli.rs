@@ -34,8 +34,6 @@ use wetcor::runs::Existing;
 use arguments::{Arguments, Verb};
 use said::{complain, warn};
 
-/// Ran, and a gating verdict failed.
-const NOT_QUOTABLE: u8 = 1;
 /// Could not run.
 const COULD_NOT_RUN: u8 = 2;
 

@@ -16,7 +16,7 @@ use tempfile::TempDir;
 use wetcor::findings::{self, overview};
 use wetcor::report::folder::{Contents, Destination, File, Fill, Streamed};
 use wetcor::report::{self, Told};
-use wetcor::staging::{self, Place};
+use wetcor::staging;
 use wetcor::{interruption, runs, scene};
 
 /// What the child is told: where to write, with which seed, and how.
@@ -263,7 +263,7 @@ fn kill_many(test: &str, how: &str, signals: &[&str], times: usize) -> Tally {
             );
             tally.left += usize::from(left > 0);
             // the next run, whatever it is of
-            Place::prepare(&scene.out()).unwrap_or_else(|error| panic!("{error}"));
+            staging::prepare(&scene.out()).unwrap_or_else(|error| panic!("{error}"));
             tally.put_back += usize::from(stood == Stands::Nothing);
             if stood == Stands::Nothing {
                 assert_eq!(scene.stands(), Stands::Whole(old), "{why}: not put back");
@@ -375,7 +375,7 @@ fn the_command_killed_at_any_time_leaves_one_whole_report() {
         kill(&child, signal);
         child.wait().expect("it ends");
         if signal == "KILL" {
-            Place::prepare(&out).unwrap_or_else(|error| panic!("{error}"));
+            staging::prepare(&out).unwrap_or_else(|error| panic!("{error}"));
         }
         assert!(whole.contains(&contents(&out, "timing.json")), "SIG{signal}");
         assert_eq!(beside(place.path()), ["report"], "SIG{signal}");

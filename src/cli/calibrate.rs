@@ -5,14 +5,14 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use wetcor::error::{named, Error};
-use wetcor::staging::{Place, Staging};
+use wetcor::staging::{self, Staging};
 use wetcor::study::{accuracy, calibration};
 
 use super::said::say_of;
 use crate::progress::Progress;
 
 pub(super) fn calibrate(out: &Path, sets: u64, seed: u64, quiet: bool) -> Result<u8, Error> {
-    let place = Place::prepare(out)?;
+    let place = staging::prepare(out)?;
     calibration::may_replace(&place)?;
     // an accuracy takes about as long as a hundred data sets
     let of_accuracy = 100;

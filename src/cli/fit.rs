@@ -15,10 +15,12 @@ use super::arguments::Stage;
 use super::draws::Draws;
 use super::said::{say_of, tell};
 use super::timing::Timing;
-use super::NOT_QUOTABLE;
 
 /// Models that are sampled besides the scene's own: forms of the law, and trends with the film.
 const COMPARED: u64 = 10;
+
+/// Ran, and a gating verdict failed.
+const NOT_QUOTABLE: u8 = 1;
 
 pub(super) fn fit(
     path: &Path,

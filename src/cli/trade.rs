@@ -5,7 +5,6 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use wetcor::error::{named, Error};
 use wetcor::report::folder::{Contents, Destination};
-use wetcor::report::trade as trade_report;
 use wetcor::study::trade;
 use wetcor::{runs, scene};
 
@@ -21,12 +20,12 @@ pub(super) fn run_trade(path: &Path, out: Option<PathBuf>, seed: u64, quiet: boo
     let done = AtomicU64::new(0);
     let measured = trade::measure(&scene, &table, seed, &|| progress.at(1 + done.fetch_add(1, Relaxed)))?;
     drop(progress);
-    let files = trade_report::files(&scene, &measured)?;
+    let files = trade::report::files(&scene, &measured)?;
     destination.write(files)?;
     tell(&table.notices, quiet);
     if !quiet {
         let page = out.join("trade.md");
-        let text = format!("{}trade: {}\n", trade_report::summary(&measured), named(&page));
+        let text = format!("{}trade: {}\n", trade::report::summary(&measured), named(&page));
         say_of(&page, &text)?;
     }
     Ok(0)

@@ -10,7 +10,7 @@ use super::diagnostics::summary::summarise;
 use super::importance::{normal_draws, shift, Weights};
 use super::nuts::{Effort, Watcher};
 use super::posed::{Evaluation, Posed, Start, LARGEST_ERROR};
-use super::sampling::{by_normal, by_weights, follow, Method, NoPosterior, Plan, Sampled, PROPOSED};
+use super::sampling::{by_normal, by_weights, follow, Accuracy, Method, NoPosterior, Plan, Sampled, PROPOSED};
 use crate::model::likelihood::{Likelihood, Resolution};
 use crate::model::parameters::Parameters;
 use crate::model::posterior::LogDensity;
@@ -29,24 +29,6 @@ const FEWEST_DRAWS: usize = 250;
 
 /// The most draws a chain keeps: nearly twice what the finest accuracy takes where draws are independent and chains four.
 const MOST_DRAWS: usize = 200_000;
-
-/// An accuracy that was asked for, and how it was reached.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Accuracy {
-    /// what was asked for
-    pub asked: f64,
-    /// the error the method's own check vouches for; infinite if none did
-    pub vouched: f64,
-    /// the ways tried before, cheapest first, each with why it did not do
-    pub tried: Vec<(Method, String)>,
-}
-
-impl Accuracy {
-    /// Whether it was reached.
-    pub fn reached(&self) -> bool {
-        self.vouched <= self.asked
-    }
-}
 
 /// Draws as the accuracy `asked` wants, with the chains and the adapting of `plan`; its draws and evaluation do not count.
 ///

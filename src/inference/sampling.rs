@@ -2,7 +2,6 @@
 
 use serde::Serialize;
 
-use super::accuracy::Accuracy;
 use super::importance::{normal_draws, Proposed, Weights};
 use super::laplace::Laplace;
 use super::nuts::{divergences, sample, Chain, Effort, SamplingFailure, Watcher, LARGEST_DEPTH};
@@ -52,6 +51,24 @@ pub struct Plan<'p> {
     pub stream: (u64, &'p str),
     /// what stands for the runs
     pub evaluation: Evaluation,
+}
+
+/// An accuracy that was asked for, and how it was reached.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Accuracy {
+    /// what was asked for
+    pub asked: f64,
+    /// the error the method's own check vouches for; infinite if none did
+    pub vouched: f64,
+    /// the ways tried before, cheapest first, each with why it did not do
+    pub tried: Vec<(Method, String)>,
+}
+
+impl Accuracy {
+    /// Whether it was reached.
+    pub fn reached(&self) -> bool {
+        self.vouched <= self.asked
+    }
 }
 
 /// Draws of a posterior.

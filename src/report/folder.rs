@@ -1,7 +1,6 @@
 //! Says which folders may be written, and writes a report's files there: whole or not at all.
 
 use std::ffi::OsStr;
-use std::fmt;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -9,45 +8,13 @@ use rayon::prelude::*;
 use serde::Deserialize;
 
 use super::draws::zarr;
+pub use super::files::{File, Files, Fill, Last, Streamed};
 use crate::error::{named, quoted, Error};
-use crate::staging::{Place, Staging};
-use crate::{files, findings, study};
+use crate::staging::{self, Place, Staging};
+use crate::{files, findings};
 
-/// A file of a report: its path inside the folder, and its bytes.
-pub type File = (String, Vec<u8>);
-
-/// Every file of a report.
-#[derive(Default)]
-pub struct Files<'a> {
-    /// those whose bytes are there
-    pub whole: Vec<File>,
-    /// those too large to be held
-    pub streamed: Vec<Streamed<'a>>,
-    /// one that is made when all others are written
-    pub last: Option<Last<'a>>,
-}
-
-/// Makes a file.
-pub type Last<'a> = Box<dyn FnOnce() -> File + Send + Sync + 'a>;
-
-/// Two files that come from one computation, made while they are written.
-pub struct Streamed<'a> {
-    /// their paths inside the folder
-    pub names: [String; 2],
-    /// writes them, both empty at first
-    pub fill: Box<Fill<'a>>,
-}
-
-/// Fills files. Fails where the system refuses.
-pub type Fill<'a> = dyn Fn(&mut [std::fs::File; 2]) -> io::Result<()> + Send + Sync + 'a;
-
-impl fmt::Debug for Files<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let whole = self.whole.iter().map(|(name, _)| name);
-        let streamed = self.streamed.iter().flat_map(|streamed| &streamed.names);
-        f.debug_set().entries(whole.chain(streamed)).finish()
-    }
-}
+/// The name and version of the layout of `trade.json`.
+pub const TRADE_SCHEMA: &str = "wetcor.trade/1";
 
 /// What a folder holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,7 +30,7 @@ impl Contents {
     fn mark(self) -> (&'static str, &'static str) {
         match self {
             Contents::Fit => ("findings.json", findings::SCHEMA),
-            Contents::Trade => ("trade.json", study::trade::SCHEMA),
+            Contents::Trade => ("trade.json", TRADE_SCHEMA),
         }
     }
 
@@ -114,7 +81,7 @@ impl Destination {
     /// anything but an earlier one of ours of the same kind and title, and where an input lies inside it.
     pub fn prepare(folder: &Path, contents: Contents, title: &str, inputs: &[&Path]) -> Result<Destination, Error> {
         let destination = Destination {
-            place: Place::prepare(folder)?,
+            place: staging::prepare(folder)?,
             contents,
             title: title.to_owned(),
             // one that is not there is for its reader to name

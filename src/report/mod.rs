@@ -2,6 +2,8 @@
 //!
 //! | file | job |
 //! |---|---|
+//! | `sources.rs` | holds what a report is made of |
+//! | `files.rs` | holds the files of a report before they are written |
 //! | `numbers.rs` | rounds every number by its uncertainty |
 //! | `markdown/` | writes the report |
 //! | `figures/` | says what each figure shows |
@@ -10,44 +12,27 @@
 //! | `draws/` | puts draws on disk |
 //! | `finished.rs` | reads a report's folder back for predictions |
 //! | `prediction.rs` | writes predictions |
-//! | `trade.rs` | tells a trade of speed against accuracy |
 //! | `folder.rs` | says which folders may be written, and writes the files there |
 
 pub mod chart;
 pub mod draws;
 pub mod figures;
+mod files;
 pub mod finished;
 pub mod folder;
 pub mod json;
 pub mod markdown;
 pub mod numbers;
 pub mod prediction;
-pub mod trade;
+mod sources;
 
 use serde::Serialize;
 
 use crate::error::Error;
-use crate::findings::overview::Overview;
-use crate::findings::posterior::Posterior;
 use crate::findings::Findings;
-use crate::runs::Runs;
-use crate::scene::Scene;
-use folder::Files;
+use files::Files;
 
-/// What a report is made of.
-#[derive(Debug, Clone, Copy)]
-pub struct Told<'a> {
-    /// what was held fixed
-    pub scene: &'a Scene,
-    /// what was measured
-    pub runs: &'a Runs,
-    /// what was read
-    pub overview: &'a Overview,
-    /// what may be said
-    pub findings: &'a Findings,
-    /// the posterior's draws; `None` if nothing was sampled
-    pub posterior: Option<&'a Posterior>,
-}
+pub use sources::Told;
 
 /// Every file of a report by its path in the folder, `timing.json` excepted.
 pub fn files(told: Told, with_figures: bool) -> Result<Files, Error> {

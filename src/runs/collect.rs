@@ -3,43 +3,11 @@
 use std::path::Path;
 
 use super::errors::MeasurementErrors;
-use super::row::{screen, Row};
+use super::row::Row;
+use super::screen::{screen, Reason};
 use crate::error::file_name;
 use crate::notice::Notice;
 use crate::scene::Scene;
-
-/// Why a run is left out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Reason {
-    TooSlow,
-    TooFast,
-    FilmTooThin,
-    FilmRatioInvalid,
-    FilmRatioTooLarge,
-    Stuck,
-}
-
-impl Reason {
-    const ALL: [Reason; 6] = [
-        Reason::TooSlow,
-        Reason::TooFast,
-        Reason::FilmTooThin,
-        Reason::FilmRatioInvalid,
-        Reason::FilmRatioTooLarge,
-        Reason::Stuck,
-    ];
-
-    fn words(self) -> &'static str {
-        match self {
-            Reason::TooSlow => "impact speed below min_impact_speed",
-            Reason::TooFast => "impact speed above max_impact_speed",
-            Reason::FilmTooThin => "film thinner than min_film",
-            Reason::FilmRatioInvalid => "film ratio above 0.5, outside every inertial form",
-            Reason::FilmRatioTooLarge => "film ratio above max_film_ratio",
-            Reason::Stuck => "stuck, which the scene's sticking leaves out",
-        }
-    }
-}
 
 /// Runs left out for one reason.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]

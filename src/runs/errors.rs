@@ -1,7 +1,5 @@
 //! Holds the measurement errors of runs: of the impact speed, and of the restitution beyond what it shares with that.
 
-use super::series::Runs;
-
 /// Standard deviations of what was measured, as columns in the order of the runs; 0 where a run gives none.
 ///
 /// A restitution e = v_r/v shares the error of v: it errs by u and by −e s_v/v, so that its variance is
@@ -41,35 +39,6 @@ impl MeasurementErrors {
         let any = both().filter(|(s_v, u)| **s_v > 0.0 || **u > 0.0).count();
         let of = |column: &[f64]| column.iter().filter(|sd| **sd > 0.0).count();
         [any, of(&self.impact_speed_sd), of(&self.restitution_sd)]
-    }
-}
-
-impl Runs {
-    /// The measurement errors of all runs; one that carries none is taken to err like the median of those that do, its
-    /// speed as a share of itself. `None` where no run carries any.
-    pub fn errors_with_medians(&self) -> Option<MeasurementErrors> {
-        let errors = self.errors.as_ref()?;
-        let of = |run: usize| {
-            let [s_v, u] = errors.of(run);
-            [s_v / self.impact_speed[run], u]
-        };
-        let carries = |run: &usize| of(*run).iter().any(|sd| *sd > 0.0);
-        let median = |which: usize| {
-            let mut given: Vec<f64> = (0..self.len()).filter(carries).map(|run| of(run)[which]).collect();
-            let middle = given.len() / 2;
-            given.select_nth_unstable_by(middle, f64::total_cmp);
-            given[middle]
-        };
-        if !(0..self.len()).any(|run| carries(&run)) {
-            return None;
-        }
-        let [share, u] = [median(0), median(1)];
-        let mut all = errors.clone();
-        for run in (0..self.len()).filter(|run| !carries(run)) {
-            all.impact_speed_sd[run] = share * self.impact_speed[run];
-            all.restitution_sd[run] = u;
-        }
-        Some(all)
     }
 }
 

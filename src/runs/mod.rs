@@ -3,14 +3,16 @@
 //! | file | job |
 //! |---|---|
 //! | `columns.rs` | matches a table's header with the columns runs can have |
-//! | `row.rs` | checks one run and says which cell is wrong |
 //! | `errors.rs` | holds the measurement errors of runs |
+//! | `row.rs` | checks one run and says which cell is wrong |
+//! | `screen.rs` | says why a checked run is left out |
 //! | `refusals.rs` | gathers what is wrong, cell by cell |
 //! | `collect.rs` | gathers checked runs into columns and counts what was left out |
-//! | `stream.rs` | reads an ordinary CSV a window of lines at a time |
-//! | `claims.rs` | checks what a Parquet file claims to hold before memory is asked for |
-//! | `typed.rs` | reads CSV and Parquet with polars, writes Parquet; with `claims.rs` the only file that names it |
 //! | `text.rs` | reads CSV as text, to accept what a typed reader refuses or to name the bad cell |
+//! | `claims.rs` | checks what a Parquet file claims to hold before memory is asked for |
+//! | `new_run.rs` | holds one run to be written |
+//! | `typed.rs` | reads CSV and Parquet with polars, writes Parquet; with `claims.rs` the only file that names it |
+//! | `stream.rs` | reads an ordinary CSV a window of lines at a time |
 //! | `series.rs` | orders runs by series |
 //! | `part.rs` | takes a part of the runs |
 //! | `write.rs` | writes simulated runs, a row at a time |
@@ -19,9 +21,11 @@ mod claims;
 mod collect;
 mod columns;
 mod errors;
+mod new_run;
 mod part;
 mod refusals;
 mod row;
+mod screen;
 mod series;
 mod stream;
 mod text;
@@ -30,19 +34,19 @@ mod write;
 
 pub use collect::Screened;
 pub use errors::MeasurementErrors;
+pub use new_run::NewRun;
 pub use series::{DryGroup, FilmGroup, Runs, Series};
-pub use write::{Existing, NewRun, RunWriter};
+pub use write::{Existing, RunWriter};
 
 use std::fs::File;
 use std::io::{Read, Seek};
 use std::path::Path;
 
 use collect::Collected;
-
-use refusals::Refused;
+use refusals::{whole_file, Refused};
 
 use crate::encoding;
-use crate::error::{Error, Problem};
+use crate::error::Error;
 use crate::files::{self, Input, MOST_OF_LINE, MOST_OF_PARQUET, MOST_OF_PIPE};
 use crate::notice::Notice;
 use crate::scene::Scene;
@@ -113,16 +117,6 @@ pub fn arrange(scene: &Scene, new: &[NewRun]) -> Runs {
         columns.row.push(row);
     }
     series::arrange(columns, scene)
-}
-
-/// A problem of the file as a whole.
-fn whole_file(found: &str, expected: &str) -> Problem {
-    Problem {
-        line: None,
-        place: found.to_owned(),
-        found: None,
-        expected: format!("expected {expected}"),
-    }
 }
 
 /// What is being done, as a verb.

@@ -13,6 +13,16 @@ pub(super) enum At {
     Row(usize),
 }
 
+/// A problem of the file as a whole.
+pub(super) fn whole_file(found: &str, expected: &str) -> Problem {
+    Problem {
+        line: None,
+        place: found.to_owned(),
+        found: None,
+        expected: format!("expected {expected}"),
+    }
+}
+
 /// Why a table is refused.
 #[derive(Debug)]
 pub(super) struct Refused {

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::columns::Column;
 use super::errors;
 use crate::error::PROBLEMS_SHOWN;
-use crate::scene::{name_expected, Scene, Sticking, DRY, LARGEST_FILM_RATIO};
+use crate::scene::{name_expected, Scene, DRY};
 use crate::units::{MAGNITUDES, MAGNITUDE_EXPECTED};
 
 /// Largest restitution that is kept, with a notice above one; larger ones cannot be a measurement of a rebound.
@@ -291,33 +291,5 @@ fn restitution(raw: &RawRow, impact_speed: Option<f64>, problems: &mut Vec<BadCe
         }
         Some(e) => Some(e),
         None => Some(quotient),
-    }
-}
-
-/// Why a checked run is left out; `None` keeps it.
-#[inline]
-pub(super) fn screen(row: &Row, scene: &Scene) -> Option<super::collect::Reason> {
-    use super::collect::Reason;
-    let screens = &scene.data.screens;
-    if screens.min_impact_speed.is_some_and(|least| row.impact_speed < least) {
-        return Some(Reason::TooSlow);
-    }
-    if screens.max_impact_speed.is_some_and(|most| row.impact_speed > most) {
-        return Some(Reason::TooFast);
-    }
-    let stuck = row.restitution <= scene.data.smallest_restitution && scene.model.sticking != Sticking::Censored;
-    let of_stuck = stuck.then_some(Reason::Stuck);
-    if row.liquid.is_none() {
-        return of_stuck;
-    }
-    let film_ratio = row.film / row.diameter;
-    if screens.min_film.is_some_and(|least| row.film < least) {
-        Some(Reason::FilmTooThin)
-    } else if film_ratio > LARGEST_FILM_RATIO {
-        Some(Reason::FilmRatioInvalid)
-    } else if film_ratio > screens.max_film_ratio {
-        Some(Reason::FilmRatioTooLarge)
-    } else {
-        of_stuck
     }
 }

@@ -116,6 +116,33 @@ impl Runs {
     pub fn series_of(&self, particle: usize) -> &[Series] {
         &self.series[of_particle(&self.series, particle, |series| series.particle)]
     }
+
+    /// The measurement errors of all runs; one that carries none is taken to err like the median of those that do, its
+    /// speed as a share of itself. `None` where no run carries any.
+    pub fn errors_with_medians(&self) -> Option<MeasurementErrors> {
+        let errors = self.errors.as_ref()?;
+        let of = |run: usize| {
+            let [s_v, u] = errors.of(run);
+            [s_v / self.impact_speed[run], u]
+        };
+        let carries = |run: &usize| of(*run).iter().any(|sd| *sd > 0.0);
+        let median = |which: usize| {
+            let mut given: Vec<f64> = (0..self.len()).filter(carries).map(|run| of(run)[which]).collect();
+            let middle = given.len() / 2;
+            given.select_nth_unstable_by(middle, f64::total_cmp);
+            given[middle]
+        };
+        if !(0..self.len()).any(|run| carries(&run)) {
+            return None;
+        }
+        let [share, u] = [median(0), median(1)];
+        let mut all = errors.clone();
+        for run in (0..self.len()).filter(|run| !carries(run)) {
+            all.impact_speed_sd[run] = share * self.impact_speed[run];
+            all.restitution_sd[run] = u;
+        }
+        Some(all)
+    }
 }
 
 /// Where the entries of a particle stand in a column that is ordered by particle.

@@ -6,9 +6,8 @@ use csv::{ByteRecord, ReaderBuilder, Trim};
 
 use super::collect::Collected;
 use super::columns::{Column, Plan};
-use super::refusals::{At, Refusals, Refused};
+use super::refusals::{whole_file, At, Refusals, Refused};
 use super::row::{check, Against, BadCell, RawRow};
-use super::whole_file;
 use crate::encoding::{line_of, BYTE_ORDER_MARK};
 use crate::error::{quoted, Problem};
 use crate::files::{MOST_COLUMNS, MOST_OF_LINE};

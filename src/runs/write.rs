@@ -4,54 +4,10 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use super::new_run::NewRun;
 use super::typed::ParquetRuns;
 use crate::error::Error;
-use crate::staging::{Place, Staging};
-use crate::units;
-
-/// One run to be written; lengths in m, speeds in m/s.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NewRun<'a> {
-    /// name of the particle
-    pub particle: &'a str,
-    /// name of the liquid; `None` for a dry run
-    pub liquid: Option<&'a str>,
-    /// D
-    pub diameter: f64,
-    /// δ and its nominal ratio to D; `None` for a dry run
-    pub film: Option<(f64, f64)>,
-    /// v
-    pub impact_speed: f64,
-    /// e; 0 where the run stuck
-    pub restitution: f64,
-}
-
-impl NewRun<'_> {
-    /// Names of the columns that hold numbers, in order.
-    pub(super) const NUMBERS: [&'static str; 5] = [
-        "diameter_mm",
-        "film_um",
-        "film_ratio",
-        "impact_speed_m_s",
-        "restitution",
-    ];
-
-    /// The numbers of a run in the units of [`NewRun::NUMBERS`].
-    pub(super) fn numbers(&self) -> [Option<f64>; 5] {
-        [
-            Some(round(units::millimetres(self.diameter))),
-            self.film.map(|(film, _)| round(units::micrometres(film))),
-            self.film.map(|(_, ratio)| ratio),
-            Some(self.impact_speed),
-            Some(self.restitution),
-        ]
-    }
-}
-
-/// Twelve significant digits: undoes the last-digit noise of a change of unit.
-fn round(x: f64) -> f64 {
-    format!("{x:.11e}").parse().unwrap_or(x)
-}
+use crate::staging::{self, Place, Staging};
 
 /// Rows gathered before a Parquet batch is written.
 const BATCH: usize = 65_536;
@@ -85,7 +41,7 @@ impl<'a> RunWriter<'a> {
     /// Fails where there is no such folder, and where something stands there that is not to be replaced.
     pub fn create(path: &Path, existing: Existing) -> Result<Self, Error> {
         let fail = |error: std::io::Error| Error::io(path, "write", error);
-        let place = Place::prepare(path)?;
+        let place = staging::prepare(path)?;
         if !place.path().parent().is_some_and(Path::is_dir) {
             let folder = path.parent().unwrap_or(path).display();
             let reason = format!("there is no folder {folder}");

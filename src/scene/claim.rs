@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::Scene;
+use super::contents::Scene;
 use crate::files;
 
 /// What every scene has, whatever else is right or wrong with it.

@@ -1,5 +1,8 @@
 //! Says what a number of a scene must be, in words and as a test.
 
+/// Film ratio above which no inertial form of the paper is valid; thicker films are screened.
+pub const LARGEST_FILM_RATIO: f64 = 0.5;
+
 /// What a number must be, in words and as a test.
 #[derive(Clone, Copy)]
 pub(super) struct Expect {
@@ -25,7 +28,7 @@ pub(super) const INSIDE_ONE: Expect = Expect {
 };
 pub(super) const FILM_RATIO: Expect = Expect {
     words: "a film ratio above 0 and up to 0.5",
-    holds: |x| x > 0.0 && x <= super::LARGEST_FILM_RATIO,
+    holds: |x| x > 0.0 && x <= LARGEST_FILM_RATIO,
 };
 pub(super) const FINITE: Expect = Expect {
     words: "a finite number",

@@ -1,5 +1,11 @@
 //! Says which names are allowed, and which known name a misspelt one is nearest to.
 
+/// How a table of runs marks a run without liquid.
+pub const DRY: &str = "dry";
+
+/// How a table of runs marks a missing cell, besides leaving it empty.
+pub const MISSING: &str = "NA";
+
 /// What a name of a particle or a liquid may hold.
 pub const NAME_RULE: &str = "a name of letters, digits, `_`, `-` and `.`";
 

@@ -1,9 +1,9 @@
 //! Reads the truth and the design of a simulation.
 
-use super::choices::{form_of, terms};
+use super::choices::{form_of, terms, Term};
 use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE};
+use super::materials::Liquid;
 use super::table::Table;
-use super::{Liquid, Term};
 use crate::physics::impact::{DrySpeed, Form};
 use crate::physics::inertia::Inertia;
 use crate::physics::numbers;

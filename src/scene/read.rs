@@ -2,12 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use super::contents::{Data, Scene, Screens};
 use super::document::Document;
-use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE, SHARE};
-use super::names::{name_is_allowed, NAME_RULE};
+use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, LARGEST_FILM_RATIO, NOT_NEGATIVE, SHARE};
+use super::materials::{Liquid, Particle};
+use super::names::{name_is_allowed, DRY, MISSING, NAME_RULE};
+use super::published::{Law, Published, PublishedQuantity};
 use super::table::Table;
 use super::{choices, plan, table};
-use super::{Data, Law, Liquid, Particle, Published, PublishedQuantity, Scene, Screens, LARGEST_FILM_RATIO};
 use crate::encoding::decode;
 use crate::error::{quoted, Error};
 use crate::files;
@@ -156,7 +158,7 @@ fn particles(root: &Table) -> Vec<Particle> {
 
 fn liquids(root: &Table) -> Vec<Liquid> {
     named_tables(root, "liquids", |name, table| {
-        if name == super::DRY {
+        if name == DRY {
             let expected = "expected another name: runs without liquid are marked so";
             table.refuse("", table.at(""), Some(quoted(&name)), expected);
         }
@@ -195,7 +197,7 @@ fn named_tables<T>(root: &Table, kind: &str, read: impl Fn(String, &Table) -> Op
             let expected = format!("expected {NAME_RULE}");
             table.refuse("", inner.at(""), Some(quoted(&name)), expected);
         }
-        if name == super::MISSING {
+        if name == MISSING {
             let expected = "expected another name: a missing cell is marked so";
             table.refuse("", inner.at(""), Some(quoted(&name)), expected);
         }

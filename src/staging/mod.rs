@@ -6,9 +6,9 @@
 //!
 //! | file | job |
 //! |---|---|
-//! | `place.rs` | finds the place, before any work is done for it |
-//! | `left.rs` | tells what an earlier run left from a neighbour's work, and clears it |
 //! | `rename.rs` | renames as the file system knows how |
+//! | `left.rs` | tells what an earlier run left from a neighbour's work, and clears it |
+//! | `place.rs` | finds the place, before any work is done for it |
 
 mod left;
 mod place;
@@ -201,6 +201,15 @@ impl Drop for Staging {
             self.end(&mut making());
         }
     }
+}
+
+/// Finds a place, clears what earlier runs left beside it, and tries whether something can be made there.
+///
+/// Fails where nothing can be: a name that no file may have, a link to nothing, a folder that may not be written to.
+pub fn prepare(named: &Path) -> Result<Place, Error> {
+    let place = Place::find(named)?;
+    drop(Staging::beside(&place)?);
+    Ok(place)
 }
 
 /// Removes what this process is making, and has every thread wait that would make more. The process must end then.

@@ -5,7 +5,6 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use super::left::clear;
-use super::Staging;
 use crate::error::Error;
 
 /// A file or folder to be written.
@@ -18,10 +17,10 @@ pub struct Place {
 }
 
 impl Place {
-    /// Finds the place, clears what earlier runs left beside it, and tries whether something can be made there.
+    /// Finds the place, and clears what earlier runs left beside it.
     ///
-    /// Fails where nothing can be: a name that no file may have, a link to nothing, a folder that may not be written to.
-    pub fn prepare(named: &Path) -> Result<Place, Error> {
+    /// Fails for a name that no file may have, a link to nothing, and what may not be replaced.
+    pub(super) fn find(named: &Path) -> Result<Place, Error> {
         let refuse = |reason: &str| Error::Out {
             path: named.to_path_buf(),
             reason: reason.to_owned(),
@@ -43,7 +42,6 @@ impl Place {
             return Err(refuse("is where a file system begins; name a folder inside it"));
         }
         place.may_be_replaced().map_err(fail)?;
-        drop(Staging::beside(&place)?);
         Ok(place)
     }
 

@@ -11,8 +11,10 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::gauss::{rule, Rule};
+use super::law::{mean_and_slope, Abscissa, Law};
+use super::nodes::{Block, Nodes};
+use super::prepared::Likelihood;
 use super::sums::rebound_sums;
-use super::{mean_and_slope, Abscissa, Block, Law, Likelihood, Nodes};
 use crate::model::likelihood::normal::ln_normal_cdf;
 use crate::model::parameters::Kind;
 

@@ -13,222 +13,43 @@
 mod by_row;
 mod compress;
 mod dry;
+mod dry_sums;
+mod errors;
 mod gauss;
+mod law;
+mod nodes;
 pub mod normal;
+mod placed;
 pub mod pointwise;
+mod prepared;
 mod rows;
 mod student;
 mod sums;
 pub mod tails;
 mod trend;
 
-pub use by_row::on_energies;
 pub use compress::{Compression, Resolution};
+pub use placed::on_energies;
+pub use prepared::Likelihood;
 
 use std::ops::Range;
 
-use self::by_row::{ByRow, Errors, Spreads};
-use self::dry::DryRuns;
+use self::law::{mean_and_slope, Law};
+use self::nodes::Block;
 use self::normal::ln_normal_cdf;
+use self::placed::Spreads;
+use self::prepared::CERTAIN;
 use self::sums::{rebound_sums, Piece, Sums};
-use self::tails::Tails;
 use self::trend::{Film, OfFilm};
-use super::parameters::{Kind, COMMON_SLOTS};
+use super::parameters::Kind;
 use crate::distributions::LN_ROOT_TWO_PI;
-use crate::physics::dry::{Order, SECOND_ORDER};
-use crate::physics::impact::Form;
-use crate::physics::rebound::{kept_of_mean_restitution, TURN};
-
-/// Settings with their counts, as columns.
-#[derive(Debug, Clone, Default, PartialEq)]
-struct Nodes {
-    /// x = 4/St
-    viscous: Vec<f64>,
-    /// p = v^(1/5) at the dry speed in use, (m/s)^(1/5)
-    dry_power: Vec<f64>,
-    /// b = κ/v²; empty where the form holds no bridge
-    bridge: Vec<f64>,
-    /// mean e of the runs; 0 for stuck ones
-    restitution: Vec<f64>,
-    /// how many runs the node stands for; need not be whole
-    count: Vec<f64>,
-}
-
-impl Nodes {
-    fn len(&self) -> usize {
-        self.count.len()
-    }
-
-    fn push(&mut self, at: Abscissa, restitution: f64, count: f64) {
-        self.viscous.push(at.viscous);
-        self.dry_power.push(at.dry_power);
-        self.bridge.extend(at.bridge);
-        self.restitution.push(restitution);
-        self.count.push(count);
-    }
-}
-
-impl Nodes {
-    fn abscissa(&self, node: usize) -> Abscissa {
-        Abscissa {
-            viscous: self.viscous[node],
-            dry_power: self.dry_power[node],
-            bridge: self.bridge.get(node).copied(),
-        }
-    }
-}
-
-/// What of a node the energy kept depends on.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Abscissa {
-    /// x
-    viscous: f64,
-    /// p
-    dry_power: f64,
-    /// b; `None` where the form holds no bridge
-    bridge: Option<f64>,
-}
-
-/// What of the parameters the energy kept in a block depends on.
-#[derive(Debug, Clone, Copy)]
-struct Law {
-    order: Order,
-    /// whether e_dry is that of the run's own speed
-    own_speed: bool,
-    k: f64,
-    /// C ρ̃ g(δ̃)
-    inertial: f64,
-    l: f64,
-}
-
-impl Law {
-    /// That of a dry run, but for its k.
-    const DRY: Law = Law {
-        order: Order::First,
-        own_speed: true,
-        k: f64::NAN,
-        inertial: 0.0,
-        l: 0.0,
-    };
-
-    /// r, and its slope in k over −2: e_dry times that of −e_dry.
-    fn kept(&self, at: &Abscissa) -> (f64, f64) {
-        let (e_dry, fall) = e_dry(self.order, self.k, at.dry_power);
-        let lost = self.inertial + self.l * at.viscous + at.bridge.unwrap_or(0.0);
-        (e_dry * e_dry - lost, e_dry * fall)
-    }
-
-    /// e_dry, its slope in −k, and that slope's slope in k.
-    fn dry(&self, p: f64) -> (f64, f64, f64) {
-        let (e_dry, fall) = e_dry(self.order, self.k, p);
-        let bend = match self.order {
-            Order::First => 0.0,
-            Order::Second => -2.0 * SECOND_ORDER * p * p,
-        };
-        (e_dry, fall, bend)
-    }
-
-    /// dr/dv at a slowness 1/v, and its slope in k; with p ∝ v^(1/5), x ∝ 1/v and b ∝ 1/v².
-    fn by_speed(&self, at: &Abscissa, slowness: f64) -> (f64, f64) {
-        let viscous = self.l * at.viscous + 2.0 * at.bridge.unwrap_or(0.0);
-        if !self.own_speed {
-            return (viscous * slowness, 0.0);
-        }
-        let (e_dry, fall, bend) = self.dry(at.dry_power);
-        let dry = -0.4 * e_dry * fall * self.k;
-        let of_k = -0.4 * (e_dry * fall + self.k * (e_dry * bend - fall * fall));
-        ((viscous + dry) * slowness, of_k * slowness)
-    }
-
-    /// r and dr/dv; the second 0 for a run whose speed does not err.
-    fn kept_and_by_speed(&self, at: &Abscissa, errors: Errors) -> (f64, f64) {
-        let by_speed = if errors.speed > 0.0 {
-            self.by_speed(at, errors.slowness).0
-        } else {
-            0.0
-        };
-        (self.kept(at).0, by_speed)
-    }
-}
-
-/// e_dry and its slope in −k.
-#[inline(always)]
-fn e_dry(order: Order, k: f64, p: f64) -> (f64, f64) {
-    match order {
-        Order::First => (1.0 - k * p, p),
-        Order::Second => {
-            let bent = SECOND_ORDER * k * p;
-            (1.0 - k * p * (1.0 - bent), p * (1.0 - 2.0 * bent))
-        }
-    }
-}
-
-/// Wet runs that share particle, liquid and film ratio.
-#[derive(Debug, Clone, PartialEq)]
-struct Block {
-    particle: usize,
-    density_ratio: f64,
-    /// index into [`Likelihood::film_ratios`]
-    film: usize,
-    /// range of [`Likelihood::rebounds`]
-    rebounds: Range<usize>,
-    /// range of [`Likelihood::stuck`]
-    stuck: Range<usize>,
-}
-
-/// A dry run by itself.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct DryRow {
-    particle: usize,
-    /// p
-    dry_power: f64,
-    /// e; `None` where it stuck
-    restitution: Option<f64>,
-    errors: Errors,
-}
-
-/// The log likelihood of the runs of a scene as a function of a full vector of parameters.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Likelihood {
-    form: Form,
-    /// at or below this e* the run stuck
-    limit: f64,
-    /// whether runs that stuck were not logged, so that a rebound's density is that of runs that rebound
-    truncated: bool,
-    blocks: Vec<Block>,
-    /// the different film ratios: the shape of the inertial loss is computed once for each
-    film_ratios: Vec<f64>,
-    /// f of each of them
-    ln_films: Vec<f64>,
-    rebounds: Nodes,
-    stuck: Nodes,
-    /// what runs have of their own, where they are taken one at a time
-    own: Option<ByRow>,
-    /// wet runs that rebounded
-    wet_rebounds: f64,
-    /// what the nodes leave of the wet rebounds' sum of squares
-    leftover: f64,
-    dry: Vec<DryRuns>,
-}
+use crate::physics::rebound::kept_of_mean_restitution;
 
 /// The parameters give no density here: not an error, a place to turn back from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct OutsideDomain;
 
-/// A stuck run this many σ below the limit stuck for certain: ln Φ(9) is −1e-19.
-const CERTAIN: f64 = 9.0;
-
 impl Likelihood {
-    /// Whether the likelihood is one of rows and cannot be compressed, because runs have spreads or tails of their own.
-    pub fn needs_rows(&self) -> bool {
-        self.own.is_some()
-    }
-
-    /// Nodes of wet runs, rebounded and stuck: the cost of one evaluation.
-    pub fn nodes(&self) -> usize {
-        self.rebounds.len() + self.stuck.len()
-    }
-
     /// Log likelihood at a full vector of parameters; `slopes`, as long, is overwritten.
     ///
     /// Fails where it is not finite; a full vector with e_dry ≤ 0 or σ ≤ 0 is the caller's to avoid by its bounds.
@@ -241,17 +62,6 @@ impl Likelihood {
         } else {
             Err(OutsideDomain)
         }
-    }
-
-    /// The law of a block at a full vector of parameters, which `film` has read.
-    fn law(&self, block: &Block, full: &[f64], film: &Film) -> Law {
-        film.law(self.form, full[COMMON_SLOTS + block.particle], block.density_ratio)
-    }
-
-    /// The tails of noise at a full vector of parameters.
-    fn tails(&self, full: &[f64]) -> Tails {
-        let student = self.own.as_ref().is_some_and(|own| own.student);
-        Tails::of(student.then(|| full[Kind::Nu.slot()]))
     }
 
     fn wet(&self, full: &[f64], slopes: &mut [f64]) -> f64 {
@@ -365,15 +175,6 @@ impl Likelihood {
         }
         value
     }
-}
-
-/// m(r) and m′(r) with two roots and one division.
-#[inline(always)]
-fn mean_and_slope(kept: f64) -> (f64, f64) {
-    const TURN4: f64 = TURN * TURN * TURN * TURN;
-    let square = kept * kept + TURN4;
-    let inverse = 1.0 / (square * square.sqrt().sqrt());
-    (kept * square * inverse, (0.5 * kept * kept + TURN4) * inverse)
 }
 
 #[cfg(test)]

@@ -7,10 +7,11 @@ pub use columns::Stretch;
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::by_row::{place, place_dry, Energy, Errors, Spreads};
+use super::errors::Errors;
+use super::law::{e_dry, Abscissa, Law};
+use super::placed::{place, place_dry, Energy, Spreads};
 use super::tails::Tails;
 use super::trend::{middle_film_ratio, Film};
-use super::{e_dry, Abscissa, Law};
 use crate::model::parameters::{Kind, COMMON_SLOTS};
 use crate::physics::impact::Form;
 use crate::physics::{bridge, numbers, rebound};

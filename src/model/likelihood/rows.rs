@@ -2,10 +2,13 @@
 
 use std::collections::HashMap;
 
-use super::by_row::{ByRow, Energies, Errors};
-use super::dry::DryRuns;
+use super::dry_sums::DryRuns;
+use super::errors::Errors;
+use super::law::Abscissa;
+use super::nodes::{Block, DryRow, Nodes};
+use super::placed::{ByRow, Energies};
+use super::prepared::Likelihood;
 use super::trend::middle_film_ratio;
-use super::{Abscissa, Block, DryRow, Likelihood, Nodes};
 use crate::physics::impact::Form;
 use crate::physics::{bridge, numbers};
 use crate::runs::{DryGroup, MeasurementErrors, Runs, Series};

@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::{Law, Nodes};
+use super::law::Law;
+use super::nodes::Nodes;
 use crate::physics::dry::{Order, SECOND_ORDER};
 use crate::physics::rebound::TURN;
 

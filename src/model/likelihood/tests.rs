@@ -9,6 +9,8 @@ use rand::RngExt;
 
 use super::pointwise::Pointwise;
 use super::*;
+use crate::model::parameters::COMMON_SLOTS;
+use crate::physics::dry::Order;
 use crate::physics::impact::{kept_energy, DrySpeed, Form, Parameters, Setting};
 use crate::physics::inertia::Inertia;
 use crate::physics::rebound;

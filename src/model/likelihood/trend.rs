@@ -4,8 +4,9 @@
 //! diameter L = ln(δc/ε) has the slope L′ = p; C′ is the power of the film ratio by which the inertial loss departs from
 //! its form. Empirical: neither is in the paper, which asks whether they vanish.
 
+use super::law::Law;
+use super::nodes::Block;
 use super::sums::Sums;
-use super::{Block, Law, Likelihood};
 use crate::model::parameters::{Kind, COMMON_SLOTS};
 use crate::physics::impact::{DrySpeed, Form};
 use crate::runs::Runs;
@@ -98,14 +99,5 @@ impl OfFilm {
         self.inertial += sums.kept * block.density_ratio;
         self.viscous += sums.viscous;
         slopes[COMMON_SLOTS + block.particle] -= 2.0 * sums.dry;
-    }
-}
-
-impl Likelihood {
-    /// What the parameters say at a film ratio, by its index.
-    pub(super) fn film(&self, film: usize, full: &[f64]) -> Film {
-        let (ratio, scale) = (self.film_ratios[film], full[Kind::FilmScale.slot()]);
-        let shape = self.form.inertia.shape_and_slope_film_scale(ratio, scale);
-        Film::of(self.ln_films[film], shape, full)
     }
 }

@@ -8,7 +8,7 @@
 use crate::error::is_unseen;
 
 /// A text as it is, on one line, whatever it holds: no emphasis, link, picture, code, formula or HTML comes of it.
-pub(in crate::report) fn literal(text: &str) -> String {
+pub(crate) fn literal(text: &str) -> String {
     let line = one_line(text);
     let letters: Vec<char> = line.chars().collect();
     let mut shown = String::with_capacity(line.len());

@@ -8,7 +8,7 @@ use super::escape::literal;
 use super::page::Page;
 use super::posterior::held;
 use super::terms::{dry_law, kept};
-use super::verdict_line;
+use super::verdict::verdict_line;
 use crate::findings::balance::Derived;
 use crate::findings::estimate::Estimate;
 use crate::findings::own_dry_speed::reference_dry_speed;

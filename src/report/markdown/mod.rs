@@ -5,23 +5,23 @@ mod cautions;
 mod cells;
 mod constants;
 mod errors;
-pub(super) mod escape;
+pub(crate) mod escape;
 mod laws;
 mod main_numbers;
 mod noise;
-pub(super) mod page;
+pub(crate) mod page;
 mod posterior;
 mod runs;
 mod terms;
+mod verdict;
 
 pub use main_numbers::summary;
 pub use runs::overview_text;
 
-use super::Told;
-use crate::findings::verdicts::quotable;
-use crate::findings::Findings;
+use super::sources::Told;
 use escape::literal;
 use page::Page;
+use verdict::verdict_line;
 
 /// The whole report; `figures` are the names of those that were drawn.
 pub fn report(told: Told, figures: &[&str]) -> String {
@@ -49,30 +49,4 @@ pub fn report(told: Told, figures: &[&str]) -> String {
     let mut text = page.text.trim_end().to_owned();
     text.push('\n');
     text
-}
-
-/// The first line: whether the main numbers may be quoted.
-pub fn verdict_line(findings: &Findings) -> String {
-    let failed: Vec<&str> = findings
-        .verdicts
-        .iter()
-        .filter(|check| check.gates && !check.passed)
-        .map(|check| check.text.as_str())
-        .collect();
-    let cautions = findings
-        .verdicts
-        .iter()
-        .filter(|check| !check.gates && !check.passed)
-        .count()
-        + findings.notices.len();
-    let see = match cautions {
-        0 => String::new(),
-        1 => " One caution stands at the end.".to_owned(),
-        n => format!(" {n} cautions stand at the end."),
-    };
-    if quotable(&findings.verdicts) {
-        format!("**Verdict: the main numbers may be quoted.**{see}")
-    } else {
-        format!("**Verdict: not to be quoted: {}.**{see}", failed.join("; "))
-    }
 }

@@ -3,35 +3,35 @@
 use super::escape::{destination, guarded};
 
 /// A markdown text in the making.
-pub(in crate::report) struct Page {
-    pub(in crate::report) text: String,
-    pub(in crate::report) figures: Vec<String>,
+pub(crate) struct Page {
+    pub(crate) text: String,
+    pub(crate) figures: Vec<String>,
 }
 
 impl Page {
     /// A page under a title that is markdown already.
-    pub(in crate::report) fn titled(title: &str, figures: &[&str]) -> Page {
+    pub(crate) fn titled(title: &str, figures: &[&str]) -> Page {
         Page {
             text: format!("# {title}\n\n"),
             figures: figures.iter().map(|name| (*name).to_owned()).collect(),
         }
     }
 
-    pub(in crate::report) fn heading(&mut self, title: &str) {
+    pub(crate) fn heading(&mut self, title: &str) {
         self.text.push_str(&format!("## {title}\n\n"));
     }
 
-    pub(in crate::report) fn subheading(&mut self, title: &str) {
+    pub(crate) fn subheading(&mut self, title: &str) {
         self.text.push_str(&format!("### {title}\n\n"));
     }
 
-    pub(in crate::report) fn paragraph(&mut self, text: &str) {
+    pub(crate) fn paragraph(&mut self, text: &str) {
         self.text.push_str(&guarded(text));
         self.text.push_str("\n\n");
     }
 
     /// A list, an entry each.
-    pub(in crate::report) fn list(&mut self, entries: &[String]) {
+    pub(crate) fn list(&mut self, entries: &[String]) {
         for entry in entries {
             self.text.push_str(&format!("* {}\n", guarded(entry)));
         }
@@ -40,7 +40,7 @@ impl Page {
         }
     }
 
-    pub(in crate::report) fn table(&mut self, header: &[&str], rows: &[Vec<String>]) {
+    pub(crate) fn table(&mut self, header: &[&str], rows: &[Vec<String>]) {
         let mut line = |cells: &[String]| {
             self.text.push_str("| ");
             self.text.push_str(&cells.join(" | "));
@@ -56,7 +56,7 @@ impl Page {
 
     /// Places a figure that was drawn; nothing where figures were not asked for. `short` stands in where it cannot be
     /// shown.
-    pub(in crate::report) fn figure(&mut self, name: &str, short: &str, caption: &str) {
+    pub(crate) fn figure(&mut self, name: &str, short: &str, caption: &str) {
         if self.figures.iter().any(|drawn| drawn == name) {
             let (short, caption) = (guarded(short), guarded(caption));
             let address = destination(name);

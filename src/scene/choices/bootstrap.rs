@@ -1,6 +1,6 @@
 //! Reads how a scene has its intervals made.
 
-use super::note_unused;
+use super::unused::note_unused;
 use crate::scene::expect::INSIDE_ONE;
 use crate::scene::table::Table;
 

@@ -2,6 +2,7 @@
 //!
 //! | file | job |
 //! |---|---|
+//! | `unused.rs` | the keys that nothing reads yet |
 //! | `model.rs` | the terms of the energy balance, the noise on a run, what stuck runs are |
 //! | `priors.rs` | the priors set for parameters |
 //! | `sampler.rs` | how much is sampled |
@@ -11,8 +12,7 @@ mod bootstrap;
 mod model;
 mod priors;
 mod sampler;
-
-use super::table::Table;
+mod unused;
 
 pub use bootstrap::{Bootstrap, IntervalMethod, ResamplingScheme};
 pub use model::{form_of, terms_of, Likelihood, ModelChoices, NoiseOn, Sticking, Term, DEFAULT_DRY_SPEED};
@@ -24,10 +24,3 @@ pub(super) use bootstrap::bootstrap;
 pub(super) use model::{model, terms};
 pub(super) use priors::priors;
 pub(super) use sampler::sampler;
-
-/// Remembers which keys the scene sets that no stage reads yet.
-fn note_unused(name: &str, table: &Table, keys: &[&str], unused: &mut Vec<String>) {
-    for key in keys.iter().filter(|key| table.has(key)) {
-        unused.push(format!("{name}.{key}"));
-    }
-}

@@ -4,8 +4,8 @@ use crate::physics::dry::Order;
 use crate::physics::impact::{DrySpeed, Form};
 use crate::physics::inertia::Inertia;
 use crate::scene::expect::ABOVE_ZERO;
+use crate::scene::materials::Liquid;
 use crate::scene::table::Table;
-use crate::scene::Liquid;
 use crate::units::Dimension;
 
 /// What the model holds.

@@ -1,6 +1,7 @@
 //! Reads the priors that a scene sets for its parameters.
 
-use super::{note_unused, Likelihood};
+use super::model::Likelihood;
+use super::unused::note_unused;
 use crate::error::quoted;
 use crate::scene::expect::{ABOVE_ZERO, NOT_NEGATIVE};
 use crate::scene::prior::Prior;

@@ -1,6 +1,6 @@
 //! Marks the ways that another way beats.
 
-use super::Rung;
+use super::written::Rung;
 use crate::inference::accuracy::SURE;
 
 /// A way that takes less than this share of another's time is clearly quicker; one with less than this share of
@@ -46,7 +46,7 @@ pub(super) fn mark_dominated(rungs: &mut [Rung]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Miss;
+    use super::super::written::Miss;
     use super::*;
 
     fn rung(name: &str, seconds: f64, error: f64) -> Rung {

@@ -1,12 +1,15 @@
 //! Reads parameters off the fitted laws, with normal uncertainties, where the laws give them.
 
-use super::{Marginal, NORMAL_95};
+use super::written::Marginal;
 use crate::findings::dry::FittedDry;
 use crate::findings::energy::Energy;
 use crate::findings::scaling::FittedScaling;
 use crate::model::parameters::{Kind, Parameters};
 use crate::physics::inertia::Inertia;
 use crate::scene::Law;
+
+/// Φ⁻¹(0.95).
+const NORMAL_95: f64 = 1.644_853_626_951_472_2;
 
 /// The fits of least squares that parameters are read from.
 pub(super) struct Fits<'f> {

@@ -2,7 +2,7 @@
 
 use super::timed::Answer;
 use super::ways::Path;
-use super::{LinearBias, Miss, Reference, Rung};
+use super::written::{LinearBias, Miss, Reference, Rung};
 use crate::findings::scaling;
 use crate::scene::Law;
 

@@ -2,21 +2,25 @@
 //!
 //! | file | job |
 //! |---|---|
+//! | `written.rs` | holds what is written to `trade.json` |
 //! | `ways.rs` | names the ways |
-//! | `reference.rs` | makes the long run that the ways are held against |
-//! | `timed.rs` | goes one way and times it |
+//! | `ground.rs` | holds what all ways start from |
 //! | `laws.rs` | parameters read off the fitted laws |
+//! | `timed.rs` | goes one way and times it |
+//! | `reference.rs` | makes the long run that the ways are held against |
 //! | `misses.rs` | measures how far off a way is |
 //! | `dominance.rs` | marks the ways that another beats |
-//! | `written.rs` | holds what is written to `trade.json` |
+//! | `report.rs` | writes the page, the figure and `trade.json` |
 //!
 //! The ways from the cheapest on: the two laws by least squares, the normal about the posterior's mode, the same with
 //! importance weights, trajectories on few nodes, on as many as the default bound asks for, and on every row.
 
 mod dominance;
+mod ground;
 mod laws;
 mod misses;
 mod reference;
+pub mod report;
 mod timed;
 mod ways;
 mod written;
@@ -24,36 +28,17 @@ mod written;
 use crate::error::Error;
 use crate::findings;
 use crate::findings::posterior::{decline, effort, Asked, Way};
-use crate::inference::nuts::Effort;
-use crate::model::likelihood::Likelihood;
 use crate::model::parameters::Parameters;
 use crate::runs::Table;
 use crate::scene::Scene;
 use dominance::mark_dominated;
+use ground::Ground;
 use misses::{linear_bias, rung};
 use ways::Path;
 
+pub use crate::report::folder::TRADE_SCHEMA as SCHEMA;
 pub use ways::PATHS;
-pub use written::{LinearBias, Marginal, Miss, Named, Reference, Rung, Trade, SCHEMA};
-
-/// Φ⁻¹(0.95).
-const NORMAL_95: f64 = 1.644_853_626_951_472_2;
-
-/// What all ways start from.
-struct Ground<'g> {
-    scene: &'g Scene,
-    table: &'g Table,
-    seed: u64,
-    asked: Asked,
-    parameters: Parameters,
-    effort: Effort,
-}
-
-impl Ground<'_> {
-    fn rows(&self) -> Likelihood {
-        Likelihood::of_rows(self.scene, &self.table.runs, self.asked.form)
-    }
-}
+pub use written::{LinearBias, Marginal, Miss, Named, Reference, Rung, Trade};
 
 /// Goes every way on the runs of a scene and holds each against a long run. `progress` is called after each way.
 ///

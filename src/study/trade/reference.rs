@@ -2,8 +2,9 @@
 
 use std::time::Instant;
 
+use super::ground::Ground;
 use super::timed::marginal;
-use super::{Ground, Named, Reference};
+use super::written::{Named, Reference};
 use crate::error::Error;
 use crate::findings::posterior::{check_room, start};
 use crate::findings::Findings;

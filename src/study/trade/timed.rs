@@ -2,9 +2,10 @@
 
 use std::time::Instant;
 
+use super::ground::Ground;
 use super::laws::{by_law, Fits};
 use super::ways::Path;
-use super::{Ground, Marginal};
+use super::written::Marginal;
 use crate::findings::estimate::Quoting;
 use crate::findings::posterior::start;
 use crate::findings::{self, dry, energy, scaling};

@@ -2,13 +2,10 @@
 
 use serde::Serialize;
 
-/// The name and version of the file's layout.
-pub const SCHEMA: &str = "wetcor.trade/1";
-
 /// What every way was found to cost and to miss. Field names are those of `trade.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Trade {
-    /// always [`SCHEMA`]
+    /// always [`super::SCHEMA`]
     pub schema: &'static str,
     /// the scene's title
     pub title: String,

@@ -3,7 +3,7 @@
 use super::super::super::numbers;
 use super::super::super::{figures, Told};
 use super::super::page::Page;
-use super::{checks, of_prediction};
+use super::cells::{checks, of_prediction};
 use crate::findings::posterior::{Accuracy, Posterior, PosteriorFindings};
 use crate::inference::posed::CHECKED;
 use crate::inference::sampling::Method;

@@ -4,7 +4,7 @@ use super::super::super::numbers;
 use super::super::super::Told;
 use super::super::page::Page;
 use super::super::terms::{dry_law, kept};
-use super::label;
+use super::cells::label;
 use crate::findings::posterior::{LeftOut, Posterior};
 use crate::physics::rebound::TURN;
 use crate::scene::{Likelihood, NoiseOn, Prior, Sticking};

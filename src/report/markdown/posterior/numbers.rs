@@ -3,7 +3,7 @@
 use super::super::super::numbers::{self, NONE};
 use super::super::super::{figures, Told};
 use super::super::page::Page;
-use super::{label, rhat};
+use super::cells::{label, rhat};
 use crate::findings::own_dry_speed::reference_dry_speed;
 use crate::findings::posterior::derived::Setting;
 use crate::findings::posterior::{Posterior, Quantity};

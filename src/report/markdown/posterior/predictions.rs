@@ -3,7 +3,7 @@
 use super::super::super::numbers::{self, NONE};
 use super::super::super::Told;
 use super::super::page::Page;
-use super::{checks, of_prediction, rhat};
+use super::cells::{checks, of_prediction, rhat};
 use crate::findings::compare::Compared;
 use crate::findings::posterior::Posterior;
 use crate::units::millimetres;

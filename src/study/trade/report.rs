@@ -1,16 +1,16 @@
 //! Tells a trade of speed against accuracy: a page, a figure, and `trade.json`.
 
-use super::chart::{svg, Axis, Chart, Dash, Layer, Point, Style};
-use super::folder::Files;
-use super::json;
-use super::markdown::escape::literal;
-use super::markdown::page::Page;
-use super::numbers::{self, NONE};
+use super::written::{Miss, Rung, Trade};
 use crate::error::Error;
 use crate::inference::accuracy::SURE;
 use crate::inference::sampling::Method;
+use crate::report::chart::{svg, Axis, Chart, Dash, Layer, Point, Style};
+use crate::report::folder::Files;
+use crate::report::json;
+use crate::report::markdown::escape::literal;
+use crate::report::markdown::page::Page;
+use crate::report::numbers::{self, NONE};
 use crate::scene::Scene;
-use crate::study::trade::{Miss, Rung, Trade};
 
 /// File of the figure.
 const FIGURE: &str = "trade.svg";

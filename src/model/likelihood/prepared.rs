@@ -1,0 +1,67 @@
+//! Holds the runs of a scene as the likelihood reads them: wet ones as nodes in blocks, dry ones as sums.
+
+use super::dry_sums::DryRuns;
+use super::law::Law;
+use super::nodes::{Block, Nodes};
+use super::placed::ByRow;
+use super::tails::Tails;
+use super::trend::Film;
+use crate::model::parameters::{Kind, COMMON_SLOTS};
+use crate::physics::impact::Form;
+
+/// The log likelihood of the runs of a scene as a function of a full vector of parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Likelihood {
+    pub(super) form: Form,
+    /// at or below this e* the run stuck
+    pub(super) limit: f64,
+    /// whether runs that stuck were not logged, so that a rebound's density is that of runs that rebound
+    pub(super) truncated: bool,
+    pub(super) blocks: Vec<Block>,
+    /// the different film ratios: the shape of the inertial loss is computed once for each
+    pub(super) film_ratios: Vec<f64>,
+    /// f of each of them
+    pub(super) ln_films: Vec<f64>,
+    pub(super) rebounds: Nodes,
+    pub(super) stuck: Nodes,
+    /// what runs have of their own, where they are taken one at a time
+    pub(super) own: Option<ByRow>,
+    /// wet runs that rebounded
+    pub(super) wet_rebounds: f64,
+    /// what the nodes leave of the wet rebounds' sum of squares
+    pub(super) leftover: f64,
+    pub(super) dry: Vec<DryRuns>,
+}
+
+/// A stuck run this many σ below the limit stuck for certain: ln Φ(9) is −1e-19.
+pub(super) const CERTAIN: f64 = 9.0;
+
+impl Likelihood {
+    /// Whether the likelihood is one of rows and cannot be compressed, because runs have spreads or tails of their own.
+    pub fn needs_rows(&self) -> bool {
+        self.own.is_some()
+    }
+
+    /// Nodes of wet runs, rebounded and stuck: the cost of one evaluation.
+    pub fn nodes(&self) -> usize {
+        self.rebounds.len() + self.stuck.len()
+    }
+
+    /// The law of a block at a full vector of parameters, which `film` has read.
+    pub(super) fn law(&self, block: &Block, full: &[f64], film: &Film) -> Law {
+        film.law(self.form, full[COMMON_SLOTS + block.particle], block.density_ratio)
+    }
+
+    /// The tails of noise at a full vector of parameters.
+    pub(super) fn tails(&self, full: &[f64]) -> Tails {
+        let student = self.own.as_ref().is_some_and(|own| own.student);
+        Tails::of(student.then(|| full[Kind::Nu.slot()]))
+    }
+
+    /// What the parameters say at a film ratio, by its index.
+    pub(super) fn film(&self, film: usize, full: &[f64]) -> Film {
+        let (ratio, scale) = (self.film_ratios[film], full[Kind::FilmScale.slot()]);
+        let shape = self.form.inertia.shape_and_slope_film_scale(ratio, scale);
+        Film::of(self.ln_films[film], shape, full)
+    }
+}

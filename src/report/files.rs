@@ -1,0 +1,40 @@
+//! Holds the files of a report before they are written.
+
+use std::fmt;
+use std::io;
+
+/// A file of a report: its path inside the folder, and its bytes.
+pub type File = (String, Vec<u8>);
+
+/// Every file of a report.
+#[derive(Default)]
+pub struct Files<'a> {
+    /// those whose bytes are there
+    pub whole: Vec<File>,
+    /// those too large to be held
+    pub streamed: Vec<Streamed<'a>>,
+    /// one that is made when all others are written
+    pub last: Option<Last<'a>>,
+}
+
+/// Makes a file.
+pub type Last<'a> = Box<dyn FnOnce() -> File + Send + Sync + 'a>;
+
+/// Two files that come from one computation, made while they are written.
+pub struct Streamed<'a> {
+    /// their paths inside the folder
+    pub names: [String; 2],
+    /// writes them, both empty at first
+    pub fill: Box<Fill<'a>>,
+}
+
+/// Fills files. Fails where the system refuses.
+pub type Fill<'a> = dyn Fn(&mut [std::fs::File; 2]) -> io::Result<()> + Send + Sync + 'a;
+
+impl fmt::Debug for Files<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let whole = self.whole.iter().map(|(name, _)| name);
+        let streamed = self.streamed.iter().flat_map(|streamed| &streamed.names);
+        f.debug_set().entries(whole.chain(streamed)).finish()
+    }
+}

@@ -1,0 +1,22 @@
+//! Holds what a report is made of.
+
+use crate::findings::overview::Overview;
+use crate::findings::posterior::Posterior;
+use crate::findings::Findings;
+use crate::runs::Runs;
+use crate::scene::Scene;
+
+/// What a report is made of.
+#[derive(Debug, Clone, Copy)]
+pub struct Told<'a> {
+    /// what was held fixed
+    pub scene: &'a Scene,
+    /// what was measured
+    pub runs: &'a Runs,
+    /// what was read
+    pub overview: &'a Overview,
+    /// what may be said
+    pub findings: &'a Findings,
+    /// the posterior's draws; `None` if nothing was sampled
+    pub posterior: Option<&'a Posterior>,
+}

@@ -1,0 +1,64 @@
+//! Says why a checked run is left out, by the limits of the scene.
+
+use super::row::Row;
+use crate::scene::{Scene, Sticking, LARGEST_FILM_RATIO};
+
+/// Why a run is left out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Reason {
+    TooSlow,
+    TooFast,
+    FilmTooThin,
+    FilmRatioInvalid,
+    FilmRatioTooLarge,
+    Stuck,
+}
+
+impl Reason {
+    pub(super) const ALL: [Reason; 6] = [
+        Reason::TooSlow,
+        Reason::TooFast,
+        Reason::FilmTooThin,
+        Reason::FilmRatioInvalid,
+        Reason::FilmRatioTooLarge,
+        Reason::Stuck,
+    ];
+
+    pub(super) fn words(self) -> &'static str {
+        match self {
+            Reason::TooSlow => "impact speed below min_impact_speed",
+            Reason::TooFast => "impact speed above max_impact_speed",
+            Reason::FilmTooThin => "film thinner than min_film",
+            Reason::FilmRatioInvalid => "film ratio above 0.5, outside every inertial form",
+            Reason::FilmRatioTooLarge => "film ratio above max_film_ratio",
+            Reason::Stuck => "stuck, which the scene's sticking leaves out",
+        }
+    }
+}
+
+/// Why a checked run is left out; `None` keeps it.
+#[inline]
+pub(super) fn screen(row: &Row, scene: &Scene) -> Option<Reason> {
+    let screens = &scene.data.screens;
+    if screens.min_impact_speed.is_some_and(|least| row.impact_speed < least) {
+        return Some(Reason::TooSlow);
+    }
+    if screens.max_impact_speed.is_some_and(|most| row.impact_speed > most) {
+        return Some(Reason::TooFast);
+    }
+    let stuck = row.restitution <= scene.data.smallest_restitution && scene.model.sticking != Sticking::Censored;
+    let of_stuck = stuck.then_some(Reason::Stuck);
+    if row.liquid.is_none() {
+        return of_stuck;
+    }
+    let film_ratio = row.film / row.diameter;
+    if screens.min_film.is_some_and(|least| row.film < least) {
+        Some(Reason::FilmTooThin)
+    } else if film_ratio > LARGEST_FILM_RATIO {
+        Some(Reason::FilmRatioInvalid)
+    } else if film_ratio > screens.max_film_ratio {
+        Some(Reason::FilmRatioTooLarge)
+    } else {
+        of_stuck
+    }
+}

@@ -1,0 +1,73 @@
+//! Holds a scene: everything that does not change from run to run.
+
+use std::path::PathBuf;
+
+use super::choices::{Bootstrap, ModelChoices, PriorChoice, Sampler};
+use super::materials::{Liquid, Particle};
+use super::plan::{Design, Truth};
+use super::published::Published;
+
+/// A scene: everything that does not change from run to run. SI inside.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// the scene file, as the user named it
+    pub file: PathBuf,
+    /// name of the folder the scene file lies in
+    pub name: String,
+    /// title of the report
+    pub title: String,
+    /// where the runs come from, in words
+    pub source: Option<String>,
+    /// SHA-256 of the scene file
+    pub sha256: String,
+    /// which runs, and which of them are used
+    pub data: Data,
+    /// the particles, in the order of the file
+    pub particles: Vec<Particle>,
+    /// the liquids, in the order of the file
+    pub liquids: Vec<Liquid>,
+    /// what the model holds
+    pub model: ModelChoices,
+    /// priors the scene sets; every other one keeps its default
+    pub priors: Vec<PriorChoice>,
+    /// how a posterior is sampled
+    pub sampler: Sampler,
+    /// how intervals are made
+    pub bootstrap: Bootstrap,
+    /// numbers from the literature to set beside ours
+    pub published: Vec<Published>,
+    /// the truth of a simulation
+    pub truth: Option<Truth>,
+    /// the design of a simulation
+    pub design: Option<Design>,
+    /// keys the scene sets that no stage of this version reads, as `table.key`
+    pub unused: Vec<String>,
+}
+
+/// Which runs, and which of them are used.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Data {
+    /// the table of runs
+    pub runs: PathBuf,
+    /// a restitution at or below this counts as stuck
+    pub smallest_restitution: f64,
+    /// where runs carry no film ratio: sorted δ/D is split at larger gaps
+    pub film_ratio_gap: f64,
+    /// sd of an error of the film thickness that all runs share, m; absent: the films are taken as exact
+    pub film_sd: Option<f64>,
+    /// which runs are left out
+    pub screens: Screens,
+}
+
+/// Limits outside which a run is left out and counted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Screens {
+    /// thinnest film, m
+    pub min_film: Option<f64>,
+    /// largest film ratio δ/D; never above [`super::LARGEST_FILM_RATIO`]
+    pub max_film_ratio: f64,
+    /// slowest impact, m/s
+    pub min_impact_speed: Option<f64>,
+    /// fastest impact, m/s
+    pub max_impact_speed: Option<f64>,
+}

@@ -1,0 +1,61 @@
+//! Holds numbers from the literature that are set beside ours.
+
+/// One of the two laws of the wet restitution.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Law {
+    /// e = e_inf (1 − St_c/St)
+    Linear,
+    /// e = √(e_inf² − 4 L/St)
+    Sqrt,
+}
+
+impl Law {
+    /// The word files use.
+    pub fn name(self) -> &'static str {
+        match self {
+            Law::Linear => "linear",
+            Law::Sqrt => "sqrt",
+        }
+    }
+}
+
+/// A quantity the literature gives a number for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PublishedQuantity {
+    /// e_inf of one law
+    EInf,
+    /// St_c of one law
+    StC,
+    /// k of the dry law
+    DryK,
+}
+
+impl PublishedQuantity {
+    /// The word a scene file uses.
+    pub fn name(self) -> &'static str {
+        match self {
+            PublishedQuantity::EInf => "e_inf",
+            PublishedQuantity::StC => "st_c",
+            PublishedQuantity::DryK => "dry_k",
+        }
+    }
+}
+
+/// A number from the literature.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Published {
+    /// what it is
+    pub quantity: PublishedQuantity,
+    /// index into [`super::Scene::particles`]
+    pub particle: usize,
+    /// the film ratio it holds for; absent: all of them
+    pub film_ratio: Option<f64>,
+    /// the law it was fitted with; absent for k
+    pub law: Option<Law>,
+    /// its value
+    pub value: f64,
+    /// its standard error
+    pub se: f64,
+    /// where it stands
+    pub source: String,
+}
