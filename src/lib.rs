@@ -8,11 +8,12 @@
 //! | [`units`], [`error`], [`notice`] | how is it written, why is there no answer, what wants a look | |
 //! | `distributions` | how probable is a number | probability → quantile |
 //! | `seed` | which random stream | name → stream |
+//! | `encoding` | is it text | bytes → text |
 //! | `files` | how much of a file is read | path → bytes |
 //! | `staging`, `interruption` | how is a file written whole or not at all | |
+//! | [`physics`] | what should happen | numbers → restitution, with slopes |
 //! | `scene` | what was held fixed | file → `Scene`, checked |
 //! | `runs` | what was measured | table → `Runs`, screened with reasons |
-//! | [`physics`] | what should happen | numbers → restitution, with slopes |
 //! | `model` | what we believe | truth → simulated runs |
 //! | `inference` | what the data say | runs → fits with covariance |
 //! | `findings` | what may be said | fits → estimates with verdicts |
