@@ -123,22 +123,6 @@ fn is_character(text: &str) -> bool {
     chars.next() == Some('\'') && (chars.next() == Some('\\') || chars.next() == Some('\''))
 }
 
-/// The place after the item that begins here: after its `;`, or its closing brace.
-fn after_item(tokens: &[&str], mut at: usize) -> usize {
-    let mut depth = 0;
-    while at < tokens.len() {
-        match tokens[at] {
-            "{" => depth += 1,
-            "}" if depth == 1 => return at + 1,
-            "}" => depth -= 1,
-            ";" if depth == 0 => return at + 1,
-            _ => {}
-        }
-        at += 1;
-    }
-    at
-}
-
 /// Adds the paths of a `use` tree, each with the name it binds, and gives the place after it.
 fn add_tree(tokens: &[&str], mut at: usize, mut path: Vec<String>, found: &mut Vec<(String, Vec<String>)>) -> usize {
     loop {
@@ -169,15 +153,12 @@ fn add_tree(tokens: &[&str], mut at: usize, mut path: Vec<String>, found: &mut V
 }
 
 fn read(text: &str) -> File {
-    let tokens = tokens(text);
+    // tests stand at the end
+    let tokens = tokens(text.split("\n#[cfg(test)]\nmod tests {").next().unwrap_or(text));
     let mut file = File::default();
     let (mut words, mut handed_on) = (BTreeSet::new(), vec![]);
     let (mut at, mut depth, mut public) = (0, 0, false);
     while at < tokens.len() {
-        if tokens[at..].starts_with(&["#", "[", "cfg", "(", "test", ")", "]"]) {
-            at = after_item(&tokens, at + 7);
-            continue;
-        }
         let was_public = std::mem::take(&mut public);
         match tokens[at] {
             "{" => depth += 1,
@@ -343,10 +324,10 @@ fn no_import_goes_upwards_and_no_files_stand_in_a_circle() {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
-/// The faults after this code is added to a file.
+/// The faults after this code is put before that of a file.
 fn with(module: &str, code: &str) -> Vec<String> {
     let mut sources = sources();
-    sources.get_mut(module).expect("the file is there").push_str(code);
+    sources.get_mut(module).expect("the file is there").insert_str(0, code);
     faults(&sources)
 }
 
@@ -389,10 +370,10 @@ fn a_planted_import_is_found() {
 #[test]
 fn what_is_no_import_is_not_taken_for_one() {
     for code in [
-        "// use crate::findings::Findings;",
+        "// use crate::findings::Findings;\n",
         "const PLANTED: &str = r#\"use crate::findings::Findings;\"#;",
-        "const PLANTED: char = '\"'; // crate::findings::Findings",
-        "#[cfg(test)]\nmod planted { use crate::findings::Findings; fn f() { \"}\"; } }",
+        "const PLANTED: char = '\"'; // crate::findings::Findings\n",
+        "\n#[cfg(test)]\nmod tests { use crate::findings::Findings; fn f() { \"}\"; } }",
         "pub(in crate::findings) fn planted() {}",
         "use std::collections::HashMap;",
     ] {
