@@ -56,9 +56,7 @@ fn truth(scene: &Scene, parameters: &Parameters) -> Vec<f64> {
     let truth = scene.truth.as_ref().expect("the example has one");
     let of = |kind: Kind| match kind {
         Kind::DryK(particle) => truth.dry_k[particle],
-        Kind::LubricationLog => truth.lubrication_log,
-        Kind::InertialPrefactor => truth.inertial_prefactor,
-        Kind::FilmScale => truth.film_scale,
+        Kind::Shared(coefficient) => truth.value(coefficient),
         Kind::SigmaDry => truth.sigma_dry,
         Kind::SigmaWet => truth.sigma_wet,
         Kind::SigmaEnergy => truth.sigma_energy,

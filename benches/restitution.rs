@@ -1,9 +1,7 @@
 //! Times one evaluation of the restitution at fixed parameters, as a simulation code would call it.
 
 use divan::{black_box, Bencher};
-use wetcor::physics::impact::{DrySpeed, Form, Parameters, Setting};
-use wetcor::physics::inertia::Inertia;
-use wetcor::physics::restitution::Restitution;
+use wetcor::physics::{Coefficient, DrySpeed, Form, Inertia, Parameters, Restitution, Setting};
 
 fn main() {
     divan::main();
@@ -21,12 +19,10 @@ fn law(dry_speed: DrySpeed) -> Restitution {
         film: 286e-6,
         surface_tension: None,
     };
-    let parameters = Parameters {
-        dry_k: 0.183,
-        lubrication_log: 1.85,
-        inertial_prefactor: 0.47,
-        film_scale: 0.069,
-    };
+    let parameters = Parameters::new(0.183)
+        .with(Coefficient::LubricationLog, 1.85)
+        .with(Coefficient::InertialPrefactor, 0.47)
+        .with(Coefficient::FilmScale, 0.069);
     Restitution::new(&sphere, Form::new(Inertia::Saturating, dry_speed), &parameters)
 }
 

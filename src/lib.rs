@@ -26,8 +26,7 @@
 //! # What a sphere does at one speed
 //!
 //! ```
-//! use wetcor::physics::impact::{DrySpeed, Form, Parameters, Setting};
-//! use wetcor::physics::{inertia::Inertia, restitution::Restitution};
+//! use wetcor::physics::{Coefficient, DrySpeed, Form, Inertia, Parameters, Restitution, Setting};
 //!
 //! let sphere = Setting {
 //!     density: 2150.0,        // PTFE, kg/m³
@@ -37,12 +36,10 @@
 //!     film: 286e-6,           // m
 //!     surface_tension: None,  // N/m; the bridge alone reads it
 //! };
-//! let parameters = Parameters {
-//!     dry_k: 0.183,
-//!     lubrication_log: 1.85,
-//!     inertial_prefactor: 0.47,
-//!     film_scale: 0.069,
-//! };
+//! let parameters = Parameters::new(0.183)
+//!     .with(Coefficient::LubricationLog, 1.85)
+//!     .with(Coefficient::InertialPrefactor, 0.47)
+//!     .with(Coefficient::FilmScale, 0.069);
 //! // once for a pair of materials; then a call a collision, without allocation
 //! let form = Form::new(Inertia::Saturating, DrySpeed::Reference(2.0));
 //! let e_n = Restitution::new(&sphere, form, &parameters);

@@ -8,7 +8,7 @@ use wetcor::findings::posterior::Way;
 use wetcor::findings::{self, Findings};
 use wetcor::physics::inertia::Inertia;
 use wetcor::physics::rebound::mean_restitution;
-use wetcor::physics::{dry, viscous};
+use wetcor::physics::{viscous, Order};
 use wetcor::runs::Table;
 
 const DRY_K: f64 = 0.183;
@@ -90,7 +90,7 @@ repeats = 20
 
     /// e_inf² of the truth, at the default dry speed of 2 m/s.
     fn e_inf2(&self, film_ratio: f64) -> f64 {
-        dry::restitution(DRY_K, 2.0).powi(2) - C * DENSITY_RATIO * self.g(film_ratio)
+        Order::First.restitution(DRY_K, 2.0).powi(2) - C * DENSITY_RATIO * self.g(film_ratio)
     }
 
     /// Stokes number and restitution of the truth after a fall from a height, m.

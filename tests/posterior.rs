@@ -76,9 +76,7 @@ fn truth_of(parameters: &Parameters, scene: &Scene, rng: &mut rand::rngs::ChaCha
     for (parameter, value) in parameters.sampled.iter().zip(&draw) {
         match parameter.kind {
             Kind::DryK(particle) => truth.dry_k[particle] = Some(*value),
-            Kind::LubricationLog => truth.lubrication_log = Some(*value),
-            Kind::InertialPrefactor => truth.inertial_prefactor = Some(*value),
-            Kind::FilmScale => truth.film_scale = Some(*value),
+            Kind::Shared(coefficient) => truth.shared[coefficient as usize] = Some(*value),
             Kind::SigmaDry => truth.sigma_dry = Some(*value),
             Kind::SigmaWet => truth.sigma_wet = Some(*value),
             Kind::SigmaEnergy => truth.sigma_energy = Some(*value),

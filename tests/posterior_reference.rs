@@ -147,7 +147,7 @@ fn planted_faults_move_the_moments() {
         (Fault::LogJacobianForgotten, "few"),
         (Fault::BoundOnKForgotten, "bound"),
         (Fault::SigmaSquaredForSigma, "few"),
-        (Fault::PriorForgotten(Kind::InertialPrefactor), "weak"),
+        (Fault::PriorForgotten(Kind::INERTIAL_PREFACTOR), "weak"),
         (Fault::TwoLForFourL, "stepwise"),
         (Fault::StuckRunsDropped, "stepwise_stuck"),
     ] {

@@ -12,9 +12,8 @@ use rand_distr::{Distribution, StandardNormal};
 use tempfile::TempDir;
 use wetcor::findings::predict::{Covered, Draw, Law, Predicted};
 use wetcor::model::likelihood::tails::Tails;
-use wetcor::physics::impact::{kept_energy, DrySpeed, Form, Parameters, Setting};
-use wetcor::physics::inertia::Inertia;
 use wetcor::physics::rebound::mean_restitution;
+use wetcor::physics::{kept_energy, Coefficient, DrySpeed, Form, Inertia, Parameters, Setting};
 use wetcor::report::finished::Finished;
 use wetcor::scene;
 use wetcor::seed::{sha256, stream};
@@ -29,12 +28,12 @@ const SLOW: Setting = Setting {
     surface_tension: None,
 };
 
-const TRUTH: Parameters = Parameters {
-    dry_k: 0.123,
-    lubrication_log: 1.85,
-    inertial_prefactor: 0.47,
-    film_scale: 0.069,
-};
+fn truth_parameters() -> Parameters {
+    Parameters::new(0.123)
+        .with(Coefficient::LubricationLog, 1.85)
+        .with(Coefficient::InertialPrefactor, 0.47)
+        .with(Coefficient::FilmScale, 0.069)
+}
 
 fn law(test: &str) -> Law {
     let mut rng = stream(seed_of(test), "draws", 0);
@@ -43,12 +42,10 @@ fn law(test: &str) -> Law {
         value * (relative_sd * z).exp()
     };
     let draws = (0..300).map(|_| Draw {
-        parameters: Parameters {
-            dry_k: near(TRUTH.dry_k, 0.02),
-            lubrication_log: near(TRUTH.lubrication_log, 0.02),
-            inertial_prefactor: near(TRUTH.inertial_prefactor, 0.05),
-            film_scale: near(TRUTH.film_scale, 0.05),
-        },
+        parameters: Parameters::new(near(0.123, 0.02))
+            .with(Coefficient::LubricationLog, near(1.85, 0.02))
+            .with(Coefficient::InertialPrefactor, near(0.47, 0.05))
+            .with(Coefficient::FilmScale, near(0.069, 0.05)),
         sigma_wet: near(0.02, 0.1),
         sigma_energy: 0.0,
         nu: None,
@@ -258,7 +255,7 @@ fn the_truth_of_the_example_and_new_runs_of_it_lie_where_they_are_predicted() {
             assert!(!row.extrapolated, "these very settings were run");
             let own_truth = Parameters {
                 dry_k: truth.dry_k[index].expect("given"),
-                ..TRUTH
+                ..truth_parameters()
             };
             let kept = kept_energy(&setting, truth.form(), &own_truth, v);
             let width = row.restitution_q95 - row.restitution_q05;
@@ -620,7 +617,7 @@ fn scatters(sigma_wet: f64, sigma_energy: f64, nu: Option<f64>) {
         covered: None,
         draws: vec![
             Draw {
-                parameters: TRUTH,
+                parameters: truth_parameters(),
                 sigma_wet,
                 sigma_energy,
                 nu,
@@ -631,7 +628,7 @@ fn scatters(sigma_wet: f64, sigma_energy: f64, nu: Option<f64>) {
     let mut rng = stream(seed_of("a_single_run_scatters_with_the_energy_kept"), "predict", 0);
     for v in [1.2, 1.4, 1.9] {
         let row = law.predict(&SLOW, &[v]).remove(0);
-        let kept = kept_energy(&SLOW, law.form, &TRUTH, v);
+        let kept = kept_energy(&SLOW, law.form, &truth_parameters(), v);
         let mut drawn: Vec<f64> = (0..40_000)
             .map(|_| {
                 let (lucky, z): (f64, f64) = (StandardNormal.sample(&mut rng), StandardNormal.sample(&mut rng));

@@ -8,9 +8,9 @@ use rayon::prelude::*;
 use wetcor::findings::posterior::{self, Asked, Posterior, Way};
 use wetcor::findings::questions::{self, is_lubrication_constant, is_prefactor_constant, Answer, Context, Question};
 use wetcor::findings::{self, overview, Findings};
-use wetcor::physics::impact::{kept_energy, DrySpeed, Form, Parameters, Setting};
 use wetcor::physics::inertia::Inertia;
 use wetcor::physics::rebound::mean_restitution;
+use wetcor::physics::{kept_energy, Coefficient, DrySpeed, Form, Parameters, Setting};
 use wetcor::report::{files, Told};
 use wetcor::runs::{self, NewRun, Table};
 use wetcor::scene::Scene;
@@ -90,12 +90,10 @@ fn drawn(truth: &Truth, films: &[f64], repeats: usize, dry: bool, (name, index):
                 surface_tension: None,
             };
             let (lubrication_log, inertial_prefactor, film_scale) = (truth.at)(*ratio);
-            let parameters = Parameters {
-                dry_k: DRY_K,
-                lubrication_log,
-                inertial_prefactor,
-                film_scale,
-            };
+            let parameters = Parameters::new(DRY_K)
+                .with(Coefficient::LubricationLog, lubrication_log)
+                .with(Coefficient::InertialPrefactor, inertial_prefactor)
+                .with(Coefficient::FilmScale, film_scale);
             for v in (0..8).map(|i| 0.3 + 0.2 * f64::from(i)) {
                 let mean = mean_restitution(kept_energy(&setting, form, &parameters, v));
                 rows.push(row(Some(*ratio), v, mean + noise(0.02)));

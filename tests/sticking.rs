@@ -13,8 +13,8 @@ use wetcor::inference::posed::Evaluation;
 use wetcor::inference::sampling::{sample_posterior, Plan};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::Parameters;
-use wetcor::physics::dry;
 use wetcor::physics::rebound::mean_restitution;
+use wetcor::physics::Order;
 use wetcor::runs;
 use wetcor::scene::{NoiseOn, Scene, Sticking};
 
@@ -55,13 +55,13 @@ fn table(viscosity: f64, on: On, seed: u64) -> String {
     let mut text = String::from("particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution\n");
     for i in 0..30 {
         let v = 0.5 + 0.05 * f64::from(i);
-        let e = dry::restitution(K, v) + 0.01 * normal();
+        let e = Order::First.restitution(K, v) + 0.01 * normal();
         let _ = writeln!(text, "PE,dry,7.938,,{v},{e}");
     }
     for i in 0..120 {
         let v = 0.8 + 0.1 * f64::from(i % 10);
         let stokes = wetcor::physics::numbers::stokes(940.0, DIAMETER, v, 1e-3 * viscosity);
-        let r = dry::restitution(K, 2.0).powi(2) - 4.0 * L / stokes;
+        let r = Order::First.restitution(K, 2.0).powi(2) - 4.0 * L / stokes;
         let e = match on {
             On::Restitution => mean_restitution(r) + NOISE * normal(),
             On::Energy => mean_restitution(r + NOISE * normal()) + MEASUREMENT * normal(),

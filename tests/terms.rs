@@ -100,7 +100,7 @@ fn all() -> [[Design; 3]; 5] {
 }
 
 fn of<'f>(findings: &'f Findings, term: &str) -> &'f SizedTerm {
-    let found = findings.terms.iter().find(|sized| sized.term == term);
+    let found = findings.terms.iter().find(|sized| sized.term.name() == term);
     found.unwrap_or_else(|| panic!("{term} is not sized"))
 }
 
@@ -166,7 +166,7 @@ fn each_term_is_decided_by_its_size() {
                 found
                     .notices
                     .iter()
-                    .any(|notice| notice.code == code && notice.text.starts_with(sized.in_words()))
+                    .any(|notice| notice.code == code && notice.text.starts_with(sized.term.in_words()))
             };
             assert_eq!(told("term_left_out"), by_itself && size < LINE, "{sized:?}");
             assert_eq!(told("term_not_held"), !by_itself && size >= LINE, "{sized:?}");
@@ -265,5 +265,5 @@ fn what_cannot_be_sized_says_so() {
     assert!(found.terms.len() == 5 && found.terms.iter().all(|sized| sized.size.is_none()));
     assert!(of(&found, "inertia").held && found.notices.iter().all(|notice| !notice.code.starts_with("term_")));
     let found = Place::new(&text.replace("surface_tension_mN_m = 20.1\n", "")).infer(1);
-    assert!(found.terms.iter().all(|sized| sized.term != "bridge"));
+    assert!(found.terms.iter().all(|sized| sized.term.name() != "bridge"));
 }

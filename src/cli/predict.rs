@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use wetcor::error::{quoted, Error};
 use wetcor::findings::predict::Liquid;
-use wetcor::physics::impact::Setting;
+use wetcor::physics::form::Term;
+use wetcor::physics::Setting;
 use wetcor::report::finished::Finished;
 use wetcor::report::prediction::{self, Origin};
 use wetcor::scene::{name_expected, LARGEST_FILM_RATIO};
@@ -130,7 +131,7 @@ pub fn predict(asked: &Predict, quiet: bool) -> Result<u8, Error> {
         surface_tension_n_m: surface_tension,
         ..
     } = liquid(asked, &finished)?;
-    if law.form.bridge && surface_tension.is_none() {
+    if Term::Bridge.is_held(law.form) && surface_tension.is_none() {
         let text = "the fit holds the rupture of the bridge, and this liquid's surface tension is not known";
         return Err(Error::Usage(format!(
             "--liquid: {text}; name a liquid of the scene that has one"

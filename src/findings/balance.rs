@@ -1,26 +1,23 @@
 //! Estimates L, the inertial prefactor and the film scale from every rebound at once.
 
-use std::ops::Range;
-
 use serde::Serialize;
 
-use super::dry::FittedDry;
+use super::dry::{self, FittedDry};
 use super::energy::density_ratio;
 use super::erring::{Columns, Weighed};
 use super::estimate::{Estimate, Quoting, Scale};
 use super::judge::{one_against, spread, uncertain, why_stopped, Verdict};
-use super::own_dry_speed::reference_dry_speed;
-use super::pooling::tell_bias;
 use super::scaling::FittedScaling;
-use crate::inference::balance::{fit_balance, Balance, Block};
 use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::{chi_squared, weigh, Weighing};
+use crate::inference::joint::{fit_joint, Joint, JointFit};
 use crate::inference::least_squares::{Fit, Stop};
 use crate::inference::nested::{FTest, Spread};
-use crate::physics::impact::Form;
-use crate::physics::inertia::Inertia;
-use crate::physics::{numbers, viscous};
-use crate::runs::{FilmGroup, Runs, Series};
+use crate::model::parameters::Kind;
+use crate::physics::balance::{AtFilm, Balance};
+use crate::physics::loss::Film;
+use crate::physics::{viscous, Coefficient, Form, Inertia, Viscous};
+use crate::runs::{FilmGroup, Runs};
 use crate::scene::{Law, Scene};
 
 /// The energy balance over particles, liquids, diameters, films and speeds.
@@ -60,14 +57,31 @@ pub struct EnergyBalance {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Held {
     pub(super) form: Form,
-    /// the spread that weighs the dry runs' k
+    /// the spread against which the dry runs are weighed
     pub(super) spread: f64,
-    pub(super) parameters: Vec<f64>,
+    /// where it ended
+    pub(super) point: Vec<f64>,
+}
+
+impl EnergyBalance {
+    /// The form that was fitted.
+    pub fn form(&self) -> Form {
+        self.held.form
+    }
+
+    /// The estimate of a parameter; `None` of one that is not in the fit.
+    pub fn estimate(&self, kind: Kind) -> Option<&Estimate> {
+        let found = self.parameters.iter().find(|parameter| parameter.kind == kind);
+        Some(&found?.estimate)
+    }
 }
 
 /// A parameter of the energy balance.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Parameter {
+    /// what it is
+    #[serde(skip)]
+    pub kind: Kind,
     /// its name
     pub name: String,
     /// its value
@@ -97,240 +111,229 @@ const NO_VISCOUS: &str = "the viscous loss is left out of the model";
 /// Probability of the lack-of-fit test below which the balance does not describe the runs.
 pub const MISFIT: f64 = 0.001;
 
-/// Fits the balance of this form, with the form of inertia `open` or not, and measures with it what pooling liquids does to the square-root law of each film ratio.
-///
-/// `None` without wet runs of a particle whose k is known; the biases then stay unknown, too.
-pub fn find(
-    scene: &Scene,
-    runs: &Runs,
-    fitted_dry: &[FittedDry],
-    scaling: &mut [FittedScaling],
-    (form, open): (Form, bool),
-    quoting: Quoting,
-) -> Option<EnergyBalance> {
-    let known = known(runs, fitted_dry);
-    let place = |particle: usize| place_of(&known, particle);
-    let blocks = blocks(scene, runs, place);
-    if blocks.is_empty() {
+/// What the energy balance is fitted to.
+#[derive(Debug, Clone, Copy)]
+pub struct Setup<'a> {
+    /// what was held fixed
+    pub scene: &'a Scene,
+    /// what was measured
+    pub runs: &'a Runs,
+    /// k of each particle by its dry runs
+    pub dry: &'a [FittedDry],
+    /// how estimates are quoted
+    pub quoting: Quoting,
+}
+
+/// A balance that was fitted, with all that follows from it.
+struct Fitted<'r> {
+    problem: JointFit<'r>,
+    /// the spread against which the dry runs were weighed
+    spread: f64,
+    fit: Fit,
+    uncertain: Uncertain,
+}
+
+impl Fitted<'_> {
+    fn joint(&self) -> &Joint<'_> {
+        &self.problem.joint
+    }
+
+    fn converged(&self) -> bool {
+        self.fit.stop == Stop::Converged
+    }
+
+    /// Estimate of a function of one parameter, by its place, from its value and slope.
+    fn estimate(&self, place: usize, [value, slope]: [f64; 2], how: Scale, quoting: Quoting) -> Estimate {
+        if !self.converged() {
+            return quoting.none(why_stopped(&self.fit));
+        }
+        let mut gradient = vec![0.0; self.fit.parameters.len()];
+        gradient[place] = slope;
+        quoting.of(&self.uncertain, value, &gradient, how)
+    }
+}
+
+/// Fits the balance of this form, with the form of inertia `open` or not; `None` without wet runs of a particle whose k is
+/// known.
+pub fn find(setup: Setup, scaling: &[FittedScaling], form: Form, open: bool) -> Option<EnergyBalance> {
+    let Setup { scene, runs, dry, .. } = setup;
+    let known = known(runs, dry);
+    if known.is_empty() {
         return None;
     }
     let separate: Vec<(Spread, Option<Weighing>)> = scaling
         .iter()
         .filter(|fitted| fitted.law == Law::Sqrt && fitted.scaling.film_ratio.is_some())
-        .filter(|fitted| fitted.scaling.runs > 0 && place(fitted.particle).is_some())
+        .filter(|fitted| fitted.scaling.runs > 0 && known.binary_search(&fitted.particle).is_ok())
         .map(|fitted| (fitted.spread, fitted.weighing.clone()))
         .collect();
-    let dry_k: Vec<(f64, f64)> = known.iter().map(|(_, k)| *k).collect();
     let of_form = |inertia: Inertia| {
-        fit_weighed(Balance {
-            blocks: &blocks,
-            form: Form { inertia, ..form },
-            dry_k: &dry_k,
-            spread: pooled_sd(&separate),
-        })
+        let joint = Joint::new(scene, runs, Form { inertia, ..form }, &known, &known);
+        fit_weighed(joint, dry, pooled_sd(&separate))
     };
-    let (balance, fit) = if open { closest(of_form) } else { of_form(form.inertia) };
-    let (balance, (fit, weighing)) = match errors(runs, place) {
+    let (problem, spread_of_runs, fit) = if open { closest(of_form) } else { of_form(form.inertia) };
+    let (problem, fit, weighing) = match errors(&problem.joint) {
         Some(errors) => {
-            let in_errors = in_standard_errors(balance.clone(), 1.0);
+            let in_errors = problem_of(problem.joint.clone(), dry, 1.0);
             let (fit, weighing) = weigh(&errors.erring(), fit, |_| in_errors.clone());
-            let balance = if weighing.is_some() { in_errors } else { balance };
-            (balance, (fit, weighing))
+            let problem = if weighing.is_some() { in_errors } else { problem };
+            (problem, fit, weighing)
         }
-        None => (balance, (fit, None)),
+        None => (problem, fit, None),
     };
-    let uncertain = uncertain(&fit);
-    let converged = fit.stop == Stop::Converged;
-    let estimate = |j: usize, value: f64, slope: f64, how: Scale| {
-        if !converged {
-            return quoting.none(why_stopped(&fit));
-        }
-        let mut gradient = vec![0.0; fit.parameters.len()];
-        gradient[j] = slope;
-        quoting.of(&uncertain, value, &gradient, how)
-    };
-    let wet = balance.names();
-    if converged {
-        tell_bias(scene, runs, fitted_dry, scaling, &balance, &fit.parameters, &known);
-    }
-    let names = wet.iter().map(|name| (*name).to_owned());
-    let dry_names = known
-        .iter()
-        .map(|(p, _)| format!("dry_k[{}]", scene.particles[*p].name));
-    let parameters: Vec<Parameter> = names
-        .chain(dry_names)
-        .zip(&fit.parameters)
-        .enumerate()
-        .map(|(j, (name, value))| Parameter {
-            name,
-            estimate: estimate(j, *value, 1.0, Scale::Plain),
-        })
-        .collect();
-    let l = balance.unpack(&fit.parameters).0;
-    let viscous = balance.form.viscous;
-    let derived = if converged {
-        runs.film_groups
-            .iter()
-            .filter_map(|group| {
-                let at = place(group.particle)?;
-                derive((scene, runs, group), &balance, at, &fit.parameters, &uncertain, quoting)
-            })
-            .collect()
-    } else {
-        vec![]
+    let fitted = Fitted {
+        uncertain: uncertain(&fit),
+        spread: if weighing.is_some() { 1.0 } else { spread_of_runs },
+        problem,
+        fit,
     };
     let one = Spread {
-        parameters: wet.len(),
-        ..spread(&fit)
-    };
-    // the residuals that hold k cancel the parameters they belong to
-    let one = Spread {
-        runs: one.runs - known.len(),
-        ..one
+        parameters: fitted.joint().shared.len(),
+        runs: fitted.joint().wet_rebounds(),
+        ..spread(&fitted.fit)
     };
     let each = separate.iter().map(|(spread, weighing)| (*spread, weighing.as_ref()));
     let lack_of_fit = one_against(one, each, |mut variance| {
-        variance.resize(fit.degrees_of_freedom + fit.parameters.len(), 1.0);
-        chi_squared(&balance, &variance, &fit.parameters)
+        variance.resize(variance.len() + fitted.problem.dry_roots.len(), 1.0);
+        let squares = chi_squared(&fitted.problem, &variance, &fitted.fit.parameters);
+        squares - fitted.problem.own_squares()
     });
-    let lack_of_fit = lack_of_fit.filter(|_| converged);
-    let shifts = parameters[wet.len()..]
-        .iter()
-        .zip(&dry_k)
-        .filter_map(|(joint, (k, se))| {
-            let (value, joint_se) = joint.estimate.pair()?;
-            Some((value - k).abs() / se.hypot(joint_se))
-        });
-    Some(EnergyBalance {
-        inertia: balance.form.inertia.name(),
-        particles: known.iter().map(|(p, _)| scene.particles[*p].name.clone()).collect(),
-        runs: one.runs,
-        delta_c_over_roughness: if viscous {
-            estimate(0, l.exp(), l.exp(), Scale::Log)
-        } else {
-            quoting.none(NO_VISCOUS)
+    let lack_of_fit = lack_of_fit.filter(|_| fitted.converged());
+    Some(findings_of(setup, &fitted, weighing.as_ref(), lack_of_fit))
+}
+
+/// What a fit says.
+fn findings_of(
+    setup: Setup,
+    fitted: &Fitted,
+    weighing: Option<&Weighing>,
+    lack_of_fit: Option<FTest>,
+) -> EnergyBalance {
+    let Setup {
+        scene, runs, quoting, ..
+    } = setup;
+    let joint = fitted.joint();
+    let point = &fitted.fit.parameters;
+    let parameters: Vec<Parameter> = joint
+        .kinds()
+        .zip(point)
+        .enumerate()
+        .map(|(place, (kind, value))| Parameter {
+            kind,
+            name: kind.name(scene),
+            estimate: fitted.estimate(place, [*value, 1.0], Scale::Plain, quoting),
+        })
+        .collect();
+    let groups = runs.film_groups.iter().filter(|_| fitted.converged());
+    let l = joint.value(Coefficient::LubricationLog, point);
+    EnergyBalance {
+        inertia: joint.form.inertia.name(),
+        particles: joint
+            .particles
+            .iter()
+            .map(|p| scene.particles[*p].name.clone())
+            .collect(),
+        runs: joint.wet_rebounds(),
+        delta_c_over_roughness: match l {
+            Some(l) => fitted.estimate(0, [l.exp(), l.exp()], Scale::Log, quoting),
+            None => quoting.none(NO_VISCOUS),
         },
-        verdict: judge(&fit, Some(l).filter(|_| viscous), lack_of_fit.as_ref()),
-        dry_k_shift_in_se: shifts.reduce(f64::max),
+        verdict: judge(&fitted.fit, l, lack_of_fit.as_ref()),
+        dry_k_shift_in_se: parameters
+            .iter()
+            .filter_map(|own| shift_of_k(setup.dry, own))
+            .reduce(f64::max),
         parameters,
-        derived,
-        residual_sd: fit.residual_sd,
-        measurement_errors: weighing.as_ref().map(Weighed::of),
+        derived: groups.filter_map(|group| derive(setup, group, fitted)).collect(),
+        residual_sd: fitted.fit.residual_sd,
+        measurement_errors: weighing.map(Weighed::of),
         lack_of_fit,
-        stop: fit.stop.as_str(),
+        stop: fitted.fit.stop.as_str(),
         held: Held {
-            form: balance.form,
-            spread: balance.spread,
-            parameters: fit.parameters,
+            form: joint.form,
+            spread: fitted.spread,
+            point: point.clone(),
         },
-    })
+    }
 }
 
-/// The particles with rebounds and a usable k, with that k.
-pub(super) fn known(runs: &Runs, fitted_dry: &[FittedDry]) -> Vec<(usize, (f64, f64))> {
-    let has_rebounds = |p: usize| runs.series_of(p).iter().any(|series| !series.rebounds.is_empty());
-    fitted_dry
+/// Distance of a k from that of its dry runs alone, in combined standard errors; `None` of another parameter.
+fn shift_of_k(dry: &[FittedDry], parameter: &Parameter) -> Option<f64> {
+    let Kind::DryK(particle) = parameter.kind else {
+        return None;
+    };
+    let (k, se) = dry::of(dry, particle)?.usable?;
+    let (value, joint_se) = parameter.estimate.pair()?;
+    Some((value - k).abs() / se.hypot(joint_se))
+}
+
+/// The particles with wet rebounds and a usable k.
+pub(super) fn known(runs: &Runs, fitted_dry: &[FittedDry]) -> Vec<usize> {
+    let usable = fitted_dry.iter().filter(|fitted| fitted.usable.is_some());
+    usable
+        .map(|fitted| fitted.particle)
+        .filter(|particle| rebounds(runs, *particle))
+        .collect()
+}
+
+/// Whether a particle has wet rebounds.
+pub(super) fn rebounds(runs: &Runs, particle: usize) -> bool {
+    runs.series_of(particle)
         .iter()
-        .filter(|d| has_rebounds(d.particle))
-        .filter_map(|d| Some((d.particle, d.usable?)))
-        .collect()
+        .any(|series| !series.rebounds.is_empty())
 }
 
-/// Place of a particle among those of [`known`].
-pub(super) fn place_of(known: &[(usize, (f64, f64))], particle: usize) -> Option<usize> {
-    known.binary_search_by_key(&particle, |(p, _)| *p).ok()
-}
-
-/// The rebounds of the particles that have a place, block by block.
-pub(super) fn blocks<'r>(scene: &Scene, runs: &'r Runs, place: impl Fn(usize) -> Option<usize>) -> Vec<Block<'r>> {
-    let rebounding = runs.series.iter().filter(|series| !series.rebounds.is_empty());
-    rebounding
-        .filter_map(|series| block(scene, runs, series, &place))
-        .collect()
-}
-
-/// What the rebounds of [`blocks`] err by; `None` where no run of the table does.
-pub(super) fn errors(runs: &Runs, place: impl Fn(usize) -> Option<usize>) -> Option<Columns> {
-    let placed = runs.series.iter().filter(|series| place(series.particle).is_some());
-    Columns::of(runs, placed.map(|series| series.rebounds.clone()), None)
-}
-
-/// The balance with the dry runs' k in their standard errors, as runs weighed by their own errors want them; `share` of
-/// the rebounds are among these runs, which are held by as much less.
-pub(super) fn in_standard_errors(balance: Balance, share: f64) -> Balance {
-    Balance {
-        spread: share.sqrt(),
-        ..balance
+/// The least-squares problem of a joint fit in which dry runs weigh as much as their scatter, or their own errors, let
+/// them beside wet runs of this spread.
+pub(super) fn problem_of<'r>(joint: Joint<'r>, dry: &[FittedDry], spread: f64) -> JointFit<'r> {
+    let roots = joint
+        .dry_particles()
+        .filter_map(|particle| dry::of(dry, particle))
+        .flat_map(FittedDry::variances)
+        .map(|variance| spread / variance.sqrt());
+    let own = |particle: &usize| dry::of(dry, *particle).and_then(|own| own.usable);
+    JointFit {
+        dry_roots: roots.collect(),
+        own_k: joint
+            .particles
+            .iter()
+            .map(|p| own(p).map_or(f64::NAN, |(k, _)| k))
+            .collect(),
+        known: vec![],
+        joint,
     }
 }
 
-/// The rebounds of one series; `None` where its particle has no place.
-pub(super) fn block<'r>(
-    scene: &Scene,
-    runs: &'r Runs,
-    series: &Series,
-    place: impl Fn(usize) -> Option<usize>,
-) -> Option<Block<'r>> {
-    let place = place(series.particle)?;
-    Some(block_of(scene, runs, series, series.rebounds.clone(), place))
+/// What the wet rebounds of a joint fit err by; `None` where no run of the table does.
+pub(super) fn errors(joint: &Joint) -> Option<Columns> {
+    Columns::of(joint.runs, joint.wet_parts().map(|part| part.rebounds.clone()), None)
 }
 
-/// A range of the runs of one series, whose particle has this place.
-pub(super) fn block_of<'r>(
-    scene: &Scene,
-    runs: &'r Runs,
-    series: &Series,
-    range: Range<usize>,
-    place: usize,
-) -> Block<'r> {
-    let particle = &scene.particles[series.particle];
-    let liquid = &scene.liquids[series.liquid];
-    Block {
-        particle: place,
-        density_ratio: liquid.density / particle.density,
-        stokes_factor: numbers::stokes(particle.density, 1.0, 1.0, liquid.viscosity),
-        tension_over_density: liquid.surface_tension.unwrap_or(0.0) / particle.density,
-        diameter: &runs.diameter[range.clone()],
-        film: &runs.film[range.clone()],
-        impact_speed: &runs.impact_speed[range.clone()],
-        restitution: &runs.restitution[range],
-    }
-}
-
-/// e_inf² of a density ratio and a film ratio.
-pub(super) fn e_inf2(
-    scene: &Scene,
-    balance: &Balance,
-    place: usize,
-    parameters: &[f64],
-    (density, film): (f64, f64),
-) -> f64 {
-    let (_, c, scale, dry_k) = balance.unpack(parameters);
-    let e_dry = balance.form.dry.restitution(dry_k[place], reference_dry_speed(scene));
-    e_dry * e_dry - c * density * balance.form.inertia.shape(film, scale)
-}
-
-/// Fits the balance, and again with its own spread where that is far below the one that weighed the dry runs' k: the
-/// separate laws pool liquids, and where noise is small their misfit would hold k too fast and its error too small.
-fn fit_weighed(mut balance: Balance) -> (Balance, Fit) {
+/// Fits the balance, and again with its own spread where that is far below the one that weighed the dry runs: the separate
+/// laws pool liquids, and where noise is small their misfit would hold k too fast and its error too small. Says at what
+/// spread it ended.
+fn fit_weighed<'r>(joint: Joint<'r>, dry: &[FittedDry], spread: f64) -> (JointFit<'r>, f64, Fit) {
     /// a weight this near moves no standard error that matters
     const NEAR: f64 = 0.5;
     /// each time the spread is nearer by orders of magnitude
     const TRIES: usize = 8;
-    let mut fit = fit_balance(&balance);
+    let mut spread = spread;
+    let mut problem = problem_of(joint, dry, spread);
+    let mut fit = fit_joint(&problem);
     for _ in 0..TRIES {
         let own = fit.residual_sd.filter(|_| fit.stop == Stop::Converged);
-        match own.filter(|own| *own > 0.0 && *own < NEAR * balance.spread) {
-            Some(own) => balance.spread = own,
+        match own.filter(|own| *own > 0.0 && *own < NEAR * spread) {
+            Some(own) => spread = own,
             None => break,
         }
-        fit = fit_balance(&balance);
+        problem = problem_of(problem.joint, dry, spread);
+        fit = fit_joint(&problem);
     }
-    (balance, fit)
+    (problem, spread, fit)
 }
 
 /// With the form left open: the one that leaves the smallest spread, the default one if none converges.
-fn closest<'b>(of_form: impl Fn(Inertia) -> (Balance<'b>, Fit)) -> (Balance<'b>, Fit) {
+fn closest<'r>(of_form: impl Fn(Inertia) -> (JointFit<'r>, f64, Fit)) -> (JointFit<'r>, f64, Fit) {
     let fits = Inertia::ALL.map(&of_form);
     let spread = |fit: &Fit| {
         let converged = fit.residual_sd.filter(|_| fit.stop == Stop::Converged);
@@ -338,60 +341,76 @@ fn closest<'b>(of_form: impl Fn(Inertia) -> (Balance<'b>, Fit)) -> (Balance<'b>,
     };
     let best = fits
         .into_iter()
-        .reduce(|a, b| if spread(&b.1) < spread(&a.1) { b } else { a });
+        .reduce(|a, b| if spread(&b.2) < spread(&a.2) { b } else { a });
     best.unwrap_or_else(|| of_form(Inertia::Stepwise))
 }
 
+/// What a joint fit's point says of a film group: e_inf² and L, with their slopes in all parameters.
+pub(super) struct AtGroup {
+    /// ρ̃, mean over the rebounds
+    pub density_ratio: f64,
+    /// e_inf² and its slopes
+    pub e_inf_squared: (f64, Vec<f64>),
+    /// L and its slopes
+    pub lubrication_log: (f64, Vec<f64>),
+}
+
+/// `None` where the particle is not in the fit.
+pub(super) fn at_group(scene: &Scene, joint: &Joint, point: &[f64], group: &FilmGroup) -> Option<AtGroup> {
+    let place = joint.place(group.particle)?;
+    let film = Film {
+        film_ratio: group.film_ratio,
+        density_ratio: density_ratio(scene, group.particle, &joint.runs.series[group.series.clone()]),
+    };
+    let parameters = joint.of_particle(point[place], point);
+    let at_film = AtFilm::new(joint.form, film.film_ratio, &parameters.shared);
+    let balance = Balance::at(joint.form, parameters.dry_k, at_film.share, film.density_ratio);
+    let (e_inf_squared, of_k) = balance.e_inf_squared(scene.model.dry_speed.reference());
+    let (mut slopes, mut of_l) = (vec![0.0; point.len()], vec![0.0; point.len()]);
+    slopes[place] = of_k;
+    for (place, lost) in at_film.lost_slopes(film.density_ratio).enumerate() {
+        slopes[place] = -lost.constant;
+        of_l[place] = lost.over_stokes;
+    }
+    Some(AtGroup {
+        density_ratio: film.density_ratio,
+        e_inf_squared: (e_inf_squared, slopes),
+        lubrication_log: (balance.lost.over_stokes, of_l),
+    })
+}
+
 /// e_inf and St_c of a film ratio; `None` where none of its runs rebounded or nothing is left for e_inf.
-fn derive(
-    setting: (&Scene, &Runs, &FilmGroup),
-    balance: &Balance,
-    place: usize,
-    parameters: &[f64],
-    uncertain: &Uncertain,
-    quoting: Quoting,
-) -> Option<Derived> {
-    let (scene, runs, group) = setting;
+fn derive(setup: Setup, group: &FilmGroup, fitted: &Fitted) -> Option<Derived> {
+    let Setup {
+        scene, runs, quoting, ..
+    } = setup;
     let series = &runs.series[group.series.clone()];
     if series.iter().all(|s| s.rebounds.is_empty()) {
         return None;
     }
-    let density_ratio = density_ratio(scene, group.particle, series);
-    let (l, c, scale, dry_k) = balance.unpack(parameters);
-    let v = reference_dry_speed(scene);
-    let law = balance.form.dry;
-    let e_dry = law.restitution(dry_k[place], v);
-    let (form, ratio) = (balance.form.inertia, group.film_ratio);
-    let e_inf2 = e_inf2(scene, balance, place, parameters, (density_ratio, ratio));
+    let joint = fitted.joint();
+    let at = at_group(scene, joint, &fitted.fit.parameters, group)?;
+    let (e_inf2, slopes) = at.e_inf_squared;
     if e_inf2 <= 0.0 {
         return None;
     }
     let e_inf = e_inf2.sqrt();
-    // slopes of e_inf² in the parameters, in their order
-    let wet = [
-        0.0,
-        -density_ratio * form.shape(ratio, scale),
-        -c * density_ratio * form.slope_film_scale(ratio, scale),
-    ];
-    let mut slopes = vec![0.0; parameters.len()];
-    let names = balance.names().len();
-    let viscous = balance.form.viscous;
-    let first = usize::from(!viscous);
-    slopes[..names].copy_from_slice(&wet[first..first + names]);
-    slopes[names + place] = 2.0 * e_dry * law.slope_dry_k(dry_k[place], v);
     let e_inf_slopes: Vec<f64> = slopes.iter().map(|slope| 0.5 * slope / e_inf).collect();
+    let (l, of_l) = at.lubrication_log;
     let st_c = viscous::st_c(l, e_inf);
-    let mut st_c_slopes: Vec<f64> = slopes.iter().map(|slope| -st_c * slope / e_inf2).collect();
-    if viscous {
-        st_c_slopes[0] += 2.0 / e_inf2;
-    }
+    let of_st_c = |(slope, of_l): (&f64, &f64)| 2.0 * of_l / e_inf2 - st_c * slope / e_inf2;
+    let st_c_slopes: Vec<f64> = slopes.iter().zip(&of_l).map(of_st_c).collect();
+    let has_viscous = joint.form.viscous != Viscous::None;
+    let uncertain = &fitted.uncertain;
     Some(Derived {
         particle: scene.particles[group.particle].name.clone(),
-        film_ratio: ratio,
-        density_ratio,
-        correlation: uncertain.correlation(&e_inf_slopes, &st_c_slopes).filter(|_| viscous),
+        film_ratio: group.film_ratio,
+        density_ratio: at.density_ratio,
+        correlation: uncertain
+            .correlation(&e_inf_slopes, &st_c_slopes)
+            .filter(|_| has_viscous),
         e_inf: quoting.of(uncertain, e_inf, &e_inf_slopes, Scale::Plain),
-        st_c: if viscous {
+        st_c: if has_viscous {
             quoting.of(uncertain, st_c, &st_c_slopes, Scale::Plain)
         } else {
             quoting.none(NO_VISCOUS)

@@ -17,12 +17,13 @@ use crate::model::likelihood::pointwise::{At, Pointwise};
 use crate::model::likelihood::Likelihood;
 use crate::model::parameters::Parameters;
 use crate::notice::Notice;
-use crate::physics::dry::Order;
-use crate::physics::impact::DrySpeed;
-use crate::physics::impact::Form;
+use crate::physics::dry::REFERENCE_SPEED;
+use crate::physics::form::Term;
 use crate::physics::inertia::Inertia;
+use crate::physics::DrySpeed;
+use crate::physics::Form;
 use crate::runs::Runs;
-use crate::scene::{Scene, DEFAULT_DRY_SPEED};
+use crate::scene::Scene;
 
 /// Log densities, runs times draws, that may be computed for one model.
 pub const MOST_DENSITIES: usize = 20_000_000;
@@ -76,13 +77,15 @@ pub fn name(form: Form) -> String {
         DrySpeed::Reference(v) => format!("{}/{v}", form.inertia.name()),
         DrySpeed::Impact => format!("{}/impact", form.inertia.name()),
     };
-    let others = [
-        (form.bridge, "+bridge"),
-        (form.dry == Order::Second, "+dry_second_order"),
-        (!form.viscous, "-viscous"),
-    ];
-    for (_, other) in others.into_iter().filter(|(differs, _)| *differs) {
-        name.push_str(other);
+    // the form of inertia says whether that is held
+    let usual = Form::new(form.inertia, form.dry_speed);
+    let differs = |term: &Term| term.is_held(form) != term.is_held(usual);
+    for term in [Term::Bridge, Term::DrySecondOrder, Term::Viscous]
+        .into_iter()
+        .filter(differs)
+    {
+        name.push(if term.is_held(form) { '+' } else { '-' });
+        name.push_str(term.name());
     }
     name
 }
@@ -120,7 +123,7 @@ pub fn find(
         return found;
     };
     let reference = match asked.form.dry_speed {
-        DrySpeed::Impact => DrySpeed::Reference(DEFAULT_DRY_SPEED),
+        DrySpeed::Impact => DrySpeed::Reference(REFERENCE_SPEED),
         reference => reference,
     };
     let mut all: Vec<(Compared, Loo)> = vec![];

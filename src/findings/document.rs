@@ -20,7 +20,7 @@ use super::series::SeriesFit;
 use super::terms::SizedTerm;
 use super::verdicts::Check;
 use crate::notice::Notice;
-use crate::physics::impact::Form;
+use crate::physics::Form;
 use crate::runs::Screened;
 
 /// The name and version of the findings file's layout.

@@ -12,7 +12,7 @@ use crate::inference::laws::{dry_squares, fit_dry_weighed};
 use crate::inference::least_squares::{Fit, Stop};
 use crate::inference::nested::FTest;
 use crate::physics::dry::Order;
-use crate::physics::impact::DrySpeed;
+use crate::physics::DrySpeed;
 use crate::runs::{DryGroup, Runs};
 use crate::scene::Scene;
 
@@ -64,6 +64,15 @@ pub struct FittedDry {
     pub weighing: Option<Weighing>,
     /// what is told
     pub dry: Dry,
+}
+
+impl FittedDry {
+    /// Variance of each rebound about the law, in the order of the runs; infinite where one was left out.
+    pub(super) fn variances(&self) -> impl Iterator<Item = f64> + '_ {
+        let of_all = self.dry.residual_sd.map_or(f64::NAN, |sd| sd * sd);
+        let own = self.weighing.as_ref().map(|weighing| &weighing.variance);
+        (0..self.dry.runs).map(move |run| own.map_or(of_all, |own| own[run]))
+    }
 }
 
 /// k of every particle that has dry runs, in the scene's order.

@@ -4,7 +4,6 @@ use serde::Serialize;
 
 use super::dry::{self, FittedDry};
 use super::estimate::{Estimate, Quoting, Scale};
-use super::own_dry_speed::reference_dry_speed;
 use super::scaling::FittedScaling;
 use crate::physics::inertia::Inertia;
 use crate::physics::viscous::critical_separation;
@@ -114,7 +113,7 @@ fn loss(scene: &Scene, dry: &[FittedDry], fitted: &FittedScaling, density_ratio:
     let Some(e_inf) = fitted.scaling.e_inf.value else {
         return quoting.none(why(&fitted.scaling.e_inf));
     };
-    let v = reference_dry_speed(scene);
+    let v = scene.model.dry_speed.reference();
     let law = scene.model.form().dry;
     let e_dry = law.restitution(k, v);
     if e_dry <= 0.0 {

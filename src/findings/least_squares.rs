@@ -5,7 +5,7 @@ use super::dry::Dry;
 use super::energy::Energy;
 use super::scaling::Scaling;
 use super::series::SeriesFit;
-use crate::physics::impact::Form;
+use crate::physics::Form;
 
 /// The fits by least squares, and the seed of whatever draws next.
 #[derive(Debug, Clone, Copy)]

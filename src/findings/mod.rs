@@ -16,8 +16,8 @@
 //! | `measurement_errors.rs` | which measurement errors want a second look |
 //! | `energy.rs` | the energy the liquid takes, St_c·e_inf², δc |
 //! | `published.rs` | ours beside the literature's |
-//! | `pooling.rs` | what pooling liquids does to the square-root law |
 //! | `balance.rs` | L, inertial prefactor and film scale from every rebound at once |
+//! | `pooling.rs` | what pooling liquids does to the square-root law |
 //! | `terms/` | what each term of the balance matters, and whether it is held |
 //! | `noise/` | outliers, unequal spreads, offsets that series share |
 //! | `bootstrap/` | the bootstrap interval of each estimate |
@@ -94,7 +94,16 @@ pub fn find_watched(
         || series::find(scene, runs, &dry, quoting),
         || scaling::find(scene, runs, &dry, quoting),
     );
-    let (form, energy_balance, terms) = terms::settle(scene, runs, &dry, &mut scaling, quoting);
+    let setup = balance::Setup {
+        scene,
+        runs,
+        dry: &dry,
+        quoting,
+    };
+    let (form, energy_balance, terms) = terms::settle(setup, &scaling);
+    if let Some(balance) = &energy_balance {
+        pooling::add_bias(setup, &mut scaling, balance);
+    }
     let mut energy = energy::find(scene, runs, &dry, &scaling, quoting);
     let (constants, of_constants) = constants::find(scene, runs, &dry, &scaling, energy_balance.as_ref());
     let noise = noise::find(scene, runs, &dry, energy_balance.as_ref(), form);

@@ -8,7 +8,6 @@ use super::noise::{self, Noise};
 use super::range::range;
 use super::terms::SizedTerm;
 use crate::notice::Notice;
-use crate::physics::impact::Setting;
 use crate::runs::{Runs, Screened, Series, Table};
 use crate::scene::{Scene, DRY};
 
@@ -125,19 +124,14 @@ fn of_wet(scene: &Scene, runs: &Runs, series: &[&Series]) -> Material {
     let liquid = &scene.liquids[first.liquid];
     let (mut film, mut speed, mut stokes, mut reynolds, mut e) = (None, None, None, None, None);
     for one in series {
-        let setting = |run: usize| Setting {
-            density: particle.density,
-            diameter: runs.diameter[run],
-            liquid_density: liquid.density,
-            viscosity: liquid.viscosity,
-            film: runs.film[run],
-            surface_tension: liquid.surface_tension,
-        };
         let v = |run: usize| runs.impact_speed[run];
         film = join(film, range(one.runs().map(|run| runs.film[run])));
         speed = join(speed, range(one.runs().map(v)));
-        stokes = join(stokes, range(one.runs().map(|run| setting(run).stokes(v(run)))));
-        reynolds = join(reynolds, range(one.runs().map(|run| setting(run).reynolds(v(run)))));
+        stokes = join(stokes, range(one.runs().map(|run| 1.0 / runs.inverse_stokes(run))));
+        reynolds = join(
+            reynolds,
+            range(one.runs().map(|run| runs.setting(scene, one, run).reynolds(v(run)))),
+        );
         e = join(e, range(one.rebounds.clone().map(|run| runs.restitution[run])));
     }
     let distinct = |of: fn(&Series) -> f64| {

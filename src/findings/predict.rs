@@ -12,10 +12,10 @@ use serde::{Deserialize, Serialize};
 use crate::inference::diagnostics::quantile;
 use crate::model::likelihood::on_energies;
 use crate::model::likelihood::tails::Tails;
-use crate::physics::impact::{Form, Parameters, Setting};
 use crate::physics::rebound::{kept_of_mean_restitution, mean_restitution, slope_mean_restitution};
 use crate::physics::restitution::Restitution;
-use crate::runs::{Runs, Series};
+use crate::physics::{Form, Parameters, Setting};
+use crate::runs::Runs;
 use crate::scene::Scene;
 
 /// What a prediction needs of a scene and its runs besides the draws.
@@ -70,7 +70,7 @@ impl Basis {
         let particles = scene.particles.iter().enumerate().map(|(index, particle)| Particle {
             name: particle.name.clone(),
             density_kg_m3: particle.density,
-            covered: covered(scene, runs, index),
+            covered: covered(runs, index),
         });
         let liquids = scene.liquids.iter().map(|liquid| Liquid {
             name: liquid.name.clone(),
@@ -86,22 +86,12 @@ impl Basis {
     }
 }
 
-fn covered(scene: &Scene, runs: &Runs, particle: usize) -> Option<Covered> {
-    let density = scene.particles[particle].density;
-    let numbers = |series: &Series, run: usize| {
-        let liquid = &scene.liquids[series.liquid];
-        let setting = Setting {
-            density,
-            diameter: runs.diameter[run],
-            liquid_density: liquid.density,
-            viscosity: liquid.viscosity,
-            film: runs.film[run],
-            surface_tension: liquid.surface_tension,
-        };
-        (setting.stokes(runs.impact_speed[run]), setting.film_ratio())
-    };
-    let of_particle = runs.series.iter().filter(|series| series.particle == particle);
-    let all = of_particle.flat_map(|series| series.runs().map(move |run| numbers(series, run)));
+fn covered(runs: &Runs, particle: usize) -> Option<Covered> {
+    let numbers = |run: usize| (1.0 / runs.inverse_stokes(run), runs.impacts.film_ratio[run]);
+    let all = runs
+        .series_of(particle)
+        .iter()
+        .flat_map(|series| series.runs().map(numbers));
     let wider = |[lo, hi]: [f64; 2], x: f64| [lo.min(x), hi.max(x)];
     all.fold(None, |covered: Option<Covered>, (stokes, film_ratio)| {
         let so_far = covered.unwrap_or(Covered {

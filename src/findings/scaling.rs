@@ -15,7 +15,6 @@ use crate::inference::laws::{
 };
 use crate::inference::least_squares::{Fit, Stop};
 use crate::inference::nested::{FTest, Spread};
-use crate::physics::numbers::stokes;
 use crate::runs::{FilmGroup, Runs, Series};
 use crate::scene::{Law, Scene};
 
@@ -102,7 +101,7 @@ pub(super) struct Pool {
 }
 
 impl Pool {
-    pub(super) fn new(scene: &Scene, runs: &Runs, series: &[Series], keep_speeds: bool) -> Pool {
+    pub(super) fn new(runs: &Runs, series: &[Series], keep_speeds: bool) -> Pool {
         let size: usize = series.iter().map(|s| s.rebounds.len()).sum();
         let mut pool = Pool {
             inverse_stokes: Vec::with_capacity(size),
@@ -111,18 +110,11 @@ impl Pool {
             stuck: series.iter().map(|s| s.stuck.len()).sum(),
         };
         for one in series {
-            let density = scene.particles[one.particle].density;
-            let viscosity = scene.liquids[one.liquid].viscosity;
             let range = one.rebounds.clone();
-            let speeds = &runs.impact_speed[range.clone()];
-            let diameters = &runs.diameter[range.clone()];
-            let inverse = speeds
-                .iter()
-                .zip(diameters)
-                .map(|(v, d)| 1.0 / stokes(density, *d, *v, viscosity));
-            pool.inverse_stokes.extend(inverse);
+            pool.inverse_stokes
+                .extend(range.clone().map(|run| runs.inverse_stokes(run)));
             if keep_speeds {
-                pool.speeds.extend_from_slice(speeds);
+                pool.speeds.extend_from_slice(&runs.impact_speed[range.clone()]);
             }
             pool.restitution.extend_from_slice(&runs.restitution[range]);
         }
@@ -200,7 +192,7 @@ fn squares_of_one(
     variance: &[f64],
     start: &[f64],
 ) -> f64 {
-    let pool = Pool::new(scene, runs, &runs.series[all.series.clone()], true);
+    let pool = Pool::new(runs, &runs.series[all.series.clone()], true);
     let own = own_dry_speed(scene, dry, all.particle);
     let offset = own.map_or_else(Vec::new, |own| own.offsets(&pool.speeds));
     let x = &pool.inverse_stokes;
@@ -220,7 +212,7 @@ fn both_laws(
     series: std::ops::Range<usize>,
 ) -> [(FittedScaling, Fit); 2] {
     let own = own_dry_speed(scene, dry, particle);
-    let pool = Pool::new(scene, runs, &runs.series[series.clone()], own.is_some());
+    let pool = Pool::new(runs, &runs.series[series.clone()], own.is_some());
     let x = &pool.inverse_stokes;
     let offset = own.as_ref().map_or_else(Vec::new, |own| own.offsets(&pool.speeds));
     let ranges = runs.series[series.clone()].iter().map(|one| one.rebounds.clone());
@@ -280,7 +272,7 @@ pub(super) fn square_root_of(
     particle: usize,
     series: &[Series],
 ) -> Option<[f64; 2]> {
-    let pool = Pool::new(scene, runs, series, true);
+    let pool = Pool::new(runs, series, true);
     let own = own_dry_speed(scene, dry, particle);
     let offset = own.as_ref().map_or_else(Vec::new, |own| own.offsets(&pool.speeds));
     let errors = Columns::of(runs, series.iter().map(|one| one.rebounds.clone()), own.as_ref());

@@ -7,7 +7,7 @@ use super::dry::{self, FittedDry};
 use super::scaling::FittedScaling;
 use super::series::SeriesFit;
 use crate::notice::Notice;
-use crate::physics::impact::DrySpeed;
+use crate::physics::DrySpeed;
 use crate::runs::{Runs, Table};
 use crate::scene::{Law, Scene};
 

@@ -77,6 +77,16 @@ pub trait OfSpeed: ResidualProblem {
     /// Residuals after those of the runs are something known of a parameter, in its standard errors. Fails as
     /// [`ResidualProblem::residuals`] does.
     fn in_speed(&self, b: &[f64], erring: &Erring) -> Result<InSpeed, OutOfDomain>;
+
+    /// Degrees of freedom that the residuals after those of the runs have by themselves.
+    fn own_freedom(&self) -> usize {
+        0
+    }
+
+    /// Squares that the residuals after those of the runs leave by themselves.
+    fn own_squares(&self) -> f64 {
+        0.0
+    }
 }
 
 /// How the runs of a fit were weighed.
@@ -241,7 +251,8 @@ fn settle<P: OfSpeed>(
     }
     let runs = erring.speed.len();
     let left_out = out.iter().filter(|out| **out).count();
-    let Some(freedom) = start.degrees_of_freedom.checked_sub(left_out).filter(|df| *df > 0) else {
+    let determined = problem.parameters() + problem.own_freedom() + left_out;
+    let Some(freedom) = problem.runs().checked_sub(determined).filter(|df| *df > 0) else {
         return Err(unsettled("too few runs have a speed known well enough"));
     };
     let mut parameters = start.parameters.clone();
@@ -258,7 +269,7 @@ fn settle<P: OfSpeed>(
         let Some((errors, count)) = errors_of(&in_speed, erring, &out) else {
             return Ok(None);
         };
-        let known: f64 = residuals[runs..].iter().map(|r| r * r).sum();
+        let known = residuals[runs..].iter().map(|r| r * r).sum::<f64>() - problem.own_squares();
         let wanted = (freedom as f64 - known).max(1.0);
         let intrinsic = intrinsic_variance(&residuals[..runs], &errors, wanted);
         let mut variance: Vec<f64> = errors.iter().map(|tau| intrinsic + tau).collect();
@@ -295,7 +306,7 @@ fn settle<P: OfSpeed>(
         fitted.residual_sum_of_squares = plain.map(|(r, _)| r * r).sum();
         fitted.residual_sd = Some((fitted.residual_sum_of_squares / freedom as f64).sqrt());
         let weighing = Weighing {
-            squares: squares - known,
+            squares: squares - known - problem.own_squares(),
             intrinsic_sd: intrinsic.sqrt(),
             reduced_chi_squared: over(&errors) / freedom as f64,
             erring: count,

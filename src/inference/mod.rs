@@ -5,9 +5,9 @@
 //! | `least_squares/` | Levenberg–Marquardt, covariance, verdict of a fit |
 //! | `effective_variance.rs` | weighs runs by what speed and restitution are measured to err by |
 //! | `laws.rs` | the dry, linear and square-root laws as least-squares problems |
-//! | `balance.rs` | the energy balance over all rebounds as a least-squares problem |
 //! | `arrow.rs` | symmetric matrices of parameters that are linear in the particles |
 //! | `information.rs` | the directions in which runs say more than was believed before |
+//! | `joint.rs` | every run in a row of one joint fit: residuals, slopes, sums; the fit itself |
 //! | `bootstrap/` | replicates and the intervals they give |
 //! | `laplace.rs` | mode and curvature of a posterior |
 //! | `posed.rs` | a posterior with its start, its nodes and its mode |
@@ -22,13 +22,13 @@
 
 pub mod accuracy;
 pub mod arrow;
-pub mod balance;
 pub mod bootstrap;
 pub mod delta;
 pub mod diagnostics;
 pub mod effective_variance;
 pub mod importance;
 pub mod information;
+pub mod joint;
 pub mod laplace;
 pub mod laws;
 pub mod least_squares;

@@ -1,22 +1,20 @@
 //! Lists the parameters a scene's runs call for, each with its unit, bounds, prior and where the prior comes from.
 
 use crate::error::{quoted, Error, Problem};
-use crate::physics::impact::Form;
-use crate::physics::inertia::Inertia;
+use crate::physics::coefficient::{Coefficients, LogNormal};
+use crate::physics::dry::{speed_root, DRY_K};
+use crate::physics::form::Term;
+use crate::physics::{self, Coefficient, DrySpeed, Form, Inertia};
 use crate::runs::Runs;
 use crate::scene::{least, within, Likelihood, NoiseOn, Prior, PriorChoice, Scene};
 
 /// What a parameter is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Kind {
     /// k of a particle, by its index in the scene
     DryK(usize),
-    /// L = ln(δc/ε)
-    LubricationLog,
-    /// C
-    InertialPrefactor,
-    /// δ̃0
-    FilmScale,
+    /// a parameter of a term, which particles share
+    Shared(Coefficient),
     /// spread of the dry restitutions
     SigmaDry,
     /// spread of the wet restitutions
@@ -32,13 +30,26 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// L = ln(δc/ε)
+    pub const LUBRICATION_LOG: Kind = Kind::Shared(Coefficient::LubricationLog);
+    /// C
+    pub const INERTIAL_PREFACTOR: Kind = Kind::Shared(Coefficient::InertialPrefactor);
+    /// δ̃0
+    pub const FILM_SCALE: Kind = Kind::Shared(Coefficient::FilmScale);
+
+    /// What the physics says of it; `None` of a parameter of the noise or a trend.
+    fn physical(self) -> Option<&'static physics::coefficient::Parameter> {
+        match self {
+            Kind::DryK(_) => Some(&DRY_K),
+            Kind::Shared(coefficient) => Some(coefficient.describe()),
+            _ => None,
+        }
+    }
+
     /// The key of its prior in a scene.
     pub fn key(self) -> &'static str {
         match self {
-            Kind::DryK(_) => "dry_k",
-            Kind::LubricationLog => "lubrication_log",
-            Kind::InertialPrefactor => "inertial_prefactor",
-            Kind::FilmScale => "film_scale",
+            Kind::DryK(_) | Kind::Shared(_) => self.physical().map_or("", |own| own.name),
             Kind::SigmaDry => "sigma_dry",
             Kind::SigmaWet => "sigma_wet",
             Kind::SigmaEnergy => "sigma_energy",
@@ -48,13 +59,18 @@ impl Kind {
         }
     }
 
+    /// Its name in files: `lubrication_log`, `dry_k[PTFE]`.
+    pub fn name(self, scene: &Scene) -> String {
+        match self {
+            Kind::DryK(particle) => format!("{}[{}]", self.key(), scene.particles[particle].name),
+            _ => self.key().to_owned(),
+        }
+    }
+
     /// The letter of the formulas.
     pub fn symbol(self) -> &'static str {
         match self {
-            Kind::DryK(_) => "k",
-            Kind::LubricationLog => "L",
-            Kind::InertialPrefactor => "C",
-            Kind::FilmScale => "δ̃0",
+            Kind::DryK(_) | Kind::Shared(_) => self.physical().map_or("", |own| own.symbol),
             Kind::SigmaDry => "σ_dry",
             Kind::SigmaWet => "σ_wet",
             Kind::SigmaEnergy => "σ_r",
@@ -66,35 +82,15 @@ impl Kind {
 
     /// Its unit.
     pub fn unit(self) -> &'static str {
-        match self {
-            Kind::DryK(_) => "(m/s)^(-1/5)",
-            _ => "1",
-        }
+        self.physical().map_or("1", |own| own.unit)
     }
 
     /// Its default prior, with the reason for it.
-    fn default_prior(self, inertia: Inertia) -> (Prior, &'static str) {
+    fn default_prior(self, form: Form) -> (Prior, &'static str) {
+        let of_physics = |prior: LogNormal| (Prior::LogNormal(prior.median, prior.ln_sd), prior.reason);
         match self {
-            Kind::DryK(_) => (
-                Prior::LogNormal(0.15, 0.5),
-                "default: 0.123 and 0.183 were measured for two plastics, a factor 2.7 either way holds 95 %",
-            ),
-            Kind::LubricationLog => (
-                Prior::LogNormal(3.0, 0.5),
-                "default: film of some 10 to 1000 roughnesses where the sphere turns round",
-            ),
-            Kind::InertialPrefactor if inertia == Inertia::Saturating => (
-                Prior::LogNormal(0.3, 0.5),
-                "default: the published data level off near 0.25",
-            ),
-            Kind::InertialPrefactor => (
-                Prior::LogNormal(1.0, 0.5),
-                "default: the formula as derived has prefactor 1",
-            ),
-            Kind::FilmScale => (
-                Prior::LogNormal(0.07, 0.5),
-                "default: the published data level off near a film ratio of 0.07",
-            ),
+            Kind::DryK(_) => of_physics(DRY_K.prior),
+            Kind::Shared(coefficient) => of_physics(form.prior(coefficient)),
             Kind::SigmaEnergy => (
                 Prior::HalfNormal(0.1),
                 "default: a spread of the energy kept above 0.2 would be no measurement",
@@ -121,22 +117,28 @@ impl Kind {
     /// Its place in a full vector of parameters.
     pub fn slot(self) -> usize {
         match self {
-            Kind::LubricationLog => 0,
-            Kind::InertialPrefactor => 1,
-            Kind::FilmScale => 2,
-            Kind::SigmaWet => 3,
-            Kind::SigmaDry => 4,
-            Kind::SigmaEnergy => 5,
-            Kind::LubricationTrend => 6,
-            Kind::InertialTrend => 7,
-            Kind::Nu => 8,
+            Kind::Shared(coefficient) => coefficient as usize,
+            Kind::SigmaWet => Coefficient::COUNT,
+            Kind::SigmaDry => Coefficient::COUNT + 1,
+            Kind::SigmaEnergy => Coefficient::COUNT + 2,
+            Kind::LubricationTrend => Coefficient::COUNT + 3,
+            Kind::InertialTrend => Coefficient::COUNT + 4,
+            Kind::Nu => Coefficient::COUNT + 5,
             Kind::DryK(particle) => COMMON_SLOTS + particle,
         }
     }
 }
 
+/// The parameters of the energy balance of one particle, from a full vector.
+pub fn physical(full: &[f64], particle: usize) -> physics::Parameters {
+    physics::Parameters {
+        dry_k: full[Kind::DryK(particle).slot()],
+        shared: Coefficients::first_of(full),
+    }
+}
+
 /// Places of a full vector before the k of the particles.
-pub const COMMON_SLOTS: usize = 9;
+pub const COMMON_SLOTS: usize = Coefficient::COUNT + 6;
 
 /// What is believed of a trend with the film ratio before the runs.
 const TREND_PRIOR: Prior = Prior::Normal(0.0, 1.0);
@@ -169,6 +171,12 @@ pub struct LeftOut {
     pub reason: String,
 }
 
+/// Why a parameter is not sampled, and the value it is held at; `None` where no formula in use reads it.
+struct NotSampled {
+    value: Option<f64>,
+    reason: String,
+}
+
 /// The parameters of a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameters {
@@ -185,7 +193,6 @@ impl Parameters {
     ///
     /// Fails where a prior of the scene leaves a parameter no room inside its bounds, or no density that can be sampled.
     pub fn of(scene: &Scene, runs: &Runs, form: Form) -> Result<Parameters, Error> {
-        let inertia = form.inertia;
         let wet = !runs.series.is_empty();
         let dry = !runs.dry.is_empty();
         let mut parameters = Parameters {
@@ -196,50 +203,46 @@ impl Parameters {
         for trend in [Kind::LubricationTrend, Kind::InertialTrend] {
             parameters.template[trend.slot()] = 0.0;
         }
+        let unread = |text: &str| NotSampled {
+            value: None,
+            reason: text.to_owned(),
+        };
         for particle in 0..scene.particles.len() {
             let fastest = fastest(runs, particle, form);
-            let why_not = fastest.is_none().then(|| "the particle has no runs in use".to_owned());
+            let why_not = fastest.is_none().then(|| unread("the particle has no runs in use"));
             // e_dry is positive and falls at every speed in use; beyond, e_dry² grows again and a second mode appears
-            let most = fastest.map_or(f64::INFINITY, |v| form.dry.largest_loss() * v.powf(-0.2));
-            parameters.add(
-                scene,
-                Kind::DryK(particle),
-                (0.0, most),
-                inertia,
-                why_not.map(|why| (None, why)),
-            )?;
+            let most = fastest.map_or(f64::INFINITY, |v| form.dry.largest_loss() / speed_root(v));
+            parameters.add(scene, form, Kind::DryK(particle), (0.0, most), why_not)?;
         }
-        let no_wet = || (!wet).then(|| (None, "no wet runs in use".to_owned()));
+        let no_wet = || (!wet).then(|| unread("no wet runs in use"));
         let above = (0.0, f64::INFINITY);
-        let no_viscous =
-            || (!form.viscous).then(|| (Some(0.0), "the viscous loss is left out of the model".to_owned()));
-        parameters.add(scene, Kind::LubricationLog, above, inertia, no_wet().or(no_viscous()))?;
-        if inertia != Inertia::None {
-            let held = |kind: Kind| Some(prior_of(scene, kind, inertia).0.median());
-            let one_film = films(scene, runs) == 1;
-            let why = (one_film && !dry).then(|| {
-                let text = "one film ratio and no dry runs: the inertial prefactor and e_dry cannot be told apart; held at its prior median, which dry_k then rests on; add dry runs or another film ratio";
-                (held(Kind::InertialPrefactor), text.to_owned())
-            });
-            parameters.add(scene, Kind::InertialPrefactor, above, inertia, no_wet().or(why))?;
-            if inertia.has_film_scale() {
-                let why = one_film.then(|| {
-                    let text = "one film ratio: the film scale and the inertial prefactor cannot be told apart; held at its prior median, add another film ratio";
-                    (held(Kind::FilmScale), text.to_owned())
-                });
-                parameters.add(scene, Kind::FilmScale, above, inertia, no_wet().or(why))?;
-            }
+        let viscous = Kind::LUBRICATION_LOG;
+        if !Term::Viscous.is_held(form) {
+            let left_out = NotSampled {
+                value: Some(0.0),
+                reason: "the viscous loss is left out of the model".to_owned(),
+            };
+            parameters.add(scene, form, viscous, above, no_wet().or(Some(left_out)))?;
         }
-        let no_dry = || (!dry).then(|| (None, "no dry runs in use".to_owned()));
-        parameters.add(scene, Kind::SigmaDry, above, inertia, no_dry())?;
-        parameters.add(scene, Kind::SigmaWet, above, inertia, no_wet())?;
+        let films = films(scene, runs);
+        for coefficient in form.coefficients() {
+            let kind = Kind::Shared(coefficient);
+            let why_not = confounded(coefficient, films, dry).map(|reason| NotSampled {
+                value: Some(prior_of(scene, kind, form).0.median()),
+                reason: reason.to_owned(),
+            });
+            parameters.add(scene, form, kind, above, no_wet().or(why_not))?;
+        }
+        let no_dry = || (!dry).then(|| unread("no dry runs in use"));
+        parameters.add(scene, form, Kind::SigmaDry, above, no_dry())?;
+        parameters.add(scene, form, Kind::SigmaWet, above, no_wet())?;
         if scene.model.noise == NoiseOn::Both {
-            parameters.add(scene, Kind::SigmaEnergy, above, inertia, no_wet())?;
+            parameters.add(scene, form, Kind::SigmaEnergy, above, no_wet())?;
         }
         if scene.model.likelihood == Likelihood::Student {
-            let why_not = runs.is_empty().then(|| (None, "no runs in use".to_owned()));
+            let why_not = runs.is_empty().then(|| unread("no runs in use"));
             let bounds = (least(Kind::Nu.key()), f64::INFINITY);
-            parameters.add(scene, Kind::Nu, bounds, inertia, why_not)?;
+            parameters.add(scene, form, Kind::Nu, bounds, why_not)?;
         }
         Ok(parameters)
     }
@@ -248,7 +251,8 @@ impl Parameters {
     ///
     /// `trend` is [`Kind::LubricationTrend`] or [`Kind::InertialTrend`].
     pub fn with_trend(mut self, trend: Kind) -> Parameters {
-        let (prior, source) = trend.default_prior(Inertia::None);
+        // that of a trend is the same in every form
+        let (prior, source) = trend.default_prior(Form::new(Inertia::None, DrySpeed::Impact));
         self.sampled.push(Parameter {
             kind: trend,
             name: trend.key().to_owned(),
@@ -262,31 +266,28 @@ impl Parameters {
     fn add(
         &mut self,
         scene: &Scene,
+        form: Form,
         kind: Kind,
         bounds: (f64, f64),
-        inertia: Inertia,
-        why_not: Option<(Option<f64>, String)>,
+        why_not: Option<NotSampled>,
     ) -> Result<(), Error> {
-        let name = match kind {
-            Kind::DryK(particle) => format!("dry_k[{}]", scene.particles[particle].name),
-            other => other.key().to_owned(),
+        let name = kind.name(scene);
+        let (prior, source) = prior_of(scene, kind, form);
+        let held_by_scene = |value: f64| NotSampled {
+            value: Some(value),
+            reason: "held by the scene's prior".to_owned(),
         };
-        let (prior, source) = prior_of(scene, kind, inertia);
         let left_out = match (why_not, prior) {
-            (None, Prior::Fixed(value)) => Some((Some(value), "held by the scene's prior".to_owned())),
             // what no run reads stays unread; what cannot be told is held where the scene holds it
-            (Some((Some(_), _)), Prior::Fixed(value)) => Some((Some(value), "held by the scene's prior".to_owned())),
+            (None | Some(NotSampled { value: Some(_), .. }), Prior::Fixed(value)) => Some(held_by_scene(value)),
             (why, _) => why,
         };
-        if let Some((value, reason)) = left_out {
+        if let Some(NotSampled { value, reason }) = left_out {
             if let Some(value) = value {
-                // C may be held at 0, which its logarithm cannot reach, and L is 0 where there is no viscous loss
-                let lowest_allowed = value == 0.0
-                    && match kind {
-                        Kind::InertialPrefactor => true,
-                        Kind::LubricationLog => !matches!(prior, Prior::Fixed(_)),
-                        _ => false,
-                    };
+                // a loss that is not held has 0 of its parameter, and C may be held at 0, too
+                let held = !matches!(prior, Prior::Fixed(_));
+                let lowest_allowed =
+                    value == 0.0 && (held || kind.physical().is_some_and(|parameter| parameter.may_be_zero));
                 if !(lowest_allowed || value > bounds.0 && value < bounds.1) {
                     return Err(no_room(scene, kind, &prior, within("a value", bounds)));
                 }
@@ -345,10 +346,10 @@ impl Parameters {
 }
 
 /// The prior of a parameter and where it comes from: that of one particle goes before that of all.
-pub fn prior_of(scene: &Scene, kind: Kind, inertia: Inertia) -> (Prior, &'static str) {
+pub fn prior_of(scene: &Scene, kind: Kind, form: Form) -> (Prior, &'static str) {
     match choice_of(scene, kind) {
         Some(choice) => (choice.prior, "the scene"),
-        None => kind.default_prior(inertia),
+        None => kind.default_prior(form),
     }
 }
 
@@ -399,6 +400,22 @@ fn fastest(runs: &Runs, particle: usize, form: Form) -> Option<f64> {
     let wet = runs.series.iter().filter(|series| series.particle == particle);
     let wet = wet.flat_map(|series| of(series.runs())).map(|v| form.dry_speed.of(v));
     dry.chain(wet).reduce(f64::max)
+}
+
+/// Why a parameter cannot be told from another by wet runs of so many film ratios, with or without dry runs; `None` if it
+/// can.
+fn confounded(coefficient: Coefficient, films: usize, dry: bool) -> Option<&'static str> {
+    match coefficient {
+        Coefficient::InertialPrefactor if films == 1 && !dry => Some(
+            "one film ratio and no dry runs: the inertial prefactor and e_dry cannot be told apart; held at its prior \
+             median, which dry_k then rests on; add dry runs or another film ratio",
+        ),
+        Coefficient::FilmScale if films == 1 => Some(
+            "one film ratio: the film scale and the inertial prefactor cannot be told apart; held at its prior median, \
+             add another film ratio",
+        ),
+        _ => None,
+    }
 }
 
 /// Film ratios that differ by more than the gap at which groups are split.

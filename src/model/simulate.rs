@@ -6,9 +6,8 @@ use rand_distr::{Distribution, Exp1, StandardNormal};
 
 use crate::error::Error;
 use crate::model::likelihood::tails::Tails;
-use crate::physics::impact::{kept_energy, Parameters, Setting};
-use crate::physics::inertia::Inertia;
-use crate::physics::rebound;
+use crate::physics::coefficient::Coefficients;
+use crate::physics::{kept_energy, rebound, Coefficient, Parameters, Setting};
 use crate::runs::NewRun;
 use crate::scene::{Design, Noise, Scene, Truth};
 use crate::seed::stream;
@@ -30,9 +29,7 @@ pub struct Simulation<'s> {
 /// The truth's numbers, each of them given.
 #[derive(Debug, Clone, Copy)]
 struct Values {
-    lubrication_log: f64,
-    inertial_prefactor: f64,
-    film_scale: f64,
+    shared: Coefficients,
     sigma_dry: f64,
     sigma_wet: f64,
     nu: f64,
@@ -46,17 +43,16 @@ impl Values {
             if value.is_none() && needed {
                 missing.push(format!("`{name}`"));
             }
-            // a number the inertial form does not read
+            // a number that is not read
             value.unwrap_or(1.0)
         };
+        let form = truth.form();
+        let shared = Coefficient::ALL.map(|coefficient| {
+            let value = truth.value(coefficient);
+            need(coefficient.describe().name, value, form.has(coefficient))
+        });
         let values = Values {
-            lubrication_log: need("lubrication_log", truth.lubrication_log, truth.form().viscous),
-            inertial_prefactor: need(
-                "inertial_prefactor",
-                truth.inertial_prefactor,
-                truth.inertia != Inertia::None,
-            ),
-            film_scale: need("film_scale", truth.film_scale, truth.inertia.has_film_scale()),
+            shared: Coefficients::first_of(&shared),
             sigma_dry: need("sigma_dry", truth.sigma_dry, true),
             sigma_wet: need("sigma_wet", truth.sigma_wet, true),
             nu: need("nu", truth.nu, truth.noise == Noise::Student),
@@ -167,9 +163,7 @@ impl<'s> Simulation<'s> {
                 };
                 let parameters = Parameters {
                     dry_k: k,
-                    lubrication_log: self.values.lubrication_log,
-                    inertial_prefactor: self.values.inertial_prefactor,
-                    film_scale: self.values.film_scale,
+                    shared: self.values.shared,
                 };
                 let truth = self.truth;
                 let kept = kept_energy(&setting, truth.form(), &parameters, v);

@@ -4,6 +4,36 @@
 
 use std::f64::consts::PI;
 
+use super::coefficient::{Coefficient, Coefficients};
+use super::loss::{AtFilm, Fixed, Loss, Setting};
+
+/// Whether the rupture of the bridge is held; it takes nothing where the liquid's surface tension is not known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Bridge(pub bool);
+
+impl Loss for Bridge {
+    fn coefficients(&self) -> &'static [Coefficient] {
+        &[]
+    }
+
+    fn at(&self, _: f64, _: &Coefficients) -> AtFilm {
+        AtFilm::default()
+    }
+
+    fn fixed(&self, setting: &Setting) -> Option<Fixed> {
+        self.0.then(|| Fixed {
+            over_speed: 0.0,
+            over_square: setting.surface_tension.map_or(0.0, |gamma| {
+                kappa(gamma, setting.density, setting.diameter, setting.film)
+            }),
+        })
+    }
+
+    fn formula(&self, _: &str) -> Option<String> {
+        self.0.then(|| "κ/v²".to_owned())
+    }
+}
+
 /// Volume of the bridge, taken as the immersed cap: π δ² (D/2 − δ/3), m³. Lengths in m, δ ≤ D.
 pub fn volume(diameter: f64, film: f64) -> f64 {
     PI * film * film * (diameter / 2.0 - film / 3.0)

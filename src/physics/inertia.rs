@@ -2,6 +2,48 @@
 //!
 //! The loss is C ρ̃ g(δ̃): C `inertial_prefactor`, ρ̃ `density_ratio`, δ̃ `film_ratio`, g the shape given here.
 
+use super::coefficient::{Coefficient, Coefficients, LogNormal, Parameter};
+use super::loss::{AtFilm, Fixed, Loss, Setting, Share, Slope};
+
+/// C, scale of the loss.
+pub const PREFACTOR: Parameter = Parameter {
+    name: "inertial_prefactor",
+    symbol: "C",
+    words: "the inertial prefactor",
+    unit: "1",
+    grid: &[],
+    must_be_positive: false,
+    may_be_zero: true,
+    prior: LogNormal {
+        median: 1.0,
+        ln_sd: 0.5,
+        reason: "default: the formula as derived has prefactor 1",
+    },
+};
+
+/// What is believed of C in the saturating form, whose shape ends at 1.
+const LEVEL: LogNormal = LogNormal {
+    median: 0.3,
+    ln_sd: 0.5,
+    reason: "default: the published data level off near 0.25",
+};
+
+/// δ̃0, the film ratio over which the saturating form rises.
+pub const FILM_SCALE: Parameter = Parameter {
+    name: "film_scale",
+    symbol: "δ̃0",
+    words: "the film scale",
+    unit: "1",
+    grid: &[0.01, 0.025, 0.05, 0.1, 0.2, 0.5],
+    must_be_positive: true,
+    may_be_zero: false,
+    prior: LogNormal {
+        median: 0.07,
+        ln_sd: 0.5,
+        reason: "default: the published data level off near a film ratio of 0.07",
+    },
+};
+
 /// Shape g(δ̃) of the inertial loss.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Inertia {
@@ -29,6 +71,16 @@ impl Inertia {
         }
     }
 
+    /// The shape as a formula, with its source; `None` where there is no loss.
+    pub fn shape_formula(self) -> Option<&'static str> {
+        match self {
+            Inertia::Stepwise => Some("g(δ̃) = δ̃ (3 − 6 δ̃ + 4 δ̃²) (stepwise, eq. Eint2)"),
+            Inertia::Cap => Some("g(δ̃) = 2 δ̃ (3 − 5 δ̃ + 2 δ̃²) (cap, eq. Eint1)"),
+            Inertia::Saturating => Some("g(δ̃) = 1 − exp(−δ̃/δ̃0) (saturating, empirical)"),
+            Inertia::None => None,
+        }
+    }
+
     /// Largest film ratio at which the form means anything.
     pub fn valid_to(self) -> f64 {
         match self {
@@ -43,14 +95,21 @@ impl Inertia {
         self == Inertia::Saturating
     }
 
+    /// What is believed of C before any run.
+    pub fn prefactor_prior(self) -> LogNormal {
+        match self {
+            Inertia::Saturating => LEVEL,
+            Inertia::Stepwise | Inertia::Cap | Inertia::None => PREFACTOR.prior,
+        }
+    }
+
     /// g(δ̃); `film_scale` is read by the saturating form only.
     pub fn shape(self, film_ratio: f64, film_scale: f64) -> f64 {
         let x = film_ratio;
         match self {
             Inertia::Stepwise => x * (3.0 + x * (-6.0 + 4.0 * x)),
             Inertia::Cap => 2.0 * x * (3.0 + x * (-5.0 + 2.0 * x)),
-            // exp_m1 keeps thin films exact where 1 − exp would cancel
-            Inertia::Saturating => -(-x / film_scale).exp_m1(),
+            Inertia::Saturating => saturating(x / film_scale)[0],
             Inertia::None => 0.0,
         }
     }
@@ -62,7 +121,7 @@ impl Inertia {
             // 3 − 12 δ̃ + 12 δ̃² as the square it is, which vanishes at δ̃ = 0.5 without cancelling
             Inertia::Stepwise => 3.0 * (1.0 - 2.0 * x) * (1.0 - 2.0 * x),
             Inertia::Cap => 6.0 + x * (-20.0 + 12.0 * x),
-            Inertia::Saturating => (-x / film_scale).exp() / film_scale,
+            Inertia::Saturating => saturating(x / film_scale)[1] / film_scale,
             Inertia::None => 0.0,
         }
     }
@@ -70,20 +129,68 @@ impl Inertia {
     /// dg/dδ̃0; zero for every form without a film scale.
     pub fn slope_film_scale(self, film_ratio: f64, film_scale: f64) -> f64 {
         match self {
-            Inertia::Saturating => -film_ratio / (film_scale * film_scale) * (-film_ratio / film_scale).exp(),
+            Inertia::Saturating => self.shape_and_slope_film_scale(film_ratio, film_scale).1,
             Inertia::Stepwise | Inertia::Cap | Inertia::None => 0.0,
         }
     }
 
-    /// g and dg/dδ̃0 together, with one exponential for films thinner than the scale.
+    /// g and dg/dδ̃0 together, with one exponential.
     pub fn shape_and_slope_film_scale(self, film_ratio: f64, film_scale: f64) -> (f64, f64) {
-        let shape = self.shape(film_ratio, film_scale);
         match self {
-            // beyond, 1 − g cancels
-            Inertia::Saturating if shape < 0.5 => (shape, -film_ratio / (film_scale * film_scale) * (1.0 - shape)),
-            Inertia::Saturating => (shape, self.slope_film_scale(film_ratio, film_scale)),
-            Inertia::Stepwise | Inertia::Cap | Inertia::None => (shape, 0.0),
+            Inertia::Saturating => {
+                let [shape, left] = saturating(film_ratio / film_scale);
+                (shape, -film_ratio / (film_scale * film_scale) * left)
+            }
+            Inertia::Stepwise | Inertia::Cap | Inertia::None => (self.shape(film_ratio, film_scale), 0.0),
         }
+    }
+}
+
+/// 1 − exp(−x) and exp(−x): each is computed where it is the smaller one, so that neither cancels.
+fn saturating(x: f64) -> [f64; 2] {
+    if x < std::f64::consts::LN_2 {
+        let risen = -(-x).exp_m1();
+        [risen, 1.0 - risen]
+    } else {
+        let left = (-x).exp();
+        [1.0 - left, left]
+    }
+}
+
+impl Loss for Inertia {
+    fn coefficients(&self) -> &'static [Coefficient] {
+        match self {
+            Inertia::None => &[],
+            Inertia::Stepwise | Inertia::Cap => &[Coefficient::InertialPrefactor],
+            Inertia::Saturating => &[Coefficient::InertialPrefactor, Coefficient::FilmScale],
+        }
+    }
+
+    fn at(&self, film_ratio: f64, values: &Coefficients) -> AtFilm {
+        if *self == Inertia::None {
+            return AtFilm::default();
+        }
+        let c = values[Coefficient::InertialPrefactor];
+        let (shape, slope) = self.shape_and_slope_film_scale(film_ratio, values[Coefficient::FilmScale]);
+        let share = |inertial: f64| Share { inertial, viscous: 0.0 };
+        let slope_of = |of: Coefficient, slope: f64| Slope {
+            of,
+            share: share(slope),
+        };
+        let prefactor = slope_of(Coefficient::InertialPrefactor, shape);
+        let scale = || slope_of(Coefficient::FilmScale, c * slope);
+        AtFilm {
+            share: share(c * shape),
+            slopes: [Some(prefactor), self.has_film_scale().then(scale)],
+        }
+    }
+
+    fn fixed(&self, _: &Setting) -> Option<Fixed> {
+        None
+    }
+
+    fn formula(&self, film: &str) -> Option<String> {
+        (*self != Inertia::None).then(|| format!("C ρ̃ g({film})"))
     }
 }
 

@@ -19,6 +19,22 @@ pub fn slope_mean_restitution(kept: f64) -> f64 {
     (0.5 * kept * kept + turn4) / (square * square.sqrt().sqrt())
 }
 
+/// m(r) and m′(r) with two roots and one division.
+#[inline(always)]
+pub fn mean_and_slope(kept: f64) -> (f64, f64) {
+    const TURN4: f64 = TURN * TURN * TURN * TURN;
+    let square = kept * kept + TURN4;
+    let inverse = 1.0 / (square * square.sqrt().sqrt());
+    (kept * square * inverse, (0.5 * kept * kept + TURN4) * inverse)
+}
+
+/// d²m/dr².
+pub fn bend_mean_restitution(kept: f64) -> f64 {
+    let turn4 = TURN.powi(4);
+    let square = kept * kept + turn4;
+    -kept * (0.25 * kept * kept + 1.5 * turn4) / (square * square * square.sqrt().sqrt())
+}
+
 /// The r at which m(r) is this: the inverse of [`mean_restitution`].
 pub fn kept_of_mean_restitution(mean: f64) -> f64 {
     // r⁴ = m⁴ (r² + τ⁴), a quadratic in r²
@@ -109,8 +125,13 @@ mod tests {
     fn slope_agrees_with_differences() {
         for r in [-0.3_f64, -2e-4, 3.1e-5, 1.7e-4, 0.013, 0.62] {
             let h = 1e-6 * f64::max(r.abs(), 1e-4);
+            let (mean, slope) = mean_and_slope(r);
+            assert!((mean / mean_restitution(r) - 1.0).abs() < 1e-15);
+            assert!((slope / slope_mean_restitution(r) - 1.0).abs() < 1e-15);
             let difference = (mean_restitution(r + h) - mean_restitution(r - h)) / (2.0 * h);
             assert!((difference / slope_mean_restitution(r) - 1.0).abs() < 1e-6, "{r}");
+            let of_slope = (slope_mean_restitution(r + h) - slope_mean_restitution(r - h)) / (2.0 * h);
+            assert!((of_slope / bend_mean_restitution(r) - 1.0).abs() < 1e-6, "{r}");
         }
     }
 

@@ -1,8 +1,10 @@
 //! Gives the restitution of one sphere, liquid and film at any speed: the parameters fixed, what they fix computed once.
 
-use super::dry::Order;
-use super::impact::{DrySpeed, Form, Parameters, Setting};
-use super::viscous;
+use super::balance::{Balance, Impact};
+use super::coefficient::Parameters;
+use super::dry::{speed_root, Order};
+use super::form::{DrySpeed, Form};
+use super::loss::{Fixed, Setting};
 
 /// e(v) = √r of the energy balance r = e_dry² − C ρ̃ g(δ̃) − 4 L/St at fixed parameters; 0 where r is not positive.
 ///
@@ -13,15 +15,15 @@ use super::viscous;
 /// empirical.
 ///
 /// ```
-/// # use wetcor::physics::impact::{DrySpeed, Form, Parameters, Setting};
-/// # use wetcor::physics::{inertia::Inertia, restitution::Restitution};
+/// # use wetcor::physics::{Coefficient, DrySpeed, Form, Inertia, Parameters, Restitution, Setting};
 /// # let sphere = Setting {
 /// #     density: 2150.0, diameter: 4.762e-3, liquid_density: 930.0, viscosity: 9.3e-3, film: 286e-6,
 /// #     surface_tension: None,
 /// # };
-/// # let parameters = Parameters {
-/// #     dry_k: 0.183, lubrication_log: 1.85, inertial_prefactor: 0.47, film_scale: 0.069,
-/// # };
+/// # let parameters = Parameters::new(0.183)
+/// #     .with(Coefficient::LubricationLog, 1.85)
+/// #     .with(Coefficient::InertialPrefactor, 0.47)
+/// #     .with(Coefficient::FilmScale, 0.069);
 /// // a sphere and parameters as on the crate's page
 /// let form = Form::new(Inertia::Saturating, DrySpeed::Reference(2.0));
 /// let e_n = Restitution::new(&sphere, form, &parameters);
@@ -32,12 +34,10 @@ use super::viscous;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Restitution {
     dry: Dry,
-    /// C ρ̃ g(δ̃)
-    inertial: f64,
-    /// −β, the viscous loss times the impact speed, m/s
-    viscous: f64,
-    /// κ, the bridge's loss times the square of the impact speed, m²/s²
-    bridge: f64,
+    /// loss whatever the speed
+    constant: f64,
+    /// losses that fall with 1/v, m/s, and with 1/v², m²/s²
+    falling: Fixed,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,20 +48,30 @@ enum Dry {
     Own(f64, Order),
 }
 
+impl Dry {
+    /// k v^(1/5), held beyond the speed the law is valid to: e_dry is then zero to first order, its minimum to second.
+    fn loss(order: Order, dry_k: f64, speed: f64) -> f64 {
+        (dry_k * speed_root(speed)).min(order.largest_loss())
+    }
+}
+
 impl Restitution {
     /// The law of this sphere, liquid and film with these parameters.
     pub fn new(setting: &Setting, form: Form, parameters: &Parameters) -> Restitution {
-        let shape = form.inertia.shape(setting.film_ratio(), parameters.film_scale);
-        let (l, k) = (parameters.lubrication_log, parameters.dry_k);
-        let beta = viscous::beta(l, setting.viscosity, setting.density, setting.diameter);
+        let Balance { lost, dry_k, order, .. } = Balance::new(form, setting.of_film(), parameters);
+        let fixed = form.fixed(setting).unwrap_or_default();
+        // what falls with 1/v has its coefficient as its value at 1 m/s
+        let over_speed = lost.over_stokes * Impact::new(setting, form, 1.0).over_stokes;
         Restitution {
             dry: match form.dry_speed {
-                DrySpeed::Reference(speed) => Dry::Fixed(e_dry(form.dry, k, speed).powi(2)),
-                DrySpeed::Impact => Dry::Own(k, form.dry),
+                DrySpeed::Reference(speed) => Dry::Fixed(order.of_loss(Dry::loss(order, dry_k, speed))[0].powi(2)),
+                DrySpeed::Impact => Dry::Own(dry_k, order),
             },
-            inertial: parameters.inertial_prefactor * setting.density_ratio() * shape,
-            viscous: if form.viscous { -beta } else { 0.0 },
-            bridge: if form.bridge { setting.bridge_kappa() } else { 0.0 },
+            constant: lost.constant,
+            falling: Fixed {
+                over_speed: fixed.over_speed + over_speed,
+                ..fixed
+            },
         }
     }
 
@@ -69,10 +79,10 @@ impl Restitution {
     pub fn kept_energy(&self, impact_speed: f64) -> f64 {
         let dry = match self.dry {
             Dry::Fixed(square) => square,
-            Dry::Own(k, order) => e_dry(order, k, impact_speed).powi(2),
+            Dry::Own(k, order) => order.of_loss(Dry::loss(order, k, impact_speed))[0].powi(2),
         };
         let inverse = 1.0 / impact_speed;
-        dry - self.inertial - (self.viscous + self.bridge * inverse) * inverse
+        dry - self.constant - (self.falling.over_speed + self.falling.over_square * inverse) * inverse
     }
 
     /// The restitution at an impact speed above zero, m/s.
@@ -89,26 +99,21 @@ impl Restitution {
         let dry = match self.dry {
             Dry::Fixed(_) => 0.0,
             Dry::Own(k, order) => {
-                2.0 * e_dry(order, k, impact_speed) * impact_speed * order.slope_impact_speed(k, impact_speed)
+                let z = Dry::loss(order, k, impact_speed);
+                2.0 * order.of_loss(z)[0] * order.in_log_speed(z)[0]
             }
         };
-        Some((dry + (self.viscous + 2.0 * self.bridge / impact_speed) / impact_speed) / (2.0 * kept))
-    }
-}
-
-/// The dry law, held beyond the speed it is valid to: at zero to first order, at its minimum to second.
-fn e_dry(order: Order, dry_k: f64, speed: f64) -> f64 {
-    match order {
-        Order::First => order.restitution(dry_k, speed).max(0.0),
-        Order::Second => order.restitution(dry_k, speed.min(order.speed_limit(dry_k))),
+        Some((dry - self.falling.at(impact_speed)[1]) / (2.0 * kept))
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::dry;
-    use super::super::impact::kept_energy;
+    use super::super::balance::kept_energy;
+    use super::super::coefficient::Coefficient;
+    use super::super::form::Term;
     use super::super::inertia::Inertia;
+    use super::super::viscous::Viscous;
     use super::*;
 
     const SETTING: Setting = Setting {
@@ -119,38 +124,26 @@ mod tests {
         film: 286e-6,
         surface_tension: Some(20.1e-3),
     };
-    const PARAMETERS: Parameters = Parameters {
-        dry_k: 0.183,
-        lubrication_log: 1.92,
-        inertial_prefactor: 0.41,
-        film_scale: 0.068,
-    };
+    fn parameters() -> Parameters {
+        Parameters::new(0.183)
+            .with(Coefficient::LubricationLog, 1.92)
+            .with(Coefficient::InertialPrefactor, 0.41)
+            .with(Coefficient::FilmScale, 0.068)
+    }
 
     fn forms(inertia: Inertia) -> [Form; 4] {
         let [own, fixed] = [DrySpeed::Impact, DrySpeed::Reference(1.9)].map(|speed| Form::new(inertia, speed));
-        let every = Form {
-            bridge: true,
-            dry: Order::Second,
-            ..own
-        };
-        [
-            own,
-            fixed,
-            every,
-            Form {
-                viscous: false,
-                ..fixed
-            },
-        ]
+        let every = Term::DrySecondOrder.toggled(Term::Bridge.toggled(own));
+        [own, fixed, every, Term::Viscous.toggled(fixed)]
     }
 
     #[test]
     fn it_is_the_root_of_the_energy_kept_and_zero_below_the_threshold() {
         for inertia in Inertia::ALL {
             for form in forms(inertia) {
-                let law = Restitution::new(&SETTING, form, &PARAMETERS);
+                let law = Restitution::new(&SETTING, form, &parameters());
                 for v in [0.02, 0.11, 0.9, 1.37, 4.0] {
-                    let kept = kept_energy(&SETTING, form, &PARAMETERS, v);
+                    let kept = kept_energy(&SETTING, form, &parameters(), v);
                     assert!((law.kept_energy(v) - kept).abs() < 1e-13 * (1.0 + kept.abs()), "{v}");
                     assert_eq!(law.at(v) == 0.0, kept <= 0.0);
                     assert!(kept <= 0.0 || (law.at(v) / kept.sqrt() - 1.0).abs() < 1e-12);
@@ -162,7 +155,7 @@ mod tests {
     #[test]
     fn the_slope_agrees_with_differences_and_is_none_without_rebound() {
         for form in forms(Inertia::Saturating) {
-            let law = Restitution::new(&SETTING, form, &PARAMETERS);
+            let law = Restitution::new(&SETTING, form, &parameters());
             for v in [0.31, 0.87, 2.3] {
                 let h: f64 = 1e-5;
                 let difference = (law.at(v * h.exp()) / law.at(v * (-h).exp())).ln() / (2.0 * h);
@@ -172,7 +165,7 @@ mod tests {
                     "{difference} {slope}"
                 );
             }
-            assert!(!form.viscous || law.log_slope(0.02).is_none());
+            assert!(form.viscous == Viscous::None || law.log_slope(0.02).is_none());
         }
     }
 
@@ -181,11 +174,11 @@ mod tests {
     fn beyond_the_dry_laws_limit_there_is_no_rebound() {
         let parameters = Parameters {
             dry_k: 0.8,
-            ..PARAMETERS
+            ..parameters()
         };
         let form = Form::new(Inertia::None, DrySpeed::Impact);
         let law = Restitution::new(&SETTING, form, &parameters);
-        let far = 50.0 * dry::speed_limit(0.8);
+        let far = 50.0 * Order::First.speed_limit(0.8);
         assert!(kept_energy(&SETTING, form, &parameters, far) > 0.0);
         assert_eq!((law.at(far), law.log_slope(far)), (0.0, None));
     }

@@ -2,6 +2,74 @@
 //!
 //! Symbols: L = ln(δc/ε) `lubrication_log`. The paper calls 2 L "k" in eq. wetcor; here k is the dry law's only.
 
+use super::coefficient::{Coefficient, Coefficients, LogNormal, Parameter};
+use super::loss::{AtFilm, Fixed, Loss, Setting, Share, Slope};
+
+/// L = ln(δc/ε).
+pub const LUBRICATION_LOG: Parameter = Parameter {
+    name: "lubrication_log",
+    symbol: "L",
+    words: "the viscous loss",
+    unit: "1",
+    grid: &[],
+    must_be_positive: false,
+    may_be_zero: false,
+    prior: LogNormal {
+        median: 3.0,
+        ln_sd: 0.5,
+        reason: "default: film of some 10 to 1000 roughnesses where the sphere turns round",
+    },
+};
+
+/// Form of the viscous loss.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Viscous {
+    /// 4 L/St with one L (eqs. visc and beta)
+    Constant,
+    /// no viscous loss
+    None,
+}
+
+impl Loss for Viscous {
+    fn coefficients(&self) -> &'static [Coefficient] {
+        match self {
+            Viscous::Constant => &[Coefficient::LubricationLog],
+            Viscous::None => &[],
+        }
+    }
+
+    fn at(&self, _: f64, values: &Coefficients) -> AtFilm {
+        match self {
+            Viscous::Constant => AtFilm {
+                share: over_stokes(values[Coefficient::LubricationLog]),
+                slopes: [
+                    Some(Slope {
+                        of: Coefficient::LubricationLog,
+                        share: over_stokes(1.0),
+                    }),
+                    None,
+                ],
+            },
+            Viscous::None => AtFilm::default(),
+        }
+    }
+
+    fn fixed(&self, _: &Setting) -> Option<Fixed> {
+        None
+    }
+
+    fn formula(&self, _: &str) -> Option<String> {
+        match self {
+            Viscous::Constant => Some("4 L/St".to_owned()),
+            Viscous::None => None,
+        }
+    }
+}
+
+fn over_stokes(viscous: f64) -> Share {
+    Share { inertial: 0.0, viscous }
+}
+
 /// Share of the impact energy lost to viscosity, 4 L / St (eqs. visc and beta).
 pub fn loss(lubrication_log: f64, stokes: f64) -> f64 {
     4.0 * lubrication_log / stokes

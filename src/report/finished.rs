@@ -15,9 +15,10 @@ use crate::files;
 use crate::findings::predict::{Basis, Covered, Draw, Law};
 use crate::findings::SCHEMA;
 use crate::model::parameters::Kind;
-use crate::physics::impact::{DrySpeed, Form, Parameters};
-use crate::physics::inertia::Inertia;
-use crate::scene::{form_of, name_expected, Term, LARGEST_FILM_RATIO, MOST_KEPT};
+use crate::physics::coefficient::Coefficients;
+use crate::physics::form::Term;
+use crate::physics::{Coefficient, DrySpeed, Form, Inertia, Parameters};
+use crate::scene::{name_expected, LARGEST_FILM_RATIO, MOST_KEPT};
 use crate::seed::sha256;
 
 /// Most bytes of a `findings.json` or a store's `zarr.json`: far more than any has.
@@ -158,42 +159,40 @@ impl Finished {
             .find(|form| form.name() == self.posterior.inertia)
             .ok_or_else(|| self.unknown(&format!("inertia {}", quoted(&self.posterior.inertia))))?;
         let form = self.form(inertia)?;
-        let known_parameters = |name: &str| name.starts_with("dry_k[") || KINDS.iter().any(|kind| kind.key() == name);
+        let known_parameters = |name: &str| {
+            let physical = Coefficient::ALL
+                .iter()
+                .any(|coefficient| coefficient.describe().name == name);
+            physical || name.starts_with("dry_k[") || NOISE.iter().any(|kind| kind.key() == name)
+        };
         if let Some(new) = self.posterior.parameters.iter().find(|p| !known_parameters(&p.name)) {
             return Err(self.unknown(&format!("the parameter {}", quoted(&new.name))));
         }
+        // what the form does not read counts as none
+        let shared = Coefficient::ALL.map(|coefficient| {
+            let unread = (!form.has(coefficient)).then_some(f64::NAN);
+            (coefficient.describe().name.to_owned(), unread)
+        });
+        let optional = |kind: Kind, none: f64| (kind.key().to_owned(), (!self.has(kind.key())).then_some(none));
         let mut wanted = vec![(dry_k, None)];
-        wanted.extend(KINDS.iter().filter_map(|kind| {
-            let unread = match kind {
-                Kind::FilmScale => !inertia.has_film_scale(),
-                Kind::InertialPrefactor => inertia == Inertia::None,
-                _ => false,
-            };
-            // what is not there counts as none
-            let instead = match kind {
-                Kind::SigmaEnergy => 0.0,
-                Kind::Nu => f64::INFINITY,
-                _ => 1.0,
-            };
-            let optional = matches!(kind, Kind::SigmaEnergy | Kind::Nu);
-            let unread = unread || optional && !self.has(kind.key());
-            // a spread of dry runs is on no wet run's way
-            (*kind != Kind::SigmaDry).then(|| (kind.key().to_owned(), unread.then_some(instead)))
-        }));
+        wanted.extend(shared);
+        wanted.extend([
+            (Kind::SigmaWet.key().to_owned(), None),
+            optional(Kind::SigmaEnergy, 0.0),
+            optional(Kind::Nu, f64::INFINITY),
+        ]);
         let sources = self.sources(&wanted)?;
         let draws = (0..self.posterior.chains * self.posterior.draws).map(|draw| {
-            let [dry_k, lubrication_log, inertial_prefactor, film_scale, sigma_wet, sigma_energy, nu] =
-                [0, 1, 2, 3, 4, 5, 6].map(|place: usize| sources[place].at(draw));
+            let values: Vec<f64> = sources.iter().map(|source| source.at(draw)).collect();
+            let (physical, noise) = values.split_at(1 + Coefficient::COUNT);
             Draw {
                 parameters: Parameters {
-                    dry_k,
-                    lubrication_log,
-                    inertial_prefactor,
-                    film_scale,
+                    dry_k: physical[0],
+                    shared: Coefficients::first_of(&physical[1..]),
                 },
-                sigma_wet,
-                sigma_energy,
-                nu: Some(nu).filter(|nu| nu.is_finite()),
+                sigma_wet: noise[0],
+                sigma_energy: noise[1],
+                nu: Some(noise[2]).filter(|nu| nu.is_finite()),
             }
         });
         Ok(Law {
@@ -209,13 +208,13 @@ impl Finished {
         let speed = self.posterior.dry_speed_m_s;
         let mut terms = vec![];
         for name in &self.posterior.terms {
-            match Term::ALL.into_iter().find(|term| term.name() == name) {
+            match Term::LISTED.into_iter().find(|term| term.name() == name) {
                 Some(term) => terms.push(term),
                 None => return Err(self.unknown(&format!("the term {}", quoted(name)))),
             }
         }
         let speed = speed.map_or(DrySpeed::Impact, DrySpeed::Reference);
-        Ok(form_of(inertia, speed, Some(&terms)))
+        Ok(Form::new(inertia, speed).with_terms(&terms))
     }
 
     fn has(&self, name: &str) -> bool {
@@ -376,24 +375,17 @@ fn odd_number(posterior: &Sampled) -> Option<String> {
 fn odd_value(name: &str, x: f64, held: bool) -> Option<String> {
     let least = if name == Kind::Nu.key() { 2.0 } else { 0.0 };
     // a term without a prefactor takes nothing
-    let may_vanish = held
-        && [Kind::LubricationLog, Kind::InertialPrefactor]
-            .iter()
-            .any(|kind| kind.key() == name);
+    let scales = |coefficient: &Coefficient| {
+        let own = coefficient.describe();
+        own.name == name && !own.must_be_positive
+    };
+    let may_vanish = held && Coefficient::ALL.iter().any(scales);
     let holds = x.is_finite() && (x > least || may_vanish && x == 0.0);
     (!holds).then(|| format!("{name}: found {x:?}, expected a number above {least:.0}"))
 }
 
-/// Parameters besides the k of the particles, in the order a law takes them.
-const KINDS: [Kind; 7] = [
-    Kind::LubricationLog,
-    Kind::InertialPrefactor,
-    Kind::FilmScale,
-    Kind::SigmaWet,
-    Kind::SigmaEnergy,
-    Kind::Nu,
-    Kind::SigmaDry,
-];
+/// The parameters of the noise.
+const NOISE: [Kind; 4] = [Kind::SigmaWet, Kind::SigmaEnergy, Kind::Nu, Kind::SigmaDry];
 
 /// The bytes of a file of the folder, which has no more than so many.
 fn read(path: &Path, what: &str, folder: &Path, most: u64) -> Result<Vec<u8>, Error> {

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::json;
 use crate::error::Error;
 use crate::findings::predict::Predicted;
-use crate::physics::impact::Setting;
+use crate::physics::Setting;
 
 /// Columns of the CSV, in the order of [`Predicted`].
 const COLUMNS: [&str; 15] = [

@@ -21,6 +21,7 @@ mod claims;
 mod collect;
 mod columns;
 mod errors;
+mod impacts;
 mod new_run;
 mod part;
 mod refusals;
@@ -34,8 +35,9 @@ mod write;
 
 pub use collect::Screened;
 pub use errors::MeasurementErrors;
+pub use impacts::{by_film, Conditions};
 pub use new_run::NewRun;
-pub use series::{DryGroup, FilmGroup, Runs, Series};
+pub use series::{DryGroup, FilmGroup, Impacts, Runs, Series};
 pub use write::{Existing, RunWriter};
 
 use std::fs::File;
@@ -93,7 +95,7 @@ pub fn read(scene: &Scene) -> Result<Table, Error> {
         rows: collected.rows,
         screened: collected.screened(),
         notices: collected.notices(path),
-        runs: series::arrange(collected.columns, scene),
+        runs: impacts::arrange(collected.columns, scene),
         sha256,
     })
 }
@@ -116,7 +118,7 @@ pub fn arrange(scene: &Scene, new: &[NewRun]) -> Runs {
         columns.restitution.push(run.restitution);
         columns.row.push(row);
     }
-    series::arrange(columns, scene)
+    impacts::arrange(columns, scene)
 }
 
 /// What is being done, as a verb.

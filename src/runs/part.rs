@@ -48,6 +48,33 @@ impl Runs {
         part
     }
 
+    /// The dry rebounds, and of each series those whose place among its rebounds `keep` picks. What stuck is gone, and a
+    /// series keeps its mean diameter and film.
+    pub fn with_rebounds(&self, keep: impl Fn(usize) -> bool) -> Runs {
+        let mut part = Runs {
+            film_groups: self.film_groups.clone(),
+            ..Runs::default()
+        };
+        for group in &self.dry {
+            let rebounds = part.take(self, group.rebounds.clone(), |_| true);
+            part.dry.push(DryGroup {
+                stuck: rebounds.end..rebounds.end,
+                rebounds,
+                ..group.clone()
+            });
+        }
+        for series in &self.series {
+            let first = series.rebounds.start;
+            let rebounds = part.take(self, series.rebounds.clone(), |run| keep(run - first));
+            part.series.push(Series {
+                stuck: rebounds.end..rebounds.end,
+                rebounds,
+                ..series.clone()
+            });
+        }
+        part
+    }
+
     /// Wet runs.
     pub fn wet(&self) -> usize {
         self.series.iter().map(|series| series.runs().len()).sum()
@@ -64,6 +91,7 @@ impl Runs {
             restitution,
             row,
             errors,
+            impacts,
             dry: _,
             film_groups: _,
             series: _,
@@ -74,6 +102,9 @@ impl Runs {
             impact_speed.push(from.impact_speed[run]);
             restitution.push(from.restitution[run]);
             row.push(from.row[run]);
+            impacts.speed_root.push(from.impacts.speed_root[run]);
+            impacts.over_stokes.push(from.impacts.over_stokes[run]);
+            impacts.film_ratio.push(from.impacts.film_ratio[run]);
             if let Some(all) = &from.errors {
                 errors.get_or_insert_default().push(all.of(run));
             }

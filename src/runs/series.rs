@@ -26,12 +26,25 @@ pub struct Runs {
     pub row: Vec<u32>,
     /// what was measured errs by; `None` where no run carries an error above 0
     pub errors: Option<MeasurementErrors>,
+    /// what the physics reads of each run
+    pub impacts: Impacts,
     /// the dry runs of one particle and diameter
     pub dry: Vec<DryGroup>,
     /// the series of one particle and film ratio
     pub film_groups: Vec<FilmGroup>,
     /// particle × liquid × diameter × film ratio
     pub series: Vec<Series>,
+}
+
+/// What the physics reads of each run, as columns in the order of [`Runs`].
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Impacts {
+    /// v^(1/5), (m/s)^(1/5)
+    pub speed_root: Vec<f64>,
+    /// 4/St; 0 for a dry run
+    pub over_stokes: Vec<f64>,
+    /// δ̃ = δ/D; 0 for a dry run
+    pub film_ratio: Vec<f64>,
 }
 
 /// The dry runs of one particle and diameter.

@@ -33,8 +33,8 @@ mod trial;
 
 pub(crate) use choices::least;
 pub use choices::{
-    form_of, terms_of, Bootstrap, IntervalMethod, Likelihood, ModelChoices, NoiseOn, PriorChoice, ResamplingScheme,
-    Sampler, Sticking, Term, DEFAULT_DRY_SPEED, MOST_KEPT,
+    Bootstrap, IntervalMethod, Likelihood, ModelChoices, NoiseOn, PriorChoice, ResamplingScheme, Sampler, Sticking,
+    MOST_KEPT,
 };
 pub use claim::claim;
 pub use contents::{Data, Scene, Screens};

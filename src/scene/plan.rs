@@ -1,12 +1,11 @@
 //! Reads the truth and the design of a simulation.
 
-use super::choices::{form_of, terms, Term};
+use super::choices::terms;
 use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE};
 use super::materials::Liquid;
 use super::table::Table;
-use crate::physics::impact::{DrySpeed, Form};
-use crate::physics::inertia::Inertia;
-use crate::physics::numbers;
+use crate::physics::form::Term;
+use crate::physics::{numbers, Coefficient, DrySpeed, Form, Inertia};
 use crate::units::Dimension;
 
 /// The parameters simulated runs are drawn from. What a file leaves out is missed only when runs are drawn.
@@ -14,14 +13,10 @@ use crate::units::Dimension;
 pub struct Truth {
     /// k of each of the scene's particles; absent where the table names none
     pub dry_k: Vec<Option<f64>>,
-    /// L = ln(δc/ε)
-    pub lubrication_log: Option<f64>,
+    /// the parameters that particles share, in the order of [`Coefficient::ALL`]
+    pub shared: [Option<f64>; Coefficient::COUNT],
     /// form of the inertial loss
     pub inertia: Inertia,
-    /// C
-    pub inertial_prefactor: Option<f64>,
-    /// δ̃0 of the saturating form
-    pub film_scale: Option<f64>,
     /// the speed at which e_dry enters
     pub dry_speed: DrySpeed,
     /// sd of the noise on a dry restitution
@@ -39,9 +34,15 @@ pub struct Truth {
 }
 
 impl Truth {
+    /// The value of a parameter that particles share.
+    pub fn value(&self, coefficient: Coefficient) -> Option<f64> {
+        self.shared[coefficient as usize]
+    }
+
     /// The form of the truth's energy balance.
     pub fn form(&self) -> Form {
-        form_of(self.inertia, self.dry_speed, self.terms.as_deref())
+        let usual = Form::new(self.inertia, self.dry_speed);
+        self.terms.as_deref().map_or(usual, |terms| usual.with_terms(terms))
     }
 }
 
@@ -108,10 +109,11 @@ pub(super) fn truth(
     ];
     let truth = Truth {
         dry_k,
-        lubrication_log: table.number("lubrication_log", FINITE),
+        shared: Coefficient::ALL.map(|coefficient| {
+            let own = coefficient.describe();
+            table.number(own.name, if own.must_be_positive { ABOVE_ZERO } else { FINITE })
+        }),
         inertia,
-        inertial_prefactor: table.number("inertial_prefactor", FINITE),
-        film_scale: table.number("film_scale", ABOVE_ZERO),
         dry_speed: table
             .quantity_or_word("dry_speed", Dimension::Speed, ABOVE_ZERO, impact, DrySpeed::Reference)
             .unwrap_or(default_dry_speed),

@@ -72,7 +72,7 @@ impl LogDensity for Assembled {
         let (mut l_factor, mut sigma_factor) = (1.0, 1.0);
         if self.fault == Fault::TwoLForFourL {
             l_factor = 0.5;
-            full[Kind::LubricationLog.slot()] *= l_factor;
+            full[Kind::LUBRICATION_LOG.slot()] *= l_factor;
         }
         if self.fault == Fault::SigmaSquaredForSigma {
             let sigma = &mut full[Kind::SigmaWet.slot()];
@@ -92,7 +92,7 @@ impl LogDensity for Assembled {
             let mapped = transform.at(*u);
             let mut of_value = full_slopes[parameter.kind.slot()];
             match parameter.kind {
-                Kind::LubricationLog => of_value *= l_factor,
+                Kind::LUBRICATION_LOG => of_value *= l_factor,
                 Kind::SigmaWet => of_value *= sigma_factor,
                 _ => {}
             }

@@ -7,7 +7,7 @@ use std::time::Instant;
 use serde_json::{json, Value};
 use tempfile::TempDir;
 use wetcor::error::Error;
-use wetcor::physics::impact::Setting;
+use wetcor::physics::Setting;
 use wetcor::report::draws::tie::{Tie, STORE, TABLE};
 use wetcor::report::finished::Finished;
 use wetcor::report::prediction;

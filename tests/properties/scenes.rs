@@ -52,8 +52,8 @@ pub fn scene_text(lines: &[(Line, Unit)]) -> String {
 fn values(scene: &Scene) -> Option<[f64; 9]> {
     let (particle, liquid, screens) = (scene.particles.first()?, scene.liquids.first()?, &scene.data.screens);
     let dry_speed = match scene.model.dry_speed {
-        wetcor::physics::impact::DrySpeed::Reference(speed) => speed,
-        wetcor::physics::impact::DrySpeed::Impact => return None,
+        wetcor::physics::DrySpeed::Reference(speed) => speed,
+        wetcor::physics::DrySpeed::Impact => return None,
     };
     Some([
         screens.min_film?,

@@ -7,9 +7,8 @@ use wetcor::findings::posterior::Way;
 use wetcor::findings::verdicts::quotable;
 use wetcor::findings::{self, Findings};
 use wetcor::model::simulate::Simulation;
-use wetcor::physics::dry::restitution;
-use wetcor::physics::impact::{kept_energy, Parameters, Setting};
 use wetcor::physics::rebound::mean_restitution;
+use wetcor::physics::{kept_energy, Coefficient, Order, Parameters, Setting};
 use wetcor::runs::{self, NewRun, Table};
 use wetcor::scene::Scene;
 use wetcor::seed::stream;
@@ -82,12 +81,19 @@ pub fn wet_run<'s, R: Rng>(scene: &'s Scene, diameter: f64, film_ratio: f64, v: 
         film: film_ratio * diameter,
         surface_tension: None,
     };
-    let parameters = Parameters {
-        dry_k: truth.dry_k[0].expect("k"),
-        lubrication_log: truth.lubrication_log.expect("L"),
-        inertial_prefactor: truth.inertial_prefactor.expect("C"),
-        film_scale: truth.film_scale.unwrap_or(1.0),
-    };
+    let parameters = Parameters::new(truth.dry_k[0].expect("k"))
+        .with(
+            Coefficient::LubricationLog,
+            truth.value(Coefficient::LubricationLog).expect("L"),
+        )
+        .with(
+            Coefficient::InertialPrefactor,
+            truth.value(Coefficient::InertialPrefactor).expect("C"),
+        )
+        .with(
+            Coefficient::FilmScale,
+            truth.value(Coefficient::FilmScale).unwrap_or(1.0),
+        );
     let z: f64 = StandardNormal.sample(rng);
     let kept = kept_energy(&setting, truth.form(), &parameters, v);
     let e = mean_restitution(kept) + truth.sigma_wet.expect("sigma") * z;
@@ -111,7 +117,7 @@ pub fn dry_run<'s, R: Rng>(scene: &'s Scene, v: f64, rng: &mut R) -> NewRun<'s> 
         diameter: 4.762e-3,
         film: None,
         impact_speed: v,
-        restitution: restitution(truth.dry_k[0].expect("k"), v) + truth.sigma_dry.expect("sigma") * z,
+        restitution: Order::First.restitution(truth.dry_k[0].expect("k"), v) + truth.sigma_dry.expect("sigma") * z,
     }
 }
 
@@ -158,9 +164,9 @@ pub fn both(scene: &Scene, table: &Table) -> Told {
 fn truth_of(scene: &Scene, name: &str) -> f64 {
     let truth = scene.truth.as_ref().expect("a truth");
     let found = match name {
-        "lubrication_log" => truth.lubrication_log,
-        "inertial_prefactor" => truth.inertial_prefactor,
-        "film_scale" => truth.film_scale,
+        "lubrication_log" => truth.value(Coefficient::LubricationLog),
+        "inertial_prefactor" => truth.value(Coefficient::InertialPrefactor),
+        "film_scale" => truth.value(Coefficient::FilmScale),
         "sigma_dry" => truth.sigma_dry,
         "sigma_wet" => truth.sigma_wet,
         _ => truth.dry_k[0],

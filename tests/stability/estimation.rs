@@ -9,8 +9,8 @@ use wetcor::inference::posed::Evaluation;
 use wetcor::inference::sampling::{sample_posterior, Plan};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::{Kind, Parameters};
-use wetcor::physics::impact::{DrySpeed, Form};
 use wetcor::physics::inertia::Inertia;
+use wetcor::physics::{DrySpeed, Form};
 use wetcor::runs::NewRun;
 use wetcor::scene::{Prior, PriorChoice, Scene};
 
@@ -450,8 +450,8 @@ fn compressed_sum() -> Vec<Row> {
         let rows_all = Likelihood::of_rows(&base, &runs, Form::new(Inertia::Stepwise, base.model.dry_speed));
         let start = vec![
             (Kind::DryK(0), 0.18),
-            (Kind::LubricationLog, 1.8),
-            (Kind::InertialPrefactor, 0.7),
+            (Kind::LUBRICATION_LOG, 1.8),
+            (Kind::INERTIAL_PREFACTOR, 0.7),
             (Kind::SigmaWet, sigma),
             (Kind::SigmaDry, sigma),
         ];

@@ -8,10 +8,10 @@ use wetcor::inference::least_squares::{Fit, Stop};
 use wetcor::model::likelihood::normal::ln_normal_cdf;
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::{Kind, COMMON_SLOTS};
-use wetcor::physics::dry::Order;
-use wetcor::physics::impact::{kept_energy, kept_energy_slopes, DrySpeed, Form, Parameters, Setting};
+use wetcor::physics::balance::kept_energy_slopes;
 use wetcor::physics::inertia::Inertia;
-use wetcor::physics::{bridge, dry, numbers, rebound, viscous};
+use wetcor::physics::{bridge, numbers, rebound, viscous};
+use wetcor::physics::{kept_energy, Coefficient, DrySpeed, Form, Order, Parameters, Setting};
 use wetcor::runs::{self, NewRun};
 use wetcor::scene::Scene;
 
@@ -93,16 +93,16 @@ fn run_alone(scene: &mut Scene, form: Inertia, x: &[f64]) -> Vec<f64> {
     let runs = runs::arrange(scene, &[run]);
     let likelihood = Likelihood::of_rows(scene, &runs, Form::new(form, DrySpeed::Impact));
     let full = full(&[
-        (Kind::LubricationLog, l),
-        (Kind::InertialPrefactor, c),
-        (Kind::FilmScale, scale),
+        (Kind::LUBRICATION_LOG, l),
+        (Kind::INERTIAL_PREFACTOR, c),
+        (Kind::FILM_SCALE, scale),
         (Kind::SigmaWet, sigma),
         (Kind::DryK(0), k),
     ]);
     let mut slopes = full.clone();
     let value = likelihood.ln_density(&full, &mut slopes).expect("finite");
-    let mut kinds = vec![Kind::DryK(0), Kind::LubricationLog, Kind::InertialPrefactor];
-    kinds.extend(form.has_film_scale().then_some(Kind::FilmScale));
+    let mut kinds = vec![Kind::DryK(0), Kind::LUBRICATION_LOG, Kind::INERTIAL_PREFACTOR];
+    kinds.extend(form.has_film_scale().then_some(Kind::FILM_SCALE));
     kinds.push(Kind::SigmaWet);
     let of_kinds = kinds.into_iter().map(|kind| slopes[kind.slot()]);
     std::iter::once(value).chain(of_kinds).collect()
@@ -138,19 +138,17 @@ fn kept(form: Inertia, x: &[f64]) -> Vec<f64> {
         film,
         surface_tension: None,
     };
-    let parameters = Parameters {
-        dry_k: k,
-        lubrication_log: l,
-        inertial_prefactor: c,
-        film_scale: scale,
-    };
+    let parameters = Parameters::new(k)
+        .with(Coefficient::LubricationLog, l)
+        .with(Coefficient::InertialPrefactor, c)
+        .with(Coefficient::FilmScale, scale);
     let slopes = kept_energy_slopes(&setting, Form::new(form, DrySpeed::Impact), &parameters, v);
     vec![
         kept_energy(&setting, Form::new(form, DrySpeed::Impact), &parameters, v),
         slopes.dry_k,
-        slopes.lubrication_log,
-        slopes.inertial_prefactor,
-        slopes.film_scale,
+        slopes.shared[Coefficient::LubricationLog as usize],
+        slopes.shared[Coefficient::InertialPrefactor as usize],
+        slopes.shared[Coefficient::FilmScale as usize],
     ]
 }
 
@@ -162,15 +160,15 @@ pub fn ours(scene: &mut Scene, name: &str, x: &[f64]) -> Vec<f64> {
         "numbers::reynolds" => vec![numbers::reynolds(x[0], x[1], x[2], x[3])],
         "numbers::free_fall_speed" => vec![numbers::free_fall_speed(x[0])],
         "dry::restitution" => vec![
-            dry::restitution(x[0], x[1]),
-            dry::slope_dry_k(x[1]),
-            dry::slope_impact_speed(x[0], x[1]),
+            Order::First.restitution(x[0], x[1]),
+            Order::First.slope_dry_k(x[0], x[1]),
+            Order::First.slope_impact_speed(x[0], x[1]),
         ],
         "dry::restitution_second_order" => vec![
-            dry::restitution_second_order(x[0], x[1]),
-            dry::slope_dry_k_second_order(x[0], x[1]),
+            Order::Second.restitution(x[0], x[1]),
+            Order::Second.slope_dry_k(x[0], x[1]),
         ],
-        "dry::speed_limit" => vec![dry::speed_limit(x[0])],
+        "dry::speed_limit" => vec![Order::First.speed_limit(x[0])],
         "inertia::stepwise" => shape(Inertia::Stepwise, 1.0),
         "inertia::cap" => shape(Inertia::Cap, 1.0),
         "inertia::saturating" => {

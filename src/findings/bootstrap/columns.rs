@@ -6,7 +6,6 @@ use crate::findings::dry::{own_dry_speed, FittedDry};
 use crate::inference::bootstrap::{strata, Kept, Law, Pool, Target};
 use crate::inference::effective_variance::Weighing;
 use crate::physics::dry::Order;
-use crate::physics::numbers::stokes;
 use crate::runs::Runs;
 use crate::scene::Scene;
 
@@ -51,22 +50,18 @@ impl Columns {
         };
         for group in &runs.dry {
             for run in columns.divide(&runs.impact_speed, &group.rebounds) {
-                columns.speed_root.push(runs.impact_speed[run].powf(0.2));
+                columns.speed_root.push(runs.impacts.speed_root[run]);
                 columns.dry_restitution.push(runs.restitution[run]);
             }
         }
         columns.dry_runs = columns.dry_restitution.len();
         for series in &runs.series {
             let order = columns.divide(&runs.impact_speed, &series.rebounds);
-            let density = scene.particles[series.particle].density;
-            let viscosity = scene.liquids[series.liquid].viscosity;
             let speeds: Vec<f64> = order.iter().map(|run| runs.impact_speed[*run]).collect();
             columns.inverse_speed.extend(speeds.iter().map(|v| 1.0 / v));
-            let inverse = order.iter().map(|run| {
-                let (diameter, speed) = (runs.diameter[*run], runs.impact_speed[*run]);
-                1.0 / stokes(density, diameter, speed, viscosity)
-            });
-            columns.inverse_stokes.extend(inverse);
+            columns
+                .inverse_stokes
+                .extend(order.iter().map(|run| runs.inverse_stokes(*run)));
             columns
                 .restitution
                 .extend(order.iter().map(|run| runs.restitution[*run]));

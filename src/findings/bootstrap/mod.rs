@@ -24,7 +24,6 @@ use rayon::prelude::*;
 
 use super::dry::FittedDry;
 use super::estimate::Estimate;
-use super::own_dry_speed::reference_dry_speed;
 use super::shown;
 use crate::inference::bootstrap::jackknife::leave_one_out;
 use crate::inference::bootstrap::kernel::Weighted;
@@ -223,7 +222,7 @@ pub fn complete(
             });
         }
     }
-    let reference = reference_dry_speed(scene);
+    let reference = scene.model.dry_speed.reference();
     for (row, (target, particle, law)) in energy.iter_mut().zip(energy_targets) {
         let Some(target) = target else { continue };
         let roughness = scene.particles[particle].roughness;

@@ -137,6 +137,9 @@ impl InUse {
                 runs.to_mut().film.iter_mut().for_each(|film| *film += offset);
             }
         }
+        if !matches!(constant, Constant::Roughness(_)) {
+            runs.to_mut().compute_impacts(&scene);
+        }
         (scene, runs)
     }
 }

@@ -6,7 +6,7 @@ use crate::findings::balance::EnergyBalance;
 use crate::findings::dry::FittedDry;
 use crate::findings::scaling::square_root_of;
 use crate::physics::viscous::critical_separation;
-use crate::runs::{MeasurementErrors, Runs, Series};
+use crate::runs::{Runs, Series};
 use crate::scene::Scene;
 
 /// A result whose sensitivity is asked for.
@@ -48,7 +48,7 @@ impl<'a> Setting<'a> {
             dry,
             in_use,
             aims,
-            balance: balance.and_then(|balance| Movable::new(scene, sample, dry, &balance.held, share)),
+            balance: balance.and_then(|balance| Movable::new(scene, sample, dry, balance, share)),
         }
     }
 
@@ -97,39 +97,17 @@ impl<'a> Setting<'a> {
     }
 }
 
-/// About `most` of the rebounds of wet runs, spread over each series, and their share of all; at least one a series.
+/// The dry rebounds and about `most` of the wet ones, spread over each series, with the share of the latter among all; at
+/// least one a series.
 pub(super) fn sample(runs: &Runs, most: usize) -> (Runs, f64) {
     /// multiples of this have parts behind the point that fill [0, 1) evenly, and fall in step with no repeat of a
     /// design
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     let all: usize = runs.series.iter().map(|series| series.rebounds.len()).sum();
     let share = if all > most { most as f64 / all as f64 } else { 1.0 };
-    let mut sample = Runs {
-        film_groups: runs.film_groups.clone(),
-        errors: runs.errors.as_ref().map(|_| MeasurementErrors::default()),
-        ..Runs::default()
-    };
-    for series in &runs.series {
-        let start = sample.restitution.len();
-        let rebounds = series.rebounds.clone().enumerate();
-        let picked = rebounds.filter(|(place, _)| (*place as f64 * GOLDEN).fract() < share);
-        for (_, run) in picked {
-            sample.diameter.push(runs.diameter[run]);
-            sample.film.push(runs.film[run]);
-            sample.impact_speed.push(runs.impact_speed[run]);
-            sample.restitution.push(runs.restitution[run]);
-            sample.row.push(runs.row[run]);
-            if let (Some(errors), Some(all)) = (&mut sample.errors, &runs.errors) {
-                errors.push(all.of(run));
-            }
-        }
-        let end = sample.restitution.len();
-        sample.series.push(Series {
-            rebounds: start..end,
-            stuck: end..end,
-            ..series.clone()
-        });
-    }
-    let kept = sample.restitution.len() as f64 / all.max(1) as f64;
-    (sample, kept)
+    let picked = |place: usize| (place as f64 * GOLDEN).fract() < share;
+    let sample = runs.with_rebounds(picked);
+    let kept: usize = sample.series.iter().map(|series| series.rebounds.len()).sum();
+    let share = kept as f64 / all.max(1) as f64;
+    (sample, share)
 }

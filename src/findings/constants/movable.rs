@@ -1,21 +1,21 @@
 //! Moves the minimum of the energy balance with the constants, without fitting again.
 
-use crate::findings::balance::{blocks, e_inf2, errors, in_standard_errors, known, place_of, Held};
+use crate::findings::balance::{at_group, errors, known, problem_of, EnergyBalance, Held};
 use crate::findings::dry::FittedDry;
-use crate::findings::energy::density_ratio;
-use crate::inference::balance::{refit_balance, Balance, Block};
 use crate::inference::effective_variance::{roots, weigh, Weighted};
+use crate::inference::joint::{refit, Joint, JointFit};
 use crate::inference::least_squares::Minimum;
-use crate::physics::viscous;
+use crate::physics::{viscous, Viscous};
 use crate::runs::Runs;
 use crate::scene::Scene;
 
 /// The balance of some of the runs, to be moved a little to either side.
 pub(super) struct Movable<'h> {
     held: &'h Held,
-    known: Vec<(usize, (f64, f64))>,
-    dry_k: Vec<(f64, f64)>,
-    share: f64,
+    dry: &'h [FittedDry],
+    known: Vec<usize>,
+    /// the spread that weighs dry runs against these wet ones
+    spread: f64,
     /// roots of the runs' weights; empty where they carry no errors
     roots: Vec<f64>,
     minimum: Minimum,
@@ -30,39 +30,45 @@ pub(super) struct Moved {
 }
 
 impl<'h> Movable<'h> {
-    /// Fits the balance again from where it ended, its form and the weight of the dry runs kept; `share` of the rebounds
-    /// are among these runs. `None` unless that converges on a minimum with standard errors.
-    pub(super) fn new(scene: &Scene, runs: &Runs, dry: &[FittedDry], held: &'h Held, share: f64) -> Option<Self> {
+    /// Fits the balance again from where it ended, its form and the weight of the dry runs kept; `share` of the wet
+    /// rebounds are among these runs, which the dry ones are weighed down to. `None` unless that converges on a minimum
+    /// with standard errors.
+    pub(super) fn new(
+        scene: &Scene,
+        runs: &Runs,
+        dry: &'h [FittedDry],
+        balance: &'h EnergyBalance,
+        share: f64,
+    ) -> Option<Self> {
+        let held = &balance.held;
         let known = known(runs, dry);
-        let dry_k: Vec<(f64, f64)> = known.iter().map(|(_, k)| *k).collect();
-        let place = |particle: usize| place_of(&known, particle);
-        let blocks = blocks(scene, runs, place);
-        let balance = balance_of(held, &blocks, &dry_k, share);
-        let mut fit = refit_balance(&balance, &[], &held.parameters);
+        let joint = Joint::new(scene, runs, held.form, &known, &known);
+        let mut spread = held.spread * share.sqrt();
+        let mut problem = problem_of(joint, dry, spread);
+        let mut fit = refit(&problem, &[], &held.point);
         let mut of_runs = vec![];
-        if let Some(errors) = errors(runs, place) {
-            let in_errors = in_standard_errors(balance.clone(), share);
+        if let Some(errors) = errors(&problem.joint) {
+            let in_errors = problem_of(problem.joint.clone(), dry, share.sqrt());
             let weighed = weigh(&errors.erring(), fit.clone(), |_| in_errors.clone());
             if let Some(weighing) = weighed.1 {
                 let mut variance = weighing.variance;
-                variance.resize(
-                    in_errors.blocks.iter().map(|b| b.restitution.len()).sum::<usize>() + dry_k.len(),
-                    1.0,
-                );
+                variance.resize(variance.len() + in_errors.dry_roots.len(), 1.0);
                 of_runs = roots(&variance).0;
-                fit = refit_balance(&in_errors, &of_runs, &held.parameters);
+                fit = refit(&in_errors, &of_runs, &held.point);
+                spread = share.sqrt();
+                problem = in_errors;
             }
         }
         let weighted = Weighted {
-            problem: &balance,
+            problem: &problem,
             roots: &of_runs,
         };
         let minimum = Minimum::new(&weighted, &fit)?;
         Some(Movable {
             held,
+            dry,
             known,
-            dry_k,
-            share,
+            spread,
             roots: of_runs,
             minimum,
         })
@@ -70,45 +76,35 @@ impl<'h> Movable<'h> {
 
     /// What the balance says of two scenes and their runs that lie as far on either side: of the first, of the second.
     pub(super) fn at(&self, settings: [(&Scene, &Runs); 2]) -> Option<[Moved; 2]> {
-        let place = |particle: usize| place_of(&self.known, particle);
-        let [first, second] = settings.map(|(scene, runs)| blocks(scene, runs, place));
-        let balance = |blocks| balance_of(self.held, blocks, &self.dry_k, self.share);
-        let (first, second) = (balance(&first), balance(&second));
+        let [first, second] = settings.map(|(scene, runs)| {
+            let joint = Joint::new(scene, runs, self.held.form, &self.known, &self.known);
+            problem_of(joint, self.dry, self.spread)
+        });
         let weighted = [&first, &second].map(|problem| Weighted {
             problem,
             roots: &self.roots,
         });
-        let minima = self.minimum.of_neighbours(&weighted[0], &weighted[1])?;
-        let [of_first, of_second] = minima;
+        let [of_first, of_second] = self.minimum.of_neighbours(&weighted[0], &weighted[1])?;
         Some([
-            self.tell(settings[0], &first, of_first),
-            self.tell(settings[1], &second, of_second),
+            at_point(settings[0].0, &first, of_first),
+            at_point(settings[1].0, &second, of_second),
         ])
-    }
-
-    fn tell(&self, (scene, runs): (&Scene, &Runs), balance: &Balance, parameters: Vec<f64>) -> Moved {
-        let derived = runs.film_groups.iter().map(|group| {
-            let Some(place) = place_of(&self.known, group.particle) else {
-                return [f64::NAN; 2];
-            };
-            let density_ratio = density_ratio(scene, group.particle, &runs.series[group.series.clone()]);
-            let e_inf = e_inf2(scene, balance, place, &parameters, (density_ratio, group.film_ratio)).sqrt();
-            let st_c = viscous::st_c(balance.unpack(&parameters).0, e_inf);
-            [e_inf, if balance.form.viscous { st_c } else { f64::NAN }]
-        });
-        Moved {
-            derived: derived.collect(),
-            parameters,
-        }
     }
 }
 
-fn balance_of<'b>(held: &Held, blocks: &'b [Block], dry_k: &'b [(f64, f64)], share: f64) -> Balance<'b> {
-    Balance {
-        blocks,
-        form: held.form,
-        dry_k,
-        // fewer wet runs are held by as much less
-        spread: held.spread * share.sqrt(),
+fn at_point(scene: &Scene, problem: &JointFit, parameters: Vec<f64>) -> Moved {
+    let joint = &problem.joint;
+    let derived = joint.runs.film_groups.iter().map(|group| {
+        let Some(at) = at_group(scene, joint, &parameters, group) else {
+            return [f64::NAN; 2];
+        };
+        let e_inf = at.e_inf_squared.0.sqrt();
+        let st_c = viscous::st_c(at.lubrication_log.0, e_inf);
+        let has_viscous = joint.form.viscous != Viscous::None;
+        [e_inf, if has_viscous { st_c } else { f64::NAN }]
+    });
+    Moved {
+        derived: derived.collect(),
+        parameters,
     }
 }

@@ -8,8 +8,7 @@ use crate::findings::least_squares::LeastSquares;
 use crate::findings::scaling::Scaling;
 use crate::findings::shown::four_decimals;
 use crate::model::parameters::Kind;
-use crate::physics::numbers::stokes;
-use crate::runs::{FilmGroup, Runs, Series};
+use crate::runs::{FilmGroup, Runs};
 use crate::scene::{Law, Scene};
 
 /// What is determined of the parameters at these places: e_inf where k is among them, the inertial loss where it is not,
@@ -25,10 +24,10 @@ pub(super) fn find(
     let has = |kind: Kind| kinds.contains(&kind);
     let particles = words::particles(&kinds);
     // a parameter by itself has no combination, except that C g(δ̃) stands while δ̃0 moves
-    if kinds.len() == 1 && !has(Kind::FilmScale) {
+    if kinds.len() == 1 && !has(Kind::FILM_SCALE) {
         return vec![];
     }
-    let found: Vec<Determined> = if has(Kind::LubricationLog) {
+    let found: Vec<Determined> = if has(Kind::LUBRICATION_LOG) {
         vec![]
     } else if particles.is_empty() {
         inertial_loss(least_squares)
@@ -97,21 +96,18 @@ fn loss_name(film_ratio: f64) -> String {
 /// Restitution of a particle's series with most rebounds, at its middle speed: what runs tell though they tell no
 /// parameter apart.
 fn restitution(scene: &Scene, runs: &Runs, sight: &Sight, particle: usize) -> Option<Determined> {
-    let series: &Series = runs
-        .series_of(particle)
+    let own = runs
+        .series
         .iter()
-        .max_by_key(|series| series.rebounds.len())?;
+        .enumerate()
+        .filter(|(_, series)| series.particle == particle);
+    let (index, series) = own.max_by_key(|(_, series)| series.rebounds.len())?;
     let mut by_speed: Vec<usize> = series.rebounds.clone().collect();
     by_speed.sort_by(|a, b| runs.impact_speed[*a].total_cmp(&runs.impact_speed[*b]));
     let run = *by_speed.get(by_speed.len() / 2)?;
-    let (value, se) = sight.restitution(scene, runs, series, run)?;
+    let (value, se) = sight.restitution(index, run)?;
     let (particle, liquid) = (&scene.particles[particle], &scene.liquids[series.liquid]);
-    let st = stokes(
-        particle.density,
-        runs.diameter[run],
-        runs.impact_speed[run],
-        liquid.viscosity,
-    );
+    let st = 1.0 / runs.inverse_stokes(run);
     let ratio = four_decimals(series.film_ratio);
     Some(Determined {
         quantity: format!("e[{},{},{ratio}] at St {st:.1}", particle.name, liquid.name),

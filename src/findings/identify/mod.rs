@@ -73,7 +73,7 @@ pub fn directions(scene: &Scene, runs: &Runs, least_squares: LeastSquares) -> Op
     let sight = Sight::of(scene, runs, least_squares)?;
     let left = sight.known.left();
     let (least, spread_left) = left.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
-    let name = |place: &usize| words::name(scene, sight.kinds[*place]);
+    let name = |place: &usize| sight.kinds[*place].name(scene);
     let unseen = sight.known.unseen().into_iter().map(|group| {
         let kinds: Vec<_> = group.members.iter().map(|place| sight.kinds[*place]).collect();
         let (reason, add) = words::why(scene, runs, &sight, &kinds, group.directions);

@@ -6,14 +6,6 @@ use crate::model::parameters::Kind;
 use crate::runs::{FilmGroup, Runs};
 use crate::scene::Scene;
 
-/// The name of a parameter in files.
-pub(super) fn name(scene: &Scene, kind: Kind) -> String {
-    match kind {
-        Kind::DryK(particle) => format!("dry_k[{}]", scene.particles[particle].name),
-        other => other.key().to_owned(),
-    }
-}
-
 /// The particles whose k is among some parameters.
 pub(super) fn particles(kinds: &[Kind]) -> Vec<usize> {
     let particle = |kind: &Kind| match kind {
@@ -28,9 +20,7 @@ fn word(scene: &Scene, kind: Kind) -> String {
     match kind {
         Kind::DryK(_) if scene.particles.len() == 1 => "e_dry".to_owned(),
         Kind::DryK(particle) => format!("e_dry of {}", scene.particles[particle].name),
-        Kind::LubricationLog => "the viscous loss".to_owned(),
-        Kind::InertialPrefactor => "the inertial prefactor".to_owned(),
-        Kind::FilmScale => "the film scale".to_owned(),
+        Kind::Shared(coefficient) => coefficient.describe().words.to_owned(),
         Kind::SigmaDry | Kind::SigmaWet | Kind::SigmaEnergy => "the spread".to_owned(),
         Kind::Nu => "the tails of the noise".to_owned(),
         Kind::LubricationTrend | Kind::InertialTrend => "the trend with the film".to_owned(),
@@ -55,7 +45,7 @@ pub(super) fn why(scene: &Scene, runs: &Runs, sight: &Sight, kinds: &[Kind], dir
     // the losses before what they are told from
     let (k, losses): (Vec<Kind>, Vec<Kind>) = kinds.iter().partition(|kind| matches!(kind, Kind::DryK(_)));
     let mut losses = losses;
-    losses.sort_by_key(|kind| *kind == Kind::LubricationLog);
+    losses.sort_by_key(|kind| *kind == Kind::LUBRICATION_LOG);
     let names: Vec<String> = losses.iter().chain(&k).map(|kind| word(scene, *kind)).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let apart = if names.len() > 1 { "told apart" } else { "told" };
@@ -93,17 +83,17 @@ fn causes(scene: &Scene, runs: &Runs, sight: &Sight, kinds: &[Kind]) -> Vec<Caus
         return causes;
     }
     let films = film_ratios(scene, &rebounding);
-    let inertial = kinds.contains(&Kind::InertialPrefactor) || kinds.contains(&Kind::FilmScale);
+    let inertial = kinds.contains(&Kind::INERTIAL_PREFACTOR) || kinds.contains(&Kind::FILM_SCALE);
     let of_k = particles(kinds);
     let without_dry: Vec<&str> = of_k
         .iter()
         .filter(|p| runs.dry_of(**p).iter().all(|group| group.rebounds.is_empty()))
         .map(|p| scene.particles[*p].name.as_str())
         .collect();
-    let shared = inertial || kinds.contains(&Kind::LubricationLog);
+    let shared = inertial || kinds.contains(&Kind::LUBRICATION_LOG);
     let level = sight
-        .value(Kind::FilmScale)
-        .filter(|_| kinds.contains(&Kind::FilmScale));
+        .value(Kind::FILM_SCALE)
+        .filter(|_| kinds.contains(&Kind::FILM_SCALE));
     match (films.as_slice(), level) {
         ([_], _) if inertial => because("one film ratio".to_owned(), "another film ratio"),
         ([_, _], Some(_)) if !without_dry.is_empty() => because("two film ratios".to_owned(), "a third film ratio"),
@@ -116,7 +106,7 @@ fn causes(scene: &Scene, runs: &Runs, sight: &Sight, kinds: &[Kind]) -> Vec<Caus
         }
         _ => {}
     }
-    if kinds.contains(&Kind::LubricationLog)
+    if kinds.contains(&Kind::LUBRICATION_LOG)
         && rebounding
             .iter()
             .all(|group| !stokes_differ(scene, runs, &runs.series[group.series.clone()]))

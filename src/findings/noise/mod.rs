@@ -5,7 +5,7 @@
 //! | `point.rs` | the point about which the joint fit is looked at |
 //! | `rows.rs` | what each run leaves of the joint fit, with its slopes |
 //! | `scatter.rs` | the scatter about it, found so that outliers do not mislead |
-//! | `joint.rs` | the sums of all runs, put together |
+//! | `normal_equations.rs` | the sums of all runs, put together |
 //! | `outliers.rs` | runs that normal noise would hardly ever take so far |
 //! | `spread.rs` | what unequal spreads of groups do to standard errors |
 //! | `offsets.rs` | what offsets that the runs of a series share do to them |
@@ -16,7 +16,7 @@
 //! are not in it: what is left of a scatter that the limit cuts off has neither its mean nor its spread. Outliers are
 //! taken out before spreads and offsets are looked at.
 
-mod joint;
+mod normal_equations;
 mod offsets;
 mod outliers;
 mod point;
@@ -30,7 +30,7 @@ use serde::Serialize;
 use super::balance::EnergyBalance;
 use super::dry::FittedDry;
 use crate::inference::spreads::equal_spreads;
-use crate::physics::impact::Form;
+use crate::physics::Form;
 use crate::runs::Runs;
 use crate::scene::{Likelihood, Scene};
 pub use offsets::Offsets;
@@ -73,7 +73,7 @@ pub(super) fn find(
     balance: Option<&EnergyBalance>,
     form: Form,
 ) -> Option<Noise> {
-    let rows = Rows::new(scene, runs, Point::new(scene, runs, dry, balance, form));
+    let rows = Rows::new(scene, Point::new(scene, runs, dry, balance, form));
     let tested = outliers::tested(&rows);
     let far = outliers::far(tested);
     let mut settled = scatter::settle(&rows, far)?;
@@ -125,7 +125,7 @@ fn lacking(rows: &Rows, widening: &[Option<f64>]) -> Vec<Lacking> {
             ratio: (*ratio)?,
         })
     };
-    rows.point.names.iter().zip(widening).filter_map(named).collect()
+    rows.names.iter().zip(widening).filter_map(named).collect()
 }
 
 /// The one that lacks most.

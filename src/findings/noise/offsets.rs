@@ -8,7 +8,7 @@
 
 use serde::Serialize;
 
-use super::joint::Joint;
+use super::normal_equations::NormalEquations;
 use super::rows::{Kind, Rows};
 use super::spread::Variances;
 use super::{lacking, worst, Lacking};
@@ -58,8 +58,8 @@ pub(super) fn offsets(
     };
     let is_wet = |part: &usize| rows.kind(&rows.parts[*part]) == Kind::Wet;
     let wet = || (0..rows.parts.len()).filter(is_wet).filter(|part| sums[*part].runs > 0);
-    let one = Joint::new(rows, sums, weight).fit();
-    let (own, demeaned) = Joint::within(rows, sums, weight);
+    let one = NormalEquations::new(rows, sums, weight).fit();
+    let (own, demeaned) = NormalEquations::within(rows, sums, weight);
     let own = own.fit();
     let series = wet().count();
     let df_between = (series + own.inverse.rank)
@@ -82,18 +82,18 @@ pub(super) fn offsets(
     let p = f_tail(f, df_between as f64, df_within)?;
     let inverse = &one.inverse.matrix;
     let mut room = 0.0;
-    let mut scores = Joint::new(rows, sums, |part| {
+    let mut scores = NormalEquations::new(rows, sums, |part| {
         if is_wet(&part) {
             weight(part) * variance
         } else {
             weight(part)
         }
     });
-    let mut shared = Joint::new(rows, sums, |_| 0.0).information;
+    let mut shared = NormalEquations::new(rows, sums, |_| 0.0).information;
     for index in wet() {
         let part = &rows.parts[index];
         let offset = part.places.len();
-        let own = Joint::slopes(part, &sums[index]);
+        let own = NormalEquations::slopes(part, &sums[index]);
         let slopes: Vec<(usize, f64)> = own.iter().map(|(j, slope)| (*j, slope * weight(index))).collect();
         room += weight(index) * sums[index].information[(offset, offset)] - inverse.square(&slopes);
         shared.add_square(1.0, &slopes);

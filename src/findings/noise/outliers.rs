@@ -8,12 +8,13 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::joint::Joint;
-use super::rows::{Group, Row, Rows};
+use super::normal_equations::NormalEquations;
+use super::rows::{Group, GroupedPart, Rows};
 use super::scatter::{is_clear, Settled};
 use super::Unequal;
 use crate::distributions::student_t_quantile;
 use crate::inference::information::Sums;
+use crate::inference::joint::Row;
 use crate::physics::rebound::{mean_restitution, slope_mean_restitution};
 use crate::scene::Sticking;
 
@@ -66,7 +67,7 @@ fn line(runs: usize, degrees_of_freedom: f64) -> f64 {
 /// Runs that are held against the line.
 pub(super) fn tested(rows: &Rows) -> usize {
     let censored = rows.scene.model.sticking == Sticking::Censored;
-    let of = |part: &super::rows::Part| part.rebounds.len() + if censored { part.stuck.len() } else { 0 };
+    let of = |part: &GroupedPart| part.rebounds.len() + if censored { part.stuck.len() } else { 0 };
     rows.parts.iter().map(of).sum()
 }
 
@@ -117,7 +118,7 @@ pub(super) fn sort(rows: &Rows, settled: &Settled, unequal: Option<&Unequal>) ->
         if candidate.sds.abs() > line(runs, freedom) {
             outlying.push(candidate);
         } else if candidate.fits {
-            Joint::add(
+            NormalEquations::add(
                 &mut sums[candidate.part],
                 &rows.parts[candidate.part],
                 &candidate.row,
@@ -143,8 +144,8 @@ pub(super) fn sort(rows: &Rows, settled: &Settled, unequal: Option<&Unequal>) ->
 fn gather(rows: &Rows, settled: &Settled, unequal: Option<&Unequal>, far: f64) -> (Vec<Sums>, Vec<Candidate>) {
     let limit = rows.scene.data.smallest_restitution;
     let censored = rows.scene.model.sticking == Sticking::Censored;
-    let of_part = |(index, part): (usize, &super::rows::Part)| {
-        let mut sums = Joint::blank(part);
+    let of_part = |(index, part): (usize, &GroupedPart)| {
+        let mut sums = NormalEquations::blank(part);
         let mut candidates = vec![];
         let scatter = settled.scatter[rows.kind(part) as usize];
         let own = unequal.map_or(1.0, |unequal| unequal.factor(part.group));
@@ -169,7 +170,7 @@ fn gather(rows: &Rows, settled: &Settled, unequal: Option<&Unequal>, far: f64) -
                 .filter(|one| one.sds.abs() > far);
             match one {
                 Some(one) => candidates.push(one),
-                None if clear => Joint::add(&mut sums, part, &row, sd),
+                None if clear => NormalEquations::add(&mut sums, part, &row, sd),
                 None => {}
             }
         });
@@ -200,7 +201,7 @@ fn gather(rows: &Rows, settled: &Settled, unequal: Option<&Unequal>, far: f64) -
 /// The fit a candidate is held against.
 struct Against<'r> {
     rows: &'r Rows<'r>,
-    fitted: super::joint::Fitted,
+    fitted: super::normal_equations::Fitted,
     /// sum of squares and degrees of freedom of each kind
     kinds: [(f64, f64); 2],
     /// the same of each group, where groups differ
@@ -209,7 +210,7 @@ struct Against<'r> {
 
 impl<'r> Against<'r> {
     fn new(rows: &'r Rows<'r>, sums: &[Sums], unequal: Option<&Unequal>) -> Against<'r> {
-        let fitted = Joint::new(rows, sums, |_| 1.0).fit();
+        let fitted = NormalEquations::new(rows, sums, |_| 1.0).fit();
         let mut kinds = [(0.0, 0.0); 2];
         let mut groups = vec![(0.0, 0.0); rows.groups.len()];
         for (part, sums) in rows.parts.iter().zip(sums) {
@@ -286,7 +287,7 @@ impl<'r> Against<'r> {
             let pull: f64 = slopes.map(|(i, slope)| inverse.get(j, *i) * slope / candidate.sd).sum();
             pull * distance / (1.0 + leverage) / (spread * inverse.get(j, j).sqrt())
         };
-        let seen = (0..self.rows.point.names.len()).filter(|j| self.fitted.inverse.seen[*j]);
+        let seen = (0..self.rows.names.len()).filter(|j| self.fitted.inverse.seen[*j]);
         let all = seen.map(|j| (j, of(j).abs()));
         all.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default()
     }
@@ -320,7 +321,7 @@ impl<'r> Against<'r> {
             restitution,
             expected: from - distance * candidate.sd,
             sds: candidate.sds,
-            moves: rows.point.names.get(moves).cloned().unwrap_or_default(),
+            moves: rows.names.get(moves).cloned().unwrap_or_default(),
             moves_in_se,
         }
     }

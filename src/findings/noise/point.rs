@@ -1,140 +1,93 @@
 //! Finds the point about which the joint fit is looked at: where least squares ended, or would with the priors' k.
 
-use crate::findings::balance::{blocks, known, EnergyBalance};
-use crate::findings::dry::{self, FittedDry};
-use crate::inference::balance::{fit_balance, Balance};
+use crate::findings::balance::{known, problem_of, rebounds, EnergyBalance};
+use crate::findings::dry::FittedDry;
+use crate::inference::joint::{fit_joint, Joint, Known};
 use crate::inference::least_squares::Stop;
 use crate::model::parameters::{prior_of, Kind};
-use crate::physics::impact::Form;
+use crate::physics::Form;
 use crate::runs::Runs;
 use crate::scene::Scene;
 
 /// A point of the joint fit.
-pub(super) struct Point {
-    pub(super) form: Form,
-    /// names of the parameters: those of the energy balance, then k of each particle
-    pub(super) names: Vec<String>,
+pub(super) struct Point<'r> {
+    /// the runs of the fit, and its parameters
+    pub(super) joint: Joint<'r>,
     /// their values
     pub(super) values: Vec<f64>,
-    /// how many stand before the k
-    pub(super) wet: usize,
-    /// the particles, in the order of their k
-    pub(super) particles: Vec<usize>,
-    /// how many of them have wet runs that are looked at, the first ones
-    pub(super) rebounding: usize,
-    /// of each particle of the scene, whether its dry runs have a usable k
-    pub(super) dried: Vec<bool>,
-    /// of each particle of the scene, where it stands among those of the point
-    places: Vec<Option<usize>>,
+    /// their names
+    pub(super) names: Vec<String>,
 }
 
-impl Point {
+impl<'r> Point<'r> {
     /// The energy balance's own point where it holds every particle that rebounds; else that of a balance which takes
     /// unknown k from their priors. Particles with dry runs alone follow.
     pub(super) fn new(
         scene: &Scene,
-        runs: &Runs,
+        runs: &'r Runs,
         dry: &[FittedDry],
         balance: Option<&EnergyBalance>,
         form: Form,
-    ) -> Point {
-        let rebounds = |p: &usize| runs.series_of(*p).iter().any(|series| !series.rebounds.is_empty());
-        let all: Vec<usize> = (0..scene.particles.len()).filter(rebounds).collect();
+    ) -> Point<'r> {
+        let all: Vec<usize> = (0..scene.particles.len()).filter(|p| rebounds(runs, *p)).collect();
         let of_balance = balance.filter(|_| known(runs, dry).len() == all.len());
         let found = match of_balance {
-            Some(balance) => Some((balance.held.form, balance.held.parameters.clone(), balance.stop)),
-            None => with_priors(scene, runs, dry, form, &all).map(|(values, stop)| (form, values, stop)),
+            Some(balance) => Some((balance.form(), balance.held.point.clone(), balance.stop)),
+            None => with_priors(scene, runs, dry, form, &all),
         };
         // a direction the runs cannot see is left out later, and makes the residuals no worse
         let ended = [Stop::Converged, Stop::Degenerate].map(Stop::as_str);
         let found = found.filter(|(_, values, stop)| ended.contains(stop) && values.iter().all(|x| x.is_finite()));
-        let mut point = match found {
-            Some((form, values, _)) => Point {
-                form,
-                names: vec![],
-                wet: values.len() - all.len(),
-                values,
-                rebounding: all.len(),
-                particles: all,
-                dried: vec![false; scene.particles.len()],
-                places: vec![None; scene.particles.len()],
-            },
-            None => Point {
-                form,
-                names: vec![],
-                values: vec![],
-                wet: 0,
-                particles: vec![],
-                rebounding: 0,
-                dried: vec![false; scene.particles.len()],
-                places: vec![None; scene.particles.len()],
-            },
+        let (form, mut values, wet) = match found {
+            Some((form, values, _)) => (form, values, all),
+            None => (form, vec![], vec![]),
         };
-        for (place, particle) in point.particles.iter().enumerate() {
-            point.places[*particle] = Some(place);
+        let usable = || dry.iter().filter_map(|fitted| Some((fitted.particle, fitted.usable?)));
+        let dried: Vec<usize> = usable().map(|(particle, _)| particle).collect();
+        let joint = Joint::new(scene, runs, form, &wet, &dried);
+        let alone = usable().filter(|(particle, _)| wet.binary_search(particle).is_err());
+        values.extend(alone.map(|(_, (k, _))| k));
+        Point {
+            names: joint.kinds().map(|kind| kind.name(scene)).collect(),
+            joint,
+            values,
         }
-        for fitted in dry {
-            let Some((k, _)) = fitted.usable else { continue };
-            point.dried[fitted.particle] = true;
-            if point.places[fitted.particle].is_none() {
-                point.places[fitted.particle] = Some(point.particles.len());
-                point.particles.push(fitted.particle);
-                point.values.push(k);
-            }
-        }
-        let balance = balance_of(point.form, &[]);
-        let wet = balance.names().iter().take(point.wet).map(|name| (*name).to_owned());
-        let k = |particle: &usize| format!("dry_k[{}]", scene.particles[*particle].name);
-        point.names = wet.chain(point.particles.iter().map(k)).collect();
-        point
-    }
-
-    /// Place of a particle's k; `None` without a usable one.
-    pub(super) fn place(&self, particle: usize) -> Option<usize> {
-        Some(self.wet + self.places[particle]?)
     }
 }
 
 /// Spread against which a prior's k is weighed: so small that it decides only what the runs leave open.
 const OPEN: f64 = 1e-6;
 
-/// Spread against which the k of dry runs are weighed, about that of wet restitutions: where a fit starts from.
+/// Spread against which dry runs are weighed, about that of wet restitutions: where a fit starts from.
 const USUAL: f64 = 0.02;
 
-fn balance_of(form: Form, dry_k: &[(f64, f64)]) -> Balance<'_> {
-    Balance {
-        blocks: &[],
-        form,
-        dry_k,
-        spread: OPEN,
-    }
-}
-
-/// Parameters and stop reason of a balance of all particles that rebound; `None` without any.
+/// Form, parameters and stop reason of a balance of all particles that rebound; `None` without any.
 fn with_priors(
     scene: &Scene,
     runs: &Runs,
     dry: &[FittedDry],
     form: Form,
     particles: &[usize],
-) -> Option<(Vec<f64>, &'static str)> {
+) -> Option<(Form, Vec<f64>, &'static str)> {
     if particles.is_empty() {
         return None;
     }
-    let blocks = blocks(scene, runs, |particle| particles.binary_search(&particle).ok());
-    let k = |particle: &usize| {
-        let own = dry::of(dry, *particle);
-        let prior = prior_of(scene, Kind::DryK(*particle), form.inertia).0;
+    let with_dry = known(runs, dry);
+    let joint = Joint::new(scene, runs, form, particles, &with_dry);
+    let mut problem = problem_of(joint, dry, USUAL);
+    for (index, particle) in particles.iter().enumerate() {
+        if with_dry.binary_search(particle).is_ok() {
+            continue;
+        }
+        let prior = prior_of(scene, Kind::DryK(*particle), form).0;
         let sd = prior.sd().filter(|sd| *sd > 0.0).unwrap_or(0.01 * prior.median());
-        let of_dry = own
-            .and_then(|fitted| fitted.usable)
-            .map(|(k, se)| (k, se * OPEN / USUAL));
-        of_dry.unwrap_or((prior.median(), sd))
-    };
-    let dry_k: Vec<(f64, f64)> = particles.iter().map(k).collect();
-    let fit = fit_balance(&Balance {
-        blocks: &blocks,
-        ..balance_of(form, &dry_k)
-    });
-    Some((fit.parameters, fit.stop.as_str()))
+        problem.own_k[index] = prior.median();
+        problem.known.push(Known {
+            place: problem.joint.shared.len() + index,
+            value: prior.median(),
+            root: OPEN / sd,
+        });
+    }
+    let fit = fit_joint(&problem);
+    Some((form, fit.parameters, fit.stop.as_str()))
 }

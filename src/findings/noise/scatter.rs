@@ -1,8 +1,9 @@
 //! Finds the scatter of the runs about the joint fit in a way that outliers do not mislead.
 
-use super::joint::{inverse, Joint};
-use super::rows::{Kind, Row, Rows};
+use super::normal_equations::{inverse, NormalEquations};
+use super::rows::{Kind, Rows};
 use crate::inference::information::Sums;
+use crate::inference::joint::Row;
 use crate::inference::spreads::{median, SD_OF_MEDIAN_DISTANCE};
 use crate::physics::rebound::{kept_of_mean_restitution, slope_mean_restitution};
 
@@ -77,7 +78,7 @@ pub(super) fn settle(rows: &Rows, far: f64) -> Option<Settled> {
     /// the sets left out settle in a few rounds, or alternate between two that are as good
     const ROUNDS: usize = 10;
     const WORSE: f64 = 1.1;
-    let mut point = rows.point.values.clone();
+    let mut point = rows.point.clone();
     let mut taken = take(rows, &point);
     let mut scatter = scatter(rows, &mut taken, None)?;
     for _ in 0..ROUNDS {
@@ -86,7 +87,7 @@ pub(super) fn settle(rows: &Rows, far: f64) -> Option<Settled> {
         }
         let step = step(rows, &taken, &scatter);
         let moved: Vec<f64> = point.iter().zip(step.iter()).map(|(x, dx)| x + dx).collect();
-        if !rows.holds(&moved) {
+        if !rows.joint.holds(&moved) {
             break;
         }
         let accepted: Vec<bool> = taken.iter().map(|one| one.accepted).collect();
@@ -268,12 +269,12 @@ fn variance(rows: &[Row]) -> Option<f64> {
 
 /// The step to the least squares of what is accepted.
 fn step(rows: &Rows, taken: &[Taken], scatter: &[Scatter; 2]) -> nalgebra::DVector<f64> {
-    let mut sums: Vec<Sums> = rows.parts.iter().map(Joint::blank).collect();
+    let mut sums: Vec<Sums> = rows.parts.iter().map(NormalEquations::blank).collect();
     for one in taken.iter().filter(|one| one.accepted) {
         let part = &rows.parts[one.part];
         let sd = scatter[rows.kind(part) as usize].sd(&one.row);
-        Joint::add(&mut sums[one.part], part, &one.row, sd);
+        NormalEquations::add(&mut sums[one.part], part, &one.row, sd);
     }
-    let joint = Joint::new(rows, &sums, |_| 1.0);
+    let joint = NormalEquations::new(rows, &sums, |_| 1.0);
     -inverse(&joint.information).matrix.times(&joint.gradient)
 }

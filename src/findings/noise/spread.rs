@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::joint::{Fitted, Joint};
+use super::normal_equations::{Fitted, NormalEquations};
 use super::rows::{Kind, Rows};
 use super::{lacking, worst, Lacking, LEVEL};
 use crate::inference::arrow::Arrow;
@@ -88,7 +88,7 @@ pub(super) struct Variances {
 
 impl Variances {
     pub(super) fn new(rows: &Rows, sums: &[Sums]) -> Variances {
-        let fitted = Joint::new(rows, sums, |_| 1.0).fit();
+        let fitted = NormalEquations::new(rows, sums, |_| 1.0).fit();
         let mut kinds = [Left::default(); 2];
         let mut runs = vec![0; rows.groups.len()];
         let mut own: Vec<Left> = vec![Left::default(); rows.groups.len()];
@@ -103,7 +103,7 @@ impl Variances {
             let (sum, weight) = fitted.sum(part, sums);
             means[part.group].0 += sum;
             means[part.group].1 += weight;
-            let more = Joint::slopes(part, sums);
+            let more = NormalEquations::slopes(part, sums);
             let so_far = &mut slopes[part.group];
             match so_far.is_empty() {
                 true => *so_far = more,
@@ -162,8 +162,8 @@ pub(super) fn spreads(
     sds: [f64; 2],
 ) -> Option<Spreads> {
     let weight = |part: usize| 1.0 / variances.kinds[rows.kind(&rows.parts[part]) as usize];
-    let fitted: Fitted = Joint::new(rows, sums, weight).fit();
-    let scores: Arrow = Joint::new(rows, sums, |part| {
+    let fitted: Fitted = NormalEquations::new(rows, sums, weight).fit();
+    let scores: Arrow = NormalEquations::new(rows, sums, |part| {
         weight(part) * variances.groups[rows.parts[part].group]
     })
     .information;

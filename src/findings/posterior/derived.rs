@@ -2,12 +2,13 @@
 
 use rayon::prelude::*;
 
-use crate::findings::own_dry_speed::reference_dry_speed;
 use crate::findings::shown::four_decimals;
 use crate::inference::sampling::Sampled;
-use crate::model::parameters::{Kind, COMMON_SLOTS};
-use crate::physics::impact::Form;
-use crate::physics::viscous;
+use crate::model::parameters::{physical, Kind};
+use crate::physics::balance::Balance;
+use crate::physics::form::Term;
+use crate::physics::loss::Film;
+use crate::physics::{viscous, Form};
 use crate::runs::{Runs, Series};
 use crate::scene::Scene;
 
@@ -49,9 +50,9 @@ pub fn find(scene: &Scene, runs: &Runs, form: Form, sampled: &Sampled) -> Vec<De
     let of_draws = |of: &dyn Fn(&[f64]) -> f64| -> Vec<Vec<f64>> {
         chains(&full.iter().map(|full| of(full)).collect::<Vec<f64>>())
     };
-    let l = Kind::LubricationLog.slot();
+    let l = Kind::LUBRICATION_LOG.slot();
     let mut all = vec![];
-    if form.viscous {
+    if Term::Viscous.is_held(form) {
         all.push(Derived {
             name: "delta_c_over_roughness".to_owned(),
             quantity: "delta_c_over_roughness",
@@ -70,22 +71,18 @@ pub fn find(scene: &Scene, runs: &Runs, form: Form, sampled: &Sampled) -> Vec<De
             });
         }
     }
-    let v = reference_dry_speed(scene);
+    let v = scene.model.dry_speed.reference();
     let settings = settings(runs);
-    let e_inf2 = |setting: &Setting, full: &[f64]| {
-        let e_dry = form.dry.restitution(full[COMMON_SLOTS + setting.particle], v);
-        let density_ratio = scene.liquids[setting.liquid].density / scene.particles[setting.particle].density;
-        let shape = form.inertia.shape(setting.film_ratio, full[Kind::FilmScale.slot()]);
-        let kept = e_dry * e_dry - full[Kind::InertialPrefactor.slot()] * density_ratio * shape;
-        if kept > 0.0 {
-            kept
-        } else {
-            f64::NAN
-        }
+    let e_inf = |setting: &Setting, full: &[f64]| {
+        let film = Film {
+            film_ratio: setting.film_ratio,
+            density_ratio: scene.liquids[setting.liquid].density / scene.particles[setting.particle].density,
+        };
+        Balance::new(form, film, &physical(full, setting.particle)).e_inf(v)
     };
     let e_inf: Vec<Vec<f64>> = settings
         .par_iter()
-        .map(|setting| full.iter().map(|full| e_inf2(setting, full).sqrt()).collect())
+        .map(|setting| full.iter().map(|full| e_inf(setting, full)).collect())
         .collect();
     type Formula = fn(f64, f64) -> f64;
     let formulas: [(&str, Formula); 3] = [
@@ -94,7 +91,10 @@ pub fn find(scene: &Scene, runs: &Runs, form: Form, sampled: &Sampled) -> Vec<De
         ("st_no_rebound", viscous::st_no_rebound),
     ];
     // without a viscous loss there is no St_c
-    for (quantity, formula) in formulas.into_iter().take(if form.viscous { 3 } else { 1 }) {
+    for (quantity, formula) in formulas
+        .into_iter()
+        .take(if Term::Viscous.is_held(form) { 3 } else { 1 })
+    {
         let of_setting = |(setting, e_inf): (&Setting, &Vec<f64>)| {
             let (particle, liquid) = (&scene.particles[setting.particle], &scene.liquids[setting.liquid]);
             let ratio = four_decimals(setting.film_ratio);
@@ -123,7 +123,7 @@ pub fn count(runs: &Runs, form: Form) -> usize {
         return 0;
     }
     let settings = settings(runs).len();
-    if !form.viscous {
+    if !Term::Viscous.is_held(form) {
         return settings;
     }
     let of = |series: &Series| series.particle;

@@ -5,7 +5,7 @@ use crate::findings::least_squares::LeastSquares;
 use crate::inference::nuts::{Effort, TARGET_ACCEPT};
 use crate::inference::posed::{Evaluation, Start};
 use crate::model::parameters::Kind;
-use crate::physics::impact::Form;
+use crate::physics::Form;
 use crate::scene::Scene;
 
 /// What is sampled, and how.
@@ -92,10 +92,9 @@ pub fn start(scene: &Scene, least_squares: LeastSquares) -> Start {
     let Some(balance) = least_squares.energy_balance else {
         return start;
     };
-    for kind in [Kind::LubricationLog, Kind::InertialPrefactor, Kind::FilmScale] {
-        let found = balance.parameters.iter().find(|parameter| parameter.name == kind.key());
-        if let Some(value) = found.and_then(|parameter| parameter.estimate.value) {
-            start.push((kind, value));
+    for parameter in &balance.parameters {
+        if let (Kind::Shared(_), Some(value)) = (parameter.kind, parameter.estimate.value) {
+            start.push((parameter.kind, value));
         }
     }
     if let Some(sd) = balance.residual_sd {

@@ -12,8 +12,8 @@ use crate::inference::diagnostics::summary::summarise;
 use crate::inference::nuts::{divergences, Effort, LARGEST_DEPTH};
 use crate::inference::sampling::Sampled;
 use crate::model::parameters::Parameter;
-use crate::physics::impact::DrySpeed;
-use crate::scene::{terms_of, Term};
+use crate::physics::form::Term;
+use crate::physics::DrySpeed;
 
 /// What the draws say, and how they were made.
 pub(super) fn tell(
@@ -77,7 +77,7 @@ pub(super) fn tell(
                 })
                 .collect(),
         }),
-        terms: terms_of(asked.form).into_iter().map(Term::name).collect(),
+        terms: asked.form.terms().into_iter().map(Term::name).collect(),
         inertia: asked.form.inertia.name(),
         dry_speed_m_s: match asked.form.dry_speed {
             DrySpeed::Reference(v) => Some(v),

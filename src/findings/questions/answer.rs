@@ -4,8 +4,8 @@ use super::question::{Answer, Question, Trend};
 use crate::findings::compare::{is_gain, Compared, GAIN};
 use crate::inference::diagnostics::loo::Difference;
 use crate::notice::Notice;
-use crate::physics::impact::Form;
 use crate::physics::inertia::Inertia;
+use crate::physics::Form;
 
 /// What two models of the same runs say.
 pub(super) struct Weighed {

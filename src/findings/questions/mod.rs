@@ -35,7 +35,7 @@ pub fn find(context: Context) -> Result<(Vec<Question>, Vec<Notice>), Error> {
 pub fn is_lubrication_constant(context: Context, below: f64) -> Result<Question, Error> {
     let question = Question {
         film_ratio_below: Some(below),
-        ..unanswered("Is L the same at every film ratio below 0.10?", Kind::LubricationLog)
+        ..unanswered("Is L the same at every film ratio below 0.10?", Kind::LUBRICATION_LOG)
     };
     if let Some(why) = too_many(context) {
         return Ok(question.open(&why));
@@ -47,14 +47,14 @@ pub fn is_lubrication_constant(context: Context, below: f64) -> Result<Question,
         context,
         runs: &part,
         trend: Kind::LubricationTrend,
-        of: Kind::LubricationLog,
+        of: Kind::LUBRICATION_LOG,
     };
     models.ask(question)
 }
 
 /// Whether one C serves all runs, under the scene's own form.
 pub fn is_prefactor_constant(context: Context) -> Result<Question, Error> {
-    let question = unanswered("Is C the same at every film ratio?", Kind::InertialPrefactor);
+    let question = unanswered("Is C the same at every film ratio?", Kind::INERTIAL_PREFACTOR);
     if let Some(why) = too_many(context) {
         return Ok(question.open(&why));
     }
@@ -63,7 +63,7 @@ pub fn is_prefactor_constant(context: Context) -> Result<Question, Error> {
         context,
         runs: context.runs,
         trend: Kind::InertialTrend,
-        of: Kind::InertialPrefactor,
+        of: Kind::INERTIAL_PREFACTOR,
     };
     models.ask(question)
 }

@@ -1,20 +1,19 @@
 //! Takes the sizes of terms from weighted sums over the runs.
 
-use std::collections::HashMap;
-
 use nalgebra::DVector;
 
-use super::{SizedTerm, Term};
-use crate::findings::balance::EnergyBalance;
-use crate::findings::dry::{self, FittedDry};
-use crate::findings::estimate::Estimate;
+use super::sized::SizedTerm;
+use crate::findings::balance::{rebounds, EnergyBalance, Setup};
+use crate::findings::dry;
 use crate::findings::scaling::FittedScaling;
 use crate::inference::arrow::Arrow;
-use crate::model::parameters::{prior_of, Kind, COMMON_SLOTS};
-use crate::physics::impact::{kept_energy, kept_energy_slopes, Form, Parameters, Setting};
-use crate::physics::inertia::Inertia;
-use crate::physics::rebound::{mean_restitution, slope_mean_restitution};
-use crate::runs::{Runs, Series};
+use crate::inference::joint::{Joint, Part, Row};
+use crate::model::parameters::{prior_of, Kind};
+use crate::physics::coefficient::Coefficients;
+use crate::physics::form::Term;
+use crate::physics::rebound::mean_restitution;
+use crate::physics::{kept_energy, Coefficient, Form, Parameters};
+use crate::runs::Series;
 use crate::scene::{Law, Prior, Scene};
 
 /// A term with more than this many runs to see it by is sized on every so manyth of them.
@@ -28,37 +27,33 @@ const SEEN: f64 = 2.0;
 
 /// Where the sizes are taken.
 struct Point {
-    /// a full vector of parameters
-    full: Vec<f64>,
+    /// of every shared parameter, those of terms that are not held with them
+    shared: Coefficients,
+    /// k of each particle of the scene
+    dry_k: Vec<f64>,
     /// spreads of dry and of wet restitutions; `None` where the runs leave none
     sigma: Option<[f64; 2]>,
 }
 
 impl Point {
-    fn of(
-        scene: &Scene,
-        runs: &Runs,
-        dry: &[FittedDry],
-        scaling: &[FittedScaling],
-        (form, balance): (Form, Option<&EnergyBalance>),
-    ) -> Point {
-        let mut full = vec![0.0; COMMON_SLOTS + scene.particles.len()];
-        let parameters = balance.iter().flat_map(|balance| &balance.parameters);
-        let in_balance: HashMap<&str, &Estimate> = parameters.map(|own| (own.name.as_str(), &own.estimate)).collect();
-        let fitted = |name: &str| {
-            let (value, se) = in_balance.get(name)?.pair()?;
+    fn of(setup: Setup, scaling: &[FittedScaling], form: Form, balance: Option<&EnergyBalance>) -> Point {
+        let Setup { scene, runs, dry, .. } = setup;
+        let fitted = |kind: Kind| {
+            let (value, se) = balance?.estimate(kind)?.pair()?;
             (value > SEEN * se).then_some(value)
         };
-        for kind in [Kind::LubricationLog, Kind::InertialPrefactor, Kind::FilmScale] {
-            let median = prior_of(scene, kind, form.inertia).0.median();
-            full[kind.slot()] = fitted(kind.key()).unwrap_or(median);
+        let believed = |kind: Kind| prior_of(scene, kind, form).0.median();
+        let mut shared = Coefficients::default();
+        for coefficient in Coefficient::ALL {
+            let kind = Kind::Shared(coefficient);
+            shared[coefficient] = fitted(kind).unwrap_or_else(|| believed(kind));
         }
-        for (particle, named) in scene.particles.iter().enumerate() {
+        let of_particle = |particle: usize| {
             let kind = Kind::DryK(particle);
             let own = dry::of(dry, particle).and_then(|one| one.usable);
-            let joint = fitted(&format!("dry_k[{}]", named.name)).or(own.map(|(k, _)| k));
-            full[kind.slot()] = joint.unwrap_or_else(|| prior_of(scene, kind, form.inertia).0.median());
-        }
+            let found = fitted(kind).or(own.map(|(k, _)| k));
+            found.unwrap_or_else(|| believed(kind))
+        };
         let of_laws = || {
             let laws = scaling.iter().filter(|fitted| fitted.law == Law::Sqrt);
             laws.filter_map(|fitted| fitted.scaling.residual_sd).reduce(f64::min)
@@ -70,60 +65,74 @@ impl Point {
         let spread = |sd: f64| sd > 1e-12;
         let sigma = wet.map(|wet| [of_dry.filter(|sd| spread(*sd)).unwrap_or(wet), wet]);
         Point {
-            full,
+            shared,
+            dry_k: (0..scene.particles.len()).map(of_particle).collect(),
             sigma: sigma.filter(|[_, wet]| spread(*wet)),
         }
     }
 
     fn parameters(&self, particle: usize) -> Parameters {
         Parameters {
-            dry_k: self.full[Kind::DryK(particle).slot()],
-            lubrication_log: self.full[Kind::LubricationLog.slot()],
-            inertial_prefactor: self.full[Kind::InertialPrefactor.slot()],
-            film_scale: self.full[Kind::FilmScale.slot()],
+            dry_k: self.dry_k[particle],
+            shared: self.shared,
         }
+    }
+
+    /// The same as a point of a joint fit.
+    fn of_joint(&self, joint: &Joint) -> Vec<f64> {
+        let value = |kind: Kind| match kind {
+            Kind::DryK(particle) => self.dry_k[particle],
+            Kind::Shared(coefficient) => self.shared[coefficient],
+            // a joint fit has no other
+            _ => f64::NAN,
+        };
+        joint.kinds().map(value).collect()
     }
 }
 
 /// Every term with its size in this form; the bridge only where a liquid in use has a surface tension.
 pub(super) fn size(
-    scene: &Scene,
-    runs: &Runs,
-    dry: &[FittedDry],
+    setup: Setup,
     scaling: &[FittedScaling],
-    (form, balance): (Form, Option<&EnergyBalance>),
+    form: Form,
+    balance: Option<&EnergyBalance>,
 ) -> Vec<SizedTerm> {
-    let inertia = balance.and_then(|balance| Inertia::ALL.into_iter().find(|form| form.name() == balance.inertia));
+    let Setup { scene, runs, .. } = setup;
+    // where the form of inertia was left open, the one the balance took
     let form = Form {
-        inertia: inertia.unwrap_or(form.inertia),
+        inertia: balance.map_or(form.inertia, |balance| balance.form().inertia),
         ..form
     };
-    let point = Point::of(scene, runs, dry, scaling, (form, balance));
-    let mut sums = Sums::new(scene, form, &point);
-    sums.add_wet(scene, runs);
-    sums.add_dry(runs);
+    let point = Point::of(setup, scaling, form, balance);
+    let particles = || 0..scene.particles.len();
+    let wet: Vec<usize> = particles().filter(|p| rebounds(runs, *p)).collect();
+    let dry: Vec<usize> = particles().filter(|p| !runs.dry_of(*p).is_empty()).collect();
+    let joint = Joint::new(scene, runs, form, &wet, &dry);
+    let mut sums = Sums::new(scene, &joint, &point);
+    sums.add_wet(scene, &joint, &point);
+    sums.add_dry(&joint, &point);
     let tension = |series: &Series| scene.liquids[series.liquid].surface_tension.is_some();
-    let wet = !runs.series.is_empty();
+    let has_wet = !runs.series.is_empty();
     let applies = |term: &Term| match term {
         Term::DrySecondOrder => true,
         Term::Bridge => runs.series.iter().any(tension),
-        Term::Inertia | Term::Viscous | Term::OwnDrySpeed => wet,
+        Term::Inertia | Term::Viscous | Term::OwnDrySpeed => has_wet,
     };
     let of = |term: Term| {
-        let (size, moves) = sums.bias(scene, term).unzip();
+        let (size, moves) = sums.bias(term).unzip();
         let held = term.is_held(form);
-        let named = match term {
+        let chosen_by = match term {
             Term::OwnDrySpeed => "scene",
             _ if scene.model.terms.is_some() => "scene",
             Term::Inertia | Term::Viscous => "auto",
             Term::Bridge | Term::DrySecondOrder => "default",
         };
         SizedTerm {
-            term: term.name(),
+            term,
             held,
-            chosen_by: named,
+            chosen_by,
             size,
-            moves,
+            moves: moves.map(|kind| kind.name(scene)),
             largest_effect: sums.largest_effect[term as usize],
             widens: sums.widening(term).filter(|_| held),
         }
@@ -132,67 +141,58 @@ pub(super) fn size(
 }
 
 /// Weighted sums over the runs.
-struct Sums<'p> {
+struct Sums {
     form: Form,
-    point: &'p Point,
-    /// the slots of a full vector that are parameters of the model, spreads apart
-    slots: Vec<usize>,
-    /// where each slot stands among them
+    /// whether the runs have a spread to weigh them by
+    weighed: bool,
+    /// the parameters of the fit that no prior holds
+    kinds: Vec<Kind>,
+    /// where each parameter of the fit stands among them
     places: Vec<Option<usize>>,
     /// JᵀWJ with the priors' own
     information: Arrow,
     /// JᵀWΔe of each term
-    pulls: [DVector<f64>; 5],
-    largest_effect: [f64; 5],
+    pulls: [DVector<f64>; Term::ALL.len()],
+    largest_effect: [f64; Term::ALL.len()],
 }
 
-impl<'p> Sums<'p> {
-    fn new(scene: &Scene, form: Form, point: &'p Point) -> Sums<'p> {
-        let kinds = [Kind::LubricationLog, Kind::InertialPrefactor, Kind::FilmScale];
-        let ks = (0..scene.particles.len()).map(Kind::DryK);
-        let in_form = |kind: &Kind| match kind {
-            Kind::LubricationLog => form.viscous,
-            Kind::InertialPrefactor => form.inertia != Inertia::None,
-            Kind::FilmScale => form.inertia.has_film_scale(),
-            _ => true,
-        };
-        let mut slots = vec![];
-        let mut precision = vec![];
-        for kind in kinds.into_iter().chain(ks).filter(in_form) {
-            let prior = prior_of(scene, kind, form.inertia).0;
+impl Sums {
+    fn new(scene: &Scene, joint: &Joint, point: &Point) -> Sums {
+        let (mut kinds, mut precision, mut places) = (vec![], vec![], vec![]);
+        for kind in joint.kinds() {
+            let prior = prior_of(scene, kind, joint.form).0;
             // what a prior holds is no parameter
-            if !matches!(prior, Prior::Fixed(_)) {
-                let sd = prior.sd().unwrap_or(WIDE);
-                slots.push(kind.slot());
-                precision.push(1.0 / (sd * sd));
+            if matches!(prior, Prior::Fixed(_)) {
+                places.push(None);
+                continue;
             }
+            let sd = prior.sd().unwrap_or(WIDE);
+            places.push(Some(kinds.len()));
+            kinds.push(kind);
+            precision.push(1.0 / (sd * sd));
         }
-        let zeros = DVector::zeros(slots.len());
-        let shared = slots.partition_point(|slot| *slot < COMMON_SLOTS);
-        let mut information = Arrow::zeros(shared, slots.len() - shared);
+        let shared = kinds.partition_point(|kind| matches!(kind, Kind::Shared(_)));
+        let mut information = Arrow::zeros(shared, kinds.len() - shared);
         for (place, precision) in precision.into_iter().enumerate() {
             information.add((place, place), precision);
         }
-        let mut places = vec![None; point.full.len()];
-        for (place, slot) in slots.iter().enumerate() {
-            places[*slot] = Some(place);
-        }
+        let zeros = DVector::zeros(kinds.len());
         Sums {
-            form,
-            point,
+            form: joint.form,
+            weighed: point.sigma.is_some(),
             information,
-            slots,
+            kinds,
             places,
             pulls: std::array::from_fn(|_| zeros.clone()),
-            largest_effect: [0.0; 5],
+            largest_effect: [0.0; Term::ALL.len()],
         }
     }
 
-    /// Adds a restitution's slopes, few of them, and what each term does to it.
-    fn add(&mut self, weight: f64, slopes: &[(usize, f64)], effects: [f64; 5]) {
+    /// Adds a run's slopes, and what each term does to its restitution.
+    fn add(&mut self, weight: f64, part: &Part, row: &Row, effects: [f64; Term::ALL.len()]) {
+        let slopes = part.places.iter().zip(row.slopes);
         let places: Vec<(usize, f64)> = slopes
-            .iter()
-            .filter_map(|(slot, slope)| Some((self.places[*slot]?, *slope)))
+            .filter_map(|(place, slope)| Some((self.places[*place]?, slope)))
             .collect();
         self.information.add_square(weight, &places);
         for (row, of_row) in &places {
@@ -205,62 +205,62 @@ impl<'p> Sums<'p> {
         }
     }
 
-    fn add_wet(&mut self, scene: &Scene, runs: &Runs) {
-        let rebounds: usize = runs.series.iter().map(|series| series.rebounds.len()).sum();
-        let step = rebounds.div_ceil(MOST_RUNS).max(1);
-        let weight = self.point.sigma.map_or(0.0, |[_, wet]| step as f64 / (wet * wet));
-        for series in &runs.series {
-            let (particle, liquid) = (&scene.particles[series.particle], &scene.liquids[series.liquid]);
-            let parameters = self.point.parameters(series.particle);
-            for run in series.rebounds.clone().step_by(step) {
-                let setting = Setting {
-                    density: particle.density,
-                    diameter: runs.diameter[run],
-                    liquid_density: liquid.density,
-                    viscosity: liquid.viscosity,
-                    film: runs.film[run],
-                    surface_tension: liquid.surface_tension,
+    fn add_wet(&mut self, scene: &Scene, joint: &Joint, point: &Point) {
+        let runs = joint.runs;
+        let step = joint.wet_rebounds().div_ceil(MOST_RUNS).max(1);
+        let weight = point.sigma.map_or(0.0, |[_, wet]| step as f64 / (wet * wet));
+        let at = point.of_joint(joint);
+        for part in joint.wet_parts() {
+            let Some(series) = part.series.map(|index| &runs.series[index]) else {
+                continue;
+            };
+            let (parameters, form) = (point.parameters(part.particle), self.form);
+            for run in part.rebounds.clone().step_by(step) {
+                let setting = runs.setting(scene, series, run);
+                let kept = |term: Term| {
+                    let other = term.toggled(form);
+                    kept_energy(&setting, other, &parameters, runs.impact_speed[run])
                 };
-                let v = runs.impact_speed[run];
-                let kept = |form: Form| kept_energy(&setting, form, &parameters, v);
-                let r = kept(self.form);
-                let slope = slope_mean_restitution(r);
-                let of = kept_energy_slopes(&setting, self.form, &parameters, v);
-                let slopes = [
-                    (Kind::LubricationLog.slot(), slope * of.lubrication_log),
-                    (Kind::InertialPrefactor.slot(), slope * of.inertial_prefactor),
-                    (Kind::FilmScale.slot(), slope * of.film_scale),
-                    (Kind::DryK(series.particle).slot(), slope * of.dry_k),
-                ];
-                let e = mean_restitution(r);
-                let effects = Term::ALL.map(|term| mean_restitution(kept(term.toggled(self.form))) - e);
-                self.add(weight, &slopes, effects);
+                joint.each(part, run..run + 1, &at, |row| {
+                    let effects = Term::ALL.map(|term| mean_restitution(kept(term)) - row.model);
+                    self.add(weight, part, &row, effects);
+                });
             }
         }
     }
 
-    fn add_dry(&mut self, runs: &Runs) {
-        let rebounds: usize = runs.dry.iter().map(|group| group.rebounds.len()).sum();
+    fn add_dry(&mut self, joint: &Joint, point: &Point) {
+        let rebounds: usize = joint.dry_parts().map(|part| part.rebounds.len()).sum();
         let step = rebounds.div_ceil(MOST_RUNS).max(1);
-        let weight = self.point.sigma.map_or(0.0, |[dry, _]| step as f64 / (dry * dry));
-        for group in &runs.dry {
-            let slot = Kind::DryK(group.particle).slot();
-            let k = self.point.full[slot];
-            let other = Term::DrySecondOrder.toggled(self.form).dry;
-            for run in group.rebounds.clone().step_by(step) {
-                let v = runs.impact_speed[run];
-                let mut effects = [0.0; 5];
-                effects[Term::DrySecondOrder as usize] = other.restitution(k, v) - self.form.dry.restitution(k, v);
-                self.add(weight, &[(slot, self.form.dry.slope_dry_k(k, v))], effects);
+        let weight = point.sigma.map_or(0.0, |[dry, _]| step as f64 / (dry * dry));
+        let at = point.of_joint(joint);
+        let other = Term::DrySecondOrder.toggled(self.form).dry;
+        for part in joint.dry_parts() {
+            let k = point.dry_k[part.particle];
+            for run in part.rebounds.clone().step_by(step) {
+                joint.each(part, run..run + 1, &at, |row| {
+                    let mut effects = [0.0; Term::ALL.len()];
+                    let loss = k * joint.runs.impacts.speed_root[run];
+                    effects[Term::DrySecondOrder as usize] = other.of_loss(loss)[0] - row.model;
+                    self.add(weight, part, &row, effects);
+                });
             }
+        }
+    }
+
+    /// Whether a parameter is a term's own.
+    fn owns(&self, term: Term, place: usize) -> bool {
+        match self.kinds[place] {
+            Kind::Shared(coefficient) => term.owns(coefficient, self.form),
+            _ => false,
         }
     }
 
     /// What runs and priors say of the parameters that are not this term's own; `None` where that leaves one open.
     fn without(&self, term: Option<Term>) -> Option<Others> {
-        self.point.sigma?;
-        let others = |place: &usize| !term.is_some_and(|term| term.owns(self.slots[*place]));
-        let places: Vec<usize> = (0..self.slots.len()).filter(others).collect();
+        self.weighed.then_some(())?;
+        let others = |place: &usize| !term.is_some_and(|term| self.owns(term, *place));
+        let places: Vec<usize> = (0..self.kinds.len()).filter(others).collect();
         let information = self.information.select(&places);
         // parameters have units of their own: scaled to a unit diagonal the inverse loses no digits to them
         let scale: Vec<f64> = information.diagonal().map(|sum| 1.0 / sum.sqrt()).collect();
@@ -291,17 +291,17 @@ impl<'p> Sums<'p> {
     }
 
     /// The largest bias in standard errors, and whose it is.
-    fn bias(&self, scene: &Scene, term: Term) -> Option<(f64, String)> {
+    fn bias(&self, term: Term) -> Option<(f64, Kind)> {
         let others = self.without(Some(term))?;
         let sizes = others.bias.iter().zip(&others.variance).zip(&others.places);
-        let sizes = sizes.map(|((bias, variance), place)| (bias.abs() / variance.sqrt(), self.slots[*place]));
-        let (size, slot) = sizes.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        size.is_finite().then(|| (size, name_of(scene, slot)))
+        let sizes = sizes.map(|((bias, variance), place)| (bias.abs() / variance.sqrt(), self.kinds[*place]));
+        let (size, kind) = sizes.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        size.is_finite().then(|| (size, kind))
     }
 
     /// Largest factor by which the term's own parameters widen another's standard error.
     fn widening(&self, term: Term) -> Option<f64> {
-        if !self.slots.iter().any(|slot| term.owns(*slot)) {
+        if !(0..self.kinds.len()).any(|place| self.owns(term, place)) {
             return None;
         }
         let (with, without) = (self.without(None)?, self.without(Some(term))?);
@@ -318,15 +318,4 @@ struct Others {
     variance: Vec<f64>,
     /// what leaving the term out does to each; empty without a term
     bias: Vec<f64>,
-}
-
-fn name_of(scene: &Scene, slot: usize) -> String {
-    match slot.checked_sub(COMMON_SLOTS) {
-        Some(particle) => format!("dry_k[{}]", scene.particles[particle].name),
-        None => {
-            let kinds = [Kind::LubricationLog, Kind::InertialPrefactor, Kind::FilmScale];
-            let kind = kinds.into_iter().find(|kind| kind.slot() == slot);
-            kind.map_or_else(String::new, |kind| kind.key().to_owned())
-        }
-    }
 }

@@ -124,6 +124,21 @@ impl Fit {
         self.stop == Stop::Converged
     }
 
+    /// A fit that could not begin, since there are fewer runs than parameters they alone determine.
+    pub fn without_enough_runs(start: Vec<f64>, runs: usize, parameters: usize) -> Fit {
+        Fit {
+            parameters: start,
+            residual_sum_of_squares: f64::INFINITY,
+            residual_sd: None,
+            degrees_of_freedom: 0,
+            covariance: None,
+            stop: Stop::Degenerate,
+            condition: f64::INFINITY,
+            evaluations: 0,
+            why_no_covariance: Some(cannot_determine(runs, parameters)),
+        }
+    }
+
     /// A fit that could not begin.
     fn not_begun<P: ResidualProblem>(problem: &P, start: &[f64], stop: Stop, why: String) -> Self {
         let (n, p) = (problem.runs(), problem.parameters());
@@ -161,21 +176,16 @@ impl Fit {
 /// is returned; if none does, the one with the lowest sum of squares.
 pub fn fit<P: ResidualProblem>(problem: &P, start: &[f64]) -> Fit {
     let (n, p) = (problem.runs(), problem.parameters());
-    let counts = |count: usize, one: &str| match count {
-        1 => format!("1 {one}"),
-        _ => format!("{count} {one}s"),
-    };
     if p == 0 || start.len() != p {
         let why = format!(
             "{} given for {}",
-            counts(start.len(), "start value"),
-            counts(p, "parameter")
+            counted(start.len(), "start value"),
+            counted(p, "parameter")
         );
         return Fit::not_begun(problem, start, Stop::Degenerate, why);
     }
     if n < p {
-        let why = format!("{} cannot determine {}", counts(n, "run"), counts(p, "parameter"));
-        return Fit::not_begun(problem, start, Stop::Degenerate, why);
+        return Fit::not_begun(problem, start, Stop::Degenerate, cannot_determine(n, p));
     }
 
     let mut best: Option<Fit> = None;
@@ -208,6 +218,21 @@ pub fn fit<P: ResidualProblem>(problem: &P, start: &[f64]) -> Fit {
         let why = "the law is undefined at the starting values".to_owned();
         Fit::not_begun(problem, start, Stop::OutOfDomain, why)
     })
+}
+
+fn counted(count: usize, one: &str) -> String {
+    match count {
+        1 => format!("1 {one}"),
+        _ => format!("{count} {one}s"),
+    }
+}
+
+fn cannot_determine(runs: usize, parameters: usize) -> String {
+    format!(
+        "{} cannot determine {}",
+        counted(runs, "run"),
+        counted(parameters, "parameter")
+    )
 }
 
 /// The fit an attempt ended in; `None` if it could not begin.

@@ -14,13 +14,13 @@
 use std::ops::Range;
 
 use super::errors::Errors;
-use super::law::Law;
 use super::nodes::Nodes;
 use super::placed::{place, place_dry, ByRow, Placed, Spreads};
 use super::prepared::Likelihood;
 use super::sums::Sums;
 use super::tails::Tails;
 use crate::model::parameters::{Kind, COMMON_SLOTS};
+use crate::physics::balance::Balance;
 
 impl Likelihood {
     /// Log likelihood of some rebounds and some stuck runs of a block; adds its slopes in the spreads and in ν, and in r to
@@ -29,7 +29,7 @@ impl Likelihood {
         &self,
         own: &ByRow,
         (rebounds, stuck): (Range<usize>, Range<usize>),
-        law: &Law,
+        balance: &Balance,
         (tails, spreads): (Tails, Spreads),
         slopes: &mut [f64],
         sums: &mut Sums,
@@ -37,15 +37,15 @@ impl Likelihood {
         let none = Errors::default();
         let (mut value, mut of_spreads, mut of_nu) = (0.0, [0.0; 2], 0.0);
         let mut add = |nodes: &Nodes, node: usize, errors: Errors, placed: Placed, of_mean: f64, of_variance: f64| {
-            let at = nodes.abscissa(node);
+            let at = nodes.impact(node);
             let slope = of_mean * placed.mean_slope + of_variance * placed.variance_slopes[0];
             sums.kept += slope;
-            sums.viscous += slope * at.viscous;
-            sums.dry += slope * law.kept(&at).1;
+            sums.viscous += slope * at.over_stokes;
+            sums.dry -= 0.5 * slope * balance.kept(&at).1;
             let slope = of_variance * placed.variance_slopes[1];
             if slope != 0.0 {
-                let of_k = law.by_speed(&at, errors.slowness).1;
-                sums.viscous -= slope * at.viscous * errors.slowness;
+                let of_k = balance.in_log_speed_slope_k(&at) * errors.slowness;
+                sums.viscous -= slope * at.over_stokes * errors.slowness;
                 sums.dry -= 0.5 * slope * of_k;
             }
             for (sum, of_spread) in of_spreads.iter_mut().zip(placed.of_spreads) {
@@ -54,7 +54,7 @@ impl Likelihood {
         };
         for node in rebounds {
             let errors = own.rebounds.get(node).copied().unwrap_or(none);
-            let kept = law.kept_and_by_speed(&self.rebounds.abscissa(node), errors);
+            let kept = errors.kept_and_by_speed(balance, &self.rebounds.impact(node));
             let (placed, e, stretch) = match &own.energies {
                 Some(energies) => {
                     let at = energies.rebounds[node];
@@ -80,7 +80,7 @@ impl Likelihood {
         }
         for node in stuck {
             let errors = own.stuck.get(node).copied().unwrap_or(none).of_speed_alone();
-            let kept = law.kept_and_by_speed(&self.stuck.abscissa(node), errors);
+            let kept = errors.kept_and_by_speed(balance, &self.stuck.impact(node));
             let placed = self.place_limit(own, spreads, kept, errors, false);
             let limit = own.energies.as_ref().map_or(self.limit, |energies| energies.limit.kept);
             let side = Side::of(tails, 1.0, limit, &placed);
@@ -117,23 +117,19 @@ impl Likelihood {
         let mut value = 0.0;
         for row in &own.dry {
             let place_of_k = COMMON_SLOTS + row.particle;
-            let law = Law {
-                order: self.form.dry,
-                k: full[place_of_k],
-                ..Law::DRY
-            };
+            let balance = Balance::dry(self.form.dry, full[place_of_k]);
             let rebounded = row.restitution.is_some();
             let errors = if rebounded {
                 row.errors
             } else {
                 row.errors.of_speed_alone()
             };
-            let (mean, variance, variance_slope) = place_dry(&law, row.dry_power, sigma, errors, rebounded);
-            let (_, fall, _) = law.dry(row.dry_power);
+            let (mean, variance, variance_slope) = place_dry(&balance, row.dry_root, sigma, errors, rebounded);
+            let [_, slope_k, _] = balance.e_dry(row.dry_root);
             let mut add = |sign: f64, of: (f64, f64, f64, f64)| {
                 let (told, of_mean, of_variance, of_nu) = of;
                 value += sign * told;
-                slopes[place_of_k] += sign * (of_variance * variance_slope - of_mean * fall);
+                slopes[place_of_k] += sign * (of_variance * variance_slope + of_mean * slope_k);
                 slopes[Kind::SigmaDry.slot()] += sign * of_variance * 2.0 * sigma;
                 slopes[Kind::Nu.slot()] += sign * of_nu;
             };

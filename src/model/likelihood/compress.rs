@@ -11,12 +11,13 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::gauss::{rule, Rule};
-use super::law::{mean_and_slope, Abscissa, Law};
 use super::nodes::{Block, Nodes};
 use super::prepared::Likelihood;
 use super::sums::rebound_sums;
 use crate::model::likelihood::normal::ln_normal_cdf;
 use crate::model::parameters::Kind;
+use crate::physics::balance::{Balance, Impact};
+use crate::physics::rebound::mean_and_slope;
 
 /// A range with no more different settings than this keeps them all.
 const FEW: usize = 16;
@@ -47,52 +48,52 @@ pub struct Compression {
 /// What a block reads of a full vector.
 #[derive(Debug, Clone, Copy)]
 struct At {
-    law: Law,
+    balance: Balance,
     sigma: f64,
 }
 
 /// Where p comes from inside a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum DryPower {
+enum DryRoot {
     /// the same for all
     Constant(f64),
     /// this · x^(-1/5): one diameter, the run's own speed
     Falling(f64),
-    /// neither, or there is a bridge, too
+    /// neither, or there are shares that no parameter moves, too
     Unknown,
 }
 
-impl DryPower {
-    fn of(nodes: &Nodes) -> DryPower {
-        let (Some(x), Some(p)) = (nodes.viscous.first(), nodes.dry_power.first()) else {
-            return DryPower::Unknown;
+impl DryRoot {
+    fn of(nodes: &Nodes) -> DryRoot {
+        let (Some(x), Some(p)) = (nodes.over_stokes.first(), nodes.dry_root.first()) else {
+            return DryRoot::Unknown;
         };
-        if !nodes.bridge.is_empty() {
-            return DryPower::Unknown;
+        if nodes.has_fixed() {
+            return DryRoot::Unknown;
         }
-        if nodes.dry_power.iter().all(|other| other == p) {
-            return DryPower::Constant(*p);
+        if nodes.dry_root.iter().all(|other| other == p) {
+            return DryRoot::Constant(*p);
         }
         let factor = p * x.powf(0.2);
-        let pairs = nodes.viscous.iter().zip(&nodes.dry_power);
+        let pairs = nodes.over_stokes.iter().zip(&nodes.dry_root);
         let mut same = pairs.map(|(x, p)| (p * x.powf(0.2) / factor - 1.0).abs() < 1e-12);
         if same.all(|same| same) {
-            DryPower::Falling(factor)
+            DryRoot::Falling(factor)
         } else {
-            DryPower::Unknown
+            DryRoot::Unknown
         }
     }
 
-    fn at(self, x: f64) -> Abscissa {
-        let dry_power = match self {
-            DryPower::Constant(p) => p,
-            DryPower::Falling(factor) => factor * x.powf(-0.2),
-            DryPower::Unknown => f64::NAN,
+    fn at(self, x: f64) -> Impact {
+        let dry_root = match self {
+            DryRoot::Constant(p) => p,
+            DryRoot::Falling(factor) => factor * x.powf(-0.2),
+            DryRoot::Unknown => f64::NAN,
         };
-        Abscissa {
-            viscous: x,
-            dry_power,
-            bridge: None,
+        Impact {
+            over_stokes: x,
+            dry_root,
+            fixed: [0.0; 2],
         }
     }
 }
@@ -167,8 +168,8 @@ impl Likelihood {
                 *sum += a + b;
             }
             short.blocks.push(Block {
-                rebounds: append(&mut short.rebounds, &rebounds.nodes),
-                stuck: append(&mut short.stuck, &stuck.nodes),
+                rebounds: short.rebounds.append(&rebounds.nodes),
+                stuck: short.stuck.append(&stuck.nodes),
                 ..block.clone()
             });
         }
@@ -184,25 +185,15 @@ impl Likelihood {
         let at = |kind: Kind| full[kind.slot()];
         let film = self.film(block.film, full);
         At {
-            law: self.law(block, full, &film),
+            balance: self.balance(block, full, &film),
             sigma: at(Kind::SigmaWet),
         }
     }
 }
 
-fn append(all: &mut Nodes, more: &Nodes) -> Range<usize> {
-    let first = all.len();
-    all.viscous.extend(&more.viscous);
-    all.dry_power.extend(&more.dry_power);
-    all.bridge.extend(&more.bridge);
-    all.restitution.extend(&more.restitution);
-    all.count.extend(&more.count);
-    first..all.len()
-}
-
 impl At {
-    fn mean(&self, at: &Abscissa) -> f64 {
-        mean_and_slope(self.law.kept(at).0).0
+    fn mean(&self, at: &Impact) -> f64 {
+        mean_and_slope(self.balance.kept(at).0).0
     }
 }
 
@@ -225,9 +216,9 @@ impl Compressor<'_> {
             ..Piece::default()
         };
         let settings = self.settings(rows, range, &mut piece.leftover);
-        let power = DryPower::of(&settings);
+        let root = DryRoot::of(&settings);
         if settings.len() > 0 {
-            self.split(&settings, 0..settings.len(), power, bound, &mut piece);
+            self.split(&settings, 0..settings.len(), root, bound, &mut piece);
         }
         piece
     }
@@ -235,10 +226,10 @@ impl Compressor<'_> {
     /// The different settings, sorted by x, with their counts and mean restitutions.
     fn settings(&self, rows: &Nodes, range: Range<usize>, leftover: &mut f64) -> Nodes {
         let mut order: Vec<usize> = range.collect();
-        let key = |row: usize| rows.abscissa(row);
+        let key = |row: usize| rows.impact(row);
         let compare = |a: &usize, b: &usize| {
             let (one, other) = (key(*a), key(*b));
-            let of = |at: Abscissa| [at.viscous, at.dry_power, at.bridge.unwrap_or(0.0)];
+            let of = |at: Impact| [at.over_stokes, at.dry_root, at.fixed[0]];
             let pairs = of(one).into_iter().zip(of(other));
             let mut orders = pairs.map(|(a, b)| a.total_cmp(&b));
             orders.find(|order| order.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
@@ -258,19 +249,19 @@ impl Compressor<'_> {
                 .iter()
                 .map(|row| rows.count[*row] * (rows.restitution[*row] - mean).powi(2));
             *leftover += squares.sum::<f64>();
-            settings.push(key(same[0]), mean, count);
+            settings.push(key(same[0]), rows.has_fixed(), mean, count);
         }
         settings
     }
 
-    fn split(&self, settings: &Nodes, range: Range<usize>, power: DryPower, bound: f64, piece: &mut Piece) {
-        if range.len() > self.few && power != DryPower::Unknown {
+    fn split(&self, settings: &Nodes, range: Range<usize>, root: DryRoot, bound: f64, piece: &mut Piece) {
+        if range.len() > self.few && root != DryRoot::Unknown {
             for order in self.orders {
-                if self.try_order(settings, range.clone(), power, *order, bound, piece) {
+                if self.try_order(settings, range.clone(), root, *order, bound, piece) {
                     return;
                 }
             }
-            let x = &settings.viscous[range.clone()];
+            let x = &settings.over_stokes[range.clone()];
             let middle = 0.5 * (x[0] + x[x.len() - 1]);
             let inside = x.partition_point(|x| *x <= middle).clamp(1, x.len() - 1);
             let cut = range.start + inside;
@@ -280,14 +271,17 @@ impl Compressor<'_> {
                 bound * runs / whole
             };
             let (left, right) = (range.start..cut, cut..range.end);
-            self.split(settings, left.clone(), power, share(left), piece);
-            self.split(settings, right.clone(), power, share(right), piece);
+            self.split(settings, left.clone(), root, share(left), piece);
+            self.split(settings, right.clone(), root, share(right), piece);
             return;
         }
         for i in range {
-            piece
-                .nodes
-                .push(settings.abscissa(i), settings.restitution[i], settings.count[i]);
+            piece.nodes.push(
+                settings.impact(i),
+                settings.has_fixed(),
+                settings.restitution[i],
+                settings.count[i],
+            );
             piece.rows_exact += settings.count[i].round() as usize;
         }
     }
@@ -297,16 +291,16 @@ impl Compressor<'_> {
         &self,
         settings: &Nodes,
         range: Range<usize>,
-        power: DryPower,
+        root: DryRoot,
         order: usize,
         bound: f64,
         piece: &mut Piece,
     ) -> bool {
-        let (x, count) = (&settings.viscous[range.clone()], &settings.count[range.clone()]);
-        let about = |at: &Abscissa| self.about.map_or(0.0, |reference| reference.mean(at));
+        let (x, count) = (&settings.over_stokes[range.clone()], &settings.count[range.clone()]);
+        let about = |at: &Impact| self.about.map_or(0.0, |reference| reference.mean(at));
         let distances: Vec<f64> = range
             .clone()
-            .map(|i| settings.restitution[i] - about(&settings.abscissa(i)))
+            .map(|i| settings.restitution[i] - about(&settings.impact(i)))
             .collect();
         let Some(Rule {
             nodes,
@@ -319,8 +313,8 @@ impl Compressor<'_> {
         };
         let mut short = Nodes::default();
         for ((x, weight), value) in nodes.iter().zip(&weights).zip(&values) {
-            let at = power.at(*x);
-            short.push(at, about(&at) + value, *weight);
+            let at = root.at(*x);
+            short.push(at, false, about(&at) + value, *weight);
         }
         let total: f64 = count.iter().zip(&distances).map(|(n, d)| n * d * d).sum();
         let leftover = (total - explained).max(0.0);
@@ -328,7 +322,7 @@ impl Compressor<'_> {
         for at in self.tests {
             let error = if self.about.is_some() {
                 let squares = |nodes: &Nodes, range| {
-                    let sums = rebound_sums(nodes, at.law.order, None, &[(range, at.law)]);
+                    let sums = rebound_sums(nodes, at.balance.order, None, &[(range, at.balance)]);
                     sums.iter().map(|sums| sums.squares).sum::<f64>()
                 };
                 let gap = squares(&short, 0..short.len()) + leftover - squares(settings, range.clone());
@@ -349,7 +343,7 @@ impl Compressor<'_> {
             errors.push(error);
         }
         piece.leftover += if self.about.is_some() { leftover } else { 0.0 };
-        append(&mut piece.nodes, &short);
+        piece.nodes.append(&short);
         for (sum, error) in piece.errors.iter_mut().zip(errors) {
             *sum += error;
         }
@@ -358,7 +352,7 @@ impl Compressor<'_> {
 
     fn rebound_probability(&self, at: &At, nodes: &Nodes, range: Range<usize>) -> f64 {
         let each = range.map(|i| {
-            let mean = at.mean(&nodes.abscissa(i));
+            let mean = at.mean(&nodes.impact(i));
             nodes.count[i] * ln_normal_cdf((mean - self.limit) / at.sigma).0
         });
         each.sum()
@@ -366,7 +360,7 @@ impl Compressor<'_> {
 
     fn stuck(&self, at: &At, nodes: &Nodes, range: Range<usize>) -> f64 {
         let each = range.map(|i| {
-            let mean = at.mean(&nodes.abscissa(i));
+            let mean = at.mean(&nodes.impact(i));
             nodes.count[i] * ln_normal_cdf((self.limit - mean) / at.sigma).0
         });
         each.sum()

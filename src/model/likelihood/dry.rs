@@ -1,10 +1,10 @@
 //! Computes the log likelihood of the dry runs, from a few sums over those of each particle.
 
-use super::law::e_dry;
 use super::normal::ln_normal_cdf;
 use super::prepared::{Likelihood, CERTAIN};
 use crate::distributions::LN_ROOT_TWO_PI;
 use crate::model::parameters::{Kind, COMMON_SLOTS};
+use crate::physics::balance::Balance;
 
 impl Likelihood {
     /// Log likelihood of the dry runs, with slopes.
@@ -20,27 +20,28 @@ impl Likelihood {
                 continue;
             }
             let k = full[COMMON_SLOTS + particle];
+            let balance = Balance::dry(self.form.dry, k);
             let (squares, slope) = runs.squares(self.form.dry, k);
             value -= runs.rebounds * (sigma.ln() + LN_ROOT_TWO_PI) + 0.5 * squares * precision;
             slopes[COMMON_SLOTS + particle] -= 0.5 * slope * precision;
             slopes[Kind::SigmaDry.slot()] += (squares * precision - runs.rebounds) / sigma;
             for p in &runs.logged {
-                let (e_dry, fall) = e_dry(self.form.dry, k, *p);
+                let [e_dry, slope, _] = balance.e_dry(*p);
                 let z = (e_dry - self.limit) / sigma;
                 if z > CERTAIN {
                     continue;
                 }
                 let (ln_cdf, mills) = ln_normal_cdf(z);
                 value -= ln_cdf;
-                slopes[COMMON_SLOTS + particle] += mills * fall / sigma;
+                slopes[COMMON_SLOTS + particle] -= mills * slope / sigma;
                 slopes[Kind::SigmaDry.slot()] += mills * z / sigma;
             }
             for p in &runs.stuck {
-                let (e_dry, fall) = e_dry(self.form.dry, k, *p);
+                let [e_dry, slope, _] = balance.e_dry(*p);
                 let z = (self.limit - e_dry) / sigma;
                 let (ln_cdf, mills) = ln_normal_cdf(z);
                 value += ln_cdf;
-                slopes[COMMON_SLOTS + particle] += mills * fall / sigma;
+                slopes[COMMON_SLOTS + particle] -= mills * slope / sigma;
                 slopes[Kind::SigmaDry.slot()] -= mills * z / sigma;
             }
         }

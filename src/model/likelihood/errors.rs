@@ -1,5 +1,6 @@
 //! Holds what the measurement of a run errs by.
 
+use crate::physics::balance::{Balance, Impact};
 use crate::runs::MeasurementErrors;
 
 /// What the measurement of a run errs by.
@@ -22,6 +23,17 @@ impl Errors {
             speed,
             restitution: own * own,
         })
+    }
+
+    /// r and dr/dv of a run of a balance; the second 0 where its speed does not err.
+    #[inline]
+    pub fn kept_and_by_speed(self, balance: &Balance, at: &Impact) -> (f64, f64) {
+        let by_speed = if self.speed > 0.0 {
+            balance.in_log_speed(at)[0] * self.slowness
+        } else {
+            0.0
+        };
+        (balance.kept(at).0, by_speed)
     }
 
     /// Those of a run whose restitution was not measured.

@@ -16,7 +16,6 @@ mod dry;
 mod dry_sums;
 mod errors;
 mod gauss;
-mod law;
 mod nodes;
 pub mod normal;
 mod placed;
@@ -34,7 +33,6 @@ pub use prepared::Likelihood;
 
 use std::ops::Range;
 
-use self::law::{mean_and_slope, Law};
 use self::nodes::Block;
 use self::normal::ln_normal_cdf;
 use self::placed::Spreads;
@@ -43,7 +41,8 @@ use self::sums::{rebound_sums, Piece, Sums};
 use self::trend::{Film, OfFilm};
 use super::parameters::Kind;
 use crate::distributions::LN_ROOT_TWO_PI;
-use crate::physics::rebound::kept_of_mean_restitution;
+use crate::physics::balance::Balance;
+use crate::physics::rebound::{kept_of_mean_restitution, mean_and_slope};
 
 /// The parameters give no density here: not an error, a place to turn back from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,13 +85,13 @@ impl Likelihood {
                 film.add_slopes(sums, slopes);
             }
         };
-        let law = |block: &Block| self.law(block, full, &films[block.film]);
-        let piece = |block: &Block| (block.rebounds.clone(), law(block));
+        let balance = |block: &Block| self.balance(block, full, &films[block.film]);
+        let piece = |block: &Block| (block.rebounds.clone(), balance(block));
         let pieces: Vec<Piece> = self.blocks.iter().map(piece).collect();
         if let Some(own) = &self.own {
             let heavy = tails.heavy(sigma).filter(|_| !self.truncated && own.spreads_are_one());
             let all_sums = heavy.map(|heavy| rebound_sums(&self.rebounds, self.form.dry, Some(heavy), &pieces));
-            for (place, (block, (rebounds, law))) in self.blocks.iter().zip(&pieces).enumerate() {
+            for (place, (block, (rebounds, balance))) in self.blocks.iter().zip(&pieces).enumerate() {
                 let mut sums = Sums::default();
                 let mut one_by_one = rebounds.clone();
                 if let Some(all_sums) = &all_sums {
@@ -107,24 +106,24 @@ impl Likelihood {
                     one_by_one = rebounds.end..rebounds.end;
                 }
                 let nodes = (one_by_one, block.stuck.clone());
-                stuck_value += self.one_by_one(own, nodes, law, (tails, spreads), slopes, &mut sums);
+                stuck_value += self.one_by_one(own, nodes, balance, (tails, spreads), slopes, &mut sums);
                 of_films[block.film].add(block, sums, slopes);
             }
             add_slopes(of_films, slopes);
             return stuck_value;
         }
         let all_sums = rebound_sums(&self.rebounds, self.form.dry, None, &pieces);
-        for ((block, (_, law)), mut sums) in self.blocks.iter().zip(&pieces).zip(all_sums) {
+        for ((block, (_, balance)), mut sums) in self.blocks.iter().zip(&pieces).zip(all_sums) {
             squares += sums.squares;
             sums.kept *= precision;
             sums.viscous *= precision;
             sums.dry *= precision;
             if self.truncated {
-                stuck_value -= self.rebound_probability(block.rebounds.clone(), law, sigma, slopes, &mut sums);
+                stuck_value -= self.rebound_probability(block.rebounds.clone(), balance, sigma, slopes, &mut sums);
             }
             for node in block.stuck.clone() {
-                let at = self.stuck.abscissa(node);
-                let (r, dry) = law.kept(&at);
+                let at = self.stuck.impact(node);
+                let (r, of_k) = balance.kept(&at);
                 if r < certain {
                     continue;
                 }
@@ -136,8 +135,8 @@ impl Likelihood {
                 slopes[Kind::SigmaWet.slot()] -= count * mills * z / sigma;
                 let kept = -count * mills / sigma * slope;
                 sums.kept += kept;
-                sums.viscous += kept * at.viscous;
-                sums.dry += kept * dry;
+                sums.viscous += kept * at.over_stokes;
+                sums.dry -= 0.5 * kept * of_k;
             }
             of_films[block.film].add(block, sums, slopes);
         }
@@ -150,15 +149,15 @@ impl Likelihood {
     fn rebound_probability(
         &self,
         nodes: Range<usize>,
-        law: &Law,
+        balance: &Balance,
         sigma: f64,
         slopes: &mut [f64],
         sums: &mut Sums,
     ) -> f64 {
         let mut value = 0.0;
         for node in nodes {
-            let at = self.rebounds.abscissa(node);
-            let (r, dry) = law.kept(&at);
+            let at = self.rebounds.impact(node);
+            let (r, of_k) = balance.kept(&at);
             let (mean, slope) = mean_and_slope(r);
             let z = (mean - self.limit) / sigma;
             if z > CERTAIN {
@@ -170,8 +169,8 @@ impl Likelihood {
             slopes[Kind::SigmaWet.slot()] += count * mills * z / sigma;
             let kept = -count * mills / sigma * slope;
             sums.kept += kept;
-            sums.viscous += kept * at.viscous;
-            sums.dry += kept * dry;
+            sums.viscous += kept * at.over_stokes;
+            sums.dry -= 0.5 * kept * of_k;
         }
         value
     }

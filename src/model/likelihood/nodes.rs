@@ -3,17 +3,19 @@
 use std::ops::Range;
 
 use super::errors::Errors;
-use super::law::Abscissa;
+use crate::physics::balance::Impact;
 
 /// Settings with their counts, as columns.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Nodes {
     /// x = 4/St
-    pub(super) viscous: Vec<f64>,
+    pub(super) over_stokes: Vec<f64>,
     /// p = v^(1/5) at the dry speed in use, (m/s)^(1/5)
-    pub(super) dry_power: Vec<f64>,
-    /// b = κ/v²; empty where the form holds no bridge
-    pub(super) bridge: Vec<f64>,
+    pub(super) dry_root: Vec<f64>,
+    /// b, the share that no parameter moves; empty where the form has none
+    pub(super) fixed: Vec<f64>,
+    /// v db/dv; empty with b
+    pub(super) fixed_slope: Vec<f64>,
     /// mean e of the runs; 0 for stuck ones
     pub(super) restitution: Vec<f64>,
     /// how many runs the node stands for; need not be whole
@@ -25,21 +27,43 @@ impl Nodes {
         self.count.len()
     }
 
-    pub(super) fn push(&mut self, at: Abscissa, restitution: f64, count: f64) {
-        self.viscous.push(at.viscous);
-        self.dry_power.push(at.dry_power);
-        self.bridge.extend(at.bridge);
+    /// Adds a node; `has_fixed` whether the form has shares that no parameter moves.
+    pub(super) fn push(&mut self, at: Impact, has_fixed: bool, restitution: f64, count: f64) {
+        self.over_stokes.push(at.over_stokes);
+        self.dry_root.push(at.dry_root);
+        if has_fixed {
+            self.fixed.push(at.fixed[0]);
+            self.fixed_slope.push(at.fixed[1]);
+        }
         self.restitution.push(restitution);
         self.count.push(count);
     }
 
     #[inline]
-    pub(super) fn abscissa(&self, node: usize) -> Abscissa {
-        Abscissa {
-            viscous: self.viscous[node],
-            dry_power: self.dry_power[node],
-            bridge: self.bridge.get(node).copied(),
+    pub(super) fn impact(&self, node: usize) -> Impact {
+        let of = |column: &[f64]| column.get(node).copied().unwrap_or(0.0);
+        Impact {
+            over_stokes: self.over_stokes[node],
+            dry_root: self.dry_root[node],
+            fixed: [of(&self.fixed), of(&self.fixed_slope)],
         }
+    }
+
+    /// Whether there are shares that no parameter moves.
+    pub(super) fn has_fixed(&self) -> bool {
+        !self.fixed.is_empty()
+    }
+
+    /// Appends all of some other nodes, and says where they are.
+    pub(super) fn append(&mut self, more: &Nodes) -> Range<usize> {
+        let first = self.len();
+        self.over_stokes.extend(&more.over_stokes);
+        self.dry_root.extend(&more.dry_root);
+        self.fixed.extend(&more.fixed);
+        self.fixed_slope.extend(&more.fixed_slope);
+        self.restitution.extend(&more.restitution);
+        self.count.extend(&more.count);
+        first..self.len()
     }
 }
 
@@ -61,7 +85,7 @@ pub(super) struct Block {
 pub(super) struct DryRow {
     pub(super) particle: usize,
     /// p
-    pub(super) dry_power: f64,
+    pub(super) dry_root: f64,
     /// e; `None` where it stuck
     pub(super) restitution: Option<f64>,
     pub(super) errors: Errors,

@@ -1,9 +1,9 @@
 //! Places a run on the scale its noise is symmetric on, and says how wide, with the measurement errors of its own.
 
 use super::errors::Errors;
-use super::law::{mean_and_slope, Law};
 use super::nodes::{DryRow, Nodes};
-use crate::physics::rebound::{kept_of_mean_restitution, slope_mean_restitution};
+use crate::physics::balance::Balance;
+use crate::physics::rebound::{kept_of_mean_restitution, mean_and_slope, slope_mean_restitution};
 
 /// What runs have of their own.
 #[derive(Debug, Clone, PartialEq)]
@@ -130,15 +130,16 @@ pub(super) fn place(sigma: f64, (r, by_speed): (f64, f64), errors: Errors, share
 }
 
 /// A dry run's mean e_dry and S² = σ² + u² + s² (e_dry/v + de_dry/dv)², as (mean, variance, slope of the variance in k).
-pub(super) fn place_dry(law: &Law, p: f64, sigma: f64, errors: Errors, shares: bool) -> (f64, f64, f64) {
-    let (e_dry, fall, bend) = law.dry(p);
+pub(super) fn place_dry(balance: &Balance, p: f64, sigma: f64, errors: Errors, shares: bool) -> (f64, f64, f64) {
+    let [e_dry, slope_k, bend_k] = balance.e_dry(p);
     let own = sigma * sigma + errors.restitution;
     if errors.speed == 0.0 {
         return (e_dry, own, 0.0);
     }
     let share = f64::from(u8::from(shares));
-    let moved = errors.speed * errors.slowness * (share * e_dry - 0.2 * law.k * fall);
-    let slope = errors.speed * errors.slowness * (-share * fall - 0.2 * (fall + law.k * bend));
+    // v d/dv is a fifth of k d/dk
+    let moved = errors.speed * errors.slowness * (share * e_dry + 0.2 * balance.dry_k * slope_k);
+    let slope = errors.speed * errors.slowness * (share * slope_k + 0.2 * (slope_k + balance.dry_k * bend_k));
     (e_dry, own + moved * moved, 2.0 * moved * slope)
 }
 

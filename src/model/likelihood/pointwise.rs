@@ -8,14 +8,13 @@ use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::errors::Errors;
-use super::law::{e_dry, Abscissa, Law};
 use super::placed::{place, place_dry, Energy, Spreads};
 use super::tails::Tails;
 use super::trend::{middle_film_ratio, Film};
 use crate::model::parameters::{Kind, COMMON_SLOTS};
-use crate::physics::impact::Form;
-use crate::physics::{bridge, numbers, rebound};
-use crate::runs::{MeasurementErrors, Runs};
+use crate::physics::balance::{Balance, Impact};
+use crate::physics::{rebound, Form};
+use crate::runs::{Conditions, MeasurementErrors, Runs};
 use crate::scene::{Likelihood, NoiseOn, Scene, Sticking};
 
 /// The runs of a scene, in the order of [`Runs`], ready for one run at a time.
@@ -45,8 +44,7 @@ pub struct Pointwise<'r> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Setting {
     particle: usize,
-    /// v^(1/5) at the dry speed in use
-    dry_power: f64,
+    impact: Impact,
     wet: Option<Wet>,
 }
 
@@ -56,10 +54,6 @@ struct Wet {
     film_ratio: f64,
     /// its logarithm over the middle one of the runs
     ln_film: f64,
-    /// 4/St
-    viscous: f64,
-    /// κ/v²; 0 where the form holds no bridge
-    bridge: f64,
 }
 
 /// The law at one full vector of parameters.
@@ -120,11 +114,12 @@ impl<'r> Pointwise<'r> {
             runs,
             errors: runs.errors_with_medians(),
         };
+        let conditions = Conditions::new(scene, runs, form);
         for group in &runs.dry {
             for run in group.rebounds.start..group.stuck.end {
                 let setting = Setting {
                     particle: group.particle,
-                    dry_power: runs.impact_speed[run].powf(0.2),
+                    impact: conditions.dry(run),
                     wet: None,
                 };
                 pointwise.add(setting, group.stuck.contains(&run));
@@ -135,25 +130,19 @@ impl<'r> Pointwise<'r> {
         // neighbours mostly share a film ratio
         let mut film = (f64::NAN, f64::NAN);
         for series in &runs.series {
-            let particle = &scene.particles[series.particle];
-            let liquid = &scene.liquids[series.liquid];
+            let density_ratio = series.density_ratio(scene);
             for run in series.runs() {
-                let (v, d) = (runs.impact_speed[run], runs.diameter[run]);
-                let gamma = liquid.surface_tension.filter(|_| form.bridge);
-                let kappa = gamma.map(|gamma| bridge::kappa(gamma, particle.density, d, runs.film[run]));
-                let film_ratio = runs.film[run] / d;
+                let film_ratio = runs.impacts.film_ratio[run];
                 if film.0 != film_ratio {
                     film = (film_ratio, (film_ratio / middle).ln());
                 }
                 let setting = Setting {
                     particle: series.particle,
-                    dry_power: form.dry_speed.of(v).powf(0.2),
+                    impact: conditions.wet(run),
                     wet: Some(Wet {
-                        density_ratio: liquid.density / particle.density,
+                        density_ratio,
                         film_ratio,
                         ln_film: film.1,
-                        viscous: 4.0 / numbers::stokes(particle.density, d, v, liquid.viscosity),
-                        bridge: kappa.map_or(0.0, |kappa| bridge::loss(kappa, v)),
                     }),
                 };
                 pointwise.add(setting, series.stuck.contains(&run));
@@ -189,26 +178,33 @@ impl<'r> Pointwise<'r> {
 
     /// The mean of e* at each setting asked for, in turn.
     fn means<'f>(&'f self, full: &'f [f64]) -> impl FnMut(&Setting) -> f64 + 'f {
-        let of = |kind: Kind| full[kind.slot()];
+        let mut balance = self.balances(full);
+        move |setting| {
+            let balance = balance(setting);
+            match setting.wet {
+                None => balance.e_dry(setting.impact.dry_root)[0],
+                Some(_) => rebound::mean_restitution(balance.kept(&setting.impact).0),
+            }
+        }
+    }
+
+    /// The energy balance at each setting asked for, in turn.
+    fn balances<'f>(&'f self, full: &'f [f64]) -> impl FnMut(&Setting) -> Balance + 'f {
         // neighbours mostly share a film ratio, and an exponential costs more than the rest
         let mut film: Option<(f64, Film)> = None;
         move |setting| {
             let k = full[COMMON_SLOTS + setting.particle];
-            let (e_dry, _) = e_dry(self.form.dry, k, setting.dry_power);
             let Some(wet) = setting.wet else {
-                return e_dry;
+                return Balance::dry(self.form.dry, k);
             };
             let of_film = match film {
                 Some((ratio, of_film)) if ratio == wet.film_ratio => of_film,
                 _ => {
-                    let shape = self.form.inertia.shape(wet.film_ratio, of(Kind::FilmScale));
-                    // nobody asks for slopes here
-                    film.insert((wet.film_ratio, Film::of(wet.ln_film, (shape, f64::NAN), full)))
-                        .1
+                    let new = Film::of(self.form, wet.film_ratio, wet.ln_film, full);
+                    film.insert((wet.film_ratio, new)).1
                 }
             };
-            let inertial = of_film.inertial(wet.density_ratio);
-            rebound::mean_restitution(e_dry * e_dry - inertial - of_film.l * wet.viscous - wet.bridge)
+            of_film.balance(self.form, k, wet.density_ratio)
         }
     }
 
@@ -217,20 +213,12 @@ impl<'r> Pointwise<'r> {
         if self.errors.is_none() {
             return vec![];
         }
+        let mut balance = self.balances(full);
         let of = |setting: &Setting| {
-            let k = full[COMMON_SLOTS + setting.particle];
-            let by_speed = setting.wet.map_or(0.0, |wet| {
-                // what does not change with speed is not read
-                let film = Film::of(wet.ln_film, (f64::NAN, f64::NAN), full);
-                let at = Abscissa {
-                    viscous: wet.viscous,
-                    dry_power: setting.dry_power,
-                    bridge: Some(wet.bridge),
-                };
-                // per 1/v: runs of one setting may differ in v where the dry speed is held
-                film.law(self.form, k, wet.density_ratio).by_speed(&at, 1.0).0
-            });
-            (by_speed, k)
+            let balance = balance(setting);
+            // per 1/v: runs of one setting may differ in v where the dry speed is held
+            let by_speed = setting.wet.map_or(0.0, |_| balance.in_log_speed(&setting.impact)[0]);
+            (by_speed, balance.dry_k)
         };
         self.settings.iter().map(of).collect()
     }
@@ -341,13 +329,10 @@ impl At<'_, '_> {
         let setting = self.pointwise.setting[run] as usize;
         let errors = if measured { errors } else { errors.of_speed_alone() };
         if run < self.pointwise.dry {
-            let law = Law {
-                order: self.pointwise.form.dry,
-                k: self.moved.get(setting).map_or(f64::NAN, |(_, k)| *k),
-                ..Law::DRY
-            };
-            let power = self.pointwise.settings[setting].dry_power;
-            return (mean, place_dry(&law, power, sigma, errors, measured).1);
+            let k = self.moved.get(setting).map_or(f64::NAN, |(_, k)| *k);
+            let balance = Balance::dry(self.pointwise.form.dry, k);
+            let root = self.pointwise.settings[setting].impact.dry_root;
+            return (mean, place_dry(&balance, root, sigma, errors, measured).1);
         }
         let placed = place(sigma, self.kept_and_by_speed(run, errors), errors, measured);
         (mean, placed.variance)

@@ -1,13 +1,13 @@
 //! Holds the runs of a scene as the likelihood reads them: wet ones as nodes in blocks, dry ones as sums.
 
 use super::dry_sums::DryRuns;
-use super::law::Law;
 use super::nodes::{Block, Nodes};
 use super::placed::ByRow;
 use super::tails::Tails;
 use super::trend::Film;
 use crate::model::parameters::{Kind, COMMON_SLOTS};
-use crate::physics::impact::Form;
+use crate::physics::balance::Balance;
+use crate::physics::Form;
 
 /// The log likelihood of the runs of a scene as a function of a full vector of parameters.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,9 +47,9 @@ impl Likelihood {
         self.rebounds.len() + self.stuck.len()
     }
 
-    /// The law of a block at a full vector of parameters, which `film` has read.
-    pub(super) fn law(&self, block: &Block, full: &[f64], film: &Film) -> Law {
-        film.law(self.form, full[COMMON_SLOTS + block.particle], block.density_ratio)
+    /// The energy balance of a block at a full vector of parameters, which `film` has read.
+    pub(super) fn balance(&self, block: &Block, full: &[f64], film: &Film) -> Balance {
+        film.balance(self.form, full[COMMON_SLOTS + block.particle], block.density_ratio)
     }
 
     /// The tails of noise at a full vector of parameters.
@@ -60,8 +60,6 @@ impl Likelihood {
 
     /// What the parameters say at a film ratio, by its index.
     pub(super) fn film(&self, film: usize, full: &[f64]) -> Film {
-        let (ratio, scale) = (self.film_ratios[film], full[Kind::FilmScale.slot()]);
-        let shape = self.form.inertia.shape_and_slope_film_scale(ratio, scale);
-        Film::of(self.ln_films[film], shape, full)
+        Film::of(self.form, self.film_ratios[film], self.ln_films[film], full)
     }
 }

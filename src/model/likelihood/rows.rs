@@ -4,15 +4,21 @@ use std::collections::HashMap;
 
 use super::dry_sums::DryRuns;
 use super::errors::Errors;
-use super::law::Abscissa;
 use super::nodes::{Block, DryRow, Nodes};
 use super::placed::{ByRow, Energies};
 use super::prepared::Likelihood;
 use super::trend::middle_film_ratio;
-use crate::physics::impact::Form;
-use crate::physics::{bridge, numbers};
-use crate::runs::{DryGroup, MeasurementErrors, Runs, Series};
+use crate::physics::Form;
+use crate::runs::{Conditions, DryGroup, MeasurementErrors, Runs, Series};
 use crate::scene::{self, NoiseOn, Scene, Sticking};
+
+/// The runs and all that is read with them.
+struct Table<'r> {
+    scene: &'r Scene,
+    runs: &'r Runs,
+    errors: Option<&'r MeasurementErrors>,
+    conditions: Conditions<'r>,
+}
 
 impl Likelihood {
     /// The likelihood with one node for each wet run. Dry runs need no more than their sums.
@@ -50,8 +56,14 @@ impl Likelihood {
         }
         let mut films = HashMap::new();
         let middle = middle_film_ratio(runs);
+        let table = Table {
+            scene,
+            runs,
+            errors,
+            conditions: Conditions::new(scene, runs, form),
+        };
         for series in &runs.series {
-            likelihood.add(scene, (runs, errors), series, &mut films);
+            likelihood.add(&table, series, &mut films);
         }
         let ratios = likelihood.film_ratios.iter();
         likelihood.ln_films = ratios.map(|ratio| (ratio / middle).ln()).collect();
@@ -63,32 +75,11 @@ impl Likelihood {
     }
 
     /// Adds the runs of a series, a block for each film ratio the runs themselves have.
-    fn add(
-        &mut self,
-        scene: &Scene,
-        (runs, errors): (&Runs, Option<&MeasurementErrors>),
-        series: &Series,
-        films: &mut HashMap<i64, usize>,
-    ) {
+    fn add(&mut self, table: &Table, series: &Series, films: &mut HashMap<i64, usize>) {
         /// film ratios are told apart beyond the rounding of a quotient
         const ROUNDING: f64 = 1e-14;
-        let particle = &scene.particles[series.particle];
-        let liquid = &scene.liquids[series.liquid];
-        let film_ratio = |run: &usize| runs.film[*run] / runs.diameter[*run];
-        let form = self.form;
-        let node = |run: usize| {
-            let (v, d) = (runs.impact_speed[run], runs.diameter[run]);
-            let kappa = |gamma| bridge::kappa(gamma, particle.density, d, runs.film[run]);
-            Abscissa {
-                viscous: 4.0 / numbers::stokes(particle.density, d, v, liquid.viscosity),
-                dry_power: form.dry_speed.of(v).powf(0.2),
-                bridge: form.bridge.then(|| {
-                    liquid
-                        .surface_tension
-                        .map_or(0.0, |gamma| bridge::loss(kappa(gamma), v))
-                }),
-            }
-        };
+        let (runs, conditions) = (table.runs, &table.conditions);
+        let film_ratio = |run: &usize| runs.impacts.film_ratio[*run];
         let sorted = |range: std::ops::Range<usize>| {
             let mut order: Vec<usize> = range.collect();
             // stable: runs of one film keep their order
@@ -109,16 +100,21 @@ impl Likelihood {
                 self.film_ratios.len() - 1
             });
             let (first, first_stuck) = (self.rebounds.len(), self.stuck.len());
-            let errors = |run: usize| Errors::of(errors, run, runs.impact_speed[run]);
+            let errors = |run: usize| Errors::of(table.errors, run, runs.impact_speed[run]);
             while let Some(run) = rebounds.get(next).filter(|run| film_ratio(run) <= ratio) {
-                self.rebounds.push(node(*run), runs.restitution[*run], 1.0);
+                self.rebounds.push(
+                    conditions.wet(*run),
+                    conditions.has_fixed(),
+                    runs.restitution[*run],
+                    1.0,
+                );
                 if let Some(own) = &mut self.own {
                     own.rebounds.extend(errors(*run));
                 }
                 next += 1;
             }
             while let Some(run) = stuck.get(next_stuck).filter(|run| film_ratio(run) <= ratio) {
-                self.stuck.push(node(*run), 0.0, 1.0);
+                self.stuck.push(conditions.wet(*run), conditions.has_fixed(), 0.0, 1.0);
                 if let Some(own) = &mut self.own {
                     own.stuck.extend(errors(*run));
                 }
@@ -126,7 +122,7 @@ impl Likelihood {
             }
             self.blocks.push(Block {
                 particle: series.particle,
-                density_ratio: liquid.density / particle.density,
+                density_ratio: series.density_ratio(table.scene),
                 film,
                 rebounds: first..self.rebounds.len(),
                 stuck: first_stuck..self.stuck.len(),
@@ -147,7 +143,7 @@ fn dry_runs(scene: &Scene, runs: &Runs) -> Vec<DryRuns> {
             let ranges = groups().map(|group| group.rebounds.clone());
             ranges
                 .flatten()
-                .map(|run| (runs.impact_speed[run].powf(0.2), 1.0 - runs.restitution[run]))
+                .map(|run| (runs.impacts.speed_root[run], 1.0 - runs.restitution[run]))
         };
         let (mut count, mut cross) = (0.0, 0.0);
         for (p, y) in rebounds() {
@@ -172,7 +168,7 @@ fn dry_runs(scene: &Scene, runs: &Runs) -> Vec<DryRuns> {
             sums.logged = rebounds().map(|(p, _)| p).collect();
         }
         let stuck = groups().flat_map(|group| group.stuck.clone());
-        sums.stuck = stuck.map(|run| runs.impact_speed[run].powf(0.2)).collect();
+        sums.stuck = stuck.map(|run| runs.impacts.speed_root[run]).collect();
     }
     dry
 }
@@ -181,7 +177,7 @@ fn dry_runs(scene: &Scene, runs: &Runs) -> Vec<DryRuns> {
 fn dry_rows(runs: &Runs, errors: Option<&MeasurementErrors>) -> Vec<DryRow> {
     let row = |particle: usize, run: usize, rebounded: bool| DryRow {
         particle,
-        dry_power: runs.impact_speed[run].powf(0.2),
+        dry_root: runs.impacts.speed_root[run],
         restitution: rebounded.then(|| runs.restitution[run]),
         errors: Errors::of(errors, run, runs.impact_speed[run]).unwrap_or_default(),
     };

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::law::Law;
 use super::nodes::Nodes;
+use crate::physics::balance::Balance;
 use crate::physics::dry::{Order, SECOND_ORDER};
 use crate::physics::rebound::TURN;
 
@@ -54,15 +54,15 @@ const LAST: [f64; 2 * WIDEST] = {
     last
 };
 
-/// A range of the nodes with its law.
-pub(super) type Piece = (Range<usize>, Law);
+/// A range of the nodes with its energy balance.
+pub(super) type Piece = (Range<usize>, Balance);
 
 /// The sums over each of some ranges of the nodes, in the widest registers that the machine has.
 ///
 /// With heavy tails each node is one run, and counts by the weight its distance leaves it.
 pub(super) fn rebound_sums(nodes: &Nodes, order: Order, heavy: Option<Heavy>, pieces: &[Piece]) -> Vec<Sums> {
-    let (second, bridge) = (order == Order::Second, !nodes.bridge.is_empty());
-    match (second, bridge, heavy) {
+    let (second, fixed) = (order == Order::Second, nodes.has_fixed());
+    match (second, fixed, heavy) {
         (false, false, None) => over::<false, false, false>(nodes, Heavy::NONE, pieces),
         (false, true, None) => over::<false, true, false>(nodes, Heavy::NONE, pieces),
         (true, false, None) => over::<true, false, false>(nodes, Heavy::NONE, pieces),
@@ -74,42 +74,42 @@ pub(super) fn rebound_sums(nodes: &Nodes, order: Order, heavy: Option<Heavy>, pi
     }
 }
 
-fn over<const SECOND: bool, const BRIDGE: bool, const HEAVY: bool>(
+fn over<const SECOND: bool, const FIXED: bool, const HEAVY: bool>(
     nodes: &Nodes,
     heavy: Heavy,
     pieces: &[Piece],
 ) -> Vec<Sums> {
     // one call for all: a range of a few nodes costs no more than its roots
-    Arch::new().dispatch(Over::<SECOND, BRIDGE, HEAVY> { nodes, heavy, pieces })
+    Arch::new().dispatch(Over::<SECOND, FIXED, HEAVY> { nodes, heavy, pieces })
 }
 
 /// Some ranges of the nodes, with what a form does not hold left out where the code is made.
-struct Over<'a, const SECOND: bool, const BRIDGE: bool, const HEAVY: bool> {
+struct Over<'a, const SECOND: bool, const FIXED: bool, const HEAVY: bool> {
     nodes: &'a Nodes,
     heavy: Heavy,
     pieces: &'a [Piece],
 }
 
-impl<const SECOND: bool, const BRIDGE: bool, const HEAVY: bool> Over<'_, SECOND, BRIDGE, HEAVY> {
+impl<const SECOND: bool, const FIXED: bool, const HEAVY: bool> Over<'_, SECOND, FIXED, HEAVY> {
     /// Adds the settings of one register.
     #[inline(always)]
-    fn add<S: Simd>(&self, simd: S, law: &Law, to: &mut Running<S>, [x, p, b, e, n]: [S::f64s; 5]) {
+    fn add<S: Simd>(&self, simd: S, balance: &Balance, to: &mut Running<S>, [x, p, b, e, n]: [S::f64s; 5]) {
         const TURN4: f64 = TURN * TURN * TURN * TURN;
         let number = |x: f64| simd.splat_f64s(x);
         let times = |a, b| simd.mul_f64s(a, b);
         let minus = |a, b| simd.sub_f64s(a, b);
         let (one, turn4) = (number(1.0), number(TURN4));
-        let loss = times(number(law.k), p);
+        let loss = times(number(balance.dry_k), p);
         let (e_dry, fall) = if SECOND {
-            let bent = times(number(SECOND_ORDER * law.k), p);
+            let bent = times(number(SECOND_ORDER * balance.dry_k), p);
             let half_way = minus(one, times(number(2.0), bent));
             (minus(one, times(loss, minus(one, bent))), times(p, half_way))
         } else {
             (minus(one, loss), p)
         };
-        let mut r = minus(times(e_dry, e_dry), number(law.inertial));
-        r = minus(r, times(number(law.l), x));
-        if BRIDGE {
+        let mut r = minus(times(e_dry, e_dry), number(balance.lost.constant));
+        r = minus(r, times(number(balance.lost.over_stokes), x));
+        if FIXED {
             r = minus(r, b);
         }
         let square = simd.add_f64s(times(r, r), turn4);
@@ -185,18 +185,18 @@ impl<S: Simd> Running<S> {
     }
 }
 
-impl<const SECOND: bool, const BRIDGE: bool, const HEAVY: bool> WithSimd for Over<'_, SECOND, BRIDGE, HEAVY> {
+impl<const SECOND: bool, const FIXED: bool, const HEAVY: bool> WithSimd for Over<'_, SECOND, FIXED, HEAVY> {
     type Output = Vec<Sums>;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Vec<Sums> {
         let mut all = Vec::with_capacity(self.pieces.len());
-        for (range, law) in self.pieces {
+        for (range, balance) in self.pieces {
             let mut running = Running::new(simd);
-            let x = &self.nodes.viscous[range.clone()];
-            let p = &self.nodes.dry_power[range.clone()];
-            // without a bridge a column that is not read
-            let b = if BRIDGE { &self.nodes.bridge[range.clone()] } else { x };
+            let x = &self.nodes.over_stokes[range.clone()];
+            let p = &self.nodes.dry_root[range.clone()];
+            // without fixed shares a column that is not read
+            let b = if FIXED { &self.nodes.fixed[range.clone()] } else { x };
             let e = &self.nodes.restitution[range.clone()];
             let n = &self.nodes.count[range.clone()];
             let columns = [x, p, b, e, n];
@@ -204,7 +204,7 @@ impl<const SECOND: bool, const BRIDGE: bool, const HEAVY: bool> WithSimd for Ove
             let ((x, x_rest), (p, p_rest), (b, b_rest)) = (S::as_simd_f64s(x), S::as_simd_f64s(p), S::as_simd_f64s(b));
             let ((e, e_rest), (n, n_rest)) = (S::as_simd_f64s(e), S::as_simd_f64s(n));
             for (((x, p), b), (e, n)) in x.iter().zip(p).zip(b).zip(e.iter().zip(n)) {
-                self.add(simd, law, &mut running, [*x, *p, *b, *e, *n]);
+                self.add(simd, balance, &mut running, [*x, *p, *b, *e, *n]);
             }
             let rest = x_rest.len();
             if rest > 0 {
@@ -223,7 +223,7 @@ impl<const SECOND: bool, const BRIDGE: bool, const HEAVY: bool> WithSimd for Ove
                     let new = S::as_simd_f64s(&LAST[WIDEST + rest - S::F64_LANES..]).0[0];
                     [last(x), last(p), last(b), last(e), simd.mul_f64s(last(n), new)]
                 };
-                self.add(simd, law, &mut running, last);
+                self.add(simd, balance, &mut running, last);
             }
             if HEAVY {
                 running.take_logarithms(simd);

@@ -4,16 +4,15 @@ use std::path::Path;
 
 mod by_row;
 mod columns;
+mod wide;
 
 use rand::RngExt;
 
 use super::pointwise::Pointwise;
 use super::*;
-use crate::model::parameters::COMMON_SLOTS;
-use crate::physics::dry::Order;
-use crate::physics::impact::{kept_energy, DrySpeed, Form, Parameters, Setting};
-use crate::physics::inertia::Inertia;
-use crate::physics::rebound;
+use crate::model::parameters::{physical, COMMON_SLOTS};
+use crate::physics::form::Term;
+use crate::physics::{kept_energy, rebound, Coefficient, DrySpeed, Form, Inertia, Setting};
 use crate::runs::{self, NewRun, Runs};
 use crate::scene::{self, NoiseOn, Scene, Sticking};
 
@@ -60,15 +59,8 @@ fn forms() -> Vec<Form> {
     for inertia in Inertia::ALL {
         for dry_speed in WAYS {
             let plain = Form::new(inertia, dry_speed);
-            let bridge = Form { bridge: true, ..plain };
-            let second = Form {
-                dry: Order::Second,
-                ..plain
-            };
-            let both = Form {
-                dry: Order::Second,
-                ..bridge
-            };
+            let bridge = Term::Bridge.toggled(plain);
+            let [second, both] = [plain, bridge].map(|form| Term::DrySecondOrder.toggled(form));
             forms.extend([plain, bridge, second, both]);
         }
     }
@@ -145,12 +137,9 @@ fn kept(scene: &Scene, (run, middle): (&NewRun, f64), form: Form, full: &[f64]) 
         surface_tension: liquid.surface_tension,
     };
     let film: f64 = setting.film_ratio() / middle;
-    let parameters = Parameters {
-        dry_k: full[COMMON_SLOTS + index],
-        lubrication_log: full[0] + full[Kind::LubricationTrend.slot()] * film.ln(),
-        inertial_prefactor: full[1] * film.powf(full[Kind::InertialTrend.slot()]),
-        film_scale: full[2],
-    };
+    let mut parameters = physical(full, index);
+    parameters.shared[Coefficient::LubricationLog] += full[Kind::LubricationTrend.slot()] * film.ln();
+    parameters.shared[Coefficient::InertialPrefactor] *= film.powf(full[Kind::InertialTrend.slot()]);
     kept_energy(&setting, form, &parameters, run.impact_speed)
 }
 
@@ -350,10 +339,7 @@ fn a_point_without_a_density_is_told_and_is_no_number() {
 fn the_compressed_sum_keeps_its_bound_and_is_short() {
     let scene = scene();
     let runs = runs(&scene, 3000, "the_compressed_sum_keeps_its_bound");
-    let second = Form {
-        dry: Order::Second,
-        ..Form::new(Inertia::Saturating, WAYS[1])
-    };
+    let second = Term::DrySecondOrder.toggled(Form::new(Inertia::Saturating, WAYS[1]));
     let usual = [Inertia::Saturating, Inertia::Stepwise].map(|inertia| WAYS.map(|speed| Form::new(inertia, speed)));
     for form in usual.into_iter().flatten().chain([second]) {
         let own = (form == second).then(|| runs_of(&scene, 3000, "the_compressed_sum_keeps_its_bound", second));
@@ -422,10 +408,7 @@ fn repeated_settings_are_compressed_exactly() {
 #[test]
 fn a_bridge_is_compressed_where_settings_repeat() {
     let scene = scene();
-    let form = Form {
-        bridge: true,
-        ..Form::new(Inertia::Cap, WAYS[0])
-    };
+    let form = Term::Bridge.toggled(Form::new(Inertia::Cap, WAYS[0]));
     let own = Likelihood::of_rows(&scene, &runs(&scene, 40, "a_bridge_is_compressed"), form);
     let (short, compression) = own.compressed(&FULL, &[], Resolution::Bound(1e-3));
     assert_eq!(compression.nodes, own.nodes());

@@ -4,11 +4,13 @@
 //! diameter L = ln(δc/ε) has the slope L′ = p; C′ is the power of the film ratio by which the inertial loss departs from
 //! its form. Empirical: neither is in the paper, which asks whether they vanish.
 
-use super::law::Law;
 use super::nodes::Block;
 use super::sums::Sums;
 use crate::model::parameters::{Kind, COMMON_SLOTS};
-use crate::physics::impact::{DrySpeed, Form};
+use crate::physics::balance::{AtFilm, Balance};
+use crate::physics::coefficient::Coefficients;
+use crate::physics::loss::Share;
+use crate::physics::Form;
 use crate::runs::Runs;
 
 /// The film ratio in the middle of the wet runs, their geometric mean: there L and C are what they are without trends.
@@ -29,58 +31,48 @@ pub(super) fn middle_film_ratio(runs: &Runs) -> f64 {
 /// What the parameters say at one film ratio.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Film {
-    /// L + L′ f
-    pub l: f64,
-    /// C
-    c: f64,
+    /// what the losses take without trends, with slopes
+    plain: AtFilm,
+    /// what they take with them
+    share: Share,
     /// exp(C′ f)
     grown: f64,
-    /// g(δ̃) and its slope in δ̃0
-    shape: (f64, f64),
     /// f
     ln_film: f64,
 }
 
 impl Film {
-    /// At a film ratio with this f, and this g and slope of g in δ̃0.
-    pub fn of(ln_film: f64, shape: (f64, f64), full: &[f64]) -> Film {
+    /// At a film ratio with this f.
+    pub fn of(form: Form, film_ratio: f64, ln_film: f64, full: &[f64]) -> Film {
         let at = |kind: Kind| full[kind.slot()];
+        let plain = AtFilm::new(form, film_ratio, &Coefficients::first_of(full));
         let trend = at(Kind::InertialTrend);
+        // an exponential a film is felt, and most models have no trend
+        let grown = if trend == 0.0 { 1.0 } else { (trend * ln_film).exp() };
         Film {
-            l: at(Kind::LubricationLog) + at(Kind::LubricationTrend) * ln_film,
-            c: at(Kind::InertialPrefactor),
-            // an exponential a film is felt, and most models have no trend
-            grown: if trend == 0.0 { 1.0 } else { (trend * ln_film).exp() },
-            shape,
+            plain,
+            share: Share {
+                inertial: plain.share.inertial * grown,
+                viscous: plain.share.viscous + at(Kind::LubricationTrend) * ln_film,
+            },
+            grown,
             ln_film,
         }
     }
 
-    /// C exp(C′ f) ρ̃ g(δ̃).
-    pub fn inertial(&self, density_ratio: f64) -> f64 {
-        self.c * self.grown * density_ratio * self.shape.0
-    }
-
-    /// The law of runs with this film ratio.
-    pub fn law(&self, form: Form, k: f64, density_ratio: f64) -> Law {
-        Law {
-            order: form.dry,
-            own_speed: form.dry_speed == DrySpeed::Impact,
-            k,
-            inertial: self.inertial(density_ratio),
-            l: self.l,
-        }
+    /// The energy balance of runs with this film ratio.
+    pub fn balance(&self, form: Form, k: f64, density_ratio: f64) -> Balance {
+        Balance::at(form, k, self.share, density_ratio)
     }
 
     /// Slopes of r turned into those of the parameters, over all blocks of this film ratio.
     pub fn add_slopes(&self, sums: OfFilm, slopes: &mut [f64]) {
-        let (shape, shape_slope) = self.shape;
         let kept = sums.inertial * self.grown;
-        slopes[Kind::LubricationLog.slot()] -= sums.viscous;
+        for slope in self.plain.slopes() {
+            slopes[Kind::Shared(slope.of).slot()] -= kept * slope.share.inertial + sums.viscous * slope.share.viscous;
+        }
         slopes[Kind::LubricationTrend.slot()] -= sums.viscous * self.ln_film;
-        slopes[Kind::InertialPrefactor.slot()] -= kept * shape;
-        slopes[Kind::InertialTrend.slot()] -= kept * self.c * shape * self.ln_film;
-        slopes[Kind::FilmScale.slot()] -= kept * self.c * shape_slope;
+        slopes[Kind::InertialTrend.slot()] -= kept * self.plain.share.inertial * self.ln_film;
     }
 }
 

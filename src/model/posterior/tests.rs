@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::*;
 use crate::model::parameters::Kind;
-use crate::physics::impact::{DrySpeed, Form};
 use crate::physics::inertia::Inertia;
+use crate::physics::{DrySpeed, Form};
 use crate::runs::{self, NewRun};
 use crate::scene::{self, Scene};
 
@@ -77,9 +77,9 @@ fn slopes_agree_with_differences_under_every_prior() {
                 .iter()
                 .map(|p| match p.kind {
                     Kind::DryK(_) => 0.13,
-                    Kind::LubricationLog => 2.3,
-                    Kind::InertialPrefactor => 0.6,
-                    Kind::FilmScale => 0.08,
+                    Kind::LUBRICATION_LOG => 2.3,
+                    Kind::INERTIAL_PREFACTOR => 0.6,
+                    Kind::FILM_SCALE => 0.08,
                     Kind::SigmaDry => 0.03,
                     Kind::SigmaWet => 0.05,
                     Kind::SigmaEnergy => 0.04,
@@ -155,7 +155,7 @@ fn what_the_runs_cannot_tell_is_left_out_with_its_reason() {
         ]
     );
     assert_eq!(found.left_out[0].name, "film_scale");
-    assert_eq!(found.template[Kind::FilmScale.slot()], 0.07);
+    assert_eq!(found.template[Kind::FILM_SCALE.slot()], 0.07);
     let wet: Vec<NewRun> = one.iter().filter(|r| r.liquid.is_some()).copied().collect();
     let found = of(&scene, &wet, Inertia::Stepwise);
     assert_eq!(names(&found), ["dry_k[PE]", "lubrication_log", "sigma_wet"]);
@@ -189,5 +189,5 @@ fn a_prior_without_room_is_refused_by_name() {
     }
     let scene = scene("[priors]\ninertial_prefactor = { fixed = 0 }");
     let posterior = posterior(&scene, &rows(), Inertia::Cap, DrySpeed::Reference(2.0));
-    assert_eq!(posterior.parameters().template[Kind::InertialPrefactor.slot()], 0.0);
+    assert_eq!(posterior.parameters().template[Kind::INERTIAL_PREFACTOR.slot()], 0.0);
 }

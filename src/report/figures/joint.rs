@@ -7,9 +7,10 @@ use super::points::{chart, curve, points};
 use super::{Figure, Names};
 use crate::findings::bootstrap::Joint;
 use crate::findings::estimate::Estimate;
-use crate::findings::own_dry_speed::reference_dry_speed;
 use crate::inference::delta::Interval;
-use crate::model::parameters::{Kind, COMMON_SLOTS};
+use crate::model::parameters::physical;
+use crate::physics::balance::Balance;
+use crate::physics::loss::Film;
 use crate::physics::viscous;
 use crate::scene::Law;
 
@@ -103,13 +104,15 @@ fn of_posterior(told: Told, joint: &Joint) -> Option<Vec<[f64; 2]>> {
         .find(|row| row.particle == *name && row.film_ratio == ratio)?
         .density_ratio;
     let form = posterior.asked.form;
-    let v = reference_dry_speed(told.scene);
+    let v = told.scene.model.dry_speed.reference();
+    let film = Film {
+        film_ratio: ratio,
+        density_ratio,
+    };
     let pair = |full: &Vec<f64>| {
-        let e_dry = form.dry.restitution(full[COMMON_SLOTS + joint.particle], v);
-        let shape = form.inertia.shape(ratio, full[Kind::FilmScale.slot()]);
-        let kept = e_dry * e_dry - full[Kind::InertialPrefactor.slot()] * density_ratio * shape;
-        let e_inf = (kept > 0.0).then(|| kept.sqrt())?;
-        Some([e_inf, viscous::st_c(full[Kind::LubricationLog.slot()], e_inf)])
+        let balance = Balance::new(form, film, &physical(full, joint.particle));
+        let e_inf = Some(balance.e_inf(v)).filter(|e_inf| e_inf.is_finite())?;
+        Some([e_inf, viscous::st_c(balance.lost.over_stokes, e_inf)])
     };
     posterior.sampled.full_draws().iter().map(pair).collect()
 }

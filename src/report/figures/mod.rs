@@ -9,14 +9,13 @@ mod posterior;
 
 use super::chart::{svg, Axis, Chart, Dash, Layer, Point, Style};
 use super::{numbers, Told};
-use crate::findings::own_dry_speed::reference_dry_speed;
 use crate::findings::scaling::Scaling;
 use crate::findings::series::SeriesFit;
 use crate::findings::shown;
 use crate::physics::dry::Order;
-use crate::physics::impact::DrySpeed;
 use crate::physics::numbers::stokes;
 use crate::physics::rebound;
+use crate::physics::DrySpeed;
 use crate::runs::Series;
 use crate::scene::Law;
 use crate::units::{micrometres, millimetres};
@@ -201,7 +200,7 @@ fn series_curve(told: Told, fit: &SeriesFit, dry_k: Option<f64>, fastest: f64) -
     let (alpha, beta) = (fit.alpha.value?, fit.beta.value?);
     let threshold = rebound::threshold_speed(alpha, beta)?;
     let own = dry_k.filter(|_| told.scene.model.dry_speed == DrySpeed::Impact);
-    let reference = reference_dry_speed(told.scene);
+    let reference = told.scene.model.dry_speed.reference();
     let order = told.scene.model.form().dry;
     let offset = |v: f64| {
         own.map_or(0.0, |k| {
@@ -224,11 +223,7 @@ fn inverse_stokes_at(told: Told, series: &Series, diameter: f64, speed: f64) -> 
 
 /// (1/St, e) of the rebounds of some series.
 fn inverse_stokes(told: Told, series: &Series) -> Vec<(f64, f64)> {
-    let runs = told.runs;
-    let of = |run: usize| {
-        let x = inverse_stokes_at(told, series, runs.diameter[run], runs.impact_speed[run]);
-        (x, runs.restitution[run])
-    };
+    let of = |run: usize| (told.runs.inverse_stokes(run), told.runs.restitution[run]);
     series.rebounds.clone().map(of).collect()
 }
 

@@ -7,7 +7,7 @@ use super::cells::{estimated, interval_header, law_name, list, told_verdict};
 use super::errors::of_speed;
 use super::page::Page;
 use crate::findings::scaling::Scaling;
-use crate::physics::impact::DrySpeed;
+use crate::physics::DrySpeed;
 use crate::units::{micrometres, millimetres};
 
 pub(super) fn dry(page: &mut Page, told: Told) {

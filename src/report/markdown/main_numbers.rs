@@ -7,11 +7,9 @@ use super::constants::combined;
 use super::escape::literal;
 use super::page::Page;
 use super::posterior::held;
-use super::terms::{dry_law, kept};
 use super::verdict::verdict_line;
 use crate::findings::balance::Derived;
 use crate::findings::estimate::Estimate;
-use crate::findings::own_dry_speed::reference_dry_speed;
 use crate::findings::posterior::Quantity;
 use crate::scene::Law;
 
@@ -22,8 +20,8 @@ pub(super) fn main_numbers(page: &mut Page, told: Told) {
         "e_dry = {} and e² = {}, with St = ρp D v/(9 η) and L = ln(δc/ε). \
          ± is one standard error (least squares, delta method); k comes from the dry runs, \
          the others from every rebound at once, together with what the dry runs say of k.",
-        dry_law(findings.form, "v"),
-        kept(findings.form, "δ/D")
+        findings.form.dry.formula("v"),
+        findings.form.formula("δ/D")
     ));
     if told.posterior.is_some() {
         page.paragraph(
@@ -41,7 +39,7 @@ pub(super) fn main_numbers(page: &mut Page, told: Told) {
     if let Some(text) = told.posterior.and_then(|posterior| held(&posterior.findings.left_out)) {
         page.paragraph(&text);
     }
-    let speed = numbers::short(reference_dry_speed(told.scene));
+    let speed = numbers::short(told.scene.model.dry_speed.reference());
     if let Some(derived) = derived(told) {
         page.paragraph(&format!(
             "From these follow, at each film ratio, e_inf = √(e_dry² − C ρ̃ g) with e_dry at {speed} m/s, St_c = 2 L/e_inf², \

@@ -4,32 +4,7 @@ use super::super::numbers::{self, NONE};
 use super::super::Told;
 use super::page::Page;
 use crate::findings::terms::{SizedTerm, LINE};
-use crate::physics::dry::Order;
-use crate::physics::impact::Form;
-use crate::physics::inertia::Inertia;
-
-/// The dry law at a speed `v`, as a formula.
-pub(super) fn dry_law(form: Form, v: &str) -> String {
-    match form.dry {
-        Order::First => format!("1 − k {v}^(1/5)"),
-        Order::Second => format!("1 − k {v}^(1/5) + (3/5) k² {v}^(2/5)"),
-    }
-}
-
-/// The energy kept, as a formula; `film` is how the text calls the film ratio.
-pub(super) fn kept(form: Form, film: &str) -> String {
-    let mut text = "e_dry²".to_owned();
-    if form.inertia != Inertia::None {
-        text.push_str(&format!(" − C ρ̃ g({film})"));
-    }
-    if form.viscous {
-        text.push_str(" − 4 L/St");
-    }
-    if form.bridge {
-        text.push_str(" − κ/v²");
-    }
-    text
-}
+use crate::physics::form::Term;
 
 /// The section on terms.
 pub(super) fn terms(page: &mut Page, told: Told) {
@@ -53,7 +28,7 @@ pub(super) fn terms(page: &mut Page, told: Told) {
 
 fn cells(sized: &SizedTerm) -> Vec<String> {
     vec![
-        sized.in_words().to_owned(),
+        sized.term.in_words().to_owned(),
         yes(sized.held).to_owned(),
         why(sized),
         sized.size.map_or(NONE.to_owned(), |size| numbers::significant(size, 2)),
@@ -77,7 +52,7 @@ fn why(sized: &SizedTerm) -> String {
         ("auto", _) if sized.held => format!("size not below {LINE}"),
         ("auto", _) => format!("size below {LINE}"),
         ("default", _) => "enters by name only".to_owned(),
-        (_, "own_dry_speed") => "`dry_speed_m_s`".to_owned(),
+        (_, Term::OwnDrySpeed) => "`dry_speed_m_s`".to_owned(),
         _ => "the scene's `terms`".to_owned(),
     }
 }
@@ -86,7 +61,7 @@ fn why(sized: &SizedTerm) -> String {
 pub(super) fn text(terms: &[SizedTerm]) -> String {
     let mut text = String::new();
     for sized in terms {
-        let name = sized.in_words();
+        let name = sized.term.in_words();
         let held = if sized.held { "held    " } else { "not held" };
         let size = match (sized.size, &sized.moves) {
             (Some(size), Some(moves)) => {

@@ -1,8 +1,8 @@
 //! Reads the table of the model: the terms of the energy balance, the noise on a run, and what stuck runs are.
 
-use crate::physics::dry::Order;
-use crate::physics::impact::{DrySpeed, Form};
-use crate::physics::inertia::Inertia;
+use crate::physics::dry::REFERENCE_SPEED;
+use crate::physics::form::Term;
+use crate::physics::{DrySpeed, Form, Inertia};
 use crate::scene::expect::ABOVE_ZERO;
 use crate::scene::materials::Liquid;
 use crate::scene::table::Table;
@@ -25,77 +25,12 @@ pub struct ModelChoices {
     pub noise: NoiseOn,
 }
 
-/// Speed at which e_inf and St_c are quoted unless the scene names another, m/s (upper end of the paper's dry runs).
-pub const DEFAULT_DRY_SPEED: f64 = 2.0;
-
-/// A term of the energy balance.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Term {
-    /// C ρ̃ g(δ̃)
-    Inertia,
-    /// 4 L/St
-    Viscous,
-    /// κ/v²
-    Bridge,
-    /// (3/5) k² v^(2/5)
-    DrySecondOrder,
-}
-
-impl Term {
-    /// Every term a scene can name.
-    pub const ALL: [Term; 4] = [Term::Inertia, Term::Viscous, Term::Bridge, Term::DrySecondOrder];
-
-    /// Its word in a scene.
-    pub fn name(self) -> &'static str {
-        match self {
-            Term::Inertia => "inertia",
-            Term::Viscous => "viscous",
-            Term::Bridge => "bridge",
-            Term::DrySecondOrder => "dry_second_order",
-        }
-    }
-}
-
-/// The terms an energy balance holds.
-pub fn terms_of(form: Form) -> Vec<Term> {
-    let holds = |term: &Term| match term {
-        Term::Inertia => form.inertia != Inertia::None,
-        Term::Viscous => form.viscous,
-        Term::Bridge => form.bridge,
-        Term::DrySecondOrder => form.dry == Order::Second,
-    };
-    Term::ALL.into_iter().filter(holds).collect()
-}
-
-/// The energy balance that holds exactly these terms; without a list, the inertial and the viscous loss.
-pub fn form_of(inertia: Inertia, dry_speed: DrySpeed, terms: Option<&[Term]>) -> Form {
-    let usual = Form::new(inertia, dry_speed);
-    let Some(terms) = terms else {
-        return usual;
-    };
-    let has = |term| terms.contains(&term);
-    Form {
-        inertia: if has(Term::Inertia) { inertia } else { Inertia::None },
-        viscous: has(Term::Viscous),
-        bridge: has(Term::Bridge),
-        dry: if has(Term::DrySecondOrder) {
-            Order::Second
-        } else {
-            Order::First
-        },
-        ..usual
-    }
-}
-
 impl ModelChoices {
     /// The energy balance to start from: what the scene's terms name, with the form of inertia that stands where the
     /// scene leaves it open.
     pub fn form(&self) -> Form {
-        form_of(
-            self.inertia.unwrap_or(Inertia::Stepwise),
-            self.dry_speed,
-            self.terms.as_deref(),
-        )
+        let usual = Form::new(self.inertia.unwrap_or(Inertia::Stepwise), self.dry_speed);
+        self.terms.as_deref().map_or(usual, |terms| usual.with_terms(terms))
     }
 
     /// Whether the form of the inertial loss is to be found by comparison.
@@ -135,7 +70,7 @@ pub enum Sticking {
 
 pub(in crate::scene) fn model(root: &Table, liquids: &[Liquid]) -> ModelChoices {
     let mut choices = ModelChoices {
-        dry_speed: DrySpeed::Reference(DEFAULT_DRY_SPEED),
+        dry_speed: DrySpeed::Reference(REFERENCE_SPEED),
         inertia: Some(Inertia::Stepwise),
         terms: None,
         likelihood: Likelihood::Normal,
@@ -178,7 +113,7 @@ pub(in crate::scene) fn model(root: &Table, liquids: &[Liquid]) -> ModelChoices 
 
 /// The terms a table names; absent: as the runs require. A bridge wants the surface tension of every liquid.
 pub(in crate::scene) fn terms(table: &Table, liquids: &[Liquid]) -> Option<Vec<Term>> {
-    let words = Term::ALL.map(|term| (term.name(), term));
+    let words = Term::LISTED.map(|term| (term.name(), term));
     let terms = table.words_or("terms", "auto", &words).flatten()?;
     let without = liquids.iter().find(|liquid| liquid.surface_tension.is_none());
     if let Some(liquid) = without.filter(|_| terms.contains(&Term::Bridge)) {

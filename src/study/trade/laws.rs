@@ -28,11 +28,11 @@ pub(super) fn by_law(law: Law, parameters: &Parameters, inertia: Inertia, fits: 
             let fitted = fits.dry.iter().find(|dry| dry.particle == particle)?;
             fitted.usable.map(normal)
         }
-        Kind::LubricationLog => {
+        Kind::LUBRICATION_LOG => {
             let groups = fits.scaling.iter().filter(|one| one.law == law);
             weighted(groups.filter_map(|one| one.scaling.film_ratio.and(one.scaling.lubrication_log.pair())))
         }
-        Kind::InertialPrefactor if !inertia.has_film_scale() && inertia != Inertia::None => {
+        Kind::INERTIAL_PREFACTOR if !inertia.has_film_scale() && inertia != Inertia::None => {
             let groups = fits.energy.iter().filter(|one| one.law == law.name());
             weighted(groups.filter_map(|one| {
                 let (loss, se) = one.loss_over_density_ratio.pair()?;
@@ -40,7 +40,7 @@ pub(super) fn by_law(law: Law, parameters: &Parameters, inertia: Inertia, fits: 
                 Some((loss / shape, se / shape))
             }))
         }
-        Kind::InertialPrefactor | Kind::FilmScale | Kind::LubricationTrend | Kind::InertialTrend => None,
+        Kind::Shared(_) | Kind::LubricationTrend | Kind::InertialTrend => None,
         Kind::SigmaDry => spread(fits.dry.iter().map(|one| (one.dry.residual_sd, one.dry.runs, 1))),
         // least squares has one spread, and normal noise
         Kind::SigmaEnergy | Kind::Nu => None,

@@ -4,9 +4,9 @@ use super::super::super::chart::{Layer, Style};
 use super::super::super::Told;
 use crate::distributions::{gamma_quantile, normal_quantile};
 use crate::model::likelihood::tails::Tails;
-use crate::model::parameters::{Kind, COMMON_SLOTS};
-use crate::physics::impact::{kept_energy, DrySpeed, Form, Parameters, Setting};
+use crate::model::parameters::{physical, Kind};
 use crate::physics::rebound::mean_restitution;
+use crate::physics::{kept_energy, DrySpeed, Form, Setting};
 use crate::runs::Series;
 use crate::scene::{Likelihood, NoiseOn};
 
@@ -129,15 +129,7 @@ impl Bands {
         let speeds = (0..=STEPS).map(|i| slowest + (fastest - slowest) * i as f64 / STEPS as f64);
         speeds
             .map(|speed| {
-                let kept = |full: &Vec<f64>| {
-                    let parameters = Parameters {
-                        dry_k: full[COMMON_SLOTS + particle],
-                        lubrication_log: full[Kind::LubricationLog.slot()],
-                        inertial_prefactor: full[Kind::InertialPrefactor.slot()],
-                        film_scale: full[Kind::FilmScale.slot()],
-                    };
-                    kept_energy(setting, self.form, &parameters, speed)
-                };
+                let kept = |full: &Vec<f64>| kept_energy(setting, self.form, &physical(full, particle), speed);
                 let kept: Vec<f64> = self.draws.iter().map(kept).collect();
                 let means: Vec<f64> = kept.iter().map(|r| mean_restitution(*r)).collect();
                 let single = |draw: usize| {
@@ -206,6 +198,7 @@ pub(in super::super) fn speeds(told: Told, series: &Series) -> Option<(f64, f64)
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::parameters::COMMON_SLOTS;
     use crate::physics::inertia::Inertia;
 
     const SETTING: Setting = Setting {
@@ -231,9 +224,9 @@ mod tests {
     fn full(lubrication_log: f64) -> Vec<f64> {
         let mut full = vec![0.0; COMMON_SLOTS + 1];
         for (kind, value) in [
-            (Kind::LubricationLog, lubrication_log),
-            (Kind::InertialPrefactor, 0.47),
-            (Kind::FilmScale, 0.069),
+            (Kind::LUBRICATION_LOG, lubrication_log),
+            (Kind::INERTIAL_PREFACTOR, 0.47),
+            (Kind::FILM_SCALE, 0.069),
             (Kind::SigmaWet, 0.02),
             (Kind::DryK(0), 0.183),
         ] {
@@ -244,12 +237,7 @@ mod tests {
 
     #[test]
     fn a_posterior_without_spread_leaves_the_curve_and_the_noise() {
-        let parameters = Parameters {
-            dry_k: 0.183,
-            lubrication_log: 1.85,
-            inertial_prefactor: 0.47,
-            film_scale: 0.069,
-        };
+        let parameters = physical(&full(1.85), 0);
         for at in bands(vec![full(1.85); 400]).edges(&SETTING, 0, (0.8, 1.7)) {
             let form = Form::new(Inertia::Saturating, DrySpeed::Reference(2.0));
             let kept = kept_energy(&SETTING, form, &parameters, at.speed);

@@ -68,7 +68,7 @@ fn draws(posterior: &Posterior, place: usize) -> Vec<f64> {
 fn symbol(told: Told, parameter: &Parameter) -> String {
     match parameter.kind {
         Kind::DryK(particle) => format!("k, {}", told.scene.particles[particle].name),
-        Kind::FilmScale => "δ̃_{0}".to_owned(),
+        Kind::FILM_SCALE => "δ̃_{0}".to_owned(),
         Kind::SigmaDry => "σ_{dry}".to_owned(),
         Kind::SigmaWet => "σ_{wet}".to_owned(),
         Kind::SigmaEnergy => "σ_{r}".to_owned(),

@@ -135,7 +135,7 @@ mod tests {
 
     fn parameter(prior: Prior, bounds: (f64, f64)) -> Parameter {
         Parameter {
-            kind: Kind::LubricationLog,
+            kind: Kind::LUBRICATION_LOG,
             name: "lubrication_log".to_owned(),
             bounds,
             prior,

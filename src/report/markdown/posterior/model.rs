@@ -3,9 +3,9 @@
 use super::super::super::numbers;
 use super::super::super::Told;
 use super::super::page::Page;
-use super::super::terms::{dry_law, kept};
 use super::cells::label;
 use crate::findings::posterior::{LeftOut, Posterior};
+use crate::physics::form::Term;
 use crate::physics::rebound::TURN;
 use crate::scene::{Likelihood, NoiseOn, Prior, Sticking};
 
@@ -21,7 +21,7 @@ pub(super) fn model(page: &mut Page, told: Told, posterior: &Posterior) {
     } else {
         page.paragraph(&format!(
             "A dry run has e = {} + σ_dry z, at its own speed. {own}",
-            dry_law(posterior.asked.form, "v")
+            posterior.asked.form.dry.formula("v")
         ));
     }
     if is_student(told) {
@@ -48,12 +48,7 @@ fn wet(told: Told, posterior: &Posterior) -> String {
     let limit = numbers::short(told.scene.data.smallest_restitution);
     let findings = &posterior.findings;
     let form = posterior.asked.form;
-    let g = match findings.inertia {
-        "stepwise" => " g(δ̃) = δ̃ (3 − 6 δ̃ + 4 δ̃²) (stepwise, eq. Eint2),",
-        "cap" => " g(δ̃) = 2 δ̃ (3 − 5 δ̃ + 2 δ̃²) (cap, eq. Eint1),",
-        "saturating" => " g(δ̃) = 1 − exp(−δ̃/δ̃0) (saturating, empirical),",
-        _ => "",
-    };
+    let g = form.inertia.shape_formula().map_or(String::new(), |g| format!(" {g},"));
     let (cdf, law) = if is_student(told) {
         ("F", "has Student's t distribution and is")
     } else {
@@ -84,7 +79,7 @@ fn wet(told: Told, posterior: &Posterior) -> String {
     } else {
         ("e* = m(r) + σ_wet z", stuck)
     };
-    let bridge = if form.bridge {
+    let bridge = if Term::Bridge.is_held(form) {
         " κ = 12 γ √(2 V_b D)/(ρp D³) with V_b = π δ² (D/2 − δ/3),"
     } else {
         ""
@@ -99,8 +94,8 @@ fn wet(told: Told, posterior: &Posterior) -> String {
          e_dry = {} with {speed}, and m(r) = r (r² + τ⁴)^(−1/4) with τ = {}, which is √r except close to \
          r = 0. The run rebounds with e = e* where e* > {limit}; otherwise it sticks. {stuck} Every run enters with \
          its own v, D and δ.",
-        kept(form, "δ̃"),
-        dry_law(form, "v_d"),
+        form.formula("δ̃"),
+        form.dry.formula("v_d"),
         numbers::short(TURN)
     )
 }

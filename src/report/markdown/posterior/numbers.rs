@@ -4,7 +4,6 @@ use super::super::super::numbers::{self, NONE};
 use super::super::super::{figures, Told};
 use super::super::page::Page;
 use super::cells::{label, rhat};
-use crate::findings::own_dry_speed::reference_dry_speed;
 use crate::findings::posterior::derived::Setting;
 use crate::findings::posterior::{Posterior, Quantity};
 use crate::physics::inertia::Inertia;
@@ -95,7 +94,7 @@ pub(super) fn derived(page: &mut Page, told: Told, posterior: &Posterior) {
         .collect();
     page.paragraph("± is one standard deviation of the posterior about its mean.");
     page.table(&["quantity", "mean ± sd", "5 % to 95 %"], &rows);
-    let speed = numbers::short(reference_dry_speed(told.scene));
+    let speed = numbers::short(told.scene.model.dry_speed.reference());
     page.paragraph(&format!(
         "At each particle, liquid and film ratio: e_inf with e_dry at {speed} m/s, St_c = 2 L/e_inf², and 2 St_c, \
          below which nothing rebounds."

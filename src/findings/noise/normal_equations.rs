@@ -2,30 +2,31 @@
 
 use nalgebra::DVector;
 
-use super::rows::{Part, Row, Rows};
+use super::rows::{GroupedPart, Rows};
 use crate::inference::arrow::{Arrow, Blocks};
 use crate::inference::information::Sums;
+use crate::inference::joint::{Row, MOST_SLOPES};
 
 /// Directions with less of this share of the information, all parameters scaled to one, are not seen.
 const UNSEEN: f64 = 1e-10;
 
 /// Sums over all runs at one point, in the order of the parameters' names.
-pub(super) struct Joint {
+pub(super) struct NormalEquations {
     pub(super) squares: f64,
     pub(super) gradient: DVector<f64>,
     pub(super) information: Arrow,
 }
 
-impl Joint {
+impl NormalEquations {
     /// The sums of a part without runs: its parameters, and last an offset of all its restitutions.
-    pub(super) fn blank(part: &Part) -> Sums {
+    pub(super) fn blank(part: &GroupedPart) -> Sums {
         Sums::new(part.places.len() + 1, 0)
     }
 
     /// Adds a run to the sums of its part.
-    pub(super) fn add(sums: &mut Sums, part: &Part, row: &Row, sd: f64) {
+    pub(super) fn add(sums: &mut Sums, part: &GroupedPart, row: &Row, sd: f64) {
         let offset = part.places.len();
-        let mut slopes = [(offset, 1.0 / sd); 5];
+        let mut slopes = [(offset, 1.0 / sd); 1 + MOST_SLOPES];
         for (j, slope) in row.slopes[..offset].iter().enumerate() {
             slopes[j] = (j, slope / sd);
         }
@@ -33,11 +34,11 @@ impl Joint {
     }
 
     /// Puts the parts together, each with its weight.
-    pub(super) fn new(rows: &Rows, sums: &[Sums], weight: impl Fn(usize) -> f64) -> Joint {
-        let mut joint = Joint {
+    pub(super) fn new(rows: &Rows, sums: &[Sums], weight: impl Fn(usize) -> f64) -> NormalEquations {
+        let mut joint = NormalEquations {
             squares: 0.0,
-            gradient: DVector::zeros(rows.point.names.len()),
-            information: Arrow::zeros(rows.point.wet, rows.point.particles.len()),
+            gradient: DVector::zeros(rows.names.len()),
+            information: Arrow::zeros(rows.joint.shared.len(), rows.joint.particles.len()),
         };
         for (index, (part, sums)) in rows.parts.iter().zip(sums).enumerate() {
             joint.add_part(part, sums, weight(index));
@@ -46,17 +47,17 @@ impl Joint {
     }
 
     /// The same without what an offset of each wet part, free for itself, would take up; and the sums so.
-    pub(super) fn within(rows: &Rows, sums: &[Sums], weight: impl Fn(usize) -> f64) -> (Joint, Vec<Sums>) {
+    pub(super) fn within(rows: &Rows, sums: &[Sums], weight: impl Fn(usize) -> f64) -> (NormalEquations, Vec<Sums>) {
         let demeaned: Vec<Sums> = rows
             .parts
             .iter()
             .zip(sums)
             .map(|(part, sums)| demeaned(part, sums))
             .collect();
-        (Joint::new(rows, &demeaned, weight), demeaned)
+        (NormalEquations::new(rows, &demeaned, weight), demeaned)
     }
 
-    fn add_part(&mut self, part: &Part, sums: &Sums, weight: f64) {
+    fn add_part(&mut self, part: &GroupedPart, sums: &Sums, weight: f64) {
         self.squares += weight * sums.squares;
         for (i, of_row) in part.places.iter().enumerate() {
             self.gradient[*of_row] += weight * sums.gradient[i];
@@ -68,7 +69,7 @@ impl Joint {
     }
 
     /// The slopes of a part, summed over its runs, each with its parameter's place.
-    pub(super) fn slopes(part: &Part, sums: &Sums) -> Vec<(usize, f64)> {
+    pub(super) fn slopes(part: &GroupedPart, sums: &Sums) -> Vec<(usize, f64)> {
         let offset = part.places.len();
         let of = |(i, place): (usize, &usize)| (*place, sums.information.corner[(i, offset)]);
         part.places.iter().enumerate().map(of).collect()
@@ -97,7 +98,11 @@ pub(super) struct Fitted {
 
 impl Fitted {
     /// What the fit leaves of a part or several: Σ residual², and the runs less the parameters spent on them.
-    pub(super) fn leaves<'s>(&self, parts: impl Iterator<Item = (&'s Part, &'s Sums)>, weight: f64) -> (f64, f64) {
+    pub(super) fn leaves<'s>(
+        &self,
+        parts: impl Iterator<Item = (&'s GroupedPart, &'s Sums)>,
+        weight: f64,
+    ) -> (f64, f64) {
         let (mut squares, mut freedom) = (0.0, 0.0);
         for (part, sums) in parts {
             let n = part.places.len();
@@ -113,7 +118,7 @@ impl Fitted {
     }
 
     /// The sum of what the fit leaves of one part, and the sum of its weights.
-    pub(super) fn sum(&self, part: &Part, sums: &Sums) -> (f64, f64) {
+    pub(super) fn sum(&self, part: &GroupedPart, sums: &Sums) -> (f64, f64) {
         let n = part.places.len();
         let step = self.step.select_rows(&part.places);
         let slopes = sums.information.corner.view((0, n), (n, 1));
@@ -133,7 +138,7 @@ impl Fitted {
 }
 
 /// Sums with the mean of the part taken out of residuals and slopes; dry parts stay as they are.
-fn demeaned(part: &Part, sums: &Sums) -> Sums {
+fn demeaned(part: &GroupedPart, sums: &Sums) -> Sums {
     let offset = part.places.len();
     let weight = sums.information.corner[(offset, offset)];
     let mut within = sums.clone();

@@ -1,0 +1,33 @@
+//! Holds a term with its size and what was decided of it.
+
+use serde::{Serialize, Serializer};
+
+use crate::physics::form::Term;
+
+/// Size from which a term matters: 95 % intervals of a model without it then cover less than 94 %.
+pub const LINE: f64 = 0.25;
+
+/// A term, its size, and what was decided.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SizedTerm {
+    /// which, by its word
+    #[serde(serialize_with = "word")]
+    pub term: Term,
+    /// whether the model holds it
+    pub held: bool,
+    /// scene (named there), auto (decided by the size) or default
+    pub chosen_by: &'static str,
+    /// largest bias of a parameter that leaving it out gives, in its standard errors; `None` without a spread of the runs
+    pub size: Option<f64>,
+    /// the parameter that has it
+    pub moves: Option<String>,
+    /// largest change of a restitution
+    pub largest_effect: f64,
+    /// factor by which holding it widens the standard error of another parameter at most; `None` if not held, or if it
+    /// has no parameter
+    pub widens: Option<f64>,
+}
+
+fn word<S: Serializer>(term: &Term, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(term.name())
+}

@@ -1,0 +1,405 @@
+//! Puts the terms together: the energy one impact keeps, and its slopes. Whatever is simulated, fitted, sampled or shown
+//! is this sum.
+
+use super::coefficient::{Coefficient, Coefficients, Parameters};
+use super::dry::{speed_root, Order};
+use super::form::{DrySpeed, Form};
+use super::loss::{Film, Fixed, Setting, Share, Slope, MOST_PARAMETERS};
+use super::viscous::slope_lubrication_log;
+
+/// What of one impact the balance reads.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Impact {
+    /// v^(1/5) at the dry speed in use, (m/s)^(1/5)
+    pub dry_root: f64,
+    /// 4/St
+    pub over_stokes: f64,
+    /// share that no parameter moves, and v times its slope in v
+    pub fixed: [f64; 2],
+}
+
+impl Fixed {
+    /// The share at an impact speed, m/s, and v times its slope in v.
+    pub fn at(&self, impact_speed: f64) -> [f64; 2] {
+        let (first, second) = (
+            self.over_speed / impact_speed,
+            self.over_square / (impact_speed * impact_speed),
+        );
+        [first + second, -first - 2.0 * second]
+    }
+}
+
+impl Impact {
+    /// An impact at `impact_speed`, m/s, as a balance of this form reads it.
+    pub fn new(setting: &Setting, form: Form, impact_speed: f64) -> Impact {
+        Impact {
+            dry_root: form.dry_root(speed_root(impact_speed)),
+            over_stokes: slope_lubrication_log(setting.stokes(impact_speed)),
+            fixed: form.fixed(setting).map_or([0.0; 2], |fixed| fixed.at(impact_speed)),
+        }
+    }
+}
+
+/// What parameters move of the losses at one setting: constant + over_stokes · 4/St.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Lost {
+    /// share of the impact energy, whatever the speed
+    pub constant: f64,
+    /// share over 4/St
+    pub over_stokes: f64,
+}
+
+impl Lost {
+    fn of(share: Share, density_ratio: f64) -> Lost {
+        Lost {
+            constant: density_ratio * share.inertial,
+            over_stokes: share.viscous,
+        }
+    }
+
+    /// Slope of r at an impact, where this is the slope of the losses.
+    #[inline(always)]
+    pub fn slope_of_kept(&self, at: &Impact) -> f64 {
+        -self.constant - self.over_stokes * at.over_stokes
+    }
+}
+
+/// The energy balance of one particle, density ratio and film at fixed parameters: r = e_dry² − lost − fixed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Balance {
+    /// order of the dry law
+    pub order: Order,
+    /// k, (m/s)^(-1/5)
+    pub dry_k: f64,
+    /// whether e_dry is that of the run's own speed
+    pub own_speed: bool,
+    /// the losses that parameters move
+    pub lost: Lost,
+}
+
+/// What losses take at one film ratio, and the slopes of that in the shared parameters, in the order of
+/// [`Form::coefficients`].
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct AtFilm {
+    /// their sum
+    pub share: Share,
+    slopes: [Option<Slope>; 2 * MOST_PARAMETERS],
+}
+
+impl AtFilm {
+    /// Those of a form.
+    #[inline]
+    pub fn new(form: Form, film_ratio: f64, values: &Coefficients) -> AtFilm {
+        let mut all = AtFilm::default();
+        let mut free = 0;
+        for loss in form.losses() {
+            let one = loss.at(film_ratio, values);
+            all.share.inertial += one.share.inertial;
+            all.share.viscous += one.share.viscous;
+            for slope in one.slopes.into_iter().flatten() {
+                if let Some(place) = all.slopes.get_mut(free) {
+                    *place = Some(slope);
+                    free += 1;
+                }
+            }
+        }
+        all
+    }
+
+    /// The slopes of the sum.
+    pub fn slopes(&self) -> impl Iterator<Item = &Slope> {
+        self.slopes.iter().flatten()
+    }
+
+    /// The slopes of the losses at a density ratio.
+    pub fn lost_slopes(&self, density_ratio: f64) -> impl Iterator<Item = Lost> + '_ {
+        self.slopes().map(move |slope| Lost::of(slope.share, density_ratio))
+    }
+}
+
+impl Balance {
+    /// The balance of a particle with this k where losses take so much.
+    #[inline]
+    pub fn at(form: Form, dry_k: f64, share: Share, density_ratio: f64) -> Balance {
+        Balance {
+            order: form.dry,
+            dry_k,
+            own_speed: form.dry_speed == DrySpeed::Impact,
+            lost: Lost::of(share, density_ratio),
+        }
+    }
+
+    /// The balance at a film.
+    #[inline]
+    pub fn new(form: Form, film: Film, parameters: &Parameters) -> Balance {
+        let share = AtFilm::new(form, film.film_ratio, &parameters.shared).share;
+        Balance::at(form, parameters.dry_k, share, film.density_ratio)
+    }
+
+    /// That of a dry impact: no loss beside e_dry², at the run's own speed.
+    pub fn dry(order: Order, dry_k: f64) -> Balance {
+        Balance {
+            order,
+            dry_k,
+            own_speed: true,
+            lost: Lost::default(),
+        }
+    }
+
+    /// e_dry and its first and second slope in k.
+    #[inline(always)]
+    pub fn e_dry(&self, dry_root: f64) -> [f64; 3] {
+        let [e_dry, slope, bend] = self.order.of_loss(self.dry_k * dry_root);
+        [e_dry, slope * dry_root, bend * dry_root * dry_root]
+    }
+
+    /// r, the share of the energy kept, and its slope in k; r is negative where the impact cannot rebound.
+    #[inline(always)]
+    pub fn kept(&self, at: &Impact) -> (f64, f64) {
+        let [e_dry, slope, _] = self.e_dry(at.dry_root);
+        let lost = self.lost.constant + self.lost.over_stokes * at.over_stokes + at.fixed[0];
+        (e_dry * e_dry - lost, 2.0 * e_dry * slope)
+    }
+
+    /// v dr/dv and v² d²r/dv².
+    pub fn in_log_speed(&self, at: &Impact) -> [f64; 2] {
+        let viscous = self.lost.over_stokes * at.over_stokes;
+        let [share, slope] = at.fixed;
+        // of c₁/v + c₂/v² the second is 2 c₁/v + 6 c₂/v²
+        let losses = [viscous - slope, 4.0 * slope + 2.0 * share - 2.0 * viscous];
+        if !self.own_speed {
+            return losses;
+        }
+        let loss = self.dry_k * at.dry_root;
+        let e_dry = self.order.of_loss(loss)[0];
+        let [first, second] = self.order.in_log_speed(loss);
+        [
+            losses[0] + 2.0 * e_dry * first,
+            losses[1] + 2.0 * (first * first + e_dry * second),
+        ]
+    }
+
+    /// Slope of v dr/dv in k.
+    pub fn in_log_speed_slope_k(&self, at: &Impact) -> f64 {
+        if !self.own_speed {
+            return 0.0;
+        }
+        let [e_dry, slope, bend] = self.e_dry(at.dry_root);
+        // v d/dv is a fifth of k d/dk
+        0.4 * (e_dry * slope + self.dry_k * (slope * slope + e_dry * bend))
+    }
+
+    /// e_inf², what an impact of infinite St keeps, with e_dry at `dry_speed`, m/s; and its slope in k. Not positive where
+    /// there is no e_inf.
+    pub fn e_inf_squared(&self, dry_speed: f64) -> (f64, f64) {
+        self.kept(&Impact {
+            dry_root: speed_root(dry_speed),
+            over_stokes: 0.0,
+            fixed: [0.0; 2],
+        })
+    }
+
+    /// e_inf; NaN where there is none.
+    pub fn e_inf(&self, dry_speed: f64) -> f64 {
+        let (square, _) = self.e_inf_squared(dry_speed);
+        if square > 0.0 {
+            square.sqrt()
+        } else {
+            f64::NAN
+        }
+    }
+}
+
+/// Slopes of the energy kept in k and in each shared parameter, zero in those that the form lacks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gradient {
+    /// dr/dk
+    pub dry_k: f64,
+    /// in the order of [`Coefficient::ALL`]
+    pub shared: [f64; Coefficient::COUNT],
+}
+
+/// Share of the impact energy a wet impact keeps, r; negative where it cannot rebound.
+///
+/// `impact_speed` in m/s. Valid for normal impact, 0 < δ̃ ≤ 0.5 and e_dry > 0. Sources: eqs. enEdis2, visc, Eint1,
+/// Eint2; the saturating form is empirical; the bridge is [`bridge`](super::bridge)'s.
+pub fn kept_energy(setting: &Setting, form: Form, parameters: &Parameters, impact_speed: f64) -> f64 {
+    let balance = Balance::new(form, setting.of_film(), parameters);
+    balance.kept(&Impact::new(setting, form, impact_speed)).0
+}
+
+/// Slopes of [`kept_energy`] in the parameters.
+pub fn kept_energy_slopes(setting: &Setting, form: Form, parameters: &Parameters, impact_speed: f64) -> Gradient {
+    let at_film = AtFilm::new(form, setting.film_ratio(), &parameters.shared);
+    let balance = Balance::at(form, parameters.dry_k, at_film.share, setting.density_ratio());
+    let at = Impact::new(setting, form, impact_speed);
+    let mut shared = [0.0; Coefficient::COUNT];
+    for (slope, lost) in at_film.slopes().zip(at_film.lost_slopes(setting.density_ratio())) {
+        shared[slope.of as usize] = lost.slope_of_kept(&at);
+    }
+    Gradient {
+        dry_k: balance.kept(&at).1,
+        shared,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::bridge;
+    use super::super::form::Term;
+    use super::super::inertia::Inertia;
+    use super::*;
+
+    const SETTING: Setting = Setting {
+        density: 2150.0,
+        diameter: 4.762e-3,
+        liquid_density: 930.0,
+        viscosity: 9.3e-3,
+        film: 286e-6,
+        surface_tension: Some(20.1e-3),
+    };
+    fn parameters() -> Parameters {
+        Parameters::new(0.183)
+            .with(Coefficient::LubricationLog, 1.92)
+            .with(Coefficient::InertialPrefactor, 0.41)
+            .with(Coefficient::FilmScale, 0.068)
+    }
+
+    #[test]
+    fn slopes_agree_with_differences() {
+        let moved = |place: usize, step: f64| {
+            let mut moved = parameters();
+            match Coefficient::ALL.get(place) {
+                Some(coefficient) => moved.shared[*coefficient] += step,
+                None => moved.dry_k += step,
+            }
+            moved
+        };
+        let h = 1e-6;
+        for form in every_form() {
+            let slopes = kept_energy_slopes(&SETTING, form, &parameters(), 1.37);
+            let slopes = slopes.shared.into_iter().chain([slopes.dry_k]);
+            for (place, slope) in slopes.enumerate() {
+                let at = |step| kept_energy(&SETTING, form, &moved(place, step), 1.37);
+                let difference = (at(h) - at(-h)) / (2.0 * h);
+                let gap = (difference - slope).abs();
+                assert!(gap < 1e-6 * (1.0 + difference.abs()), "{form:?} {gap}");
+            }
+        }
+    }
+
+    /// Every form of inertia, with the terms that are usually not held, and without those that are.
+    fn every_form() -> Vec<Form> {
+        let of_inertia = |inertia: Inertia| {
+            let [own, fixed] = [DrySpeed::Impact, DrySpeed::Reference(1.9)].map(|speed| Form::new(inertia, speed));
+            let every = Term::DrySecondOrder.toggled(Term::Bridge.toggled(own));
+            [own, fixed, every, Term::Viscous.toggled(fixed)]
+        };
+        Inertia::ALL.into_iter().flat_map(of_inertia).collect()
+    }
+
+    #[test]
+    fn slopes_in_the_speed_agree_with_differences() {
+        let h = 1e-6;
+        let film = SETTING.of_film();
+        for form in every_form() {
+            let at = |k: f64, v: f64| {
+                let balance = Balance::new(
+                    form,
+                    film,
+                    &Parameters {
+                        dry_k: k,
+                        ..parameters()
+                    },
+                );
+                let impact = Impact::new(&SETTING, form, v);
+                let second = (balance.in_log_speed(&impact), balance.in_log_speed_slope_k(&impact));
+                (balance.kept(&impact).0, second.0[0], second.0[1], second.1)
+            };
+            let v: f64 = 1.37;
+            let (_, slope, bend, of_k) = at(0.183, v);
+            let difference = (at(0.183, v * (1.0 + h)).0 - at(0.183, v * (1.0 - h)).0) / (2.0 * h);
+            assert!((difference - slope).abs() < 1e-6 * (1.0 + slope.abs()), "{form:?}");
+            // v d/dv of v r′ is v r′ + v² r″
+            let difference = (at(0.183, v * (1.0 + h)).1 - at(0.183, v * (1.0 - h)).1) / (2.0 * h);
+            assert!(
+                (difference - slope - bend).abs() < 1e-6 * (1.0 + bend.abs()),
+                "{form:?}"
+            );
+            let difference = (at(0.183 + h, v).1 - at(0.183 - h, v).1) / (2.0 * h);
+            assert!((difference - of_k).abs() < 1e-6 * (1.0 + of_k.abs()), "{form:?}");
+        }
+    }
+
+    #[test]
+    fn a_parameter_belongs_to_the_term_that_brings_it() {
+        for form in every_form() {
+            for coefficient in Coefficient::ALL {
+                let mut owners = Term::ALL.into_iter().filter(|term| term.owns(coefficient, form));
+                let owner = owners.next();
+                assert_eq!(
+                    owner.is_some_and(|term| term.is_held(form)),
+                    form.has(coefficient),
+                    "{form:?}"
+                );
+                assert_eq!(owners.next(), None, "{form:?} {coefficient:?}");
+            }
+            assert_eq!(Form::new(form.inertia, form.dry_speed).with_terms(&form.terms()), form);
+        }
+    }
+
+    /// Metre, kilogram and second rescaled by odd factors, k and the dry speed with them: no pure number moves.
+    #[test]
+    fn the_energy_kept_does_not_depend_on_the_units() {
+        let (metre, kilogram, second) = (3.7, 0.21, 12.9);
+        let speed_unit: f64 = metre / second;
+        let density_unit = kilogram / (metre * metre * metre);
+        let scaled = Setting {
+            density: SETTING.density * density_unit,
+            diameter: SETTING.diameter * metre,
+            liquid_density: SETTING.liquid_density * density_unit,
+            viscosity: SETTING.viscosity * kilogram / (metre * second),
+            film: SETTING.film * metre,
+            surface_tension: SETTING
+                .surface_tension
+                .map(|gamma| gamma * kilogram / (second * second)),
+        };
+        let scaled_parameters = Parameters {
+            dry_k: parameters().dry_k * speed_unit.powf(-0.2),
+            ..parameters()
+        };
+        for inertia in Inertia::ALL {
+            let form = |speed| Term::Bridge.toggled(Form::new(inertia, DrySpeed::Reference(speed)));
+            let here = kept_energy(&SETTING, form(2.0), &parameters(), 1.37);
+            let there = kept_energy(&scaled, form(2.0 * speed_unit), &scaled_parameters, 1.37 * speed_unit);
+            assert!((here / there - 1.0).abs() < 1e-12, "{inertia:?} {here} {there}");
+        }
+    }
+
+    #[test]
+    fn the_dry_speed_matters_only_for_impact_speeds_other_than_the_reference() {
+        let at = |dry_speed, v| kept_energy(&SETTING, Form::new(Inertia::Cap, dry_speed), &parameters(), v);
+        assert_eq!(at(DrySpeed::Impact, 2.0), at(DrySpeed::Reference(2.0), 2.0));
+        assert!(at(DrySpeed::Impact, 0.8) > at(DrySpeed::Reference(2.0), 0.8) + 0.05);
+    }
+
+    /// The bridge takes κ/v² and no more, and only where the liquid's surface tension is known.
+    #[test]
+    fn the_bridge_takes_its_share() {
+        let plain = Form::new(Inertia::Stepwise, DrySpeed::Reference(2.0));
+        let form = Term::Bridge.toggled(plain);
+        let taken = |setting: &Setting, v| {
+            kept_energy(setting, plain, &parameters(), v) - kept_energy(setting, form, &parameters(), v)
+        };
+        let share = {
+            let kappa = bridge::kappa(20.1e-3, SETTING.density, SETTING.diameter, SETTING.film);
+            bridge::loss(kappa, 0.4)
+        };
+        assert!(share > 1e-4 && (taken(&SETTING, 0.4) - share).abs() < 1e-15);
+        let unknown = Setting {
+            surface_tension: None,
+            ..SETTING
+        };
+        assert_eq!(taken(&unknown, 0.4), 0.0);
+    }
+}

@@ -1,0 +1,143 @@
+//! Computes once, of every run, what the laws and the energy balance read of it.
+
+use std::ops::Range;
+
+use super::collect::Columns;
+use super::series::{self, Runs, Series};
+use crate::physics::balance::Impact;
+use crate::physics::dry::speed_root;
+use crate::physics::viscous::slope_lubrication_log;
+use crate::physics::{DrySpeed, Form, Setting};
+use crate::scene::Scene;
+
+/// Orders runs by series, and computes of each what the physics reads.
+pub(super) fn arrange(columns: Columns, scene: &Scene) -> Runs {
+    let mut runs = series::arrange(columns, scene);
+    runs.compute_impacts(scene);
+    runs
+}
+
+impl Runs {
+    /// Computes the columns of [`Impacts`](super::Impacts): once where runs are arranged, and again where constants of the scene or films
+    /// were moved.
+    pub fn compute_impacts(&mut self, scene: &Scene) {
+        if self.impacts.speed_root.len() != self.len() {
+            self.impacts.speed_root = self.impact_speed.iter().map(|v| speed_root(*v)).collect();
+        }
+        let ratio = |(film, diameter): (&f64, &f64)| film / diameter;
+        let film_ratio = self.film.iter().zip(&self.diameter).map(ratio).collect();
+        let mut over_stokes = vec![0.0; self.len()];
+        for series in &self.series {
+            for run in series.runs() {
+                let stokes = self.setting(scene, series, run).stokes(self.impact_speed[run]);
+                over_stokes[run] = slope_lubrication_log(stokes);
+            }
+        }
+        self.impacts.film_ratio = film_ratio;
+        self.impacts.over_stokes = over_stokes;
+    }
+
+    /// 1/St of a wet run.
+    pub fn inverse_stokes(&self, run: usize) -> f64 {
+        // a power of two: no digit is lost on the way
+        0.25 * self.impacts.over_stokes[run]
+    }
+
+    /// Sphere, liquid and film of a run of a series.
+    pub fn setting(&self, scene: &Scene, series: &Series, run: usize) -> Setting {
+        let liquid = &scene.liquids[series.liquid];
+        Setting {
+            density: scene.particles[series.particle].density,
+            diameter: self.diameter[run],
+            liquid_density: liquid.density,
+            viscosity: liquid.viscosity,
+            film: self.film[run],
+            surface_tension: liquid.surface_tension,
+        }
+    }
+}
+
+impl Series {
+    /// ρ̃ = ρl/ρp.
+    pub fn density_ratio(&self, scene: &Scene) -> f64 {
+        scene.liquids[self.liquid].density / scene.particles[self.particle].density
+    }
+}
+
+/// The impacts of a table as an energy balance of one form reads them.
+#[derive(Debug, Clone)]
+pub struct Conditions<'r> {
+    runs: &'r Runs,
+    /// v^(1/5) of the dry speed, where one is used for all
+    reference_root: Option<f64>,
+    /// shares that no parameter moves, with v times their slopes in v; empty where the form has none
+    fixed: Vec<[f64; 2]>,
+}
+
+impl<'r> Conditions<'r> {
+    /// Those of a form.
+    pub fn new(scene: &Scene, runs: &'r Runs, form: Form) -> Conditions<'r> {
+        let mut fixed = vec![];
+        for series in &runs.series {
+            for run in series.runs() {
+                let Some(of_run) = form.fixed(&runs.setting(scene, series, run)) else {
+                    break;
+                };
+                fixed.resize(runs.len(), [0.0; 2]);
+                fixed[run] = of_run.at(runs.impact_speed[run]);
+            }
+        }
+        Conditions {
+            runs,
+            reference_root: match form.dry_speed {
+                DrySpeed::Reference(speed) => Some(speed_root(speed)),
+                DrySpeed::Impact => None,
+            },
+            fixed,
+        }
+    }
+
+    /// A wet run.
+    pub fn wet(&self, run: usize) -> Impact {
+        Impact {
+            dry_root: self.reference_root.unwrap_or(self.runs.impacts.speed_root[run]),
+            over_stokes: self.runs.impacts.over_stokes[run],
+            fixed: self.fixed.get(run).copied().unwrap_or_default(),
+        }
+    }
+
+    /// Whether there are shares that no parameter moves.
+    pub fn has_fixed(&self) -> bool {
+        !self.fixed.is_empty()
+    }
+
+    /// A dry run.
+    pub fn dry(&self, run: usize) -> Impact {
+        Impact {
+            dry_root: self.runs.impacts.speed_root[run],
+            over_stokes: 0.0,
+            fixed: [0.0; 2],
+        }
+    }
+}
+
+/// The runs of a range, one after the other, with what changes from film to film computed once for each.
+///
+/// Neighbours mostly share a film ratio, and an exponential costs more than all the rest.
+pub fn by_film<T>(
+    runs: &Runs,
+    range: Range<usize>,
+    mut of_film: impl FnMut(usize) -> T,
+    mut each: impl FnMut(usize, &T),
+) {
+    let mut last: Option<(f64, T)> = None;
+    for run in range {
+        let ratio = runs.impacts.film_ratio[run];
+        if last.as_ref().is_none_or(|(same, _)| *same != ratio) {
+            last = Some((ratio, of_film(run)));
+        }
+        if let Some((_, of_film)) = &last {
+            each(run, of_film);
+        }
+    }
+}
