@@ -13,7 +13,7 @@ use std::time::Instant;
 use wetcor::findings;
 use wetcor::findings::posterior::Way;
 use wetcor::model::simulate::Simulation;
-use wetcor::report::chart::{svg, Axis, Chart, Dash, Layer, Point, Style};
+use wetcor::report::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Style};
 use wetcor::runs::{self, Existing, RunWriter, Table};
 use wetcor::scene::{self, DesignSpeeds, Scene};
 
@@ -126,7 +126,7 @@ impl Panel {
                 .map(|(x, y)| (x.log10(), y.log10()))
                 .collect();
             let style = Style::group(group);
-            let points = at.iter().map(|(x, y)| Point {
+            let points = at.iter().map(|(x, y)| ChartPoint {
                 x: *x,
                 y: *y,
                 y_se: None,

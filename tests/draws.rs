@@ -10,8 +10,9 @@ use wetcor::inference::diagnostics::energy::e_bfmi;
 use wetcor::inference::diagnostics::loo;
 use wetcor::inference::diagnostics::pareto::khat_threshold;
 use wetcor::inference::diagnostics::summary::{summarise, Summary};
+use wetcor::report::draws::arrays::{ArrayGroup, ArrayValues, Dimension, DrawArray, DrawSize};
 use wetcor::report::draws::csv;
-use wetcor::report::draws::zarr::{store, Array, Group, Values};
+use wetcor::report::draws::zarr::store;
 use wetcor::report::folder::{Contents, Destination, File, Files};
 use wetcor::seed;
 
@@ -39,21 +40,8 @@ fn summary_of(values: &[f64]) -> Summary {
     summarise(&chains)
 }
 
-fn group<'a>(name: &'a str, arrays: Vec<Array<'a>>) -> Group<'a> {
-    Group {
-        name,
-        attributes: Map::new(),
-        arrays,
-    }
-}
-
-fn array<'a>(name: &'a str, dimensions: &'a [&'a str], shape: &'a [usize], values: Values<'a>) -> Array<'a> {
-    Array {
-        name,
-        dimensions,
-        shape,
-        values,
-    }
+fn reals(values: &[f64]) -> ArrayValues {
+    ArrayValues::reals(values.iter().copied())
 }
 
 /// A report's files: findings.json, draws.csv and the store.
@@ -120,76 +108,60 @@ fn report() -> Vec<File> {
         }],
     });
 
-    let (chains, draws): (Vec<i64>, Vec<i64>) = ((0..CHAINS as i64).collect(), (0..DRAWS as i64).collect());
-    let along = |length| [CHAINS, DRAWS, length];
-    let (by_particle, by_run, plain) = (along(2), along(runs), [CHAINS, DRAWS]);
-    let ids = || {
-        [
-            array("chain", &["chain"], &[CHAINS], Values::I64(&chains)),
-            array("draw", &["draw"], &[DRAWS], Values::I64(&draws)),
-        ]
+    let size = DrawSize {
+        chains: CHAINS,
+        draws: DRAWS,
     };
-    let sampled: &[&str] = &["chain", "draw"];
-    let run = || array("run", &["run"], &[3], Values::Text(&labels));
-    let with_ids = |mut arrays: Vec<_>| {
-        arrays.extend(ids());
-        arrays
+    let [chain, draw] = size.dimensions();
+    let (particle, run) = (Dimension::new("particle", 2), Dimension::new("run", runs));
+    let with_draws = |name, arrays: Vec<DrawArray>| {
+        let mut group = ArrayGroup::of_draws(name, size);
+        group.arrays.extend(arrays);
+        group
     };
-    let each = |name, values| array(name, sampled, &plain, Values::F64(values));
-    let each_run = || {
-        let values = Values::F64(&log_likelihood);
-        let restitution = array("restitution", &["chain", "draw", "run"], &by_run, values);
-        with_ids(vec![restitution, run()])
+    let array = |name: &str, dimensions: &[Dimension], values| DrawArray::new(name, dimensions, values);
+    let each = |name: &str, values: &[f64]| array(name, &[chain, draw], reals(values));
+    let labels = || array("run", &[run], ArrayValues::texts(&labels));
+    let each_run = |name| {
+        let restitution = array("restitution", &[chain, draw, run], reals(&log_likelihood));
+        with_draws(name, vec![restitution, labels()])
     };
-    let groups = [
-        group(
+    let dry_k = array("dry_k", &[chain, draw, particle], reals(&dry_k));
+    let particles = array("particle", &[particle], ArrayValues::texts(&particles));
+    let counts = |name: &str| array(name, &[chain, draw], ArrayValues::counts(steps.clone()));
+    let groups = vec![
+        with_draws(
             "posterior",
-            with_ids(vec![
-                array(
-                    "dry_k",
-                    &["chain", "draw", "particle"],
-                    &by_particle,
-                    Values::F64(&dry_k),
-                ),
-                array("particle", &["particle"], &[2], Values::Text(&particles)),
-                each("sigma_wet", &sigma),
-                each("centre", &centre),
-            ]),
+            vec![dry_k, particles, each("sigma_wet", &sigma), each("centre", &centre)],
         ),
-        group(
+        with_draws(
             "sample_stats",
-            with_ids(vec![
+            vec![
                 each("lp", &energy),
                 each("acceptance_rate", &sigma),
                 each("step_size", &sigma),
                 each("energy", &energy),
-                array("tree_depth", sampled, &plain, Values::I64(&steps)),
-                array("n_steps", sampled, &plain, Values::I64(&steps)),
-                array("diverging", sampled, &plain, Values::Bool(&diverging)),
-            ]),
-        ),
-        group("log_likelihood", each_run()),
-        group("log_prior", with_ids(vec![each("sigma_wet", &energy)])),
-        group("posterior_predictive", each_run()),
-        group(
-            "observed_data",
-            vec![array("restitution", &["run"], &[3], Values::F64(&observed)), run()],
-        ),
-        group(
-            "constant_data",
-            vec![
-                array("impact_speed", &["run"], &[3], Values::F64(&[1.0, 2.0, 0.3])),
-                run(),
+                counts("tree_depth"),
+                counts("n_steps"),
+                array("diverging", &[chain, draw], ArrayValues::flags(diverging)),
             ],
         ),
+        each_run("log_likelihood"),
+        with_draws("log_prior", vec![each("sigma_wet", &energy)]),
+        each_run("posterior_predictive"),
+        ArrayGroup {
+            name: "observed_data",
+            arrays: vec![array("restitution", &[run], reals(&observed)), labels()],
+        },
+        ArrayGroup {
+            name: "constant_data",
+            arrays: vec![array("impact_speed", &[run], reals(&[1.0, 2.0, 0.3])), labels()],
+        },
     ];
     let attributes = Map::from_iter([("model".to_owned(), json!("stepwise/2"))]);
-    let mut files = store("draws/draws.zarr", attributes, groups.into()).expect("values as the shapes ask");
-    let columns: Vec<(&str, &[f64])> = parameters
-        .iter()
-        .map(|(name, values)| (*name, values.as_slice()))
-        .collect();
-    let table = csv::table(CHAINS, DRAWS, &columns).expect("as many values as draws");
+    let mut files = store("draws/draws.zarr", attributes, groups).expect("values as the shapes ask");
+    let columns: Vec<DrawArray> = parameters.iter().map(|(name, values)| each(name, values)).collect();
+    let table = csv::table(size, &columns).expect("as many values as draws");
     files.push(("draws/draws.csv".to_owned(), table.into_bytes()));
     files.push(("findings.json".to_owned(), findings.to_string().into_bytes()));
     files

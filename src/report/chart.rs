@@ -3,19 +3,27 @@
 //! Labels may hold subscripts and superscripts: `e_{n}`, `m s^{−1}`. An underscore or caret
 //! without braces is printed as it stands, so particle names need no care.
 
-mod grid;
+//!
+//! | file | job |
+//! |---|---|
+//! | `layout.rs` | places panels in rows and columns, with one legend |
+//! | `panel.rs` | draws one chart: axes, marks, labels |
+//! | `scale.rs` | chooses limits, ticks and tick labels |
+//! | `mark.rs` | draws markers, lines, bands and error bars |
+//! | `legend.rs` | lists the named layers |
+//! | `text.rs` | sets scripts, escapes labels, estimates their width |
+//! | `drawing.rs` | writes SVG |
+
+mod drawing;
+mod layout;
 mod legend;
 mod mark;
 mod panel;
 mod scale;
 mod text;
 
-use kuva::backend::svg::SvgBackend;
-use kuva::render::render::{Primitive, Scene, TextAnchor};
-
-pub use grid::grid;
-use legend::Legend;
-use panel::Panel;
+use layout::Layout;
+use panel::Look;
 
 /// One set of axes with what is drawn on it.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,7 +82,7 @@ pub enum Layer {
         /// Text of the legend.
         name: Option<String>,
         /// The points in any order.
-        points: Vec<Point>,
+        points: Vec<ChartPoint>,
         /// Colour and marker.
         style: Style,
     },
@@ -111,7 +119,7 @@ impl Layer {
 
 /// One marker.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point {
+pub struct ChartPoint {
     /// Horizontal position.
     pub x: f64,
     /// Vertical position.
@@ -155,102 +163,78 @@ pub enum Dash {
     Dotted,
 }
 
-/// The first family is the widest, so that the room left for it suffices for the others.
-const FONTS: &str = "DejaVu Sans, Arial, Helvetica, sans-serif";
-const LABEL_SIZE: u32 = 15;
+/// Width and height in pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extent {
+    /// Width.
+    pub width: f64,
+    /// Height.
+    pub height: f64,
+}
+
+const FIGURE: Look = Look {
+    tick_size: 13.0,
+    label_size: 15.0,
+    gap: 24.0,
+    edge: 12.0,
+    ticks: &[6.0],
+    letters: false,
+    small: false,
+};
+const LETTERED: Look = Look {
+    letters: true,
+    ..FIGURE
+};
+const SMALL: Look = Look {
+    tick_size: 10.0,
+    label_size: 13.0,
+    gap: 8.0,
+    edge: 10.0,
+    ticks: &[3.0, 4.0, 5.0, 8.0],
+    letters: false,
+    small: true,
+};
+
+/// Width of a picture of one chart, in pixels.
 const SINGLE_WIDTH: f64 = 720.0;
+/// What each of several charts adds to the width of theirs.
 const PANEL_WIDTH: f64 = 550.0;
+/// Share of a picture's width that a legend beside the axes may take.
+const MOST_BESIDE: f64 = 0.27;
 
 /// Draws the charts side by side in one SVG document, lettered (a), (b), … when there are
 /// several, with one legend to the right or below.
 ///
 /// The same charts give the same bytes. Any data can be drawn; an empty chart gets empty axes.
 pub fn svg(charts: &[Chart]) -> String {
-    let legend = Legend::of(charts);
-    let full_width = match charts.len() {
-        0 | 1 => SINGLE_WIDTH,
-        n => n as f64 * PANEL_WIDTH,
-    };
-    let beside = charts.len() < 2 && legend.column_width() < 0.27 * full_width;
-    let (room, height) = if beside {
-        (full_width - legend.column_width(), 440.0)
+    let single = charts.len() < 2;
+    let look = if single { &FIGURE } else { &LETTERED };
+    let layout = Layout::new(&[charts.iter().map(Some).collect()], look);
+    let width = if single {
+        SINGLE_WIDTH
     } else {
-        (full_width, 400.0)
+        charts.len() as f64 * PANEL_WIDTH
     };
-    let panels: Vec<Panel> = charts
+    let legend_width = layout.legend.column_width();
+    let beside = single && legend_width < MOST_BESIDE * width;
+    let taken = layout.margins_width() + if beside { legend_width } else { 0.0 };
+    let axes = Extent {
+        width: ((width - taken) / charts.len().max(1) as f64).floor(),
+        height: if beside { 340.0 } else { 300.0 },
+    };
+    layout.document(axes, beside)
+}
+
+/// Draws the charts in rows, each with axes of this size or larger, and one legend below.
+///
+/// An axis without a label has no ticks either: neighbours with equal limits may share theirs. Filled points are drawn as
+/// dots, hollow ones as markers. What lies outside the axes is not drawn. The same charts give the same bytes.
+pub fn grid(rows: &[Vec<Option<Chart>>], axes: Extent) -> String {
+    let rows: Vec<Vec<Option<&Chart>>> = rows
         .iter()
-        .map(|chart| Panel::new(chart, charts.len() > 1, room / charts.len() as f64, height))
+        .map(|row| row.iter().map(Option::as_ref).collect())
         .collect();
-    let axes_width = panels.iter().map(|p| p.width).sum::<f64>().max(room);
-    let axes_height = panels.iter().map(|p| p.height).fold(height, f64::max);
-
-    let (legend_x, legend_y, columns) = if beside {
-        (axes_width, panels.first().map_or(0.0, |p| p.top), 1)
-    } else {
-        let columns = legend.columns_within(axes_width);
-        let spare = axes_width - columns as f64 * legend.column_width();
-        ((spare / 2.0).max(0.0).round(), axes_height, columns)
-    };
-    let (legend_width, legend_height) = legend.extent(columns);
-    let width = axes_width.max(legend_x + legend_width).ceil();
-    let height = axes_height.max(legend_y + legend_height).ceil();
-
-    let mut scene = empty(width, height);
-    let mut left = 0.0;
-    for (i, panel) in panels.iter().enumerate() {
-        scene.add(Primitive::GroupStart {
-            transform: Some(format!("translate({left},0)")),
-            title: None,
-            extra_attrs: None,
-        });
-        if panels.len() > 1 {
-            let letter = char::from_u32('a' as u32 + i as u32).unwrap_or('?');
-            let mut text = words(&format!("({letter})"), 12.0, 24.0, LABEL_SIZE);
-            if let Primitive::Text { bold, .. } = &mut text {
-                *bold = true;
-            }
-            scene.add(text);
-        }
-        panel.draw(&mut scene);
-        scene.add(Primitive::GroupEnd);
-        left += panel.width;
-    }
-    legend.draw(&mut scene, legend_x, legend_y, columns);
-    document(&scene, width, height)
-}
-
-/// A scene with nothing in it.
-fn empty(width: f64, height: f64) -> Scene {
-    let mut scene = Scene::new(width, height);
-    scene.font_family = Some(FONTS.to_string());
-    scene.text_color = Some("black".to_string());
-    scene
-}
-
-/// A finished scene as an SVG document.
-fn document(scene: &Scene, width: f64, height: f64) -> String {
-    let document = text::finish(&SvgBackend::new().render_scene(scene));
-    // Without a viewBox a page that narrows the picture would crop it instead of scaling it;
-    // without preserved space some viewers swallow the blank after a subscript.
-    document.replacen(
-        " width=",
-        &format!(" viewBox=\"0 0 {width} {height}\" xml:space=\"preserve\" width="),
-        1,
-    )
-}
-
-/// A line of text that starts at the position.
-fn words(label: &str, x: f64, y: f64, size: u32) -> Primitive {
-    Primitive::Text {
-        x,
-        y,
-        content: text::markup(label),
-        size,
-        anchor: TextAnchor::Start,
-        rotate: None,
-        bold: false,
-        color: None,
-    }
+    Layout::new(&rows, &SMALL).document(axes, false)
 }
 
 #[cfg(test)]

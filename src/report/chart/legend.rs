@@ -1,14 +1,9 @@
 //! Lists the named layers with samples of their marks.
-//!
-//! kuva's legend is not used: it measures names in DejaVu Sans and so lets wider fonts run
-//! out of its box, its samples are too short to tell dashes from dots, and it cannot show a
-//! marker on its line or a hollow one.
 
-use kuva::render::render::{Primitive, Scene};
+use super::drawing::{Drawing, Element, Pixel};
+use super::{mark, text, Chart, Extent, Layer};
 
-use super::{mark, text, words, Chart, Layer};
-
-const SIZE: u32 = 13;
+const SIZE: f64 = 13.0;
 const ROW: f64 = 21.0;
 const SAMPLE: f64 = 34.0;
 const GAP: f64 = 8.0;
@@ -20,9 +15,9 @@ pub(super) struct Legend<'a> {
 }
 
 impl<'a> Legend<'a> {
-    pub(super) fn of(charts: &'a [Chart]) -> Self {
+    pub(super) fn of(charts: impl Iterator<Item = &'a Chart>) -> Self {
         let mut entries: Vec<(&str, Vec<&Layer>)> = Vec::new();
-        for layer in charts.iter().flat_map(|c| &c.layers) {
+        for layer in charts.flat_map(|chart| &chart.layers) {
             let Some(name) = layer.name() else { continue };
             match entries.iter_mut().find(|(known, _)| *known == name) {
                 Some((_, layers)) => layers.push(layer),
@@ -48,17 +43,18 @@ impl<'a> Legend<'a> {
         self.entries.len().div_ceil(rows.max(1)).max(1)
     }
 
-    /// Width and height in pixels, (0, 0) without entries.
-    pub(super) fn extent(&self, columns: usize) -> (f64, f64) {
-        if self.entries.is_empty() {
-            return (0.0, 0.0);
-        }
+    /// Size in pixels, nothing without entries.
+    pub(super) fn extent(&self, columns: usize) -> Extent {
         let rows = self.entries.len().div_ceil(columns.max(1));
-        let width = columns as f64 * self.column_width();
-        (width, rows as f64 * ROW + 12.0)
+        let height = if rows == 0 { 0.0 } else { rows as f64 * ROW + 12.0 };
+        Extent {
+            width: columns as f64 * self.column_width(),
+            height,
+        }
     }
 
-    pub(super) fn draw(&self, scene: &mut Scene, left: f64, top: f64, columns: usize) {
+    /// Draws the entries from a corner rightwards and down, column after column.
+    pub(super) fn draw(&self, drawing: &mut Drawing, (left, top): Pixel, columns: usize) {
         let rows = self.entries.len().div_ceil(columns.max(1)).max(1);
         for (i, (name, layers)) in self.entries.iter().enumerate() {
             let x = left + (i / rows) as f64 * self.column_width();
@@ -71,17 +67,18 @@ impl<'a> Legend<'a> {
                 |l| matches!(l, Layer::Points { .. }),
             ];
             for layer in kinds.iter().filter_map(|kind| layers.iter().find(|l| kind(l))) {
-                scene.add(sample(layer, x, y));
+                drawing.add(sample(layer, (x, y)));
             }
-            scene.add(words(name, x + SAMPLE + GAP, y + 4.7, SIZE));
+            drawing.write(Element::text((x + SAMPLE + GAP, y + 4.7), SIZE), name);
         }
     }
 }
 
-fn sample(layer: &Layer, x: f64, y: f64) -> Primitive {
+/// A layer's mark, from a place to the right.
+fn sample(layer: &Layer, (x, y): Pixel) -> Element {
     match layer {
-        Layer::Points { style, .. } => mark::marker(x + SAMPLE / 2.0, y, *style),
-        Layer::Line { style, dash, .. } => mark::stroke(vec![(x, y), (x + SAMPLE, y)], *style, *dash),
+        Layer::Points { style, .. } => mark::marker((x + SAMPLE / 2.0, y), *style),
+        Layer::Line { style, dash, .. } => mark::stroke(&[(x, y), (x + SAMPLE, y)], *style, *dash),
         Layer::Band { style, .. } => {
             let (low, high) = (y + 6.0, y - 6.0);
             let corners = [(x, low), (x + SAMPLE, low), (x + SAMPLE, high), (x, high)];

@@ -2,9 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use kuva::render::color::Color;
-use kuva::render::render::{build_path, PathData, Primitive, Scene};
-
+use super::drawing::{decimal, Element, Pixel};
 use super::{Dash, Style};
 
 /// Okabe and Ito's colours for the colour-blind (2008) without their yellow, which white
@@ -14,45 +12,37 @@ const COLOURS: [&str; 8] = [
 ];
 const GROUPS: usize = COLOURS.len();
 
-fn colour(style: Style) -> Color {
-    Color::from(COLOURS[style.group % GROUPS])
+fn colour(style: Style) -> &'static str {
+    COLOURS[style.group % GROUPS]
 }
 
 /// A marker of the style.
-pub(super) fn marker(x: f64, y: f64, style: Style) -> Primitive {
+pub(super) fn marker((x, y): Pixel, style: Style) -> Element {
     let open = style.open != ((style.group / GROUPS) % 2 == 1);
-    let white = Color::from("#ffffff");
+    let white = "#ffffff";
     // A white rim keeps the shapes of crowded filled markers readable.
     let (radius, fill, edge, edge_width) = if open {
         (4.0, white, colour(style), 1.4)
     } else {
         (4.8, colour(style), white, 0.7)
     };
-    match outline(style.group) {
-        None => Primitive::Circle {
-            cx: x,
-            cy: y,
-            r: radius,
-            fill,
-            fill_opacity: None,
-            stroke: Some(edge),
-            stroke_width: Some(edge_width),
-        },
+    let shape = match outline(style.group) {
+        None => Element::new("circle")
+            .number("cx", x)
+            .number("cy", y)
+            .number("r", radius),
         Some(corners) => {
-            let corners: Vec<(f64, f64)> = corners
+            let corners: Vec<Pixel> = corners
                 .iter()
                 .map(|&(dx, dy)| (x + radius * dx, y + radius * dy))
                 .collect();
-            Primitive::Path(Box::new(PathData {
-                d: build_path(&corners) + "Z",
-                fill: Some(fill),
-                stroke: edge,
-                stroke_width: edge_width,
-                opacity: None,
-                stroke_dasharray: None,
-            }))
+            Element::polygon(&corners)
         }
-    }
+    };
+    shape
+        .set("fill", fill)
+        .set("stroke", edge)
+        .number("stroke-width", edge_width)
 }
 
 /// Corners of a group's marker for a circle of radius 1; `None` for the circle itself.
@@ -91,65 +81,50 @@ fn outline(group: usize) -> Option<Vec<(f64, f64)>> {
 }
 
 /// A line through pixels.
-pub(super) fn stroke(points: Vec<(f64, f64)>, style: Style, dash: Dash) -> Primitive {
-    Primitive::PolyLine {
-        points,
-        stroke: colour(style),
-        stroke_width: 1.8,
-        stroke_dasharray: match dash {
-            Dash::Solid => None,
-            Dash::Dashed => Some("7 4".to_string()),
-            Dash::Dotted => Some("2 3".to_string()),
-        },
+pub(super) fn stroke(pixels: &[Pixel], style: Style, dash: Dash) -> Element {
+    let line = Element::polyline(pixels)
+        .set("fill", "none")
+        .set("stroke", colour(style))
+        .number("stroke-width", 1.8);
+    match dash {
+        Dash::Solid => line,
+        Dash::Dashed => line.set("stroke-dasharray", "7 4"),
+        Dash::Dotted => line.set("stroke-dasharray", "2 3"),
     }
 }
 
 /// Many small squares as one path: a tenth of the bytes of as many markers.
-pub(super) fn dots(points: &[(f64, f64)], style: Style) -> Primitive {
+pub(super) fn dots(pixels: &[Pixel], style: Style) -> Element {
     const SIDE: f64 = 2.0;
-    let mut d = String::new();
-    for (x, y) in points {
-        let (left, top) = (x - 0.5 * SIDE, y - 0.5 * SIDE);
-        d.push_str(&format!("M{left:.1} {top:.1}h{SIDE}v{SIDE}h-{SIDE}z"));
-    }
-    Primitive::Path(Box::new(PathData {
-        d,
-        fill: Some(colour(style)),
-        stroke: Color::None,
-        stroke_width: 0.0,
-        opacity: Some(0.6),
-        stroke_dasharray: None,
-    }))
+    let squares: Vec<String> = pixels
+        .iter()
+        .map(|(x, y)| {
+            let (left, top) = (decimal(x - 0.5 * SIDE), decimal(y - 0.5 * SIDE));
+            format!("M{left} {top}h{SIDE}v{SIDE}h-{SIDE}z")
+        })
+        .collect();
+    Element::new("path")
+        .set("d", &squares.concat())
+        .set("fill", colour(style))
+        .number("fill-opacity", 0.6)
 }
 
 /// A translucent area with these corners.
-pub(super) fn area(corners: &[(f64, f64)], style: Style) -> Primitive {
-    Primitive::Path(Box::new(PathData {
-        d: build_path(corners) + "Z",
-        fill: Some(colour(style)),
-        stroke: Color::None,
-        stroke_width: 0.0,
-        opacity: Some(0.2),
-        stroke_dasharray: None,
-    }))
+pub(super) fn area(corners: &[Pixel], style: Style) -> Element {
+    Element::polygon(corners)
+        .set("fill", colour(style))
+        .number("fill-opacity", 0.2)
 }
 
-/// A vertical bar with caps between two pixel heights.
-pub(super) fn error_bar(scene: &mut Scene, x: f64, low: f64, high: f64, style: Style) {
-    let cap = 4.0;
-    for (x1, y1, x2, y2) in [
-        (x, low, x, high),
-        (x - cap, low, x + cap, low),
-        (x - cap, high, x + cap, high),
-    ] {
-        scene.add(Primitive::Line {
-            x1,
-            y1,
-            x2,
-            y2,
-            stroke: colour(style),
-            stroke_width: 1.2,
-            stroke_dasharray: None,
-        });
-    }
+/// A vertical bar with caps from one pixel height to another.
+pub(super) fn error_bar((x, low): Pixel, high: f64, style: Style) -> Element {
+    let (left, right) = (decimal(x - 4.0), decimal(x + 4.0));
+    let [x, low, high] = [x, low, high].map(decimal);
+    Element::new("path")
+        .set(
+            "d",
+            &format!("M{left} {low}H{right}M{x} {low}V{high}M{left} {high}H{right}"),
+        )
+        .set("stroke", colour(style))
+        .number("stroke-width", 1.2)
 }

@@ -1,31 +1,54 @@
-//! Places one chart's axes and draws its layers on them.
+//! Draws one chart: its axes, the marks inside them and the labels around them.
 
-use kuva::render::axis::add_axes_and_grid;
-use kuva::render::layout::{AxisLabelOverlap, ComputedLayout, Layout};
-use kuva::render::render::{Primitive, Scene, TextAnchor};
-use kuva::render::theme::Theme;
-use kuva::TickFormat;
+use super::drawing::{decimal, Drawing, Element, Frame, Pixel};
+use super::scale::{drawable, AxisScale};
+use super::{mark, text, Axis, Chart, ChartPoint, Extent, Layer, Style};
 
-use super::scale::{drawable, Scale};
-use super::{mark, text, words, Chart, Layer, Point, Style, LABEL_SIZE};
+/// Length of a tick, outwards, in pixels.
+const TICK: f64 = 5.0;
+const BLACK: &str = "#000000";
+const GRID_LINES: &str = "#e4e4e4";
 
-const TICK_SIZE: u32 = 13;
-const MARGIN_BOTTOM: f64 = 62.0;
+/// Sizes of what stands around the axes, in pixels, and how the inside is drawn.
+pub(super) struct Look {
+    /// Font of the tick labels.
+    pub(super) tick_size: f64,
+    /// Font of titles and axis labels.
+    pub(super) label_size: f64,
+    /// Between the margins of neighbours.
+    pub(super) gap: f64,
+    /// Around all panels.
+    pub(super) edge: f64,
+    /// Ticks an axis is given at most, or as many more as it takes to show two.
+    pub(super) ticks: &'static [f64],
+    /// Whether the panels are lettered (a), (b), …
+    pub(super) letters: bool,
+    /// Whether there are many small panels: dots for filled markers, and no lines at the ticks.
+    pub(super) small: bool,
+}
 
-/// One chart with its place worked out, in pixels from its own upper left corner.
+impl Look {
+    /// Baseline of the title above the axes.
+    pub(super) fn title_rise(&self) -> f64 {
+        0.8 * self.label_size
+    }
+
+    /// Baseline of the horizontal axis's label below the axes.
+    fn label_drop(&self) -> f64 {
+        TICK + self.tick_size + 1.5 * self.label_size
+    }
+}
+
+/// One chart with its scales.
 pub(super) struct Panel<'a> {
     chart: &'a Chart,
-    x: Scale,
-    y: Scale,
-    pub(super) width: f64,
-    pub(super) height: f64,
-    pub(super) top: f64,
-    left: f64,
-    right: f64,
+    look: &'static Look,
+    x: AxisScale,
+    y: AxisScale,
 }
 
 impl<'a> Panel<'a> {
-    pub(super) fn new(chart: &'a Chart, lettered: bool, width: f64, height: f64) -> Self {
+    pub(super) fn new(chart: &'a Chart, look: &'static Look) -> Self {
         let mut xs = Vec::new();
         let mut ys = Vec::new();
         for layer in &chart.layers {
@@ -44,167 +67,218 @@ impl<'a> Panel<'a> {
                     }
                 }
                 Layer::Band { edges, .. } => {
-                    for &(x, lo, hi) in edges.iter().filter(|e| edge_drawable(e)) {
+                    for &(x, lower, upper) in edges.iter().filter(|e| edge_drawable(e)) {
                         xs.push(x);
-                        ys.extend([lo, hi]);
+                        ys.extend([lower, upper]);
                     }
                 }
             }
         }
-        let [x, y] = [(&chart.x, &xs), (&chart.y, &ys)].map(|(axis, values)| {
-            let scale = Scale::new(values, axis.range);
-            if axis.decades {
-                scale.of_decades()
-            } else {
-                scale
-            }
-        });
-        let top = if lettered || chart.title.is_some() { 38.0 } else { 16.0 };
-        let left = (46.0 + y.label_width(TICK_SIZE)).ceil();
-        // The last tick label may stand half its width beyond the axis.
-        let right = (x.label_width(TICK_SIZE) / 2.0 + 8.0).max(28.0).ceil();
-        let sides = left + right;
-        let across = |label: &str| text::width(label, LABEL_SIZE);
-        let title = chart.title.as_deref().map_or(0.0, across);
-        // A label longer than its axis widens the picture instead of being cut.
         Self {
             chart,
-            x,
-            y,
-            width: width.max(sides + across(&chart.x.label).max(title)).ceil(),
-            height: height.max(top + MARGIN_BOTTOM + across(&chart.y.label)).ceil(),
-            top,
-            left,
-            right,
+            look,
+            x: AxisScale::of_axis(&chart.x, &xs, look.ticks),
+            y: AxisScale::of_axis(&chart.y, &ys, look.ticks),
         }
     }
 
-    pub(super) fn draw(&self, scene: &mut Scene) {
-        let axes = self.axes();
-        let place = ComputedLayout::from_layout(&axes);
-        add_axes_and_grid(scene, &place, &axes);
-        let (w, h) = (place.plot_width(), place.plot_height());
+    /// Room left of the axes.
+    pub(super) fn left(&self) -> f64 {
+        labelled(&self.chart.y, self.y_label_distance() + self.look.label_size)
+    }
 
-        // Named after its rectangle: pictures pasted into one page may then share the name
-        // without harm, and kuva's own running number would differ from call to call.
-        let id = format!("plot-{}-{}-{w}-{h}", self.left, self.top);
-        let clip = format!(
-            r#"<clipPath id="{id}"><rect x="{}" y="{}" width="{w}" height="{h}"/></clipPath>"#,
-            self.left, self.top
-        );
-        if !scene.defs.contains(&clip) {
-            scene.defs.push(clip);
+    /// How far the label of a tick at the end of the horizontal axis stands out.
+    pub(super) fn beyond(&self) -> f64 {
+        labelled(&self.chart.x, 0.5 * self.x.label_width(self.look.tick_size))
+    }
+
+    /// Room above the axes.
+    pub(super) fn top(&self) -> f64 {
+        if self.look.letters || self.chart.title.is_some() {
+            self.look.title_rise() + self.look.label_size
+        } else {
+            0.0
         }
-        scene.add(Primitive::ClipStart {
-            x: self.left,
-            y: self.top,
-            width: w,
-            height: h,
-            id,
+    }
+
+    /// Room below the axes.
+    pub(super) fn bottom(&self) -> f64 {
+        labelled(&self.chart.x, self.look.label_drop() + 0.4 * self.look.label_size)
+    }
+
+    /// Axes along which no label is cut.
+    pub(super) fn least_axes(&self) -> Extent {
+        let across = |label: &str| text::width(label, self.look.label_size).ceil();
+        let title = self.chart.title.as_deref().map_or(0.0, across);
+        Extent {
+            width: title.max(across(&self.chart.x.label)),
+            height: across(&self.chart.y.label),
+        }
+    }
+
+    /// Baseline of the vertical axis's label left of the axes.
+    fn y_label_distance(&self) -> f64 {
+        TICK + 3.0 + self.y.label_width(self.look.tick_size) + 0.6 * self.look.label_size
+    }
+
+    /// Draws everything, with the axes along the frame.
+    pub(super) fn draw(&self, drawing: &mut Drawing, frame: Frame) {
+        if !self.look.small {
+            self.draw_grid_lines(drawing, frame);
+        }
+        drawing.clipped(frame, |inside| {
+            self.draw_bands(inside, frame);
+            self.draw_lines(inside, frame);
+            self.draw_error_bars(inside, frame);
         });
-        let at = |x: f64, y: f64| (within_reach(place.map_x(x)), within_reach(place.map_y(y)));
-        for layer in &self.chart.layers {
-            if let Layer::Band { edges, style, .. } = layer {
-                for run in edges.split(|e| !edge_drawable(e)).filter(|r| r.len() > 1) {
-                    let upper = run.iter().map(|&(x, _, hi)| at(x, hi));
-                    let lower = run.iter().rev().map(|&(x, lo, _)| at(x, lo));
-                    scene.add(mark::area(&upper.chain(lower).collect::<Vec<_>>(), *style));
-                }
-            }
+        drawing.add(Element::rectangle(frame).set("fill", "none").set("stroke", BLACK));
+        // Not clipped, so that a marker on the edge stays whole.
+        self.draw_points(drawing, frame);
+        if !self.chart.x.label.is_empty() {
+            self.label_x(drawing, frame);
         }
-        for layer in &self.chart.layers {
-            if let Layer::Line { xy, style, dash, .. } = layer {
-                let broken = |p: &(f64, f64)| !(drawable(p.0) && drawable(p.1));
-                for run in xy.split(broken).filter(|r| r.len() > 1) {
-                    let run = run.iter().map(|&(x, y)| at(x, y)).collect();
-                    scene.add(mark::stroke(run, *style, *dash));
-                }
-            }
+        if !self.chart.y.label.is_empty() {
+            self.label_y(drawing, frame);
         }
-        let shown: Vec<(&Point, Style)> = self.shown().collect();
-        for (p, style) in &shown {
-            if let Some(se) = bar(p) {
-                let (x, low) = at(p.x, p.y - se);
-                mark::error_bar(scene, x, low, at(p.x, p.y + se).1, *style);
-            }
+        if let Some(title) = &self.chart.title {
+            let at = (frame.left + frame.width / 2.0, frame.top - self.look.title_rise());
+            drawing.write(Element::centred_text(at, self.look.label_size), title);
         }
-        scene.add(Primitive::ClipEnd);
-        // Outside the clip, so that a marker on the edge stays whole.
-        for (p, style) in &shown {
-            let (x, y) = at(p.x, p.y);
-            scene.add(mark::marker(x, y, *style));
-        }
-        self.write_labels(scene, w, h);
     }
 
-    /// Points within the axes, with their style.
-    fn shown(&self) -> impl Iterator<Item = (&Point, Style)> + '_ {
-        self.chart.layers.iter().flat_map(move |layer| {
-            let (points, style) = match layer {
-                Layer::Points { points, style, .. } => (points.as_slice(), *style),
-                _ => (&[][..], Style::group(0)),
+    fn draw_grid_lines(&self, drawing: &mut Drawing, frame: Frame) {
+        let (right, bottom) = (frame.left + frame.width, frame.top + frame.height);
+        let verticals = self.x.ticks().map(|tick| self.across(frame, tick));
+        let horizontals = self.y.ticks().map(|tick| self.down(frame, tick));
+        let lines = verticals
+            .map(|x| ((x, frame.top), (x, bottom)))
+            .chain(horizontals.map(|y| ((frame.left, y), (right, y))));
+        for (from, to) in lines {
+            drawing.add(line(from, to, GRID_LINES));
+        }
+    }
+
+    fn draw_bands(&self, drawing: &mut Drawing, frame: Frame) {
+        for layer in &self.chart.layers {
+            let Layer::Band { edges, style, .. } = layer else {
+                continue;
             };
-            points
-                .iter()
-                .filter(|p| self.x.contains(p.x) && self.y.contains(p.y))
-                .map(move |p| (p, style))
+            for piece in edges.split(|e| !edge_drawable(e)).filter(|piece| piece.len() > 1) {
+                let upper = piece.iter().map(|&(x, _, upper)| self.at(frame, x, upper));
+                let lower = piece.iter().rev().map(|&(x, lower, _)| self.at(frame, x, lower));
+                drawing.add(mark::area(&upper.chain(lower).collect::<Vec<_>>(), *style));
+            }
+        }
+    }
+
+    fn draw_lines(&self, drawing: &mut Drawing, frame: Frame) {
+        for layer in &self.chart.layers {
+            let Layer::Line { xy, style, dash, .. } = layer else {
+                continue;
+            };
+            let broken = |p: &(f64, f64)| !(drawable(p.0) && drawable(p.1));
+            for piece in xy.split(broken).filter(|piece| piece.len() > 1) {
+                let pixels: Vec<Pixel> = piece.iter().map(|&(x, y)| self.at(frame, x, y)).collect();
+                drawing.add(mark::stroke(&pixels, *style, *dash));
+            }
+        }
+    }
+
+    fn draw_error_bars(&self, drawing: &mut Drawing, frame: Frame) {
+        for (style, points) in self.points_within() {
+            for p in points {
+                if let Some(se) = bar(p) {
+                    let high = self.at(frame, p.x, p.y + se).1;
+                    drawing.add(mark::error_bar(self.at(frame, p.x, p.y - se), high, style));
+                }
+            }
+        }
+    }
+
+    fn draw_points(&self, drawing: &mut Drawing, frame: Frame) {
+        for (style, points) in self.points_within() {
+            let pixels: Vec<Pixel> = points.iter().map(|p| self.at(frame, p.x, p.y)).collect();
+            if !self.look.small || style.open {
+                pixels.iter().for_each(|at| drawing.add(mark::marker(*at, style)));
+            } else if !pixels.is_empty() {
+                drawing.add(mark::dots(&pixels, style));
+            }
+        }
+    }
+
+    /// Points inside the axes, layer by layer, with the style of each.
+    fn points_within(&self) -> impl Iterator<Item = (Style, Vec<&ChartPoint>)> + '_ {
+        self.chart.layers.iter().filter_map(|layer| {
+            let Layer::Points { points, style, .. } = layer else {
+                return None;
+            };
+            let within = |p: &&ChartPoint| self.x.contains(p.x) && self.y.contains(p.y);
+            Some((*style, points.iter().filter(within).collect()))
         })
     }
 
-    fn axes(&self) -> Layout {
-        let mut theme = Theme::light();
-        theme.grid_color = "#e4e4e4".to_string();
-        let (x, y) = (self.x, self.y);
-        // kuva drops the tick at a limit that its sum of steps misses by rounding: 6 × 0.1 > 0.6.
-        let slack = 1e-6;
-        let mut axes = Layout::new((x.lower, x.upper), (y.lower, y.upper))
-            .with_width(self.width)
-            .with_height(self.height)
-            .with_theme(theme)
-            .with_box_axes()
-            .with_tick_size(TICK_SIZE)
-            .with_x_axis_min(x.lower - slack * x.step)
-            .with_x_axis_max(x.upper + slack * x.step)
-            .with_y_axis_min(y.lower - slack * y.step)
-            .with_y_axis_max(y.upper + slack * y.step)
-            .with_x_tick_step(x.step)
-            .with_y_tick_step(y.step)
-            .with_x_label_overlap(self.overlap())
-            .with_force_margins(self.left, self.right)
-            .with_force_margins_y(self.top, MARGIN_BOTTOM);
-        // kuva's own formats mix "1e-1" with "0.20" on one axis.
-        axes.x_tick_format = TickFormat::Custom(std::sync::Arc::new(move |v| x.label(v)));
-        axes.y_tick_format = TickFormat::Custom(std::sync::Arc::new(move |v| y.label(v)));
-        axes
-    }
-
-    /// Powers of ten are few, and their markup counts as longer than it is.
-    fn overlap(&self) -> AxisLabelOverlap {
-        if self.chart.x.decades {
-            AxisLabelOverlap::Allow
-        } else {
-            AxisLabelOverlap::Thin
-        }
-    }
-
-    /// Writes title and axis labels; kuva would place the vertical one by DejaVu's metrics
-    /// and let a wider font run into the tick labels.
-    fn write_labels(&self, scene: &mut Scene, w: f64, h: f64) {
-        let mut centred = |label: &str, x: f64, y: f64, turn: Option<f64>| {
-            let mut text = words(label, x, y, LABEL_SIZE);
-            if let Primitive::Text { anchor, rotate, .. } = &mut text {
-                *anchor = TextAnchor::Middle;
-                *rotate = turn;
+    fn label_x(&self, drawing: &mut Drawing, frame: Frame) {
+        let bottom = frame.top + frame.height;
+        let needed = self.x.label_width(self.look.tick_size) + 4.0;
+        let every = self.x.labelled_every(needed, frame.width);
+        for (index, tick) in self.x.ticks().enumerate() {
+            let x = self.across(frame, tick);
+            drawing.add(line((x, bottom), (x, bottom + TICK), BLACK));
+            if index % every == 0 {
+                let at = (x, bottom + TICK + self.look.tick_size);
+                drawing.write(Element::centred_text(at, self.look.tick_size), &self.x.label(tick));
             }
-            scene.add(text);
-        };
-        let (middle, centre) = (self.left + w / 2.0, self.top + h / 2.0);
-        if let Some(title) = &self.chart.title {
-            centred(title, middle, 24.0, None);
         }
-        centred(&self.chart.x.label, middle, self.height - 17.0, None);
-        centred(&self.chart.y.label, 24.0, centre, Some(-90.0));
+        let at = (frame.left + frame.width / 2.0, bottom + self.look.label_drop());
+        drawing.write(Element::centred_text(at, self.look.label_size), &self.chart.x.label);
     }
+
+    fn label_y(&self, drawing: &mut Drawing, frame: Frame) {
+        let every = self.y.labelled_every(1.2 * self.look.tick_size, frame.height);
+        for (index, tick) in self.y.ticks().enumerate() {
+            let y = self.down(frame, tick);
+            drawing.add(line((frame.left, y), (frame.left - TICK, y), BLACK));
+            if index % every == 0 {
+                let at = (frame.left - TICK - 3.0, y + 0.36 * self.look.tick_size);
+                let text = Element::text(at, self.look.tick_size).set("text-anchor", "end");
+                drawing.write(text, &self.y.label(tick));
+            }
+        }
+        let (x, y) = (frame.left - self.y_label_distance(), frame.top + frame.height / 2.0);
+        let upwards = format!("rotate(-90,{},{})", decimal(x), decimal(y));
+        let text = Element::centred_text((x, y), self.look.label_size).set("transform", &upwards);
+        drawing.write(text, &self.chart.y.label);
+    }
+
+    fn at(&self, frame: Frame, x: f64, y: f64) -> Pixel {
+        (self.across(frame, x), self.down(frame, y))
+    }
+
+    fn across(&self, frame: Frame, x: f64) -> f64 {
+        within_reach(frame.left + frame.width * self.x.share(x))
+    }
+
+    fn down(&self, frame: Frame, y: f64) -> f64 {
+        within_reach(frame.top + frame.height * (1.0 - self.y.share(y)))
+    }
+}
+
+/// What an axis needs where it has a label; without one it has no ticks either.
+fn labelled(axis: &Axis, room: f64) -> f64 {
+    if axis.label.is_empty() {
+        0.0
+    } else {
+        room
+    }
+}
+
+fn line(from: Pixel, to: Pixel, colour: &str) -> Element {
+    Element::new("line")
+        .number("x1", from.0)
+        .number("y1", from.1)
+        .number("x2", to.0)
+        .number("y2", to.1)
+        .set("stroke", colour)
 }
 
 fn edge_drawable(edge: &(f64, f64, f64)) -> bool {
@@ -212,7 +286,7 @@ fn edge_drawable(edge: &(f64, f64, f64)) -> bool {
 }
 
 /// Half the length of a point's error bar, where it has one.
-fn bar(point: &Point) -> Option<f64> {
+fn bar(point: &ChartPoint) -> Option<f64> {
     point.y_se.filter(|se| drawable(*se) && *se > 0.0)
 }
 

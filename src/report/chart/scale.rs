@@ -1,13 +1,13 @@
 //! Chooses an axis's limits, tick step and tick labels.
 
-use super::text;
+use super::{text, Axis};
 
 /// Limits and ticks of a linear axis; `lower < upper` and `step > 0` always.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Scale {
-    pub(super) lower: f64,
-    pub(super) upper: f64,
-    pub(super) step: f64,
+pub(super) struct AxisScale {
+    lower: f64,
+    upper: f64,
+    step: f64,
     decimals: usize,
     /// Power of ten shared by all labels of the axis; 0 writes plain numbers.
     exponent: i32,
@@ -15,19 +15,29 @@ pub(super) struct Scale {
     decades: bool,
 }
 
+/// Ticks of any axis at most.
+const MOST_TICKS: f64 = 8.0;
+
 /// Whether a value can be placed on an axis; near the limits of f64 even a span overflows.
 pub(super) fn drawable(value: f64) -> bool {
     value.abs() < 1e100
 }
 
-impl Scale {
-    /// Fits the values, or takes the wanted limits where they span something.
-    pub(super) fn new(values: &[f64], wanted: Option<(f64, f64)>) -> Self {
-        Self::with_ticks(6.0, values, wanted)
+impl AxisScale {
+    /// The scale of an axis with values along it: with the fewest ticks, of these numbers at most, that still has two.
+    pub(super) fn of_axis(axis: &Axis, values: &[f64], ticks: &[f64]) -> Self {
+        let scales = ticks.iter().map(|most| Self::with_ticks(*most, values, axis.range));
+        let enough = scales.reduce(|scale, finer| if scale.ticks().nth(1).is_some() { scale } else { finer });
+        let scale = enough.unwrap_or_else(|| Self::with_ticks(MOST_TICKS, values, axis.range));
+        if axis.decades {
+            scale.of_decades()
+        } else {
+            scale
+        }
     }
 
-    /// The same with about so many ticks at most.
-    pub(super) fn with_ticks(most: f64, values: &[f64], wanted: Option<(f64, f64)>) -> Self {
+    /// Fits the values, or takes the wanted limits where they span something; with about so many ticks at most.
+    fn with_ticks(most: f64, values: &[f64], wanted: Option<(f64, f64)>) -> Self {
         let (lower, upper) = wanted
             .filter(|&(lo, hi)| spans(lo, hi))
             .unwrap_or_else(|| fitted(values));
@@ -57,16 +67,20 @@ impl Scale {
     }
 
     /// The same for logarithms to base 10: from one power of ten to another, with ticks at powers only.
-    pub(super) fn of_decades(self) -> Self {
+    fn of_decades(self) -> Self {
         let (lower, upper) = (self.lower.floor(), self.upper.ceil());
-        let most = 8.0;
         Self {
             lower,
             upper,
-            step: ((upper - lower) / most).ceil(),
+            step: ((upper - lower) / MOST_TICKS).ceil(),
             decades: true,
             ..self
         }
+    }
+
+    /// Where a value lies between the limits: 0 at the lower one, 1 at the upper one.
+    pub(super) fn share(&self, value: f64) -> f64 {
+        (value - self.lower) / (self.upper - self.lower)
     }
 
     pub(super) fn contains(&self, value: f64) -> bool {
@@ -81,34 +95,27 @@ impl Scale {
         (first..=last).map(move |i| i as f64 * step)
     }
 
+    /// Which ticks are labelled, of an axis of this length whose labels need so much room: all, every second, …
+    pub(super) fn labelled_every(&self, needed: f64, length: f64) -> usize {
+        let room = length * self.step / (self.upper - self.lower);
+        (needed / room).ceil().max(1.0) as usize
+    }
+
     /// A tick's label: the same number of decimals and power of ten all along the axis.
     pub(super) fn label(&self, tick: f64) -> String {
-        if self.decades {
-            return text::markup(&Self::power(tick));
-        }
         // Rounding leaves the tick at the origin a little off it: "-0.0".
         let tick = if tick.abs() < 1e-6 * self.step { 0.0 } else { tick };
         let plain = match self.exponent {
+            _ if self.decades => format!("10^{{{tick:.0}}}"),
             0 => format!("{tick:.*}", self.decimals),
             e => format!("{:.*}e{e}", self.decimals, tick / 10f64.powi(e)),
         };
         plain.replace('-', "−")
     }
 
-    fn power(tick: f64) -> String {
-        format!("10^{{{tick:.0}}}").replace('-', "−")
-    }
-
     /// Room for the widest tick label, in pixels.
-    pub(super) fn label_width(&self, size: u32) -> f64 {
-        let label = |tick: f64| {
-            if self.decades {
-                Self::power(tick)
-            } else {
-                self.label(tick)
-            }
-        };
-        let ends = [label(self.lower), label(self.upper)];
+    pub(super) fn label_width(&self, size: f64) -> f64 {
+        let ends = [self.label(self.lower), self.label(self.upper)];
         ends.iter().map(|l| text::width(l, size)).fold(0.0, f64::max)
     }
 }
@@ -145,12 +152,16 @@ fn fitted(values: &[f64]) -> (f64, f64) {
 mod tests {
     use super::*;
 
+    fn scale(values: &[f64], wanted: Option<(f64, f64)>) -> AxisScale {
+        AxisScale::with_ticks(6.0, values, wanted)
+    }
+
     #[test]
     fn limits_hold_the_data_and_leave_room() {
-        let s = Scale::new(&[0.31, 0.55, 0.92], None);
+        let s = scale(&[0.31, 0.55, 0.92], None);
         assert!(s.lower < 0.31 && s.upper > 0.92);
-        assert_eq!(Scale::new(&[0.2, 4.9], None).lower, 0.0);
-        assert!(Scale::new(&[-0.2, 4.9], None).lower < -0.2);
+        assert_eq!(scale(&[0.2, 4.9], None).lower, 0.0);
+        assert!(scale(&[-0.2, 4.9], None).lower < -0.2);
     }
 
     #[test]
@@ -166,7 +177,7 @@ mod tests {
             &[9e99, -9e99],
         ];
         for values in cases {
-            let s = Scale::new(values, None);
+            let s = scale(values, None);
             assert!(s.lower < s.upper && s.upper.is_finite(), "{values:?}: {s:?}");
             let ticks = (s.upper - s.lower) / s.step;
             assert!((2.0..=6.5).contains(&ticks), "{values:?}: {s:?}");
@@ -175,27 +186,36 @@ mod tests {
 
     #[test]
     fn limits_that_span_nothing_are_ignored() {
-        let fitted = Scale::new(&[1.0, 2.0], None);
+        let fitted = scale(&[1.0, 2.0], None);
         for wanted in [(1.0, 1.0), (2.0, 1.0), (f64::NAN, 1.0), (0.0, f64::INFINITY)] {
-            assert_eq!(Scale::new(&[1.0, 2.0], Some(wanted)), fitted);
+            assert_eq!(scale(&[1.0, 2.0], Some(wanted)), fitted);
         }
-        let s = Scale::new(&[1.0, 2.0], Some((0.0, 5.0)));
+        let s = scale(&[1.0, 2.0], Some((0.0, 5.0)));
         assert_eq!((s.lower, s.upper), (0.0, 5.0));
     }
 
     #[test]
     fn decades_end_at_powers_of_ten() {
-        let s = Scale::new(&[-2.3, 1.2], None).of_decades();
+        let s = scale(&[-2.3, 1.2], None).of_decades();
         assert_eq!((s.lower, s.upper, s.step), (-3.0, 2.0, 1.0));
-        assert_eq!(Scale::power(-3.0), "10^{−3}");
-        let wide = Scale::new(&[-20.0, 12.0], None).of_decades();
+        assert_eq!(s.label(-3.0), "10^{−3}");
+        let wide = scale(&[-20.0, 12.0], None).of_decades();
         assert!((wide.upper - wide.lower) / wide.step <= 8.5);
+    }
+
+    #[test]
+    fn an_axis_has_two_ticks_and_no_more_labels_than_there_is_room_for() {
+        let axis = Axis::new("x").between(0.43, 1.17);
+        let few = AxisScale::of_axis(&axis, &[], &[3.0, 4.0, 5.0, 8.0]);
+        assert_eq!(few.ticks().collect::<Vec<_>>(), [0.5, 1.0]);
+        let every = |needed| few.labelled_every(needed, 74.0);
+        assert_eq!([49.0, 51.0, 101.0].map(every), [1, 2, 3]);
     }
 
     #[test]
     fn labels_of_an_axis_look_alike() {
         let labels = |lo, hi| {
-            let s = Scale::new(&[], Some((lo, hi)));
+            let s = scale(&[], Some((lo, hi)));
             s.ticks().map(|tick| s.label(tick)).collect::<Vec<_>>()
         };
         assert_eq!(labels(0.0, 0.6), ["0.0", "0.1", "0.2", "0.3", "0.4", "0.5", "0.6"]);

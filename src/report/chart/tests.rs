@@ -4,11 +4,11 @@ fn named(name: &str) -> Option<String> {
     Some(name.to_string())
 }
 
-fn point(x: f64, y: f64) -> Point {
-    Point { x, y, y_se: None }
+fn point(x: f64, y: f64) -> ChartPoint {
+    ChartPoint { x, y, y_se: None }
 }
 
-fn points(name: &str, points: Vec<Point>) -> Layer {
+fn points(name: &str, points: Vec<ChartPoint>) -> Layer {
     Layer::Points {
         name: named(name),
         points,
@@ -23,6 +23,10 @@ fn chart(layers: Vec<Layer>) -> Chart {
         y: Axis::new("y"),
         layers,
     }
+}
+
+fn size(width: f64, height: f64) -> Extent {
+    Extent { width, height }
 }
 
 fn line(xy: Vec<(f64, f64)>) -> Layer {
@@ -74,7 +78,7 @@ fn same_charts_give_same_bytes() {
 
 #[test]
 fn hostile_text_is_escaped() {
-    let mut c = chart(vec![points("n <&> \"'$x$\u{1}\u{E000}", vec![point(1.0, 2.0)])]);
+    let mut c = chart(vec![points("n <&> \"'$x$\u{1}\u{FFFF}", vec![point(1.0, 2.0)])]);
     c.title = named("t <&>");
     c.x = Axis::new("x_{<&>}");
     c.y = Axis::new("y^{</text>");
@@ -211,13 +215,15 @@ fn groups_differ_in_more_than_colour() {
     }
 }
 
+/// Width of the whole picture.
+fn width(document: &str) -> f64 {
+    let from = document.find(" width=\"").expect("width") + 8;
+    let number = document[from..].split('"').next().expect("quoted");
+    number.parse().expect("number")
+}
+
 #[test]
 fn long_text_widens_the_picture() {
-    let width = |document: &str| -> f64 {
-        let from = document.find(" width=\"").expect("width") + 8;
-        let number = document[from..].split('"').next().expect("quoted");
-        number.parse().expect("number")
-    };
     let long = "a name that is too long for the page ".repeat(5);
     let usual = svg(&[chart(vec![points("A", vec![])])]);
     assert_eq!(width(&usual), 720.0);
@@ -249,8 +255,8 @@ fn a_grid_draws_dots_and_only_the_axes_that_have_a_label() {
         vec![Some(cloud("")), None],
         vec![Some(cloud("x <&>")), Some(cloud("z"))],
     ];
-    let document = grid(&rows, (100.0, 80.0));
-    assert_eq!(document, grid(&rows, (100.0, 80.0)));
+    let document = grid(&rows, size(100.0, 80.0));
+    assert_eq!(document, grid(&rows, size(100.0, 80.0)));
     assert_well_formed(&document);
     assert_eq!(
         count(&document, "h2v2h-2z"),
@@ -259,6 +265,18 @@ fn a_grid_draws_dots_and_only_the_axes_that_have_a_label() {
     );
     assert_eq!(count(&document, ">0.5</text>"), 2, "ticks of the two labelled axes");
     assert_eq!(count(&document, ">A</text>"), 1, "one legend");
+}
+
+#[test]
+fn long_text_widens_every_panel_of_a_grid() {
+    let panels = |title: &str| {
+        let mut c = chart(vec![]);
+        c.title = named(title);
+        grid(&[vec![Some(c), Some(chart(vec![]))]], size(90.0, 90.0))
+    };
+    let wide = panels(&"long ".repeat(20));
+    assert!(width(&panels("k")) < 350.0);
+    assert!(width(&wide) > 1000.0, "{}", width(&wide));
 }
 
 #[test]
@@ -278,11 +296,11 @@ fn degenerate_grids_are_drawn() {
         let mut c = chart(layers);
         for range in [None, Some((1.0, 1.0)), Some((nan, 2.0)), Some((-1e-9, 1e-9))] {
             c.y.range = range;
-            let document = grid(&[vec![Some(c.clone()), Some(c.clone())]], (90.0, 90.0));
+            let document = grid(&[vec![Some(c.clone()), Some(c.clone())]], size(90.0, 90.0));
             assert_well_formed(&document);
             assert!(numbers_are_finite(&document), "{c:?}");
         }
     }
-    assert_well_formed(&grid(&[], (90.0, 90.0)));
-    assert_well_formed(&grid(&[vec![None]], (90.0, 90.0)));
+    assert_well_formed(&grid(&[], size(90.0, 90.0)));
+    assert_well_formed(&grid(&[vec![None]], size(90.0, 90.0)));
 }

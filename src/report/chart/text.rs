@@ -1,102 +1,122 @@
-//! Sets subscripts and superscripts in labels, and estimates how wide a label gets.
+//! Sets subscripts and superscripts in labels, escapes what users wrote, and estimates how wide a label gets.
 
 use crate::error::is_unseen;
-
-/// Stand-ins, from Unicode's private area, for the characters of a tag. kuva escapes every
-/// `<` and has no way to raise or lower part of a line, so tags travel through it in disguise.
-const DISGUISE: [(char, &str); 3] = [('\u{E000}', "<"), ('\u{E001}', ">"), ('\u{E002}', "\"")];
 
 /// Size of a script relative to its line.
 const SCRIPT: f64 = 0.75;
 
+/// Where a part of a label stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Level {
+enum Script {
     Line,
     Lowered,
     Raised,
 }
 
-impl Level {
+impl Script {
     /// Distance below the line, in the line's em.
     fn drop(self) -> f64 {
         match self {
-            Level::Line => 0.0,
-            Level::Lowered => 0.22,
-            Level::Raised => -0.36,
+            Script::Line => 0.0,
+            Script::Lowered => 0.22,
+            Script::Raised => -0.36,
+        }
+    }
+
+    /// Size relative to the line.
+    fn size(self) -> f64 {
+        match self {
+            Script::Line => 1.0,
+            Script::Lowered | Script::Raised => SCRIPT,
         }
     }
 }
 
-/// Prepares a label for kuva; [`finish`] completes it.
+/// The content of an element that holds the label.
 pub(super) fn markup(label: &str) -> String {
-    let mut out = String::new();
+    let mut content = String::new();
     let mut at = 0.0;
-    for (level, run) in runs(label) {
-        let size = if level == Level::Line { 1.0 } else { SCRIPT };
-        let shift = level.drop() - at;
-        at = level.drop();
-        // A dollar sign would start a formula of kuva's own.
-        let run = run.replace('$', "\\$");
+    for (script, part) in parts(label) {
+        let shift = script.drop() - at;
+        at = script.drop();
+        let part = escaped(&part);
         if shift == 0.0 {
-            out.push_str(&run);
+            content.push_str(&part);
         } else {
-            out.push_str(&format!(
-                "\u{E000}tspan dy=\u{E002}{:.3}em\u{E002} font-size=\u{E002}{:.0}%\u{E002}\u{E001}{run}\u{E000}/tspan\u{E001}",
-                shift / size,
-                100.0 * size
+            content.push_str(&format!(
+                "<tspan dy=\"{:.3}em\" font-size=\"{:.0}%\">{part}</tspan>",
+                shift / script.size(),
+                100.0 * script.size()
             ));
         }
     }
-    out
+    content
 }
 
-/// Takes the tags of [`markup`] out of their disguise in a finished document.
-pub(super) fn finish(document: &str) -> String {
-    DISGUISE
-        .iter()
-        .fold(document.to_string(), |d, &(c, tag)| d.replace(c, tag))
+fn escaped(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            '\'' => escaped.push_str("&apos;"),
+            _ => escaped.push(c),
+        }
+    }
+    escaped
 }
 
 /// Estimates a label's width in pixels, generously: what viewers substitute for the fonts
 /// asked for is unknown, and among the usual ones only bold or monospaced faces are wider.
-pub(super) fn width(label: &str, size: u32) -> f64 {
-    let em: f64 = runs(label)
-        .iter()
-        .map(|(level, run)| {
-            let size = if *level == Level::Line { 1.0 } else { SCRIPT };
-            let spacing = run.chars().filter(|c| !combining(*c)).count();
-            size * spacing as f64
-        })
-        .sum();
-    0.63 * em * f64::from(size)
+pub(super) fn width(label: &str, size: f64) -> f64 {
+    let part_width = |(script, part): &(Script, String)| script.size() * part.chars().map(advance).sum::<f64>();
+    size * parts(label).iter().map(part_width).sum::<f64>()
 }
 
-fn combining(c: char) -> bool {
-    ('\u{300}'..='\u{36F}').contains(&c)
+/// Width of a letter in em: at least what DejaVu Sans and Verdana have for most of its kind.
+fn advance(c: char) -> f64 {
+    match c {
+        '\u{300}'..='\u{36F}' => 0.0,
+        ' ' | '.' | ',' | ':' | ';' | '\'' | '(' | ')' | '/' | '|' | 'I' | 'f' | 'i' | 'j' | 'l' | 'r' | 't' => 0.46,
+        'm' | 'w' | 'M' | 'W' | '%' | '@' | '—' | '…' => 1.0,
+        // East Asian letters and pictures fill a square
+        '\u{1100}'..='\u{115F}'
+        | '\u{2E80}'..='\u{A4CF}'
+        | '\u{AC00}'..='\u{D7A3}'
+        | '\u{F900}'..='\u{FAFF}'
+        | '\u{FE30}'..='\u{FE6F}'
+        | '\u{FF00}'..='\u{FF60}'
+        | '\u{1F300}'..='\u{3FFFD}' => 1.1,
+        '+' | '−' | '=' | '<' | '>' | '±' | '~' => 0.84,
+        _ if c.is_uppercase() => 0.76,
+        _ => 0.64,
+    }
 }
 
 /// Splits a label at `_{…}` and `^{…}`; what no XML document may hold, and what would turn the rest of the label, become
 /// blanks.
-fn runs(label: &str) -> Vec<(Level, String)> {
-    let forbidden = |c: char| is_unseen(c) || matches!(c, '\u{E000}'..='\u{E002}' | '\u{FFFE}' | '\u{FFFF}');
+fn parts(label: &str) -> Vec<(Script, String)> {
+    let forbidden = |c: char| is_unseen(c) || matches!(c, '\u{FFFE}' | '\u{FFFF}');
     let clean: String = label.chars().map(|c| if forbidden(c) { ' ' } else { c }).collect();
-    let mut runs = Vec::new();
+    let mut parts = Vec::new();
     let mut line = String::new();
     let mut rest = clean.as_str();
     while let Some(c) = rest.chars().next() {
-        let level = match c {
-            '_' => Level::Lowered,
-            '^' => Level::Raised,
-            _ => Level::Line,
+        let script = match c {
+            '_' => Script::Lowered,
+            '^' => Script::Raised,
+            _ => Script::Line,
         };
         let after = &rest[c.len_utf8()..];
-        let script = after.strip_prefix('{').and_then(|s| s.split_once('}'));
-        match script {
-            Some((inner, tail)) if level != Level::Line => {
+        let braces = after.strip_prefix('{').and_then(|s| s.split_once('}'));
+        match braces {
+            Some((inner, tail)) if script != Script::Line => {
                 if !line.is_empty() {
-                    runs.push((Level::Line, std::mem::take(&mut line)));
+                    parts.push((Script::Line, std::mem::take(&mut line)));
                 }
-                runs.push((level, inner.to_string()));
+                parts.push((script, inner.to_string()));
                 rest = tail;
             }
             _ => {
@@ -106,9 +126,9 @@ fn runs(label: &str) -> Vec<(Level, String)> {
         }
     }
     if !line.is_empty() {
-        runs.push((Level::Line, line));
+        parts.push((Script::Line, line));
     }
-    runs
+    parts
 }
 
 #[cfg(test)]
@@ -117,25 +137,25 @@ mod tests {
 
     #[test]
     fn only_braces_make_scripts() {
-        let line = |s: &str| (Level::Line, s.to_string());
-        assert_eq!(runs("AK_10^x"), [line("AK_10^x")]);
-        assert_eq!(runs("a_{b"), [line("a_{b")]);
+        let line = |s: &str| (Script::Line, s.to_string());
+        assert_eq!(parts("AK_10^x"), [line("AK_10^x")]);
+        assert_eq!(parts("a_{b"), [line("a_{b")]);
         assert_eq!(
-            runs("e_{inf}^{2}/ρ"),
+            parts("e_{inf}^{2}/ρ"),
             [
                 (line("e")),
-                (Level::Lowered, "inf".into()),
-                (Level::Raised, "2".into()),
+                (Script::Lowered, "inf".into()),
+                (Script::Raised, "2".into()),
                 line("/ρ")
             ]
         );
-        assert_eq!(runs("a\u{0}b\u{E000}"), [line("a b ")]);
-        assert_eq!(runs("a\u{202e}b\u{3164}"), [line("a b ")]);
+        assert_eq!(parts("a\u{0}b\u{FFFF}"), [line("a b ")]);
+        assert_eq!(parts("a\u{202e}b\u{3164}"), [line("a b ")]);
     }
 
     #[test]
     fn text_after_scripts_returns_to_the_line() {
-        let tags = finish(&markup("e_{n}^{2} x"));
+        let tags = markup("e_{n}^{2} x");
         let shifts: f64 = tags
             .split("<tspan dy=\"")
             .skip(1)
@@ -150,7 +170,8 @@ mod tests {
 
     #[test]
     fn marks_over_a_letter_take_no_room() {
-        assert_eq!(width("ρ\u{303}", 10), width("ρ", 10));
-        assert!(width("e_{n}", 10) < width("en", 10));
+        assert_eq!(width("ρ\u{303}", 10.0), width("ρ", 10.0));
+        assert!(width("e_{n}", 10.0) < width("en", 10.0));
+        assert!(width("粒子", 10.0) > width("mm", 10.0));
     }
 }

@@ -2,47 +2,56 @@
 
 use std::fmt::Write;
 
+use csv::{ReaderBuilder, StringRecord, Writer};
+
+use super::arrays::{DrawArray, DrawSize};
 use crate::error::{quoted, Error, Problem};
 
 /// Draws of some quantities: `.chain`, `.iteration`, `.draw` (each from 1), then a column each.
 ///
-/// A column has its values chain after chain, `chains` times `iterations` of them, else the table cannot be written.
-/// Numbers have the digits that bring the same f64 back; a name with a comma is quoted.
-pub fn table(chains: usize, iterations: usize, columns: &[(&str, &[f64])]) -> Result<String, Error> {
-    for (name, values) in columns {
-        if values.len() != chains * iterations {
-            return Err(Error::Internal {
-                doing: "write draws.csv",
-                reason: format!("{name}: {} values for {chains} x {iterations} draws", values.len()),
-            });
+/// A column holds a real number for each draw, chain after chain, else the table cannot be written. Numbers have the
+/// digits that bring the same f64 back; a name with a comma is quoted.
+pub fn table(size: DrawSize, columns: &[DrawArray]) -> Result<String, Error> {
+    let fail = |reason: String| Error::Internal {
+        doing: "write draws.csv",
+        reason,
+    };
+    let mut reals = vec![];
+    for column in columns {
+        let values: Vec<f64> = column.values.as_reals().collect();
+        if values.len() != size.total() {
+            let DrawSize { chains, draws } = size;
+            let found = format!("{}: {} values", column.name, values.len());
+            return Err(fail(format!("{found} for {chains} x {draws} draws")));
         }
+        reals.push(values);
     }
-    let mut text = String::from(".chain,.iteration,.draw");
-    for (name, _) in columns {
-        text.push(',');
-        push_name(&mut text, name);
-    }
-    text.push('\n');
-    for draw in 0..chains * iterations {
-        let (chain, iteration) = (draw / iterations + 1, draw % iterations + 1);
-        // a String takes whatever is written to it
-        let _ = write!(text, "{chain},{iteration},{}", draw + 1);
-        for (_, values) in columns {
-            let _ = write!(text, ",{:?}", values[draw]);
-        }
-        text.push('\n');
-    }
-    Ok(text)
+    let bytes = encode(size, columns, &reals).map_err(|error| fail(error.to_string()))?;
+    String::from_utf8(bytes).map_err(|error| fail(error.to_string()))
 }
 
-fn push_name(text: &mut String, name: &str) {
-    if name.contains([',', '"', '\n', '\r']) {
-        text.push('"');
-        text.push_str(&name.replace('"', "\"\""));
-        text.push('"');
-    } else {
-        text.push_str(name);
+/// The table of columns as long as they should be.
+fn encode(size: DrawSize, columns: &[DrawArray], reals: &[Vec<f64>]) -> Result<Vec<u8>, csv::Error> {
+    let mut writer = Writer::from_writer(vec![]);
+    let names = columns.iter().map(|column| column.name.as_str());
+    writer.write_record([".chain", ".iteration", ".draw"].into_iter().chain(names))?;
+    let mut cell = String::new();
+    for draw in 0..size.total() {
+        for number in [draw / size.draws, draw % size.draws, draw] {
+            cell.clear();
+            // a String takes whatever is written to it
+            let _ = write!(cell, "{}", number + 1);
+            writer.write_field(&cell)?;
+        }
+        for values in reals {
+            cell.clear();
+            let _ = write!(cell, "{:?}", values[draw]);
+            writer.write_field(&cell)?;
+        }
+        // ends the record
+        writer.write_record(None::<&[u8]>)?;
     }
+    writer.into_inner().map_err(|error| error.into_error().into())
 }
 
 /// The values of some columns of a table of ours with so many draws.
@@ -55,32 +64,35 @@ pub fn read(text: &str, columns: &[&str], draws: usize) -> Result<Vec<Vec<f64>>,
         found: Some(found),
         expected,
     };
-    let mut lines = text.lines();
-    let header = names(lines.next().unwrap_or_default());
+    let mut reader = ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .from_reader(text.as_bytes());
+    let mut record = StringRecord::new();
+    let mut next = |record: &mut StringRecord| {
+        let there = reader.read_record(record);
+        there.map_err(|error| problem(None, error.to_string(), "expected a table of draws".to_owned()))
+    };
+    next(&mut record)?;
+    let header = record.len();
     let mut places = vec![];
     for column in columns {
-        let place = header.iter().position(|name| name == column);
-        let missing = || {
-            problem(
-                Some(1),
-                "no such column".to_owned(),
-                format!("expected {}", quoted(column)),
-            )
-        };
-        places.push(place.ok_or_else(missing)?);
+        let place = record.iter().position(|name| name == *column);
+        let expected = || format!("expected {}", quoted(column));
+        places.push(place.ok_or_else(|| problem(Some(1), "no such column".to_owned(), expected()))?);
     }
     let mut values = vec![Vec::with_capacity(draws); columns.len()];
     let mut found = 0;
-    for (line, number) in lines.zip(2u64..) {
-        let cells: Vec<&str> = line.split(',').collect();
-        if cells.len() != header.len() {
-            let expected = format!("expected {}", header.len());
-            return Err(problem(Some(number), format!("{} cells", cells.len()), expected));
+    while next(&mut record)? {
+        let line = record.position().map(csv::Position::line);
+        if record.len() != header {
+            let expected = format!("expected {header}");
+            return Err(problem(line, format!("{} cells", record.len()), expected));
         }
         for (column, place) in values.iter_mut().zip(&places) {
-            let value = cells[*place].parse();
-            column
-                .push(value.map_err(|_| problem(Some(number), quoted(cells[*place]), "expected a number".to_owned()))?);
+            let cell = &record[*place];
+            let value = cell.parse();
+            column.push(value.map_err(|_| problem(line, quoted(cell), "expected a number".to_owned()))?);
         }
         found += 1;
     }
@@ -96,35 +108,24 @@ pub fn read(text: &str, columns: &[&str], draws: usize) -> Result<Vec<Vec<f64>>,
     Ok(values)
 }
 
-/// The names of a header line; a quoted one may hold commas.
-fn names(line: &str) -> Vec<String> {
-    let mut names = vec![String::new()];
-    let mut inside = false;
-    let mut letters = line.chars().peekable();
-    while let Some(letter) = letters.next() {
-        let last = names.len() - 1;
-        match letter {
-            '"' if inside && letters.peek() == Some(&'"') => {
-                letters.next();
-                names[last].push('"');
-            }
-            '"' => inside = !inside,
-            ',' if !inside => names.push(String::new()),
-            other => names[last].push(other),
-        }
-    }
-    names
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::arrays::ArrayValues;
     use super::*;
+
+    const SIZE: DrawSize = DrawSize { chains: 2, draws: 2 };
+
+    fn column(name: &str, values: &[f64]) -> DrawArray {
+        let values = ArrayValues::reals(values.iter().copied());
+        DrawArray::new(name, &SIZE.dimensions(), values)
+    }
 
     #[test]
     fn draws_count_from_one_and_come_back_to_the_last_bit() {
         let k = [0.1 + 0.2, 1e-300, -0.0, f64::MAX];
         let e = [1.0, f64::NAN, f64::INFINITY, 0.5];
-        let text = table(2, 2, &[("dry_k[PTFE]", &k), ("e_inf[PTFE,AK10,0.06]", &e)]).expect("as many values");
+        let text =
+            table(SIZE, &[column("dry_k[PTFE]", &k), column("e_inf[PTFE,AK10,0.06]", &e)]).expect("as many values");
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(
             lines[0],
@@ -142,13 +143,16 @@ mod tests {
 
     #[test]
     fn a_column_of_another_length_is_refused() {
-        assert!(matches!(table(2, 2, &[("x", &[1.0; 3])]), Err(Error::Internal { .. })));
+        assert!(matches!(
+            table(SIZE, &[column("x", &[1.0; 3])]),
+            Err(Error::Internal { .. })
+        ));
     }
 
     #[test]
     fn a_table_comes_back_and_a_part_of_it_does_not() {
         let (k, e) = ([0.1 + 0.2, 1e-300, 0.25, 1.5], [1.0, 0.5, 0.25, 12.25]);
-        let text = table(2, 2, &[("e[\"a\",b]", &e), ("k", &k)]).expect("as many values");
+        let text = table(SIZE, &[column("e[\"a\",b]", &e), column("k", &k)]).expect("as many values");
         assert_eq!(
             read(&text, &["k", "e[\"a\",b]"], 4).ok(),
             Some(vec![k.to_vec(), e.to_vec()])

@@ -22,8 +22,8 @@ pub(super) struct EveryRun<'a> {
     pointwise: Pointwise<'a>,
     /// parameters of each draw, chain after chain
     full: Vec<Vec<f64>>,
-    /// the runs whose log likelihood is written, see [`telling`]
-    pub telling: Vec<usize>,
+    /// the runs whose log likelihood is written, see [`informative`]
+    pub informative: Vec<usize>,
     stretches: Vec<Stretch>,
     streams: Streams,
     normals: Normals,
@@ -34,10 +34,10 @@ impl<'a> EveryRun<'a> {
         let asked = posterior.asked;
         let pointwise = Pointwise::new(told.scene, told.runs, asked.form);
         let full = posterior.sampled.full_draws();
-        let telling = telling(&pointwise, &full);
+        let informative = informative(&pointwise, &full);
         EveryRun {
-            stretches: pointwise.stretches(&telling),
-            telling,
+            stretches: pointwise.stretches(&informative),
+            informative,
             pointwise,
             full,
             streams: Streams::new(told.findings.seed, "posterior_predictive"),
@@ -54,7 +54,7 @@ impl<'a> EveryRun<'a> {
         likelihood: &mut File,
         predictive: &mut File,
     ) -> io::Result<()> {
-        let mut densities = vec![0.0; self.telling.len()];
+        let mut densities = vec![0.0; self.informative.len()];
         let mut new = vec![0.0; self.pointwise.len()];
         let mut likely = Singles::new(likelihood, densities.len());
         let mut predicted = Singles::new(predictive, new.len());
@@ -121,7 +121,7 @@ impl<'f> Singles<'f> {
 ///
 /// One that stuck for certain has a log likelihood of 0 whatever the parameters: it adds nothing to any sum, and ArviZ's
 /// LOO refuses the whole for it.
-fn telling(pointwise: &Pointwise, full: &[Vec<f64>]) -> Vec<usize> {
+fn informative(pointwise: &Pointwise, full: &[Vec<f64>]) -> Vec<usize> {
     let stuck: Vec<usize> = (0..pointwise.len()).filter(|run| pointwise.is_stuck(*run)).collect();
     let none = || vec![(f64::INFINITY, f64::NEG_INFINITY); stuck.len()];
     // smallest and largest are the same in any order
@@ -137,9 +137,9 @@ fn telling(pointwise: &Pointwise, full: &[Vec<f64>]) -> Vec<usize> {
             let both = a.iter().zip(&b);
             both.map(|(a, b)| (a.0.min(b.0), a.1.max(b.1))).collect()
         });
-    let mut tells = vec![true; pointwise.len()];
+    let mut differs = vec![true; pointwise.len()];
     for (run, range) in stuck.iter().zip(&ranges) {
-        tells[*run] = !pointwise.is_certain(*range, SAME);
+        differs[*run] = !pointwise.is_certain(*range, SAME);
     }
-    (0..pointwise.len()).filter(|run| tells[*run]).collect()
+    (0..pointwise.len()).filter(|run| differs[*run]).collect()
 }

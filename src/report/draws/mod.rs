@@ -2,12 +2,14 @@
 //!
 //! | file | job |
 //! |---|---|
+//! | `arrays.rs` | holds named arrays in groups |
 //! | `posterior.rs` | gathers the groups of a posterior |
 //! | `every_run.rs` | makes the likelihood and a prediction of every run while they are written |
 //! | `zarr.rs` | lays groups of arrays out as a Zarr store |
 //! | `csv.rs` | writes one line a draw |
 //! | `tie.rs` | ties draws to the findings they were made with |
 
+pub mod arrays;
 pub mod csv;
 mod every_run;
 pub mod posterior;

@@ -4,88 +4,20 @@ use std::sync::Arc;
 
 use serde_json::{json, Map, Value};
 
+use super::arrays::{ArrayGroup, ArrayValues, Dimension, DrawArray, DrawSize};
 use super::csv;
 use super::every_run::EveryRun;
 use super::tie::{Tie, STORE, TABLE};
-use super::zarr::{chunk_path, store, Array, Group, Values, PART};
+use super::zarr::{chunk_path, store, PART};
 use crate::error::Error;
 use crate::findings::compare::{name, MOST_DENSITIES};
 use crate::findings::posterior::Posterior;
 use crate::inference::nuts::Chain;
-use crate::model::parameters::Kind;
+use crate::model::parameters::{Kind, Parameter};
 use crate::report::folder::{Files, Streamed};
 use crate::report::Told;
 use crate::runs::Runs;
 use crate::scene::{Scene, DRY};
-
-/// An array with what it needs to live.
-struct Owned {
-    name: String,
-    dimensions: Vec<&'static str>,
-    shape: Vec<usize>,
-    values: Column,
-}
-
-enum Column {
-    Real(Vec<f64>),
-    /// reals as they lie in the file: many enough that each copy of them is felt
-    Bytes(Vec<u8>),
-    /// reals that are not here
-    Apart,
-    Whole(Vec<i64>),
-    Flag(Vec<bool>),
-    Text(Vec<String>),
-}
-
-/// A group with its arrays.
-struct OwnedGroup {
-    name: &'static str,
-    arrays: Vec<Owned>,
-}
-
-impl OwnedGroup {
-    fn new(name: &'static str) -> OwnedGroup {
-        OwnedGroup { name, arrays: vec![] }
-    }
-
-    fn add(&mut self, name: impl Into<String>, dimensions: &[(&'static str, usize)], values: Column) {
-        self.arrays.push(Owned {
-            name: name.into(),
-            dimensions: dimensions.iter().map(|(name, _)| *name).collect(),
-            shape: dimensions.iter().map(|(_, length)| *length).collect(),
-            values,
-        });
-    }
-
-    /// The coordinates of chains and draws, from 0.
-    fn of_draws(name: &'static str, size: Size) -> OwnedGroup {
-        let mut group = OwnedGroup::new(name);
-        group.count("chain", size.chains);
-        group.count("draw", size.draws);
-        group
-    }
-
-    fn has(&self, name: &str) -> bool {
-        self.arrays.iter().any(|array| array.name == name)
-    }
-
-    fn count(&mut self, dimension: &'static str, length: usize) {
-        let numbers = (0i64..).take(length).collect();
-        self.add(dimension, &[(dimension, length)], Column::Whole(numbers));
-    }
-}
-
-#[derive(Clone, Copy)]
-struct Size {
-    chains: usize,
-    draws: usize,
-}
-
-impl Size {
-    fn dimensions(self) -> [(&'static str, usize); 2] {
-        [("chain", self.chains), ("draw", self.draws)]
-    }
-}
 
 /// Whether the likelihood of each run at each draw is stored, too.
 pub fn stores_every_run(runs: &Runs, posterior: &Posterior) -> bool {
@@ -94,7 +26,7 @@ pub fn stores_every_run(runs: &Runs, posterior: &Posterior) -> bool {
 
 /// The draws, ready to be written.
 pub struct Gathered<'a> {
-    groups: Vec<OwnedGroup>,
+    groups: Vec<ArrayGroup>,
     streamed: Vec<Streamed<'a>>,
     attributes: Map<String, Value>,
     table: String,
@@ -108,7 +40,7 @@ pub struct Gathered<'a> {
 pub fn gather<'a>(told: Told<'a>, posterior: &Posterior) -> Result<Gathered<'a>, Error> {
     let (scene, runs) = (told.scene, told.runs);
     let sampled = &posterior.sampled;
-    let size = Size {
+    let size = DrawSize {
         chains: sampled.chains.len(),
         draws: sampled.chains.first().map_or(0, |chain| chain.ln_density.len()),
     };
@@ -160,27 +92,7 @@ impl<'a> Gathered<'a> {
         let table = self.table.into_bytes();
         let tie = Tie::of(findings, &table);
         self.attributes.extend(tie.attributes());
-        let dimensions: Vec<Vec<Vec<&str>>> = self
-            .groups
-            .iter()
-            .map(|group| group.arrays.iter().map(|array| array.dimensions.clone()).collect())
-            .collect();
-        let borrowed: Vec<Group> = self
-            .groups
-            .iter_mut()
-            .zip(&dimensions)
-            .map(|(group, dimensions)| Group {
-                name: group.name,
-                attributes: Map::new(),
-                arrays: group
-                    .arrays
-                    .iter_mut()
-                    .zip(dimensions)
-                    .map(|(array, of)| borrow(array, of))
-                    .collect(),
-            })
-            .collect();
-        let mut whole = store(STORE, self.attributes, borrowed)?;
+        let mut whole = store(STORE, self.attributes, self.groups)?;
         whole.push((TABLE.to_owned(), table));
         Ok(Files {
             whole,
@@ -189,37 +101,17 @@ impl<'a> Gathered<'a> {
         })
     }
 }
-/// The sampled parameters as one table.
-fn table(posterior: &Posterior, size: Size) -> Result<String, Error> {
-    let sampled = &posterior.sampled;
-    let columns: Vec<(&str, Vec<f64>)> = sampled
-        .parameters
-        .sampled
-        .iter()
-        .zip(&sampled.values)
-        .map(|(parameter, chains)| (parameter.name.as_str(), chains.concat()))
-        .collect();
-    let columns: Vec<(&str, &[f64])> = columns
-        .iter()
-        .map(|(name, values)| (*name, values.as_slice()))
-        .collect();
-    csv::table(size.chains, size.draws, &columns)
-}
 
-fn borrow<'a>(array: &'a mut Owned, dimensions: &'a [&'a str]) -> Array<'a> {
-    Array {
-        name: &array.name,
-        dimensions,
-        shape: &array.shape,
-        values: match &mut array.values {
-            Column::Real(values) => Values::F64(values),
-            Column::Bytes(bytes) => Values::F64Bytes(std::mem::take(bytes)),
-            Column::Apart => Values::Apart,
-            Column::Whole(values) => Values::I64(values),
-            Column::Flag(values) => Values::Bool(values),
-            Column::Text(values) => Values::Text(values),
-        },
-    }
+/// The sampled parameters as one table.
+fn table(posterior: &Posterior, size: DrawSize) -> Result<String, Error> {
+    let sampled = &posterior.sampled;
+    let of_each = sampled.parameters.sampled.iter().zip(&sampled.values);
+    let column = |(parameter, chains): (&Parameter, &Vec<Vec<f64>>)| {
+        let values = ArrayValues::reals(chains.iter().flatten().copied());
+        DrawArray::new(&parameter.name, &size.dimensions(), values)
+    };
+    let columns: Vec<DrawArray> = of_each.map(column).collect();
+    csv::table(size, &columns)
 }
 
 /// One variable a parameter, chain after chain; the k of all particles are one variable.
@@ -227,10 +119,10 @@ fn parameters(
     group: &'static str,
     scene: &Scene,
     posterior: &Posterior,
-    size: Size,
+    size: DrawSize,
     of: impl Fn(usize, &[f64]) -> Vec<f64>,
-) -> OwnedGroup {
-    let mut group = OwnedGroup::of_draws(group, size);
+) -> ArrayGroup {
+    let mut group = ArrayGroup::of_draws(group, size);
     let [chain, draw] = size.dimensions();
     let (mut particles, mut dry_k) = (vec![], vec![]);
     let sampled = &posterior.sampled;
@@ -239,116 +131,87 @@ fn parameters(
         match parameter.kind {
             Kind::DryK(particle) => {
                 particles.push(scene.particles[particle].name.clone());
-                dry_k.push(vec![values]);
+                dry_k.push([values]);
             }
-            _ => group.add(&parameter.name, &[chain, draw], Column::Real(values)),
+            _ => group.add(&parameter.name, &[chain, draw], ArrayValues::reals(values)),
         }
     }
     if !particles.is_empty() {
-        let count = particles.len();
-        group.add("particle", &[("particle", count)], Column::Text(particles));
-        group.add(
-            "dry_k",
-            &[chain, draw, ("particle", count)],
-            Column::Bytes(woven(&dry_k.iter().collect::<Vec<_>>())),
-        );
+        let particle = Dimension::new("particle", particles.len());
+        let columns: Vec<&[Vec<f64>]> = dry_k.iter().map(|column| column.as_slice()).collect();
+        group.add("particle", &[particle], ArrayValues::texts(&particles));
+        group.add("dry_k", &[chain, draw, particle], ArrayValues::interleaved(&columns));
     }
     group
 }
 
-fn sample_stats(chains: &[Chain], size: Size) -> OwnedGroup {
-    let mut group = OwnedGroup::of_draws("sample_stats", size);
-    let real = |of: fn(&Chain) -> &Vec<f64>| Column::Real(chains.iter().flat_map(of).copied().collect());
-    let whole = |of: fn(&Chain) -> &Vec<u64>| {
+fn sample_stats(chains: &[Chain], size: DrawSize) -> ArrayGroup {
+    let mut group = ArrayGroup::of_draws("sample_stats", size);
+    let reals = |of: fn(&Chain) -> &Vec<f64>| ArrayValues::reals(chains.iter().flat_map(of).copied());
+    let counts = |of: fn(&Chain) -> &Vec<u64>| {
         // depths and steps are far below the largest i64
-        let numbers = chains
-            .iter()
-            .flat_map(of)
-            .map(|n| i64::try_from(*n).unwrap_or(i64::MAX));
-        Column::Whole(numbers.collect())
+        let count = |n: &u64| i64::try_from(*n).unwrap_or(i64::MAX);
+        ArrayValues::counts(chains.iter().flat_map(of).map(count))
     };
     let dimensions = size.dimensions();
-    group.add("lp", &dimensions, real(|chain| &chain.ln_density));
-    // draws that followed no trajectory have no more to tell
+    group.add("lp", &dimensions, reals(|chain| &chain.ln_density));
+    // draws that followed no trajectory have no more of these
     if chains.iter().all(|chain| chain.steps.is_empty()) {
         return group;
     }
-    group.add("acceptance_rate", &dimensions, real(|chain| &chain.acceptance_rate));
-    group.add("step_size", &dimensions, real(|chain| &chain.step_size));
-    group.add("tree_depth", &dimensions, whole(|chain| &chain.tree_depth));
-    group.add("n_steps", &dimensions, whole(|chain| &chain.steps));
-    let diverging = chains.iter().flat_map(|chain| &chain.diverging).copied().collect();
-    group.add("diverging", &dimensions, Column::Flag(diverging));
-    group.add("energy", &dimensions, real(|chain| &chain.energy));
+    group.add("acceptance_rate", &dimensions, reals(|chain| &chain.acceptance_rate));
+    group.add("step_size", &dimensions, reals(|chain| &chain.step_size));
+    group.add("tree_depth", &dimensions, counts(|chain| &chain.tree_depth));
+    group.add("n_steps", &dimensions, counts(|chain| &chain.steps));
+    let diverging = chains.iter().flat_map(|chain| &chain.diverging).copied();
+    group.add("diverging", &dimensions, ArrayValues::flags(diverging));
+    group.add("energy", &dimensions, reals(|chain| &chain.energy));
     group
 }
 
 /// What follows from the parameters, one variable for all particles or settings; apart from them, so that nobody counts
 /// them as parameters.
-fn derived(posterior: &Posterior, size: Size) -> OwnedGroup {
-    let mut group = OwnedGroup::of_draws("derived", size);
-    let [chain, draw] = size.dimensions();
+fn derived(posterior: &Posterior, size: DrawSize) -> ArrayGroup {
+    let mut group = ArrayGroup::of_draws("derived", size);
+    let mut dimensions = size.dimensions().to_vec();
     for of_one in posterior.derived.chunk_by(|a, b| a.quantity == b.quantity) {
         let labels: Vec<String> = of_one.iter().filter_map(|derived| derived.label.clone()).collect();
-        let values: Vec<&Vec<Vec<f64>>> = of_one.iter().map(|derived| &derived.values).collect();
-        let of = (
-            if of_one[0].setting.is_some() {
-                "setting"
-            } else {
-                "particle"
-            },
-            of_one.len(),
-        );
-        let dimensions = if labels.is_empty() {
-            vec![chain, draw]
-        } else {
-            vec![chain, draw, of]
-        };
-        group.add(of_one[0].quantity, &dimensions, Column::Bytes(woven(&values)));
-        if !labels.is_empty() && !group.has(of.0) {
-            group.add(of.0, &[of], Column::Text(labels));
+        let columns: Vec<&[Vec<f64>]> = of_one.iter().map(|derived| derived.values.as_slice()).collect();
+        let by_setting = of_one[0].setting.is_some();
+        let by = Dimension::new(if by_setting { "setting" } else { "particle" }, of_one.len());
+        dimensions.truncate(2);
+        if !labels.is_empty() {
+            dimensions.push(by);
+        }
+        group.add(of_one[0].quantity, &dimensions, ArrayValues::interleaved(&columns));
+        if !labels.is_empty() && !group.has(by.name) {
+            group.add(by.name, &[by], ArrayValues::texts(&labels));
         }
     }
     group
 }
 
-/// Every column's value at the first draw of the first chain, then at the next; columns have their draws by chain.
-fn woven(columns: &[&Vec<Vec<f64>>]) -> Vec<u8> {
-    let lengths = columns
-        .first()
-        .map_or(vec![], |first| first.iter().map(Vec::len).collect());
-    let numbers = columns.len() * lengths.iter().sum::<usize>();
-    let mut bytes = Vec::with_capacity(size_of::<f64>() * numbers);
-    for (chain, draws) in lengths.into_iter().enumerate() {
-        for draw in 0..draws {
-            for column in columns {
-                bytes.extend_from_slice(&column[chain][draw].to_le_bytes());
-            }
-        }
-    }
-    bytes
-}
-
-/// Log likelihood of each run at each draw, and a new run from each; the numbers themselves are written apart.
-fn every_run_groups(every_run: &EveryRun, runs: usize, size: Size) -> [OwnedGroup; 2] {
+/// Log likelihood of each run at each draw, and a new run from each; the numbers themselves are streamed.
+fn every_run_groups(every_run: &EveryRun, runs: usize, size: DrawSize) -> [ArrayGroup; 2] {
     let everyone: Vec<usize> = (0..runs).collect();
     [
-        ("log_likelihood", &every_run.telling),
+        ("log_likelihood", &every_run.informative),
         ("posterior_predictive", &everyone),
     ]
     .map(|(name, of)| {
-        let mut group = OwnedGroup::of_draws(name, size);
+        let mut group = ArrayGroup::of_draws(name, size);
         let [chain, draw] = size.dimensions();
+        let run = Dimension::new("run", of.len());
         // run numbers are far below the largest i64
-        let numbers = of.iter().map(|run| i64::try_from(*run).unwrap_or(i64::MAX)).collect();
-        group.add("run", &[("run", of.len())], Column::Whole(numbers));
-        group.add("restitution", &[chain, draw, ("run", of.len())], Column::Apart);
+        let numbers = of.iter().map(|run| i64::try_from(*run).unwrap_or(i64::MAX));
+        group.add("run", &[run], ArrayValues::counts(numbers));
+        group.add("restitution", &[chain, draw, run], ArrayValues::streamed());
         group
     })
 }
 
 /// The files of those numbers, pairs of the same draws.
-fn every_run_files(every_run: EveryRun, size: Size) -> Vec<Streamed> {
+fn every_run_files(every_run: EveryRun, size: DrawSize) -> Vec<Streamed> {
     let every_run = Arc::new(every_run);
     let parts = (0..size.chains).flat_map(|chain| (0..size.draws.div_ceil(PART)).map(move |part| (chain, part)));
     let of_part = |(chain, part): (usize, usize)| {
@@ -367,24 +230,28 @@ fn every_run_files(every_run: EveryRun, size: Size) -> Vec<Streamed> {
     parts.map(of_part).collect()
 }
 
-fn observed(runs: &Runs) -> OwnedGroup {
-    let mut group = OwnedGroup::new("observed_data");
-    group.count("run", runs.len());
-    let of_runs = [("run", runs.len())];
-    group.add("restitution", &of_runs, Column::Real(runs.restitution.clone()));
+fn observed(runs: &Runs) -> ArrayGroup {
+    let mut group = ArrayGroup::new("observed_data");
+    let run = Dimension::new("run", runs.len());
+    group.add_indices(run);
+    group.add(
+        "restitution",
+        &[run],
+        ArrayValues::reals(runs.restitution.iter().copied()),
+    );
     let mut stuck = vec![false; runs.len()];
     let dry = runs.dry.iter().map(|dry| dry.stuck.clone());
     for range in dry.chain(runs.series.iter().map(|series| series.stuck.clone())) {
         stuck[range].fill(true);
     }
-    group.add("stuck", &of_runs, Column::Flag(stuck));
+    group.add("stuck", &[run], ArrayValues::flags(stuck));
     group
 }
 
-fn constant(scene: &Scene, runs: &Runs) -> OwnedGroup {
-    let mut group = OwnedGroup::new("constant_data");
-    group.count("run", runs.len());
-    let of_runs = [("run", runs.len())];
+fn constant(scene: &Scene, runs: &Runs) -> ArrayGroup {
+    let mut group = ArrayGroup::new("constant_data");
+    let run = Dimension::new("run", runs.len());
+    group.add_indices(run);
     let mut particle = vec![String::new(); runs.len()];
     let mut liquid = vec![DRY.to_owned(); runs.len()];
     for dry in &runs.dry {
@@ -394,14 +261,14 @@ fn constant(scene: &Scene, runs: &Runs) -> OwnedGroup {
         particle[series.runs()].fill(scene.particles[series.particle].name.clone());
         liquid[series.runs()].fill(scene.liquids[series.liquid].name.clone());
     }
-    group.add("particle_name", &of_runs, Column::Text(particle));
-    group.add("liquid_name", &of_runs, Column::Text(liquid));
+    group.add("particle_name", &[run], ArrayValues::texts(&particle));
+    group.add("liquid_name", &[run], ArrayValues::texts(&liquid));
     for (name, column) in [
         ("diameter_m", &runs.diameter),
         ("film_m", &runs.film),
         ("impact_speed_m_s", &runs.impact_speed),
     ] {
-        group.add(name, &of_runs, Column::Real(column.clone()));
+        group.add(name, &[run], ArrayValues::reals(column.iter().copied()));
     }
     group
 }

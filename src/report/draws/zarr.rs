@@ -1,7 +1,7 @@
 //! Lays groups of arrays out as a Zarr store (format 3) that xarray and ArviZ open as they are.
 //!
 //! A folder each for the store, its groups and their arrays, with a `zarr.json`; an array's values are one raw
-//! little-endian chunk beside it (or several, see [`Values::Apart`]), so that nothing need be compressed to be written or
+//! little-endian chunk beside it (or several, see [`PART`]), so that nothing need be compressed to be written or
 //! understood to be read. The store's own `zarr.json` repeats all the others (consolidated metadata), so that a reader
 //! opens one file instead of all. Text is UTF-32 of the longest entry's length: of the string types of zarr-python 3, one that
 //! xarray writes and reads itself.
@@ -9,81 +9,40 @@
 
 use serde_json::{json, Map, Value};
 
+use super::arrays::{ArrayGroup, Dimension, DrawArray, ValueType};
 use crate::error::Error;
 use crate::report::folder::File;
 use crate::report::json;
-
-/// Values of an array, the last dimension running fastest.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Values<'a> {
-    /// numbers; one that is not finite is kept as it is
-    F64(&'a [f64]),
-    /// the same as they lie in the file, little end first
-    F64Bytes(Vec<u8>),
-    /// numbers too many to be held: the caller writes a chunk for each index of the first dimension and each [`PART`] of the
-    /// second to [`chunk_path`], as raw f32, little end first; the last one is filled up
-    Apart,
-    /// counts
-    I64(&'a [i64]),
-    /// flags
-    Bool(&'a [bool]),
-    /// names, as of a coordinate; trailing NUL characters are lost
-    Text(&'a [String]),
-}
 
 /// File that describes the store, a group or an array.
 const NODE: &str = "zarr.json";
 
 /// Length along the second dimension of a chunk that the caller writes: a few megabytes where runs are thousands.
+///
+/// Of an array whose values are not held the caller writes a chunk for each index of the first dimension and each part of
+/// the second to [`chunk_path`], as raw f32, little end first; the last one is filled up.
 pub const PART: usize = 256;
-
-/// An array of a group. One that bears the name of its only dimension is that dimension's coordinate.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Array<'a> {
-    /// name inside the group: letters and digits of ASCII and `_`, as it is a folder's, too
-    pub name: &'a str,
-    /// names of the dimensions
-    pub dimensions: &'a [&'a str],
-    /// length along each dimension
-    pub shape: &'a [usize],
-    /// as many values as the shape asks for
-    pub values: Values<'a>,
-}
-
-/// A group of arrays: for ArviZ posterior, sample_stats, log_likelihood and so on.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Group<'a> {
-    /// name, of the same letters
-    pub name: &'a str,
-    /// what is said of the group
-    pub attributes: Map<String, Value>,
-    /// coordinates and variables, in any order; those that share a dimension agree on its length
-    pub arrays: Vec<Array<'a>>,
-}
 
 /// Every file of a store at `root` (a path inside the report's folder): the same bytes for the same groups.
 ///
-/// Fails where a name could lead to another place, and where an array has fewer or more values than its shape asks for, or
-/// another length of a dimension than its group.
-pub fn store(root: &str, attributes: Map<String, Value>, groups: Vec<Group>) -> Result<Vec<File>, Error> {
+/// Names of groups and arrays are letters and digits of ASCII and `_`, as they are folders', too. Fails where a name could
+/// lead to another place, and where an array has fewer or more values than its dimensions ask for, or another length of a
+/// dimension than its group.
+pub fn store(root: &str, attributes: Map<String, Value>, groups: Vec<ArrayGroup>) -> Result<Vec<File>, Error> {
     let mut files = vec![];
     let mut all = Map::new();
     for group in groups {
         agree(&group)?;
-        let node = group_node(group.attributes);
+        let node = group_node(Map::new());
         files.push(node_file(&format!("{root}/{}", group.name), &node)?);
         all.insert(group.name.to_owned(), node);
         for array in group.arrays {
             let path = format!("{}/{}", group.name, array.name);
             let node = array_node(&array);
             files.push(node_file(&format!("{root}/{path}"), &node)?);
-            let bytes = chunk(array.values);
-            if !bytes.is_empty() {
-                files.push((
-                    chunk_path(root, group.name, array.name, &vec![0; array.shape.len()]),
-                    bytes,
-                ));
-            }
+            let chunk = chunk_path(root, group.name, &array.name, &vec![0; array.dimensions.len()]);
+            let bytes = array.values.bytes.filter(|bytes| !bytes.is_empty());
+            files.extend(bytes.map(|bytes| (chunk, bytes)));
             all.insert(path, node);
         }
     }
@@ -108,50 +67,39 @@ pub fn is_file_name(name: &str) -> bool {
     }
 }
 
-fn agree(group: &Group) -> Result<(), Error> {
-    let mut lengths: Vec<(&str, usize)> = vec![];
-    let fail = |array: &str, reason: String| {
-        Err(Error::Internal {
-            doing: "write draws.zarr",
-            reason: format!("{}/{array}: {reason}", group.name),
-        })
-    };
+/// Fails where the arrays of a group do not agree with their dimensions or with each other.
+fn agree(group: &ArrayGroup) -> Result<(), Error> {
+    let mut known: Vec<Dimension> = vec![];
     let plain = |name: &str| !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
     for array in &group.arrays {
-        let fail = |reason: String| fail(array.name, reason);
-        if !(plain(group.name) && plain(array.name)) {
+        let fail = |reason: String| {
+            Err(Error::Internal {
+                doing: "write draws.zarr",
+                reason: format!("{}/{}: {reason}", group.name, array.name),
+            })
+        };
+        if !(plain(group.name) && plain(&array.name)) {
             return fail("is no name of letters, digits and `_`".to_owned());
         }
-        let count: usize = array.shape.iter().product();
-        if array.dimensions.len() != array.shape.len() {
-            return fail(format!("{:?} has not the lengths {:?}", array.dimensions, array.shape));
+        let expected = array.expected_len();
+        if let Some(values) = array.values.held().filter(|values| *values != expected) {
+            return fail(format!("{values} values for {:?}", shape(array)));
         }
-        if let Some(values) = array.values.len().filter(|values| *values != count) {
-            return fail(format!("{values} values for {:?}", array.shape));
-        }
-        for (&dimension, &length) in array.dimensions.iter().zip(array.shape) {
-            match lengths.iter().find(|(name, _)| *name == dimension) {
-                Some((_, other)) if *other != length => return fail(format!("{dimension} is {length} and {other}")),
+        for dimension in &array.dimensions {
+            match known.iter().find(|other| other.name == dimension.name) {
+                Some(other) if other != dimension => {
+                    return fail(format!("{} is {} and {}", other.name, dimension.length, other.length))
+                }
                 Some(_) => {}
-                None => lengths.push((dimension, length)),
+                None => known.push(*dimension),
             }
         }
     }
     Ok(())
 }
 
-impl Values<'_> {
-    /// As many as are here.
-    fn len(&self) -> Option<usize> {
-        match self {
-            Values::F64(values) => Some(values.len()),
-            Values::F64Bytes(bytes) => Some(bytes.len() / size_of::<f64>()),
-            Values::Apart => None,
-            Values::I64(values) => Some(values.len()),
-            Values::Bool(values) => Some(values.len()),
-            Values::Text(values) => Some(values.len()),
-        }
-    }
+fn shape(array: &DrawArray) -> Vec<usize> {
+    array.dimensions.iter().map(|dimension| dimension.length).collect()
 }
 
 fn node_file(folder: &str, node: &Value) -> Result<File, Error> {
@@ -162,76 +110,47 @@ fn group_node(attributes: Map<String, Value>) -> Value {
     json!({"zarr_format": 3, "node_type": "group", "attributes": attributes})
 }
 
-fn array_node(array: &Array) -> Value {
+fn array_node(array: &DrawArray) -> Value {
     let little = json!({"name": "bytes", "configuration": {"endian": "little"}});
-    let (data_type, fill, codec) = match &array.values {
-        Values::F64(_) | Values::F64Bytes(_) => (json!("float64"), json!("NaN"), little),
-        Values::Apart => (json!("float32"), json!("NaN"), little),
-        Values::I64(_) => (json!("int64"), json!(0), little),
+    let value_type = array.values.value_type;
+    let (data_type, fill, codec) = match value_type {
+        ValueType::Real => (json!("float64"), json!("NaN"), little),
+        ValueType::Single => (json!("float32"), json!("NaN"), little),
+        ValueType::Count => (json!("int64"), json!(0), little),
         // single bytes have no order
-        Values::Bool(_) => (json!("bool"), json!(false), json!({"name": "bytes"})),
-        Values::Text(values) => {
-            let length = 4 * longest(values);
-            let text = json!({"name": "fixed_length_utf32", "configuration": {"length_bytes": length}});
+        ValueType::Flag => (json!("bool"), json!(false), json!({"name": "bytes"})),
+        ValueType::Text { .. } => {
+            let configuration = json!({"length_bytes": value_type.size()});
+            let text = json!({"name": "fixed_length_utf32", "configuration": configuration});
             (text, json!(""), little)
         }
     };
+    let shape = shape(array);
     // a chunk has a length of at least one, even where the array has none
-    let mut chunk: Vec<usize> = array.shape.iter().map(|&length| length.max(1)).collect();
-    if matches!(array.values, Values::Apart) {
+    let mut chunk: Vec<usize> = shape.iter().map(|&length| length.max(1)).collect();
+    if array.values.bytes.is_none() {
         for (length, most) in chunk.iter_mut().zip([1, PART]) {
             *length = most.min(*length);
         }
     }
+    let names: Vec<&str> = array.dimensions.iter().map(|dimension| dimension.name).collect();
     json!({
         "zarr_format": 3,
         "node_type": "array",
-        "shape": array.shape,
+        "shape": shape,
         "data_type": data_type,
         "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": chunk}},
         "chunk_key_encoding": {"name": "default", "configuration": {"separator": "."}},
         "fill_value": fill,
         "codecs": [codec],
         "attributes": {},
-        "dimension_names": array.dimensions,
+        "dimension_names": names,
     })
-}
-
-/// Characters of the longest text, at least one.
-fn longest(texts: &[String]) -> usize {
-    texts.iter().map(|text| text.chars().count()).max().unwrap_or(0).max(1)
-}
-
-fn chunk(values: Values) -> Vec<u8> {
-    match values {
-        Values::F64(values) => little(values.iter().map(|x| x.to_le_bytes())),
-        Values::F64Bytes(bytes) => bytes,
-        // the caller's to write
-        Values::Apart => vec![],
-        Values::I64(values) => little(values.iter().map(|x| x.to_le_bytes())),
-        Values::Bool(values) => values.iter().map(|&x| u8::from(x)).collect(),
-        Values::Text(texts) => {
-            let length = longest(texts);
-            let padded = |text: &String| {
-                let mut letters: Vec<u32> = text.chars().map(u32::from).collect();
-                letters.resize(length, 0);
-                letters
-            };
-            let letters: Vec<u32> = texts.iter().flat_map(padded).collect();
-            little(letters.iter().map(|x| x.to_le_bytes()))
-        }
-    }
-}
-
-/// Bytes one value after another.
-fn little<const N: usize>(values: impl ExactSizeIterator<Item = [u8; N]>) -> Vec<u8> {
-    let mut bytes = Vec::with_capacity(N * values.len());
-    values.for_each(|value| bytes.extend_from_slice(&value));
-    bytes
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::arrays::{ArrayValues, DrawSize};
     use super::*;
 
     fn file<'a>(files: &'a [File], path: &str) -> &'a [u8] {
@@ -246,42 +165,16 @@ mod tests {
     #[test]
     fn values_are_where_the_format_has_them() {
         let names = ["PE".to_owned(), "µPTFE".to_owned()];
-        let group = Group {
-            name: "posterior",
-            attributes: Map::new(),
-            arrays: vec![
-                Array {
-                    name: "dry_k",
-                    dimensions: &["chain", "draw", "particle"],
-                    shape: &[1, 2, 2],
-                    values: Values::F64(&[0.1, f64::NAN, -0.0, 1e300]),
-                },
-                Array {
-                    name: "many",
-                    dimensions: &["chain", "draw"],
-                    shape: &[1, 2],
-                    values: Values::Apart,
-                },
-                Array {
-                    name: "particle",
-                    dimensions: &["particle"],
-                    shape: &[2],
-                    values: Values::Text(&names),
-                },
-                Array {
-                    name: "n_steps",
-                    dimensions: &["draw"],
-                    shape: &[2],
-                    values: Values::I64(&[7, -1]),
-                },
-                Array {
-                    name: "diverging",
-                    dimensions: &["draw"],
-                    shape: &[2],
-                    values: Values::Bool(&[true, false]),
-                },
-            ],
-        };
+        let size = DrawSize { chains: 1, draws: 2 };
+        let [chain, draw] = size.dimensions();
+        let particle = Dimension::new("particle", 2);
+        let mut group = ArrayGroup::new("posterior");
+        let dry_k = ArrayValues::reals([0.1, f64::NAN, -0.0, 1e300]);
+        group.add("dry_k", &[chain, draw, particle], dry_k);
+        group.add("many", &[chain, draw], ArrayValues::streamed());
+        group.add("particle", &[particle], ArrayValues::texts(&names));
+        group.add("n_steps", &[draw], ArrayValues::counts([7, -1]));
+        group.add("diverging", &[draw], ArrayValues::flags([true, false]));
         let root = Map::from_iter([("model".to_owned(), json!("stepwise/2"))]);
         let files = store("draws.zarr", root.clone(), vec![group.clone()]).expect("a store");
         assert_eq!(
@@ -327,29 +220,23 @@ mod tests {
 
     #[test]
     fn an_array_without_values_has_no_chunk_and_one_that_disagrees_no_store() {
-        let with = |arrays| Group {
-            name: "g",
-            attributes: Map::new(),
-            arrays,
+        let with = |arrays| ArrayGroup { name: "g", arrays };
+        let of_length = |name, length, values: &[f64]| {
+            let values = ArrayValues::reals(values.iter().copied());
+            DrawArray::new(name, &[Dimension::new("x", length)], values)
         };
-        let of_length = |name, length, values| Array {
-            name,
-            dimensions: &["x"],
-            shape: length,
-            values: Values::F64(values),
-        };
-        let empty = store("s", Map::new(), vec![with(vec![of_length("a", &[0], &[])])]).expect("a store");
+        let empty = store("s", Map::new(), vec![with(vec![of_length("a", 0, &[])])]).expect("a store");
         let paths: Vec<&str> = empty.iter().map(|(path, _)| path.as_str()).collect();
         assert_eq!(paths, ["s/g/zarr.json", "s/g/a/zarr.json", "s/zarr.json"]);
         for name in ["", ".", "..", "a/b", "a\\b", "a\0", "ä"] {
             assert!(
-                store("s", Map::new(), vec![with(vec![of_length(name, &[1], &[1.0])])]).is_err(),
+                store("s", Map::new(), vec![with(vec![of_length(name, 1, &[1.0])])]).is_err(),
                 "{name:?}"
             );
         }
-        let short = with(vec![of_length("a", &[2], &[1.0])]);
+        let short = with(vec![of_length("a", 2, &[1.0])]);
         assert!(store("s", Map::new(), vec![short]).is_err());
-        let apart = with(vec![of_length("a", &[2], &[1.0; 2]), of_length("b", &[3], &[1.0; 3])]);
+        let apart = with(vec![of_length("a", 2, &[1.0; 2]), of_length("b", 3, &[1.0; 3])]);
         assert!(store("s", Map::new(), vec![apart]).is_err());
     }
 }

@@ -11,8 +11,8 @@ const LEAST_POINTS: usize = 200;
 /// Points beyond these quantiles of each axis do not stretch the grid.
 const OUTERMOST: f64 = 0.001;
 
-/// A density on a grid, with the way to and from the cloud's own coordinates.
-pub(super) struct Density {
+/// A density on a grid, and the transformation to and from the cloud's own coordinates.
+pub(super) struct CloudDensity {
     centre: [f64; 2],
     /// lower triangle of the cloud's covariance root: x = centre + root u
     root: [f64; 3],
@@ -24,9 +24,9 @@ pub(super) struct Density {
     at_points: Vec<f64>,
 }
 
-impl Density {
+impl CloudDensity {
     /// Estimates the density of the finite points; `None` where they are few or lie on a line.
-    pub(super) fn new(pairs: &[[f64; 2]]) -> Option<Density> {
+    pub(super) fn new(pairs: &[[f64; 2]]) -> Option<CloudDensity> {
         let finite: Vec<[f64; 2]> = pairs
             .iter()
             .copied()
@@ -45,7 +45,7 @@ impl Density {
         let [lows, highs] = [OUTERMOST, 1.0 - OUTERMOST].map(|p| [0, 1].map(|axis| quantile(&rounded, axis, p)));
         let first = lows.map(|low| low - 4.0 * bandwidth);
         let step = [0, 1].map(|axis| (highs[axis] + 4.0 * bandwidth - first[axis]) / (GRID as f64 - 1.0));
-        let mut density = Density {
+        let mut density = CloudDensity {
             centre,
             root,
             first,
@@ -242,7 +242,7 @@ mod tests {
     fn a_curve_holds_its_share() {
         let points = cloud("a_curve_holds_its_share", 10_000);
         let fresh = cloud("a_curve_holds_its_share of fresh points", 10_000);
-        let density = Density::new(&points).expect("a cloud");
+        let density = CloudDensity::new(&points).expect("a cloud");
         for share in [0.5, 0.95] {
             let curves = density.around(share);
             assert_eq!(curves.len(), 1, "one curve around one hill");
@@ -273,11 +273,11 @@ mod tests {
         let mut points = cloud("two_hills_have_two_curves", 4_000);
         let far = points.iter().map(|[x, y]| [x + 0.2, *y]).collect::<Vec<_>>();
         points.extend(far);
-        let curves = Density::new(&points).expect("a cloud").around(0.5);
+        let curves = CloudDensity::new(&points).expect("a cloud").around(0.5);
         assert_eq!(curves.len(), 2);
         assert!((held(&curves, &points) - 0.5).abs() < 0.01);
         let line: Vec<[f64; 2]> = (0..1000).map(|i| [f64::from(i), 2.0 * f64::from(i)]).collect();
-        assert!(Density::new(&line).is_none());
-        assert!(Density::new(&points[..50]).is_none());
+        assert!(CloudDensity::new(&line).is_none());
+        assert!(CloudDensity::new(&points[..50]).is_none());
     }
 }

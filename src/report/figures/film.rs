@@ -1,6 +1,6 @@
 //! Says what the figures against the film ratio show, as the paper's figs. 4 and 5 have them.
 
-use super::super::chart::{Axis, Chart, Dash, Layer, Point, Style};
+use super::super::chart::{Axis, Chart, ChartPoint, Dash, Layer, Style};
 use super::super::Told;
 use super::points::{chart, curve, points, steps};
 use crate::findings::estimate::Estimate;
@@ -8,8 +8,8 @@ use crate::findings::scaling::Scaling;
 use crate::physics::inertia::Inertia;
 use crate::scene::Law;
 
-fn estimate_point(film_ratio: f64, estimate: &Estimate) -> Option<Point> {
-    Some(Point {
+fn estimate_point(film_ratio: f64, estimate: &Estimate) -> Option<ChartPoint> {
+    Some(ChartPoint {
         x: film_ratio,
         y: estimate.value?,
         y_se: estimate.se,
@@ -24,7 +24,7 @@ pub(super) fn film(told: Told) -> Vec<Chart> {
             for (law, words) in [(Law::Sqrt, "square root"), (Law::Linear, "linear")] {
                 let rows = told.findings.scaling.iter();
                 let mine = rows.filter(|r| r.particle == particle.name && r.law == law.name() && r.verdict.passed);
-                let points_of: Vec<Point> = mine.filter_map(|r| estimate_point(r.film_ratio?, of(r))).collect();
+                let points_of: Vec<ChartPoint> = mine.filter_map(|r| estimate_point(r.film_ratio?, of(r))).collect();
                 let style = Style {
                     group: index + 1,
                     open: law == Law::Linear,
@@ -48,7 +48,8 @@ pub(super) fn energy(told: Told) -> Vec<Chart> {
         names
             .filter_map(|(index, particle)| {
                 let mine = rows().filter(|row| row.particle == particle.name);
-                let points_of: Vec<Point> = mine.filter_map(|row| estimate_point(row.film_ratio, of(row))).collect();
+                let points_of: Vec<ChartPoint> =
+                    mine.filter_map(|row| estimate_point(row.film_ratio, of(row))).collect();
                 let style = Style::group(index + 1);
                 (!points_of.is_empty()).then(|| points(particle.name.clone(), points_of, style))
             })
@@ -107,13 +108,13 @@ pub(super) fn residuals(told: Told) -> Vec<Chart> {
     for (index, particle) in told.scene.particles.iter().enumerate() {
         let mine = groups.iter().filter(|group| group.particle == particle.name);
         let points_of = mine.filter_map(|group| {
-            Some(Point {
+            Some(ChartPoint {
                 x: group.film_ratio?,
                 y: group.mean_residual,
                 y_se: group.mean_residual_se,
             })
         });
-        let points_of: Vec<Point> = points_of.collect();
+        let points_of: Vec<ChartPoint> = points_of.collect();
         if !points_of.is_empty() {
             layers.push(points(particle.name.clone(), points_of, Style::group(index + 1)));
         }

@@ -1,8 +1,8 @@
 //! Says what the figures of e_inf and St_c together show: clouds as contours, with each quantity's intervals.
 
-use super::super::chart::{svg, Axis, Chart, Dash, Layer, Point, Style};
+use super::super::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Style};
 use super::super::{numbers, Told};
-use super::density::Density;
+use super::density::CloudDensity;
 use super::points::{chart, curve, points};
 use super::{Figure, Names};
 use crate::findings::bootstrap::Joint;
@@ -16,13 +16,22 @@ use crate::scene::Law;
 
 /// Pairs (e_inf, St_c) that say how uncertain both are together, and the intervals made of them.
 pub(super) struct Cloud<'a> {
-    /// word of the legend
+    /// text of the legend
     pub(super) name: &'a str,
     pub(super) pairs: &'a [[f64; 2]],
     /// intervals of e_inf and St_c, where they were made
     pub(super) intervals: [Option<[f64; 2]>; 2],
     /// colour
     pub(super) style: Style,
+}
+
+/// Intervals of e_inf and St_c by one method, and how they are drawn.
+struct IntervalBars {
+    /// text of the legend
+    name: String,
+    intervals: [Option<[f64; 2]>; 2],
+    style: Style,
+    dash: Dash,
 }
 
 /// Shares of a cloud that its contours hold, with their strokes.
@@ -142,7 +151,7 @@ pub(super) fn joint_chart(
 ) -> Option<Chart> {
     let mut layers = vec![];
     for cloud in clouds {
-        let Some(density) = Density::new(cloud.pairs) else {
+        let Some(density) = CloudDensity::new(cloud.pairs) else {
             continue;
         };
         for (share, dash) in SHARES {
@@ -155,21 +164,20 @@ pub(super) fn joint_chart(
     if layers.is_empty() {
         return None;
     }
-    let mut bars = vec![(
-        "± t · se, delta method".to_owned(),
-        delta,
-        Style::group(0),
-        Dash::Dotted,
-    )];
-    for cloud in clouds {
-        bars.push((
-            format!("{} interval", cloud.name),
-            cloud.intervals,
-            cloud.style,
-            Dash::Solid,
-        ));
-    }
-    let ends = bars.iter().map(|(_, intervals, _, _)| intervals);
+    let of_delta = IntervalBars {
+        name: "± t · se, delta method".to_owned(),
+        intervals: delta,
+        style: Style::group(0),
+        dash: Dash::Dotted,
+    };
+    let of_clouds = clouds.iter().map(|cloud| IntervalBars {
+        name: format!("{} interval", cloud.name),
+        intervals: cloud.intervals,
+        style: cloud.style,
+        dash: Dash::Solid,
+    });
+    let bars: Vec<IntervalBars> = [of_delta].into_iter().chain(of_clouds).collect();
+    let ends = bars.iter().map(|bars| bars.intervals);
     let [x, y] = [0, 1].map(|axis| {
         let of_bars = ends.clone().filter_map(|intervals| intervals[axis]).flatten();
         let of_curves = layers.iter().flat_map(|layer| match layer {
@@ -182,16 +190,15 @@ pub(super) fn joint_chart(
         let margin = (0.06 + 0.05 * bars.len() as f64) * (hi - lo);
         (lo - margin, hi + 0.06 * (hi - lo))
     });
-    for (number, (name, [e_inf, st_c], style, dash)) in bars.iter().enumerate() {
+    for (number, bars) in bars.iter().enumerate() {
         let off = |(lo, hi): (f64, f64)| lo + 0.04 * (1 + number) as f64 * (hi - lo);
-        if let Some([lo, hi]) = *e_inf {
-            layers.push(curve(name.clone(), vec![(lo, off(y)), (hi, off(y))], *style, *dash));
-        }
-        if let Some([lo, hi]) = *st_c {
-            layers.push(curve(name.clone(), vec![(off(x), lo), (off(x), hi)], *style, *dash));
-        }
+        let [e_inf, st_c] = bars.intervals;
+        let along_x = e_inf.map(|[lo, hi]| vec![(lo, off(y)), (hi, off(y))]);
+        let along_y = st_c.map(|[lo, hi]| vec![(off(x), lo), (off(x), hi)]);
+        let both = along_x.into_iter().chain(along_y);
+        layers.extend(both.map(|ends| curve(bars.name.clone(), ends, bars.style, bars.dash)));
     }
-    let point = Point {
+    let point = ChartPoint {
         x: estimate.0,
         y: estimate.1,
         y_se: None,

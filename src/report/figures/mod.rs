@@ -7,7 +7,9 @@ mod names;
 mod points;
 mod posterior;
 
-use super::chart::{svg, Axis, Chart, Dash, Layer, Point, Style};
+use std::ops::Range;
+
+use super::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Style};
 use super::{numbers, Told};
 use crate::findings::scaling::Scaling;
 use crate::findings::series::SeriesFit;
@@ -23,7 +25,7 @@ use film::{energy, film, residuals};
 use joint::joint;
 pub use names::Names;
 use points::{chart, curve, largest, means_of, pairs, points, steps};
-use posterior::{speeds, Bands};
+use posterior::{speeds, Bands, SeriesBands};
 
 /// A finished figure.
 #[derive(Debug, Clone, PartialEq)]
@@ -87,7 +89,7 @@ fn has_points(layer: &Layer) -> bool {
     matches!(layer, Layer::Points { points, .. } if !points.is_empty())
 }
 
-fn shown_film_ratio(told: Told, particle: usize) -> Option<f64> {
+fn main_film_ratio(told: Told, particle: usize) -> Option<f64> {
     shown::film_ratio(told.scene, told.runs, particle)
 }
 
@@ -104,31 +106,33 @@ fn series_name(told: Told, series: &Series) -> String {
     format!("{liquid}, D = {diameter} mm, δ = {:.0} µm", micrometres(series.film))
 }
 
-fn against_speed(told: Told, particle: usize, bands: Option<&Bands>) -> Chart {
-    let chosen = shown_film_ratio(told, particle);
-    let series = series_at(told, particle, chosen);
+/// (v, e) of some rebounds.
+fn speeds_and_restitutions(told: Told, rebounds: &Range<usize>) -> Vec<(f64, f64)> {
     let runs = told.runs;
+    pairs(
+        &runs.impact_speed[rebounds.clone()],
+        &runs.restitution[rebounds.clone()],
+    )
+}
+
+fn dry_k(told: Told, particle: usize) -> Option<f64> {
+    let name = &told.scene.particles[particle].name;
+    let dry = told.findings.dry.iter().find(|dry| dry.particle == *name)?;
+    dry.dry_k.value
+}
+
+fn against_speed(told: Told, particle: usize, bands: Option<&Bands>) -> Chart {
+    let chosen = main_film_ratio(told, particle);
+    let series = series_at(told, particle, chosen);
     let mut groups: Vec<Vec<(f64, f64)>> = series
         .iter()
-        .map(|(s, _)| {
-            pairs(
-                &runs.impact_speed[s.rebounds.clone()],
-                &runs.restitution[s.rebounds.clone()],
-            )
-        })
+        .map(|(s, _)| speeds_and_restitutions(told, &s.rebounds))
         .collect();
-    let dry_runs: Vec<(f64, f64)> = runs
-        .dry
-        .iter()
-        .filter(|group| group.particle == particle)
-        .flat_map(|g| {
-            pairs(
-                &runs.impact_speed[g.rebounds.clone()],
-                &runs.restitution[g.rebounds.clone()],
-            )
-        })
-        .collect();
-    groups.push(dry_runs);
+    let dry = told.runs.dry.iter().filter(|group| group.particle == particle);
+    groups.push(
+        dry.flat_map(|group| speeds_and_restitutions(told, &group.rebounds))
+            .collect(),
+    );
     let mut joined = means_of(groups);
     let stuck = stuck_marks(told, &series, |_, v| v);
     let fastest = largest(&joined)
@@ -136,34 +140,20 @@ fn against_speed(told: Told, particle: usize, bands: Option<&Bands>) -> Chart {
         .chain(largest(&stuck))
         .reduce(f64::max)
         .unwrap_or(1.0);
-    let dry_points = joined.pop().unwrap_or_default();
-    let mut layers = vec![];
-    let name = &told.scene.particles[particle].name;
-    let dry_k = told
-        .findings
-        .dry
-        .iter()
-        .find(|d| d.particle == *name)
-        .and_then(|d| d.dry_k.value);
-    if !dry_points.is_empty() {
-        layers.push(points("dry", dry_points, Style::group(0)));
-    }
-    if let Some(k) = dry_k {
-        let order = told.scene.model.form().dry;
-        let label = match order {
-            Order::First => "dry, 1 − k v^{1/5}",
-            Order::Second => "dry, to second order in k v^{1/5}",
-        };
-        let law = steps(0.0, fastest).map(|v| (v, order.restitution(k, v))).collect();
-        layers.push(curve(label, law, Style::group(0), Dash::Dashed));
-    }
+    let mut layers = dry_layers(told, particle, joined.pop().unwrap_or_default(), fastest);
     for (group, ((s, fit), points_of)) in series.iter().zip(joined).enumerate() {
         let style = Style::group(group + 1);
         let label = series_name(told, s);
         if let Some((bands, ends)) = bands.zip(speeds(told, s)) {
-            layers.extend(bands.layers(told, s, ends, (&label, style), |v| v));
+            let drawn = SeriesBands {
+                series: s,
+                speeds: ends,
+                name: label.clone(),
+                style,
+            };
+            layers.extend(bands.layers(told, drawn, |v| v));
         }
-        if let Some(law) = series_curve(told, fit, dry_k, fastest) {
+        if let Some(law) = series_curve(told, fit, dry_k(told, particle), fastest) {
             layers.push(curve(label.clone(), law, style, Dash::Solid));
         }
         if !points_of.is_empty() {
@@ -176,9 +166,28 @@ fn against_speed(told: Told, particle: usize, bands: Option<&Bands>) -> Chart {
         Axis::new(RESTITUTION).between(0.0, 1.0),
         layers,
     );
+    let name = &told.scene.particles[particle].name;
     drawn.title = chosen.map(|ratio| format!("{name}, δ/D = {}", numbers::short(ratio)));
     widen_to_data(&mut drawn);
     drawn
+}
+
+/// The dry runs and the law fitted to them.
+fn dry_layers(told: Told, particle: usize, dry_points: Vec<ChartPoint>, fastest: f64) -> Vec<Layer> {
+    let mut layers = vec![];
+    if !dry_points.is_empty() {
+        layers.push(points("dry", dry_points, Style::group(0)));
+    }
+    if let Some(k) = dry_k(told, particle) {
+        let order = told.scene.model.form().dry;
+        let label = match order {
+            Order::First => "dry, 1 − k v^{1/5}",
+            Order::Second => "dry, to second order in k v^{1/5}",
+        };
+        let law = steps(0.0, fastest).map(|v| (v, order.restitution(k, v))).collect();
+        layers.push(curve(label, law, Style::group(0), Dash::Dashed));
+    }
+    layers
 }
 
 /// Keeps restitutions above one in the picture.
@@ -228,7 +237,7 @@ fn inverse_stokes(told: Told, series: &Series) -> Vec<(f64, f64)> {
 }
 
 /// Marks at e = 0 for the stuck runs of each series; `x` places a speed on the horizontal axis.
-fn stuck_marks(told: Told, series: &[(&Series, &SeriesFit)], x: impl Fn(&Series, f64) -> f64) -> Vec<Vec<Point>> {
+fn stuck_marks(told: Told, series: &[(&Series, &SeriesFit)], x: impl Fn(&Series, f64) -> f64) -> Vec<Vec<ChartPoint>> {
     let of = |s: &Series| {
         let speeds = &told.runs.impact_speed[s.stuck.clone()];
         speeds.iter().map(|v| (x(s, *v), 0.0)).collect()
@@ -237,7 +246,7 @@ fn stuck_marks(told: Told, series: &[(&Series, &SeriesFit)], x: impl Fn(&Series,
 }
 
 /// Hollow marks of stuck runs, those of each series so much above those of the one before.
-fn stuck_layers(told: Told, series: &[(&Series, &SeriesFit)], stuck: Vec<Vec<Point>>, apart: f64) -> Vec<Layer> {
+fn stuck_layers(told: Told, series: &[(&Series, &SeriesFit)], stuck: Vec<Vec<ChartPoint>>, apart: f64) -> Vec<Layer> {
     let some = series
         .iter()
         .zip(stuck)
@@ -291,7 +300,7 @@ fn laws(told: Told, particle: usize, ratio: Option<f64>, end: f64) -> Vec<Layer>
 }
 
 fn against_stokes(told: Told, particle: usize, bands: Option<&Bands>) -> Chart {
-    let chosen = shown_film_ratio(told, particle);
+    let chosen = main_film_ratio(told, particle);
     let series = series_at(told, particle, chosen);
     let groups = series.iter().map(|(s, _)| inverse_stokes(told, s)).collect();
     let joined = means_of(groups);
@@ -306,7 +315,7 @@ fn against_stokes(told: Told, particle: usize, bands: Option<&Bands>) -> Chart {
         layers.extend(
             bands
                 .into_iter()
-                .flat_map(|bands| bands.of_liquid(told, &all, group, &label, inverse)),
+                .flat_map(|bands| bands.of_liquid(told, &all, group, inverse)),
         );
         if !points_of.is_empty() {
             layers.push(points(label, points_of, style));
@@ -340,7 +349,7 @@ fn every_film_ratio(told: Told, particle: usize) -> Chart {
     let joined = means_of(series.iter().map(|(_, s)| inverse_stokes(told, s)).collect());
     let end = 1.1 * largest(&joined).unwrap_or(0.1);
     let mut layers = laws(told, particle, None, end);
-    let mut by_ratio: Vec<Vec<Point>> = vec![vec![]; groups.len()];
+    let mut by_ratio: Vec<Vec<ChartPoint>> = vec![vec![]; groups.len()];
     for ((index, _), points_of) in series.iter().zip(joined) {
         by_ratio[*index].extend(points_of);
     }

@@ -1,6 +1,6 @@
 //! Makes layers of points and curves: means of repeated runs, laws in steps.
 
-use super::super::chart::{Axis, Chart, Dash, Layer, Point, Style};
+use super::super::chart::{Axis, Chart, ChartPoint, Dash, Layer, Style};
 
 /// More points than this are joined into wider bins.
 const MOST_POINTS: usize = 2000;
@@ -9,7 +9,7 @@ const BIN_WIDTHS: [f64; 4] = [0.02, 0.05, 0.1, 0.3];
 /// Points along a curve.
 const CURVE: usize = 160;
 
-pub(super) fn points(name: impl Into<String>, points: Vec<Point>, style: Style) -> Layer {
+pub(super) fn points(name: impl Into<String>, points: Vec<ChartPoint>, style: Style) -> Layer {
     Layer::Points {
         name: Some(name.into()),
         points,
@@ -36,7 +36,7 @@ pub(super) fn chart(x: Axis, y: Axis, layers: Vec<Layer>) -> Chart {
 }
 
 /// Points of (x, e): runs whose x agree are one mean with its standard error.
-pub(super) fn means(pairs: &mut [(f64, f64)], width: f64) -> Vec<Point> {
+pub(super) fn means(pairs: &mut [(f64, f64)], width: f64) -> Vec<ChartPoint> {
     pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut points = vec![];
     let mut rest = &*pairs;
@@ -52,14 +52,14 @@ pub(super) fn means(pairs: &mut [(f64, f64)], width: f64) -> Vec<Point> {
         let y = bin.iter().map(|(_, e)| e).sum::<f64>() / n;
         let spread: f64 = bin.iter().map(|(_, e)| (e - y) * (e - y)).sum();
         let y_se = (count > 1).then(|| (spread / (n - 1.0) / n).sqrt());
-        points.push(Point { x, y, y_se });
+        points.push(ChartPoint { x, y, y_se });
         rest = after;
     }
     points
 }
 
 /// The same for several groups at once, with the narrowest bins that keep the figure readable.
-pub(super) fn means_of(mut groups: Vec<Vec<(f64, f64)>>) -> Vec<Vec<Point>> {
+pub(super) fn means_of(mut groups: Vec<Vec<(f64, f64)>>) -> Vec<Vec<ChartPoint>> {
     let mut joined = vec![];
     for width in BIN_WIDTHS {
         joined = groups.iter_mut().map(|pairs| means(pairs, width)).collect();
@@ -74,7 +74,7 @@ pub(super) fn steps(lo: f64, hi: f64) -> impl Iterator<Item = f64> {
     (0..=CURVE).map(move |i| lo + (hi - lo) * i as f64 / CURVE as f64)
 }
 
-pub(super) fn largest(points: &[Vec<Point>]) -> Option<f64> {
+pub(super) fn largest(points: &[Vec<ChartPoint>]) -> Option<f64> {
     points.iter().flatten().map(|p| p.x).reduce(f64::max)
 }
 

@@ -4,7 +4,7 @@ use super::written::{Miss, Rung, Trade};
 use crate::error::Error;
 use crate::inference::accuracy::SURE;
 use crate::inference::sampling::Method;
-use crate::report::chart::{svg, Axis, Chart, Dash, Layer, Point, Style};
+use crate::report::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Style};
 use crate::report::folder::Files;
 use crate::report::json;
 use crate::report::markdown::escape::literal;
@@ -221,7 +221,7 @@ fn figure(trade: &Trade) -> String {
             continue;
         };
         let chance = rung.effective.map_or(0.0, |effective| SURE / effective.sqrt());
-        let point = Point {
+        let point = ChartPoint {
             x: rung.seconds.log10(),
             y: mean.max(sd).max(chance).log10(),
             y_se: None,

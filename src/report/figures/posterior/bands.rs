@@ -2,6 +2,7 @@
 
 use super::super::super::chart::{Layer, Style};
 use super::super::super::Told;
+use super::super::series_name;
 use crate::distributions::{gamma_quantile, normal_quantile};
 use crate::model::likelihood::tails::Tails;
 use crate::model::parameters::{physical, Kind};
@@ -33,6 +34,16 @@ pub(in super::super) struct Bands {
     wide: Option<Vec<f64>>,
 }
 
+/// What the bands of a series are drawn for.
+pub(in super::super) struct SeriesBands<'a> {
+    pub(in super::super) series: &'a Series,
+    /// slowest and fastest
+    pub(in super::super) speeds: (f64, f64),
+    /// text of the legend
+    pub(in super::super) name: String,
+    pub(in super::super) style: Style,
+}
+
 /// Edges of a band at a speed.
 struct Edges {
     speed: f64,
@@ -56,15 +67,9 @@ impl Bands {
         })
     }
 
-    /// The bands of a series over some speeds, that of single runs first; `x` places a speed on the horizontal axis.
-    pub(in super::super) fn layers(
-        &self,
-        told: Told,
-        series: &Series,
-        speeds: (f64, f64),
-        (name, style): (&str, Style),
-        x: impl Fn(f64) -> f64,
-    ) -> Vec<Layer> {
+    /// The bands of a series, that of single runs first; `x` places a speed on the horizontal axis.
+    pub(in super::super) fn layers(&self, told: Told, drawn: SeriesBands, x: impl Fn(f64) -> f64) -> Vec<Layer> {
+        let SeriesBands { series, speeds, .. } = drawn;
         let particle = &told.scene.particles[series.particle];
         let liquid = &told.scene.liquids[series.liquid];
         let setting = Setting {
@@ -77,13 +82,13 @@ impl Bands {
         };
         let edges = self.edges(&setting, series.particle, speeds);
         let band = |of: fn(&Edges) -> (f64, f64)| Layer::Band {
-            name: Some(name.to_owned()),
+            name: Some(drawn.name.clone()),
             // a run below zero stuck
             edges: edges
                 .iter()
                 .map(|at| (x(at.speed), of(at).0.max(0.0), of(at).1.max(0.0)))
                 .collect(),
-            style,
+            style: drawn.style,
         };
         if edges.iter().all(|at| at.single.1 <= 0.0) {
             return vec![];
@@ -91,7 +96,7 @@ impl Bands {
         vec![band(|at| at.single), band(|at| at.mean)]
     }
 
-    /// The bands against 1/St of the series at `place`, named `label`; `inverse` is 1/St at a speed.
+    /// The bands against 1/St of the series at `place`; `inverse` is 1/St at a speed.
     ///
     /// With one dry speed every series of a liquid has the same curve: the first of them draws it for all.
     pub(in super::super) fn of_liquid(
@@ -99,15 +104,21 @@ impl Bands {
         told: Told,
         series: &[&Series],
         place: usize,
-        label: &str,
         inverse: impl Fn(&Series, f64) -> f64,
     ) -> Vec<Layer> {
         let own = series[place];
         let style = Style::group(place + 1);
         let along = |v: f64| inverse(own, v);
+        let drawn = |speeds: (f64, f64), name: String| SeriesBands {
+            series: own,
+            speeds,
+            name,
+            style,
+        };
         if self.form.dry_speed == DrySpeed::Impact {
             let ends = speeds(told, own);
-            return ends.map_or(vec![], |ends| self.layers(told, own, ends, (label, style), along));
+            let name = series_name(told, own);
+            return ends.map_or(vec![], |speeds| self.layers(told, drawn(speeds, name), along));
         }
         let same = |other: &&&Series| other.liquid == own.liquid;
         if series[..place].iter().any(|other| same(&other)) {
@@ -121,7 +132,7 @@ impl Bands {
         });
         let ends = each.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
         let name = format!("{}, posterior", told.scene.liquids[own.liquid].name);
-        ends.map_or(vec![], |ends| self.layers(told, own, ends, (&name, style), along))
+        ends.map_or(vec![], |speeds| self.layers(told, drawn(speeds, name), along))
     }
 
     fn edges(&self, setting: &Setting, particle: usize, (slowest, fastest): (f64, f64)) -> Vec<Edges> {
@@ -135,11 +146,11 @@ impl Bands {
                 let single = |draw: usize| {
                     let full = &self.draws[draw];
                     let wide = self.wide.as_ref().map_or(1.0, |wide| wide[draw]);
-                    let lucky = self
+                    let energy_noise = self
                         .energy
                         .as_ref()
                         .map(|z| wide * full[Kind::SigmaEnergy.slot()] * z[draw]);
-                    let mean = lucky.map_or(means[draw], |lucky| mean_restitution(kept[draw] + lucky));
+                    let mean = energy_noise.map_or(means[draw], |noise| mean_restitution(kept[draw] + noise));
                     mean + wide * full[Kind::SigmaWet.slot()] * self.normal[draw]
                 };
                 let single = (0..self.draws.len()).map(single).collect();

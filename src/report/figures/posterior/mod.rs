@@ -12,9 +12,9 @@ mod pairs;
 mod priors;
 mod ranks;
 
-pub(super) use bands::{speeds, Bands};
+pub(super) use bands::{speeds, Bands, SeriesBands};
 
-use super::super::chart::{grid, Chart};
+use super::super::chart::{grid, Chart, Extent};
 use super::super::Told;
 use super::{Figure, PAIRS, PRIORS, RANKS};
 use crate::findings::posterior::Posterior;
@@ -22,6 +22,15 @@ use crate::model::parameters::{Kind, Parameter};
 
 /// Columns of the figures that have a panel a parameter.
 const COLUMNS: usize = 4;
+
+const WIDE_AXES: Extent = Extent {
+    width: 190.0,
+    height: 110.0,
+};
+const SQUARE_AXES: Extent = Extent {
+    width: 96.0,
+    height: 96.0,
+};
 
 /// Pairs, ranks and priors; nothing where nothing was sampled.
 pub(super) fn all(told: Told) -> Vec<Figure> {
@@ -37,17 +46,14 @@ pub(super) fn all(told: Told) -> Vec<Figure> {
         svg,
     };
     vec![
-        figure(
-            RANKS,
-            grid(&panels(ranks::charts(told, posterior, COLUMNS)), (190.0, 110.0)),
-        ),
-        figure(PRIORS, grid(&panels(priors::charts(told, posterior)), (190.0, 110.0))),
-        figure(PAIRS, grid(&pairs::charts(told, posterior), (96.0, 96.0))),
+        figure(RANKS, grid(&panels(ranks::charts(told, posterior, COLUMNS)), WIDE_AXES)),
+        figure(PRIORS, grid(&panels(priors::charts(told, posterior)), WIDE_AXES)),
+        figure(PAIRS, grid(&pairs::charts(told, posterior), SQUARE_AXES)),
     ]
 }
 
 /// Places of at most so many parameters, in their order: those that all runs share go before the k of each particle.
-fn shown(posterior: &Posterior, most: usize) -> Vec<usize> {
+fn first_places(posterior: &Posterior, most: usize) -> Vec<usize> {
     let of_particle = |place: &usize| matches!(kind(posterior, *place), Kind::DryK(_));
     let (own, shared): (Vec<usize>, Vec<usize>) = (0..posterior.sampled.values.len()).partition(of_particle);
     let mut places: Vec<usize> = shared.into_iter().chain(own).take(most).collect();

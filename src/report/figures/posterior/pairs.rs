@@ -1,8 +1,8 @@
 //! Lays out draws of each pair of parameters, with each one's histogram and prior on the diagonal.
 
-use super::super::super::chart::{Axis, Chart, Dash, Layer, Point, Style};
+use super::super::super::chart::{Axis, Chart, ChartPoint, Dash, Layer, Style};
 use super::super::super::Told;
-use super::{draws, range, shown, symbol};
+use super::{draws, first_places, range, symbol};
 use crate::findings::posterior::Posterior;
 
 /// More parameters than this leave no room to see anything.
@@ -16,7 +16,7 @@ const CURVE: usize = 40;
 
 /// The lower triangle of panels, row by row.
 pub(super) fn charts(told: Told, posterior: &Posterior) -> Vec<Vec<Option<Chart>>> {
-    let places = shown(posterior, MOST_PARAMETERS);
+    let places = first_places(posterior, MOST_PARAMETERS);
     let parameters = &posterior.sampled.parameters.sampled;
     let all: Vec<Vec<f64>> = places.iter().map(|place| draws(posterior, *place)).collect();
     let ranges: Vec<(f64, f64)> = all.iter().map(|draws| range(draws)).collect();
@@ -50,7 +50,7 @@ pub(super) fn charts(told: Told, posterior: &Posterior) -> Vec<Vec<Option<Chart>
             name: Some(name.to_owned()),
             points: which
                 .iter()
-                .map(|draw| Point {
+                .map(|draw| ChartPoint {
                     x: all[column][*draw],
                     y: all[row][*draw],
                     y_se: None,

@@ -2,7 +2,7 @@
 
 use super::super::super::chart::{Axis, Chart, Dash, Layer, Style};
 use super::super::super::Told;
-use super::{draws, shown, symbol};
+use super::{draws, first_places, symbol};
 use crate::findings::posterior::Posterior;
 use crate::model::parameters::Parameter;
 use crate::scene::Prior;
@@ -33,7 +33,10 @@ pub(super) fn charts(told: Told, posterior: &Posterior) -> Vec<Chart> {
         chart.x.label = format!("{}{unit}", symbol(told, parameter));
         chart
     };
-    shown(posterior, MOST_PARAMETERS).into_iter().map(panel).collect()
+    first_places(posterior, MOST_PARAMETERS)
+        .into_iter()
+        .map(panel)
+        .collect()
 }
 
 fn chart(parameter: &Parameter, draws: &[f64]) -> Chart {

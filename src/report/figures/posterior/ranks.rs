@@ -2,7 +2,7 @@
 
 use super::super::super::chart::{Axis, Chart, Dash, Layer, Style};
 use super::super::super::Told;
-use super::{shown, symbol};
+use super::{first_places, symbol};
 use crate::findings::posterior::Posterior;
 
 /// More panels than this are a wall.
@@ -16,7 +16,7 @@ const EXPECTED: usize = 10;
 
 /// A panel a parameter, for rows of so many.
 pub(super) fn charts(told: Told, posterior: &Posterior, columns: usize) -> Vec<Chart> {
-    let places = shown(posterior, MOST_PARAMETERS);
+    let places = first_places(posterior, MOST_PARAMETERS);
     let count = places.len();
     let panel = |(index, place): (usize, usize)| {
         let chains = &posterior.sampled.values[place];
