@@ -9,7 +9,8 @@ use divan::{black_box, Bencher};
 use polars::prelude::*;
 use tempfile::TempDir;
 use wetcor::findings;
-use wetcor::inference::laws::fit_square_root;
+use wetcor::inference::law::Law;
+use wetcor::inference::regression::Regression;
 use wetcor::model::simulate::Simulation;
 use wetcor::runs::{self, Existing, RunWriter};
 use wetcor::scene::{self, Scene};
@@ -46,7 +47,7 @@ fn series_fit(bencher: Bencher) {
     let range = series.expect("some series rebounds throughout").rebounds.clone();
     let x: Vec<f64> = runs.impact_speed[range.clone()].iter().map(|v| 1.0 / v).collect();
     let e = &runs.restitution[range];
-    bencher.bench(|| fit_square_root(black_box(&x), &[], black_box(e)));
+    bencher.bench(|| Regression::new(Law::SQUARE_ROOT, black_box(&x), black_box(e)).fit());
 }
 
 /// Every fit and interval of 2,000 runs.

@@ -7,9 +7,10 @@ use std::time::Instant;
 
 use wetcor::inference::bootstrap::intervals::Replicates;
 use wetcor::inference::bootstrap::jackknife::{acceleration, degrees_of_freedom, influence, leave_one_out};
-use wetcor::inference::bootstrap::{replicate, Law, Plan, Pool, Target};
+use wetcor::inference::bootstrap::{replicate, Plan, Pool, Target};
 use wetcor::inference::delta::Interval;
-use wetcor::inference::laws::{fit_linear, fit_square_root};
+use wetcor::inference::law::Law;
+use wetcor::inference::regression::Regression;
 use wetcor::scene::ResamplingScheme;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -36,20 +37,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         pool.strata.push(start..start + same.len());
     }
     pool.series.push(0..x.len());
-    let fit = if linear {
-        fit_linear(&x, &e)
-    } else {
-        fit_square_root(&x, &[], &e)
-    };
+    let regression = Regression::new(if linear { Law::LINEAR } else { Law::SQUARE_ROOT }, &x, &e);
+    let fit = regression.fit();
     let target = Target {
-        law: if linear { Law::Linear } else { Law::SquareRoot },
-        x: &x,
-        offset: &[],
-        restitution: &e,
+        regression,
         strata: 0..pool.strata.len(),
         series: 0..1,
         fitted: [fit.parameters[0], fit.parameters[1]],
-        kept: None,
+        run_weights: None,
     };
     let e_inf = |p: [f64; 2]| if linear { p[0] } else { p[0].sqrt() };
     let value = e_inf(target.fitted);

@@ -6,7 +6,8 @@ use std::hint::black_box;
 use std::io::BufRead;
 use std::time::Instant;
 
-use wetcor::inference::laws::fit_square_root;
+use wetcor::inference::law::Law;
+use wetcor::inference::regression::Regression;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (mut inverse_speed, mut restitution) = (vec![], vec![]);
@@ -16,7 +17,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         inverse_speed.push(1.0 / v.trim().parse::<f64>()?);
         restitution.push(e.trim().parse::<f64>()?);
     }
-    let fit = || fit_square_root(black_box(&inverse_speed), &[], black_box(&restitution));
+    let fit = || Regression::new(Law::SQUARE_ROOT, black_box(&inverse_speed), black_box(&restitution)).fit();
     let found = fit();
     let ([alpha, beta], Some(se_alpha), Some(se_beta)) = (&found.parameters[..], found.se(0), found.se(1)) else {
         return Err(format!("no standard errors: {:?}", found.why_no_covariance).into());

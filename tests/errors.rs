@@ -8,9 +8,10 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::{self, Findings};
 use wetcor::inference::delta::interval;
-use wetcor::inference::effective_variance::{Erring, Weighing};
-use wetcor::inference::laws::{fit_square_root, fit_square_root_weighed, speed_error_that_matters};
+use wetcor::inference::effective_variance::{ErrorColumns, ErrorWeights};
+use wetcor::inference::law::Law;
 use wetcor::inference::least_squares::Fit;
+use wetcor::inference::regression::Regression;
 
 /// α and β of the truth.
 const TRUTH: [f64; 2] = [0.52, -0.09];
@@ -47,19 +48,22 @@ fn draw(rng: &mut ChaCha8Rng, runs: usize, sigma: f64, errs: impl Fn(usize) -> E
 }
 
 impl Measured {
-    fn erring(&self) -> Erring<'_> {
-        Erring {
-            speed: &self.speed,
-            impact_speed_sd: &self.impact_speed_sd,
-            restitution_sd: &self.restitution_sd,
-            offset_slopes: &[],
+    fn errors(&self) -> ErrorColumns {
+        let of_speed = self.impact_speed_sd.iter().zip(&self.speed);
+        ErrorColumns {
+            relative_speed_sd: of_speed.map(|(sd, v)| sd / v).collect(),
+            restitution_sd: self.restitution_sd.clone(),
+            offset_slopes: vec![],
         }
     }
-    fn plain(&self) -> Fit {
-        fit_square_root(&self.x, &[], &self.restitution)
+    fn regression(&self) -> Regression<'_> {
+        Regression::new(Law::SQUARE_ROOT, &self.x, &self.restitution)
     }
-    fn weighed(&self) -> (Fit, Weighing) {
-        let (fit, weighing) = fit_square_root_weighed(&self.x, &[], &self.restitution, Some(&self.erring()));
+    fn plain(&self) -> Fit {
+        self.regression().fit()
+    }
+    fn weighed(&self) -> (Fit, ErrorWeights) {
+        let (fit, weighing) = self.regression().fit_with_errors(Some(&self.errors()));
         (fit, weighing.expect("runs with errors"))
     }
 }
@@ -127,13 +131,12 @@ fn errors_explain_the_scatter_they_make() {
                 (measured.restitution_sd[run].powi(2) + of_v * of_v * tau2(m, slope)).sqrt()
             });
             let errors: Vec<f64> = errors.collect();
-            let none = vec![0.0; errors.len()];
-            let erring = Erring {
-                impact_speed_sd: &none,
-                restitution_sd: &errors,
-                ..measured.erring()
+            let errors = ErrorColumns {
+                relative_speed_sd: vec![0.0; errors.len()],
+                restitution_sd: errors,
+                offset_slopes: vec![],
             };
-            let (_, weighing) = fit_square_root_weighed(&measured.x, &[], &measured.restitution, Some(&erring));
+            let (_, weighing) = measured.regression().fit_with_errors(Some(&errors));
             weighing.expect("runs with errors").reduced_chi_squared
         };
         without.push(with(&|m, slope| m * m + slope * slope));
@@ -221,7 +224,7 @@ fn an_error_far_too_small_or_large_has_no_infinite_weight() {
         ..plain
     };
     one.restitution_sd[7] = 1e-300;
-    let (fit, weighing) = fit_square_root_weighed(&one.x, &[], &one.restitution, Some(&one.erring()));
+    let (fit, weighing) = one.regression().fit_with_errors(Some(&one.errors()));
     assert_eq!((fit, weighing), (one.plain(), None));
     // among others it counts as one of them
     let mut among = draw(&mut rng, 60, 0.01, |_| (0.01, 0.01, true));
@@ -229,7 +232,7 @@ fn an_error_far_too_small_or_large_has_no_infinite_weight() {
     among.restitution_sd[7] = 1e-300;
     among.impact_speed_sd[7] = 0.0;
     let (fit, weighing) = among.weighed();
-    assert_eq!(weighing.erring, 59);
+    assert_eq!(weighing.runs_with_errors, 59);
     assert!((fit.parameters[1] - usual.parameters[1]).abs() < 0.3 * fit.se(1).expect("a covariance"));
     // and one that is huge leaves its run out
     for sd in [1e3, 1e60] {
@@ -244,7 +247,7 @@ fn an_error_far_too_small_or_large_has_no_infinite_weight() {
     }
     among.impact_speed_sd[8] = 1e60;
     let (fit, weighing) = among.weighed();
-    assert_eq!(weighing.left_out, 1);
+    assert_eq!(weighing.runs_left_out, 1);
     assert!((fit.parameters[1] - usual.parameters[1]).abs() < 0.5 * fit.se(1).expect("a covariance"));
 }
 
@@ -263,11 +266,11 @@ fn a_run_that_may_have_been_too_slow_to_rebound_is_left_out() {
     let plain = measured.plain();
     assert!(far(&plain) > 4.5, "{plain:?}");
     let (fit, weighing) = measured.weighed();
-    assert_eq!((weighing.left_out, fit.degrees_of_freedom), (1, 58));
+    assert_eq!((weighing.runs_left_out, fit.degrees_of_freedom), (1, 58));
     assert!(far(&fit) < 4.0, "{fit:?}");
     // with a speed that is exact, nothing lets it go
     measured.impact_speed_sd[60] = 0.0;
-    let (held, _) = fit_square_root_weighed(&measured.x, &[], &measured.restitution, Some(&measured.erring()));
+    let (held, _) = measured.regression().fit_with_errors(Some(&measured.errors()));
     assert!(far(&held) > 4.5, "{held:?}");
 }
 
@@ -279,7 +282,8 @@ fn the_speed_error_that_matters_moves_beta_as_it_says() {
     // enough runs that a tenth of a standard error is a small error of v
     let design = draw(&mut rng, 240, 0.01, |_| (0.0, 0.0, false));
     let fit = design.plain();
-    let share = speed_error_that_matters(&fit, [&design.x, &[]], &[], &[]).expect("a bias");
+    let regression = design.regression();
+    let share = regression.speed_error_that_matters(&fit, &[], &[]).expect("a bias");
     assert!((0.002..0.03).contains(&share), "{share}");
     let se = fit.se(1).expect("a covariance");
     let moved: Vec<f64> = (0..SETS)

@@ -12,7 +12,9 @@ use wetcor::findings::{self, Findings};
 use wetcor::inference::bootstrap::intervals::{studentized, Replicates};
 use wetcor::inference::bootstrap::jackknife::{acceleration, degrees_of_freedom, influence, leave_one_out};
 use wetcor::inference::bootstrap::kernel::Sample;
-use wetcor::inference::bootstrap::{kernel, replicate, Law, Plan, Pool, Target};
+use wetcor::inference::bootstrap::{kernel, replicate, Plan, Pool, Target};
+use wetcor::inference::law::Law;
+use wetcor::inference::regression::Regression;
 use wetcor::scene::ResamplingScheme;
 use wetcor::seed::stream;
 
@@ -71,14 +73,11 @@ fn jackknife_and_studentized_limits_are_the_scripts() {
         let full = fit(&vec![1.0; x.len()]).expect("determined");
         let (value, own) = (of(full.parameters), se(gradient(full.parameters), full.covariance));
         let target = Target {
-            law: if law == "linear" { Law::Linear } else { Law::SquareRoot },
-            x: &x,
-            offset: &[],
-            restitution: &e,
+            regression: Regression::new(if law == "linear" { Law::LINEAR } else { Law::SQUARE_ROOT }, &x, &e),
             strata: 0..3,
             series: 0..1,
             fitted: full.parameters,
-            kept: None,
+            run_weights: None,
         };
         let influences: Vec<Vec<f64>> = leave_one_out(&pool, &target, ResamplingScheme::Cases)
             .iter()
@@ -141,14 +140,11 @@ fn covered(test: &str, unit_df: bool, ends: fn(f64, f64) -> (f64, f64)) -> (usiz
         };
         let fitted = slope(&e);
         let target = Target {
-            law: Law::Linear,
-            x: &x,
-            offset: &[],
-            restitution: &e,
+            regression: Regression::new(Law::LINEAR, &x, &e),
             strata: 0..8,
             series: 0..1,
             fitted,
-            kept: None,
+            run_weights: None,
         };
         let plan = Plan {
             replicates: 1000,

@@ -4,12 +4,12 @@ use serde::Serialize;
 
 use super::dry::{self, FittedDry};
 use super::energy::density_ratio;
-use super::erring::{Columns, Weighed};
 use super::estimate::{Estimate, Quoting, Scale};
 use super::judge::{one_against, spread, uncertain, why_stopped, Verdict};
+use super::measurement_errors::{columns, ErrorSummary};
 use super::scaling::FittedScaling;
 use crate::inference::delta::Uncertain;
-use crate::inference::effective_variance::{chi_squared, weigh, Weighing};
+use crate::inference::effective_variance::{chi_squared, reweight, ErrorColumns, ErrorWeights};
 use crate::inference::joint::{fit_joint, Joint, JointFit};
 use crate::inference::least_squares::{Fit, Stop};
 use crate::inference::nested::{FTest, Spread};
@@ -18,7 +18,7 @@ use crate::physics::balance::{AtFilm, Balance};
 use crate::physics::loss::Film;
 use crate::physics::{viscous, Coefficient, Form, Inertia, Viscous};
 use crate::runs::{FilmGroup, Runs};
-use crate::scene::{Law, Scene};
+use crate::scene::{Scene, WetLaw};
 
 /// The energy balance over particles, liquids, diameters, films and speeds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -41,7 +41,7 @@ pub struct EnergyBalance {
     pub residual_sd: Option<f64>,
     /// how measurement errors entered; `None` where no run carries one
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub measurement_errors: Option<Weighed>,
+    pub measurement_errors: Option<ErrorSummary>,
     /// this law for all against a square-root law for each particle and film ratio
     pub lack_of_fit: Option<FTest>,
     /// how the fit ended
@@ -161,29 +161,29 @@ pub fn find(setup: Setup, scaling: &[FittedScaling], form: Form, open: bool) -> 
     if known.is_empty() {
         return None;
     }
-    let separate: Vec<(Spread, Option<Weighing>)> = scaling
+    let separate: Vec<(Spread, Option<ErrorWeights>)> = scaling
         .iter()
-        .filter(|fitted| fitted.law == Law::Sqrt && fitted.scaling.film_ratio.is_some())
+        .filter(|fitted| fitted.law == WetLaw::Sqrt && fitted.scaling.film_ratio.is_some())
         .filter(|fitted| fitted.scaling.runs > 0 && known.binary_search(&fitted.particle).is_ok())
-        .map(|fitted| (fitted.spread, fitted.weighing.clone()))
+        .map(|fitted| (fitted.spread, fitted.error_weights.clone()))
         .collect();
     let of_form = |inertia: Inertia| {
         let joint = Joint::new(scene, runs, Form { inertia, ..form }, &known, &known);
         fit_weighed(joint, dry, pooled_sd(&separate))
     };
     let (problem, spread_of_runs, fit) = if open { closest(of_form) } else { of_form(form.inertia) };
-    let (problem, fit, weighing) = match errors(&problem.joint) {
+    let (problem, fit, error_weights) = match errors(&problem.joint) {
         Some(errors) => {
             let in_errors = problem_of(problem.joint.clone(), dry, 1.0);
-            let (fit, weighing) = weigh(&errors.erring(), fit, |_| in_errors.clone());
-            let problem = if weighing.is_some() { in_errors } else { problem };
-            (problem, fit, weighing)
+            let (fit, error_weights) = reweight(&errors, fit, |_| in_errors.clone());
+            let problem = if error_weights.is_some() { in_errors } else { problem };
+            (problem, fit, error_weights)
         }
         None => (problem, fit, None),
     };
     let fitted = Fitted {
         uncertain: uncertain(&fit),
-        spread: if weighing.is_some() { 1.0 } else { spread_of_runs },
+        spread: if error_weights.is_some() { 1.0 } else { spread_of_runs },
         problem,
         fit,
     };
@@ -192,21 +192,23 @@ pub fn find(setup: Setup, scaling: &[FittedScaling], form: Form, open: bool) -> 
         runs: fitted.joint().wet_rebounds(),
         ..spread(&fitted.fit)
     };
-    let each = separate.iter().map(|(spread, weighing)| (*spread, weighing.as_ref()));
+    let each = separate
+        .iter()
+        .map(|(spread, error_weights)| (*spread, error_weights.as_ref()));
     let lack_of_fit = one_against(one, each, |mut variance| {
         variance.resize(variance.len() + fitted.problem.dry_roots.len(), 1.0);
         let squares = chi_squared(&fitted.problem, &variance, &fitted.fit.parameters);
         squares - fitted.problem.own_squares()
     });
     let lack_of_fit = lack_of_fit.filter(|_| fitted.converged());
-    Some(findings_of(setup, &fitted, weighing.as_ref(), lack_of_fit))
+    Some(findings_of(setup, &fitted, error_weights.as_ref(), lack_of_fit))
 }
 
 /// What a fit says.
 fn findings_of(
     setup: Setup,
     fitted: &Fitted,
-    weighing: Option<&Weighing>,
+    error_weights: Option<&ErrorWeights>,
     lack_of_fit: Option<FTest>,
 ) -> EnergyBalance {
     let Setup {
@@ -246,7 +248,7 @@ fn findings_of(
         parameters,
         derived: groups.filter_map(|group| derive(setup, group, fitted)).collect(),
         residual_sd: fitted.fit.residual_sd,
-        measurement_errors: weighing.map(Weighed::of),
+        measurement_errors: error_weights.map(ErrorSummary::of),
         lack_of_fit,
         stop: fitted.fit.stop.as_str(),
         held: Held {
@@ -305,8 +307,8 @@ pub(super) fn problem_of<'r>(joint: Joint<'r>, dry: &[FittedDry], spread: f64) -
 }
 
 /// What the wet rebounds of a joint fit err by; `None` where no run of the table does.
-pub(super) fn errors(joint: &Joint) -> Option<Columns> {
-    Columns::of(joint.runs, joint.wet_parts().map(|part| part.rebounds.clone()), None)
+pub(super) fn errors(joint: &Joint) -> Option<ErrorColumns> {
+    columns(joint.runs, joint.wet_parts().map(|part| part.rebounds.clone()), None)
 }
 
 /// Fits the balance, and again with its own spread where that is far below the one that weighed the dry runs: the separate
@@ -420,7 +422,7 @@ fn derive(setup: Setup, group: &FilmGroup, fitted: &Fitted) -> Option<Derived> {
 
 /// Spread of the restitutions about the separate laws that could be fitted; 1 where they leave none, which holds k at
 /// its dry fit.
-fn pooled_sd(separate: &[(Spread, Option<Weighing>)]) -> f64 {
+fn pooled_sd(separate: &[(Spread, Option<ErrorWeights>)]) -> f64 {
     let separate = || {
         separate
             .iter()

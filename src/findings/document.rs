@@ -8,9 +8,9 @@ use super::compare;
 use super::constants::Sensitivity;
 use super::dry::Dry;
 use super::energy::Energy;
-use super::erring::Given;
 use super::identify::Directions;
 use super::least_squares::LeastSquares;
+use super::measurement_errors::RunsWithErrors;
 use super::noise::Noise;
 use super::posterior::PosteriorFindings;
 use super::published;
@@ -95,7 +95,7 @@ pub struct Counts {
     pub screened: Vec<Screened>,
     /// runs in use that carry measurement errors; `None` where none does
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub measurement_errors: Option<Given>,
+    pub measurement_errors: Option<RunsWithErrors>,
 }
 
 impl Findings {

@@ -2,15 +2,16 @@
 
 use serde::Serialize;
 
-use super::erring::{Columns, Weighed};
 use super::estimate::{Estimate, Quoting, Scale};
 use super::judge::{one_against, spread, uncertain, why_stopped, Verdict};
+use super::measurement_errors::{columns, ErrorSummary};
 use super::own_dry_speed::OwnDrySpeed;
 use crate::distributions::student_t_quantile;
-use crate::inference::effective_variance::Weighing;
-use crate::inference::laws::{dry_squares, fit_dry_weighed};
+use crate::inference::effective_variance::ErrorWeights;
+use crate::inference::law::Law;
 use crate::inference::least_squares::{Fit, Stop};
 use crate::inference::nested::FTest;
+use crate::inference::regression::Regression;
 use crate::physics::dry::Order;
 use crate::physics::DrySpeed;
 use crate::runs::{DryGroup, Runs};
@@ -31,7 +32,7 @@ pub struct Dry {
     pub residual_sd: Option<f64>,
     /// how measurement errors entered; `None` where no run carries one
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub measurement_errors: Option<Weighed>,
+    pub measurement_errors: Option<ErrorSummary>,
     /// k of each diameter
     pub by_diameter: Vec<DryOfDiameter>,
     /// one k for all diameters against one k each; `None` with a single diameter
@@ -60,8 +61,8 @@ pub struct FittedDry {
     pub particle: usize,
     /// k and its standard error, where it may be used
     pub usable: Option<(f64, f64)>,
-    /// how its runs were weighed, where they carry measurement errors
-    pub weighing: Option<Weighing>,
+    /// weights of its runs, where they carry measurement errors
+    pub error_weights: Option<ErrorWeights>,
     /// what is told
     pub dry: Dry,
 }
@@ -70,7 +71,7 @@ impl FittedDry {
     /// Variance of each rebound about the law, in the order of the runs; infinite where one was left out.
     pub(super) fn variances(&self) -> impl Iterator<Item = f64> + '_ {
         let of_all = self.dry.residual_sd.map_or(f64::NAN, |sd| sd * sd);
-        let own = self.weighing.as_ref().map(|weighing| &weighing.variance);
+        let own = self.error_weights.as_ref().map(|weights| &weights.variance);
         (0..self.dry.runs).map(move |run| own.map_or(of_all, |own| own[run]))
     }
 }
@@ -111,27 +112,27 @@ fn of_particle(scene: &Scene, runs: &Runs, particle: usize, groups: &[&DryGroup]
     };
     let (speeds, restitutions) = (gather(&runs.impact_speed), gather(&runs.restitution));
     let order = scene.model.form().dry;
-    let errors_of = |groups: &[&DryGroup]| Columns::of(runs, groups.iter().map(|group| group.rebounds.clone()), None);
-    let errors = errors_of(groups);
-    let erring = errors.as_ref().map(Columns::erring);
-    let (fit, weighing) = fit_dry_weighed(&speeds, &restitutions, order, erring.as_ref());
+    let law = Law::Dry(order);
+    let errors_of = |groups: &[&DryGroup]| columns(runs, groups.iter().map(|group| group.rebounds.clone()), None);
+    let speed_roots = law.abscissae(&speeds);
+    let regression = Regression::new(law, &speed_roots, &restitutions);
+    let (fit, error_weights) = regression.fit_with_errors(errors_of(groups).as_ref());
     let fastest = speeds.iter().copied().fold(0.0, f64::max);
     let stuck = groups.iter().map(|group| group.stuck.len()).sum();
     let verdict = judge(&fit, order, fastest, stuck);
-    let separate: Vec<(f64, (Fit, Option<Weighing>))> = groups
+    let separate: Vec<(f64, (Fit, Option<ErrorWeights>))> = groups
         .iter()
         .map(|group| {
             let range = group.rebounds.clone();
-            let errors = errors_of(&[group]);
-            let erring = errors.as_ref().map(Columns::erring);
-            let (v, e) = (&runs.impact_speed[range.clone()], &runs.restitution[range]);
-            (group.diameter, fit_dry_weighed(v, e, order, erring.as_ref()))
+            let x = law.abscissae(&runs.impact_speed[range.clone()]);
+            let regression = Regression::new(law, &x, &runs.restitution[range]);
+            (group.diameter, regression.fit_with_errors(errors_of(&[group]).as_ref()))
         })
         .collect();
-    let one = |variance: Vec<f64>| dry_squares(&speeds, &restitutions, order, &variance, &fit.parameters);
+    let one = |variance: Vec<f64>| regression.chi_squared(&variance, &fit.parameters);
     let each = separate
         .iter()
-        .map(|(_, (fit, weighing))| (spread(fit), weighing.as_ref()));
+        .map(|(_, (fit, error_weights))| (spread(fit), error_weights.as_ref()));
     let heterogeneity = one_against(spread(&fit), each, one);
     let dry_k = estimate(&fit, quoting);
     FittedDry {
@@ -143,7 +144,7 @@ fn of_particle(scene: &Scene, runs: &Runs, particle: usize, groups: &[&DryGroup]
             stuck,
             dry_k,
             residual_sd: fit.residual_sd,
-            measurement_errors: weighing.as_ref().map(Weighed::of),
+            measurement_errors: error_weights.as_ref().map(ErrorSummary::of),
             by_diameter: separate
                 .iter()
                 .zip(groups)
@@ -157,7 +158,7 @@ fn of_particle(scene: &Scene, runs: &Runs, particle: usize, groups: &[&DryGroup]
             stop: fit.stop.as_str(),
             verdict,
         },
-        weighing,
+        error_weights,
     }
 }
 

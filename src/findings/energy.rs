@@ -8,7 +8,7 @@ use super::scaling::FittedScaling;
 use crate::physics::inertia::Inertia;
 use crate::physics::viscous::critical_separation;
 use crate::runs::{Runs, Series};
-use crate::scene::{Law, Scene};
+use crate::scene::{Scene, WetLaw};
 
 /// The energy balance of one particle at one film ratio, by one law.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -122,8 +122,8 @@ fn loss(scene: &Scene, dry: &[FittedDry], fitted: &FittedScaling, density_ratio:
     let value = (e_dry * e_dry - e_inf * e_inf) / density_ratio;
     // e_inf² is α of the square root, the square of the intercept of the line
     let slope = match fitted.law {
-        Law::Sqrt => 1.0,
-        Law::Linear => 2.0 * e_inf,
+        WetLaw::Sqrt => 1.0,
+        WetLaw::Linear => 2.0 * e_inf,
     };
     let k_slope = 2.0 * e_dry * law.slope_dry_k(k, v);
     let covariance = match &fitted.uncertain.covariance {

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::inference::delta::Uncertain;
-use crate::inference::effective_variance::Weighing;
+use crate::inference::effective_variance::ErrorWeights;
 use crate::inference::least_squares::{Fit, Stop};
 use crate::inference::nested::{one_law_for_all, FTest, Spread};
 
@@ -94,17 +94,17 @@ pub(super) fn spread(fit: &Fit) -> Spread {
 /// `one` gives the weighted squares of the one law, fitted again with these variances of all runs.
 pub(super) fn one_against<'w>(
     of_all: Spread,
-    groups: impl Iterator<Item = (Spread, Option<&'w Weighing>)> + Clone,
+    groups: impl Iterator<Item = (Spread, Option<&'w ErrorWeights>)> + Clone,
     one: impl Fn(Vec<f64>) -> f64,
 ) -> Option<FTest> {
-    if groups.clone().all(|(_, weighing)| weighing.is_none()) {
+    if groups.clone().all(|(_, weights)| weights.is_none()) {
         let spreads: Vec<Spread> = groups.map(|(spread, _)| spread).collect();
         return one_law_for_all(of_all, &spreads);
     }
     let (mut spreads, mut variance) = (vec![], vec![]);
-    for (own, weighing) in groups {
-        let (sum_of_squares, of_runs) = match weighing {
-            Some(weighing) => (weighing.squares, weighing.variance.clone()),
+    for (own, weights) in groups {
+        let (sum_of_squares, of_runs) = match weights {
+            Some(weights) => (weights.squares, weights.variance.clone()),
             None => {
                 let each = own.sum_of_squares / own.runs.checked_sub(own.parameters)? as f64;
                 let each = Some(each).filter(|each| *each > 0.0 && each.is_finite())?;

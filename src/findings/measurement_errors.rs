@@ -1,71 +1,75 @@
-//! Says which measurement errors want a second look: too large for the scatter, or large enough to matter and not given.
+//! Gathers the measurement errors of the runs of a fit, and warns where they matter.
 
-use super::scaling::Scaling;
-use crate::notice::Notice;
+use std::ops::Range;
 
-/// The error of v, as a share of it, below which nothing is said: calibrating a speed better is hard.
-pub const SPEED_ERROR: f64 = 0.01;
+use serde::Serialize;
 
-/// Squares over the errors' own this many standard deviations below what they should be tell errors that are too large.
-const TOO_SMALL: f64 = 3.0;
+use super::own_dry_speed::OwnDrySpeed;
+use crate::inference::effective_variance::{ErrorColumns, ErrorWeights};
+use crate::runs::Runs;
 
-/// The film ratio whose β of the square-root law the smallest error of v would move, with that error.
-pub fn most_moved(scaling: &[Scaling]) -> Option<(&Scaling, f64)> {
-    let shares = scaling
-        .iter()
-        .filter(|row| row.film_ratio.is_some() && row.verdict.passed)
-        .filter_map(|row| Some((row, row.speed_error_of_a_tenth_se?)));
-    shares.min_by(|a, b| a.1.total_cmp(&b.1))
+/// Which runs carry measurement errors above 0.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct RunsWithErrors {
+    /// with any
+    pub runs: usize,
+    /// with one of the impact speed
+    pub of_impact_speed: usize,
+    /// with one of the restitution beyond what it shares with the impact speed
+    pub of_restitution: usize,
 }
 
-/// What of the measurement errors wants a second look.
-pub(super) fn notices(scaling: &[Scaling]) -> Vec<Notice> {
-    let mut notices = vec![];
-    let below = |row: &&Scaling| {
-        let share = row.speed_error_of_a_tenth_se.filter(|_| row.film_ratio.is_some());
-        row.verdict.passed && share.is_some_and(|share| share < SPEED_ERROR)
-    };
-    let count = scaling.iter().filter(below).count();
-    if let Some((row, share)) = most_moved(scaling).filter(|_| count > 0) {
-        notices.push(Notice::new(
-            "speed_error_matters",
-            count,
-            format!(
-                "an error of {:.2} % in the impact speeds would move β of the square-root law of {} at film ratio {:.3} \
-                 by a tenth of its standard error; {count} film ratios bear less than {} %",
-                100.0 * share,
-                row.particle,
-                row.film_ratio.unwrap_or(f64::NAN),
-                100.0 * SPEED_ERROR
-            ),
-            "give impact_speed_sd_m_s for each run, or leave out the runs nearest to sticking",
-        ));
+impl RunsWithErrors {
+    /// `None` where no run carries one.
+    pub(super) fn of(runs: &Runs) -> Option<RunsWithErrors> {
+        let [runs, of_impact_speed, of_restitution] = runs.errors.as_ref()?.counts();
+        Some(RunsWithErrors {
+            runs,
+            of_impact_speed,
+            of_restitution,
+        })
     }
-    let weighed = scaling.iter().filter_map(|row| {
-        let weighed = row.measurement_errors.filter(|_| row.film_ratio.is_some())?;
-        Some((
-            row,
-            weighed,
-            row.runs.checked_sub(weighed.runs_left_out + 2).filter(|df| *df > 0)? as f64,
-        ))
-    });
-    let too_large: Vec<_> = weighed
-        .clone()
-        .filter(|(_, weighed, df)| weighed.reduced_chi_squared < 1.0 - TOO_SMALL * (2.0 / df).sqrt())
-        .collect();
-    let least = too_large.iter().map(|(_, weighed, _)| weighed.reduced_chi_squared);
-    if let Some(least) = least.reduce(f64::min) {
-        notices.push(Notice::new(
-            "measurement_errors_too_large",
-            too_large.len(),
-            format!(
-                "in {} of {} fits to a film ratio the runs scatter less than their measurement errors say (χ² per degree \
-                 of freedom down to {least:.2}); the errors are taken as given, and standard errors follow them",
-                too_large.len(),
-                weighed.count()
-            ),
-            "check whether errors that all runs share, as of a scale, were given as errors of each run",
-        ));
+}
+
+/// How measurement errors entered a fit.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ErrorSummary {
+    /// runs that carry an error above 0; the others are taken to err like the median of these
+    pub runs_with_errors: usize,
+    /// runs left out, since their error of v may take them to where nothing rebounds
+    pub runs_left_out: usize,
+    /// what the restitutions scatter by beyond their measurement errors; 0 where these explain more than the scatter
+    pub intrinsic_sd: f64,
+    /// squares of the residuals over their measurement errors', a degree of freedom
+    pub reduced_chi_squared: f64,
+}
+
+impl ErrorSummary {
+    pub(super) fn of(weights: &ErrorWeights) -> ErrorSummary {
+        ErrorSummary {
+            runs_with_errors: weights.runs_with_errors,
+            runs_left_out: weights.runs_left_out,
+            intrinsic_sd: weights.intrinsic_sd,
+            reduced_chi_squared: weights.reduced_chi_squared,
+        }
     }
-    notices
+}
+
+/// The errors of the runs of some ranges, in the order in which they are fitted, with the dry speed that enters their law;
+/// `None` where the table has no errors.
+pub(super) fn columns(
+    runs: &Runs,
+    ranges: impl Iterator<Item = Range<usize>> + Clone,
+    own: Option<&OwnDrySpeed>,
+) -> Option<ErrorColumns> {
+    let errors = runs.errors.as_ref()?;
+    let all = || ranges.clone().flatten();
+    let offset_slopes = all().filter_map(|run| own.map(|own| own.offset_slopes(runs.impact_speed[run])));
+    Some(ErrorColumns {
+        relative_speed_sd: all()
+            .map(|run| errors.impact_speed_sd[run] / runs.impact_speed[run])
+            .collect(),
+        restitution_sd: all().map(|run| errors.restitution_sd[run]).collect(),
+        offset_slopes: offset_slopes.collect(),
+    })
 }

@@ -9,11 +9,11 @@
 //! | `range.rs` | the smallest and the largest of some numbers |
 //! | `shown.rs` | the film ratio shown where one must be chosen |
 //! | `own_dry_speed.rs` | e_dry at each run's own speed |
-//! | `erring.rs` | what the runs of a fit are measured to err by |
+//! | `measurement_errors.rs` | measurement errors of the runs of a fit |
 //! | `dry.rs` | k of each particle, and whether one k serves all diameters |
 //! | `series.rs` | the square-root law of each series |
 //! | `scaling.rs` | e_inf and St_c by both laws, with the linear law's bias on this design |
-//! | `measurement_errors.rs` | which measurement errors want a second look |
+//! | `error_notices.rs` | notices of measurement errors that matter or are too large |
 //! | `energy.rs` | the energy the liquid takes, St_c·e_inf², δc |
 //! | `published.rs` | ours beside the literature's |
 //! | `balance.rs` | L, inertial prefactor and film scale from every rebound at once |
@@ -39,7 +39,7 @@ pub mod constants;
 mod document;
 pub mod dry;
 pub mod energy;
-pub mod erring;
+pub mod error_notices;
 pub mod estimate;
 pub mod identify;
 mod judge;
@@ -142,7 +142,7 @@ pub fn find_watched(
             used: runs.len() - runs.stuck(),
             stuck: runs.stuck(),
             screened: table.screened.clone(),
-            measurement_errors: erring::Given::of(runs),
+            measurement_errors: measurement_errors::RunsWithErrors::of(runs),
         },
         dry: dry.into_iter().map(|fitted| fitted.dry).collect(),
         series,
@@ -162,7 +162,7 @@ pub fn find_watched(
         verdicts,
         notices,
     };
-    findings.notices.extend(measurement_errors::notices(&findings.scaling));
+    findings.notices.extend(error_notices::notices(&findings.scaling));
     findings.identifies = identify::directions(scene, runs, findings.least_squares());
     findings.notices.extend(identify::notice(findings.identifies.as_ref()));
     findings

@@ -3,8 +3,8 @@
 use nalgebra::DMatrix;
 
 use crate::inference::delta::Uncertain;
-use crate::inference::laws::square_root_shift;
 use crate::inference::least_squares::Fit;
+use crate::inference::regression::Regression;
 use crate::physics::dry::{speed_root, REFERENCE_SPEED};
 use crate::physics::Order;
 
@@ -35,26 +35,22 @@ impl OwnDrySpeed {
         speeds.iter().map(|v| self.offset_slopes(*v)).collect()
     }
 
-    fn shift(&self, fit: &Fit, x: &[f64], offset: &[f64], speeds: &[f64], weighed: Option<&[f64]>) -> Option<[f64; 2]> {
+    /// Slopes in k of the parameters fitted to runs at these speeds, with these variances of the residuals if they have
+    /// their own; 0 where the fit has no covariance.
+    pub fn shift(&self, fit: &Fit, regression: &Regression, speeds: &[f64], variance: &[f64]) -> [f64; 2] {
         let slope = |v: f64| 2.0 * self.order.restitution(self.dry_k, v) * self.order.slope_dry_k(self.dry_k, v);
         let reference = slope(REFERENCE_SPEED);
         let slopes: Vec<f64> = speeds.iter().map(|v| slope(*v) - reference).collect();
-        square_root_shift(fit, x, offset, &slopes, weighed)
+        regression
+            .offset_sensitivity(fit, &slopes, variance)
+            .unwrap_or_default()
     }
 
-    /// Adds k's own uncertainty to the covariance; returns how the parameters move with k.
-    pub fn widen(
-        &self,
-        uncertain: &mut Uncertain,
-        fit: &Fit,
-        [x, offset, speeds]: [&[f64]; 3],
-        weighed: Option<&[f64]>,
-    ) -> [f64; 2] {
-        let shift = self.shift(fit, x, offset, speeds, weighed).unwrap_or_default();
+    /// Adds k's own uncertainty to the covariance of parameters that move so with k.
+    pub fn widen(&self, uncertain: &mut Uncertain, shift: [f64; 2]) {
         if let Ok(covariance) = &mut uncertain.covariance {
             let variance = self.dry_k_se * self.dry_k_se;
             *covariance += DMatrix::from_fn(2, 2, |i, j| shift[i] * shift[j] * variance);
         }
-        shift
     }
 }

@@ -2,13 +2,14 @@
 
 use super::balance::{at_group, known, EnergyBalance, Setup};
 use super::dry::own_dry_speed;
-use super::scaling::{two, Bias, FittedScaling, Pool};
+use super::scaling::{two, Bias, FittedScaling, PooledRuns};
 use crate::inference::joint::Joint;
-use crate::inference::laws::fit_square_root;
+use crate::inference::law::Law;
 use crate::inference::least_squares::Stop;
+use crate::inference::regression::Regression;
 use crate::physics::viscous;
 use crate::runs::FilmGroup;
-use crate::scene::Law;
+use crate::scene::WetLaw;
 
 /// Fits the square-root law to the noise-free balance at the runs of each film ratio.
 ///
@@ -24,7 +25,7 @@ pub(super) fn add_bias(setup: Setup, scaling: &mut [FittedScaling], balance: &En
         Joint::new(scene, runs, balance.held.form, &known, &[]),
         &balance.held.point,
     );
-    for row in scaling.iter_mut().filter(|row| row.law == Law::Sqrt) {
+    for row in scaling.iter_mut().filter(|row| row.law == WetLaw::Sqrt) {
         let mut groups = runs.film_groups_of(row.particle).iter();
         let group = groups.find(|group| Some(group.film_ratio) == row.scaling.film_ratio);
         let Some((group, at)) = group.and_then(|group| Some((group, at_group(scene, &joint, point, group)?))) else {
@@ -50,13 +51,18 @@ fn root_of_exact(setup: Setup, joint: &Joint, point: &[f64], group: &FilmGroup) 
             joint.each(part, part.rebounds.clone(), point, |row| exact.push(row.model));
         }
     }
-    let pool = Pool::new(setup.runs, series, true);
+    let pool = PooledRuns::new(setup.runs, series, true);
     let own = own_dry_speed(setup.scene, setup.dry, group.particle);
     // where the balance keeps no energy, the law is not defined and no run would have rebounded
     let kept: Vec<usize> = (0..exact.len()).filter(|run| exact[*run] > 0.0).collect();
     let pick = |column: &[f64]| -> Vec<f64> { kept.iter().map(|run| column[*run]).collect() };
     let offset = own.map_or_else(Vec::new, |own| own.offsets(&pick(&pool.speeds)));
-    let fit = fit_square_root(&pick(&pool.inverse_stokes), &offset, &pick(&exact));
+    let (x, restitution) = (pick(&pool.inverse_stokes), pick(&exact));
+    let regression = Regression {
+        offset: &offset,
+        ..Regression::new(Law::SQUARE_ROOT, &x, &restitution)
+    };
+    let fit = regression.fit();
     let [alpha, beta] = two(&fit);
     (alpha > 0.0 && beta < 0.0).then(|| [alpha.sqrt(), -beta / (2.0 * alpha)])
 }

@@ -4,19 +4,17 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::dry::{own_dry_speed, FittedDry};
-use super::erring::{Columns, Weighed};
 use super::estimate::{Estimate, Quoting, Scale};
 use super::judge::{judge_square_root, one_against, spread, uncertain, why_stopped, Verdict};
+use super::measurement_errors::{columns, ErrorSummary};
 use crate::inference::delta::Uncertain;
-use crate::inference::effective_variance::Weighing;
-use crate::inference::laws::{
-    fit_linear, fit_linear_weighed, fit_square_root_weighed, linear_squares, speed_error_that_matters,
-    square_root_squares,
-};
+use crate::inference::effective_variance::{ErrorColumns, ErrorWeights};
+use crate::inference::law::Law;
 use crate::inference::least_squares::{Fit, Stop};
 use crate::inference::nested::{FTest, Spread};
+use crate::inference::regression::Regression;
 use crate::runs::{FilmGroup, Runs, Series};
-use crate::scene::{Law, Scene};
+use crate::scene::{Scene, WetLaw};
 
 /// e_inf and St_c of one particle at one film ratio, or over all of them, by one law.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -53,7 +51,7 @@ pub struct Scaling {
     pub speed_error_of_a_tenth_se: Option<f64>,
     /// how measurement errors entered; `None` where no run carries one
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub measurement_errors: Option<Weighed>,
+    pub measurement_errors: Option<ErrorSummary>,
     /// how the fit ended
     pub stop: &'static str,
     /// whether it may be quoted
@@ -75,7 +73,7 @@ pub struct FittedScaling {
     /// index into the scene's particles
     pub particle: usize,
     /// the law
-    pub law: Law,
+    pub law: WetLaw,
     /// range of [`Runs::series`] it was fitted to
     pub series: std::ops::Range<usize>,
     /// α and its slope in 1/St (square root), intercept and minus the slope (linear); `None` unless it converged
@@ -86,24 +84,24 @@ pub struct FittedScaling {
     pub shift_by_dry_k: [f64; 2],
     /// what the fit leaves unexplained
     pub spread: Spread,
-    /// how its runs were weighed, where they carry measurement errors
-    pub weighing: Option<Weighing>,
+    /// weights of its runs, where they carry measurement errors
+    pub error_weights: Option<ErrorWeights>,
     /// what is told
     pub scaling: Scaling,
 }
 
 /// The rebounds of some series, pooled: 1/St, restitution and what the square root needs besides.
-pub(super) struct Pool {
+pub(super) struct PooledRuns {
     pub(super) inverse_stokes: Vec<f64>,
     pub(super) speeds: Vec<f64>,
     pub(super) restitution: Vec<f64>,
     stuck: usize,
 }
 
-impl Pool {
-    pub(super) fn new(runs: &Runs, series: &[Series], keep_speeds: bool) -> Pool {
+impl PooledRuns {
+    pub(super) fn new(runs: &Runs, series: &[Series], keep_speeds: bool) -> PooledRuns {
         let size: usize = series.iter().map(|s| s.rebounds.len()).sum();
-        let mut pool = Pool {
+        let mut pool = PooledRuns {
             inverse_stokes: Vec::with_capacity(size),
             speeds: Vec::with_capacity(if keep_speeds { size } else { 0 }),
             restitution: Vec::with_capacity(size),
@@ -120,22 +118,47 @@ impl Pool {
         }
         pool
     }
+
+    /// A law of these runs; the offset is that of the square root.
+    fn regression<'r>(&'r self, law: WetLaw, offset: &'r [f64]) -> Regression<'r> {
+        Regression {
+            offset: if law == WetLaw::Sqrt { offset } else { &[] },
+            ..Regression::new(Law::Wet(law), &self.inverse_stokes, &self.restitution)
+        }
+    }
+}
+
+/// Runs that one law is fitted to.
+struct Group {
+    particle: usize,
+    /// `None`: over all
+    film_ratio: Option<f64>,
+    /// range of [`Runs::series`]
+    series: std::ops::Range<usize>,
 }
 
 /// Both laws for every particle, at each film ratio and over all; square root before linear.
 pub fn find(scene: &Scene, runs: &Runs, dry: &[FittedDry], quoting: Quoting) -> Vec<FittedScaling> {
-    let mut jobs: Vec<(usize, Option<f64>, std::ops::Range<usize>)> = vec![];
+    let mut groups: Vec<Group> = vec![];
     for particle in 0..scene.particles.len() {
-        let groups: &[FilmGroup] = runs.film_groups_of(particle);
-        let (Some(first), Some(last)) = (groups.first(), groups.last()) else {
+        let of_ratio: &[FilmGroup] = runs.film_groups_of(particle);
+        let (Some(first), Some(last)) = (of_ratio.first(), of_ratio.last()) else {
             continue;
         };
-        jobs.push((particle, None, first.series.start..last.series.end));
-        jobs.extend(groups.iter().map(|g| (particle, Some(g.film_ratio), g.series.clone())));
+        groups.push(Group {
+            particle,
+            film_ratio: None,
+            series: first.series.start..last.series.end,
+        });
+        groups.extend(of_ratio.iter().map(|group| Group {
+            particle,
+            film_ratio: Some(group.film_ratio),
+            series: group.series.clone(),
+        }));
     }
-    let pairs: Vec<[(FittedScaling, Fit); 2]> = jobs
+    let pairs: Vec<[(FittedScaling, Fit); 2]> = groups
         .into_par_iter()
-        .map(|(particle, film_ratio, series)| both_laws(scene, runs, dry, quoting, particle, film_ratio, series))
+        .map(|group| both_laws(scene, runs, dry, quoting, &group))
         .collect();
     test_one_for_all(scene, runs, dry, pairs)
 }
@@ -162,9 +185,13 @@ fn test_one_for_all(
             if !separate.clone().all(|(_, fit)| fit.stop == Stop::Converged) {
                 return None;
             }
-            let groups = separate.map(|(fitted, fit)| (spread(fit), fitted.weighing.as_ref()));
+            let groups = separate.map(|(fitted, fit)| (spread(fit), fitted.error_weights.as_ref()));
             one_against(spread(fit), groups, |variance| {
-                squares_of_one(scene, runs, dry, all, &variance, &fit.parameters)
+                let pool = PooledRuns::new(runs, &runs.series[all.series.clone()], true);
+                let own = own_dry_speed(scene, dry, all.particle);
+                let offset = own.map_or_else(Vec::new, |own| own.offsets(&pool.speeds));
+                pool.regression(all.law, &offset)
+                    .chi_squared(&variance, &fit.parameters)
             })
         })
         .collect();
@@ -183,82 +210,75 @@ fn test_one_for_all(
         .collect()
 }
 
-/// Weighted squares of one law for all film ratios, fitted with these variances of the runs.
-fn squares_of_one(
-    scene: &Scene,
-    runs: &Runs,
-    dry: &[FittedDry],
-    all: &FittedScaling,
-    variance: &[f64],
-    start: &[f64],
-) -> f64 {
-    let pool = Pool::new(runs, &runs.series[all.series.clone()], true);
-    let own = own_dry_speed(scene, dry, all.particle);
-    let offset = own.map_or_else(Vec::new, |own| own.offsets(&pool.speeds));
-    let x = &pool.inverse_stokes;
-    match all.law {
-        Law::Sqrt => square_root_squares(x, &offset, &pool.restitution, variance, start),
-        Law::Linear => linear_squares(x, &pool.restitution, variance, start),
-    }
-}
-
 fn both_laws(
     scene: &Scene,
     runs: &Runs,
     dry: &[FittedDry],
     quoting: Quoting,
-    particle: usize,
-    film_ratio: Option<f64>,
-    series: std::ops::Range<usize>,
+    group: &Group,
 ) -> [(FittedScaling, Fit); 2] {
-    let own = own_dry_speed(scene, dry, particle);
-    let pool = Pool::new(runs, &runs.series[series.clone()], own.is_some());
-    let x = &pool.inverse_stokes;
+    let series = &runs.series[group.series.clone()];
+    let own = own_dry_speed(scene, dry, group.particle);
+    let pool = PooledRuns::new(runs, series, own.is_some());
     let offset = own.as_ref().map_or_else(Vec::new, |own| own.offsets(&pool.speeds));
-    let ranges = runs.series[series.clone()].iter().map(|one| one.rebounds.clone());
-    let errors = Columns::of(runs, ranges, own.as_ref());
-    let erring = errors.as_ref().map(Columns::erring);
-    let (root, root_weighing) = fit_square_root_weighed(x, &offset, &pool.restitution, erring.as_ref());
-    let (line, line_weighing) = fit_linear_weighed(x, &pool.restitution, erring.as_ref());
-    let variance = root_weighing.as_ref().map(|weighing| weighing.variance.as_slice());
-    let mut root_uncertain = uncertain(&root);
+    let errors = columns(runs, series.iter().map(|one| one.rebounds.clone()), own.as_ref());
+    let regression = pool.regression(WetLaw::Sqrt, &offset);
+    let root = LawFit::new(&regression, errors.as_ref());
+    let line = LawFit::new(&pool.regression(WetLaw::Linear, &offset), errors.as_ref());
+    let variance = root.weights.as_ref().map_or(&[][..], |weights| &weights.variance);
+    let mut root_uncertain = uncertain(&root.fit);
     let shift = own.as_ref().map_or([0.0; 2], |own| {
-        own.widen(&mut root_uncertain, &root, [x, &offset, &pool.speeds], variance)
+        own.shift(&root.fit, &regression, &pool.speeds, variance)
     });
+    if let Some(own) = &own {
+        own.widen(&mut root_uncertain, shift);
+    }
     let offset_slopes = own
         .as_ref()
         .map_or_else(Vec::new, |own| own.all_offset_slopes(&pool.speeds));
-    let speed_error = speed_error_that_matters(&root, [x, &offset], &offset_slopes, variance.unwrap_or_default());
-    let bias = linear_bias(&root, x, &offset);
-    let line_uncertain = uncertain(&line);
-    let tell = |law: Law, fit: &Fit, uncertain: Uncertain, shift_by_dry_k: [f64; 2], weighing: Option<Weighing>| {
-        let name = &scene.particles[particle].name;
-        let mut scaling = match law {
-            Law::Sqrt => square_root_scaling(fit, x, &uncertain, quoting),
-            Law::Linear => linear_scaling(fit, &uncertain, quoting, bias),
-        };
-        scaling.particle.clone_from(name);
-        scaling.film_ratio = film_ratio;
-        scaling.runs = pool.restitution.len();
-        scaling.stuck = pool.stuck;
-        scaling.speed_error_of_a_tenth_se = speed_error.filter(|_| law == Law::Sqrt && scaling.verdict.passed);
-        scaling.measurement_errors = weighing.as_ref().map(Weighed::of);
-        let series = series.clone();
-        FittedScaling {
-            particle,
+    let speed_error = regression.speed_error_that_matters(&root.fit, &offset_slopes, variance);
+    let line_uncertain = uncertain(&line.fit);
+    let of_root = square_root_scaling(&root.fit, regression.x, &root_uncertain, quoting);
+    let of_line = linear_scaling(&line.fit, &line_uncertain, quoting, linear_bias(&root.fit, &regression));
+    let fitted = |law: WetLaw, LawFit { fit, weights }, uncertain: Uncertain, shift_by_dry_k, scaling: Scaling| {
+        let fitted = FittedScaling {
+            particle: group.particle,
             law,
-            series,
-            parameters: Some(two(fit)).filter(|p| p.iter().all(|p| p.is_finite())),
+            series: group.series.clone(),
+            parameters: Some(two(&fit)).filter(|p| p.iter().all(|p| p.is_finite())),
             uncertain,
             shift_by_dry_k,
-            spread: spread(fit),
-            weighing,
-            scaling,
-        }
+            spread: spread(&fit),
+            scaling: Scaling {
+                particle: scene.particles[group.particle].name.clone(),
+                film_ratio: group.film_ratio,
+                runs: pool.restitution.len(),
+                stuck: pool.stuck,
+                speed_error_of_a_tenth_se: speed_error.filter(|_| law == WetLaw::Sqrt && scaling.verdict.passed),
+                measurement_errors: weights.as_ref().map(ErrorSummary::of),
+                ..scaling
+            },
+            error_weights: weights,
+        };
+        (fitted, fit)
     };
-    let of_root = tell(Law::Sqrt, &root, root_uncertain, shift, root_weighing);
-    let of_line = tell(Law::Linear, &line, line_uncertain, [0.0; 2], line_weighing);
-    [(of_root, root), (of_line, line)]
+    [
+        fitted(WetLaw::Sqrt, root, root_uncertain, shift, of_root),
+        fitted(WetLaw::Linear, line, line_uncertain, [0.0; 2], of_line),
+    ]
+}
+
+/// A law fitted to runs, with the weights by their errors where they carry any.
+struct LawFit {
+    fit: Fit,
+    weights: Option<ErrorWeights>,
+}
+
+impl LawFit {
+    fn new(regression: &Regression, errors: Option<&ErrorColumns>) -> LawFit {
+        let (fit, weights) = regression.fit_with_errors(errors);
+        LawFit { fit, weights }
+    }
 }
 
 /// Probability of the F test below which one law does not hold for all film ratios.
@@ -272,12 +292,11 @@ pub(super) fn square_root_of(
     particle: usize,
     series: &[Series],
 ) -> Option<[f64; 2]> {
-    let pool = Pool::new(runs, series, true);
+    let pool = PooledRuns::new(runs, series, true);
     let own = own_dry_speed(scene, dry, particle);
     let offset = own.as_ref().map_or_else(Vec::new, |own| own.offsets(&pool.speeds));
-    let errors = Columns::of(runs, series.iter().map(|one| one.rebounds.clone()), own.as_ref());
-    let erring = errors.as_ref().map(Columns::erring);
-    let (fit, _) = fit_square_root_weighed(&pool.inverse_stokes, &offset, &pool.restitution, erring.as_ref());
+    let errors = columns(runs, series.iter().map(|one| one.rebounds.clone()), own.as_ref());
+    let (fit, _) = pool.regression(WetLaw::Sqrt, &offset).fit_with_errors(errors.as_ref());
     let [alpha, beta] = two(&fit);
     (alpha > 0.0 && beta < 0.0).then(|| [alpha.sqrt(), -beta / (2.0 * alpha)])
 }
@@ -300,7 +319,7 @@ fn square_root_scaling(fit: &Fit, x: &[f64], uncertain: &Uncertain, quoting: Quo
     };
     let has_st_c = alpha > 0.0 && beta < 0.0;
     Scaling {
-        law: Law::Sqrt.name(),
+        law: WetLaw::Sqrt.name(),
         e_inf: tell.estimate(alpha > 0.0, e_inf, e_inf_slope),
         st_c: tell.estimate(has_st_c, st_c, st_c_slope),
         st_no_rebound: Some(tell.estimate(has_st_c, 2.0 * st_c, twice)),
@@ -326,7 +345,7 @@ fn linear_scaling(fit: &Fit, uncertain: &Uncertain, quoting: Quoting, bias: Opti
     };
     let has_st_c = a > 0.0 && b > 0.0;
     Scaling {
-        law: Law::Linear.name(),
+        law: WetLaw::Linear.name(),
         e_inf: tell.estimate(a > 0.0, a, [1.0, 0.0]),
         st_c: tell.estimate(has_st_c, b / a, st_c_slope),
         st_no_rebound: None,
@@ -399,18 +418,13 @@ fn blank(fit: &Fit, verdict: Verdict) -> Scaling {
 }
 
 /// Fits the linear law to the noise-free square root at the same runs: what it gets wrong without any noise.
-fn linear_bias(root: &Fit, x: &[f64], offset: &[f64]) -> Option<Bias> {
+fn linear_bias(root: &Fit, square_root: &Regression) -> Option<Bias> {
     let [alpha, beta] = two(root);
     if !(alpha > 0.0 && beta < 0.0) {
         return None;
     }
-    let offset_of = |run: usize| offset.get(run).copied().unwrap_or(0.0);
-    let exact: Vec<f64> = x
-        .iter()
-        .enumerate()
-        .map(|(run, x)| (alpha + beta * x + offset_of(run)).max(0.0).sqrt())
-        .collect();
-    let [a, b] = two(&fit_linear(x, &exact));
+    let exact = square_root.fitted([alpha, beta]);
+    let [a, b] = two(&Regression::new(Law::LINEAR, square_root.x, &exact).fit());
     let bias = Bias {
         e_inf: a - alpha.sqrt(),
         st_c: b / a - -beta / (2.0 * alpha),

@@ -4,12 +4,13 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::dry::{own_dry_speed, FittedDry};
-use super::erring::{Columns, Weighed};
 use super::estimate::{Estimate, Quoting, Scale};
 use super::judge::{falls, judge_square_root, uncertain, why_stopped, Verdict, ALPHA_NOT_POSITIVE, BETA_NOT_NEGATIVE};
-use crate::inference::effective_variance::Weighing;
-use crate::inference::laws::{fit_square_root_weighed, speed_error_that_matters};
+use super::measurement_errors::{columns, ErrorSummary};
+use crate::inference::effective_variance::ErrorWeights;
+use crate::inference::law::Law;
 use crate::inference::least_squares::Stop;
+use crate::inference::regression::Regression;
 use crate::runs::{Runs, Series};
 use crate::scene::Scene;
 
@@ -44,10 +45,10 @@ pub struct SeriesFit {
     pub speed_error_of_a_tenth_se: Option<f64>,
     /// how measurement errors entered; `None` where no run carries one
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub measurement_errors: Option<Weighed>,
+    pub measurement_errors: Option<ErrorSummary>,
     /// the same for every run, for replicates
     #[serde(skip)]
-    pub weighing: Option<Weighing>,
+    pub error_weights: Option<ErrorWeights>,
     /// how the fit ended
     pub stop: &'static str,
     /// whether it may be quoted
@@ -76,18 +77,22 @@ pub fn find(scene: &Scene, runs: &Runs, dry: &[FittedDry], quoting: Quoting) -> 
 
 fn of_series(scene: &Scene, runs: &Runs, series: &Series, dry: &[FittedDry], quoting: Quoting) -> SeriesFit {
     let speeds = &runs.impact_speed[series.rebounds.clone()];
-    let x: Vec<f64> = speeds.iter().map(|v| 1.0 / v).collect();
+    let x = Law::SQUARE_ROOT.abscissae(speeds);
     let own = own_dry_speed(scene, dry, series.particle);
     let offset = own.as_ref().map_or_else(Vec::new, |own| own.offsets(speeds));
-    let errors = Columns::of(runs, std::iter::once(series.rebounds.clone()), own.as_ref());
-    let erring = errors.as_ref().map(Columns::erring);
-    let restitution = &runs.restitution[series.rebounds.clone()];
-    let (fit, weighing) = fit_square_root_weighed(&x, &offset, restitution, erring.as_ref());
-    let variance = weighing.as_ref().map(|weighing| weighing.variance.as_slice());
+    let errors = columns(runs, std::iter::once(series.rebounds.clone()), own.as_ref());
+    let regression = Regression {
+        offset: &offset,
+        ..Regression::new(Law::SQUARE_ROOT, &x, &runs.restitution[series.rebounds.clone()])
+    };
+    let (fit, error_weights) = regression.fit_with_errors(errors.as_ref());
+    let variance = error_weights.as_ref().map_or(&[][..], |weights| &weights.variance);
     let mut uncertain = uncertain(&fit);
     if let Some(own) = &own {
-        own.widen(&mut uncertain, &fit, [&x, &offset, speeds], variance);
+        own.widen(&mut uncertain, own.shift(&fit, &regression, speeds, variance));
     }
+    let offset_slopes = own.as_ref().map_or_else(Vec::new, |own| own.all_offset_slopes(speeds));
+    let speed_error = regression.speed_error_that_matters(&fit, &offset_slopes, variance);
     let verdict = judge_square_root(&fit, &x);
     let converged = fit.stop == Stop::Converged;
     let (alpha, beta) = match fit.parameters.as_slice() {
@@ -126,15 +131,9 @@ fn of_series(scene: &Scene, runs: &Runs, series: &Series, dry: &[FittedDry], quo
             [beta / (alpha * alpha), -1.0 / alpha],
         ),
         residual_sd: fit.residual_sd,
-        speed_error_of_a_tenth_se: speed_error_that_matters(
-            &fit,
-            [&x, &offset],
-            &own.as_ref().map_or_else(Vec::new, |own| own.all_offset_slopes(speeds)),
-            variance.unwrap_or_default(),
-        )
-        .filter(|_| verdict.passed),
-        measurement_errors: weighing.as_ref().map(Weighed::of),
-        weighing,
+        speed_error_of_a_tenth_se: speed_error.filter(|_| verdict.passed),
+        measurement_errors: error_weights.as_ref().map(ErrorSummary::of),
+        error_weights,
         stop: fit.stop.as_str(),
         verdict,
     }

@@ -9,7 +9,7 @@ use super::series::SeriesFit;
 use crate::notice::Notice;
 use crate::physics::DrySpeed;
 use crate::runs::{Runs, Table};
-use crate::scene::{Law, Scene};
+use crate::scene::{Scene, WetLaw};
 
 /// Probability below which a difference between groups is taken as real.
 const DIFFERENCE: f64 = 0.01;
@@ -64,12 +64,12 @@ pub fn find(
         let names: Vec<_> = failed.map(|d| named(&d.dry.particle, &d.dry.verdict.reason)).collect();
         checks.push(count("dry_law", &names, dry.len(), "dry law", true));
     }
-    let of_law = |law: Law, pooled: bool| {
+    let of_law = |law: WetLaw, pooled: bool| {
         scaling
             .iter()
             .filter(move |fit| fit.law == law && fit.scaling.film_ratio.is_none() == pooled)
     };
-    let groups: Vec<_> = of_law(Law::Sqrt, false).collect();
+    let groups: Vec<_> = of_law(WetLaw::Sqrt, false).collect();
     if !groups.is_empty() {
         let failed = groups.iter().filter(|fit| !fit.scaling.verdict.passed);
         let names: Vec<_> = failed
@@ -145,12 +145,12 @@ pub fn find(
     }
     for (law, check, text) in [
         (
-            Law::Sqrt,
+            WetLaw::Sqrt,
             "square_root_law_bias",
             "largest bias of the square-root law by pooling liquids",
         ),
         (
-            Law::Linear,
+            WetLaw::Linear,
             "linear_law_bias",
             "largest bias of the linear law at a film ratio",
         ),

@@ -1,4 +1,4 @@
-//! Weighs runs by what their speed and restitution are measured to err by: least squares by effective variance.
+//! Weighs runs by the measurement errors of their speed and restitution: least squares by effective variance.
 //!
 //! About a law m(v) the residual e − m(v) of a run scatters by τ² = u² + s_v² (m/v + m′)², primes in v, since e = v_r/v
 //! shares the error of v (see [`crate::runs::MeasurementErrors`]), and by an intrinsic σ² besides. The weights are
@@ -8,75 +8,46 @@
 //!
 //! A run whose error of v may take it to where nothing rebounds is left out: there the law is no straight line.
 //!
-//! Errors of v also bias a fit, to second order in s_v: with J the slopes in the parameters, E[r J] is
-//! s_v² (J (m/v² − m″/2) − J′ (m/v + m′)), and what that moves is taken off.
+//! Errors of v also bias a fit, to second order in s_v ([`SpeedResponse::second_order_bias`]); what that moves is taken
+//! off.
 //!
 //! Source: effective variance after Orear, Am. J. Phys. 50, 912 (1982); the covariance of e and v and the second order
 //! are ours.
 
 use nalgebra::{DMatrix, DVector};
 
+use super::law::SpeedResponse;
 use super::least_squares::{fit, Fit, OutOfDomain, ResidualProblem, Stop};
 
-/// What the runs of a fit err by; one number a run in every column.
-#[derive(Debug, Clone, Copy)]
-pub struct Erring<'a> {
-    /// v, m/s
-    pub speed: &'a [f64],
-    /// s_v, m/s
-    pub impact_speed_sd: &'a [f64],
-    /// u, what e errs by beyond its share of v
-    pub restitution_sd: &'a [f64],
-    /// first and second derivative of a known offset of e² in v; empty for none
-    pub offset_slopes: &'a [[f64; 2]],
+/// Measurement errors of the runs of a fit, one number a run in every column; 0 where a run carries none.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ErrorColumns {
+    /// s_v/v, standard deviation of the speed as a share of it
+    pub relative_speed_sd: Vec<f64>,
+    /// u, standard deviation of the restitution beyond its share of the speed's
+    pub restitution_sd: Vec<f64>,
+    /// v o′ and v² o″ of a known offset o in the law, primes in v; empty for none
+    pub offset_slopes: Vec<[f64; 2]>,
 }
 
-/// A law and its derivatives in the speed, one a run.
+/// Restitutions of all runs and their slopes in the parameters, with derivatives in the speed.
 #[derive(Debug)]
-pub struct InSpeed {
-    /// m
-    pub value: Vec<f64>,
-    /// m′
-    pub slope: Vec<f64>,
-    /// m″
-    pub bend: Vec<f64>,
-    /// J, a row a run
+pub struct SpeedDerivatives {
+    /// restitution of each run
+    pub response: Vec<SpeedResponse>,
+    /// J, slopes in the parameters; a row a run
     pub jacobian: DMatrix<f64>,
-    /// J′
+    /// v J′
     pub jacobian_slope: DMatrix<f64>,
 }
 
-impl InSpeed {
-    /// Room for some runs.
-    pub fn zeros(runs: usize, parameters: usize) -> InSpeed {
-        InSpeed {
-            value: vec![0.0; runs],
-            slope: vec![0.0; runs],
-            bend: vec![0.0; runs],
-            jacobian: DMatrix::zeros(runs, parameters),
-            jacobian_slope: DMatrix::zeros(runs, parameters),
-        }
-    }
-
-    /// What the residual of a run errs by for a unit error of v: m/v + m′.
-    fn pull(&self, run: usize, speed: f64) -> f64 {
-        self.value[run] / speed + self.slope[run]
-    }
-
-    /// E[r J] of a run for a unit variance of v.
-    fn bias(&self, run: usize, speed: f64, j: usize) -> f64 {
-        let mean = self.value[run] / (speed * speed) - 0.5 * self.bend[run];
-        self.jacobian[(run, j)] * mean - self.jacobian_slope[(run, j)] * self.pull(run, speed)
-    }
-}
-
-/// A law whose runs may err in speed.
-pub trait OfSpeed: ResidualProblem {
-    /// The law at `b` and at the speeds of the runs, with its derivatives.
+/// A least-squares problem whose residuals depend on measured speeds.
+pub trait SpeedDependent: ResidualProblem {
+    /// The restitutions at `b` and at the speeds of the runs, with their derivatives.
     ///
-    /// Residuals after those of the runs are something known of a parameter, in its standard errors. Fails as
+    /// Residuals after those of the runs are prior knowledge of a parameter, in its standard errors. Fails as
     /// [`ResidualProblem::residuals`] does.
-    fn in_speed(&self, b: &[f64], erring: &Erring) -> Result<InSpeed, OutOfDomain>;
+    fn speed_derivatives(&self, b: &[f64], errors: &ErrorColumns) -> Result<SpeedDerivatives, OutOfDomain>;
 
     /// Degrees of freedom that the residuals after those of the runs have by themselves.
     fn own_freedom(&self) -> usize {
@@ -89,9 +60,9 @@ pub trait OfSpeed: ResidualProblem {
     }
 }
 
-/// How the runs of a fit were weighed.
+/// How the runs of a fit were weighed by their measurement errors.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Weighing {
+pub struct ErrorWeights {
     /// σ² + τ² of each run; infinite where it is left out
     pub variance: Vec<f64>,
     /// Σ r²/(σ² + τ²), at the minimum
@@ -101,22 +72,22 @@ pub struct Weighing {
     /// weighted squares over the degrees of freedom with σ = 0: above 1 the errors do not explain the scatter
     pub reduced_chi_squared: f64,
     /// runs that carry an error above 0
-    pub erring: usize,
+    pub runs_with_errors: usize,
     /// runs without weight, since their error of v may take them to where nothing rebounds
-    pub left_out: usize,
+    pub runs_left_out: usize,
     /// second-order bias of the parameters by errors of v, taken off
     pub bias: Vec<f64>,
 }
 
 /// The same residuals, each times a number of its own; as they are without numbers.
-pub struct Weighted<'a, P> {
+pub struct WeightedProblem<'a, P> {
     /// what is weighed
     pub problem: &'a P,
     /// the root of each residual's weight; empty for none
     pub roots: &'a [f64],
 }
 
-impl<P: ResidualProblem> ResidualProblem for Weighted<'_, P> {
+impl<P: ResidualProblem> ResidualProblem for WeightedProblem<'_, P> {
     fn parameters(&self) -> usize {
         self.problem.parameters()
     }
@@ -155,7 +126,7 @@ pub fn roots(variance: &[f64]) -> (Vec<f64>, f64) {
 /// Weighted squares of a law fitted with these variances of all its residuals; infinite where it has no fit.
 pub fn chi_squared<P: ResidualProblem>(problem: &P, variance: &[f64], start: &[f64]) -> f64 {
     let (roots, least) = roots(variance);
-    let weighted = Weighted { problem, roots: &roots };
+    let weighted = WeightedProblem { problem, roots: &roots };
     fit(&weighted, start).residual_sum_of_squares / least
 }
 
@@ -165,77 +136,42 @@ const MOST_ROUNDS: usize = 60;
 /// Change of a parameter, in its standard errors, after which the weights have settled.
 const SETTLED: f64 = 1e-10;
 
-/// An error whose square is below this share of the median says no more than none.
+/// An error whose square is below this share of the median counts as none.
 const NO_ERROR: f64 = 1e-6;
 
 /// Standard deviations of the speed within which a run whose e² would vanish is left out.
 const NEAR: f64 = 3.0;
 
-/// The runs whose error of v may take them to where nothing rebounds: about these a law is no straight line, and its slope
-/// says nothing of what they err by.
-fn too_near(in_speed: &InSpeed, erring: &Erring) -> Vec<bool> {
-    let of_run = |(run, sd): (usize, &f64)| {
-        // e² falls by 2 m m′ for a unit of v
-        *sd > 0.0 && in_speed.value[run] < 2.0 * NEAR * sd * in_speed.slope[run].abs()
-    };
-    erring.impact_speed_sd.iter().enumerate().map(of_run).collect()
-}
-
-/// Fits a law again from its unweighted fit, with the runs weighed by their errors. `leaving_out` gives the law without
-/// the domain of some runs, whose residuals then have no weight.
+/// Fits a problem again from its unweighted fit, with the runs weighed by their errors. `excluding` gives the problem
+/// without the domain of some runs, whose residuals then have no weight.
 ///
 /// The residual sum of squares and the residual sd that come back are those of the plain residuals, the covariance is
 /// (JᵀWJ)⁻¹ with the weights' own scale. `None` beside the fit as it was where no run has an error or the law is undefined;
-/// beside one that says why, where a fit has no covariance or its weights do not settle.
-pub fn weigh<P: OfSpeed>(erring: &Erring, plain: Fit, leaving_out: impl Fn(Vec<bool>) -> P) -> (Fit, Option<Weighing>) {
-    match settle(erring, &plain, leaving_out) {
-        Ok(Some((fit, weighing))) => (fit, Some(weighing)),
-        Ok(None) => (plain, None),
+/// beside a fit that gives the reason, where one has no covariance or its weights do not settle.
+pub fn reweight<P: SpeedDependent>(
+    errors: &ErrorColumns,
+    unweighted: Fit,
+    excluding: impl Fn(Vec<bool>) -> P,
+) -> (Fit, Option<ErrorWeights>) {
+    match settle(errors, &unweighted, excluding) {
+        Ok(Some((fit, weights))) => (fit, Some(weights)),
+        Ok(None) => (unweighted, None),
         Err(unsettled) => (*unsettled, None),
     }
 }
 
-/// The law and its fit without the runs that are too near, all else weighing the same; the runs follow the fit and the fit
-/// the runs a few times, which mostly settles both.
-fn without_near<P: OfSpeed>(
-    erring: &Erring,
-    plain: &Fit,
-    leaving_out: impl Fn(Vec<bool>) -> P,
-) -> Option<(P, Fit, Vec<bool>)> {
-    const ROUNDS: usize = 4;
-    let mut out = vec![false; erring.speed.len()];
-    let mut problem = leaving_out(out.clone());
-    let mut start = plain.clone();
-    for _ in 0..ROUNDS {
-        let near = too_near(&problem.in_speed(&start.parameters, erring).ok()?, erring);
-        if near == out {
-            break;
-        }
-        problem = leaving_out(near.clone());
-        let mut roots = vec![1.0; problem.runs()];
-        for (root, out) in roots.iter_mut().zip(&near) {
-            *root = if *out { 0.0 } else { 1.0 };
-        }
-        let weighted = Weighted {
-            problem: &problem,
-            roots: &roots,
-        };
-        start = fit(&weighted, &start.parameters);
-        out = near;
-    }
-    Some((problem, start, out))
-}
-
-fn settle<P: OfSpeed>(
-    erring: &Erring,
-    plain: &Fit,
-    leaving_out: impl Fn(Vec<bool>) -> P,
-) -> Result<Option<(Fit, Weighing)>, Box<Fit>> {
-    let has_errors = |sds: &[f64]| sds.iter().any(|sd| *sd > 0.0);
-    if !has_errors(erring.impact_speed_sd) && !has_errors(erring.restitution_sd) {
+/// Weighs and fits in turn until neither changes; `None` where no run has an error or the law is undefined, and a fit
+/// without covariance where this does not come to an end.
+fn settle<P: SpeedDependent>(
+    errors: &ErrorColumns,
+    unweighted: &Fit,
+    excluding: impl Fn(Vec<bool>) -> P,
+) -> Result<Option<(Fit, ErrorWeights)>, Box<Fit>> {
+    let any = |sds: &[f64]| sds.iter().any(|sd| *sd > 0.0);
+    if !any(&errors.relative_speed_sd) && !any(&errors.restitution_sd) {
         return Ok(None);
     }
-    let Some((problem, start, out)) = without_near(erring, plain, leaving_out) else {
+    let Some((problem, start, excluded)) = exclude_near(errors, unweighted, excluding) else {
         return Ok(None);
     };
     let unsettled = |why: &str| {
@@ -249,88 +185,203 @@ fn settle<P: OfSpeed>(
     if start.covariance.is_none() {
         return Err(Box::new(start));
     }
-    let runs = erring.speed.len();
-    let left_out = out.iter().filter(|out| **out).count();
+    let left_out = excluded.iter().filter(|excluded| **excluded).count();
     let determined = problem.parameters() + problem.own_freedom() + left_out;
-    let Some(freedom) = problem.runs().checked_sub(determined).filter(|df| *df > 0) else {
-        return Err(unsettled("too few runs have a speed known well enough"));
+    let freedom = problem.runs().checked_sub(determined).filter(|df| *df > 0);
+    let reweighting = Reweighting {
+        problem: &problem,
+        errors,
+        excluded: &excluded,
+        freedom: freedom.ok_or_else(|| unsettled("too few runs have a speed known well enough"))?,
     };
     let mut parameters = start.parameters.clone();
-    let mut residuals = vec![0.0; problem.runs()];
-    let mut at = |b: &[f64]| -> Result<Vec<f64>, OutOfDomain> {
-        problem.residuals(b, &mut residuals)?;
-        let finite = residuals.iter().all(|r| r.is_finite());
-        finite.then(|| residuals.clone()).ok_or(OutOfDomain)
-    };
     for _ in 0..MOST_ROUNDS {
-        let (Ok(in_speed), Ok(residuals)) = (problem.in_speed(&parameters, erring), at(&parameters)) else {
+        let Ok(variances) = reweighting.variances_at(&parameters) else {
             return Err(unsettled("the law is undefined where its runs would be weighed"));
         };
-        let Some((errors, count)) = errors_of(&in_speed, erring, &out) else {
+        let Some(variances) = variances else {
             return Ok(None);
         };
-        let known = residuals[runs..].iter().map(|r| r * r).sum::<f64>() - problem.own_squares();
-        let wanted = (freedom as f64 - known).max(1.0);
-        let intrinsic = intrinsic_variance(&residuals[..runs], &errors, wanted);
-        let mut variance: Vec<f64> = errors.iter().map(|tau| intrinsic + tau).collect();
-        variance.resize(problem.runs(), 1.0);
-        let (roots, least) = roots(&variance);
-        let weighted = Weighted {
-            problem: &problem,
-            roots: &roots,
-        };
-        let mut fitted = fit(&weighted, &parameters);
-        let squares = fitted.residual_sum_of_squares / least;
-        let (Some(covariance), Some(sd)) = (fitted.covariance.as_mut(), fitted.residual_sd) else {
+        let (fitted, squares) = reweighting.fit(&variances.total, &parameters);
+        let Some(covariance) = &fitted.covariance else {
             return Err(Box::new(fitted));
         };
-        // the weights have a scale of their own, which the scatter must not set again
-        *covariance *= least / (sd * sd);
-        let moved = |j: usize| (fitted.parameters[j] - parameters[j]).abs() / covariance[(j, j)].sqrt();
-        let largest = (0..parameters.len()).map(moved).fold(0.0, f64::max);
-        parameters.clone_from(&fitted.parameters);
-        if largest > SETTLED {
-            continue;
+        let change = |j: usize| (fitted.parameters[j] - parameters[j]).abs() / covariance[(j, j)].sqrt();
+        let largest = (0..parameters.len()).map(change).fold(0.0, f64::max);
+        if largest <= SETTLED {
+            return Ok(Some(reweighting.without_bias(fitted, squares, variances)));
         }
-        let bias = bias(&in_speed, erring, &variance, covariance);
-        let corrected: Vec<f64> = parameters.iter().zip(&bias).map(|(b, bias)| b - bias).collect();
-        let (residuals, bias) = match at(&corrected) {
-            Ok(residuals) => (residuals, bias),
-            Err(OutOfDomain) => (residuals, vec![0.0; parameters.len()]),
-        };
-        fitted.parameters = parameters.iter().zip(&bias).map(|(b, bias)| b - bias).collect();
-        // variances of runs left out are infinite
-        let over = |variance: &[f64]| residuals.iter().zip(variance).map(|(r, v)| r * r / v).sum::<f64>();
-        let plain = residuals[..runs].iter().zip(&out).filter(|(_, out)| !**out);
-        fitted.degrees_of_freedom = freedom;
-        fitted.residual_sum_of_squares = plain.map(|(r, _)| r * r).sum();
-        fitted.residual_sd = Some((fitted.residual_sum_of_squares / freedom as f64).sqrt());
-        let weighing = Weighing {
-            squares: squares - known - problem.own_squares(),
-            intrinsic_sd: intrinsic.sqrt(),
-            reduced_chi_squared: over(&errors) / freedom as f64,
-            erring: count,
-            left_out,
-            variance: variance[..runs].to_vec(),
-            bias,
-        };
-        return Ok(Some((fitted, weighing)));
+        parameters = fitted.parameters;
     }
     Err(unsettled("the weights by measurement errors did not settle"))
 }
 
-/// τ² of each run, that of runs without an error by the median of the others and infinite where it is left out, and how
+/// The problem and its fit without the runs that are too near to no rebound, all else weighing the same; the runs follow
+/// the fit and the fit the runs a few times, which mostly settles both.
+fn exclude_near<P: SpeedDependent>(
+    errors: &ErrorColumns,
+    unweighted: &Fit,
+    excluding: impl Fn(Vec<bool>) -> P,
+) -> Option<(P, Fit, Vec<bool>)> {
+    const ROUNDS: usize = 4;
+    let mut excluded = vec![false; errors.relative_speed_sd.len()];
+    let mut problem = excluding(excluded.clone());
+    let mut start = unweighted.clone();
+    for _ in 0..ROUNDS {
+        let near = too_near(&problem.speed_derivatives(&start.parameters, errors).ok()?, errors);
+        if near == excluded {
+            break;
+        }
+        problem = excluding(near.clone());
+        let mut roots = vec![1.0; problem.runs()];
+        for (root, near) in roots.iter_mut().zip(&near) {
+            *root = if *near { 0.0 } else { 1.0 };
+        }
+        let weighted = WeightedProblem {
+            problem: &problem,
+            roots: &roots,
+        };
+        start = fit(&weighted, &start.parameters);
+        excluded = near;
+    }
+    Some((problem, start, excluded))
+}
+
+/// The runs whose error of v may take them to where nothing rebounds: about these a law is no straight line, and its slope
+/// does not give the error of the residual.
+fn too_near(derivatives: &SpeedDerivatives, errors: &ErrorColumns) -> Vec<bool> {
+    let runs = derivatives.response.iter().zip(&errors.relative_speed_sd);
+    // e² falls by 2 m m′ for a unit of v
+    runs.map(|(at, sd)| *sd > 0.0 && at.value < 2.0 * NEAR * sd * at.slope.abs())
+        .collect()
+}
+
+/// A problem whose runs are weighed by their errors.
+struct Reweighting<'a, P> {
+    problem: &'a P,
+    errors: &'a ErrorColumns,
+    excluded: &'a [bool],
+    /// degrees of freedom of the runs that are not excluded
+    freedom: usize,
+}
+
+/// Variances of the residuals at some parameters.
+struct Variances {
+    derivatives: SpeedDerivatives,
+    /// τ² of each run; infinite where it is excluded
+    of_errors: Vec<f64>,
+    runs_with_errors: usize,
+    /// σ²
+    intrinsic: f64,
+    /// squares of the residuals that are prior knowledge
+    prior_squares: f64,
+    /// σ² + τ² of each run, then 1 for each residual that is prior knowledge
+    total: Vec<f64>,
+}
+
+impl<P: SpeedDependent> Reweighting<'_, P> {
+    fn residuals_at(&self, b: &[f64]) -> Result<Vec<f64>, OutOfDomain> {
+        let mut residuals = vec![0.0; self.problem.runs()];
+        self.problem.residuals(b, &mut residuals)?;
+        let finite = residuals.iter().all(|r| r.is_finite());
+        finite.then_some(residuals).ok_or(OutOfDomain)
+    }
+
+    /// `None` where no run carries an error there.
+    fn variances_at(&self, b: &[f64]) -> Result<Option<Variances>, OutOfDomain> {
+        let derivatives = self.problem.speed_derivatives(b, self.errors)?;
+        let residuals = self.residuals_at(b)?;
+        let Some((of_errors, runs_with_errors)) = error_variances(&derivatives, self.errors, self.excluded) else {
+            return Ok(None);
+        };
+        let (of_runs, prior) = residuals.split_at(of_errors.len());
+        let prior_squares: f64 = prior.iter().map(|r| r * r).sum();
+        let beyond_own = prior_squares - self.problem.own_squares();
+        let wanted = (self.freedom as f64 - beyond_own).max(1.0);
+        let intrinsic = intrinsic_variance(of_runs, &of_errors, wanted);
+        let mut total: Vec<f64> = of_errors.iter().map(|tau| intrinsic + tau).collect();
+        total.resize(residuals.len(), 1.0);
+        Ok(Some(Variances {
+            derivatives,
+            of_errors,
+            runs_with_errors,
+            intrinsic,
+            prior_squares,
+            total,
+        }))
+    }
+
+    /// The fit with these variances and its weighted squares; the covariance, if any, has the variances' own scale, which
+    /// the scatter must not set again.
+    fn fit(&self, variance: &[f64], start: &[f64]) -> (Fit, f64) {
+        let (roots, least) = roots(variance);
+        let weighted = WeightedProblem {
+            problem: self.problem,
+            roots: &roots,
+        };
+        let mut fitted = fit(&weighted, start);
+        let squares = fitted.residual_sum_of_squares / least;
+        if let (Some(covariance), Some(sd)) = (fitted.covariance.as_mut(), fitted.residual_sd) {
+            *covariance *= least / (sd * sd);
+        }
+        (fitted, squares)
+    }
+
+    /// Takes the bias by errors of v off a fit, unless that leads out of the domain, and completes it.
+    fn without_bias(&self, mut fitted: Fit, squares: f64, variances: Variances) -> (Fit, ErrorWeights) {
+        let runs = variances.of_errors.len();
+        let mut bias = match &fitted.covariance {
+            Some(covariance) => bias(&variances, self.errors, covariance),
+            None => vec![0.0; fitted.parameters.len()],
+        };
+        let corrected: Vec<f64> = fitted.parameters.iter().zip(&bias).map(|(b, bias)| b - bias).collect();
+        let residuals = match self.residuals_at(&corrected) {
+            Ok(residuals) => {
+                fitted.parameters = corrected;
+                residuals
+            }
+            Err(OutOfDomain) => {
+                bias.fill(0.0);
+                // a fit ends inside the domain
+                self.residuals_at(&fitted.parameters).unwrap_or_default()
+            }
+        };
+        let of_runs = || residuals.iter().take(runs);
+        let included = of_runs().zip(self.excluded).filter(|(_, excluded)| !**excluded);
+        fitted.degrees_of_freedom = self.freedom;
+        fitted.residual_sum_of_squares = included.map(|(r, _)| r * r).sum();
+        fitted.residual_sd = Some((fitted.residual_sum_of_squares / self.freedom as f64).sqrt());
+        // variances of runs left out are infinite
+        let chi_squared: f64 = of_runs().zip(&variances.of_errors).map(|(r, tau)| r * r / tau).sum();
+        let weights = ErrorWeights {
+            squares: squares - variances.prior_squares,
+            intrinsic_sd: variances.intrinsic.sqrt(),
+            reduced_chi_squared: chi_squared / self.freedom as f64,
+            runs_with_errors: variances.runs_with_errors,
+            runs_left_out: self.excluded.iter().filter(|excluded| **excluded).count(),
+            variance: variances.total[..runs].to_vec(),
+            bias,
+        };
+        (fitted, weights)
+    }
+}
+
+/// τ² of each run, that of runs without an error by the median of the others and infinite where it is excluded, and how
 /// many carry one; `None` where none does.
-fn errors_of(in_speed: &InSpeed, erring: &Erring, out: &[bool]) -> Option<(Vec<f64>, usize)> {
+fn error_variances(
+    derivatives: &SpeedDerivatives,
+    errors: &ErrorColumns,
+    excluded: &[bool],
+) -> Option<(Vec<f64>, usize)> {
     let of_run = |run: usize| {
-        let of_speed = erring.impact_speed_sd[run] * in_speed.pull(run, erring.speed[run]);
-        let own = erring.restitution_sd[run];
+        let of_speed = errors.relative_speed_sd[run] * derivatives.response[run].error_slope();
+        let own = errors.restitution_sd[run];
         own * own + of_speed * of_speed
     };
-    let mut errors: Vec<f64> = (0..erring.speed.len())
-        .map(|run| if out[run] { f64::INFINITY } else { of_run(run) })
+    let mut variances: Vec<f64> = (0..excluded.len())
+        .map(|run| if excluded[run] { f64::INFINITY } else { of_run(run) })
         .collect();
-    let mut given: Vec<f64> = errors
+    let mut given: Vec<f64> = variances
         .iter()
         .copied()
         .filter(|tau| *tau > 0.0 && tau.is_finite())
@@ -342,14 +393,14 @@ fn errors_of(in_speed: &InSpeed, erring: &Erring, out: &[bool]) -> Option<(Vec<f
     let (_, median, _) = given.select_nth_unstable_by(middle, f64::total_cmp);
     let median = *median;
     let mut count = 0;
-    for tau in &mut errors {
+    for tau in &mut variances {
         if *tau > NO_ERROR * median {
             count += usize::from(tau.is_finite());
         } else {
             *tau = median;
         }
     }
-    Some((errors, count))
+    Some((variances, count))
 }
 
 /// σ² ≥ 0 at which Σ r²/(σ² + τ²) is as wanted; 0 where it is less already.
@@ -380,11 +431,19 @@ fn intrinsic_variance(residuals: &[f64], errors: &[f64], wanted: f64) -> f64 {
 }
 
 /// (JᵀWJ)⁻¹ Σ w E[r J].
-fn bias(in_speed: &InSpeed, erring: &Erring, variance: &[f64], covariance: &DMatrix<f64>) -> Vec<f64> {
-    let pull = DVector::from_fn(covariance.ncols(), |j, _| {
-        let runs = erring.speed.iter().zip(erring.impact_speed_sd).enumerate();
-        runs.map(|(run, (v, sd))| sd * sd / variance[run] * in_speed.bias(run, *v, j))
-            .sum()
+fn bias(variances: &Variances, errors: &ErrorColumns, covariance: &DMatrix<f64>) -> Vec<f64> {
+    let Variances { derivatives, total, .. } = variances;
+    let SpeedDerivatives {
+        response,
+        jacobian,
+        jacobian_slope,
+    } = derivatives;
+    let projected = DVector::from_fn(covariance.ncols(), |j, _| {
+        let runs = response.iter().zip(&errors.relative_speed_sd).enumerate();
+        runs.map(|(run, (at, sd))| {
+            sd * sd / total[run] * at.second_order_bias(jacobian[(run, j)], jacobian_slope[(run, j)])
+        })
+        .sum()
     });
-    (covariance * pull).as_slice().to_vec()
+    (covariance * projected).as_slice().to_vec()
 }

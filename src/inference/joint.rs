@@ -10,8 +10,9 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::effective_variance::{Erring, InSpeed, OfSpeed, Weighted};
+use super::effective_variance::{ErrorColumns, SpeedDependent, SpeedDerivatives, WeightedProblem};
 use super::information::Sums;
+use super::law::SpeedResponse;
 use super::least_squares::{fit, Fit, OutOfDomain, ResidualProblem, Stop};
 use crate::model::parameters::Kind;
 use crate::physics::balance::{AtFilm, Balance, Impact, Lost};
@@ -64,10 +65,8 @@ pub struct Row {
 /// The derivatives of a [`Row`]'s model in the logarithm of the impact speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InLogSpeed {
-    /// v m′
-    pub slope: f64,
-    /// v² m″
-    pub bend: f64,
+    /// m, v m′ and v² m″
+    pub response: SpeedResponse,
     /// v J′, in the order of [`Row::slopes`]
     pub slopes: [f64; MOST_SLOPES],
 }
@@ -238,7 +237,7 @@ impl<'r> Joint<'r> {
         };
         self.each_in_log_speed(part, range, point, |row, by_speed| {
             let [of_speed, own] = errors.of(row.run);
-            let with_speed = of_speed / self.runs.impact_speed[row.run] * (row.model + by_speed.slope);
+            let with_speed = of_speed / self.runs.impact_speed[row.run] * (row.model + by_speed.response.slope);
             hand_on(Row {
                 measured: own * own + with_speed * with_speed,
                 ..row
@@ -315,7 +314,12 @@ impl<'r> Joint<'r> {
             // v d/dv is a fifth of k d/dk
             let [_, first, second] = balance.e_dry(at.dry_root);
             slopes[0] = 0.2 * (first + balance.dry_k * second);
-            return InLogSpeed { slope, bend, slopes };
+            let response = SpeedResponse {
+                value: row.model,
+                slope,
+                bend,
+            };
+            return InLogSpeed { response, slopes };
         }
         let [first, second] = balance.in_log_speed(at);
         let (root, turn) = (
@@ -328,11 +332,12 @@ impl<'r> Joint<'r> {
             // 4/St falls with 1/v
             *own = turn * first * slope.slope_of_kept(at) + root * slope.over_stokes * at.over_stokes;
         }
-        InLogSpeed {
+        let response = SpeedResponse {
+            value: row.model,
             slope: root * first,
             bend: turn * first * first + root * second,
-            slopes,
-        }
+        };
+        InLogSpeed { response, slopes }
     }
 
     /// Sums over the rebounds of some parts about a point, without weights.
@@ -603,32 +608,33 @@ impl ResidualProblem for JointFit<'_> {
     }
 }
 
-impl OfSpeed for JointFit<'_> {
+impl SpeedDependent for JointFit<'_> {
     fn own_freedom(&self) -> usize {
         self.dry_roots.len() - self.joint.dry_particles().count()
     }
     fn own_squares(&self) -> f64 {
         JointFit::own_squares(self)
     }
-    fn in_speed(&self, b: &[f64], erring: &Erring) -> Result<InSpeed, OutOfDomain> {
+    fn speed_derivatives(&self, b: &[f64], _: &ErrorColumns) -> Result<SpeedDerivatives, OutOfDomain> {
         if !self.joint.holds(b) {
             return Err(OutOfDomain);
         }
-        let mut all = InSpeed::zeros(self.runs(), self.joint.parameters());
-        let mut row = 0;
+        let zeros = || DMatrix::zeros(self.runs(), self.joint.parameters());
+        let mut all = SpeedDerivatives {
+            response: vec![],
+            jacobian: zeros(),
+            jacobian_slope: zeros(),
+        };
         for part in self.joint.wet_parts() {
-            self.joint
-                .each_in_log_speed(part, part.rebounds.clone(), b, |one, by_speed| {
-                    let v = erring.speed[row];
-                    all.value[row] = one.model;
-                    all.slope[row] = by_speed.slope / v;
-                    all.bend[row] = by_speed.bend / (v * v);
-                    for (j, place) in part.places.iter().enumerate() {
-                        all.jacobian[(row, *place)] = one.slopes[j];
-                        all.jacobian_slope[(row, *place)] = by_speed.slopes[j] / v;
-                    }
-                    row += 1;
-                });
+            let range = part.rebounds.clone();
+            self.joint.each_in_log_speed(part, range, b, |one, by_speed| {
+                let row = all.response.len();
+                all.response.push(by_speed.response);
+                for (j, place) in part.places.iter().enumerate() {
+                    all.jacobian[(row, *place)] = one.slopes[j];
+                    all.jacobian_slope[(row, *place)] = by_speed.slopes[j];
+                }
+            });
         }
         Ok(all)
     }
@@ -636,7 +642,7 @@ impl OfSpeed for JointFit<'_> {
 
 /// Fits again from where a fit of nearly the same problem ended, the residuals times these roots of weights.
 pub fn refit(problem: &JointFit, roots: &[f64], near: &[f64]) -> Fit {
-    with_wet_spread(problem, fit(&Weighted { problem, roots }, near))
+    with_wet_spread(problem, fit(&WeightedProblem { problem, roots }, near))
 }
 
 /// Fits; no starting values asked.

@@ -3,8 +3,9 @@
 //! | file | job |
 //! |---|---|
 //! | `least_squares/` | Levenberg–Marquardt, covariance, verdict of a fit |
-//! | `effective_variance.rs` | weighs runs by what speed and restitution are measured to err by |
-//! | `laws.rs` | the dry, linear and square-root laws as least-squares problems |
+//! | `effective_variance.rs` | weighs runs by the measurement errors of speed and restitution |
+//! | `law.rs` | the dry, linear and square-root laws: value, slopes, bends, derivatives in the speed |
+//! | `regression.rs` | a law fitted to runs |
 //! | `arrow.rs` | symmetric matrices of parameters that are linear in the particles |
 //! | `information.rs` | the directions in which runs say more than was believed before |
 //! | `joint.rs` | every run in a row of one joint fit: residuals, slopes, sums; the fit itself |
@@ -30,10 +31,11 @@ pub mod importance;
 pub mod information;
 pub mod joint;
 pub mod laplace;
-pub mod laws;
+pub mod law;
 pub mod least_squares;
 pub mod nested;
 pub mod nuts;
 pub mod posed;
+pub mod regression;
 pub mod sampling;
 pub mod spreads;

@@ -43,6 +43,6 @@ pub use materials::{Liquid, Particle};
 pub use names::{closest, letters_apart, name_expected, name_is_allowed, DRY, MISSING, NAME_RULE};
 pub use plan::{Design, DesignSpeeds, Noise, Truth};
 pub use prior::Prior;
-pub use published::{Law, Published, PublishedQuantity};
+pub use published::{Published, PublishedQuantity, WetLaw};
 pub use read::{parse, read};
 pub(crate) use trial::within;

@@ -2,19 +2,19 @@
 
 /// One of the two laws of the wet restitution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Law {
+pub enum WetLaw {
     /// e = e_inf (1 − St_c/St)
     Linear,
     /// e = √(e_inf² − 4 L/St)
     Sqrt,
 }
 
-impl Law {
+impl WetLaw {
     /// The word files use.
     pub fn name(self) -> &'static str {
         match self {
-            Law::Linear => "linear",
-            Law::Sqrt => "sqrt",
+            WetLaw::Linear => "linear",
+            WetLaw::Sqrt => "sqrt",
         }
     }
 }
@@ -51,7 +51,7 @@ pub struct Published {
     /// the film ratio it holds for; absent: all of them
     pub film_ratio: Option<f64>,
     /// the law it was fitted with; absent for k
-    pub law: Option<Law>,
+    pub law: Option<WetLaw>,
     /// its value
     pub value: f64,
     /// its standard error

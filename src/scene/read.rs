@@ -7,7 +7,7 @@ use super::document::Document;
 use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, LARGEST_FILM_RATIO, NOT_NEGATIVE, SHARE};
 use super::materials::{Liquid, Particle};
 use super::names::{name_is_allowed, DRY, MISSING, NAME_RULE};
-use super::published::{Law, Published, PublishedQuantity};
+use super::published::{Published, PublishedQuantity, WetLaw};
 use super::table::Table;
 use super::{choices, plan, table};
 use crate::encoding::decode;
@@ -224,7 +224,7 @@ fn published(table: &Table, particles: &[&str]) -> Option<Published> {
         }
         index
     });
-    let laws = [Law::Linear, Law::Sqrt].map(|law| (law.name(), law));
+    let laws = [WetLaw::Linear, WetLaw::Sqrt].map(|law| (law.name(), law));
     let law = table.choice("law", &laws);
     let film_ratio = table.number("film_ratio", FILM_RATIO);
     let value = table.required("value", one, FINITE);
@@ -236,7 +236,7 @@ fn published(table: &Table, particles: &[&str]) -> Option<Published> {
         quantity,
         particle: particle?,
         film_ratio,
-        law: (quantity != PublishedQuantity::DryK).then(|| law.unwrap_or(Law::Linear)),
+        law: (quantity != PublishedQuantity::DryK).then(|| law.unwrap_or(WetLaw::Linear)),
         value: value?,
         se: se?,
         source: source?,

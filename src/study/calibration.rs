@@ -13,7 +13,7 @@ use crate::inference::bootstrap::strata::LEAST_RUNS;
 use crate::inference::delta::{Interval, LEVELS};
 use crate::model::simulate::Simulation;
 use crate::runs;
-use crate::scene::{self, Law, Scene};
+use crate::scene::{self, Scene, WetLaw};
 use crate::seed::stream;
 use crate::staging::Place;
 
@@ -189,7 +189,7 @@ fn infer(scene: &Scene, seed: u64, set: u64, replicated: bool) -> Result<Vec<Fit
 
 /// A quantity held against a target.
 struct Aim {
-    law: Law,
+    law: WetLaw,
     quantity: &'static str,
     of: fn(&FittedScaling) -> &Estimate,
     target: f64,
@@ -201,14 +201,14 @@ fn aims(scene: &Scene) -> Result<Vec<Aim>, Error> {
     let st_c: fn(&FittedScaling) -> &Estimate = |fitted| &fitted.scaling.st_c;
     // without noise each law returns its own target
     let exact = infer(scene, 0, 0, false)?;
-    let value = |law: Law, of: fn(&FittedScaling) -> &Estimate| {
+    let value = |law: WetLaw, of: fn(&FittedScaling) -> &Estimate| {
         exact
             .iter()
             .find(|fitted| fitted.law == law)
             .and_then(|fitted| of(fitted).value)
             .unwrap_or(f64::NAN)
     };
-    let aim = |law: Law, quantity: &'static str, of: fn(&FittedScaling) -> &Estimate| Aim {
+    let aim = |law: WetLaw, quantity: &'static str, of: fn(&FittedScaling) -> &Estimate| Aim {
         law,
         quantity,
         of,
@@ -216,15 +216,15 @@ fn aims(scene: &Scene) -> Result<Vec<Aim>, Error> {
         counts: true,
     };
     Ok(vec![
-        aim(Law::Sqrt, "e_inf", e_inf),
-        aim(Law::Sqrt, "st_c", st_c),
-        aim(Law::Linear, "e_inf", e_inf),
-        aim(Law::Linear, "st_c", st_c),
+        aim(WetLaw::Sqrt, "e_inf", e_inf),
+        aim(WetLaw::Sqrt, "st_c", st_c),
+        aim(WetLaw::Linear, "e_inf", e_inf),
+        aim(WetLaw::Linear, "st_c", st_c),
         Aim {
-            law: Law::Linear,
+            law: WetLaw::Linear,
             quantity: "true e_inf",
             of: e_inf,
-            target: value(Law::Sqrt, e_inf),
+            target: value(WetLaw::Sqrt, e_inf),
             counts: false,
         },
     ])

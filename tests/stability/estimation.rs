@@ -3,9 +3,10 @@
 use wetcor::findings::estimate::Estimate;
 use wetcor::findings::verdicts::quotable;
 use wetcor::inference::bootstrap::kernel;
-use wetcor::inference::laws::fit_square_root;
+use wetcor::inference::law::Law;
 use wetcor::inference::nuts::{Effort, TARGET_ACCEPT};
 use wetcor::inference::posed::Evaluation;
+use wetcor::inference::regression::Regression;
 use wetcor::inference::sampling::{sample_posterior, Plan};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::{Kind, Parameters};
@@ -502,7 +503,7 @@ fn ten_million() -> Vec<Row> {
     let range = group[0].rebounds.clone();
     let x: Vec<f64> = table.runs.impact_speed[range.clone()].iter().map(|v| 1.0 / v).collect();
     let e = &table.runs.restitution[range];
-    let fit = fit_square_root(&x, &[], e);
+    let fit = Regression::new(Law::SQUARE_ROOT, &x, e).fit();
     let ones = vec![1.0; x.len()];
     let by_kernel = kernel::square_root(
         &kernel::Sample::new(&x, e, &ones),

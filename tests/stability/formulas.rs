@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use wetcor::inference::laws::{fit_dry, fit_linear, fit_square_root};
+use wetcor::inference::law::Law;
 use wetcor::inference::least_squares::{Fit, Stop};
+use wetcor::inference::regression::Regression;
 use wetcor::model::likelihood::normal::ln_normal_cdf;
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::{Kind, COMMON_SLOTS};
@@ -220,9 +221,12 @@ fn law(name: &str, arguments: &[f64]) -> Fit {
     let x: Vec<f64> = arguments.iter().step_by(2).copied().collect();
     let e: Vec<f64> = arguments.iter().skip(1).step_by(2).copied().collect();
     match name {
-        "fit_dry" => fit_dry(&x, &e, Order::First),
-        "fit_linear" => fit_linear(&x, &e),
-        "fit_square_root" => fit_square_root(&x, &[], &e),
+        "fit_dry" => {
+            let law = Law::Dry(Order::First);
+            Regression::new(law, &law.abscissae(&x), &e).fit()
+        }
+        "fit_linear" => Regression::new(Law::LINEAR, &x, &e).fit(),
+        "fit_square_root" => Regression::new(Law::SQUARE_ROOT, &x, &e).fit(),
         _ => panic!("{name} is no law of ours"),
     }
 }

@@ -3,11 +3,13 @@
 use std::ops::Range;
 
 use crate::findings::dry::{own_dry_speed, FittedDry};
-use crate::inference::bootstrap::{strata, Kept, Law, Pool, Target};
-use crate::inference::effective_variance::Weighing;
+use crate::inference::bootstrap::{strata, Pool, RunWeights, Target};
+use crate::inference::effective_variance::ErrorWeights;
+use crate::inference::law::Law;
+use crate::inference::regression::Regression;
 use crate::physics::dry::Order;
 use crate::runs::Runs;
-use crate::scene::Scene;
+use crate::scene::{Scene, WetLaw};
 
 /// Where the runs of a series, or dry runs of a diameter, stand.
 struct Place {
@@ -28,8 +30,8 @@ pub(super) struct Columns {
     order: Vec<usize>,
     speed_root: Vec<f64>,
     dry_restitution: Vec<f64>,
-    pub(super) inverse_speed: Vec<f64>,
-    pub(super) inverse_stokes: Vec<f64>,
+    inverse_speed: Vec<f64>,
+    inverse_stokes: Vec<f64>,
     restitution: Vec<f64>,
     offset: Vec<f64>,
 }
@@ -98,20 +100,20 @@ impl Columns {
         order
     }
 
-    /// How a fit weighed the runs of some places, in the order of their columns.
-    pub(super) fn kept(&self, weighing: Option<&Weighing>, places: Range<usize>) -> Option<Kept> {
-        let weighing = weighing?;
+    /// Weights that a fit gave the runs of some places, in the order of their columns.
+    pub(super) fn run_weights(&self, error_weights: Option<&ErrorWeights>, places: Range<usize>) -> Option<RunWeights> {
+        let error_weights = error_weights?;
         let mut weights = vec![];
         for place in &self.places[places] {
             let before = weights.len();
-            let at = |run: &usize| 1.0 / weighing.variance[before + run - place.first];
+            let at = |run: &usize| 1.0 / error_weights.variance[before + run - place.first];
             weights.extend(self.order[place.runs.clone()].iter().map(at));
         }
         let counted = weights.iter().filter(|weight| **weight > 0.0).count();
         let mean = weights.iter().sum::<f64>() / counted as f64;
         weights.iter_mut().for_each(|weight| *weight /= mean);
-        let bias = |j: usize| weighing.bias.get(j).copied().unwrap_or(0.0);
-        Some(Kept {
+        let bias = |j: usize| error_weights.bias.get(j).copied().unwrap_or(0.0);
+        Some(RunWeights {
             weights,
             bias: [bias(0), bias(1)],
         })
@@ -124,46 +126,62 @@ impl Columns {
         first.map_or(0, |range| range.start)..last.map_or(0, |range| range.end)
     }
 
-    pub(super) fn dry<'k>(&'k self, places: Range<usize>, k: f64, order: Order, kept: Option<&'k Kept>) -> Target<'k> {
+    pub(super) fn dry<'k>(
+        &'k self,
+        places: Range<usize>,
+        k: f64,
+        order: Order,
+        run_weights: Option<&'k RunWeights>,
+    ) -> Target<'k> {
         let range = self.joined(&places, |place| &place.runs);
         Target {
-            law: Law::Dry(order),
-            x: &self.speed_root[range.clone()],
-            offset: &[],
-            restitution: &self.dry_restitution[range],
+            regression: Regression::new(
+                Law::Dry(order),
+                &self.speed_root[range.clone()],
+                &self.dry_restitution[range],
+            ),
             strata: self.joined(&places, |place| &place.strata),
             series: self.joined(&places, |place| &place.series),
             fitted: [k, 0.0],
-            kept,
+            run_weights,
         }
     }
 
+    /// The square-root law of all rebounds over 1/v.
+    pub(super) fn over_speed(&self) -> Regression<'_> {
+        Regression {
+            offset: &self.offset,
+            ..Regression::new(Law::SQUARE_ROOT, &self.inverse_speed, &self.restitution)
+        }
+    }
+
+    /// A law of all rebounds over 1/St.
+    pub(super) fn over_stokes(&self, law: WetLaw) -> Regression<'_> {
+        Regression {
+            offset: if law == WetLaw::Sqrt { &self.offset } else { &[] },
+            ..Regression::new(Law::Wet(law), &self.inverse_stokes, &self.restitution)
+        }
+    }
+
+    /// The fit of a law of all rebounds to those of some places.
     pub(super) fn wet<'k>(
         &'k self,
-        law: Law,
-        x: &'_ Vec<f64>,
+        all: Regression<'k>,
         places: Range<usize>,
         fitted: [f64; 2],
-        kept: Option<&'k Kept>,
+        run_weights: Option<&'k RunWeights>,
     ) -> Target<'k> {
         let range = self.joined(&places, |place| &place.runs);
         let range = range.start - self.dry_runs..range.end - self.dry_runs;
-        // the caller names one of our columns
-        let x = if std::ptr::eq(x, &self.inverse_speed) {
-            &self.inverse_speed
-        } else {
-            &self.inverse_stokes
-        };
-        let with_offset = law == Law::SquareRoot && !self.offset.is_empty();
         Target {
-            law,
-            x: &x[range.clone()],
-            offset: if with_offset { &self.offset[range.clone()] } else { &[] },
-            restitution: &self.restitution[range],
+            regression: Regression {
+                offset: all.offset.get(range.clone()).unwrap_or(&[]),
+                ..Regression::new(all.law, &all.x[range.clone()], &all.restitution[range])
+            },
             strata: self.joined(&places, |place| &place.strata),
             series: self.joined(&places, |place| &place.series),
             fitted,
-            kept,
+            run_weights,
         }
     }
 }

@@ -26,13 +26,13 @@ use super::dry::FittedDry;
 use super::estimate::Estimate;
 use super::shown;
 use crate::inference::bootstrap::jackknife::leave_one_out;
-use crate::inference::bootstrap::kernel::Weighted;
-use crate::inference::bootstrap::{replicate, Kept, Law, Plan, Target};
-use crate::inference::effective_variance::Weighing;
+use crate::inference::bootstrap::kernel::WeightedFit;
+use crate::inference::bootstrap::{replicate, Plan, RunWeights, Target};
+use crate::inference::effective_variance::ErrorWeights;
 use crate::notice::Notice;
 use crate::physics::viscous::critical_separation;
 use crate::runs::Runs;
-use crate::scene::{self, IntervalMethod, ResamplingScheme, Scene};
+use crate::scene::{IntervalMethod, ResamplingScheme, Scene, WetLaw};
 use affordable::{affordable, fewer};
 use columns::Columns;
 use tell::{Quantity, Task, Told};
@@ -72,26 +72,31 @@ pub fn complete(
         let groups = runs.dry_of(fitted.particle).len();
         (groups > 0).then_some(first..first + groups)
     };
-    let kept = |weighing: &Option<Weighing>, places: Range<usize>| {
-        let mut kept = columns.kept(weighing.as_ref(), places)?;
+    let run_weights = |error_weights: &Option<ErrorWeights>, places: Range<usize>| {
+        let mut weights = columns.run_weights(error_weights.as_ref(), places)?;
         if matches!(plan.scheme, ResamplingScheme::Residuals | ResamplingScheme::Parametric) {
             // noise about the law at the speeds as they were read: nothing errs in speed
-            kept.bias = [0.0; 2];
+            weights.bias = [0.0; 2];
         }
-        Some(kept)
+        Some(weights)
     };
-    let kept_dry: Vec<Option<Kept>> = dry
+    let weights_dry: Vec<Option<RunWeights>> = dry
         .iter()
-        .map(|fitted| kept(&fitted.weighing, own_dry(fitted)?))
+        .map(|fitted| run_weights(&fitted.error_weights, own_dry(fitted)?))
         .collect();
-    let kept_series: Vec<Option<Kept>> = series
+    let weights_series: Vec<Option<RunWeights>> = series
         .iter()
         .enumerate()
-        .map(|(index, fit)| kept(&fit.weighing, wet + index..wet + index + 1))
+        .map(|(index, fit)| run_weights(&fit.error_weights, wet + index..wet + index + 1))
         .collect();
-    let kept_scaling: Vec<Option<Kept>> = scaling
+    let weights_scaling: Vec<Option<RunWeights>> = scaling
         .iter()
-        .map(|fitted| kept(&fitted.weighing, wet + fitted.series.start..wet + fitted.series.end))
+        .map(|fitted| {
+            run_weights(
+                &fitted.error_weights,
+                wet + fitted.series.start..wet + fitted.series.end,
+            )
+        })
         .collect();
     let mut targets: Vec<Target> = vec![];
     let mut add = |target| {
@@ -101,44 +106,29 @@ pub fn complete(
     let order = scene.model.form().dry;
     let dry_targets: Vec<Option<usize>> = dry
         .iter()
-        .zip(&kept_dry)
-        .map(|(fitted, kept)| {
+        .zip(&weights_dry)
+        .map(|(fitted, weights)| {
             let k = fitted.dry.dry_k.value?;
-            Some(add(columns.dry(own_dry(fitted)?, k, order, kept.as_ref())))
+            Some(add(columns.dry(own_dry(fitted)?, k, order, weights.as_ref())))
         })
         .collect();
     let series_targets: Vec<Option<usize>> = series
         .iter()
-        .zip(&kept_series)
+        .zip(&weights_series)
         .enumerate()
-        .map(|(index, (fit, kept))| {
+        .map(|(index, (fit, weights))| {
             let fitted = [fit.alpha.value?, fit.beta.value?];
             let strata = wet + index..wet + index + 1;
-            Some(add(columns.wet(
-                Law::SquareRoot,
-                &columns.inverse_speed,
-                strata,
-                fitted,
-                kept.as_ref(),
-            )))
+            Some(add(columns.wet(columns.over_speed(), strata, fitted, weights.as_ref())))
         })
         .collect();
     let scaling_targets: Vec<Option<usize>> = scaling
         .iter()
-        .zip(&kept_scaling)
-        .map(|(fitted, kept)| {
-            let law = match fitted.law {
-                scene::Law::Sqrt => Law::SquareRoot,
-                scene::Law::Linear => Law::Linear,
-            };
+        .zip(&weights_scaling)
+        .map(|(fitted, weights)| {
             let strata = wet + fitted.series.start..wet + fitted.series.end;
-            Some(add(columns.wet(
-                law,
-                &columns.inverse_stokes,
-                strata,
-                fitted.parameters?,
-                kept.as_ref(),
-            )))
+            let all = columns.over_stokes(fitted.law);
+            Some(add(columns.wet(all, strata, fitted.parameters?, weights.as_ref())))
         })
         .collect();
     let replicated = Told {
@@ -153,7 +143,13 @@ pub fn complete(
         fitted: targets.iter().map(|target| target.fitted).collect(),
         to_spare: targets
             .iter()
-            .map(|target| target.x.len().saturating_sub(target.law.parameters()))
+            .map(|target| {
+                target
+                    .regression
+                    .x
+                    .len()
+                    .saturating_sub(target.regression.law.parameters())
+            })
             .collect(),
         drawn: targets
             .iter()
@@ -198,7 +194,7 @@ pub fn complete(
         .iter()
         .zip(&scaling_targets)
         .filter(|(fitted, _)| fitted.scaling.film_ratio.is_some());
-    let energy_targets: Vec<(Option<usize>, usize, scene::Law)> = of_ratio
+    let energy_targets: Vec<(Option<usize>, usize, WetLaw)> = of_ratio
         .map(|(fitted, target)| (*target, fitted.particle, fitted.law))
         .collect();
     for (fitted, target) in scaling.iter_mut().zip(&scaling_targets) {
@@ -268,7 +264,7 @@ pub fn complete(
             None => row.verdict.passed,
         };
         let fits = replicated.fits.of(target.filter(|_| drawn)?);
-        let pair = |fit: Weighted| [e_inf(fitted.law, fit.parameters), st_c(fitted.law, fit.parameters)];
+        let pair = |fit: WeightedFit| [e_inf(fitted.law, fit.parameters), st_c(fitted.law, fit.parameters)];
         Some(Joint {
             particle: fitted.particle,
             film_ratio: row.film_ratio,
@@ -303,24 +299,24 @@ fn where_it_falls([alpha, beta]: [f64; 2], value: f64) -> f64 {
     }
 }
 
-fn e_inf(law: scene::Law, [a, _]: [f64; 2]) -> f64 {
+fn e_inf(law: WetLaw, [a, _]: [f64; 2]) -> f64 {
     match law {
-        scene::Law::Sqrt => a.sqrt(),
-        scene::Law::Linear if a > 0.0 => a,
-        scene::Law::Linear => f64::NAN,
+        WetLaw::Sqrt => a.sqrt(),
+        WetLaw::Linear if a > 0.0 => a,
+        WetLaw::Linear => f64::NAN,
     }
 }
 
-fn st_c(law: scene::Law, p: [f64; 2]) -> f64 {
+fn st_c(law: WetLaw, p: [f64; 2]) -> f64 {
     match law {
-        scene::Law::Sqrt => where_it_falls(p, -p[1] / (2.0 * p[0])),
-        scene::Law::Linear => where_it_falls([p[0], -p[1]], p[1] / p[0]),
+        WetLaw::Sqrt => where_it_falls(p, -p[1] / (2.0 * p[0])),
+        WetLaw::Linear => where_it_falls([p[0], -p[1]], p[1] / p[0]),
     }
 }
 
-fn lubrication_log(law: scene::Law, p: [f64; 2]) -> f64 {
+fn lubrication_log(law: WetLaw, p: [f64; 2]) -> f64 {
     match law {
-        scene::Law::Sqrt => where_it_falls(p, -p[1] / 4.0),
-        scene::Law::Linear => where_it_falls([p[0], -p[1]], 0.5 * p[0] * p[1]),
+        WetLaw::Sqrt => where_it_falls(p, -p[1] / 4.0),
+        WetLaw::Linear => where_it_falls([p[0], -p[1]], 0.5 * p[0] * p[1]),
     }
 }

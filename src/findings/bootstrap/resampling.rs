@@ -6,7 +6,7 @@ use crate::findings::dry::FittedDry;
 use crate::findings::energy::Energy;
 use crate::findings::scaling::FittedScaling;
 use crate::findings::series::SeriesFit;
-use crate::scene::Law;
+use crate::scene::WetLaw;
 
 /// The estimates that get a bootstrap interval.
 pub struct Estimates<'e> {
@@ -46,7 +46,7 @@ pub struct Joint {
     /// film ratio; `None`: over all
     pub film_ratio: Option<f64>,
     /// the law
-    pub law: Law,
+    pub law: WetLaw,
     /// (e_inf, St_c) of each replicate; not finite where it gave none
     pub pairs: Vec<[f64; 2]>,
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::findings::estimate::{Bootstrapped, Estimate, Failed};
 use crate::inference::bootstrap::intervals::{studentized, Replicates};
 use crate::inference::bootstrap::jackknife::{acceleration, degrees_of_freedom, influence};
-use crate::inference::bootstrap::kernel::{Failure, Weighted};
+use crate::inference::bootstrap::kernel::{Failure, WeightedFit};
 use crate::inference::bootstrap::{Plan, Replicated};
 use crate::inference::delta::{Interval, LEVELS};
 use crate::scene::{IntervalMethod, ResamplingScheme};
@@ -53,7 +53,7 @@ impl Told {
             estimate.bootstrap = Some(Bootstrapped::none(Failure::OneSeries.as_str()));
             return;
         }
-        let of = |(fit, k): (Weighted, Weighted)| quantity(fit.parameters, k.parameters[0]);
+        let of = |(fit, k): (WeightedFit, WeightedFit)| quantity(fit.parameters, k.parameters[0]);
         let mut replicates = Replicates::new(self.fits(target, dry).map(of));
         let failures = match replicates.failed {
             0 => vec![],
@@ -127,9 +127,9 @@ impl Told {
     }
 
     /// The replicates of a target, each with that of its k; without one, its parameter is NaN.
-    fn fits(&self, target: usize, dry: Option<usize>) -> impl Iterator<Item = (Weighted, Weighted)> + use<'_> {
+    fn fits(&self, target: usize, dry: Option<usize>) -> impl Iterator<Item = (WeightedFit, WeightedFit)> + use<'_> {
         let k = dry.into_iter().flat_map(|dry| self.fits.of(dry));
-        self.fits.of(target).zip(k.chain(std::iter::repeat(Weighted::NONE)))
+        self.fits.of(target).zip(k.chain(std::iter::repeat(WeightedFit::NONE)))
     }
 
     /// Replicates without this quantity, by reason.

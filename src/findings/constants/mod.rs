@@ -24,7 +24,7 @@ use super::scaling::FittedScaling;
 use super::shown;
 use crate::notice::Notice;
 use crate::runs::{FilmGroup, Runs};
-use crate::scene::{Law, Scene};
+use crate::scene::{Scene, WetLaw};
 use constant::{Constant, InUse};
 use elasticities::{sample, Aim, Setting};
 
@@ -194,7 +194,7 @@ fn asked(
             rows.find(|row| row.particle == *name && row.film_ratio == film_ratio)
         });
         let direct = scaling.iter().find(|fitted| {
-            (fitted.particle, fitted.law, fitted.scaling.film_ratio) == (particle, Law::Sqrt, Some(film_ratio))
+            (fitted.particle, fitted.law, fitted.scaling.film_ratio) == (particle, WetLaw::Sqrt, Some(film_ratio))
                 && fitted.scaling.verdict.passed
         });
         let mut add = |aim: Aim, result: &str, fit: &'static str, estimate: &Estimate| {
@@ -209,13 +209,13 @@ fn asked(
             add(
                 Aim::SquareRoot(group, 0),
                 "e_inf",
-                Law::Sqrt.name(),
+                WetLaw::Sqrt.name(),
                 &fitted.scaling.e_inf,
             );
             add(
                 Aim::SquareRoot(group, 1),
                 "st_c",
-                Law::Sqrt.name(),
+                WetLaw::Sqrt.name(),
                 &fitted.scaling.st_c,
             );
         }

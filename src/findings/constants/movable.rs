@@ -2,7 +2,7 @@
 
 use crate::findings::balance::{at_group, errors, known, problem_of, EnergyBalance, Held};
 use crate::findings::dry::FittedDry;
-use crate::inference::effective_variance::{roots, weigh, Weighted};
+use crate::inference::effective_variance::{reweight, roots, WeightedProblem};
 use crate::inference::joint::{refit, Joint, JointFit};
 use crate::inference::least_squares::Minimum;
 use crate::physics::{viscous, Viscous};
@@ -49,7 +49,7 @@ impl<'h> Movable<'h> {
         let mut of_runs = vec![];
         if let Some(errors) = errors(&problem.joint) {
             let in_errors = problem_of(problem.joint.clone(), dry, share.sqrt());
-            let weighed = weigh(&errors.erring(), fit.clone(), |_| in_errors.clone());
+            let weighed = reweight(&errors, fit.clone(), |_| in_errors.clone());
             if let Some(weighing) = weighed.1 {
                 let mut variance = weighing.variance;
                 variance.resize(variance.len() + in_errors.dry_roots.len(), 1.0);
@@ -59,7 +59,7 @@ impl<'h> Movable<'h> {
                 problem = in_errors;
             }
         }
-        let weighted = Weighted {
+        let weighted = WeightedProblem {
             problem: &problem,
             roots: &of_runs,
         };
@@ -80,7 +80,7 @@ impl<'h> Movable<'h> {
             let joint = Joint::new(scene, runs, self.held.form, &self.known, &self.known);
             problem_of(joint, self.dry, self.spread)
         });
-        let weighted = [&first, &second].map(|problem| Weighted {
+        let weighted = [&first, &second].map(|problem| WeightedProblem {
             problem,
             roots: &self.roots,
         });

@@ -9,7 +9,7 @@ use crate::findings::scaling::Scaling;
 use crate::findings::shown::four_decimals;
 use crate::model::parameters::Kind;
 use crate::runs::{FilmGroup, Runs};
-use crate::scene::{Law, Scene};
+use crate::scene::{Scene, WetLaw};
 
 /// What is determined of the parameters at these places: e_inf where k is among them, the inertial loss where it is not,
 /// and only the restitution itself where neither is, or L is among them. Nothing of one parameter by itself.
@@ -57,7 +57,7 @@ fn best<'e>(of: impl Iterator<Item = (&'e Estimate, String)>, size: impl Fn(f64,
 
 /// e_inf of a particle at the film ratio where it is known best.
 fn e_inf(least_squares: LeastSquares, particle: &str) -> Option<Determined> {
-    let own = |row: &&Scaling| row.law == Law::Sqrt.name() && row.particle == particle && row.verdict.passed;
+    let own = |row: &&Scaling| row.law == WetLaw::Sqrt.name() && row.particle == particle && row.verdict.passed;
     let rows = least_squares.scaling.iter().filter(own).filter_map(|row| {
         let ratio = four_decimals(row.film_ratio?);
         Some((&row.e_inf, format!("e_inf[{particle},{ratio}]")))
@@ -67,7 +67,7 @@ fn e_inf(least_squares: LeastSquares, particle: &str) -> Option<Determined> {
 
 /// C g(δ̃) at the film ratio where it is known best.
 fn inertial_loss(least_squares: LeastSquares) -> Option<Determined> {
-    let own = |row: &&Energy| row.law == Law::Sqrt.name();
+    let own = |row: &&Energy| row.law == WetLaw::Sqrt.name();
     let rows = least_squares.energy.iter().filter(own);
     let rows = rows.map(|row| (&row.loss_over_density_ratio, loss_name(row.film_ratio)));
     // a larger loss says more of C with the same error

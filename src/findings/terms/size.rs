@@ -14,7 +14,7 @@ use crate::physics::form::Term;
 use crate::physics::rebound::mean_restitution;
 use crate::physics::{kept_energy, Coefficient, Form, Parameters};
 use crate::runs::Series;
-use crate::scene::{Law, Prior, Scene};
+use crate::scene::{Prior, Scene, WetLaw};
 
 /// A term with more than this many runs to see it by is sized on every so manyth of them.
 const MOST_RUNS: usize = 20_000;
@@ -55,7 +55,7 @@ impl Point {
             found.unwrap_or_else(|| believed(kind))
         };
         let of_laws = || {
-            let laws = scaling.iter().filter(|fitted| fitted.law == Law::Sqrt);
+            let laws = scaling.iter().filter(|fitted| fitted.law == WetLaw::Sqrt);
             laws.filter_map(|fitted| fitted.scaling.residual_sd).reduce(f64::min)
         };
         let wet = balance.and_then(|balance| balance.residual_sd).or_else(of_laws);

@@ -12,7 +12,7 @@ fn normal_cdf(z: f64) -> f64 {
     0.5 * libm::erfc(-z / std::f64::consts::SQRT_2)
 }
 
-/// Some numbers, of which only the order statistics asked for are put in their places.
+/// Some numbers, of which only the requested order statistics are put in their places.
 #[derive(Debug, Clone, Default)]
 struct Ordered {
     values: Vec<f64>,
@@ -34,14 +34,14 @@ impl Ordered {
     }
 }
 
-/// Numbers from which on the ends are looked for by themselves.
+/// Numbers from which on the ends are searched by themselves.
 const MANY: usize = 4096;
-/// Numbers that tell where the ends start.
+/// Numbers by which the start of the ends is estimated.
 const SAMPLE: usize = 512;
 /// Share of the numbers in each end, more than the limits of intervals leave outside.
 const END: f64 = 0.08;
 
-/// The smallest and the largest numbers, as many as a sample tells; limits are found among these several times sooner.
+/// The smallest and the largest numbers, cut off by quantiles of a sample; limits are found among these several times sooner.
 fn ends(values: &[f64]) -> [Ordered; 2] {
     let mut ends = [Ordered::default(), Ordered::default()];
     let mut sample = Ordered {

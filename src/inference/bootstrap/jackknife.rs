@@ -1,8 +1,8 @@
-//! Leaves out one run at a time, or one series, to tell the skewness and the degrees of freedom of a quantity.
+//! Leaves out one run at a time, or one series, for the skewness and the degrees of freedom of a quantity.
 
-use super::kernel::Weighted;
-use super::{solve, Law, Pool, Target};
-use crate::physics::dry::{Order, SECOND_ORDER};
+use super::kernel::WeightedFit;
+use super::{solve, Pool, Target};
+use crate::inference::law::Response;
 use crate::scene::ResamplingScheme;
 
 /// Runs up to which leave-one-out fits are made one by one; above, they are taken to first order, off by 1/runs.
@@ -21,8 +21,8 @@ pub fn leave_one_out(pool: &Pool, target: &Target, scheme: ResamplingScheme) -> 
         let runs = |stratum: &std::ops::Range<usize>| within(stratum).map(|run| run..run + 1).collect();
         pool.strata[target.strata.clone()].iter().map(runs).collect()
     };
-    let slopes = (target.x.len() > EXACT).then(|| first_order(target));
-    let mut weights = vec![1.0; target.x.len()];
+    let slopes = (target.regression.x.len() > EXACT).then(|| first_order(target));
+    let mut weights = vec![1.0; target.regression.x.len()];
     strata
         .iter()
         .filter(|members| members.len() > 1)
@@ -35,8 +35,8 @@ pub fn leave_one_out(pool: &Pool, target: &Target, scheme: ResamplingScheme) -> 
                     let left = members.iter().map(|member| {
                         weights[whole.clone()].fill(n / (n - 1.0));
                         weights[member.clone()].fill(0.0);
-                        solve(target, target.restitution, &weights)
-                            .unwrap_or(Weighted::NONE)
+                        solve(target, target.regression.restitution, &weights)
+                            .unwrap_or(WeightedFit::NONE)
                             .parameters
                     });
                     let left = left.collect();
@@ -62,51 +62,35 @@ fn without_to_first_order(target: &Target, slopes: &[[f64; 2]], members: &[std::
     sums.iter().map(without).collect()
 }
 
-/// dθ/dw_i of both parameters for each run: −H⁻¹ times the run's own gradient.
+/// dθ/dw_i of both parameters for each run: −H⁻¹ times the run's own gradient, both of ½ Σ w (e − F)².
 fn first_order(target: &Target) -> Vec<[f64; 2]> {
-    let fitted = target.fitted_restitution();
-    let plain = |run: usize| -> ([f64; 2], [f64; 3]) {
-        let (x, e, f) = (target.x[run], target.restitution[run], fitted[run]);
-        match target.law {
-            Law::Dry(Order::First) => ([-(f - e) * x, 0.0], [x * x, 0.0, 1.0]),
-            Law::Dry(Order::Second) => {
-                let slope = -x * (1.0 - 2.0 * SECOND_ORDER * target.fitted[0] * x);
-                let bend = slope * slope + (f - e) * 2.0 * SECOND_ORDER * x * x;
-                ([(f - e) * slope, 0.0], [bend, 0.0, 1.0])
-            }
-            Law::Linear => ([f - e, -(f - e) * x], [1.0, -x, x * x]),
-            Law::SquareRoot => {
-                let slope = 0.5 * (1.0 - e / f);
-                let bend = 0.25 * e / (f * f * f);
-                ([slope, slope * x], [bend, bend * x, bend * x * x])
-            }
-        }
-    };
-    let pull = |run: usize| {
-        let weight = target.kept.map_or(1.0, |kept| kept.weights[run]);
+    let Target { regression, fitted, .. } = target;
+    let gradient_and_bend = |run: usize| -> ([f64; 2], f64) {
+        let weight = target.run_weights.map_or(1.0, |own| own.weights[run]);
         if weight == 0.0 {
-            return ([0.0; 2], [0.0; 3]);
+            return ([0.0; 2], 0.0);
         }
-        let (gradient, bend) = plain(run);
-        (gradient.map(|g| weight * g), bend.map(|h| weight * h))
+        let Response { value, slope, bend } = regression.response(*fitted, run);
+        let residual = value - regression.restitution[run];
+        let gradient = regression.law.design(regression.x[run]);
+        let bend = weight * (slope * slope + residual * bend);
+        (gradient.map(|c| weight * residual * slope * c), bend)
     };
-    let (mut h0, mut h1, mut h2) = (0.0, 0.0, 0.0);
-    for run in 0..target.x.len() {
-        let (_, [a, b, c]) = pull(run);
-        h0 += a;
-        h1 += b;
-        h2 += c;
+    let mut hessian = [0.0; 3];
+    for (run, x) in regression.x.iter().enumerate() {
+        let (_, bend) = gradient_and_bend(run);
+        for (sum, product) in hessian.iter_mut().zip(regression.law.design_products(*x)) {
+            *sum += bend * product;
+        }
     }
-    if matches!(target.law, Law::Dry(_)) {
-        return (0..target.x.len()).map(|run| [-pull(run).0[0] / h0, 0.0]).collect();
-    }
-    let determinant = h0 * h2 - h1 * h1;
-    (0..target.x.len())
-        .map(|run| {
-            let ([g0, g1], _) = pull(run);
-            [(h1 * g1 - h2 * g0) / determinant, (h1 * g0 - h0 * g1) / determinant]
-        })
-        .collect()
+    let runs = 0..regression.x.len();
+    runs.map(|run| {
+        regression
+            .law
+            .solve(hessian, gradient_and_bend(run).0)
+            .map(|step| -step)
+    })
+    .collect()
 }
 
 /// Influence values l = (n_s − 1)(θ̂ − θ_(i)) of a quantity, from its values without each member of a stratum.

@@ -9,8 +9,8 @@
 //! | file | job |
 //! |---|---|
 //! | `strata.rs` | divides the runs of a series by impact speed |
-//! | `outcomes.rs` | tells which members draws take |
-//! | `picks.rs` | draws the runs of every stratum |
+//! | `multisets.rs` | lists the multisets of members that a batch of draws can give |
+//! | `batches.rs` | draws the runs of every stratum in batches |
 //! | `nodes.rs` | gathers runs that share stratum and abscissa |
 //! | `lines.rs` | fits lines straight from what was drawn |
 //! | `schemes.rs` | draws what a replicate of the other schemes is fitted to |
@@ -20,13 +20,13 @@
 //! | `jackknife.rs` | leaves out one run at a time: acceleration and degrees of freedom |
 //! | `intervals.rs` | percentile, BCa and studentized intervals from replicates |
 
+mod batches;
 pub mod intervals;
 pub mod jackknife;
 pub mod kernel;
 mod lines;
+mod multisets;
 mod nodes;
-mod outcomes;
-mod picks;
 mod replicated;
 mod schemes;
 pub mod strata;
@@ -38,84 +38,37 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::physics::dry::{Order, SECOND_ORDER};
+use crate::inference::regression::Regression;
 use crate::scene::ResamplingScheme;
 use crate::seed::Streams;
-use kernel::{Failure, Sample, Weighted};
-use nodes::{Drawn, Nodes};
-use picks::{weigh, Picks};
+use batches::{write_weights, Batches};
+use kernel::{Failure, Sample, WeightedFit};
+use nodes::{DrawnNodes, Nodes};
 use replicated::Block;
 use schemes::{draw_series, Noise};
-
-/// A law fitted to some strata.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Law {
-    /// e = 1 − k s, or 1 − k s + (3/5) k² s² to second order; x is s = v^(1/5)
-    Dry(Order),
-    /// e = a − b x
-    Linear,
-    /// e = √(α + β x + o)
-    SquareRoot,
-}
-
-impl Law {
-    /// Parameters of the law.
-    pub fn parameters(self) -> usize {
-        match self {
-            Law::Dry(_) => 1,
-            Law::Linear | Law::SquareRoot => 2,
-        }
-    }
-}
 
 /// A fit to be bootstrapped: its runs, in strata, and where it ended.
 #[derive(Debug, Clone)]
 pub struct Target<'a> {
-    /// the law
-    pub law: Law,
-    /// abscissa of each run
-    pub x: &'a [f64],
-    /// known offset of each run; empty for none
-    pub offset: &'a [f64],
-    /// restitution of each run, the same in every target that has the run
-    pub restitution: &'a [f64],
+    /// the law and its runs; a run has the same restitution in every target
+    pub regression: Regression<'a>,
     /// the strata, as indices into [`Pool::strata`]; consecutive, and together all of x
     pub strata: Range<usize>,
     /// the series, as indices into [`Pool::series`]; consecutive, and together all of x
     pub series: Range<usize>,
     /// parameters of the fit to the runs themselves
     pub fitted: [f64; 2],
-    /// weights of the runs that every replicate keeps; `None`: all alike
-    pub kept: Option<&'a Kept>,
+    /// weights of the runs beside those of resampling; `None`: all alike
+    pub run_weights: Option<&'a RunWeights>,
 }
 
 /// How the runs of a fit were weighed, which no replicate settles anew.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Kept {
+pub struct RunWeights {
     /// weight of each run, 1 on average but for runs that are left out and have 0
     pub weights: Vec<f64>,
     /// what was taken off the parameters of the fit, and is of those of a replicate
     pub bias: [f64; 2],
-}
-
-impl Target<'_> {
-    /// Restitution the fitted law gives each run; negative or NaN nowhere, since the fit lies in its domain.
-    fn fitted_restitution(&self) -> Vec<f64> {
-        let [a, b] = self.fitted;
-        let at = |run: usize| {
-            let x = self.x[run];
-            match self.law {
-                Law::Dry(Order::First) => 1.0 - a * x,
-                Law::Dry(Order::Second) => 1.0 - a * x * (1.0 - SECOND_ORDER * a * x),
-                Law::Linear => a - b * x,
-                Law::SquareRoot => {
-                    let offset = self.offset.get(run).copied().unwrap_or(0.0);
-                    (a + b * x + offset).max(0.0).sqrt()
-                }
-            }
-        };
-        (0..self.x.len()).map(at).collect()
-    }
 }
 
 /// How all runs are divided, in the fixed order in which a replicate draws them; ranges of consecutive runs.
@@ -153,68 +106,54 @@ pub struct Plan {
 const TOGETHER: usize = 8;
 
 /// Fits a target to weighted restitutions of its runs.
-fn solve(target: &Target, restitution: &[f64], weights: &[f64]) -> Result<Weighted, Failure> {
+fn solve(target: &Target, restitution: &[f64], weights: &[f64]) -> Result<WeightedFit, Failure> {
+    let Regression { law, x, offset, .. } = target.regression;
     let sample = Sample {
-        offset: target.offset,
-        ..Sample::new(target.x, restitution, weights)
+        offset,
+        ..Sample::new(x, restitution, weights)
     };
-    let Some(kept) = target.kept else {
-        return fit(target, &sample);
+    let Some(own) = target.run_weights else {
+        return kernel::fit(law, &sample, target.fitted);
     };
     let weights: Vec<f64> = weights
         .iter()
-        .zip(&kept.weights)
+        .zip(&own.weights)
         .map(|(drawn, own)| drawn * own)
         .collect();
-    let fitted = fit(
-        target,
-        &Sample {
-            weights: &weights,
-            ..sample
-        },
-    )?;
+    let weighted = Sample {
+        weights: &weights,
+        ..sample
+    };
+    let fitted = kernel::fit(law, &weighted, target.fitted)?;
     let [a, b] = fitted.parameters;
-    Ok(Weighted {
-        parameters: [a - kept.bias[0], b - kept.bias[1]],
+    Ok(WeightedFit {
+        parameters: [a - own.bias[0], b - own.bias[1]],
         ..fitted
     })
-}
-
-/// Fits a target's law from where it ended.
-fn fit(target: &Target, sample: &Sample) -> Result<Weighted, Failure> {
-    let fit = match target.law {
-        Law::Dry(Order::First) => kernel::dry(sample),
-        Law::Dry(Order::Second) => kernel::dry_second_order(sample, target.fitted[0]),
-        Law::Linear => kernel::linear(sample),
-        Law::SquareRoot => kernel::square_root(sample, target.fitted),
-    };
-    fit.and_then(finite)
-}
-
-/// A fit with a number for every parameter.
-fn finite(fit: Weighted) -> Result<Weighted, Failure> {
-    let all = fit.parameters.iter().all(|p| p.is_finite());
-    all.then_some(fit).ok_or(Failure::Degenerate)
 }
 
 /// One thread's working space.
 struct Scratch {
     weights: Vec<f64>,
     restitution: Vec<f64>,
-    drawn: Option<Drawn>,
+    drawn: Option<DrawnNodes>,
 }
 
-/// Every replicate of every target. `done` is told of replicates as they are finished.
+/// Every replicate of every target. `done` is called with the number of replicates just finished.
 ///
 /// A target with a single series has no replicates where series are resampled.
 pub fn replicate(pool: &Pool, targets: &[Target], plan: Plan, done: &(dyn Fn(usize) + Sync)) -> Replicated {
-    let most = targets.iter().map(|target| target.x.len()).max().unwrap_or(0);
-    let alike = targets.iter().all(|target| target.kept.is_none());
+    let most = targets
+        .iter()
+        .map(|target| target.regression.x.len())
+        .max()
+        .unwrap_or(0);
+    let alike = targets.iter().all(|target| target.run_weights.is_none());
     let replication = Replication {
         pool,
         targets,
         nodes: (plan.scheme == ResamplingScheme::Cases && alike).then(|| Nodes::new(pool, targets)),
-        picks: (plan.scheme == ResamplingScheme::Cases && !alike).then(|| Picks::new(&pool.strata)),
+        batches: (plan.scheme == ResamplingScheme::Cases && !alike).then(|| Batches::new(&pool.strata)),
         noises: targets
             .iter()
             .map(|target| match plan.scheme {
@@ -246,16 +185,16 @@ const CASES: &str = "bootstrap cases";
 
 /// Weights of all runs of a pool in one replicate of [`ResamplingScheme::Cases`], for fits other than those made here.
 pub fn weights(pool: &Pool, seed: u64, number: u64) -> Vec<f64> {
-    drawn_weights(&Picks::new(&pool.strata), pool, &Streams::new(seed, CASES), number)
+    drawn_weights(&Batches::new(&pool.strata), pool, &Streams::new(seed, CASES), number)
 }
 
-fn drawn_weights(picks: &Picks, pool: &Pool, cases: &Streams, number: u64) -> Vec<f64> {
-    let mut drawn = picks.room::<1>();
-    picks.draw(&mut cases.stretch(number, picks.words()), &mut drawn);
+fn drawn_weights(batches: &Batches, pool: &Pool, cases: &Streams, number: u64) -> Vec<f64> {
+    let mut drawn = batches.room::<1>();
+    batches.draw(&mut cases.stretch(number, batches.words()), &mut drawn);
     let mut weights = vec![0.0; pool.strata.last().map_or(0, |stratum| stratum.end)];
-    for (stratum, picks) in pool.strata.iter().zip(&picks.strata) {
-        weigh(
-            drawn.of[picks.clone()].iter().map(|[drawn]| *drawn),
+    for (stratum, of_stratum) in pool.strata.iter().zip(&batches.strata) {
+        write_weights(
+            drawn.of_batch[of_stratum.clone()].iter().map(|[drawn]| *drawn),
             &mut weights[stratum.clone()],
         );
     }
@@ -269,7 +208,7 @@ struct Replication<'a> {
     /// runs drawn inside strata
     nodes: Option<Nodes>,
     /// the same where runs of one abscissa weigh differently, and are no node
-    picks: Option<Picks>,
+    batches: Option<Batches>,
     noises: Vec<Option<Noise>>,
     scheme: ResamplingScheme,
     /// stream of [`ResamplingScheme::Cases`], of which each replicate has a stretch
@@ -292,8 +231,8 @@ impl Replication<'_> {
                 nodes.draw(&mut rng, drawn);
                 for (target, column) in nodes.columns.iter().enumerate() {
                     if let Some(lines) = &column.lines {
-                        for (replicate, fit) in together.clone().zip(lines.fit(drawn.picks())) {
-                            block.put(target, replicate, finite(fit));
+                        for (replicate, fit) in together.clone().zip(lines.fit(drawn.of_batch())) {
+                            block.put(target, replicate, fit.finite());
                         }
                     }
                 }
@@ -304,20 +243,21 @@ impl Replication<'_> {
                     nodes.gather(lane, drawn);
                     for (number, (target, column)) in self.targets.iter().zip(&nodes.columns).enumerate() {
                         if column.lines.is_none() {
-                            block.put(number, replicate, fit(target, &drawn.of(column)));
+                            let fit = kernel::fit(target.regression.law, &drawn.sample(column), target.fitted);
+                            block.put(number, replicate, fit);
                         }
                     }
                 }
             }
             return;
         }
-        if let Some(picks) = &self.picks {
+        if let Some(batches) = &self.batches {
             for replicate in 0..block.replicates {
-                let weights = drawn_weights(picks, self.pool, &self.cases, block.first + replicate as u64);
+                let weights = drawn_weights(batches, self.pool, &self.cases, block.first + replicate as u64);
                 for (number, target) in self.targets.iter().enumerate() {
                     let first = self.pool.first_run(target);
-                    let weights = &weights[first..first + target.x.len()];
-                    block.put(number, replicate, solve(target, target.restitution, weights));
+                    let weights = &weights[first..first + target.regression.x.len()];
+                    block.put(number, replicate, solve(target, target.regression.restitution, weights));
                 }
             }
             return;
@@ -325,7 +265,10 @@ impl Replication<'_> {
         for replicate in 0..block.replicates {
             let mut rng = self.streams.at(block.first + replicate as u64);
             for (number, (target, noise)) in self.targets.iter().zip(&self.noises).enumerate() {
-                let (weights, restitution) = (&mut weights[..target.x.len()], &mut restitution[..target.x.len()]);
+                let (weights, restitution) = (
+                    &mut weights[..target.regression.x.len()],
+                    &mut restitution[..target.regression.x.len()],
+                );
                 let fit = match noise {
                     Some(noise) => {
                         noise.draw(&mut rng, self.scheme, restitution, weights);
@@ -334,7 +277,7 @@ impl Replication<'_> {
                     None if target.series.len() > 1 => {
                         let series = &self.pool.series[target.series.clone()];
                         draw_series(&mut rng, series, self.pool.first_run(target), weights);
-                        solve(target, target.restitution, weights)
+                        solve(target, target.regression.restitution, weights)
                     }
                     None => Err(Failure::OneSeries),
                 };

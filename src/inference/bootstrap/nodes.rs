@@ -8,15 +8,16 @@ use std::ops::Range;
 
 use rand::rngs::ChaCha8Rng;
 
+use super::batches::{unit_weight, write_weights, Batches, Drawn};
 use super::kernel::Sample;
-use super::lines::{Lines, Pull};
-use super::outcomes::{Outcomes, FEW};
-use super::picks::{self, unit, weigh, Picks};
-use super::{Law, Pool, Target, TOGETHER};
+use super::lines::{BatchTable, LineFits};
+use super::multisets::{Multisets, FEW};
+use super::{Pool, Target, TOGETHER};
+use crate::inference::law::Law;
 
-/// A stratum with its picks and its nodes.
+/// A stratum with its batches of draws and its nodes.
 struct Stratum {
-    picks: Range<usize>,
+    batches: Range<usize>,
     nodes: Range<usize>,
     /// `None` where its runs are a node each
     alike: Option<Alike>,
@@ -35,10 +36,10 @@ struct Alike {
 
 /// All strata as nodes.
 pub(super) struct Nodes {
-    picks: Picks,
+    batches: Batches,
     /// those of targets that are not fitted from the tables alone
     strata: Vec<Stratum>,
-    /// Σ w (e − mean) and Σ w (e − mean)² of the draws of a pick, by the outcome or the member drawn
+    /// Σ w (e − mean) and Σ w (e − mean)² of the draws of a batch, by the multiset or the member drawn
     tables: Vec<[f64; 2]>,
     /// the first run of each node
     runs: Vec<usize>,
@@ -54,26 +55,26 @@ pub(super) struct Column {
     x: Vec<f64>,
     offset: Vec<f64>,
     /// of a linear law, where no draw moves a weight
-    pub(super) lines: Option<Lines>,
+    pub(super) lines: Option<LineFits>,
 }
 
-/// A replicate, by node.
-pub(super) struct Drawn {
-    picks: picks::Drawn<TOGETHER>,
+/// What some replicates draw, and the nodes of one of them.
+pub(super) struct DrawnNodes {
+    drawn: Drawn<TOGETHER>,
     restitution: Vec<f64>,
     weights: Vec<f64>,
     /// squares about the node's mean
     squares: Vec<f64>,
 }
 
-impl Drawn {
-    /// What the picks of the replicates drew.
-    pub(super) fn picks(&self) -> &[[u32; TOGETHER]] {
-        &self.picks.of
+impl DrawnNodes {
+    /// What the batches of the replicates drew.
+    pub(super) fn of_batch(&self) -> &[[u32; TOGETHER]] {
+        &self.drawn.of_batch
     }
 
     /// What a target is fitted to.
-    pub(super) fn of<'a>(&'a self, column: &'a Column) -> Sample<'a> {
+    pub(super) fn sample<'a>(&'a self, column: &'a Column) -> Sample<'a> {
         let nodes = column.nodes.clone();
         Sample {
             x: &column.x,
@@ -93,18 +94,18 @@ impl Nodes {
         let mut alike = vec![true; pool.strata.len()];
         for target in targets {
             let first = pool.first_run(target);
-            restitution[first..first + target.x.len()].copy_from_slice(target.restitution);
+            restitution[first..first + target.regression.x.len()].copy_from_slice(target.regression.restitution);
             let strata = pool.strata[target.strata.clone()].iter();
             for (stratum, alike) in strata.zip(&mut alike[target.strata.clone()]) {
                 let same = |column: &[f64]| {
                     let own = column.get(stratum.start - first..stratum.end - first);
                     own.is_none_or(|own| own.iter().all(|x| *x == own[0]))
                 };
-                *alike &= same(target.x) && same(target.offset);
+                *alike &= same(target.regression.x) && same(target.regression.offset);
             }
         }
         let mut nodes = Nodes {
-            picks: Picks::new(&pool.strata),
+            batches: Batches::new(&pool.strata),
             strata: vec![],
             tables: vec![],
             runs: vec![],
@@ -113,7 +114,7 @@ impl Nodes {
         };
         for (number, (stratum, alike)) in pool.strata.iter().zip(alike).enumerate() {
             let first = nodes.runs.len();
-            let picks = nodes.picks.strata[number].clone();
+            let batches = nodes.batches.strata[number].clone();
             let alike = (alike && stratum.len() > 1).then(|| nodes.tabulate(stratum));
             if alike.is_some() {
                 nodes.runs.push(stratum.start);
@@ -121,7 +122,7 @@ impl Nodes {
                 nodes.runs.extend(stratum.clone());
             }
             nodes.strata.push(Stratum {
-                picks,
+                batches,
                 nodes: first..nodes.runs.len(),
                 alike,
             });
@@ -144,14 +145,14 @@ impl Nodes {
         let n = own.len();
         let mean = own.iter().sum::<f64>() / n as f64;
         let of = |(count, e): (f64, &f64)| {
-            let (weight, e) = (count * unit(n), e - mean);
+            let (weight, e) = (count * unit_weight(n), e - mean);
             [weight * e, weight * e * e]
         };
         let start = self.tables.len();
         if n <= FEW {
-            let outcomes = Outcomes::all().counts(n).iter();
+            let multisets = Multisets::all().counts(n).iter();
             self.tables
-                .extend(outcomes.map(|counts| counts.each().zip(own).map(of).fold([0.0; 2], add)));
+                .extend(multisets.map(|counts| counts.each().zip(own).map(of).fold([0.0; 2], add)));
         } else {
             self.tables.extend(own.iter().map(|e| of((1.0, e))));
         }
@@ -175,29 +176,29 @@ impl Nodes {
             let own = self.runs[nodes.clone()].iter();
             own.filter_map(|run| column.get(run - first)).copied().collect()
         };
-        let x = of(target.x);
-        let lines = (target.law == Law::Linear)
+        let x = of(target.regression.x);
+        let lines = (target.regression.law == Law::LINEAR)
             .then(|| self.lines(target.strata.clone(), &x))
             .flatten();
         Column {
             x,
-            offset: of(target.offset),
+            offset: of(target.regression.offset),
             nodes,
             lines,
         }
     }
 
     /// Lines through some strata, where no draw moves a weight.
-    fn lines(&self, strata: Range<usize>, x: &[f64]) -> Option<Lines> {
+    fn lines(&self, strata: Range<usize>, x: &[f64]) -> Option<LineFits> {
         let strata = &self.strata[strata];
         let (first, last) = (strata.first()?, strata.last()?);
-        let (mut pulls, mut restitution, mut weights) = (vec![], vec![], vec![]);
-        for (node, Stratum { picks, nodes, alike }) in strata.iter().enumerate() {
+        let (mut of_batch, mut restitution, mut weights) = (vec![], vec![], vec![]);
+        for (node, Stratum { batches, nodes, alike }) in strata.iter().enumerate() {
             if let Some(alike) = alike {
                 restitution.push(alike.mean);
                 weights.push(alike.runs);
                 let table = &alike.table;
-                pulls.extend(picks.clone().map(|_| Pull {
+                of_batch.extend(batches.clone().map(|_| BatchTable {
                     table: table.clone(),
                     node,
                 }));
@@ -210,24 +211,24 @@ impl Nodes {
             }
         }
         let sample = Sample::new(x, &restitution, &weights);
-        Lines::new(&sample, first.picks.start..last.picks.end, &pulls, &self.tables).ok()
+        LineFits::new(&sample, first.batches.start..last.batches.end, &of_batch, &self.tables).ok()
     }
 
     /// Words of 32 bits that a replicate uses.
     pub(super) fn words(&self) -> u64 {
-        self.picks.words()
+        self.batches.words()
     }
 
     /// Room for a replicate; what no draw moves is in place.
-    pub(super) fn room(&self) -> Drawn {
+    pub(super) fn room(&self) -> DrawnNodes {
         let mut weights = vec![1.0; self.runs.len()];
         for stratum in &self.strata {
             if let Some(alike) = &stratum.alike {
                 weights[stratum.nodes.start] = alike.runs;
             }
         }
-        Drawn {
-            picks: self.picks.room(),
+        DrawnNodes {
+            drawn: self.batches.room(),
             restitution: self.runs.iter().map(|run| self.restitution[*run]).collect(),
             weights,
             squares: vec![0.0; self.runs.len()],
@@ -240,16 +241,18 @@ impl Nodes {
     }
 
     /// Draws some replicates of all strata.
-    pub(super) fn draw(&self, rng: &mut ChaCha8Rng, into: &mut Drawn) {
-        self.picks.draw(rng, &mut into.picks);
+    pub(super) fn draw(&self, rng: &mut ChaCha8Rng, into: &mut DrawnNodes) {
+        self.batches.draw(rng, &mut into.drawn);
     }
 
     /// The nodes of one of the replicates drawn.
-    pub(super) fn gather(&self, replicate: usize, into: &mut Drawn) {
-        for Stratum { picks, nodes, alike } in &self.strata {
-            let drawn = into.picks.of[picks.clone()].iter().map(|drawn| drawn[replicate]);
+    pub(super) fn gather(&self, replicate: usize, into: &mut DrawnNodes) {
+        for Stratum { batches, nodes, alike } in &self.strata {
+            let drawn = into.drawn.of_batch[batches.clone()]
+                .iter()
+                .map(|drawn| drawn[replicate]);
             let Some(alike) = alike else {
-                weigh(drawn, &mut into.weights[nodes.clone()]);
+                write_weights(drawn, &mut into.weights[nodes.clone()]);
                 continue;
             };
             let table = &self.tables[alike.table.clone()];
@@ -262,7 +265,7 @@ impl Nodes {
     }
 }
 
-/// Adds the sums of one pick.
+/// Adds the sums of one batch.
 fn add([sum, squares]: [f64; 2], [s, q]: [f64; 2]) -> [f64; 2] {
     [sum + s, squares + q]
 }

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::kernel::{Failure, Weighted};
+use super::kernel::{Failure, WeightedFit};
 
 /// Replicates handled by one thread at a time, a multiple of those drawn together.
 const BLOCK: usize = 64;
@@ -47,8 +47,8 @@ impl Replicated {
     }
 
     /// The replicates of one target, in order.
-    pub fn of(&self, target: usize) -> impl Iterator<Item = Weighted> + use<'_> {
-        self.column(&self.fits, target).map(|&[a, b, aa, ab, bb]| Weighted {
+    pub fn of(&self, target: usize) -> impl Iterator<Item = WeightedFit> + use<'_> {
+        self.column(&self.fits, target).map(|&[a, b, aa, ab, bb]| WeightedFit {
             parameters: [a, b],
             covariance: [aa, ab, bb],
         })
@@ -82,12 +82,12 @@ pub(super) struct Block<'a> {
 
 impl Block<'_> {
     /// Keeps what one replicate of a target is, numbered from the first.
-    pub fn put(&mut self, target: usize, replicate: usize, fit: Result<Weighted, Failure>) {
+    pub fn put(&mut self, target: usize, replicate: usize, fit: Result<WeightedFit, Failure>) {
         let place = target * self.replicates + replicate;
-        let Weighted {
+        let WeightedFit {
             parameters: [a, b],
             covariance: [aa, ab, bb],
-        } = fit.unwrap_or(Weighted::NONE);
+        } = fit.unwrap_or(WeightedFit::NONE);
         self.fits[place] = [a, b, aa, ab, bb];
         self.failures[place] = fit.err();
     }

@@ -1,22 +1,21 @@
 //! Draws what a replicate is fitted to where runs keep no stratum: counts of series, or new noise on the fitted law.
 
-use crate::physics::dry::{Order, SECOND_ORDER};
 use std::ops::Range;
 
 use rand::rngs::ChaCha8Rng;
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
 
-use super::picks::unit;
-use super::{Law, Target};
+use super::batches::unit_weight;
+use super::Target;
 use crate::scene::ResamplingScheme;
 
-/// Draws with replacement n − 1 of n members and tells each as `chosen(member)`; a single member is always itself.
+/// Draws with replacement n − 1 of n members and calls `chosen(member)` for each; a single member is always itself.
 fn draw_rescaled(rng: &mut ChaCha8Rng, members: usize, mut chosen: impl FnMut(usize)) {
     if members == 1 {
         return chosen(0);
     }
-    // a word serves for several draws while what is left of it makes each of them even to 2⁻²⁰
+    // a word decides several draws while what is left of it makes each of them even to 2⁻²⁰
     const EVEN: u64 = 1 << 12;
     let (mut word, mut used) = (0u32, EVEN);
     for _ in 1..members {
@@ -34,7 +33,7 @@ fn draw_rescaled(rng: &mut ChaCha8Rng, members: usize, mut chosen: impl FnMut(us
 /// Weights of whole series drawn: every run weighs as its series does.
 pub(super) fn draw_series(rng: &mut ChaCha8Rng, series: &[Range<usize>], first: usize, weights: &mut [f64]) {
     weights.fill(0.0);
-    let unit = unit(series.len());
+    let unit = unit_weight(series.len());
     draw_rescaled(rng, series.len(), |drawn| {
         for weight in &mut weights[series[drawn].start - first..series[drawn].end - first] {
             *weight += unit;
@@ -54,47 +53,36 @@ pub(super) struct Noise {
 
 impl Noise {
     pub(super) fn new(target: &Target) -> Noise {
-        let fitted = target.fitted_restitution();
-        let p = target.law.parameters() as f64;
-        let wider: Vec<f64> = match target.kept {
-            Some(kept) => kept.weights.iter().map(|weight| weight.sqrt().recip()).collect(),
+        let Target { regression, .. } = target;
+        let fitted = regression.fitted(target.fitted);
+        let p = regression.law.parameters() as f64;
+        let wider: Vec<f64> = match target.run_weights {
+            Some(own) => own.weights.iter().map(|weight| weight.sqrt().recip()).collect(),
             None => vec![],
         };
         // infinitely wider where a run is left out
         let counted = |run: usize| wider.get(run).is_none_or(|wider| wider.is_finite());
-        let n = (0..target.x.len()).filter(|run| counted(*run)).count() as f64;
+        let n = (0..fitted.len()).filter(|run| counted(*run)).count() as f64;
         let of_run = |run: usize| wider.get(run).copied().unwrap_or(1.0);
-        let plain = |run: usize| match target.law {
-            Law::Dry(Order::First) => [-target.x[run], 0.0],
-            Law::Dry(Order::Second) => {
-                let s = target.x[run];
-                [-s * (1.0 - 2.0 * SECOND_ORDER * target.fitted[0] * s), 0.0]
-            }
-            Law::Linear => [1.0, -target.x[run]],
-            Law::SquareRoot => [0.5 / fitted[run], 0.5 * target.x[run] / fitted[run]],
-        };
         let slope = |run: usize| match of_run(run) {
             // left out
-            f64::INFINITY => [0.0; 2],
-            wider => plain(run).map(|slope| slope / wider),
+            f64::INFINITY => 0.0,
+            wider => regression.response(target.fitted, run).slope / wider,
         };
-        let (mut j0, mut j1, mut j2) = (0.0, 0.0, 0.0);
-        for run in 0..target.x.len() {
-            let [a, b] = slope(run);
-            j0 += a * a;
-            j1 += a * b;
-            j2 += b * b;
-        }
-        let determinant = j0 * j2 - j1 * j1;
-        let leverage = |run: usize| {
-            let [a, b] = slope(run);
-            match target.law {
-                Law::Dry(_) => a * a / j0,
-                _ => (a * a * j2 - 2.0 * a * b * j1 + b * b * j0) / determinant,
+        let mut information = [0.0; 3];
+        for (run, x) in regression.x.iter().enumerate() {
+            let squared = slope(run) * slope(run);
+            for (sum, product) in information.iter_mut().zip(regression.law.design_products(*x)) {
+                *sum += squared * product;
             }
+        }
+        let leverage = |run: usize| {
+            let row = regression.law.design(regression.x[run]).map(|c| slope(run) * c);
+            let [a, b] = regression.law.solve(information, row);
+            row[0] * a + row[1] * b
         };
         let residual = |(run, (e, f)): (usize, (&f64, &f64))| (e - f) / of_run(run);
-        let raw: Vec<f64> = target
+        let raw: Vec<f64> = regression
             .restitution
             .iter()
             .zip(&fitted)

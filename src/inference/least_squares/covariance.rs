@@ -9,7 +9,7 @@ use super::Stop;
 /// hardest certified problem (Lanczos1) scatters by 400.
 const SCATTER_ROUNDINGS: f64 = 64.0;
 
-/// What can be said about the uncertainty of a fit.
+/// The uncertainty of a fit, or why there is none.
 pub(super) struct Uncertainty {
     pub(super) stop: Stop,
     pub(super) condition: f64,
@@ -18,9 +18,14 @@ pub(super) struct Uncertainty {
     pub(super) why_none: Option<String>,
 }
 
-/// Judges the `end` of an attempt that stopped for the reason `stop`; `inside` says whether the
-/// model is defined at a point.
-pub(super) fn judge(end: &Linearised, runs: usize, stop: Stop, inside: impl Fn(&DVector<f64>) -> bool) -> Uncertainty {
+/// The uncertainty at the `end` of an attempt that stopped for the reason `stop`; `inside` is whether
+/// the model is defined at a point.
+pub(super) fn uncertainty(
+    end: &Linearised,
+    runs: usize,
+    stop: Stop,
+    inside: impl Fn(&DVector<f64>) -> bool,
+) -> Uncertainty {
     let p = end.parameters.len();
     let condition = condition(end);
     let freedom = runs.saturating_sub(p);

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector, DVectorViewMut, Dyn};
 /// Bound on the sweeps of one singular value decomposition, so that it always ends.
 const SVD_SWEEPS: usize = 500;
 
-/// Everything the solver knows about one point: where it is, how well it fits, and the
+/// All that the solver uses of one point: where it is, how well it fits, and the
 /// triangle of its slopes. With unit columns J = Q R diag(lengths); JᵀJ is never formed.
 pub(super) struct Linearised {
     pub(super) parameters: DVector<f64>,

@@ -1,27 +1,35 @@
-//! Fits a curve to runs by least squares, and says how well it is known and why it stopped.
+//! Fits a curve to runs by least squares, with the covariance of its parameters and the reason why it stopped.
 //!
 //! A problem brings its residuals and their slopes ([`ResidualProblem`]); [`fit`] runs
 //! Levenberg–Marquardt on it and returns a [`Fit`]. A poor fit is a value with a reason, not an
 //! error: read [`Fit::stop`] first. Standard errors exist only where the fit converged on a
 //! minimum that the runs determine and scatter about; otherwise they are `None` and
-//! [`Fit::why_no_covariance`] says why.
+//! [`Fit::why_no_covariance`] gives the reason.
+//!
+//! | file | job |
+//! |---|---|
+//! | `linearised.rs` | residuals and Jacobian at one point, as a triangle |
+//! | `levenberg_marquardt.rs` | the steps from point to point |
+//! | `solver.rs` | one attempt, driven by argmin |
+//! | `covariance.rs` | whether an end point has standard errors, and which |
+//! | `sensitivity.rs` | where a minimum goes when its problem changes a little |
 //!
 //! Sources: Moré (1978) for the scaling, Nielsen (1999) for the damping, Transtrum and Sethna
 //! (2012) for the acceleration, Bates and Watts (1981) for the test of convergence.
 
 mod covariance;
+mod levenberg_marquardt;
 mod linearised;
-mod moved;
+mod sensitivity;
 mod solver;
 #[cfg(test)]
 mod tests;
-mod walk;
 
 use nalgebra::DMatrix;
 
-pub use moved::Minimum;
+use levenberg_marquardt::Variant;
+pub use sensitivity::Minimum;
 use solver::{attempt, Attempt};
-use walk::Manner;
 
 /// Marks a point where the model is undefined: recoverable, the step is shortened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -50,7 +58,7 @@ pub trait ResidualProblem {
     /// Typical size of the observed values, below whose rounding error a residual is no scatter.
     ///
     /// The largest share of any one parameter in the model (rms of b_j ∂/∂b_j) is taken where it
-    /// is larger, so most problems need not say; one whose model has a large constant part should.
+    /// is larger, so most problems need not give it; one whose model has a large constant part should.
     fn scale(&self) -> f64 {
         0.0
     }
@@ -191,14 +199,14 @@ pub fn fit<P: ResidualProblem>(problem: &P, start: &[f64]) -> Fit {
     let mut best: Option<Fit> = None;
     let mut evaluations = 0;
     let mut met_edge = false;
-    for manner in [Manner::Remembering, Manner::KeepingClear, Manner::Forgetting] {
-        if manner == Manner::KeepingClear && !met_edge {
+    for variant in [Variant::LargestScale, Variant::ShortenedSteps, Variant::CurrentScale] {
+        if variant == Variant::ShortenedSteps && !met_edge {
             continue;
         }
-        let attempt = attempt(problem, start, manner);
+        let attempt = attempt(problem, start, variant);
         evaluations += attempt.evaluations;
         met_edge |= attempt.met_edge;
-        let Some(other) = judged(problem, attempt, met_edge) else {
+        let Some(other) = fit_of(problem, attempt, met_edge) else {
             break;
         };
         let better = best
@@ -236,10 +244,10 @@ fn cannot_determine(runs: usize, parameters: usize) -> String {
 }
 
 /// The fit an attempt ended in; `None` if it could not begin.
-fn judged<P: ResidualProblem>(problem: &P, attempt: Attempt, met_edge: bool) -> Option<Fit> {
+fn fit_of<P: ResidualProblem>(problem: &P, attempt: Attempt, met_edge: bool) -> Option<Fit> {
     let end = attempt.end?;
     let runs = problem.runs();
-    let found = covariance::judge(&end, runs, attempt.stop, |b| {
+    let found = covariance::uncertainty(&end, runs, attempt.stop, |b| {
         // An end on the edge is only reached by trying to cross it.
         if !met_edge {
             return true;

@@ -1,10 +1,10 @@
-//! Runs Levenberg–Marquardt as an argmin solver; the only file that knows argmin.
+//! Runs Levenberg–Marquardt as an argmin solver; the only file that uses argmin.
 
 use argmin::core::{Error, Executor, IterState, Problem, Solver, TerminationReason, TerminationStatus, KV};
 use nalgebra::DVector;
 
+use super::levenberg_marquardt::{LevenbergMarquardt, Model, Variant};
 use super::linearised::Linearised;
-use super::walk::{Manner, Model, Walker};
 use super::{ResidualProblem, Stop};
 
 /// Outer iterations of one attempt.
@@ -21,8 +21,8 @@ pub(super) struct Attempt {
 }
 
 /// Runs one attempt from `start` by argmin's executor.
-pub(super) fn attempt<P: ResidualProblem>(problem: &P, start: &[f64], manner: Manner) -> Attempt {
-    let solver = LevenbergMarquardt(Walker::new(problem.runs(), problem.parameters(), manner));
+pub(super) fn attempt<P: ResidualProblem>(problem: &P, start: &[f64], variant: Variant) -> Attempt {
+    let solver = Driven(LevenbergMarquardt::new(problem.runs(), problem.parameters(), variant));
     let start = DVector::from_column_slice(start);
     let run = Executor::new(Model::new(problem), solver)
         .configure(|state| state.param(start).max_iters(MAX_ITERATIONS))
@@ -39,7 +39,7 @@ pub(super) fn attempt<P: ResidualProblem>(problem: &P, start: &[f64], manner: Ma
             .as_ref()
             .and_then(|solver| solver.0.stop)
             .unwrap_or(Stop::MaxIterations),
-        end: solver.and_then(|solver| solver.0.here),
+        end: solver.and_then(|solver| solver.0.current),
         evaluations: model.as_ref().map_or(0, |model| model.evaluations),
         met_edge: model.is_some_and(|model| model.met_edge),
     }
@@ -47,20 +47,20 @@ pub(super) fn attempt<P: ResidualProblem>(problem: &P, start: &[f64], manner: Ma
 
 type State = IterState<DVector<f64>, (), (), (), (), f64>;
 
-/// The walk as argmin drives it.
-struct LevenbergMarquardt(Walker);
+/// An attempt as argmin drives it.
+struct Driven(LevenbergMarquardt);
 
-impl LevenbergMarquardt {
-    /// Tells argmin where the walk stands.
-    fn tell(&self, state: State) -> State {
-        match &self.0.here {
+impl Driven {
+    /// argmin's state at the current point.
+    fn update(&self, state: State) -> State {
+        match &self.0.current {
             Some(here) => state.param(here.parameters.clone()).cost(here.residual_sum_of_squares),
             None => state,
         }
     }
 }
 
-impl<P: ResidualProblem> Solver<Model<'_, P>, State> for LevenbergMarquardt {
+impl<P: ResidualProblem> Solver<Model<'_, P>, State> for Driven {
     fn name(&self) -> &str {
         "Levenberg–Marquardt"
     }
@@ -69,14 +69,14 @@ impl<P: ResidualProblem> Solver<Model<'_, P>, State> for LevenbergMarquardt {
         if let (Some(model), Some(start)) = (problem.problem.as_mut(), state.take_param()) {
             self.0.begin(model, start);
         }
-        Ok((self.tell(state), None))
+        Ok((self.update(state), None))
     }
 
     fn next_iter(&mut self, problem: &mut Problem<Model<'_, P>>, state: State) -> Result<(State, Option<KV>), Error> {
         if let Some(model) = problem.problem.as_mut() {
-            self.0.advance(model);
+            self.0.iterate(model);
         }
-        Ok((self.tell(state), None))
+        Ok((self.update(state), None))
     }
 
     fn terminate(&mut self, _state: &State) -> TerminationStatus {

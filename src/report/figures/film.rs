@@ -6,7 +6,7 @@ use super::points::{chart, curve, points, steps};
 use crate::findings::estimate::Estimate;
 use crate::findings::scaling::Scaling;
 use crate::physics::inertia::Inertia;
-use crate::scene::Law;
+use crate::scene::WetLaw;
 
 fn estimate_point(film_ratio: f64, estimate: &Estimate) -> Option<ChartPoint> {
     Some(ChartPoint {
@@ -21,13 +21,13 @@ pub(super) fn film(told: Told) -> Vec<Chart> {
     let panel = |label: &str, of: fn(&Scaling) -> &Estimate| {
         let mut layers = vec![];
         for (index, particle) in told.scene.particles.iter().enumerate() {
-            for (law, words) in [(Law::Sqrt, "square root"), (Law::Linear, "linear")] {
+            for (law, words) in [(WetLaw::Sqrt, "square root"), (WetLaw::Linear, "linear")] {
                 let rows = told.findings.scaling.iter();
                 let mine = rows.filter(|r| r.particle == particle.name && r.law == law.name() && r.verdict.passed);
                 let points_of: Vec<ChartPoint> = mine.filter_map(|r| estimate_point(r.film_ratio?, of(r))).collect();
                 let style = Style {
                     group: index + 1,
-                    open: law == Law::Linear,
+                    open: law == WetLaw::Linear,
                 };
                 if !points_of.is_empty() {
                     layers.push(points(format!("{}, {words}", particle.name), points_of, style));
@@ -41,7 +41,7 @@ pub(super) fn film(told: Told) -> Vec<Chart> {
 
 /// The inertial loss with both predictions, and St_c e_inf², against the film ratio, by the square-root law.
 pub(super) fn energy(told: Told) -> Vec<Chart> {
-    let rows = || told.findings.energy.iter().filter(|row| row.law == Law::Sqrt.name());
+    let rows = || told.findings.energy.iter().filter(|row| row.law == WetLaw::Sqrt.name());
     let end = rows().map(|row| row.film_ratio).reduce(f64::max).unwrap_or(0.1) * 1.08;
     let of_particles = |of: fn(&crate::findings::energy::Energy) -> &Estimate| -> Vec<Layer> {
         let names = told.scene.particles.iter().enumerate();

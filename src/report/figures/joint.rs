@@ -12,7 +12,7 @@ use crate::model::parameters::physical;
 use crate::physics::balance::Balance;
 use crate::physics::loss::Film;
 use crate::physics::viscous;
-use crate::scene::Law;
+use crate::scene::WetLaw;
 
 /// Pairs (e_inf, St_c) that say how uncertain both are together, and the intervals made of them.
 pub(super) struct Cloud<'a> {
@@ -83,8 +83,8 @@ fn of_bootstrap(told: Told, joint: &Joint) -> Option<Chart> {
         .film_ratio
         .map_or("every δ/D".to_owned(), |r| format!("δ/D = {}", numbers::short(r)));
     let law = match joint.law {
-        Law::Sqrt => "square-root law",
-        Law::Linear => "linear law",
+        WetLaw::Sqrt => "square-root law",
+        WetLaw::Linear => "linear law",
     };
     let title = format!("{}, {ratio}, {law}", told.scene.particles[joint.particle].name);
     let centre = (row.e_inf.value?, row.st_c.value?);
@@ -104,7 +104,7 @@ fn of_bootstrap(told: Told, joint: &Joint) -> Option<Chart> {
 ///
 /// `None` beside the linear law, whose St_c is another quantity, and over all film ratios, where there is no one e_inf.
 fn of_posterior(told: Told, joint: &Joint) -> Option<Vec<[f64; 2]>> {
-    let posterior = told.posterior.filter(|_| joint.law == Law::Sqrt)?;
+    let posterior = told.posterior.filter(|_| joint.law == WetLaw::Sqrt)?;
     let ratio = joint.film_ratio?;
     let name = &told.scene.particles[joint.particle].name;
     let balance = told.findings.energy_balance.as_ref()?;

@@ -19,7 +19,7 @@ use crate::physics::numbers::stokes;
 use crate::physics::rebound;
 use crate::physics::DrySpeed;
 use crate::runs::Series;
-use crate::scene::Law;
+use crate::scene::WetLaw;
 use crate::units::{micrometres, millimetres};
 use film::{energy, film, residuals};
 use joint::joint;
@@ -266,7 +266,7 @@ fn stuck_layers(told: Told, series: &[(&Series, &SeriesFit)], stuck: Vec<Vec<Cha
         .collect()
 }
 
-fn scaling_of<'a>(told: Told<'a>, particle: usize, ratio: Option<f64>, law: Law) -> Option<&'a Scaling> {
+fn scaling_of<'a>(told: Told<'a>, particle: usize, ratio: Option<f64>, law: WetLaw) -> Option<&'a Scaling> {
     let name = &told.scene.particles[particle].name;
     told.findings
         .scaling
@@ -278,16 +278,16 @@ fn scaling_of<'a>(told: Told<'a>, particle: usize, ratio: Option<f64>, law: Law)
 fn laws(told: Told, particle: usize, ratio: Option<f64>, end: f64) -> Vec<Layer> {
     let mut layers = vec![];
     // drawn whatever the verdict: a law that does not hold for all is best seen beside the runs
-    let values = |law: Law| {
+    let values = |law: WetLaw| {
         let row = scaling_of(told, particle, ratio, law)?;
         Some((row.e_inf.value?, row.st_c.value?))
     };
-    if let Some((e_inf, st_c)) = values(Law::Linear) {
+    if let Some((e_inf, st_c)) = values(WetLaw::Linear) {
         let last = end.min(1.0 / st_c);
         let line = [0.0, last].map(|x| (x, e_inf * (1.0 - st_c * x))).to_vec();
         layers.push(curve("linear law", line, Style::group(0), Dash::Dashed));
     }
-    if let Some((e_inf, st_c)) = values(Law::Sqrt) {
+    if let Some((e_inf, st_c)) = values(WetLaw::Sqrt) {
         let last = 0.5 / st_c;
         let root = |u: f64| {
             let x = last * (1.0 - u * u);

@@ -2,7 +2,7 @@
 
 use super::super::{numbers, Told};
 use crate::findings::Verdict;
-use crate::scene::Law;
+use crate::scene::WetLaw;
 
 /// Names of the particles that have any estimate, in the order of the scene.
 pub(super) fn estimated(told: Told) -> Vec<String> {
@@ -19,7 +19,7 @@ pub(super) fn estimated(told: Told) -> Vec<String> {
 }
 
 pub(super) fn law_name(law: &str) -> String {
-    if law == Law::Sqrt.name() {
+    if law == WetLaw::Sqrt.name() {
         "square root".to_owned()
     } else {
         law.to_owned()

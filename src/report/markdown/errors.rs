@@ -4,8 +4,8 @@ use super::super::numbers::{self, NONE};
 use super::super::Told;
 use super::cells::law_name;
 use super::page::Page;
-use crate::findings::erring::Weighed;
-use crate::findings::measurement_errors::most_moved;
+use crate::findings::error_notices::most_moved;
+use crate::findings::measurement_errors::ErrorSummary;
 
 /// How the errors of the runs entered; nothing where no run carries one.
 pub(super) fn errors(page: &mut Page, told: Told) {
@@ -47,7 +47,7 @@ pub(super) fn errors(page: &mut Page, told: Told) {
         ];
         Some((about, balance.runs, balance.measurement_errors?))
     });
-    let cells = |(about, runs, weighed): ([String; 3], usize, Weighed)| -> Vec<String> {
+    let cells = |(about, runs, weighed): ([String; 3], usize, ErrorSummary)| -> Vec<String> {
         let told: [String; 4] = [
             format!("{} of {runs}", weighed.runs_with_errors),
             weighed.runs_left_out.to_string(),

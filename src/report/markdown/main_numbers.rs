@@ -11,7 +11,7 @@ use super::verdict::verdict_line;
 use crate::findings::balance::Derived;
 use crate::findings::estimate::Estimate;
 use crate::findings::posterior::Quantity;
-use crate::scene::Law;
+use crate::scene::WetLaw;
 
 pub(super) fn main_numbers(page: &mut Page, told: Told) {
     let findings = told.findings;
@@ -249,7 +249,7 @@ pub fn summary(told: Told) -> String {
         }
         // without an energy balance the direct fits are what there is
         None => {
-            let direct = findings.scaling.iter().filter(|row| row.law == Law::Sqrt.name());
+            let direct = findings.scaling.iter().filter(|row| row.law == WetLaw::Sqrt.name());
             let lines = direct.filter_map(|row| Some(line(&row.particle, row.film_ratio?, &row.e_inf, &row.st_c)));
             text.extend(lines);
         }

@@ -4,9 +4,10 @@ use super::written::Marginal;
 use crate::findings::dry::FittedDry;
 use crate::findings::energy::Energy;
 use crate::findings::scaling::FittedScaling;
+use crate::inference::law::Law;
 use crate::model::parameters::{Kind, Parameters};
 use crate::physics::inertia::Inertia;
-use crate::scene::Law;
+use crate::scene::WetLaw;
 
 /// Φ⁻¹(0.95).
 const NORMAL_95: f64 = 1.644_853_626_951_472_2;
@@ -22,7 +23,7 @@ pub(super) struct Fits<'f> {
 /// and film ratios weighted by its standard errors, k by the dry fit, spreads by the residuals.
 ///
 /// A form of inertia with a film scale has no such C: `None`.
-pub(super) fn by_law(law: Law, parameters: &Parameters, inertia: Inertia, fits: &Fits) -> Vec<Option<Marginal>> {
+pub(super) fn by_law(law: WetLaw, parameters: &Parameters, inertia: Inertia, fits: &Fits) -> Vec<Option<Marginal>> {
     let of = |kind: Kind| match kind {
         Kind::DryK(particle) => {
             let fitted = fits.dry.iter().find(|dry| dry.particle == particle)?;
@@ -41,13 +42,14 @@ pub(super) fn by_law(law: Law, parameters: &Parameters, inertia: Inertia, fits: 
             }))
         }
         Kind::Shared(_) | Kind::LubricationTrend | Kind::InertialTrend => None,
-        Kind::SigmaDry => spread(fits.dry.iter().map(|one| (one.dry.residual_sd, one.dry.runs, 1))),
+        Kind::SigmaDry => spread(1, fits.dry.iter().map(|one| (one.dry.residual_sd, one.dry.runs))),
         // least squares has one spread, and normal noise
         Kind::SigmaEnergy | Kind::Nu => None,
         Kind::SigmaWet => {
             let groups = fits.scaling.iter().filter(|one| one.law == law);
             let each = groups.filter(|one| one.scaling.film_ratio.is_some());
-            spread(each.map(|one| (one.scaling.residual_sd, one.scaling.runs, 2)))
+            let each = each.map(|one| (one.scaling.residual_sd, one.scaling.runs));
+            spread(Law::Wet(law).parameters(), each)
         }
     };
     parameters.sampled.iter().map(|parameter| of(parameter.kind)).collect()
@@ -73,13 +75,13 @@ fn weighted(pairs: impl Iterator<Item = (f64, f64)>) -> Option<Marginal> {
     (weights > 0.0).then(|| normal((sum / weights, (1.0 / weights).sqrt())))
 }
 
-/// One spread from the residual sds of fits, each with its runs and how many parameters it spent; its own uncertainty is
-/// that of a normal sample, σ/√(2ν).
-fn spread(fits: impl Iterator<Item = (Option<f64>, usize, usize)>) -> Option<Marginal> {
+/// One spread from the residual sds and runs of fits of so many parameters each; its own uncertainty is that of a normal
+/// sample, σ/√(2ν).
+fn spread(parameters: usize, fits: impl Iterator<Item = (Option<f64>, usize)>) -> Option<Marginal> {
     let (mut squares, mut freedom) = (0.0, 0.0);
-    for (sd, runs, spent) in fits {
+    for (sd, runs) in fits {
         if let Some(sd) = sd {
-            let left = runs.saturating_sub(spent) as f64;
+            let left = runs.saturating_sub(parameters) as f64;
             squares += left * sd * sd;
             freedom += left;
         }

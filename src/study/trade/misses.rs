@@ -4,7 +4,7 @@ use super::timed::Answer;
 use super::ways::Path;
 use super::written::{LinearBias, Miss, Reference, Rung};
 use crate::findings::scaling;
-use crate::scene::Law;
+use crate::scene::WetLaw;
 
 pub(super) fn rung(path: Path, seconds: f64, answer: Answer, reference: &Reference) -> Rung {
     let errors: Vec<Option<Miss>> = answer
@@ -38,7 +38,7 @@ pub(super) fn rung(path: Path, seconds: f64, answer: Answer, reference: &Referen
 }
 
 pub(super) fn linear_bias(scaling: &scaling::Scaling) -> Option<LinearBias> {
-    let bias = scaling.bias.filter(|_| scaling.law == Law::Linear.name())?;
+    let bias = scaling.bias.filter(|_| scaling.law == WetLaw::Linear.name())?;
     Some(LinearBias {
         particle: scaling.particle.clone(),
         film_ratio: scaling.film_ratio,

@@ -16,7 +16,7 @@ use crate::inference::nuts::Effort;
 use crate::inference::posed::{Evaluation, Posed, LARGEST_ERROR};
 use crate::inference::sampling::{by_normal, by_weights, follow, Method, Sampled};
 use crate::model::likelihood::Resolution;
-use crate::scene::Law;
+use crate::scene::WetLaw;
 
 /// Times each way is timed; the shortest counts.
 const TIMED: usize = 5;
@@ -66,7 +66,7 @@ impl Ground<'_> {
         }
     }
 
-    fn read_off(&self, law: Law) -> Answer {
+    fn read_off(&self, law: WetLaw) -> Answer {
         let (scene, runs) = (self.scene, &self.table.runs);
         let quoting = Quoting {
             level: scene.bootstrap.level,

@@ -3,13 +3,13 @@
 use crate::inference::posed::{Evaluation, LARGEST_ERROR};
 use crate::inference::sampling::Method;
 use crate::model::likelihood::Resolution;
-use crate::scene::Law;
+use crate::scene::WetLaw;
 
 /// A way to the parameters.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Path {
     /// read off a law fitted by least squares
-    Law(Law),
+    Law(WetLaw),
     /// the normal about the posterior's mode
     Laplace,
     /// the same with importance weights
@@ -20,8 +20,8 @@ pub(super) enum Path {
 
 impl Path {
     pub(super) const ALL: [Path; 10] = [
-        Path::Law(Law::Linear),
-        Path::Law(Law::Sqrt),
+        Path::Law(WetLaw::Linear),
+        Path::Law(WetLaw::Sqrt),
         Path::Laplace,
         Path::LaplacePsis,
         Path::Nuts(Evaluation::Compressed(Resolution::Nodes(4))),

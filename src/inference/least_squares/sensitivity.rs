@@ -1,4 +1,4 @@
-//! Says where the minimum of a fit goes when its problem changes a little, without fitting again.
+//! Computes where the minimum of a fit goes when its problem changes a little, without fitting again.
 
 use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, DVector, Dyn};

@@ -1,4 +1,4 @@
-//! Takes the steps of a fit, from point to point until none is left to gain.
+//! Iterates by the method of Levenberg and Marquardt, from point to point until nothing is left to gain.
 //!
 //! Damped by Moré's scaling and Nielsen's update, bent by Transtrum and Sethna's geodesic
 //! acceleration; at the end undamped, or Newton's, as there the sum of squares is flat to rounding
@@ -37,23 +37,23 @@ const CURVATURE_PROBE: f64 = 0.1;
 /// Once a step has led out of the domain, so many iterations
 const EDGE_PATIENCE: usize = 30;
 /// must lower the sum of squares by this part: an attempt that creeps along the edge has no minimum to come to, and with
-/// a million runs would take minutes to say so.
+/// a million runs would take minutes to find that out.
 const EDGE_GAIN: f64 = 1e-3;
 
-/// How an attempt walks.
+/// Variants of the method, by how they scale the parameters and bound a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Manner {
-    /// Measures each parameter by its longest column so far (Moré): remembers steep ground.
-    Remembering,
-    /// Measures it by its column here: forgets, and so leaves flat ground again.
-    Forgetting,
-    /// As `Remembering` without acceleration, but shortens a step that would go more than half the
+pub(super) enum Variant {
+    /// Scales each parameter by its longest column so far (Moré).
+    LargestScale,
+    /// Scales it by its column at the current point, and so leaves flat ground again.
+    CurrentScale,
+    /// As `LargestScale` without acceleration, but shortens a step that would go more than half the
     /// way to the edge of the domain. Damping it instead turns it, for slopes that are nearly
     /// alike, straight towards the edge, where they may be so steep that no step leads away again.
-    KeepingClear,
+    ShortenedSteps,
 }
 
-/// A problem with what was asked of it. (argmin's own count, a hash map, takes a tenth of a small
+/// A problem with the count of its evaluations. (argmin's own count, a hash map, takes a tenth of a small
 /// fit.)
 pub(super) struct Model<'a, P> {
     problem: &'a P,
@@ -72,11 +72,11 @@ impl<'a, P> Model<'a, P> {
     }
 }
 
-/// One attempt under way.
-pub(super) struct Walker {
-    manner: Manner,
-    /// Where the solver stands.
-    pub(super) here: Option<Linearised>,
+/// The state of one attempt.
+pub(super) struct LevenbergMarquardt {
+    variant: Variant,
+    /// The current point.
+    pub(super) current: Option<Linearised>,
     residuals: DVector<f64>,
     trial: DVector<f64>,
     work: DVector<f64>,
@@ -91,17 +91,24 @@ pub(super) struct Walker {
     pub(super) stop: Option<Stop>,
 }
 
+/// A step of the scaled parameters, before acceleration.
+struct Proposal {
+    velocity: DVector<f64>,
+    /// first-order change of the residuals it makes, in the plane of the slopes
+    change: DVector<f64>,
+}
+
 /// What a proposed step led to.
 enum Step {
     Taken,
     Refused,
 }
 
-impl Walker {
-    pub(super) fn new(runs: usize, parameters: usize, manner: Manner) -> Self {
+impl LevenbergMarquardt {
+    pub(super) fn new(runs: usize, parameters: usize, variant: Variant) -> Self {
         Self {
-            manner,
-            here: None,
+            variant,
+            current: None,
             residuals: DVector::zeros(runs),
             trial: DVector::zeros(runs),
             work: DVector::zeros(runs),
@@ -114,7 +121,7 @@ impl Walker {
         }
     }
 
-    /// Stands at `start`; stopped at once if the model is undefined there.
+    /// Begins at `start`; stopped at once if the model is undefined there.
     pub(super) fn begin<P: ResidualProblem>(&mut self, model: &mut Model<P>, start: DVector<f64>) {
         let sum = residuals_at(model, &start, &mut self.trial);
         match sum.and_then(|_| linearise_at(model, start, &self.trial, &mut self.work)) {
@@ -124,8 +131,8 @@ impl Walker {
     }
 
     /// Takes one step, or stops.
-    pub(super) fn advance<P: ResidualProblem>(&mut self, model: &mut Model<P>) {
-        let Some(here) = self.here.take() else {
+    pub(super) fn iterate<P: ResidualProblem>(&mut self, model: &mut Model<P>) {
+        let Some(here) = self.current.take() else {
             return;
         };
         let offset = here.relative_offset();
@@ -155,7 +162,7 @@ impl Walker {
                 });
             }
         }
-        let sum = self.here.get_or_insert(here).residual_sum_of_squares;
+        let sum = self.current.get_or_insert(here).residual_sum_of_squares;
         if model.met_edge && self.stop.is_none() {
             let (iterations, before) = self.at_edge.unwrap_or((0, sum));
             self.at_edge = match iterations + 1 {
@@ -173,15 +180,15 @@ impl Walker {
     fn move_to(&mut self, next: Linearised) {
         std::mem::swap(&mut self.residuals, &mut self.trial);
         for (y, &length) in self.yardsticks.iter_mut().zip(next.lengths.iter()) {
-            *y = match self.manner {
-                Manner::Forgetting => length,
-                Manner::Remembering | Manner::KeepingClear => y.max(length),
+            *y = match self.variant {
+                Variant::CurrentScale => length,
+                Variant::LargestScale | Variant::ShortenedSteps => y.max(length),
             };
             if *y == 0.0 {
                 *y = 1.0;
             }
         }
-        self.here = Some(next);
+        self.current = Some(next);
     }
 
     /// Tries the undamped step: it is judged by the slope left, not by the sum of squares,
@@ -259,11 +266,11 @@ impl Walker {
                 break;
             };
             let expected = change.norm_squared() + 2.0 * self.damping * velocity.norm_squared();
-            let bent = self.accelerate(model, here, &damped, &velocity, &change);
-            if let Some(scaled) = bent {
+            let accelerated = self.accelerate(model, here, &damped, Proposal { velocity, change });
+            if let Some(scaled) = accelerated {
                 let mut step = scaled.component_div(&self.yardsticks);
-                let part = match self.manner {
-                    Manner::KeepingClear => self.clear_part(model, here, &step),
+                let part = match self.variant {
+                    Variant::ShortenedSteps => self.part_inside(model, here, &step),
                     _ => 1.0,
                 };
                 step *= part;
@@ -302,7 +309,7 @@ impl Walker {
     }
 
     /// The part of `step` that goes at most half the way to the edge of the domain, to a half.
-    fn clear_part<P: ResidualProblem>(&mut self, model: &mut Model<P>, here: &Linearised, step: &DVector<f64>) -> f64 {
+    fn part_inside<P: ResidualProblem>(&mut self, model: &mut Model<P>, here: &Linearised, step: &DVector<f64>) -> f64 {
         let mut part = 1.0;
         for _ in 0..MAX_DAMPINGS {
             let beyond = &here.parameters + step * (2.0 * part);
@@ -315,23 +322,22 @@ impl Walker {
     }
 
     /// Bends the step along the curvature measured on its way; `None` if it is bent so far
-    /// that the step reaches beyond what the slopes here can tell.
+    /// that the step reaches beyond where the slopes here hold.
     fn accelerate<P: ResidualProblem>(
         &mut self,
         model: &mut Model<P>,
         here: &Linearised,
         damped: &Damped,
-        velocity: &DVector<f64>,
-        change: &DVector<f64>,
+        Proposal { velocity, change }: Proposal,
     ) -> Option<DVector<f64>> {
-        if self.manner == Manner::KeepingClear {
+        if self.variant == Variant::ShortenedSteps {
             // A step refused as too bent is damped more, and so turned after all.
-            return Some(velocity.clone());
+            return Some(velocity);
         }
         let h = CURVATURE_PROBE;
         let probe = &here.parameters + velocity.component_div(&self.yardsticks) * h;
         if residuals_at(model, &probe, &mut self.work).is_none() {
-            return Some(velocity.clone());
+            return Some(velocity);
         }
         self.work -= &self.residuals;
         let curvature = (here.project(&mut self.work) / h - change) * (2.0 / h);
