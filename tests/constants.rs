@@ -178,6 +178,7 @@ fn changed(scene: &Scene, table: &Table, change: impl Fn(&mut Scene, &mut Runs))
         sha256: String::new(),
     };
     change(&mut scene, &mut table.runs);
+    table.runs.compute_impacts(&scene);
     findings::find(&scene, &table, 1, false)
 }
 

@@ -216,9 +216,13 @@ impl Form {
         Term::LISTED.into_iter().filter(|term| term.is_held(self)).collect()
     }
 
-    /// The same with exactly these of the terms a list can name.
+    /// The same with exactly these of the terms a list can name; inertia and viscous loss keep their forms, also where
+    /// that is none.
     pub fn with_terms(self, terms: &[Term]) -> Form {
-        let differs = |form: Form, term: &Term| terms.contains(term) != term.is_held(form);
+        let differs = |form: Form, term: &Term| match (terms.contains(term), term.is_held(form)) {
+            (true, false) => !matches!(term, Term::Inertia | Term::Viscous),
+            (listed, held) => listed != held,
+        };
         Term::LISTED.into_iter().fold(
             self,
             |form, term| {

@@ -14,6 +14,7 @@
 //! | `typed.rs` | reads CSV and Parquet with polars, writes Parquet; with `claims.rs` the only file that names it |
 //! | `stream.rs` | reads an ordinary CSV a window of lines at a time |
 //! | `series.rs` | orders runs by series |
+//! | `impacts.rs` | computes of each run, once, what the laws and the energy balance read |
 //! | `part.rs` | takes a part of the runs |
 //! | `write.rs` | writes simulated runs, a row at a time |
 
