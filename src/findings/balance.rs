@@ -7,6 +7,7 @@ use super::energy::density_ratio;
 use super::estimate::{Estimate, Quoting, Scale};
 use super::judge::{one_against, spread, uncertain, why_stopped, Verdict};
 use super::measurement_errors::{columns, ErrorSummary};
+use super::quantities::scale_of;
 use super::scaling::FittedScaling;
 use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::{chi_squared, reweight, ErrorColumns, ErrorWeights};
@@ -15,8 +16,10 @@ use crate::inference::least_squares::{Fit, Stop};
 use crate::inference::nested::{FTest, Spread};
 use crate::model::parameters::Kind;
 use crate::physics::balance::{AtFilm, Balance};
-use crate::physics::loss::Film;
-use crate::physics::{viscous, Coefficient, Form, Inertia, Viscous};
+use crate::physics::form::Term;
+use crate::physics::jet::{Jet, Number};
+use crate::physics::quantity::{Place, Quantity, Wetted};
+use crate::physics::{Coefficient, Form, Inertia};
 use crate::runs::{FilmGroup, Runs};
 use crate::scene::{Scene, WetLaw};
 
@@ -237,7 +240,12 @@ fn findings_of(
             .collect(),
         runs: joint.wet_rebounds(),
         delta_c_over_roughness: match l {
-            Some(l) => fitted.estimate(0, [l.exp(), l.exp()], Scale::Log, quoting),
+            Some(l) => {
+                let quantity = Quantity::DeltaCOverRoughness;
+                let l = Jet::<1>::variable(l, 0);
+                let jet = quantity.value(&Place::NONE, &Wetted::of_balance(l.only_if(false), l));
+                fitted.estimate(0, [jet.value, jet.slopes[0]], scale_of(quantity), quoting)
+            }
             None => quoting.none(NO_VISCOUS),
         },
         verdict: judge(&fitted.fit, l, lack_of_fit.as_ref()),
@@ -347,37 +355,51 @@ fn closest<'r>(of_form: impl Fn(Inertia) -> (JointFit<'r>, f64, Fit)) -> (JointF
     best.unwrap_or_else(|| of_form(Inertia::Stepwise))
 }
 
-/// What a joint fit's point says of a film group: e_inf² and L, with their slopes in all parameters.
+/// What a joint fit's point says of a film group.
 pub(super) struct AtGroup {
     /// ρ̃, mean over the rebounds
     pub density_ratio: f64,
-    /// e_inf² and its slopes
-    pub e_inf_squared: (f64, Vec<f64>),
-    /// L and its slopes
-    pub lubrication_log: (f64, Vec<f64>),
+    /// e_inf and L, with slopes in themselves; NaN where nothing is left for e_inf, or without a viscous loss
+    wetted: Wetted<Jet<2>>,
+    /// slopes of e_inf and of L in all parameters
+    slopes: [Vec<f64>; 2],
+}
+
+impl AtGroup {
+    /// A quantity there; NaN where it is not defined.
+    pub fn value(&self, quantity: Quantity) -> f64 {
+        quantity.value(&Place::NONE, &self.wetted).value
+    }
+
+    /// The slopes of a quantity in all parameters.
+    fn slopes(&self, quantity: Quantity) -> Vec<f64> {
+        let [of_e_inf, of_l] = quantity.value(&Place::NONE, &self.wetted).slopes;
+        let both = self.slopes[0].iter().zip(&self.slopes[1]);
+        both.map(|(e_inf, l)| of_e_inf * e_inf + of_l * l).collect()
+    }
 }
 
 /// `None` where the particle is not in the fit.
 pub(super) fn at_group(scene: &Scene, joint: &Joint, point: &[f64], group: &FilmGroup) -> Option<AtGroup> {
     let place = joint.place(group.particle)?;
-    let film = Film {
-        film_ratio: group.film_ratio,
-        density_ratio: density_ratio(scene, group.particle, &joint.runs.series[group.series.clone()]),
-    };
+    let density_ratio = density_ratio(scene, group.particle, &joint.runs.series[group.series.clone()]);
     let parameters = joint.of_particle(point[place], point);
-    let at_film = AtFilm::new(joint.form, film.film_ratio, &parameters.shared);
-    let balance = Balance::at(joint.form, parameters.dry_k, at_film.share, film.density_ratio);
-    let (e_inf_squared, of_k) = balance.e_inf_squared(scene.model.dry_speed.reference());
-    let (mut slopes, mut of_l) = (vec![0.0; point.len()], vec![0.0; point.len()]);
-    slopes[place] = of_k;
-    for (place, lost) in at_film.lost_slopes(film.density_ratio).enumerate() {
-        slopes[place] = -lost.constant;
+    let at_film = AtFilm::new(joint.form, group.film_ratio, &parameters.shared);
+    let balance = Balance::at(joint.form, parameters.dry_k, at_film.share, density_ratio);
+    let reference = scene.model.dry_speed.reference();
+    let (_, of_k) = balance.e_inf_squared(reference);
+    let (e_inf, has_viscous) = (balance.e_inf(reference), Term::Viscous.is_held(joint.form));
+    let (mut of_e_inf, mut of_l) = (vec![0.0; point.len()], vec![0.0; point.len()]);
+    of_e_inf[place] = 0.5 * of_k / e_inf;
+    for (place, lost) in at_film.lost_slopes(density_ratio).enumerate() {
+        of_e_inf[place] = -0.5 * lost.constant / e_inf;
         of_l[place] = lost.over_stokes;
     }
+    let l = balance.lost.over_stokes.only_if(has_viscous);
     Some(AtGroup {
-        density_ratio: film.density_ratio,
-        e_inf_squared: (e_inf_squared, slopes),
-        lubrication_log: (balance.lost.over_stokes, of_l),
+        density_ratio,
+        wetted: Wetted::of_balance(Jet::variable(e_inf, 0), Jet::variable(l, 1)),
+        slopes: [of_e_inf, of_l],
     })
 }
 
@@ -392,31 +414,24 @@ fn derive(setup: Setup, group: &FilmGroup, fitted: &Fitted) -> Option<Derived> {
     }
     let joint = fitted.joint();
     let at = at_group(scene, joint, &fitted.fit.parameters, group)?;
-    let (e_inf2, slopes) = at.e_inf_squared;
-    if e_inf2 <= 0.0 {
+    if !at.value(Quantity::EInf).is_finite() {
         return None;
     }
-    let e_inf = e_inf2.sqrt();
-    let e_inf_slopes: Vec<f64> = slopes.iter().map(|slope| 0.5 * slope / e_inf).collect();
-    let (l, of_l) = at.lubrication_log;
-    let st_c = viscous::st_c(l, e_inf);
-    let of_st_c = |(slope, of_l): (&f64, &f64)| 2.0 * of_l / e_inf2 - st_c * slope / e_inf2;
-    let st_c_slopes: Vec<f64> = slopes.iter().zip(&of_l).map(of_st_c).collect();
-    let has_viscous = joint.form.viscous != Viscous::None;
     let uncertain = &fitted.uncertain;
+    let estimate = |quantity: Quantity| match at.value(quantity) {
+        value if value.is_nan() => quoting.none(NO_VISCOUS),
+        value => quoting.of(uncertain, value, &at.slopes(quantity), scale_of(quantity)),
+    };
+    let [of_e_inf, of_st_c] = [Quantity::EInf, Quantity::StC].map(|quantity| at.slopes(quantity));
     Some(Derived {
         particle: scene.particles[group.particle].name.clone(),
         film_ratio: group.film_ratio,
         density_ratio: at.density_ratio,
         correlation: uncertain
-            .correlation(&e_inf_slopes, &st_c_slopes)
-            .filter(|_| has_viscous),
-        e_inf: quoting.of(uncertain, e_inf, &e_inf_slopes, Scale::Plain),
-        st_c: if has_viscous {
-            quoting.of(uncertain, st_c, &st_c_slopes, Scale::Plain)
-        } else {
-            quoting.none(NO_VISCOUS)
-        },
+            .correlation(&of_e_inf, &of_st_c)
+            .filter(|_| at.value(Quantity::StC).is_finite()),
+        e_inf: estimate(Quantity::EInf),
+        st_c: estimate(Quantity::StC),
     })
 }
 

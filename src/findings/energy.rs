@@ -1,14 +1,18 @@
 //! Estimates where the energy went: the inertial loss over the density ratio, St_c·e_inf² and δc, by both laws.
 
+use nalgebra::DMatrix;
 use serde::Serialize;
 
 use super::dry::{self, FittedDry};
-use super::estimate::{Estimate, Quoting, Scale};
-use super::scaling::FittedScaling;
+use super::estimate::{Estimate, Quoting};
+use super::quantities::{variables, wetted_of, FittedLaw, PARAMETERS};
+use super::scaling::{FittedScaling, NO_FALL};
+use crate::inference::delta::Uncertain;
 use crate::physics::inertia::Inertia;
-use crate::physics::viscous::critical_separation;
+use crate::physics::jet::Jet;
+use crate::physics::quantity::{Place, Quantity};
 use crate::runs::{Runs, Series};
-use crate::scene::{Scene, WetLaw};
+use crate::scene::Scene;
 
 /// The energy balance of one particle at one film ratio, by one law.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -33,64 +37,53 @@ pub struct Energy {
     pub delta_c_m: Estimate,
 }
 
-/// The energy table, in the order of the scaling table.
-pub fn find(scene: &Scene, runs: &Runs, dry: &[FittedDry], scaling: &[FittedScaling], quoting: Quoting) -> Vec<Energy> {
-    scaling
-        .iter()
-        .filter_map(|fitted| {
-            let film_ratio = fitted.scaling.film_ratio?;
-            Some(of_group(scene, runs, dry, fitted, film_ratio, quoting))
-        })
-        .collect()
-}
-
-fn of_group(
-    scene: &Scene,
-    runs: &Runs,
-    dry: &[FittedDry],
-    fitted: &FittedScaling,
-    film_ratio: f64,
-    quoting: Quoting,
-) -> Energy {
-    let particle = &scene.particles[fitted.particle];
-    let series = &runs.series[fitted.series.clone()];
-    let density_ratio = density_ratio(scene, fitted.particle, series);
-    let cap = Inertia::Cap;
-    let lubrication_log = &fitted.scaling.lubrication_log;
-    let scaled = |factor: f64| match (lubrication_log.pair(), lubrication_log.value) {
-        (Some((l, se)), _) => quoting.with_se(
-            factor * l,
-            factor * se,
-            fitted.uncertain.degrees_of_freedom,
-            Scale::Plain,
-        ),
-        (None, value) => quoting.without_se(value.map(|l| factor * l), why(lubrication_log)),
-    };
-    let delta_c = |l: f64| critical_separation(particle.roughness, l);
-    let delta_c_m = match (lubrication_log.pair(), lubrication_log.value) {
-        (Some((l, se)), _) => quoting.with_se(
-            delta_c(l),
-            delta_c(l) * se,
-            fitted.uncertain.degrees_of_freedom,
-            Scale::Log,
-        ),
-        (None, value) => quoting.without_se(value.map(delta_c), why(lubrication_log)),
-    };
-    Energy {
-        particle: particle.name.clone(),
-        film_ratio,
-        law: fitted.law.name(),
-        density_ratio,
-        loss_over_density_ratio: loss(scene, dry, fitted, density_ratio, quoting),
-        stepwise: Inertia::Stepwise.shape(film_ratio, 1.0),
-        cap: (film_ratio <= cap.valid_to()).then(|| cap.shape(film_ratio, 1.0)),
-        st_c_e_inf2: scaled(2.0),
-        delta_c_m,
+impl Energy {
+    /// The estimates that replicates give an interval, with their quantities.
+    pub(super) fn resampled_mut(&mut self) -> [(Quantity, &mut Estimate); 3] {
+        [
+            (Quantity::InertialLoss, &mut self.loss_over_density_ratio),
+            (Quantity::StCEInf2, &mut self.st_c_e_inf2),
+            (Quantity::DeltaC, &mut self.delta_c_m),
+        ]
     }
 }
 
-fn why(estimate: &Estimate) -> String {
-    estimate.why_none.clone().unwrap_or_default()
+/// The energy table, in the order of the scaling table.
+pub fn find(scene: &Scene, runs: &Runs, dry: &[FittedDry], scaling: &[FittedScaling], quoting: Quoting) -> Vec<Energy> {
+    let of_group = |fitted: &FittedScaling| {
+        let series = &runs.series[fitted.series.clone()];
+        let at = Place {
+            roughness: scene.particles[fitted.particle].roughness,
+            density_ratio: density_ratio(scene, fitted.particle, series),
+        };
+        energy_of(scene, dry, fitted, at, quoting)
+    };
+    scaling.iter().filter_map(of_group).collect()
+}
+
+/// `None` over all film ratios.
+fn energy_of(scene: &Scene, dry: &[FittedDry], fitted: &FittedScaling, at: Place, quoting: Quoting) -> Option<Energy> {
+    let film_ratio = fitted.scaling.film_ratio?;
+    let why_no_l = fitted.scaling.lubrication_log.why_none.clone();
+    let source = FittedLaw {
+        wetted: wetted_of(fitted.law, variables(fitted.parameters.unwrap_or([f64::NAN; 2]))),
+        uncertain: &fitted.uncertain,
+        why_none: why_no_l.filter(|_| fitted.scaling.lubrication_log.value.is_none()),
+        undefined: [NO_FALL; 2],
+        quoting,
+    };
+    let cap = Inertia::Cap;
+    Some(Energy {
+        particle: scene.particles[fitted.particle].name.clone(),
+        film_ratio,
+        law: fitted.law.name(),
+        density_ratio: at.density_ratio,
+        loss_over_density_ratio: inertial_loss(scene, dry, fitted, &at, quoting),
+        stepwise: Inertia::Stepwise.shape(film_ratio, 1.0),
+        cap: (film_ratio <= cap.valid_to()).then(|| cap.shape(film_ratio, 1.0)),
+        st_c_e_inf2: source.estimate(Quantity::StCEInf2, &at),
+        delta_c_m: source.estimate(Quantity::DeltaC, &at),
+    })
 }
 
 /// ρ̃ of some series of one particle, weighted by their rebounds; by the series where none rebounded.
@@ -105,37 +98,48 @@ pub(super) fn density_ratio(scene: &Scene, particle: usize, series: &[Series]) -
 }
 
 /// (e_dry² − e_inf²)/ρ̃ with the uncertainties of k and of the fit, and what they share.
-fn loss(scene: &Scene, dry: &[FittedDry], fitted: &FittedScaling, density_ratio: f64, quoting: Quoting) -> Estimate {
+fn inertial_loss(scene: &Scene, dry: &[FittedDry], fitted: &FittedScaling, at: &Place, quoting: Quoting) -> Estimate {
     let usable = dry::of(dry, fitted.particle).and_then(|dry| dry.usable);
     let Some((k, k_se)) = usable else {
         return quoting.none("the particle has no usable dry runs, so e_dry is not known");
     };
-    let Some(e_inf) = fitted.scaling.e_inf.value else {
-        return quoting.none(why(&fitted.scaling.e_inf));
+    let e_inf = &fitted.scaling.e_inf;
+    let (Some(_), Some(parameters)) = (e_inf.value, fitted.parameters) else {
+        return quoting.none(e_inf.why_none.clone().unwrap_or_default());
     };
-    let v = scene.model.dry_speed.reference();
-    let law = scene.model.form().dry;
-    let e_dry = law.restitution(k, v);
-    if e_dry <= 0.0 {
+    let e_dry = e_dry(scene, k);
+    if e_dry.value <= 0.0 {
         return quoting.none("e_dry is not positive at the reference speed");
     }
-    let value = (e_dry * e_dry - e_inf * e_inf) / density_ratio;
-    // e_inf² is α of the square root, the square of the intercept of the line
-    let slope = match fitted.law {
-        WetLaw::Sqrt => 1.0,
-        WetLaw::Linear => 2.0 * e_inf,
+    let shared = fitted.shift_by_dry_k;
+    let of_k = k_se * k_se;
+    let with_k = |covariance: &DMatrix<f64>| {
+        DMatrix::from_fn(PARAMETERS, PARAMETERS, |i, j| match (i, j) {
+            (0 | 1, 0 | 1) => covariance[(i, j)],
+            (2, 2) => of_k,
+            (2, other) | (other, _) => shared[other] * of_k,
+        })
     };
-    let k_slope = 2.0 * e_dry * law.slope_dry_k(k, v);
-    let covariance = match &fitted.uncertain.covariance {
-        Ok(covariance) => covariance,
-        Err(why) => return quoting.without_se(Some(value), why.clone()),
+    let source = FittedLaw {
+        wetted: wetted_of(fitted.law, variables(parameters)).with_e_dry(e_dry),
+        uncertain: &Uncertain {
+            covariance: fitted.uncertain.covariance.as_ref().map(with_k).map_err(Clone::clone),
+            degrees_of_freedom: fitted.uncertain.degrees_of_freedom,
+        },
+        why_none: None,
+        undefined: [NO_FALL; 2],
+        quoting,
     };
-    let with_k = fitted.shift_by_dry_k[0] * k_se * k_se;
-    let variance =
-        k_slope * k_slope * k_se * k_se + slope * slope * covariance[(0, 0)] - 2.0 * k_slope * slope * with_k;
-    if variance <= 0.0 || !variance.is_finite() {
-        return quoting.without_se(Some(value), "its standard error is not a positive number");
+    source.estimate(Quantity::InertialLoss, at)
+}
+
+/// e_dry at the speed at which e_inf is quoted, with its slope in k.
+fn e_dry(scene: &Scene, k: f64) -> Jet<PARAMETERS> {
+    let (law, v) = (scene.model.form().dry, scene.model.dry_speed.reference());
+    let mut slopes = [0.0; PARAMETERS];
+    slopes[2] = law.slope_dry_k(k, v);
+    Jet {
+        value: law.restitution(k, v),
+        slopes,
     }
-    let se = variance.sqrt() / density_ratio;
-    quoting.with_se(value, se, fitted.uncertain.degrees_of_freedom, Scale::Plain)
 }

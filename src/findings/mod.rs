@@ -6,6 +6,7 @@
 //! |---|---|
 //! | `estimate.rs` | a number with its standard error, its interval, or why there is none |
 //! | `judge.rs` | whether a fit may be quoted |
+//! | `quantities.rs` | estimates of quantities from a fit, by the delta method |
 //! | `range.rs` | the smallest and the largest of some numbers |
 //! | `shown.rs` | the film ratio shown where one must be chosen |
 //! | `own_dry_speed.rs` | e_dry at each run's own speed |
@@ -52,6 +53,7 @@ mod pooling;
 pub mod posterior;
 pub mod predict;
 pub mod published;
+mod quantities;
 pub mod questions;
 mod range;
 pub mod scaling;
@@ -115,7 +117,13 @@ pub fn find_watched(
             scaling: &mut scaling,
             energy: &mut energy,
         };
-        bootstrap::complete(scene, runs, estimates, seed, false, done)
+        bootstrap::complete(
+            scene,
+            runs,
+            estimates,
+            bootstrap::Options { seed, keep_all: false },
+            done,
+        )
     });
     let published = published::find(scene, &dry, &scaling);
     let mut verdicts = verdicts::find(runs, &dry, &series, &scaling, energy_balance.as_ref());

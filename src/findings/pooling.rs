@@ -2,12 +2,12 @@
 
 use super::balance::{at_group, known, EnergyBalance, Setup};
 use super::dry::own_dry_speed;
-use super::scaling::{two, Bias, FittedScaling, PooledRuns};
+use super::scaling::{e_inf_and_st_c, two, Bias, FittedScaling, PooledRuns};
 use crate::inference::joint::Joint;
 use crate::inference::law::Law;
 use crate::inference::least_squares::Stop;
 use crate::inference::regression::Regression;
-use crate::physics::viscous;
+use crate::physics::Quantity;
 use crate::runs::FilmGroup;
 use crate::scene::WetLaw;
 
@@ -31,12 +31,11 @@ pub(super) fn add_bias(setup: Setup, scaling: &mut [FittedScaling], balance: &En
         let Some((group, at)) = group.and_then(|group| Some((group, at_group(scene, &joint, point, group)?))) else {
             continue;
         };
-        let (e_inf_squared, l) = (at.e_inf_squared.0, at.lubrication_log.0);
-        if e_inf_squared > 0.0 {
-            let e_inf = e_inf_squared.sqrt();
-            row.scaling.bias = root_of_exact(setup, &joint, point, group).map(|[a, b]| Bias {
-                e_inf: a - e_inf,
-                st_c: b - viscous::st_c(l, e_inf),
+        let [e_inf, st_c] = [Quantity::EInf, Quantity::StC].map(|quantity| at.value(quantity));
+        if e_inf.is_finite() {
+            row.scaling.bias = root_of_exact(setup, &joint, point, group).map(|[of_law, st_c_of_law]| Bias {
+                e_inf: of_law - e_inf,
+                st_c: st_c_of_law - st_c,
             });
         }
     }
@@ -63,6 +62,5 @@ fn root_of_exact(setup: Setup, joint: &Joint, point: &[f64], group: &FilmGroup) 
         ..Regression::new(Law::SQUARE_ROOT, &x, &restitution)
     };
     let fit = regression.fit();
-    let [alpha, beta] = two(&fit);
-    (alpha > 0.0 && beta < 0.0).then(|| [alpha.sqrt(), -beta / (2.0 * alpha)])
+    e_inf_and_st_c(WetLaw::Sqrt, two(&fit))
 }

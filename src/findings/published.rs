@@ -47,10 +47,7 @@ pub fn find(scene: &Scene, dry: &[FittedDry], scaling: &[FittedScaling]) -> Vec<
 fn compare(scene: &Scene, dry: &[FittedDry], scaling: &[FittedScaling], published: &Published) -> Compared {
     let ours = match published.quantity {
         PublishedQuantity::DryK => dry::of(dry, published.particle).map(|d| &d.dry.dry_k),
-        quantity => group(scene, scaling, published).map(|fitted| match quantity {
-            PublishedQuantity::StC => &fitted.scaling.st_c,
-            _ => &fitted.scaling.e_inf,
-        }),
+        quantity => group(scene, scaling, published).and_then(|fitted| fitted.scaling.estimate(quantity.of_fit())),
     };
     let pair = ours.and_then(Estimate::pair);
     let difference = pair.map(|(value, se)| (value - published.value) / published.se.hypot(se));

@@ -4,15 +4,18 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::dry::{own_dry_speed, FittedDry};
-use super::estimate::{Estimate, Quoting, Scale};
+use super::estimate::{Estimate, Quoting};
 use super::judge::{judge_square_root, one_against, spread, uncertain, why_stopped, Verdict};
 use super::measurement_errors::{columns, ErrorSummary};
+use super::quantities::{variables, wetted_of, FittedLaw};
 use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::{ErrorColumns, ErrorWeights};
 use crate::inference::law::Law;
 use crate::inference::least_squares::{Fit, Stop};
 use crate::inference::nested::{FTest, Spread};
 use crate::inference::regression::Regression;
+use crate::physics::quantity::{Place, Quantity};
+use crate::physics::Coefficient;
 use crate::runs::{FilmGroup, Runs, Series};
 use crate::scene::{Scene, WetLaw};
 
@@ -238,8 +241,20 @@ fn both_laws(
         .map_or_else(Vec::new, |own| own.all_offset_slopes(&pool.speeds));
     let speed_error = regression.speed_error_that_matters(&root.fit, &offset_slopes, variance);
     let line_uncertain = uncertain(&line.fit);
-    let of_root = square_root_scaling(&root.fit, regression.x, &root_uncertain, quoting);
-    let of_line = linear_scaling(&line.fit, &line_uncertain, quoting, linear_bias(&root.fit, &regression));
+    let of_root = {
+        let verdict = judge_square_root(&root.fit, regression.x);
+        scaling_of(WetLaw::Sqrt, &root.fit, verdict, &root_uncertain, quoting)
+    };
+    let of_line = Scaling {
+        bias: linear_bias(&root.fit, &regression),
+        ..scaling_of(
+            WetLaw::Linear,
+            &line.fit,
+            judge_linear(&line.fit),
+            &line_uncertain,
+            quoting,
+        )
+    };
     let fitted = |law: WetLaw, LawFit { fit, weights }, uncertain: Uncertain, shift_by_dry_k, scaling: Scaling| {
         let fitted = FittedScaling {
             particle: group.particle,
@@ -297,116 +312,32 @@ pub(super) fn square_root_of(
     let offset = own.as_ref().map_or_else(Vec::new, |own| own.offsets(&pool.speeds));
     let errors = columns(runs, series.iter().map(|one| one.rebounds.clone()), own.as_ref());
     let (fit, _) = pool.regression(WetLaw::Sqrt, &offset).fit_with_errors(errors.as_ref());
-    let [alpha, beta] = two(&fit);
-    (alpha > 0.0 && beta < 0.0).then(|| [alpha.sqrt(), -beta / (2.0 * alpha)])
+    e_inf_and_st_c(WetLaw::Sqrt, two(&fit))
 }
 
-const NO_FALL: &str = "the restitution does not fall with 1/St: there is no St_c";
+pub(super) const NO_FALL: &str = "the restitution does not fall with 1/St: there is no St_c";
 
-/// e_inf = √α, St_c = −β/(2 α), L = −β/4 of e = √(α + β/St).
-fn square_root_scaling(fit: &Fit, x: &[f64], uncertain: &Uncertain, quoting: Quoting) -> Scaling {
-    let [alpha, beta] = two(fit);
-    let verdict = judge_square_root(fit, x);
-    let e_inf = alpha.max(0.0).sqrt();
-    let e_inf_slope = [0.5 / e_inf, 0.0];
-    let st_c_slope = [beta / (2.0 * alpha * alpha), -0.5 / alpha];
-    let twice = st_c_slope.map(|slope| 2.0 * slope);
-    let st_c = -beta / (2.0 * alpha);
-    let tell = Tell {
-        fit,
+/// What a fitted law says.
+fn scaling_of(law: WetLaw, fit: &Fit, verdict: Verdict, uncertain: &Uncertain, quoting: Quoting) -> Scaling {
+    let source = FittedLaw {
+        wetted: wetted_of(law, variables(two(fit))),
         uncertain,
+        why_none: (fit.stop != Stop::Converged).then(|| why_stopped(fit)),
+        undefined: [NO_FALL; 2],
         quoting,
     };
-    let has_st_c = alpha > 0.0 && beta < 0.0;
-    Scaling {
-        law: WetLaw::Sqrt.name(),
-        e_inf: tell.estimate(alpha > 0.0, e_inf, e_inf_slope),
-        st_c: tell.estimate(has_st_c, st_c, st_c_slope),
-        st_no_rebound: Some(tell.estimate(has_st_c, 2.0 * st_c, twice)),
-        lubrication_log: tell.estimate(has_st_c, -beta / 4.0, [0.0, -0.25]),
-        correlation: uncertain.correlation(&e_inf_slope, &st_c_slope).filter(|_| has_st_c),
-        bias: None,
-        ..blank(fit, verdict)
-    }
-}
-
-/// e_inf = a, St_c = b/a, L = a b/2 of e = a − b/St.
-fn linear_scaling(fit: &Fit, uncertain: &Uncertain, quoting: Quoting, bias: Option<Bias>) -> Scaling {
-    let [a, b] = two(fit);
-    let verdict = match judge_linear(fit) {
-        Some(reason) => Verdict::failed(reason),
-        None => Verdict::passed("converged"),
-    };
-    let st_c_slope = [-b / (a * a), 1.0 / a];
-    let tell = Tell {
-        fit,
-        uncertain,
-        quoting,
-    };
-    let has_st_c = a > 0.0 && b > 0.0;
-    Scaling {
-        law: WetLaw::Linear.name(),
-        e_inf: tell.estimate(a > 0.0, a, [1.0, 0.0]),
-        st_c: tell.estimate(has_st_c, b / a, st_c_slope),
-        st_no_rebound: None,
-        lubrication_log: tell.estimate(has_st_c, 0.5 * a * b, [0.5 * b, 0.5 * a]),
-        correlation: uncertain.correlation(&[1.0, 0.0], &st_c_slope).filter(|_| has_st_c),
-        bias,
-        ..blank(fit, verdict)
-    }
-}
-
-fn judge_linear(fit: &Fit) -> Option<String> {
-    let [a, b] = two(fit);
-    if fit.stop != Stop::Converged {
-        Some(why_stopped(fit))
-    } else if !(a > 0.0 && b > 0.0) {
-        Some(NO_FALL.to_owned())
-    } else if fit.covariance.is_none() {
-        Some(why_stopped(fit))
-    } else {
-        None
-    }
-}
-
-struct Tell<'a> {
-    fit: &'a Fit,
-    uncertain: &'a Uncertain,
-    quoting: Quoting,
-}
-
-impl Tell<'_> {
-    fn estimate(&self, allowed: bool, value: f64, gradient: [f64; 2]) -> Estimate {
-        if self.fit.stop != Stop::Converged {
-            self.quoting.none(why_stopped(self.fit))
-        } else if !allowed {
-            self.quoting.none(NO_FALL)
-        } else {
-            self.quoting.of(self.uncertain, value, &gradient, Scale::Plain)
-        }
-    }
-}
-
-pub(super) fn two(fit: &Fit) -> [f64; 2] {
-    match fit.parameters.as_slice() {
-        [a, b] if fit.stop == Stop::Converged => [*a, *b],
-        _ => [f64::NAN; 2],
-    }
-}
-
-fn blank(fit: &Fit, verdict: Verdict) -> Scaling {
-    let none = Quoting { level: 0.0 }.none("");
+    let estimate = |quantity: Quantity| source.estimate(quantity, &Place::NONE);
     Scaling {
         particle: String::new(),
         film_ratio: None,
-        law: "",
+        law: law.name(),
         runs: 0,
         stuck: 0,
-        e_inf: none.clone(),
-        st_c: none.clone(),
-        st_no_rebound: None,
-        lubrication_log: none,
-        correlation: None,
+        e_inf: estimate(Quantity::EInf),
+        st_c: estimate(Quantity::StC),
+        st_no_rebound: (law == WetLaw::Sqrt).then(|| estimate(Quantity::StNoRebound)),
+        lubrication_log: estimate(Quantity::Shared(Coefficient::LubricationLog)),
+        correlation: source.correlation(Quantity::EInf, Quantity::StC),
         bias: None,
         one_for_all: None,
         residual_sd: fit.residual_sd,
@@ -417,17 +348,65 @@ fn blank(fit: &Fit, verdict: Verdict) -> Scaling {
     }
 }
 
+impl Scaling {
+    /// The estimate of a quantity; `None` of one that is not in the table.
+    pub fn estimate(&self, quantity: Quantity) -> Option<&Estimate> {
+        match quantity {
+            Quantity::EInf => Some(&self.e_inf),
+            Quantity::StC => Some(&self.st_c),
+            Quantity::StNoRebound => self.st_no_rebound.as_ref(),
+            Quantity::Shared(Coefficient::LubricationLog) => Some(&self.lubrication_log),
+            _ => None,
+        }
+    }
+
+    /// Every estimate with its quantity.
+    pub(super) fn estimates_mut(&mut self) -> impl Iterator<Item = (Quantity, &mut Estimate)> {
+        let plain = [
+            (Quantity::EInf, &mut self.e_inf),
+            (Quantity::StC, &mut self.st_c),
+            (Quantity::Shared(Coefficient::LubricationLog), &mut self.lubrication_log),
+        ];
+        let twice = self.st_no_rebound.as_mut();
+        plain
+            .into_iter()
+            .chain(twice.map(|estimate| (Quantity::StNoRebound, estimate)))
+    }
+}
+
+fn judge_linear(fit: &Fit) -> Verdict {
+    let [a, b] = two(fit);
+    if fit.stop == Stop::Converged && !(a > 0.0 && b > 0.0) {
+        Verdict::failed(NO_FALL)
+    } else if fit.stop != Stop::Converged || fit.covariance.is_none() {
+        Verdict::failed(why_stopped(fit))
+    } else {
+        Verdict::passed("converged")
+    }
+}
+
+/// e_inf and St_c of a law with these parameters; `None` where they give none.
+pub(super) fn e_inf_and_st_c(law: WetLaw, parameters: [f64; 2]) -> Option<[f64; 2]> {
+    let wetted = wetted_of(law, parameters);
+    let both = [Quantity::EInf, Quantity::StC].map(|quantity| quantity.value(&Place::NONE, &wetted));
+    both.iter().all(|x| x.is_finite()).then_some(both)
+}
+
+pub(super) fn two(fit: &Fit) -> [f64; 2] {
+    match fit.parameters.as_slice() {
+        [a, b] if fit.stop == Stop::Converged => [*a, *b],
+        _ => [f64::NAN; 2],
+    }
+}
+
 /// Fits the linear law to the noise-free square root at the same runs: what it gets wrong without any noise.
 fn linear_bias(root: &Fit, square_root: &Regression) -> Option<Bias> {
-    let [alpha, beta] = two(root);
-    if !(alpha > 0.0 && beta < 0.0) {
-        return None;
-    }
-    let exact = square_root.fitted([alpha, beta]);
-    let [a, b] = two(&Regression::new(Law::LINEAR, square_root.x, &exact).fit());
-    let bias = Bias {
-        e_inf: a - alpha.sqrt(),
-        st_c: b / a - -beta / (2.0 * alpha),
-    };
-    (bias.e_inf.is_finite() && bias.st_c.is_finite()).then_some(bias)
+    let [e_inf, st_c] = e_inf_and_st_c(WetLaw::Sqrt, two(root))?;
+    let exact = square_root.fitted(two(root));
+    let line = Regression::new(Law::LINEAR, square_root.x, &exact).fit();
+    let [of_line, st_c_of_line] = e_inf_and_st_c(WetLaw::Linear, two(&line))?;
+    Some(Bias {
+        e_inf: of_line - e_inf,
+        st_c: st_c_of_line - st_c,
+    })
 }

@@ -4,13 +4,15 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::dry::{own_dry_speed, FittedDry};
-use super::estimate::{Estimate, Quoting, Scale};
+use super::estimate::{Estimate, Quoting};
 use super::judge::{falls, judge_square_root, uncertain, why_stopped, Verdict, ALPHA_NOT_POSITIVE, BETA_NOT_NEGATIVE};
 use super::measurement_errors::{columns, ErrorSummary};
+use super::quantities::{variables, FittedLaw};
 use crate::inference::effective_variance::ErrorWeights;
 use crate::inference::law::Law;
 use crate::inference::least_squares::Stop;
 use crate::inference::regression::Regression;
+use crate::physics::quantity::{Place, Quantity, Wetted};
 use crate::runs::{Runs, Series};
 use crate::scene::Scene;
 
@@ -56,6 +58,16 @@ pub struct SeriesFit {
 }
 
 impl SeriesFit {
+    /// The estimates that replicates give an interval, with their quantities. The threshold speed keeps its delta interval:
+    /// near β = 0 its replicates have no mean.
+    pub(super) fn resampled_mut(&mut self) -> [(Quantity, &mut Estimate); 3] {
+        [
+            (Quantity::Alpha, &mut self.alpha),
+            (Quantity::Beta, &mut self.beta),
+            (Quantity::EInf, &mut self.e_inf),
+        ]
+    }
+
     /// The series in words, as tables and notices name it.
     pub fn label(&self) -> String {
         let diameter = crate::units::millimetres(self.diameter_m);
@@ -99,16 +111,15 @@ fn of_series(scene: &Scene, runs: &Runs, series: &Series, dry: &[FittedDry], quo
         [alpha, beta] if converged => (*alpha, *beta),
         _ => (f64::NAN, f64::NAN),
     };
-    let estimate = |allowed: bool, why: &str, value: f64, gradient: [f64; 2]| {
-        if !converged {
-            quoting.none(why_stopped(&fit))
-        } else if !allowed {
-            quoting.none(why)
-        } else {
-            quoting.of(&uncertain, value, &gradient, Scale::Plain)
-        }
+    let [alpha_jet, beta_jet] = variables([alpha, beta]);
+    let source = FittedLaw {
+        wetted: Wetted::of_speed(alpha_jet, beta_jet),
+        uncertain: &uncertain,
+        why_none: (!converged).then(|| why_stopped(&fit)),
+        undefined: [ALPHA_NOT_POSITIVE, BETA_NOT_NEGATIVE],
+        quoting,
     };
-    let root = alpha.max(0.0).sqrt();
+    let estimate = |quantity: Quantity| source.estimate(quantity, &Place::NONE);
     SeriesFit {
         particle: scene.particles[series.particle].name.clone(),
         liquid: scene.liquids[series.liquid].name.clone(),
@@ -117,19 +128,15 @@ fn of_series(scene: &Scene, runs: &Runs, series: &Series, dry: &[FittedDry], quo
         film_ratio: series.film_ratio,
         runs: series.rebounds.len(),
         stuck: series.stuck.len(),
-        alpha: estimate(true, "", alpha, [1.0, 0.0]),
-        beta: estimate(true, "", beta, [0.0, 1.0]),
-        e_inf: estimate(alpha > 0.0, ALPHA_NOT_POSITIVE, root, [0.5 / root, 0.0]),
-        threshold_speed_m_s: estimate(
-            alpha > 0.0 && falls(&fit, &x),
-            if alpha > 0.0 {
-                BETA_NOT_NEGATIVE
-            } else {
-                ALPHA_NOT_POSITIVE
-            },
-            -beta / alpha,
-            [beta / (alpha * alpha), -1.0 / alpha],
-        ),
+        alpha: estimate(Quantity::Alpha),
+        beta: estimate(Quantity::Beta),
+        e_inf: estimate(Quantity::EInf),
+        // a fall of e² that is rounding is none
+        threshold_speed_m_s: if falls(&fit, &x) || !converged {
+            estimate(Quantity::ThresholdSpeed)
+        } else {
+            quoting.none(source.undefined[usize::from(alpha > 0.0)])
+        },
         residual_sd: fit.residual_sd,
         speed_error_of_a_tenth_se: speed_error.filter(|_| verdict.passed),
         measurement_errors: error_weights.as_ref().map(ErrorSummary::of),

@@ -6,6 +6,7 @@
 //! | file | job |
 //! |---|---|
 //! | [`numbers`] | Stokes and Reynolds number, speed of a fall |
+//! | [`jet`] | a number with its slopes, for formulas that are written once |
 //! | [`coefficient`] | the parameters that particles share, and a value of each |
 //! | [`loss`] | what a loss states of itself, at one setting |
 //! | [`dry`] | the dry law to either order, with k |
@@ -13,6 +14,7 @@
 //! | [`form`] | which terms a balance holds |
 //! | [`balance`] | their sum: the energy kept, with slopes |
 //! | [`rebound`] | from the energy kept to the restitution; the laws in v and St |
+//! | [`quantity`] | what is quoted of a fit: e_inf, St_c, δc …: name, symbol, unit, definition |
 //! | [`restitution`] | e(v) of one sphere, liquid and film |
 
 pub mod balance;
@@ -21,8 +23,10 @@ pub mod coefficient;
 pub mod dry;
 pub mod form;
 pub mod inertia;
+pub mod jet;
 pub mod loss;
 pub mod numbers;
+pub mod quantity;
 pub mod rebound;
 pub mod restitution;
 pub mod viscous;
@@ -33,5 +37,6 @@ pub use dry::Order;
 pub use form::{DrySpeed, Form};
 pub use inertia::Inertia;
 pub use loss::Setting;
+pub use quantity::Quantity;
 pub use restitution::Restitution;
 pub use viscous::Viscous;

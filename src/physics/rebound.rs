@@ -2,6 +2,8 @@
 //!
 //! Symbols: r kept share of the impact energy, e restitution, α and β of e = √(α + β/v) (eq. envi).
 
+use super::jet::Number;
+
 /// Width τ of the turn at r = 0 in [`mean_restitution`].
 pub const TURN: f64 = 0.01;
 
@@ -49,9 +51,9 @@ pub fn square_root_law(alpha: f64, beta: f64, impact_speed: f64) -> Option<f64> 
     (kept > 0.0).then(|| kept.sqrt())
 }
 
-/// Speed below which the square-root law gives no rebound, −β/α, m/s; `None` unless α > 0 > β.
-pub fn threshold_speed(alpha: f64, beta: f64) -> Option<f64> {
-    (alpha > 0.0 && beta < 0.0).then(|| -beta / alpha)
+/// Speed below which the square-root law gives no rebound, −β/α, m/s; NaN unless α > 0 > β.
+pub fn threshold_speed<T: Number>(alpha: T, beta: T) -> T {
+    (-beta / alpha).only_if(alpha.value() > 0.0 && beta.value() < 0.0)
 }
 
 /// e = e_inf (1 − St_c/St) (eq. en2): first order of the square root in 1/St.
@@ -137,10 +139,10 @@ mod tests {
 
     #[test]
     fn the_threshold_is_where_the_root_vanishes() {
-        let v = threshold_speed(0.5, -0.2).expect("alpha > 0 > beta");
+        let v: f64 = threshold_speed(0.5, -0.2);
         assert!((v - 0.4).abs() < 1e-15);
         assert!(square_root_law(0.5, -0.2, 0.999 * v).is_none());
-        assert_eq!(threshold_speed(0.5, 0.1), None);
-        assert_eq!(threshold_speed(-0.1, -0.1), None);
+        assert!(threshold_speed(0.5, 0.1).is_nan());
+        assert!(threshold_speed(-0.1, -0.1).is_nan());
     }
 }

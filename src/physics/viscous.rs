@@ -3,6 +3,7 @@
 //! Symbols: L = ln(δc/ε) `lubrication_log`. The paper calls 2 L "k" in eq. wetcor; here k is the dry law's only.
 
 use super::coefficient::{Coefficient, Coefficients, LogNormal, Parameter};
+use super::jet::Number;
 use super::loss::{AtFilm, Fixed, Loss, Setting, Share, Slope};
 
 /// L = ln(δc/ε).
@@ -86,23 +87,23 @@ pub fn beta(lubrication_log: f64, viscosity: f64, density: f64, diameter: f64) -
 }
 
 /// Critical Stokes number of the linear law, St_c = 2 L / e_inf² (eq. stc): where e_inf (1 − St_c/St) is zero.
-pub fn st_c(lubrication_log: f64, e_inf: f64) -> f64 {
-    2.0 * lubrication_log / (e_inf * e_inf)
+pub fn st_c<T: Number>(lubrication_log: T, e_inf: T) -> T {
+    lubrication_log * 2.0 / (e_inf * e_inf)
 }
 
 /// Stokes number at which the square root reaches zero, 4 L / e_inf² = 2 St_c.
-pub fn st_no_rebound(lubrication_log: f64, e_inf: f64) -> f64 {
-    2.0 * st_c(lubrication_log, e_inf)
+pub fn st_no_rebound<T: Number>(lubrication_log: T, e_inf: T) -> T {
+    st_c(lubrication_log, e_inf) * 2.0
 }
 
 /// L from e_inf and St_c, the inverse of [`st_c`].
-pub fn lubrication_log(e_inf: f64, st_c: f64) -> f64 {
-    0.5 * st_c * e_inf * e_inf
+pub fn lubrication_log<T: Number>(e_inf: T, st_c: T) -> T {
+    st_c * 0.5 * e_inf * e_inf
 }
 
 /// Critical separation δc = ε exp(L), m, for a roughness ε in m.
-pub fn critical_separation(roughness: f64, lubrication_log: f64) -> f64 {
-    roughness * lubrication_log.exp()
+pub fn critical_separation<T: Number>(roughness: f64, lubrication_log: T) -> T {
+    lubrication_log.exp() * roughness
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! Holds numbers from the literature that are set beside ours.
 
+use crate::physics::Quantity;
+
 /// One of the two laws of the wet restitution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum WetLaw {
@@ -31,13 +33,18 @@ pub enum PublishedQuantity {
 }
 
 impl PublishedQuantity {
+    /// What it is of a fit.
+    pub fn of_fit(self) -> Quantity {
+        match self {
+            PublishedQuantity::EInf => Quantity::EInf,
+            PublishedQuantity::StC => Quantity::StC,
+            PublishedQuantity::DryK => Quantity::DryK,
+        }
+    }
+
     /// The word a scene file uses.
     pub fn name(self) -> &'static str {
-        match self {
-            PublishedQuantity::EInf => "e_inf",
-            PublishedQuantity::StC => "st_c",
-            PublishedQuantity::DryK => "dry_k",
-        }
+        self.of_fit().describe().name
     }
 }
 

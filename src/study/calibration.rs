@@ -182,7 +182,11 @@ fn infer(scene: &Scene, seed: u64, set: u64, replicated: bool) -> Result<Vec<Fit
             scaling: &mut fitted,
             energy: &mut none,
         };
-        bootstrap::complete(scene, &runs, estimates, seed.wrapping_add(set), true, &|_| ());
+        let options = bootstrap::Options {
+            seed: seed.wrapping_add(set),
+            keep_all: true,
+        };
+        bootstrap::complete(scene, &runs, estimates, options, &|_| ());
     }
     Ok(fitted)
 }

@@ -193,7 +193,7 @@ pub fn ours(scene: &mut Scene, name: &str, x: &[f64]) -> Vec<f64> {
         "rebound::mean_restitution" => vec![rebound::mean_restitution(x[0]), rebound::slope_mean_restitution(x[0])],
         "rebound::kept_of_mean_restitution" => vec![rebound::kept_of_mean_restitution(x[0])],
         "rebound::square_root_law" => vec![rebound::square_root_law(x[0], x[1], x[2]).unwrap_or(f64::NAN)],
-        "rebound::threshold_speed" => vec![rebound::threshold_speed(x[0], x[1]).unwrap_or(f64::NAN)],
+        "rebound::threshold_speed" => vec![rebound::threshold_speed(x[0], x[1])],
         "rebound::linear_law" => vec![rebound::linear_law(x[0], x[1], x[2])],
         "rebound::square_root_expansion" => rebound::square_root_expansion(x[0], x[1]).to_vec(),
         "normal::ln_normal_cdf" => {

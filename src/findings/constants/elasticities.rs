@@ -5,7 +5,7 @@ use super::movable::{Movable, Moved};
 use crate::findings::balance::EnergyBalance;
 use crate::findings::dry::FittedDry;
 use crate::findings::scaling::square_root_of;
-use crate::physics::viscous::critical_separation;
+use crate::physics::quantity::{Place, Quantity, Wetted};
 use crate::runs::{Runs, Series};
 use crate::scene::Scene;
 
@@ -16,10 +16,10 @@ pub(super) enum Aim {
     Parameter(usize),
     /// δc of a particle, from the energy balance
     CriticalSeparation(usize),
-    /// e_inf (0) or St_c (1) of a film group, from the energy balance
-    Derived(usize, usize),
-    /// the same by the square-root law of the film group
-    SquareRoot(usize, usize),
+    /// a quantity of a film group, from the energy balance
+    Derived(usize, Quantity),
+    /// e_inf or St_c of a film group, by its square-root law
+    SquareRoot(usize, Quantity),
 }
 
 /// Everything that says how results move.
@@ -86,11 +86,18 @@ impl<'a> Setting<'a> {
             match *aim {
                 Aim::Parameter(index) => balance?.parameters.get(index).copied(),
                 Aim::CriticalSeparation(particle) => {
-                    let l = balance?.parameters.first()?;
-                    Some(critical_separation(scene.particles[particle].roughness, *l))
+                    let at = Place {
+                        roughness: scene.particles[particle].roughness,
+                        ..Place::NONE
+                    };
+                    let l = *balance?.parameters.first()?;
+                    Some(Quantity::DeltaC.value(&at, &Wetted::of_balance(f64::NAN, l)))
                 }
-                Aim::Derived(group, which) => Some(balance?.derived.get(group)?[which]),
-                Aim::SquareRoot(group, which) => Some(square_roots[group]?[which]),
+                Aim::Derived(group, quantity) => Some(balance?.at_groups.get(group)?.as_ref()?.value(quantity)),
+                Aim::SquareRoot(group, quantity) => {
+                    let [e_inf, st_c] = square_roots[group]?;
+                    Some(if quantity == Quantity::StC { st_c } else { e_inf })
+                }
             }
         };
         self.aims.iter().map(|aim| result(aim).unwrap_or(f64::NAN)).collect()

@@ -23,6 +23,7 @@ use super::estimate::Estimate;
 use super::scaling::FittedScaling;
 use super::shown;
 use crate::notice::Notice;
+use crate::physics::{Coefficient, Quantity};
 use crate::runs::{FilmGroup, Runs};
 use crate::scene::{Scene, WetLaw};
 use constant::{Constant, InUse};
@@ -56,14 +57,14 @@ pub struct Sensitivity {
 impl Sensitivity {
     /// Its name in a sentence or a table.
     pub fn label(&self) -> String {
-        let name = match self.result.as_str() {
-            "lubrication_log" => "L",
-            "inertial_prefactor" => "C",
-            "film_scale" => "δ̃0",
-            "delta_c_m" => "δc",
-            "st_c" => "St_c",
-            other => other,
-        };
+        let coefficients = Coefficient::ALL.map(Quantity::Shared);
+        let all = coefficients
+            .into_iter()
+            .chain([Quantity::DeltaC, Quantity::EInf, Quantity::StC]);
+        let own = all
+            .map(Quantity::describe)
+            .find(|quantity| quantity.name == self.result);
+        let name = own.map_or(self.result.as_str(), |own| own.symbol);
         let law = self.film_ratio.map(|_| match self.fit {
             BALANCE => "energy balance".to_owned(),
             _ => "square root".to_owned(),
@@ -197,26 +198,26 @@ fn asked(
             (fitted.particle, fitted.law, fitted.scaling.film_ratio) == (particle, WetLaw::Sqrt, Some(film_ratio))
                 && fitted.scaling.verdict.passed
         });
-        let mut add = |aim: Aim, result: &str, fit: &'static str, estimate: &Estimate| {
+        let mut add = |aim: Aim, quantity: Quantity, fit: &'static str, estimate: &Estimate| {
             let about = (Some(name.clone()), Some(film_ratio));
+            let result = quantity.describe().name;
             asked.extend(blank(result, about, fit, estimate.pair()).map(|blank| (aim, blank)));
         };
         if let Some(row) = derived {
-            add(Aim::Derived(group, 0), "e_inf", BALANCE, &row.e_inf);
-            add(Aim::Derived(group, 1), "st_c", BALANCE, &row.st_c);
+            for (quantity, estimate) in [(Quantity::EInf, &row.e_inf), (Quantity::StC, &row.st_c)] {
+                add(Aim::Derived(group, quantity), quantity, BALANCE, estimate);
+            }
         }
-        if let Some(fitted) = direct {
+        let of_law = direct.iter().flat_map(|fitted| {
+            let both = [Quantity::EInf, Quantity::StC].into_iter();
+            both.filter_map(|quantity| Some((quantity, fitted.scaling.estimate(quantity)?)))
+        });
+        for (quantity, estimate) in of_law {
             add(
-                Aim::SquareRoot(group, 0),
-                "e_inf",
+                Aim::SquareRoot(group, quantity),
+                quantity,
                 WetLaw::Sqrt.name(),
-                &fitted.scaling.e_inf,
-            );
-            add(
-                Aim::SquareRoot(group, 1),
-                "st_c",
-                WetLaw::Sqrt.name(),
-                &fitted.scaling.st_c,
+                estimate,
             );
         }
     }
@@ -241,7 +242,7 @@ fn of_balance(scene: &Scene, balance: &EnergyBalance) -> Vec<(Aim, Sensitivity)>
             let delta_c = pair.map(|(ratio, se)| (particle.roughness * ratio, particle.roughness * se));
             add(
                 Aim::CriticalSeparation(index),
-                "delta_c_m",
+                Quantity::DeltaC.describe().name,
                 Some(&particle.name),
                 delta_c,
             );

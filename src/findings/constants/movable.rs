@@ -1,11 +1,10 @@
 //! Moves the minimum of the energy balance with the constants, without fitting again.
 
-use crate::findings::balance::{at_group, errors, known, problem_of, EnergyBalance, Held};
+use crate::findings::balance::{at_group, errors, known, problem_of, AtGroup, EnergyBalance, Held};
 use crate::findings::dry::FittedDry;
 use crate::inference::effective_variance::{reweight, roots, WeightedProblem};
 use crate::inference::joint::{refit, Joint, JointFit};
 use crate::inference::least_squares::Minimum;
-use crate::physics::{viscous, Viscous};
 use crate::runs::Runs;
 use crate::scene::Scene;
 
@@ -25,8 +24,8 @@ pub(super) struct Movable<'h> {
 pub(super) struct Moved {
     /// the parameters, in the order of `EnergyBalance::parameters`
     pub(super) parameters: Vec<f64>,
-    /// e_inf and St_c of each film group; NaN where nothing is left for e_inf
-    pub(super) derived: Vec<[f64; 2]>,
+    /// what it says of each film group; `None` of a particle that is not in it
+    pub(super) at_groups: Vec<Option<AtGroup>>,
 }
 
 impl<'h> Movable<'h> {
@@ -94,17 +93,9 @@ impl<'h> Movable<'h> {
 
 fn at_point(scene: &Scene, problem: &JointFit, parameters: Vec<f64>) -> Moved {
     let joint = &problem.joint;
-    let derived = joint.runs.film_groups.iter().map(|group| {
-        let Some(at) = at_group(scene, joint, &parameters, group) else {
-            return [f64::NAN; 2];
-        };
-        let e_inf = at.e_inf_squared.0.sqrt();
-        let st_c = viscous::st_c(at.lubrication_log.0, e_inf);
-        let has_viscous = joint.form.viscous != Viscous::None;
-        [e_inf, if has_viscous { st_c } else { f64::NAN }]
-    });
+    let groups = joint.runs.film_groups.iter();
     Moved {
-        derived: derived.collect(),
+        at_groups: groups.map(|group| at_group(scene, joint, &parameters, group)).collect(),
         parameters,
     }
 }

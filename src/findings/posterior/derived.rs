@@ -8,7 +8,8 @@ use crate::model::parameters::{physical, Kind};
 use crate::physics::balance::Balance;
 use crate::physics::form::Term;
 use crate::physics::loss::Film;
-use crate::physics::{viscous, Form};
+use crate::physics::quantity::{Place, Quantity, Wetted};
+use crate::physics::Form;
 use crate::runs::{Runs, Series};
 use crate::scene::Scene;
 
@@ -46,75 +47,78 @@ pub fn find(scene: &Scene, runs: &Runs, form: Form, sampled: &Sampled) -> Vec<De
     }
     let full = sampled.full_draws();
     let per_chain = full.len() / sampled.chains.len().max(1);
-    let chains = |values: &[f64]| values.chunks(per_chain.max(1)).map(<[f64]>::to_vec).collect();
-    let of_draws = |of: &dyn Fn(&[f64]) -> f64| -> Vec<Vec<f64>> {
-        chains(&full.iter().map(|full| of(full)).collect::<Vec<f64>>())
-    };
-    let l = Kind::LUBRICATION_LOG.slot();
+    let chains = |values: Vec<f64>| values.chunks(per_chain.max(1)).map(<[f64]>::to_vec).collect();
+    let has_viscous = Term::Viscous.is_held(form);
     let mut all = vec![];
-    if Term::Viscous.is_held(form) {
-        all.push(Derived {
-            name: "delta_c_over_roughness".to_owned(),
-            quantity: "delta_c_over_roughness",
-            label: None,
-            setting: None,
-            values: of_draws(&|full| full[l].exp()),
-        });
+    if has_viscous {
+        let of_l = |quantity: Quantity, roughness: f64| {
+            let at = Place {
+                roughness,
+                ..Place::NONE
+            };
+            let value = |full: &Vec<f64>| {
+                let l = full[Kind::LUBRICATION_LOG.slot()];
+                quantity.value(&at, &Wetted::of_balance(f64::NAN, l))
+            };
+            full.iter().map(value).collect::<Vec<f64>>()
+        };
+        let ratio = Quantity::DeltaCOverRoughness;
+        all.push(derived(ratio, None, None, chains(of_l(ratio, f64::NAN))));
         let wet = |particle: usize| !runs.series_of(particle).is_empty();
         for (_, particle) in scene.particles.iter().enumerate().filter(|(index, _)| wet(*index)) {
-            all.push(Derived {
-                name: format!("delta_c_m[{}]", particle.name),
-                quantity: "delta_c_m",
-                label: Some(particle.name.clone()),
-                setting: None,
-                values: of_draws(&|full| viscous::critical_separation(particle.roughness, full[l])),
-            });
+            let values = of_l(Quantity::DeltaC, particle.roughness);
+            all.push(derived(
+                Quantity::DeltaC,
+                Some(particle.name.clone()),
+                None,
+                chains(values),
+            ));
         }
     }
-    let v = scene.model.dry_speed.reference();
     let settings = settings(runs);
-    let e_inf = |setting: &Setting, full: &[f64]| {
-        let film = Film {
-            film_ratio: setting.film_ratio,
-            density_ratio: scene.liquids[setting.liquid].density / scene.particles[setting.particle].density,
-        };
-        Balance::new(form, film, &physical(full, setting.particle)).e_inf(v)
-    };
-    let e_inf: Vec<Vec<f64>> = settings
+    // what each setting's quantities follow from, draw by draw
+    let reference = scene.model.dry_speed.reference();
+    let wetted: Vec<Vec<Wetted<f64>>> = settings
         .par_iter()
-        .map(|setting| full.iter().map(|full| e_inf(setting, full)).collect())
+        .map(|setting| {
+            let density_ratio = scene.liquids[setting.liquid].density / scene.particles[setting.particle].density;
+            let film = Film {
+                film_ratio: setting.film_ratio,
+                density_ratio,
+            };
+            let of_draw = |full: &Vec<f64>| {
+                let balance = Balance::new(form, film, &physical(full, setting.particle));
+                Wetted::of_balance(balance.e_inf(reference), balance.lost.over_stokes)
+            };
+            full.iter().map(of_draw).collect()
+        })
         .collect();
-    type Formula = fn(f64, f64) -> f64;
-    let formulas: [(&str, Formula); 3] = [
-        ("e_inf", |_, e_inf| e_inf),
-        ("st_c", viscous::st_c),
-        ("st_no_rebound", viscous::st_no_rebound),
-    ];
+    let of_setting = [Quantity::EInf, Quantity::StC, Quantity::StNoRebound];
     // without a viscous loss there is no St_c
-    for (quantity, formula) in formulas
-        .into_iter()
-        .take(if Term::Viscous.is_held(form) { 3 } else { 1 })
-    {
-        let of_setting = |(setting, e_inf): (&Setting, &Vec<f64>)| {
+    for quantity in of_setting.into_iter().take(if has_viscous { 3 } else { 1 }) {
+        let one = |(setting, wetted): (&Setting, &Vec<Wetted<f64>>)| {
             let (particle, liquid) = (&scene.particles[setting.particle], &scene.liquids[setting.liquid]);
             let ratio = four_decimals(setting.film_ratio);
             let label = format!("{},{},{ratio}", particle.name, liquid.name);
-            let values: Vec<f64> = full
-                .iter()
-                .zip(e_inf)
-                .map(|(full, e_inf)| formula(full[l], *e_inf))
-                .collect();
-            Derived {
-                name: format!("{quantity}[{label}]"),
-                quantity,
-                label: Some(label),
-                setting: Some(setting.clone()),
-                values: chains(&values),
-            }
+            let values = wetted.iter().map(|wetted| quantity.value(&Place::NONE, wetted));
+            derived(quantity, Some(label), Some(setting.clone()), chains(values.collect()))
         };
-        all.par_extend(settings.par_iter().zip(&e_inf).map(of_setting));
+        all.par_extend(settings.par_iter().zip(&wetted).map(one));
     }
     all
+}
+
+fn derived(quantity: Quantity, label: Option<String>, setting: Option<Setting>, values: Vec<Vec<f64>>) -> Derived {
+    let name = quantity.describe().name;
+    Derived {
+        name: label
+            .as_ref()
+            .map_or(name.to_owned(), |label| format!("{name}[{label}]")),
+        quantity: name,
+        label,
+        setting,
+        values,
+    }
 }
 
 /// How many quantities [`find`] gives.

@@ -207,7 +207,7 @@ fn series_curve(told: Told, fit: &SeriesFit, dry_k: Option<f64>, fastest: f64) -
         return None;
     }
     let (alpha, beta) = (fit.alpha.value?, fit.beta.value?);
-    let threshold = rebound::threshold_speed(alpha, beta)?;
+    let threshold = rebound::threshold_speed(alpha, beta);
     let own = dry_k.filter(|_| told.scene.model.dry_speed == DrySpeed::Impact);
     let reference = told.scene.model.dry_speed.reference();
     let order = told.scene.model.form().dry;

@@ -3,15 +3,42 @@
 use std::collections::BTreeMap;
 
 use crate::findings::estimate::{Bootstrapped, Estimate, Failed};
+use crate::findings::quantities::wetted_of;
 use crate::inference::bootstrap::intervals::{studentized, Replicates};
 use crate::inference::bootstrap::jackknife::{acceleration, degrees_of_freedom, influence};
 use crate::inference::bootstrap::kernel::{Failure, WeightedFit};
 use crate::inference::bootstrap::{Plan, Replicated};
 use crate::inference::delta::{Interval, LEVELS};
-use crate::scene::{IntervalMethod, ResamplingScheme};
+use crate::physics::quantity::{Place, Quantity, Wetted};
+use crate::physics::Order;
+use crate::scene::{IntervalMethod, ResamplingScheme, WetLaw};
 
-/// A quantity as a function of a law's parameters and of k; NaN where it is not defined.
-pub(super) type Quantity = Box<dyn Fn([f64; 2], f64) -> f64 + Send + Sync>;
+/// What the parameters of a replicate are those of.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Fitted {
+    /// the dry law: k
+    Dry,
+    /// the square-root law over 1/v
+    OverSpeed,
+    /// a law over 1/St
+    OverStokes(WetLaw),
+}
+
+/// Where e_dry is taken.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Reference {
+    pub(super) order: Order,
+    /// m/s
+    pub(super) speed: f64,
+}
+
+/// How quantities follow from the parameters of a replicate, and where they are quoted.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Formula {
+    pub(super) fitted: Fitted,
+    pub(super) reference: Reference,
+    pub(super) at: Place,
+}
 
 /// An estimate to complete: the targets its parameters and its k come from, and how.
 pub(super) struct Task<'e> {
@@ -19,10 +46,30 @@ pub(super) struct Task<'e> {
     pub(super) target: usize,
     pub(super) dry: Option<usize>,
     pub(super) quantity: Quantity,
+    pub(super) formula: Formula,
+}
+
+impl Task<'_> {
+    /// The quantity at a law's parameters and k; NaN where it is not defined.
+    fn value(&self, parameters: [f64; 2], k: f64) -> f64 {
+        let wetted = match self.formula.fitted {
+            Fitted::Dry => return parameters[0],
+            Fitted::OverSpeed => Wetted::of_speed(parameters[0], parameters[1]),
+            Fitted::OverStokes(law) => wetted_of(law, parameters),
+        };
+        let wetted = match self.dry {
+            Some(_) => {
+                let Reference { order, speed } = self.formula.reference;
+                wetted.with_e_dry(order.restitution(k, speed))
+            }
+            None => wetted,
+        };
+        self.quantity.value(&self.formula.at, &wetted)
+    }
 }
 
 /// Every replicate and every leave-one-out fit, by target.
-pub(super) struct Told {
+pub(super) struct AllReplicates {
     pub(super) plan: Plan,
     pub(super) method: IntervalMethod,
     pub(super) keep_all: bool,
@@ -38,29 +85,24 @@ pub(super) struct Told {
 /// A replicate has a fit, and the quantity is not defined there.
 const UNDEFINED: &str = "a fit without this quantity: e does not fall with 1/St";
 
-impl Told {
-    pub(super) fn tell(&self, task: Task) {
-        let Task {
-            estimate,
-            target,
-            dry,
-            quantity,
-        } = task;
-        let (Some(value), Some(se)) = (estimate.value, estimate.se) else {
+impl AllReplicates {
+    /// Gives an estimate what its replicates say; nothing where it has no standard error.
+    pub(super) fn complete(&self, task: Task) {
+        let (Some(value), Some(se)) = (task.estimate.value, task.estimate.se) else {
             return;
         };
-        if !self.drawn[target] || dry.is_some_and(|dry| !self.drawn[dry]) {
-            estimate.bootstrap = Some(Bootstrapped::none(Failure::OneSeries.as_str()));
+        if !self.drawn[task.target] || task.dry.is_some_and(|dry| !self.drawn[dry]) {
+            task.estimate.bootstrap = Some(Bootstrapped::none(Failure::OneSeries.as_str()));
             return;
         }
-        let of = |(fit, k): (WeightedFit, WeightedFit)| quantity(fit.parameters, k.parameters[0]);
-        let mut replicates = Replicates::new(self.fits(target, dry).map(of));
+        let of = |(fit, k): (WeightedFit, WeightedFit)| task.value(fit.parameters, k.parameters[0]);
+        let mut replicates = Replicates::new(self.fits(task.target, task.dry).map(of));
         let failures = match replicates.failed {
             0 => vec![],
-            _ => self.failures(target, dry, &quantity),
+            _ => self.failures(&task),
         };
         let Some((mean, sd)) = replicates.mean_sd() else {
-            estimate.bootstrap = Some(Bootstrapped {
+            task.estimate.bootstrap = Some(Bootstrapped {
                 failed: replicates.failed,
                 failures,
                 replicates: self.plan.replicates,
@@ -68,20 +110,20 @@ impl Told {
             });
             return;
         };
-        let influences = self.influences(target, dry, &quantity, value);
+        let influences = self.influences(&task, value);
         let degrees_of_freedom = match self.plan.scheme {
             ResamplingScheme::Cases | ResamplingScheme::Series => degrees_of_freedom(&influences),
-            ResamplingScheme::Residuals | ResamplingScheme::Parametric => Some(self.to_spare[target] as f64),
+            ResamplingScheme::Residuals | ResamplingScheme::Parametric => Some(self.to_spare[task.target] as f64),
         };
         let mut made = Made {
             acceleration: acceleration(&influences),
             degrees_of_freedom: degrees_of_freedom.unwrap_or(f64::INFINITY),
-            t: (self.keep_all || self.method == IntervalMethod::Studentized)
-                .then(|| self.studentized(target, dry, &quantity, value)),
+            t: (self.keep_all || self.method == IntervalMethod::Studentized).then(|| self.studentized(&task, value)),
             replicates: &mut replicates,
             value,
             se,
         };
+        let estimate = task.estimate;
         let mut levels: Vec<f64> = LEVELS.to_vec();
         if !levels.contains(&estimate.level) {
             levels.push(estimate.level);
@@ -133,37 +175,38 @@ impl Told {
     }
 
     /// Replicates without this quantity, by reason.
-    fn failures(&self, target: usize, dry: Option<usize>, quantity: &Quantity) -> Vec<Failed> {
-        let of_k = dry.into_iter().flat_map(|dry| self.fits.failures(dry));
-        let reasons = self.fits.failures(target).zip(of_k.chain(std::iter::repeat(None)));
+    fn failures(&self, task: &Task) -> Vec<Failed> {
+        let of_k = task.dry.into_iter().flat_map(|dry| self.fits.failures(dry));
+        let reasons = self.fits.failures(task.target).zip(of_k.chain(std::iter::repeat(None)));
         let mut counts: BTreeMap<&'static str, usize> = BTreeMap::new();
-        for ((fit, k), (own, of_k)) in self.fits(target, dry).zip(reasons) {
-            if !quantity(fit.parameters, k.parameters[0]).is_finite() {
+        for ((fit, k), (own, of_k)) in self.fits(task.target, task.dry).zip(reasons) {
+            if !task.value(fit.parameters, k.parameters[0]).is_finite() {
                 *counts
                     .entry(own.or(of_k).map_or(UNDEFINED, Failure::as_str))
                     .or_default() += 1;
             }
         }
-        let told = |(reason, replicates)| Failed { reason, replicates };
-        counts.into_iter().map(told).collect()
+        let failed = |(reason, replicates)| Failed { reason, replicates };
+        counts.into_iter().map(failed).collect()
     }
 
     /// Influence values by stratum, of the runs behind k after those of the target itself.
-    fn influences(&self, target: usize, dry: Option<usize>, quantity: &Quantity, value: f64) -> Vec<Vec<f64>> {
-        let k = dry.map_or(f64::NAN, |dry| self.fitted[dry][0]);
-        let wet = self.without[target]
+    fn influences(&self, task: &Task, value: f64) -> Vec<Vec<f64>> {
+        let k = task.dry.map_or(f64::NAN, |dry| self.fitted[dry][0]);
+        let wet = self.without[task.target]
             .iter()
-            .map(|stratum| influence(value, stratum.iter().map(|p| quantity(*p, k))));
-        let of_dry = dry.iter().flat_map(|dry| &self.without[*dry]).map(|stratum| {
-            let fitted = self.fitted[target];
-            influence(value, stratum.iter().map(|p| quantity(fitted, p[0])))
+            .map(|stratum| influence(value, stratum.iter().map(|p| task.value(*p, k))));
+        let of_dry = task.dry.iter().flat_map(|dry| &self.without[*dry]).map(|stratum| {
+            let fitted = self.fitted[task.target];
+            influence(value, stratum.iter().map(|p| task.value(fitted, p[0])))
         });
         wet.chain(of_dry).collect()
     }
 
     /// t* = (θ* − θ̂)/se*, with each replicate's own delta-method standard error.
-    fn studentized(&self, target: usize, dry: Option<usize>, quantity: &Quantity, value: f64) -> Replicates {
-        let t = self.fits(target, dry).map(|(fit, k)| {
+    fn studentized(&self, task: &Task, value: f64) -> Replicates {
+        let quantity = |p: [f64; 2], k: f64| task.value(p, k);
+        let t = self.fits(task.target, task.dry).map(|(fit, k)| {
             let k_at = k.parameters[0];
             let p = fit.parameters;
             // central differences: the quantities are smooth and the parameters of order one
@@ -173,7 +216,7 @@ impl Told {
             let g1 = (quantity([p[0], p[1] + h1], k_at) - quantity([p[0], p[1] - h1], k_at)) / (2.0 * h1);
             let [aa, ab, bb] = fit.covariance;
             let mut variance = g0 * g0 * aa + 2.0 * g0 * g1 * ab + g1 * g1 * bb;
-            if dry.is_some() {
+            if task.dry.is_some() {
                 let gk = (quantity(p, k_at + hk) - quantity(p, k_at - hk)) / (2.0 * hk);
                 variance += gk * gk * k.covariance[0];
             }
