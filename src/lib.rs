@@ -46,6 +46,63 @@
 //! assert!(e_n.at(1.2) > 0.65 && e_n.at(1.2) < 0.70);
 //! assert_eq!(e_n.at(0.05), 0.0); // too slow to rebound
 //! ```
+//!
+//! # How to add a term, a quantity, a figure
+//!
+//! **A term** of the energy balance is a file in `physics/` that implements [`physics::loss::Loss`]: its parameters, each a
+//! [`physics::coefficient::Parameter`] with name, symbol, unit and prior; what it takes at a film, with slopes; what no
+//! parameter moves; its formula. It enters the sum where [`physics::form::Form`] lists its losses, and has its word in
+//! [`physics::form::Term`]. Simulation, least squares, likelihood, sizes of terms and prediction follow from the sum:
+//!
+//! ```
+//! use wetcor::physics::loss::{AtFilm, Fixed, Loss, Setting, Share, Slope};
+//! use wetcor::physics::{coefficient::Coefficients, Coefficient};
+//!
+//! /// The viscous loss with an L that is known to be 2 for thick films.
+//! struct ThickFilms;
+//!
+//! impl Loss for ThickFilms {
+//!     fn coefficients(&self) -> &'static [Coefficient] {
+//!         &[Coefficient::LubricationLog]
+//!     }
+//!     fn at(&self, film_ratio: f64, values: &Coefficients) -> AtFilm {
+//!         let thick = film_ratio > 0.1;
+//!         let share = |viscous: f64| Share { inertial: 0.0, viscous };
+//!         let slope = Slope {
+//!             of: Coefficient::LubricationLog,
+//!             share: share(if thick { 0.0 } else { 1.0 }),
+//!         };
+//!         AtFilm {
+//!             share: share(if thick { 2.0 } else { values[Coefficient::LubricationLog] }),
+//!             slopes: [Some(slope), None],
+//!         }
+//!     }
+//!     fn fixed(&self, _: &Setting) -> Option<Fixed> {
+//!         None
+//!     }
+//!     fn formula(&self, film: &str) -> Option<String> {
+//!         Some(format!("4 L({film})/St"))
+//!     }
+//! }
+//!
+//! let mut values = Coefficients::default();
+//! values[Coefficient::LubricationLog] = 1.85;
+//! assert_eq!(ThickFilms.at(0.05, &values).share.viscous, 1.85);
+//! ```
+//!
+//! **A quantity** is an entry of [`physics::quantity::Quantity`] with its name, symbol, unit and definition; estimates,
+//! replicates and draws of it are computed from the same line:
+//!
+//! ```
+//! use wetcor::physics::quantity::{Place, Quantity, Wetted};
+//!
+//! let fitted = Wetted::of_square_root(0.52, -7.7); // e = √(0.52 − 7.7/St)
+//! let st_c = Quantity::StC.value(&Place::NONE, &fitted);
+//! assert!((st_c - 7.7 / (2.0 * 0.52)).abs() < 1e-12);
+//! ```
+//!
+//! **A figure** is a file in `report/figures/` that makes charts from findings, a line in its `mod.rs`, and the section of
+//! the report that shows it.
 
 #[cfg(feature = "cli")]
 mod distributions;
