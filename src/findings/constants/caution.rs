@@ -1,7 +1,7 @@
 //! Says which constant without an uncertainty would widen the results most.
 
 use super::constant::{Constant, InUse, Kind};
-use super::Sensitivity;
+use super::sensitivity::Sensitivity;
 use crate::findings::verdicts::BIAS;
 use crate::notice::Notice;
 use crate::scene::Scene;

@@ -5,17 +5,18 @@
 //! | `constant.rs` | which constants there are, and how one is moved |
 //! | `movable.rs` | moves the minimum of the energy balance |
 //! | `elasticities.rs` | finds how results move with a constant |
+//! | `sensitivity.rs` | how one result moves with the constants |
 //! | `caution.rs` | which constant wants a second look |
 
 mod caution;
 mod constant;
 mod elasticities;
 mod movable;
+mod sensitivity;
 
 use std::collections::HashSet;
 
 use rayon::prelude::*;
-use serde::Serialize;
 
 use super::balance::EnergyBalance;
 use super::dry::FittedDry;
@@ -23,79 +24,13 @@ use super::estimate::Estimate;
 use super::scaling::FittedScaling;
 use super::shown;
 use crate::notice::Notice;
-use crate::physics::{Coefficient, Quantity};
+use crate::physics::Quantity;
 use crate::runs::{FilmGroup, Runs};
 use crate::scene::{Scene, WetLaw};
 use constant::{Constant, InUse};
 use elasticities::{sample, Aim, Setting};
-
-/// How one result moves with the constants.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Sensitivity {
-    /// `lubrication_log`, `inertial_prefactor`, `film_scale`, `delta_c_m`, `e_inf` or `st_c`
-    pub result: String,
-    /// name of the particle, of a result that has one
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub particle: Option<String>,
-    /// film ratio, of a result that has one
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub film_ratio: Option<f64>,
-    /// `balance`: over all rebounds; `sqrt`: the square-root law of the film ratio
-    pub fit: &'static str,
-    /// its value
-    pub value: f64,
-    /// its statistical standard error, by least squares
-    pub se: f64,
-    /// the constants that move it; any other moves it by less than 5e-6 of its own share
-    pub by: Vec<Moves>,
-    /// √Σ (value · elasticity · rel_sd)² over the constants whose uncertainty is given; `None` where none is
-    pub constants_sd: Option<f64>,
-    /// √(se² + constants_sd²)
-    pub combined: Option<f64>,
-}
-
-impl Sensitivity {
-    /// Its name in a sentence or a table.
-    pub fn label(&self) -> String {
-        let coefficients = Coefficient::ALL.map(Quantity::Shared);
-        let all = coefficients
-            .into_iter()
-            .chain([Quantity::DeltaC, Quantity::EInf, Quantity::StC]);
-        let own = all
-            .map(Quantity::describe)
-            .find(|quantity| quantity.name == self.result);
-        let name = own.map_or(self.result.as_str(), |own| own.symbol);
-        let law = self.film_ratio.map(|_| match self.fit {
-            BALANCE => "energy balance".to_owned(),
-            _ => "square root".to_owned(),
-        });
-        let ratio = self.film_ratio.map(|ratio| {
-            let decimals = format!("{ratio:.4}");
-            format!("δ/D = {}", decimals.trim_end_matches('0').trim_end_matches('.'))
-        });
-        let about: Vec<String> = [self.particle.clone(), ratio, law].into_iter().flatten().collect();
-        match about.as_slice() {
-            [] => name.to_owned(),
-            about => format!("{name} ({})", about.join(", ")),
-        }
-    }
-}
-
-/// How a result moves with one constant.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Moves {
-    /// `viscosity`, `liquid_density`, `particle_density`, `roughness` or `film`: all of a kind by one factor;
-    /// `viscosity[AK10]` and the like: one alone; `film_offset`: all films by one length, in units of their mean
-    pub constant: String,
-    /// d ln(result)/d ln(constant), to five decimals
-    pub elasticity: f64,
-    /// sd of the constant over its value, as the scene gives it
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rel_sd: Option<f64>,
-}
-
-/// How the energy balance is named as the fit behind a result.
-const BALANCE: &str = "balance";
+use sensitivity::BALANCE;
+pub use sensitivity::{Moves, Sensitivity};
 
 /// Share of itself by which a constant is moved each way. The error of a central difference falls with its square and is
 /// 1e-8 of an elasticity on the example, where it is 1e-4 with a share of 1e-4; rounding grows with its inverse, to as much.

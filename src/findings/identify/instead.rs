@@ -1,7 +1,9 @@
 //! Finds what the runs determine where they do not tell the parameters apart.
 
+use serde::Serialize;
+
 use super::sight::Sight;
-use super::{words, Determined};
+use super::words;
 use crate::findings::energy::Energy;
 use crate::findings::estimate::Estimate;
 use crate::findings::least_squares::LeastSquares;
@@ -10,6 +12,25 @@ use crate::findings::shown::four_decimals;
 use crate::model::parameters::Kind;
 use crate::runs::{FilmGroup, Runs};
 use crate::scene::{Scene, WetLaw};
+
+/// A quantity that the runs determine.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Determined {
+    /// its name: `e_inf[PTFE,0.06]`
+    pub quantity: String,
+    /// its value
+    pub value: f64,
+    /// its standard error
+    pub se: f64,
+}
+
+impl Determined {
+    /// `e_inf[PTFE,0.06] = 0.7180 ± 0.0040`, to two digits of the standard error.
+    pub fn text(&self) -> String {
+        let decimals = (1.0 - self.se.log10().floor()).clamp(0.0, 12.0) as usize;
+        format!("{} = {:.decimals$} ± {:.decimals$}", self.quantity, self.value, self.se)
+    }
+}
 
 /// What is determined of the parameters at these places: e_inf where k is among them, the inertial loss where it is not,
 /// and only the restitution itself where neither is, or L is among them. Nothing of one parameter by itself.

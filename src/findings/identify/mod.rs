@@ -18,6 +18,7 @@ mod words;
 
 use serde::Serialize;
 
+pub use instead::Determined;
 pub use lines::{lines, Identified};
 
 use super::least_squares::LeastSquares;
@@ -55,17 +56,6 @@ pub struct Unseen {
     pub add: String,
     /// what is determined of them instead
     pub determined: Vec<Determined>,
-}
-
-/// A quantity that the runs determine.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Determined {
-    /// its name: `e_inf[PTFE,0.06]`
-    pub quantity: String,
-    /// its value
-    pub value: f64,
-    /// its standard error
-    pub se: f64,
 }
 
 /// What the runs see of the parameters at the fit; `None` without parameters, or where a sum is not finite.
@@ -113,12 +103,4 @@ pub fn notice(directions: Option<&Directions>) -> Option<Notice> {
     let next: Vec<&str> = unseen.iter().map(|one| one.add.as_str()).collect();
     let count = unseen.iter().map(|one| one.directions).sum();
     (count > 0).then(|| Notice::new("unseen", count, texts.join("; "), next.join("; ")))
-}
-
-impl Determined {
-    /// `e_inf[PTFE,0.06] = 0.7180 ± 0.0040`, to two digits of the standard error.
-    pub fn text(&self) -> String {
-        let decimals = (1.0 - self.se.log10().floor()).clamp(0.0, 12.0) as usize;
-        format!("{} = {:.decimals$} ± {:.decimals$}", self.quantity, self.value, self.se)
-    }
 }

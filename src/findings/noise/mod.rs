@@ -7,6 +7,7 @@
 //! | `scatter.rs` | the scatter about it, found so that outliers do not mislead |
 //! | `normal_equations.rs` | the sums of all runs, put together |
 //! | `outliers.rs` | runs that normal noise would hardly ever take so far |
+//! | `standard_errors.rs` | by how much standard errors are too small |
 //! | `spread.rs` | what unequal spreads of groups do to standard errors |
 //! | `offsets.rs` | what offsets that the runs of a series share do to them |
 //! | `tell.rs` | which of it wants a second look |
@@ -23,6 +24,7 @@ mod point;
 mod rows;
 mod scatter;
 mod spread;
+mod standard_errors;
 mod tell;
 
 use serde::Serialize;
@@ -39,16 +41,8 @@ use point::Point;
 use rows::{Kind, Rows};
 pub use spread::{OfGroup, Spreads};
 use spread::{Unequal, Variances};
+pub use standard_errors::{Lacking, LEVEL, LINE};
 pub(super) use tell::notices;
-
-/// Standard errors too small by more than this factor matter: a 95 % interval then covers less than 94 %.
-///
-/// An interval of ± 1.960 standard errors that are too small by c reaches ± 1.960/c of the right ones, and covers 94 %
-/// where that is 1.881: c = 1.042. It is the line of 0.25 for a bias, told of a width.
-pub const LINE: f64 = 1.042;
-
-/// Probability below which groups or series are taken to differ.
-pub const LEVEL: f64 = 0.01;
 
 /// What the scatter of the runs is like.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -106,29 +100,4 @@ pub(super) fn find(
             sd_wet * variances.kinds[Kind::Wet as usize].sqrt(),
         ),
     })
-}
-
-/// By how much the standard error of a parameter is too small.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Lacking {
-    /// its name
-    pub parameter: String,
-    /// the standard error that allows for what was found over the one that does not; below 1 it is too large
-    pub ratio: f64,
-}
-
-/// The parameters the runs see, with what their standard errors lack.
-fn lacking(rows: &Rows, widening: &[Option<f64>]) -> Vec<Lacking> {
-    let named = |(name, ratio): (&String, &Option<f64>)| {
-        Some(Lacking {
-            parameter: name.clone(),
-            ratio: (*ratio)?,
-        })
-    };
-    rows.names.iter().zip(widening).filter_map(named).collect()
-}
-
-/// The one that lacks most.
-fn worst(all: &[Lacking]) -> Option<&Lacking> {
-    all.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio))
 }

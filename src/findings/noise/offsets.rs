@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::normal_equations::NormalEquations;
 use super::rows::{Kind, Rows};
 use super::spread::Variances;
-use super::{lacking, worst, Lacking};
+use super::standard_errors::{lacking, worst, Lacking};
 use crate::distributions::f_tail;
 use crate::inference::information::Sums;
 use crate::inference::nested::FTest;

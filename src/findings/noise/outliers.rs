@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::normal_equations::NormalEquations;
 use super::rows::{Group, GroupedPart, Rows};
 use super::scatter::{is_clear, Settled};
-use super::Unequal;
+use super::spread::Unequal;
 use crate::distributions::student_t_quantile;
 use crate::inference::information::Sums;
 use crate::inference::joint::Row;

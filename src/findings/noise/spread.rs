@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::normal_equations::{Fitted, NormalEquations};
 use super::rows::{Kind, Rows};
-use super::{lacking, worst, Lacking, LEVEL};
+use super::standard_errors::{lacking, worst, Lacking, LEVEL};
 use crate::inference::arrow::Arrow;
 use crate::inference::information::Sums;
 use crate::inference::nested::FTest;

@@ -296,7 +296,7 @@ impl Sums {
         let sizes = others.bias.iter().zip(&others.variance).zip(&others.places);
         let sizes = sizes.map(|((bias, variance), place)| (bias.abs() / variance.sqrt(), self.kinds[*place]));
         let (size, kind) = sizes.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        size.is_finite().then(|| (size, kind))
+        size.is_finite().then_some((size, kind))
     }
 
     /// Largest factor by which the term's own parameters widen another's standard error.

@@ -11,6 +11,9 @@ use rand::Rng;
 use super::multisets::{batch_sizes, sequences, Counts, Multisets, FEW};
 use super::wide::{widest, Wide};
 
+/// Replicates drawn at once.
+pub(super) const TOGETHER: usize = 8;
+
 /// Most sequences that one word of 64 bits decides among: none is then likelier than another by more than a share of 2⁻²¹,
 /// which moves the mean of what a word draws by less than 10⁻⁶ of its standard deviation.
 const MOST_SEQUENCES_OF_A_WORD: u64 = 1 << 43;

@@ -1,7 +1,7 @@
 //! Leaves out one run at a time, or one series, for the skewness and the degrees of freedom of a quantity.
 
 use super::kernel::WeightedFit;
-use super::{solve, Pool, Target};
+use super::target::{solve, Pool, Target};
 use crate::inference::law::Response;
 use crate::scene::ResamplingScheme;
 

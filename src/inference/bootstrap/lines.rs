@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
+use super::batches::TOGETHER;
 use super::kernel::{sums, Failure, LineDesign, Sample, WeightedFit};
 use super::wide::{widest, Wide};
-use super::TOGETHER;
 
 /// Where the sums that a batch of draws moves are tabulated.
 #[derive(Debug, Clone)]

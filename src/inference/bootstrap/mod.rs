@@ -8,15 +8,16 @@
 //!
 //! | file | job |
 //! |---|---|
+//! | `wide.rs` | runs loops in the widest registers that the machine has |
+//! | `kernel.rs` | fits a law to weighted runs in one stream over them |
+//! | `target.rs` | describes the fits and how their runs are divided |
 //! | `strata.rs` | divides the runs of a series by impact speed |
 //! | `multisets.rs` | lists the multisets of members that a batch of draws can give |
 //! | `batches.rs` | draws the runs of every stratum in batches |
-//! | `nodes.rs` | gathers runs that share stratum and abscissa |
 //! | `lines.rs` | fits lines straight from what was drawn |
+//! | `nodes.rs` | gathers runs that share stratum and abscissa |
 //! | `schemes.rs` | draws what a replicate of the other schemes is fitted to |
-//! | `kernel.rs` | fits a law to weighted runs in one stream over them |
 //! | `replicated.rs` | keeps the replicates |
-//! | `wide.rs` | runs loops in the widest registers that the machine has |
 //! | `jackknife.rs` | leaves out one run at a time: acceleration and degrees of freedom |
 //! | `intervals.rs` | percentile, BCa and studentized intervals from replicates |
 
@@ -30,66 +31,22 @@ mod nodes;
 mod replicated;
 mod schemes;
 pub mod strata;
+mod target;
 mod wide;
 
 pub use replicated::Replicated;
-
-use std::ops::Range;
+pub use target::{Pool, RunWeights, Target};
 
 use rayon::prelude::*;
 
-use crate::inference::regression::Regression;
 use crate::scene::ResamplingScheme;
 use crate::seed::Streams;
-use batches::{write_weights, Batches};
-use kernel::{Failure, Sample, WeightedFit};
+use batches::{write_weights, Batches, TOGETHER};
+use kernel::Failure;
 use nodes::{DrawnNodes, Nodes};
 use replicated::Block;
 use schemes::{draw_series, Noise};
-
-/// A fit to be bootstrapped: its runs, in strata, and where it ended.
-#[derive(Debug, Clone)]
-pub struct Target<'a> {
-    /// the law and its runs; a run has the same restitution in every target
-    pub regression: Regression<'a>,
-    /// the strata, as indices into [`Pool::strata`]; consecutive, and together all of x
-    pub strata: Range<usize>,
-    /// the series, as indices into [`Pool::series`]; consecutive, and together all of x
-    pub series: Range<usize>,
-    /// parameters of the fit to the runs themselves
-    pub fitted: [f64; 2],
-    /// weights of the runs beside those of resampling; `None`: all alike
-    pub run_weights: Option<&'a RunWeights>,
-}
-
-/// How the runs of a fit were weighed, which no replicate settles anew.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RunWeights {
-    /// weight of each run, 1 on average but for runs that are left out and have 0
-    pub weights: Vec<f64>,
-    /// what was taken off the parameters of the fit, and is of those of a replicate
-    pub bias: [f64; 2],
-}
-
-/// How all runs are divided, in the fixed order in which a replicate draws them; ranges of consecutive runs.
-#[derive(Debug, Clone, Default)]
-pub struct Pool {
-    /// runs that may stand for one another
-    pub strata: Vec<Range<usize>>,
-    /// series (dry: runs of one diameter), each made of whole strata
-    pub series: Vec<Range<usize>>,
-}
-
-impl Pool {
-    /// Strata that cannot vary, since they hold one run.
-    pub fn single_runs(&self) -> usize {
-        self.strata.iter().filter(|stratum| stratum.len() == 1).count()
-    }
-
-    fn first_run(&self, target: &Target) -> usize {
-        self.strata.get(target.strata.start).map_or(0, |stratum| stratum.start)
-    }
-}
+use target::solve;
 
 /// How replicates are made.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -100,36 +57,6 @@ pub struct Plan {
     pub scheme: ResamplingScheme,
     /// seed of the streams
     pub seed: u64,
-}
-
-/// Replicates drawn at once.
-const TOGETHER: usize = 8;
-
-/// Fits a target to weighted restitutions of its runs.
-fn solve(target: &Target, restitution: &[f64], weights: &[f64]) -> Result<WeightedFit, Failure> {
-    let Regression { law, x, offset, .. } = target.regression;
-    let sample = Sample {
-        offset,
-        ..Sample::new(x, restitution, weights)
-    };
-    let Some(own) = target.run_weights else {
-        return kernel::fit(law, &sample, target.fitted);
-    };
-    let weights: Vec<f64> = weights
-        .iter()
-        .zip(&own.weights)
-        .map(|(drawn, own)| drawn * own)
-        .collect();
-    let weighted = Sample {
-        weights: &weights,
-        ..sample
-    };
-    let fitted = kernel::fit(law, &weighted, target.fitted)?;
-    let [a, b] = fitted.parameters;
-    Ok(WeightedFit {
-        parameters: [a - own.bias[0], b - own.bias[1]],
-        ..fitted
-    })
 }
 
 /// One thread's working space.

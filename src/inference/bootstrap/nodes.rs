@@ -8,11 +8,11 @@ use std::ops::Range;
 
 use rand::rngs::ChaCha8Rng;
 
-use super::batches::{unit_weight, write_weights, Batches, Drawn};
+use super::batches::{unit_weight, write_weights, Batches, Drawn, TOGETHER};
 use super::kernel::Sample;
 use super::lines::{BatchTable, LineFits};
 use super::multisets::{Multisets, FEW};
-use super::{Pool, Target, TOGETHER};
+use super::target::{Pool, Target};
 use crate::inference::law::Law;
 
 /// A stratum with its batches of draws and its nodes.

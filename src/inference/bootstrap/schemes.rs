@@ -7,7 +7,7 @@ use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
 
 use super::batches::unit_weight;
-use super::Target;
+use super::target::Target;
 use crate::scene::ResamplingScheme;
 
 /// Draws with replacement n − 1 of n members and calls `chosen(member)` for each; a single member is always itself.

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::linearised::Linearised;
-use super::Stop;
+use super::problem::Stop;
 
 /// Residuals below this many rounding errors of the model's values are not scatter. The
 /// hardest certified problem (Lanczos1) scatters by 400.

@@ -8,7 +8,7 @@ use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, DVector};
 
 use super::linearised::{Damped, Linearised};
-use super::{ResidualProblem, Stop};
+use super::problem::{ResidualProblem, Stop};
 
 /// Dampings tried before an iteration is given up.
 const MAX_DAMPINGS: usize = 40;

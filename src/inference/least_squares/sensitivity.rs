@@ -4,7 +4,8 @@ use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
-use super::{Fit, ResidualProblem};
+use super::problem::ResidualProblem;
+use super::Fit;
 
 /// Share of a parameter, or of its standard error where that is larger, over which the slope of the sum of squares is
 /// differenced: the curves this is for turn within 1e-4 of their values, and slopes are known to 1e-16 of theirs.

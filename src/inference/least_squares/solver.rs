@@ -5,7 +5,7 @@ use nalgebra::DVector;
 
 use super::levenberg_marquardt::{LevenbergMarquardt, Model, Variant};
 use super::linearised::Linearised;
-use super::{ResidualProblem, Stop};
+use super::problem::{ResidualProblem, Stop};
 
 /// Outer iterations of one attempt.
 const MAX_ITERATIONS: u64 = 1000;

@@ -1,9 +1,9 @@
 //! Places panels in rows and columns, with one legend, and draws them as a document.
 
+use super::data::{Chart, Extent};
 use super::drawing::{Drawing, Element, Frame};
 use super::legend::Legend;
 use super::panel::{Look, Panel};
-use super::{Chart, Extent};
 
 /// Panels with axes of one size, and their legend.
 pub(super) struct Layout<'a> {

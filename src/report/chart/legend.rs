@@ -1,7 +1,8 @@
 //! Lists the named layers with samples of their marks.
 
+use super::data::{Chart, Extent, Layer};
 use super::drawing::{Drawing, Element, Pixel};
-use super::{mark, text, Chart, Extent, Layer};
+use super::{mark, text};
 
 const SIZE: f64 = 13.0;
 const ROW: f64 = 21.0;

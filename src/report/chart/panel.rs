@@ -1,8 +1,9 @@
 //! Draws one chart: its axes, the marks inside them and the labels around them.
 
+use super::data::{Axis, Chart, ChartPoint, Extent, Layer, Style};
 use super::drawing::{decimal, Drawing, Element, Frame, Pixel};
 use super::scale::{drawable, AxisScale};
-use super::{mark, text, Axis, Chart, ChartPoint, Extent, Layer, Style};
+use super::{mark, text};
 
 /// Length of a tick, outwards, in pixels.
 const TICK: f64 = 5.0;

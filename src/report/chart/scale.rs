@@ -1,6 +1,7 @@
 //! Chooses an axis's limits, tick step and tick labels.
 
-use super::{text, Axis};
+use super::data::Axis;
+use super::text;
 
 /// Limits and ticks of a linear axis; `lower < upper` and `step > 0` always.
 #[derive(Clone, Copy, Debug, PartialEq)]

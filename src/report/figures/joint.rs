@@ -3,8 +3,10 @@
 use super::super::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Style};
 use super::super::{numbers, Told};
 use super::density::CloudDensity;
+use super::figure::Figure;
+use super::names::Names;
+use super::of_particle::scaling_of;
 use super::points::{chart, curve, points};
-use super::{Figure, Names};
 use crate::findings::bootstrap::Joint;
 use crate::findings::estimate::Estimate;
 use crate::inference::delta::Interval;
@@ -60,7 +62,7 @@ pub(super) fn joint(told: Told, names: &Names) -> Vec<Figure> {
 }
 
 fn of_bootstrap(told: Told, joint: &Joint) -> Option<Chart> {
-    let row = super::scaling_of(told, joint.particle, joint.film_ratio, joint.law)?;
+    let row = scaling_of(told, joint.particle, joint.film_ratio, joint.law)?;
     let both = [&row.e_inf, &row.st_c];
     let by = |estimate: &Estimate, wanted: &dyn Fn(&Interval) -> bool| {
         let made = estimate

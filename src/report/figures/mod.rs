@@ -1,9 +1,22 @@
 //! Says what each figure shows: points, laws and axes, as the paper's figs. 2 to 5 have them.
+//!
+//! | file | job |
+//! |---|---|
+//! | `figure.rs` | holds a finished figure |
+//! | `names.rs` | names the files of the figures of each particle |
+//! | `points.rs` | makes layers of points and curves |
+//! | `of_particle.rs` | looks up the series of a particle and the fits to them |
+//! | `film.rs` | figures against the film ratio |
+//! | `density.rs` | the density of a cloud of pairs |
+//! | `joint.rs` | e_inf and St_c together |
+//! | `posterior/` | figures of the posterior |
 
 mod density;
+mod figure;
 mod film;
 mod joint;
 mod names;
+mod of_particle;
 mod points;
 mod posterior;
 
@@ -11,45 +24,20 @@ use std::ops::Range;
 
 use super::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Style};
 use super::{numbers, Told};
-use crate::findings::scaling::Scaling;
 use crate::findings::series::SeriesFit;
-use crate::findings::shown;
 use crate::physics::dry::Order;
 use crate::physics::numbers::stokes;
 use crate::physics::rebound;
 use crate::physics::DrySpeed;
 use crate::runs::Series;
 use crate::scene::WetLaw;
-use crate::units::{micrometres, millimetres};
+pub use figure::{Figure, ENERGY, FILM, PAIRS, PRIORS, RANKS, RESIDUALS};
 use film::{energy, film, residuals};
 use joint::joint;
 pub use names::Names;
+use of_particle::{dry_k, main_film_ratio, scaling_of, series_at, series_name};
 use points::{chart, curve, largest, means_of, pairs, points, steps};
 use posterior::{speeds, Bands, SeriesBands};
-
-/// A finished figure.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Figure {
-    /// file name
-    pub name: String,
-    /// the picture
-    pub svg: String,
-}
-
-/// File of the figure of e_inf and St_c against the film ratio.
-pub const FILM: &str = "e_inf-st_c-film_ratio.svg";
-/// File of the figure of the energy balance against the film ratio.
-pub const ENERGY: &str = "energy-film_ratio.svg";
-
-/// File of the figure of mean residuals against the film ratio.
-pub const RESIDUALS: &str = "residuals-film_ratio.svg";
-
-/// File of the posterior's figure of draws of each pair of parameters.
-pub const PAIRS: &str = "posterior-pairs.svg";
-/// File of the posterior's figure of ranks by chain.
-pub const RANKS: &str = "posterior-ranks.svg";
-/// File of the figure of prior against posterior.
-pub const PRIORS: &str = "posterior-priors.svg";
 
 const RESTITUTION: &str = "restitution e_{n}";
 const INVERSE_STOKES: &str = "St^{−1}";
@@ -89,23 +77,6 @@ fn has_points(layer: &Layer) -> bool {
     matches!(layer, Layer::Points { points, .. } if !points.is_empty())
 }
 
-fn main_film_ratio(told: Told, particle: usize) -> Option<f64> {
-    shown::film_ratio(told.scene, told.runs, particle)
-}
-
-/// The series of a particle at a film ratio, with the fit of each.
-fn series_at(told: Told<'_>, particle: usize, ratio: Option<f64>) -> Vec<(&Series, &SeriesFit)> {
-    let both = told.runs.series.iter().zip(&told.findings.series);
-    both.filter(|(s, _)| s.particle == particle && ratio.is_none_or(|r| s.film_ratio == r))
-        .collect()
-}
-
-fn series_name(told: Told, series: &Series) -> String {
-    let liquid = &told.scene.liquids[series.liquid].name;
-    let diameter = numbers::short(millimetres(series.diameter));
-    format!("{liquid}, D = {diameter} mm, δ = {:.0} µm", micrometres(series.film))
-}
-
 /// (v, e) of some rebounds.
 fn speeds_and_restitutions(told: Told, rebounds: &Range<usize>) -> Vec<(f64, f64)> {
     let runs = told.runs;
@@ -113,12 +84,6 @@ fn speeds_and_restitutions(told: Told, rebounds: &Range<usize>) -> Vec<(f64, f64
         &runs.impact_speed[rebounds.clone()],
         &runs.restitution[rebounds.clone()],
     )
-}
-
-fn dry_k(told: Told, particle: usize) -> Option<f64> {
-    let name = &told.scene.particles[particle].name;
-    let dry = told.findings.dry.iter().find(|dry| dry.particle == *name)?;
-    dry.dry_k.value
 }
 
 fn against_speed(told: Told, particle: usize, bands: Option<&Bands>) -> Chart {
@@ -264,14 +229,6 @@ fn stuck_layers(told: Told, series: &[(&Series, &SeriesFit)], stuck: Vec<Vec<Cha
             points(name, marks, Style::group(group + 1).open())
         })
         .collect()
-}
-
-fn scaling_of<'a>(told: Told<'a>, particle: usize, ratio: Option<f64>, law: WetLaw) -> Option<&'a Scaling> {
-    let name = &told.scene.particles[particle].name;
-    told.findings
-        .scaling
-        .iter()
-        .find(|row| row.particle == *name && row.film_ratio == ratio && row.law == law.name())
 }
 
 /// Both laws of 1/St, from 0 to where they vanish or the picture ends.

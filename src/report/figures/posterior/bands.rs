@@ -2,7 +2,7 @@
 
 use super::super::super::chart::{Layer, Style};
 use super::super::super::Told;
-use super::super::series_name;
+use super::super::of_particle::series_name;
 use crate::distributions::{gamma_quantile, normal_quantile};
 use crate::model::likelihood::tails::Tails;
 use crate::model::parameters::{physical, Kind};

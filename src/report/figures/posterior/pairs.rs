@@ -2,7 +2,7 @@
 
 use super::super::super::chart::{Axis, Chart, ChartPoint, Dash, Layer, Style};
 use super::super::super::Told;
-use super::{draws, first_places, range, symbol};
+use super::panels::{draws, first_places, range, symbol};
 use crate::findings::posterior::Posterior;
 
 /// More parameters than this leave no room to see anything.

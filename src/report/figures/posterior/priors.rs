@@ -2,7 +2,7 @@
 
 use super::super::super::chart::{Axis, Chart, Dash, Layer, Style};
 use super::super::super::Told;
-use super::{draws, first_places, symbol};
+use super::panels::{draws, first_places, symbol};
 use crate::findings::posterior::Posterior;
 use crate::model::parameters::Parameter;
 use crate::scene::Prior;

@@ -2,7 +2,7 @@
 
 use super::super::super::chart::{Axis, Chart, Dash, Layer, Style};
 use super::super::super::Told;
-use super::{first_places, symbol};
+use super::panels::{first_places, symbol};
 use crate::findings::posterior::Posterior;
 
 /// More panels than this are a wall.

@@ -1,0 +1,148 @@
+//! Describes a chart as plain data: axes, layers and their styles.
+
+/// One set of axes with what is drawn on it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chart {
+    /// Heading above the axes.
+    pub title: Option<String>,
+    /// Horizontal axis.
+    pub x: Axis,
+    /// Vertical axis.
+    pub y: Axis,
+    /// Bands are drawn lowest, lines over them and points on top, each in this order.
+    pub layers: Vec<Layer>,
+}
+
+/// An axis, linear in what it is given.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    /// Quantity and unit, e.g. `impact speed v / (m s^{−1})`.
+    pub label: String,
+    /// Limits (lower, upper); `None`, or limits that span nothing, fits them to the data.
+    pub range: Option<(f64, f64)>,
+    /// Whether it is given logarithms to base 10, which its ticks show as powers of ten.
+    pub decades: bool,
+}
+
+impl Axis {
+    /// An axis whose limits follow the data.
+    pub fn new(label: impl Into<String>) -> Self {
+        Self {
+            label: label.into(),
+            range: None,
+            decades: false,
+        }
+    }
+
+    /// The same axis for logarithms to base 10.
+    pub fn of_decades(self) -> Self {
+        Self { decades: true, ..self }
+    }
+
+    /// The same axis with fixed limits; what lies outside is not drawn.
+    pub fn between(self, lower: f64, upper: f64) -> Self {
+        Self {
+            range: Some((lower, upper)),
+            ..self
+        }
+    }
+}
+
+/// One series. A `name` puts it in the legend; layers with equal names share an entry.
+/// Values that are not finite are left out.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Layer {
+    /// Markers, with error bars where a point has a standard error.
+    Points {
+        /// Text of the legend.
+        name: Option<String>,
+        /// The points in any order.
+        points: Vec<ChartPoint>,
+        /// Colour and marker.
+        style: Style,
+    },
+    /// A curve through its points, broken where a value is not finite.
+    Line {
+        /// Text of the legend.
+        name: Option<String>,
+        /// Points (x, y) along the curve.
+        xy: Vec<(f64, f64)>,
+        /// Colour.
+        style: Style,
+        /// Stroke pattern.
+        dash: Dash,
+    },
+    /// A translucent strip between two curves, broken where a value is not finite.
+    Band {
+        /// Text of the legend.
+        name: Option<String>,
+        /// Edges (x, lower y, upper y) along the strip.
+        edges: Vec<(f64, f64, f64)>,
+        /// Colour.
+        style: Style,
+    },
+}
+
+impl Layer {
+    /// The layer's text in the legend.
+    pub fn name(&self) -> Option<&str> {
+        match self {
+            Layer::Points { name, .. } | Layer::Line { name, .. } | Layer::Band { name, .. } => name.as_deref(),
+        }
+    }
+}
+
+/// One marker.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChartPoint {
+    /// Horizontal position.
+    pub x: f64,
+    /// Vertical position.
+    pub y: f64,
+    /// Standard error of `y`, drawn as a bar from `y − se` to `y + se`.
+    pub y_se: Option<f64>,
+}
+
+/// Colour and marker of a layer.
+///
+/// Groups 0 to 7 differ in both, so that they stay apart in grey print and for the
+/// colour-blind; from 8 on both repeat with the filling reversed. Group 0 is black.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Style {
+    /// Number of the group.
+    pub group: usize,
+    /// Whether the markers are hollow.
+    pub open: bool,
+}
+
+impl Style {
+    /// The filled style of a group.
+    pub fn group(group: usize) -> Self {
+        Self { group, open: false }
+    }
+
+    /// The same style with hollow markers.
+    pub fn open(self) -> Self {
+        Self { open: true, ..self }
+    }
+}
+
+/// Stroke pattern of a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Dash {
+    /// Unbroken.
+    Solid,
+    /// Long strokes.
+    Dashed,
+    /// Dots.
+    Dotted,
+}
+
+/// Width and height in pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extent {
+    /// Width.
+    pub width: f64,
+    /// Height.
+    pub height: f64,
+}

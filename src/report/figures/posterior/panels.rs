@@ -1,0 +1,43 @@
+//! Chooses the parameters that have a panel, with their draws, symbols and limits.
+
+use super::super::super::Told;
+use crate::findings::posterior::Posterior;
+use crate::model::parameters::{Kind, Parameter};
+
+/// Places of at most so many parameters, in their order: those that all runs share go before the k of each particle.
+pub(super) fn first_places(posterior: &Posterior, most: usize) -> Vec<usize> {
+    let of_particle = |place: &usize| matches!(kind(posterior, *place), Kind::DryK(_));
+    let (own, shared): (Vec<usize>, Vec<usize>) = (0..posterior.sampled.values.len()).partition(of_particle);
+    let mut places: Vec<usize> = shared.into_iter().chain(own).take(most).collect();
+    places.sort_unstable();
+    places
+}
+
+fn kind(posterior: &Posterior, place: usize) -> Kind {
+    posterior.sampled.parameters.sampled[place].kind
+}
+
+/// A parameter's draws, chain after chain.
+pub(super) fn draws(posterior: &Posterior, place: usize) -> Vec<f64> {
+    posterior.sampled.values[place].concat()
+}
+
+/// A parameter's symbol, with its particle.
+pub(super) fn symbol(told: Told, parameter: &Parameter) -> String {
+    match parameter.kind {
+        Kind::DryK(particle) => format!("k, {}", told.scene.particles[particle].name),
+        Kind::FILM_SCALE => "δ̃_{0}".to_owned(),
+        Kind::SigmaDry => "σ_{dry}".to_owned(),
+        Kind::SigmaWet => "σ_{wet}".to_owned(),
+        Kind::SigmaEnergy => "σ_{r}".to_owned(),
+        other => other.symbol().to_owned(),
+    }
+}
+
+/// Smallest and largest of some numbers, a little apart.
+pub(super) fn range(values: &[f64]) -> (f64, f64) {
+    let lo = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let hi = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let margin = 0.03 * (hi - lo);
+    (lo - margin, hi + margin)
+}
