@@ -3,10 +3,9 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::checks::{self, Check};
 use super::least_squares::LeastSquares;
-use super::posterior::trust::VEHTARI_PSIS;
 use super::posterior::{effort, start, Asked, Posterior};
-use super::verdicts::Check;
 use crate::error::Error;
 use crate::inference::diagnostics::loo::{difference, loo, relative_efficiency, Loo};
 use crate::inference::diagnostics::pareto::khat_threshold;
@@ -172,21 +171,18 @@ pub fn find(
     }
     let threshold = khat_threshold(used);
     if let Some((row, _)) = all.iter().find(|(row, _)| row.own) {
+        let text = if row.khat_high == 0 {
+            "largest shape of the leave-one-out weights".to_owned()
+        } else {
+            format!(
+                "{} runs weigh so much that leaving them out cannot be computed from these draws",
+                row.khat_high
+            )
+        };
         found.checks.push(Check {
-            check: "loo_khat",
-            value: row.khat_max,
-            threshold,
+            // a run without a shape may weigh too much, too, and without any run of a shape none does
             passed: row.khat_high == 0,
-            gates: false,
-            source: VEHTARI_PSIS,
-            text: if row.khat_high == 0 {
-                "largest shape of the leave-one-out weights".to_owned()
-            } else {
-                format!(
-                    "{} runs weigh so much that leaving them out cannot be computed from these draws",
-                    row.khat_high
-                )
-            },
+            ..checks::LOO_KHAT.at(threshold).check(row.khat_max, text)
         });
         found.notices.extend(better(row, &all[0].0));
     }

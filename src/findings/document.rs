@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::balance::EnergyBalance;
 use super::bootstrap::Resampling;
+use super::checks::Check;
 use super::compare;
 use super::constants::Sensitivity;
 use super::dry::Dry;
@@ -18,7 +19,6 @@ use super::questions::Question;
 use super::scaling::Scaling;
 use super::series::SeriesFit;
 use super::terms::SizedTerm;
-use super::verdicts::Check;
 use crate::notice::Notice;
 use crate::physics::Form;
 use crate::runs::Screened;

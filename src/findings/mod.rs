@@ -22,12 +22,14 @@
 //! | `terms/` | what each term of the balance matters, and whether it is held |
 //! | `noise/` | outliers, unequal spreads, offsets that series share |
 //! | `bootstrap/` | the bootstrap interval of each estimate |
+//! | `checks.rs` | the table of what must hold: codes, lines, sources, advice |
 //! | `verdicts.rs` | what must hold before the numbers are quoted |
 //! | `constants/` | how results move with the constants taken as exact |
 //! | `least_squares.rs` | what least squares found, for the stages that start from it |
 //! | `identify/` | what the runs can identify, and what is determined instead |
 //! | `predict.rs` | restitution at any speed from the posterior's draws |
 //! | `posterior/` | parameters from all runs at once, with priors |
+//! | `regions.rs` | where e_inf and St_c lie together |
 //! | `compare.rs` | which form of the law predicts best |
 //! | `questions/` | whether L and C are the same at every film ratio |
 //! | `document.rs` | everything a fit says, as `findings.json` writes it |
@@ -35,6 +37,7 @@
 
 pub mod balance;
 pub mod bootstrap;
+pub mod checks;
 pub mod compare;
 pub mod constants;
 mod document;
@@ -56,6 +59,7 @@ pub mod published;
 mod quantities;
 pub mod questions;
 mod range;
+pub mod regions;
 pub mod scaling;
 pub mod series;
 pub mod shown;
@@ -197,12 +201,12 @@ impl Findings {
         match posterior::find(scene, runs, self.least_squares(), asked, watcher)? {
             Ok(posterior) => {
                 // the posterior's own check of k against the dry runs takes the place of least squares'
-                let replaced = |check: &verdicts::Check| posterior.checks.iter().any(|new| new.check == check.check);
+                let replaced = |check: &checks::Check| posterior.checks.iter().any(|new| new.check == check.check);
                 self.verdicts.retain(|check| !replaced(check));
                 if scene.model.noise == NoiseOn::Both {
                     // least squares knows neither this noise nor the runs that stuck: the posterior's parameters are quoted
                     for check in &mut self.verdicts {
-                        check.gates &= check.check != verdicts::ENERGY_BALANCE;
+                        check.gates &= check.check != checks::ENERGY_BALANCE.code;
                     }
                 }
                 self.verdicts.extend(posterior.checks.iter().cloned());

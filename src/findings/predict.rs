@@ -175,31 +175,62 @@ pub struct Predicted {
     pub extrapolated: bool,
 }
 
+/// Between which restitutions all but 5 % on each side lie at one impact speed; below 0: 0, no rebound.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Band {
+    /// v
+    pub impact_speed: f64,
+    /// 5 % and 95 % points of the curve, from the parameters' uncertainty alone
+    pub curve: [f64; 2],
+    /// 5 % and 95 % points of a single run, before the smallest restitution that is told from sticking cuts them
+    pub run: [f64; 2],
+}
+
 impl Law {
     /// Predictions at impact speeds above zero, m/s, in their order.
     pub fn predict(&self, setting: &Setting, impact_speeds: &[f64]) -> Vec<Predicted> {
-        let curves: Vec<(Restitution, Noise)> = self
-            .draws
-            .iter()
-            .map(|draw| {
-                let curve = Restitution::new(setting, self.form, &draw.parameters);
-                let noise = Noise {
-                    sigma: draw.sigma_wet,
-                    sigma_energy: draw.sigma_energy,
-                    tails: Tails::of(draw.nu),
-                };
-                (curve, noise)
-            })
-            .collect();
+        let curves = self.curves(setting);
         let speeds = impact_speeds.par_iter();
         speeds.map(|v| self.at(setting, &curves, *v)).collect()
+    }
+
+    /// Bands at impact speeds above zero, m/s, in their order.
+    pub fn bands(&self, setting: &Setting, impact_speeds: &[f64]) -> Vec<Band> {
+        const ENDS: [f64; 2] = [0.05, 0.95];
+        /// single runs take every so many of the draws: their noise smooths what a curve's quantile needs all draws for
+        const SPARSER: usize = 4;
+        let curves = self.curves(setting);
+        let band = |v: &f64| {
+            let e = quantile::sorted(curves.iter().map(|(curve, _)| curve.at(*v)).collect());
+            let run = SingleRun::new(curves.iter().step_by(SPARSER), *v, 0.0);
+            Band {
+                impact_speed: *v,
+                curve: ENDS.map(|probability| quantile::of_sorted(&e, probability)),
+                run: ENDS.map(|probability| run.quantile(probability)),
+            }
+        };
+        impact_speeds.par_iter().map(band).collect()
+    }
+
+    /// The curve of each draw, with its noise.
+    fn curves(&self, setting: &Setting) -> Vec<(Restitution, Noise)> {
+        let of = |draw: &Draw| {
+            let curve = Restitution::new(setting, self.form, &draw.parameters);
+            let noise = Noise {
+                sigma: draw.sigma_wet,
+                sigma_energy: draw.sigma_energy,
+                tails: Tails::of(draw.nu),
+            };
+            (curve, noise)
+        };
+        self.draws.iter().map(of).collect()
     }
 
     fn at(&self, setting: &Setting, curves: &[(Restitution, Noise)], v: f64) -> Predicted {
         let sorted = |of: &dyn Fn(&Restitution) -> f64| quantile::sorted(curves.iter().map(|(c, _)| of(c)).collect());
         let e = sorted(&|curve| curve.at(v));
         let slopes = sorted(&|curve| curve.log_slope(v).unwrap_or(f64::INFINITY));
-        let run = SingleRun::new(curves, v, self.smallest_restitution);
+        let run = SingleRun::new(curves.iter(), v, self.smallest_restitution);
         let (stokes, reynolds) = (setting.stokes(v), setting.reynolds(v));
         let covered = |covered: &Covered| covered.holds(stokes, setting.film_ratio());
         Predicted {
@@ -274,7 +305,7 @@ impl Share {
 }
 
 impl SingleRun {
-    fn new(curves: &[(Restitution, Noise)], v: f64, limit: f64) -> SingleRun {
+    fn new<'c>(curves: impl Iterator<Item = &'c (Restitution, Noise)>, v: f64, limit: f64) -> SingleRun {
         let share = |(curve, noise): &(Restitution, Noise)| {
             let kept = curve.kept_energy(v);
             Share {
@@ -284,7 +315,7 @@ impl SingleRun {
             }
         };
         let mut run = SingleRun {
-            shares: curves.iter().map(share).collect(),
+            shares: curves.map(share).collect(),
             stuck: 0.0,
         };
         run.stuck = run.below(limit).0;
@@ -351,5 +382,99 @@ impl SingleRun {
             }
         }
         x
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::physics::inertia::Inertia;
+    use crate::physics::{kept_energy, Coefficient, DrySpeed};
+    use crate::seed::stream;
+    use rand_distr::{Distribution, StandardNormal};
+
+    const SETTING: Setting = Setting {
+        density: 2150.0,
+        diameter: 4.762e-3,
+        liquid_density: 930.0,
+        viscosity: 9.3e-3,
+        film: 286e-6,
+        surface_tension: None,
+    };
+    const SPEEDS: [f64; 3] = [0.8, 1.2, 1.7];
+
+    fn draw(lubrication_log: f64) -> Draw {
+        Draw {
+            parameters: Parameters::new(0.183)
+                .with(Coefficient::LubricationLog, lubrication_log)
+                .with(Coefficient::InertialPrefactor, 0.47)
+                .with(Coefficient::FilmScale, 0.069),
+            sigma_wet: 0.02,
+            sigma_energy: 0.0,
+            nu: None,
+        }
+    }
+
+    fn law(draws: Vec<Draw>) -> Law {
+        Law {
+            form: Form::new(Inertia::Saturating, DrySpeed::Reference(2.0)),
+            smallest_restitution: 0.05,
+            covered: None,
+            draws,
+        }
+    }
+
+    #[test]
+    fn a_posterior_without_spread_leaves_the_curve_and_the_noise() {
+        let law = law(vec![draw(1.85); 400]);
+        for at in law.bands(&SETTING, &SPEEDS) {
+            let kept = kept_energy(&SETTING, law.form, &law.draws[0].parameters, at.impact_speed);
+            let mean = mean_restitution(kept);
+            assert!(at.curve.iter().all(|edge| (edge - mean).abs() < 1e-6), "{at:?} {mean}");
+            // 5 % and 95 % points of the normal
+            let half = 1.644_853_626_951 * 0.02;
+            for (edge, expected) in at.run.into_iter().zip([mean - half, mean + half]) {
+                assert!((edge - expected).abs() < 1e-6 * half, "{edge} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_spread_of_a_parameter_widens_both_bands() {
+        let draws = (0..400).map(|i| draw(1.0 + f64::from(i) / 200.0)).collect();
+        let wide = law(draws).bands(&SETTING, &SPEEDS);
+        let narrow = law(vec![draw(2.0); 400]).bands(&SETTING, &SPEEDS);
+        for (wide, narrow) in wide.into_iter().zip(narrow) {
+            assert!(wide.curve[0] < narrow.curve[0] && wide.curve[1] > narrow.curve[1]);
+            assert!(wide.run[1] - wide.run[0] > narrow.run[1] - narrow.run[0]);
+        }
+    }
+
+    /// Also where a restitution falls steeply, and σ_r makes the noise on it far from normal.
+    #[test]
+    fn simulated_runs_lie_below_a_band_as_often_as_it_says() {
+        const RUNS: usize = 40_000;
+        let mut rng = stream(1, "simulated_runs_lie_below_a_band_as_often_as_it_says", 0);
+        let mut z = || -> f64 { StandardNormal.sample(&mut rng) };
+        let of = |i: i32| Draw {
+            sigma_wet: 0.01,
+            sigma_energy: 0.04,
+            ..draw(1.8 + f64::from(i) / 4000.0)
+        };
+        let law = law((0..400).map(of).collect());
+        for at in law.bands(&SETTING, &[0.1, 0.12, 0.14, 0.17, 0.2, 0.3, 0.8, 1.7]) {
+            let run = |i: usize| {
+                let one = &law.draws[i % law.draws.len()];
+                let kept = kept_energy(&SETTING, law.form, &one.parameters, at.impact_speed);
+                mean_restitution(kept + one.sigma_energy * z()) + one.sigma_wet * z()
+            };
+            let runs: Vec<f64> = (0..RUNS).map(run).collect();
+            for (edge, probability) in at.run.into_iter().zip([0.05, 0.95]) {
+                let below = runs.iter().filter(|e| **e <= edge).count() as f64 / RUNS as f64;
+                // an edge at 0 stands for the runs that stuck, which may be more
+                let holds = (below - probability).abs() < 0.006 || edge == 0.0 && below > probability - 0.006;
+                assert!(holds, "{at:?}: {below} below {edge}");
+            }
+        }
     }
 }

@@ -1,8 +1,7 @@
 //! Judges what must hold before the numbers are quoted, and collects what wants a second look.
 
-use serde::Serialize;
-
 use super::balance::EnergyBalance;
+use super::checks::{self, Check, Criterion};
 use super::dry::{self, FittedDry};
 use super::scaling::FittedScaling;
 use super::series::SeriesFit;
@@ -10,40 +9,6 @@ use crate::notice::Notice;
 use crate::physics::DrySpeed;
 use crate::runs::{Runs, Table};
 use crate::scene::{Scene, WetLaw};
-
-/// Probability below which a difference between groups is taken as real.
-const DIFFERENCE: f64 = 0.01;
-
-/// A bias above this share of the standard error spoils a 95 % interval by more than a point of coverage.
-pub(super) const BIAS: f64 = 0.25;
-
-/// A k that the wet runs move further than this is not the dry runs' k.
-pub(super) const DRY_SHIFT: f64 = 3.0;
-
-/// What a fit must be to count as usable.
-const USABLE: &str = "every fit must converge, with a standard error and the sign the physics has";
-
-/// One check of the whole.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Check {
-    /// a fixed word a script can test for
-    pub check: &'static str,
-    /// what was found; `None` where nothing could be
-    pub value: Option<f64>,
-    /// the line it is held against
-    pub threshold: f64,
-    /// whether it holds
-    pub passed: bool,
-    /// whether a failure forbids quoting the main numbers
-    pub gates: bool,
-    /// where the line comes from
-    pub source: &'static str,
-    /// what it concerns, in words
-    pub text: String,
-}
-
-/// The check of the energy balance by least squares.
-pub const ENERGY_BALANCE: &str = "energy_balance";
 
 /// Whether the main numbers may be quoted: no gating check failed.
 pub fn quotable(checks: &[Check]) -> bool {
@@ -59,115 +24,98 @@ pub fn find(
     balance: Option<&EnergyBalance>,
 ) -> Vec<Check> {
     let mut checks = vec![];
-    if !dry.is_empty() {
-        let failed = dry.iter().filter(|d| !d.dry.verdict.passed);
-        let names: Vec<_> = failed.map(|d| named(&d.dry.particle, &d.dry.verdict.reason)).collect();
-        checks.push(count("dry_law", &names, dry.len(), "dry law", true));
-    }
-    let of_law = |law: WetLaw, pooled: bool| {
-        scaling
-            .iter()
-            .filter(move |fit| fit.law == law && fit.scaling.film_ratio.is_none() == pooled)
-    };
-    let groups: Vec<_> = of_law(WetLaw::Sqrt, false).collect();
-    if !groups.is_empty() {
-        let failed = groups.iter().filter(|fit| !fit.scaling.verdict.passed);
-        let names: Vec<_> = failed
-            .map(|fit| {
-                let ratio = fit.scaling.film_ratio.unwrap_or_default();
-                format!(
-                    "{} at film ratio {ratio:.3}: {}",
-                    fit.scaling.particle, fit.scaling.verdict.reason
-                )
-            })
-            .collect();
-        let all = names.len() == groups.len();
-        let what = "square-root law of a film ratio";
-        // a film ratio without a law is a gap; only none at all leaves no main number
-        checks.push(count("scaling_law", &names, groups.len(), what, all));
-    }
-    if let Some(balance) = balance {
-        let names: Vec<_> = (!balance.verdict.passed)
-            .then(|| balance.verdict.reason.clone())
-            .into_iter()
-            .collect();
-        checks.push(count(
-            ENERGY_BALANCE,
-            &names,
-            1,
-            "energy balance over all rebounds",
-            true,
-        ));
-        if let Some(shift) = balance.dry_k_shift_in_se {
-            checks.push(Check {
-                check: "dry_consistency",
-                value: Some(shift),
-                threshold: DRY_SHIFT,
-                passed: shift <= DRY_SHIFT,
-                gates: true,
-                source: "misfit of the wet law leaks into k",
-                text: "largest shift of k by the wet runs, in combined standard errors".to_owned(),
-            });
-        }
-    }
+    checks.extend(dry_laws(dry));
+    checks.extend(scaling_laws(scaling));
+    checks.extend(balance.into_iter().flat_map(of_balance));
     if runs.is_empty() {
-        checks.push(Check {
-            check: "runs_in_use",
-            value: Some(0.0),
-            threshold: 1.0,
-            passed: false,
-            gates: true,
-            source: "no runs, no numbers",
-            text: "every run was screened".to_owned(),
-        });
+        checks.push(checks::RUNS_IN_USE.check(0.0, "every run was screened"));
     }
-    if !series.is_empty() {
-        let failed = series.iter().filter(|s| !s.verdict.passed);
-        checks.push(Check {
-            check: "series",
-            value: Some(failed.count() as f64),
-            threshold: 0.0,
-            passed: series.iter().all(|s| s.verdict.passed),
-            gates: false,
-            source: USABLE,
-            text: format!("series without a usable square-root law, of {}", series.len()),
-        });
-    }
-    for fitted in dry {
-        if let Some(test) = &fitted.dry.heterogeneity {
-            let name = &fitted.dry.particle;
-            checks.push(difference(
-                "one_dry_k_for_all_diameters",
-                test.p,
-                format!("{name}: one k for all diameters"),
-            ));
-        }
-    }
-    for (law, check, text) in [
+    checks.extend(of_series(series));
+    checks.extend(dry.iter().filter_map(one_dry_k));
+    let biases = [
         (
             WetLaw::Sqrt,
-            "square_root_law_bias",
+            checks::SQUARE_ROOT_LAW_BIAS,
             "largest bias of the square-root law by pooling liquids",
         ),
         (
             WetLaw::Linear,
-            "linear_law_bias",
+            checks::LINEAR_LAW_BIAS,
             "largest bias of the linear law at a film ratio",
         ),
-    ] {
-        for (name, share) in worst_bias(of_law(law, false)) {
-            checks.push(Check {
-                check,
-                value: Some(share),
-                threshold: BIAS,
-                passed: share <= BIAS,
-                gates: false,
-                source: "a bias of 0.25 standard errors leaves a 95 % interval covering 94 %",
-                text: format!("{name}: {text}, in its standard errors"),
-            });
+    ];
+    for (law, criterion, text) in biases {
+        for (name, share) in worst_bias(by_film_ratio(scaling, law)) {
+            checks.push(criterion.check(share, format!("{name}: {text}, in its standard errors")));
         }
     }
     checks
+}
+
+fn dry_laws(dry: &[FittedDry]) -> Option<Check> {
+    let failed = dry.iter().filter(|d| !d.dry.verdict.passed);
+    let names = failed.map(|d| format!("{}: {}", d.dry.particle, d.dry.verdict.reason));
+    let fits = Fits {
+        what: "dry law",
+        all: dry.len(),
+        failed: names.collect(),
+    };
+    (!dry.is_empty()).then(|| fits.check(checks::DRY_LAW))
+}
+
+/// The fits of a law at a film ratio each, not those over all film ratios.
+fn by_film_ratio(scaling: &[FittedScaling], law: WetLaw) -> impl Iterator<Item = &FittedScaling> {
+    scaling
+        .iter()
+        .filter(move |fit| fit.law == law && fit.scaling.film_ratio.is_some())
+}
+
+fn scaling_laws(scaling: &[FittedScaling]) -> Option<Check> {
+    let all = by_film_ratio(scaling, WetLaw::Sqrt).count();
+    let failed = by_film_ratio(scaling, WetLaw::Sqrt).filter(|fit| !fit.scaling.verdict.passed);
+    let names = failed.map(|fit| {
+        let ratio = fit.scaling.film_ratio.unwrap_or_default();
+        format!(
+            "{} at film ratio {ratio:.3}: {}",
+            fit.scaling.particle, fit.scaling.verdict.reason
+        )
+    });
+    let fits = Fits {
+        what: "square-root law of a film ratio",
+        all,
+        failed: names.collect(),
+    };
+    (all > 0).then(|| Check {
+        // a film ratio without a law is a gap; only none at all leaves no main number
+        gates: fits.failed.len() == all,
+        ..fits.check(checks::SCALING_LAW)
+    })
+}
+
+fn of_balance(balance: &EnergyBalance) -> Vec<Check> {
+    let reason = (!balance.verdict.passed).then(|| balance.verdict.reason.clone());
+    let fit = Fits {
+        what: "energy balance over all rebounds",
+        all: 1,
+        failed: reason.into_iter().collect(),
+    };
+    let shift = balance.dry_k_shift_in_se.map(|shift| {
+        let text = "largest shift of k by the wet runs, in combined standard errors";
+        checks::DRY_CONSISTENCY.check(shift, text)
+    });
+    [fit.check(checks::ENERGY_BALANCE)].into_iter().chain(shift).collect()
+}
+
+fn of_series(series: &[SeriesFit]) -> Option<Check> {
+    let failed = series.iter().filter(|s| !s.verdict.passed).count();
+    let text = format!("series without a usable square-root law, of {}", series.len());
+    (!series.is_empty()).then(|| checks::SERIES.check(failed as f64, text))
+}
+
+fn one_dry_k(fitted: &FittedDry) -> Option<Check> {
+    let test = fitted.dry.heterogeneity.as_ref()?;
+    let text = format!("{}: one k for all diameters", fitted.dry.particle);
+    Some(checks::ONE_DRY_K.check(test.p, text))
 }
 
 /// For each particle, the largest bias in standard errors.
@@ -194,36 +142,25 @@ fn bias_in_se(fitted: &FittedScaling) -> Option<f64> {
     Some(e_inf.max(st_c))
 }
 
-fn named(name: &str, reason: &str) -> String {
-    format!("{name}: {reason}")
+/// Fits of one kind, and those of them that are not usable.
+struct Fits {
+    /// what they are
+    what: &'static str,
+    /// how many there are
+    all: usize,
+    /// name of each that failed, with the reason
+    failed: Vec<String>,
 }
 
-fn count(check: &'static str, failed: &[String], of: usize, what: &str, gates: bool) -> Check {
-    let text = match failed.len() {
-        0 => format!("{what}: usable"),
-        1 if of == 1 => format!("{what}: not usable ({})", shortened(failed)),
-        n => format!("{what}: {n} of {of} fits not usable ({})", shortened(failed)),
-    };
-    Check {
-        check,
-        value: Some(failed.len() as f64),
-        threshold: 0.0,
-        passed: failed.is_empty(),
-        gates,
-        source: USABLE,
-        text,
-    }
-}
-
-fn difference(check: &'static str, p: f64, text: String) -> Check {
-    Check {
-        check,
-        value: Some(p),
-        threshold: DIFFERENCE,
-        passed: p >= DIFFERENCE,
-        gates: false,
-        source: "F test of nested fits; probability of so large a difference by chance",
-        text,
+impl Fits {
+    fn check(&self, criterion: Criterion) -> Check {
+        let Fits { what, all, failed } = self;
+        let text = match failed.len() {
+            0 => format!("{what}: usable"),
+            1 if *all == 1 => format!("{what}: not usable ({})", shortened(failed)),
+            n => format!("{what}: {n} of {all} fits not usable ({})", shortened(failed)),
+        };
+        criterion.check(failed.len() as f64, text)
     }
 }
 
@@ -236,9 +173,6 @@ fn shortened(items: &[String]) -> String {
     }
     text
 }
-
-/// A larger share of replicates without a number says that the interval is made of the others.
-const FAILED_REPLICATES: f64 = 0.01;
 
 /// The check of the replicates of k, e_inf and St_c.
 pub fn of_replicates(dry: &[FittedDry], scaling: &[FittedScaling]) -> Option<Check> {
@@ -256,23 +190,16 @@ pub fn of_replicates(dry: &[FittedDry], scaling: &[FittedScaling]) -> Option<Che
         Some((boot.failed as f64 / boot.replicates as f64, name))
     });
     let (worst, name) = shares.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    Some(Check {
-        check: "bootstrap_failures",
-        value: Some(worst),
-        threshold: FAILED_REPLICATES,
-        passed: worst <= FAILED_REPLICATES,
-        gates: true,
-        source: "an interval is made of the replicates that gave a number",
-        text: if worst <= FAILED_REPLICATES {
-            format!("largest share of replicates without a number ({name})")
-        } else {
-            format!(
-                "{:.1} % of the replicates gave no number ({name}), so that its bootstrap interval is one of the others \
-                 alone; add runs there, or screen them",
-                100.0 * worst
-            )
-        },
-    })
+    let criterion = checks::BOOTSTRAP_FAILURES;
+    let text = if criterion.holds(worst) {
+        format!("largest share of replicates without a number ({name})")
+    } else {
+        format!(
+            "{:.1} % of the replicates gave no number ({name}), so that its bootstrap interval is one of the others alone",
+            100.0 * worst
+        )
+    };
+    Some(criterion.check(worst, text).with_advice())
 }
 
 /// What a reader of the estimates should look at.

@@ -19,12 +19,14 @@
 //! | `delta.rs` | standard errors and intervals of derived quantities |
 //! | `nested.rs` | F test of one law for all groups against one law a group |
 //! | `spreads.rs` | test of one spread for all groups |
+//! | `density.rs` | densities of draws, and the curves around their densest shares |
 //! | `diagnostics/` | how far draws of Markov chains may be trusted |
 
 pub mod accuracy;
 pub mod arrow;
 pub mod bootstrap;
 pub mod delta;
+pub mod density;
 pub mod diagnostics;
 pub mod effective_variance;
 pub mod importance;

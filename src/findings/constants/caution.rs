@@ -2,7 +2,7 @@
 
 use super::constant::{Constant, InUse, Kind};
 use super::sensitivity::Sensitivity;
-use crate::findings::verdicts::BIAS;
+use crate::findings::checks::BIAS;
 use crate::notice::Notice;
 use crate::scene::Scene;
 

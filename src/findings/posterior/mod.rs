@@ -7,20 +7,22 @@
 //! | `tell.rs` | each parameter and what follows from it, in numbers |
 //! | `contraction.rs` | the parameters that keep much of their prior |
 //! | `derived.rs` | what follows from the parameters, draw by draw |
+//! | `draws.rs` | the draws of a particle, for predictions and figures |
 //! | `predictive.rs` | new runs beside the ones made |
 //! | `trust.rs` | what must hold before the posterior is quoted |
 
 pub(super) mod contraction;
 pub mod derived;
+mod draws;
 pub mod predictive;
 mod sampling;
 mod tell;
 pub(super) mod trust;
 mod written;
 
+use super::checks::Check;
 use super::least_squares::LeastSquares;
 use super::predict::Basis;
-use super::verdicts::Check;
 use crate::error::Error;
 use crate::inference::accuracy::sample_to;
 use crate::inference::nuts::Watcher;

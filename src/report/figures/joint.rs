@@ -2,29 +2,25 @@
 
 use super::super::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Style};
 use super::super::{numbers, Told};
-use super::density::CloudDensity;
 use super::figure::Figure;
 use super::names::Names;
 use super::of_particle::scaling_of;
 use super::points::{chart, curve, points};
 use crate::findings::bootstrap::Joint;
 use crate::findings::estimate::Estimate;
+use crate::findings::regions::{self, Contour, SHARES};
 use crate::inference::delta::Interval;
-use crate::model::parameters::physical;
-use crate::physics::balance::Balance;
-use crate::physics::loss::Film;
-use crate::physics::viscous;
 use crate::scene::WetLaw;
 
-/// Pairs (e_inf, St_c) that say how uncertain both are together, and the intervals made of them.
-pub(super) struct Cloud<'a> {
+/// How uncertain e_inf and St_c are together by one method, and the intervals of each.
+struct Cloud {
     /// text of the legend
-    pub(super) name: &'a str,
-    pub(super) pairs: &'a [[f64; 2]],
+    name: &'static str,
+    contours: Vec<Contour>,
     /// intervals of e_inf and St_c, where they were made
-    pub(super) intervals: [Option<[f64; 2]>; 2],
+    intervals: [Option<[f64; 2]>; 2],
     /// colour
-    pub(super) style: Style,
+    style: Style,
 }
 
 /// Intervals of e_inf and St_c by one method, and how they are drawn.
@@ -36,8 +32,8 @@ struct IntervalBars {
     dash: Dash,
 }
 
-/// Shares of a cloud that its contours hold, with their strokes.
-const SHARES: [(f64, Dash); 2] = [(0.5, Dash::Dashed), (0.95, Dash::Solid)];
+/// Strokes of the contours, in the order of their shares.
+const STROKES: [Dash; SHARES.len()] = [Dash::Dashed, Dash::Solid];
 
 /// Every joint figure: one a particle and film ratio, a panel a law.
 pub(super) fn joint(told: Told, names: &Names) -> Vec<Figure> {
@@ -73,7 +69,7 @@ fn of_bootstrap(told: Told, joint: &Joint) -> Option<Chart> {
     };
     let cloud = Cloud {
         name: "bootstrap",
-        pairs: &joint.pairs,
+        contours: regions::contours(&joint.pairs),
         intervals: both.map(|estimate| {
             by(estimate, &|made| {
                 made.method != "delta" && made.method == estimate.method
@@ -91,75 +87,32 @@ fn of_bootstrap(told: Told, joint: &Joint) -> Option<Chart> {
     let title = format!("{}, {ratio}, {law}", told.scene.particles[joint.particle].name);
     let centre = (row.e_inf.value?, row.st_c.value?);
     let delta = both.map(|estimate| by(estimate, &|made| made.method == "delta"));
-    let pairs = of_posterior(told, joint);
-    let posterior = pairs.as_ref().map(|pairs| Cloud {
+    let posterior = told.posterior.zip(told.findings.energy_balance.as_ref());
+    let pairs = posterior.and_then(|(posterior, balance)| regions::of_posterior(told.scene, balance, posterior, joint));
+    let posterior = pairs.map(|pairs| Cloud {
         name: "posterior",
-        pairs,
-        intervals: [0, 1].map(|axis| central(pairs, axis, row.e_inf.level)),
+        contours: regions::contours(&pairs),
+        intervals: regions::central(&pairs, row.e_inf.level),
         style: Style::group(2),
     });
     let clouds: Vec<Cloud> = [cloud].into_iter().chain(posterior).collect();
     joint_chart(title, centre, delta, &clouds)
 }
 
-/// e_inf and St_c of the posterior's draws at a film ratio, with the density ratio of the runs the law was fitted to.
-///
-/// `None` beside the linear law, whose St_c is another quantity, and over all film ratios, where there is no one e_inf.
-fn of_posterior(told: Told, joint: &Joint) -> Option<Vec<[f64; 2]>> {
-    let posterior = told.posterior.filter(|_| joint.law == WetLaw::Sqrt)?;
-    let ratio = joint.film_ratio?;
-    let name = &told.scene.particles[joint.particle].name;
-    let balance = told.findings.energy_balance.as_ref()?;
-    let mut derived = balance.derived.iter();
-    let density_ratio = derived
-        .find(|row| row.particle == *name && row.film_ratio == ratio)?
-        .density_ratio;
-    let form = posterior.asked.form;
-    let v = told.scene.model.dry_speed.reference();
-    let film = Film {
-        film_ratio: ratio,
-        density_ratio,
-    };
-    let pair = |full: &Vec<f64>| {
-        let balance = Balance::new(form, film, &physical(full, joint.particle));
-        let e_inf = Some(balance.e_inf(v)).filter(|e_inf| e_inf.is_finite())?;
-        Some([e_inf, viscous::st_c(balance.lost.over_stokes, e_inf)])
-    };
-    posterior.sampled.full_draws().iter().map(pair).collect()
-}
-
-/// The central interval of one of a cloud's quantities.
-fn central(pairs: &[[f64; 2]], axis: usize, level: f64) -> Option<[f64; 2]> {
-    let mut sorted: Vec<f64> = pairs.iter().map(|pair| pair[axis]).collect();
-    sorted.sort_by(f64::total_cmp);
-    let at = |probability: f64| {
-        sorted
-            .get((probability * (sorted.len() - 1) as f64).round() as usize)
-            .copied()
-    };
-    at(0.5 - 0.5 * level)
-        .zip(at(0.5 + 0.5 * level))
-        .map(|(lo, hi)| [lo, hi])
-}
-
 /// One set of axes: the estimate, the delta method's intervals, and for each cloud its contours and intervals.
 ///
 /// Intervals of e_inf lie along the lower axis, those of St_c along the left one. `None` where no cloud has a shape.
-pub(super) fn joint_chart(
-    title: String,
-    estimate: (f64, f64),
-    delta: [Option<[f64; 2]>; 2],
-    clouds: &[Cloud],
-) -> Option<Chart> {
+fn joint_chart(title: String, estimate: (f64, f64), delta: [Option<[f64; 2]>; 2], clouds: &[Cloud]) -> Option<Chart> {
     let mut layers = vec![];
     for cloud in clouds {
-        let Some(density) = CloudDensity::new(cloud.pairs) else {
-            continue;
-        };
-        for (share, dash) in SHARES {
-            for around in density.around(share) {
-                let name = format!("{}: {} %", cloud.name, numbers::short(100.0 * share));
-                layers.push(curve(name, around, cloud.style, dash));
+        for contour in &cloud.contours {
+            let name = format!("{}: {} %", cloud.name, numbers::short(100.0 * contour.share));
+            let strokes = SHARES.into_iter().zip(STROKES);
+            let dash = strokes
+                .filter(|(share, _)| *share == contour.share)
+                .map(|(_, dash)| dash);
+            for dash in dash {
+                layers.push(curve(name.clone(), contour.curve.clone(), cloud.style, dash));
             }
         }
     }

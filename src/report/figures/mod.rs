@@ -11,7 +11,6 @@
 //! | `joint.rs` | e_inf and St_c together |
 //! | `posterior/` | figures of the posterior |
 
-mod density;
 mod figure;
 mod film;
 mod joint;

@@ -23,8 +23,15 @@ pub(super) fn cautions(page: &mut Page, told: Told) {
                 (false, true) => "fails: not to be quoted",
                 (false, false) => "fails",
             };
+            // some texts end with it
+            let beside = !check.passed && !check.text.ends_with(check.advice);
+            let text = if beside {
+                format!("{}. Next: {}.", check.text, check.advice)
+            } else {
+                check.text.clone()
+            };
             vec![
-                check.text.clone(),
+                text,
                 numbers::optional(check.value, 3),
                 numbers::significant(check.threshold, 3),
                 outcome.to_owned(),

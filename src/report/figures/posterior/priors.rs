@@ -4,6 +4,7 @@ use super::super::super::chart::{Axis, Chart, Dash, Layer, Style};
 use super::super::super::Told;
 use super::panels::{draws, first_places, symbol};
 use crate::findings::posterior::Posterior;
+use crate::inference::density::smoothed;
 use crate::model::parameters::Parameter;
 use crate::scene::Prior;
 
@@ -11,8 +12,6 @@ use crate::scene::Prior;
 const MOST_PARAMETERS: usize = 16;
 /// Points along a density.
 const CURVE: usize = 120;
-/// Draws a smoothed density is made of.
-const SMOOTHED: usize = 1000;
 /// A prior is shown where it has more than this share of its highest density.
 const SHOWN: f64 = 0.02;
 /// Spreads of a prior about its median within which it is looked for.
@@ -107,22 +106,6 @@ fn prior_range(parameter: &Parameter) -> (f64, f64) {
     )
 }
 
-/// The density of draws inside bounds, smoothed with a normal kernel of Silverman's width, over its highest.
-fn smoothed(draws: &[f64], (lower, upper): (f64, f64)) -> Vec<(f64, f64)> {
-    let step = draws.len().div_ceil(SMOOTHED).max(1);
-    let some: Vec<f64> = draws.iter().copied().step_by(step).collect();
-    let n = some.len() as f64;
-    let mean = some.iter().sum::<f64>() / n;
-    let sd = (some.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / n).sqrt();
-    let width = 1.06 * sd * n.powf(-0.2);
-    let (lo, hi) = ((mean - 4.0 * sd).max(lower), (mean + 4.0 * sd).min(upper));
-    let at = |x: f64| -> f64 {
-        let kernel = some.iter().map(|draw| (x - draw) / width);
-        kernel.map(|z| (-0.5 * z * z).exp()).sum()
-    };
-    over_highest(along(lo, hi).step_by(2).map(|x| (x, at(x))).collect())
-}
-
 fn over_highest(mut curve: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     let highest = curve.iter().map(|point| point.1).fold(0.0, f64::max);
     for point in &mut curve {
@@ -158,15 +141,5 @@ mod tests {
         assert!(lo > 0.7 && hi < 3.3 && hi - lo > 1.0, "{lo} {hi}");
         let (lo, hi) = prior_range(&parameter(Prior::Uniform(1.0, 2.0), (1.0, 2.0)));
         assert!((1.0..1.1).contains(&lo) && (1.9..=2.0).contains(&hi), "{lo} {hi}");
-    }
-
-    #[test]
-    fn a_smoothed_density_is_highest_where_most_draws_are() {
-        let draws: Vec<f64> = (0..1000)
-            .map(|i| 1.0 + ((f64::from(i) * 0.618).fract() - 0.5).powi(3))
-            .collect();
-        let curve = smoothed(&draws, (0.0, f64::INFINITY));
-        let highest = curve.iter().max_by(|a, b| a.1.total_cmp(&b.1)).expect("points");
-        assert!((highest.0 - 1.0).abs() < 0.02 && highest.1 == 1.0, "{highest:?}");
     }
 }

@@ -3,8 +3,8 @@
 use super::super::super::numbers::{self as print, NONE};
 use super::super::super::Told;
 use super::super::page::Page;
+use crate::findings::checks::{self, Check};
 use crate::findings::posterior::{Posterior, Quantity};
-use crate::findings::verdicts::Check;
 
 /// How the tables name a parameter: `k, PTFE`.
 pub(super) fn label(quantity: &Quantity) -> String {
@@ -41,7 +41,7 @@ pub(super) fn checks<'c>(page: &mut Page, checks: impl Iterator<Item = &'c Check
 
 /// Whether a check asks how the model predicts, not how it was sampled.
 pub(super) fn of_prediction(check: &Check) -> bool {
-    check.check.starts_with("predictive") || check.check == "dry_consistency"
+    check.check.starts_with("predictive") || check.check == checks::DRY_CONSISTENCY.code
 }
 
 /// Checks told here, which the table of cautions need not tell again where they hold.

@@ -4,6 +4,7 @@ use super::super::super::numbers::{self, NONE};
 use super::super::super::Told;
 use super::super::page::Page;
 use super::cells::{checks, of_prediction, rhat};
+use crate::findings::checks::LOO_KHAT;
 use crate::findings::compare::Compared;
 use crate::findings::posterior::Posterior;
 use crate::units::millimetres;
@@ -65,7 +66,7 @@ pub(super) fn forms(page: &mut Page, told: Told) {
         return;
     };
     page.subheading("Other forms of the law");
-    let line = told.findings.verdicts.iter().find(|check| check.check == "loo_khat");
+    let line = told.findings.verdicts.iter().find(|check| check.check == LOO_KHAT.code);
     let line = line.map_or(NONE.to_owned(), |check| numbers::significant(check.threshold, 2));
     page.paragraph(&format!(
         "Each form of inertia with each dry speed (`stepwise/2`: e_dry at 2 m/s; `/impact`: at the run's own speed), sampled \

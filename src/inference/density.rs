@@ -1,9 +1,13 @@
-//! Draws the curves around the densest shares of a cloud of points.
+//! Estimates densities of draws: smoothed ones of one quantity, and the curves around the densest shares of two.
 //!
-//! The density is a Gaussian kernel estimate with Scott's bandwidth n^(−1/6), in coordinates in which the cloud is round
+//! The density of two is a Gaussian kernel estimate with Scott's bandwidth n^(−1/6), in coordinates in which the cloud is round
 //! (Scott 1992, Multivariate Density Estimation, eq. 6.42), on a grid; a curve's level is the density that the share of
 //! the points exceeds, so that it holds its share whatever the smoothing.
 
+/// Points along a smoothed density.
+const CURVE: usize = 60;
+/// Draws a smoothed density is made of.
+const SMOOTHED: usize = 1000;
 /// Grid points along each axis.
 const GRID: usize = 96;
 /// Fewer points have no shape.
@@ -12,7 +16,7 @@ const LEAST_POINTS: usize = 200;
 const OUTERMOST: f64 = 0.001;
 
 /// A density on a grid, and the transformation to and from the cloud's own coordinates.
-pub(super) struct CloudDensity {
+pub struct CloudDensity {
     centre: [f64; 2],
     /// lower triangle of the cloud's covariance root: x = centre + root u
     root: [f64; 3],
@@ -26,7 +30,7 @@ pub(super) struct CloudDensity {
 
 impl CloudDensity {
     /// Estimates the density of the finite points; `None` where they are few or lie on a line.
-    pub(super) fn new(pairs: &[[f64; 2]]) -> Option<CloudDensity> {
+    pub fn new(pairs: &[[f64; 2]]) -> Option<CloudDensity> {
         let finite: Vec<[f64; 2]> = pairs
             .iter()
             .copied()
@@ -110,7 +114,7 @@ impl CloudDensity {
     }
 
     /// Closed curves around the densest `share` of the points, in the cloud's own coordinates.
-    pub(super) fn around(&self, share: f64) -> Vec<Vec<(f64, f64)>> {
+    pub fn around(&self, share: f64) -> Vec<Vec<(f64, f64)>> {
         let last = self.at_points.len() - 1;
         let level = self.at_points[((share * self.at_points.len() as f64) as usize).min(last)];
         let mut pieces = vec![];
@@ -210,6 +214,29 @@ fn quantile(points: &[[f64; 2]], axis: usize, p: f64) -> f64 {
     *values.select_nth_unstable_by(at, f64::total_cmp).1
 }
 
+/// The density of draws inside bounds over its highest, at points from lowest to highest, some four standard deviations
+/// about the mean: a normal kernel of Silverman's width, 1.06 sd n^(−1/5).
+pub fn smoothed(draws: &[f64], (lower, upper): (f64, f64)) -> Vec<(f64, f64)> {
+    let step = draws.len().div_ceil(SMOOTHED).max(1);
+    let some: Vec<f64> = draws.iter().copied().step_by(step).collect();
+    let n = some.len() as f64;
+    let mean = some.iter().sum::<f64>() / n;
+    let sd = (some.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / n).sqrt();
+    let width = 1.06 * sd * n.powf(-0.2);
+    let (lo, hi) = ((mean - 4.0 * sd).max(lower), (mean + 4.0 * sd).min(upper));
+    let at = |x: f64| -> f64 {
+        let kernel = some.iter().map(|draw| (x - draw) / width);
+        kernel.map(|z| (-0.5 * z * z).exp()).sum()
+    };
+    let along = (0..=CURVE).map(|i| lo + (hi - lo) * i as f64 / CURVE as f64);
+    let mut curve: Vec<(f64, f64)> = along.map(|x| (x, at(x))).collect();
+    let highest = curve.iter().map(|point| point.1).fold(0.0, f64::max);
+    for point in &mut curve {
+        point.1 /= highest;
+    }
+    curve
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -279,5 +306,15 @@ mod tests {
         let line: Vec<[f64; 2]> = (0..1000).map(|i| [f64::from(i), 2.0 * f64::from(i)]).collect();
         assert!(CloudDensity::new(&line).is_none());
         assert!(CloudDensity::new(&points[..50]).is_none());
+    }
+
+    #[test]
+    fn a_smoothed_density_is_highest_where_most_draws_are() {
+        let draws: Vec<f64> = (0..1000)
+            .map(|i| 1.0 + ((f64::from(i) * 0.618).fract() - 0.5).powi(3))
+            .collect();
+        let curve = smoothed(&draws, (0.0, f64::INFINITY));
+        let highest = curve.iter().max_by(|a, b| a.1.total_cmp(&b.1)).expect("points");
+        assert!((highest.0 - 1.0).abs() < 0.02 && highest.1 == 1.0, "{highest:?}");
     }
 }

@@ -1,0 +1,390 @@
+//! Lists what must hold before numbers are quoted: each check with its line, where that comes from, and what to do.
+
+use serde::Serialize;
+use Line::{AtLeast, AtMost};
+
+/// On which side of its line a value must lie; the line itself counts as holding.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Line {
+    /// no larger than this
+    AtMost(f64),
+    /// no smaller than this
+    AtLeast(f64),
+}
+
+/// A line that only the settings or the number of draws say, see [`Criterion::at`]; unless given, nothing holds.
+const GIVEN: f64 = f64::NAN;
+
+/// One entry of the table of checks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Criterion {
+    /// a fixed word a script can test for
+    pub code: &'static str,
+    /// what the value is held against
+    pub line: Line,
+    /// whether a failure forbids quoting the main numbers
+    pub gates: bool,
+    /// where the line comes from
+    pub source: &'static str,
+    /// what to do where it fails
+    pub advice: &'static str,
+}
+
+/// What was found of one criterion.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Check {
+    /// a fixed word a script can test for
+    pub check: &'static str,
+    /// what was found; `None` where nothing could be
+    pub value: Option<f64>,
+    /// the line it is held against
+    pub threshold: f64,
+    /// whether it holds
+    pub passed: bool,
+    /// whether a failure forbids quoting the main numbers
+    pub gates: bool,
+    /// where the line comes from
+    pub source: &'static str,
+    /// what it concerns, in words
+    pub text: String,
+    /// what to do where it fails
+    pub advice: &'static str,
+}
+
+impl Criterion {
+    /// The same criterion with another line on the same side, for data that ask for one of their own.
+    #[must_use]
+    pub fn at(self, line: f64) -> Criterion {
+        let line = match self.line {
+            AtMost(_) => AtMost(line),
+            AtLeast(_) => AtLeast(line),
+        };
+        Criterion { line, ..self }
+    }
+
+    /// The number of its line.
+    pub fn threshold(&self) -> f64 {
+        match self.line {
+            AtMost(line) | AtLeast(line) => line,
+        }
+    }
+
+    /// Whether a value lies on the right side; NaN does not.
+    pub fn holds(&self, value: f64) -> bool {
+        match self.line {
+            AtMost(line) => value <= line,
+            AtLeast(line) => value >= line,
+        }
+    }
+
+    /// What was found, `None` where nothing could be, which fails; `text` says what it concerns.
+    pub fn check(self, value: impl Into<Option<f64>>, text: impl Into<String>) -> Check {
+        let value = value.into();
+        Check {
+            check: self.code,
+            value,
+            threshold: self.threshold(),
+            passed: value.is_some_and(|value| self.holds(value)),
+            gates: self.gates,
+            source: self.source,
+            text: text.into(),
+            advice: self.advice,
+        }
+    }
+}
+
+impl Check {
+    /// With more words where it fails.
+    #[must_use]
+    pub fn if_failed(mut self, words: &str) -> Check {
+        if !self.passed {
+            self.text.push_str("; ");
+            self.text.push_str(words);
+        }
+        self
+    }
+
+    /// With its advice among the words where it fails.
+    #[must_use]
+    pub fn with_advice(self) -> Check {
+        let advice = self.advice;
+        self.if_failed(advice)
+    }
+}
+
+/// A failure forbids quoting the main numbers.
+const GATES: bool = true;
+/// A failure is a caution.
+const CAUTIONS: bool = false;
+
+const USABLE: &str = "every fit must converge, with a standard error and the sign the physics has";
+const COVERS: &str = "a bias of 0.25 standard errors leaves a 95 % interval covering 94 %";
+const LEAKS: &str = "misfit of the wet law leaks into k";
+const VEHTARI: &str = "Vehtari et al. 2021";
+const VEHTARI_PSIS: &str = "Vehtari et al. 2024: min(1 − 1/log10 S, 0.7)";
+const FEW_RUNS: &str = "5 points, or 3.5 standard errors where there are too few runs to tell";
+
+const LONGER: &str = "raise draws and warmup in [sampler]";
+const OTHER_NOISE: &str = "try [model] likelihood = \"student\" or noise = \"both\"";
+
+/// A bias above this share of the standard error spoils a 95 % interval by more than a point of coverage.
+pub const BIAS: f64 = 0.25;
+
+const fn row(code: &'static str, line: Line, gates: bool, source: &'static str, advice: &'static str) -> Criterion {
+    Criterion {
+        code,
+        line,
+        gates,
+        source,
+        advice,
+    }
+}
+
+/// Dry laws without a usable k.
+pub const DRY_LAW: Criterion = row(
+    "dry_law",
+    AtMost(0.0),
+    GATES,
+    USABLE,
+    "check the dry runs of the particle, or add some at other speeds",
+);
+
+/// Square-root laws of a film ratio that are not usable; gates only where none is.
+pub const SCALING_LAW: Criterion = row(
+    "scaling_law",
+    AtMost(0.0),
+    GATES,
+    USABLE,
+    "add rebounds over a wider range of speeds at these film ratios",
+);
+
+/// Whether the energy balance over all rebounds has no usable fit.
+pub const ENERGY_BALANCE: Criterion = row(
+    "energy_balance",
+    AtMost(0.0),
+    GATES,
+    USABLE,
+    "add runs at other film ratios and speeds, or name fewer terms in [model]",
+);
+
+/// Distance of the wet runs' k from the dry runs', in combined standard errors: further off it is another k.
+pub const DRY_CONSISTENCY: Criterion = row(
+    "dry_consistency",
+    AtMost(3.0),
+    GATES,
+    LEAKS,
+    "the wet law does not fit: try another form of inertia or dry_speed_m_s",
+);
+
+/// Runs that were not screened.
+pub const RUNS_IN_USE: Criterion = row(
+    "runs_in_use",
+    AtLeast(1.0),
+    GATES,
+    "no runs, no numbers",
+    "widen the limits in [data]",
+);
+
+/// Series without a square-root law of their own.
+pub const SERIES: Criterion = row(
+    "series",
+    AtMost(0.0),
+    CAUTIONS,
+    USABLE,
+    "add speeds or rebounds to these series; their runs still count in the scaling with St",
+);
+
+/// Probability of so large a difference between diameters by chance.
+pub const ONE_DRY_K: Criterion = row(
+    "one_dry_k_for_all_diameters",
+    AtLeast(0.01),
+    CAUTIONS,
+    "F test of nested fits; probability of so large a difference by chance",
+    "compare the diameters' own k, and take each diameter as a particle of its own if they differ",
+);
+
+/// Bias of the square-root law by pooling liquids, in standard errors.
+pub const SQUARE_ROOT_LAW_BIAS: Criterion = row(
+    "square_root_law_bias",
+    AtMost(BIAS),
+    CAUTIONS,
+    COVERS,
+    "quote the energy balance's e_inf and St_c, which keeps the liquids apart",
+);
+
+/// Bias of the linear law at a film ratio, in standard errors.
+pub const LINEAR_LAW_BIAS: Criterion = row(
+    "linear_law_bias",
+    AtMost(BIAS),
+    CAUTIONS,
+    COVERS,
+    "quote the square-root law",
+);
+
+/// Share of the replicates of an estimate without a number.
+pub const BOOTSTRAP_FAILURES: Criterion = row(
+    "bootstrap_failures",
+    AtMost(0.01),
+    GATES,
+    "an interval is made of the replicates that gave a number",
+    "add runs there, or screen them",
+);
+
+/// Parameters left to be sampled.
+pub const PARAMETERS_LEFT: Criterion = row(
+    "posterior",
+    AtLeast(1.0),
+    GATES,
+    "a posterior needs parameters",
+    "widen the limits in [data], or leave a prior open",
+);
+
+/// Draws of a sampling that could begin.
+pub const DRAWS_MADE: Criterion = row(
+    "posterior",
+    AtLeast(1.0),
+    GATES,
+    "a posterior needs draws",
+    "give the parameters narrower priors, or quote least squares",
+);
+
+/// Smallest spread of the runs: below it there is no noise to speak of.
+pub const NOISE: Criterion = row(
+    "noise",
+    AtLeast(1e-12),
+    GATES,
+    "a likelihood needs a spread",
+    "quote least squares",
+);
+
+/// Runs that rebounded.
+pub const REBOUNDS: Criterion = row(
+    "rebounds",
+    AtLeast(1.0),
+    GATES,
+    "stuck runs alone give one bound only",
+    "add faster runs",
+);
+
+/// Error of the compressed log density, against the bound it was compressed to.
+pub const COMPRESSION_ERROR: Criterion = row(
+    "compression_error",
+    AtMost(GIVEN),
+    GATES,
+    "an error of the log density below 0.001 moves no probability by 0.1 %",
+    "run again with --exact-rows",
+);
+
+/// Largest R-hat of chains that have mixed.
+pub const RHAT: Criterion = row(
+    "rhat",
+    AtMost(1.01),
+    GATES,
+    VEHTARI,
+    "raise draws and warmup in [sampler], or give it a narrower prior",
+);
+
+/// Effective draws for the centre; the line is for one chain.
+pub const ESS_BULK: Criterion = row("ess_bulk", AtLeast(100.0), GATES, VEHTARI, LONGER);
+
+/// Effective draws for the 5 % and 95 % points; the line is for one chain.
+pub const ESS_TAIL: Criterion = row("ess_tail", AtLeast(100.0), GATES, VEHTARI, LONGER);
+
+/// Energy fraction of a chain that explores its energies.
+pub const E_BFMI: Criterion = row(
+    "e_bfmi",
+    AtLeast(0.3),
+    GATES,
+    "Betancourt 2016",
+    "the posterior has heavy tails; narrower priors help",
+);
+
+/// Kept draws whose trajectory diverged.
+pub const DIVERGENCES: Criterion = row(
+    "divergences",
+    AtMost(0.0),
+    GATES,
+    "Betancourt 2017",
+    "a region of the posterior is too sharp to be followed even in short steps; a narrower prior may help",
+);
+
+/// Kept draws whose trajectory was cut.
+pub const TRAJECTORIES_CUT: Criterion = row(
+    "trajectories_cut",
+    AtMost(0.0),
+    CAUTIONS,
+    "slow, not wrong",
+    "nothing, if R-hat and the effective draws hold; narrower priors shorten the trajectories",
+);
+
+/// Shape of the weights of the normal about the mode, against what so many draws bear.
+pub const KHAT: Criterion = row(
+    "khat",
+    AtMost(GIVEN),
+    GATES,
+    VEHTARI_PSIS,
+    "leave --accuracy out: the posterior is then sampled by trajectories",
+);
+
+/// Error that a method vouches for, against what was asked.
+pub const ACCURACY: Criterion = row(
+    "accuracy",
+    AtMost(GIVEN),
+    GATES,
+    "what was asked for",
+    "no method could vouch for what was asked; ask for less",
+);
+
+/// Distance of the 50 % band's coverage from its level; the line is for many runs.
+pub const PREDICTIVE_50: Criterion = row("predictive_50", AtMost(0.05), GATES, FEW_RUNS, OTHER_NOISE);
+
+/// Distance of the 90 % band's coverage from its level; the line is for many runs.
+pub const PREDICTIVE_90: Criterion = row("predictive_90", AtMost(0.05), GATES, FEW_RUNS, OTHER_NOISE);
+
+/// Mean residual of a group, in σ; the line is for many runs.
+pub const PREDICTIVE_RESIDUAL: Criterion = row(
+    "predictive_residual",
+    AtMost(0.5),
+    GATES,
+    "half σ, or 3.5 standard errors where there are too few runs to tell",
+    "the law does not hold there: try another form of inertia, or screen it",
+);
+
+/// Probability of so many stuck runs in the worst series; the line is for one series.
+pub const PREDICTIVE_STUCK: Criterion = row(
+    "predictive_stuck",
+    AtLeast(0.01),
+    GATES,
+    "1 %, shared among the series that could stick",
+    OTHER_NOISE,
+);
+
+/// Shape of the leave-one-out weights, against what so many draws bear.
+pub const LOO_KHAT: Criterion = row(
+    "loo_khat",
+    AtMost(GIVEN),
+    CAUTIONS,
+    VEHTARI_PSIS,
+    "take the comparison of forms as rough, and check the runs of largest weight",
+);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_on_its_line_holds_and_none_fails() {
+        assert!(RHAT.check(1.01, "").passed && !RHAT.check(1.010_001, "").passed);
+        assert!(ONE_DRY_K.check(0.01, "").passed && !ONE_DRY_K.check(0.009_999, "").passed);
+        assert!(!RHAT.check(None, "").passed && !RHAT.check(f64::NAN, "").passed);
+        // a line that nobody gave
+        assert!(!KHAT.check(0.0, "").passed && KHAT.at(0.7).check(0.0, "").passed);
+        assert!(ESS_BULK.at(400.0).check(400.0, "").passed && !ESS_BULK.at(400.0).check(399.0, "").passed);
+    }
+
+    #[test]
+    fn advice_is_added_where_it_fails() {
+        assert_eq!(ACCURACY.at(0.1).check(0.05, "error").with_advice().text, "error");
+        assert_eq!(ESS_TAIL.check(5.0, "few").with_advice().text, format!("few; {LONGER}"));
+    }
+}

@@ -1,0 +1,44 @@
+//! Takes from the draws what predictions and figures of a particle need.
+
+use super::Posterior;
+use crate::findings::predict::{Draw, Law};
+use crate::model::parameters::{physical, Kind};
+use crate::physics::balance::Balance;
+use crate::physics::loss::Film;
+use crate::physics::viscous;
+use crate::scene::{Likelihood, NoiseOn, Scene};
+
+impl Posterior {
+    /// The law of a particle by at most so many draws, evenly taken.
+    pub fn law(&self, scene: &Scene, particle: usize, most: usize) -> Law {
+        let both = scene.model.noise == NoiseOn::Both;
+        let student = scene.model.likelihood == Likelihood::Student;
+        let full = self.sampled.full_draws();
+        let step = full.len().div_ceil(most).max(1);
+        let draw = |full: &Vec<f64>| Draw {
+            parameters: physical(full, particle),
+            sigma_wet: full[Kind::SigmaWet.slot()],
+            sigma_energy: if both { full[Kind::SigmaEnergy.slot()] } else { 0.0 },
+            nu: student.then(|| full[Kind::Nu.slot()]),
+        };
+        let basis = &self.findings.basis;
+        Law {
+            form: self.asked.form,
+            smallest_restitution: basis.smallest_restitution,
+            covered: basis.particles[particle].covered,
+            draws: full.iter().step_by(step).map(draw).collect(),
+        }
+    }
+
+    /// (e_inf, St_c) of every draw of a particle in a film; `None` where a draw leaves none. `v` is the speed at which
+    /// e_dry enters, m/s.
+    pub fn e_inf_and_st_c(&self, particle: usize, film: Film, v: f64) -> Option<Vec<[f64; 2]>> {
+        let pair = |full: &Vec<f64>| {
+            let balance = Balance::new(self.asked.form, film, &physical(full, particle));
+            let e_inf = balance.e_inf(v);
+            let st_c = viscous::st_c(balance.lost.over_stokes, e_inf);
+            e_inf.is_finite().then_some([e_inf, st_c])
+        };
+        self.sampled.full_draws().iter().map(pair).collect()
+    }
+}
