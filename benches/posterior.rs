@@ -7,14 +7,15 @@ use std::path::Path;
 
 use divan::{black_box, Bencher};
 use wetcor::inference::nuts::{Effort, TARGET_ACCEPT};
-use wetcor::inference::posed::Evaluation;
-use wetcor::inference::sampling::{sample_posterior, Plan};
+use wetcor::inference::prepared_posterior::Evaluation;
+use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
 use wetcor::model::likelihood::{Likelihood, Resolution};
 use wetcor::model::parameters::{Kind, Parameters};
 use wetcor::model::posterior::{LogDensity, Posterior};
 use wetcor::model::simulate::Simulation;
 use wetcor::runs::{self, Runs};
 use wetcor::scene::{self, DesignSpeeds, Scene};
+use wetcor::seed::StreamName;
 
 fn main() {
     divan::main();
@@ -116,9 +117,9 @@ const EFFORT: Effort = Effort {
 /// Compressing, mode, four chains of 1,000 + 1,000, and the check of the compression.
 fn sample(bencher: Bencher, (scene, runs): (Scene, Runs)) {
     let (parameters, rows) = parts(&scene, &runs);
-    let plan = Plan {
+    let plan = SamplingPlan {
         effort: EFFORT,
-        stream: (1, "bench"),
+        stream: StreamName::new(1, "bench"),
         evaluation: Evaluation::default(),
     };
     bencher.bench_local(|| {

@@ -1,9 +1,9 @@
-//! Reads the command line, runs a verb, and turns its outcome into text and an exit status.
+//! Reads the command line, runs a verb, and turns its result into text and an exit status.
 //!
 //! | file | job |
 //! |---|---|
 //! | `arguments.rs` | says what the command line may hold |
-//! | `said.rs` | says things to the user |
+//! | `messages.rs` | prints notices, errors and results |
 //! | `threads.rs` | starts the threads of every pool |
 //! | `timing.rs` | times the stages of a fit |
 //! | `draws.rs` | shows draws as they come |
@@ -16,8 +16,9 @@ mod check;
 mod defect;
 mod draws;
 mod fit;
+mod messages;
 mod predict;
-mod said;
+
 mod simulate;
 mod threads;
 mod timing;
@@ -32,7 +33,7 @@ use wetcor::interruption;
 use wetcor::runs::Existing;
 
 use arguments::{Arguments, Verb};
-use said::{complain, warn};
+use messages::{complain, warn};
 
 /// Could not run.
 const COULD_NOT_RUN: u8 = 2;
@@ -51,7 +52,7 @@ pub fn run() -> ExitCode {
     }
     let quiet = arguments.quiet;
     let verb = arguments.verb;
-    let outcome = defect::caught(|| match verb {
+    let result = defect::caught(|| match verb {
         Verb::Fit {
             scene,
             out,
@@ -65,7 +66,14 @@ pub fn run() -> ExitCode {
                 None if exact_rows => Way::Rows,
                 None => Way::Nodes,
             };
-            fit::fit(&scene, out, seed, (&stages, way), quiet)
+            fit::fit(fit::FitOptions {
+                scene_file: &scene,
+                out,
+                seed,
+                stages: &stages,
+                way,
+                quiet,
+            })
         }
         Verb::Check { scene, json } => check::check(&scene, json, quiet),
         Verb::Simulate {
@@ -76,13 +84,14 @@ pub fn run() -> ExitCode {
             force,
         } => {
             let existing = if force { Existing::Replaced } else { Existing::Kept };
-            simulate::simulate(&scene, (&out, existing), runs, seed, quiet)
+            let destination = simulate::OutputFile { out: &out, existing };
+            simulate::simulate(&scene, destination, runs, seed, quiet)
         }
-        Verb::Predict(asked) => predict::predict(&asked, quiet),
+        Verb::Predict(request) => predict::predict(&request, quiet),
         Verb::Trade { scene, out, seed } => trade::run_trade(&scene, out, seed, quiet),
         Verb::Calibrate { out, sets, seed } => calibrate::calibrate(&out, sets, seed, quiet),
     });
-    match outcome.unwrap_or_else(Err) {
+    match result.unwrap_or_else(Err) {
         Ok(status) => ExitCode::from(status),
         Err(error) => could_not_run(&error),
     }
@@ -96,7 +105,7 @@ fn could_not_run(error: &Error) -> ExitCode {
 /// Prints help and version, which are no failure, or what is wrong with the command line.
 fn without_arguments(error: clap::Error) -> ExitCode {
     if error.use_stderr() {
-        complain(&said::usage(error));
+        complain(&messages::usage(error));
         return ExitCode::from(COULD_NOT_RUN);
     }
     match error.print() {

@@ -14,6 +14,27 @@ pub fn stream(seed: u64, name: &str, index: u64) -> ChaCha8Rng {
     Streams::new(seed, name).at(index)
 }
 
+/// Names one use of chance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StreamName<'n> {
+    /// seed of every use of chance
+    pub seed: u64,
+    /// the use
+    pub name: &'n str,
+}
+
+impl<'n> StreamName<'n> {
+    /// The use of this name under a seed.
+    pub fn new(seed: u64, name: &'n str) -> StreamName<'n> {
+        StreamName { seed, name }
+    }
+
+    /// The random stream of an index.
+    pub fn at(self, index: u64) -> ChaCha8Rng {
+        stream(self.seed, self.name, index)
+    }
+}
+
 /// The random streams of one use of chance, for many indices: hashing takes longer than a short use.
 #[derive(Debug, Clone, Copy)]
 pub struct Streams {

@@ -27,13 +27,13 @@ fn an_accuracy_is_kept() {
         let reached = promise.errors.len() as u64;
         assert!(reached * 20 >= (table.scenes - table.left_out) * 19, "{reached}");
         assert!(
-            promise.z(promise.asked) > -4.0,
+            promise.z(promise.requested) > -4.0,
             "{}: {}",
-            promise.asked,
-            promise.z(promise.asked)
+            promise.requested,
+            promise.z(promise.requested)
         );
-        let once = promise.z(promise.asked / SURE);
-        assert!(once < -8.0, "{}: {once}", promise.asked);
+        let once = promise.z(promise.requested / SURE);
+        assert!(once < -8.0, "{}: {once}", promise.requested);
     }
 }
 

@@ -327,7 +327,10 @@ fn what_is_no_import_is_not_taken_for_one() {
         assert_eq!(with("units", code), Vec::<String>::new(), "{code}");
     }
     // handed on, not used
-    assert_eq!(with("scene", "pub use claim::claim as planted;"), Vec::<String>::new());
+    assert_eq!(
+        with("scene", "pub use overwriting::why_not_overwritten as planted;"),
+        Vec::<String>::new()
+    );
 }
 
 #[test]

@@ -9,14 +9,14 @@ use rayon::prelude::*;
 use wetcor::findings;
 use wetcor::findings::posterior::{effort, start};
 use wetcor::inference::nuts::Effort;
-use wetcor::inference::posed::Evaluation;
-use wetcor::inference::sampling::{sample_posterior, Plan};
+use wetcor::inference::prepared_posterior::Evaluation;
+use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::Parameters;
 use wetcor::physics::numbers::stokes;
 use wetcor::runs::{self, MeasurementErrors, Runs};
 use wetcor::scene::Scene;
-use wetcor::seed::stream;
+use wetcor::seed::{stream, StreamName};
 
 const SCENE: &str = r#"
 title = "measured with errors"
@@ -106,7 +106,7 @@ enum Forgets {
 /// Mean and 95 % interval of each parameter, by the posterior; and of k, L and C by the joint least squares.
 type Found = Vec<(f64, [f64; 2])>;
 
-fn fitted(scene: &Scene, mut runs: Runs, forgets: Forgets, stream: (u64, &str)) -> [Found; 2] {
+fn fitted(scene: &Scene, mut runs: Runs, forgets: Forgets, stream: StreamName) -> [Found; 2] {
     if forgets == Forgets::Errors {
         runs.errors = None;
     } else if let (Forgets::Covariance, Some(errors)) = (forgets, &mut runs.errors) {
@@ -133,7 +133,7 @@ fn fitted(scene: &Scene, mut runs: Runs, forgets: Forgets, stream: (u64, &str)) 
     let form = scene.model.form();
     let parameters = Parameters::of(scene, &table.runs, form).expect("room");
     let rows = Likelihood::of_rows(scene, &table.runs, form);
-    let plan = Plan {
+    let plan = SamplingPlan {
         effort: Effort {
             chains: 1,
             warmup: 300,

@@ -6,15 +6,15 @@ use common::assembled::{Assembled, Fault};
 use common::{rows, rows_from, seed_of};
 use rayon::prelude::*;
 use wetcor::inference::laplace::laplace;
-use wetcor::inference::nuts::{sample, Effort, TARGET_ACCEPT};
-use wetcor::inference::posed::Evaluation;
-use wetcor::inference::sampling::{sample_posterior, Plan};
+use wetcor::inference::nuts::{sample_chains, Effort, TARGET_ACCEPT};
+use wetcor::inference::prepared_posterior::Evaluation;
+use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::{Kind, Parameters};
 use wetcor::model::posterior::{LogDensity, Posterior};
 use wetcor::runs::{self, Runs};
 use wetcor::scene::{self, Noise, Prior, Scene, Truth};
-use wetcor::seed::stream;
+use wetcor::seed::{stream, StreamName};
 
 /// Few runs, two film ratios, from far above the threshold to below it.
 fn calibrated_scene(model: &str) -> common::Place {
@@ -123,9 +123,9 @@ fn ranks(model: &str, name: &str, scenes: usize, fault: Fault) -> Vec<(String, f
             let values: Vec<Vec<f64>> = if fault == Fault::Nothing {
                 let runs = runs::arrange(&scene, &rows);
                 let likelihood = Likelihood::of_rows(&scene, &runs, form);
-                let plan = Plan {
+                let plan = SamplingPlan {
                     effort: EFFORT,
-                    stream: (seed, &streams),
+                    stream: StreamName::new(seed, &streams),
                     evaluation: Evaluation::default(),
                 };
                 let sampled = sample_posterior(parameters.clone(), &likelihood, &vec![], plan, &|_, _| {})
@@ -134,7 +134,7 @@ fn ranks(model: &str, name: &str, scenes: usize, fault: Fault) -> Vec<(String, f
             } else {
                 let target = Assembled::new(&scene, &runs::arrange(&scene, &rows), fault);
                 let about = laplace(&target, &target.start()).expect("the medians have a density");
-                let chains = sample(&target, &about, EFFORT, (seed, &streams), &|_, _| {})
+                let chains = sample_chains(&target, &about, EFFORT, StreamName::new(seed, &streams), &|_, _| {})
                     .unwrap_or_else(|error| panic!("{error}"));
                 let draws = chains[0]
                     .points

@@ -12,15 +12,16 @@ use wetcor::findings::posterior::{derived, start};
 use wetcor::findings::{self};
 use wetcor::inference::diagnostics::summary::{summarise, Summary};
 use wetcor::inference::laplace::laplace;
-use wetcor::inference::nuts::{sample, Effort, TARGET_ACCEPT};
-use wetcor::inference::posed::Evaluation;
-use wetcor::inference::sampling::{sample_posterior, Plan};
+use wetcor::inference::nuts::{sample_chains, Effort, TARGET_ACCEPT};
+use wetcor::inference::prepared_posterior::Evaluation;
+use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
 use wetcor::model::likelihood::normal::ln_normal_cdf;
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::{Kind, Parameters};
 use wetcor::model::posterior::LogDensity;
 use wetcor::runs::{self, Table};
 use wetcor::scene::{self, Prior, Scene};
+use wetcor::seed::StreamName;
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/posterior");
 
@@ -92,9 +93,9 @@ fn moments_and_quantiles_agree_with_importance_sampling() {
         let parameters = Parameters::of(&scene, &table.runs, form).unwrap_or_else(|e| panic!("{e}"));
         let rows = Likelihood::of_rows(&scene, &table.runs, form);
         let least_squares = findings::find(&scene, &table, 1, false);
-        let plan = Plan {
+        let plan = SamplingPlan {
             effort: EFFORT,
-            stream: (
+            stream: StreamName::new(
                 common::seed_of("moments_and_quantiles_agree_with_importance_sampling"),
                 &name,
             ),
@@ -155,8 +156,8 @@ fn planted_faults_move_the_moments() {
         let far = |fault: Fault| {
             let target = Assembled::new(&scene, &table.runs, fault);
             let about = laplace(&target, &target.start()).expect("the medians have a density");
-            let stream = (common::seed_of("planted_faults_move_the_moments"), name);
-            let chains = sample(&target, &about, EFFORT, stream, &|_, _| {}).unwrap_or_else(|e| panic!("{e}"));
+            let stream = StreamName::new(common::seed_of("planted_faults_move_the_moments"), name);
+            let chains = sample_chains(&target, &about, EFFORT, stream, &|_, _| {}).unwrap_or_else(|e| panic!("{e}"));
             let dimension = target.dimension();
             let mut worst = (0.0, String::new());
             for (place, parameter) in target.parameters.sampled.iter().enumerate() {

@@ -9,14 +9,15 @@ use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::posterior::{effort, start};
 use wetcor::findings::{self, Findings};
 use wetcor::inference::nuts::Effort;
-use wetcor::inference::posed::Evaluation;
-use wetcor::inference::sampling::{sample_posterior, Plan};
+use wetcor::inference::prepared_posterior::Evaluation;
+use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::Parameters;
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::physics::Order;
 use wetcor::runs;
 use wetcor::scene::{NoiseOn, Scene, Sticking};
+use wetcor::seed::StreamName;
 
 const L: f64 = 1.85;
 const K: f64 = 0.123;
@@ -113,14 +114,14 @@ fn by_posterior(place: &Place, (sticking, noise): (Sticking, NoiseOn), seed: u64
     let form = scene.model.form();
     let parameters = Parameters::of(&scene, &table.runs, form).expect("room");
     let rows = Likelihood::of_rows(&scene, &table.runs, form);
-    let plan = Plan {
+    let plan = SamplingPlan {
         effort: Effort {
             chains: 2,
             warmup: 300,
             draws: 500,
             ..effort(&scene)
         },
-        stream: (seed, "sticking posterior"),
+        stream: StreamName::new(seed, "sticking posterior"),
         evaluation: Evaluation::default(),
     };
     let start = start(&scene, least_squares.least_squares());

@@ -6,12 +6,13 @@ use common::{mean, rows, seed_of, table_of, Place};
 use wetcor::findings;
 use wetcor::findings::posterior::{effort, start};
 use wetcor::inference::nuts::Effort;
-use wetcor::inference::posed::Evaluation;
-use wetcor::inference::sampling::{sample_posterior, Plan};
+use wetcor::inference::prepared_posterior::Evaluation;
+use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
 use wetcor::model::likelihood::Likelihood as Rows;
 use wetcor::model::parameters::Parameters;
 use wetcor::runs::{arrange, NewRun};
 use wetcor::scene::Likelihood;
+use wetcor::seed::StreamName;
 
 const SCENE: &str = r#"
 title = "outliers"
@@ -50,14 +51,14 @@ fn posterior(place: &Place, rows: &[NewRun], likelihood: Likelihood, seed: u64) 
     let least_squares = findings::find(&scene, &table, 1, false);
     let form = scene.model.form();
     let parameters = Parameters::of(&scene, &table.runs, form).expect("room");
-    let plan = Plan {
+    let plan = SamplingPlan {
         effort: Effort {
             chains: 2,
             warmup: 500,
             draws: 1000,
             ..effort(&scene)
         },
-        stream: (seed, "outliers"),
+        stream: StreamName::new(seed, "outliers"),
         evaluation: Evaluation::default(),
     };
     let likelihood = Rows::of_rows(&scene, &table.runs, form);

@@ -140,7 +140,7 @@ pub(super) enum Stage {
     Figures,
 }
 
-/// An accuracy that may be asked for.
+/// An accuracy inside the range that may be requested.
 fn read_accuracy(text: &str) -> Result<f64, String> {
     let (least, most) = RANGE;
     let expected = || format!("expected a number from {least} to {most}");

@@ -8,7 +8,7 @@ use wetcor::error::{named, Error};
 use wetcor::staging::{self, Staging};
 use wetcor::study::{accuracy, calibration};
 
-use super::said::say_of;
+use super::messages::print_after_writing;
 use crate::progress::Progress;
 
 pub(super) fn calibrate(out: &Path, sets: u64, seed: u64, quiet: bool) -> Result<u8, Error> {
@@ -26,14 +26,14 @@ pub(super) fn calibrate(out: &Path, sets: u64, seed: u64, quiet: bool) -> Result
     })?;
     let text = calibration::markdown(&table) + &accuracy::markdown(&kept);
     let staging = Staging::beside(&place)?;
-    let written = staging
+    let result = staging
         .create_itself()
         .and_then(|mut file| file.write_all(text.as_bytes()));
-    written.map_err(|error| Error::io(out, "write", error))?;
+    result.map_err(|error| Error::io(out, "write", error))?;
     staging.put(calibration::may_replace)?;
     drop(progress);
     if !quiet {
-        say_of(out, &format!("table: {}\n", named(out)))?;
+        print_after_writing(out, &format!("table: {}\n", named(out)))?;
     }
     Ok(0)
 }

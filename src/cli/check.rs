@@ -8,7 +8,7 @@ use wetcor::model::parameters::Parameters;
 use wetcor::report::{self, markdown};
 use wetcor::{runs, scene};
 
-use super::said::{say, tell};
+use super::messages::{print_notices, print_result};
 use crate::progress::Progress;
 
 pub(super) fn check(path: &Path, json: bool, quiet: bool) -> Result<u8, Error> {
@@ -22,10 +22,10 @@ pub(super) fn check(path: &Path, json: bool, quiet: bool) -> Result<u8, Error> {
     Parameters::of(&scene, &table.runs, least_squares.form)?;
     let overview = overview::find(&scene, &table, &least_squares);
     if json {
-        say(&report::json::text(&overview)?)?;
+        print_result(&report::json::text(&overview)?)?;
     } else {
-        tell(&overview.notices, quiet);
-        say(&markdown::overview_text(&overview))?;
+        print_notices(&overview.notices, quiet);
+        print_result(&markdown::overview_text(&overview))?;
     }
     Ok(0)
 }

@@ -64,25 +64,25 @@ mod tests {
     /// One test: the hook is one for the whole process.
     #[test]
     fn a_panic_becomes_one_line_and_what_was_begun_is_unwound() {
-        let said = |outcome: Result<u8, Error>| outcome.expect_err("a panic").to_string();
+        let message_of = |outcome: Result<u8, Error>| outcome.expect_err("a panic").to_string();
         assert_eq!(caught(|| 7).expect("no panic"), 7);
 
         let gone = std::sync::atomic::AtomicBool::new(false);
-        let told = said(caught(|| {
+        let message = message_of(caught(|| {
             let _temporary = Temporary(&gone);
             panic!("two\nlines \u{1b}[2J of {}", "it")
         }));
         assert!(
-            told.starts_with("a defect of wetcor: two\\nlines \\u{1b}[2J of it (src/cli/defect.rs:"),
-            "{told}"
+            message.starts_with("a defect of wetcor: two\\nlines \\u{1b}[2J of it (src/cli/defect.rs:"),
+            "{message}"
         );
         assert!(
-            told.ends_with("); please report it with the scene and the runs"),
-            "{told}"
+            message.ends_with("); please report it with the scene and the runs"),
+            "{message}"
         );
-        assert!(!told.chars().any(char::is_control) && gone.load(std::sync::atomic::Ordering::Relaxed));
+        assert!(!message.chars().any(char::is_control) && gone.load(std::sync::atomic::Ordering::Relaxed));
 
-        // of several threads the first one is told
+        // of several threads the first one is reported
         use rayon::prelude::*;
         let in_threads = || {
             (0..64)
@@ -90,15 +90,15 @@ mod tests {
                 .map(|i: u8| if i % 2 == 1 { panic!("thread {i}") } else { i })
                 .sum()
         };
-        let told = said(caught(in_threads));
+        let message = message_of(caught(in_threads));
         assert!(
-            told.contains("a defect of wetcor: thread ") && told.matches("thread").count() == 1,
-            "{told}"
+            message.contains("a defect of wetcor: thread ") && message.matches("thread").count() == 1,
+            "{message}"
         );
 
         // of a thread that nobody waits for
         let alone = || std::thread::spawn(|| panic!("alone")).join().map_or(1, |()| 0);
-        assert!(said(caught(alone)).contains("alone"));
+        assert!(message_of(caught(alone)).contains("alone"));
 
         // what is caught on purpose under a hook of its own is no defect
         let on_purpose = || {

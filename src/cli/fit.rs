@@ -1,19 +1,20 @@
-//! Runs `wetcor fit`: every stage asked for, and the report of what was found.
+//! Runs `wetcor fit`: every requested stage, and the report of what was found.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use wetcor::error::{named, Error};
-use wetcor::findings::posterior::Way;
-use wetcor::findings::{self, overview, verdicts};
+use wetcor::findings::posterior::{Posterior, Way};
+use wetcor::findings::{self, overview, verdicts, Findings};
 use wetcor::model::parameters::Parameters;
 use wetcor::report::folder::{Contents, Destination};
 use wetcor::report::{self, markdown, Told};
-use wetcor::{runs, scene};
+use wetcor::runs::{self, Runs};
+use wetcor::scene::{self, Scene};
 
 use super::arguments::Stage;
 use super::draws::Draws;
-use super::said::{say_of, tell};
+use super::messages::{print_after_writing, print_notices};
 use super::timing::Timing;
 
 /// Models that are sampled besides the scene's own: forms of the law, and trends with the film.
@@ -22,68 +23,100 @@ const COMPARED: u64 = 10;
 /// Ran, and a gating verdict failed.
 const NOT_QUOTABLE: u8 = 1;
 
-pub(super) fn fit(
-    path: &Path,
-    out: Option<PathBuf>,
-    seed: u64,
-    (stages, way): (&[Stage], Way),
-    quiet: bool,
-) -> Result<u8, Error> {
+/// What a fit is to do.
+pub(super) struct FitOptions<'a> {
+    pub scene_file: &'a Path,
+    /// folder to write; `None`: one of the scene's name under `reports`
+    pub out: Option<PathBuf>,
+    pub seed: u64,
+    /// stages to run; none named: all
+    pub stages: &'a [Stage],
+    pub way: Way,
+    pub quiet: bool,
+}
+
+impl FitOptions<'_> {
+    fn wants(&self, stage: Stage) -> bool {
+        self.stages.is_empty() || self.stages.contains(&stage)
+    }
+
+    /// Checks that every stage has the one it starts from.
+    fn check_stages(&self) -> Result<(), Error> {
+        if !self.wants(Stage::LeastSquares) {
+            return Err(Error::Usage(
+                "every stage starts from the fits: add least_squares to --stages".to_owned(),
+            ));
+        }
+        if self.wants(Stage::Compare) && !self.wants(Stage::Posterior) {
+            return Err(Error::Usage(
+                "compare starts from the posterior: add posterior to --stages".to_owned(),
+            ));
+        }
+        Ok(())
+    }
+
+    /// Samples the posterior, and those of the models it is compared with.
+    fn sample(
+        &self,
+        scene: &Scene,
+        runs: &Runs,
+        findings: &mut Findings,
+        timing: &mut Timing,
+    ) -> Result<Option<Posterior>, Error> {
+        let quiet = self.quiet;
+        let mut posterior = None;
+        if self.wants(Stage::Posterior) {
+            let draws = Draws::of(scene, quiet, "posterior", 1);
+            posterior = timing.stage("posterior", true, || {
+                findings.add_posterior(scene, runs, self.way, &|kept, diverging| draws.one(kept, diverging))
+            })?;
+            drop(draws);
+            if let Some(posterior) = &posterior {
+                let parts = ["posterior_compressing", "posterior_sampling", "posterior_checking"];
+                timing.stages.extend(parts.into_iter().zip(posterior.sampled.seconds));
+            }
+        }
+        if let Some(posterior) = posterior.as_ref().filter(|_| self.wants(Stage::Compare)) {
+            let draws = Draws::of(scene, quiet, "compare", COMPARED);
+            timing.stage("compare", true, || {
+                let watcher = |kept, diverging| draws.one(kept, diverging);
+                findings.add_comparison(scene, runs, posterior, &watcher)
+            })?;
+        }
+        Ok(posterior)
+    }
+}
+
+pub(super) fn fit(fit: FitOptions) -> Result<u8, Error> {
     let mut timing = Timing {
         started: Instant::now(),
         stages: vec![],
     };
-    let wanted = |stage: Stage| stages.is_empty() || stages.contains(&stage);
-    if !wanted(Stage::LeastSquares) {
-        return Err(Error::Usage(
-            "every stage starts from the fits: add least_squares to --stages".to_owned(),
-        ));
-    }
-    if wanted(Stage::Compare) && !wanted(Stage::Posterior) {
-        return Err(Error::Usage(
-            "compare starts from the posterior: add posterior to --stages".to_owned(),
-        ));
-    }
-    let scene = scene::read(path)?;
-    let out = out.unwrap_or_else(|| Path::new("reports").join(&scene.name));
-    let destination = Destination::prepare(&out, Contents::Fit, &scene.title, &[path, &scene.data.runs])?;
+    fit.check_stages()?;
+    let quiet = fit.quiet;
+    let scene = scene::read(fit.scene_file)?;
+    let default_out = || Path::new("reports").join(&scene.name);
+    let out = fit.out.clone().unwrap_or_else(default_out);
+    let inputs = [fit.scene_file, &scene.data.runs];
+    let destination = Destination::prepare(&out, Contents::Fit, &scene.title, &inputs)?;
     let table = timing.stage("read", quiet, || runs::read(&scene))?;
-    if wanted(Stage::Posterior) {
-        // a prior without room is told now, not after the bootstrap
+    if fit.wants(Stage::Posterior) {
+        // a prior without room is refused now, not after the bootstrap
         Parameters::of(&scene, &table.runs, scene.model.form())?;
     }
     let mut findings = timing.fits(scene.bootstrap.replicates, quiet, |done| {
-        findings::find_watched(&scene, &table, seed, wanted(Stage::Bootstrap), done)
+        findings::find_watched(&scene, &table, fit.seed, fit.wants(Stage::Bootstrap), done)
     });
     let overview = overview::find(&scene, &table, &findings);
-    let mut posterior = None;
-    if wanted(Stage::Posterior) {
-        let draws = Draws::of(&scene, quiet, "posterior", 1);
-        let runs = &table.runs;
-        posterior = timing.stage("posterior", true, || {
-            findings.add_posterior(&scene, runs, way, &|kept, diverging| draws.one(kept, diverging))
-        })?;
-        drop(draws);
-        if let Some(posterior) = &posterior {
-            let parts = ["posterior_compressing", "posterior_sampling", "posterior_checking"];
-            timing.stages.extend(parts.into_iter().zip(posterior.sampled.seconds));
-        }
-    }
-    if let Some(posterior) = posterior.as_ref().filter(|_| wanted(Stage::Compare)) {
-        let draws = Draws::of(&scene, quiet, "compare", COMPARED);
-        timing.stage("compare", true, || {
-            let watcher = |kept, diverging| draws.one(kept, diverging);
-            findings.add_comparison(&scene, &table.runs, posterior, &watcher)
-        })?;
-    }
-    let told = Told {
+    let posterior = fit.sample(&scene, &table.runs, &mut findings, &mut timing)?;
+    let sources = Told {
         scene: &scene,
         runs: &table.runs,
         overview: &overview,
         findings: &findings,
         posterior: posterior.as_ref(),
     };
-    let files = timing.stage("report", quiet, || report::files(told, wanted(Stage::Figures)));
+    let files = timing.stage("report", quiet, || report::files(sources, fit.wants(Stage::Figures)));
     let mut files = files?;
     let began = Instant::now();
     files.last = Some(Box::new(move || {
@@ -91,11 +124,11 @@ pub(super) fn fit(
         ("timing.json".to_owned(), timing.json().into_bytes())
     }));
     destination.write(files)?;
-    tell(&findings.notices, quiet);
+    print_notices(&findings.notices, quiet);
     if !quiet {
         let report = out.join("report.md");
-        let text = format!("{}report: {}\n", markdown::summary(told), named(&report));
-        say_of(&report, &text)?;
+        let text = format!("{}report: {}\n", markdown::summary(sources), named(&report));
+        print_after_writing(&report, &text)?;
     }
     Ok(if verdicts::quotable(&findings.verdicts) {
         0

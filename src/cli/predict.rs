@@ -12,7 +12,7 @@ use wetcor::report::prediction::{self, Origin};
 use wetcor::scene::{name_expected, LARGEST_FILM_RATIO};
 use wetcor::units::Dimension;
 
-use super::said::{say, warn};
+use super::messages::{print_result, warn};
 
 #[derive(Args)]
 #[command(after_help = "\
@@ -115,11 +115,11 @@ fn speeds(text: &str) -> Result<Speeds, String> {
 }
 
 /// Prints the prediction, and on standard error what to mind.
-pub fn predict(asked: &Predict, quiet: bool) -> Result<u8, Error> {
-    let finished = Finished::read(&asked.folder)?;
-    let law = finished.law(&asked.particle)?;
+pub fn predict(request: &Predict, quiet: bool) -> Result<u8, Error> {
+    let finished = Finished::read(&request.folder)?;
+    let law = finished.law(&request.particle)?;
     let particles = &finished.basis.particles;
-    let Some(particle) = particles.iter().find(|particle| particle.name == asked.particle) else {
+    let Some(particle) = particles.iter().find(|particle| particle.name == request.particle) else {
         return Err(Error::Internal {
             doing: "find the particle",
             reason: "a law of an unknown particle".to_owned(),
@@ -130,7 +130,7 @@ pub fn predict(asked: &Predict, quiet: bool) -> Result<u8, Error> {
         viscosity_pa_s: viscosity,
         surface_tension_n_m: surface_tension,
         ..
-    } = liquid(asked, &finished)?;
+    } = liquid(request, &finished)?;
     if Term::Bridge.is_held(law.form) && surface_tension.is_none() {
         let text = "the fit holds the rupture of the bridge, and this liquid's surface tension is not known";
         return Err(Error::Usage(format!(
@@ -139,21 +139,21 @@ pub fn predict(asked: &Predict, quiet: bool) -> Result<u8, Error> {
     }
     let setting = Setting {
         density: particle.density_kg_m3,
-        diameter: Dimension::Length.usual_to_si(asked.diameter),
+        diameter: Dimension::Length.usual_to_si(request.diameter),
         liquid_density,
         viscosity,
-        film: Dimension::Thickness.usual_to_si(asked.film),
+        film: Dimension::Thickness.usual_to_si(request.film),
         surface_tension,
     };
     can_be_asked(&setting)?;
-    let rows = law.predict(&setting, &asked.speed.all());
-    let text = match asked.format {
+    let rows = law.predict(&setting, &request.speed.all());
+    let text = match request.format {
         Format::Csv => prediction::csv(&rows)?,
         Format::Json => {
             let origin = Origin {
                 title: &finished.title,
-                particle: &asked.particle,
-                liquid: asked.liquid.as_deref(),
+                particle: &request.particle,
+                liquid: request.liquid.as_deref(),
                 draws: law.draws.len(),
                 quotable: finished.failed.is_empty(),
             };
@@ -170,13 +170,13 @@ pub fn predict(asked: &Predict, quiet: bool) -> Result<u8, Error> {
             warn(&match law.covered {
                 Some(covered) => format!(
                     "{outside} of {of} speeds extrapolated: runs of {} covered Stokes numbers {:.1} to {:.1} and film ratios {:.3} to {:.3}",
-                    asked.particle, covered.stokes[0], covered.stokes[1], covered.film_ratio[0], covered.film_ratio[1]
+                    request.particle, covered.stokes[0], covered.stokes[1], covered.film_ratio[0], covered.film_ratio[1]
                 ),
-                None => format!("all speeds extrapolated: {} has no wet runs", asked.particle),
+                None => format!("all speeds extrapolated: {} has no wet runs", request.particle),
             });
         }
     }
-    say(&text)?;
+    print_result(&text)?;
     Ok(0)
 }
 
@@ -203,10 +203,10 @@ fn can_be_asked(setting: &Setting) -> Result<(), Error> {
     Ok(())
 }
 
-/// Density and viscosity of the liquid asked for, kg/m³ and Pa s.
-fn liquid(asked: &Predict, finished: &Finished) -> Result<Liquid, Error> {
+/// Density and viscosity of the liquid request for, kg/m³ and Pa s.
+fn liquid(request: &Predict, finished: &Finished) -> Result<Liquid, Error> {
     let liquids = &finished.basis.liquids;
-    match (&asked.liquid, asked.liquid_density, asked.viscosity) {
+    match (&request.liquid, request.liquid_density, request.viscosity) {
         (None, Some(density), Some(viscosity)) => Ok(Liquid {
             name: String::new(),
             density_kg_m3: Dimension::Density.usual_to_si(density),
@@ -215,8 +215,8 @@ fn liquid(asked: &Predict, finished: &Finished) -> Result<Liquid, Error> {
         }),
         (name, ..) => {
             let name = name.as_deref().unwrap_or_default();
-            let known = liquids.iter().find(|liquid| liquid.name == name);
-            known.cloned().ok_or_else(|| {
+            let listed = liquids.iter().find(|liquid| liquid.name == name);
+            listed.cloned().ok_or_else(|| {
                 let names = liquids.iter().map(|liquid| liquid.name.as_str());
                 let all: Vec<&str> = names.clone().collect();
                 let expected = name_expected(&format!("one of {}", all.join(", ")), name, names);

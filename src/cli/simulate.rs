@@ -7,22 +7,30 @@ use wetcor::model::simulate::Simulation;
 use wetcor::runs::{self, Existing, RunWriter};
 use wetcor::scene;
 
-use super::said::{say_of, warn};
+use super::messages::{print_after_writing, warn};
 use crate::progress::Progress;
+
+/// The file to write.
+pub(super) struct OutputFile<'p> {
+    pub out: &'p Path,
+    /// what becomes of a file that stands there
+    pub existing: Existing,
+}
 
 pub(super) fn simulate(
     path: &Path,
-    (out, existing): (&Path, Existing),
+    destination: OutputFile,
     runs: Option<u64>,
     seed: u64,
     quiet: bool,
 ) -> Result<u8, Error> {
+    let OutputFile { out, existing } = destination;
     if !runs::can_write(out) {
         let text = format!("{}: expected a file ending in .csv or .parquet", out.display());
         return Err(Error::Usage(text));
     }
     let scene = scene::read(path)?;
-    if let Some(reason) = scene::claim(out, (path, &scene)) {
+    if let Some(reason) = scene::why_not_overwritten(out, &scene) {
         return Err(Error::Out {
             path: out.to_path_buf(),
             reason,
@@ -31,11 +39,11 @@ pub(super) fn simulate(
     let simulation = Simulation::new(&scene, runs)?;
     let mut writer = RunWriter::create(out, existing)?;
     let progress = Progress::bar("simulate", simulation.runs(), quiet);
-    let mut written = 0u64;
+    let mut count = 0u64;
     simulation.draw(seed, |run| {
-        written += 1;
-        if written.is_multiple_of(1 << 16) {
-            progress.at(written);
+        count += 1;
+        if count.is_multiple_of(1 << 16) {
+            progress.at(count);
         }
         writer.write(run)
     })?;
@@ -48,7 +56,7 @@ pub(super) fn simulate(
                 simulation.left_out
             ));
         }
-        say_of(out, &format!("{written} simulated runs: {}\n", named(out)))?;
+        print_after_writing(out, &format!("{count} simulated runs: {}\n", named(out)))?;
     }
     Ok(0)
 }

@@ -11,7 +11,7 @@ use std::thread::JoinHandle;
 use rayon::ThreadBuilder;
 use wetcor::error::Error;
 
-use super::said::warn;
+use super::messages::warn;
 
 /// Threads that may be used on any machine; more than that only where it runs more at once. Idle ones look for work at
 /// each other: on two processors a small fit takes 1.2 s with 64, 3.5 s with 256 and more than a minute with 1,024.
@@ -42,18 +42,18 @@ impl Idle {
 /// used: both with so many threads, or with as many as the machine runs at once.
 ///
 /// Fails where the system does not even give one to each.
-pub(super) fn start(asked: Option<u16>, quiet: bool) -> Result<(), Error> {
+pub(super) fn start(requested: Option<u16>, quiet: bool) -> Result<(), Error> {
     let notice = |text: String| {
         if !quiet {
             warn(&text);
         }
     };
     let machine = std::thread::available_parallelism().map_or(1, usize::from);
-    let asked = asked.map_or(machine, usize::from);
-    let wanted = asked.min(MOST.max(machine));
-    if wanted < asked {
+    let requested = requested.map_or(machine, usize::from);
+    let wanted = requested.min(MOST.max(machine));
+    if wanted < requested {
         notice(format!(
-            "{wanted} in place of {asked} threads: this machine runs {machine} at once, more would only wait"
+            "{wanted} in place of {requested} threads: this machine runs {machine} at once, more would only wait"
         ));
     }
     let (mut idle, refused) = start_idle(2 * wanted + BESIDE);

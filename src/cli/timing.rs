@@ -1,4 +1,4 @@
-//! Times the stages of a fit, and shows that they are under way.
+//! Times the stages of a fit, and shows which is running.
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::OnceLock;
@@ -22,7 +22,7 @@ impl Timing {
         done
     }
 
-    /// Least squares, and the bootstrap from where it is first told of replicates.
+    /// Least squares, and the bootstrap from the first replicate it hears of.
     pub(super) fn fits<T>(
         &mut self,
         replicates: u64,

@@ -8,7 +8,7 @@ use wetcor::report::folder::{Contents, Destination};
 use wetcor::study::trade;
 use wetcor::{runs, scene};
 
-use super::said::{say_of, tell};
+use super::messages::{print_after_writing, print_notices};
 use crate::progress::Progress;
 
 pub(super) fn run_trade(path: &Path, out: Option<PathBuf>, seed: u64, quiet: bool) -> Result<u8, Error> {
@@ -22,11 +22,11 @@ pub(super) fn run_trade(path: &Path, out: Option<PathBuf>, seed: u64, quiet: boo
     drop(progress);
     let files = trade::report::files(&scene, &measured)?;
     destination.write(files)?;
-    tell(&table.notices, quiet);
+    print_notices(&table.notices, quiet);
     if !quiet {
         let page = out.join("trade.md");
         let text = format!("{}trade: {}\n", trade::report::summary(&measured), named(&page));
-        say_of(&page, &text)?;
+        print_after_writing(&page, &text)?;
     }
     Ok(0)
 }

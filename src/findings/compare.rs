@@ -11,8 +11,8 @@ use crate::inference::diagnostics::loo::{difference, loo, relative_efficiency, L
 use crate::inference::diagnostics::pareto::khat_threshold;
 use crate::inference::diagnostics::summary::summarise;
 use crate::inference::nuts::{divergences, Watcher};
-use crate::inference::sampling::{sample_posterior, Plan, Sampled};
-use crate::model::likelihood::pointwise::{At, Pointwise};
+use crate::inference::sampling::{sample_posterior, Sampled, SamplingPlan};
+use crate::model::likelihood::pointwise::{EvaluatedLaw, Pointwise};
 use crate::model::likelihood::Likelihood;
 use crate::model::parameters::Parameters;
 use crate::notice::Notice;
@@ -23,6 +23,7 @@ use crate::physics::DrySpeed;
 use crate::physics::Form;
 use crate::runs::Runs;
 use crate::scene::Scene;
+use crate::seed::StreamName;
 
 /// Log densities, runs times draws, that may be computed for one model.
 pub const MOST_DENSITIES: usize = 20_000_000;
@@ -318,9 +319,9 @@ pub(super) fn sample_model(
     watcher: Watcher,
 ) -> Result<Sampled, String> {
     let rows = Likelihood::of_rows(scene, runs, form.form);
-    let plan = Plan {
+    let plan = SamplingPlan {
         effort: effort(scene),
-        stream: (least_squares.seed, stream),
+        stream: StreamName::new(least_squares.seed, stream),
         evaluation: form.way.evaluation(),
     };
     let start = start(scene, least_squares);
@@ -338,7 +339,7 @@ pub(super) fn leave_out(
     let pointwise = Pointwise::new(scene, runs, form.form);
     let full = sampled.full_draws();
     let step = full.len().div_ceil(used).max(1);
-    let some: Vec<At> = full.par_iter().step_by(step).map(|full| pointwise.at(full)).collect();
+    let some: Vec<EvaluatedLaw> = full.par_iter().step_by(step).map(|full| pointwise.at(full)).collect();
     let fill = |run: usize, values: &mut [f64]| {
         for (value, at) in values.iter_mut().zip(&some) {
             *value = at.ln_likelihood(run);

@@ -10,8 +10,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::inference::diagnostics::quantile;
-use crate::model::likelihood::on_energies;
 use crate::model::likelihood::tails::Tails;
+use crate::model::likelihood::{on_energies, Spreads};
 use crate::physics::rebound::{kept_of_mean_restitution, mean_restitution, slope_mean_restitution};
 use crate::physics::restitution::Restitution;
 use crate::physics::{Form, Parameters, Setting};
@@ -289,7 +289,14 @@ impl Share {
         if sigma_energy == 0.0 {
             return ((x - self.mean) / sigma, 1.0 / sigma);
         }
-        let z = on_energies(x, self.kept, (sigma, sigma_energy));
+        let z = on_energies(
+            x,
+            self.kept,
+            Spreads {
+                sigma,
+                energy: sigma_energy,
+            },
+        );
         let slope = slope_mean_restitution(kept_of_mean_restitution(x));
         (z, 1.0 / (sigma_energy * slope).hypot(sigma))
     }

@@ -1,96 +1,111 @@
-//! Draws from a posterior as cheaply as an accuracy allows: the first way whose own check vouches for it.
+//! Draws from a posterior as cheaply as an accuracy allows: the first method whose own check vouches for it.
 //!
-//! The ways in their order: the normal about the mode, the same resampled by importance weights, the No-U-Turn sampler on
-//! nodes, the same on every row. The accuracy is the largest error of any parameter's mean, in posterior sds, and of any
+//! The methods in their order: the normal about the mode, the same resampled by importance weights, the No-U-Turn sampler
+//! on nodes, the same on every row. The accuracy is the largest error of any parameter's mean, in posterior sds, and of any
 //! sd, relative. A Monte Carlo error counts [`SURE`] times.
 
 use super::diagnostics::pareto::khat_threshold;
 use super::diagnostics::rhat::rhat;
 use super::diagnostics::summary::summarise;
-use super::importance::{normal_draws, shift, Weights};
+use super::importance::{normal_draws, weighted_shift, DrawCounts, Weights};
 use super::nuts::{Effort, Watcher};
-use super::posed::{Evaluation, Posed, Start, LARGEST_ERROR};
-use super::sampling::{by_normal, by_weights, follow, Accuracy, Method, NoPosterior, Plan, Sampled, PROPOSED};
+use super::prepared_posterior::{Evaluation, PreparedPosterior, Start, LARGEST_ERROR};
+use super::sampling::{
+    sample_by_importance, sample_by_nuts, sample_normal, Method, NoPosterior, ReachedAccuracy, Sampled, PROPOSED,
+};
 use crate::model::likelihood::{Likelihood, Resolution};
 use crate::model::parameters::Parameters;
 use crate::model::posterior::LogDensity;
+use crate::seed::StreamName;
 
 /// Monte Carlo errors that stand for the error that is not exceeded: one in a thousand is.
 pub const SURE: f64 = 3.3;
 
-/// Accuracies that may be asked for: below, draws would fill the memory; above, nothing is known.
+/// Accuracies that may be requested: below, draws would fill the memory; above, they would say nothing.
 pub const RANGE: (f64, f64) = (0.005, 1.0);
 
-/// Draws from the normal that tell how far it is off.
+/// Draws from the normal by which its error is estimated.
 const PILOT: usize = 2000;
 
-/// The fewest draws a chain keeps: fewer leave nothing to judge them by.
+/// The fewest draws a chain keeps: fewer leave nothing to assess them by.
 const FEWEST_DRAWS: usize = 250;
 
 /// The most draws a chain keeps: nearly twice what the finest accuracy takes where draws are independent and chains four.
 const MOST_DRAWS: usize = 200_000;
 
-/// Draws as the accuracy `asked` wants, with the chains and the adapting of `plan`; its draws and evaluation do not count.
+/// How a posterior is to be sampled to an accuracy.
+#[derive(Debug, Clone, Copy)]
+pub struct AccuracyPlan<'p> {
+    /// the largest error of any mean, in posterior sds, and of any sd, relative
+    pub accuracy: f64,
+    /// the chains and their adaptation; the number of draws does not count
+    pub effort: Effort,
+    /// the chains' streams
+    pub stream: StreamName<'p>,
+}
+
+/// Samples the posterior of these parameters under the likelihood of all rows to an accuracy.
 ///
-/// Fails as [`super::sampling::sample_posterior`] does. Where no way reaches the accuracy, the last one's draws come with
+/// Fails as [`super::sampling::sample_posterior`] does. Where no method reaches the accuracy, the last one's draws come with
 /// the error it can vouch for.
-pub fn sample_to(
-    asked: f64,
+pub fn sample_to_accuracy(
     parameters: Parameters,
     rows: &Likelihood,
     start: &Start,
-    plan: Plan,
+    plan: AccuracyPlan,
     watcher: Watcher,
 ) -> Result<Sampled, NoPosterior> {
     // an error of the log density moves no mean by more than as many sds
-    let bound = LARGEST_ERROR.min(0.1 * asked);
+    let bound = LARGEST_ERROR.min(0.1 * plan.accuracy);
     let compressed = Evaluation::Compressed(Resolution::Bound(bound));
-    let posed = Posed::new(parameters.clone(), rows, start, compressed)?;
-    let mut climb = Climb {
-        asked,
+    let prepared = PreparedPosterior::new(parameters.clone(), rows, start, compressed)?;
+    let mut search = MethodSearch {
+        requested: plan.accuracy,
         chains: plan.effort.chains,
         stream: plan.stream,
         tried: vec![],
     };
-    if let Some(sampled) = climb.about_the_mode(&posed, bound) {
+    if let Some(sampled) = search.about_the_mode(&prepared, bound) {
         return Ok(sampled);
     }
-    let sampled = climb.by_trajectories(&posed, bound, plan.effort, watcher)?;
+    let sampled = search.by_trajectories(&prepared, bound, plan.effort, watcher)?;
     if sampled.checked_error.is_none_or(|error| error <= bound) {
-        return Ok(climb.followed(sampled, bound));
+        return Ok(search.followed(sampled, bound));
     }
-    climb.tried.push((
+    search.tried.push((
         Method::NutsCompressed,
         "the log density of the nodes is off by more than a tenth of what was asked for".to_owned(),
     ));
-    let posed = Posed::new(parameters, rows, start, Evaluation::Rows)?;
-    let sampled = climb.by_trajectories(&posed, 0.0, plan.effort, watcher)?;
-    Ok(climb.followed(sampled, 0.0))
+    let prepared = PreparedPosterior::new(parameters, rows, start, Evaluation::Rows)?;
+    let sampled = search.by_trajectories(&prepared, 0.0, plan.effort, watcher)?;
+    Ok(search.followed(sampled, 0.0))
 }
 
-struct Climb<'p> {
-    asked: f64,
+/// The search for the cheapest method that reaches an accuracy.
+struct MethodSearch<'p> {
+    requested: f64,
     chains: usize,
-    stream: (u64, &'p str),
+    stream: StreamName<'p>,
+    /// methods that did not reach it, with the reason
     tried: Vec<(Method, String)>,
 }
 
-impl Climb<'_> {
+impl MethodSearch<'_> {
     /// The normal about the mode, or its weighted draws, if either can be vouched for.
-    fn about_the_mode(&mut self, posed: &Posed, bound: f64) -> Option<Sampled> {
-        let (off, efficiency) = match look(posed, self.stream) {
-            Ok(looked) => looked,
+    fn about_the_mode(&mut self, prepared: &PreparedPosterior, bound: f64) -> Option<Sampled> {
+        let NormalError { largest, efficiency } = match normal_error(prepared, self.stream) {
+            Ok(found) => found,
             Err(why) => {
                 let both = [Method::Laplace, Method::LaplacePsis];
                 self.tried.extend(both.map(|method| (method, why.clone())));
                 return None;
             }
         };
-        let off = off + bound;
+        let off = largest + bound;
         // half of the accuracy for the normal's own error, half for the number of its draws
-        if off <= 0.5 * self.asked {
-            let each = self.each((SURE / (self.asked - off)).powi(2));
-            let sampled = by_normal(posed, (self.chains, each), self.stream);
+        if off <= 0.5 * self.requested {
+            let each = self.each((SURE / (self.requested - off)).powi(2));
+            let sampled = sample_normal(prepared, self.size(each), self.stream);
             let vouched = monte_carlo_error(&sampled) + off;
             if self.holds(&sampled, vouched, bound) {
                 return Some(self.done(sampled, vouched));
@@ -101,13 +116,13 @@ impl Climb<'_> {
             let why = format!("the normal is off by up to {off:.2}, more than half of what was asked for");
             self.tried.push((Method::Laplace, why));
         }
-        let mut wanted = (SURE / (self.asked - bound)).powi(2) * (1.0 + 1.0 / (PROPOSED as f64 * efficiency));
+        let mut wanted = (SURE / (self.requested - bound)).powi(2) * (1.0 + 1.0 / (PROPOSED as f64 * efficiency));
         /// each corrects what the one before it found missing
         const TRIES: usize = 4;
         let mut why = "the densities allow no weights".to_owned();
         for _ in 0..TRIES {
             let each = self.each(wanted);
-            let Some(sampled) = by_weights(posed, (self.chains, each), self.stream) else {
+            let Some(sampled) = sample_by_importance(prepared, self.size(each), self.stream) else {
                 break;
             };
             let (khat, line) = (
@@ -123,7 +138,7 @@ impl Climb<'_> {
                 return Some(self.done(sampled, vouched));
             }
             why = format!("{} draws leave an error of {vouched:.2}", self.chains * each);
-            wanted = 1.1 * (self.chains * each) as f64 * (vouched / self.asked).powi(2);
+            wanted = 1.1 * (self.chains * each) as f64 * (vouched / self.requested).powi(2);
         }
         self.tried.push((Method::LaplacePsis, why));
         None
@@ -131,7 +146,14 @@ impl Climb<'_> {
 
     /// Whether the accuracy is reached, the nodes with it.
     fn holds(&self, sampled: &Sampled, vouched: f64, bound: f64) -> bool {
-        vouched <= self.asked && sampled.checked_error.is_none_or(|error| error <= bound)
+        vouched <= self.requested && sampled.checked_error.is_none_or(|error| error <= bound)
+    }
+
+    fn size(&self, each: usize) -> DrawCounts {
+        DrawCounts {
+            chains: self.chains,
+            draws: each,
+        }
     }
 
     /// Draws a chain for so many in all.
@@ -142,15 +164,15 @@ impl Climb<'_> {
     /// Trajectories, anew with more draws until the accuracy is reached or is out of reach.
     fn by_trajectories(
         &self,
-        posed: &Posed,
+        prepared: &PreparedPosterior,
         bound: f64,
         effort: Effort,
         watcher: Watcher,
     ) -> Result<Sampled, NoPosterior> {
-        let left = self.asked - bound;
+        let left = self.requested - bound;
         let mut draws = self.each((SURE / left).powi(2));
         loop {
-            let sampled = follow(posed, Effort { draws, ..effort }, self.stream, watcher)?;
+            let sampled = sample_by_nuts(prepared, Effort { draws, ..effort }, self.stream, watcher)?;
             let error = monte_carlo_error(&sampled);
             // draws that say nothing of their error are doubled
             let more = if error.is_finite() {
@@ -178,8 +200,8 @@ impl Climb<'_> {
 
     fn done(&mut self, sampled: Sampled, vouched: f64) -> Sampled {
         Sampled {
-            accuracy: Some(Accuracy {
-                asked: self.asked,
+            accuracy: Some(ReachedAccuracy {
+                requested: self.requested,
                 vouched,
                 tried: std::mem::take(&mut self.tried),
             }),
@@ -188,14 +210,27 @@ impl Climb<'_> {
     }
 }
 
-/// Largest error of the normal about the mode as the accuracy counts it, and how many draws of the posterior one of its
-/// own is worth, from a few draws; the reason where they do not tell.
-pub fn look(posed: &Posed, (seed, name): (u64, &str)) -> Result<(f64, f64), String> {
-    if !(posed.about.converged && posed.about.peaked) {
+/// How far the normal about the mode is from the posterior.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NormalError {
+    /// its largest error, as the accuracy counts it
+    pub largest: f64,
+    /// how many independent draws of the posterior one of its own is worth
+    pub efficiency: f64,
+}
+
+/// Estimates the error of the normal about the mode from a few draws; fails with the reason where they do not give it.
+pub fn normal_error(prepared: &PreparedPosterior, stream: StreamName) -> Result<NormalError, String> {
+    if !(prepared.about.converged && prepared.about.peaked) {
         return Err("the posterior has no peak to lay a normal about".to_owned());
     }
-    let name = format!("{name} pilot");
-    let pilot = normal_draws(&posed.posterior, &posed.about, (1, PILOT), (seed, &name));
+    let name = format!("{} pilot", stream.name);
+    let size = DrawCounts {
+        chains: 1,
+        draws: PILOT,
+    };
+    let stream = StreamName::new(stream.seed, &name);
+    let pilot = normal_draws(&prepared.posterior, &prepared.about, size, stream);
     let Some(weights) = Weights::of(&pilot) else {
         return Err("the posterior has no density near the normal's draws".to_owned());
     };
@@ -206,20 +241,22 @@ pub fn look(posed: &Posed, (seed, name): (u64, &str)) -> Result<(f64, f64), Stri
             weights.khat
         ));
     }
-    let off = largest_shift(posed, &pilot[0].points, &weights.weights);
-    Ok((off, weights.effective() / PILOT as f64))
+    Ok(NormalError {
+        largest: largest_shift(prepared, &pilot[0].points, &weights.weights),
+        efficiency: weights.effective() / PILOT as f64,
+    })
 }
 
 /// The largest error that leaving the weights out makes, of any mean in sds and of any sd.
-fn largest_shift(posed: &Posed, points: &[f64], weights: &[f64]) -> f64 {
-    let dimension = posed.posterior.dimension();
+fn largest_shift(prepared: &PreparedPosterior, points: &[f64], weights: &[f64]) -> f64 {
+    let dimension = prepared.posterior.dimension();
     let draws: Vec<Vec<f64>> = points
         .chunks_exact(dimension)
-        .map(|point| posed.posterior.draw_at(point))
+        .map(|point| prepared.posterior.draw_at(point))
         .collect();
     let of = |place: usize| {
         let values: Vec<f64> = draws.iter().map(|draw| draw[place]).collect();
-        let found = shift(&values, weights);
+        let found = weighted_shift(&values, weights);
         let mean = found.mean.abs() + SURE * found.mean_mcse;
         mean.max(found.sd.abs() + SURE * found.sd_mcse)
     };
@@ -237,7 +274,7 @@ fn chains_agree(sampled: &Sampled) -> bool {
 }
 
 /// [`SURE`] Monte Carlo errors of the mean in sds, or of the sd, of the parameter that has most; infinite where the draws
-/// do not tell.
+/// do not give it.
 pub fn monte_carlo_error(sampled: &Sampled) -> f64 {
     let of = |values: &Vec<Vec<f64>>| {
         let chains: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();

@@ -9,7 +9,16 @@ use super::diagnostics::psis::psis;
 use super::laplace::Laplace;
 use super::nuts::Chain;
 use crate::model::posterior::LogDensity;
-use crate::seed::stream;
+use crate::seed::StreamName;
+
+/// How many independent draws are made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DrawCounts {
+    /// chains
+    pub chains: usize,
+    /// draws a chain
+    pub draws: usize,
+}
 
 /// Draws from the normal about a mode, chain after chain: the same bytes for any number of threads.
 ///
@@ -17,16 +26,16 @@ use crate::seed::stream;
 pub fn normal_draws<T: LogDensity + ?Sized>(
     target: &T,
     about: &Laplace,
-    (chains, draws): (usize, usize),
-    (seed, name): (u64, &str),
+    size: DrawCounts,
+    streams: StreamName,
 ) -> Vec<Proposed> {
     let one = |chain: usize| {
-        let mut rng = stream(seed, name, chain as u64);
+        let mut rng = streams.at(chain as u64);
         let mut proposed = Proposed::default();
         let dimension = target.dimension();
         let (mut point, mut slopes) = (vec![0.0; dimension], vec![0.0; dimension]);
         let mut z = vec![0.0; dimension];
-        for _ in 0..draws {
+        for _ in 0..size.draws {
             z.fill_with(|| StandardNormal.sample(&mut rng));
             about.point(&z, &mut point);
             let ln_density = target.ln_density(&point, &mut slopes).unwrap_or(f64::NEG_INFINITY);
@@ -39,7 +48,7 @@ pub fn normal_draws<T: LogDensity + ?Sized>(
         }
         proposed
     };
-    (0..chains).into_par_iter().map(one).collect()
+    (0..size.chains).into_par_iter().map(one).collect()
 }
 
 /// Draws from the normal about a mode, with what the posterior has there.
@@ -124,9 +133,9 @@ pub struct Shift {
 
 /// How the weights move the mean and the sd of a quantity with these values.
 ///
-/// The difference itself is averaged, whose noise is small where weights are nearly equal: far fewer draws tell it than
-/// tell either mean.
-pub fn shift(values: &[f64], weights: &[f64]) -> Shift {
+/// The difference itself is averaged, whose noise is small where weights are nearly equal: it takes far fewer draws than
+/// either mean.
+pub fn weighted_shift(values: &[f64], weights: &[f64]) -> Shift {
     let share = 1.0 / values.len() as f64;
     let centre = values.iter().sum::<f64>() * share;
     let variance = values.iter().map(|x| (x - centre) * (x - centre)).sum::<f64>() * share;
@@ -155,6 +164,7 @@ pub fn shift(values: &[f64], weights: &[f64]) -> Shift {
 mod tests {
     use super::*;
     use crate::model::likelihood::OutsideDomain;
+    use crate::seed::stream;
     use nalgebra::DMatrix;
 
     /// A normal of mean `mean` and spread `sd` where the one about its supposed mode has 0 and 1.
@@ -185,7 +195,8 @@ mod tests {
     }
 
     fn proposed(target: &Off) -> Vec<Proposed> {
-        normal_draws(target, &standard(), (4, 2000), (1, "importance"))
+        let size = DrawCounts { chains: 4, draws: 2000 };
+        normal_draws(target, &standard(), size, StreamName::new(1, "importance"))
     }
 
     #[test]
@@ -194,7 +205,7 @@ mod tests {
         let draws = proposed(&target);
         let weights = Weights::of(&draws).expect("densities");
         let values: Vec<f64> = draws.iter().flat_map(|one| one.points.clone()).collect();
-        let found = shift(&values, &weights.weights);
+        let found = weighted_shift(&values, &weights.weights);
         assert!(
             (found.mean - 0.1).abs() < 4.0 * found.mean_mcse && found.mean_mcse < 0.006,
             "{found:?}"

@@ -1,4 +1,4 @@
-//! Finds the directions in which runs say more of the parameters than was believed before, by sums over the runs.
+//! Finds the directions in which runs say more of the parameters than their priors, by sums over the runs.
 //!
 //! Symbols: z = (ln θ − ln median)/sd is the logarithm of a parameter in sds of its prior; J is the slope of each run's
 //! model in z over the runs' spread. An eigenvalue s² of JᵀJ belongs to a direction of which the runs alone leave the
@@ -60,9 +60,9 @@ impl Sums {
     }
 }
 
-/// What was believed of a positive parameter before.
+/// The prior of a positive parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Belief {
+pub struct LogNormalPrior {
     /// median
     pub median: f64,
     /// sd of the logarithm
@@ -70,10 +70,10 @@ pub struct Belief {
 }
 
 /// Runs of some kinds, each kind with its own spread.
-pub struct Kinds<'a> {
-    /// belief of each parameter
-    pub beliefs: &'a [Belief],
-    /// spread of each kind that was believed before
+pub struct RunsWithPriors<'a> {
+    /// prior of each parameter
+    pub beliefs: &'a [LogNormalPrior],
+    /// prior spread of each kind
     pub spreads: &'a [f64],
     /// sums of each kind at a point
     pub sums: &'a dyn Fn(&[f64]) -> Vec<Sums>,
@@ -86,7 +86,7 @@ struct Local {
     information: Arrow,
 }
 
-impl Kinds<'_> {
+impl RunsWithPriors<'_> {
     fn spreads(&self, values: &[f64]) -> Vec<f64> {
         let sums = (self.sums)(values);
         sums.iter().zip(self.spreads).map(|(sums, s)| sums.spread(*s)).collect()
@@ -116,18 +116,18 @@ impl Kinds<'_> {
         (finite && local.downhill.iter().all(|x| x.is_finite())).then_some(local)
     }
 
-    /// Walks to the least squares of runs and prior together, which exist whatever the runs determine.
+    /// Finds the least squares of runs and prior together, which exist whatever the runs determine.
     ///
     /// `None` where a sum is not finite at the start.
-    pub fn settle(&self, start: &[f64]) -> Option<Vec<f64>> {
-        /// spreads follow the residuals and the other way round
+    pub fn fit_with_priors(&self, start: &[f64]) -> Option<Vec<f64>> {
+        /// spreads follow the residuals and vice versa
         const ROUNDS: usize = 4;
         const STEPS: usize = 30;
         /// a fall of the cost that moves no direction by a noticeable part of its spread
         const SMALL: f64 = 1e-6;
         let mut values = start.to_vec();
         for round in 0..ROUNDS {
-            // residuals before the first walk are no noise, and their spread would leave all to the priors
+            // residuals before the first fit are no noise, and their spread would leave all to the priors
             let spreads = if round == 0 {
                 self.spreads.to_vec()
             } else {
@@ -142,8 +142,8 @@ impl Kinds<'_> {
                 let Some(step) = curvature.root().map(|root| root.solve(&here.downhill)) else {
                     break;
                 };
-                let moved = values.iter().zip(self.beliefs).zip(step.iter());
-                let trial: Vec<f64> = moved.map(|((x, of), dz)| x * (of.ln_sd * dz).exp()).collect();
+                let scaled_steps = values.iter().zip(self.beliefs).zip(step.iter());
+                let trial: Vec<f64> = scaled_steps.map(|((x, of), dz)| x * (of.ln_sd * dz).exp()).collect();
                 let there = self.local(&trial, &spreads).filter(|there| there.cost < here.cost);
                 match there {
                     Some(there) => {
@@ -167,21 +167,21 @@ impl Kinds<'_> {
     }
 
     /// What the runs say about a point; `None` where it is not finite.
-    pub fn known(&self, values: &[f64]) -> Option<Known> {
-        Known::of(&self.local(values, &self.spreads(values))?.information)
+    pub fn information(&self, values: &[f64]) -> Option<DirectionalInformation> {
+        DirectionalInformation::of(&self.local(values, &self.spreads(values))?.information)
     }
 }
 
 /// The directions of the parameters with what runs say of each.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Known {
+pub struct DirectionalInformation {
     /// s² of each direction in z
     axes: Axes,
 }
 
-/// Parameters of which a direction is told only by the prior.
+/// Parameters of which a direction is determined only by the prior.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Group {
+pub struct UnseenGroup {
     /// places of the parameters
     pub members: Vec<usize>,
     /// how many directions among them are unseen
@@ -195,9 +195,9 @@ pub const AS_MUCH: f64 = 1.0;
 /// at least half of the variance it has left.
 const SHARE: f64 = 0.01;
 
-impl Known {
-    fn of(information: &Arrow) -> Option<Known> {
-        Some(Known {
+impl DirectionalInformation {
+    fn of(information: &Arrow) -> Option<DirectionalInformation> {
+        Some(DirectionalInformation {
             axes: information.axes()?,
         })
     }
@@ -220,7 +220,7 @@ impl Known {
     }
 
     /// The parameters with a share in the unseen directions; those that move together are one group.
-    pub fn unseen(&self) -> Vec<Group> {
+    pub fn unseen(&self) -> Vec<UnseenGroup> {
         /// correlation from which two parameters move together
         const TOGETHER: f64 = 0.1;
         let hidden = |s: f64| s < AS_MUCH;
@@ -260,7 +260,7 @@ impl Known {
         found.sort_unstable();
         let group = |members: Vec<usize>| {
             let weight = self.axes.share(&members, |s2| hidden(strength(s2)));
-            Group {
+            UnseenGroup {
                 members,
                 directions: (weight.round() as usize).max(1),
             }
@@ -284,23 +284,23 @@ fn strength(s2: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn known(rows: &[[f64; 3]]) -> Known {
+    fn information(rows: &[[f64; 3]]) -> DirectionalInformation {
         let mut sums = Sums::new(3, 0);
         for row in rows {
             sums.add(0.0, &[(0, row[0]), (1, row[1]), (2, row[2])]);
         }
-        Known::of(&sums.information).expect("finite")
+        DirectionalInformation::of(&sums.information).expect("finite")
     }
 
     #[test]
     fn parameters_that_only_move_together_are_one_group_with_their_sum_known() {
         // a + b is seen to 1/√(2·50), c to 1/30
-        let known = known(&[[5.0, 5.0, 0.0], [5.0, 5.0, 0.0], [0.0, 0.0, 30.0]]);
-        let groups = known.unseen();
+        let information = information(&[[5.0, 5.0, 0.0], [5.0, 5.0, 0.0], [0.0, 0.0, 30.0]]);
+        let groups = information.unseen();
         assert_eq!(groups.len(), 1);
         assert_eq!((groups[0].members.as_slice(), groups[0].directions), (&[0, 1][..], 1));
-        assert!((known.se(&[0.5, 0.5, 0.0]) - (0.5 / 101.0f64).sqrt()).abs() < 1e-12);
-        let left = known.left();
+        assert!((information.se(&[0.5, 0.5, 0.0]) - (0.5 / 101.0f64).sqrt()).abs() < 1e-12);
+        let left = information.left();
         // half of the variance stays unseen, the other half shrinks to 1/101
         assert!((left[0] - (0.5 + 0.5 / 101.0f64).sqrt()).abs() < 1e-12);
         assert!((left[2] - 1.0 / 901f64.sqrt()).abs() < 1e-12);
@@ -309,16 +309,16 @@ mod tests {
     #[test]
     fn a_direction_is_unseen_below_the_line_only() {
         assert_eq!(
-            known(&[[1.01, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]]).unseen(),
+            information(&[[1.01, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]]).unseen(),
             vec![]
         );
-        let groups = known(&[[0.99, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]]).unseen();
+        let groups = information(&[[0.99, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]]).unseen();
         assert_eq!(groups[0].members, vec![0]);
     }
 
-    /// A curve a·b·x of which only the product is told: the walk ends where it is right, as the priors share it out.
+    /// A curve a·b·x of which only the product is determined: the fit ends where it is right, as the priors share it out.
     #[test]
-    fn the_walk_settles_where_only_a_product_is_told() {
+    fn the_fit_ends_where_only_a_product_is_determined() {
         let sums = |values: &[f64]| {
             let mut sums = Sums::new(2, 0);
             for x in [0.5, 1.0, 1.5, 2.0] {
@@ -327,19 +327,19 @@ mod tests {
             }
             vec![sums]
         };
-        let belief = Belief {
+        let prior = LogNormalPrior {
             median: 1.0,
             ln_sd: 0.5,
         };
-        let kinds = Kinds {
-            beliefs: &[belief; 2],
+        let kinds = RunsWithPriors {
+            beliefs: &[prior; 2],
             spreads: &[0.01],
             sums: &sums,
         };
-        let end = kinds.settle(&[1.0, 1.0]).expect("finite");
+        let end = kinds.fit_with_priors(&[1.0, 1.0]).expect("finite");
         assert!((end[0] * end[1] / 6.0 - 1.0).abs() < 1e-3, "{end:?}");
         assert!((end[0] / end[1] - 1.0).abs() < 1e-6, "{end:?}");
-        assert_eq!(kinds.known(&end).expect("finite").unseen()[0].members, vec![0, 1]);
-        assert_eq!(kinds.settle(&[f64::INFINITY, 1.0]), None);
+        assert_eq!(kinds.information(&end).expect("finite").unseen()[0].members, vec![0, 1]);
+        assert_eq!(kinds.fit_with_priors(&[f64::INFINITY, 1.0]), None);
     }
 }

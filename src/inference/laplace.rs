@@ -132,16 +132,16 @@ pub fn laplace<T: LogDensity + ?Sized>(target: &T, start: &[f64]) -> Result<Lapl
 fn curvature<T: LogDensity + ?Sized>(target: &T, point: &[f64], widths: &[f64]) -> Result<DMatrix<f64>, OutsideDomain> {
     let dimension = point.len();
     let mut rows = DMatrix::zeros(dimension, dimension);
-    let mut moved = point.to_vec();
+    let mut shifted = point.to_vec();
     let (mut above, mut below) = (vec![0.0; dimension], vec![0.0; dimension]);
     for j in 0..dimension {
         let mut width = widths[j];
         // near an edge of the domain the difference is taken closer in
         loop {
-            moved[j] = point[j] + width;
-            let up = target.ln_density(&moved, &mut above);
-            moved[j] = point[j] - width;
-            let down = target.ln_density(&moved, &mut below);
+            shifted[j] = point[j] + width;
+            let up = target.ln_density(&shifted, &mut above);
+            shifted[j] = point[j] - width;
+            let down = target.ln_density(&shifted, &mut below);
             if up.is_ok() && down.is_ok() {
                 break;
             }
@@ -150,7 +150,7 @@ fn curvature<T: LogDensity + ?Sized>(target: &T, point: &[f64], widths: &[f64]) 
                 return Err(OutsideDomain);
             }
         }
-        moved[j] = point[j];
+        shifted[j] = point[j];
         for i in 0..dimension {
             rows[(i, j)] = (below[i] - above[i]) / (2.0 * width);
         }

@@ -7,11 +7,11 @@
 //! | `law.rs` | the dry, linear and square-root laws: value, slopes, bends, derivatives in the speed |
 //! | `regression.rs` | a law fitted to runs |
 //! | `arrow.rs` | symmetric matrices of parameters that are linear in the particles |
-//! | `information.rs` | the directions in which runs say more than was believed before |
+//! | `information.rs` | the directions in which runs say more than the priors |
 //! | `joint.rs` | every run in a row of one joint fit: residuals, slopes, sums; the fit itself |
 //! | `bootstrap/` | replicates and the intervals they give |
 //! | `laplace.rs` | mode and curvature of a posterior |
-//! | `posed.rs` | a posterior with its start, its nodes and its mode |
+//! | `prepared_posterior.rs` | a posterior with its start, its nodes and its mode |
 //! | `nuts.rs` | draws by trajectories |
 //! | `importance.rs` | draws from the normal about the mode, and their weights |
 //! | `sampling.rs` | a posterior to its draws |
@@ -20,7 +20,7 @@
 //! | `nested.rs` | F test of one law for all groups against one law a group |
 //! | `spreads.rs` | test of one spread for all groups |
 //! | `density.rs` | densities of draws, and the curves around their densest shares |
-//! | `diagnostics/` | how far draws of Markov chains may be trusted |
+//! | `diagnostics/` | how reliable draws of Markov chains are |
 
 pub mod accuracy;
 pub mod arrow;
@@ -37,7 +37,7 @@ pub mod law;
 pub mod least_squares;
 pub mod nested;
 pub mod nuts;
-pub mod posed;
+pub mod prepared_posterior;
 pub mod regression;
 pub mod sampling;
 pub mod spreads;

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use super::laplace::Laplace;
 use crate::model::likelihood::OutsideDomain;
 use crate::model::posterior::LogDensity;
-use crate::seed::stream;
+use crate::seed::StreamName;
 
 /// How much is sampled.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -83,13 +83,13 @@ pub type Watcher<'w> = &'w (dyn Fn(bool, bool) + Sync);
 
 /// Samples every chain from a stream of its own: the same bytes for any number of threads.
 ///
-/// `name` names the streams. Fails where the log density is lost in rounding, where a chain finds no start, or where the
+/// Fails where the log density is lost in rounding, where a chain finds no start, or where the
 /// sampler itself fails.
-pub fn sample<T: LogDensity + ?Sized>(
+pub fn sample_chains<T: LogDensity + ?Sized>(
     target: &T,
     about: &Laplace,
     effort: Effort,
-    (seed, name): (u64, &str),
+    streams: StreamName,
     watcher: Watcher,
 ) -> Result<Vec<Chain>, SamplingFailure> {
     let rounding = about.ln_density.abs() * f64::EPSILON;
@@ -103,9 +103,15 @@ pub fn sample<T: LogDensity + ?Sized>(
             ),
         });
     }
+    let sampler = ChainSampler {
+        target,
+        about,
+        effort,
+        watcher,
+    };
     let one = |chain: usize| {
         let index = chain as u64;
-        let sampled = run(target, about, effort, index, stream(seed, name, index), watcher);
+        let sampled = sampler.chain(index, streams.at(index));
         sampled.map_err(|reason| SamplingFailure {
             chain: chain + 1,
             reason,
@@ -114,66 +120,76 @@ pub fn sample<T: LogDensity + ?Sized>(
     (0..effort.chains).into_par_iter().map(one).collect()
 }
 
-fn run<T: LogDensity + ?Sized>(
-    target: &T,
-    about: &Laplace,
+/// A log density with what every chain samples it by.
+struct ChainSampler<'s, T: ?Sized> {
+    target: &'s T,
+    about: &'s Laplace,
     effort: Effort,
-    chain: u64,
-    mut rng: ChaCha8Rng,
-    watcher: Watcher,
-) -> Result<Chain, String> {
-    let start = start(target, about, &mut rng).ok_or("no start near the mode has a density")?;
-    let mut settings = DiagNutsSettings {
-        num_tune: effort.warmup as u64,
-        num_draws: effort.draws as u64,
-        num_chains: effort.chains,
-        maxdepth: LARGEST_DEPTH,
-        ..DiagNutsSettings::default()
-    };
-    settings.adapt_options.step_size_settings.target_accept = effort.target_accept;
-    let math = CpuMath::new(Rounded::new(target, about));
-    let told = |error: &dyn std::fmt::Display| error.to_string();
-    let mut sampler = settings.new_chain(chain, math, &mut rng).map_err(|e| told(&e))?;
-    sampler.set_position(&start).map_err(|e| told(&e))?;
-    for _ in 0..effort.warmup {
-        let (_, progress) = sampler.draw().map_err(|e| told(&e))?;
-        watcher(false, progress.diverging);
-    }
-    let mut kept = Chain::default();
-    let mut point = vec![0.0; target.dimension()];
-    for _ in 0..effort.draws {
-        let (z, _, stats, progress) = sampler.expanded_draw().map_err(|e| told(&e))?;
-        watcher(true, progress.diverging);
-        about.point(&z, &mut point);
-        kept.points.extend_from_slice(&point);
-        kept.ln_density.push(stats.point.logp);
-        kept.acceptance_rate.push(stats.adapt.step_size.mean_tree_accept);
-        kept.step_size.push(progress.step_size);
-        kept.tree_depth.push(stats.depth);
-        kept.steps.push(progress.num_steps);
-        kept.diverging.push(progress.diverging);
-        kept.energy.push(stats.point.energy);
-    }
-    Ok(kept)
+    watcher: Watcher<'s>,
 }
 
-/// A start about the mode, wider than the posterior where that has a density.
-fn start<T: LogDensity + ?Sized>(target: &T, about: &Laplace, rng: &mut ChaCha8Rng) -> Option<Vec<f64>> {
-    const WIDER: f64 = 1.5;
-    const TRIES: i32 = 50;
-    let mut point = vec![0.0; target.dimension()];
-    let mut slopes = point.clone();
-    (0..TRIES).find_map(|attempt| {
-        let spread = WIDER * 0.8f64.powi(attempt);
-        let z: Vec<f64> = (0..point.len())
-            .map(|_| {
-                let z: f64 = StandardNormal.sample(rng);
-                spread * z
-            })
-            .collect();
-        about.point(&z, &mut point);
-        target.ln_density(&point, &mut slopes).is_ok().then_some(z)
-    })
+impl<T: LogDensity + ?Sized> ChainSampler<'_, T> {
+    /// Samples one chain, by its number from 0.
+    fn chain(&self, chain: u64, mut rng: ChaCha8Rng) -> Result<Chain, String> {
+        let ChainSampler {
+            target,
+            about,
+            effort,
+            watcher,
+        } = *self;
+        let start = self.start(&mut rng).ok_or("no start near the mode has a density")?;
+        let mut settings = DiagNutsSettings {
+            num_tune: effort.warmup as u64,
+            num_draws: effort.draws as u64,
+            num_chains: effort.chains,
+            maxdepth: LARGEST_DEPTH,
+            ..DiagNutsSettings::default()
+        };
+        settings.adapt_options.step_size_settings.target_accept = effort.target_accept;
+        let math = CpuMath::new(Rounded::new(target, about));
+        let reason = |error: &dyn std::fmt::Display| error.to_string();
+        let mut sampler = settings.new_chain(chain, math, &mut rng).map_err(|e| reason(&e))?;
+        sampler.set_position(&start).map_err(|e| reason(&e))?;
+        for _ in 0..effort.warmup {
+            let (_, progress) = sampler.draw().map_err(|e| reason(&e))?;
+            watcher(false, progress.diverging);
+        }
+        let mut kept = Chain::default();
+        let mut point = vec![0.0; target.dimension()];
+        for _ in 0..effort.draws {
+            let (z, _, stats, progress) = sampler.expanded_draw().map_err(|e| reason(&e))?;
+            watcher(true, progress.diverging);
+            about.point(&z, &mut point);
+            kept.points.extend_from_slice(&point);
+            kept.ln_density.push(stats.point.logp);
+            kept.acceptance_rate.push(stats.adapt.step_size.mean_tree_accept);
+            kept.step_size.push(progress.step_size);
+            kept.tree_depth.push(stats.depth);
+            kept.steps.push(progress.num_steps);
+            kept.diverging.push(progress.diverging);
+            kept.energy.push(stats.point.energy);
+        }
+        Ok(kept)
+    }
+
+    /// A start about the mode, wider than the posterior where that has a density.
+    fn start(&self, rng: &mut ChaCha8Rng) -> Option<Vec<f64>> {
+        const WIDER: f64 = 1.5;
+        const TRIES: i32 = 50;
+        let mut point = vec![0.0; self.target.dimension()];
+        let mut slopes = point.clone();
+        (0..TRIES).find_map(|attempt| {
+            let spread = WIDER * 0.8f64.powi(attempt);
+            let z: Vec<f64> = (0..point.len())
+                .map(|_| {
+                    let z: f64 = StandardNormal.sample(rng);
+                    spread * z
+                })
+                .collect();
+            self.about.point(&z, &mut point);
+            self.target.ln_density(&point, &mut slopes).is_ok().then_some(z)
+        })
+    }
 }
 
 /// The target as a function of z, where point = mode + S z.

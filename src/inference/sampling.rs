@@ -1,17 +1,17 @@
-//! Takes a posterior to its draws, by the way that was asked for.
+//! Draws from a posterior by one of several methods.
 
 use serde::Serialize;
 
-use super::importance::{normal_draws, Proposed, Weights};
+use super::importance::{normal_draws, DrawCounts, Proposed, Weights};
 use super::laplace::Laplace;
-use super::nuts::{divergences, sample, Chain, Effort, SamplingFailure, Watcher, LARGEST_DEPTH};
-use super::posed::{Evaluation, NoStart, Posed, Start};
+use super::nuts::{divergences, sample_chains, Chain, Effort, SamplingFailure, Watcher, LARGEST_DEPTH};
+use super::prepared_posterior::{Evaluation, NoStart, PreparedPosterior, Start};
 use crate::model::likelihood::{Compression, Likelihood};
 use crate::model::parameters::Parameters;
 use crate::model::posterior::{LogDensity, Posterior};
-use crate::seed::stream;
+use crate::seed::StreamName;
 
-/// How draws were made, the cheapest way first.
+/// How draws were made, the cheapest method first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
@@ -44,30 +44,30 @@ impl Method {
 
 /// How a posterior is to be sampled.
 #[derive(Debug, Clone, Copy)]
-pub struct Plan<'p> {
+pub struct SamplingPlan<'p> {
     /// how much
     pub effort: Effort,
-    /// seed and name of the chains' streams
-    pub stream: (u64, &'p str),
+    /// the chains' streams
+    pub stream: StreamName<'p>,
     /// what stands for the runs
     pub evaluation: Evaluation,
 }
 
-/// An accuracy that was asked for, and how it was reached.
+/// A requested accuracy, and how it was reached.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Accuracy {
-    /// what was asked for
-    pub asked: f64,
+pub struct ReachedAccuracy {
+    /// the request
+    pub requested: f64,
     /// the error the method's own check vouches for; infinite if none did
     pub vouched: f64,
-    /// the ways tried before, cheapest first, each with why it did not do
+    /// the methods tried before, cheapest first, each with why it did not do
     pub tried: Vec<(Method, String)>,
 }
 
-impl Accuracy {
+impl ReachedAccuracy {
     /// Whether it was reached.
     pub fn reached(&self) -> bool {
-        self.vouched <= self.asked
+        self.vouched <= self.requested
     }
 }
 
@@ -92,12 +92,12 @@ pub struct Sampled {
     pub bound: Option<f64>,
     /// largest difference between the sum over all rows and the compressed one at some of the draws
     pub checked_error: Option<f64>,
-    /// Pareto shape of the importance weights of the normal about the mode, where it was asked
+    /// Pareto shape of the importance weights of the normal about the mode, where these were used
     pub khat: Option<f64>,
-    /// Monte Carlo errors are so many times what the draws alone tell; more than 1 where they were resampled
+    /// Monte Carlo errors are so many times those of the draws alone; more than 1 where they were resampled
     pub mcse_factor: f64,
-    /// the accuracy that was asked for, and how it was reached
-    pub accuracy: Option<Accuracy>,
+    /// the requested accuracy, and how it was reached
+    pub accuracy: Option<ReachedAccuracy>,
     /// seconds of compressing, of sampling and of checking
     pub seconds: [f64; 3],
 }
@@ -134,8 +134,13 @@ impl Sampled {
     }
 
     /// What chains of points say of the parameters, with the check of the compression.
-    pub(super) fn of_chains(posed: &Posed, method: Method, chains: Vec<Chain>, began: std::time::Instant) -> Sampled {
-        let posterior = &posed.posterior;
+    pub(super) fn of_chains(
+        prepared: &PreparedPosterior,
+        method: Method,
+        chains: Vec<Chain>,
+        began: std::time::Instant,
+    ) -> Sampled {
+        let posterior = &prepared.posterior;
         let dimension = posterior.dimension();
         let mut values = vec![vec![vec![]; chains.len()]; dimension];
         for (chain, kept) in chains.iter().enumerate() {
@@ -146,21 +151,21 @@ impl Sampled {
             }
         }
         let sampled = began.elapsed().as_secs_f64();
-        let checked_error = posed.largest_difference(&chains);
+        let checked_error = prepared.largest_difference(&chains);
         Sampled {
             parameters: posterior.parameters().clone(),
             method,
             chains,
             target_accept: 0.0,
             values,
-            laplace: posed.about.clone(),
-            compression: posed.compression,
-            bound: posed.bound,
+            laplace: prepared.about.clone(),
+            compression: prepared.compression,
+            bound: prepared.bound,
             checked_error,
             khat: None,
             mcse_factor: 1.0,
             accuracy: None,
-            seconds: [posed.seconds, sampled, began.elapsed().as_secs_f64() - sampled],
+            seconds: [prepared.seconds, sampled, began.elapsed().as_secs_f64() - sampled],
         }
     }
 }
@@ -172,58 +177,65 @@ pub fn sample_posterior(
     parameters: Parameters,
     rows: &Likelihood,
     start: &Start,
-    plan: Plan,
+    plan: SamplingPlan,
     watcher: Watcher,
 ) -> Result<Sampled, NoPosterior> {
-    let posed = Posed::new(parameters, rows, start, plan.evaluation)?;
-    Ok(follow(&posed, plan.effort, plan.stream, watcher)?)
+    let prepared = PreparedPosterior::new(parameters, rows, start, plan.evaluation)?;
+    Ok(sample_by_nuts(&prepared, plan.effort, plan.stream, watcher)?)
 }
 
-/// Samples a posed posterior by the No-U-Turn sampler.
-pub fn follow(
-    posed: &Posed,
+/// Samples a prepared posterior by the No-U-Turn sampler.
+pub fn sample_by_nuts(
+    prepared: &PreparedPosterior,
     effort: Effort,
-    stream: (u64, &str),
+    stream: StreamName,
     watcher: Watcher,
 ) -> Result<Sampled, SamplingFailure> {
     let began = std::time::Instant::now();
-    let (chains, target_accept) = without_divergences(&posed.posterior, &posed.about, effort, stream, watcher)?;
-    let method = match posed.compression {
+    let (chains, target_accept) = without_divergences(&prepared.posterior, &prepared.about, effort, stream, watcher)?;
+    let method = match prepared.compression {
         Some(_) => Method::NutsCompressed,
         None => Method::NutsExact,
     };
     Ok(Sampled {
         target_accept,
-        ..Sampled::of_chains(posed, method, chains, began)
+        ..Sampled::of_chains(prepared, method, chains, began)
     })
 }
 
-/// Draws from the normal about the mode of a posed posterior, whatever the posterior has there.
-pub fn by_normal(posed: &Posed, (chains, draws): (usize, usize), (seed, name): (u64, &str)) -> Sampled {
+/// Draws from the normal about the mode of a prepared posterior, whatever the posterior has there.
+pub fn sample_normal(prepared: &PreparedPosterior, size: DrawCounts, stream: StreamName) -> Sampled {
     let began = std::time::Instant::now();
-    let name = format!("{name} normal");
-    let proposed = normal_draws(&posed.posterior, &posed.about, (chains, draws), (seed, &name));
+    let name = format!("{} normal", stream.name);
+    let stream = StreamName::new(stream.seed, &name);
+    let proposed = normal_draws(&prepared.posterior, &prepared.about, size, stream);
     let chains = proposed.into_iter().map(Proposed::into_chain).collect();
-    Sampled::of_chains(posed, Method::Laplace, chains, began)
+    Sampled::of_chains(prepared, Method::Laplace, chains, began)
 }
 
 /// Draws from the normal for one that is kept after weighing.
 pub const PROPOSED: usize = 4;
 
 /// Draws from the normal about the mode, resampled by what the posterior has there; `None` where the densities allow no
-/// weights. `khat` says whether they may be trusted.
-pub fn by_weights(posed: &Posed, (chains, draws): (usize, usize), (seed, name): (u64, &str)) -> Option<Sampled> {
+/// weights. `khat` says whether they are reliable.
+pub fn sample_by_importance(prepared: &PreparedPosterior, size: DrawCounts, stream: StreamName) -> Option<Sampled> {
     let began = std::time::Instant::now();
-    let dimension = posed.posterior.dimension();
-    let stream_name = format!("{name} proposed");
+    let dimension = prepared.posterior.dimension();
+    let StreamName { seed, name } = stream;
+    let DrawCounts { chains, draws } = size;
+    let [proposals, resampling] = ["proposed", "resampled"].map(|step| format!("{name} {step}"));
+    let size = DrawCounts {
+        chains,
+        draws: PROPOSED * draws,
+    };
     let proposed = normal_draws(
-        &posed.posterior,
-        &posed.about,
-        (chains, PROPOSED * draws),
-        (seed, &stream_name),
+        &prepared.posterior,
+        &prepared.about,
+        size,
+        StreamName::new(seed, &proposals),
     );
     let weights = Weights::of(&proposed)?;
-    let kept = weights.resample(chains * draws, &mut stream(seed, &format!("{name} resampled"), 0));
+    let kept = weights.resample(chains * draws, &mut StreamName::new(seed, &resampling).at(0));
     let points: Vec<&[f64]> = proposed
         .iter()
         .flat_map(|one| one.points.chunks_exact(dimension))
@@ -239,7 +251,7 @@ pub fn by_weights(posed: &Posed, (chains, draws): (usize, usize), (seed, name): 
         khat: Some(weights.khat),
         // the noise of choosing the draws adds to that of those there were to choose from
         mcse_factor: (1.0 + kept.len() as f64 / weights.effective()).sqrt(),
-        ..Sampled::of_chains(posed, Method::LaplacePsis, chains, began)
+        ..Sampled::of_chains(prepared, Method::LaplacePsis, chains, began)
     })
 }
 
@@ -254,7 +266,7 @@ fn without_divergences(
     posterior: &Posterior,
     about: &Laplace,
     effort: Effort,
-    stream: (u64, &str),
+    stream: StreamName,
     watcher: Watcher,
 ) -> Result<(Vec<Chain>, f64), SamplingFailure> {
     const SHORTER: [f64; 2] = [0.95, 0.995];
@@ -263,7 +275,7 @@ fn without_divergences(
             target_accept,
             ..effort
         };
-        sample(posterior, about, effort, stream, watcher)
+        sample_chains(posterior, about, effort, stream, watcher)
     };
     let mut target_accept = effort.target_accept;
     let mut chains = with(target_accept)?;

@@ -1,4 +1,4 @@
-//! Says what we believe of the runs: the one statement they are drawn from, and what was believed before them.
+//! Holds the model of the runs: the one statement they are drawn from, and the priors of its parameters.
 //!
 //! | file | job |
 //! |---|---|

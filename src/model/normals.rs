@@ -8,13 +8,13 @@
 
 use rand::Rng;
 
-/// As many as a byte tells apart.
+/// As many as a byte distinguishes.
 const LAYERS: usize = 256;
 
 /// Where the tail begins; then as many layers of equal area end at the top. The tests hold it to that.
 const TAIL: f64 = 3.654_152_885_361_009;
 
-/// Words of chance that are asked for at once.
+/// Words of chance that are drawn at once.
 const WORDS: usize = 256;
 
 /// The layers of the ziggurat.

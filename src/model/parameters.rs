@@ -140,7 +140,7 @@ pub fn physical(full: &[f64], particle: usize) -> physics::Parameters {
 /// Places of a full vector before the k of the particles.
 pub const COMMON_SLOTS: usize = Coefficient::COUNT + 6;
 
-/// What is believed of a trend with the film ratio before the runs.
+/// The prior of a trend with the film ratio.
 const TREND_PRIOR: Prior = Prior::Normal(0.0, 1.0);
 
 /// A parameter to be sampled.
@@ -175,6 +175,25 @@ pub struct LeftOut {
 struct NotSampled {
     value: Option<f64>,
     reason: String,
+}
+
+/// A parameter that runs may call for.
+struct CandidateParameter {
+    kind: Kind,
+    /// it lies inside (lower, upper)
+    bounds: (f64, f64),
+    /// why it is not sampled, if it is not
+    why_not: Option<NotSampled>,
+}
+
+impl CandidateParameter {
+    fn positive(kind: Kind, why_not: Option<NotSampled>) -> CandidateParameter {
+        CandidateParameter {
+            kind,
+            bounds: (0.0, f64::INFINITY),
+            why_not,
+        }
+    }
 }
 
 /// The parameters of a scene.
@@ -212,37 +231,48 @@ impl Parameters {
             let why_not = fastest.is_none().then(|| unread("the particle has no runs in use"));
             // e_dry is positive and falls at every speed in use; beyond, e_dry² grows again and a second mode appears
             let most = fastest.map_or(f64::INFINITY, |v| form.dry.largest_loss() / speed_root(v));
-            parameters.add(scene, form, Kind::DryK(particle), (0.0, most), why_not)?;
+            let dry_k = CandidateParameter {
+                kind: Kind::DryK(particle),
+                bounds: (0.0, most),
+                why_not,
+            };
+            parameters.add(scene, form, dry_k)?;
         }
         let no_wet = || (!wet).then(|| unread("no wet runs in use"));
-        let above = (0.0, f64::INFINITY);
         let viscous = Kind::LUBRICATION_LOG;
         if !Term::Viscous.is_held(form) {
             let left_out = NotSampled {
                 value: Some(0.0),
                 reason: "the viscous loss is left out of the model".to_owned(),
             };
-            parameters.add(scene, form, viscous, above, no_wet().or(Some(left_out)))?;
+            parameters.add(
+                scene,
+                form,
+                CandidateParameter::positive(viscous, no_wet().or(Some(left_out))),
+            )?;
         }
-        let films = films(scene, runs);
+        let films = distinct_film_ratios(scene, runs);
         for coefficient in form.coefficients() {
             let kind = Kind::Shared(coefficient);
             let why_not = confounded(coefficient, films, dry).map(|reason| NotSampled {
                 value: Some(prior_of(scene, kind, form).0.median()),
                 reason: reason.to_owned(),
             });
-            parameters.add(scene, form, kind, above, no_wet().or(why_not))?;
+            parameters.add(scene, form, CandidateParameter::positive(kind, no_wet().or(why_not)))?;
         }
         let no_dry = || (!dry).then(|| unread("no dry runs in use"));
-        parameters.add(scene, form, Kind::SigmaDry, above, no_dry())?;
-        parameters.add(scene, form, Kind::SigmaWet, above, no_wet())?;
+        parameters.add(scene, form, CandidateParameter::positive(Kind::SigmaDry, no_dry()))?;
+        parameters.add(scene, form, CandidateParameter::positive(Kind::SigmaWet, no_wet()))?;
         if scene.model.noise == NoiseOn::Both {
-            parameters.add(scene, form, Kind::SigmaEnergy, above, no_wet())?;
+            parameters.add(scene, form, CandidateParameter::positive(Kind::SigmaEnergy, no_wet()))?;
         }
         if scene.model.likelihood == Likelihood::Student {
-            let why_not = runs.is_empty().then(|| unread("no runs in use"));
-            let bounds = (least(Kind::Nu.key()), f64::INFINITY);
-            parameters.add(scene, form, Kind::Nu, bounds, why_not)?;
+            let nu = CandidateParameter {
+                kind: Kind::Nu,
+                bounds: (least(Kind::Nu.key()), f64::INFINITY),
+                why_not: runs.is_empty().then(|| unread("no runs in use")),
+            };
+            parameters.add(scene, form, nu)?;
         }
         Ok(parameters)
     }
@@ -263,14 +293,8 @@ impl Parameters {
         self
     }
 
-    fn add(
-        &mut self,
-        scene: &Scene,
-        form: Form,
-        kind: Kind,
-        bounds: (f64, f64),
-        why_not: Option<NotSampled>,
-    ) -> Result<(), Error> {
+    fn add(&mut self, scene: &Scene, form: Form, candidate: CandidateParameter) -> Result<(), Error> {
+        let CandidateParameter { kind, bounds, why_not } = candidate;
         let name = kind.name(scene);
         let (prior, source) = prior_of(scene, kind, form);
         let held_by_scene = |value: f64| NotSampled {
@@ -278,7 +302,7 @@ impl Parameters {
             reason: "held by the scene's prior".to_owned(),
         };
         let left_out = match (why_not, prior) {
-            // what no run reads stays unread; what cannot be told is held where the scene holds it
+            // what no run reads stays unread; what cannot be identified is held where the scene holds it
             (None | Some(NotSampled { value: Some(_), .. }), Prior::Fixed(value)) => Some(held_by_scene(value)),
             (why, _) => why,
         };
@@ -402,7 +426,7 @@ fn fastest(runs: &Runs, particle: usize, form: Form) -> Option<f64> {
     dry.chain(wet).reduce(f64::max)
 }
 
-/// Why a parameter cannot be told from another by wet runs of so many film ratios, with or without dry runs; `None` if it
+/// Why a parameter cannot be distinguished from another by wet runs of so many film ratios, with or without dry runs; `None` if it
 /// can.
 fn confounded(coefficient: Coefficient, films: usize, dry: bool) -> Option<&'static str> {
     match coefficient {
@@ -419,7 +443,7 @@ fn confounded(coefficient: Coefficient, films: usize, dry: bool) -> Option<&'sta
 }
 
 /// Film ratios that differ by more than the gap at which groups are split.
-fn films(scene: &Scene, runs: &Runs) -> usize {
+fn distinct_film_ratios(scene: &Scene, runs: &Runs) -> usize {
     let mut ratios: Vec<f64> = runs.film_groups.iter().map(|group| group.film_ratio).collect();
     ratios.sort_by(f64::total_cmp);
     let gaps = ratios

@@ -9,7 +9,7 @@ use crate::model::likelihood::tails::Tails;
 use crate::physics::coefficient::Coefficients;
 use crate::physics::{kept_energy, rebound, Coefficient, Parameters, Setting};
 use crate::runs::NewRun;
-use crate::scene::{Design, Noise, Scene, Truth};
+use crate::scene::{Design, NoiseShape, Scene, Truth};
 use crate::seed::stream;
 
 /// A simulation ready to be drawn.
@@ -17,8 +17,8 @@ use crate::seed::stream;
 pub struct Simulation<'s> {
     scene: &'s Scene,
     truth: &'s Truth,
-    values: Values,
-    points: Vec<Point>,
+    values: TrueValues,
+    points: Vec<DesignPoint>,
     repeats: u64,
     /// so many of the first points get one run more
     extra: u64,
@@ -28,16 +28,16 @@ pub struct Simulation<'s> {
 
 /// The truth's numbers, each of them given.
 #[derive(Debug, Clone, Copy)]
-struct Values {
+struct TrueValues {
     shared: Coefficients,
     sigma_dry: f64,
     sigma_wet: f64,
     nu: f64,
 }
 
-impl Values {
+impl TrueValues {
     /// Fails with the names of the numbers that this truth needs and lacks.
-    fn of(truth: &Truth) -> Result<Values, Error> {
+    fn of(truth: &Truth) -> Result<TrueValues, Error> {
         let mut missing = vec![];
         let mut need = |name: &'static str, value: Option<f64>, needed: bool| {
             if value.is_none() && needed {
@@ -51,11 +51,11 @@ impl Values {
             let value = truth.value(coefficient);
             need(coefficient.describe().name, value, form.has(coefficient))
         });
-        let values = Values {
+        let values = TrueValues {
             shared: Coefficients::first_of(&shared),
             sigma_dry: need("sigma_dry", truth.sigma_dry, true),
             sigma_wet: need("sigma_wet", truth.sigma_wet, true),
-            nu: need("nu", truth.nu, truth.noise == Noise::Student),
+            nu: need("nu", truth.nu, truth.noise == NoiseShape::Student),
         };
         if missing.is_empty() {
             Ok(values)
@@ -70,7 +70,7 @@ impl Values {
 
 /// One setting of a design, to be repeated.
 #[derive(Debug, Clone, Copy)]
-struct Point {
+struct DesignPoint {
     particle: usize,
     diameter: f64,
     /// liquid, film ratio; `None` for a dry run
@@ -87,7 +87,7 @@ impl<'s> Simulation<'s> {
         let (Some(truth), Some(design)) = (&scene.truth, &scene.design) else {
             return usage("the scene has no [truth] and [design]: simulate needs both");
         };
-        let values = Values::of(truth)?;
+        let values = TrueValues::of(truth)?;
         let (points, left_out) = points(scene, truth, design)?;
         let count = points.len() as u64;
         if count == 0 {
@@ -137,10 +137,10 @@ impl<'s> Simulation<'s> {
 
     /// The tails of the noise on every run.
     fn tails(&self) -> Tails {
-        Tails::of((self.truth.noise == Noise::Student).then_some(self.values.nu))
+        Tails::of((self.truth.noise == NoiseShape::Student).then_some(self.values.nu))
     }
 
-    fn run(&self, point: &Point, rng: &mut ChaCha8Rng) -> NewRun<'s> {
+    fn run(&self, point: &DesignPoint, rng: &mut ChaCha8Rng) -> NewRun<'s> {
         let k = self.truth.dry_k[point.particle].unwrap_or_default();
         let particle = &self.scene.particles[point.particle];
         let v = point.impact_speed;
@@ -191,14 +191,14 @@ impl<'s> Simulation<'s> {
 }
 
 /// One draw of the noise on a wet run, in units of its sd; Student's before it is widened.
-fn wet_noise(noise: Noise, stokes: f64, rng: &mut ChaCha8Rng) -> f64 {
+fn wet_noise(noise: NoiseShape, stokes: f64, rng: &mut ChaCha8Rng) -> f64 {
     match noise {
-        Noise::Normal | Noise::Student => StandardNormal.sample(rng),
-        Noise::Skewed => {
+        NoiseShape::Normal | NoiseShape::Student => StandardNormal.sample(rng),
+        NoiseShape::Skewed => {
             let wait: f64 = Exp1.sample(rng);
             1.0 - wait
         }
-        Noise::Heteroscedastic => {
+        NoiseShape::Heteroscedastic => {
             let z: f64 = StandardNormal.sample(rng);
             (0.5 + 25.0 / stokes) * z
         }
@@ -232,7 +232,7 @@ fn check_settings(design: &Design) -> Result<(), Error> {
 /// Every setting of a design in order: dry runs, then film ratio by liquid by diameter by speed, for each particle.
 ///
 /// A film the scene's own screens would leave out is not made; such combinations are counted.
-fn points(scene: &Scene, truth: &Truth, design: &Design) -> Result<(Vec<Point>, usize), Error> {
+fn points(scene: &Scene, truth: &Truth, design: &Design) -> Result<(Vec<DesignPoint>, usize), Error> {
     let screens = &scene.data.screens;
     check_settings(design)?;
     let mut points = vec![];
@@ -246,7 +246,7 @@ fn points(scene: &Scene, truth: &Truth, design: &Design) -> Result<(Vec<Point>, 
         }
         for &diameter in diameters {
             let dry = design.dry_speeds.iter();
-            points.extend(dry.map(|&impact_speed| Point {
+            points.extend(dry.map(|&impact_speed| DesignPoint {
                 particle,
                 diameter,
                 wet: None,
@@ -266,7 +266,7 @@ fn points(scene: &Scene, truth: &Truth, design: &Design) -> Result<(Vec<Point>, 
                     }
                     let wet = Some((liquid, film_ratio));
                     let speeds = design.speeds.0.iter();
-                    points.extend(speeds.map(|&impact_speed| Point {
+                    points.extend(speeds.map(|&impact_speed| DesignPoint {
                         particle,
                         diameter,
                         wet,

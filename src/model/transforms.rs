@@ -71,7 +71,7 @@ impl Transform {
         }
     }
 
-    /// The u of a parameter; one at or beyond a bound is moved inside by a thousandth of what there is.
+    /// The u of a parameter; one at or beyond a bound is taken inside by a thousandth of what there is.
     pub fn inverse(self, value: f64) -> f64 {
         const INSIDE: f64 = 1e-3;
         match self {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::errors::MeasurementErrors;
-use super::row::Row;
+use super::row::CheckedRow;
 use super::screen::{screen, Reason};
 use crate::error::file_name;
 use crate::notice::Notice;
@@ -20,9 +20,9 @@ pub struct Screened {
 
 /// Runs in the order of the file.
 #[derive(Debug, Default)]
-pub(super) struct Columns {
+pub(super) struct RunsAsRead {
     pub particle: Vec<u32>,
-    /// index into the scene's liquids, or [`Columns::NO_LIQUID`]
+    /// index into the scene's liquids, or [`RunsAsRead::NO_LIQUID`]
     pub liquid: Vec<u32>,
     pub diameter: Vec<f64>,
     pub film: Vec<f64>,
@@ -36,14 +36,14 @@ pub(super) struct Columns {
     pub errors: MeasurementErrors,
 }
 
-impl Columns {
+impl RunsAsRead {
     pub const NO_LIQUID: u32 = u32::MAX;
 }
 
 /// A whole file, collected.
 #[derive(Debug)]
 pub(super) struct Collected {
-    pub columns: Columns,
+    pub columns: RunsAsRead,
     pub rows: usize,
     /// columns not read, as a message shows them
     unknown: Vec<String>,
@@ -54,7 +54,7 @@ pub(super) struct Collected {
 impl Collected {
     pub fn with_capacity(rows: usize, has_film_ratio: bool, unknown: &[String]) -> Self {
         Collected {
-            columns: Columns {
+            columns: RunsAsRead {
                 particle: Vec::with_capacity(rows),
                 liquid: Vec::with_capacity(rows),
                 diameter: Vec::with_capacity(rows),
@@ -73,7 +73,7 @@ impl Collected {
     }
 
     #[inline]
-    pub fn push(&mut self, row: &Row, has_film_ratio: bool, scene: &Scene) {
+    pub fn push(&mut self, row: &CheckedRow, has_film_ratio: bool, scene: &Scene) {
         self.rows += 1;
         if let Some(reason) = screen(row, scene) {
             self.screened[reason as usize] += 1;
@@ -88,7 +88,7 @@ impl Collected {
             columns.errors.push(row.errors);
         }
         columns.particle.push(row.particle);
-        columns.liquid.push(row.liquid.unwrap_or(Columns::NO_LIQUID));
+        columns.liquid.push(row.liquid.unwrap_or(RunsAsRead::NO_LIQUID));
         columns.diameter.push(row.diameter);
         columns.film.push(row.film);
         columns.impact_speed.push(row.impact_speed);

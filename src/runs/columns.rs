@@ -6,7 +6,7 @@ use crate::units::{names_in_words, Dimension, Unit};
 
 /// A column runs can have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Column {
+pub(super) enum RunColumn {
     Particle,
     Liquid,
     Diameter,
@@ -21,64 +21,64 @@ pub(super) enum Column {
     Run,
 }
 
-impl Column {
-    pub const ALL: [Column; 12] = [
-        Column::Particle,
-        Column::Liquid,
-        Column::Diameter,
-        Column::Film,
-        Column::ImpactSpeed,
-        Column::ReboundSpeed,
-        Column::Restitution,
-        Column::FilmRatio,
-        Column::ImpactSpeedSd,
-        Column::ReboundSpeedSd,
-        Column::RestitutionSd,
-        Column::Run,
+impl RunColumn {
+    pub const ALL: [RunColumn; 12] = [
+        RunColumn::Particle,
+        RunColumn::Liquid,
+        RunColumn::Diameter,
+        RunColumn::Film,
+        RunColumn::ImpactSpeed,
+        RunColumn::ReboundSpeed,
+        RunColumn::Restitution,
+        RunColumn::FilmRatio,
+        RunColumn::ImpactSpeedSd,
+        RunColumn::ReboundSpeedSd,
+        RunColumn::RestitutionSd,
+        RunColumn::Run,
     ];
     /// The columns that hold numbers.
-    pub const NUMBERS: [Column; 9] = [
-        Column::Diameter,
-        Column::Film,
-        Column::ImpactSpeed,
-        Column::ReboundSpeed,
-        Column::Restitution,
-        Column::FilmRatio,
-        Column::ImpactSpeedSd,
-        Column::ReboundSpeedSd,
-        Column::RestitutionSd,
+    pub const NUMBERS: [RunColumn; 9] = [
+        RunColumn::Diameter,
+        RunColumn::Film,
+        RunColumn::ImpactSpeed,
+        RunColumn::ReboundSpeed,
+        RunColumn::Restitution,
+        RunColumn::FilmRatio,
+        RunColumn::ImpactSpeedSd,
+        RunColumn::ReboundSpeedSd,
+        RunColumn::RestitutionSd,
     ];
 
     fn base(self) -> &'static str {
         match self {
-            Column::Particle => "particle",
-            Column::Liquid => "liquid",
-            Column::Diameter => "diameter",
-            Column::Film => "film",
-            Column::ImpactSpeed => "impact_speed",
-            Column::ReboundSpeed => "rebound_speed",
-            Column::Restitution => "restitution",
-            Column::FilmRatio => "film_ratio",
-            Column::ImpactSpeedSd => "impact_speed_sd",
-            Column::ReboundSpeedSd => "rebound_speed_sd",
-            Column::RestitutionSd => "restitution_sd",
-            Column::Run => "run",
+            RunColumn::Particle => "particle",
+            RunColumn::Liquid => "liquid",
+            RunColumn::Diameter => "diameter",
+            RunColumn::Film => "film",
+            RunColumn::ImpactSpeed => "impact_speed",
+            RunColumn::ReboundSpeed => "rebound_speed",
+            RunColumn::Restitution => "restitution",
+            RunColumn::FilmRatio => "film_ratio",
+            RunColumn::ImpactSpeedSd => "impact_speed_sd",
+            RunColumn::ReboundSpeedSd => "rebound_speed_sd",
+            RunColumn::RestitutionSd => "restitution_sd",
+            RunColumn::Run => "run",
         }
     }
 
     fn dimension(self) -> Dimension {
         match self {
-            Column::Diameter => Dimension::Length,
-            Column::Film => Dimension::Thickness,
-            Column::ImpactSpeed | Column::ReboundSpeed | Column::ImpactSpeedSd | Column::ReboundSpeedSd => {
+            RunColumn::Diameter => Dimension::Length,
+            RunColumn::Film => Dimension::Thickness,
+            RunColumn::ImpactSpeed | RunColumn::ReboundSpeed | RunColumn::ImpactSpeedSd | RunColumn::ReboundSpeedSd => {
                 Dimension::Speed
             }
-            Column::Particle
-            | Column::Liquid
-            | Column::Restitution
-            | Column::FilmRatio
-            | Column::RestitutionSd
-            | Column::Run => Dimension::One,
+            RunColumn::Particle
+            | RunColumn::Liquid
+            | RunColumn::Restitution
+            | RunColumn::FilmRatio
+            | RunColumn::RestitutionSd
+            | RunColumn::Run => Dimension::One,
         }
     }
 
@@ -88,8 +88,8 @@ impl Column {
     }
 }
 
-fn known_names() -> impl Iterator<Item = (String, Column, &'static Unit)> {
-    Column::ALL.into_iter().flat_map(|column| {
+fn column_names() -> impl Iterator<Item = (String, RunColumn, &'static Unit)> {
+    RunColumn::ALL.into_iter().flat_map(|column| {
         let units = column.dimension().units().iter();
         units.map(move |unit| (format!("{}{}", column.base(), unit.suffix), column, unit))
     })
@@ -97,8 +97,8 @@ fn known_names() -> impl Iterator<Item = (String, Column, &'static Unit)> {
 
 /// Where each column stands in the table, and in which unit.
 #[derive(Debug)]
-pub(super) struct Plan {
-    places: [Option<Place>; Column::ALL.len()],
+pub(super) struct TableLayout {
+    places: [Option<ColumnPlace>; RunColumn::ALL.len()],
     /// columns that are not used, as a message shows them
     pub unknown: Vec<String>,
     /// what to say of a missing column of films, which only wet runs need
@@ -109,80 +109,23 @@ pub(super) struct Plan {
 
 /// A column's place in the table.
 #[derive(Debug, Clone)]
-pub(super) struct Place {
+pub(super) struct ColumnPlace {
     pub index: usize,
     pub name: String,
     unit: &'static Unit,
 }
 
-impl Place {
+impl ColumnPlace {
     pub fn to_si(&self, value: f64) -> f64 {
         self.unit.to_si(value)
     }
 }
 
-impl Plan {
+impl TableLayout {
     /// Matches a header; `line` is where it stands in the file.
-    pub fn new(header: &[String], line: Option<u64>) -> Result<Plan, Vec<Problem>> {
-        let mut places: [Option<Place>; Column::ALL.len()] = Default::default();
-        let mut unread: Vec<&str> = vec![];
-        let mut unknown: Vec<String> = vec![];
-        // columns that stand there under a name nobody can read
-        let mut meant: Vec<Column> = vec![];
-        let mut problems = vec![];
-        let mut refuse = |place: String, expected: String| {
-            problems.push(Problem {
-                line,
-                place,
-                found: None,
-                expected,
-            });
-        };
-        for (index, name) in header.iter().enumerate() {
-            let Some((_, column, unit)) = known_names().find(|(known, _, _)| known == name) else {
-                if let Some(column) = Column::ALL.into_iter().find(|column| column.base() == name) {
-                    let names = names_in_words(name, column.dimension());
-                    refuse(
-                        format!("column {name}"),
-                        format!("a unit is part of the name; expected {names}"),
-                    );
-                    meant.push(column);
-                } else if let Some((near, column)) = close_enough(name) {
-                    refuse(
-                        format!("column {name}"),
-                        format!("unknown column; did you mean `{near}`?"),
-                    );
-                    meant.push(column);
-                } else if name.is_empty() {
-                    unknown.push(format!("no. {} (without a name)", index + 1));
-                } else {
-                    unread.push(name);
-                    unknown.push(quoted(name));
-                }
-                continue;
-            };
-            match &places[column as usize] {
-                Some(first) if first.name == *name => {
-                    refuse(format!("column {name}"), "the column is there twice".to_owned());
-                }
-                Some(first) => refuse(
-                    format!("column {name}"),
-                    format!(
-                        "`{}` is already given as `{}`; expected one unit for one quantity",
-                        column.base(),
-                        first.name
-                    ),
-                ),
-                None => {
-                    places[column as usize] = Some(Place {
-                        index,
-                        name: name.clone(),
-                        unit,
-                    });
-                }
-            }
-        }
-        if meant.is_empty() && places.iter().all(Option::is_none) {
+    pub fn new(header: &[String], line: Option<u64>) -> Result<TableLayout, Vec<Problem>> {
+        let mut matched = MatchedHeader::of(header, line);
+        if matched.has_no_column() {
             return Err(vec![Problem {
                 line,
                 place: "header".to_owned(),
@@ -192,58 +135,27 @@ impl Plan {
                         .to_owned(),
             }]);
         }
-        let missing = |column: Column| places[column as usize].is_none() && !meant.contains(&column);
-        let unread_in_words: Vec<String> = unread.iter().map(|name| quoted(name)).collect();
-        let lacks = |column: Column, also: &str| {
-            let name = column.usual_name();
-            let hint = match closest(&name, unread.iter().copied()) {
-                Some(near) => format!("; the nearest is {}", quoted(near)),
-                None if unread.is_empty() => String::new(),
-                None => format!("; columns not known: {}", unread_in_words.join(", ")),
-            };
-            (format!("column {name}"), format!("missing column{also}{hint}"))
-        };
-        let mut want = |column: Column, also: &str| {
-            let (place, expected) = lacks(column, also);
-            refuse(place, expected);
-        };
-        for column in [Column::Particle, Column::Diameter, Column::ImpactSpeed] {
-            if missing(column) {
-                want(column, "");
-            }
-        }
-        if missing(Column::ReboundSpeed) && missing(Column::Restitution) {
-            want(Column::Restitution, " (or `rebound_speed_m_s`)");
-        }
-        if missing(Column::Liquid) && !missing(Column::Film) {
-            want(Column::Liquid, " (runs with a film need it)");
-        }
-        if problems.is_empty() {
-            let (place, expected) = lacks(Column::Film, " (wet runs need it)");
-            Ok(Plan {
-                places,
-                unknown,
-                missing_film: Problem {
-                    line,
-                    place,
-                    found: None,
-                    expected,
-                },
+        matched.require_columns();
+        if matched.problems.is_empty() {
+            Ok(TableLayout {
+                missing_film: matched.missing_column(RunColumn::Film, " (wet runs need it)"),
+                places: matched.places,
+                unknown: matched.unknown,
                 width: header.len(),
             })
         } else {
-            Err(problems)
+            Err(matched.problems)
         }
     }
 
-    pub fn place(&self, column: Column) -> Option<&Place> {
+    pub fn place(&self, column: RunColumn) -> Option<&ColumnPlace> {
         self.places[column as usize].as_ref()
     }
 
     /// The column to name where a value is missing that either of two columns could give.
-    pub fn blamed(&self, column: Column) -> Column {
+    pub fn blamed(&self, column: RunColumn) -> RunColumn {
         match column {
-            Column::Restitution if self.place(column).is_none() => Column::ReboundSpeed,
+            RunColumn::Restitution if self.place(column).is_none() => RunColumn::ReboundSpeed,
             _ => column,
         }
     }
@@ -254,16 +166,151 @@ impl Plan {
     }
 
     /// The name a column has in this table.
-    pub fn name(&self, column: Column) -> String {
+    pub fn name(&self, column: RunColumn) -> String {
         self.place(column)
             .map_or_else(|| column.usual_name(), |place| place.name.clone())
     }
 }
 
-/// A known column within two letters of a name.
-fn close_enough(name: &str) -> Option<(String, Column)> {
-    known_names()
-        .filter_map(|(known, column, _)| Some((letters_apart(name, &known, 2)?, known, column)))
+/// A column whose name is within two letters of a name.
+fn close_enough(name: &str) -> Option<(String, RunColumn)> {
+    column_names()
+        .filter_map(|(candidate, column, _)| Some((letters_apart(name, &candidate, 2)?, candidate, column)))
         .min()
-        .map(|(_, known, column)| (known, column))
+        .map(|(_, candidate, column)| (candidate, column))
+}
+
+/// The names of a header, each with the column it stands for, and what is wrong with the others.
+struct MatchedHeader<'h> {
+    /// where the header stands in the file
+    line: Option<u64>,
+    places: [Option<ColumnPlace>; RunColumn::ALL.len()],
+    /// names that are no column's
+    unread: Vec<&'h str>,
+    /// columns that are not used, as a message shows them
+    unknown: Vec<String>,
+    /// columns whose name is misspelt or lacks its unit
+    misnamed: Vec<RunColumn>,
+    problems: Vec<Problem>,
+}
+
+impl<'h> MatchedHeader<'h> {
+    fn of(header: &'h [String], line: Option<u64>) -> MatchedHeader<'h> {
+        let mut matched = MatchedHeader {
+            line,
+            places: Default::default(),
+            unread: vec![],
+            unknown: vec![],
+            misnamed: vec![],
+            problems: vec![],
+        };
+        for (index, name) in header.iter().enumerate() {
+            match column_names().find(|(candidate, _, _)| candidate == name) {
+                Some((_, column, unit)) => {
+                    let name = name.clone();
+                    matched.add_column(column, ColumnPlace { index, name, unit });
+                }
+                None => matched.add_other_name(index, name),
+            }
+        }
+        matched
+    }
+
+    fn has_no_column(&self) -> bool {
+        self.misnamed.is_empty() && self.places.iter().all(Option::is_none)
+    }
+
+    fn refuse(&mut self, place: String, expected: String) {
+        self.problems.push(Problem {
+            line: self.line,
+            place,
+            found: None,
+            expected,
+        });
+    }
+
+    /// Puts a column in its place, once and in one unit.
+    fn add_column(&mut self, column: RunColumn, place: ColumnPlace) {
+        let name = &place.name;
+        match &self.places[column as usize] {
+            Some(first) if first.name == *name => {
+                self.refuse(format!("column {name}"), "the column is there twice".to_owned());
+            }
+            Some(first) => {
+                let expected = format!(
+                    "`{}` is already given as `{}`; expected one unit for one quantity",
+                    column.base(),
+                    first.name
+                );
+                self.refuse(format!("column {name}"), expected);
+            }
+            None => self.places[column as usize] = Some(place),
+        }
+    }
+
+    /// Refuses a name that is nearly a column's; any other column is not used.
+    fn add_other_name(&mut self, index: usize, name: &'h str) {
+        if let Some(column) = RunColumn::ALL.into_iter().find(|column| column.base() == name) {
+            let names = names_in_words(name, column.dimension());
+            self.refuse(
+                format!("column {name}"),
+                format!("a unit is part of the name; expected {names}"),
+            );
+            self.misnamed.push(column);
+        } else if let Some((near, column)) = close_enough(name) {
+            self.refuse(
+                format!("column {name}"),
+                format!("unknown column; did you mean `{near}`?"),
+            );
+            self.misnamed.push(column);
+        } else if name.is_empty() {
+            self.unknown.push(format!("no. {} (without a name)", index + 1));
+        } else {
+            self.unread.push(name);
+            self.unknown.push(quoted(name));
+        }
+    }
+
+    fn lacks(&self, column: RunColumn) -> bool {
+        self.places[column as usize].is_none() && !self.misnamed.contains(&column)
+    }
+
+    /// Says that a column is missing, and which name in the header is nearest.
+    fn missing_column(&self, column: RunColumn, also: &str) -> Problem {
+        let name = column.usual_name();
+        let hint = match closest(&name, self.unread.iter().copied()) {
+            Some(near) => format!("; the nearest is {}", quoted(near)),
+            None if self.unread.is_empty() => String::new(),
+            None => {
+                let unread: Vec<String> = self.unread.iter().map(|name| quoted(name)).collect();
+                format!("; columns not known: {}", unread.join(", "))
+            }
+        };
+        Problem {
+            line: self.line,
+            place: format!("column {name}"),
+            found: None,
+            expected: format!("missing column{also}{hint}"),
+        }
+    }
+
+    /// Refuses a header without the columns that every table needs.
+    fn require_columns(&mut self) {
+        let mut required = vec![];
+        for column in [RunColumn::Particle, RunColumn::Diameter, RunColumn::ImpactSpeed] {
+            if self.lacks(column) {
+                required.push((column, ""));
+            }
+        }
+        if self.lacks(RunColumn::ReboundSpeed) && self.lacks(RunColumn::Restitution) {
+            required.push((RunColumn::Restitution, " (or `rebound_speed_m_s`)"));
+        }
+        if self.lacks(RunColumn::Liquid) && !self.lacks(RunColumn::Film) {
+            required.push((RunColumn::Liquid, " (runs with a film need it)"));
+        }
+        for (column, also) in required {
+            let problem = self.missing_column(column, also);
+            self.problems.push(problem);
+        }
+    }
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::collect::Columns;
+use super::collect::RunsAsRead;
 use super::series::{self, Runs, Series};
 use crate::physics::balance::Impact;
 use crate::physics::dry::speed_root;
@@ -11,7 +11,7 @@ use crate::physics::{DrySpeed, Form, Setting};
 use crate::scene::Scene;
 
 /// Orders runs by series, and computes of each what the physics reads.
-pub(super) fn arrange(columns: Columns, scene: &Scene) -> Runs {
+pub(super) fn arrange(columns: RunsAsRead, scene: &Scene) -> Runs {
     let mut runs = series::arrange(columns, scene);
     runs.compute_impacts(scene);
     runs
@@ -19,7 +19,7 @@ pub(super) fn arrange(columns: Columns, scene: &Scene) -> Runs {
 
 impl Runs {
     /// Computes the columns of [`Impacts`](super::Impacts): once where runs are arranged, and again where constants of the scene or films
-    /// were moved.
+    /// were changed.
     pub fn compute_impacts(&mut self, scene: &Scene) {
         if self.impacts.speed_root.len() != self.len() {
             self.impacts.speed_root = self.impact_speed.iter().map(|v| speed_root(*v)).collect();
@@ -39,7 +39,7 @@ impl Runs {
 
     /// 1/St of a wet run.
     pub fn inverse_stokes(&self, run: usize) -> f64 {
-        // a power of two: no digit is lost on the way
+        // a power of two: no digit is lost
         0.25 * self.impacts.over_stokes[run]
     }
 

@@ -9,21 +9,21 @@
 //! | `refusals.rs` | gathers what is wrong, cell by cell |
 //! | `collect.rs` | gathers checked runs into columns and counts what was left out |
 //! | `text.rs` | reads CSV as text, to accept what a typed reader refuses or to name the bad cell |
-//! | `claims.rs` | checks what a Parquet file claims to hold before memory is asked for |
+//! | `parquet_footer.rs` | checks the counts a Parquet file states before memory is allocated by them |
 //! | `new_run.rs` | holds one run to be written |
-//! | `typed.rs` | reads CSV and Parquet with polars, writes Parquet; with `claims.rs` the only file that names it |
+//! | `typed.rs` | reads CSV and Parquet with polars, writes Parquet; with `parquet_footer.rs` the only file that names it |
 //! | `stream.rs` | reads an ordinary CSV a window of lines at a time |
 //! | `series.rs` | orders runs by series |
 //! | `impacts.rs` | computes of each run, once, what the laws and the energy balance read |
 //! | `part.rs` | takes a part of the runs |
 //! | `write.rs` | writes simulated runs, a row at a time |
 
-mod claims;
 mod collect;
 mod columns;
 mod errors;
 mod impacts;
 mod new_run;
+mod parquet_footer;
 mod part;
 mod refusals;
 mod row;
@@ -78,7 +78,7 @@ pub fn read(scene: &Scene) -> Result<Table, Error> {
     let parquet = path
         .extension()
         .is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"));
-    let mut source = Source::open(path)?;
+    let mut source = TableSource::open(path)?;
     let (collected, sha256) = if parquet {
         read_parquet(source, path, scene)?
     } else {
@@ -103,7 +103,7 @@ pub fn read(scene: &Scene) -> Result<Table, Error> {
 
 /// Puts simulated runs in order, as [`read`] does those of a file.
 pub fn arrange(scene: &Scene, new: &[NewRun]) -> Runs {
-    let mut columns = collect::Columns::default();
+    let mut columns = collect::RunsAsRead::default();
     let index = |position: Option<usize>| position.and_then(|i| u32::try_from(i).ok());
     for (run, row) in new.iter().zip(1..) {
         let particle = index(scene.particles.iter().position(|p| p.name == run.particle));
@@ -111,7 +111,7 @@ pub fn arrange(scene: &Scene, new: &[NewRun]) -> Runs {
             .liquid
             .and_then(|name| index(scene.liquids.iter().position(|l| l.name == name)));
         columns.particle.push(particle.unwrap_or_default());
-        columns.liquid.push(liquid.unwrap_or(collect::Columns::NO_LIQUID));
+        columns.liquid.push(liquid.unwrap_or(collect::RunsAsRead::NO_LIQUID));
         columns.diameter.push(run.diameter);
         columns.film.push(run.film.map_or(0.0, |(film, _)| film));
         columns.film_ratio.push(run.film.map_or(f64::NAN, |(_, ratio)| ratio));
@@ -126,46 +126,46 @@ pub fn arrange(scene: &Scene, new: &[NewRun]) -> Runs {
 const READ: &str = "read the runs";
 
 /// A table that can be read from its start more than once.
-enum Source {
+enum TableSource {
     /// a regular file, with its length
     File(File, u64),
     /// what a pipe held
     Held(Vec<u8>),
 }
 
-impl Source {
-    fn open(path: &Path) -> Result<Source, Error> {
+impl TableSource {
+    fn open(path: &Path) -> Result<TableSource, Error> {
         Ok(match files::open(path, READ)? {
-            Input::File(file, length) => Source::File(file, length),
-            Input::Pipe(pipe) => Source::Held(pipe.read(path, MOST_OF_PIPE, READ)?),
+            Input::File(file, length) => TableSource::File(file, length),
+            Input::Pipe(pipe) => TableSource::Held(pipe.read(path, MOST_OF_PIPE, READ)?),
         })
     }
 
     /// About how many bytes it has.
     fn length(&self) -> u64 {
         match self {
-            Source::File(_, length) => *length,
-            Source::Held(bytes) => bytes.len() as u64,
+            TableSource::File(_, length) => *length,
+            TableSource::Held(bytes) => bytes.len() as u64,
         }
     }
 
     /// From its start.
     fn reader(&mut self) -> std::io::Result<Box<dyn Read + Send + '_>> {
         Ok(match self {
-            Source::File(file, _) => {
+            TableSource::File(file, _) => {
                 file.rewind()?;
                 Box::new(file)
             }
-            Source::Held(bytes) => Box::new(bytes.as_slice()),
+            TableSource::Held(bytes) => Box::new(bytes.as_slice()),
         })
     }
 }
 
 /// The typed reader is fast and strict; where it balks, the text reader decides and names what it refuses.
-fn read_csv(source: &mut Source, path: &Path, scene: &Scene) -> Result<(Collected, String), Error> {
+fn read_csv(source: &mut TableSource, path: &Path, scene: &Scene) -> Result<(Collected, String), Error> {
     let fail = |error: std::io::Error| Error::io(path, READ, error);
     let length = source.length();
-    let streamed = stream::read(source.reader().map_err(fail)?, length, stream::WINDOW, scene);
+    let streamed = stream::read_streamed(source.reader().map_err(fail)?, length, stream::WINDOW, scene);
     if let Some(read) = streamed {
         return Ok(read);
     }
@@ -189,20 +189,20 @@ fn read_csv(source: &mut Source, path: &Path, scene: &Scene) -> Result<(Collecte
 fn read_text(source: impl Read, scene: &Scene) -> Result<Collected, Refused> {
     let mut text = text::Text::new(source);
     let header = text.header()?;
-    let plan = columns::Plan::new(&header.names, Some(header.line))?;
-    text.rows(&plan, scene)
+    let layout = columns::TableLayout::new(&header.names, Some(header.line))?;
+    text.rows(&layout, scene)
 }
 
-fn read_parquet(source: Source, path: &Path, scene: &Scene) -> Result<(Collected, String), Error> {
+fn read_parquet(source: TableSource, path: &Path, scene: &Scene) -> Result<(Collected, String), Error> {
     let bytes = match source {
-        Source::File(mut file, length) => {
+        TableSource::File(mut file, length) => {
             // the end of the file says whether it is worth reading
-            let end = claims::end(&mut file, length).map_err(|error| Error::io(path, READ, error))?;
+            let end = parquet_footer::last_bytes(&mut file, length).map_err(|error| Error::io(path, READ, error))?;
             typed::parquet_ends(&end).map_err(|problems| refuse(path, problems.into()))?;
             file.rewind().map_err(|error| Error::io(path, READ, error))?;
             files::read_file(&file, length, path, MOST_OF_PARQUET, READ)?
         }
-        Source::Held(bytes) => bytes,
+        TableSource::Held(bytes) => bytes,
     };
     if bytes.is_empty() {
         let problem = whole_file("the file is empty", "a Parquet table with one row a run");

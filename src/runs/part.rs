@@ -48,7 +48,7 @@ impl Runs {
         part
     }
 
-    /// The dry rebounds, and of each series those whose place among its rebounds `keep` picks. What stuck is gone, and a
+    /// The dry rebounds, and of each series those whose place among its rebounds `keep` selects. What stuck is gone, and a
     /// series keeps its mean diameter and film.
     pub fn with_rebounds(&self, keep: impl Fn(usize) -> bool) -> Runs {
         let mut part = Runs {

@@ -1,12 +1,12 @@
 //! Gathers what is wrong with a table, cell by cell.
 
-use super::columns::{Column, Plan};
+use super::columns::{RunColumn, TableLayout};
 use super::row::BadCell;
 use crate::error::{Problem, PROBLEMS_SHOWN};
 
 /// Where a bad cell stands.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum At {
+pub(super) enum CellPlace {
     /// line of a text file, from 1
     Line(u64),
     /// row of a Parquet file, from 1
@@ -41,16 +41,16 @@ impl From<Vec<Problem>> for Refused {
 
 /// The problems found in a table so far; of those that nobody prints only the number, since there may be one a cell.
 pub(super) struct Refusals<'p> {
-    plan: &'p Plan,
+    layout: &'p TableLayout,
     problems: Vec<Problem>,
     count: usize,
     wants_film: bool,
 }
 
 impl<'p> Refusals<'p> {
-    pub fn new(plan: &'p Plan) -> Self {
+    pub fn new(layout: &'p TableLayout) -> Self {
         Refusals {
-            plan,
+            layout,
             problems: vec![],
             count: 0,
             wants_film: false,
@@ -58,8 +58,8 @@ impl<'p> Refusals<'p> {
     }
 
     /// A bad cell; `found` shows what stands in a column, and `None` where nothing does.
-    pub fn cell(&mut self, at: At, bad: BadCell, found: impl FnOnce(Column) -> Option<String>) {
-        if bad.column == Column::Film && self.plan.place(Column::Film).is_none() {
+    pub fn cell(&mut self, at: CellPlace, bad: BadCell, found: impl FnOnce(RunColumn) -> Option<String>) {
+        if bad.column == RunColumn::Film && self.layout.place(RunColumn::Film).is_none() {
             self.wants_film = true;
             return;
         }
@@ -67,11 +67,11 @@ impl<'p> Refusals<'p> {
             self.count += 1;
             return;
         }
-        let column = self.plan.blamed(bad.column);
-        let name = self.plan.name(column);
+        let column = self.layout.blamed(bad.column);
+        let name = self.layout.name(column);
         let (line, place) = match at {
-            At::Line(line) => (Some(line), format!("column {name}")),
-            At::Row(row) => (None, format!("row {row}, column {name}")),
+            CellPlace::Line(line) => (Some(line), format!("column {name}")),
+            CellPlace::Row(row) => (None, format!("row {row}, column {name}")),
         };
         self.other(Problem {
             line,
@@ -92,7 +92,7 @@ impl<'p> Refusals<'p> {
     /// What was read, if nothing was refused.
     pub fn or<T>(mut self, read: T) -> Result<T, Refused> {
         if self.wants_film {
-            self.problems.insert(0, self.plan.missing_film());
+            self.problems.insert(0, self.layout.missing_film());
             self.count += 1;
         }
         if self.count == 0 {

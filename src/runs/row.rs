@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::columns::Column;
+use super::columns::RunColumn;
 use super::errors;
 use crate::error::PROBLEMS_SHOWN;
 use crate::scene::{name_expected, Scene, DRY};
@@ -30,18 +30,18 @@ pub(super) struct RawRow<'a> {
 }
 
 impl RawRow<'_> {
-    pub fn set(&mut self, column: Column, value: Option<f64>) {
+    pub fn set(&mut self, column: RunColumn, value: Option<f64>) {
         match column {
-            Column::Diameter => self.diameter = value,
-            Column::Film => self.film = value,
-            Column::ImpactSpeed => self.impact_speed = value,
-            Column::ReboundSpeed => self.rebound_speed = value,
-            Column::Restitution => self.restitution = value,
-            Column::FilmRatio => self.film_ratio = value,
-            Column::ImpactSpeedSd => self.sds[0] = value,
-            Column::ReboundSpeedSd => self.sds[1] = value,
-            Column::RestitutionSd => self.sds[2] = value,
-            Column::Particle | Column::Liquid | Column::Run => {}
+            RunColumn::Diameter => self.diameter = value,
+            RunColumn::Film => self.film = value,
+            RunColumn::ImpactSpeed => self.impact_speed = value,
+            RunColumn::ReboundSpeed => self.rebound_speed = value,
+            RunColumn::Restitution => self.restitution = value,
+            RunColumn::FilmRatio => self.film_ratio = value,
+            RunColumn::ImpactSpeedSd => self.sds[0] = value,
+            RunColumn::ReboundSpeedSd => self.sds[1] = value,
+            RunColumn::RestitutionSd => self.sds[2] = value,
+            RunColumn::Particle | RunColumn::Liquid | RunColumn::Run => {}
         }
     }
 
@@ -54,11 +54,11 @@ impl RawRow<'_> {
 /// A wrong cell.
 #[derive(Debug, PartialEq)]
 pub(super) struct BadCell {
-    pub column: Column,
+    pub column: RunColumn,
     pub expected: String,
 }
 
-fn bad(column: Column, expected: impl Into<String>) -> BadCell {
+fn bad_cell(column: RunColumn, expected: impl Into<String>) -> BadCell {
     BadCell {
         column,
         expected: expected.into(),
@@ -67,7 +67,7 @@ fn bad(column: Column, expected: impl Into<String>) -> BadCell {
 
 /// One run, checked.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Row {
+pub(super) struct CheckedRow {
     /// index into the scene's particles
     pub particle: u32,
     /// index into the scene's liquids; `None` for a dry run
@@ -82,24 +82,24 @@ pub(super) struct Row {
     pub errors: [f64; 2],
 }
 
-/// What a row is checked against: finds names in the scene; runs come in blocks, so the last answer is tried first.
-pub(super) struct Against<'s> {
-    scene: &'s Scene,
+/// What a row is checked checker: finds names in the scene; runs come in blocks, so the last answer is tried first.
+pub(super) struct RowChecker<'s> {
+    pub scene: &'s Scene,
     particles: HashMap<&'s str, usize>,
     liquids: HashMap<&'s str, usize>,
     /// whether the table has a column of film ratios, which then every wet run needs
     has_film_ratio: bool,
     last_particle: usize,
     last_liquid: usize,
-    /// unknown names that may still be compared with every known one: beyond, no message is printed
+    /// unknown names that may still be compared with every name of the scene: beyond, no message is printed
     to_compare: usize,
 }
 
-impl<'s> Against<'s> {
+impl<'s> RowChecker<'s> {
     pub fn new(scene: &'s Scene, has_film_ratio: bool) -> Self {
         let particles = scene.particles.iter().enumerate();
         let liquids = scene.liquids.iter().enumerate();
-        Against {
+        RowChecker {
             scene,
             particles: particles.map(|(index, p)| (p.name.as_str(), index)).collect(),
             liquids: liquids.map(|(index, l)| (l.name.as_str(), index)).collect(),
@@ -137,11 +137,11 @@ impl<'s> Against<'s> {
     }
 }
 
-fn is_bad(column: Column, problems: &[BadCell]) -> bool {
+fn is_bad(column: RunColumn, problems: &[BadCell]) -> bool {
     problems.iter().any(|bad| bad.column == column)
 }
 
-fn positive(column: Column, value: Option<f64>, what: &str, problems: &mut Vec<BadCell>) -> Option<f64> {
+fn positive(column: RunColumn, value: Option<f64>, what: &str, problems: &mut Vec<BadCell>) -> Option<f64> {
     let good = value.filter(|x| MAGNITUDES.contains(x));
     if good.is_none() {
         refuse_as_not_positive(column, value, what, problems);
@@ -150,67 +150,70 @@ fn positive(column: Column, value: Option<f64>, what: &str, problems: &mut Vec<B
 }
 
 #[cold]
-fn refuse_as_not_positive(column: Column, value: Option<f64>, what: &str, problems: &mut Vec<BadCell>) {
+fn refuse_as_not_positive(column: RunColumn, value: Option<f64>, what: &str, problems: &mut Vec<BadCell>) {
     match value {
         // its cell was refused before
         None if is_bad(column, problems) => {}
-        Some(f64::INFINITY) => problems.push(bad(column, format!("expected {what} that is finite"))),
-        Some(x) if x > 0.0 => problems.push(bad(column, format!("expected {what} of {MAGNITUDE_EXPECTED}"))),
-        _ => problems.push(bad(column, format!("expected {what} above 0"))),
+        Some(f64::INFINITY) => problems.push(bad_cell(column, format!("expected {what} that is finite"))),
+        Some(x) if x > 0.0 => problems.push(bad_cell(column, format!("expected {what} of {MAGNITUDE_EXPECTED}"))),
+        _ => problems.push(bad_cell(column, format!("expected {what} above 0"))),
     }
 }
 
 /// Checks a run. Every wrong cell is pushed to `problems`, which may hold cells of this run that were no numbers; the
 /// run is `Some` only if there is none.
 #[inline]
-pub(super) fn check(raw: &RawRow, against: &mut Against, problems: &mut Vec<BadCell>) -> Option<Row> {
+pub(super) fn check_row(raw: &RawRow, checker: &mut RowChecker, problems: &mut Vec<BadCell>) -> Option<CheckedRow> {
     let is_dry = raw.is_dry();
     let particle = match raw.particle {
         Some(name) => {
-            let index = against.particle(name);
+            let index = checker.particle(name);
             if index.is_none() {
-                let all = against.scene.particles.iter().map(|p| p.name.as_str());
-                let expected = against.name_expected("a name in [particles]", name, all);
-                problems.push(bad(Column::Particle, expected));
+                let all = checker.scene.particles.iter().map(|p| p.name.as_str());
+                let expected = checker.name_expected("a name in [particles]", name, all);
+                problems.push(bad_cell(RunColumn::Particle, expected));
             }
             index
         }
         None => {
-            problems.push(bad(Column::Particle, "expected a name in [particles]"));
+            problems.push(bad_cell(RunColumn::Particle, "expected a name in [particles]"));
             None
         }
     };
     let liquid = match raw.liquid {
         Some(name) if !is_dry => {
-            let index = against.liquid(name);
+            let index = checker.liquid(name);
             if index.is_none() {
-                let all = against.scene.liquids.iter().map(|l| l.name.as_str());
+                let all = checker.scene.liquids.iter().map(|l| l.name.as_str());
                 let what = format!("a name in [liquids] or `{DRY}`");
-                let expected = against.name_expected(&what, name, all);
-                problems.push(bad(Column::Liquid, expected));
+                let expected = checker.name_expected(&what, name, all);
+                problems.push(bad_cell(RunColumn::Liquid, expected));
             }
             index
         }
         _ => None,
     };
-    let diameter = positive(Column::Diameter, raw.diameter, "a diameter", problems);
-    let impact_speed = positive(Column::ImpactSpeed, raw.impact_speed, "an impact speed", problems);
+    let diameter = positive(RunColumn::Diameter, raw.diameter, "a diameter", problems);
+    let impact_speed = positive(RunColumn::ImpactSpeed, raw.impact_speed, "an impact speed", problems);
     let film = if is_dry {
         Some(0.0)
     } else {
-        let film = positive(Column::Film, raw.film, "a film thickness", problems);
+        let film = positive(RunColumn::Film, raw.film, "a film thickness", problems);
         if film.zip(diameter).is_some_and(|(film, diameter)| film > diameter) {
-            problems.push(bad(Column::Film, "expected a film no thicker than the sphere"));
+            problems.push(bad_cell(RunColumn::Film, "expected a film no thicker than the sphere"));
         }
         film
     };
     let film_ratio = raw.film_ratio.filter(|_| !is_dry);
-    if against.has_film_ratio && !is_dry && film_ratio.is_none() && !is_bad(Column::FilmRatio, problems) {
+    if checker.has_film_ratio && !is_dry && film_ratio.is_none() && !is_bad(RunColumn::FilmRatio, problems) {
         let expected = "expected the film ratio the run belongs to, as every wet run of a file with this column has";
-        problems.push(bad(Column::FilmRatio, expected));
+        problems.push(bad_cell(RunColumn::FilmRatio, expected));
     }
     if film_ratio.is_some_and(|ratio| !(ratio > 0.0 && ratio <= 1.0)) {
-        problems.push(bad(Column::FilmRatio, "expected a film ratio above 0 and up to 1"));
+        problems.push(bad_cell(
+            RunColumn::FilmRatio,
+            "expected a film ratio above 0 and up to 1",
+        ));
     }
     let restitution = restitution(raw, impact_speed, problems);
     let has_sd = raw.sds.iter().any(Option::is_some);
@@ -221,7 +224,7 @@ pub(super) fn check(raw: &RawRow, against: &mut Against, problems: &mut Vec<BadC
         return None;
     }
     let (impact_speed, restitution) = (impact_speed?, restitution?);
-    Some(Row {
+    Some(CheckedRow {
         particle: u32::try_from(particle?).ok()?,
         liquid: liquid.and_then(|index| u32::try_from(index).ok()),
         diameter: diameter?,
@@ -240,13 +243,17 @@ pub(super) fn check(raw: &RawRow, against: &mut Against, problems: &mut Vec<BadC
 /// Checks a run's standard deviations. One far below its quantity is no mistake; one beyond every magnitude would
 /// overflow.
 fn check_sds(raw: &RawRow, problems: &mut Vec<BadCell>) {
-    let columns = [Column::ImpactSpeedSd, Column::ReboundSpeedSd, Column::RestitutionSd];
+    let columns = [
+        RunColumn::ImpactSpeedSd,
+        RunColumn::ReboundSpeedSd,
+        RunColumn::RestitutionSd,
+    ];
     for (column, sd) in columns.into_iter().zip(raw.sds) {
         if sd.is_some_and(|sd| !(sd >= 0.0 && sd.is_finite())) {
-            problems.push(bad(column, "expected a finite standard deviation of 0 or more"));
+            problems.push(bad_cell(column, "expected a finite standard deviation of 0 or more"));
         } else if sd.is_some_and(|sd| sd > *MAGNITUDES.end()) {
             let most = MAGNITUDES.end();
-            problems.push(bad(
+            problems.push(bad_cell(
                 column,
                 format!("expected a standard deviation of at most {most:e} in SI units"),
             ));
@@ -260,33 +267,36 @@ fn restitution(raw: &RawRow, impact_speed: Option<f64>, problems: &mut Vec<BadCe
     let given = raw.restitution;
     if given.is_some_and(|e| !in_range(e)) {
         let expected = format!("expected a restitution from 0 to {LARGEST_RESTITUTION}");
-        problems.push(bad(Column::Restitution, expected));
+        problems.push(bad_cell(RunColumn::Restitution, expected));
         return None;
     }
     let Some(rebound_speed) = raw.rebound_speed else {
-        let refused = is_bad(Column::Restitution, problems) || is_bad(Column::ReboundSpeed, problems);
+        let refused = is_bad(RunColumn::Restitution, problems) || is_bad(RunColumn::ReboundSpeed, problems);
         if given.is_none() && !refused {
             let expected = "expected a rebound speed or a restitution (0 where the run stuck)";
-            problems.push(bad(Column::Restitution, expected));
+            problems.push(bad_cell(RunColumn::Restitution, expected));
         }
         return given;
     };
     if rebound_speed.is_nan() || rebound_speed < 0.0 {
-        problems.push(bad(Column::ReboundSpeed, "expected a rebound speed of 0 or more"));
+        problems.push(bad_cell(
+            RunColumn::ReboundSpeed,
+            "expected a rebound speed of 0 or more",
+        ));
         return None;
     }
     let quotient = rebound_speed / impact_speed?;
     if !in_range(quotient) {
         let expected =
             format!("expected at most {LARGEST_RESTITUTION} times the impact speed (restitution {quotient:.3})");
-        problems.push(bad(Column::ReboundSpeed, expected));
+        problems.push(bad_cell(RunColumn::ReboundSpeed, expected));
         return None;
     }
     match given {
         // rounding of the two columns may sit exactly on the limit
         Some(e) if (e - quotient).abs() > AGREEMENT * (1.0 + 1e-9) => {
             let expected = format!("expected agreement with rebound over impact speed ({quotient:.4}) to {AGREEMENT}");
-            problems.push(bad(Column::Restitution, expected));
+            problems.push(bad_cell(RunColumn::Restitution, expected));
             None
         }
         Some(e) => Some(e),

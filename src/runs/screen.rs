@@ -1,6 +1,6 @@
 //! Says why a checked run is left out, by the limits of the scene.
 
-use super::row::Row;
+use super::row::CheckedRow;
 use crate::scene::{Scene, Sticking, LARGEST_FILM_RATIO};
 
 /// Why a run is left out.
@@ -38,7 +38,7 @@ impl Reason {
 
 /// Why a checked run is left out; `None` keeps it.
 #[inline]
-pub(super) fn screen(row: &Row, scene: &Scene) -> Option<Reason> {
+pub(super) fn screen(row: &CheckedRow, scene: &Scene) -> Option<Reason> {
     let screens = &scene.data.screens;
     if screens.min_impact_speed.is_some_and(|least| row.impact_speed < least) {
         return Some(Reason::TooSlow);

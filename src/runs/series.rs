@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
-use super::collect::Columns;
+use super::collect::RunsAsRead;
 use super::errors::MeasurementErrors;
 use crate::scene::Scene;
 
@@ -175,7 +175,7 @@ struct Key {
     stuck: bool,
 }
 
-pub(super) fn arrange(columns: Columns, scene: &Scene) -> Runs {
+pub(super) fn arrange(columns: RunsAsRead, scene: &Scene) -> Runs {
     let diameters = Classes::new(&columns.diameter, |first, next| next > first * (1.0 + SAME_DIAMETER));
     let groups = FilmClasses::new(&columns, scene);
     let mut ids: BTreeMap<Key, (u32, usize)> = BTreeMap::new();
@@ -185,7 +185,7 @@ pub(super) fn arrange(columns: Columns, scene: &Scene) -> Runs {
     let mut diameter_classes = diameters.lookup();
     let mut film_classes = groups.lookup();
     for row in 0..columns.restitution.len() {
-        let wet = columns.liquid[row] != Columns::NO_LIQUID;
+        let wet = columns.liquid[row] != RunsAsRead::NO_LIQUID;
         let key = Key {
             wet,
             particle: columns.particle[row],
@@ -248,7 +248,7 @@ pub(super) fn arrange(columns: Columns, scene: &Scene) -> Runs {
     runs
 }
 
-/// Puts every value of some columns in its place, by way of the memory of one more.
+/// Puts every value of some columns in its place, through the memory of one more.
 fn reorder<T: Copy + Default, const N: usize>(columns: [&mut Vec<T>; N], place: &[u32]) {
     let mut ordered = vec![T::default(); place.len()];
     for column in columns {
@@ -380,11 +380,11 @@ struct FilmLookup<'a> {
 }
 
 impl FilmClasses {
-    fn new(columns: &Columns, scene: &Scene) -> FilmClasses {
+    fn new(columns: &RunsAsRead, scene: &Scene) -> FilmClasses {
         let nominal = !columns.film_ratio.is_empty();
         let mut ratios: Vec<Vec<f64>> = vec![vec![]; scene.particles.len()];
         for row in 0..columns.restitution.len() {
-            if columns.liquid[row] == Columns::NO_LIQUID {
+            if columns.liquid[row] == RunsAsRead::NO_LIQUID {
                 continue;
             }
             let of_particle = &mut ratios[columns.particle[row] as usize];
@@ -395,7 +395,7 @@ impl FilmClasses {
             }
         }
         let gap = if nominal { 0.0 } else { scene.data.film_ratio_gap };
-        let groups = ratios.into_iter().map(|ratios| split(ratios, gap)).collect();
+        let groups = ratios.into_iter().map(|ratios| split_at_gaps(ratios, gap)).collect();
         FilmClasses { nominal, groups }
     }
 
@@ -411,7 +411,7 @@ impl FilmClasses {
     }
 }
 
-fn ratio_of(columns: &Columns, row: usize, nominal: bool) -> f64 {
+fn ratio_of(columns: &RunsAsRead, row: usize, nominal: bool) -> f64 {
     if nominal {
         columns.film_ratio[row]
     } else {
@@ -420,7 +420,7 @@ fn ratio_of(columns: &Columns, row: usize, nominal: bool) -> f64 {
 }
 
 /// Splits sorted ratios at gaps: the lower end and the mean of each group.
-fn split(mut ratios: Vec<f64>, gap: f64) -> (Vec<f64>, Vec<f64>) {
+fn split_at_gaps(mut ratios: Vec<f64>, gap: f64) -> (Vec<f64>, Vec<f64>) {
     ratios.sort_by(f64::total_cmp);
     let starts: Vec<usize> = (0..ratios.len())
         .filter(|i| *i == 0 || ratios[*i] - ratios[*i - 1] > gap)
@@ -435,7 +435,7 @@ fn split(mut ratios: Vec<f64>, gap: f64) -> (Vec<f64>, Vec<f64>) {
 }
 
 impl FilmLookup<'_> {
-    fn of(&mut self, columns: &Columns, row: usize) -> u32 {
+    fn of(&mut self, columns: &RunsAsRead, row: usize) -> u32 {
         let particle = columns.particle[row];
         let ratio = ratio_of(columns, row, self.classes.nominal);
         if (self.last.0, self.last.1) != (particle, ratio.to_bits()) {

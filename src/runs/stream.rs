@@ -3,8 +3,8 @@
 use std::io::Read;
 
 use super::collect::Collected;
-use super::columns::{Column, Plan};
-use super::row::Against;
+use super::columns::{RunColumn, TableLayout};
+use super::row::RowChecker;
 use super::typed::{CsvParser, Typed};
 use crate::files::{MOST_COLUMNS, MOST_OF_LINE};
 use crate::scene::Scene;
@@ -17,26 +17,26 @@ pub(super) const WINDOW: usize = 2 << 20;
 /// reader decides and names what it refuses. `length` is about that of the source, in bytes.
 ///
 /// While one window is parsed, the one before it is checked and the one after it fetched.
-pub(super) fn read(
+pub(super) fn read_streamed(
     source: impl Read + Send,
     length: u64,
     window_size: usize,
     scene: &Scene,
 ) -> Option<(Collected, String)> {
-    let mut lines = Lines {
+    let mut lines = LineWindows {
         source,
         window_size,
         rest: vec![],
     };
     let (mut window, mut next) = (vec![], vec![]);
     lines.fetch(&mut window)?;
-    let (header, mut start) = header(&window)?;
-    let plan = Plan::new(&header, None).ok()?;
-    let parser = CsvParser::new(&header, &plan)?;
-    let has_film_ratio = plan.place(Column::FilmRatio).is_some();
-    let mut against = Against::new(scene, has_film_ratio);
+    let (header, mut start) = plain_header(&window)?;
+    let layout = TableLayout::new(&header, None).ok()?;
+    let parser = CsvParser::new(&header, &layout)?;
+    let has_film_ratio = layout.place(RunColumn::FilmRatio).is_some();
+    let mut checker = RowChecker::new(scene, has_film_ratio);
     let rows = rows_like(&window, length);
-    let mut collected = Collected::with_capacity(rows, has_film_ratio, &plan.unknown);
+    let mut collected = Collected::with_capacity(rows, has_film_ratio, &layout.unknown);
     let mut hash = Hash::default();
     let mut parsed: Option<Typed> = None;
     while !window.is_empty() {
@@ -45,7 +45,7 @@ pub(super) fn read(
             || {
                 rayon::join(
                     || match &parsed {
-                        Some(rows) => rows.collect(&plan, scene, &mut against, &mut collected),
+                        Some(rows) => rows.collect(&layout, &mut checker, &mut collected),
                         None => Some(()),
                     },
                     || rayon::join(|| lines.fetch(&mut next), || hash.update(&window)),
@@ -58,13 +58,13 @@ pub(super) fn read(
         std::mem::swap(&mut window, &mut next);
         start = 0;
     }
-    parsed?.collect(&plan, scene, &mut against, &mut collected)?;
+    parsed?.collect(&layout, &mut checker, &mut collected)?;
     Some((collected, hash.finish()))
 }
 
 /// The names in the first line and where the next line starts; `None` where a name is padded or quoted, or where the
 /// text reader would see a binary file or another end of the line.
-fn header(window: &[u8]) -> Option<(Vec<String>, usize)> {
+fn plain_header(window: &[u8]) -> Option<(Vec<String>, usize)> {
     let end = memchr::memchr(b'\n', window)?;
     let line = std::str::from_utf8(&window[..end]).ok()?;
     let line = line.strip_prefix('\u{feff}').unwrap_or(line);
@@ -78,7 +78,7 @@ fn header(window: &[u8]) -> Option<(Vec<String>, usize)> {
 }
 
 /// About how many rows a source of some length has if all of it is like this window, rather too many than too few; no
-/// more than memory is asked for without having seen them.
+/// more memory is allocated without having seen them.
 fn rows_like(window: &[u8], length: u64) -> usize {
     const MOST_FORESEEN: usize = 1 << 24;
     let lines = memchr::memchr_iter(b'\n', window).count();
@@ -87,14 +87,14 @@ fn rows_like(window: &[u8], length: u64) -> usize {
 }
 
 /// A source to be cut into windows of whole lines.
-struct Lines<R> {
+struct LineWindows<R> {
     source: R,
     window_size: usize,
     /// the start of a line whose rest was not fetched yet
     rest: Vec<u8>,
 }
 
-impl<R: Read> Lines<R> {
+impl<R: Read> LineWindows<R> {
     /// Puts the next lines into `window`, none at the end of the source; `None` where it cannot be read or a line is
     /// longer than a window.
     fn fetch(&mut self, window: &mut Vec<u8>) -> Option<()> {

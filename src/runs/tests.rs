@@ -21,14 +21,14 @@ fn both(text: &str, scene: &Scene) -> (Option<String>, Option<String>) {
     let Ok(header) = reader.header() else {
         return (None, None);
     };
-    let Ok(plan) = columns::Plan::new(&header.names, Some(header.line)) else {
+    let Ok(layout) = columns::TableLayout::new(&header.names, Some(header.line)) else {
         return (None, None);
     };
-    let shown = |collected: collect::Collected| format!("{collected:?}");
+    let printed = |collected: collect::Collected| format!("{collected:?}");
     // a window so small that even these files take several
-    let typed = stream::read(text.as_bytes(), text.len() as u64, 256, scene).map(|(collected, _)| collected);
-    let slow = reader.rows(&plan, scene).ok();
-    (typed.map(shown), slow.map(shown))
+    let typed = stream::read_streamed(text.as_bytes(), text.len() as u64, 256, scene).map(|(collected, _)| collected);
+    let slow = reader.rows(&layout, scene).ok();
+    (typed.map(printed), slow.map(printed))
 }
 
 /// The plain table with a column of errors, most of them missing.

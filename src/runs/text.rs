@@ -5,9 +5,9 @@ use std::io::Read;
 use csv::{ByteRecord, ReaderBuilder, Trim};
 
 use super::collect::Collected;
-use super::columns::{Column, Plan};
-use super::refusals::{whole_file, At, Refusals, Refused};
-use super::row::{check, Against, BadCell, RawRow};
+use super::columns::{RunColumn, TableLayout};
+use super::refusals::{whole_file, CellPlace, Refusals, Refused};
+use super::row::{check_row, BadCell, RawRow, RowChecker};
 use crate::encoding::{line_of, BYTE_ORDER_MARK};
 use crate::error::{quoted, Problem};
 use crate::files::{MOST_COLUMNS, MOST_OF_LINE};
@@ -19,7 +19,7 @@ pub(super) fn is_missing(cell: &str) -> bool {
 }
 
 /// The number a cell that is not missing holds, or what was expected of it.
-pub(super) fn number(cell: &str) -> Result<f64, String> {
+pub(super) fn parse_number(cell: &str) -> Result<f64, String> {
     cell.parse().map_err(|_| {
         let comma = cell.replacen(',', ".", 1).parse::<f64>().is_ok();
         format!("expected a number{}", if comma { " with a decimal point" } else { "" })
@@ -36,7 +36,7 @@ pub(super) struct Header {
 
 /// A CSV that is read from its start to its end, a record at a time; of the text no more is held than a record.
 pub(super) struct Text<R> {
-    reader: csv::Reader<Lines<R>>,
+    reader: csv::Reader<CountedLines<R>>,
     record: ByteRecord,
 }
 
@@ -50,7 +50,7 @@ impl<R: Read> Text<R> {
                 .flexible(true)
                 .trim(Trim::All)
                 .buffer_capacity(BUFFER)
-                .from_reader(Lines::of(source)),
+                .from_reader(CountedLines::of(source)),
             record: ByteRecord::new(),
         }
     }
@@ -114,11 +114,11 @@ impl<R: Read> Text<R> {
     }
 
     /// Reads every row below the header, which was read before.
-    pub fn rows(&mut self, plan: &Plan, scene: &Scene) -> Result<Collected, Refused> {
-        let mut refusals = Refusals::new(plan);
-        let has_film_ratio = plan.place(Column::FilmRatio).is_some();
-        let mut against = Against::new(scene, has_film_ratio);
-        let mut collected = Collected::with_capacity(0, has_film_ratio, &plan.unknown);
+    pub fn rows(&mut self, layout: &TableLayout, scene: &Scene) -> Result<Collected, Refused> {
+        let mut refusals = Refusals::new(layout);
+        let has_film_ratio = layout.place(RunColumn::FilmRatio).is_some();
+        let mut checker = RowChecker::new(scene, has_film_ratio);
+        let mut collected = Collected::with_capacity(0, has_film_ratio, &layout.unknown);
         loop {
             match self.next_record() {
                 Ok(true) => {}
@@ -129,7 +129,7 @@ impl<R: Read> Text<R> {
                 }
             }
             let line = self.reader.get_ref().line;
-            let Parsed { row, mut bad } = match row_of(&self.record, plan) {
+            let Parsed { row, mut bad } = match row_of(&self.record, layout) {
                 Ok(parsed) => parsed,
                 Err(problem) => {
                     let line = Some(line);
@@ -137,12 +137,12 @@ impl<R: Read> Text<R> {
                     continue;
                 }
             };
-            if let Some(row) = check(&row, &mut against, &mut bad) {
+            if let Some(row) = check_row(&row, &mut checker, &mut bad) {
                 collected.push(&row, has_film_ratio, scene);
             }
             for bad in bad {
-                refusals.cell(At::Line(line), bad, |column| {
-                    let cell = self.record.get(plan.place(column)?.index)?;
+                refusals.cell(CellPlace::Line(line), bad, |column| {
+                    let cell = self.record.get(layout.place(column)?.index)?;
                     let cell = cell_text(cell);
                     let cell = cell.trim();
                     (!cell.is_empty()).then(|| quoted(cell))
@@ -173,11 +173,11 @@ fn cell_text(cell: &[u8]) -> String {
 }
 
 /// Hands a source on without its byte-order mark, and counts lines up to records that come in its order.
-struct Lines<R> {
+struct CountedLines<R> {
     source: R,
     /// what is to come before the source: what stood where the mark may stand
     first: Option<Vec<u8>>,
-    /// what was handed on, from somewhere before the last record told of
+    /// what was handed on, from somewhere before the last record counted to
     seen: Vec<u8>,
     /// where in `seen` lines are counted to
     counted: usize,
@@ -189,9 +189,9 @@ struct Lines<R> {
     since_record: usize,
 }
 
-impl<R: Read> Lines<R> {
+impl<R: Read> CountedLines<R> {
     fn of(source: R) -> Self {
-        Lines {
+        CountedLines {
             source,
             first: None,
             seen: vec![],
@@ -216,7 +216,7 @@ impl<R: Read> Lines<R> {
     }
 }
 
-impl<R: Read> Read for Lines<R> {
+impl<R: Read> Read for CountedLines<R> {
     fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
         if self.since_record > MOST_OF_LINE {
             return Err(std::io::Error::other("a longer row"));
@@ -254,12 +254,12 @@ struct Parsed<'a> {
 }
 
 /// The cells of a record as numbers and names. Fails on a wrong number of cells.
-fn row_of<'a>(record: &'a ByteRecord, plan: &Plan) -> Result<Parsed<'a>, Problem> {
-    if record.len() != plan.width {
-        let mut expected = format!("expected {} as in the header", plan.width);
+fn row_of<'a>(record: &'a ByteRecord, layout: &TableLayout) -> Result<Parsed<'a>, Problem> {
+    if record.len() != layout.width {
+        let mut expected = format!("expected {} as in the header", layout.width);
         if record.iter().any(|cell| cell.contains(&b'\n')) {
             expected.push_str("; a cell goes on over the end of the line: is a quote not closed?");
-        } else if record.len() > plan.width {
+        } else if record.len() > layout.width {
             expected.push_str("; a number takes a decimal point, not a comma");
         }
         let noun = if record.len() == 1 { "cell" } else { "cells" };
@@ -279,8 +279,8 @@ fn row_of<'a>(record: &'a ByteRecord, plan: &Plan) -> Result<Parsed<'a>, Problem
             expected: "expected a run, or no line at all".to_owned(),
         });
     }
-    let cell = |column: Column| {
-        let place = plan.place(column)?;
+    let cell = |column: RunColumn| {
+        let place = layout.place(column)?;
         // the whole file was checked to be UTF-8
         let text = std::str::from_utf8(record.get(place.index)?).ok()?;
         // blanks of any kind, as the typed reader takes them
@@ -288,20 +288,20 @@ fn row_of<'a>(record: &'a ByteRecord, plan: &Plan) -> Result<Parsed<'a>, Problem
         (!is_missing(text)).then_some((text, place))
     };
     let mut row = RawRow {
-        particle: cell(Column::Particle).map(|(text, _)| text),
-        liquid: cell(Column::Liquid).map(|(text, _)| text),
+        particle: cell(RunColumn::Particle).map(|(text, _)| text),
+        liquid: cell(RunColumn::Liquid).map(|(text, _)| text),
         ..RawRow::default()
     };
     let mut bad = vec![];
-    for column in Column::NUMBERS {
+    for column in RunColumn::NUMBERS {
         // the film of a dry run is not read at all
-        if row.is_dry() && matches!(column, Column::Film | Column::FilmRatio) {
+        if row.is_dry() && matches!(column, RunColumn::Film | RunColumn::FilmRatio) {
             continue;
         }
         let Some((text, place)) = cell(column) else {
             continue;
         };
-        match number(text) {
+        match parse_number(text) {
             Ok(value) => row.set(column, Some(place.to_si(value))),
             Err(expected) => bad.push(BadCell { column, expected }),
         }

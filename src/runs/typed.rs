@@ -7,13 +7,13 @@ use std::sync::Arc;
 
 use polars::prelude::*;
 
-use super::claims;
 use super::collect::Collected;
-use super::columns::{Column as RunColumn, Place, Plan};
+use super::columns::{ColumnPlace, RunColumn, TableLayout};
 use super::new_run::NewRun;
-use super::refusals::{At, Refusals, Refused};
-use super::row::{check, Against, BadCell, RawRow};
-use super::text::{is_missing, number, too_many_columns};
+use super::parquet_footer;
+use super::refusals::{CellPlace, Refusals, Refused};
+use super::row::{check_row, BadCell, RawRow, RowChecker};
+use super::text::{is_missing, parse_number, too_many_columns};
 use crate::error::{quoted, Problem};
 use crate::files::{MOST_COLUMNS, MOST_OF_LINE};
 use crate::scene::{Scene, MISSING};
@@ -29,7 +29,7 @@ pub(super) struct Typed(DataFrame);
 
 impl CsvParser {
     /// `None` where a name stands twice in the header: polars knows columns by their names alone.
-    pub fn new(header: &[String], plan: &Plan) -> Option<Self> {
+    pub fn new(header: &[String], layout: &TableLayout) -> Option<Self> {
         let mut seen = HashSet::new();
         if !header.iter().all(|name| seen.insert(name)) {
             return None;
@@ -40,12 +40,12 @@ impl CsvParser {
             .map(|(index, name)| {
                 let number = RunColumn::NUMBERS
                     .into_iter()
-                    .any(|column| plan.place(column).is_some_and(|place| place.index == index));
+                    .any(|column| layout.place(column).is_some_and(|place| place.index == index));
                 let dtype = if number { DataType::Float64 } else { DataType::String };
                 (PlSmallStr::from_str(name), dtype)
             })
             .collect();
-        let wanted: Arc<[PlSmallStr]> = wanted(plan)
+        let wanted: Arc<[PlSmallStr]> = wanted(layout)
             .into_iter()
             .map(|(_, place)| PlSmallStr::from_str(&place.name))
             .collect();
@@ -55,13 +55,13 @@ impl CsvParser {
             .with_columns(Some(wanted))
             .with_rechunk(false)
             .map_parse_options(|options| options.with_quote_char(None));
-        let width = plan.width;
+        let width = layout.width;
         Some(CsvParser { options, width })
     }
 
     /// Reads some lines; `None` where anything is out of the ordinary, so that the text reader decides.
     pub fn parse(&self, lines: &[u8]) -> Option<Typed> {
-        // the typed reader takes quotes, zero bytes and short rows in its own way
+        // the typed reader takes quotes, zero bytes and short rows differently
         if memchr::memchr2(b'"', 0, lines).is_some() {
             return None;
         }
@@ -77,7 +77,7 @@ impl CsvParser {
         }
         let reader = options.into_reader_with_file_handle(Cursor::new(lines));
         let frame = reader.finish().ok()?;
-        // a short row would be filled with missing cells, and one that is too long cut: the commas of each line tell
+        // a short row would be filled with missing cells, and one that is too long cut: the commas of each line show it
         let (mut commas, mut of_line, mut start) = (0, 0, 0);
         for at in memchr::memchr2_iter(b',', b'\n', lines) {
             if lines.get(at) == Some(&b'\n') {
@@ -100,28 +100,28 @@ impl CsvParser {
 
 impl Typed {
     /// Checks and collects every row; `None` where one is refused.
-    pub fn collect(&self, plan: &Plan, scene: &Scene, against: &mut Against, collected: &mut Collected) -> Option<()> {
+    pub fn collect(&self, layout: &TableLayout, checker: &mut RowChecker, collected: &mut Collected) -> Option<()> {
         let mut stop = |_, _| ControlFlow::Break(());
-        collect(&self.0, plan, scene, against, collected, &mut stop).ok()
+        collect_rows(&self.0, layout, checker, collected, &mut stop).ok()
     }
 }
 
 /// Checks the last bytes of a Parquet file, before it is read as a whole.
 pub(super) fn parquet_ends(end: &[u8]) -> Result<(), Vec<Problem>> {
-    polars(|| claims::is_marked(end))
+    polars(|| parquet_footer::check_mark(end))
 }
 
 /// Reads a Parquet file. Fails with every bad cell named by row and column.
 pub(super) fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Refused> {
-    polars(|| claims::footer_fits(bytes))?;
+    polars(|| parquet_footer::check_footer(bytes))?;
     let schema = polars(|| ParquetReader::new(Cursor::new(bytes)).schema())?;
     let header: Vec<String> = schema.iter_names().map(|name| name.to_string()).collect();
     if header.len() > MOST_COLUMNS {
         return Err(vec![too_many_columns(header.len(), None)].into());
     }
-    let plan = Plan::new(&header, None)?;
-    let wanted = wanted(&plan);
-    let mut refusals = Refusals::new(&plan);
+    let layout = TableLayout::new(&header, None)?;
+    let wanted = wanted(&layout);
+    let mut refusals = Refusals::new(&layout);
     for (column, place) in &wanted {
         let is_number = RunColumn::NUMBERS.contains(column);
         let given = schema.get(&place.name).map(|field| &field.dtype);
@@ -138,12 +138,12 @@ pub(super) fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Ref
     refusals.or(())?;
     // only what is used: another column may have a type this reader does not know
     let names: Vec<String> = wanted.iter().map(|(_, place)| place.name.clone()).collect();
-    polars(|| claims::agree(bytes, &names))?;
+    polars(|| parquet_footer::check_counts(bytes, &names))?;
     let frame = polars(|| {
         let reader = ParquetReader::new(Cursor::new(bytes));
         reader.with_columns(Some(names)).finish()
     })?;
-    let mut refusals = Refusals::new(&plan);
+    let mut refusals = Refusals::new(&layout);
     let mut columns = vec![];
     for (column, place) in wanted {
         let given = polars(|| frame.column(&place.name))?;
@@ -159,13 +159,13 @@ pub(super) fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Ref
     refusals.or(())?;
     let mut frame = polars(|| DataFrame::new(frame.height(), columns))?;
     frame.align_chunks_par();
-    let mut refusals = Refusals::new(&plan);
-    let has_film_ratio = plan.place(RunColumn::FilmRatio).is_some();
-    let mut against = Against::new(scene, has_film_ratio);
-    let mut collected = Collected::with_capacity(frame.height(), has_film_ratio, &plan.unknown);
+    let mut refusals = Refusals::new(&layout);
+    let has_film_ratio = layout.place(RunColumn::FilmRatio).is_some();
+    let mut checker = RowChecker::new(scene, has_film_ratio);
+    let mut collected = Collected::with_capacity(frame.height(), has_film_ratio, &layout.unknown);
     let mut refused = |row: usize, bad: BadCell| {
-        refusals.cell(At::Row(row + 1), bad, |column| {
-            let cell = frame.column(&plan.place(column)?.name).ok()?.get(row).ok()?;
+        refusals.cell(CellPlace::Row(row + 1), bad, |column| {
+            let cell = frame.column(&layout.place(column)?.name).ok()?.get(row).ok()?;
             match cell {
                 AnyValue::Null => None,
                 AnyValue::String(text) => (!text.trim().is_empty()).then(|| quoted(text)),
@@ -175,7 +175,7 @@ pub(super) fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Ref
         });
         ControlFlow::Continue(())
     };
-    polars(|| collect(&frame, &plan, scene, &mut against, &mut collected, &mut refused))?;
+    polars(|| collect_rows(&frame, &layout, &mut checker, &mut collected, &mut refused))?;
     refusals.or(collected)
 }
 
@@ -210,11 +210,11 @@ fn is_readable(given: &ArrowDataType, is_number: bool) -> bool {
 }
 
 /// The columns in use; a free label is not.
-fn wanted(plan: &Plan) -> Vec<(RunColumn, &Place)> {
+fn wanted(layout: &TableLayout) -> Vec<(RunColumn, &ColumnPlace)> {
     RunColumn::ALL
         .into_iter()
         .filter(|column| *column != RunColumn::Run)
-        .filter_map(|column| plan.place(column).map(|place| (column, place)))
+        .filter_map(|column| layout.place(column).map(|place| (column, place)))
         .collect()
 }
 
@@ -227,11 +227,13 @@ fn numbers(given: &Column, column: RunColumn, refusals: &mut Refusals) -> Column
     let mut values: Vec<Option<f64>> = Vec::with_capacity(texts.len());
     for (row, text) in texts.into_iter().enumerate() {
         let text = text.map(str::trim).filter(|text| !is_missing(text));
-        match text.map(number).transpose() {
+        match text.map(parse_number).transpose() {
             Ok(value) => values.push(value),
             Err(expected) => {
                 values.push(None);
-                refusals.cell(At::Row(row + 1), BadCell { column, expected }, |_| text.map(quoted));
+                refusals.cell(CellPlace::Row(row + 1), BadCell { column, expected }, |_| {
+                    text.map(quoted)
+                });
             }
         }
     }
@@ -239,7 +241,7 @@ fn numbers(given: &Column, column: RunColumn, refusals: &mut Refusals) -> Column
 }
 
 /// A name as a cell holds it.
-fn name(cell: Option<&str>) -> Option<&str> {
+fn name_in_cell(cell: Option<&str>) -> Option<&str> {
     let text = cell?;
     // most names start and end with a letter or digit, and then need no trimming
     let is_tight = matches!(text.as_bytes(), [first, .., last] if first.is_ascii_graphic() && last.is_ascii_graphic());
@@ -255,28 +257,27 @@ fn number_at(array: &NumberArray, row: usize) -> Option<f64> {
 }
 
 /// Checks every row of a frame whose chunks are aligned. A refused row goes to `refused`, which says whether to go on.
-fn collect(
+fn collect_rows(
     frame: &DataFrame,
-    plan: &Plan,
-    scene: &Scene,
-    against: &mut Against,
+    layout: &TableLayout,
+    checker: &mut RowChecker,
     collected: &mut Collected,
     refused: &mut dyn FnMut(usize, BadCell) -> ControlFlow<()>,
 ) -> PolarsResult<()> {
-    let texts = |column: RunColumn| match plan.place(column) {
+    let texts = |column: RunColumn| match layout.place(column) {
         Some(place) => Ok(frame.column(&place.name)?.str()?.downcast_iter().collect()),
         None => Ok::<Vec<_>, PolarsError>(vec![]),
     };
     let particles = texts(RunColumn::Particle)?;
     let liquids = texts(RunColumn::Liquid)?;
-    let mut numbers: Vec<(RunColumn, &Place, Vec<&NumberArray>)> = vec![];
+    let mut numbers: Vec<(RunColumn, &ColumnPlace, Vec<&NumberArray>)> = vec![];
     for column in RunColumn::NUMBERS {
-        if let Some(place) = plan.place(column) {
+        if let Some(place) = layout.place(column) {
             let chunks = frame.column(&place.name)?.f64()?.downcast_iter().collect();
             numbers.push((column, place, chunks));
         }
     }
-    let has_film_ratio = plan.place(RunColumn::FilmRatio).is_some();
+    let has_film_ratio = layout.place(RunColumn::FilmRatio).is_some();
     let mut bad = vec![];
     let mut rows_before = 0;
     for (chunk, particles) in particles.into_iter().enumerate() {
@@ -287,13 +288,13 @@ fn collect(
                 Some((*place, *chunks.get(chunk)?))
             });
         for row in 0..particles.len() {
-            let cell = |column: Option<(&Place, &NumberArray)>| {
+            let cell = |column: Option<(&ColumnPlace, &NumberArray)>| {
                 let (place, values) = column?;
                 number_at(values, row).map(|x| place.to_si(x))
             };
             let raw = RawRow {
-                particle: name(particles.get(row)),
-                liquid: name(liquids.and_then(|liquids| liquids.get(row))),
+                particle: name_in_cell(particles.get(row)),
+                liquid: name_in_cell(liquids.and_then(|liquids| liquids.get(row))),
                 diameter: cell(diameter),
                 film: cell(film),
                 impact_speed: cell(impact_speed),
@@ -302,8 +303,8 @@ fn collect(
                 film_ratio: cell(film_ratio),
                 sds: [cell(sd_v), cell(sd_u), cell(sd_e)],
             };
-            if let Some(row) = check(&raw, against, &mut bad) {
-                collected.push(&row, has_film_ratio, scene);
+            if let Some(row) = check_row(&raw, checker, &mut bad) {
+                collected.push(&row, has_film_ratio, checker.scene);
             }
             for bad in bad.drain(..) {
                 if refused(rows_before + row, bad).is_break() {

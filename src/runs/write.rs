@@ -12,7 +12,7 @@ use crate::staging::{self, Place, Staging};
 /// Rows gathered before a Parquet batch is written.
 const BATCH: usize = 65_536;
 
-enum Format {
+enum TableFormat {
     Csv(BufWriter<File>),
     Parquet(Box<ParquetRuns<BufWriter<File>>>),
 }
@@ -31,7 +31,7 @@ pub struct RunWriter<'a> {
     path: PathBuf,
     staging: Staging,
     existing: Existing,
-    format: Format,
+    format: TableFormat,
     batch: Vec<NewRun<'a>>,
 }
 
@@ -53,10 +53,10 @@ impl<'a> RunWriter<'a> {
         let parquet = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet"));
         let format = if parquet {
             let writer = ParquetRuns::new(sink).map_err(|reason| parquet_error(path, reason))?;
-            Format::Parquet(Box::new(writer))
+            TableFormat::Parquet(Box::new(writer))
         } else {
             writeln!(sink, "particle,liquid,{}", NewRun::NUMBERS.join(",")).map_err(fail)?;
-            Format::Csv(sink)
+            TableFormat::Csv(sink)
         };
         Ok(RunWriter {
             path: path.to_path_buf(),
@@ -70,8 +70,8 @@ impl<'a> RunWriter<'a> {
     /// Adds a run.
     pub fn write(&mut self, run: NewRun<'a>) -> Result<(), Error> {
         match &mut self.format {
-            Format::Csv(sink) => write_csv(sink, &run).map_err(|error| Error::io(&self.path, "write", error)),
-            Format::Parquet(writer) => {
+            TableFormat::Csv(sink) => write_csv(sink, &run).map_err(|error| Error::io(&self.path, "write", error)),
+            TableFormat::Parquet(writer) => {
                 self.batch.push(run);
                 if self.batch.len() < BATCH {
                     return Ok(());
@@ -87,8 +87,8 @@ impl<'a> RunWriter<'a> {
     pub fn finish(self) -> Result<(), Error> {
         let path = self.path;
         match self.format {
-            Format::Csv(mut sink) => sink.flush().map_err(|error| Error::io(&path, "write", error))?,
-            Format::Parquet(mut writer) => {
+            TableFormat::Csv(mut sink) => sink.flush().map_err(|error| Error::io(&path, "write", error))?,
+            TableFormat::Parquet(mut writer) => {
                 let last = if self.batch.is_empty() {
                     Ok(())
                 } else {

@@ -3,7 +3,7 @@
 //! | file | job |
 //! |---|---|
 //! | `names.rs`, `expect.rs` | which names and numbers a scene may hold |
-//! | `asked.rs` | judges the keys nobody asked for |
+//! | `unknown_keys.rs` | finds the keys of a table that nothing reads |
 //! | `document.rs` | keeps the text and gathers the problems found in it |
 //! | `table/` | reads TOML tables with units in the keys, and names what it cannot use |
 //! | `prior.rs` | the densities a prior may have, their slopes, quantiles and draws |
@@ -14,34 +14,34 @@
 //! | `published.rs` | numbers from the literature |
 //! | `contents.rs` | a [`Scene`]: everything that does not change from run to run |
 //! | `read.rs` | turns a scene file into one |
-//! | `claim.rs` | says whether a file is a scene or holds the runs of one |
+//! | `overwriting.rs` | recognises scenes and their runs, which must not be written over |
 
-mod asked;
 mod choices;
-mod claim;
 mod contents;
 mod document;
 mod expect;
 mod materials;
 mod names;
+mod overwriting;
 mod plan;
 mod prior;
 mod published;
 mod read;
 mod table;
 mod trial;
+mod unknown_keys;
 
 pub(crate) use choices::least;
 pub use choices::{
     Bootstrap, IntervalMethod, Likelihood, ModelChoices, NoiseOn, PriorChoice, ResamplingScheme, Sampler, Sticking,
     MOST_KEPT,
 };
-pub use claim::claim;
 pub use contents::{Data, Scene, Screens};
 pub use expect::LARGEST_FILM_RATIO;
 pub use materials::{Liquid, Particle};
 pub use names::{closest, letters_apart, name_expected, name_is_allowed, DRY, MISSING, NAME_RULE};
-pub use plan::{Design, DesignSpeeds, Noise, Truth};
+pub use overwriting::why_not_overwritten;
+pub use plan::{Design, DesignSpeeds, NoiseShape, Truth};
 pub use prior::Prior;
 pub use published::{Published, PublishedQuantity, WetLaw};
 pub use read::{parse, read};

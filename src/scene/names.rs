@@ -1,4 +1,4 @@
-//! Says which names are allowed, and which known name a misspelt one is nearest to.
+//! Says which names are allowed, and which allowed name a misspelt one is nearest to.
 
 /// How a table of runs marks a run without liquid.
 pub const DRY: &str = "dry";

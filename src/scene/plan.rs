@@ -1,9 +1,9 @@
 //! Reads the truth and the design of a simulation.
 
-use super::choices::terms;
+use super::choices::{dry_speed, terms, ModelChoices};
 use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE};
 use super::materials::Liquid;
-use super::table::Table;
+use super::table::{Located, SceneTable};
 use crate::physics::form::Term;
 use crate::physics::{numbers, Coefficient, DrySpeed, Form, Inertia};
 use crate::units::Dimension;
@@ -28,7 +28,7 @@ pub struct Truth {
     /// degrees of freedom of Student's noise
     pub nu: Option<f64>,
     /// shape of the noise on wet runs
-    pub noise: Noise,
+    pub noise: NoiseShape,
     /// the terms the truth holds; absent: the inertial and the viscous loss
     pub terms: Option<Vec<Term>>,
 }
@@ -48,7 +48,7 @@ impl Truth {
 
 /// Shape of the noise on a simulated restitution; each has the truth's sd, or varies about it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Noise {
+pub enum NoiseShape {
     /// normal
     Normal,
     /// one minus an exponential: mean 0, sd 1, a long tail towards low restitutions
@@ -80,12 +80,7 @@ pub struct Design {
 #[derive(Debug, Clone, PartialEq)]
 pub struct DesignSpeeds(pub Vec<f64>);
 
-pub(super) fn truth(
-    root: &Table,
-    particles: &[&str],
-    liquids: &[Liquid],
-    (default_inertia, default_dry_speed): (Option<Inertia>, DrySpeed),
-) -> Option<Truth> {
+pub(super) fn truth(root: &SceneTable, particles: &[&str], liquids: &[Liquid], model: &ModelChoices) -> Option<Truth> {
     let table = root.table("truth")?;
     let by_particle = table.table("dry_k");
     let dry_k = particles
@@ -98,14 +93,13 @@ pub(super) fn truth(
     let forms = Inertia::ALL.map(|form| (form.name(), form));
     let inertia = table
         .choice("inertia", &forms)
-        .or(default_inertia)
+        .or(model.inertia)
         .unwrap_or(Inertia::Stepwise);
-    let impact = ("impact", DrySpeed::Impact);
     let noises = [
-        ("normal", Noise::Normal),
-        ("skewed", Noise::Skewed),
-        ("heteroscedastic", Noise::Heteroscedastic),
-        ("student", Noise::Student),
+        ("normal", NoiseShape::Normal),
+        ("skewed", NoiseShape::Skewed),
+        ("heteroscedastic", NoiseShape::Heteroscedastic),
+        ("student", NoiseShape::Student),
     ];
     let truth = Truth {
         dry_k,
@@ -114,21 +108,19 @@ pub(super) fn truth(
             table.number(own.name, if own.must_be_positive { ABOVE_ZERO } else { FINITE })
         }),
         inertia,
-        dry_speed: table
-            .quantity_or_word("dry_speed", Dimension::Speed, ABOVE_ZERO, impact, DrySpeed::Reference)
-            .unwrap_or(default_dry_speed),
+        dry_speed: dry_speed(&table).unwrap_or(model.dry_speed),
         sigma_dry: table.number("sigma_dry", NOT_NEGATIVE),
         sigma_wet: table.number("sigma_wet", NOT_NEGATIVE),
         sigma_energy: table.number("sigma_energy", NOT_NEGATIVE),
         nu: table.number("nu", ABOVE_ZERO),
-        noise: table.choice("noise", &noises).unwrap_or(Noise::Normal),
+        noise: table.choice("noise", &noises).unwrap_or(NoiseShape::Normal),
         terms: terms(&table, liquids),
     };
     table.finish();
     Some(truth)
 }
 
-pub(super) fn design(root: &Table, particles: &[&str], liquids: &[Liquid]) -> Option<Design> {
+pub(super) fn design(root: &SceneTable, particles: &[&str], liquids: &[Liquid]) -> Option<Design> {
     let table = root.table("design")?;
     let diameters = table.quantities_by_name("diameter", Dimension::Length, ABOVE_ZERO, particles);
     let film_ratios = table.quantities_by_name("film_ratio", Dimension::One, FILM_RATIO, particles);
@@ -137,8 +129,12 @@ pub(super) fn design(root: &Table, particles: &[&str], liquids: &[Liquid]) -> Op
         match liquids.iter().position(|liquid| liquid.name == name.value) {
             Some(liquid) => used.push(liquid),
             None => {
-                let known = liquids.iter().map(|liquid| liquid.name.as_str());
-                table.refuse_name(("liquids", name.at), &name.value, "a name in [liquids]", known);
+                let names = liquids.iter().map(|liquid| liquid.name.as_str());
+                let name = Located {
+                    value: name.value.as_str(),
+                    at: name.at,
+                };
+                table.refuse_name("liquids", &name, "a name in [liquids]", names);
             }
         }
     }

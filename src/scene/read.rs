@@ -8,7 +8,7 @@ use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, LARGEST_FILM_RATIO, NOT_NEGA
 use super::materials::{Liquid, Particle};
 use super::names::{name_is_allowed, DRY, MISSING, NAME_RULE};
 use super::published::{Published, PublishedQuantity, WetLaw};
-use super::table::Table;
+use super::table::{Located, SceneTable};
 use super::{choices, plan, table};
 use crate::encoding::decode;
 use crate::error::{quoted, Error};
@@ -33,7 +33,7 @@ pub fn read(path: &Path) -> Result<Scene, Error> {
 pub fn parse(text: &str, path: &Path, sha256: String) -> Result<Scene, Error> {
     let parsed = table::parse(text).map_err(|problem| Error::input(path, vec![problem]))?;
     let document = Document::new(text);
-    let root = Table::root(document.clone(), parsed.get_ref());
+    let root = SceneTable::root(document.clone(), parsed.get_ref());
     let scene = assemble(&root, path, sha256);
     root.finish();
     drop(root);
@@ -44,7 +44,7 @@ pub fn parse(text: &str, path: &Path, sha256: String) -> Result<Scene, Error> {
     }
 }
 
-fn assemble(root: &Table, path: &Path, sha256: String) -> Option<Scene> {
+fn assemble(root: &SceneTable, path: &Path, sha256: String) -> Option<Scene> {
     let mut unused = vec![];
     let title = root.text("title");
     let source = root.text("source");
@@ -61,7 +61,7 @@ fn assemble(root: &Table, path: &Path, sha256: String) -> Option<Scene> {
         .iter()
         .filter_map(|t| published(t, &names))
         .collect();
-    let truth = plan::truth(root, &names, &liquids, (model.inertia, model.dry_speed));
+    let truth = plan::truth(root, &names, &liquids, &model);
     let design = plan::design(root, &names, &liquids);
     let name = scene_name(path);
     Some(Scene {
@@ -96,7 +96,7 @@ fn scene_name(path: &Path) -> String {
         .map_or_else(|| "scene".to_owned(), |name| name.to_string_lossy().into_owned())
 }
 
-fn data(root: &Table, path: &Path) -> Option<Data> {
+fn data(root: &SceneTable, path: &Path) -> Option<Data> {
     let Some(table) = root.table("data") else {
         if !root.has("data") {
             root.refuse_whole("missing table [data]");
@@ -140,7 +140,7 @@ fn beside(path: &Path, name: &str) -> PathBuf {
     }
 }
 
-fn particles(root: &Table) -> Vec<Particle> {
+fn particles(root: &SceneTable) -> Vec<Particle> {
     named_tables(root, "particles", |name, table| {
         let density = table.required("density", Dimension::Density, ABOVE_ZERO);
         let roughness = table.required("roughness", Dimension::Thickness, ABOVE_ZERO);
@@ -156,7 +156,7 @@ fn particles(root: &Table) -> Vec<Particle> {
     })
 }
 
-fn liquids(root: &Table) -> Vec<Liquid> {
+fn liquids(root: &SceneTable) -> Vec<Liquid> {
     named_tables(root, "liquids", |name, table| {
         if name == DRY {
             let expected = "expected another name: runs without liquid are marked so";
@@ -179,7 +179,7 @@ fn liquids(root: &Table) -> Vec<Liquid> {
 }
 
 /// Reads `[kind.NAME]` tables in the order of the file. A missing `[particles]` is a problem, missing liquids are not.
-fn named_tables<T>(root: &Table, kind: &str, read: impl Fn(String, &Table) -> Option<T>) -> Vec<T> {
+fn named_tables<T>(root: &SceneTable, kind: &str, read: impl Fn(String, &SceneTable) -> Option<T>) -> Vec<T> {
     let found = root.table(kind);
     let given = found.as_ref().map_or(root.has(kind), |table| !table.keys().is_empty());
     if kind == "particles" && !given {
@@ -207,7 +207,7 @@ fn named_tables<T>(root: &Table, kind: &str, read: impl Fn(String, &Table) -> Op
     found
 }
 
-fn published(table: &Table, particles: &[&str]) -> Option<Published> {
+fn published(table: &SceneTable, particles: &[&str]) -> Option<Published> {
     let quantities = [PublishedQuantity::EInf, PublishedQuantity::StC, PublishedQuantity::DryK]
         .map(|quantity| (quantity.name(), quantity));
     let one = Dimension::One;
@@ -219,8 +219,12 @@ fn published(table: &Table, particles: &[&str]) -> Option<Published> {
     let particle = name.as_deref().and_then(|name| {
         let index = particles.iter().position(|particle| *particle == name);
         if index.is_none() {
-            let known = particles.iter().copied();
-            table.refuse_name(("particle", table.at("particle")), name, "a name in [particles]", known);
+            let names = particles.iter().copied();
+            let name = Located {
+                value: name,
+                at: table.at("particle"),
+            };
+            table.refuse_name("particle", &name, "a name in [particles]", names);
         }
         index
     });

@@ -20,7 +20,7 @@ const FALL: f64 = 700.0;
 const INSIDE: f64 = 1e-3;
 
 impl Prior {
-    /// What is to be expected of a prior inside these bounds instead of this one; `None` where it stands the trial.
+    /// What is to be expected of a prior inside these bounds in place of this one; `None` where it stands the trial.
     ///
     /// A prior held at a value is tried by its magnitude and the bounds; 0 is no magnitude, and left to who knows whether it
     /// may be held.
@@ -149,8 +149,8 @@ mod tests {
                 "a value of a magnitude from 1e-15 to 1e15",
             ),
         ] {
-            let told = prior.fails(bounds).unwrap_or_default();
-            assert!(told.contains(why), "{prior:?}: {told}");
+            let refusal = prior.fails(bounds).unwrap_or_default();
+            assert!(refusal.contains(why), "{prior:?}: {refusal}");
         }
     }
 

@@ -1,4 +1,4 @@
-//! Tells by a lock what an earlier run left from what a neighbour is making, and clears it.
+//! Distinguishes by a lock what an earlier run left from what a neighbour is making, and clears it.
 
 use std::ffi::OsStr;
 use std::fs::{File, TryLockError};
@@ -14,17 +14,17 @@ pub(super) const PREFIX: &str = ".wetcor-";
 const LOCK: &str = "lock";
 pub(super) const NEW: &str = "new";
 pub(super) const OLD: &str = "old";
-/// How the locked file begins; the name of the place follows, so that what is moved aside can be put back.
+/// How the locked file begins; the name of the place follows, so that what is set aside can be put back.
 const MARK: &str = "wetcor makes ";
 
-/// By which a folder is known to be in use; held as long as this lives, where the file system knows locks.
+/// Marks a folder as in use; held as long as this lives, where the file system knows locks.
 #[derive(Debug)]
 pub(super) struct Lock {
     _file: Option<File>,
 }
 
 /// Locks a new folder; `None` where a neighbour has cleared it, or is about to.
-pub(super) fn lock(folder: &Path, way: &Path) -> io::Result<Option<Lock>> {
+pub(super) fn lock(folder: &Path, inside: &Path) -> io::Result<Option<Lock>> {
     let path = folder.join(LOCK);
     let mut file = match File::options().write(true).create_new(true).open(&path) {
         Ok(file) => file,
@@ -40,7 +40,7 @@ pub(super) fn lock(folder: &Path, way: &Path) -> io::Result<Option<Lock>> {
         return Ok(None);
     }
     file.write_all(MARK.as_bytes())?;
-    file.write_all(way.as_os_str().as_encoded_bytes())?;
+    file.write_all(inside.as_os_str().as_encoded_bytes())?;
     Ok(Some(Lock {
         _file: locked.then_some(file),
     }))
@@ -65,7 +65,7 @@ pub(super) fn turn(base: &Path) -> Option<File> {
     None
 }
 
-/// Removes a folder in which something was made: the lock last, so that what a sudden end leaves is known for what it is.
+/// Removes a folder in which something was made: the lock last, so that what a sudden end leaves is recognised.
 pub(super) fn remove(folder: &Path) {
     for made in [NEW, OLD].map(|name| folder.join(name)) {
         // what the system keeps now, the next run clears
@@ -106,14 +106,14 @@ fn clear_one(base: &Path, folder: &Path) {
     let Ok(entries) = std::fs::read_dir(folder) else {
         return;
     };
-    let known = |name: &OsStr| [LOCK, NEW, OLD].iter().any(|known| name == *known);
-    if !entries.filter_map(Result::ok).all(|entry| known(&entry.file_name())) {
+    let is_ours = |name: &OsStr| [LOCK, NEW, OLD].iter().any(|ours| name == *ours);
+    if !entries.filter_map(Result::ok).all(|entry| is_ours(&entry.file_name())) {
         return;
     }
     let mut text = vec![];
     // no path is longer
     let read = Read::take(&mut lock, 1 << 16).read_to_end(&mut text);
-    let Some(way) = read.ok().and_then(|_| text.strip_prefix(MARK.as_bytes())) else {
+    let Some(inside) = read.ok().and_then(|_| text.strip_prefix(MARK.as_bytes())) else {
         if text.is_empty() {
             remove(folder);
         }
@@ -122,7 +122,7 @@ fn clear_one(base: &Path, folder: &Path) {
     let old = folder.join(OLD);
     if old.exists() {
         let _turn = turn(base);
-        let Some(name) = path_of(way).filter(|way| way.file_name() == Some(way.as_os_str())) else {
+        let Some(name) = path_of(inside).filter(|inside| inside.file_name() == Some(inside.as_os_str())) else {
             return;
         };
         match rename_to_free(&old, &base.join(name)) {

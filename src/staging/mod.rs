@@ -1,13 +1,13 @@
 //! Makes files beside their place and puts them there in one step: who looks finds the old or the new, and whole.
 //!
 //! What is being made lies in a folder `.wetcor-…` beside its place, with a file that stays locked while its maker lives.
-//! By that lock the next run tells what an earlier one left from the work of a neighbour: it clears what was left, and
-//! puts back what had been moved aside and not been replaced.
+//! By that lock the next run distinguishes what an earlier one left from the work of a neighbour: it clears what was left, and
+//! puts back what had been set aside and not been replaced.
 //!
 //! | file | job |
 //! |---|---|
 //! | `rename.rs` | renames as the file system knows how |
-//! | `left.rs` | tells what an earlier run left from a neighbour's work, and clears it |
+//! | `left.rs` | distinguishes what an earlier run left from a neighbour's work, and clears it |
 //! | `place.rs` | finds the place, before any work is done for it |
 
 mod left;
@@ -38,7 +38,7 @@ struct Making {
 
 impl Making {
     fn forget(&mut self, folder: &Path) {
-        self.folders.retain(|known| known != folder);
+        self.folders.retain(|other| other != folder);
     }
 }
 
@@ -71,7 +71,7 @@ impl Staging {
 
     /// Begins a file or folder for a place.
     pub fn beside(place: &Place) -> Result<Staging, Error> {
-        let (base, way) = place.base();
+        let (base, inside) = place.base();
         // without the folder's name, which means nothing to anybody
         let fail = |error: io::Error| match error.raw_os_error() {
             Some(code) => Error::io(&place.named, "write", io::Error::from_raw_os_error(code)),
@@ -80,12 +80,12 @@ impl Staging {
         for _ in 0..Self::TRIES {
             let mut making = making();
             let folder = tempfile::Builder::new().prefix(PREFIX).tempdir_in(base).map_err(fail)?;
-            let Some(lock) = lock(folder.path(), way).map_err(fail)? else {
+            let Some(lock) = lock(folder.path(), inside).map_err(fail)? else {
                 continue;
             };
             making.folders.push(folder.path().to_path_buf());
             // the folders that are missing above the place are made with it, and come to stand with it
-            let below: PathBuf = way.components().skip(1).collect();
+            let below: PathBuf = inside.components().skip(1).collect();
             let new = folder.path().join(NEW);
             return Ok(Staging {
                 place: place.clone(),
@@ -120,7 +120,7 @@ impl Staging {
 
     /// Puts what was made in its place, and removes what stood there.
     ///
-    /// `allow` is asked just before, and may refuse to have replaced what stands there then.
+    /// `allow` is called just before, and may refuse to have replaced what stands there then.
     pub fn put(mut self, allow: impl Fn(&Place) -> Result<(), Error>) -> Result<(), Error> {
         let _turn = turn(self.place.base().0);
         // from here on an interruption waits
@@ -148,9 +148,9 @@ impl Staging {
 
     /// Moves what was made, with the folders above it that are missing, to where nothing stands.
     fn move_in(&self) -> io::Result<()> {
-        let (base, way) = self.place.base();
-        let missing = way.components().count();
-        let Some(top) = way.components().next() else {
+        let (base, inside) = self.place.base();
+        let missing = inside.components().count();
+        let Some(top) = inside.components().next() else {
             return Err(ErrorKind::AlreadyExists.into());
         };
         let made = self.made.ancestors().nth(missing.saturating_sub(1));

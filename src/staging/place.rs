@@ -60,7 +60,7 @@ impl Place {
         self.path.symlink_metadata().is_ok()
     }
 
-    /// The nearest folder above that is there, and the way from it to the place.
+    /// The nearest folder above that is there, and the path from it to the place.
     pub(super) fn base(&self) -> (&Path, &Path) {
         let above = self.path.ancestors().skip(1);
         let base = above.into_iter().find(|folder| folder.is_dir());
@@ -68,7 +68,7 @@ impl Place {
         (base, self.path.strip_prefix(base).unwrap_or(&self.path))
     }
 
-    /// Fails where what stands there may not be written to: a folder then may not be moved either.
+    /// Fails where what stands there may not be written to: a folder then may not be renamed either.
     fn may_be_replaced(&self) -> io::Result<()> {
         #[cfg(unix)]
         if self.path.is_dir() {
@@ -90,7 +90,7 @@ impl Place {
     }
 }
 
-/// Whether a path ends in a name, not in a way to a folder.
+/// Whether a path ends in a name, not in a step to a folder.
 fn names_itself(path: &Path) -> bool {
     let bytes = path.as_os_str().as_encoded_bytes();
     let end = bytes
@@ -129,7 +129,7 @@ fn follow(path: &Path) -> io::Result<Option<PathBuf>> {
         _ => Ok(()),
     };
     for name in missing.iter().rev() {
-        // a name too long is told only of a folder that is there
+        // a name too long is refused only for a folder that is there
         may_be(here.join(name))?;
         found.push(name);
     }

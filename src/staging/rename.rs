@@ -44,7 +44,7 @@ pub(super) fn rename_to_free(from: &Path, to: &Path) -> io::Result<()> {
     std::fs::rename(from, to)
 }
 
-/// How a file system may be asked to rename.
+/// How a file system may rename.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Renaming {
     Exchange,
@@ -66,7 +66,7 @@ fn rename_with(_from: &Path, _to: &Path, _how: Renaming) -> io::Result<()> {
     Err(ErrorKind::Unsupported.into())
 }
 
-/// Whether the file system knows no such way to rename.
+/// Whether the file system does not rename so.
 pub(super) fn is_refusal(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::Unsupported | ErrorKind::InvalidInput)
 }

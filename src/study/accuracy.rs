@@ -1,24 +1,24 @@
-//! Measures how often an accuracy that was asked for is kept, on simulated scenes with a long run for each.
+//! Measures how often a requested accuracy is kept, on simulated scenes with a long run for each.
 
 use std::path::Path;
 
 use rand::RngExt;
 
 use crate::error::Error;
-use crate::inference::accuracy::sample_to;
+use crate::inference::accuracy::{sample_to_accuracy, AccuracyPlan};
 use crate::inference::diagnostics::summary::{summarise, Summary};
 use crate::inference::nuts::{Effort, TARGET_ACCEPT};
-use crate::inference::posed::{Evaluation, Posed};
-use crate::inference::sampling::{follow, Method, Plan, Sampled};
+use crate::inference::prepared_posterior::{Evaluation, PreparedPosterior};
+use crate::inference::sampling::{sample_by_nuts, Method, Sampled};
 use crate::model::likelihood::Likelihood;
 use crate::model::parameters::Parameters;
 use crate::model::simulate::Simulation;
 use crate::runs;
 use crate::scene::{self, Scene};
-use crate::seed::stream;
+use crate::seed::{stream, StreamName};
 
-/// Accuracies that are asked for.
-pub const ASKED: [f64; 3] = [0.2, 0.1, 0.05];
+/// Accuracies that are requested.
+pub const REQUESTED: [f64; 3] = [0.2, 0.1, 0.05];
 
 /// A long run's Monte Carlo error is at most this share of the accuracy.
 const SHARE: f64 = 0.1;
@@ -33,7 +33,7 @@ pub const KEPT: f64 = 0.95;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Promise {
     /// the accuracy
-    pub asked: f64,
+    pub requested: f64,
     /// the true errors where it was reached, by the method's own word
     pub errors: Vec<f64>,
     /// scenes by method, cheapest first
@@ -55,7 +55,7 @@ impl Promise {
 
 /// What was found.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Table {
+pub struct AccuracyTable {
     /// scenes
     pub scenes: u64,
     /// scenes left out, because no long run converged
@@ -73,7 +73,7 @@ const METHODS: [Method; 4] = [
 
 /// Simulates so many scenes, asks each accuracy of each, and holds the answers against a long run over every row.
 /// `progress` is called after each scene.
-pub fn measure(scenes: u64, seed: u64, progress: &dyn Fn()) -> Result<Table, Error> {
+pub fn measure(scenes: u64, seed: u64, progress: &dyn Fn()) -> Result<AccuracyTable, Error> {
     // one after the other: the chains of each take every thread, and many long runs at once would fill the memory
     let found = (0..scenes)
         .map(|index| {
@@ -82,10 +82,10 @@ pub fn measure(scenes: u64, seed: u64, progress: &dyn Fn()) -> Result<Table, Err
             Ok(found)
         })
         .collect::<Result<Vec<_>, Error>>()?;
-    let mut promises: Vec<Promise> = ASKED
+    let mut promises: Vec<Promise> = REQUESTED
         .iter()
-        .map(|asked| Promise {
-            asked: *asked,
+        .map(|requested| Promise {
+            requested: *requested,
             errors: vec![],
             methods: [0; 4],
         })
@@ -101,7 +101,7 @@ pub fn measure(scenes: u64, seed: u64, progress: &dyn Fn()) -> Result<Table, Err
             }
         }
     }
-    Ok(Table {
+    Ok(AccuracyTable {
         scenes,
         left_out: found.iter().filter(|found| found.is_none()).count() as u64,
         promises,
@@ -126,17 +126,17 @@ fn one(index: u64, seed: u64) -> Result<Answers, Error> {
         return Ok(None);
     };
     let name = format!("accuracy {index}");
-    let answer = |asked: f64| {
-        let plan = Plan {
+    let answer = |accuracy: f64| {
+        let plan = AccuracyPlan {
+            accuracy,
             effort: effort(1000),
-            stream: (seed, &name),
-            evaluation: Evaluation::default(),
+            stream: StreamName::new(seed, &name),
         };
-        let sampled = sample_to(asked, parameters.clone(), &rows, &vec![], plan, &|_, _| ()).ok()?;
+        let sampled = sample_to_accuracy(parameters.clone(), &rows, &vec![], plan, &|_, _| ()).ok()?;
         let reached = sampled.accuracy.as_ref().is_some_and(|accuracy| accuracy.reached());
         reached.then(|| (sampled.method, error(&summaries(&sampled), &truth)))
     };
-    Ok(Some(ASKED.map(answer).to_vec()))
+    Ok(Some(REQUESTED.map(answer).to_vec()))
 }
 
 fn effort(draws: usize) -> Effort {
@@ -153,12 +153,12 @@ fn effort(draws: usize) -> Effort {
 fn long_run(parameters: &Parameters, rows: &Likelihood, seed: u64, index: u64) -> Option<Vec<Summary>> {
     const FIRST: usize = 10_000;
     const MOST: usize = 200_000;
-    let finest = ASKED.iter().copied().fold(f64::INFINITY, f64::min);
-    let posed = Posed::new(parameters.clone(), rows, &vec![], Evaluation::Rows).ok()?;
+    let finest = REQUESTED.iter().copied().fold(f64::INFINITY, f64::min);
+    let prepared = PreparedPosterior::new(parameters.clone(), rows, &vec![], Evaluation::Rows).ok()?;
     let mut draws = FIRST;
     loop {
         let name = format!("accuracy long run {index}");
-        let sampled = follow(&posed, effort(draws), (seed, &name), &|_, _| ()).ok()?;
+        let sampled = sample_by_nuts(&prepared, effort(draws), StreamName::new(seed, &name), &|_, _| ()).ok()?;
         let found = summaries(&sampled);
         let agreed = found.iter().all(|one| one.rhat.is_some_and(|rhat| rhat < 1.01));
         let mcse = found.iter().map(largest_mcse).fold(0.0, f64::max);
@@ -227,7 +227,7 @@ fn simulated(index: u64, seed: u64) -> Result<Scene, Error> {
 }
 
 /// The table as markdown.
-pub fn markdown(table: &Table) -> String {
+pub fn markdown(table: &AccuracyTable) -> String {
     let mut text = String::from("\n## Is an accuracy that was asked for kept?\n\n");
     text.push_str(&format!(
         "`wetcor fit --accuracy X` on {} simulated scenes, whose design (16 to 240 wet runs of 1 or 2 liquids, 2 diameters, \
@@ -251,11 +251,11 @@ pub fn markdown(table: &Table) -> String {
     for promise in &table.promises {
         text.push_str(&format!(
             "| {} | {} | {} | {:.1} | {:.1} | {:.3} |",
-            promise.asked,
+            promise.requested,
             promise.errors.len(),
-            promise.within(promise.asked),
-            100.0 * promise.within(promise.asked) as f64 / promise.errors.len() as f64,
-            promise.z(promise.asked),
+            promise.within(promise.requested),
+            100.0 * promise.within(promise.requested) as f64 / promise.errors.len() as f64,
+            promise.z(promise.requested),
             promise.errors.iter().copied().fold(0.0, f64::max)
         ));
         for count in promise.methods {

@@ -21,7 +21,7 @@ use crate::staging::Place;
 pub const METHODS: [&str; 4] = ["delta", "percentile", "bca", "studentized"];
 
 /// A design whose intervals are put to the test.
-struct Design {
+struct CalibrationDesign {
     name: &'static str,
     what: &'static str,
     diameter_mm: &'static str,
@@ -31,7 +31,7 @@ struct Design {
     noise: &'static str,
 }
 
-const PAPER: Design = Design {
+const PAPER: CalibrationDesign = CalibrationDesign {
     name: "paper",
     what: "the paper's design at one film ratio: 2 diameters, 2 liquids, 5 heights, 5 repeats, normal noise",
     diameter_mm: "4.762, 8.0",
@@ -47,9 +47,9 @@ pub const REPLICATES: u64 = 2000;
 /// How many designs are measured.
 pub const DESIGNS: u64 = ALL.len() as u64;
 
-const ALL: [Design; 5] = [
+const ALL: [CalibrationDesign; 5] = [
     PAPER,
-    Design {
+    CalibrationDesign {
         name: "small",
         what: "8 runs: 1 diameter, 1 liquid, 4 heights, 2 repeats, normal noise",
         diameter_mm: "4.762",
@@ -58,19 +58,19 @@ const ALL: [Design; 5] = [
         repeats: 2,
         noise: "normal",
     },
-    Design {
+    CalibrationDesign {
         name: "skewed",
         what: "as the paper's, noise with a long tail to low restitutions",
         noise: "skewed",
         ..PAPER
     },
-    Design {
+    CalibrationDesign {
         name: "heteroscedastic",
         what: "as the paper's, noise growing with 1/St from about half to twice its mean",
         noise: "heteroscedastic",
         ..PAPER
     },
-    Design {
+    CalibrationDesign {
         name: "unrepeated",
         what: "as the paper's, each series at 25 speeds once",
         speeds:
@@ -81,7 +81,7 @@ const ALL: [Design; 5] = [
     },
 ];
 
-impl Design {
+impl CalibrationDesign {
     /// The scene; both liquids have one density, so that the square-root law is the truth itself.
     fn scene(&self, replicates: u64, sigma: f64) -> Result<Scene, Error> {
         let text = format!(
@@ -106,7 +106,7 @@ pub struct Coverage {
     pub design: &'static str,
     /// `linear` or `sqrt`
     pub law: &'static str,
-    /// `e_inf`, `st_c`, or `true e_inf` for the linear law against the truth instead of its own noise-free fit
+    /// `e_inf`, `st_c`, or `true e_inf` for the linear law against the truth in place of its own noise-free fit
     pub quantity: &'static str,
     /// one of [`METHODS`]
     pub method: &'static str,
@@ -118,7 +118,7 @@ pub struct Coverage {
 
 /// The measured table.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Table {
+pub struct CoverageTable {
     /// data sets a design
     pub sets: u64,
     /// replicates a data set
@@ -127,7 +127,7 @@ pub struct Table {
     pub rows: Vec<Coverage>,
 }
 
-impl Table {
+impl CoverageTable {
     /// The largest |coverage − level| of a method, over designs, laws, quantities and levels that count.
     pub fn worst(&self, method: &str) -> f64 {
         let rows = self.rows.iter().filter(|row| row.method == method && row.counts);
@@ -152,12 +152,12 @@ impl Table {
 }
 
 /// Simulates, fits and bootstraps `sets` data sets of every design. `progress` is called after each data set.
-pub fn measure(sets: u64, replicates: u64, seed: u64, progress: &(dyn Fn() + Sync)) -> Result<Table, Error> {
+pub fn measure(sets: u64, replicates: u64, seed: u64, progress: &(dyn Fn() + Sync)) -> Result<CoverageTable, Error> {
     let mut rows = vec![];
     for design in &ALL {
         rows.extend(of_design(design, sets, replicates, seed, progress)?);
     }
-    Ok(Table { sets, replicates, rows })
+    Ok(CoverageTable { sets, replicates, rows })
 }
 
 /// Both laws at the design's one film ratio, bootstrapped or not.
@@ -192,7 +192,7 @@ fn infer(scene: &Scene, seed: u64, set: u64, replicated: bool) -> Result<Vec<Fit
 }
 
 /// A quantity held against a target.
-struct Aim {
+struct CoverageAim {
     law: WetLaw,
     quantity: &'static str,
     of: fn(&FittedScaling) -> &Estimate,
@@ -200,7 +200,7 @@ struct Aim {
     counts: bool,
 }
 
-fn aims(scene: &Scene) -> Result<Vec<Aim>, Error> {
+fn aims(scene: &Scene) -> Result<Vec<CoverageAim>, Error> {
     let e_inf: fn(&FittedScaling) -> &Estimate = |fitted| &fitted.scaling.e_inf;
     let st_c: fn(&FittedScaling) -> &Estimate = |fitted| &fitted.scaling.st_c;
     // without noise each law returns its own target
@@ -212,7 +212,7 @@ fn aims(scene: &Scene) -> Result<Vec<Aim>, Error> {
             .and_then(|fitted| of(fitted).value)
             .unwrap_or(f64::NAN)
     };
-    let aim = |law: WetLaw, quantity: &'static str, of: fn(&FittedScaling) -> &Estimate| Aim {
+    let aim = |law: WetLaw, quantity: &'static str, of: fn(&FittedScaling) -> &Estimate| CoverageAim {
         law,
         quantity,
         of,
@@ -224,7 +224,7 @@ fn aims(scene: &Scene) -> Result<Vec<Aim>, Error> {
         aim(WetLaw::Sqrt, "st_c", st_c),
         aim(WetLaw::Linear, "e_inf", e_inf),
         aim(WetLaw::Linear, "st_c", st_c),
-        Aim {
+        CoverageAim {
             law: WetLaw::Linear,
             quantity: "true e_inf",
             of: e_inf,
@@ -235,7 +235,7 @@ fn aims(scene: &Scene) -> Result<Vec<Aim>, Error> {
 }
 
 fn of_design(
-    design: &Design,
+    design: &CalibrationDesign,
     sets: u64,
     replicates: u64,
     seed: u64,
@@ -254,7 +254,7 @@ fn of_design(
             for (aim, hits) in aims.iter().zip(hits.chunks_mut(width)) {
                 let found = fitted.iter().find(|fitted| fitted.law == aim.law).map(aim.of);
                 for interval in found.map_or(&[][..], |estimate| &estimate.intervals) {
-                    if let Some(place) = place(interval) {
+                    if let Some(place) = index_of(interval) {
                         hits[place] += u64::from(interval.lo <= aim.target && aim.target <= interval.hi);
                     }
                 }
@@ -280,7 +280,7 @@ fn of_design(
     Ok(rows)
 }
 
-fn place(interval: &Interval) -> Option<usize> {
+fn index_of(interval: &Interval) -> Option<usize> {
     let method = METHODS.into_iter().position(|method| method == interval.method)?;
     let level = LEVELS.into_iter().position(|level| level == interval.level)?;
     Some(method * LEVELS.len() + level)
@@ -307,7 +307,7 @@ pub fn may_replace(place: &Place) -> Result<(), Error> {
 }
 
 /// The table as markdown.
-pub fn markdown(table: &Table) -> String {
+pub fn markdown(table: &CoverageTable) -> String {
     let mut text = format!("{HEADING}\n\n");
     text.push_str(&format!(
         "Share of {} simulated data sets, in per cent, whose 90 % and 95 % intervals of e_inf and St_c cover the truth, \

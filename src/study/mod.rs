@@ -2,8 +2,8 @@
 //!
 //! | file | job |
 //! |---|---|
-//! | `accuracy.rs` | measures how often an accuracy that was asked for is kept |
-//! | `trade/` | measures what each way to the parameters costs and how far off it is |
+//! | `accuracy.rs` | measures how often a requested accuracy is kept |
+//! | `trade/` | measures what each method for the parameters costs and how far off it is |
 //! | `calibration.rs` | measures how often intervals cover the truth |
 
 pub mod accuracy;

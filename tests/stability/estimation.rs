@@ -5,15 +5,16 @@ use wetcor::findings::verdicts::quotable;
 use wetcor::inference::bootstrap::kernel;
 use wetcor::inference::law::Law;
 use wetcor::inference::nuts::{Effort, TARGET_ACCEPT};
-use wetcor::inference::posed::Evaluation;
+use wetcor::inference::prepared_posterior::Evaluation;
 use wetcor::inference::regression::Regression;
-use wetcor::inference::sampling::{sample_posterior, Plan};
+use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::{Kind, Parameters};
 use wetcor::physics::inertia::Inertia;
 use wetcor::physics::{DrySpeed, Form};
 use wetcor::runs::NewRun;
 use wetcor::scene::{Prior, PriorChoice, Scene};
+use wetcor::seed::StreamName;
 
 use crate::asking::{both, chance, draw, dry_run, least_squares, of_draws, rounded_up, scene, table, wet_run, Told};
 use crate::common::mean;
@@ -462,9 +463,9 @@ fn compressed_sum() -> Vec<Row> {
             draws: 500,
             target_accept: TARGET_ACCEPT,
         };
-        let plan = Plan {
+        let plan = SamplingPlan {
             effort,
-            stream: (1, "stability"),
+            stream: StreamName::new(1, "stability"),
             evaluation: Evaluation::default(),
         };
         let sampled = sample_posterior(parameters, &rows_all, &start, plan, &|_, _| {}).expect("a posterior");

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use crate::findings::dry::Dry;
 use crate::findings::estimate::Estimate;
 use crate::findings::least_squares::LeastSquares;
-use crate::inference::information::{Belief, Kinds, Known};
+use crate::inference::information::{DirectionalInformation, LogNormalPrior, RunsWithPriors};
 use crate::inference::joint::Joint;
 use crate::model::parameters::{prior_of, Kind};
 use crate::physics::loss::Loss;
@@ -22,13 +22,13 @@ pub(super) struct Sight<'r> {
     /// where the slopes were taken
     pub values: Vec<f64>,
     /// belief of each parameter
-    beliefs: Vec<Belief>,
+    beliefs: Vec<LogNormalPrior>,
     /// their places among all parameters of the fit
     free: Vec<usize>,
     /// all parameters of the fit
     full: Vec<f64>,
     /// what the runs say there
-    pub known: Known,
+    pub known: DirectionalInformation,
     /// whether that is where the energy balance was fitted, without priors
     pub fitted: bool,
 }
@@ -49,7 +49,7 @@ impl<'r> Sight<'r> {
         if free.is_empty() {
             return None;
         }
-        let beliefs: Vec<Belief> = free.iter().map(|j| belief(&priors[*j])).collect();
+        let beliefs: Vec<LogNormalPrior> = free.iter().map(|j| belief(&priors[*j])).collect();
         let held: Vec<f64> = priors.iter().map(Prior::median).collect();
         let whole = |values: &[f64]| {
             let mut full = held.clone();
@@ -65,14 +65,14 @@ impl<'r> Sight<'r> {
             vec![wet.of(&free), dry.of(&free)]
         };
         let spreads = [Kind::SigmaWet, Kind::SigmaDry].map(|kind| prior_of(scene, kind, form).0.median());
-        let evidence = Kinds {
+        let evidence = RunsWithPriors {
             beliefs: &beliefs,
             spreads: &spreads,
             sums: &sums,
         };
         let kinds: Vec<Kind> = free.iter().map(|j| all[*j]).collect();
         let (values, fitted) = values_to_look_at(scene, runs, least_squares, &evidence, &kinds)?;
-        let known = evidence.known(&values)?;
+        let known = evidence.information(&values)?;
         let full = whole(&values);
         Some(Sight {
             joint,
@@ -98,7 +98,7 @@ impl<'r> Sight<'r> {
         self.value(Kind::INERTIAL_PREFACTOR)?;
         let values = self.joint.of_particle(f64::NAN, &self.full).shared;
         let at = self.joint.form.inertia.at(film_ratio, &values);
-        let slope = |(kind, belief): (&Kind, &Belief)| {
+        let slope = |(kind, belief): (&Kind, &LogNormalPrior)| {
             let mut slopes = at.slopes.iter().flatten();
             let Kind::Shared(coefficient) = kind else { return 0.0 };
             let own = slopes.find(|slope| slope.of == *coefficient);
@@ -122,7 +122,7 @@ impl<'r> Sight<'r> {
         for (place, slope) in part.places.iter().zip(row.slopes) {
             slopes[*place] = slope;
         }
-        let in_z = |((j, value), belief): ((&usize, &f64), &Belief)| slopes[*j] * value * belief.ln_sd;
+        let in_z = |((j, value), belief): ((&usize, &f64), &LogNormalPrior)| slopes[*j] * value * belief.ln_sd;
         let in_z: Vec<f64> = self
             .free
             .iter()
@@ -144,7 +144,7 @@ fn values_to_look_at(
     scene: &Scene,
     runs: &Runs,
     least_squares: LeastSquares,
-    evidence: &Kinds,
+    evidence: &RunsWithPriors,
     kinds: &[Kind],
 ) -> Option<(Vec<f64>, bool)> {
     let fits = Fits::of(least_squares);
@@ -157,14 +157,14 @@ fn values_to_look_at(
     if let Some(values) = alone.collect() {
         return Some((values, true));
     }
-    let near = |(kind, belief): (&Kind, &Belief)| {
+    let near = |(kind, belief): (&Kind, &LogNormalPrior)| {
         let found = fits.find(scene, runs, *kind, false).map(|(value, _)| value);
         // a fit that ran away is no place to start from
         let here = |value: &f64| (value / belief.median).ln().abs() < FAR * belief.ln_sd;
         found.filter(here).unwrap_or(belief.median)
     };
     let start: Vec<f64> = with_beliefs().map(near).collect();
-    Some((evidence.settle(&start)?, false))
+    Some((evidence.fit_with_priors(&start)?, false))
 }
 
 /// The terms that are held; where the form of the inertial loss is left open, the one the energy balance took.
@@ -216,15 +216,15 @@ impl<'f> Fits<'f> {
 }
 
 /// A prior as median and sd of the logarithm; one that is not lognormal by its sd over its median.
-fn belief(prior: &Prior) -> Belief {
+fn belief(prior: &Prior) -> LogNormalPrior {
     let (sd, median) = match *prior {
-        Prior::LogNormal(median, ln_sd) => return Belief { median, ln_sd },
+        Prior::LogNormal(median, ln_sd) => return LogNormalPrior { median, ln_sd },
         Prior::StudentT(_, location, scale) => (prior.sd().unwrap_or(scale), location),
         _ => (prior.sd().unwrap_or(1.0), prior.median()),
     };
     // parameters are positive: a prior about 0 or below believes in about its sd
     let median = if median > 0.0 { median } else { sd };
-    Belief {
+    LogNormalPrior {
         median,
         ln_sd: sd / median,
     }

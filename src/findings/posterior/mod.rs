@@ -24,14 +24,15 @@ use super::checks::Check;
 use super::least_squares::LeastSquares;
 use super::predict::Basis;
 use crate::error::Error;
-use crate::inference::accuracy::sample_to;
+use crate::inference::accuracy::{sample_to_accuracy, AccuracyPlan};
 use crate::inference::nuts::Watcher;
-use crate::inference::sampling::{sample_posterior, Plan, Sampled};
+use crate::inference::sampling::{sample_posterior, Sampled, SamplingPlan};
 use crate::model::likelihood::pointwise::Pointwise;
 use crate::model::likelihood::Likelihood;
 use crate::model::parameters::Parameters;
 use crate::runs::Runs;
 use crate::scene::Scene;
+use crate::seed::StreamName;
 use derived::Derived;
 use tell::tell;
 
@@ -72,14 +73,22 @@ pub fn find(
     let effort = effort(scene);
     check_room(effort, parameters.sampled.len() + derived::count(runs, asked.form))?;
     let rows = Likelihood::of_rows(scene, runs, asked.form);
-    let plan = Plan {
+    let stream = StreamName::new(least_squares.seed, "posterior");
+    let plan = SamplingPlan {
         effort,
-        stream: (least_squares.seed, "posterior"),
+        stream,
         evaluation: asked.way.evaluation(),
     };
     let start = start(scene, least_squares);
     let sampled = match asked.way {
-        Way::Accuracy(x) => sample_to(x, parameters, &rows, &start, plan, watcher),
+        Way::Accuracy(accuracy) => {
+            let plan = AccuracyPlan {
+                accuracy,
+                effort,
+                stream,
+            };
+            sample_to_accuracy(parameters, &rows, &start, plan, watcher)
+        }
         Way::Nodes | Way::Rows => sample_posterior(parameters, &rows, &start, plan, watcher),
     };
     let sampled = match sampled {

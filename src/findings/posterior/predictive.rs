@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::model::likelihood::normal::normal_cdf;
-use crate::model::likelihood::pointwise::{At, Pointwise};
+use crate::model::likelihood::pointwise::{EvaluatedLaw, Pointwise};
 use crate::runs::Runs;
 use crate::scene::{Scene, Sticking};
 
@@ -93,7 +93,7 @@ struct Seen {
 /// Checks the runs against predictions from full vectors of parameters, as many or a few of them.
 pub fn find(scene: &Scene, runs: &Runs, pointwise: &Pointwise, full_draws: &[Vec<f64>]) -> Predictive {
     let affordable = (AFFORDABLE / runs.len().max(1)).max(FEWEST);
-    let some: Vec<At> = spread(full_draws, DRAWS.min(affordable))
+    let some: Vec<EvaluatedLaw> = spread(full_draws, DRAWS.min(affordable))
         .into_par_iter()
         .map(|full| pointwise.at(full))
         .collect();
@@ -118,7 +118,7 @@ fn spread<T>(items: &[T], most: usize) -> Vec<&T> {
     items.iter().step_by(items.len().div_ceil(most).max(1)).collect()
 }
 
-fn look(pointwise: &Pointwise, run: usize, e: f64, draws: &[At]) -> Seen {
+fn look(pointwise: &Pointwise, run: usize, e: f64, draws: &[EvaluatedLaw]) -> Seen {
     let stuck = pointwise.is_stuck(run);
     let (mut below, mut residual) = (0.0, 0.0);
     for at in draws {
@@ -191,7 +191,7 @@ fn groups(scene: &Scene, runs: &Runs, seen: &[Seen]) -> Vec<Group> {
     groups
 }
 
-fn stuck(scene: &Scene, runs: &Runs, draws: &[&At]) -> Vec<Stuck> {
+fn stuck(scene: &Scene, runs: &Runs, draws: &[&EvaluatedLaw]) -> Vec<Stuck> {
     let of_series = |series: &crate::runs::Series| {
         let observed = series.stuck.len();
         let (mut expected, mut lower, mut upper) = (0.0, 0.0, 0.0);

@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::findings::least_squares::LeastSquares;
 use crate::inference::nuts::{Effort, TARGET_ACCEPT};
-use crate::inference::posed::{Evaluation, Start};
+use crate::inference::prepared_posterior::{Evaluation, Start};
 use crate::model::parameters::Kind;
 use crate::physics::Form;
 use crate::scene::Scene;

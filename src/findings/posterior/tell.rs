@@ -66,7 +66,7 @@ pub(super) fn tell(
         method: sampled.method,
         khat: sampled.khat.filter(|khat| khat.is_finite()),
         accuracy: sampled.accuracy.as_ref().map(|accuracy| Accuracy {
-            asked: accuracy.asked,
+            asked: accuracy.requested,
             vouched: Some(accuracy.vouched).filter(|error| error.is_finite()),
             tried: accuracy
                 .tried

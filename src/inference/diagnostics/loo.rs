@@ -6,7 +6,7 @@ use super::{pareto, psis, variance, WhyNone};
 
 /// How well one run is predicted by the others.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LeftOut {
+pub struct LeftOutRun {
     /// log predictive density of the run given the others
     pub elpd: f64,
     /// by how much the run raises its own log predictive density
@@ -19,7 +19,7 @@ pub struct LeftOut {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Loo {
     /// one entry a run
-    pub runs: Vec<LeftOut>,
+    pub runs: Vec<LeftOutRun>,
     /// expected log predictive density, summed over the runs
     pub elpd: f64,
     /// standard error of `elpd` from the spread between runs, by n − 1; `None` for a single run
@@ -36,7 +36,7 @@ impl Loo {
         /// below this a run does not move its own prediction
         const NO_INFLUENCE: f64 = 1e-9;
         let shapes = self.runs.iter().filter_map(|run| run.khat);
-        let bad = |run: &&LeftOut| match run.khat {
+        let bad = |run: &&LeftOutRun| match run.khat {
             Some(khat) => khat > threshold,
             None => run.p_loo.abs() > NO_INFLUENCE,
         };
@@ -74,7 +74,7 @@ pub fn loo(
         .into_par_iter()
         .map_init(|| vec![0.0; draws], left_out)
         .collect();
-    let runs: Vec<LeftOut> = all.into_iter().collect::<Result<_, _>>()?;
+    let runs: Vec<LeftOutRun> = all.into_iter().collect::<Result<_, _>>()?;
     let elpd: Vec<f64> = runs.iter().map(|run| run.elpd).collect();
     let (elpd, se) = sum(&elpd);
     let p_loo = runs.iter().map(|run| run.p_loo).sum();
@@ -119,7 +119,7 @@ pub const SAME: f64 = 1e-7;
 ///
 /// Outside the tail, weight times density is the same for every draw, and the density is the weight's reciprocal: one
 /// exponential a draw serves the weights, the predictive density and p_loo.
-fn leave_out(values: &mut [f64], tail: usize) -> Result<LeftOut, WhyNone> {
+fn leave_out(values: &mut [f64], tail: usize) -> Result<LeftOutRun, WhyNone> {
     if values.is_empty() || values.iter().any(|log| !log.is_finite()) {
         return Err(WhyNone::NotFinite);
     }
@@ -131,7 +131,7 @@ fn leave_out(values: &mut [f64], tail: usize) -> Result<LeftOut, WhyNone> {
     if largest - smallest <= SAME {
         // no weight differs from another: leaving the run out changes nothing, and a shape would be that of rounding
         let mean = smallest + values.iter().map(|log| log - smallest).sum::<f64>() / values.len() as f64;
-        return Ok(LeftOut {
+        return Ok(LeftOutRun {
             elpd: mean,
             p_loo: 0.0,
             khat: None,
@@ -156,7 +156,7 @@ fn leave_out(values: &mut [f64], tail: usize) -> Result<LeftOut, WhyNone> {
     }
     let elpd = smallest + (weighted / weights).ln();
     let seen = smallest + (densities / values.len() as f64).ln();
-    Ok(LeftOut {
+    Ok(LeftOutRun {
         elpd,
         p_loo: seen - elpd,
         khat: pareto.map(|pareto| pareto.shape),
@@ -167,14 +167,14 @@ fn leave_out(values: &mut [f64], tail: usize) -> Result<LeftOut, WhyNone> {
 const WIDEST: f64 = 600.0;
 
 /// The same in logarithms throughout, for a run with densities further apart than [`WIDEST`].
-fn wide(values: &[f64], tail: usize, largest: f64) -> Result<LeftOut, WhyNone> {
+fn wide(values: &[f64], tail: usize, largest: f64) -> Result<LeftOutRun, WhyNone> {
     let ratios: Vec<f64> = values.iter().map(|log| -log).collect();
     let smoothed = psis::psis(&ratios, tail)?;
     let terms: Vec<f64> = smoothed.log_weights.iter().zip(values).map(|(a, b)| a + b).collect();
     let top = terms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let elpd = top + terms.iter().map(|term| (term - top).exp()).sum::<f64>().ln();
     let mean = values.iter().map(|log| (log - largest).exp()).sum::<f64>() / values.len() as f64;
-    Ok(LeftOut {
+    Ok(LeftOutRun {
         elpd,
         p_loo: largest + mean.ln() - elpd,
         khat: smoothed.khat,

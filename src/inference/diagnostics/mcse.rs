@@ -1,6 +1,6 @@
 //! Gives the Monte Carlo standard error of a mean, a standard deviation and a quantile: what more draws would lower.
 
-use super::{check, ess, mean, pool, quantile, variance, WhyNone};
+use super::{check_chains, ess, mean, pool, quantile, variance, WhyNone};
 use crate::distributions::beta_quantile;
 
 /// Probabilities between which a normal variable lies within one standard deviation of its mean.
@@ -18,7 +18,7 @@ pub fn of_mean(chains: &[&[f64]]) -> Result<f64, WhyNone> {
 ///
 /// By the delta method from the error of the variance, with no normality assumed. Source: Kenney & Keeping 1951.
 pub fn of_sd(chains: &[&[f64]]) -> Result<f64, WhyNone> {
-    check(chains)?;
+    check_chains(chains)?;
     let draws = pool(chains);
     let centre = mean(&draws);
     let effective = ess::of_sd_about(chains, centre)?;

@@ -1,4 +1,4 @@
-//! Says how far draws of Markov chains may be trusted: convergence, effective sizes, Monte Carlo errors, PSIS-LOO.
+//! Says how reliable draws of Markov chains are: convergence, effective sizes, Monte Carlo errors, PSIS-LOO.
 //!
 //! | file | job |
 //! |---|---|
@@ -12,7 +12,7 @@
 //! | `pareto.rs` | fits a generalised Pareto tail |
 //! | `psis.rs` | smooths importance weights by it |
 //! | `loo.rs` | predicts each run from the others |
-//! | `summary.rs` | puts together what is said of one quantity |
+//! | `summary.rs` | makes the summary of one quantity |
 //!
 //! Draws come as one slice a chain, all of the same length. What cannot be had is a [`WhyNone`], by the rule of R's
 //! `posterior` (1.7): a value that is not finite, or draws that are all the same, have no diagnostic. ArviZ (1.3)
@@ -70,7 +70,7 @@ impl fmt::Display for WhyNone {
 }
 
 /// Draws a chain, once it is sure that they have diagnostics.
-fn check(chains: &[&[f64]]) -> Result<usize, WhyNone> {
+fn check_chains(chains: &[&[f64]]) -> Result<usize, WhyNone> {
     let length = chains.first().map_or(0, |chain| chain.len());
     if chains.iter().any(|chain| chain.len() != length) {
         return Err(WhyNone::UnequalChains);

@@ -97,7 +97,7 @@ pub fn tail_length(draws: usize, r_eff: f64) -> usize {
     (length as usize).min(draws.saturating_sub(1))
 }
 
-/// Largest shape with which a mean over so many weighted draws may be trusted: min(1 − 1/log10 S, 0.7).
+/// Largest shape with which a mean over so many weighted draws is reliable: min(1 − 1/log10 S, 0.7).
 ///
 /// Source: Vehtari et al. 2024 (JMLR 25, 72), section 3.2.
 pub fn khat_threshold(draws: usize) -> f64 {

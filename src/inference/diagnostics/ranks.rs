@@ -8,18 +8,18 @@ use crate::distributions::normal_quantile;
 
 /// The draws of all halves from the smallest up, each with its place among them.
 ///
-/// Sorting costs more than anything else that is said of a quantity, so it is done once.
-pub(super) struct Ordered {
+/// Sorting costs more than anything else that is computed of a quantity, so it is done once.
+pub(super) struct OrderedDraws {
     draws: Vec<(f64, u32)>,
     /// draws in each half
     length: usize,
 }
 
-impl Ordered {
-    pub fn of(halves: &Halves) -> Ordered {
+impl OrderedDraws {
+    pub fn of(halves: &Halves) -> OrderedDraws {
         let mut draws: Vec<(f64, u32)> = halves.draws.iter().copied().zip(0u32..).collect();
         draws.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-        Ordered {
+        OrderedDraws {
             draws,
             length: halves.length,
         }
@@ -31,7 +31,7 @@ impl Ordered {
     }
 
     /// The same of |x − median|: both sides of the median are in order already.
-    pub fn folded(&self) -> Ordered {
+    pub fn folded(&self) -> OrderedDraws {
         let values = self.values();
         let median = quantile::of_sorted(&values, 0.5);
         let (below, above) = self.draws.split_at(values.partition_point(|x| *x < median));
@@ -43,7 +43,7 @@ impl Ordered {
             (Some(_), None) => below.next(),
             _ => above.next(),
         };
-        Ordered {
+        OrderedDraws {
             draws: std::iter::from_fn(nearer).collect(),
             length: self.length,
         }
@@ -97,8 +97,8 @@ fn untied(count: usize) -> Arc<[f64]> {
 mod tests {
     use super::*;
 
-    fn of(draws: &[f64]) -> Ordered {
-        Ordered::of(&Halves {
+    fn of(draws: &[f64]) -> OrderedDraws {
+        OrderedDraws::of(&Halves {
             draws: draws.to_vec(),
             length: draws.len(),
         })

@@ -1,22 +1,22 @@
 //! Compares the chains: rank-normalised split R-hat.
 
 use super::halves::Halves;
-use super::ranks::Ordered;
-use super::{check, mean, variance, WhyNone};
+use super::ranks::OrderedDraws;
+use super::{check_chains, mean, variance, WhyNone};
 
-/// R-hat of one quantity: 1 where all halves of all chains look alike, above 1.01 not to be trusted.
+/// R-hat of one quantity: 1 where all halves of all chains look alike, above 1.01 not reliable.
 ///
 /// The larger of the split R-hat of the normal scores (do the chains agree in location?) and of the normal scores of
 /// |x − median| (do they agree in spread?). A single chain is compared with itself, half against half. Fails as
 /// [`WhyNone`] says. Source: Vehtari et al. 2021 (Bayesian Analysis 16, 667), section 4.
 pub fn rhat(chains: &[&[f64]]) -> Result<f64, WhyNone> {
-    check(chains)?;
-    let ordered = Ordered::of(&Halves::of(chains));
+    check_chains(chains)?;
+    let ordered = OrderedDraws::of(&Halves::of(chains));
     of_scores(&ordered, &ordered.scores())
 }
 
-/// R-hat of halves whose normal scores are known already.
-pub(super) fn of_scores(ordered: &Ordered, bulk_scores: &Halves) -> Result<f64, WhyNone> {
+/// R-hat of halves whose normal scores are computed already.
+pub(super) fn of_scores(ordered: &OrderedDraws, bulk_scores: &Halves) -> Result<f64, WhyNone> {
     let bulk = split_rhat(bulk_scores)?;
     match split_rhat(&ordered.folded().scores()) {
         Ok(tail) => Ok(bulk.max(tail)),

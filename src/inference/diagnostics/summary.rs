@@ -1,8 +1,8 @@
-//! Puts together what is said of one quantity: where its draws lie, and how far they may be trusted.
+//! Makes the summary of one quantity: where its draws lie, and how reliable they are.
 
 use super::halves::Halves;
-use super::ranks::Ordered;
-use super::{check, ess, mcse, mean, pool, quantile, rhat, variance, WhyNone};
+use super::ranks::OrderedDraws;
+use super::{check_chains, ess, mcse, mean, pool, quantile, rhat, variance, WhyNone};
 
 /// What the draws say of one quantity, in its own unit.
 ///
@@ -48,11 +48,11 @@ pub fn summarise(chains: &[&[f64]]) -> Summary {
     let mut summary = Summary::default();
     let draws = pool(chains);
     if draws.iter().any(|x| !x.is_finite()) {
-        summary.why_none = Some(check(chains).err().unwrap_or(WhyNone::NotFinite));
+        summary.why_none = Some(check_chains(chains).err().unwrap_or(WhyNone::NotFinite));
         return summary;
     }
-    let halves = check(chains).map(|_| Halves::of(chains));
-    let ordered = halves.as_ref().ok().map(Ordered::of);
+    let halves = check_chains(chains).map(|_| Halves::of(chains));
+    let ordered = halves.as_ref().ok().map(OrderedDraws::of);
     let sorted = match &ordered {
         // no draw was left out of the halves
         Some(ordered) if chains.iter().all(|chain| chain.len().is_multiple_of(2)) => ordered.values(),

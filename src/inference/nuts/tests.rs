@@ -1,9 +1,10 @@
-//! Tests of the sampler on normal targets whose moments are known.
+//! Tests of the sampler on normal targets with given moments.
 
 use nalgebra::DMatrix;
 
 use super::*;
 use crate::inference::laplace::laplace;
+use crate::seed::StreamName;
 
 /// A normal about zero in d dimensions: sds from 1 to 10⁶, neighbours correlated.
 struct Normal {
@@ -75,7 +76,7 @@ fn means_and_variances_of_a_correlated_normal_are_its_own() {
     let target = Normal::new(5, 0.99);
     let about = laplace(&target, &[0.3; 5]).expect("a density everywhere");
     let name = "means_and_variances_of_a_correlated_normal_are_its_own";
-    let chains = sample(&target, &about, EFFORT, (1, name), &none).expect("sampled");
+    let chains = sample_chains(&target, &about, EFFORT, StreamName::new(1, name), &none).expect("sampled");
     let (mean, variance) = distances(&target, &chains);
     assert!(mean < 4.5 && variance < 9.0, "{mean} {variance}");
     assert!(chains
@@ -83,7 +84,7 @@ fn means_and_variances_of_a_correlated_normal_are_its_own() {
         .all(|chain| chain.diverging.iter().all(|diverging| !diverging)));
     // the planted fault: draws of another target do not pass
     let other = Normal::new(5, 0.9);
-    let chains = sample(&other, &about, EFFORT, (1, name), &none).expect("sampled");
+    let chains = sample_chains(&other, &about, EFFORT, StreamName::new(1, name), &none).expect("sampled");
     let halved = Normal {
         covariance: &target.covariance * 0.8,
         precision: target.precision.clone(),
@@ -110,7 +111,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
             .num_threads(threads)
             .build()
             .expect("a pool");
-        pool.install(|| sample(&target, &about, effort, (7, "bytes"), &none))
+        pool.install(|| sample_chains(&target, &about, effort, StreamName::new(7, "bytes"), &none))
             .expect("sampled")
     };
     let one = with(1);
@@ -148,7 +149,14 @@ fn the_edge_of_a_domain_is_counted_and_survived() {
     let count = |_: bool, diverging: bool| {
         heard.fetch_add(usize::from(diverging), std::sync::atomic::Ordering::Relaxed);
     };
-    let chains = sample(&Half, &about, EFFORT, (1, "the_edge_of_a_domain"), &count).expect("sampled");
+    let chains = sample_chains(
+        &Half,
+        &about,
+        EFFORT,
+        StreamName::new(1, "the_edge_of_a_domain"),
+        &count,
+    )
+    .expect("sampled");
     let diverged: usize = chains.iter().flat_map(|chain| &chain.diverging).filter(|d| **d).count();
     assert!(diverged > 0 && heard.into_inner() >= diverged);
     assert!(chains.iter().all(|chain| chain.points.iter().all(|x| *x > 0.0)));

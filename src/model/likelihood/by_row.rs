@@ -2,7 +2,7 @@
 //!
 //! On the restitution: e* = m(r) + S z, with S² = σ² + u² + t². Here u is what the run's own restitution errs by, and t
 //! what its impact speed does, which e = v_r/v shares: t = s m(r)/v + ½ (m(r + h) − m(r − h)), h = s dr/dv. Half a
-//! difference in place of a slope, because m turns more sharply at the threshold than a speed is known.
+//! difference in place of a slope, because m turns more sharply at the threshold than a speed is measured.
 //!
 //! On the energy kept as well: e* = m(r + σ_r z′) + σ z. A rebound e is taken to the energy's scale, y = m⁻¹(e), where it
 //! has the spread S² = σ_r² + (σ² + u²)/m′(y)² + s² (e/(v m′(y)) + dr/dv)² about r: exact without σ, and to first order
@@ -13,27 +13,41 @@
 
 use std::ops::Range;
 
-use super::errors::Errors;
+use super::errors::{Errors, MeanKept};
 use super::nodes::Nodes;
-use super::placed::{place, place_dry, ByRow, Placed, Spreads};
+use super::placed::{place_dry, place_restitution, ByRow, Placed, Spreads};
 use super::prepared::Likelihood;
-use super::sums::Sums;
-use super::tails::Tails;
+use super::sums::BlockSums;
+use super::tails::{Density, Tails};
 use crate::model::parameters::{Kind, COMMON_SLOTS};
 use crate::physics::balance::Balance;
 
+/// The noise of wet runs at a full vector of parameters, where runs are taken one at a time.
+#[derive(Clone, Copy)]
+pub(super) struct RowNoise<'l> {
+    pub own: &'l ByRow,
+    pub tails: Tails,
+    pub spreads: Spreads,
+}
+
+/// Runs of a block that are taken one at a time, with its energy balance.
+pub(super) struct BlockRows<'b> {
+    pub rebounds: Range<usize>,
+    pub stuck: Range<usize>,
+    pub balance: &'b Balance,
+}
+
 impl Likelihood {
-    /// Log likelihood of some rebounds and some stuck runs of a block; adds its slopes in the spreads and in ν, and in r to
-    /// `sums`.
-    pub(super) fn one_by_one(
+    /// Log likelihood of some runs of a block; adds its slopes in the spreads and in ν, and in r to `sums`.
+    pub(super) fn run_by_run(
         &self,
-        own: &ByRow,
-        (rebounds, stuck): (Range<usize>, Range<usize>),
-        balance: &Balance,
-        (tails, spreads): (Tails, Spreads),
+        rows: BlockRows,
+        noise: &RowNoise,
         slopes: &mut [f64],
-        sums: &mut Sums,
+        sums: &mut BlockSums,
     ) -> f64 {
+        let RowNoise { own, tails, spreads } = *noise;
+        let balance = rows.balance;
         let none = Errors::default();
         let (mut value, mut of_spreads, mut of_nu) = (0.0, [0.0; 2], 0.0);
         let mut add = |nodes: &Nodes, node: usize, errors: Errors, placed: Placed, of_mean: f64, of_variance: f64| {
@@ -52,16 +66,16 @@ impl Likelihood {
                 *sum += of_variance * of_spread;
             }
         };
-        for node in rebounds {
+        for node in rows.rebounds {
             let errors = own.rebounds.get(node).copied().unwrap_or(none);
-            let kept = errors.kept_and_by_speed(balance, &self.rebounds.impact(node));
+            let kept = errors.mean_kept(balance, &self.rebounds.impact(node));
             let (placed, e, stretch) = match &own.energies {
                 Some(energies) => {
                     let at = energies.rebounds[node];
                     (at.place(spreads, kept, errors), at.kept, at.stretch)
                 }
                 None => {
-                    let placed = place(spreads.sigma, kept, errors, true);
+                    let placed = place_restitution(spreads.sigma, kept, errors, true);
                     (placed, self.rebounds.restitution[node], 1.0)
                 }
             };
@@ -70,20 +84,18 @@ impl Likelihood {
             of_nu += density.nu;
             add(&self.rebounds, node, errors, placed, density.mean, density.variance);
             if self.truncated {
-                let placed = self.place_limit(own, spreads, kept, errors, true);
-                let limit = own.energies.as_ref().map_or(self.limit, |energies| energies.limit.kept);
-                let side = Side::of(tails, -1.0, limit, &placed);
+                let placed = noise.place_limit(kept, errors, true);
+                let side = ln_probability_of_side(tails, -1.0, self.limit_of(own), &placed);
                 value -= side.value;
                 of_nu -= side.nu;
                 add(&self.rebounds, node, errors, placed, -side.mean, -side.variance);
             }
         }
-        for node in stuck {
+        for node in rows.stuck {
             let errors = own.stuck.get(node).copied().unwrap_or(none).of_speed_alone();
-            let kept = errors.kept_and_by_speed(balance, &self.stuck.impact(node));
-            let placed = self.place_limit(own, spreads, kept, errors, false);
-            let limit = own.energies.as_ref().map_or(self.limit, |energies| energies.limit.kept);
-            let side = Side::of(tails, 1.0, limit, &placed);
+            let kept = errors.mean_kept(balance, &self.stuck.impact(node));
+            let placed = noise.place_limit(kept, errors, false);
+            let side = ln_probability_of_side(tails, 1.0, self.limit_of(own), &placed);
             let count = self.stuck.count[node];
             value += count * side.value;
             of_nu += count * side.nu;
@@ -102,13 +114,10 @@ impl Likelihood {
         value
     }
 
-    /// A run as seen from the limit.
-    fn place_limit(&self, own: &ByRow, spreads: Spreads, kept: (f64, f64), errors: Errors, shares: bool) -> Placed {
-        let errors = if shares { errors } else { errors.of_speed_alone() };
-        match &own.energies {
-            Some(energies) => energies.limit.place(spreads, kept, errors),
-            None => place(spreads.sigma, kept, errors, shares),
-        }
+    /// The limit on the scale the noise of wet runs is symmetric on.
+    #[inline]
+    fn limit_of(&self, own: &ByRow) -> f64 {
+        own.energies.as_ref().map_or(self.limit, |energies| energies.limit.kept)
     }
 
     /// Log likelihood of the dry runs, with slopes.
@@ -124,59 +133,55 @@ impl Likelihood {
             } else {
                 row.errors.of_speed_alone()
             };
-            let (mean, variance, variance_slope) = place_dry(&balance, row.dry_root, sigma, errors, rebounded);
+            let dry = place_dry(&balance, row.dry_root, sigma, errors, rebounded);
             let [_, slope_k, _] = balance.e_dry(row.dry_root);
-            let mut add = |sign: f64, of: (f64, f64, f64, f64)| {
-                let (told, of_mean, of_variance, of_nu) = of;
-                value += sign * told;
-                slopes[place_of_k] += sign * (of_variance * variance_slope + of_mean * slope_k);
-                slopes[Kind::SigmaDry.slot()] += sign * of_variance * 2.0 * sigma;
-                slopes[Kind::Nu.slot()] += sign * of_nu;
+            let mut add = |sign: f64, of: Density| {
+                value += sign * of.value;
+                slopes[place_of_k] += sign * (of.variance * dry.variance_slope + of.mean * slope_k);
+                slopes[Kind::SigmaDry.slot()] += sign * of.variance * 2.0 * sigma;
+                slopes[Kind::Nu.slot()] += sign * of.nu;
             };
             let placed = Placed {
-                mean,
+                mean: dry.mean,
                 mean_slope: 1.0,
-                variance,
+                variance: dry.variance,
                 variance_slopes: [0.0; 2],
                 of_spreads: [0.0; 2],
             };
-            let side = |sign: f64| {
-                let side = Side::of(tails, sign, self.limit, &placed);
-                (side.value, side.mean, side.variance, side.nu)
-            };
             match row.restitution {
                 Some(e) => {
-                    let density = tails.ln_density(e - mean, variance, 1.0);
-                    add(1.0, (density.value, density.mean, density.variance, density.nu));
+                    add(1.0, tails.ln_density(e - dry.mean, dry.variance, 1.0));
                     if self.truncated {
-                        add(-1.0, side(-1.0));
+                        add(-1.0, ln_probability_of_side(tails, -1.0, self.limit, &placed));
                     }
                 }
-                None => add(1.0, side(1.0)),
+                None => add(1.0, ln_probability_of_side(tails, 1.0, self.limit, &placed)),
             }
         }
         value
     }
 }
 
-/// ln F(± (limit − mean)/S), with its slopes in the mean, in S² and in ν.
-struct Side {
-    value: f64,
-    mean: f64,
-    variance: f64,
-    nu: f64,
+impl RowNoise<'_> {
+    /// A run as seen from the limit.
+    fn place_limit(&self, kept: MeanKept, errors: Errors, shares: bool) -> Placed {
+        let errors = if shares { errors } else { errors.of_speed_alone() };
+        match &self.own.energies {
+            Some(energies) => energies.limit.place(self.spreads, kept, errors),
+            None => place_restitution(self.spreads.sigma, kept, errors, shares),
+        }
+    }
 }
 
-impl Side {
-    fn of(tails: Tails, sign: f64, limit: f64, placed: &Placed) -> Side {
-        let spread = placed.variance.sqrt();
-        let z = sign * (limit - placed.mean) / spread;
-        let probability = tails.ln_probability(z);
-        Side {
-            value: probability.value,
-            mean: -sign * probability.z / spread,
-            variance: -0.5 * probability.z * z / placed.variance,
-            nu: probability.nu,
-        }
+/// ln F(± (limit − mean)/S), with its slopes in the mean, in S² and in ν.
+fn ln_probability_of_side(tails: Tails, sign: f64, limit: f64, placed: &Placed) -> Density {
+    let spread = placed.variance.sqrt();
+    let z = sign * (limit - placed.mean) / spread;
+    let probability = tails.ln_probability(z);
+    Density {
+        value: probability.value,
+        mean: -sign * probability.z / spread,
+        variance: -0.5 * probability.z * z / placed.variance,
+        nu: probability.nu,
     }
 }

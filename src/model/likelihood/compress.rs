@@ -10,10 +10,10 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::gauss::{rule, Rule};
-use super::nodes::{Block, Nodes};
+use super::gauss::gauss_rule;
+use super::nodes::{Nodes, WetBlock};
 use super::prepared::Likelihood;
-use super::sums::rebound_sums;
+use super::sums::{rebound_sums, NodeRange};
 use crate::model::likelihood::normal::ln_normal_cdf;
 use crate::model::parameters::Kind;
 use crate::physics::balance::{Balance, Impact};
@@ -47,7 +47,7 @@ pub struct Compression {
 
 /// What a block reads of a full vector.
 #[derive(Debug, Clone, Copy)]
-struct At {
+struct BlockLaw {
     balance: Balance,
     sigma: f64,
 }
@@ -98,9 +98,18 @@ impl DryRoot {
     }
 }
 
+/// Neighbouring settings of a block, with the largest error they may be replaced at.
+#[derive(Clone)]
+struct SettingRange<'s> {
+    nodes: &'s Nodes,
+    range: Range<usize>,
+    root: DryRoot,
+    bound: f64,
+}
+
 /// What became of one block.
 #[derive(Default)]
-struct Piece {
+struct CompressedBlock {
     nodes: Nodes,
     leftover: f64,
     rows_exact: usize,
@@ -119,22 +128,22 @@ impl Likelihood {
         resolution: Resolution,
     ) -> (Likelihood, Compression) {
         let rows = self.nodes().max(1) as f64;
-        let asked;
+        let one_order;
         let (bound, few, orders) = match resolution {
             Resolution::Bound(bound) => (bound, FEW, &ORDERS[..]),
             Resolution::Nodes(nodes) => {
-                asked = [nodes.max(1)];
-                (f64::INFINITY, asked[0], &asked[..])
+                one_order = [nodes.max(1)];
+                (f64::INFINITY, one_order[0], &one_order[..])
             }
         };
         let share = |range: &Range<usize>| bound * range.len() as f64 / rows;
-        let pieces: Vec<(Piece, Piece)> = self
+        let blocks: Vec<(CompressedBlock, CompressedBlock)> = self
             .blocks
             .par_iter()
             .map(|block| {
                 let at = |full: &[f64]| self.read(block, full);
                 let about = at(reference);
-                let tests: Vec<At> = tests.iter().map(|full| at(full)).collect();
+                let tests: Vec<BlockLaw> = tests.iter().map(|full| at(full)).collect();
                 let rebounds = Compressor {
                     about: Some(about),
                     tests: &tests,
@@ -161,13 +170,13 @@ impl Likelihood {
         };
         let mut errors = vec![0.0; tests.len()];
         let mut rows_exact = 0;
-        for (block, (rebounds, stuck)) in self.blocks.iter().zip(&pieces) {
+        for (block, (rebounds, stuck)) in self.blocks.iter().zip(&blocks) {
             short.leftover += rebounds.leftover;
             rows_exact += rebounds.rows_exact + stuck.rows_exact;
             for (sum, (a, b)) in errors.iter_mut().zip(rebounds.errors.iter().zip(&stuck.errors)) {
                 *sum += a + b;
             }
-            short.blocks.push(Block {
+            short.blocks.push(WetBlock {
                 rebounds: short.rebounds.append(&rebounds.nodes),
                 stuck: short.stuck.append(&stuck.nodes),
                 ..block.clone()
@@ -181,17 +190,17 @@ impl Likelihood {
         (short, compression)
     }
 
-    fn read(&self, block: &Block, full: &[f64]) -> At {
+    fn read(&self, block: &WetBlock, full: &[f64]) -> BlockLaw {
         let at = |kind: Kind| full[kind.slot()];
         let film = self.film(block.film, full);
-        At {
+        BlockLaw {
             balance: self.balance(block, full, &film),
             sigma: at(Kind::SigmaWet),
         }
     }
 }
 
-impl At {
+impl BlockLaw {
     fn mean(&self, at: &Impact) -> f64 {
         mean_and_slope(self.balance.kept(at).0).0
     }
@@ -201,8 +210,8 @@ impl At {
 #[derive(Clone, Copy)]
 struct Compressor<'t> {
     /// the reference, for rebounds; `None` for stuck runs
-    about: Option<At>,
-    tests: &'t [At],
+    about: Option<BlockLaw>,
+    tests: &'t [BlockLaw],
     limit: f64,
     truncated: bool,
     few: usize,
@@ -210,17 +219,22 @@ struct Compressor<'t> {
 }
 
 impl Compressor<'_> {
-    fn compress(&self, rows: &Nodes, range: Range<usize>, bound: f64) -> Piece {
-        let mut piece = Piece {
+    fn compress(&self, rows: &Nodes, range: Range<usize>, bound: f64) -> CompressedBlock {
+        let mut block = CompressedBlock {
             errors: vec![0.0; self.tests.len()],
-            ..Piece::default()
+            ..CompressedBlock::default()
         };
-        let settings = self.settings(rows, range, &mut piece.leftover);
-        let root = DryRoot::of(&settings);
+        let settings = self.settings(rows, range, &mut block.leftover);
         if settings.len() > 0 {
-            self.split(&settings, 0..settings.len(), root, bound, &mut piece);
+            let settings = SettingRange {
+                nodes: &settings,
+                range: 0..settings.len(),
+                root: DryRoot::of(&settings),
+                bound,
+            };
+            self.split(settings, &mut block);
         }
-        piece
+        block
     }
 
     /// The different settings, sorted by x, with their counts and mean restitutions.
@@ -254,103 +268,107 @@ impl Compressor<'_> {
         settings
     }
 
-    fn split(&self, settings: &Nodes, range: Range<usize>, root: DryRoot, bound: f64, piece: &mut Piece) {
+    fn split(&self, settings: SettingRange, block: &mut CompressedBlock) {
+        let SettingRange {
+            nodes,
+            range,
+            root,
+            bound,
+        } = settings.clone();
         if range.len() > self.few && root != DryRoot::Unknown {
-            for order in self.orders {
-                if self.try_order(settings, range.clone(), root, *order, bound, piece) {
-                    return;
-                }
+            if self.orders.iter().any(|order| self.try_order(&settings, *order, block)) {
+                return;
             }
-            let x = &settings.over_stokes[range.clone()];
+            let x = &nodes.over_stokes[range.clone()];
             let middle = 0.5 * (x[0] + x[x.len() - 1]);
             let inside = x.partition_point(|x| *x <= middle).clamp(1, x.len() - 1);
             let cut = range.start + inside;
-            let whole: f64 = settings.count[range.clone()].iter().sum();
-            let share = |side: Range<usize>| {
-                let runs: f64 = settings.count[side].iter().sum();
-                bound * runs / whole
-            };
-            let (left, right) = (range.start..cut, cut..range.end);
-            self.split(settings, left.clone(), root, share(left), piece);
-            self.split(settings, right.clone(), root, share(right), piece);
+            let whole: f64 = nodes.count[range.clone()].iter().sum();
+            for side in [range.start..cut, cut..range.end] {
+                let runs: f64 = nodes.count[side.clone()].iter().sum();
+                let half = SettingRange {
+                    range: side,
+                    bound: bound * runs / whole,
+                    ..settings.clone()
+                };
+                self.split(half, block);
+            }
             return;
         }
         for i in range {
-            piece.nodes.push(
-                settings.impact(i),
-                settings.has_fixed(),
-                settings.restitution[i],
-                settings.count[i],
-            );
-            piece.rows_exact += settings.count[i].round() as usize;
+            block
+                .nodes
+                .push(nodes.impact(i), nodes.has_fixed(), nodes.restitution[i], nodes.count[i]);
+            block.rows_exact += nodes.count[i].round() as usize;
         }
     }
 
     /// Takes the rule of an order if it keeps the bound at every test.
-    fn try_order(
-        &self,
-        settings: &Nodes,
-        range: Range<usize>,
-        root: DryRoot,
-        order: usize,
-        bound: f64,
-        piece: &mut Piece,
-    ) -> bool {
-        let (x, count) = (&settings.over_stokes[range.clone()], &settings.count[range.clone()]);
+    fn try_order(&self, settings: &SettingRange, order: usize, block: &mut CompressedBlock) -> bool {
+        let SettingRange {
+            nodes,
+            range,
+            root,
+            bound,
+        } = settings;
+        let (x, count) = (&nodes.over_stokes[range.clone()], &nodes.count[range.clone()]);
         let about = |at: &Impact| self.about.map_or(0.0, |reference| reference.mean(at));
         let distances: Vec<f64> = range
             .clone()
-            .map(|i| settings.restitution[i] - about(&settings.impact(i)))
+            .map(|i| nodes.restitution[i] - about(&nodes.impact(i)))
             .collect();
-        let Some(Rule {
-            nodes,
-            weights,
-            values,
-            explained,
-        }) = rule(x, count, &distances, order)
-        else {
+        let Some(rule) = gauss_rule(x, count, &distances, order) else {
             return false;
         };
         let mut short = Nodes::default();
-        for ((x, weight), value) in nodes.iter().zip(&weights).zip(&values) {
+        for ((x, weight), value) in rule.nodes.iter().zip(&rule.weights).zip(&rule.values) {
             let at = root.at(*x);
             short.push(at, false, about(&at) + value, *weight);
         }
         let total: f64 = count.iter().zip(&distances).map(|(n, d)| n * d * d).sum();
-        let leftover = (total - explained).max(0.0);
+        let leftover = (total - rule.explained).max(0.0);
         let mut errors = vec![];
         for at in self.tests {
-            let error = if self.about.is_some() {
-                let squares = |nodes: &Nodes, range| {
-                    let sums = rebound_sums(nodes, at.balance.order, None, &[(range, at.balance)]);
-                    sums.iter().map(|sums| sums.squares).sum::<f64>()
-                };
-                let gap = squares(&short, 0..short.len()) + leftover - squares(settings, range.clone());
-                let rebound = |nodes: &Nodes, range| {
-                    if self.truncated {
-                        self.rebound_probability(at, nodes, range)
-                    } else {
-                        0.0
-                    }
-                };
-                -0.5 * gap / (at.sigma * at.sigma) - rebound(&short, 0..short.len()) + rebound(settings, range.clone())
-            } else {
-                self.stuck(at, &short, 0..short.len()) - self.stuck(at, settings, range.clone())
-            };
-            if error.is_nan() || error.abs() > bound {
+            let error = self.error(at, settings, &short, leftover);
+            if error.is_nan() || error.abs() > *bound {
                 return false;
             }
             errors.push(error);
         }
-        piece.leftover += if self.about.is_some() { leftover } else { 0.0 };
-        piece.nodes.append(&short);
-        for (sum, error) in piece.errors.iter_mut().zip(errors) {
+        block.leftover += if self.about.is_some() { leftover } else { 0.0 };
+        block.nodes.append(&short);
+        for (sum, error) in block.errors.iter_mut().zip(errors) {
             *sum += error;
         }
         true
     }
 
-    fn rebound_probability(&self, at: &At, nodes: &Nodes, range: Range<usize>) -> f64 {
+    /// Error of the log density where a few nodes, with the sum of squares they leave, stand for some settings.
+    fn error(&self, at: &BlockLaw, settings: &SettingRange, short: &Nodes, leftover: f64) -> f64 {
+        let (nodes, range) = (settings.nodes, &settings.range);
+        if self.about.is_none() {
+            return self.stuck(at, short, 0..short.len()) - self.stuck(at, nodes, range.clone());
+        }
+        let squares = |nodes: &Nodes, range| {
+            let range = NodeRange {
+                nodes: range,
+                balance: at.balance,
+            };
+            let sums = rebound_sums(nodes, at.balance.order, None, &[range]);
+            sums.iter().map(|sums| sums.squares).sum::<f64>()
+        };
+        let gap = squares(short, 0..short.len()) + leftover - squares(nodes, range.clone());
+        let rebound = |nodes: &Nodes, range| {
+            if self.truncated {
+                self.rebound_probability(at, nodes, range)
+            } else {
+                0.0
+            }
+        };
+        -0.5 * gap / (at.sigma * at.sigma) - rebound(short, 0..short.len()) + rebound(nodes, range.clone())
+    }
+
+    fn rebound_probability(&self, at: &BlockLaw, nodes: &Nodes, range: Range<usize>) -> f64 {
         let each = range.map(|i| {
             let mean = at.mean(&nodes.impact(i));
             nodes.count[i] * ln_normal_cdf((mean - self.limit) / at.sigma).0
@@ -358,7 +376,7 @@ impl Compressor<'_> {
         each.sum()
     }
 
-    fn stuck(&self, at: &At, nodes: &Nodes, range: Range<usize>) -> f64 {
+    fn stuck(&self, at: &BlockLaw, nodes: &Nodes, range: Range<usize>) -> f64 {
         let each = range.map(|i| {
             let mean = at.mean(&nodes.impact(i));
             nodes.count[i] * ln_normal_cdf((self.limit - mean) / at.sigma).0

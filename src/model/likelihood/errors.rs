@@ -14,6 +14,15 @@ pub(super) struct Errors {
     pub restitution: f64,
 }
 
+/// The share of its energy that a run keeps on average.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct MeanKept {
+    /// r
+    pub r: f64,
+    /// dr/dv, s/m
+    pub speed_slope: f64,
+}
+
 impl Errors {
     /// Those of a run with this impact speed; `None` where no run has any.
     pub fn of(errors: Option<&MeasurementErrors>, run: usize, impact_speed: f64) -> Option<Errors> {
@@ -25,15 +34,18 @@ impl Errors {
         })
     }
 
-    /// r and dr/dv of a run of a balance; the second 0 where its speed does not err.
+    /// What a run keeps by a balance; its slope in the speed is 0 where the speed does not err.
     #[inline]
-    pub fn kept_and_by_speed(self, balance: &Balance, at: &Impact) -> (f64, f64) {
-        let by_speed = if self.speed > 0.0 {
+    pub fn mean_kept(self, balance: &Balance, at: &Impact) -> MeanKept {
+        let speed_slope = if self.speed > 0.0 {
             balance.in_log_speed(at)[0] * self.slowness
         } else {
             0.0
         };
-        (balance.kept(at).0, by_speed)
+        MeanKept {
+            r: balance.kept(at).0,
+            speed_slope,
+        }
     }
 
     /// Those of a run whose restitution was not measured.

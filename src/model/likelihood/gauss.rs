@@ -20,7 +20,7 @@ pub(super) struct Rule {
 /// The rule of an order for points x with weights and values y.
 ///
 /// `None` with fewer different points than the order, or where the recurrence loses its footing.
-pub(super) fn rule(x: &[f64], weight: &[f64], y: &[f64], order: usize) -> Option<Rule> {
+pub(super) fn gauss_rule(x: &[f64], weight: &[f64], y: &[f64], order: usize) -> Option<Rule> {
     let (lo, hi) = x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| {
         (lo.min(*x), hi.max(*x))
     });
@@ -107,7 +107,7 @@ mod tests {
     #[test]
     fn polynomials_of_degree_2q_minus_1_are_summed_exactly_and_no_higher_one() {
         let (x, weight, y) = points();
-        let rule = rule(&x, &weight, &y, 6).expect("97 different points");
+        let rule = gauss_rule(&x, &weight, &y, 6).expect("97 different points");
         assert!(rule.weights.iter().all(|w| *w > 0.0));
         let gap = |degree: i32| {
             let exact: f64 = x.iter().zip(&weight).map(|(x, w)| w * (x - 0.8).powi(degree)).sum();
@@ -129,7 +129,7 @@ mod tests {
     #[test]
     fn sums_of_squares_about_a_low_polynomial_are_kept() {
         let (x, weight, y) = points();
-        let rule = rule(&x, &weight, &y, 5).expect("97 different points");
+        let rule = gauss_rule(&x, &weight, &y, 5).expect("97 different points");
         let f = |x: f64| 0.2 - 0.7 * x + 0.4 * x.powi(3) - 0.1 * x.powi(4);
         let exact: f64 = (0..97).map(|i| weight[i] * (y[i] - f(x[i])).powi(2)).sum();
         let total: f64 = (0..97).map(|i| weight[i] * y[i] * y[i]).sum();
@@ -141,7 +141,7 @@ mod tests {
 
     #[test]
     fn too_few_different_points_have_no_rule() {
-        assert!(rule(&[0.1, 0.2, 0.2], &[1.0; 3], &[0.0; 3], 3).is_none());
-        assert!(rule(&[0.2, 0.2], &[1.0; 2], &[0.0; 2], 1).is_none());
+        assert!(gauss_rule(&[0.1, 0.2, 0.2], &[1.0; 3], &[0.0; 3], 3).is_none());
+        assert!(gauss_rule(&[0.2, 0.2], &[1.0; 2], &[0.0; 2], 1).is_none());
     }
 }

@@ -28,25 +28,30 @@ pub mod tails;
 mod trend;
 
 pub use compress::{Compression, Resolution};
-pub use placed::on_energies;
+pub use placed::{on_energies, Spreads};
 pub use prepared::Likelihood;
 
-use std::ops::Range;
-
-use self::nodes::Block;
+use self::by_row::{BlockRows, RowNoise};
+use self::nodes::WetBlock;
 use self::normal::ln_normal_cdf;
-use self::placed::Spreads;
 use self::prepared::CERTAIN;
-use self::sums::{rebound_sums, Piece, Sums};
-use self::trend::{Film, OfFilm};
+use self::sums::{rebound_sums, BlockSums, NodeRange};
+use self::trend::{FilmLosses, FilmSums};
 use super::parameters::Kind;
 use crate::distributions::LN_ROOT_TWO_PI;
-use crate::physics::balance::Balance;
 use crate::physics::rebound::{kept_of_mean_restitution, mean_and_slope};
 
 /// The parameters give no density here: not an error, a place to turn back from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct OutsideDomain;
+
+/// What the wet runs read of a full vector of parameters.
+struct WetEvaluation {
+    /// σ_wet
+    sigma: f64,
+    /// the rebounds of each block with its energy balance
+    rebounds: Vec<NodeRange>,
+}
 
 impl Likelihood {
     /// Log likelihood at a full vector of parameters; `slopes`, as long, is overwritten.
@@ -63,67 +68,94 @@ impl Likelihood {
         }
     }
 
+    /// Log likelihood of the wet runs, with slopes.
     fn wet(&self, full: &[f64], slopes: &mut [f64]) -> f64 {
         if self.blocks.is_empty() {
             return 0.0;
         }
-        let at = |kind: Kind| full[kind.slot()];
-        let sigma = at(Kind::SigmaWet);
+        let films: Vec<FilmLosses> = (0..self.film_ratios.len()).map(|film| self.film(film, full)).collect();
+        let range = |block: &WetBlock| NodeRange {
+            nodes: block.rebounds.clone(),
+            balance: self.balance(block, full, &films[block.film]),
+        };
+        let wet = WetEvaluation {
+            sigma: full[Kind::SigmaWet.slot()],
+            rebounds: self.blocks.iter().map(range).collect(),
+        };
+        let mut of_films = vec![FilmSums::default(); films.len()];
+        let value = match &self.own {
+            Some(own) => {
+                let noise = RowNoise {
+                    own,
+                    tails: self.tails(full),
+                    spreads: Spreads {
+                        sigma: wet.sigma,
+                        energy: full[Kind::SigmaEnergy.slot()],
+                    },
+                };
+                self.wet_by_row(&wet, &noise, &mut of_films, slopes)
+            }
+            None => self.wet_by_sums(&wet, &mut of_films, slopes),
+        };
+        for (film, sums) in films.iter().zip(of_films) {
+            film.add_slopes(sums, slopes);
+        }
+        value
+    }
+
+    /// Log likelihood of wet runs that have spreads or tails of their own: by sums over the rebounds of each block where
+    /// these have one spread, else a run at a time.
+    fn wet_by_row(&self, wet: &WetEvaluation, noise: &RowNoise, of_films: &mut [FilmSums], slopes: &mut [f64]) -> f64 {
+        let (sigma, tails) = (wet.sigma, noise.tails);
+        let heavy = tails
+            .heavy(sigma)
+            .filter(|_| !self.truncated && noise.own.spreads_are_one());
+        let all_sums = heavy.map(|heavy| rebound_sums(&self.rebounds, self.form.dry, Some(heavy), &wet.rebounds));
+        let mut value = 0.0;
+        for (place, (block, NodeRange { nodes, balance })) in self.blocks.iter().zip(&wet.rebounds).enumerate() {
+            let mut sums = BlockSums::default();
+            let mut one_by_one = nodes.clone();
+            if let Some(all_sums) = &all_sums {
+                sums = all_sums[place];
+                let density = tails.of_sums(sums, nodes.len(), sigma);
+                value += density.value;
+                slopes[Kind::SigmaWet.slot()] += density.sigma;
+                slopes[Kind::Nu.slot()] += density.nu;
+                for sum in [&mut sums.kept, &mut sums.viscous, &mut sums.dry] {
+                    *sum *= density.kept_factor;
+                }
+                one_by_one = nodes.end..nodes.end;
+            }
+            let rows = BlockRows {
+                rebounds: one_by_one,
+                stuck: block.stuck.clone(),
+                balance,
+            };
+            value += self.run_by_run(rows, noise, slopes, &mut sums);
+            of_films[block.film].add(block, sums, slopes);
+        }
+        value
+    }
+
+    /// Log likelihood of wet runs that all have σ for their spread and normal tails, by sums of squares.
+    fn wet_by_sums(&self, wet: &WetEvaluation, of_films: &mut [FilmSums], slopes: &mut [f64]) -> f64 {
+        let sigma = wet.sigma;
         let precision = 1.0 / (sigma * sigma);
+        let certain = kept_of_mean_restitution(self.limit - CERTAIN * sigma);
         let mut squares = self.leftover;
         let mut stuck_value = 0.0;
-        let certain = kept_of_mean_restitution(self.limit - CERTAIN * sigma);
-        let tails = self.tails(full);
-        let spreads = Spreads {
-            sigma,
-            energy: at(Kind::SigmaEnergy),
-        };
-        let films: Vec<Film> = (0..self.film_ratios.len()).map(|film| self.film(film, full)).collect();
-        let mut of_films = vec![OfFilm::default(); films.len()];
-        let add_slopes = |of_films: Vec<OfFilm>, slopes: &mut [f64]| {
-            for (film, sums) in films.iter().zip(of_films) {
-                film.add_slopes(sums, slopes);
-            }
-        };
-        let balance = |block: &Block| self.balance(block, full, &films[block.film]);
-        let piece = |block: &Block| (block.rebounds.clone(), balance(block));
-        let pieces: Vec<Piece> = self.blocks.iter().map(piece).collect();
-        if let Some(own) = &self.own {
-            let heavy = tails.heavy(sigma).filter(|_| !self.truncated && own.spreads_are_one());
-            let all_sums = heavy.map(|heavy| rebound_sums(&self.rebounds, self.form.dry, Some(heavy), &pieces));
-            for (place, (block, (rebounds, balance))) in self.blocks.iter().zip(&pieces).enumerate() {
-                let mut sums = Sums::default();
-                let mut one_by_one = rebounds.clone();
-                if let Some(all_sums) = &all_sums {
-                    sums = all_sums[place];
-                    let (value, of_sigma, of_nu, of_distance) = tails.of_sums(sums, rebounds.len(), sigma);
-                    stuck_value += value;
-                    slopes[Kind::SigmaWet.slot()] += of_sigma;
-                    slopes[Kind::Nu.slot()] += of_nu;
-                    for sum in [&mut sums.kept, &mut sums.viscous, &mut sums.dry] {
-                        *sum *= of_distance;
-                    }
-                    one_by_one = rebounds.end..rebounds.end;
-                }
-                let nodes = (one_by_one, block.stuck.clone());
-                stuck_value += self.one_by_one(own, nodes, balance, (tails, spreads), slopes, &mut sums);
-                of_films[block.film].add(block, sums, slopes);
-            }
-            add_slopes(of_films, slopes);
-            return stuck_value;
-        }
-        let all_sums = rebound_sums(&self.rebounds, self.form.dry, None, &pieces);
-        for ((block, (_, balance)), mut sums) in self.blocks.iter().zip(&pieces).zip(all_sums) {
+        let all_sums = rebound_sums(&self.rebounds, self.form.dry, None, &wet.rebounds);
+        for ((block, range), mut sums) in self.blocks.iter().zip(&wet.rebounds).zip(all_sums) {
             squares += sums.squares;
             sums.kept *= precision;
             sums.viscous *= precision;
             sums.dry *= precision;
             if self.truncated {
-                stuck_value -= self.rebound_probability(block.rebounds.clone(), balance, sigma, slopes, &mut sums);
+                stuck_value -= self.rebound_probability(range, sigma, slopes, &mut sums);
             }
             for node in block.stuck.clone() {
                 let at = self.stuck.impact(node);
-                let (r, of_k) = balance.kept(&at);
+                let (r, of_k) = range.balance.kept(&at);
                 if r < certain {
                     continue;
                 }
@@ -140,24 +172,16 @@ impl Likelihood {
             }
             of_films[block.film].add(block, sums, slopes);
         }
-        add_slopes(of_films, slopes);
         slopes[Kind::SigmaWet.slot()] += (squares * precision - self.wet_rebounds) / sigma;
         stuck_value - self.wet_rebounds * (sigma.ln() + LN_ROOT_TWO_PI) - 0.5 * squares * precision
     }
 
     /// Σ n ln P(e* > limit) over the rebounds of a block; its slopes are taken off those of σ and of the sums.
-    fn rebound_probability(
-        &self,
-        nodes: Range<usize>,
-        balance: &Balance,
-        sigma: f64,
-        slopes: &mut [f64],
-        sums: &mut Sums,
-    ) -> f64 {
+    fn rebound_probability(&self, range: &NodeRange, sigma: f64, slopes: &mut [f64], sums: &mut BlockSums) -> f64 {
         let mut value = 0.0;
-        for node in nodes {
+        for node in range.nodes.clone() {
             let at = self.rebounds.impact(node);
-            let (r, of_k) = balance.kept(&at);
+            let (r, of_k) = range.balance.kept(&at);
             let (mean, slope) = mean_and_slope(r);
             let z = (mean - self.limit) / sigma;
             if z > CERTAIN {

@@ -69,7 +69,7 @@ impl Nodes {
 
 /// Wet runs that share particle, liquid and film ratio.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Block {
+pub(super) struct WetBlock {
     pub(super) particle: usize,
     pub(super) density_ratio: f64,
     /// index into [`super::Likelihood::film_ratios`]

@@ -1,6 +1,6 @@
 //! Places a run on the scale its noise is symmetric on, and says how wide, with the measurement errors of its own.
 
-use super::errors::Errors;
+use super::errors::{Errors, MeanKept};
 use super::nodes::{DryRow, Nodes};
 use crate::physics::balance::Balance;
 use crate::physics::rebound::{kept_of_mean_restitution, mean_and_slope, slope_mean_restitution};
@@ -11,7 +11,7 @@ pub(super) struct ByRow {
     /// whether noise has Student's tails
     pub student: bool,
     /// the rebounds on the scale of the energy kept, where noise acts there, too
-    pub energies: Option<Energies>,
+    pub energies: Option<EnergyScales>,
     /// measurement errors of the rebounds and of the stuck runs; empty where there are none
     pub rebounds: Vec<Errors>,
     pub stuck: Vec<Errors>,
@@ -21,14 +21,14 @@ pub(super) struct ByRow {
 
 /// The rebounds on the scale of the energy kept.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Energies {
-    pub(super) rebounds: Vec<Energy>,
-    pub(super) limit: Energy,
+pub(super) struct EnergyScales {
+    pub(super) rebounds: Vec<EnergyScale>,
+    pub(super) limit: EnergyScale,
 }
 
 /// A restitution on the scale of the energy kept.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Energy {
+pub(super) struct EnergyScale {
     /// y = m⁻¹(e)
     pub kept: f64,
     /// e
@@ -39,7 +39,7 @@ pub(super) struct Energy {
 
 /// The spreads of wet runs.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Spreads {
+pub struct Spreads {
     /// σ
     pub sigma: f64,
     /// σ_r; 0 where noise acts on the restitution alone
@@ -68,11 +68,11 @@ impl ByRow {
     }
 }
 
-impl Energy {
-    pub fn of(restitution: f64) -> Energy {
+impl EnergyScale {
+    pub fn of(restitution: f64) -> EnergyScale {
         let kept = kept_of_mean_restitution(restitution);
         let slope = slope_mean_restitution(kept);
-        Energy {
+        EnergyScale {
             kept,
             restitution,
             stretch: 1.0 / (slope * slope),
@@ -80,33 +80,36 @@ impl Energy {
     }
 
     /// A run that keeps r on average, seen from here.
-    pub fn place(self, spreads: Spreads, (r, by_speed): (f64, f64), errors: Errors) -> Placed {
+    pub fn place(self, spreads: Spreads, kept: MeanKept, errors: Errors) -> Placed {
         let Spreads { sigma, energy } = spreads;
         // a restitution of 0 shares nothing with the speed
-        let moved = self.restitution * errors.slowness * self.stretch.sqrt() + by_speed;
+        let speed_part = self.restitution * errors.slowness * self.stretch.sqrt() + kept.speed_slope;
         let square = errors.speed * errors.speed;
         Placed {
-            mean: r,
+            mean: kept.r,
             mean_slope: 1.0,
-            variance: energy * energy + (sigma * sigma + errors.restitution) * self.stretch + square * moved * moved,
-            variance_slopes: [0.0, 2.0 * square * moved],
+            variance: energy * energy
+                + (sigma * sigma + errors.restitution) * self.stretch
+                + square * speed_part * speed_part,
+            variance_slopes: [0.0, 2.0 * square * speed_part],
             of_spreads: [2.0 * sigma * self.stretch, 2.0 * energy],
         }
     }
 }
 
-impl Energies {
-    pub fn new(rebounds: &Nodes, limit: f64) -> Energies {
-        Energies {
-            rebounds: rebounds.restitution.iter().map(|e| Energy::of(*e)).collect(),
-            limit: Energy::of(limit),
+impl EnergyScales {
+    pub fn new(rebounds: &Nodes, limit: f64) -> EnergyScales {
+        EnergyScales {
+            rebounds: rebounds.restitution.iter().map(|e| EnergyScale::of(*e)).collect(),
+            limit: EnergyScale::of(limit),
         }
     }
 }
 
 /// A run on the scale of the restitution that keeps r on average; `shares` whether its restitution was measured with the
 /// same speed.
-pub(super) fn place(sigma: f64, (r, by_speed): (f64, f64), errors: Errors, shares: bool) -> Placed {
+pub(super) fn place_restitution(sigma: f64, kept: MeanKept, errors: Errors, shares: bool) -> Placed {
+    let MeanKept { r, speed_slope } = kept;
     let (mean, mean_slope) = mean_and_slope(r);
     let mut placed = Placed {
         mean,
@@ -116,37 +119,57 @@ pub(super) fn place(sigma: f64, (r, by_speed): (f64, f64), errors: Errors, share
         of_spreads: [2.0 * sigma, 0.0],
     };
     if errors.speed > 0.0 {
-        let step = errors.speed * by_speed;
+        let step = errors.speed * speed_slope;
         let ((above, above_slope), (below, below_slope)) = (mean_and_slope(r + step), mean_and_slope(r - step));
         let share = if shares { errors.speed * errors.slowness } else { 0.0 };
-        let moved = share * mean + 0.5 * (above - below);
-        placed.variance += moved * moved;
+        let speed_part = share * mean + 0.5 * (above - below);
+        placed.variance += speed_part * speed_part;
         placed.variance_slopes = [
-            2.0 * moved * (share * mean_slope + 0.5 * (above_slope - below_slope)),
-            moved * errors.speed * (above_slope + below_slope),
+            2.0 * speed_part * (share * mean_slope + 0.5 * (above_slope - below_slope)),
+            speed_part * errors.speed * (above_slope + below_slope),
         ];
     }
     placed
 }
 
-/// A dry run's mean e_dry and S² = σ² + u² + s² (e_dry/v + de_dry/dv)², as (mean, variance, slope of the variance in k).
-pub(super) fn place_dry(balance: &Balance, p: f64, sigma: f64, errors: Errors, shares: bool) -> (f64, f64, f64) {
+/// A dry run on the scale of the restitution.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PlacedDry {
+    /// e_dry
+    pub mean: f64,
+    /// S²
+    pub variance: f64,
+    /// slope of S² in k
+    pub variance_slope: f64,
+}
+
+/// A dry run of mean e_dry and S² = σ² + u² + s² (e_dry/v + de_dry/dv)².
+pub(super) fn place_dry(balance: &Balance, p: f64, sigma: f64, errors: Errors, shares: bool) -> PlacedDry {
     let [e_dry, slope_k, bend_k] = balance.e_dry(p);
     let own = sigma * sigma + errors.restitution;
     if errors.speed == 0.0 {
-        return (e_dry, own, 0.0);
+        return PlacedDry {
+            mean: e_dry,
+            variance: own,
+            variance_slope: 0.0,
+        };
     }
     let share = f64::from(u8::from(shares));
     // v d/dv is a fifth of k d/dk
-    let moved = errors.speed * errors.slowness * (share * e_dry + 0.2 * balance.dry_k * slope_k);
+    let speed_part = errors.speed * errors.slowness * (share * e_dry + 0.2 * balance.dry_k * slope_k);
     let slope = errors.speed * errors.slowness * (share * slope_k + 0.2 * (slope_k + balance.dry_k * bend_k));
-    (e_dry, own + moved * moved, 2.0 * moved * slope)
+    PlacedDry {
+        mean: e_dry,
+        variance: own + speed_part * speed_part,
+        variance_slope: 2.0 * speed_part * slope,
+    }
 }
 
 /// z of a restitution, (y − r)/S: a run that keeps r on average, with these spreads σ and σ_r, comes out lower with the
 /// probability F(z).
-pub fn on_energies(restitution: f64, kept: f64, (sigma, energy): (f64, f64)) -> f64 {
-    let at = Energy::of(restitution);
-    let placed = at.place(Spreads { sigma, energy }, (kept, 0.0), Errors::default());
-    (at.kept - kept) / placed.variance.sqrt()
+pub fn on_energies(restitution: f64, r: f64, spreads: Spreads) -> f64 {
+    let at = EnergyScale::of(restitution);
+    let kept = MeanKept { r, speed_slope: 0.0 };
+    let placed = at.place(spreads, kept, Errors::default());
+    (at.kept - r) / placed.variance.sqrt()
 }

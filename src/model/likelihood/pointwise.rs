@@ -7,10 +7,10 @@ pub use columns::Stretch;
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::errors::Errors;
-use super::placed::{place, place_dry, Energy, Spreads};
+use super::errors::{Errors, MeanKept};
+use super::placed::{place_dry, place_restitution, EnergyScale, Spreads};
 use super::tails::Tails;
-use super::trend::{middle_film_ratio, Film};
+use super::trend::{middle_film_ratio, FilmLosses};
 use crate::model::parameters::{Kind, COMMON_SLOTS};
 use crate::physics::balance::{Balance, Impact};
 use crate::physics::{rebound, Form};
@@ -29,7 +29,7 @@ pub struct Pointwise<'r> {
     /// whether noise has Student's tails
     student: bool,
     /// runs of one setting that follow one another share an entry
-    settings: Vec<Setting>,
+    settings: Vec<RunSetting>,
     /// the setting of each run
     setting: Vec<u32>,
     /// runs without a liquid, which come first
@@ -42,14 +42,14 @@ pub struct Pointwise<'r> {
 
 /// What a run's restitution depends on.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Setting {
+struct RunSetting {
     particle: usize,
     impact: Impact,
-    wet: Option<Wet>,
+    wet: Option<WetSetting>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Wet {
+struct WetSetting {
     density_ratio: f64,
     film_ratio: f64,
     /// its logarithm over the middle one of the runs
@@ -58,41 +58,50 @@ struct Wet {
 
 /// The law at one full vector of parameters.
 #[derive(Debug, Clone)]
-pub struct At<'p, 'r> {
+pub struct EvaluatedLaw<'p, 'r> {
     pointwise: &'p Pointwise<'r>,
     /// mean of e* at each setting
     means: Vec<f64>,
-    /// v dr/dv at each setting and the k of its particle, where runs have errors of their own
-    moved: Vec<(f64, f64)>,
+    /// of each setting, where runs have errors of their own
+    speed_slopes: Vec<SpeedSlope>,
     tails: Tails,
-    dry: Spread,
-    wet: Spread,
+    dry: NoiseSd,
+    wet: NoiseSd,
     /// σ_r, where noise acts on the energy kept, too
     energy: Option<f64>,
 }
 
+/// How the energy kept at a setting changes with the impact speed.
+#[derive(Debug, Clone, Copy)]
+struct SpeedSlope {
+    /// v dr/dv; 0 of a dry run
+    in_log_speed: f64,
+    /// k of the particle
+    dry_k: f64,
+}
+
 /// A spread with its logarithm.
 #[derive(Debug, Clone, Copy)]
-struct Spread {
+struct NoiseSd {
     sigma: f64,
     ln: f64,
 }
 
-impl Spread {
-    fn of(sigma: f64) -> Spread {
-        Spread { sigma, ln: sigma.ln() }
+impl NoiseSd {
+    fn of(sigma: f64) -> NoiseSd {
+        NoiseSd { sigma, ln: sigma.ln() }
     }
 }
 
-/// How a restitution lies beside what a run is expected to have, on the scale its noise is symmetric on.
+/// How far a restitution lies from what a run is expected to have, on the scale its noise is symmetric on.
 #[derive(Debug, Clone, Copy)]
-struct Beside {
+struct Deviation {
     distance: f64,
     /// S on that scale, with the logarithm of S on the restitution's
-    spread: Spread,
+    spread: NoiseSd,
 }
 
-impl Beside {
+impl Deviation {
     fn z(&self) -> f64 {
         self.distance / self.spread.sigma
     }
@@ -117,7 +126,7 @@ impl<'r> Pointwise<'r> {
         let conditions = Conditions::new(scene, runs, form);
         for group in &runs.dry {
             for run in group.rebounds.start..group.stuck.end {
-                let setting = Setting {
+                let setting = RunSetting {
                     particle: group.particle,
                     impact: conditions.dry(run),
                     wet: None,
@@ -136,10 +145,10 @@ impl<'r> Pointwise<'r> {
                 if film.0 != film_ratio {
                     film = (film_ratio, (film_ratio / middle).ln());
                 }
-                let setting = Setting {
+                let setting = RunSetting {
                     particle: series.particle,
                     impact: conditions.wet(run),
-                    wet: Some(Wet {
+                    wet: Some(WetSetting {
                         density_ratio,
                         film_ratio,
                         ln_film: film.1,
@@ -151,7 +160,7 @@ impl<'r> Pointwise<'r> {
         pointwise
     }
 
-    fn add(&mut self, setting: Setting, stuck: bool) {
+    fn add(&mut self, setting: RunSetting, stuck: bool) {
         if self.settings.last() != Some(&setting) {
             self.settings.push(setting);
         }
@@ -176,8 +185,8 @@ impl<'r> Pointwise<'r> {
         self.stuck[run]
     }
 
-    /// The mean of e* at each setting asked for, in turn.
-    fn means<'f>(&'f self, full: &'f [f64]) -> impl FnMut(&Setting) -> f64 + 'f {
+    /// The mean of e* at each setting in turn.
+    fn means<'f>(&'f self, full: &'f [f64]) -> impl FnMut(&RunSetting) -> f64 + 'f {
         let mut balance = self.balances(full);
         move |setting| {
             let balance = balance(setting);
@@ -188,10 +197,10 @@ impl<'r> Pointwise<'r> {
         }
     }
 
-    /// The energy balance at each setting asked for, in turn.
-    fn balances<'f>(&'f self, full: &'f [f64]) -> impl FnMut(&Setting) -> Balance + 'f {
+    /// The energy balance at each setting in turn.
+    fn balances<'f>(&'f self, full: &'f [f64]) -> impl FnMut(&RunSetting) -> Balance + 'f {
         // neighbours mostly share a film ratio, and an exponential costs more than the rest
-        let mut film: Option<(f64, Film)> = None;
+        let mut film: Option<(f64, FilmLosses)> = None;
         move |setting| {
             let k = full[COMMON_SLOTS + setting.particle];
             let Some(wet) = setting.wet else {
@@ -200,7 +209,7 @@ impl<'r> Pointwise<'r> {
             let of_film = match film {
                 Some((ratio, of_film)) if ratio == wet.film_ratio => of_film,
                 _ => {
-                    let new = Film::of(self.form, wet.film_ratio, wet.ln_film, full);
+                    let new = FilmLosses::of(self.form, wet.film_ratio, wet.ln_film, full);
                     film.insert((wet.film_ratio, new)).1
                 }
             };
@@ -208,17 +217,19 @@ impl<'r> Pointwise<'r> {
         }
     }
 
-    /// v dr/dv of each setting with its k; none where no run has errors of its own.
-    fn moved(&self, full: &[f64]) -> Vec<(f64, f64)> {
+    /// How the energy kept changes with the speed at each setting; none where no run has errors of its own.
+    fn speed_slopes(&self, full: &[f64]) -> Vec<SpeedSlope> {
         if self.errors.is_none() {
             return vec![];
         }
         let mut balance = self.balances(full);
-        let of = |setting: &Setting| {
+        let of = |setting: &RunSetting| {
             let balance = balance(setting);
             // per 1/v: runs of one setting may differ in v where the dry speed is held
-            let by_speed = setting.wet.map_or(0.0, |_| balance.in_log_speed(&setting.impact)[0]);
-            (by_speed, balance.dry_k)
+            SpeedSlope {
+                in_log_speed: setting.wet.map_or(0.0, |_| balance.in_log_speed(&setting.impact)[0]),
+                dry_k: balance.dry_k,
+            }
         };
         self.settings.iter().map(of).collect()
     }
@@ -232,30 +243,30 @@ impl<'r> Pointwise<'r> {
     }
 
     /// The law at a full vector of parameters.
-    pub fn at<'p>(&'p self, full: &[f64]) -> At<'p, 'r> {
-        At {
+    pub fn at<'p>(&'p self, full: &[f64]) -> EvaluatedLaw<'p, 'r> {
+        EvaluatedLaw {
             means: self.settings.iter().map(self.means(full)).collect(),
             ..self.without_means(full)
         }
     }
 
     /// The law but for what each setting has.
-    fn without_means<'p>(&'p self, full: &[f64]) -> At<'p, 'r> {
+    fn without_means<'p>(&'p self, full: &[f64]) -> EvaluatedLaw<'p, 'r> {
         let of = |kind: Kind| full[kind.slot()];
-        At {
+        EvaluatedLaw {
             pointwise: self,
             means: vec![],
-            moved: self.moved(full),
+            speed_slopes: self.speed_slopes(full),
             tails: Tails::of(self.student.then(|| of(Kind::Nu))),
-            dry: Spread::of(of(Kind::SigmaDry)),
-            wet: Spread::of(of(Kind::SigmaWet)),
+            dry: NoiseSd::of(of(Kind::SigmaDry)),
+            wet: NoiseSd::of(of(Kind::SigmaWet)),
             energy: self.both.then(|| of(Kind::SigmaEnergy)),
         }
     }
 }
 
-impl At<'_, '_> {
-    fn spread(&self, run: usize) -> Spread {
+impl EvaluatedLaw<'_, '_> {
+    fn spread(&self, run: usize) -> NoiseSd {
         if run < self.pointwise.dry {
             self.dry
         } else {
@@ -263,7 +274,7 @@ impl At<'_, '_> {
         }
     }
 
-    fn mean_and_spread(&self, run: usize) -> (f64, Spread) {
+    fn mean_and_spread(&self, run: usize) -> (f64, NoiseSd) {
         (self.means[self.pointwise.setting[run] as usize], self.spread(run))
     }
 
@@ -278,25 +289,25 @@ impl At<'_, '_> {
         Errors::of(self.pointwise.errors.as_ref(), run, runs.impact_speed[run])
     }
 
-    /// How a restitution lies beside what a run is expected to have; `measured` whether its own measurement errs.
-    fn beside(&self, run: usize, restitution: f64, measured: bool) -> Beside {
+    /// How far a restitution lies from what a run is expected to have; `measured` whether its own measurement errs.
+    fn deviation(&self, run: usize, restitution: f64, measured: bool) -> Deviation {
         let (mean, spread) = self.mean_and_spread(run);
         let errors = self.errors(run);
         let energy = self.energy(run);
         if errors.is_none() && energy.is_none() {
             let distance = restitution - mean;
-            return Beside { distance, spread };
+            return Deviation { distance, spread };
         }
         let errors = errors.unwrap_or_default();
         let (mean, variance, stretch, y) = match energy {
             Some(energy) => {
-                let at = Energy::of(restitution);
+                let at = EnergyScale::of(restitution);
                 let spreads = Spreads {
                     sigma: spread.sigma,
                     energy,
                 };
                 let errors = if measured { errors } else { errors.of_speed_alone() };
-                let placed = at.place(spreads, self.kept_and_by_speed(run, errors), errors);
+                let placed = at.place(spreads, self.mean_kept(run, errors), errors);
                 (placed.mean, placed.variance, at.stretch, at.kept)
             }
             None => {
@@ -304,37 +315,37 @@ impl At<'_, '_> {
                 (mean, variance, 1.0, restitution)
             }
         };
-        Beside {
+        Deviation {
             distance: y - mean,
-            spread: Spread {
+            spread: NoiseSd {
                 sigma: variance.sqrt(),
                 ln: 0.5 * (variance / stretch).ln(),
             },
         }
     }
 
-    /// r and dr/dv of a wet run.
-    fn kept_and_by_speed(&self, run: usize, errors: Errors) -> (f64, f64) {
+    /// What a wet run keeps on average.
+    fn mean_kept(&self, run: usize, errors: Errors) -> MeanKept {
         let setting = self.pointwise.setting[run] as usize;
-        let moved = self
-            .moved
-            .get(setting)
-            .map_or(0.0, |(moved, _)| moved * errors.slowness);
-        (rebound::kept_of_mean_restitution(self.means[setting]), moved)
+        let slopes = self.speed_slopes.get(setting);
+        MeanKept {
+            r: rebound::kept_of_mean_restitution(self.means[setting]),
+            speed_slope: slopes.map_or(0.0, |slopes| slopes.in_log_speed * errors.slowness),
+        }
     }
 
     /// Mean and S² of a run on the scale of the restitution.
     fn placed(&self, run: usize, errors: Errors, measured: bool) -> (f64, f64) {
-        let (mean, Spread { sigma, .. }) = self.mean_and_spread(run);
+        let (mean, NoiseSd { sigma, .. }) = self.mean_and_spread(run);
         let setting = self.pointwise.setting[run] as usize;
         let errors = if measured { errors } else { errors.of_speed_alone() };
         if run < self.pointwise.dry {
-            let k = self.moved.get(setting).map_or(f64::NAN, |(_, k)| *k);
+            let k = self.speed_slopes.get(setting).map_or(f64::NAN, |slopes| slopes.dry_k);
             let balance = Balance::dry(self.pointwise.form.dry, k);
             let root = self.pointwise.settings[setting].impact.dry_root;
-            return (mean, place_dry(&balance, root, sigma, errors, measured).1);
+            return (mean, place_dry(&balance, root, sigma, errors, measured).variance);
         }
-        let placed = place(sigma, self.kept_and_by_speed(run, errors), errors, measured);
+        let placed = place_restitution(sigma, self.mean_kept(run, errors), errors, measured);
         (mean, placed.variance)
     }
 
@@ -343,16 +354,16 @@ impl At<'_, '_> {
         self.tails
     }
 
-    /// By how many spreads the smallest restitution told from sticking lies above the mean: F of it is the probability of
+    /// By how many spreads the smallest restitution that is a rebound lies above the mean: F of it is the probability of
     /// sticking. Where stuck runs were not logged, that of a run not being there.
     pub fn limit_z(&self, run: usize) -> f64 {
         let measured = self.pointwise.truncated && !self.pointwise.stuck[run];
-        self.beside(run, self.pointwise.limit, measured).z()
+        self.deviation(run, self.pointwise.limit, measured).z()
     }
 
     /// By how many spreads a measured restitution lies above the mean.
     pub fn z(&self, run: usize, restitution: f64) -> f64 {
-        self.beside(run, restitution, true).z()
+        self.deviation(run, restitution, true).z()
     }
 
     /// Mean of e* and its spread σ: m(r) and σ_wet, or e_dry and σ_dry.
@@ -367,8 +378,8 @@ impl At<'_, '_> {
         if self.pointwise.stuck[run] {
             return ln_below(self.limit_z(run));
         }
-        let beside = self.beside(run, self.pointwise.runs.restitution[run], true);
-        let density = self.tails.ln_unit_density(beside.z()) - beside.spread.ln;
+        let deviation = self.deviation(run, self.pointwise.runs.restitution[run], true);
+        let density = self.tails.ln_unit_density(deviation.z()) - deviation.spread.ln;
         if self.pointwise.truncated {
             density - ln_below(-self.limit_z(run))
         } else {

@@ -1,10 +1,10 @@
 //! Holds the runs of a scene as the likelihood reads them: wet ones as nodes in blocks, dry ones as sums.
 
 use super::dry_sums::DryRuns;
-use super::nodes::{Block, Nodes};
+use super::nodes::{Nodes, WetBlock};
 use super::placed::ByRow;
 use super::tails::Tails;
-use super::trend::Film;
+use super::trend::FilmLosses;
 use crate::model::parameters::{Kind, COMMON_SLOTS};
 use crate::physics::balance::Balance;
 use crate::physics::Form;
@@ -17,7 +17,7 @@ pub struct Likelihood {
     pub(super) limit: f64,
     /// whether runs that stuck were not logged, so that a rebound's density is that of runs that rebound
     pub(super) truncated: bool,
-    pub(super) blocks: Vec<Block>,
+    pub(super) blocks: Vec<WetBlock>,
     /// the different film ratios: the shape of the inertial loss is computed once for each
     pub(super) film_ratios: Vec<f64>,
     /// f of each of them
@@ -48,7 +48,7 @@ impl Likelihood {
     }
 
     /// The energy balance of a block at a full vector of parameters, which `film` has read.
-    pub(super) fn balance(&self, block: &Block, full: &[f64], film: &Film) -> Balance {
+    pub(super) fn balance(&self, block: &WetBlock, full: &[f64], film: &FilmLosses) -> Balance {
         film.balance(self.form, full[COMMON_SLOTS + block.particle], block.density_ratio)
     }
 
@@ -59,7 +59,7 @@ impl Likelihood {
     }
 
     /// What the parameters say at a film ratio, by its index.
-    pub(super) fn film(&self, film: usize, full: &[f64]) -> Film {
-        Film::of(self.form, self.film_ratios[film], self.ln_films[film], full)
+    pub(super) fn film(&self, film: usize, full: &[f64]) -> FilmLosses {
+        FilmLosses::of(self.form, self.film_ratios[film], self.ln_films[film], full)
     }
 }

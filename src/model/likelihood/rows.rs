@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 use super::dry_sums::DryRuns;
 use super::errors::Errors;
-use super::nodes::{Block, DryRow, Nodes};
-use super::placed::{ByRow, Energies};
+use super::nodes::{DryRow, Nodes, WetBlock};
+use super::placed::{ByRow, EnergyScales};
 use super::prepared::Likelihood;
 use super::trend::middle_film_ratio;
 use crate::physics::Form;
@@ -13,7 +13,7 @@ use crate::runs::{Conditions, DryGroup, MeasurementErrors, Runs, Series};
 use crate::scene::{self, NoiseOn, Scene, Sticking};
 
 /// The runs and all that is read with them.
-struct Table<'r> {
+struct RunData<'r> {
     scene: &'r Scene,
     runs: &'r Runs,
     errors: Option<&'r MeasurementErrors>,
@@ -56,7 +56,7 @@ impl Likelihood {
         }
         let mut films = HashMap::new();
         let middle = middle_film_ratio(runs);
-        let table = Table {
+        let table = RunData {
             scene,
             runs,
             errors,
@@ -69,14 +69,14 @@ impl Likelihood {
         likelihood.ln_films = ratios.map(|ratio| (ratio / middle).ln()).collect();
         likelihood.wet_rebounds = likelihood.rebounds.len() as f64;
         if let Some(own) = likelihood.own.as_mut().filter(|_| both) {
-            own.energies = Some(Energies::new(&likelihood.rebounds, likelihood.limit));
+            own.energies = Some(EnergyScales::new(&likelihood.rebounds, likelihood.limit));
         }
         likelihood
     }
 
     /// Adds the runs of a series, a block for each film ratio the runs themselves have.
-    fn add(&mut self, table: &Table, series: &Series, films: &mut HashMap<i64, usize>) {
-        /// film ratios are told apart beyond the rounding of a quotient
+    fn add(&mut self, table: &RunData, series: &Series, films: &mut HashMap<i64, usize>) {
+        /// film ratios differ beyond the rounding of a quotient
         const ROUNDING: f64 = 1e-14;
         let (runs, conditions) = (table.runs, &table.conditions);
         let film_ratio = |run: &usize| runs.impacts.film_ratio[*run];
@@ -120,7 +120,7 @@ impl Likelihood {
                 }
                 next_stuck += 1;
             }
-            self.blocks.push(Block {
+            self.blocks.push(WetBlock {
                 particle: series.particle,
                 density_ratio: series.density_ratio(table.scene),
                 film,

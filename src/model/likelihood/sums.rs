@@ -1,4 +1,4 @@
-//! Sums distances and slopes over the rebounds of a block, a few settings at a time, where the spread is one for all.
+//! BlockSums distances and slopes over the rebounds of a block, a few settings at a time, where the spread is one for all.
 
 use std::ops::Range;
 
@@ -9,9 +9,9 @@ use crate::physics::balance::Balance;
 use crate::physics::dry::{Order, SECOND_ORDER};
 use crate::physics::rebound::TURN;
 
-/// Sums over the rebounds of a block: Σ n d², Σ n d m′, Σ n d m′ x, Σ n d m′ e_dry p, with d = e − m(r).
+/// BlockSums over the rebounds of a block: Σ n d², Σ n d m′, Σ n d m′ x, Σ n d m′ e_dry p, with d = e − m(r).
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Sums {
+pub(super) struct BlockSums {
     pub squares: f64,
     pub kept: f64,
     pub viscous: f64,
@@ -25,16 +25,16 @@ pub(super) struct Sums {
 
 /// Student's tails of one spread.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Heavy {
+pub(super) struct HeavyTails {
     /// q over the square of a distance
     pub steepness: f64,
     /// ν
     pub nu: f64,
 }
 
-impl Heavy {
+impl HeavyTails {
     /// Of normal noise, which reads neither.
-    const NONE: Heavy = Heavy {
+    const NONE: HeavyTails = HeavyTails {
         steepness: 0.0,
         nu: f64::INFINITY,
     };
@@ -55,42 +55,51 @@ const LAST: [f64; 2 * WIDEST] = {
 };
 
 /// A range of the nodes with its energy balance.
-pub(super) type Piece = (Range<usize>, Balance);
+#[derive(Debug, Clone)]
+pub(super) struct NodeRange {
+    pub nodes: Range<usize>,
+    pub balance: Balance,
+}
 
 /// The sums over each of some ranges of the nodes, in the widest registers that the machine has.
 ///
 /// With heavy tails each node is one run, and counts by the weight its distance leaves it.
-pub(super) fn rebound_sums(nodes: &Nodes, order: Order, heavy: Option<Heavy>, pieces: &[Piece]) -> Vec<Sums> {
+pub(super) fn rebound_sums(
+    nodes: &Nodes,
+    order: Order,
+    heavy: Option<HeavyTails>,
+    ranges: &[NodeRange],
+) -> Vec<BlockSums> {
     let (second, fixed) = (order == Order::Second, nodes.has_fixed());
     match (second, fixed, heavy) {
-        (false, false, None) => over::<false, false, false>(nodes, Heavy::NONE, pieces),
-        (false, true, None) => over::<false, true, false>(nodes, Heavy::NONE, pieces),
-        (true, false, None) => over::<true, false, false>(nodes, Heavy::NONE, pieces),
-        (true, true, None) => over::<true, true, false>(nodes, Heavy::NONE, pieces),
-        (false, false, Some(heavy)) => over::<false, false, true>(nodes, heavy, pieces),
-        (false, true, Some(heavy)) => over::<false, true, true>(nodes, heavy, pieces),
-        (true, false, Some(heavy)) => over::<true, false, true>(nodes, heavy, pieces),
-        (true, true, Some(heavy)) => over::<true, true, true>(nodes, heavy, pieces),
+        (false, false, None) => over::<false, false, false>(nodes, HeavyTails::NONE, ranges),
+        (false, true, None) => over::<false, true, false>(nodes, HeavyTails::NONE, ranges),
+        (true, false, None) => over::<true, false, false>(nodes, HeavyTails::NONE, ranges),
+        (true, true, None) => over::<true, true, false>(nodes, HeavyTails::NONE, ranges),
+        (false, false, Some(heavy)) => over::<false, false, true>(nodes, heavy, ranges),
+        (false, true, Some(heavy)) => over::<false, true, true>(nodes, heavy, ranges),
+        (true, false, Some(heavy)) => over::<true, false, true>(nodes, heavy, ranges),
+        (true, true, Some(heavy)) => over::<true, true, true>(nodes, heavy, ranges),
     }
 }
 
 fn over<const SECOND: bool, const FIXED: bool, const HEAVY: bool>(
     nodes: &Nodes,
-    heavy: Heavy,
-    pieces: &[Piece],
-) -> Vec<Sums> {
+    heavy: HeavyTails,
+    ranges: &[NodeRange],
+) -> Vec<BlockSums> {
     // one call for all: a range of a few nodes costs no more than its roots
-    Arch::new().dispatch(Over::<SECOND, FIXED, HEAVY> { nodes, heavy, pieces })
+    Arch::new().dispatch(RangeSums::<SECOND, FIXED, HEAVY> { nodes, heavy, ranges })
 }
 
 /// Some ranges of the nodes, with what a form does not hold left out where the code is made.
-struct Over<'a, const SECOND: bool, const FIXED: bool, const HEAVY: bool> {
+struct RangeSums<'a, const SECOND: bool, const FIXED: bool, const HEAVY: bool> {
     nodes: &'a Nodes,
-    heavy: Heavy,
-    pieces: &'a [Piece],
+    heavy: HeavyTails,
+    ranges: &'a [NodeRange],
 }
 
-impl<const SECOND: bool, const FIXED: bool, const HEAVY: bool> Over<'_, SECOND, FIXED, HEAVY> {
+impl<const SECOND: bool, const FIXED: bool, const HEAVY: bool> RangeSums<'_, SECOND, FIXED, HEAVY> {
     /// Adds the settings of one register.
     #[inline(always)]
     fn add<S: Simd>(&self, simd: S, balance: &Balance, to: &mut Running<S>, [x, p, b, e, n]: [S::f64s; 5]) {
@@ -118,13 +127,13 @@ impl<const SECOND: bool, const FIXED: bool, const HEAVY: bool> Over<'_, SECOND, 
         let distance = minus(e, times(times(r, square), inverse));
         let weighted = times(n, distance);
         let slope = simd.add_f64s(times(times(number(0.5), r), r), turn4);
-        let mut moved = times(times(weighted, slope), inverse);
+        let mut weighted_slope = times(times(weighted, slope), inverse);
         if HEAVY {
             // a node that counts for nothing has no distance, either
             let square = times(times(weighted, distance), number(self.heavy.steepness));
             let nu = number(self.heavy.nu);
             let weight = simd.div_f64s(number(self.heavy.nu + 1.0), simd.add_f64s(nu, square));
-            moved = times(moved, weight);
+            weighted_slope = times(weighted_slope, weight);
             to.weighted = simd.add_f64s(to.weighted, times(weight, square));
             // without its 1, which with many degrees of freedom would leave nothing of the rest
             let more = times(square, number(1.0 / self.heavy.nu));
@@ -136,9 +145,9 @@ impl<const SECOND: bool, const FIXED: bool, const HEAVY: bool> Over<'_, SECOND, 
         }
         let more = [
             times(weighted, distance),
-            moved,
-            times(moved, x),
-            times(times(moved, e_dry), fall),
+            weighted_slope,
+            times(weighted_slope, x),
+            times(times(weighted_slope, e_dry), fall),
         ];
         for (sum, more) in to.sums.iter_mut().zip(more) {
             *sum = simd.add_f64s(*sum, more);
@@ -151,7 +160,7 @@ const MOST_FACTORS: usize = 16;
 
 /// The sums of each lane.
 struct Running<S: Simd> {
-    /// in the order of [`Sums`]
+    /// in the order of [`BlockSums`]
     sums: [S::f64s; 4],
     weighted: S::f64s,
     /// product of the tails since the last logarithms, less 1
@@ -185,13 +194,13 @@ impl<S: Simd> Running<S> {
     }
 }
 
-impl<const SECOND: bool, const FIXED: bool, const HEAVY: bool> WithSimd for Over<'_, SECOND, FIXED, HEAVY> {
-    type Output = Vec<Sums>;
+impl<const SECOND: bool, const FIXED: bool, const HEAVY: bool> WithSimd for RangeSums<'_, SECOND, FIXED, HEAVY> {
+    type Output = Vec<BlockSums>;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Vec<Sums> {
-        let mut all = Vec::with_capacity(self.pieces.len());
-        for (range, balance) in self.pieces {
+    fn with_simd<S: Simd>(self, simd: S) -> Vec<BlockSums> {
+        let mut all = Vec::with_capacity(self.ranges.len());
+        for NodeRange { nodes: range, balance } in self.ranges {
             let mut running = Running::new(simd);
             let x = &self.nodes.over_stokes[range.clone()];
             let p = &self.nodes.dry_root[range.clone()];
@@ -229,7 +238,7 @@ impl<const SECOND: bool, const FIXED: bool, const HEAVY: bool> WithSimd for Over
                 running.take_logarithms(simd);
             }
             let [squares, kept, viscous, dry] = running.sums.map(|lanes| simd.reduce_sum_f64s(lanes));
-            all.push(Sums {
+            all.push(BlockSums {
                 squares,
                 kept,
                 viscous,

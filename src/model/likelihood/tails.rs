@@ -9,7 +9,7 @@ use rand_distr::{ChiSquared, Distribution};
 
 use super::normal::{ln_normal_cdf, normal_cdf};
 use super::student::StudentT;
-use super::sums::{Heavy, Sums};
+use super::sums::{BlockSums, HeavyTails};
 use crate::distributions::{student_t_peak_slope, LN_ROOT_TWO_PI};
 
 /// The distribution of noise in units of its spread.
@@ -40,7 +40,7 @@ pub struct Student {
     peak_slope: f64,
 }
 
-/// A log density with its slopes.
+/// A log density, or the log of a probability, with its slopes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Density {
     pub value: f64,
@@ -50,6 +50,18 @@ pub(super) struct Density {
     pub variance: f64,
     /// in ν
     pub nu: f64,
+}
+
+/// The log density of all rebounds of a block, with its slopes.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct SummedDensity {
+    pub value: f64,
+    /// in σ
+    pub sigma: f64,
+    /// in ν
+    pub nu: f64,
+    /// what the slopes of the sums in r are to be multiplied by
+    pub kept_factor: f64,
 }
 
 /// ln F(z) with its slopes.
@@ -87,29 +99,28 @@ impl Tails {
     }
 
     /// What sums over rebounds of one spread σ want to know of heavy tails; `None` for normal ones.
-    pub(super) fn heavy(&self, sigma: f64) -> Option<Heavy> {
+    pub(super) fn heavy(&self, sigma: f64) -> Option<HeavyTails> {
         match self {
             Tails::Normal => None,
-            Tails::Student(student) => Some(Heavy {
+            Tails::Student(student) => Some(HeavyTails {
                 steepness: (student.quantile / sigma).powi(2),
                 nu: student.nu,
             }),
         }
     }
 
-    /// The log density of so many runs from their sums, its slopes in σ and in ν, and what the sums' slopes in r are to be
-    /// multiplied by.
-    pub(super) fn of_sums(&self, sums: Sums, runs: usize, sigma: f64) -> (f64, f64, f64, f64) {
+    /// The log density of so many runs from their sums; all 0 for normal tails.
+    pub(super) fn of_sums(&self, sums: BlockSums, runs: usize, sigma: f64) -> SummedDensity {
         let Tails::Student(student) = self else {
-            return (0.0, 0.0, 0.0, 0.0);
+            return SummedDensity::default();
         };
         let (n, Student { nu, .. }) = (runs as f64, *student);
-        (
-            n * (student.peak - sigma.ln()) - 0.5 * (nu + 1.0) * sums.ln_tails,
-            (sums.weighted - n) / sigma,
-            n * student.peak_slope - 0.5 * sums.ln_tails + sums.weighted * (0.5 / nu - student.quantile_slope),
-            (student.quantile / sigma).powi(2),
-        )
+        SummedDensity {
+            value: n * (student.peak - sigma.ln()) - 0.5 * (nu + 1.0) * sums.ln_tails,
+            sigma: (sums.weighted - n) / sigma,
+            nu: n * student.peak_slope - 0.5 * sums.ln_tails + sums.weighted * (0.5 / nu - student.quantile_slope),
+            kept_factor: (student.quantile / sigma).powi(2),
+        }
     }
 
     /// Log density at a distance above the mean; `stretch` divides the square of the spread where the density is wanted on

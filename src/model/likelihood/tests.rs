@@ -51,13 +51,13 @@ fn with_trends(full: [f64; SLOTS]) -> [f64; SLOTS] {
     full
 }
 
-const WAYS: [DrySpeed; 2] = [DrySpeed::Reference(2.0), DrySpeed::Impact];
+const DRY_SPEEDS: [DrySpeed; 2] = [DrySpeed::Reference(2.0), DrySpeed::Impact];
 
 /// Every form of inertia with both dry speeds, and with the other terms in and out.
 fn forms() -> Vec<Form> {
     let mut forms = vec![];
     for inertia in Inertia::ALL {
-        for dry_speed in WAYS {
+        for dry_speed in DRY_SPEEDS {
             let plain = Form::new(inertia, dry_speed);
             let bridge = Term::Bridge.toggled(plain);
             let [second, both] = [plain, bridge].map(|form| Term::DrySecondOrder.toggled(form));
@@ -73,7 +73,7 @@ fn scene() -> Scene {
 
 /// Runs at speeds of their own, down to where nothing rebounds.
 fn runs(scene: &Scene, each: usize, seed: &str) -> Runs {
-    runs_of(scene, each, seed, Form::new(Inertia::Saturating, WAYS[0]))
+    runs_of(scene, each, seed, Form::new(Inertia::Saturating, DRY_SPEEDS[0]))
 }
 
 /// The same, drawn from a form.
@@ -186,7 +186,7 @@ fn plain(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
     sum
 }
 
-fn moved(full: &[f64], place: usize, step: f64) -> Vec<f64> {
+fn shifted(full: &[f64], place: usize, step: f64) -> Vec<f64> {
     let mut full = full.to_vec();
     full[place] += step;
     full
@@ -231,7 +231,7 @@ fn sums_and_slopes_agree(scene: &Scene, full: &[f64; SLOTS]) {
             let h = 1e-6 * full[place].abs().max(0.1);
             let mut at = |step| {
                 likelihood
-                    .ln_density(&moved(full, place, step), &mut unused)
+                    .ln_density(&shifted(full, place, step), &mut unused)
                     .expect("inside")
             };
             let difference = (at(h) - at(-h)) / (2.0 * h);
@@ -257,7 +257,7 @@ fn noise_on_the_energy_is_summed_as_it_is_written() {
         scene.model.noise = NoiseOn::Both;
         scene.model.sticking = sticking;
         let runs = runs(&scene, 30, "noise_on_the_energy_is_summed_as_it_is_written");
-        let form = Form::new(Inertia::Saturating, WAYS[1]);
+        let form = Form::new(Inertia::Saturating, DRY_SPEEDS[1]);
         let likelihood = Likelihood::of_rows(&scene, &runs, form);
         let full = with_trends(FULL);
         assert!(likelihood.needs_rows());
@@ -274,7 +274,7 @@ fn noise_on_the_energy_is_summed_as_it_is_written() {
             let h = 1e-6 * full[place].abs().max(0.1);
             let mut at = |step| {
                 likelihood
-                    .ln_density(&moved(&full, place, step), &mut unused)
+                    .ln_density(&shifted(&full, place, step), &mut unused)
                     .expect("inside")
             };
             let difference = (at(h) - at(-h)) / (2.0 * h);
@@ -321,7 +321,7 @@ fn noise_on_the_energy_is_summed_as_it_is_written() {
 fn a_point_without_a_density_is_told_and_is_no_number() {
     let scene = scene();
     let runs = runs(&scene, 10, "a_point_without_a_density");
-    let likelihood = Likelihood::of_rows(&scene, &runs, Form::new(Inertia::Saturating, WAYS[0]));
+    let likelihood = Likelihood::of_rows(&scene, &runs, Form::new(Inertia::Saturating, DRY_SPEEDS[0]));
     let mut slopes = [0.0; SLOTS];
     for (place, value) in [(3, 0.0), (0, f64::NAN), (2, 0.0), (3, 1e-200)] {
         let mut full = FULL;
@@ -339,15 +339,16 @@ fn a_point_without_a_density_is_told_and_is_no_number() {
 fn the_compressed_sum_keeps_its_bound_and_is_short() {
     let scene = scene();
     let runs = runs(&scene, 3000, "the_compressed_sum_keeps_its_bound");
-    let second = Term::DrySecondOrder.toggled(Form::new(Inertia::Saturating, WAYS[1]));
-    let usual = [Inertia::Saturating, Inertia::Stepwise].map(|inertia| WAYS.map(|speed| Form::new(inertia, speed)));
+    let second = Term::DrySecondOrder.toggled(Form::new(Inertia::Saturating, DRY_SPEEDS[1]));
+    let usual =
+        [Inertia::Saturating, Inertia::Stepwise].map(|inertia| DRY_SPEEDS.map(|speed| Form::new(inertia, speed)));
     for form in usual.into_iter().flatten().chain([second]) {
         let own = (form == second).then(|| runs_of(&scene, 3000, "the_compressed_sum_keeps_its_bound", second));
         let rows = Likelihood::of_rows(&scene, own.as_ref().unwrap_or(&runs), form);
         // the posterior of 18,000 runs is about this wide
         let steps = [0.004, 0.004, 0.002, 1e-4, 1e-3, 0.0, 0.004, 0.004, 0.0, 2e-4, 2e-4];
         let tests: Vec<Vec<f64>> = (0..SLOTS)
-            .flat_map(|place| [-6.0, -2.0, 2.0, 6.0].map(|far| moved(&FULL, place, far * steps[place])))
+            .flat_map(|place| [-6.0, -2.0, 2.0, 6.0].map(|far| shifted(&FULL, place, far * steps[place])))
             .collect();
         for bound in [1e-1, 1e-3] {
             let (short, compression) = rows.compressed(&FULL, &tests, Resolution::Bound(bound));
@@ -388,7 +389,7 @@ fn repeated_settings_are_compressed_exactly() {
         })
         .collect();
     let runs = runs::arrange(&scene, &rows);
-    let rows = Likelihood::of_rows(&scene, &runs, Form::new(Inertia::Cap, WAYS[1]));
+    let rows = Likelihood::of_rows(&scene, &runs, Form::new(Inertia::Cap, DRY_SPEEDS[1]));
     let (short, compression) = rows.compressed(&FULL, &[], Resolution::Bound(1e-3));
     assert_eq!((compression.nodes, compression.rows_exact), (7, 4000));
     let (mut a, mut b) = ([0.0; SLOTS], [0.0; SLOTS]);
@@ -408,7 +409,7 @@ fn repeated_settings_are_compressed_exactly() {
 #[test]
 fn a_bridge_is_compressed_where_settings_repeat() {
     let scene = scene();
-    let form = Term::Bridge.toggled(Form::new(Inertia::Cap, WAYS[0]));
+    let form = Term::Bridge.toggled(Form::new(Inertia::Cap, DRY_SPEEDS[0]));
     let own = Likelihood::of_rows(&scene, &runs(&scene, 40, "a_bridge_is_compressed"), form);
     let (short, compression) = own.compressed(&FULL, &[], Resolution::Bound(1e-3));
     assert_eq!(compression.nodes, own.nodes());
@@ -449,10 +450,10 @@ fn films_of_their_own_keep_their_rows() {
         })
         .collect();
     let runs = runs::arrange(&scene, &rows);
-    let likelihood = Likelihood::of_rows(&scene, &runs, Form::new(Inertia::Stepwise, WAYS[0]));
+    let likelihood = Likelihood::of_rows(&scene, &runs, Form::new(Inertia::Stepwise, DRY_SPEEDS[0]));
     assert_eq!((likelihood.blocks.len(), likelihood.nodes()), (20, 60));
     let mut slopes = [0.0; SLOTS];
     let value = likelihood.ln_density(&FULL, &mut slopes).expect("inside");
-    let expected = plain(&scene, &runs, Form::new(Inertia::Stepwise, WAYS[0]), &FULL);
+    let expected = plain(&scene, &runs, Form::new(Inertia::Stepwise, DRY_SPEEDS[0]), &FULL);
     assert!((value / expected - 1.0).abs() < 1e-12);
 }

@@ -4,8 +4,8 @@
 //! diameter L = ln(δc/ε) has the slope L′ = p; C′ is the power of the film ratio by which the inertial loss departs from
 //! its form. Empirical: neither is in the paper, which asks whether they vanish.
 
-use super::nodes::Block;
-use super::sums::Sums;
+use super::nodes::WetBlock;
+use super::sums::BlockSums;
 use crate::model::parameters::{Kind, COMMON_SLOTS};
 use crate::physics::balance::{AtFilm, Balance};
 use crate::physics::coefficient::Coefficients;
@@ -30,7 +30,7 @@ pub(super) fn middle_film_ratio(runs: &Runs) -> f64 {
 
 /// What the parameters say at one film ratio.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Film {
+pub(super) struct FilmLosses {
     /// what the losses take without trends, with slopes
     plain: AtFilm,
     /// what they take with them
@@ -41,15 +41,15 @@ pub(super) struct Film {
     ln_film: f64,
 }
 
-impl Film {
+impl FilmLosses {
     /// At a film ratio with this f.
-    pub fn of(form: Form, film_ratio: f64, ln_film: f64, full: &[f64]) -> Film {
+    pub fn of(form: Form, film_ratio: f64, ln_film: f64, full: &[f64]) -> FilmLosses {
         let at = |kind: Kind| full[kind.slot()];
         let plain = AtFilm::new(form, film_ratio, &Coefficients::first_of(full));
         let trend = at(Kind::InertialTrend);
         // an exponential a film is felt, and most models have no trend
         let grown = if trend == 0.0 { 1.0 } else { (trend * ln_film).exp() };
-        Film {
+        FilmLosses {
             plain,
             share: Share {
                 inertial: plain.share.inertial * grown,
@@ -66,7 +66,7 @@ impl Film {
     }
 
     /// Slopes of r turned into those of the parameters, over all blocks of this film ratio.
-    pub fn add_slopes(&self, sums: OfFilm, slopes: &mut [f64]) {
+    pub fn add_slopes(&self, sums: FilmSums, slopes: &mut [f64]) {
         let kept = sums.inertial * self.grown;
         for slope in self.plain.slopes() {
             slopes[Kind::Shared(slope.of).slot()] -= kept * slope.share.inertial + sums.viscous * slope.share.viscous;
@@ -78,16 +78,16 @@ impl Film {
 
 /// Slopes of r, added up over the blocks of a film ratio.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct OfFilm {
+pub(super) struct FilmSums {
     /// those in r times ρ̃
     inertial: f64,
     /// those in −L
     viscous: f64,
 }
 
-impl OfFilm {
+impl FilmSums {
     /// Adds those of a block; its slope in k goes to the slopes of the parameters at once.
-    pub fn add(&mut self, block: &Block, sums: Sums, slopes: &mut [f64]) {
+    pub fn add(&mut self, block: &WetBlock, sums: BlockSums, slopes: &mut [f64]) {
         self.inertial += sums.kept * block.density_ratio;
         self.viscous += sums.viscous;
         slopes[COMMON_SLOTS + block.particle] -= 2.0 * sums.dry;

@@ -96,9 +96,9 @@ fn slopes_agree_with_differences_under_every_prior() {
             posterior.ln_density(&point, &mut slopes).expect("inside");
             for place in 0..point.len() {
                 let mut at = |step: f64| {
-                    let mut moved = point.clone();
-                    moved[place] += step;
-                    posterior.ln_density(&moved, &mut unused).expect("inside")
+                    let mut shifted = point.clone();
+                    shifted[place] += step;
+                    posterior.ln_density(&shifted, &mut unused).expect("inside")
                 };
                 let difference = (at(1e-5) - at(-1e-5)) / 2e-5;
                 let gap = (difference - slopes[place]).abs() / (1.0 + difference.abs());
@@ -184,8 +184,8 @@ fn a_prior_without_room_is_refused_by_name() {
         let scene = scene(extra);
         let runs = runs::arrange(&scene, &rows());
         let error = Parameters::of(&scene, &runs, Form::new(Inertia::Cap, DrySpeed::Reference(2.0))).expect_err("no room");
-        let told = format!("a/scene.toml: 1 problem; nothing was written\n  {expected}");
-        assert_eq!(error.to_string(), told);
+        let message = format!("a/scene.toml: 1 problem; nothing was written\n  {expected}");
+        assert_eq!(error.to_string(), message);
     }
     let scene = scene("[priors]\ninertial_prefactor = { fixed = 0 }");
     let posterior = posterior(&scene, &rows(), Inertia::Cap, DrySpeed::Reference(2.0));

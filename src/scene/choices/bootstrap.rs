@@ -2,7 +2,7 @@
 
 use super::unused::note_unused;
 use crate::scene::expect::INSIDE_ONE;
-use crate::scene::table::Table;
+use crate::scene::table::SceneTable;
 
 /// How intervals are made.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,10 +68,10 @@ impl IntervalMethod {
 }
 
 /// Most replicates: more than any interval needs. What they take also depends on the number of fits, and is checked when
-/// that is known.
+/// these are listed.
 pub const MOST_REPLICATES: u64 = 1_000_000;
 
-pub(in crate::scene) fn bootstrap(root: &Table, unused: &mut Vec<String>) -> Bootstrap {
+pub fn bootstrap(root: &SceneTable, unused: &mut Vec<String>) -> Bootstrap {
     let mut bootstrap = Bootstrap {
         replicates: 10_000,
         scheme: ResamplingScheme::Cases,

@@ -5,7 +5,7 @@ use crate::physics::form::Term;
 use crate::physics::{DrySpeed, Form, Inertia};
 use crate::scene::expect::ABOVE_ZERO;
 use crate::scene::materials::Liquid;
-use crate::scene::table::Table;
+use crate::scene::table::{QuantityOrWord, SceneTable};
 use crate::units::Dimension;
 
 /// What the model holds.
@@ -68,7 +68,7 @@ pub enum Sticking {
     Excluded,
 }
 
-pub(in crate::scene) fn model(root: &Table, liquids: &[Liquid]) -> ModelChoices {
+pub fn model(root: &SceneTable, liquids: &[Liquid]) -> ModelChoices {
     let mut choices = ModelChoices {
         dry_speed: DrySpeed::Reference(REFERENCE_SPEED),
         inertia: Some(Inertia::Stepwise),
@@ -80,9 +80,7 @@ pub(in crate::scene) fn model(root: &Table, liquids: &[Liquid]) -> ModelChoices 
     let Some(table) = root.table("model") else {
         return choices;
     };
-    let impact = ("impact", DrySpeed::Impact);
-    if let Some(speed) = table.quantity_or_word("dry_speed", Dimension::Speed, ABOVE_ZERO, impact, DrySpeed::Reference)
-    {
+    if let Some(speed) = dry_speed(&table) {
         choices.dry_speed = speed;
     }
     let mut forms: Vec<_> = Inertia::ALL.map(|form| (form.name(), Some(form))).to_vec();
@@ -111,8 +109,16 @@ pub(in crate::scene) fn model(root: &Table, liquids: &[Liquid]) -> ModelChoices 
     choices
 }
 
+/// The speed at which e_dry enters, where a table names it.
+pub fn dry_speed(table: &SceneTable) -> Option<DrySpeed> {
+    match table.quantity_or_word("dry_speed", Dimension::Speed, ABOVE_ZERO, "impact")? {
+        QuantityOrWord::Quantity(speed) => Some(DrySpeed::Reference(speed)),
+        QuantityOrWord::Word => Some(DrySpeed::Impact),
+    }
+}
+
 /// The terms a table names; absent: as the runs require. A bridge wants the surface tension of every liquid.
-pub(in crate::scene) fn terms(table: &Table, liquids: &[Liquid]) -> Option<Vec<Term>> {
+pub fn terms(table: &SceneTable, liquids: &[Liquid]) -> Option<Vec<Term>> {
     let words = Term::LISTED.map(|term| (term.name(), term));
     let terms = table.words_or("terms", "auto", &words).flatten()?;
     let without = liquids.iter().find(|liquid| liquid.surface_tension.is_none());

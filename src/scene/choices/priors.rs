@@ -5,7 +5,7 @@ use super::unused::note_unused;
 use crate::error::quoted;
 use crate::scene::expect::{ABOVE_ZERO, NOT_NEGATIVE};
 use crate::scene::prior::Prior;
-use crate::scene::table::Table;
+use crate::scene::table::SceneTable;
 
 /// A prior the scene sets for one parameter.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,8 +41,8 @@ pub(crate) fn least(parameter: &str) -> f64 {
     }
 }
 
-pub(in crate::scene) fn priors(
-    root: &Table,
+pub fn priors(
+    root: &SceneTable,
     particles: &[&str],
     likelihood: Likelihood,
     unused: &mut Vec<String>,
@@ -51,7 +51,7 @@ pub(in crate::scene) fn priors(
         return vec![];
     };
     let mut choices = vec![];
-    let mut add = |parameter: &'static str, particle: Option<usize>, inner: &Table| {
+    let mut add = |parameter: &'static str, particle: Option<usize>, inner: &SceneTable| {
         if let Some(prior) = prior(parameter, inner) {
             choices.push(PriorChoice {
                 parameter,
@@ -89,7 +89,7 @@ pub(in crate::scene) fn priors(
     choices
 }
 
-fn prior(parameter: &str, table: &Table) -> Option<Prior> {
+fn prior(parameter: &str, table: &SceneTable) -> Option<Prior> {
     let at = table.at("");
     let names = [
         "lognormal",

@@ -1,6 +1,6 @@
 //! Reads how much sampling a scene asks for.
 
-use crate::scene::table::Table;
+use crate::scene::table::SceneTable;
 
 /// How a posterior is sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,10 +18,10 @@ const MOST_CHAINS: u64 = 1000;
 const MOST_DRAWS: u64 = 1_000_000;
 
 /// Most draws that all chains keep together; what they take also depends on the parameters, and is checked when these
-/// are known.
+/// are listed.
 pub const MOST_KEPT: u64 = 10_000_000;
 
-pub(in crate::scene) fn sampler(root: &Table) -> Sampler {
+pub fn sampler(root: &SceneTable) -> Sampler {
     let mut sampler = Sampler {
         chains: 4,
         warmup: 1000,

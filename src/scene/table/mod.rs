@@ -10,6 +10,8 @@
 mod quantities;
 mod values;
 
+pub(super) use quantities::QuantityOrWord;
+
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -19,9 +21,9 @@ use toml::Spanned;
 use crate::encoding::line_of;
 use crate::error::{quoted, Problem};
 
-use super::asked::Asked;
 use super::document::Document;
 use super::names::name_expected;
+use super::unknown_keys::ReadKeys;
 
 /// Reads a whole document; the problem is the parser's own when it is no TOML.
 pub(super) fn parse(text: &str) -> Result<Spanned<DeTable<'_>>, Problem> {
@@ -39,29 +41,29 @@ pub(super) fn parse(text: &str) -> Result<Spanned<DeTable<'_>>, Problem> {
     })
 }
 
-/// One table of the document; remembers which keys were asked for.
-pub(super) struct Table<'a, 'i> {
+/// One table of the document; remembers which keys were read.
+pub(super) struct SceneTable<'a, 'i> {
     document: Rc<Document<'i>>,
     name: String,
     at: usize,
     entries: &'a DeTable<'i>,
-    asked: RefCell<Asked>,
+    read_keys: RefCell<ReadKeys>,
 }
 
 /// A value with its place, for checks that need more than the value itself.
-pub(super) struct Found<T> {
+pub(super) struct Located<T> {
     pub value: T,
     pub at: usize,
 }
 
-impl<'a, 'i> Table<'a, 'i> {
+impl<'a, 'i> SceneTable<'a, 'i> {
     pub fn root(document: Rc<Document<'i>>, entries: &'a DeTable<'i>) -> Self {
-        Table {
+        SceneTable {
             document,
             name: String::new(),
             at: 0,
             entries,
-            asked: RefCell::default(),
+            read_keys: RefCell::default(),
         }
     }
 
@@ -92,17 +94,17 @@ impl<'a, 'i> Table<'a, 'i> {
     /// Says that a name is not one of some, and which may have been meant; among very many problems only the former.
     pub fn refuse_name<'n>(
         &self,
-        (key, at): (&str, usize),
-        name: &str,
+        key: &str,
+        name: &Located<&str>,
         what: &str,
         names: impl IntoIterator<Item = &'n str>,
     ) {
         let expected = if self.document.is_full() {
             format!("expected {what}")
         } else {
-            name_expected(what, name, names)
+            name_expected(what, name.value, names)
         };
-        self.refuse(key, at, Some(quoted(name)), expected);
+        self.refuse(key, name.at, Some(quoted(name.value)), expected);
     }
 
     /// Says what the file as a whole lacks.
@@ -137,7 +139,7 @@ impl<'a, 'i> Table<'a, 'i> {
 
     fn entry(&self, key: &str) -> Option<&'a Spanned<DeValue<'i>>> {
         let value = self.entries.get(key);
-        self.asked.borrow_mut().key(key, value.is_some());
+        self.read_keys.borrow_mut().key(key, value.is_some());
         value
     }
 
@@ -158,9 +160,9 @@ impl<'a, 'i> Table<'a, 'i> {
         keys.into_iter().map(|k| k.get_ref().to_string()).collect()
     }
 
-    fn inner(&self, key: &str, value: &'a Spanned<DeValue<'i>>) -> Option<Table<'a, 'i>> {
+    fn inner(&self, key: &str, value: &'a Spanned<DeValue<'i>>) -> Option<SceneTable<'a, 'i>> {
         match value.get_ref().as_table() {
-            Some(entries) => Some(Table {
+            Some(entries) => Some(SceneTable {
                 document: Rc::clone(&self.document),
                 name: if self.name.is_empty() {
                     key.to_owned()
@@ -169,7 +171,7 @@ impl<'a, 'i> Table<'a, 'i> {
                 },
                 at: value.span().start,
                 entries,
-                asked: RefCell::default(),
+                read_keys: RefCell::default(),
             }),
             None => {
                 self.refuse_value(key, value, "a table");
@@ -178,13 +180,13 @@ impl<'a, 'i> Table<'a, 'i> {
         }
     }
 
-    pub fn table(&self, key: &str) -> Option<Table<'a, 'i>> {
+    pub fn table(&self, key: &str) -> Option<SceneTable<'a, 'i>> {
         let value = self.entry(key)?;
         self.inner(key, value)
     }
 
     /// The tables of an array of tables, `[[key]]`.
-    pub fn tables(&self, key: &str) -> Vec<Table<'a, 'i>> {
+    pub fn tables(&self, key: &str) -> Vec<SceneTable<'a, 'i>> {
         let Some(value) = self.entry(key) else {
             return vec![];
         };
@@ -197,17 +199,17 @@ impl<'a, 'i> Table<'a, 'i> {
         }
     }
 
-    /// Names every key that nothing asked for, with the nearest one that exists, and every required key that is missing.
+    /// Names every key that nothing reads, with the nearest one that exists, and every required key that is missing.
     pub fn finish(&self) {
-        let mut asked = self.asked.borrow_mut();
-        for (name, hint) in asked.unknown(&self.keys()) {
+        let mut read_keys = self.read_keys.borrow_mut();
+        for (name, hint) in read_keys.unknown(&self.keys()) {
             let key = self
                 .entries
                 .get_key_value(name.as_str())
                 .map(|(key, _)| key.span().start);
             self.refuse(&name, key.unwrap_or(self.at), None, hint);
         }
-        for key in asked.still_missing() {
+        for key in read_keys.still_missing() {
             self.refuse("", self.at, None, format!("missing key `{key}`"));
         }
     }

@@ -3,11 +3,20 @@
 use std::cell::Cell;
 
 use super::values::as_number;
-use super::{DeValue, Spanned, Table};
+use super::{DeValue, SceneTable, Spanned};
 use crate::scene::expect::Expect;
 use crate::units::{Dimension, MAGNITUDES, MAGNITUDE_EXPECTED};
 
-impl<'a, 'i> Table<'a, 'i> {
+/// What stands where a quantity or one word is expected.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum QuantityOrWord {
+    /// the quantity, in SI
+    Quantity(f64),
+    /// the word
+    Word,
+}
+
+impl<'a, 'i> SceneTable<'a, 'i> {
     /// The key a quantity is given under, with its value converted by `read`; two units for one quantity are refused.
     fn with_unit<T>(
         &self,
@@ -15,7 +24,7 @@ impl<'a, 'i> Table<'a, 'i> {
         dimension: Dimension,
         read: impl Fn(&Self, &str, &'a Spanned<DeValue<'i>>, &dyn Fn(f64) -> f64) -> Option<T>,
     ) -> Option<T> {
-        self.asked.borrow_mut().quantity(base, dimension);
+        self.read_keys.borrow_mut().quantity(base, dimension);
         let mut given: Vec<(String, &'a Spanned<DeValue<'i>>, &'static crate::units::Unit)> = vec![];
         for unit in dimension.units() {
             let key = format!("{base}{}", unit.suffix);
@@ -71,28 +80,27 @@ impl<'a, 'i> Table<'a, 'i> {
             .collect();
         let present = keys.iter().any(|key| self.has(key));
         if !present {
-            self.asked.borrow_mut().missing(keys);
+            self.read_keys.borrow_mut().missing(keys);
         }
         present
     }
 
-    /// A quantity that may also be one word instead.
-    pub fn quantity_or_word<T: Copy>(
+    /// A quantity, or one word in its place.
+    pub fn quantity_or_word(
         &self,
         base: &str,
         dimension: Dimension,
         expect: Expect,
-        word: (&str, T),
-        wrap: impl Fn(f64) -> T,
-    ) -> Option<T> {
+        word: &str,
+    ) -> Option<QuantityOrWord> {
         self.with_unit(base, dimension, |table, key, value, to_si| {
-            if value.get_ref().as_str() == Some(word.0) {
-                return Some(word.1);
+            if value.get_ref().as_str() == Some(word) {
+                return Some(QuantityOrWord::Word);
             }
             match as_number(value.get_ref()).filter(|x| (expect.holds)(*x)) {
-                Some(x) => Some(wrap(to_si(x))),
+                Some(x) => Some(QuantityOrWord::Quantity(to_si(x))),
                 None => {
-                    table.refuse_value(key, value, &format!("{} or \"{}\"", expect.words, word.0));
+                    table.refuse_value(key, value, &format!("{} or \"{word}\"", expect.words));
                     None
                 }
             }

@@ -1,9 +1,9 @@
 //! Reads words, texts and plain numbers, one or a list.
 
-use super::{DeValue, Found, Spanned, Table};
+use super::{DeValue, Located, SceneTable, Spanned};
 use crate::scene::expect::Expect;
 
-impl<'i> Table<'_, 'i> {
+impl<'i> SceneTable<'_, 'i> {
     pub fn text(&self, key: &str) -> Option<String> {
         let value = self.entry(key)?;
         match value.get_ref().as_str() {
@@ -83,9 +83,9 @@ impl<'i> Table<'_, 'i> {
     }
 
     /// A list of words out of a fixed set, or one word that stands for no list.
-    pub fn words_or<T: Copy>(&self, key: &str, instead: &str, choices: &[(&str, T)]) -> Option<Option<Vec<T>>> {
+    pub fn words_or<T: Copy>(&self, key: &str, single_word: &str, choices: &[(&str, T)]) -> Option<Option<Vec<T>>> {
         let value = self.entry(key)?;
-        if value.get_ref().as_str() == Some(instead) {
+        if value.get_ref().as_str() == Some(single_word) {
             return Some(None);
         }
         let words: Option<Vec<T>> = value.get_ref().as_array().and_then(|items| {
@@ -100,20 +100,20 @@ impl<'i> Table<'_, 'i> {
         });
         if words.is_none() {
             let names: Vec<_> = choices.iter().map(|(name, _)| format!("\"{name}\"")).collect();
-            let expected = format!("\"{instead}\" or a list out of {}", names.join(", "));
+            let expected = format!("\"{single_word}\" or a list out of {}", names.join(", "));
             self.refuse_value(key, value, &expected);
         }
         words.map(Some)
     }
 
     /// A list of texts with their places.
-    pub fn texts(&self, key: &str) -> Option<Vec<Found<String>>> {
+    pub fn texts(&self, key: &str) -> Option<Vec<Located<String>>> {
         let value = self.entry(key)?;
         let texts: Option<Vec<_>> = value.get_ref().as_array().and_then(|items| {
             let text = |item: &Spanned<DeValue<'_>>| {
                 let value = item.get_ref().as_str()?.to_owned();
                 let at = item.span().start;
-                Some(Found { value, at })
+                Some(Located { value, at })
             };
             items.iter().map(text).collect()
         });

@@ -1,16 +1,16 @@
-//! Marks the ways that another way beats.
+//! Marks the methods that another method beats.
 
-use super::written::Rung;
+use super::results::Rung;
 use crate::inference::accuracy::SURE;
 
-/// A way that takes less than this share of another's time is clearly quicker; one with less than this share of
+/// A method that takes less than this share of another's time is clearly quicker; one with less than this share of
 /// another's error clearly more accurate.
 const CLEARLY: f64 = 0.8;
 
 impl Rung {
     /// The largest error of a mean or an sd, and never less than chance leaves to its draws.
     ///
-    /// `None` for a way that does not give every parameter: it stands in nobody's way.
+    /// `None` for a method that does not give every parameter: it beats nobody.
     pub fn error(&self) -> Option<f64> {
         let whole = self.errors.iter().all(Option::is_some);
         let measured = self.worst_mean?.max(self.worst_sd?);
@@ -18,9 +18,9 @@ impl Rung {
     }
 }
 
-/// Marks each way that another is clearly better than, in time or in error, and not clearly worse in the other.
+/// Marks each method that another is clearly better than, in time or in error, and not clearly worse in the other.
 ///
-/// Ways with the same nodes draw the same; chance alone tells their times apart.
+/// Methods with the same nodes draw the same; chance alone separates their times.
 pub(super) fn mark_dominated(rungs: &mut [Rung]) {
     let marks: Vec<Option<String>> = rungs
         .iter()
@@ -46,11 +46,11 @@ pub(super) fn mark_dominated(rungs: &mut [Rung]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::written::Miss;
+    use super::super::results::MarginalError;
     use super::*;
 
     fn rung(name: &str, seconds: f64, error: f64) -> Rung {
-        let miss = Miss {
+        let miss = MarginalError {
             mean: error,
             sd: 0.0,
             q05: 0.0,
@@ -79,7 +79,7 @@ mod tests {
             rung("slow", 1.0, 0.11),
             rung("fine", 1.0, 0.01),
         ];
-        // quicker than any, but not to be trusted
+        // quicker than any, but not reliable
         rungs.push(Rung {
             failed: Some("breach".to_owned()),
             ..rung("wrong", 1e-3, 1e-3)

@@ -1,6 +1,6 @@
 //! Reads parameters off the fitted laws, with normal uncertainties, where the laws give them.
 
-use super::written::Marginal;
+use super::results::Marginal;
 use crate::findings::dry::FittedDry;
 use crate::findings::energy::Energy;
 use crate::findings::scaling::FittedScaling;
@@ -13,7 +13,7 @@ use crate::scene::WetLaw;
 const NORMAL_95: f64 = 1.644_853_626_951_472_2;
 
 /// The fits of least squares that parameters are read from.
-pub(super) struct Fits<'f> {
+pub(super) struct LeastSquaresFits<'f> {
     pub dry: &'f [FittedDry],
     pub scaling: &'f [FittedScaling],
     pub energy: &'f [Energy],
@@ -23,7 +23,12 @@ pub(super) struct Fits<'f> {
 /// and film ratios weighted by its standard errors, k by the dry fit, spreads by the residuals.
 ///
 /// A form of inertia with a film scale has no such C: `None`.
-pub(super) fn by_law(law: WetLaw, parameters: &Parameters, inertia: Inertia, fits: &Fits) -> Vec<Option<Marginal>> {
+pub(super) fn by_law(
+    law: WetLaw,
+    parameters: &Parameters,
+    inertia: Inertia,
+    fits: &LeastSquaresFits,
+) -> Vec<Option<Marginal>> {
     let of = |kind: Kind| match kind {
         Kind::DryK(particle) => {
             let fitted = fits.dry.iter().find(|dry| dry.particle == particle)?;

@@ -1,29 +1,29 @@
-//! Measures, on a scene's own runs, what each way to its parameters costs and how far off it is.
+//! Measures, on a scene's own runs, what each method for its parameters costs and how far off it is.
 //!
 //! | file | job |
 //! |---|---|
-//! | `written.rs` | holds what is written to `trade.json` |
-//! | `ways.rs` | names the ways |
-//! | `ground.rs` | holds what all ways start from |
+//! | `results.rs` | holds the content of `trade.json` |
+//! | `methods.rs` | names the methods |
+//! | `setup.rs` | holds what all methods start from |
 //! | `laws.rs` | parameters read off the fitted laws |
-//! | `timed.rs` | goes one way and times it |
-//! | `reference.rs` | makes the long run that the ways are held against |
-//! | `misses.rs` | measures how far off a way is |
-//! | `dominance.rs` | marks the ways that another beats |
+//! | `timed.rs` | runs one method and times it |
+//! | `reference.rs` | makes the long run that the methods are held against |
+//! | `errors.rs` | measures how far off a method is |
+//! | `dominance.rs` | marks the methods that another beats |
 //! | `report.rs` | writes the page, the figure and `trade.json` |
 //!
-//! The ways from the cheapest on: the two laws by least squares, the normal about the posterior's mode, the same with
+//! The methods from the cheapest on: the two laws by least squares, the normal about the posterior's mode, the same with
 //! importance weights, trajectories on few nodes, on as many as the default bound asks for, and on every row.
 
 mod dominance;
-mod ground;
+mod errors;
 mod laws;
-mod misses;
+mod methods;
 mod reference;
 pub mod report;
+mod results;
+mod setup;
 mod timed;
-mod ways;
-mod written;
 
 use crate::error::Error;
 use crate::findings;
@@ -32,41 +32,41 @@ use crate::model::parameters::Parameters;
 use crate::runs::Table;
 use crate::scene::Scene;
 use dominance::mark_dominated;
-use ground::Ground;
-use misses::{linear_bias, rung};
-use ways::Path;
+use errors::{linear_bias, rung};
+use methods::TradedMethod;
+use setup::TradeSetup;
 
 pub use crate::report::folder::TRADE_SCHEMA as SCHEMA;
-pub use ways::PATHS;
-pub use written::{LinearBias, Marginal, Miss, Named, Reference, Rung, Trade};
+pub use methods::PATHS;
+pub use results::{LinearBias, Marginal, MarginalError, NamedMarginal, Reference, Rung, Trade};
 
-/// Goes every way on the runs of a scene and holds each against a long run. `progress` is called after each way.
+/// Runs every method on the runs of a scene and holds each against a long run. `progress` is called after each method.
 ///
 /// Fails where a prior leaves a parameter no room, where the runs are such that no posterior should be sampled, or where
 /// the long run does not come off; the text says why.
 pub fn measure(scene: &Scene, table: &Table, seed: u64, progress: &dyn Fn()) -> Result<Trade, Error> {
     let runs = &table.runs;
     let least_squares = findings::find(scene, table, seed, false);
-    let asked = Asked {
+    let model = Asked {
         form: least_squares.form,
         way: Way::Nodes,
     };
-    let parameters = Parameters::of(scene, runs, asked.form)?;
+    let parameters = Parameters::of(scene, runs, model.form)?;
     if let Some(declined) = decline(runs, least_squares.least_squares(), &parameters) {
         return Err(Error::Usage(format!("nothing to trade: {}", declined.0.text)));
     }
-    let ground = Ground {
+    let ground = TradeSetup {
         scene,
         table,
         seed,
-        asked,
+        model,
         parameters,
         effort: effort(scene),
     };
     let reference = ground.reference(&least_squares)?;
     progress();
     let mut rungs = vec![];
-    for path in Path::ALL {
+    for path in TradedMethod::ALL {
         let (seconds, answer) = ground.timed(path);
         rungs.push(rung(path, seconds, answer, &reference));
         progress();

@@ -1,6 +1,6 @@
 //! Tells a trade of speed against accuracy: a page, a figure, and `trade.json`.
 
-use super::written::{Miss, Rung, Trade};
+use super::results::{MarginalError, Rung, Trade};
 use crate::error::Error;
 use crate::inference::accuracy::SURE;
 use crate::inference::sampling::Method;
@@ -28,7 +28,7 @@ pub fn files(scene: &Scene, trade: &Trade) -> Result<Files<'static>, Error> {
     })
 }
 
-/// The ways that no other beats, a line each.
+/// The methods that no other beats, a line each.
 pub fn summary(trade: &Trade) -> String {
     let line = |rung: &Rung| {
         format!(
@@ -42,7 +42,7 @@ pub fn summary(trade: &Trade) -> String {
     best.map(line).collect()
 }
 
-/// Whether a way answers everything, is to be trusted, and is beaten by none.
+/// Whether a method answers everything, is reliable, and is beaten by none.
 fn stands(rung: &Rung) -> bool {
     rung.dominated_by.is_none() && rung.failed.is_none() && rung.error().is_some()
 }
@@ -69,13 +69,13 @@ fn page(scene: &Scene, trade: &Trade) -> String {
         numbers::significant(100.0 * reference.mcse_sd, 2),
     ));
     page.paragraph(&format!("![time and error of each way]({FIGURE})"));
-    ways(&mut page, trade);
+    methods(&mut page, trade);
     parameters(&mut page, trade);
     linear(&mut page, trade);
     page.text.trim_end().to_owned() + "\n"
 }
 
-fn ways(page: &mut Page, trade: &Trade) {
+fn methods(page: &mut Page, trade: &Trade) {
     page.heading("The ways");
     let rows: Vec<Vec<String>> = trade
         .rungs
@@ -146,7 +146,7 @@ fn parameters(page: &mut Page, trade: &Trade) {
     let names: Vec<&str> = trade.reference.parameters.iter().map(|p| p.name.as_str()).collect();
     let mut header = vec!["way"];
     header.extend(&names);
-    let cell = |miss: &Option<Miss>| match miss {
+    let cell = |miss: &Option<MarginalError>| match miss {
         None => NONE.to_owned(),
         Some(miss) => format!(
             "{}, {}, {}, {} %",
@@ -213,7 +213,7 @@ fn figure(trade: &Trade) -> String {
     for rung in &trade.rungs {
         // trajectories on different numbers of nodes share a name: their points say the rest
         let name = rung.name.split_once('/').map_or(rung.name.as_str(), |_| "few nodes");
-        let group = names.iter().position(|known| *known == name).unwrap_or(names.len());
+        let group = names.iter().position(|other| *other == name).unwrap_or(names.len());
         if group == names.len() {
             names.push(name);
         }

@@ -1,31 +1,33 @@
-//! Goes one way to the parameters and times it.
+//! Runs one method for the parameters and times it.
 
 use std::time::Instant;
 
-use super::ground::Ground;
-use super::laws::{by_law, Fits};
-use super::ways::Path;
-use super::written::Marginal;
+use super::laws::{by_law, LeastSquaresFits};
+use super::methods::TradedMethod;
+use super::results::Marginal;
+use super::setup::TradeSetup;
 use crate::findings::estimate::Quoting;
 use crate::findings::posterior::start;
 use crate::findings::{self, dry, energy, scaling};
-use crate::inference::accuracy::{look, monte_carlo_error};
+use crate::inference::accuracy::{monte_carlo_error, normal_error};
 use crate::inference::diagnostics::pareto::khat_threshold;
 use crate::inference::diagnostics::summary::summarise;
+use crate::inference::importance::DrawCounts;
 use crate::inference::nuts::Effort;
-use crate::inference::posed::{Evaluation, Posed, LARGEST_ERROR};
-use crate::inference::sampling::{by_normal, by_weights, follow, Method, Sampled};
+use crate::inference::prepared_posterior::{Evaluation, PreparedPosterior, LARGEST_ERROR};
+use crate::inference::sampling::{sample_by_importance, sample_by_nuts, sample_normal, Method, Sampled};
 use crate::model::likelihood::Resolution;
 use crate::scene::WetLaw;
+use crate::seed::StreamName;
 
-/// Times each way is timed; the shortest counts.
+/// Times each method is timed; the shortest counts.
 const TIMED: usize = 5;
 
-/// Ways longer than this are timed once, s.
+/// Methods longer than this are timed once, s.
 const LONG: f64 = 5.0;
 
-/// What a way answers, before it is held against the reference.
-pub(super) struct Answer {
+/// What a method answers, before it is held against the reference.
+pub(super) struct MethodAnswer {
     pub(super) marginals: Vec<Option<Marginal>>,
     pub(super) nodes: Option<usize>,
     pub(super) effective: Option<f64>,
@@ -33,9 +35,9 @@ pub(super) struct Answer {
     pub(super) failed: Option<String>,
 }
 
-impl Ground<'_> {
+impl TradeSetup<'_> {
     /// The shortest of a few times, and what came out each time.
-    pub(super) fn timed(&self, path: Path) -> (f64, Answer) {
+    pub(super) fn timed(&self, path: TradedMethod) -> (f64, MethodAnswer) {
         let mut shortest = f64::INFINITY;
         let mut again = 1;
         loop {
@@ -50,23 +52,28 @@ impl Ground<'_> {
         }
     }
 
-    fn go(&self, path: Path) -> Answer {
+    fn go(&self, path: TradedMethod) -> MethodAnswer {
         match path {
-            Path::Law(law) => self.read_off(law),
-            Path::Laplace | Path::LaplacePsis => {
-                self.on_nodes(Evaluation::default(), |posed, size, stream| match path {
-                    Path::Laplace => Ok(by_normal(posed, size, stream)),
-                    _ => by_weights(posed, size, stream).ok_or("the densities allow no weights".to_owned()),
+            TradedMethod::Law(law) => self.read_off(law),
+            TradedMethod::Laplace | TradedMethod::LaplacePsis => {
+                self.on_nodes(Evaluation::default(), |prepared, size, stream| match path {
+                    TradedMethod::Laplace => Ok(sample_normal(prepared, size, stream)),
+                    _ => {
+                        sample_by_importance(prepared, size, stream).ok_or("the densities allow no weights".to_owned())
+                    }
                 })
             }
-            Path::Nuts(evaluation) => self.on_nodes(evaluation, |posed, (_, draws), stream| {
-                let effort = Effort { draws, ..self.effort };
-                follow(posed, effort, stream, &|_, _| ()).map_err(|why| why.to_string())
+            TradedMethod::Nuts(evaluation) => self.on_nodes(evaluation, |prepared, size, stream| {
+                let effort = Effort {
+                    draws: size.draws,
+                    ..self.effort
+                };
+                sample_by_nuts(prepared, effort, stream, &|_, _| ()).map_err(|why| why.to_string())
             }),
         }
     }
 
-    fn read_off(&self, law: WetLaw) -> Answer {
+    fn read_off(&self, law: WetLaw) -> MethodAnswer {
         let (scene, runs) = (self.scene, &self.table.runs);
         let quoting = Quoting {
             level: scene.bootstrap.level,
@@ -74,13 +81,13 @@ impl Ground<'_> {
         let dry = dry::find(scene, runs, quoting);
         let scaling = scaling::find(scene, runs, &dry, quoting);
         let energy = energy::find(scene, runs, &dry, &scaling, quoting);
-        let fits = Fits {
+        let fits = LeastSquaresFits {
             dry: &dry,
             scaling: &scaling,
             energy: &energy,
         };
-        Answer {
-            marginals: by_law(law, &self.parameters, self.asked.form.inertia, &fits),
+        MethodAnswer {
+            marginals: by_law(law, &self.parameters, self.model.form.inertia, &fits),
             nodes: None,
             effective: None,
             vouched: None,
@@ -91,20 +98,23 @@ impl Ground<'_> {
     fn on_nodes(
         &self,
         evaluation: Evaluation,
-        draw: impl Fn(&Posed, (usize, usize), (u64, &str)) -> Result<Sampled, String>,
-    ) -> Answer {
+        draw: impl Fn(&PreparedPosterior, DrawCounts, StreamName) -> Result<Sampled, String>,
+    ) -> MethodAnswer {
         let least_squares = findings::find(self.scene, self.table, self.seed, false);
         let rows = self.rows();
         let start = start(self.scene, least_squares.least_squares());
-        let size = (self.effort.chains, self.effort.draws);
-        let stream = (self.seed, "trade");
-        let sampled = Posed::new(self.parameters.clone(), &rows, &start, evaluation)
+        let size = DrawCounts {
+            chains: self.effort.chains,
+            draws: self.effort.draws,
+        };
+        let stream = StreamName::new(self.seed, "trade");
+        let sampled = PreparedPosterior::new(self.parameters.clone(), &rows, &start, evaluation)
             .map_err(|why| why.to_string())
-            .and_then(|posed| {
-                let sampled = draw(&posed, size, stream)?;
-                // a normal's own error is none that its draws could tell
+            .and_then(|prepared| {
+                let sampled = draw(&prepared, size, stream)?;
+                // a normal's own error does not show in its draws
                 let off = match sampled.method {
-                    Method::Laplace => look(&posed, stream).map(|(off, _)| off),
+                    Method::Laplace => normal_error(&prepared, stream).map(|error| error.largest),
                     _ => Ok(0.0),
                 };
                 Ok((sampled, off))
@@ -112,7 +122,7 @@ impl Ground<'_> {
         let (sampled, off) = match sampled {
             Ok(sampled) => sampled,
             Err(why) => {
-                return Answer {
+                return MethodAnswer {
                     marginals: vec![None; self.parameters.sampled.len()],
                     nodes: None,
                     effective: None,
@@ -138,7 +148,7 @@ impl Ground<'_> {
         });
         let effective = effective.fold(f64::INFINITY, f64::min) / (sampled.mcse_factor * sampled.mcse_factor);
         let vouched = monte_carlo_error(&sampled) + off.unwrap_or(0.0);
-        Answer {
+        MethodAnswer {
             marginals: sampled.values.iter().map(|values| marginal(&sampled, values)).collect(),
             nodes: sampled.compression.map(|made| made.nodes),
             effective: Some(effective).filter(|effective| effective.is_finite()),

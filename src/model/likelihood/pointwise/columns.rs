@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rand::Rng;
 
-use super::{At, Pointwise};
+use super::{EvaluatedLaw, Pointwise};
 use crate::model::likelihood::tails::Tails;
 use crate::model::normals::Normals;
 
@@ -27,9 +27,9 @@ impl Pointwise<'_> {
         stretches.map(of).collect()
     }
 
-    /// By how many σ the smallest restitution told from sticking lies above the mean, for each of some runs.
+    /// By how many σ the smallest restitution that is a rebound lies above the mean, for each of some runs.
     pub fn limits(&self, full: &[f64], runs: &[usize]) -> Vec<f64> {
-        // of the other settings nothing is asked
+        // nothing is computed of the other settings
         let mut at = self.without_means(full);
         let mut mean = self.means(full);
         if !at.is_plain() {
@@ -51,7 +51,7 @@ impl Pointwise<'_> {
     }
 }
 
-impl At<'_, '_> {
+impl EvaluatedLaw<'_, '_> {
     /// Whether a run depends on its mean and on one of two spreads alone, with normal noise and no run left unlogged.
     pub(super) fn is_plain(&self) -> bool {
         let pointwise = self.pointwise;
@@ -59,7 +59,7 @@ impl At<'_, '_> {
         no_errors && !pointwise.truncated && self.tails == Tails::Normal
     }
 
-    /// [`At::ln_likelihood`] of the runs of some stretches, of which there are as many as there is room for.
+    /// [`EvaluatedLaw::ln_likelihood`] of the runs of some stretches, of which there are as many as there is room for.
     pub fn ln_likelihoods(&self, stretches: &[Stretch], into: &mut [f64]) {
         let mut rest = into;
         for stretch in stretches {
@@ -97,7 +97,7 @@ impl At<'_, '_> {
         }
     }
 
-    /// A new draw of every run, as [`At::predict`] gives; `scratch` is overwritten.
+    /// A new draw of every run, as [`EvaluatedLaw::predict`] gives; `scratch` is overwritten.
     pub fn predictions<R: Rng + ?Sized>(&self, normals: &Normals, rng: &mut R, scratch: &mut Vec<f64>) {
         let runs = self.pointwise.len();
         scratch.resize(runs, 0.0);

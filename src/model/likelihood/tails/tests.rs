@@ -115,7 +115,7 @@ fn slopes_agree_with_differences() {
     }
 }
 
-/// A sampler may ask for what is no number; it is told so.
+/// A sampler may try what is no number; it gets an error.
 #[test]
 fn what_is_no_number_has_no_probability() {
     for (nu, z) in [(f64::NAN, 1.0), (4.0, f64::NAN), (f64::INFINITY, 1.0), (0.0, 1.0)] {

@@ -69,8 +69,12 @@ fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
             let slope = (e_dry(v + h) - e_dry(v - h)) / (2.0 * h);
             let look = |e: f64, measured: bool| {
                 let on = f64::from(u8::from(measured));
-                let moved = s * (on * e_dry(v) / v + slope);
-                (e - e_dry(v), (full[4].powi(2) + on * u * u + moved * moved).sqrt(), 1.0)
+                let speed_part = s * (on * e_dry(v) / v + slope);
+                (
+                    e - e_dry(v),
+                    (full[4].powi(2) + on * u * u + speed_part * speed_part).sqrt(),
+                    1.0,
+                )
             };
             sum += term(group.stuck.contains(&run), &look, runs.restitution[run]);
         }
@@ -97,13 +101,21 @@ fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
                 if both {
                     let y = rebound::kept_of_mean_restitution(e);
                     let turn = rebound::slope_mean_restitution(y);
-                    let moved = s * (e / (v * turn) + slope);
+                    let speed_part = s * (e / (v * turn) + slope);
                     let own = (full[3].powi(2) + on * u * u) / (turn * turn);
-                    return (y - r(v), (full[5].powi(2) + own + moved * moved).sqrt(), 1.0 / turn);
+                    return (
+                        y - r(v),
+                        (full[5].powi(2) + own + speed_part * speed_part).sqrt(),
+                        1.0 / turn,
+                    );
                 }
                 let step = s * slope;
-                let moved = on * s * m(r(v)) / v + 0.5 * (m(r(v) + step) - m(r(v) - step));
-                (e - m(r(v)), (full[3].powi(2) + on * u * u + moved * moved).sqrt(), 1.0)
+                let speed_part = on * s * m(r(v)) / v + 0.5 * (m(r(v) + step) - m(r(v) - step));
+                (
+                    e - m(r(v)),
+                    (full[3].powi(2) + on * u * u + speed_part * speed_part).sqrt(),
+                    1.0,
+                )
             };
             sum += term(series.stuck.contains(&run), &look, runs.restitution[run]);
         }
@@ -158,7 +170,7 @@ fn agree(scene: &Scene, runs: &Runs, form: Form, plain: bool) {
         let h = 1e-6 * full[place];
         let mut at = |step| {
             likelihood
-                .ln_density(&moved(full, place, step), &mut unused)
+                .ln_density(&shifted(full, place, step), &mut unused)
                 .expect("inside")
         };
         let difference = (at(h) - at(-h)) / (2.0 * h);
@@ -177,7 +189,7 @@ fn errors_of_zero_are_none() {
         impact_speed_sd: vec![0.0; runs.len()],
         restitution_sd: vec![0.0; runs.len()],
     });
-    let form = Form::new(Inertia::Saturating, WAYS[1]);
+    let form = Form::new(Inertia::Saturating, DRY_SPEEDS[1]);
     let mut slopes = [0.0; SLOTS];
     let [expected, found] = [&runs, &zero].map(|runs| {
         let rows = Likelihood::of_rows(&scene, runs, form);
@@ -213,7 +225,7 @@ fn new_draws_lie_below_a_restitution_as_often_as_they_are_expected_to() {
         (scene.model.likelihood, scene.model.noise) = (likelihood, noise);
         let runs = runs(&scene, 20, "new_draws_lie_below_a_restitution");
         let runs = if errors { with_errors(runs) } else { runs };
-        let pointwise = Pointwise::new(&scene, &runs, Form::new(Inertia::Saturating, WAYS[0]));
+        let pointwise = Pointwise::new(&scene, &runs, Form::new(Inertia::Saturating, DRY_SPEEDS[0]));
         let at = pointwise.at(&FULL);
         let rebounds = (0..runs.len()).filter(|run| runs.restitution[*run] > 0.3).step_by(29);
         for run in rebounds {

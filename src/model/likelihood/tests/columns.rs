@@ -6,8 +6,8 @@ use crate::model::normals::Normals;
 use crate::seed::stream;
 
 /// Every kind of noise, with stuck runs censored and not logged, with and without errors of the runs' own.
-fn ways() -> Vec<(Scene, bool)> {
-    let mut ways = vec![];
+fn scenes() -> Vec<(Scene, bool)> {
+    let mut scenes = vec![];
     for likelihood in [scene::Likelihood::Normal, scene::Likelihood::Student] {
         for noise in [NoiseOn::Restitution, NoiseOn::Both] {
             for sticking in [Sticking::Censored, Sticking::Truncated] {
@@ -15,20 +15,20 @@ fn ways() -> Vec<(Scene, bool)> {
                     let mut scene = scene();
                     (scene.model.likelihood, scene.model.noise) = (likelihood, noise);
                     scene.model.sticking = sticking;
-                    ways.push((scene, errors));
+                    scenes.push((scene, errors));
                 }
             }
         }
     }
-    ways
+    scenes
 }
 
 #[test]
 fn many_runs_at_once_have_the_likelihoods_of_one_at_a_time() {
-    for (scene, errors) in ways() {
+    for (scene, errors) in scenes() {
         let runs = runs(&scene, 20, "many_runs_at_once");
         let runs = if errors { with_errors(runs) } else { runs };
-        let pointwise = Pointwise::new(&scene, &runs, Form::new(Inertia::Saturating, WAYS[1]));
+        let pointwise = Pointwise::new(&scene, &runs, Form::new(Inertia::Saturating, DRY_SPEEDS[1]));
         let at = pointwise.at(&FULL);
         let some: Vec<usize> = (0..runs.len()).filter(|run| run % 7 != 3).collect();
         let mut found = vec![f64::NAN; some.len()];
@@ -47,7 +47,7 @@ fn farthest(full: &[f64], name: &str) -> f64 {
     const DRAWS: usize = 20_000;
     let scene = scene();
     let runs = runs(&scene, 20, name);
-    let pointwise = Pointwise::new(&scene, &runs, Form::new(Inertia::Saturating, WAYS[0]));
+    let pointwise = Pointwise::new(&scene, &runs, Form::new(Inertia::Saturating, DRY_SPEEDS[0]));
     let (at, drawn_at) = (pointwise.at(&FULL), pointwise.at(full));
     let limit = scene.data.smallest_restitution;
     let points = |run: usize| {
@@ -70,7 +70,7 @@ fn farthest(full: &[f64], name: &str) -> f64 {
         for (below, point) in below.iter().zip(points(run)) {
             let p = at.tails().probability(at.z(run, point));
             let n = DRAWS as f64;
-            // a share of hardly any or of nearly all tells nothing in normal terms
+            // a share of hardly any or of nearly all says nothing in normal terms
             if n * p.min(1.0 - p) > 100.0 {
                 farthest = farthest.max((below - n * p).abs() / (n * p * (1.0 - p)).sqrt());
             }

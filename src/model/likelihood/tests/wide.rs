@@ -4,7 +4,7 @@ use rand::rngs::ChaCha8Rng;
 use rand::RngExt;
 
 use super::super::nodes::Nodes;
-use super::super::sums::{rebound_sums, Heavy, Piece, Sums};
+use super::super::sums::{rebound_sums, BlockSums, HeavyTails, NodeRange};
 use crate::physics::balance::{Balance, Impact};
 use crate::physics::form::Term;
 use crate::physics::rebound::{mean_restitution, slope_mean_restitution};
@@ -32,11 +32,11 @@ fn parameters(rng: &mut ChaCha8Rng) -> Parameters {
 }
 
 /// The sums as they are written, run by run, with the sum of the magnitudes of their terms.
-fn plainly(nodes: &Nodes, piece: &Piece, heavy: Option<Heavy>) -> [(f64, f64); 6] {
+fn plainly(nodes: &Nodes, range: &NodeRange, heavy: Option<HeavyTails>) -> [(f64, f64); 6] {
     let mut sums = [(0.0, 0.0); 6];
-    for node in piece.0.clone() {
+    for node in range.nodes.clone() {
         let at = nodes.impact(node);
-        let (r, of_k) = piece.1.kept(&at);
+        let (r, of_k) = range.balance.kept(&at);
         let (e, n) = (nodes.restitution[node], nodes.count[node]);
         let distance = e - mean_restitution(r);
         let q = heavy.map_or(0.0, |heavy| n * distance * distance * heavy.steepness);
@@ -77,21 +77,24 @@ fn largest_difference(wrong: impl Fn(&mut Balance), seed: &str) -> f64 {
         for _ in 0..rng.random_range(1..40) {
             let v = rng.random_range(0.05..5.0);
             let at = Impact::new(&setting, form, v);
-            // the balance is the one that is simulated and shown
-            let shown = kept_energy(&setting, form, &parameters, v);
-            assert!((balance.kept(&at).0 - shown).abs() <= 1e-14 * (1.0 + shown.abs()));
+            // the balance is the one that is simulated
+            let simulated = kept_energy(&setting, form, &parameters, v);
+            assert!((balance.kept(&at).0 - simulated).abs() <= 1e-14 * (1.0 + simulated.abs()));
             let count = f64::from(rng.random_range(1..4));
             nodes.push(at, Term::Bridge.is_held(form), rng.random_range(0.0..1.0), count);
         }
-        let heavy = (rng.random_range(0.0..1.0) < 0.3).then(|| Heavy {
+        let heavy = (rng.random_range(0.0..1.0) < 0.3).then(|| HeavyTails {
             steepness: rng.random_range(100.0..1e4),
             nu: rng.random_range(2.0..50.0),
         });
-        let piece = (0..nodes.len(), balance);
-        let plain = plainly(&nodes, &piece, heavy);
-        let mut other = piece.clone();
-        wrong(&mut other.1);
-        let Sums {
+        let range = NodeRange {
+            nodes: 0..nodes.len(),
+            balance,
+        };
+        let plain = plainly(&nodes, &range, heavy);
+        let mut other = range.clone();
+        wrong(&mut other.balance);
+        let BlockSums {
             squares,
             kept,
             viscous,

@@ -5,7 +5,7 @@ use super::super::super::{figures, Told};
 use super::super::page::Page;
 use super::cells::{checks, of_prediction};
 use crate::findings::posterior::{Accuracy, Posterior, PosteriorFindings};
-use crate::inference::posed::CHECKED;
+use crate::inference::prepared_posterior::CHECKED;
 use crate::inference::sampling::Method;
 
 /// The crate that samples, in the version in use.

@@ -1,8 +1,8 @@
-//! Holds what is written to `trade.json`.
+//! Holds the content of `trade.json`.
 
 use serde::Serialize;
 
-/// What every way was found to cost and to miss. Field names are those of `trade.json`.
+/// What every method was found to cost and to miss. Field names are those of `trade.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Trade {
     /// always [`super::SCHEMA`]
@@ -19,7 +19,7 @@ pub struct Trade {
     pub threads: usize,
     /// what the others are held against
     pub reference: Reference,
-    /// the ways, cheapest kind first
+    /// the methods, cheapest kind first
     pub rungs: Vec<Rung>,
     /// what the linear law gets wrong on this design without any noise
     pub linear_bias: Vec<LinearBias>,
@@ -43,12 +43,12 @@ pub struct Reference {
     /// largest R-hat
     pub rhat: f64,
     /// each parameter
-    pub parameters: Vec<Named>,
+    pub parameters: Vec<NamedMarginal>,
 }
 
 /// A parameter by its name.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Named {
+pub struct NamedMarginal {
     /// its name in files
     pub name: String,
     /// where it lies
@@ -69,7 +69,7 @@ pub struct Marginal {
     pub q95: f64,
 }
 
-/// One way to the parameters.
+/// One method for the parameters.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Rung {
     /// its name
@@ -78,8 +78,8 @@ pub struct Rung {
     pub seconds: f64,
     /// nodes that stood for the wet runs; `None` where every row was used or no likelihood
     pub nodes: Option<usize>,
-    /// how far each parameter is off; `None` where the way gives none
-    pub errors: Vec<Option<Miss>>,
+    /// how far each parameter is off; `None` where the method gives none
+    pub errors: Vec<Option<MarginalError>>,
     /// largest error of a mean, in posterior sds
     pub worst_mean: Option<f64>,
     /// largest error of an sd, relative
@@ -90,15 +90,15 @@ pub struct Rung {
     pub effective: Option<f64>,
     /// the same a second
     pub effective_per_second: Option<f64>,
-    /// a way that is clearly better in time or in error, and not clearly worse in the other
+    /// a method that is clearly better in time or in error, and not clearly worse in the other
     pub dominated_by: Option<String>,
-    /// why there is nothing, or why it is not to be trusted
+    /// why there is nothing, or why it is not reliable
     pub failed: Option<String>,
 }
 
 /// How far one parameter is off.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Miss {
+pub struct MarginalError {
     /// mean less the reference's, in posterior sds
     pub mean: f64,
     /// sd over the reference's, less 1

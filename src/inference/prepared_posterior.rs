@@ -1,4 +1,4 @@
-//! Poses a posterior: finds a start, chooses rows or nodes for the likelihood, and finds the mode with its curvature.
+//! Prepares a posterior for sampling: finds a start, chooses rows or nodes for the likelihood, and finds the mode with its curvature.
 
 use rayon::prelude::*;
 
@@ -29,9 +29,9 @@ impl Default for Evaluation {
     }
 }
 
-/// A posterior with what every way to draw from it starts from.
+/// A posterior with what every method of sampling starts from.
 #[derive(Debug, Clone)]
-pub struct Posed<'r> {
+pub struct PreparedPosterior<'r> {
     /// the likelihood of every row
     pub rows: &'r Likelihood,
     /// the posterior, of rows or nodes
@@ -54,14 +54,14 @@ pub struct NoStart;
 /// Values a search for the mode may start from, by kind; what is missing starts at its prior's median.
 pub type Start = Vec<(Kind, f64)>;
 
-impl<'r> Posed<'r> {
-    /// Poses the posterior of these parameters under the likelihood of all rows.
+impl<'r> PreparedPosterior<'r> {
+    /// Prepares the posterior of these parameters under the likelihood of all rows.
     pub fn new(
         parameters: Parameters,
         rows: &'r Likelihood,
         start: &Start,
         evaluation: Evaluation,
-    ) -> Result<Posed<'r>, NoStart> {
+    ) -> Result<PreparedPosterior<'r>, NoStart> {
         let began = std::time::Instant::now();
         let starts = starts(&parameters, start);
         let evaluation = if rows.needs_rows() {
@@ -80,7 +80,7 @@ impl<'r> Posed<'r> {
                 (posterior, about, Some(compression))
             }
         };
-        Ok(Posed {
+        Ok(PreparedPosterior {
             rows,
             posterior,
             about,
@@ -162,7 +162,7 @@ fn compressed(
         let (likelihood, compression) = rows.compressed(&full(&about.mode), &tests, resolution);
         posterior = Posterior::new(parameters.clone(), likelihood);
         let next = laplace(&posterior, &about.mode).map_err(|_| NoStart)?;
-        let stays = next.distance(&about.mode).is_some_and(|moved| moved < 1.0);
+        let stays = next.distance(&about.mode).is_some_and(|distance| distance < 1.0);
         about = next;
         if stays || tries == TRIES {
             return Ok((posterior, about, compression));

@@ -1,19 +1,19 @@
-//! Measures how far off a way is, and what the linear law gets wrong on the design.
+//! Measures how far off a method is, and what the linear law gets wrong on the design.
 
-use super::timed::Answer;
-use super::ways::Path;
-use super::written::{LinearBias, Miss, Reference, Rung};
+use super::methods::TradedMethod;
+use super::results::{LinearBias, MarginalError, Reference, Rung};
+use super::timed::MethodAnswer;
 use crate::findings::scaling;
 use crate::scene::WetLaw;
 
-pub(super) fn rung(path: Path, seconds: f64, answer: Answer, reference: &Reference) -> Rung {
-    let errors: Vec<Option<Miss>> = answer
+pub(super) fn rung(path: TradedMethod, seconds: f64, answer: MethodAnswer, reference: &Reference) -> Rung {
+    let errors: Vec<Option<MarginalError>> = answer
         .marginals
         .iter()
         .zip(&reference.parameters)
         .map(|(found, truth)| {
             let (found, truth) = ((*found)?, truth.marginal);
-            Some(Miss {
+            Some(MarginalError {
                 mean: (found.mean - truth.mean) / truth.sd,
                 sd: found.sd / truth.sd - 1.0,
                 q05: (found.q05 - truth.q05) / truth.sd,
@@ -21,7 +21,7 @@ pub(super) fn rung(path: Path, seconds: f64, answer: Answer, reference: &Referen
             })
         })
         .collect();
-    let worst = |of: fn(&Miss) -> f64| errors.iter().flatten().map(|miss| of(miss).abs()).reduce(f64::max);
+    let worst = |of: fn(&MarginalError) -> f64| errors.iter().flatten().map(|miss| of(miss).abs()).reduce(f64::max);
     Rung {
         name: path.name(),
         seconds,

@@ -1,4 +1,4 @@
-//! Remembers which keys a table was asked for, and judges the keys nobody asked for.
+//! Remembers which keys of a table are read, and finds those that nothing reads.
 
 use std::collections::BTreeMap;
 
@@ -6,9 +6,9 @@ use super::names::{closest, nearest};
 use crate::error::PROBLEMS_SHOWN;
 use crate::units::{names_in_words, Dimension};
 
-/// What a table may have.
+/// The keys a table may have.
 #[derive(Default)]
-pub(super) struct Asked {
+pub(super) struct ReadKeys {
     /// every key; true once it was found
     keys: BTreeMap<String, bool>,
     /// every quantity, without its unit
@@ -17,7 +17,7 @@ pub(super) struct Asked {
     missing: Vec<Vec<String>>,
 }
 
-impl Asked {
+impl ReadKeys {
     pub fn key(&mut self, key: &str, found: bool) {
         self.keys.insert(key.to_owned(), found);
     }
@@ -30,11 +30,11 @@ impl Asked {
         self.missing.push(keys);
     }
 
-    /// What to say of each key that nobody asked for.
+    /// A message for each key that nothing reads.
     pub fn unknown(&mut self, names: &[String]) -> Vec<(String, String)> {
         let mut unknown: Vec<(String, String)> = vec![];
         for name in names.iter().filter(|name| !self.keys.contains_key(*name)) {
-            // beyond what is printed no key is compared with every known one
+            // beyond what is printed no key is compared with every one that is read
             if unknown.len() >= PROBLEMS_SHOWN {
                 unknown.push((name.clone(), "unknown key".to_owned()));
                 continue;
@@ -57,7 +57,7 @@ impl Asked {
             } else {
                 (None, "unknown key".to_owned())
             };
-            // a key under another name is told once
+            // a key under another name is reported once
             self.missing
                 .retain(|keys| !meant.as_ref().is_some_and(|meant| keys.contains(meant)));
             unknown.push((name.clone(), hint));

@@ -1,4 +1,4 @@
-//! Holds what all ways start from.
+//! Holds what all methods start from.
 
 use crate::findings::posterior::Asked;
 use crate::inference::nuts::Effort;
@@ -7,18 +7,18 @@ use crate::model::parameters::Parameters;
 use crate::runs::Table;
 use crate::scene::Scene;
 
-/// What all ways start from.
-pub(super) struct Ground<'g> {
+/// What all methods start from.
+pub(super) struct TradeSetup<'g> {
     pub(super) scene: &'g Scene,
     pub(super) table: &'g Table,
     pub(super) seed: u64,
-    pub(super) asked: Asked,
+    pub(super) model: Asked,
     pub(super) parameters: Parameters,
     pub(super) effort: Effort,
 }
 
-impl Ground<'_> {
+impl TradeSetup<'_> {
     pub(super) fn rows(&self) -> Likelihood {
-        Likelihood::of_rows(self.scene, &self.table.runs, self.asked.form)
+        Likelihood::of_rows(self.scene, &self.table.runs, self.model.form)
     }
 }

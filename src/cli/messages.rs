@@ -1,4 +1,4 @@
-//! Says things to the user: notices and errors on standard error, results on standard output.
+//! Prints notices, errors and results: notices and errors on standard error, results on standard output.
 //!
 //! Everything goes through [`plain_lines`] or [`plain`] here: whatever a name, a path or a library's message holds, nothing
 //! moves the terminal or turns its text.
@@ -26,11 +26,11 @@ pub(super) fn warn(text: &str) {
     let _ = writeln!(std::io::stderr(), "{}: {text}", label("notice", "\u{1b}[1;33m"));
 }
 
-/// What is wrong with the command line. The words on it are shown on one line each, and a tip that repeats one that cannot
-/// be shown as it is falls away.
+/// What is wrong with the command line. The words on it are printed on one line each, and a tip that repeats one that cannot
+/// be printed as it is falls away.
 pub(super) fn usage(mut error: clap::Error) -> String {
     let one_line = |text: &String| plain(text, usize::MAX);
-    let shown: Vec<(ContextKind, ContextValue)> = error
+    let plain_context: Vec<(ContextKind, ContextValue)> = error
         .context()
         .filter_map(|(kind, value)| match value {
             ContextValue::String(text) => Some((kind, ContextValue::String(one_line(text)))),
@@ -38,7 +38,7 @@ pub(super) fn usage(mut error: clap::Error) -> String {
             _ => None,
         })
         .collect();
-    for (kind, value) in shown {
+    for (kind, value) in plain_context {
         let before = error.insert(kind, value);
         if before.as_ref() != error.get(kind) {
             error.remove(ContextKind::Suggested);
@@ -54,7 +54,7 @@ pub(super) fn complain(text: &str) {
     let _ = writeln!(std::io::stderr(), "{}: {text}", label("error", "\u{1b}[1;31m"));
 }
 
-pub(super) fn tell(notices: &[Notice], quiet: bool) {
+pub(super) fn print_notices(notices: &[Notice], quiet: bool) {
     if !quiet {
         for notice in notices {
             warn(&notice.text);
@@ -63,20 +63,20 @@ pub(super) fn tell(notices: &[Notice], quiet: bool) {
 }
 
 /// Prints to standard output. A reader that has left is no error.
-pub(super) fn say(text: &str) -> Result<(), Error> {
+pub(super) fn print_result(text: &str) -> Result<(), Error> {
     print(text, None)
 }
 
-/// Prints when a file or a folder is written, which stays whatever becomes of standard output.
-pub(super) fn say_of(written: &Path, text: &str) -> Result<(), Error> {
-    print(text, Some(written))
+/// Prints once a file or a folder is written, which stays whatever becomes of standard output.
+pub(super) fn print_after_writing(file: &Path, text: &str) -> Result<(), Error> {
+    print(text, Some(file))
 }
 
-fn print(text: &str, written: Option<&Path>) -> Result<(), Error> {
+fn print(text: &str, file: Option<&Path>) -> Result<(), Error> {
     let mut out = std::io::stdout().lock();
     match out.write_all(plain_lines(text).as_bytes()).and_then(|()| out.flush()) {
         Err(source) if source.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::Unprinted {
-            written: written.map(Path::to_path_buf),
+            written: file.map(Path::to_path_buf),
             source,
         }),
         _ => Ok(()),

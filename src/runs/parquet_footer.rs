@@ -1,6 +1,6 @@
-//! Checks what the parts of a Parquet file claim to hold, before memory is asked for by those claims.
+//! Checks the counts a Parquet file states against what it holds, before memory is allocated by them.
 //!
-//! A damaged page that claims more values than its column has makes polars ask for them all, and a refused allocation
+//! A damaged page that states more values than its column has makes polars ask for them all, and a refused allocation
 //! ends the process: no error, and no panic that could be caught.
 
 use std::fs::File;
@@ -17,7 +17,7 @@ const MARK: &[u8] = b"PAR1";
 const END: usize = 8;
 
 /// The last bytes of a file of some length, as many as say what it is.
-pub(super) fn end(file: &mut File, length: u64) -> std::io::Result<Vec<u8>> {
+pub(super) fn last_bytes(file: &mut File, length: u64) -> std::io::Result<Vec<u8>> {
     let mut end = vec![];
     file.seek(SeekFrom::Start(length.saturating_sub(END as u64)))?;
     file.by_ref().take(END as u64).read_to_end(&mut end)?;
@@ -25,7 +25,7 @@ pub(super) fn end(file: &mut File, length: u64) -> std::io::Result<Vec<u8>> {
 }
 
 /// Checks that the end of a file is one of Parquet; nothing at all is for the reader to name.
-pub(super) fn is_marked(end: &[u8]) -> PolarsResult<()> {
+pub(super) fn check_mark(end: &[u8]) -> PolarsResult<()> {
     if end.is_empty() || end.ends_with(MARK) {
         Ok(())
     } else {
@@ -35,7 +35,7 @@ pub(super) fn is_marked(end: &[u8]) -> PolarsResult<()> {
 
 /// Checks that a file's footer is a structure whose lists have no more elements than it has bytes left. A file without a
 /// footer is for the reader to name.
-pub(super) fn footer_fits(bytes: &[u8]) -> PolarsResult<()> {
+pub(super) fn check_footer(bytes: &[u8]) -> PolarsResult<()> {
     let Some(end) = bytes.len().checked_sub(END) else {
         return Ok(());
     };
@@ -49,47 +49,47 @@ pub(super) fn footer_fits(bytes: &[u8]) -> PolarsResult<()> {
     let Some(footer) = end.checked_sub(length).and_then(|start| bytes.get(start..end)) else {
         return Ok(());
     };
-    match (Walk { left: footer }).structure(0) {
+    match (ThriftReader { left: footer }).structure(0) {
         Ok(()) => Ok(()),
-        Err(Stop::TooLong) => refuse("its footer claims more parts than it holds".to_owned()),
-        Err(Stop::Broken) => refuse("its footer is broken".to_owned()),
+        Err(ThriftError::TooLong) => refuse("its footer claims more parts than it holds".to_owned()),
+        Err(ThriftError::Broken) => refuse("its footer is broken".to_owned()),
     }
 }
 
-/// A walk through a structure in Thrift's compact encoding, whatever its fields mean.
+/// Reads through a structure in Thrift's compact encoding, whatever its fields mean.
 ///
 /// Source: the encoding as Apache Thrift specifies it (thrift-compact-protocol.md).
-struct Walk<'b> {
+struct ThriftReader<'b> {
     left: &'b [u8],
 }
 
-/// Why a walk ends early.
+/// Why reading ends early.
 #[derive(Debug, PartialEq)]
-enum Stop {
+enum ThriftError {
     /// a list of more elements than there are bytes
     TooLong,
     /// anything else
     Broken,
 }
 
-impl Walk<'_> {
+impl ThriftReader<'_> {
     /// Structures inside structures beyond which no footer goes.
     const DEEPEST: usize = 64;
 
-    fn byte(&mut self) -> Result<u8, Stop> {
-        let (first, rest) = self.left.split_first().ok_or(Stop::Broken)?;
+    fn byte(&mut self) -> Result<u8, ThriftError> {
+        let (first, rest) = self.left.split_first().ok_or(ThriftError::Broken)?;
         self.left = rest;
         Ok(*first)
     }
 
-    fn skip(&mut self, count: u64) -> Result<(), Stop> {
-        let count = usize::try_from(count).map_err(|_| Stop::Broken)?;
-        self.left = self.left.get(count..).ok_or(Stop::Broken)?;
+    fn skip(&mut self, count: u64) -> Result<(), ThriftError> {
+        let count = usize::try_from(count).map_err(|_| ThriftError::Broken)?;
+        self.left = self.left.get(count..).ok_or(ThriftError::Broken)?;
         Ok(())
     }
 
     /// A number in groups of seven bits, the lowest first.
-    fn number(&mut self) -> Result<u64, Stop> {
+    fn number(&mut self) -> Result<u64, ThriftError> {
         let mut value = 0;
         for shift in (0..64).step_by(7) {
             let byte = self.byte()?;
@@ -98,18 +98,18 @@ impl Walk<'_> {
                 return Ok(value);
             }
         }
-        Err(Stop::Broken)
+        Err(ThriftError::Broken)
     }
 
-    fn fits(&self, elements: u64) -> Result<(), Stop> {
+    fn fits(&self, elements: u64) -> Result<(), ThriftError> {
         if elements > self.left.len() as u64 {
-            Err(Stop::TooLong)
+            Err(ThriftError::TooLong)
         } else {
             Ok(())
         }
     }
 
-    fn structure(&mut self, depth: usize) -> Result<(), Stop> {
+    fn structure(&mut self, depth: usize) -> Result<(), ThriftError> {
         /// fields of the footer that the reader takes for lists, whatever their type says
         const LISTS: [i64; 4] = [2, 4, 5, 7];
         const LIST: u8 = 9;
@@ -128,7 +128,7 @@ impl Walk<'_> {
                 field = field.saturating_add(i64::from(head >> 4));
             }
             if depth == 0 && LISTS.contains(&field) && head & 0x0f != LIST {
-                return Err(Stop::Broken);
+                return Err(ThriftError::Broken);
             }
             // a field of truth is its own type
             if !matches!(head & 0x0f, 1 | 2) {
@@ -137,7 +137,7 @@ impl Walk<'_> {
         }
     }
 
-    fn value(&mut self, kind: u8, depth: usize) -> Result<(), Stop> {
+    fn value(&mut self, kind: u8, depth: usize) -> Result<(), ThriftError> {
         match kind {
             // truth inside a list, a byte
             1..=3 => self.skip(1),
@@ -173,14 +173,14 @@ impl Walk<'_> {
             }
             13 => self.skip(16),
             12 if depth < Self::DEEPEST => self.structure(depth + 1),
-            _ => Err(Stop::Broken),
+            _ => Err(ThriftError::Broken),
         }
     }
 }
 
-/// Checks that in some columns, all of single values, the pages hold what their row groups claim and these what the file
-/// claims, and that so many values fit into memory.
-pub(super) fn agree(bytes: &[u8], columns: &[String]) -> PolarsResult<()> {
+/// Checks that in some columns, all of single values, the pages hold what their row groups state and these what the file
+/// states, and that so many values fit into memory.
+pub(super) fn check_counts(bytes: &[u8], columns: &[String]) -> PolarsResult<()> {
     let mut reader = ParquetReader::new(Cursor::new(bytes));
     let file = reader.get_metadata()?;
     let rows = file
@@ -201,11 +201,11 @@ pub(super) fn agree(bytes: &[u8], columns: &[String]) -> PolarsResult<()> {
         for group in &file.row_groups {
             for chunk in group.columns_under_root_iter(column).into_iter().flatten() {
                 let rows = group.num_rows() as u64;
-                let claims = (
+                let counts = (
                     u64::try_from(chunk.num_values()),
                     values(bytes, chunk.byte_range(), rows),
                 );
-                if claims != (Ok(rows), Some(rows)) {
+                if counts != (Ok(rows), Some(rows)) {
                     return refuse(format!("the pages of column {column} do not hold its {rows} values"));
                 }
             }
@@ -230,7 +230,7 @@ fn values(bytes: &[u8], pages: std::ops::Range<u64>, expected: u64) -> Option<u6
     while held < expected {
         let header =
             PageHeader::read_from_in_protocol(&mut TCompactInputProtocol::new(&mut at, LONGEST_HEADER)).ok()?;
-        let claimed = match header.type_ {
+        let stated = match header.type_ {
             PageType::DATA_PAGE => header.data_page_header?.num_values,
             PageType::DATA_PAGE_V2 => header.data_page_header_v2?.num_values,
             // a text takes four bytes for its length, a number four or eight
@@ -241,7 +241,7 @@ fn values(bytes: &[u8], pages: std::ops::Range<u64>, expected: u64) -> Option<u6
             }
             _ => 0,
         };
-        held = held.checked_add(u64::try_from(claimed).ok()?)?;
+        held = held.checked_add(u64::try_from(stated).ok()?)?;
         at.set_position(
             at.position()
                 .checked_add(u64::try_from(header.compressed_page_size).ok()?)?,

@@ -1,4 +1,4 @@
-//! Says whether a file is a scene, or holds the runs of one: what was measured must not be written over.
+//! Recognises scenes and the runs of scenes, which must not be written over.
 
 use std::path::{Path, PathBuf};
 
@@ -9,18 +9,19 @@ use crate::files;
 
 /// What every scene has, whatever else is right or wrong with it.
 #[derive(Deserialize)]
-struct Sketch {
-    data: SketchedData,
+struct RunsOfScene {
+    data: DataPaths,
 }
 
 #[derive(Deserialize)]
-struct SketchedData {
+struct DataPaths {
     runs: PathBuf,
 }
 
 /// Why nothing may be written to a file: it is a scene, or holds the runs of this scene or of one that lies beside it.
-/// `None` where no scene has a claim to it, or it is not there.
-pub fn claim(file: &Path, (scene_file, scene): (&Path, &Scene)) -> Option<String> {
+/// `None` where it belongs to no scene, or is not there.
+pub fn why_not_overwritten(file: &Path, scene: &Scene) -> Option<String> {
+    let scene_file = scene.file.as_path();
     let file = file.canonicalize().ok()?;
     let is_this = |other: &Path| other.canonicalize().is_ok_and(|other| other == file);
     if is_this(scene_file) || runs_of(&file).is_some() {
@@ -46,6 +47,6 @@ pub fn claim(file: &Path, (scene_file, scene): (&Path, &Scene)) -> Option<String
 /// Where the runs of a scene lie; `None` for what is no scene.
 fn runs_of(path: &Path) -> Option<PathBuf> {
     let bytes = files::read(path, files::MOST_OF_SCENE, "read").ok()?;
-    let sketch: Sketch = toml::from_slice(&bytes).ok()?;
+    let sketch: RunsOfScene = toml::from_slice(&bytes).ok()?;
     Some(path.parent()?.join(sketch.data.runs))
 }
