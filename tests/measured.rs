@@ -188,7 +188,12 @@ fn held(sets: u64, forgets: Forgets, test: &str) -> [Vec<(f64, f64)>; 2] {
         .into_par_iter()
         .map(|set| {
             let runs = measured(&place.scene, Apart::Twentyfold, (seed, set));
-            fitted(&place.scene, runs, forgets, (seed, &format!("posterior {set}")))
+            fitted(
+                &place.scene,
+                runs,
+                forgets,
+                StreamName::new(seed, &format!("posterior {set}")),
+            )
         })
         .collect();
     [0, 1].map(|way| {
@@ -238,7 +243,12 @@ fn a_forgotten_covariance_is_seen() {
     let scatter = |forgets: Forgets| {
         let each = (0..40).into_par_iter().map(|set| {
             let runs = measured(&place.scene, Apart::Nothing, (seed, set));
-            let [posterior, _] = fitted(&place.scene, runs, forgets, (seed, &format!("posterior {set}")));
+            let [posterior, _] = fitted(
+                &place.scene,
+                runs,
+                forgets,
+                StreamName::new(seed, &format!("posterior {set}")),
+            );
             posterior[4].0
         });
         mean(&each.collect::<Vec<f64>>())

@@ -13,7 +13,7 @@ use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::{Kind, Parameters};
 use wetcor::model::posterior::{LogDensity, Posterior};
 use wetcor::runs::{self, Runs};
-use wetcor::scene::{self, Noise, Prior, Scene, Truth};
+use wetcor::scene::{self, NoiseShape, Prior, Scene, Truth};
 use wetcor::seed::{stream, StreamName};
 
 /// Few runs, two film ratios, from far above the threshold to below it.
@@ -106,7 +106,7 @@ fn ranks(model: &str, name: &str, scenes: usize, fault: Fault) -> Vec<(String, f
         (truth.inertia, truth.dry_speed) = (form.inertia, form.dry_speed);
         truth.terms = scene.model.terms.clone();
         if scene.model.likelihood == scene::Likelihood::Student {
-            truth.noise = Noise::Student;
+            truth.noise = NoiseShape::Student;
         }
     }
     let parameters = Parameters::of(&scene, &settings(&scene), form).expect("priors with room");

@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::checks::{self, Check};
 use super::least_squares::LeastSquares;
+use super::notices;
 use super::posterior::{effort, start, Asked, Posterior};
 use crate::error::Error;
 use crate::inference::diagnostics::loo::{difference, loo, relative_efficiency, Loo};
@@ -107,19 +108,8 @@ pub fn find(
         own: None,
     };
     let Some(used) = affordable(runs, own.sampled.draws()) else {
-        found.notices.push(Notice::new(
-            "compare_left_out",
-            runs.len(),
-            if runs.series.is_empty() {
-                "no wet runs: there are no forms of the wet law to compare".to_owned()
-            } else {
-                format!(
-                    "{} runs are too many to leave each out: forms of the law are not compared",
-                    runs.len()
-                )
-            },
-            "compare on a part of the runs",
-        ));
+        let any_wet = !runs.series.is_empty();
+        found.notices.push(notices::compare_left_out(runs.len(), any_wet));
         return found;
     };
     let reference = match asked.form.dry_speed {
@@ -150,14 +140,14 @@ pub fn find(
                         &sampled
                     }
                     Err(why) => {
-                        found.notices.push(not_compared(&name(form.form), &why));
+                        found.notices.push(notices::form_not_compared(&name(form.form), &why));
                         continue;
                     }
                 }
             };
             match leave_out(scene, runs, form, draws, used) {
                 Ok(of_form) => all.push((compared(name(form.form), is_own, draws, &of_form, used), of_form)),
-                Err(why) => found.notices.push(not_compared(&name(form.form), &why)),
+                Err(why) => found.notices.push(notices::form_not_compared(&name(form.form), &why)),
             }
         }
     }
@@ -251,45 +241,16 @@ pub fn choose(
     let Some((chosen, gain)) = gains.max_by(|a, b| a.1.value.total_cmp(&b.1.value)) else {
         return Ok((default, None));
     };
-    let notice = Notice::new(
-        "form_chosen",
-        1,
-        format!(
-            "inertia = \"auto\" took {}: it predicts the runs better than {} by {:.1} in log density; the intervals ignore that it was chosen",
-            chosen.form.inertia.name(),
-            default.form.inertia.name(),
-            gain.value
-        ),
-        "name the form in [model] to fix it",
-    );
+    let names = [chosen, default].map(|asked| asked.form.inertia.name());
+    let notice = notices::form_chosen(names[0], names[1], gain.value);
     Ok((chosen, Some(notice)))
 }
 
 /// The scene's own form predicts clearly worse than another.
 fn better(own: &Compared, best: &Compared) -> Option<Notice> {
     let gain = -own.delta;
-    is_gain(gain, own.delta_se).then(|| {
-        Notice::new(
-            "better_form",
-            1,
-            format!(
-                "{} predicts the runs better than the scene's {}: by {gain:.1} in log density, {:.1} standard errors",
-                best.model,
-                own.model,
-                gain / own.delta_se.unwrap_or(f64::NAN)
-            ),
-            "try it as [model] inertia and dry_speed_m_s",
-        )
-    })
-}
-
-fn not_compared(model: &str, why: &str) -> Notice {
-    Notice::new(
-        "form_not_compared",
-        1,
-        format!("{model} is not compared: {why}"),
-        "see whether its parameters have room under their priors",
-    )
+    let in_se = gain / own.delta_se.unwrap_or(f64::NAN);
+    is_gain(gain, own.delta_se).then(|| notices::better_form(&best.model, &own.model, gain, in_se))
 }
 
 fn sample_form(

@@ -4,6 +4,7 @@
 //!
 //! | file | job |
 //! |---|---|
+//! | `notices.rs` | what wants a second look: codes, sentences, next steps |
 //! | `estimate.rs` | a number with its standard error, its interval, or why there is none |
 //! | `judge.rs` | whether a fit may be quoted |
 //! | `quantities.rs` | estimates of quantities from a fit, by the delta method |
@@ -50,6 +51,7 @@ mod judge;
 pub mod least_squares;
 pub mod measurement_errors;
 pub mod noise;
+mod notices;
 pub mod overview;
 pub mod own_dry_speed;
 mod pooling;
@@ -136,7 +138,9 @@ pub fn find_watched(
     }
     let mut notices = table.notices.clone();
     notices.extend(terms::notices(&terms));
-    notices.extend(verdicts::notices(scene, table, &dry, &series, &scaling, bootstrap));
+    notices.extend(verdicts::of_table(table));
+    notices.extend(verdicts::of_fits(scene, &dry, &series, &scaling));
+    notices.extend(verdicts::of_settings(scene, bootstrap));
     let (resampling, of_resampling) = resampled.unzip();
     notices.extend(of_resampling.into_iter().flatten());
     notices.extend(of_constants);

@@ -3,6 +3,7 @@
 use super::balance::EnergyBalance;
 use super::checks::{self, Check, Criterion};
 use super::dry::{self, FittedDry};
+use super::notices::{self, shortened};
 use super::scaling::FittedScaling;
 use super::series::SeriesFit;
 use crate::notice::Notice;
@@ -164,16 +165,6 @@ impl Fits {
     }
 }
 
-/// A list cut to what can be read.
-fn shortened(items: &[String]) -> String {
-    const SHOWN: usize = 3;
-    let mut text = items.iter().take(SHOWN).cloned().collect::<Vec<_>>().join("; ");
-    if items.len() > SHOWN {
-        text.push_str(&format!("; and {} more", items.len() - SHOWN));
-    }
-    text
-}
-
 /// The check of the replicates of k, e_inf and St_c.
 pub fn of_replicates(dry: &[FittedDry], scaling: &[FittedScaling]) -> Option<Check> {
     let of_dry = dry.iter().map(|d| (d.dry.particle.clone(), &d.dry.dry_k));
@@ -202,70 +193,29 @@ pub fn of_replicates(dry: &[FittedDry], scaling: &[FittedScaling]) -> Option<Che
     Some(criterion.check(worst, text).with_advice())
 }
 
+/// A notice of the runs that were screened.
+pub fn of_table(table: &Table) -> Option<Notice> {
+    (!table.screened.is_empty()).then(|| notices::screened(&table.screened))
+}
+
 /// What a reader of the estimates should look at.
-pub fn notices(
-    scene: &Scene,
-    table: &Table,
-    dry: &[FittedDry],
-    series: &[SeriesFit],
-    scaling: &[FittedScaling],
-    bootstrap: bool,
-) -> Vec<Notice> {
-    let mut notices = vec![];
-    let screened: usize = table.screened.iter().map(|s| s.runs).sum();
-    if screened > 0 {
-        let reasons: Vec<_> = table
-            .screened
-            .iter()
-            .map(|s| format!("{} with {}", s.runs, s.reason))
-            .collect();
-        notices.push(Notice::new(
-            "screened",
-            screened,
-            format!("{screened} runs left out: {}", reasons.join(", ")),
-            "widen the limits in [data] to use them",
-        ));
-    }
+pub fn of_fits(scene: &Scene, dry: &[FittedDry], series: &[SeriesFit], scaling: &[FittedScaling]) -> Vec<Notice> {
+    let mut found = vec![];
     let stuck: usize = series.iter().map(|s| s.stuck).sum();
     let wet: usize = stuck + series.iter().map(|s| s.runs).sum::<usize>();
     if stuck > 0 {
-        notices.push(Notice::new(
-            "stuck_left_out",
-            stuck,
-            format!(
-                "{stuck} of {wet} wet runs stuck and are left out of least squares. Where the noise is on the \
-                 restitution this leaves the square-root law nearly unbiased and takes the linear law too high in \
-                 e_inf and St_c; where the energy balance itself fluctuates, the square-root estimates tend to fall"
-            ),
-            "quote the square-root law, and compare film ratios by how many of their runs stuck",
-        ));
+        found.push(notices::stuck_left_out(stuck, wet));
     }
     let dry_stuck: usize = dry.iter().map(|d| d.dry.stuck).sum();
     if dry_stuck > 0 {
-        notices.push(Notice::new(
-            "dry_run_without_rebound",
-            dry_stuck,
-            format!("{dry_stuck} dry runs have no rebound and are left out; were it noise that kept them down, k is too small"),
-            "check that they were dry: nothing in the dry law makes a sphere stick",
-        ));
+        found.push(notices::dry_run_without_rebound(dry_stuck));
     }
-    let failed: Vec<String> = series
-        .iter()
-        .filter(|s| !s.verdict.passed)
+    let failed = series.iter().filter(|s| !s.verdict.passed);
+    let failed: Vec<String> = failed
         .map(|s| format!("{} ({})", s.label(), s.verdict.reason))
         .collect();
     if !failed.is_empty() {
-        notices.push(Notice::new(
-            "series_failed",
-            failed.len(),
-            format!(
-                "{} of {} series give no square-root law: {}",
-                failed.len(),
-                series.len(),
-                shortened(&failed)
-            ),
-            "their runs still count in the scaling with St; more speeds or more rebounds would give them their own",
-        ));
+        found.push(notices::series_failed(&failed, series.len()));
     }
     let without: Vec<String> = (0..scene.particles.len())
         // fits come in the order of the particles
@@ -274,29 +224,15 @@ pub fn notices(
         .map(|p| scene.particles[p].name.clone())
         .collect();
     if !without.is_empty() {
-        let mut text = format!(
-            "no dry runs of {}: the inertial loss cannot be told from the dry loss",
-            without.join(", ")
-        );
-        if scene.model.dry_speed == DrySpeed::Impact {
-            text.push_str(", and the run's own dry speed is not used for it");
-        }
-        notices.push(Notice::new(
-            "no_dry_runs",
-            without.len(),
-            text,
-            "add dry runs over the same speeds",
-        ));
+        let own_speed = scene.model.dry_speed == DrySpeed::Impact;
+        found.push(notices::no_dry_runs(&without, own_speed));
     }
+    found
+}
+
+/// A notice of the settings that no stage reads; those of the bootstrap wait where it is not run.
+pub fn of_settings(scene: &Scene, bootstrap: bool) -> Option<Notice> {
     let waits = |key: &&String| !(bootstrap && key.starts_with("bootstrap."));
     let unused: Vec<String> = scene.unused.iter().filter(waits).cloned().collect();
-    if !unused.is_empty() {
-        notices.push(Notice::new(
-            "settings_unused",
-            unused.len(),
-            format!("settings that no stage of this run reads: {}", unused.join(", ")),
-            "nothing: they were checked and wait for the stage that reads them; intervals here are delta-method ones",
-        ));
-    }
-    notices
+    (!unused.is_empty()).then(|| notices::settings_unused(&unused))
 }

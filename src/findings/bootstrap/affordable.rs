@@ -1,5 +1,6 @@
 //! Limits the replicates to what is held at once, and says where that makes them fewer.
 
+use crate::findings::notices;
 use crate::notice::Notice;
 
 /// Replicates of all fits together that are held at once: 4 GB.
@@ -13,17 +14,7 @@ pub(super) fn affordable(wanted: u64, fits: usize) -> usize {
 
 /// Says that fewer replicates were made than the scene asks for; `None` where they were not.
 pub(super) fn fewer(wanted: u64, made: usize, fits: usize) -> Option<Notice> {
-    (made as u64 != wanted).then(|| {
-        Notice::new(
-            "bootstrap_fewer_replicates",
-            made,
-            format!(
-                "[bootstrap] replicates: found {wanted}, of {fits} fits; made {made}, since at most {MOST_HELD} replicates \
-                 of all fits together are held at once"
-            ),
-            format!("set it to at most {made}, or fit fewer series in one scene"),
-        )
-    })
+    (made as u64 != wanted).then(|| notices::bootstrap_fewer_replicates(wanted, made, fits, MOST_HELD))
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use super::resampling::{Estimates, Resampling};
 use crate::findings::estimate::Bootstrapped;
+use crate::findings::notices;
 use crate::notice::Notice;
 use crate::runs::{Runs, Series};
 
@@ -13,7 +14,7 @@ pub const COVERAGE_OF_EIGHT: [f64; 2] = [94.7, 96.2];
 
 /// What a reader of the replicates should look at.
 pub(super) fn notices(runs: &Runs, resampling: &Resampling, estimates: &Estimates) -> Vec<Notice> {
-    let mut notices = vec![];
+    let mut found = vec![];
     let drawn = |boot: &Option<Bootstrapped>| boot.as_ref().is_some_and(|boot| boot.replicates > 0);
     let dry = estimates.dry.iter().map(|fit| (fit.dry.runs, &fit.dry.dry_k));
     let series = estimates.series.iter().map(|fit| (fit.runs, &fit.alpha));
@@ -27,42 +28,16 @@ pub(super) fn notices(runs: &Runs, resampling: &Resampling, estimates: &Estimate
         .filter(|(runs, estimate)| *runs < FEW_RUNS && drawn(&estimate.bootstrap))
         .count();
     if few > 0 {
-        let [least, most] = COVERAGE_OF_EIGHT;
-        notices.push(Notice::new(
-            "bootstrap_few_runs",
-            few,
-            format!(
-                "{few} of {} bootstrapped fits rest on fewer than {FEW_RUNS} runs; on simulated designs of 8 runs the \
-                 default 95 % intervals covered {least} to {most} % with normal noise",
-                fits.iter().filter(|(_, estimate)| drawn(&estimate.bootstrap)).count()
-            ),
-            "take such intervals as rough, or repeat the runs",
-        ));
+        let drawn = fits.iter().filter(|(_, estimate)| drawn(&estimate.bootstrap)).count();
+        found.push(notices::bootstrap_few_runs(few, drawn, FEW_RUNS, COVERAGE_OF_EIGHT));
     }
     let partly = runs.series.iter().filter(|series| partly_stuck(runs, series)).count();
     if partly > 0 {
-        notices.push(Notice::new(
-            "bootstrap_partly_stuck",
-            partly,
-            format!(
-                "in {partly} of {} series some runs stuck at speeds at which others rebounded; those left spread less \
-                 than the noise, which makes intervals of St_c that rest on them too short",
-                runs.series.len()
-            ),
-            "compare with film ratios whose runs all rebound; the delta interval does not know of it either",
-        ));
+        found.push(notices::bootstrap_partly_stuck(partly, runs.series.len()));
     }
     let single = resampling.single_run_strata;
     if single > 0 {
-        notices.push(Notice::new(
-            "bootstrap_single_run_strata",
-            single,
-            format!(
-                "{single} of {} strata hold a single run, which no resample can vary",
-                resampling.strata
-            ),
-            "a second run of such a series would tell its noise",
-        ));
+        found.push(notices::bootstrap_single_run_strata(single, resampling.strata));
     }
     let alone = fits
         .iter()
@@ -70,14 +45,9 @@ pub(super) fn notices(runs: &Runs, resampling: &Resampling, estimates: &Estimate
         .filter(|boot| boot.replicates == 0)
         .count();
     if alone > 0 {
-        notices.push(Notice::new(
-            "bootstrap_one_series",
-            alone,
-            format!("{alone} fits rest on one series, for which none can be drawn: their delta interval stands"),
-            "choose scheme = \"cases\" for their bootstrap interval",
-        ));
+        found.push(notices::bootstrap_one_series(alone));
     }
-    notices
+    found
 }
 
 /// Whether a run stuck that was no slower than one that rebounded.

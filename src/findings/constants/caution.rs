@@ -3,6 +3,7 @@
 use super::constant::{Constant, InUse, Kind};
 use super::sensitivity::Sensitivity;
 use crate::findings::checks::BIAS;
+use crate::findings::notices::{self, ExactConstant};
 use crate::notice::Notice;
 use crate::scene::Scene;
 
@@ -32,21 +33,13 @@ pub(super) fn notice(
     let above: Vec<(f64, f64, &Sensitivity, Constant)> = open.iter().filter_map(worst).collect();
     // of equal ones the first: viscosities are known worse than densities
     let (in_se, moved, sensitivity, constant) = above.iter().reduce(|a, b| if b.0 > a.0 { b } else { a })?;
-    Some(Notice::new(
-        "constants_exact",
-        above.len(),
-        format!(
-            "the {} is taken as exact: were it off by {} %, {} would be off by {:.1} %, {:.1} times its ±, which is of \
-             the runs alone",
-            constant.words(scene),
-            100.0 * ERROR,
-            sensitivity.label(),
-            100.0 * moved.abs(),
-            in_se
-        ),
-        format!(
-            "say how well it is known ({}), and the report adds it; the others stand under Constants taken as exact",
-            constant.key()
-        ),
-    ))
+    Some(notices::constants_exact(&ExactConstant {
+        matter: above.len(),
+        constant: &constant.words(scene),
+        key: constant.key(),
+        error: ERROR,
+        result: &sensitivity.label(),
+        moved: *moved,
+        in_se: *in_se,
+    }))
 }

@@ -22,6 +22,7 @@ pub use instead::Determined;
 pub use lines::{lines, Identified};
 
 use super::least_squares::LeastSquares;
+use super::notices;
 use crate::notice::Notice;
 use crate::runs::Runs;
 use crate::scene::Scene;
@@ -102,5 +103,5 @@ pub fn notice(directions: Option<&Directions>) -> Option<Notice> {
     let texts: Vec<String> = unseen.iter().map(tell).collect();
     let next: Vec<&str> = unseen.iter().map(|one| one.add.as_str()).collect();
     let count = unseen.iter().map(|one| one.directions).sum();
-    (count > 0).then(|| Notice::new("unseen", count, texts.join("; "), next.join("; ")))
+    (count > 0).then(|| notices::unseen(count, &texts, &next))
 }

@@ -1,8 +1,9 @@
 //! Says what of the scatter wants a second look.
 
 use super::{Lacking, Noise, OfGroup, Offsets, Outlier, Spreads, LEVEL, LINE};
+use crate::findings::notices::{self, SharedOffsets, TooSmall};
 use crate::notice::Notice;
-use crate::scene::{ResamplingScheme, Scene};
+use crate::scene::Scene;
 use crate::units::millimetres;
 
 /// Outliers that a notice describes.
@@ -40,26 +41,8 @@ fn outliers(noise: &Noise) -> Option<Notice> {
     if found == 0 {
         return None;
     }
-    let mut rows: Vec<String> = noise.outliers.iter().take(SHOWN).map(described).collect();
-    if found > SHOWN {
-        rows.push(format!("and {} more", found - SHOWN));
-    }
-    let what = if found == 1 {
-        "1 run lies"
-    } else {
-        &format!("{found} runs lie")
-    };
-    Some(Notice::new(
-        "outlier",
-        found,
-        format!(
-            "{what} so far from the law that normal noise would take any of {} runs there in one table of a hundred: {}",
-            noise.runs,
-            rows.join("; ")
-        ),
-        "check the rows: a mistake in one is to be mended there; likelihood = \"student\" keeps what cannot be from \
-         moving the parameters",
-    ))
+    let first: Vec<String> = noise.outliers.iter().take(SHOWN).map(described).collect();
+    Some(notices::outlier(found, noise.runs, &first))
 }
 
 fn described(one: &Outlier) -> String {
@@ -106,40 +89,32 @@ impl OfGroup {
 fn unequal_spread(spread: &Spreads) -> Option<Notice> {
     let lacking = spread.mattering()?;
     let of = |group: &OfGroup| format!("{:.4} ({}, {} runs)", group.sd, group.label(), group.runs);
-    Some(Notice::new(
-        "unequal_spread",
-        spread.test.df_between + 1,
-        format!(
-            "the runs do not scatter alike: from {} to {} about the fit, where every interval takes one spread for all dry \
-             and one for all wet runs; the standard error of {} is too small by a factor of {:.2}",
-            of(&spread.narrowest),
-            of(&spread.widest),
-            lacking.parameter,
-            lacking.ratio
-        ),
-        "look at the group that scatters most; the fits of single film ratios have spreads of their own, and the `cases` \
-         bootstrap does not take spreads as equal",
+    let groups = spread.test.df_between + 1;
+    let (narrowest, widest) = (of(&spread.narrowest), of(&spread.widest));
+    Some(notices::unequal_spread(
+        groups,
+        &narrowest,
+        &widest,
+        lacking.too_small(),
     ))
+}
+
+impl Lacking {
+    fn too_small(&self) -> TooSmall<'_> {
+        TooSmall {
+            parameter: &self.parameter,
+            ratio: self.ratio,
+        }
+    }
 }
 
 fn series_offsets(scene: &Scene, offsets: &Offsets) -> Option<Notice> {
     let lacking = offsets.mattering()?;
-    let drawn = scene.bootstrap.scheme == ResamplingScheme::Series;
-    let next = if drawn {
-        "quote the bootstrap's intervals, whose scheme is `series`; the delta method's and the posterior's do not know of it"
-    } else {
-        "set [bootstrap] scheme = \"series\" and quote its intervals; the delta method's and the posterior's take runs as \
-         independent"
+    let found = SharedOffsets {
+        series: offsets.series,
+        sd: offsets.sd,
+        share: offsets.share,
+        lacking: lacking.too_small(),
     };
-    Some(Notice::new(
-        "series_offsets",
-        offsets.series,
-        format!(
-            "runs of a series share an offset: over {} series it has an sd of {:.4} in e, {:.2} of the spread of single \
-             runs; taking runs as independent makes the standard error of {} too small by a factor of {:.2}. It may be \
-             the film or the alignment, set once for a series, or the law itself where it does not fit",
-            offsets.series, offsets.sd, offsets.share, lacking.parameter, lacking.ratio
-        ),
-        next,
-    ))
+    Some(notices::series_offsets(&found, scene.bootstrap.scheme))
 }

@@ -2,6 +2,7 @@
 
 use super::written::{PosteriorFindings, Quantity};
 use crate::findings::identify::Directions;
+use crate::findings::notices;
 use crate::notice::Notice;
 
 /// Share of its prior sd from which a parameter wants a look: what each of two keeps that only move together, where the
@@ -20,7 +21,7 @@ fn left(quantity: &Quantity) -> Option<f64> {
 pub(in crate::findings) fn notices(found: &PosteriorFindings, directions: Option<&Directions>) -> Vec<Notice> {
     let wide = found.parameters.iter().enumerate();
     let wide: Vec<(usize, f64)> = wide.filter_map(|(place, q)| Some((place, left(q)?))).collect();
-    let mut notices = vec![];
+    let mut all = vec![];
     if !wide.is_empty() {
         let told: Vec<String> = wide.iter().map(|(place, left)| tell(found, *place, *left)).collect();
         let directions = directions.into_iter().flat_map(|directions| &directions.unseen);
@@ -29,28 +30,17 @@ pub(in crate::findings) fn notices(found: &PosteriorFindings, directions: Option
             wide.iter()
                 .any(|(at, _)| unseen.parameters.iter().any(|p| p == names(at)))
         });
-        let mut next: Vec<&str> = known.map(|unseen| unseen.add.as_str()).collect();
-        next.push("quote it beside its prior, or add runs that tell it");
-        notices.push(Notice::new(
-            "prior_rules",
-            wide.len(),
-            format!("more than half of the prior sd is left of {}", told.join(", ")),
-            next[0],
-        ));
+        let add = known.map(|unseen| unseen.add.as_str()).next();
+        all.push(notices::prior_rules(&told, add));
     }
     let held = found
         .left_out
         .iter()
         .filter(|left| left.reason.contains("cannot be told apart"));
     for left in held {
-        notices.push(Notice::new(
-            "unidentified",
-            1,
-            format!("{} is not sampled: {}", left.name, left.reason),
-            "add the runs it names",
-        ));
+        all.push(notices::unidentified(&left.name, &left.reason));
     }
-    notices
+    all
 }
 
 /// A parameter with what is left of its prior sd, and the parameter that moves most with it.

@@ -2,6 +2,7 @@
 
 use super::question::{Answer, Question, Trend};
 use crate::findings::compare::{is_gain, Compared, GAIN};
+use crate::findings::notices;
 use crate::inference::diagnostics::loo::Difference;
 use crate::notice::Notice;
 use crate::physics::inertia::Inertia;
@@ -152,12 +153,8 @@ pub(super) fn notice(question: &Question) -> Option<Notice> {
     if !matches!(question.answer, Answer::Rises | Answer::Falls) {
         return None;
     }
-    let next = if question.film_ratio_below.is_some() {
-        "quote L and St_c for one film ratio, or screen by [data] min_film_um and max_film_ratio"
-    } else {
-        "try another [model] inertia (saturating levels off), or screen by [data] max_film_ratio"
-    };
-    Some(Notice::new("film_trend", question.runs, question.text.clone(), next))
+    let of_lubrication = question.film_ratio_below.is_some();
+    Some(notices::film_trend(question.runs, &question.text, of_lubrication))
 }
 
 #[cfg(test)]

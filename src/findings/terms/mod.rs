@@ -11,6 +11,7 @@ mod sized;
 use self::size::size;
 pub use self::sized::{SizedTerm, LINE};
 use super::balance::{self, EnergyBalance, Setup};
+use super::notices::{self, LeavingOut};
 use super::scaling::FittedScaling;
 use crate::notice::Notice;
 use crate::physics::form::Term;
@@ -60,39 +61,20 @@ pub(super) fn settle(setup: Setup, scaling: &[FittedScaling]) -> (Form, Option<E
 /// that was left out.
 pub(super) fn notices(terms: &[SizedTerm]) -> Vec<Notice> {
     let of = |sized: &SizedTerm| {
-        let (size, effect) = (sized.size?, sized.largest_effect);
-        let moves = sized.moves.as_deref().unwrap_or("no parameter");
-        let name = sized.term.in_words();
-        let digits = if size < 10.0 { 2 } else { 0 };
-        let far = format!("{moves} by {size:.digits$} standard errors, a restitution by up to {effect:.3}");
-        Some(match (sized.held, size >= LINE, sized.chosen_by) {
-            (false, true, _) => Notice::new(
-                "term_not_held",
-                1,
-                format!("{name}: not in the model; if it acts, leaving it out moves {far}"),
-                if sized.term == Term::OwnDrySpeed {
-                    "compare the forms: dry_speed_m_s = \"impact\" holds it"
-                } else {
-                    "name it in [model] terms to hold it"
-                },
-            ),
-            (false, false, "auto") => Notice::new(
-                "term_left_out",
-                1,
-                format!("{name}: left out, since that moves {far}: less than {LINE}"),
-                "name it in [model] terms to hold it",
-            ),
-            (true, false, "scene") if sized.term != Term::OwnDrySpeed => Notice::new(
-                "term_too_small",
-                1,
-                format!(
-                    "{name}: held as the scene asks; leaving it out moves {far}, holding it makes another standard error {:.2} times as wide",
-                    sized.widens.unwrap_or(1.0)
-                ),
-                "terms = \"auto\" would decide by the size",
-            ),
-            _ => return None,
-        })
+        let out = LeavingOut {
+            term: sized.term,
+            moves: sized.moves.as_deref(),
+            size: sized.size?,
+            largest_effect: sized.largest_effect,
+        };
+        match (sized.held, out.size >= LINE, sized.chosen_by) {
+            (false, true, _) => Some(notices::term_not_held(out)),
+            (false, false, "auto") => Some(notices::term_left_out(out, LINE)),
+            (true, false, "scene") if sized.term != Term::OwnDrySpeed => {
+                Some(notices::term_too_small(out, sized.widens.unwrap_or(1.0)))
+            }
+            _ => None,
+        }
     };
     terms.iter().filter_map(of).collect()
 }

@@ -1,0 +1,463 @@
+//! Words what wants a second look: the table of codes with what to do about each, and one sentence a code.
+//!
+//! Stages decide whether a notice stands and hand over what they found; what a reader is given is worded here alone.
+
+use crate::notice::Notice;
+use crate::physics::form::Term;
+use crate::runs::Screened;
+use crate::scene::ResamplingScheme;
+
+/// One entry of the table of notices.
+struct Entry {
+    /// a fixed word a script can test for
+    code: &'static str,
+    /// what to do about it, unless the data say something more particular
+    next_step: &'static str,
+}
+
+impl Entry {
+    fn notice(&self, count: usize, text: String) -> Notice {
+        self.with_next_step(count, text, self.next_step)
+    }
+
+    fn with_next_step(&self, count: usize, text: String, next_step: impl Into<String>) -> Notice {
+        Notice::new(self.code, count, text, next_step)
+    }
+}
+
+const fn entry(code: &'static str, next_step: &'static str) -> Entry {
+    Entry { code, next_step }
+}
+
+const SCREENED: Entry = entry("screened", "widen the limits in [data] to use them");
+const STUCK_LEFT_OUT: Entry = entry(
+    "stuck_left_out",
+    "quote the square-root law, and compare film ratios by how many of their runs stuck",
+);
+const DRY_RUN_WITHOUT_REBOUND: Entry = entry(
+    "dry_run_without_rebound",
+    "check that they were dry: nothing in the dry law makes a sphere stick",
+);
+const SERIES_FAILED: Entry = entry(
+    "series_failed",
+    "their runs still count in the scaling with St; more speeds or more rebounds would give them their own",
+);
+const NO_DRY_RUNS: Entry = entry("no_dry_runs", "add dry runs over the same speeds");
+const SETTINGS_UNUSED: Entry = entry(
+    "settings_unused",
+    "nothing: they were checked and wait for the stage that reads them; intervals here are delta-method ones",
+);
+const TERM_NOT_HELD: Entry = entry("term_not_held", "name it in [model] terms to hold it");
+const TERM_LEFT_OUT: Entry = entry("term_left_out", "name it in [model] terms to hold it");
+const TERM_TOO_SMALL: Entry = entry("term_too_small", "terms = \"auto\" would decide by the size");
+const SPEED_ERROR_MATTERS: Entry = entry(
+    "speed_error_matters",
+    "give impact_speed_sd_m_s for each run, or leave out the runs nearest to sticking",
+);
+const MEASUREMENT_ERRORS_TOO_LARGE: Entry = entry(
+    "measurement_errors_too_large",
+    "check whether errors that all runs share, as of a scale, were given as errors of each run",
+);
+const OUTLIER: Entry = entry(
+    "outlier",
+    "check the rows: a mistake in one is to be mended there; likelihood = \"student\" keeps what cannot be from \
+     moving the parameters",
+);
+const UNEQUAL_SPREAD: Entry = entry(
+    "unequal_spread",
+    "look at the group that scatters most; the fits of single film ratios have spreads of their own, and the `cases` \
+     bootstrap does not take spreads as equal",
+);
+const SERIES_OFFSETS: Entry = entry(
+    "series_offsets",
+    "set [bootstrap] scheme = \"series\" and quote its intervals; the delta method's and the posterior's take runs as \
+     independent",
+);
+const BOOTSTRAP_FEWER_REPLICATES: Entry = entry(
+    "bootstrap_fewer_replicates",
+    "ask for fewer replicates, or fit fewer series in one scene",
+);
+const BOOTSTRAP_FEW_RUNS: Entry = entry("bootstrap_few_runs", "take such intervals as rough, or repeat the runs");
+const BOOTSTRAP_PARTLY_STUCK: Entry = entry(
+    "bootstrap_partly_stuck",
+    "compare with film ratios whose runs all rebound; the delta interval does not know of it either",
+);
+const BOOTSTRAP_SINGLE_RUN_STRATA: Entry = entry(
+    "bootstrap_single_run_strata",
+    "a second run of such a series would tell its noise",
+);
+const BOOTSTRAP_ONE_SERIES: Entry = entry(
+    "bootstrap_one_series",
+    "choose scheme = \"cases\" for their bootstrap interval",
+);
+const CONSTANTS_EXACT: Entry = entry("constants_exact", "say how well it is known, and the report adds it");
+const UNSEEN: Entry = entry("unseen", "add the runs it names");
+const PRIOR_RULES: Entry = entry("prior_rules", "quote it beside its prior, or add runs that tell it");
+const UNIDENTIFIED: Entry = entry("unidentified", "add the runs it names");
+const COMPARE_LEFT_OUT: Entry = entry("compare_left_out", "compare on a part of the runs");
+const FORM_CHOSEN: Entry = entry("form_chosen", "name the form in [model] to fix it");
+const BETTER_FORM: Entry = entry("better_form", "try it as [model] inertia and dry_speed_m_s");
+const FORM_NOT_COMPARED: Entry = entry(
+    "form_not_compared",
+    "see whether its parameters have room under their priors",
+);
+const FILM_TREND: Entry = entry(
+    "film_trend",
+    "try another [model] inertia (saturating levels off), or screen by [data] max_film_ratio",
+);
+
+/// A list cut to what can be read.
+pub(super) fn shortened(items: &[String]) -> String {
+    const SHOWN: usize = 3;
+    let mut text = items.iter().take(SHOWN).cloned().collect::<Vec<_>>().join("; ");
+    if items.len() > SHOWN {
+        text.push_str(&format!("; and {} more", items.len() - SHOWN));
+    }
+    text
+}
+
+/// Runs left out while reading.
+pub(super) fn screened(by_reason: &[Screened]) -> Notice {
+    let runs: usize = by_reason.iter().map(|one| one.runs).sum();
+    let reasons = by_reason.iter().map(|one| format!("{} with {}", one.runs, one.reason));
+    let reasons: Vec<String> = reasons.collect();
+    SCREENED.notice(runs, format!("{runs} runs left out: {}", reasons.join(", ")))
+}
+
+/// Runs of the wet ones that stuck, which least squares leaves out.
+pub(super) fn stuck_left_out(stuck: usize, wet: usize) -> Notice {
+    let text = format!(
+        "{stuck} of {wet} wet runs stuck and are left out of least squares. Where the noise is on the restitution this \
+         leaves the square-root law nearly unbiased and takes the linear law too high in e_inf and St_c; where the energy \
+         balance itself fluctuates, the square-root estimates tend to fall"
+    );
+    STUCK_LEFT_OUT.notice(stuck, text)
+}
+
+/// Dry runs that stuck.
+pub(super) fn dry_run_without_rebound(stuck: usize) -> Notice {
+    let text =
+        format!("{stuck} dry runs have no rebound and are left out; were it noise that kept them down, k is too small");
+    DRY_RUN_WITHOUT_REBOUND.notice(stuck, text)
+}
+
+/// Series of so many without a law of their own, each with its reason.
+pub(super) fn series_failed(failed: &[String], all: usize) -> Notice {
+    let text = format!(
+        "{} of {all} series give no square-root law: {}",
+        failed.len(),
+        shortened(failed)
+    );
+    SERIES_FAILED.notice(failed.len(), text)
+}
+
+/// Particles with wet runs but no dry ones; `own_speed`: the scene wants e_dry at each run's own speed.
+pub(super) fn no_dry_runs(particles: &[String], own_speed: bool) -> Notice {
+    let mut text = format!(
+        "no dry runs of {}: the inertial loss cannot be told from the dry loss",
+        particles.join(", ")
+    );
+    if own_speed {
+        text.push_str(", and the run's own dry speed is not used for it");
+    }
+    NO_DRY_RUNS.notice(particles.len(), text)
+}
+
+/// Keys of the scene that no stage reads.
+pub(super) fn settings_unused(keys: &[String]) -> Notice {
+    let text = format!("settings that no stage of this run reads: {}", keys.join(", "));
+    SETTINGS_UNUSED.notice(keys.len(), text)
+}
+
+/// What leaving a term out does.
+#[derive(Clone, Copy)]
+pub(super) struct LeavingOut<'a> {
+    /// the term
+    pub(super) term: Term,
+    /// the parameter that it moves most; `None` where there is none
+    pub(super) moves: Option<&'a str>,
+    /// by how many of its standard errors
+    pub(super) size: f64,
+    /// largest change of a restitution
+    pub(super) largest_effect: f64,
+}
+
+impl LeavingOut<'_> {
+    fn far(&self) -> String {
+        let digits = if self.size < 10.0 { 2 } else { 0 };
+        format!(
+            "{} by {:.digits$} standard errors, a restitution by up to {:.3}",
+            self.moves.unwrap_or("no parameter"),
+            self.size,
+            self.largest_effect
+        )
+    }
+}
+
+/// A term that would matter and is not in the model.
+pub(super) fn term_not_held(out: LeavingOut) -> Notice {
+    let name = out.term.in_words();
+    let text = format!(
+        "{name}: not in the model; if it acts, leaving it out moves {}",
+        out.far()
+    );
+    if out.term == Term::OwnDrySpeed {
+        let next = "compare the forms: dry_speed_m_s = \"impact\" holds it";
+        return TERM_NOT_HELD.with_next_step(1, text, next);
+    }
+    TERM_NOT_HELD.notice(1, text)
+}
+
+/// A term that was left out for its size, which is below a line.
+pub(super) fn term_left_out(out: LeavingOut, line: f64) -> Notice {
+    let name = out.term.in_words();
+    let text = format!("{name}: left out, since that moves {}: less than {line}", out.far());
+    TERM_LEFT_OUT.notice(1, text)
+}
+
+/// A term held by name that does not matter, and by how much it widens another standard error.
+pub(super) fn term_too_small(out: LeavingOut, widens: f64) -> Notice {
+    let text = format!(
+        "{}: held as the scene asks; leaving it out moves {}, holding it makes another standard error {widens:.2} times as \
+         wide",
+        out.term.in_words(),
+        out.far()
+    );
+    TERM_TOO_SMALL.notice(1, text)
+}
+
+/// Film ratios whose β bears a smaller error of v than a line; and the one that bears least.
+pub(super) struct SpeedErrors<'a> {
+    /// how many
+    pub(super) film_ratios: usize,
+    /// the line, as a share of v
+    pub(super) line: f64,
+    /// the particle of the one that bears least
+    pub(super) particle: &'a str,
+    /// its film ratio
+    pub(super) film_ratio: f64,
+    /// the error that would move its β by a tenth of its standard error, as a share of v
+    pub(super) share: f64,
+}
+
+/// Speeds that matter to less than they can be calibrated to.
+pub(super) fn speed_error_matters(found: &SpeedErrors) -> Notice {
+    let text = format!(
+        "an error of {:.2} % in the impact speeds would move β of the square-root law of {} at film ratio {:.3} by a tenth \
+         of its standard error; {} film ratios bear less than {} %",
+        100.0 * found.share,
+        found.particle,
+        found.film_ratio,
+        found.film_ratios,
+        100.0 * found.line
+    );
+    SPEED_ERROR_MATTERS.notice(found.film_ratios, text)
+}
+
+/// Fits, of so many, whose runs scatter less than their measurement errors; the least χ² per degree of freedom.
+pub(super) fn measurement_errors_too_large(fits: usize, of: usize, least: f64) -> Notice {
+    let text = format!(
+        "in {fits} of {of} fits to a film ratio the runs scatter less than their measurement errors say (χ² per degree of \
+         freedom down to {least:.2}); the errors are taken as given, and standard errors follow them"
+    );
+    MEASUREMENT_ERRORS_TOO_LARGE.notice(fits, text)
+}
+
+/// Outliers found among the runs; the first of them in words.
+pub(super) fn outlier(found: usize, runs: usize, first: &[String]) -> Notice {
+    let mut rows = first.join("; ");
+    if found > first.len() {
+        rows.push_str(&format!("; and {} more", found - first.len()));
+    }
+    let what = if found == 1 {
+        "1 run lies".to_owned()
+    } else {
+        format!("{found} runs lie")
+    };
+    let text = format!(
+        "{what} so far from the law that normal noise would take any of {runs} runs there in one table of a hundred: {rows}"
+    );
+    OUTLIER.notice(found, text)
+}
+
+/// A standard error that is too small, and by which factor.
+#[derive(Clone, Copy)]
+pub(super) struct TooSmall<'a> {
+    /// the parameter
+    pub(super) parameter: &'a str,
+    /// the factor
+    pub(super) ratio: f64,
+}
+
+/// Groups whose spreads differ; the narrowest and the widest in words.
+pub(super) fn unequal_spread(groups: usize, narrowest: &str, widest: &str, lacking: TooSmall) -> Notice {
+    let text = format!(
+        "the runs do not scatter alike: from {narrowest} to {widest} about the fit, where every interval takes one spread \
+         for all dry and one for all wet runs; the standard error of {} is too small by a factor of {:.2}",
+        lacking.parameter, lacking.ratio
+    );
+    UNEQUAL_SPREAD.notice(groups, text)
+}
+
+/// Offsets that the runs of a series share.
+pub(super) struct SharedOffsets<'a> {
+    /// series
+    pub(super) series: usize,
+    /// their sd, in e
+    pub(super) sd: f64,
+    /// that over the spread of single runs
+    pub(super) share: f64,
+    /// the standard error that suffers most
+    pub(super) lacking: TooSmall<'a>,
+}
+
+/// Runs of a series that are not independent.
+pub(super) fn series_offsets(found: &SharedOffsets, scheme: ResamplingScheme) -> Notice {
+    let text = format!(
+        "runs of a series share an offset: over {} series it has an sd of {:.4} in e, {:.2} of the spread of single runs; \
+         taking runs as independent makes the standard error of {} too small by a factor of {:.2}. It may be the film or \
+         the alignment, set once for a series, or the law itself where it does not fit",
+        found.series, found.sd, found.share, found.lacking.parameter, found.lacking.ratio
+    );
+    if scheme == ResamplingScheme::Series {
+        let next =
+            "quote the bootstrap's intervals, whose scheme is `series`; the delta method's and the posterior's do not \
+                    know of it";
+        return SERIES_OFFSETS.with_next_step(found.series, text, next);
+    }
+    SERIES_OFFSETS.notice(found.series, text)
+}
+
+/// Fewer replicates made than wanted, where only so many are held at once.
+pub(super) fn bootstrap_fewer_replicates(wanted: u64, made: usize, fits: usize, most: usize) -> Notice {
+    let text = format!(
+        "[bootstrap] replicates: found {wanted}, of {fits} fits; made {made}, since at most {most} replicates of all fits \
+         together are held at once"
+    );
+    let next = format!("set it to at most {made}, or fit fewer series in one scene");
+    BOOTSTRAP_FEWER_REPLICATES.with_next_step(made, text, next)
+}
+
+/// Bootstrapped fits with fewer runs than a line; the coverage of 8 runs, per cent.
+pub(super) fn bootstrap_few_runs(few: usize, all: usize, line: usize, coverage_of_eight: [f64; 2]) -> Notice {
+    let [least, most] = coverage_of_eight;
+    let text = format!(
+        "{few} of {all} bootstrapped fits rest on fewer than {line} runs; on simulated designs of 8 runs the default 95 % \
+         intervals covered {least} to {most} % with normal noise"
+    );
+    BOOTSTRAP_FEW_RUNS.notice(few, text)
+}
+
+/// Series of so many in which some runs stuck no slower than others rebounded.
+pub(super) fn bootstrap_partly_stuck(partly: usize, series: usize) -> Notice {
+    let text = format!(
+        "in {partly} of {series} series some runs stuck at speeds at which others rebounded; those left spread less than \
+         the noise, which makes intervals of St_c that rest on them too short"
+    );
+    BOOTSTRAP_PARTLY_STUCK.notice(partly, text)
+}
+
+/// Strata of so many with a single run.
+pub(super) fn bootstrap_single_run_strata(single: usize, strata: usize) -> Notice {
+    let text = format!("{single} of {strata} strata hold a single run, which no resample can vary");
+    BOOTSTRAP_SINGLE_RUN_STRATA.notice(single, text)
+}
+
+/// Fits of one series, where series are drawn.
+pub(super) fn bootstrap_one_series(fits: usize) -> Notice {
+    let text = format!("{fits} fits rest on one series, for which none can be drawn: their delta interval stands");
+    BOOTSTRAP_ONE_SERIES.notice(fits, text)
+}
+
+/// A constant taken as exact, and the result that an error of it would move most.
+pub(super) struct ExactConstant<'a> {
+    /// how many constants matter so much
+    pub(super) matter: usize,
+    /// this one, in words
+    pub(super) constant: &'a str,
+    /// its key in a scene
+    pub(super) key: &'a str,
+    /// an error of it, as a share
+    pub(super) error: f64,
+    /// the result
+    pub(super) result: &'a str,
+    /// by which share it would move
+    pub(super) moved: f64,
+    /// by how many of its standard errors
+    pub(super) in_se: f64,
+}
+
+/// Constants whose uncertainty nobody gave.
+pub(super) fn constants_exact(found: &ExactConstant) -> Notice {
+    let text = format!(
+        "the {} is taken as exact: were it off by {} %, {} would be off by {:.1} %, {:.1} times its ±, which is of the runs \
+         alone",
+        found.constant,
+        100.0 * found.error,
+        found.result,
+        100.0 * found.moved.abs(),
+        found.in_se
+    );
+    let next = format!(
+        "say how well it is known ({}), and the report adds it; the others stand under Constants taken as exact",
+        found.key
+    );
+    CONSTANTS_EXACT.with_next_step(found.matter, text, next)
+}
+
+/// Directions of the parameters that the runs say less of than the priors; `add`: the runs that would show each.
+pub(super) fn unseen(directions: usize, reasons: &[String], add: &[&str]) -> Notice {
+    UNSEEN.with_next_step(directions, reasons.join("; "), add.join("; "))
+}
+
+/// Parameters that keep more than half of their prior sd, in words; `add`: the runs that would tell one of them.
+pub(super) fn prior_rules(wide: &[String], add: Option<&str>) -> Notice {
+    let text = format!("more than half of the prior sd is left of {}", wide.join(", "));
+    PRIOR_RULES.with_next_step(wide.len(), text, add.unwrap_or(PRIOR_RULES.next_step))
+}
+
+/// A parameter that is held, since the runs cannot tell it.
+pub(super) fn unidentified(parameter: &str, reason: &str) -> Notice {
+    UNIDENTIFIED.notice(1, format!("{parameter} is not sampled: {reason}"))
+}
+
+/// Runs, wet ones among them or not, whose forms of the law are not compared.
+pub(super) fn compare_left_out(runs: usize, any_wet: bool) -> Notice {
+    let text = if any_wet {
+        format!("{runs} runs are too many to leave each out: forms of the law are not compared")
+    } else {
+        "no wet runs: there are no forms of the wet law to compare".to_owned()
+    };
+    COMPARE_LEFT_OUT.notice(runs, text)
+}
+
+/// A form of inertia taken in place of another, for its gain in log density.
+pub(super) fn form_chosen(chosen: &str, default: &str, gain: f64) -> Notice {
+    let text = format!(
+        "inertia = \"auto\" took {chosen}: it predicts the runs better than {default} by {gain:.1} in log density; the \
+         intervals ignore that it was chosen"
+    );
+    FORM_CHOSEN.notice(1, text)
+}
+
+/// A form that predicts better than the scene's own, by so much log density and so many standard errors of that.
+pub(super) fn better_form(better: &str, own: &str, gain: f64, in_se: f64) -> Notice {
+    let text = format!(
+        "{better} predicts the runs better than the scene's {own}: by {gain:.1} in log density, {in_se:.1} standard errors"
+    );
+    BETTER_FORM.notice(1, text)
+}
+
+/// A form that could not be sampled or compared.
+pub(super) fn form_not_compared(model: &str, why: &str) -> Notice {
+    FORM_NOT_COMPARED.notice(1, format!("{model} is not compared: {why}"))
+}
+
+/// A parameter that is not the same at every film ratio; `of_lubrication`: L below a film ratio, not C.
+pub(super) fn film_trend(runs: usize, answer: &str, of_lubrication: bool) -> Notice {
+    if of_lubrication {
+        let next = "quote L and St_c for one film ratio, or screen by [data] min_film_um and max_film_ratio";
+        return FILM_TREND.with_next_step(runs, answer.to_owned(), next);
+    }
+    FILM_TREND.notice(runs, answer.to_owned())
+}
