@@ -61,6 +61,14 @@ impl<const N: usize> Jet<N> {
         Jet { value, slopes }
     }
 
+    /// The value of a function of this number and another, and the slopes by its slopes in both.
+    fn with(self, other: Jet<N>, value: f64, [of_self, of_other]: [f64; 2]) -> Jet<N> {
+        Jet {
+            value,
+            slopes: std::array::from_fn(|j| of_self * self.slopes[j] + of_other * other.slopes[j]),
+        }
+    }
+
     /// The value of a function here, and the slopes by its own slope.
     fn through(self, value: f64, slope: f64) -> Jet<N> {
         Jet {
@@ -73,10 +81,7 @@ impl<const N: usize> Jet<N> {
 impl<const N: usize> Add for Jet<N> {
     type Output = Jet<N>;
     fn add(self, other: Jet<N>) -> Jet<N> {
-        Jet {
-            value: self.value + other.value,
-            slopes: std::array::from_fn(|j| self.slopes[j] + other.slopes[j]),
-        }
+        self.with(other, self.value + other.value, [1.0, 1.0])
     }
 }
 
@@ -90,17 +95,14 @@ impl<const N: usize> Neg for Jet<N> {
 impl<const N: usize> Sub for Jet<N> {
     type Output = Jet<N>;
     fn sub(self, other: Jet<N>) -> Jet<N> {
-        self + -other
+        self.with(other, self.value - other.value, [1.0, -1.0])
     }
 }
 
 impl<const N: usize> Mul for Jet<N> {
     type Output = Jet<N>;
     fn mul(self, other: Jet<N>) -> Jet<N> {
-        Jet {
-            value: self.value * other.value,
-            slopes: std::array::from_fn(|j| self.slopes[j] * other.value + self.value * other.slopes[j]),
-        }
+        self.with(other, self.value * other.value, [other.value, self.value])
     }
 }
 
@@ -115,10 +117,7 @@ impl<const N: usize> Div for Jet<N> {
     type Output = Jet<N>;
     fn div(self, other: Jet<N>) -> Jet<N> {
         let value = self.value / other.value;
-        Jet {
-            value,
-            slopes: std::array::from_fn(|j| (self.slopes[j] - value * other.slopes[j]) / other.value),
-        }
+        self.with(other, value, [1.0 / other.value, -value / other.value])
     }
 }
 
