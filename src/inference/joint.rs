@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 use super::effective_variance::{ErrorColumns, SpeedDependent, SpeedDerivatives, WeightedProblem};
 use super::information::Sums;
 use super::law::SpeedResponse;
-use super::least_squares::{fit, Fit, OutOfDomain, ResidualProblem, Stop};
+use super::least_squares::{fit, no_scatter_left, Fit, OutOfDomain, ResidualProblem, Stop};
 use crate::model::parameters::Kind;
 use crate::physics::balance::{AtFilm, Balance, Impact, Lost};
 use crate::physics::coefficient::Coefficients;
@@ -673,7 +673,7 @@ fn with_wet_spread(problem: &JointFit, fit: Fit) -> Fit {
             residual_sd: None,
             why_no_covariance: fit
                 .why_no_covariance
-                .or_else(|| Some("as many parameters as wet runs: no scatter to measure errors by".to_owned())),
+                .or_else(|| Some(no_scatter_left(problem.joint.shared.len()))),
             degrees_of_freedom: freedom,
             ..fit
         };

@@ -62,9 +62,7 @@ pub(super) fn uncertainty(
     } else {
         match residual_sd {
             None => {
-                answer.why_none = Some(format!(
-                    "as many parameters as runs ({p}): no run is left to show the scatter"
-                ));
+                answer.why_none = Some(no_scatter_left(p));
             }
             Some(sd) if sd <= SCATTER_ROUNDINGS * f64::EPSILON * end.scale => {
                 answer.why_none = Some("the runs show no scatter: the curve meets them to rounding error".to_owned());
@@ -118,4 +116,9 @@ fn error_directions(end: &Linearised, sd: f64) -> Option<DMatrix<f64>> {
     let directions = end.axes()? * sd;
     let usable = directions.row_iter().all(|row| row.norm_squared().is_normal());
     usable.then_some(directions)
+}
+
+/// Why so many parameters of as many runs have no standard errors.
+pub fn no_scatter_left(parameters: usize) -> String {
+    format!("as many parameters as runs ({parameters}): no run is left to show the scatter")
 }

@@ -29,6 +29,7 @@ mod tests;
 
 use nalgebra::DMatrix;
 
+pub use covariance::no_scatter_left;
 use levenberg_marquardt::Variant;
 pub use problem::{OutOfDomain, ResidualProblem, Stop};
 pub use sensitivity::Minimum;
