@@ -22,6 +22,7 @@ use wetcor::seed::{sha256, stream};
 const SLOW: Setting = Setting {
     density: 940.0,
     diameter: 4.762e-3,
+    roughness: 5e-6,
     liquid_density: 965.0,
     viscosity: 48.3e-3,
     film: 0.06 * 4.762e-3,
@@ -244,6 +245,7 @@ fn the_truth_of_the_example_and_new_runs_of_it_lie_where_they_are_predicted() {
             let setting = Setting {
                 density: particle.density,
                 diameter: run.diameter,
+                roughness: 5e-6,
                 liquid_density: liquid.density,
                 viscosity: liquid.viscosity,
                 film,

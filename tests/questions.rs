@@ -84,6 +84,7 @@ fn drawn(truth: &Truth, films: &[f64], repeats: usize, dry: bool, (name, index):
             let setting = Setting {
                 density: PTFE,
                 diameter: DIAMETER,
+                roughness: 5e-6,
                 liquid_density: AK20,
                 viscosity: VISCOSITY,
                 film: ratio * DIAMETER,

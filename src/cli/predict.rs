@@ -140,6 +140,7 @@ pub fn predict(request: &Predict, quiet: bool) -> Result<u8, Error> {
     let setting = Setting {
         density: particle.density_kg_m3,
         diameter: Dimension::Length.usual_to_si(request.diameter),
+        roughness: particle.roughness_m,
         liquid_density,
         viscosity,
         film: Dimension::Thickness.usual_to_si(request.film),

@@ -3,10 +3,10 @@
 use serde::Serialize;
 
 use super::dry::{self, FittedDry};
-use super::energy::density_ratio;
 use super::estimate::{Estimate, Quoting, Scale};
 use super::judge::{one_against, spread, uncertain, why_stopped, Verdict};
 use super::measurement_errors::{columns, ErrorSummary};
+use super::places::WetPlace;
 use super::quantities::scale_of;
 use super::scaling::FittedScaling;
 use crate::inference::delta::Uncertain;
@@ -20,7 +20,7 @@ use crate::physics::form::Term;
 use crate::physics::jet::{Jet, Number};
 use crate::physics::quantity::{Place, Quantity, Wetted};
 use crate::physics::{Coefficient, Form, Inertia};
-use crate::runs::{FilmGroup, Runs};
+use crate::runs::Runs;
 use crate::scene::{Scene, WetLaw};
 
 /// The energy balance over particles, liquids, diameters, films and speeds.
@@ -28,15 +28,18 @@ use crate::scene::{Scene, WetLaw};
 pub struct EnergyBalance {
     /// form of the inertial loss
     pub inertia: &'static str,
+    /// form of the viscous loss
+    pub viscous: &'static str,
     /// particles with a usable k; the others are left out
     pub particles: Vec<String>,
     /// rebounds used
     pub runs: usize,
-    /// lubrication_log, inertial_prefactor and film_scale where the form has them, and k with what the wet runs say of it
+    /// those that particles share, as far as the form has them, and k with what the wet runs say of it
     pub parameters: Vec<Parameter>,
     /// δc/ε = exp(L)
     pub delta_c_over_roughness: Estimate,
-    /// e_inf and St_c that follow from the parameters, for each particle and film ratio
+    /// e_inf and St_c that follow from the parameters, for each particle and film ratio; and for each diameter where St_c
+    /// depends on it
     pub derived: Vec<Derived>,
     /// largest distance of a k here from that of the dry runs alone, in combined standard errors
     pub dry_k_shift_in_se: Option<f64>,
@@ -98,6 +101,9 @@ pub struct Derived {
     pub particle: String,
     /// film ratio
     pub film_ratio: f64,
+    /// D, m, where St_c depends on it
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub diameter_m: Option<f64>,
     /// ρ̃, mean over the rebounds
     pub density_ratio: f64,
     /// √(e_dry² − C ρ̃ g), at the reference dry speed
@@ -106,6 +112,12 @@ pub struct Derived {
     pub st_c: Estimate,
     /// their correlation
     pub correlation: Option<f64>,
+    /// its place among those of the form
+    #[serde(skip)]
+    pub(super) place: usize,
+    /// the part of L that no parameter moves
+    #[serde(skip)]
+    pub(super) fixed_over_stokes: f64,
 }
 
 /// Why there is no St_c and no δc.
@@ -226,13 +238,15 @@ fn findings_of(
         .map(|(place, (kind, value))| Parameter {
             kind,
             name: kind.name(scene),
-            estimate: fitted.estimate(place, [*value, 1.0], Scale::Plain, quoting),
+            estimate: fitted.estimate(place, [*value, 1.0], scale_of_parameter(kind), quoting),
         })
         .collect();
-    let groups = runs.film_groups.iter().filter(|_| fitted.converged());
+    let places = WetPlace::all(runs, joint.form);
+    let places = places.iter().enumerate().filter(|_| fitted.converged());
     let l = joint.value(Coefficient::LubricationLog, point);
     EnergyBalance {
         inertia: joint.form.inertia.name(),
+        viscous: joint.form.viscous.name(),
         particles: joint
             .particles
             .iter()
@@ -246,7 +260,7 @@ fn findings_of(
                 let jet = quantity.value(&Place::NONE, &Wetted::of_balance(l.only_if(false), l));
                 fitted.estimate(0, [jet.value, jet.slopes[0]], scale_of(quantity), quoting)
             }
-            None => quoting.none(NO_VISCOUS),
+            None => quoting.none(joint.form.viscous.why_no_critical_separation().unwrap_or(NO_VISCOUS)),
         },
         verdict: judge(&fitted.fit, l, lack_of_fit.as_ref()),
         dry_k_shift_in_se: parameters
@@ -254,7 +268,9 @@ fn findings_of(
             .filter_map(|own| shift_of_k(setup.dry, own))
             .reduce(f64::max),
         parameters,
-        derived: groups.filter_map(|group| derive(setup, group, fitted)).collect(),
+        derived: places
+            .filter_map(|(index, place)| derive(setup, (index, place), fitted))
+            .collect(),
         residual_sd: fitted.fit.residual_sd,
         measurement_errors: error_weights.map(ErrorSummary::of),
         lack_of_fit,
@@ -264,6 +280,14 @@ fn findings_of(
             spread: fitted.spread,
             point: point.clone(),
         },
+    }
+}
+
+/// How a parameter's interval is made.
+fn scale_of_parameter(kind: Kind) -> Scale {
+    match kind {
+        Kind::Shared(coefficient) => scale_of(Quantity::Shared(coefficient)),
+        _ => Scale::Plain,
     }
 }
 
@@ -355,17 +379,19 @@ fn closest<'r>(of_form: impl Fn(Inertia) -> (JointFit<'r>, f64, Fit)) -> (JointF
     best.unwrap_or_else(|| of_form(Inertia::Stepwise))
 }
 
-/// What a joint fit's point says of a film group.
-pub(super) struct AtGroup {
+/// What a joint fit's point says of a place.
+pub(super) struct AtPlace {
     /// ρ̃, mean over the rebounds
     pub density_ratio: f64,
+    /// the part of L that no parameter moves
+    fixed_over_stokes: f64,
     /// e_inf and L, with slopes in themselves; NaN where nothing is left for e_inf, or without a viscous loss
     wetted: Wetted<Jet<2>>,
     /// slopes of e_inf and of L in all parameters
     slopes: [Vec<f64>; 2],
 }
 
-impl AtGroup {
+impl AtPlace {
     /// A quantity there; NaN where it is not defined.
     pub fn value(&self, quantity: Quantity) -> f64 {
         quantity.value(&Place::NONE, &self.wetted).value
@@ -380,11 +406,12 @@ impl AtGroup {
 }
 
 /// `None` where the particle is not in the fit.
-pub(super) fn at_group(scene: &Scene, joint: &Joint, point: &[f64], group: &FilmGroup) -> Option<AtGroup> {
-    let place = joint.place(group.particle)?;
-    let density_ratio = density_ratio(scene, group.particle, &joint.runs.series[group.series.clone()]);
+pub(super) fn at_place(scene: &Scene, joint: &Joint, point: &[f64], wet: &WetPlace) -> Option<AtPlace> {
+    let place = joint.place(wet.particle)?;
+    let density_ratio = wet.density_ratio(scene);
+    let fixed_over_stokes = wet.fixed_over_stokes(scene, joint.form);
     let parameters = joint.of_particle(point[place], point);
-    let at_film = AtFilm::new(joint.form, group.film_ratio, &parameters.shared);
+    let at_film = AtFilm::new(joint.form, wet.film_ratio, &parameters.shared);
     let balance = Balance::at(joint.form, parameters.dry_k, at_film.share, density_ratio);
     let reference = scene.model.dry_speed.reference();
     let (_, of_k) = balance.e_inf_squared(reference);
@@ -395,25 +422,23 @@ pub(super) fn at_group(scene: &Scene, joint: &Joint, point: &[f64], group: &Film
         of_e_inf[place] = -0.5 * lost.constant / e_inf;
         of_l[place] = lost.over_stokes;
     }
-    let l = balance.lost.over_stokes.only_if(has_viscous);
-    Some(AtGroup {
+    let l = (balance.lost.over_stokes + fixed_over_stokes).only_if(has_viscous);
+    Some(AtPlace {
         density_ratio,
+        fixed_over_stokes,
         wetted: Wetted::of_balance(Jet::variable(e_inf, 0), Jet::variable(l, 1)),
         slopes: [of_e_inf, of_l],
     })
 }
 
-/// e_inf and St_c of a film ratio; `None` where none of its runs rebounded or nothing is left for e_inf.
-fn derive(setup: Setup, group: &FilmGroup, fitted: &Fitted) -> Option<Derived> {
-    let Setup {
-        scene, runs, quoting, ..
-    } = setup;
-    let series = &runs.series[group.series.clone()];
-    if series.iter().all(|s| s.rebounds.is_empty()) {
+/// e_inf and St_c of a place; `None` where none of its runs rebounded or nothing is left for e_inf.
+fn derive(setup: Setup, (index, place): (usize, &WetPlace), fitted: &Fitted) -> Option<Derived> {
+    let Setup { scene, quoting, .. } = setup;
+    if place.rebounds() == 0 {
         return None;
     }
     let joint = fitted.joint();
-    let at = at_group(scene, joint, &fitted.fit.parameters, group)?;
+    let at = at_place(scene, joint, &fitted.fit.parameters, place)?;
     if !at.value(Quantity::EInf).is_finite() {
         return None;
     }
@@ -424,9 +449,12 @@ fn derive(setup: Setup, group: &FilmGroup, fitted: &Fitted) -> Option<Derived> {
     };
     let [of_e_inf, of_st_c] = [Quantity::EInf, Quantity::StC].map(|quantity| at.slopes(quantity));
     Some(Derived {
-        particle: scene.particles[group.particle].name.clone(),
-        film_ratio: group.film_ratio,
+        particle: scene.particles[place.particle].name.clone(),
+        film_ratio: place.film_ratio,
+        diameter_m: place.diameter,
         density_ratio: at.density_ratio,
+        place: index,
+        fixed_over_stokes: at.fixed_over_stokes,
         correlation: uncertain
             .correlation(&of_e_inf, &of_st_c)
             .filter(|_| at.value(Quantity::StC).is_finite()),

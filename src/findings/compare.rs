@@ -21,7 +21,7 @@ use crate::physics::dry::REFERENCE_SPEED;
 use crate::physics::form::Term;
 use crate::physics::inertia::Inertia;
 use crate::physics::DrySpeed;
-use crate::physics::Form;
+use crate::physics::{Form, Viscous};
 use crate::runs::Runs;
 use crate::scene::Scene;
 use crate::seed::StreamName;
@@ -80,6 +80,10 @@ pub fn name(form: Form) -> String {
     };
     // the form of inertia says whether that is held
     let usual = Form::new(form.inertia, form.dry_speed);
+    if Term::Viscous.is_held(form) && form.viscous != usual.viscous {
+        name.push('+');
+        name.push_str(form.viscous.name());
+    }
     let differs = |term: &Term| term.is_held(form) != term.is_held(usual);
     for term in [Term::Bridge, Term::DrySecondOrder, Term::Viscous]
         .into_iter()
@@ -91,7 +95,30 @@ pub fn name(form: Form) -> String {
     name
 }
 
-/// Samples every form of inertia with both dry speeds on the same runs; the scene's own has been sampled already.
+/// The forms that are compared with one: every form of inertia with both dry speeds; and with its own ones the other forms
+/// of a viscous loss that is held.
+fn compared_forms(own: Form) -> Vec<Form> {
+    let reference = match own.dry_speed {
+        DrySpeed::Impact => DrySpeed::Reference(REFERENCE_SPEED),
+        reference => reference,
+    };
+    let of_inertia = |inertia: Inertia| {
+        let of_speed = move |dry_speed: DrySpeed| Form {
+            inertia,
+            dry_speed,
+            ..own
+        };
+        [reference, DrySpeed::Impact].map(of_speed)
+    };
+    let inertial = Inertia::ALL.into_iter().flat_map(of_inertia);
+    let viscous = Viscous::NAMED
+        .into_iter()
+        .filter(|viscous| Term::Viscous.is_held(own) && *viscous != own.viscous)
+        .map(|viscous| Form { viscous, ..own });
+    inertial.chain(viscous).collect()
+}
+
+/// Samples the other forms on the same runs; the scene's own has been sampled already.
 ///
 /// A form under which a prior leaves a parameter no room is not compared, and a notice says so.
 pub fn find(
@@ -112,43 +139,30 @@ pub fn find(
         found.notices.push(notices::compare_left_out(runs.len(), any_wet));
         return found;
     };
-    let reference = match asked.form.dry_speed {
-        DrySpeed::Impact => DrySpeed::Reference(REFERENCE_SPEED),
-        reference => reference,
-    };
     let mut all: Vec<(Compared, Loo)> = vec![];
-    for inertia in Inertia::ALL {
-        for dry_speed in [reference, DrySpeed::Impact] {
-            let form = Asked {
-                form: Form {
-                    inertia,
-                    dry_speed,
-                    ..asked.form
-                },
-                ..asked
-            };
-            let is_own = form.form == asked.form;
-            let sampled;
-            let draws = if is_own {
-                &own.sampled
-            } else {
-                // own dry speeds bound k by the fastest run: what has room in the scene's form may have none in another
-                let none = |_| Err("a prior of the scene leaves dry_k no room there".to_owned());
-                match sample_form(scene, runs, least_squares, form, watcher).unwrap_or_else(none) {
-                    Ok(of_form) => {
-                        sampled = of_form;
-                        &sampled
-                    }
-                    Err(why) => {
-                        found.notices.push(notices::form_not_compared(&name(form.form), &why));
-                        continue;
-                    }
+    for form in compared_forms(asked.form) {
+        let form = Asked { form, ..asked };
+        let is_own = form.form == asked.form;
+        let sampled;
+        let draws = if is_own {
+            &own.sampled
+        } else {
+            // own dry speeds bound k by the fastest run: what has room in the scene's form may have none in another
+            let none = |_| Err("a prior of the scene leaves dry_k no room there".to_owned());
+            match sample_form(scene, runs, least_squares, form, watcher).unwrap_or_else(none) {
+                Ok(of_form) => {
+                    sampled = of_form;
+                    &sampled
                 }
-            };
-            match leave_out(scene, runs, form, draws, used) {
-                Ok(of_form) => all.push((compared(name(form.form), is_own, draws, &of_form, used), of_form)),
-                Err(why) => found.notices.push(notices::form_not_compared(&name(form.form), &why)),
+                Err(why) => {
+                    found.notices.push(notices::form_not_compared(&name(form.form), &why));
+                    continue;
+                }
             }
+        };
+        match leave_out(scene, runs, form, draws, used) {
+            Ok(of_form) => all.push((compared(name(form.form), is_own, draws, &of_form, used), of_form)),
+            Err(why) => found.notices.push(notices::form_not_compared(&name(form.form), &why)),
         }
     }
     all.sort_by(|a, b| b.0.elpd_loo.total_cmp(&a.0.elpd_loo));

@@ -5,13 +5,14 @@ use serde::Serialize;
 
 use super::dry::{self, FittedDry};
 use super::estimate::{Estimate, Quoting};
+use super::places::WetPlace;
 use super::quantities::{variables, wetted_of, FittedLaw, PARAMETERS};
 use super::scaling::{FittedScaling, NO_FALL};
 use crate::inference::delta::Uncertain;
 use crate::physics::inertia::Inertia;
 use crate::physics::jet::Jet;
 use crate::physics::quantity::{Place, Quantity};
-use crate::runs::{Runs, Series};
+use crate::runs::Runs;
 use crate::scene::Scene;
 
 /// The energy balance of one particle at one film ratio, by one law.
@@ -52,18 +53,23 @@ impl Energy {
 pub fn find(scene: &Scene, runs: &Runs, dry: &[FittedDry], scaling: &[FittedScaling], quoting: Quoting) -> Vec<Energy> {
     let of_group = |fitted: &FittedScaling| {
         let series = &runs.series[fitted.series.clone()];
+        let place = WetPlace::of_series(fitted.particle, fitted.scaling.film_ratio?, series);
         let at = Place {
             roughness: scene.particles[fitted.particle].roughness,
-            density_ratio: density_ratio(scene, fitted.particle, series),
+            density_ratio: place.density_ratio(scene),
         };
-        energy_of(scene, dry, fitted, at, quoting)
+        Some(energy_of(scene, dry, fitted, (place.film_ratio, at), quoting))
     };
     scaling.iter().filter_map(of_group).collect()
 }
 
-/// `None` over all film ratios.
-fn energy_of(scene: &Scene, dry: &[FittedDry], fitted: &FittedScaling, at: Place, quoting: Quoting) -> Option<Energy> {
-    let film_ratio = fitted.scaling.film_ratio?;
+fn energy_of(
+    scene: &Scene,
+    dry: &[FittedDry],
+    fitted: &FittedScaling,
+    (film_ratio, at): (f64, Place),
+    quoting: Quoting,
+) -> Energy {
     let why_no_l = fitted.scaling.lubrication_log.why_none.clone();
     let source = FittedLaw {
         wetted: wetted_of(fitted.law, variables(fitted.parameters.unwrap_or([f64::NAN; 2]))),
@@ -73,7 +79,7 @@ fn energy_of(scene: &Scene, dry: &[FittedDry], fitted: &FittedScaling, at: Place
         quoting,
     };
     let cap = Inertia::Cap;
-    Some(Energy {
+    Energy {
         particle: scene.particles[fitted.particle].name.clone(),
         film_ratio,
         law: fitted.law.name(),
@@ -82,19 +88,11 @@ fn energy_of(scene: &Scene, dry: &[FittedDry], fitted: &FittedScaling, at: Place
         stepwise: Inertia::Stepwise.shape(film_ratio, 1.0),
         cap: (film_ratio <= cap.valid_to()).then(|| cap.shape(film_ratio, 1.0)),
         st_c_e_inf2: source.estimate(Quantity::StCEInf2, &at),
-        delta_c_m: source.estimate(Quantity::DeltaC, &at),
-    })
-}
-
-/// ρ̃ of some series of one particle, weighted by their rebounds; by the series where none rebounded.
-pub(super) fn density_ratio(scene: &Scene, particle: usize, series: &[Series]) -> f64 {
-    let density = scene.particles[particle].density;
-    let ratio = |one: &Series| scene.liquids[one.liquid].density / density;
-    let rebounds: usize = series.iter().map(|s| s.rebounds.len()).sum();
-    if rebounds == 0 {
-        return series.iter().map(ratio).sum::<f64>() / series.len() as f64;
+        delta_c_m: match scene.model.viscous.why_no_critical_separation() {
+            Some(why) => quoting.none(why),
+            None => source.estimate(Quantity::DeltaC, &at),
+        },
     }
-    series.iter().map(|s| s.rebounds.len() as f64 * ratio(s)).sum::<f64>() / rebounds as f64
 }
 
 /// (e_dry² − e_inf²)/ρ̃ with the uncertainties of k and of the fit, and what they share.

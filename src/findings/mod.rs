@@ -54,6 +54,7 @@ pub mod noise;
 mod notices;
 pub mod overview;
 pub mod own_dry_speed;
+mod places;
 mod pooling;
 pub mod posterior;
 pub mod predict;
@@ -141,6 +142,7 @@ pub fn find_watched(
     notices.extend(verdicts::of_table(table));
     notices.extend(verdicts::of_fits(scene, &dry, &series, &scaling));
     notices.extend(verdicts::of_settings(scene, bootstrap));
+    notices.extend(notices::viscous_form(form, runs.wet()));
     let (resampling, of_resampling) = resampled.unzip();
     notices.extend(of_resampling.into_iter().flatten());
     notices.extend(of_constants);

@@ -4,6 +4,7 @@
 
 use crate::notice::Notice;
 use crate::physics::form::Term;
+use crate::physics::Form;
 use crate::runs::Screened;
 use crate::scene::ResamplingScheme;
 
@@ -43,6 +44,10 @@ const SERIES_FAILED: Entry = entry(
     "their runs still count in the scaling with St; more speeds or more rebounds would give them their own",
 );
 const NO_DRY_RUNS: Entry = entry("no_dry_runs", "add dry runs over the same speeds");
+const VISCOUS_FORM: Entry = entry(
+    "viscous_form",
+    "measure the roughness, and give roughness_rel_sd; the model comparison says what one L for all would predict",
+);
 const SETTINGS_UNUSED: Entry = entry(
     "settings_unused",
     "nothing: they were checked and wait for the stage that reads them; intervals here are delta-method ones",
@@ -142,6 +147,13 @@ pub(super) fn dry_run_without_rebound(stuck: usize) -> Notice {
 }
 
 /// Series of so many without a law of their own, each with its reason.
+/// A form of the viscous loss that has something to say wherever it is told; `None` of one that has not.
+pub(super) fn viscous_form(form: Form, wet: usize) -> Option<Notice> {
+    let text = |caution: &str| format!("viscous loss \"{}\": {caution}", form.viscous.name());
+    let caution = form.viscous.caution()?;
+    Some(VISCOUS_FORM.notice(wet, text(caution)))
+}
+
 pub(super) fn series_failed(failed: &[String], all: usize) -> Notice {
     let text = format!(
         "{} of {all} series give no square-root law: {}",

@@ -1,7 +1,8 @@
 //! Measures what pooling liquids of different density ratio does to the square-root law, without any noise.
 
-use super::balance::{at_group, known, EnergyBalance, Setup};
+use super::balance::{at_place, known, EnergyBalance, Setup};
 use super::dry::own_dry_speed;
+use super::places::WetPlace;
 use super::scaling::{e_inf_and_st_c, two, Bias, FittedScaling, PooledRuns};
 use crate::inference::joint::Joint;
 use crate::inference::law::Law;
@@ -28,7 +29,10 @@ pub(super) fn add_bias(setup: Setup, scaling: &mut [FittedScaling], balance: &En
     for row in scaling.iter_mut().filter(|row| row.law == WetLaw::Sqrt) {
         let mut groups = runs.film_groups_of(row.particle).iter();
         let group = groups.find(|group| Some(group.film_ratio) == row.scaling.film_ratio);
-        let Some((group, at)) = group.and_then(|group| Some((group, at_group(scene, &joint, point, group)?))) else {
+        let Some((group, at)) = group.and_then(|group| {
+            let place = WetPlace::of_group(runs, group);
+            Some((group, at_place(scene, &joint, point, &place)?))
+        }) else {
             continue;
         };
         let [e_inf, st_c] = [Quantity::EInf, Quantity::StC].map(|quantity| at.value(quantity));

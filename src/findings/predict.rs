@@ -36,6 +36,8 @@ pub struct Particle {
     pub name: String,
     /// ρp
     pub density_kg_m3: f64,
+    /// ε
+    pub roughness_m: f64,
     /// what its wet runs in use covered, the stuck ones with them; `None` without any
     pub covered: Option<Covered>,
 }
@@ -70,6 +72,7 @@ impl Basis {
         let particles = scene.particles.iter().enumerate().map(|(index, particle)| Particle {
             name: particle.name.clone(),
             density_kg_m3: particle.density,
+            roughness_m: particle.roughness,
             covered: covered(runs, index),
         });
         let liquids = scene.liquids.iter().map(|liquid| Liquid {
@@ -403,6 +406,7 @@ mod tests {
     const SETTING: Setting = Setting {
         density: 2150.0,
         diameter: 4.762e-3,
+        roughness: 5e-6,
         liquid_density: 930.0,
         viscosity: 9.3e-3,
         film: 286e-6,

@@ -1,6 +1,6 @@
 //! Finds where e_inf and St_c lie together: curves around the densest shares of replicates and draws, and their intervals.
 
-use super::balance::EnergyBalance;
+use super::balance::{Derived, EnergyBalance};
 use super::bootstrap::Joint;
 use super::posterior::Posterior;
 use crate::inference::density::CloudDensity;
@@ -33,7 +33,8 @@ pub fn contours(pairs: &[[f64; 2]]) -> Vec<Contour> {
 
 /// e_inf and St_c of the posterior's draws at a film ratio, with the density ratio of the runs the law was fitted to.
 ///
-/// `None` beside the linear law, whose St_c is another quantity, and over all film ratios, where there is no one e_inf.
+/// `None` beside the linear law, whose St_c is another quantity; over all film ratios, where there is no one e_inf; and
+/// over several diameters where these differ in St_c.
 pub fn of_posterior(
     scene: &Scene,
     balance: &EnergyBalance,
@@ -42,13 +43,21 @@ pub fn of_posterior(
 ) -> Option<Vec<[f64; 2]>> {
     let film_ratio = joint.film_ratio.filter(|_| joint.law == WetLaw::Sqrt)?;
     let name = &scene.particles[joint.particle].name;
-    let mut derived = balance.derived.iter();
-    let row = derived.find(|row| row.particle == *name && row.film_ratio == film_ratio)?;
+    let of_film = |row: &&Derived| row.particle == *name && row.film_ratio == film_ratio;
+    let mut derived = balance.derived.iter().filter(of_film);
+    let (Some(row), None) = (derived.next(), derived.next()) else {
+        return None;
+    };
     let film = Film {
         film_ratio,
         density_ratio: row.density_ratio,
     };
-    posterior.e_inf_and_st_c(joint.particle, film, scene.model.dry_speed.reference())
+    posterior.e_inf_and_st_c(
+        joint.particle,
+        film,
+        row.fixed_over_stokes,
+        scene.model.dry_speed.reference(),
+    )
 }
 
 /// The central interval of e_inf, and that of St_c.

@@ -17,7 +17,7 @@ use super::least_squares::{fit, no_scatter_left, Fit, OutOfDomain, ResidualProbl
 use crate::model::parameters::Kind;
 use crate::physics::balance::{AtFilm, Balance, Impact, Lost};
 use crate::physics::coefficient::Coefficients;
-use crate::physics::loss::MOST_PARAMETERS;
+use crate::physics::loss::{Loss, MOST_PARAMETERS};
 use crate::physics::{rebound, Coefficient, Form, Parameters};
 use crate::runs::{by_film, Conditions, DryGroup, Runs, Series};
 use crate::scene::Scene;
@@ -488,19 +488,29 @@ impl JointFit<'_> {
     fn lowered(&self, line: &[f64]) -> Vec<f64> {
         /// energy kept at least
         const KEPT: f64 = 0.02;
+        /// decades tried of one that does not enter linearly
+        const DECADES: usize = 12;
         let mut lowered = line.to_vec();
-        let linear = |coefficient: &Coefficient| coefficient.describe().grid.is_empty();
-        for place in (0..self.joint.shared.len()).filter(|place| linear(&self.joint.shared[*place])) {
-            let mut without = line.to_vec();
-            without[place] = 0.0;
-            let mut room = line[place];
-            let mut is_viscous = true;
-            self.each_wet_energy(&without, |kept, slopes, constant| {
-                is_viscous &= constant[place] == 0.0;
-                room = room.min((KEPT - kept) / slopes[place]);
-            });
-            if is_viscous {
-                lowered[place] = room;
+        let viscous = self.joint.form.viscous;
+        for (place, coefficient) in self.joint.shared.iter().enumerate() {
+            if !viscous.coefficients().contains(coefficient) {
+                continue;
+            }
+            if coefficient.describe().grid.is_empty() {
+                let mut without = line.to_vec();
+                without[place] = 0.0;
+                self.each_wet_energy(&without, |kept, slopes| {
+                    lowered[place] = lowered[place].min((KEPT - kept) / slopes[place]);
+                });
+                continue;
+            }
+            for _ in 0..DECADES {
+                let mut least = f64::INFINITY;
+                self.each_wet_energy(&lowered, |kept, _| least = least.min(kept));
+                if least >= KEPT {
+                    break;
+                }
+                lowered[place] *= 0.1;
             }
         }
         lowered
@@ -510,27 +520,22 @@ impl JointFit<'_> {
     fn each_energy(&self, point: &[f64], mut hand_on: impl FnMut(f64, &[f64; MOST_SLOPES - 1])) {
         let restitution = &self.joint.runs.restitution;
         let mut runs = self.joint.wet_parts().flat_map(|part| part.rebounds.clone());
-        self.each_wet_energy(point, |kept, slopes, _| {
+        self.each_wet_energy(point, |kept, slopes| {
             let e = runs.next().map_or(f64::NAN, |run| restitution[run]);
             hand_on(e * e - kept, slopes);
         });
     }
 
-    /// Hands on r of every wet rebound, its slopes in the shared parameters, and the part of them that no speed changes.
-    fn each_wet_energy(
-        &self,
-        point: &[f64],
-        mut hand_on: impl FnMut(f64, &[f64; MOST_SLOPES - 1], &[f64; MOST_SLOPES - 1]),
-    ) {
+    /// Hands on r of every wet rebound, and its slopes in the shared parameters.
+    fn each_wet_energy(&self, point: &[f64], mut hand_on: impl FnMut(f64, &[f64; MOST_SLOPES - 1])) {
         for part in self.joint.wet_parts() {
             self.joint
                 .each_with(part, part.rebounds.clone(), point, |row, at, at_setting| {
-                    let (mut slopes, mut constant) = ([0.0; MOST_SLOPES - 1], [0.0; MOST_SLOPES - 1]);
-                    for (place, slope) in at_setting.slopes.iter().flatten().enumerate() {
-                        slopes[place] = slope.slope_of_kept(at);
-                        constant[place] = slope.constant;
+                    let mut slopes = [0.0; MOST_SLOPES - 1];
+                    for (own, slope) in slopes.iter_mut().zip(at_setting.slopes.iter().flatten()) {
+                        *own = slope.slope_of_kept(at);
                     }
-                    hand_on(row.kept, &slopes, &constant);
+                    hand_on(row.kept, &slopes);
                 });
         }
     }

@@ -7,7 +7,7 @@ use rand_distr::{Distribution, Exp1, StandardNormal};
 use crate::error::Error;
 use crate::model::likelihood::tails::Tails;
 use crate::physics::coefficient::Coefficients;
-use crate::physics::{kept_energy, rebound, Coefficient, Parameters, Setting};
+use crate::physics::{kept_energy, rebound, Coefficient, Parameters};
 use crate::runs::NewRun;
 use crate::scene::{Design, NoiseShape, Scene, Truth};
 use crate::seed::stream;
@@ -153,14 +153,8 @@ impl<'s> Simulation<'s> {
             }
             Some((index, film_ratio)) => {
                 let liquid = &self.scene.liquids[index];
-                let setting = Setting {
-                    density: particle.density,
-                    diameter: point.diameter,
-                    liquid_density: liquid.density,
-                    viscosity: liquid.viscosity,
-                    film: film_ratio * point.diameter,
-                    surface_tension: liquid.surface_tension,
-                };
+                let film = film_ratio * point.diameter;
+                let setting = self.scene.setting(point.particle, index, point.diameter, film);
                 let parameters = Parameters {
                     dry_k: k,
                     shared: self.values.shared,

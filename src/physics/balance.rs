@@ -248,11 +248,13 @@ mod tests {
     use super::super::bridge;
     use super::super::form::Term;
     use super::super::inertia::Inertia;
+    use super::super::viscous::Viscous;
     use super::*;
 
     const SETTING: Setting = Setting {
         density: 2150.0,
         diameter: 4.762e-3,
+        roughness: 5e-6,
         liquid_density: 930.0,
         viscosity: 9.3e-3,
         film: 286e-6,
@@ -263,6 +265,7 @@ mod tests {
             .with(Coefficient::LubricationLog, 1.92)
             .with(Coefficient::InertialPrefactor, 0.41)
             .with(Coefficient::FilmScale, 0.068)
+            .with(Coefficient::RuptureScale, 0.013)
     }
 
     #[test]
@@ -293,7 +296,12 @@ mod tests {
         let of_inertia = |inertia: Inertia| {
             let [own, fixed] = [DrySpeed::Impact, DrySpeed::Reference(1.9)].map(|speed| Form::new(inertia, speed));
             let every = Term::DrySecondOrder.toggled(Term::Bridge.toggled(own));
-            [own, fixed, every, Term::Viscous.toggled(fixed)]
+            let over_the_film = [own, every].map(|form| Form {
+                viscous: Viscous::Film,
+                ..form
+            });
+            let [first, second] = over_the_film;
+            [own, fixed, every, Term::Viscous.toggled(fixed), first, second]
         };
         Inertia::ALL.into_iter().flat_map(of_inertia).collect()
     }
@@ -344,7 +352,11 @@ mod tests {
                 );
                 assert_eq!(owners.next(), None, "{form:?} {coefficient:?}");
             }
-            assert_eq!(Form::new(form.inertia, form.dry_speed).with_terms(&form.terms()), form);
+            let usual = Form {
+                viscous: form.viscous,
+                ..Form::new(form.inertia, form.dry_speed)
+            };
+            assert_eq!(usual.with_terms(&form.terms()), form);
         }
     }
 
@@ -359,6 +371,7 @@ mod tests {
             diameter: SETTING.diameter * metre,
             liquid_density: SETTING.liquid_density * density_unit,
             viscosity: SETTING.viscosity * kilogram / (metre * second),
+            roughness: SETTING.roughness * metre,
             film: SETTING.film * metre,
             surface_tension: SETTING
                 .surface_tension
@@ -369,10 +382,17 @@ mod tests {
             ..parameters()
         };
         for inertia in Inertia::ALL {
-            let form = |speed| Term::Bridge.toggled(Form::new(inertia, DrySpeed::Reference(speed)));
-            let here = kept_energy(&SETTING, form(2.0), &parameters(), 1.37);
-            let there = kept_energy(&scaled, form(2.0 * speed_unit), &scaled_parameters, 1.37 * speed_unit);
-            assert!((here / there - 1.0).abs() < 1e-12, "{inertia:?} {here} {there}");
+            for viscous in Viscous::ALL {
+                let form = |speed| {
+                    Term::Bridge.toggled(Form {
+                        viscous,
+                        ..Form::new(inertia, DrySpeed::Reference(speed))
+                    })
+                };
+                let here = kept_energy(&SETTING, form(2.0), &parameters(), 1.37);
+                let there = kept_energy(&scaled, form(2.0 * speed_unit), &scaled_parameters, 1.37 * speed_unit);
+                assert!((here / there - 1.0).abs() < 1e-12, "{inertia:?} {here} {there}");
+            }
         }
     }
 

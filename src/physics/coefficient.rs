@@ -11,14 +11,17 @@ pub enum Coefficient {
     InertialPrefactor,
     /// δ̃0, of the saturating form of the inertial loss
     FilmScale,
+    /// λ = δr/V_b^(1/3), of the viscous loss over the whole film
+    RuptureScale,
 }
 
 impl Coefficient {
     /// Every one, in the order of files.
-    pub const ALL: [Coefficient; 3] = [
+    pub const ALL: [Coefficient; 4] = [
         Coefficient::LubricationLog,
         Coefficient::InertialPrefactor,
         Coefficient::FilmScale,
+        Coefficient::RuptureScale,
     ];
 
     /// How many there are.
@@ -40,6 +43,8 @@ pub struct Parameter {
     pub grid: &'static [f64],
     /// whether a formula has no value where it is not above zero
     pub must_be_positive: bool,
+    /// whether its interval is made on its logarithm
+    pub in_logarithm: bool,
     /// whether it may be held at 0, the lower end of its range (0, ∞), which its logarithm cannot reach
     pub may_be_zero: bool,
     /// what is believed of it before any run

@@ -12,6 +12,7 @@ pub const DRY_K: Parameter = Parameter {
     unit: "(m/s)^(-1/5)",
     grid: &[],
     must_be_positive: true,
+    in_logarithm: false,
     may_be_zero: false,
     prior: LogNormal {
         median: 0.15,

@@ -5,7 +5,7 @@ use super::coefficient::{Coefficient, LogNormal, Parameter};
 use super::dry::{speed_root, Order, REFERENCE_SPEED};
 use super::inertia::{Inertia, FILM_SCALE, PREFACTOR};
 use super::loss::{Fixed, Loss, Setting};
-use super::viscous::{Viscous, LUBRICATION_LOG};
+use super::viscous::{slope_lubrication_log, Viscous, LUBRICATION_LOG, RUPTURE_SCALE};
 
 /// Speed at which e_dry enters the energy balance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,7 +47,7 @@ pub struct Form {
 }
 
 impl Form {
-    /// The paper's balance: the viscous loss, no bridge, the dry law to first order.
+    /// The paper's balance: the viscous loss with one L, no bridge, the dry law to first order.
     pub fn new(inertia: Inertia, dry_speed: DrySpeed) -> Form {
         Form {
             inertia,
@@ -80,6 +80,13 @@ impl Form {
             over_speed: a.over_speed + b.over_speed,
             over_square: a.over_square + b.over_square,
         })
+    }
+
+    /// The part of L, the losses over 4/St, that no parameter moves.
+    pub fn fixed_over_stokes(&self, setting: &Setting) -> f64 {
+        // the coefficient of 1/v over that of 4/St
+        let over = |fixed: Fixed| fixed.over_speed / slope_lubrication_log(setting.stokes(1.0));
+        self.fixed(setting).map_or(0.0, over)
     }
 
     /// What is believed of a parameter before any run.
@@ -119,6 +126,7 @@ impl Coefficient {
     pub fn describe(self) -> &'static Parameter {
         match self {
             Coefficient::LubricationLog => &LUBRICATION_LOG,
+            Coefficient::RuptureScale => &RUPTURE_SCALE,
             Coefficient::InertialPrefactor => &PREFACTOR,
             Coefficient::FilmScale => &FILM_SCALE,
         }

@@ -13,6 +13,7 @@ pub const PREFACTOR: Parameter = Parameter {
     unit: "1",
     grid: &[],
     must_be_positive: false,
+    in_logarithm: false,
     may_be_zero: true,
     prior: LogNormal {
         median: 1.0,
@@ -36,6 +37,7 @@ pub const FILM_SCALE: Parameter = Parameter {
     unit: "1",
     grid: &[0.01, 0.025, 0.05, 0.1, 0.2, 0.5],
     must_be_positive: true,
+    in_logarithm: false,
     may_be_zero: false,
     prior: LogNormal {
         median: 0.07,

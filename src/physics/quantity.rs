@@ -150,7 +150,7 @@ impl Quantity {
             Quantity::DryK => of(DRY_K.name, DRY_K.symbol, DRY_K.unit, false),
             Quantity::Shared(coefficient) => {
                 let own = coefficient.describe();
-                of(own.name, own.symbol, own.unit, false)
+                of(own.name, own.symbol, own.unit, own.in_logarithm)
             }
             Quantity::EInf => of("e_inf", "e_inf", "1", false),
             Quantity::StC => of("st_c", "St_c", "1", false),

@@ -1,7 +1,10 @@
 //! Computes the viscous loss of a wet impact and the critical Stokes numbers that follow from it.
 //!
-//! Symbols: L = ln(δc/ε) `lubrication_log`. The paper calls 2 L "k" in eq. wetcor; here k is the dry law's only.
+//! The loss is 4 L/St. Either L = ln(δc/ε) is one number, lubrication acting within a critical separation δc; or lubrication
+//! acts all the way through the film and out to where the bridge ruptures, and L = ½ (ln(δ/ε) + ln(δr/ε)) belongs to a film
+//! and a diameter. The paper calls 2 L "k" in eq. wetcor; here k is the dry law's only.
 
+use super::bridge;
 use super::coefficient::{Coefficient, Coefficients, LogNormal, Parameter};
 use super::jet::Number;
 use super::loss::{AtFilm, Fixed, Loss, Setting, Share, Slope};
@@ -14,6 +17,7 @@ pub const LUBRICATION_LOG: Parameter = Parameter {
     unit: "1",
     grid: &[],
     must_be_positive: false,
+    in_logarithm: false,
     may_be_zero: false,
     prior: LogNormal {
         median: 3.0,
@@ -22,53 +26,138 @@ pub const LUBRICATION_LOG: Parameter = Parameter {
     },
 };
 
+/// λ = δr/V_b^(1/3), the rupture distance of the bridge over the cube root of its volume.
+///
+/// A static bridge ruptures at (1 + θ/2) V_b^(1/3), θ being the contact angle: Lian, Thornton & Adams 1993, J. Colloid
+/// Interface Sci. 161, 138, for two spheres.
+pub const RUPTURE_SCALE: Parameter = Parameter {
+    name: "rupture_scale",
+    symbol: "λ",
+    words: "the rupture distance",
+    unit: "1",
+    grid: &[1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0],
+    must_be_positive: true,
+    in_logarithm: true,
+    may_be_zero: false,
+    prior: LogNormal {
+        median: 1.0,
+        ln_sd: 1.0,
+        reason: "default: a bridge ruptures at 1 to 1.8 V_b^(1/3), by its contact angle (Lian et al. 1993); the \
+                 roughness, which enters squared, is hardly known better than to a half",
+    },
+};
+
 /// Form of the viscous loss.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Viscous {
     /// 4 L/St with one L (eqs. visc and beta)
     Constant,
+    /// 4 L/St with L = ½ (ln(δ/ε) + ln(δr/ε)), δr = λ V_b^(1/3) (eq. visc0)
+    Film,
     /// no viscous loss
     None,
+}
+
+impl Viscous {
+    /// Every one.
+    pub const ALL: [Viscous; 3] = [Viscous::Constant, Viscous::Film, Viscous::None];
+
+    /// The forms a scene can name, in the order they are offered; its list of terms leaves the loss out.
+    pub const NAMED: [Viscous; 2] = [Viscous::Constant, Viscous::Film];
+
+    /// Its word in scenes and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Viscous::Constant => "constant",
+            Viscous::Film => "film",
+            Viscous::None => "none",
+        }
+    }
+
+    /// Why L is not the logarithm of a δc/ε; `None` if it is.
+    pub fn why_no_critical_separation(self) -> Option<&'static str> {
+        match self {
+            Viscous::Film => Some("lubrication acts over the whole film: there is no δc"),
+            Viscous::Constant | Viscous::None => None,
+        }
+    }
+
+    /// Whether spheres of two diameters in films of one film ratio differ in L, and so in St_c.
+    pub fn tells_diameters_apart(self) -> bool {
+        self == Viscous::Film
+    }
+
+    /// What has to be said of its parameter wherever it is told; `None` if nothing.
+    pub fn caution(self) -> Option<&'static str> {
+        match self {
+            Viscous::Film => Some(
+                "without a measured contact angle the runs determine λ/ε² alone: λ is as sure as the square of the \
+                 roughness. L = ½ (ln(δ/ε) + ln(δr/ε)) with δr = λ V_b^(1/3), and with it St_c, belongs to a film and \
+                 a diameter; there is no δc",
+            ),
+            Viscous::Constant | Viscous::None => None,
+        }
+    }
 }
 
 impl Loss for Viscous {
     fn coefficients(&self) -> &'static [Coefficient] {
         match self {
             Viscous::Constant => &[Coefficient::LubricationLog],
+            Viscous::Film => &[Coefficient::RuptureScale],
             Viscous::None => &[],
         }
     }
 
     fn at(&self, _: f64, values: &Coefficients) -> AtFilm {
         match self {
-            Viscous::Constant => AtFilm {
-                share: over_stokes(values[Coefficient::LubricationLog]),
-                slopes: [
-                    Some(Slope {
-                        of: Coefficient::LubricationLog,
-                        share: over_stokes(1.0),
-                    }),
-                    None,
-                ],
-            },
+            Viscous::Constant => taken(Coefficient::LubricationLog, values[Coefficient::LubricationLog], 1.0),
+            // the part of L that λ moves; the film's own no parameter does
+            Viscous::Film => {
+                let scale = values[Coefficient::RuptureScale];
+                taken(Coefficient::RuptureScale, 0.5 * scale.ln(), 0.5 / scale)
+            }
             Viscous::None => AtFilm::default(),
         }
     }
 
-    fn fixed(&self, _: &Setting) -> Option<Fixed> {
-        None
+    fn fixed(&self, setting: &Setting) -> Option<Fixed> {
+        match self {
+            Viscous::Film => Some(Fixed {
+                // a share that falls with 1/v has its coefficient as its value at 1 m/s
+                over_speed: loss(of_unit_scale(setting), setting.stokes(1.0)),
+                over_square: 0.0,
+            }),
+            Viscous::Constant | Viscous::None => None,
+        }
     }
 
     fn formula(&self, _: &str) -> Option<String> {
         match self {
             Viscous::Constant => Some("4 L/St".to_owned()),
+            Viscous::Film => Some("2 (ln(δ/ε) + ln(λ V_b^(1/3)/ε))/St".to_owned()),
             Viscous::None => None,
         }
     }
 }
 
-fn over_stokes(viscous: f64) -> Share {
-    Share { inertial: 0.0, viscous }
+/// L that one parameter moves, and its slope in that.
+fn taken(of: Coefficient, lubrication_log: f64, slope: f64) -> AtFilm {
+    let over_stokes = |viscous: f64| Share { inertial: 0.0, viscous };
+    let slope = Slope {
+        of,
+        share: over_stokes(slope),
+    };
+    AtFilm {
+        share: over_stokes(lubrication_log),
+        slopes: [Some(slope), None],
+    }
+}
+
+/// ½ (ln(δ/ε) + ln(V_b^(1/3)/ε)): L of a film at λ = 1, from logarithms of ratios that are of order 1 to 10⁴.
+fn of_unit_scale(setting: &Setting) -> f64 {
+    let length = bridge::volume(setting.diameter, setting.film).cbrt();
+    0.5 * ((setting.film / setting.roughness).ln() + (length / setting.roughness).ln())
 }
 
 /// Share of the impact energy lost to viscosity, 4 L / St (eqs. visc and beta).
@@ -108,6 +197,10 @@ pub fn critical_separation<T: Number>(roughness: f64, lubrication_log: T) -> T {
 
 #[cfg(test)]
 mod tests {
+    use super::super::balance::kept_energy;
+    use super::super::coefficient::Parameters;
+    use super::super::form::{DrySpeed, Form};
+    use super::super::inertia::Inertia;
     use super::super::numbers;
     use super::*;
 
@@ -118,6 +211,63 @@ mod tests {
         let from_beta = -beta(l, viscosity, density, diameter) / speed;
         assert!((from_beta / loss(l, st) - 1.0).abs() < 1e-14);
         assert!((slope_lubrication_log(st) * l / loss(l, st) - 1.0).abs() < 1e-15);
+    }
+
+    /// L = ½ (ln(δ/ε) + ln(δr/ε)) summed up plainly, over the films and diameters of the published experiments.
+    #[test]
+    fn lubrication_over_the_whole_film_takes_the_plain_sum() {
+        let form = Form {
+            viscous: Viscous::Film,
+            ..Form::new(Inertia::None, DrySpeed::Reference(2.0))
+        };
+        for (diameter, film, scale) in [(4.762e-3, 286e-6, 1.0), (1e-2, 1e-3, 1.6), (2e-3, 20e-6, 4e-3)] {
+            let setting = Setting {
+                density: 2150.0,
+                diameter,
+                roughness: 5e-6,
+                liquid_density: 930.0,
+                viscosity: 9.3e-3,
+                film,
+                surface_tension: None,
+            };
+            let volume = std::f64::consts::PI * film * film * (diameter / 2.0 - film / 3.0);
+            let rupture = scale * volume.powf(1.0 / 3.0);
+            let l = 0.5 * ((film / 5e-6).ln() + (rupture / 5e-6).ln());
+            let v = 1.3;
+            // energy over that of the impact, eq. visc0: (3/2) π η D² v (…) over (π/12) ρp D³ v²
+            let viscous = 1.5 * std::f64::consts::PI * 9.3e-3 * diameter * diameter * v * 2.0 * l;
+            let impact = std::f64::consts::PI / 12.0 * 2150.0 * diameter.powi(3) * v * v;
+            let parameters = Parameters::new(0.0).with(Coefficient::RuptureScale, scale);
+            let taken = 1.0 - kept_energy(&setting, form, &parameters, v);
+            assert!((taken / (viscous / impact) - 1.0).abs() < 1e-13, "{taken}");
+            let share = form.viscous.at(setting.film_ratio(), &parameters.shared).share.viscous;
+            let told = share + form.fixed_over_stokes(&setting);
+            assert!((told / l - 1.0).abs() < 1e-14, "{told} {l}");
+        }
+    }
+
+    /// Only λ/ε² counts: a roughness twice as large is λ four times as large.
+    #[test]
+    fn the_rupture_scale_and_the_roughness_cannot_be_told_apart() {
+        let form = Form {
+            viscous: Viscous::Film,
+            ..Form::new(Inertia::Stepwise, DrySpeed::Impact)
+        };
+        let at = |roughness: f64, scale: f64| {
+            let setting = Setting {
+                density: 2150.0,
+                diameter: 4.762e-3,
+                roughness,
+                liquid_density: 930.0,
+                viscosity: 9.3e-3,
+                film: 286e-6,
+                surface_tension: None,
+            };
+            let parameters = Parameters::new(0.18).with(Coefficient::InertialPrefactor, 0.4);
+            kept_energy(&setting, form, &parameters.with(Coefficient::RuptureScale, scale), 1.1)
+        };
+        assert!((at(5e-6, 0.5) - at(1e-5, 2.0)).abs() < 1e-14);
+        assert!((at(5e-6, 0.5) - at(1e-5, 0.5)).abs() > 0.01);
     }
 
     /// Slip 2 of the paper: the linear law is zero at St_c, the square root only at 2 St_c.

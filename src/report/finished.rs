@@ -17,7 +17,7 @@ use crate::findings::SCHEMA;
 use crate::model::parameters::Kind;
 use crate::physics::coefficient::Coefficients;
 use crate::physics::form::Term;
-use crate::physics::{Coefficient, DrySpeed, Form, Inertia, Parameters};
+use crate::physics::{Coefficient, DrySpeed, Form, Inertia, Parameters, Viscous};
 use crate::scene::{name_expected, LARGEST_FILM_RATIO, MOST_KEPT};
 use crate::seed::sha256;
 
@@ -73,6 +73,7 @@ struct Sampled {
     draws: usize,
     terms: Vec<String>,
     inertia: String,
+    viscous: String,
     dry_speed_m_s: Option<f64>,
     basis: Basis,
 }
@@ -158,7 +159,11 @@ impl Finished {
             .into_iter()
             .find(|form| form.name() == self.posterior.inertia)
             .ok_or_else(|| self.unknown(&format!("inertia {}", quoted(&self.posterior.inertia))))?;
-        let form = self.form(inertia)?;
+        let viscous = Viscous::ALL
+            .into_iter()
+            .find(|form| form.name() == self.posterior.viscous)
+            .ok_or_else(|| self.unknown(&format!("viscous loss {}", quoted(&self.posterior.viscous))))?;
+        let form = self.form(inertia, viscous)?;
         let known_parameters = |name: &str| {
             let physical = Coefficient::ALL
                 .iter()
@@ -204,7 +209,7 @@ impl Finished {
     }
 
     /// The terms of the fit's energy balance.
-    fn form(&self, inertia: Inertia) -> Result<Form, Error> {
+    fn form(&self, inertia: Inertia, viscous: Viscous) -> Result<Form, Error> {
         let speed = self.posterior.dry_speed_m_s;
         let mut terms = vec![];
         for name in &self.posterior.terms {
@@ -214,7 +219,11 @@ impl Finished {
             }
         }
         let speed = speed.map_or(DrySpeed::Impact, DrySpeed::Reference);
-        Ok(Form::new(inertia, speed).with_terms(&terms))
+        let usual = Form {
+            viscous,
+            ..Form::new(inertia, speed)
+        };
+        Ok(usual.with_terms(&terms))
     }
 
     fn has(&self, name: &str) -> bool {
@@ -345,7 +354,10 @@ fn odd_number(posterior: &Sampled) -> Option<String> {
     };
     let particles = basis.particles.iter().find_map(|particle| {
         let density = above(format!("density of {}", quoted(&particle.name)), particle.density_kg_m3);
-        density.or_else(|| covered(&particle.name, particle.covered.as_ref()?))
+        let roughness = || above(format!("roughness of {}", quoted(&particle.name)), particle.roughness_m);
+        density
+            .or_else(roughness)
+            .or_else(|| covered(&particle.name, particle.covered.as_ref()?))
     });
     let liquids = || {
         basis.liquids.iter().find_map(|liquid| {

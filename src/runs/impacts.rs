@@ -45,15 +45,7 @@ impl Runs {
 
     /// Sphere, liquid and film of a run of a series.
     pub fn setting(&self, scene: &Scene, series: &Series, run: usize) -> Setting {
-        let liquid = &scene.liquids[series.liquid];
-        Setting {
-            density: scene.particles[series.particle].density,
-            diameter: self.diameter[run],
-            liquid_density: liquid.density,
-            viscosity: liquid.viscosity,
-            film: self.film[run],
-            surface_tension: liquid.surface_tension,
-        }
+        scene.setting(series.particle, series.liquid, self.diameter[run], self.film[run])
     }
 }
 
@@ -61,6 +53,22 @@ impl Series {
     /// ρ̃ = ρl/ρp.
     pub fn density_ratio(&self, scene: &Scene) -> f64 {
         scene.liquids[self.liquid].density / scene.particles[self.particle].density
+    }
+
+    /// Sphere, liquid and film of the series: its mean diameter in a film of its group's film ratio.
+    pub fn setting(&self, scene: &Scene) -> Setting {
+        scene.setting(
+            self.particle,
+            self.liquid,
+            self.diameter,
+            self.film_ratio * self.diameter,
+        )
+    }
+
+    /// Whether two series are of one diameter.
+    pub fn is_as_large_as(&self, other: &Series) -> bool {
+        let (less, more) = (self.diameter.min(other.diameter), self.diameter.max(other.diameter));
+        more <= less * (1.0 + series::SAME_DIAMETER)
     }
 }
 

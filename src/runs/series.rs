@@ -8,7 +8,7 @@ use super::errors::MeasurementErrors;
 use crate::scene::Scene;
 
 /// Diameters that differ by less than this share of the smallest are one diameter.
-const SAME_DIAMETER: f64 = 1e-3;
+pub(super) const SAME_DIAMETER: f64 = 1e-3;
 
 /// The runs in use as columns in SI, ordered: dry runs by particle and diameter, then wet runs by particle, film
 /// ratio, liquid and diameter; inside a series the rebounds come first, then the stuck runs, each in file order.

@@ -6,6 +6,7 @@ use super::choices::{Bootstrap, ModelChoices, PriorChoice, Sampler};
 use super::materials::{Liquid, Particle};
 use super::plan::{Design, Truth};
 use super::published::Published;
+use crate::physics::Setting;
 
 /// A scene: everything that does not change from run to run. SI inside.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,6 +43,22 @@ pub struct Scene {
     pub design: Option<Design>,
     /// keys the scene sets that no stage of this version reads, as `table.key`
     pub unused: Vec<String>,
+}
+
+impl Scene {
+    /// A particle of the scene in a liquid of it, by their places; diameter and film in m.
+    pub fn setting(&self, particle: usize, liquid: usize, diameter: f64, film: f64) -> Setting {
+        let (particle, liquid) = (&self.particles[particle], &self.liquids[liquid]);
+        Setting {
+            density: particle.density,
+            diameter,
+            roughness: particle.roughness,
+            liquid_density: liquid.density,
+            viscosity: liquid.viscosity,
+            film,
+            surface_tension: liquid.surface_tension,
+        }
+    }
 }
 
 /// Which runs, and which of them are used.

@@ -1,11 +1,11 @@
 //! Reads the truth and the design of a simulation.
 
-use super::choices::{dry_speed, terms, ModelChoices};
+use super::choices::{dry_speed, terms, viscous, ModelChoices};
 use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE};
 use super::materials::Liquid;
 use super::table::{Located, SceneTable};
 use crate::physics::form::Term;
-use crate::physics::{numbers, Coefficient, DrySpeed, Form, Inertia};
+use crate::physics::{numbers, Coefficient, DrySpeed, Form, Inertia, Viscous};
 use crate::units::Dimension;
 
 /// The parameters simulated runs are drawn from. What a file leaves out is missed only when runs are drawn.
@@ -17,6 +17,8 @@ pub struct Truth {
     pub shared: [Option<f64>; Coefficient::COUNT],
     /// form of the inertial loss
     pub inertia: Inertia,
+    /// form of the viscous loss where it is held
+    pub viscous: Viscous,
     /// the speed at which e_dry enters
     pub dry_speed: DrySpeed,
     /// sd of the noise on a dry restitution
@@ -41,7 +43,10 @@ impl Truth {
 
     /// The form of the truth's energy balance.
     pub fn form(&self) -> Form {
-        let usual = Form::new(self.inertia, self.dry_speed);
+        let usual = Form {
+            viscous: self.viscous,
+            ..Form::new(self.inertia, self.dry_speed)
+        };
         self.terms.as_deref().map_or(usual, |terms| usual.with_terms(terms))
     }
 }
@@ -108,6 +113,7 @@ pub(super) fn truth(root: &SceneTable, particles: &[&str], liquids: &[Liquid], m
             table.number(own.name, if own.must_be_positive { ABOVE_ZERO } else { FINITE })
         }),
         inertia,
+        viscous: viscous(&table).unwrap_or(model.viscous),
         dry_speed: dry_speed(&table).unwrap_or(model.dry_speed),
         sigma_dry: table.number("sigma_dry", NOT_NEGATIVE),
         sigma_wet: table.number("sigma_wet", NOT_NEGATIVE),

@@ -251,7 +251,10 @@ fn tasks<'e>(scene: &Scene, estimates: &'e mut Estimates, places: &Places) -> Ve
                 };
                 let k = target_of_k.iter().find(|(particle, _)| *particle == fitted.particle);
                 let k = k.and_then(|(_, target)| *target);
-                tasks.extend(of_fit(row.resampled_mut(), Formula { at, ..formula }, *target, k));
+                let none = scene.model.viscous.why_no_critical_separation().is_some();
+                let defined = row.resampled_mut().into_iter();
+                let defined = defined.filter(|(quantity, _)| !(none && *quantity == Quantity::DeltaC));
+                tasks.extend(of_fit(defined, Formula { at, ..formula }, *target, k));
             }
         }
         tasks.extend(of_fit(fitted.scaling.estimates_mut(), formula, *target, None));

@@ -16,7 +16,7 @@ pub(super) enum Aim {
     Parameter(usize),
     /// δc of a particle, from the energy balance
     CriticalSeparation(usize),
-    /// a quantity of a film group, from the energy balance
+    /// a quantity of a place, from the energy balance
     Derived(usize, Quantity),
     /// e_inf or St_c of a film group, by its square-root law
     SquareRoot(usize, Quantity),
@@ -93,7 +93,7 @@ impl<'a> Setting<'a> {
                     let l = *balance?.parameters.first()?;
                     Some(Quantity::DeltaC.value(&at, &Wetted::of_balance(f64::NAN, l)))
                 }
-                Aim::Derived(group, quantity) => Some(balance?.at_groups.get(group)?.as_ref()?.value(quantity)),
+                Aim::Derived(place, quantity) => Some(balance?.at_places.get(place)?.as_ref()?.value(quantity)),
                 Aim::SquareRoot(group, quantity) => {
                     let [e_inf, st_c] = square_roots[group]?;
                     Some(if quantity == Quantity::StC { st_c } else { e_inf })

@@ -140,7 +140,7 @@ fn asked(
         };
         if let Some(row) = derived {
             for (quantity, estimate) in [(Quantity::EInf, &row.e_inf), (Quantity::StC, &row.st_c)] {
-                add(Aim::Derived(group, quantity), quantity, BALANCE, estimate);
+                add(Aim::Derived(row.place, quantity), quantity, BALANCE, estimate);
             }
         }
         let of_law = direct.iter().flat_map(|fitted| {

@@ -1,7 +1,8 @@
 //! Moves the minimum of the energy balance with the constants, without fitting again.
 
-use crate::findings::balance::{at_group, errors, known, problem_of, AtGroup, EnergyBalance, Held};
+use crate::findings::balance::{at_place, errors, known, problem_of, AtPlace, EnergyBalance, Held};
 use crate::findings::dry::FittedDry;
+use crate::findings::places::WetPlace;
 use crate::inference::effective_variance::{reweight, roots, WeightedProblem};
 use crate::inference::joint::{refit, Joint, JointFit};
 use crate::inference::least_squares::Minimum;
@@ -24,8 +25,8 @@ pub(super) struct Movable<'h> {
 pub(super) struct Moved {
     /// the parameters, in the order of `EnergyBalance::parameters`
     pub(super) parameters: Vec<f64>,
-    /// what it says of each film group; `None` of a particle that is not in it
-    pub(super) at_groups: Vec<Option<AtGroup>>,
+    /// what it says of each place; `None` of a particle that is not in it
+    pub(super) at_places: Vec<Option<AtPlace>>,
 }
 
 impl<'h> Movable<'h> {
@@ -93,9 +94,10 @@ impl<'h> Movable<'h> {
 
 fn at_point(scene: &Scene, problem: &JointFit, parameters: Vec<f64>) -> Moved {
     let joint = &problem.joint;
-    let groups = joint.runs.film_groups.iter();
+    let places = WetPlace::all(joint.runs, joint.form);
+    let at_places = places.iter().map(|place| at_place(scene, joint, &parameters, place));
     Moved {
-        at_groups: groups.map(|group| at_group(scene, joint, &parameters, group)).collect(),
+        at_places: at_places.collect(),
         parameters,
     }
 }

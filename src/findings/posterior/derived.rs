@@ -9,7 +9,7 @@ use crate::physics::balance::Balance;
 use crate::physics::form::Term;
 use crate::physics::loss::Film;
 use crate::physics::quantity::{Place, Quantity, Wetted};
-use crate::physics::Form;
+use crate::physics::{Coefficient, Form};
 use crate::runs::{Runs, Series};
 use crate::scene::Scene;
 
@@ -37,6 +37,29 @@ pub struct Setting {
     pub liquid: usize,
     /// δ/D
     pub film_ratio: f64,
+    /// D, m, where St_c depends on it
+    pub diameter: Option<f64>,
+}
+
+impl Setting {
+    /// The part of L there that no parameter of a form moves.
+    fn fixed_over_stokes(&self, scene: &Scene, form: Form) -> f64 {
+        let of = |diameter: f64| {
+            let setting = scene.setting(self.particle, self.liquid, diameter, self.film_ratio * diameter);
+            form.fixed_over_stokes(&setting)
+        };
+        self.diameter.map_or(0.0, of)
+    }
+
+    /// Its words in the names of draws.
+    fn label(&self, scene: &Scene) -> String {
+        let (particle, liquid) = (&scene.particles[self.particle].name, &scene.liquids[self.liquid].name);
+        let at = format!("{particle},{liquid},{}", four_decimals(self.film_ratio));
+        match self.diameter {
+            Some(diameter) => format!("{at},{} mm", four_decimals(1e3 * diameter)),
+            None => at,
+        }
+    }
 }
 
 /// δc/ε, δc of each particle, then e_inf, St_c and the Stokes number of no rebound at each setting of the runs; without a
@@ -50,7 +73,7 @@ pub fn find(scene: &Scene, runs: &Runs, form: Form, sampled: &Sampled) -> Vec<De
     let chains = |values: Vec<f64>| values.chunks(per_chain.max(1)).map(<[f64]>::to_vec).collect();
     let has_viscous = Term::Viscous.is_held(form);
     let mut all = vec![];
-    if has_viscous {
+    if form.has(Coefficient::LubricationLog) {
         let of_l = |quantity: Quantity, roughness: f64| {
             let at = Place {
                 roughness,
@@ -75,7 +98,7 @@ pub fn find(scene: &Scene, runs: &Runs, form: Form, sampled: &Sampled) -> Vec<De
             ));
         }
     }
-    let settings = settings(runs);
+    let settings = settings(runs, form);
     // what each setting's quantities follow from, draw by draw
     let reference = scene.model.dry_speed.reference();
     let wetted: Vec<Vec<Wetted<f64>>> = settings
@@ -86,9 +109,10 @@ pub fn find(scene: &Scene, runs: &Runs, form: Form, sampled: &Sampled) -> Vec<De
                 film_ratio: setting.film_ratio,
                 density_ratio,
             };
+            let fixed = setting.fixed_over_stokes(scene, form);
             let of_draw = |full: &Vec<f64>| {
                 let balance = Balance::new(form, film, &physical(full, setting.particle));
-                Wetted::of_balance(balance.e_inf(reference), balance.lost.over_stokes)
+                Wetted::of_balance(balance.e_inf(reference), balance.lost.over_stokes + fixed)
             };
             full.iter().map(of_draw).collect()
         })
@@ -97,9 +121,7 @@ pub fn find(scene: &Scene, runs: &Runs, form: Form, sampled: &Sampled) -> Vec<De
     // without a viscous loss there is no St_c
     for quantity in of_setting.into_iter().take(if has_viscous { 3 } else { 1 }) {
         let one = |(setting, wetted): (&Setting, &Vec<Wetted<f64>>)| {
-            let (particle, liquid) = (&scene.particles[setting.particle], &scene.liquids[setting.liquid]);
-            let ratio = four_decimals(setting.film_ratio);
-            let label = format!("{},{},{ratio}", particle.name, liquid.name);
+            let label = setting.label(scene);
             let values = wetted.iter().map(|wetted| quantity.value(&Place::NONE, wetted));
             derived(quantity, Some(label), Some(setting.clone()), chains(values.collect()))
         };
@@ -126,23 +148,28 @@ pub fn count(runs: &Runs, form: Form) -> usize {
     if runs.series.is_empty() {
         return 0;
     }
-    let settings = settings(runs).len();
-    if !Term::Viscous.is_held(form) {
-        return settings;
-    }
+    let settings = settings(runs, form).len();
     let of = |series: &Series| series.particle;
-    let particles = runs.series.chunk_by(|a, b| of(a) == of(b)).count();
-    1 + particles + 3 * settings
+    let particles = || runs.series.chunk_by(|a, b| of(a) == of(b)).count();
+    let critical_separations = if form.has(Coefficient::LubricationLog) {
+        1 + particles()
+    } else {
+        0
+    };
+    let each = if Term::Viscous.is_held(form) { 3 } else { 1 };
+    critical_separations + each * settings
 }
 
-/// The different particles, liquids and film ratios of the runs, in their order.
-fn settings(runs: &Runs) -> Vec<Setting> {
+/// The different particles, liquids and film ratios of the runs, in their order; and diameters where the form tells these
+/// apart.
+fn settings(runs: &Runs, form: Form) -> Vec<Setting> {
     let mut settings: Vec<Setting> = vec![];
     for series in &runs.series {
         let setting = Setting {
             particle: series.particle,
             liquid: series.liquid,
             film_ratio: series.film_ratio,
+            diameter: form.viscous.tells_diameters_apart().then_some(series.diameter),
         };
         // diameters of one setting come one after the other
         if settings.last() != Some(&setting) {

@@ -30,13 +30,13 @@ impl Posterior {
         }
     }
 
-    /// (e_inf, St_c) of every draw of a particle in a film; `None` where a draw leaves none. `v` is the speed at which
-    /// e_dry enters, m/s.
-    pub fn e_inf_and_st_c(&self, particle: usize, film: Film, v: f64) -> Option<Vec<[f64; 2]>> {
+    /// (e_inf, St_c) of every draw of a particle in a film, `fixed` being the part of L there that no parameter moves;
+    /// `None` where a draw leaves none. `v` is the speed at which e_dry enters, m/s.
+    pub fn e_inf_and_st_c(&self, particle: usize, film: Film, fixed: f64, v: f64) -> Option<Vec<[f64; 2]>> {
         let pair = |full: &Vec<f64>| {
             let balance = Balance::new(self.asked.form, film, &physical(full, particle));
             let e_inf = balance.e_inf(v);
-            let st_c = viscous::st_c(balance.lost.over_stokes, e_inf);
+            let st_c = viscous::st_c(balance.lost.over_stokes + fixed, e_inf);
             e_inf.is_finite().then_some([e_inf, st_c])
         };
         self.sampled.full_draws().iter().map(pair).collect()

@@ -79,6 +79,7 @@ pub(super) fn tell(
         }),
         terms: asked.form.terms().into_iter().map(Term::name).collect(),
         inertia: asked.form.inertia.name(),
+        viscous: asked.form.viscous.name(),
         dry_speed_m_s: match asked.form.dry_speed {
             DrySpeed::Reference(v) => Some(v),
             DrySpeed::Impact => None,

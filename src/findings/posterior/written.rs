@@ -43,6 +43,8 @@ pub struct PosteriorFindings {
     pub terms: Vec<&'static str>,
     /// the form of the inertial loss
     pub inertia: &'static str,
+    /// the form of the viscous loss
+    pub viscous: &'static str,
     /// the speed at which e_dry enters, m/s; `None`: each run's own
     pub dry_speed_m_s: Option<f64>,
     /// what stood for the runs; `None` if every row was used

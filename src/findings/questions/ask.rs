@@ -58,7 +58,11 @@ impl Models<'_> {
         let parameters = Parameters::of(scene, self.runs, own.asked.form)?;
         if parameters.place(self.of).is_none() {
             let left = parameters.left_out.iter().find(|left| left.kind == self.of);
-            let why = left.map_or("the model holds no inertial loss", |left| left.reason.as_str());
+            let lacks = match self.of {
+                Kind::LUBRICATION_LOG => "L belongs to each film and diameter in this form of the viscous loss",
+                _ => "the model holds no inertial loss",
+            };
+            let why = left.map_or(lacks, |left| left.reason.as_str());
             return Ok(question.open(why));
         }
         let below = question

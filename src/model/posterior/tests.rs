@@ -5,7 +5,7 @@ use std::path::Path;
 use super::*;
 use crate::model::parameters::Kind;
 use crate::physics::inertia::Inertia;
-use crate::physics::{DrySpeed, Form};
+use crate::physics::{Coefficient, DrySpeed, Form};
 use crate::runs::{self, NewRun};
 use crate::scene::{self, Scene};
 
@@ -45,7 +45,10 @@ fn rows() -> Vec<NewRun<'static>> {
 }
 
 fn posterior(scene: &Scene, rows: &[NewRun], inertia: Inertia, dry_speed: DrySpeed) -> Posterior {
-    let form = Form::new(inertia, dry_speed);
+    let form = Form {
+        viscous: scene.model.viscous,
+        ..Form::new(inertia, dry_speed)
+    };
     let runs = runs::arrange(scene, rows);
     let parameters = Parameters::of(scene, &runs, form).expect("priors with room");
     Posterior::new(parameters, Likelihood::of_rows(scene, &runs, form))
@@ -57,6 +60,8 @@ fn slopes_agree_with_differences_under_every_prior() {
         "",
         "[priors]\nlubrication_log = { gamma = [3.0, 1.0] }\nsigma_wet = { uniform = [0.01, 0.5] }\ninertial_prefactor = { student_t = [4, 0.5, 0.3] }",
         "[model]\nlikelihood = \"student\"\nnoise = \"both\"",
+        "[model]\nviscous = \"film\"\nlikelihood = \"student\"",
+        "[model]\nviscous = \"film\"\n[priors]\nrupture_scale = { uniform = [0.01, 5] }",
         "[priors]\ndry_k = { normal = [0.15, 0.05] }\nsigma_dry = { lognormal = [0.02, 0.5] }",
     ];
     for extra in priors {
@@ -80,6 +85,7 @@ fn slopes_agree_with_differences_under_every_prior() {
                     Kind::LUBRICATION_LOG => 2.3,
                     Kind::INERTIAL_PREFACTOR => 0.6,
                     Kind::FILM_SCALE => 0.08,
+                    Kind::Shared(Coefficient::RuptureScale) => 0.7,
                     Kind::SigmaDry => 0.03,
                     Kind::SigmaWet => 0.05,
                     Kind::SigmaEnergy => 0.04,

@@ -21,6 +21,6 @@ pub use priors::PriorChoice;
 pub use sampler::{Sampler, MOST_KEPT};
 
 pub(super) use bootstrap::bootstrap;
-pub(super) use model::{dry_speed, model, terms};
+pub(super) use model::{dry_speed, model, terms, viscous};
 pub(super) use priors::priors;
 pub(super) use sampler::sampler;

@@ -2,7 +2,7 @@
 
 use crate::physics::dry::REFERENCE_SPEED;
 use crate::physics::form::Term;
-use crate::physics::{DrySpeed, Form, Inertia};
+use crate::physics::{DrySpeed, Form, Inertia, Viscous};
 use crate::scene::expect::ABOVE_ZERO;
 use crate::scene::materials::Liquid;
 use crate::scene::table::{QuantityOrWord, SceneTable};
@@ -15,6 +15,8 @@ pub struct ModelChoices {
     pub dry_speed: DrySpeed,
     /// the inertial form; absent: to be chosen by comparison
     pub inertia: Option<Inertia>,
+    /// form of the viscous loss where it is held
+    pub viscous: Viscous,
     /// the terms to hold; absent: as the runs require
     pub terms: Option<Vec<Term>>,
     /// distribution of the noise on a restitution
@@ -29,7 +31,10 @@ impl ModelChoices {
     /// The energy balance to start from: what the scene's terms name, with the form of inertia that stands where the
     /// scene leaves it open.
     pub fn form(&self) -> Form {
-        let usual = Form::new(self.inertia.unwrap_or(Inertia::Stepwise), self.dry_speed);
+        let usual = Form {
+            viscous: self.viscous,
+            ..Form::new(self.inertia.unwrap_or(Inertia::Stepwise), self.dry_speed)
+        };
         self.terms.as_deref().map_or(usual, |terms| usual.with_terms(terms))
     }
 
@@ -72,6 +77,7 @@ pub fn model(root: &SceneTable, liquids: &[Liquid]) -> ModelChoices {
     let mut choices = ModelChoices {
         dry_speed: DrySpeed::Reference(REFERENCE_SPEED),
         inertia: Some(Inertia::Stepwise),
+        viscous: Viscous::Constant,
         terms: None,
         likelihood: Likelihood::Normal,
         sticking: Sticking::Censored,
@@ -87,6 +93,9 @@ pub fn model(root: &SceneTable, liquids: &[Liquid]) -> ModelChoices {
     forms.push(("auto", None));
     if let Some(form) = table.choice("inertia", &forms) {
         choices.inertia = form;
+    }
+    if let Some(form) = viscous(&table) {
+        choices.viscous = form;
     }
     choices.terms = terms(&table, liquids);
     let likelihoods = [("normal", Likelihood::Normal), ("student", Likelihood::Student)];
@@ -115,6 +124,11 @@ pub fn dry_speed(table: &SceneTable) -> Option<DrySpeed> {
         QuantityOrWord::Quantity(speed) => Some(DrySpeed::Reference(speed)),
         QuantityOrWord::Word => Some(DrySpeed::Impact),
     }
+}
+
+/// The form of the viscous loss, where a table names it.
+pub fn viscous(table: &SceneTable) -> Option<Viscous> {
+    table.choice("viscous", &Viscous::NAMED.map(|form| (form.name(), form)))
 }
 
 /// The terms a table names; absent: as the runs require. A bridge wants the surface tension of every liquid.

@@ -3,6 +3,8 @@
 use super::model::Likelihood;
 use super::unused::note_unused;
 use crate::error::quoted;
+use crate::physics::dry::DRY_K;
+use crate::physics::Coefficient;
 use crate::scene::expect::{ABOVE_ZERO, NOT_NEGATIVE};
 use crate::scene::prior::Prior;
 use crate::scene::table::SceneTable;
@@ -20,17 +22,12 @@ pub struct PriorChoice {
     pub line: Option<u64>,
 }
 
-/// Parameters a prior can be set for.
-const PARAMETERS: [&str; 8] = [
-    "dry_k",
-    "lubrication_log",
-    "inertial_prefactor",
-    "film_scale",
-    "sigma_dry",
-    "sigma_wet",
-    "sigma_energy",
-    "nu",
-];
+/// Parameters a prior can be set for: k, those that particles share, and those of the noise.
+fn parameters() -> impl Iterator<Item = &'static str> {
+    let shared = Coefficient::ALL.map(|coefficient| coefficient.describe().name);
+    let noise = ["sigma_dry", "sigma_wet", "sigma_energy", "nu"];
+    std::iter::once(DRY_K.name).chain(shared).chain(noise)
+}
 
 /// What a parameter lies above: noise of two degrees of freedom or fewer has no variance.
 pub(crate) fn least(parameter: &str) -> f64 {
@@ -61,7 +58,7 @@ pub fn priors(
             });
         }
     };
-    for parameter in PARAMETERS {
+    for parameter in parameters() {
         let Some(inner) = table.table(parameter) else {
             continue;
         };
@@ -87,6 +84,11 @@ pub fn priors(
         note_unused("priors", &table, &["nu"], unused);
     }
     choices
+}
+
+fn may_be_zero(parameter: &str) -> bool {
+    let mut shared = Coefficient::ALL.into_iter().map(Coefficient::describe);
+    shared.any(|own| own.name == parameter && own.may_be_zero)
 }
 
 fn prior(parameter: &str, table: &SceneTable) -> Option<Prior> {
@@ -129,7 +131,7 @@ fn prior(parameter: &str, table: &SceneTable) -> Option<Prior> {
             _ => refuse("student_t", "[df, loc, scale] with df and scale above 0"),
         },
         // every parameter is positive; without inertia is the one with its prefactor at zero
-        ["fixed"] if parameter == "inertial_prefactor" => table.number("fixed", NOT_NEGATIVE).map(Prior::Fixed),
+        ["fixed"] if may_be_zero(parameter) => table.number("fixed", NOT_NEGATIVE).map(Prior::Fixed),
         ["fixed"] => table.number("fixed", ABOVE_ZERO).map(Prior::Fixed),
         _ => {
             table.refuse("", at, None, format!("expected one prior out of {}", names.join(", ")));

@@ -8,7 +8,7 @@ use super::super::sums::{rebound_sums, BlockSums, HeavyTails, NodeRange};
 use crate::physics::balance::{Balance, Impact};
 use crate::physics::form::Term;
 use crate::physics::rebound::{mean_restitution, slope_mean_restitution};
-use crate::physics::{kept_energy, Coefficient, DrySpeed, Form, Inertia, Parameters, Setting};
+use crate::physics::{kept_energy, Coefficient, DrySpeed, Form, Inertia, Parameters, Setting, Viscous};
 use crate::seed::stream;
 
 /// A setting as laboratories have them, and beyond, down to where nothing rebounds.
@@ -17,6 +17,7 @@ fn setting(rng: &mut ChaCha8Rng) -> Setting {
     Setting {
         density: rng.random_range(900.0..8000.0),
         diameter,
+        roughness: rng.random_range(1e-7..2e-5),
         liquid_density: rng.random_range(700.0..1300.0),
         viscosity: rng.random_range(1e-3..0.2),
         film: diameter * rng.random_range(0.01..0.4),
@@ -29,6 +30,7 @@ fn parameters(rng: &mut ChaCha8Rng) -> Parameters {
         .with(Coefficient::LubricationLog, rng.random_range(0.5..6.0))
         .with(Coefficient::InertialPrefactor, rng.random_range(0.0..2.0))
         .with(Coefficient::FilmScale, rng.random_range(0.01..0.3))
+        .with(Coefficient::RuptureScale, 10f64.powf(rng.random_range(-4.0..1.0)))
 }
 
 /// The sums as they are written, run by run, with the sum of the magnitudes of their terms.
@@ -65,7 +67,10 @@ fn largest_difference(wrong: impl Fn(&mut Balance), seed: &str) -> f64 {
     for _ in 0..400 {
         let inertia = Inertia::ALL[rng.random_range(0..4)];
         let usual = [DrySpeed::Impact, DrySpeed::Reference(rng.random_range(0.5..3.0))];
-        let mut form = Form::new(inertia, usual[rng.random_range(0..2)]);
+        let mut form = Form {
+            viscous: Viscous::NAMED[rng.random_range(0..2)],
+            ..Form::new(inertia, usual[rng.random_range(0..2)])
+        };
         for term in [Term::Bridge, Term::DrySecondOrder, Term::Viscous] {
             if rng.random_range(0.0..1.0) < 0.4 {
                 form = term.toggled(form);
@@ -81,7 +86,7 @@ fn largest_difference(wrong: impl Fn(&mut Balance), seed: &str) -> f64 {
             let simulated = kept_energy(&setting, form, &parameters, v);
             assert!((balance.kept(&at).0 - simulated).abs() <= 1e-14 * (1.0 + simulated.abs()));
             let count = f64::from(rng.random_range(1..4));
-            nodes.push(at, Term::Bridge.is_held(form), rng.random_range(0.0..1.0), count);
+            nodes.push(at, form.fixed(&setting).is_some(), rng.random_range(0.0..1.0), count);
         }
         let heavy = (rng.random_range(0.0..1.0) < 0.3).then(|| HeavyTails {
             steepness: rng.random_range(100.0..1e4),

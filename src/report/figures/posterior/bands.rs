@@ -4,7 +4,7 @@ use super::super::super::chart::{Layer, Style};
 use super::super::super::Told;
 use super::super::of_particle::series_name;
 use crate::findings::predict::{Band, Law};
-use crate::physics::{DrySpeed, Setting};
+use crate::physics::DrySpeed;
 use crate::runs::Series;
 
 /// Draws a band is made of.
@@ -44,16 +44,9 @@ impl Bands {
     /// The bands of a series, that of single runs first; `x` places a speed on the horizontal axis.
     pub(in super::super) fn layers(&self, told: Told, drawn: SeriesBands, x: impl Fn(f64) -> f64) -> Vec<Layer> {
         let SeriesBands { series, .. } = drawn;
-        let particle = &told.scene.particles[series.particle];
-        let liquid = &told.scene.liquids[series.liquid];
-        let setting = Setting {
-            density: particle.density,
-            diameter: series.diameter,
-            liquid_density: liquid.density,
-            viscosity: liquid.viscosity,
-            film: series.film,
-            surface_tension: liquid.surface_tension,
-        };
+        let setting = told
+            .scene
+            .setting(series.particle, series.liquid, series.diameter, series.film);
         let (slowest, fastest) = (drawn.speeds.0 * (1.0 - BEYOND), drawn.speeds.1 * (1.0 + BEYOND));
         let step = (fastest - slowest) / STEPS as f64;
         let speeds: Vec<f64> = (0..=STEPS).map(|i| slowest + step * i as f64).collect();
