@@ -1,0 +1,228 @@
+//! Tests the viscous loss over the whole film: drawn by a plain sum, found back, told apart from one L for all.
+
+mod common;
+
+use std::f64::consts::PI;
+
+use common::{binomial_z, rows, seed_of, table_of, Place};
+use wetcor::findings;
+use wetcor::findings::balance::{Derived, EnergyBalance};
+use wetcor::findings::compare::Compared;
+use wetcor::findings::posterior::Way;
+use wetcor::findings::Findings;
+use wetcor::model::parameters::Kind;
+use wetcor::physics::rebound::mean_restitution;
+use wetcor::physics::viscous::RUPTURE_SCALE;
+use wetcor::physics::{Coefficient, Viscous};
+use wetcor::runs::{arrange, NewRun};
+
+/// Two particles of three diameters, whose roughness differs.
+fn scene(fitted: &str, truth: &str, noise: f64) -> Place {
+    Place::new(&format!(
+        r#"
+title = "lubrication over the whole film"
+[data]
+runs = "runs.csv"
+[particles.PTFE]
+density_kg_m3 = 2150
+roughness_um = 5
+[particles.PE]
+density_kg_m3 = 940
+roughness_um = 12
+[liquids.AK10]
+density_kg_m3 = 930
+viscosity_mPa_s = 9.3
+[model]
+viscous = "{fitted}"
+[sampler]
+chains = 2
+warmup = 400
+draws = 800
+[truth]
+dry_k = {{ PTFE = 0.183, PE = 0.12 }}
+viscous = "{truth}"
+rupture_scale = 0.9
+lubrication_log = 4.0
+inertial_prefactor = 0.5
+sigma_dry = {noise}
+sigma_wet = {noise}
+[design]
+diameter_mm = {{ PTFE = [3, 6], PE = [5] }}
+liquids = ["AK10"]
+film_ratio = {{ PTFE = [0.03, 0.06, 0.12], PE = [0.05, 0.10] }}
+impact_speed_m_s = [0.8, 1.0, 1.3, 1.7, 2.2]
+dry_impact_speed_m_s = [0.5, 0.8, 1.2, 1.6, 2.0]
+repeats = 2
+"#
+    ))
+}
+
+fn roughness(particle: &str) -> f64 {
+    if particle == "PTFE" {
+        5e-6
+    } else {
+        12e-6
+    }
+}
+
+/// ½ (ln(δ/ε) + ln(δr/ε)), δr = λ V_b^(1/3), V_b = π δ² (D/2 − δ/3), as it is written (eq. visc0).
+fn lubrication_log(particle: &str, diameter: f64, film: f64, scale: f64) -> f64 {
+    let volume = PI * film * film * (diameter / 2.0 - film / 3.0);
+    let rupture = scale * volume.powf(1.0 / 3.0);
+    0.5 * ((film / roughness(particle)).ln() + (rupture / roughness(particle)).ln())
+}
+
+#[test]
+fn runs_are_drawn_by_the_plain_sum() {
+    let place = scene("film", "film", 0.0);
+    let mut wet = 0;
+    for run in rows(&place.scene, 1) {
+        let NewRun {
+            particle,
+            diameter,
+            impact_speed,
+            restitution,
+            ..
+        } = run;
+        let (density, k) = if particle == "PTFE" {
+            (2150.0, 0.183)
+        } else {
+            (940.0, 0.12)
+        };
+        let Some((film, ratio)) = run.film else { continue };
+        wet += 1;
+        let e_dry = 1.0 - k * 2f64.powf(0.2);
+        let inertial = 0.5 * 930.0 / density * ratio * (3.0 - 6.0 * ratio + 4.0 * ratio * ratio);
+        let l = lubrication_log(particle, diameter, film, 0.9);
+        let stokes = density * diameter * impact_speed / (9.0 * 9.3e-3);
+        let kept = e_dry * e_dry - inertial - 4.0 * l / stokes;
+        assert!((restitution - mean_restitution(kept)).abs() < 1e-12, "{run:?} {kept}");
+    }
+    assert_eq!(wet, 80);
+}
+
+fn fit(place: &Place, seed: u64) -> Findings {
+    let runs = arrange(&place.scene, &rows(&place.scene, seed));
+    findings::find(&place.scene, &table_of(runs), seed, false)
+}
+
+fn balance(findings: &Findings) -> &EnergyBalance {
+    findings.energy_balance.as_ref().expect("dry and wet runs")
+}
+
+/// With next to no noise every number is the truth's; St_c belongs to a film and a diameter, and there is no δc.
+#[test]
+fn least_squares_find_the_truth_back() {
+    let findings = fit(&scene("film", "film", 1e-9), 1);
+    let balance = balance(&findings);
+    let estimate = |coefficient| balance.estimate(Kind::Shared(coefficient));
+    let scale = estimate(Coefficient::RuptureScale).and_then(|estimate| estimate.value);
+    assert!((scale.expect("a value") / 0.9 - 1.0).abs() < 1e-6, "{scale:?}");
+    assert_eq!(estimate(Coefficient::LubricationLog), None);
+    let places: Vec<(&str, f64, Option<f64>)> = balance.derived.iter().map(place_of).collect();
+    assert_eq!(places.len(), 3 * 2 + 2, "{places:?}");
+    for row in &balance.derived {
+        let diameter = row.diameter_m.expect("one for each diameter");
+        let l = lubrication_log(&row.particle, diameter, row.film_ratio * diameter, 0.9);
+        let e_inf = row.e_inf.value.expect("a value");
+        let st_c = row.st_c.value.expect("a value");
+        assert!((st_c / (2.0 * l / (e_inf * e_inf)) - 1.0).abs() < 1e-7, "{row:?}");
+    }
+    let [small, large] = [&balance.derived[0], &balance.derived[1]].map(|row| row.st_c.value.expect("a value"));
+    assert!(large > small + 1.0, "{small} {large}");
+    let why = balance.delta_c_over_roughness.why_none.as_deref();
+    assert_eq!(why, Viscous::Film.why_no_critical_separation());
+    assert!(findings
+        .energy
+        .iter()
+        .all(|row| row.delta_c_m.value.is_none() && row.delta_c_m.why_none.as_deref() == why));
+    assert!(findings.notices.iter().any(|notice| notice.code == "viscous_form"));
+}
+
+fn place_of(row: &Derived) -> (&str, f64, Option<f64>) {
+    (&row.particle, row.film_ratio, row.diameter_m)
+}
+
+/// How many intervals of λ cover the truth; `shrink` narrows their logarithms about the middle: the planted fault.
+fn coverage(sets: u64, shrink: f64) -> usize {
+    let place = scene("film", "film", 0.02);
+    let covers = |set: u64| {
+        let findings = fit(
+            &place,
+            seed_of("the_intervals_of_the_rupture_scale_cover").wrapping_add(set),
+        );
+        let scale = balance(&findings).estimate(Kind::Shared(Coefficient::RuptureScale));
+        let [lo, hi] = scale.and_then(|scale| scale.interval).expect("the fit converged");
+        let (middle, half) = ((lo * hi).ln() / 2.0, shrink * (hi / lo).ln() / 2.0);
+        (0.9f64.ln() - middle).abs() <= half
+    };
+    (0..sets).filter(|set| covers(*set)).count()
+}
+
+#[test]
+fn the_intervals_of_the_rupture_scale_cover() {
+    const SETS: u64 = 400;
+    let z = binomial_z(coverage(SETS, 1.0), SETS as usize, 0.95);
+    assert!(z.abs() < 4.0, "z = {z:.1}");
+    let z = binomial_z(coverage(SETS, 0.6), SETS as usize, 0.95);
+    assert!(z < -8.0, "z = {z:.1}");
+}
+
+/// The scene's own form and its posterior, and how the forms compare.
+fn compared(place: &Place, seed: u64) -> Vec<Compared> {
+    let table = table_of(arrange(&place.scene, &rows(&place.scene, seed)));
+    let mut findings = findings::find(&place.scene, &table, seed, false);
+    let posterior = findings
+        .add_posterior(&place.scene, &table.runs, Way::default(), &|_, _| ())
+        .expect("priors with room")
+        .expect("runs that tell");
+    let sampled = &posterior.findings.parameters;
+    let both = [RUPTURE_SCALE.name, "lubrication_log"];
+    let own = sampled
+        .iter()
+        .filter(|parameter| both.contains(&parameter.name.as_str()));
+    // they are one constant: never sampled together
+    assert_eq!(own.count(), 1, "{sampled:?}");
+    let found = findings
+        .add_comparison(&place.scene, &table.runs, &posterior, &|_, _| ())
+        .expect("priors with room");
+    found.models
+}
+
+/// Each form predicts its own runs better, whichever the scene asks for.
+#[test]
+fn leave_one_out_tells_the_forms_apart() {
+    for (fitted, truth) in [("film", "film"), ("constant", "film"), ("film", "constant")] {
+        let models = compared(
+            &scene(fitted, truth, 0.01),
+            seed_of("leave_one_out_tells_the_forms_apart"),
+        );
+        let of = |name: &str| models.iter().find(|row| row.model == name).expect("compared");
+        let (film, constant) = (of("stepwise/2+film"), of("stepwise/2"));
+        assert_eq!((film.own, constant.own), (fitted == "film", fitted == "constant"));
+        let (right, wrong) = if truth == "film" {
+            (film, constant)
+        } else {
+            (constant, film)
+        };
+        let gain = right.elpd_loo - wrong.elpd_loo;
+        assert!(gain > 20.0, "{fitted} {truth}: {gain}");
+    }
+}
+
+/// What the scene names is obeyed, what it does not know is refused by its words.
+#[test]
+fn a_form_nobody_knows_is_refused() {
+    let place = scene("film", "constant", 0.01);
+    assert_eq!(place.scene.model.form().viscous, Viscous::Film);
+    assert_eq!(
+        place.scene.truth.as_ref().map(|truth| truth.viscous),
+        Some(Viscous::Constant)
+    );
+    let path = place.path("other.toml");
+    let text = std::fs::read_to_string(place.path("scene.toml")).expect("written");
+    std::fs::write(&path, text.replacen("viscous = \"film\"", "viscous = \"thin\"", 1)).expect("writable");
+    let error = wetcor::scene::read(&path).expect_err("no such form").to_string();
+    assert!(error.contains("[model] viscous: found `\"thin\"`"), "{error}");
+    assert!(error.contains("expected \"constant\" or \"film\""), "{error}");
+}
