@@ -11,7 +11,7 @@ use std::sync::OnceLock;
 use std::time::Instant;
 
 use wetcor::findings;
-use wetcor::findings::posterior::Way;
+use wetcor::findings::posterior::MethodChoice;
 use wetcor::model::simulate::Simulation;
 use wetcor::report::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Style};
 use wetcor::runs::{self, Existing, RunWriter, Table};
@@ -194,17 +194,17 @@ fn timed<T>(work: impl FnOnce() -> T) -> (f64, T) {
 
 /// Seconds of least squares, of the bootstrap and of the posterior.
 fn stages(scene: &Scene, table: &Table, with_posterior: bool) -> [f64; 3] {
-    let (least_squares, mut found) = timed(|| findings::find(scene, table, 1, false));
+    let (least_squares, mut found) = timed(|| findings::fit_least_squares(scene, table, 1, false));
     let first = OnceLock::new();
     let (_, ended) = (
-        findings::find_watched(scene, table, 1, true, &|_| {
+        findings::fit_least_squares_watched(scene, table, 1, true, &|_| {
             first.get_or_init(Instant::now);
         }),
         Instant::now(),
     );
     let bootstrap = first.get().map_or(0.0, |first| (ended - *first).as_secs_f64());
     let posterior = if with_posterior {
-        let sample = || found.add_posterior(scene, &table.runs, Way::Nodes, &|_, _| ());
+        let sample = || found.add_posterior(scene, &table.runs, MethodChoice::Nodes, &|_, _| ());
         let (seconds, sampled) = timed(sample);
         sampled.expect("priors with room");
         seconds

@@ -55,7 +55,7 @@ fn series_fit(bencher: Bencher) {
 fn least_squares_stage(bencher: Bencher) {
     let (scene, _folder) = simulated(2_000);
     let table = runs::read(&scene).expect("simulated runs are good");
-    bencher.bench(|| findings::find(black_box(&scene), black_box(&table), 1, false));
+    bencher.bench(|| findings::fit_least_squares(black_box(&scene), black_box(&table), 1, false));
 }
 
 /// A million runs from CSV.

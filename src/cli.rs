@@ -28,7 +28,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use wetcor::error::Error;
-use wetcor::findings::posterior::Way;
+use wetcor::findings::posterior::MethodChoice;
 use wetcor::interruption;
 use wetcor::runs::Existing;
 
@@ -61,17 +61,17 @@ pub fn run() -> ExitCode {
             exact_rows,
             accuracy,
         } => {
-            let way = match accuracy {
-                Some(accuracy) => Way::Accuracy(accuracy),
-                None if exact_rows => Way::Rows,
-                None => Way::Nodes,
+            let method = match accuracy {
+                Some(accuracy) => MethodChoice::Accuracy(accuracy),
+                None if exact_rows => MethodChoice::Rows,
+                None => MethodChoice::Nodes,
             };
             fit::fit(fit::FitOptions {
                 scene_file: &scene,
                 out,
                 seed,
                 stages: &stages,
-                way,
+                method,
                 quiet,
             })
         }

@@ -310,7 +310,7 @@ fn every_scheme_spreads_as_the_delta_method_says() {
             "{scene}\n[bootstrap]\nscheme = \"{scheme}\"\nreplicates = 4000\n"
         ));
         let table = place.draw(3, None);
-        let found: Findings = findings::find(&place.scene, &table, 1, true);
+        let found: Findings = findings::fit_least_squares(&place.scene, &table, 1, true);
         let slowest = &found.series[0].threshold_speed_m_s;
         let levels: Vec<f64> = slowest.intervals.iter().map(|made| made.level).collect();
         assert_eq!(levels, [0.9, 0.95], "nothing stands beside these");

@@ -179,7 +179,7 @@ fn changed(scene: &Scene, table: &Table, change: impl Fn(&mut Scene, &mut Runs))
     };
     change(&mut scene, &mut table.runs);
     table.runs.compute_impacts(&scene);
-    findings::find(&scene, &table, 1, false)
+    findings::fit_least_squares(&scene, &table, 1, false)
 }
 
 fn values(findings: &Findings) -> Vec<f64> {
@@ -231,7 +231,7 @@ fn elasticities_are_those_of_whole_fits() {
     for text in [all_given(), stepwise] {
         let place = Place::new(&text.replace("sigma_dry = 0.009", "sigma_dry = 0.0001"));
         let table = place.draw(seed, None);
-        let findings = findings::find(&place.scene, &table, 1, false);
+        let findings = findings::fit_least_squares(&place.scene, &table, 1, false);
         assert!(findings.constants.len() >= 7, "{:?}", findings.constants);
         for (constant, change) in CHANGES {
             let by_fits = by_whole_fits(&place.scene, &table, change);
@@ -249,7 +249,7 @@ fn elasticities_are_those_of_whole_fits() {
 fn a_part_of_many_runs_says_what_all_do() {
     let place = Place::new(&all_given());
     let table = place.draw(seed_of("a_part_of_many_runs_says_what_all_do"), Some(40_000));
-    let findings = findings::find(&place.scene, &table, 1, false);
+    let findings = findings::fit_least_squares(&place.scene, &table, 1, false);
     assert!(findings.counts.used > 3 * MOST_REBOUNDS);
     for (constant, change) in CHANGES {
         let by_fits = by_whole_fits(&place.scene, &table, change);
@@ -265,7 +265,7 @@ fn worst_of_draws(told: impl Fn(&Sensitivity) -> f64) -> f64 {
     let seed = seed_of("worst_of_draws");
     let place = Place::new(&all_given());
     let table = place.draw(seed, None);
-    let findings = findings::find(&place.scene, &table, 1, false);
+    let findings = findings::fit_least_squares(&place.scene, &table, 1, false);
     let film_sd = place.scene.data.film_sd.expect("given");
     let rows: Vec<Vec<f64>> = (0..DRAWS)
         .map(|draw| {
@@ -392,8 +392,8 @@ fn the_report_has_a_second_figure_where_one_is_given() {
         let place = Place::new(text);
         let table = place.draw(seed, None);
         let (scene, runs) = (&place.scene, &table.runs);
-        let findings = &findings::find(scene, &table, 1, false);
-        let overview = &overview::find(scene, &table, findings);
+        let findings = &findings::fit_least_squares(scene, &table, 1, false);
+        let overview = &overview::summarise_runs(scene, &table, findings);
         let told = Told {
             scene,
             runs,

@@ -3,8 +3,8 @@
 mod common;
 
 use common::Place;
+use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::posterior::Posterior;
-use wetcor::findings::posterior::Way;
 use wetcor::findings::verdicts::quotable;
 use wetcor::findings::{self, Findings};
 
@@ -67,9 +67,9 @@ fn sample_scene(scene: &str, rows: &str) -> (Findings, Option<Posterior>) {
     let csv = format!("particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution\n{rows}");
     std::fs::write(&place.scene.data.runs, csv).expect("the folder is writable");
     let table = place.read();
-    let mut findings = findings::find(&place.scene, &table, 1, false);
+    let mut findings = findings::fit_least_squares(&place.scene, &table, 1, false);
     let posterior = findings
-        .add_posterior(&place.scene, &table.runs, Way::Nodes, &|_, _| {})
+        .add_posterior(&place.scene, &table.runs, MethodChoice::Nodes, &|_, _| {})
         .unwrap_or_else(|error| panic!("{error}"));
     assert_honest(&findings);
     (findings, posterior)

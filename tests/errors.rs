@@ -358,7 +358,7 @@ fn with_errors(place: &Place, test: &str) -> Findings {
         out.push_str(&format!("{},{sds}\n", cells.join(",")));
     }
     std::fs::write(path, out).expect("writable");
-    findings::find(&place.scene, &place.read(), 1, true)
+    findings::fit_least_squares(&place.scene, &place.read(), 1, true)
 }
 
 #[test]

@@ -3,8 +3,8 @@
 mod common;
 
 use common::{seed_of, Place};
-use wetcor::findings::identify::{directions, Determined, Directions, Unseen};
-use wetcor::findings::posterior::Way;
+use wetcor::findings::identify::{identify_directions, Directions, IdentifiableCombination, Unidentified};
+use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::{self, Findings};
 use wetcor::physics::inertia::Inertia;
 use wetcor::physics::rebound::mean_restitution;
@@ -75,7 +75,7 @@ repeats = 20
     fn draw(&self, test: &str) -> (Place, Table, Findings) {
         let place = self.place();
         let table = place.draw(seed_of(test), None);
-        let findings = findings::find(&place.scene, &table, 1, false);
+        let findings = findings::fit_least_squares(&place.scene, &table, 1, false);
         (place, table, findings)
     }
 
@@ -102,12 +102,12 @@ repeats = 20
 }
 
 /// The only group of unseen directions.
-fn only(seen: &Directions) -> &Unseen {
+fn only(seen: &Directions) -> &Unidentified {
     assert_eq!(seen.unseen.len(), 1, "{seen:?}");
     &seen.unseen[0]
 }
 
-fn assert_true(determined: &Determined, quantity: &str, truth: f64) {
+fn assert_true(determined: &IdentifiableCombination, quantity: &str, truth: f64) {
     assert_eq!(determined.quantity, quantity);
     let z = (determined.value - truth) / determined.se;
     assert!(z.abs() < 4.0, "{z}: {determined:?}, in truth {truth}");
@@ -197,11 +197,11 @@ fn forgotten_dry_runs_would_hide_a_direction() {
     let design = Design { films: "0.12", ..WELL };
     let (place, mut table, findings) = design.draw("one_film_ratio_with_dry_runs_is_enough_for_the_prefactor_alone");
     assert_eq!(
-        directions(&place.scene, &table.runs, findings.least_squares()).map(|seen| seen.unseen),
+        identify_directions(&place.scene, &table.runs, findings.least_squares()).map(|seen| seen.unseen),
         Some(vec![])
     );
     table.runs.dry.clear();
-    let blind = directions(&place.scene, &table.runs, findings.least_squares()).expect("parameters");
+    let blind = identify_directions(&place.scene, &table.runs, findings.least_squares()).expect("parameters");
     assert_eq!(only(&blind).parameters, ["inertial_prefactor", "dry_k[PTFE]"]);
 }
 
@@ -293,7 +293,7 @@ fn a_posterior_that_keeps_its_prior_names_the_partner() {
     let test = "a_posterior_that_keeps_its_prior_names_the_partner";
     let notice = |design: &Design| {
         let (place, table, mut findings) = design.draw(test);
-        let sampled = findings.add_posterior(&place.scene, &table.runs, Way::default(), &|_, _| ());
+        let sampled = findings.add_posterior(&place.scene, &table.runs, MethodChoice::default(), &|_, _| ());
         assert!(sampled.is_ok_and(|posterior| posterior.is_some()));
         findings.notices.into_iter().find(|notice| notice.code == "prior_rules")
     };
@@ -423,7 +423,7 @@ fn two_density_ratios_stand_in_for_dry_runs() {
             .replace("repeats = 20", "repeats = 400"),
     );
     let table = place.draw(seed_of("two_density_ratios_stand_in_for_dry_runs"), None);
-    let seen = findings::find(&place.scene, &table, 1, false)
+    let seen = findings::fit_least_squares(&place.scene, &table, 1, false)
         .identifies
         .expect("parameters");
     let unseen = only(&seen);

@@ -303,8 +303,8 @@ fn a_planted_import_is_found() {
         scene::prior | use crate::findings::{Counts, dry::{self, Dry}}; | prior imports upwards from findings::dry
         units | fn x() -> f64 { crate::physics::viscous::st_c(1.0, 1.0) } | units imports upwards from physics::viscous
         runs::part | use crate::report::numbers as x; fn y() { x::short(1.0); } | upwards from report::numbers
-        findings::judge | fn x(series: &super::series::SeriesFit) {} | judge imports upwards from findings::series
-        findings::judge | use super::{dry::Dry as X}; | circle: findings::dry -> findings::judge -> findings::dry
+        findings::fit_verdict | fn x(series: &super::series::SeriesFit) {} | fit_verdict imports upwards from findings::series
+        findings::fit_verdict | use super::{dry::Dry as X}; | circle: findings::dry -> findings::fit_verdict -> findings::dry
         report::chart::layout | use super::svg; | circle: report::chart -> report::chart::layout -> report::chart";
     for row in planted.lines().skip(1) {
         let columns: Vec<&str> = row.trim().split(" | ").collect();

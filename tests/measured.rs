@@ -129,7 +129,7 @@ fn fitted(scene: &Scene, mut runs: Runs, forgets: Forgets, stream: StreamName) -
         }
     }
     let table = table_of(runs);
-    let least_squares = findings::find(scene, &table, 1, false);
+    let least_squares = findings::fit_least_squares(scene, &table, 1, false);
     let form = scene.model.form();
     let parameters = Parameters::of(scene, &table.runs, form).expect("room");
     let rows = Likelihood::of_rows(scene, &table.runs, form);

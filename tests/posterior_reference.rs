@@ -92,7 +92,7 @@ fn moments_and_quantiles_agree_with_importance_sampling() {
         let form = scene.model.form();
         let parameters = Parameters::of(&scene, &table.runs, form).unwrap_or_else(|e| panic!("{e}"));
         let rows = Likelihood::of_rows(&scene, &table.runs, form);
-        let least_squares = findings::find(&scene, &table, 1, false);
+        let least_squares = findings::fit_least_squares(&scene, &table, 1, false);
         let plan = SamplingPlan {
             effort: EFFORT,
             stream: StreamName::new(
@@ -106,7 +106,7 @@ fn moments_and_quantiles_agree_with_importance_sampling() {
             sample_posterior(parameters, &rows, &start, plan, &|_, _| {}).unwrap_or_else(|e| panic!("{name}: {e}"));
         let told = answers["parameters"].as_object().expect("parameters by name");
         assert_eq!(told.len(), sampled.parameters.sampled.len(), "{name}");
-        let derived = derived::find(&scene, &table.runs, form, &sampled);
+        let derived = derived::derived_draws(&scene, &table.runs, form, &sampled);
         let parameters = sampled.parameters.sampled.iter().zip(&sampled.values);
         let quantities = parameters
             .map(|(parameter, values)| (parameter.name.as_str(), values, &answers["parameters"]))

@@ -10,7 +10,7 @@ use common::{binomial_z, rows, seed_of};
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use tempfile::TempDir;
-use wetcor::findings::predict::{Covered, Draw, Law, Predicted};
+use wetcor::findings::predict::{Covered, Draw, ParticleLaw, Predicted};
 use wetcor::model::likelihood::tails::Tails;
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::physics::{kept_energy, Coefficient, DrySpeed, Form, Inertia, Parameters, Setting};
@@ -36,7 +36,7 @@ fn truth_parameters() -> Parameters {
         .with(Coefficient::FilmScale, 0.069)
 }
 
-fn law(test: &str) -> Law {
+fn law(test: &str) -> ParticleLaw {
     let mut rng = stream(seed_of(test), "draws", 0);
     let mut near = |value: f64, relative_sd: f64| {
         let z: f64 = StandardNormal.sample(&mut rng);
@@ -51,7 +51,7 @@ fn law(test: &str) -> Law {
         sigma_energy: 0.0,
         nu: None,
     });
-    Law {
+    ParticleLaw {
         form: Form::new(Inertia::Saturating, DrySpeed::Impact),
         smallest_restitution: 0.05,
         covered: None,
@@ -60,7 +60,7 @@ fn law(test: &str) -> Law {
 }
 
 /// How many standard errors the predictions lie from the shares of sampled runs: the worst of sticking and four points.
-fn worst_z(law: &Law, predicted: &Predicted, test: &str) -> f64 {
+fn worst_z(law: &ParticleLaw, predicted: &Predicted, test: &str) -> f64 {
     const RUNS: usize = 200_000;
     let v = predicted.impact_speed_m_s;
     let mut rng = stream(seed_of(test), "runs", 0);
@@ -105,7 +105,7 @@ fn points(row: &Predicted) -> [(f64, f64); 4] {
 }
 
 /// Speeds from never to always stuck, those between with about these probabilities of sticking.
-fn speeds(law: &Law) -> Vec<f64> {
+fn speeds(law: &ParticleLaw) -> Vec<f64> {
     let sticking_at = |p: f64| {
         let (mut slow, mut fast) = (1.0, 3.0);
         for _ in 0..40 {
@@ -613,7 +613,7 @@ fn a_single_run_scatters_with_the_energy_kept() {
 }
 
 fn scatters(sigma_wet: f64, sigma_energy: f64, nu: Option<f64>) {
-    let law = Law {
+    let law = ParticleLaw {
         form: Form::new(Inertia::Saturating, DrySpeed::Reference(2.0)),
         smallest_restitution: 0.05,
         covered: None,

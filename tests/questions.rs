@@ -5,7 +5,7 @@ mod common;
 use common::{binomial_z, seed_of, Place};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
-use wetcor::findings::posterior::{self, Asked, Posterior, Way};
+use wetcor::findings::posterior::{self, MethodChoice, Posterior, SamplingSetup};
 use wetcor::findings::questions::{self, is_lubrication_constant, is_prefactor_constant, Answer, Context, Question};
 use wetcor::findings::{self, overview, Findings};
 use wetcor::physics::inertia::Inertia;
@@ -121,12 +121,12 @@ impl Fitted {
             notices: vec![],
             sha256: String::new(),
         };
-        let least_squares = findings::find(&place.scene, &table, 1, false);
-        let asked = Asked {
+        let least_squares = findings::fit_least_squares(&place.scene, &table, 1, false);
+        let asked = SamplingSetup {
             form: least_squares.form,
-            way: Way::Nodes,
+            method: MethodChoice::Nodes,
         };
-        let own = posterior::find(
+        let own = posterior::fit_posterior(
             &place.scene,
             &table.runs,
             least_squares.least_squares(),
@@ -164,7 +164,7 @@ impl Fitted {
         let told = Told {
             scene,
             runs: &table.runs,
-            overview: &overview::find(scene, table, findings),
+            overview: &overview::summarise_runs(scene, table, findings),
             findings,
             posterior: Some(&self.own),
         };
@@ -215,7 +215,7 @@ fn where_both_are_constant_one_value_serves_and_the_intervals_cover() {
         .collect();
     for of in 0..2 {
         let of = || asked.iter().map(move |both| &both[of]);
-        assert!(count(of(), Answer::OneServes) >= SETS - 1, "{:#?}", texts(of()));
+        assert!(count(of(), Answer::Constant) >= SETS - 1, "{:#?}", texts(of()));
         let covered = of().filter(|question| covers(question, 0.0)).count();
         assert!(binomial_z(covered, SETS, 0.95).abs() < 4.0, "{covered} of {SETS}");
     }
@@ -245,7 +245,7 @@ fn an_l_that_rises_with_the_film_is_found() {
     .collect();
     // without its trend the model can have two modes, which leaves the question open
     assert!(count(&asked, Answer::Rises) >= SETS - 1, "{:#?}", texts(&asked));
-    assert_eq!(count(&asked, Answer::Falls) + count(&asked, Answer::OneServes), 0);
+    assert_eq!(count(&asked, Answer::Falls) + count(&asked, Answer::Constant), 0);
     let covered = asked.iter().filter(|question| covers(question, 0.8)).count();
     assert!(binomial_z(covered, SETS, 0.95).abs() < 4.0, "{covered} of {SETS}");
     assert!(asked[0].text.starts_with("L rises with the film"), "{}", asked[0].text);
@@ -291,7 +291,7 @@ fn runs_above_the_line_are_left_out_of_the_question() {
     );
     for fitted in &all {
         let right = fitted.lubrication(questions::THIN);
-        assert_eq!(right.answer, Answer::OneServes, "{}", right.text);
+        assert_eq!(right.answer, Answer::Constant, "{}", right.text);
         let planted = fitted.lubrication(1.0);
         assert_eq!(planted.answer, Answer::Rises, "{}", planted.text);
     }

@@ -63,11 +63,11 @@ fn fit_slowly(out: &Path) {
     let scene = scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
     let destination = Destination::prepare(out, Contents::Fit, &scene.title, &[&path, &scene.data.runs]);
     let table = runs::read(&scene).unwrap_or_else(|error| panic!("{error}"));
-    let findings = findings::find(&scene, &table, seed, false);
+    let findings = findings::fit_least_squares(&scene, &table, seed, false);
     let told = Told {
         scene: &scene,
         runs: &table.runs,
-        overview: &overview::find(&scene, &table, &findings),
+        overview: &overview::summarise_runs(&scene, &table, &findings),
         findings: &findings,
         posterior: None,
     };

@@ -204,7 +204,7 @@ fn fitted(scheme: &str, runs: &str) -> Findings {
     ));
     let header = "particle,liquid,diameter_mm,film_um,film_ratio,impact_speed_m_s,restitution";
     std::fs::write(&place.scene.data.runs, format!("{header}\n{runs}")).expect("the folder is writable");
-    findings::find(&place.scene, &place.read(), 1, true)
+    findings::fit_least_squares(&place.scene, &place.read(), 1, true)
 }
 
 /// Rebounds of one series about its square-root law.

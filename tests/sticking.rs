@@ -110,7 +110,7 @@ fn by_posterior(place: &Place, (sticking, noise): (Sticking, NoiseOn), seed: u64
     let mut scene: Scene = place.scene.clone();
     (scene.model.sticking, scene.model.noise) = (sticking, noise);
     let table = runs::read(&scene).expect("good runs");
-    let least_squares = findings::find(&scene, &table, 1, false);
+    let least_squares = findings::fit_least_squares(&scene, &table, 1, false);
     let form = scene.model.form();
     let parameters = Parameters::of(&scene, &table.runs, form).expect("room");
     let rows = Likelihood::of_rows(&scene, &table.runs, form);
@@ -161,7 +161,7 @@ fn tally((share, viscosity): (u32, f64), on: On) -> (f64, Vec<Tally>) {
         std::fs::write(&place.scene.data.runs, table(viscosity, on, seed)).expect("writable");
         let read = place.read();
         stuck += read.runs.stuck();
-        let least_squares = findings::find(&place.scene, &read, 1, false);
+        let least_squares = findings::fit_least_squares(&place.scene, &read, 1, false);
         let found = [
             by_law(&least_squares, "linear"),
             by_law(&least_squares, "sqrt"),

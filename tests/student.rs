@@ -48,7 +48,7 @@ fn posterior(place: &Place, rows: &[NewRun], likelihood: Likelihood, seed: u64) 
     let mut scene = place.scene.clone();
     scene.model.likelihood = likelihood;
     let table = table_of(arrange(&scene, rows));
-    let least_squares = findings::find(&scene, &table, 1, false);
+    let least_squares = findings::fit_least_squares(&scene, &table, 1, false);
     let form = scene.model.form();
     let parameters = Parameters::of(&scene, &table.runs, form).expect("room");
     let plan = SamplingPlan {

@@ -21,11 +21,11 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     };
     let used = table.runs.len() + table.screened.iter().map(|s| s.runs).sum::<usize>();
     assert_eq!(used, table.rows);
-    let findings = findings::find(&place.scene, &table, 1, false);
+    let findings = findings::fit_least_squares(&place.scene, &table, 1, false);
     if let Err(error) = Parameters::of(&place.scene, &table.runs, findings.form) {
         return assert_told(&error, "scene.toml");
     }
-    let overview = overview::find(&place.scene, &table, &findings);
+    let overview = overview::summarise_runs(&place.scene, &table, &findings);
     let json = report::json::text(&overview).expect("any overview can be written");
     // a range is whole or absent, and every number of it is finite
     assert!(!json.contains("[null") && !json.contains("null]"), "{json}");

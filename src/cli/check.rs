@@ -17,10 +17,10 @@ pub(super) fn check(path: &Path, json: bool, quiet: bool) -> Result<u8, Error> {
     let table = runs::read(&scene);
     drop(progress);
     let table = table?;
-    let least_squares = findings::find(&scene, &table, 1, false);
+    let least_squares = findings::fit_least_squares(&scene, &table, 1, false);
     // a prior that leaves a parameter no room would fail the fit
     Parameters::of(&scene, &table.runs, least_squares.form)?;
-    let overview = overview::find(&scene, &table, &least_squares);
+    let overview = overview::summarise_runs(&scene, &table, &least_squares);
     if json {
         print_result(&report::json::text(&overview)?)?;
     } else {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use wetcor::error::{named, Error};
-use wetcor::findings::posterior::{Posterior, Way};
+use wetcor::findings::posterior::{MethodChoice, Posterior};
 use wetcor::findings::{self, overview, verdicts, Findings};
 use wetcor::model::parameters::Parameters;
 use wetcor::report::folder::{Contents, Destination};
@@ -31,7 +31,7 @@ pub(super) struct FitOptions<'a> {
     pub seed: u64,
     /// stages to run; none named: all
     pub stages: &'a [Stage],
-    pub way: Way,
+    pub method: MethodChoice,
     pub quiet: bool,
 }
 
@@ -68,7 +68,7 @@ impl FitOptions<'_> {
         if self.wants(Stage::Posterior) {
             let draws = Draws::of(scene, quiet, "posterior", 1);
             posterior = timing.stage("posterior", true, || {
-                findings.add_posterior(scene, runs, self.way, &|kept, diverging| draws.one(kept, diverging))
+                findings.add_posterior(scene, runs, self.method, &|kept, diverging| draws.one(kept, diverging))
             })?;
             drop(draws);
             if let Some(posterior) = &posterior {
@@ -105,9 +105,9 @@ pub(super) fn fit(fit: FitOptions) -> Result<u8, Error> {
         Parameters::of(&scene, &table.runs, scene.model.form())?;
     }
     let mut findings = timing.fits(scene.bootstrap.replicates, quiet, |done| {
-        findings::find_watched(&scene, &table, fit.seed, fit.wants(Stage::Bootstrap), done)
+        findings::fit_least_squares_watched(&scene, &table, fit.seed, fit.wants(Stage::Bootstrap), done)
     });
-    let overview = overview::find(&scene, &table, &findings);
+    let overview = overview::summarise_runs(&scene, &table, &findings);
     let posterior = fit.sample(&scene, &table.runs, &mut findings, &mut timing)?;
     let sources = Told {
         scene: &scene,

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use wetcor::error::{quoted, Error};
-use wetcor::findings::predict::Liquid;
+use wetcor::findings::predict::LiquidBasis;
 use wetcor::physics::form::Term;
 use wetcor::physics::Setting;
 use wetcor::report::finished::Finished;
@@ -125,7 +125,7 @@ pub fn predict(request: &Predict, quiet: bool) -> Result<u8, Error> {
             reason: "a law of an unknown particle".to_owned(),
         });
     };
-    let Liquid {
+    let LiquidBasis {
         density_kg_m3: liquid_density,
         viscosity_pa_s: viscosity,
         surface_tension_n_m: surface_tension,
@@ -205,10 +205,10 @@ fn can_be_asked(setting: &Setting) -> Result<(), Error> {
 }
 
 /// Density and viscosity of the liquid request for, kg/m³ and Pa s.
-fn liquid(request: &Predict, finished: &Finished) -> Result<Liquid, Error> {
+fn liquid(request: &Predict, finished: &Finished) -> Result<LiquidBasis, Error> {
     let liquids = &finished.basis.liquids;
     match (&request.liquid, request.liquid_density, request.viscosity) {
-        (None, Some(density), Some(viscosity)) => Ok(Liquid {
+        (None, Some(density), Some(viscosity)) => Ok(LiquidBasis {
             name: String::new(),
             density_kg_m3: Dimension::Density.usual_to_si(density),
             viscosity_pa_s: Dimension::Viscosity.usual_to_si(viscosity),

@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::dry::{self, FittedDry};
-use super::estimate::{Estimate, Quoting, Scale};
-use super::judge::{one_against, spread, uncertain, why_stopped, Verdict};
+use super::estimate::{Estimate, IntervalScale, Quoting};
+use super::fit_verdict::{one_against, spread, uncertain, why_stopped, Verdict};
 use super::measurement_errors::{columns, ErrorSummary};
 use super::places::WetPlace;
 use super::quantities::scale_of;
@@ -35,12 +35,12 @@ pub struct EnergyBalance {
     /// rebounds used
     pub runs: usize,
     /// those that particles share, as far as the form has them, and k with what the wet runs say of it
-    pub parameters: Vec<Parameter>,
+    pub parameters: Vec<ParameterEstimate>,
     /// δc/ε = exp(L)
     pub delta_c_over_roughness: Estimate,
     /// e_inf and St_c that follow from the parameters, for each particle and film ratio; and for each diameter where St_c
     /// depends on it
-    pub derived: Vec<Derived>,
+    pub derived: Vec<DerivedEstimate>,
     /// largest distance of a k here from that of the dry runs alone, in combined standard errors
     pub dry_k_shift_in_se: Option<f64>,
     /// spread of the restitutions about the law
@@ -56,12 +56,12 @@ pub struct EnergyBalance {
     pub verdict: Verdict,
     /// what a refit starts from
     #[serde(skip)]
-    pub(super) held: Held,
+    pub(super) refit_start: RefitStart,
 }
 
 /// What a refit of the energy balance keeps of the fit.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Held {
+pub(super) struct RefitStart {
     pub(super) form: Form,
     /// the spread against which the dry runs are weighed
     pub(super) spread: f64,
@@ -72,7 +72,7 @@ pub(super) struct Held {
 impl EnergyBalance {
     /// The form that was fitted.
     pub fn form(&self) -> Form {
-        self.held.form
+        self.refit_start.form
     }
 
     /// The estimate of a parameter; `None` of one that is not in the fit.
@@ -84,7 +84,7 @@ impl EnergyBalance {
 
 /// A parameter of the energy balance.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Parameter {
+pub struct ParameterEstimate {
     /// what it is
     #[serde(skip)]
     pub kind: Kind,
@@ -96,7 +96,7 @@ pub struct Parameter {
 
 /// e_inf and St_c of one particle at one film ratio, as they follow from the energy balance.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Derived {
+pub struct DerivedEstimate {
     /// name of the particle
     pub particle: String,
     /// film ratio
@@ -128,7 +128,7 @@ pub const MISFIT: f64 = 0.001;
 
 /// What the energy balance is fitted to.
 #[derive(Debug, Clone, Copy)]
-pub struct Setup<'a> {
+pub struct BalanceSetup<'a> {
     /// what was held fixed
     pub scene: &'a Scene,
     /// what was measured
@@ -140,7 +140,7 @@ pub struct Setup<'a> {
 }
 
 /// A balance that was fitted, with all that follows from it.
-struct Fitted<'r> {
+struct FittedBalance<'r> {
     problem: JointFit<'r>,
     /// the spread against which the dry runs were weighed
     spread: f64,
@@ -148,7 +148,7 @@ struct Fitted<'r> {
     uncertain: Uncertain,
 }
 
-impl Fitted<'_> {
+impl FittedBalance<'_> {
     fn joint(&self) -> &Joint<'_> {
         &self.problem.joint
     }
@@ -158,7 +158,7 @@ impl Fitted<'_> {
     }
 
     /// Estimate of a function of one parameter, by its place, from its value and slope.
-    fn estimate(&self, place: usize, [value, slope]: [f64; 2], how: Scale, quoting: Quoting) -> Estimate {
+    fn estimate(&self, place: usize, [value, slope]: [f64; 2], how: IntervalScale, quoting: Quoting) -> Estimate {
         if !self.converged() {
             return quoting.none(why_stopped(&self.fit));
         }
@@ -170,9 +170,9 @@ impl Fitted<'_> {
 
 /// Fits the balance of this form, with the form of inertia `open` or not; `None` without wet runs of a particle whose k is
 /// known.
-pub fn find(setup: Setup, scaling: &[FittedScaling], form: Form, open: bool) -> Option<EnergyBalance> {
-    let Setup { scene, runs, dry, .. } = setup;
-    let known = known(runs, dry);
+pub fn fit_balance(setup: BalanceSetup, scaling: &[FittedScaling], form: Form, open: bool) -> Option<EnergyBalance> {
+    let BalanceSetup { scene, runs, dry, .. } = setup;
+    let known = particles_with_known_k(runs, dry);
     if known.is_empty() {
         return None;
     }
@@ -187,7 +187,7 @@ pub fn find(setup: Setup, scaling: &[FittedScaling], form: Form, open: bool) -> 
         fit_weighed(joint, dry, pooled_sd(&separate))
     };
     let (problem, spread_of_runs, fit) = if open { closest(of_form) } else { of_form(form.inertia) };
-    let (problem, fit, error_weights) = match errors(&problem.joint) {
+    let (problem, fit, error_weights) = match error_columns(&problem.joint) {
         Some(errors) => {
             let in_errors = problem_of(problem.joint.clone(), dry, 1.0);
             let (fit, error_weights) = reweight(&errors, fit, |_| in_errors.clone());
@@ -196,7 +196,7 @@ pub fn find(setup: Setup, scaling: &[FittedScaling], form: Form, open: bool) -> 
         }
         None => (problem, fit, None),
     };
-    let fitted = Fitted {
+    let fitted = FittedBalance {
         uncertain: uncertain(&fit),
         spread: if error_weights.is_some() { 1.0 } else { spread_of_runs },
         problem,
@@ -221,21 +221,21 @@ pub fn find(setup: Setup, scaling: &[FittedScaling], form: Form, open: bool) -> 
 
 /// What a fit says.
 fn findings_of(
-    setup: Setup,
-    fitted: &Fitted,
+    setup: BalanceSetup,
+    fitted: &FittedBalance,
     error_weights: Option<&ErrorWeights>,
     lack_of_fit: Option<FTest>,
 ) -> EnergyBalance {
-    let Setup {
+    let BalanceSetup {
         scene, runs, quoting, ..
     } = setup;
     let joint = fitted.joint();
     let point = &fitted.fit.parameters;
-    let parameters: Vec<Parameter> = joint
+    let parameters: Vec<ParameterEstimate> = joint
         .kinds()
         .zip(point)
         .enumerate()
-        .map(|(place, (kind, value))| Parameter {
+        .map(|(place, (kind, value))| ParameterEstimate {
             kind,
             name: kind.name(scene),
             estimate: fitted.estimate(place, [*value, 1.0], scale_of_parameter(kind), quoting),
@@ -262,7 +262,7 @@ fn findings_of(
             }
             None => quoting.none(joint.form.viscous.why_no_critical_separation().unwrap_or(NO_VISCOUS)),
         },
-        verdict: judge(&fitted.fit, l, lack_of_fit.as_ref()),
+        verdict: balance_verdict(&fitted.fit, l, lack_of_fit.as_ref()),
         dry_k_shift_in_se: parameters
             .iter()
             .filter_map(|own| shift_of_k(setup.dry, own))
@@ -275,7 +275,7 @@ fn findings_of(
         measurement_errors: error_weights.map(ErrorSummary::of),
         lack_of_fit,
         stop: fitted.fit.stop.as_str(),
-        held: Held {
+        refit_start: RefitStart {
             form: joint.form,
             spread: fitted.spread,
             point: point.clone(),
@@ -284,25 +284,25 @@ fn findings_of(
 }
 
 /// How a parameter's interval is made.
-fn scale_of_parameter(kind: Kind) -> Scale {
+fn scale_of_parameter(kind: Kind) -> IntervalScale {
     match kind {
         Kind::Shared(coefficient) => scale_of(Quantity::Shared(coefficient)),
-        _ => Scale::Plain,
+        _ => IntervalScale::Plain,
     }
 }
 
 /// Distance of a k from that of its dry runs alone, in combined standard errors; `None` of another parameter.
-fn shift_of_k(dry: &[FittedDry], parameter: &Parameter) -> Option<f64> {
+fn shift_of_k(dry: &[FittedDry], parameter: &ParameterEstimate) -> Option<f64> {
     let Kind::DryK(particle) = parameter.kind else {
         return None;
     };
-    let (k, se) = dry::of(dry, particle)?.usable?;
+    let (k, se) = dry::fit_of_particle(dry, particle)?.usable?;
     let (value, joint_se) = parameter.estimate.pair()?;
     Some((value - k).abs() / se.hypot(joint_se))
 }
 
 /// The particles with wet rebounds and a usable k.
-pub(super) fn known(runs: &Runs, fitted_dry: &[FittedDry]) -> Vec<usize> {
+pub(super) fn particles_with_known_k(runs: &Runs, fitted_dry: &[FittedDry]) -> Vec<usize> {
     let usable = fitted_dry.iter().filter(|fitted| fitted.usable.is_some());
     usable
         .map(|fitted| fitted.particle)
@@ -322,10 +322,10 @@ pub(super) fn rebounds(runs: &Runs, particle: usize) -> bool {
 pub(super) fn problem_of<'r>(joint: Joint<'r>, dry: &[FittedDry], spread: f64) -> JointFit<'r> {
     let roots = joint
         .dry_particles()
-        .filter_map(|particle| dry::of(dry, particle))
+        .filter_map(|particle| dry::fit_of_particle(dry, particle))
         .flat_map(FittedDry::variances)
         .map(|variance| spread / variance.sqrt());
-    let own = |particle: &usize| dry::of(dry, *particle).and_then(|own| own.usable);
+    let own = |particle: &usize| dry::fit_of_particle(dry, *particle).and_then(|own| own.usable);
     JointFit {
         dry_roots: roots.collect(),
         own_k: joint
@@ -339,7 +339,7 @@ pub(super) fn problem_of<'r>(joint: Joint<'r>, dry: &[FittedDry], spread: f64) -
 }
 
 /// What the wet rebounds of a joint fit err by; `None` where no run of the table does.
-pub(super) fn errors(joint: &Joint) -> Option<ErrorColumns> {
+pub(super) fn error_columns(joint: &Joint) -> Option<ErrorColumns> {
     columns(joint.runs, joint.wet_parts().map(|part| part.rebounds.clone()), None)
 }
 
@@ -380,7 +380,7 @@ fn closest<'r>(of_form: impl Fn(Inertia) -> (JointFit<'r>, f64, Fit)) -> (JointF
 }
 
 /// What a joint fit's point says of a place.
-pub(super) struct AtPlace {
+pub(super) struct WetPlaceValues {
     /// ρ̃, mean over the rebounds
     pub density_ratio: f64,
     /// the part of L that no parameter moves
@@ -391,7 +391,7 @@ pub(super) struct AtPlace {
     slopes: [Vec<f64>; 2],
 }
 
-impl AtPlace {
+impl WetPlaceValues {
     /// A quantity there; NaN where it is not defined.
     pub fn value(&self, quantity: Quantity) -> f64 {
         quantity.value(&Place::NONE, &self.wetted).value
@@ -406,7 +406,7 @@ impl AtPlace {
 }
 
 /// `None` where the particle is not in the fit.
-pub(super) fn at_place(scene: &Scene, joint: &Joint, point: &[f64], wet: &WetPlace) -> Option<AtPlace> {
+pub(super) fn at_place(scene: &Scene, joint: &Joint, point: &[f64], wet: &WetPlace) -> Option<WetPlaceValues> {
     let place = joint.place(wet.particle)?;
     let density_ratio = wet.density_ratio(scene);
     let fixed_over_stokes = wet.fixed_over_stokes(scene, joint.form);
@@ -423,7 +423,7 @@ pub(super) fn at_place(scene: &Scene, joint: &Joint, point: &[f64], wet: &WetPla
         of_l[place] = lost.over_stokes;
     }
     let l = (balance.lost.over_stokes + fixed_over_stokes).only_if(has_viscous);
-    Some(AtPlace {
+    Some(WetPlaceValues {
         density_ratio,
         fixed_over_stokes,
         wetted: Wetted::of_balance(Jet::variable(e_inf, 0), Jet::variable(l, 1)),
@@ -432,8 +432,8 @@ pub(super) fn at_place(scene: &Scene, joint: &Joint, point: &[f64], wet: &WetPla
 }
 
 /// e_inf and St_c of a place; `None` where none of its runs rebounded or nothing is left for e_inf.
-fn derive(setup: Setup, (index, place): (usize, &WetPlace), fitted: &Fitted) -> Option<Derived> {
-    let Setup { scene, quoting, .. } = setup;
+fn derive(setup: BalanceSetup, (index, place): (usize, &WetPlace), fitted: &FittedBalance) -> Option<DerivedEstimate> {
+    let BalanceSetup { scene, quoting, .. } = setup;
     if place.rebounds() == 0 {
         return None;
     }
@@ -448,7 +448,7 @@ fn derive(setup: Setup, (index, place): (usize, &WetPlace), fitted: &Fitted) -> 
         value => quoting.of(uncertain, value, &at.slopes(quantity), scale_of(quantity)),
     };
     let [of_e_inf, of_st_c] = [Quantity::EInf, Quantity::StC].map(|quantity| at.slopes(quantity));
-    Some(Derived {
+    Some(DerivedEstimate {
         particle: scene.particles[place.particle].name.clone(),
         film_ratio: place.film_ratio,
         diameter_m: place.diameter,
@@ -483,7 +483,7 @@ fn pooled_sd(separate: &[(Spread, Option<ErrorWeights>)]) -> f64 {
     }
 }
 
-fn judge(fit: &Fit, l: Option<f64>, misfit: Option<&FTest>) -> Verdict {
+fn balance_verdict(fit: &Fit, l: Option<f64>, misfit: Option<&FTest>) -> Verdict {
     if fit.stop != Stop::Converged || fit.covariance.is_none() {
         Verdict::failed(why_stopped(fit))
     } else if l.is_some_and(|l| l <= 0.0) {

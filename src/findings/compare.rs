@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::checks::{self, Check};
 use super::least_squares::LeastSquares;
 use super::notices;
-use super::posterior::{effort, start, Asked, Posterior};
+use super::posterior::{effort, start, Posterior, SamplingSetup};
 use crate::error::Error;
 use crate::inference::diagnostics::loo::{difference, loo, relative_efficiency, Loo};
 use crate::inference::diagnostics::pareto::khat_threshold;
@@ -34,7 +34,7 @@ const FEWEST_DRAWS: usize = 400;
 
 /// One form of the law.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Compared {
+pub struct ComparedModel {
     /// form of inertia and dry speed: `stepwise/2`, `cap/impact`
     pub model: String,
     /// whether it is the scene's own
@@ -63,7 +63,7 @@ pub struct Compared {
 #[derive(Debug)]
 pub struct Comparison {
     /// the forms, best first
-    pub models: Vec<Compared>,
+    pub models: Vec<ComparedModel>,
     /// what must hold
     pub checks: Vec<Check>,
     /// what wants a second look
@@ -73,7 +73,7 @@ pub struct Comparison {
 }
 
 /// The name of a form: `stepwise/2`, and what else it holds or lacks: `cap/impact+bridge-viscous`.
-pub fn name(form: Form) -> String {
+pub fn model_name(form: Form) -> String {
     let mut name = match form.dry_speed {
         DrySpeed::Reference(v) => format!("{}/{v}", form.inertia.name()),
         DrySpeed::Impact => format!("{}/impact", form.inertia.name()),
@@ -95,117 +95,143 @@ pub fn name(form: Form) -> String {
     name
 }
 
-/// The forms that are compared with one: every form of inertia with both dry speeds; and with its own ones the other forms
-/// of a viscous loss that is held.
-fn compared_forms(own: Form) -> Vec<Form> {
-    let reference = match own.dry_speed {
-        DrySpeed::Impact => DrySpeed::Reference(REFERENCE_SPEED),
-        reference => reference,
-    };
-    let of_inertia = |inertia: Inertia| {
-        let of_speed = move |dry_speed: DrySpeed| Form {
-            inertia,
-            dry_speed,
-            ..own
-        };
-        [reference, DrySpeed::Impact].map(of_speed)
-    };
-    let inertial = Inertia::ALL.into_iter().flat_map(of_inertia);
-    let viscous = Viscous::NAMED
-        .into_iter()
-        .filter(|viscous| Term::Viscous.is_held(own) && *viscous != own.viscous)
-        .map(|viscous| Form { viscous, ..own });
-    inertial.chain(viscous).collect()
+/// What the models of a comparison are sampled from.
+#[derive(Clone, Copy)]
+pub struct ComparisonContext<'a> {
+    /// what was held fixed
+    pub scene: &'a Scene,
+    /// the runs that every model is compared on
+    pub runs: &'a Runs,
+    /// where sampling starts
+    pub least_squares: LeastSquares<'a>,
+    /// hears of every draw
+    pub watcher: Watcher<'a>,
 }
 
-/// Samples the other forms on the same runs; the scene's own has been sampled already.
+/// A model with its leave-one-out densities.
+struct EvaluatedModel {
+    row: ComparedModel,
+    loo: Loo,
+}
+
+/// Samples every form of inertia with both dry speeds on the same runs; the scene's own has been sampled already.
 ///
 /// A form under which a prior leaves a parameter no room is not compared, and a notice says so.
-pub fn find(
-    scene: &Scene,
-    runs: &Runs,
-    (least_squares, own): (LeastSquares, &Posterior),
-    watcher: Watcher,
-) -> Comparison {
-    let asked = own.asked;
+pub fn compare_forms(context: ComparisonContext, own: &Posterior) -> Comparison {
+    let runs = context.runs;
     let mut found = Comparison {
         models: vec![],
         checks: vec![],
         notices: vec![],
         own: None,
     };
-    let Some(used) = affordable(runs, own.sampled.draws()) else {
+    let Some(used) = affordable_draws(runs, own.sampled.draws()) else {
         let any_wet = !runs.series.is_empty();
         found.notices.push(notices::compare_left_out(runs.len(), any_wet));
         return found;
     };
-    let mut all: Vec<(Compared, Loo)> = vec![];
-    for form in compared_forms(asked.form) {
-        let form = Asked { form, ..asked };
-        let is_own = form.form == asked.form;
-        let sampled;
-        let draws = if is_own {
-            &own.sampled
-        } else {
-            // own dry speeds bound k by the fastest run: what has room in the scene's form may have none in another
-            let none = |_| Err("a prior of the scene leaves dry_k no room there".to_owned());
-            match sample_form(scene, runs, least_squares, form, watcher).unwrap_or_else(none) {
-                Ok(of_form) => {
-                    sampled = of_form;
-                    &sampled
-                }
-                Err(why) => {
-                    found.notices.push(notices::form_not_compared(&name(form.form), &why));
-                    continue;
-                }
-            }
-        };
-        match leave_out(scene, runs, form, draws, used) {
-            Ok(of_form) => all.push((compared(name(form.form), is_own, draws, &of_form, used), of_form)),
-            Err(why) => found.notices.push(notices::form_not_compared(&name(form.form), &why)),
+    let mut evaluated: Vec<EvaluatedModel> = vec![];
+    for form in alternatives(own.setup.form) {
+        match evaluate_form(context, form, own, used) {
+            Ok(model) => evaluated.push(model),
+            Err(why) => found.notices.push(notices::form_not_compared(&model_name(form), &why)),
         }
     }
-    all.sort_by(|a, b| b.0.elpd_loo.total_cmp(&a.0.elpd_loo));
-    let against_best: Vec<_> = all.iter().map(|(_, of_form)| difference(of_form, &all[0].1)).collect();
-    for ((row, _), against) in all.iter_mut().zip(against_best) {
-        if let Some(against) = against {
-            row.delta = against.value;
-            // the best against itself differs by nothing, surely
-            row.delta_se = against.se;
-        }
+    rank(&mut evaluated);
+    if let Some(EvaluatedModel { row, .. }) = evaluated.iter().find(|model| model.row.own) {
+        found.checks.push(check_weights(row, used));
+        found.notices.extend(better_form(row, &evaluated[0].row));
     }
-    let threshold = khat_threshold(used);
-    if let Some((row, _)) = all.iter().find(|(row, _)| row.own) {
-        let text = if row.khat_high == 0 {
-            "largest shape of the leave-one-out weights".to_owned()
-        } else {
-            format!(
-                "{} runs weigh so much that leaving them out cannot be computed from these draws",
-                row.khat_high
-            )
-        };
-        found.checks.push(Check {
-            // a run without a shape may weigh too much, too, and without any run of a shape none does
-            passed: row.khat_high == 0,
-            ..checks::LOO_KHAT.at(threshold).check(row.khat_max, text)
-        });
-        found.notices.extend(better(row, &all[0].0));
-    }
-    (found.models, found.own) = {
-        let own = all.iter().position(|(row, _)| row.own);
-        let mut loos: Vec<Loo> = vec![];
-        let mut rows = vec![];
-        for (row, of_form) in all {
-            rows.push(row);
-            loos.push(of_form);
+    for EvaluatedModel { row, loo } in evaluated {
+        if row.own {
+            found.own = Some(loo);
         }
-        (rows, own.map(|place| loos.swap_remove(place)))
-    };
+        found.models.push(row);
+    }
     found
 }
 
+/// The forms that a form is compared with, itself among them: every inertia with both dry speeds; and with its own ones
+/// the other forms of a viscous loss that is held.
+fn alternatives(own: Form) -> impl Iterator<Item = Form> {
+    let reference = match own.dry_speed {
+        DrySpeed::Impact => DrySpeed::Reference(REFERENCE_SPEED),
+        reference => reference,
+    };
+    let of_inertia = move |inertia: Inertia| {
+        [reference, DrySpeed::Impact].map(|dry_speed| Form {
+            inertia,
+            dry_speed,
+            ..own
+        })
+    };
+    let of_viscous = Viscous::NAMED
+        .into_iter()
+        .filter(move |viscous| Term::Viscous.is_held(own) && *viscous != own.viscous)
+        .map(move |viscous| Form { viscous, ..own });
+    Inertia::ALL.into_iter().flat_map(of_inertia).chain(of_viscous)
+}
+
+/// Samples a form as the scene's own was, unless it is that, and leaves each run out; `Err` says why that cannot be done.
+fn evaluate_form(
+    context: ComparisonContext,
+    form: Form,
+    own: &Posterior,
+    used: usize,
+) -> Result<EvaluatedModel, String> {
+    let setup = SamplingSetup { form, ..own.setup };
+    let is_own = form == own.setup.form;
+    let sampled;
+    let draws = if is_own {
+        &own.sampled
+    } else {
+        // own dry speeds bound k by the fastest run: what has room in the scene's form may have none in another
+        let none = |_| Err("a prior of the scene leaves dry_k no room there".to_owned());
+        sampled = sample_form(context, setup).unwrap_or_else(none)?;
+        &sampled
+    };
+    let loo = leave_out(context.scene, context.runs, setup, draws, used)?;
+    Ok(EvaluatedModel {
+        row: summarise_model(model_name(form), is_own, draws, &loo, used),
+        loo,
+    })
+}
+
+/// Puts the best first, and says how far each is behind it.
+fn rank(evaluated: &mut [EvaluatedModel]) {
+    evaluated.sort_by(|a, b| b.row.elpd_loo.total_cmp(&a.row.elpd_loo));
+    let against_best: Vec<_> = evaluated
+        .iter()
+        .map(|model| difference(&model.loo, &evaluated[0].loo))
+        .collect();
+    for (model, against) in evaluated.iter_mut().zip(against_best) {
+        if let Some(against) = against {
+            model.row.delta = against.value;
+            // the best against itself differs by nothing, surely
+            model.row.delta_se = against.se;
+        }
+    }
+}
+
+/// Whether the weights of the scene's own form can be trusted.
+fn check_weights(own: &ComparedModel, used: usize) -> Check {
+    let text = if own.khat_high == 0 {
+        "largest shape of the leave-one-out weights".to_owned()
+    } else {
+        format!(
+            "{} runs weigh so much that leaving them out cannot be computed from these draws",
+            own.khat_high
+        )
+    };
+    Check {
+        // a run without a shape may weigh too much, too, and without any run of a shape none does
+        passed: own.khat_high == 0,
+        ..checks::LOO_KHAT.at(khat_threshold(used)).check(own.khat_max, text)
+    }
+}
+
 /// How many of the draws can leave each run out; `None` for too many runs, or without wet ones.
-pub(super) fn affordable(runs: &Runs, draws: usize) -> Option<usize> {
+pub(super) fn affordable_draws(runs: &Runs, draws: usize) -> Option<usize> {
     let used = draws.min(MOST_DENSITIES / runs.len().max(1));
     (used >= FEWEST_DRAWS.min(draws) && !runs.series.is_empty()).then_some(used)
 }
@@ -220,26 +246,24 @@ pub(super) fn is_gain(value: f64, se: Option<f64>) -> bool {
 
 /// The form of inertia that a scene with `inertia = "auto"` is given: the default one, unless another predicts clearly
 /// better and its weights can be trusted. A notice says that intervals ignore the choice.
-pub fn choose(
-    scene: &Scene,
-    runs: &Runs,
-    least_squares: LeastSquares,
-    default: Asked,
-    watcher: Watcher,
-) -> Result<(Asked, Option<Notice>), Error> {
-    let Some(used) = affordable(runs, effort(scene).chains * effort(scene).draws) else {
+pub fn choose_inertia(
+    context: ComparisonContext,
+    default: SamplingSetup,
+) -> Result<(SamplingSetup, Option<Notice>), Error> {
+    let ComparisonContext { scene, runs, .. } = context;
+    let Some(used) = affordable_draws(runs, effort(scene).chains * effort(scene).draws) else {
         return Ok((default, None));
     };
     let mut forms = vec![];
     for inertia in Inertia::ALL {
-        let form = Asked {
+        let form = SamplingSetup {
             form: Form {
                 inertia,
                 ..default.form
             },
             ..default
         };
-        let sampled = sample_form(scene, runs, least_squares, form, watcher)?;
+        let sampled = sample_form(context, form)?;
         if let Ok(of_form) = sampled.and_then(|sampled| leave_out(scene, runs, form, &sampled, used)) {
             forms.push((form, of_form));
         }
@@ -255,63 +279,53 @@ pub fn choose(
     let Some((chosen, gain)) = gains.max_by(|a, b| a.1.value.total_cmp(&b.1.value)) else {
         return Ok((default, None));
     };
-    let names = [chosen, default].map(|asked| asked.form.inertia.name());
+    let names = [chosen, default].map(|setup| setup.form.inertia.name());
     let notice = notices::form_chosen(names[0], names[1], gain.value);
     Ok((chosen, Some(notice)))
 }
 
 /// The scene's own form predicts clearly worse than another.
-fn better(own: &Compared, best: &Compared) -> Option<Notice> {
+fn better_form(own: &ComparedModel, best: &ComparedModel) -> Option<Notice> {
     let gain = -own.delta;
     let in_se = gain / own.delta_se.unwrap_or(f64::NAN);
     is_gain(gain, own.delta_se).then(|| notices::better_form(&best.model, &own.model, gain, in_se))
 }
 
-fn sample_form(
-    scene: &Scene,
-    runs: &Runs,
-    least_squares: LeastSquares,
-    form: Asked,
-    watcher: Watcher,
-) -> Result<Result<Sampled, String>, Error> {
-    let parameters = Parameters::of(scene, runs, form.form)?;
-    let stream = format!("compare {}", name(form.form));
-    Ok(sample_model(
-        scene,
-        runs,
-        least_squares,
-        (form, parameters, &stream),
-        watcher,
-    ))
+fn sample_form(context: ComparisonContext, setup: SamplingSetup) -> Result<Result<Sampled, String>, Error> {
+    let parameters = Parameters::of(context.scene, context.runs, setup.form)?;
+    let stream = format!("compare {}", model_name(setup.form));
+    Ok(sample_model(context, setup, parameters, &stream))
 }
 
 /// Samples these parameters of a form from streams of this name; `Err` says why that cannot be done.
 pub(super) fn sample_model(
-    scene: &Scene,
-    runs: &Runs,
-    least_squares: LeastSquares,
-    (form, parameters, stream): (Asked, Parameters, &str),
-    watcher: Watcher,
+    context: ComparisonContext,
+    setup: SamplingSetup,
+    parameters: Parameters,
+    stream: &str,
 ) -> Result<Sampled, String> {
-    let rows = Likelihood::of_rows(scene, runs, form.form);
+    let ComparisonContext {
+        scene, least_squares, ..
+    } = context;
+    let rows = Likelihood::of_rows(scene, context.runs, setup.form);
     let plan = SamplingPlan {
         effort: effort(scene),
         stream: StreamName::new(least_squares.seed, stream),
-        evaluation: form.way.evaluation(),
+        evaluation: setup.method.evaluation(),
     };
     let start = start(scene, least_squares);
-    sample_posterior(parameters, &rows, &start, plan, watcher).map_err(|why| why.to_string())
+    sample_posterior(parameters, &rows, &start, plan, context.watcher).map_err(|why| why.to_string())
 }
 
 /// PSIS leave-one-out of a sampled form, by so many of its draws; `Err` says which run stands in the way.
 pub(super) fn leave_out(
     scene: &Scene,
     runs: &Runs,
-    form: Asked,
+    setup: SamplingSetup,
     sampled: &Sampled,
     used: usize,
 ) -> Result<Loo, String> {
-    let pointwise = Pointwise::new(scene, runs, form.form);
+    let pointwise = Pointwise::new(scene, runs, setup.form);
     let full = sampled.full_draws();
     let step = full.len().div_ceil(used).max(1);
     let some: Vec<EvaluatedLaw> = full.par_iter().step_by(step).map(|full| pointwise.at(full)).collect();
@@ -338,11 +352,11 @@ fn summary_of(chains: &[Vec<f64>]) -> crate::inference::diagnostics::summary::Su
     summarise(&slices)
 }
 
-/// What is told of a sampled model; its difference to the best is not known here.
-pub(super) fn compared(model: String, own: bool, sampled: &Sampled, found: &Loo, used: usize) -> Compared {
+/// The row of a sampled model; its difference to the best is not known here.
+pub(super) fn summarise_model(model: String, own: bool, sampled: &Sampled, found: &Loo, used: usize) -> ComparedModel {
     let (khat_max, khat_high) = found.worst_khat(khat_threshold(used));
     let rhats = sampled.values.iter().filter_map(|chains| summary_of(chains).rhat);
-    Compared {
+    ComparedModel {
         model,
         own,
         elpd_loo: found.elpd,

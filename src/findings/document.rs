@@ -1,4 +1,4 @@
-//! Holds everything a fit says, as `findings.json` writes it.
+//! Holds all findings of a fit, as `findings.json` writes it.
 
 use serde::Serialize;
 
@@ -21,12 +21,12 @@ use super::series::SeriesFit;
 use super::terms::SizedTerm;
 use crate::notice::Notice;
 use crate::physics::Form;
-use crate::runs::Screened;
+use crate::runs::{Screened, Table};
 
 /// The name and version of the findings file's layout.
 pub const SCHEMA: &str = "wetcor.findings/1";
 
-/// Everything a fit says. Field names are those of `findings.json`.
+/// All findings of a fit. Field names are those of `findings.json`.
 #[derive(Debug, Serialize)]
 pub struct Findings {
     /// always [`SCHEMA`]
@@ -67,14 +67,14 @@ pub struct Findings {
     /// how replicates were made; `None`: a stage that was not run
     pub bootstrap: Option<Resampling>,
     /// the literature beside ours
-    pub published: Vec<published::Compared>,
+    pub published: Vec<published::PublishedComparison>,
     /// what all runs at once say under the priors; `None` if the stage was not run
     pub posterior: Option<PosteriorFindings>,
     /// how well each form of the law predicts runs it has not seen; `None` if the stage was not run
-    pub compare: Option<Vec<compare::Compared>>,
+    pub compare: Option<Vec<compare::ComparedModel>>,
     /// whether L and C are the same at every film ratio; `None` if the stage was not run
     pub questions: Option<Vec<Question>>,
-    /// what the runs see of the parameters; `None` without parameters, or where a sum is not finite
+    /// which parameters the runs identify; `None` without parameters, or where a sum is not finite
     pub identifies: Option<Directions>,
     /// what must hold before the numbers are quoted
     pub verdicts: Vec<Check>,
@@ -96,6 +96,19 @@ pub struct Counts {
     /// runs in use that carry measurement errors; `None` where none does
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measurement_errors: Option<RunsWithErrors>,
+}
+
+impl Counts {
+    pub(super) fn of(table: &Table) -> Counts {
+        let runs = &table.runs;
+        Counts {
+            runs: table.rows,
+            used: runs.len() - runs.stuck(),
+            stuck: runs.stuck(),
+            screened: table.screened.clone(),
+            measurement_errors: RunsWithErrors::of(runs),
+        }
+    }
 }
 
 impl Findings {

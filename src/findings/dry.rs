@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::estimate::{Estimate, Quoting, Scale};
-use super::judge::{one_against, spread, uncertain, why_stopped, Verdict};
+use super::estimate::{Estimate, IntervalScale, Quoting};
+use super::fit_verdict::{one_against, spread, uncertain, why_stopped, Verdict};
 use super::measurement_errors::{columns, ErrorSummary};
 use super::own_dry_speed::OwnDrySpeed;
 use crate::distributions::student_t_quantile;
@@ -63,7 +63,7 @@ pub struct FittedDry {
     pub usable: Option<(f64, f64)>,
     /// weights of its runs, where they carry measurement errors
     pub error_weights: Option<ErrorWeights>,
-    /// what is told
+    /// the estimates
     pub dry: Dry,
 }
 
@@ -77,7 +77,7 @@ impl FittedDry {
 }
 
 /// k of every particle that has dry runs, in the scene's order.
-pub fn find(scene: &Scene, runs: &Runs, quoting: Quoting) -> Vec<FittedDry> {
+pub fn fit_dry_laws(scene: &Scene, runs: &Runs, quoting: Quoting) -> Vec<FittedDry> {
     (0..scene.particles.len())
         .filter_map(|particle| {
             let groups: Vec<&DryGroup> = runs.dry_of(particle).iter().collect();
@@ -87,7 +87,7 @@ pub fn find(scene: &Scene, runs: &Runs, quoting: Quoting) -> Vec<FittedDry> {
 }
 
 /// That of one particle, out of all in the scene's order.
-pub(super) fn of(dry: &[FittedDry], particle: usize) -> Option<&FittedDry> {
+pub(super) fn fit_of_particle(dry: &[FittedDry], particle: usize) -> Option<&FittedDry> {
     let place = dry.binary_search_by_key(&particle, |fitted| fitted.particle).ok()?;
     dry.get(place)
 }
@@ -97,7 +97,7 @@ pub(super) fn own_dry_speed(scene: &Scene, dry: &[FittedDry], particle: usize) -
     if scene.model.dry_speed != DrySpeed::Impact {
         return None;
     }
-    let (dry_k, dry_k_se) = of(dry, particle)?.usable?;
+    let (dry_k, dry_k_se) = fit_of_particle(dry, particle)?.usable?;
     Some(OwnDrySpeed {
         dry_k,
         dry_k_se,
@@ -119,7 +119,7 @@ fn of_particle(scene: &Scene, runs: &Runs, particle: usize, groups: &[&DryGroup]
     let (fit, error_weights) = regression.fit_with_errors(errors_of(groups).as_ref());
     let fastest = speeds.iter().copied().fold(0.0, f64::max);
     let stuck = groups.iter().map(|group| group.stuck.len()).sum();
-    let verdict = judge(&fit, order, fastest, stuck);
+    let verdict = dry_verdict(&fit, order, fastest, stuck);
     let separate: Vec<(f64, (Fit, Option<ErrorWeights>))> = groups
         .iter()
         .map(|group| {
@@ -164,7 +164,7 @@ fn of_particle(scene: &Scene, runs: &Runs, particle: usize, groups: &[&DryGroup]
 
 fn estimate(fit: &Fit, quoting: Quoting) -> Estimate {
     match fit.parameters.first() {
-        Some(k) if fit.stop == Stop::Converged => quoting.of(&uncertain(fit), *k, &[1.0], Scale::Plain),
+        Some(k) if fit.stop == Stop::Converged => quoting.of(&uncertain(fit), *k, &[1.0], IntervalScale::Plain),
         _ => quoting.none(why_stopped(fit)),
     }
 }
@@ -179,7 +179,7 @@ fn cut_off_bias(rebounds: usize, stuck: usize) -> f64 {
     density / (1.0 - share) * (rebounds as f64).sqrt()
 }
 
-fn judge(fit: &Fit, order: Order, fastest: f64, stuck: usize) -> Verdict {
+fn dry_verdict(fit: &Fit, order: Order, fastest: f64, stuck: usize) -> Verdict {
     let k = fit.parameters.first().copied().unwrap_or(f64::NAN);
     if fit.stop != Stop::Converged {
         Verdict::failed(why_stopped(fit))

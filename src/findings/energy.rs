@@ -50,7 +50,13 @@ impl Energy {
 }
 
 /// The energy table, in the order of the scaling table.
-pub fn find(scene: &Scene, runs: &Runs, dry: &[FittedDry], scaling: &[FittedScaling], quoting: Quoting) -> Vec<Energy> {
+pub fn estimate_energy(
+    scene: &Scene,
+    runs: &Runs,
+    dry: &[FittedDry],
+    scaling: &[FittedScaling],
+    quoting: Quoting,
+) -> Vec<Energy> {
     let of_group = |fitted: &FittedScaling| {
         let series = &runs.series[fitted.series.clone()];
         let place = WetPlace::of_series(fitted.particle, fitted.scaling.film_ratio?, series);
@@ -97,7 +103,7 @@ fn energy_of(
 
 /// (e_dry² − e_inf²)/ρ̃ with the uncertainties of k and of the fit, and what they share.
 fn inertial_loss(scene: &Scene, dry: &[FittedDry], fitted: &FittedScaling, at: &Place, quoting: Quoting) -> Estimate {
-    let usable = dry::of(dry, fitted.particle).and_then(|dry| dry.usable);
+    let usable = dry::fit_of_particle(dry, fitted.particle).and_then(|dry| dry.usable);
     let Some((k, k_se)) = usable else {
         return quoting.none("the particle has no usable dry runs, so e_dry is not known");
     };

@@ -11,7 +11,7 @@ pub const SPEED_ERROR: f64 = 0.01;
 const TOO_SMALL: f64 = 3.0;
 
 /// The film ratio whose β of the square-root law the smallest error of v would move, with that error.
-pub fn most_moved(scaling: &[Scaling]) -> Option<(&Scaling, f64)> {
+pub fn most_sensitive_to_speed(scaling: &[Scaling]) -> Option<(&Scaling, f64)> {
     let shares = scaling
         .iter()
         .filter(|row| row.film_ratio.is_some() && row.verdict.passed)
@@ -20,14 +20,14 @@ pub fn most_moved(scaling: &[Scaling]) -> Option<(&Scaling, f64)> {
 }
 
 /// What of the measurement errors wants a second look.
-pub(super) fn notices(scaling: &[Scaling]) -> Vec<Notice> {
+pub(super) fn measurement_error_notices(scaling: &[Scaling]) -> Vec<Notice> {
     let mut found = vec![];
     let below = |row: &&Scaling| {
         let share = row.speed_error_of_a_tenth_se.filter(|_| row.film_ratio.is_some());
         row.verdict.passed && share.is_some_and(|share| share < SPEED_ERROR)
     };
     let count = scaling.iter().filter(below).count();
-    if let Some((row, share)) = most_moved(scaling).filter(|_| count > 0) {
+    if let Some((row, share)) = most_sensitive_to_speed(scaling).filter(|_| count > 0) {
         found.push(notices::speed_error_matters(&SpeedErrors {
             film_ratios: count,
             line: SPEED_ERROR,

@@ -76,18 +76,18 @@ impl Bootstrapped {
 
 /// On which scale an interval is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Scale {
+pub enum IntervalScale {
     /// value ± t · se
     Plain,
     /// the same on the logarithm, for quantities that are an exponential
     Log,
 }
 
-impl Scale {
+impl IntervalScale {
     fn method(self) -> &'static str {
         match self {
-            Scale::Plain => "delta",
-            Scale::Log => "delta_log",
+            IntervalScale::Plain => "delta",
+            IntervalScale::Log => "delta_log",
         }
     }
 }
@@ -107,7 +107,7 @@ impl Quoting {
             se: None,
             interval: None,
             level: self.level,
-            method: Scale::Plain.method(),
+            method: IntervalScale::Plain.method(),
             intervals: vec![],
             bootstrap: None,
             why_none: Some(why.into()),
@@ -115,7 +115,7 @@ impl Quoting {
     }
 
     /// A function of uncertain parameters, from its value and its gradient in them.
-    pub fn of(self, uncertain: &Uncertain, value: f64, gradient: &[f64], scale: Scale) -> Estimate {
+    pub fn of(self, uncertain: &Uncertain, value: f64, gradient: &[f64], scale: IntervalScale) -> Estimate {
         if !value.is_finite() {
             return self.none(NOT_FINITE);
         }
@@ -127,7 +127,7 @@ impl Quoting {
     }
 
     /// A number with a standard error; none where either is beyond what a number can hold, as exp(L) may be.
-    pub fn with_se(self, value: f64, se: f64, degrees_of_freedom: usize, scale: Scale) -> Estimate {
+    pub fn with_se(self, value: f64, se: f64, degrees_of_freedom: usize, scale: IntervalScale) -> Estimate {
         if !value.is_finite() {
             return self.none(NOT_FINITE);
         }
@@ -135,8 +135,8 @@ impl Quoting {
             return self.without_se(Some(value), "its standard error is not finite");
         }
         let make = |level| match scale {
-            Scale::Plain => interval(value, se, degrees_of_freedom, level),
-            Scale::Log => log_interval(value, se, degrees_of_freedom, level),
+            IntervalScale::Plain => interval(value, se, degrees_of_freedom, level),
+            IntervalScale::Log => log_interval(value, se, degrees_of_freedom, level),
         };
         let quoted = make(self.level);
         let mut intervals: Vec<Interval> = LEVELS.into_iter().filter_map(make).collect();

@@ -6,10 +6,10 @@
 //! |---|---|
 //! | `notices.rs` | what wants a second look: codes, sentences, next steps |
 //! | `estimate.rs` | a number with its standard error, its interval, or why there is none |
-//! | `judge.rs` | whether a fit may be quoted |
+//! | `fit_verdict.rs` | whether a fit may be quoted |
 //! | `quantities.rs` | estimates of quantities from a fit, by the delta method |
 //! | `range.rs` | the smallest and the largest of some numbers |
-//! | `shown.rs` | the film ratio shown where one must be chosen |
+//! | `film_ratio.rs` | the film ratio that stands for the others of a particle, and how one is rounded |
 //! | `own_dry_speed.rs` | e_dry at each run's own speed |
 //! | `measurement_errors.rs` | measurement errors of the runs of a fit |
 //! | `dry.rs` | k of each particle, and whether one k serves all diameters |
@@ -27,7 +27,7 @@
 //! | `verdicts.rs` | what must hold before the numbers are quoted |
 //! | `constants/` | how results move with the constants taken as exact |
 //! | `least_squares.rs` | what least squares found, for the stages that start from it |
-//! | `identify/` | what the runs can identify, and what is determined instead |
+//! | `identify/` | which parameters the runs identify, and which combinations are determined instead |
 //! | `predict.rs` | restitution at any speed from the posterior's draws |
 //! | `posterior/` | parameters from all runs at once, with priors |
 //! | `regions.rs` | where e_inf and St_c lie together |
@@ -46,8 +46,9 @@ pub mod dry;
 pub mod energy;
 pub mod error_notices;
 pub mod estimate;
+pub mod film_ratio;
+mod fit_verdict;
 pub mod identify;
-mod judge;
 pub mod least_squares;
 pub mod measurement_errors;
 pub mod noise;
@@ -65,29 +66,38 @@ mod range;
 pub mod regions;
 pub mod scaling;
 pub mod series;
-pub mod shown;
 pub mod terms;
 pub mod verdicts;
 
 use crate::error::Error;
 use crate::inference::nuts::Watcher;
+use crate::notice::Notice;
 use crate::physics::inertia::Inertia;
+use crate::physics::Form;
 use crate::runs::{Runs, Table};
 use crate::scene::{NoiseOn, Scene};
-use compare::Comparison;
+use balance::EnergyBalance;
+use bootstrap::Resampling;
+use checks::Check;
+use compare::{Comparison, ComparisonContext};
+use dry::FittedDry;
+use energy::Energy;
 use estimate::Quoting;
-use posterior::{contraction, Asked, Declined, Posterior, Way};
+use posterior::{contraction, MethodChoice, NoPosterior, Posterior, SamplingSetup};
+use scaling::FittedScaling;
+use series::SeriesFit;
+use terms::SizedTerm;
 
 pub use document::{Counts, Findings, SCHEMA};
-pub use judge::Verdict;
+pub use fit_verdict::Verdict;
 
 /// Fits everything least squares can say of a scene's runs; with `bootstrap`, resamples them as the scene says.
-pub fn find(scene: &Scene, table: &Table, seed: u64, bootstrap: bool) -> Findings {
-    find_watched(scene, table, seed, bootstrap, &|_| ())
+pub fn fit_least_squares(scene: &Scene, table: &Table, seed: u64, bootstrap: bool) -> Findings {
+    fit_least_squares_watched(scene, table, seed, bootstrap, &|_| ())
 }
 
-/// The same; `done` is told 0 before the first replicate, then of replicates as they are finished.
-pub fn find_watched(
+/// The same; `done` is called with 0 before the first replicate, then with the number of replicates finished.
+pub fn fit_least_squares_watched(
     scene: &Scene,
     table: &Table,
     seed: u64,
@@ -95,58 +105,23 @@ pub fn find_watched(
     done: &(dyn Fn(usize) + Sync),
 ) -> Findings {
     let runs = &table.runs;
-    let quoting = Quoting {
-        level: scene.bootstrap.level,
-    };
-    let mut dry = dry::find(scene, runs, quoting);
-    let (mut series, mut scaling) = rayon::join(
-        || series::find(scene, runs, &dry, quoting),
-        || scaling::find(scene, runs, &dry, quoting),
-    );
-    let setup = balance::Setup {
-        scene,
-        runs,
-        dry: &dry,
-        quoting,
-    };
-    let (form, energy_balance, terms) = terms::settle(setup, &scaling);
-    if let Some(balance) = &energy_balance {
-        pooling::add_bias(setup, &mut scaling, balance);
-    }
-    let mut energy = energy::find(scene, runs, &dry, &scaling, quoting);
-    let (constants, of_constants) = constants::find(scene, runs, &dry, &scaling, energy_balance.as_ref());
-    let noise = noise::find(scene, runs, &dry, energy_balance.as_ref(), form);
+    let mut fits = LeastSquaresFits::new(scene, runs);
+    let balance = fits.energy_balance.as_ref();
+    let (constants, constants_notice) = constants::find_sensitivities(scene, runs, &fits.dry, &fits.scaling, balance);
+    let noise = noise::analyse_noise(scene, runs, &fits.dry, balance, fits.form);
     let resampled = bootstrap.then(|| {
         done(0);
-        let estimates = bootstrap::Estimates {
-            dry: &mut dry,
-            series: &mut series,
-            scaling: &mut scaling,
-            energy: &mut energy,
-        };
-        bootstrap::complete(
-            scene,
-            runs,
-            estimates,
-            bootstrap::Options { seed, keep_all: false },
-            done,
-        )
+        fits.add_bootstrap(scene, runs, seed, done)
     });
-    let published = published::find(scene, &dry, &scaling);
-    let mut verdicts = verdicts::find(runs, &dry, &series, &scaling, energy_balance.as_ref());
-    if bootstrap {
-        verdicts.extend(verdicts::of_replicates(&dry, &scaling));
-    }
+    let (resampling, bootstrap_notices) = resampled.unzip();
+    let verdicts = fits.checks(runs, bootstrap);
     let mut notices = table.notices.clone();
-    notices.extend(terms::notices(&terms));
-    notices.extend(verdicts::of_table(table));
-    notices.extend(verdicts::of_fits(scene, &dry, &series, &scaling));
-    notices.extend(verdicts::of_settings(scene, bootstrap));
-    notices.extend(notices::viscous_form(form, runs.wet()));
-    let (resampling, of_resampling) = resampled.unzip();
-    notices.extend(of_resampling.into_iter().flatten());
-    notices.extend(of_constants);
-    notices.extend(noise::notices(scene, noise.as_ref()));
+    notices.extend(fits.notices(scene, table, bootstrap));
+    notices.extend(notices::viscous_form(fits.form, runs.wet()));
+    notices.extend(bootstrap_notices.into_iter().flatten());
+    notices.extend(constants_notice);
+    notices.extend(noise::noise_notices(scene, noise.as_ref()));
+    let published = published::compare_with_published(scene, &fits.dry, &fits.scaling);
     let mut findings = Findings {
         schema: SCHEMA,
         scene: scene.name.clone(),
@@ -155,20 +130,14 @@ pub fn find_watched(
         seed,
         data_sha256: table.sha256.clone(),
         scene_sha256: scene.sha256.clone(),
-        counts: Counts {
-            runs: table.rows,
-            used: runs.len() - runs.stuck(),
-            stuck: runs.stuck(),
-            screened: table.screened.clone(),
-            measurement_errors: measurement_errors::RunsWithErrors::of(runs),
-        },
-        dry: dry.into_iter().map(|fitted| fitted.dry).collect(),
-        series,
-        scaling: scaling.into_iter().map(|fitted| fitted.scaling).collect(),
-        energy_balance,
-        terms,
-        form,
-        energy,
+        counts: Counts::of(table),
+        dry: fits.dry.into_iter().map(|fitted| fitted.dry).collect(),
+        series: fits.series,
+        scaling: fits.scaling.into_iter().map(|fitted| fitted.scaling).collect(),
+        energy_balance: fits.energy_balance,
+        terms: fits.terms,
+        form: fits.form,
+        energy: fits.energy,
         constants,
         noise,
         bootstrap: resampling,
@@ -180,34 +149,121 @@ pub fn find_watched(
         verdicts,
         notices,
     };
-    findings.notices.extend(error_notices::notices(&findings.scaling));
-    findings.identifies = identify::directions(scene, runs, findings.least_squares());
-    findings.notices.extend(identify::notice(findings.identifies.as_ref()));
+    let of_errors = error_notices::measurement_error_notices(&findings.scaling);
+    findings.notices.extend(of_errors);
+    findings.identifies = identify::identify_directions(scene, runs, findings.least_squares());
+    let unidentified = identify::unidentified_notice(findings.identifies.as_ref());
+    findings.notices.extend(unidentified);
     findings
+}
+
+/// Every fit by least squares, with what later stages need of it besides the estimates.
+struct LeastSquaresFits {
+    dry: Vec<FittedDry>,
+    series: Vec<SeriesFit>,
+    scaling: Vec<FittedScaling>,
+    energy: Vec<Energy>,
+    /// the energy balance that is held; its form of inertia may still be open
+    form: Form,
+    energy_balance: Option<EnergyBalance>,
+    terms: Vec<SizedTerm>,
+}
+
+impl LeastSquaresFits {
+    fn new(scene: &Scene, runs: &Runs) -> LeastSquaresFits {
+        let quoting = Quoting {
+            level: scene.bootstrap.level,
+        };
+        let dry = dry::fit_dry_laws(scene, runs, quoting);
+        let (series, mut scaling) = rayon::join(
+            || series::fit_series(scene, runs, &dry, quoting),
+            || scaling::fit_scaling(scene, runs, &dry, quoting),
+        );
+        let setup = balance::BalanceSetup {
+            scene,
+            runs,
+            dry: &dry,
+            quoting,
+        };
+        let (form, energy_balance, terms) = terms::choose_terms(setup, &scaling);
+        if let Some(balance) = &energy_balance {
+            pooling::add_bias(setup, &mut scaling, balance);
+        }
+        let energy = energy::estimate_energy(scene, runs, &dry, &scaling, quoting);
+        LeastSquaresFits {
+            dry,
+            series,
+            scaling,
+            energy,
+            form,
+            energy_balance,
+            terms,
+        }
+    }
+
+    /// Gives the estimates their bootstrap intervals.
+    fn add_bootstrap(
+        &mut self,
+        scene: &Scene,
+        runs: &Runs,
+        seed: u64,
+        done: &(dyn Fn(usize) + Sync),
+    ) -> (Resampling, Vec<Notice>) {
+        let estimates = bootstrap::Estimates {
+            dry: &mut self.dry,
+            series: &mut self.series,
+            scaling: &mut self.scaling,
+            energy: &mut self.energy,
+        };
+        let options = bootstrap::Options { seed, keep_all: false };
+        bootstrap::add_bootstrap_intervals(scene, runs, estimates, options, done)
+    }
+
+    /// What must hold of the fits, and with `bootstrap` of their replicates.
+    fn checks(&self, runs: &Runs, bootstrap: bool) -> Vec<Check> {
+        let balance = self.energy_balance.as_ref();
+        let mut checks = verdicts::check_least_squares(runs, &self.dry, &self.series, &self.scaling, balance);
+        if bootstrap {
+            checks.extend(verdicts::check_replicates(&self.dry, &self.scaling));
+        }
+        checks
+    }
+
+    /// What of the terms, the runs, the fits and the settings wants a second look.
+    fn notices(&self, scene: &Scene, table: &Table, bootstrap: bool) -> Vec<Notice> {
+        let mut notices = terms::term_notices(&self.terms);
+        notices.extend(verdicts::screened_notice(table));
+        notices.extend(verdicts::fit_notices(scene, &self.dry, &self.series, &self.scaling));
+        notices.extend(verdicts::unused_settings_notice(scene, bootstrap));
+        notices
+    }
 }
 
 impl Findings {
     /// Samples the posterior from these least-squares findings, and adds what it says; `None` where the runs are such
-    /// that nothing was sampled, which a failed check then tells.
+    /// that nothing was sampled, which a failed check then says.
     ///
     /// Fails where a prior leaves a parameter no room.
     pub fn add_posterior(
         &mut self,
         scene: &Scene,
         runs: &Runs,
-        way: Way,
+        method: MethodChoice,
         watcher: Watcher,
     ) -> Result<Option<Posterior>, Error> {
-        let mut asked = Asked { form: self.form, way };
+        let mut setup = SamplingSetup {
+            form: self.form,
+            method,
+        };
         if scene.model.inertia_is_open() && self.form.inertia != Inertia::None {
-            let (chosen, notice) = compare::choose(scene, runs, self.least_squares(), asked, watcher)?;
-            asked = chosen;
+            let (chosen, notice) = compare::choose_inertia(self.comparison_context(scene, runs, watcher), setup)?;
+            setup = chosen;
             self.notices.extend(notice);
         }
-        match posterior::find(scene, runs, self.least_squares(), asked, watcher)? {
+        match posterior::fit_posterior(scene, runs, self.least_squares(), setup, watcher)? {
             Ok(posterior) => {
                 // the posterior's own check of k against the dry runs takes the place of least squares'
-                let replaced = |check: &checks::Check| posterior.checks.iter().any(|new| new.check == check.check);
+                let replaced = |check: &Check| posterior.checks.iter().any(|new| new.check == check.check);
                 self.verdicts.retain(|check| !replaced(check));
                 if scene.model.noise == NoiseOn::Both {
                     // least squares knows neither this noise nor the runs that stuck: the posterior's parameters are quoted
@@ -218,11 +274,11 @@ impl Findings {
                 self.verdicts.extend(posterior.checks.iter().cloned());
                 let directions = self.identifies.as_ref();
                 self.notices
-                    .extend(contraction::notices(&posterior.findings, directions));
+                    .extend(contraction::contraction_notices(&posterior.findings, directions));
                 self.posterior = Some(posterior.findings.clone());
                 Ok(Some(posterior))
             }
-            Err(Declined(check)) => {
+            Err(NoPosterior(check)) => {
                 self.verdicts.push(check);
                 Ok(None)
             }
@@ -239,7 +295,7 @@ impl Findings {
         posterior: &Posterior,
         watcher: Watcher,
     ) -> Result<Comparison, Error> {
-        let found = compare::find(scene, runs, (self.least_squares(), posterior), watcher);
+        let found = compare::compare_forms(self.comparison_context(scene, runs, watcher), posterior);
         self.verdicts.extend(found.checks.iter().cloned());
         self.notices.extend(found.notices.iter().cloned());
         self.compare = (!found.models.is_empty()).then(|| found.models.clone());
@@ -251,9 +307,23 @@ impl Findings {
             own_loo: found.own.as_ref(),
             watcher,
         };
-        let (questions, notices) = questions::find(context)?;
+        let (questions, notices) = questions::answer_questions(context)?;
         self.notices.extend(notices);
         self.questions = Some(questions);
         Ok(found)
+    }
+
+    fn comparison_context<'a>(
+        &'a self,
+        scene: &'a Scene,
+        runs: &'a Runs,
+        watcher: Watcher<'a>,
+    ) -> ComparisonContext<'a> {
+        ComparisonContext {
+            scene,
+            runs,
+            least_squares: self.least_squares(),
+            watcher,
+        }
     }
 }

@@ -294,7 +294,7 @@ pub(super) fn outlier(found: usize, runs: usize, first: &[String]) -> Notice {
 
 /// A standard error that is too small, and by which factor.
 #[derive(Clone, Copy)]
-pub(super) struct TooSmall<'a> {
+pub(super) struct UnderstatedError<'a> {
     /// the parameter
     pub(super) parameter: &'a str,
     /// the factor
@@ -302,11 +302,11 @@ pub(super) struct TooSmall<'a> {
 }
 
 /// Groups whose spreads differ; the narrowest and the widest in words.
-pub(super) fn unequal_spread(groups: usize, narrowest: &str, widest: &str, lacking: TooSmall) -> Notice {
+pub(super) fn unequal_spread(groups: usize, narrowest: &str, widest: &str, worst: UnderstatedError) -> Notice {
     let text = format!(
         "the runs do not scatter alike: from {narrowest} to {widest} about the fit, where every interval takes one spread \
          for all dry and one for all wet runs; the standard error of {} is too small by a factor of {:.2}",
-        lacking.parameter, lacking.ratio
+        worst.parameter, worst.ratio
     );
     UNEQUAL_SPREAD.notice(groups, text)
 }
@@ -320,7 +320,7 @@ pub(super) struct SharedOffsets<'a> {
     /// that over the spread of single runs
     pub(super) share: f64,
     /// the standard error that suffers most
-    pub(super) lacking: TooSmall<'a>,
+    pub(super) worst: UnderstatedError<'a>,
 }
 
 /// Runs of a series that are not independent.
@@ -329,7 +329,7 @@ pub(super) fn series_offsets(found: &SharedOffsets, scheme: ResamplingScheme) ->
         "runs of a series share an offset: over {} series it has an sd of {:.4} in e, {:.2} of the spread of single runs; \
          taking runs as independent makes the standard error of {} too small by a factor of {:.2}. It may be the film or \
          the alignment, set once for a series, or the law itself where it does not fit",
-        found.series, found.sd, found.share, found.lacking.parameter, found.lacking.ratio
+        found.series, found.sd, found.share, found.worst.parameter, found.worst.ratio
     );
     if scheme == ResamplingScheme::Series {
         let next =

@@ -26,7 +26,7 @@ pub struct Overview {
     pub materials: Vec<Material>,
     /// what these runs can identify
     pub identifies: Vec<Identified>,
-    /// what they see of the parameters together; `None` without parameters, or where a sum is not finite
+    /// which parameters they identify together; `None` without parameters, or where a sum is not finite
     pub directions: Option<Directions>,
     /// what each term of the energy balance matters for them
     pub terms: Vec<SizedTerm>,
@@ -67,8 +67,8 @@ fn join(first: Option<[f64; 2]>, second: Option<[f64; 2]>) -> Option<[f64; 2]> {
     range(first.into_iter().chain(second).flatten())
 }
 
-/// Tells what was read, beside what least squares found in it.
-pub fn find(scene: &Scene, table: &Table, least_squares: &Findings) -> Overview {
+/// Summarises what was read, beside what least squares found in it.
+pub fn summarise_runs(scene: &Scene, table: &Table, least_squares: &Findings) -> Overview {
     let runs = &table.runs;
     let mut materials: Vec<Material> = vec![];
     for (index, particle) in scene.particles.iter().enumerate() {
@@ -106,12 +106,12 @@ pub fn find(scene: &Scene, table: &Table, least_squares: &Findings) -> Overview 
         runs: table.rows,
         screened: table.screened.clone(),
         materials,
-        identifies: identify::lines(scene, runs),
+        identifies: identify::identify_each_quantity(scene, runs),
         directions: least_squares.identifies.clone(),
         terms: least_squares.terms.clone(),
         notices: [
             table.notices.clone(),
-            noise::notices(scene, least_squares.noise.as_ref()),
+            noise::noise_notices(scene, least_squares.noise.as_ref()),
         ]
         .concat(),
         noise: least_squares.noise.clone(),

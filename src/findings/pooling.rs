@@ -1,6 +1,6 @@
 //! Measures what pooling liquids of different density ratio does to the square-root law, without any noise.
 
-use super::balance::{at_place, known, EnergyBalance, Setup};
+use super::balance::{at_place, particles_with_known_k, BalanceSetup, EnergyBalance};
 use super::dry::own_dry_speed;
 use super::places::WetPlace;
 use super::scaling::{e_inf_and_st_c, two, Bias, FittedScaling, PooledRuns};
@@ -16,15 +16,15 @@ use crate::scene::WetLaw;
 ///
 /// Liquids differ in ρ̃, and so in the inertial loss that the law takes as one; what it then gets wrong is its bias, which
 /// stays unknown for particles outside the balance and where that did not converge.
-pub(super) fn add_bias(setup: Setup, scaling: &mut [FittedScaling], balance: &EnergyBalance) {
+pub(super) fn add_bias(setup: BalanceSetup, scaling: &mut [FittedScaling], balance: &EnergyBalance) {
     if balance.stop != Stop::Converged.as_str() {
         return;
     }
-    let Setup { scene, runs, dry, .. } = setup;
-    let known = known(runs, dry);
+    let BalanceSetup { scene, runs, dry, .. } = setup;
+    let known = particles_with_known_k(runs, dry);
     let (joint, point) = (
-        Joint::new(scene, runs, balance.held.form, &known, &[]),
-        &balance.held.point,
+        Joint::new(scene, runs, balance.refit_start.form, &known, &[]),
+        &balance.refit_start.point,
     );
     for row in scaling.iter_mut().filter(|row| row.law == WetLaw::Sqrt) {
         let mut groups = runs.film_groups_of(row.particle).iter();
@@ -46,7 +46,7 @@ pub(super) fn add_bias(setup: Setup, scaling: &mut [FittedScaling], balance: &En
 }
 
 /// e_inf and St_c of the square-root law fitted to noise-free restitutions at the rebounds of a film group.
-fn root_of_exact(setup: Setup, joint: &Joint, point: &[f64], group: &FilmGroup) -> Option<[f64; 2]> {
+fn root_of_exact(setup: BalanceSetup, joint: &Joint, point: &[f64], group: &FilmGroup) -> Option<[f64; 2]> {
     let series = &setup.runs.series[group.series.clone()];
     let mut exact = vec![];
     for part in joint.wet_parts() {
@@ -58,9 +58,9 @@ fn root_of_exact(setup: Setup, joint: &Joint, point: &[f64], group: &FilmGroup) 
     let own = own_dry_speed(setup.scene, setup.dry, group.particle);
     // where the balance keeps no energy, the law is not defined and no run would have rebounded
     let kept: Vec<usize> = (0..exact.len()).filter(|run| exact[*run] > 0.0).collect();
-    let pick = |column: &[f64]| -> Vec<f64> { kept.iter().map(|run| column[*run]).collect() };
-    let offset = own.map_or_else(Vec::new, |own| own.offsets(&pick(&pool.speeds)));
-    let (x, restitution) = (pick(&pool.inverse_stokes), pick(&exact));
+    let select = |column: &[f64]| -> Vec<f64> { kept.iter().map(|run| column[*run]).collect() };
+    let offset = own.map_or_else(Vec::new, |own| own.offsets(&select(&pool.speeds)));
+    let (x, restitution) = (select(&pool.inverse_stokes), select(&exact));
     let regression = Regression {
         offset: &offset,
         ..Regression::new(Law::SQUARE_ROOT, &x, &restitution)

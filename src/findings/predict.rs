@@ -24,14 +24,14 @@ pub struct Basis {
     /// a restitution at or below this counts as stuck
     pub smallest_restitution: f64,
     /// the particles of the scene
-    pub particles: Vec<Particle>,
+    pub particles: Vec<ParticleBasis>,
     /// the liquids of the scene
-    pub liquids: Vec<Liquid>,
+    pub liquids: Vec<LiquidBasis>,
 }
 
 /// A particle, and where its wet runs were made.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Particle {
+pub struct ParticleBasis {
     /// its name
     pub name: String,
     /// ρp
@@ -53,7 +53,7 @@ pub struct Covered {
 
 /// A liquid.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Liquid {
+pub struct LiquidBasis {
     /// its name
     pub name: String,
     /// ρl
@@ -69,13 +69,17 @@ pub struct Liquid {
 impl Basis {
     /// What these runs leave to predict from.
     pub fn of(scene: &Scene, runs: &Runs) -> Basis {
-        let particles = scene.particles.iter().enumerate().map(|(index, particle)| Particle {
-            name: particle.name.clone(),
-            density_kg_m3: particle.density,
-            roughness_m: particle.roughness,
-            covered: covered(runs, index),
-        });
-        let liquids = scene.liquids.iter().map(|liquid| Liquid {
+        let particles = scene
+            .particles
+            .iter()
+            .enumerate()
+            .map(|(index, particle)| ParticleBasis {
+                name: particle.name.clone(),
+                density_kg_m3: particle.density,
+                roughness_m: particle.roughness,
+                covered: covered(runs, index),
+            });
+        let liquids = scene.liquids.iter().map(|liquid| LiquidBasis {
             name: liquid.name.clone(),
             density_kg_m3: liquid.density,
             viscosity_pa_s: liquid.viscosity,
@@ -119,7 +123,7 @@ impl Covered {
 
 /// The law of one particle as a posterior has it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Law {
+pub struct ParticleLaw {
     /// the terms of the energy balance
     pub form: Form,
     /// a restitution at or below this counts as stuck
@@ -180,7 +184,7 @@ pub struct Predicted {
 
 /// Between which restitutions all but 5 % on each side lie at one impact speed; below 0: 0, no rebound.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Band {
+pub struct PredictedBand {
     /// v
     pub impact_speed: f64,
     /// 5 % and 95 % points of the curve, from the parameters' uncertainty alone
@@ -189,7 +193,7 @@ pub struct Band {
     pub run: [f64; 2],
 }
 
-impl Law {
+impl ParticleLaw {
     /// Predictions at impact speeds above zero, m/s, in their order.
     pub fn predict(&self, setting: &Setting, impact_speeds: &[f64]) -> Vec<Predicted> {
         let curves = self.curves(setting);
@@ -198,7 +202,7 @@ impl Law {
     }
 
     /// Bands at impact speeds above zero, m/s, in their order.
-    pub fn bands(&self, setting: &Setting, impact_speeds: &[f64]) -> Vec<Band> {
+    pub fn bands(&self, setting: &Setting, impact_speeds: &[f64]) -> Vec<PredictedBand> {
         const ENDS: [f64; 2] = [0.05, 0.95];
         /// single runs take every so many of the draws: their noise smooths what a curve's quantile needs all draws for
         const SPARSER: usize = 4;
@@ -206,7 +210,7 @@ impl Law {
         let band = |v: &f64| {
             let e = quantile::sorted(curves.iter().map(|(curve, _)| curve.at(*v)).collect());
             let run = SingleRun::new(curves.iter().step_by(SPARSER), *v, 0.0);
-            Band {
+            PredictedBand {
                 impact_speed: *v,
                 curve: ENDS.map(|probability| quantile::of_sorted(&e, probability)),
                 run: ENDS.map(|probability| run.quantile(probability)),
@@ -216,10 +220,10 @@ impl Law {
     }
 
     /// The curve of each draw, with its noise.
-    fn curves(&self, setting: &Setting) -> Vec<(Restitution, Noise)> {
+    fn curves(&self, setting: &Setting) -> Vec<(Restitution, DrawNoise)> {
         let of = |draw: &Draw| {
             let curve = Restitution::new(setting, self.form, &draw.parameters);
-            let noise = Noise {
+            let noise = DrawNoise {
                 sigma: draw.sigma_wet,
                 sigma_energy: draw.sigma_energy,
                 tails: Tails::of(draw.nu),
@@ -229,7 +233,7 @@ impl Law {
         self.draws.iter().map(of).collect()
     }
 
-    fn at(&self, setting: &Setting, curves: &[(Restitution, Noise)], v: f64) -> Predicted {
+    fn at(&self, setting: &Setting, curves: &[(Restitution, DrawNoise)], v: f64) -> Predicted {
         let sorted = |of: &dyn Fn(&Restitution) -> f64| quantile::sorted(curves.iter().map(|(c, _)| of(c)).collect());
         let e = sorted(&|curve| curve.at(v));
         let slopes = sorted(&|curve| curve.log_slope(v).unwrap_or(f64::INFINITY));
@@ -258,7 +262,7 @@ impl Law {
 
 /// The noise of single runs under one draw.
 #[derive(Clone, Copy)]
-struct Noise {
+struct DrawNoise {
     sigma: f64,
     sigma_energy: f64,
     tails: Tails,
@@ -268,25 +272,25 @@ struct Noise {
 /// the energy kept, too, each part is symmetric on that scale.
 struct SingleRun {
     /// each draw's share
-    shares: Vec<Share>,
+    shares: Vec<DrawShare>,
     /// probability of sticking
     stuck: f64,
 }
 
 /// What one draw says of a run.
 #[derive(Clone, Copy)]
-struct Share {
+struct DrawShare {
     /// r
     kept: f64,
     /// m(r)
     mean: f64,
-    noise: Noise,
+    noise: DrawNoise,
 }
 
-impl Share {
+impl DrawShare {
     /// z of a restitution, and its slope; to first order in σ where noise acts on the energy kept.
     fn z(&self, x: f64) -> (f64, f64) {
-        let Noise {
+        let DrawNoise {
             sigma, sigma_energy, ..
         } = self.noise;
         if sigma_energy == 0.0 {
@@ -306,7 +310,7 @@ impl Share {
 
     /// Between which restitutions all but the tails beyond so many spreads lie.
     fn within(&self, wide: f64) -> (f64, f64) {
-        let Noise {
+        let DrawNoise {
             sigma, sigma_energy, ..
         } = self.noise;
         let on = |side: f64| mean_restitution(self.kept + side * sigma_energy) + side * sigma;
@@ -315,10 +319,10 @@ impl Share {
 }
 
 impl SingleRun {
-    fn new<'c>(curves: impl Iterator<Item = &'c (Restitution, Noise)>, v: f64, limit: f64) -> SingleRun {
-        let share = |(curve, noise): &(Restitution, Noise)| {
+    fn new<'c>(curves: impl Iterator<Item = &'c (Restitution, DrawNoise)>, v: f64, limit: f64) -> SingleRun {
+        let share = |(curve, noise): &(Restitution, DrawNoise)| {
             let kept = curve.kept_energy(v);
-            Share {
+            DrawShare {
                 kept,
                 mean: mean_restitution(kept),
                 noise: *noise,
@@ -334,7 +338,7 @@ impl SingleRun {
 
     /// Probability of an e* at or below x, and its density there.
     fn below(&self, x: f64) -> (f64, f64) {
-        let of = |share: &Share| {
+        let of = |share: &DrawShare| {
             let (z, slope) = share.z(x);
             let (ln_cdf, mills) = share.noise.tails.ln_probability_and_slope(z);
             let cdf = ln_cdf.exp();
@@ -361,7 +365,7 @@ impl SingleRun {
         if probability <= self.stuck {
             return 0.0;
         }
-        let student = |share: &Share| share.noise.tails != Tails::Normal;
+        let student = |share: &DrawShare| share.noise.tails != Tails::Normal;
         let wide = WIDE[usize::from(self.shares.iter().any(student))];
         let (mut lo, mut hi) = self
             .shares
@@ -385,9 +389,9 @@ impl SingleRun {
             } else {
                 0.5 * (lo + hi)
             };
-            let moved = (next - x).abs();
+            let step = (next - x).abs();
             x = next;
-            if moved < ENOUGH {
+            if step < ENOUGH {
                 break;
             }
         }
@@ -426,8 +430,8 @@ mod tests {
         }
     }
 
-    fn law(draws: Vec<Draw>) -> Law {
-        Law {
+    fn law(draws: Vec<Draw>) -> ParticleLaw {
+        ParticleLaw {
             form: Form::new(Inertia::Saturating, DrySpeed::Reference(2.0)),
             smallest_restitution: 0.05,
             covered: None,

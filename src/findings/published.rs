@@ -9,7 +9,7 @@ use crate::scene::{Published, PublishedQuantity, Scene};
 
 /// A published number beside ours.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Compared {
+pub struct PublishedComparison {
     /// `e_inf`, `st_c` or `dry_k`
     pub quantity: &'static str,
     /// name of the particle
@@ -36,7 +36,7 @@ pub struct Compared {
 }
 
 /// Every published number of the scene beside ours.
-pub fn find(scene: &Scene, dry: &[FittedDry], scaling: &[FittedScaling]) -> Vec<Compared> {
+pub fn compare_with_published(scene: &Scene, dry: &[FittedDry], scaling: &[FittedScaling]) -> Vec<PublishedComparison> {
     scene
         .published
         .iter()
@@ -44,9 +44,9 @@ pub fn find(scene: &Scene, dry: &[FittedDry], scaling: &[FittedScaling]) -> Vec<
         .collect()
 }
 
-fn compare(scene: &Scene, dry: &[FittedDry], scaling: &[FittedScaling], published: &Published) -> Compared {
+fn compare(scene: &Scene, dry: &[FittedDry], scaling: &[FittedScaling], published: &Published) -> PublishedComparison {
     let ours = match published.quantity {
-        PublishedQuantity::DryK => dry::of(dry, published.particle).map(|d| &d.dry.dry_k),
+        PublishedQuantity::DryK => dry::fit_of_particle(dry, published.particle).map(|d| &d.dry.dry_k),
         quantity => group(scene, scaling, published).and_then(|fitted| fitted.scaling.estimate(quantity.of_fit())),
     };
     let pair = ours.and_then(Estimate::pair);
@@ -56,7 +56,7 @@ fn compare(scene: &Scene, dry: &[FittedDry], scaling: &[FittedScaling], publishe
         (None, Some(estimate)) => estimate.why_none.clone(),
         (None, None) => Some("no runs of this particle and film ratio".to_owned()),
     };
-    Compared {
+    PublishedComparison {
         quantity: published.quantity.name(),
         particle: scene.particles[published.particle].name.clone(),
         film_ratio: published.film_ratio,

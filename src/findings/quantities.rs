@@ -1,6 +1,6 @@
 //! Takes estimates of quantities from a least-squares fit, by the delta method.
 
-use super::estimate::{Estimate, Quoting, Scale};
+use super::estimate::{Estimate, IntervalScale, Quoting};
 use crate::inference::delta::Uncertain;
 use crate::physics::jet::Jet;
 use crate::physics::quantity::{Place, Quantity, Wetted};
@@ -23,11 +23,11 @@ pub(super) fn variables([a, b]: [f64; 2]) -> [Jet<PARAMETERS>; 2] {
 }
 
 /// How a quantity's interval is made.
-pub(super) fn scale_of(quantity: Quantity) -> Scale {
+pub(super) fn scale_of(quantity: Quantity) -> IntervalScale {
     if quantity.describe().log {
-        Scale::Log
+        IntervalScale::Log
     } else {
-        Scale::Plain
+        IntervalScale::Plain
     }
 }
 

@@ -1,7 +1,7 @@
 //! Finds where e_inf and St_c lie together: curves around the densest shares of replicates and draws, and their intervals.
 
-use super::balance::{Derived, EnergyBalance};
-use super::bootstrap::Joint;
+use super::balance::{DerivedEstimate, EnergyBalance};
+use super::bootstrap::JointReplicates;
 use super::posterior::Posterior;
 use crate::inference::density::CloudDensity;
 use crate::physics::loss::Film;
@@ -39,11 +39,11 @@ pub fn of_posterior(
     scene: &Scene,
     balance: &EnergyBalance,
     posterior: &Posterior,
-    joint: &Joint,
+    joint: &JointReplicates,
 ) -> Option<Vec<[f64; 2]>> {
     let film_ratio = joint.film_ratio.filter(|_| joint.law == WetLaw::Sqrt)?;
     let name = &scene.particles[joint.particle].name;
-    let of_film = |row: &&Derived| row.particle == *name && row.film_ratio == film_ratio;
+    let of_film = |row: &&DerivedEstimate| row.particle == *name && row.film_ratio == film_ratio;
     let mut derived = balance.derived.iter().filter(of_film);
     let (Some(row), None) = (derived.next(), derived.next()) else {
         return None;

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::dry::{own_dry_speed, FittedDry};
 use super::estimate::{Estimate, Quoting};
-use super::judge::{judge_square_root, one_against, spread, uncertain, why_stopped, Verdict};
+use super::fit_verdict::{one_against, spread, square_root_verdict, uncertain, why_stopped, Verdict};
 use super::measurement_errors::{columns, ErrorSummary};
 use super::quantities::{variables, wetted_of, FittedLaw};
 use crate::inference::delta::Uncertain;
@@ -89,7 +89,7 @@ pub struct FittedScaling {
     pub spread: Spread,
     /// weights of its runs, where they carry measurement errors
     pub error_weights: Option<ErrorWeights>,
-    /// what is told
+    /// the estimates
     pub scaling: Scaling,
 }
 
@@ -132,7 +132,7 @@ impl PooledRuns {
 }
 
 /// Runs that one law is fitted to.
-struct Group {
+struct ScalingGroup {
     particle: usize,
     /// `None`: over all
     film_ratio: Option<f64>,
@@ -141,19 +141,19 @@ struct Group {
 }
 
 /// Both laws for every particle, at each film ratio and over all; square root before linear.
-pub fn find(scene: &Scene, runs: &Runs, dry: &[FittedDry], quoting: Quoting) -> Vec<FittedScaling> {
-    let mut groups: Vec<Group> = vec![];
+pub fn fit_scaling(scene: &Scene, runs: &Runs, dry: &[FittedDry], quoting: Quoting) -> Vec<FittedScaling> {
+    let mut groups: Vec<ScalingGroup> = vec![];
     for particle in 0..scene.particles.len() {
         let of_ratio: &[FilmGroup] = runs.film_groups_of(particle);
         let (Some(first), Some(last)) = (of_ratio.first(), of_ratio.last()) else {
             continue;
         };
-        groups.push(Group {
+        groups.push(ScalingGroup {
             particle,
             film_ratio: None,
             series: first.series.start..last.series.end,
         });
-        groups.extend(of_ratio.iter().map(|group| Group {
+        groups.extend(of_ratio.iter().map(|group| ScalingGroup {
             particle,
             film_ratio: Some(group.film_ratio),
             series: group.series.clone(),
@@ -218,7 +218,7 @@ fn both_laws(
     runs: &Runs,
     dry: &[FittedDry],
     quoting: Quoting,
-    group: &Group,
+    group: &ScalingGroup,
 ) -> [(FittedScaling, Fit); 2] {
     let series = &runs.series[group.series.clone()];
     let own = own_dry_speed(scene, dry, group.particle);
@@ -242,7 +242,7 @@ fn both_laws(
     let speed_error = regression.speed_error_that_matters(&root.fit, &offset_slopes, variance);
     let line_uncertain = uncertain(&line.fit);
     let of_root = {
-        let verdict = judge_square_root(&root.fit, regression.x);
+        let verdict = square_root_verdict(&root.fit, regression.x);
         scaling_of(WetLaw::Sqrt, &root.fit, verdict, &root_uncertain, quoting)
     };
     let of_line = Scaling {
@@ -250,7 +250,7 @@ fn both_laws(
         ..scaling_of(
             WetLaw::Linear,
             &line.fit,
-            judge_linear(&line.fit),
+            linear_verdict(&line.fit),
             &line_uncertain,
             quoting,
         )
@@ -374,7 +374,7 @@ impl Scaling {
     }
 }
 
-fn judge_linear(fit: &Fit) -> Verdict {
+fn linear_verdict(fit: &Fit) -> Verdict {
     let [a, b] = two(fit);
     if fit.stop == Stop::Converged && !(a > 0.0 && b > 0.0) {
         Verdict::failed(NO_FALL)

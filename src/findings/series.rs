@@ -5,7 +5,9 @@ use serde::Serialize;
 
 use super::dry::{own_dry_speed, FittedDry};
 use super::estimate::{Estimate, Quoting};
-use super::judge::{falls, judge_square_root, uncertain, why_stopped, Verdict, ALPHA_NOT_POSITIVE, BETA_NOT_NEGATIVE};
+use super::fit_verdict::{
+    falls, square_root_verdict, uncertain, why_stopped, Verdict, ALPHA_NOT_POSITIVE, BETA_NOT_NEGATIVE,
+};
 use super::measurement_errors::{columns, ErrorSummary};
 use super::quantities::{variables, FittedLaw};
 use crate::inference::effective_variance::ErrorWeights;
@@ -80,7 +82,7 @@ impl SeriesFit {
 }
 
 /// The fit of every series, in the order of the runs.
-pub fn find(scene: &Scene, runs: &Runs, dry: &[FittedDry], quoting: Quoting) -> Vec<SeriesFit> {
+pub fn fit_series(scene: &Scene, runs: &Runs, dry: &[FittedDry], quoting: Quoting) -> Vec<SeriesFit> {
     runs.series
         .par_iter()
         .map(|series| of_series(scene, runs, series, dry, quoting))
@@ -105,7 +107,7 @@ fn of_series(scene: &Scene, runs: &Runs, series: &Series, dry: &[FittedDry], quo
     }
     let offset_slopes = own.as_ref().map_or_else(Vec::new, |own| own.all_offset_slopes(speeds));
     let speed_error = regression.speed_error_that_matters(&fit, &offset_slopes, variance);
-    let verdict = judge_square_root(&fit, &x);
+    let verdict = square_root_verdict(&fit, &x);
     let converged = fit.stop == Stop::Converged;
     let (alpha, beta) = match fit.parameters.as_slice() {
         [alpha, beta] if converged => (*alpha, *beta),

@@ -17,7 +17,7 @@ pub fn quotable(checks: &[Check]) -> bool {
 }
 
 /// Every check of a least-squares analysis.
-pub fn find(
+pub fn check_least_squares(
     runs: &Runs,
     dry: &[FittedDry],
     series: &[SeriesFit],
@@ -56,7 +56,7 @@ pub fn find(
 fn dry_laws(dry: &[FittedDry]) -> Option<Check> {
     let failed = dry.iter().filter(|d| !d.dry.verdict.passed);
     let names = failed.map(|d| format!("{}: {}", d.dry.particle, d.dry.verdict.reason));
-    let fits = Fits {
+    let fits = FailedFits {
         what: "dry law",
         all: dry.len(),
         failed: names.collect(),
@@ -81,7 +81,7 @@ fn scaling_laws(scaling: &[FittedScaling]) -> Option<Check> {
             fit.scaling.particle, fit.scaling.verdict.reason
         )
     });
-    let fits = Fits {
+    let fits = FailedFits {
         what: "square-root law of a film ratio",
         all,
         failed: names.collect(),
@@ -95,7 +95,7 @@ fn scaling_laws(scaling: &[FittedScaling]) -> Option<Check> {
 
 fn of_balance(balance: &EnergyBalance) -> Vec<Check> {
     let reason = (!balance.verdict.passed).then(|| balance.verdict.reason.clone());
-    let fit = Fits {
+    let fit = FailedFits {
         what: "energy balance over all rebounds",
         all: 1,
         failed: reason.into_iter().collect(),
@@ -144,7 +144,7 @@ fn bias_in_se(fitted: &FittedScaling) -> Option<f64> {
 }
 
 /// Fits of one kind, and those of them that are not usable.
-struct Fits {
+struct FailedFits {
     /// what they are
     what: &'static str,
     /// how many there are
@@ -153,9 +153,9 @@ struct Fits {
     failed: Vec<String>,
 }
 
-impl Fits {
+impl FailedFits {
     fn check(&self, criterion: Criterion) -> Check {
-        let Fits { what, all, failed } = self;
+        let FailedFits { what, all, failed } = self;
         let text = match failed.len() {
             0 => format!("{what}: usable"),
             1 if *all == 1 => format!("{what}: not usable ({})", shortened(failed)),
@@ -166,7 +166,7 @@ impl Fits {
 }
 
 /// The check of the replicates of k, e_inf and St_c.
-pub fn of_replicates(dry: &[FittedDry], scaling: &[FittedScaling]) -> Option<Check> {
+pub fn check_replicates(dry: &[FittedDry], scaling: &[FittedScaling]) -> Option<Check> {
     let of_dry = dry.iter().map(|d| (d.dry.particle.clone(), &d.dry.dry_k));
     let of_scaling = scaling.iter().filter(|fit| fit.scaling.verdict.passed).flat_map(|fit| {
         let ratio = fit
@@ -194,12 +194,12 @@ pub fn of_replicates(dry: &[FittedDry], scaling: &[FittedScaling]) -> Option<Che
 }
 
 /// A notice of the runs that were screened.
-pub fn of_table(table: &Table) -> Option<Notice> {
+pub fn screened_notice(table: &Table) -> Option<Notice> {
     (!table.screened.is_empty()).then(|| notices::screened(&table.screened))
 }
 
 /// What a reader of the estimates should look at.
-pub fn of_fits(scene: &Scene, dry: &[FittedDry], series: &[SeriesFit], scaling: &[FittedScaling]) -> Vec<Notice> {
+pub fn fit_notices(scene: &Scene, dry: &[FittedDry], series: &[SeriesFit], scaling: &[FittedScaling]) -> Vec<Notice> {
     let mut found = vec![];
     let stuck: usize = series.iter().map(|s| s.stuck).sum();
     let wet: usize = stuck + series.iter().map(|s| s.runs).sum::<usize>();
@@ -220,7 +220,7 @@ pub fn of_fits(scene: &Scene, dry: &[FittedDry], series: &[SeriesFit], scaling: 
     let without: Vec<String> = (0..scene.particles.len())
         // fits come in the order of the particles
         .filter(|p| scaling.binary_search_by_key(p, |fit| fit.particle).is_ok())
-        .filter(|p| dry::of(dry, *p).is_none())
+        .filter(|p| dry::fit_of_particle(dry, *p).is_none())
         .map(|p| scene.particles[p].name.clone())
         .collect();
     if !without.is_empty() {
@@ -231,7 +231,7 @@ pub fn of_fits(scene: &Scene, dry: &[FittedDry], series: &[SeriesFit], scaling: 
 }
 
 /// A notice of the settings that no stage reads; those of the bootstrap wait where it is not run.
-pub fn of_settings(scene: &Scene, bootstrap: bool) -> Option<Notice> {
+pub fn unused_settings_notice(scene: &Scene, bootstrap: bool) -> Option<Notice> {
     let waits = |key: &&String| !(bootstrap && key.starts_with("bootstrap."));
     let unused: Vec<String> = scene.unused.iter().filter(waits).cloned().collect();
     (!unused.is_empty()).then(|| notices::settings_unused(&unused))

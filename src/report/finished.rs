@@ -12,7 +12,7 @@ use super::draws::tie::{Tie, STORE, TABLE};
 use crate::encoding::decode;
 use crate::error::{named, quoted, Error};
 use crate::files;
-use crate::findings::predict::{Basis, Covered, Draw, Law};
+use crate::findings::predict::{Basis, Covered, Draw, ParticleLaw};
 use crate::findings::SCHEMA;
 use crate::model::parameters::Kind;
 use crate::physics::coefficient::Coefficients;
@@ -149,7 +149,7 @@ impl Finished {
     /// The law of a particle, from the folder's draws.
     ///
     /// Fails for a particle the fit has no k of, and where the draws are missing, cut short or not to be read.
-    pub fn law(&self, particle: &str) -> Result<Law, Error> {
+    pub fn law(&self, particle: &str) -> Result<ParticleLaw, Error> {
         let known = self.basis.particles.iter().find(|known| known.name == particle);
         let dry_k = format!("dry_k[{particle}]");
         let Some(known) = known.filter(|_| self.has(&dry_k)) else {
@@ -200,7 +200,7 @@ impl Finished {
                 nu: Some(noise[2]).filter(|nu| nu.is_finite()),
             }
         });
-        Ok(Law {
+        Ok(ParticleLaw {
             form,
             smallest_restitution: self.basis.smallest_restitution,
             covered: known.covered,

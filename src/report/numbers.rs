@@ -1,7 +1,7 @@
 //! Rounds numbers for print: by their standard error where there is one (PDG rule), by significant digits elsewhere.
 
 use crate::findings::estimate::Estimate;
-use crate::findings::posterior::Quantity;
+use crate::findings::posterior::QuantitySummary;
 
 /// More decimals than this are noise in f64.
 const MOST_DECIMALS: i32 = 17;
@@ -116,7 +116,7 @@ pub fn by_mcse(value: Option<f64>, mcse: Option<f64>) -> String {
 
 /// `mean ± sd` of a posterior, rounded by the sd but to no digit that its Monte Carlo error leaves open. `scale` must be
 /// a plain factor.
-pub fn mean_and_sd(quantity: &Quantity, scale: impl Fn(f64) -> f64) -> String {
+pub fn mean_and_sd(quantity: &QuantitySummary, scale: impl Fn(f64) -> f64) -> String {
     let scaled = |x: Option<f64>| x.map(&scale);
     let (mean, sd) = (scaled(quantity.mean), positive(scaled(quantity.sd)));
     match (mean, sd, positive(scaled(quantity.mcse_mean))) {
@@ -130,7 +130,7 @@ pub fn mean_and_sd(quantity: &Quantity, scale: impl Fn(f64) -> f64) -> String {
 }
 
 /// The 5 % and 95 % points of a posterior, each rounded by its own Monte Carlo error.
-pub fn five_to_ninety_five(quantity: &Quantity, scale: impl Fn(f64) -> f64) -> String {
+pub fn five_to_ninety_five(quantity: &QuantitySummary, scale: impl Fn(f64) -> f64) -> String {
     let point = |value: Option<f64>, mcse: Option<f64>| by_mcse(value.map(&scale), mcse.map(&scale));
     if quantity.q05.is_none() && quantity.q95.is_none() {
         return NONE.to_owned();
@@ -244,7 +244,7 @@ mod tests {
         assert_eq!(by_mcse(Some(0.0), Some(0.01)), "0.0");
         assert_eq!(by_mcse(Some(0.183_524_7), None), "0.184");
         assert_eq!(by_mcse(None, Some(0.1)), NONE);
-        let quantity = |sd: f64, mcse: f64| Quantity {
+        let quantity = |sd: f64, mcse: f64| QuantitySummary {
             name: "k".to_owned(),
             mean: Some(0.183_524_7),
             sd: Some(sd),

@@ -172,10 +172,10 @@ fn infer(scene: &Scene, seed: u64, set: u64, replicated: bool) -> Result<Vec<Fit
     let quoting = Quoting {
         level: scene.bootstrap.level,
     };
-    let mut fitted = scaling::find(scene, &runs, &[], quoting);
+    let mut fitted = scaling::fit_scaling(scene, &runs, &[], quoting);
     fitted.retain(|fitted| fitted.scaling.film_ratio.is_some());
     if replicated {
-        let mut none = energy::find(scene, &runs, &[], &[], quoting);
+        let mut none = energy::estimate_energy(scene, &runs, &[], &[], quoting);
         let estimates = bootstrap::Estimates {
             dry: &mut [],
             series: &mut [],
@@ -186,7 +186,7 @@ fn infer(scene: &Scene, seed: u64, set: u64, replicated: bool) -> Result<Vec<Fit
             seed: seed.wrapping_add(set),
             keep_all: true,
         };
-        bootstrap::complete(scene, &runs, estimates, options, &|_| ());
+        bootstrap::add_bootstrap_intervals(scene, &runs, estimates, options, &|_| ());
     }
     Ok(fitted)
 }

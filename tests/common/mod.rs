@@ -47,13 +47,13 @@ impl Place {
 
     /// Draws, reads and fits.
     pub fn infer(&self, seed: u64) -> Findings {
-        findings::find(&self.scene, &self.draw(seed, None), seed, false)
+        findings::fit_least_squares(&self.scene, &self.draw(seed, None), seed, false)
     }
 
     /// Fits rows given as text.
     pub fn fit_rows(&self, csv: &str) -> Findings {
         std::fs::write(&self.scene.data.runs, csv).expect("the folder is writable");
-        findings::find(&self.scene, &self.read(), 1, false)
+        findings::fit_least_squares(&self.scene, &self.read(), 1, false)
     }
 }
 

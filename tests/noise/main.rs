@@ -93,7 +93,7 @@ fn plain(run: &NewRun) -> f64 {
 
 /// Fits them.
 fn fit(scene: &Scene, runs: &[NewRun], (seed, bootstrap): (u64, bool)) -> Findings {
-    findings::find(scene, &table_of(arrange(scene, runs)), seed, bootstrap)
+    findings::fit_least_squares(scene, &table_of(arrange(scene, runs)), seed, bootstrap)
 }
 
 fn noise_of(findings: &Findings) -> &Noise {

@@ -185,7 +185,7 @@ fn runs_are_held_against_their_own_measurement_errors() {
         }
     }
     let mut table = table_of(arrange(&place.scene, &runs));
-    let unknown = findings::find(&place.scene, &table, 1, false);
+    let unknown = findings::fit_least_squares(&place.scene, &table, 1, false);
     let outliers = noise_of(&unknown).outliers_found;
     assert!(outliers > count / 6, "{outliers} of {count}");
     let of_run = |row: &u32| if badly(*row) { own } else { 0.0 };
@@ -193,6 +193,6 @@ fn runs_are_held_against_their_own_measurement_errors() {
         impact_speed_sd: vec![0.0; runs.len()],
         restitution_sd: table.runs.row.iter().map(of_run).collect(),
     });
-    let known = findings::find(&place.scene, &table, 1, false);
+    let known = findings::fit_least_squares(&place.scene, &table, 1, false);
     assert_eq!(noise_of(&known).outliers_found, 0, "{:?}", noise_of(&known).outliers);
 }

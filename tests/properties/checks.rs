@@ -71,7 +71,7 @@ fn check_tells_of_any_scene_and_runs_in_finite_numbers() {
         let Ok(scene) = folder.scene(&scene) else { return };
         let Ok(table) = folder.runs(&scene, &table) else { return };
         assert_every_row_counted(&table);
-        let overview = overview::find(&scene, &table, &findings::find(&scene, &table, 1, false));
+        let overview = overview::summarise_runs(&scene, &table, &findings::fit_least_squares(&scene, &table, 1, false));
         let json = report::json::text(&overview).expect("any overview can be written");
         let value: serde_json::Value = serde_json::from_str(&json).expect("it is JSON");
         assert_eq!(value["runs"], table.rows);

@@ -3,7 +3,7 @@
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::estimate::Estimate;
-use wetcor::findings::posterior::Way;
+use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::verdicts::quotable;
 use wetcor::findings::{self, Findings};
 use wetcor::model::simulate::Simulation;
@@ -149,14 +149,14 @@ pub struct Told {
 
 /// Least squares of a table.
 pub fn least_squares(scene: &Scene, table: &Table) -> Told {
-    tell(scene, findings::find(scene, table, 1, false), false)
+    tell(scene, findings::fit_least_squares(scene, table, 1, false), false)
 }
 
 /// Least squares and posterior of a table.
 pub fn both(scene: &Scene, table: &Table) -> Told {
-    let mut findings = findings::find(scene, table, 1, false);
+    let mut findings = findings::fit_least_squares(scene, table, 1, false);
     findings
-        .add_posterior(scene, &table.runs, Way::Nodes, &|_, _| {})
+        .add_posterior(scene, &table.runs, MethodChoice::Nodes, &|_, _| {})
         .unwrap_or_else(|error| panic!("{error}"));
     tell(scene, findings, true)
 }

@@ -6,17 +6,17 @@
 //! | `affordable.rs` | how many replicates are held at once |
 //! | `columns.rs` | lays the runs of all fits out in strata |
 //! | `replicates.rs` | turns the replicates of a quantity into its interval |
-//! | `cautions.rs` | which intervals want a second look |
+//! | `bootstrap_notices.rs` | which intervals want a second look |
 
 mod affordable;
-mod cautions;
+mod bootstrap_notices;
 mod columns;
 mod replicates;
 mod resampling;
 
 pub use affordable::MOST_HELD;
-pub use cautions::{COVERAGE_OF_EIGHT, FEW_RUNS};
-pub use resampling::{Estimates, Joint, Resampling};
+pub use bootstrap_notices::{COVERAGE_OF_EIGHT, FEW_RUNS};
+pub use resampling::{Estimates, JointReplicates, Resampling};
 
 use std::ops::Range;
 
@@ -24,9 +24,9 @@ use rayon::prelude::*;
 
 use super::dry::FittedDry;
 use super::estimate::Estimate;
+use super::film_ratio;
 use super::quantities::wetted_of;
 use super::scaling::FittedScaling;
-use super::shown;
 use crate::inference::bootstrap::jackknife::leave_one_out;
 use crate::inference::bootstrap::kernel::WeightedFit;
 use crate::inference::bootstrap::{replicate, Plan, RunWeights, Target};
@@ -35,9 +35,9 @@ use crate::notice::Notice;
 use crate::physics::quantity::{Place, Quantity};
 use crate::runs::Runs;
 use crate::scene::{IntervalMethod, ResamplingScheme, Scene};
-use affordable::{affordable, fewer};
+use affordable::{affordable_replicates, fewer_replicates_notice};
 use columns::Columns;
-use replicates::{AllReplicates, Fitted, Formula, Reference, Task};
+use replicates::{AllReplicates, DrySpeedReference, Formula, ReplicatedLaw, Task};
 
 /// The interval quoted unless the scene names one; the coverage table supports it.
 pub const DEFAULT_INTERVAL: IntervalMethod = IntervalMethod::Percentile;
@@ -45,8 +45,8 @@ pub const DEFAULT_INTERVAL: IntervalMethod = IntervalMethod::Percentile;
 /// Bootstraps every estimate that has a fit, and quotes the interval the scene names.
 ///
 /// Of the other intervals only the delta method's are kept, unless all are asked for.
-/// `done` is told of replicates as they are finished.
-pub fn complete(
+/// `done` is called with the number of replicates finished.
+pub fn add_bootstrap_intervals(
     scene: &Scene,
     runs: &Runs,
     mut estimates: Estimates,
@@ -55,13 +55,13 @@ pub fn complete(
 ) -> (Resampling, Vec<Notice>) {
     let fits = estimates.dry.len() + estimates.series.len() + estimates.scaling.len();
     let plan = Plan {
-        replicates: affordable(scene.bootstrap.replicates, fits),
+        replicates: affordable_replicates(scene.bootstrap.replicates, fits),
         scheme: scene.bootstrap.scheme,
         seed: options.seed,
     };
     let method = scene.bootstrap.interval.unwrap_or(DEFAULT_INTERVAL);
     let columns = Columns::new(scene, runs, estimates.dry);
-    let weights = Weights::new(&columns, runs, &estimates, plan.scheme);
+    let weights = FitWeights::new(&columns, runs, &estimates, plan.scheme);
     let (targets, places) = targets(scene, runs, &columns, &estimates, &weights);
     let replicates = AllReplicates {
         plan,
@@ -84,7 +84,7 @@ pub fn complete(
     };
     tasks(scene, &mut estimates, &places)
         .into_par_iter()
-        .for_each(|task| replicates.complete(task));
+        .for_each(|task| replicates.add_interval(task));
     let resampling = Resampling {
         scheme: plan.scheme.name(),
         interval: method.name(),
@@ -93,8 +93,12 @@ pub fn complete(
         single_run_strata: columns.pool.single_runs(),
         joint: joint_replicates(scene, runs, &estimates, &places, &replicates),
     };
-    let mut notices = cautions::notices(runs, &resampling, &estimates);
-    notices.extend(fewer(scene.bootstrap.replicates, plan.replicates, fits));
+    let mut notices = bootstrap_notices::bootstrap_notices(runs, &resampling, &estimates);
+    notices.extend(fewer_replicates_notice(
+        scene.bootstrap.replicates,
+        plan.replicates,
+        fits,
+    ));
     (resampling, notices)
 }
 
@@ -126,14 +130,14 @@ impl Strata {
 }
 
 /// The weights that fits gave their runs, where these carry measurement errors, in the order of the fits.
-struct Weights {
+struct FitWeights {
     dry: Vec<Option<RunWeights>>,
     series: Vec<Option<RunWeights>>,
     scaling: Vec<Option<RunWeights>>,
 }
 
-impl Weights {
-    fn new(columns: &Columns, runs: &Runs, estimates: &Estimates, scheme: ResamplingScheme) -> Weights {
+impl FitWeights {
+    fn new(columns: &Columns, runs: &Runs, estimates: &Estimates, scheme: ResamplingScheme) -> FitWeights {
         let strata = Strata {
             dry_groups: runs.dry.len(),
         };
@@ -148,7 +152,7 @@ impl Weights {
         let dry = estimates.dry.iter();
         let series = estimates.series.iter().enumerate();
         let scaling = estimates.scaling.iter();
-        Weights {
+        FitWeights {
             dry: dry
                 .map(|fitted| of(&fitted.error_weights, Strata::of_dry(runs, fitted)?))
                 .collect(),
@@ -163,7 +167,7 @@ impl Weights {
 }
 
 /// Places of the fits among the targets; `None` of a fit without numbers.
-struct Places {
+struct FitPlaces {
     dry: Vec<Option<usize>>,
     series: Vec<Option<usize>>,
     scaling: Vec<Option<usize>>,
@@ -175,8 +179,8 @@ fn targets<'c>(
     runs: &Runs,
     columns: &'c Columns,
     estimates: &Estimates,
-    weights: &'c Weights,
-) -> (Vec<Target<'c>>, Places) {
+    weights: &'c FitWeights,
+) -> (Vec<Target<'c>>, FitPlaces) {
     let mut targets: Vec<Target> = vec![];
     let mut add = |target: Option<Target<'c>>| {
         targets.push(target?);
@@ -209,12 +213,12 @@ fn targets<'c>(
     });
     let scaling: Vec<Option<Target>> = scaling.collect();
     let [dry, series, scaling] = [dry, series, scaling].map(|fits| fits.into_iter().map(&mut add).collect());
-    (targets, Places { dry, series, scaling })
+    (targets, FitPlaces { dry, series, scaling })
 }
 
 /// Every estimate that replicates give an interval, with its quantity and the fits it follows from.
-fn tasks<'e>(scene: &Scene, estimates: &'e mut Estimates, places: &Places) -> Vec<Task<'e>> {
-    let reference = Reference {
+fn tasks<'e>(scene: &Scene, estimates: &'e mut Estimates, places: &FitPlaces) -> Vec<Task<'e>> {
+    let reference = DrySpeedReference {
         order: scene.model.form().dry,
         speed: scene.model.dry_speed.reference(),
     };
@@ -224,25 +228,25 @@ fn tasks<'e>(scene: &Scene, estimates: &'e mut Estimates, places: &Places) -> Ve
         .zip(&places.dry)
         .map(|(fitted, target)| (fitted.particle, *target))
         .collect();
-    let formula = |fitted: Fitted| Formula {
+    let formula = |fitted: ReplicatedLaw| Formula {
         fitted,
         reference,
         at: Place::NONE,
     };
     let mut tasks: Vec<Task> = vec![];
     for (fitted, target) in estimates.dry.iter_mut().zip(&places.dry) {
-        let formula = formula(Fitted::Dry);
+        let formula = formula(ReplicatedLaw::Dry);
         let own = [(Quantity::DryK, &mut fitted.dry.dry_k)];
         tasks.extend(of_fit(own, formula, *target, None));
     }
     for (fit, target) in estimates.series.iter_mut().zip(&places.series) {
-        let formula = formula(Fitted::OverSpeed);
+        let formula = formula(ReplicatedLaw::OverSpeed);
         tasks.extend(of_fit(fit.resampled_mut(), formula, *target, None));
     }
     // the energy table follows the film ratios of the scaling table
     let mut energy = estimates.energy.iter_mut();
     for (fitted, target) in estimates.scaling.iter_mut().zip(&places.scaling) {
-        let formula = formula(Fitted::OverStokes(fitted.law));
+        let formula = formula(ReplicatedLaw::OverStokes(fitted.law));
         if fitted.scaling.film_ratio.is_some() {
             if let Some(row) = energy.next() {
                 let at = Place {
@@ -287,16 +291,16 @@ fn joint_replicates(
     scene: &Scene,
     runs: &Runs,
     estimates: &Estimates,
-    places: &Places,
+    places: &FitPlaces,
     replicates: &AllReplicates,
-) -> Vec<Joint> {
-    let shown: Vec<Option<f64>> = (0..scene.particles.len())
-        .map(|particle| shown::film_ratio(scene, runs, particle))
+) -> Vec<JointReplicates> {
+    let reference_ratios: Vec<Option<f64>> = (0..scene.particles.len())
+        .map(|particle| film_ratio::reference_film_ratio(scene, runs, particle))
         .collect();
     let of_fit = |(fitted, target): (&FittedScaling, &Option<usize>)| {
         let row = &fitted.scaling;
         let drawn = match row.film_ratio {
-            Some(_) => row.film_ratio == shown[fitted.particle],
+            Some(_) => row.film_ratio == reference_ratios[fitted.particle],
             None => row.verdict.passed,
         };
         let fits = replicates.fits.of(target.filter(|_| drawn)?);
@@ -304,7 +308,7 @@ fn joint_replicates(
             let wetted = wetted_of(fitted.law, fit.parameters);
             [Quantity::EInf, Quantity::StC].map(|quantity| quantity.value(&Place::NONE, &wetted))
         };
-        Some(Joint {
+        Some(JointReplicates {
             particle: fitted.particle,
             film_ratio: row.film_ratio,
             law: fitted.law,

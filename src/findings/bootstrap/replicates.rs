@@ -15,7 +15,7 @@ use crate::scene::{IntervalMethod, ResamplingScheme, WetLaw};
 
 /// What the parameters of a replicate are those of.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Fitted {
+pub(super) enum ReplicatedLaw {
     /// the dry law: k
     Dry,
     /// the square-root law over 1/v
@@ -26,7 +26,7 @@ pub(super) enum Fitted {
 
 /// Where e_dry is taken.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Reference {
+pub(super) struct DrySpeedReference {
     pub(super) order: Order,
     /// m/s
     pub(super) speed: f64,
@@ -35,8 +35,8 @@ pub(super) struct Reference {
 /// How quantities follow from the parameters of a replicate, and where they are quoted.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Formula {
-    pub(super) fitted: Fitted,
-    pub(super) reference: Reference,
+    pub(super) fitted: ReplicatedLaw,
+    pub(super) reference: DrySpeedReference,
     pub(super) at: Place,
 }
 
@@ -53,13 +53,13 @@ impl Task<'_> {
     /// The quantity at a law's parameters and k; NaN where it is not defined.
     fn value(&self, parameters: [f64; 2], k: f64) -> f64 {
         let wetted = match self.formula.fitted {
-            Fitted::Dry => return parameters[0],
-            Fitted::OverSpeed => Wetted::of_speed(parameters[0], parameters[1]),
-            Fitted::OverStokes(law) => wetted_of(law, parameters),
+            ReplicatedLaw::Dry => return parameters[0],
+            ReplicatedLaw::OverSpeed => Wetted::of_speed(parameters[0], parameters[1]),
+            ReplicatedLaw::OverStokes(law) => wetted_of(law, parameters),
         };
         let wetted = match self.dry {
             Some(_) => {
-                let Reference { order, speed } = self.formula.reference;
+                let DrySpeedReference { order, speed } = self.formula.reference;
                 wetted.with_e_dry(order.restitution(k, speed))
             }
             None => wetted,
@@ -87,7 +87,7 @@ const UNDEFINED: &str = "a fit without this quantity: e does not fall with 1/St"
 
 impl AllReplicates {
     /// Gives an estimate what its replicates say; nothing where it has no standard error.
-    pub(super) fn complete(&self, task: Task) {
+    pub(super) fn add_interval(&self, task: Task) {
         let (Some(value), Some(se)) = (task.estimate.value, task.estimate.se) else {
             return;
         };
@@ -115,7 +115,7 @@ impl AllReplicates {
             ResamplingScheme::Cases | ResamplingScheme::Series => degrees_of_freedom(&influences),
             ResamplingScheme::Residuals | ResamplingScheme::Parametric => Some(self.to_spare[task.target] as f64),
         };
-        let mut made = Made {
+        let mut made = IntervalParts {
             acceleration: acceleration(&influences),
             degrees_of_freedom: degrees_of_freedom.unwrap_or(f64::INFINITY),
             t: (self.keep_all || self.method == IntervalMethod::Studentized).then(|| self.studentized(&task, value)),
@@ -124,6 +124,20 @@ impl AllReplicates {
             se,
         };
         let estimate = task.estimate;
+        self.add_intervals(estimate, &mut made);
+        let fallback = self.quote(estimate, &mut made);
+        estimate.bootstrap = Some(Bootstrapped {
+            se: Some(sd),
+            bias: Some(mean - value),
+            failed: replicates.failed,
+            failures,
+            replicates: self.plan.replicates,
+            fallback,
+        });
+    }
+
+    /// Adds the interval of the scene's method, or of every method, at each level.
+    fn add_intervals(&self, estimate: &mut Estimate, made: &mut IntervalParts) {
         let mut levels: Vec<f64> = LEVELS.to_vec();
         if !levels.contains(&estimate.level) {
             levels.push(estimate.level);
@@ -144,28 +158,25 @@ impl AllReplicates {
             let level = estimate.level;
             estimate.intervals.retain(|made| !is_delta(made) || made.level == level);
         }
-        let mut fallback = None;
-        if self.method != IntervalMethod::Delta {
-            let quoted = match made.interval(self.method, estimate.level) {
-                Ok(quoted) => Some(quoted),
-                Err(reason) => {
-                    fallback = Some(reason);
-                    made.interval(IntervalMethod::Percentile, estimate.level).ok()
-                }
-            };
-            if let Some(quoted) = quoted {
-                estimate.interval = Some([quoted.lo, quoted.hi]);
-                estimate.method = quoted.method;
-            }
+    }
+
+    /// Quotes the interval of the scene's method, or the percentile one with the reason why that stands in for it.
+    fn quote(&self, estimate: &mut Estimate, made: &mut IntervalParts) -> Option<&'static str> {
+        if self.method == IntervalMethod::Delta {
+            return None;
         }
-        estimate.bootstrap = Some(Bootstrapped {
-            se: Some(sd),
-            bias: Some(mean - value),
-            failed: replicates.failed,
-            failures,
-            replicates: self.plan.replicates,
-            fallback,
-        });
+        let (quoted, fallback) = match made.interval(self.method, estimate.level) {
+            Ok(quoted) => (Some(quoted), None),
+            Err(reason) => {
+                let percentile = made.interval(IntervalMethod::Percentile, estimate.level);
+                (percentile.ok(), Some(reason))
+            }
+        };
+        if let Some(quoted) = quoted {
+            estimate.interval = Some([quoted.lo, quoted.hi]);
+            estimate.method = quoted.method;
+        }
+        fallback
     }
 
     /// The replicates of a target, each with that of its k; without one, its parameter is NaN.
@@ -231,7 +242,7 @@ fn is_delta(made: &Interval) -> bool {
 }
 
 /// What an interval of a quantity is made of.
-struct Made<'r> {
+struct IntervalParts<'r> {
     replicates: &'r mut Replicates,
     /// t* of the replicates, where they are asked for
     t: Option<Replicates>,
@@ -241,7 +252,7 @@ struct Made<'r> {
     se: f64,
 }
 
-impl Made<'_> {
+impl IntervalParts<'_> {
     /// The interval, or why there is none.
     fn interval(&mut self, method: IntervalMethod, level: f64) -> Result<Interval, &'static str> {
         const NONE: &str = "no replicates";

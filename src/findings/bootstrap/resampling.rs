@@ -35,12 +35,12 @@ pub struct Resampling {
     pub single_run_strata: usize,
     /// replicates of pairs, for the figures
     #[serde(skip)]
-    pub joint: Vec<Joint>,
+    pub joint: Vec<JointReplicates>,
 }
 
 /// e_inf and St_c of the same replicates.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Joint {
+pub struct JointReplicates {
     /// index into the scene's particles
     pub particle: usize,
     /// film ratio; `None`: over all

@@ -1,4 +1,4 @@
-//! Names the constants of a scene, and moves one of them by a little.
+//! Names the constants of a scene, and changes one of them by a little.
 
 use std::borrow::Cow;
 
@@ -23,7 +23,7 @@ pub(super) enum Constant {
 }
 
 /// Liquids and particles that have rebounds, and the mean film of these.
-pub(super) struct InUse {
+pub(super) struct MaterialsInUse {
     liquids: Vec<usize>,
     particles: Vec<usize>,
     /// m
@@ -31,17 +31,17 @@ pub(super) struct InUse {
 }
 
 /// A kind of constant with those of it that are in use.
-pub(super) struct Kind {
+pub(super) struct ConstantKind {
     /// all of them at once
     pub(super) all: Constant,
     /// each alone
     pub(super) each: Vec<Constant>,
-    /// whether each is told wherever there is more than one
+    /// whether each is varied wherever there is more than one
     always_each: bool,
 }
 
-impl InUse {
-    pub(super) fn new(scene: &Scene, runs: &Runs) -> InUse {
+impl MaterialsInUse {
+    pub(super) fn new(scene: &Scene, runs: &Runs) -> MaterialsInUse {
         let with_rebounds = || runs.series.iter().filter(|series| !series.rebounds.is_empty());
         let has = |of: &dyn Fn(&Series) -> usize, count: usize| {
             let mut found = vec![false; count];
@@ -49,20 +49,20 @@ impl InUse {
             (0..count).filter(|index| found[*index]).collect()
         };
         let films = || with_rebounds().flat_map(|series| &runs.film[series.rebounds.clone()]);
-        InUse {
+        MaterialsInUse {
             liquids: has(&|series| series.liquid, scene.liquids.len()),
             particles: has(&|series| series.particle, scene.particles.len()),
             mean_film: films().sum::<f64>() / films().count().max(1) as f64,
         }
     }
 
-    pub(super) fn kinds(&self) -> Vec<Kind> {
-        let of_liquids = |of: fn(Option<usize>) -> Constant, always_each: bool| Kind {
+    pub(super) fn kinds(&self) -> Vec<ConstantKind> {
+        let of_liquids = |of: fn(Option<usize>) -> Constant, always_each: bool| ConstantKind {
             all: of(None),
             each: self.liquids.iter().map(|index| of(Some(*index))).collect(),
             always_each,
         };
-        let of_particles = |of: fn(Option<usize>) -> Constant| Kind {
+        let of_particles = |of: fn(Option<usize>) -> Constant| ConstantKind {
             all: of(None),
             each: self.particles.iter().map(|index| of(Some(*index))).collect(),
             always_each: false,
@@ -72,7 +72,7 @@ impl InUse {
             of_liquids(Constant::LiquidDensity, false),
             of_particles(Constant::ParticleDensity),
             of_particles(Constant::Roughness),
-            Kind {
+            ConstantKind {
                 all: Constant::Film,
                 each: vec![],
                 always_each: false,
@@ -100,8 +100,8 @@ impl InUse {
         }
     }
 
-    /// The scene and the runs with a constant moved by this share of itself, as an exponent.
-    pub(super) fn moved<'a>(
+    /// The scene and the runs with a constant changed by this share of itself, as an exponent.
+    pub(super) fn perturbed<'a>(
         &self,
         scene: &Scene,
         runs: &'a Runs,
@@ -130,7 +130,7 @@ impl InUse {
                     }
                 }
             }
-            // the film ratios that name the groups stay: a result is that at the film ratio it is told at
+            // the film ratios that name the groups stay: a result keeps the film ratio it is reported at
             Constant::Film => runs.to_mut().film.iter_mut().for_each(|film| *film *= factor),
             Constant::FilmOffset => {
                 let offset = share * self.mean_film;
@@ -144,22 +144,22 @@ impl InUse {
     }
 }
 
-impl Kind {
-    /// The constants of this kind that are told: all at once, and each where that says more.
-    pub(super) fn told(&self, in_use: &InUse, scene: &Scene) -> Vec<Constant> {
+impl ConstantKind {
+    /// The constants of this kind to vary: all at once, and each where that says more.
+    pub(super) fn varied(&self, in_use: &MaterialsInUse, scene: &Scene) -> Vec<Constant> {
         let given = |constant: &Constant| in_use.rel_sd(scene, *constant).is_some();
-        let mut told = vec![self.all];
+        let mut varied = vec![self.all];
         if self.each.len() > 1 && (self.always_each || self.each.iter().any(given)) {
-            told.extend(&self.each);
+            varied.extend(&self.each);
         }
         if self.all == Constant::Film && given(&Constant::FilmOffset) {
-            told.push(Constant::FilmOffset);
+            varied.push(Constant::FilmOffset);
         }
-        told
+        varied
     }
 
     /// The constants of this kind that the scene gives no uncertainty of.
-    pub(super) fn not_given(&self, in_use: &InUse, scene: &Scene) -> Vec<Constant> {
+    pub(super) fn not_given(&self, in_use: &MaterialsInUse, scene: &Scene) -> Vec<Constant> {
         let given = |constant: &Constant| in_use.rel_sd(scene, *constant).is_some();
         if given(&self.all) || self.all == Constant::Film && given(&Constant::FilmOffset) {
             return vec![];

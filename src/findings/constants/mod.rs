@@ -2,16 +2,16 @@
 //!
 //! | file | job |
 //! |---|---|
-//! | `constant.rs` | which constants there are, and how one is moved |
-//! | `movable.rs` | moves the minimum of the energy balance |
+//! | `constant.rs` | which constants there are, and how one is changed |
+//! | `refit.rs` | refits the energy balance at changed constants |
 //! | `elasticities.rs` | finds how results move with a constant |
 //! | `sensitivity.rs` | how one result moves with the constants |
-//! | `caution.rs` | which constant wants a second look |
+//! | `exact_constants.rs` | which constant without an uncertainty would widen the results most |
 
-mod caution;
 mod constant;
 mod elasticities;
-mod movable;
+mod exact_constants;
+mod refit;
 mod sensitivity;
 
 use std::collections::HashSet;
@@ -21,30 +21,31 @@ use rayon::prelude::*;
 use super::balance::EnergyBalance;
 use super::dry::FittedDry;
 use super::estimate::Estimate;
+use super::film_ratio;
 use super::scaling::FittedScaling;
-use super::shown;
 use crate::notice::Notice;
 use crate::physics::Quantity;
 use crate::runs::{FilmGroup, Runs};
 use crate::scene::{Scene, WetLaw};
-use constant::{Constant, InUse};
-use elasticities::{sample, Aim, Setting};
+use constant::{Constant, MaterialsInUse};
+use elasticities::{Output, Sample, SensitivityAnalysis};
+use refit::BalanceMinimum;
 use sensitivity::BALANCE;
-pub use sensitivity::{Moves, Sensitivity};
+pub use sensitivity::{Elasticity, Sensitivity};
 
-/// Share of itself by which a constant is moved each way. The error of a central difference falls with its square and is
+/// Share of itself by which a constant is changed each way. The error of a central difference falls with its square and is
 /// 1e-8 of an elasticity on the example, where it is 1e-4 with a share of 1e-4; rounding grows with its inverse, to as much.
 const STEP: f64 = 1e-6;
 
 /// More rebounds than this say little new of an elasticity: of longer tables about so many are taken.
 pub const MOST_REBOUNDS: usize = 10_000;
 
-/// Elasticities are told to so many parts of one: what a difference leaves behind them is its own error.
+/// Elasticities are rounded to so many parts of one: what a difference leaves behind them is its own error.
 const PARTS: f64 = 1e5;
 
 /// The sensitivity of what the energy balance gives and, at the film ratio shown of each particle, of e_inf and St_c; a
 /// fit that may not be quoted has none. With it, what the reader should look at.
-pub fn find(
+pub fn find_sensitivities(
     scene: &Scene,
     runs: &Runs,
     dry: &[FittedDry],
@@ -52,21 +53,29 @@ pub fn find(
     balance: Option<&EnergyBalance>,
 ) -> (Vec<Sensitivity>, Option<Notice>) {
     let balance = balance.filter(|balance| balance.verdict.passed);
-    let asked = asked(scene, runs, scaling, balance);
-    if asked.is_empty() {
+    let outputs = outputs_without_constants(scene, runs, scaling, balance);
+    if outputs.is_empty() {
         return (vec![], None);
     }
-    let aims: Vec<Aim> = asked.iter().map(|(aim, _)| *aim).collect();
-    let in_use = InUse::new(scene, runs);
-    let (sample, share) = sample(runs, MOST_REBOUNDS);
-    let setting = Setting::new(scene, (&sample, share), dry, balance, &in_use, &aims);
+    let targets: Vec<Output> = outputs.iter().map(|(output, _)| *output).collect();
+    let in_use = MaterialsInUse::new(scene, runs);
+    let sample = Sample::of(runs, MOST_REBOUNDS);
+    let minimum = |balance| BalanceMinimum::new(scene, &sample.runs, dry, balance, sample.share);
+    let analysis = SensitivityAnalysis {
+        scene,
+        sample: &sample,
+        dry,
+        in_use: &in_use,
+        outputs: &targets,
+        balance: balance.and_then(minimum),
+    };
     let kinds = in_use.kinds();
-    let constants: Vec<Constant> = kinds.iter().flat_map(|kind| kind.told(&in_use, scene)).collect();
+    let constants: Vec<Constant> = kinds.iter().flat_map(|kind| kind.varied(&in_use, scene)).collect();
     let columns: Vec<Vec<f64>> = constants
         .par_iter()
-        .map(|constant| setting.elasticities(*constant, STEP))
+        .map(|constant| analysis.elasticities(*constant, STEP))
         .collect();
-    let told: Vec<(Sensitivity, Vec<f64>)> = asked
+    let sensitivities: Vec<(Sensitivity, Vec<f64>)> = outputs
         .into_iter()
         .enumerate()
         .filter_map(|(row, (_, blank))| {
@@ -77,7 +86,7 @@ pub fn find(
             // where a fit gives no number, what its constant does is not known, nor is the sum
             elasticities.iter().all(|x| x.is_finite()).then(|| {
                 let by = constants.iter().zip(&elasticities).filter(|(_, x)| **x != 0.0);
-                let by = by.map(|(constant, elasticity)| Moves {
+                let by = by.map(|(constant, elasticity)| Elasticity {
                     constant: constant.name(scene),
                     elasticity: *elasticity,
                     rel_sd: in_use.rel_sd(scene, *constant),
@@ -86,16 +95,17 @@ pub fn find(
             })
         })
         .collect();
-    let notice = caution::notice(scene, &in_use, &kinds, &constants, &told);
-    (told.into_iter().map(|(sensitivity, _)| sensitivity).collect(), notice)
+    let notice = exact_constants::exact_constants_notice(scene, &in_use, &kinds, &constants, &sensitivities);
+    (
+        sensitivities.into_iter().map(|(sensitivity, _)| sensitivity).collect(),
+        notice,
+    )
 }
 
 /// Adds what is known of the constants to the statistical error; they are taken as independent of each other.
-fn combine(blank: Sensitivity, by: Vec<Moves>) -> Sensitivity {
+fn combine(blank: Sensitivity, by: Vec<Elasticity>) -> Sensitivity {
     let value = blank.value;
-    let given = by
-        .iter()
-        .filter_map(|moves| Some(value * moves.elasticity * moves.rel_sd?));
+    let given = by.iter().filter_map(|one| Some(value * one.elasticity * one.rel_sd?));
     let squares: Vec<f64> = given.map(|sd| sd * sd).collect();
     let constants_sd = (!squares.is_empty()).then(|| squares.iter().sum::<f64>().sqrt());
     Sensitivity {
@@ -107,15 +117,15 @@ fn combine(blank: Sensitivity, by: Vec<Moves>) -> Sensitivity {
 }
 
 /// The results that have a value and a standard error, still without the constants.
-fn asked(
+fn outputs_without_constants(
     scene: &Scene,
     runs: &Runs,
     scaling: &[FittedScaling],
     balance: Option<&EnergyBalance>,
-) -> Vec<(Aim, Sensitivity)> {
-    let mut asked = balance.map_or(vec![], |balance| of_balance(scene, balance));
+) -> Vec<(Output, Sensitivity)> {
+    let mut outputs = balance.map_or(vec![], |balance| of_balance(scene, balance));
     for particle in 0..scene.particles.len() {
-        let Some(film_ratio) = shown::film_ratio(scene, runs, particle) else {
+        let Some(film_ratio) = film_ratio::reference_film_ratio(scene, runs, particle) else {
             continue;
         };
         let same = |group: &FilmGroup| (group.particle, group.film_ratio) == (particle, film_ratio);
@@ -133,14 +143,14 @@ fn asked(
             (fitted.particle, fitted.law, fitted.scaling.film_ratio) == (particle, WetLaw::Sqrt, Some(film_ratio))
                 && fitted.scaling.verdict.passed
         });
-        let mut add = |aim: Aim, quantity: Quantity, fit: &'static str, estimate: &Estimate| {
+        let mut add = |output: Output, quantity: Quantity, fit: &'static str, estimate: &Estimate| {
             let about = (Some(name.clone()), Some(film_ratio));
             let result = quantity.describe().name;
-            asked.extend(blank(result, about, fit, estimate.pair()).map(|blank| (aim, blank)));
+            outputs.extend(without_constants(result, about, fit, estimate.pair()).map(|blank| (output, blank)));
         };
         if let Some(row) = derived {
             for (quantity, estimate) in [(Quantity::EInf, &row.e_inf), (Quantity::StC, &row.st_c)] {
-                add(Aim::Derived(row.place, quantity), quantity, BALANCE, estimate);
+                add(Output::Derived(row.place, quantity), quantity, BALANCE, estimate);
             }
         }
         let of_law = direct.iter().flat_map(|fitted| {
@@ -149,26 +159,32 @@ fn asked(
         });
         for (quantity, estimate) in of_law {
             add(
-                Aim::SquareRoot(group, quantity),
+                Output::SquareRoot(group, quantity),
                 quantity,
                 WetLaw::Sqrt.name(),
                 estimate,
             );
         }
     }
-    asked
+    outputs
 }
 
 /// The parameters of the energy balance and δc of its particles.
-fn of_balance(scene: &Scene, balance: &EnergyBalance) -> Vec<(Aim, Sensitivity)> {
-    let mut asked = vec![];
-    let mut add = |aim: Aim, result: &str, particle: Option<&String>, pair: Option<(f64, f64)>| {
-        asked.extend(blank(result, (particle.cloned(), None), BALANCE, pair).map(|blank| (aim, blank)));
+fn of_balance(scene: &Scene, balance: &EnergyBalance) -> Vec<(Output, Sensitivity)> {
+    let mut outputs = vec![];
+    let mut add = |output: Output, result: &str, particle: Option<&String>, pair: Option<(f64, f64)>| {
+        outputs
+            .extend(without_constants(result, (particle.cloned(), None), BALANCE, pair).map(|blank| (output, blank)));
     };
     // k comes from the dry runs, which no constant enters
     let wet = balance.parameters.len() - balance.particles.len();
     for (index, parameter) in balance.parameters.iter().take(wet).enumerate() {
-        add(Aim::Parameter(index), &parameter.name, None, parameter.estimate.pair());
+        add(
+            Output::Parameter(index),
+            &parameter.name,
+            None,
+            parameter.estimate.pair(),
+        );
     }
     let held: HashSet<&String> = balance.particles.iter().collect();
     for (index, particle) in scene.particles.iter().enumerate() {
@@ -176,18 +192,18 @@ fn of_balance(scene: &Scene, balance: &EnergyBalance) -> Vec<(Aim, Sensitivity)>
             let pair = balance.delta_c_over_roughness.pair();
             let delta_c = pair.map(|(ratio, se)| (particle.roughness * ratio, particle.roughness * se));
             add(
-                Aim::CriticalSeparation(index),
+                Output::CriticalSeparation(index),
                 Quantity::DeltaC.describe().name,
                 Some(&particle.name),
                 delta_c,
             );
         }
     }
-    asked
+    outputs
 }
 
 /// A result still without the constants; `None` at zero, which has no share to move by.
-fn blank(
+fn without_constants(
     result: &str,
     (particle, film_ratio): (Option<String>, Option<f64>),
     fit: &'static str,

@@ -1,4 +1,4 @@
-//! Describes how a result moves with the constants, and names it.
+//! Holds the sensitivity of a result to the constants, and names the result.
 
 use serde::Serialize;
 
@@ -25,7 +25,7 @@ pub struct Sensitivity {
     /// its statistical standard error, by least squares
     pub se: f64,
     /// the constants that move it; any other moves it by less than 5e-6 of its own share
-    pub by: Vec<Moves>,
+    pub by: Vec<Elasticity>,
     /// √Σ (value · elasticity · rel_sd)² over the constants whose uncertainty is given; `None` where none is
     pub constants_sd: Option<f64>,
     /// √(se² + constants_sd²)
@@ -59,9 +59,9 @@ impl Sensitivity {
     }
 }
 
-/// How a result moves with one constant.
+/// Elasticity of a result in one constant.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Moves {
+pub struct Elasticity {
     /// `viscosity`, `liquid_density`, `particle_density`, `roughness` or `film`: all of a kind by one factor;
     /// `viscosity[AK10]` and the like: one alone; `film_offset`: all films by one length, in units of their mean
     pub constant: String,

@@ -2,33 +2,33 @@
 //!
 //! | file | job |
 //! |---|---|
-//! | `lines.rs` | each quantity by itself, by counting runs |
-//! | `sight.rs` | what the runs say about the fit, beside the priors |
+//! | `each_quantity.rs` | each quantity by itself, by counting runs |
+//! | `identifiability.rs` | the information of the runs at the fit, beside that of the priors |
 //! | `words.rs` | why a direction is not seen, and what would show it |
-//! | `instead.rs` | what is determined in its place |
+//! | `combinations.rs` | the combinations that are determined instead |
 //!
-//! A direction is unseen where the runs say less of it than its prior: the slopes of every restitution, wet and dry,
+//! A direction is unidentified where the runs say less of it than its prior: the slopes of every restitution, wet and dry,
 //! over the runs' spread and for a step of one prior sd in the logarithm of each parameter, leave it a singular value
 //! below 1, and the prior then more than 1/√2 of its sd. Stuck runs are left out, as by least squares.
 
-mod instead;
-mod lines;
-mod sight;
+mod combinations;
+mod each_quantity;
+mod identifiability;
 mod words;
 
 use serde::Serialize;
 
-pub use instead::Determined;
-pub use lines::{lines, Identified};
+pub use combinations::IdentifiableCombination;
+pub use each_quantity::{identify_each_quantity, Identified};
 
 use super::least_squares::LeastSquares;
 use super::notices;
 use crate::notice::Notice;
 use crate::runs::Runs;
 use crate::scene::Scene;
-use sight::Sight;
+use identifiability::Identifiability;
 
-/// What the runs see of the parameters together.
+/// Identifiability of the parameters together.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Directions {
     /// where the slopes were taken: `least_squares`, or `least_squares_with_priors` where the energy balance alone has
@@ -39,12 +39,12 @@ pub struct Directions {
     /// the share of its prior sd it keeps
     pub spread_left: f64,
     /// what the runs cannot see
-    pub unseen: Vec<Unseen>,
+    pub unseen: Vec<Unidentified>,
 }
 
-/// Parameters that move together without the runs seeing it.
+/// Parameters that the runs do not tell apart.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Unseen {
+pub struct Unidentified {
     /// their names
     pub parameters: Vec<String>,
     /// in how many directions they do
@@ -56,29 +56,33 @@ pub struct Unseen {
     /// the runs that would show it
     pub add: String,
     /// what is determined of them instead
-    pub determined: Vec<Determined>,
+    pub determined: Vec<IdentifiableCombination>,
 }
 
-/// What the runs see of the parameters at the fit; `None` without parameters, or where a sum is not finite.
-pub fn directions(scene: &Scene, runs: &Runs, least_squares: LeastSquares) -> Option<Directions> {
-    let sight = Sight::of(scene, runs, least_squares)?;
-    let left = sight.known.left();
+/// Identifiability of the parameters at the fit; `None` without parameters, or where a sum is not finite.
+pub fn identify_directions(scene: &Scene, runs: &Runs, least_squares: LeastSquares) -> Option<Directions> {
+    let identifiability = Identifiability::of(scene, runs, least_squares)?;
+    let left = identifiability.information.left();
     let (least, spread_left) = left.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
-    let name = |place: &usize| sight.kinds[*place].name(scene);
-    let unseen = sight.known.unseen().into_iter().map(|group| {
-        let kinds: Vec<_> = group.members.iter().map(|place| sight.kinds[*place]).collect();
-        let (reason, add) = words::why(scene, runs, &sight, &kinds, group.directions);
-        Unseen {
+    let name = |place: &usize| identifiability.kinds[*place].name(scene);
+    let unseen = identifiability.information.unseen().into_iter().map(|group| {
+        let kinds: Vec<_> = group
+            .members
+            .iter()
+            .map(|place| identifiability.kinds[*place])
+            .collect();
+        let (reason, add) = words::why(scene, runs, &identifiability, &kinds, group.directions);
+        Unidentified {
             parameters: group.members.iter().map(name).collect(),
             directions: group.directions,
             spread_left: group.members.iter().map(|place| left[*place]).fold(0.0, f64::max),
             reason,
             add,
-            determined: instead::find(scene, runs, least_squares, &sight, &group.members),
+            determined: combinations::find_combinations(scene, runs, least_squares, &identifiability, &group.members),
         }
     });
     Some(Directions {
-        at: if sight.fitted {
+        at: if identifiability.fitted {
             "least_squares"
         } else {
             "least_squares_with_priors"
@@ -89,18 +93,18 @@ pub fn directions(scene: &Scene, runs: &Runs, least_squares: LeastSquares) -> Op
     })
 }
 
-/// A notice of what the runs cannot see; `None` where they see everything.
-pub fn notice(directions: Option<&Directions>) -> Option<Notice> {
+/// A notice of what the runs do not identify; `None` where they identify everything.
+pub fn unidentified_notice(directions: Option<&Directions>) -> Option<Notice> {
     let unseen = &directions?.unseen;
-    let tell = |one: &Unseen| {
-        let instead: Vec<String> = one.determined.iter().map(Determined::text).collect();
-        if instead.is_empty() {
+    let describe = |one: &Unidentified| {
+        let determined: Vec<String> = one.determined.iter().map(IdentifiableCombination::text).collect();
+        if determined.is_empty() {
             one.reason.clone()
         } else {
-            format!("{}; determined instead: {}", one.reason, instead.join(", "))
+            format!("{}; determined instead: {}", one.reason, determined.join(", "))
         }
     };
-    let texts: Vec<String> = unseen.iter().map(tell).collect();
+    let texts: Vec<String> = unseen.iter().map(describe).collect();
     let next: Vec<&str> = unseen.iter().map(|one| one.add.as_str()).collect();
     let count = unseen.iter().map(|one| one.directions).sum();
     (count > 0).then(|| notices::unseen(count, &texts, &next))

@@ -1,7 +1,7 @@
 //! Says in the field's words why a direction is not seen, and which runs would show it.
 
-use super::lines::stokes_differ;
-use super::sight::Sight;
+use super::each_quantity::stokes_differ;
+use super::identifiability::Identifiability;
 use crate::model::parameters::Kind;
 use crate::runs::{FilmGroup, Runs};
 use crate::scene::Scene;
@@ -34,8 +34,14 @@ struct Cause {
 }
 
 /// Why some parameters cannot be told in so many directions, and what to add.
-pub(super) fn why(scene: &Scene, runs: &Runs, sight: &Sight, kinds: &[Kind], directions: usize) -> (String, String) {
-    let causes = causes(scene, runs, sight, kinds);
+pub(super) fn why(
+    scene: &Scene,
+    runs: &Runs,
+    identifiability: &Identifiability,
+    kinds: &[Kind],
+    directions: usize,
+) -> (String, String) {
+    let causes = causes(scene, runs, identifiability, kinds);
     let reasons: Vec<&str> = causes.iter().map(|cause| cause.why.as_str()).collect();
     let reasons = if reasons.is_empty() {
         "the runs say less than the priors".to_owned()
@@ -73,7 +79,7 @@ fn listed(words: &[&str], last: &str) -> String {
     }
 }
 
-fn causes(scene: &Scene, runs: &Runs, sight: &Sight, kinds: &[Kind]) -> Vec<Cause> {
+fn causes(scene: &Scene, runs: &Runs, identifiability: &Identifiability, kinds: &[Kind]) -> Vec<Cause> {
     let mut causes = vec![];
     let mut because = |why: String, add: &'static str| causes.push(Cause { why, add });
     let losses = kinds.iter().any(|kind| !matches!(kind, Kind::DryK(_)));
@@ -91,7 +97,7 @@ fn causes(scene: &Scene, runs: &Runs, sight: &Sight, kinds: &[Kind]) -> Vec<Caus
         .map(|p| scene.particles[*p].name.as_str())
         .collect();
     let shared = inertial || kinds.contains(&Kind::LUBRICATION_LOG);
-    let level = sight
+    let level = identifiability
         .value(Kind::FILM_SCALE)
         .filter(|_| kinds.contains(&Kind::FILM_SCALE));
     match (films.as_slice(), level) {

@@ -7,7 +7,7 @@ use crate::inference::arrow::{Arrow, Blocks};
 use crate::inference::information::Sums;
 use crate::inference::joint::{Row, MOST_SLOPES};
 
-/// Directions with less of this share of the information, all parameters scaled to one, are not seen.
+/// Directions with less of this share of the information, all parameters scaled to one, are not identified.
 const UNSEEN: f64 = 1e-10;
 
 /// Sums over all runs at one point, in the order of the parameters' names.
@@ -76,10 +76,10 @@ impl NormalEquations {
     }
 
     /// The fit to these sums: the step from the point they were taken at, and the sum of squares it leaves.
-    pub(super) fn fit(&self) -> Fitted {
+    pub(super) fn fit(&self) -> JointSolution {
         let inverse = inverse(&self.information);
         let step = -inverse.matrix.times(&self.gradient);
-        Fitted {
+        JointSolution {
             left: self.squares + self.gradient.dot(&step),
             step,
             inverse,
@@ -88,7 +88,7 @@ impl NormalEquations {
 }
 
 /// A joint fit.
-pub(super) struct Fitted {
+pub(super) struct JointSolution {
     /// from the point of the sums
     pub(super) step: DVector<f64>,
     pub(super) inverse: Inverse,
@@ -96,7 +96,7 @@ pub(super) struct Fitted {
     pub(super) left: f64,
 }
 
-impl Fitted {
+impl JointSolution {
     /// What the fit leaves of a part or several: Σ residual², and the runs less the parameters spent on them.
     pub(super) fn leaves<'s>(
         &self,
@@ -126,13 +126,14 @@ impl Fitted {
     }
 
     /// The covariance of the fit where the runs' scores have the information `scores`, as variances over those the fit
-    /// claims: by how much each standard error is too short. `None` of a parameter that is not seen.
+    /// claims: by how much each standard error is too short. `None` of a parameter that is not identified.
     pub(super) fn widening(&self, scores: &Arrow) -> Vec<Option<f64>> {
         let inverse = &self.inverse.matrix;
         let covariance = inverse.around(scores);
         let ratio = |j: usize| (covariance[j] / inverse.get(j, j)).sqrt();
-        let seen = self.inverse.seen.iter().enumerate();
-        seen.map(|(j, seen)| seen.then(|| ratio(j)).filter(|ratio| ratio.is_finite()))
+        let identified = self.inverse.identified.iter().enumerate();
+        identified
+            .map(|(j, identified)| identified.then(|| ratio(j)).filter(|ratio| ratio.is_finite()))
             .collect()
     }
 }
@@ -167,13 +168,13 @@ fn demeaned(part: &GroupedPart, sums: &Sums) -> Sums {
     within
 }
 
-/// The inverse of an information matrix in the directions that are seen.
+/// The inverse of an information matrix in the directions that are identified.
 pub(super) struct Inverse {
     pub(super) matrix: Blocks,
-    /// how many directions are seen
+    /// how many directions are identified
     pub(super) rank: usize,
     /// whether each parameter is
-    pub(super) seen: Vec<bool>,
+    pub(super) identified: Vec<bool>,
 }
 
 /// Inverts what can be inverted; the other directions are left out.
@@ -184,16 +185,16 @@ pub(super) fn inverse(information: &Arrow) -> Inverse {
         return Inverse {
             matrix: Blocks::zeros(scale.len()),
             rank: 0,
-            seen: vec![false; scale.len()],
+            identified: vec![false; scale.len()],
         };
     };
-    let sees = |strength: f64| strength > UNSEEN;
-    let kept = axes.function(|strength| f64::from(u8::from(sees(strength))));
-    let seen = |(scale, kept): (&f64, f64)| *scale > 0.0 && kept > 1.0 - 1e-6;
-    let matrix = axes.function(|strength| if sees(strength) { 1.0 / strength } else { 0.0 });
+    let is_identified = |strength: f64| strength > UNSEEN;
+    let kept = axes.function(|strength| f64::from(u8::from(is_identified(strength))));
+    let identified = |(scale, kept): (&f64, f64)| *scale > 0.0 && kept > 1.0 - 1e-6;
+    let matrix = axes.function(|strength| if is_identified(strength) { 1.0 / strength } else { 0.0 });
     Inverse {
-        rank: axes.strengths().filter(|strength| sees(*strength)).count(),
-        seen: scale.iter().zip(kept.diagonal()).map(seen).collect(),
+        rank: axes.strengths().filter(|strength| is_identified(*strength)).count(),
+        identified: scale.iter().zip(kept.diagonal()).map(identified).collect(),
         matrix: matrix.scaled(&scale),
     }
 }

@@ -8,11 +8,12 @@
 
 use serde::Serialize;
 
-use super::normal_equations::NormalEquations;
-use super::rows::{Kind, Rows};
-use super::spread::Variances;
-use super::standard_errors::{lacking, worst, Lacking};
+use super::normal_equations::{JointSolution, NormalEquations};
+use super::rows::{Rows, RunKind};
+use super::spread::GroupVariances;
+use super::standard_errors::{standard_error_ratios, worst, StandardErrorRatio};
 use crate::distributions::f_tail;
+use crate::inference::arrow::Arrow;
 use crate::inference::information::Sums;
 use crate::inference::nested::FTest;
 
@@ -29,21 +30,21 @@ pub struct Offsets {
     /// the same over the sd of wet runs about the fit
     pub share: f64,
     /// what the standard errors lack by it
-    pub standard_errors: Vec<Lacking>,
+    pub standard_errors: Vec<StandardErrorRatio>,
 }
 
 impl Offsets {
     /// The parameter whose standard error lacks most.
-    pub fn worst(&self) -> Option<&Lacking> {
+    pub fn worst(&self) -> Option<&StandardErrorRatio> {
         worst(&self.standard_errors)
     }
 }
 
 /// The offsets; `None` where the series leave none to be seen. `weigh_groups`: groups have spreads of their own.
-pub(super) fn offsets(
+pub(super) fn test_offsets(
     rows: &Rows,
     sums: &[Sums],
-    variances: &Variances,
+    variances: &GroupVariances,
     weigh_groups: bool,
     sd: f64,
 ) -> Option<Offsets> {
@@ -56,7 +57,7 @@ pub(super) fn offsets(
         };
         1.0 / (variances.kinds[rows.kind(part) as usize] * own)
     };
-    let is_wet = |part: &usize| rows.kind(&rows.parts[*part]) == Kind::Wet;
+    let is_wet = |part: &usize| rows.kind(&rows.parts[*part]) == RunKind::Wet;
     let wet = || (0..rows.parts.len()).filter(is_wet).filter(|part| sums[*part].runs > 0);
     let one = NormalEquations::new(rows, sums, weight).fit();
     let (own, demeaned) = NormalEquations::within(rows, sums, weight);
@@ -80,8 +81,14 @@ pub(super) fn offsets(
     let explained = (one.left - own.left).max(0.0);
     let f = explained / df_between as f64 / variance;
     let p = f_tail(f, df_between as f64, df_within)?;
-    let inverse = &one.inverse.matrix;
-    let mut room = 0.0;
+    let spread = OffsetSpread::new(rows, sums, &one, weight);
+    // in units of e², since the offsets' slopes are those of e
+    let of_offsets = (explained - df_between as f64 * variance) / spread.expected;
+    let of_offsets = if spread.expected > 0.0 {
+        of_offsets.max(0.0)
+    } else {
+        0.0
+    };
     let mut scores = NormalEquations::new(rows, sums, |part| {
         if is_wet(&part) {
             weight(part) * variance
@@ -89,19 +96,7 @@ pub(super) fn offsets(
             weight(part)
         }
     });
-    let mut shared = NormalEquations::new(rows, sums, |_| 0.0).information;
-    for index in wet() {
-        let part = &rows.parts[index];
-        let offset = part.places.len();
-        let own = NormalEquations::slopes(part, &sums[index]);
-        let slopes: Vec<(usize, f64)> = own.iter().map(|(j, slope)| (*j, slope * weight(index))).collect();
-        room += weight(index) * sums[index].information[(offset, offset)] - inverse.square(&slopes);
-        shared.add_square(1.0, &slopes);
-    }
-    // in units of e², since the offsets' slopes are those of e
-    let of_offsets = (explained - df_between as f64 * variance) / room;
-    let of_offsets = if room > 0.0 { of_offsets.max(0.0) } else { 0.0 };
-    scores.information.add_weighted(&shared, of_offsets);
+    scores.information.add_weighted(&spread.scores, of_offsets);
     Some(Offsets {
         series,
         test: FTest {
@@ -112,6 +107,34 @@ pub(super) fn offsets(
         },
         sd: of_offsets.sqrt(),
         share: of_offsets.sqrt() / sd,
-        standard_errors: lacking(rows, &one.widening(&scores.information)),
+        standard_errors: standard_error_ratios(rows, &one.widening(&scores.information)),
     })
+}
+
+/// What offsets of unit variance would do to the fit without them.
+struct OffsetSpread {
+    /// n − Σ v_sᵀA⁻¹v_s: what they would add to the squares that are explained
+    expected: f64,
+    /// Σ v_s v_sᵀ: what they would add to the information of the scores
+    scores: Arrow,
+}
+
+impl OffsetSpread {
+    fn new(rows: &Rows, sums: &[Sums], fit: &JointSolution, weight: impl Fn(usize) -> f64) -> OffsetSpread {
+        let mut found = OffsetSpread {
+            expected: 0.0,
+            scores: NormalEquations::new(rows, sums, |_| 0.0).information,
+        };
+        for (index, (part, sums)) in rows.parts.iter().zip(sums).enumerate() {
+            if rows.kind(part) != RunKind::Wet || sums.runs == 0 {
+                continue;
+            }
+            let offset = part.places.len();
+            let own = NormalEquations::slopes(part, sums);
+            let slopes: Vec<(usize, f64)> = own.iter().map(|(j, slope)| (*j, slope * weight(index))).collect();
+            found.expected += weight(index) * sums.information[(offset, offset)] - fit.inverse.matrix.square(&slopes);
+            found.scores.add_square(1.0, &slopes);
+        }
+        found
+    }
 }

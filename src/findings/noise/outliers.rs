@@ -1,17 +1,17 @@
 //! Names the runs that normal noise would hardly ever take so far from the law.
 //!
-//! A run is told by its deletion residual t: its distance from the fit to the others, over the sd of that difference as
+//! A run is found by its deletion residual t: its distance from the fit to the others, over the sd of that difference as
 //! these others show it. Were all noise normal, some |t| among n runs would exceed the line t(1 − 0.01/2n) in one table of
 //! a hundred (Bonferroni). Candidates are all taken out first, and come back from the least extreme on: none hides
-//! another, and none widens the spread it is held against.
+//! another, and none widens the spread it is held reference.
 
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::normal_equations::NormalEquations;
-use super::rows::{Group, GroupedPart, Rows};
-use super::scatter::{is_clear, Settled};
-use super::spread::Unequal;
+use super::rows::{GroupedPart, Rows, RunGroup};
+use super::scatter::{is_clear, RobustFit};
+use super::spread::UnequalSpreads;
 use crate::distributions::student_t_quantile;
 use crate::inference::information::Sums;
 use crate::inference::joint::Row;
@@ -21,8 +21,8 @@ use crate::scene::Sticking;
 /// Probability that normal noise makes any run of a table an outlier.
 pub const FALSE_ALARM: f64 = 0.01;
 
-/// Outliers that are told one by one.
-pub const MOST_TOLD: usize = 10;
+/// Outliers that are described one by one.
+pub const MOST_DESCRIBED: usize = 10;
 
 /// Share of the line from which a run is a candidate: none that passes it with the final spread is missed by a scale
 /// that is off by a quarter.
@@ -64,15 +64,15 @@ fn line(runs: usize, degrees_of_freedom: f64) -> f64 {
     student_t_quantile(tail, degrees_of_freedom).map_or(f64::INFINITY, |t| -t)
 }
 
-/// Runs that are held against the line.
-pub(super) fn tested(rows: &Rows) -> usize {
+/// How many runs are held against the line.
+pub(super) fn count_tested(rows: &Rows) -> usize {
     let censored = rows.scene.model.sticking == Sticking::Censored;
     let of = |part: &GroupedPart| part.rebounds.len() + if censored { part.stuck.len() } else { 0 };
     rows.parts.iter().map(of).sum()
 }
 
 /// Distance in sds from which a run of so many is a candidate.
-pub(super) fn far(runs: usize) -> f64 {
+pub(super) fn candidate_distance(runs: usize) -> f64 {
     /// Student's t with so many degrees of freedom is the normal
     const NORMAL: f64 = 1e9;
     CANDIDATE * line(runs, NORMAL)
@@ -94,7 +94,7 @@ struct Candidate {
 }
 
 /// The sums over all runs but the outliers, and these.
-pub(super) struct Sorted {
+pub(super) struct OutlierSearch {
     /// of each part, in units of the sd of its kind
     pub(super) sums: Vec<Sums>,
     pub(super) outliers: Vec<Outlier>,
@@ -103,18 +103,18 @@ pub(super) struct Sorted {
 }
 
 /// Sorts every run by whether it is an outlier.
-pub(super) fn sort(rows: &Rows, settled: &Settled, unequal: Option<&Unequal>) -> Sorted {
-    let runs = tested(rows);
-    let (mut sums, mut candidates) = gather(rows, settled, unequal, far(runs));
+pub(super) fn find_outliers(rows: &Rows, robust: &RobustFit, unequal: Option<&UnequalSpreads>) -> OutlierSearch {
+    let runs = count_tested(rows);
+    let (mut sums, mut candidates) = gather(rows, robust, unequal, candidate_distance(runs));
     candidates.sort_by(|a, b| a.sds.abs().total_cmp(&b.sds.abs()));
-    let mut against = Against::new(rows, &sums, unequal);
+    let mut reference = ReferenceFit::new(rows, &sums, unequal);
     // among many runs one more moves neither fit nor spread
     let many = 1 + runs / 10_000;
     let mut back = 0;
     let mut outlying = vec![];
     for mut candidate in candidates {
-        let (spread, freedom) = against.spread(&candidate);
-        candidate.sds = candidate.stretch * against.cautious(&candidate) / spread;
+        let (spread, freedom) = reference.spread(&candidate);
+        candidate.sds = candidate.stretch * reference.deletion_distance(&candidate) / spread;
         if candidate.sds.abs() > line(runs, freedom) {
             outlying.push(candidate);
         } else if candidate.fits {
@@ -126,28 +126,28 @@ pub(super) fn sort(rows: &Rows, settled: &Settled, unequal: Option<&Unequal>) ->
             );
             back += 1;
             if back % many == 0 {
-                against = Against::new(rows, &sums, unequal);
+                reference = ReferenceFit::new(rows, &sums, unequal);
             }
         }
     }
     outlying.sort_by(|a, b| b.sds.abs().total_cmp(&a.sds.abs()).then(a.row.run.cmp(&b.row.run)));
     let found = outlying.len();
-    outlying.truncate(MOST_TOLD);
-    Sorted {
-        outliers: outlying.iter().map(|one| against.tell(one)).collect(),
+    outlying.truncate(MOST_DESCRIBED);
+    OutlierSearch {
+        outliers: outlying.iter().map(|one| reference.describe(one)).collect(),
         found,
         sums,
     }
 }
 
 /// Sums of the runs near the fit, and those far from it.
-fn gather(rows: &Rows, settled: &Settled, unequal: Option<&Unequal>, far: f64) -> (Vec<Sums>, Vec<Candidate>) {
+fn gather(rows: &Rows, robust: &RobustFit, unequal: Option<&UnequalSpreads>, far: f64) -> (Vec<Sums>, Vec<Candidate>) {
     let limit = rows.scene.data.smallest_restitution;
     let censored = rows.scene.model.sticking == Sticking::Censored;
     let of_part = |(index, part): (usize, &GroupedPart)| {
         let mut sums = NormalEquations::blank(part);
         let mut candidates = vec![];
-        let scatter = settled.scatter[rows.kind(part) as usize];
+        let scatter = robust.scatter[rows.kind(part) as usize];
         let own = unequal.map_or(1.0, |unequal| unequal.factor(part.group));
         let candidate = |row: Row, restitution: f64, fits: bool| {
             let sd = scatter.sd(&row);
@@ -161,7 +161,7 @@ fn gather(rows: &Rows, settled: &Settled, unequal: Option<&Unequal>, far: f64) -
                 sds: -stretch * row.residual / (sd * own),
             }
         };
-        rows.each(part, part.rebounds.clone(), &settled.point, |row| {
+        rows.each(part, part.rebounds.clone(), &robust.point, |row| {
             let sd = scatter.sd(&row);
             let clear = is_clear(rows, &row, limit, sd);
             // cheap first: nearly every run is near
@@ -175,7 +175,7 @@ fn gather(rows: &Rows, settled: &Settled, unequal: Option<&Unequal>, far: f64) -
             }
         });
         if censored {
-            rows.each(part, part.stuck.clone(), &settled.point, |mut row| {
+            rows.each(part, part.stuck.clone(), &robust.point, |mut row| {
                 row.residual += rows.runs.restitution[row.run] - limit;
                 let one = candidate(row, limit, false);
                 if one.sds < -far {
@@ -198,18 +198,18 @@ fn gather(rows: &Rows, settled: &Settled, unequal: Option<&Unequal>, far: f64) -
     (sums, candidates.into_iter().flatten().collect())
 }
 
-/// The fit a candidate is held against.
-struct Against<'r> {
+/// The fit a candidate is held reference.
+struct ReferenceFit<'r> {
     rows: &'r Rows<'r>,
-    fitted: super::normal_equations::Fitted,
+    fitted: super::normal_equations::JointSolution,
     /// sum of squares and degrees of freedom of each kind
     kinds: [(f64, f64); 2],
     /// the same of each group, where groups differ
     groups: Vec<(f64, f64)>,
 }
 
-impl<'r> Against<'r> {
-    fn new(rows: &'r Rows<'r>, sums: &[Sums], unequal: Option<&Unequal>) -> Against<'r> {
+impl<'r> ReferenceFit<'r> {
+    fn new(rows: &'r Rows<'r>, sums: &[Sums], unequal: Option<&UnequalSpreads>) -> ReferenceFit<'r> {
         let fitted = NormalEquations::new(rows, sums, |_| 1.0).fit();
         let mut kinds = [(0.0, 0.0); 2];
         let mut groups = vec![(0.0, 0.0); rows.groups.len()];
@@ -223,7 +223,7 @@ impl<'r> Against<'r> {
         if unequal.is_none() {
             groups.clear();
         }
-        Against {
+        ReferenceFit {
             rows,
             fitted,
             kinds,
@@ -251,15 +251,15 @@ impl<'r> Against<'r> {
                 .zip(candidate.row.slopes)
                 .map(|(j, slope)| (*j, slope / candidate.sd))
         };
-        let moved: f64 = slopes().map(|(j, slope)| slope * self.fitted.step[j]).sum();
+        let shift: f64 = slopes().map(|(j, slope)| slope * self.fitted.step[j]).sum();
         let inverse = &self.fitted.inverse.matrix;
         let of = |(i, a): (usize, f64)| slopes().map(|(j, b)| a * b * inverse.get(i, j)).sum::<f64>();
-        (-(candidate.row.residual / candidate.sd + moved), slopes().map(of).sum())
+        (-(candidate.row.residual / candidate.sd + shift), slopes().map(of).sum())
     }
 
     /// The distance over √(1 + leverage). Near the threshold m(r) bends too fast for that: there the distance counts that
     /// is left when the energy kept is off by [`OFF`] of its standard errors to the run's side.
-    fn cautious(&self, candidate: &Candidate) -> f64 {
+    fn deletion_distance(&self, candidate: &Candidate) -> f64 {
         let (distance, leverage) = self.distance(candidate);
         let part = &self.rows.parts[candidate.part];
         if candidate.fits || part.series.is_none() {
@@ -287,15 +287,15 @@ impl<'r> Against<'r> {
             let pull: f64 = slopes.map(|(i, slope)| inverse.get(j, *i) * slope / candidate.sd).sum();
             pull * distance / (1.0 + leverage) / (spread * inverse.get(j, j).sqrt())
         };
-        let seen = (0..self.rows.names.len()).filter(|j| self.fitted.inverse.seen[*j]);
-        let all = seen.map(|j| (j, of(j).abs()));
+        let identified = (0..self.rows.names.len()).filter(|j| self.fitted.inverse.identified[*j]);
+        let all = identified.map(|j| (j, of(j).abs()));
         all.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default()
     }
 
-    fn tell(&self, candidate: &Candidate) -> Outlier {
+    fn describe(&self, candidate: &Candidate) -> Outlier {
         let rows = self.rows;
         let part = &rows.parts[candidate.part];
-        let Group {
+        let RunGroup {
             particle,
             liquid,
             film_ratio,

@@ -1,6 +1,6 @@
 //! Finds the point about which the joint fit is looked at: where least squares ended, or would with the priors' k.
 
-use crate::findings::balance::{known, problem_of, rebounds, EnergyBalance};
+use crate::findings::balance::{particles_with_known_k, problem_of, rebounds, EnergyBalance};
 use crate::findings::dry::FittedDry;
 use crate::inference::joint::{fit_joint, Joint, Known};
 use crate::inference::least_squares::Stop;
@@ -10,7 +10,7 @@ use crate::runs::Runs;
 use crate::scene::Scene;
 
 /// A point of the joint fit.
-pub(super) struct Point<'r> {
+pub(super) struct LinearisationPoint<'r> {
     /// the runs of the fit, and its parameters
     pub(super) joint: Joint<'r>,
     /// their values
@@ -19,7 +19,7 @@ pub(super) struct Point<'r> {
     pub(super) names: Vec<String>,
 }
 
-impl<'r> Point<'r> {
+impl<'r> LinearisationPoint<'r> {
     /// The energy balance's own point where it holds every particle that rebounds; else that of a balance which takes
     /// unknown k from their priors. Particles with dry runs alone follow.
     pub(super) fn new(
@@ -28,11 +28,11 @@ impl<'r> Point<'r> {
         dry: &[FittedDry],
         balance: Option<&EnergyBalance>,
         form: Form,
-    ) -> Point<'r> {
+    ) -> LinearisationPoint<'r> {
         let all: Vec<usize> = (0..scene.particles.len()).filter(|p| rebounds(runs, *p)).collect();
-        let of_balance = balance.filter(|_| known(runs, dry).len() == all.len());
+        let of_balance = balance.filter(|_| particles_with_known_k(runs, dry).len() == all.len());
         let found = match of_balance {
-            Some(balance) => Some((balance.form(), balance.held.point.clone(), balance.stop)),
+            Some(balance) => Some((balance.form(), balance.refit_start.point.clone(), balance.stop)),
             None => with_priors(scene, runs, dry, form, &all),
         };
         // a direction the runs cannot see is left out later, and makes the residuals no worse
@@ -47,7 +47,7 @@ impl<'r> Point<'r> {
         let joint = Joint::new(scene, runs, form, &wet, &dried);
         let alone = usable().filter(|(particle, _)| wet.binary_search(particle).is_err());
         values.extend(alone.map(|(_, (k, _))| k));
-        Point {
+        LinearisationPoint {
             names: joint.kinds().map(|kind| kind.name(scene)).collect(),
             joint,
             values,
@@ -72,7 +72,7 @@ fn with_priors(
     if particles.is_empty() {
         return None;
     }
-    let with_dry = known(runs, dry);
+    let with_dry = particles_with_known_k(runs, dry);
     let joint = Joint::new(scene, runs, form, particles, &with_dry);
     let mut problem = problem_of(joint, dry, USUAL);
     for (index, particle) in particles.iter().enumerate() {

@@ -2,26 +2,26 @@
 
 use std::ops::{Deref, Range};
 
-use super::point::Point;
+use super::point::LinearisationPoint;
 use crate::inference::joint::{Joint, Part, Row};
 use crate::runs::Runs;
 use crate::scene::{NoiseOn, Scene};
 
 /// Dry runs have one spread, wet runs another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum RunKind {
     Dry,
     Wet,
 }
 
-impl Kind {
-    pub(super) const ALL: [Kind; 2] = [Kind::Dry, Kind::Wet];
+impl RunKind {
+    pub(super) const ALL: [RunKind; 2] = [RunKind::Dry, RunKind::Wet];
 }
 
 /// Runs of one kind, particle, liquid and film ratio, over all diameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Group {
-    pub(super) kind: Kind,
+pub(super) struct RunGroup {
+    pub(super) kind: RunKind,
     pub(super) particle: usize,
     pub(super) liquid: Option<usize>,
     pub(super) film_ratio: Option<f64>,
@@ -52,18 +52,18 @@ pub(super) struct Rows<'a> {
     pub(super) names: Vec<String>,
     /// dry parts, then wet ones
     pub(super) parts: Vec<GroupedPart>,
-    pub(super) groups: Vec<Group>,
+    pub(super) groups: Vec<RunGroup>,
 }
 
 impl<'a> Rows<'a> {
     /// Dry runs of every usable k, and wet runs of the particles with a place in the energy balance.
-    pub(super) fn new(scene: &'a Scene, point: Point<'a>) -> Rows<'a> {
-        let Point { joint, values, names } = point;
-        let (mut groups, mut parts): (Vec<Group>, Vec<GroupedPart>) = (vec![], vec![]);
+    pub(super) fn new(scene: &'a Scene, point: LinearisationPoint<'a>) -> Rows<'a> {
+        let LinearisationPoint { joint, values, names } = point;
+        let (mut groups, mut parts): (Vec<RunGroup>, Vec<GroupedPart>) = (vec![], vec![]);
         for part in joint.dry_parts().chain(joint.wet_parts()) {
             let series = part.series.map(|index| &joint.runs.series[index]);
-            let group = Group {
-                kind: if series.is_some() { Kind::Wet } else { Kind::Dry },
+            let group = RunGroup {
+                kind: if series.is_some() { RunKind::Wet } else { RunKind::Dry },
                 particle: part.particle,
                 liquid: series.map(|series| series.liquid),
                 film_ratio: series.map(|series| series.film_ratio),
@@ -88,7 +88,7 @@ impl<'a> Rows<'a> {
         }
     }
 
-    pub(super) fn kind(&self, part: &GroupedPart) -> Kind {
+    pub(super) fn kind(&self, part: &GroupedPart) -> RunKind {
         self.groups[part.group].kind
     }
 

@@ -1,7 +1,7 @@
 //! Finds the scatter of the runs about the joint fit in a way that outliers do not mislead.
 
 use super::normal_equations::{inverse, NormalEquations};
-use super::rows::{Kind, Rows};
+use super::rows::{Rows, RunKind};
 use crate::inference::information::Sums;
 use crate::inference::joint::Row;
 use crate::inference::spreads::{median, SD_OF_MEDIAN_DISTANCE};
@@ -56,7 +56,7 @@ impl Scatter {
 }
 
 /// The joint fit without the runs that lie far from it.
-pub(super) struct Settled {
+pub(super) struct RobustFit {
     pub(super) point: Vec<f64>,
     /// scatter of each kind
     pub(super) scatter: [Scatter; 2],
@@ -64,7 +64,7 @@ pub(super) struct Settled {
     pub(super) residuals: Vec<Vec<f64>>,
 }
 
-struct Taken {
+struct SampledRun {
     part: usize,
     row: Row,
     clear: bool,
@@ -74,7 +74,7 @@ struct Taken {
 /// Fits, leaves out what lies further than `far` sds, and fits again until the same runs are left out.
 ///
 /// `None` where the runs show no scatter, or none is clear of the limit of sticking.
-pub(super) fn settle(rows: &Rows, far: f64) -> Option<Settled> {
+pub(super) fn fit_robustly(rows: &Rows, far: f64) -> Option<RobustFit> {
     /// the sets left out settle in a few rounds, or alternate between two that are as good
     const ROUNDS: usize = 10;
     const WORSE: f64 = 1.1;
@@ -86,34 +86,33 @@ pub(super) fn settle(rows: &Rows, far: f64) -> Option<Settled> {
             break;
         }
         let step = step(rows, &taken, &scatter);
-        let moved: Vec<f64> = point.iter().zip(step.iter()).map(|(x, dx)| x + dx).collect();
-        if !rows.joint.holds(&moved) {
+        let stepped: Vec<f64> = point.iter().zip(step.iter()).map(|(x, dx)| x + dx).collect();
+        if !rows.joint.holds(&stepped) {
             break;
         }
         let accepted: Vec<bool> = taken.iter().map(|one| one.accepted).collect();
-        let mut there = take(rows, &moved);
-        there
-            .iter_mut()
+        let mut next = take(rows, &stepped);
+        next.iter_mut()
             .zip(accepted)
             .for_each(|(one, accepted)| one.accepted = accepted);
-        let Some(nearer) = self::scatter(rows, &mut there, Some(scatter)) else {
+        let Some(nearer) = self::scatter(rows, &mut next, Some(scatter)) else {
             break;
         };
         // a step along what the runs hardly see may leave the range in which the law is as good as straight
-        if Kind::ALL
+        if RunKind::ALL
             .iter()
             .any(|kind| nearer[*kind as usize].least() > WORSE * scatter[*kind as usize].least())
         {
             break;
         }
-        (point, taken, scatter) = (moved, there, nearer);
+        (point, taken, scatter) = (stepped, next, nearer);
     }
     let mut residuals = vec![vec![]; rows.groups.len()];
     for one in taken.iter().filter(|one| one.clear) {
         let part = &rows.parts[one.part];
         residuals[part.group].push(one.row.residual / scatter[rows.kind(part) as usize].sd(&one.row));
     }
-    Some(Settled {
+    Some(RobustFit {
         point,
         scatter,
         residuals,
@@ -121,7 +120,7 @@ pub(super) fn settle(rows: &Rows, far: f64) -> Option<Settled> {
 }
 
 /// Accepts what is clear and near; whether that is another set than before.
-fn accept(rows: &Rows, taken: &mut [Taken], scatter: &[Scatter; 2], far: f64) -> bool {
+fn accept(rows: &Rows, taken: &mut [SampledRun], scatter: &[Scatter; 2], far: f64) -> bool {
     let mut changed = false;
     for one in taken {
         let sd = scatter[rows.kind(&rows.parts[one.part]) as usize].sd(&one.row);
@@ -133,12 +132,12 @@ fn accept(rows: &Rows, taken: &mut [Taken], scatter: &[Scatter; 2], far: f64) ->
 }
 
 /// The rebounds about a point, spread over each part where they are many; all of them accepted.
-fn take(rows: &Rows, point: &[f64]) -> Vec<Taken> {
+fn take(rows: &Rows, point: &[f64]) -> Vec<SampledRun> {
     /// multiples of this have parts behind the point that fill [0, 1) evenly, and fall in step with no repeat of a
     /// design
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     let mut taken = vec![];
-    for kind in Kind::ALL {
+    for kind in RunKind::ALL {
         let of_kind = || {
             rows.parts
                 .iter()
@@ -148,8 +147,8 @@ fn take(rows: &Rows, point: &[f64]) -> Vec<Taken> {
         let all: usize = of_kind().map(|(_, part)| part.rebounds.len()).sum();
         let share = MOST_RUNS as f64 / all.max(1) as f64;
         for (index, part) in of_kind() {
-            let tell = |row| {
-                taken.push(Taken {
+            let keep = |row| {
+                taken.push(SampledRun {
                     part: index,
                     row,
                     clear: true,
@@ -157,12 +156,12 @@ fn take(rows: &Rows, point: &[f64]) -> Vec<Taken> {
                 });
             };
             if share >= 1.0 {
-                rows.each(part, part.rebounds.clone(), point, tell);
+                rows.each(part, part.rebounds.clone(), point, keep);
             } else {
-                let mut tell = tell;
-                let picked = |run: &usize| ((run - part.rebounds.start) as f64 * GOLDEN).fract() < share;
-                for run in part.rebounds.clone().filter(picked) {
-                    rows.each(part, run..run + 1, point, &mut tell);
+                let mut keep = keep;
+                let is_sampled = |run: &usize| ((run - part.rebounds.start) as f64 * GOLDEN).fract() < share;
+                for run in part.rebounds.clone().filter(is_sampled) {
+                    rows.each(part, run..run + 1, point, &mut keep);
                 }
             }
         }
@@ -171,9 +170,9 @@ fn take(rows: &Rows, point: &[f64]) -> Vec<Taken> {
 }
 
 /// The scatter of each kind by medians, and which runs are clear of sticking with the scatter `before` or without any.
-fn scatter(rows: &Rows, taken: &mut [Taken], before: Option<[Scatter; 2]>) -> Option<[Scatter; 2]> {
+fn scatter(rows: &Rows, taken: &mut [SampledRun], before: Option<[Scatter; 2]>) -> Option<[Scatter; 2]> {
     let limit = rows.scene.data.smallest_restitution;
-    let mark = |taken: &mut [Taken], scatter: [Scatter; 2]| {
+    let mark = |taken: &mut [SampledRun], scatter: [Scatter; 2]| {
         for one in taken {
             let sd = scatter[rows.kind(&rows.parts[one.part]) as usize].sd(&one.row);
             one.clear = is_clear(rows, &one.row, limit, sd);
@@ -182,15 +181,15 @@ fn scatter(rows: &Rows, taken: &mut [Taken], before: Option<[Scatter; 2]>) -> Op
     if let Some(before) = before {
         mark(taken, before);
     }
-    let of_kind = |taken: &[Taken], kind: Kind| -> Vec<Row> {
+    let of_kind = |taken: &[SampledRun], kind: RunKind| -> Vec<Row> {
         let own = taken
             .iter()
             .filter(|one| one.clear && rows.kind(&rows.parts[one.part]) == kind);
         own.map(|one| one.row).collect()
     };
-    let both = |taken: &[Taken]| -> Option<[Scatter; 2]> {
-        let dry = of_median(of_kind(taken, Kind::Dry), false);
-        let wet = of_median(of_kind(taken, Kind::Wet), rows.energy_scatters());
+    let both = |taken: &[SampledRun]| -> Option<[Scatter; 2]> {
+        let dry = of_median(of_kind(taken, RunKind::Dry), false);
+        let wet = of_median(of_kind(taken, RunKind::Wet), rows.energy_scatters());
         // a kind without scatter of its own has the other's stand for it
         let (first, second) = (dry.or(wet)?, wet.or(dry)?);
         Some([first, second])
@@ -268,7 +267,7 @@ fn variance(rows: &[Row]) -> Option<f64> {
 }
 
 /// The step to the least squares of what is accepted.
-fn step(rows: &Rows, taken: &[Taken], scatter: &[Scatter; 2]) -> nalgebra::DVector<f64> {
+fn step(rows: &Rows, taken: &[SampledRun], scatter: &[Scatter; 2]) -> nalgebra::DVector<f64> {
     let mut sums: Vec<Sums> = rows.parts.iter().map(NormalEquations::blank).collect();
     for one in taken.iter().filter(|one| one.accepted) {
         let part = &rows.parts[one.part];

@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use super::normal_equations::{Fitted, NormalEquations};
-use super::rows::{Kind, Rows};
-use super::standard_errors::{lacking, worst, Lacking, LEVEL};
+use super::normal_equations::{JointSolution, NormalEquations};
+use super::rows::{Rows, RunKind};
+use super::standard_errors::{standard_error_ratios, worst, StandardErrorRatio, LEVEL};
 use crate::inference::arrow::Arrow;
 use crate::inference::information::Sums;
 use crate::inference::nested::FTest;
@@ -12,28 +12,28 @@ use crate::inference::spreads::{median, LEAST_RESIDUALS, SD_OF_MEDIAN_DISTANCE};
 
 /// Spreads of the groups against one spread for all dry and one for all wet runs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Spreads {
+pub struct SpreadTest {
     /// Brown and Forsythe's test of equal spreads
     #[serde(flatten)]
     pub test: FTest,
     /// the group with the largest spread, of the kind (dry or wet) whose spreads differ most
-    pub widest: OfGroup,
+    pub widest: GroupSpread,
     /// the one of that kind with the smallest
-    pub narrowest: OfGroup,
+    pub narrowest: GroupSpread,
     /// what the standard errors lack by it
-    pub standard_errors: Vec<Lacking>,
+    pub standard_errors: Vec<StandardErrorRatio>,
 }
 
-impl Spreads {
+impl SpreadTest {
     /// The parameter whose standard error lacks most.
-    pub fn worst(&self) -> Option<&Lacking> {
+    pub fn worst(&self) -> Option<&StandardErrorRatio> {
         worst(&self.standard_errors)
     }
 }
 
 /// The spread of one group's runs about the fit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct OfGroup {
+pub struct GroupSpread {
     /// name of the particle
     pub particle: String,
     /// name of the liquid; `None` for dry runs
@@ -47,14 +47,14 @@ pub struct OfGroup {
 }
 
 /// Groups whose spreads differ.
-pub(super) struct Unequal {
+pub(super) struct UnequalSpreads {
     /// spread of each group over that of its kind, by medians
     factors: Vec<f64>,
 }
 
-impl Unequal {
+impl UnequalSpreads {
     /// `None` where the test sees no difference.
-    pub(super) fn of(test: Option<&FTest>, residuals: &mut [Vec<f64>]) -> Option<Unequal> {
+    pub(super) fn of(test: Option<&FTest>, residuals: &mut [Vec<f64>]) -> Option<UnequalSpreads> {
         test.filter(|test| test.p < LEVEL)?;
         let factor = |group: &mut Vec<f64>| {
             let mut distances: Vec<f64> = group.iter().map(|x| x.abs()).collect();
@@ -64,7 +64,7 @@ impl Unequal {
                 .filter(|factor| *factor > 1e-6)
                 .unwrap_or(1.0)
         };
-        Some(Unequal {
+        Some(UnequalSpreads {
             factors: residuals.iter_mut().map(factor).collect(),
         })
     }
@@ -75,7 +75,7 @@ impl Unequal {
 }
 
 /// Variances of the runs about the fit, in units of those in which the sums are counted.
-pub(super) struct Variances {
+pub(super) struct GroupVariances {
     /// of each kind
     pub(super) kinds: [f64; 2],
     /// of each group about its own mean, over that of all groups of its kind: a law that does not fit a group, or an
@@ -86,12 +86,12 @@ pub(super) struct Variances {
     runs: Vec<usize>,
 }
 
-impl Variances {
-    pub(super) fn new(rows: &Rows, sums: &[Sums]) -> Variances {
+impl GroupVariances {
+    pub(super) fn new(rows: &Rows, sums: &[Sums]) -> GroupVariances {
         let fitted = NormalEquations::new(rows, sums, |_| 1.0).fit();
-        let mut kinds = [Left::default(); 2];
+        let mut kinds = [ResidualSum::default(); 2];
         let mut runs = vec![0; rows.groups.len()];
-        let mut own: Vec<Left> = vec![Left::default(); rows.groups.len()];
+        let mut own: Vec<ResidualSum> = vec![ResidualSum::default(); rows.groups.len()];
         let mut means = vec![(0.0, 0.0); rows.groups.len()];
         // the parts of a group have slopes in the same parameters
         let mut slopes: Vec<Vec<(usize, f64)>> = vec![vec![]; rows.groups.len()];
@@ -110,7 +110,7 @@ impl Variances {
                 false => so_far.iter_mut().zip(more).for_each(|(sum, (_, slope))| sum.1 += slope),
             }
         }
-        let mut inside = [Left::default(); 2];
+        let mut inside = [ResidualSum::default(); 2];
         for (index, group) in rows.groups.iter().enumerate() {
             let (sum, weight) = means[index];
             if weight > 0.0 {
@@ -126,7 +126,7 @@ impl Variances {
             let own = own[index].variance().filter(|_| enough);
             own.zip(all).map_or(1.0, |(own, all)| own / all)
         };
-        Variances {
+        GroupVariances {
             kinds: kinds.map(|kind| kind.variance().unwrap_or(1.0)),
             groups: (0..rows.groups.len()).map(of_group).collect(),
             inside: inside.map(|kind| kind.variance().unwrap_or(1.0)),
@@ -137,12 +137,12 @@ impl Variances {
 
 /// What a fit leaves of some runs.
 #[derive(Clone, Copy, Default)]
-struct Left {
+struct ResidualSum {
     squares: f64,
     freedom: f64,
 }
 
-impl Left {
+impl ResidualSum {
     fn add(&mut self, squares: f64, freedom: f64) {
         self.squares += squares;
         self.freedom += freedom;
@@ -154,20 +154,20 @@ impl Left {
 }
 
 /// The spreads with what they do to the standard errors; `sds` are those of the kinds in which the sums are counted.
-pub(super) fn spreads(
+pub(super) fn test_spreads(
     rows: &Rows,
     sums: &[Sums],
-    variances: &Variances,
+    variances: &GroupVariances,
     test: Option<FTest>,
     sds: [f64; 2],
-) -> Option<Spreads> {
+) -> Option<SpreadTest> {
     let weight = |part: usize| 1.0 / variances.kinds[rows.kind(&rows.parts[part]) as usize];
-    let fitted: Fitted = NormalEquations::new(rows, sums, weight).fit();
+    let fitted: JointSolution = NormalEquations::new(rows, sums, weight).fit();
     let scores: Arrow = NormalEquations::new(rows, sums, |part| {
         weight(part) * variances.groups[rows.parts[part].group]
     })
     .information;
-    let ends = Kind::ALL.iter().filter_map(|kind| {
+    let ends = RunKind::ALL.iter().filter_map(|kind| {
         let of_kind = |group: &usize| rows.groups[*group].kind == *kind && variances.runs[*group] >= LEAST_RESIDUALS;
         let order = |a: &usize, b: &usize| variances.groups[*a].total_cmp(&variances.groups[*b]);
         let widest = (0..rows.groups.len()).filter(of_kind).max_by(order)?;
@@ -176,10 +176,10 @@ pub(super) fn spreads(
     });
     let by = |pair: &(usize, usize)| variances.groups[pair.0] / variances.groups[pair.1];
     let (widest, narrowest) = ends.max_by(|a, b| by(a).total_cmp(&by(b)))?;
-    let tell = |index: usize| {
+    let spread_of = |index: usize| {
         let group = rows.groups[index];
         let kind = group.kind as usize;
-        OfGroup {
+        GroupSpread {
             particle: rows.scene.particles[group.particle].name.clone(),
             liquid: group.liquid.map(|liquid| rows.scene.liquids[liquid].name.clone()),
             film_ratio: group.film_ratio,
@@ -187,10 +187,10 @@ pub(super) fn spreads(
             sd: (variances.groups[index] * variances.inside[kind]).sqrt() * sds[kind],
         }
     };
-    Some(Spreads {
+    Some(SpreadTest {
         test: test?,
-        widest: tell(widest),
-        narrowest: tell(narrowest),
-        standard_errors: lacking(rows, &fitted.widening(&scores)),
+        widest: spread_of(widest),
+        narrowest: spread_of(narrowest),
+        standard_errors: standard_error_ratios(rows, &fitted.widening(&scores)),
     })
 }

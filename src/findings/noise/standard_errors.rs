@@ -7,7 +7,7 @@ use super::rows::Rows;
 /// Standard errors too small by more than this factor matter: a 95 % interval then covers less than 94 %.
 ///
 /// An interval of ± 1.960 standard errors that are too small by c reaches ± 1.960/c of the right ones, and covers 94 %
-/// where that is 1.881: c = 1.042. It is the line of 0.25 for a bias, told of a width.
+/// where that is 1.881: c = 1.042. It is the line of 0.25 for a bias, for a width.
 pub const LINE: f64 = 1.042;
 
 /// Probability below which groups or series are taken to differ.
@@ -15,7 +15,7 @@ pub const LEVEL: f64 = 0.01;
 
 /// By how much the standard error of a parameter is too small.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Lacking {
+pub struct StandardErrorRatio {
     /// its name
     pub parameter: String,
     /// the standard error that allows for what was found over the one that does not; below 1 it is too large
@@ -23,9 +23,9 @@ pub struct Lacking {
 }
 
 /// The parameters the runs see, with what their standard errors lack.
-pub(super) fn lacking(rows: &Rows, widening: &[Option<f64>]) -> Vec<Lacking> {
+pub(super) fn standard_error_ratios(rows: &Rows, widening: &[Option<f64>]) -> Vec<StandardErrorRatio> {
     let named = |(name, ratio): (&String, &Option<f64>)| {
-        Some(Lacking {
+        Some(StandardErrorRatio {
             parameter: name.clone(),
             ratio: (*ratio)?,
         })
@@ -34,6 +34,6 @@ pub(super) fn lacking(rows: &Rows, widening: &[Option<f64>]) -> Vec<Lacking> {
 }
 
 /// The one that lacks most.
-pub(super) fn worst(all: &[Lacking]) -> Option<&Lacking> {
+pub(super) fn worst(all: &[StandardErrorRatio]) -> Option<&StandardErrorRatio> {
     all.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio))
 }

@@ -1,11 +1,11 @@
 //! Names the parameters that keep much of their prior, each with the one it moves with.
 
-use super::written::{PosteriorFindings, Quantity};
+use super::summary::{PosteriorFindings, QuantitySummary};
 use crate::findings::identify::Directions;
 use crate::findings::notices;
 use crate::notice::Notice;
 
-/// Share of its prior sd from which a parameter wants a look: what each of two keeps that only move together, where the
+/// Share of its prior sd from which a notice names a parameter: what each of two keeps that only move together, where the
 /// runs say as much of their common direction as the priors, √(½ · ½).
 const LEFT: f64 = 0.5;
 
@@ -13,17 +13,23 @@ const LEFT: f64 = 0.5;
 const PARTNER: f64 = 0.3;
 
 /// What of a parameter's prior sd is left, where it is more than the line.
-fn left(quantity: &Quantity) -> Option<f64> {
+fn share_left(quantity: &QuantitySummary) -> Option<f64> {
     quantity.prior.as_ref()?.sd_ratio.filter(|ratio| *ratio > LEFT)
 }
 
 /// Parameters that keep more than the line, and those held because the runs cannot tell them.
-pub(in crate::findings) fn notices(found: &PosteriorFindings, directions: Option<&Directions>) -> Vec<Notice> {
+pub(in crate::findings) fn contraction_notices(
+    found: &PosteriorFindings,
+    directions: Option<&Directions>,
+) -> Vec<Notice> {
     let wide = found.parameters.iter().enumerate();
-    let wide: Vec<(usize, f64)> = wide.filter_map(|(place, q)| Some((place, left(q)?))).collect();
+    let wide: Vec<(usize, f64)> = wide.filter_map(|(place, q)| Some((place, share_left(q)?))).collect();
     let mut all = vec![];
     if !wide.is_empty() {
-        let told: Vec<String> = wide.iter().map(|(place, left)| tell(found, *place, *left)).collect();
+        let parameters: Vec<String> = wide
+            .iter()
+            .map(|(place, left)| describe(found, *place, *left))
+            .collect();
         let directions = directions.into_iter().flat_map(|directions| &directions.unseen);
         let names = |place: &usize| found.parameters[*place].name.as_str();
         let known = directions.filter(|unseen| {
@@ -31,7 +37,7 @@ pub(in crate::findings) fn notices(found: &PosteriorFindings, directions: Option
                 .any(|(at, _)| unseen.parameters.iter().any(|p| p == names(at)))
         });
         let add = known.map(|unseen| unseen.add.as_str()).next();
-        all.push(notices::prior_rules(&told, add));
+        all.push(notices::prior_rules(&parameters, add));
     }
     let held = found
         .left_out
@@ -44,7 +50,7 @@ pub(in crate::findings) fn notices(found: &PosteriorFindings, directions: Option
 }
 
 /// A parameter with what is left of its prior sd, and the parameter that moves most with it.
-fn tell(found: &PosteriorFindings, place: usize, left: f64) -> String {
+fn describe(found: &PosteriorFindings, place: usize, left: f64) -> String {
     let name = &found.parameters[place].name;
     let others = found.correlation[place]
         .iter()

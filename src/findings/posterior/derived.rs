@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::findings::shown::four_decimals;
+use crate::findings::film_ratio::rounded_film_ratio;
 use crate::inference::sampling::Sampled;
 use crate::model::parameters::{physical, Kind};
 use crate::physics::balance::Balance;
@@ -15,7 +15,7 @@ use crate::scene::Scene;
 
 /// A quantity with its draws, chain by chain; NaN where a draw leaves none.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Derived {
+pub struct DerivedDraws {
     /// its name in files, with the label in brackets where it has one
     pub name: String,
     /// what it is: `st_c`
@@ -23,14 +23,14 @@ pub struct Derived {
     /// the particle or the setting it holds for: `PTFE,AK10,0.06`
     pub label: Option<String>,
     /// the setting it holds for
-    pub setting: Option<Setting>,
+    pub setting: Option<WetSetting>,
     /// `values[chain][draw]`
     pub values: Vec<Vec<f64>>,
 }
 
 /// A particle in a liquid at a film ratio.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Setting {
+pub struct WetSetting {
     /// index into the scene's particles
     pub particle: usize,
     /// index into the scene's liquids
@@ -41,7 +41,7 @@ pub struct Setting {
     pub diameter: Option<f64>,
 }
 
-impl Setting {
+impl WetSetting {
     /// The part of L there that no parameter of a form moves.
     fn fixed_over_stokes(&self, scene: &Scene, form: Form) -> f64 {
         let of = |diameter: f64| {
@@ -54,9 +54,9 @@ impl Setting {
     /// Its words in the names of draws.
     fn label(&self, scene: &Scene) -> String {
         let (particle, liquid) = (&scene.particles[self.particle].name, &scene.liquids[self.liquid].name);
-        let at = format!("{particle},{liquid},{}", four_decimals(self.film_ratio));
+        let at = format!("{particle},{liquid},{}", rounded_film_ratio(self.film_ratio));
         match self.diameter {
-            Some(diameter) => format!("{at},{} mm", four_decimals(1e3 * diameter)),
+            Some(diameter) => format!("{at},{} mm", rounded_film_ratio(1e3 * diameter)),
             None => at,
         }
     }
@@ -64,7 +64,7 @@ impl Setting {
 
 /// δc/ε, δc of each particle, then e_inf, St_c and the Stokes number of no rebound at each setting of the runs; without a
 /// viscous loss e_inf alone.
-pub fn find(scene: &Scene, runs: &Runs, form: Form, sampled: &Sampled) -> Vec<Derived> {
+pub fn derived_draws(scene: &Scene, runs: &Runs, form: Form, sampled: &Sampled) -> Vec<DerivedDraws> {
     if runs.series.is_empty() {
         return vec![];
     }
@@ -120,7 +120,7 @@ pub fn find(scene: &Scene, runs: &Runs, form: Form, sampled: &Sampled) -> Vec<De
     let of_setting = [Quantity::EInf, Quantity::StC, Quantity::StNoRebound];
     // without a viscous loss there is no St_c
     for quantity in of_setting.into_iter().take(if has_viscous { 3 } else { 1 }) {
-        let one = |(setting, wetted): (&Setting, &Vec<Wetted<f64>>)| {
+        let one = |(setting, wetted): (&WetSetting, &Vec<Wetted<f64>>)| {
             let label = setting.label(scene);
             let values = wetted.iter().map(|wetted| quantity.value(&Place::NONE, wetted));
             derived(quantity, Some(label), Some(setting.clone()), chains(values.collect()))
@@ -130,9 +130,14 @@ pub fn find(scene: &Scene, runs: &Runs, form: Form, sampled: &Sampled) -> Vec<De
     all
 }
 
-fn derived(quantity: Quantity, label: Option<String>, setting: Option<Setting>, values: Vec<Vec<f64>>) -> Derived {
+fn derived(
+    quantity: Quantity,
+    label: Option<String>,
+    setting: Option<WetSetting>,
+    values: Vec<Vec<f64>>,
+) -> DerivedDraws {
     let name = quantity.describe().name;
-    Derived {
+    DerivedDraws {
         name: label
             .as_ref()
             .map_or(name.to_owned(), |label| format!("{name}[{label}]")),
@@ -144,7 +149,7 @@ fn derived(quantity: Quantity, label: Option<String>, setting: Option<Setting>, 
 }
 
 /// How many quantities [`find`] gives.
-pub fn count(runs: &Runs, form: Form) -> usize {
+pub fn count_derived(runs: &Runs, form: Form) -> usize {
     if runs.series.is_empty() {
         return 0;
     }
@@ -162,10 +167,10 @@ pub fn count(runs: &Runs, form: Form) -> usize {
 
 /// The different particles, liquids and film ratios of the runs, in their order; and diameters where the form tells these
 /// apart.
-fn settings(runs: &Runs, form: Form) -> Vec<Setting> {
-    let mut settings: Vec<Setting> = vec![];
+fn settings(runs: &Runs, form: Form) -> Vec<WetSetting> {
+    let mut settings: Vec<WetSetting> = vec![];
     for series in &runs.series {
-        let setting = Setting {
+        let setting = WetSetting {
             particle: series.particle,
             liquid: series.liquid,
             film_ratio: series.film_ratio,

@@ -1,7 +1,7 @@
 //! Takes from the draws what predictions and figures of a particle need.
 
 use super::Posterior;
-use crate::findings::predict::{Draw, Law};
+use crate::findings::predict::{Draw, ParticleLaw};
 use crate::model::parameters::{physical, Kind};
 use crate::physics::balance::Balance;
 use crate::physics::loss::Film;
@@ -10,7 +10,7 @@ use crate::scene::{Likelihood, NoiseOn, Scene};
 
 impl Posterior {
     /// The law of a particle by at most so many draws, evenly taken.
-    pub fn law(&self, scene: &Scene, particle: usize, most: usize) -> Law {
+    pub fn law(&self, scene: &Scene, particle: usize, most: usize) -> ParticleLaw {
         let both = scene.model.noise == NoiseOn::Both;
         let student = scene.model.likelihood == Likelihood::Student;
         let full = self.sampled.full_draws();
@@ -22,8 +22,8 @@ impl Posterior {
             nu: student.then(|| full[Kind::Nu.slot()]),
         };
         let basis = &self.findings.basis;
-        Law {
-            form: self.asked.form,
+        ParticleLaw {
+            form: self.setup.form,
             smallest_restitution: basis.smallest_restitution,
             covered: basis.particles[particle].covered,
             draws: full.iter().step_by(step).map(draw).collect(),
@@ -34,7 +34,7 @@ impl Posterior {
     /// `None` where a draw leaves none. `v` is the speed at which e_dry enters, m/s.
     pub fn e_inf_and_st_c(&self, particle: usize, film: Film, fixed: f64, v: f64) -> Option<Vec<[f64; 2]>> {
         let pair = |full: &Vec<f64>| {
-            let balance = Balance::new(self.asked.form, film, &physical(full, particle));
+            let balance = Balance::new(self.setup.form, film, &physical(full, particle));
             let e_inf = balance.e_inf(v);
             let st_c = viscous::st_c(balance.lost.over_stokes + fixed, e_inf);
             e_inf.is_finite().then_some([e_inf, st_c])

@@ -1,24 +1,24 @@
-//! Says what the posterior says: each parameter and what follows from it, and whether the sampling may be trusted.
+//! Samples the posterior and summarises it: each parameter, what follows from it, and whether that may be quoted.
 //!
 //! | file | job |
 //! |---|---|
-//! | `written.rs` | what is said, as `findings.json` writes it |
+//! | `summary.rs` | the summary, as `findings.json` writes it |
 //! | `sampling.rs` | what is sampled and how |
-//! | `tell.rs` | each parameter and what follows from it, in numbers |
+//! | `summarise.rs` | summarises the draws of each parameter and of what follows |
 //! | `contraction.rs` | the parameters that keep much of their prior |
 //! | `derived.rs` | what follows from the parameters, draw by draw |
 //! | `draws.rs` | the draws of a particle, for predictions and figures |
-//! | `predictive.rs` | new runs beside the ones made |
-//! | `trust.rs` | what must hold before the posterior is quoted |
+//! | `predictive_checks.rs` | posterior predictive checks: new runs beside the ones made |
+//! | `posterior_checks.rs` | what must hold before the posterior is quoted |
 
 pub(super) mod contraction;
 pub mod derived;
 mod draws;
-pub mod predictive;
+pub(super) mod posterior_checks;
+pub mod predictive_checks;
 mod sampling;
-mod tell;
-pub(super) mod trust;
-mod written;
+mod summarise;
+mod summary;
 
 use super::checks::Check;
 use super::least_squares::LeastSquares;
@@ -33,55 +33,61 @@ use crate::model::parameters::Parameters;
 use crate::runs::Runs;
 use crate::scene::Scene;
 use crate::seed::StreamName;
-use derived::Derived;
-use tell::tell;
+use derived::DerivedDraws;
+use summarise::{summarise_posterior, SummarySource};
 
-pub use sampling::{check_room, effort, start, Asked, Way, MOST_NUMBERS};
-pub use trust::{decline, Declined};
-pub use written::{Accuracy, Compression, LeftOut, PosteriorFindings, PriorTold, Quantity, Tried};
+pub use posterior_checks::{why_not_sampled, NoPosterior};
+pub use sampling::{check_room, effort, start, MethodChoice, SamplingSetup, MOST_NUMBERS};
+pub use summary::{
+    AccuracySummary, CompressionSummary, HeldParameter, PosteriorFindings, PriorSummary, QuantitySummary,
+    RejectedMethod,
+};
 
 /// A posterior with its draws, for the report and the files of draws.
 #[derive(Debug)]
 pub struct Posterior {
-    /// what was sampled
-    pub asked: Asked,
-    /// what is said
+    /// which model was sampled, and how
+    pub setup: SamplingSetup,
+    /// the summary
     pub findings: PosteriorFindings,
     /// the draws
     pub sampled: Sampled,
     /// the draws of what follows
-    pub derived: Vec<Derived>,
+    pub derived: Vec<DerivedDraws>,
     /// what must hold
     pub checks: Vec<Check>,
 }
 
-/// Samples the posterior from where least squares stands, and says what it says.
+/// Samples the posterior from where least squares stands, and summarises it.
 ///
 /// `Err` where a prior leaves no room, or the draws do not fit into memory; the inner `Err` where the runs are such that
 /// nothing should be sampled.
-pub fn find(
+pub fn fit_posterior(
     scene: &Scene,
     runs: &Runs,
     least_squares: LeastSquares,
-    asked: Asked,
+    setup: SamplingSetup,
     watcher: Watcher,
-) -> Result<Result<Posterior, Declined>, Error> {
-    let parameters = Parameters::of(scene, runs, asked.form)?;
-    if let Some(declined) = trust::decline(runs, least_squares, &parameters) {
-        return Ok(Err(declined));
+) -> Result<Result<Posterior, NoPosterior>, Error> {
+    let parameters = Parameters::of(scene, runs, setup.form)?;
+    if let Some(not_sampled) = posterior_checks::why_not_sampled(runs, least_squares, &parameters) {
+        return Ok(Err(not_sampled));
     }
     let effort = effort(scene);
-    check_room(effort, parameters.sampled.len() + derived::count(runs, asked.form))?;
-    let rows = Likelihood::of_rows(scene, runs, asked.form);
+    check_room(
+        effort,
+        parameters.sampled.len() + derived::count_derived(runs, setup.form),
+    )?;
+    let rows = Likelihood::of_rows(scene, runs, setup.form);
     let stream = StreamName::new(least_squares.seed, "posterior");
     let plan = SamplingPlan {
         effort,
         stream,
-        evaluation: asked.way.evaluation(),
+        evaluation: setup.method.evaluation(),
     };
     let start = start(scene, least_squares);
-    let sampled = match asked.way {
-        Way::Accuracy(accuracy) => {
+    let sampled = match setup.method {
+        MethodChoice::Accuracy(accuracy) => {
             let plan = AccuracyPlan {
                 accuracy,
                 effort,
@@ -89,20 +95,27 @@ pub fn find(
             };
             sample_to_accuracy(parameters, &rows, &start, plan, watcher)
         }
-        Way::Nodes | Way::Rows => sample_posterior(parameters, &rows, &start, plan, watcher),
+        MethodChoice::Nodes | MethodChoice::Rows => sample_posterior(parameters, &rows, &start, plan, watcher),
     };
     let sampled = match sampled {
         Ok(sampled) => sampled,
-        Err(why) => return Ok(Err(trust::no_posterior(&why.to_string()))),
+        Err(why) => return Ok(Err(posterior_checks::sampling_failed(&why.to_string()))),
     };
-    let derived = derived::find(scene, runs, asked.form, &sampled);
-    let pointwise = Pointwise::new(scene, runs, asked.form);
-    let predictive = predictive::find(scene, runs, &pointwise, &sampled.full_draws());
-    let basis = Basis::of(scene, runs);
-    let findings = tell(asked, effort, rows.nodes(), &sampled, &derived, (predictive, basis));
-    let checks = trust::checks(&findings, least_squares);
+    let derived = derived::derived_draws(scene, runs, setup.form, &sampled);
+    let pointwise = Pointwise::new(scene, runs, setup.form);
+    let predictive = predictive_checks::check_predictions(scene, runs, &pointwise, &sampled.full_draws());
+    let source = SummarySource {
+        setup,
+        effort,
+        rows: rows.nodes(),
+        derived: &derived,
+        predictive,
+        basis: Basis::of(scene, runs),
+    };
+    let findings = summarise_posterior(&sampled, source);
+    let checks = posterior_checks::check_posterior(&findings, least_squares);
     Ok(Ok(Posterior {
-        asked,
+        setup,
         findings,
         sampled,
         derived,

@@ -1,4 +1,4 @@
-//! Says what is sampled and how: the terms, the way to the draws, the effort, and where the chains start.
+//! Says what is sampled and how: the terms, the method, the effort, and where the chains start.
 
 use crate::error::Error;
 use crate::findings::least_squares::LeastSquares;
@@ -8,18 +8,18 @@ use crate::model::parameters::Kind;
 use crate::physics::Form;
 use crate::scene::Scene;
 
-/// What is sampled, and how.
+/// Which model is sampled, and by which method.
 #[derive(Debug, Clone, Copy)]
-pub struct Asked {
+pub struct SamplingSetup {
     /// the terms of the energy balance
     pub form: Form,
-    /// how
-    pub way: Way,
+    /// what makes the draws
+    pub method: MethodChoice,
 }
 
-/// The way to the draws.
+/// The method that makes the draws.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub enum Way {
+pub enum MethodChoice {
     /// as the scene's `[sampler]` says, on nodes
     #[default]
     Nodes,
@@ -29,12 +29,12 @@ pub enum Way {
     Accuracy(f64),
 }
 
-impl Way {
+impl MethodChoice {
     /// What stands for the runs where trajectories are followed.
     pub fn evaluation(self) -> Evaluation {
         match self {
-            Way::Rows => Evaluation::Rows,
-            Way::Nodes | Way::Accuracy(_) => Evaluation::default(),
+            MethodChoice::Rows => Evaluation::Rows,
+            MethodChoice::Nodes | MethodChoice::Accuracy(_) => Evaluation::default(),
         }
     }
 }
@@ -100,7 +100,7 @@ pub fn start(scene: &Scene, least_squares: LeastSquares) -> Start {
     if let Some(sd) = balance.residual_sd {
         start.push((Kind::SigmaWet, sd));
     }
-    // a value at or below zero is on no parameter's way
+    // a value at or below zero is outside every parameter's range
     start.retain(|(_, value)| *value > 0.0);
     start
 }

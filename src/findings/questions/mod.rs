@@ -3,21 +3,21 @@
 //! | file | job |
 //! |---|---|
 //! | `question.rs` | a question with its answer, in fields |
-//! | `answer.rs` | says what a model with and one without a trend tell |
-//! | `ask.rs` | samples the two on the same runs, and leaves each run out of both |
+//! | `conclusion.rs` | concludes from a model with and one without a trend |
+//! | `trend_comparison.rs` | samples the two on the same runs, and leaves each run out of both |
 
-mod answer;
-mod ask;
+mod conclusion;
 mod question;
+mod trend_comparison;
 
-use super::compare::affordable;
+use super::compare::affordable_draws;
 use crate::error::Error;
 use crate::model::parameters::Kind;
 use crate::notice::Notice;
-use ask::Models;
+use trend_comparison::TrendComparison;
 
-pub use ask::Context;
 pub use question::{Answer, Question, Trend};
+pub use trend_comparison::Context;
 
 /// The paper takes L as constant for film ratios below this one (text of its summary).
 pub const THIN: f64 = 0.10;
@@ -25,13 +25,13 @@ pub const THIN: f64 = 0.10;
 /// Both questions, in the order of the paper's text, and what wants a second look.
 ///
 /// Fails where a prior leaves a parameter no room.
-pub fn find(context: Context) -> Result<(Vec<Question>, Vec<Notice>), Error> {
+pub fn answer_questions(context: Context) -> Result<(Vec<Question>, Vec<Notice>), Error> {
     let questions = vec![is_lubrication_constant(context, THIN)?, is_prefactor_constant(context)?];
-    let notices = questions.iter().filter_map(answer::notice).collect();
+    let notices = questions.iter().filter_map(conclusion::trend_notice).collect();
     Ok((questions, notices))
 }
 
-/// Whether one L serves the runs with film ratios below a line, under the scene's own form.
+/// Whether one L holds for the runs with film ratios below a line, under the scene's own form.
 pub fn is_lubrication_constant(context: Context, below: f64) -> Result<Question, Error> {
     let question = Question {
         film_ratio_below: Some(below),
@@ -41,7 +41,7 @@ pub fn is_lubrication_constant(context: Context, below: f64) -> Result<Question,
         return Ok(question.open(&why));
     }
     let part = context.runs.with_films_below(below);
-    let models = Models {
+    let models = TrendComparison {
         // nothing was left out: the scene's own draws are of these runs
         plain: (part.len() == context.runs.len()).then_some(&context.own.sampled),
         context,
@@ -49,23 +49,23 @@ pub fn is_lubrication_constant(context: Context, below: f64) -> Result<Question,
         trend: Kind::LubricationTrend,
         of: Kind::LUBRICATION_LOG,
     };
-    models.ask(question)
+    models.answer(question)
 }
 
-/// Whether one C serves all runs, under the scene's own form.
+/// Whether one C holds for all runs, under the scene's own form.
 pub fn is_prefactor_constant(context: Context) -> Result<Question, Error> {
     let question = unanswered("Is C the same at every film ratio?", Kind::INERTIAL_PREFACTOR);
     if let Some(why) = too_many(context) {
         return Ok(question.open(&why));
     }
-    let models = Models {
+    let models = TrendComparison {
         plain: Some(&context.own.sampled),
         context,
         runs: context.runs,
         trend: Kind::InertialTrend,
         of: Kind::INERTIAL_PREFACTOR,
     };
-    models.ask(question)
+    models.answer(question)
 }
 
 fn unanswered(question: &'static str, of: Kind) -> Question {
@@ -84,13 +84,13 @@ fn unanswered(question: &'static str, of: Kind) -> Question {
     }
 }
 
-/// Why the runs are not asked at all.
+/// Why no model of the runs is compared at all.
 fn too_many(context: Context) -> Option<String> {
     let runs = context.runs;
     if runs.series.is_empty() {
         return Some("no wet runs in use".to_owned());
     }
     let draws = context.own.sampled.draws();
-    let none = affordable(runs, draws).is_none();
+    let none = affordable_draws(runs, draws).is_none();
     none.then(|| format!("{} runs are too many to leave each out", runs.len()))
 }

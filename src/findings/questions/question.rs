@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::findings::compare::Compared;
+use crate::findings::compare::ComparedModel;
 
 /// A question with its answer. Field names are those of `findings.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -11,21 +11,21 @@ pub struct Question {
     pub question: &'static str,
     /// the parameter it asks of: `lubrication_log`, `inertial_prefactor`
     pub parameter: &'static str,
-    /// only runs with film ratios below this one are asked; `None`: all
+    /// only runs with film ratios below this one count; `None`: all
     pub film_ratio_below: Option<f64>,
-    /// wet runs that are asked
+    /// wet runs that count
     pub runs: usize,
     /// film ratios that enough of them have; `None` where they were not counted
     pub film_ratios: Option<usize>,
     /// the model without the trend and the one with it; none where nothing was sampled
-    pub models: Vec<Compared>,
+    pub models: Vec<ComparedModel>,
     /// by how much the trend predicts runs better, in log density summed over them
     pub gain: Option<f64>,
     /// standard error of the gain, run by run
     pub gain_se: Option<f64>,
     /// the trend; `None` where nothing was sampled
     pub trend: Option<Trend>,
-    /// what that tells
+    /// what follows
     pub answer: Answer,
     /// the same in words
     pub text: String,
@@ -48,17 +48,18 @@ pub struct Trend {
     pub source: &'static str,
 }
 
-/// What the runs tell of a parameter that may go with the film ratio.
+/// Whether a parameter goes with the film ratio.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Answer {
-    /// one value serves
-    OneServes,
+    /// one value for all film ratios
+    #[serde(rename = "one_serves")]
+    Constant,
     /// it rises with the film ratio
     Rises,
     /// it falls
     Falls,
-    /// the runs do not tell
+    /// the runs leave it open
     Open,
 }
 

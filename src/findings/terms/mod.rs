@@ -8,9 +8,9 @@
 mod size;
 mod sized;
 
-use self::size::size;
+use self::size::term_sizes;
 pub use self::sized::{SizedTerm, LINE};
-use super::balance::{self, EnergyBalance, Setup};
+use super::balance::{self, BalanceSetup, EnergyBalance};
 use super::notices::{self, LeavingOut};
 use super::scaling::FittedScaling;
 use crate::notice::Notice;
@@ -21,15 +21,18 @@ use crate::physics::Form;
 ///
 /// What comes back is the form to hold, its balance, and the terms with the sizes they have in it; a term that was left
 /// out keeps the size it was left out for.
-pub(super) fn settle(setup: Setup, scaling: &[FittedScaling]) -> (Form, Option<EnergyBalance>, Vec<SizedTerm>) {
+pub(super) fn choose_terms(
+    setup: BalanceSetup,
+    scaling: &[FittedScaling],
+) -> (Form, Option<EnergyBalance>, Vec<SizedTerm>) {
     let scene = setup.scene;
     let mut form = scene.model.form();
     let open = scene.model.inertia_is_open();
     let mut left_out: Vec<SizedTerm> = vec![];
     loop {
         let is_open = open && Term::Inertia.is_held(form);
-        let balance = balance::find(setup, scaling, form, is_open);
-        let mut terms = size(setup, scaling, form, balance.as_ref());
+        let balance = balance::fit_balance(setup, scaling, form, is_open);
+        let mut terms = term_sizes(setup, scaling, form, balance.as_ref());
         let may_go = |sized: &&SizedTerm| {
             let optional = matches!(sized.term, Term::Inertia | Term::Viscous) && sized.term.is_held(form);
             optional && sized.size.is_some_and(|size| size < LINE)
@@ -59,7 +62,7 @@ pub(super) fn settle(setup: Setup, scaling: &[FittedScaling]) -> (Form, Option<E
 
 /// What of the terms wants a second look: one that matters and is not held, one that is held by name and does not, one
 /// that was left out.
-pub(super) fn notices(terms: &[SizedTerm]) -> Vec<Notice> {
+pub(super) fn term_notices(terms: &[SizedTerm]) -> Vec<Notice> {
     let of = |sized: &SizedTerm| {
         let out = LeavingOut {
             term: sized.term,

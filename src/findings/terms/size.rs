@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 
 use super::sized::SizedTerm;
-use crate::findings::balance::{rebounds, EnergyBalance, Setup};
+use crate::findings::balance::{rebounds, BalanceSetup, EnergyBalance};
 use crate::findings::dry;
 use crate::findings::scaling::FittedScaling;
 use crate::inference::arrow::Arrow;
@@ -26,7 +26,7 @@ const WIDE: f64 = 1e6;
 const SEEN: f64 = 2.0;
 
 /// Where the sizes are taken.
-struct Point {
+struct ReferencePoint {
     /// of every shared parameter, those of terms that are not held with them
     shared: Coefficients,
     /// k of each particle of the scene
@@ -35,9 +35,14 @@ struct Point {
     sigma: Option<[f64; 2]>,
 }
 
-impl Point {
-    fn of(setup: Setup, scaling: &[FittedScaling], form: Form, balance: Option<&EnergyBalance>) -> Point {
-        let Setup { scene, runs, dry, .. } = setup;
+impl ReferencePoint {
+    fn of(
+        setup: BalanceSetup,
+        scaling: &[FittedScaling],
+        form: Form,
+        balance: Option<&EnergyBalance>,
+    ) -> ReferencePoint {
+        let BalanceSetup { scene, runs, dry, .. } = setup;
         let fitted = |kind: Kind| {
             let (value, se) = balance?.estimate(kind)?.pair()?;
             (value > SEEN * se).then_some(value)
@@ -50,7 +55,7 @@ impl Point {
         }
         let of_particle = |particle: usize| {
             let kind = Kind::DryK(particle);
-            let own = dry::of(dry, particle).and_then(|one| one.usable);
+            let own = dry::fit_of_particle(dry, particle).and_then(|one| one.usable);
             let found = fitted(kind).or(own.map(|(k, _)| k));
             found.unwrap_or_else(|| believed(kind))
         };
@@ -64,7 +69,7 @@ impl Point {
         let wet = wet.or(of_dry.filter(|_| runs.series.is_empty()));
         let spread = |sd: f64| sd > 1e-12;
         let sigma = wet.map(|wet| [of_dry.filter(|sd| spread(*sd)).unwrap_or(wet), wet]);
-        Point {
+        ReferencePoint {
             shared,
             dry_k: (0..scene.particles.len()).map(of_particle).collect(),
             sigma: sigma.filter(|[_, wet]| spread(*wet)),
@@ -91,24 +96,24 @@ impl Point {
 }
 
 /// Every term with its size in this form; the bridge only where a liquid in use has a surface tension.
-pub(super) fn size(
-    setup: Setup,
+pub(super) fn term_sizes(
+    setup: BalanceSetup,
     scaling: &[FittedScaling],
     form: Form,
     balance: Option<&EnergyBalance>,
 ) -> Vec<SizedTerm> {
-    let Setup { scene, runs, .. } = setup;
+    let BalanceSetup { scene, runs, .. } = setup;
     // where the form of inertia was left open, the one the balance took
     let form = Form {
         inertia: balance.map_or(form.inertia, |balance| balance.form().inertia),
         ..form
     };
-    let point = Point::of(setup, scaling, form, balance);
+    let point = ReferencePoint::of(setup, scaling, form, balance);
     let particles = || 0..scene.particles.len();
     let wet: Vec<usize> = particles().filter(|p| rebounds(runs, *p)).collect();
     let dry: Vec<usize> = particles().filter(|p| !runs.dry_of(*p).is_empty()).collect();
     let joint = Joint::new(scene, runs, form, &wet, &dry);
-    let mut sums = Sums::new(scene, &joint, &point);
+    let mut sums = TermSums::new(scene, &joint, &point);
     sums.add_wet(scene, &joint, &point);
     sums.add_dry(&joint, &point);
     let tension = |series: &Series| scene.liquids[series.liquid].surface_tension.is_some();
@@ -141,7 +146,7 @@ pub(super) fn size(
 }
 
 /// Weighted sums over the runs.
-struct Sums {
+struct TermSums {
     form: Form,
     /// whether the runs have a spread to weigh them by
     weighed: bool,
@@ -156,8 +161,8 @@ struct Sums {
     largest_effect: [f64; Term::ALL.len()],
 }
 
-impl Sums {
-    fn new(scene: &Scene, joint: &Joint, point: &Point) -> Sums {
+impl TermSums {
+    fn new(scene: &Scene, joint: &Joint, point: &ReferencePoint) -> TermSums {
         let (mut kinds, mut precision, mut places) = (vec![], vec![], vec![]);
         for kind in joint.kinds() {
             let prior = prior_of(scene, kind, joint.form).0;
@@ -177,7 +182,7 @@ impl Sums {
             information.add((place, place), precision);
         }
         let zeros = DVector::zeros(kinds.len());
-        Sums {
+        TermSums {
             form: joint.form,
             weighed: point.sigma.is_some(),
             information,
@@ -205,7 +210,7 @@ impl Sums {
         }
     }
 
-    fn add_wet(&mut self, scene: &Scene, joint: &Joint, point: &Point) {
+    fn add_wet(&mut self, scene: &Scene, joint: &Joint, point: &ReferencePoint) {
         let runs = joint.runs;
         let step = joint.wet_rebounds().div_ceil(MOST_RUNS).max(1);
         let weight = point.sigma.map_or(0.0, |[_, wet]| step as f64 / (wet * wet));
@@ -229,7 +234,7 @@ impl Sums {
         }
     }
 
-    fn add_dry(&mut self, joint: &Joint, point: &Point) {
+    fn add_dry(&mut self, joint: &Joint, point: &ReferencePoint) {
         let rebounds: usize = joint.dry_parts().map(|part| part.rebounds.len()).sum();
         let step = rebounds.div_ceil(MOST_RUNS).max(1);
         let weight = point.sigma.map_or(0.0, |[dry, _]| step as f64 / (dry * dry));

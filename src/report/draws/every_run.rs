@@ -31,7 +31,7 @@ pub(super) struct EveryRun<'a> {
 
 impl<'a> EveryRun<'a> {
     pub fn new(told: Told<'a>, posterior: &Posterior) -> EveryRun<'a> {
-        let asked = posterior.asked;
+        let asked = posterior.setup;
         let pointwise = Pointwise::new(told.scene, told.runs, asked.form);
         let full = posterior.sampled.full_draws();
         let informative = informative(&pointwise, &full);

@@ -10,7 +10,7 @@ use super::every_run::EveryRun;
 use super::tie::{Tie, STORE, TABLE};
 use super::zarr::{chunk_path, store, PART};
 use crate::error::Error;
-use crate::findings::compare::{name, MOST_DENSITIES};
+use crate::findings::compare::{model_name, MOST_DENSITIES};
 use crate::findings::posterior::Posterior;
 use crate::inference::nuts::Chain;
 use crate::model::parameters::{Kind, Parameter};
@@ -59,7 +59,7 @@ pub fn gather<'a>(told: Told<'a>, posterior: &Posterior) -> Result<Gathered<'a>,
         (groups, table(posterior, size))
     };
     let (every_run, (mut groups, table)) = rayon::join(every_run, rest);
-    let asked = posterior.asked;
+    let asked = posterior.setup;
     let mut streamed = vec![];
     if let Some(every_run) = every_run {
         groups.extend(every_run_groups(&every_run, runs.len(), size));
@@ -69,7 +69,7 @@ pub fn gather<'a>(told: Told<'a>, posterior: &Posterior) -> Result<Gathered<'a>,
     groups.push(constant(scene, runs));
     let attributes = [
         ("title", json!(scene.title)),
-        ("model", json!(name(asked.form))),
+        ("model", json!(model_name(asked.form))),
         ("creation_library", json!("wetcor")),
         ("creation_library_version", json!(told.findings.wetcor)),
         ("seed", json!(told.findings.seed)),

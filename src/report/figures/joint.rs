@@ -6,7 +6,7 @@ use super::figure::Figure;
 use super::names::Names;
 use super::of_particle::scaling_of;
 use super::points::{chart, curve, points};
-use crate::findings::bootstrap::Joint;
+use crate::findings::bootstrap::JointReplicates;
 use crate::findings::estimate::Estimate;
 use crate::findings::regions::{self, Contour, SHARES};
 use crate::inference::delta::Interval;
@@ -43,7 +43,7 @@ pub(super) fn joint(told: Told, names: &Names) -> Vec<Figure> {
     let mut figures = vec![];
     for (index, particle) in told.scene.particles.iter().enumerate() {
         for over_all in [false, true] {
-            let mine = |joint: &&Joint| joint.particle == index && joint.film_ratio.is_none() == over_all;
+            let mine = |joint: &&JointReplicates| joint.particle == index && joint.film_ratio.is_none() == over_all;
             let panels = resampling.joint.iter().filter(mine);
             let charts: Vec<Chart> = panels.filter_map(|joint| of_bootstrap(told, joint)).collect();
             if !charts.is_empty() {
@@ -57,7 +57,7 @@ pub(super) fn joint(told: Told, names: &Names) -> Vec<Figure> {
     figures
 }
 
-fn of_bootstrap(told: Told, joint: &Joint) -> Option<Chart> {
+fn of_bootstrap(told: Told, joint: &JointReplicates) -> Option<Chart> {
     let row = scaling_of(told, joint.particle, joint.film_ratio, joint.law)?;
     let both = [&row.e_inf, &row.st_c];
     let by = |estimate: &Estimate, wanted: &dyn Fn(&Interval) -> bool| {

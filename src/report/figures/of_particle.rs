@@ -1,15 +1,15 @@
 //! Looks up what the figures of one particle show: its series with their names, and the fits to them.
 
 use super::super::{numbers, Told};
+use crate::findings::film_ratio;
 use crate::findings::scaling::Scaling;
 use crate::findings::series::SeriesFit;
-use crate::findings::shown;
 use crate::runs::Series;
 use crate::scene::WetLaw;
 use crate::units::{micrometres, millimetres};
 
 pub(super) fn main_film_ratio(told: Told, particle: usize) -> Option<f64> {
-    shown::film_ratio(told.scene, told.runs, particle)
+    film_ratio::reference_film_ratio(told.scene, told.runs, particle)
 }
 
 /// The series of a particle at a film ratio, with the fit of each.

@@ -4,7 +4,7 @@ use super::super::numbers::{self, NONE};
 use super::super::Told;
 use super::cells::law_name;
 use super::page::Page;
-use crate::findings::error_notices::most_moved;
+use crate::findings::error_notices::most_sensitive_to_speed;
 use crate::findings::measurement_errors::ErrorSummary;
 
 /// How the errors of the runs entered; nothing where no run carries one.
@@ -73,7 +73,7 @@ pub(super) fn errors(page: &mut Page, told: Told) {
 
 /// The error of the speed that would move β.
 pub(super) fn of_speed(told: Told) -> Option<String> {
-    let (row, share) = most_moved(&told.findings.scaling)?;
+    let (row, share) = most_sensitive_to_speed(&told.findings.scaling)?;
     Some(format!(
         "An error of v biases β in proportion to its square; as little as {} % of v in every run would move β of the \
          square root by a tenth of its standard error ({}, δ/D = {}).",

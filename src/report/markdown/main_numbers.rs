@@ -8,9 +8,9 @@ use super::escape::literal;
 use super::page::Page;
 use super::posterior::held;
 use super::verdict::verdict_line;
-use crate::findings::balance::Derived;
+use crate::findings::balance::DerivedEstimate;
 use crate::findings::estimate::Estimate;
-use crate::findings::posterior::Quantity;
+use crate::findings::posterior::QuantitySummary;
 use crate::scene::WetLaw;
 
 pub(super) fn main_numbers(page: &mut Page, told: Told) {
@@ -88,7 +88,7 @@ pub(super) fn main_numbers(page: &mut Page, told: Told) {
 }
 
 /// e_inf and St_c of the energy balance, where it may be quoted.
-fn derived(told: Told<'_>) -> Option<&[Derived]> {
+fn derived(told: Told<'_>) -> Option<&[DerivedEstimate]> {
     let balance = told.findings.energy_balance.as_ref()?;
     (balance.verdict.passed && !balance.derived.is_empty()).then_some(balance.derived.as_slice())
 }
@@ -99,7 +99,7 @@ struct Row<'a> {
     key: String,
     label: String,
     estimate: Option<&'a Estimate>,
-    quantity: Option<&'a Quantity>,
+    quantity: Option<&'a QuantitySummary>,
 }
 
 impl Row<'_> {

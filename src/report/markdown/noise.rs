@@ -3,7 +3,7 @@
 use super::super::numbers::{self, NONE};
 use super::super::Told;
 use super::page::Page;
-use crate::findings::noise::{Lacking, Noise, OfGroup, Offsets, Spreads, FALSE_ALARM, LINE};
+use crate::findings::noise::{GroupSpread, Noise, Offsets, SpreadTest, StandardErrorRatio, FALSE_ALARM, LINE};
 use crate::scene::Likelihood;
 
 pub(super) fn noise(page: &mut Page, told: Told) {
@@ -22,8 +22,14 @@ pub(super) fn noise(page: &mut Page, told: Told) {
     lines.extend(noise.spread.as_ref().map(spreads));
     lines.extend(noise.offsets.as_ref().map(offsets));
     page.list(&lines);
-    let spread = noise.spread.as_ref().filter(|spread| spread.mattering().is_some());
-    let offsets = noise.offsets.as_ref().filter(|offsets| offsets.mattering().is_some());
+    let spread = noise
+        .spread
+        .as_ref()
+        .filter(|spread| spread.affected_standard_error().is_some());
+    let offsets = noise
+        .offsets
+        .as_ref()
+        .filter(|offsets| offsets.affected_standard_error().is_some());
     if spread.is_some() || offsets.is_some() {
         let all = [
             spread.map(|one| &one.standard_errors),
@@ -45,8 +51,8 @@ fn outliers(noise: &Noise) -> String {
     }
 }
 
-fn spreads(spread: &Spreads) -> String {
-    let of = |group: &OfGroup| {
+fn spreads(spread: &SpreadTest) -> String {
+    let of = |group: &GroupSpread| {
         format!(
             "{} ({}, {} runs)",
             numbers::significant(group.sd, 2),
@@ -59,7 +65,7 @@ fn spreads(spread: &Spreads) -> String {
         of(&spread.narrowest),
         of(&spread.widest),
         numbers::probability(spread.test.p),
-        by(spread.mattering())
+        by(spread.affected_standard_error())
     )
 }
 
@@ -73,11 +79,11 @@ fn offsets(offsets: &Offsets) -> String {
         numbers::probability(offsets.test.p),
         offsets.test.df_between,
         offsets.test.df_within,
-        by(offsets.mattering())
+        by(offsets.affected_standard_error())
     )
 }
 
-fn by(lacking: Option<&Lacking>) -> String {
+fn by(lacking: Option<&StandardErrorRatio>) -> String {
     lacking.map_or(String::new(), |lacking| {
         format!(
             " The standard error of {} is too small by a factor of {:.2}.",
@@ -87,7 +93,7 @@ fn by(lacking: Option<&Lacking>) -> String {
 }
 
 /// What each standard error lacks, where one matters.
-fn table(page: &mut Page, all: [Option<&Vec<Lacking>>; 2]) {
+fn table(page: &mut Page, all: [Option<&Vec<StandardErrorRatio>>; 2]) {
     page.paragraph(&format!(
         "The standard error that allows for it over the one that does not; above {LINE} a 95 % interval covers less than \
          94 %, below 1 it is wider than it needs to be."
@@ -100,7 +106,7 @@ fn table(page: &mut Page, all: [Option<&Vec<Lacking>>; 2]) {
         .collect();
     names.sort_unstable();
     names.dedup();
-    let cell = |one: Option<&Vec<Lacking>>, name: &str| {
+    let cell = |one: Option<&Vec<StandardErrorRatio>>, name: &str| {
         let found = one.and_then(|one| one.iter().find(|lacking| lacking.parameter == name));
         found.map_or(NONE.to_owned(), |lacking| format!("{:.2}", lacking.ratio))
     };

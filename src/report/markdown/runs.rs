@@ -5,7 +5,7 @@ use super::super::Told;
 use super::cells::list;
 use super::page::Page;
 use crate::error::plain;
-use crate::findings::identify::{Determined, Directions, Unseen};
+use crate::findings::identify::{Directions, IdentifiableCombination, Unidentified};
 use crate::findings::overview::{Material, Overview};
 use crate::units::{micrometres, millimetres};
 
@@ -84,8 +84,8 @@ fn seen(directions: &Directions) -> String {
 }
 
 /// Why a direction is unseen, what is determined instead, and what to add.
-fn unseen_lines(unseen: &Unseen) -> Vec<String> {
-    let value = |one: &Determined| format!("{} = {}", one.quantity, numbers::with_se(one.value, one.se));
+fn unseen_lines(unseen: &Unidentified) -> Vec<String> {
+    let value = |one: &IdentifiableCombination| format!("{} = {}", one.quantity, numbers::with_se(one.value, one.se));
     let instead: Vec<String> = unseen.determined.iter().map(value).collect();
     let mut lines = vec![unseen.reason.clone()];
     if !instead.is_empty() {

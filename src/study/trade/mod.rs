@@ -27,7 +27,7 @@ mod timed;
 
 use crate::error::Error;
 use crate::findings;
-use crate::findings::posterior::{decline, effort, Asked, Way};
+use crate::findings::posterior::{effort, why_not_sampled, MethodChoice, SamplingSetup};
 use crate::model::parameters::Parameters;
 use crate::runs::Table;
 use crate::scene::Scene;
@@ -46,13 +46,13 @@ pub use results::{LinearBias, Marginal, MarginalError, NamedMarginal, Reference,
 /// the long run does not come off; the text says why.
 pub fn measure(scene: &Scene, table: &Table, seed: u64, progress: &dyn Fn()) -> Result<Trade, Error> {
     let runs = &table.runs;
-    let least_squares = findings::find(scene, table, seed, false);
-    let model = Asked {
+    let least_squares = findings::fit_least_squares(scene, table, seed, false);
+    let model = SamplingSetup {
         form: least_squares.form,
-        way: Way::Nodes,
+        method: MethodChoice::Nodes,
     };
     let parameters = Parameters::of(scene, runs, model.form)?;
-    if let Some(declined) = decline(runs, least_squares.least_squares(), &parameters) {
+    if let Some(declined) = why_not_sampled(runs, least_squares.least_squares(), &parameters) {
         return Err(Error::Usage(format!("nothing to trade: {}", declined.0.text)));
     }
     let ground = TradeSetup {

@@ -1,6 +1,6 @@
 //! Holds what all methods start from.
 
-use crate::findings::posterior::Asked;
+use crate::findings::posterior::SamplingSetup;
 use crate::inference::nuts::Effort;
 use crate::model::likelihood::Likelihood;
 use crate::model::parameters::Parameters;
@@ -12,7 +12,7 @@ pub(super) struct TradeSetup<'g> {
     pub(super) scene: &'g Scene,
     pub(super) table: &'g Table,
     pub(super) seed: u64,
-    pub(super) model: Asked,
+    pub(super) model: SamplingSetup,
     pub(super) parameters: Parameters,
     pub(super) effort: Effort,
 }

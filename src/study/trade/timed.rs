@@ -78,9 +78,9 @@ impl TradeSetup<'_> {
         let quoting = Quoting {
             level: scene.bootstrap.level,
         };
-        let dry = dry::find(scene, runs, quoting);
-        let scaling = scaling::find(scene, runs, &dry, quoting);
-        let energy = energy::find(scene, runs, &dry, &scaling, quoting);
+        let dry = dry::fit_dry_laws(scene, runs, quoting);
+        let scaling = scaling::fit_scaling(scene, runs, &dry, quoting);
+        let energy = energy::estimate_energy(scene, runs, &dry, &scaling, quoting);
         let fits = LeastSquaresFits {
             dry: &dry,
             scaling: &scaling,
@@ -100,7 +100,7 @@ impl TradeSetup<'_> {
         evaluation: Evaluation,
         draw: impl Fn(&PreparedPosterior, DrawCounts, StreamName) -> Result<Sampled, String>,
     ) -> MethodAnswer {
-        let least_squares = findings::find(self.scene, self.table, self.seed, false);
+        let least_squares = findings::fit_least_squares(self.scene, self.table, self.seed, false);
         let rows = self.rows();
         let start = start(self.scene, least_squares.least_squares());
         let size = DrawCounts {

@@ -3,7 +3,7 @@
 use super::super::super::chart::{Layer, Style};
 use super::super::super::Told;
 use super::super::of_particle::series_name;
-use crate::findings::predict::{Band, Law};
+use crate::findings::predict::{ParticleLaw, PredictedBand};
 use crate::physics::DrySpeed;
 use crate::runs::Series;
 
@@ -16,7 +16,7 @@ const BEYOND: f64 = 0.02;
 
 /// The posterior's law of each particle, ready for bands.
 pub(in super::super) struct Bands {
-    laws: Vec<Law>,
+    laws: Vec<ParticleLaw>,
 }
 
 /// What the bands of a series are drawn for.
@@ -51,7 +51,7 @@ impl Bands {
         let step = (fastest - slowest) / STEPS as f64;
         let speeds: Vec<f64> = (0..=STEPS).map(|i| slowest + step * i as f64).collect();
         let bands = self.laws[series.particle].bands(&setting, &speeds);
-        let band = |of: fn(&Band) -> [f64; 2]| Layer::Band {
+        let band = |of: fn(&PredictedBand) -> [f64; 2]| Layer::Band {
             name: Some(drawn.name.clone()),
             edges: bands
                 .iter()

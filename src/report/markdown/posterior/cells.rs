@@ -4,10 +4,10 @@ use super::super::super::numbers::{self as print, NONE};
 use super::super::super::Told;
 use super::super::page::Page;
 use crate::findings::checks::{self, Check};
-use crate::findings::posterior::{Posterior, Quantity};
+use crate::findings::posterior::{Posterior, QuantitySummary};
 
 /// How the tables name a parameter: `k, PTFE`.
-pub(super) fn label(quantity: &Quantity) -> String {
+pub(super) fn label(quantity: &QuantitySummary) -> String {
     let symbol = quantity
         .prior
         .as_ref()

@@ -4,7 +4,7 @@ use super::super::super::numbers;
 use super::super::super::{figures, Told};
 use super::super::page::Page;
 use super::cells::{checks, of_prediction};
-use crate::findings::posterior::{Accuracy, Posterior, PosteriorFindings};
+use crate::findings::posterior::{AccuracySummary, Posterior, PosteriorFindings};
 use crate::inference::prepared_posterior::CHECKED;
 use crate::inference::sampling::Method;
 
@@ -77,7 +77,7 @@ fn way(found: &PosteriorFindings) -> String {
 }
 
 /// What accuracy was asked for, and why this method was taken.
-fn asked(accuracy: &Accuracy, method: Method) -> String {
+fn asked(accuracy: &AccuracySummary, method: Method) -> String {
     let vouched = match accuracy.vouched {
         Some(error) => format!("vouches for {}", numbers::significant(error, 2)),
         None => "cannot vouch for any".to_owned(),
@@ -95,7 +95,7 @@ fn asked(accuracy: &Accuracy, method: Method) -> String {
     format!(
         "An accuracy of {} was asked for: the largest error of any mean, in posterior sds, and of any sd, relative. \
          `{}` {vouched}. {before}",
-        numbers::short(accuracy.asked),
+        numbers::short(accuracy.requested),
         method.name()
     )
 }

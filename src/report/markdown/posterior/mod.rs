@@ -24,12 +24,12 @@ pub(super) use model::held;
 
 use super::super::Told;
 use super::page::Page;
-use crate::findings::posterior::Declined;
+use crate::findings::posterior::NoPosterior;
 
 /// The section; nothing where no posterior was asked for, and the reason where nothing was sampled.
 pub(super) fn posterior(page: &mut Page, told: Told) {
     let Some(posterior) = told.posterior else {
-        if let Some(why) = Declined::among(&told.findings.verdicts) {
+        if let Some(why) = NoPosterior::among(&told.findings.verdicts) {
             page.heading("Posterior");
             page.paragraph(&format!("Nothing was sampled: {}.", why.text));
         }

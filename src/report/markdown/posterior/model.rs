@@ -4,7 +4,7 @@ use super::super::super::numbers;
 use super::super::super::Told;
 use super::super::page::Page;
 use super::cells::label;
-use crate::findings::posterior::{LeftOut, Posterior};
+use crate::findings::posterior::{HeldParameter, Posterior};
 use crate::physics::form::Term;
 use crate::physics::rebound::TURN;
 use crate::scene::{Likelihood, NoiseOn, Prior, Sticking};
@@ -21,7 +21,7 @@ pub(super) fn model(page: &mut Page, told: Told, posterior: &Posterior) {
     } else {
         page.paragraph(&format!(
             "A dry run has e = {} + σ_dry z, at its own speed. {own}",
-            posterior.asked.form.dry.formula("v")
+            posterior.setup.form.dry.formula("v")
         ));
     }
     if is_student(told) {
@@ -47,7 +47,7 @@ pub(super) fn model(page: &mut Page, told: Told, posterior: &Posterior) {
 fn wet(told: Told, posterior: &Posterior) -> String {
     let limit = numbers::short(told.scene.data.smallest_restitution);
     let findings = &posterior.findings;
-    let form = posterior.asked.form;
+    let form = posterior.setup.form;
     let g = form.inertia.shape_formula().map_or(String::new(), |g| format!(" {g},"));
     let (cdf, law) = if is_student(told) {
         ("F", "has Student's t distribution and is")
@@ -184,7 +184,7 @@ fn families(posterior: &Posterior) -> String {
     used.join(", ")
 }
 
-fn left_out(page: &mut Page, left_out: &[LeftOut]) {
+fn left_out(page: &mut Page, left_out: &[HeldParameter]) {
     if left_out.is_empty() {
         page.paragraph("No parameter of this model was left out.");
         return;
@@ -208,7 +208,7 @@ fn left_out(page: &mut Page, left_out: &[LeftOut]) {
 }
 
 /// What the posterior takes as known; nothing where all that it reads was sampled.
-pub(in super::super) fn held(left_out: &[LeftOut]) -> Option<String> {
+pub(in super::super) fn held(left_out: &[HeldParameter]) -> Option<String> {
     let held: Vec<String> = left_out
         .iter()
         .filter_map(|left| Some(format!("{} at {}", left.name, numbers::significant(left.value?, 3))))

@@ -4,8 +4,8 @@ use super::super::super::numbers::{self, NONE};
 use super::super::super::{figures, Told};
 use super::super::page::Page;
 use super::cells::{label, rhat};
-use crate::findings::posterior::derived::Setting;
-use crate::findings::posterior::{Posterior, Quantity};
+use crate::findings::posterior::derived::WetSetting;
+use crate::findings::posterior::{Posterior, QuantitySummary};
 use crate::physics::inertia::Inertia;
 use crate::units::micrometres;
 
@@ -67,7 +67,7 @@ fn effective(ess: Option<f64>) -> String {
 
 /// δc, then e_inf, St_c and the Stokes number of no rebound, one row a setting.
 pub(super) fn derived(page: &mut Page, told: Told, posterior: &Posterior) {
-    let both: Vec<(&Quantity, Option<&Setting>)> = posterior
+    let both: Vec<(&QuantitySummary, Option<&WetSetting>)> = posterior
         .findings
         .derived
         .iter()
@@ -99,10 +99,11 @@ pub(super) fn derived(page: &mut Page, told: Told, posterior: &Posterior) {
         "At each particle, liquid and film ratio: e_inf with e_dry at {speed} m/s, St_c = 2 L/e_inf², and 2 St_c, \
          below which nothing rebounds."
     ));
-    let of = |quantity: &str, wanted: &Setting| {
+    let of = |quantity: &str, wanted: &WetSetting| {
         let start = format!("{quantity}[");
-        let mine =
-            |(q, setting): &&(&Quantity, Option<&Setting>)| *setting == Some(wanted) && q.name.starts_with(&start);
+        let mine = |(q, setting): &&(&QuantitySummary, Option<&WetSetting>)| {
+            *setting == Some(wanted) && q.name.starts_with(&start)
+        };
         both.iter().find(mine).map(|(q, _)| *q)
     };
     let mut rows: Vec<Vec<String>> = vec![];
@@ -142,7 +143,7 @@ pub(super) fn derived(page: &mut Page, told: Told, posterior: &Posterior) {
         "2 St_c ± sd",
     ];
     page.table(&header, &rows);
-    let worst = |of: fn(&Quantity) -> Option<f64>, pick: fn(f64, f64) -> f64| {
+    let worst = |of: fn(&QuantitySummary) -> Option<f64>, pick: fn(f64, f64) -> f64| {
         both.iter().filter_map(|(q, _)| of(q)).reduce(pick)
     };
     page.paragraph(&format!(

@@ -5,7 +5,7 @@ use super::super::super::Told;
 use super::super::page::Page;
 use super::cells::{checks, of_prediction, rhat};
 use crate::findings::checks::LOO_KHAT;
-use crate::findings::compare::Compared;
+use crate::findings::compare::ComparedModel;
 use crate::findings::posterior::Posterior;
 use crate::units::millimetres;
 
@@ -91,7 +91,7 @@ pub(super) fn forms(page: &mut Page, told: Told) {
     }
 }
 
-fn row(model: &Compared) -> Vec<String> {
+fn row(model: &ComparedModel) -> Vec<String> {
     let name = if model.own {
         format!("**{}**, this scene's", model.model)
     } else {
@@ -118,7 +118,7 @@ fn row(model: &Compared) -> Vec<String> {
 }
 
 /// What the table says, in a sentence.
-fn verdict(models: &[Compared]) -> Option<String> {
+fn verdict(models: &[ComparedModel]) -> Option<String> {
     let (best, next) = (models.first()?, models.get(1)?);
     let own = models.iter().find(|model| model.own)?;
     let (other, worse) = if own.model == best.model {
@@ -159,8 +159,8 @@ fn verdict(models: &[Compared]) -> Option<String> {
 mod tests {
     use super::*;
 
-    fn model(name: &str, own: bool, delta: f64, delta_se: f64) -> Compared {
-        Compared {
+    fn model(name: &str, own: bool, delta: f64, delta_se: f64) -> ComparedModel {
+        ComparedModel {
             model: name.to_owned(),
             own,
             elpd_loo: 100.0 + delta,

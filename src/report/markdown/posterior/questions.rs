@@ -77,7 +77,7 @@ fn row(question: &Question) -> Vec<String> {
         }),
         numbers::optional(khat.reduce(f64::max), 2),
         match question.answer {
-            Answer::OneServes => "yes, one serves",
+            Answer::Constant => "yes, one serves",
             Answer::Rises => "no, it rises",
             Answer::Falls => "no, it falls",
             Answer::Open => "open",

@@ -1,10 +1,10 @@
-//! Chooses the film ratio shown where one must be chosen, and rounds film ratios for names.
+//! Chooses the film ratio that stands for the others of a particle, and rounds film ratios for names.
 
 use crate::runs::{FilmGroup, Runs};
 use crate::scene::Scene;
 
 /// The film ratio of a particle that stands for the others in figures: a published one, else the one with most rebounds.
-pub fn film_ratio(scene: &Scene, runs: &Runs, particle: usize) -> Option<f64> {
+pub fn reference_film_ratio(scene: &Scene, runs: &Runs, particle: usize) -> Option<f64> {
     let groups: Vec<&FilmGroup> = runs.film_groups_of(particle).iter().collect();
     if groups.is_empty() {
         return None;
@@ -26,6 +26,6 @@ pub fn film_ratio(scene: &Scene, runs: &Runs, particle: usize) -> Option<f64> {
 }
 
 /// A film ratio as names have it: nominal ones as they are, measured means to four decimals.
-pub fn four_decimals(film_ratio: f64) -> f64 {
+pub fn rounded_film_ratio(film_ratio: f64) -> f64 {
     (film_ratio * 1e4).round() / 1e4
 }

@@ -1,4 +1,4 @@
-//! Sums what the runs say about the fit, and sets it beside the priors.
+//! Sums the information of the runs at the fit, and sets it beside that of the priors.
 
 use std::collections::HashMap;
 
@@ -13,8 +13,8 @@ use crate::physics::Form;
 use crate::runs::Runs;
 use crate::scene::{Prior, Scene};
 
-/// The parameters that runs could tell, and what they say of them.
-pub(super) struct Sight<'r> {
+/// The parameters that runs could identify, and the information they give.
+pub(super) struct Identifiability<'r> {
     /// the runs in use, and every parameter of their fit
     joint: Joint<'r>,
     /// the parameters, those the scene holds left out
@@ -27,15 +27,15 @@ pub(super) struct Sight<'r> {
     free: Vec<usize>,
     /// all parameters of the fit
     full: Vec<f64>,
-    /// what the runs say there
-    pub known: DirectionalInformation,
+    /// information of the runs and of the priors there
+    pub information: DirectionalInformation,
     /// whether that is where the energy balance was fitted, without priors
     pub fitted: bool,
 }
 
-impl<'r> Sight<'r> {
+impl<'r> Identifiability<'r> {
     /// `None` without parameters, or where a sum is not finite.
-    pub fn of(scene: &Scene, runs: &'r Runs, least_squares: LeastSquares) -> Option<Sight<'r>> {
+    pub fn of(scene: &Scene, runs: &'r Runs, least_squares: LeastSquares) -> Option<Identifiability<'r>> {
         let form = form(scene, least_squares);
         let particles = || 0..scene.particles.len();
         let wet: Vec<usize> = particles().filter(|p| !runs.series_of(*p).is_empty()).collect();
@@ -71,17 +71,17 @@ impl<'r> Sight<'r> {
             sums: &sums,
         };
         let kinds: Vec<Kind> = free.iter().map(|j| all[*j]).collect();
-        let (values, fitted) = values_to_look_at(scene, runs, least_squares, &evidence, &kinds)?;
-        let known = evidence.information(&values)?;
+        let (values, fitted) = linearisation_point(scene, runs, least_squares, &evidence, &kinds)?;
+        let information = evidence.information(&values)?;
         let full = whole(&values);
-        Some(Sight {
+        Some(Identifiability {
             joint,
             kinds,
             values,
             beliefs,
             free,
             full,
-            known,
+            information,
             fitted,
         })
     }
@@ -106,7 +106,7 @@ impl<'r> Sight<'r> {
         };
         let in_z: Vec<f64> = self.kinds.iter().zip(&self.beliefs).map(slope).collect();
         let believed = in_z.iter().map(|slope| slope * slope).sum::<f64>().sqrt();
-        let se = self.known.se(&in_z);
+        let se = self.information.se(&in_z);
         // below half of the variance is where runs say more than priors
         (se > 0.0 && se * se < 0.5 * believed * believed).then_some((at.share.inertial, se))
     }
@@ -130,7 +130,7 @@ impl<'r> Sight<'r> {
             .zip(&self.beliefs)
             .map(in_z)
             .collect();
-        let se = self.known.se(&in_z);
+        let se = self.information.se(&in_z);
         (row.model > 0.0 && se > 0.0 && se.is_finite()).then_some((row.model, se))
     }
 }
@@ -140,17 +140,17 @@ const FAR: f64 = 10.0;
 
 /// Where to take the slopes: at the least-squares estimates, where all are more certain than their priors, else where runs
 /// and priors together have their least squares; with whether it is the first.
-fn values_to_look_at(
+fn linearisation_point(
     scene: &Scene,
     runs: &Runs,
     least_squares: LeastSquares,
     evidence: &RunsWithPriors,
     kinds: &[Kind],
 ) -> Option<(Vec<f64>, bool)> {
-    let fits = Fits::of(least_squares);
+    let estimates = LeastSquaresEstimates::of(least_squares);
     let with_beliefs = || kinds.iter().zip(evidence.beliefs);
     let alone = with_beliefs().map(|(kind, belief)| {
-        let (value, se) = fits.find(scene, runs, *kind, true)?;
+        let (value, se) = estimates.estimate(scene, runs, *kind, true)?;
         // an estimate less certain than the prior is no place to take slopes at
         (se < value * belief.ln_sd).then_some(value)
     });
@@ -158,7 +158,7 @@ fn values_to_look_at(
         return Some((values, true));
     }
     let near = |(kind, belief): (&Kind, &LogNormalPrior)| {
-        let found = fits.find(scene, runs, *kind, false).map(|(value, _)| value);
+        let found = estimates.estimate(scene, runs, *kind, false).map(|(value, _)| value);
         // a fit that ran away is no place to start from
         let here = |value: &f64| (value / belief.median).ln().abs() < FAR * belief.ln_sd;
         found.filter(here).unwrap_or(belief.median)
@@ -178,19 +178,19 @@ fn form(scene: &Scene, least_squares: LeastSquares) -> Form {
 }
 
 /// Where least squares found the parameters.
-struct Fits<'f> {
+struct LeastSquaresEstimates<'f> {
     in_balance: HashMap<Kind, &'f Estimate>,
     dry: HashMap<&'f str, &'f Dry>,
 }
 
-impl<'f> Fits<'f> {
-    fn of(least_squares: LeastSquares<'f>) -> Fits<'f> {
+impl<'f> LeastSquaresEstimates<'f> {
+    fn of(least_squares: LeastSquares<'f>) -> LeastSquaresEstimates<'f> {
         let parameters = least_squares
             .energy_balance
             .iter()
             .flat_map(|balance| &balance.parameters);
         let dry = least_squares.dry.iter();
-        Fits {
+        LeastSquaresEstimates {
             in_balance: parameters.map(|own| (own.kind, &own.estimate)).collect(),
             dry: dry.map(|dry| (dry.particle.as_str(), dry)).collect(),
         }
@@ -198,7 +198,7 @@ impl<'f> Fits<'f> {
 
     /// Where least squares found a parameter, with its standard error: in the energy balance, which alone knows of k of a
     /// particle with wet runs where `balance_alone`, or in the dry runs. `None` unless it is positive.
-    fn find(&self, scene: &Scene, runs: &Runs, kind: Kind, balance_alone: bool) -> Option<(f64, f64)> {
+    fn estimate(&self, scene: &Scene, runs: &Runs, kind: Kind, balance_alone: bool) -> Option<(f64, f64)> {
         let in_balance = self.in_balance.get(&kind).and_then(|estimate| estimate.pair());
         let of_dry = |particle: usize| {
             let dry = self.dry.get(scene.particles[particle].name.as_str())?;

@@ -1,4 +1,4 @@
-//! Asks whether new runs drawn from the posterior look like the ones that were made.
+//! Posterior predictive checks: whether new runs drawn from the posterior look like the ones that were made.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -14,7 +14,7 @@ const DRAWS: usize = 200;
 /// Draws over which the number stuck in a series is averaged.
 const STUCK_DRAWS: usize = 40;
 
-/// Runs times draws that the checks may look at: a million runs are looked at with fewer draws, not for minutes.
+/// Runs times draws that the checks may evaluate: a million runs are checked with fewer draws, not for minutes.
 const AFFORDABLE: usize = 20_000_000;
 
 /// Fewest draws, however many runs there are.
@@ -25,18 +25,18 @@ const EXACT_TO: usize = 500;
 
 /// How new runs compare with the ones made.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Predictive {
+pub struct PredictiveChecks {
     /// share of the runs inside their predicted bands
-    pub bands: Vec<Band>,
+    pub bands: Vec<BandCoverage>,
     /// dry runs of a particle, or one of its film ratios
-    pub groups: Vec<Group>,
+    pub groups: Vec<GroupResidual>,
     /// series in which the number of stuck runs was in doubt
-    pub stuck: Vec<Stuck>,
+    pub stuck: Vec<StuckCount>,
 }
 
 /// How often runs lie inside their central predicted band.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Band {
+pub struct BandCoverage {
     /// probability the band was made for
     pub level: f64,
     /// share of runs inside
@@ -47,7 +47,7 @@ pub struct Band {
 
 /// Residuals of a group of runs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Group {
+pub struct GroupResidual {
     /// name of the particle
     pub particle: String,
     /// film ratio; `None` for dry runs
@@ -62,7 +62,7 @@ pub struct Group {
 
 /// Runs of a series that stuck, and how many were to be expected.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Stuck {
+pub struct StuckCount {
     /// name of the particle
     pub particle: String,
     /// name of the liquid
@@ -81,9 +81,9 @@ pub struct Stuck {
     pub p: f64,
 }
 
-/// What the draws say of one run.
+/// How one run lies in its posterior predictive distribution.
 #[derive(Clone, Copy)]
-struct Seen {
+struct RunPrediction {
     /// probability of a smaller restitution; of sticking, where the run stuck
     below: f64,
     /// mean residual in σ
@@ -91,20 +91,25 @@ struct Seen {
 }
 
 /// Checks the runs against predictions from full vectors of parameters, as many or a few of them.
-pub fn find(scene: &Scene, runs: &Runs, pointwise: &Pointwise, full_draws: &[Vec<f64>]) -> Predictive {
+pub fn check_predictions(
+    scene: &Scene,
+    runs: &Runs,
+    pointwise: &Pointwise,
+    full_draws: &[Vec<f64>],
+) -> PredictiveChecks {
     let affordable = (AFFORDABLE / runs.len().max(1)).max(FEWEST);
-    let some: Vec<EvaluatedLaw> = spread(full_draws, DRAWS.min(affordable))
+    let some: Vec<EvaluatedLaw> = evenly(full_draws, DRAWS.min(affordable))
         .into_par_iter()
         .map(|full| pointwise.at(full))
         .collect();
-    let seen: Vec<Seen> = (0..pointwise.len())
+    let predictions: Vec<RunPrediction> = (0..pointwise.len())
         .into_par_iter()
-        .map(|run| look(pointwise, run, runs.restitution[run], &some))
+        .map(|run| predict_run(pointwise, run, runs.restitution[run], &some))
         .collect();
-    let few = spread(&some, STUCK_DRAWS.min(affordable));
-    Predictive {
-        bands: [0.5, 0.9].map(|level| band(pointwise, &seen, level)).to_vec(),
-        groups: groups(scene, runs, &seen),
+    let few = evenly(&some, STUCK_DRAWS.min(affordable));
+    PredictiveChecks {
+        bands: [0.5, 0.9].map(|level| band(pointwise, &predictions, level)).to_vec(),
+        groups: groups(scene, runs, &predictions),
         stuck: if scene.model.sticking == Sticking::Censored {
             stuck(scene, runs, &few)
         } else {
@@ -114,11 +119,11 @@ pub fn find(scene: &Scene, runs: &Runs, pointwise: &Pointwise, full_draws: &[Vec
 }
 
 /// So many of the items, evenly.
-fn spread<T>(items: &[T], most: usize) -> Vec<&T> {
+fn evenly<T>(items: &[T], most: usize) -> Vec<&T> {
     items.iter().step_by(items.len().div_ceil(most).max(1)).collect()
 }
 
-fn look(pointwise: &Pointwise, run: usize, e: f64, draws: &[EvaluatedLaw]) -> Seen {
+fn predict_run(pointwise: &Pointwise, run: usize, e: f64, draws: &[EvaluatedLaw]) -> RunPrediction {
     let stuck = pointwise.is_stuck(run);
     let (mut below, mut residual) = (0.0, 0.0);
     for at in draws {
@@ -139,36 +144,36 @@ fn look(pointwise: &Pointwise, run: usize, e: f64, draws: &[EvaluatedLaw]) -> Se
         }
     }
     let n = draws.len() as f64;
-    Seen {
+    RunPrediction {
         below: below / n,
         residual: residual / n,
     }
 }
 
-fn band(pointwise: &Pointwise, seen: &[Seen], level: f64) -> Band {
+fn band(pointwise: &Pointwise, predictions: &[RunPrediction], level: f64) -> BandCoverage {
     let (lo, hi) = (0.5 - 0.5 * level, 0.5 + 0.5 * level);
-    let inside = seen.iter().enumerate().map(|(run, seen)| {
+    let inside = predictions.iter().enumerate().map(|(run, prediction)| {
         if pointwise.is_stuck(run) {
             // somewhere below the limit, nobody knows where: the share of that which the band holds
-            (hi.min(seen.below) - lo).max(0.0) / seen.below
+            (hi.min(prediction.below) - lo).max(0.0) / prediction.below
         } else {
-            f64::from(u8::from((lo..=hi).contains(&seen.below)))
+            f64::from(u8::from((lo..=hi).contains(&prediction.below)))
         }
     });
-    Band {
+    BandCoverage {
         level,
-        coverage: inside.sum::<f64>() / seen.len() as f64,
-        runs: seen.len(),
+        coverage: inside.sum::<f64>() / predictions.len() as f64,
+        runs: predictions.len(),
     }
 }
 
-fn groups(scene: &Scene, runs: &Runs, seen: &[Seen]) -> Vec<Group> {
+fn groups(scene: &Scene, runs: &Runs, predictions: &[RunPrediction]) -> Vec<GroupResidual> {
     let group = |particle: usize, film_ratio: Option<f64>, members: Vec<usize>| {
         let n = members.len() as f64;
-        let residuals = || members.iter().map(|run| seen[*run].residual);
+        let residuals = || members.iter().map(|run| predictions[*run].residual);
         let mean = residuals().sum::<f64>() / n;
         let squares: f64 = residuals().map(|residual| (residual - mean).powi(2)).sum();
-        Group {
+        GroupResidual {
             particle: scene.particles[particle].name.clone(),
             film_ratio,
             runs: members.len(),
@@ -191,7 +196,7 @@ fn groups(scene: &Scene, runs: &Runs, seen: &[Seen]) -> Vec<Group> {
     groups
 }
 
-fn stuck(scene: &Scene, runs: &Runs, draws: &[&EvaluatedLaw]) -> Vec<Stuck> {
+fn stuck(scene: &Scene, runs: &Runs, draws: &[&EvaluatedLaw]) -> Vec<StuckCount> {
     let of_series = |series: &crate::runs::Series| {
         let observed = series.stuck.len();
         let (mut expected, mut lower, mut upper) = (0.0, 0.0, 0.0);
@@ -206,7 +211,7 @@ fn stuck(scene: &Scene, runs: &Runs, draws: &[&EvaluatedLaw]) -> Vec<Stuck> {
             upper += at_least;
         }
         let n = draws.len() as f64;
-        Stuck {
+        StuckCount {
             particle: scene.particles[series.particle].name.clone(),
             liquid: scene.liquids[series.liquid].name.clone(),
             diameter_m: series.diameter,
@@ -217,12 +222,12 @@ fn stuck(scene: &Scene, runs: &Runs, draws: &[&EvaluatedLaw]) -> Vec<Stuck> {
             p: (2.0 * f64::min(lower, upper) / n).min(1.0),
         }
     };
-    let all: Vec<Stuck> = runs.series.par_iter().map(of_series).collect();
+    let all: Vec<StuckCount> = runs.series.par_iter().map(of_series).collect();
     all.into_iter().filter(in_doubt).collect()
 }
 
 /// Whether the number that stuck could have been another: runs far from the threshold check nothing.
-fn in_doubt(stuck: &Stuck) -> bool {
+fn in_doubt(stuck: &StuckCount) -> bool {
     const CERTAIN: f64 = 1e-3;
     (stuck.expected - stuck.observed as f64).abs() > CERTAIN
 }
@@ -247,9 +252,9 @@ fn tails(p: &[f64], observed: usize) -> (f64, f64) {
     probability[0] = 1.0;
     for (trials, p) in p.iter().enumerate() {
         for successes in (0..=trials).rev() {
-            let moved = probability[successes] * p;
-            probability[successes + 1] += moved;
-            probability[successes] -= moved;
+            let success = probability[successes] * p;
+            probability[successes + 1] += success;
+            probability[successes] -= success;
         }
     }
     let at_most = probability[..=observed].iter().sum::<f64>();

@@ -1,7 +1,7 @@
-//! Says what of the scatter wants a second look.
+//! Says which assumptions of the intervals the scatter of the runs breaks.
 
-use super::{Lacking, Noise, OfGroup, Offsets, Outlier, Spreads, LEVEL, LINE};
-use crate::findings::notices::{self, SharedOffsets, TooSmall};
+use super::{GroupSpread, Noise, Offsets, Outlier, SpreadTest, StandardErrorRatio, LEVEL, LINE};
+use crate::findings::notices::{self, SharedOffsets, UnderstatedError};
 use crate::notice::Notice;
 use crate::scene::Scene;
 use crate::units::millimetres;
@@ -10,7 +10,7 @@ use crate::units::millimetres;
 const SHOWN: usize = 3;
 
 /// A notice for outliers, one for unequal spreads and one for shared offsets, each where it matters.
-pub(in crate::findings) fn notices(scene: &Scene, noise: Option<&Noise>) -> Vec<Notice> {
+pub(in crate::findings) fn noise_notices(scene: &Scene, noise: Option<&Noise>) -> Vec<Notice> {
     let Some(noise) = noise else {
         return vec![];
     };
@@ -22,16 +22,16 @@ pub(in crate::findings) fn notices(scene: &Scene, noise: Option<&Noise>) -> Vec<
     [outliers(noise), spread, offsets].into_iter().flatten().collect()
 }
 
-impl Spreads {
+impl SpreadTest {
     /// The standard error that lacks most, where spreads differ and a 95 % interval therefore covers less than 94 %.
-    pub fn mattering(&self) -> Option<&Lacking> {
+    pub fn affected_standard_error(&self) -> Option<&StandardErrorRatio> {
         self.worst().filter(|worst| self.test.p < LEVEL && worst.ratio > LINE)
     }
 }
 
 impl Offsets {
     /// The standard error that lacks most, where there are offsets and a 95 % interval therefore covers less than 94 %.
-    pub fn mattering(&self) -> Option<&Lacking> {
+    pub fn affected_standard_error(&self) -> Option<&StandardErrorRatio> {
         self.worst().filter(|worst| self.test.p < LEVEL && worst.ratio > LINE)
     }
 }
@@ -79,29 +79,29 @@ fn name(particle: &str, liquid: Option<&str>, diameter: Option<&str>, film_ratio
     parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
-impl OfGroup {
+impl GroupSpread {
     /// Its name in a sentence.
     pub fn label(&self) -> String {
         name(&self.particle, self.liquid.as_deref(), None, self.film_ratio)
     }
 }
 
-fn unequal_spread(spread: &Spreads) -> Option<Notice> {
-    let lacking = spread.mattering()?;
-    let of = |group: &OfGroup| format!("{:.4} ({}, {} runs)", group.sd, group.label(), group.runs);
+fn unequal_spread(spread: &SpreadTest) -> Option<Notice> {
+    let worst = spread.affected_standard_error()?;
+    let of = |group: &GroupSpread| format!("{:.4} ({}, {} runs)", group.sd, group.label(), group.runs);
     let groups = spread.test.df_between + 1;
     let (narrowest, widest) = (of(&spread.narrowest), of(&spread.widest));
     Some(notices::unequal_spread(
         groups,
         &narrowest,
         &widest,
-        lacking.too_small(),
+        worst.understated(),
     ))
 }
 
-impl Lacking {
-    fn too_small(&self) -> TooSmall<'_> {
-        TooSmall {
+impl StandardErrorRatio {
+    fn understated(&self) -> UnderstatedError<'_> {
+        UnderstatedError {
             parameter: &self.parameter,
             ratio: self.ratio,
         }
@@ -109,12 +109,12 @@ impl Lacking {
 }
 
 fn series_offsets(scene: &Scene, offsets: &Offsets) -> Option<Notice> {
-    let lacking = offsets.mattering()?;
+    let worst = offsets.affected_standard_error()?;
     let found = SharedOffsets {
         series: offsets.series,
         sd: offsets.sd,
         share: offsets.share,
-        lacking: lacking.too_small(),
+        worst: worst.understated(),
     };
     Some(notices::series_offsets(&found, scene.bootstrap.scheme))
 }

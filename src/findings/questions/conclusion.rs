@@ -1,17 +1,17 @@
 //! Says whether a parameter is constant, from the gain of a trend and the trend itself.
 
 use super::question::{Answer, Question, Trend};
-use crate::findings::compare::{is_gain, Compared, GAIN};
+use crate::findings::compare::{is_gain, ComparedModel, GAIN};
 use crate::findings::notices;
 use crate::inference::diagnostics::loo::Difference;
 use crate::notice::Notice;
 use crate::physics::inertia::Inertia;
 use crate::physics::Form;
 
-/// What two models of the same runs say.
-pub(super) struct Weighed {
+/// What two models of the same runs give as evidence.
+pub(super) struct TrendEvidence {
     /// the one without the trend, the one with it
-    pub models: [Compared; 2],
+    pub models: [ComparedModel; 2],
     /// by how much the trend predicts the runs better, in log density
     pub gain: Difference,
     pub trend: Trend,
@@ -22,7 +22,7 @@ const MATTERS: f64 = 0.5;
 
 /// The line is that of choosing a form: a gain above 4 and above 4 standard errors. One value serves only where the runs
 /// exclude a trend that matters; a small one may be there.
-fn judge(gain: Difference, trend: &Trend) -> Answer {
+fn conclude(gain: Difference, trend: &Trend) -> Answer {
     let [lo, hi] = trend.interval;
     if is_gain(gain.value, gain.se) {
         if trend.mean > 0.0 {
@@ -31,18 +31,18 @@ fn judge(gain: Difference, trend: &Trend) -> Answer {
             Answer::Falls
         }
     } else if gain.value <= GAIN && lo > -MATTERS && hi < MATTERS {
-        Answer::OneServes
+        Answer::Constant
     } else {
         Answer::Open
     }
 }
 
 /// The question answered by what both models of a form say.
-pub(super) fn answered(question: Question, form: Form, weighed: Weighed) -> Question {
-    let Weighed { models, gain, trend } = weighed;
-    let judged = judge(gain, &trend);
-    let doubt = doubt(&models, judged);
-    let answer = if doubt.is_some() { Answer::Open } else { judged };
+pub(super) fn answer_question(question: Question, form: Form, evidence: TrendEvidence) -> Question {
+    let TrendEvidence { models, gain, trend } = evidence;
+    let concluded = conclude(gain, &trend);
+    let doubt = doubt(&models, concluded);
+    let answer = if doubt.is_some() { Answer::Open } else { concluded };
     let of_lubrication = question.film_ratio_below.is_some();
     let text = match &doubt {
         Some(doubt) => format!("open: {doubt}"),
@@ -68,8 +68,8 @@ pub(super) fn answered(question: Question, form: Form, weighed: Weighed) -> Ques
 const RHAT: f64 = 1.05;
 
 /// Why an answer cannot be built on the models, the one with the trend last.
-fn doubt(models: &[Compared], answer: Answer) -> Option<String> {
-    let apart = |model: &Compared| {
+fn doubt(models: &[ComparedModel], answer: Answer) -> Option<String> {
+    let apart = |model: &ComparedModel| {
         let rhat = model.rhat.filter(|rhat| *rhat > RHAT)?;
         Some(format!("the chains of {} do not agree (R-hat {rhat:.2})", model.model))
     };
@@ -94,15 +94,15 @@ fn lead(answer: Answer, of_lubrication: bool, form: Form) -> String {
     let formula = form.inertia.name();
     match (answer, of_lubrication) {
         (Answer::Open, _) => "open".to_owned(),
-        (Answer::OneServes, true) => "one L serves".to_owned(),
+        (Answer::Constant, true) => "one L serves".to_owned(),
         (Answer::Rises, true) => {
             "L rises with the film (in a thicker one the sphere turns round farther out)".to_owned()
         }
         (Answer::Falls, true) => "L falls with the film".to_owned(),
-        (Answer::OneServes, false) if form.inertia == Inertia::Saturating => {
+        (Answer::Constant, false) if form.inertia == Inertia::Saturating => {
             "one C serves (the loss levels off as the saturating form says)".to_owned()
         }
-        (Answer::OneServes, false) => format!("one C serves (no level-off is seen beyond the {formula} form)"),
+        (Answer::Constant, false) => format!("one C serves (no level-off is seen beyond the {formula} form)"),
         (Answer::Falls, false) => {
             format!("C falls with the film (the level-off: the inertial loss grows less than the {formula} form says)")
         }
@@ -149,7 +149,7 @@ fn signed(x: f64, decimals: usize) -> String {
 }
 
 /// What to do about a parameter that is not constant.
-pub(super) fn notice(question: &Question) -> Option<Notice> {
+pub(super) fn trend_notice(question: &Question) -> Option<Notice> {
     if !matches!(question.answer, Answer::Rises | Answer::Falls) {
         return None;
     }
@@ -178,19 +178,19 @@ mod tests {
 
     #[test]
     fn an_answer_needs_a_gain_or_runs_that_would_have_shown_one() {
-        let of = |gain: f64, se: f64, mean: f64, sd: f64| judge(gain_of(gain, Some(se)), &trend(mean, sd));
-        assert_eq!(of(0.3, 1.1, 0.05, 0.1), Answer::OneServes);
-        assert_eq!(of(-1.0, 0.4, 0.0, 0.1), Answer::OneServes);
+        let of = |gain: f64, se: f64, mean: f64, sd: f64| conclude(gain_of(gain, Some(se)), &trend(mean, sd));
+        assert_eq!(of(0.3, 1.1, 0.05, 0.1), Answer::Constant);
+        assert_eq!(of(-1.0, 0.4, 0.0, 0.1), Answer::Constant);
         assert_eq!(of(90.0, 12.0, 0.6, 0.04), Answer::Rises);
         assert_eq!(of(90.0, 12.0, -0.6, 0.04), Answer::Falls);
         // between the lines
         assert_eq!(of(12.0, 5.0, 0.6, 0.1), Answer::Open);
         assert_eq!(of(2.5, 2.4, 0.33, 0.1), Answer::Open);
         // small, and known to be
-        assert_eq!(of(1.6, 1.7, -0.07, 0.035), Answer::OneServes);
+        assert_eq!(of(1.6, 1.7, -0.07, 0.035), Answer::Constant);
         // the runs say nothing: the prior is what is left
         assert_eq!(of(0.0, 0.1, 0.0, 1.0), Answer::Open);
-        assert_eq!(judge(gain_of(90.0, None), &trend(0.6, 0.04)), Answer::Open);
+        assert_eq!(conclude(gain_of(90.0, None), &trend(0.6, 0.04)), Answer::Open);
     }
 
     #[test]

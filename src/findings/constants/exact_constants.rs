@@ -1,6 +1,6 @@
 //! Says which constant without an uncertainty would widen the results most.
 
-use super::constant::{Constant, InUse, Kind};
+use super::constant::{Constant, ConstantKind, MaterialsInUse};
 use super::sensitivity::Sensitivity;
 use crate::findings::checks::BIAS;
 use crate::findings::notices::{self, ExactConstant};
@@ -12,34 +12,34 @@ const ERROR: f64 = 0.01;
 
 /// The constant whose error of 1 % moves some result by most of its standard errors, among those whose uncertainty the
 /// scene does not give; `None` where no such error would spoil an interval.
-pub(super) fn notice(
+pub(super) fn exact_constants_notice(
     scene: &Scene,
-    in_use: &InUse,
-    kinds: &[Kind],
+    in_use: &MaterialsInUse,
+    kinds: &[ConstantKind],
     constants: &[Constant],
-    told: &[(Sensitivity, Vec<f64>)],
+    sensitivities: &[(Sensitivity, Vec<f64>)],
 ) -> Option<Notice> {
     let open: Vec<Constant> = kinds.iter().flat_map(|kind| kind.not_given(in_use, scene)).collect();
     let worst = |constant: &Constant| {
         let column = constants.iter().position(|other| other == constant)?;
-        let rows = told.iter().map(|(sensitivity, elasticities)| {
-            let moved = ERROR * elasticities[column];
-            let in_se = (moved * sensitivity.value).abs() / sensitivity.se;
-            (in_se, moved, sensitivity)
+        let rows = sensitivities.iter().map(|(sensitivity, elasticities)| {
+            let shift = ERROR * elasticities[column];
+            let in_se = (shift * sensitivity.value).abs() / sensitivity.se;
+            (in_se, shift, sensitivity)
         });
-        let (in_se, moved, sensitivity) = rows.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        (in_se > BIAS).then_some((in_se, moved, sensitivity, *constant))
+        let (in_se, shift, sensitivity) = rows.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        (in_se > BIAS).then_some((in_se, shift, sensitivity, *constant))
     };
     let above: Vec<(f64, f64, &Sensitivity, Constant)> = open.iter().filter_map(worst).collect();
     // of equal ones the first: viscosities are known worse than densities
-    let (in_se, moved, sensitivity, constant) = above.iter().reduce(|a, b| if b.0 > a.0 { b } else { a })?;
+    let (in_se, shift, sensitivity, constant) = above.iter().reduce(|a, b| if b.0 > a.0 { b } else { a })?;
     Some(notices::constants_exact(&ExactConstant {
         matter: above.len(),
         constant: &constant.words(scene),
         key: constant.key(),
         error: ERROR,
         result: &sensitivity.label(),
-        moved: *moved,
+        moved: *shift,
         in_se: *in_se,
     }))
 }

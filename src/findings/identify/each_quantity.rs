@@ -21,7 +21,7 @@ pub struct Identified {
 const FEWEST: usize = 3;
 
 /// What the runs of each particle can tell, parameter by parameter.
-pub fn lines(scene: &Scene, runs: &Runs) -> Vec<Identified> {
+pub fn identify_each_quantity(scene: &Scene, runs: &Runs) -> Vec<Identified> {
     let mut all = vec![];
     let mut any_st_c = false;
     for (index, particle) in scene.particles.iter().enumerate() {

@@ -1,21 +1,21 @@
-//! Finds what the runs determine where they do not tell the parameters apart.
+//! Finds the combinations of parameters that the runs determine where they do not tell these apart.
 
 use serde::Serialize;
 
-use super::sight::Sight;
+use super::identifiability::Identifiability;
 use super::words;
 use crate::findings::energy::Energy;
 use crate::findings::estimate::Estimate;
+use crate::findings::film_ratio::rounded_film_ratio;
 use crate::findings::least_squares::LeastSquares;
 use crate::findings::scaling::Scaling;
-use crate::findings::shown::four_decimals;
 use crate::model::parameters::Kind;
 use crate::runs::{FilmGroup, Runs};
 use crate::scene::{Scene, WetLaw};
 
 /// A quantity that the runs determine.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Determined {
+pub struct IdentifiableCombination {
     /// its name: `e_inf[PTFE,0.06]`
     pub quantity: String,
     /// its value
@@ -24,7 +24,7 @@ pub struct Determined {
     pub se: f64,
 }
 
-impl Determined {
+impl IdentifiableCombination {
     /// `e_inf[PTFE,0.06] = 0.7180 ± 0.0040`, to two digits of the standard error.
     pub fn text(&self) -> String {
         let decimals = (1.0 - self.se.log10().floor()).clamp(0.0, 12.0) as usize;
@@ -34,25 +34,25 @@ impl Determined {
 
 /// What is determined of the parameters at these places: e_inf where k is among them, the inertial loss where it is not,
 /// and only the restitution itself where neither is, or L is among them. Nothing of one parameter by itself.
-pub(super) fn find(
+pub(super) fn find_combinations(
     scene: &Scene,
     runs: &Runs,
     least_squares: LeastSquares,
-    sight: &Sight,
+    identifiability: &Identifiability,
     members: &[usize],
-) -> Vec<Determined> {
-    let kinds: Vec<Kind> = members.iter().map(|place| sight.kinds[*place]).collect();
+) -> Vec<IdentifiableCombination> {
+    let kinds: Vec<Kind> = members.iter().map(|place| identifiability.kinds[*place]).collect();
     let has = |kind: Kind| kinds.contains(&kind);
     let particles = words::particles(&kinds);
     // a parameter by itself has no combination, except that C g(δ̃) stands while δ̃0 moves
     if kinds.len() == 1 && !has(Kind::FILM_SCALE) {
         return vec![];
     }
-    let found: Vec<Determined> = if has(Kind::LUBRICATION_LOG) {
+    let found: Vec<IdentifiableCombination> = if has(Kind::LUBRICATION_LOG) {
         vec![]
     } else if particles.is_empty() {
         inertial_loss(least_squares)
-            .or_else(|| loss_of_balance(runs, sight))
+            .or_else(|| loss_of_balance(runs, identifiability))
             .into_iter()
             .collect()
     } else {
@@ -64,30 +64,35 @@ pub(super) fn find(
     }
     let all: Vec<usize> = (0..scene.particles.len()).collect();
     let of = if particles.is_empty() { &all } else { &particles };
-    of.iter().filter_map(|p| restitution(scene, runs, sight, *p)).collect()
+    of.iter()
+        .filter_map(|p| restitution(scene, runs, identifiability, *p))
+        .collect()
 }
 
 /// The best known of some estimates.
-fn best<'e>(of: impl Iterator<Item = (&'e Estimate, String)>, size: impl Fn(f64, f64) -> f64) -> Option<Determined> {
+fn best<'e>(
+    of: impl Iterator<Item = (&'e Estimate, String)>,
+    size: impl Fn(f64, f64) -> f64,
+) -> Option<IdentifiableCombination> {
     let known = of.filter_map(|(estimate, quantity)| {
         let (value, se) = estimate.pair()?;
-        Some(Determined { quantity, value, se })
+        Some(IdentifiableCombination { quantity, value, se })
     });
     known.min_by(|a, b| size(a.value, a.se).total_cmp(&size(b.value, b.se)))
 }
 
 /// e_inf of a particle at the film ratio where it is known best.
-fn e_inf(least_squares: LeastSquares, particle: &str) -> Option<Determined> {
+fn e_inf(least_squares: LeastSquares, particle: &str) -> Option<IdentifiableCombination> {
     let own = |row: &&Scaling| row.law == WetLaw::Sqrt.name() && row.particle == particle && row.verdict.passed;
     let rows = least_squares.scaling.iter().filter(own).filter_map(|row| {
-        let ratio = four_decimals(row.film_ratio?);
+        let ratio = rounded_film_ratio(row.film_ratio?);
         Some((&row.e_inf, format!("e_inf[{particle},{ratio}]")))
     });
     best(rows, |_, se| se)
 }
 
 /// C g(δ̃) at the film ratio where it is known best.
-fn inertial_loss(least_squares: LeastSquares) -> Option<Determined> {
+fn inertial_loss(least_squares: LeastSquares) -> Option<IdentifiableCombination> {
     let own = |row: &&Energy| row.law == WetLaw::Sqrt.name();
     let rows = least_squares.energy.iter().filter(own);
     let rows = rows.map(|row| (&row.loss_over_density_ratio, loss_name(row.film_ratio)));
@@ -96,14 +101,14 @@ fn inertial_loss(least_squares: LeastSquares) -> Option<Determined> {
 }
 
 /// The same from all runs at once, where dry runs give no e_dry to read it off.
-fn loss_of_balance(runs: &Runs, sight: &Sight) -> Option<Determined> {
+fn loss_of_balance(runs: &Runs, identifiability: &Identifiability) -> Option<IdentifiableCombination> {
     let rebounds = |group: &&FilmGroup| -> usize {
         let series = &runs.series[group.series.clone()];
         series.iter().map(|series| series.rebounds.len()).sum()
     };
     let ratio = runs.film_groups.iter().max_by_key(rebounds)?.film_ratio;
-    let (value, se) = sight.inertial_loss(ratio)?;
-    Some(Determined {
+    let (value, se) = identifiability.inertial_loss(ratio)?;
+    Some(IdentifiableCombination {
         quantity: loss_name(ratio),
         value,
         se,
@@ -111,12 +116,17 @@ fn loss_of_balance(runs: &Runs, sight: &Sight) -> Option<Determined> {
 }
 
 fn loss_name(film_ratio: f64) -> String {
-    format!("inertial_prefactor·g({})", four_decimals(film_ratio))
+    format!("inertial_prefactor·g({})", rounded_film_ratio(film_ratio))
 }
 
 /// Restitution of a particle's series with most rebounds, at its middle speed: what runs tell though they tell no
 /// parameter apart.
-fn restitution(scene: &Scene, runs: &Runs, sight: &Sight, particle: usize) -> Option<Determined> {
+fn restitution(
+    scene: &Scene,
+    runs: &Runs,
+    identifiability: &Identifiability,
+    particle: usize,
+) -> Option<IdentifiableCombination> {
     let own = runs
         .series
         .iter()
@@ -126,11 +136,11 @@ fn restitution(scene: &Scene, runs: &Runs, sight: &Sight, particle: usize) -> Op
     let mut by_speed: Vec<usize> = series.rebounds.clone().collect();
     by_speed.sort_by(|a, b| runs.impact_speed[*a].total_cmp(&runs.impact_speed[*b]));
     let run = *by_speed.get(by_speed.len() / 2)?;
-    let (value, se) = sight.restitution(index, run)?;
+    let (value, se) = identifiability.restitution(index, run)?;
     let (particle, liquid) = (&scene.particles[particle], &scene.liquids[series.liquid]);
     let st = 1.0 / runs.inverse_stokes(run);
-    let ratio = four_decimals(series.film_ratio);
-    Some(Determined {
+    let ratio = rounded_film_ratio(series.film_ratio);
+    Some(IdentifiableCombination {
         quantity: format!("e[{},{},{ratio}] at St {st:.1}", particle.name, liquid.name),
         value,
         se,

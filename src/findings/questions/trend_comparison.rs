@@ -1,11 +1,13 @@
 //! Samples a model with and without a trend on the same runs, and leaves each run out of both.
 
-use super::answer::{answered, Weighed};
+use super::conclusion::{answer_question, TrendEvidence};
 use super::question::{Question, Trend};
 use crate::error::Error;
-use crate::findings::compare::{affordable, compared, leave_out, name, sample_model};
+use crate::findings::compare::{
+    affordable_draws, leave_out, model_name, sample_model, summarise_model, ComparisonContext,
+};
 use crate::findings::least_squares::LeastSquares;
-use crate::findings::posterior::{Asked, Posterior};
+use crate::findings::posterior::{Posterior, SamplingSetup};
 use crate::inference::diagnostics::loo::{difference, Loo};
 use crate::inference::diagnostics::quantile;
 use crate::inference::nuts::Watcher;
@@ -17,7 +19,7 @@ use crate::scene::Scene;
 /// A film ratio counts with so many runs: fewer hardly have a mean and a spread.
 const FEWEST_RUNS: usize = 5;
 
-/// What the questions are asked of.
+/// What the questions are answered from.
 #[derive(Clone, Copy)]
 pub struct Context<'a> {
     /// what was held fixed
@@ -35,7 +37,7 @@ pub struct Context<'a> {
 }
 
 /// Two models of the same runs, one with a trend.
-pub(super) struct Models<'a> {
+pub(super) struct TrendComparison<'a> {
     pub context: Context<'a>,
     /// the runs of both
     pub runs: &'a Runs,
@@ -46,16 +48,16 @@ pub(super) struct Models<'a> {
     pub of: Kind,
 }
 
-impl Models<'_> {
+impl TrendComparison<'_> {
     /// The question with its answer; it stays open, with the reason, where the runs or the form allow none.
-    pub fn ask(&self, question: Question) -> Result<Question, Error> {
+    pub fn answer(&self, question: Question) -> Result<Question, Error> {
         let Context { scene, own, .. } = self.context;
         let question = Question {
             runs: self.runs.wet(),
             film_ratios: Some(film_ratios(self.runs, scene.data.film_ratio_gap)),
             ..question
         };
-        let parameters = Parameters::of(scene, self.runs, own.asked.form)?;
+        let parameters = Parameters::of(scene, self.runs, own.setup.form)?;
         if parameters.place(self.of).is_none() {
             let left = parameters.left_out.iter().find(|left| left.kind == self.of);
             let lacks = match self.of {
@@ -77,57 +79,63 @@ impl Models<'_> {
             return Ok(question.open(&why));
         }
         Ok(match self.sampled(parameters) {
-            Ok(weighed) => answered(question, own.asked.form, weighed),
+            Ok(evidence) => answer_question(question, own.setup.form, evidence),
             Err(why) => question.open(&why),
         })
     }
 
     /// Both models sampled and left every run out of; `Err` says why that cannot be done.
-    fn sampled(&self, parameters: Parameters) -> Result<Weighed, String> {
+    fn sampled(&self, parameters: Parameters) -> Result<TrendEvidence, String> {
         let Context { own, own_loo, .. } = self.context;
-        let form = own.asked;
-        let model = name(form.form);
+        let setup = own.setup;
+        let model = model_name(setup.form);
         let sampled;
         let plain = match self.plain {
             Some(plain) => plain,
             None => {
-                sampled = self.sample(form, parameters.clone(), "plain")?;
+                sampled = self.sample(setup, parameters.clone(), "plain")?;
                 &sampled
             }
         };
         let usual = match own_loo.filter(|_| self.plain.is_some()) {
             Some(known) => known.clone(),
-            None => self.leave_out(form, plain)?.0,
+            None => self.leave_out(setup, plain)?.0,
         };
         let with = parameters.with_trend(self.trend);
-        let bent = self.sample(form, with, "trend")?;
-        let (better, used) = self.leave_out(form, &bent)?;
+        let bent = self.sample(setup, with, "trend")?;
+        let (better, used) = self.leave_out(setup, &bent)?;
         let gain = difference(&better, &usual).ok_or("the models differ in their runs")?;
         let mut models = [
-            compared(model.clone(), self.plain.is_some(), plain, &usual, used),
-            compared(format!("{model}+{}", self.trend.key()), false, &bent, &better, used),
+            summarise_model(model.clone(), self.plain.is_some(), plain, &usual, used),
+            summarise_model(format!("{model}+{}", self.trend.key()), false, &bent, &better, used),
         ];
         let behind = &mut models[usize::from(gain.value < 0.0)];
         (behind.delta, behind.delta_se) = (-gain.value.abs(), gain.se);
         let trend = self.trend(&bent).ok_or("the trend has no draws")?;
-        Ok(Weighed { models, gain, trend })
+        Ok(TrendEvidence { models, gain, trend })
     }
 
-    fn sample(&self, form: Asked, parameters: Parameters, which: &str) -> Result<Sampled, String> {
+    fn sample(&self, setup: SamplingSetup, parameters: Parameters, which: &str) -> Result<Sampled, String> {
         let Context {
             scene,
             least_squares,
             watcher,
             ..
         } = self.context;
+        let context = ComparisonContext {
+            scene,
+            runs: self.runs,
+            least_squares,
+            watcher,
+        };
         let stream = format!("question {} {which}", self.of.key());
-        sample_model(scene, self.runs, least_squares, (form, parameters, &stream), watcher)
+        sample_model(context, setup, parameters, &stream)
     }
 
     /// Leave-one-out, and by how many draws.
-    fn leave_out(&self, form: Asked, sampled: &Sampled) -> Result<(Loo, usize), String> {
-        let used = affordable(self.runs, sampled.draws()).ok_or("too many runs to leave each out")?;
-        let found = leave_out(self.context.scene, self.runs, form, sampled, used)?;
+    fn leave_out(&self, setup: SamplingSetup, sampled: &Sampled) -> Result<(Loo, usize), String> {
+        let used = affordable_draws(self.runs, sampled.draws()).ok_or("too many runs to leave each out")?;
+        let found = leave_out(self.context.scene, self.runs, setup, sampled, used)?;
         Ok((found, used))
     }
 

@@ -47,7 +47,7 @@ pub(super) fn falls(fit: &Fit, x: &[f64]) -> bool {
 }
 
 /// Whether a two-parameter law of e may be quoted.
-pub(super) fn judge_square_root(fit: &Fit, x: &[f64]) -> Verdict {
+pub(super) fn square_root_verdict(fit: &Fit, x: &[f64]) -> Verdict {
     if fit.stop != Stop::Converged {
         Verdict::failed(why_stopped(fit))
     } else if fit.parameters.first().is_none_or(|alpha| *alpha <= 0.0) {

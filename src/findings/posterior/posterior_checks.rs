@@ -1,6 +1,6 @@
 //! Judges whether a posterior may be quoted: convergence, compression, agreement with the dry runs, predictions.
 
-use super::written::{PosteriorFindings, Quantity};
+use super::summary::{PosteriorFindings, QuantitySummary};
 use crate::findings::checks::{self, Check, Criterion};
 use crate::findings::least_squares::LeastSquares;
 use crate::inference::diagnostics::pareto::khat_threshold;
@@ -11,29 +11,29 @@ use crate::runs::Runs;
 const CHANCE: f64 = 3.5;
 
 /// Names of the checks that stand where nothing was sampled.
-const DECLINED: [&str; 4] = [
+const NOT_SAMPLED: [&str; 4] = [
     checks::PARAMETERS_LEFT.code,
     checks::DRAWS_MADE.code,
     checks::NOISE.code,
     checks::REBOUNDS.code,
 ];
 
-/// Why no posterior was sampled, though it was asked for; the check fails and gates.
+/// Why no posterior was sampled, though the scene wants one; the check fails and gates.
 #[derive(Debug)]
-pub struct Declined(pub Check);
+pub struct NoPosterior(pub Check);
 
-impl Declined {
+impl NoPosterior {
     /// Its check among all, if nothing was sampled.
     pub fn among(checks: &[Check]) -> Option<&Check> {
-        checks.iter().find(|check| DECLINED.contains(&check.check))
+        checks.iter().find(|check| NOT_SAMPLED.contains(&check.check))
     }
 }
 
 /// Why no posterior of these runs should be sampled; `None` if it may be.
-pub fn decline(runs: &Runs, least_squares: LeastSquares, parameters: &Parameters) -> Option<Declined> {
+pub fn why_not_sampled(runs: &Runs, least_squares: LeastSquares, parameters: &Parameters) -> Option<NoPosterior> {
     if parameters.sampled.is_empty() {
         let text = "no parameter is left to be sampled: no runs in use, or every prior fixed";
-        return Some(Declined(checks::PARAMETERS_LEFT.check(0.0, text)));
+        return Some(NoPosterior(checks::PARAMETERS_LEFT.check(0.0, text)));
     }
     let dry = least_squares
         .dry
@@ -52,23 +52,23 @@ pub fn decline(runs: &Runs, least_squares: LeastSquares, parameters: &Parameters
         let text = format!(
             "the runs have no noise (spread {smallest:.1e}): there is no posterior to sample, and least squares is exact"
         );
-        return Some(Declined(checks::NOISE.check(smallest, text)));
+        return Some(NoPosterior(checks::NOISE.check(smallest, text)));
     }
     let rebounds = runs.len() - runs.stuck();
     if rebounds == 0 {
         let text = "every run stuck: nothing bounds the parameters from the other side but their priors";
-        return Some(Declined(checks::REBOUNDS.check(0.0, text)));
+        return Some(NoPosterior(checks::REBOUNDS.check(0.0, text)));
     }
     None
 }
 
 /// The sampling could not even start.
-pub(super) fn no_posterior(why: &str) -> Declined {
-    Declined(checks::DRAWS_MADE.check(0.0, why))
+pub(super) fn sampling_failed(why: &str) -> NoPosterior {
+    NoPosterior(checks::DRAWS_MADE.check(0.0, why))
 }
 
 /// Every check of a posterior.
-pub(super) fn checks(found: &PosteriorFindings, least_squares: LeastSquares) -> Vec<Check> {
+pub(super) fn check_posterior(found: &PosteriorFindings, least_squares: LeastSquares) -> Vec<Check> {
     let mut checks = convergence(found);
     checks.extend(approximations(found));
     checks.extend(compression(found));
@@ -91,31 +91,31 @@ fn compression(found: &PosteriorFindings) -> Option<Check> {
 }
 
 /// A parameter's number, and its name.
-struct Named<'a> {
+struct WorstParameter<'a> {
     value: f64,
     name: &'a str,
 }
 
 /// The parameter for which a number is largest; one without it comes first.
-fn largest<'a>(found: &'a PosteriorFindings, of: impl Fn(&Quantity) -> Option<f64>) -> Named<'a> {
+fn largest<'a>(found: &'a PosteriorFindings, of: impl Fn(&QuantitySummary) -> Option<f64>) -> WorstParameter<'a> {
     // constant draws have no R-hat, and are no sign of mixing either
-    let each = found.parameters.iter().map(|q| Named {
+    let each = found.parameters.iter().map(|q| WorstParameter {
         value: of(q).unwrap_or(f64::INFINITY),
         name: &q.name,
     });
-    let nothing = Named { value: 0.0, name: "" };
+    let nothing = WorstParameter { value: 0.0, name: "" };
     each.max_by(|a, b| a.value.total_cmp(&b.value)).unwrap_or(nothing)
 }
 
 fn convergence(found: &PosteriorFindings) -> Vec<Check> {
     let mut checks = vec![];
-    let Named { value: rhat, name } = largest(found, |q| q.rhat);
+    let WorstParameter { value: rhat, name } = largest(found, |q| q.rhat);
     let text = format!("largest R-hat ({name}): chains that agree have 1");
     let rhat = Some(rhat).filter(|rhat| rhat.is_finite());
     let apart = format!("the chains do not agree on {name}");
     checks.push(checks::RHAT.check(rhat, text).if_failed(&apart).with_advice());
-    let fewest = |criterion: Criterion, what: &str, of: fn(&Quantity) -> Option<f64>| {
-        let Named { value, name } = largest(found, |q| of(q).map(|ess| -ess));
+    let fewest = |criterion: Criterion, what: &str, of: fn(&QuantitySummary) -> Option<f64>| {
+        let WorstParameter { value, name } = largest(found, |q| of(q).map(|ess| -ess));
         let ess = if value.is_finite() { -value } else { 0.0 };
         let text = format!("fewest effective draws for the {what} ({name})");
         let line = criterion.threshold() * found.chains as f64;
@@ -147,7 +147,7 @@ fn approximations(found: &PosteriorFindings) -> Vec<Check> {
         checks.push(criterion.check(khat, text));
     }
     if let Some(accuracy) = &found.accuracy {
-        let criterion = checks::ACCURACY.at(accuracy.asked);
+        let criterion = checks::ACCURACY.at(accuracy.requested);
         let text = "largest error of a mean, in posterior sds, or of an sd that the method vouches for";
         checks.push(criterion.check(accuracy.vouched, text).with_advice());
     }
@@ -196,7 +196,7 @@ fn bands(found: &PosteriorFindings) -> Vec<Check> {
 fn worst_group(found: &PosteriorFindings) -> Option<Check> {
     let criterion = checks::PREDICTIVE_RESIDUAL;
     let allowed = |runs: usize| criterion.threshold().max(CHANCE / (runs.max(1) as f64).sqrt());
-    let share = |group: &super::predictive::Group| group.mean_residual.abs() / allowed(group.runs);
+    let share = |group: &super::predictive_checks::GroupResidual| group.mean_residual.abs() / allowed(group.runs);
     let groups = found.predictive.groups.iter();
     let group = groups.max_by(|a, b| share(a).total_cmp(&share(b)))?;
     let which = match group.film_ratio {

@@ -13,7 +13,7 @@ pub const FEW_RUNS: usize = 20;
 pub const COVERAGE_OF_EIGHT: [f64; 2] = [94.7, 96.2];
 
 /// What a reader of the replicates should look at.
-pub(super) fn notices(runs: &Runs, resampling: &Resampling, estimates: &Estimates) -> Vec<Notice> {
+pub(super) fn bootstrap_notices(runs: &Runs, resampling: &Resampling, estimates: &Estimates) -> Vec<Notice> {
     let mut found = vec![];
     let drawn = |boot: &Option<Bootstrapped>| boot.as_ref().is_some_and(|boot| boot.replicates > 0);
     let dry = estimates.dry.iter().map(|fit| (fit.dry.runs, &fit.dry.dry_k));

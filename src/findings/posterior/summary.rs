@@ -1,20 +1,20 @@
-//! Holds what is said of the posterior, as `findings.json` writes it.
+//! Holds the summary of the posterior, as `findings.json` writes it.
 
 use serde::Serialize;
 
-use super::predictive::Predictive;
+use super::predictive_checks::PredictiveChecks;
 use crate::findings::predict::Basis;
 use crate::inference::sampling::Method;
 
-/// What the posterior says.
+/// The summary of the posterior.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PosteriorFindings {
     /// the sampled parameters
-    pub parameters: Vec<Quantity>,
+    pub parameters: Vec<QuantitySummary>,
     /// what follows from them
-    pub derived: Vec<Quantity>,
+    pub derived: Vec<QuantitySummary>,
     /// parameters that were not sampled
-    pub left_out: Vec<LeftOut>,
+    pub left_out: Vec<HeldParameter>,
     /// correlations of the sampled parameters, in their order
     pub correlation: Vec<Vec<f64>>,
     /// chains
@@ -38,7 +38,7 @@ pub struct PosteriorFindings {
     pub khat: Option<f64>,
     /// the accuracy that was asked for; `None` if none was
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub accuracy: Option<Accuracy>,
+    pub accuracy: Option<AccuracySummary>,
     /// the terms of the energy balance, as a scene names them
     pub terms: Vec<&'static str>,
     /// the form of the inertial loss
@@ -48,16 +48,16 @@ pub struct PosteriorFindings {
     /// the speed at which e_dry enters, m/s; `None`: each run's own
     pub dry_speed_m_s: Option<f64>,
     /// what stood for the runs; `None` if every row was used
-    pub compression: Option<Compression>,
+    pub compression: Option<CompressionSummary>,
     /// new runs beside the ones made
-    pub predictive: Predictive,
+    pub predictive: PredictiveChecks,
     /// what `wetcor predict` needs besides these and the draws
     pub basis: Basis,
 }
 
 /// One quantity of the posterior.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Quantity {
+pub struct QuantitySummary {
     /// its name
     pub name: String,
     /// mean
@@ -88,7 +88,7 @@ pub struct Quantity {
     pub mcse_q95: Option<f64>,
     /// what was believed before; `None` for a derived quantity
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub prior: Option<PriorTold>,
+    pub prior: Option<PriorSummary>,
     /// why numbers are missing; stands exactly then
     #[serde(skip_serializing_if = "Option::is_none")]
     pub why_none: Option<String>,
@@ -96,7 +96,7 @@ pub struct Quantity {
 
 /// What was believed of a parameter before the runs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct PriorTold {
+pub struct PriorSummary {
     /// the letter of the formulas
     pub symbol: &'static str,
     /// its unit
@@ -119,7 +119,7 @@ pub struct PriorTold {
 
 /// A parameter that was not sampled.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct LeftOut {
+pub struct HeldParameter {
     /// its name
     pub name: String,
     /// the value it was held at; `None` where nothing reads it
@@ -130,18 +130,19 @@ pub struct LeftOut {
 
 /// An accuracy that was asked for: the largest error of any mean, in posterior sds, and of any sd, relative.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Accuracy {
+pub struct AccuracySummary {
     /// what was asked for
-    pub asked: f64,
+    #[serde(rename = "asked")]
+    pub requested: f64,
     /// what the method's own check vouches for; `None`: nothing
     pub vouched: Option<f64>,
-    /// cheaper ways that did not do
-    pub tried: Vec<Tried>,
+    /// cheaper methods that did not do
+    pub tried: Vec<RejectedMethod>,
 }
 
-/// A way to the draws that did not do.
+/// A method that did not do.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Tried {
+pub struct RejectedMethod {
     /// which
     pub method: Method,
     /// why it did not do
@@ -150,7 +151,7 @@ pub struct Tried {
 
 /// What stood for the runs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Compression {
+pub struct CompressionSummary {
     /// nodes of wet runs
     pub nodes: usize,
     /// wet runs

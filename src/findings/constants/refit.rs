@@ -1,6 +1,8 @@
-//! Moves the minimum of the energy balance with the constants, without fitting again.
+//! Refits the energy balance at constants changed by a little, by one step from its minimum.
 
-use crate::findings::balance::{at_place, errors, known, problem_of, AtPlace, EnergyBalance, Held};
+use crate::findings::balance::{
+    at_place, error_columns, particles_with_known_k, problem_of, EnergyBalance, RefitStart, WetPlaceValues,
+};
 use crate::findings::dry::FittedDry;
 use crate::findings::places::WetPlace;
 use crate::inference::effective_variance::{reweight, roots, WeightedProblem};
@@ -9,9 +11,9 @@ use crate::inference::least_squares::Minimum;
 use crate::runs::Runs;
 use crate::scene::Scene;
 
-/// The balance of some of the runs, to be moved a little to either side.
-pub(super) struct Movable<'h> {
-    held: &'h Held,
+/// The minimum of the balance of some of the runs, from which it is refitted at changed constants.
+pub(super) struct BalanceMinimum<'h> {
+    refit_start: &'h RefitStart,
     dry: &'h [FittedDry],
     known: Vec<usize>,
     /// the spread that weighs dry runs against these wet ones
@@ -21,15 +23,15 @@ pub(super) struct Movable<'h> {
     minimum: Minimum,
 }
 
-/// What a balance says at parameters of its own.
-pub(super) struct Moved {
+/// A balance refitted at changed constants.
+pub(super) struct RefittedBalance {
     /// the parameters, in the order of `EnergyBalance::parameters`
     pub(super) parameters: Vec<f64>,
     /// what it says of each place; `None` of a particle that is not in it
-    pub(super) at_places: Vec<Option<AtPlace>>,
+    pub(super) at_places: Vec<Option<WetPlaceValues>>,
 }
 
-impl<'h> Movable<'h> {
+impl<'h> BalanceMinimum<'h> {
     /// Fits the balance again from where it ended, its form and the weight of the dry runs kept; `share` of the wet
     /// rebounds are among these runs, which the dry ones are weighed down to. `None` unless that converges on a minimum
     /// with standard errors.
@@ -40,21 +42,21 @@ impl<'h> Movable<'h> {
         balance: &'h EnergyBalance,
         share: f64,
     ) -> Option<Self> {
-        let held = &balance.held;
-        let known = known(runs, dry);
-        let joint = Joint::new(scene, runs, held.form, &known, &known);
-        let mut spread = held.spread * share.sqrt();
+        let refit_start = &balance.refit_start;
+        let known = particles_with_known_k(runs, dry);
+        let joint = Joint::new(scene, runs, refit_start.form, &known, &known);
+        let mut spread = refit_start.spread * share.sqrt();
         let mut problem = problem_of(joint, dry, spread);
-        let mut fit = refit(&problem, &[], &held.point);
+        let mut fit = refit(&problem, &[], &refit_start.point);
         let mut of_runs = vec![];
-        if let Some(errors) = errors(&problem.joint) {
+        if let Some(errors) = error_columns(&problem.joint) {
             let in_errors = problem_of(problem.joint.clone(), dry, share.sqrt());
             let weighed = reweight(&errors, fit.clone(), |_| in_errors.clone());
             if let Some(weighing) = weighed.1 {
                 let mut variance = weighing.variance;
                 variance.resize(variance.len() + in_errors.dry_roots.len(), 1.0);
                 of_runs = roots(&variance).0;
-                fit = refit(&in_errors, &of_runs, &held.point);
+                fit = refit(&in_errors, &of_runs, &refit_start.point);
                 spread = share.sqrt();
                 problem = in_errors;
             }
@@ -64,8 +66,8 @@ impl<'h> Movable<'h> {
             roots: &of_runs,
         };
         let minimum = Minimum::new(&weighted, &fit)?;
-        Some(Movable {
-            held,
+        Some(BalanceMinimum {
+            refit_start,
             dry,
             known,
             spread,
@@ -74,10 +76,10 @@ impl<'h> Movable<'h> {
         })
     }
 
-    /// What the balance says of two scenes and their runs that lie as far on either side: of the first, of the second.
-    pub(super) fn at(&self, settings: [(&Scene, &Runs); 2]) -> Option<[Moved; 2]> {
+    /// The balance refitted at two scenes and their runs that lie as far on either side: of the first, of the second.
+    pub(super) fn refit_at(&self, settings: [(&Scene, &Runs); 2]) -> Option<[RefittedBalance; 2]> {
         let [first, second] = settings.map(|(scene, runs)| {
-            let joint = Joint::new(scene, runs, self.held.form, &self.known, &self.known);
+            let joint = Joint::new(scene, runs, self.refit_start.form, &self.known, &self.known);
             problem_of(joint, self.dry, self.spread)
         });
         let weighted = [&first, &second].map(|problem| WeightedProblem {
@@ -92,11 +94,11 @@ impl<'h> Movable<'h> {
     }
 }
 
-fn at_point(scene: &Scene, problem: &JointFit, parameters: Vec<f64>) -> Moved {
+fn at_point(scene: &Scene, problem: &JointFit, parameters: Vec<f64>) -> RefittedBalance {
     let joint = &problem.joint;
     let places = WetPlace::all(joint.runs, joint.form);
     let at_places = places.iter().map(|place| at_place(scene, joint, &parameters, place));
-    Moved {
+    RefittedBalance {
         at_places: at_places.collect(),
         parameters,
     }

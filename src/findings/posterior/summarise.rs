@@ -1,0 +1,191 @@
+//! Summarises the draws of each parameter and of what follows from it, with how they were made.
+
+use rayon::prelude::*;
+
+use super::derived::DerivedDraws;
+use super::predictive_checks::PredictiveChecks;
+use super::sampling::SamplingSetup;
+use super::summary::{
+    AccuracySummary, CompressionSummary, HeldParameter, PosteriorFindings, PriorSummary, QuantitySummary,
+    RejectedMethod,
+};
+use crate::findings::predict::Basis;
+use crate::inference::diagnostics::energy::e_bfmi;
+use crate::inference::diagnostics::summary::summarise;
+use crate::inference::nuts::{divergences, Effort, LARGEST_DEPTH};
+use crate::inference::sampling::{ReachedAccuracy, Sampled};
+use crate::model::parameters::{LeftOut, Parameter};
+use crate::physics::form::Term;
+use crate::physics::DrySpeed;
+
+/// What a summary of a posterior takes besides the draws.
+pub(super) struct SummarySource<'p> {
+    /// which model was sampled, and how
+    pub(super) setup: SamplingSetup,
+    /// how much of it
+    pub(super) effort: Effort,
+    /// wet runs of the likelihood
+    pub(super) rows: usize,
+    /// the draws of what follows from the parameters
+    pub(super) derived: &'p [DerivedDraws],
+    /// new runs beside the ones made
+    pub(super) predictive: PredictiveChecks,
+    /// what predictions need besides these
+    pub(super) basis: Basis,
+}
+
+/// Summarises the draws, with how they were made.
+pub(super) fn summarise_posterior(sampled: &Sampled, source: SummarySource) -> PosteriorFindings {
+    let SummarySource { setup, effort, .. } = source;
+    let parameters = &sampled.parameters;
+    let with_draws = parameters.sampled.par_iter().zip(&sampled.values);
+    let kept = sampled.chains.iter();
+    PosteriorFindings {
+        parameters: with_draws
+            .map(|(parameter, values)| summarise_parameter(parameter, values, sampled.mcse_factor))
+            .collect(),
+        derived: source
+            .derived
+            .par_iter()
+            .map(|derived| QuantitySummary {
+                mcse_q05: None,
+                mcse_q95: None,
+                ..summarise_quantity(&derived.name, &derived.values, sampled.mcse_factor)
+            })
+            .collect(),
+        left_out: parameters.left_out.iter().map(HeldParameter::of).collect(),
+        correlation: correlations(&sampled.values),
+        chains: sampled.chains.len(),
+        warmup: if sampled.method.is_nuts() { effort.warmup } else { 0 },
+        draws: sampled.chains.first().map_or(0, |chain| chain.ln_density.len()),
+        target_accept: sampled.target_accept,
+        divergences: divergences(&sampled.chains),
+        trajectories_cut: kept
+            .clone()
+            .flat_map(|chain| &chain.tree_depth)
+            .filter(|depth| **depth >= LARGEST_DEPTH)
+            .count(),
+        e_bfmi: kept
+            .filter(|chain| !chain.energy.is_empty())
+            .map(|chain| e_bfmi(&chain.energy))
+            .collect(),
+        method: sampled.method,
+        khat: sampled.khat.filter(|khat| khat.is_finite()),
+        accuracy: sampled.accuracy.as_ref().map(AccuracySummary::of),
+        terms: setup.form.terms().into_iter().map(Term::name).collect(),
+        inertia: setup.form.inertia.name(),
+        viscous: setup.form.viscous.name(),
+        dry_speed_m_s: match setup.form.dry_speed {
+            DrySpeed::Reference(v) => Some(v),
+            DrySpeed::Impact => None,
+        },
+        compression: CompressionSummary::of(sampled, source.rows),
+        predictive: source.predictive,
+        basis: source.basis,
+    }
+}
+
+impl HeldParameter {
+    fn of(left: &LeftOut) -> HeldParameter {
+        HeldParameter {
+            name: left.name.clone(),
+            value: left.value,
+            reason: left.reason.clone(),
+        }
+    }
+}
+
+impl AccuracySummary {
+    fn of(reached: &ReachedAccuracy) -> AccuracySummary {
+        let tried = reached.tried.iter().map(|(method, why)| RejectedMethod {
+            method: *method,
+            why: why.clone(),
+        });
+        AccuracySummary {
+            requested: reached.requested,
+            vouched: Some(reached.vouched).filter(|error| error.is_finite()),
+            tried: tried.collect(),
+        }
+    }
+}
+
+impl CompressionSummary {
+    fn of(sampled: &Sampled, rows: usize) -> Option<CompressionSummary> {
+        let (made, checked) = sampled.compression.zip(sampled.checked_error)?;
+        Some(CompressionSummary {
+            nodes: made.nodes,
+            rows,
+            rows_exact: made.rows_exact,
+            bound: sampled.bound.unwrap_or(f64::INFINITY),
+            max_log_density_error: checked,
+        })
+    }
+}
+
+fn summarise_parameter(parameter: &Parameter, values: &[Vec<f64>], mcse_factor: f64) -> QuantitySummary {
+    let summary = summarise_quantity(&parameter.name, values, mcse_factor);
+    let sd = parameter.prior.sd();
+    let prior = PriorSummary {
+        symbol: parameter.kind.symbol(),
+        unit: parameter.kind.unit(),
+        lower: parameter.bounds.0,
+        upper: Some(parameter.bounds.1).filter(|upper| upper.is_finite()),
+        density: parameter.prior.text(),
+        median: parameter.prior.median(),
+        sd,
+        source: parameter.source,
+        sd_ratio: summary.sd.zip(sd).map(|(posterior, prior)| posterior / prior),
+    };
+    QuantitySummary {
+        prior: Some(prior),
+        ..summary
+    }
+}
+
+/// `mcse_factor` is that of [`Sampled`].
+fn summarise_quantity(name: &str, values: &[Vec<f64>], mcse_factor: f64) -> QuantitySummary {
+    let chains: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
+    let missing = values.iter().flatten().filter(|value| !value.is_finite()).count();
+    let all: usize = values.iter().map(Vec::len).sum();
+    let found = summarise(&chains);
+    let why_none = match found.why_none {
+        Some(_) if missing > 0 => Some(format!("{missing} of {all} draws leave no energy at infinite speed")),
+        why => why.map(|why| why.to_string()),
+    };
+    let larger = |mcse: f64| mcse_factor * mcse;
+    let fewer = |effective: f64| effective / (mcse_factor * mcse_factor);
+    QuantitySummary {
+        name: name.to_owned(),
+        mean: found.mean,
+        sd: found.sd,
+        median: found.median,
+        q05: found.q05,
+        q95: found.q95,
+        rhat: found.rhat,
+        ess_bulk: found.ess_bulk.map(fewer),
+        ess_tail: found.ess_tail.map(fewer),
+        mcse_mean: found.mcse_mean.map(larger),
+        mcse_sd: found.mcse_sd.map(larger),
+        mcse_q05: found.mcse_q05.map(larger),
+        mcse_q95: found.mcse_q95.map(larger),
+        prior: None,
+        why_none,
+    }
+}
+
+fn correlations(values: &[Vec<Vec<f64>>]) -> Vec<Vec<f64>> {
+    let centred: Vec<Vec<f64>> = values
+        .iter()
+        .map(|chains| {
+            let all: Vec<f64> = chains.concat();
+            let mean = all.iter().sum::<f64>() / all.len() as f64;
+            let norm = all.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>().sqrt();
+            all.iter().map(|x| (x - mean) / norm).collect()
+        })
+        .collect();
+    let pair = |a: &Vec<f64>, b: &Vec<f64>| a.iter().zip(b).map(|(a, b)| a * b).sum();
+    centred
+        .iter()
+        .map(|a| centred.iter().map(|b| pair(a, b)).collect())
+        .collect()
+}
