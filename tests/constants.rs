@@ -6,7 +6,7 @@ use common::{seed_of, Place};
 use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::constants::{Sensitivity, MOST_REBOUNDS};
 use wetcor::findings::{self, overview, Findings};
-use wetcor::report::{markdown, Told};
+use wetcor::report::{markdown, ReportInput};
 use wetcor::runs::{Runs, Table};
 use wetcor::scene::Scene;
 use wetcor::seed::stream;
@@ -394,14 +394,14 @@ fn the_report_has_a_second_figure_where_one_is_given() {
         let (scene, runs) = (&place.scene, &table.runs);
         let findings = &findings::fit_least_squares(scene, &table, 1, false);
         let overview = &overview::summarise_runs(scene, &table, findings);
-        let told = Told {
+        let input = ReportInput {
             scene,
             runs,
             overview,
             findings,
             posterior: None,
         };
-        markdown::report(told, &[])
+        markdown::report(input, &[])
     };
     let (exact, given) = (of(SCENE), of(&all_given()));
     for told in [&exact, &given] {

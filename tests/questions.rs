@@ -11,7 +11,7 @@ use wetcor::findings::{self, overview, Findings};
 use wetcor::physics::inertia::Inertia;
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::physics::{kept_energy, Coefficient, DrySpeed, Form, Parameters, Setting};
-use wetcor::report::{files, Told};
+use wetcor::report::{files, ReportInput};
 use wetcor::runs::{self, NewRun, Table};
 use wetcor::scene::Scene;
 use wetcor::seed::stream;
@@ -161,14 +161,14 @@ impl Fitted {
     /// The report, and the names of its figures.
     fn report(&self) -> (String, Vec<String>) {
         let (scene, table, findings) = (self.scene(), &self.table, &self.least_squares);
-        let told = Told {
+        let input = ReportInput {
             scene,
             runs: &table.runs,
             overview: &overview::summarise_runs(scene, table, findings),
             findings,
             posterior: Some(&self.own),
         };
-        let whole = files(told, true).unwrap_or_else(|error| panic!("{error}")).whole;
+        let whole = files(input, true).unwrap_or_else(|error| panic!("{error}")).whole;
         let text = whole.iter().find(|(name, _)| name == "report.md").expect("a report");
         let text = String::from_utf8(text.1.clone()).expect("text");
         (text, whole.into_iter().map(|(name, _)| name).collect())

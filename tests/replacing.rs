@@ -15,7 +15,7 @@ use rand::{RngExt, SeedableRng};
 use tempfile::TempDir;
 use wetcor::findings::{self, overview};
 use wetcor::report::folder::{Contents, Destination, File, Fill, Streamed};
-use wetcor::report::{self, Told};
+use wetcor::report::{self, ReportInput};
 use wetcor::staging;
 use wetcor::{interruption, runs, scene};
 
@@ -64,14 +64,14 @@ fn fit_slowly(out: &Path) {
     let destination = Destination::prepare(out, Contents::Fit, &scene.title, &[&path, &scene.data.runs]);
     let table = runs::read(&scene).unwrap_or_else(|error| panic!("{error}"));
     let findings = findings::fit_least_squares(&scene, &table, seed, false);
-    let told = Told {
+    let input = ReportInput {
         scene: &scene,
         runs: &table.runs,
         overview: &overview::summarise_runs(&scene, &table, &findings),
         findings: &findings,
         posterior: None,
     };
-    let mut files = report::files(told, true).unwrap_or_else(|error| panic!("{error}"));
+    let mut files = report::files(input, true).unwrap_or_else(|error| panic!("{error}"));
     for part in 0..MANY_FILES {
         let name = format!("draws/draws.zarr/many/c.{part}");
         files.whole.push((name, format!("{seed} {part}").into_bytes()));

@@ -6,9 +6,9 @@ use std::f64::consts::PI;
 
 use common::{binomial_z, rows, seed_of, table_of, Place};
 use wetcor::findings;
-use wetcor::findings::balance::{Derived, EnergyBalance};
-use wetcor::findings::compare::Compared;
-use wetcor::findings::posterior::Way;
+use wetcor::findings::balance::{DerivedEstimate, EnergyBalance};
+use wetcor::findings::compare::ComparedModel;
+use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::Findings;
 use wetcor::model::parameters::Kind;
 use wetcor::physics::rebound::mean_restitution;
@@ -103,7 +103,7 @@ fn runs_are_drawn_by_the_plain_sum() {
 
 fn fit(place: &Place, seed: u64) -> Findings {
     let runs = arrange(&place.scene, &rows(&place.scene, seed));
-    findings::find(&place.scene, &table_of(runs), seed, false)
+    findings::fit_least_squares(&place.scene, &table_of(runs), seed, false)
 }
 
 fn balance(findings: &Findings) -> &EnergyBalance {
@@ -139,7 +139,7 @@ fn least_squares_find_the_truth_back() {
     assert!(findings.notices.iter().any(|notice| notice.code == "viscous_form"));
 }
 
-fn place_of(row: &Derived) -> (&str, f64, Option<f64>) {
+fn place_of(row: &DerivedEstimate) -> (&str, f64, Option<f64>) {
     (&row.particle, row.film_ratio, row.diameter_m)
 }
 
@@ -169,11 +169,11 @@ fn the_intervals_of_the_rupture_scale_cover() {
 }
 
 /// The scene's own form and its posterior, and how the forms compare.
-fn compared(place: &Place, seed: u64) -> Vec<Compared> {
+fn compared(place: &Place, seed: u64) -> Vec<ComparedModel> {
     let table = table_of(arrange(&place.scene, &rows(&place.scene, seed)));
-    let mut findings = findings::find(&place.scene, &table, seed, false);
+    let mut findings = findings::fit_least_squares(&place.scene, &table, seed, false);
     let posterior = findings
-        .add_posterior(&place.scene, &table.runs, Way::default(), &|_, _| ())
+        .add_posterior(&place.scene, &table.runs, MethodChoice::default(), &|_, _| ())
         .expect("priors with room")
         .expect("runs that tell");
     let sampled = &posterior.findings.parameters;

@@ -8,7 +8,7 @@ use wetcor::findings::posterior::{MethodChoice, Posterior};
 use wetcor::findings::{self, overview, verdicts, Findings};
 use wetcor::model::parameters::Parameters;
 use wetcor::report::folder::{Contents, Destination};
-use wetcor::report::{self, markdown, Told};
+use wetcor::report::{self, markdown, ReportInput};
 use wetcor::runs::{self, Runs};
 use wetcor::scene::{self, Scene};
 
@@ -109,14 +109,14 @@ pub(super) fn fit(fit: FitOptions) -> Result<u8, Error> {
     });
     let overview = overview::summarise_runs(&scene, &table, &findings);
     let posterior = fit.sample(&scene, &table.runs, &mut findings, &mut timing)?;
-    let sources = Told {
+    let input = ReportInput {
         scene: &scene,
         runs: &table.runs,
         overview: &overview,
         findings: &findings,
         posterior: posterior.as_ref(),
     };
-    let files = timing.stage("report", quiet, || report::files(sources, fit.wants(Stage::Figures)));
+    let files = timing.stage("report", quiet, || report::files(input, fit.wants(Stage::Figures)));
     let mut files = files?;
     let began = Instant::now();
     files.last = Some(Box::new(move || {
@@ -127,7 +127,7 @@ pub(super) fn fit(fit: FitOptions) -> Result<u8, Error> {
     print_notices(&findings.notices, quiet);
     if !quiet {
         let report = out.join("report.md");
-        let text = format!("{}report: {}\n", markdown::summary(sources), named(&report));
+        let text = format!("{}report: {}\n", markdown::summary(input), named(&report));
         print_after_writing(&report, &text)?;
     }
     Ok(if verdicts::quotable(&findings.verdicts) {

@@ -1,10 +1,11 @@
-//! Tells the findings: a markdown report, its figures, and `findings.json`, written whole or not at all.
+//! Writes a report: markdown, its figures, and `findings.json`, whole or not at all.
 //!
 //! | file | job |
 //! |---|---|
-//! | `sources.rs` | holds what a report is made of |
+//! | `input.rs` | holds what a report is made of |
 //! | `files.rs` | holds the files of a report before they are written |
 //! | `numbers.rs` | rounds every number by its uncertainty |
+//! | `quantities.rs` | writes quantities under their symbols, in the units they are printed in |
 //! | `markdown/` | writes the report |
 //! | `figures/` | says what each figure shows |
 //! | `chart.rs` | draws a chart as SVG |
@@ -20,11 +21,12 @@ pub mod figures;
 mod files;
 pub mod finished;
 pub mod folder;
+mod input;
 pub mod json;
 pub mod markdown;
 pub mod numbers;
 pub mod prediction;
-mod sources;
+mod quantities;
 
 use serde::Serialize;
 
@@ -32,18 +34,18 @@ use crate::error::Error;
 use crate::findings::Findings;
 use files::Files;
 
-pub use sources::Told;
+pub use input::ReportInput;
 
 /// Every file of a report by its path in the folder, `timing.json` excepted.
-pub fn files(told: Told, with_figures: bool) -> Result<Files, Error> {
-    let figures = if with_figures { figures::all(told) } else { vec![] };
+pub fn files(input: ReportInput, with_figures: bool) -> Result<Files, Error> {
+    let figures = if with_figures { figures::all(input) } else { vec![] };
     let names: Vec<&str> = figures.iter().map(|figure| figure.name.as_str()).collect();
     let ((report, findings), draws) = rayon::join(
-        || (markdown::report(told, &names), findings_text(told.findings, &names)),
+        || (markdown::report(input, &names), findings_text(input.findings, &names)),
         || {
-            let draws = told
+            let draws = input
                 .posterior
-                .map(|posterior| draws::posterior::gather(told, posterior));
+                .map(|posterior| draws::posterior::gather(input, posterior));
             draws.transpose()
         },
     );

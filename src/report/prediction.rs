@@ -9,48 +9,27 @@ use crate::error::Error;
 use crate::findings::predict::Predicted;
 use crate::physics::Setting;
 
-/// Columns of the CSV, in the order of [`Predicted`].
-const COLUMNS: [&str; 15] = [
-    "impact_speed_m_s",
-    "stokes",
-    "reynolds",
-    "restitution",
-    "restitution_q05",
-    "restitution_q25",
-    "restitution_q75",
-    "restitution_q95",
-    "run_q05",
-    "run_q25",
-    "run_q75",
-    "run_q95",
-    "stuck_probability",
-    "log_slope",
-    "extrapolated",
+/// The numbers of a row that are always there, in the order of [`Predicted`].
+const NUMBERS: [(&str, fn(&Predicted) -> f64); 13] = [
+    ("impact_speed_m_s", |row| row.impact_speed_m_s),
+    ("stokes", |row| row.stokes),
+    ("reynolds", |row| row.reynolds),
+    ("restitution", |row| row.restitution),
+    ("restitution_q05", |row| row.restitution_q05),
+    ("restitution_q25", |row| row.restitution_q25),
+    ("restitution_q75", |row| row.restitution_q75),
+    ("restitution_q95", |row| row.restitution_q95),
+    ("run_q05", |row| row.run_q05),
+    ("run_q25", |row| row.run_q25),
+    ("run_q75", |row| row.run_q75),
+    ("run_q95", |row| row.run_q95),
+    ("stuck_probability", |row| row.stuck_probability),
 ];
-
-/// The numbers of a row, in the order of the columns.
-fn numbers(row: &Predicted) -> [f64; 13] {
-    [
-        row.impact_speed_m_s,
-        row.stokes,
-        row.reynolds,
-        row.restitution,
-        row.restitution_q05,
-        row.restitution_q25,
-        row.restitution_q75,
-        row.restitution_q95,
-        row.run_q05,
-        row.run_q25,
-        row.run_q75,
-        row.run_q95,
-        row.stuck_probability,
-    ]
-}
 
 /// Fails at the first number that is none, with its name: what was asked for is too far from anything that can be computed.
 fn check(rows: &[Predicted]) -> Result<(), Error> {
     for row in rows {
-        let odd = COLUMNS.iter().zip(numbers(row)).find(|(_, number)| !number.is_finite());
+        let odd = NUMBERS.iter().find(|(_, number)| !number(row).is_finite());
         if let Some((name, _)) = odd {
             let speed = row.impact_speed_m_s;
             return Err(Error::Usage(format!(
@@ -67,12 +46,12 @@ fn check(rows: &[Predicted]) -> Result<(), Error> {
 /// Fails where a number is not finite.
 pub fn csv(rows: &[Predicted]) -> Result<String, Error> {
     check(rows)?;
-    let mut text = COLUMNS.join(",");
-    text.push('\n');
+    let mut text: String = NUMBERS.iter().map(|(name, _)| format!("{name},")).collect();
+    text.push_str("log_slope,extrapolated\n");
     for row in rows {
-        for number in numbers(row) {
+        for (_, number) in NUMBERS {
             // a String takes whatever is written to it
-            let _ = write!(text, "{number:?},");
+            let _ = write!(text, "{:?},", number(row));
         }
         if let Some(slope) = row.log_slope {
             let _ = write!(text, "{slope:?}");
@@ -110,10 +89,10 @@ pub fn json(origin: Origin, setting: &Setting, rows: &[Predicted]) -> Result<Str
         film_m: f64,
         film_ratio: f64,
         density_ratio: f64,
-        predicted: Vec<Row<'a>>,
+        predicted: Vec<PredictedRow<'a>>,
     }
     #[derive(Serialize)]
-    struct Row<'a> {
+    struct PredictedRow<'a> {
         #[serde(flatten)]
         row: &'a Predicted,
         #[serde(skip_serializing_if = "Option::is_none")]
@@ -128,7 +107,7 @@ pub fn json(origin: Origin, setting: &Setting, rows: &[Predicted]) -> Result<Str
         density_ratio: setting.density_ratio(),
         predicted: rows
             .iter()
-            .map(|row| Row {
+            .map(|row| PredictedRow {
                 row,
                 why_none: row
                     .log_slope

@@ -12,6 +12,8 @@ use crate::findings::{bootstrap, energy};
 use crate::inference::bootstrap::strata::LEAST_RUNS;
 use crate::inference::delta::{Interval, LEVELS};
 use crate::model::simulate::Simulation;
+use crate::report::markdown::page::Page;
+use crate::report::markdown::table::Table;
 use crate::runs;
 use crate::scene::{self, Scene, WetLaw};
 use crate::seed::stream;
@@ -286,16 +288,17 @@ fn index_of(interval: &Interval) -> Option<usize> {
     Some(method * LEVELS.len() + level)
 }
 
-/// How the page begins.
-const HEADING: &str = "# Do the intervals cover?";
+/// The title of the page.
+const TITLE: &str = "Do the intervals cover?";
 
 /// Fails where something stands at a place that is no earlier page of this kind.
 pub fn may_replace(place: &Place) -> Result<(), Error> {
+    let heading = format!("# {TITLE}");
     let is_ours = || {
         let mut start = vec![];
         let file = std::fs::File::open(place.path()).ok()?;
-        file.take(HEADING.len() as u64).read_to_end(&mut start).ok()?;
-        (start == HEADING.as_bytes()).then_some(())
+        file.take(heading.len() as u64).read_to_end(&mut start).ok()?;
+        (start == heading.as_bytes()).then_some(())
     };
     if place.is_taken() && !(place.path().is_file() && is_ours().is_some()) {
         return Err(Error::Out {
@@ -308,53 +311,45 @@ pub fn may_replace(place: &Place) -> Result<(), Error> {
 
 /// The table as markdown.
 pub fn markdown(table: &CoverageTable) -> String {
-    let mut text = format!("{HEADING}\n\n");
-    text.push_str(&format!(
+    let mut page = Page::titled(TITLE, &[]);
+    page.paragraph(&format!(
         "Share of {} simulated data sets, in per cent, whose 90 % and 95 % intervals of e_inf and St_c cover the truth, \
          for each design, law and method; {} replicates each (cases). The Monte Carlo error of a share is {:.1} at 90 % \
          and {:.1} at 95 %. Delta: with Student's t. The linear law is held against its own noise-free fit on the same \
-         design, and once against the true e_inf.\n\nMade by `wetcor calibrate --out reports/calibration.md`.\n\n\
-         Runs are resampled inside series and, in these, inside impact speeds; speeds with fewer than {LEAST_RUNS} runs \
-         join their neighbours. From n runs n − 1 are drawn with the weight n/(n − 1), and percentile and BCa limits are \
-         taken at Φ(t) for Student's t with the degrees of freedom of the strata. Without the strata of speed the \
-         linear law's misfit counts as noise; without the other two every interval of few runs is too short.\n\n",
+         design, and once against the true e_inf.",
         table.sets,
         table.replicates,
         100.0 * table.mcse(0.90),
         100.0 * table.mcse(0.95)
     ));
-    for design in &ALL {
-        text.push_str(&format!("* {}: {}\n", design.name, design.what));
-    }
-    text.push_str("\n| design | law | quantity | ");
-    let heads: Vec<String> = METHODS
-        .iter()
-        .map(|method| format!("{method} 90 | {method} 95"))
-        .collect();
-    text.push_str(&heads.join(" | "));
-    text.push_str(" |\n| --- | --- | --- |");
-    text.push_str(&" --- |".repeat(2 * METHODS.len()));
-    text.push('\n');
-    for rows in table.rows.chunks(METHODS.len()) {
-        let Some(first) = rows.first() else { continue };
-        text.push_str(&format!("| {} | {} | {} |", first.design, first.law, first.quantity));
-        for row in rows {
-            text.push_str(&format!(
-                " {:.1} | {:.1} |",
-                100.0 * row.covered[0],
-                100.0 * row.covered[1]
-            ));
+    page.paragraph("Made by `wetcor calibrate --out reports/calibration.md`.");
+    page.paragraph(&format!(
+        "Runs are resampled inside series and, in these, inside impact speeds; speeds with fewer than {LEAST_RUNS} runs \
+         join their neighbours. From n runs n − 1 are drawn with the weight n/(n − 1), and percentile and BCa limits are \
+         taken at Φ(t) for Student's t with the degrees of freedom of the strata. Without the strata of speed the \
+         linear law's misfit counts as noise; without the other two every interval of few runs is too short."
+    ));
+    let designs = ALL.iter().map(|design| format!("{}: {}", design.name, design.what));
+    page.list(&designs.collect::<Vec<_>>());
+    let rows = table.rows.chunks_exact(METHODS.len());
+    let mut covered = Table::of(rows)
+        .column("design", |methods| methods[0].design)
+        .column("law", |methods| methods[0].law)
+        .column("quantity", |methods| methods[0].quantity);
+    for (place, method) in METHODS.into_iter().enumerate() {
+        for (level, at) in LEVELS.into_iter().enumerate() {
+            covered = covered.column(format!("{method} {:.0}", 100.0 * at), |methods| {
+                format!("{:.1}", 100.0 * methods[place].covered[level])
+            });
         }
-        text.push('\n');
     }
-    text.push_str("\nLargest distance from the level, true e_inf of the linear law excepted:");
-    for method in METHODS {
-        text.push_str(&format!(" {method} {:.1},", 100.0 * table.worst(method)));
-    }
-    text.pop();
-    text.push_str(&format!(
-        ". The smallest, or the simplest as near to it as the Monte Carlo error, is the default: {}.\n",
+    page.table(&covered);
+    let worst = METHODS.map(|method| format!("{method} {:.1}", 100.0 * table.worst(method)));
+    page.paragraph(&format!(
+        "Largest distance from the level, true e_inf of the linear law excepted: {}. The smallest, or the simplest as near \
+         to it as the Monte Carlo error, is the default: {}.",
+        worst.join(", "),
         table.best()
     ));
-    text
+    page.text.trim_end().to_owned() + "\n"
 }

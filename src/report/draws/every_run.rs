@@ -10,7 +10,7 @@ use crate::findings::posterior::Posterior;
 use crate::inference::diagnostics::loo::SAME;
 use crate::model::likelihood::pointwise::{Pointwise, Stretch};
 use crate::model::normals::Normals;
-use crate::report::Told;
+use crate::report::ReportInput;
 use crate::seed::Streams;
 
 /// Bytes written at once: they are still near the processor, and the system is asked seldom.
@@ -30,9 +30,9 @@ pub(super) struct EveryRun<'a> {
 }
 
 impl<'a> EveryRun<'a> {
-    pub fn new(told: Told<'a>, posterior: &Posterior) -> EveryRun<'a> {
-        let asked = posterior.setup;
-        let pointwise = Pointwise::new(told.scene, told.runs, asked.form);
+    pub fn new(input: ReportInput<'a>, posterior: &Posterior) -> EveryRun<'a> {
+        let form = posterior.setup.form;
+        let pointwise = Pointwise::new(input.scene, input.runs, form);
         let full = posterior.sampled.full_draws();
         let informative = informative(&pointwise, &full);
         EveryRun {
@@ -40,7 +40,7 @@ impl<'a> EveryRun<'a> {
             informative,
             pointwise,
             full,
-            streams: Streams::new(told.findings.seed, "posterior_predictive"),
+            streams: Streams::new(input.findings.seed, "posterior_predictive"),
             normals: Normals::new(),
         }
     }

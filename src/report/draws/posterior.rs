@@ -15,7 +15,7 @@ use crate::findings::posterior::Posterior;
 use crate::inference::nuts::Chain;
 use crate::model::parameters::{Kind, Parameter};
 use crate::report::folder::{Files, Streamed};
-use crate::report::Told;
+use crate::report::ReportInput;
 use crate::runs::Runs;
 use crate::scene::{Scene, DRY};
 
@@ -37,14 +37,14 @@ pub struct Gathered<'a> {
 /// Groups `posterior`, `sample_stats`, `log_prior`, `derived`, `observed_data` and `constant_data`, and while runs times
 /// draws are at most [`MOST_DENSITIES`], `log_likelihood` and `posterior_predictive` (new runs), to f32. Runs are in the
 /// order of the report.
-pub fn gather<'a>(told: Told<'a>, posterior: &Posterior) -> Result<Gathered<'a>, Error> {
-    let (scene, runs) = (told.scene, told.runs);
+pub fn gather<'a>(input: ReportInput<'a>, posterior: &Posterior) -> Result<Gathered<'a>, Error> {
+    let (scene, runs) = (input.scene, input.runs);
     let sampled = &posterior.sampled;
     let size = DrawSize {
         chains: sampled.chains.len(),
         draws: sampled.chains.first().map_or(0, |chain| chain.ln_density.len()),
     };
-    let every_run = || stores_every_run(runs, posterior).then(|| EveryRun::new(told, posterior));
+    let every_run = || stores_every_run(runs, posterior).then(|| EveryRun::new(input, posterior));
     let rest = || {
         let groups = vec![
             parameters("posterior", scene, posterior, size, |_, values| values.to_vec()),
@@ -59,7 +59,7 @@ pub fn gather<'a>(told: Told<'a>, posterior: &Posterior) -> Result<Gathered<'a>,
         (groups, table(posterior, size))
     };
     let (every_run, (mut groups, table)) = rayon::join(every_run, rest);
-    let asked = posterior.setup;
+    let form = posterior.setup.form;
     let mut streamed = vec![];
     if let Some(every_run) = every_run {
         groups.extend(every_run_groups(&every_run, runs.len(), size));
@@ -69,12 +69,12 @@ pub fn gather<'a>(told: Told<'a>, posterior: &Posterior) -> Result<Gathered<'a>,
     groups.push(constant(scene, runs));
     let attributes = [
         ("title", json!(scene.title)),
-        ("model", json!(model_name(asked.form))),
+        ("model", json!(model_name(form))),
         ("creation_library", json!("wetcor")),
-        ("creation_library_version", json!(told.findings.wetcor)),
-        ("seed", json!(told.findings.seed)),
-        ("data_sha256", json!(told.findings.data_sha256)),
-        ("scene_sha256", json!(told.findings.scene_sha256)),
+        ("creation_library_version", json!(input.findings.wetcor)),
+        ("seed", json!(input.findings.seed)),
+        ("data_sha256", json!(input.findings.data_sha256)),
+        ("scene_sha256", json!(input.findings.scene_sha256)),
     ]
     .into_iter()
     .map(|(key, value)| (key.to_owned(), value));

@@ -1,7 +1,8 @@
 //! Says what the figures of e_inf and St_c together show: clouds as contours, with each quantity's intervals.
 
 use super::super::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Style};
-use super::super::{numbers, Told};
+use super::super::quantities::in_scripts;
+use super::super::{numbers, ReportInput};
 use super::figure::Figure;
 use super::names::Names;
 use super::of_particle::scaling_of;
@@ -10,6 +11,7 @@ use crate::findings::bootstrap::JointReplicates;
 use crate::findings::estimate::Estimate;
 use crate::findings::regions::{self, Contour, SHARES};
 use crate::inference::delta::Interval;
+use crate::physics::Quantity;
 use crate::scene::WetLaw;
 
 /// How uncertain e_inf and St_c are together by one method, and the intervals of each.
@@ -36,16 +38,16 @@ struct IntervalBars {
 const STROKES: [Dash; SHARES.len()] = [Dash::Dashed, Dash::Solid];
 
 /// Every joint figure: one a particle and film ratio, a panel a law.
-pub(super) fn joint(told: Told, names: &Names) -> Vec<Figure> {
-    let Some(resampling) = &told.findings.bootstrap else {
+pub(super) fn joint(input: ReportInput, names: &Names) -> Vec<Figure> {
+    let Some(resampling) = &input.findings.bootstrap else {
         return vec![];
     };
     let mut figures = vec![];
-    for (index, particle) in told.scene.particles.iter().enumerate() {
+    for (index, particle) in input.scene.particles.iter().enumerate() {
         for over_all in [false, true] {
             let mine = |joint: &&JointReplicates| joint.particle == index && joint.film_ratio.is_none() == over_all;
             let panels = resampling.joint.iter().filter(mine);
-            let charts: Vec<Chart> = panels.filter_map(|joint| of_bootstrap(told, joint)).collect();
+            let charts: Vec<Chart> = panels.filter_map(|joint| of_bootstrap(input, joint)).collect();
             if !charts.is_empty() {
                 figures.push(Figure {
                     name: names.joint(&particle.name, over_all),
@@ -57,8 +59,8 @@ pub(super) fn joint(told: Told, names: &Names) -> Vec<Figure> {
     figures
 }
 
-fn of_bootstrap(told: Told, joint: &JointReplicates) -> Option<Chart> {
-    let row = scaling_of(told, joint.particle, joint.film_ratio, joint.law)?;
+fn of_bootstrap(input: ReportInput, joint: &JointReplicates) -> Option<Chart> {
+    let row = scaling_of(input, joint.particle, joint.film_ratio, joint.law)?;
     let both = [&row.e_inf, &row.st_c];
     let by = |estimate: &Estimate, wanted: &dyn Fn(&Interval) -> bool| {
         let made = estimate
@@ -84,11 +86,12 @@ fn of_bootstrap(told: Told, joint: &JointReplicates) -> Option<Chart> {
         WetLaw::Sqrt => "square-root law",
         WetLaw::Linear => "linear law",
     };
-    let title = format!("{}, {ratio}, {law}", told.scene.particles[joint.particle].name);
+    let title = format!("{}, {ratio}, {law}", input.scene.particles[joint.particle].name);
     let centre = (row.e_inf.value?, row.st_c.value?);
     let delta = both.map(|estimate| by(estimate, &|made| made.method == "delta"));
-    let posterior = told.posterior.zip(told.findings.energy_balance.as_ref());
-    let pairs = posterior.and_then(|(posterior, balance)| regions::of_posterior(told.scene, balance, posterior, joint));
+    let posterior = input.posterior.zip(input.findings.energy_balance.as_ref());
+    let pairs =
+        posterior.and_then(|(posterior, balance)| regions::of_posterior(input.scene, balance, posterior, joint));
     let posterior = pairs.map(|pairs| Cloud {
         name: "posterior",
         contours: regions::contours(&pairs),
@@ -159,9 +162,10 @@ fn joint_chart(title: String, estimate: (f64, f64), delta: [Option<[f64; 2]>; 2]
         y_se: None,
     };
     layers.push(points("least squares", vec![point], Style::group(0)));
+    let [e_inf, st_c] = [Quantity::EInf, Quantity::StC].map(|quantity| in_scripts(quantity.describe().symbol));
     let mut drawn = chart(
-        Axis::new("e_{inf}").between(x.0, x.1),
-        Axis::new("St_{c}").between(y.0, y.1),
+        Axis::new(e_inf).between(x.0, x.1),
+        Axis::new(st_c).between(y.0, y.1),
         layers,
     );
     drawn.title = Some(title);

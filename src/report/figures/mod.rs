@@ -22,7 +22,7 @@ mod posterior;
 use std::ops::Range;
 
 use super::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Style};
-use super::{numbers, Told};
+use super::{numbers, ReportInput};
 use crate::findings::series::SeriesFit;
 use crate::physics::dry::Order;
 use crate::physics::numbers::stokes;
@@ -46,10 +46,10 @@ const INVERSE_STOKES: &str = "St^{−1}";
 const STACKED: f64 = 0.03;
 
 /// Every figure the scene has something to show in.
-pub fn all(told: Told) -> Vec<Figure> {
-    let mut figures = posterior::all(told);
-    let bands = Bands::of(told);
-    let names = Names::of(told.scene);
+pub fn all(input: ReportInput) -> Vec<Figure> {
+    let mut figures = posterior::all(input);
+    let bands = Bands::of(input);
+    let names = Names::of(input.scene);
     let mut add = |name: String, charts: Vec<Chart>| {
         let drawn = |chart: &Chart| chart.layers.iter().any(has_points);
         if charts.iter().any(drawn) {
@@ -59,16 +59,19 @@ pub fn all(told: Told) -> Vec<Figure> {
             });
         }
     };
-    for particle in 0..told.scene.particles.len() {
-        let name = &told.scene.particles[particle].name;
-        add(names.speed(name), vec![against_speed(told, particle, bands.as_ref())]);
-        add(names.stokes(name), vec![against_stokes(told, particle, bands.as_ref())]);
-        add(names.film_ratios(name), vec![every_film_ratio(told, particle)]);
+    for particle in 0..input.scene.particles.len() {
+        let name = &input.scene.particles[particle].name;
+        add(names.speed(name), vec![against_speed(input, particle, bands.as_ref())]);
+        add(
+            names.stokes(name),
+            vec![against_stokes(input, particle, bands.as_ref())],
+        );
+        add(names.film_ratios(name), vec![every_film_ratio(input, particle)]);
     }
-    add(FILM.to_owned(), film(told));
-    add(ENERGY.to_owned(), energy(told));
-    add(RESIDUALS.to_owned(), residuals(told));
-    figures.extend(joint(told, &names));
+    add(FILM.to_owned(), film(input));
+    add(ENERGY.to_owned(), energy(input));
+    add(RESIDUALS.to_owned(), residuals(input));
+    figures.extend(joint(input, &names));
     figures
 }
 
@@ -77,73 +80,73 @@ fn has_points(layer: &Layer) -> bool {
 }
 
 /// (v, e) of some rebounds.
-fn speeds_and_restitutions(told: Told, rebounds: &Range<usize>) -> Vec<(f64, f64)> {
-    let runs = told.runs;
+fn speeds_and_restitutions(input: ReportInput, rebounds: &Range<usize>) -> Vec<(f64, f64)> {
+    let runs = input.runs;
     pairs(
         &runs.impact_speed[rebounds.clone()],
         &runs.restitution[rebounds.clone()],
     )
 }
 
-fn against_speed(told: Told, particle: usize, bands: Option<&Bands>) -> Chart {
-    let chosen = main_film_ratio(told, particle);
-    let series = series_at(told, particle, chosen);
+fn against_speed(input: ReportInput, particle: usize, bands: Option<&Bands>) -> Chart {
+    let chosen = main_film_ratio(input, particle);
+    let series = series_at(input, particle, chosen);
     let mut groups: Vec<Vec<(f64, f64)>> = series
         .iter()
-        .map(|(s, _)| speeds_and_restitutions(told, &s.rebounds))
+        .map(|(s, _)| speeds_and_restitutions(input, &s.rebounds))
         .collect();
-    let dry = told.runs.dry.iter().filter(|group| group.particle == particle);
+    let dry = input.runs.dry.iter().filter(|group| group.particle == particle);
     groups.push(
-        dry.flat_map(|group| speeds_and_restitutions(told, &group.rebounds))
+        dry.flat_map(|group| speeds_and_restitutions(input, &group.rebounds))
             .collect(),
     );
     let mut joined = means_of(groups);
-    let stuck = stuck_marks(told, &series, |_, v| v);
+    let stuck = stuck_marks(input, &series, |_, v| v);
     let fastest = largest(&joined)
         .into_iter()
         .chain(largest(&stuck))
         .reduce(f64::max)
         .unwrap_or(1.0);
-    let mut layers = dry_layers(told, particle, joined.pop().unwrap_or_default(), fastest);
+    let mut layers = dry_layers(input, particle, joined.pop().unwrap_or_default(), fastest);
     for (group, ((s, fit), points_of)) in series.iter().zip(joined).enumerate() {
         let style = Style::group(group + 1);
-        let label = series_name(told, s);
-        if let Some((bands, ends)) = bands.zip(speeds(told, s)) {
+        let label = series_name(input, s);
+        if let Some((bands, ends)) = bands.zip(speeds(input, s)) {
             let drawn = SeriesBands {
                 series: s,
                 speeds: ends,
                 name: label.clone(),
                 style,
             };
-            layers.extend(bands.layers(told, drawn, |v| v));
+            layers.extend(bands.layers(input, drawn, |v| v));
         }
-        if let Some(law) = series_curve(told, fit, dry_k(told, particle), fastest) {
+        if let Some(law) = series_curve(input, fit, dry_k(input, particle), fastest) {
             layers.push(curve(label.clone(), law, style, Dash::Solid));
         }
         if !points_of.is_empty() {
             layers.push(points(label, points_of, style));
         }
     }
-    layers.extend(stuck_layers(told, &series, stuck, STACKED));
+    layers.extend(stuck_layers(input, &series, stuck, STACKED));
     let mut drawn = chart(
         Axis::new("impact speed v / (m s^{−1})").between(0.0, 1.05 * fastest),
         Axis::new(RESTITUTION).between(0.0, 1.0),
         layers,
     );
-    let name = &told.scene.particles[particle].name;
+    let name = &input.scene.particles[particle].name;
     drawn.title = chosen.map(|ratio| format!("{name}, δ/D = {}", numbers::short(ratio)));
     widen_to_data(&mut drawn);
     drawn
 }
 
 /// The dry runs and the law fitted to them.
-fn dry_layers(told: Told, particle: usize, dry_points: Vec<ChartPoint>, fastest: f64) -> Vec<Layer> {
+fn dry_layers(input: ReportInput, particle: usize, dry_points: Vec<ChartPoint>, fastest: f64) -> Vec<Layer> {
     let mut layers = vec![];
     if !dry_points.is_empty() {
         layers.push(points("dry", dry_points, Style::group(0)));
     }
-    if let Some(k) = dry_k(told, particle) {
-        let order = told.scene.model.form().dry;
+    if let Some(k) = dry_k(input, particle) {
+        let order = input.scene.model.form().dry;
         let label = match order {
             Order::First => "dry, 1 − k v^{1/5}",
             Order::Second => "dry, to second order in k v^{1/5}",
@@ -166,15 +169,15 @@ fn widen_to_data(chart: &mut Chart) {
 }
 
 /// √(α + β/v) from its threshold on; `None` where the series has no usable law.
-fn series_curve(told: Told, fit: &SeriesFit, dry_k: Option<f64>, fastest: f64) -> Option<Vec<(f64, f64)>> {
+fn series_curve(input: ReportInput, fit: &SeriesFit, dry_k: Option<f64>, fastest: f64) -> Option<Vec<(f64, f64)>> {
     if !fit.verdict.passed {
         return None;
     }
     let (alpha, beta) = (fit.alpha.value?, fit.beta.value?);
     let threshold = rebound::threshold_speed(alpha, beta);
-    let own = dry_k.filter(|_| told.scene.model.dry_speed == DrySpeed::Impact);
-    let reference = told.scene.model.dry_speed.reference();
-    let order = told.scene.model.form().dry;
+    let own = dry_k.filter(|_| input.scene.model.dry_speed == DrySpeed::Impact);
+    let reference = input.scene.model.dry_speed.reference();
+    let order = input.scene.model.form().dry;
     let offset = |v: f64| {
         own.map_or(0.0, |k| {
             order.restitution(k, v).powi(2) - order.restitution(k, reference).powi(2)
@@ -189,28 +192,37 @@ fn series_curve(told: Told, fit: &SeriesFit, dry_k: Option<f64>, fastest: f64) -
 }
 
 /// 1/St of a sphere of a series at a diameter and a speed.
-fn inverse_stokes_at(told: Told, series: &Series, diameter: f64, speed: f64) -> f64 {
-    let density = told.scene.particles[series.particle].density;
-    1.0 / stokes(density, diameter, speed, told.scene.liquids[series.liquid].viscosity)
+fn inverse_stokes_at(input: ReportInput, series: &Series, diameter: f64, speed: f64) -> f64 {
+    let density = input.scene.particles[series.particle].density;
+    1.0 / stokes(density, diameter, speed, input.scene.liquids[series.liquid].viscosity)
 }
 
 /// (1/St, e) of the rebounds of some series.
-fn inverse_stokes(told: Told, series: &Series) -> Vec<(f64, f64)> {
-    let of = |run: usize| (told.runs.inverse_stokes(run), told.runs.restitution[run]);
+fn inverse_stokes(input: ReportInput, series: &Series) -> Vec<(f64, f64)> {
+    let of = |run: usize| (input.runs.inverse_stokes(run), input.runs.restitution[run]);
     series.rebounds.clone().map(of).collect()
 }
 
 /// Marks at e = 0 for the stuck runs of each series; `x` places a speed on the horizontal axis.
-fn stuck_marks(told: Told, series: &[(&Series, &SeriesFit)], x: impl Fn(&Series, f64) -> f64) -> Vec<Vec<ChartPoint>> {
+fn stuck_marks(
+    input: ReportInput,
+    series: &[(&Series, &SeriesFit)],
+    x: impl Fn(&Series, f64) -> f64,
+) -> Vec<Vec<ChartPoint>> {
     let of = |s: &Series| {
-        let speeds = &told.runs.impact_speed[s.stuck.clone()];
+        let speeds = &input.runs.impact_speed[s.stuck.clone()];
         speeds.iter().map(|v| (x(s, *v), 0.0)).collect()
     };
     means_of(series.iter().map(|(s, _)| of(s)).collect())
 }
 
 /// Hollow marks of stuck runs, those of each series so much above those of the one before.
-fn stuck_layers(told: Told, series: &[(&Series, &SeriesFit)], stuck: Vec<Vec<ChartPoint>>, apart: f64) -> Vec<Layer> {
+fn stuck_layers(
+    input: ReportInput,
+    series: &[(&Series, &SeriesFit)],
+    stuck: Vec<Vec<ChartPoint>>,
+    apart: f64,
+) -> Vec<Layer> {
     let some = series
         .iter()
         .zip(stuck)
@@ -221,7 +233,7 @@ fn stuck_layers(told: Told, series: &[(&Series, &SeriesFit)], stuck: Vec<Vec<Cha
             marks.iter_mut().for_each(|mark| mark.y += apart * level as f64);
             // a series that has no other marks is known by these
             let name = if s.rebounds.is_empty() {
-                series_name(told, s)
+                series_name(input, s)
             } else {
                 "stuck (hollow)".to_owned()
             };
@@ -231,11 +243,11 @@ fn stuck_layers(told: Told, series: &[(&Series, &SeriesFit)], stuck: Vec<Vec<Cha
 }
 
 /// Both laws of 1/St, from 0 to where they vanish or the picture ends.
-fn laws(told: Told, particle: usize, ratio: Option<f64>, end: f64) -> Vec<Layer> {
+fn laws(input: ReportInput, particle: usize, ratio: Option<f64>, end: f64) -> Vec<Layer> {
     let mut layers = vec![];
     // drawn whatever the verdict: a law that does not hold for all is best seen beside the runs
     let values = |law: WetLaw| {
-        let row = scaling_of(told, particle, ratio, law)?;
+        let row = scaling_of(input, particle, ratio, law)?;
         Some((row.e_inf.value?, row.st_c.value?))
     };
     if let Some((e_inf, st_c)) = values(WetLaw::Linear) {
@@ -255,30 +267,30 @@ fn laws(told: Told, particle: usize, ratio: Option<f64>, end: f64) -> Vec<Layer>
     layers
 }
 
-fn against_stokes(told: Told, particle: usize, bands: Option<&Bands>) -> Chart {
-    let chosen = main_film_ratio(told, particle);
-    let series = series_at(told, particle, chosen);
-    let groups = series.iter().map(|(s, _)| inverse_stokes(told, s)).collect();
+fn against_stokes(input: ReportInput, particle: usize, bands: Option<&Bands>) -> Chart {
+    let chosen = main_film_ratio(input, particle);
+    let series = series_at(input, particle, chosen);
+    let groups = series.iter().map(|(s, _)| inverse_stokes(input, s)).collect();
     let joined = means_of(groups);
-    let inverse = |s: &Series, v: f64| inverse_stokes_at(told, s, s.diameter, v);
-    let stuck = stuck_marks(told, &series, inverse);
+    let inverse = |s: &Series, v: f64| inverse_stokes_at(input, s, s.diameter, v);
+    let stuck = stuck_marks(input, &series, inverse);
     let ends = largest(&joined).into_iter().chain(largest(&stuck));
     let end = 1.1 * ends.reduce(f64::max).unwrap_or(0.1);
-    let mut layers = laws(told, particle, chosen, end);
+    let mut layers = laws(input, particle, chosen, end);
     let all: Vec<&Series> = series.iter().map(|(s, _)| *s).collect();
     for (group, ((s, _), points_of)) in series.iter().zip(joined).enumerate() {
-        let (label, style) = (series_name(told, s), Style::group(group + 1));
+        let (label, style) = (series_name(input, s), Style::group(group + 1));
         layers.extend(
             bands
                 .into_iter()
-                .flat_map(|bands| bands.of_liquid(told, &all, group, inverse)),
+                .flat_map(|bands| bands.of_liquid(input, &all, group, inverse)),
         );
         if !points_of.is_empty() {
             layers.push(points(label, points_of, style));
         }
     }
-    layers.extend(stuck_layers(told, &series, stuck, 0.0));
-    let name = &told.scene.particles[particle].name;
+    layers.extend(stuck_layers(input, &series, stuck, 0.0));
+    let name = &input.scene.particles[particle].name;
     let mut drawn = chart(
         Axis::new(INVERSE_STOKES).between(0.0, end),
         Axis::new(RESTITUTION).between(0.0, 1.0),
@@ -289,8 +301,8 @@ fn against_stokes(told: Told, particle: usize, bands: Option<&Bands>) -> Chart {
     drawn
 }
 
-fn every_film_ratio(told: Told, particle: usize) -> Chart {
-    let groups: Vec<_> = told
+fn every_film_ratio(input: ReportInput, particle: usize) -> Chart {
+    let groups: Vec<_> = input
         .runs
         .film_groups
         .iter()
@@ -300,11 +312,11 @@ fn every_film_ratio(told: Told, particle: usize) -> Chart {
     let series: Vec<(usize, &Series)> = groups
         .iter()
         .enumerate()
-        .flat_map(|(index, g)| told.runs.series[g.series.clone()].iter().map(move |s| (index, s)))
+        .flat_map(|(index, g)| input.runs.series[g.series.clone()].iter().map(move |s| (index, s)))
         .collect();
-    let joined = means_of(series.iter().map(|(_, s)| inverse_stokes(told, s)).collect());
+    let joined = means_of(series.iter().map(|(_, s)| inverse_stokes(input, s)).collect());
     let end = 1.1 * largest(&joined).unwrap_or(0.1);
-    let mut layers = laws(told, particle, None, end);
+    let mut layers = laws(input, particle, None, end);
     let mut by_ratio: Vec<Vec<ChartPoint>> = vec![vec![]; groups.len()];
     for ((index, _), points_of) in series.iter().zip(joined) {
         by_ratio[*index].extend(points_of);
@@ -320,7 +332,7 @@ fn every_film_ratio(told: Told, particle: usize) -> Chart {
         Axis::new(RESTITUTION).between(0.0, 1.0),
         layers,
     );
-    drawn.title = Some(format!("{}, every film ratio", told.scene.particles[particle].name));
+    drawn.title = Some(format!("{}, every film ratio", input.scene.particles[particle].name));
     widen_to_data(&mut drawn);
     drawn
 }

@@ -1,38 +1,106 @@
-//! Tells where the bootstrap and the delta method part.
+//! Writes where the bootstrap and the delta method part.
 
 use super::super::figures;
-use super::super::numbers::{self, NONE};
-use super::super::Told;
-use super::cells::{interval_header, law_name};
+use super::super::numbers;
+use super::super::ReportInput;
+use super::cells::law_name;
 use super::page::Page;
-use crate::findings::estimate::Bootstrapped;
-use crate::findings::estimate::Estimate;
+use super::table::Table;
+use crate::findings::bootstrap::Resampling;
+use crate::findings::estimate::{Bootstrapped, Estimate};
+use crate::findings::Findings;
+use crate::inference::delta::Interval;
+use crate::physics::Quantity;
 use crate::scene::ResamplingScheme;
 
 /// The section; nothing where no replicates were made.
-pub(super) fn bootstrap(page: &mut Page, told: Told) {
-    let mut rows = vec![];
-    for dry in &told.findings.dry {
-        rows.extend(row(
-            [dry.particle.clone(), "k".to_owned(), "all".to_owned(), NONE.to_owned()],
-            &dry.dry_k,
-        ));
-    }
-    for fitted in told.findings.scaling.iter().filter(|fitted| fitted.verdict.passed) {
-        for (symbol, estimate) in [("e_inf", &fitted.e_inf), ("St_c", &fitted.st_c)] {
-            let ratio = fitted.film_ratio.map_or("all".to_owned(), numbers::short);
-            let cells = [fitted.particle.clone(), symbol.to_owned(), ratio, law_name(fitted.law)];
-            rows.extend(row(cells, estimate));
-        }
-    }
-    if rows.is_empty() {
-        return;
-    }
-    let Some(resampling) = &told.findings.bootstrap else {
+pub(super) fn bootstrap(page: &mut Page, input: ReportInput) {
+    let rows = resampled(input.findings);
+    let Some(resampling) = input.findings.bootstrap.as_ref().filter(|_| !rows.is_empty()) else {
         return;
     };
     page.heading("Bootstrap");
-    let scheme = match told.scene.bootstrap.scheme {
+    page.paragraph(&format!(
+        "{} replicates, {}.{} Percentile and BCa limits are widened as Student's t is, by the degrees of \
+         freedom of the strata. The other tables quote these intervals wherever replicates were made; ± is the delta \
+         method's throughout. Below: fits that are usable. How often each kind of interval covers the truth of simulated runs: `wetcor calibrate`.",
+        resampling.replicates,
+        scheme(input.scene.bootstrap.scheme),
+        single_runs(input.scene.bootstrap.scheme, resampling)
+    ));
+    joint_figures(page, input);
+    let table = Table::of(&rows)
+        .column("particle", |row| row.particle)
+        .column("quantity", |row| row.quantity.describe().symbol)
+        .column("δ/D", |row| row.film_ratio.map_or("all".to_owned(), numbers::short))
+        .column("law", |row| row.law.map(law_name))
+        .column("delta", |row| {
+            let of_delta = |made: &&Interval| made.method == "delta" && made.level == row.estimate.level;
+            let delta = row.estimate.intervals.iter().find(of_delta);
+            delta.map(|made| numbers::between(made.lo, made.hi, row.se))
+        })
+        .column("bootstrap", |row| numbers::interval(row.estimate))
+        .column("method", |row| match row.bootstrapped.fallback {
+            Some(reason) => format!("{} ({reason})", row.estimate.method),
+            None => row.estimate.method.to_owned(),
+        })
+        .column("se over delta's", |row| {
+            let own = row.bootstrapped.se;
+            own.map(|own| numbers::significant(own / row.se, 3))
+        })
+        .column("bias", |row| {
+            let bias = row.bootstrapped.bias;
+            bias.map(|bias| numbers::shift(bias, Some(row.se)))
+        })
+        .column("failed", |row| failed(row.bootstrapped));
+    page.table(&table);
+}
+
+/// An estimate with replicates beside its standard error.
+struct Resampled<'a> {
+    particle: &'a str,
+    quantity: Quantity,
+    film_ratio: Option<f64>,
+    law: Option<&'a str>,
+    estimate: &'a Estimate,
+    bootstrapped: &'a Bootstrapped,
+    se: f64,
+}
+
+/// k of each particle, then e_inf and St_c of each fit that may be used.
+fn resampled(findings: &Findings) -> Vec<Resampled<'_>> {
+    let of_dry = findings.dry.iter().filter_map(|dry| {
+        Some(Resampled {
+            particle: &dry.particle,
+            quantity: Quantity::DryK,
+            film_ratio: None,
+            law: None,
+            estimate: &dry.dry_k,
+            bootstrapped: dry.dry_k.bootstrap.as_ref()?,
+            se: dry.dry_k.se?,
+        })
+    });
+    let usable = findings.scaling.iter().filter(|fitted| fitted.verdict.passed);
+    let of_laws = usable.flat_map(|fitted| {
+        let both = [(Quantity::EInf, &fitted.e_inf), (Quantity::StC, &fitted.st_c)].into_iter();
+        both.filter_map(|(quantity, estimate)| {
+            Some(Resampled {
+                particle: &fitted.particle,
+                quantity,
+                film_ratio: fitted.film_ratio,
+                law: Some(fitted.law),
+                estimate,
+                bootstrapped: estimate.bootstrap.as_ref()?,
+                se: estimate.se?,
+            })
+        })
+    });
+    of_dry.chain(of_laws).collect()
+}
+
+/// What was resampled.
+fn scheme(scheme: ResamplingScheme) -> &'static str {
+    match scheme {
         ResamplingScheme::Cases => {
             "runs resampled inside each series and impact speed, so that only the noise varies. From n runs n − 1 are \
              drawn with the weight n/(n − 1): n of n would give a standard error √(1 − 1/n) too small"
@@ -43,81 +111,41 @@ pub(super) fn bootstrap(page: &mut Page, told: Told) {
             "whole series resampled. From n series n − 1 are drawn with the weight n/(n − 1): n of n would give a \
              standard error √(1 − 1/n) too small"
         }
-    };
-    let single = match (told.scene.bootstrap.scheme, resampling.single_run_strata) {
-        (ResamplingScheme::Cases, n) if n > 0 => {
-            format!(
-                " Of {} strata {n} hold a single run, which no resample can vary.",
-                resampling.strata
-            )
+    }
+}
+
+/// How many strata no resample can vary.
+fn single_runs(scheme: ResamplingScheme, resampling: &Resampling) -> String {
+    let strata = resampling.strata;
+    match (scheme, resampling.single_run_strata) {
+        (ResamplingScheme::Cases, 0) => format!(" None of the {strata} strata holds a single run."),
+        (ResamplingScheme::Cases, n) => {
+            format!(" Of {strata} strata {n} hold a single run, which no resample can vary.")
         }
-        (ResamplingScheme::Cases, _) => format!(" None of the {} strata holds a single run.", resampling.strata),
         _ => String::new(),
-    };
-    page.paragraph(&format!(
-        "{} replicates, {scheme}.{single} Percentile and BCa limits are widened as Student's t is, by the degrees of \
-         freedom of the strata. The other tables quote these intervals wherever replicates were made; ± is the delta \
-         method's throughout. Below: fits that are usable. How often each kind of interval covers the truth of simulated runs: `wetcor calibrate`.",
-        resampling.replicates
-    ));
-    let names = figures::Names::of(told.scene);
-    for particle in &told.scene.particles {
+    }
+}
+
+fn joint_figures(page: &mut Page, input: ReportInput) {
+    let names = figures::Names::of(input.scene);
+    let level = numbers::short(100.0 * input.scene.bootstrap.level);
+    for particle in input.scene.particles.iter().map(|particle| &particle.name) {
         for over_all in [false, true] {
+            let posterior = if input.posterior.is_some() && !over_all {
+                " The posterior of the square root is that of all runs at once, at the density ratio of these."
+            } else {
+                ""
+            };
             page.figure(
-                &names.joint(&particle.name, over_all),
-                &format!("{}: e_inf and St_c together", particle.name),
+                &names.joint(particle, over_all),
+                &format!("{particle}: e_inf and St_c together"),
                 &format!(
-                    "{}: the replicates of e_inf and St_c together; contours hold 50 % and 95 % of them. The bars along \
-                     the axes are the {} intervals of each quantity alone.{}",
-                    particle.name,
-                    interval_header(told).replace(" interval", ""),
-                    if told.posterior.is_some() && !over_all {
-                        " The posterior of the square root is that of all runs at once, at the density ratio of these."
-                    } else {
-                        ""
-                    }
+                    "{particle}: the replicates of e_inf and St_c together; contours hold 50 % and 95 % of them. The bars \
+                     along the axes are the {level} % intervals of each quantity alone.{posterior}"
                 ),
             );
         }
     }
-    page.table(
-        &[
-            "particle",
-            "quantity",
-            "δ/D",
-            "law",
-            "delta",
-            "bootstrap",
-            "method",
-            "se over delta's",
-            "bias",
-            "failed",
-        ],
-        &rows,
-    );
-}
-
-fn row(mut cells: [String; 4], estimate: &Estimate) -> Option<Vec<String>> {
-    let boot = estimate.bootstrap.as_ref()?;
-    let se = estimate.se?;
-    let delta = estimate
-        .intervals
-        .iter()
-        .find(|made| made.method == "delta" && made.level == estimate.level);
-    let method = match boot.fallback {
-        Some(reason) => format!("{} ({reason})", estimate.method),
-        None => estimate.method.to_owned(),
-    };
-    let mut row: Vec<String> = cells.iter_mut().map(std::mem::take).collect();
-    row.extend([
-        delta.map_or(NONE.to_owned(), |made| numbers::between(made.lo, made.hi, se)),
-        numbers::interval(estimate),
-        method,
-        boot.se.map_or(NONE.to_owned(), |own| numbers::significant(own / se, 3)),
-        boot.bias.map_or(NONE.to_owned(), |bias| numbers::shift(bias, Some(se))),
-        failed(boot),
-    ]);
-    Some(row)
 }
 
 /// How many replicates gave no number, and why.

@@ -1,16 +1,19 @@
 //! Words what tables of several sections have in common.
 
-use super::super::{numbers, Told};
+use super::super::{numbers, ReportInput};
+use super::table::Table;
+use crate::findings::checks::Check;
 use crate::findings::Verdict;
 use crate::scene::WetLaw;
 
 /// Names of the particles that have any estimate, in the order of the scene.
-pub(super) fn estimated(told: Told) -> Vec<String> {
-    let findings = told.findings;
+pub(super) fn estimated(input: ReportInput) -> Vec<String> {
+    let findings = input.findings;
     let has = |name: &str| {
         findings.dry.iter().any(|dry| dry.particle == name) || findings.scaling.iter().any(|row| row.particle == name)
     };
-    told.scene
+    input
+        .scene
         .particles
         .iter()
         .map(|p| p.name.clone())
@@ -35,11 +38,31 @@ pub(super) fn list(values: &[f64], scale: impl Fn(f64) -> f64) -> String {
     }
 }
 
-pub(super) fn interval_header(told: Told) -> String {
-    format!("{} % interval", numbers::short(100.0 * told.scene.bootstrap.level))
+pub(super) fn interval_header(input: ReportInput) -> String {
+    format!("{} % interval", numbers::short(100.0 * input.scene.bootstrap.level))
 }
 
-pub(super) fn told_verdict(verdict: &Verdict) -> String {
+/// Checks with what was found to so many digits, the line each is held against, and what came of it.
+pub(super) fn check_table<'c>(
+    checks: impl Iterator<Item = &'c Check>,
+    digits: usize,
+    text: impl Fn(&Check) -> String,
+    outcome: impl Fn(&Check) -> &'static str,
+) -> Table<&'c Check> {
+    Table::of(checks)
+        .column("check", text)
+        .column("value", |check| numbers::optional(check.value, digits))
+        .column("line", |check| numbers::significant(check.threshold, 3))
+        .column("outcome", outcome)
+        .column("why this line", |check| check.source)
+}
+
+/// A number of rebounds, and of the runs beside them that stuck.
+pub(super) fn rebounds_and_stuck(rebounds: usize, stuck: usize) -> String {
+    format!("{rebounds} ({stuck})")
+}
+
+pub(super) fn usable(verdict: &Verdict) -> String {
     if verdict.passed {
         "usable".to_owned()
     } else {

@@ -1,13 +1,13 @@
-//! Tells how results move with the constants taken as exact, and what is known of these.
+//! Writes how results move with the constants taken as exact, and what is known of these.
 
-use super::super::numbers::{self, NONE};
-use super::super::Told;
+use super::super::{numbers, quantities, ReportInput};
 use super::page::Page;
+use super::table::Table;
 use crate::findings::constants::{Sensitivity, MOST_REBOUNDS};
-use crate::units::micrometres;
+use crate::physics::Quantity;
 
-pub(super) fn constants(page: &mut Page, told: Told) {
-    let rows = &told.findings.constants;
+pub(super) fn constants(page: &mut Page, input: ReportInput) {
+    let rows = &input.findings.constants;
     if rows.is_empty() {
         return;
     }
@@ -18,7 +18,7 @@ pub(super) fn constants(page: &mut Page, told: Told) {
     } else {
         ""
     };
-    let rebounds: usize = told.runs.series.iter().map(|series| series.rebounds.len()).sum();
+    let rebounds: usize = input.runs.series.iter().map(|series| series.rebounds.len()).sum();
     let taken = if rebounds > MOST_REBOUNDS {
         format!(" Found on about {MOST_REBOUNDS} of the {rebounds} rebounds.")
     } else {
@@ -30,17 +30,14 @@ pub(super) fn constants(page: &mut Page, told: Told) {
          A column moves all constants of its kind by one factor, one with a name in brackets that one alone{offset}. A \
          film ratio in brackets stays what it is told to be; the square-root law does not know the films of its runs.{taken}"
     ));
-    let mut header = vec!["result"];
-    header.extend(names.iter().map(String::as_str));
-    let cells = |row: &Sensitivity| {
-        let mut cells = vec![row.label()];
-        cells.extend(names.iter().map(|name| {
+    let mut table = Table::of(rows).column("result", |row| row.label());
+    for name in &names {
+        table = table.column(name, |row| {
             let found = row.by.iter().find(|moves| moves.constant == *name);
             found.map_or(String::new(), |moves| numbers::signed(moves.elasticity))
-        }));
-        cells
-    };
-    page.table(&header, &rows.iter().map(cells).collect::<Vec<_>>());
+        });
+    }
+    page.table(&table);
     let given: Vec<&Sensitivity> = rows.iter().filter(|row| row.combined.is_some()).collect();
     if given.is_empty() {
         return;
@@ -51,22 +48,20 @@ pub(super) fn constants(page: &mut Page, told: Told) {
          nothing of stay exact.",
         uncertainties(rows).join(", ")
     ));
-    let cells = |row: &&Sensitivity| {
-        let with = |error: f64| numbers::with_se(in_unit(row, row.value), in_unit(row, error));
-        vec![
-            label_with_unit(row),
-            with(row.se),
-            numbers::optional(row.constants_sd.map(|sd| in_unit(row, sd)), 2),
-            row.combined.map_or(NONE.to_owned(), with),
-        ]
-    };
-    let header = ["result", "± standard error", "sd from the constants", "± combined"];
-    page.table(&header, &given.iter().map(cells).collect::<Vec<_>>());
+    let with = |row: &Sensitivity, error: f64| numbers::with_se(in_unit(row, row.value), in_unit(row, error));
+    let table = Table::of(given)
+        .column("result", label_with_unit)
+        .column("± standard error", |row| with(row, row.se))
+        .column("sd from the constants", |row| {
+            numbers::optional(row.constants_sd.map(|sd| in_unit(row, sd)), 2)
+        })
+        .column("± combined", |row| row.combined.map(|combined| with(row, combined)));
+    page.table(&table);
 }
 
 /// The combined uncertainty of the main numbers, in a line; `None` where the scene gives none.
-pub(super) fn combined(told: Told) -> Option<String> {
-    let rows = &told.findings.constants;
+pub(super) fn combined(input: ReportInput) -> Option<String> {
+    let rows = &input.findings.constants;
     // without an energy balance the direct fits are what there is
     let has_balance = rows.iter().any(|row| row.fit == "balance");
     let main = rows.iter().filter(|row| !has_balance || row.fit == "balance");
@@ -84,16 +79,21 @@ pub(super) fn combined(told: Told) -> Option<String> {
     })
 }
 
+/// Whether the result is a length, which is printed in µm.
+fn is_length(row: &Sensitivity) -> bool {
+    row.result == Quantity::DeltaC.describe().name
+}
+
 fn in_unit(row: &Sensitivity, x: f64) -> f64 {
-    if row.result == "delta_c_m" {
-        micrometres(x)
+    if is_length(row) {
+        quantities::in_unit(Quantity::DeltaC, x)
     } else {
         x
     }
 }
 
 fn label_with_unit(row: &Sensitivity) -> String {
-    if row.result == "delta_c_m" {
+    if is_length(row) {
         format!("{} / µm", row.label())
     } else {
         row.label()
@@ -122,14 +122,14 @@ fn order(constant: &str) -> usize {
 
 /// The constants whose uncertainty is given and moves a result.
 fn uncertainties(rows: &[Sensitivity]) -> Vec<String> {
-    let mut told: Vec<String> = vec![];
+    let mut texts: Vec<String> = vec![];
     for moves in rows.iter().flat_map(|row| &row.by) {
         if let Some(rel_sd) = moves.rel_sd {
             let text = format!("{} {} %", moves.constant, numbers::significant(100.0 * rel_sd, 2));
-            if !told.contains(&text) {
-                told.push(text);
+            if !texts.contains(&text) {
+                texts.push(text);
             }
         }
     }
-    told
+    texts
 }

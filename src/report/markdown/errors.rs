@@ -1,15 +1,16 @@
-//! Tells what measurement errors do: those of the runs, and the error of the speed that would matter.
+//! Writes what measurement errors do: those of the runs, and the error of the speed that would matter.
 
-use super::super::numbers::{self, NONE};
-use super::super::Told;
+use super::super::numbers;
+use super::super::ReportInput;
 use super::cells::law_name;
 use super::page::Page;
+use super::table::Table;
 use crate::findings::error_notices::most_sensitive_to_speed;
 use crate::findings::measurement_errors::ErrorSummary;
 
 /// How the errors of the runs entered; nothing where no run carries one.
-pub(super) fn errors(page: &mut Page, told: Told) {
-    let findings = told.findings;
+pub(super) fn errors(page: &mut Page, input: ReportInput) {
+    let findings = input.findings;
     let Some(given) = findings.counts.measurement_errors else {
         return;
     };
@@ -28,52 +29,58 @@ pub(super) fn errors(page: &mut Page, told: Told) {
         given.of_restitution
     ));
     let dry = findings.dry.iter().filter_map(|dry| {
-        let about = [dry.particle.clone(), "dry".to_owned(), NONE.to_owned()];
-        Some((about, dry.runs, dry.measurement_errors?))
+        Some(FitWithErrors {
+            particle: dry.particle.clone(),
+            law: "dry".to_owned(),
+            film_ratio: None,
+            runs: dry.runs,
+            errors: dry.measurement_errors?,
+        })
     });
     let scaling = findings.scaling.iter().filter_map(|row| {
-        let ratio = numbers::short(row.film_ratio?);
-        Some((
-            [row.particle.clone(), law_name(row.law), ratio],
-            row.runs,
-            row.measurement_errors?,
-        ))
+        Some(FitWithErrors {
+            particle: row.particle.clone(),
+            law: law_name(row.law),
+            film_ratio: Some(numbers::short(row.film_ratio?)),
+            runs: row.runs,
+            errors: row.measurement_errors?,
+        })
     });
     let balance = findings.energy_balance.iter().filter_map(|balance| {
-        let about = [
-            balance.particles.join(", "),
-            "energy balance".to_owned(),
-            "all".to_owned(),
-        ];
-        Some((about, balance.runs, balance.measurement_errors?))
+        Some(FitWithErrors {
+            particle: balance.particles.join(", "),
+            law: "energy balance".to_owned(),
+            film_ratio: Some("all".to_owned()),
+            runs: balance.runs,
+            errors: balance.measurement_errors?,
+        })
     });
-    let cells = |(about, runs, weighed): ([String; 3], usize, ErrorSummary)| -> Vec<String> {
-        let told: [String; 4] = [
-            format!("{} of {runs}", weighed.runs_with_errors),
-            weighed.runs_left_out.to_string(),
-            numbers::significant(weighed.intrinsic_sd, 2),
-            numbers::significant(weighed.reduced_chi_squared, 2),
-        ];
-        about.into_iter().chain(told).collect()
-    };
-    let rows: Vec<Vec<String>> = dry.chain(scaling).chain(balance).map(cells).collect();
-    page.table(
-        &[
-            "particle",
-            "law",
-            "δ/D",
-            "runs with errors",
-            "left out",
-            "intrinsic sd",
-            "χ²",
-        ],
-        &rows,
-    );
+    let fits: Vec<FitWithErrors> = dry.chain(scaling).chain(balance).collect();
+    let table = Table::of(&fits)
+        .column("particle", |fit| &fit.particle)
+        .column("law", |fit| &fit.law)
+        .column("δ/D", |fit| fit.film_ratio.clone())
+        .column("runs with errors", |fit| {
+            format!("{} of {}", fit.errors.runs_with_errors, fit.runs)
+        })
+        .column("left out", |fit| fit.errors.runs_left_out)
+        .column("intrinsic sd", |fit| numbers::significant(fit.errors.intrinsic_sd, 2))
+        .column("χ²", |fit| numbers::significant(fit.errors.reduced_chi_squared, 2));
+    page.table(&table);
+}
+
+/// A fit of runs that carry errors.
+struct FitWithErrors {
+    particle: String,
+    law: String,
+    film_ratio: Option<String>,
+    runs: usize,
+    errors: ErrorSummary,
 }
 
 /// The error of the speed that would move β.
-pub(super) fn of_speed(told: Told) -> Option<String> {
-    let (row, share) = most_sensitive_to_speed(&told.findings.scaling)?;
+pub(super) fn of_speed(input: ReportInput) -> Option<String> {
+    let (row, share) = most_sensitive_to_speed(&input.findings.scaling)?;
     Some(format!(
         "An error of v biases β in proportion to its square; as little as {} % of v in every run would move β of the \
          square root by a tenth of its standard error ({}, δ/D = {}).",

@@ -11,7 +11,7 @@ use crate::error::is_unseen;
 pub(crate) fn literal(text: &str) -> String {
     let line = one_line(text);
     let letters: Vec<char> = line.chars().collect();
-    let mut shown = String::with_capacity(line.len());
+    let mut escaped = String::with_capacity(line.len());
     let block = begins_block(&letters);
     for (at, &c) in letters.iter().enumerate() {
         let before = at.checked_sub(1).map(|before| letters[before]);
@@ -25,11 +25,11 @@ pub(crate) fn literal(text: &str) -> String {
             _ => block == Some(at),
         };
         if marks {
-            shown.push('\\');
+            escaped.push('\\');
         }
-        push_seen(&mut shown, c);
+        push_seen(&mut escaped, c);
     }
-    shown
+    escaped
 }
 
 /// A text in a code span, on one line; the marks about it are as long as it takes.
@@ -54,25 +54,25 @@ pub(super) fn guarded(text: &str) -> String {
         return text.to_owned();
     }
     let letters: Vec<char> = text.chars().collect();
-    let mut shown = String::with_capacity(text.len());
+    let mut escaped = String::with_capacity(text.len());
     let mut at = 0;
     while at < letters.len() {
         let c = letters[at];
         let before = at.checked_sub(1).map(|before| letters[before]);
         if c == '`' && before != Some('\\') {
             let end = end_of_code(&letters, at);
-            letters[at..end].iter().for_each(|&c| push_seen(&mut shown, c));
+            letters[at..end].iter().for_each(|&c| push_seen(&mut escaped, c));
             at = end;
             continue;
         }
         let safe = before == Some('\\') || inside_word(before, letters.get(at + 1).copied());
         if c == '_' && !safe {
-            shown.push('\\');
+            escaped.push('\\');
         }
-        push_seen(&mut shown, c);
+        push_seen(&mut escaped, c);
         at += 1;
     }
-    shown
+    escaped
 }
 
 /// The name of a file as a link leads to it.
@@ -93,11 +93,11 @@ fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-fn push_seen(shown: &mut String, c: char) {
+fn push_seen(escaped: &mut String, c: char) {
     if c == '\n' || !is_unseen(c) {
-        shown.push(c);
+        escaped.push(c);
     } else {
-        shown.extend(c.escape_default());
+        escaped.extend(c.escape_default());
     }
 }
 

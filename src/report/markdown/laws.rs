@@ -1,64 +1,53 @@
-//! Tells the dry law, the wet series, the scaling with St, the film thickness and the energy.
+//! Writes the dry law, the wet series, the scaling with St, the film thickness and the energy.
 
 use super::super::figures;
-use super::super::numbers::{self, NONE};
-use super::super::Told;
-use super::cells::{estimated, interval_header, law_name, list, told_verdict};
+use super::super::numbers;
+use super::super::ReportInput;
+use super::cells::{estimated, interval_header, law_name, list, rebounds_and_stuck, usable};
 use super::errors::of_speed;
 use super::page::Page;
+use super::table::Table;
+use crate::findings::dry::{Dry, DryOfDiameter};
+use crate::findings::estimate::Estimate;
 use crate::findings::scaling::Scaling;
-use crate::physics::DrySpeed;
+use crate::physics::{DrySpeed, Inertia, Quantity};
 use crate::units::{micrometres, millimetres};
 
-pub(super) fn dry(page: &mut Page, told: Told) {
-    if told.findings.dry.is_empty() {
+/// Over the number of rebounds, and of the runs that stuck.
+const REBOUNDS: &str = "rebounds (stuck)";
+
+pub(super) fn dry(page: &mut Page, input: ReportInput) {
+    if input.findings.dry.is_empty() {
         return;
     }
     page.heading("Dry law");
-    let mut rows = vec![];
-    for dry in &told.findings.dry {
-        let all = if dry.by_diameter.len() > 1 {
-            "all".to_owned()
-        } else {
-            list(&diameters(dry), millimetres)
-        };
-        rows.push(vec![
-            dry.particle.clone(),
-            all,
-            dry.runs.to_string(),
-            numbers::estimate(&dry.dry_k),
-            numbers::interval(&dry.dry_k),
-            numbers::optional(dry.residual_sd, 2),
-            told_verdict(&dry.verdict),
-        ]);
-        if dry.by_diameter.len() > 1 {
-            rows.extend(dry.by_diameter.iter().map(|one| {
-                vec![
-                    dry.particle.clone(),
-                    numbers::short(millimetres(one.diameter_m)),
-                    one.runs.to_string(),
-                    numbers::estimate(&one.dry_k),
-                    numbers::interval(&one.dry_k),
-                    String::new(),
-                    one.dry_k.why_none.clone().unwrap_or_default(),
-                ]
-            }));
-        }
-    }
-    let level = interval_header(told);
-    page.table(
-        &[
-            "particle",
-            "D / mm",
-            "runs",
-            "k / (m/s)^(−1/5)",
-            &level,
-            "residual sd",
-            "verdict",
-        ],
-        &rows,
-    );
-    for dry in &told.findings.dry {
+    let rows = input.findings.dry.iter().flat_map(|dry| {
+        let several = dry.by_diameter.iter().filter(|_| dry.by_diameter.len() > 1);
+        let each = several.map(|one| DryRow {
+            dry,
+            diameter: Some(one),
+        });
+        std::iter::once(DryRow { dry, diameter: None }).chain(each)
+    });
+    let table = Table::of(rows)
+        .column("particle", |row| &row.dry.particle)
+        .column("D / mm", |row| match (row.diameter, row.dry.by_diameter.as_slice()) {
+            (Some(one), _) => numbers::short(millimetres(one.diameter_m)),
+            (None, [_, _, ..]) => "all".to_owned(),
+            (None, few) => list(&few.iter().map(|one| one.diameter_m).collect::<Vec<_>>(), millimetres),
+        })
+        .column("runs", |row| row.diameter.map_or(row.dry.runs, |one| one.runs))
+        .estimate_and_interval(Quantity::DryK, |row| row.dry_k(), &interval_header(input))
+        .column("residual sd", |row| match row.diameter {
+            None => numbers::optional(row.dry.residual_sd, 2),
+            Some(_) => String::new(),
+        })
+        .column("verdict", |row| match row.diameter {
+            None => usable(&row.dry.verdict),
+            Some(one) => one.dry_k.why_none.clone().unwrap_or_default(),
+        });
+    page.table(&table);
+    for dry in &input.findings.dry {
         if let Some(test) = &dry.heterogeneity {
             page.paragraph(&format!(
                 "{}: one k for all diameters, F({}, {}) = {}, p {}.",
@@ -72,8 +61,17 @@ pub(super) fn dry(page: &mut Page, told: Told) {
     }
 }
 
-fn diameters(dry: &crate::findings::dry::Dry) -> Vec<f64> {
-    dry.by_diameter.iter().map(|one| one.diameter_m).collect()
+/// The dry law of a particle, over all diameters or of one.
+#[derive(Clone, Copy)]
+struct DryRow<'a> {
+    dry: &'a Dry,
+    diameter: Option<&'a DryOfDiameter>,
+}
+
+impl<'a> DryRow<'a> {
+    fn dry_k(self) -> &'a Estimate {
+        self.diameter.map_or(&self.dry.dry_k, |one| &one.dry_k)
+    }
 }
 
 fn equals(p: f64) -> String {
@@ -85,13 +83,13 @@ fn equals(p: f64) -> String {
     }
 }
 
-pub(super) fn series(page: &mut Page, told: Told) {
-    let findings = told.findings;
+pub(super) fn series(page: &mut Page, input: ReportInput) {
+    let findings = input.findings;
     if findings.series.is_empty() {
         return;
     }
     page.heading("Wet series");
-    let offset = match told.scene.model.dry_speed {
+    let offset = match input.scene.model.dry_speed {
         DrySpeed::Reference(_) => String::new(),
         DrySpeed::Impact => {
             " α is quoted at the reference dry speed; each run's own enters as a known offset.".to_owned()
@@ -100,54 +98,32 @@ pub(super) fn series(page: &mut Page, told: Told) {
     page.paragraph(&format!(
         "e = √(α + β/v), one law a series; the threshold is the speed −β/α below which it gives no rebound.{offset}"
     ));
-    let (bands, names) = (bands(told), figures::Names::of(told.scene));
-    for name in estimated(told) {
+    let (bands, names) = (bands(input), figures::Names::of(input.scene));
+    for name in estimated(input) {
         page.figure(
             &names.speed(&name),
             &format!("{name}: e_n against v"),
             &format!("{name}: restitution against impact speed at one film ratio. Points are means of repeated speeds with their standard errors, curves the fits of this section and the dry law (as figs. 2a and 2c of Müller & Huang 2016). Stuck runs are hollow marks at e = 0, those of one series above another's.{bands}"),
         );
     }
-    let rows: Vec<Vec<String>> = findings
-        .series
-        .iter()
-        .map(|row| {
-            vec![
-                row.particle.clone(),
-                row.liquid.clone(),
-                numbers::short(millimetres(row.diameter_m)),
-                numbers::significant(micrometres(row.film_m), 3),
-                format!("{} ({})", row.runs, row.stuck),
-                numbers::estimate(&row.alpha),
-                numbers::estimate(&row.beta),
-                numbers::estimate(&row.e_inf),
-                numbers::estimate(&row.threshold_speed_m_s),
-                numbers::optional(row.residual_sd, 2),
-                told_verdict(&row.verdict),
-            ]
-        })
-        .collect();
-    page.table(
-        &[
-            "particle",
-            "liquid",
-            "D / mm",
-            "δ / µm",
-            "rebounds (stuck)",
-            "α",
-            "β / (m/s)",
-            "e_inf",
-            "threshold / (m/s)",
-            "residual sd",
-            "verdict",
-        ],
-        &rows,
-    );
+    let table = Table::of(&findings.series)
+        .column("particle", |row| &row.particle)
+        .column("liquid", |row| &row.liquid)
+        .column("D / mm", |row| numbers::short(millimetres(row.diameter_m)))
+        .column("δ / µm", |row| numbers::significant(micrometres(row.film_m), 3))
+        .column(REBOUNDS, |row| rebounds_and_stuck(row.runs, row.stuck))
+        .estimate(Quantity::Alpha, |row| &row.alpha)
+        .estimate(Quantity::Beta, |row| &row.beta)
+        .estimate(Quantity::EInf, |row| &row.e_inf)
+        .column("threshold / (m/s)", |row| numbers::estimate(&row.threshold_speed_m_s))
+        .column("residual sd", |row| numbers::optional(row.residual_sd, 2))
+        .column("verdict", |row| usable(&row.verdict));
+    page.table(&table);
 }
 
 /// What the bands in a figure are; nothing where there are none.
-fn bands(told: Told) -> &'static str {
-    match told.posterior {
+fn bands(input: ReportInput) -> &'static str {
+    match input.posterior {
         Some(_) => {
             " Shaded: 90 % bands of the posterior over the speeds of the runs, dark for the mean restitution (often no \
              wider than a line), light for a single run."
@@ -156,17 +132,33 @@ fn bands(told: Told) -> &'static str {
     }
 }
 
-pub(super) fn bias_cells(row: &Scaling) -> [String; 2] {
-    row.bias.map_or([NONE.to_owned(), NONE.to_owned()], |bias| {
-        [
-            numbers::shift(bias.e_inf, row.e_inf.se),
-            numbers::shift(bias.st_c, row.st_c.se),
-        ]
-    })
+/// Both laws of some fits: over all film ratios, or each at its own.
+fn scaling_table<'a>(rows: impl Iterator<Item = &'a Scaling>, over_all: bool) -> Table<&'a Scaling> {
+    let mut table = Table::of(rows).column("particle", |row| &row.particle);
+    if !over_all {
+        table = table.column("δ/D", |row| row.film_ratio.map(numbers::short));
+    }
+    table = table
+        .column("law", |row| law_name(row.law))
+        .column(REBOUNDS, |row| rebounds_and_stuck(row.runs, row.stuck))
+        .estimate(Quantity::EInf, |row| &row.e_inf)
+        .estimate(Quantity::StC, |row| &row.st_c)
+        .column("corr", |row| numbers::optional(row.correlation, 2))
+        .column("bias of e_inf", |row| {
+            row.bias.map(|bias| numbers::shift(bias.e_inf, row.e_inf.se))
+        })
+        .column("bias of St_c", |row| {
+            row.bias.map(|bias| numbers::shift(bias.st_c, row.st_c.se))
+        })
+        .column("residual sd", |row| numbers::optional(row.residual_sd, 2));
+    if over_all {
+        table = table.column("p", |row| row.one_for_all.map(|test| numbers::probability(test.p)));
+    }
+    table.column("verdict", |row| usable(&row.verdict))
 }
 
-pub(super) fn scaling(page: &mut Page, told: Told) {
-    let findings = told.findings;
+pub(super) fn scaling(page: &mut Page, input: ReportInput) {
+    let findings = input.findings;
     if findings.scaling.is_empty() {
         return;
     }
@@ -176,8 +168,8 @@ pub(super) fn scaling(page: &mut Page, told: Told) {
          p is the probability, by an F test against one law at each film ratio, of so large a difference by chance. \
          Bias is what the linear law gets wrong when fitted to the noise-free square root at the same runs.",
     );
-    let (bands, names) = (bands(told), figures::Names::of(told.scene));
-    for name in estimated(told) {
+    let (bands, names) = (bands(input), figures::Names::of(input.scene));
+    for name in estimated(input) {
         page.figure(
             &names.stokes(&name),
             &format!("{name}: e_n against 1/St"),
@@ -191,68 +183,14 @@ pub(super) fn scaling(page: &mut Page, told: Told) {
             &format!("{name}: restitution against 1/St at every film ratio, with both laws fitted over all of them (as fig. 3)."),
         );
     }
-    let rows: Vec<Vec<String>> = findings
-        .scaling
-        .iter()
-        .filter(|row| row.film_ratio.is_none())
-        .map(|row| {
-            let mut cells = vec![
-                row.particle.clone(),
-                law_name(row.law),
-                format!("{} ({})", row.runs, row.stuck),
-                numbers::estimate(&row.e_inf),
-                numbers::estimate(&row.st_c),
-                numbers::optional(row.correlation, 2),
-            ];
-            cells.extend(bias_cells(row));
-            cells.extend([
-                numbers::optional(row.residual_sd, 2),
-                row.one_for_all
-                    .map_or(NONE.to_owned(), |test| numbers::probability(test.p)),
-                told_verdict(&row.verdict),
-            ]);
-            cells
-        })
-        .collect();
-    page.table(
-        &[
-            "particle",
-            "law",
-            "rebounds (stuck)",
-            "e_inf",
-            "St_c",
-            "corr",
-            "bias of e_inf",
-            "bias of St_c",
-            "residual sd",
-            "p",
-            "verdict",
-        ],
-        &rows,
-    );
+    let rows = findings.scaling.iter().filter(|row| row.film_ratio.is_none());
+    page.table(&scaling_table(rows, true));
 }
 
-pub(super) fn film(page: &mut Page, told: Told) {
-    let rows: Vec<Vec<String>> = told
-        .findings
-        .scaling
-        .iter()
-        .filter_map(|row| {
-            let mut cells = vec![
-                row.particle.clone(),
-                numbers::short(row.film_ratio?),
-                law_name(row.law),
-                format!("{} ({})", row.runs, row.stuck),
-                numbers::estimate(&row.e_inf),
-                numbers::estimate(&row.st_c),
-                numbers::optional(row.correlation, 2),
-            ];
-            cells.extend(bias_cells(row));
-            cells.extend([numbers::optional(row.residual_sd, 2), told_verdict(&row.verdict)]);
-            Some(cells)
-        })
-        .collect();
-    if rows.is_empty() {
+pub(super) fn film(page: &mut Page, input: ReportInput) {
+    let rows = input.findings.scaling.iter().filter(|row| row.film_ratio.is_some());
+    let table = scaling_table(rows, false);
+    if table.is_empty() {
         return;
     }
     page.heading("Film thickness");
@@ -266,29 +204,14 @@ pub(super) fn film(page: &mut Page, told: Told) {
         "e_inf and St_c",
         "e_inf and St_c against the film ratio by both laws; bars are standard errors (as fig. 4).",
     );
-    page.table(
-        &[
-            "particle",
-            "δ/D",
-            "law",
-            "rebounds (stuck)",
-            "e_inf",
-            "St_c",
-            "corr",
-            "bias of e_inf",
-            "bias of St_c",
-            "residual sd",
-            "verdict",
-        ],
-        &rows,
-    );
-    if let Some(text) = of_speed(told) {
+    page.table(&table);
+    if let Some(text) = of_speed(input) {
         page.paragraph(&text);
     }
 }
 
-pub(super) fn energy(page: &mut Page, told: Told) {
-    let findings = told.findings;
+pub(super) fn energy(page: &mut Page, input: ReportInput) {
+    let findings = input.findings;
     if findings.energy.is_empty() {
         return;
     }
@@ -303,38 +226,15 @@ pub(super) fn energy(page: &mut Page, told: Told) {
         "energy balance",
         "Inertial loss over density ratio with both predictions, and St_c e_inf², against the film ratio by the square-root law; bars are standard errors (as fig. 5).",
     );
-    let rows: Vec<Vec<String>> = findings
-        .energy
-        .iter()
-        .map(|row| {
-            vec![
-                row.particle.clone(),
-                numbers::short(row.film_ratio),
-                law_name(row.law),
-                numbers::significant(row.density_ratio, 3),
-                numbers::estimate(&row.loss_over_density_ratio),
-                numbers::significant(row.stepwise, 3),
-                numbers::optional(row.cap, 3),
-                numbers::estimate(&row.st_c_e_inf2),
-                numbers::estimate_scaled(&row.delta_c_m, micrometres),
-                numbers::interval_scaled(&row.delta_c_m, micrometres),
-            ]
-        })
-        .collect();
-    let level = interval_header(told);
-    page.table(
-        &[
-            "particle",
-            "δ/D",
-            "law",
-            "ρ̃",
-            "(e_dry² − e_inf²)/ρ̃",
-            "stepwise",
-            "cap",
-            "St_c e_inf²",
-            "δc / µm",
-            &level,
-        ],
-        &rows,
-    );
+    let table = Table::of(&findings.energy)
+        .column("particle", |row| &row.particle)
+        .column("δ/D", |row| numbers::short(row.film_ratio))
+        .column("law", |row| law_name(row.law))
+        .column("ρ̃", |row| numbers::significant(row.density_ratio, 3))
+        .estimate(Quantity::InertialLoss, |row| &row.loss_over_density_ratio)
+        .column(Inertia::Stepwise.name(), |row| numbers::significant(row.stepwise, 3))
+        .column(Inertia::Cap.name(), |row| numbers::optional(row.cap, 3))
+        .estimate(Quantity::StCEInf2, |row| &row.st_c_e_inf2)
+        .estimate_and_interval(Quantity::DeltaC, |row| &row.delta_c_m, &interval_header(input));
+    page.table(&table);
 }

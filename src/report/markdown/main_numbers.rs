@@ -1,20 +1,22 @@
-//! Tells the numbers a reader came for, and the literature's beside them.
+//! Writes the numbers a reader came for, and the literature's beside them.
 
-use super::super::numbers::{self, NONE};
-use super::super::Told;
+use super::super::{numbers, quantities, ReportInput};
 use super::cells::{interval_header, law_name};
 use super::constants::combined;
 use super::escape::literal;
 use super::page::Page;
 use super::posterior::held;
+use super::table::Table;
 use super::verdict::verdict_line;
 use crate::findings::balance::DerivedEstimate;
 use crate::findings::estimate::Estimate;
 use crate::findings::posterior::QuantitySummary;
+use crate::model::parameters::Kind;
+use crate::physics::{Coefficient, Quantity};
 use crate::scene::WetLaw;
 
-pub(super) fn main_numbers(page: &mut Page, told: Told) {
-    let findings = told.findings;
+pub(super) fn main_numbers(page: &mut Page, input: ReportInput) {
+    let findings = input.findings;
     page.heading("Main numbers");
     page.paragraph(&format!(
         "e_dry = {} and e² = {}, with St = ρp D v/(9 η) and L = ln(δc/ε). \
@@ -23,56 +25,26 @@ pub(super) fn main_numbers(page: &mut Page, told: Told) {
         findings.form.dry.formula("v"),
         findings.form.formula("δ/D")
     ));
-    if told.posterior.is_some() {
+    if input.posterior.is_some() {
         page.paragraph(
             "Beside them stands the posterior of all runs at once, the stuck ones with them: there ± is one standard \
              deviation about the mean.",
         );
     }
-    let level = interval_header(told);
-    let mut header = vec!["quantity", "value", &level];
-    header.extend(told.posterior.map(|_| "posterior mean ± sd"));
-    let rows: Vec<Vec<String>> = parameters(told).iter().map(|row| row.cells(told)).collect();
+    let rows = numbers_of(input);
     if !rows.is_empty() {
-        page.table(&header, &rows);
+        page.table(&table(&rows, input));
     }
-    if let Some(text) = told.posterior.and_then(|posterior| held(&posterior.findings.left_out)) {
+    if let Some(text) = input.posterior.and_then(|posterior| held(&posterior.findings.left_out)) {
         page.paragraph(&text);
     }
-    let speed = numbers::short(told.scene.model.dry_speed.reference());
-    if let Some(derived) = derived(told) {
+    let speed = numbers::short(input.scene.model.dry_speed.reference());
+    if let Some(derived) = derived(input) {
         page.paragraph(&format!(
             "From these follow, at each film ratio, e_inf = √(e_dry² − C ρ̃ g) with e_dry at {speed} m/s, St_c = 2 L/e_inf², \
              and 2 St_c, below which nothing rebounds."
         ));
-        let rows: Vec<Vec<String>> = derived
-            .iter()
-            .map(|row| {
-                vec![
-                    row.particle.clone(),
-                    numbers::short(row.film_ratio),
-                    numbers::estimate(&row.e_inf),
-                    numbers::interval(&row.e_inf),
-                    numbers::estimate(&row.st_c),
-                    numbers::interval(&row.st_c),
-                    numbers::estimate_scaled(&row.st_c, |st_c| 2.0 * st_c),
-                    numbers::optional(row.correlation, 2),
-                ]
-            })
-            .collect();
-        page.table(
-            &[
-                "particle",
-                "δ/D",
-                "e_inf",
-                &level,
-                "St_c",
-                &level,
-                "2 St_c",
-                "corr(e_inf, St_c)",
-            ],
-            &rows,
-        );
+        page.table(&of_film_ratios(derived, &interval_header(input)));
     } else if !findings.scaling.is_empty() {
         let why = match &findings.energy_balance {
             None => "Without dry runs there is no energy balance",
@@ -82,122 +54,137 @@ pub(super) fn main_numbers(page: &mut Page, told: Told) {
             "{why}: e_inf and St_c are the direct fits under Film thickness."
         ));
     }
-    if let Some(text) = combined(told) {
+    if let Some(text) = combined(input) {
         page.paragraph(&text);
     }
 }
 
 /// e_inf and St_c of the energy balance, where it may be quoted.
-fn derived(told: Told<'_>) -> Option<&[DerivedEstimate]> {
-    let balance = told.findings.energy_balance.as_ref()?;
+fn derived(input: ReportInput<'_>) -> Option<&[DerivedEstimate]> {
+    let balance = input.findings.energy_balance.as_ref()?;
     (balance.verdict.passed && !balance.derived.is_empty()).then_some(balance.derived.as_slice())
 }
 
-/// A main number by least squares, by the posterior, or both.
-struct Row<'a> {
-    /// its name in files
-    key: String,
-    label: String,
-    estimate: Option<&'a Estimate>,
-    quantity: Option<&'a QuantitySummary>,
+/// e_inf and St_c of each particle and film ratio.
+fn of_film_ratios<'a>(derived: &'a [DerivedEstimate], level: &str) -> Table<&'a DerivedEstimate> {
+    Table::of(derived)
+        .column("particle", |row| &row.particle)
+        .column("δ/D", |row| numbers::short(row.film_ratio))
+        .estimate_and_interval(Quantity::EInf, |row| &row.e_inf, level)
+        .estimate_and_interval(Quantity::StC, |row| &row.st_c, level)
+        .column(Quantity::StNoRebound.describe().symbol, |row| {
+            numbers::estimate_scaled(&row.st_c, |st_c| 2.0 * st_c)
+        })
+        .column("corr(e_inf, St_c)", |row| numbers::optional(row.correlation, 2))
 }
 
-impl Row<'_> {
-    fn cells(&self, told: Told) -> Vec<String> {
-        let estimate = |text: fn(&Estimate) -> String| self.estimate.map_or(NONE.to_owned(), text);
-        let mut cells = vec![
-            self.label.clone(),
-            estimate(numbers::estimate),
-            estimate(numbers::interval),
-        ];
-        if told.posterior.is_some() {
-            cells.push(
-                self.quantity
-                    .map_or(NONE.to_owned(), |q| numbers::mean_and_sd(q, |x| x)),
-            );
+/// A main number by least squares, by the posterior, or both.
+struct MainNumber<'a> {
+    quantity: Quantity,
+    /// its name in files
+    name: String,
+    /// its name in tables
+    label: String,
+    estimate: Option<&'a Estimate>,
+    posterior: Option<&'a QuantitySummary>,
+}
+
+fn table<'a>(rows: &'a [MainNumber], input: ReportInput) -> Table<&'a MainNumber<'a>> {
+    let table = Table::of(rows)
+        .column("quantity", |row| &row.label)
+        .column("value", |row| row.estimate.map(numbers::estimate))
+        .column(interval_header(input), |row| row.estimate.map(numbers::interval));
+    if input.posterior.is_none() {
+        return table;
+    }
+    table.column("posterior mean ± sd", |row| {
+        row.posterior.map(|q| quantities::mean_and_sd(row.quantity, q))
+    })
+}
+
+impl<'a> MainNumber<'a> {
+    fn new(
+        input: ReportInput<'a>,
+        quantity: Quantity,
+        particle: Option<&str>,
+        estimate: Option<&'a Estimate>,
+    ) -> MainNumber<'a> {
+        let name = quantity.describe().name;
+        let label = label(input, quantity);
+        let (name, label) = match particle {
+            Some(particle) => (format!("{name}[{particle}]"), format!("{label}, {particle}")),
+            None => (name.to_owned(), label),
+        };
+        let found = input.posterior.map(|posterior| &posterior.findings);
+        let mut sampled = found
+            .iter()
+            .flat_map(|found| found.parameters.iter().chain(&found.derived));
+        MainNumber {
+            quantity,
+            posterior: sampled.find(|sampled| sampled.name == name),
+            name,
+            label,
+            estimate,
         }
-        cells
     }
 }
 
 /// k of each particle, what the energy balance gives, δc/ε: each that least squares or the posterior has.
-fn parameters(told: Told<'_>) -> Vec<Row<'_>> {
-    let mut keys: Vec<(String, String, Option<&Estimate>)> = vec![];
-    for particle in &told.scene.particles {
-        let dry = told.findings.dry.iter().find(|dry| dry.particle == particle.name);
-        let label = format!("k / (m/s)^(−1/5), {}", particle.name);
-        keys.push((format!("dry_k[{}]", particle.name), label, dry.map(|dry| &dry.dry_k)));
-    }
-    let balance = told.findings.energy_balance.as_ref();
-    let inertia = balance.map(|balance| balance.inertia);
-    let inertia = inertia.or(told.posterior.map(|posterior| posterior.findings.inertia));
-    for key in ["lubrication_log", "inertial_prefactor", "film_scale"] {
-        let mut fitted = balance.iter().flat_map(|balance| &balance.parameters);
-        let estimate = fitted
-            .find(|parameter| parameter.name == key)
-            .map(|found| &found.estimate);
-        let label = parameter_name(key, inertia.unwrap_or_default()).unwrap_or_default();
-        keys.push((key.to_owned(), label, estimate));
-    }
+fn numbers_of(input: ReportInput<'_>) -> Vec<MainNumber<'_>> {
+    let new = |quantity, particle, estimate| MainNumber::new(input, quantity, particle, estimate);
+    let balance = input.findings.energy_balance.as_ref();
+    let of_particles = input.scene.particles.iter().map(|particle| {
+        let dry = input.findings.dry.iter().find(|dry| dry.particle == particle.name);
+        new(Quantity::DryK, Some(&particle.name), dry.map(|dry| &dry.dry_k))
+    });
+    let of_balance = Coefficient::ALL.into_iter().map(|coefficient| {
+        let estimate = balance.and_then(|balance| balance.estimate(Kind::Shared(coefficient)));
+        new(Quantity::Shared(coefficient), None, estimate)
+    });
     let delta_c = balance.map(|balance| &balance.delta_c_over_roughness);
-    keys.push(("delta_c_over_roughness".to_owned(), "δc/ε = exp(L)".to_owned(), delta_c));
-    let quantity = |key: &str| {
-        let found = &told.posterior?.findings;
-        found.parameters.iter().chain(&found.derived).find(|q| q.name == key)
-    };
-    keys.into_iter()
-        .map(|(key, label, estimate)| Row {
-            quantity: quantity(&key),
-            key,
-            label,
-            estimate,
-        })
-        .filter(|row| row.estimate.is_some() || row.quantity.is_some())
+    of_particles
+        .chain(of_balance)
+        .chain([new(Quantity::DeltaCOverRoughness, None, delta_c)])
+        .filter(|number| number.estimate.is_some() || number.posterior.is_some())
         .collect()
 }
 
-/// How the report names a parameter of the energy balance; k is told from the dry runs alone.
-fn parameter_name(name: &str, inertia: &str) -> Option<String> {
-    match name {
-        "lubrication_log" => Some("L".to_owned()),
-        "inertial_prefactor" => Some(format!("C ({inertia})")),
-        "film_scale" => Some("δ̃0, film scale".to_owned()),
-        _ => None,
+/// How a main number is labelled, with what its value cannot be read without.
+fn label(input: ReportInput, quantity: Quantity) -> String {
+    let label = quantities::label(quantity);
+    match quantity {
+        Quantity::Shared(Coefficient::InertialPrefactor) => {
+            let fitted = input.findings.energy_balance.as_ref().map(|balance| balance.inertia);
+            let sampled = || Some(input.posterior?.findings.inertia);
+            format!("{label} ({})", fitted.or_else(sampled).unwrap_or_default())
+        }
+        Quantity::Shared(Coefficient::FilmScale) => format!("{label}, film scale"),
+        Quantity::DeltaCOverRoughness => format!("{label} = exp(L)"),
+        _ => label,
     }
 }
 
-pub(super) fn published(page: &mut Page, told: Told) {
-    let findings = told.findings;
+pub(super) fn published(page: &mut Page, input: ReportInput) {
+    let findings = input.findings;
     if findings.published.is_empty() {
         return;
     }
     page.heading("Beside the literature");
     page.paragraph("Difference: ours minus published, in combined standard errors.");
-    let rows: Vec<Vec<String>> = findings
-        .published
-        .iter()
-        .map(|row| {
-            let ours = match (row.ours, row.ours_se) {
-                (Some(value), Some(se)) => numbers::with_se(value, se),
-                (value, _) => numbers::optional(value, 4),
-            };
-            vec![
-                row.particle.clone(),
-                symbol(row.quantity).to_owned(),
-                row.film_ratio.map_or("all".to_owned(), numbers::short),
-                row.law.map_or(NONE.to_owned(), law_name),
-                ours,
-                // as published, not rounded again
-                format!("{} ± {}", row.value, row.se),
-                row.difference_in_se.map_or(NONE.to_owned(), numbers::signed),
-            ]
+    let table = Table::of(&findings.published)
+        .column("particle", |row| &row.particle)
+        .column("quantity", |row| symbol(row.quantity))
+        .column("δ/D", |row| row.film_ratio.map_or("all".to_owned(), numbers::short))
+        .column("law", |row| row.law.map(law_name))
+        .column("ours", |row| match (row.ours, row.ours_se) {
+            (Some(value), Some(se)) => numbers::with_se(value, se),
+            (value, _) => numbers::optional(value, 4),
         })
-        .collect();
-    page.table(
-        &["particle", "quantity", "δ/D", "law", "ours", "published", "difference"],
-        &rows,
-    );
-    let published = told.scene.published.iter();
+        // as published, not rounded again
+        .column("published", |row| format!("{} ± {}", row.value, row.se))
+        .column("difference", |row| row.difference_in_se.map(numbers::signed));
+    page.table(&table);
+    let published = input.scene.published.iter();
     let mut sources: Vec<String> = published.map(|published| literal(&published.source)).collect();
     sources.dedup();
     sources.sort_unstable();
@@ -205,52 +192,50 @@ pub(super) fn published(page: &mut Page, told: Told) {
     page.paragraph(&format!("Published: {}.", sources.join("; ")));
 }
 
-fn symbol(quantity: &str) -> &str {
-    match quantity {
-        "dry_k" => "k",
-        "st_c" => "St_c",
-        other => other,
-    }
+/// The symbol of a quantity that can be published, by its name in files.
+fn symbol(name: &str) -> &str {
+    let published = [Quantity::DryK, Quantity::EInf, Quantity::StC].map(Quantity::describe);
+    let own = published.into_iter().find(|quantity| quantity.name == name);
+    own.map_or(name, |own| own.symbol)
 }
 
 /// The main numbers as lines for a terminal.
-pub fn summary(told: Told) -> String {
-    let findings = told.findings;
+pub fn summary(input: ReportInput) -> String {
+    let findings = input.findings;
     let mut text = verdict_line(findings).replace("**", "");
     text.push('\n');
-    for row in parameters(told)
+    let numbers = numbers_of(input);
+    for number in numbers
         .iter()
-        .filter(|row| row.key != "delta_c_over_roughness")
+        .filter(|number| number.quantity != Quantity::DeltaCOverRoughness)
     {
-        let least_squares = row.estimate.map(numbers::estimate);
-        let posterior = row.quantity.map(|q| numbers::mean_and_sd(q, |x| x));
+        let least_squares = number.estimate.map(numbers::estimate);
+        let posterior = number.posterior.map(|q| quantities::mean_and_sd(number.quantity, q));
         let both = match (least_squares, posterior) {
             (Some(least_squares), Some(posterior)) => format!("{least_squares} (se); posterior {posterior} (sd)"),
             (Some(least_squares), None) => least_squares,
             (None, posterior) => format!("posterior {} (sd)", posterior.unwrap_or_default()),
         };
-        text.push_str(&format!("{} = {both}\n", row.key));
+        text.push_str(&format!("{} = {both}\n", number.name));
     }
-    let line = |particle: &str, ratio: f64, e_inf: &Estimate, st_c: &Estimate| {
-        format!(
-            "{particle}, δ/D = {}: e_inf = {}, St_c = {}\n",
-            numbers::short(ratio),
-            numbers::estimate(e_inf),
-            numbers::estimate(st_c)
-        )
+    let [e_inf, st_c] = [Quantity::EInf, Quantity::StC].map(|quantity| quantity.describe().symbol);
+    let line = |particle: &str, ratio: f64, both: [&Estimate; 2]| {
+        let [of_e_inf, of_st_c] = both.map(numbers::estimate);
+        let ratio = numbers::short(ratio);
+        format!("{particle}, δ/D = {ratio}: {e_inf} = {of_e_inf}, {st_c} = {of_st_c}\n")
     };
-    match derived(told) {
+    match derived(input) {
         Some(derived) => {
             text.extend(
                 derived
                     .iter()
-                    .map(|row| line(&row.particle, row.film_ratio, &row.e_inf, &row.st_c)),
+                    .map(|row| line(&row.particle, row.film_ratio, [&row.e_inf, &row.st_c])),
             );
         }
         // without an energy balance the direct fits are what there is
         None => {
             let direct = findings.scaling.iter().filter(|row| row.law == WetLaw::Sqrt.name());
-            let lines = direct.filter_map(|row| Some(line(&row.particle, row.film_ratio?, &row.e_inf, &row.st_c)));
+            let lines = direct.filter_map(|row| Some(line(&row.particle, row.film_ratio?, [&row.e_inf, &row.st_c])));
             text.extend(lines);
         }
     }

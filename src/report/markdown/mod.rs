@@ -12,40 +12,41 @@ mod noise;
 pub(crate) mod page;
 mod posterior;
 mod runs;
+pub(crate) mod table;
 mod terms;
 mod verdict;
 
 pub use main_numbers::summary;
 pub use runs::overview_text;
 
-use super::sources::Told;
+use super::input::ReportInput;
 use escape::literal;
 use page::Page;
 use verdict::verdict_line;
 
 /// The whole report; `figures` are the names of those that were drawn.
-pub fn report(told: Told, figures: &[&str]) -> String {
-    let mut page = Page::titled(&literal(&told.scene.title), figures);
-    page.paragraph(&verdict_line(told.findings));
-    if let Some(source) = &told.scene.source {
+pub fn report(input: ReportInput, figures: &[&str]) -> String {
+    let mut page = Page::titled(&literal(&input.scene.title), figures);
+    page.paragraph(&verdict_line(input.findings));
+    if let Some(source) = &input.scene.source {
         page.paragraph(&format!("Runs: {}", literal(source)));
     }
-    main_numbers::main_numbers(&mut page, told);
-    main_numbers::published(&mut page, told);
-    runs::data(&mut page, told);
-    terms::terms(&mut page, told);
-    laws::dry(&mut page, told);
-    laws::series(&mut page, told);
-    laws::scaling(&mut page, told);
-    laws::film(&mut page, told);
-    laws::energy(&mut page, told);
-    errors::errors(&mut page, told);
-    noise::noise(&mut page, told);
-    constants::constants(&mut page, told);
-    bootstrap::bootstrap(&mut page, told);
-    posterior::posterior(&mut page, told);
-    cautions::cautions(&mut page, told);
-    cautions::reproduce(&mut page, told);
+    main_numbers::main_numbers(&mut page, input);
+    main_numbers::published(&mut page, input);
+    runs::data(&mut page, input);
+    terms::terms(&mut page, input);
+    laws::dry(&mut page, input);
+    laws::series(&mut page, input);
+    laws::scaling(&mut page, input);
+    laws::film(&mut page, input);
+    laws::energy(&mut page, input);
+    errors::errors(&mut page, input);
+    noise::noise(&mut page, input);
+    constants::constants(&mut page, input);
+    bootstrap::bootstrap(&mut page, input);
+    posterior::posterior(&mut page, input);
+    cautions::cautions(&mut page, input);
+    cautions::reproduce(&mut page, input);
     let mut text = page.text.trim_end().to_owned();
     text.push('\n');
     text

@@ -1,13 +1,14 @@
-//! Tells what the scatter of the runs is like, and what the standard errors lack by it.
+//! Writes what the scatter of the runs is like, and what the standard errors lack by it.
 
-use super::super::numbers::{self, NONE};
-use super::super::Told;
+use super::super::numbers;
+use super::super::ReportInput;
 use super::page::Page;
+use super::table::Table;
 use crate::findings::noise::{GroupSpread, Noise, Offsets, SpreadTest, StandardErrorRatio, FALSE_ALARM, LINE};
 use crate::scene::Likelihood;
 
-pub(super) fn noise(page: &mut Page, told: Told) {
-    let Some(noise) = &told.findings.noise else {
+pub(super) fn noise(page: &mut Page, input: ReportInput) {
+    let Some(noise) = &input.findings.noise else {
         return;
     };
     page.heading("Noise");
@@ -16,7 +17,7 @@ pub(super) fn noise(page: &mut Page, told: Told) {
          found about the joint fit of dry law and energy balance:",
     );
     let mut lines = vec![];
-    if told.scene.model.likelihood == Likelihood::Normal {
+    if input.scene.model.likelihood == Likelihood::Normal {
         lines.push(outliers(noise));
     }
     lines.extend(noise.spread.as_ref().map(spreads));
@@ -106,13 +107,14 @@ fn table(page: &mut Page, all: [Option<&Vec<StandardErrorRatio>>; 2]) {
         .collect();
     names.sort_unstable();
     names.dedup();
-    let cell = |one: Option<&Vec<StandardErrorRatio>>, name: &str| {
-        let found = one.and_then(|one| one.iter().find(|lacking| lacking.parameter == name));
-        found.map_or(NONE.to_owned(), |lacking| format!("{:.2}", lacking.ratio))
+    let ratio = |one: Option<&Vec<StandardErrorRatio>>, name: &str| {
+        let found = one?.iter().find(|lacking| lacking.parameter == name);
+        found.map(|lacking| format!("{:.2}", lacking.ratio))
     };
-    let rows: Vec<Vec<String>> = names
-        .iter()
-        .map(|name| vec![(*name).to_owned(), cell(all[0], name), cell(all[1], name)])
-        .collect();
-    page.table(&["parameter", "unequal spreads", "shared offsets"], &rows);
+    let [spread, offsets] = all;
+    let table = Table::of(names)
+        .column("parameter", |name| name)
+        .column("unequal spreads", |name| ratio(spread, name))
+        .column("shared offsets", |name| ratio(offsets, name));
+    page.table(&table);
 }

@@ -1,6 +1,7 @@
 //! Lays out headings, paragraphs, lists, tables and figures in markdown.
 
 use super::escape::{destination, guarded};
+use super::table::Table;
 
 /// A markdown text in the making.
 pub(crate) struct Page {
@@ -40,16 +41,14 @@ impl Page {
         }
     }
 
-    pub(crate) fn table(&mut self, header: &[&str], rows: &[Vec<String>]) {
-        let mut line = |cells: &[String]| {
-            self.text.push_str("| ");
-            self.text.push_str(&cells.join(" | "));
-            self.text.push_str(" |\n");
-        };
-        line(&header.iter().map(|cell| escaped(cell)).collect::<Vec<_>>());
-        line(&vec!["---".to_owned(); header.len()]);
-        for row in rows {
-            line(&row.iter().map(|cell| escaped(cell)).collect::<Vec<_>>());
+    pub(crate) fn table<R: Copy>(&mut self, table: &Table<R>) {
+        for (number, cells) in table.lines().enumerate() {
+            let cells: Vec<String> = cells.into_iter().map(escaped).collect();
+            self.text.push_str(&format!("| {} |\n", cells.join(" | ")));
+            if number == 0 {
+                let rule = vec!["---"; cells.len()];
+                self.text.push_str(&format!("| {} |\n", rule.join(" | ")));
+            }
         }
         self.text.push('\n');
     }

@@ -1,58 +1,37 @@
-//! Tells what was read: ranges of the runs, and what they can identify.
+//! Writes what was read: ranges of the runs, and what they can identify.
 
-use super::super::numbers::{self, NONE};
-use super::super::Told;
+use super::super::numbers;
+use super::super::ReportInput;
 use super::cells::list;
 use super::page::Page;
+use super::table::Table;
 use crate::error::plain;
 use crate::findings::identify::{Directions, IdentifiableCombination, Unidentified};
 use crate::findings::overview::{Material, Overview};
 use crate::units::{micrometres, millimetres};
 
 /// The table of what was read, for the report and the `check` command.
-fn materials(materials: &[Material]) -> (Vec<&'static str>, Vec<Vec<String>>) {
-    let header = vec![
-        "particle",
-        "liquid",
-        "runs",
-        "stuck",
-        "D / mm",
-        "δ/D",
-        "δ / µm",
-        "v / (m/s)",
-        "St",
-        "Re",
-        "e",
-    ];
-    let range = |range: Option<[f64; 2]>| range.map_or(NONE.to_owned(), numbers::range);
-    let rows = materials
-        .iter()
-        .map(|row| {
-            let ratios = if row.film_ratios.is_empty() {
-                NONE.to_owned()
-            } else {
-                list(&row.film_ratios, |x| x)
-            };
-            vec![
-                row.particle.clone(),
-                row.liquid.clone(),
-                row.runs.to_string(),
-                row.stuck.to_string(),
-                list(&row.diameters_m, millimetres),
-                ratios,
-                range(row.film_m.map(|film| film.map(micrometres))),
-                numbers::range(row.impact_speed_m_s),
-                range(row.stokes),
-                range(row.reynolds),
-                range(row.restitution),
-            ]
+fn materials(materials: &[Material]) -> Table<&Material> {
+    let range = |range: Option<[f64; 2]>| range.map(numbers::range);
+    Table::of(materials)
+        .column("particle", |row| &row.particle)
+        .column("liquid", |row| &row.liquid)
+        .column("runs", |row| row.runs)
+        .column("stuck", |row| row.stuck)
+        .column("D / mm", |row| list(&row.diameters_m, millimetres))
+        .column("δ/D", |row| {
+            let ratios = &row.film_ratios;
+            (!ratios.is_empty()).then(|| list(ratios, |x| x))
         })
-        .collect();
-    (header, rows)
+        .column("δ / µm", |row| range(row.film_m.map(|film| film.map(micrometres))))
+        .column("v / (m/s)", |row| numbers::range(row.impact_speed_m_s))
+        .column("St", |row| range(row.stokes))
+        .column("Re", |row| range(row.reynolds))
+        .column("e", |row| range(row.restitution))
 }
 
-pub(super) fn data(page: &mut Page, told: Told) {
-    let counts = &told.findings.counts;
+pub(super) fn data(page: &mut Page, input: ReportInput) {
+    let counts = &input.findings.counts;
     page.heading("Data");
     let screened: usize = counts.screened.iter().map(|s| s.runs).sum();
     page.paragraph(&format!(
@@ -60,9 +39,8 @@ pub(super) fn data(page: &mut Page, told: Told) {
          St and Re = ρl δ v/η are ranges over the runs, e over the rebounds.",
         counts.runs, counts.stuck, counts.used
     ));
-    let (header, rows) = materials(&told.overview.materials);
-    page.table(&header, &rows);
-    if let Some(directions) = &told.findings.identifies {
+    page.table(&materials(&input.overview.materials));
+    if let Some(directions) = &input.findings.identifies {
         page.paragraph(&seen(directions));
         for unseen in &directions.unseen {
             page.paragraph(&format!("* {}.", unseen_lines(unseen).join(". ")));
@@ -104,20 +82,7 @@ pub fn overview_text(overview: &Overview) -> String {
         text.push_str(&format!(", {} left out ({})", screened.runs, screened.reason));
     }
     text.push_str("\n\n");
-    let (header, rows) = materials(&overview.materials);
-    let header: Vec<String> = header.into_iter().map(str::to_owned).collect();
-    let all: Vec<&Vec<String>> = std::iter::once(&header).chain(&rows).collect();
-    let width = |column: usize| all.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..header.len()).map(width).collect();
-    for row in &all {
-        let cells: Vec<String> = row
-            .iter()
-            .zip(&widths)
-            .map(|(cell, width)| format!("{cell}{}", " ".repeat(width - cell.chars().count())))
-            .collect();
-        text.push_str(cells.join("  ").trim_end());
-        text.push('\n');
-    }
+    text.push_str(&materials(&overview.materials).plain());
     text.push_str("\nWhat these runs can identify\n");
     for one in &overview.identifies {
         let answer = if one.identified { "yes" } else { "no " };

@@ -1,14 +1,15 @@
-//! Tells which terms the energy balance holds, what each matters, and why it is held or not.
+//! Writes which terms the energy balance holds, what each matters, and why it is held or not.
 
-use super::super::numbers::{self, NONE};
-use super::super::Told;
+use super::super::numbers;
+use super::super::ReportInput;
 use super::page::Page;
+use super::table::Table;
 use crate::findings::terms::{SizedTerm, LINE};
 use crate::physics::form::Term;
 
 /// The section on terms.
-pub(super) fn terms(page: &mut Page, told: Told) {
-    let terms = &told.findings.terms;
+pub(super) fn terms(page: &mut Page, input: ReportInput) {
+    let terms = &input.findings.terms;
     if terms.is_empty() {
         return;
     }
@@ -19,31 +20,17 @@ pub(super) fn terms(page: &mut Page, told: Told) {
          the largest change of a restitution. Holding a term costs, where it has parameters of its own: the standard \
          error of another becomes wider by the factor given. A term that is not held is sized as if it acted in full."
     ));
-    let rows: Vec<Vec<String>> = terms.iter().map(cells).collect();
-    page.table(
-        &["term", "held", "why", "size", "moves most", "effect on e", "widens by"],
-        &rows,
-    );
-}
-
-fn cells(sized: &SizedTerm) -> Vec<String> {
-    vec![
-        sized.term.in_words().to_owned(),
-        yes(sized.held).to_owned(),
-        why(sized),
-        sized.size.map_or(NONE.to_owned(), |size| numbers::significant(size, 2)),
-        sized.moves.clone().unwrap_or_default(),
-        numbers::significant(sized.largest_effect, 2),
-        sized.widens.map_or(String::new(), |factor| format!("{factor:.2}")),
-    ]
-}
-
-fn yes(held: bool) -> &'static str {
-    if held {
-        "yes"
-    } else {
-        "no"
-    }
+    let table = Table::of(terms)
+        .column("term", |sized| sized.term.in_words())
+        .column("held", |sized| if sized.held { "yes" } else { "no" })
+        .column("why", why)
+        .column("size", |sized| sized.size.map(|size| numbers::significant(size, 2)))
+        .column("moves most", |sized| sized.moves.clone().unwrap_or_default())
+        .column("effect on e", |sized| numbers::significant(sized.largest_effect, 2))
+        .column("widens by", |sized| {
+            sized.widens.map_or(String::new(), |factor| format!("{factor:.2}"))
+        });
+    page.table(&table);
 }
 
 fn why(sized: &SizedTerm) -> String {

@@ -1,4 +1,4 @@
-//! Tells a trade of speed against accuracy: a page, a figure, and `trade.json`.
+//! Writes a trade of speed against accuracy: a page, a figure, and `trade.json`.
 
 use super::results::{MarginalError, Rung, Trade};
 use crate::error::Error;
@@ -9,7 +9,8 @@ use crate::report::folder::Files;
 use crate::report::json;
 use crate::report::markdown::escape::literal;
 use crate::report::markdown::page::Page;
-use crate::report::numbers::{self, NONE};
+use crate::report::markdown::table::Table;
+use crate::report::numbers;
 use crate::scene::Scene;
 
 /// File of the figure.
@@ -77,37 +78,22 @@ fn page(scene: &Scene, trade: &Trade) -> String {
 
 fn methods(page: &mut Page, trade: &Trade) {
     page.heading("The ways");
-    let rows: Vec<Vec<String>> = trade
-        .rungs
-        .iter()
-        .map(|rung| {
-            vec![
-                format!("`{}`", rung.name),
-                what(&rung.name),
-                rung.nodes.map_or(NONE.to_owned(), |nodes| nodes.to_string()),
-                numbers::significant(rung.seconds, 2),
-                numbers::optional(rung.worst_mean, 2),
-                numbers::optional(rung.worst_sd.map(|sd| 100.0 * sd), 2),
-                numbers::optional(rung.vouched, 2),
-                rung.effective.map_or(NONE.to_owned(), |n| format!("{n:.0}")),
-                rung.effective_per_second.map_or(NONE.to_owned(), |n| format!("{n:.0}")),
-                verdict(rung),
-            ]
+    let table = Table::of(&trade.rungs)
+        .column("way", |rung| format!("`{}`", rung.name))
+        .column("what it is", |rung| what(&rung.name))
+        .column("nodes", |rung| rung.nodes)
+        .column("time / s", |rung| numbers::significant(rung.seconds, 2))
+        .column("largest error of a mean / sd", |rung| {
+            numbers::optional(rung.worst_mean, 2)
         })
-        .collect();
-    let header = [
-        "way",
-        "what it is",
-        "nodes",
-        "time / s",
-        "largest error of a mean / sd",
-        "of an sd / %",
-        "error it vouches for",
-        "effective draws",
-        "a second",
-        "beside the others",
-    ];
-    page.table(&header, &rows);
+        .column("of an sd / %", |rung| {
+            numbers::optional(rung.worst_sd.map(|sd| 100.0 * sd), 2)
+        })
+        .column("error it vouches for", |rung| numbers::optional(rung.vouched, 2))
+        .column("effective draws", |rung| rung.effective.map(|n| format!("{n:.0}")))
+        .column("a second", |rung| rung.effective_per_second.map(|n| format!("{n:.0}")))
+        .column("beside the others", verdict);
+    page.table(&table);
     page.paragraph(
         "Nodes stand for the wet runs; a block of runs with no more settings than nodes keeps them all. A way is beaten \
          where another has less than 0.8 of its time or of its error, and not more than 1.25 of the other; ways that made \
@@ -143,29 +129,20 @@ fn verdict(rung: &Rung) -> String {
 fn parameters(page: &mut Page, trade: &Trade) {
     page.heading("Each parameter");
     page.paragraph("Errors of mean, 5 % point and 95 % point in posterior sds, of the sd in per cent.");
-    let names: Vec<&str> = trade.reference.parameters.iter().map(|p| p.name.as_str()).collect();
-    let mut header = vec!["way"];
-    header.extend(&names);
-    let cell = |miss: &Option<MarginalError>| match miss {
-        None => NONE.to_owned(),
-        Some(miss) => format!(
+    let cell = |miss: &MarginalError| {
+        format!(
             "{}, {}, {}, {} %",
             signed(miss.mean),
             signed(miss.q05),
             signed(miss.q95),
             signed(100.0 * miss.sd)
-        ),
+        )
     };
-    let rows: Vec<Vec<String>> = trade
-        .rungs
-        .iter()
-        .map(|rung| {
-            let mut row = vec![format!("`{}`", rung.name)];
-            row.extend(rung.errors.iter().map(cell));
-            row
-        })
-        .collect();
-    page.table(&header, &rows);
+    let mut table = Table::of(&trade.rungs).column("way", |rung| format!("`{}`", rung.name));
+    for (place, parameter) in trade.reference.parameters.iter().enumerate() {
+        table = table.column(&parameter.name, |rung| rung.errors[place].as_ref().map(cell));
+    }
+    page.table(&table);
 }
 
 /// Two digits, with a sign.
@@ -187,19 +164,14 @@ fn linear(page: &mut Page, trade: &Trade) {
         Some(in_se) => format!("{} ({} se)", signed(bias), signed(in_se)),
         None => signed(bias),
     };
-    let rows: Vec<Vec<String>> = trade
-        .linear_bias
-        .iter()
-        .map(|bias| {
-            vec![
-                bias.particle.clone(),
-                bias.film_ratio.map_or("all".to_owned(), |ratio| format!("{ratio:.3}")),
-                cell(bias.e_inf, bias.e_inf_se),
-                cell(bias.st_c, bias.st_c_se),
-            ]
+    let table = Table::of(&trade.linear_bias)
+        .column("particle", |bias| &bias.particle)
+        .column("film ratio", |bias| {
+            bias.film_ratio.map_or("all".to_owned(), |ratio| format!("{ratio:.3}"))
         })
-        .collect();
-    page.table(&["particle", "film ratio", "bias of e_inf", "bias of St_c"], &rows);
+        .column("bias of e_inf", |bias| cell(bias.e_inf, bias.e_inf_se))
+        .column("bias of St_c", |bias| cell(bias.st_c, bias.st_c_se));
+    page.table(&table);
     page.paragraph(
         "Fitted to the square-root law at the same runs without noise, minus that law. No number of runs mends it, and no \
          resampling shows it.",

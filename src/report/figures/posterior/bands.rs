@@ -1,7 +1,7 @@
 //! Draws where the posterior puts the restitution of a series, and single runs about it.
 
 use super::super::super::chart::{Layer, Style};
-use super::super::super::Told;
+use super::super::super::ReportInput;
 use super::super::of_particle::series_name;
 use crate::findings::predict::{ParticleLaw, PredictedBand};
 use crate::physics::DrySpeed;
@@ -31,20 +31,25 @@ pub(in super::super) struct SeriesBands<'a> {
 
 impl Bands {
     /// The laws of what was sampled; `None` where nothing was.
-    pub(in super::super) fn of(told: Told) -> Option<Bands> {
-        let posterior = told.posterior?;
-        let particles = 0..told.scene.particles.len();
+    pub(in super::super) fn of(input: ReportInput) -> Option<Bands> {
+        let posterior = input.posterior?;
+        let particles = 0..input.scene.particles.len();
         Some(Bands {
             laws: particles
-                .map(|particle| posterior.law(told.scene, particle, DRAWS))
+                .map(|particle| posterior.law(input.scene, particle, DRAWS))
                 .collect(),
         })
     }
 
     /// The bands of a series, that of single runs first; `x` places a speed on the horizontal axis.
-    pub(in super::super) fn layers(&self, told: Told, drawn: SeriesBands, x: impl Fn(f64) -> f64) -> Vec<Layer> {
+    pub(in super::super) fn layers(
+        &self,
+        input: ReportInput,
+        drawn: SeriesBands,
+        x: impl Fn(f64) -> f64,
+    ) -> Vec<Layer> {
         let SeriesBands { series, .. } = drawn;
-        let setting = told
+        let setting = input
             .scene
             .setting(series.particle, series.liquid, series.diameter, series.film);
         let (slowest, fastest) = (drawn.speeds.0 * (1.0 - BEYOND), drawn.speeds.1 * (1.0 + BEYOND));
@@ -70,7 +75,7 @@ impl Bands {
     /// With one dry speed every series of a liquid has the same curve: the first of them draws it for all.
     pub(in super::super) fn of_liquid(
         &self,
-        told: Told,
+        input: ReportInput,
         series: &[&Series],
         place: usize,
         inverse: impl Fn(&Series, f64) -> f64,
@@ -85,9 +90,9 @@ impl Bands {
             style,
         };
         if self.laws[own.particle].form.dry_speed == DrySpeed::Impact {
-            let ends = speeds(told, own);
-            let name = series_name(told, own);
-            return ends.map_or(vec![], |speeds| self.layers(told, drawn(speeds, name), along));
+            let ends = speeds(input, own);
+            let name = series_name(input, own);
+            return ends.map_or(vec![], |speeds| self.layers(input, drawn(speeds, name), along));
         }
         let same = |other: &&&Series| other.liquid == own.liquid;
         if series[..place].iter().any(|other| same(&other)) {
@@ -96,18 +101,18 @@ impl Bands {
         // where the runs of all these series lie on the axis, as speeds of this one
         let as_own = |other: &Series, v: f64| v * inverse(own, v) / inverse(other, v);
         let each = series.iter().filter(same).filter_map(|other| {
-            let (slowest, fastest) = speeds(told, other)?;
+            let (slowest, fastest) = speeds(input, other)?;
             Some((as_own(other, slowest), as_own(other, fastest)))
         });
         let ends = each.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
-        let name = format!("{}, posterior", told.scene.liquids[own.liquid].name);
-        ends.map_or(vec![], |speeds| self.layers(told, drawn(speeds, name), along))
+        let name = format!("{}, posterior", input.scene.liquids[own.liquid].name);
+        ends.map_or(vec![], |speeds| self.layers(input, drawn(speeds, name), along))
     }
 }
 
 /// Slowest and fastest run of a series, stuck ones with them.
-pub(in super::super) fn speeds(told: Told, series: &Series) -> Option<(f64, f64)> {
-    let all = told.runs.impact_speed[series.runs()].iter();
+pub(in super::super) fn speeds(input: ReportInput, series: &Series) -> Option<(f64, f64)> {
+    let all = input.runs.impact_speed[series.runs()].iter();
     all.fold(None, |ends, v| {
         let (slowest, fastest) = ends.unwrap_or((*v, *v));
         Some((v.min(slowest), v.max(fastest)))

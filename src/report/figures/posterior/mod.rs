@@ -17,7 +17,7 @@ mod ranks;
 pub(super) use bands::{speeds, Bands, SeriesBands};
 
 use super::super::chart::{grid, Chart, Extent};
-use super::super::Told;
+use super::super::ReportInput;
 use super::figure::{Figure, PAIRS, PRIORS, RANKS};
 
 /// Columns of the figures that have a panel a parameter.
@@ -33,8 +33,8 @@ const SQUARE_AXES: Extent = Extent {
 };
 
 /// Pairs, ranks and priors; nothing where nothing was sampled.
-pub(super) fn all(told: Told) -> Vec<Figure> {
-    let Some(posterior) = told.posterior else {
+pub(super) fn all(input: ReportInput) -> Vec<Figure> {
+    let Some(posterior) = input.posterior else {
         return vec![];
     };
     let panels = |charts: Vec<Chart>| -> Vec<Vec<Option<Chart>>> {
@@ -46,8 +46,11 @@ pub(super) fn all(told: Told) -> Vec<Figure> {
         svg,
     };
     vec![
-        figure(RANKS, grid(&panels(ranks::charts(told, posterior, COLUMNS)), WIDE_AXES)),
-        figure(PRIORS, grid(&panels(priors::charts(told, posterior)), WIDE_AXES)),
-        figure(PAIRS, grid(&pairs::charts(told, posterior), SQUARE_AXES)),
+        figure(
+            RANKS,
+            grid(&panels(ranks::charts(input, posterior, COLUMNS)), WIDE_AXES),
+        ),
+        figure(PRIORS, grid(&panels(priors::charts(input, posterior)), WIDE_AXES)),
+        figure(PAIRS, grid(&pairs::charts(input, posterior), SQUARE_AXES)),
     ]
 }

@@ -1,7 +1,7 @@
 //! Lays out draws of each pair of parameters, with each one's histogram and prior on the diagonal.
 
 use super::super::super::chart::{Axis, Chart, ChartPoint, Dash, Layer, Style};
-use super::super::super::Told;
+use super::super::super::ReportInput;
 use super::panels::{draws, first_places, range, symbol};
 use crate::findings::posterior::Posterior;
 
@@ -15,12 +15,12 @@ const BARS: usize = 24;
 const CURVE: usize = 40;
 
 /// The lower triangle of panels, row by row.
-pub(super) fn charts(told: Told, posterior: &Posterior) -> Vec<Vec<Option<Chart>>> {
+pub(super) fn charts(input: ReportInput, posterior: &Posterior) -> Vec<Vec<Option<Chart>>> {
     let places = first_places(posterior, MOST_PARAMETERS);
     let parameters = &posterior.sampled.parameters.sampled;
     let all: Vec<Vec<f64>> = places.iter().map(|place| draws(posterior, *place)).collect();
     let ranges: Vec<(f64, f64)> = all.iter().map(|draws| range(draws)).collect();
-    let names: Vec<String> = places.iter().map(|place| symbol(told, &parameters[*place])).collect();
+    let names: Vec<String> = places.iter().map(|place| symbol(input, &parameters[*place])).collect();
     let panels = places.len() * places.len().saturating_sub(1) / 2;
     let (plain, diverging) = points(posterior, MOST_POINTS / panels.max(1));
     let last = places.len().saturating_sub(1);

@@ -1,6 +1,7 @@
 //! Chooses the parameters that have a panel, with their draws, symbols and limits.
 
-use super::super::super::Told;
+use super::super::super::quantities::{in_scripts, parameter_label};
+use super::super::super::ReportInput;
 use crate::findings::posterior::Posterior;
 use crate::model::parameters::{Kind, Parameter};
 
@@ -23,15 +24,9 @@ pub(super) fn draws(posterior: &Posterior, place: usize) -> Vec<f64> {
 }
 
 /// A parameter's symbol, with its particle.
-pub(super) fn symbol(told: Told, parameter: &Parameter) -> String {
-    match parameter.kind {
-        Kind::DryK(particle) => format!("k, {}", told.scene.particles[particle].name),
-        Kind::FILM_SCALE => "δ̃_{0}".to_owned(),
-        Kind::SigmaDry => "σ_{dry}".to_owned(),
-        Kind::SigmaWet => "σ_{wet}".to_owned(),
-        Kind::SigmaEnergy => "σ_{r}".to_owned(),
-        other => other.symbol().to_owned(),
-    }
+pub(super) fn symbol(input: ReportInput, parameter: &Parameter) -> String {
+    let kind = parameter.kind;
+    parameter_label(input.scene, kind, &in_scripts(kind.symbol()))
 }
 
 /// Smallest and largest of some numbers, a little apart.

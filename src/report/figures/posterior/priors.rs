@@ -1,7 +1,8 @@
 //! Draws each parameter's density before and after the runs.
 
 use super::super::super::chart::{Axis, Chart, Dash, Layer, Style};
-use super::super::super::Told;
+use super::super::super::quantities::{in_scripts, unit_in_brackets};
+use super::super::super::ReportInput;
 use super::panels::{draws, first_places, symbol};
 use crate::findings::posterior::Posterior;
 use crate::inference::density::smoothed;
@@ -14,22 +15,21 @@ const MOST_PARAMETERS: usize = 16;
 const CURVE: usize = 120;
 /// A prior is shown where it has more than this share of its highest density.
 const SHOWN: f64 = 0.02;
-/// Spreads of a prior about its median within which it is looked for.
+/// SpreadTest of a prior about its median within which it is looked for.
 const REACH: f64 = 6.0;
-/// Spreads in which a prior of usual tails has all but a thousandth on each side.
+/// SpreadTest in which a prior of usual tails has all but a thousandth on each side.
 const MOSTLY: f64 = 5.0;
 
 /// A panel a parameter.
-pub(super) fn charts(told: Told, posterior: &Posterior) -> Vec<Chart> {
+pub(super) fn charts(input: ReportInput, posterior: &Posterior) -> Vec<Chart> {
     let panel = |place: usize| {
         let parameter = &posterior.sampled.parameters.sampled[place];
         let mut chart = chart(parameter, &draws(posterior, place));
         let unit = match parameter.kind.unit() {
-            "1" => "",
-            // the only unit a parameter has
-            _ => " / (m/s)^{−1/5}",
+            "1" => String::new(),
+            unit => format!(" / {}", in_scripts(&unit_in_brackets(unit))),
         };
-        chart.x.label = format!("{}{unit}", symbol(told, parameter));
+        chart.x.label = format!("{}{unit}", symbol(input, parameter));
         chart
     };
     first_places(posterior, MOST_PARAMETERS)

@@ -1,7 +1,7 @@
 //! Counts how the chains share the ranks of all draws.
 
 use super::super::super::chart::{Axis, Chart, Dash, Layer, Style};
-use super::super::super::Told;
+use super::super::super::ReportInput;
 use super::panels::{first_places, symbol};
 use crate::findings::posterior::Posterior;
 
@@ -15,13 +15,13 @@ const LOWEST_TOP: f64 = 2.0;
 const EXPECTED: usize = 10;
 
 /// A panel a parameter, for rows of so many.
-pub(super) fn charts(told: Told, posterior: &Posterior, columns: usize) -> Vec<Chart> {
+pub(super) fn charts(input: ReportInput, posterior: &Posterior, columns: usize) -> Vec<Chart> {
     let places = first_places(posterior, MOST_PARAMETERS);
     let count = places.len();
     let panel = |(index, place): (usize, usize)| {
         let chains = &posterior.sampled.values[place];
         let mut chart = of_chains(chains);
-        chart.title = Some(symbol(told, &posterior.sampled.parameters.sampled[place]));
+        chart.title = Some(symbol(input, &posterior.sampled.parameters.sampled[place]));
         if index + columns >= count {
             chart.x.label = "rank / draws".to_owned();
         }

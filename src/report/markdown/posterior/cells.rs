@@ -1,21 +1,40 @@
 //! Writes what several tables of the posterior share: names of parameters, R-hat, and checks.
 
-use super::super::super::numbers::{self as print, NONE};
-use super::super::super::Told;
+use super::super::super::numbers::NONE;
+use super::super::super::quantities::parameter_label;
+use super::super::super::ReportInput;
+use super::super::cells::check_table;
 use super::super::page::Page;
 use crate::findings::checks::{self, Check};
-use crate::findings::posterior::{Posterior, QuantitySummary};
+use crate::findings::posterior::{Posterior, PriorSummary, QuantitySummary};
 
-/// How the tables name a parameter: `k, PTFE`.
-pub(super) fn label(quantity: &QuantitySummary) -> String {
-    let symbol = quantity
-        .prior
-        .as_ref()
-        .map_or(quantity.name.as_str(), |prior| prior.symbol);
-    match quantity.name.split_once('[') {
-        Some((_, particle)) => format!("{symbol}, {}", particle.trim_end_matches(']')),
-        None => symbol.to_owned(),
+/// A sampled parameter before and after the runs.
+pub(super) struct SampledParameter<'a> {
+    /// its name in tables: `k, PTFE`
+    pub(super) label: String,
+    pub(super) prior: &'a PriorSummary,
+    pub(super) found: &'a QuantitySummary,
+}
+
+impl SampledParameter<'_> {
+    /// Posterior mean minus prior median, in prior sd.
+    pub(super) fn shift(&self) -> Option<f64> {
+        Some((self.found.mean? - self.prior.median) / self.prior.sd?)
     }
+}
+
+/// Every sampled parameter.
+pub(super) fn parameters<'a>(input: ReportInput, posterior: &'a Posterior) -> Vec<SampledParameter<'a>> {
+    let sampled = posterior.sampled.parameters.sampled.iter();
+    let both = sampled.zip(&posterior.findings.parameters);
+    both.filter_map(|(parameter, found)| {
+        Some(SampledParameter {
+            label: parameter_label(input.scene, parameter.kind, parameter.kind.symbol()),
+            prior: found.prior.as_ref()?,
+            found,
+        })
+    })
+    .collect()
 }
 
 /// R-hat, to the thousandths its line of 1.01 asks for.
@@ -25,18 +44,8 @@ pub(super) fn rhat(value: Option<f64>) -> String {
 
 /// A table of checks with what was found, the line it is held against, and whether it holds.
 pub(super) fn checks<'c>(page: &mut Page, checks: impl Iterator<Item = &'c Check>) {
-    let rows: Vec<Vec<String>> = checks
-        .map(|check| {
-            vec![
-                check.text.clone(),
-                print::optional(check.value, 4),
-                print::significant(check.threshold, 3),
-                if check.passed { "holds" } else { "fails" }.to_owned(),
-                check.source.to_owned(),
-            ]
-        })
-        .collect();
-    page.table(&["check", "value", "line", "outcome", "why this line"], &rows);
+    let outcome = |check: &Check| if check.passed { "holds" } else { "fails" };
+    page.table(&check_table(checks, 4, |check| check.text.clone(), outcome));
 }
 
 /// Whether a check asks how the model predicts, not how it was sampled.
@@ -44,9 +53,8 @@ pub(super) fn of_prediction(check: &Check) -> bool {
     check.check.starts_with("predictive") || check.check == checks::DRY_CONSISTENCY.code
 }
 
-/// Checks told here, which the table of cautions need not tell again where they hold.
-pub(in super::super) fn tells(told: Told, check: &Check) -> bool {
-    let same = |own: &&Check| own.check == check.check;
-    told.posterior
-        .is_some_and(|posterior: &Posterior| posterior.checks.iter().find(same).is_some())
+/// Whether a check is in a table of this section, so that the cautions need not list it again where it holds.
+pub(in super::super) fn lists(input: ReportInput, check: &Check) -> bool {
+    let own = input.posterior.map(|posterior| posterior.checks.iter());
+    own.is_some_and(|mut own| own.any(|own| own.check == check.check))
 }

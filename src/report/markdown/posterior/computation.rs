@@ -1,7 +1,7 @@
-//! Tells how the posterior was sampled, by which software, and whether the chains agree.
+//! Writes how the posterior was sampled, by which software, and whether the chains agree.
 
 use super::super::super::numbers;
-use super::super::super::{figures, Told};
+use super::super::super::{figures, ReportInput};
 use super::super::page::Page;
 use super::cells::{checks, of_prediction};
 use crate::findings::posterior::{AccuracySummary, Posterior, PosteriorFindings};
@@ -12,15 +12,15 @@ use crate::inference::sampling::Method;
 const SAMPLER: (&str, &str) = ("nuts-rs", "0.19.1");
 
 /// Software, sampling, compression and the table of convergence.
-pub(super) fn computation(page: &mut Page, told: Told, posterior: &Posterior) {
+pub(super) fn computation(page: &mut Page, input: ReportInput, posterior: &Posterior) {
     let found = &posterior.findings;
     page.subheading("Computation");
     page.paragraph(&format!(
         "wetcor {}, {}, seed {}. Bounded parameters are mapped onto the whole line; the mode is sought from least squares \
          and from the medians of the priors.{}",
-        told.findings.wetcor,
-        way(found),
-        told.findings.seed,
+        input.findings.wetcor,
+        method(found),
+        input.findings.seed,
         if found.method.is_nuts() {
             " The space is made round by the curvature at the mode, and the chains start about it."
         } else {
@@ -28,7 +28,7 @@ pub(super) fn computation(page: &mut Page, told: Told, posterior: &Posterior) {
         }
     ));
     if let Some(accuracy) = &found.accuracy {
-        page.paragraph(&asked(accuracy, found.method));
+        page.paragraph(&chosen_for(accuracy, found.method));
     }
     page.paragraph(&match &found.compression {
         Some(made) if made.rows == 0 => {
@@ -56,7 +56,7 @@ pub(super) fn computation(page: &mut Page, told: Told, posterior: &Posterior) {
 }
 
 /// How the draws were made.
-fn way(found: &PosteriorFindings) -> String {
+fn method(found: &PosteriorFindings) -> String {
     let (chains, draws) = (found.chains, found.draws);
     match found.method {
         Method::Laplace => {
@@ -77,7 +77,7 @@ fn way(found: &PosteriorFindings) -> String {
 }
 
 /// What accuracy was asked for, and why this method was taken.
-fn asked(accuracy: &AccuracySummary, method: Method) -> String {
+fn chosen_for(accuracy: &AccuracySummary, method: Method) -> String {
     let vouched = match accuracy.vouched {
         Some(error) => format!("vouches for {}", numbers::significant(error, 2)),
         None => "cannot vouch for any".to_owned(),
@@ -105,7 +105,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_sampler_is_told_in_the_version_the_lock_file_has() {
+    fn the_sampler_is_named_in_the_version_the_lock_file_has() {
         let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.lock");
         let lock = std::fs::read_to_string(path).expect("the lock file is there");
         let (name, version) = SAMPLER;

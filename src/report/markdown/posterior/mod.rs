@@ -1,4 +1,4 @@
-//! Tells the posterior, step by step as a referee asks for it.
+//! Writes the posterior, step by step as a referee asks for it.
 //!
 //! | file | job |
 //! |---|---|
@@ -19,17 +19,17 @@ mod numbers;
 mod predictions;
 mod questions;
 
-pub(super) use cells::tells;
+pub(super) use cells::lists;
 pub(super) use model::held;
 
-use super::super::Told;
+use super::super::ReportInput;
 use super::page::Page;
 use crate::findings::posterior::NoPosterior;
 
 /// The section; nothing where no posterior was asked for, and the reason where nothing was sampled.
-pub(super) fn posterior(page: &mut Page, told: Told) {
-    let Some(posterior) = told.posterior else {
-        if let Some(why) = NoPosterior::among(&told.findings.verdicts) {
+pub(super) fn posterior(page: &mut Page, input: ReportInput) {
+    let Some(posterior) = input.posterior else {
+        if let Some(why) = NoPosterior::among(&input.findings.verdicts) {
             page.heading("Posterior");
             page.paragraph(&format!("Nothing was sampled: {}.", why.text));
         }
@@ -41,16 +41,16 @@ pub(super) fn posterior(page: &mut Page, told: Told) {
          Reporting Guidelines (Kruschke 2021, Nature Human Behaviour 5, 1282): model and priors, computation, what the \
          posterior says, how it predicts, other forms of the model, how to make it again.",
     );
-    model::model(page, told, posterior);
-    model::priors(page, posterior);
-    computation::computation(page, told, posterior);
-    numbers::parameters(page, posterior);
-    numbers::derived(page, told, posterior);
-    numbers::beside_the_prior(page, posterior);
-    numbers::correlations(page, posterior);
+    model::model(page, input, posterior);
+    model::priors(page, input, posterior);
+    computation::computation(page, input, posterior);
+    numbers::parameters(page, input, posterior);
+    numbers::derived(page, input, posterior);
+    numbers::beside_the_prior(page, input, posterior);
+    numbers::correlations(page, input, posterior);
     predictions::predictive(page, posterior);
-    predictions::forms(page, told);
-    questions::questions(page, told, posterior);
+    predictions::forms(page, input);
+    questions::questions(page, input, posterior);
     draws(page);
 }
 

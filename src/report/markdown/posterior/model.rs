@@ -1,22 +1,25 @@
-//! Tells what was assumed: how the runs came about, what was believed of the parameters before, what was left out.
+//! Writes what was assumed: how the runs came about, what was believed of the parameters before, what was left out.
 
 use super::super::super::numbers;
-use super::super::super::Told;
+use super::super::super::quantities::unit_in_brackets;
+use super::super::super::ReportInput;
 use super::super::page::Page;
-use super::cells::label;
+use super::super::table::Table;
+use super::cells::parameters;
 use crate::findings::posterior::{HeldParameter, Posterior};
+use crate::model::parameters::Kind;
 use crate::physics::form::Term;
 use crate::physics::rebound::TURN;
 use crate::scene::{Likelihood, NoiseOn, Prior, Sticking};
 
 /// The generative statement with this scene's form of inertia and dry speed.
-pub(super) fn model(page: &mut Page, told: Told, posterior: &Posterior) {
+pub(super) fn model(page: &mut Page, input: ReportInput, posterior: &Posterior) {
     page.subheading("Model");
-    if !told.runs.series.is_empty() {
-        page.paragraph(&wet(told, posterior));
+    if !input.runs.series.is_empty() {
+        page.paragraph(&wet(input, posterior));
     }
     let own = "Each particle has its own k; every other parameter is one for all runs.";
-    if told.runs.dry.is_empty() {
+    if input.runs.dry.is_empty() {
         page.paragraph(own);
     } else {
         page.paragraph(&format!(
@@ -24,14 +27,14 @@ pub(super) fn model(page: &mut Page, told: Told, posterior: &Posterior) {
             posterior.setup.form.dry.formula("v")
         ));
     }
-    if is_student(told) {
+    if is_student(input) {
         page.paragraph(
             "Noise has Student's tails: z has a t distribution with ν degrees of freedom, the same for all runs, wet and \
              dry; F is the probability of less than a number under it. t is stretched so that 68.3 % of it lies within a \
              spread σ of its mean, as of the normal: its standard deviation is larger. A run far from all others says little of the other parameters and much of ν.",
         );
     }
-    if let Some(errors) = &told.runs.errors {
+    if let Some(errors) = &input.runs.errors {
         page.paragraph(&format!(
             "{} of {} runs carry measurement errors; one that does not is taken to err like the median of the others. Each \
              run has a spread S in place of σ: S² = σ² + u² + t², \
@@ -39,22 +42,22 @@ pub(super) fn model(page: &mut Page, told: Told, posterior: &Posterior) {
              which the restitution shares. σ is then what the errors do not explain. To first order in the errors; a stuck \
              run has only the error of its speed.",
             errors.counts()[0],
-            told.runs.len()
+            input.runs.len()
         ));
     }
 }
 
-fn wet(told: Told, posterior: &Posterior) -> String {
-    let limit = numbers::short(told.scene.data.smallest_restitution);
+fn wet(input: ReportInput, posterior: &Posterior) -> String {
+    let limit = numbers::short(input.scene.data.smallest_restitution);
     let findings = &posterior.findings;
     let form = posterior.setup.form;
     let g = form.inertia.shape_formula().map_or(String::new(), |g| format!(" {g},"));
-    let (cdf, law) = if is_student(told) {
+    let (cdf, law) = if is_student(input) {
         ("F", "has Student's t distribution and is")
     } else {
         ("Φ", "is standard normal and")
     };
-    let stuck = match told.scene.model.sticking {
+    let stuck = match input.scene.model.sticking {
         Sticking::Censored => format!(
             "A stuck run therefore counts with its probability {cdf}(({limit} − m(r))/σ_wet) instead of being left out as in \
              least squares."
@@ -67,15 +70,15 @@ fn wet(told: Told, posterior: &Posterior) -> String {
              choice of the luckier ones, which the model does not know."
             .to_owned(),
     };
-    let both = told.scene.model.noise == NoiseOn::Both;
+    let both = input.scene.model.noise == NoiseOn::Both;
     let (restitution, stuck) = if both {
-        let symmetric = if is_student(told) { "spread" } else { "normal" };
+        let symmetric = if is_student(input) { "spread" } else { "normal" };
         let text = format!(
             "Noise acts on the energy kept, too. A rebound is therefore taken to that scale, y = m⁻¹(e), where it is \
                     {symmetric} about r with the variance σ_r² + (σ_wet/m′(y))²; a run sticks where y is at or below that of \
                     the limit."
         );
-        ("e* = m(r + σ_r z′) + σ_wet z", format!("{text} {}", where_stuck(told)))
+        ("e* = m(r + σ_r z′) + σ_wet z", format!("{text} {}", where_stuck(input)))
     } else {
         ("e* = m(r) + σ_wet z", stuck)
     };
@@ -100,13 +103,13 @@ fn wet(told: Told, posterior: &Posterior) -> String {
     )
 }
 
-fn is_student(told: Told) -> bool {
-    told.scene.model.likelihood == Likelihood::Student
+fn is_student(input: ReportInput) -> bool {
+    input.scene.model.likelihood == Likelihood::Student
 }
 
 /// What becomes of stuck runs where noise acts on the energy kept, too.
-fn where_stuck(told: Told) -> &'static str {
-    match told.scene.model.sticking {
+fn where_stuck(input: ReportInput) -> &'static str {
+    match input.scene.model.sticking {
         Sticking::Censored => "A stuck run counts with its probability.",
         Sticking::Truncated => "Stuck runs were not logged, so the density of a rebound is divided by its probability.",
         Sticking::Excluded => "Stuck runs are left out, as the scene asks.",
@@ -114,43 +117,29 @@ fn where_stuck(told: Told) -> &'static str {
 }
 
 /// What was believed before, and which parameters were not sampled.
-pub(super) fn priors(page: &mut Page, posterior: &Posterior) {
+pub(super) fn priors(page: &mut Page, input: ReportInput, posterior: &Posterior) {
     page.subheading("Priors");
-    let rows: Vec<Vec<String>> = posterior
-        .findings
-        .parameters
-        .iter()
-        .filter_map(|quantity| {
-            let prior = quantity.prior.as_ref()?;
-            let bounds = match prior.upper {
-                Some(upper) => format!("{} to {}", bound(prior.lower), bound(upper)),
-                None => format!("above {}", bound(prior.lower)),
-            };
-            Some(vec![
-                label(quantity),
-                format!("`{}`", quantity.name),
-                prior.unit.replace('-', "−"),
-                bounds,
-                prior.density.clone(),
-                prior.source.to_owned(),
-            ])
+    let parameters = parameters(input, posterior);
+    let table = Table::of(&parameters)
+        .column("parameter", |one| &one.label)
+        .column("name in files", |one| format!("`{}`", one.found.name))
+        .column("unit", |one| unit_in_brackets(one.prior.unit))
+        .column("bounds", |one| match one.prior.upper {
+            Some(upper) => format!("{} to {}", bound(one.prior.lower), bound(upper)),
+            None => format!("above {}", bound(one.prior.lower)),
         })
-        .collect();
-    page.table(&["parameter", "name in files", "unit", "bounds", "prior", "why"], &rows);
+        .column("prior", |one| &one.prior.density)
+        .column("why", |one| one.prior.source);
+    page.table(&table);
+    let sampled = &posterior.sampled.parameters.sampled;
+    let of_k = if sampled.iter().any(|parameter| matches!(parameter.kind, Kind::DryK(_))) {
+        "; that of k keeps e_dry above zero at every speed in use, since e_dry² would grow again beyond"
+    } else {
+        ""
+    };
     page.paragraph(&format!(
-        "Written as a scene writes them: {}. Each ends at its bounds{}.",
-        families(posterior),
-        if posterior
-            .sampled
-            .parameters
-            .sampled
-            .iter()
-            .any(|p| p.name.starts_with("dry_k"))
-        {
-            "; that of k keeps e_dry above zero at every speed in use, since e_dry² would grow again beyond"
-        } else {
-            ""
-        }
+        "Written as a scene writes them: {}. Each ends at its bounds{of_k}.",
+        families(posterior)
     ));
     left_out(page, &posterior.findings.left_out);
 }
@@ -189,19 +178,15 @@ fn left_out(page: &mut Page, left_out: &[HeldParameter]) {
         page.paragraph("No parameter of this model was left out.");
         return;
     }
-    let rows: Vec<Vec<String>> = left_out
-        .iter()
-        .map(|left| {
-            vec![
-                format!("`{}`", left.name),
-                left.value
-                    .map_or("not read".to_owned(), |value| numbers::significant(value, 4)),
-                left.reason.clone(),
-            ]
-        })
-        .collect();
     page.paragraph("Not sampled:");
-    page.table(&["parameter", "held at", "why"], &rows);
+    let table = Table::of(left_out)
+        .column("parameter", |left| format!("`{}`", left.name))
+        .column("held at", |left| {
+            left.value
+                .map_or("not read".to_owned(), |value| numbers::significant(value, 4))
+        })
+        .column("why", |left| &left.reason);
+    page.table(&table);
     if let Some(text) = held(left_out) {
         page.paragraph(&text);
     }

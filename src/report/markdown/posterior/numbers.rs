@@ -1,13 +1,13 @@
-//! Tells the parameters, what follows from them, how far the runs moved them from the priors, and which go together.
+//! Writes the parameters, what follows from them, how far the runs moved them from the priors, and which go together.
 
-use super::super::super::numbers::{self, NONE};
-use super::super::super::{figures, Told};
+use super::super::super::quantities::{five_to_ninety_five, label, mean_and_sd};
+use super::super::super::{figures, numbers, ReportInput};
 use super::super::page::Page;
-use super::cells::{label, rhat};
-use crate::findings::posterior::derived::WetSetting;
+use super::super::table::Table;
+use super::cells::{self, rhat, SampledParameter};
+use crate::findings::posterior::derived::{DerivedDraws, WetSetting};
 use crate::findings::posterior::{Posterior, QuantitySummary};
-use crate::physics::inertia::Inertia;
-use crate::units::micrometres;
+use crate::physics::{Inertia, Quantity};
 
 /// A posterior narrower than this beside its prior is the runs' word alone.
 const RUNS_DECIDE: f64 = 0.1;
@@ -17,134 +17,55 @@ const PRIOR_DECIDES: f64 = 0.9;
 const STRONG: f64 = 0.5;
 
 /// The table of parameters, and the pair plot.
-pub(super) fn parameters(page: &mut Page, posterior: &Posterior) {
+pub(super) fn parameters(page: &mut Page, input: ReportInput, posterior: &Posterior) {
     page.subheading("Parameters");
     page.paragraph(
         "Each number is printed to the last digit worth more than its own Monte Carlo standard error, one digit at least \
          (the 50 % point to that of the mean). sd is the spread of the posterior; ESS is how many independent draws the draws are worth, for \
          the centre (bulk) and for the 5 % and 95 % points (tail).",
     );
-    let rows: Vec<Vec<String>> = posterior
-        .findings
-        .parameters
-        .iter()
-        .map(|q| {
-            let mut cells = vec![
-                label(q),
-                numbers::by_mcse(q.mean, q.mcse_mean),
-                numbers::by_mcse(q.sd, q.mcse_sd),
-                numbers::by_mcse(q.q05, q.mcse_q05),
-                numbers::by_mcse(q.median, q.mcse_mean),
-                numbers::by_mcse(q.q95, q.mcse_q95),
-                rhat(q.rhat),
-            ];
-            cells.extend([q.ess_bulk, q.ess_tail].map(effective));
-            cells
-        })
-        .collect();
-    let header = [
-        "parameter",
-        "mean",
-        "sd",
-        "5 %",
-        "50 %",
-        "95 %",
-        "R-hat",
-        "ESS bulk",
-        "ESS tail",
-    ];
-    page.table(&header, &rows);
-    for q in posterior.findings.parameters.iter() {
-        if let Some(why) = &q.why_none {
-            page.paragraph(&format!("{}: {why}.", label(q)));
+    let rows = cells::parameters(input, posterior);
+    let table = Table::of(&rows)
+        .column("parameter", |one| &one.label)
+        .column("mean", |one| numbers::by_mcse(one.found.mean, one.found.mcse_mean))
+        .column("sd", |one| numbers::by_mcse(one.found.sd, one.found.mcse_sd))
+        .column("5 %", |one| numbers::by_mcse(one.found.q05, one.found.mcse_q05))
+        .column("50 %", |one| numbers::by_mcse(one.found.median, one.found.mcse_mean))
+        .column("95 %", |one| numbers::by_mcse(one.found.q95, one.found.mcse_q95))
+        .column("R-hat", |one| rhat(one.found.rhat))
+        .column("ESS bulk", |one| effective(one.found.ess_bulk))
+        .column("ESS tail", |one| effective(one.found.ess_tail));
+    page.table(&table);
+    for one in &rows {
+        if let Some(why) = &one.found.why_none {
+            page.paragraph(&format!("{}: {why}.", one.label));
         }
     }
 }
 
 fn effective(ess: Option<f64>) -> String {
-    ess.map_or(NONE.to_owned(), |ess| format!("{ess:.0}"))
+    ess.map_or(numbers::NONE.to_owned(), |ess| format!("{ess:.0}"))
 }
 
 /// δc, then e_inf, St_c and the Stokes number of no rebound, one row a setting.
-pub(super) fn derived(page: &mut Page, told: Told, posterior: &Posterior) {
-    let both: Vec<(&QuantitySummary, Option<&WetSetting>)> = posterior
-        .findings
-        .derived
-        .iter()
-        .zip(posterior.derived.iter().map(|derived| derived.setting.as_ref()))
-        .collect();
-    if both.is_empty() {
+pub(super) fn derived(page: &mut Page, input: ReportInput, posterior: &Posterior) {
+    let both = posterior.derived.iter().zip(&posterior.findings.derived);
+    let all: Vec<Following> = both.map(|(derived, found)| Following { derived, found }).collect();
+    if all.is_empty() {
         return;
     }
     page.subheading("What follows from them");
-    let lengths = both.iter().filter(|(_, setting)| setting.is_none());
-    let rows: Vec<Vec<String>> = lengths
-        .map(|(q, _)| {
-            let particle = q.name.split_once('[').map(|(_, rest)| rest.trim_end_matches(']'));
-            let (name, scale): (String, fn(f64) -> f64) = match particle {
-                Some(particle) => (format!("δc / µm, {particle}"), micrometres),
-                None => ("δc/ε = exp(L)".to_owned(), |x| x),
-            };
-            vec![
-                name,
-                numbers::mean_and_sd(q, scale),
-                numbers::five_to_ninety_five(q, scale),
-            ]
-        })
-        .collect();
     page.paragraph("± is one standard deviation of the posterior about its mean.");
-    page.table(&["quantity", "mean ± sd", "5 % to 95 %"], &rows);
-    let speed = numbers::short(told.scene.model.dry_speed.reference());
+    page.table(&lengths(&all));
+    let speed = numbers::short(input.scene.model.dry_speed.reference());
     page.paragraph(&format!(
         "At each particle, liquid and film ratio: e_inf with e_dry at {speed} m/s, St_c = 2 L/e_inf², and 2 St_c, \
          below which nothing rebounds."
     ));
-    let of = |quantity: &str, wanted: &WetSetting| {
-        let start = format!("{quantity}[");
-        let mine = |(q, setting): &&(&QuantitySummary, Option<&WetSetting>)| {
-            *setting == Some(wanted) && q.name.starts_with(&start)
-        };
-        both.iter().find(mine).map(|(q, _)| *q)
-    };
-    let mut rows: Vec<Vec<String>> = vec![];
-    for (e_inf, setting) in both.iter().filter(|(q, _)| q.name.starts_with("e_inf[")) {
-        let Some(setting) = setting else { continue };
-        let mut row = vec![
-            told.scene.particles[setting.particle].name.clone(),
-            told.scene.liquids[setting.liquid].name.clone(),
-            numbers::short(setting.film_ratio),
-        ];
-        if posterior.findings.inertia == Inertia::None.name() {
-            // neither liquid nor film enters
-            row[1..].fill("all".to_owned());
-            if rows.last().is_some_and(|last| last[0] == row[0]) {
-                continue;
-            }
-        }
-        for q in [Some(*e_inf), of("st_c", setting)] {
-            row.push(q.map_or(NONE.to_owned(), |q| numbers::mean_and_sd(q, |x| x)));
-            row.push(q.map_or(NONE.to_owned(), |q| numbers::five_to_ninety_five(q, |x| x)));
-        }
-        let no_rebound = of("st_no_rebound", setting);
-        row.push(no_rebound.map_or(NONE.to_owned(), |q| numbers::mean_and_sd(q, |x| x)));
-        if let Some(why) = &e_inf.why_none {
-            row[3] = format!("none: {why}");
-        }
-        rows.push(row);
-    }
-    let header = [
-        "particle",
-        "liquid",
-        "δ/D",
-        "e_inf ± sd",
-        "5 % to 95 %",
-        "St_c ± sd",
-        "5 % to 95 %",
-        "2 St_c ± sd",
-    ];
-    page.table(&header, &rows);
-    let worst = |of: fn(&QuantitySummary) -> Option<f64>, pick: fn(f64, f64) -> f64| {
-        both.iter().filter_map(|(q, _)| of(q)).reduce(pick)
+    let settings = settings(&all, posterior);
+    page.table(&of_settings(&settings, input, posterior));
+    let worst = |of: fn(&QuantitySummary) -> Option<f64>, worse: fn(f64, f64) -> f64| {
+        all.iter().filter_map(|one| of(one.found)).reduce(worse)
     };
     page.paragraph(&format!(
         "Among these the largest R-hat is {}, the fewest effective draws {} (bulk) and {} (tail).",
@@ -154,49 +75,110 @@ pub(super) fn derived(page: &mut Page, told: Told, posterior: &Posterior) {
     ));
 }
 
+/// What follows from the parameters, with what is found of it.
+#[derive(Clone, Copy)]
+struct Following<'a> {
+    derived: &'a DerivedDraws,
+    found: &'a QuantitySummary,
+}
+
+impl Following<'_> {
+    fn is(&self, quantity: Quantity) -> bool {
+        self.derived.quantity == quantity.describe().name
+    }
+}
+
+/// δc/ε, and δc of each particle.
+fn lengths<'a>(all: &[Following<'a>]) -> Table<Following<'a>> {
+    let quantity = |one: Following| match one.derived.label {
+        Some(_) => Quantity::DeltaC,
+        None => Quantity::DeltaCOverRoughness,
+    };
+    Table::of(all.iter().filter(|one| one.derived.setting.is_none()).copied())
+        .column("quantity", |one| match &one.derived.label {
+            Some(particle) => format!("{}, {particle}", label(quantity(one))),
+            None => format!("{} = exp(L)", label(quantity(one))),
+        })
+        .column("mean ± sd", |one| mean_and_sd(quantity(one), one.found))
+        .column("5 % to 95 %", |one| five_to_ninety_five(quantity(one), one.found))
+}
+
+/// The quantities of a setting.
+const OF_SETTING: [Quantity; 3] = [Quantity::EInf, Quantity::StC, Quantity::StNoRebound];
+
+/// A setting with what is found of its quantities, those there are.
+struct SettingRow<'a> {
+    setting: &'a WetSetting,
+    found: [Option<&'a QuantitySummary>; OF_SETTING.len()],
+}
+
+/// Every setting; of forms without inertia one a particle, as neither liquid nor film enters.
+fn settings<'a>(all: &[Following<'a>], posterior: &Posterior) -> Vec<SettingRow<'a>> {
+    let of_e_inf = all.iter().filter(|one| one.is(Quantity::EInf));
+    let settings = of_e_inf.filter_map(|one| one.derived.setting.as_ref());
+    let mut rows: Vec<SettingRow> = settings
+        .map(|setting| {
+            let of = |quantity: Quantity| {
+                let mine = |one: &&Following| one.derived.setting.as_ref() == Some(setting) && one.is(quantity);
+                all.iter().find(mine).map(|one| one.found)
+            };
+            SettingRow {
+                setting,
+                found: OF_SETTING.map(of),
+            }
+        })
+        .collect();
+    if !reads_film(posterior) {
+        rows.dedup_by_key(|row| row.setting.particle);
+    }
+    rows
+}
+
+/// Whether film and liquid enter e_inf and St_c.
+fn reads_film(posterior: &Posterior) -> bool {
+    posterior.setup.form.inertia != Inertia::None
+}
+
+fn of_settings<'a>(rows: &'a [SettingRow], input: ReportInput, posterior: &Posterior) -> Table<&'a SettingRow<'a>> {
+    let own = |text: String| if reads_film(posterior) { text } else { "all".to_owned() };
+    let mut table = Table::of(rows)
+        .column("particle", |row| &input.scene.particles[row.setting.particle].name)
+        .column("liquid", |row| {
+            own(input.scene.liquids[row.setting.liquid].name.clone())
+        })
+        .column("δ/D", |row| own(numbers::short(row.setting.film_ratio)));
+    for (place, quantity) in OF_SETTING.into_iter().enumerate() {
+        table = table.column(format!("{} ± sd", label(quantity)), |row| {
+            let found = row.found[place]?;
+            let why_none = found.why_none.as_ref().filter(|_| quantity == Quantity::EInf);
+            Some(why_none.map_or_else(|| mean_and_sd(quantity, found), |why| format!("none: {why}")))
+        });
+        if quantity != Quantity::StNoRebound {
+            table = table.column("5 % to 95 %", |row| {
+                row.found[place].map(|found| five_to_ninety_five(quantity, found))
+            });
+        }
+    }
+    table
+}
+
 /// How far each parameter moved from its prior.
-pub(super) fn beside_the_prior(page: &mut Page, posterior: &Posterior) {
+pub(super) fn beside_the_prior(page: &mut Page, input: ReportInput, posterior: &Posterior) {
     page.subheading("Prior against posterior");
     page.paragraph(&format!(
         "Shift: posterior mean minus prior median, in prior sd. sd ratio: posterior sd over prior sd; below {RUNS_DECIDE} \
          the runs decide, above {PRIOR_DECIDES} they narrow nothing."
     ));
-    let rows: Vec<Vec<String>> = posterior
-        .findings
-        .parameters
-        .iter()
-        .filter_map(|q| {
-            let prior = q.prior.as_ref()?;
-            let shift = q.mean.zip(prior.sd).map(|(mean, sd)| (mean - prior.median) / sd);
-            let moved = shift.is_some_and(|shift| shift.abs() > 1.0);
-            let said = match prior.sd_ratio {
-                None => "the prior has no sd",
-                Some(ratio) if ratio < RUNS_DECIDE => "the runs decide",
-                Some(ratio) if ratio > PRIOR_DECIDES && !moved => "the prior decides",
-                Some(ratio) if ratio > PRIOR_DECIDES => "the runs move it, without narrowing it",
-                Some(_) => "runs and prior together",
-            };
-            Some(vec![
-                label(q),
-                numbers::significant(prior.median, 3),
-                numbers::optional(prior.sd, 3),
-                numbers::mean_and_sd(q, |x| x),
-                shift.map_or(NONE.to_owned(), numbers::signed),
-                numbers::optional(prior.sd_ratio, 2),
-                said.to_owned(),
-            ])
-        })
-        .collect();
-    let header = [
-        "parameter",
-        "prior median",
-        "prior sd",
-        "posterior mean ± sd",
-        "shift",
-        "sd ratio",
-        "who decides",
-    ];
-    page.table(&header, &rows);
+    let parameters = cells::parameters(input, posterior);
+    let table = Table::of(&parameters)
+        .column("parameter", |one| &one.label)
+        .column("prior median", |one| numbers::significant(one.prior.median, 3))
+        .column("prior sd", |one| numbers::optional(one.prior.sd, 3))
+        .column("posterior mean ± sd", |one| numbers::mean_and_sd(one.found, |x| x))
+        .column("shift", |one| one.shift().map(numbers::signed))
+        .column("sd ratio", |one| numbers::optional(one.prior.sd_ratio, 2))
+        .column("who decides", who_decides);
+    page.table(&table);
     page.figure(
         figures::PRIORS,
         "prior against posterior",
@@ -204,29 +186,42 @@ pub(super) fn beside_the_prior(page: &mut Page, posterior: &Posterior) {
     );
 }
 
+/// Whether a parameter is what the runs or what its prior makes it.
+fn who_decides(one: &SampledParameter) -> &'static str {
+    let moved = one.shift().is_some_and(|shift| shift.abs() > 1.0);
+    match one.prior.sd_ratio {
+        None => "the prior has no sd",
+        Some(ratio) if ratio < RUNS_DECIDE => "the runs decide",
+        Some(ratio) if ratio > PRIOR_DECIDES && !moved => "the prior decides",
+        Some(ratio) if ratio > PRIOR_DECIDES => "the runs move it, without narrowing it",
+        Some(_) => "runs and prior together",
+    }
+}
+
 /// Pairs of parameters the runs do not tell well apart, and the pair plot.
-pub(super) fn correlations(page: &mut Page, posterior: &Posterior) {
+pub(super) fn correlations(page: &mut Page, input: ReportInput, posterior: &Posterior) {
     let found = &posterior.findings;
+    let parameters = cells::parameters(input, posterior);
     let mut pairs = vec![];
     for (i, row) in found.correlation.iter().enumerate() {
         for (j, correlation) in row.iter().enumerate().take(i) {
             if correlation.abs() > STRONG {
-                let names = [j, i].map(|place| label(&found.parameters[place]));
+                let names = [j, i].map(|place| parameters[place].label.as_str());
                 pairs.push((*correlation, names));
             }
         }
     }
     pairs.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
-    let told: Vec<String> = pairs
+    let correlated: Vec<String> = pairs
         .iter()
         .map(|(correlation, [a, b])| format!("{a} with {b} ({})", numbers::signed(*correlation)))
         .collect();
-    page.paragraph(&if told.is_empty() {
+    page.paragraph(&if correlated.is_empty() {
         format!("No two parameters are correlated beyond {STRONG}.")
     } else {
         format!(
             "Correlated beyond {STRONG}: {}. What the runs say of one of such a pair holds only together with the other.",
-            told.join("; ")
+            correlated.join("; ")
         )
     });
     page.figure(

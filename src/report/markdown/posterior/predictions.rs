@@ -1,8 +1,9 @@
-//! Tells whether new runs would look like the ones made, and which form of the law predicts best.
+//! Writes whether new runs would look like the ones made, and which form of the law predicts best.
 
 use super::super::super::numbers::{self, NONE};
-use super::super::super::Told;
+use super::super::super::ReportInput;
 use super::super::page::Page;
+use super::super::table::Table;
 use super::cells::{checks, of_prediction, rhat};
 use crate::findings::checks::LOO_KHAT;
 use crate::findings::compare::ComparedModel;
@@ -37,36 +38,32 @@ pub(super) fn predictive(page: &mut Page, posterior: &Posterior) {
     if found.stuck.is_empty() {
         return;
     }
-    let rows: Vec<Vec<String>> = found
-        .stuck
-        .iter()
-        .map(|row| {
-            vec![
-                row.particle.clone(),
-                row.liquid.clone(),
-                numbers::short(millimetres(row.diameter_m)),
-                numbers::short(row.film_ratio),
-                row.runs.to_string(),
-                row.observed.to_string(),
-                format!("{:.1}", row.expected),
-                numbers::probability(row.p),
-            ]
-        })
-        .collect();
     page.paragraph(
         "Series whose number of stuck runs was in doubt; p is the probability of a number at least as far out.",
     );
-    let header = ["particle", "liquid", "D / mm", "δ/D", "runs", "stuck", "expected", "p"];
-    page.table(&header, &rows);
+    let table = Table::of(&found.stuck)
+        .column("particle", |row| &row.particle)
+        .column("liquid", |row| &row.liquid)
+        .column("D / mm", |row| numbers::short(millimetres(row.diameter_m)))
+        .column("δ/D", |row| numbers::short(row.film_ratio))
+        .column("runs", |row| row.runs)
+        .column("stuck", |row| row.observed)
+        .column("expected", |row| format!("{:.1}", row.expected))
+        .column("p", |row| numbers::probability(row.p));
+    page.table(&table);
 }
 
 /// Leave-one-out of every form of the law; nothing where they were not compared.
-pub(super) fn forms(page: &mut Page, told: Told) {
-    let Some(models) = &told.findings.compare else {
+pub(super) fn forms(page: &mut Page, input: ReportInput) {
+    let Some(models) = &input.findings.compare else {
         return;
     };
     page.subheading("Other forms of the law");
-    let line = told.findings.verdicts.iter().find(|check| check.check == LOO_KHAT.code);
+    let line = input
+        .findings
+        .verdicts
+        .iter()
+        .find(|check| check.check == LOO_KHAT.code);
     let line = line.map_or(NONE.to_owned(), |check| numbers::significant(check.threshold, 2));
     page.paragraph(&format!(
         "Each form of inertia with each dry speed (`stepwise/2`: e_dry at 2 m/s; `/impact`: at the run's own speed), sampled \
@@ -74,47 +71,36 @@ pub(super) fn forms(page: &mut Page, told: Told) {
          difference is to the best form, with the standard error of the differences run by run. Runs with k-hat above {line} \
          weigh so much that the elpd of their form is rough."
     ));
-    let rows: Vec<Vec<String>> = models.iter().map(row).collect();
-    let header = [
-        "form",
-        "elpd ± se",
-        "difference ± se",
-        "p_loo",
-        "largest k-hat",
-        "runs above",
-        "R-hat",
-        "divergences",
-    ];
-    page.table(&header, &rows);
+    page.table(&table(models));
     if let Some(text) = verdict(models) {
         page.paragraph(&text);
     }
 }
 
-fn row(model: &ComparedModel) -> Vec<String> {
-    let name = if model.own {
-        format!("**{}**, this scene's", model.model)
-    } else {
-        model.model.clone()
-    };
-    vec![
-        name,
-        model.se.map_or_else(
-            || numbers::significant(model.elpd_loo, 4),
-            |se| numbers::with_se(model.elpd_loo, se),
-        ),
-        match model.delta_se {
+fn table(models: &[ComparedModel]) -> Table<&ComparedModel> {
+    Table::of(models)
+        .column("form", |model| {
+            if model.own {
+                format!("**{}**, this scene's", model.model)
+            } else {
+                model.model.clone()
+            }
+        })
+        .column("elpd ± se", |model| match model.se {
+            Some(se) => numbers::with_se(model.elpd_loo, se),
+            None => numbers::significant(model.elpd_loo, 4),
+        })
+        .column("difference ± se", |model| match model.delta_se {
             // the best differs from itself by nothing
             _ if model.delta == 0.0 => "0".to_owned(),
             Some(se) => numbers::with_se(model.delta, se),
             None => numbers::significant(model.delta, 3),
-        },
-        numbers::significant(model.p_loo, 2),
-        numbers::optional(model.khat_max, 2),
-        model.khat_high.to_string(),
-        rhat(model.rhat),
-        model.divergences.to_string(),
-    ]
+        })
+        .column("p_loo", |model| numbers::significant(model.p_loo, 2))
+        .column("largest k-hat", |model| numbers::optional(model.khat_max, 2))
+        .column("runs above", |model| model.khat_high)
+        .column("R-hat", |model| rhat(model.rhat))
+        .column("divergences", |model| model.divergences)
 }
 
 /// What the table says, in a sentence.
@@ -177,7 +163,7 @@ mod tests {
 
     #[test]
     fn the_sentence_names_the_better_form_only_where_the_difference_is_clear() {
-        let said = |own_first: bool, delta: f64, se: f64| {
+        let sentence = |own_first: bool, delta: f64, se: f64| {
             let models = [
                 model("cap/2", own_first, 0.0, 0.0),
                 model("none/2", !own_first, delta, se),
@@ -185,13 +171,15 @@ mod tests {
             verdict(&models).expect("two forms")
         };
         assert_eq!(
-            said(true, -263.0, 22.0),
+            sentence(true, -263.0, 22.0),
             "This scene's form, cap/2, predicts best; the next, none/2, falls short by 263 (12.0 standard errors)."
         );
-        assert!(said(true, -3.0, 0.1).contains("as good as the runs can tell"));
-        assert!(said(true, -30.0, 10.0).contains("as good as the runs can tell"));
-        assert!(said(false, -30.0, 5.0).starts_with("cap/2 predicts the runs better than this scene's form, none/2"));
-        assert!(said(false, -30.0, 10.0).contains("as good as the runs can tell"));
+        assert!(sentence(true, -3.0, 0.1).contains("as good as the runs can tell"));
+        assert!(sentence(true, -30.0, 10.0).contains("as good as the runs can tell"));
+        assert!(
+            sentence(false, -30.0, 5.0).starts_with("cap/2 predicts the runs better than this scene's form, none/2")
+        );
+        assert!(sentence(false, -30.0, 10.0).contains("as good as the runs can tell"));
         assert_eq!(verdict(&[model("cap/2", true, 0.0, 0.0)]), None);
     }
 }

@@ -1,15 +1,16 @@
-//! Tells whether L and C are the same at every film ratio, with the residuals at each.
+//! Writes whether L and C are the same at every film ratio, with the residuals at each.
 
 use super::super::super::figures::RESIDUALS;
-use super::super::super::numbers::{self, NONE};
-use super::super::super::Told;
+use super::super::super::numbers;
+use super::super::super::ReportInput;
 use super::super::page::Page;
+use super::super::table::Table;
 use crate::findings::posterior::Posterior;
 use crate::findings::questions::{Answer, Question};
 
 /// Both questions with their answers; nothing where they were not asked.
-pub(super) fn questions(page: &mut Page, told: Told, posterior: &Posterior) {
-    let Some(questions) = &told.findings.questions else {
+pub(super) fn questions(page: &mut Page, input: ReportInput, posterior: &Posterior) {
+    let Some(questions) = &input.findings.questions else {
         return;
     };
     page.subheading("Questions the paper leaves");
@@ -23,18 +24,7 @@ pub(super) fn questions(page: &mut Page, told: Told, posterior: &Posterior) {
          where chains do not agree, or where a k-hat of a trend that gains is above the line.",
         priors(questions)
     ));
-    let rows: Vec<Vec<String>> = questions.iter().map(row).collect();
-    let header = [
-        "question",
-        "wet runs",
-        "film ratios",
-        "gain ± se",
-        "trend, mean ± sd",
-        "its 95 % interval",
-        "largest k-hat",
-        "answer",
-    ];
-    page.table(&header, &rows);
+    page.table(&table(questions));
     for question in questions {
         page.paragraph(&format!("{} {}.", question.question, capital(&question.text)));
     }
@@ -44,65 +34,56 @@ pub(super) fn questions(page: &mut Page, told: Told, posterior: &Posterior) {
 /// What was believed of each trend that was sampled.
 fn priors(questions: &[Question]) -> String {
     let sampled = questions.iter().filter_map(|question| question.trend.as_ref());
-    let told = sampled.map(|trend| format!("{}: {} ({}). ", trend.symbol, trend.prior, trend.source));
-    let told: String = told.collect();
-    if told.is_empty() {
-        told
+    let texts = sampled.map(|trend| format!("{}: {} ({}). ", trend.symbol, trend.prior, trend.source));
+    let texts: String = texts.collect();
+    if texts.is_empty() {
+        texts
     } else {
-        format!("Priors, {told}")
+        format!("Priors, {texts}")
     }
 }
 
-fn row(question: &Question) -> Vec<String> {
-    let gain = match (question.gain, question.gain_se) {
-        (Some(gain), Some(se)) => numbers::with_se(gain, se),
-        (gain, _) => numbers::optional(gain, 3),
-    };
-    let trend = question.trend.as_ref();
-    let khat = question.models.iter().filter_map(|model| model.khat_max);
-    vec![
-        question.question.to_owned(),
-        if question.runs > 0 {
-            question.runs.to_string()
-        } else {
-            NONE.to_owned()
-        },
-        question.film_ratios.map_or(NONE.to_owned(), |count| count.to_string()),
-        gain,
-        trend.map_or(NONE.to_owned(), |trend| {
-            format!("{} = {}", trend.symbol, numbers::with_se(trend.mean, trend.sd))
-        }),
-        trend.map_or(NONE.to_owned(), |trend| {
-            numbers::between(trend.interval[0], trend.interval[1], trend.sd)
-        }),
-        numbers::optional(khat.reduce(f64::max), 2),
-        match question.answer {
+fn table(questions: &[Question]) -> Table<&Question> {
+    Table::of(questions)
+        .column("question", |question| question.question)
+        .column("wet runs", |question| (question.runs > 0).then_some(question.runs))
+        .column("film ratios", |question| question.film_ratios)
+        .column("gain ± se", |question| match (question.gain, question.gain_se) {
+            (Some(gain), Some(se)) => numbers::with_se(gain, se),
+            (gain, _) => numbers::optional(gain, 3),
+        })
+        .column("trend, mean ± sd", |question| {
+            let trend = question.trend.as_ref()?;
+            Some(format!("{} = {}", trend.symbol, numbers::with_se(trend.mean, trend.sd)))
+        })
+        .column("its 95 % interval", |question| {
+            let trend = question.trend.as_ref()?;
+            Some(numbers::between(trend.interval[0], trend.interval[1], trend.sd))
+        })
+        .column("largest k-hat", |question| {
+            let khat = question.models.iter().filter_map(|model| model.khat_max);
+            numbers::optional(khat.reduce(f64::max), 2)
+        })
+        .column("answer", |question| match question.answer {
             Answer::Constant => "yes, one serves",
             Answer::Rises => "no, it rises",
             Answer::Falls => "no, it falls",
             Answer::Open => "open",
-        }
-        .to_owned(),
-    ]
+        })
 }
 
 /// Mean residual of each particle and film ratio.
 fn residuals(page: &mut Page, posterior: &Posterior) {
     let groups = posterior.findings.predictive.groups.iter();
-    let rows: Vec<Vec<String>> = groups
-        .filter_map(|group| {
-            Some(vec![
-                group.particle.clone(),
-                numbers::short(group.film_ratio?),
-                group.runs.to_string(),
-                match group.mean_residual_se {
-                    Some(se) => numbers::with_se(group.mean_residual, se),
-                    None => numbers::significant(group.mean_residual, 2),
-                },
-            ])
-        })
-        .collect();
-    if rows.is_empty() {
+    let table = Table::of(groups.filter(|group| group.film_ratio.is_some()))
+        .column("particle", |group| &group.particle)
+        .column("δ/D", |group| group.film_ratio.map(numbers::short))
+        .column("wet runs", |group| group.runs)
+        .column("mean residual ± se, in σ", |group| match group.mean_residual_se {
+            Some(se) => numbers::with_se(group.mean_residual, se),
+            None => numbers::significant(group.mean_residual, 2),
+        });
+    if table.is_empty() {
         return;
     }
     page.paragraph(
@@ -110,7 +91,7 @@ fn residuals(page: &mut Page, posterior: &Posterior) {
          counting as the mean of what stuck runs have, and its standard error from the spread between runs. A loss that \
          grows less with the film than the model says shows as residuals that rise with it.",
     );
-    page.table(&["particle", "δ/D", "wet runs", "mean residual ± se, in σ"], &rows);
+    page.table(&table);
     page.figure(
         RESIDUALS,
         "mean residuals against the film ratio",

@@ -8,14 +8,14 @@ use crate::scene::Scene;
 
 /// What a report is made of.
 #[derive(Debug, Clone, Copy)]
-pub struct Told<'a> {
+pub struct ReportInput<'a> {
     /// what was held fixed
     pub scene: &'a Scene,
     /// what was measured
     pub runs: &'a Runs,
     /// what was read
     pub overview: &'a Overview,
-    /// what may be said
+    /// what was found
     pub findings: &'a Findings,
     /// the posterior's draws; `None` if nothing was sampled
     pub posterior: Option<&'a Posterior>,

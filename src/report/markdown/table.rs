@@ -1,0 +1,115 @@
+//! Makes a table of its columns, each with what stands over it and what of a row stands in it.
+
+use super::super::numbers::NONE;
+use super::super::quantities::{self, label};
+use crate::findings::estimate::Estimate;
+use crate::physics::Quantity;
+
+/// A table in the making: its rows, and the columns made of them so far.
+pub(crate) struct Table<R> {
+    rows: Vec<R>,
+    columns: Vec<Column>,
+}
+
+struct Column {
+    header: String,
+    cells: Vec<String>,
+}
+
+/// What may stand in a cell.
+pub(crate) trait Cell {
+    fn text(self) -> String;
+}
+
+impl<R: Copy> Table<R> {
+    /// A table of these rows, without a column.
+    pub(crate) fn of(rows: impl IntoIterator<Item = R>) -> Table<R> {
+        Table {
+            rows: rows.into_iter().collect(),
+            columns: vec![],
+        }
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// Adds a column under its header.
+    pub(crate) fn column<C: Cell>(mut self, header: impl Into<String>, cell: impl Fn(R) -> C) -> Table<R> {
+        let header = header.into();
+        let cells = self.rows.iter().map(|row| cell(*row).text()).collect();
+        self.columns.push(Column { header, cells });
+        self
+    }
+
+    /// Adds the estimates of a quantity under its symbol.
+    pub(super) fn estimate<'e>(self, quantity: Quantity, of: impl Fn(R) -> &'e Estimate) -> Table<R> {
+        self.column(label(quantity), |row| quantities::estimate(quantity, of(row)))
+    }
+
+    /// The same with their intervals behind them.
+    pub(super) fn estimate_and_interval<'e>(
+        self,
+        quantity: Quantity,
+        of: impl Fn(R) -> &'e Estimate,
+        interval: &str,
+    ) -> Table<R> {
+        self.estimate(quantity, &of)
+            .column(interval, |row| quantities::interval(quantity, of(row)))
+    }
+
+    /// Its lines, the headers first.
+    pub(super) fn lines(&self) -> impl Iterator<Item = Vec<&str>> {
+        let headers = self.columns.iter().map(|column| column.header.as_str());
+        let row = |row: usize| self.columns.iter().map(|column| column.cells[row].as_str()).collect();
+        std::iter::once(headers.collect()).chain((0..self.rows.len()).map(row))
+    }
+
+    /// The table for a terminal: columns as wide as what stands in them.
+    pub(super) fn plain(&self) -> String {
+        let length = |text: &str| text.chars().count();
+        let width = |column: &Column| {
+            let cells = column.cells.iter().chain([&column.header]);
+            cells.map(|cell| length(cell)).max().unwrap_or(0)
+        };
+        let widths: Vec<usize> = self.columns.iter().map(width).collect();
+        let mut text = String::new();
+        for line in self.lines() {
+            let padded = line.iter().zip(&widths).map(|(cell, width)| format!("{cell:width$}"));
+            text.push_str(padded.collect::<Vec<_>>().join("  ").trim_end());
+            text.push('\n');
+        }
+        text
+    }
+}
+
+impl Cell for String {
+    fn text(self) -> String {
+        self
+    }
+}
+
+impl Cell for &String {
+    fn text(self) -> String {
+        self.clone()
+    }
+}
+
+impl Cell for &str {
+    fn text(self) -> String {
+        self.to_owned()
+    }
+}
+
+impl Cell for usize {
+    fn text(self) -> String {
+        self.to_string()
+    }
+}
+
+/// A dash where there is nothing.
+impl<C: Cell> Cell for Option<C> {
+    fn text(self) -> String {
+        self.map_or(NONE.to_owned(), Cell::text)
+    }
+}

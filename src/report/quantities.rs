@@ -1,0 +1,133 @@
+//! Writes quantities under their symbols, in the units they are printed in.
+
+use super::numbers;
+use crate::findings::estimate::Estimate;
+use crate::findings::posterior::QuantitySummary;
+use crate::model::parameters::Kind;
+use crate::physics::Quantity;
+use crate::scene::Scene;
+use crate::units::micrometres;
+
+/// A length is printed in µm, everything else in its own unit.
+fn factor(quantity: Quantity) -> (fn(f64) -> f64, &'static str) {
+    match quantity.describe().unit {
+        "m" => (micrometres, "µm"),
+        own => (|x| x, own),
+    }
+}
+
+/// A unit as it stands behind a symbol: one that is a quotient in brackets, with the minus of formulas.
+pub fn unit_in_brackets(unit: &str) -> String {
+    let unit = unit.replace('-', "−");
+    if unit.contains('/') && !unit.starts_with('(') {
+        format!("({unit})")
+    } else {
+        unit
+    }
+}
+
+/// The symbol with the unit it is printed in: `δc / µm`.
+pub fn label(quantity: Quantity) -> String {
+    let symbol = quantity.describe().symbol;
+    match factor(quantity).1 {
+        "1" => symbol.to_owned(),
+        unit => format!("{symbol} / {}", unit_in_brackets(unit)),
+    }
+}
+
+/// A value or an error of a quantity, in the unit it is printed in.
+pub fn in_unit(quantity: Quantity, x: f64) -> f64 {
+    factor(quantity).0(x)
+}
+
+/// An estimate of a quantity: `value ± se`.
+pub fn estimate(quantity: Quantity, of: &Estimate) -> String {
+    numbers::estimate_scaled(of, factor(quantity).0)
+}
+
+/// The interval of an estimate.
+pub fn interval(quantity: Quantity, of: &Estimate) -> String {
+    numbers::interval_scaled(of, factor(quantity).0)
+}
+
+/// The mean of a posterior with its sd.
+pub fn mean_and_sd(quantity: Quantity, of: &QuantitySummary) -> String {
+    numbers::mean_and_sd(of, factor(quantity).0)
+}
+
+/// The 5 % and 95 % points of a posterior.
+pub fn five_to_ninety_five(quantity: Quantity, of: &QuantitySummary) -> String {
+    numbers::five_to_ninety_five(of, factor(quantity).0)
+}
+
+/// A parameter's symbol, with its particle where it is of one.
+pub fn parameter_label(scene: &Scene, kind: Kind, symbol: &str) -> String {
+    match kind {
+        Kind::DryK(particle) => format!("{symbol}, {}", scene.particles[particle].name),
+        _ => symbol.to_owned(),
+    }
+}
+
+/// A symbol or unit as a chart sets it, `e_inf²` as `e_{inf}^{2}`: what follows an underscore below the line, and so a
+/// digit behind a letter; squares and powers above it.
+pub fn in_scripts(text: &str) -> String {
+    let mut label = String::new();
+    let mut letters = text.chars().peekable();
+    while let Some(c) = letters.next() {
+        match c {
+            '_' => {
+                label.push_str("_{");
+                while let Some(letter) = letters.next_if(|c| c.is_alphanumeric() && *c != '²') {
+                    label.push(letter);
+                }
+                label.push('}');
+            }
+            '²' => label.push_str("^{2}"),
+            '^' if letters.next_if_eq(&'(').is_some() => {
+                let power: String = letters.by_ref().take_while(|c| *c != ')').collect();
+                label.push_str(&format!("^{{{power}}}"));
+            }
+            digit if digit.is_ascii_digit() && letters.peek().is_none() && !label.is_empty() => {
+                label.push_str(&format!("_{{{digit}}}"));
+            }
+            other => label.push(other),
+        }
+    }
+    label
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::physics::Coefficient;
+
+    #[test]
+    fn labels_hold_the_unit_they_are_printed_in() {
+        for (quantity, expected) in [
+            (Quantity::DryK, "k / (m/s)^(−1/5)"),
+            (Quantity::DeltaC, "δc / µm"),
+            (Quantity::Beta, "β / (m/s)"),
+            (Quantity::StC, "St_c"),
+        ] {
+            assert_eq!(label(quantity), expected);
+        }
+        assert_eq!(in_unit(Quantity::DeltaC, 2e-6), 2.0);
+    }
+
+    #[test]
+    fn charts_have_subscripts_and_powers() {
+        let scale = Quantity::Shared(Coefficient::FilmScale);
+        for (text, expected) in [
+            (Quantity::StCEInf2.describe().symbol, "St_{c} e_{inf}^{2}"),
+            (
+                Quantity::InertialLoss.describe().symbol,
+                "(e_{dry}^{2} − e_{inf}^{2})/ρ̃",
+            ),
+            (scale.describe().symbol, "δ̃_{0}"),
+            ("(m/s)^(−1/5)", "(m/s)^{−1/5}"),
+            ("L", "L"),
+        ] {
+            assert_eq!(in_scripts(text), expected);
+        }
+    }
+}
