@@ -9,8 +9,11 @@ use crate::error::Error;
 use crate::findings::predict::Predicted;
 use crate::physics::Setting;
 
+/// A column's name with what of a row stands in it.
+type NumberColumn = (&'static str, fn(&Predicted) -> f64);
+
 /// The numbers of a row that are always there, in the order of [`Predicted`].
-const NUMBERS: [(&str, fn(&Predicted) -> f64); 13] = [
+const NUMBERS: [NumberColumn; 13] = [
     ("impact_speed_m_s", |row| row.impact_speed_m_s),
     ("stokes", |row| row.stokes),
     ("reynolds", |row| row.reynolds),

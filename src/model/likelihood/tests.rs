@@ -167,7 +167,12 @@ fn plain(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
             let mean = form
                 .dry
                 .restitution(full[COMMON_SLOTS + group.particle], runs.impact_speed[run]);
-            sum += term(mean, full[4], runs.restitution[run], group.stuck.contains(&run));
+            sum += term(
+                mean,
+                full[Kind::SigmaDry.slot()],
+                runs.restitution[run],
+                group.stuck.contains(&run),
+            );
         }
     }
     for series in &runs.series {
@@ -181,7 +186,12 @@ fn plain(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
                 restitution: runs.restitution[run],
             };
             let mean = rebound::mean_restitution(kept(scene, (&row, middle), form, full));
-            sum += term(mean, full[3], runs.restitution[run], series.stuck.contains(&run));
+            sum += term(
+                mean,
+                full[Kind::SigmaWet.slot()],
+                runs.restitution[run],
+                series.stuck.contains(&run),
+            );
         }
     }
     sum
@@ -309,7 +319,8 @@ fn noise_on_the_energy_is_summed_as_it_is_written() {
             .collect();
         let clear = runs::arrange(&scene, &clear);
         let mut full = FULL;
-        (full[3], full[5]) = (0.005, 1e-9);
+        full[Kind::SigmaWet.slot()] = 0.005;
+        full[Kind::SigmaEnergy.slot()] = 1e-9;
         let both = Likelihood::of_rows(&scene, &clear, form);
         let usual = Likelihood::of_rows(&plain_scene, &clear, form);
         let value = both.ln_density(&full, &mut unused).expect("inside");
@@ -324,13 +335,18 @@ fn a_point_without_a_density_is_told_and_is_no_number() {
     let runs = runs(&scene, 10, "a_point_without_a_density");
     let likelihood = Likelihood::of_rows(&scene, &runs, Form::new(Inertia::Saturating, DRY_SPEEDS[0]));
     let mut slopes = [0.0; SLOTS];
-    for (place, value) in [(3, 0.0), (0, f64::NAN), (2, 0.0), (3, 1e-200)] {
+    for (kind, value) in [
+        (Kind::SigmaWet, 0.0),
+        (Kind::LUBRICATION_LOG, f64::NAN),
+        (Kind::FILM_SCALE, 0.0),
+        (Kind::SigmaWet, 1e-200),
+    ] {
         let mut full = FULL;
-        full[place] = value;
+        full[kind.slot()] = value;
         assert_eq!(
             likelihood.ln_density(&full, &mut slopes),
             Err(OutsideDomain),
-            "{place} {value}"
+            "{kind:?} {value}"
         );
     }
 }
@@ -347,7 +363,7 @@ fn the_compressed_sum_keeps_its_bound_and_is_short() {
         let own = (form == second).then(|| runs_of(&scene, 3000, "the_compressed_sum_keeps_its_bound", second));
         let rows = Likelihood::of_rows(&scene, own.as_ref().unwrap_or(&runs), form);
         // the posterior of 18,000 runs is about this wide
-        let steps = [0.004, 0.004, 0.002, 1e-4, 1e-3, 0.0, 0.004, 0.004, 0.0, 2e-4, 2e-4];
+        let steps = [0.004, 0.004, 0.002, 0.0, 1e-4, 1e-3, 0.0, 0.004, 0.004, 0.0, 2e-4, 2e-4];
         let tests: Vec<Vec<f64>> = (0..SLOTS)
             .flat_map(|place| [-6.0, -2.0, 2.0, 6.0].map(|far| shifted(&FULL, place, far * steps[place])))
             .collect();
@@ -396,7 +412,7 @@ fn repeated_settings_are_compressed_exactly() {
     let (mut a, mut b) = ([0.0; SLOTS], [0.0; SLOTS]);
     for sigma in [1e-6, 1e-3, 1.0] {
         let mut full = FULL;
-        full[3] = sigma;
+        full[Kind::SigmaWet.slot()] = sigma;
         let exact = rows.ln_density(&full, &mut a).expect("inside");
         let near = short.ln_density(&full, &mut b).expect("inside");
         assert!((exact / near - 1.0).abs() < 1e-12, "{sigma} {exact} {near}");

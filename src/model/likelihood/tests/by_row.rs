@@ -72,7 +72,7 @@ fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
                 let speed_part = s * (on * e_dry(v) / v + slope);
                 (
                     e - e_dry(v),
-                    (full[4].powi(2) + on * u * u + speed_part * speed_part).sqrt(),
+                    (full[Kind::SigmaDry.slot()].powi(2) + on * u * u + speed_part * speed_part).sqrt(),
                     1.0,
                 )
             };
@@ -102,10 +102,10 @@ fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
                     let y = rebound::kept_of_mean_restitution(e);
                     let turn = rebound::slope_mean_restitution(y);
                     let speed_part = s * (e / (v * turn) + slope);
-                    let own = (full[3].powi(2) + on * u * u) / (turn * turn);
+                    let own = (full[Kind::SigmaWet.slot()].powi(2) + on * u * u) / (turn * turn);
                     return (
                         y - r(v),
-                        (full[5].powi(2) + own + speed_part * speed_part).sqrt(),
+                        (full[Kind::SigmaEnergy.slot()].powi(2) + own + speed_part * speed_part).sqrt(),
                         1.0 / turn,
                     );
                 }
@@ -113,7 +113,7 @@ fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
                 let speed_part = on * s * m(r(v)) / v + 0.5 * (m(r(v) + step) - m(r(v) - step));
                 (
                     e - m(r(v)),
-                    (full[3].powi(2) + on * u * u + speed_part * speed_part).sqrt(),
+                    (full[Kind::SigmaWet.slot()].powi(2) + on * u * u + speed_part * speed_part).sqrt(),
                     1.0,
                 )
             };
