@@ -402,9 +402,9 @@ impl Store {
         ];
         let mut findings = format!(
             r#"{{"schema":"wetcor.findings/1","title":"t","wetcor":"{}","verdicts":[],"posterior":{{"parameters":[{}],
-"left_out":[{{"name":"dry_k[PE]","value":null,"reason":"no runs"}}],"chains":1,"draws":2,"terms":["inertia","viscous"],"inertia":"stepwise","dry_speed_m_s":2.0,
-"basis":{{"smallest_restitution":0.0,"particles":[{{"name":"PTFE","density_kg_m3":2150.0,"covered":null}},
-{{"name":"PE","density_kg_m3":940.0,"covered":null}}],"liquids":[{{"name":"AK10","density_kg_m3":930.0,"viscosity_Pa_s":0.0093}}]}}}}}}"#,
+"left_out":[{{"name":"dry_k[PE]","value":null,"reason":"no runs"}}],"chains":1,"draws":2,"terms":["inertia","viscous"],"inertia":"stepwise","viscous":"constant","dry_speed_m_s":2.0,
+"basis":{{"smallest_restitution":0.0,"particles":[{{"name":"PTFE","density_kg_m3":2150.0,"roughness_m":5e-6,"covered":null}},
+{{"name":"PE","density_kg_m3":940.0,"roughness_m":5e-6,"covered":null}}],"liquids":[{{"name":"AK10","density_kg_m3":930.0,"viscosity_Pa_s":0.0093}}]}}}}}}"#,
             env!("CARGO_PKG_VERSION"),
             parameters.iter().map(named).collect::<Vec<String>>().join(",")
         );

@@ -10,6 +10,7 @@
 //! | `quantities.rs` | estimates of quantities from a fit, by the delta method |
 //! | `range.rs` | the smallest and the largest of some numbers |
 //! | `film_ratio.rs` | the film ratio that stands for the others of a particle, and how one is rounded |
+//! | `places.rs` | where an energy balance is told: film ratios of particles, and diameters where the form tells them apart |
 //! | `own_dry_speed.rs` | e_dry at each run's own speed |
 //! | `measurement_errors.rs` | measurement errors of the runs of a fit |
 //! | `dry.rs` | k of each particle, and whether one k serves all diameters |
