@@ -84,6 +84,9 @@
 //!     fn formula(&self, film: &str) -> Option<String> {
 //!         Some(format!("4 L({film})/St"))
 //!     }
+//!     fn definition(&self, film: &str) -> Option<String> {
+//!         Some(format!("L(x) = 2 for {film} > 0.1"))
+//!     }
 //! }
 //!
 //! let mut values = Coefficients::default();

@@ -32,7 +32,14 @@ impl Loss for Bridge {
     fn formula(&self, _: &str) -> Option<String> {
         self.0.then(|| "κ/v²".to_owned())
     }
+
+    fn definition(&self, _: &str) -> Option<String> {
+        self.0.then(|| format!("κ = 12 γ √(2 V_b D)/(ρp D³) with {VOLUME}"))
+    }
 }
+
+/// [`volume`] as a formula.
+pub const VOLUME: &str = "V_b = π δ² (D/2 − δ/3)";
 
 /// Volume of the bridge, taken as the immersed cap: π δ² (D/2 − δ/3), m³. Lengths in m, δ ≤ D.
 pub fn volume(diameter: f64, film: f64) -> f64 {

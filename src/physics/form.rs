@@ -112,6 +112,12 @@ impl Form {
         text
     }
 
+    /// What the symbols of the formula stand for, loss by loss.
+    pub fn definitions(&self, film: &str) -> Vec<String> {
+        let each = self.losses().into_iter();
+        each.filter_map(|loss| loss.definition(film)).collect()
+    }
+
     /// v^(1/5) at the dry speed in use, from that of the impact speed.
     pub fn dry_root(&self, impact_root: f64) -> f64 {
         match self.dry_speed {

@@ -73,16 +73,6 @@ impl Inertia {
         }
     }
 
-    /// The shape as a formula, with its source; `None` where there is no loss.
-    pub fn shape_formula(self) -> Option<&'static str> {
-        match self {
-            Inertia::Stepwise => Some("g(δ̃) = δ̃ (3 − 6 δ̃ + 4 δ̃²) (stepwise, eq. Eint2)"),
-            Inertia::Cap => Some("g(δ̃) = 2 δ̃ (3 − 5 δ̃ + 2 δ̃²) (cap, eq. Eint1)"),
-            Inertia::Saturating => Some("g(δ̃) = 1 − exp(−δ̃/δ̃0) (saturating, empirical)"),
-            Inertia::None => None,
-        }
-    }
-
     /// Largest film ratio at which the form means anything.
     pub fn valid_to(self) -> f64 {
         match self {
@@ -193,6 +183,15 @@ impl Loss for Inertia {
 
     fn formula(&self, film: &str) -> Option<String> {
         (*self != Inertia::None).then(|| format!("C ρ̃ g({film})"))
+    }
+
+    fn definition(&self, x: &str) -> Option<String> {
+        match self {
+            Inertia::Stepwise => Some(format!("g({x}) = {x} (3 − 6 {x} + 4 {x}²) (stepwise, eq. Eint2)")),
+            Inertia::Cap => Some(format!("g({x}) = 2 {x} (3 − 5 {x} + 2 {x}²) (cap, eq. Eint1)")),
+            Inertia::Saturating => Some(format!("g({x}) = 1 − exp(−{x}/δ̃0) (saturating, empirical)")),
+            Inertia::None => None,
+        }
     }
 }
 

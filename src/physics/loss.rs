@@ -87,6 +87,9 @@ pub trait Loss {
 
     /// The loss as a formula to be subtracted, `film` being how the text calls the film ratio; `None` if it is not held.
     fn formula(&self, film: &str) -> Option<String>;
+
+    /// What the symbols of its formula stand for, `film` as there; `None` if there is nothing to say.
+    fn definition(&self, film: &str) -> Option<String>;
 }
 
 impl Setting {

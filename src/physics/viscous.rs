@@ -62,7 +62,7 @@ impl Viscous {
     /// Every one.
     pub const ALL: [Viscous; 3] = [Viscous::Constant, Viscous::Film, Viscous::None];
 
-    /// The forms a scene can name, in the order they are offered; its list of terms leaves the loss out.
+    /// The forms a scene can name, the usual one first; its list of terms leaves the loss out.
     pub const NAMED: [Viscous; 2] = [Viscous::Constant, Viscous::Film];
 
     /// Its word in scenes and files.
@@ -71,6 +71,15 @@ impl Viscous {
             Viscous::Constant => "constant",
             Viscous::Film => "film",
             Viscous::None => "none",
+        }
+    }
+
+    /// What it says, in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Viscous::Constant => "one L for all films",
+            Viscous::Film => "lubrication over the whole film",
+            Viscous::None => "no viscous loss",
         }
     }
 
@@ -133,9 +142,13 @@ impl Loss for Viscous {
     }
 
     fn formula(&self, _: &str) -> Option<String> {
+        (*self != Viscous::None).then(|| "4 L/St".to_owned())
+    }
+
+    fn definition(&self, _: &str) -> Option<String> {
         match self {
-            Viscous::Constant => Some("4 L/St".to_owned()),
-            Viscous::Film => Some("2 (ln(δ/ε) + ln(λ V_b^(1/3)/ε))/St".to_owned()),
+            Viscous::Constant => Some("L = ln(δc/ε)".to_owned()),
+            Viscous::Film => Some(format!("L = ½ (ln(δ/ε) + ln(λ V_b^(1/3)/ε)) with {}", bridge::VOLUME)),
             Viscous::None => None,
         }
     }

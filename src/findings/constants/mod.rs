@@ -30,8 +30,8 @@ use crate::scene::{Scene, WetLaw};
 use constant::{Constant, MaterialsInUse};
 use elasticities::{Output, Sample, SensitivityAnalysis};
 use refit::BalanceMinimum;
-use sensitivity::BALANCE;
 pub use sensitivity::{Elasticity, Sensitivity};
+use sensitivity::{Subject, BALANCE};
 
 /// Share of itself by which a constant is changed each way. The error of a central difference falls with its square and is
 /// 1e-8 of an elasticity on the example, where it is 1e-4 with a share of 1e-4; rounding grows with its inverse, to as much.
@@ -135,22 +135,27 @@ fn outputs_without_constants(
         };
         let group = of_others + group;
         let name = &scene.particles[particle].name;
-        let derived = balance.and_then(|balance| {
-            let mut rows = balance.derived.iter();
-            rows.find(|row| row.particle == *name && row.film_ratio == film_ratio)
-        });
+        let derived = balance.iter().flat_map(|balance| &balance.derived);
+        let derived = derived.filter(|row| row.particle == *name && row.film_ratio == film_ratio);
         let direct = scaling.iter().find(|fitted| {
             (fitted.particle, fitted.law, fitted.scaling.film_ratio) == (particle, WetLaw::Sqrt, Some(film_ratio))
                 && fitted.scaling.verdict.passed
         });
-        let mut add = |output: Output, quantity: Quantity, fit: &'static str, estimate: &Estimate| {
-            let about = (Some(name.clone()), Some(film_ratio));
-            let result = quantity.describe().name;
-            outputs.extend(without_constants(result, about, fit, estimate.pair()).map(|blank| (output, blank)));
+        let mut add = |output: Output, diameter: Option<f64>, fit: &'static str, estimate: &Estimate| {
+            let (Output::Derived(_, quantity) | Output::SquareRoot(_, quantity)) = output else {
+                return;
+            };
+            let subject = Subject {
+                particle: Some(name.clone()),
+                film_ratio: Some(film_ratio),
+                diameter,
+            };
+            let blank = Sensitivity::without_constants(quantity.describe().name, subject, fit, estimate.pair());
+            outputs.extend(blank.map(|blank| (output, blank)));
         };
-        if let Some(row) = derived {
+        for row in derived {
             for (quantity, estimate) in [(Quantity::EInf, &row.e_inf), (Quantity::StC, &row.st_c)] {
-                add(Output::Derived(row.place, quantity), quantity, BALANCE, estimate);
+                add(Output::Derived(row.place, quantity), row.diameter_m, BALANCE, estimate);
             }
         }
         let of_law = direct.iter().flat_map(|fitted| {
@@ -158,12 +163,7 @@ fn outputs_without_constants(
             both.filter_map(|quantity| Some((quantity, fitted.scaling.estimate(quantity)?)))
         });
         for (quantity, estimate) in of_law {
-            add(
-                Output::SquareRoot(group, quantity),
-                quantity,
-                WetLaw::Sqrt.name(),
-                estimate,
-            );
+            add(Output::SquareRoot(group, quantity), None, WetLaw::Sqrt.name(), estimate);
         }
     }
     outputs
@@ -173,8 +173,12 @@ fn outputs_without_constants(
 fn of_balance(scene: &Scene, balance: &EnergyBalance) -> Vec<(Output, Sensitivity)> {
     let mut outputs = vec![];
     let mut add = |output: Output, result: &str, particle: Option<&String>, pair: Option<(f64, f64)>| {
-        outputs
-            .extend(without_constants(result, (particle.cloned(), None), BALANCE, pair).map(|blank| (output, blank)));
+        let subject = Subject {
+            particle: particle.cloned(),
+            ..Subject::default()
+        };
+        let blank = Sensitivity::without_constants(result, subject, BALANCE, pair);
+        outputs.extend(blank.map(|blank| (output, blank)));
     };
     // k comes from the dry runs, which no constant enters
     let wet = balance.parameters.len() - balance.particles.len();
@@ -200,25 +204,4 @@ fn of_balance(scene: &Scene, balance: &EnergyBalance) -> Vec<(Output, Sensitivit
         }
     }
     outputs
-}
-
-/// A result still without the constants; `None` at zero, which has no share to move by.
-fn without_constants(
-    result: &str,
-    (particle, film_ratio): (Option<String>, Option<f64>),
-    fit: &'static str,
-    pair: Option<(f64, f64)>,
-) -> Option<Sensitivity> {
-    let (value, se) = pair.filter(|(value, _)| *value != 0.0)?;
-    Some(Sensitivity {
-        result: result.to_owned(),
-        particle,
-        film_ratio,
-        fit,
-        value,
-        se,
-        by: vec![],
-        constants_sd: None,
-        combined: None,
-    })
 }

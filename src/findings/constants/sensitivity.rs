@@ -2,7 +2,9 @@
 
 use serde::Serialize;
 
+use crate::findings::film_ratio::rounded_film_ratio as rounded;
 use crate::physics::{Coefficient, Quantity};
+use crate::units::millimetres;
 
 /// How the energy balance is named as the fit behind a result.
 pub(super) const BALANCE: &str = "balance";
@@ -18,6 +20,9 @@ pub struct Sensitivity {
     /// film ratio, of a result that has one
     #[serde(skip_serializing_if = "Option::is_none")]
     pub film_ratio: Option<f64>,
+    /// D, m, of a result that belongs to one
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub diameter_m: Option<f64>,
     /// `balance`: over all rebounds; `sqrt`: the square-root law of the film ratio
     pub fit: &'static str,
     /// its value
@@ -32,7 +37,38 @@ pub struct Sensitivity {
     pub combined: Option<f64>,
 }
 
+/// What a result belongs to, as far as it does.
+#[derive(Default)]
+pub(super) struct Subject {
+    pub(super) particle: Option<String>,
+    pub(super) film_ratio: Option<f64>,
+    pub(super) diameter: Option<f64>,
+}
+
 impl Sensitivity {
+    /// A result still without the constants, from its value and standard error; `None` at zero, which has no share to move
+    /// by.
+    pub(super) fn without_constants(
+        result: &str,
+        subject: Subject,
+        fit: &'static str,
+        pair: Option<(f64, f64)>,
+    ) -> Option<Sensitivity> {
+        let (value, se) = pair.filter(|(value, _)| *value != 0.0)?;
+        Some(Sensitivity {
+            result: result.to_owned(),
+            particle: subject.particle,
+            film_ratio: subject.film_ratio,
+            diameter_m: subject.diameter,
+            fit,
+            value,
+            se,
+            by: vec![],
+            constants_sd: None,
+            combined: None,
+        })
+    }
+
     /// Its name in a sentence or a table.
     pub fn label(&self) -> String {
         let coefficients = Coefficient::ALL.map(Quantity::Shared);
@@ -47,11 +83,12 @@ impl Sensitivity {
             BALANCE => "energy balance".to_owned(),
             _ => "square root".to_owned(),
         });
-        let ratio = self.film_ratio.map(|ratio| {
-            let decimals = format!("{ratio:.4}");
-            format!("δ/D = {}", decimals.trim_end_matches('0').trim_end_matches('.'))
-        });
-        let about: Vec<String> = [self.particle.clone(), ratio, law].into_iter().flatten().collect();
+        let ratio = self.film_ratio.map(|ratio| format!("δ/D = {}", rounded(ratio)));
+        let diameter = self.diameter_m.map(|d| format!("D = {} mm", rounded(millimetres(d))));
+        let about: Vec<String> = [self.particle.clone(), ratio, diameter, law]
+            .into_iter()
+            .flatten()
+            .collect();
         match about.as_slice() {
             [] => name.to_owned(),
             about => format!("{name} ({})", about.join(", ")),

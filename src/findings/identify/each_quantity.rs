@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::findings::range::range;
+use crate::physics::loss::Loss;
 use crate::runs::{Runs, Series};
 use crate::scene::Scene;
 
@@ -76,9 +77,10 @@ pub fn identify_each_quantity(scene: &Scene, runs: &Runs) -> Vec<Identified> {
             },
         });
     }
-    if !runs.series.is_empty() {
+    let viscous = scene.model.viscous.coefficients().iter();
+    for coefficient in viscous.filter(|_| !runs.series.is_empty()) {
         all.push(Identified {
-            quantity: "lubrication_log".to_owned(),
+            quantity: coefficient.describe().name.to_owned(),
             identified: any_st_c,
             reason: if any_st_c {
                 "from how the restitution falls with 1/St".to_owned()

@@ -5,6 +5,7 @@ use super::table::Table;
 use crate::findings::checks::Check;
 use crate::findings::Verdict;
 use crate::scene::WetLaw;
+use crate::units::millimetres;
 
 /// Names of the particles that have any estimate, in the order of the scene.
 pub(super) fn estimated(input: ReportInput) -> Vec<String> {
@@ -27,6 +28,11 @@ pub(super) fn law_name(law: &str) -> String {
     } else {
         law.to_owned()
     }
+}
+
+/// A diameter, mm.
+pub(super) fn diameter(metres: f64) -> String {
+    numbers::short(millimetres(metres))
 }
 
 pub(super) fn list(values: &[f64], scale: impl Fn(f64) -> f64) -> String {

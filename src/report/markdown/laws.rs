@@ -3,7 +3,7 @@
 use super::super::figures;
 use super::super::numbers;
 use super::super::ReportInput;
-use super::cells::{estimated, interval_header, law_name, list, rebounds_and_stuck, usable};
+use super::cells::{diameter, estimated, interval_header, law_name, list, rebounds_and_stuck, usable};
 use super::errors::of_speed;
 use super::page::Page;
 use super::table::Table;
@@ -32,7 +32,7 @@ pub(super) fn dry(page: &mut Page, input: ReportInput) {
     let table = Table::of(rows)
         .column("particle", |row| &row.dry.particle)
         .column("D / mm", |row| match (row.diameter, row.dry.by_diameter.as_slice()) {
-            (Some(one), _) => numbers::short(millimetres(one.diameter_m)),
+            (Some(one), _) => diameter(one.diameter_m),
             (None, [_, _, ..]) => "all".to_owned(),
             (None, few) => list(&few.iter().map(|one| one.diameter_m).collect::<Vec<_>>(), millimetres),
         })
@@ -109,7 +109,7 @@ pub(super) fn series(page: &mut Page, input: ReportInput) {
     let table = Table::of(&findings.series)
         .column("particle", |row| &row.particle)
         .column("liquid", |row| &row.liquid)
-        .column("D / mm", |row| numbers::short(millimetres(row.diameter_m)))
+        .column("D / mm", |row| diameter(row.diameter_m))
         .column("δ / µm", |row| numbers::significant(micrometres(row.film_m), 3))
         .column(REBOUNDS, |row| rebounds_and_stuck(row.runs, row.stuck))
         .estimate(Quantity::Alpha, |row| &row.alpha)
@@ -194,6 +194,12 @@ pub(super) fn film(page: &mut Page, input: ReportInput) {
         return;
     }
     page.heading("Film thickness");
+    if input.findings.form.viscous.tells_diameters_apart() {
+        page.paragraph(
+            "In this scene's form of the viscous loss St_c belongs to a film and a diameter. These laws take the diameters of \
+             a film ratio as one, so that their St_c is a mean over them; that of each stands under Main numbers.",
+        );
+    }
     page.paragraph(
         "Both laws fitted directly at each film ratio, the square root as e = e_inf √(1 − 2 St_c/St). Their bias is what \
          they get wrong without any noise: the linear law against the square root; the square root, which takes liquids \
@@ -216,11 +222,15 @@ pub(super) fn energy(page: &mut Page, input: ReportInput) {
         return;
     }
     page.heading("Energy");
-    page.paragraph(
+    let why_no_delta_c = input.scene.model.viscous.why_no_critical_separation();
+    let two_l = match why_no_delta_c {
+        None => " gives δc = ε exp(L), with its interval made on the logarithm".to_owned(),
+        Some(why) => format!("; {why}"),
+    };
+    page.paragraph(&format!(
         "(e_dry² − e_inf²)/ρ̃ is what the liquid's inertia takes, over the density ratio; eq. Eint2 (stepwise) and \
-         eq. Eint1 (cap) are the paper's predictions for it. St_c e_inf² = 2 L gives δc = ε exp(L), \
-         with its interval made on the logarithm.",
-    );
+         eq. Eint1 (cap) are the paper's predictions for it. St_c e_inf² = 2 L{two_l}."
+    ));
     page.figure(
         figures::ENERGY,
         "energy balance",
@@ -234,7 +244,10 @@ pub(super) fn energy(page: &mut Page, input: ReportInput) {
         .estimate(Quantity::InertialLoss, |row| &row.loss_over_density_ratio)
         .column(Inertia::Stepwise.name(), |row| numbers::significant(row.stepwise, 3))
         .column(Inertia::Cap.name(), |row| numbers::optional(row.cap, 3))
-        .estimate(Quantity::StCEInf2, |row| &row.st_c_e_inf2)
-        .estimate_and_interval(Quantity::DeltaC, |row| &row.delta_c_m, &interval_header(input));
+        .estimate(Quantity::StCEInf2, |row| &row.st_c_e_inf2);
+    let table = match why_no_delta_c {
+        None => table.estimate_and_interval(Quantity::DeltaC, |row| &row.delta_c_m, &interval_header(input)),
+        Some(_) => table,
+    };
     page.table(&table);
 }

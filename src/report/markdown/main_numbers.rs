@@ -1,7 +1,7 @@
 //! Writes the numbers a reader came for, and the literature's beside them.
 
 use super::super::{numbers, quantities, ReportInput};
-use super::cells::{interval_header, law_name};
+use super::cells::{diameter, interval_header, law_name};
 use super::constants::combined;
 use super::escape::literal;
 use super::page::Page;
@@ -12,18 +12,21 @@ use crate::findings::balance::DerivedEstimate;
 use crate::findings::estimate::Estimate;
 use crate::findings::posterior::QuantitySummary;
 use crate::model::parameters::Kind;
+use crate::physics::loss::Loss;
 use crate::physics::{Coefficient, Quantity};
 use crate::scene::WetLaw;
 
 pub(super) fn main_numbers(page: &mut Page, input: ReportInput) {
     let findings = input.findings;
     page.heading("Main numbers");
+    let viscous = findings.form.viscous.definition("δ/D");
     page.paragraph(&format!(
-        "e_dry = {} and e² = {}, with St = ρp D v/(9 η) and L = ln(δc/ε). \
+        "e_dry = {} and e² = {}, with St = ρp D v/(9 η){}. \
          ± is one standard error (least squares, delta method); k comes from the dry runs, \
          the others from every rebound at once, together with what the dry runs say of k.",
         findings.form.dry.formula("v"),
-        findings.form.formula("δ/D")
+        findings.form.formula("δ/D"),
+        viscous.map_or(String::new(), |l| format!(" and {l}"))
     ));
     if input.posterior.is_some() {
         page.paragraph(
@@ -41,8 +44,9 @@ pub(super) fn main_numbers(page: &mut Page, input: ReportInput) {
     let speed = numbers::short(input.scene.model.dry_speed.reference());
     if let Some(derived) = derived(input) {
         page.paragraph(&format!(
-            "From these follow, at each film ratio, e_inf = √(e_dry² − C ρ̃ g) with e_dry at {speed} m/s, St_c = 2 L/e_inf², \
-             and 2 St_c, below which nothing rebounds."
+            "From these follow, at each film ratio{}, e_inf = √(e_dry² − C ρ̃ g) with e_dry at {speed} m/s, St_c = 2 L/e_inf², \
+             and 2 St_c, below which nothing rebounds.",
+            if tells_diameters_apart(derived) { " and diameter" } else { "" }
         ));
         page.table(&of_film_ratios(derived, &interval_header(input)));
     } else if !findings.scaling.is_empty() {
@@ -65,11 +69,20 @@ fn derived(input: ReportInput<'_>) -> Option<&[DerivedEstimate]> {
     (balance.verdict.passed && !balance.derived.is_empty()).then_some(balance.derived.as_slice())
 }
 
-/// e_inf and St_c of each particle and film ratio.
+/// Whether e_inf and St_c are given of each diameter.
+fn tells_diameters_apart(derived: &[DerivedEstimate]) -> bool {
+    derived.iter().any(|row| row.diameter_m.is_some())
+}
+
+/// e_inf and St_c of each particle and film ratio, and of each diameter where they belong to one.
 fn of_film_ratios<'a>(derived: &'a [DerivedEstimate], level: &str) -> Table<&'a DerivedEstimate> {
-    Table::of(derived)
+    let mut table = Table::of(derived)
         .column("particle", |row| &row.particle)
-        .column("δ/D", |row| numbers::short(row.film_ratio))
+        .column("δ/D", |row| numbers::short(row.film_ratio));
+    if tells_diameters_apart(derived) {
+        table = table.column("D / mm", |row| row.diameter_m.map(diameter));
+    }
+    table
         .estimate_and_interval(Quantity::EInf, |row| &row.e_inf, level)
         .estimate_and_interval(Quantity::StC, |row| &row.st_c, level)
         .column(Quantity::StNoRebound.describe().symbol, |row| {
@@ -141,7 +154,10 @@ fn numbers_of(input: ReportInput<'_>) -> Vec<MainNumber<'_>> {
         let estimate = balance.and_then(|balance| balance.estimate(Kind::Shared(coefficient)));
         new(Quantity::Shared(coefficient), None, estimate)
     });
-    let delta_c = balance.map(|balance| &balance.delta_c_over_roughness);
+    let has_delta_c = input.scene.model.viscous.why_no_critical_separation().is_none();
+    let delta_c = balance
+        .filter(|_| has_delta_c)
+        .map(|balance| &balance.delta_c_over_roughness);
     of_particles
         .chain(of_balance)
         .chain([new(Quantity::DeltaCOverRoughness, None, delta_c)])
@@ -219,23 +235,24 @@ pub fn summary(input: ReportInput) -> String {
         text.push_str(&format!("{} = {both}\n", number.name));
     }
     let [e_inf, st_c] = [Quantity::EInf, Quantity::StC].map(|quantity| quantity.describe().symbol);
-    let line = |particle: &str, ratio: f64, both: [&Estimate; 2]| {
+    let line = |particle: &str, ratio: f64, of_one: Option<f64>, both: [&Estimate; 2]| {
         let [of_e_inf, of_st_c] = both.map(numbers::estimate);
         let ratio = numbers::short(ratio);
-        format!("{particle}, δ/D = {ratio}: {e_inf} = {of_e_inf}, {st_c} = {of_st_c}\n")
+        let of_one = of_one.map_or(String::new(), |d| format!(", D = {} mm", diameter(d)));
+        format!("{particle}, δ/D = {ratio}{of_one}: {e_inf} = {of_e_inf}, {st_c} = {of_st_c}\n")
     };
     match derived(input) {
         Some(derived) => {
-            text.extend(
-                derived
-                    .iter()
-                    .map(|row| line(&row.particle, row.film_ratio, [&row.e_inf, &row.st_c])),
-            );
+            let lines = derived
+                .iter()
+                .map(|row| line(&row.particle, row.film_ratio, row.diameter_m, [&row.e_inf, &row.st_c]));
+            text.extend(lines);
         }
         // without an energy balance the direct fits are what there is
         None => {
             let direct = findings.scaling.iter().filter(|row| row.law == WetLaw::Sqrt.name());
-            let lines = direct.filter_map(|row| Some(line(&row.particle, row.film_ratio?, [&row.e_inf, &row.st_c])));
+            let lines =
+                direct.filter_map(|row| Some(line(&row.particle, row.film_ratio?, None, [&row.e_inf, &row.st_c])));
             text.extend(lines);
         }
     }

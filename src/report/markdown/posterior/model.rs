@@ -8,7 +8,6 @@ use super::super::table::Table;
 use super::cells::parameters;
 use crate::findings::posterior::{HeldParameter, Posterior};
 use crate::model::parameters::Kind;
-use crate::physics::form::Term;
 use crate::physics::rebound::TURN;
 use crate::scene::{Likelihood, NoiseOn, Prior, Sticking};
 
@@ -51,7 +50,6 @@ fn wet(input: ReportInput, posterior: &Posterior) -> String {
     let limit = numbers::short(input.scene.data.smallest_restitution);
     let findings = &posterior.findings;
     let form = posterior.setup.form;
-    let g = form.inertia.shape_formula().map_or(String::new(), |g| format!(" {g},"));
     let (cdf, law) = if is_student(input) {
         ("F", "has Student's t distribution and is")
     } else {
@@ -82,18 +80,14 @@ fn wet(input: ReportInput, posterior: &Posterior) -> String {
     } else {
         ("e* = m(r) + σ_wet z", stuck)
     };
-    let bridge = if Term::Bridge.is_held(form) {
-        " κ = 12 γ √(2 V_b D)/(ρp D³) with V_b = π δ² (D/2 − δ/3),"
-    } else {
-        ""
-    };
+    let definitions: String = form.definitions("δ̃").iter().map(|text| format!(" {text},")).collect();
     let speed = match findings.dry_speed_m_s {
         Some(speed) => format!("v_d = {} m/s for every run", numbers::short(speed)),
         None => "v_d = v, the run's own speed".to_owned(),
     };
     format!(
         "A wet run of impact speed v, diameter D and film ratio δ̃ = δ/D has the restitution {restitution}. Here \
-         z {law} independent from run to run, r = {} is the energy kept,{g}{bridge} \
+         z {law} independent from run to run, r = {} is the energy kept,{definitions} \
          e_dry = {} with {speed}, and m(r) = r (r² + τ⁴)^(−1/4) with τ = {}, which is √r except close to \
          r = 0. The run rebounds with e = e* where e* > {limit}; otherwise it sticks. {stuck} Every run enters with \
          its own v, D and δ.",

@@ -2,6 +2,7 @@
 
 use super::super::super::quantities::{five_to_ninety_five, label, mean_and_sd};
 use super::super::super::{figures, numbers, ReportInput};
+use super::super::cells::diameter;
 use super::super::page::Page;
 use super::super::table::Table;
 use super::cells::{self, rhat, SampledParameter};
@@ -56,11 +57,19 @@ pub(super) fn derived(page: &mut Page, input: ReportInput, posterior: &Posterior
     }
     page.subheading("What follows from them");
     page.paragraph("± is one standard deviation of the posterior about its mean.");
-    page.table(&lengths(&all));
+    let lengths = lengths(&all);
+    if !lengths.is_empty() {
+        page.table(&lengths);
+    }
     let speed = numbers::short(input.scene.model.dry_speed.reference());
     page.paragraph(&format!(
-        "At each particle, liquid and film ratio: e_inf with e_dry at {speed} m/s, St_c = 2 L/e_inf², and 2 St_c, \
-         below which nothing rebounds."
+        "At each particle, liquid{} e_inf with e_dry at {speed} m/s, St_c = 2 L/e_inf², and 2 St_c, \
+         below which nothing rebounds.",
+        if tells_diameters_apart(posterior) {
+            ", film ratio and diameter:"
+        } else {
+            " and film ratio:"
+        }
     ));
     let settings = settings(&all, posterior);
     page.table(&of_settings(&settings, input, posterior));
@@ -134,9 +143,14 @@ fn settings<'a>(all: &[Following<'a>], posterior: &Posterior) -> Vec<SettingRow<
     rows
 }
 
-/// Whether film and liquid enter e_inf and St_c.
+/// Whether film or liquid enter e_inf and St_c.
 fn reads_film(posterior: &Posterior) -> bool {
-    posterior.setup.form.inertia != Inertia::None
+    posterior.setup.form.inertia != Inertia::None || tells_diameters_apart(posterior)
+}
+
+/// Whether St_c belongs to a film and a diameter.
+fn tells_diameters_apart(posterior: &Posterior) -> bool {
+    posterior.setup.form.viscous.tells_diameters_apart()
 }
 
 fn of_settings<'a>(rows: &'a [SettingRow], input: ReportInput, posterior: &Posterior) -> Table<&'a SettingRow<'a>> {
@@ -147,6 +161,9 @@ fn of_settings<'a>(rows: &'a [SettingRow], input: ReportInput, posterior: &Poste
             own(input.scene.liquids[row.setting.liquid].name.clone())
         })
         .column("δ/D", |row| own(numbers::short(row.setting.film_ratio)));
+    if tells_diameters_apart(posterior) {
+        table = table.column("D / mm", |row| row.setting.diameter.map(diameter));
+    }
     for (place, quantity) in OF_SETTING.into_iter().enumerate() {
         table = table.column(format!("{} ± sd", label(quantity)), |row| {
             let found = row.found[place]?;

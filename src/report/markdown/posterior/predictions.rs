@@ -2,13 +2,14 @@
 
 use super::super::super::numbers::{self, NONE};
 use super::super::super::ReportInput;
+use super::super::cells::diameter;
 use super::super::page::Page;
 use super::super::table::Table;
 use super::cells::{checks, of_prediction, rhat};
 use crate::findings::checks::LOO_KHAT;
 use crate::findings::compare::ComparedModel;
 use crate::findings::posterior::Posterior;
-use crate::units::millimetres;
+use crate::physics::Viscous;
 
 /// A difference of fewer standard errors than this is none to speak of.
 const CLEAR: f64 = 4.0;
@@ -44,7 +45,7 @@ pub(super) fn predictive(page: &mut Page, posterior: &Posterior) {
     let table = Table::of(&found.stuck)
         .column("particle", |row| &row.particle)
         .column("liquid", |row| &row.liquid)
-        .column("D / mm", |row| numbers::short(millimetres(row.diameter_m)))
+        .column("D / mm", |row| diameter(row.diameter_m))
         .column("δ/D", |row| numbers::short(row.film_ratio))
         .column("runs", |row| row.runs)
         .column("stuck", |row| row.observed)
@@ -65,11 +66,15 @@ pub(super) fn forms(page: &mut Page, input: ReportInput) {
         .iter()
         .find(|check| check.check == LOO_KHAT.code);
     let line = line.map_or(NONE.to_owned(), |check| numbers::significant(check.threshold, 2));
+    let unusual = Viscous::NAMED.iter().skip(1);
+    let unusual = unusual.map(|form| format!("`+{}`: {}", form.name(), form.words()));
     page.paragraph(&format!(
-        "Each form of inertia with each dry speed (`stepwise/2`: e_dry at 2 m/s; `/impact`: at the run's own speed), sampled \
+        "Each form of inertia with each dry speed (`stepwise/2`: e_dry at 2 m/s; `/impact`: at the run's own speed), and this scene's \
+         with each other form of the viscous loss ({}), sampled \
          on the same runs and judged by PSIS-LOO: elpd is the log density of each run as predicted from the others, summed; \
          difference is to the best form, with the standard error of the differences run by run. Runs with k-hat above {line} \
-         weigh so much that the elpd of their form is rough."
+         weigh so much that the elpd of their form is rough.",
+        unusual.collect::<Vec<String>>().join(", ")
     ));
     page.table(&table(models));
     if let Some(text) = verdict(models) {
