@@ -148,7 +148,7 @@ fn derived(
     }
 }
 
-/// How many quantities [`find`] gives.
+/// How many quantities [`derived_draws`] gives.
 pub fn count_derived(runs: &Runs, form: Form) -> usize {
     if runs.series.is_empty() {
         return 0;
