@@ -229,8 +229,8 @@ fn loo_of(model: &str, r_eff: f64) -> Loo {
                 .collect()
         })
         .collect();
-    loo::loo(runs.len(), runs[0].len(), r_eff, |run, values| {
-        values.copy_from_slice(&runs[run])
+    loo::loo(runs.len(), runs[0].len(), r_eff, |some, rows| {
+        rows.copy_from_slice(&runs[some].concat());
     })
     .expect("finite densities")
 }

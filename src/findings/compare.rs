@@ -1,6 +1,7 @@
 //! Compares the forms of the law by how well they predict runs they have not seen.
 
-use rayon::prelude::*;
+use std::ops::Range;
+
 use serde::Serialize;
 
 use super::checks::{self, Check};
@@ -13,7 +14,7 @@ use crate::inference::diagnostics::pareto::khat_threshold;
 use crate::inference::diagnostics::summary::summarise;
 use crate::inference::nuts::{divergences, Watcher};
 use crate::inference::sampling::{sample_posterior, Sampled, SamplingPlan};
-use crate::model::likelihood::pointwise::{EvaluatedLaw, Pointwise};
+use crate::model::likelihood::pointwise::Pointwise;
 use crate::model::likelihood::Likelihood;
 use crate::model::parameters::Parameters;
 use crate::notice::Notice;
@@ -328,12 +329,8 @@ pub(super) fn leave_out(
     let pointwise = Pointwise::new(scene, runs, setup.form);
     let full = sampled.full_draws();
     let step = full.len().div_ceil(used).max(1);
-    let some: Vec<EvaluatedLaw> = full.par_iter().step_by(step).map(|full| pointwise.at(full)).collect();
-    let fill = |run: usize, values: &mut [f64]| {
-        for (value, at) in values.iter_mut().zip(&some) {
-            *value = at.ln_likelihood(run);
-        }
-    };
+    let some = pointwise.at_draws(full.iter().step_by(step).map(Vec::as_slice).collect());
+    let fill = |runs: Range<usize>, rows: &mut [f64]| some.ln_likelihoods(runs, rows);
     loo(runs.len(), some.len(), efficiency(sampled), fill).map_err(|(run, why)| format!("run {}: {why}", run + 1))
 }
 

@@ -9,6 +9,7 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::distributions::normal_quantile;
 use crate::inference::diagnostics::quantile;
 use crate::model::likelihood::tails::Tails;
 use crate::model::likelihood::{on_energies, Spreads};
@@ -205,7 +206,7 @@ impl ParticleLaw {
     pub fn bands(&self, setting: &Setting, impact_speeds: &[f64]) -> Vec<PredictedBand> {
         const ENDS: [f64; 2] = [0.05, 0.95];
         /// single runs take every so many of the draws: their noise smooths what a curve's quantile needs all draws for
-        const SPARSER: usize = 4;
+        const SPARSER: usize = 8;
         let curves = self.curves(setting);
         let band = |v: &f64| {
             let e = quantile::sorted(curves.iter().map(|(curve, _)| curve.at(*v)).collect());
@@ -340,9 +341,8 @@ impl SingleRun {
     fn below(&self, x: f64) -> (f64, f64) {
         let of = |share: &DrawShare| {
             let (z, slope) = share.z(x);
-            let (ln_cdf, mills) = share.noise.tails.ln_probability_and_slope(z);
-            let cdf = ln_cdf.exp();
-            (cdf, mills * cdf * slope)
+            let tails = share.noise.tails;
+            (tails.probability(z), tails.ln_unit_density(z).exp() * slope)
         };
         let sum = self
             .shares
@@ -353,12 +353,24 @@ impl SingleRun {
         (sum.0 / n, sum.1 / n)
     }
 
+    /// About where a quantile lies: where it would if the mixture were normal.
+    fn near(&self, probability: f64) -> f64 {
+        let n = self.shares.len() as f64;
+        let mean = self.shares.iter().map(|share| share.mean).sum::<f64>() / n;
+        let variance = |share: &DrawShare| {
+            let (low, high) = share.within(1.0);
+            0.25 * (high - low).powi(2) + (share.mean - mean).powi(2)
+        };
+        let variance = self.shares.iter().map(variance).sum::<f64>() / n;
+        mean + normal_quantile(probability) * variance.sqrt()
+    }
+
     /// Quantile at a probability from 0.03 to 0.97; 0 where that is a stuck run.
     fn quantile(&self, probability: f64) -> f64 {
         /// spreads that hold those probabilities of each part, and so of their mixture: of the normal, and of Student's t
         /// with more than two degrees of freedom
         const WIDE: [f64; 2] = [2.0, 4.0];
-        /// a bracket halved so often is down to rounding; Newton's steps mostly need five
+        /// a bracket halved so often is down to rounding; Newton's steps mostly need three
         const STEPS: usize = 60;
         /// far below what a restitution can be measured to
         const ENOUGH: f64 = 1e-13;
@@ -374,7 +386,7 @@ impl SingleRun {
             .fold((f64::MAX, f64::MIN), |(lo, hi), (low, high)| {
                 (lo.min(low), hi.max(high))
             });
-        let mut x = 0.5 * (lo + hi);
+        let mut x = self.near(probability).clamp(lo, hi);
         for _ in 0..STEPS {
             let (below, density) = self.below(x);
             if below < probability {

@@ -92,10 +92,8 @@ impl AtFilm {
     pub fn new(form: Form, film_ratio: f64, values: &Coefficients) -> AtFilm {
         let mut all = AtFilm::default();
         let mut free = 0;
-        for loss in form.losses() {
-            let one = loss.at(film_ratio, values);
-            all.share.inertial += one.share.inertial;
-            all.share.viscous += one.share.viscous;
+        for one in form.at(film_ratio, values) {
+            all.share = all.share + one.share;
             for slope in one.slopes.into_iter().flatten() {
                 if let Some(place) = all.slopes.get_mut(free) {
                     *place = Some(slope);
@@ -132,7 +130,7 @@ impl Balance {
     /// The balance at a film.
     #[inline]
     pub fn new(form: Form, film: Film, parameters: &Parameters) -> Balance {
-        let share = AtFilm::new(form, film.film_ratio, &parameters.shared).share;
+        let share = form.share(film.film_ratio, &parameters.shared);
         Balance::at(form, parameters.dry_k, share, film.density_ratio)
     }
 

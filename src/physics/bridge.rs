@@ -16,6 +16,7 @@ impl Loss for Bridge {
         &[]
     }
 
+    #[inline]
     fn at(&self, _: f64, _: &Coefficients) -> AtFilm {
         AtFilm::default()
     }

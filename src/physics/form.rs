@@ -1,10 +1,10 @@
 //! Says which terms an energy balance holds, and in which forms.
 
 use super::bridge::Bridge;
-use super::coefficient::{Coefficient, LogNormal, Parameter};
+use super::coefficient::{Coefficient, Coefficients, LogNormal, Parameter};
 use super::dry::{speed_root, Order, REFERENCE_SPEED};
 use super::inertia::{Inertia, FILM_SCALE, PREFACTOR};
-use super::loss::{Fixed, Loss, Setting};
+use super::loss::{AtFilm, Fixed, Loss, Setting, Share};
 use super::viscous::{slope_lubrication_log, Viscous, LUBRICATION_LOG, RUPTURE_SCALE};
 
 /// Speed at which e_dry enters the energy balance.
@@ -61,6 +61,24 @@ impl Form {
     /// The losses, in the order of their parameters in files.
     pub fn losses(&self) -> [&dyn Loss; 3] {
         [&self.viscous, &self.inertia, &self.bridge]
+    }
+
+    /// What its losses take at a film ratio, in the same order.
+    #[inline]
+    pub fn at(&self, film_ratio: f64, values: &Coefficients) -> [AtFilm; 3] {
+        // not by way of `losses`: this stands in the innermost loop over draws, where calls through a table are felt
+        [
+            self.viscous.at(film_ratio, values),
+            self.inertia.at(film_ratio, values),
+            self.bridge.at(film_ratio, values),
+        ]
+    }
+
+    /// What its losses take together at a film ratio.
+    #[inline]
+    pub fn share(&self, film_ratio: f64, values: &Coefficients) -> Share {
+        let each = self.at(film_ratio, values).map(|one| one.share);
+        each.into_iter().fold(Share::default(), |sum, share| sum + share)
     }
 
     /// The parameters its losses have, in the order of files.

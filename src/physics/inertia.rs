@@ -158,6 +158,7 @@ impl Loss for Inertia {
         }
     }
 
+    #[inline]
     fn at(&self, film_ratio: f64, values: &Coefficients) -> AtFilm {
         if *self == Inertia::None {
             return AtFilm::default();

@@ -4,6 +4,8 @@
 //! 1/v: ρ̃ a + l · 4/St + c₁/v + c₂/v². A loss states what it adds to a and l, which parameters move, and to c₁ and c₂,
 //! which none does.
 
+use std::ops::Add;
+
 use super::coefficient::{Coefficient, Coefficients};
 use super::numbers;
 
@@ -42,6 +44,18 @@ pub struct Share {
     pub inertial: f64,
     /// share over 4/St
     pub viscous: f64,
+}
+
+impl Add for Share {
+    type Output = Share;
+
+    #[inline]
+    fn add(self, other: Share) -> Share {
+        Share {
+            inertial: self.inertial + other.inertial,
+            viscous: self.viscous + other.viscous,
+        }
+    }
 }
 
 /// How a share moves with one of its parameters.

@@ -118,6 +118,7 @@ impl Loss for Viscous {
         }
     }
 
+    #[inline]
     fn at(&self, _: f64, values: &Coefficients) -> AtFilm {
         match self {
             Viscous::Constant => taken(Coefficient::LubricationLog, values[Coefficient::LubricationLog], 1.0),

@@ -1,5 +1,7 @@
 //! Predicts each run from the others: PSIS leave-one-out, from the log likelihood of every run at every draw.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::{pareto, psis, variance, WhyNone};
@@ -53,28 +55,38 @@ pub struct Difference {
     pub se: Option<f64>,
 }
 
+/// Runs whose densities are asked for together: they share what a draw says of their film, and their rows stay in cache.
+const BLOCK: usize = 16;
+
 /// PSIS-LOO of `runs` runs by `draws` draws (of all chains together).
 ///
-/// `log_likelihood(run, &mut values)` fills in the log density of a run at every draw; it is called once a run, from
-/// several threads, and the sums do not depend on how many. `r_eff` is the relative efficiency of the draws,
+/// `log_likelihood(some, &mut rows)` fills in the log density of some runs at every draw, a row a run; it is called once a
+/// run, from several threads, and the sums do not depend on how many. `r_eff` is the relative efficiency of the draws,
 /// [`relative_efficiency`]. Fails with the first run that has a value that is not finite. Source: Vehtari, Gelman &
 /// Gabry 2017 (Statistics and Computing 27, 1413), the weights as in [`psis::psis`].
 pub fn loo(
     runs: usize,
     draws: usize,
     r_eff: f64,
-    log_likelihood: impl Fn(usize, &mut [f64]) + Sync,
+    log_likelihood: impl Fn(Range<usize>, &mut [f64]) + Sync,
 ) -> Result<Loo, (usize, WhyNone)> {
     let tail = pareto::tail_length(draws, r_eff);
-    let left_out = |values: &mut Vec<f64>, run: usize| {
-        log_likelihood(run, values);
-        leave_out(values, tail).map_err(|why| (run, why))
+    let left_out = |rows: &mut Vec<f64>, first: usize| {
+        let some = first..runs.min(first + BLOCK);
+        let rows = &mut rows[..some.len() * draws];
+        log_likelihood(some.clone(), rows);
+        let each = some.enumerate().map(|(place, run)| {
+            let row = &mut rows[place * draws..(place + 1) * draws];
+            leave_out(row, tail).map_err(|why| (run, why))
+        });
+        each.collect::<Vec<_>>()
     };
-    let all: Vec<_> = (0..runs)
+    let blocks: Vec<_> = (0..runs)
         .into_par_iter()
-        .map_init(|| vec![0.0; draws], left_out)
+        .step_by(BLOCK)
+        .map_init(|| vec![0.0; BLOCK.min(runs) * draws], left_out)
         .collect();
-    let runs: Vec<LeftOutRun> = all.into_iter().collect::<Result<_, _>>()?;
+    let runs: Vec<LeftOutRun> = blocks.into_iter().flatten().collect::<Result<_, _>>()?;
     let elpd: Vec<f64> = runs.iter().map(|run| run.elpd).collect();
     let (elpd, se) = sum(&elpd);
     let p_loo = runs.iter().map(|run| run.p_loo).sum();
@@ -189,10 +201,11 @@ mod tests {
 
     #[test]
     fn a_run_that_is_as_likely_under_every_draw_needs_no_shape() {
-        let found = loo(2, 200, 1.0, |run, values| {
-            for (draw, value) in (0..200).map(f64::from).zip(values) {
-                *value = if run == 0 { -1e-14 * draw } else { -0.7 };
+        let found = loo(2, 200, 1.0, |_, rows| {
+            for (draw, value) in (0..200).map(f64::from).zip(&mut *rows) {
+                *value = -1e-14 * draw;
             }
+            rows[200..].fill(-0.7);
         });
         assert_eq!(found.expect("finite").worst_khat(0.7).1, 0);
     }
@@ -215,18 +228,20 @@ mod tests {
 
     #[test]
     fn a_density_that_is_no_number_names_its_run() {
-        let bad = loo(3, 100, 1.0, |run, values| {
-            values.iter_mut().enumerate().for_each(|(i, x)| *x = -(i as f64));
-            if run == 1 {
-                values[5] = f64::NEG_INFINITY;
-            }
-        });
-        assert_eq!(bad, Err((1, WhyNone::NotFinite)));
+        for bad in [1, BLOCK + 1] {
+            let found = loo(BLOCK + 3, 100, 1.0, |runs, rows| {
+                rows.iter_mut().enumerate().for_each(|(i, x)| *x = -((i % 100) as f64));
+                if runs.contains(&bad) {
+                    rows[(bad - runs.start) * 100 + 5] = f64::NEG_INFINITY;
+                }
+            });
+            assert_eq!(found, Err((bad, WhyNone::NotFinite)));
+        }
     }
 
     #[test]
     fn a_run_no_draw_disagrees_about_is_predicted_exactly() {
-        let same = loo(2, 100, 1.0, |run, values| values.fill(-(run as f64))).expect("finite");
+        let same = loo(2, 100, 1.0, |_, rows| rows[100..].fill(-1.0)).expect("finite");
         assert!((same.elpd + 1.0).abs() < 1e-12 && same.p_loo.abs() < 1e-12, "{same:?}");
         assert_eq!(same.worst_khat(0.7), (None, 0));
         assert!((same.se.expect("two runs") - 1.0).abs() < 1e-12);

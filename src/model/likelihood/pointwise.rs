@@ -1,7 +1,9 @@
 //! Computes what each run contributes to the log likelihood, its expected restitution, and a new draw of it.
 
+mod by_run;
 mod columns;
 
+pub use by_run::AtDraws;
 pub use columns::Stretch;
 
 use rand::Rng;
@@ -10,9 +12,10 @@ use rand_distr::{Distribution, StandardNormal};
 use super::errors::{Errors, MeanKept};
 use super::placed::{place_dry, place_restitution, EnergyScale, Spreads};
 use super::tails::Tails;
-use super::trend::{middle_film_ratio, FilmLosses};
+use super::trend::{self, middle_film_ratio};
 use crate::model::parameters::{Kind, COMMON_SLOTS};
 use crate::physics::balance::{Balance, Impact};
+use crate::physics::loss::Share;
 use crate::physics::{rebound, Form};
 use crate::runs::{Conditions, MeasurementErrors, Runs};
 use crate::scene::{Likelihood, NoiseOn, Scene, Sticking};
@@ -180,6 +183,11 @@ impl<'r> Pointwise<'r> {
         self.stuck.is_empty()
     }
 
+    /// Whether runs depend on their mean and on one of two spreads alone, with normal noise and no run left unlogged.
+    fn is_plain(&self) -> bool {
+        self.errors.is_none() && !self.both && !self.truncated && !self.student
+    }
+
     /// Whether a run stuck.
     pub fn is_stuck(&self, run: usize) -> bool {
         self.stuck[run]
@@ -200,20 +208,20 @@ impl<'r> Pointwise<'r> {
     /// The energy balance at each setting in turn.
     fn balances<'f>(&'f self, full: &'f [f64]) -> impl FnMut(&RunSetting) -> Balance + 'f {
         // neighbours mostly share a film ratio, and an exponential costs more than the rest
-        let mut film: Option<(f64, FilmLosses)> = None;
+        let mut film: Option<(f64, Share)> = None;
         move |setting| {
             let k = full[COMMON_SLOTS + setting.particle];
             let Some(wet) = setting.wet else {
                 return Balance::dry(self.form.dry, k);
             };
-            let of_film = match film {
-                Some((ratio, of_film)) if ratio == wet.film_ratio => of_film,
+            let share = match film {
+                Some((ratio, share)) if ratio == wet.film_ratio => share,
                 _ => {
-                    let new = FilmLosses::of(self.form, wet.film_ratio, wet.ln_film, full);
+                    let new = trend::share(self.form, wet.film_ratio, wet.ln_film, full);
                     film.insert((wet.film_ratio, new)).1
                 }
             };
-            of_film.balance(self.form, k, wet.density_ratio)
+            Balance::at(self.form, k, share, wet.density_ratio)
         }
     }
 

@@ -28,15 +28,49 @@ pub(super) fn middle_film_ratio(runs: &Runs) -> f64 {
     }
 }
 
-/// What the parameters say at one film ratio.
+/// What the trends make of L and C at one film ratio.
+#[derive(Debug, Clone, Copy)]
+struct Trends {
+    /// L′ f
+    added: f64,
+    /// exp(C′ f)
+    grown: f64,
+}
+
+impl Trends {
+    #[inline]
+    fn at(ln_film: f64, full: &[f64]) -> Trends {
+        let [added, grown] = [Kind::LubricationTrend, Kind::InertialTrend].map(|kind| full[kind.slot()]);
+        Trends {
+            added: added * ln_film,
+            // an exponential a film is felt, and most models have no trend
+            grown: if grown == 0.0 { 1.0 } else { (grown * ln_film).exp() },
+        }
+    }
+
+    #[inline]
+    fn of(self, plain: Share) -> Share {
+        Share {
+            inertial: plain.inertial * self.grown,
+            viscous: plain.viscous + self.added,
+        }
+    }
+}
+
+/// What the losses take at a film ratio with this f.
+#[inline]
+pub(super) fn share(form: Form, film_ratio: f64, ln_film: f64, full: &[f64]) -> Share {
+    Trends::at(ln_film, full).of(form.share(film_ratio, &Coefficients::first_of(full)))
+}
+
+/// What the parameters say at one film ratio, with slopes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FilmLosses {
     /// what the losses take without trends, with slopes
     plain: AtFilm,
     /// what they take with them
     share: Share,
-    /// exp(C′ f)
-    grown: f64,
+    trends: Trends,
     /// f
     ln_film: f64,
 }
@@ -44,18 +78,12 @@ pub(super) struct FilmLosses {
 impl FilmLosses {
     /// At a film ratio with this f.
     pub fn of(form: Form, film_ratio: f64, ln_film: f64, full: &[f64]) -> FilmLosses {
-        let at = |kind: Kind| full[kind.slot()];
         let plain = AtFilm::new(form, film_ratio, &Coefficients::first_of(full));
-        let trend = at(Kind::InertialTrend);
-        // an exponential a film is felt, and most models have no trend
-        let grown = if trend == 0.0 { 1.0 } else { (trend * ln_film).exp() };
+        let trends = Trends::at(ln_film, full);
         FilmLosses {
             plain,
-            share: Share {
-                inertial: plain.share.inertial * grown,
-                viscous: plain.share.viscous + at(Kind::LubricationTrend) * ln_film,
-            },
-            grown,
+            share: trends.of(plain.share),
+            trends,
             ln_film,
         }
     }
@@ -67,7 +95,7 @@ impl FilmLosses {
 
     /// Slopes of r turned into those of the parameters, over all blocks of this film ratio.
     pub fn add_slopes(&self, sums: FilmSums, slopes: &mut [f64]) {
-        let kept = sums.inertial * self.grown;
+        let kept = sums.inertial * self.trends.grown;
         for slope in self.plain.slopes() {
             slopes[Kind::Shared(slope.of).slot()] -= kept * slope.share.inertial + sums.viscous * slope.share.viscous;
         }

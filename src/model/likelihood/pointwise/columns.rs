@@ -32,7 +32,7 @@ impl Pointwise<'_> {
         // nothing is computed of the other settings
         let mut at = self.without_means(full);
         let mut mean = self.means(full);
-        if !at.is_plain() {
+        if !self.is_plain() {
             at.means = self.settings.iter().map(mean).collect();
             return runs.iter().map(|&run| at.limit_z(run)).collect();
         }
@@ -52,13 +52,6 @@ impl Pointwise<'_> {
 }
 
 impl EvaluatedLaw<'_, '_> {
-    /// Whether a run depends on its mean and on one of two spreads alone, with normal noise and no run left unlogged.
-    pub(super) fn is_plain(&self) -> bool {
-        let pointwise = self.pointwise;
-        let no_errors = pointwise.errors.is_none() && self.energy.is_none();
-        no_errors && !pointwise.truncated && self.tails == Tails::Normal
-    }
-
     /// [`EvaluatedLaw::ln_likelihood`] of the runs of some stretches, of which there are as many as there is room for.
     pub fn ln_likelihoods(&self, stretches: &[Stretch], into: &mut [f64]) {
         let mut rest = into;
@@ -70,7 +63,7 @@ impl EvaluatedLaw<'_, '_> {
     }
 
     fn of_stretch(&self, Stretch { runs, stuck }: &Stretch, into: &mut [f64]) {
-        if !self.is_plain() {
+        if !self.pointwise.is_plain() {
             for (into, run) in into.iter_mut().zip(runs.clone()) {
                 *into = self.ln_likelihood(run);
             }
@@ -101,7 +94,7 @@ impl EvaluatedLaw<'_, '_> {
     pub fn predictions<R: Rng + ?Sized>(&self, normals: &Normals, rng: &mut R, scratch: &mut Vec<f64>) {
         let runs = self.pointwise.len();
         scratch.resize(runs, 0.0);
-        if !self.is_plain() {
+        if !self.pointwise.is_plain() {
             for (run, new) in scratch.iter_mut().enumerate() {
                 *new = self.predict(run, rng);
             }
