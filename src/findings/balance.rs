@@ -418,7 +418,7 @@ pub(super) fn at_place(scene: &Scene, joint: &Joint, point: &[f64], wet: &WetPla
     let (e_inf, has_viscous) = (balance.e_inf(reference), Term::Viscous.is_held(joint.form));
     let (mut of_e_inf, mut of_l) = (vec![0.0; point.len()], vec![0.0; point.len()]);
     of_e_inf[place] = 0.5 * of_k / e_inf;
-    for (place, lost) in at_film.lost_slopes(density_ratio).enumerate() {
+    for (place, lost) in at_film.lost_slopes(&joint.form, density_ratio).enumerate() {
         of_e_inf[place] = -0.5 * lost.constant / e_inf;
         of_l[place] = lost.over_stokes;
     }

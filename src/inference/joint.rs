@@ -81,7 +81,7 @@ impl AtSetting {
     fn new(form: Form, part: &Part, film_ratio: f64, parameters: &Parameters) -> AtSetting {
         let at_film = AtFilm::new(form, film_ratio, &parameters.shared);
         let mut slopes = [None; MOST_SLOPES - 1];
-        for (own, lost) in slopes.iter_mut().zip(at_film.lost_slopes(part.density_ratio)) {
+        for (own, lost) in slopes.iter_mut().zip(at_film.lost_slopes(&form, part.density_ratio)) {
             *own = Some(lost);
         }
         AtSetting {

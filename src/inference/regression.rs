@@ -35,29 +35,28 @@ impl<'a> Regression<'a> {
 
     /// Fits the law with all runs weighing the same.
     pub fn fit(&self) -> Fit {
-        self.fit_with_errors(None).0
+        fit(&self.problem(vec![]), &self.start()[..self.law.parameters()])
     }
 
     /// Fits the law, the runs weighed by their measurement errors if there are any; x must move with the speed as the
     /// law's does.
     pub fn fit_with_errors(&self, errors: Option<&ErrorColumns>) -> (Fit, Option<ErrorWeights>) {
-        let excluding = |excluded| Problem {
+        match errors {
+            Some(errors) => reweight(errors, self.fit(), |excluded| self.problem(excluded)),
+            None => (self.fit(), None),
+        }
+    }
+
+    fn problem(&self, excluded: Vec<bool>) -> Problem<'a> {
+        Problem {
             regression: *self,
             excluded,
-        };
-        let plain = fit(&excluding(vec![]), &self.start()[..self.law.parameters()]);
-        match errors {
-            Some(errors) => reweight(errors, plain, excluding),
-            None => (plain, None),
         }
     }
 
     /// Weighted squares of the law fitted with these variances of the runs, infinite for those left out, from a start.
     pub fn chi_squared(&self, variance: &[f64], start: &[f64]) -> f64 {
-        let problem = Problem {
-            regression: *self,
-            excluded: variance.iter().map(|variance| variance.is_infinite()).collect(),
-        };
+        let problem = self.problem(variance.iter().map(|variance| variance.is_infinite()).collect());
         chi_squared(&problem, variance, start)
     }
 

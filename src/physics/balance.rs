@@ -4,7 +4,7 @@
 use super::coefficient::{Coefficient, Coefficients, Parameters};
 use super::dry::{speed_root, Order};
 use super::form::{DrySpeed, Form};
-use super::loss::{Film, Fixed, Setting, Share, Slope, MOST_PARAMETERS};
+use super::loss::{Film, Fixed, Setting, Share, Slope};
 use super::viscous::slope_lubrication_log;
 
 /// What of one impact the balance reads.
@@ -77,13 +77,14 @@ pub struct Balance {
     pub lost: Lost,
 }
 
-/// What losses take at one film ratio, and the slopes of that in the shared parameters, in the order of
-/// [`Form::coefficients`].
+/// What losses take together at one film ratio, and the slopes of that in the shared parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct AtFilm {
     /// their sum
     pub share: Share,
-    slopes: [Option<Slope>; 2 * MOST_PARAMETERS],
+    /// in the order of [`Coefficient::ALL`], nothing in those that no loss of the form has: without gaps, since this is
+    /// made for every film at every step of a sampler
+    pub slopes: [Share; Coefficient::COUNT],
 }
 
 impl AtFilm {
@@ -91,27 +92,19 @@ impl AtFilm {
     #[inline]
     pub fn new(form: Form, film_ratio: f64, values: &Coefficients) -> AtFilm {
         let mut all = AtFilm::default();
-        let mut free = 0;
         for one in form.at(film_ratio, values) {
             all.share = all.share + one.share;
-            for slope in one.slopes.into_iter().flatten() {
-                if let Some(place) = all.slopes.get_mut(free) {
-                    *place = Some(slope);
-                    free += 1;
-                }
+            for Slope { of, share } in one.slopes.into_iter().flatten() {
+                all.slopes[of as usize] = share;
             }
         }
         all
     }
 
-    /// The slopes of the sum.
-    pub fn slopes(&self) -> impl Iterator<Item = &Slope> {
-        self.slopes.iter().flatten()
-    }
-
-    /// The slopes of the losses at a density ratio.
-    pub fn lost_slopes(&self, density_ratio: f64) -> impl Iterator<Item = Lost> + '_ {
-        self.slopes().map(move |slope| Lost::of(slope.share, density_ratio))
+    /// The slopes of the losses at a density ratio, in the order of [`Form::coefficients`].
+    pub fn lost_slopes<'f>(&'f self, form: &'f Form, density_ratio: f64) -> impl Iterator<Item = Lost> + 'f {
+        form.coefficients()
+            .map(move |of| Lost::of(self.slopes[of as usize], density_ratio))
     }
 }
 
@@ -232,8 +225,8 @@ pub fn kept_energy_slopes(setting: &Setting, form: Form, parameters: &Parameters
     let balance = Balance::at(form, parameters.dry_k, at_film.share, setting.density_ratio());
     let at = Impact::new(setting, form, impact_speed);
     let mut shared = [0.0; Coefficient::COUNT];
-    for (slope, lost) in at_film.slopes().zip(at_film.lost_slopes(setting.density_ratio())) {
-        shared[slope.of as usize] = lost.slope_of_kept(&at);
+    for (slope, share) in shared.iter_mut().zip(at_film.slopes) {
+        *slope = Lost::of(share, setting.density_ratio()).slope_of_kept(&at);
     }
     Gradient {
         dry_k: balance.kept(&at).1,

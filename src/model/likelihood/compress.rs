@@ -14,6 +14,7 @@ use super::gauss::gauss_rule;
 use super::nodes::{Nodes, WetBlock};
 use super::prepared::Likelihood;
 use super::sums::{rebound_sums, NodeRange};
+use super::trend::FilmParameters;
 use crate::model::likelihood::normal::ln_normal_cdf;
 use crate::model::parameters::Kind;
 use crate::physics::balance::{Balance, Impact};
@@ -192,7 +193,7 @@ impl Likelihood {
 
     fn read(&self, block: &WetBlock, full: &[f64]) -> BlockLaw {
         let at = |kind: Kind| full[kind.slot()];
-        let film = self.film(block.film, full);
+        let film = self.film(block.film, &FilmParameters::new(self.form, full));
         BlockLaw {
             balance: self.balance(block, full, &film),
             sigma: at(Kind::SigmaWet),

@@ -36,7 +36,7 @@ use self::nodes::WetBlock;
 use self::normal::ln_normal_cdf;
 use self::prepared::CERTAIN;
 use self::sums::{rebound_sums, BlockSums, NodeRange};
-use self::trend::{FilmLosses, FilmSums};
+use self::trend::{FilmLosses, FilmParameters, FilmSums};
 use super::parameters::Kind;
 use crate::distributions::LN_ROOT_TWO_PI;
 use crate::physics::rebound::{kept_of_mean_restitution, mean_and_slope};
@@ -73,7 +73,10 @@ impl Likelihood {
         if self.blocks.is_empty() {
             return 0.0;
         }
-        let films: Vec<FilmLosses> = (0..self.film_ratios.len()).map(|film| self.film(film, full)).collect();
+        let parameters = FilmParameters::new(self.form, full);
+        let films: Vec<FilmLosses> = (0..self.film_ratios.len())
+            .map(|film| self.film(film, &parameters))
+            .collect();
         let range = |block: &WetBlock| NodeRange {
             nodes: block.rebounds.clone(),
             balance: self.balance(block, full, &films[block.film]),

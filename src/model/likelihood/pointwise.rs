@@ -12,7 +12,7 @@ use rand_distr::{Distribution, StandardNormal};
 use super::errors::{Errors, MeanKept};
 use super::placed::{place_dry, place_restitution, EnergyScale, Spreads};
 use super::tails::Tails;
-use super::trend::{self, middle_film_ratio};
+use super::trend::{middle_film_ratio, FilmParameters};
 use crate::model::parameters::{Kind, COMMON_SLOTS};
 use crate::physics::balance::{Balance, Impact};
 use crate::physics::loss::Share;
@@ -209,6 +209,7 @@ impl<'r> Pointwise<'r> {
     fn balances<'f>(&'f self, full: &'f [f64]) -> impl FnMut(&RunSetting) -> Balance + 'f {
         // neighbours mostly share a film ratio, and an exponential costs more than the rest
         let mut film: Option<(f64, Share)> = None;
+        let parameters = FilmParameters::new(self.form, full);
         move |setting| {
             let k = full[COMMON_SLOTS + setting.particle];
             let Some(wet) = setting.wet else {
@@ -217,7 +218,7 @@ impl<'r> Pointwise<'r> {
             let share = match film {
                 Some((ratio, share)) if ratio == wet.film_ratio => share,
                 _ => {
-                    let new = trend::share(self.form, wet.film_ratio, wet.ln_film, full);
+                    let new = parameters.share(wet.film_ratio, wet.ln_film);
                     film.insert((wet.film_ratio, new)).1
                 }
             };

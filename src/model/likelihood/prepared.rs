@@ -4,7 +4,7 @@ use super::dry_sums::DryRuns;
 use super::nodes::{Nodes, WetBlock};
 use super::placed::ByRow;
 use super::tails::Tails;
-use super::trend::FilmLosses;
+use super::trend::{FilmLosses, FilmParameters};
 use crate::model::parameters::{Kind, COMMON_SLOTS};
 use crate::physics::balance::Balance;
 use crate::physics::Form;
@@ -59,7 +59,8 @@ impl Likelihood {
     }
 
     /// What the parameters say at a film ratio, by its index.
-    pub(super) fn film(&self, film: usize, full: &[f64]) -> FilmLosses {
-        FilmLosses::of(self.form, self.film_ratios[film], self.ln_films[film], full)
+    #[inline]
+    pub(super) fn film(&self, film: usize, parameters: &FilmParameters) -> FilmLosses {
+        parameters.losses(self.film_ratios[film], self.ln_films[film])
     }
 }

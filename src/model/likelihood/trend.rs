@@ -28,6 +28,17 @@ pub(super) fn middle_film_ratio(runs: &Runs) -> f64 {
     }
 }
 
+/// What of a full vector of parameters the losses read, once for all films.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FilmParameters {
+    form: Form,
+    values: Coefficients,
+    /// L′
+    lubrication_trend: f64,
+    /// C′
+    inertial_trend: f64,
+}
+
 /// What the trends make of L and C at one film ratio.
 #[derive(Debug, Clone, Copy)]
 struct Trends {
@@ -37,17 +48,51 @@ struct Trends {
     grown: f64,
 }
 
-impl Trends {
+impl FilmParameters {
     #[inline]
-    fn at(ln_film: f64, full: &[f64]) -> Trends {
-        let [added, grown] = [Kind::LubricationTrend, Kind::InertialTrend].map(|kind| full[kind.slot()]);
-        Trends {
-            added: added * ln_film,
-            // an exponential a film is felt, and most models have no trend
-            grown: if grown == 0.0 { 1.0 } else { (grown * ln_film).exp() },
+    pub fn new(form: Form, full: &[f64]) -> FilmParameters {
+        FilmParameters {
+            form,
+            values: Coefficients::first_of(full),
+            lubrication_trend: full[Kind::LubricationTrend.slot()],
+            inertial_trend: full[Kind::InertialTrend.slot()],
         }
     }
 
+    /// What the losses take at a film ratio with this f.
+    #[inline]
+    pub fn share(&self, film_ratio: f64, ln_film: f64) -> Share {
+        self.trends(ln_film).of(self.form.share(film_ratio, &self.values))
+    }
+
+    /// The same with slopes.
+    #[inline]
+    pub fn losses(&self, film_ratio: f64, ln_film: f64) -> FilmLosses {
+        let plain = AtFilm::new(self.form, film_ratio, &self.values);
+        let trends = self.trends(ln_film);
+        FilmLosses {
+            plain,
+            share: trends.of(plain.share),
+            trends,
+            ln_film,
+        }
+    }
+
+    #[inline]
+    fn trends(&self, ln_film: f64) -> Trends {
+        Trends {
+            added: self.lubrication_trend * ln_film,
+            // an exponential a film is felt, and most models have no trend
+            grown: if self.inertial_trend == 0.0 {
+                1.0
+            } else {
+                (self.inertial_trend * ln_film).exp()
+            },
+        }
+    }
+}
+
+impl Trends {
     #[inline]
     fn of(self, plain: Share) -> Share {
         Share {
@@ -55,12 +100,6 @@ impl Trends {
             viscous: plain.viscous + self.added,
         }
     }
-}
-
-/// What the losses take at a film ratio with this f.
-#[inline]
-pub(super) fn share(form: Form, film_ratio: f64, ln_film: f64, full: &[f64]) -> Share {
-    Trends::at(ln_film, full).of(form.share(film_ratio, &Coefficients::first_of(full)))
 }
 
 /// What the parameters say at one film ratio, with slopes.
@@ -76,18 +115,6 @@ pub(super) struct FilmLosses {
 }
 
 impl FilmLosses {
-    /// At a film ratio with this f.
-    pub fn of(form: Form, film_ratio: f64, ln_film: f64, full: &[f64]) -> FilmLosses {
-        let plain = AtFilm::new(form, film_ratio, &Coefficients::first_of(full));
-        let trends = Trends::at(ln_film, full);
-        FilmLosses {
-            plain,
-            share: trends.of(plain.share),
-            trends,
-            ln_film,
-        }
-    }
-
     /// The energy balance of runs with this film ratio.
     pub fn balance(&self, form: Form, k: f64, density_ratio: f64) -> Balance {
         Balance::at(form, k, self.share, density_ratio)
@@ -96,8 +123,9 @@ impl FilmLosses {
     /// Slopes of r turned into those of the parameters, over all blocks of this film ratio.
     pub fn add_slopes(&self, sums: FilmSums, slopes: &mut [f64]) {
         let kept = sums.inertial * self.trends.grown;
-        for slope in self.plain.slopes() {
-            slopes[Kind::Shared(slope.of).slot()] -= kept * slope.share.inertial + sums.viscous * slope.share.viscous;
+        // theirs come first
+        for (slope, share) in slopes.iter_mut().zip(&self.plain.slopes) {
+            *slope -= kept * share.inertial + sums.viscous * share.viscous;
         }
         slopes[Kind::LubricationTrend.slot()] -= sums.viscous * self.ln_film;
         slopes[Kind::InertialTrend.slot()] -= kept * self.plain.share.inertial * self.ln_film;
