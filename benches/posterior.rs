@@ -10,8 +10,8 @@ use wetcor::inference::nuts::{Effort, TARGET_ACCEPT};
 use wetcor::inference::prepared_posterior::Evaluation;
 use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
 use wetcor::model::likelihood::{Likelihood, Resolution};
-use wetcor::model::parameters::{Kind, Parameters};
-use wetcor::model::posterior::{LogDensity, Posterior};
+use wetcor::model::parameters::{ModelParameters, ParameterKind};
+use wetcor::model::posterior::{LogDensity, PosteriorDensity};
 use wetcor::model::simulate::Simulation;
 use wetcor::runs::{self, Runs};
 use wetcor::scene::{self, DesignSpeeds, Scene};
@@ -46,28 +46,28 @@ fn simulated(runs: u64, own_speeds: bool) -> (Scene, Runs) {
     (scene.clone(), runs)
 }
 
-fn parts(scene: &Scene, runs: &Runs) -> (Parameters, Likelihood) {
+fn parts(scene: &Scene, runs: &Runs) -> (ModelParameters, Likelihood) {
     let form = scene.model.form();
-    let parameters = Parameters::of(scene, runs, form).expect("priors with room");
+    let parameters = ModelParameters::of(scene, runs, form).expect("priors with room");
     (parameters, Likelihood::of_rows(scene, runs, form))
 }
 
 /// The truth the runs were drawn from.
-fn truth(scene: &Scene, parameters: &Parameters) -> Vec<f64> {
+fn truth(scene: &Scene, parameters: &ModelParameters) -> Vec<f64> {
     let truth = scene.truth.as_ref().expect("the example has one");
-    let of = |kind: Kind| match kind {
-        Kind::DryK(particle) => truth.dry_k[particle],
-        Kind::Shared(coefficient) => truth.value(coefficient),
-        Kind::SigmaDry => truth.sigma_dry,
-        Kind::SigmaWet => truth.sigma_wet,
-        Kind::SigmaEnergy => truth.sigma_energy,
-        Kind::Nu => truth.nu,
-        Kind::LubricationTrend | Kind::InertialTrend => None,
+    let of = |kind: ParameterKind| match kind {
+        ParameterKind::DryK(particle) => truth.dry_k[particle],
+        ParameterKind::Shared(coefficient) => truth.value(coefficient),
+        ParameterKind::SigmaDry => truth.sigma_dry,
+        ParameterKind::SigmaWet => truth.sigma_wet,
+        ParameterKind::SigmaEnergy => truth.sigma_energy,
+        ParameterKind::Nu => truth.nu,
+        ParameterKind::LubricationTrend | ParameterKind::InertialTrend => None,
     };
     parameters.sampled.iter().map(|p| of(p.kind).expect("given")).collect()
 }
 
-fn evaluate(bencher: Bencher, posterior: &Posterior, draw: &[f64]) {
+fn evaluate(bencher: Bencher, posterior: &PosteriorDensity, draw: &[f64]) {
     let point = posterior.point_at(draw);
     let mut slopes = vec![0.0; point.len()];
     bencher.bench_local(|| posterior.ln_density(black_box(&point), &mut slopes));
@@ -80,7 +80,7 @@ fn compressed(bencher: Bencher, runs: u64) {
     let (parameters, rows) = parts(&scene, &runs);
     let draw = truth(&scene, &parameters);
     let (short, _) = rows.compressed(&parameters.full(&draw), &[], Resolution::Bound(1e-3));
-    evaluate(bencher, &Posterior::new(parameters, short), &draw);
+    evaluate(bencher, &PosteriorDensity::new(parameters, short), &draw);
 }
 
 /// The same over every row; divide by the runs.
@@ -89,7 +89,7 @@ fn exact(bencher: Bencher, runs: u64) {
     let (scene, runs) = simulated(runs, false);
     let (parameters, rows) = parts(&scene, &runs);
     let draw = truth(&scene, &parameters);
-    evaluate(bencher, &Posterior::new(parameters, rows), &draw);
+    evaluate(bencher, &PosteriorDensity::new(parameters, rows), &draw);
 }
 
 /// One square root and one division a row: what a row cannot cost less than, nearly.

@@ -10,7 +10,7 @@ use wetcor::inference::diagnostics::energy::e_bfmi;
 use wetcor::inference::diagnostics::loo;
 use wetcor::inference::diagnostics::pareto::khat_threshold;
 use wetcor::inference::diagnostics::summary::{summarise, Summary};
-use wetcor::report::draws::arrays::{ArrayGroup, ArrayValues, Dimension, DrawArray, DrawSize};
+use wetcor::report::draws::arrays::{ArrayDimension, ArrayGroup, ArrayValues, DrawArray, DrawSize};
 use wetcor::report::draws::csv;
 use wetcor::report::draws::zarr::store;
 use wetcor::report::folder::{Contents, Destination, File, Files};
@@ -114,13 +114,13 @@ fn report() -> Vec<File> {
         draws: DRAWS,
     };
     let [chain, draw] = size.dimensions();
-    let (particle, run) = (Dimension::new("particle", 2), Dimension::new("run", runs));
+    let (particle, run) = (ArrayDimension::new("particle", 2), ArrayDimension::new("run", runs));
     let with_draws = |name, arrays: Vec<DrawArray>| {
         let mut group = ArrayGroup::of_draws(name, size);
         group.arrays.extend(arrays);
         group
     };
-    let array = |name: &str, dimensions: &[Dimension], values| DrawArray::new(name, dimensions, values);
+    let array = |name: &str, dimensions: &[ArrayDimension], values| DrawArray::new(name, dimensions, values);
     let each = |name: &str, values: &[f64]| array(name, &[chain, draw], reals(values));
     let labels = || array("run", &[run], ArrayValues::texts(&labels));
     let each_run = |name| {

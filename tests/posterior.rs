@@ -10,8 +10,8 @@ use wetcor::inference::nuts::{sample_chains, Effort, TARGET_ACCEPT};
 use wetcor::inference::prepared_posterior::Evaluation;
 use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
 use wetcor::model::likelihood::Likelihood;
-use wetcor::model::parameters::{Kind, Parameters};
-use wetcor::model::posterior::{LogDensity, Posterior};
+use wetcor::model::parameters::{ModelParameters, ParameterKind};
+use wetcor::model::posterior::{LogDensity, PosteriorDensity};
 use wetcor::runs::{self, Runs};
 use wetcor::scene::{self, NoiseShape, Prior, Scene, Truth};
 use wetcor::seed::{stream, StreamName};
@@ -61,7 +61,7 @@ fn settings(scene: &Scene) -> Runs {
 }
 
 /// Draws a truth from the priors, inside the bounds.
-fn truth_of(parameters: &Parameters, scene: &Scene, rng: &mut rand::rngs::ChaCha8Rng) -> (Vec<f64>, Truth) {
+fn truth_of(parameters: &ModelParameters, scene: &Scene, rng: &mut rand::rngs::ChaCha8Rng) -> (Vec<f64>, Truth) {
     let draw: Vec<f64> = parameters
         .sampled
         .iter()
@@ -75,13 +75,13 @@ fn truth_of(parameters: &Parameters, scene: &Scene, rng: &mut rand::rngs::ChaCha
     let mut truth = scene.truth.clone().expect("the scene has one");
     for (parameter, value) in parameters.sampled.iter().zip(&draw) {
         match parameter.kind {
-            Kind::DryK(particle) => truth.dry_k[particle] = Some(*value),
-            Kind::Shared(coefficient) => truth.shared[coefficient as usize] = Some(*value),
-            Kind::SigmaDry => truth.sigma_dry = Some(*value),
-            Kind::SigmaWet => truth.sigma_wet = Some(*value),
-            Kind::SigmaEnergy => truth.sigma_energy = Some(*value),
-            Kind::Nu => truth.nu = Some(*value),
-            Kind::LubricationTrend | Kind::InertialTrend => panic!("no scene asks for a trend"),
+            ParameterKind::DryK(particle) => truth.dry_k[particle] = Some(*value),
+            ParameterKind::Shared(coefficient) => truth.shared[coefficient as usize] = Some(*value),
+            ParameterKind::SigmaDry => truth.sigma_dry = Some(*value),
+            ParameterKind::SigmaWet => truth.sigma_wet = Some(*value),
+            ParameterKind::SigmaEnergy => truth.sigma_energy = Some(*value),
+            ParameterKind::Nu => truth.nu = Some(*value),
+            ParameterKind::LubricationTrend | ParameterKind::InertialTrend => panic!("no scene asks for a trend"),
         }
     }
     (draw, truth)
@@ -105,11 +105,11 @@ fn ranks(model: &str, name: &str, scenes: usize, fault: Fault) -> Vec<(String, f
     if let Some(truth) = &mut scene.truth {
         (truth.inertia, truth.dry_speed) = (form.inertia, form.dry_speed);
         truth.terms = scene.model.terms.clone();
-        if scene.model.likelihood == scene::Likelihood::Student {
+        if scene.model.likelihood == scene::LikelihoodFamily::Student {
             truth.noise = NoiseShape::Student;
         }
     }
-    let parameters = Parameters::of(&scene, &settings(&scene), form).expect("priors with room");
+    let parameters = ModelParameters::of(&scene, &settings(&scene), form).expect("priors with room");
     let seed = seed_of(name);
     let ranked: Vec<Vec<usize>> = (0..scenes as u64)
         .into_par_iter()
@@ -224,7 +224,7 @@ fn ranks_are_uneven_under_each_planted_fault() {
         (Fault::LogJacobianForgotten, 1000),
         (Fault::SigmaSquaredForSigma, 1000),
         // eight dry runs leave room to this one, and little of it: 1,000 scenes give 7.4, and z grows with their number
-        (Fault::PriorForgotten(Kind::SigmaDry), 3000),
+        (Fault::PriorForgotten(ParameterKind::SigmaDry), 3000),
         (Fault::TwoLForFourL, 1000),
         (Fault::StuckRunsDropped, 1000),
     ] {
@@ -241,13 +241,13 @@ fn the_assembled_posterior_is_the_posterior() {
     let place = calibrated_scene(MODELS[1]);
     let rows = rows(&place.scene, seed_of("the_assembled_posterior_is_the_posterior"));
     let assembled = Assembled::new(&place.scene, &runs::arrange(&place.scene, &rows), Fault::Nothing);
-    let posterior = Posterior::new(assembled.parameters.clone(), assembled.likelihood.clone());
+    let posterior = PosteriorDensity::new(assembled.parameters.clone(), assembled.likelihood.clone());
     let point = assembled.start();
     let (mut a, mut b) = (point.clone(), point.clone());
     let ours = posterior.ln_density(&point, &mut a).expect("a density");
     let theirs = assembled.ln_density(&point, &mut b).expect("a density");
     assert!((ours - theirs).abs() < 1e-10);
     assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-9 * (1.0 + a.abs())));
-    let none = |p: &Parameters| p.sampled.iter().any(|p| matches!(p.prior, Prior::Fixed(_)));
+    let none = |p: &ModelParameters| p.sampled.iter().any(|p| matches!(p.prior, Prior::Fixed(_)));
     assert!(!none(&assembled.parameters));
 }

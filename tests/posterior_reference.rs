@@ -17,7 +17,7 @@ use wetcor::inference::prepared_posterior::Evaluation;
 use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
 use wetcor::model::likelihood::normal::ln_normal_cdf;
 use wetcor::model::likelihood::Likelihood;
-use wetcor::model::parameters::{Kind, Parameters};
+use wetcor::model::parameters::{ModelParameters, ParameterKind};
 use wetcor::model::posterior::LogDensity;
 use wetcor::runs::{self, Table};
 use wetcor::scene::{self, Prior, Scene};
@@ -90,7 +90,7 @@ fn moments_and_quantiles_agree_with_importance_sampling() {
         let answers = &reference["scenes"][&name];
         let (scene, table) = read(&name);
         let form = scene.model.form();
-        let parameters = Parameters::of(&scene, &table.runs, form).unwrap_or_else(|e| panic!("{e}"));
+        let parameters = ModelParameters::of(&scene, &table.runs, form).unwrap_or_else(|e| panic!("{e}"));
         let rows = Likelihood::of_rows(&scene, &table.runs, form);
         let least_squares = findings::fit_least_squares(&scene, &table, 1, false);
         let plan = SamplingPlan {
@@ -148,7 +148,7 @@ fn planted_faults_move_the_moments() {
         (Fault::LogJacobianForgotten, "few"),
         (Fault::BoundOnKForgotten, "bound"),
         (Fault::SigmaSquaredForSigma, "few"),
-        (Fault::PriorForgotten(Kind::INERTIAL_PREFACTOR), "weak"),
+        (Fault::PriorForgotten(ParameterKind::INERTIAL_PREFACTOR), "weak"),
         (Fault::TwoLForFourL, "stepwise"),
         (Fault::StuckRunsDropped, "stepwise_stuck"),
     ] {
@@ -193,7 +193,7 @@ fn densities_and_slopes_are_the_references() {
     for name in scenes(&reference) {
         let (scene, table) = read(&name);
         let form = scene.model.form();
-        let parameters = Parameters::of(&scene, &table.runs, form).unwrap_or_else(|e| panic!("{e}"));
+        let parameters = ModelParameters::of(&scene, &table.runs, form).unwrap_or_else(|e| panic!("{e}"));
         let rows = Likelihood::of_rows(&scene, &table.runs, form);
         let points = reference["scenes"][&name]["densities"]
             .as_array()

@@ -12,7 +12,7 @@ use wetcor::inference::nuts::Effort;
 use wetcor::inference::prepared_posterior::Evaluation;
 use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
 use wetcor::model::likelihood::Likelihood;
-use wetcor::model::parameters::Parameters;
+use wetcor::model::parameters::ModelParameters;
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::physics::Order;
 use wetcor::runs;
@@ -112,7 +112,7 @@ fn by_posterior(place: &Place, (sticking, noise): (Sticking, NoiseOn), seed: u64
     let table = runs::read(&scene).expect("good runs");
     let least_squares = findings::fit_least_squares(&scene, &table, 1, false);
     let form = scene.model.form();
-    let parameters = Parameters::of(&scene, &table.runs, form).expect("room");
+    let parameters = ModelParameters::of(&scene, &table.runs, form).expect("room");
     let rows = Likelihood::of_rows(&scene, &table.runs, form);
     let plan = SamplingPlan {
         effort: Effort {

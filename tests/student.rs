@@ -9,9 +9,9 @@ use wetcor::inference::nuts::Effort;
 use wetcor::inference::prepared_posterior::Evaluation;
 use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
 use wetcor::model::likelihood::Likelihood as Rows;
-use wetcor::model::parameters::Parameters;
+use wetcor::model::parameters::ModelParameters;
 use wetcor::runs::{arrange, NewRun};
-use wetcor::scene::Likelihood;
+use wetcor::scene::LikelihoodFamily;
 use wetcor::seed::StreamName;
 
 const SCENE: &str = r#"
@@ -44,13 +44,13 @@ repeats = 3
 "#;
 
 /// Name, mean and sd of each parameter.
-fn posterior(place: &Place, rows: &[NewRun], likelihood: Likelihood, seed: u64) -> Vec<(String, f64, f64)> {
+fn posterior(place: &Place, rows: &[NewRun], likelihood: LikelihoodFamily, seed: u64) -> Vec<(String, f64, f64)> {
     let mut scene = place.scene.clone();
     scene.model.likelihood = likelihood;
     let table = table_of(arrange(&scene, rows));
     let least_squares = findings::fit_least_squares(&scene, &table, 1, false);
     let form = scene.model.form();
-    let parameters = Parameters::of(&scene, &table.runs, form).expect("room");
+    let parameters = ModelParameters::of(&scene, &table.runs, form).expect("room");
     let plan = SamplingPlan {
         effort: Effort {
             chains: 2,
@@ -70,7 +70,7 @@ fn posterior(place: &Place, rows: &[NewRun], likelihood: Likelihood, seed: u64) 
         &|_, _| {},
     )
     .unwrap_or_else(|error| panic!("{error}"));
-    let marginal = |(parameter, chains): (&wetcor::model::parameters::Parameter, &Vec<Vec<f64>>)| {
+    let marginal = |(parameter, chains): (&wetcor::model::parameters::ModelParameter, &Vec<Vec<f64>>)| {
         let draws = chains.concat();
         let centre = mean(&draws).0;
         let square = draws.iter().map(|x| (x - centre).powi(2)).sum::<f64>() / draws.len() as f64;
@@ -103,7 +103,8 @@ fn an_outlier_anywhere_moves_no_parameter_by_more_than_its_sd() {
     let place = Place::new(SCENE);
     let seed = seed_of(name);
     let rows = rows(&place.scene, seed);
-    let clean = [Likelihood::Student, Likelihood::Normal].map(|tails| posterior(&place, &rows, tails, seed));
+    let clean =
+        [LikelihoodFamily::Student, LikelihoodFamily::Normal].map(|tails| posterior(&place, &rows, tails, seed));
     let wet = |e: f64| {
         let near = |run: &NewRun| (run.restitution - e).abs();
         let of_wet = (0..rows.len()).filter(|run| rows[*run].liquid.is_some());
@@ -117,11 +118,11 @@ fn an_outlier_anywhere_moves_no_parameter_by_more_than_its_sd() {
         for e in [0.0, 0.06, 0.2, 0.4, 0.6, 0.79, 0.87, 1.0] {
             let mut rows = rows.clone();
             rows[run].restitution = e;
-            let student = moved(&clean[0], &posterior(&place, &rows, Likelihood::Student, seed));
+            let student = moved(&clean[0], &posterior(&place, &rows, LikelihoodFamily::Student, seed));
             println!("run {run} at {e}: {}", student.1);
             assert!(student.0 < 1.0, "run {run} at {e}: {}", student.1);
             if e == 1.0 || e == 0.0 {
-                let normal = moved(&clean[1], &posterior(&place, &rows, Likelihood::Normal, seed));
+                let normal = moved(&clean[1], &posterior(&place, &rows, LikelihoodFamily::Normal, seed));
                 println!("    normal: {}", normal.1);
                 worst_normal = worst_normal.max(normal.0);
             }
@@ -141,7 +142,7 @@ fn the_degrees_of_freedom_are_those_of_the_noise() {
             .replace("repeats = 3", "repeats = 20");
         let place = Place::new(&text);
         let rows = rows(&place.scene, seed_of(name));
-        let found = posterior(&place, &rows, Likelihood::Student, seed_of(name));
+        let found = posterior(&place, &rows, LikelihoodFamily::Student, seed_of(name));
         let (_, mean, sd) = found.iter().find(|(name, ..)| name == "nu").expect("sampled");
         (*mean, *sd)
     };

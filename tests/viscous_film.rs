@@ -10,7 +10,7 @@ use wetcor::findings::balance::{DerivedEstimate, EnergyBalance};
 use wetcor::findings::compare::ComparedModel;
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::Findings;
-use wetcor::model::parameters::Kind;
+use wetcor::model::parameters::ParameterKind;
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::physics::viscous::RUPTURE_SCALE;
 use wetcor::physics::{Coefficient, Viscous};
@@ -115,7 +115,7 @@ fn balance(findings: &Findings) -> &EnergyBalance {
 fn least_squares_find_the_truth_back() {
     let findings = fit(&scene("film", "film", 1e-9), 1);
     let balance = balance(&findings);
-    let estimate = |coefficient| balance.estimate(Kind::Shared(coefficient));
+    let estimate = |coefficient| balance.estimate(ParameterKind::Shared(coefficient));
     let scale = estimate(Coefficient::RuptureScale).and_then(|estimate| estimate.value);
     assert!((scale.expect("a value") / 0.9 - 1.0).abs() < 1e-6, "{scale:?}");
     assert_eq!(estimate(Coefficient::LubricationLog), None);
@@ -151,7 +151,7 @@ fn coverage(sets: u64, shrink: f64) -> usize {
             &place,
             seed_of("the_intervals_of_the_rupture_scale_cover").wrapping_add(set),
         );
-        let scale = balance(&findings).estimate(Kind::Shared(Coefficient::RuptureScale));
+        let scale = balance(&findings).estimate(ParameterKind::Shared(Coefficient::RuptureScale));
         let [lo, hi] = scale.and_then(|scale| scale.interval).expect("the fit converged");
         let (middle, half) = ((lo * hi).ln() / 2.0, shrink * (hi / lo).ln() / 2.0);
         (0.9f64.ln() - middle).abs() <= half

@@ -3,7 +3,7 @@
 #![no_main]
 
 use wetcor::findings::{self, overview};
-use wetcor::model::parameters::Parameters;
+use wetcor::model::parameters::ModelParameters;
 use wetcor::report;
 use wetcor_fuzz::{assert_told, is_line, Place};
 
@@ -22,7 +22,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let used = table.runs.len() + table.screened.iter().map(|s| s.runs).sum::<usize>();
     assert_eq!(used, table.rows);
     let findings = findings::fit_least_squares(&place.scene, &table, 1, false);
-    if let Err(error) = Parameters::of(&place.scene, &table.runs, findings.form) {
+    if let Err(error) = ModelParameters::of(&place.scene, &table.runs, findings.form) {
         return assert_told(&error, "scene.toml");
     }
     let overview = overview::summarise_runs(&place.scene, &table, &findings);

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use wetcor::error::Error;
 use wetcor::findings::{self, overview};
-use wetcor::model::parameters::Parameters;
+use wetcor::model::parameters::ModelParameters;
 use wetcor::report::{self, markdown};
 use wetcor::{runs, scene};
 
@@ -19,7 +19,7 @@ pub(super) fn check(path: &Path, json: bool, quiet: bool) -> Result<u8, Error> {
     let table = table?;
     let least_squares = findings::fit_least_squares(&scene, &table, 1, false);
     // a prior that leaves a parameter no room would fail the fit
-    Parameters::of(&scene, &table.runs, least_squares.form)?;
+    ModelParameters::of(&scene, &table.runs, least_squares.form)?;
     let overview = overview::summarise_runs(&scene, &table, &least_squares);
     if json {
         print_result(&report::json::text(&overview)?)?;

@@ -6,7 +6,7 @@ use std::time::Instant;
 use wetcor::error::{named, Error};
 use wetcor::findings::posterior::{MethodChoice, Posterior};
 use wetcor::findings::{self, overview, verdicts, Findings};
-use wetcor::model::parameters::Parameters;
+use wetcor::model::parameters::ModelParameters;
 use wetcor::report::folder::{Contents, Destination};
 use wetcor::report::{self, markdown, ReportInput};
 use wetcor::runs::{self, Runs};
@@ -102,7 +102,7 @@ pub(super) fn fit(fit: FitOptions) -> Result<u8, Error> {
     let table = timing.stage("read", quiet, || runs::read(&scene))?;
     if fit.wants(Stage::Posterior) {
         // a prior without room is refused now, not after the bootstrap
-        Parameters::of(&scene, &table.runs, scene.model.form())?;
+        ModelParameters::of(&scene, &table.runs, scene.model.form())?;
     }
     let mut findings = timing.fits(scene.bootstrap.replicates, quiet, |done| {
         findings::fit_least_squares_watched(&scene, &table, fit.seed, fit.wants(Stage::Bootstrap), done)

@@ -14,8 +14,8 @@ use crate::inference::effective_variance::{chi_squared, reweight, ErrorColumns, 
 use crate::inference::joint::{fit_joint, Joint, JointFit};
 use crate::inference::least_squares::{Fit, Stop};
 use crate::inference::nested::{FTest, Spread};
-use crate::model::parameters::Kind;
-use crate::physics::balance::{AtFilm, Balance};
+use crate::model::parameters::ParameterKind;
+use crate::physics::balance::{Balance, BalanceAtFilm};
 use crate::physics::form::Term;
 use crate::physics::jet::{Jet, Number};
 use crate::physics::quantity::{Place, Quantity, Wetted};
@@ -76,7 +76,7 @@ impl EnergyBalance {
     }
 
     /// The estimate of a parameter; `None` of one that is not in the fit.
-    pub fn estimate(&self, kind: Kind) -> Option<&Estimate> {
+    pub fn estimate(&self, kind: ParameterKind) -> Option<&Estimate> {
         let found = self.parameters.iter().find(|parameter| parameter.kind == kind);
         Some(&found?.estimate)
     }
@@ -87,7 +87,7 @@ impl EnergyBalance {
 pub struct ParameterEstimate {
     /// what it is
     #[serde(skip)]
-    pub kind: Kind,
+    pub kind: ParameterKind,
     /// its name
     pub name: String,
     /// its value
@@ -284,16 +284,16 @@ fn findings_of(
 }
 
 /// How a parameter's interval is made.
-fn scale_of_parameter(kind: Kind) -> IntervalScale {
+fn scale_of_parameter(kind: ParameterKind) -> IntervalScale {
     match kind {
-        Kind::Shared(coefficient) => scale_of(Quantity::Shared(coefficient)),
+        ParameterKind::Shared(coefficient) => scale_of(Quantity::Shared(coefficient)),
         _ => IntervalScale::Plain,
     }
 }
 
 /// Distance of a k from that of its dry runs alone, in combined standard errors; `None` of another parameter.
 fn shift_of_k(dry: &[FittedDry], parameter: &ParameterEstimate) -> Option<f64> {
-    let Kind::DryK(particle) = parameter.kind else {
+    let ParameterKind::DryK(particle) = parameter.kind else {
         return None;
     };
     let (k, se) = dry::fit_of_particle(dry, particle)?.usable?;
@@ -411,7 +411,7 @@ pub(super) fn at_place(scene: &Scene, joint: &Joint, point: &[f64], wet: &WetPla
     let density_ratio = wet.density_ratio(scene);
     let fixed_over_stokes = wet.fixed_over_stokes(scene, joint.form);
     let parameters = joint.of_particle(point[place], point);
-    let at_film = AtFilm::new(joint.form, wet.film_ratio, &parameters.shared);
+    let at_film = BalanceAtFilm::new(joint.form, wet.film_ratio, &parameters.shared);
     let balance = Balance::at(joint.form, parameters.dry_k, at_film.share, density_ratio);
     let reference = scene.model.dry_speed.reference();
     let (_, of_k) = balance.e_inf_squared(reference);

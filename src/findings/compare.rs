@@ -16,7 +16,7 @@ use crate::inference::nuts::{divergences, Watcher};
 use crate::inference::sampling::{sample_posterior, Sampled, SamplingPlan};
 use crate::model::likelihood::pointwise::Pointwise;
 use crate::model::likelihood::Likelihood;
-use crate::model::parameters::Parameters;
+use crate::model::parameters::ModelParameters;
 use crate::notice::Notice;
 use crate::physics::dry::REFERENCE_SPEED;
 use crate::physics::form::Term;
@@ -293,7 +293,7 @@ fn better_form(own: &ComparedModel, best: &ComparedModel) -> Option<Notice> {
 }
 
 fn sample_form(context: ComparisonContext, setup: SamplingSetup) -> Result<Result<Sampled, String>, Error> {
-    let parameters = Parameters::of(context.scene, context.runs, setup.form)?;
+    let parameters = ModelParameters::of(context.scene, context.runs, setup.form)?;
     let stream = format!("compare {}", model_name(setup.form));
     Ok(sample_model(context, setup, parameters, &stream))
 }
@@ -302,7 +302,7 @@ fn sample_form(context: ComparisonContext, setup: SamplingSetup) -> Result<Resul
 pub(super) fn sample_model(
     context: ComparisonContext,
     setup: SamplingSetup,
-    parameters: Parameters,
+    parameters: ModelParameters,
     stream: &str,
 ) -> Result<Sampled, String> {
     let ComparisonContext {

@@ -84,7 +84,7 @@ use compare::{Comparison, ComparisonContext};
 use dry::FittedDry;
 use energy::Energy;
 use estimate::Quoting;
-use posterior::{contraction, MethodChoice, NoPosterior, Posterior, SamplingSetup};
+use posterior::{contraction, MethodChoice, Posterior, PosteriorRefusal, SamplingSetup};
 use scaling::FittedScaling;
 use series::SeriesFit;
 use terms::SizedTerm;
@@ -279,7 +279,7 @@ impl Findings {
                 self.posterior = Some(posterior.findings.clone());
                 Ok(Some(posterior))
             }
-            Err(NoPosterior(check)) => {
+            Err(PosteriorRefusal(check)) => {
                 self.verdicts.push(check);
                 Ok(None)
             }

@@ -14,7 +14,7 @@ use super::sampling::{
     sample_by_importance, sample_by_nuts, sample_normal, Method, NoPosterior, ReachedAccuracy, Sampled, PROPOSED,
 };
 use crate::model::likelihood::{Likelihood, Resolution};
-use crate::model::parameters::Parameters;
+use crate::model::parameters::ModelParameters;
 use crate::model::posterior::LogDensity;
 use crate::seed::StreamName;
 
@@ -49,7 +49,7 @@ pub struct AccuracyPlan<'p> {
 /// Fails as [`super::sampling::sample_posterior`] does. Where no method reaches the accuracy, the last one's draws come with
 /// the error it can vouch for.
 pub fn sample_to_accuracy(
-    parameters: Parameters,
+    parameters: ModelParameters,
     rows: &Likelihood,
     start: &Start,
     plan: AccuracyPlan,

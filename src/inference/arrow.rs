@@ -133,7 +133,7 @@ impl Arrow {
     }
 
     /// Cholesky's factors, each k eliminated first; `None` unless the matrix is positive definite.
-    pub fn root(&self) -> Option<Root<'_>> {
+    pub fn root(&self) -> Option<ArrowFactor<'_>> {
         if !self.diagonal.iter().all(|pivot| *pivot > 0.0) {
             return None;
         }
@@ -145,7 +145,7 @@ impl Arrow {
             true => None,
             false => Some(left.cholesky()?),
         };
-        Some(Root { of: self, shared })
+        Some(ArrowFactor { of: self, shared })
     }
 
     /// Its eigenvalues and directions; `None` where they are not found.
@@ -190,13 +190,13 @@ impl Index<(usize, usize)> for Arrow {
 }
 
 /// The factors of a positive definite matrix.
-pub struct Root<'a> {
+pub struct ArrowFactor<'a> {
     of: &'a Arrow,
     /// of what is left of the shared parameters once every k is eliminated; `None` without any
     shared: Option<Cholesky<f64, Dyn>>,
 }
 
-impl Root<'_> {
+impl ArrowFactor<'_> {
     /// What the matrix takes to `wanted`.
     pub fn solve(&self, wanted: &DVector<f64>) -> DVector<f64> {
         let shared = self.of.corner.nrows();

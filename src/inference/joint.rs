@@ -14,8 +14,8 @@ use super::effective_variance::{ErrorColumns, SpeedDependent, SpeedDerivatives, 
 use super::information::Sums;
 use super::law::SpeedResponse;
 use super::least_squares::{fit, no_scatter_left, Fit, OutOfDomain, ResidualProblem, Stop};
-use crate::model::parameters::Kind;
-use crate::physics::balance::{AtFilm, Balance, Impact, Lost};
+use crate::model::parameters::ParameterKind;
+use crate::physics::balance::{Balance, BalanceAtFilm, Impact, Lost};
 use crate::physics::coefficient::Coefficients;
 use crate::physics::loss::{Loss, MOST_PARAMETERS};
 use crate::physics::{rebound, Coefficient, Form, Parameters};
@@ -46,7 +46,7 @@ pub struct Part {
 
 /// What one run leaves.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Row {
+pub struct JointRow {
     /// index into the columns of [`Runs`]
     pub run: usize,
     /// r, the energy kept; that of a dry run is 1, as good as all
@@ -62,12 +62,12 @@ pub struct Row {
     pub measured: f64,
 }
 
-/// The derivatives of a [`Row`]'s model in the logarithm of the impact speed.
+/// The derivatives of a [`JointRow`]'s model in the logarithm of the impact speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InLogSpeed {
     /// m, v m′ and v² m″
     pub response: SpeedResponse,
-    /// v J′, in the order of [`Row::slopes`]
+    /// v J′, in the order of [`JointRow::slopes`]
     pub slopes: [f64; MOST_SLOPES],
 }
 
@@ -79,7 +79,7 @@ struct AtSetting {
 
 impl AtSetting {
     fn new(form: Form, part: &Part, film_ratio: f64, parameters: &Parameters) -> AtSetting {
-        let at_film = AtFilm::new(form, film_ratio, &parameters.shared);
+        let at_film = BalanceAtFilm::new(form, film_ratio, &parameters.shared);
         let mut slopes = [None; MOST_SLOPES - 1];
         for (own, lost) in slopes.iter_mut().zip(at_film.lost_slopes(&form, part.density_ratio)) {
             *own = Some(lost);
@@ -186,9 +186,12 @@ impl<'r> Joint<'r> {
     }
 
     /// What the parameters of a point are, in their order.
-    pub fn kinds(&self) -> impl Iterator<Item = Kind> + '_ {
-        let shared = self.shared.iter().map(|coefficient| Kind::Shared(*coefficient));
-        shared.chain(self.particles.iter().map(|particle| Kind::DryK(*particle)))
+    pub fn kinds(&self) -> impl Iterator<Item = ParameterKind> + '_ {
+        let shared = self
+            .shared
+            .iter()
+            .map(|coefficient| ParameterKind::Shared(*coefficient));
+        shared.chain(self.particles.iter().map(|particle| ParameterKind::DryK(*particle)))
     }
 
     /// The value of a shared parameter at a point; `None` of one the form lacks.
@@ -213,7 +216,7 @@ impl<'r> Joint<'r> {
     }
 
     /// Hands on a range of a part's runs in turn, about a point.
-    pub fn each(&self, part: &Part, range: Range<usize>, point: &[f64], mut hand_on: impl FnMut(Row)) {
+    pub fn each(&self, part: &Part, range: Range<usize>, point: &[f64], mut hand_on: impl FnMut(JointRow)) {
         self.each_with(part, range, point, |row, _, _| hand_on(row));
     }
 
@@ -223,7 +226,7 @@ impl<'r> Joint<'r> {
         part: &Part,
         range: Range<usize>,
         point: &[f64],
-        mut hand_on: impl FnMut(Row, InLogSpeed),
+        mut hand_on: impl FnMut(JointRow, InLogSpeed),
     ) {
         self.each_with(part, range, point, |row, at, at_setting| {
             hand_on(row, self.in_log_speed(part, &row, at, at_setting))
@@ -231,14 +234,14 @@ impl<'r> Joint<'r> {
     }
 
     /// The same with what the runs are measured to err by.
-    pub fn each_measured(&self, part: &Part, range: Range<usize>, point: &[f64], mut hand_on: impl FnMut(Row)) {
+    pub fn each_measured(&self, part: &Part, range: Range<usize>, point: &[f64], mut hand_on: impl FnMut(JointRow)) {
         let Some(errors) = &self.runs.errors else {
             return self.each(part, range, point, hand_on);
         };
         self.each_in_log_speed(part, range, point, |row, by_speed| {
             let [of_speed, own] = errors.of(row.run);
             let with_speed = of_speed / self.runs.impact_speed[row.run] * (row.model + by_speed.response.slope);
-            hand_on(Row {
+            hand_on(JointRow {
                 measured: own * own + with_speed * with_speed,
                 ..row
             });
@@ -250,7 +253,7 @@ impl<'r> Joint<'r> {
         part: &Part,
         range: Range<usize>,
         point: &[f64],
-        mut hand_on: impl FnMut(Row, &Impact, &AtSetting),
+        mut hand_on: impl FnMut(JointRow, &Impact, &AtSetting),
     ) {
         let k = point[part.places[0]];
         if part.series.is_none() {
@@ -263,7 +266,7 @@ impl<'r> Joint<'r> {
                 let [model, slope, _] = at_setting.balance.e_dry(at.dry_root);
                 let mut slopes = [0.0; MOST_SLOPES];
                 slopes[0] = slope;
-                let row = Row {
+                let row = JointRow {
                     run,
                     kept: 1.0,
                     model,
@@ -286,7 +289,7 @@ impl<'r> Joint<'r> {
             for (own, slope) in slopes[1..].iter_mut().zip(at_setting.slopes.iter().flatten()) {
                 *own = root * slope.slope_of_kept(&at);
             }
-            let row = Row {
+            let row = JointRow {
                 run,
                 kept,
                 model,
@@ -301,7 +304,7 @@ impl<'r> Joint<'r> {
     fn in_log_speed(
         &self,
         part: &Part,
-        row: &Row,
+        row: &JointRow,
         at: &Impact,
         AtSetting {
             balance,
@@ -406,7 +409,7 @@ pub struct JointFit<'r> {
 }
 
 impl JointFit<'_> {
-    fn each_rebound(&self, b: &[f64], mut hand_on: impl FnMut(usize, &Part, f64, Row)) {
+    fn each_rebound(&self, b: &[f64], mut hand_on: impl FnMut(usize, &Part, f64, JointRow)) {
         let wet = self.joint.wet_rebounds();
         let mut row: usize = 0;
         for part in &self.joint.parts {

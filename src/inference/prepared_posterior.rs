@@ -5,8 +5,8 @@ use rayon::prelude::*;
 use super::laplace::{laplace, Laplace};
 use super::nuts::Chain;
 use crate::model::likelihood::{Compression, Likelihood, Resolution};
-use crate::model::parameters::{Kind, Parameters};
-use crate::model::posterior::{LogDensity, Posterior};
+use crate::model::parameters::{ModelParameters, ParameterKind};
+use crate::model::posterior::{LogDensity, PosteriorDensity};
 
 /// Largest error of the log density that a compression may make over the posterior's region.
 pub const LARGEST_ERROR: f64 = 1e-3;
@@ -35,7 +35,7 @@ pub struct PreparedPosterior<'r> {
     /// the likelihood of every row
     pub rows: &'r Likelihood,
     /// the posterior, of rows or nodes
-    pub posterior: Posterior,
+    pub posterior: PosteriorDensity,
     /// its mode and curvature
     pub about: Laplace,
     /// what was compressed; `None` if every row is used
@@ -52,12 +52,12 @@ pub struct PreparedPosterior<'r> {
 pub struct NoStart;
 
 /// Values a search for the mode may start from, by kind; what is missing starts at its prior's median.
-pub type Start = Vec<(Kind, f64)>;
+pub type Start = Vec<(ParameterKind, f64)>;
 
 impl<'r> PreparedPosterior<'r> {
     /// Prepares the posterior of these parameters under the likelihood of all rows.
     pub fn new(
-        parameters: Parameters,
+        parameters: ModelParameters,
         rows: &'r Likelihood,
         start: &Start,
         evaluation: Evaluation,
@@ -71,7 +71,7 @@ impl<'r> PreparedPosterior<'r> {
         };
         let (posterior, about, compression) = match evaluation {
             Evaluation::Rows => {
-                let posterior = Posterior::new(parameters, rows.clone());
+                let posterior = PosteriorDensity::new(parameters, rows.clone());
                 let about = highest(&posterior, &starts)?;
                 (posterior, about, None)
             }
@@ -119,7 +119,7 @@ impl<'r> PreparedPosterior<'r> {
 }
 
 /// The least-squares start, and the medians of the priors for the case that it is no good.
-fn starts(parameters: &Parameters, start: &Start) -> [Vec<f64>; 2] {
+fn starts(parameters: &ModelParameters, start: &Start) -> [Vec<f64>; 2] {
     let medians: Vec<f64> = parameters.sampled.iter().map(|p| p.prior.median()).collect();
     let given = parameters.sampled.iter().zip(&medians).map(|(parameter, median)| {
         let found = start.iter().find(|(kind, _)| *kind == parameter.kind);
@@ -129,7 +129,7 @@ fn starts(parameters: &Parameters, start: &Start) -> [Vec<f64>; 2] {
 }
 
 /// The highest mode that the starts lead to.
-fn highest(posterior: &Posterior, starts: &[Vec<f64>]) -> Result<Laplace, NoStart> {
+fn highest(posterior: &PosteriorDensity, starts: &[Vec<f64>]) -> Result<Laplace, NoStart> {
     let modes = starts
         .iter()
         .filter_map(|start| laplace(posterior, &posterior.point_at(start)).ok());
@@ -143,16 +143,16 @@ fn highest(posterior: &Posterior, starts: &[Vec<f64>]) -> Result<Laplace, NoStar
 /// With very many runs the rough one may lie many standard deviations off; then the bound was kept in the wrong place,
 /// and the rows are compressed again about the new mode until it stays.
 fn compressed(
-    parameters: &Parameters,
+    parameters: &ModelParameters,
     rows: &Likelihood,
     starts: &[Vec<f64>],
     resolution: Resolution,
-) -> Result<(Posterior, Laplace, Compression), NoStart> {
+) -> Result<(PosteriorDensity, Laplace, Compression), NoStart> {
     /// each time the mode is nearer by orders of magnitude
     const TRIES: usize = 8;
     let reference = parameters.full(&starts[0]);
     let (rough, _) = rows.compressed(&reference, &[], resolution);
-    let mut posterior = Posterior::new(parameters.clone(), rough);
+    let mut posterior = PosteriorDensity::new(parameters.clone(), rough);
     let mut about = highest(&posterior, starts)?;
     let mut tries = 0;
     loop {
@@ -160,7 +160,7 @@ fn compressed(
         let full = |point: &[f64]| parameters.full(&posterior.draw_at(point));
         let tests = region(&about).iter().map(|point| full(point)).collect::<Vec<_>>();
         let (likelihood, compression) = rows.compressed(&full(&about.mode), &tests, resolution);
-        posterior = Posterior::new(parameters.clone(), likelihood);
+        posterior = PosteriorDensity::new(parameters.clone(), likelihood);
         let next = laplace(&posterior, &about.mode).map_err(|_| NoStart)?;
         let stays = next.distance(&about.mode).is_some_and(|distance| distance < 1.0);
         about = next;

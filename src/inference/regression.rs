@@ -47,8 +47,8 @@ impl<'a> Regression<'a> {
         }
     }
 
-    fn problem(&self, excluded: Vec<bool>) -> Problem<'a> {
-        Problem {
+    fn problem(&self, excluded: Vec<bool>) -> RegressionProblem<'a> {
+        RegressionProblem {
             regression: *self,
             excluded,
         }
@@ -198,7 +198,7 @@ fn pair(parameters: &[f64]) -> [f64; 2] {
 }
 
 /// A regression as a least-squares problem, in which the domain of some runs may not be held.
-struct Problem<'a> {
+struct RegressionProblem<'a> {
     regression: Regression<'a>,
     /// runs without weight, which may lie outside the domain; empty for none
     excluded: Vec<bool>,
@@ -207,7 +207,7 @@ struct Problem<'a> {
 /// Linear predictor that stands for that of an excluded run outside its domain.
 const EXCLUDED: f64 = 1e-12;
 
-impl Problem<'_> {
+impl RegressionProblem<'_> {
     /// The linear predictor of a run at its abscissa.
     fn predictor(&self, law: Law, parameters: [f64; 2], run: usize, x: f64) -> Result<f64, OutOfDomain> {
         let predictor = law.predictor(parameters, x, self.regression.offset_of(run));
@@ -248,7 +248,7 @@ impl Problem<'_> {
     }
 }
 
-impl ResidualProblem for Problem<'_> {
+impl ResidualProblem for RegressionProblem<'_> {
     fn parameters(&self) -> usize {
         self.regression.law.parameters()
     }
@@ -270,7 +270,7 @@ impl ResidualProblem for Problem<'_> {
     }
 }
 
-impl SpeedDependent for Problem<'_> {
+impl SpeedDependent for RegressionProblem<'_> {
     fn speed_derivatives(&self, b: &[f64], errors: &ErrorColumns) -> Result<SpeedDerivatives, OutOfDomain> {
         let (law, parameters) = (self.regression.law, pair(b));
         let (runs, number) = (self.runs(), self.parameters());

@@ -7,8 +7,8 @@ use super::laplace::Laplace;
 use super::nuts::{divergences, sample_chains, Chain, Effort, SamplingFailure, Watcher, LARGEST_DEPTH};
 use super::prepared_posterior::{Evaluation, NoStart, PreparedPosterior, Start};
 use crate::model::likelihood::{Compression, Likelihood};
-use crate::model::parameters::Parameters;
-use crate::model::posterior::{LogDensity, Posterior};
+use crate::model::parameters::ModelParameters;
+use crate::model::posterior::{LogDensity, PosteriorDensity};
 use crate::seed::StreamName;
 
 /// How draws were made, the cheapest method first.
@@ -75,7 +75,7 @@ impl ReachedAccuracy {
 #[derive(Debug, Clone)]
 pub struct Sampled {
     /// the parameters
-    pub parameters: Parameters,
+    pub parameters: ModelParameters,
     /// how they were drawn
     pub method: Method,
     /// what each chain kept, in the unbounded space; only points and densities where no trajectory was followed
@@ -174,7 +174,7 @@ impl Sampled {
 ///
 /// Fails where no start has a density or a chain cannot be sampled; divergent draws are kept and counted.
 pub fn sample_posterior(
-    parameters: Parameters,
+    parameters: ModelParameters,
     rows: &Likelihood,
     start: &Start,
     plan: SamplingPlan,
@@ -263,7 +263,7 @@ fn mostly_cut(chains: &[Chain]) -> bool {
 
 /// Samples anew with shorter steps as long as trajectories diverge, as they may where few runs leave σ wide open.
 fn without_divergences(
-    posterior: &Posterior,
+    posterior: &PosteriorDensity,
     about: &Laplace,
     effort: Effort,
     stream: StreamName,

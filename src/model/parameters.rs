@@ -6,11 +6,11 @@ use crate::physics::dry::{speed_root, DRY_K};
 use crate::physics::form::Term;
 use crate::physics::{self, Coefficient, DrySpeed, Form, Inertia};
 use crate::runs::Runs;
-use crate::scene::{least, within, Likelihood, NoiseOn, Prior, PriorChoice, Scene};
+use crate::scene::{least, within, LikelihoodFamily, NoiseOn, Prior, PriorChoice, Scene};
 
 /// What a parameter is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Kind {
+pub enum ParameterKind {
     /// k of a particle, by its index in the scene
     DryK(usize),
     /// a parameter of a term, which particles share
@@ -29,19 +29,19 @@ pub enum Kind {
     InertialTrend,
 }
 
-impl Kind {
+impl ParameterKind {
     /// L = ln(δc/ε)
-    pub const LUBRICATION_LOG: Kind = Kind::Shared(Coefficient::LubricationLog);
+    pub const LUBRICATION_LOG: ParameterKind = ParameterKind::Shared(Coefficient::LubricationLog);
     /// C
-    pub const INERTIAL_PREFACTOR: Kind = Kind::Shared(Coefficient::InertialPrefactor);
+    pub const INERTIAL_PREFACTOR: ParameterKind = ParameterKind::Shared(Coefficient::InertialPrefactor);
     /// δ̃0
-    pub const FILM_SCALE: Kind = Kind::Shared(Coefficient::FilmScale);
+    pub const FILM_SCALE: ParameterKind = ParameterKind::Shared(Coefficient::FilmScale);
 
     /// What the physics says of it; `None` of a parameter of the noise or a trend.
     fn physical(self) -> Option<&'static physics::coefficient::Parameter> {
         match self {
-            Kind::DryK(_) => Some(&DRY_K),
-            Kind::Shared(coefficient) => Some(coefficient.describe()),
+            ParameterKind::DryK(_) => Some(&DRY_K),
+            ParameterKind::Shared(coefficient) => Some(coefficient.describe()),
             _ => None,
         }
     }
@@ -49,20 +49,20 @@ impl Kind {
     /// The key of its prior in a scene.
     pub fn key(self) -> &'static str {
         match self {
-            Kind::DryK(_) | Kind::Shared(_) => self.physical().map_or("", |own| own.name),
-            Kind::SigmaDry => "sigma_dry",
-            Kind::SigmaWet => "sigma_wet",
-            Kind::SigmaEnergy => "sigma_energy",
-            Kind::Nu => "nu",
-            Kind::LubricationTrend => "lubrication_log_trend",
-            Kind::InertialTrend => "inertial_prefactor_trend",
+            ParameterKind::DryK(_) | ParameterKind::Shared(_) => self.physical().map_or("", |own| own.name),
+            ParameterKind::SigmaDry => "sigma_dry",
+            ParameterKind::SigmaWet => "sigma_wet",
+            ParameterKind::SigmaEnergy => "sigma_energy",
+            ParameterKind::Nu => "nu",
+            ParameterKind::LubricationTrend => "lubrication_log_trend",
+            ParameterKind::InertialTrend => "inertial_prefactor_trend",
         }
     }
 
     /// Its name in files: `lubrication_log`, `dry_k[PTFE]`.
     pub fn name(self, scene: &Scene) -> String {
         match self {
-            Kind::DryK(particle) => format!("{}[{}]", self.key(), scene.particles[particle].name),
+            ParameterKind::DryK(particle) => format!("{}[{}]", self.key(), scene.particles[particle].name),
             _ => self.key().to_owned(),
         }
     }
@@ -70,13 +70,13 @@ impl Kind {
     /// The letter of the formulas.
     pub fn symbol(self) -> &'static str {
         match self {
-            Kind::DryK(_) | Kind::Shared(_) => self.physical().map_or("", |own| own.symbol),
-            Kind::SigmaDry => "σ_dry",
-            Kind::SigmaWet => "σ_wet",
-            Kind::SigmaEnergy => "σ_r",
-            Kind::Nu => "ν",
-            Kind::LubricationTrend => "L′",
-            Kind::InertialTrend => "C′",
+            ParameterKind::DryK(_) | ParameterKind::Shared(_) => self.physical().map_or("", |own| own.symbol),
+            ParameterKind::SigmaDry => "σ_dry",
+            ParameterKind::SigmaWet => "σ_wet",
+            ParameterKind::SigmaEnergy => "σ_r",
+            ParameterKind::Nu => "ν",
+            ParameterKind::LubricationTrend => "L′",
+            ParameterKind::InertialTrend => "C′",
         }
     }
 
@@ -89,25 +89,25 @@ impl Kind {
     fn default_prior(self, form: Form) -> (Prior, &'static str) {
         let of_physics = |prior: LogNormal| (Prior::LogNormal(prior.median, prior.ln_sd), prior.reason);
         match self {
-            Kind::DryK(_) => of_physics(DRY_K.prior),
-            Kind::Shared(coefficient) => of_physics(form.prior(coefficient)),
-            Kind::SigmaEnergy => (
+            ParameterKind::DryK(_) => of_physics(DRY_K.prior),
+            ParameterKind::Shared(coefficient) => of_physics(form.prior(coefficient)),
+            ParameterKind::SigmaEnergy => (
                 Prior::HalfNormal(0.1),
                 "default: a spread of the energy kept above 0.2 would be no measurement",
             ),
-            Kind::Nu => (
+            ParameterKind::Nu => (
                 Prior::Gamma(2.0, 0.1),
                 "default: Juárez & Steel 2010, from a few outliers to as good as normal; above 2, where there is a variance",
             ),
-            Kind::SigmaDry | Kind::SigmaWet => (
+            ParameterKind::SigmaDry | ParameterKind::SigmaWet => (
                 Prior::HalfNormal(0.1),
                 "default: a spread of restitutions above 0.2 would be no measurement",
             ),
-            Kind::LubricationTrend => (
+            ParameterKind::LubricationTrend => (
                 TREND_PRIOR,
                 "default: at 1 the sphere turns round at a fixed share of the film, beyond 2 either way is past belief",
             ),
-            Kind::InertialTrend => (
+            ParameterKind::InertialTrend => (
                 TREND_PRIOR,
                 "default: at −1 a loss that grows with the film is level, beyond 2 either way is past belief",
             ),
@@ -117,14 +117,14 @@ impl Kind {
     /// Its place in a full vector of parameters.
     pub fn slot(self) -> usize {
         match self {
-            Kind::Shared(coefficient) => coefficient as usize,
-            Kind::SigmaWet => Coefficient::COUNT,
-            Kind::SigmaDry => Coefficient::COUNT + 1,
-            Kind::SigmaEnergy => Coefficient::COUNT + 2,
-            Kind::LubricationTrend => Coefficient::COUNT + 3,
-            Kind::InertialTrend => Coefficient::COUNT + 4,
-            Kind::Nu => Coefficient::COUNT + 5,
-            Kind::DryK(particle) => COMMON_SLOTS + particle,
+            ParameterKind::Shared(coefficient) => coefficient as usize,
+            ParameterKind::SigmaWet => Coefficient::COUNT,
+            ParameterKind::SigmaDry => Coefficient::COUNT + 1,
+            ParameterKind::SigmaEnergy => Coefficient::COUNT + 2,
+            ParameterKind::LubricationTrend => Coefficient::COUNT + 3,
+            ParameterKind::InertialTrend => Coefficient::COUNT + 4,
+            ParameterKind::Nu => Coefficient::COUNT + 5,
+            ParameterKind::DryK(particle) => COMMON_SLOTS + particle,
         }
     }
 }
@@ -132,7 +132,7 @@ impl Kind {
 /// The parameters of the energy balance of one particle, from a full vector.
 pub fn physical(full: &[f64], particle: usize) -> physics::Parameters {
     physics::Parameters {
-        dry_k: full[Kind::DryK(particle).slot()],
+        dry_k: full[ParameterKind::DryK(particle).slot()],
         shared: Coefficients::first_of(full),
     }
 }
@@ -145,9 +145,9 @@ const TREND_PRIOR: Prior = Prior::Normal(0.0, 1.0);
 
 /// A parameter to be sampled.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Parameter {
+pub struct ModelParameter {
     /// what it is
-    pub kind: Kind,
+    pub kind: ParameterKind,
     /// its name in files: `lubrication_log`, `dry_k[PTFE]`
     pub name: String,
     /// it lies inside (lower, upper)
@@ -162,7 +162,7 @@ pub struct Parameter {
 #[derive(Debug, Clone, PartialEq)]
 pub struct LeftOut {
     /// what it is
-    pub kind: Kind,
+    pub kind: ParameterKind,
     /// its name in files
     pub name: String,
     /// the value it is held at; `None` where no formula in use reads it
@@ -179,7 +179,7 @@ struct NotSampled {
 
 /// A parameter that runs may call for.
 struct CandidateParameter {
-    kind: Kind,
+    kind: ParameterKind,
     /// it lies inside (lower, upper)
     bounds: (f64, f64),
     /// why it is not sampled, if it is not
@@ -187,7 +187,7 @@ struct CandidateParameter {
 }
 
 impl CandidateParameter {
-    fn positive(kind: Kind, why_not: Option<NotSampled>) -> CandidateParameter {
+    fn positive(kind: ParameterKind, why_not: Option<NotSampled>) -> CandidateParameter {
         CandidateParameter {
             kind,
             bounds: (0.0, f64::INFINITY),
@@ -198,28 +198,28 @@ impl CandidateParameter {
 
 /// The parameters of a scene.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Parameters {
+pub struct ModelParameters {
     /// those to be sampled, in the order of files
-    pub sampled: Vec<Parameter>,
+    pub sampled: Vec<ModelParameter>,
     /// those that are not
     pub left_out: Vec<LeftOut>,
     /// a full vector with the values of those left out; the others are 1, trends 0
     pub template: Vec<f64>,
 }
 
-impl Parameters {
+impl ModelParameters {
     /// The parameters that `runs` call for, with this form of the energy balance.
     ///
     /// Fails where a prior of the scene leaves a parameter no room inside its bounds, or no density that can be sampled.
-    pub fn of(scene: &Scene, runs: &Runs, form: Form) -> Result<Parameters, Error> {
+    pub fn of(scene: &Scene, runs: &Runs, form: Form) -> Result<ModelParameters, Error> {
         let wet = !runs.series.is_empty();
         let dry = !runs.dry.is_empty();
-        let mut parameters = Parameters {
+        let mut parameters = ModelParameters {
             sampled: vec![],
             left_out: vec![],
             template: vec![1.0; COMMON_SLOTS + scene.particles.len()],
         };
-        for trend in [Kind::LubricationTrend, Kind::InertialTrend] {
+        for trend in [ParameterKind::LubricationTrend, ParameterKind::InertialTrend] {
             parameters.template[trend.slot()] = 0.0;
         }
         let unread = |text: &str| NotSampled {
@@ -232,14 +232,14 @@ impl Parameters {
             // e_dry is positive and falls at every speed in use; beyond, e_dry² grows again and a second mode appears
             let most = fastest.map_or(f64::INFINITY, |v| form.dry.largest_loss() / speed_root(v));
             let dry_k = CandidateParameter {
-                kind: Kind::DryK(particle),
+                kind: ParameterKind::DryK(particle),
                 bounds: (0.0, most),
                 why_not,
             };
             parameters.add(scene, form, dry_k)?;
         }
         let no_wet = || (!wet).then(|| unread("no wet runs in use"));
-        let viscous = Kind::LUBRICATION_LOG;
+        let viscous = ParameterKind::LUBRICATION_LOG;
         if !Term::Viscous.is_held(form) {
             let left_out = NotSampled {
                 value: Some(0.0),
@@ -253,7 +253,7 @@ impl Parameters {
         }
         let films = distinct_film_ratios(scene, runs);
         for coefficient in form.coefficients() {
-            let kind = Kind::Shared(coefficient);
+            let kind = ParameterKind::Shared(coefficient);
             let why_not = confounded(coefficient, films, dry).map(|reason| NotSampled {
                 value: Some(prior_of(scene, kind, form).0.median()),
                 reason: reason.to_owned(),
@@ -261,15 +261,27 @@ impl Parameters {
             parameters.add(scene, form, CandidateParameter::positive(kind, no_wet().or(why_not)))?;
         }
         let no_dry = || (!dry).then(|| unread("no dry runs in use"));
-        parameters.add(scene, form, CandidateParameter::positive(Kind::SigmaDry, no_dry()))?;
-        parameters.add(scene, form, CandidateParameter::positive(Kind::SigmaWet, no_wet()))?;
+        parameters.add(
+            scene,
+            form,
+            CandidateParameter::positive(ParameterKind::SigmaDry, no_dry()),
+        )?;
+        parameters.add(
+            scene,
+            form,
+            CandidateParameter::positive(ParameterKind::SigmaWet, no_wet()),
+        )?;
         if scene.model.noise == NoiseOn::Both {
-            parameters.add(scene, form, CandidateParameter::positive(Kind::SigmaEnergy, no_wet()))?;
+            parameters.add(
+                scene,
+                form,
+                CandidateParameter::positive(ParameterKind::SigmaEnergy, no_wet()),
+            )?;
         }
-        if scene.model.likelihood == Likelihood::Student {
+        if scene.model.likelihood == LikelihoodFamily::Student {
             let nu = CandidateParameter {
-                kind: Kind::Nu,
-                bounds: (least(Kind::Nu.key()), f64::INFINITY),
+                kind: ParameterKind::Nu,
+                bounds: (least(ParameterKind::Nu.key()), f64::INFINITY),
                 why_not: runs.is_empty().then(|| unread("no runs in use")),
             };
             parameters.add(scene, form, nu)?;
@@ -279,11 +291,11 @@ impl Parameters {
 
     /// The same with a trend with the film ratio sampled, too, which is otherwise held at 0.
     ///
-    /// `trend` is [`Kind::LubricationTrend`] or [`Kind::InertialTrend`].
-    pub fn with_trend(mut self, trend: Kind) -> Parameters {
+    /// `trend` is [`ParameterKind::LubricationTrend`] or [`ParameterKind::InertialTrend`].
+    pub fn with_trend(mut self, trend: ParameterKind) -> ModelParameters {
         // that of a trend is the same in every form
         let (prior, source) = trend.default_prior(Form::new(Inertia::None, DrySpeed::Impact));
-        self.sampled.push(Parameter {
+        self.sampled.push(ModelParameter {
             kind: trend,
             name: trend.key().to_owned(),
             bounds: (f64::NEG_INFINITY, f64::INFINITY),
@@ -333,7 +345,7 @@ impl Parameters {
             Prior::Uniform(lo, hi) => (bounds.0.max(lo), bounds.1.min(hi)),
             _ => bounds,
         };
-        self.sampled.push(Parameter {
+        self.sampled.push(ModelParameter {
             kind,
             name,
             bounds,
@@ -344,7 +356,7 @@ impl Parameters {
     }
 
     /// The place of a sampled parameter in a draw.
-    pub fn place(&self, kind: Kind) -> Option<usize> {
+    pub fn place(&self, kind: ParameterKind) -> Option<usize> {
         self.sampled.iter().position(|parameter| parameter.kind == kind)
     }
 
@@ -370,7 +382,7 @@ impl Parameters {
 }
 
 /// The prior of a parameter and where it comes from: that of one particle goes before that of all.
-pub fn prior_of(scene: &Scene, kind: Kind, form: Form) -> (Prior, &'static str) {
+pub fn prior_of(scene: &Scene, kind: ParameterKind, form: Form) -> (Prior, &'static str) {
     match choice_of(scene, kind) {
         Some(choice) => (choice.prior, "the scene"),
         None => kind.default_prior(form),
@@ -378,23 +390,23 @@ pub fn prior_of(scene: &Scene, kind: Kind, form: Form) -> (Prior, &'static str) 
 }
 
 /// The prior the scene sets for a parameter; `None` where it keeps its default.
-fn choice_of(scene: &Scene, kind: Kind) -> Option<&PriorChoice> {
+fn choice_of(scene: &Scene, kind: ParameterKind) -> Option<&PriorChoice> {
     let of = |particle: Option<usize>| {
         let mut set = scene.priors.iter();
         set.find(|choice| choice.particle == particle && choice.parameter == kind.key())
     };
     let own = match kind {
-        Kind::DryK(particle) => of(Some(particle)),
+        ParameterKind::DryK(particle) => of(Some(particle)),
         _ => None,
     };
     own.or_else(|| of(None))
 }
 
 /// A prior that leaves a parameter no room, with the line of the scene it stands on.
-fn no_room(scene: &Scene, kind: Kind, prior: &Prior, expected: String) -> Error {
+fn no_room(scene: &Scene, kind: ParameterKind, prior: &Prior, expected: String) -> Error {
     let choice = choice_of(scene, kind);
     let (key, why) = match kind {
-        Kind::DryK(particle) => {
+        ParameterKind::DryK(particle) => {
             let of_all = choice.is_some_and(|choice| choice.particle.is_none());
             let name = &scene.particles[particle].name;
             let key = if of_all {

@@ -1,7 +1,7 @@
 //! Computes the log posterior density on the whole line, with its slopes, in one pass.
 
 use super::likelihood::{Likelihood, OutsideDomain};
-use super::parameters::Parameters;
+use super::parameters::ModelParameters;
 use super::transforms::Transform;
 
 /// A log density over the whole of a space, up to a constant.
@@ -17,17 +17,17 @@ pub trait LogDensity: Sync {
 
 /// The posterior of a scene: priors times likelihood, on unbounded parameters.
 #[derive(Debug, Clone)]
-pub struct Posterior {
-    parameters: Parameters,
+pub struct PosteriorDensity {
+    parameters: ModelParameters,
     transforms: Vec<Transform>,
     likelihood: Likelihood,
 }
 
-impl Posterior {
+impl PosteriorDensity {
     /// The posterior of these parameters under a likelihood of the same scene.
-    pub fn new(parameters: Parameters, likelihood: Likelihood) -> Posterior {
+    pub fn new(parameters: ModelParameters, likelihood: Likelihood) -> PosteriorDensity {
         let transforms = parameters.sampled.iter().map(|p| Transform::of(p.bounds)).collect();
-        Posterior {
+        PosteriorDensity {
             parameters,
             transforms,
             likelihood,
@@ -35,7 +35,7 @@ impl Posterior {
     }
 
     /// The parameters.
-    pub fn parameters(&self) -> &Parameters {
+    pub fn parameters(&self) -> &ModelParameters {
         &self.parameters
     }
 
@@ -55,7 +55,7 @@ impl Posterior {
     }
 }
 
-impl LogDensity for Posterior {
+impl LogDensity for PosteriorDensity {
     fn dimension(&self) -> usize {
         self.transforms.len()
     }

@@ -79,7 +79,7 @@ pub struct Balance {
 
 /// What losses take together at one film ratio, and the slopes of that in the shared parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct AtFilm {
+pub struct BalanceAtFilm {
     /// their sum
     pub share: Share,
     /// in the order of [`Coefficient::ALL`], nothing in those that no loss of the form has: without gaps, since this is
@@ -87,11 +87,11 @@ pub struct AtFilm {
     pub slopes: [Share; Coefficient::COUNT],
 }
 
-impl AtFilm {
+impl BalanceAtFilm {
     /// Those of a form.
     #[inline]
-    pub fn new(form: Form, film_ratio: f64, values: &Coefficients) -> AtFilm {
-        let mut all = AtFilm::default();
+    pub fn new(form: Form, film_ratio: f64, values: &Coefficients) -> BalanceAtFilm {
+        let mut all = BalanceAtFilm::default();
         for one in form.at(film_ratio, values) {
             all.share = all.share + one.share;
             for Slope { of, share } in one.slopes.into_iter().flatten() {
@@ -221,7 +221,7 @@ pub fn kept_energy(setting: &Setting, form: Form, parameters: &Parameters, impac
 
 /// Slopes of [`kept_energy`] in the parameters.
 pub fn kept_energy_slopes(setting: &Setting, form: Form, parameters: &Parameters, impact_speed: f64) -> Gradient {
-    let at_film = AtFilm::new(form, setting.film_ratio(), &parameters.shared);
+    let at_film = BalanceAtFilm::new(form, setting.film_ratio(), &parameters.shared);
     let balance = Balance::at(form, parameters.dry_k, at_film.share, setting.density_ratio());
     let at = Impact::new(setting, form, impact_speed);
     let mut shared = [0.0; Coefficient::COUNT];

@@ -33,7 +33,7 @@ use super::loss::{Fixed, Setting};
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Restitution {
-    dry: Dry,
+    dry: DryLoss,
     /// loss whatever the speed
     constant: f64,
     /// losses that fall with 1/v, m/s, and with 1/v², m²/s²
@@ -41,14 +41,14 @@ pub struct Restitution {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Dry {
+enum DryLoss {
     /// e_dry² at the reference speed
     Fixed(f64),
     /// k, e_dry being taken at the impact speed to this order
     Own(f64, Order),
 }
 
-impl Dry {
+impl DryLoss {
     /// k v^(1/5), held beyond the speed the law is valid to: e_dry is then zero to first order, its minimum to second.
     fn loss(order: Order, dry_k: f64, speed: f64) -> f64 {
         (dry_k * speed_root(speed)).min(order.largest_loss())
@@ -64,8 +64,10 @@ impl Restitution {
         let over_speed = lost.over_stokes * Impact::new(setting, form, 1.0).over_stokes;
         Restitution {
             dry: match form.dry_speed {
-                DrySpeed::Reference(speed) => Dry::Fixed(order.of_loss(Dry::loss(order, dry_k, speed))[0].powi(2)),
-                DrySpeed::Impact => Dry::Own(dry_k, order),
+                DrySpeed::Reference(speed) => {
+                    DryLoss::Fixed(order.of_loss(DryLoss::loss(order, dry_k, speed))[0].powi(2))
+                }
+                DrySpeed::Impact => DryLoss::Own(dry_k, order),
             },
             constant: lost.constant,
             falling: Fixed {
@@ -78,8 +80,8 @@ impl Restitution {
     /// Share of the impact energy kept, r, at an impact speed above zero, m/s; negative where there is no rebound.
     pub fn kept_energy(&self, impact_speed: f64) -> f64 {
         let dry = match self.dry {
-            Dry::Fixed(square) => square,
-            Dry::Own(k, order) => order.of_loss(Dry::loss(order, k, impact_speed))[0].powi(2),
+            DryLoss::Fixed(square) => square,
+            DryLoss::Own(k, order) => order.of_loss(DryLoss::loss(order, k, impact_speed))[0].powi(2),
         };
         let inverse = 1.0 / impact_speed;
         dry - self.constant - (self.falling.over_speed + self.falling.over_square * inverse) * inverse
@@ -97,9 +99,9 @@ impl Restitution {
             return None;
         }
         let dry = match self.dry {
-            Dry::Fixed(_) => 0.0,
-            Dry::Own(k, order) => {
-                let z = Dry::loss(order, k, impact_speed);
+            DryLoss::Fixed(_) => 0.0,
+            DryLoss::Own(k, order) => {
+                let z = DryLoss::loss(order, k, impact_speed);
                 2.0 * order.of_loss(z)[0] * order.in_log_speed(z)[0]
             }
         };

@@ -14,7 +14,7 @@ use crate::error::{named, quoted, Error};
 use crate::files;
 use crate::findings::predict::{Basis, Covered, Draw, ParticleLaw};
 use crate::findings::SCHEMA;
-use crate::model::parameters::Kind;
+use crate::model::parameters::ParameterKind;
 use crate::physics::coefficient::Coefficients;
 use crate::physics::form::Term;
 use crate::physics::{Coefficient, DrySpeed, Form, Inertia, Parameters, Viscous};
@@ -42,31 +42,31 @@ pub struct Finished {
     pub failed: Vec<String>,
     /// the scene's numbers
     pub basis: Basis,
-    posterior: Sampled,
+    posterior: PosteriorRecord,
 }
 
 #[derive(Deserialize)]
-struct Mark {
+struct FindingsHeader {
     schema: String,
     wetcor: String,
     title: String,
 }
 
 #[derive(Deserialize)]
-struct File {
-    posterior: Option<Sampled>,
-    verdicts: Vec<Check>,
+struct FindingsRecord {
+    posterior: Option<PosteriorRecord>,
+    verdicts: Vec<CheckRecord>,
 }
 
 #[derive(Deserialize)]
-struct Check {
+struct CheckRecord {
     passed: bool,
     gates: bool,
     text: String,
 }
 
 #[derive(Debug, Deserialize)]
-struct Sampled {
+struct PosteriorRecord {
     parameters: Vec<Named>,
     left_out: Vec<Named>,
     chains: usize,
@@ -114,7 +114,7 @@ impl Finished {
             let text = format!("{}: no findings of wetcor ({error})", path.display());
             Error::Usage(format!("{text}; {}", again(folder)))
         };
-        let mark: Mark = serde_json::from_slice(&bytes).map_err(|error| no_json(&error))?;
+        let mark: FindingsHeader = serde_json::from_slice(&bytes).map_err(|error| no_json(&error))?;
         let ours = env!("CARGO_PKG_VERSION");
         if mark.schema != SCHEMA {
             let found = quoted(&mark.schema);
@@ -126,7 +126,7 @@ impl Finished {
             let text = format!("{path}: written by wetcor {theirs}, this is `{ours}`, whose formulas may differ");
             return Err(Error::Usage(format!("{text}; {}", again(folder))));
         }
-        let file: File = serde_json::from_slice(&bytes).map_err(|error| no_json(&error))?;
+        let file: FindingsRecord = serde_json::from_slice(&bytes).map_err(|error| no_json(&error))?;
         let Some(posterior) = file.posterior else {
             let text = format!("{}: the fit has no posterior to predict from", path.display());
             return Err(Error::Usage(format!("{text}; {}", again(folder))));
@@ -178,13 +178,14 @@ impl Finished {
             let unread = (!form.has(coefficient)).then_some(f64::NAN);
             (coefficient.describe().name.to_owned(), unread)
         });
-        let optional = |kind: Kind, none: f64| (kind.key().to_owned(), (!self.has(kind.key())).then_some(none));
+        let optional =
+            |kind: ParameterKind, none: f64| (kind.key().to_owned(), (!self.has(kind.key())).then_some(none));
         let mut wanted = vec![(dry_k, None)];
         wanted.extend(shared);
         wanted.extend([
-            (Kind::SigmaWet.key().to_owned(), None),
-            optional(Kind::SigmaEnergy, 0.0),
-            optional(Kind::Nu, f64::INFINITY),
+            (ParameterKind::SigmaWet.key().to_owned(), None),
+            optional(ParameterKind::SigmaEnergy, 0.0),
+            optional(ParameterKind::Nu, f64::INFINITY),
         ]);
         let sources = self.sources(&wanted)?;
         let draws = (0..self.posterior.chains * self.posterior.draws).map(|draw| {
@@ -255,7 +256,7 @@ impl Finished {
     /// Columns of the table of draws, which must be the one that was written with these findings.
     fn columns(&self, columns: &[&str]) -> Result<Vec<Vec<f64>>, Error> {
         let path = self.folder.join(TABLE);
-        let Sampled { chains, draws, .. } = self.posterior;
+        let PosteriorRecord { chains, draws, .. } = self.posterior;
         let numbers = (chains * draws) as u64 * (self.posterior.parameters.len() as u64 + CONTROLS);
         let [fewest, most] = BYTES_A_NUMBER.map(|bytes| numbers * bytes);
         // the names in the header have as much room as all of a findings.json
@@ -330,7 +331,7 @@ impl Finished {
 }
 
 /// What is wrong with the numbers a prediction starts from, the draws apart; `None`: nothing.
-fn odd_number(posterior: &Sampled) -> Option<String> {
+fn odd_number(posterior: &PosteriorRecord) -> Option<String> {
     let basis = &posterior.basis;
     let (chains, draws) = (posterior.chains, posterior.draws);
     let in_all = chains.checked_mul(draws).map(|all| all as u64);
@@ -385,7 +386,7 @@ fn odd_number(posterior: &Sampled) -> Option<String> {
 
 /// What is wrong with a parameter's value; `None`: nothing. Held values may be 0 where the term they scale is left out.
 fn odd_value(name: &str, x: f64, held: bool) -> Option<String> {
-    let least = if name == Kind::Nu.key() { 2.0 } else { 0.0 };
+    let least = if name == ParameterKind::Nu.key() { 2.0 } else { 0.0 };
     // a term without a prefactor takes nothing
     let scales = |coefficient: &Coefficient| {
         let own = coefficient.describe();
@@ -397,7 +398,12 @@ fn odd_value(name: &str, x: f64, held: bool) -> Option<String> {
 }
 
 /// The parameters of the noise.
-const NOISE: [Kind; 4] = [Kind::SigmaWet, Kind::SigmaEnergy, Kind::Nu, Kind::SigmaDry];
+const NOISE: [ParameterKind; 4] = [
+    ParameterKind::SigmaWet,
+    ParameterKind::SigmaEnergy,
+    ParameterKind::Nu,
+    ParameterKind::SigmaDry,
+];
 
 /// The bytes of a file of the folder, which has no more than so many.
 fn read(path: &Path, what: &str, folder: &Path, most: u64) -> Result<Vec<u8>, Error> {

@@ -10,7 +10,7 @@ use serde::Deserialize;
 use super::draws::zarr;
 pub use super::files::{File, Files, Fill, Last, Streamed};
 use crate::error::{named, quoted, Error};
-use crate::staging::{self, Place, Staging};
+use crate::staging::{self, OutputPlace, Staging};
 use crate::{files, findings};
 
 /// The name and version of the layout of `trade.json`.
@@ -35,7 +35,7 @@ impl Contents {
     }
 
     /// Whether it is we who write a file of this path inside such a folder.
-    fn has(self, inside: &Path, mark: &Mark) -> bool {
+    fn has(self, inside: &Path, mark: &ReportMark) -> bool {
         let parts: Option<Vec<&str>> = inside.iter().map(OsStr::to_str).collect();
         match (self, parts.as_deref()) {
             (Contents::Trade, Some([name])) => ["trade.md", "trade.json", "trade.svg"].contains(name),
@@ -54,7 +54,7 @@ impl Contents {
 
 /// What is read of the file that tells.
 #[derive(Deserialize)]
-struct Mark {
+struct ReportMark {
     schema: String,
     title: String,
     #[serde(default)]
@@ -67,7 +67,7 @@ const LARGEST_MARK: u64 = 1 << 28;
 /// A folder that may be written, and replaced where it holds an earlier one of ours.
 #[derive(Debug)]
 pub struct Destination {
-    place: Place,
+    place: OutputPlace,
     contents: Contents,
     title: String,
     /// what is read to fill it, which must not lie inside it
@@ -92,7 +92,7 @@ impl Destination {
     }
 
     /// Fails unless the place is free or holds an earlier one of ours and nothing else.
-    fn allow(&self, place: &Place) -> Result<(), Error> {
+    fn allow(&self, place: &OutputPlace) -> Result<(), Error> {
         if !place.is_taken() {
             return Ok(());
         }
@@ -153,7 +153,7 @@ impl Destination {
     }
 }
 
-fn read_mark(path: &Path) -> Option<Mark> {
+fn read_mark(path: &Path) -> Option<ReportMark> {
     let bytes = files::read(path, LARGEST_MARK, "read").ok()?;
     serde_json::from_slice(&bytes).ok()
 }

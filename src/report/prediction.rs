@@ -85,7 +85,7 @@ pub struct Origin<'a> {
 /// Fails where a number is not finite.
 pub fn json(origin: Origin, setting: &Setting, rows: &[Predicted]) -> Result<String, Error> {
     #[derive(Serialize)]
-    struct File<'a> {
+    struct PredictionFile<'a> {
         #[serde(flatten)]
         origin: Origin<'a>,
         diameter_m: f64,
@@ -102,7 +102,7 @@ pub fn json(origin: Origin, setting: &Setting, rows: &[Predicted]) -> Result<Str
         why_none: Option<&'static str>,
     }
     check(rows)?;
-    json::text(&File {
+    json::text(&PredictionFile {
         origin,
         diameter_m: setting.diameter,
         film_m: setting.film,

@@ -3,7 +3,7 @@
 use super::numbers;
 use crate::findings::estimate::Estimate;
 use crate::findings::posterior::QuantitySummary;
-use crate::model::parameters::Kind;
+use crate::model::parameters::ParameterKind;
 use crate::physics::Quantity;
 use crate::scene::Scene;
 use crate::units::micrometres;
@@ -61,9 +61,9 @@ pub fn five_to_ninety_five(quantity: Quantity, of: &QuantitySummary) -> String {
 }
 
 /// A parameter's symbol, with its particle where it is of one.
-pub fn parameter_label(scene: &Scene, kind: Kind, symbol: &str) -> String {
+pub fn parameter_label(scene: &Scene, kind: ParameterKind, symbol: &str) -> String {
     match kind {
-        Kind::DryK(particle) => format!("{symbol}, {}", scene.particles[particle].name),
+        ParameterKind::DryK(particle) => format!("{symbol}, {}", scene.particles[particle].name),
         _ => symbol.to_owned(),
     }
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::new_run::NewRun;
 use super::typed::ParquetRuns;
 use crate::error::Error;
-use crate::staging::{self, Place, Staging};
+use crate::staging::{self, OutputPlace, Staging};
 
 /// Rows gathered before a Parquet batch is written.
 const BATCH: usize = 65_536;
@@ -103,7 +103,7 @@ impl<'a> RunWriter<'a> {
 }
 
 /// Fails where something stands that is not to be replaced.
-fn allow(place: &Place, existing: Existing) -> Result<(), Error> {
+fn allow(place: &OutputPlace, existing: Existing) -> Result<(), Error> {
     let refuse = |reason: &str| {
         Err(Error::Out {
             path: place.named().to_path_buf(),

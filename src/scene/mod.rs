@@ -33,8 +33,8 @@ mod unknown_keys;
 
 pub(crate) use choices::least;
 pub use choices::{
-    Bootstrap, IntervalMethod, Likelihood, ModelChoices, NoiseOn, PriorChoice, ResamplingScheme, Sampler, Sticking,
-    MOST_KEPT,
+    Bootstrap, IntervalMethod, LikelihoodFamily, ModelChoices, NoiseOn, PriorChoice, ResamplingScheme, Sampler,
+    Sticking, MOST_KEPT,
 };
 pub use contents::{Data, Scene, Screens};
 pub use expect::LARGEST_FILM_RATIO;

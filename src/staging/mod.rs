@@ -14,7 +14,7 @@ mod left;
 mod place;
 mod rename;
 
-pub use place::Place;
+pub use place::OutputPlace;
 pub use rename::take_two_steps;
 
 use std::fs::File;
@@ -57,7 +57,7 @@ fn making() -> RwLockWriteGuard<'static, Making> {
 /// What is being made for a place. Dropped, it leaves nothing.
 #[derive(Debug)]
 pub struct Staging {
-    place: Place,
+    place: OutputPlace,
     /// `None` once it is gone
     folder: Option<TempDir>,
     /// where the file or folder itself is made
@@ -70,7 +70,7 @@ impl Staging {
     const TRIES: usize = 100;
 
     /// Begins a file or folder for a place.
-    pub fn beside(place: &Place) -> Result<Staging, Error> {
+    pub fn beside(place: &OutputPlace) -> Result<Staging, Error> {
         let (base, inside) = place.base();
         // without the folder's name, which means nothing to anybody
         let fail = |error: io::Error| match error.raw_os_error() {
@@ -121,7 +121,7 @@ impl Staging {
     /// Puts what was made in its place, and removes what stood there.
     ///
     /// `allow` is called just before, and may refuse to have replaced what stands there then.
-    pub fn put(mut self, allow: impl Fn(&Place) -> Result<(), Error>) -> Result<(), Error> {
+    pub fn put(mut self, allow: impl Fn(&OutputPlace) -> Result<(), Error>) -> Result<(), Error> {
         let _turn = turn(self.place.base().0);
         // from here on an interruption waits
         let mut making = making();
@@ -206,8 +206,8 @@ impl Drop for Staging {
 /// Finds a place, clears what earlier runs left beside it, and tries whether something can be made there.
 ///
 /// Fails where nothing can be: a name that no file may have, a link to nothing, a folder that may not be written to.
-pub fn prepare(named: &Path) -> Result<Place, Error> {
-    let place = Place::find(named)?;
+pub fn prepare(named: &Path) -> Result<OutputPlace, Error> {
+    let place = OutputPlace::find(named)?;
     drop(Staging::beside(&place)?);
     Ok(place)
 }

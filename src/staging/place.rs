@@ -9,18 +9,18 @@ use crate::error::Error;
 
 /// A file or folder to be written.
 #[derive(Debug, Clone)]
-pub struct Place {
+pub struct OutputPlace {
     /// as the user named it
     pub(super) named: PathBuf,
     /// from the root, links followed: where it is, whatever becomes of the working folder
     pub(super) path: PathBuf,
 }
 
-impl Place {
+impl OutputPlace {
     /// Finds the place, and clears what earlier runs left beside it.
     ///
     /// Fails for a name that no file may have, a link to nothing, and what may not be replaced.
-    pub(super) fn find(named: &Path) -> Result<Place, Error> {
+    pub(super) fn find(named: &Path) -> Result<OutputPlace, Error> {
         let refuse = |reason: &str| Error::Out {
             path: named.to_path_buf(),
             reason: reason.to_owned(),
@@ -33,7 +33,7 @@ impl Place {
         let Some(path) = path.map_err(fail)? else {
             return Err(refuse("is a link to nothing"));
         };
-        let place = Place {
+        let place = OutputPlace {
             named: named.to_path_buf(),
             path,
         };

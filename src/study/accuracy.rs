@@ -11,7 +11,7 @@ use crate::inference::nuts::{Effort, TARGET_ACCEPT};
 use crate::inference::prepared_posterior::{Evaluation, PreparedPosterior};
 use crate::inference::sampling::{sample_by_nuts, Method, Sampled};
 use crate::model::likelihood::Likelihood;
-use crate::model::parameters::Parameters;
+use crate::model::parameters::ModelParameters;
 use crate::model::simulate::Simulation;
 use crate::runs;
 use crate::scene::{self, Scene};
@@ -120,7 +120,7 @@ fn one(index: u64, seed: u64) -> Result<Answers, Error> {
     })?;
     let runs = runs::arrange(&scene, &drawn);
     let form = scene.model.form();
-    let parameters = Parameters::of(&scene, &runs, form)?;
+    let parameters = ModelParameters::of(&scene, &runs, form)?;
     let rows = Likelihood::of_rows(&scene, &runs, form);
     let Some(truth) = long_run(&parameters, &rows, seed, index) else {
         return Ok(None);
@@ -150,7 +150,7 @@ fn effort(draws: usize) -> Effort {
 
 /// A long run over every row, whose Monte Carlo error is small beside the finest accuracy; `None` where it does not
 /// converge.
-fn long_run(parameters: &Parameters, rows: &Likelihood, seed: u64, index: u64) -> Option<Vec<Summary>> {
+fn long_run(parameters: &ModelParameters, rows: &Likelihood, seed: u64, index: u64) -> Option<Vec<Summary>> {
     const FIRST: usize = 10_000;
     const MOST: usize = 200_000;
     let finest = REQUESTED.iter().copied().fold(f64::INFINITY, f64::min);

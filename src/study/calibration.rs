@@ -13,11 +13,11 @@ use crate::inference::bootstrap::strata::LEAST_RUNS;
 use crate::inference::delta::{Interval, LEVELS};
 use crate::model::simulate::Simulation;
 use crate::report::markdown::page::Page;
-use crate::report::markdown::table::Table;
+use crate::report::markdown::table::ReportTable;
 use crate::runs;
 use crate::scene::{self, Scene, WetLaw};
 use crate::seed::stream;
-use crate::staging::Place;
+use crate::staging::OutputPlace;
 
 /// The methods compared, as intervals name them, the simplest first.
 pub const METHODS: [&str; 4] = ["delta", "percentile", "bca", "studentized"];
@@ -292,7 +292,7 @@ fn index_of(interval: &Interval) -> Option<usize> {
 const TITLE: &str = "Do the intervals cover?";
 
 /// Fails where something stands at a place that is no earlier page of this kind.
-pub fn may_replace(place: &Place) -> Result<(), Error> {
+pub fn may_replace(place: &OutputPlace) -> Result<(), Error> {
     let heading = format!("# {TITLE}");
     let is_ours = || {
         let mut start = vec![];
@@ -332,7 +332,7 @@ pub fn markdown(table: &CoverageTable) -> String {
     let designs = ALL.iter().map(|design| format!("{}: {}", design.name, design.what));
     page.list(&designs.collect::<Vec<_>>());
     let rows = table.rows.chunks_exact(METHODS.len());
-    let mut covered = Table::of(rows)
+    let mut covered = ReportTable::of(rows)
         .column("design", |methods| methods[0].design)
         .column("law", |methods| methods[0].law)
         .column("quantity", |methods| methods[0].quantity);

@@ -4,7 +4,7 @@
 #![allow(dead_code, reason = "shared by several test files")]
 
 use wetcor::model::likelihood::{Likelihood, OutsideDomain};
-use wetcor::model::parameters::{Kind, Parameters};
+use wetcor::model::parameters::{ModelParameters, ParameterKind};
 use wetcor::model::posterior::LogDensity;
 use wetcor::model::transforms::Transform;
 use wetcor::runs::Runs;
@@ -17,14 +17,14 @@ pub enum Fault {
     LogJacobianForgotten,
     BoundOnKForgotten,
     SigmaSquaredForSigma,
-    PriorForgotten(Kind),
+    PriorForgotten(ParameterKind),
     TwoLForFourL,
     StuckRunsDropped,
 }
 
 /// The posterior put together from its parts, so that one of them can be wrong.
 pub struct Assembled {
-    pub parameters: Parameters,
+    pub parameters: ModelParameters,
     transforms: Vec<Transform>,
     pub likelihood: Likelihood,
     fault: Fault,
@@ -33,7 +33,7 @@ pub struct Assembled {
 impl Assembled {
     pub fn new(scene: &Scene, all: &Runs, fault: Fault) -> Assembled {
         let form = scene.model.form();
-        let parameters = Parameters::of(scene, all, form).expect("priors with room");
+        let parameters = ModelParameters::of(scene, all, form).expect("priors with room");
         let mut kept = all.clone();
         if fault == Fault::StuckRunsDropped {
             kept.series
@@ -42,7 +42,7 @@ impl Assembled {
             kept.dry.iter_mut().for_each(|dry| dry.stuck.end = dry.stuck.start);
         }
         let transforms = parameters.sampled.iter().map(|p| match p.kind {
-            Kind::DryK(_) if fault == Fault::BoundOnKForgotten => Transform::Above(0.0),
+            ParameterKind::DryK(_) if fault == Fault::BoundOnKForgotten => Transform::Above(0.0),
             _ => Transform::of(p.bounds),
         });
         Assembled {
@@ -72,10 +72,10 @@ impl LogDensity for Assembled {
         let (mut l_factor, mut sigma_factor) = (1.0, 1.0);
         if self.fault == Fault::TwoLForFourL {
             l_factor = 0.5;
-            full[Kind::LUBRICATION_LOG.slot()] *= l_factor;
+            full[ParameterKind::LUBRICATION_LOG.slot()] *= l_factor;
         }
         if self.fault == Fault::SigmaSquaredForSigma {
-            let sigma = &mut full[Kind::SigmaWet.slot()];
+            let sigma = &mut full[ParameterKind::SigmaWet.slot()];
             sigma_factor = 2.0 * *sigma;
             *sigma *= *sigma;
         }
@@ -92,8 +92,8 @@ impl LogDensity for Assembled {
             let mapped = transform.at(*u);
             let mut of_value = full_slopes[parameter.kind.slot()];
             match parameter.kind {
-                Kind::LUBRICATION_LOG => of_value *= l_factor,
-                Kind::SigmaWet => of_value *= sigma_factor,
+                ParameterKind::LUBRICATION_LOG => of_value *= l_factor,
+                ParameterKind::SigmaWet => of_value *= sigma_factor,
                 _ => {}
             }
             if self.fault != Fault::PriorForgotten(parameter.kind) {

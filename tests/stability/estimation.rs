@@ -9,7 +9,7 @@ use wetcor::inference::prepared_posterior::Evaluation;
 use wetcor::inference::regression::Regression;
 use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
 use wetcor::model::likelihood::Likelihood;
-use wetcor::model::parameters::{Kind, Parameters};
+use wetcor::model::parameters::{ModelParameters, ParameterKind};
 use wetcor::physics::inertia::Inertia;
 use wetcor::physics::{DrySpeed, Form};
 use wetcor::runs::NewRun;
@@ -448,14 +448,14 @@ fn compressed_sum() -> Vec<Row> {
         }
         let runs = table(&base, &runs).runs;
         let parameters =
-            Parameters::of(&base, &runs, Form::new(Inertia::Stepwise, base.model.dry_speed)).expect("room");
+            ModelParameters::of(&base, &runs, Form::new(Inertia::Stepwise, base.model.dry_speed)).expect("room");
         let rows_all = Likelihood::of_rows(&base, &runs, Form::new(Inertia::Stepwise, base.model.dry_speed));
         let start = vec![
-            (Kind::DryK(0), 0.18),
-            (Kind::LUBRICATION_LOG, 1.8),
-            (Kind::INERTIAL_PREFACTOR, 0.7),
-            (Kind::SigmaWet, sigma),
-            (Kind::SigmaDry, sigma),
+            (ParameterKind::DryK(0), 0.18),
+            (ParameterKind::LUBRICATION_LOG, 1.8),
+            (ParameterKind::INERTIAL_PREFACTOR, 0.7),
+            (ParameterKind::SigmaWet, sigma),
+            (ParameterKind::SigmaDry, sigma),
         ];
         let effort = Effort {
             chains: 2,

@@ -8,7 +8,7 @@ use wetcor::inference::least_squares::{Fit, Stop};
 use wetcor::inference::regression::Regression;
 use wetcor::model::likelihood::normal::ln_normal_cdf;
 use wetcor::model::likelihood::Likelihood;
-use wetcor::model::parameters::{Kind, COMMON_SLOTS};
+use wetcor::model::parameters::{ParameterKind, COMMON_SLOTS};
 use wetcor::physics::balance::kept_energy_slopes;
 use wetcor::physics::inertia::Inertia;
 use wetcor::physics::{bridge, numbers, rebound, viscous};
@@ -69,7 +69,7 @@ fn form(name: &str) -> Inertia {
 }
 
 /// A full vector with these values, and 0 for what is not read.
-fn full(values: &[(Kind, f64)]) -> Vec<f64> {
+fn full(values: &[(ParameterKind, f64)]) -> Vec<f64> {
     let mut full = vec![0.0; COMMON_SLOTS + 1];
     for (kind, value) in values {
         full[kind.slot()] = *value;
@@ -94,17 +94,21 @@ fn run_alone(scene: &mut Scene, form: Inertia, x: &[f64]) -> Vec<f64> {
     let runs = runs::arrange(scene, &[run]);
     let likelihood = Likelihood::of_rows(scene, &runs, Form::new(form, DrySpeed::Impact));
     let full = full(&[
-        (Kind::LUBRICATION_LOG, l),
-        (Kind::INERTIAL_PREFACTOR, c),
-        (Kind::FILM_SCALE, scale),
-        (Kind::SigmaWet, sigma),
-        (Kind::DryK(0), k),
+        (ParameterKind::LUBRICATION_LOG, l),
+        (ParameterKind::INERTIAL_PREFACTOR, c),
+        (ParameterKind::FILM_SCALE, scale),
+        (ParameterKind::SigmaWet, sigma),
+        (ParameterKind::DryK(0), k),
     ]);
     let mut slopes = full.clone();
     let value = likelihood.ln_density(&full, &mut slopes).expect("finite");
-    let mut kinds = vec![Kind::DryK(0), Kind::LUBRICATION_LOG, Kind::INERTIAL_PREFACTOR];
-    kinds.extend(form.has_film_scale().then_some(Kind::FILM_SCALE));
-    kinds.push(Kind::SigmaWet);
+    let mut kinds = vec![
+        ParameterKind::DryK(0),
+        ParameterKind::LUBRICATION_LOG,
+        ParameterKind::INERTIAL_PREFACTOR,
+    ];
+    kinds.extend(form.has_film_scale().then_some(ParameterKind::FILM_SCALE));
+    kinds.push(ParameterKind::SigmaWet);
     let of_kinds = kinds.into_iter().map(|kind| slopes[kind.slot()]);
     std::iter::once(value).chain(of_kinds).collect()
 }
@@ -122,10 +126,10 @@ fn dry_run_alone(scene: &Scene, x: &[f64]) -> Vec<f64> {
     };
     let runs = runs::arrange(scene, &[run]);
     let likelihood = Likelihood::of_rows(scene, &runs, Form::new(Inertia::None, DrySpeed::Impact));
-    let full = full(&[(Kind::SigmaDry, sigma), (Kind::DryK(0), k)]);
+    let full = full(&[(ParameterKind::SigmaDry, sigma), (ParameterKind::DryK(0), k)]);
     let mut slopes = full.clone();
     let value = likelihood.ln_density(&full, &mut slopes).expect("finite");
-    let [of_k, of_sigma] = [Kind::DryK(0), Kind::SigmaDry].map(|kind| slopes[kind.slot()]);
+    let [of_k, of_sigma] = [ParameterKind::DryK(0), ParameterKind::SigmaDry].map(|kind| slopes[kind.slot()]);
     vec![value, of_k, of_sigma]
 }
 

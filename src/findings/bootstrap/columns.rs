@@ -12,7 +12,7 @@ use crate::runs::Runs;
 use crate::scene::{Scene, WetLaw};
 
 /// Where the runs of a series, or dry runs of a diameter, stand.
-struct ColumnPlace {
+struct SeriesColumns {
     runs: Range<usize>,
     strata: Range<usize>,
     /// empty where nothing rebounded: there is nothing to draw
@@ -24,7 +24,7 @@ struct ColumnPlace {
 /// The runs of all fits as columns in the order of the strata.
 pub(super) struct Columns {
     pub(super) pool: Pool,
-    places: Vec<ColumnPlace>,
+    places: Vec<SeriesColumns>,
     dry_runs: usize,
     /// where each run stands in the table
     order: Vec<usize>,
@@ -90,7 +90,7 @@ impl Columns {
         self.pool.strata.extend(shifted);
         let runs = first..first + order.len();
         self.pool.series.extend((!order.is_empty()).then(|| runs.clone()));
-        self.places.push(ColumnPlace {
+        self.places.push(SeriesColumns {
             runs,
             strata: strata..self.pool.strata.len(),
             series: series..self.pool.series.len(),
@@ -120,7 +120,7 @@ impl Columns {
     }
 
     /// What some series cover together.
-    fn joined(&self, places: &Range<usize>, of: fn(&ColumnPlace) -> &Range<usize>) -> Range<usize> {
+    fn joined(&self, places: &Range<usize>, of: fn(&SeriesColumns) -> &Range<usize>) -> Range<usize> {
         let places = &self.places[places.clone()];
         let (first, last) = (places.first().map(of), places.last().map(of));
         first.map_or(0, |range| range.start)..last.map_or(0, |range| range.end)

@@ -24,7 +24,7 @@ pub(super) enum Output {
 /// What a sensitivity analysis of some results rests on.
 pub(super) struct SensitivityAnalysis<'a> {
     pub(super) scene: &'a Scene,
-    pub(super) sample: &'a Sample,
+    pub(super) sample: &'a RunSample,
     pub(super) dry: &'a [FittedDry],
     pub(super) in_use: &'a MaterialsInUse,
     pub(super) outputs: &'a [Output],
@@ -33,7 +33,7 @@ pub(super) struct SensitivityAnalysis<'a> {
 }
 
 /// The dry rebounds of a table and some of the wet ones.
-pub(super) struct Sample {
+pub(super) struct RunSample {
     pub(super) runs: Runs,
     /// share of the wet rebounds that is in it
     pub(super) share: f64,
@@ -95,9 +95,9 @@ impl SensitivityAnalysis<'_> {
     }
 }
 
-impl Sample {
+impl RunSample {
     /// The dry rebounds and about `most` of the wet ones, spread over each series; at least one a series.
-    pub(super) fn of(runs: &Runs, most: usize) -> Sample {
+    pub(super) fn of(runs: &Runs, most: usize) -> RunSample {
         /// multiples of this have parts behind the point that fill [0, 1) evenly, and fall in step with no repeat of a
         /// design
         const GOLDEN: f64 = 0.618_033_988_749_894_9;
@@ -106,7 +106,7 @@ impl Sample {
         let share = if all > most { most as f64 / all as f64 } else { 1.0 };
         let is_sampled = |place: usize| (place as f64 * GOLDEN).fract() < share;
         let sample = runs.with_rebounds(is_sampled);
-        Sample {
+        RunSample {
             share: rebounds(&sample) as f64 / all.max(1) as f64,
             runs: sample,
         }

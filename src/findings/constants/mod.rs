@@ -28,7 +28,7 @@ use crate::physics::Quantity;
 use crate::runs::{FilmGroup, Runs};
 use crate::scene::{Scene, WetLaw};
 use constant::{Constant, MaterialsInUse};
-use elasticities::{Output, Sample, SensitivityAnalysis};
+use elasticities::{Output, RunSample, SensitivityAnalysis};
 use refit::BalanceMinimum;
 pub use sensitivity::{Elasticity, Sensitivity};
 use sensitivity::{Subject, BALANCE};
@@ -59,7 +59,7 @@ pub fn find_sensitivities(
     }
     let targets: Vec<Output> = outputs.iter().map(|(output, _)| *output).collect();
     let in_use = MaterialsInUse::new(scene, runs);
-    let sample = Sample::of(runs, MOST_REBOUNDS);
+    let sample = RunSample::of(runs, MOST_REBOUNDS);
     let minimum = |balance| BalanceMinimum::new(scene, &sample.runs, dry, balance, sample.share);
     let analysis = SensitivityAnalysis {
         scene,

@@ -9,7 +9,7 @@ use crate::findings::estimate::Estimate;
 use crate::findings::film_ratio::rounded_film_ratio;
 use crate::findings::least_squares::LeastSquares;
 use crate::findings::scaling::Scaling;
-use crate::model::parameters::Kind;
+use crate::model::parameters::ParameterKind;
 use crate::runs::{FilmGroup, Runs};
 use crate::scene::{Scene, WetLaw};
 
@@ -41,14 +41,14 @@ pub(super) fn find_combinations(
     identifiability: &Identifiability,
     members: &[usize],
 ) -> Vec<IdentifiableCombination> {
-    let kinds: Vec<Kind> = members.iter().map(|place| identifiability.kinds[*place]).collect();
-    let has = |kind: Kind| kinds.contains(&kind);
+    let kinds: Vec<ParameterKind> = members.iter().map(|place| identifiability.kinds[*place]).collect();
+    let has = |kind: ParameterKind| kinds.contains(&kind);
     let particles = words::particles(&kinds);
     // a parameter by itself has no combination, except that C g(δ̃) stands while δ̃0 moves
-    if kinds.len() == 1 && !has(Kind::FILM_SCALE) {
+    if kinds.len() == 1 && !has(ParameterKind::FILM_SCALE) {
         return vec![];
     }
-    let found: Vec<IdentifiableCombination> = if has(Kind::LUBRICATION_LOG) {
+    let found: Vec<IdentifiableCombination> = if has(ParameterKind::LUBRICATION_LOG) {
         vec![]
     } else if particles.is_empty() {
         inertial_loss(least_squares)

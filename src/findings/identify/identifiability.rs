@@ -7,7 +7,7 @@ use crate::findings::estimate::Estimate;
 use crate::findings::least_squares::LeastSquares;
 use crate::inference::information::{DirectionalInformation, LogNormalPrior, RunsWithPriors};
 use crate::inference::joint::Joint;
-use crate::model::parameters::{prior_of, Kind};
+use crate::model::parameters::{prior_of, ParameterKind};
 use crate::physics::loss::Loss;
 use crate::physics::Form;
 use crate::runs::Runs;
@@ -18,7 +18,7 @@ pub(super) struct Identifiability<'r> {
     /// the runs in use, and every parameter of their fit
     joint: Joint<'r>,
     /// the parameters, those the scene holds left out
-    pub kinds: Vec<Kind>,
+    pub kinds: Vec<ParameterKind>,
     /// where the slopes were taken
     pub values: Vec<f64>,
     /// belief of each parameter
@@ -41,7 +41,7 @@ impl<'r> Identifiability<'r> {
         let wet: Vec<usize> = particles().filter(|p| !runs.series_of(*p).is_empty()).collect();
         let dry: Vec<usize> = particles().filter(|p| !runs.dry_of(*p).is_empty()).collect();
         let joint = Joint::new(scene, runs, form, &wet, &dry);
-        let all: Vec<Kind> = joint.kinds().collect();
+        let all: Vec<ParameterKind> = joint.kinds().collect();
         let priors: Vec<Prior> = all.iter().map(|kind| prior_of(scene, *kind, form).0).collect();
         let free: Vec<usize> = (0..all.len())
             .filter(|j| !matches!(priors[*j], Prior::Fixed(_)))
@@ -64,13 +64,14 @@ impl<'r> Identifiability<'r> {
             );
             vec![wet.of(&free), dry.of(&free)]
         };
-        let spreads = [Kind::SigmaWet, Kind::SigmaDry].map(|kind| prior_of(scene, kind, form).0.median());
+        let spreads =
+            [ParameterKind::SigmaWet, ParameterKind::SigmaDry].map(|kind| prior_of(scene, kind, form).0.median());
         let evidence = RunsWithPriors {
             beliefs: &beliefs,
             spreads: &spreads,
             sums: &sums,
         };
-        let kinds: Vec<Kind> = free.iter().map(|j| all[*j]).collect();
+        let kinds: Vec<ParameterKind> = free.iter().map(|j| all[*j]).collect();
         let (values, fitted) = linearisation_point(scene, runs, least_squares, &evidence, &kinds)?;
         let information = evidence.information(&values)?;
         let full = whole(&values);
@@ -87,7 +88,7 @@ impl<'r> Identifiability<'r> {
     }
 
     /// Value of a parameter; `None` where the scene holds it.
-    pub fn value(&self, kind: Kind) -> Option<f64> {
+    pub fn value(&self, kind: ParameterKind) -> Option<f64> {
         let place = self.kinds.iter().position(|own| *own == kind)?;
         Some(self.values[place])
     }
@@ -95,12 +96,14 @@ impl<'r> Identifiability<'r> {
     /// C g(δ̃) at a film ratio with its standard error; `None` where the scene holds C, or the runs say less of it than
     /// the priors.
     pub fn inertial_loss(&self, film_ratio: f64) -> Option<(f64, f64)> {
-        self.value(Kind::INERTIAL_PREFACTOR)?;
+        self.value(ParameterKind::INERTIAL_PREFACTOR)?;
         let values = self.joint.of_particle(f64::NAN, &self.full).shared;
         let at = self.joint.form.inertia.at(film_ratio, &values);
-        let slope = |(kind, belief): (&Kind, &LogNormalPrior)| {
+        let slope = |(kind, belief): (&ParameterKind, &LogNormalPrior)| {
             let mut slopes = at.slopes.iter().flatten();
-            let Kind::Shared(coefficient) = kind else { return 0.0 };
+            let ParameterKind::Shared(coefficient) = kind else {
+                return 0.0;
+            };
             let own = slopes.find(|slope| slope.of == *coefficient);
             own.map_or(0.0, |own| own.share.inertial * values[*coefficient] * belief.ln_sd)
         };
@@ -145,7 +148,7 @@ fn linearisation_point(
     runs: &Runs,
     least_squares: LeastSquares,
     evidence: &RunsWithPriors,
-    kinds: &[Kind],
+    kinds: &[ParameterKind],
 ) -> Option<(Vec<f64>, bool)> {
     let estimates = LeastSquaresEstimates::of(least_squares);
     let with_beliefs = || kinds.iter().zip(evidence.beliefs);
@@ -157,7 +160,7 @@ fn linearisation_point(
     if let Some(values) = alone.collect() {
         return Some((values, true));
     }
-    let near = |(kind, belief): (&Kind, &LogNormalPrior)| {
+    let near = |(kind, belief): (&ParameterKind, &LogNormalPrior)| {
         let found = estimates.estimate(scene, runs, *kind, false).map(|(value, _)| value);
         // a fit that ran away is no place to start from
         let here = |value: &f64| (value / belief.median).ln().abs() < FAR * belief.ln_sd;
@@ -179,7 +182,7 @@ fn form(scene: &Scene, least_squares: LeastSquares) -> Form {
 
 /// Where least squares found the parameters.
 struct LeastSquaresEstimates<'f> {
-    in_balance: HashMap<Kind, &'f Estimate>,
+    in_balance: HashMap<ParameterKind, &'f Estimate>,
     dry: HashMap<&'f str, &'f Dry>,
 }
 
@@ -198,7 +201,7 @@ impl<'f> LeastSquaresEstimates<'f> {
 
     /// Where least squares found a parameter, with its standard error: in the energy balance, which alone knows of k of a
     /// particle with wet runs where `balance_alone`, or in the dry runs. `None` unless it is positive.
-    fn estimate(&self, scene: &Scene, runs: &Runs, kind: Kind, balance_alone: bool) -> Option<(f64, f64)> {
+    fn estimate(&self, scene: &Scene, runs: &Runs, kind: ParameterKind, balance_alone: bool) -> Option<(f64, f64)> {
         let in_balance = self.in_balance.get(&kind).and_then(|estimate| estimate.pair());
         let of_dry = |particle: usize| {
             let dry = self.dry.get(scene.particles[particle].name.as_str())?;
@@ -206,7 +209,7 @@ impl<'f> LeastSquaresEstimates<'f> {
         };
         let found = match kind {
             // a particle without wet runs has its k from the dry ones, and no other
-            Kind::DryK(particle) if !balance_alone || runs.series_of(particle).is_empty() => {
+            ParameterKind::DryK(particle) if !balance_alone || runs.series_of(particle).is_empty() => {
                 in_balance.or_else(|| of_dry(particle))
             }
             _ => in_balance,

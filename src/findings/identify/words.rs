@@ -2,28 +2,28 @@
 
 use super::each_quantity::stokes_differ;
 use super::identifiability::Identifiability;
-use crate::model::parameters::Kind;
+use crate::model::parameters::ParameterKind;
 use crate::runs::{FilmGroup, Runs};
 use crate::scene::Scene;
 
 /// The particles whose k is among some parameters.
-pub(super) fn particles(kinds: &[Kind]) -> Vec<usize> {
-    let particle = |kind: &Kind| match kind {
-        Kind::DryK(particle) => Some(*particle),
+pub(super) fn particles(kinds: &[ParameterKind]) -> Vec<usize> {
+    let particle = |kind: &ParameterKind| match kind {
+        ParameterKind::DryK(particle) => Some(*particle),
         _ => None,
     };
     kinds.iter().filter_map(particle).collect()
 }
 
 /// What a parameter is called in a sentence.
-fn word(scene: &Scene, kind: Kind) -> String {
+fn word(scene: &Scene, kind: ParameterKind) -> String {
     match kind {
-        Kind::DryK(_) if scene.particles.len() == 1 => "e_dry".to_owned(),
-        Kind::DryK(particle) => format!("e_dry of {}", scene.particles[particle].name),
-        Kind::Shared(coefficient) => coefficient.describe().words.to_owned(),
-        Kind::SigmaDry | Kind::SigmaWet | Kind::SigmaEnergy => "the spread".to_owned(),
-        Kind::Nu => "the tails of the noise".to_owned(),
-        Kind::LubricationTrend | Kind::InertialTrend => "the trend with the film".to_owned(),
+        ParameterKind::DryK(_) if scene.particles.len() == 1 => "e_dry".to_owned(),
+        ParameterKind::DryK(particle) => format!("e_dry of {}", scene.particles[particle].name),
+        ParameterKind::Shared(coefficient) => coefficient.describe().words.to_owned(),
+        ParameterKind::SigmaDry | ParameterKind::SigmaWet | ParameterKind::SigmaEnergy => "the spread".to_owned(),
+        ParameterKind::Nu => "the tails of the noise".to_owned(),
+        ParameterKind::LubricationTrend | ParameterKind::InertialTrend => "the trend with the film".to_owned(),
     }
 }
 
@@ -38,7 +38,7 @@ pub(super) fn why(
     scene: &Scene,
     runs: &Runs,
     identifiability: &Identifiability,
-    kinds: &[Kind],
+    kinds: &[ParameterKind],
     directions: usize,
 ) -> (String, String) {
     let causes = causes(scene, runs, identifiability, kinds);
@@ -49,9 +49,10 @@ pub(super) fn why(
         listed(&reasons, "and")
     };
     // the losses before what they are told from
-    let (k, losses): (Vec<Kind>, Vec<Kind>) = kinds.iter().partition(|kind| matches!(kind, Kind::DryK(_)));
+    let (k, losses): (Vec<ParameterKind>, Vec<ParameterKind>) =
+        kinds.iter().partition(|kind| matches!(kind, ParameterKind::DryK(_)));
     let mut losses = losses;
-    losses.sort_by_key(|kind| *kind == Kind::LUBRICATION_LOG);
+    losses.sort_by_key(|kind| *kind == ParameterKind::LUBRICATION_LOG);
     let names: Vec<String> = losses.iter().chain(&k).map(|kind| word(scene, *kind)).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let apart = if names.len() > 1 { "told apart" } else { "told" };
@@ -79,27 +80,27 @@ fn listed(words: &[&str], last: &str) -> String {
     }
 }
 
-fn causes(scene: &Scene, runs: &Runs, identifiability: &Identifiability, kinds: &[Kind]) -> Vec<Cause> {
+fn causes(scene: &Scene, runs: &Runs, identifiability: &Identifiability, kinds: &[ParameterKind]) -> Vec<Cause> {
     let mut causes = vec![];
     let mut because = |why: String, add: &'static str| causes.push(Cause { why, add });
-    let losses = kinds.iter().any(|kind| !matches!(kind, Kind::DryK(_)));
+    let losses = kinds.iter().any(|kind| !matches!(kind, ParameterKind::DryK(_)));
     let rebounding: Vec<&FilmGroup> = runs.film_groups.iter().filter(|group| rebounds(runs, group)).collect();
     if losses && rebounding.is_empty() {
         because("no wet run rebounded".to_owned(), "faster runs");
         return causes;
     }
     let films = film_ratios(scene, &rebounding);
-    let inertial = kinds.contains(&Kind::INERTIAL_PREFACTOR) || kinds.contains(&Kind::FILM_SCALE);
+    let inertial = kinds.contains(&ParameterKind::INERTIAL_PREFACTOR) || kinds.contains(&ParameterKind::FILM_SCALE);
     let of_k = particles(kinds);
     let without_dry: Vec<&str> = of_k
         .iter()
         .filter(|p| runs.dry_of(**p).iter().all(|group| group.rebounds.is_empty()))
         .map(|p| scene.particles[*p].name.as_str())
         .collect();
-    let shared = inertial || kinds.contains(&Kind::LUBRICATION_LOG);
+    let shared = inertial || kinds.contains(&ParameterKind::LUBRICATION_LOG);
     let level = identifiability
-        .value(Kind::FILM_SCALE)
-        .filter(|_| kinds.contains(&Kind::FILM_SCALE));
+        .value(ParameterKind::FILM_SCALE)
+        .filter(|_| kinds.contains(&ParameterKind::FILM_SCALE));
     match (films.as_slice(), level) {
         ([_], _) if inertial => because("one film ratio".to_owned(), "another film ratio"),
         ([_, _], Some(_)) if !without_dry.is_empty() => because("two film ratios".to_owned(), "a third film ratio"),
@@ -112,7 +113,7 @@ fn causes(scene: &Scene, runs: &Runs, identifiability: &Identifiability, kinds: 
         }
         _ => {}
     }
-    if kinds.contains(&Kind::LUBRICATION_LOG)
+    if kinds.contains(&ParameterKind::LUBRICATION_LOG)
         && rebounding
             .iter()
             .all(|group| !stokes_differ(scene, runs, &runs.series[group.series.clone()]))

@@ -34,7 +34,7 @@ use super::dry::FittedDry;
 use crate::inference::spreads::equal_spreads;
 use crate::physics::Form;
 use crate::runs::Runs;
-use crate::scene::{Likelihood, Scene};
+use crate::scene::{LikelihoodFamily, Scene};
 pub(super) use assumptions::noise_notices;
 pub use offsets::Offsets;
 pub use outliers::{Outlier, FALSE_ALARM, MOST_DESCRIBED};
@@ -85,7 +85,7 @@ pub(super) fn analyse_noise(
     let variances = GroupVariances::new(&rows, &sorted.sums);
     // where other things scatter, too, the sds of runs without them
     let sds = robust.scatter.map(scatter::Scatter::least);
-    let normal = scene.model.likelihood == Likelihood::Normal;
+    let normal = scene.model.likelihood == LikelihoodFamily::Normal;
     let sd_wet = sds[RunKind::Wet as usize];
     Some(Noise {
         runs: tested,

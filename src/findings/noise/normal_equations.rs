@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use super::rows::{GroupedPart, Rows};
 use crate::inference::arrow::{Arrow, Blocks};
 use crate::inference::information::Sums;
-use crate::inference::joint::{Row, MOST_SLOPES};
+use crate::inference::joint::{JointRow, MOST_SLOPES};
 
 /// Directions with less of this share of the information, all parameters scaled to one, are not identified.
 const UNSEEN: f64 = 1e-10;
@@ -24,7 +24,7 @@ impl NormalEquations {
     }
 
     /// Adds a run to the sums of its part.
-    pub(super) fn add(sums: &mut Sums, part: &GroupedPart, row: &Row, sd: f64) {
+    pub(super) fn add(sums: &mut Sums, part: &GroupedPart, row: &JointRow, sd: f64) {
         let offset = part.places.len();
         let mut slopes = [(offset, 1.0 / sd); 1 + MOST_SLOPES];
         for (j, slope) in row.slopes[..offset].iter().enumerate() {

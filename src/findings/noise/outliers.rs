@@ -14,7 +14,7 @@ use super::scatter::{is_clear, RobustFit};
 use super::spread::UnequalSpreads;
 use crate::distributions::student_t_quantile;
 use crate::inference::information::Sums;
-use crate::inference::joint::Row;
+use crate::inference::joint::JointRow;
 use crate::physics::rebound::{mean_restitution, slope_mean_restitution};
 use crate::scene::Sticking;
 
@@ -83,7 +83,7 @@ const OFF: f64 = 4.0;
 
 struct Candidate {
     part: usize,
-    row: Row,
+    row: JointRow,
     /// sd of its kind at its energy
     sd: f64,
     /// by how much less it counts where the energy scatters, too
@@ -149,7 +149,7 @@ fn gather(rows: &Rows, robust: &RobustFit, unequal: Option<&UnequalSpreads>, far
         let mut candidates = vec![];
         let scatter = robust.scatter[rows.kind(part) as usize];
         let own = unequal.map_or(1.0, |unequal| unequal.factor(part.group));
-        let candidate = |row: Row, restitution: f64, fits: bool| {
+        let candidate = |row: JointRow, restitution: f64, fits: bool| {
             let sd = scatter.sd(&row);
             let stretch = sd / scatter.sd_to(&row, restitution);
             Candidate {

@@ -4,7 +4,7 @@ use crate::findings::balance::{particles_with_known_k, problem_of, rebounds, Ene
 use crate::findings::dry::FittedDry;
 use crate::inference::joint::{fit_joint, Joint, Known};
 use crate::inference::least_squares::Stop;
-use crate::model::parameters::{prior_of, Kind};
+use crate::model::parameters::{prior_of, ParameterKind};
 use crate::physics::Form;
 use crate::runs::Runs;
 use crate::scene::Scene;
@@ -79,7 +79,7 @@ fn with_priors(
         if with_dry.binary_search(particle).is_ok() {
             continue;
         }
-        let prior = prior_of(scene, Kind::DryK(*particle), form).0;
+        let prior = prior_of(scene, ParameterKind::DryK(*particle), form).0;
         let sd = prior.sd().filter(|sd| *sd > 0.0).unwrap_or(0.01 * prior.median());
         problem.own_k[index] = prior.median();
         problem.known.push(Known {

@@ -3,7 +3,7 @@
 use std::ops::{Deref, Range};
 
 use super::point::LinearisationPoint;
-use crate::inference::joint::{Joint, Part, Row};
+use crate::inference::joint::{Joint, JointRow, Part};
 use crate::runs::Runs;
 use crate::scene::{NoiseOn, Scene};
 
@@ -98,7 +98,7 @@ impl<'a> Rows<'a> {
     }
 
     /// Hands on each of a range of a part's runs in turn, about a point, with its measurement errors.
-    pub(super) fn each(&self, part: &GroupedPart, range: Range<usize>, point: &[f64], hand_on: impl FnMut(Row)) {
+    pub(super) fn each(&self, part: &GroupedPart, range: Range<usize>, point: &[f64], hand_on: impl FnMut(JointRow)) {
         self.joint.each_measured(&part.part, range, point, hand_on);
     }
 }

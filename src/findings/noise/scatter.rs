@@ -3,7 +3,7 @@
 use super::normal_equations::{inverse, NormalEquations};
 use super::rows::{Rows, RunKind};
 use crate::inference::information::Sums;
-use crate::inference::joint::Row;
+use crate::inference::joint::JointRow;
 use crate::inference::spreads::{median, SD_OF_MEDIAN_DISTANCE};
 use crate::physics::rebound::{kept_of_mean_restitution, slope_mean_restitution};
 
@@ -25,7 +25,7 @@ pub(super) struct Scatter {
 
 impl Scatter {
     /// sd of a run.
-    pub(super) fn sd(self, row: &Row) -> f64 {
+    pub(super) fn sd(self, row: &JointRow) -> f64 {
         (self.at(row.kept) + row.measured).sqrt()
     }
 
@@ -44,7 +44,7 @@ impl Scatter {
     }
 
     /// The sd by which a restitution so far away is judged: m(r) is curved, and what counts is its slope on the way.
-    pub(super) fn sd_to(self, row: &Row, restitution: f64) -> f64 {
+    pub(super) fn sd_to(self, row: &JointRow, restitution: f64) -> f64 {
         let away = row.kept - kept_of_mean_restitution(restitution);
         if self.energy > 0.0 && away.abs() > 1e-9 {
             let slope = row.residual / away;
@@ -66,7 +66,7 @@ pub(super) struct RobustFit {
 
 struct SampledRun {
     part: usize,
-    row: Row,
+    row: JointRow,
     clear: bool,
     accepted: bool,
 }
@@ -181,7 +181,7 @@ fn scatter(rows: &Rows, taken: &mut [SampledRun], before: Option<[Scatter; 2]>) 
     if let Some(before) = before {
         mark(taken, before);
     }
-    let of_kind = |taken: &[SampledRun], kind: RunKind| -> Vec<Row> {
+    let of_kind = |taken: &[SampledRun], kind: RunKind| -> Vec<JointRow> {
         let own = taken
             .iter()
             .filter(|one| one.clear && rows.kind(&rows.parts[one.part]) == kind);
@@ -203,13 +203,13 @@ fn scatter(rows: &Rows, taken: &mut [SampledRun], before: Option<[Scatter; 2]>) 
 }
 
 /// Whether a rebound belongs to a setting that hardly ever sticks; a lucky one among stuck ones has no fair residual.
-pub(super) fn is_clear(rows: &Rows, row: &Row, limit: f64, sd: f64) -> bool {
+pub(super) fn is_clear(rows: &Rows, row: &JointRow, limit: f64, sd: f64) -> bool {
     row.residual + rows.runs.restitution[row.run] - limit > CLEAR * sd
 }
 
 /// σ from the median distance; with the energy's scatter σ and σ_r from the medians of the runs with less and with more
 /// of it.
-fn of_median(mut rows: Vec<Row>, energy_scatters: bool) -> Option<Scatter> {
+fn of_median(mut rows: Vec<JointRow>, energy_scatters: bool) -> Option<Scatter> {
     let one = variance(&rows)?;
     let alone = Scatter {
         restitution: one,
@@ -221,7 +221,7 @@ fn of_median(mut rows: Vec<Row>, energy_scatters: bool) -> Option<Scatter> {
     let middle = rows.len() / 2;
     rows.select_nth_unstable_by(middle, |a, b| b.kept.total_cmp(&a.kept));
     let halves = rows.split_at(middle);
-    let slope2 = |half: &[Row]| {
+    let slope2 = |half: &[JointRow]| {
         let sum: f64 = half.iter().map(|row| slope_mean_restitution(row.kept).powi(2)).sum();
         sum / half.len() as f64
     };
@@ -238,7 +238,7 @@ fn of_median(mut rows: Vec<Row>, energy_scatters: bool) -> Option<Scatter> {
 }
 
 /// σ² of runs, beside which each has its own measurement errors; `None` without any scatter.
-fn variance(rows: &[Row]) -> Option<f64> {
+fn variance(rows: &[JointRow]) -> Option<f64> {
     /// each halves what is left of the range
     const HALVINGS: usize = 30;
     /// runs do not scatter less than this share of what they seem to without measurement errors
@@ -255,7 +255,8 @@ fn variance(rows: &[Row]) -> Option<f64> {
     let (mut lo, mut hi) = (LEAST * all, all);
     for _ in 0..HALVINGS {
         let middle = 0.5 * (lo + hi);
-        let over = |(distance, row): (&mut f64, &Row)| *distance = row.residual.abs() / (middle + row.measured).sqrt();
+        let over =
+            |(distance, row): (&mut f64, &JointRow)| *distance = row.residual.abs() / (middle + row.measured).sqrt();
         distances.iter_mut().zip(rows).for_each(over);
         if SD_OF_MEDIAN_DISTANCE * median(&mut distances)? > 1.0 {
             lo = middle;

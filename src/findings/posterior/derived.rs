@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::findings::film_ratio::rounded_film_ratio;
 use crate::inference::sampling::Sampled;
-use crate::model::parameters::{physical, Kind};
+use crate::model::parameters::{physical, ParameterKind};
 use crate::physics::balance::Balance;
 use crate::physics::form::Term;
 use crate::physics::loss::Film;
@@ -80,7 +80,7 @@ pub fn derived_draws(scene: &Scene, runs: &Runs, form: Form, sampled: &Sampled) 
                 ..Place::NONE
             };
             let value = |full: &Vec<f64>| {
-                let l = full[Kind::LUBRICATION_LOG.slot()];
+                let l = full[ParameterKind::LUBRICATION_LOG.slot()];
                 quantity.value(&at, &Wetted::of_balance(f64::NAN, l))
             };
             full.iter().map(value).collect::<Vec<f64>>()

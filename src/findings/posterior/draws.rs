@@ -2,24 +2,28 @@
 
 use super::Posterior;
 use crate::findings::predict::{Draw, ParticleLaw};
-use crate::model::parameters::{physical, Kind};
+use crate::model::parameters::{physical, ParameterKind};
 use crate::physics::balance::Balance;
 use crate::physics::loss::Film;
 use crate::physics::viscous;
-use crate::scene::{Likelihood, NoiseOn, Scene};
+use crate::scene::{LikelihoodFamily, NoiseOn, Scene};
 
 impl Posterior {
     /// The law of a particle by at most so many draws, evenly taken.
     pub fn law(&self, scene: &Scene, particle: usize, most: usize) -> ParticleLaw {
         let both = scene.model.noise == NoiseOn::Both;
-        let student = scene.model.likelihood == Likelihood::Student;
+        let student = scene.model.likelihood == LikelihoodFamily::Student;
         let full = self.sampled.full_draws();
         let step = full.len().div_ceil(most).max(1);
         let draw = |full: &Vec<f64>| Draw {
             parameters: physical(full, particle),
-            sigma_wet: full[Kind::SigmaWet.slot()],
-            sigma_energy: if both { full[Kind::SigmaEnergy.slot()] } else { 0.0 },
-            nu: student.then(|| full[Kind::Nu.slot()]),
+            sigma_wet: full[ParameterKind::SigmaWet.slot()],
+            sigma_energy: if both {
+                full[ParameterKind::SigmaEnergy.slot()]
+            } else {
+                0.0
+            },
+            nu: student.then(|| full[ParameterKind::Nu.slot()]),
         };
         let basis = &self.findings.basis;
         ParticleLaw {

@@ -29,14 +29,14 @@ use crate::inference::nuts::Watcher;
 use crate::inference::sampling::{sample_posterior, Sampled, SamplingPlan};
 use crate::model::likelihood::pointwise::Pointwise;
 use crate::model::likelihood::Likelihood;
-use crate::model::parameters::Parameters;
+use crate::model::parameters::ModelParameters;
 use crate::runs::Runs;
 use crate::scene::Scene;
 use crate::seed::StreamName;
 use derived::DerivedDraws;
 use summarise::{summarise_posterior, SummarySource};
 
-pub use posterior_checks::{why_not_sampled, NoPosterior};
+pub use posterior_checks::{why_not_sampled, PosteriorRefusal};
 pub use sampling::{check_room, effort, start, MethodChoice, SamplingSetup, MOST_NUMBERS};
 pub use summary::{
     AccuracySummary, CompressionSummary, HeldParameter, PosteriorFindings, PriorSummary, QuantitySummary,
@@ -68,8 +68,8 @@ pub fn fit_posterior(
     least_squares: LeastSquares,
     setup: SamplingSetup,
     watcher: Watcher,
-) -> Result<Result<Posterior, NoPosterior>, Error> {
-    let parameters = Parameters::of(scene, runs, setup.form)?;
+) -> Result<Result<Posterior, PosteriorRefusal>, Error> {
+    let parameters = ModelParameters::of(scene, runs, setup.form)?;
     if let Some(not_sampled) = posterior_checks::why_not_sampled(runs, least_squares, &parameters) {
         return Ok(Err(not_sampled));
     }

@@ -4,7 +4,7 @@ use super::summary::{PosteriorFindings, QuantitySummary};
 use crate::findings::checks::{self, Check, Criterion};
 use crate::findings::least_squares::LeastSquares;
 use crate::inference::diagnostics::pareto::khat_threshold;
-use crate::model::parameters::Parameters;
+use crate::model::parameters::ModelParameters;
 use crate::runs::Runs;
 
 /// Standard errors that chance may add to a coverage or a mean residual.
@@ -20,9 +20,9 @@ const NOT_SAMPLED: [&str; 4] = [
 
 /// Why no posterior was sampled, though the scene wants one; the check fails and gates.
 #[derive(Debug)]
-pub struct NoPosterior(pub Check);
+pub struct PosteriorRefusal(pub Check);
 
-impl NoPosterior {
+impl PosteriorRefusal {
     /// Its check among all, if nothing was sampled.
     pub fn among(checks: &[Check]) -> Option<&Check> {
         checks.iter().find(|check| NOT_SAMPLED.contains(&check.check))
@@ -30,10 +30,14 @@ impl NoPosterior {
 }
 
 /// Why no posterior of these runs should be sampled; `None` if it may be.
-pub fn why_not_sampled(runs: &Runs, least_squares: LeastSquares, parameters: &Parameters) -> Option<NoPosterior> {
+pub fn why_not_sampled(
+    runs: &Runs,
+    least_squares: LeastSquares,
+    parameters: &ModelParameters,
+) -> Option<PosteriorRefusal> {
     if parameters.sampled.is_empty() {
         let text = "no parameter is left to be sampled: no runs in use, or every prior fixed";
-        return Some(NoPosterior(checks::PARAMETERS_LEFT.check(0.0, text)));
+        return Some(PosteriorRefusal(checks::PARAMETERS_LEFT.check(0.0, text)));
     }
     let dry = least_squares
         .dry
@@ -52,19 +56,19 @@ pub fn why_not_sampled(runs: &Runs, least_squares: LeastSquares, parameters: &Pa
         let text = format!(
             "the runs have no noise (spread {smallest:.1e}): there is no posterior to sample, and least squares is exact"
         );
-        return Some(NoPosterior(checks::NOISE.check(smallest, text)));
+        return Some(PosteriorRefusal(checks::NOISE.check(smallest, text)));
     }
     let rebounds = runs.len() - runs.stuck();
     if rebounds == 0 {
         let text = "every run stuck: nothing bounds the parameters from the other side but their priors";
-        return Some(NoPosterior(checks::REBOUNDS.check(0.0, text)));
+        return Some(PosteriorRefusal(checks::REBOUNDS.check(0.0, text)));
     }
     None
 }
 
 /// The sampling could not even start.
-pub(super) fn sampling_failed(why: &str) -> NoPosterior {
-    NoPosterior(checks::DRAWS_MADE.check(0.0, why))
+pub(super) fn sampling_failed(why: &str) -> PosteriorRefusal {
+    PosteriorRefusal(checks::DRAWS_MADE.check(0.0, why))
 }
 
 /// Every check of a posterior.

@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::findings::least_squares::LeastSquares;
 use crate::inference::nuts::{Effort, TARGET_ACCEPT};
 use crate::inference::prepared_posterior::{Evaluation, Start};
-use crate::model::parameters::Kind;
+use crate::model::parameters::ParameterKind;
 use crate::physics::Form;
 use crate::scene::Scene;
 
@@ -76,7 +76,7 @@ pub fn start(scene: &Scene, least_squares: LeastSquares) -> Start {
     let particle = |name: &str| scene.particles.iter().position(|p| p.name == name);
     for dry in least_squares.dry {
         if let (Some(particle), Some(k)) = (particle(&dry.particle), dry.dry_k.value) {
-            start.push((Kind::DryK(particle), k));
+            start.push((ParameterKind::DryK(particle), k));
         }
     }
     let spreads: Vec<(f64, f64)> = least_squares
@@ -87,18 +87,18 @@ pub fn start(scene: &Scene, least_squares: LeastSquares) -> Start {
     let runs: f64 = spreads.iter().map(|(_, runs)| runs).sum();
     if runs > 0.0 {
         let pooled = spreads.iter().map(|(sd, runs)| sd * sd * runs).sum::<f64>() / runs;
-        start.push((Kind::SigmaDry, pooled.sqrt()));
+        start.push((ParameterKind::SigmaDry, pooled.sqrt()));
     }
     let Some(balance) = least_squares.energy_balance else {
         return start;
     };
     for parameter in &balance.parameters {
-        if let (Kind::Shared(_), Some(value)) = (parameter.kind, parameter.estimate.value) {
+        if let (ParameterKind::Shared(_), Some(value)) = (parameter.kind, parameter.estimate.value) {
             start.push((parameter.kind, value));
         }
     }
     if let Some(sd) = balance.residual_sd {
-        start.push((Kind::SigmaWet, sd));
+        start.push((ParameterKind::SigmaWet, sd));
     }
     // a value at or below zero is outside every parameter's range
     start.retain(|(_, value)| *value > 0.0);

@@ -14,7 +14,7 @@ use crate::inference::diagnostics::energy::e_bfmi;
 use crate::inference::diagnostics::summary::summarise;
 use crate::inference::nuts::{divergences, Effort, LARGEST_DEPTH};
 use crate::inference::sampling::{ReachedAccuracy, Sampled};
-use crate::model::parameters::{LeftOut, Parameter};
+use crate::model::parameters::{LeftOut, ModelParameter};
 use crate::physics::form::Term;
 use crate::physics::DrySpeed;
 
@@ -122,7 +122,7 @@ impl CompressionSummary {
     }
 }
 
-fn summarise_parameter(parameter: &Parameter, values: &[Vec<f64>], mcse_factor: f64) -> QuantitySummary {
+fn summarise_parameter(parameter: &ModelParameter, values: &[Vec<f64>], mcse_factor: f64) -> QuantitySummary {
     let summary = summarise_quantity(&parameter.name, values, mcse_factor);
     let sd = parameter.prior.sd();
     let prior = PriorSummary {

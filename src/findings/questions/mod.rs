@@ -12,7 +12,7 @@ mod trend_comparison;
 
 use super::compare::affordable_draws;
 use crate::error::Error;
-use crate::model::parameters::Kind;
+use crate::model::parameters::ParameterKind;
 use crate::notice::Notice;
 use trend_comparison::TrendComparison;
 
@@ -35,7 +35,10 @@ pub fn answer_questions(context: Context) -> Result<(Vec<Question>, Vec<Notice>)
 pub fn is_lubrication_constant(context: Context, below: f64) -> Result<Question, Error> {
     let question = Question {
         film_ratio_below: Some(below),
-        ..unanswered("Is L the same at every film ratio below 0.10?", Kind::LUBRICATION_LOG)
+        ..unanswered(
+            "Is L the same at every film ratio below 0.10?",
+            ParameterKind::LUBRICATION_LOG,
+        )
     };
     if let Some(why) = too_many(context) {
         return Ok(question.open(&why));
@@ -46,15 +49,15 @@ pub fn is_lubrication_constant(context: Context, below: f64) -> Result<Question,
         plain: (part.len() == context.runs.len()).then_some(&context.own.sampled),
         context,
         runs: &part,
-        trend: Kind::LubricationTrend,
-        of: Kind::LUBRICATION_LOG,
+        trend: ParameterKind::LubricationTrend,
+        of: ParameterKind::LUBRICATION_LOG,
     };
     models.answer(question)
 }
 
 /// Whether one C holds for all runs, under the scene's own form.
 pub fn is_prefactor_constant(context: Context) -> Result<Question, Error> {
-    let question = unanswered("Is C the same at every film ratio?", Kind::INERTIAL_PREFACTOR);
+    let question = unanswered("Is C the same at every film ratio?", ParameterKind::INERTIAL_PREFACTOR);
     if let Some(why) = too_many(context) {
         return Ok(question.open(&why));
     }
@@ -62,13 +65,13 @@ pub fn is_prefactor_constant(context: Context) -> Result<Question, Error> {
         plain: Some(&context.own.sampled),
         context,
         runs: context.runs,
-        trend: Kind::InertialTrend,
-        of: Kind::INERTIAL_PREFACTOR,
+        trend: ParameterKind::InertialTrend,
+        of: ParameterKind::INERTIAL_PREFACTOR,
     };
     models.answer(question)
 }
 
-fn unanswered(question: &'static str, of: Kind) -> Question {
+fn unanswered(question: &'static str, of: ParameterKind) -> Question {
     Question {
         question,
         parameter: of.key(),

@@ -12,7 +12,7 @@ use crate::inference::diagnostics::loo::{difference, Loo};
 use crate::inference::diagnostics::quantile;
 use crate::inference::nuts::Watcher;
 use crate::inference::sampling::Sampled;
-use crate::model::parameters::{Kind, Parameters};
+use crate::model::parameters::{ModelParameters, ParameterKind};
 use crate::runs::Runs;
 use crate::scene::Scene;
 
@@ -43,9 +43,9 @@ pub(super) struct TrendComparison<'a> {
     pub runs: &'a Runs,
     /// draws of the model without the trend, where there are some
     pub plain: Option<&'a Sampled>,
-    pub trend: Kind,
+    pub trend: ParameterKind,
     /// what has the trend
-    pub of: Kind,
+    pub of: ParameterKind,
 }
 
 impl TrendComparison<'_> {
@@ -57,11 +57,13 @@ impl TrendComparison<'_> {
             film_ratios: Some(film_ratios(self.runs, scene.data.film_ratio_gap)),
             ..question
         };
-        let parameters = Parameters::of(scene, self.runs, own.setup.form)?;
+        let parameters = ModelParameters::of(scene, self.runs, own.setup.form)?;
         if parameters.place(self.of).is_none() {
             let left = parameters.left_out.iter().find(|left| left.kind == self.of);
             let lacks = match self.of {
-                Kind::LUBRICATION_LOG => "L belongs to each film and diameter in this form of the viscous loss",
+                ParameterKind::LUBRICATION_LOG => {
+                    "L belongs to each film and diameter in this form of the viscous loss"
+                }
                 _ => "the model holds no inertial loss",
             };
             let why = left.map_or(lacks, |left| left.reason.as_str());
@@ -85,7 +87,7 @@ impl TrendComparison<'_> {
     }
 
     /// Both models sampled and left every run out of; `Err` says why that cannot be done.
-    fn sampled(&self, parameters: Parameters) -> Result<TrendEvidence, String> {
+    fn sampled(&self, parameters: ModelParameters) -> Result<TrendEvidence, String> {
         let Context { own, own_loo, .. } = self.context;
         let setup = own.setup;
         let model = model_name(setup.form);
@@ -115,7 +117,7 @@ impl TrendComparison<'_> {
         Ok(TrendEvidence { models, gain, trend })
     }
 
-    fn sample(&self, setup: SamplingSetup, parameters: Parameters, which: &str) -> Result<Sampled, String> {
+    fn sample(&self, setup: SamplingSetup, parameters: ModelParameters, which: &str) -> Result<Sampled, String> {
         let Context {
             scene,
             least_squares,

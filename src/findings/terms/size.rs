@@ -7,8 +7,8 @@ use crate::findings::balance::{rebounds, BalanceSetup, EnergyBalance};
 use crate::findings::dry;
 use crate::findings::scaling::FittedScaling;
 use crate::inference::arrow::Arrow;
-use crate::inference::joint::{Joint, Part, Row};
-use crate::model::parameters::{prior_of, Kind};
+use crate::inference::joint::{Joint, JointRow, Part};
+use crate::model::parameters::{prior_of, ParameterKind};
 use crate::physics::coefficient::Coefficients;
 use crate::physics::form::Term;
 use crate::physics::rebound::mean_restitution;
@@ -43,18 +43,18 @@ impl ReferencePoint {
         balance: Option<&EnergyBalance>,
     ) -> ReferencePoint {
         let BalanceSetup { scene, runs, dry, .. } = setup;
-        let fitted = |kind: Kind| {
+        let fitted = |kind: ParameterKind| {
             let (value, se) = balance?.estimate(kind)?.pair()?;
             (value > SEEN * se).then_some(value)
         };
-        let believed = |kind: Kind| prior_of(scene, kind, form).0.median();
+        let believed = |kind: ParameterKind| prior_of(scene, kind, form).0.median();
         let mut shared = Coefficients::default();
         for coefficient in Coefficient::ALL {
-            let kind = Kind::Shared(coefficient);
+            let kind = ParameterKind::Shared(coefficient);
             shared[coefficient] = fitted(kind).unwrap_or_else(|| believed(kind));
         }
         let of_particle = |particle: usize| {
-            let kind = Kind::DryK(particle);
+            let kind = ParameterKind::DryK(particle);
             let own = dry::fit_of_particle(dry, particle).and_then(|one| one.usable);
             let found = fitted(kind).or(own.map(|(k, _)| k));
             found.unwrap_or_else(|| believed(kind))
@@ -85,9 +85,9 @@ impl ReferencePoint {
 
     /// The same as a point of a joint fit.
     fn of_joint(&self, joint: &Joint) -> Vec<f64> {
-        let value = |kind: Kind| match kind {
-            Kind::DryK(particle) => self.dry_k[particle],
-            Kind::Shared(coefficient) => self.shared[coefficient],
+        let value = |kind: ParameterKind| match kind {
+            ParameterKind::DryK(particle) => self.dry_k[particle],
+            ParameterKind::Shared(coefficient) => self.shared[coefficient],
             // a joint fit has no other
             _ => f64::NAN,
         };
@@ -151,7 +151,7 @@ struct TermSums {
     /// whether the runs have a spread to weigh them by
     weighed: bool,
     /// the parameters of the fit that no prior holds
-    kinds: Vec<Kind>,
+    kinds: Vec<ParameterKind>,
     /// where each parameter of the fit stands among them
     places: Vec<Option<usize>>,
     /// JᵀWJ with the priors' own
@@ -176,7 +176,7 @@ impl TermSums {
             kinds.push(kind);
             precision.push(1.0 / (sd * sd));
         }
-        let shared = kinds.partition_point(|kind| matches!(kind, Kind::Shared(_)));
+        let shared = kinds.partition_point(|kind| matches!(kind, ParameterKind::Shared(_)));
         let mut information = Arrow::zeros(shared, kinds.len() - shared);
         for (place, precision) in precision.into_iter().enumerate() {
             information.add((place, place), precision);
@@ -194,7 +194,7 @@ impl TermSums {
     }
 
     /// Adds a run's slopes, and what each term does to its restitution.
-    fn add(&mut self, weight: f64, part: &Part, row: &Row, effects: [f64; Term::ALL.len()]) {
+    fn add(&mut self, weight: f64, part: &Part, row: &JointRow, effects: [f64; Term::ALL.len()]) {
         let slopes = part.places.iter().zip(row.slopes);
         let places: Vec<(usize, f64)> = slopes
             .filter_map(|(place, slope)| Some((self.places[*place]?, slope)))
@@ -256,7 +256,7 @@ impl TermSums {
     /// Whether a parameter is a term's own.
     fn owns(&self, term: Term, place: usize) -> bool {
         match self.kinds[place] {
-            Kind::Shared(coefficient) => term.owns(coefficient, self.form),
+            ParameterKind::Shared(coefficient) => term.owns(coefficient, self.form),
             _ => false,
         }
     }
@@ -296,7 +296,7 @@ impl TermSums {
     }
 
     /// The largest bias in standard errors, and whose it is.
-    fn bias(&self, term: Term) -> Option<(f64, Kind)> {
+    fn bias(&self, term: Term) -> Option<(f64, ParameterKind)> {
         let others = self.without(Some(term))?;
         let sizes = others.bias.iter().zip(&others.variance).zip(&others.places);
         let sizes = sizes.map(|((bias, variance), place)| (bias.abs() / variance.sqrt(), self.kinds[*place]));

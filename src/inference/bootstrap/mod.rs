@@ -43,9 +43,9 @@ use crate::scene::ResamplingScheme;
 use crate::seed::Streams;
 use batches::{write_weights, Batches, TOGETHER};
 use kernel::Failure;
-use nodes::{DrawnNodes, Nodes};
+use nodes::{DrawnNodes, StrataNodes};
 use replicated::Block;
-use schemes::{draw_series, Noise};
+use schemes::{draw_series, ResamplingNoise};
 use target::solve;
 
 /// How replicates are made.
@@ -79,12 +79,12 @@ pub fn replicate(pool: &Pool, targets: &[Target], plan: Plan, done: &(dyn Fn(usi
     let replication = Replication {
         pool,
         targets,
-        nodes: (plan.scheme == ResamplingScheme::Cases && alike).then(|| Nodes::new(pool, targets)),
+        nodes: (plan.scheme == ResamplingScheme::Cases && alike).then(|| StrataNodes::new(pool, targets)),
         batches: (plan.scheme == ResamplingScheme::Cases && !alike).then(|| Batches::new(&pool.strata)),
         noises: targets
             .iter()
             .map(|target| match plan.scheme {
-                ResamplingScheme::Residuals | ResamplingScheme::Parametric => Some(Noise::new(target)),
+                ResamplingScheme::Residuals | ResamplingScheme::Parametric => Some(ResamplingNoise::new(target)),
                 ResamplingScheme::Cases | ResamplingScheme::Series => None,
             })
             .collect(),
@@ -97,7 +97,7 @@ pub fn replicate(pool: &Pool, targets: &[Target], plan: Plan, done: &(dyn Fn(usi
         || Scratch {
             weights: vec![0.0; most],
             restitution: vec![0.0; most],
-            drawn: replication.nodes.as_ref().map(Nodes::room),
+            drawn: replication.nodes.as_ref().map(StrataNodes::room),
         },
         |scratch, mut block| {
             replication.draw(scratch, &mut block);
@@ -133,10 +133,10 @@ struct Replication<'a> {
     pool: &'a Pool,
     targets: &'a [Target<'a>],
     /// runs drawn inside strata
-    nodes: Option<Nodes>,
+    nodes: Option<StrataNodes>,
     /// the same where runs of one abscissa weigh differently, and are no node
     batches: Option<Batches>,
-    noises: Vec<Option<Noise>>,
+    noises: Vec<Option<ResamplingNoise>>,
     scheme: ResamplingScheme,
     /// stream of [`ResamplingScheme::Cases`], of which each replicate has a stretch
     cases: Streams,

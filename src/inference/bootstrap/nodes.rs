@@ -35,7 +35,7 @@ struct Alike {
 }
 
 /// All strata as nodes.
-pub(super) struct Nodes {
+pub(super) struct StrataNodes {
     batches: Batches,
     /// those of targets that are not fitted from the tables alone
     strata: Vec<Stratum>,
@@ -46,11 +46,11 @@ pub(super) struct Nodes {
     /// restitution of each run
     restitution: Vec<f64>,
     /// by target
-    pub(super) columns: Vec<Column>,
+    pub(super) columns: Vec<NodeColumn>,
 }
 
 /// Abscissa and offset of a target's nodes.
-pub(super) struct Column {
+pub(super) struct NodeColumn {
     nodes: Range<usize>,
     x: Vec<f64>,
     offset: Vec<f64>,
@@ -74,7 +74,7 @@ impl DrawnNodes {
     }
 
     /// What a target is fitted to.
-    pub(super) fn sample<'a>(&'a self, column: &'a Column) -> Sample<'a> {
+    pub(super) fn sample<'a>(&'a self, column: &'a NodeColumn) -> Sample<'a> {
         let nodes = column.nodes.clone();
         Sample {
             x: &column.x,
@@ -86,8 +86,8 @@ impl DrawnNodes {
     }
 }
 
-impl Nodes {
-    pub(super) fn new(pool: &Pool, targets: &[Target]) -> Nodes {
+impl StrataNodes {
+    pub(super) fn new(pool: &Pool, targets: &[Target]) -> StrataNodes {
         let runs = pool.strata.last().map_or(0, |stratum| stratum.end);
         let mut restitution = vec![0.0; runs];
         // a stratum that no target has is a node, too
@@ -104,7 +104,7 @@ impl Nodes {
                 *alike &= same(target.regression.x) && same(target.regression.offset);
             }
         }
-        let mut nodes = Nodes {
+        let mut nodes = StrataNodes {
             batches: Batches::new(&pool.strata),
             strata: vec![],
             tables: vec![],
@@ -165,7 +165,7 @@ impl Nodes {
     }
 
     /// A target's columns over its nodes.
-    fn column(&self, pool: &Pool, target: &Target) -> Column {
+    fn column(&self, pool: &Pool, target: &Target) -> NodeColumn {
         let nodes = match &self.strata[target.strata.clone()] {
             [] => 0..0,
             [first, .., last] => first.nodes.start..last.nodes.end,
@@ -180,7 +180,7 @@ impl Nodes {
         let lines = (target.regression.law == Law::LINEAR)
             .then(|| self.lines(target.strata.clone(), &x))
             .flatten();
-        Column {
+        NodeColumn {
             x,
             offset: of(target.regression.offset),
             nodes,

@@ -42,7 +42,7 @@ pub(super) fn draw_series(rng: &mut ChaCha8Rng, series: &[Range<usize>], first: 
 }
 
 /// What the residual and parametric schemes draw from.
-pub(super) struct Noise {
+pub(super) struct ResamplingNoise {
     fitted: Vec<f64>,
     /// residuals over √(1 − leverage), centred
     residuals: Vec<f64>,
@@ -51,8 +51,8 @@ pub(super) struct Noise {
     wider: Vec<f64>,
 }
 
-impl Noise {
-    pub(super) fn new(target: &Target) -> Noise {
+impl ResamplingNoise {
+    pub(super) fn new(target: &Target) -> ResamplingNoise {
         let Target { regression, .. } = target;
         let fitted = regression.fitted(target.fitted);
         let p = regression.law.parameters() as f64;
@@ -98,7 +98,7 @@ impl Noise {
             .collect();
         let mean = residuals.iter().sum::<f64>() / n;
         residuals.iter_mut().for_each(|r| *r -= mean);
-        Noise {
+        ResamplingNoise {
             fitted,
             residuals,
             sd,

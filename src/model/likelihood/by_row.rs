@@ -19,7 +19,7 @@ use super::placed::{place_dry, place_restitution, ByRow, Placed, Spreads};
 use super::prepared::Likelihood;
 use super::sums::BlockSums;
 use super::tails::{Density, Tails};
-use crate::model::parameters::{Kind, COMMON_SLOTS};
+use crate::model::parameters::{ParameterKind, COMMON_SLOTS};
 use crate::physics::balance::Balance;
 
 /// The noise of wet runs at a full vector of parameters, where runs are taken one at a time.
@@ -108,9 +108,9 @@ impl Likelihood {
                 count * side.variance,
             );
         }
-        slopes[Kind::SigmaWet.slot()] += of_spreads[0];
-        slopes[Kind::SigmaEnergy.slot()] += of_spreads[1];
-        slopes[Kind::Nu.slot()] += of_nu;
+        slopes[ParameterKind::SigmaWet.slot()] += of_spreads[0];
+        slopes[ParameterKind::SigmaEnergy.slot()] += of_spreads[1];
+        slopes[ParameterKind::Nu.slot()] += of_nu;
         value
     }
 
@@ -122,7 +122,7 @@ impl Likelihood {
 
     /// Log likelihood of the dry runs, with slopes.
     pub(super) fn of_dry_rows(&self, own: &ByRow, tails: Tails, full: &[f64], slopes: &mut [f64]) -> f64 {
-        let sigma = full[Kind::SigmaDry.slot()];
+        let sigma = full[ParameterKind::SigmaDry.slot()];
         let mut value = 0.0;
         for row in &own.dry {
             let place_of_k = COMMON_SLOTS + row.particle;
@@ -138,8 +138,8 @@ impl Likelihood {
             let mut add = |sign: f64, of: Density| {
                 value += sign * of.value;
                 slopes[place_of_k] += sign * (of.variance * dry.variance_slope + of.mean * slope_k);
-                slopes[Kind::SigmaDry.slot()] += sign * of.variance * 2.0 * sigma;
-                slopes[Kind::Nu.slot()] += sign * of.nu;
+                slopes[ParameterKind::SigmaDry.slot()] += sign * of.variance * 2.0 * sigma;
+                slopes[ParameterKind::Nu.slot()] += sign * of.nu;
             };
             let placed = Placed {
                 mean: dry.mean,

@@ -16,7 +16,7 @@ use super::prepared::Likelihood;
 use super::sums::{rebound_sums, NodeRange};
 use super::trend::FilmParameters;
 use crate::model::likelihood::normal::ln_normal_cdf;
-use crate::model::parameters::Kind;
+use crate::model::parameters::ParameterKind;
 use crate::physics::balance::{Balance, Impact};
 use crate::physics::rebound::mean_and_slope;
 
@@ -192,11 +192,11 @@ impl Likelihood {
     }
 
     fn read(&self, block: &WetBlock, full: &[f64]) -> BlockLaw {
-        let at = |kind: Kind| full[kind.slot()];
+        let at = |kind: ParameterKind| full[kind.slot()];
         let film = self.film(block.film, &FilmParameters::new(self.form, full));
         BlockLaw {
             balance: self.balance(block, full, &film),
-            sigma: at(Kind::SigmaWet),
+            sigma: at(ParameterKind::SigmaWet),
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::normal::ln_normal_cdf;
 use super::prepared::{Likelihood, CERTAIN};
 use crate::distributions::LN_ROOT_TWO_PI;
-use crate::model::parameters::{Kind, COMMON_SLOTS};
+use crate::model::parameters::{ParameterKind, COMMON_SLOTS};
 use crate::physics::balance::Balance;
 
 impl Likelihood {
@@ -12,7 +12,7 @@ impl Likelihood {
         if let Some(own) = self.own.as_ref().filter(|own| !own.dry.is_empty()) {
             return self.of_dry_rows(own, self.tails(full), full, slopes);
         }
-        let sigma = full[Kind::SigmaDry.slot()];
+        let sigma = full[ParameterKind::SigmaDry.slot()];
         let precision = 1.0 / (sigma * sigma);
         let mut value = 0.0;
         for (particle, runs) in self.dry.iter().enumerate() {
@@ -24,7 +24,7 @@ impl Likelihood {
             let (squares, slope) = runs.squares(self.form.dry, k);
             value -= runs.rebounds * (sigma.ln() + LN_ROOT_TWO_PI) + 0.5 * squares * precision;
             slopes[COMMON_SLOTS + particle] -= 0.5 * slope * precision;
-            slopes[Kind::SigmaDry.slot()] += (squares * precision - runs.rebounds) / sigma;
+            slopes[ParameterKind::SigmaDry.slot()] += (squares * precision - runs.rebounds) / sigma;
             for p in &runs.logged {
                 let [e_dry, slope, _] = balance.e_dry(*p);
                 let z = (e_dry - self.limit) / sigma;
@@ -34,7 +34,7 @@ impl Likelihood {
                 let (ln_cdf, mills) = ln_normal_cdf(z);
                 value -= ln_cdf;
                 slopes[COMMON_SLOTS + particle] -= mills * slope / sigma;
-                slopes[Kind::SigmaDry.slot()] += mills * z / sigma;
+                slopes[ParameterKind::SigmaDry.slot()] += mills * z / sigma;
             }
             for p in &runs.stuck {
                 let [e_dry, slope, _] = balance.e_dry(*p);
@@ -42,7 +42,7 @@ impl Likelihood {
                 let (ln_cdf, mills) = ln_normal_cdf(z);
                 value += ln_cdf;
                 slopes[COMMON_SLOTS + particle] -= mills * slope / sigma;
-                slopes[Kind::SigmaDry.slot()] -= mills * z / sigma;
+                slopes[ParameterKind::SigmaDry.slot()] -= mills * z / sigma;
             }
         }
         value

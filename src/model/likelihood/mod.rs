@@ -37,7 +37,7 @@ use self::normal::ln_normal_cdf;
 use self::prepared::CERTAIN;
 use self::sums::{rebound_sums, BlockSums, NodeRange};
 use self::trend::{FilmLosses, FilmParameters, FilmSums};
-use super::parameters::Kind;
+use super::parameters::ParameterKind;
 use crate::distributions::LN_ROOT_TWO_PI;
 use crate::physics::rebound::{kept_of_mean_restitution, mean_and_slope};
 
@@ -82,7 +82,7 @@ impl Likelihood {
             balance: self.balance(block, full, &films[block.film]),
         };
         let wet = WetEvaluation {
-            sigma: full[Kind::SigmaWet.slot()],
+            sigma: full[ParameterKind::SigmaWet.slot()],
             rebounds: self.blocks.iter().map(range).collect(),
         };
         let mut of_films = vec![FilmSums::default(); films.len()];
@@ -93,7 +93,7 @@ impl Likelihood {
                     tails: self.tails(full),
                     spreads: Spreads {
                         sigma: wet.sigma,
-                        energy: full[Kind::SigmaEnergy.slot()],
+                        energy: full[ParameterKind::SigmaEnergy.slot()],
                     },
                 };
                 self.wet_by_row(&wet, &noise, &mut of_films, slopes)
@@ -122,8 +122,8 @@ impl Likelihood {
                 sums = all_sums[place];
                 let density = tails.of_sums(sums, nodes.len(), sigma);
                 value += density.value;
-                slopes[Kind::SigmaWet.slot()] += density.sigma;
-                slopes[Kind::Nu.slot()] += density.nu;
+                slopes[ParameterKind::SigmaWet.slot()] += density.sigma;
+                slopes[ParameterKind::Nu.slot()] += density.nu;
                 for sum in [&mut sums.kept, &mut sums.viscous, &mut sums.dry] {
                     *sum *= density.kept_factor;
                 }
@@ -167,7 +167,7 @@ impl Likelihood {
                 let (ln_cdf, mills) = ln_normal_cdf(z);
                 let count = self.stuck.count[node];
                 stuck_value += count * ln_cdf;
-                slopes[Kind::SigmaWet.slot()] -= count * mills * z / sigma;
+                slopes[ParameterKind::SigmaWet.slot()] -= count * mills * z / sigma;
                 let kept = -count * mills / sigma * slope;
                 sums.kept += kept;
                 sums.viscous += kept * at.over_stokes;
@@ -175,7 +175,7 @@ impl Likelihood {
             }
             of_films[block.film].add(block, sums, slopes);
         }
-        slopes[Kind::SigmaWet.slot()] += (squares * precision - self.wet_rebounds) / sigma;
+        slopes[ParameterKind::SigmaWet.slot()] += (squares * precision - self.wet_rebounds) / sigma;
         stuck_value - self.wet_rebounds * (sigma.ln() + LN_ROOT_TWO_PI) - 0.5 * squares * precision
     }
 
@@ -193,7 +193,7 @@ impl Likelihood {
             let (ln_cdf, mills) = ln_normal_cdf(z);
             let count = self.rebounds.count[node];
             value += count * ln_cdf;
-            slopes[Kind::SigmaWet.slot()] += count * mills * z / sigma;
+            slopes[ParameterKind::SigmaWet.slot()] += count * mills * z / sigma;
             let kept = -count * mills / sigma * slope;
             sums.kept += kept;
             sums.viscous += kept * at.over_stokes;

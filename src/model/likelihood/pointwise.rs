@@ -13,12 +13,12 @@ use super::errors::{Errors, MeanKept};
 use super::placed::{place_dry, place_restitution, EnergyScale, Spreads};
 use super::tails::Tails;
 use super::trend::{middle_film_ratio, FilmParameters};
-use crate::model::parameters::{Kind, COMMON_SLOTS};
+use crate::model::parameters::{ParameterKind, COMMON_SLOTS};
 use crate::physics::balance::{Balance, Impact};
 use crate::physics::loss::Share;
 use crate::physics::{rebound, Form};
 use crate::runs::{Conditions, MeasurementErrors, Runs};
-use crate::scene::{Likelihood, NoiseOn, Scene, Sticking};
+use crate::scene::{LikelihoodFamily, NoiseOn, Scene, Sticking};
 
 /// The runs of a scene, in the order of [`Runs`], ready for one run at a time.
 #[derive(Debug)]
@@ -48,11 +48,11 @@ pub struct Pointwise<'r> {
 struct RunSetting {
     particle: usize,
     impact: Impact,
-    wet: Option<WetSetting>,
+    wet: Option<WetConditions>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct WetSetting {
+struct WetConditions {
     density_ratio: f64,
     film_ratio: f64,
     /// its logarithm over the middle one of the runs
@@ -118,7 +118,7 @@ impl<'r> Pointwise<'r> {
             limit: scene.data.smallest_restitution,
             truncated: scene.model.sticking == Sticking::Truncated,
             both: scene.model.noise == NoiseOn::Both,
-            student: scene.model.likelihood == Likelihood::Student,
+            student: scene.model.likelihood == LikelihoodFamily::Student,
             settings: vec![],
             setting: Vec::with_capacity(runs.len()),
             dry: 0,
@@ -151,7 +151,7 @@ impl<'r> Pointwise<'r> {
                 let setting = RunSetting {
                     particle: series.particle,
                     impact: conditions.wet(run),
-                    wet: Some(WetSetting {
+                    wet: Some(WetConditions {
                         density_ratio,
                         film_ratio,
                         ln_film: film.1,
@@ -261,15 +261,15 @@ impl<'r> Pointwise<'r> {
 
     /// The law but for what each setting has.
     fn without_means<'p>(&'p self, full: &[f64]) -> EvaluatedLaw<'p, 'r> {
-        let of = |kind: Kind| full[kind.slot()];
+        let of = |kind: ParameterKind| full[kind.slot()];
         EvaluatedLaw {
             pointwise: self,
             means: vec![],
             speed_slopes: self.speed_slopes(full),
-            tails: Tails::of(self.student.then(|| of(Kind::Nu))),
-            dry: NoiseSd::of(of(Kind::SigmaDry)),
-            wet: NoiseSd::of(of(Kind::SigmaWet)),
-            energy: self.both.then(|| of(Kind::SigmaEnergy)),
+            tails: Tails::of(self.student.then(|| of(ParameterKind::Nu))),
+            dry: NoiseSd::of(of(ParameterKind::SigmaDry)),
+            wet: NoiseSd::of(of(ParameterKind::SigmaWet)),
+            energy: self.both.then(|| of(ParameterKind::SigmaEnergy)),
         }
     }
 }

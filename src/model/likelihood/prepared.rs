@@ -5,7 +5,7 @@ use super::nodes::{Nodes, WetBlock};
 use super::placed::ByRow;
 use super::tails::Tails;
 use super::trend::{FilmLosses, FilmParameters};
-use crate::model::parameters::{Kind, COMMON_SLOTS};
+use crate::model::parameters::{ParameterKind, COMMON_SLOTS};
 use crate::physics::balance::Balance;
 use crate::physics::Form;
 
@@ -55,7 +55,7 @@ impl Likelihood {
     /// The tails of noise at a full vector of parameters.
     pub(super) fn tails(&self, full: &[f64]) -> Tails {
         let student = self.own.as_ref().is_some_and(|own| own.student);
-        Tails::of(student.then(|| full[Kind::Nu.slot()]))
+        Tails::of(student.then(|| full[ParameterKind::Nu.slot()]))
     }
 
     /// What the parameters say at a film ratio, by its index.

@@ -37,7 +37,7 @@ impl Likelihood {
             leftover: 0.0,
             dry: dry_runs(scene, runs),
         };
-        let student = scene.model.likelihood == scene::Likelihood::Student;
+        let student = scene.model.likelihood == scene::LikelihoodFamily::Student;
         let both = scene.model.noise == NoiseOn::Both;
         let errors = runs.errors_with_medians();
         let errors = errors.as_ref();

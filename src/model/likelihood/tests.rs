@@ -46,8 +46,8 @@ const FULL: [f64; SLOTS] = [1.85, 0.47, 0.069, 1.0, 0.02, 0.009, 0.03, 0.0, 0.0,
 /// The same with L rising and C falling with the film.
 fn with_trends(full: [f64; SLOTS]) -> [f64; SLOTS] {
     let mut full = full;
-    full[Kind::LubricationTrend.slot()] = 0.3;
-    full[Kind::InertialTrend.slot()] = -0.4;
+    full[ParameterKind::LubricationTrend.slot()] = 0.3;
+    full[ParameterKind::InertialTrend.slot()] = -0.4;
     full
 }
 
@@ -139,8 +139,8 @@ fn kept(scene: &Scene, (run, middle): (&NewRun, f64), form: Form, full: &[f64]) 
     };
     let film: f64 = setting.film_ratio() / middle;
     let mut parameters = physical(full, index);
-    parameters.shared[Coefficient::LubricationLog] += full[Kind::LubricationTrend.slot()] * film.ln();
-    parameters.shared[Coefficient::InertialPrefactor] *= film.powf(full[Kind::InertialTrend.slot()]);
+    parameters.shared[Coefficient::LubricationLog] += full[ParameterKind::LubricationTrend.slot()] * film.ln();
+    parameters.shared[Coefficient::InertialPrefactor] *= film.powf(full[ParameterKind::InertialTrend.slot()]);
     kept_energy(&setting, form, &parameters, run.impact_speed)
 }
 
@@ -169,7 +169,7 @@ fn plain(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
                 .restitution(full[COMMON_SLOTS + group.particle], runs.impact_speed[run]);
             sum += term(
                 mean,
-                full[Kind::SigmaDry.slot()],
+                full[ParameterKind::SigmaDry.slot()],
                 runs.restitution[run],
                 group.stuck.contains(&run),
             );
@@ -188,7 +188,7 @@ fn plain(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
             let mean = rebound::mean_restitution(kept(scene, (&row, middle), form, full));
             sum += term(
                 mean,
-                full[Kind::SigmaWet.slot()],
+                full[ParameterKind::SigmaWet.slot()],
                 runs.restitution[run],
                 series.stuck.contains(&run),
             );
@@ -249,8 +249,8 @@ fn sums_and_slopes_agree(scene: &Scene, full: &[f64; SLOTS]) {
             let gap = (slope - difference).abs() / (1.0 + difference.abs());
             assert!(gap < 2e-6, "{form:?} {place}: {slope} {difference}");
             // a trend's slope with the wrong sign would be seen
-            let trend = [Kind::LubricationTrend, Kind::InertialTrend]
-                .map(Kind::slot)
+            let trend = [ParameterKind::LubricationTrend, ParameterKind::InertialTrend]
+                .map(ParameterKind::slot)
                 .contains(&place);
             if trend && form.inertia != Inertia::None {
                 let flipped = (slope + difference).abs() / (1.0 + difference.abs());
@@ -319,8 +319,8 @@ fn noise_on_the_energy_is_summed_as_it_is_written() {
             .collect();
         let clear = runs::arrange(&scene, &clear);
         let mut full = FULL;
-        full[Kind::SigmaWet.slot()] = 0.005;
-        full[Kind::SigmaEnergy.slot()] = 1e-9;
+        full[ParameterKind::SigmaWet.slot()] = 0.005;
+        full[ParameterKind::SigmaEnergy.slot()] = 1e-9;
         let both = Likelihood::of_rows(&scene, &clear, form);
         let usual = Likelihood::of_rows(&plain_scene, &clear, form);
         let value = both.ln_density(&full, &mut unused).expect("inside");
@@ -336,10 +336,10 @@ fn a_point_without_a_density_is_told_and_is_no_number() {
     let likelihood = Likelihood::of_rows(&scene, &runs, Form::new(Inertia::Saturating, DRY_SPEEDS[0]));
     let mut slopes = [0.0; SLOTS];
     for (kind, value) in [
-        (Kind::SigmaWet, 0.0),
-        (Kind::LUBRICATION_LOG, f64::NAN),
-        (Kind::FILM_SCALE, 0.0),
-        (Kind::SigmaWet, 1e-200),
+        (ParameterKind::SigmaWet, 0.0),
+        (ParameterKind::LUBRICATION_LOG, f64::NAN),
+        (ParameterKind::FILM_SCALE, 0.0),
+        (ParameterKind::SigmaWet, 1e-200),
     ] {
         let mut full = FULL;
         full[kind.slot()] = value;
@@ -412,7 +412,7 @@ fn repeated_settings_are_compressed_exactly() {
     let (mut a, mut b) = ([0.0; SLOTS], [0.0; SLOTS]);
     for sigma in [1e-6, 1e-3, 1.0] {
         let mut full = FULL;
-        full[Kind::SigmaWet.slot()] = sigma;
+        full[ParameterKind::SigmaWet.slot()] = sigma;
         let exact = rows.ln_density(&full, &mut a).expect("inside");
         let near = short.ln_density(&full, &mut b).expect("inside");
         assert!((exact / near - 1.0).abs() < 1e-12, "{sigma} {exact} {near}");

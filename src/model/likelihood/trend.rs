@@ -6,8 +6,8 @@
 
 use super::nodes::WetBlock;
 use super::sums::BlockSums;
-use crate::model::parameters::{Kind, COMMON_SLOTS};
-use crate::physics::balance::{AtFilm, Balance};
+use crate::model::parameters::{ParameterKind, COMMON_SLOTS};
+use crate::physics::balance::{Balance, BalanceAtFilm};
 use crate::physics::coefficient::Coefficients;
 use crate::physics::loss::Share;
 use crate::physics::Form;
@@ -54,8 +54,8 @@ impl FilmParameters {
         FilmParameters {
             form,
             values: Coefficients::first_of(full),
-            lubrication_trend: full[Kind::LubricationTrend.slot()],
-            inertial_trend: full[Kind::InertialTrend.slot()],
+            lubrication_trend: full[ParameterKind::LubricationTrend.slot()],
+            inertial_trend: full[ParameterKind::InertialTrend.slot()],
         }
     }
 
@@ -68,7 +68,7 @@ impl FilmParameters {
     /// The same with slopes.
     #[inline]
     pub fn losses(&self, film_ratio: f64, ln_film: f64) -> FilmLosses {
-        let plain = AtFilm::new(self.form, film_ratio, &self.values);
+        let plain = BalanceAtFilm::new(self.form, film_ratio, &self.values);
         let trends = self.trends(ln_film);
         FilmLosses {
             plain,
@@ -106,7 +106,7 @@ impl Trends {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FilmLosses {
     /// what the losses take without trends, with slopes
-    plain: AtFilm,
+    plain: BalanceAtFilm,
     /// what they take with them
     share: Share,
     trends: Trends,
@@ -127,8 +127,8 @@ impl FilmLosses {
         for (slope, share) in slopes.iter_mut().zip(&self.plain.slopes) {
             *slope -= kept * share.inertial + sums.viscous * share.viscous;
         }
-        slopes[Kind::LubricationTrend.slot()] -= sums.viscous * self.ln_film;
-        slopes[Kind::InertialTrend.slot()] -= kept * self.plain.share.inertial * self.ln_film;
+        slopes[ParameterKind::LubricationTrend.slot()] -= sums.viscous * self.ln_film;
+        slopes[ParameterKind::InertialTrend.slot()] -= kept * self.plain.share.inertial * self.ln_film;
     }
 }
 

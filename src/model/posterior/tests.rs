@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::*;
-use crate::model::parameters::Kind;
+use crate::model::parameters::ParameterKind;
 use crate::physics::inertia::Inertia;
 use crate::physics::{Coefficient, DrySpeed, Form};
 use crate::runs::{self, NewRun};
@@ -44,14 +44,14 @@ fn rows() -> Vec<NewRun<'static>> {
         .collect()
 }
 
-fn posterior(scene: &Scene, rows: &[NewRun], inertia: Inertia, dry_speed: DrySpeed) -> Posterior {
+fn posterior(scene: &Scene, rows: &[NewRun], inertia: Inertia, dry_speed: DrySpeed) -> PosteriorDensity {
     let form = Form {
         viscous: scene.model.viscous,
         ..Form::new(inertia, dry_speed)
     };
     let runs = runs::arrange(scene, rows);
-    let parameters = Parameters::of(scene, &runs, form).expect("priors with room");
-    Posterior::new(parameters, Likelihood::of_rows(scene, &runs, form))
+    let parameters = ModelParameters::of(scene, &runs, form).expect("priors with room");
+    PosteriorDensity::new(parameters, Likelihood::of_rows(scene, &runs, form))
 }
 
 #[test]
@@ -73,25 +73,25 @@ fn slopes_agree_with_differences_under_every_prior() {
             let posterior = posterior(&scene, &rows(), inertia, dry_speed);
             let parameters = posterior.parameters().clone();
             let parameters = parameters
-                .with_trend(Kind::LubricationTrend)
-                .with_trend(Kind::InertialTrend);
-            let posterior = Posterior::new(parameters, posterior.likelihood().clone());
+                .with_trend(ParameterKind::LubricationTrend)
+                .with_trend(ParameterKind::InertialTrend);
+            let posterior = PosteriorDensity::new(parameters, posterior.likelihood().clone());
             let draw: Vec<f64> = posterior
                 .parameters()
                 .sampled
                 .iter()
                 .map(|p| match p.kind {
-                    Kind::DryK(_) => 0.13,
-                    Kind::LUBRICATION_LOG => 2.3,
-                    Kind::INERTIAL_PREFACTOR => 0.6,
-                    Kind::FILM_SCALE => 0.08,
-                    Kind::Shared(Coefficient::RuptureScale) => 0.7,
-                    Kind::SigmaDry => 0.03,
-                    Kind::SigmaWet => 0.05,
-                    Kind::SigmaEnergy => 0.04,
-                    Kind::Nu => 7.0,
-                    Kind::LubricationTrend => 0.3,
-                    Kind::InertialTrend => -0.4,
+                    ParameterKind::DryK(_) => 0.13,
+                    ParameterKind::LUBRICATION_LOG => 2.3,
+                    ParameterKind::INERTIAL_PREFACTOR => 0.6,
+                    ParameterKind::FILM_SCALE => 0.08,
+                    ParameterKind::Shared(Coefficient::RuptureScale) => 0.7,
+                    ParameterKind::SigmaDry => 0.03,
+                    ParameterKind::SigmaWet => 0.05,
+                    ParameterKind::SigmaEnergy => 0.04,
+                    ParameterKind::Nu => 7.0,
+                    ParameterKind::LubricationTrend => 0.3,
+                    ParameterKind::InertialTrend => -0.4,
                 })
                 .collect();
             let point = posterior.point_at(&draw);
@@ -123,7 +123,7 @@ fn k_is_bounded_where_the_dry_law_turns_negative() {
         (DrySpeed::Impact, 1.88),
     ] {
         let posterior = posterior(&scene, &rows(), Inertia::Cap, dry_speed);
-        let place = posterior.parameters().place(Kind::DryK(0)).expect("sampled");
+        let place = posterior.parameters().place(ParameterKind::DryK(0)).expect("sampled");
         let (_, most) = posterior.parameters().sampled[place].bounds;
         assert!((most - fastest.powf(-0.2)).abs() < 1e-12, "{dry_speed:?} {most}");
         for far in [-50.0, 50.0] {
@@ -137,9 +137,9 @@ fn k_is_bounded_where_the_dry_law_turns_negative() {
 fn what_the_runs_cannot_tell_is_left_out_with_its_reason() {
     let of = |scene: &Scene, rows: &[NewRun], inertia| {
         let runs = runs::arrange(scene, rows);
-        Parameters::of(scene, &runs, Form::new(inertia, DrySpeed::Reference(2.0))).expect("priors with room")
+        ModelParameters::of(scene, &runs, Form::new(inertia, DrySpeed::Reference(2.0))).expect("priors with room")
     };
-    let names = |p: &Parameters| p.sampled.iter().map(|p| p.name.clone()).collect::<Vec<_>>();
+    let names = |p: &ModelParameters| p.sampled.iter().map(|p| p.name.clone()).collect::<Vec<_>>();
     let scene = scene("");
     let all = rows();
     let dry: Vec<NewRun> = all.iter().filter(|r| r.liquid.is_none()).copied().collect();
@@ -161,7 +161,7 @@ fn what_the_runs_cannot_tell_is_left_out_with_its_reason() {
         ]
     );
     assert_eq!(found.left_out[0].name, "film_scale");
-    assert_eq!(found.template[Kind::FILM_SCALE.slot()], 0.07);
+    assert_eq!(found.template[ParameterKind::FILM_SCALE.slot()], 0.07);
     let wet: Vec<NewRun> = one.iter().filter(|r| r.liquid.is_some()).copied().collect();
     let found = of(&scene, &wet, Inertia::Stepwise);
     assert_eq!(names(&found), ["dry_k[PE]", "lubrication_log", "sigma_wet"]);
@@ -189,11 +189,14 @@ fn a_prior_without_room_is_refused_by_name() {
     ] {
         let scene = scene(extra);
         let runs = runs::arrange(&scene, &rows());
-        let error = Parameters::of(&scene, &runs, Form::new(Inertia::Cap, DrySpeed::Reference(2.0))).expect_err("no room");
+        let error = ModelParameters::of(&scene, &runs, Form::new(Inertia::Cap, DrySpeed::Reference(2.0))).expect_err("no room");
         let message = format!("a/scene.toml: 1 problem; nothing was written\n  {expected}");
         assert_eq!(error.to_string(), message);
     }
     let scene = scene("[priors]\ninertial_prefactor = { fixed = 0 }");
     let posterior = posterior(&scene, &rows(), Inertia::Cap, DrySpeed::Reference(2.0));
-    assert_eq!(posterior.parameters().template[Kind::INERTIAL_PREFACTOR.slot()], 0.0);
+    assert_eq!(
+        posterior.parameters().template[ParameterKind::INERTIAL_PREFACTOR.slot()],
+        0.0
+    );
 }

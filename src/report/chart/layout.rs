@@ -7,7 +7,7 @@ use super::panel::{Look, Panel};
 
 /// Panels with axes of one size, and their legend.
 pub(super) struct Layout<'a> {
-    cells: Vec<Cell<'a>>,
+    cells: Vec<GridCell<'a>>,
     columns: Vec<Margins>,
     rows: Vec<Margins>,
     pub(super) legend: Legend<'a>,
@@ -15,7 +15,7 @@ pub(super) struct Layout<'a> {
 }
 
 /// One panel and where it stands.
-struct Cell<'a> {
+struct GridCell<'a> {
     panel: Panel<'a>,
     row: usize,
     column: usize,
@@ -43,7 +43,7 @@ impl<'a> Layout<'a> {
         for (row, of_row) in charts.iter().enumerate() {
             for (column, chart) in of_row.iter().enumerate() {
                 let panel = chart.map(|chart| Panel::new(chart, look));
-                cells.extend(panel.map(|panel| Cell { panel, row, column }));
+                cells.extend(panel.map(|panel| GridCell { panel, row, column }));
             }
         }
         // the label of a tick at either end of an axis stands half its width beyond
@@ -51,7 +51,7 @@ impl<'a> Layout<'a> {
         let widest = charts.iter().map(Vec::len).max().unwrap_or(0);
         let mut columns = vec![Margins::default().at_least(beyond, beyond); widest];
         let mut rows = vec![Margins::default(); charts.len()];
-        for Cell { panel, row, column } in &cells {
+        for GridCell { panel, row, column } in &cells {
             columns[*column] = columns[*column].at_least(panel.left(), 0.0);
             rows[*row] = rows[*row].at_least(panel.top(), panel.bottom());
         }

@@ -16,24 +16,27 @@ impl DrawSize {
     }
 
     /// The dimensions of an array with a value a draw.
-    pub fn dimensions(self) -> [Dimension; 2] {
-        [Dimension::new("chain", self.chains), Dimension::new("draw", self.draws)]
+    pub fn dimensions(self) -> [ArrayDimension; 2] {
+        [
+            ArrayDimension::new("chain", self.chains),
+            ArrayDimension::new("draw", self.draws),
+        ]
     }
 }
 
 /// A dimension of an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Dimension {
+pub struct ArrayDimension {
     /// name, which the dimension's coordinate bears, too
     pub name: &'static str,
     /// number of places along it
     pub length: usize,
 }
 
-impl Dimension {
+impl ArrayDimension {
     /// A dimension with its name and length.
-    pub fn new(name: &'static str, length: usize) -> Dimension {
-        Dimension { name, length }
+    pub fn new(name: &'static str, length: usize) -> ArrayDimension {
+        ArrayDimension { name, length }
     }
 }
 
@@ -164,14 +167,14 @@ pub struct DrawArray {
     /// its name
     pub name: String,
     /// names and lengths of its dimensions
-    pub dimensions: Vec<Dimension>,
+    pub dimensions: Vec<ArrayDimension>,
     /// as many values as the dimensions ask for
     pub values: ArrayValues,
 }
 
 impl DrawArray {
     /// An array of these values.
-    pub fn new(name: impl Into<String>, dimensions: &[Dimension], values: ArrayValues) -> DrawArray {
+    pub fn new(name: impl Into<String>, dimensions: &[ArrayDimension], values: ArrayValues) -> DrawArray {
         DrawArray {
             name: name.into(),
             dimensions: dimensions.to_vec(),
@@ -210,12 +213,12 @@ impl ArrayGroup {
     }
 
     /// Adds an array.
-    pub fn add(&mut self, name: impl Into<String>, dimensions: &[Dimension], values: ArrayValues) {
+    pub fn add(&mut self, name: impl Into<String>, dimensions: &[ArrayDimension], values: ArrayValues) {
         self.arrays.push(DrawArray::new(name, dimensions, values));
     }
 
     /// Adds the coordinate of a dimension that is numbered from 0.
-    pub fn add_indices(&mut self, dimension: Dimension) {
+    pub fn add_indices(&mut self, dimension: ArrayDimension) {
         self.add(dimension.name, &[dimension], ArrayValues::indices(dimension.length));
     }
 

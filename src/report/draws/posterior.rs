@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde_json::{json, Map, Value};
 
-use super::arrays::{ArrayGroup, ArrayValues, Dimension, DrawArray, DrawSize};
+use super::arrays::{ArrayDimension, ArrayGroup, ArrayValues, DrawArray, DrawSize};
 use super::csv;
 use super::every_run::EveryRun;
 use super::tie::{Tie, STORE, TABLE};
@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::findings::compare::{model_name, MOST_DENSITIES};
 use crate::findings::posterior::Posterior;
 use crate::inference::nuts::Chain;
-use crate::model::parameters::{Kind, Parameter};
+use crate::model::parameters::{ModelParameter, ParameterKind};
 use crate::report::folder::{Files, Streamed};
 use crate::report::ReportInput;
 use crate::runs::Runs;
@@ -106,7 +106,7 @@ impl<'a> Gathered<'a> {
 fn table(posterior: &Posterior, size: DrawSize) -> Result<String, Error> {
     let sampled = &posterior.sampled;
     let of_each = sampled.parameters.sampled.iter().zip(&sampled.values);
-    let column = |(parameter, chains): (&Parameter, &Vec<Vec<f64>>)| {
+    let column = |(parameter, chains): (&ModelParameter, &Vec<Vec<f64>>)| {
         let values = ArrayValues::reals(chains.iter().flatten().copied());
         DrawArray::new(&parameter.name, &size.dimensions(), values)
     };
@@ -129,7 +129,7 @@ fn parameters(
     for (place, parameter) in sampled.parameters.sampled.iter().enumerate() {
         let values = of(place, &sampled.values[place].concat());
         match parameter.kind {
-            Kind::DryK(particle) => {
+            ParameterKind::DryK(particle) => {
                 particles.push(scene.particles[particle].name.clone());
                 dry_k.push([values]);
             }
@@ -137,7 +137,7 @@ fn parameters(
         }
     }
     if !particles.is_empty() {
-        let particle = Dimension::new("particle", particles.len());
+        let particle = ArrayDimension::new("particle", particles.len());
         let columns: Vec<&[Vec<f64>]> = dry_k.iter().map(|column| column.as_slice()).collect();
         group.add("particle", &[particle], ArrayValues::texts(&particles));
         group.add("dry_k", &[chain, draw, particle], ArrayValues::interleaved(&columns));
@@ -178,7 +178,7 @@ fn derived(posterior: &Posterior, size: DrawSize) -> ArrayGroup {
         let labels: Vec<String> = of_one.iter().filter_map(|derived| derived.label.clone()).collect();
         let columns: Vec<&[Vec<f64>]> = of_one.iter().map(|derived| derived.values.as_slice()).collect();
         let by_setting = of_one[0].setting.is_some();
-        let by = Dimension::new(if by_setting { "setting" } else { "particle" }, of_one.len());
+        let by = ArrayDimension::new(if by_setting { "setting" } else { "particle" }, of_one.len());
         dimensions.truncate(2);
         if !labels.is_empty() {
             dimensions.push(by);
@@ -201,7 +201,7 @@ fn every_run_groups(every_run: &EveryRun, runs: usize, size: DrawSize) -> [Array
     .map(|(name, of)| {
         let mut group = ArrayGroup::of_draws(name, size);
         let [chain, draw] = size.dimensions();
-        let run = Dimension::new("run", of.len());
+        let run = ArrayDimension::new("run", of.len());
         // run numbers are far below the largest i64
         let numbers = of.iter().map(|run| i64::try_from(*run).unwrap_or(i64::MAX));
         group.add("run", &[run], ArrayValues::counts(numbers));
@@ -232,7 +232,7 @@ fn every_run_files(every_run: EveryRun, size: DrawSize) -> Vec<Streamed> {
 
 fn observed(runs: &Runs) -> ArrayGroup {
     let mut group = ArrayGroup::new("observed_data");
-    let run = Dimension::new("run", runs.len());
+    let run = ArrayDimension::new("run", runs.len());
     group.add_indices(run);
     group.add(
         "restitution",
@@ -250,7 +250,7 @@ fn observed(runs: &Runs) -> ArrayGroup {
 
 fn constant(scene: &Scene, runs: &Runs) -> ArrayGroup {
     let mut group = ArrayGroup::new("constant_data");
-    let run = Dimension::new("run", runs.len());
+    let run = ArrayDimension::new("run", runs.len());
     group.add_indices(run);
     let mut particle = vec![String::new(); runs.len()];
     let mut liquid = vec![DRY.to_owned(); runs.len()];

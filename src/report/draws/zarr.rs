@@ -9,7 +9,7 @@
 
 use serde_json::{json, Map, Value};
 
-use super::arrays::{ArrayGroup, Dimension, DrawArray, ValueType};
+use super::arrays::{ArrayDimension, ArrayGroup, DrawArray, ValueType};
 use crate::error::Error;
 use crate::report::folder::File;
 use crate::report::json;
@@ -69,7 +69,7 @@ pub fn is_file_name(name: &str) -> bool {
 
 /// Fails where the arrays of a group do not agree with their dimensions or with each other.
 fn agree(group: &ArrayGroup) -> Result<(), Error> {
-    let mut known: Vec<Dimension> = vec![];
+    let mut known: Vec<ArrayDimension> = vec![];
     let plain = |name: &str| !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
     for array in &group.arrays {
         let fail = |reason: String| {
@@ -167,7 +167,7 @@ mod tests {
         let names = ["PE".to_owned(), "µPTFE".to_owned()];
         let size = DrawSize { chains: 1, draws: 2 };
         let [chain, draw] = size.dimensions();
-        let particle = Dimension::new("particle", 2);
+        let particle = ArrayDimension::new("particle", 2);
         let mut group = ArrayGroup::new("posterior");
         let dry_k = ArrayValues::reals([0.1, f64::NAN, -0.0, 1e300]);
         group.add("dry_k", &[chain, draw, particle], dry_k);
@@ -223,7 +223,7 @@ mod tests {
         let with = |arrays| ArrayGroup { name: "g", arrays };
         let of_length = |name, length, values: &[f64]| {
             let values = ArrayValues::reals(values.iter().copied());
-            DrawArray::new(name, &[Dimension::new("x", length)], values)
+            DrawArray::new(name, &[ArrayDimension::new("x", length)], values)
         };
         let empty = store("s", Map::new(), vec![with(vec![of_length("a", 0, &[])])]).expect("a store");
         let paths: Vec<&str> = empty.iter().map(|(path, _)| path.as_str()).collect();

@@ -7,7 +7,7 @@ use super::points::{chart, curve, points, steps};
 use crate::findings::energy::Energy;
 use crate::findings::estimate::Estimate;
 use crate::findings::scaling::Scaling;
-use crate::model::parameters::Kind;
+use crate::model::parameters::ParameterKind;
 use crate::physics::{Inertia, Quantity};
 use crate::scene::{Particle, WetLaw};
 
@@ -120,9 +120,9 @@ pub(super) fn residuals(input: ReportInput) -> Vec<Chart> {
 fn fitted_loss(input: ReportInput, end: f64) -> Option<Layer> {
     let balance = input.findings.energy_balance.as_ref();
     let balance = balance.filter(|balance| balance.verdict.passed)?;
-    let value = |kind: Kind| balance.estimate(kind)?.value;
-    let (form, scale) = (balance.form().inertia, value(Kind::FILM_SCALE).unwrap_or(1.0));
-    let c = value(Kind::INERTIAL_PREFACTOR)?;
+    let value = |kind: ParameterKind| balance.estimate(kind)?.value;
+    let (form, scale) = (balance.form().inertia, value(ParameterKind::FILM_SCALE).unwrap_or(1.0));
+    let c = value(ParameterKind::INERTIAL_PREFACTOR)?;
     let law = steps(0.0, end.min(form.valid_to())).map(|x| (x, c * form.shape(x, scale)));
     let name = format!("fitted, {}", form.name());
     Some(curve(name, law.collect(), Style::group(0), Dash::Dotted))

@@ -5,7 +5,7 @@ use super::super::numbers;
 use super::super::ReportInput;
 use super::cells::law_name;
 use super::page::Page;
-use super::table::Table;
+use super::table::ReportTable;
 use crate::findings::bootstrap::Resampling;
 use crate::findings::estimate::{Bootstrapped, Estimate};
 use crate::findings::Findings;
@@ -29,7 +29,7 @@ pub(super) fn bootstrap(page: &mut Page, input: ReportInput) {
         single_runs(input.scene.bootstrap.scheme, resampling)
     ));
     joint_figures(page, input);
-    let table = Table::of(&rows)
+    let table = ReportTable::of(&rows)
         .column("particle", |row| row.particle)
         .column("quantity", |row| row.quantity.describe().symbol)
         .column("δ/D", |row| row.film_ratio.map_or("all".to_owned(), numbers::short))

@@ -5,7 +5,7 @@ use super::cells::check_table;
 use super::escape::{code, literal};
 use super::page::Page;
 use super::posterior;
-use super::table::Table;
+use super::table::ReportTable;
 use crate::findings::checks::Check;
 
 pub(super) fn cautions(page: &mut Page, input: ReportInput) {
@@ -57,7 +57,7 @@ pub(super) fn reproduce(page: &mut Page, input: ReportInput) {
         findings.wetcor
     ));
     let files = [("scene", &findings.scene_sha256), (&runs, &findings.data_sha256)];
-    let table = Table::of(files)
+    let table = ReportTable::of(files)
         .column("input", |(name, _)| name)
         .column("SHA-256", |(_, hash)| hash);
     page.table(&table);

@@ -1,7 +1,7 @@
 //! Words what tables of several sections have in common.
 
 use super::super::{numbers, ReportInput};
-use super::table::Table;
+use super::table::ReportTable;
 use crate::findings::checks::Check;
 use crate::findings::Verdict;
 use crate::scene::WetLaw;
@@ -54,8 +54,8 @@ pub(super) fn check_table<'c>(
     digits: usize,
     text: impl Fn(&Check) -> String,
     outcome: impl Fn(&Check) -> &'static str,
-) -> Table<&'c Check> {
-    Table::of(checks)
+) -> ReportTable<&'c Check> {
+    ReportTable::of(checks)
         .column("check", text)
         .column("value", |check| numbers::optional(check.value, digits))
         .column("line", |check| numbers::significant(check.threshold, 3))

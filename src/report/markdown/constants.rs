@@ -2,7 +2,7 @@
 
 use super::super::{numbers, quantities, ReportInput};
 use super::page::Page;
-use super::table::Table;
+use super::table::ReportTable;
 use crate::findings::constants::{Sensitivity, MOST_REBOUNDS};
 use crate::physics::Quantity;
 
@@ -30,7 +30,7 @@ pub(super) fn constants(page: &mut Page, input: ReportInput) {
          A column moves all constants of its kind by one factor, one with a name in brackets that one alone{offset}. A \
          film ratio in brackets stays what it is told to be; the square-root law does not know the films of its runs.{taken}"
     ));
-    let mut table = Table::of(rows).column("result", |row| row.label());
+    let mut table = ReportTable::of(rows).column("result", |row| row.label());
     for name in &names {
         table = table.column(name, |row| {
             let found = row.by.iter().find(|moves| moves.constant == *name);
@@ -49,7 +49,7 @@ pub(super) fn constants(page: &mut Page, input: ReportInput) {
         uncertainties(rows).join(", ")
     ));
     let with = |row: &Sensitivity, error: f64| numbers::with_se(in_unit(row, row.value), in_unit(row, error));
-    let table = Table::of(given)
+    let table = ReportTable::of(given)
         .column("result", label_with_unit)
         .column("± standard error", |row| with(row, row.se))
         .column("sd from the constants", |row| {

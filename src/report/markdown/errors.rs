@@ -4,7 +4,7 @@ use super::super::numbers;
 use super::super::ReportInput;
 use super::cells::law_name;
 use super::page::Page;
-use super::table::Table;
+use super::table::ReportTable;
 use crate::findings::error_notices::most_sensitive_to_speed;
 use crate::findings::measurement_errors::ErrorSummary;
 
@@ -56,7 +56,7 @@ pub(super) fn errors(page: &mut Page, input: ReportInput) {
         })
     });
     let fits: Vec<FitWithErrors> = dry.chain(scaling).chain(balance).collect();
-    let table = Table::of(&fits)
+    let table = ReportTable::of(&fits)
         .column("particle", |fit| &fit.particle)
         .column("law", |fit| &fit.law)
         .column("δ/D", |fit| fit.film_ratio.clone())

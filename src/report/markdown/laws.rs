@@ -6,7 +6,7 @@ use super::super::ReportInput;
 use super::cells::{diameter, estimated, interval_header, law_name, list, rebounds_and_stuck, usable};
 use super::errors::of_speed;
 use super::page::Page;
-use super::table::Table;
+use super::table::ReportTable;
 use crate::findings::dry::{Dry, DryOfDiameter};
 use crate::findings::estimate::Estimate;
 use crate::findings::scaling::Scaling;
@@ -23,13 +23,13 @@ pub(super) fn dry(page: &mut Page, input: ReportInput) {
     page.heading("Dry law");
     let rows = input.findings.dry.iter().flat_map(|dry| {
         let several = dry.by_diameter.iter().filter(|_| dry.by_diameter.len() > 1);
-        let each = several.map(|one| DryRow {
+        let each = several.map(|one| DryTableRow {
             dry,
             diameter: Some(one),
         });
-        std::iter::once(DryRow { dry, diameter: None }).chain(each)
+        std::iter::once(DryTableRow { dry, diameter: None }).chain(each)
     });
-    let table = Table::of(rows)
+    let table = ReportTable::of(rows)
         .column("particle", |row| &row.dry.particle)
         .column("D / mm", |row| match (row.diameter, row.dry.by_diameter.as_slice()) {
             (Some(one), _) => diameter(one.diameter_m),
@@ -63,12 +63,12 @@ pub(super) fn dry(page: &mut Page, input: ReportInput) {
 
 /// The dry law of a particle, over all diameters or of one.
 #[derive(Clone, Copy)]
-struct DryRow<'a> {
+struct DryTableRow<'a> {
     dry: &'a Dry,
     diameter: Option<&'a DryOfDiameter>,
 }
 
-impl<'a> DryRow<'a> {
+impl<'a> DryTableRow<'a> {
     fn dry_k(self) -> &'a Estimate {
         self.diameter.map_or(&self.dry.dry_k, |one| &one.dry_k)
     }
@@ -106,7 +106,7 @@ pub(super) fn series(page: &mut Page, input: ReportInput) {
             &format!("{name}: restitution against impact speed at one film ratio. Points are means of repeated speeds with their standard errors, curves the fits of this section and the dry law (as figs. 2a and 2c of Müller & Huang 2016). Stuck runs are hollow marks at e = 0, those of one series above another's.{bands}"),
         );
     }
-    let table = Table::of(&findings.series)
+    let table = ReportTable::of(&findings.series)
         .column("particle", |row| &row.particle)
         .column("liquid", |row| &row.liquid)
         .column("D / mm", |row| diameter(row.diameter_m))
@@ -133,8 +133,8 @@ fn bands(input: ReportInput) -> &'static str {
 }
 
 /// Both laws of some fits: over all film ratios, or each at its own.
-fn scaling_table<'a>(rows: impl Iterator<Item = &'a Scaling>, over_all: bool) -> Table<&'a Scaling> {
-    let mut table = Table::of(rows).column("particle", |row| &row.particle);
+fn scaling_table<'a>(rows: impl Iterator<Item = &'a Scaling>, over_all: bool) -> ReportTable<&'a Scaling> {
+    let mut table = ReportTable::of(rows).column("particle", |row| &row.particle);
     if !over_all {
         table = table.column("δ/D", |row| row.film_ratio.map(numbers::short));
     }
@@ -236,7 +236,7 @@ pub(super) fn energy(page: &mut Page, input: ReportInput) {
         "energy balance",
         "Inertial loss over density ratio with both predictions, and St_c e_inf², against the film ratio by the square-root law; bars are standard errors (as fig. 5).",
     );
-    let table = Table::of(&findings.energy)
+    let table = ReportTable::of(&findings.energy)
         .column("particle", |row| &row.particle)
         .column("δ/D", |row| numbers::short(row.film_ratio))
         .column("law", |row| law_name(row.law))

@@ -6,12 +6,12 @@ use super::constants::combined;
 use super::escape::literal;
 use super::page::Page;
 use super::posterior::held;
-use super::table::Table;
+use super::table::ReportTable;
 use super::verdict::verdict_line;
 use crate::findings::balance::DerivedEstimate;
 use crate::findings::estimate::Estimate;
 use crate::findings::posterior::QuantitySummary;
-use crate::model::parameters::Kind;
+use crate::model::parameters::ParameterKind;
 use crate::physics::loss::Loss;
 use crate::physics::{Coefficient, Quantity};
 use crate::scene::WetLaw;
@@ -75,8 +75,8 @@ fn tells_diameters_apart(derived: &[DerivedEstimate]) -> bool {
 }
 
 /// e_inf and St_c of each particle and film ratio, and of each diameter where they belong to one.
-fn of_film_ratios<'a>(derived: &'a [DerivedEstimate], level: &str) -> Table<&'a DerivedEstimate> {
-    let mut table = Table::of(derived)
+fn of_film_ratios<'a>(derived: &'a [DerivedEstimate], level: &str) -> ReportTable<&'a DerivedEstimate> {
+    let mut table = ReportTable::of(derived)
         .column("particle", |row| &row.particle)
         .column("δ/D", |row| numbers::short(row.film_ratio));
     if tells_diameters_apart(derived) {
@@ -102,8 +102,8 @@ struct MainNumber<'a> {
     posterior: Option<&'a QuantitySummary>,
 }
 
-fn table<'a>(rows: &'a [MainNumber], input: ReportInput) -> Table<&'a MainNumber<'a>> {
-    let table = Table::of(rows)
+fn table<'a>(rows: &'a [MainNumber], input: ReportInput) -> ReportTable<&'a MainNumber<'a>> {
+    let table = ReportTable::of(rows)
         .column("quantity", |row| &row.label)
         .column("value", |row| row.estimate.map(numbers::estimate))
         .column(interval_header(input), |row| row.estimate.map(numbers::interval));
@@ -151,7 +151,7 @@ fn numbers_of(input: ReportInput<'_>) -> Vec<MainNumber<'_>> {
         new(Quantity::DryK, Some(&particle.name), dry.map(|dry| &dry.dry_k))
     });
     let of_balance = Coefficient::ALL.into_iter().map(|coefficient| {
-        let estimate = balance.and_then(|balance| balance.estimate(Kind::Shared(coefficient)));
+        let estimate = balance.and_then(|balance| balance.estimate(ParameterKind::Shared(coefficient)));
         new(Quantity::Shared(coefficient), None, estimate)
     });
     let has_delta_c = input.scene.model.viscous.why_no_critical_separation().is_none();
@@ -187,7 +187,7 @@ pub(super) fn published(page: &mut Page, input: ReportInput) {
     }
     page.heading("Beside the literature");
     page.paragraph("Difference: ours minus published, in combined standard errors.");
-    let table = Table::of(&findings.published)
+    let table = ReportTable::of(&findings.published)
         .column("particle", |row| &row.particle)
         .column("quantity", |row| symbol(row.quantity))
         .column("δ/D", |row| row.film_ratio.map_or("all".to_owned(), numbers::short))

@@ -3,9 +3,9 @@
 use super::super::numbers;
 use super::super::ReportInput;
 use super::page::Page;
-use super::table::Table;
+use super::table::ReportTable;
 use crate::findings::noise::{GroupSpread, Noise, Offsets, SpreadTest, StandardErrorRatio, FALSE_ALARM, LINE};
-use crate::scene::Likelihood;
+use crate::scene::LikelihoodFamily;
 
 pub(super) fn noise(page: &mut Page, input: ReportInput) {
     let Some(noise) = &input.findings.noise else {
@@ -17,7 +17,7 @@ pub(super) fn noise(page: &mut Page, input: ReportInput) {
          found about the joint fit of dry law and energy balance:",
     );
     let mut lines = vec![];
-    if input.scene.model.likelihood == Likelihood::Normal {
+    if input.scene.model.likelihood == LikelihoodFamily::Normal {
         lines.push(outliers(noise));
     }
     lines.extend(noise.spread.as_ref().map(spreads));
@@ -112,7 +112,7 @@ fn table(page: &mut Page, all: [Option<&Vec<StandardErrorRatio>>; 2]) {
         found.map(|lacking| format!("{:.2}", lacking.ratio))
     };
     let [spread, offsets] = all;
-    let table = Table::of(names)
+    let table = ReportTable::of(names)
         .column("parameter", |name| name)
         .column("unequal spreads", |name| ratio(spread, name))
         .column("shared offsets", |name| ratio(offsets, name));

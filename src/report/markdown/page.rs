@@ -1,7 +1,7 @@
 //! Lays out headings, paragraphs, lists, tables and figures in markdown.
 
 use super::escape::{destination, guarded};
-use super::table::Table;
+use super::table::ReportTable;
 
 /// A markdown text in the making.
 pub(crate) struct Page {
@@ -41,7 +41,7 @@ impl Page {
         }
     }
 
-    pub(crate) fn table<R: Copy>(&mut self, table: &Table<R>) {
+    pub(crate) fn table<R: Copy>(&mut self, table: &ReportTable<R>) {
         for (number, cells) in table.lines().enumerate() {
             let cells: Vec<String> = cells.into_iter().map(escaped).collect();
             self.text.push_str(&format!("| {} |\n", cells.join(" | ")));

@@ -4,16 +4,16 @@ use super::super::numbers;
 use super::super::ReportInput;
 use super::cells::list;
 use super::page::Page;
-use super::table::Table;
+use super::table::ReportTable;
 use crate::error::plain;
 use crate::findings::identify::{Directions, IdentifiableCombination, Unidentified};
 use crate::findings::overview::{Material, Overview};
 use crate::units::{micrometres, millimetres};
 
 /// The table of what was read, for the report and the `check` command.
-fn materials(materials: &[Material]) -> Table<&Material> {
+fn materials(materials: &[Material]) -> ReportTable<&Material> {
     let range = |range: Option<[f64; 2]>| range.map(numbers::range);
-    Table::of(materials)
+    ReportTable::of(materials)
         .column("particle", |row| &row.particle)
         .column("liquid", |row| &row.liquid)
         .column("runs", |row| row.runs)

@@ -6,7 +6,7 @@ use crate::findings::estimate::Estimate;
 use crate::physics::Quantity;
 
 /// A table in the making: its rows, and the columns made of them so far.
-pub(crate) struct Table<R> {
+pub(crate) struct ReportTable<R> {
     rows: Vec<R>,
     columns: Vec<Column>,
 }
@@ -21,10 +21,10 @@ pub(crate) trait Cell {
     fn text(self) -> String;
 }
 
-impl<R: Copy> Table<R> {
+impl<R: Copy> ReportTable<R> {
     /// A table of these rows, without a column.
-    pub(crate) fn of(rows: impl IntoIterator<Item = R>) -> Table<R> {
-        Table {
+    pub(crate) fn of(rows: impl IntoIterator<Item = R>) -> ReportTable<R> {
+        ReportTable {
             rows: rows.into_iter().collect(),
             columns: vec![],
         }
@@ -35,7 +35,7 @@ impl<R: Copy> Table<R> {
     }
 
     /// Adds a column under its header.
-    pub(crate) fn column<C: Cell>(mut self, header: impl Into<String>, cell: impl Fn(R) -> C) -> Table<R> {
+    pub(crate) fn column<C: Cell>(mut self, header: impl Into<String>, cell: impl Fn(R) -> C) -> ReportTable<R> {
         let header = header.into();
         let cells = self.rows.iter().map(|row| cell(*row).text()).collect();
         self.columns.push(Column { header, cells });
@@ -43,7 +43,7 @@ impl<R: Copy> Table<R> {
     }
 
     /// Adds the estimates of a quantity under its symbol.
-    pub(super) fn estimate<'e>(self, quantity: Quantity, of: impl Fn(R) -> &'e Estimate) -> Table<R> {
+    pub(super) fn estimate<'e>(self, quantity: Quantity, of: impl Fn(R) -> &'e Estimate) -> ReportTable<R> {
         self.column(label(quantity), |row| quantities::estimate(quantity, of(row)))
     }
 
@@ -53,7 +53,7 @@ impl<R: Copy> Table<R> {
         quantity: Quantity,
         of: impl Fn(R) -> &'e Estimate,
         interval: &str,
-    ) -> Table<R> {
+    ) -> ReportTable<R> {
         self.estimate(quantity, &of)
             .column(interval, |row| quantities::interval(quantity, of(row)))
     }

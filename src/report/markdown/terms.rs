@@ -3,7 +3,7 @@
 use super::super::numbers;
 use super::super::ReportInput;
 use super::page::Page;
-use super::table::Table;
+use super::table::ReportTable;
 use crate::findings::terms::{SizedTerm, LINE};
 use crate::physics::form::Term;
 
@@ -20,7 +20,7 @@ pub(super) fn terms(page: &mut Page, input: ReportInput) {
          the largest change of a restitution. Holding a term costs, where it has parameters of its own: the standard \
          error of another becomes wider by the factor given. A term that is not held is sized as if it acted in full."
     ));
-    let table = Table::of(terms)
+    let table = ReportTable::of(terms)
         .column("term", |sized| sized.term.in_words())
         .column("held", |sized| if sized.held { "yes" } else { "no" })
         .column("why", why)

@@ -20,7 +20,7 @@ pub struct ModelChoices {
     /// the terms to hold; absent: as the runs require
     pub terms: Option<Vec<Term>>,
     /// distribution of the noise on a restitution
-    pub likelihood: Likelihood,
+    pub likelihood: LikelihoodFamily,
     /// what is made of stuck runs
     pub sticking: Sticking,
     /// where the scatter of wet runs acts
@@ -46,7 +46,7 @@ impl ModelChoices {
 
 /// Distribution of the noise on a restitution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Likelihood {
+pub enum LikelihoodFamily {
     /// normal
     Normal,
     /// Student-t with estimated degrees of freedom
@@ -79,7 +79,7 @@ pub fn model(root: &SceneTable, liquids: &[Liquid]) -> ModelChoices {
         inertia: Some(Inertia::Stepwise),
         viscous: Viscous::Constant,
         terms: None,
-        likelihood: Likelihood::Normal,
+        likelihood: LikelihoodFamily::Normal,
         sticking: Sticking::Censored,
         noise: NoiseOn::Restitution,
     };
@@ -98,7 +98,10 @@ pub fn model(root: &SceneTable, liquids: &[Liquid]) -> ModelChoices {
         choices.viscous = form;
     }
     choices.terms = terms(&table, liquids);
-    let likelihoods = [("normal", Likelihood::Normal), ("student", Likelihood::Student)];
+    let likelihoods = [
+        ("normal", LikelihoodFamily::Normal),
+        ("student", LikelihoodFamily::Student),
+    ];
     if let Some(likelihood) = table.choice("likelihood", &likelihoods) {
         choices.likelihood = likelihood;
     }

@@ -1,6 +1,6 @@
 //! Reads the priors that a scene sets for its parameters.
 
-use super::model::Likelihood;
+use super::model::LikelihoodFamily;
 use super::unused::note_unused;
 use crate::error::quoted;
 use crate::physics::dry::DRY_K;
@@ -41,7 +41,7 @@ pub(crate) fn least(parameter: &str) -> f64 {
 pub fn priors(
     root: &SceneTable,
     particles: &[&str],
-    likelihood: Likelihood,
+    likelihood: LikelihoodFamily,
     unused: &mut Vec<String>,
 ) -> Vec<PriorChoice> {
     let Some(table) = root.table("priors") else {
@@ -80,7 +80,7 @@ pub fn priors(
         }
     }
     table.finish();
-    if likelihood == Likelihood::Normal {
+    if likelihood == LikelihoodFamily::Normal {
         note_unused("priors", &table, &["nu"], unused);
     }
     choices

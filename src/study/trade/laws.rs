@@ -5,7 +5,7 @@ use crate::findings::dry::FittedDry;
 use crate::findings::energy::Energy;
 use crate::findings::scaling::FittedScaling;
 use crate::inference::law::Law;
-use crate::model::parameters::{Kind, Parameters};
+use crate::model::parameters::{ModelParameters, ParameterKind};
 use crate::physics::inertia::Inertia;
 use crate::scene::WetLaw;
 
@@ -13,7 +13,7 @@ use crate::scene::WetLaw;
 const NORMAL_95: f64 = 1.644_853_626_951_472_2;
 
 /// The fits of least squares that parameters are read from.
-pub(super) struct LeastSquaresFits<'f> {
+pub(super) struct TradeLaws<'f> {
     pub dry: &'f [FittedDry],
     pub scaling: &'f [FittedScaling],
     pub energy: &'f [Energy],
@@ -25,20 +25,20 @@ pub(super) struct LeastSquaresFits<'f> {
 /// A form of inertia with a film scale has no such C: `None`.
 pub(super) fn by_law(
     law: WetLaw,
-    parameters: &Parameters,
+    parameters: &ModelParameters,
     inertia: Inertia,
-    fits: &LeastSquaresFits,
+    fits: &TradeLaws,
 ) -> Vec<Option<Marginal>> {
-    let of = |kind: Kind| match kind {
-        Kind::DryK(particle) => {
+    let of = |kind: ParameterKind| match kind {
+        ParameterKind::DryK(particle) => {
             let fitted = fits.dry.iter().find(|dry| dry.particle == particle)?;
             fitted.usable.map(normal)
         }
-        Kind::LUBRICATION_LOG => {
+        ParameterKind::LUBRICATION_LOG => {
             let groups = fits.scaling.iter().filter(|one| one.law == law);
             weighted(groups.filter_map(|one| one.scaling.film_ratio.and(one.scaling.lubrication_log.pair())))
         }
-        Kind::INERTIAL_PREFACTOR if !inertia.has_film_scale() && inertia != Inertia::None => {
+        ParameterKind::INERTIAL_PREFACTOR if !inertia.has_film_scale() && inertia != Inertia::None => {
             let groups = fits.energy.iter().filter(|one| one.law == law.name());
             weighted(groups.filter_map(|one| {
                 let (loss, se) = one.loss_over_density_ratio.pair()?;
@@ -46,11 +46,11 @@ pub(super) fn by_law(
                 Some((loss / shape, se / shape))
             }))
         }
-        Kind::Shared(_) | Kind::LubricationTrend | Kind::InertialTrend => None,
-        Kind::SigmaDry => spread(1, fits.dry.iter().map(|one| (one.dry.residual_sd, one.dry.runs))),
+        ParameterKind::Shared(_) | ParameterKind::LubricationTrend | ParameterKind::InertialTrend => None,
+        ParameterKind::SigmaDry => spread(1, fits.dry.iter().map(|one| (one.dry.residual_sd, one.dry.runs))),
         // least squares has one spread, and normal noise
-        Kind::SigmaEnergy | Kind::Nu => None,
-        Kind::SigmaWet => {
+        ParameterKind::SigmaEnergy | ParameterKind::Nu => None,
+        ParameterKind::SigmaWet => {
             let groups = fits.scaling.iter().filter(|one| one.law == law);
             let each = groups.filter(|one| one.scaling.film_ratio.is_some());
             let each = each.map(|one| (one.scaling.residual_sd, one.scaling.runs));

@@ -28,7 +28,7 @@ mod timed;
 use crate::error::Error;
 use crate::findings;
 use crate::findings::posterior::{effort, why_not_sampled, MethodChoice, SamplingSetup};
-use crate::model::parameters::Parameters;
+use crate::model::parameters::ModelParameters;
 use crate::runs::Table;
 use crate::scene::Scene;
 use dominance::mark_dominated;
@@ -51,7 +51,7 @@ pub fn measure(scene: &Scene, table: &Table, seed: u64, progress: &dyn Fn()) -> 
         form: least_squares.form,
         method: MethodChoice::Nodes,
     };
-    let parameters = Parameters::of(scene, runs, model.form)?;
+    let parameters = ModelParameters::of(scene, runs, model.form)?;
     if let Some(declined) = why_not_sampled(runs, least_squares.least_squares(), &parameters) {
         return Err(Error::Usage(format!("nothing to trade: {}", declined.0.text)));
     }

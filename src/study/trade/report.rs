@@ -9,7 +9,7 @@ use crate::report::folder::Files;
 use crate::report::json;
 use crate::report::markdown::escape::literal;
 use crate::report::markdown::page::Page;
-use crate::report::markdown::table::Table;
+use crate::report::markdown::table::ReportTable;
 use crate::report::numbers;
 use crate::scene::Scene;
 
@@ -78,7 +78,7 @@ fn page(scene: &Scene, trade: &Trade) -> String {
 
 fn methods(page: &mut Page, trade: &Trade) {
     page.heading("The ways");
-    let table = Table::of(&trade.rungs)
+    let table = ReportTable::of(&trade.rungs)
         .column("way", |rung| format!("`{}`", rung.name))
         .column("what it is", |rung| what(&rung.name))
         .column("nodes", |rung| rung.nodes)
@@ -138,7 +138,7 @@ fn parameters(page: &mut Page, trade: &Trade) {
             signed(100.0 * miss.sd)
         )
     };
-    let mut table = Table::of(&trade.rungs).column("way", |rung| format!("`{}`", rung.name));
+    let mut table = ReportTable::of(&trade.rungs).column("way", |rung| format!("`{}`", rung.name));
     for (place, parameter) in trade.reference.parameters.iter().enumerate() {
         table = table.column(&parameter.name, |rung| rung.errors[place].as_ref().map(cell));
     }
@@ -164,7 +164,7 @@ fn linear(page: &mut Page, trade: &Trade) {
         Some(in_se) => format!("{} ({} se)", signed(bias), signed(in_se)),
         None => signed(bias),
     };
-    let table = Table::of(&trade.linear_bias)
+    let table = ReportTable::of(&trade.linear_bias)
         .column("particle", |bias| &bias.particle)
         .column("film ratio", |bias| {
             bias.film_ratio.map_or("all".to_owned(), |ratio| format!("{ratio:.3}"))

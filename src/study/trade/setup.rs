@@ -3,7 +3,7 @@
 use crate::findings::posterior::SamplingSetup;
 use crate::inference::nuts::Effort;
 use crate::model::likelihood::Likelihood;
-use crate::model::parameters::Parameters;
+use crate::model::parameters::ModelParameters;
 use crate::runs::Table;
 use crate::scene::Scene;
 
@@ -13,7 +13,7 @@ pub(super) struct TradeSetup<'g> {
     pub(super) table: &'g Table,
     pub(super) seed: u64,
     pub(super) model: SamplingSetup,
-    pub(super) parameters: Parameters,
+    pub(super) parameters: ModelParameters,
     pub(super) effort: Effort,
 }
 

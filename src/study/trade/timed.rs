@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::laws::{by_law, LeastSquaresFits};
+use super::laws::{by_law, TradeLaws};
 use super::methods::TradedMethod;
 use super::results::Marginal;
 use super::setup::TradeSetup;
@@ -81,7 +81,7 @@ impl TradeSetup<'_> {
         let dry = dry::fit_dry_laws(scene, runs, quoting);
         let scaling = scaling::fit_scaling(scene, runs, &dry, quoting);
         let energy = energy::estimate_energy(scene, runs, &dry, &scaling, quoting);
-        let fits = LeastSquaresFits {
+        let fits = TradeLaws {
             dry: &dry,
             scaling: &scaling,
             energy: &energy,

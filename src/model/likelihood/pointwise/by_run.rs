@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::{EvaluatedLaw, NoiseSd, Pointwise};
 use crate::model::likelihood::tails::Tails;
-use crate::model::parameters::Kind;
+use crate::model::parameters::ParameterKind;
 
 /// Many draws of the parameters, ready for some runs at a time.
 #[derive(Debug)]
@@ -25,11 +25,11 @@ pub struct AtDraws<'p, 'r> {
 impl<'r> Pointwise<'r> {
     /// The runs at some draws, full vectors of parameters.
     pub fn at_draws<'p>(&'p self, draws: Vec<&'p [f64]>) -> AtDraws<'p, 'r> {
-        let spreads = |kind: Kind| draws.iter().map(|full| NoiseSd::of(full[kind.slot()])).collect();
+        let spreads = |kind: ParameterKind| draws.iter().map(|full| NoiseSd::of(full[kind.slot()])).collect();
         AtDraws {
             pointwise: self,
-            dry: spreads(Kind::SigmaDry),
-            wet: spreads(Kind::SigmaWet),
+            dry: spreads(ParameterKind::SigmaDry),
+            wet: spreads(ParameterKind::SigmaWet),
             laws: if self.is_plain() {
                 vec![]
             } else {

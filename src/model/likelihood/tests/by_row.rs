@@ -35,7 +35,7 @@ pub(super) fn with_errors(mut runs: Runs) -> Runs {
 
 /// The statement a run at a time: half a difference of m over the speed's error, or the energy's scale.
 fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
-    let nu = (scene.model.likelihood == scene::Likelihood::Student).then_some(full[Kind::Nu.slot()]);
+    let nu = (scene.model.likelihood == scene::LikelihoodFamily::Student).then_some(full[ParameterKind::Nu.slot()]);
     let both = scene.model.noise == NoiseOn::Both;
     let truncated = scene.model.sticking == Sticking::Truncated;
     let limit = scene.data.smallest_restitution;
@@ -72,7 +72,7 @@ fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
                 let speed_part = s * (on * e_dry(v) / v + slope);
                 (
                     e - e_dry(v),
-                    (full[Kind::SigmaDry.slot()].powi(2) + on * u * u + speed_part * speed_part).sqrt(),
+                    (full[ParameterKind::SigmaDry.slot()].powi(2) + on * u * u + speed_part * speed_part).sqrt(),
                     1.0,
                 )
             };
@@ -102,10 +102,10 @@ fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
                     let y = rebound::kept_of_mean_restitution(e);
                     let turn = rebound::slope_mean_restitution(y);
                     let speed_part = s * (e / (v * turn) + slope);
-                    let own = (full[Kind::SigmaWet.slot()].powi(2) + on * u * u) / (turn * turn);
+                    let own = (full[ParameterKind::SigmaWet.slot()].powi(2) + on * u * u) / (turn * turn);
                     return (
                         y - r(v),
-                        (full[Kind::SigmaEnergy.slot()].powi(2) + own + speed_part * speed_part).sqrt(),
+                        (full[ParameterKind::SigmaEnergy.slot()].powi(2) + own + speed_part * speed_part).sqrt(),
                         1.0 / turn,
                     );
                 }
@@ -113,7 +113,7 @@ fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
                 let speed_part = on * s * m(r(v)) / v + 0.5 * (m(r(v) + step) - m(r(v) - step));
                 (
                     e - m(r(v)),
-                    (full[Kind::SigmaWet.slot()].powi(2) + on * u * u + speed_part * speed_part).sqrt(),
+                    (full[ParameterKind::SigmaWet.slot()].powi(2) + on * u * u + speed_part * speed_part).sqrt(),
                     1.0,
                 )
             };
@@ -127,7 +127,7 @@ fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
 #[test]
 fn runs_one_at_a_time_are_summed_as_it_is_written() {
     let mut cases = 0;
-    for likelihood in [scene::Likelihood::Normal, scene::Likelihood::Student] {
+    for likelihood in [scene::LikelihoodFamily::Normal, scene::LikelihoodFamily::Student] {
         for noise in [NoiseOn::Restitution, NoiseOn::Both] {
             for sticking in [Sticking::Censored, Sticking::Truncated] {
                 for errors in [false, true] {
@@ -137,7 +137,8 @@ fn runs_one_at_a_time_are_summed_as_it_is_written() {
                     scene.model.sticking = sticking;
                     let runs = runs(&scene, 20, "runs_one_at_a_time_are_summed_as_it_is_written");
                     let runs = if errors { with_errors(runs) } else { runs };
-                    let plain = likelihood == scene::Likelihood::Normal && noise == NoiseOn::Restitution && !errors;
+                    let plain =
+                        likelihood == scene::LikelihoodFamily::Normal && noise == NoiseOn::Restitution && !errors;
                     for form in forms() {
                         agree(&scene, &runs, form, plain);
                     }
@@ -217,9 +218,9 @@ fn new_draws_lie_below_a_restitution_as_often_as_they_are_expected_to() {
     const DRAWS: usize = 20_000;
     let mut rng = crate::seed::stream(1, "new_draws_lie_below_a_restitution", 0);
     for (likelihood, noise, errors) in [
-        (scene::Likelihood::Student, NoiseOn::Restitution, false),
-        (scene::Likelihood::Normal, NoiseOn::Restitution, true),
-        (scene::Likelihood::Student, NoiseOn::Restitution, true),
+        (scene::LikelihoodFamily::Student, NoiseOn::Restitution, false),
+        (scene::LikelihoodFamily::Normal, NoiseOn::Restitution, true),
+        (scene::LikelihoodFamily::Student, NoiseOn::Restitution, true),
     ] {
         let mut scene = scene();
         (scene.model.likelihood, scene.model.noise) = (likelihood, noise);

@@ -8,7 +8,7 @@ use crate::seed::stream;
 /// Every kind of noise, with stuck runs censored and not logged, with and without errors of the runs' own.
 fn scenes() -> Vec<(Scene, bool)> {
     let mut scenes = vec![];
-    for likelihood in [scene::Likelihood::Normal, scene::Likelihood::Student] {
+    for likelihood in [scene::LikelihoodFamily::Normal, scene::LikelihoodFamily::Student] {
         for noise in [NoiseOn::Restitution, NoiseOn::Both] {
             for sticking in [Sticking::Censored, Sticking::Truncated] {
                 for errors in [false, true] {
@@ -87,7 +87,7 @@ fn new_draws_of_all_runs_have_their_probabilities() {
 
 #[test]
 fn a_spread_a_tenth_too_wide_is_seen() {
-    for kind in [Kind::SigmaWet, Kind::SigmaDry] {
+    for kind in [ParameterKind::SigmaWet, ParameterKind::SigmaDry] {
         let mut full = FULL;
         full[kind.slot()] *= 1.1;
         let found = farthest(&full, "a_spread_a_tenth_too_wide_is_seen");

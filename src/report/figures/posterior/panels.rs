@@ -3,18 +3,18 @@
 use super::super::super::quantities::{in_scripts, parameter_label};
 use super::super::super::ReportInput;
 use crate::findings::posterior::Posterior;
-use crate::model::parameters::{Kind, Parameter};
+use crate::model::parameters::{ModelParameter, ParameterKind};
 
 /// Places of at most so many parameters, in their order: those that all runs share go before the k of each particle.
 pub(super) fn first_places(posterior: &Posterior, most: usize) -> Vec<usize> {
-    let of_particle = |place: &usize| matches!(kind(posterior, *place), Kind::DryK(_));
+    let of_particle = |place: &usize| matches!(kind(posterior, *place), ParameterKind::DryK(_));
     let (own, shared): (Vec<usize>, Vec<usize>) = (0..posterior.sampled.values.len()).partition(of_particle);
     let mut places: Vec<usize> = shared.into_iter().chain(own).take(most).collect();
     places.sort_unstable();
     places
 }
 
-fn kind(posterior: &Posterior, place: usize) -> Kind {
+fn kind(posterior: &Posterior, place: usize) -> ParameterKind {
     posterior.sampled.parameters.sampled[place].kind
 }
 
@@ -24,7 +24,7 @@ pub(super) fn draws(posterior: &Posterior, place: usize) -> Vec<f64> {
 }
 
 /// A parameter's symbol, with its particle.
-pub(super) fn symbol(input: ReportInput, parameter: &Parameter) -> String {
+pub(super) fn symbol(input: ReportInput, parameter: &ModelParameter) -> String {
     let kind = parameter.kind;
     parameter_label(input.scene, kind, &in_scripts(kind.symbol()))
 }

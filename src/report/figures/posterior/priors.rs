@@ -6,7 +6,7 @@ use super::super::super::ReportInput;
 use super::panels::{draws, first_places, symbol};
 use crate::findings::posterior::Posterior;
 use crate::inference::density::smoothed;
-use crate::model::parameters::Parameter;
+use crate::model::parameters::ModelParameter;
 use crate::scene::Prior;
 
 /// More panels than this are a wall.
@@ -38,7 +38,7 @@ pub(super) fn charts(input: ReportInput, posterior: &Posterior) -> Vec<Chart> {
         .collect()
 }
 
-fn chart(parameter: &Parameter, draws: &[f64]) -> Chart {
+fn chart(parameter: &ModelParameter, draws: &[f64]) -> Chart {
     let after = smoothed(draws, parameter.bounds);
     let before = prior_range(parameter);
     let ends = after.iter().map(|point| point.0).chain([before.0, before.1]);
@@ -77,14 +77,14 @@ fn along(lo: f64, hi: f64) -> impl Iterator<Item = f64> {
 }
 
 /// Density of a prior inside the bounds, but for a factor.
-fn density(parameter: &Parameter, x: f64) -> f64 {
+fn density(parameter: &ModelParameter, x: f64) -> f64 {
     let inside = x > parameter.bounds.0 && x < parameter.bounds.1;
     let ln = parameter.prior.ln_density(x).filter(|_| inside);
     ln.map_or(0.0, |(ln, _)| ln.exp())
 }
 
 /// Where a prior has most of its density.
-fn prior_range(parameter: &Parameter) -> (f64, f64) {
+fn prior_range(parameter: &ModelParameter) -> (f64, f64) {
     let median = parameter.prior.median();
     let spread = match parameter.prior {
         // may have no sd
@@ -117,11 +117,11 @@ fn over_highest(mut curve: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::parameters::Kind;
+    use crate::model::parameters::ParameterKind;
 
-    fn parameter(prior: Prior, bounds: (f64, f64)) -> Parameter {
-        Parameter {
-            kind: Kind::LUBRICATION_LOG,
+    fn parameter(prior: Prior, bounds: (f64, f64)) -> ModelParameter {
+        ModelParameter {
+            kind: ParameterKind::LUBRICATION_LOG,
             name: "lubrication_log".to_owned(),
             bounds,
             prior,

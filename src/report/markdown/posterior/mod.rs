@@ -24,12 +24,12 @@ pub(super) use model::held;
 
 use super::super::ReportInput;
 use super::page::Page;
-use crate::findings::posterior::NoPosterior;
+use crate::findings::posterior::PosteriorRefusal;
 
 /// The section; nothing where no posterior was asked for, and the reason where nothing was sampled.
 pub(super) fn posterior(page: &mut Page, input: ReportInput) {
     let Some(posterior) = input.posterior else {
-        if let Some(why) = NoPosterior::among(&input.findings.verdicts) {
+        if let Some(why) = PosteriorRefusal::among(&input.findings.verdicts) {
             page.heading("Posterior");
             page.paragraph(&format!("Nothing was sampled: {}.", why.text));
         }

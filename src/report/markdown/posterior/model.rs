@@ -4,12 +4,12 @@ use super::super::super::numbers;
 use super::super::super::quantities::unit_in_brackets;
 use super::super::super::ReportInput;
 use super::super::page::Page;
-use super::super::table::Table;
+use super::super::table::ReportTable;
 use super::cells::parameters;
 use crate::findings::posterior::{HeldParameter, Posterior};
-use crate::model::parameters::Kind;
+use crate::model::parameters::ParameterKind;
 use crate::physics::rebound::TURN;
-use crate::scene::{Likelihood, NoiseOn, Prior, Sticking};
+use crate::scene::{LikelihoodFamily, NoiseOn, Prior, Sticking};
 
 /// The generative statement with this scene's form of inertia and dry speed.
 pub(super) fn model(page: &mut Page, input: ReportInput, posterior: &Posterior) {
@@ -98,7 +98,7 @@ fn wet(input: ReportInput, posterior: &Posterior) -> String {
 }
 
 fn is_student(input: ReportInput) -> bool {
-    input.scene.model.likelihood == Likelihood::Student
+    input.scene.model.likelihood == LikelihoodFamily::Student
 }
 
 /// What becomes of stuck runs where noise acts on the energy kept, too.
@@ -114,7 +114,7 @@ fn where_stuck(input: ReportInput) -> &'static str {
 pub(super) fn priors(page: &mut Page, input: ReportInput, posterior: &Posterior) {
     page.subheading("Priors");
     let parameters = parameters(input, posterior);
-    let table = Table::of(&parameters)
+    let table = ReportTable::of(&parameters)
         .column("parameter", |one| &one.label)
         .column("name in files", |one| format!("`{}`", one.found.name))
         .column("unit", |one| unit_in_brackets(one.prior.unit))
@@ -126,7 +126,10 @@ pub(super) fn priors(page: &mut Page, input: ReportInput, posterior: &Posterior)
         .column("why", |one| one.prior.source);
     page.table(&table);
     let sampled = &posterior.sampled.parameters.sampled;
-    let of_k = if sampled.iter().any(|parameter| matches!(parameter.kind, Kind::DryK(_))) {
+    let of_k = if sampled
+        .iter()
+        .any(|parameter| matches!(parameter.kind, ParameterKind::DryK(_)))
+    {
         "; that of k keeps e_dry above zero at every speed in use, since e_dry² would grow again beyond"
     } else {
         ""
@@ -173,7 +176,7 @@ fn left_out(page: &mut Page, left_out: &[HeldParameter]) {
         return;
     }
     page.paragraph("Not sampled:");
-    let table = Table::of(left_out)
+    let table = ReportTable::of(left_out)
         .column("parameter", |left| format!("`{}`", left.name))
         .column("held at", |left| {
             left.value

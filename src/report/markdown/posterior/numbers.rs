@@ -4,7 +4,7 @@ use super::super::super::quantities::{five_to_ninety_five, label, mean_and_sd};
 use super::super::super::{figures, numbers, ReportInput};
 use super::super::cells::diameter;
 use super::super::page::Page;
-use super::super::table::Table;
+use super::super::table::ReportTable;
 use super::cells::{self, rhat, SampledParameter};
 use crate::findings::posterior::derived::{DerivedDraws, WetSetting};
 use crate::findings::posterior::{Posterior, QuantitySummary};
@@ -26,7 +26,7 @@ pub(super) fn parameters(page: &mut Page, input: ReportInput, posterior: &Poster
          the centre (bulk) and for the 5 % and 95 % points (tail).",
     );
     let rows = cells::parameters(input, posterior);
-    let table = Table::of(&rows)
+    let table = ReportTable::of(&rows)
         .column("parameter", |one| &one.label)
         .column("mean", |one| numbers::by_mcse(one.found.mean, one.found.mcse_mean))
         .column("sd", |one| numbers::by_mcse(one.found.sd, one.found.mcse_sd))
@@ -98,12 +98,12 @@ impl Following<'_> {
 }
 
 /// δc/ε, and δc of each particle.
-fn lengths<'a>(all: &[Following<'a>]) -> Table<Following<'a>> {
+fn lengths<'a>(all: &[Following<'a>]) -> ReportTable<Following<'a>> {
     let quantity = |one: Following| match one.derived.label {
         Some(_) => Quantity::DeltaC,
         None => Quantity::DeltaCOverRoughness,
     };
-    Table::of(all.iter().filter(|one| one.derived.setting.is_none()).copied())
+    ReportTable::of(all.iter().filter(|one| one.derived.setting.is_none()).copied())
         .column("quantity", |one| match &one.derived.label {
             Some(particle) => format!("{}, {particle}", label(quantity(one))),
             None => format!("{} = exp(L)", label(quantity(one))),
@@ -153,9 +153,13 @@ fn tells_diameters_apart(posterior: &Posterior) -> bool {
     posterior.setup.form.viscous.tells_diameters_apart()
 }
 
-fn of_settings<'a>(rows: &'a [SettingRow], input: ReportInput, posterior: &Posterior) -> Table<&'a SettingRow<'a>> {
+fn of_settings<'a>(
+    rows: &'a [SettingRow],
+    input: ReportInput,
+    posterior: &Posterior,
+) -> ReportTable<&'a SettingRow<'a>> {
     let own = |text: String| if reads_film(posterior) { text } else { "all".to_owned() };
-    let mut table = Table::of(rows)
+    let mut table = ReportTable::of(rows)
         .column("particle", |row| &input.scene.particles[row.setting.particle].name)
         .column("liquid", |row| {
             own(input.scene.liquids[row.setting.liquid].name.clone())
@@ -187,7 +191,7 @@ pub(super) fn beside_the_prior(page: &mut Page, input: ReportInput, posterior: &
          the runs decide, above {PRIOR_DECIDES} they narrow nothing."
     ));
     let parameters = cells::parameters(input, posterior);
-    let table = Table::of(&parameters)
+    let table = ReportTable::of(&parameters)
         .column("parameter", |one| &one.label)
         .column("prior median", |one| numbers::significant(one.prior.median, 3))
         .column("prior sd", |one| numbers::optional(one.prior.sd, 3))

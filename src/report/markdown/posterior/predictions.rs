@@ -4,7 +4,7 @@ use super::super::super::numbers::{self, NONE};
 use super::super::super::ReportInput;
 use super::super::cells::diameter;
 use super::super::page::Page;
-use super::super::table::Table;
+use super::super::table::ReportTable;
 use super::cells::{checks, of_prediction, rhat};
 use crate::findings::checks::LOO_KHAT;
 use crate::findings::compare::ComparedModel;
@@ -42,7 +42,7 @@ pub(super) fn predictive(page: &mut Page, posterior: &Posterior) {
     page.paragraph(
         "Series whose number of stuck runs was in doubt; p is the probability of a number at least as far out.",
     );
-    let table = Table::of(&found.stuck)
+    let table = ReportTable::of(&found.stuck)
         .column("particle", |row| &row.particle)
         .column("liquid", |row| &row.liquid)
         .column("D / mm", |row| diameter(row.diameter_m))
@@ -82,8 +82,8 @@ pub(super) fn forms(page: &mut Page, input: ReportInput) {
     }
 }
 
-fn table(models: &[ComparedModel]) -> Table<&ComparedModel> {
-    Table::of(models)
+fn table(models: &[ComparedModel]) -> ReportTable<&ComparedModel> {
+    ReportTable::of(models)
         .column("form", |model| {
             if model.own {
                 format!("**{}**, this scene's", model.model)

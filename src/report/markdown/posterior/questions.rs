@@ -4,7 +4,7 @@ use super::super::super::figures::RESIDUALS;
 use super::super::super::numbers;
 use super::super::super::ReportInput;
 use super::super::page::Page;
-use super::super::table::Table;
+use super::super::table::ReportTable;
 use crate::findings::posterior::Posterior;
 use crate::findings::questions::{Answer, Question};
 
@@ -43,8 +43,8 @@ fn priors(questions: &[Question]) -> String {
     }
 }
 
-fn table(questions: &[Question]) -> Table<&Question> {
-    Table::of(questions)
+fn table(questions: &[Question]) -> ReportTable<&Question> {
+    ReportTable::of(questions)
         .column("question", |question| question.question)
         .column("wet runs", |question| (question.runs > 0).then_some(question.runs))
         .column("film ratios", |question| question.film_ratios)
@@ -75,7 +75,7 @@ fn table(questions: &[Question]) -> Table<&Question> {
 /// Mean residual of each particle and film ratio.
 fn residuals(page: &mut Page, posterior: &Posterior) {
     let groups = posterior.findings.predictive.groups.iter();
-    let table = Table::of(groups.filter(|group| group.film_ratio.is_some()))
+    let table = ReportTable::of(groups.filter(|group| group.film_ratio.is_some()))
         .column("particle", |group| &group.particle)
         .column("δ/D", |group| group.film_ratio.map(numbers::short))
         .column("wet runs", |group| group.runs)
