@@ -386,7 +386,8 @@ impl SingleRun {
             .fold((f64::MAX, f64::MIN), |(lo, hi), (low, high)| {
                 (lo.min(low), hi.max(high))
             });
-        let mut x = self.near(probability).clamp(lo, hi);
+        let within = |x: f64, (lo, hi): (f64, f64)| if x > lo && x < hi { x } else { 0.5 * (lo + hi) };
+        let mut x = within(self.near(probability), (lo, hi));
         for _ in 0..STEPS {
             let (below, density) = self.below(x);
             if below < probability {
@@ -396,11 +397,7 @@ impl SingleRun {
             }
             let newton = x + (probability - below) / density;
             // a step out of the bracket, or of no length known, is replaced by half the bracket
-            let next = if newton > lo && newton < hi {
-                newton
-            } else {
-                0.5 * (lo + hi)
-            };
+            let next = within(newton, (lo, hi));
             let step = (next - x).abs();
             x = next;
             if step < ENOUGH {

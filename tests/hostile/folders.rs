@@ -205,6 +205,7 @@ fn d13_no_change_of_findings_gives_a_number_that_is_none() {
         "draws",
         "terms",
         "inertia",
+        "viscous",
         "dry_speed_m_s",
         "left_out",
     ] {

@@ -1,11 +1,12 @@
 //! Draws where the posterior puts the restitution of a series, and single runs about it.
 
 use super::super::super::chart::{Layer, Style};
-use super::super::super::ReportInput;
+use super::super::super::{numbers, ReportInput};
 use super::super::of_particle::series_name;
 use crate::findings::predict::{ParticleLaw, PredictedBand};
 use crate::physics::DrySpeed;
 use crate::runs::Series;
+use crate::units::millimetres;
 
 /// Draws a band is made of.
 const DRAWS: usize = 400;
@@ -72,7 +73,8 @@ impl Bands {
 
     /// The bands against 1/St of the series at `place`; `inverse` is 1/St at a speed.
     ///
-    /// With one dry speed every series of a liquid has the same curve: the first of them draws it for all.
+    /// With one dry speed every series of a liquid has the same curve, or every one of a diameter where the form tells
+    /// these apart: the first of them draws it for all.
     pub(in super::super) fn of_liquid(
         &self,
         input: ReportInput,
@@ -94,7 +96,8 @@ impl Bands {
             let name = series_name(input, own);
             return ends.map_or(vec![], |speeds| self.layers(input, drawn(speeds, name), along));
         }
-        let same = |other: &&&Series| other.liquid == own.liquid;
+        let by_diameter = self.laws[own.particle].form.viscous.tells_diameters_apart();
+        let same = |other: &&&Series| other.liquid == own.liquid && (!by_diameter || other.is_as_large_as(own));
         if series[..place].iter().any(|other| same(&other)) {
             return vec![];
         }
@@ -105,7 +108,11 @@ impl Bands {
             Some((as_own(other, slowest), as_own(other, fastest)))
         });
         let ends = each.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
-        let name = format!("{}, posterior", input.scene.liquids[own.liquid].name);
+        let mut name = input.scene.liquids[own.liquid].name.clone();
+        if by_diameter {
+            name.push_str(&format!(", D = {} mm", numbers::short(millimetres(own.diameter))));
+        }
+        let name = format!("{name}, posterior");
         ends.map_or(vec![], |speeds| self.layers(input, drawn(speeds, name), along))
     }
 }
