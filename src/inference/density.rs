@@ -214,6 +214,19 @@ fn quantile(points: &[[f64; 2]], axis: usize, p: f64) -> f64 {
     *values.select_nth_unstable_by(at, f64::total_cmp).1
 }
 
+/// Density of draws from lo to hi as the heights of so many equal bars; what lies beyond counts to the outer ones.
+pub fn bars(draws: &[f64], (lo, hi): (f64, f64), count: usize) -> Vec<f64> {
+    let width = (hi - lo) / count as f64;
+    let mut heights = vec![0.0; count];
+    for draw in draws {
+        // a float too large for an index saturates, and one of draws all the same is NaN, which becomes 0
+        heights[(((draw - lo) / width) as usize).min(count - 1)] += 1.0;
+    }
+    let share = 1.0 / (draws.len() as f64 * width);
+    heights.iter_mut().for_each(|height| *height *= share);
+    heights
+}
+
 /// The density of draws inside bounds over its highest, at points from lowest to highest, some four standard deviations
 /// about the mean: a normal kernel of Silverman's width, 1.06 sd n^(−1/5).
 pub fn smoothed(draws: &[f64], (lower, upper): (f64, f64)) -> Vec<(f64, f64)> {

@@ -4,6 +4,7 @@ use super::super::super::chart::{Axis, Chart, ChartPoint, Dash, Layer, Style};
 use super::super::super::ReportInput;
 use super::panels::{draws, first_places, range, symbol};
 use crate::findings::posterior::Posterior;
+use crate::inference::density::bars;
 
 /// More parameters than this leave no room to see anything.
 const MOST_PARAMETERS: usize = 8;
@@ -91,15 +92,10 @@ fn points(posterior: &Posterior, most: usize) -> (Vec<usize>, Vec<usize>) {
 /// Bars and prior, and the highest of both.
 fn histogram(draws: &[f64], (lo, hi): (f64, f64), prior: impl Fn(f64) -> Option<f64>) -> (Vec<Layer>, f64) {
     let width = (hi - lo) / BARS as f64;
-    let mut counts = [0u32; BARS];
-    for draw in draws {
-        // a float too large for an index saturates, and one of draws all the same is NaN, which becomes 0
-        counts[(((draw - lo) / width) as usize).min(BARS - 1)] += 1;
-    }
-    let density = |count: u32| f64::from(count) / (draws.len() as f64 * width);
-    let bars = counts.iter().enumerate().flat_map(|(bar, count)| {
+    let heights = bars(draws, (lo, hi), BARS).into_iter().enumerate();
+    let bars = heights.flat_map(|(bar, height)| {
         let left = lo + width * bar as f64;
-        [(left, 0.0, density(*count)), (left + width, 0.0, density(*count))]
+        [(left, 0.0, height), (left + width, 0.0, height)]
     });
     let edges: Vec<(f64, f64, f64)> = bars.collect();
     let curve: Vec<(f64, f64)> = (0..=CURVE)

@@ -43,7 +43,7 @@ fn chart(parameter: &ModelParameter, draws: &[f64]) -> Chart {
     let before = prior_range(parameter);
     let ends = after.iter().map(|point| point.0).chain([before.0, before.1]);
     let (lo, hi) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)));
-    let prior = over_highest(along(lo, hi).map(|x| (x, density(parameter, x))).collect());
+    let prior = over_highest(along(lo, hi).map(|x| (x, parameter.prior_density(x))).collect());
     let named = |name: &str| Some(name.to_owned());
     Chart {
         title: None,
@@ -76,13 +76,6 @@ fn along(lo: f64, hi: f64) -> impl Iterator<Item = f64> {
     (0..=CURVE).map(move |i| lo + (hi - lo) * i as f64 / CURVE as f64)
 }
 
-/// Density of a prior inside the bounds, but for a factor.
-fn density(parameter: &ModelParameter, x: f64) -> f64 {
-    let inside = x > parameter.bounds.0 && x < parameter.bounds.1;
-    let ln = parameter.prior.ln_density(x).filter(|_| inside);
-    ln.map_or(0.0, |(ln, _)| ln.exp())
-}
-
 /// Where a prior has most of its density.
 fn prior_range(parameter: &ModelParameter) -> (f64, f64) {
     let median = parameter.prior.median();
@@ -96,7 +89,7 @@ fn prior_range(parameter: &ModelParameter) -> (f64, f64) {
     let spread = spread.min((ends[1] - ends[0]) / MOSTLY);
     let lo = (median - REACH * spread).max(parameter.bounds.0);
     let hi = (median + REACH * spread).min(parameter.bounds.1);
-    let curve: Vec<(f64, f64)> = over_highest(along(lo, hi).map(|x| (x, density(parameter, x))).collect());
+    let curve: Vec<(f64, f64)> = over_highest(along(lo, hi).map(|x| (x, parameter.prior_density(x))).collect());
     let mut dense = curve.iter().filter(|point| point.1 > SHOWN).map(|point| point.0);
     let first = dense.next().unwrap_or(lo);
     let step = (hi - lo) / CURVE as f64;
