@@ -3,6 +3,7 @@
 mod common;
 
 use std::f64::consts::PI;
+use std::process::Command;
 
 use common::{binomial_z, rows, seed_of, table_of, Place};
 use wetcor::findings;
@@ -225,4 +226,120 @@ fn a_form_nobody_knows_is_refused() {
     let error = wetcor::scene::read(&path).expect_err("no such form").to_string();
     assert!(error.contains("[model] viscous: found `\"thin\"`"), "{error}");
     assert!(error.contains("expected \"constant\" or \"film\""), "{error}");
+}
+
+/// The command's output and its exit code, run in the folder of a scene.
+fn wetcor(place: &Place, arguments: &[&str]) -> (Option<i32>, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_wetcor"))
+        .args(arguments)
+        .current_dir(place.folder.path())
+        .output()
+        .expect("the program starts");
+    (
+        output.status.code(),
+        String::from_utf8(output.stdout).expect("UTF-8") + &String::from_utf8_lossy(&output.stderr),
+    )
+}
+
+/// What stands in one cell of a table's first row that starts so.
+fn cell(report: &str, row: &str, column: usize) -> String {
+    let line = report.lines().find(|line| line.starts_with(row));
+    let line = line.unwrap_or_else(|| panic!("no row {row}"));
+    let cell = line.split(" | ").nth(column).expect("so many columns");
+    cell.trim_matches(['|', ' ']).to_owned()
+}
+
+/// Report, output, figures and predictions have λ in place of L, a diameter beside each St_c, and no δc.
+#[test]
+fn a_report_says_diameters_beside_critical_stokes_numbers() {
+    let place = scene("film", "film", 0.01);
+    let (code, text) = wetcor(&place, &["simulate", "scene.toml", "--out", "runs.csv"]);
+    assert_eq!(code, Some(0), "{text}");
+    let (_, overview) = wetcor(&place, &["check", "scene.toml"]);
+    assert!(overview.contains("yes  rupture_scale: ") && !overview.contains("lubrication_log"));
+    let (code, summary) = wetcor(&place, &["fit", "scene.toml", "--out", "r"]);
+    assert!(matches!(code, Some(0 | 1)), "{summary}");
+    assert!(
+        summary.contains("\nrupture_scale = ") && !summary.contains("lubrication_log"),
+        "{summary}"
+    );
+    for diameter in ["3", "6"] {
+        assert!(
+            summary.contains(&format!("\nPTFE, δ/D = 0.06, D = {diameter} mm: e_inf = ")),
+            "{summary}"
+        );
+    }
+    let report = std::fs::read_to_string(place.path("r/report.md")).expect("written");
+    for expected in [
+        "L = ½ (ln(δ/ε) + ln(λ V_b^(1/3)/ε)) with V_b = π δ² (D/2 − δ/3)",
+        "\n| λ | ",
+        "\n| particle | δ/D | D / mm | e_inf | ",
+        "\n| particle | liquid | δ/D | D / mm | e_inf ± sd | ",
+        ", D = 6 mm, energy balance)",
+        "St_c belongs to a film and a diameter",
+        "there is no δc",
+        "`+film`: lubrication over the whole film",
+    ] {
+        assert!(report.contains(expected), "{expected}");
+    }
+    for absent in [
+        "δc / µm",
+        "δc/ε",
+        "`lubrication_log`",
+        "\n| quantity | mean ± sd | 5 % to 95 % |\n| --- | --- | --- |\n\n",
+    ] {
+        assert!(!report.contains(absent), "{absent}");
+    }
+    let [small, large] = ["| PTFE | 0.06 | 3 |", "| PTFE | 0.06 | 6 |"].map(|row| cell(&report, row, 5));
+    let value = |cell: &str| cell.split(" ± ").next().and_then(|value| value.parse::<f64>().ok());
+    assert!(
+        value(&large).expect("a value") > value(&small).expect("a value") + 1.0,
+        "{small} {large}"
+    );
+    let figure = std::fs::read_to_string(place.path("r/figures/restitution-stokes-PTFE.svg")).expect("drawn");
+    for diameter in ["3", "6"] {
+        assert!(
+            figure.contains(&format!("AK10, D = {diameter} mm, posterior")),
+            "{diameter}"
+        );
+    }
+}
+
+/// A prediction from the draws is the law at the posterior's means, to what the posterior leaves open.
+#[test]
+fn predictions_read_the_roughness_back() {
+    let place = scene("film", "film", 0.01);
+    let simulated = wetcor(&place, &["simulate", "scene.toml", "--out", "runs.csv"]);
+    assert_eq!(simulated.0, Some(0), "{}", simulated.1);
+    let (code, text) = wetcor(
+        &place,
+        &["fit", "scene.toml", "--out", "r", "--stages", "least_squares,posterior"],
+    );
+    assert!(matches!(code, Some(0 | 1)), "{text}");
+    for (particle, density, k) in [("PTFE", 2150.0, 0.183), ("PE", 940.0, 0.12)] {
+        let asked = [
+            "--liquid",
+            "AK10",
+            "--diameter-mm",
+            "4",
+            "--film-um",
+            "240",
+            "--speed-m-s",
+            "1.5:1.5:1",
+        ];
+        let arguments = [&["predict", "r", "--particle", particle], &asked[..]].concat();
+        let (code, text) = wetcor(&place, &arguments);
+        assert_eq!(code, Some(0), "{text}");
+        let row: Vec<&str> = text.lines().nth(1).expect("a row").split(',').collect();
+        let found: f64 = row[3].parse().expect("a number");
+        let l = lubrication_log(particle, 4e-3, 240e-6, 0.9);
+        let e_dry = 1.0 - k * 2f64.powf(0.2);
+        let inertial = 0.5 * 930.0 / density * 0.06 * (3.0 - 0.36 + 4.0 * 0.0036);
+        let stokes = density * 4e-3 * 1.5 / (9.0 * 9.3e-3);
+        let expected = (e_dry * e_dry - inertial - 4.0 * l / stokes).sqrt();
+        assert!((found - expected).abs() < 0.01, "{particle}: {found} {expected}");
+        // were it smooth to a tenth, L would be larger by ln 10
+        let smoother = (e_dry * e_dry - inertial - 4.0 * (l + 10f64.ln()) / stokes).sqrt();
+        assert!((found - smoother).abs() > 0.02, "{particle}: {found} {smoother}");
+    }
 }

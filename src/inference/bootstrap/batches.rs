@@ -8,7 +8,7 @@ use std::ops::Range;
 use rand::rngs::ChaCha8Rng;
 use rand::Rng;
 
-use super::multisets::{batch_sizes, sequences, DrawCounts, Multisets, FEW};
+use super::multisets::{batch_sizes, sequences, MemberCounts, Multisets, FEW};
 use super::wide::{widest, Wide};
 
 /// Replicates drawn at once.
@@ -165,7 +165,7 @@ pub(super) fn write_weights(drawn: impl Iterator<Item = u32>, weights: &mut [f64
     } else if n <= FEW {
         let multisets = Multisets::all().counts(n);
         let drawn = drawn.map(|multiset| multisets[multiset as usize]);
-        let drawn = drawn.fold(DrawCounts::default(), DrawCounts::and);
+        let drawn = drawn.fold(MemberCounts::default(), MemberCounts::and);
         for (weight, count) in weights.iter_mut().zip(drawn.each()) {
             *weight = count * unit;
         }

@@ -45,23 +45,23 @@ pub(super) fn sequences(members: usize, draws: usize) -> usize {
 }
 
 /// Counts of the members that a sequence of draws takes: its digits to the base of the members.
-fn counts_of(sequence: usize, members: usize, draws: usize) -> DrawCounts {
+fn counts_of(sequence: usize, members: usize, draws: usize) -> MemberCounts {
     let digits = (0..draws).scan(sequence, |left, _| {
         let member = *left % members;
         *left /= members;
         Some(member)
     });
-    DrawCounts(digits.map(|member| 1 << (BITS * member)).sum())
+    MemberCounts(digits.map(|member| 1 << (BITS * member)).sum())
 }
 
 /// How often each of a few members is drawn, in a register: adding to memory just written would wait for it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct DrawCounts(u64);
+pub(super) struct MemberCounts(u64);
 
-impl DrawCounts {
+impl MemberCounts {
     /// With what other draws took.
-    pub(super) fn and(self, other: DrawCounts) -> DrawCounts {
-        DrawCounts(self.0 + other.0)
+    pub(super) fn and(self, other: MemberCounts) -> MemberCounts {
+        MemberCounts(self.0 + other.0)
     }
 
     /// Of each member in turn.
@@ -83,7 +83,7 @@ pub(super) struct Multisets {
 struct Size {
     /// draws of a batch, and where its sequences start in [`Multisets::of_sequence`]
     starts: Vec<(usize, usize)>,
-    counts: Vec<DrawCounts>,
+    counts: Vec<MemberCounts>,
 }
 
 impl Multisets {
@@ -103,7 +103,7 @@ impl Multisets {
             let mut batches: Vec<usize> = batch_sizes(members).collect();
             batches.dedup();
             for draws in batches {
-                let of_sequence: Vec<DrawCounts> = (0..sequences(members, draws))
+                let of_sequence: Vec<MemberCounts> = (0..sequences(members, draws))
                     .map(|sequence| counts_of(sequence, members, draws))
                     .collect();
                 let mut different = of_sequence.clone();
@@ -129,7 +129,7 @@ impl Multisets {
     }
 
     /// The counts of every multiset of a batch of draws from a few members.
-    pub(super) fn counts(&self, members: usize) -> &[DrawCounts] {
+    pub(super) fn counts(&self, members: usize) -> &[MemberCounts] {
         &self.sizes[members].counts
     }
 }

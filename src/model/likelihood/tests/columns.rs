@@ -3,6 +3,7 @@
 use super::by_row::with_errors;
 use super::*;
 use crate::model::normals::Normals;
+use crate::physics::Viscous;
 use crate::seed::stream;
 
 /// Every kind of noise, with stuck runs censored and not logged, with and without errors of the runs' own.
@@ -38,6 +39,40 @@ fn many_runs_at_once_have_the_likelihoods_of_one_at_a_time() {
         assert!(some.iter().any(|run| pointwise.is_stuck(*run)));
         let expected: Vec<f64> = some.iter().map(|run| at.limit_z(*run)).collect();
         assert_eq!(pointwise.limits(&FULL, &some), expected);
+    }
+}
+
+/// The likelihood of runs at many draws is that of one run at one draw, in blocks that begin and end anywhere.
+#[test]
+fn runs_at_many_draws_have_the_likelihoods_of_one_at_one() {
+    for (scene, errors) in scenes() {
+        let runs = runs(&scene, 20, "runs_at_many_draws");
+        let runs = if errors { with_errors(runs) } else { runs };
+        for form in [
+            Form::new(Inertia::Saturating, DRY_SPEEDS[1]),
+            Form {
+                viscous: Viscous::Film,
+                ..Form::new(Inertia::Stepwise, DRY_SPEEDS[0])
+            },
+        ] {
+            let pointwise = Pointwise::new(&scene, &runs, form);
+            let draws: Vec<Vec<f64>> = (0..5)
+                .map(|draw| FULL.iter().map(|x| x * (1.0 + 0.01 * f64::from(draw))).collect())
+                .collect();
+            let at = pointwise.at_draws(draws.iter().map(Vec::as_slice).collect());
+            assert_eq!(at.len(), draws.len());
+            for first in (0..runs.len()).step_by(7) {
+                let some = first..runs.len().min(first + 7);
+                let mut rows = vec![f64::NAN; some.len() * draws.len()];
+                at.ln_likelihoods(some.clone(), &mut rows);
+                let one = |run: usize| draws.iter().map(move |full| (run, full));
+                let expected: Vec<f64> = some
+                    .flat_map(one)
+                    .map(|(run, full)| pointwise.at(full).ln_likelihood(run))
+                    .collect();
+                assert_eq!(rows, expected, "{form:?}");
+            }
+        }
     }
 }
 
