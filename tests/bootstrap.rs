@@ -13,7 +13,7 @@ use wetcor::inference::bootstrap::{kernel, replicate, weights, Plan, Pool, Targe
 use wetcor::inference::law::Law;
 use wetcor::inference::regression::Regression;
 use wetcor::physics::dry::Order;
-use wetcor::scene::ResamplingScheme;
+use wetcor::scene::{ResamplingScheme, WetLaw};
 use wetcor::study::calibration;
 
 fn table(name: &str) -> Vec<Vec<String>> {
@@ -317,7 +317,7 @@ fn every_scheme_spreads_as_the_delta_method_says() {
         let row = found
             .scaling
             .iter()
-            .find(|row| row.law == "sqrt" && row.film_ratio.is_some())
+            .find(|row| row.law == WetLaw::Sqrt && row.film_ratio.is_some())
             .expect("wet runs");
         for estimate in [&row.e_inf, &row.st_c] {
             // the delta method's interval is kept at the scene's level alone

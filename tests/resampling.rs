@@ -15,7 +15,7 @@ use wetcor::inference::bootstrap::kernel::Sample;
 use wetcor::inference::bootstrap::{kernel, replicate, Plan, Pool, Target};
 use wetcor::inference::law::Law;
 use wetcor::inference::regression::Regression;
-use wetcor::scene::ResamplingScheme;
+use wetcor::scene::{ResamplingScheme, WetLaw};
 use wetcor::seed::stream;
 
 fn rows(name: &str) -> Vec<Vec<String>> {
@@ -233,7 +233,11 @@ fn one_series_cannot_be_resampled_and_says_so() {
         assert_eq!(row.alpha.method, "delta");
         assert!(row.alpha.interval.is_some());
     }
-    let pooled = found.scaling.iter().find(|row| row.law == "linear").expect("wet runs");
+    let pooled = found
+        .scaling
+        .iter()
+        .find(|row| row.law == WetLaw::Linear)
+        .expect("wet runs");
     assert_eq!(pooled.e_inf.bootstrap.as_ref().map(|boot| boot.replicates), Some(500));
     assert_eq!(
         notice(&found, "bootstrap_one_series").map(|notice| notice.count),
@@ -255,7 +259,11 @@ fn failed_replicates_are_counted_with_their_reason_and_gate() {
         (0..12).map(one).collect()
     };
     let found = fitted("series", &(at("AK10", 1.5, 0.68) + &at("M20", 1.0, 0.55)));
-    let row = found.scaling.iter().find(|row| row.law == "linear").expect("wet runs");
+    let row = found
+        .scaling
+        .iter()
+        .find(|row| row.law == WetLaw::Linear)
+        .expect("wet runs");
     let boot = row.e_inf.bootstrap.as_ref().expect("it is said");
     assert_eq!((boot.failed, boot.replicates), (500, 500));
     assert_eq!(boot.failures.len(), 1, "{boot:?}");

@@ -6,6 +6,7 @@ use common::{binomial_z, mean, seed_of, Place};
 use wetcor::findings::scaling::Scaling;
 use wetcor::findings::Findings;
 use wetcor::physics::rebound::mean_restitution;
+use wetcor::scene::WetLaw;
 
 /// Spheres well above the threshold: nothing sticks, so every formula holds as it stands.
 const CLEAR: &str = r#"
@@ -69,7 +70,7 @@ dry_impact_speed_m_s = [0.5, 1.0, 2.0]
 repeats = 20
 "#;
 
-fn pooled<'a>(findings: &'a Findings, law: &str) -> &'a Scaling {
+fn pooled<'a>(findings: &'a Findings, law: WetLaw) -> &'a Scaling {
     let found = findings
         .scaling
         .iter()
@@ -132,7 +133,7 @@ fn leaving_stuck_runs_out_spoils_the_linear_law_and_hardly_the_square_root() {
     const SETS: u64 = 60;
     for set in 0..SETS {
         let findings = place.infer(seed.wrapping_add(set));
-        let (root, line) = (pooled(&findings, "sqrt"), pooled(&findings, "linear"));
+        let (root, line) = (pooled(&findings, WetLaw::Sqrt), pooled(&findings, WetLaw::Linear));
         stuck += root.stuck as f64 / (root.stuck + root.runs) as f64 / SETS as f64;
         shifts[0].push(value(&root.e_inf) / e_inf - 1.0);
         shifts[1].push(value(&root.st_c) / st_c - 1.0);
@@ -154,12 +155,12 @@ fn the_linear_laws_printed_bias_is_the_one_of_a_noise_free_fit() {
     for law in findings
         .scaling
         .iter()
-        .filter(|row| row.law == "linear" && row.film_ratio.is_some())
+        .filter(|row| row.law == WetLaw::Linear && row.film_ratio.is_some())
     {
         let root = findings
             .scaling
             .iter()
-            .find(|row| row.law == "sqrt" && row.film_ratio == law.film_ratio)
+            .find(|row| row.law == WetLaw::Sqrt && row.film_ratio == law.film_ratio)
             .expect("both laws are fitted");
         let bias = law.bias.expect("the fit converged");
         let found = [
@@ -186,7 +187,7 @@ fn the_dry_speed_of_the_truth_is_the_one_that_finds_it() {
         (0..40)
             .map(|set| {
                 let findings = place.infer(seed.wrapping_add(set));
-                let row = pooled(&findings, "sqrt");
+                let row = pooled(&findings, WetLaw::Sqrt);
                 let g = 1.0 - (-row.film_ratio.unwrap_or_default() / 0.07).exp();
                 let truth = (e_dry * e_dry - 0.45 * 930.0 / 2150.0 * g).sqrt();
                 (value(&row.e_inf) - truth) / row.e_inf.se.expect("the fit converged")

@@ -16,7 +16,7 @@ use wetcor::model::parameters::ModelParameters;
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::physics::Order;
 use wetcor::runs;
-use wetcor::scene::{NoiseOn, Scene, Sticking};
+use wetcor::scene::{NoiseOn, Scene, Sticking, WetLaw};
 use wetcor::seed::StreamName;
 
 const L: f64 = 1.85;
@@ -90,7 +90,7 @@ const WAYS: [&str; 6] = [
     "posterior, censored, noise = \"both\"",
 ];
 
-fn by_law(found: &Findings, law: &str) -> Option<Found> {
+fn by_law(found: &Findings, law: WetLaw) -> Option<Found> {
     let row = found
         .scaling
         .iter()
@@ -163,8 +163,8 @@ fn tally((share, viscosity): (u32, f64), on: On) -> (f64, Vec<Tally>) {
         stuck += read.runs.stuck();
         let least_squares = findings::fit_least_squares(&place.scene, &read, 1, false);
         let found = [
-            by_law(&least_squares, "linear"),
-            by_law(&least_squares, "sqrt"),
+            by_law(&least_squares, WetLaw::Linear),
+            by_law(&least_squares, WetLaw::Sqrt),
             by_posterior(&place, (Sticking::Excluded, NoiseOn::Restitution), seed),
             by_posterior(&place, (Sticking::Truncated, NoiseOn::Restitution), seed),
             by_posterior(&place, (Sticking::Censored, NoiseOn::Restitution), seed),

@@ -13,7 +13,7 @@ use crate::physics::inertia::Inertia;
 use crate::physics::jet::Jet;
 use crate::physics::quantity::{Place, Quantity};
 use crate::runs::Runs;
-use crate::scene::Scene;
+use crate::scene::{Scene, WetLaw};
 
 /// The energy balance of one particle at one film ratio, by one law.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -23,7 +23,7 @@ pub struct Energy {
     /// film ratio
     pub film_ratio: f64,
     /// `linear` or `sqrt`
-    pub law: &'static str,
+    pub law: WetLaw,
     /// ρ̃, mean over the rebounds used
     pub density_ratio: f64,
     /// (e_dry² − e_inf²)/ρ̃ at the reference dry speed
@@ -88,7 +88,7 @@ fn energy_of(
     Energy {
         particle: scene.particles[fitted.particle].name.clone(),
         film_ratio,
-        law: fitted.law.name(),
+        law: fitted.law,
         density_ratio: at.density_ratio,
         loss_over_density_ratio: inertial_loss(scene, dry, fitted, &at, quoting),
         stepwise: Inertia::Stepwise.shape(film_ratio, 1.0),

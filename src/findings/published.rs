@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::dry::{self, FittedDry};
 use super::estimate::Estimate;
 use super::scaling::FittedScaling;
-use crate::scene::{Published, PublishedQuantity, Scene};
+use crate::scene::{Published, PublishedQuantity, Scene, WetLaw};
 
 /// A published number beside ours.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -17,7 +17,7 @@ pub struct PublishedComparison {
     /// film ratio; `None`: over all
     pub film_ratio: Option<f64>,
     /// law it was fitted with; `None` for k
-    pub law: Option<&'static str>,
+    pub law: Option<WetLaw>,
     /// published value
     pub value: f64,
     /// published standard error
@@ -60,7 +60,7 @@ fn compare(scene: &Scene, dry: &[FittedDry], scaling: &[FittedScaling], publishe
         quantity: published.quantity.name(),
         particle: scene.particles[published.particle].name.clone(),
         film_ratio: published.film_ratio,
-        law: published.law.map(|law| law.name()),
+        law: published.law,
         value: published.value,
         se: published.se,
         source: published.source.clone(),

@@ -27,7 +27,7 @@ pub struct Scaling {
     /// film ratio; `None`: over all
     pub film_ratio: Option<f64>,
     /// `linear` or `sqrt`
-    pub law: &'static str,
+    pub law: WetLaw,
     /// rebounds used
     pub runs: usize,
     /// runs that stuck, left out
@@ -330,7 +330,7 @@ fn scaling_of(law: WetLaw, fit: &Fit, verdict: Verdict, uncertain: &Uncertain, q
     Scaling {
         particle: String::new(),
         film_ratio: None,
-        law: law.name(),
+        law,
         runs: 0,
         stuck: 0,
         e_inf: estimate(Quantity::EInf),

@@ -173,7 +173,7 @@ pub fn check_replicates(dry: &[FittedDry], scaling: &[FittedScaling]) -> Option<
             .scaling
             .film_ratio
             .map_or("all".to_owned(), |ratio| format!("{ratio:.3}"));
-        let name = format!("{} at film ratio {ratio}, {}", fit.scaling.particle, fit.scaling.law);
+        let name = format!("{} at film ratio {ratio}, {}", fit.scaling.particle, fit.law.name());
         [(name.clone(), &fit.scaling.e_inf), (name, &fit.scaling.st_c)]
     });
     let shares = of_dry.chain(of_scaling).filter_map(|(name, estimate)| {

@@ -1,5 +1,7 @@
 //! Holds numbers from the literature that are set beside ours.
 
+use serde::{Serialize, Serializer};
+
 use crate::physics::Quantity;
 
 /// One of the two laws of the wet restitution.
@@ -18,6 +20,12 @@ impl WetLaw {
             WetLaw::Linear => "linear",
             WetLaw::Sqrt => "sqrt",
         }
+    }
+}
+
+impl Serialize for WetLaw {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
     }
 }
 

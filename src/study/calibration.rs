@@ -106,8 +106,8 @@ impl CalibrationDesign {
 pub struct Coverage {
     /// name of the design
     pub design: &'static str,
-    /// `linear` or `sqrt`
-    pub law: &'static str,
+    /// the fitted law
+    pub law: WetLaw,
     /// `e_inf`, `st_c`, or `true e_inf` for the linear law against the truth in place of its own noise-free fit
     pub quantity: &'static str,
     /// one of [`METHODS`]
@@ -271,7 +271,7 @@ fn of_design(
             let share = |level: usize| counts[level] as f64 / sets as f64;
             rows.push(Coverage {
                 design: design.name,
-                law: aim.law.name(),
+                law: aim.law,
                 quantity: aim.quantity,
                 method,
                 covered: [share(0), share(1)],
@@ -334,7 +334,7 @@ pub fn markdown(table: &CoverageTable) -> String {
     let rows = table.rows.chunks_exact(METHODS.len());
     let mut covered = ReportTable::of(rows)
         .column("design", |methods| methods[0].design)
-        .column("law", |methods| methods[0].law)
+        .column("law", |methods| methods[0].law.name())
         .column("quantity", |methods| methods[0].quantity);
     for (place, method) in METHODS.into_iter().enumerate() {
         for (level, at) in LEVELS.into_iter().enumerate() {

@@ -5,6 +5,7 @@ use super::{fit, noise_of, offset, plain, scattered, tells, Design, SIGMA, USUAL
 use wetcor::findings::noise::LINE;
 use wetcor::findings::Findings;
 use wetcor::runs::NewRun;
+use wetcor::scene::WetLaw;
 
 /// Three times the spread for one particle is told, with the sds; a twentieth more is none of the reader's business.
 #[test]
@@ -121,7 +122,7 @@ fn shared_offsets_are_told_and_the_series_bootstrap_covers_them() {
         let of = |findings: &Findings| {
             let laws = findings.scaling.iter();
             let law = laws
-                .filter(|row| row.law == "sqrt")
+                .filter(|row| row.law == WetLaw::Sqrt)
                 .find(|row| row.film_ratio.is_some());
             let law = law.expect("the film ratio");
             [law.e_inf.clone(), law.st_c.clone()]

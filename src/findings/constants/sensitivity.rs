@@ -46,6 +46,11 @@ pub(super) struct Subject {
 }
 
 impl Sensitivity {
+    /// Whether it is of the energy balance.
+    pub fn is_of_balance(&self) -> bool {
+        self.fit == BALANCE
+    }
+
     /// A result still without the constants, from its value and standard error; `None` at zero, which has no share to move
     /// by.
     pub(super) fn without_constants(

@@ -83,7 +83,7 @@ fn best<'e>(
 
 /// e_inf of a particle at the film ratio where it is known best.
 fn e_inf(least_squares: LeastSquares, particle: &str) -> Option<IdentifiableCombination> {
-    let own = |row: &&Scaling| row.law == WetLaw::Sqrt.name() && row.particle == particle && row.verdict.passed;
+    let own = |row: &&Scaling| row.law == WetLaw::Sqrt && row.particle == particle && row.verdict.passed;
     let rows = least_squares.scaling.iter().filter(own).filter_map(|row| {
         let ratio = rounded_film_ratio(row.film_ratio?);
         Some((&row.e_inf, format!("e_inf[{particle},{ratio}]")))
@@ -93,7 +93,7 @@ fn e_inf(least_squares: LeastSquares, particle: &str) -> Option<IdentifiableComb
 
 /// C g(δ̃) at the film ratio where it is known best.
 fn inertial_loss(least_squares: LeastSquares) -> Option<IdentifiableCombination> {
-    let own = |row: &&Energy| row.law == WetLaw::Sqrt.name();
+    let own = |row: &&Energy| row.law == WetLaw::Sqrt;
     let rows = least_squares.energy.iter().filter(own);
     let rows = rows.map(|row| (&row.loss_over_density_ratio, loss_name(row.film_ratio)));
     // a larger loss says more of C with the same error

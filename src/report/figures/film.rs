@@ -41,7 +41,7 @@ pub(super) fn film(input: ReportInput) -> Vec<Chart> {
         for (index, particle) in input.scene.particles.iter().enumerate() {
             for (law, words) in [(WetLaw::Sqrt, "square root"), (WetLaw::Linear, "linear")] {
                 let rows = input.findings.scaling.iter();
-                let mine = rows.filter(|r| r.particle == particle.name && r.law == law.name() && r.verdict.passed);
+                let mine = rows.filter(|r| r.particle == particle.name && r.law == law && r.verdict.passed);
                 let all = mine.filter_map(|r| estimate_point(r.film_ratio?, of(r)));
                 let name = format!("{}, {words}", particle.name);
                 layers.extend(of_particle(index, name, all, law == WetLaw::Linear));
@@ -57,13 +57,7 @@ pub(super) fn film(input: ReportInput) -> Vec<Chart> {
 
 /// The inertial loss with both predictions, and St_c e_inf², against the film ratio, by the square-root law.
 pub(super) fn energy(input: ReportInput) -> Vec<Chart> {
-    let rows = || {
-        input
-            .findings
-            .energy
-            .iter()
-            .filter(|row| row.law == WetLaw::Sqrt.name())
-    };
+    let rows = || input.findings.energy.iter().filter(|row| row.law == WetLaw::Sqrt);
     let of_particles = |of: fn(&Energy) -> &Estimate| -> Vec<Layer> {
         let names = input.scene.particles.iter().enumerate();
         let layer = |(index, particle): (usize, &Particle)| {

@@ -42,5 +42,5 @@ pub(super) fn scaling_of<'a>(
         .findings
         .scaling
         .iter()
-        .find(|row| row.particle == *name && row.film_ratio == ratio && row.law == law.name())
+        .find(|row| row.particle == *name && row.film_ratio == ratio && row.law == law)
 }

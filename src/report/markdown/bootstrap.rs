@@ -11,7 +11,7 @@ use crate::findings::estimate::{Bootstrapped, Estimate};
 use crate::findings::Findings;
 use crate::inference::delta::Interval;
 use crate::physics::Quantity;
-use crate::scene::ResamplingScheme;
+use crate::scene::{ResamplingScheme, WetLaw};
 
 /// The section; nothing where no replicates were made.
 pub(super) fn bootstrap(page: &mut Page, input: ReportInput) {
@@ -61,7 +61,7 @@ struct Resampled<'a> {
     particle: &'a str,
     quantity: Quantity,
     film_ratio: Option<f64>,
-    law: Option<&'a str>,
+    law: Option<WetLaw>,
     estimate: &'a Estimate,
     bootstrapped: &'a Bootstrapped,
     se: f64,

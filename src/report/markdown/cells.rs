@@ -22,11 +22,10 @@ pub(super) fn estimated(input: ReportInput) -> Vec<String> {
         .collect()
 }
 
-pub(super) fn law_name(law: &str) -> String {
-    if law == WetLaw::Sqrt.name() {
-        "square root".to_owned()
-    } else {
-        law.to_owned()
+pub(super) fn law_name(law: WetLaw) -> &'static str {
+    match law {
+        WetLaw::Sqrt => "square root",
+        WetLaw::Linear => law.name(),
     }
 }
 

@@ -63,8 +63,8 @@ pub(super) fn constants(page: &mut Page, input: ReportInput) {
 pub(super) fn combined(input: ReportInput) -> Option<String> {
     let rows = &input.findings.constants;
     // without an energy balance the direct fits are what there is
-    let has_balance = rows.iter().any(|row| row.fit == "balance");
-    let main = rows.iter().filter(|row| !has_balance || row.fit == "balance");
+    let has_balance = rows.iter().any(Sensitivity::is_of_balance);
+    let main = rows.iter().filter(|row| !has_balance || row.is_of_balance());
     let texts: Vec<String> = main
         .filter_map(|row| {
             let with = numbers::with_se(in_unit(row, row.value), in_unit(row, row.combined?));

@@ -40,7 +40,7 @@ pub(super) fn errors(page: &mut Page, input: ReportInput) {
     let scaling = findings.scaling.iter().filter_map(|row| {
         Some(FitWithErrors {
             particle: row.particle.clone(),
-            law: law_name(row.law),
+            law: law_name(row.law).to_owned(),
             film_ratio: Some(numbers::short(row.film_ratio?)),
             runs: row.runs,
             errors: row.measurement_errors?,

@@ -38,7 +38,7 @@ pub(super) fn rung(path: TradedMethod, seconds: f64, answer: MethodAnswer, refer
 }
 
 pub(super) fn linear_bias(scaling: &scaling::Scaling) -> Option<LinearBias> {
-    let bias = scaling.bias.filter(|_| scaling.law == WetLaw::Linear.name())?;
+    let bias = scaling.bias.filter(|_| scaling.law == WetLaw::Linear)?;
     Some(LinearBias {
         particle: scaling.particle.clone(),
         film_ratio: scaling.film_ratio,

@@ -39,7 +39,7 @@ pub(super) fn by_law(
             weighted(groups.filter_map(|one| one.scaling.film_ratio.and(one.scaling.lubrication_log.pair())))
         }
         ParameterKind::INERTIAL_PREFACTOR if !inertia.has_film_scale() && inertia != Inertia::None => {
-            let groups = fits.energy.iter().filter(|one| one.law == law.name());
+            let groups = fits.energy.iter().filter(|one| one.law == law);
             weighted(groups.filter_map(|one| {
                 let (loss, se) = one.loss_over_density_ratio.pair()?;
                 let shape = inertia.shape(one.film_ratio, 1.0);
