@@ -70,7 +70,7 @@ dry_impact_speed_m_s = [0.5, 1.0, 2.0]
 repeats = 20
 "#;
 
-fn pooled<'a>(findings: &'a Findings, law: WetLaw) -> &'a Scaling {
+fn pooled(findings: &Findings, law: WetLaw) -> &Scaling {
     let found = findings
         .scaling
         .iter()
