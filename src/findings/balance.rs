@@ -269,7 +269,7 @@ fn findings_of(
             .reduce(f64::max),
         parameters,
         derived: places
-            .filter_map(|(index, place)| derive(setup, (index, place), fitted))
+            .filter_map(|(index, place)| derive(setup, index, place, fitted))
             .collect(),
         residual_sd: fitted.fit.residual_sd,
         measurement_errors: error_weights.map(ErrorSummary::of),
@@ -432,7 +432,7 @@ pub(super) fn at_place(scene: &Scene, joint: &Joint, point: &[f64], wet: &WetPla
 }
 
 /// e_inf and St_c of a place; `None` where none of its runs rebounded or nothing is left for e_inf.
-fn derive(setup: BalanceSetup, (index, place): (usize, &WetPlace), fitted: &FittedBalance) -> Option<DerivedEstimate> {
+fn derive(setup: BalanceSetup, index: usize, place: &WetPlace, fitted: &FittedBalance) -> Option<DerivedEstimate> {
     let BalanceSetup { scene, quoting, .. } = setup;
     if place.rebounds() == 0 {
         return None;

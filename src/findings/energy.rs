@@ -64,18 +64,13 @@ pub fn estimate_energy(
             roughness: scene.particles[fitted.particle].roughness,
             density_ratio: place.density_ratio(scene),
         };
-        Some(energy_of(scene, dry, fitted, (place.film_ratio, at), quoting))
+        energy_of(scene, dry, fitted, at, quoting)
     };
     scaling.iter().filter_map(of_group).collect()
 }
 
-fn energy_of(
-    scene: &Scene,
-    dry: &[FittedDry],
-    fitted: &FittedScaling,
-    (film_ratio, at): (f64, Place),
-    quoting: Quoting,
-) -> Energy {
+fn energy_of(scene: &Scene, dry: &[FittedDry], fitted: &FittedScaling, at: Place, quoting: Quoting) -> Option<Energy> {
+    let film_ratio = fitted.scaling.film_ratio?;
     let why_no_l = fitted.scaling.lubrication_log.why_none.clone();
     let source = FittedLaw {
         wetted: wetted_of(fitted.law, variables(fitted.parameters.unwrap_or([f64::NAN; 2]))),
@@ -85,7 +80,7 @@ fn energy_of(
         quoting,
     };
     let cap = Inertia::Cap;
-    Energy {
+    Some(Energy {
         particle: scene.particles[fitted.particle].name.clone(),
         film_ratio,
         law: fitted.law,
@@ -98,7 +93,7 @@ fn energy_of(
             Some(why) => quoting.none(why),
             None => source.estimate(Quantity::DeltaC, &at),
         },
-    }
+    })
 }
 
 /// (e_dry² − e_inf²)/ρ̃ with the uncertainties of k and of the fit, and what they share.

@@ -12,7 +12,7 @@ pub(super) const BALANCE: &str = "balance";
 /// How one result moves with the constants.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Sensitivity {
-    /// `lubrication_log`, `inertial_prefactor`, `film_scale`, `delta_c_m`, `e_inf` or `st_c`
+    /// the name of a shared parameter, `delta_c_m`, `e_inf` or `st_c`
     pub result: String,
     /// name of the particle, of a result that has one
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -157,12 +157,23 @@ fn scaling_table<'a>(rows: impl Iterator<Item = &'a Scaling>, over_all: bool) ->
     table.column("verdict", |row| usable(&row.verdict))
 }
 
+/// What the St_c of a direct fit is worth where St_c belongs to a film and a diameter.
+fn say_of_diameters(page: &mut Page, input: ReportInput) {
+    if input.findings.form.viscous.tells_diameters_apart() {
+        page.paragraph(
+            "In this scene's form of the viscous loss St_c belongs to a film and a diameter. These laws take all diameters of \
+             their runs as one, so that their St_c is a mean over them; that of each stands under Main numbers.",
+        );
+    }
+}
+
 pub(super) fn scaling(page: &mut Page, input: ReportInput) {
     let findings = input.findings;
     if findings.scaling.is_empty() {
         return;
     }
     page.heading("Scaling with the Stokes number");
+    say_of_diameters(page, input);
     page.paragraph(
         "The linear law is e = e_inf (1 − St_c/St). Here both laws are fitted over all film ratios; \
          p is the probability, by an F test against one law at each film ratio, of so large a difference by chance. \
@@ -194,12 +205,7 @@ pub(super) fn film(page: &mut Page, input: ReportInput) {
         return;
     }
     page.heading("Film thickness");
-    if input.findings.form.viscous.tells_diameters_apart() {
-        page.paragraph(
-            "In this scene's form of the viscous loss St_c belongs to a film and a diameter. These laws take the diameters of \
-             a film ratio as one, so that their St_c is a mean over them; that of each stands under Main numbers.",
-        );
-    }
+    say_of_diameters(page, input);
     page.paragraph(
         "Both laws fitted directly at each film ratio, the square root as e = e_inf √(1 − 2 St_c/St). Their bias is what \
          they get wrong without any noise: the linear law against the square root; the square root, which takes liquids \
