@@ -51,11 +51,11 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<&str, Problem> {
 pub(crate) const BYTE_ORDER_MARK: char = '\u{feff}';
 
 /// Checks that a source is text, as [`decode`] does, with no line longer than so many bytes; a piece at a time, of which
-/// `tell` hears. The first piece that is no text decides.
+/// `each_piece` hears. The first piece that is no text decides.
 pub(crate) fn check(
     mut source: impl Read,
     longest_line: usize,
-    mut tell: impl FnMut(&[u8]),
+    mut each_piece: impl FnMut(&[u8]),
 ) -> std::io::Result<Result<(), Problem>> {
     const PIECE: usize = 1 << 20;
     let mut piece: Vec<u8> = Vec::with_capacity(PIECE + 4);
@@ -65,7 +65,7 @@ pub(crate) fn check(
         let left = piece.len();
         let fetched = source.by_ref().take(PIECE as u64).read_to_end(&mut piece)?;
         let is_last = fetched < PIECE;
-        tell(&piece[left..]);
+        each_piece(&piece[left..]);
         if let Some(problem) = no_text(&piece, at_start) {
             return Ok(Err(problem));
         }
@@ -166,10 +166,10 @@ mod tests {
         .into_iter()
         .chain([long.as_bytes(), &long.as_bytes()[..long.len() - 3]])
         {
-            let mut told = vec![];
-            let found = check(InTwos(bytes), 1 << 20, |piece| told.extend_from_slice(piece)).expect("it is read");
+            let mut pieces = vec![];
+            let found = check(InTwos(bytes), 1 << 20, |piece| pieces.extend_from_slice(piece)).expect("it is read");
             assert_eq!(found, decode(bytes).map(|_| ()));
-            assert_eq!(found.is_ok(), told == bytes && decode(bytes).is_ok());
+            assert_eq!(found.is_ok(), pieces == bytes && decode(bytes).is_ok());
         }
         let lines = "four\nfive5\nsix".as_bytes();
         assert_eq!(check(lines, 5, |_| ()).expect("it is read"), Ok(()));

@@ -146,7 +146,7 @@ pub fn predict(request: &Predict, quiet: bool) -> Result<u8, Error> {
         film: Dimension::Thickness.usual_to_si(request.film),
         surface_tension,
     };
-    can_be_asked(&setting)?;
+    check_domain(&setting)?;
     let rows = law.predict(&setting, &request.speed.all());
     let text = match request.format {
         Format::Csv => prediction::csv(&rows)?,
@@ -182,7 +182,7 @@ pub fn predict(request: &Predict, quiet: bool) -> Result<u8, Error> {
 }
 
 /// Fails where no formula is valid, or a number of the command line vanishes in SI.
-fn can_be_asked(setting: &Setting) -> Result<(), Error> {
+fn check_domain(setting: &Setting) -> Result<(), Error> {
     for (flag, x) in [
         ("--diameter-mm", setting.diameter),
         ("--film-um", setting.film),

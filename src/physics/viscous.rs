@@ -255,8 +255,8 @@ mod tests {
             let taken = 1.0 - kept_energy(&setting, form, &parameters, v);
             assert!((taken / (viscous / impact) - 1.0).abs() < 1e-13, "{taken}");
             let share = form.viscous.at(setting.film_ratio(), &parameters.shared).share.viscous;
-            let told = share + form.fixed_over_stokes(&setting);
-            assert!((told / l - 1.0).abs() < 1e-14, "{told} {l}");
+            let all = share + form.fixed_over_stokes(&setting);
+            assert!((all / l - 1.0).abs() < 1e-14, "{all} {l}");
         }
     }
 

@@ -72,10 +72,10 @@ pub fn files(input: ReportInput, with_figures: bool) -> Result<Files, Error> {
 /// `findings.json`: the findings, and the names of the figures, by which a later run knows the report's own files.
 fn findings_text(findings: &Findings, figures: &[&str]) -> Result<String, Error> {
     #[derive(Serialize)]
-    struct Written<'a> {
+    struct FindingsFile<'a> {
         #[serde(flatten)]
         findings: &'a Findings,
         figures: &'a [&'a str],
     }
-    json::text(&Written { findings, figures })
+    json::text(&FindingsFile { findings, figures })
 }

@@ -64,10 +64,10 @@ fn seen(directions: &Directions) -> String {
 /// Why a direction is unseen, what is determined instead, and what to add.
 fn unseen_lines(unseen: &Unidentified) -> Vec<String> {
     let value = |one: &IdentifiableCombination| format!("{} = {}", one.quantity, numbers::with_se(one.value, one.se));
-    let instead: Vec<String> = unseen.determined.iter().map(value).collect();
+    let determined: Vec<String> = unseen.determined.iter().map(value).collect();
     let mut lines = vec![unseen.reason.clone()];
-    if !instead.is_empty() {
-        lines.push(format!("determined instead: {}", instead.join(", ")));
+    if !determined.is_empty() {
+        lines.push(format!("determined instead: {}", determined.join(", ")));
     }
     lines.push(unseen.add.clone());
     lines
