@@ -414,7 +414,7 @@ fn the_report_has_a_second_figure_where_one_is_given() {
     // the main numbers keep their own ±
     let main = |report: &str| {
         let (_, rest) = report.split_once("## Main numbers").expect("the section");
-        let (table, rest) = rest.split_once("From these follow").expect("e_inf and St_c");
+        let (table, rest) = rest.split_once("e_inf = √").expect("e_inf and St_c");
         (
             table.to_owned(),
             rest.split("\n## ").next().unwrap_or_default().to_owned(),

@@ -127,11 +127,24 @@ fn no_wet_runs_leave_the_wet_parameters_out() {
 }
 
 #[test]
-fn one_film_ratio_without_dry_runs_leaves_the_prefactor_out() {
+fn one_film_ratio_without_dry_runs_keeps_the_priors_of_k_and_the_prefactor() {
     let (findings, _) = sample(&rows("PTFE", &[], &at(286.0, &WET)));
-    assert_eq!(names(&findings), ["dry_k[PTFE]", "lubrication_log", "sigma_wet"]);
-    let notice = findings.notices.iter().find(|notice| notice.code == "unidentified");
-    assert!(notice.is_some_and(|notice| notice.text.contains("add dry runs or another film ratio")));
+    assert_eq!(
+        names(&findings),
+        ["dry_k[PTFE]", "lubrication_log", "inertial_prefactor", "sigma_wet"]
+    );
+    let led: Vec<(&str, bool)> = findings
+        .main
+        .parameters
+        .iter()
+        .map(|own| (own.name.as_str(), own.prior_led))
+        .collect();
+    assert!(
+        led.contains(&("inertial_prefactor", true)) && led.contains(&("dry_k[PTFE]", false)),
+        "{led:?}"
+    );
+    let notice = findings.notices.iter().find(|notice| notice.code == "prior_rules");
+    assert!(notice.is_some_and(|notice| notice.text.contains("inertial_prefactor")));
 }
 
 #[test]

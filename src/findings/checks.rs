@@ -119,6 +119,7 @@ const CAUTIONS: bool = false;
 
 const USABLE: &str = "every fit must converge, with a standard error and the sign the physics has";
 const COVERS: &str = "a bias of 0.25 standard errors leaves a 95 % interval covering 94 %";
+const NESTED: &str = "F test of nested fits; probability of so large a difference by chance";
 const LEAKS: &str = "misfit of the wet law leaks into k";
 const VEHTARI: &str = "Vehtari et al. 2021";
 const VEHTARI_PSIS: &str = "Vehtari et al. 2024: min(1 − 1/log10 S, 0.7)";
@@ -194,14 +195,31 @@ pub const SERIES: Criterion = row(
     "add speeds or rebounds to these series; their runs still count in the scaling with St",
 );
 
-/// Probability of so large a difference between diameters by chance.
+/// Probability of so large a difference between diameters by chance; gates where it is below [`BEYOND_CHANCE`] and moves k
+/// by more than [`FELT`].
 pub const ONE_DRY_K: Criterion = row(
     "one_dry_k_for_all_diameters",
     AtLeast(0.01),
     CAUTIONS,
-    "F test of nested fits; probability of so large a difference by chance",
-    "compare the diameters' own k, and take each diameter as a particle of its own if they differ",
+    NESTED,
+    "write [model] dry_k = \"diameter\", which gives each diameter its own k",
 );
+
+/// Probability of so large a misfit of the dry law to its own runs by chance; gates as [`ONE_DRY_K`] does.
+pub const DRY_LAW_HOLDS: Criterion = row(
+    "dry_law_holds",
+    AtLeast(0.01),
+    CAUTIONS,
+    NESTED,
+    "keep to speeds at which it holds ([data] min_impact_speed_m_s, max_impact_speed_m_s), or try \"dry_second_order\" in \
+     [model] terms",
+);
+
+/// A probability below which a difference is not chance.
+pub const BEYOND_CHANCE: f64 = 0.001;
+
+/// Share of its ± by which a main number may move unsaid.
+pub const FELT: f64 = 0.5;
 
 /// Bias of the square-root law by pooling liquids, in standard errors.
 pub const SQUARE_ROOT_LAW_BIAS: Criterion = row(

@@ -11,6 +11,7 @@ use super::dry::Dry;
 use super::energy::Energy;
 use super::identify::Directions;
 use super::least_squares::LeastSquares;
+use super::main_numbers::MainNumbers;
 use super::measurement_errors::RunsWithErrors;
 use super::noise::Noise;
 use super::posterior::PosteriorFindings;
@@ -45,6 +46,8 @@ pub struct Findings {
     pub scene_sha256: String,
     /// what was read and used
     pub counts: Counts,
+    /// the numbers that are quoted first
+    pub main: MainNumbers,
     /// k of each particle with dry runs
     pub dry: Vec<Dry>,
     /// the square-root law of each series

@@ -8,6 +8,7 @@ use super::measurement_errors::{columns, ErrorSummary};
 use super::own_dry_speed::OwnDrySpeed;
 use crate::distributions::student_t_quantile;
 use crate::inference::effective_variance::ErrorWeights;
+use crate::inference::lack_of_fit::{lack_of_fit, LackOfFit, LawRow};
 use crate::inference::law::Law;
 use crate::inference::least_squares::{Fit, Stop};
 use crate::inference::nested::FTest;
@@ -37,6 +38,8 @@ pub struct Dry {
     pub by_diameter: Vec<DryOfDiameter>,
     /// one k for all diameters against one k each; `None` with a single diameter
     pub heterogeneity: Option<FTest>,
+    /// the law, with a k for each diameter, against its own runs; `None` where these cannot test it
+    pub lack_of_fit: Option<LackOfFit>,
     /// how the fit ended
     pub stop: &'static str,
     /// whether k may be quoted
@@ -65,6 +68,26 @@ pub struct FittedDry {
     pub error_weights: Option<ErrorWeights>,
     /// the estimates
     pub dry: Dry,
+}
+
+impl Dry {
+    /// The k that other runs or diameters would have, in its standard errors from this one; the largest distance.
+    fn largest_shift(&self, shifts: impl Iterator<Item = f64>) -> Option<f64> {
+        let se = self.dry_k.se.filter(|se| *se > 0.0)?;
+        shifts.map(|shift| shift.abs() / se).reduce(f64::max)
+    }
+
+    /// How far the law's misfit moves k between slow and fast runs, in its standard errors.
+    pub fn shift_by_speed(&self) -> Option<f64> {
+        self.largest_shift(self.lack_of_fit.iter().flat_map(|found| found.shifts))
+    }
+
+    /// How far k of a diameter lies from k of all, in its standard errors.
+    pub fn shift_by_diameter(&self) -> Option<f64> {
+        let k = self.dry_k.value?;
+        let own = self.by_diameter.iter().filter_map(|own| own.dry_k.value);
+        self.largest_shift(own.map(|own| own - k))
+    }
 }
 
 impl FittedDry {
@@ -155,11 +178,41 @@ fn of_particle(scene: &Scene, runs: &Runs, particle: usize, groups: &[&DryGroup]
                 })
                 .collect(),
             heterogeneity,
+            lack_of_fit: lack_of_fit(&rows_of(runs, order, groups, &separate)),
             stop: fit.stop.as_str(),
             verdict,
         },
         error_weights,
     }
+}
+
+/// The dry runs beside the law of their diameter; none of a diameter whose law did not converge.
+fn rows_of(
+    runs: &Runs,
+    order: Order,
+    groups: &[&DryGroup],
+    separate: &[(f64, (Fit, Option<ErrorWeights>))],
+) -> Vec<LawRow> {
+    let mut rows = vec![];
+    for (index, (group, (_, (fit, error_weights)))) in groups.iter().zip(separate).enumerate() {
+        let Some(k) = fit.parameters.first().filter(|_| fit.stop == Stop::Converged) else {
+            continue;
+        };
+        rows.extend(group.rebounds.clone().enumerate().map(|(place, run)| {
+            let speed = runs.impact_speed[run];
+            LawRow {
+                group: index,
+                speed,
+                residual: runs.restitution[run] - order.restitution(*k, speed),
+                slope: order.slope_dry_k(*k, speed),
+                next_power: order.next_power(speed),
+                weight: error_weights
+                    .as_ref()
+                    .map_or(1.0, |weights| 1.0 / weights.variance[place]),
+            }
+        }));
+    }
+    rows
 }
 
 fn estimate(fit: &Fit, quoting: Quoting) -> Estimate {

@@ -31,6 +31,7 @@
 //! | `identify/` | which parameters the runs identify, and which combinations are determined instead |
 //! | `predict.rs` | restitution at any speed from the posterior's draws |
 //! | `posterior/` | parameters from all runs at once, with priors |
+//! | `main_numbers.rs` | the main numbers, each from the source that serves it |
 //! | `regions.rs` | where e_inf and St_c lie together |
 //! | `compare.rs` | which form of the law predicts best |
 //! | `questions/` | whether L and C are the same at every film ratio |
@@ -51,6 +52,7 @@ pub mod film_ratio;
 mod fit_verdict;
 pub mod identify;
 pub mod least_squares;
+pub mod main_numbers;
 pub mod measurement_errors;
 pub mod noise;
 mod notices;
@@ -81,11 +83,13 @@ use balance::EnergyBalance;
 use bootstrap::Resampling;
 use checks::Check;
 use compare::{Comparison, ComparisonContext};
-use dry::FittedDry;
+use dry::{Dry, FittedDry};
 use energy::Energy;
 use estimate::Quoting;
+use least_squares::LeastSquares;
+use main_numbers::MainSources;
 use posterior::{contraction, MethodChoice, Posterior, PosteriorRefusal, SamplingSetup};
-use scaling::FittedScaling;
+use scaling::{FittedScaling, Scaling};
 use series::SeriesFit;
 use terms::SizedTerm;
 
@@ -123,6 +127,23 @@ pub fn fit_least_squares_watched(
     notices.extend(constants_notice);
     notices.extend(noise::noise_notices(scene, noise.as_ref()));
     let published = published::compare_with_published(scene, &fits.dry, &fits.scaling);
+    let dry: Vec<Dry> = fits.dry.into_iter().map(|fitted| fitted.dry).collect();
+    let scaling: Vec<Scaling> = fits.scaling.into_iter().map(|fitted| fitted.scaling).collect();
+    let main = main_numbers::pick_main_numbers(MainSources {
+        scene,
+        runs,
+        least_squares: LeastSquares {
+            seed,
+            dry: &dry,
+            series: &fits.series,
+            scaling: &scaling,
+            energy: &fits.energy,
+            energy_balance: fits.energy_balance.as_ref(),
+            form: fits.form,
+        },
+        posterior: None,
+        checks: &verdicts,
+    });
     let mut findings = Findings {
         schema: SCHEMA,
         scene: scene.name.clone(),
@@ -132,9 +153,10 @@ pub fn fit_least_squares_watched(
         data_sha256: table.sha256.clone(),
         scene_sha256: scene.sha256.clone(),
         counts: Counts::of(table),
-        dry: fits.dry.into_iter().map(|fitted| fitted.dry).collect(),
+        main,
+        dry,
         series: fits.series,
-        scaling: fits.scaling.into_iter().map(|fitted| fitted.scaling).collect(),
+        scaling,
         energy_balance: fits.energy_balance,
         terms: fits.terms,
         form: fits.form,
@@ -277,13 +299,26 @@ impl Findings {
                 self.notices
                     .extend(contraction::contraction_notices(&posterior.findings, directions));
                 self.posterior = Some(posterior.findings.clone());
+                self.pick_main_numbers(scene, runs, Some(&posterior));
                 Ok(Some(posterior))
             }
             Err(PosteriorRefusal(check)) => {
                 self.verdicts.push(check);
+                self.pick_main_numbers(scene, runs, None);
                 Ok(None)
             }
         }
+    }
+
+    /// Picks the main numbers anew, from what was found by now.
+    fn pick_main_numbers(&mut self, scene: &Scene, runs: &Runs, posterior: Option<&Posterior>) {
+        self.main = main_numbers::pick_main_numbers(MainSources {
+            scene,
+            runs,
+            least_squares: self.least_squares(),
+            posterior,
+            checks: &self.verdicts,
+        });
     }
 
     /// Compares the forms of the law, asks whether L and C are constant, and adds what that says.
@@ -311,6 +346,7 @@ impl Findings {
         let (questions, notices) = questions::answer_questions(context)?;
         self.notices.extend(notices);
         self.questions = Some(questions);
+        self.pick_main_numbers(scene, runs, Some(posterior));
         Ok(found)
     }
 

@@ -98,7 +98,6 @@ const BOOTSTRAP_ONE_SERIES: Entry = entry(
 const CONSTANTS_EXACT: Entry = entry("constants_exact", "say how well it is known, and the report adds it");
 const UNSEEN: Entry = entry("unseen", "add the runs it names");
 const PRIOR_RULES: Entry = entry("prior_rules", "quote it beside its prior, or add runs that tell it");
-const UNIDENTIFIED: Entry = entry("unidentified", "add the runs it names");
 const COMPARE_LEFT_OUT: Entry = entry("compare_left_out", "compare on a part of the runs");
 const FORM_CHOSEN: Entry = entry("form_chosen", "name the form in [model] to fix it");
 const BETTER_FORM: Entry = entry("better_form", "try it as [model] inertia and dry_speed_m_s");
@@ -426,11 +425,6 @@ pub(super) fn unseen(directions: usize, reasons: &[String], add: &[&str]) -> Not
 pub(super) fn prior_rules(wide: &[String], add: Option<&str>) -> Notice {
     let text = format!("more than half of the prior sd is left of {}", wide.join(", "));
     PRIOR_RULES.with_next_step(wide.len(), text, add.unwrap_or(PRIOR_RULES.next_step))
-}
-
-/// A parameter that is held, since the runs cannot tell it.
-pub(super) fn unidentified(parameter: &str, reason: &str) -> Notice {
-    UNIDENTIFIED.notice(1, format!("{parameter} is not sampled: {reason}"))
 }
 
 /// Runs, wet ones among them or not, whose forms of the law are not compared.

@@ -61,6 +61,16 @@ pub struct Scaling {
     pub verdict: Verdict,
 }
 
+impl Scaling {
+    /// The larger of the law's two biases, in standard errors; `None` where either is not known.
+    pub fn bias_in_se(&self) -> Option<f64> {
+        let bias = self.bias?;
+        let e_inf = bias.e_inf.abs() / self.e_inf.se?;
+        let st_c = bias.st_c.abs() / self.st_c.se?;
+        Some(e_inf.max(st_c))
+    }
+}
+
 /// How far a law is off on this design, fitted without noise.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Bias {

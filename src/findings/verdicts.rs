@@ -6,6 +6,8 @@ use super::dry::{self, FittedDry};
 use super::notices::{self, shortened};
 use super::scaling::FittedScaling;
 use super::series::SeriesFit;
+use crate::inference::lack_of_fit::Alternative;
+use crate::inference::nested::FTest;
 use crate::notice::Notice;
 use crate::physics::DrySpeed;
 use crate::runs::{Runs, Table};
@@ -33,6 +35,7 @@ pub fn check_least_squares(
     }
     checks.extend(of_series(series));
     checks.extend(dry.iter().filter_map(one_dry_k));
+    checks.extend(dry.iter().filter_map(dry_law_holds));
     let biases = [
         (
             WetLaw::Sqrt,
@@ -114,9 +117,50 @@ fn of_series(series: &[SeriesFit]) -> Option<Check> {
 }
 
 fn one_dry_k(fitted: &FittedDry) -> Option<Check> {
-    let test = fitted.dry.heterogeneity.as_ref()?;
-    let text = format!("{}: one k for all diameters", fitted.dry.particle);
-    Some(checks::ONE_DRY_K.check(test.p, text))
+    let dry = &fitted.dry;
+    let test = dry.heterogeneity.as_ref()?;
+    let shift = dry.shift_by_diameter();
+    let text = format!(
+        "{}: one k for all diameters, F({}, {}) = {:.1}, k of one up to {} of its ± off",
+        dry.particle,
+        test.df_between,
+        test.df_within,
+        test.f,
+        share(shift)
+    );
+    Some(gating_where_felt(checks::ONE_DRY_K, test, shift, text))
+}
+
+fn dry_law_holds(fitted: &FittedDry) -> Option<Check> {
+    let dry = &fitted.dry;
+    let found = dry.lack_of_fit.as_ref()?;
+    let shift = dry.shift_by_speed();
+    let against = match found.against {
+        Alternative::RepeatedSpeeds => "scatter at each speed",
+        Alternative::NextPower => "a law with one more power of v",
+    };
+    let text = format!(
+        "{}: the dry law against {against}, F({}, {}) = {:.1}, k of slow, middle or fast runs up to {} of its ± off",
+        dry.particle,
+        found.test.df_between,
+        found.test.df_within,
+        found.test.f,
+        share(shift)
+    );
+    Some(gating_where_felt(checks::DRY_LAW_HOLDS, &found.test, shift, text))
+}
+
+fn share(shift: Option<f64>) -> String {
+    shift.map_or("an unknown share".to_owned(), |shift| format!("{shift:.1}"))
+}
+
+/// A check that forbids quoting where chance does not explain what was found and a main number moves by it.
+fn gating_where_felt(criterion: Criterion, test: &FTest, shift: Option<f64>, text: String) -> Check {
+    Check {
+        gates: test.p < checks::BEYOND_CHANCE && shift.is_none_or(|shift| shift > checks::FELT),
+        ..criterion.check(test.p, text)
+    }
+    .with_advice()
 }
 
 /// For each particle, the largest bias in standard errors.
@@ -124,7 +168,7 @@ fn worst_bias<'a>(rows: impl Iterator<Item = &'a FittedScaling>) -> Vec<(&'a str
     let mut worst: Vec<(&str, f64)> = vec![];
     for fitted in rows {
         let name = fitted.scaling.particle.as_str();
-        let Some(share) = bias_in_se(fitted) else {
+        let Some(share) = fitted.scaling.bias_in_se() else {
             continue;
         };
         match worst.last_mut() {
@@ -133,14 +177,6 @@ fn worst_bias<'a>(rows: impl Iterator<Item = &'a FittedScaling>) -> Vec<(&'a str
         }
     }
     worst
-}
-
-/// The larger of a law's two biases, in standard errors.
-fn bias_in_se(fitted: &FittedScaling) -> Option<f64> {
-    let bias = fitted.scaling.bias?;
-    let e_inf = bias.e_inf.abs() / fitted.scaling.e_inf.se?;
-    let st_c = bias.st_c.abs() / fitted.scaling.st_c.se?;
-    Some(e_inf.max(st_c))
 }
 
 /// Fits of one kind, and those of them that are not usable.

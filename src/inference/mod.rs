@@ -18,6 +18,7 @@
 //! | `accuracy.rs` | the cheapest draws that reach an accuracy |
 //! | `delta.rs` | standard errors and intervals of derived quantities |
 //! | `nested.rs` | F test of one law for all groups against one law a group |
+//! | `lack_of_fit.rs` | tests a law against its own runs |
 //! | `spreads.rs` | test of one spread for all groups |
 //! | `density.rs` | densities of draws, and the curves around their densest shares |
 //! | `diagnostics/` | how reliable draws of Markov chains are |
@@ -32,6 +33,7 @@ pub mod effective_variance;
 pub mod importance;
 pub mod information;
 pub mod joint;
+pub mod lack_of_fit;
 pub mod laplace;
 pub mod law;
 pub mod least_squares;

@@ -34,12 +34,25 @@ pub fn one_law_for_all(one: Spread, groups: &[Spread]) -> Option<FTest> {
     let within: f64 = groups.iter().map(|group| group.sum_of_squares).sum();
     let parameters: usize = groups.iter().map(|group| group.parameters).sum();
     let runs: usize = groups.iter().map(|group| group.runs).sum();
-    let df_between = parameters.checked_sub(one.parameters).filter(|df| *df > 0)?;
-    let df_within = runs.checked_sub(parameters).filter(|df| *df > 0)?;
-    if groups.len() < 2 || runs != one.runs || within <= 0.0 || !within.is_finite() || !one.sum_of_squares.is_finite() {
+    let separate = Spread {
+        sum_of_squares: within,
+        runs,
+        parameters,
+    };
+    (groups.len() > 1).then(|| nested(one, separate))?
+}
+
+/// F test of a fit against a wider one that holds it as a case, to the same runs.
+///
+/// `None` without degrees of freedom, where the wider fit leaves no scatter, or where a sum of squares is not finite.
+pub fn nested(narrow: Spread, wide: Spread) -> Option<FTest> {
+    let df_between = wide.parameters.checked_sub(narrow.parameters).filter(|df| *df > 0)?;
+    let df_within = wide.runs.checked_sub(wide.parameters).filter(|df| *df > 0)?;
+    let within = wide.sum_of_squares;
+    if wide.runs != narrow.runs || within <= 0.0 || !within.is_finite() || !narrow.sum_of_squares.is_finite() {
         return None;
     }
-    let between = (one.sum_of_squares - within).max(0.0) / df_between as f64;
+    let between = (narrow.sum_of_squares - within).max(0.0) / df_between as f64;
     let f = between / (within / df_within as f64);
     let p = f_tail(f, df_between as f64, df_within as f64)?;
     Some(FTest {

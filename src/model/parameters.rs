@@ -4,7 +4,7 @@ use crate::error::{quoted, Error, Problem};
 use crate::physics::coefficient::{Coefficients, LogNormal};
 use crate::physics::dry::{speed_root, DRY_K};
 use crate::physics::form::Term;
-use crate::physics::{self, Coefficient, DrySpeed, Form, Inertia};
+use crate::physics::{self, Coefficient, DrySpeed, Form, Inertia, Quantity};
 use crate::runs::Runs;
 use crate::scene::{least, within, LikelihoodFamily, NoiseOn, Prior, PriorChoice, Scene};
 
@@ -42,6 +42,15 @@ impl ParameterKind {
         match self {
             ParameterKind::DryK(_) => Some(&DRY_K),
             ParameterKind::Shared(coefficient) => Some(coefficient.describe()),
+            _ => None,
+        }
+    }
+
+    /// The quantity it is; `None` of a parameter of the noise or a trend.
+    pub fn quantity(self) -> Option<Quantity> {
+        match self {
+            ParameterKind::DryK(_) => Some(Quantity::DryK),
+            ParameterKind::Shared(coefficient) => Some(Quantity::Shared(coefficient)),
             _ => None,
         }
     }
@@ -260,14 +269,10 @@ impl ModelParameters {
                 CandidateParameter::positive(viscous, no_wet().or(Some(left_out))),
             )?;
         }
-        let films = distinct_film_ratios(scene, runs);
+        // what the runs cannot tell keeps its prior: held, it would make another look known
         for coefficient in form.coefficients() {
             let kind = ParameterKind::Shared(coefficient);
-            let why_not = confounded(coefficient, films, dry).map(|reason| NotSampled {
-                value: Some(prior_of(scene, kind, form).0.median()),
-                reason: reason.to_owned(),
-            });
-            parameters.add(scene, form, CandidateParameter::positive(kind, no_wet().or(why_not)))?;
+            parameters.add(scene, form, CandidateParameter::positive(kind, no_wet()))?;
         }
         let no_dry = || (!dry).then(|| unread("no dry runs in use"));
         parameters.add(
@@ -445,30 +450,4 @@ fn fastest(runs: &Runs, particle: usize, form: Form) -> Option<f64> {
     let wet = runs.series.iter().filter(|series| series.particle == particle);
     let wet = wet.flat_map(|series| of(series.runs())).map(|v| form.dry_speed.of(v));
     dry.chain(wet).reduce(f64::max)
-}
-
-/// Why a parameter cannot be distinguished from another by wet runs of so many film ratios, with or without dry runs; `None` if it
-/// can.
-fn confounded(coefficient: Coefficient, films: usize, dry: bool) -> Option<&'static str> {
-    match coefficient {
-        Coefficient::InertialPrefactor if films == 1 && !dry => Some(
-            "one film ratio and no dry runs: the inertial prefactor and e_dry cannot be told apart; held at its prior \
-             median, which dry_k then rests on; add dry runs or another film ratio",
-        ),
-        Coefficient::FilmScale if films == 1 => Some(
-            "one film ratio: the film scale and the inertial prefactor cannot be told apart; held at its prior median, \
-             add another film ratio",
-        ),
-        _ => None,
-    }
-}
-
-/// Film ratios that differ by more than the gap at which groups are split.
-fn distinct_film_ratios(scene: &Scene, runs: &Runs) -> usize {
-    let mut ratios: Vec<f64> = runs.film_groups.iter().map(|group| group.film_ratio).collect();
-    ratios.sort_by(f64::total_cmp);
-    let gaps = ratios
-        .windows(2)
-        .filter(|pair| pair[1] - pair[0] > scene.data.film_ratio_gap);
-    usize::from(!ratios.is_empty()) + gaps.count()
 }

@@ -77,6 +77,15 @@ impl Order {
         self.in_log_speed(dry_k * speed_root(impact_speed))[0] / impact_speed
     }
 
+    /// The next power of the speed, which the law does not have: (v^(1/5))² or its cube.
+    pub fn next_power(self, impact_speed: f64) -> f64 {
+        let root = speed_root(impact_speed);
+        match self {
+            Order::First => root * root,
+            Order::Second => root * root * root,
+        }
+    }
+
     /// v de/dv and v² d²e/dv² of e_dry at z = k v^(1/5).
     pub fn in_log_speed(self, z: f64) -> [f64; 2] {
         // with v dz/dv = z/5 and v² d²z/dv² = −4 z/25

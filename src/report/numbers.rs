@@ -1,6 +1,7 @@
 //! Rounds numbers for print: by their standard error where there is one (PDG rule), by significant digits elsewhere.
 
 use crate::findings::estimate::Estimate;
+use crate::findings::main_numbers::MainNumber;
 use crate::findings::posterior::QuantitySummary;
 
 /// More decimals than this are noise in f64.
@@ -120,13 +121,42 @@ pub fn mean_and_sd(quantity: &QuantitySummary, scale: impl Fn(f64) -> f64) -> St
     let scaled = |x: Option<f64>| x.map(&scale);
     let (mean, sd) = (scaled(quantity.mean), positive(scaled(quantity.sd)));
     match (mean, sd, positive(scaled(quantity.mcse_mean))) {
-        (Some(mean), Some(sd), _) if sd >= LARGE => format!("{} ± {}", significant(mean, 2), significant(sd, 2)),
-        (Some(mean), Some(sd), Some(mcse)) => {
-            let place = decimals(sd).min(settled(mcse, sd));
-            format!("{} ± {}", to_place(mean, place), to_place(sd, place))
-        }
+        (Some(mean), Some(sd), Some(mcse)) => with_sd(mean, sd, mcse),
         _ => NONE.to_owned(),
     }
+}
+
+/// A mean with the sd of its posterior and its own Monte Carlo error.
+fn with_sd(mean: f64, sd: f64, mcse: f64) -> String {
+    if sd >= LARGE {
+        return format!("{} ± {}", significant(mean, 2), significant(sd, 2));
+    }
+    let place = decimals(sd).min(settled(mcse, sd));
+    format!("{} ± {}", to_place(mean, place), to_place(sd, place))
+}
+
+/// A main number with its uncertainty, or the value alone where there is none. `scale` must be a plain factor.
+pub fn main_scaled(number: &MainNumber, scale: impl Fn(f64) -> f64) -> String {
+    let scaled = |x: Option<f64>| x.map(&scale);
+    match (
+        scaled(number.value),
+        positive(scaled(number.se)),
+        positive(scaled(number.mcse)),
+    ) {
+        (Some(mean), Some(sd), Some(mcse)) => with_sd(mean, sd, mcse),
+        (Some(value), Some(se), None) => with_se(value, se),
+        (Some(value), None, _) => format!("{} (no ±)", significant(value, 4)),
+        (None, ..) => NONE.to_owned(),
+    }
+}
+
+/// The interval of a main number, rounded as its uncertainty is; by a quarter of its width where there is none.
+pub fn main_interval_scaled(number: &MainNumber, scale: impl Fn(f64) -> f64) -> String {
+    let Some([lo, hi]) = number.interval.map(|ends| ends.map(&scale)) else {
+        return NONE.to_owned();
+    };
+    let own = positive(number.se.map(&scale));
+    between(lo, hi, own.unwrap_or(0.25 * (hi - lo)))
 }
 
 /// The 5 % and 95 % points of a posterior, each rounded by its own Monte Carlo error.
@@ -251,6 +281,8 @@ mod tests {
             median: None,
             q05: Some(0.182_56),
             q95: Some(0.184_48),
+            q025: None,
+            q975: None,
             rhat: None,
             ess_bulk: None,
             ess_tail: None,

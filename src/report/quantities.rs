@@ -2,6 +2,7 @@
 
 use super::numbers;
 use crate::findings::estimate::Estimate;
+use crate::findings::main_numbers::MainNumber;
 use crate::findings::posterior::QuantitySummary;
 use crate::model::parameters::ParameterKind;
 use crate::physics::Quantity;
@@ -48,6 +49,16 @@ pub fn estimate(quantity: Quantity, of: &Estimate) -> String {
 /// The interval of an estimate.
 pub fn interval(quantity: Quantity, of: &Estimate) -> String {
     numbers::interval_scaled(of, factor(quantity).0)
+}
+
+/// A main number: `value ± uncertainty`.
+pub fn main(quantity: Quantity, of: &MainNumber) -> String {
+    numbers::main_scaled(of, factor(quantity).0)
+}
+
+/// The interval of a main number.
+pub fn main_interval(quantity: Quantity, of: &MainNumber) -> String {
+    numbers::main_interval_scaled(of, factor(quantity).0)
 }
 
 /// The mean of a posterior with its sd.

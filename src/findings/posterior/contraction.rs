@@ -5,19 +5,15 @@ use crate::findings::identify::Directions;
 use crate::findings::notices;
 use crate::notice::Notice;
 
-/// Share of its prior sd from which a notice names a parameter: what each of two keeps that only move together, where the
-/// runs say as much of their common direction as the priors, √(½ · ½).
-const LEFT: f64 = 0.5;
-
 /// A correlation below this is no partner.
 const PARTNER: f64 = 0.3;
 
-/// What of a parameter's prior sd is left, where it is more than the line.
+/// What of a parameter's prior sd is left, where its prior leads.
 fn share_left(quantity: &QuantitySummary) -> Option<f64> {
-    quantity.prior.as_ref()?.sd_ratio.filter(|ratio| *ratio > LEFT)
+    quantity.prior.as_ref().filter(|prior| prior.leads())?.sd_ratio
 }
 
-/// Parameters that keep more than the line, and those held because the runs cannot tell them.
+/// Parameters that keep more than the line.
 pub(in crate::findings) fn contraction_notices(
     found: &PosteriorFindings,
     directions: Option<&Directions>,
@@ -38,13 +34,6 @@ pub(in crate::findings) fn contraction_notices(
         });
         let add = known.map(|unseen| unseen.add.as_str()).next();
         all.push(notices::prior_rules(&parameters, add));
-    }
-    let held = found
-        .left_out
-        .iter()
-        .filter(|left| left.reason.contains("cannot be told apart"));
-    for left in held {
-        all.push(notices::unidentified(&left.name, &left.reason));
     }
     all
 }

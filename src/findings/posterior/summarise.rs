@@ -161,6 +161,8 @@ fn summarise_quantity(name: &str, values: &[Vec<f64>], mcse_factor: f64) -> Quan
         median: found.median,
         q05: found.q05,
         q95: found.q95,
+        q025: found.q025,
+        q975: found.q975,
         rhat: found.rhat,
         ess_bulk: found.ess_bulk.map(fewer),
         ess_tail: found.ess_tail.map(fewer),

@@ -70,6 +70,10 @@ pub struct QuantitySummary {
     pub q05: Option<f64>,
     /// 95 % point
     pub q95: Option<f64>,
+    /// 2.5 % point
+    pub q025: Option<f64>,
+    /// 97.5 % point
+    pub q975: Option<f64>,
     /// rank-normalised split R-hat
     pub rhat: Option<f64>,
     /// effective draws for the centre
@@ -115,6 +119,17 @@ pub struct PriorSummary {
     pub source: &'static str,
     /// sd of the posterior over sd of the prior
     pub sd_ratio: Option<f64>,
+}
+
+/// Share of its prior sd from which a parameter is led by its prior: what each of two keeps that only move together, where
+/// the runs say as much of their common direction as the priors, √(½ · ½).
+const PRIOR_LED: f64 = 0.5;
+
+impl PriorSummary {
+    /// Whether the prior says more of the parameter than the runs.
+    pub fn leads(&self) -> bool {
+        self.sd_ratio.is_some_and(|ratio| ratio > PRIOR_LED)
+    }
 }
 
 /// A parameter that was not sampled.

@@ -30,7 +30,7 @@ pub mod loo;
 pub mod mcse;
 pub mod pareto;
 pub mod psis;
-pub(crate) mod quantile;
+pub mod quantile;
 pub mod rank_counts;
 mod ranks;
 pub mod rhat;

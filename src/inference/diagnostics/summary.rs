@@ -20,6 +20,10 @@ pub struct Summary {
     pub q05: Option<f64>,
     /// 95 % point
     pub q95: Option<f64>,
+    /// 2.5 % point
+    pub q025: Option<f64>,
+    /// 97.5 % point
+    pub q975: Option<f64>,
     /// [`rhat::rhat`]
     pub rhat: Option<f64>,
     /// [`ess::bulk`]
@@ -109,6 +113,8 @@ fn describe(summary: &mut Summary, draws: &[f64], sorted: &[f64]) -> Option<(f64
     summary.median = Some(quantile::of_sorted(sorted, 0.5));
     summary.q05 = Some(low);
     summary.q95 = Some(high);
+    summary.q025 = Some(quantile::of_sorted(sorted, 0.025));
+    summary.q975 = Some(quantile::of_sorted(sorted, 0.975));
     Some((low, high))
 }
 

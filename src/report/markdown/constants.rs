@@ -1,9 +1,11 @@
 //! Writes how results move with the constants taken as exact, and what is known of these.
 
 use super::super::{numbers, quantities, ReportInput};
+use super::main_numbers::name;
 use super::page::Page;
 use super::table::ReportTable;
 use crate::findings::constants::{Sensitivity, MOST_REBOUNDS};
+use crate::findings::main_numbers::{MainNumber, MainPlace, Source};
 use crate::physics::Quantity;
 
 pub(super) fn constants(page: &mut Page, input: ReportInput) {
@@ -12,8 +14,8 @@ pub(super) fn constants(page: &mut Page, input: ReportInput) {
         return;
     }
     page.heading("Constants taken as exact");
-    let names = names(rows);
-    let offset = if names.iter().any(|name| name == "film_offset") {
+    let names = constant_names(rows);
+    let offset = if names.iter().any(|own| own == "film_offset") {
         ", `film_offset` all films by one length, as a share of their mean"
     } else {
         ""
@@ -31,9 +33,9 @@ pub(super) fn constants(page: &mut Page, input: ReportInput) {
          film ratio in brackets stays what it is told to be; the square-root law does not know the films of its runs.{taken}"
     ));
     let mut table = ReportTable::of(rows).column("result", |row| row.label());
-    for name in &names {
-        table = table.column(name, |row| {
-            let found = row.by.iter().find(|moves| moves.constant == *name);
+    for own in &names {
+        table = table.column(own, |row| {
+            let found = row.by.iter().find(|moves| moves.constant == *own);
             found.map_or(String::new(), |moves| numbers::signed(moves.elasticity))
         });
     }
@@ -61,22 +63,50 @@ pub(super) fn constants(page: &mut Page, input: ReportInput) {
 
 /// The combined uncertainty of the main numbers, in a line; `None` where the scene gives none.
 pub(super) fn combined(input: ReportInput) -> Option<String> {
+    let main = &input.findings.main;
     let rows = &input.findings.constants;
-    // without an energy balance the direct fits are what there is
-    let has_balance = rows.iter().any(Sensitivity::is_of_balance);
-    let main = rows.iter().filter(|row| !has_balance || row.is_of_balance());
-    let texts: Vec<String> = main
-        .filter_map(|row| {
-            let with = numbers::with_se(in_unit(row, row.value), in_unit(row, row.combined?));
-            Some(format!("{} {with}", label_with_unit(row)))
+    let parameters = main.parameters.iter().filter_map(|own| {
+        let row = rows.iter().find(|row| row.is_of_balance() && row.result == own.name)?;
+        Some(format!(
+            "{} {}",
+            own.quantity.describe().symbol,
+            widened(row, &own.number)?
+        ))
+    });
+    let places = main.at.iter().flat_map(|place| {
+        [(Quantity::EInf, &place.e_inf), (Quantity::StC, &place.st_c)].map(|(quantity, number)| {
+            let row = rows.iter().find(|row| is_of(row, quantity, place))?;
+            Some(format!(
+                "{} ({}) {}",
+                quantity.describe().symbol,
+                name(place),
+                widened(row, number)?
+            ))
         })
-        .collect();
+    });
+    let texts: Vec<String> = parameters.chain(places.flatten()).collect();
     (!texts.is_empty()).then(|| {
         format!(
             "With what the scene says of its constants, ± is (combined, see Constants taken as exact): {}.",
             texts.join("; ")
         )
     })
+}
+
+/// Whether a sensitivity is that of a quantity at a place, by the fit that its number comes from or is checked by.
+fn is_of(row: &Sensitivity, quantity: Quantity, place: &MainPlace) -> bool {
+    row.result == quantity.describe().name
+        && row.particle.as_ref() == Some(&place.particle)
+        && row.film_ratio == Some(place.film_ratio)
+        && row.diameter_m == place.diameter_m
+        && row.is_of_balance() == (place.source != Source::SquareRootLaw)
+}
+
+/// A number with what the constants add to its ±, as a share of it that all fits have in common.
+fn widened(row: &Sensitivity, number: &MainNumber) -> Option<String> {
+    let (value, se) = number.value.zip(number.se)?;
+    let of_constants = row.constants_sd? * value / row.value;
+    Some(numbers::with_se(value, se.hypot(of_constants)))
 }
 
 /// Whether the result is a length, which is printed in µm.
@@ -101,7 +131,7 @@ fn label_with_unit(row: &Sensitivity) -> String {
 }
 
 /// Every constant that moves some result, in the order of the scene.
-fn names(rows: &[Sensitivity]) -> Vec<String> {
+fn constant_names(rows: &[Sensitivity]) -> Vec<String> {
     let mut names: Vec<(usize, String)> = vec![];
     for moves in rows.iter().flat_map(|row| &row.by) {
         if !names.iter().any(|(_, name)| *name == moves.constant) {

@@ -8,175 +8,166 @@ use super::page::Page;
 use super::posterior::held;
 use super::table::ReportTable;
 use super::verdict::verdict_line;
-use crate::findings::balance::DerivedEstimate;
-use crate::findings::estimate::Estimate;
-use crate::findings::posterior::QuantitySummary;
-use crate::model::parameters::ParameterKind;
+use crate::findings::main_numbers::{MainNumber, MainNumbers, MainParameter, MainPlace, Source};
 use crate::physics::loss::Loss;
 use crate::physics::{Coefficient, Quantity};
-use crate::scene::WetLaw;
 
 pub(super) fn main_numbers(page: &mut Page, input: ReportInput) {
     let findings = input.findings;
-    page.heading("Main numbers");
+    let main = &findings.main;
+    page.heading(if main.provisional {
+        "Main numbers (provisional)"
+    } else {
+        "Main numbers"
+    });
     let viscous = findings.form.viscous.definition("δ/D");
     page.paragraph(&format!(
-        "e_dry = {} and e² = {}, with St = ρp D v/(9 η){}. \
-         ± is one standard error (least squares, delta method); k comes from the dry runs, \
-         the others from every rebound at once, together with what the dry runs say of k.",
+        "e_dry = {} and e² = {}, with St = ρp D v/(9 η){}. {}",
         findings.form.dry.formula("v"),
         findings.form.formula("δ/D"),
-        viscous.map_or(String::new(), |l| format!(" and {l}"))
+        viscous.map_or(String::new(), |l| format!(" and {l}")),
+        what_parameters_are(main),
     ));
-    if input.posterior.is_some() {
-        page.paragraph(
-            "Beside them stands the posterior of all runs at once, the stuck ones with them: there ± is one standard \
-             deviation about the mean.",
-        );
+    if !main.parameters.is_empty() {
+        page.table(&parameters(main, input));
     }
-    let rows = numbers_of(input);
-    if !rows.is_empty() {
-        page.table(&table(&rows, input));
+    if main.parameters.iter().any(|own| own.prior_led) {
+        page.paragraph(
+            "Prior-led: the runs leave this number more than half of the sd that its prior had, so that its value is mostly \
+             what was believed before.",
+        );
     }
     if let Some(text) = input.posterior.and_then(|posterior| held(&posterior.findings.left_out)) {
         page.paragraph(&text);
     }
-    let speed = numbers::short(input.scene.model.dry_speed.reference());
-    if let Some(derived) = derived(input) {
-        page.paragraph(&format!(
-            "From these follow, at each film ratio{}, e_inf = √(e_dry² − C ρ̃ g) with e_dry at {speed} m/s, St_c = 2 L/e_inf², \
-             and 2 St_c, below which nothing rebounds.",
-            if tells_diameters_apart(derived) { " and diameter" } else { "" }
-        ));
-        page.table(&of_film_ratios(derived, &interval_header(input)));
-    } else if !findings.scaling.is_empty() {
-        let why = match &findings.energy_balance {
-            None => "Without dry runs there is no energy balance",
-            Some(_) => "The energy balance may not be quoted",
-        };
-        page.paragraph(&format!(
-            "{why}: e_inf and St_c are the direct fits under Film thickness."
-        ));
+    if !main.at.is_empty() {
+        page.paragraph(&what_places_are(main, input));
+        page.table(&places(&main.at, input));
     }
     if let Some(text) = combined(input) {
         page.paragraph(&text);
     }
 }
 
-/// e_inf and St_c of the energy balance, where it may be quoted.
-fn derived(input: ReportInput<'_>) -> Option<&[DerivedEstimate]> {
-    let balance = input.findings.energy_balance.as_ref()?;
-    (balance.verdict.passed && !balance.derived.is_empty()).then_some(balance.derived.as_slice())
+/// Where the parameters come from, and what their ± is.
+fn what_parameters_are(main: &MainNumbers) -> &'static str {
+    if main.provisional {
+        "The posterior was not sampled: least squares stands in for it. ± is one standard error by the delta method; k comes \
+         from the dry runs, the others from every rebound at once, together with what the dry runs say of k."
+    } else {
+        "These come from the posterior of all runs at once, the stuck ones with them: the value is its mean, ± one standard \
+         deviation about it."
+    }
 }
 
-/// Whether e_inf and St_c are given of each diameter.
-fn tells_diameters_apart(derived: &[DerivedEstimate]) -> bool {
-    derived.iter().any(|row| row.diameter_m.is_some())
+/// What e_inf and St_c are, and where those of the table come from.
+fn what_places_are(main: &MainNumbers, input: ReportInput) -> String {
+    let speed = numbers::short(input.scene.model.dry_speed.reference());
+    let mut text = format!(
+        "e_inf = √(e_dry² − C ρ̃ g) with e_dry at {speed} m/s, St_c = 2 L/e_inf², and 2 St_c, below which nothing rebounds."
+    );
+    let has = |source: Source| main.at.iter().any(|place| place.source == source);
+    if has(Source::SquareRootLaw) {
+        text.push_str(
+            " From the square-root law, fitted at one film ratio: ± is one standard error, the interval that of Scaling with \
+             the Stokes number; where a film ratio has several liquids, the law takes them as one.",
+        );
+    }
+    if has(Source::Posterior) {
+        text.push_str(
+            " From the posterior, for each liquid: ± is one standard deviation. It stands alone where the law does not say how \
+             the runs came about: where a run stuck or carries measurement errors, with noise on the energy kept, or where \
+             taking liquids as one would bias it.",
+        );
+    }
+    if has(Source::EnergyBalance) {
+        text.push_str(
+            " From the energy balance over all rebounds at once, at the mean density ratio of the runs: ± is one standard error.",
+        );
+    }
+    text
 }
 
-/// e_inf and St_c of each particle and film ratio, and of each diameter where they belong to one.
-fn of_film_ratios<'a>(derived: &'a [DerivedEstimate], level: &str) -> ReportTable<&'a DerivedEstimate> {
-    let mut table = ReportTable::of(derived)
+/// A source in words.
+pub(super) fn source_in_words(source: Source) -> &'static str {
+    match source {
+        Source::Posterior => "posterior",
+        Source::SquareRootLaw => "square-root law",
+        Source::EnergyBalance => "energy balance",
+        Source::DryLaw => "dry law",
+    }
+}
+
+fn parameters<'a>(main: &'a MainNumbers, input: ReportInput<'a>) -> ReportTable<&'a MainParameter> {
+    ReportTable::of(&main.parameters)
+        .column("quantity", |row| label(input, row))
+        .column("value", |row| quantities::main(row.quantity, &row.number))
+        .column(interval_header(input), |row| {
+            quantities::main_interval(row.quantity, &row.number)
+        })
+        .column("from", |row| {
+            let led = if row.prior_led { ", prior-led" } else { "" };
+            format!("{}{led}", source_in_words(row.number.source))
+        })
+}
+
+fn places<'a>(at: &'a [MainPlace], input: ReportInput) -> ReportTable<&'a MainPlace> {
+    let mut table = ReportTable::of(at)
         .column("particle", |row| &row.particle)
         .column("δ/D", |row| numbers::short(row.film_ratio));
-    if tells_diameters_apart(derived) {
+    if at.iter().any(|row| row.diameter_m.is_some()) {
         table = table.column("D / mm", |row| row.diameter_m.map(diameter));
     }
+    let interval = interval_header(input);
+    let value = |quantity: Quantity, number: &MainNumber| quantities::main(quantity, number);
     table
-        .estimate_and_interval(Quantity::EInf, |row| &row.e_inf, level)
-        .estimate_and_interval(Quantity::StC, |row| &row.st_c, level)
-        .column(Quantity::StNoRebound.describe().symbol, |row| {
-            numbers::estimate_scaled(&row.st_c, |st_c| 2.0 * st_c)
+        .column("liquid", liquid)
+        .column(quantities::label(Quantity::EInf), |row| {
+            value(Quantity::EInf, &row.e_inf)
         })
-        .column("corr(e_inf, St_c)", |row| numbers::optional(row.correlation, 2))
+        .column(interval.clone(), |row| {
+            quantities::main_interval(Quantity::EInf, &row.e_inf)
+        })
+        .column(quantities::label(Quantity::StC), |row| value(Quantity::StC, &row.st_c))
+        .column(interval, |row| quantities::main_interval(Quantity::StC, &row.st_c))
+        .column(Quantity::StNoRebound.describe().symbol, |row| {
+            numbers::main_scaled(&row.st_c, |st_c| 2.0 * st_c)
+        })
+        .column("from", |row| source_in_words(row.source))
 }
 
-/// A main number by least squares, by the posterior, or both.
-struct MainNumber<'a> {
-    quantity: Quantity,
-    /// its name in files
-    name: String,
-    /// its name in tables
-    label: String,
-    estimate: Option<&'a Estimate>,
-    posterior: Option<&'a QuantitySummary>,
+/// A place in a sentence: particle, film ratio, diameter where it is of one, liquid.
+pub(super) fn name(place: &MainPlace) -> String {
+    let of_one = place
+        .diameter_m
+        .map_or(String::new(), |d| format!(", D = {} mm", diameter(d)));
+    let liquid = place.liquid.as_deref().unwrap_or("liquids pooled");
+    format!(
+        "{}, δ/D = {}{of_one}, {liquid}",
+        place.particle,
+        numbers::short(place.film_ratio)
+    )
 }
 
-fn table<'a>(rows: &'a [MainNumber], input: ReportInput) -> ReportTable<&'a MainNumber<'a>> {
-    let table = ReportTable::of(rows)
-        .column("quantity", |row| &row.label)
-        .column("value", |row| row.estimate.map(numbers::estimate))
-        .column(interval_header(input), |row| row.estimate.map(numbers::interval));
-    if input.posterior.is_none() {
-        return table;
-    }
-    table.column("posterior mean ± sd", |row| {
-        row.posterior.map(|q| quantities::mean_and_sd(row.quantity, q))
-    })
+/// The liquid of a place, or that its liquids are pooled.
+fn liquid(place: &MainPlace) -> String {
+    let pooled = || "pooled".to_owned();
+    place.liquid.clone().unwrap_or_else(pooled)
 }
 
-impl<'a> MainNumber<'a> {
-    fn new(
-        input: ReportInput<'a>,
-        quantity: Quantity,
-        particle: Option<&str>,
-        estimate: Option<&'a Estimate>,
-    ) -> MainNumber<'a> {
-        let name = quantity.describe().name;
-        let label = label(input, quantity);
-        let (name, label) = match particle {
-            Some(particle) => (format!("{name}[{particle}]"), format!("{label}, {particle}")),
-            None => (name.to_owned(), label),
-        };
-        let found = input.posterior.map(|posterior| &posterior.findings);
-        let mut sampled = found
-            .iter()
-            .flat_map(|found| found.parameters.iter().chain(&found.derived));
-        MainNumber {
-            quantity,
-            posterior: sampled.find(|sampled| sampled.name == name),
-            name,
-            label,
-            estimate,
-        }
-    }
-}
-
-/// k of each particle, what the energy balance gives, δc/ε: each that least squares or the posterior has.
-fn numbers_of(input: ReportInput<'_>) -> Vec<MainNumber<'_>> {
-    let new = |quantity, particle, estimate| MainNumber::new(input, quantity, particle, estimate);
-    let balance = input.findings.energy_balance.as_ref();
-    let of_particles = input.scene.particles.iter().map(|particle| {
-        let dry = input.findings.dry.iter().find(|dry| dry.particle == particle.name);
-        new(Quantity::DryK, Some(&particle.name), dry.map(|dry| &dry.dry_k))
-    });
-    let of_balance = Coefficient::ALL.into_iter().map(|coefficient| {
-        let estimate = balance.and_then(|balance| balance.estimate(ParameterKind::Shared(coefficient)));
-        new(Quantity::Shared(coefficient), None, estimate)
-    });
-    let has_delta_c = input.scene.model.viscous.why_no_critical_separation().is_none();
-    let delta_c = balance
-        .filter(|_| has_delta_c)
-        .map(|balance| &balance.delta_c_over_roughness);
-    of_particles
-        .chain(of_balance)
-        .chain([new(Quantity::DeltaCOverRoughness, None, delta_c)])
-        .filter(|number| number.estimate.is_some() || number.posterior.is_some())
-        .collect()
-}
-
-/// How a main number is labelled, with what its value cannot be read without.
-fn label(input: ReportInput, quantity: Quantity) -> String {
-    let label = quantities::label(quantity);
-    match quantity {
-        Quantity::Shared(Coefficient::InertialPrefactor) => {
+/// How a parameter is labelled, with what its value cannot be read without.
+fn label(input: ReportInput, parameter: &MainParameter) -> String {
+    let label = quantities::label(parameter.quantity);
+    match (parameter.quantity, &parameter.of) {
+        (_, Some(of)) => format!("{label}, {of}"),
+        (Quantity::Shared(Coefficient::InertialPrefactor), None) => {
             let fitted = input.findings.energy_balance.as_ref().map(|balance| balance.inertia);
-            let sampled = || Some(input.posterior?.findings.inertia);
-            format!("{label} ({})", fitted.or_else(sampled).unwrap_or_default())
+            let sampled = input.posterior.map(|posterior| posterior.findings.inertia);
+            format!("{label} ({})", sampled.or(fitted).unwrap_or_default())
         }
-        Quantity::Shared(Coefficient::FilmScale) => format!("{label}, film scale"),
-        Quantity::DeltaCOverRoughness => format!("{label} = exp(L)"),
-        _ => label,
+        (Quantity::Shared(Coefficient::FilmScale), None) => format!("{label}, film scale"),
+        (Quantity::DeltaCOverRoughness, None) => format!("{label} = exp(L)"),
+        (_, None) => label,
     }
 }
 
@@ -217,44 +208,37 @@ fn symbol(name: &str) -> &str {
 
 /// The main numbers as lines for a terminal.
 pub fn summary(input: ReportInput) -> String {
-    let findings = input.findings;
-    let mut text = verdict_line(findings).replace("**", "");
+    let main = &input.findings.main;
+    let mut text = verdict_line(input.findings).replace("**", "");
     text.push('\n');
-    let numbers = numbers_of(input);
-    for number in numbers
-        .iter()
-        .filter(|number| number.quantity != Quantity::DeltaCOverRoughness)
-    {
-        let least_squares = number.estimate.map(numbers::estimate);
-        let posterior = number.posterior.map(|q| quantities::mean_and_sd(number.quantity, q));
-        let both = match (least_squares, posterior) {
-            (Some(least_squares), Some(posterior)) => format!("{least_squares} (se); posterior {posterior} (sd)"),
-            (Some(least_squares), None) => least_squares,
-            (None, posterior) => format!("posterior {} (sd)", posterior.unwrap_or_default()),
-        };
-        text.push_str(&format!("{} = {both}\n", number.name));
+    if main.provisional {
+        text.push_str("Provisional: the posterior was not sampled.\n");
+    }
+    for parameter in &main.parameters {
+        let value = quantities::main(parameter.quantity, &parameter.number);
+        let led = if parameter.prior_led { ", prior-led" } else { "" };
+        let source = source_in_words(parameter.number.source);
+        text.push_str(&format!("{} = {value} ({source}{led})\n", parameter.name));
     }
     let [e_inf, st_c] = [Quantity::EInf, Quantity::StC].map(|quantity| quantity.describe().symbol);
-    let line = |particle: &str, ratio: f64, of_one: Option<f64>, both: [&Estimate; 2]| {
-        let [of_e_inf, of_st_c] = both.map(numbers::estimate);
-        let ratio = numbers::short(ratio);
-        let of_one = of_one.map_or(String::new(), |d| format!(", D = {} mm", diameter(d)));
-        format!("{particle}, δ/D = {ratio}{of_one}: {e_inf} = {of_e_inf}, {st_c} = {of_st_c}\n")
+    let laws = main.at.iter().filter(|place| place.source == Source::SquareRootLaw);
+    // where the law serves, the posterior of each liquid stands in the report alone
+    let has_law = |place: &MainPlace| {
+        let here = |law: &MainPlace| law.particle == place.particle && law.film_ratio == place.film_ratio;
+        laws.clone().any(|law| here(law))
     };
-    match derived(input) {
-        Some(derived) => {
-            let lines = derived
-                .iter()
-                .map(|row| line(&row.particle, row.film_ratio, row.diameter_m, [&row.e_inf, &row.st_c]));
-            text.extend(lines);
-        }
-        // without an energy balance the direct fits are what there is
-        None => {
-            let direct = findings.scaling.iter().filter(|row| row.law == WetLaw::Sqrt);
-            let lines =
-                direct.filter_map(|row| Some(line(&row.particle, row.film_ratio?, None, [&row.e_inf, &row.st_c])));
-            text.extend(lines);
-        }
+    for place in main
+        .at
+        .iter()
+        .filter(|place| place.source == Source::SquareRootLaw || !has_law(place))
+    {
+        text.push_str(&format!(
+            "{}: {e_inf} = {}, {st_c} = {} ({})\n",
+            name(place),
+            quantities::main(Quantity::EInf, &place.e_inf),
+            quantities::main(Quantity::StC, &place.st_c),
+            source_in_words(place.source)
+        ));
     }
     text
 }

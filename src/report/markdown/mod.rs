@@ -4,6 +4,7 @@ mod bootstrap;
 mod cautions;
 mod cells;
 mod constants;
+mod cross_check;
 mod errors;
 pub(crate) mod escape;
 mod laws;
@@ -40,6 +41,7 @@ pub fn report(input: ReportInput, figures: &[&str]) -> String {
     laws::scaling(&mut page, input);
     laws::film(&mut page, input);
     laws::energy(&mut page, input);
+    cross_check::cross_check(&mut page, input);
     errors::errors(&mut page, input);
     noise::noise(&mut page, input);
     constants::constants(&mut page, input);

@@ -1,16 +1,9 @@
 //! Writes the first line of a report: whether the main numbers may be quoted.
 
-use crate::findings::verdicts::quotable;
 use crate::findings::Findings;
 
 /// The first line: whether the main numbers may be quoted.
 pub fn verdict_line(findings: &Findings) -> String {
-    let failed: Vec<&str> = findings
-        .verdicts
-        .iter()
-        .filter(|check| check.gates && !check.passed)
-        .map(|check| check.text.as_str())
-        .collect();
     let cautions = findings
         .verdicts
         .iter()
@@ -22,9 +15,10 @@ pub fn verdict_line(findings: &Findings) -> String {
         1 => " One caution stands at the end.".to_owned(),
         n => format!(" {n} cautions stand at the end."),
     };
-    if quotable(&findings.verdicts) {
+    let verdict = &findings.main.verdict;
+    if verdict.passed {
         format!("**Verdict: the main numbers may be quoted.**{see}")
     } else {
-        format!("**Verdict: not to be quoted: {}.**{see}", failed.join("; "))
+        format!("**Verdict: not to be quoted: {}.**{see}", verdict.reason)
     }
 }

@@ -1,0 +1,387 @@
+//! Picks the main numbers, each from the one source that serves it on these runs.
+//!
+//! Parameters come from the posterior. e_inf and St_c of a film ratio come from the square-root law fitted there, where
+//! that law describes how its runs came about, and from the posterior for each liquid. Without a posterior least squares
+//! stands in, and they are provisional.
+
+use serde::Serialize;
+
+use super::balance::DerivedEstimate;
+use super::checks::{Check, BIAS};
+use super::estimate::Estimate;
+use super::fit_verdict::Verdict;
+use super::least_squares::LeastSquares;
+use super::posterior::{Posterior, PriorSummary, QuantitySummary};
+use super::scaling::Scaling;
+use crate::inference::diagnostics::quantile::central_interval;
+use crate::model::parameters::ParameterKind;
+use crate::physics::form::Term;
+use crate::physics::{Coefficient, Form, Quantity};
+use crate::runs::{FilmGroup, Runs};
+use crate::scene::{NoiseOn, Scene, WetLaw};
+
+/// Where a main number comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Source {
+    /// the posterior of all runs at once
+    Posterior,
+    /// the square-root law at one film ratio
+    SquareRootLaw,
+    /// least squares over all rebounds at once
+    EnergyBalance,
+    /// the law of the dry runs
+    DryLaw,
+}
+
+/// The numbers that are quoted first.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MainNumbers {
+    /// whether they may be quoted
+    pub verdict: Verdict,
+    /// whether least squares stands in for a posterior that was not sampled
+    pub provisional: bool,
+    /// k, L, the inertial prefactor, the film scale, δc/ε
+    pub parameters: Vec<MainParameter>,
+    /// e_inf and St_c of each particle and film ratio
+    pub at: Vec<MainPlace>,
+}
+
+/// A number with its uncertainty and its source.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MainNumber {
+    /// its value: the mean of a posterior, the estimate of a fit
+    pub value: Option<f64>,
+    /// its uncertainty: the sd of a posterior, the standard error of a fit
+    pub se: Option<f64>,
+    /// its central interval
+    pub interval: Option<[f64; 2]>,
+    /// the probability the interval was made for
+    pub level: f64,
+    /// how the interval was made
+    pub method: &'static str,
+    /// where it comes from
+    pub source: Source,
+    /// Monte Carlo error of the value; of a posterior only
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mcse: Option<f64>,
+    /// why there is no uncertainty; stands exactly then
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub why_none: Option<String>,
+}
+
+/// A parameter among the main numbers.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MainParameter {
+    /// its name in files
+    pub name: String,
+    /// what it is
+    #[serde(skip)]
+    pub quantity: Quantity,
+    /// what it belongs to where it is of one particle, the words in its name's brackets
+    #[serde(skip)]
+    pub of: Option<String>,
+    /// the number
+    #[serde(flatten)]
+    pub number: MainNumber,
+    /// whether the prior leads: the runs leave more than half of its sd
+    pub prior_led: bool,
+}
+
+/// e_inf and St_c of a particle at a film ratio.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MainPlace {
+    /// name of the particle
+    pub particle: String,
+    /// film ratio
+    pub film_ratio: f64,
+    /// name of the liquid; `None`: several liquids, taken as one
+    pub liquid: Option<String>,
+    /// D, m, where it stands for one
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub diameter_m: Option<f64>,
+    /// wet restitution as St → ∞, at the reference dry speed
+    pub e_inf: MainNumber,
+    /// critical Stokes number
+    pub st_c: MainNumber,
+    /// where both come from
+    pub source: Source,
+}
+
+impl MainNumber {
+    fn of_fit(estimate: &Estimate, source: Source) -> MainNumber {
+        MainNumber {
+            value: estimate.value,
+            se: estimate.se,
+            interval: estimate.interval,
+            level: estimate.level,
+            method: estimate.method,
+            source,
+            mcse: None,
+            why_none: estimate.why_none.clone(),
+        }
+    }
+
+    /// From a summary and its draws, chain by chain.
+    fn of_draws(summary: &QuantitySummary, draws: &[Vec<f64>], level: f64) -> MainNumber {
+        MainNumber {
+            value: summary.mean,
+            se: summary.sd,
+            interval: central_interval(draws, level),
+            level,
+            method: "posterior_quantiles",
+            source: Source::Posterior,
+            mcse: summary.mcse_mean,
+            why_none: summary.why_none.clone().filter(|_| summary.sd.is_none()),
+        }
+    }
+
+    fn without_viscous(level: f64, source: Source) -> MainNumber {
+        MainNumber {
+            value: None,
+            se: None,
+            interval: None,
+            level,
+            method: "posterior_quantiles",
+            source,
+            mcse: None,
+            why_none: Some("the viscous loss is left out of the model".to_owned()),
+        }
+    }
+}
+
+/// Whether, and why not, the numbers may be quoted.
+fn judge(checks: &[Check]) -> Verdict {
+    let failed = checks.iter().filter(|check| check.gates && !check.passed);
+    let failed: Vec<&str> = failed.map(|check| check.text.as_str()).collect();
+    if failed.is_empty() {
+        Verdict::passed("no gating check failed")
+    } else {
+        Verdict::failed(failed.join("; "))
+    }
+}
+
+/// What main numbers are picked from.
+pub(super) struct MainSources<'a> {
+    pub scene: &'a Scene,
+    pub runs: &'a Runs,
+    pub least_squares: LeastSquares<'a>,
+    /// `None` if nothing was sampled
+    pub posterior: Option<&'a Posterior>,
+    /// what must hold before they are quoted
+    pub checks: &'a [Check],
+}
+
+/// Picks them.
+pub(super) fn pick_main_numbers(from: MainSources) -> MainNumbers {
+    MainNumbers {
+        verdict: judge(from.checks),
+        provisional: from.posterior.is_none(),
+        parameters: match from.posterior {
+            Some(posterior) => from.sampled_parameters(posterior),
+            None => from.fitted_parameters(),
+        },
+        at: from.places(),
+    }
+}
+
+impl MainSources<'_> {
+    fn level(&self) -> f64 {
+        self.scene.bootstrap.level
+    }
+
+    /// The form of the balance that main numbers are of.
+    fn form(&self) -> Form {
+        self.posterior
+            .map_or(self.least_squares.form, |posterior| posterior.setup.form)
+    }
+
+    fn sampled_parameters(&self, posterior: &Posterior) -> Vec<MainParameter> {
+        let found = &posterior.findings;
+        let sampled = &posterior.sampled;
+        let with_draws = sampled.parameters.sampled.iter().zip(&sampled.values);
+        let parameters = with_draws.zip(&found.parameters).filter_map(|((own, draws), summary)| {
+            let quantity = own.kind.quantity()?;
+            Some(MainParameter {
+                name: own.name.clone(),
+                quantity,
+                of: in_brackets(&own.name),
+                number: MainNumber::of_draws(summary, draws, self.level()),
+                prior_led: summary.prior.as_ref().is_some_and(PriorSummary::leads),
+            })
+        });
+        let parameters: Vec<MainParameter> = parameters.collect();
+        let led = parameters
+            .iter()
+            .any(|own| own.quantity == Quantity::Shared(Coefficient::LubricationLog) && own.prior_led);
+        let ratio = Quantity::DeltaCOverRoughness;
+        let derived = posterior.derived.iter().zip(&found.derived);
+        let of_ratio = derived
+            .filter(|(draws, _)| draws.quantity == ratio.describe().name)
+            .map(|(draws, summary)| MainParameter {
+                name: draws.name.clone(),
+                quantity: ratio,
+                of: None,
+                number: MainNumber::of_draws(summary, &draws.values, self.level()),
+                prior_led: led,
+            });
+        let all: Vec<MainParameter> = of_ratio.collect();
+        parameters.into_iter().chain(all).collect()
+    }
+
+    fn fitted_parameters(&self) -> Vec<MainParameter> {
+        let of_fit = |name: String, quantity: Quantity, estimate: &Estimate, source: Source| MainParameter {
+            of: in_brackets(&name),
+            name,
+            quantity,
+            number: MainNumber::of_fit(estimate, source),
+            prior_led: false,
+        };
+        let dry = self.least_squares.dry.iter().map(|dry| {
+            let name = format!("{}[{}]", Quantity::DryK.describe().name, dry.particle);
+            of_fit(name, Quantity::DryK, &dry.dry_k, Source::DryLaw)
+        });
+        let balance = self.least_squares.energy_balance.as_ref();
+        let shared = balance.iter().flat_map(|balance| &balance.parameters);
+        let shared = shared.filter_map(|own| match own.kind {
+            ParameterKind::Shared(coefficient) => Some(of_fit(
+                own.name.clone(),
+                Quantity::Shared(coefficient),
+                &own.estimate,
+                Source::EnergyBalance,
+            )),
+            _ => None,
+        });
+        let has_delta_c = self.scene.model.viscous.why_no_critical_separation().is_none();
+        let ratio = Quantity::DeltaCOverRoughness;
+        let of_ratio = balance.iter().filter(|_| has_delta_c).map(|balance| {
+            let name = ratio.describe().name.to_owned();
+            of_fit(name, ratio, &balance.delta_c_over_roughness, Source::EnergyBalance)
+        });
+        dry.chain(shared).chain(of_ratio).collect()
+    }
+
+    /// The places in the order of the film groups: at each the law, where it serves, then the posterior for each liquid.
+    fn places(&self) -> Vec<MainPlace> {
+        let mut all = vec![];
+        for group in &self.runs.film_groups {
+            let law = self.law_of(group);
+            let before = all.len();
+            all.extend(
+                law.filter(|law| self.law_serves(law))
+                    .map(|law| self.of_law(group, law)),
+            );
+            if let Some(posterior) = self.posterior {
+                all.extend(self.of_posterior(group, posterior));
+            }
+            if all.len() == before {
+                all.extend(self.of_balance(group));
+            }
+            if all.len() == before {
+                all.extend(law.map(|law| self.of_law(group, law)));
+            }
+        }
+        all
+    }
+
+    fn law_of(&self, group: &FilmGroup) -> Option<&Scaling> {
+        let name = &self.scene.particles[group.particle].name;
+        self.least_squares
+            .scaling
+            .iter()
+            .find(|row| row.law == WetLaw::Sqrt && row.particle == *name && row.film_ratio == Some(group.film_ratio))
+    }
+
+    /// Whether the square-root law at a film ratio describes how its runs came about: every one of them rebounded, with
+    /// noise on the restitution alone, e² is a line in 1/St, and one law for all liquids biases it by no more than it may.
+    fn law_serves(&self, law: &Scaling) -> bool {
+        let form = self.form();
+        law.verdict.passed
+            && law.stuck == 0
+            && law.measurement_errors.is_none()
+            && self.scene.model.noise == NoiseOn::Restitution
+            && !form.viscous.tells_diameters_apart()
+            && !Term::Bridge.is_held(form)
+            && law.bias_in_se().is_none_or(|bias| bias <= BIAS)
+    }
+
+    fn of_law(&self, group: &FilmGroup, law: &Scaling) -> MainPlace {
+        let mut liquids: Vec<usize> = self.runs.series[group.series.clone()]
+            .iter()
+            .map(|series| series.liquid)
+            .collect();
+        liquids.sort_unstable();
+        liquids.dedup();
+        let source = Source::SquareRootLaw;
+        MainPlace {
+            particle: law.particle.clone(),
+            film_ratio: group.film_ratio,
+            liquid: match liquids.as_slice() {
+                [one] => Some(self.scene.liquids[*one].name.clone()),
+                _ => None,
+            },
+            diameter_m: None,
+            e_inf: MainNumber::of_fit(&law.e_inf, source),
+            st_c: MainNumber::of_fit(&law.st_c, source),
+            source,
+        }
+    }
+
+    /// e_inf and St_c by the posterior, for each liquid of a film group and each diameter where they belong to one.
+    fn of_posterior(&self, group: &FilmGroup, posterior: &Posterior) -> Vec<MainPlace> {
+        let all = || posterior.derived.iter().zip(&posterior.findings.derived);
+        let of = |quantity: Quantity| all().filter(move |(draws, _)| draws.quantity == quantity.describe().name);
+        let here = of(Quantity::EInf).filter_map(|(draws, summary)| {
+            let setting = draws.setting.as_ref()?;
+            let is_here = setting.particle == group.particle && setting.film_ratio == group.film_ratio;
+            is_here.then(|| {
+                let number = |draws: &[Vec<f64>], summary| MainNumber::of_draws(summary, draws, self.level());
+                let st_c = of(Quantity::StC).find(|(other, _)| other.setting.as_ref() == Some(setting));
+                MainPlace {
+                    particle: self.scene.particles[setting.particle].name.clone(),
+                    film_ratio: setting.film_ratio,
+                    liquid: Some(self.scene.liquids[setting.liquid].name.clone()),
+                    diameter_m: setting.diameter,
+                    e_inf: number(&draws.values, summary),
+                    st_c: match st_c {
+                        Some((draws, summary)) => number(&draws.values, summary),
+                        None => MainNumber::without_viscous(self.level(), Source::Posterior),
+                    },
+                    source: Source::Posterior,
+                }
+            })
+        });
+        here.collect()
+    }
+
+    /// e_inf and St_c by least squares over all rebounds at once, at the mean density ratio.
+    fn of_balance(&self, group: &FilmGroup) -> Vec<MainPlace> {
+        let Some(balance) = self
+            .least_squares
+            .energy_balance
+            .as_ref()
+            .filter(|own| own.verdict.passed)
+        else {
+            return vec![];
+        };
+        let name = &self.scene.particles[group.particle].name;
+        let here = |row: &&DerivedEstimate| row.particle == *name && row.film_ratio == group.film_ratio;
+        let source = Source::EnergyBalance;
+        let of_row = |row: &DerivedEstimate| MainPlace {
+            particle: row.particle.clone(),
+            film_ratio: row.film_ratio,
+            liquid: None,
+            diameter_m: row.diameter_m,
+            e_inf: MainNumber::of_fit(&row.e_inf, source),
+            st_c: MainNumber::of_fit(&row.st_c, source),
+            source,
+        };
+        balance.derived.iter().filter(here).map(of_row).collect()
+    }
+}
+
+/// What stands in the brackets of a name: the particle of `dry_k[PTFE]`.
+fn in_brackets(name: &str) -> Option<String> {
+    let (_, rest) = name.split_once('[')?;
+    Some(rest.strip_suffix(']')?.to_owned())
+}

@@ -1,0 +1,138 @@
+//! Writes what least squares over all rebounds at once gives, beside the posterior.
+
+use super::super::{numbers, quantities, ReportInput};
+use super::cells::{diameter, interval_header};
+use super::page::Page;
+use super::table::ReportTable;
+use crate::findings::balance::{DerivedEstimate, EnergyBalance, ParameterEstimate};
+use crate::findings::main_numbers::MainParameter;
+use crate::physics::Quantity;
+use crate::scene::{LikelihoodFamily, NoiseOn};
+
+/// Posterior sds by which least squares may lie off without a word.
+const FAR: f64 = 1.0;
+
+/// A parameter by both.
+struct Compared<'a> {
+    fitted: &'a ParameterEstimate,
+    sampled: Option<&'a MainParameter>,
+}
+
+impl Compared<'_> {
+    /// Least squares minus the posterior's mean, in its sds.
+    fn difference(&self) -> Option<f64> {
+        let number = &self.sampled?.number;
+        let sd = number.se.filter(|sd| *sd > 0.0)?;
+        Some((self.fitted.estimate.value? - number.value?) / sd)
+    }
+}
+
+pub(super) fn cross_check(page: &mut Page, input: ReportInput) {
+    let Some(balance) = &input.findings.energy_balance else {
+        return;
+    };
+    page.heading("Least squares over all rebounds");
+    page.paragraph(&format!(
+        "Every rebound at once with the dry runs, by least squares: a check of the posterior, and its start. It leaves out \
+         what stuck and knows no priors. ± is one standard error by the delta method. The fit: {}.",
+        balance.verdict.reason
+    ));
+    let sampled = |row: &ParameterEstimate| {
+        let main = &input.findings.main;
+        let mut all = main.parameters.iter().filter(|_| !main.provisional);
+        all.find(|own| own.name == row.name)
+    };
+    let rows: Vec<Compared> = balance
+        .parameters
+        .iter()
+        .map(|fitted| Compared {
+            fitted,
+            sampled: sampled(fitted),
+        })
+        .collect();
+    page.table(&parameters(&rows, input));
+    let far = |row: &&Compared| row.difference().is_some_and(|difference| difference.abs() > FAR);
+    let far: Vec<&str> = rows.iter().filter(far).map(|row| row.fitted.name.as_str()).collect();
+    if !far.is_empty() {
+        page.paragraph(&format!(
+            "More than one posterior sd off: {}. {}.",
+            far.join(", "),
+            reasons(input, &rows)
+        ));
+    }
+    if balance.verdict.passed && !balance.derived.is_empty() {
+        page.paragraph("What follows at the mean density ratio of the runs of each film ratio:");
+        page.table(&of_film_ratios(balance, &interval_header(input)));
+    }
+}
+
+fn parameters<'a>(rows: &'a [Compared], input: ReportInput) -> ReportTable<&'a Compared<'a>> {
+    let quantity = |row: &Compared| row.fitted.kind.quantity().unwrap_or(Quantity::DryK);
+    let label =
+        |row: &Compared| quantities::parameter_label(input.scene, row.fitted.kind, &quantities::label(quantity(row)));
+    let table = ReportTable::of(rows)
+        .column("quantity", label)
+        .column("least squares", |row| {
+            quantities::estimate(quantity(row), &row.fitted.estimate)
+        })
+        .column(interval_header(input), |row| {
+            quantities::interval(quantity(row), &row.fitted.estimate)
+        });
+    if input.findings.main.provisional {
+        return table;
+    }
+    table
+        .column("posterior mean ± sd", |row| {
+            row.sampled.map(|own| quantities::main(own.quantity, &own.number))
+        })
+        .column("difference / sd", |row| row.difference().map(numbers::signed))
+}
+
+/// What of these runs and this model least squares does not know.
+fn reasons(input: ReportInput, rows: &[Compared]) -> String {
+    let mut all = vec![];
+    let findings = input.findings;
+    let stuck = findings.counts.stuck;
+    if stuck > 0 {
+        all.push(format!(
+            "{stuck} runs stuck, which the posterior counts and least squares leaves out"
+        ));
+    }
+    if input.scene.model.noise == NoiseOn::Both {
+        all.push("the noise acts on the energy kept, too".to_owned());
+    }
+    if input.scene.model.likelihood == LikelihoodFamily::Student {
+        all.push("the posterior's noise has Student's tails".to_owned());
+    }
+    if findings.counts.measurement_errors.is_some() {
+        all.push("runs carry measurement errors".to_owned());
+    }
+    let led = rows.iter().filter_map(|row| row.sampled).filter(|own| own.prior_led);
+    let led: Vec<&str> = led.map(|own| own.name.as_str()).collect();
+    if !led.is_empty() {
+        all.push(format!("the prior leads {}", led.join(", ")));
+    }
+    let sampled = input.posterior.map(|posterior| posterior.findings.inertia);
+    let fitted = findings.energy_balance.as_ref().map(|balance| balance.inertia);
+    if sampled != fitted {
+        all.push("the posterior holds another form of the inertial loss".to_owned());
+    }
+    if all.is_empty() {
+        return "No stuck run, prior or other noise explains it: look for misfit under Predictions".to_owned();
+    }
+    format!("What differs: {}", all.join("; "))
+}
+
+/// e_inf and St_c of each particle and film ratio, and of each diameter where they belong to one.
+fn of_film_ratios<'a>(balance: &'a EnergyBalance, level: &str) -> ReportTable<&'a DerivedEstimate> {
+    let mut table = ReportTable::of(&balance.derived)
+        .column("particle", |row| &row.particle)
+        .column("δ/D", |row| numbers::short(row.film_ratio));
+    if balance.derived.iter().any(|row| row.diameter_m.is_some()) {
+        table = table.column("D / mm", |row| row.diameter_m.map(diameter));
+    }
+    table
+        .estimate_and_interval(Quantity::EInf, |row| &row.e_inf, level)
+        .estimate_and_interval(Quantity::StC, |row| &row.st_c, level)
+        .column("corr(e_inf, St_c)", |row| numbers::optional(row.correlation, 2))
+}
