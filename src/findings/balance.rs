@@ -5,14 +5,16 @@ use serde::Serialize;
 use super::dry::{self, FittedDry};
 use super::estimate::{Estimate, IntervalScale, Quoting};
 use super::fit_verdict::{one_against, spread, uncertain, why_stopped, Verdict};
+use super::form_choice::{ChosenBy, InertiaChoice};
 use super::measurement_errors::{columns, ErrorSummary};
 use super::places::WetPlace;
 use super::quantities::scale_of;
 use super::scaling::FittedScaling;
 use crate::inference::delta::Uncertain;
+use crate::inference::diagnostics::loo::Difference;
 use crate::inference::effective_variance::{chi_squared, reweight, ErrorColumns, ErrorWeights};
 use crate::inference::joint::{fit_joint, Joint, JointFit};
-use crate::inference::least_squares::{Fit, Stop};
+use crate::inference::least_squares::{Fit, ResidualProblem, Stop};
 use crate::inference::nested::{FTest, Spread};
 use crate::model::parameters::ParameterKind;
 use crate::physics::balance::{Balance, BalanceAtFilm};
@@ -54,6 +56,9 @@ pub struct EnergyBalance {
     pub stop: &'static str,
     /// whether it may be quoted
     pub verdict: Verdict,
+    /// how its form of inertia was chosen; `None` where the scene names it
+    #[serde(skip)]
+    pub(super) choice: Option<InertiaChoice>,
     /// what a refit starts from
     #[serde(skip)]
     pub(super) refit_start: RefitStart,
@@ -186,7 +191,16 @@ pub fn fit_balance(setup: BalanceSetup, scaling: &[FittedScaling], form: Form, o
         let joint = Joint::new(scene, runs, Form { inertia, ..form }, &known, &known);
         fit_weighed(joint, dry, pooled_sd(&separate))
     };
-    let (problem, spread_of_runs, fit) = if open { closest(of_form) } else { of_form(form.inertia) };
+    let (weighed, choice) = if open {
+        choose_form(of_form)
+    } else {
+        (of_form(form.inertia), None)
+    };
+    let WeighedFit {
+        problem,
+        spread: spread_of_runs,
+        fit,
+    } = weighed;
     let (problem, fit, error_weights) = match error_columns(&problem.joint) {
         Some(errors) => {
             let in_errors = problem_of(problem.joint.clone(), dry, 1.0);
@@ -216,7 +230,10 @@ pub fn fit_balance(setup: BalanceSetup, scaling: &[FittedScaling], form: Form, o
         squares - fitted.problem.own_squares()
     });
     let lack_of_fit = lack_of_fit.filter(|_| fitted.converged());
-    Some(findings_of(setup, &fitted, error_weights.as_ref(), lack_of_fit))
+    Some(EnergyBalance {
+        choice,
+        ..findings_of(setup, &fitted, error_weights.as_ref(), lack_of_fit)
+    })
 }
 
 /// What a fit says.
@@ -275,6 +292,7 @@ fn findings_of(
         measurement_errors: error_weights.map(ErrorSummary::of),
         lack_of_fit,
         stop: fitted.fit.stop.as_str(),
+        choice: None,
         refit_start: RefitStart {
             form: joint.form,
             spread: fitted.spread,
@@ -346,7 +364,7 @@ pub(super) fn error_columns(joint: &Joint) -> Option<ErrorColumns> {
 /// Fits the balance, and again with its own spread where that is far below the one that weighed the dry runs: the separate
 /// laws pool liquids, and where noise is small their misfit would hold k too fast and its error too small. Says at what
 /// spread it ended.
-fn fit_weighed<'r>(joint: Joint<'r>, dry: &[FittedDry], spread: f64) -> (JointFit<'r>, f64, Fit) {
+fn fit_weighed<'r>(joint: Joint<'r>, dry: &[FittedDry], spread: f64) -> WeighedFit<'r> {
     /// a weight this near moves no standard error that matters
     const NEAR: f64 = 0.5;
     /// each time the spread is nearer by orders of magnitude
@@ -363,20 +381,79 @@ fn fit_weighed<'r>(joint: Joint<'r>, dry: &[FittedDry], spread: f64) -> (JointFi
         problem = problem_of(problem.joint, dry, spread);
         fit = fit_joint(&problem);
     }
-    (problem, spread, fit)
+    WeighedFit { problem, spread, fit }
 }
 
-/// With the form left open: the one that leaves the smallest spread, the default one if none converges.
-fn closest<'r>(of_form: impl Fn(Inertia) -> (JointFit<'r>, f64, Fit)) -> (JointFit<'r>, f64, Fit) {
-    let fits = Inertia::ALL.map(&of_form);
-    let spread = |fit: &Fit| {
-        let converged = fit.residual_sd.filter(|_| fit.stop == Stop::Converged);
-        converged.unwrap_or(f64::INFINITY)
-    };
-    let best = fits
+/// A balance of one form, fitted with the dry runs weighed against this spread.
+struct WeighedFit<'r> {
+    problem: JointFit<'r>,
+    spread: f64,
+    fit: Fit,
+}
+
+impl WeighedFit<'_> {
+    /// Log density of each run about the fit, wet ones with its own spread; `None` where it did not converge.
+    fn log_densities(&self) -> Option<Vec<f64>> {
+        let sd = self
+            .fit
+            .residual_sd
+            .filter(|sd| *sd > 0.0 && self.fit.stop == Stop::Converged)?;
+        let mut residuals = vec![0.0; self.problem.runs()];
+        self.problem.residuals(&self.fit.parameters, &mut residuals).ok()?;
+        let wet = self.problem.joint.wet_rebounds();
+        for (run, residual) in residuals.iter_mut().enumerate() {
+            // the scatter of dry runs is no form's own
+            let (scale, ln_scale) = if run < wet { (sd, sd.ln()) } else { (self.spread, 0.0) };
+            *residual = -0.5 * (*residual / scale).powi(2) - ln_scale;
+        }
+        Some(residuals)
+    }
+}
+
+/// With the form left open: the default one unless another leaves clearly smaller squares, counting its parameters;
+/// without the default one that which leaves the smallest spread.
+fn choose_form<'r>(of_form: impl Fn(Inertia) -> WeighedFit<'r>) -> (WeighedFit<'r>, Option<InertiaChoice>) {
+    let mut fits = Inertia::ALL
+        .map(|inertia| (inertia, of_form(inertia)))
         .into_iter()
-        .reduce(|a, b| if spread(&b.2) < spread(&a.2) { b } else { a });
-    best.unwrap_or_else(|| of_form(Inertia::Stepwise))
+        .collect::<Vec<_>>();
+    let densities: Vec<Option<Vec<f64>>> = fits.iter().map(|(_, fit)| fit.log_densities()).collect();
+    let usual = fits.iter().position(|(inertia, _)| *inertia == Inertia::DEFAULT);
+    let gains = usual.and_then(|usual| {
+        let of_usual = densities[usual].as_ref()?;
+        let more =
+            |fit: &WeighedFit| fit.problem.joint.shared.len() as f64 - fits[usual].1.problem.joint.shared.len() as f64;
+        let gain = |((inertia, fit), own): (&(Inertia, WeighedFit), &Option<Vec<f64>>)| {
+            let each: Vec<f64> = own
+                .as_ref()?
+                .iter()
+                .zip(of_usual)
+                .map(|(own, usual)| own - usual)
+                .collect();
+            let gain = Difference::over_runs(&each);
+            let counted = Difference {
+                value: gain.value - more(fit),
+                ..gain
+            };
+            Some((*inertia, counted, true))
+        };
+        Some(fits.iter().zip(&densities).filter_map(gain).collect::<Vec<_>>())
+    });
+    let chosen = gains.and_then(|gains| InertiaChoice::among(&gains, ChosenBy::LeastSquares));
+    let (inertia, choice) = match chosen {
+        Some((inertia, choice)) => (inertia, Some(choice)),
+        None => {
+            let spread = |fit: &Fit| {
+                fit.residual_sd
+                    .filter(|_| fit.stop == Stop::Converged)
+                    .unwrap_or(f64::INFINITY)
+            };
+            let best = fits.iter().min_by(|a, b| spread(&a.1.fit).total_cmp(&spread(&b.1.fit)));
+            (best.map_or(Inertia::DEFAULT, |(inertia, _)| *inertia), None)
+        }
+    };
+    let place = fits.iter().position(|(own, _)| *own == inertia).unwrap_or(0);
+    (fits.swap_remove(place).1, choice)
 }
 
 /// What a joint fit's point says of a place.

@@ -5,11 +5,12 @@ use std::ops::Range;
 use serde::Serialize;
 
 use super::checks::{self, Check};
+use super::form_choice::{is_gain, ChosenBy, InertiaChoice};
 use super::least_squares::LeastSquares;
 use super::notices;
 use super::posterior::{effort, start, Posterior, SamplingSetup};
 use crate::error::Error;
-use crate::inference::diagnostics::loo::{difference, loo, relative_efficiency, Loo};
+use crate::inference::diagnostics::loo::{difference, loo, relative_efficiency, Difference, Loo};
 use crate::inference::diagnostics::pareto::khat_threshold;
 use crate::inference::diagnostics::summary::summarise;
 use crate::inference::nuts::{divergences, Watcher};
@@ -110,7 +111,9 @@ pub struct ComparisonContext<'a> {
 }
 
 /// A model with its leave-one-out densities.
-struct EvaluatedModel {
+#[derive(Debug, Clone)]
+pub(super) struct EvaluatedModel {
+    form: Form,
     row: ComparedModel,
     loo: Loo,
 }
@@ -118,7 +121,7 @@ struct EvaluatedModel {
 /// Samples every form of inertia with both dry speeds on the same runs; the scene's own has been sampled already.
 ///
 /// A form under which a prior leaves a parameter no room is not compared, and a notice says so.
-pub fn compare_forms(context: ComparisonContext, own: &Posterior) -> Comparison {
+pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: &[EvaluatedModel]) -> Comparison {
     let runs = context.runs;
     let mut found = Comparison {
         models: vec![],
@@ -133,7 +136,10 @@ pub fn compare_forms(context: ComparisonContext, own: &Posterior) -> Comparison 
     };
     let mut evaluated: Vec<EvaluatedModel> = vec![];
     for form in alternatives(own.setup.form) {
-        match evaluate_form(context, form, own, used) {
+        // what was sampled to choose the form of inertia need not be sampled again
+        let known = known.iter().find(|model| model.form == form && form != own.setup.form);
+        let model = known.map_or_else(|| evaluate_form(context, form, own, used), |known| Ok(known.clone()));
+        match model {
             Ok(model) => evaluated.push(model),
             Err(why) => found.notices.push(notices::form_not_compared(&model_name(form), &why)),
         }
@@ -143,7 +149,7 @@ pub fn compare_forms(context: ComparisonContext, own: &Posterior) -> Comparison 
         found.checks.push(check_weights(row, used));
         found.notices.extend(better_form(row, &evaluated[0].row));
     }
-    for EvaluatedModel { row, loo } in evaluated {
+    for EvaluatedModel { row, loo, .. } in evaluated {
         if row.own {
             found.own = Some(loo);
         }
@@ -193,6 +199,7 @@ fn evaluate_form(
     };
     let loo = leave_out(context.scene, context.runs, setup, draws, used)?;
     Ok(EvaluatedModel {
+        form,
         row: summarise_model(model_name(form), is_own, draws, &loo, used),
         loo,
     })
@@ -237,59 +244,80 @@ pub(super) fn affordable_draws(runs: &Runs, draws: usize) -> Option<usize> {
     (used >= FEWEST_DRAWS.min(draws) && !runs.series.is_empty()).then_some(used)
 }
 
-/// A form is better than another if it gains more than this in log density, and this many standard errors.
-pub(super) const GAIN: f64 = 4.0;
-
-/// Whether a difference of log density is a gain.
-pub(super) fn is_gain(value: f64, se: Option<f64>) -> bool {
-    value > GAIN && se.is_some_and(|se| value > GAIN * se)
+/// What a choice among forms found: the setup to sample, how it was chosen, and the forms that were sampled for it.
+pub struct Chosen {
+    /// the form to sample
+    pub setup: SamplingSetup,
+    /// how it was chosen; `None` where nothing could be compared
+    pub choice: Option<InertiaChoice>,
+    /// the forms that were left out run by run
+    pub(super) evaluated: Vec<EvaluatedModel>,
 }
 
-/// The form of inertia that a scene with `inertia = "auto"` is given: the default one, unless another predicts clearly
-/// better and its weights can be trusted. A notice says that intervals ignore the choice.
-pub fn choose_inertia(
-    context: ComparisonContext,
-    default: SamplingSetup,
-) -> Result<(SamplingSetup, Option<Notice>), Error> {
-    let ComparisonContext { scene, runs, .. } = context;
+/// The form of inertia that a scene which leaves it open is given: the default one, unless another predicts clearly better
+/// and its weights can be trusted. Where runs are too many to leave each out, the one that least squares took.
+pub fn choose_inertia(context: ComparisonContext, default: SamplingSetup) -> Result<Chosen, Error> {
+    let ComparisonContext {
+        scene,
+        runs,
+        least_squares,
+        ..
+    } = context;
+    let of = |inertia: Inertia| SamplingSetup {
+        form: Form {
+            inertia,
+            ..default.form
+        },
+        ..default
+    };
     let Some(used) = affordable_draws(runs, effort(scene).chains * effort(scene).draws) else {
-        return Ok((default, None));
+        let balance = least_squares.energy_balance;
+        return Ok(Chosen {
+            setup: balance.map_or(default, |balance| of(balance.form().inertia)),
+            choice: balance.and_then(|balance| balance.choice.clone()),
+            evaluated: vec![],
+        });
     };
-    let mut forms = vec![];
+    let mut evaluated = vec![];
     for inertia in Inertia::ALL {
-        let form = SamplingSetup {
-            form: Form {
-                inertia,
-                ..default.form
-            },
-            ..default
-        };
-        let sampled = sample_form(context, form)?;
-        if let Ok(of_form) = sampled.and_then(|sampled| leave_out(scene, runs, form, &sampled, used)) {
-            forms.push((form, of_form));
-        }
+        let setup = of(inertia);
+        let sampled = sample_form(context, setup)?;
+        let model = sampled.and_then(|sampled| {
+            let loo = leave_out(scene, runs, setup, &sampled, used)?;
+            let row = summarise_model(model_name(setup.form), false, &sampled, &loo, used);
+            Ok(EvaluatedModel {
+                form: setup.form,
+                row,
+                loo,
+            })
+        });
+        evaluated.extend(model.ok());
     }
-    let Some((_, usual)) = forms.iter().find(|(form, _)| form.form == default.form) else {
-        return Ok((default, None));
-    };
-    let gains = forms.iter().filter_map(|(form, of_form)| {
-        let trusted = of_form.worst_khat(khat_threshold(used)).1 == 0;
-        let gain = difference(of_form, usual)?;
-        (trusted && is_gain(gain.value, gain.se)).then_some((*form, gain))
-    });
-    let Some((chosen, gain)) = gains.max_by(|a, b| a.1.value.total_cmp(&b.1.value)) else {
-        return Ok((default, None));
-    };
-    let names = [chosen, default].map(|setup| setup.form.inertia.name());
-    let notice = notices::form_chosen(names[0], names[1], gain.value);
-    Ok((chosen, Some(notice)))
+    let usual = evaluated.iter().find(|model| model.form.inertia == Inertia::DEFAULT);
+    let gains: Vec<(Inertia, Difference, bool)> = evaluated
+        .iter()
+        .filter_map(|model| {
+            let gain = difference(&model.loo, &usual?.loo)?;
+            Some((model.form.inertia, gain, model.row.khat_high == 0))
+        })
+        .collect();
+    let chosen = InertiaChoice::among(&gains, ChosenBy::LeaveOneOut);
+    Ok(Chosen {
+        setup: chosen.as_ref().map_or(default, |(inertia, _)| of(*inertia)),
+        choice: chosen.map(|(_, choice)| choice),
+        evaluated,
+    })
 }
 
 /// The scene's own form predicts clearly worse than another.
 fn better_form(own: &ComparedModel, best: &ComparedModel) -> Option<Notice> {
     let gain = -own.delta;
     let in_se = gain / own.delta_se.unwrap_or(f64::NAN);
-    is_gain(gain, own.delta_se).then(|| notices::better_form(&best.model, &own.model, gain, in_se))
+    let clear = is_gain(Difference {
+        value: gain,
+        se: own.delta_se,
+    });
+    clear.then(|| notices::better_form(&best.model, &own.model, gain, in_se))
 }
 
 fn sample_form(context: ComparisonContext, setup: SamplingSetup) -> Result<Result<Sampled, String>, Error> {

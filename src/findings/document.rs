@@ -9,6 +9,7 @@ use super::compare;
 use super::constants::Sensitivity;
 use super::dry::Dry;
 use super::energy::Energy;
+use super::form_choice::InertiaChoice;
 use super::identify::Directions;
 use super::least_squares::LeastSquares;
 use super::main_numbers::MainNumbers;
@@ -48,6 +49,11 @@ pub struct Findings {
     pub counts: Counts,
     /// the numbers that are quoted first
     pub main: MainNumbers,
+    /// the form of the inertial loss that the runs chose; `None` where the scene names it
+    pub inertia: Option<InertiaChoice>,
+    /// the forms that were sampled to choose it
+    #[serde(skip)]
+    pub(super) sampled_forms: Vec<compare::EvaluatedModel>,
     /// k of each particle with dry runs
     pub dry: Vec<Dry>,
     /// the square-root law of each series

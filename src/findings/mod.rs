@@ -7,6 +7,7 @@
 //! | `notices.rs` | what wants a second look: codes, sentences, next steps |
 //! | `estimate.rs` | a number with its standard error, its interval, or why there is none |
 //! | `fit_verdict.rs` | whether a fit may be quoted |
+//! | `form_choice.rs` | when a form of the law stands in for the default one |
 //! | `quantities.rs` | estimates of quantities from a fit, by the delta method |
 //! | `range.rs` | the smallest and the largest of some numbers |
 //! | `film_ratio.rs` | the film ratio that stands for the others of a particle, and how one is rounded |
@@ -50,6 +51,7 @@ pub mod error_notices;
 pub mod estimate;
 pub mod film_ratio;
 mod fit_verdict;
+pub mod form_choice;
 pub mod identify;
 pub mod least_squares;
 pub mod main_numbers;
@@ -154,6 +156,8 @@ pub fn fit_least_squares_watched(
         scene_sha256: scene.sha256.clone(),
         counts: Counts::of(table),
         main,
+        inertia: fits.energy_balance.as_ref().and_then(|balance| balance.choice.clone()),
+        sampled_forms: vec![],
         dry,
         series: fits.series,
         scaling,
@@ -174,6 +178,7 @@ pub fn fit_least_squares_watched(
     };
     let of_errors = error_notices::measurement_error_notices(&findings.scaling);
     findings.notices.extend(of_errors);
+    findings.note_chosen_form();
     findings.identifies = identify::identify_directions(scene, runs, findings.least_squares());
     let unidentified = identify::unidentified_notice(findings.identifies.as_ref());
     findings.notices.extend(unidentified);
@@ -279,17 +284,21 @@ impl Findings {
             method,
         };
         if scene.model.inertia_is_open() && self.form.inertia != Inertia::None {
-            let (chosen, notice) = compare::choose_inertia(self.comparison_context(scene, runs, watcher), setup)?;
-            setup = chosen;
-            self.notices.extend(notice);
+            let chosen = compare::choose_inertia(self.comparison_context(scene, runs, watcher), setup)?;
+            setup = chosen.setup;
+            self.sampled_forms = chosen.evaluated;
+            self.inertia = chosen.choice.or(self.inertia.take());
+            self.note_chosen_form();
         }
         match posterior::fit_posterior(scene, runs, self.least_squares(), setup, watcher)? {
             Ok(posterior) => {
                 // the posterior's own check of k against the dry runs takes the place of least squares'
                 let replaced = |check: &Check| posterior.checks.iter().any(|new| new.check == check.check);
                 self.verdicts.retain(|check| !replaced(check));
-                if scene.model.noise == NoiseOn::Both {
-                    // least squares knows neither this noise nor the runs that stuck: the posterior's parameters are quoted
+                let other_form =
+                    self.energy_balance.as_ref().map(|own| own.inertia) != Some(posterior.findings.inertia);
+                if scene.model.noise == NoiseOn::Both || other_form {
+                    // least squares does not know this noise, or holds a form that predicts worse: the posterior is quoted
                     for check in &mut self.verdicts {
                         check.gates &= check.check != checks::ENERGY_BALANCE.code;
                     }
@@ -308,6 +317,14 @@ impl Findings {
                 Ok(None)
             }
         }
+    }
+
+    /// Says which form of inertia the runs chose, in place of what was said of it before.
+    fn note_chosen_form(&mut self) {
+        self.notices.retain(|notice| notice.code != notices::FORM_CHOSEN_CODE);
+        let chosen = self.inertia.iter();
+        self.notices
+            .extend(chosen.map(|choice| notices::form_chosen(choice.inertia)));
     }
 
     /// Picks the main numbers anew, from what was found by now.
@@ -331,7 +348,11 @@ impl Findings {
         posterior: &Posterior,
         watcher: Watcher,
     ) -> Result<Comparison, Error> {
-        let found = compare::compare_forms(self.comparison_context(scene, runs, watcher), posterior);
+        let found = compare::compare_forms(
+            self.comparison_context(scene, runs, watcher),
+            posterior,
+            &self.sampled_forms,
+        );
         self.verdicts.extend(found.checks.iter().cloned());
         self.notices.extend(found.notices.iter().cloned());
         self.compare = (!found.models.is_empty()).then(|| found.models.clone());

@@ -99,7 +99,9 @@ const CONSTANTS_EXACT: Entry = entry("constants_exact", "say how well it is know
 const UNSEEN: Entry = entry("unseen", "add the runs it names");
 const PRIOR_RULES: Entry = entry("prior_rules", "quote it beside its prior, or add runs that tell it");
 const COMPARE_LEFT_OUT: Entry = entry("compare_left_out", "compare on a part of the runs");
-const FORM_CHOSEN: Entry = entry("form_chosen", "name the form in [model] to fix it");
+/// The code of a form of inertia that the runs chose.
+pub(super) const FORM_CHOSEN_CODE: &str = "form_chosen";
+const FORM_CHOSEN: Entry = entry(FORM_CHOSEN_CODE, "name the form in [model] to fix it");
 const BETTER_FORM: Entry = entry("better_form", "try it as [model] inertia and dry_speed_m_s");
 const FORM_NOT_COMPARED: Entry = entry(
     "form_not_compared",
@@ -437,12 +439,9 @@ pub(super) fn compare_left_out(runs: usize, any_wet: bool) -> Notice {
     COMPARE_LEFT_OUT.notice(runs, text)
 }
 
-/// A form of inertia taken in place of another, for its gain in log density.
-pub(super) fn form_chosen(chosen: &str, default: &str, gain: f64) -> Notice {
-    let text = format!(
-        "inertia = \"auto\" took {chosen}: it predicts the runs better than {default} by {gain:.1} in log density; the \
-         intervals ignore that it was chosen"
-    );
+/// A form of inertia that the runs chose.
+pub(super) fn form_chosen(chosen: &str) -> Notice {
+    let text = format!("inertia = \"auto\" took {chosen}: the intervals ignore that the same runs chose it");
     FORM_CHOSEN.notice(1, text)
 }
 

@@ -60,6 +60,9 @@ pub enum Inertia {
 }
 
 impl Inertia {
+    /// The form that stands unless another is clearly better: the paper's own for its films.
+    pub const DEFAULT: Inertia = Inertia::Stepwise;
+
     /// The forms a scene can name, in the order they are offered.
     pub const ALL: [Inertia; 4] = [Inertia::Stepwise, Inertia::Cap, Inertia::Saturating, Inertia::None];
 

@@ -212,7 +212,8 @@ pub fn shift(x: f64, se: Option<f64>) -> String {
     signed_to(x, se.filter(|se| *se > 0.0 && se.is_finite()).map_or(4, decimals))
 }
 
-fn signed_to(x: f64, place: i32) -> String {
+/// The same to a decimal place.
+pub fn signed_to(x: f64, place: i32) -> String {
     let text = to_place(x.abs(), place);
     let is_zero = text.bytes().all(|byte| matches!(byte, b'0' | b'.'));
     match (is_zero, x < 0.0) {

@@ -99,7 +99,7 @@ pub(super) fn truth(root: &SceneTable, particles: &[&str], liquids: &[Liquid], m
     let inertia = table
         .choice("inertia", &forms)
         .or(model.inertia)
-        .unwrap_or(Inertia::Stepwise);
+        .unwrap_or(Inertia::DEFAULT);
     let noises = [
         ("normal", NoiseShape::Normal),
         ("skewed", NoiseShape::Skewed),

@@ -1,7 +1,8 @@
 //! Says whether a parameter is constant, from the gain of a trend and the trend itself.
 
 use super::question::{Answer, Question, Trend};
-use crate::findings::compare::{is_gain, ComparedModel, GAIN};
+use crate::findings::compare::ComparedModel;
+use crate::findings::form_choice::{is_gain, GAIN};
 use crate::findings::notices;
 use crate::inference::diagnostics::loo::Difference;
 use crate::notice::Notice;
@@ -24,7 +25,7 @@ const MATTERS: f64 = 0.5;
 /// exclude a trend that matters; a small one may be there.
 fn conclude(gain: Difference, trend: &Trend) -> Answer {
     let [lo, hi] = trend.interval;
-    if is_gain(gain.value, gain.se) {
+    if is_gain(gain) {
         if trend.mean > 0.0 {
             Answer::Rises
         } else {

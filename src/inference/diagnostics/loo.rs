@@ -102,8 +102,15 @@ pub fn difference(first: &Loo, second: &Loo) -> Option<Difference> {
     }
     let pairs = first.runs.iter().zip(&second.runs);
     let differences: Vec<f64> = pairs.map(|(a, b)| a.elpd - b.elpd).collect();
-    let (value, se) = sum(&differences);
-    Some(Difference { value, se })
+    Some(Difference::over_runs(&differences))
+}
+
+impl Difference {
+    /// From the difference at each run.
+    pub fn over_runs(differences: &[f64]) -> Difference {
+        let (value, se) = sum(differences);
+        Difference { value, se }
+    }
 }
 
 /// Relative efficiency of the draws as ArviZ takes it: mean over the parameters of ESS of the mean, a draw.

@@ -8,6 +8,7 @@ use super::page::Page;
 use super::posterior::held;
 use super::table::ReportTable;
 use super::verdict::verdict_line;
+use crate::findings::form_choice::{ChosenBy, InertiaChoice, OtherForm};
 use crate::findings::main_numbers::{MainNumber, MainNumbers, MainParameter, MainPlace, Source};
 use crate::physics::loss::Loss;
 use crate::physics::{Coefficient, Quantity};
@@ -28,6 +29,17 @@ pub(super) fn main_numbers(page: &mut Page, input: ReportInput) {
         viscous.map_or(String::new(), |l| format!(" and {l}")),
         what_parameters_are(main),
     ));
+    if let Some(choice) = &findings.inertia {
+        let by = match choice.by {
+            ChosenBy::LeastSquares => "the squares it leaves",
+            ChosenBy::LeaveOneOut => "how it predicts runs it has not seen (PSIS-LOO)",
+        };
+        page.paragraph(&format!(
+            "The form of the inertial loss, g = {}, was chosen from the runs by {by}; log density over all runs beside it: {}.",
+            choice.inertia,
+            others(choice)
+        ));
+    }
     if !main.parameters.is_empty() {
         page.table(&parameters(main, input));
     }
@@ -47,6 +59,12 @@ pub(super) fn main_numbers(page: &mut Page, input: ReportInput) {
     if let Some(text) = combined(input) {
         page.paragraph(&text);
     }
+}
+
+/// How far the forms that were not chosen are from the chosen one.
+fn others(choice: &InertiaChoice) -> String {
+    let one = |other: &OtherForm| format!("{} {}", other.inertia, numbers::signed_to(other.difference, 1));
+    choice.others.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
 /// Where the parameters come from, and what their ± is.
@@ -213,6 +231,13 @@ pub fn summary(input: ReportInput) -> String {
     text.push('\n');
     if main.provisional {
         text.push_str("Provisional: the posterior was not sampled.\n");
+    }
+    if let Some(choice) = &input.findings.inertia {
+        text.push_str(&format!(
+            "inertia = {} (log density beside it: {})\n",
+            choice.inertia,
+            others(choice)
+        ));
     }
     for parameter in &main.parameters {
         let value = quantities::main(parameter.quantity, &parameter.number);

@@ -33,7 +33,7 @@ impl ModelChoices {
     pub fn form(&self) -> Form {
         let usual = Form {
             viscous: self.viscous,
-            ..Form::new(self.inertia.unwrap_or(Inertia::Stepwise), self.dry_speed)
+            ..Form::new(self.inertia.unwrap_or(Inertia::DEFAULT), self.dry_speed)
         };
         self.terms.as_deref().map_or(usual, |terms| usual.with_terms(terms))
     }
@@ -76,7 +76,7 @@ pub enum Sticking {
 pub fn model(root: &SceneTable, liquids: &[Liquid]) -> ModelChoices {
     let mut choices = ModelChoices {
         dry_speed: DrySpeed::Reference(REFERENCE_SPEED),
-        inertia: Some(Inertia::Stepwise),
+        inertia: None,
         viscous: Viscous::Constant,
         terms: None,
         likelihood: LikelihoodFamily::Normal,
