@@ -14,14 +14,11 @@ use wetcor::scene::{self, Scene};
 
 use super::arguments::Stage;
 use super::draws::Draws;
-use super::messages::{print_after_writing, print_notices};
+use super::messages::{print_after_writing, print_notices, NOT_QUOTABLE};
 use super::timing::Timing;
 
 /// Models that are sampled besides the scene's own: forms of the law, and trends with the film.
 const COMPARED: u64 = 10;
-
-/// Ran, and a gating verdict failed.
-const NOT_QUOTABLE: u8 = 1;
 
 /// What a fit is to do.
 pub(super) struct FitOptions<'a> {

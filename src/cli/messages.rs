@@ -10,6 +10,9 @@ use clap::error::{ContextKind, ContextValue};
 use wetcor::error::{plain, plain_lines, Error};
 use wetcor::notice::Notice;
 
+/// Exit status: it ran, and a gating verdict failed.
+pub const NOT_QUOTABLE: u8 = 1;
+
 /// A word before a message, coloured on a terminal only.
 fn label(word: &str, colour: &str) -> String {
     let plain = !std::io::stderr().is_terminal() || std::env::var_os("NO_COLOR").is_some();

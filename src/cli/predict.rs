@@ -12,7 +12,7 @@ use wetcor::report::prediction::{self, Origin};
 use wetcor::scene::{name_expected, LARGEST_FILM_RATIO};
 use wetcor::units::Dimension;
 
-use super::messages::{print_result, warn};
+use super::messages::{print_result, warn, NOT_QUOTABLE};
 
 #[derive(Args)]
 #[command(after_help = "\
@@ -22,7 +22,8 @@ Example:
 A line a speed. restitution is the posterior median of the curve of the energy balance, 0 where it does not rebound; its \
 _q05 to _q95 are the points of its 50 % and 90 % bands, from the parameters' uncertainty alone: what a simulation needs. \
 run_q05 to run_q95 are those of a single run with its scatter, 0 where it sticks: what an experiment will see. log_slope \
-is d ln e/d ln v of the curve. extrapolated: outside the Stokes numbers or the film ratios of the particle's runs.")]
+is d ln e/d ln v of the curve. extrapolated: outside the Stokes numbers or the film ratios of the particle's runs. A fit that is not to be quoted is \
+predicted from with exit status 1, unless --anyway is given.")]
 pub struct Predict {
     /// Folder of a finished fit
     folder: PathBuf,
@@ -47,6 +48,9 @@ pub struct Predict {
     /// Impact speeds, m/s: so many from the first to the last
     #[arg(long = "speed-m-s", value_name = "FIRST:LAST:COUNT", value_parser = speeds)]
     speed: Speeds,
+    /// Exit with 0 on a fit that is not to be quoted, too
+    #[arg(long)]
+    anyway: bool,
     /// What to print
     #[arg(long, value_enum, default_value_t = Format::Csv)]
     format: Format,
@@ -178,7 +182,11 @@ pub fn predict(request: &Predict, quiet: bool) -> Result<u8, Error> {
         }
     }
     print_result(&text)?;
-    Ok(0)
+    Ok(if finished.failed.is_empty() || request.anyway {
+        0
+    } else {
+        NOT_QUOTABLE
+    })
 }
 
 /// Fails where no formula is valid, or a number of the command line vanishes in SI.

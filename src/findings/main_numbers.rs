@@ -21,7 +21,7 @@ use crate::runs::{FilmGroup, Runs};
 use crate::scene::{NoiseOn, Scene, WetLaw};
 
 /// Where a main number comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Source {
     /// the posterior of all runs at once
@@ -32,6 +32,18 @@ pub enum Source {
     EnergyBalance,
     /// the law of the dry runs
     DryLaw,
+}
+
+impl Source {
+    /// Its name in a text.
+    pub fn name(self) -> &'static str {
+        match self {
+            Source::Posterior => "posterior",
+            Source::SquareRootLaw => "square-root law",
+            Source::EnergyBalance => "energy balance",
+            Source::DryLaw => "dry law",
+        }
+    }
 }
 
 /// The numbers that are quoted first.

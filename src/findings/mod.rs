@@ -355,6 +355,12 @@ impl Findings {
         );
         self.verdicts.extend(found.checks.iter().cloned());
         self.notices.extend(found.notices.iter().cloned());
+        if !found.models.is_empty() {
+            // the comparison is made: advice to make it would be empty
+            for notice in &mut self.notices {
+                notices::after_comparison(notice);
+            }
+        }
         self.compare = (!found.models.is_empty()).then(|| found.models.clone());
         let context = questions::Context {
             scene,

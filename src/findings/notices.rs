@@ -215,10 +215,19 @@ pub(super) fn term_not_held(out: LeavingOut) -> Notice {
         out.far()
     );
     if out.term == Term::OwnDrySpeed {
-        let next = "compare the forms: dry_speed_m_s = \"impact\" holds it";
-        return TERM_NOT_HELD.with_next_step(1, text, next);
+        return TERM_NOT_HELD.with_next_step(1, text, COMPARE_DRY_SPEEDS);
     }
     TERM_NOT_HELD.notice(1, text)
+}
+
+const COMPARE_DRY_SPEEDS: &str = "compare the forms: dry_speed_m_s = \"impact\" holds it";
+
+/// Replaces the advice to compare forms where they have been compared.
+pub(super) fn after_comparison(notice: &mut Notice) {
+    if notice.next_step == COMPARE_DRY_SPEEDS {
+        notice.next_step =
+            "see Other forms of the law: dry_speed_m_s = \"impact\" holds it where it predicts better".into();
+    }
 }
 
 /// A term that was left out for its size, which is below a line.

@@ -255,16 +255,11 @@ fn both_laws(
         let verdict = square_root_verdict(&root.fit, regression.x);
         scaling_of(WetLaw::Sqrt, &root.fit, verdict, &root_uncertain, quoting)
     };
-    let of_line = Scaling {
+    let verdict = linear_verdict(&line.fit);
+    let of_line = biased(Scaling {
         bias: linear_bias(&root.fit, &regression),
-        ..scaling_of(
-            WetLaw::Linear,
-            &line.fit,
-            linear_verdict(&line.fit),
-            &line_uncertain,
-            quoting,
-        )
-    };
+        ..scaling_of(WetLaw::Linear, &line.fit, verdict, &line_uncertain, quoting)
+    });
     let fitted = |law: WetLaw, LawFit { fit, weights }, uncertain: Uncertain, shift_by_dry_k, scaling: Scaling| {
         let fitted = FittedScaling {
             particle: group.particle,
@@ -291,6 +286,21 @@ fn both_laws(
         fitted(WetLaw::Sqrt, root, root_uncertain, shift, of_root),
         fitted(WetLaw::Linear, line, line_uncertain, [0.0; 2], of_line),
     ]
+}
+
+/// A linear law that is not usable where its bias exceeds its error by more than twice.
+fn biased(line: Scaling) -> Scaling {
+    /// a 95 % interval then covers half of the time
+    const FAR: f64 = 2.0;
+    match line.bias_in_se().filter(|bias| *bias > FAR && line.verdict.passed) {
+        Some(bias) => Scaling {
+            verdict: Verdict::failed(format!(
+                "biased by {bias:.1} of its standard errors, since e follows the square root: quote that law"
+            )),
+            ..line
+        },
+        None => line,
+    }
 }
 
 /// A law fitted to runs, with the weights by their errors where they carry any.

@@ -46,6 +46,14 @@ pub fn estimate(quantity: Quantity, of: &Estimate) -> String {
     numbers::estimate_scaled(of, factor(quantity).0)
 }
 
+/// The same of a fit that may not be usable: then it has no ±.
+pub fn estimate_if(usable: bool, quantity: Quantity, of: &Estimate) -> String {
+    if usable {
+        return estimate(quantity, of);
+    }
+    numbers::optional(of.value.map(|value| in_unit(quantity, value)), 4)
+}
+
 /// The interval of an estimate.
 pub fn interval(quantity: Quantity, of: &Estimate) -> String {
     numbers::interval_scaled(of, factor(quantity).0)

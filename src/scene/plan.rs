@@ -4,8 +4,12 @@ use super::choices::{dry_speed, terms, viscous, ModelChoices};
 use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE};
 use super::materials::Liquid;
 use super::table::{Located, SceneTable};
+use crate::physics::balance::Balance;
+use crate::physics::coefficient::Coefficients;
 use crate::physics::form::Term;
-use crate::physics::{numbers, Coefficient, DrySpeed, Form, Inertia, Viscous};
+use crate::physics::loss::Film;
+use crate::physics::quantity::Wetted;
+use crate::physics::{numbers, Coefficient, DrySpeed, Form, Inertia, Parameters, Quantity, Viscous};
 use crate::units::Dimension;
 
 /// The parameters simulated runs are drawn from. What a file leaves out is missed only when runs are drawn.
@@ -39,6 +43,37 @@ impl Truth {
     /// The value of a parameter that particles share.
     pub fn value(&self, coefficient: Coefficient) -> Option<f64> {
         self.shared[coefficient as usize]
+    }
+
+    /// The value of a parameter, or of δc/ε that follows from one; `None` where the truth does not name it.
+    pub fn of_quantity(&self, quantity: Quantity, particle: usize) -> Option<f64> {
+        match quantity {
+            Quantity::DryK => self.dry_k.get(particle).copied().flatten(),
+            Quantity::Shared(coefficient) => self.value(coefficient).filter(|_| self.form().has(coefficient)),
+            Quantity::DeltaCOverRoughness => self
+                .of_quantity(Quantity::Shared(Coefficient::LubricationLog), 0)
+                .map(f64::exp),
+            _ => None,
+        }
+    }
+
+    /// What holds at infinite speed of a particle at a film, with e_dry at a reference speed; `None` where the truth lacks a
+    /// number, or where it depends on the diameter.
+    pub fn wetted(&self, particle: usize, film: Film, reference_speed: f64) -> Option<Wetted<f64>> {
+        let form = self.form();
+        let complete = form.coefficients().all(|coefficient| self.value(coefficient).is_some());
+        if form.viscous.tells_diameters_apart() || !complete {
+            return None;
+        }
+        let parameters = Parameters {
+            dry_k: self.dry_k.get(particle).copied().flatten()?,
+            shared: Coefficients::first_of(&self.shared.map(|value| value.unwrap_or(f64::NAN))),
+        };
+        let balance = Balance::new(form, film, &parameters);
+        Some(Wetted::of_balance(
+            balance.e_inf(reference_speed),
+            balance.lost.over_stokes,
+        ))
     }
 
     /// The form of the truth's energy balance.

@@ -1,8 +1,8 @@
 //! Writes the dry law, the wet series, the scaling with St, the film thickness and the energy.
 
 use super::super::figures;
-use super::super::numbers;
 use super::super::ReportInput;
+use super::super::{numbers, quantities};
 use super::cells::{diameter, estimated, interval_header, law_name, list, rebounds_and_stuck, usable};
 use super::errors::of_speed;
 use super::page::Page;
@@ -10,6 +10,7 @@ use super::table::ReportTable;
 use crate::findings::dry::{Dry, DryOfDiameter};
 use crate::findings::estimate::Estimate;
 use crate::findings::scaling::Scaling;
+use crate::inference::lack_of_fit::Alternative;
 use crate::physics::{DrySpeed, Inertia, Quantity};
 use crate::units::{micrometres, millimetres};
 
@@ -58,6 +59,18 @@ pub(super) fn dry(page: &mut Page, input: ReportInput) {
                 equals(test.p)
             ));
         }
+        if let Some(found) = &dry.lack_of_fit {
+            let test = &found.test;
+            page.paragraph(&format!(
+                "{}: the law, with a k for each diameter, against {}, F({}, {}) = {}, p {}.",
+                dry.particle,
+                against(found.against),
+                test.df_between,
+                test.df_within,
+                numbers::significant(test.f, 3),
+                equals(test.p)
+            ));
+        }
     }
 }
 
@@ -71,6 +84,14 @@ struct DryTableRow<'a> {
 impl<'a> DryTableRow<'a> {
     fn dry_k(self) -> &'a Estimate {
         self.diameter.map_or(&self.dry.dry_k, |one| &one.dry_k)
+    }
+}
+
+/// What a dry law is held against, in words.
+fn against(alternative: Alternative) -> &'static str {
+    match alternative {
+        Alternative::RepeatedSpeeds => "the scatter of runs at each speed",
+        Alternative::NextPower => "a law with one more power of v",
     }
 }
 
@@ -112,10 +133,12 @@ pub(super) fn series(page: &mut Page, input: ReportInput) {
         .column("D / mm", |row| diameter(row.diameter_m))
         .column("δ / µm", |row| numbers::significant(micrometres(row.film_m), 3))
         .column(REBOUNDS, |row| rebounds_and_stuck(row.runs, row.stuck))
-        .estimate(Quantity::Alpha, |row| &row.alpha)
-        .estimate(Quantity::Beta, |row| &row.beta)
-        .estimate(Quantity::EInf, |row| &row.e_inf)
-        .column("threshold / (m/s)", |row| numbers::estimate(&row.threshold_speed_m_s))
+        .estimate_if(Quantity::Alpha, |row| (row.verdict.passed, &row.alpha))
+        .estimate_if(Quantity::Beta, |row| (row.verdict.passed, &row.beta))
+        .estimate_if(Quantity::EInf, |row| (row.verdict.passed, &row.e_inf))
+        .column("threshold / (m/s)", |row| {
+            quantities::estimate_if(row.verdict.passed, Quantity::ThresholdSpeed, &row.threshold_speed_m_s)
+        })
         .column("residual sd", |row| numbers::optional(row.residual_sd, 2))
         .column("verdict", |row| usable(&row.verdict));
     page.table(&table);
@@ -141,8 +164,8 @@ fn scaling_table<'a>(rows: impl Iterator<Item = &'a Scaling>, over_all: bool) ->
     table = table
         .column("law", |row| law_name(row.law))
         .column(REBOUNDS, |row| rebounds_and_stuck(row.runs, row.stuck))
-        .estimate(Quantity::EInf, |row| &row.e_inf)
-        .estimate(Quantity::StC, |row| &row.st_c)
+        .estimate_if(Quantity::EInf, |row| (row.verdict.passed, &row.e_inf))
+        .estimate_if(Quantity::StC, |row| (row.verdict.passed, &row.st_c))
         .column("corr", |row| numbers::optional(row.correlation, 2))
         .column("bias of e_inf", |row| {
             row.bias.map(|bias| numbers::shift(bias.e_inf, row.e_inf.se))

@@ -10,7 +10,8 @@ use super::table::ReportTable;
 use super::verdict::verdict_line;
 use crate::findings::form_choice::{ChosenBy, InertiaChoice, OtherForm};
 use crate::findings::main_numbers::{MainNumber, MainNumbers, MainParameter, MainPlace, Source};
-use crate::physics::loss::Loss;
+use crate::physics::loss::{Film, Loss};
+use crate::physics::quantity::Place;
 use crate::physics::{Coefficient, Quantity};
 
 pub(super) fn main_numbers(page: &mut Page, input: ReportInput) {
@@ -51,6 +52,9 @@ pub(super) fn main_numbers(page: &mut Page, input: ReportInput) {
     }
     if let Some(text) = input.posterior.and_then(|posterior| held(&posterior.findings.left_out)) {
         page.paragraph(&text);
+    }
+    if input.scene.truth.is_some() {
+        page.paragraph("Simulated from: what `[truth]` of the scene names; no fit reads it.");
     }
     if !main.at.is_empty() {
         page.paragraph(&what_places_are(main, input));
@@ -106,18 +110,8 @@ fn what_places_are(main: &MainNumbers, input: ReportInput) -> String {
     text
 }
 
-/// A source in words.
-pub(super) fn source_in_words(source: Source) -> &'static str {
-    match source {
-        Source::Posterior => "posterior",
-        Source::SquareRootLaw => "square-root law",
-        Source::EnergyBalance => "energy balance",
-        Source::DryLaw => "dry law",
-    }
-}
-
 fn parameters<'a>(main: &'a MainNumbers, input: ReportInput<'a>) -> ReportTable<&'a MainParameter> {
-    ReportTable::of(&main.parameters)
+    let table = ReportTable::of(&main.parameters)
         .column("quantity", |row| label(input, row))
         .column("value", |row| quantities::main(row.quantity, &row.number))
         .column(interval_header(input), |row| {
@@ -125,9 +119,23 @@ fn parameters<'a>(main: &'a MainNumbers, input: ReportInput<'a>) -> ReportTable<
         })
         .column("from", |row| {
             let led = if row.prior_led { ", prior-led" } else { "" };
-            format!("{}{led}", source_in_words(row.number.source))
-        })
+            format!("{}{led}", row.number.source.name())
+        });
+    let Some(truth) = &input.scene.truth else {
+        return table;
+    };
+    let particle = |row: &MainParameter| {
+        let of = row.of.as_deref()?;
+        input.scene.particles.iter().position(|particle| particle.name == of)
+    };
+    table.column(SIMULATED_FROM, |row| {
+        let value = truth.of_quantity(row.quantity, particle(row).unwrap_or_default());
+        numbers::optional(value, 4)
+    })
 }
+
+/// The header of what simulated runs were drawn from.
+const SIMULATED_FROM: &str = "simulated from";
 
 fn places<'a>(at: &'a [MainPlace], input: ReportInput) -> ReportTable<&'a MainPlace> {
     let mut table = ReportTable::of(at)
@@ -137,21 +145,44 @@ fn places<'a>(at: &'a [MainPlace], input: ReportInput) -> ReportTable<&'a MainPl
         table = table.column("D / mm", |row| row.diameter_m.map(diameter));
     }
     let interval = interval_header(input);
-    let value = |quantity: Quantity, number: &MainNumber| quantities::main(quantity, number);
+    let is_simulated = input.scene.truth.is_some();
+    table = table.column("liquid", liquid);
+    let of: [(Quantity, fn(&MainPlace) -> &MainNumber); 2] =
+        [(Quantity::EInf, |row| &row.e_inf), (Quantity::StC, |row| &row.st_c)];
+    for (quantity, number) in of {
+        table = table
+            .column(quantities::label(quantity), |row| {
+                quantities::main(quantity, number(row))
+            })
+            .column(interval.clone(), |row| quantities::main_interval(quantity, number(row)));
+        if is_simulated {
+            table = table.column(SIMULATED_FROM, |row| {
+                numbers::optional(true_value(input, quantity, row), 4)
+            });
+        }
+    }
     table
-        .column("liquid", liquid)
-        .column(quantities::label(Quantity::EInf), |row| {
-            value(Quantity::EInf, &row.e_inf)
-        })
-        .column(interval.clone(), |row| {
-            quantities::main_interval(Quantity::EInf, &row.e_inf)
-        })
-        .column(quantities::label(Quantity::StC), |row| value(Quantity::StC, &row.st_c))
-        .column(interval, |row| quantities::main_interval(Quantity::StC, &row.st_c))
         .column(Quantity::StNoRebound.describe().symbol, |row| {
             numbers::main_scaled(&row.st_c, |st_c| 2.0 * st_c)
         })
-        .column("from", |row| source_in_words(row.source))
+        .column("from", |row| row.source.name())
+}
+
+/// What simulated runs were drawn from at a place of one liquid.
+fn true_value(input: ReportInput, quantity: Quantity, place: &MainPlace) -> Option<f64> {
+    let scene = input.scene;
+    let particle = scene.particles.iter().position(|own| own.name == place.particle)?;
+    let liquid = scene
+        .liquids
+        .iter()
+        .find(|own| Some(&own.name) == place.liquid.as_ref())?;
+    let film = Film {
+        film_ratio: place.film_ratio,
+        density_ratio: liquid.density / scene.particles[particle].density,
+    };
+    let reference = scene.model.dry_speed.reference();
+    let wetted = scene.truth.as_ref()?.wetted(particle, film, reference)?;
+    Some(quantity.value(&Place::NONE, &wetted))
 }
 
 /// A place in a sentence: particle, film ratio, diameter where it is of one, liquid.
@@ -196,6 +227,12 @@ pub(super) fn published(page: &mut Page, input: ReportInput) {
     }
     page.heading("Beside the literature");
     page.paragraph("Difference: ours minus published, in combined standard errors.");
+    if input.scene.truth.is_some() {
+        page.paragraph(
+            "The scene has the truth of a simulation. Where its runs were drawn from that, agreement with the literature says \
+             how the truth was chosen, and nothing of spheres.",
+        );
+    }
     let table = ReportTable::of(&findings.published)
         .column("particle", |row| &row.particle)
         .column("quantity", |row| symbol(row.quantity))
@@ -242,7 +279,7 @@ pub fn summary(input: ReportInput) -> String {
     for parameter in &main.parameters {
         let value = quantities::main(parameter.quantity, &parameter.number);
         let led = if parameter.prior_led { ", prior-led" } else { "" };
-        let source = source_in_words(parameter.number.source);
+        let source = parameter.number.source.name();
         text.push_str(&format!("{} = {value} ({source}{led})\n", parameter.name));
     }
     let [e_inf, st_c] = [Quantity::EInf, Quantity::StC].map(|quantity| quantity.describe().symbol);
@@ -262,7 +299,7 @@ pub fn summary(input: ReportInput) -> String {
             name(place),
             quantities::main(Quantity::EInf, &place.e_inf),
             quantities::main(Quantity::StC, &place.st_c),
-            source_in_words(place.source)
+            place.source.name()
         ));
     }
     text

@@ -47,6 +47,14 @@ impl<R: Copy> ReportTable<R> {
         self.column(label(quantity), |row| quantities::estimate(quantity, of(row)))
     }
 
+    /// The same of fits that may not be usable, each with whether it is: those that are not have no ±.
+    pub(super) fn estimate_if<'e>(self, quantity: Quantity, of: impl Fn(R) -> (bool, &'e Estimate)) -> ReportTable<R> {
+        self.column(label(quantity), |row| {
+            let (usable, estimate) = of(row);
+            quantities::estimate_if(usable, quantity, estimate)
+        })
+    }
+
     /// The same with their intervals behind them.
     pub(super) fn estimate_and_interval<'e>(
         self,
