@@ -1,4 +1,4 @@
-//! Estimates k of each particle from its dry runs, and whether one k serves all diameters.
+//! Estimates k of each particle, or of each of its diameters, from its dry runs, and whether one k serves all diameters.
 
 use serde::Serialize;
 
@@ -12,21 +12,27 @@ use crate::inference::law::Law;
 use crate::inference::least_squares::{Fit, Stop};
 use crate::inference::nested::FTest;
 use crate::inference::regression::Regression;
-use crate::physics::dry::Order;
+use crate::physics::dry::{Order, DRY_K};
 use crate::physics::DrySpeed;
-use crate::runs::{DryGroup, Runs};
+use crate::runs::{label, words, DryGroup, Runs};
 use crate::scene::Scene;
 
-/// k of one particle.
+/// k of one particle, or of one diameter of it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Dry {
     /// name of the particle
     pub particle: String,
+    /// D, m, where each diameter has a k of its own
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub diameter_m: Option<f64>,
+    /// index into [`Runs::spheres`]
+    #[serde(skip)]
+    pub sphere: usize,
     /// dry runs used
     pub runs: usize,
     /// dry runs with no rebound, left out
     pub stuck: usize,
-    /// k over all diameters, (m/s)^(-1/5)
+    /// k over all its diameters, (m/s)^(-1/5)
     pub dry_k: Estimate,
     /// spread of the restitutions about the law
     pub residual_sd: Option<f64>,
@@ -57,14 +63,26 @@ pub struct DryOfDiameter {
 /// A dry estimate with what later steps need of it.
 #[derive(Debug)]
 pub struct FittedDry {
-    /// index into the scene's particles
-    pub particle: usize,
+    /// index into [`Runs::spheres`]
+    pub sphere: usize,
     /// k and its standard error, where it may be used
     pub usable: Option<(f64, f64)>,
     /// weights of its runs, where they carry measurement errors
     pub error_weights: Option<ErrorWeights>,
     /// the estimates
     pub dry: Dry,
+}
+
+impl Dry {
+    /// The name of its k in files: `dry_k[PTFE]`, `dry_k[PTFE,4.762]`.
+    pub fn name(&self) -> String {
+        format!("{}[{}]", DRY_K.name, label(&self.particle, self.diameter_m))
+    }
+
+    /// Its words in a text: `PTFE`, `PTFE of 4.762 mm`.
+    pub fn words(&self) -> String {
+        words(&self.particle, self.diameter_m)
+    }
 }
 
 impl FittedDry {
@@ -76,28 +94,28 @@ impl FittedDry {
     }
 }
 
-/// k of every particle that has dry runs, in the scene's order.
+/// k of every sphere that has dry runs, in their order.
 pub fn fit_dry_laws(scene: &Scene, runs: &Runs, quoting: Quoting) -> Vec<FittedDry> {
-    (0..scene.particles.len())
-        .filter_map(|particle| {
-            let groups: Vec<&DryGroup> = runs.dry_of(particle).iter().collect();
-            (!groups.is_empty()).then(|| of_particle(scene, runs, particle, &groups, quoting))
+    (0..runs.spheres.len())
+        .filter_map(|sphere| {
+            let groups: Vec<&DryGroup> = runs.dry_of(sphere).iter().collect();
+            (!groups.is_empty()).then(|| of_sphere(scene, runs, sphere, &groups, quoting))
         })
         .collect()
 }
 
-/// That of one particle, out of all in the scene's order.
-pub(super) fn fit_of_particle(dry: &[FittedDry], particle: usize) -> Option<&FittedDry> {
-    let place = dry.binary_search_by_key(&particle, |fitted| fitted.particle).ok()?;
+/// That of one sphere, out of all in their order.
+pub(super) fn fit_of_sphere(dry: &[FittedDry], sphere: usize) -> Option<&FittedDry> {
+    let place = dry.binary_search_by_key(&sphere, |fitted| fitted.sphere).ok()?;
     dry.get(place)
 }
 
-/// The dry speed of a particle's own runs; `None` unless the scene asks for it and the particle has a usable k.
-pub(super) fn own_dry_speed(scene: &Scene, dry: &[FittedDry], particle: usize) -> Option<OwnDrySpeed> {
+/// The dry speed of a sphere's own runs; `None` unless the scene asks for it and the sphere has a usable k.
+pub(super) fn own_dry_speed(scene: &Scene, dry: &[FittedDry], sphere: usize) -> Option<OwnDrySpeed> {
     if scene.model.dry_speed != DrySpeed::Impact {
         return None;
     }
-    let (dry_k, dry_k_se) = fit_of_particle(dry, particle)?.usable?;
+    let (dry_k, dry_k_se) = fit_of_sphere(dry, sphere)?.usable?;
     Some(OwnDrySpeed {
         dry_k,
         dry_k_se,
@@ -105,7 +123,7 @@ pub(super) fn own_dry_speed(scene: &Scene, dry: &[FittedDry], particle: usize) -
     })
 }
 
-fn of_particle(scene: &Scene, runs: &Runs, particle: usize, groups: &[&DryGroup], quoting: Quoting) -> FittedDry {
+fn of_sphere(scene: &Scene, runs: &Runs, index: usize, groups: &[&DryGroup], quoting: Quoting) -> FittedDry {
     let gather = |column: &[f64]| -> Vec<f64> {
         let slices = groups.iter().map(|group| &column[group.rebounds.clone()]);
         slices.flatten().copied().collect()
@@ -135,11 +153,14 @@ fn of_particle(scene: &Scene, runs: &Runs, particle: usize, groups: &[&DryGroup]
         .map(|(_, (fit, error_weights))| (spread(fit), error_weights.as_ref()));
     let heterogeneity = one_against(spread(&fit), each, one);
     let dry_k = estimate(&fit, quoting);
+    let sphere = runs.spheres[index];
     FittedDry {
-        particle,
+        sphere: index,
         usable: dry_k.pair().filter(|_| verdict.passed),
         dry: Dry {
-            particle: scene.particles[particle].name.clone(),
+            particle: scene.particles[sphere.particle].name.clone(),
+            diameter_m: sphere.diameter,
+            sphere: index,
             runs: restitutions.len(),
             stuck,
             dry_k,

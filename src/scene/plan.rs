@@ -5,14 +5,17 @@ use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE};
 use super::materials::Liquid;
 use super::table::{Located, SceneTable};
 use crate::physics::form::Term;
+use crate::physics::numbers::same_diameter;
 use crate::physics::{numbers, Coefficient, DrySpeed, Form, Inertia, Viscous};
 use crate::units::Dimension;
 
 /// The parameters simulated runs are drawn from. What a file leaves out is missed only when runs are drawn.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
-    /// k of each of the scene's particles; absent where the table names none
+    /// k of each of the scene's particles at every diameter; absent where the table names none
     pub dry_k: Vec<Option<f64>>,
+    /// k of each of the scene's particles by diameter; empty where the table names none
+    pub dry_k_by_diameter: Vec<Vec<KOfDiameter>>,
     /// the parameters that particles share, in the order of [`Coefficient::ALL`]
     pub shared: [Option<f64>; Coefficient::COUNT],
     /// form of the inertial loss
@@ -35,7 +38,23 @@ pub struct Truth {
     pub terms: Option<Vec<Term>>,
 }
 
+/// k of a particle at one diameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct KOfDiameter {
+    /// D, m
+    pub diameter: f64,
+    /// k, (m/s)^(-1/5)
+    pub dry_k: f64,
+}
+
 impl Truth {
+    /// k of a particle at a diameter, m; `None` where the table names none.
+    pub fn k(&self, particle: usize, diameter: f64) -> Option<f64> {
+        let mut each = self.dry_k_by_diameter[particle].iter();
+        let own = each.find(|own| same_diameter(own.diameter, diameter));
+        own.map(|own| own.dry_k).or(self.dry_k[particle])
+    }
+
     /// The value of a parameter that particles share.
     pub fn value(&self, coefficient: Coefficient) -> Option<f64> {
         self.shared[coefficient as usize]
@@ -87,14 +106,7 @@ pub struct DesignSpeeds(pub Vec<f64>);
 
 pub(super) fn truth(root: &SceneTable, particles: &[&str], liquids: &[Liquid], model: &ModelChoices) -> Option<Truth> {
     let table = root.table("truth")?;
-    let by_particle = table.table("dry_k");
-    let dry_k = particles
-        .iter()
-        .map(|name| by_particle.as_ref().and_then(|ks| ks.number(name, NOT_NEGATIVE)))
-        .collect();
-    if let Some(by_particle) = by_particle {
-        by_particle.finish();
-    }
+    let (dry_k, dry_k_by_diameter) = true_k(&table, particles);
     let forms = Inertia::ALL.map(|form| (form.name(), form));
     let inertia = table
         .choice("inertia", &forms)
@@ -108,6 +120,7 @@ pub(super) fn truth(root: &SceneTable, particles: &[&str], liquids: &[Liquid], m
     ];
     let truth = Truth {
         dry_k,
+        dry_k_by_diameter,
         shared: Coefficient::ALL.map(|coefficient| {
             let own = coefficient.describe();
             table.number(own.name, if own.must_be_positive { ABOVE_ZERO } else { FINITE })
@@ -124,6 +137,45 @@ pub(super) fn truth(root: &SceneTable, particles: &[&str], liquids: &[Liquid], m
     };
     table.finish();
     Some(truth)
+}
+
+/// k of each particle: one for every diameter, and where the file has a table of them by diameter, each of these.
+fn true_k(table: &SceneTable, particles: &[&str]) -> (Vec<Option<f64>>, Vec<Vec<KOfDiameter>>) {
+    let (mut one, mut each) = (vec![None; particles.len()], vec![vec![]; particles.len()]);
+    let Some(by_particle) = table.table("dry_k") else {
+        return (one, each);
+    };
+    for (particle, name) in particles.iter().enumerate() {
+        if by_particle.holds_table(name) {
+            each[particle] = by_particle.table(name).map_or_else(Vec::new, |ks| by_diameter(&ks));
+        } else {
+            one[particle] = by_particle.number(name, NOT_NEGATIVE);
+        }
+    }
+    by_particle.finish();
+    (one, each)
+}
+
+/// The k of a table whose keys are diameters in mm.
+fn by_diameter(table: &SceneTable) -> Vec<KOfDiameter> {
+    let mut all: Vec<KOfDiameter> = vec![];
+    for key in table.keys() {
+        let in_mm = key.parse::<f64>().ok().filter(|mm| (ABOVE_ZERO.holds)(*mm));
+        // read first, or it would be unknown as well
+        let dry_k = table.number(&key, NOT_NEGATIVE);
+        let Some(diameter) = in_mm.map(|mm| Dimension::Length.usual_to_si(mm)) else {
+            let expected = "expected a diameter in mm, in quotes: \"4.762\"";
+            table.refuse(&key, table.at(&key), None, expected);
+            continue;
+        };
+        if all.iter().any(|other| same_diameter(other.diameter, diameter)) {
+            let expected = "expected diameters that differ by more than 0.1 %";
+            table.refuse(&key, table.at(&key), None, expected);
+        }
+        all.extend(dry_k.map(|dry_k| KOfDiameter { diameter, dry_k }));
+    }
+    table.finish();
+    all
 }
 
 pub(super) fn design(root: &SceneTable, particles: &[&str], liquids: &[Liquid]) -> Option<Design> {

@@ -14,6 +14,7 @@ use crate::findings::posterior::QuantitySummary;
 use crate::model::parameters::ParameterKind;
 use crate::physics::loss::Loss;
 use crate::physics::{Coefficient, Quantity};
+use crate::runs::Sphere;
 use crate::scene::WetLaw;
 
 pub(super) fn main_numbers(page: &mut Page, input: ReportInput) {
@@ -119,13 +120,16 @@ impl<'a> MainNumber<'a> {
     fn new(
         input: ReportInput<'a>,
         quantity: Quantity,
-        particle: Option<&str>,
+        particle: Option<&Sphere>,
         estimate: Option<&'a Estimate>,
     ) -> MainNumber<'a> {
         let name = quantity.describe().name;
         let label = label(input, quantity);
         let (name, label) = match particle {
-            Some(particle) => (format!("{name}[{particle}]"), format!("{label}, {particle}")),
+            Some(sphere) => {
+                let (own, words) = (sphere.label(input.scene), sphere.words(input.scene));
+                (format!("{name}[{own}]"), format!("{label}, {words}"))
+            }
             None => (name.to_owned(), label),
         };
         let found = input.posterior.map(|posterior| &posterior.findings);
@@ -142,13 +146,13 @@ impl<'a> MainNumber<'a> {
     }
 }
 
-/// k of each particle, what the energy balance gives, δc/ε: each that least squares or the posterior has.
+/// k of each particle, or of each diameter where it has its own, what the energy balance gives, δc/ε: each that least squares or the posterior has.
 fn numbers_of(input: ReportInput<'_>) -> Vec<MainNumber<'_>> {
     let new = |quantity, particle, estimate| MainNumber::new(input, quantity, particle, estimate);
     let balance = input.findings.energy_balance.as_ref();
-    let of_particles = input.scene.particles.iter().map(|particle| {
-        let dry = input.findings.dry.iter().find(|dry| dry.particle == particle.name);
-        new(Quantity::DryK, Some(&particle.name), dry.map(|dry| &dry.dry_k))
+    let of_spheres = input.runs.spheres.iter().enumerate().map(|(index, sphere)| {
+        let dry = input.findings.dry.iter().find(|dry| dry.sphere == index);
+        new(Quantity::DryK, Some(sphere), dry.map(|dry| &dry.dry_k))
     });
     let of_balance = Coefficient::ALL.into_iter().map(|coefficient| {
         let estimate = balance.and_then(|balance| balance.estimate(ParameterKind::Shared(coefficient)));
@@ -158,7 +162,7 @@ fn numbers_of(input: ReportInput<'_>) -> Vec<MainNumber<'_>> {
     let delta_c = balance
         .filter(|_| has_delta_c)
         .map(|balance| &balance.delta_c_over_roughness);
-    of_particles
+    of_spheres
         .chain(of_balance)
         .chain([new(Quantity::DeltaCOverRoughness, None, delta_c)])
         .filter(|number| number.estimate.is_some() || number.posterior.is_some())
@@ -252,7 +256,7 @@ pub fn summary(input: ReportInput) -> String {
         None => {
             let direct = findings.scaling.iter().filter(|row| row.law == WetLaw::Sqrt);
             let lines =
-                direct.filter_map(|row| Some(line(&row.particle, row.film_ratio?, None, [&row.e_inf, &row.st_c])));
+                direct.filter_map(|row| Some(line(&row.particle, row.film_ratio?, row.diameter_m, [&row.e_inf, &row.st_c])));
             text.extend(lines);
         }
     }

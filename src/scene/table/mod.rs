@@ -153,6 +153,12 @@ impl<'a, 'i> SceneTable<'a, 'i> {
         self.entries.contains_key(key)
     }
 
+    /// Whether the value of a key is a table.
+    pub fn holds_table(&self, key: &str) -> bool {
+        let value = self.entries.get(key);
+        value.is_some_and(|value| value.get_ref().as_table().is_some())
+    }
+
     /// The keys the file sets, in its order.
     pub fn keys(&self) -> Vec<String> {
         let mut keys: Vec<_> = self.entries.iter().map(|(k, _)| k).collect();

@@ -29,7 +29,7 @@ pub(super) fn parameters<'a>(input: ReportInput, posterior: &'a Posterior) -> Ve
     let both = sampled.zip(&posterior.findings.parameters);
     both.filter_map(|(parameter, found)| {
         Some(SampledParameter {
-            label: parameter_label(input.scene, parameter.kind, parameter.kind.symbol()),
+            label: parameter_label(input.scene, input.runs, parameter.kind, parameter.kind.symbol()),
             prior: found.prior.as_ref()?,
             found,
         })

@@ -1,0 +1,88 @@
+//! Lists the spheres that have a k of their own: the particles of the scene, or each diameter of a particle.
+
+use std::ops::Range;
+
+use super::series::Runs;
+use crate::physics::numbers::same_diameter;
+use crate::scene::Scene;
+
+/// The spheres that share one k: a particle, or one diameter of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sphere {
+    /// index into the scene's particles
+    pub particle: usize,
+    /// mean D of its runs, m; `None` where the particle has one k at every diameter, or has no runs
+    pub diameter: Option<f64>,
+}
+
+impl Sphere {
+    /// Its words in names of files: `PTFE`, `PTFE,4.762`.
+    pub fn label(&self, scene: &Scene) -> String {
+        label(&scene.particles[self.particle].name, self.diameter)
+    }
+
+    /// Its words in a text: `PTFE`, `PTFE of 4.762 mm`.
+    pub fn words(&self, scene: &Scene) -> String {
+        words(&scene.particles[self.particle].name, self.diameter)
+    }
+
+    /// Whether a result is of it: by the particle's name, and the diameter where each has a k of its own.
+    pub fn owns(&self, scene: &Scene, particle: &str, diameter: Option<f64>) -> bool {
+        scene.particles[self.particle].name == particle && self.diameter == diameter
+    }
+
+    /// Whether it is a particle at all its diameters, or one of this diameter.
+    pub fn has(&self, particle: usize, diameter: f64) -> bool {
+        self.particle == particle && self.diameter.is_none_or(|own| same_diameter(own, diameter))
+    }
+}
+
+/// The words in names of files of a particle, and of its diameter in m where it is one of several.
+pub fn label(particle: &str, diameter: Option<f64>) -> String {
+    match diameter {
+        Some(diameter) => format!("{particle},{}", in_mm(diameter)),
+        None => particle.to_owned(),
+    }
+}
+
+/// The words in a text of a particle, and of its diameter in m where it is one of several.
+pub fn words(particle: &str, diameter: Option<f64>) -> String {
+    match diameter {
+        Some(diameter) => format!("{particle} of {} mm", in_mm(diameter)),
+        None => particle.to_owned(),
+    }
+}
+
+/// A diameter in mm as names have it: to five digits, which tell diameters apart that differ by 0.1 %.
+pub fn in_mm(diameter: f64) -> f64 {
+    let mm = 1e3 * diameter;
+    // through text: no factor of ten is left in the last digits
+    format!("{mm:.4e}").parse().unwrap_or(mm)
+}
+
+impl Runs {
+    /// Where the spheres of a particle stand in [`Runs::spheres`].
+    pub fn spheres_of(&self, particle: usize) -> Range<usize> {
+        let start = self.spheres.partition_point(|sphere| sphere.particle < particle);
+        start..self.spheres.partition_point(|sphere| sphere.particle <= particle)
+    }
+
+    /// The sphere of a particle at a diameter, m, by its place; `None` where the particle has no run of this diameter.
+    pub fn sphere_at(&self, particle: usize, diameter: f64) -> Option<usize> {
+        self.spheres.iter().position(|sphere| sphere.has(particle, diameter))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_diameter_is_written_as_a_file_gives_it() {
+        for mm in [3.175, 4.762, 8.0, 12.7, 0.5, 25.4] {
+            assert_eq!(in_mm(mm / 1e3), mm);
+        }
+        assert_eq!(in_mm(4.762_000_3e-3), 4.762);
+        assert_eq!(label("PTFE", Some(4.762e-3)), "PTFE,4.762");
+    }
+}
