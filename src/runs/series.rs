@@ -134,12 +134,7 @@ impl Runs {
 
     /// The film groups of a sphere, by its index.
     pub fn film_groups_of(&self, sphere: usize) -> &[FilmGroup] {
-        self.film_groups_in(sphere..sphere + 1)
-    }
-
-    /// The film groups of some spheres.
-    pub fn film_groups_in(&self, spheres: Range<usize>) -> &[FilmGroup] {
-        &self.film_groups[within(&self.film_groups, spheres, |group| group.sphere)]
+        &self.film_groups[within(&self.film_groups, sphere..sphere + 1, |group| group.sphere)]
     }
 
     /// The series of a sphere, by its index.

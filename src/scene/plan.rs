@@ -161,13 +161,14 @@ fn by_diameter(table: &SceneTable) -> Vec<KOfDiameter> {
     let mut all: Vec<KOfDiameter> = vec![];
     for key in table.keys() {
         let in_mm = key.parse::<f64>().ok().filter(|mm| (ABOVE_ZERO.holds)(*mm));
-        // read first, or it would be unknown as well
-        let dry_k = table.number(&key, NOT_NEGATIVE);
-        let Some(diameter) = in_mm.map(|mm| Dimension::Length.usual_to_si(mm)) else {
-            let expected = "expected a diameter in mm, in quotes: \"4.762\"";
-            table.refuse(&key, table.at(&key), None, expected);
+        // without quotes TOML takes the point of 4.762 for a table in a table
+        let in_quotes = !table.holds_table(&key);
+        let Some(diameter) = in_mm.filter(|_| in_quotes).map(|mm| Dimension::Length.usual_to_si(mm)) else {
+            let expected = "expected diameters in mm, in quotes: { \"4.762\" = 0.18 }";
+            table.refuse_key(&key, expected);
             continue;
         };
+        let dry_k = table.number(&key, NOT_NEGATIVE);
         if all.iter().any(|other| same_diameter(other.diameter, diameter)) {
             let expected = "expected diameters that differ by more than 0.1 %";
             table.refuse(&key, table.at(&key), None, expected);

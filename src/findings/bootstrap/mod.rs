@@ -294,13 +294,13 @@ fn joint_replicates(
     places: &FitPlaces,
     replicates: &AllReplicates,
 ) -> Vec<JointReplicates> {
-    let reference_ratios: Vec<Option<f64>> = (0..scene.particles.len())
-        .map(|particle| film_ratio::reference_film_ratio(scene, runs, particle))
+    let reference_ratios: Vec<Option<f64>> = (0..runs.spheres.len())
+        .map(|sphere| film_ratio::reference_film_ratio(scene, runs, sphere))
         .collect();
     let of_fit = |(fitted, target): (&FittedScaling, &Option<usize>)| {
         let row = &fitted.scaling;
         let drawn = match row.film_ratio {
-            Some(_) => row.film_ratio == reference_ratios[runs.spheres[fitted.sphere].particle],
+            Some(_) => row.film_ratio == reference_ratios[fitted.sphere],
             None => row.verdict.passed,
         };
         let fits = replicates.fits.of(target.filter(|_| drawn)?);

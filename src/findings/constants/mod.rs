@@ -126,15 +126,14 @@ fn outputs_without_constants(
 ) -> Vec<(Output, Sensitivity)> {
     let mut outputs = balance.map_or(vec![], |balance| of_balance(scene, balance));
     for sphere in 0..runs.spheres.len() {
-        let particle = runs.spheres[sphere].particle;
-        let Some(film_ratio) = film_ratio::reference_film_ratio(scene, runs, particle) else {
+        let Some(film_ratio) = film_ratio::reference_film_ratio(scene, runs, sphere) else {
             continue;
         };
         let same = |group: &FilmGroup| (group.sphere, group.film_ratio) == (sphere, film_ratio);
         let Some(group) = runs.film_groups.iter().position(same) else {
             continue;
         };
-        let name = &scene.particles[particle].name;
+        let name = &scene.particles[runs.spheres[sphere].particle].name;
         let derived = balance.iter().flat_map(|balance| &balance.derived);
         let derived = derived.filter(|row| row.sphere == sphere && row.film_ratio == film_ratio);
         let direct = scaling.iter().find(|fitted| {

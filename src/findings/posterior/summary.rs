@@ -57,15 +57,16 @@ pub struct PosteriorFindings {
     pub basis: Basis,
 }
 
-/// Where a k comes from that no dry run tells.
+/// Where a diameter's own k comes from that no dry run tells.
 pub const WET_RUNS: &str = "wet runs";
 
 impl PosteriorFindings {
-    /// Marks each k that comes from wet runs alone.
+    /// Marks each k of a diameter that comes from wet runs alone.
     pub(super) fn mark_k_of_wet_runs(&mut self, parameters: &ModelParameters, runs: &Runs) {
         for (summary, parameter) in self.parameters.iter_mut().zip(&parameters.sampled) {
             if let ParameterKind::DryK(sphere) = parameter.kind {
-                summary.from = runs.dry_of(sphere).is_empty().then_some(WET_RUNS);
+                let own = runs.spheres[sphere].diameter.is_some();
+                summary.from = (own && runs.dry_of(sphere).is_empty()).then_some(WET_RUNS);
             }
         }
     }
@@ -102,7 +103,7 @@ pub struct QuantitySummary {
     /// Monte Carlo error of the 95 % point; of a parameter only
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mcse_q95: Option<f64>,
-    /// [`WET_RUNS`] of a k that no dry run tells
+    /// [`WET_RUNS`] of a diameter's own k that no dry run tells
     #[serde(skip_serializing_if = "Option::is_none")]
     pub from: Option<&'static str>,
     /// what was believed before; `None` for a derived quantity

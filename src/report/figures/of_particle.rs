@@ -9,7 +9,7 @@ use crate::scene::WetLaw;
 use crate::units::{micrometres, millimetres};
 
 pub(super) fn main_film_ratio(input: ReportInput, sphere: usize) -> Option<f64> {
-    reference_film_ratio(input.scene, input.runs, input.runs.spheres[sphere].particle)
+    reference_film_ratio(input.scene, input.runs, sphere)
 }
 
 /// The series of a sphere at a film ratio, with the fit of each.

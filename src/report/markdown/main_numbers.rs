@@ -15,7 +15,7 @@ use crate::model::parameters::ParameterKind;
 use crate::physics::loss::Loss;
 use crate::physics::{Coefficient, Quantity};
 use crate::runs::Sphere;
-use crate::scene::WetLaw;
+use crate::scene::{DryKOf, WetLaw};
 
 pub(super) fn main_numbers(page: &mut Page, input: ReportInput) {
     let findings = input.findings;
@@ -136,11 +136,13 @@ impl<'a> MainNumber<'a> {
         let mut sampled = found
             .iter()
             .flat_map(|found| found.parameters.iter().chain(&found.derived));
+        let posterior = sampled.find(|sampled| sampled.name == name);
+        let from = posterior.and_then(|sampled| sampled.from);
         MainNumber {
             quantity,
-            posterior: sampled.find(|sampled| sampled.name == name),
+            posterior,
             name,
-            label,
+            label: from.map_or(label.clone(), |from| format!("{label} (from {from})")),
             estimate,
         }
     }
@@ -191,6 +193,9 @@ pub(super) fn published(page: &mut Page, input: ReportInput) {
     }
     page.heading("Beside the literature");
     page.paragraph("Difference: ours minus published, in combined standard errors.");
+    if input.scene.model.dry_k == DryKOf::Diameter {
+        page.paragraph("A published number is of all diameters; a particle of several has none to set beside it here, where each has its own k.");
+    }
     let table = ReportTable::of(&findings.published)
         .column("particle", |row| &row.particle)
         .column("quantity", |row| symbol(row.quantity))
@@ -236,6 +241,8 @@ pub fn summary(input: ReportInput) -> String {
             (Some(least_squares), None) => least_squares,
             (None, posterior) => format!("posterior {} (sd)", posterior.unwrap_or_default()),
         };
+        let from = number.posterior.and_then(|sampled| sampled.from);
+        let both = from.map_or(both.clone(), |from| format!("{both}, from {from}"));
         text.push_str(&format!("{} = {both}\n", number.name));
     }
     let [e_inf, st_c] = [Quantity::EInf, Quantity::StC].map(|quantity| quantity.describe().symbol);

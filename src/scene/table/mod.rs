@@ -132,6 +132,13 @@ impl<'a, 'i> SceneTable<'a, 'i> {
         }
     }
 
+    /// Says that a key is none of this table, and what was expected.
+    pub fn refuse_key(&self, key: &str, expected: &str) {
+        // read, or it would be unknown as well
+        self.entry(key);
+        self.refuse(key, self.at(key), None, expected);
+    }
+
     /// The line, from 1, that the table starts on.
     pub fn line(&self) -> u64 {
         self.document.line(self.at)
