@@ -11,9 +11,9 @@ use wetcor::findings::balance::EnergyBalance;
 use wetcor::findings::estimate::Estimate;
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::{self, Findings};
-use wetcor::model::parameters::ParameterKind;
+use wetcor::model::parameters::{ModelParameters, ParameterKind};
 use wetcor::runs::{arrange, Table};
-use wetcor::scene::DryKOf;
+use wetcor::scene::{DryKOf, Prior, PriorChoice};
 use wetcor::seed::stream;
 
 /// Particle, D in mm and k: those the paper's fall of e with D would ask for.
@@ -107,10 +107,24 @@ fn with_truths(findings: &Findings) -> Vec<(String, &Estimate, f64)> {
         all.push((parameter.name.clone(), &parameter.estimate, truth));
     }
     let derived = balance.derived.iter();
-    let derived = derived.map(|row| ("balance", &row.particle, row.film_ratio, row.diameter_m, [&row.e_inf, &row.st_c]));
+    let derived = derived.map(|row| {
+        (
+            "balance",
+            &row.particle,
+            row.film_ratio,
+            row.diameter_m,
+            [&row.e_inf, &row.st_c],
+        )
+    });
     let direct = findings.scaling.iter().filter(|row| row.law.name() == "sqrt");
     let direct = direct.filter_map(|row| {
-        Some(("direct", &row.particle, row.film_ratio?, row.diameter_m, [&row.e_inf, &row.st_c]))
+        Some((
+            "direct",
+            &row.particle,
+            row.film_ratio?,
+            row.diameter_m,
+            [&row.e_inf, &row.st_c],
+        ))
     });
     for (fit, particle, film_ratio, diameter, [of_e_inf, of_st_c]) in derived.chain(direct) {
         let diameter = diameter.expect("one for each diameter");
@@ -150,6 +164,35 @@ fn least_squares_find_each_diameters_k_back() {
     assert!(!checks.contains(&"one_dry_k_for_all_diameters"), "{checks:?}");
 }
 
+/// A truth is read by diameter, and a prior of a particle is that of each of its k.
+#[test]
+fn a_truth_is_of_a_diameter_and_a_prior_of_them_all() {
+    let mut place = scene("diameter");
+    let truth = place.scene.truth.as_ref().expect("given");
+    let both = [truth.k(0, 8e-3), truth.k(1, 4.763e-3)];
+    assert_eq!(both, [Some(0.190), Some(0.117)]);
+    assert_eq!((truth.k(0, 7.9e-3), truth.dry_k[0]), (None, None));
+    place.scene.priors.push(PriorChoice {
+        parameter: "dry_k",
+        particle: Some(0),
+        prior: Prior::Fixed(0.18),
+        line: None,
+    });
+    let runs = arrange(&place.scene, &rows(&place.scene, 1));
+    let parameters = ModelParameters::of(&place.scene, &runs, place.scene.model.form()).expect("priors with room");
+    let held = parameters.left_out.iter().filter(|left| left.value == Some(0.18));
+    let held: Vec<&str> = held.map(|left| left.name.as_str()).collect();
+    assert_eq!(held, ["dry_k[PTFE,4.762]", "dry_k[PTFE,8]"]);
+    let of_k = |name: &&str| name.starts_with("dry_k[");
+    let sampled: Vec<&str> = parameters
+        .sampled
+        .iter()
+        .map(|own| own.name.as_str())
+        .filter(of_k)
+        .collect();
+    assert_eq!(sampled, ["dry_k[PE,4.762]", "dry_k[PE,7.938]"]);
+}
+
 /// Simulated data sets, fitted.
 fn fitted(dry_k: &str, sets: u64) -> Vec<Findings> {
     let place = scene(dry_k);
@@ -162,9 +205,9 @@ fn fitted(dry_k: &str, sets: u64) -> Vec<Findings> {
 }
 
 #[test]
-#[ignore = "fits 900 simulated data sets; run in the slow part of CI"]
+#[ignore = "fits 4500 simulated data sets; run in the slow part of CI"]
 fn intervals_cover_with_a_k_for_each_diameter() {
-    const SETS: u64 = 600;
+    const SETS: u64 = 3000;
     let all = fitted("diameter", SETS);
     let names: Vec<String> = with_truths(&all[0]).into_iter().map(|(name, ..)| name).collect();
     let mut worst = (0.0f64, "");
@@ -267,7 +310,10 @@ fn a_report_and_predictions_have_each_diameters_k() {
     assert_eq!(code, Some(0), "{summary}");
     let line = summary.lines().find(|line| line.starts_with("dry_k[PE,7.938] = "));
     let line = line.unwrap_or_else(|| panic!("{summary}"));
-    assert!(line.starts_with("dry_k[PE,7.938] = posterior 0.1") && line.ends_with(", from wet runs"), "{line}");
+    assert!(
+        line.starts_with("dry_k[PE,7.938] = posterior 0.1") && line.ends_with(", from wet runs"),
+        "{line}"
+    );
     assert!(summary.contains("\nPTFE, δ/D = 0.06, D = 8 mm: e_inf = "), "{summary}");
 
     let report = std::fs::read_to_string(place.path("r/report.md")).expect("written");
@@ -293,7 +339,8 @@ fn a_report_and_predictions_have_each_diameters_k() {
     assert_eq!(findings["dry"].as_array().map(Vec::len), Some(3));
     assert_eq!(findings["dry"][0]["diameter_m"], 4.762e-3);
     let draws = std::fs::read_to_string(place.path("r/draws/draws.csv")).expect("written");
-    let header = ".chain,.iteration,.draw,\"dry_k[PTFE,4.762]\",\"dry_k[PTFE,8]\",\"dry_k[PE,4.762]\",\"dry_k[PE,7.938]\",";
+    let header =
+        ".chain,.iteration,.draw,\"dry_k[PTFE,4.762]\",\"dry_k[PTFE,8]\",\"dry_k[PE,4.762]\",\"dry_k[PE,7.938]\",";
     assert!(draws.starts_with(header), "{}", &draws[..200]);
 
     for (mm, diameter) in [("4.762", 4.762e-3), ("8", 8e-3)] {
@@ -305,8 +352,15 @@ fn a_report_and_predictions_have_each_diameters_k() {
         assert!((found - law).abs() < 0.005, "{mm}: {found}, not {law}");
     }
     let asked = ["--liquid", "AK10", "--film-um", "300", "--speed-m-s", "1:2:2"];
-    let arguments = [&["predict", "r", "--particle", "PTFE", "--diameter-mm", "5"], &asked[..]].concat();
+    let arguments = [
+        &["predict", "r", "--particle", "PTFE", "--diameter-mm", "5"],
+        &asked[..],
+    ]
+    .concat();
     let (code, text) = wetcor(&place, &arguments);
     assert_eq!(code, Some(2), "{text}");
-    assert!(text.contains("--diameter-mm: found 5, expected one of 4.762, 8: each diameter of `PTFE` has its own k"), "{text}");
+    assert!(
+        text.contains("--diameter-mm: found 5, expected one of 4.762, 8: each diameter of `PTFE` has its own k"),
+        "{text}"
+    );
 }

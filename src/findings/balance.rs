@@ -318,9 +318,7 @@ pub(super) fn spheres_with_known_k(runs: &Runs, fitted_dry: &[FittedDry]) -> Vec
 
 /// Whether a sphere has wet rebounds.
 pub(super) fn rebounds(runs: &Runs, sphere: usize) -> bool {
-    runs.series_of(sphere)
-        .iter()
-        .any(|series| !series.rebounds.is_empty())
+    runs.series_of(sphere).iter().any(|series| !series.rebounds.is_empty())
 }
 
 /// The least-squares problem of a joint fit in which dry runs weigh as much as their scatter, or their own errors, let

@@ -67,6 +67,8 @@ pub struct FittedDry {
     pub sphere: usize,
     /// k and its standard error, where it may be used
     pub usable: Option<(f64, f64)>,
+    /// spread of the restitutions that its runs are weighed by: that of all diameters of the particle
+    weighing_sd: Option<f64>,
     /// weights of its runs, where they carry measurement errors
     pub error_weights: Option<ErrorWeights>,
     /// the estimates
@@ -88,7 +90,7 @@ impl Dry {
 impl FittedDry {
     /// Variance of each rebound about the law, in the order of the runs; infinite where one was left out.
     pub(super) fn variances(&self) -> impl Iterator<Item = f64> + '_ {
-        let of_all = self.dry.residual_sd.map_or(f64::NAN, |sd| sd * sd);
+        let of_all = self.weighing_sd.map_or(f64::NAN, |sd| sd * sd);
         let own = self.error_weights.as_ref().map(|weights| &weights.variance);
         (0..self.dry.runs).map(move |run| own.map_or(of_all, |own| own[run]))
     }
@@ -96,12 +98,30 @@ impl FittedDry {
 
 /// k of every sphere that has dry runs, in their order.
 pub fn fit_dry_laws(scene: &Scene, runs: &Runs, quoting: Quoting) -> Vec<FittedDry> {
-    (0..runs.spheres.len())
-        .filter_map(|sphere| {
-            let groups: Vec<&DryGroup> = runs.dry_of(sphere).iter().collect();
-            (!groups.is_empty()).then(|| of_sphere(scene, runs, sphere, &groups, quoting))
-        })
-        .collect()
+    let spheres = (0..runs.spheres.len()).filter_map(|sphere| {
+        let groups: Vec<&DryGroup> = runs.dry_of(sphere).iter().collect();
+        (!groups.is_empty()).then(|| of_sphere(scene, runs, sphere, &groups, quoting))
+    });
+    let mut fits: Vec<FittedDry> = spheres.collect();
+    for of_particle in fits.chunk_by_mut(|a, b| runs.spheres[a.sphere].particle == runs.spheres[b.sphere].particle) {
+        if of_particle.len() > 1 {
+            let sd = pooled_sd(of_particle);
+            of_particle.iter_mut().for_each(|fitted| fitted.weighing_sd = sd);
+        }
+    }
+    fits
+}
+
+/// Spread of the restitutions about some laws of one parameter each. Each diameter has its k, but what scatters them is
+/// one; a few runs alone say too little of it, and intervals with weights from them would be too short.
+fn pooled_sd(fits: &[FittedDry]) -> Option<f64> {
+    let known = || {
+        fits.iter()
+            .filter_map(|fitted| Some((fitted.dry.residual_sd?, (fitted.dry.runs - 1) as f64)))
+    };
+    let freedom: f64 = known().map(|(_, freedom)| freedom).sum();
+    let squares: f64 = known().map(|(sd, freedom)| freedom * sd * sd).sum();
+    (freedom > 0.0).then(|| (squares / freedom).sqrt())
 }
 
 /// That of one sphere, out of all in their order.
@@ -157,6 +177,7 @@ fn of_sphere(scene: &Scene, runs: &Runs, index: usize, groups: &[&DryGroup], quo
     FittedDry {
         sphere: index,
         usable: dry_k.pair().filter(|_| verdict.passed),
+        weighing_sd: fit.residual_sd,
         dry: Dry {
             particle: scene.particles[sphere.particle].name.clone(),
             diameter_m: sphere.diameter,

@@ -239,7 +239,13 @@ impl LeastSquaresFits {
     fn notices(&self, scene: &Scene, table: &Table, bootstrap: bool) -> Vec<Notice> {
         let mut notices = terms::term_notices(&self.terms);
         notices.extend(verdicts::screened_notice(table));
-        notices.extend(verdicts::fit_notices(scene, &table.runs, &self.dry, &self.series, &self.scaling));
+        notices.extend(verdicts::fit_notices(
+            scene,
+            &table.runs,
+            &self.dry,
+            &self.series,
+            &self.scaling,
+        ));
         notices.extend(verdicts::unused_settings_notice(scene, bootstrap));
         notices
     }

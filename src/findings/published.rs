@@ -56,9 +56,7 @@ pub fn compare_with_published(own: OwnFits) -> Vec<PublishedComparison> {
 }
 
 fn compare(own: OwnFits, published: &Published) -> PublishedComparison {
-    let OwnFits {
-        scene, runs, dry, ..
-    } = own;
+    let OwnFits { scene, runs, dry, .. } = own;
     let spheres = runs.spheres_of(published.particle);
     // a published number is of all diameters
     let several = spheres.len() > 1;

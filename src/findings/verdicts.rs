@@ -200,7 +200,13 @@ pub fn screened_notice(table: &Table) -> Option<Notice> {
 }
 
 /// What a reader of the estimates should look at.
-pub fn fit_notices(scene: &Scene, runs: &Runs, dry: &[FittedDry], series: &[SeriesFit], scaling: &[FittedScaling]) -> Vec<Notice> {
+pub fn fit_notices(
+    scene: &Scene,
+    runs: &Runs,
+    dry: &[FittedDry],
+    series: &[SeriesFit],
+    scaling: &[FittedScaling],
+) -> Vec<Notice> {
     let mut found = vec![];
     let stuck: usize = series.iter().map(|s| s.stuck).sum();
     let wet: usize = stuck + series.iter().map(|s| s.runs).sum::<usize>();

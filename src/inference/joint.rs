@@ -169,9 +169,7 @@ impl<'r> Joint<'r> {
     /// The spheres of the dry parts, in their order.
     pub fn dry_spheres(&self) -> impl Iterator<Item = usize> + '_ {
         let parts: Vec<&Part> = self.dry_parts().collect();
-        let of_one = parts
-            .chunk_by(|a, b| a.sphere == b.sphere)
-            .map(|parts| parts[0].sphere);
+        let of_one = parts.chunk_by(|a, b| a.sphere == b.sphere).map(|parts| parts[0].sphere);
         of_one.collect::<Vec<usize>>().into_iter()
     }
 

@@ -268,7 +268,12 @@ impl ModelParameters {
                 value: Some(prior_of(scene, runs, kind, form).0.median()),
                 reason: reason.to_owned(),
             });
-            parameters.add(scene, runs, form, CandidateParameter::positive(kind, no_wet().or(why_not)))?;
+            parameters.add(
+                scene,
+                runs,
+                form,
+                CandidateParameter::positive(kind, no_wet().or(why_not)),
+            )?;
         }
         let no_dry = || (!dry).then(|| unread("no dry runs in use"));
         parameters.add(

@@ -13,7 +13,7 @@
 //! | `new_run.rs` | holds one run to be written |
 //! | `typed.rs` | reads CSV and Parquet with polars, writes Parquet; with `parquet_footer.rs` the only file that names it |
 //! | `stream.rs` | reads an ordinary CSV a window of lines at a time |
-//! | `spheres.rs` | lists the spheres that have a k of their own |
+//! | `spheres.rs` | holds the spheres that have a k of their own |
 //! | `series.rs` | orders runs by series |
 //! | `impacts.rs` | computes of each run, once, what the laws and the energy balance read |
 //! | `part.rs` | takes a part of the runs |

@@ -122,6 +122,12 @@ impl Runs {
         wet.chain(dry).sum()
     }
 
+    /// Where the spheres of a particle stand in [`Runs::spheres`].
+    pub fn spheres_of(&self, particle: usize) -> Range<usize> {
+        let start = self.spheres.partition_point(|sphere| sphere.particle < particle);
+        start..self.spheres.partition_point(|sphere| sphere.particle <= particle)
+    }
+
     /// The dry runs of a sphere, by its index; by diameter.
     pub fn dry_of(&self, sphere: usize) -> &[DryGroup] {
         self.dry_in(sphere..sphere + 1)

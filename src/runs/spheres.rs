@@ -1,10 +1,7 @@
-//! Lists the spheres that have a k of their own: the particles of the scene, or each diameter of a particle.
+//! Holds the spheres that have a k of their own: the particles of the scene, or each diameter of a particle.
 
-use std::ops::Range;
-
-use super::series::Runs;
-use crate::physics::numbers::same_diameter;
 use crate::scene::Scene;
+use crate::units::millimetres;
 
 /// The spheres that share one k: a particle, or one diameter of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,11 +27,6 @@ impl Sphere {
     pub fn owns(&self, scene: &Scene, particle: &str, diameter: Option<f64>) -> bool {
         scene.particles[self.particle].name == particle && self.diameter == diameter
     }
-
-    /// Whether it is a particle at all its diameters, or one of this diameter.
-    pub fn has(&self, particle: usize, diameter: f64) -> bool {
-        self.particle == particle && self.diameter.is_none_or(|own| same_diameter(own, diameter))
-    }
 }
 
 /// The words in names of files of a particle, and of its diameter in m where it is one of several.
@@ -55,22 +47,9 @@ pub fn words(particle: &str, diameter: Option<f64>) -> String {
 
 /// A diameter in mm as names have it: to five digits, which tell diameters apart that differ by 0.1 %.
 pub fn in_mm(diameter: f64) -> f64 {
-    let mm = 1e3 * diameter;
+    let mm = millimetres(diameter);
     // through text: no factor of ten is left in the last digits
     format!("{mm:.4e}").parse().unwrap_or(mm)
-}
-
-impl Runs {
-    /// Where the spheres of a particle stand in [`Runs::spheres`].
-    pub fn spheres_of(&self, particle: usize) -> Range<usize> {
-        let start = self.spheres.partition_point(|sphere| sphere.particle < particle);
-        start..self.spheres.partition_point(|sphere| sphere.particle <= particle)
-    }
-
-    /// The sphere of a particle at a diameter, m, by its place; `None` where the particle has no run of this diameter.
-    pub fn sphere_at(&self, particle: usize, diameter: f64) -> Option<usize> {
-        self.spheres.iter().position(|sphere| sphere.has(particle, diameter))
-    }
 }
 
 #[cfg(test)]

@@ -163,7 +163,12 @@ fn outputs_without_constants(
         });
         for (quantity, estimate) in of_law {
             let diameter = runs.spheres[sphere].diameter;
-            add(Output::SquareRoot(group, quantity), diameter, WetLaw::Sqrt.name(), estimate);
+            add(
+                Output::SquareRoot(group, quantity),
+                diameter,
+                WetLaw::Sqrt.name(),
+                estimate,
+            );
         }
     }
     outputs

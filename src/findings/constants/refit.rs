@@ -1,7 +1,7 @@
 //! Refits the energy balance at constants changed by a little, by one step from its minimum.
 
 use crate::findings::balance::{
-    at_place, error_columns, spheres_with_known_k, problem_of, EnergyBalance, RefitStart, WetPlaceValues,
+    at_place, error_columns, problem_of, spheres_with_known_k, EnergyBalance, RefitStart, WetPlaceValues,
 };
 use crate::findings::dry::FittedDry;
 use crate::findings::places::WetPlace;

@@ -1,6 +1,6 @@
 //! Finds the point about which the joint fit is looked at: where least squares ended, or would with the priors' k.
 
-use crate::findings::balance::{spheres_with_known_k, problem_of, rebounds, EnergyBalance};
+use crate::findings::balance::{problem_of, rebounds, spheres_with_known_k, EnergyBalance};
 use crate::findings::dry::FittedDry;
 use crate::inference::joint::{fit_joint, Joint, Known};
 use crate::inference::least_squares::Stop;

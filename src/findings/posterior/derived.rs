@@ -178,7 +178,9 @@ fn settings(runs: &Runs, form: Form) -> Vec<WetSetting> {
             sphere: series.sphere,
             liquid: series.liquid,
             film_ratio: series.film_ratio,
-            diameter: by_form.then_some(series.diameter).or(runs.spheres[series.sphere].diameter),
+            diameter: by_form
+                .then_some(series.diameter)
+                .or(runs.spheres[series.sphere].diameter),
         };
         // diameters of one setting come one after the other
         if settings.last() != Some(&setting) {

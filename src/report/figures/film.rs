@@ -42,7 +42,9 @@ pub(super) fn film(input: ReportInput) -> Vec<Chart> {
         for (index, sphere) in input.runs.spheres.iter().enumerate() {
             for (law, words) in [(WetLaw::Sqrt, "square root"), (WetLaw::Linear, "linear")] {
                 let rows = input.findings.scaling.iter();
-                let mine = rows.filter(|r| sphere.owns(input.scene, &r.particle, r.diameter_m) && r.law == law && r.verdict.passed);
+                let mine = rows.filter(|r| {
+                    sphere.owns(input.scene, &r.particle, r.diameter_m) && r.law == law && r.verdict.passed
+                });
                 let all = mine.filter_map(|r| estimate_point(r.film_ratio?, of(r)));
                 let name = format!("{}, {words}", sphere.words(input.scene));
                 layers.extend(of_sphere(index, name, all, law == WetLaw::Linear));
@@ -97,7 +99,9 @@ pub(super) fn residuals(input: ReportInput) -> Vec<Chart> {
     let zero = vec![(0.0, 0.0), (end, 0.0)];
     let mut layers = vec![curve("the model", zero, Style::group(0), Dash::Dashed)];
     for (index, sphere) in input.runs.spheres.iter().enumerate() {
-        let mine = groups.iter().filter(|group| sphere.owns(input.scene, &group.particle, group.diameter_m));
+        let mine = groups
+            .iter()
+            .filter(|group| sphere.owns(input.scene, &group.particle, group.diameter_m));
         let all = mine.filter_map(|group| {
             Some(ChartPoint {
                 x: group.film_ratio?,

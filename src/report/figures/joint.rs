@@ -86,7 +86,10 @@ fn of_bootstrap(input: ReportInput, joint: &JointReplicates) -> Option<Chart> {
         WetLaw::Sqrt => "square-root law",
         WetLaw::Linear => "linear law",
     };
-    let title = format!("{}, {ratio}, {law}", input.runs.spheres[joint.sphere].words(input.scene));
+    let title = format!(
+        "{}, {ratio}, {law}",
+        input.runs.spheres[joint.sphere].words(input.scene)
+    );
     let centre = (row.e_inf.value?, row.st_c.value?);
     let delta = both.map(|estimate| by(estimate, &|made| made.method == "delta"));
     let posterior = input.posterior.zip(input.findings.energy_balance.as_ref());

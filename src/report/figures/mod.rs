@@ -324,7 +324,10 @@ fn every_film_ratio(input: ReportInput, sphere: usize) -> Chart {
         Axis::new(RESTITUTION).between(0.0, 1.0),
         layers,
     );
-    drawn.title = Some(format!("{}, every film ratio", input.runs.spheres[sphere].words(input.scene)));
+    drawn.title = Some(format!(
+        "{}, every film ratio",
+        input.runs.spheres[sphere].words(input.scene)
+    ));
     widen_to_data(&mut drawn);
     drawn
 }

@@ -10,8 +10,8 @@ use super::table::ReportTable;
 use crate::findings::dry::{Dry, DryOfDiameter};
 use crate::findings::estimate::Estimate;
 use crate::findings::scaling::Scaling;
-use crate::runs::words;
 use crate::physics::{DrySpeed, Inertia, Quantity};
+use crate::runs::words;
 use crate::scene::DryKOf;
 use crate::units::{micrometres, millimetres};
 

@@ -262,8 +262,14 @@ pub fn summary(input: ReportInput) -> String {
         // without an energy balance the direct fits are what there is
         None => {
             let direct = findings.scaling.iter().filter(|row| row.law == WetLaw::Sqrt);
-            let lines =
-                direct.filter_map(|row| Some(line(&row.particle, row.film_ratio?, row.diameter_m, [&row.e_inf, &row.st_c])));
+            let lines = direct.filter_map(|row| {
+                Some(line(
+                    &row.particle,
+                    row.film_ratio?,
+                    row.diameter_m,
+                    [&row.e_inf, &row.st_c],
+                ))
+            });
             text.extend(lines);
         }
     }

@@ -30,7 +30,9 @@ pub(super) fn parameters<'a>(input: ReportInput, posterior: &'a Posterior) -> Ve
     both.filter_map(|(parameter, found)| {
         let label = parameter_label(input.scene, input.runs, parameter.kind, parameter.kind.symbol());
         Some(SampledParameter {
-            label: found.from.map_or(label.clone(), |from| format!("{label} (from {from})")),
+            label: found
+                .from
+                .map_or(label.clone(), |from| format!("{label} (from {from})")),
             prior: found.prior.as_ref()?,
             found,
         })
