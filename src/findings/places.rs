@@ -47,7 +47,7 @@ impl<'r> WetPlace<'r> {
         let of_one = self.series.chunk_by(|a, b| a.is_as_large_as(b));
         of_one
             .map(|series| WetPlace {
-                diameter: Some(series[0].diameter),
+                diameter: self.diameter.or(Some(series[0].diameter)),
                 series: series.to_vec(),
                 ..self
             })

@@ -106,7 +106,10 @@ pub struct DesignSpeeds(pub Vec<f64>);
 
 pub(super) fn truth(root: &SceneTable, particles: &[&str], liquids: &[Liquid], model: &ModelChoices) -> Option<Truth> {
     let table = root.table("truth")?;
-    let (dry_k, dry_k_by_diameter) = true_k(&table, particles);
+    let TrueK {
+        dry_k,
+        dry_k_by_diameter,
+    } = true_k(&table, particles);
     let forms = Inertia::ALL.map(|form| (form.name(), form));
     let inertia = table
         .choice("inertia", &forms)
@@ -139,21 +142,30 @@ pub(super) fn truth(root: &SceneTable, particles: &[&str], liquids: &[Liquid], m
     Some(truth)
 }
 
-/// k of each particle: one for every diameter, and where the file has a table of them by diameter, each of these.
-fn true_k(table: &SceneTable, particles: &[&str]) -> (Vec<Option<f64>>, Vec<Vec<KOfDiameter>>) {
-    let (mut one, mut each) = (vec![None; particles.len()], vec![vec![]; particles.len()]);
+/// k of each particle, as [`Truth`] has it.
+struct TrueK {
+    dry_k: Vec<Option<f64>>,
+    dry_k_by_diameter: Vec<Vec<KOfDiameter>>,
+}
+
+/// k of each particle: one for every diameter, or where the file has a table of them by diameter, each of these.
+fn true_k(table: &SceneTable, particles: &[&str]) -> TrueK {
+    let mut found = TrueK {
+        dry_k: vec![None; particles.len()],
+        dry_k_by_diameter: vec![vec![]; particles.len()],
+    };
     let Some(by_particle) = table.table("dry_k") else {
-        return (one, each);
+        return found;
     };
     for (particle, name) in particles.iter().enumerate() {
-        if by_particle.holds_table(name) {
-            each[particle] = by_particle.table(name).map_or_else(Vec::new, |ks| by_diameter(&ks));
-        } else {
-            one[particle] = by_particle.number(name, NOT_NEGATIVE);
+        if !by_particle.holds_table(name) {
+            found.dry_k[particle] = by_particle.number(name, NOT_NEGATIVE);
+        } else if let Some(table) = by_particle.table(name) {
+            found.dry_k_by_diameter[particle] = by_diameter(&table);
         }
     }
     by_particle.finish();
-    (one, each)
+    found
 }
 
 /// The k of a table whose keys are diameters in mm.

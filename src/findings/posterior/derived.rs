@@ -178,9 +178,9 @@ fn settings(runs: &Runs, form: Form) -> Vec<WetSetting> {
             sphere: series.sphere,
             liquid: series.liquid,
             film_ratio: series.film_ratio,
-            diameter: by_form
-                .then_some(series.diameter)
-                .or(runs.spheres[series.sphere].diameter),
+            diameter: runs.spheres[series.sphere]
+                .diameter
+                .or(by_form.then_some(series.diameter)),
         };
         // diameters of one setting come one after the other
         if settings.last() != Some(&setting) {

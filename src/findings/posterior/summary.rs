@@ -103,7 +103,7 @@ pub struct QuantitySummary {
     /// Monte Carlo error of the 95 % point; of a parameter only
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mcse_q95: Option<f64>,
-    /// [`WET_RUNS`] of a diameter's own k that no dry run tells
+    /// `wet runs` of a diameter's own k that no dry run tells
     #[serde(skip_serializing_if = "Option::is_none")]
     pub from: Option<&'static str>,
     /// what was believed before; `None` for a derived quantity
