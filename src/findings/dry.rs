@@ -14,7 +14,7 @@ use crate::inference::nested::FTest;
 use crate::inference::regression::Regression;
 use crate::physics::dry::{Order, DRY_K};
 use crate::physics::DrySpeed;
-use crate::runs::{label, words, DryGroup, Runs};
+use crate::runs::{sphere_label, sphere_words, DryGroup, Runs};
 use crate::scene::Scene;
 
 /// k of one particle, or of one diameter of it.
@@ -78,12 +78,12 @@ pub struct FittedDry {
 impl Dry {
     /// The name of its k in files: `dry_k[PTFE]`, `dry_k[PTFE,4.762]`.
     pub fn name(&self) -> String {
-        format!("{}[{}]", DRY_K.name, label(&self.particle, self.diameter_m))
+        format!("{}[{}]", DRY_K.name, sphere_label(&self.particle, self.diameter_m))
     }
 
     /// Its words in a text: `PTFE`, `PTFE of 4.762 mm`.
     pub fn words(&self) -> String {
-        words(&self.particle, self.diameter_m)
+        sphere_words(&self.particle, self.diameter_m)
     }
 }
 

@@ -16,7 +16,7 @@ use crate::inference::nested::{FTest, Spread};
 use crate::inference::regression::Regression;
 use crate::physics::quantity::{Place, Quantity};
 use crate::physics::Coefficient;
-use crate::runs::{words, FilmGroup, Runs, Series};
+use crate::runs::{sphere_words, FilmGroup, Runs, Series};
 use crate::scene::{Scene, WetLaw};
 
 /// e_inf and St_c of one particle, or one diameter of it, at one film ratio, or over all of them, by one law.
@@ -357,7 +357,7 @@ fn scaling_of(law: WetLaw, fit: &Fit, verdict: Verdict, uncertain: &Uncertain, q
 impl Scaling {
     /// The particle's words in a text: `PTFE`, `PTFE of 4.762 mm`.
     pub fn words(&self) -> String {
-        words(&self.particle, self.diameter_m)
+        sphere_words(&self.particle, self.diameter_m)
     }
 
     /// The estimate of a quantity; `None` of one that is not in the table.

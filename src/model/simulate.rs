@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::model::likelihood::tails::Tails;
 use crate::physics::coefficient::Coefficients;
 use crate::physics::{kept_energy, rebound, Coefficient, Parameters};
-use crate::runs::{words, NewRun};
+use crate::runs::{sphere_words, NewRun};
 use crate::scene::{Design, NoiseShape, Scene, Truth};
 use crate::seed::stream;
 
@@ -235,7 +235,7 @@ fn points(scene: &Scene, truth: &Truth, design: &Design) -> Result<(Vec<DesignPo
         let diameters = &design.diameters[particle];
         if let Some(missing) = diameters.iter().find(|d| truth.k(particle, **d).is_none()) {
             let by_diameter = Some(*missing).filter(|_| !truth.dry_k_by_diameter[particle].is_empty());
-            let name = words(&scene.particles[particle].name, by_diameter);
+            let name = sphere_words(&scene.particles[particle].name, by_diameter);
             let text = format!("[truth] dry_k has no value for {name}, which [design] uses");
             return Err(Error::Usage(text));
         }

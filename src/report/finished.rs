@@ -20,7 +20,7 @@ use crate::physics::dry::DRY_K;
 use crate::physics::form::Term;
 use crate::physics::numbers::same_diameter;
 use crate::physics::{Coefficient, DrySpeed, Form, Inertia, Parameters, Viscous};
-use crate::runs::{in_mm, label};
+use crate::runs::{diameter_in_mm, sphere_label};
 use crate::scene::{name_expected, LARGEST_FILM_RATIO, MOST_KEPT};
 use crate::seed::sha256;
 
@@ -348,15 +348,15 @@ impl Finished {
 
 /// The name of a k in files.
 fn name_of_k(particle: &str, diameter: Option<f64>) -> String {
-    format!("{}[{}]", DRY_K.name, label(particle, diameter))
+    format!("{}[{}]", DRY_K.name, sphere_label(particle, diameter))
 }
 
 fn refuse_diameter(particle: &ParticleBasis, diameter: f64) -> Error {
     let own = particle.dry_k_diameters_m.iter();
-    let own: Vec<String> = own.map(|own| in_mm(*own).to_string()).collect();
+    let own: Vec<String> = own.map(|own| diameter_in_mm(*own).to_string()).collect();
     Error::Usage(format!(
         "--diameter-mm: found {}, expected one of {}: each diameter of {} has its own k, and this fit has no other",
-        in_mm(diameter),
+        diameter_in_mm(diameter),
         own.join(", "),
         quoted(&particle.name)
     ))

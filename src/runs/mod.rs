@@ -41,7 +41,7 @@ pub use errors::MeasurementErrors;
 pub use impacts::{by_film, Conditions};
 pub use new_run::NewRun;
 pub use series::{DryGroup, FilmGroup, Impacts, Runs, Series};
-pub use spheres::{in_mm, label, words, Sphere};
+pub use spheres::{diameter_in_mm, sphere_label, sphere_words, Sphere};
 pub use write::{Existing, RunWriter};
 
 use std::fs::File;

@@ -15,12 +15,12 @@ pub struct Sphere {
 impl Sphere {
     /// Its words in names of files: `PTFE`, `PTFE,4.762`.
     pub fn label(&self, scene: &Scene) -> String {
-        label(&scene.particles[self.particle].name, self.diameter)
+        sphere_label(&scene.particles[self.particle].name, self.diameter)
     }
 
     /// Its words in a text: `PTFE`, `PTFE of 4.762 mm`.
     pub fn words(&self, scene: &Scene) -> String {
-        words(&scene.particles[self.particle].name, self.diameter)
+        sphere_words(&scene.particles[self.particle].name, self.diameter)
     }
 
     /// Whether a result is of it: by the particle's name, and the diameter where each has a k of its own.
@@ -30,23 +30,23 @@ impl Sphere {
 }
 
 /// The words in names of files of a particle, and of its diameter in m where it is one of several.
-pub fn label(particle: &str, diameter: Option<f64>) -> String {
+pub fn sphere_label(particle: &str, diameter: Option<f64>) -> String {
     match diameter {
-        Some(diameter) => format!("{particle},{}", in_mm(diameter)),
+        Some(diameter) => format!("{particle},{}", diameter_in_mm(diameter)),
         None => particle.to_owned(),
     }
 }
 
 /// The words in a text of a particle, and of its diameter in m where it is one of several.
-pub fn words(particle: &str, diameter: Option<f64>) -> String {
+pub fn sphere_words(particle: &str, diameter: Option<f64>) -> String {
     match diameter {
-        Some(diameter) => format!("{particle} of {} mm", in_mm(diameter)),
+        Some(diameter) => format!("{particle} of {} mm", diameter_in_mm(diameter)),
         None => particle.to_owned(),
     }
 }
 
 /// A diameter in mm as names have it: to five digits, which tell diameters apart that differ by 0.1 %.
-pub fn in_mm(diameter: f64) -> f64 {
+pub fn diameter_in_mm(diameter: f64) -> f64 {
     let mm = millimetres(diameter);
     // through text: no factor of ten is left in the last digits
     format!("{mm:.4e}").parse().unwrap_or(mm)
@@ -59,9 +59,9 @@ mod tests {
     #[test]
     fn a_diameter_is_written_as_a_file_gives_it() {
         for mm in [3.175, 4.762, 8.0, 12.7, 0.5, 25.4] {
-            assert_eq!(in_mm(mm / 1e3), mm);
+            assert_eq!(diameter_in_mm(mm / 1e3), mm);
         }
-        assert_eq!(in_mm(4.762_000_3e-3), 4.762);
-        assert_eq!(label("PTFE", Some(4.762e-3)), "PTFE,4.762");
+        assert_eq!(diameter_in_mm(4.762_000_3e-3), 4.762);
+        assert_eq!(sphere_label("PTFE", Some(4.762e-3)), "PTFE,4.762");
     }
 }

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::model::likelihood::normal::normal_cdf;
 use crate::model::likelihood::pointwise::{EvaluatedLaw, Pointwise};
-use crate::runs::{words, Runs};
+use crate::runs::{sphere_words, Runs};
 use crate::scene::{Scene, Sticking};
 
 /// Draws of the parameters the checks are averaged over.
@@ -66,7 +66,7 @@ pub struct GroupResidual {
 impl GroupResidual {
     /// The particle's words in a text: `PTFE`, `PTFE of 4.762 mm`.
     pub fn words(&self) -> String {
-        words(&self.particle, self.diameter_m)
+        sphere_words(&self.particle, self.diameter_m)
     }
 }
 

@@ -11,7 +11,7 @@ use crate::findings::dry::{Dry, DryOfDiameter};
 use crate::findings::estimate::Estimate;
 use crate::findings::scaling::Scaling;
 use crate::physics::{DrySpeed, Inertia, Quantity};
-use crate::runs::words;
+use crate::runs::sphere_words;
 use crate::scene::DryKOf;
 use crate::units::{micrometres, millimetres};
 
@@ -249,7 +249,7 @@ pub(super) fn energy(page: &mut Page, input: ReportInput) {
         "Inertial loss over density ratio with both predictions, and St_c e_inf², against the film ratio by the square-root law; bars are standard errors (as fig. 5).",
     );
     let table = ReportTable::of(&findings.energy)
-        .column("particle", |row| words(&row.particle, row.diameter_m))
+        .column("particle", |row| sphere_words(&row.particle, row.diameter_m))
         .column("δ/D", |row| numbers::short(row.film_ratio))
         .column("law", |row| law_name(row.law))
         .column("ρ̃", |row| numbers::significant(row.density_ratio, 3))
