@@ -146,7 +146,7 @@ fn fitted(scene: &Scene, mut runs: Runs, forgets: Forgets, stream: StreamName) -
     let sampled = sample_posterior(
         parameters,
         &rows,
-        &start(scene, least_squares.least_squares()),
+        &start(least_squares.least_squares()),
         plan,
         &|_, _| {},
     )

@@ -101,7 +101,7 @@ fn moments_and_quantiles_agree_with_importance_sampling() {
             ),
             evaluation: Evaluation::default(),
         };
-        let start = start(&scene, least_squares.least_squares());
+        let start = start(least_squares.least_squares());
         let sampled =
             sample_posterior(parameters, &rows, &start, plan, &|_, _| {}).unwrap_or_else(|e| panic!("{name}: {e}"));
         let told = answers["parameters"].as_object().expect("parameters by name");

@@ -233,7 +233,9 @@ fn the_truth_of_the_example_and_new_runs_of_it_lie_where_they_are_predicted() {
     let (mut stuck, mut expected, mut variance) = (0, 0.0, 0.0);
     let mut worst = 0.0f64;
     for (index, particle) in scene.particles.iter().enumerate() {
-        let law = finished.law(&particle.name).unwrap_or_else(|error| panic!("{error}"));
+        let law = finished
+            .law(&particle.name, 4.762e-3)
+            .unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(law.draws.len(), 4000);
         let own = runs.iter().filter(|run| run.particle == particle.name);
         let mut last: Option<(Setting, f64, Predicted)> = None;

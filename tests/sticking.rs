@@ -124,7 +124,7 @@ fn by_posterior(place: &Place, (sticking, noise): (Sticking, NoiseOn), seed: u64
         stream: StreamName::new(seed, "sticking posterior"),
         evaluation: Evaluation::default(),
     };
-    let start = start(&scene, least_squares.least_squares());
+    let start = start(least_squares.least_squares());
     let sampled = sample_posterior(parameters, &rows, &start, plan, &|_, _| {}).ok()?;
     let place = sampled
         .parameters

@@ -65,7 +65,7 @@ fn posterior(place: &Place, rows: &[NewRun], likelihood: LikelihoodFamily, seed:
     let sampled = sample_posterior(
         parameters,
         &likelihood,
-        &start(&scene, least_squares.least_squares()),
+        &start(least_squares.least_squares()),
         plan,
         &|_, _| {},
     )

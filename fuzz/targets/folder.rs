@@ -37,7 +37,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
         let particles: Vec<String> = finished.basis.particles.iter().map(|p| p.name.clone()).collect();
         let mut tables = vec![];
         for particle in particles.iter().take(2) {
-            let law = finished.law(particle)?;
+            let law = finished.law(particle, 4e-3)?;
             for liquid in finished.basis.liquids.iter().take(2) {
                 let setting = Setting {
                     density: 2150.0,

@@ -39,7 +39,7 @@ pub struct Predict {
     /// Its viscosity, mPa s
     #[arg(long = "viscosity-mPa-s", value_name = "X", value_parser = positive, requires = "liquid_density", conflicts_with = "liquid")]
     viscosity: Option<f64>,
-    /// Diameter of the particle, mm
+    /// Diameter of the particle, mm; one of the fit's where each has its own k
     #[arg(long = "diameter-mm", value_name = "X", value_parser = positive)]
     diameter: f64,
     /// Thickness of the film, µm
@@ -121,7 +121,8 @@ fn speeds(text: &str) -> Result<Speeds, String> {
 /// Prints the prediction, and on standard error what to mind.
 pub fn predict(request: &Predict, quiet: bool) -> Result<u8, Error> {
     let finished = Finished::read(&request.folder)?;
-    let law = finished.law(&request.particle)?;
+    let diameter = Dimension::Length.usual_to_si(request.diameter);
+    let law = finished.law(&request.particle, diameter)?;
     let particles = &finished.basis.particles;
     let Some(particle) = particles.iter().find(|particle| particle.name == request.particle) else {
         return Err(Error::Internal {
@@ -143,7 +144,7 @@ pub fn predict(request: &Predict, quiet: bool) -> Result<u8, Error> {
     }
     let setting = Setting {
         density: particle.density_kg_m3,
-        diameter: Dimension::Length.usual_to_si(request.diameter),
+        diameter,
         roughness: particle.roughness_m,
         liquid_density,
         viscosity,

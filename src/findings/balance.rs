@@ -32,7 +32,7 @@ pub struct EnergyBalance {
     pub inertia: &'static str,
     /// form of the viscous loss
     pub viscous: &'static str,
-    /// particles with a usable k; the others are left out
+    /// particles with a usable k at some diameter; the others are left out
     pub particles: Vec<String>,
     /// rebounds used
     pub runs: usize,
@@ -40,7 +40,7 @@ pub struct EnergyBalance {
     pub parameters: Vec<ParameterEstimate>,
     /// δc/ε = exp(L)
     pub delta_c_over_roughness: Estimate,
-    /// e_inf and St_c that follow from the parameters, for each particle and film ratio; and for each diameter where St_c
+    /// e_inf and St_c that follow from the parameters, for each particle and film ratio; and for each diameter where k or St_c
     /// depends on it
     pub derived: Vec<DerivedEstimate>,
     /// largest distance of a k here from that of the dry runs alone, in combined standard errors
@@ -106,7 +106,7 @@ pub struct DerivedEstimate {
     pub particle: String,
     /// film ratio
     pub film_ratio: f64,
-    /// D, m, where St_c depends on it
+    /// D, m, where k or St_c depends on it
     #[serde(skip_serializing_if = "Option::is_none")]
     pub diameter_m: Option<f64>,
     /// ρ̃, mean over the rebounds
@@ -120,6 +120,9 @@ pub struct DerivedEstimate {
     /// its place among those of the form
     #[serde(skip)]
     pub(super) place: usize,
+    /// index into [`Runs::spheres`]
+    #[serde(skip)]
+    pub(super) sphere: usize,
     /// the part of L that no parameter moves
     #[serde(skip)]
     pub(super) fixed_over_stokes: f64,
@@ -138,7 +141,7 @@ pub struct BalanceSetup<'a> {
     pub scene: &'a Scene,
     /// what was measured
     pub runs: &'a Runs,
-    /// k of each particle by its dry runs
+    /// k of each sphere by its dry runs
     pub dry: &'a [FittedDry],
     /// how estimates are quoted
     pub quoting: Quoting,
@@ -173,18 +176,18 @@ impl FittedBalance<'_> {
     }
 }
 
-/// Fits the balance of this form, with the form of inertia `open` or not; `None` without wet runs of a particle whose k is
+/// Fits the balance of this form, with the form of inertia `open` or not; `None` without wet runs of a sphere whose k is
 /// known.
 pub fn fit_balance(setup: BalanceSetup, scaling: &[FittedScaling], form: Form, open: bool) -> Option<EnergyBalance> {
     let BalanceSetup { scene, runs, dry, .. } = setup;
-    let known = particles_with_known_k(runs, dry);
+    let known = spheres_with_known_k(runs, dry);
     if known.is_empty() {
         return None;
     }
     let separate: Vec<(Spread, Option<ErrorWeights>)> = scaling
         .iter()
         .filter(|fitted| fitted.law == WetLaw::Sqrt && fitted.scaling.film_ratio.is_some())
-        .filter(|fitted| fitted.scaling.runs > 0 && known.binary_search(&fitted.particle).is_ok())
+        .filter(|fitted| fitted.scaling.runs > 0 && known.binary_search(&fitted.sphere).is_ok())
         .map(|fitted| (fitted.spread, fitted.error_weights.clone()))
         .collect();
     let of_form = |inertia: Inertia| {
@@ -254,7 +257,7 @@ fn findings_of(
         .enumerate()
         .map(|(place, (kind, value))| ParameterEstimate {
             kind,
-            name: kind.name(scene),
+            name: kind.name(scene, runs),
             estimate: fitted.estimate(place, [*value, 1.0], scale_of_parameter(kind), quoting),
         })
         .collect();
@@ -264,11 +267,7 @@ fn findings_of(
     EnergyBalance {
         inertia: joint.form.inertia.name(),
         viscous: joint.form.viscous.name(),
-        particles: joint
-            .particles
-            .iter()
-            .map(|p| scene.particles[*p].name.clone())
-            .collect(),
+        particles: particles_of(scene, joint),
         runs: joint.wet_rebounds(),
         delta_c_over_roughness: match l {
             Some(l) => {
@@ -301,6 +300,13 @@ fn findings_of(
     }
 }
 
+/// The names of the particles of a fit.
+fn particles_of(scene: &Scene, joint: &Joint) -> Vec<String> {
+    let mut particles: Vec<usize> = joint.spheres.iter().map(|s| joint.runs.spheres[*s].particle).collect();
+    particles.dedup();
+    particles.iter().map(|p| scene.particles[*p].name.clone()).collect()
+}
+
 /// How a parameter's interval is made.
 fn scale_of_parameter(kind: ParameterKind) -> IntervalScale {
     match kind {
@@ -311,45 +317,43 @@ fn scale_of_parameter(kind: ParameterKind) -> IntervalScale {
 
 /// Distance of a k from that of its dry runs alone, in combined standard errors; `None` of another parameter.
 fn shift_of_k(dry: &[FittedDry], parameter: &ParameterEstimate) -> Option<f64> {
-    let ParameterKind::DryK(particle) = parameter.kind else {
+    let ParameterKind::DryK(sphere) = parameter.kind else {
         return None;
     };
-    let (k, se) = dry::fit_of_particle(dry, particle)?.usable?;
+    let (k, se) = dry::fit_of_sphere(dry, sphere)?.usable?;
     let (value, joint_se) = parameter.estimate.pair()?;
     Some((value - k).abs() / se.hypot(joint_se))
 }
 
-/// The particles with wet rebounds and a usable k.
-pub(super) fn particles_with_known_k(runs: &Runs, fitted_dry: &[FittedDry]) -> Vec<usize> {
+/// The spheres with wet rebounds and a usable k.
+pub(super) fn spheres_with_known_k(runs: &Runs, fitted_dry: &[FittedDry]) -> Vec<usize> {
     let usable = fitted_dry.iter().filter(|fitted| fitted.usable.is_some());
     usable
-        .map(|fitted| fitted.particle)
-        .filter(|particle| rebounds(runs, *particle))
+        .map(|fitted| fitted.sphere)
+        .filter(|sphere| rebounds(runs, *sphere))
         .collect()
 }
 
-/// Whether a particle has wet rebounds.
-pub(super) fn rebounds(runs: &Runs, particle: usize) -> bool {
-    runs.series_of(particle)
-        .iter()
-        .any(|series| !series.rebounds.is_empty())
+/// Whether a sphere has wet rebounds.
+pub(super) fn rebounds(runs: &Runs, sphere: usize) -> bool {
+    runs.series_of(sphere).iter().any(|series| !series.rebounds.is_empty())
 }
 
 /// The least-squares problem of a joint fit in which dry runs weigh as much as their scatter, or their own errors, let
 /// them beside wet runs of this spread.
 pub(super) fn problem_of<'r>(joint: Joint<'r>, dry: &[FittedDry], spread: f64) -> JointFit<'r> {
     let roots = joint
-        .dry_particles()
-        .filter_map(|particle| dry::fit_of_particle(dry, particle))
+        .dry_spheres()
+        .filter_map(|sphere| dry::fit_of_sphere(dry, sphere))
         .flat_map(FittedDry::variances)
         .map(|variance| spread / variance.sqrt());
-    let own = |particle: &usize| dry::fit_of_particle(dry, *particle).and_then(|own| own.usable);
+    let own = |sphere: &usize| dry::fit_of_sphere(dry, *sphere).and_then(|own| own.usable);
     JointFit {
         dry_roots: roots.collect(),
         own_k: joint
-            .particles
+            .spheres
             .iter()
-            .map(|p| own(p).map_or(f64::NAN, |(k, _)| k))
+            .map(|sphere| own(sphere).map_or(f64::NAN, |(k, _)| k))
             .collect(),
         known: vec![],
         joint,
@@ -482,12 +486,12 @@ impl WetPlaceValues {
     }
 }
 
-/// `None` where the particle is not in the fit.
+/// `None` where the sphere is not in the fit.
 pub(super) fn at_place(scene: &Scene, joint: &Joint, point: &[f64], wet: &WetPlace) -> Option<WetPlaceValues> {
-    let place = joint.place(wet.particle)?;
+    let place = joint.place(wet.sphere)?;
     let density_ratio = wet.density_ratio(scene);
     let fixed_over_stokes = wet.fixed_over_stokes(scene, joint.form);
-    let parameters = joint.of_particle(point[place], point);
+    let parameters = joint.of_sphere(point[place], point);
     let at_film = BalanceAtFilm::new(joint.form, wet.film_ratio, &parameters.shared);
     let balance = Balance::at(joint.form, parameters.dry_k, at_film.share, density_ratio);
     let reference = scene.model.dry_speed.reference();
@@ -531,6 +535,7 @@ fn derive(setup: BalanceSetup, index: usize, place: &WetPlace, fitted: &FittedBa
         diameter_m: place.diameter,
         density_ratio: at.density_ratio,
         place: index,
+        sphere: place.sphere,
         fixed_over_stokes: at.fixed_over_stokes,
         correlation: uncertain
             .correlation(&of_e_inf, &of_st_c)

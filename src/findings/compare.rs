@@ -342,7 +342,7 @@ pub(super) fn sample_model(
         stream: StreamName::new(least_squares.seed, stream),
         evaluation: setup.method.evaluation(),
     };
-    let start = start(scene, least_squares);
+    let start = start(least_squares);
     sample_posterior(parameters, &rows, &start, plan, context.watcher).map_err(|why| why.to_string())
 }
 

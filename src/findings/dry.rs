@@ -1,4 +1,4 @@
-//! Estimates k of each particle from its dry runs, and whether one k serves all diameters.
+//! Estimates k of each particle, or of each of its diameters, from its dry runs, and whether one k serves all diameters.
 
 use serde::Serialize;
 
@@ -13,21 +13,27 @@ use crate::inference::law::Law;
 use crate::inference::least_squares::{Fit, Stop};
 use crate::inference::nested::FTest;
 use crate::inference::regression::Regression;
-use crate::physics::dry::Order;
+use crate::physics::dry::{Order, DRY_K};
 use crate::physics::DrySpeed;
-use crate::runs::{DryGroup, Runs};
+use crate::runs::{sphere_label, sphere_words, DryGroup, Runs};
 use crate::scene::Scene;
 
-/// k of one particle.
+/// k of one particle, or of one diameter of it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Dry {
     /// name of the particle
     pub particle: String,
+    /// D, m, where each diameter has a k of its own
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub diameter_m: Option<f64>,
+    /// index into [`Runs::spheres`]
+    #[serde(skip)]
+    pub sphere: usize,
     /// dry runs used
     pub runs: usize,
     /// dry runs with no rebound, left out
     pub stuck: usize,
-    /// k over all diameters, (m/s)^(-1/5)
+    /// k over all its diameters, (m/s)^(-1/5)
     pub dry_k: Estimate,
     /// spread of the restitutions about the law
     pub residual_sd: Option<f64>,
@@ -60,10 +66,12 @@ pub struct DryOfDiameter {
 /// A dry estimate with what later steps need of it.
 #[derive(Debug)]
 pub struct FittedDry {
-    /// index into the scene's particles
-    pub particle: usize,
+    /// index into [`Runs::spheres`]
+    pub sphere: usize,
     /// k and its standard error, where it may be used
     pub usable: Option<(f64, f64)>,
+    /// spread of the restitutions that its runs are weighed by: that of all diameters of the particle
+    weighing_sd: Option<f64>,
     /// weights of its runs, where they carry measurement errors
     pub error_weights: Option<ErrorWeights>,
     /// the estimates
@@ -88,39 +96,67 @@ impl Dry {
         let own = self.by_diameter.iter().filter_map(|own| own.dry_k.value);
         self.largest_shift(own.map(|own| own - k))
     }
+
+    /// The name of its k in files: `dry_k[PTFE]`, `dry_k[PTFE,4.762]`.
+    pub fn name(&self) -> String {
+        format!("{}[{}]", DRY_K.name, sphere_label(&self.particle, self.diameter_m))
+    }
+
+    /// Its words in a text: `PTFE`, `PTFE of 4.762 mm`.
+    pub fn words(&self) -> String {
+        sphere_words(&self.particle, self.diameter_m)
+    }
 }
 
 impl FittedDry {
     /// Variance of each rebound about the law, in the order of the runs; infinite where one was left out.
     pub(super) fn variances(&self) -> impl Iterator<Item = f64> + '_ {
-        let of_all = self.dry.residual_sd.map_or(f64::NAN, |sd| sd * sd);
+        let of_all = self.weighing_sd.map_or(f64::NAN, |sd| sd * sd);
         let own = self.error_weights.as_ref().map(|weights| &weights.variance);
         (0..self.dry.runs).map(move |run| own.map_or(of_all, |own| own[run]))
     }
 }
 
-/// k of every particle that has dry runs, in the scene's order.
+/// k of every sphere that has dry runs, in their order.
 pub fn fit_dry_laws(scene: &Scene, runs: &Runs, quoting: Quoting) -> Vec<FittedDry> {
-    (0..scene.particles.len())
-        .filter_map(|particle| {
-            let groups: Vec<&DryGroup> = runs.dry_of(particle).iter().collect();
-            (!groups.is_empty()).then(|| of_particle(scene, runs, particle, &groups, quoting))
-        })
-        .collect()
+    let spheres = (0..runs.spheres.len()).filter_map(|sphere| {
+        let groups: Vec<&DryGroup> = runs.dry_of(sphere).iter().collect();
+        (!groups.is_empty()).then(|| of_sphere(scene, runs, sphere, &groups, quoting))
+    });
+    let mut fits: Vec<FittedDry> = spheres.collect();
+    for of_particle in fits.chunk_by_mut(|a, b| runs.spheres[a.sphere].particle == runs.spheres[b.sphere].particle) {
+        if of_particle.len() > 1 {
+            let sd = pooled_sd(of_particle);
+            of_particle.iter_mut().for_each(|fitted| fitted.weighing_sd = sd);
+        }
+    }
+    fits
 }
 
-/// That of one particle, out of all in the scene's order.
-pub(super) fn fit_of_particle(dry: &[FittedDry], particle: usize) -> Option<&FittedDry> {
-    let place = dry.binary_search_by_key(&particle, |fitted| fitted.particle).ok()?;
+/// Spread of the restitutions about some laws of one parameter each. Each diameter has its k, but what scatters them is
+/// one; a few runs alone say too little of it, and intervals with weights from them would be too short.
+fn pooled_sd(fits: &[FittedDry]) -> Option<f64> {
+    let known = || {
+        fits.iter()
+            .filter_map(|fitted| Some((fitted.dry.residual_sd?, (fitted.dry.runs - 1) as f64)))
+    };
+    let freedom: f64 = known().map(|(_, freedom)| freedom).sum();
+    let squares: f64 = known().map(|(sd, freedom)| freedom * sd * sd).sum();
+    (freedom > 0.0).then(|| (squares / freedom).sqrt())
+}
+
+/// That of one sphere, out of all in their order.
+pub(super) fn fit_of_sphere(dry: &[FittedDry], sphere: usize) -> Option<&FittedDry> {
+    let place = dry.binary_search_by_key(&sphere, |fitted| fitted.sphere).ok()?;
     dry.get(place)
 }
 
-/// The dry speed of a particle's own runs; `None` unless the scene asks for it and the particle has a usable k.
-pub(super) fn own_dry_speed(scene: &Scene, dry: &[FittedDry], particle: usize) -> Option<OwnDrySpeed> {
+/// The dry speed of a sphere's own runs; `None` unless the scene asks for it and the sphere has a usable k.
+pub(super) fn own_dry_speed(scene: &Scene, dry: &[FittedDry], sphere: usize) -> Option<OwnDrySpeed> {
     if scene.model.dry_speed != DrySpeed::Impact {
         return None;
     }
-    let (dry_k, dry_k_se) = fit_of_particle(dry, particle)?.usable?;
+    let (dry_k, dry_k_se) = fit_of_sphere(dry, sphere)?.usable?;
     Some(OwnDrySpeed {
         dry_k,
         dry_k_se,
@@ -128,7 +164,7 @@ pub(super) fn own_dry_speed(scene: &Scene, dry: &[FittedDry], particle: usize) -
     })
 }
 
-fn of_particle(scene: &Scene, runs: &Runs, particle: usize, groups: &[&DryGroup], quoting: Quoting) -> FittedDry {
+fn of_sphere(scene: &Scene, runs: &Runs, index: usize, groups: &[&DryGroup], quoting: Quoting) -> FittedDry {
     let gather = |column: &[f64]| -> Vec<f64> {
         let slices = groups.iter().map(|group| &column[group.rebounds.clone()]);
         slices.flatten().copied().collect()
@@ -158,11 +194,15 @@ fn of_particle(scene: &Scene, runs: &Runs, particle: usize, groups: &[&DryGroup]
         .map(|(_, (fit, error_weights))| (spread(fit), error_weights.as_ref()));
     let heterogeneity = one_against(spread(&fit), each, one);
     let dry_k = estimate(&fit, quoting);
+    let sphere = runs.spheres[index];
     FittedDry {
-        particle,
+        sphere: index,
         usable: dry_k.pair().filter(|_| verdict.passed),
+        weighing_sd: fit.residual_sd,
         dry: Dry {
-            particle: scene.particles[particle].name.clone(),
+            particle: scene.particles[sphere.particle].name.clone(),
+            diameter_m: sphere.diameter,
+            sphere: index,
             runs: restitutions.len(),
             stuck,
             dry_k,

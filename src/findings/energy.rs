@@ -15,11 +15,14 @@ use crate::physics::quantity::{Place, Quantity};
 use crate::runs::Runs;
 use crate::scene::{Scene, WetLaw};
 
-/// The energy balance of one particle at one film ratio, by one law.
+/// The energy balance of one particle, or one diameter of it, at one film ratio, by one law.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Energy {
     /// name of the particle
     pub particle: String,
+    /// D, m, where each diameter has a k of its own
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub diameter_m: Option<f64>,
     /// film ratio
     pub film_ratio: f64,
     /// `linear` or `sqrt`
@@ -58,10 +61,11 @@ pub fn estimate_energy(
     quoting: Quoting,
 ) -> Vec<Energy> {
     let of_group = |fitted: &FittedScaling| {
-        let series = &runs.series[fitted.series.clone()];
-        let place = WetPlace::of_series(fitted.particle, fitted.scaling.film_ratio?, series);
+        let film_ratio = fitted.scaling.film_ratio?;
+        let mut groups = runs.film_groups_of(fitted.sphere).iter();
+        let place = WetPlace::of_group(runs, groups.find(|group| group.film_ratio == film_ratio)?);
         let at = Place {
-            roughness: scene.particles[fitted.particle].roughness,
+            roughness: scene.particles[place.particle].roughness,
             density_ratio: place.density_ratio(scene),
         };
         energy_of(scene, dry, fitted, at, quoting)
@@ -81,7 +85,8 @@ fn energy_of(scene: &Scene, dry: &[FittedDry], fitted: &FittedScaling, at: Place
     };
     let cap = Inertia::Cap;
     Some(Energy {
-        particle: scene.particles[fitted.particle].name.clone(),
+        particle: fitted.scaling.particle.clone(),
+        diameter_m: fitted.scaling.diameter_m,
         film_ratio,
         law: fitted.law,
         density_ratio: at.density_ratio,
@@ -98,7 +103,7 @@ fn energy_of(scene: &Scene, dry: &[FittedDry], fitted: &FittedScaling, at: Place
 
 /// (e_dry² − e_inf²)/ρ̃ with the uncertainties of k and of the fit, and what they share.
 fn inertial_loss(scene: &Scene, dry: &[FittedDry], fitted: &FittedScaling, at: &Place, quoting: Quoting) -> Estimate {
-    let usable = dry::fit_of_particle(dry, fitted.particle).and_then(|dry| dry.usable);
+    let usable = dry::fit_of_sphere(dry, fitted.sphere).and_then(|dry| dry.usable);
     let Some((k, k_se)) = usable else {
         return quoting.none("the particle has no usable dry runs, so e_dry is not known");
     };

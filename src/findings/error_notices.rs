@@ -31,7 +31,7 @@ pub(super) fn measurement_error_notices(scaling: &[Scaling]) -> Vec<Notice> {
         found.push(notices::speed_error_matters(&SpeedErrors {
             film_ratios: count,
             line: SPEED_ERROR,
-            particle: &row.particle,
+            particle: &row.words(),
             film_ratio: row.film_ratio.unwrap_or(f64::NAN),
             share,
         }));

@@ -1,11 +1,12 @@
-//! Chooses the film ratio that stands for the others of a particle, and rounds film ratios for names.
+//! Chooses the film ratio that stands for the others of a sphere, and rounds film ratios for names.
 
 use crate::runs::{FilmGroup, Runs};
 use crate::scene::Scene;
 
-/// The film ratio of a particle that stands for the others in figures: a published one, else the one with most rebounds.
-pub fn reference_film_ratio(scene: &Scene, runs: &Runs, particle: usize) -> Option<f64> {
-    let groups: Vec<&FilmGroup> = runs.film_groups_of(particle).iter().collect();
+/// The film ratio of a sphere that stands for the others in figures: a published one, else the one with most rebounds.
+pub fn reference_film_ratio(scene: &Scene, runs: &Runs, sphere: usize) -> Option<f64> {
+    let particle = runs.spheres[sphere].particle;
+    let groups: Vec<&FilmGroup> = runs.film_groups_of(sphere).iter().collect();
     if groups.is_empty() {
         return None;
     }

@@ -90,14 +90,17 @@ pub struct MainParameter {
     /// what it is
     #[serde(skip)]
     pub quantity: Quantity,
-    /// what it belongs to where it is of one particle, the words in its name's brackets
+    /// index into [`Runs::spheres`] of the one it is of; `None` where all share it
     #[serde(skip)]
-    pub of: Option<String>,
+    pub sphere: Option<usize>,
     /// the number
     #[serde(flatten)]
     pub number: MainNumber,
     /// whether the prior leads: the runs leave more than half of its sd
     pub prior_led: bool,
+    /// where a k comes from that no dry run tells: `wet runs`
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub from: Option<&'static str>,
 }
 
 /// e_inf and St_c of a particle at a film ratio.
@@ -217,7 +220,11 @@ impl MainSources<'_> {
             Some(MainParameter {
                 name: own.name.clone(),
                 quantity,
-                of: in_brackets(&own.name),
+                sphere: match own.kind {
+                    ParameterKind::DryK(sphere) => Some(sphere),
+                    _ => None,
+                },
+                from: summary.from,
                 number: MainNumber::of_draws(summary, draws, self.level()),
                 prior_led: summary.prior.as_ref().is_some_and(PriorSummary::leads),
             })
@@ -233,7 +240,8 @@ impl MainSources<'_> {
             .map(|(draws, summary)| MainParameter {
                 name: draws.name.clone(),
                 quantity: ratio,
-                of: None,
+                sphere: None,
+                from: None,
                 number: MainNumber::of_draws(summary, &draws.values, self.level()),
                 prior_led: led,
             });
@@ -243,15 +251,16 @@ impl MainSources<'_> {
 
     fn fitted_parameters(&self) -> Vec<MainParameter> {
         let of_fit = |name: String, quantity: Quantity, estimate: &Estimate, source: Source| MainParameter {
-            of: in_brackets(&name),
             name,
             quantity,
+            sphere: None,
+            from: None,
             number: MainNumber::of_fit(estimate, source),
             prior_led: false,
         };
-        let dry = self.least_squares.dry.iter().map(|dry| {
-            let name = format!("{}[{}]", Quantity::DryK.describe().name, dry.particle);
-            of_fit(name, Quantity::DryK, &dry.dry_k, Source::DryLaw)
+        let dry = self.least_squares.dry.iter().map(|dry| MainParameter {
+            sphere: Some(dry.sphere),
+            ..of_fit(dry.name(), Quantity::DryK, &dry.dry_k, Source::DryLaw)
         });
         let balance = self.least_squares.energy_balance.as_ref();
         let shared = balance.iter().flat_map(|balance| &balance.parameters);
@@ -297,11 +306,12 @@ impl MainSources<'_> {
     }
 
     fn law_of(&self, group: &FilmGroup) -> Option<&Scaling> {
-        let name = &self.scene.particles[group.particle].name;
-        self.least_squares
-            .scaling
-            .iter()
-            .find(|row| row.law == WetLaw::Sqrt && row.particle == *name && row.film_ratio == Some(group.film_ratio))
+        let sphere = &self.runs.spheres[group.sphere];
+        self.least_squares.scaling.iter().find(|row| {
+            row.law == WetLaw::Sqrt
+                && sphere.owns(self.scene, &row.particle, row.diameter_m)
+                && row.film_ratio == Some(group.film_ratio)
+        })
     }
 
     /// Whether the square-root law at a film ratio describes how its runs came about: every one of them rebounded, with
@@ -332,7 +342,7 @@ impl MainSources<'_> {
                 [one] => Some(self.scene.liquids[*one].name.clone()),
                 _ => None,
             },
-            diameter_m: None,
+            diameter_m: law.diameter_m,
             e_inf: MainNumber::of_fit(&law.e_inf, source),
             st_c: MainNumber::of_fit(&law.st_c, source),
             source,
@@ -345,7 +355,10 @@ impl MainSources<'_> {
         let of = |quantity: Quantity| all().filter(move |(draws, _)| draws.quantity == quantity.describe().name);
         let here = of(Quantity::EInf).filter_map(|(draws, summary)| {
             let setting = draws.setting.as_ref()?;
-            let is_here = setting.particle == group.particle && setting.film_ratio == group.film_ratio;
+            let diameter = self.runs.spheres[group.sphere].diameter;
+            let is_here = setting.particle == group.particle
+                && setting.film_ratio == group.film_ratio
+                && (diameter.is_none() || setting.diameter == diameter);
             is_here.then(|| {
                 let number = |draws: &[Vec<f64>], summary| MainNumber::of_draws(summary, draws, self.level());
                 let st_c = of(Quantity::StC).find(|(other, _)| other.setting.as_ref() == Some(setting));
@@ -376,8 +389,12 @@ impl MainSources<'_> {
         else {
             return vec![];
         };
-        let name = &self.scene.particles[group.particle].name;
-        let here = |row: &&DerivedEstimate| row.particle == *name && row.film_ratio == group.film_ratio;
+        let own = &self.runs.spheres[group.sphere];
+        let name = &self.scene.particles[own.particle].name;
+        let here = |row: &&DerivedEstimate| {
+            let is_of = own.diameter.is_none() || row.diameter_m == own.diameter;
+            row.particle == *name && is_of && row.film_ratio == group.film_ratio
+        };
         let source = Source::EnergyBalance;
         let of_row = |row: &DerivedEstimate| MainPlace {
             particle: row.particle.clone(),
@@ -390,10 +407,4 @@ impl MainSources<'_> {
         };
         balance.derived.iter().filter(here).map(of_row).collect()
     }
-}
-
-/// What stands in the brackets of a name: the particle of `dry_k[PTFE]`.
-fn in_brackets(name: &str) -> Option<String> {
-    let (_, rest) = name.split_once('[')?;
-    Some(rest.strip_suffix(']')?.to_owned())
 }

@@ -128,7 +128,12 @@ pub fn fit_least_squares_watched(
     notices.extend(bootstrap_notices.into_iter().flatten());
     notices.extend(constants_notice);
     notices.extend(noise::noise_notices(scene, noise.as_ref()));
-    let published = published::compare_with_published(scene, &fits.dry, &fits.scaling);
+    let published = published::compare_with_published(published::OwnFits {
+        scene,
+        runs,
+        dry: &fits.dry,
+        scaling: &fits.scaling,
+    });
     let dry: Vec<Dry> = fits.dry.into_iter().map(|fitted| fitted.dry).collect();
     let scaling: Vec<Scaling> = fits.scaling.into_iter().map(|fitted| fitted.scaling).collect();
     let main = main_numbers::pick_main_numbers(MainSources {
@@ -261,7 +266,13 @@ impl LeastSquaresFits {
     fn notices(&self, scene: &Scene, table: &Table, bootstrap: bool) -> Vec<Notice> {
         let mut notices = terms::term_notices(&self.terms);
         notices.extend(verdicts::screened_notice(table));
-        notices.extend(verdicts::fit_notices(scene, &self.dry, &self.series, &self.scaling));
+        notices.extend(verdicts::fit_notices(
+            scene,
+            &table.runs,
+            &self.dry,
+            &self.series,
+            &self.scaling,
+        ));
         notices.extend(verdicts::unused_settings_notice(scene, bootstrap));
         notices
     }

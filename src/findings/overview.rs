@@ -72,7 +72,8 @@ pub fn summarise_runs(scene: &Scene, table: &Table, least_squares: &Findings) ->
     let runs = &table.runs;
     let mut materials: Vec<Material> = vec![];
     for (index, particle) in scene.particles.iter().enumerate() {
-        let dry = runs.dry_of(index);
+        let spheres = runs.spheres_of(index);
+        let dry = runs.dry_in(spheres.clone());
         if let (Some(first), Some(last)) = (dry.first(), dry.last()) {
             let all = first.rebounds.start..last.stuck.end;
             materials.push(Material {
@@ -92,7 +93,7 @@ pub fn summarise_runs(scene: &Scene, table: &Table, least_squares: &Findings) ->
                 ),
             });
         }
-        let wet = runs.series_of(index);
+        let wet = runs.series_in(spheres);
         for liquid in (0..scene.liquids.len()).filter(|_| !wet.is_empty()) {
             let series: Vec<&Series> = wet.iter().filter(|series| series.liquid == liquid).collect();
             if !series.is_empty() {

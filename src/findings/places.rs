@@ -1,14 +1,16 @@
-//! Lists where an energy balance is told: particles at film ratios, and at diameters where its form tells these apart.
+//! Lists where an energy balance is told: particles at film ratios, and at diameters where its form or k tells these apart.
 
 use crate::physics::Form;
 use crate::runs::{FilmGroup, Runs, Series};
 use crate::scene::Scene;
 
-/// A particle at a film ratio, and at one diameter where the form of the balance tells diameters apart.
+/// A particle at a film ratio, and at one diameter where the form of the balance or k tells diameters apart.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct WetPlace<'r> {
     /// index into the scene's particles
     pub particle: usize,
+    /// index into [`Runs::spheres`]: its k
+    pub sphere: usize,
     /// δ/D
     pub film_ratio: f64,
     /// D, m; `None` where it stands for all
@@ -18,19 +20,15 @@ pub(super) struct WetPlace<'r> {
 }
 
 impl<'r> WetPlace<'r> {
-    /// Some series of a particle with all their diameters.
-    pub fn of_series(particle: usize, film_ratio: f64, series: &'r [Series]) -> WetPlace<'r> {
-        WetPlace {
-            particle,
-            film_ratio,
-            diameter: None,
-            series: series.iter().collect(),
-        }
-    }
-
     /// A film group with all its diameters.
     pub fn of_group(runs: &'r Runs, group: &FilmGroup) -> WetPlace<'r> {
-        WetPlace::of_series(group.particle, group.film_ratio, &runs.series[group.series.clone()])
+        WetPlace {
+            particle: group.particle,
+            sphere: group.sphere,
+            film_ratio: group.film_ratio,
+            diameter: runs.spheres[group.sphere].diameter,
+            series: runs.series[group.series.clone()].iter().collect(),
+        }
     }
 
     /// Every place of a form, in the order of the film groups.
@@ -49,7 +47,7 @@ impl<'r> WetPlace<'r> {
         let of_one = self.series.chunk_by(|a, b| a.is_as_large_as(b));
         of_one
             .map(|series| WetPlace {
-                diameter: Some(series[0].diameter),
+                diameter: self.diameter.or(Some(series[0].diameter)),
                 series: series.to_vec(),
                 ..self
             })

@@ -1,6 +1,6 @@
 //! Measures what pooling liquids of different density ratio does to the square-root law, without any noise.
 
-use super::balance::{at_place, particles_with_known_k, BalanceSetup, EnergyBalance};
+use super::balance::{at_place, spheres_with_known_k, BalanceSetup, EnergyBalance};
 use super::dry::own_dry_speed;
 use super::places::WetPlace;
 use super::scaling::{e_inf_and_st_c, two, Bias, FittedScaling, PooledRuns};
@@ -15,19 +15,19 @@ use crate::scene::WetLaw;
 /// Fits the square-root law to the noise-free balance at the runs of each film ratio.
 ///
 /// Liquids differ in ρ̃, and so in the inertial loss that the law takes as one; what it then gets wrong is its bias, which
-/// stays unknown for particles outside the balance and where that did not converge.
+/// stays unknown for spheres outside the balance and where that did not converge.
 pub(super) fn add_bias(setup: BalanceSetup, scaling: &mut [FittedScaling], balance: &EnergyBalance) {
     if balance.stop != Stop::Converged.as_str() {
         return;
     }
     let BalanceSetup { scene, runs, dry, .. } = setup;
-    let known = particles_with_known_k(runs, dry);
+    let known = spheres_with_known_k(runs, dry);
     let (joint, point) = (
         Joint::new(scene, runs, balance.refit_start.form, &known, &[]),
         &balance.refit_start.point,
     );
     for row in scaling.iter_mut().filter(|row| row.law == WetLaw::Sqrt) {
-        let mut groups = runs.film_groups_of(row.particle).iter();
+        let mut groups = runs.film_groups_of(row.sphere).iter();
         let group = groups.find(|group| Some(group.film_ratio) == row.scaling.film_ratio);
         let Some((group, at)) = group.and_then(|group| {
             let place = WetPlace::of_group(runs, group);
@@ -55,7 +55,7 @@ fn root_of_exact(setup: BalanceSetup, joint: &Joint, point: &[f64], group: &Film
         }
     }
     let pool = PooledRuns::new(setup.runs, series, true);
-    let own = own_dry_speed(setup.scene, setup.dry, group.particle);
+    let own = own_dry_speed(setup.scene, setup.dry, group.sphere);
     // where the balance keeps no energy, the law is not defined and no run would have rebounded
     let kept: Vec<usize> = (0..exact.len()).filter(|run| exact[*run] > 0.0).collect();
     let select = |column: &[f64]| -> Vec<f64> { kept.iter().map(|run| column[*run]).collect() };

@@ -39,6 +39,9 @@ pub struct ParticleBasis {
     pub density_kg_m3: f64,
     /// ε
     pub roughness_m: f64,
+    /// its diameters that have a k of their own, m; empty where one k is that of all
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub dry_k_diameters_m: Vec<f64>,
     /// what its wet runs in use covered, the stuck ones with them; `None` without any
     pub covered: Option<Covered>,
 }
@@ -78,6 +81,7 @@ impl Basis {
                 name: particle.name.clone(),
                 density_kg_m3: particle.density,
                 roughness_m: particle.roughness,
+                dry_k_diameters_m: diameters_with_k(runs, index),
                 covered: covered(runs, index),
             });
         let liquids = scene.liquids.iter().map(|liquid| LiquidBasis {
@@ -94,10 +98,15 @@ impl Basis {
     }
 }
 
+fn diameters_with_k(runs: &Runs, particle: usize) -> Vec<f64> {
+    let spheres = &runs.spheres[runs.spheres_of(particle)];
+    spheres.iter().filter_map(|sphere| sphere.diameter).collect()
+}
+
 fn covered(runs: &Runs, particle: usize) -> Option<Covered> {
     let numbers = |run: usize| (1.0 / runs.inverse_stokes(run), runs.impacts.film_ratio[run]);
     let all = runs
-        .series_of(particle)
+        .series_in(runs.spheres_of(particle))
         .iter()
         .flat_map(|series| series.runs().map(numbers));
     let wider = |[lo, hi]: [f64; 2], x: f64| [lo.min(x), hi.max(x)];

@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::dry::{self, FittedDry};
 use super::estimate::Estimate;
 use super::scaling::FittedScaling;
+use crate::runs::Runs;
 use crate::scene::{Published, PublishedQuantity, Scene, WetLaw};
 
 /// A published number beside ours.
@@ -35,25 +36,41 @@ pub struct PublishedComparison {
     pub why_none: Option<String>,
 }
 
-/// Every published number of the scene beside ours.
-pub fn compare_with_published(scene: &Scene, dry: &[FittedDry], scaling: &[FittedScaling]) -> Vec<PublishedComparison> {
-    scene
-        .published
-        .iter()
-        .map(|published| compare(scene, dry, scaling, published))
-        .collect()
+/// What published numbers are compared with.
+#[derive(Clone, Copy)]
+pub struct OwnFits<'a> {
+    /// what was held fixed
+    pub scene: &'a Scene,
+    /// what was measured
+    pub runs: &'a Runs,
+    /// k of each sphere by its dry runs
+    pub dry: &'a [FittedDry],
+    /// e_inf and St_c by both laws
+    pub scaling: &'a [FittedScaling],
 }
 
-fn compare(scene: &Scene, dry: &[FittedDry], scaling: &[FittedScaling], published: &Published) -> PublishedComparison {
-    let ours = match published.quantity {
-        PublishedQuantity::DryK => dry::fit_of_particle(dry, published.particle).map(|d| &d.dry.dry_k),
-        quantity => group(scene, scaling, published).and_then(|fitted| fitted.scaling.estimate(quantity.of_fit())),
-    };
+/// Every published number of the scene beside ours.
+pub fn compare_with_published(own: OwnFits) -> Vec<PublishedComparison> {
+    let published = own.scene.published.iter();
+    published.map(|published| compare(own, published)).collect()
+}
+
+fn compare(own: OwnFits, published: &Published) -> PublishedComparison {
+    let OwnFits { scene, runs, dry, .. } = own;
+    let spheres = runs.spheres_of(published.particle);
+    // a published number is of all diameters
+    let several = spheres.len() > 1;
+    let sphere = Some(spheres.start).filter(|_| !several);
+    let ours = sphere.and_then(|sphere| match published.quantity {
+        PublishedQuantity::DryK => dry::fit_of_sphere(dry, sphere).map(|d| &d.dry.dry_k),
+        quantity => group(own, sphere, published).and_then(|fitted| fitted.scaling.estimate(quantity.of_fit())),
+    });
     let pair = ours.and_then(Estimate::pair);
     let difference = pair.map(|(value, se)| (value - published.value) / published.se.hypot(se));
     let why = match (pair, ours) {
         (Some(_), _) => None,
         (None, Some(estimate)) => estimate.why_none.clone(),
+        (None, None) if several => Some("each diameter has its own k here".to_owned()),
         (None, None) => Some("no runs of this particle and film ratio".to_owned()),
     };
     PublishedComparison {
@@ -71,16 +88,15 @@ fn compare(scene: &Scene, dry: &[FittedDry], scaling: &[FittedScaling], publishe
     }
 }
 
-/// Our fit of the same particle and law at the nearest film ratio, no further off than groups are told apart.
-fn group<'a>(scene: &Scene, scaling: &'a [FittedScaling], published: &Published) -> Option<&'a FittedScaling> {
-    let same = scaling
-        .iter()
-        .filter(|fit| fit.particle == published.particle && Some(fit.law) == published.law);
+/// Our fit of the sphere and law at the nearest film ratio, no further off than groups are told apart.
+fn group<'a>(own: OwnFits<'a>, sphere: usize, published: &Published) -> Option<&'a FittedScaling> {
+    let same = own.scaling.iter();
+    let same = same.filter(|fit| fit.sphere == sphere && Some(fit.law) == published.law);
     match published.film_ratio {
         None => same.into_iter().find(|fit| fit.scaling.film_ratio.is_none()),
         Some(wanted) => same
             .filter_map(|fit| Some(((fit.scaling.film_ratio? - wanted).abs(), fit)))
-            .filter(|(distance, _)| *distance <= scene.data.film_ratio_gap)
+            .filter(|(distance, _)| *distance <= own.scene.data.film_ratio_gap)
             .min_by(|a, b| a.0.total_cmp(&b.0))
             .map(|(_, fit)| fit),
     }

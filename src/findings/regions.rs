@@ -42,8 +42,7 @@ pub fn of_posterior(
     joint: &JointReplicates,
 ) -> Option<Vec<[f64; 2]>> {
     let film_ratio = joint.film_ratio.filter(|_| joint.law == WetLaw::Sqrt)?;
-    let name = &scene.particles[joint.particle].name;
-    let of_film = |row: &&DerivedEstimate| row.particle == *name && row.film_ratio == film_ratio;
+    let of_film = |row: &&DerivedEstimate| row.sphere == joint.sphere && row.film_ratio == film_ratio;
     let mut derived = balance.derived.iter().filter(of_film);
     let (Some(row), None) = (derived.next(), derived.next()) else {
         return None;
@@ -53,7 +52,7 @@ pub fn of_posterior(
         density_ratio: row.density_ratio,
     };
     posterior.e_inf_and_st_c(
-        joint.particle,
+        joint.sphere,
         film,
         row.fixed_over_stokes,
         scene.model.dry_speed.reference(),

@@ -16,14 +16,17 @@ use crate::inference::nested::{FTest, Spread};
 use crate::inference::regression::Regression;
 use crate::physics::quantity::{Place, Quantity};
 use crate::physics::Coefficient;
-use crate::runs::{FilmGroup, Runs, Series};
+use crate::runs::{sphere_words, FilmGroup, Runs, Series};
 use crate::scene::{Scene, WetLaw};
 
-/// e_inf and St_c of one particle at one film ratio, or over all of them, by one law.
+/// e_inf and St_c of one particle, or one diameter of it, at one film ratio, or over all of them, by one law.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Scaling {
     /// name of the particle
     pub particle: String,
+    /// D, m, where each diameter has a k of its own
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub diameter_m: Option<f64>,
     /// film ratio; `None`: over all
     pub film_ratio: Option<f64>,
     /// `linear` or `sqrt`
@@ -83,8 +86,8 @@ pub struct Bias {
 /// A scaling estimate with what later steps need of it.
 #[derive(Debug)]
 pub struct FittedScaling {
-    /// index into the scene's particles
-    pub particle: usize,
+    /// index into [`Runs::spheres`]
+    pub sphere: usize,
     /// the law
     pub law: WetLaw,
     /// range of [`Runs::series`] it was fitted to
@@ -143,28 +146,29 @@ impl PooledRuns {
 
 /// Runs that one law is fitted to.
 struct ScalingGroup {
-    particle: usize,
+    /// index into [`Runs::spheres`]
+    sphere: usize,
     /// `None`: over all
     film_ratio: Option<f64>,
     /// range of [`Runs::series`]
     series: std::ops::Range<usize>,
 }
 
-/// Both laws for every particle, at each film ratio and over all; square root before linear.
+/// Both laws for every sphere with a k of its own, at each film ratio and over all; square root before linear.
 pub fn fit_scaling(scene: &Scene, runs: &Runs, dry: &[FittedDry], quoting: Quoting) -> Vec<FittedScaling> {
     let mut groups: Vec<ScalingGroup> = vec![];
-    for particle in 0..scene.particles.len() {
-        let of_ratio: &[FilmGroup] = runs.film_groups_of(particle);
+    for sphere in 0..runs.spheres.len() {
+        let of_ratio: &[FilmGroup] = runs.film_groups_of(sphere);
         let (Some(first), Some(last)) = (of_ratio.first(), of_ratio.last()) else {
             continue;
         };
         groups.push(ScalingGroup {
-            particle,
+            sphere,
             film_ratio: None,
             series: first.series.start..last.series.end,
         });
         groups.extend(of_ratio.iter().map(|group| ScalingGroup {
-            particle,
+            sphere,
             film_ratio: Some(group.film_ratio),
             series: group.series.clone(),
         }));
@@ -176,7 +180,7 @@ pub fn fit_scaling(scene: &Scene, runs: &Runs, dry: &[FittedDry], quoting: Quoti
     test_one_for_all(scene, runs, dry, pairs)
 }
 
-/// Compares, for each particle and law, the fit over all film ratios with those at each.
+/// Compares, for each sphere and law, the fit over all film ratios with those at each.
 fn test_one_for_all(
     scene: &Scene,
     runs: &Runs,
@@ -189,7 +193,7 @@ fn test_one_for_all(
         .map(|(all, fit)| {
             let of_ratio = |other: &&(FittedScaling, Fit)| {
                 let other = &other.0;
-                (other.particle, other.law) == (all.particle, all.law) && other.scaling.film_ratio.is_some()
+                (other.sphere, other.law) == (all.sphere, all.law) && other.scaling.film_ratio.is_some()
             };
             if all.scaling.film_ratio.is_some() {
                 return None;
@@ -201,7 +205,7 @@ fn test_one_for_all(
             let groups = separate.map(|(fitted, fit)| (spread(fit), fitted.error_weights.as_ref()));
             one_against(spread(fit), groups, |variance| {
                 let pool = PooledRuns::new(runs, &runs.series[all.series.clone()], true);
-                let own = own_dry_speed(scene, dry, all.particle);
+                let own = own_dry_speed(scene, dry, all.sphere);
                 let offset = own.map_or_else(Vec::new, |own| own.offsets(&pool.speeds));
                 pool.regression(all.law, &offset)
                     .chi_squared(&variance, &fit.parameters)
@@ -231,7 +235,7 @@ fn both_laws(
     group: &ScalingGroup,
 ) -> [(FittedScaling, Fit); 2] {
     let series = &runs.series[group.series.clone()];
-    let own = own_dry_speed(scene, dry, group.particle);
+    let own = own_dry_speed(scene, dry, group.sphere);
     let pool = PooledRuns::new(runs, series, own.is_some());
     let offset = own.as_ref().map_or_else(Vec::new, |own| own.offsets(&pool.speeds));
     let errors = columns(runs, series.iter().map(|one| one.rebounds.clone()), own.as_ref());
@@ -262,7 +266,7 @@ fn both_laws(
     });
     let fitted = |law: WetLaw, LawFit { fit, weights }, uncertain: Uncertain, shift_by_dry_k, scaling: Scaling| {
         let fitted = FittedScaling {
-            particle: group.particle,
+            sphere: group.sphere,
             law,
             series: group.series.clone(),
             parameters: Some(two(&fit)).filter(|p| p.iter().all(|p| p.is_finite())),
@@ -270,7 +274,8 @@ fn both_laws(
             shift_by_dry_k,
             spread: spread(&fit),
             scaling: Scaling {
-                particle: scene.particles[group.particle].name.clone(),
+                particle: scene.particles[runs.spheres[group.sphere].particle].name.clone(),
+                diameter_m: runs.spheres[group.sphere].diameter,
                 film_ratio: group.film_ratio,
                 runs: pool.restitution.len(),
                 stuck: pool.stuck,
@@ -319,16 +324,16 @@ impl LawFit {
 /// Probability of the F test below which one law does not hold for all film ratios.
 pub const DIFFERENT: f64 = 0.001;
 
-/// e_inf and St_c of the square-root law at the rebounds of some series of one particle; `None` where it gives none.
+/// e_inf and St_c of the square-root law at the rebounds of some series of one sphere; `None` where it gives none.
 pub(super) fn square_root_of(
     scene: &Scene,
     runs: &Runs,
     dry: &[FittedDry],
-    particle: usize,
+    sphere: usize,
     series: &[Series],
 ) -> Option<[f64; 2]> {
     let pool = PooledRuns::new(runs, series, true);
-    let own = own_dry_speed(scene, dry, particle);
+    let own = own_dry_speed(scene, dry, sphere);
     let offset = own.as_ref().map_or_else(Vec::new, |own| own.offsets(&pool.speeds));
     let errors = columns(runs, series.iter().map(|one| one.rebounds.clone()), own.as_ref());
     let (fit, _) = pool.regression(WetLaw::Sqrt, &offset).fit_with_errors(errors.as_ref());
@@ -349,6 +354,7 @@ fn scaling_of(law: WetLaw, fit: &Fit, verdict: Verdict, uncertain: &Uncertain, q
     let estimate = |quantity: Quantity| source.estimate(quantity, &Place::NONE);
     Scaling {
         particle: String::new(),
+        diameter_m: None,
         film_ratio: None,
         law,
         runs: 0,
@@ -369,6 +375,11 @@ fn scaling_of(law: WetLaw, fit: &Fit, verdict: Verdict, uncertain: &Uncertain, q
 }
 
 impl Scaling {
+    /// The particle's words in a text: `PTFE`, `PTFE of 4.762 mm`.
+    pub fn words(&self) -> String {
+        sphere_words(&self.particle, self.diameter_m)
+    }
+
     /// The estimate of a quantity; `None` of one that is not in the table.
     pub fn estimate(&self, quantity: Quantity) -> Option<&Estimate> {
         match quantity {

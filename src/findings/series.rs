@@ -92,7 +92,7 @@ pub fn fit_series(scene: &Scene, runs: &Runs, dry: &[FittedDry], quoting: Quotin
 fn of_series(scene: &Scene, runs: &Runs, series: &Series, dry: &[FittedDry], quoting: Quoting) -> SeriesFit {
     let speeds = &runs.impact_speed[series.rebounds.clone()];
     let x = Law::SQUARE_ROOT.abscissae(speeds);
-    let own = own_dry_speed(scene, dry, series.particle);
+    let own = own_dry_speed(scene, dry, series.sphere);
     let offset = own.as_ref().map_or_else(Vec::new, |own| own.offsets(speeds));
     let errors = columns(runs, std::iter::once(series.rebounds.clone()), own.as_ref());
     let regression = Regression {

@@ -58,7 +58,7 @@ pub fn check_least_squares(
 
 fn dry_laws(dry: &[FittedDry]) -> Option<Check> {
     let failed = dry.iter().filter(|d| !d.dry.verdict.passed);
-    let names = failed.map(|d| format!("{}: {}", d.dry.particle, d.dry.verdict.reason));
+    let names = failed.map(|d| format!("{}: {}", d.dry.words(), d.dry.verdict.reason));
     let fits = FailedFits {
         what: "dry law",
         all: dry.len(),
@@ -81,7 +81,8 @@ fn scaling_laws(scaling: &[FittedScaling]) -> Option<Check> {
         let ratio = fit.scaling.film_ratio.unwrap_or_default();
         format!(
             "{} at film ratio {ratio:.3}: {}",
-            fit.scaling.particle, fit.scaling.verdict.reason
+            fit.scaling.words(),
+            fit.scaling.verdict.reason
         )
     });
     let fits = FailedFits {
@@ -164,10 +165,10 @@ fn gating_where_felt(criterion: Criterion, test: &FTest, shift: Option<f64>, tex
 }
 
 /// For each particle, the largest bias in standard errors.
-fn worst_bias<'a>(rows: impl Iterator<Item = &'a FittedScaling>) -> Vec<(&'a str, f64)> {
-    let mut worst: Vec<(&str, f64)> = vec![];
+fn worst_bias<'a>(rows: impl Iterator<Item = &'a FittedScaling>) -> Vec<(String, f64)> {
+    let mut worst: Vec<(String, f64)> = vec![];
     for fitted in rows {
-        let name = fitted.scaling.particle.as_str();
+        let name = fitted.scaling.words();
         let Some(share) = fitted.scaling.bias_in_se() else {
             continue;
         };
@@ -203,13 +204,13 @@ impl FailedFits {
 
 /// The check of the replicates of k, e_inf and St_c.
 pub fn check_replicates(dry: &[FittedDry], scaling: &[FittedScaling]) -> Option<Check> {
-    let of_dry = dry.iter().map(|d| (d.dry.particle.clone(), &d.dry.dry_k));
+    let of_dry = dry.iter().map(|d| (d.dry.words(), &d.dry.dry_k));
     let of_scaling = scaling.iter().filter(|fit| fit.scaling.verdict.passed).flat_map(|fit| {
         let ratio = fit
             .scaling
             .film_ratio
             .map_or("all".to_owned(), |ratio| format!("{ratio:.3}"));
-        let name = format!("{} at film ratio {ratio}, {}", fit.scaling.particle, fit.law.name());
+        let name = format!("{} at film ratio {ratio}, {}", fit.scaling.words(), fit.law.name());
         [(name.clone(), &fit.scaling.e_inf), (name, &fit.scaling.st_c)]
     });
     let shares = of_dry.chain(of_scaling).filter_map(|(name, estimate)| {
@@ -235,7 +236,13 @@ pub fn screened_notice(table: &Table) -> Option<Notice> {
 }
 
 /// What a reader of the estimates should look at.
-pub fn fit_notices(scene: &Scene, dry: &[FittedDry], series: &[SeriesFit], scaling: &[FittedScaling]) -> Vec<Notice> {
+pub fn fit_notices(
+    scene: &Scene,
+    runs: &Runs,
+    dry: &[FittedDry],
+    series: &[SeriesFit],
+    scaling: &[FittedScaling],
+) -> Vec<Notice> {
     let mut found = vec![];
     let stuck: usize = series.iter().map(|s| s.stuck).sum();
     let wet: usize = stuck + series.iter().map(|s| s.runs).sum::<usize>();
@@ -253,11 +260,11 @@ pub fn fit_notices(scene: &Scene, dry: &[FittedDry], series: &[SeriesFit], scali
     if !failed.is_empty() {
         found.push(notices::series_failed(&failed, series.len()));
     }
-    let without: Vec<String> = (0..scene.particles.len())
-        // fits come in the order of the particles
-        .filter(|p| scaling.binary_search_by_key(p, |fit| fit.particle).is_ok())
-        .filter(|p| dry::fit_of_particle(dry, *p).is_none())
-        .map(|p| scene.particles[p].name.clone())
+    let without: Vec<String> = (0..runs.spheres.len())
+        // fits come in the order of the spheres
+        .filter(|s| scaling.binary_search_by_key(s, |fit| fit.sphere).is_ok())
+        .filter(|s| dry::fit_of_sphere(dry, *s).is_none())
+        .map(|s| runs.spheres[s].words(scene))
         .collect();
     if !without.is_empty() {
         let own_speed = scene.model.dry_speed == DrySpeed::Impact;

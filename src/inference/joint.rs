@@ -3,7 +3,7 @@
 //!
 //! The restitution of a wet run is m(r), defined where the square root is not: a lucky rebound at a setting that keeps no
 //! energy on average is noise, and must not bound the parameters as the square root's domain would. Parameters are those
-//! of the form that particles share, then k of each particle. Whatever wants residuals, slopes or sums of them over runs
+//! of the form that particles share, then k of each sphere. Whatever wants residuals, slopes or sums of them over runs
 //! takes them from here.
 
 use std::ops::Range;
@@ -25,11 +25,11 @@ use crate::scene::Scene;
 /// Most slopes a run has: in k and in the shared parameters.
 pub const MOST_SLOPES: usize = 1 + 2 * MOST_PARAMETERS;
 
-/// The runs of a series, or the dry ones of a particle and diameter.
+/// The runs of a series, or the dry ones of a sphere and diameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Part {
-    /// index into the scene's particles
-    pub particle: usize,
+    /// index into [`Runs::spheres`]
+    pub sphere: usize,
     /// index into [`Runs::series`]; `None` for dry runs
     pub series: Option<usize>,
     /// mean D, m
@@ -101,16 +101,16 @@ pub struct Joint<'r> {
     conditions: Conditions<'r>,
     /// the parameters that particles share, first in every point
     pub shared: Vec<Coefficient>,
-    /// the particles whose k follow, as indices of the scene's
-    pub particles: Vec<usize>,
-    /// of each particle of the scene, the place of its k in a point
+    /// the spheres whose k follow, as indices into [`Runs::spheres`]
+    pub spheres: Vec<usize>,
+    /// of each sphere of the runs, the place of its k in a point
     places: Vec<Option<usize>>,
     /// wet parts, then dry ones
     pub parts: Vec<Part>,
 }
 
 impl<'r> Joint<'r> {
-    /// Wet runs of the particles that `wet` names and dry runs of those that `dry` names, each in ascending order. Where
+    /// Wet runs of the spheres that `wet` names and dry runs of those that `dry` names, each in ascending order. Where
     /// the first is empty there are no shared parameters.
     pub fn new(scene: &Scene, runs: &'r Runs, form: Form, wet: &[usize], dry: &[usize]) -> Joint<'r> {
         let mut joint = Joint {
@@ -118,23 +118,23 @@ impl<'r> Joint<'r> {
             runs,
             conditions: Conditions::new(scene, runs, form),
             shared: form.coefficients().filter(|_| !wet.is_empty()).collect(),
-            particles: wet.to_vec(),
-            places: vec![None; scene.particles.len()],
+            spheres: wet.to_vec(),
+            places: vec![None; runs.spheres.len()],
             parts: vec![],
         };
-        let dry_alone = dry.iter().filter(|particle| wet.binary_search(particle).is_err());
-        joint.particles.extend(dry_alone);
-        for (place, particle) in joint.particles.iter().enumerate() {
-            joint.places[*particle] = Some(joint.shared.len() + place);
+        let dry_alone = dry.iter().filter(|sphere| wet.binary_search(sphere).is_err());
+        joint.spheres.extend(dry_alone);
+        for (place, sphere) in joint.spheres.iter().enumerate() {
+            joint.places[*sphere] = Some(joint.shared.len() + place);
         }
         for (index, series) in runs.series.iter().enumerate() {
-            let place = joint.places[series.particle].filter(|_| wet.binary_search(&series.particle).is_ok());
+            let place = joint.places[series.sphere].filter(|_| wet.binary_search(&series.sphere).is_ok());
             if let Some(place) = place {
                 joint.add_wet(scene, series, index, place);
             }
         }
         for group in &runs.dry {
-            let place = joint.places[group.particle].filter(|_| dry.binary_search(&group.particle).is_ok());
+            let place = joint.places[group.sphere].filter(|_| dry.binary_search(&group.sphere).is_ok());
             if let Some(place) = place {
                 joint.add_dry(group, place);
             }
@@ -144,7 +144,7 @@ impl<'r> Joint<'r> {
 
     fn add_wet(&mut self, scene: &Scene, series: &Series, index: usize, place: usize) {
         self.parts.push(Part {
-            particle: series.particle,
+            sphere: series.sphere,
             series: Some(index),
             diameter: series.diameter,
             density_ratio: series.density_ratio(scene),
@@ -156,7 +156,7 @@ impl<'r> Joint<'r> {
 
     fn add_dry(&mut self, group: &DryGroup, place: usize) {
         self.parts.push(Part {
-            particle: group.particle,
+            sphere: group.sphere,
             series: None,
             diameter: group.diameter,
             density_ratio: f64::NAN,
@@ -166,23 +166,21 @@ impl<'r> Joint<'r> {
         });
     }
 
-    /// The particles of the dry parts, in their order.
-    pub fn dry_particles(&self) -> impl Iterator<Item = usize> + '_ {
+    /// The spheres of the dry parts, in their order.
+    pub fn dry_spheres(&self) -> impl Iterator<Item = usize> + '_ {
         let parts: Vec<&Part> = self.dry_parts().collect();
-        let of_one = parts
-            .chunk_by(|a, b| a.particle == b.particle)
-            .map(|parts| parts[0].particle);
+        let of_one = parts.chunk_by(|a, b| a.sphere == b.sphere).map(|parts| parts[0].sphere);
         of_one.collect::<Vec<usize>>().into_iter()
     }
 
     /// How many parameters a point has.
     pub fn parameters(&self) -> usize {
-        self.shared.len() + self.particles.len()
+        self.shared.len() + self.spheres.len()
     }
 
-    /// Place of a particle's k in a point; `None` for a particle that is not in the fit.
-    pub fn place(&self, particle: usize) -> Option<usize> {
-        self.places[particle]
+    /// Place of a sphere's k in a point; `None` for one that is not in the fit.
+    pub fn place(&self, sphere: usize) -> Option<usize> {
+        self.places[sphere]
     }
 
     /// What the parameters of a point are, in their order.
@@ -191,7 +189,7 @@ impl<'r> Joint<'r> {
             .shared
             .iter()
             .map(|coefficient| ParameterKind::Shared(*coefficient));
-        shared.chain(self.particles.iter().map(|particle| ParameterKind::DryK(*particle)))
+        shared.chain(self.spheres.iter().map(|sphere| ParameterKind::DryK(*sphere)))
     }
 
     /// The value of a shared parameter at a point; `None` of one the form lacks.
@@ -200,8 +198,8 @@ impl<'r> Joint<'r> {
         Some(point[place])
     }
 
-    /// The parameters of one particle at a point.
-    pub fn of_particle(&self, k: f64, point: &[f64]) -> Parameters {
+    /// The parameters of one sphere at a point.
+    pub fn of_sphere(&self, k: f64, point: &[f64]) -> Parameters {
         let mut shared = Coefficients::default();
         for (coefficient, value) in self.shared.iter().zip(point) {
             shared[*coefficient] = *value;
@@ -278,7 +276,7 @@ impl<'r> Joint<'r> {
             }
             return;
         }
-        let parameters = self.of_particle(k, point);
+        let parameters = self.of_sphere(k, point);
         let of_film = |run: usize| AtSetting::new(self.form, part, self.runs.impacts.film_ratio[run], &parameters);
         by_film(self.runs, range, of_film, |run, at_setting| {
             let at = self.conditions.wet(run);
@@ -345,7 +343,7 @@ impl<'r> Joint<'r> {
 
     /// Sums over the rebounds of some parts about a point, without weights.
     pub fn sums<'p>(&self, parts: impl Iterator<Item = &'p Part>, point: &[f64]) -> Sums {
-        let mut sums = Sums::new(self.shared.len(), self.particles.len());
+        let mut sums = Sums::new(self.shared.len(), self.spheres.len());
         for part in parts {
             self.each(part, part.rebounds.clone(), point, |row| {
                 let mut slopes = [(0, 0.0); MOST_SLOPES];
@@ -400,7 +398,7 @@ pub struct Known {
 pub struct JointFit<'r> {
     /// the runs
     pub joint: Joint<'r>,
-    /// k of each particle of the fit by its dry runs, or by what else is known of it
+    /// k of each sphere of the fit by its dry runs, or by what else is known of it
     pub own_k: Vec<f64>,
     /// root of the weight of each dry rebound against a wet one, in the order of the parts
     pub dry_roots: Vec<f64>,
@@ -425,7 +423,7 @@ impl JointFit<'_> {
         self.joint.wet_rebounds() + self.dry_roots.len()
     }
 
-    /// A point with each particle's own k, whose shared parameters no dry run reads.
+    /// A point with each sphere's own k, whose shared parameters no dry run reads.
     fn own_start(&self) -> Vec<f64> {
         let mut own = vec![0.0; self.joint.shared.len()];
         own.extend(&self.own_k);
@@ -618,7 +616,7 @@ impl ResidualProblem for JointFit<'_> {
 
 impl SpeedDependent for JointFit<'_> {
     fn own_freedom(&self) -> usize {
-        self.dry_roots.len() - self.joint.dry_particles().count()
+        self.dry_roots.len() - self.joint.dry_spheres().count()
     }
     fn own_squares(&self) -> f64 {
         JointFit::own_squares(self)

@@ -11,7 +11,7 @@ use crate::scene::{least, within, LikelihoodFamily, NoiseOn, Prior, PriorChoice,
 /// What a parameter is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ParameterKind {
-    /// k of a particle, by its index in the scene
+    /// k of a sphere, by its index in [`Runs::spheres`]
     DryK(usize),
     /// a parameter of a term, which particles share
     Shared(Coefficient),
@@ -68,10 +68,10 @@ impl ParameterKind {
         }
     }
 
-    /// Its name in files: `lubrication_log`, `dry_k[PTFE]`.
-    pub fn name(self, scene: &Scene) -> String {
+    /// Its name in files: `lubrication_log`, `dry_k[PTFE]`, `dry_k[PTFE,4.762]`.
+    pub fn name(self, scene: &Scene, runs: &Runs) -> String {
         match self {
-            ParameterKind::DryK(particle) => format!("{}[{}]", self.key(), scene.particles[particle].name),
+            ParameterKind::DryK(sphere) => format!("{}[{}]", self.key(), runs.spheres[sphere].label(scene)),
             _ => self.key().to_owned(),
         }
     }
@@ -133,20 +133,20 @@ impl ParameterKind {
             ParameterKind::LubricationTrend => Coefficient::COUNT + 3,
             ParameterKind::InertialTrend => Coefficient::COUNT + 4,
             ParameterKind::Nu => Coefficient::COUNT + 5,
-            ParameterKind::DryK(particle) => COMMON_SLOTS + particle,
+            ParameterKind::DryK(sphere) => COMMON_SLOTS + sphere,
         }
     }
 }
 
-/// The parameters of the energy balance of one particle, from a full vector.
-pub fn physical(full: &[f64], particle: usize) -> physics::Parameters {
+/// The parameters of the energy balance of one sphere, from a full vector.
+pub fn physical(full: &[f64], sphere: usize) -> physics::Parameters {
     physics::Parameters {
-        dry_k: full[ParameterKind::DryK(particle).slot()],
+        dry_k: full[ParameterKind::DryK(sphere).slot()],
         shared: Coefficients::first_of(full),
     }
 }
 
-/// Places of a full vector before the k of the particles.
+/// Places of a full vector before the k of the spheres.
 pub const COMMON_SLOTS: usize = Coefficient::COUNT + 6;
 
 /// The prior of a trend with the film ratio.
@@ -157,7 +157,7 @@ const TREND_PRIOR: Prior = Prior::Normal(0.0, 1.0);
 pub struct ModelParameter {
     /// what it is
     pub kind: ParameterKind,
-    /// its name in files: `lubrication_log`, `dry_k[PTFE]`
+    /// its name in files: `lubrication_log`, `dry_k[PTFE]`, `dry_k[PTFE,4.762]`
     pub name: String,
     /// it lies inside (lower, upper)
     pub bounds: (f64, f64),
@@ -235,7 +235,7 @@ impl ModelParameters {
         let mut parameters = ModelParameters {
             sampled: vec![],
             left_out: vec![],
-            template: vec![1.0; COMMON_SLOTS + scene.particles.len()],
+            template: vec![1.0; COMMON_SLOTS + runs.spheres.len()],
         };
         for trend in [ParameterKind::LubricationTrend, ParameterKind::InertialTrend] {
             parameters.template[trend.slot()] = 0.0;
@@ -244,17 +244,17 @@ impl ModelParameters {
             value: None,
             reason: text.to_owned(),
         };
-        for particle in 0..scene.particles.len() {
-            let fastest = fastest(runs, particle, form);
+        for sphere in 0..runs.spheres.len() {
+            let fastest = fastest(runs, sphere, form);
             let why_not = fastest.is_none().then(|| unread("the particle has no runs in use"));
             // e_dry is positive and falls at every speed in use; beyond, e_dry² grows again and a second mode appears
             let most = fastest.map_or(f64::INFINITY, |v| form.dry.largest_loss() / speed_root(v));
             let dry_k = CandidateParameter {
-                kind: ParameterKind::DryK(particle),
+                kind: ParameterKind::DryK(sphere),
                 bounds: (0.0, most),
                 why_not,
             };
-            parameters.add(scene, form, dry_k)?;
+            parameters.add(scene, runs, form, dry_k)?;
         }
         let no_wet = || (!wet).then(|| unread("no wet runs in use"));
         let viscous = ParameterKind::LUBRICATION_LOG;
@@ -265,6 +265,7 @@ impl ModelParameters {
             };
             parameters.add(
                 scene,
+                runs,
                 form,
                 CandidateParameter::positive(viscous, no_wet().or(Some(left_out))),
             )?;
@@ -272,22 +273,25 @@ impl ModelParameters {
         // what the runs cannot tell keeps its prior: held, it would make another look known
         for coefficient in form.coefficients() {
             let kind = ParameterKind::Shared(coefficient);
-            parameters.add(scene, form, CandidateParameter::positive(kind, no_wet()))?;
+            parameters.add(scene, runs, form, CandidateParameter::positive(kind, no_wet()))?;
         }
         let no_dry = || (!dry).then(|| unread("no dry runs in use"));
         parameters.add(
             scene,
+            runs,
             form,
             CandidateParameter::positive(ParameterKind::SigmaDry, no_dry()),
         )?;
         parameters.add(
             scene,
+            runs,
             form,
             CandidateParameter::positive(ParameterKind::SigmaWet, no_wet()),
         )?;
         if scene.model.noise == NoiseOn::Both {
             parameters.add(
                 scene,
+                runs,
                 form,
                 CandidateParameter::positive(ParameterKind::SigmaEnergy, no_wet()),
             )?;
@@ -298,7 +302,7 @@ impl ModelParameters {
                 bounds: (least(ParameterKind::Nu.key()), f64::INFINITY),
                 why_not: runs.is_empty().then(|| unread("no runs in use")),
             };
-            parameters.add(scene, form, nu)?;
+            parameters.add(scene, runs, form, nu)?;
         }
         Ok(parameters)
     }
@@ -319,10 +323,10 @@ impl ModelParameters {
         self
     }
 
-    fn add(&mut self, scene: &Scene, form: Form, candidate: CandidateParameter) -> Result<(), Error> {
+    fn add(&mut self, scene: &Scene, runs: &Runs, form: Form, candidate: CandidateParameter) -> Result<(), Error> {
         let CandidateParameter { kind, bounds, why_not } = candidate;
-        let name = kind.name(scene);
-        let (prior, source) = prior_of(scene, kind, form);
+        let name = kind.name(scene, runs);
+        let (prior, source) = prior_of(scene, runs, kind, form);
         let held_by_scene = |value: f64| NotSampled {
             value: Some(value),
             reason: "held by the scene's prior".to_owned(),
@@ -339,7 +343,7 @@ impl ModelParameters {
                 let lowest_allowed =
                     value == 0.0 && (held || kind.physical().is_some_and(|parameter| parameter.may_be_zero));
                 if !(lowest_allowed || value > bounds.0 && value < bounds.1) {
-                    return Err(no_room(scene, kind, &prior, within("a value", bounds)));
+                    return Err(no_room(scene, runs, kind, &prior, within("a value", bounds)));
                 }
                 self.template[kind.slot()] = value;
             }
@@ -353,7 +357,7 @@ impl ModelParameters {
             return Ok(());
         }
         if let Some(expected) = prior.fails(bounds) {
-            return Err(no_room(scene, kind, &prior, expected));
+            return Err(no_room(scene, runs, kind, &prior, expected));
         }
         let bounds = match prior {
             Prior::Uniform(lo, hi) => (bounds.0.max(lo), bounds.1.min(hi)),
@@ -396,38 +400,39 @@ impl ModelParameters {
 }
 
 /// The prior of a parameter and where it comes from: that of one particle goes before that of all.
-pub fn prior_of(scene: &Scene, kind: ParameterKind, form: Form) -> (Prior, &'static str) {
-    match choice_of(scene, kind) {
+pub fn prior_of(scene: &Scene, runs: &Runs, kind: ParameterKind, form: Form) -> (Prior, &'static str) {
+    match choice_of(scene, runs, kind) {
         Some(choice) => (choice.prior, "the scene"),
         None => kind.default_prior(form),
     }
 }
 
 /// The prior the scene sets for a parameter; `None` where it keeps its default.
-fn choice_of(scene: &Scene, kind: ParameterKind) -> Option<&PriorChoice> {
+fn choice_of<'s>(scene: &'s Scene, runs: &Runs, kind: ParameterKind) -> Option<&'s PriorChoice> {
     let of = |particle: Option<usize>| {
         let mut set = scene.priors.iter();
         set.find(|choice| choice.particle == particle && choice.parameter == kind.key())
     };
     let own = match kind {
-        ParameterKind::DryK(particle) => of(Some(particle)),
+        ParameterKind::DryK(sphere) => of(Some(runs.spheres[sphere].particle)),
         _ => None,
     };
     own.or_else(|| of(None))
 }
 
 /// A prior that leaves a parameter no room, with the line of the scene it stands on.
-fn no_room(scene: &Scene, kind: ParameterKind, prior: &Prior, expected: String) -> Error {
-    let choice = choice_of(scene, kind);
+fn no_room(scene: &Scene, runs: &Runs, kind: ParameterKind, prior: &Prior, expected: String) -> Error {
+    let choice = choice_of(scene, runs, kind);
     let (key, why) = match kind {
-        ParameterKind::DryK(particle) => {
+        ParameterKind::DryK(sphere) => {
             let of_all = choice.is_some_and(|choice| choice.particle.is_none());
-            let name = &scene.particles[particle].name;
+            let sphere = runs.spheres[sphere];
             let key = if of_all {
                 "dry_k".to_owned()
             } else {
-                format!("dry_k.{name}")
+                format!("dry_k.{}", scene.particles[sphere.particle].name)
             };
+            let name = sphere.words(scene);
             (key, format!(", or e_dry of {name} turns negative at a speed in use"))
         }
         other => (other.key().to_owned(), String::new()),
@@ -442,12 +447,12 @@ fn no_room(scene: &Scene, kind: ParameterKind, prior: &Prior, expected: String) 
     Error::input(&scene.file, vec![problem])
 }
 
-/// Largest speed at which e_dry of a particle is used, m/s; `None` for a particle without runs.
-fn fastest(runs: &Runs, particle: usize, form: Form) -> Option<f64> {
+/// Largest speed at which e_dry of a sphere is used, m/s; `None` for one without runs.
+fn fastest(runs: &Runs, sphere: usize, form: Form) -> Option<f64> {
     let of = |range: std::ops::Range<usize>| runs.impact_speed[range].iter().copied();
-    let dry = runs.dry.iter().filter(|group| group.particle == particle);
+    let dry = runs.dry.iter().filter(|group| group.sphere == sphere);
     let dry = dry.flat_map(|group| of(group.rebounds.start..group.stuck.end));
-    let wet = runs.series.iter().filter(|series| series.particle == particle);
+    let wet = runs.series.iter().filter(|series| series.sphere == sphere);
     let wet = wet.flat_map(|series| of(series.runs())).map(|v| form.dry_speed.of(v));
     dry.chain(wet).reduce(f64::max)
 }

@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::model::likelihood::tails::Tails;
 use crate::physics::coefficient::Coefficients;
 use crate::physics::{kept_energy, rebound, Coefficient, Parameters};
-use crate::runs::NewRun;
+use crate::runs::{sphere_words, NewRun};
 use crate::scene::{Design, NoiseShape, Scene, Truth};
 use crate::seed::stream;
 
@@ -141,7 +141,7 @@ impl<'s> Simulation<'s> {
     }
 
     fn run(&self, point: &DesignPoint, rng: &mut ChaCha8Rng) -> NewRun<'s> {
-        let k = self.truth.dry_k[point.particle].unwrap_or_default();
+        let k = self.truth.k(point.particle, point.diameter).unwrap_or_default();
         let particle = &self.scene.particles[point.particle];
         let v = point.impact_speed;
         let (liquid, film, latent) = match point.wet {
@@ -233,8 +233,9 @@ fn points(scene: &Scene, truth: &Truth, design: &Design) -> Result<(Vec<DesignPo
     let mut left_out = 0;
     for particle in 0..scene.particles.len() {
         let diameters = &design.diameters[particle];
-        if !diameters.is_empty() && truth.dry_k[particle].is_none() {
-            let name = &scene.particles[particle].name;
+        if let Some(missing) = diameters.iter().find(|d| truth.k(particle, **d).is_none()) {
+            let by_diameter = Some(*missing).filter(|_| !truth.dry_k_by_diameter[particle].is_empty());
+            let name = sphere_words(&scene.particles[particle].name, by_diameter);
             let text = format!("[truth] dry_k has no value for {name}, which [design] uses");
             return Err(Error::Usage(text));
         }

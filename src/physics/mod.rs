@@ -5,7 +5,7 @@
 //!
 //! | file | job |
 //! |---|---|
-//! | [`numbers`] | Stokes and Reynolds number, speed of a fall |
+//! | [`numbers`] | Stokes and Reynolds number, speed of a fall, which diameters are one |
 //! | [`jet`] | a number with its slopes, for formulas that are written once |
 //! | [`coefficient`] | the parameters that particles share, and a value of each |
 //! | [`loss`] | what a loss states of itself, at one setting |

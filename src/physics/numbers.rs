@@ -1,4 +1,4 @@
-//! Computes the dimensionless numbers of an impact.
+//! Computes the dimensionless numbers of an impact, its speed after a fall, and which diameters are one.
 
 /// Acceleration of free fall used to turn a drop height into an impact speed, m/s².
 pub const GRAVITY: f64 = 9.81;
@@ -21,6 +21,14 @@ pub fn reynolds(liquid_density: f64, film: f64, impact_speed: f64, viscosity: f6
 /// Impact speed of a fall from rest through `height` (m), v = √(2 g h), without air drag.
 pub fn free_fall_speed(height: f64) -> f64 {
     (2.0 * GRAVITY * height).sqrt()
+}
+
+/// Diameters that differ by at most this share of the smaller are one diameter.
+const SAME_DIAMETER: f64 = 1e-3;
+
+/// Whether two diameters, in the same unit, count as one.
+pub fn same_diameter(one: f64, other: f64) -> bool {
+    one.max(other) <= one.min(other) * (1.0 + SAME_DIAMETER)
 }
 
 #[cfg(test)]

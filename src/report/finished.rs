@@ -12,12 +12,15 @@ use super::draws::tie::{Tie, STORE, TABLE};
 use crate::encoding::decode;
 use crate::error::{named, quoted, Error};
 use crate::files;
-use crate::findings::predict::{Basis, Covered, Draw, ParticleLaw};
+use crate::findings::predict::{Basis, Covered, Draw, ParticleBasis, ParticleLaw};
 use crate::findings::SCHEMA;
 use crate::model::parameters::ParameterKind;
 use crate::physics::coefficient::Coefficients;
+use crate::physics::dry::DRY_K;
 use crate::physics::form::Term;
+use crate::physics::numbers::same_diameter;
 use crate::physics::{Coefficient, DrySpeed, Form, Inertia, Parameters, Viscous};
+use crate::runs::{diameter_in_mm, sphere_label};
 use crate::scene::{name_expected, LARGEST_FILM_RATIO, MOST_KEPT};
 use crate::seed::sha256;
 
@@ -146,15 +149,22 @@ impl Finished {
         })
     }
 
-    /// The law of a particle, from the folder's draws.
+    /// The law of a particle of a diameter, m, from the folder's draws; the diameter is read where each has its own k.
     ///
-    /// Fails for a particle the fit has no k of, and where the draws are missing, cut short or not to be read.
-    pub fn law(&self, particle: &str) -> Result<ParticleLaw, Error> {
+    /// Fails for a particle or diameter the fit has no k of, and where the draws are missing, cut short or not to be read.
+    pub fn law(&self, particle: &str, diameter: f64) -> Result<ParticleLaw, Error> {
         let known = self.basis.particles.iter().find(|known| known.name == particle);
-        let dry_k = format!("dry_k[{particle}]");
-        let Some(known) = known.filter(|_| self.has(&dry_k)) else {
+        let Some(known) = known.filter(|known| self.has_k(known)) else {
             return Err(self.refuse_particle(particle));
         };
+        let sphere = match known.dry_k_diameters_m.as_slice() {
+            [] => None,
+            own => match own.iter().find(|own| same_diameter(**own, diameter)) {
+                Some(own) => Some(*own),
+                None => return Err(refuse_diameter(known, diameter)),
+            },
+        };
+        let dry_k = name_of_k(particle, sphere);
         let inertia = Inertia::ALL
             .into_iter()
             .find(|form| form.name() == self.posterior.inertia)
@@ -232,17 +242,23 @@ impl Finished {
         self.posterior.parameters.iter().chain(held).any(|p| p.name == name)
     }
 
+    /// Whether the fit has a k of a particle, at every diameter or at one.
+    fn has_k(&self, particle: &ParticleBasis) -> bool {
+        let mut own = particle.dry_k_diameters_m.iter();
+        let of_diameter = |diameter: Option<f64>| self.has(&name_of_k(&particle.name, diameter));
+        of_diameter(None) || own.any(|diameter| of_diameter(Some(*diameter)))
+    }
+
     fn refuse_particle(&self, particle: &str) -> Error {
         let name = quoted(particle);
-        let names = self.basis.particles.iter().map(|known| known.name.as_str());
+        let particles = self.basis.particles.iter();
+        let names = particles.clone().map(|known| known.name.as_str());
         if self.basis.particles.iter().any(|known| known.name == particle) {
             let text = format!("--particle: {name} has no runs in use, so the fit has no k of it");
             return Error::Usage(format!("{text}; add dry runs of it and fit again"));
         }
-        let with_k: Vec<&str> = names
-            .clone()
-            .filter(|name| self.has(&format!("dry_k[{name}]")))
-            .collect();
+        let with_k = particles.filter(|known| self.has_k(known));
+        let with_k: Vec<&str> = with_k.map(|known| known.name.as_str()).collect();
         let expected = name_expected(&format!("one of {}", with_k.join(", ")), particle, names);
         Error::Usage(format!("--particle: the fit has no k of {name}; {expected}"))
     }
@@ -330,6 +346,22 @@ impl Finished {
     }
 }
 
+/// The name of a k in files.
+fn name_of_k(particle: &str, diameter: Option<f64>) -> String {
+    format!("{}[{}]", DRY_K.name, sphere_label(particle, diameter))
+}
+
+fn refuse_diameter(particle: &ParticleBasis, diameter: f64) -> Error {
+    let own = particle.dry_k_diameters_m.iter();
+    let own: Vec<String> = own.map(|own| diameter_in_mm(*own).to_string()).collect();
+    Error::Usage(format!(
+        "--diameter-mm: found {}, expected one of {}: each diameter of {} has its own k, and this fit has no other",
+        diameter_in_mm(diameter),
+        own.join(", "),
+        quoted(&particle.name)
+    ))
+}
+
 /// What is wrong with the numbers a prediction starts from, the draws apart; `None`: nothing.
 fn odd_number(posterior: &PosteriorRecord) -> Option<String> {
     let basis = &posterior.basis;
@@ -356,8 +388,11 @@ fn odd_number(posterior: &PosteriorRecord) -> Option<String> {
     let particles = basis.particles.iter().find_map(|particle| {
         let density = above(format!("density of {}", quoted(&particle.name)), particle.density_kg_m3);
         let roughness = || above(format!("roughness of {}", quoted(&particle.name)), particle.roughness_m);
+        let mut diameters = particle.dry_k_diameters_m.iter();
+        let of_k = || format!("diameter of {} with a k of its own", quoted(&particle.name));
         density
             .or_else(roughness)
+            .or_else(|| diameters.find_map(|diameter| above(of_k(), *diameter)))
             .or_else(|| covered(&particle.name, particle.covered.as_ref()?))
     });
     let liquids = || {

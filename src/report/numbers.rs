@@ -291,6 +291,7 @@ mod tests {
             mcse_sd: None,
             mcse_q05: Some(2.0 * mcse),
             mcse_q95: Some(mcse),
+            from: None,
             prior: None,
             why_none: None,
         };

@@ -6,6 +6,7 @@ use crate::findings::main_numbers::MainNumber;
 use crate::findings::posterior::QuantitySummary;
 use crate::model::parameters::ParameterKind;
 use crate::physics::Quantity;
+use crate::runs::Runs;
 use crate::scene::Scene;
 use crate::units::micrometres;
 
@@ -79,10 +80,10 @@ pub fn five_to_ninety_five(quantity: Quantity, of: &QuantitySummary) -> String {
     numbers::five_to_ninety_five(of, factor(quantity).0)
 }
 
-/// A parameter's symbol, with its particle where it is of one.
-pub fn parameter_label(scene: &Scene, kind: ParameterKind, symbol: &str) -> String {
+/// A parameter's symbol, with its particle and diameter where it is of one.
+pub fn parameter_label(scene: &Scene, runs: &Runs, kind: ParameterKind, symbol: &str) -> String {
     match kind {
-        ParameterKind::DryK(particle) => format!("{symbol}, {}", scene.particles[particle].name),
+        ParameterKind::DryK(sphere) => format!("{symbol}, {}", runs.spheres[sphere].words(scene)),
         _ => symbol.to_owned(),
     }
 }

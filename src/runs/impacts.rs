@@ -6,6 +6,7 @@ use super::collect::RunsAsRead;
 use super::series::{self, Runs, Series};
 use crate::physics::balance::Impact;
 use crate::physics::dry::speed_root;
+use crate::physics::numbers::same_diameter;
 use crate::physics::viscous::slope_lubrication_log;
 use crate::physics::{DrySpeed, Form, Setting};
 use crate::scene::Scene;
@@ -67,8 +68,7 @@ impl Series {
 
     /// Whether two series are of one diameter.
     pub fn is_as_large_as(&self, other: &Series) -> bool {
-        let (less, more) = (self.diameter.min(other.diameter), self.diameter.max(other.diameter));
-        more <= less * (1.0 + series::SAME_DIAMETER)
+        same_diameter(self.diameter, other.diameter)
     }
 }
 

@@ -13,6 +13,7 @@
 //! | `new_run.rs` | holds one run to be written |
 //! | `typed.rs` | reads CSV and Parquet with polars, writes Parquet; with `parquet_footer.rs` the only file that names it |
 //! | `stream.rs` | reads an ordinary CSV a window of lines at a time |
+//! | `spheres.rs` | holds the spheres that have a k of their own |
 //! | `series.rs` | orders runs by series |
 //! | `impacts.rs` | computes of each run, once, what the laws and the energy balance read |
 //! | `part.rs` | takes a part of the runs |
@@ -29,6 +30,7 @@ mod refusals;
 mod row;
 mod screen;
 mod series;
+mod spheres;
 mod stream;
 mod text;
 mod typed;
@@ -39,6 +41,7 @@ pub use errors::MeasurementErrors;
 pub use impacts::{by_film, Conditions};
 pub use new_run::NewRun;
 pub use series::{DryGroup, FilmGroup, Impacts, Runs, Series};
+pub use spheres::{diameter_in_mm, sphere_label, sphere_words, Sphere};
 pub use write::{Existing, RunWriter};
 
 use std::fs::File;

@@ -9,7 +9,10 @@ impl Runs {
     ///
     /// A film group keeps its name, also where some of its runs are gone.
     pub fn with_films_below(&self, film_ratio: f64) -> Runs {
-        let mut part = Runs::default();
+        let mut part = Runs {
+            spheres: self.spheres.clone(),
+            ..Runs::default()
+        };
         let all = |_: usize| true;
         let thin = |run: usize| self.film[run] / self.diameter[run] < film_ratio;
         for group in &self.dry {
@@ -52,6 +55,7 @@ impl Runs {
     /// series keeps its mean diameter and film.
     pub fn with_rebounds(&self, keep: impl Fn(usize) -> bool) -> Runs {
         let mut part = Runs {
+            spheres: self.spheres.clone(),
             film_groups: self.film_groups.clone(),
             ..Runs::default()
         };
@@ -92,6 +96,7 @@ impl Runs {
             row,
             errors,
             impacts,
+            spheres: _,
             dry: _,
             film_groups: _,
             series: _,

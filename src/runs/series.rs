@@ -5,13 +5,12 @@ use std::ops::Range;
 
 use super::collect::RunsAsRead;
 use super::errors::MeasurementErrors;
-use crate::scene::Scene;
-
-/// Diameters that differ by less than this share of the smallest are one diameter.
-pub(super) const SAME_DIAMETER: f64 = 1e-3;
+use super::spheres::Sphere;
+use crate::physics::numbers::same_diameter;
+use crate::scene::{DryKOf, Scene};
 
 /// The runs in use as columns in SI, ordered: dry runs by particle and diameter, then wet runs by particle, film
-/// ratio, liquid and diameter; inside a series the rebounds come first, then the stuck runs, each in file order.
+/// ratio, liquid and diameter, or by diameter before film ratio where each has its own k; inside a series the rebounds come first, then the stuck runs, each in file order.
 #[derive(Debug, Clone, Default)]
 pub struct Runs {
     /// D of each run, m
@@ -28,9 +27,11 @@ pub struct Runs {
     pub errors: Option<MeasurementErrors>,
     /// what the physics reads of each run
     pub impacts: Impacts,
+    /// the spheres that have a k of their own, by particle and diameter
+    pub spheres: Vec<Sphere>,
     /// the dry runs of one particle and diameter
     pub dry: Vec<DryGroup>,
-    /// the series of one particle and film ratio
+    /// the series of one sphere and film ratio
     pub film_groups: Vec<FilmGroup>,
     /// particle × liquid × diameter × film ratio
     pub series: Vec<Series>,
@@ -52,6 +53,8 @@ pub struct Impacts {
 pub struct DryGroup {
     /// index into the scene's particles
     pub particle: usize,
+    /// index into [`Runs::spheres`]: its k
+    pub sphere: usize,
     /// mean D, m
     pub diameter: f64,
     /// runs that rebounded, as a range of every column of [`Runs`]
@@ -60,11 +63,13 @@ pub struct DryGroup {
     pub stuck: Range<usize>,
 }
 
-/// The series of one particle and film ratio.
+/// The series of one sphere and film ratio.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FilmGroup {
     /// index into the scene's particles
     pub particle: usize,
+    /// index into [`Runs::spheres`]: its k
+    pub sphere: usize,
     /// nominal δ/D, or the mean of the runs' own where the file names none
     pub film_ratio: f64,
     /// range of [`Runs::series`]
@@ -76,6 +81,8 @@ pub struct FilmGroup {
 pub struct Series {
     /// index into the scene's particles
     pub particle: usize,
+    /// index into [`Runs::spheres`]: its k
+    pub sphere: usize,
     /// index into the scene's liquids
     pub liquid: usize,
     /// mean D, m
@@ -115,19 +122,35 @@ impl Runs {
         wet.chain(dry).sum()
     }
 
-    /// The dry runs of a particle, by diameter.
-    pub fn dry_of(&self, particle: usize) -> &[DryGroup] {
-        &self.dry[of_particle(&self.dry, particle, |group| group.particle)]
+    /// Where the spheres of a particle stand in [`Runs::spheres`].
+    pub fn spheres_of(&self, particle: usize) -> Range<usize> {
+        let start = self.spheres.partition_point(|sphere| sphere.particle < particle);
+        start..self.spheres.partition_point(|sphere| sphere.particle <= particle)
     }
 
-    /// The film groups of a particle.
-    pub fn film_groups_of(&self, particle: usize) -> &[FilmGroup] {
-        &self.film_groups[of_particle(&self.film_groups, particle, |group| group.particle)]
+    /// The dry runs of a sphere, by its index; by diameter.
+    pub fn dry_of(&self, sphere: usize) -> &[DryGroup] {
+        self.dry_in(sphere..sphere + 1)
     }
 
-    /// The series of a particle.
-    pub fn series_of(&self, particle: usize) -> &[Series] {
-        &self.series[of_particle(&self.series, particle, |series| series.particle)]
+    /// The dry runs of some spheres.
+    pub fn dry_in(&self, spheres: Range<usize>) -> &[DryGroup] {
+        &self.dry[within(&self.dry, spheres, |group| group.sphere)]
+    }
+
+    /// The film groups of a sphere, by its index.
+    pub fn film_groups_of(&self, sphere: usize) -> &[FilmGroup] {
+        &self.film_groups[within(&self.film_groups, sphere..sphere + 1, |group| group.sphere)]
+    }
+
+    /// The series of a sphere, by its index.
+    pub fn series_of(&self, sphere: usize) -> &[Series] {
+        self.series_in(sphere..sphere + 1)
+    }
+
+    /// The series of some spheres.
+    pub fn series_in(&self, spheres: Range<usize>) -> &[Series] {
+        &self.series[within(&self.series, spheres, |series| series.sphere)]
     }
 
     /// The measurement errors of all runs; one that carries none is taken to err like the median of those that do, its
@@ -158,10 +181,10 @@ impl Runs {
     }
 }
 
-/// Where the entries of a particle stand in a column that is ordered by particle.
-fn of_particle<T>(column: &[T], particle: usize, of: impl Fn(&T) -> usize) -> Range<usize> {
-    let start = column.partition_point(|one| of(one) < particle);
-    start..start + column[start..].partition_point(|one| of(one) == particle)
+/// Where the entries of some spheres stand in a column that is ordered by sphere.
+fn within<T>(column: &[T], spheres: Range<usize>, of: impl Fn(&T) -> usize) -> Range<usize> {
+    let start = column.partition_point(|one| of(one) < spheres.start);
+    start..start + column[start..].partition_point(|one| of(one) < spheres.end)
 }
 
 /// What makes two runs belong together, in the order of the columns.
@@ -169,6 +192,8 @@ fn of_particle<T>(column: &[T], particle: usize, of: impl Fn(&T) -> usize) -> Ra
 struct Key {
     wet: bool,
     particle: u32,
+    /// the diameter's class where each has its own k, else 0
+    sphere: u32,
     film_group: u32,
     liquid: u32,
     diameter: u32,
@@ -176,22 +201,25 @@ struct Key {
 }
 
 pub(super) fn arrange(columns: RunsAsRead, scene: &Scene) -> Runs {
-    let diameters = Classes::new(&columns.diameter, |first, next| next > first * (1.0 + SAME_DIAMETER));
+    let diameters = Classes::new(&columns.diameter, |first, next| !same_diameter(first, next));
     let groups = FilmClasses::new(&columns, scene);
     let mut ids: BTreeMap<Key, (u32, usize)> = BTreeMap::new();
     let mut id_of_row: Vec<u32> = Vec::with_capacity(columns.restitution.len());
     let mut last: Option<(Key, u32)> = None;
     let mut counts: Vec<usize> = vec![];
+    let by_diameter = scene.model.dry_k == DryKOf::Diameter;
     let mut diameter_classes = diameters.lookup();
     let mut film_classes = groups.lookup();
     for row in 0..columns.restitution.len() {
         let wet = columns.liquid[row] != RunsAsRead::NO_LIQUID;
+        let diameter = diameter_classes.of(columns.diameter[row]);
         let key = Key {
             wet,
             particle: columns.particle[row],
+            sphere: if by_diameter { diameter } else { 0 },
             film_group: if wet { film_classes.of(&columns, row) } else { 0 },
             liquid: if wet { columns.liquid[row] } else { 0 },
-            diameter: diameter_classes.of(columns.diameter[row]),
+            diameter,
             stuck: columns.restitution[row] <= scene.data.smallest_restitution,
         };
         let id = match last {
@@ -244,7 +272,9 @@ pub(super) fn arrange(columns: RunsAsRead, scene: &Scene) -> Runs {
     if let Some(errors) = &mut runs.errors {
         reorder([&mut errors.impact_speed_sd, &mut errors.restitution_sd], &place);
     }
-    name_groups(&mut runs, &spans, &groups);
+    let spheres = Spheres::new(&runs.diameter, &spans, scene);
+    name_groups(&mut runs, &spans, &groups, &spheres);
+    runs.spheres = spheres.all;
     runs
 }
 
@@ -265,8 +295,58 @@ pub(super) fn mean(values: &[f64]) -> f64 {
     first + values.iter().map(|x| x - first).sum::<f64>() / values.len() as f64
 }
 
+/// The spheres of some runs, with what finds that of a run.
+struct Spheres {
+    all: Vec<Sphere>,
+    /// particle and class of the diameter of each
+    classes: Vec<(u32, u32)>,
+}
+
+impl Spheres {
+    /// `diameter` is the column that the spans are ranges of.
+    fn new(diameter: &[f64], spans: &[(Key, Range<usize>)], scene: &Scene) -> Spheres {
+        let mut ranges: BTreeMap<(u32, u32), Vec<Range<usize>>> = BTreeMap::new();
+        if scene.model.dry_k == DryKOf::Diameter {
+            for (key, range) in spans {
+                let of_class = ranges.entry((key.particle, key.sphere)).or_default();
+                of_class.push(range.clone());
+            }
+        }
+        for particle in 0..scene.particles.len() as u32 {
+            if ranges.range((particle, 0)..(particle + 1, 0)).next().is_none() {
+                ranges.insert((particle, 0), vec![]);
+            }
+        }
+        let sphere = |(class, ranges): (&(u32, u32), &Vec<Range<usize>>)| Sphere {
+            particle: class.0 as usize,
+            diameter: mean_over(diameter, ranges),
+        };
+        Spheres {
+            all: ranges.iter().map(sphere).collect(),
+            classes: ranges.into_keys().collect(),
+        }
+    }
+
+    fn of(&self, key: &Key) -> usize {
+        let wanted = (key.particle, key.sphere);
+        self.classes.partition_point(|class| *class < wanted)
+    }
+}
+
+/// The mean of a column over some ranges; `None` where there are none.
+fn mean_over(column: &[f64], ranges: &[Range<usize>]) -> Option<f64> {
+    let first = column[ranges.first()?.start];
+    let (mut runs, mut sum) = (0, 0.0);
+    for range in ranges {
+        runs += range.len();
+        // about the first value: equal values then have exactly that mean
+        sum += column[range.clone()].iter().map(|x| x - first).sum::<f64>();
+    }
+    Some(first + sum / runs as f64)
+}
+
 /// Turns spans of equal keys into groups, joining each series' rebounds with its stuck runs.
-fn name_groups(runs: &mut Runs, spans: &[(Key, Range<usize>)], groups: &FilmClasses) {
+fn name_groups(runs: &mut Runs, spans: &[(Key, Range<usize>)], groups: &FilmClasses, spheres: &Spheres) {
     let mut index = 0;
     while let Some((key, first)) = spans.get(index) {
         let rest = spans.get(index + 1);
@@ -278,11 +358,12 @@ fn name_groups(runs: &mut Runs, spans: &[(Key, Range<usize>)], groups: &FilmClas
         };
         index += if paired.is_some() { 2 } else { 1 };
         let all = rebounds.start..stuck.end;
-        let particle = key.particle as usize;
+        let (particle, sphere) = (key.particle as usize, spheres.of(key));
         let diameter = mean(&runs.diameter[all.clone()]);
         if !key.wet {
             runs.dry.push(DryGroup {
                 particle,
+                sphere,
                 diameter,
                 rebounds,
                 stuck,
@@ -293,11 +374,12 @@ fn name_groups(runs: &mut Runs, spans: &[(Key, Range<usize>)], groups: &FilmClas
         let film = mean(&runs.film[all]);
         let at = runs.series.len();
         match runs.film_groups.last_mut() {
-            Some(last) if last.particle == particle && last.film_ratio == film_ratio => {
+            Some(last) if last.sphere == sphere && last.film_ratio == film_ratio => {
                 last.series.end = at + 1;
             }
             _ => runs.film_groups.push(FilmGroup {
                 particle,
+                sphere,
                 film_ratio,
                 series: at..at + 1,
             }),
@@ -305,6 +387,7 @@ fn name_groups(runs: &mut Runs, spans: &[(Key, Range<usize>)], groups: &FilmClas
         let liquid = key.liquid as usize;
         runs.series.push(Series {
             particle,
+            sphere,
             liquid,
             diameter,
             film,

@@ -33,7 +33,7 @@ mod unknown_keys;
 
 pub(crate) use choices::least;
 pub use choices::{
-    Bootstrap, IntervalMethod, LikelihoodFamily, ModelChoices, NoiseOn, PriorChoice, ResamplingScheme, Sampler,
+    Bootstrap, DryKOf, IntervalMethod, LikelihoodFamily, ModelChoices, NoiseOn, PriorChoice, ResamplingScheme, Sampler,
     Sticking, MOST_KEPT,
 };
 pub use contents::{Data, Scene, Screens};
@@ -41,7 +41,7 @@ pub use expect::LARGEST_FILM_RATIO;
 pub use materials::{Liquid, Particle};
 pub use names::{closest, letters_apart, name_expected, name_is_allowed, DRY, MISSING, NAME_RULE};
 pub use overwriting::why_not_overwritten;
-pub use plan::{Design, DesignSpeeds, NoiseShape, Truth};
+pub use plan::{Design, DesignSpeeds, KOfDiameter, NoiseShape, Truth};
 pub use prior::Prior;
 pub use published::{Published, PublishedQuantity, WetLaw};
 pub use read::{parse, read};

@@ -8,6 +8,7 @@ use crate::physics::balance::Balance;
 use crate::physics::coefficient::Coefficients;
 use crate::physics::form::Term;
 use crate::physics::loss::Film;
+use crate::physics::numbers::same_diameter;
 use crate::physics::quantity::Wetted;
 use crate::physics::{numbers, Coefficient, DrySpeed, Form, Inertia, Parameters, Quantity, Viscous};
 use crate::units::Dimension;
@@ -15,8 +16,10 @@ use crate::units::Dimension;
 /// The parameters simulated runs are drawn from. What a file leaves out is missed only when runs are drawn.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
-    /// k of each of the scene's particles; absent where the table names none
+    /// k of each of the scene's particles at every diameter; absent where the table names none
     pub dry_k: Vec<Option<f64>>,
+    /// k of each of the scene's particles by diameter; empty where the table names none
+    pub dry_k_by_diameter: Vec<Vec<KOfDiameter>>,
     /// the parameters that particles share, in the order of [`Coefficient::ALL`]
     pub shared: [Option<f64>; Coefficient::COUNT],
     /// form of the inertial loss
@@ -39,34 +42,50 @@ pub struct Truth {
     pub terms: Option<Vec<Term>>,
 }
 
+/// k of a particle at one diameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct KOfDiameter {
+    /// D, m
+    pub diameter: f64,
+    /// k, (m/s)^(-1/5)
+    pub dry_k: f64,
+}
+
 impl Truth {
+    /// k of a particle at a diameter, m; `None` where the table names none.
+    pub fn k(&self, particle: usize, diameter: f64) -> Option<f64> {
+        let mut each = self.dry_k_by_diameter[particle].iter();
+        let own = each.find(|own| same_diameter(own.diameter, diameter));
+        own.map(|own| own.dry_k).or(self.dry_k[particle])
+    }
+
     /// The value of a parameter that particles share.
     pub fn value(&self, coefficient: Coefficient) -> Option<f64> {
         self.shared[coefficient as usize]
     }
 
-    /// The value of a parameter, or of δc/ε that follows from one; `None` where the truth does not name it.
-    pub fn of_quantity(&self, quantity: Quantity, particle: usize) -> Option<f64> {
+    /// The value of a parameter that particles share, or of δc/ε that follows from one; `None` where the truth does not name
+    /// it.
+    pub fn of_quantity(&self, quantity: Quantity) -> Option<f64> {
         match quantity {
-            Quantity::DryK => self.dry_k.get(particle).copied().flatten(),
             Quantity::Shared(coefficient) => self.value(coefficient).filter(|_| self.form().has(coefficient)),
             Quantity::DeltaCOverRoughness => self
-                .of_quantity(Quantity::Shared(Coefficient::LubricationLog), 0)
+                .of_quantity(Quantity::Shared(Coefficient::LubricationLog))
                 .map(f64::exp),
             _ => None,
         }
     }
 
-    /// What holds at infinite speed of a particle at a film, with e_dry at a reference speed; `None` where the truth lacks a
-    /// number, or where it depends on the diameter.
-    pub fn wetted(&self, particle: usize, film: Film, reference_speed: f64) -> Option<Wetted<f64>> {
+    /// What holds at infinite speed of a sphere of this k at a film, with e_dry at a reference speed; `None` where the truth
+    /// lacks a number, or where its viscous loss belongs to a diameter.
+    pub fn wetted(&self, dry_k: f64, film: Film, reference_speed: f64) -> Option<Wetted<f64>> {
         let form = self.form();
         let complete = form.coefficients().all(|coefficient| self.value(coefficient).is_some());
         if form.viscous.tells_diameters_apart() || !complete {
             return None;
         }
         let parameters = Parameters {
-            dry_k: self.dry_k.get(particle).copied().flatten()?,
+            dry_k,
             shared: Coefficients::first_of(&self.shared.map(|value| value.unwrap_or(f64::NAN))),
         };
         let balance = Balance::new(form, film, &parameters);
@@ -122,14 +141,10 @@ pub struct DesignSpeeds(pub Vec<f64>);
 
 pub(super) fn truth(root: &SceneTable, particles: &[&str], liquids: &[Liquid], model: &ModelChoices) -> Option<Truth> {
     let table = root.table("truth")?;
-    let by_particle = table.table("dry_k");
-    let dry_k = particles
-        .iter()
-        .map(|name| by_particle.as_ref().and_then(|ks| ks.number(name, NOT_NEGATIVE)))
-        .collect();
-    if let Some(by_particle) = by_particle {
-        by_particle.finish();
-    }
+    let TrueK {
+        dry_k,
+        dry_k_by_diameter,
+    } = true_k(&table, particles);
     let forms = Inertia::ALL.map(|form| (form.name(), form));
     let inertia = table
         .choice("inertia", &forms)
@@ -143,6 +158,7 @@ pub(super) fn truth(root: &SceneTable, particles: &[&str], liquids: &[Liquid], m
     ];
     let truth = Truth {
         dry_k,
+        dry_k_by_diameter,
         shared: Coefficient::ALL.map(|coefficient| {
             let own = coefficient.describe();
             table.number(own.name, if own.must_be_positive { ABOVE_ZERO } else { FINITE })
@@ -159,6 +175,55 @@ pub(super) fn truth(root: &SceneTable, particles: &[&str], liquids: &[Liquid], m
     };
     table.finish();
     Some(truth)
+}
+
+/// k of each particle, as [`Truth`] has it.
+struct TrueK {
+    dry_k: Vec<Option<f64>>,
+    dry_k_by_diameter: Vec<Vec<KOfDiameter>>,
+}
+
+/// k of each particle: one for every diameter, or where the file has a table of them by diameter, each of these.
+fn true_k(table: &SceneTable, particles: &[&str]) -> TrueK {
+    let mut found = TrueK {
+        dry_k: vec![None; particles.len()],
+        dry_k_by_diameter: vec![vec![]; particles.len()],
+    };
+    let Some(by_particle) = table.table("dry_k") else {
+        return found;
+    };
+    for (particle, name) in particles.iter().enumerate() {
+        if !by_particle.holds_table(name) {
+            found.dry_k[particle] = by_particle.number(name, NOT_NEGATIVE);
+        } else if let Some(table) = by_particle.table(name) {
+            found.dry_k_by_diameter[particle] = by_diameter(&table);
+        }
+    }
+    by_particle.finish();
+    found
+}
+
+/// The k of a table whose keys are diameters in mm.
+fn by_diameter(table: &SceneTable) -> Vec<KOfDiameter> {
+    let mut all: Vec<KOfDiameter> = vec![];
+    for key in table.keys() {
+        let in_mm = key.parse::<f64>().ok().filter(|mm| (ABOVE_ZERO.holds)(*mm));
+        // without quotes TOML takes the point of 4.762 for a table in a table
+        let in_quotes = !table.holds_table(&key);
+        let Some(diameter) = in_mm.filter(|_| in_quotes).map(|mm| Dimension::Length.usual_to_si(mm)) else {
+            let expected = "expected diameters in mm, in quotes: { \"4.762\" = 0.18 }";
+            table.refuse_key(&key, expected);
+            continue;
+        };
+        let dry_k = table.number(&key, NOT_NEGATIVE);
+        if all.iter().any(|other| same_diameter(other.diameter, diameter)) {
+            let expected = "expected diameters that differ by more than 0.1 %";
+            table.refuse(&key, table.at(&key), None, expected);
+        }
+        all.extend(dry_k.map(|dry_k| KOfDiameter { diameter, dry_k }));
+    }
+    table.finish();
+    all
 }
 
 pub(super) fn design(root: &SceneTable, particles: &[&str], liquids: &[Liquid]) -> Option<Design> {

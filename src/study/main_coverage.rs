@@ -211,7 +211,10 @@ fn count(scene: &Scene, findings: &Findings) -> Counts {
         }
     };
     for parameter in &findings.main.parameters {
-        let truth = truth.of_quantity(parameter.quantity, 0);
+        let truth = match parameter.sphere {
+            Some(_) => truth.dry_k[0],
+            None => truth.of_quantity(parameter.quantity),
+        };
         add(&parameter.name, &parameter.number, truth);
     }
     let first = findings.main.at.first().map(|place| place.film_ratio);
@@ -226,7 +229,8 @@ fn count(scene: &Scene, findings: &Findings) -> Counts {
             film_ratio: place.film_ratio,
             density_ratio: scene.liquids[0].density / scene.particles[0].density,
         };
-        let wetted = truth.wetted(0, film, scene.model.dry_speed.reference());
+        let k = truth.dry_k[0];
+        let wetted = k.and_then(|k| truth.wetted(k, film, scene.model.dry_speed.reference()));
         for (quantity, number) in [(Quantity::EInf, &place.e_inf), (Quantity::StC, &place.st_c)] {
             let truth = wetted.as_ref().map(|wetted| quantity.value(&Place::NONE, wetted));
             add(quantity.describe().name, number, truth);

@@ -117,7 +117,7 @@ const ASKED: [&str; 10] = [
 
 fn predicted(folder: &Path) -> Result<String, Error> {
     let finished = Finished::read(folder)?;
-    let law = finished.law("PTFE")?;
+    let law = finished.law("PTFE", 4.762e-3)?;
     let basis = &finished.basis;
     let particle = basis.particles.iter().find(|particle| particle.name == "PTFE");
     let liquid = basis.liquids.iter().find(|liquid| liquid.name == "AK10");

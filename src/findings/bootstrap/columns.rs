@@ -67,7 +67,7 @@ impl Columns {
             columns
                 .restitution
                 .extend(order.iter().map(|run| runs.restitution[*run]));
-            match own_dry_speed(scene, dry, series.particle) {
+            match own_dry_speed(scene, dry, series.sphere) {
                 Some(own) => columns.offset.extend(own.offsets(&speeds)),
                 None => columns.offset.extend(std::iter::repeat_n(0.0, speeds.len())),
             }

@@ -82,7 +82,7 @@ pub fn add_bootstrap_intervals(
             .map(|target| plan.scheme != ResamplingScheme::Series || target.series.len() > 1)
             .collect(),
     };
-    tasks(scene, &mut estimates, &places)
+    tasks(scene, runs, &mut estimates, &places)
         .into_par_iter()
         .for_each(|task| replicates.add_interval(task));
     let resampling = Resampling {
@@ -117,10 +117,10 @@ struct Strata {
 }
 
 impl Strata {
-    /// The groups of a particle's dry runs; `None` without any.
+    /// The groups of a sphere's dry runs; `None` without any.
     fn of_dry(runs: &Runs, fitted: &FittedDry) -> Option<Range<usize>> {
-        let first = runs.dry.partition_point(|group| group.particle < fitted.particle);
-        let groups = runs.dry_of(fitted.particle).len();
+        let first = runs.dry.partition_point(|group| group.sphere < fitted.sphere);
+        let groups = runs.dry_of(fitted.sphere).len();
         (groups > 0).then_some(first..first + groups)
     }
 
@@ -217,7 +217,7 @@ fn targets<'c>(
 }
 
 /// Every estimate that replicates give an interval, with its quantity and the fits it follows from.
-fn tasks<'e>(scene: &Scene, estimates: &'e mut Estimates, places: &FitPlaces) -> Vec<Task<'e>> {
+fn tasks<'e>(scene: &Scene, runs: &Runs, estimates: &'e mut Estimates, places: &FitPlaces) -> Vec<Task<'e>> {
     let reference = DrySpeedReference {
         order: scene.model.form().dry,
         speed: scene.model.dry_speed.reference(),
@@ -226,7 +226,7 @@ fn tasks<'e>(scene: &Scene, estimates: &'e mut Estimates, places: &FitPlaces) ->
         .dry
         .iter()
         .zip(&places.dry)
-        .map(|(fitted, target)| (fitted.particle, *target))
+        .map(|(fitted, target)| (fitted.sphere, *target))
         .collect();
     let formula = |fitted: ReplicatedLaw| Formula {
         fitted,
@@ -250,10 +250,10 @@ fn tasks<'e>(scene: &Scene, estimates: &'e mut Estimates, places: &FitPlaces) ->
         if fitted.scaling.film_ratio.is_some() {
             if let Some(row) = energy.next() {
                 let at = Place {
-                    roughness: scene.particles[fitted.particle].roughness,
+                    roughness: scene.particles[runs.spheres[fitted.sphere].particle].roughness,
                     density_ratio: row.density_ratio,
                 };
-                let k = target_of_k.iter().find(|(particle, _)| *particle == fitted.particle);
+                let k = target_of_k.iter().find(|(sphere, _)| *sphere == fitted.sphere);
                 let k = k.and_then(|(_, target)| *target);
                 let none = scene.model.viscous.why_no_critical_separation().is_some();
                 let defined = row.resampled_mut().into_iter();
@@ -266,7 +266,7 @@ fn tasks<'e>(scene: &Scene, estimates: &'e mut Estimates, places: &FitPlaces) ->
     tasks
 }
 
-/// The tasks of one fit's estimates; none where it has no numbers. `k` is the target of the particle's dry runs, for what
+/// The tasks of one fit's estimates; none where it has no numbers. `k` is the target of the sphere's dry runs, for what
 /// depends on it.
 fn of_fit<'e>(
     estimates: impl IntoIterator<Item = (Quantity, &'e mut Estimate)>,
@@ -294,13 +294,13 @@ fn joint_replicates(
     places: &FitPlaces,
     replicates: &AllReplicates,
 ) -> Vec<JointReplicates> {
-    let reference_ratios: Vec<Option<f64>> = (0..scene.particles.len())
-        .map(|particle| film_ratio::reference_film_ratio(scene, runs, particle))
+    let reference_ratios: Vec<Option<f64>> = (0..runs.spheres.len())
+        .map(|sphere| film_ratio::reference_film_ratio(scene, runs, sphere))
         .collect();
     let of_fit = |(fitted, target): (&FittedScaling, &Option<usize>)| {
         let row = &fitted.scaling;
         let drawn = match row.film_ratio {
-            Some(_) => row.film_ratio == reference_ratios[fitted.particle],
+            Some(_) => row.film_ratio == reference_ratios[fitted.sphere],
             None => row.verdict.passed,
         };
         let fits = replicates.fits.of(target.filter(|_| drawn)?);
@@ -309,7 +309,7 @@ fn joint_replicates(
             [Quantity::EInf, Quantity::StC].map(|quantity| quantity.value(&Place::NONE, &wetted))
         };
         Some(JointReplicates {
-            particle: fitted.particle,
+            sphere: fitted.sphere,
             film_ratio: row.film_ratio,
             law: fitted.law,
             pairs: fits.map(pair).collect(),

@@ -10,7 +10,7 @@ use crate::scene::WetLaw;
 
 /// The estimates that get a bootstrap interval.
 pub struct Estimates<'e> {
-    /// k of each particle
+    /// k of each sphere
     pub dry: &'e mut [FittedDry],
     /// the square-root law of each series
     pub series: &'e mut [SeriesFit],
@@ -41,8 +41,8 @@ pub struct Resampling {
 /// e_inf and St_c of the same replicates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointReplicates {
-    /// index into the scene's particles
-    pub particle: usize,
+    /// index into [`crate::runs::Runs::spheres`]
+    pub sphere: usize,
     /// film ratio; `None`: over all
     pub film_ratio: Option<f64>,
     /// the law

@@ -64,7 +64,7 @@ impl SensitivityAnalysis<'_> {
         let square_root = |index: usize| {
             let group = runs.film_groups.get(index).filter(|_| is_output(index))?;
             let series: &[Series] = &runs.series[group.series.clone()];
-            square_root_of(scene, runs, self.dry, group.particle, series)
+            square_root_of(scene, runs, self.dry, group.sphere, series)
         };
         (0..runs.film_groups.len()).map(square_root).collect()
     }

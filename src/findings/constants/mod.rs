@@ -18,11 +18,12 @@ use std::collections::HashSet;
 
 use rayon::prelude::*;
 
-use super::balance::EnergyBalance;
+use super::balance::{EnergyBalance, ParameterEstimate};
 use super::dry::FittedDry;
 use super::estimate::Estimate;
 use super::film_ratio;
 use super::scaling::FittedScaling;
+use crate::model::parameters::ParameterKind;
 use crate::notice::Notice;
 use crate::physics::Quantity;
 use crate::runs::{FilmGroup, Runs};
@@ -124,21 +125,19 @@ fn outputs_without_constants(
     balance: Option<&EnergyBalance>,
 ) -> Vec<(Output, Sensitivity)> {
     let mut outputs = balance.map_or(vec![], |balance| of_balance(scene, balance));
-    for particle in 0..scene.particles.len() {
-        let Some(film_ratio) = film_ratio::reference_film_ratio(scene, runs, particle) else {
+    for sphere in 0..runs.spheres.len() {
+        let Some(film_ratio) = film_ratio::reference_film_ratio(scene, runs, sphere) else {
             continue;
         };
-        let same = |group: &FilmGroup| (group.particle, group.film_ratio) == (particle, film_ratio);
-        let of_others = runs.film_groups.partition_point(|group| group.particle < particle);
-        let Some(group) = runs.film_groups_of(particle).iter().position(same) else {
+        let same = |group: &FilmGroup| (group.sphere, group.film_ratio) == (sphere, film_ratio);
+        let Some(group) = runs.film_groups.iter().position(same) else {
             continue;
         };
-        let group = of_others + group;
-        let name = &scene.particles[particle].name;
+        let name = &scene.particles[runs.spheres[sphere].particle].name;
         let derived = balance.iter().flat_map(|balance| &balance.derived);
-        let derived = derived.filter(|row| row.particle == *name && row.film_ratio == film_ratio);
+        let derived = derived.filter(|row| row.sphere == sphere && row.film_ratio == film_ratio);
         let direct = scaling.iter().find(|fitted| {
-            (fitted.particle, fitted.law, fitted.scaling.film_ratio) == (particle, WetLaw::Sqrt, Some(film_ratio))
+            (fitted.sphere, fitted.law, fitted.scaling.film_ratio) == (sphere, WetLaw::Sqrt, Some(film_ratio))
                 && fitted.scaling.verdict.passed
         });
         let mut add = |output: Output, diameter: Option<f64>, fit: &'static str, estimate: &Estimate| {
@@ -163,7 +162,13 @@ fn outputs_without_constants(
             both.filter_map(|quantity| Some((quantity, fitted.scaling.estimate(quantity)?)))
         });
         for (quantity, estimate) in of_law {
-            add(Output::SquareRoot(group, quantity), None, WetLaw::Sqrt.name(), estimate);
+            let diameter = runs.spheres[sphere].diameter;
+            add(
+                Output::SquareRoot(group, quantity),
+                diameter,
+                WetLaw::Sqrt.name(),
+                estimate,
+            );
         }
     }
     outputs
@@ -181,8 +186,9 @@ fn of_balance(scene: &Scene, balance: &EnergyBalance) -> Vec<(Output, Sensitivit
         outputs.extend(blank.map(|blank| (output, blank)));
     };
     // k comes from the dry runs, which no constant enters
-    let wet = balance.parameters.len() - balance.particles.len();
-    for (index, parameter) in balance.parameters.iter().take(wet).enumerate() {
+    let of_k = |parameter: &ParameterEstimate| matches!(parameter.kind, ParameterKind::DryK(_));
+    let wet = balance.parameters.iter().enumerate().filter(|(_, own)| !of_k(own));
+    for (index, parameter) in wet {
         add(
             Output::Parameter(index),
             &parameter.name,

@@ -1,7 +1,7 @@
 //! Refits the energy balance at constants changed by a little, by one step from its minimum.
 
 use crate::findings::balance::{
-    at_place, error_columns, particles_with_known_k, problem_of, EnergyBalance, RefitStart, WetPlaceValues,
+    at_place, error_columns, problem_of, spheres_with_known_k, EnergyBalance, RefitStart, WetPlaceValues,
 };
 use crate::findings::dry::FittedDry;
 use crate::findings::places::WetPlace;
@@ -27,7 +27,7 @@ pub(super) struct BalanceMinimum<'h> {
 pub(super) struct RefittedBalance {
     /// the parameters, in the order of `EnergyBalance::parameters`
     pub(super) parameters: Vec<f64>,
-    /// what it says of each place; `None` of a particle that is not in it
+    /// what it says of each place; `None` of one whose sphere is not in it
     pub(super) at_places: Vec<Option<WetPlaceValues>>,
 }
 
@@ -43,7 +43,7 @@ impl<'h> BalanceMinimum<'h> {
         share: f64,
     ) -> Option<Self> {
         let refit_start = &balance.refit_start;
-        let known = particles_with_known_k(runs, dry);
+        let known = spheres_with_known_k(runs, dry);
         let joint = Joint::new(scene, runs, refit_start.form, &known, &known);
         let mut spread = refit_start.spread * share.sqrt();
         let mut problem = problem_of(joint, dry, spread);

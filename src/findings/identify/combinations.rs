@@ -10,7 +10,7 @@ use crate::findings::film_ratio::rounded_film_ratio;
 use crate::findings::least_squares::LeastSquares;
 use crate::findings::scaling::Scaling;
 use crate::model::parameters::ParameterKind;
-use crate::runs::{FilmGroup, Runs};
+use crate::runs::{FilmGroup, Runs, Sphere};
 use crate::scene::{Scene, WetLaw};
 
 /// A quantity that the runs determine.
@@ -43,29 +43,29 @@ pub(super) fn find_combinations(
 ) -> Vec<IdentifiableCombination> {
     let kinds: Vec<ParameterKind> = members.iter().map(|place| identifiability.kinds[*place]).collect();
     let has = |kind: ParameterKind| kinds.contains(&kind);
-    let particles = words::particles(&kinds);
+    let spheres = words::spheres(&kinds);
     // a parameter by itself has no combination, except that C g(δ̃) stands while δ̃0 moves
     if kinds.len() == 1 && !has(ParameterKind::FILM_SCALE) {
         return vec![];
     }
     let found: Vec<IdentifiableCombination> = if has(ParameterKind::LUBRICATION_LOG) {
         vec![]
-    } else if particles.is_empty() {
+    } else if spheres.is_empty() {
         inertial_loss(least_squares)
             .or_else(|| loss_of_balance(runs, identifiability))
             .into_iter()
             .collect()
     } else {
-        let of = |particle: &usize| e_inf(least_squares, &scene.particles[*particle].name);
-        particles.iter().filter_map(of).collect()
+        let of = |sphere: &usize| e_inf(scene, least_squares, runs.spheres[*sphere]);
+        spheres.iter().filter_map(of).collect()
     };
     if !found.is_empty() {
         return found;
     }
-    let all: Vec<usize> = (0..scene.particles.len()).collect();
-    let of = if particles.is_empty() { &all } else { &particles };
+    let all: Vec<usize> = (0..runs.spheres.len()).collect();
+    let of = if spheres.is_empty() { &all } else { &spheres };
     of.iter()
-        .filter_map(|p| restitution(scene, runs, identifiability, *p))
+        .filter_map(|s| restitution(scene, runs, identifiability, *s))
         .collect()
 }
 
@@ -81,12 +81,14 @@ fn best<'e>(
     known.min_by(|a, b| size(a.value, a.se).total_cmp(&size(b.value, b.se)))
 }
 
-/// e_inf of a particle at the film ratio where it is known best.
-fn e_inf(least_squares: LeastSquares, particle: &str) -> Option<IdentifiableCombination> {
-    let own = |row: &&Scaling| row.law == WetLaw::Sqrt && row.particle == particle && row.verdict.passed;
+/// e_inf of a sphere at the film ratio where it is known best.
+fn e_inf(scene: &Scene, least_squares: LeastSquares, sphere: Sphere) -> Option<IdentifiableCombination> {
+    let of_sphere = |row: &Scaling| sphere.owns(scene, &row.particle, row.diameter_m);
+    let own = |row: &&Scaling| row.law == WetLaw::Sqrt && of_sphere(row) && row.verdict.passed;
+    let label = sphere.label(scene);
     let rows = least_squares.scaling.iter().filter(own).filter_map(|row| {
         let ratio = rounded_film_ratio(row.film_ratio?);
-        Some((&row.e_inf, format!("e_inf[{particle},{ratio}]")))
+        Some((&row.e_inf, format!("e_inf[{label},{ratio}]")))
     });
     best(rows, |_, se| se)
 }
@@ -119,29 +121,29 @@ fn loss_name(film_ratio: f64) -> String {
     format!("inertial_prefactor·g({})", rounded_film_ratio(film_ratio))
 }
 
-/// Restitution of a particle's series with most rebounds, at its middle speed: what runs tell though they tell no
+/// Restitution of a sphere's series with most rebounds, at its middle speed: what runs tell though they tell no
 /// parameter apart.
 fn restitution(
     scene: &Scene,
     runs: &Runs,
     identifiability: &Identifiability,
-    particle: usize,
+    sphere: usize,
 ) -> Option<IdentifiableCombination> {
     let own = runs
         .series
         .iter()
         .enumerate()
-        .filter(|(_, series)| series.particle == particle);
+        .filter(|(_, series)| series.sphere == sphere);
     let (index, series) = own.max_by_key(|(_, series)| series.rebounds.len())?;
     let mut by_speed: Vec<usize> = series.rebounds.clone().collect();
     by_speed.sort_by(|a, b| runs.impact_speed[*a].total_cmp(&runs.impact_speed[*b]));
     let run = *by_speed.get(by_speed.len() / 2)?;
     let (value, se) = identifiability.restitution(index, run)?;
-    let (particle, liquid) = (&scene.particles[particle], &scene.liquids[series.liquid]);
+    let (sphere, liquid) = (runs.spheres[sphere].label(scene), &scene.liquids[series.liquid]);
     let st = 1.0 / runs.inverse_stokes(run);
     let ratio = rounded_film_ratio(series.film_ratio);
     Some(IdentifiableCombination {
-        quantity: format!("e[{},{},{ratio}] at St {st:.1}", particle.name, liquid.name),
+        quantity: format!("e[{},{},{ratio}] at St {st:.1}", sphere, liquid.name),
         value,
         se,
     })

@@ -21,12 +21,12 @@ pub struct Identified {
 /// Fewest rebounds that give two parameters and a spread.
 const FEWEST: usize = 3;
 
-/// What the runs of each particle can tell, parameter by parameter.
+/// What the runs of each sphere with a k of its own can tell, parameter by parameter.
 pub fn identify_each_quantity(scene: &Scene, runs: &Runs) -> Vec<Identified> {
     let mut all = vec![];
     let mut any_st_c = false;
-    for (index, particle) in scene.particles.iter().enumerate() {
-        let name = &particle.name;
+    for (index, sphere) in runs.spheres.iter().enumerate() {
+        let name = sphere.label(scene);
         let dry: usize = runs.dry_of(index).iter().map(|g| g.rebounds.len()).sum();
         let groups = runs.film_groups_of(index);
         if dry == 0 && groups.is_empty() {

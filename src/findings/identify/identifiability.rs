@@ -37,12 +37,12 @@ impl<'r> Identifiability<'r> {
     /// `None` without parameters, or where a sum is not finite.
     pub fn of(scene: &Scene, runs: &'r Runs, least_squares: LeastSquares) -> Option<Identifiability<'r>> {
         let form = form(scene, least_squares);
-        let particles = || 0..scene.particles.len();
-        let wet: Vec<usize> = particles().filter(|p| !runs.series_of(*p).is_empty()).collect();
-        let dry: Vec<usize> = particles().filter(|p| !runs.dry_of(*p).is_empty()).collect();
+        let spheres = || 0..runs.spheres.len();
+        let wet: Vec<usize> = spheres().filter(|s| !runs.series_of(*s).is_empty()).collect();
+        let dry: Vec<usize> = spheres().filter(|s| !runs.dry_of(*s).is_empty()).collect();
         let joint = Joint::new(scene, runs, form, &wet, &dry);
         let all: Vec<ParameterKind> = joint.kinds().collect();
-        let priors: Vec<Prior> = all.iter().map(|kind| prior_of(scene, *kind, form).0).collect();
+        let priors: Vec<Prior> = all.iter().map(|kind| prior_of(scene, runs, *kind, form).0).collect();
         let free: Vec<usize> = (0..all.len())
             .filter(|j| !matches!(priors[*j], Prior::Fixed(_)))
             .collect();
@@ -65,14 +65,14 @@ impl<'r> Identifiability<'r> {
             vec![wet.of(&free), dry.of(&free)]
         };
         let spreads =
-            [ParameterKind::SigmaWet, ParameterKind::SigmaDry].map(|kind| prior_of(scene, kind, form).0.median());
+            [ParameterKind::SigmaWet, ParameterKind::SigmaDry].map(|kind| prior_of(scene, runs, kind, form).0.median());
         let evidence = RunsWithPriors {
             beliefs: &beliefs,
             spreads: &spreads,
             sums: &sums,
         };
         let kinds: Vec<ParameterKind> = free.iter().map(|j| all[*j]).collect();
-        let (values, fitted) = linearisation_point(scene, runs, least_squares, &evidence, &kinds)?;
+        let (values, fitted) = linearisation_point(runs, least_squares, &evidence, &kinds)?;
         let information = evidence.information(&values)?;
         let full = whole(&values);
         Some(Identifiability {
@@ -97,7 +97,7 @@ impl<'r> Identifiability<'r> {
     /// the priors.
     pub fn inertial_loss(&self, film_ratio: f64) -> Option<(f64, f64)> {
         self.value(ParameterKind::INERTIAL_PREFACTOR)?;
-        let values = self.joint.of_particle(f64::NAN, &self.full).shared;
+        let values = self.joint.of_sphere(f64::NAN, &self.full).shared;
         let at = self.joint.form.inertia.at(film_ratio, &values);
         let slope = |(kind, belief): (&ParameterKind, &LogNormalPrior)| {
             let mut slopes = at.slopes.iter().flatten();
@@ -144,7 +144,6 @@ const FAR: f64 = 10.0;
 /// Where to take the slopes: at the least-squares estimates, where all are more certain than their priors, else where runs
 /// and priors together have their least squares; with whether it is the first.
 fn linearisation_point(
-    scene: &Scene,
     runs: &Runs,
     least_squares: LeastSquares,
     evidence: &RunsWithPriors,
@@ -153,7 +152,7 @@ fn linearisation_point(
     let estimates = LeastSquaresEstimates::of(least_squares);
     let with_beliefs = || kinds.iter().zip(evidence.beliefs);
     let alone = with_beliefs().map(|(kind, belief)| {
-        let (value, se) = estimates.estimate(scene, runs, *kind, true)?;
+        let (value, se) = estimates.estimate(runs, *kind, true)?;
         // an estimate less certain than the prior is no place to take slopes at
         (se < value * belief.ln_sd).then_some(value)
     });
@@ -161,7 +160,7 @@ fn linearisation_point(
         return Some((values, true));
     }
     let near = |(kind, belief): (&ParameterKind, &LogNormalPrior)| {
-        let found = estimates.estimate(scene, runs, *kind, false).map(|(value, _)| value);
+        let found = estimates.estimate(runs, *kind, false).map(|(value, _)| value);
         // a fit that ran away is no place to start from
         let here = |value: &f64| (value / belief.median).ln().abs() < FAR * belief.ln_sd;
         found.filter(here).unwrap_or(belief.median)
@@ -183,7 +182,7 @@ fn form(scene: &Scene, least_squares: LeastSquares) -> Form {
 /// Where least squares found the parameters.
 struct LeastSquaresEstimates<'f> {
     in_balance: HashMap<ParameterKind, &'f Estimate>,
-    dry: HashMap<&'f str, &'f Dry>,
+    dry: HashMap<usize, &'f Dry>,
 }
 
 impl<'f> LeastSquaresEstimates<'f> {
@@ -195,22 +194,22 @@ impl<'f> LeastSquaresEstimates<'f> {
         let dry = least_squares.dry.iter();
         LeastSquaresEstimates {
             in_balance: parameters.map(|own| (own.kind, &own.estimate)).collect(),
-            dry: dry.map(|dry| (dry.particle.as_str(), dry)).collect(),
+            dry: dry.map(|dry| (dry.sphere, dry)).collect(),
         }
     }
 
     /// Where least squares found a parameter, with its standard error: in the energy balance, which alone knows of k of a
-    /// particle with wet runs where `balance_alone`, or in the dry runs. `None` unless it is positive.
-    fn estimate(&self, scene: &Scene, runs: &Runs, kind: ParameterKind, balance_alone: bool) -> Option<(f64, f64)> {
+    /// sphere with wet runs where `balance_alone`, or in the dry runs. `None` unless it is positive.
+    fn estimate(&self, runs: &Runs, kind: ParameterKind, balance_alone: bool) -> Option<(f64, f64)> {
         let in_balance = self.in_balance.get(&kind).and_then(|estimate| estimate.pair());
-        let of_dry = |particle: usize| {
-            let dry = self.dry.get(scene.particles[particle].name.as_str())?;
+        let of_dry = |sphere: usize| {
+            let dry = self.dry.get(&sphere)?;
             dry.dry_k.pair().filter(|_| dry.verdict.passed)
         };
         let found = match kind {
-            // a particle without wet runs has its k from the dry ones, and no other
-            ParameterKind::DryK(particle) if !balance_alone || runs.series_of(particle).is_empty() => {
-                in_balance.or_else(|| of_dry(particle))
+            // a sphere without wet runs has its k from the dry ones, and no other
+            ParameterKind::DryK(sphere) if !balance_alone || runs.series_of(sphere).is_empty() => {
+                in_balance.or_else(|| of_dry(sphere))
             }
             _ => in_balance,
         };

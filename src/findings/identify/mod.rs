@@ -64,7 +64,7 @@ pub fn identify_directions(scene: &Scene, runs: &Runs, least_squares: LeastSquar
     let identifiability = Identifiability::of(scene, runs, least_squares)?;
     let left = identifiability.information.left();
     let (least, spread_left) = left.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
-    let name = |place: &usize| identifiability.kinds[*place].name(scene);
+    let name = |place: &usize| identifiability.kinds[*place].name(scene, runs);
     let unseen = identifiability.information.unseen().into_iter().map(|group| {
         let kinds: Vec<_> = group
             .members

@@ -6,20 +6,20 @@ use crate::model::parameters::ParameterKind;
 use crate::runs::{FilmGroup, Runs};
 use crate::scene::Scene;
 
-/// The particles whose k is among some parameters.
-pub(super) fn particles(kinds: &[ParameterKind]) -> Vec<usize> {
-    let particle = |kind: &ParameterKind| match kind {
-        ParameterKind::DryK(particle) => Some(*particle),
+/// The spheres whose k is among some parameters.
+pub(super) fn spheres(kinds: &[ParameterKind]) -> Vec<usize> {
+    let sphere = |kind: &ParameterKind| match kind {
+        ParameterKind::DryK(sphere) => Some(*sphere),
         _ => None,
     };
-    kinds.iter().filter_map(particle).collect()
+    kinds.iter().filter_map(sphere).collect()
 }
 
 /// What a parameter is called in a sentence.
-fn word(scene: &Scene, kind: ParameterKind) -> String {
+fn word(scene: &Scene, runs: &Runs, kind: ParameterKind) -> String {
     match kind {
-        ParameterKind::DryK(_) if scene.particles.len() == 1 => "e_dry".to_owned(),
-        ParameterKind::DryK(particle) => format!("e_dry of {}", scene.particles[particle].name),
+        ParameterKind::DryK(_) if runs.spheres.len() == 1 => "e_dry".to_owned(),
+        ParameterKind::DryK(sphere) => format!("e_dry of {}", runs.spheres[sphere].words(scene)),
         ParameterKind::Shared(coefficient) => coefficient.describe().words.to_owned(),
         ParameterKind::SigmaDry | ParameterKind::SigmaWet | ParameterKind::SigmaEnergy => "the spread".to_owned(),
         ParameterKind::Nu => "the tails of the noise".to_owned(),
@@ -53,7 +53,7 @@ pub(super) fn why(
         kinds.iter().partition(|kind| matches!(kind, ParameterKind::DryK(_)));
     let mut losses = losses;
     losses.sort_by_key(|kind| *kind == ParameterKind::LUBRICATION_LOG);
-    let names: Vec<String> = losses.iter().chain(&k).map(|kind| word(scene, *kind)).collect();
+    let names: Vec<String> = losses.iter().chain(&k).map(|kind| word(scene, runs, *kind)).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let apart = if names.len() > 1 { "told apart" } else { "told" };
     let mut add: Vec<&str> = causes.iter().map(|cause| cause.add).collect();
@@ -91,11 +91,11 @@ fn causes(scene: &Scene, runs: &Runs, identifiability: &Identifiability, kinds: 
     }
     let films = film_ratios(scene, &rebounding);
     let inertial = kinds.contains(&ParameterKind::INERTIAL_PREFACTOR) || kinds.contains(&ParameterKind::FILM_SCALE);
-    let of_k = particles(kinds);
-    let without_dry: Vec<&str> = of_k
+    let of_k = spheres(kinds);
+    let without_dry: Vec<String> = of_k
         .iter()
-        .filter(|p| runs.dry_of(**p).iter().all(|group| group.rebounds.is_empty()))
-        .map(|p| scene.particles[*p].name.as_str())
+        .filter(|s| runs.dry_of(**s).iter().all(|group| group.rebounds.is_empty()))
+        .map(|s| runs.spheres[*s].words(scene))
         .collect();
     let shared = inertial || kinds.contains(&ParameterKind::LUBRICATION_LOG);
     let level = identifiability
@@ -124,7 +124,8 @@ fn causes(scene: &Scene, runs: &Runs, identifiability: &Identifiability, kinds: 
         let why = if runs.dry.iter().all(|group| group.rebounds.is_empty()) {
             "no dry runs".to_owned()
         } else {
-            format!("no dry runs of {}", listed(&without_dry, "and"))
+            let names: Vec<&str> = without_dry.iter().map(String::as_str).collect();
+            format!("no dry runs of {}", listed(&names, "and"))
         };
         because(why, "dry runs");
     }

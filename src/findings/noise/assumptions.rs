@@ -3,6 +3,7 @@
 use super::{GroupSpread, Noise, Offsets, Outlier, SpreadTest, StandardErrorRatio, LEVEL, LINE};
 use crate::findings::notices::{self, SharedOffsets, UnderstatedError};
 use crate::notice::Notice;
+use crate::runs::sphere_words;
 use crate::scene::Scene;
 use crate::units::millimetres;
 
@@ -82,7 +83,8 @@ fn name(particle: &str, liquid: Option<&str>, diameter: Option<&str>, film_ratio
 impl GroupSpread {
     /// Its name in a sentence.
     pub fn label(&self) -> String {
-        name(&self.particle, self.liquid.as_deref(), None, self.film_ratio)
+        let particle = sphere_words(&self.particle, self.diameter_m);
+        name(&particle, self.liquid.as_deref(), None, self.film_ratio)
     }
 }
 

@@ -38,7 +38,7 @@ impl NormalEquations {
         let mut joint = NormalEquations {
             squares: 0.0,
             gradient: DVector::zeros(rows.names.len()),
-            information: Arrow::zeros(rows.joint.shared.len(), rows.joint.particles.len()),
+            information: Arrow::zeros(rows.joint.shared.len(), rows.joint.spheres.len()),
         };
         for (index, (part, sums)) in rows.parts.iter().zip(sums).enumerate() {
             joint.add_part(part, sums, weight(index));

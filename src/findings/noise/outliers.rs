@@ -296,7 +296,7 @@ impl<'r> ReferenceFit<'r> {
         let rows = self.rows;
         let part = &rows.parts[candidate.part];
         let RunGroup {
-            particle,
+            sphere,
             liquid,
             film_ratio,
             ..
@@ -313,7 +313,7 @@ impl<'r> ReferenceFit<'r> {
         let (moves, moves_in_se) = self.moves(candidate);
         Outlier {
             row: rows.runs.row[run],
-            particle: rows.scene.particles[particle].name.clone(),
+            particle: rows.scene.particles[rows.runs.spheres[sphere].particle].name.clone(),
             liquid: liquid.map(|liquid| rows.scene.liquids[liquid].name.clone()),
             diameter_m: part.diameter,
             film_ratio,

@@ -1,6 +1,6 @@
 //! Finds the point about which the joint fit is looked at: where least squares ended, or would with the priors' k.
 
-use crate::findings::balance::{particles_with_known_k, problem_of, rebounds, EnergyBalance};
+use crate::findings::balance::{problem_of, rebounds, spheres_with_known_k, EnergyBalance};
 use crate::findings::dry::FittedDry;
 use crate::inference::joint::{fit_joint, Joint, Known};
 use crate::inference::least_squares::Stop;
@@ -20,8 +20,8 @@ pub(super) struct LinearisationPoint<'r> {
 }
 
 impl<'r> LinearisationPoint<'r> {
-    /// The energy balance's own point where it holds every particle that rebounds; else that of a balance which takes
-    /// unknown k from their priors. Particles with dry runs alone follow.
+    /// The energy balance's own point where it holds every sphere that rebounds; else that of a balance which takes
+    /// unknown k from their priors. Spheres with dry runs alone follow.
     pub(super) fn new(
         scene: &Scene,
         runs: &'r Runs,
@@ -29,8 +29,8 @@ impl<'r> LinearisationPoint<'r> {
         balance: Option<&EnergyBalance>,
         form: Form,
     ) -> LinearisationPoint<'r> {
-        let all: Vec<usize> = (0..scene.particles.len()).filter(|p| rebounds(runs, *p)).collect();
-        let of_balance = balance.filter(|_| particles_with_known_k(runs, dry).len() == all.len());
+        let all: Vec<usize> = (0..runs.spheres.len()).filter(|s| rebounds(runs, *s)).collect();
+        let of_balance = balance.filter(|_| spheres_with_known_k(runs, dry).len() == all.len());
         let found = match of_balance {
             Some(balance) => Some((balance.form(), balance.refit_start.point.clone(), balance.stop)),
             None => with_priors(scene, runs, dry, form, &all),
@@ -42,13 +42,13 @@ impl<'r> LinearisationPoint<'r> {
             Some((form, values, _)) => (form, values, all),
             None => (form, vec![], vec![]),
         };
-        let usable = || dry.iter().filter_map(|fitted| Some((fitted.particle, fitted.usable?)));
-        let dried: Vec<usize> = usable().map(|(particle, _)| particle).collect();
+        let usable = || dry.iter().filter_map(|fitted| Some((fitted.sphere, fitted.usable?)));
+        let dried: Vec<usize> = usable().map(|(sphere, _)| sphere).collect();
         let joint = Joint::new(scene, runs, form, &wet, &dried);
-        let alone = usable().filter(|(particle, _)| wet.binary_search(particle).is_err());
+        let alone = usable().filter(|(sphere, _)| wet.binary_search(sphere).is_err());
         values.extend(alone.map(|(_, (k, _))| k));
         LinearisationPoint {
-            names: joint.kinds().map(|kind| kind.name(scene)).collect(),
+            names: joint.kinds().map(|kind| kind.name(scene, runs)).collect(),
             joint,
             values,
         }
@@ -61,25 +61,25 @@ const OPEN: f64 = 1e-6;
 /// Spread against which dry runs are weighed, about that of wet restitutions: where a fit starts from.
 const USUAL: f64 = 0.02;
 
-/// Form, parameters and stop reason of a balance of all particles that rebound; `None` without any.
+/// Form, parameters and stop reason of a balance of all spheres that rebound; `None` without any.
 fn with_priors(
     scene: &Scene,
     runs: &Runs,
     dry: &[FittedDry],
     form: Form,
-    particles: &[usize],
+    spheres: &[usize],
 ) -> Option<(Form, Vec<f64>, &'static str)> {
-    if particles.is_empty() {
+    if spheres.is_empty() {
         return None;
     }
-    let with_dry = particles_with_known_k(runs, dry);
-    let joint = Joint::new(scene, runs, form, particles, &with_dry);
+    let with_dry = spheres_with_known_k(runs, dry);
+    let joint = Joint::new(scene, runs, form, spheres, &with_dry);
     let mut problem = problem_of(joint, dry, USUAL);
-    for (index, particle) in particles.iter().enumerate() {
-        if with_dry.binary_search(particle).is_ok() {
+    for (index, sphere) in spheres.iter().enumerate() {
+        if with_dry.binary_search(sphere).is_ok() {
             continue;
         }
-        let prior = prior_of(scene, ParameterKind::DryK(*particle), form).0;
+        let prior = prior_of(scene, runs, ParameterKind::DryK(*sphere), form).0;
         let sd = prior.sd().filter(|sd| *sd > 0.0).unwrap_or(0.01 * prior.median());
         problem.own_k[index] = prior.median();
         problem.known.push(Known {

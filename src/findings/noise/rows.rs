@@ -18,11 +18,12 @@ impl RunKind {
     pub(super) const ALL: [RunKind; 2] = [RunKind::Dry, RunKind::Wet];
 }
 
-/// Runs of one kind, particle, liquid and film ratio, over all diameters.
+/// Runs of one kind, sphere with a k of its own, liquid and film ratio.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct RunGroup {
     pub(super) kind: RunKind,
-    pub(super) particle: usize,
+    /// index into [`Runs::spheres`]
+    pub(super) sphere: usize,
     pub(super) liquid: Option<usize>,
     pub(super) film_ratio: Option<f64>,
 }
@@ -56,7 +57,7 @@ pub(super) struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    /// Dry runs of every usable k, and wet runs of the particles with a place in the energy balance.
+    /// Dry runs of every usable k, and wet runs of the spheres with a place in the energy balance.
     pub(super) fn new(scene: &'a Scene, point: LinearisationPoint<'a>) -> Rows<'a> {
         let LinearisationPoint { joint, values, names } = point;
         let (mut groups, mut parts): (Vec<RunGroup>, Vec<GroupedPart>) = (vec![], vec![]);
@@ -64,7 +65,7 @@ impl<'a> Rows<'a> {
             let series = part.series.map(|index| &joint.runs.series[index]);
             let group = RunGroup {
                 kind: if series.is_some() { RunKind::Wet } else { RunKind::Dry },
-                particle: part.particle,
+                sphere: part.sphere,
                 liquid: series.map(|series| series.liquid),
                 film_ratio: series.map(|series| series.film_ratio),
             };

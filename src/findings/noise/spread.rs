@@ -36,6 +36,9 @@ impl SpreadTest {
 pub struct GroupSpread {
     /// name of the particle
     pub particle: String,
+    /// D, m, where each diameter has a k of its own
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub diameter_m: Option<f64>,
     /// name of the liquid; `None` for dry runs
     pub liquid: Option<String>,
     /// film ratio; `None` for dry runs
@@ -179,8 +182,10 @@ pub(super) fn test_spreads(
     let spread_of = |index: usize| {
         let group = rows.groups[index];
         let kind = group.kind as usize;
+        let sphere = rows.runs.spheres[group.sphere];
         GroupSpread {
-            particle: rows.scene.particles[group.particle].name.clone(),
+            particle: rows.scene.particles[sphere.particle].name.clone(),
+            diameter_m: sphere.diameter,
             liquid: group.liquid.map(|liquid| rows.scene.liquids[liquid].name.clone()),
             film_ratio: group.film_ratio,
             runs: variances.runs[index],

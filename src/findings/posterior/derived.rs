@@ -33,11 +33,13 @@ pub struct DerivedDraws {
 pub struct WetSetting {
     /// index into the scene's particles
     pub particle: usize,
+    /// index into [`Runs::spheres`]: its k
+    pub sphere: usize,
     /// index into the scene's liquids
     pub liquid: usize,
     /// δ/D
     pub film_ratio: f64,
-    /// D, m, where St_c depends on it
+    /// D, m, where k or St_c depends on it
     pub diameter: Option<f64>,
 }
 
@@ -87,7 +89,7 @@ pub fn derived_draws(scene: &Scene, runs: &Runs, form: Form, sampled: &Sampled) 
         };
         let ratio = Quantity::DeltaCOverRoughness;
         all.push(derived(ratio, None, None, chains(of_l(ratio, f64::NAN))));
-        let wet = |particle: usize| !runs.series_of(particle).is_empty();
+        let wet = |particle: usize| !runs.series_in(runs.spheres_of(particle)).is_empty();
         for (_, particle) in scene.particles.iter().enumerate().filter(|(index, _)| wet(*index)) {
             let values = of_l(Quantity::DeltaC, particle.roughness);
             all.push(derived(
@@ -111,7 +113,7 @@ pub fn derived_draws(scene: &Scene, runs: &Runs, form: Form, sampled: &Sampled) 
             };
             let fixed = setting.fixed_over_stokes(scene, form);
             let of_draw = |full: &Vec<f64>| {
-                let balance = Balance::new(form, film, &physical(full, setting.particle));
+                let balance = Balance::new(form, film, &physical(full, setting.sphere));
                 Wetted::of_balance(balance.e_inf(reference), balance.lost.over_stokes + fixed)
             };
             full.iter().map(of_draw).collect()
@@ -165,16 +167,20 @@ pub fn count_derived(runs: &Runs, form: Form) -> usize {
     critical_separations + each * settings
 }
 
-/// The different particles, liquids and film ratios of the runs, in their order; and diameters where the form tells these
-/// apart.
+/// The different particles, liquids and film ratios of the runs, in their order; and diameters where the form or k
+/// tells these apart.
 fn settings(runs: &Runs, form: Form) -> Vec<WetSetting> {
+    let by_form = form.viscous.tells_diameters_apart();
     let mut settings: Vec<WetSetting> = vec![];
     for series in &runs.series {
         let setting = WetSetting {
             particle: series.particle,
+            sphere: series.sphere,
             liquid: series.liquid,
             film_ratio: series.film_ratio,
-            diameter: form.viscous.tells_diameters_apart().then_some(series.diameter),
+            diameter: runs.spheres[series.sphere]
+                .diameter
+                .or(by_form.then_some(series.diameter)),
         };
         // diameters of one setting come one after the other
         if settings.last() != Some(&setting) {

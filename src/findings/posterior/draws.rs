@@ -6,17 +6,18 @@ use crate::model::parameters::{physical, ParameterKind};
 use crate::physics::balance::Balance;
 use crate::physics::loss::Film;
 use crate::physics::viscous;
+use crate::runs::Runs;
 use crate::scene::{LikelihoodFamily, NoiseOn, Scene};
 
 impl Posterior {
-    /// The law of a particle by at most so many draws, evenly taken.
-    pub fn law(&self, scene: &Scene, particle: usize, most: usize) -> ParticleLaw {
+    /// The law of a sphere, by its index, by at most so many draws, evenly taken.
+    pub fn law(&self, scene: &Scene, runs: &Runs, sphere: usize, most: usize) -> ParticleLaw {
         let both = scene.model.noise == NoiseOn::Both;
         let student = scene.model.likelihood == LikelihoodFamily::Student;
         let full = self.sampled.full_draws();
         let step = full.len().div_ceil(most).max(1);
         let draw = |full: &Vec<f64>| Draw {
-            parameters: physical(full, particle),
+            parameters: physical(full, sphere),
             sigma_wet: full[ParameterKind::SigmaWet.slot()],
             sigma_energy: if both {
                 full[ParameterKind::SigmaEnergy.slot()]
@@ -29,16 +30,16 @@ impl Posterior {
         ParticleLaw {
             form: self.setup.form,
             smallest_restitution: basis.smallest_restitution,
-            covered: basis.particles[particle].covered,
+            covered: basis.particles[runs.spheres[sphere].particle].covered,
             draws: full.iter().step_by(step).map(draw).collect(),
         }
     }
 
-    /// (e_inf, St_c) of every draw of a particle in a film, `fixed` being the part of L there that no parameter moves;
+    /// (e_inf, St_c) of every draw of a sphere in a film, `fixed` being the part of L there that no parameter moves;
     /// `None` where a draw leaves none. `v` is the speed at which e_dry enters, m/s.
-    pub fn e_inf_and_st_c(&self, particle: usize, film: Film, fixed: f64, v: f64) -> Option<Vec<[f64; 2]>> {
+    pub fn e_inf_and_st_c(&self, sphere: usize, film: Film, fixed: f64, v: f64) -> Option<Vec<[f64; 2]>> {
         let pair = |full: &Vec<f64>| {
-            let balance = Balance::new(self.setup.form, film, &physical(full, particle));
+            let balance = Balance::new(self.setup.form, film, &physical(full, sphere));
             let e_inf = balance.e_inf(v);
             let st_c = viscous::st_c(balance.lost.over_stokes + fixed, e_inf);
             e_inf.is_finite().then_some([e_inf, st_c])

@@ -85,7 +85,7 @@ pub fn fit_posterior(
         stream,
         evaluation: setup.method.evaluation(),
     };
-    let start = start(scene, least_squares);
+    let start = start(least_squares);
     let sampled = match setup.method {
         MethodChoice::Accuracy(accuracy) => {
             let plan = AccuracyPlan {
@@ -112,7 +112,8 @@ pub fn fit_posterior(
         predictive,
         basis: Basis::of(scene, runs),
     };
-    let findings = summarise_posterior(&sampled, source);
+    let mut findings = summarise_posterior(&sampled, source);
+    findings.mark_k_of_wet_runs(&sampled.parameters, runs);
     let checks = posterior_checks::check_posterior(&findings, least_squares);
     Ok(Ok(Posterior {
         setup,

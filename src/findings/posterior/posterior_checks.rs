@@ -166,7 +166,7 @@ fn dry_consistency(found: &PosteriorFindings, least_squares: LeastSquares) -> Op
         .filter(|dry| dry.verdict.passed)
         .filter_map(|dry| {
             let (k, se) = dry.dry_k.pair()?;
-            let name = format!("dry_k[{}]", dry.particle);
+            let name = dry.name();
             let pooled = found.parameters.iter().find(|q| q.name == name)?;
             Some(((pooled.mean? - k).abs() / se.hypot(pooled.sd?), name))
         });
@@ -204,8 +204,8 @@ fn worst_group(found: &PosteriorFindings) -> Option<Check> {
     let groups = found.predictive.groups.iter();
     let group = groups.max_by(|a, b| share(a).total_cmp(&share(b)))?;
     let which = match group.film_ratio {
-        Some(ratio) => format!("{} at film ratio {ratio:.3}", group.particle),
-        None => format!("{}, dry", group.particle),
+        Some(ratio) => format!("{} at film ratio {ratio:.3}", group.words()),
+        None => format!("{}, dry", group.words()),
     };
     let text = format!("mean residual of the group that lies worst ({which}), in σ");
     let criterion = criterion.at(allowed(group.runs));

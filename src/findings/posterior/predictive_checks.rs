@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::model::likelihood::normal::normal_cdf;
 use crate::model::likelihood::pointwise::{EvaluatedLaw, Pointwise};
-use crate::runs::Runs;
+use crate::runs::{sphere_words, Runs};
 use crate::scene::{Scene, Sticking};
 
 /// Draws of the parameters the checks are averaged over.
@@ -28,7 +28,7 @@ const EXACT_TO: usize = 500;
 pub struct PredictiveChecks {
     /// share of the runs inside their predicted bands
     pub bands: Vec<BandCoverage>,
-    /// dry runs of a particle, or one of its film ratios
+    /// dry runs of a sphere with a k of its own, or one of its film ratios
     pub groups: Vec<GroupResidual>,
     /// series in which the number of stuck runs was in doubt
     pub stuck: Vec<StuckCount>,
@@ -50,6 +50,9 @@ pub struct BandCoverage {
 pub struct GroupResidual {
     /// name of the particle
     pub particle: String,
+    /// D, m, where each diameter has a k of its own
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub diameter_m: Option<f64>,
     /// film ratio; `None` for dry runs
     pub film_ratio: Option<f64>,
     /// runs
@@ -58,6 +61,13 @@ pub struct GroupResidual {
     pub mean_residual: f64,
     /// its standard error from the spread between runs; `None` for one run
     pub mean_residual_se: Option<f64>,
+}
+
+impl GroupResidual {
+    /// The particle's words in a text: `PTFE`, `PTFE of 4.762 mm`.
+    pub fn words(&self) -> String {
+        sphere_words(&self.particle, self.diameter_m)
+    }
 }
 
 /// Runs of a series that stuck, and how many were to be expected.
@@ -168,13 +178,14 @@ fn band(pointwise: &Pointwise, predictions: &[RunPrediction], level: f64) -> Ban
 }
 
 fn groups(scene: &Scene, runs: &Runs, predictions: &[RunPrediction]) -> Vec<GroupResidual> {
-    let group = |particle: usize, film_ratio: Option<f64>, members: Vec<usize>| {
+    let group = |sphere: usize, film_ratio: Option<f64>, members: Vec<usize>| {
         let n = members.len() as f64;
         let residuals = || members.iter().map(|run| predictions[*run].residual);
         let mean = residuals().sum::<f64>() / n;
         let squares: f64 = residuals().map(|residual| (residual - mean).powi(2)).sum();
         GroupResidual {
-            particle: scene.particles[particle].name.clone(),
+            particle: scene.particles[runs.spheres[sphere].particle].name.clone(),
+            diameter_m: runs.spheres[sphere].diameter,
             film_ratio,
             runs: members.len(),
             mean_residual: mean,
@@ -182,16 +193,16 @@ fn groups(scene: &Scene, runs: &Runs, predictions: &[RunPrediction]) -> Vec<Grou
         }
     };
     let mut groups = vec![];
-    for particle in 0..scene.particles.len() {
-        let dry = runs.dry.iter().filter(|dry| dry.particle == particle);
+    for sphere in 0..runs.spheres.len() {
+        let dry = runs.dry_of(sphere).iter();
         let members: Vec<usize> = dry.flat_map(|dry| dry.rebounds.start..dry.stuck.end).collect();
         if !members.is_empty() {
-            groups.push(group(particle, None, members));
+            groups.push(group(sphere, None, members));
         }
     }
     for film in &runs.film_groups {
         let members = runs.series[film.series.clone()].iter().flat_map(|series| series.runs());
-        groups.push(group(film.particle, Some(film.film_ratio), members.collect()));
+        groups.push(group(film.sphere, Some(film.film_ratio), members.collect()));
     }
     groups
 }

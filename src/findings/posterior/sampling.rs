@@ -71,14 +71,10 @@ pub fn check_room(effort: Effort, quantities: usize) -> Result<(), Error> {
 }
 
 /// Where least squares stands, by parameter.
-pub fn start(scene: &Scene, least_squares: LeastSquares) -> Start {
+pub fn start(least_squares: LeastSquares) -> Start {
     let mut start = vec![];
-    let particle = |name: &str| scene.particles.iter().position(|p| p.name == name);
-    for dry in least_squares.dry {
-        if let (Some(particle), Some(k)) = (particle(&dry.particle), dry.dry_k.value) {
-            start.push((ParameterKind::DryK(particle), k));
-        }
-    }
+    let with_k = least_squares.dry.iter().filter_map(|dry| Some((dry, dry.dry_k.value?)));
+    start.extend(with_k.map(|(dry, k)| (ParameterKind::DryK(dry.sphere), k)));
     let spreads: Vec<(f64, f64)> = least_squares
         .dry
         .iter()

@@ -170,6 +170,7 @@ fn summarise_quantity(name: &str, values: &[Vec<f64>], mcse_factor: f64) -> Quan
         mcse_sd: found.mcse_sd.map(larger),
         mcse_q05: found.mcse_q05.map(larger),
         mcse_q95: found.mcse_q95.map(larger),
+        from: None,
         prior: None,
         why_none,
     }

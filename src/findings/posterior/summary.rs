@@ -5,6 +5,8 @@ use serde::Serialize;
 use super::predictive_checks::PredictiveChecks;
 use crate::findings::predict::Basis;
 use crate::inference::sampling::Method;
+use crate::model::parameters::{ModelParameters, ParameterKind};
+use crate::runs::Runs;
 
 /// The summary of the posterior.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -55,6 +57,21 @@ pub struct PosteriorFindings {
     pub basis: Basis,
 }
 
+/// Where a diameter's own k comes from that no dry run tells.
+pub const WET_RUNS: &str = "wet runs";
+
+impl PosteriorFindings {
+    /// Marks each k of a diameter that comes from wet runs alone.
+    pub(super) fn mark_k_of_wet_runs(&mut self, parameters: &ModelParameters, runs: &Runs) {
+        for (summary, parameter) in self.parameters.iter_mut().zip(&parameters.sampled) {
+            if let ParameterKind::DryK(sphere) = parameter.kind {
+                let own = runs.spheres[sphere].diameter.is_some();
+                summary.from = (own && runs.dry_of(sphere).is_empty()).then_some(WET_RUNS);
+            }
+        }
+    }
+}
+
 /// One quantity of the posterior.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct QuantitySummary {
@@ -90,6 +107,9 @@ pub struct QuantitySummary {
     /// Monte Carlo error of the 95 % point; of a parameter only
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mcse_q95: Option<f64>,
+    /// `wet runs` of a diameter's own k that no dry run tells
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub from: Option<&'static str>,
     /// what was believed before; `None` for a derived quantity
     #[serde(skip_serializing_if = "Option::is_none")]
     pub prior: Option<PriorSummary>,

@@ -189,6 +189,7 @@ mod tests {
                 film,
                 series: vec![Series {
                     particle: 0,
+                    sphere: 0,
                     liquid: 0,
                     diameter: 1.0,
                     film: 0.1,

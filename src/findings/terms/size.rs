@@ -29,7 +29,7 @@ const SEEN: f64 = 2.0;
 struct ReferencePoint {
     /// of every shared parameter, those of terms that are not held with them
     shared: Coefficients,
-    /// k of each particle of the scene
+    /// k of each sphere of the runs
     dry_k: Vec<f64>,
     /// spreads of dry and of wet restitutions; `None` where the runs leave none
     sigma: Option<[f64; 2]>,
@@ -47,15 +47,15 @@ impl ReferencePoint {
             let (value, se) = balance?.estimate(kind)?.pair()?;
             (value > SEEN * se).then_some(value)
         };
-        let believed = |kind: ParameterKind| prior_of(scene, kind, form).0.median();
+        let believed = |kind: ParameterKind| prior_of(scene, runs, kind, form).0.median();
         let mut shared = Coefficients::default();
         for coefficient in Coefficient::ALL {
             let kind = ParameterKind::Shared(coefficient);
             shared[coefficient] = fitted(kind).unwrap_or_else(|| believed(kind));
         }
-        let of_particle = |particle: usize| {
-            let kind = ParameterKind::DryK(particle);
-            let own = dry::fit_of_particle(dry, particle).and_then(|one| one.usable);
+        let of_sphere = |sphere: usize| {
+            let kind = ParameterKind::DryK(sphere);
+            let own = dry::fit_of_sphere(dry, sphere).and_then(|one| one.usable);
             let found = fitted(kind).or(own.map(|(k, _)| k));
             found.unwrap_or_else(|| believed(kind))
         };
@@ -71,14 +71,14 @@ impl ReferencePoint {
         let sigma = wet.map(|wet| [of_dry.filter(|sd| spread(*sd)).unwrap_or(wet), wet]);
         ReferencePoint {
             shared,
-            dry_k: (0..scene.particles.len()).map(of_particle).collect(),
+            dry_k: (0..runs.spheres.len()).map(of_sphere).collect(),
             sigma: sigma.filter(|[_, wet]| spread(*wet)),
         }
     }
 
-    fn parameters(&self, particle: usize) -> Parameters {
+    fn parameters(&self, sphere: usize) -> Parameters {
         Parameters {
-            dry_k: self.dry_k[particle],
+            dry_k: self.dry_k[sphere],
             shared: self.shared,
         }
     }
@@ -86,7 +86,7 @@ impl ReferencePoint {
     /// The same as a point of a joint fit.
     fn of_joint(&self, joint: &Joint) -> Vec<f64> {
         let value = |kind: ParameterKind| match kind {
-            ParameterKind::DryK(particle) => self.dry_k[particle],
+            ParameterKind::DryK(sphere) => self.dry_k[sphere],
             ParameterKind::Shared(coefficient) => self.shared[coefficient],
             // a joint fit has no other
             _ => f64::NAN,
@@ -109,9 +109,9 @@ pub(super) fn term_sizes(
         ..form
     };
     let point = ReferencePoint::of(setup, scaling, form, balance);
-    let particles = || 0..scene.particles.len();
-    let wet: Vec<usize> = particles().filter(|p| rebounds(runs, *p)).collect();
-    let dry: Vec<usize> = particles().filter(|p| !runs.dry_of(*p).is_empty()).collect();
+    let spheres = || 0..runs.spheres.len();
+    let wet: Vec<usize> = spheres().filter(|s| rebounds(runs, *s)).collect();
+    let dry: Vec<usize> = spheres().filter(|s| !runs.dry_of(*s).is_empty()).collect();
     let joint = Joint::new(scene, runs, form, &wet, &dry);
     let mut sums = TermSums::new(scene, &joint, &point);
     sums.add_wet(scene, &joint, &point);
@@ -137,7 +137,7 @@ pub(super) fn term_sizes(
             held,
             chosen_by,
             size,
-            moves: moves.map(|kind| kind.name(scene)),
+            moves: moves.map(|kind| kind.name(scene, runs)),
             largest_effect: sums.largest_effect[term as usize],
             widens: sums.widening(term).filter(|_| held),
         }
@@ -165,7 +165,7 @@ impl TermSums {
     fn new(scene: &Scene, joint: &Joint, point: &ReferencePoint) -> TermSums {
         let (mut kinds, mut precision, mut places) = (vec![], vec![], vec![]);
         for kind in joint.kinds() {
-            let prior = prior_of(scene, kind, joint.form).0;
+            let prior = prior_of(scene, joint.runs, kind, joint.form).0;
             // what a prior holds is no parameter
             if matches!(prior, Prior::Fixed(_)) {
                 places.push(None);
@@ -219,7 +219,7 @@ impl TermSums {
             let Some(series) = part.series.map(|index| &runs.series[index]) else {
                 continue;
             };
-            let (parameters, form) = (point.parameters(part.particle), self.form);
+            let (parameters, form) = (point.parameters(part.sphere), self.form);
             for run in part.rebounds.clone().step_by(step) {
                 let setting = runs.setting(scene, series, run);
                 let kept = |term: Term| {
@@ -241,7 +241,7 @@ impl TermSums {
         let at = point.of_joint(joint);
         let other = Term::DrySecondOrder.toggled(self.form).dry;
         for part in joint.dry_parts() {
-            let k = point.dry_k[part.particle];
+            let k = point.dry_k[part.sphere];
             for run in part.rebounds.clone().step_by(step) {
                 joint.each(part, run..run + 1, &at, |row| {
                     let mut effects = [0.0; Term::ALL.len()];

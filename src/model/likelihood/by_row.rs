@@ -125,7 +125,7 @@ impl Likelihood {
         let sigma = full[ParameterKind::SigmaDry.slot()];
         let mut value = 0.0;
         for row in &own.dry {
-            let place_of_k = COMMON_SLOTS + row.particle;
+            let place_of_k = COMMON_SLOTS + row.sphere;
             let balance = Balance::dry(self.form.dry, full[place_of_k]);
             let rebounded = row.restitution.is_some();
             let errors = if rebounded {

@@ -1,4 +1,4 @@
-//! Computes the log likelihood of the dry runs, from a few sums over those of each particle.
+//! Computes the log likelihood of the dry runs, from a few sums over those of each sphere.
 
 use super::normal::ln_normal_cdf;
 use super::prepared::{Likelihood, CERTAIN};
@@ -15,15 +15,15 @@ impl Likelihood {
         let sigma = full[ParameterKind::SigmaDry.slot()];
         let precision = 1.0 / (sigma * sigma);
         let mut value = 0.0;
-        for (particle, runs) in self.dry.iter().enumerate() {
+        for (sphere, runs) in self.dry.iter().enumerate() {
             if runs.rebounds == 0.0 && runs.stuck.is_empty() {
                 continue;
             }
-            let k = full[COMMON_SLOTS + particle];
+            let k = full[COMMON_SLOTS + sphere];
             let balance = Balance::dry(self.form.dry, k);
             let (squares, slope) = runs.squares(self.form.dry, k);
             value -= runs.rebounds * (sigma.ln() + LN_ROOT_TWO_PI) + 0.5 * squares * precision;
-            slopes[COMMON_SLOTS + particle] -= 0.5 * slope * precision;
+            slopes[COMMON_SLOTS + sphere] -= 0.5 * slope * precision;
             slopes[ParameterKind::SigmaDry.slot()] += (squares * precision - runs.rebounds) / sigma;
             for p in &runs.logged {
                 let [e_dry, slope, _] = balance.e_dry(*p);
@@ -33,7 +33,7 @@ impl Likelihood {
                 }
                 let (ln_cdf, mills) = ln_normal_cdf(z);
                 value -= ln_cdf;
-                slopes[COMMON_SLOTS + particle] -= mills * slope / sigma;
+                slopes[COMMON_SLOTS + sphere] -= mills * slope / sigma;
                 slopes[ParameterKind::SigmaDry.slot()] += mills * z / sigma;
             }
             for p in &runs.stuck {
@@ -41,7 +41,7 @@ impl Likelihood {
                 let z = (self.limit - e_dry) / sigma;
                 let (ln_cdf, mills) = ln_normal_cdf(z);
                 value += ln_cdf;
-                slopes[COMMON_SLOTS + particle] -= mills * slope / sigma;
+                slopes[COMMON_SLOTS + sphere] -= mills * slope / sigma;
                 slopes[ParameterKind::SigmaDry.slot()] -= mills * z / sigma;
             }
         }

@@ -1,8 +1,8 @@
-//! Holds the sums that the dry rebounds of a particle need, and gives their squares about a law.
+//! Holds the sums that the dry rebounds of a sphere need, and gives their squares about a law.
 
 use crate::physics::dry::{Order, SECOND_ORDER};
 
-/// The dry runs of a particle: their rebounds need four numbers, with y = 1 − e = k p + σ z.
+/// The dry runs of a sphere: their rebounds need four numbers, with y = 1 − e = k p + σ z.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct DryRuns {
     pub(super) rebounds: f64,

@@ -67,10 +67,10 @@ impl Nodes {
     }
 }
 
-/// Wet runs that share particle, liquid and film ratio.
+/// Wet runs that share sphere, liquid and film ratio.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct WetBlock {
-    pub(super) particle: usize,
+    pub(super) sphere: usize,
     pub(super) density_ratio: f64,
     /// index into [`super::Likelihood::film_ratios`]
     pub(super) film: usize,
@@ -83,7 +83,7 @@ pub(super) struct WetBlock {
 /// A dry run by itself.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct DryRow {
-    pub(super) particle: usize,
+    pub(super) sphere: usize,
     /// p
     pub(super) dry_root: f64,
     /// e; `None` where it stuck

@@ -46,7 +46,7 @@ pub struct Pointwise<'r> {
 /// What a run's restitution depends on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct RunSetting {
-    particle: usize,
+    sphere: usize,
     impact: Impact,
     wet: Option<WetConditions>,
 }
@@ -79,7 +79,7 @@ pub struct EvaluatedLaw<'p, 'r> {
 struct SpeedSlope {
     /// v dr/dv; 0 of a dry run
     in_log_speed: f64,
-    /// k of the particle
+    /// k of the sphere
     dry_k: f64,
 }
 
@@ -130,7 +130,7 @@ impl<'r> Pointwise<'r> {
         for group in &runs.dry {
             for run in group.rebounds.start..group.stuck.end {
                 let setting = RunSetting {
-                    particle: group.particle,
+                    sphere: group.sphere,
                     impact: conditions.dry(run),
                     wet: None,
                 };
@@ -149,7 +149,7 @@ impl<'r> Pointwise<'r> {
                     film = (film_ratio, (film_ratio / middle).ln());
                 }
                 let setting = RunSetting {
-                    particle: series.particle,
+                    sphere: series.sphere,
                     impact: conditions.wet(run),
                     wet: Some(WetConditions {
                         density_ratio,
@@ -211,7 +211,7 @@ impl<'r> Pointwise<'r> {
         let mut film: Option<(f64, Share)> = None;
         let parameters = FilmParameters::new(self.form, full);
         move |setting| {
-            let k = full[COMMON_SLOTS + setting.particle];
+            let k = full[COMMON_SLOTS + setting.sphere];
             let Some(wet) = setting.wet else {
                 return Balance::dry(self.form.dry, k);
             };

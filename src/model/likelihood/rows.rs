@@ -121,7 +121,7 @@ impl Likelihood {
                 next_stuck += 1;
             }
             self.blocks.push(WetBlock {
-                particle: series.particle,
+                sphere: series.sphere,
                 density_ratio: series.density_ratio(table.scene),
                 film,
                 rebounds: first..self.rebounds.len(),
@@ -136,9 +136,9 @@ impl Likelihood {
 }
 
 fn dry_runs(scene: &Scene, runs: &Runs) -> Vec<DryRuns> {
-    let mut dry = vec![DryRuns::default(); scene.particles.len()];
-    for (particle, sums) in dry.iter_mut().enumerate() {
-        let groups = || runs.dry.iter().filter(|group| group.particle == particle);
+    let mut dry = vec![DryRuns::default(); runs.spheres.len()];
+    for (sphere, sums) in dry.iter_mut().enumerate() {
+        let groups = || runs.dry.iter().filter(|group| group.sphere == sphere);
         let rebounds = || {
             let ranges = groups().map(|group| group.rebounds.clone());
             ranges
@@ -175,16 +175,16 @@ fn dry_runs(scene: &Scene, runs: &Runs) -> Vec<DryRuns> {
 
 /// The dry runs one at a time.
 fn dry_rows(runs: &Runs, errors: Option<&MeasurementErrors>) -> Vec<DryRow> {
-    let row = |particle: usize, run: usize, rebounded: bool| DryRow {
-        particle,
+    let row = |sphere: usize, run: usize, rebounded: bool| DryRow {
+        sphere,
         dry_root: runs.impacts.speed_root[run],
         restitution: rebounded.then(|| runs.restitution[run]),
         errors: Errors::of(errors, run, runs.impact_speed[run]).unwrap_or_default(),
     };
     let of_group = |group: &DryGroup| {
-        let particle = group.particle;
-        let rebounds = group.rebounds.clone().map(move |run| row(particle, run, true));
-        rebounds.chain(group.stuck.clone().map(move |run| row(particle, run, false)))
+        let sphere = group.sphere;
+        let rebounds = group.rebounds.clone().map(move |run| row(sphere, run, true));
+        rebounds.chain(group.stuck.clone().map(move |run| row(sphere, run, false)))
     };
     runs.dry.iter().flat_map(of_group).collect()
 }

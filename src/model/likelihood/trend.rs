@@ -146,6 +146,6 @@ impl FilmSums {
     pub fn add(&mut self, block: &WetBlock, sums: BlockSums, slopes: &mut [f64]) {
         self.inertial += sums.kept * block.density_ratio;
         self.viscous += sums.viscous;
-        slopes[COMMON_SLOTS + block.particle] -= 2.0 * sums.dry;
+        slopes[COMMON_SLOTS + block.sphere] -= 2.0 * sums.dry;
     }
 }

@@ -45,11 +45,12 @@ pub fn gather<'a>(input: ReportInput<'a>, posterior: &Posterior) -> Result<Gathe
         draws: sampled.chains.first().map_or(0, |chain| chain.ln_density.len()),
     };
     let every_run = || stores_every_run(runs, posterior).then(|| EveryRun::new(input, posterior));
+    let labels: Vec<String> = runs.spheres.iter().map(|sphere| sphere.label(scene)).collect();
     let rest = || {
         let groups = vec![
-            parameters("posterior", scene, posterior, size, |_, values| values.to_vec()),
+            parameters("posterior", &labels, posterior, size, |_, values| values.to_vec()),
             sample_stats(&sampled.chains, size),
-            parameters("log_prior", scene, posterior, size, |place, values| {
+            parameters("log_prior", &labels, posterior, size, |place, values| {
                 let prior = &sampled.parameters.sampled[place].prior;
                 let density = |x: &f64| prior.ln_density(*x).map_or(f64::NEG_INFINITY, |(value, _)| value);
                 values.iter().map(density).collect()
@@ -114,10 +115,10 @@ fn table(posterior: &Posterior, size: DrawSize) -> Result<String, Error> {
     csv::table(size, &columns)
 }
 
-/// One variable a parameter, chain after chain; the k of all particles are one variable.
+/// One variable a parameter, chain after chain; the k of all spheres, of these labels, are one variable.
 fn parameters(
     group: &'static str,
-    scene: &Scene,
+    labels: &[String],
     posterior: &Posterior,
     size: DrawSize,
     of: impl Fn(usize, &[f64]) -> Vec<f64>,
@@ -129,8 +130,8 @@ fn parameters(
     for (place, parameter) in sampled.parameters.sampled.iter().enumerate() {
         let values = of(place, &sampled.values[place].concat());
         match parameter.kind {
-            ParameterKind::DryK(particle) => {
-                particles.push(scene.particles[particle].name.clone());
+            ParameterKind::DryK(sphere) => {
+                particles.push(labels[sphere].clone());
                 dry_k.push([values]);
             }
             _ => group.add(&parameter.name, &[chain, draw], ArrayValues::reals(values)),

@@ -9,12 +9,13 @@ use crate::findings::estimate::Estimate;
 use crate::findings::scaling::Scaling;
 use crate::model::parameters::ParameterKind;
 use crate::physics::{Inertia, Quantity};
-use crate::scene::{Particle, WetLaw};
+use crate::runs::Sphere;
+use crate::scene::WetLaw;
 
 const FILM_RATIO: &str = "film ratio δ/D";
 
-/// A layer of a particle's points, hollow where asked for; nothing without points.
-fn of_particle(index: usize, name: String, all: impl Iterator<Item = ChartPoint>, open: bool) -> Option<Layer> {
+/// A layer of a sphere's points, hollow where asked for; nothing without points.
+fn of_sphere(index: usize, name: String, all: impl Iterator<Item = ChartPoint>, open: bool) -> Option<Layer> {
     let all: Vec<ChartPoint> = all.collect();
     let style = Style { group: index + 1, open };
     (!all.is_empty()).then(|| points(name, all, style))
@@ -34,17 +35,19 @@ fn over_film_ratio(quantity: Quantity, layers: Vec<Layer>) -> Chart {
     chart(Axis::new(FILM_RATIO), Axis::new(symbol), layers)
 }
 
-/// e_inf and St_c against the film ratio: a colour a particle, hollow for the linear law.
+/// e_inf and St_c against the film ratio: a colour a particle or diameter with a k of its own, hollow for the linear law.
 pub(super) fn film(input: ReportInput) -> Vec<Chart> {
     let panel = |quantity: Quantity, of: fn(&Scaling) -> &Estimate| {
         let mut layers = vec![];
-        for (index, particle) in input.scene.particles.iter().enumerate() {
+        for (index, sphere) in input.runs.spheres.iter().enumerate() {
             for (law, words) in [(WetLaw::Sqrt, "square root"), (WetLaw::Linear, "linear")] {
                 let rows = input.findings.scaling.iter();
-                let mine = rows.filter(|r| r.particle == particle.name && r.law == law && r.verdict.passed);
+                let mine = rows.filter(|r| {
+                    sphere.owns(input.scene, &r.particle, r.diameter_m) && r.law == law && r.verdict.passed
+                });
                 let all = mine.filter_map(|r| estimate_point(r.film_ratio?, of(r)));
-                let name = format!("{}, {words}", particle.name);
-                layers.extend(of_particle(index, name, all, law == WetLaw::Linear));
+                let name = format!("{}, {words}", sphere.words(input.scene));
+                layers.extend(of_sphere(index, name, all, law == WetLaw::Linear));
             }
         }
         over_film_ratio(quantity, layers)
@@ -58,16 +61,16 @@ pub(super) fn film(input: ReportInput) -> Vec<Chart> {
 /// The inertial loss with both predictions, and St_c e_inf², against the film ratio, by the square-root law.
 pub(super) fn energy(input: ReportInput) -> Vec<Chart> {
     let rows = || input.findings.energy.iter().filter(|row| row.law == WetLaw::Sqrt);
-    let of_particles = |of: fn(&Energy) -> &Estimate| -> Vec<Layer> {
-        let names = input.scene.particles.iter().enumerate();
-        let layer = |(index, particle): (usize, &Particle)| {
-            let mine = rows().filter(|row| row.particle == particle.name);
+    let of_spheres = |of: fn(&Energy) -> &Estimate| -> Vec<Layer> {
+        let spheres = input.runs.spheres.iter().enumerate();
+        let layer = |(index, sphere): (usize, &Sphere)| {
+            let mine = rows().filter(|row| sphere.owns(input.scene, &row.particle, row.diameter_m));
             let all = mine.filter_map(|row| estimate_point(row.film_ratio, of(row)));
-            of_particle(index, particle.name.clone(), all, false)
+            of_sphere(index, sphere.words(input.scene), all, false)
         };
-        names.filter_map(layer).collect()
+        spheres.filter_map(layer).collect()
     };
-    let mut loss = of_particles(|row| &row.loss_over_density_ratio);
+    let mut loss = of_spheres(|row| &row.loss_over_density_ratio);
     if !loss.is_empty() {
         let end = rows().map(|row| row.film_ratio).reduce(f64::max).unwrap_or(0.1) * 1.08;
         for (form, words, dash) in [
@@ -81,7 +84,7 @@ pub(super) fn energy(input: ReportInput) -> Vec<Chart> {
     }
     vec![
         over_film_ratio(Quantity::InertialLoss, loss),
-        over_film_ratio(Quantity::StCEInf2, of_particles(|row| &row.st_c_e_inf2)),
+        over_film_ratio(Quantity::StCEInf2, of_spheres(|row| &row.st_c_e_inf2)),
     ]
 }
 
@@ -95,8 +98,10 @@ pub(super) fn residuals(input: ReportInput) -> Vec<Chart> {
     let end = 1.08 * wet.reduce(f64::max).unwrap_or(0.1);
     let zero = vec![(0.0, 0.0), (end, 0.0)];
     let mut layers = vec![curve("the model", zero, Style::group(0), Dash::Dashed)];
-    for (index, particle) in input.scene.particles.iter().enumerate() {
-        let mine = groups.iter().filter(|group| group.particle == particle.name);
+    for (index, sphere) in input.runs.spheres.iter().enumerate() {
+        let mine = groups
+            .iter()
+            .filter(|group| sphere.owns(input.scene, &group.particle, group.diameter_m));
         let all = mine.filter_map(|group| {
             Some(ChartPoint {
                 x: group.film_ratio?,
@@ -104,7 +109,7 @@ pub(super) fn residuals(input: ReportInput) -> Vec<Chart> {
                 y_se: group.mean_residual_se,
             })
         });
-        layers.extend(of_particle(index, particle.name.clone(), all, false));
+        layers.extend(of_sphere(index, sphere.words(input.scene), all, false));
     }
     let x = Axis::new(FILM_RATIO).between(0.0, end);
     vec![chart(x, Axis::new("mean residual in σ"), layers)]

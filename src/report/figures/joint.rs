@@ -37,20 +37,20 @@ struct IntervalBars {
 /// Strokes of the contours, in the order of their shares.
 const STROKES: [Dash; SHARES.len()] = [Dash::Dashed, Dash::Solid];
 
-/// Every joint figure: one a particle and film ratio, a panel a law.
+/// Every joint figure: one a sphere and film ratio, a panel a law.
 pub(super) fn joint(input: ReportInput, names: &Names) -> Vec<Figure> {
     let Some(resampling) = &input.findings.bootstrap else {
         return vec![];
     };
     let mut figures = vec![];
-    for (index, particle) in input.scene.particles.iter().enumerate() {
+    for (index, sphere) in input.runs.spheres.iter().enumerate() {
         for over_all in [false, true] {
-            let mine = |joint: &&JointReplicates| joint.particle == index && joint.film_ratio.is_none() == over_all;
+            let mine = |joint: &&JointReplicates| joint.sphere == index && joint.film_ratio.is_none() == over_all;
             let panels = resampling.joint.iter().filter(mine);
             let charts: Vec<Chart> = panels.filter_map(|joint| of_bootstrap(input, joint)).collect();
             if !charts.is_empty() {
                 figures.push(Figure {
-                    name: names.joint(&particle.name, over_all),
+                    name: names.joint(&sphere.label(input.scene), over_all),
                     svg: svg(&charts),
                 });
             }
@@ -60,7 +60,7 @@ pub(super) fn joint(input: ReportInput, names: &Names) -> Vec<Figure> {
 }
 
 fn of_bootstrap(input: ReportInput, joint: &JointReplicates) -> Option<Chart> {
-    let row = scaling_of(input, joint.particle, joint.film_ratio, joint.law)?;
+    let row = scaling_of(input, joint.sphere, joint.film_ratio, joint.law)?;
     let both = [&row.e_inf, &row.st_c];
     let by = |estimate: &Estimate, wanted: &dyn Fn(&Interval) -> bool| {
         let made = estimate
@@ -86,7 +86,10 @@ fn of_bootstrap(input: ReportInput, joint: &JointReplicates) -> Option<Chart> {
         WetLaw::Sqrt => "square-root law",
         WetLaw::Linear => "linear law",
     };
-    let title = format!("{}, {ratio}, {law}", input.scene.particles[joint.particle].name);
+    let title = format!(
+        "{}, {ratio}, {law}",
+        input.runs.spheres[joint.sphere].words(input.scene)
+    );
     let centre = (row.e_inf.value?, row.st_c.value?);
     let delta = both.map(|estimate| by(estimate, &|made| made.method == "delta"));
     let posterior = input.posterior.zip(input.findings.energy_balance.as_ref());

@@ -49,7 +49,7 @@ const STACKED: f64 = 0.03;
 pub fn all(input: ReportInput) -> Vec<Figure> {
     let mut figures = posterior::all(input);
     let bands = Bands::of(input);
-    let names = Names::of(input.scene);
+    let names = Names::of(input.scene, input.runs);
     let mut add = |name: String, charts: Vec<Chart>| {
         let drawn = |chart: &Chart| chart.layers.iter().any(has_points);
         if charts.iter().any(drawn) {
@@ -59,14 +59,11 @@ pub fn all(input: ReportInput) -> Vec<Figure> {
             });
         }
     };
-    for particle in 0..input.scene.particles.len() {
-        let name = &input.scene.particles[particle].name;
-        add(names.speed(name), vec![against_speed(input, particle, bands.as_ref())]);
-        add(
-            names.stokes(name),
-            vec![against_stokes(input, particle, bands.as_ref())],
-        );
-        add(names.film_ratios(name), vec![every_film_ratio(input, particle)]);
+    for (index, sphere) in input.runs.spheres.iter().enumerate() {
+        let label = sphere.label(input.scene);
+        add(names.speed(&label), vec![against_speed(input, index, bands.as_ref())]);
+        add(names.stokes(&label), vec![against_stokes(input, index, bands.as_ref())]);
+        add(names.film_ratios(&label), vec![every_film_ratio(input, index)]);
     }
     add(FILM.to_owned(), film(input));
     add(ENERGY.to_owned(), energy(input));
@@ -88,14 +85,14 @@ fn speeds_and_restitutions(input: ReportInput, rebounds: &Range<usize>) -> Vec<(
     )
 }
 
-fn against_speed(input: ReportInput, particle: usize, bands: Option<&Bands>) -> Chart {
-    let chosen = main_film_ratio(input, particle);
-    let series = series_at(input, particle, chosen);
+fn against_speed(input: ReportInput, sphere: usize, bands: Option<&Bands>) -> Chart {
+    let chosen = main_film_ratio(input, sphere);
+    let series = series_at(input, sphere, chosen);
     let mut groups: Vec<Vec<(f64, f64)>> = series
         .iter()
         .map(|(s, _)| speeds_and_restitutions(input, &s.rebounds))
         .collect();
-    let dry = input.runs.dry.iter().filter(|group| group.particle == particle);
+    let dry = input.runs.dry_of(sphere).iter();
     groups.push(
         dry.flat_map(|group| speeds_and_restitutions(input, &group.rebounds))
             .collect(),
@@ -107,7 +104,7 @@ fn against_speed(input: ReportInput, particle: usize, bands: Option<&Bands>) -> 
         .chain(largest(&stuck))
         .reduce(f64::max)
         .unwrap_or(1.0);
-    let mut layers = dry_layers(input, particle, joined.pop().unwrap_or_default(), fastest);
+    let mut layers = dry_layers(input, sphere, joined.pop().unwrap_or_default(), fastest);
     for (group, ((s, fit), points_of)) in series.iter().zip(joined).enumerate() {
         let style = Style::group(group + 1);
         let label = series_name(input, s);
@@ -120,7 +117,7 @@ fn against_speed(input: ReportInput, particle: usize, bands: Option<&Bands>) -> 
             };
             layers.extend(bands.layers(input, drawn, |v| v));
         }
-        if let Some(law) = series_curve(input, fit, dry_k(input, particle), fastest) {
+        if let Some(law) = series_curve(input, fit, dry_k(input, sphere), fastest) {
             layers.push(curve(label.clone(), law, style, Dash::Solid));
         }
         if !points_of.is_empty() {
@@ -133,19 +130,19 @@ fn against_speed(input: ReportInput, particle: usize, bands: Option<&Bands>) -> 
         Axis::new(RESTITUTION).between(0.0, 1.0),
         layers,
     );
-    let name = &input.scene.particles[particle].name;
+    let name = input.runs.spheres[sphere].words(input.scene);
     drawn.title = chosen.map(|ratio| format!("{name}, δ/D = {}", numbers::short(ratio)));
     widen_to_data(&mut drawn);
     drawn
 }
 
 /// The dry runs and the law fitted to them.
-fn dry_layers(input: ReportInput, particle: usize, dry_points: Vec<ChartPoint>, fastest: f64) -> Vec<Layer> {
+fn dry_layers(input: ReportInput, sphere: usize, dry_points: Vec<ChartPoint>, fastest: f64) -> Vec<Layer> {
     let mut layers = vec![];
     if !dry_points.is_empty() {
         layers.push(points("dry", dry_points, Style::group(0)));
     }
-    if let Some(k) = dry_k(input, particle) {
+    if let Some(k) = dry_k(input, sphere) {
         let order = input.scene.model.form().dry;
         let label = match order {
             Order::First => "dry, 1 − k v^{1/5}",
@@ -243,11 +240,11 @@ fn stuck_layers(
 }
 
 /// Both laws of 1/St, from 0 to where they vanish or the picture ends.
-fn laws(input: ReportInput, particle: usize, ratio: Option<f64>, end: f64) -> Vec<Layer> {
+fn laws(input: ReportInput, sphere: usize, ratio: Option<f64>, end: f64) -> Vec<Layer> {
     let mut layers = vec![];
     // drawn whatever the verdict: a law that does not hold for all is best seen beside the runs
     let values = |law: WetLaw| {
-        let row = scaling_of(input, particle, ratio, law)?;
+        let row = scaling_of(input, sphere, ratio, law)?;
         Some((row.e_inf.value?, row.st_c.value?))
     };
     if let Some((e_inf, st_c)) = values(WetLaw::Linear) {
@@ -267,16 +264,16 @@ fn laws(input: ReportInput, particle: usize, ratio: Option<f64>, end: f64) -> Ve
     layers
 }
 
-fn against_stokes(input: ReportInput, particle: usize, bands: Option<&Bands>) -> Chart {
-    let chosen = main_film_ratio(input, particle);
-    let series = series_at(input, particle, chosen);
+fn against_stokes(input: ReportInput, sphere: usize, bands: Option<&Bands>) -> Chart {
+    let chosen = main_film_ratio(input, sphere);
+    let series = series_at(input, sphere, chosen);
     let groups = series.iter().map(|(s, _)| inverse_stokes(input, s)).collect();
     let joined = means_of(groups);
     let inverse = |s: &Series, v: f64| inverse_stokes_at(input, s, s.diameter, v);
     let stuck = stuck_marks(input, &series, inverse);
     let ends = largest(&joined).into_iter().chain(largest(&stuck));
     let end = 1.1 * ends.reduce(f64::max).unwrap_or(0.1);
-    let mut layers = laws(input, particle, chosen, end);
+    let mut layers = laws(input, sphere, chosen, end);
     let all: Vec<&Series> = series.iter().map(|(s, _)| *s).collect();
     for (group, ((s, _), points_of)) in series.iter().zip(joined).enumerate() {
         let (label, style) = (series_name(input, s), Style::group(group + 1));
@@ -290,7 +287,7 @@ fn against_stokes(input: ReportInput, particle: usize, bands: Option<&Bands>) ->
         }
     }
     layers.extend(stuck_layers(input, &series, stuck, 0.0));
-    let name = &input.scene.particles[particle].name;
+    let name = input.runs.spheres[sphere].words(input.scene);
     let mut drawn = chart(
         Axis::new(INVERSE_STOKES).between(0.0, end),
         Axis::new(RESTITUTION).between(0.0, 1.0),
@@ -301,13 +298,8 @@ fn against_stokes(input: ReportInput, particle: usize, bands: Option<&Bands>) ->
     drawn
 }
 
-fn every_film_ratio(input: ReportInput, particle: usize) -> Chart {
-    let groups: Vec<_> = input
-        .runs
-        .film_groups
-        .iter()
-        .filter(|g| g.particle == particle)
-        .collect();
+fn every_film_ratio(input: ReportInput, sphere: usize) -> Chart {
+    let groups = input.runs.film_groups_of(sphere);
     // one layer a film ratio, but means only inside a series
     let series: Vec<(usize, &Series)> = groups
         .iter()
@@ -316,7 +308,7 @@ fn every_film_ratio(input: ReportInput, particle: usize) -> Chart {
         .collect();
     let joined = means_of(series.iter().map(|(_, s)| inverse_stokes(input, s)).collect());
     let end = 1.1 * largest(&joined).unwrap_or(0.1);
-    let mut layers = laws(input, particle, None, end);
+    let mut layers = laws(input, sphere, None, end);
     let mut by_ratio: Vec<Vec<ChartPoint>> = vec![vec![]; groups.len()];
     for ((index, _), points_of) in series.iter().zip(joined) {
         by_ratio[*index].extend(points_of);
@@ -332,7 +324,10 @@ fn every_film_ratio(input: ReportInput, particle: usize) -> Chart {
         Axis::new(RESTITUTION).between(0.0, 1.0),
         layers,
     );
-    drawn.title = Some(format!("{}, every film ratio", input.scene.particles[particle].name));
+    drawn.title = Some(format!(
+        "{}, every film ratio",
+        input.runs.spheres[sphere].words(input.scene)
+    ));
     widen_to_data(&mut drawn);
     drawn
 }

@@ -3,6 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use crate::error::is_unseen;
+use crate::runs::Runs;
 use crate::scene::Scene;
 
 /// Longest part of a file name, in bytes, that a particle gives: with what stands about it, below the 255 of a file system.
@@ -11,25 +12,26 @@ const LONGEST: usize = 160;
 /// Marks a figure over all film ratios; it stands where a particle's name may begin so, too.
 const ALL: &str = "all-";
 
-/// File names of the figures of each particle.
+/// File names of the figures of each particle, or of each diameter that has a k of its own.
 ///
 /// A particle stands in them by its name, and by its name and a number where that could be taken for another's: by a file
 /// system that folds capitals or composes letters, or beside the mark of a figure over all film ratios.
 #[derive(Debug, Clone)]
 pub struct Names {
-    /// how each particle stands in a file name
+    /// how each particle stands in a file name, by its label
     stems: HashMap<String, String>,
 }
 
 impl Names {
-    /// The names for a scene's particles, the first of two alike keeping its own.
-    pub fn of(scene: &Scene) -> Names {
-        let names: Vec<&str> = scene.particles.iter().map(|particle| particle.name.as_str()).collect();
-        Names::of_particles(&names)
+    /// The names for the spheres of some runs, the first of two alike keeping its own.
+    pub fn of(scene: &Scene, runs: &Runs) -> Names {
+        let labels: Vec<String> = runs.spheres.iter().map(|sphere| sphere.label(scene)).collect();
+        let labels: Vec<&str> = labels.iter().map(String::as_str).collect();
+        Names::of_particles(&labels)
     }
 
     fn of_particles(names: &[&str]) -> Names {
-        let own: Vec<String> = names.iter().map(|name| folded(cut(name))).collect();
+        let own: Vec<String> = names.iter().map(|name| folded(&in_file(name))).collect();
         let all = |key: &str| format!("{ALL}{key}");
         // nobody is given by a number what another is called
         let called: HashSet<String> = own.iter().flat_map(|key| [key.clone(), all(key)]).collect();
@@ -37,12 +39,12 @@ impl Names {
         let mut stems = HashMap::new();
         for (name, own) in names.iter().zip(&own) {
             let is_free = |key: &str| !taken.contains(key) && !taken.contains(&all(key));
-            let mut stem = cut(name).to_owned();
+            let mut stem = in_file(name);
             let mut key = own.clone();
             let mut number = 1u64;
             while !is_free(&key) || number > 1 && (called.contains(&key) || called.contains(&all(&key))) {
                 number += 1;
-                stem = format!("{}-{number}", cut(name));
+                stem = format!("{}-{number}", in_file(name));
                 key = folded(&stem);
             }
             taken.extend([all(&key), key]);
@@ -78,9 +80,9 @@ impl Names {
     }
 }
 
-/// The beginning of a name that a file name has room for.
-fn cut(name: &str) -> &str {
-    &name[..name.floor_char_boundary(LONGEST)]
+/// The beginning of a name that a file name has room for; a diameter follows a hyphen.
+fn in_file(name: &str) -> String {
+    name[..name.floor_char_boundary(LONGEST)].replace(',', "-")
 }
 
 /// What two names have in common that some file system takes for one: capitals are folded, what is not seen falls away, and

@@ -30,7 +30,7 @@ pub(super) fn bootstrap(page: &mut Page, input: ReportInput) {
     ));
     joint_figures(page, input);
     let table = ReportTable::of(&rows)
-        .column("particle", |row| row.particle)
+        .column("particle", |row| row.particle.clone())
         .column("quantity", |row| row.quantity.describe().symbol)
         .column("δ/D", |row| row.film_ratio.map_or("all".to_owned(), numbers::short))
         .column("law", |row| row.law.map(law_name))
@@ -58,7 +58,7 @@ pub(super) fn bootstrap(page: &mut Page, input: ReportInput) {
 
 /// An estimate with replicates beside its standard error.
 struct Resampled<'a> {
-    particle: &'a str,
+    particle: String,
     quantity: Quantity,
     film_ratio: Option<f64>,
     law: Option<WetLaw>,
@@ -71,7 +71,7 @@ struct Resampled<'a> {
 fn resampled(findings: &Findings) -> Vec<Resampled<'_>> {
     let of_dry = findings.dry.iter().filter_map(|dry| {
         Some(Resampled {
-            particle: &dry.particle,
+            particle: dry.words(),
             quantity: Quantity::DryK,
             film_ratio: None,
             law: None,
@@ -85,7 +85,7 @@ fn resampled(findings: &Findings) -> Vec<Resampled<'_>> {
         let both = [(Quantity::EInf, &fitted.e_inf), (Quantity::StC, &fitted.st_c)].into_iter();
         both.filter_map(|(quantity, estimate)| {
             Some(Resampled {
-                particle: &fitted.particle,
+                particle: fitted.words(),
                 quantity,
                 film_ratio: fitted.film_ratio,
                 law: Some(fitted.law),
@@ -127,9 +127,10 @@ fn single_runs(scheme: ResamplingScheme, resampling: &Resampling) -> String {
 }
 
 fn joint_figures(page: &mut Page, input: ReportInput) {
-    let names = figures::Names::of(input.scene);
+    let names = figures::Names::of(input.scene, input.runs);
     let level = numbers::short(100.0 * input.scene.bootstrap.level);
-    for particle in input.scene.particles.iter().map(|particle| &particle.name) {
+    for sphere in &input.runs.spheres {
+        let (label, particle) = (sphere.label(input.scene), sphere.words(input.scene));
         for over_all in [false, true] {
             let posterior = if input.posterior.is_some() && !over_all {
                 " The posterior of the square root is that of all runs at once, at the density ratio of these."
@@ -137,7 +138,7 @@ fn joint_figures(page: &mut Page, input: ReportInput) {
                 ""
             };
             page.figure(
-                &names.joint(particle, over_all),
+                &names.joint(&label, over_all),
                 &format!("{particle}: e_inf and St_c together"),
                 &format!(
                     "{particle}: the replicates of e_inf and St_c together; contours hold 50 % and 95 % of them. The bars \

@@ -4,22 +4,20 @@ use super::super::{numbers, ReportInput};
 use super::table::ReportTable;
 use crate::findings::checks::Check;
 use crate::findings::Verdict;
+use crate::runs::Sphere;
 use crate::scene::WetLaw;
 use crate::units::millimetres;
 
-/// Names of the particles that have any estimate, in the order of the scene.
-pub(super) fn estimated(input: ReportInput) -> Vec<String> {
-    let findings = input.findings;
-    let has = |name: &str| {
-        findings.dry.iter().any(|dry| dry.particle == name) || findings.scaling.iter().any(|row| row.particle == name)
+/// The particles that have any estimate, or those of their diameters that have a k of their own, in their order.
+pub(super) fn estimated(input: ReportInput) -> Vec<Sphere> {
+    let (scene, findings) = (input.scene, input.findings);
+    let has = |sphere: &Sphere| {
+        let mut dry = findings.dry.iter();
+        let mut scaling = findings.scaling.iter();
+        dry.any(|row| sphere.owns(scene, &row.particle, row.diameter_m))
+            || scaling.any(|row| sphere.owns(scene, &row.particle, row.diameter_m))
     };
-    input
-        .scene
-        .particles
-        .iter()
-        .map(|p| p.name.clone())
-        .filter(|name| has(name))
-        .collect()
+    input.runs.spheres.iter().copied().filter(has).collect()
 }
 
 pub(super) fn law_name(law: WetLaw) -> &'static str {

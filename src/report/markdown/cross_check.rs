@@ -68,8 +68,14 @@ pub(super) fn cross_check(page: &mut Page, input: ReportInput) {
 
 fn parameters<'a>(rows: &'a [Compared], input: ReportInput) -> ReportTable<&'a Compared<'a>> {
     let quantity = |row: &Compared| row.fitted.kind.quantity().unwrap_or(Quantity::DryK);
-    let label =
-        |row: &Compared| quantities::parameter_label(input.scene, row.fitted.kind, &quantities::label(quantity(row)));
+    let label = |row: &Compared| {
+        quantities::parameter_label(
+            input.scene,
+            input.runs,
+            row.fitted.kind,
+            &quantities::label(quantity(row)),
+        )
+    };
     let table = ReportTable::of(rows)
         .column("quantity", label)
         .column("least squares", |row| {

@@ -30,7 +30,7 @@ pub(super) fn errors(page: &mut Page, input: ReportInput) {
     ));
     let dry = findings.dry.iter().filter_map(|dry| {
         Some(FitWithErrors {
-            particle: dry.particle.clone(),
+            particle: dry.words(),
             law: "dry".to_owned(),
             film_ratio: None,
             runs: dry.runs,
@@ -39,7 +39,7 @@ pub(super) fn errors(page: &mut Page, input: ReportInput) {
     });
     let scaling = findings.scaling.iter().filter_map(|row| {
         Some(FitWithErrors {
-            particle: row.particle.clone(),
+            particle: row.words(),
             law: law_name(row.law).to_owned(),
             film_ratio: Some(numbers::short(row.film_ratio?)),
             runs: row.runs,
@@ -85,7 +85,7 @@ pub(super) fn of_speed(input: ReportInput) -> Option<String> {
         "An error of v biases β in proportion to its square; as little as {} % of v in every run would move β of the \
          square root by a tenth of its standard error ({}, δ/D = {}).",
         numbers::significant(100.0 * share, 2),
-        row.particle,
+        row.words(),
         numbers::short(row.film_ratio?)
     ))
 }

@@ -12,6 +12,8 @@ use crate::findings::estimate::Estimate;
 use crate::findings::scaling::Scaling;
 use crate::inference::lack_of_fit::Alternative;
 use crate::physics::{DrySpeed, Inertia, Quantity};
+use crate::runs::sphere_words;
+use crate::scene::DryKOf;
 use crate::units::{micrometres, millimetres};
 
 /// Over the number of rebounds, and of the runs that stuck.
@@ -52,7 +54,7 @@ pub(super) fn dry(page: &mut Page, input: ReportInput) {
         if let Some(test) = &dry.heterogeneity {
             page.paragraph(&format!(
                 "{}: one k for all diameters, F({}, {}) = {}, p {}.",
-                dry.particle,
+                dry.words(),
                 test.df_between,
                 test.df_within,
                 numbers::significant(test.f, 3),
@@ -119,10 +121,11 @@ pub(super) fn series(page: &mut Page, input: ReportInput) {
     page.paragraph(&format!(
         "e = √(α + β/v), one law a series; the threshold is the speed −β/α below which it gives no rebound.{offset}"
     ));
-    let (bands, names) = (bands(input), figures::Names::of(input.scene));
-    for name in estimated(input) {
+    let (bands, names) = (bands(input), figures::Names::of(input.scene, input.runs));
+    for sphere in estimated(input) {
+        let (label, name) = (sphere.label(input.scene), sphere.words(input.scene));
         page.figure(
-            &names.speed(&name),
+            &names.speed(&label),
             &format!("{name}: e_n against v"),
             &format!("{name}: restitution against impact speed at one film ratio. Points are means of repeated speeds with their standard errors, curves the fits of this section and the dry law (as figs. 2a and 2c of Müller & Huang 2016). Stuck runs are hollow marks at e = 0, those of one series above another's.{bands}"),
         );
@@ -157,7 +160,7 @@ fn bands(input: ReportInput) -> &'static str {
 
 /// Both laws of some fits: over all film ratios, or each at its own.
 fn scaling_table<'a>(rows: impl Iterator<Item = &'a Scaling>, over_all: bool) -> ReportTable<&'a Scaling> {
-    let mut table = ReportTable::of(rows).column("particle", |row| &row.particle);
+    let mut table = ReportTable::of(rows).column("particle", Scaling::words);
     if !over_all {
         table = table.column("δ/D", |row| row.film_ratio.map(numbers::short));
     }
@@ -180,9 +183,11 @@ fn scaling_table<'a>(rows: impl Iterator<Item = &'a Scaling>, over_all: bool) ->
     table.column("verdict", |row| usable(&row.verdict))
 }
 
-/// What the St_c of a direct fit is worth where St_c belongs to a film and a diameter.
+/// What the St_c of a direct fit is worth where k, or St_c, belongs to a diameter.
 fn say_of_diameters(page: &mut Page, input: ReportInput) {
-    if input.findings.form.viscous.tells_diameters_apart() {
+    if input.scene.model.dry_k == DryKOf::Diameter {
+        page.paragraph("Each diameter has a k of its own, and so an e_inf and a St_c: these laws take its runs alone.");
+    } else if input.findings.form.viscous.tells_diameters_apart() {
         page.paragraph(
             "In this scene's form of the viscous loss St_c belongs to a film and a diameter. These laws take all diameters of \
              their runs as one, so that their St_c is a mean over them; that of each stands under Main numbers.",
@@ -202,17 +207,18 @@ pub(super) fn scaling(page: &mut Page, input: ReportInput) {
          p is the probability, by an F test against one law at each film ratio, of so large a difference by chance. \
          Bias is what the linear law gets wrong when fitted to the noise-free square root at the same runs.",
     );
-    let (bands, names) = (bands(input), figures::Names::of(input.scene));
-    for name in estimated(input) {
+    let (bands, names) = (bands(input), figures::Names::of(input.scene, input.runs));
+    for sphere in estimated(input) {
+        let (label, name) = (sphere.label(input.scene), sphere.words(input.scene));
         page.figure(
-            &names.stokes(&name),
+            &names.stokes(&label),
             &format!("{name}: e_n against 1/St"),
             &format!(
                 "{name}: restitution against 1/St at one film ratio, with both laws fitted to it (as figs. 2b and 2d). Stuck runs are hollow marks at e = 0.{bands}"
             ),
         );
         page.figure(
-            &names.film_ratios(&name),
+            &names.film_ratios(&label),
             &format!("{name}: every film ratio"),
             &format!("{name}: restitution against 1/St at every film ratio, with both laws fitted over all of them (as fig. 3)."),
         );
@@ -266,7 +272,7 @@ pub(super) fn energy(page: &mut Page, input: ReportInput) {
         "Inertial loss over density ratio with both predictions, and St_c e_inf², against the film ratio by the square-root law; bars are standard errors (as fig. 5).",
     );
     let table = ReportTable::of(&findings.energy)
-        .column("particle", |row| &row.particle)
+        .column("particle", |row| sphere_words(&row.particle, row.diameter_m))
         .column("δ/D", |row| numbers::short(row.film_ratio))
         .column("law", |row| law_name(row.law))
         .column("ρ̃", |row| numbers::significant(row.density_ratio, 3))

@@ -13,6 +13,8 @@ use crate::findings::main_numbers::{MainNumber, MainNumbers, MainParameter, Main
 use crate::physics::loss::{Film, Loss};
 use crate::physics::quantity::Place;
 use crate::physics::{Coefficient, Quantity};
+use crate::runs::Sphere;
+use crate::scene::DryKOf;
 
 pub(super) fn main_numbers(page: &mut Page, input: ReportInput) {
     let findings = input.findings;
@@ -117,21 +119,39 @@ fn parameters<'a>(main: &'a MainNumbers, input: ReportInput<'a>) -> ReportTable<
         .column(interval_header(input), |row| {
             quantities::main_interval(row.quantity, &row.number)
         })
-        .column("from", |row| {
-            let led = if row.prior_led { ", prior-led" } else { "" };
-            format!("{}{led}", row.number.source.name())
-        });
+        .column("from", |row| source(row));
     let Some(truth) = &input.scene.truth else {
         return table;
     };
-    let particle = |row: &MainParameter| {
-        let of = row.of.as_deref()?;
-        input.scene.particles.iter().position(|particle| particle.name == of)
-    };
     table.column(SIMULATED_FROM, |row| {
-        let value = truth.of_quantity(row.quantity, particle(row).unwrap_or_default());
+        let value = match row.sphere {
+            Some(sphere) => true_k(input, &input.runs.spheres[sphere]),
+            None => truth.of_quantity(row.quantity),
+        };
         numbers::optional(value, 4)
     })
+}
+
+/// Where a parameter comes from, and what leads it.
+fn source(parameter: &MainParameter) -> String {
+    let mut text = parameter.number.source.name().to_owned();
+    if let Some(from) = parameter.from {
+        text.push_str(&format!(", {from} alone"));
+    }
+    if parameter.prior_led {
+        text.push_str(", prior-led");
+    }
+    text
+}
+
+/// The k that simulated runs of a sphere were drawn with.
+fn true_k(input: ReportInput, sphere: &Sphere) -> Option<f64> {
+    let truth = input.scene.truth.as_ref()?;
+    match sphere.diameter {
+        Some(diameter) => truth.k(sphere.particle, diameter),
+        // one k for all diameters has no truth where each has its own
+        None => truth.dry_k[sphere.particle].filter(|_| truth.dry_k_by_diameter[sphere.particle].is_empty()),
+    }
 }
 
 /// The header of what simulated runs were drawn from.
@@ -181,7 +201,11 @@ fn true_value(input: ReportInput, quantity: Quantity, place: &MainPlace) -> Opti
         density_ratio: liquid.density / scene.particles[particle].density,
     };
     let reference = scene.model.dry_speed.reference();
-    let wetted = scene.truth.as_ref()?.wetted(particle, film, reference)?;
+    let sphere = Sphere {
+        particle,
+        diameter: place.diameter_m,
+    };
+    let wetted = scene.truth.as_ref()?.wetted(true_k(input, &sphere)?, film, reference)?;
     Some(quantity.value(&Place::NONE, &wetted))
 }
 
@@ -207,8 +231,8 @@ fn liquid(place: &MainPlace) -> String {
 /// How a parameter is labelled, with what its value cannot be read without.
 fn label(input: ReportInput, parameter: &MainParameter) -> String {
     let label = quantities::label(parameter.quantity);
-    match (parameter.quantity, &parameter.of) {
-        (_, Some(of)) => format!("{label}, {of}"),
+    match (parameter.quantity, parameter.sphere) {
+        (_, Some(sphere)) => format!("{label}, {}", input.runs.spheres[sphere].words(input.scene)),
         (Quantity::Shared(Coefficient::InertialPrefactor), None) => {
             let fitted = input.findings.energy_balance.as_ref().map(|balance| balance.inertia);
             let sampled = input.posterior.map(|posterior| posterior.findings.inertia);
@@ -232,6 +256,9 @@ pub(super) fn published(page: &mut Page, input: ReportInput) {
             "The scene has the truth of a simulation. Where its runs were drawn from that, agreement with the literature says \
              how the truth was chosen, and nothing of spheres.",
         );
+    }
+    if input.scene.model.dry_k == DryKOf::Diameter {
+        page.paragraph("A published number is of all diameters; a particle of several has none to set beside it here, where each has its own k.");
     }
     let table = ReportTable::of(&findings.published)
         .column("particle", |row| &row.particle)
@@ -278,15 +305,15 @@ pub fn summary(input: ReportInput) -> String {
     }
     for parameter in &main.parameters {
         let value = quantities::main(parameter.quantity, &parameter.number);
-        let led = if parameter.prior_led { ", prior-led" } else { "" };
-        let source = parameter.number.source.name();
-        text.push_str(&format!("{} = {value} ({source}{led})\n", parameter.name));
+        text.push_str(&format!("{} = {value} ({})\n", parameter.name, source(parameter)));
     }
     let [e_inf, st_c] = [Quantity::EInf, Quantity::StC].map(|quantity| quantity.describe().symbol);
     let laws = main.at.iter().filter(|place| place.source == Source::SquareRootLaw);
     // where the law serves, the posterior of each liquid stands in the report alone
     let has_law = |place: &MainPlace| {
-        let here = |law: &MainPlace| law.particle == place.particle && law.film_ratio == place.film_ratio;
+        let here = |law: &MainPlace| {
+            (&law.particle, law.film_ratio, law.diameter_m) == (&place.particle, place.film_ratio, place.diameter_m)
+        };
         laws.clone().any(|law| here(law))
     };
     for place in main

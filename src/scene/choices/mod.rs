@@ -15,7 +15,7 @@ mod sampler;
 mod unused;
 
 pub use bootstrap::{Bootstrap, IntervalMethod, ResamplingScheme};
-pub use model::{LikelihoodFamily, ModelChoices, NoiseOn, Sticking};
+pub use model::{DryKOf, LikelihoodFamily, ModelChoices, NoiseOn, Sticking};
 pub(crate) use priors::least;
 pub use priors::PriorChoice;
 pub use sampler::{Sampler, MOST_KEPT};

@@ -21,6 +21,8 @@ pub struct ModelChoices {
     pub terms: Option<Vec<Term>>,
     /// distribution of the noise on a restitution
     pub likelihood: LikelihoodFamily,
+    /// what has a k of its own
+    pub dry_k: DryKOf,
     /// what is made of stuck runs
     pub sticking: Sticking,
     /// where the scatter of wet runs acts
@@ -53,6 +55,15 @@ pub enum LikelihoodFamily {
     Student,
 }
 
+/// What has a k of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DryKOf {
+    /// each particle, whatever the diameter
+    Particle,
+    /// each diameter of each particle
+    Diameter,
+}
+
 /// Where the scatter of wet runs acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoiseOn {
@@ -80,6 +91,7 @@ pub fn model(root: &SceneTable, liquids: &[Liquid]) -> ModelChoices {
         viscous: Viscous::Constant,
         terms: None,
         likelihood: LikelihoodFamily::Normal,
+        dry_k: DryKOf::Particle,
         sticking: Sticking::Censored,
         noise: NoiseOn::Restitution,
     };
@@ -104,6 +116,10 @@ pub fn model(root: &SceneTable, liquids: &[Liquid]) -> ModelChoices {
     ];
     if let Some(likelihood) = table.choice("likelihood", &likelihoods) {
         choices.likelihood = likelihood;
+    }
+    let of = [("particle", DryKOf::Particle), ("diameter", DryKOf::Diameter)];
+    if let Some(of) = table.choice("dry_k", &of) {
+        choices.dry_k = of;
     }
     let stickings = [
         ("censored", Sticking::Censored),

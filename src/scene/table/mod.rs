@@ -132,6 +132,13 @@ impl<'a, 'i> SceneTable<'a, 'i> {
         }
     }
 
+    /// Says that a key is none of this table, and what was expected.
+    pub fn refuse_key(&self, key: &str, expected: &str) {
+        // read, or it would be unknown as well
+        self.entry(key);
+        self.refuse(key, self.at(key), None, expected);
+    }
+
     /// The line, from 1, that the table starts on.
     pub fn line(&self) -> u64 {
         self.document.line(self.at)
@@ -151,6 +158,12 @@ impl<'a, 'i> SceneTable<'a, 'i> {
     /// Whether the file sets a key.
     pub fn has(&self, key: &str) -> bool {
         self.entries.contains_key(key)
+    }
+
+    /// Whether the value of a key is a table.
+    pub fn holds_table(&self, key: &str) -> bool {
+        let value = self.entries.get(key);
+        value.is_some_and(|value| value.get_ref().as_table().is_some())
     }
 
     /// The keys the file sets, in its order.

@@ -30,8 +30,8 @@ pub(super) fn by_law(
     fits: &TradeLaws,
 ) -> Vec<Option<Marginal>> {
     let of = |kind: ParameterKind| match kind {
-        ParameterKind::DryK(particle) => {
-            let fitted = fits.dry.iter().find(|dry| dry.particle == particle)?;
+        ParameterKind::DryK(sphere) => {
+            let fitted = fits.dry.iter().find(|dry| dry.sphere == sphere)?;
             fitted.usable.map(normal)
         }
         ParameterKind::LUBRICATION_LOG => {

@@ -39,7 +39,7 @@ impl TradeSetup<'_> {
         };
         check_room(effort, self.parameters.sampled.len())?;
         let fail = |why: String| Error::Usage(format!("no long run to hold the others against: {why}"));
-        let start = start(self.scene, least_squares.least_squares());
+        let start = start(least_squares.least_squares());
         let prepared = PreparedPosterior::new(self.parameters.clone(), &rows, &start, evaluation)
             .map_err(|why| fail(why.to_string()))?;
         let stream = StreamName::new(self.seed, "trade reference");

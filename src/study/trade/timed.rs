@@ -102,7 +102,7 @@ impl TradeSetup<'_> {
     ) -> MethodAnswer {
         let least_squares = findings::fit_least_squares(self.scene, self.table, self.seed, false);
         let rows = self.rows();
-        let start = start(self.scene, least_squares.least_squares());
+        let start = start(least_squares.least_squares());
         let size = DrawCounts {
             chains: self.effort.chains,
             draws: self.effort.draws,

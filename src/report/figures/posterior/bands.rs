@@ -15,7 +15,7 @@ const STEPS: usize = 48;
 /// Share by which a band goes beyond the speeds of its runs, so that those of one speed have one too.
 const BEYOND: f64 = 0.02;
 
-/// The posterior's law of each particle, ready for bands.
+/// The posterior's law of each sphere, ready for bands.
 pub(in super::super) struct Bands {
     laws: Vec<ParticleLaw>,
 }
@@ -34,10 +34,10 @@ impl Bands {
     /// The laws of what was sampled; `None` where nothing was.
     pub(in super::super) fn of(input: ReportInput) -> Option<Bands> {
         let posterior = input.posterior?;
-        let particles = 0..input.scene.particles.len();
+        let spheres = 0..input.runs.spheres.len();
         Some(Bands {
-            laws: particles
-                .map(|particle| posterior.law(input.scene, particle, DRAWS))
+            laws: spheres
+                .map(|sphere| posterior.law(input.scene, input.runs, sphere, DRAWS))
                 .collect(),
         })
     }
@@ -56,7 +56,7 @@ impl Bands {
         let (slowest, fastest) = (drawn.speeds.0 * (1.0 - BEYOND), drawn.speeds.1 * (1.0 + BEYOND));
         let step = (fastest - slowest) / STEPS as f64;
         let speeds: Vec<f64> = (0..=STEPS).map(|i| slowest + step * i as f64).collect();
-        let bands = self.laws[series.particle].bands(&setting, &speeds);
+        let bands = self.laws[series.sphere].bands(&setting, &speeds);
         let band = |of: fn(&PredictedBand) -> [f64; 2]| Layer::Band {
             name: Some(drawn.name.clone()),
             edges: bands
@@ -91,12 +91,12 @@ impl Bands {
             name,
             style,
         };
-        if self.laws[own.particle].form.dry_speed == DrySpeed::Impact {
+        if self.laws[own.sphere].form.dry_speed == DrySpeed::Impact {
             let ends = speeds(input, own);
             let name = series_name(input, own);
             return ends.map_or(vec![], |speeds| self.layers(input, drawn(speeds, name), along));
         }
-        let by_diameter = self.laws[own.particle].form.viscous.tells_diameters_apart();
+        let by_diameter = self.laws[own.sphere].form.viscous.tells_diameters_apart();
         let same = |other: &&&Series| other.liquid == own.liquid && (!by_diameter || other.is_as_large_as(own));
         if series[..place].iter().any(|other| same(&other)) {
             return vec![];

@@ -26,7 +26,7 @@ pub(super) fn draws(posterior: &Posterior, place: usize) -> Vec<f64> {
 /// A parameter's symbol, with its particle.
 pub(super) fn symbol(input: ReportInput, parameter: &ModelParameter) -> String {
     let kind = parameter.kind;
-    parameter_label(input.scene, kind, &in_scripts(kind.symbol()))
+    parameter_label(input.scene, input.runs, kind, &in_scripts(kind.symbol()))
 }
 
 /// Smallest and largest of some numbers, a little apart.

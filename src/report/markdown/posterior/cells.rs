@@ -28,8 +28,11 @@ pub(super) fn parameters<'a>(input: ReportInput, posterior: &'a Posterior) -> Ve
     let sampled = posterior.sampled.parameters.sampled.iter();
     let both = sampled.zip(&posterior.findings.parameters);
     both.filter_map(|(parameter, found)| {
+        let label = parameter_label(input.scene, input.runs, parameter.kind, parameter.kind.symbol());
         Some(SampledParameter {
-            label: parameter_label(input.scene, parameter.kind, parameter.kind.symbol()),
+            label: found
+                .from
+                .map_or(label.clone(), |from| format!("{label} (from {from})")),
             prior: found.prior.as_ref()?,
             found,
         })

@@ -9,7 +9,7 @@ use super::cells::parameters;
 use crate::findings::posterior::{HeldParameter, Posterior};
 use crate::model::parameters::ParameterKind;
 use crate::physics::rebound::TURN;
-use crate::scene::{LikelihoodFamily, NoiseOn, Prior, Sticking};
+use crate::scene::{DryKOf, LikelihoodFamily, NoiseOn, Prior, Sticking};
 
 /// The generative statement with this scene's form of inertia and dry speed.
 pub(super) fn model(page: &mut Page, input: ReportInput, posterior: &Posterior) {
@@ -17,7 +17,10 @@ pub(super) fn model(page: &mut Page, input: ReportInput, posterior: &Posterior) 
     if !input.runs.series.is_empty() {
         page.paragraph(&wet(input, posterior));
     }
-    let own = "Each particle has its own k; every other parameter is one for all runs.";
+    let own = match input.scene.model.dry_k {
+        DryKOf::Particle => "Each particle has its own k; every other parameter is one for all runs.",
+        DryKOf::Diameter => "Each diameter of a particle has its own k; every other parameter is one for all runs.",
+    };
     if input.runs.dry.is_empty() {
         page.paragraph(own);
     } else {

@@ -65,7 +65,7 @@ pub(super) fn derived(page: &mut Page, input: ReportInput, posterior: &Posterior
     page.paragraph(&format!(
         "At each particle, liquid{} e_inf with e_dry at {speed} m/s, St_c = 2 L/e_inf², and 2 St_c, \
          below which nothing rebounds.",
-        if tells_diameters_apart(posterior) {
+        if of_diameters(posterior) {
             ", film ratio and diameter:"
         } else {
             " and film ratio:"
@@ -138,7 +138,7 @@ fn settings<'a>(all: &[Following<'a>], posterior: &Posterior) -> Vec<SettingRow<
         })
         .collect();
     if !reads_film(posterior) {
-        rows.dedup_by_key(|row| row.setting.particle);
+        rows.dedup_by_key(|row| row.setting.sphere);
     }
     rows
 }
@@ -146,6 +146,12 @@ fn settings<'a>(all: &[Following<'a>], posterior: &Posterior) -> Vec<SettingRow<
 /// Whether film or liquid enter e_inf and St_c.
 fn reads_film(posterior: &Posterior) -> bool {
     posterior.setup.form.inertia != Inertia::None || tells_diameters_apart(posterior)
+}
+
+/// Whether what follows belongs to a diameter, by the form or by k.
+fn of_diameters(posterior: &Posterior) -> bool {
+    let mut settings = posterior.derived.iter().filter_map(|one| one.setting.as_ref());
+    settings.any(|setting| setting.diameter.is_some())
 }
 
 /// Whether St_c belongs to a film and a diameter.
@@ -165,7 +171,7 @@ fn of_settings<'a>(
             own(input.scene.liquids[row.setting.liquid].name.clone())
         })
         .column("δ/D", |row| own(numbers::short(row.setting.film_ratio)));
-    if tells_diameters_apart(posterior) {
+    if of_diameters(posterior) {
         table = table.column("D / mm", |row| row.setting.diameter.map(diameter));
     }
     for (place, quantity) in OF_SETTING.into_iter().enumerate() {

@@ -76,7 +76,7 @@ fn table(questions: &[Question]) -> ReportTable<&Question> {
 fn residuals(page: &mut Page, posterior: &Posterior) {
     let groups = posterior.findings.predictive.groups.iter();
     let table = ReportTable::of(groups.filter(|group| group.film_ratio.is_some()))
-        .column("particle", |group| &group.particle)
+        .column("particle", |group| group.words())
         .column("δ/D", |group| group.film_ratio.map(numbers::short))
         .column("wet runs", |group| group.runs)
         .column("mean residual ± se, in σ", |group| match group.mean_residual_se {

@@ -1,0 +1,366 @@
+//! Tests `dry_k = "diameter"`: each diameter's k is read, drawn, fitted, sampled and predicted with, and marked where no
+//! dry run tells it.
+
+mod common;
+
+use std::process::Command;
+
+use common::{binomial_z, mean, rows, rows_from, seed_of, table_of, Place};
+use rayon::prelude::*;
+use wetcor::findings::balance::EnergyBalance;
+use wetcor::findings::estimate::Estimate;
+use wetcor::findings::posterior::MethodChoice;
+use wetcor::findings::{self, Findings};
+use wetcor::model::parameters::{ModelParameters, ParameterKind};
+use wetcor::runs::{arrange, Table};
+use wetcor::scene::{DryKOf, Prior, PriorChoice};
+use wetcor::seed::stream;
+
+/// Particle, D in mm and k: those the paper's fall of e with D would ask for.
+const TRUE_K: [(&str, f64, f64); 4] = [
+    ("PTFE", 4.762, 0.175),
+    ("PTFE", 8.0, 0.190),
+    ("PE", 4.762, 0.117),
+    ("PE", 7.938, 0.129),
+];
+const L: f64 = 1.85;
+const C: f64 = 0.6;
+
+/// The paper's design in small: 2 particles of 2 diameters, 2 liquids of one density, so that the square-root law is the
+/// truth itself at each diameter, and none so thick that a run sticks.
+fn scene(dry_k: &str) -> Place {
+    Place::new(&format!(
+        r#"
+title = "one k for each diameter"
+[data]
+runs = "runs.csv"
+[particles.PTFE]
+density_kg_m3 = 2150
+roughness_um = 5
+[particles.PE]
+density_kg_m3 = 940
+roughness_um = 5
+[liquids.AK10]
+density_kg_m3 = 930
+viscosity_mPa_s = 9.3
+[liquids.M20]
+density_kg_m3 = 930
+viscosity_mPa_s = 20
+[model]
+dry_k = "{dry_k}"
+[sampler]
+chains = 2
+warmup = 400
+draws = 800
+[bootstrap]
+replicates = 200
+[truth]
+dry_k = {{ PTFE = {{ "4.762" = 0.175, "8" = 0.190 }}, PE = {{ "4.762" = 0.117, "7.938" = 0.129 }} }}
+lubrication_log = {L}
+inertial_prefactor = {C}
+sigma_dry = 0.009
+sigma_wet = 0.02
+[design]
+diameter_mm = {{ PTFE = [4.762, 8], PE = [4.762, 7.938] }}
+liquids = ["AK10", "M20"]
+film_ratio = {{ PTFE = [0.03, 0.06, 0.12], PE = [0.03, 0.05, 0.08] }}
+height_mm = [60, 80, 100, 125, 150]
+dry_impact_speed_m_s = [0.5, 1.0, 2.0]
+repeats = 5
+"#
+    ))
+}
+
+fn fit(place: &Place, table: &Table) -> Findings {
+    findings::fit_least_squares(&place.scene, table, 1, false)
+}
+
+fn balance(findings: &Findings) -> &EnergyBalance {
+    findings.energy_balance.as_ref().expect("dry and wet runs")
+}
+
+/// e_inf² = e_dry(2 m/s)² − C ρ̃ g with the stepwise g, as they are written.
+fn e_inf(k: f64, density_ratio: f64, film_ratio: f64) -> f64 {
+    let e_dry = 1.0 - k * 2f64.powf(0.2);
+    let shape = film_ratio * (3.0 - 6.0 * film_ratio + 4.0 * film_ratio * film_ratio);
+    (e_dry * e_dry - C * density_ratio * shape).sqrt()
+}
+
+fn true_k(particle: &str, diameter: f64) -> f64 {
+    let own = |(name, mm, _): &&(&str, f64, f64)| *name == particle && (1e3 * diameter / mm - 1.0).abs() < 1e-3;
+    TRUE_K.iter().find(own).expect("a diameter of the design").2
+}
+
+/// Names of the quantities of a fit, each with its estimate and the truth.
+fn with_truths(findings: &Findings) -> Vec<(String, &Estimate, f64)> {
+    let balance = balance(findings);
+    let mut all = vec![];
+    for parameter in &balance.parameters {
+        let truth = match parameter.name.as_str() {
+            "lubrication_log" => L,
+            "inertial_prefactor" => C,
+            name => {
+                let named = |(particle, mm, _): &&(&str, f64, f64)| name == format!("dry_k[{particle},{mm}]");
+                TRUE_K.iter().find(named).expect("a k of a diameter").2
+            }
+        };
+        all.push((parameter.name.clone(), &parameter.estimate, truth));
+    }
+    let derived = balance.derived.iter();
+    let derived = derived.map(|row| {
+        (
+            "balance",
+            &row.particle,
+            row.film_ratio,
+            row.diameter_m,
+            [&row.e_inf, &row.st_c],
+        )
+    });
+    let direct = findings.scaling.iter().filter(|row| row.law.name() == "sqrt");
+    let direct = direct.filter_map(|row| {
+        Some((
+            "direct",
+            &row.particle,
+            row.film_ratio?,
+            row.diameter_m,
+            [&row.e_inf, &row.st_c],
+        ))
+    });
+    for (fit, particle, film_ratio, diameter, [of_e_inf, of_st_c]) in derived.chain(direct) {
+        let diameter = diameter.expect("one for each diameter");
+        let density = if particle == "PTFE" { 2150.0 } else { 940.0 };
+        let truth = e_inf(true_k(particle, diameter), 930.0 / density, film_ratio);
+        let name = |quantity: &str| format!("{fit} {quantity}[{particle},{film_ratio},{diameter}]");
+        all.push((name("e_inf"), of_e_inf, truth));
+        all.push((name("st_c"), of_st_c, 2.0 * L / (truth * truth)));
+    }
+    for row in &findings.dry {
+        let diameter = row.diameter_m.expect("one for each diameter");
+        let name = format!("dry runs' k[{},{diameter}]", row.particle);
+        all.push((name, &row.dry_k, true_k(&row.particle, diameter)));
+    }
+    all
+}
+
+/// With next to no noise every number is the truth's.
+#[test]
+fn least_squares_find_each_diameters_k_back() {
+    let mut place = scene("diameter");
+    assert_eq!(place.scene.model.dry_k, DryKOf::Diameter);
+    let truth = place.scene.truth.as_mut().expect("given");
+    (truth.sigma_dry, truth.sigma_wet) = (Some(1e-9), Some(1e-9));
+    let table = table_of(arrange(&place.scene, &rows(&place.scene, 1)));
+    let findings = fit(&place, &table);
+    let all = with_truths(&findings);
+    assert_eq!(all.len(), 2 + 4 + 2 * 2 * 12 + 4);
+    for (name, estimate, truth) in all {
+        let value = estimate.value.unwrap_or_else(|| panic!("{name}: {estimate:?}"));
+        assert!((value / truth - 1.0).abs() < 1e-6, "{name}: {value}, not {truth}");
+    }
+    let places = findings.scaling.iter().filter(|row| row.film_ratio.is_none()).count();
+    assert_eq!(places, 2 * 4, "both laws over all films, of each diameter");
+    assert!(findings.dry.iter().all(|dry| dry.heterogeneity.is_none()));
+    let checks: Vec<&str> = findings.verdicts.iter().map(|check| check.check).collect();
+    assert!(!checks.contains(&"one_dry_k_for_all_diameters"), "{checks:?}");
+}
+
+/// A truth is read by diameter, and a prior of a particle is that of each of its k.
+#[test]
+fn a_truth_is_of_a_diameter_and_a_prior_of_them_all() {
+    let mut place = scene("diameter");
+    let truth = place.scene.truth.as_ref().expect("given");
+    let both = [truth.k(0, 8e-3), truth.k(1, 4.763e-3)];
+    assert_eq!(both, [Some(0.190), Some(0.117)]);
+    assert_eq!((truth.k(0, 7.9e-3), truth.dry_k[0]), (None, None));
+    place.scene.priors.push(PriorChoice {
+        parameter: "dry_k",
+        particle: Some(0),
+        prior: Prior::Fixed(0.18),
+        line: None,
+    });
+    let runs = arrange(&place.scene, &rows(&place.scene, 1));
+    let parameters = ModelParameters::of(&place.scene, &runs, place.scene.model.form()).expect("priors with room");
+    let held = parameters.left_out.iter().filter(|left| left.value == Some(0.18));
+    let held: Vec<&str> = held.map(|left| left.name.as_str()).collect();
+    assert_eq!(held, ["dry_k[PTFE,4.762]", "dry_k[PTFE,8]"]);
+    let of_k = |name: &&str| name.starts_with("dry_k[");
+    let sampled: Vec<&str> = parameters
+        .sampled
+        .iter()
+        .map(|own| own.name.as_str())
+        .filter(of_k)
+        .collect();
+    assert_eq!(sampled, ["dry_k[PE,4.762]", "dry_k[PE,7.938]"]);
+}
+
+/// Simulated data sets, fitted.
+fn fitted(dry_k: &str, sets: u64) -> Vec<Findings> {
+    let place = scene(dry_k);
+    let seed = seed_of("intervals_cover_with_a_k_for_each_diameter");
+    let one = |set: u64| {
+        let drawn = rows_from(&place.scene, stream(seed, "simulate", set));
+        fit(&place, &table_of(arrange(&place.scene, &drawn)))
+    };
+    (0..sets).into_par_iter().map(one).collect()
+}
+
+#[test]
+#[ignore = "fits 4500 simulated data sets; run in the slow part of CI"]
+fn intervals_cover_with_a_k_for_each_diameter() {
+    const SETS: u64 = 3000;
+    let all = fitted("diameter", SETS);
+    let names: Vec<String> = with_truths(&all[0]).into_iter().map(|(name, ..)| name).collect();
+    let mut worst = (0.0f64, "");
+    for (place, name) in names.iter().enumerate() {
+        let covers = |findings: &&Findings| {
+            let (_, estimate, truth) = &with_truths(findings)[place];
+            let [lo, hi] = estimate.interval.expect("the fit converged");
+            lo <= *truth && *truth <= hi
+        };
+        let covered = all.iter().filter(covers).count();
+        let z = binomial_z(covered, SETS as usize, 0.95);
+        println!("{name}: {:.3}, z = {z:+.1}", covered as f64 / SETS as f64);
+        if z.abs() > worst.0.abs() {
+            worst = (z, name);
+        }
+    }
+    assert!(worst.0.abs() < 4.0, "{}: z = {:+.1}", worst.1, worst.0);
+
+    // one k for all diameters puts what is theirs into L
+    let off = |findings: &Findings| {
+        let l = balance(findings).estimate(ParameterKind::LUBRICATION_LOG);
+        let (value, se) = l.and_then(Estimate::pair).expect("the fit converged");
+        (value - L) / se
+    };
+    let wrong: Vec<f64> = fitted("particle", SETS / 2).iter().map(off).collect();
+    let right: Vec<f64> = all.iter().map(off).collect();
+    let [(wrong, _), (right, se)] = [&wrong, &right].map(|each| mean(each));
+    println!("L is off by {wrong:+.2} se with one k a particle, by {right:+.2} with one a diameter");
+    assert!(wrong.abs() > 2.0, "{wrong}");
+    assert!(right.abs() < 4.0 * se.max(0.05), "{right} {se}");
+}
+
+/// One posterior of the design; no run sticks, so that it says what least squares does.
+#[test]
+fn the_posterior_agrees_with_least_squares() {
+    let place = scene("diameter");
+    let seed = seed_of("the_posterior_agrees_with_least_squares");
+    let table = table_of(arrange(&place.scene, &rows(&place.scene, seed)));
+    let mut findings = fit(&place, &table);
+    let posterior = findings
+        .add_posterior(&place.scene, &table.runs, MethodChoice::default(), &|_, _| ())
+        .expect("priors with room")
+        .expect("runs that tell");
+    for (name, estimate, truth) in with_truths(&findings).into_iter().take(6) {
+        let own = posterior.findings.parameters.iter().find(|own| own.name == name);
+        let own = own.unwrap_or_else(|| panic!("{name} is not sampled"));
+        let (mean, sd) = (own.mean.expect("a mean"), own.sd.expect("an sd"));
+        let (value, se) = estimate.pair().expect("the fit converged");
+        assert!((mean - value).abs() < 0.5 * se, "{name}: {mean}, not {value} ± {se}");
+        assert!((sd / se - 1.0).abs() < 0.2, "{name}: {sd}, not {se}");
+        assert!((mean - truth).abs() < 4.0 * sd, "{name}: {mean} ± {sd}, not {truth}");
+        assert_eq!(own.from, None);
+    }
+    let derived = posterior.derived.iter().filter(|one| one.quantity == "e_inf");
+    let labels: Vec<&str> = derived.filter_map(|one| one.label.as_deref()).collect();
+    assert_eq!(labels.len(), 2 * 12, "{labels:?}");
+    assert!(labels.contains(&"PE,M20,0.05,7.938 mm"), "{labels:?}");
+}
+
+/// The program's exit status and its output, run in the folder of a scene.
+fn wetcor(place: &Place, arguments: &[&str]) -> (Option<i32>, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_wetcor"))
+        .args(arguments)
+        .current_dir(place.folder.path())
+        .output()
+        .expect("the program starts");
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.code(), text(&output.stdout) + &text(&output.stderr))
+}
+
+/// The restitution that is predicted of PTFE at 1.5 m/s.
+fn predicted(place: &Place, mm: &str) -> f64 {
+    let film = 60.0 * mm.parse::<f64>().expect("a number");
+    let film = film.to_string();
+    let asked = ["--liquid", "AK10", "--film-um", &film, "--speed-m-s", "1.5:1.5:1"];
+    let arguments = [&["predict", "r", "--particle", "PTFE", "--diameter-mm", mm], &asked[..]].concat();
+    let (code, text) = wetcor(place, &arguments);
+    assert_eq!(code, Some(0), "{text}");
+    let row = text.lines().nth(1).and_then(|row| row.split(',').nth(3)?.parse().ok());
+    row.unwrap_or_else(|| panic!("{text}"))
+}
+
+/// Report, draws and predictions have each diameter's k; one without dry runs has it from the wet ones, and is marked.
+#[test]
+fn a_report_and_predictions_have_each_diameters_k() {
+    let place = scene("diameter");
+    let seed = "7";
+    let (code, text) = wetcor(&place, &["simulate", "scene.toml", "--out", "runs.csv", "--seed", seed]);
+    assert_eq!(code, Some(0), "{text}");
+    // no dry runs of PE of 7.938 mm
+    let drawn = std::fs::read_to_string(place.path("runs.csv")).expect("written");
+    let told = |line: &&str| !(line.starts_with("PE,dry,7.938") || line.starts_with("PE,,7.938"));
+    let kept: Vec<&str> = drawn.lines().filter(told).collect();
+    assert_eq!(kept.len() + 15, drawn.lines().count(), "{}", kept[..3].join("\n"));
+    std::fs::write(place.path("runs.csv"), kept.join("\n") + "\n").expect("writable");
+
+    let (_, overview) = wetcor(&place, &["check", "scene.toml"]);
+    assert!(overview.contains("no   dry_k[PE,7.938]: no dry runs"), "{overview}");
+    let (code, summary) = wetcor(&place, &["fit", "scene.toml", "--out", "r"]);
+    assert_eq!(code, Some(0), "{summary}");
+    let line = summary.lines().find(|line| line.starts_with("dry_k[PE,7.938] = "));
+    let line = line.unwrap_or_else(|| panic!("{summary}"));
+    assert!(
+        line.starts_with("dry_k[PE,7.938] = posterior 0.1") && line.ends_with(", from wet runs"),
+        "{line}"
+    );
+    assert!(summary.contains("\nPTFE, δ/D = 0.06, D = 8 mm: e_inf = "), "{summary}");
+
+    let report = std::fs::read_to_string(place.path("r/report.md")).expect("written");
+    for expected in [
+        "| k / (m/s)^(−1/5), PE of 7.938 mm (from wet runs) | ",
+        "| k / (m/s)^(−1/5), PTFE of 4.762 mm | ",
+        "\n| PTFE of 8 mm | 0.06 | square root | ",
+        "Each diameter of a particle has its own k",
+        "no dry runs of PE of 7.938 mm",
+        "figures/restitution-speed-PTFE-4.762.svg",
+    ] {
+        assert!(report.contains(expected), "{expected}");
+    }
+    let findings = std::fs::read_to_string(place.path("r/findings.json")).expect("written");
+    let findings: serde_json::Value = serde_json::from_str(&findings).expect("JSON");
+    let k = findings["posterior"]["parameters"].as_array().expect("a list");
+    let k = |name: &str| k.iter().find(|one| one["name"] == name).expect("sampled");
+    let own = k("dry_k[PE,7.938]");
+    assert_eq!(own["from"], "wet runs");
+    assert!(k("dry_k[PE,4.762]").get("from").is_none());
+    let [mean, sd] = ["mean", "sd"].map(|number| own[number].as_f64().expect("a number"));
+    assert!((mean - 0.129).abs() < 4.0 * sd && sd < 0.01, "{mean} ± {sd}");
+    assert_eq!(findings["dry"].as_array().map(Vec::len), Some(3));
+    assert_eq!(findings["dry"][0]["diameter_m"], 4.762e-3);
+    let draws = std::fs::read_to_string(place.path("r/draws/draws.csv")).expect("written");
+    let header =
+        ".chain,.iteration,.draw,\"dry_k[PTFE,4.762]\",\"dry_k[PTFE,8]\",\"dry_k[PE,4.762]\",\"dry_k[PE,7.938]\",";
+    assert!(draws.starts_with(header), "{}", &draws[..200]);
+
+    for (mm, diameter) in [("4.762", 4.762e-3), ("8", 8e-3)] {
+        let at = e_inf(true_k("PTFE", diameter), 930.0 / 2150.0, 0.06);
+        let stokes = 2150.0 * diameter * 1.5 / (9.0 * 9.3e-3);
+        let law = (at * at - 4.0 * L / stokes).sqrt();
+        let found = predicted(&place, mm);
+        // the other diameter's k would be off by 0.02
+        assert!((found - law).abs() < 0.005, "{mm}: {found}, not {law}");
+    }
+    let asked = ["--liquid", "AK10", "--film-um", "300", "--speed-m-s", "1:2:2"];
+    let arguments = [
+        &["predict", "r", "--particle", "PTFE", "--diameter-mm", "5"],
+        &asked[..],
+    ]
+    .concat();
+    let (code, text) = wetcor(&place, &arguments);
+    assert_eq!(code, Some(2), "{text}");
+    assert!(
+        text.contains("--diameter-mm: found 5, expected one of 4.762, 8: each diameter of `PTFE` has its own k"),
+        "{text}"
+    );
+}
