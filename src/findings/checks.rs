@@ -158,6 +158,16 @@ pub const SCALING_LAW: Criterion = row(
     "add rebounds over a wider range of speeds at these film ratios",
 );
 
+/// Film groups without a film ratio of their own; gates only where there are no others and nothing else to quote.
+pub const FILM_GROUPS: Criterion = row(
+    "film_groups",
+    AtMost(0.0),
+    CAUTIONS,
+    "a law at one film ratio takes the films of its runs as one",
+    "name the film ratios that were meant, as film_ratios in [data] or in a column film_ratio; the energy balance and the \
+     posterior use each run's own film and stand",
+);
+
 /// Whether the energy balance over all rebounds has no usable fit.
 pub const ENERGY_BALANCE: Criterion = row(
     "energy_balance",

@@ -5,7 +5,10 @@ use crate::scene::Scene;
 
 /// The film ratio of a particle that stands for the others in figures: a published one, else the one with most rebounds.
 pub fn reference_film_ratio(scene: &Scene, runs: &Runs, particle: usize) -> Option<f64> {
-    let groups: Vec<&FilmGroup> = runs.film_groups_of(particle).iter().collect();
+    let mut groups: Vec<&FilmGroup> = runs.film_groups_of(particle).iter().collect();
+    if groups.iter().any(|group| group.has_one_film_ratio()) {
+        groups.retain(|group| group.has_one_film_ratio());
+    }
     if groups.is_empty() {
         return None;
     }

@@ -13,6 +13,8 @@
 //! | `places.rs` | where an energy balance is told: film ratios of particles, and diameters where the form tells them apart |
 //! | `own_dry_speed.rs` | e_dry at each run's own speed |
 //! | `measurement_errors.rs` | measurement errors of the runs of a fit |
+//! | `checks.rs` | the table of what must hold: codes, lines, sources, advice |
+//! | `film_groups.rs` | film groups with their width, and why some have no film ratio of their own |
 //! | `dry.rs` | k of each particle, and whether one k serves all diameters |
 //! | `series.rs` | the square-root law of each series |
 //! | `scaling.rs` | e_inf and St_c by both laws, with the linear law's bias on this design |
@@ -24,7 +26,6 @@
 //! | `terms/` | what each term of the balance matters, and whether it is held |
 //! | `noise/` | outliers, unequal spreads, offsets that series share |
 //! | `bootstrap/` | the bootstrap interval of each estimate |
-//! | `checks.rs` | the table of what must hold: codes, lines, sources, advice |
 //! | `verdicts.rs` | what must hold before the numbers are quoted |
 //! | `constants/` | how results move with the constants taken as exact |
 //! | `least_squares.rs` | what least squares found, for the stages that start from it |
@@ -47,6 +48,7 @@ pub mod dry;
 pub mod energy;
 pub mod error_notices;
 pub mod estimate;
+pub mod film_groups;
 pub mod film_ratio;
 mod fit_verdict;
 pub mod identify;
@@ -115,7 +117,11 @@ pub fn fit_least_squares_watched(
         fits.add_bootstrap(scene, runs, seed, done)
     });
     let (resampling, bootstrap_notices) = resampled.unzip();
-    let verdicts = fits.checks(runs, bootstrap);
+    let film_groups = film_groups::list_film_groups(scene, runs);
+    let mut verdicts = fits.checks(runs, bootstrap);
+    let balance = fits.energy_balance.as_ref();
+    let own_films_stand = balance.is_some_and(|balance| balance.verdict.passed);
+    verdicts.extend(film_groups::check(&film_groups, own_films_stand));
     let mut notices = table.notices.clone();
     notices.extend(fits.notices(scene, table, bootstrap));
     notices.extend(notices::viscous_form(fits.form, runs.wet()));
@@ -133,6 +139,7 @@ pub fn fit_least_squares_watched(
         scene_sha256: scene.sha256.clone(),
         counts: Counts::of(table),
         dry: fits.dry.into_iter().map(|fitted| fitted.dry).collect(),
+        film_groups,
         series: fits.series,
         scaling: fits.scaling.into_iter().map(|fitted| fitted.scaling).collect(),
         energy_balance: fits.energy_balance,
@@ -271,6 +278,10 @@ impl Findings {
                     for check in &mut self.verdicts {
                         check.gates &= check.check != checks::ENERGY_BALANCE.code;
                     }
+                }
+                for check in &mut self.verdicts {
+                    // nor does the posterior need film groups
+                    check.gates &= check.check != checks::FILM_GROUPS.code;
                 }
                 self.verdicts.extend(posterior.checks.iter().cloned());
                 let directions = self.identifies.as_ref();

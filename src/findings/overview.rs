@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::document::Findings;
+use super::film_groups::FilmGroupWidth;
 use super::identify::{self, Directions, Identified};
 use super::noise::{self, Noise};
 use super::range::range;
@@ -24,6 +25,8 @@ pub struct Overview {
     pub screened: Vec<Screened>,
     /// one line for each particle and liquid
     pub materials: Vec<Material>,
+    /// the runs of each particle that belong to one film ratio
+    pub film_groups: Vec<FilmGroupWidth>,
     /// what these runs can identify
     pub identifies: Vec<Identified>,
     /// which parameters they identify together; `None` without parameters, or where a sum is not finite
@@ -106,6 +109,7 @@ pub fn summarise_runs(scene: &Scene, table: &Table, least_squares: &Findings) ->
         runs: table.rows,
         screened: table.screened.clone(),
         materials,
+        film_groups: least_squares.film_groups.clone(),
         identifies: identify::identify_each_quantity(scene, runs),
         directions: least_squares.identifies.clone(),
         terms: least_squares.terms.clone(),

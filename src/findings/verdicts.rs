@@ -72,8 +72,10 @@ fn by_film_ratio(scaling: &[FittedScaling], law: WetLaw) -> impl Iterator<Item =
 }
 
 fn scaling_laws(scaling: &[FittedScaling]) -> Option<Check> {
-    let all = by_film_ratio(scaling, WetLaw::Sqrt).count();
-    let failed = by_film_ratio(scaling, WetLaw::Sqrt).filter(|fit| !fit.scaling.verdict.passed);
+    // groups without a film ratio have a check of their own
+    let laws = || by_film_ratio(scaling, WetLaw::Sqrt).filter(|fit| !fit.scaling.is_withheld);
+    let all = laws().count();
+    let failed = laws().filter(|fit| !fit.scaling.verdict.passed);
     let names = failed.map(|fit| {
         let ratio = fit.scaling.film_ratio.unwrap_or_default();
         format!(
@@ -108,9 +110,11 @@ fn of_balance(balance: &EnergyBalance) -> Vec<Check> {
 }
 
 fn of_series(series: &[SeriesFit]) -> Option<Check> {
-    let failed = series.iter().filter(|s| !s.verdict.passed).count();
-    let text = format!("series without a usable square-root law, of {}", series.len());
-    (!series.is_empty()).then(|| checks::SERIES.check(failed as f64, text))
+    let of_one_film = || series.iter().filter(|one| !one.is_withheld);
+    let all = of_one_film().count();
+    let failed = of_one_film().filter(|one| !one.verdict.passed).count();
+    let text = format!("series without a usable square-root law, of {all}");
+    (all > 0).then(|| checks::SERIES.check(failed as f64, text))
 }
 
 fn one_dry_k(fitted: &FittedDry) -> Option<Check> {
@@ -210,12 +214,13 @@ pub fn fit_notices(scene: &Scene, dry: &[FittedDry], series: &[SeriesFit], scali
     if dry_stuck > 0 {
         found.push(notices::dry_run_without_rebound(dry_stuck));
     }
-    let failed = series.iter().filter(|s| !s.verdict.passed);
+    let of_one_film = || series.iter().filter(|one| !one.is_withheld);
+    let failed = of_one_film().filter(|one| !one.verdict.passed);
     let failed: Vec<String> = failed
         .map(|s| format!("{} ({})", s.label(), s.verdict.reason))
         .collect();
     if !failed.is_empty() {
-        found.push(notices::series_failed(&failed, series.len()));
+        found.push(notices::series_failed(&failed, of_one_film().count()));
     }
     let without: Vec<String> = (0..scene.particles.len())
         // fits come in the order of the particles

@@ -463,12 +463,14 @@ fn confounded(coefficient: Coefficient, films: usize, dry: bool) -> Option<&'sta
     }
 }
 
-/// Film ratios that differ by more than the gap at which groups are split.
+/// Film ratios that differ by more than the gap at which groups are split; runs without a film ratio of their own have two
+/// at least.
 fn distinct_film_ratios(scene: &Scene, runs: &Runs) -> usize {
     let mut ratios: Vec<f64> = runs.film_groups.iter().map(|group| group.film_ratio).collect();
     ratios.sort_by(f64::total_cmp);
     let gaps = ratios
         .windows(2)
         .filter(|pair| pair[1] - pair[0] > scene.data.film_ratio_gap);
-    usize::from(!ratios.is_empty()) + gaps.count()
+    let spread = runs.film_groups.iter().any(|group| !group.has_one_film_ratio());
+    usize::from(!ratios.is_empty()) + gaps.count().max(usize::from(spread))
 }

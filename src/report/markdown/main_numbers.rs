@@ -215,6 +215,19 @@ fn symbol(name: &str) -> &str {
     own.map_or(name, |own| own.symbol)
 }
 
+/// The first of some lines for a terminal, and how many more there are.
+fn first_of(lines: Vec<String>) -> String {
+    const SHOWN: usize = 20;
+    let mut text = lines.iter().take(SHOWN).map(String::as_str).collect::<String>();
+    if lines.len() > SHOWN {
+        text.push_str(&format!(
+            "and {} more lines of this kind in findings.json\n",
+            lines.len() - SHOWN
+        ));
+    }
+    text
+}
+
 /// The main numbers as lines for a terminal.
 pub fn summary(input: ReportInput) -> String {
     let findings = input.findings;
@@ -246,14 +259,14 @@ pub fn summary(input: ReportInput) -> String {
             let lines = derived
                 .iter()
                 .map(|row| line(&row.particle, row.film_ratio, row.diameter_m, [&row.e_inf, &row.st_c]));
-            text.extend(lines);
+            text.push_str(&first_of(lines.collect()));
         }
         // without an energy balance the direct fits are what there is
         None => {
             let direct = findings.scaling.iter().filter(|row| row.law == WetLaw::Sqrt);
             let lines =
                 direct.filter_map(|row| Some(line(&row.particle, row.film_ratio?, None, [&row.e_inf, &row.st_c])));
-            text.extend(lines);
+            text.push_str(&first_of(lines.collect()));
         }
     }
     text
