@@ -48,7 +48,7 @@ pub(super) fn why_no_laws(group: &FilmGroup) -> Option<String> {
         Some(format!("its runs lie more than {most} % from every one of film_ratios"))
     } else if !group.has_one_film_ratio() {
         Some(format!(
-            "no one film ratio: its runs spread over {:.2} of their mean, more than {WIDEST}",
+            "the film ratios of its runs spread over {:.2} of their mean, more than {WIDEST}",
             group.width
         ))
     } else {

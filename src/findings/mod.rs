@@ -36,6 +36,7 @@
 //! | `compare.rs` | which form of the law predicts best |
 //! | `questions/` | whether L and C are the same at every film ratio |
 //! | `document.rs` | everything a fit says, as `findings.json` writes it |
+//! | `plausible.rs` | constants, runs and results that no such experiment has |
 //! | `overview.rs` | what was read, for `check` |
 
 pub mod balance;
@@ -59,6 +60,7 @@ mod notices;
 pub mod overview;
 pub mod own_dry_speed;
 mod places;
+mod plausible;
 mod pooling;
 pub mod posterior;
 pub mod predict;
@@ -162,6 +164,11 @@ pub fn fit_least_squares_watched(
     findings.identifies = identify::identify_directions(scene, runs, findings.least_squares());
     let unidentified = identify::unidentified_notice(findings.identifies.as_ref());
     findings.notices.extend(unidentified);
+    let of_results = plausible::check_results(scene, runs, &findings);
+    findings.verdicts.extend(of_results);
+    // a wrong unit explains what else fails
+    let of_input = plausible::check_input(scene, runs);
+    findings.verdicts.splice(0..0, of_input);
     findings
 }
 
@@ -288,6 +295,10 @@ impl Findings {
                 self.notices
                     .extend(contraction::contraction_notices(&posterior.findings, directions));
                 self.posterior = Some(posterior.findings.clone());
+                if let Some(check) = plausible::check_results(scene, runs, self) {
+                    self.verdicts.retain(|before| before.check != check.check);
+                    self.verdicts.push(check);
+                }
                 Ok(Some(posterior))
             }
             Err(PosteriorRefusal(check)) => {

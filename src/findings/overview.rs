@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::checks::{self, Check};
 use super::document::Findings;
 use super::film_groups::FilmGroupWidth;
 use super::identify::{self, Directions, Identified};
@@ -116,10 +117,19 @@ pub fn summarise_runs(scene: &Scene, table: &Table, least_squares: &Findings) ->
         notices: [
             table.notices.clone(),
             noise::noise_notices(scene, least_squares.noise.as_ref()),
+            least_squares.verdicts.iter().filter_map(of_table).collect(),
         ]
         .concat(),
         noise: least_squares.noise.clone(),
     }
+}
+
+/// A failed check of what the table and its scene hold, as a notice: no fit has to be looked at for it.
+fn of_table(check: &Check) -> Option<Notice> {
+    let of_table = [checks::FILM_GROUPS, checks::PLAUSIBLE_INPUT, checks::PLAUSIBLE_RESULT];
+    let is_one = of_table.iter().any(|criterion| criterion.code == check.check);
+    let count = check.value.map_or(0, |value| value as usize);
+    (is_one && !check.passed).then(|| Notice::new(check.check, count, check.text.as_str(), check.advice))
 }
 
 fn of_wet(scene: &Scene, runs: &Runs, series: &[&Series]) -> Material {

@@ -26,7 +26,7 @@ pub fn check_least_squares(
 ) -> Vec<Check> {
     let mut checks = vec![];
     checks.extend(dry_laws(dry));
-    checks.extend(scaling_laws(scaling));
+    checks.extend(scaling_laws(scaling, balance));
     checks.extend(balance.into_iter().flat_map(of_balance));
     if runs.is_empty() {
         checks.push(checks::RUNS_IN_USE.check(0.0, "every run was screened"));
@@ -71,10 +71,16 @@ fn by_film_ratio(scaling: &[FittedScaling], law: WetLaw) -> impl Iterator<Item =
         .filter(move |fit| fit.law == law && fit.scaling.film_ratio.is_some())
 }
 
-fn scaling_laws(scaling: &[FittedScaling]) -> Option<Check> {
+/// Fewest rebounds that give the two parameters of a law and a spread.
+const FEWEST: usize = 3;
+
+/// The square-root laws of film ratios. None of them at all gates, unless no film ratio has runs for one and the energy
+/// balance stands, which takes them together.
+fn scaling_laws(scaling: &[FittedScaling], balance: Option<&EnergyBalance>) -> Option<Check> {
     // groups without a film ratio have a check of their own
     let laws = || by_film_ratio(scaling, WetLaw::Sqrt).filter(|fit| !fit.scaling.is_withheld);
     let all = laws().count();
+    let stands = balance.is_some_and(|balance| balance.verdict.passed);
     let failed = laws().filter(|fit| !fit.scaling.verdict.passed);
     let names = failed.map(|fit| {
         let ratio = fit.scaling.film_ratio.unwrap_or_default();
@@ -90,7 +96,7 @@ fn scaling_laws(scaling: &[FittedScaling]) -> Option<Check> {
     };
     (all > 0).then(|| Check {
         // a film ratio without a law is a gap; only none at all leaves no main number
-        gates: fits.failed.len() == all,
+        gates: fits.failed.len() == all && !(stands && laws().all(|fit| fit.scaling.runs < FEWEST)),
         ..fits.check(checks::SCALING_LAW)
     })
 }

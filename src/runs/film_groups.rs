@@ -11,6 +11,9 @@ pub const NEAR_NOMINAL: f64 = 0.15;
 /// A group whose film ratios spread over more than this share of their mean has no film ratio of its own.
 pub const WIDEST: f64 = 0.15;
 
+/// A width below this is none.
+const ROUNDING: f64 = 1e-12;
+
 /// The probabilities between whose quantiles the width of a group lies.
 const ENDS: [f64; 2] = [0.05, 0.95];
 
@@ -40,7 +43,9 @@ impl FilmGroup {
     /// Takes its width from the own δ/D of its runs.
     pub(super) fn measure(&mut self, mut ratios: Vec<f64>) {
         self.ends = ENDS.map(|probability| quantile(&mut ratios, probability));
-        self.width = (self.ends[1] - self.ends[0]) / mean(&ratios);
+        let width = (self.ends[1] - self.ends[0]) / mean(&ratios);
+        // what rounding leaves of films that were computed from one film ratio
+        self.width = if width > ROUNDING { width } else { 0.0 };
     }
 }
 
