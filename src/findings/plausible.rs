@@ -1,9 +1,12 @@
 //! Questions constants, runs and results that no such experiment has: a wrong unit shows there first.
 
+use std::collections::{HashMap, HashSet};
+
 use super::checks::{self, Check};
 use super::document::Findings;
+use super::dry::Dry;
 use super::notices::shortened;
-use super::posterior::PosteriorFindings;
+use super::posterior::QuantitySummary;
 use super::range::range;
 use crate::model::parameters::ParameterKind;
 use crate::runs::{Runs, Series};
@@ -105,6 +108,7 @@ impl Bounds {
 /// The check of what went in: the constants of the materials in use, diameters and films.
 pub(super) fn check_input(scene: &Scene, runs: &Runs) -> Option<Check> {
     let mut questions = vec![];
+    let used: HashSet<usize> = runs.series.iter().map(|series| series.liquid).collect();
     for (index, particle) in scene.particles.iter().enumerate() {
         let (dry, wet) = (runs.dry_of(index), runs.series_of(index));
         if dry.is_empty() && wet.is_empty() {
@@ -120,9 +124,13 @@ pub(super) fn check_input(scene: &Scene, runs: &Runs) -> Option<Check> {
         questions.extend(ROUGHNESS.question(name, [*roughness].into_iter()));
         let diameters = dry.iter().map(|group| group.diameter);
         questions.extend(DIAMETER.question(name, diameters.chain(wet.iter().map(|series| series.diameter))));
-        let apart: Vec<String> = (0..scene.liquids.len())
-            .filter_map(|liquid| films_apart(scene, runs, index, liquid))
-            .collect();
+        let mut liquids: Vec<usize> = wet.iter().map(|series| series.liquid).collect();
+        liquids.sort_unstable();
+        liquids.dedup();
+        let apart = liquids
+            .iter()
+            .filter_map(|liquid| films_apart(scene, runs, index, *liquid));
+        let apart: Vec<String> = apart.collect();
         if apart.is_empty() {
             let films = wet.iter().flat_map(Series::runs).map(|run| runs.film[run]);
             questions.extend(FILM.question(name, films));
@@ -136,7 +144,7 @@ pub(super) fn check_input(scene: &Scene, runs: &Runs) -> Option<Check> {
             viscosity,
             ..
         } = liquid;
-        if runs.series.iter().any(|series| series.liquid == index) {
+        if used.contains(&index) {
             questions.extend(DENSITY.question(name, [*density].into_iter()));
             questions.extend(VISCOSITY.question(name, [*viscosity].into_iter()));
         }
@@ -224,20 +232,27 @@ impl Uncertain<'_> {
 /// The check of what came out, by least squares and where it was sampled by the posterior: L, δc, k, and the Stokes numbers.
 pub(super) fn check_results(scene: &Scene, runs: &Runs, findings: &Findings) -> Option<Check> {
     let mut questions = vec![];
-    let posterior = findings.posterior.as_ref();
+    let sampled = findings.posterior.iter().flat_map(|found| &found.parameters);
+    let sampled: HashMap<&str, &QuantitySummary> = sampled.map(|one| (one.name.as_str(), one)).collect();
+    let dry: HashMap<&str, &Dry> = findings.dry.iter().map(|dry| (dry.particle.as_str(), dry)).collect();
     let balance = findings.energy_balance.as_ref();
     for (index, particle) in scene.particles.iter().enumerate() {
         let name = &particle.name;
-        let dry = findings.dry.iter().find(|dry| dry.particle == *name);
-        let fitted = dry.and_then(|dry| Some((dry.dry_k.value?, dry.dry_k.se)));
+        let fitted = dry
+            .get(name.as_str())
+            .and_then(|dry| Some((dry.dry_k.value?, dry.dry_k.se)));
         let symbol = format!("k of {name}");
-        let both = of_both(&symbol, fitted, posterior, &ParameterKind::DryK(index).name(scene));
+        let both = of_both(
+            &symbol,
+            fitted,
+            sampled.get(ParameterKind::DryK(index).name(scene).as_str()),
+        );
         questions.extend(both.iter().find_map(|k| k.question(DRY_K)));
     }
     let kind = ParameterKind::LUBRICATION_LOG;
     let fitted = balance.and_then(|balance| balance.estimate(kind));
     let fitted = fitted.and_then(|estimate| Some((estimate.value?, estimate.se)));
-    let both = of_both("L", fitted, posterior, &kind.name(scene));
+    let both = of_both("L", fitted, sampled.get(kind.name(scene).as_str()));
     questions.extend(
         both.iter()
             .find_map(|l| l.question([LEAST_LUBRICATION_LOG, f64::INFINITY])),
@@ -265,10 +280,8 @@ pub(super) fn check_results(scene: &Scene, runs: &Runs, findings: &Findings) -> 
 fn of_both<'a>(
     symbol: &'a str,
     fitted: Option<(f64, Option<f64>)>,
-    posterior: Option<&PosteriorFindings>,
-    name: &str,
+    sampled: Option<&&QuantitySummary>,
 ) -> Vec<Uncertain<'a>> {
-    let sampled = posterior.and_then(|found| found.parameters.iter().find(|one| one.name == name));
     let sampled = sampled.and_then(|one| Some((one.mean?, one.sd)));
     let each = [("least squares", fitted), ("the posterior", sampled)];
     let of = |(source, found): (&'a str, Option<(f64, Option<f64>)>)| {
@@ -334,9 +347,8 @@ mod tests {
         );
         assert!(of(&FILM, 0.286).is_some_and(|text| text.ends_with(": 0.286 looks like mm")));
         assert!(of(&VISCOSITY, 9.3e-3).is_some_and(|text| text.ends_with(": 0.0093 looks like Pa s")));
-        assert!(of(&DIAMETER, 4762.0)
-            .is_some_and(|text| text.ends_with(": 0.001 times that would do, as where a unit was mistaken")));
-        assert!(of(&DIAMETER, 1e9).is_some_and(|text| text.ends_with("mm")));
+        assert!(of(&DIAMETER, 4762.0).is_some_and(|text| text.ends_with(": 4760 looks like µm")));
+        assert!(of(&DIAMETER, 1e9).is_some_and(|text| text.ends_with("outside 0.02 to 500 mm")));
     }
 
     #[test]
