@@ -5,6 +5,7 @@ mod common;
 use std::path::Path;
 
 use common::Place;
+use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::verdicts::quotable;
 use wetcor::findings::{overview, Findings};
 use wetcor::{findings, runs, scene};
@@ -85,6 +86,32 @@ fn densities_in_grams_are_named_as_such() {
         .notices
         .iter()
         .any(|notice| notice.code == "plausible_input" && notice.text.contains("g/cm³")));
+}
+
+/// Without dry runs there is no energy balance: L and k come from the posterior alone.
+#[test]
+fn what_the_posterior_alone_tells_is_questioned_too() {
+    let text = example("scene.toml")
+        .replace("= 2150", "= 2.15")
+        .replace("= 940", "= 0.94");
+    let place = Place::new(&text);
+    let rows = example("runs.csv");
+    let wet: Vec<&str> = rows.lines().filter(|line| !line.contains(",dry,")).collect();
+    let mut found = place.fit_rows(&wet.join("\n"));
+    let asked = |found: &Findings| {
+        let check = found.verdicts.iter().filter(|check| check.check == "plausible_result");
+        let texts: Vec<String> = check.map(|check| check.text.clone()).collect();
+        assert_eq!(texts.len(), 1, "{texts:?}");
+        texts.concat()
+    };
+    assert!(!asked(&found).contains("L = "), "{}", asked(&found));
+    let posterior = found.add_posterior(&place.scene, &place.read().runs, MethodChoice::Nodes, &|_, _| ());
+    assert!(posterior.is_ok_and(|sampled| sampled.is_some()));
+    assert!(
+        asked(&found).contains(" by the posterior is below 0.3"),
+        "{}",
+        asked(&found)
+    );
 }
 
 #[test]
