@@ -304,13 +304,19 @@ fn beyond_films(particle: &Particle, l: &Uncertain, runs: &Runs, index: usize) -
     let critical = |l: f64| particle.roughness * l.exp();
     let least = critical(l.ends()[0]);
     let usual = &FILM.dimension.units()[0];
+    let size = usual.from_si(critical(l.value));
+    let size = if size.is_finite() {
+        format!("{} {}", short(size), usual.symbol)
+    } else {
+        format!("ε exp({})", short(l.value))
+    };
     let text = |than: &str, bound: f64| {
         format!(
-            "δc of {} = {} µm by {} is larger than {than} ({} µm)",
+            "δc of {} = {size} by {} is larger than {than} ({} {})",
             particle.name,
-            short(usual.from_si(critical(l.value))),
             l.source,
-            short(usual.from_si(bound))
+            short(usual.from_si(bound)),
+            usual.symbol
         )
     };
     if least > smallest {
