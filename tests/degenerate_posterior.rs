@@ -206,7 +206,8 @@ fn every_prior_fixed_leaves_nothing_to_sample() {
     let fixed = "[priors]\ndry_k = { fixed = 0.18 }\nlubrication_log = { fixed = 2 }\ninertial_prefactor = { fixed = 0 }\nsigma_dry = { fixed = 0.01 }\nsigma_wet = { fixed = 0.02 }\n";
     let (findings, posterior) = sample_scene(&format!("{SCENE}{fixed}"), &rows("PTFE", &DRY, &at(286.0, &WET)));
     assert!(posterior.is_none());
-    assert_eq!(failed(&findings), ["posterior"]);
+    // least squares, which knows no prior, finds an L here whose δc is thicker than the film
+    assert_eq!(failed(&findings), ["plausible_result", "posterior"]);
 }
 
 #[test]

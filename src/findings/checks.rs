@@ -159,6 +159,34 @@ pub const SCALING_LAW: Criterion = row(
     "add rebounds over a wider range of speeds at these film ratios",
 );
 
+/// Constants, diameters and films outside what such experiments have.
+pub const PLAUSIBLE_INPUT: Criterion = row(
+    "plausible_input",
+    AtMost(0.0),
+    GATES,
+    "no experiment with spheres on wetted plates has such",
+    "correct the number, or the unit in its name",
+);
+
+/// Results outside what such experiments have.
+pub const PLAUSIBLE_RESULT: Criterion = row(
+    "plausible_result",
+    AtMost(0.0),
+    GATES,
+    "no experiment with spheres on wetted plates gives such",
+    "check the units of densities, viscosities, films, roughness and speeds",
+);
+
+/// Film groups without a film ratio of their own; gates only where there are no others and nothing else to quote.
+pub const FILM_GROUPS: Criterion = row(
+    "film_groups",
+    AtMost(0.0),
+    CAUTIONS,
+    "a law at one film ratio takes the films of its runs as one",
+    "name the film ratios that were meant, as film_ratios in [data] or in a column film_ratio; the energy balance and the \
+     posterior use each run's own film and stand",
+);
+
 /// Whether the energy balance over all rebounds has no usable fit.
 pub const ENERGY_BALANCE: Criterion = row(
     "energy_balance",

@@ -9,6 +9,7 @@ use super::compare;
 use super::constants::Sensitivity;
 use super::dry::Dry;
 use super::energy::Energy;
+use super::film_groups::FilmGroupWidth;
 use super::form_choice::InertiaChoice;
 use super::identify::Directions;
 use super::least_squares::LeastSquares;
@@ -56,6 +57,8 @@ pub struct Findings {
     pub(super) sampled_forms: Vec<compare::EvaluatedModel>,
     /// k of each particle with dry runs
     pub dry: Vec<Dry>,
+    /// the runs of each particle that belong to one film ratio
+    pub film_groups: Vec<FilmGroupWidth>,
     /// the square-root law of each series
     pub series: Vec<SeriesFit>,
     /// e_inf and St_c by both laws

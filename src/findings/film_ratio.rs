@@ -6,7 +6,10 @@ use crate::scene::Scene;
 /// The film ratio of a sphere that stands for the others in figures: a published one, else the one with most rebounds.
 pub fn reference_film_ratio(scene: &Scene, runs: &Runs, sphere: usize) -> Option<f64> {
     let particle = runs.spheres[sphere].particle;
-    let groups: Vec<&FilmGroup> = runs.film_groups_of(sphere).iter().collect();
+    let mut groups: Vec<&FilmGroup> = runs.film_groups_of(sphere).iter().collect();
+    if groups.iter().any(|group| group.has_one_film_ratio()) {
+        groups.retain(|group| group.has_one_film_ratio());
+    }
     if groups.is_empty() {
         return None;
     }

@@ -14,6 +14,8 @@
 //! | `places.rs` | where an energy balance is told: film ratios of particles, and diameters where the form tells them apart |
 //! | `own_dry_speed.rs` | e_dry at each run's own speed |
 //! | `measurement_errors.rs` | measurement errors of the runs of a fit |
+//! | `checks.rs` | the table of what must hold: codes, lines, sources, advice |
+//! | `film_groups.rs` | film groups with their width, and why some have no film ratio of their own |
 //! | `dry.rs` | k of each particle, and whether one k serves all diameters |
 //! | `series.rs` | the square-root law of each series |
 //! | `scaling.rs` | e_inf and St_c by both laws, with the linear law's bias on this design |
@@ -25,7 +27,6 @@
 //! | `terms/` | what each term of the balance matters, and whether it is held |
 //! | `noise/` | outliers, unequal spreads, offsets that series share |
 //! | `bootstrap/` | the bootstrap interval of each estimate |
-//! | `checks.rs` | the table of what must hold: codes, lines, sources, advice |
 //! | `verdicts.rs` | what must hold before the numbers are quoted |
 //! | `constants/` | how results move with the constants taken as exact |
 //! | `least_squares.rs` | what least squares found, for the stages that start from it |
@@ -37,6 +38,7 @@
 //! | `compare.rs` | which form of the law predicts best |
 //! | `questions/` | whether L and C are the same at every film ratio |
 //! | `document.rs` | everything a fit says, as `findings.json` writes it |
+//! | `plausible.rs` | constants, runs and results that no such experiment has |
 //! | `overview.rs` | what was read, for `check` |
 
 pub mod balance;
@@ -49,6 +51,7 @@ pub mod dry;
 pub mod energy;
 pub mod error_notices;
 pub mod estimate;
+pub mod film_groups;
 pub mod film_ratio;
 mod fit_verdict;
 pub mod form_choice;
@@ -61,6 +64,7 @@ mod notices;
 pub mod overview;
 pub mod own_dry_speed;
 mod places;
+mod plausible;
 mod pooling;
 pub mod posterior;
 pub mod predict;
@@ -121,7 +125,11 @@ pub fn fit_least_squares_watched(
         fits.add_bootstrap(scene, runs, seed, done)
     });
     let (resampling, bootstrap_notices) = resampled.unzip();
-    let verdicts = fits.checks(runs, bootstrap);
+    let film_groups = film_groups::list_film_groups(scene, runs);
+    let mut verdicts = fits.checks(runs, bootstrap);
+    let balance = fits.energy_balance.as_ref();
+    let own_films_stand = balance.is_some_and(|balance| balance.verdict.passed);
+    verdicts.extend(film_groups::check(&film_groups, own_films_stand));
     let mut notices = table.notices.clone();
     notices.extend(fits.notices(scene, table, bootstrap));
     notices.extend(notices::viscous_form(fits.form, runs.wet()));
@@ -164,6 +172,7 @@ pub fn fit_least_squares_watched(
         inertia: fits.energy_balance.as_ref().and_then(|balance| balance.choice.clone()),
         sampled_forms: vec![],
         dry,
+        film_groups,
         series: fits.series,
         scaling,
         energy_balance: fits.energy_balance,
@@ -187,6 +196,11 @@ pub fn fit_least_squares_watched(
     findings.identifies = identify::identify_directions(scene, runs, findings.least_squares());
     let unidentified = identify::unidentified_notice(findings.identifies.as_ref());
     findings.notices.extend(unidentified);
+    let of_results = plausible::check_results(scene, runs, &findings);
+    findings.verdicts.extend(of_results);
+    // a wrong unit explains what else fails
+    let of_input = plausible::check_input(scene, runs);
+    findings.verdicts.splice(0..0, of_input);
     findings
 }
 
@@ -314,11 +328,19 @@ impl Findings {
                         check.gates &= check.check != checks::ENERGY_BALANCE.code;
                     }
                 }
+                for check in &mut self.verdicts {
+                    // nor does the posterior need film groups
+                    check.gates &= check.check != checks::FILM_GROUPS.code;
+                }
                 self.verdicts.extend(posterior.checks.iter().cloned());
                 let directions = self.identifies.as_ref();
                 self.notices
                     .extend(contraction::contraction_notices(&posterior.findings, directions));
                 self.posterior = Some(posterior.findings.clone());
+                if let Some(check) = plausible::check_results(scene, runs, self) {
+                    self.verdicts.retain(|before| before.check != check.check);
+                    self.verdicts.push(check);
+                }
                 self.pick_main_numbers(scene, runs, Some(&posterior));
                 Ok(Some(posterior))
             }

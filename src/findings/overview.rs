@@ -2,7 +2,9 @@
 
 use serde::Serialize;
 
+use super::checks::{self, Check};
 use super::document::Findings;
+use super::film_groups::FilmGroupWidth;
 use super::identify::{self, Directions, Identified};
 use super::noise::{self, Noise};
 use super::range::range;
@@ -24,6 +26,8 @@ pub struct Overview {
     pub screened: Vec<Screened>,
     /// one line for each particle and liquid
     pub materials: Vec<Material>,
+    /// the runs of each particle that belong to one film ratio
+    pub film_groups: Vec<FilmGroupWidth>,
     /// what these runs can identify
     pub identifies: Vec<Identified>,
     /// which parameters they identify together; `None` without parameters, or where a sum is not finite
@@ -107,16 +111,26 @@ pub fn summarise_runs(scene: &Scene, table: &Table, least_squares: &Findings) ->
         runs: table.rows,
         screened: table.screened.clone(),
         materials,
+        film_groups: least_squares.film_groups.clone(),
         identifies: identify::identify_each_quantity(scene, runs),
         directions: least_squares.identifies.clone(),
         terms: least_squares.terms.clone(),
         notices: [
             table.notices.clone(),
             noise::noise_notices(scene, least_squares.noise.as_ref()),
+            least_squares.verdicts.iter().filter_map(of_table).collect(),
         ]
         .concat(),
         noise: least_squares.noise.clone(),
     }
+}
+
+/// A failed check of what the table and its scene hold, as a notice: no fit has to be looked at for it.
+fn of_table(check: &Check) -> Option<Notice> {
+    let of_table = [checks::FILM_GROUPS, checks::PLAUSIBLE_INPUT, checks::PLAUSIBLE_RESULT];
+    let is_one = of_table.iter().any(|criterion| criterion.code == check.check);
+    let count = check.value.map_or(0, |value| value as usize);
+    (is_one && !check.passed).then(|| Notice::new(check.check, count, check.text.as_str(), check.advice))
 }
 
 fn of_wet(scene: &Scene, runs: &Runs, series: &[&Series]) -> Material {

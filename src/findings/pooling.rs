@@ -26,7 +26,8 @@ pub(super) fn add_bias(setup: BalanceSetup, scaling: &mut [FittedScaling], balan
         Joint::new(scene, runs, balance.refit_start.form, &known, &[]),
         &balance.refit_start.point,
     );
-    for row in scaling.iter_mut().filter(|row| row.law == WetLaw::Sqrt) {
+    let fitted = |row: &&mut FittedScaling| row.law == WetLaw::Sqrt && !row.scaling.is_withheld;
+    for row in scaling.iter_mut().filter(fitted) {
         let mut groups = runs.film_groups_of(row.sphere).iter();
         let group = groups.find(|group| Some(group.film_ratio) == row.scaling.film_ratio);
         let Some((group, at)) = group.and_then(|group| {

@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::dry::{own_dry_speed, FittedDry};
 use super::estimate::{Estimate, Quoting};
+use super::film_groups::why_no_laws;
 use super::fit_verdict::{one_against, spread, square_root_verdict, uncertain, why_stopped, Verdict};
 use super::measurement_errors::{columns, ErrorSummary};
 use super::quantities::{variables, wetted_of, FittedLaw};
@@ -60,6 +61,9 @@ pub struct Scaling {
     pub measurement_errors: Option<ErrorSummary>,
     /// how the fit ended
     pub stop: &'static str,
+    /// whether its runs have no one film ratio, so that it has no numbers
+    #[serde(skip)]
+    pub is_withheld: bool,
     /// whether it may be quoted
     pub verdict: Verdict,
 }
@@ -152,6 +156,8 @@ struct ScalingGroup {
     film_ratio: Option<f64>,
     /// range of [`Runs::series`]
     series: std::ops::Range<usize>,
+    /// why a law fitted to them is not quoted
+    why_no_laws: Option<String>,
 }
 
 /// Both laws for every sphere with a k of its own, at each film ratio and over all; square root before linear.
@@ -166,18 +172,56 @@ pub fn fit_scaling(scene: &Scene, runs: &Runs, dry: &[FittedDry], quoting: Quoti
             sphere,
             film_ratio: None,
             series: first.series.start..last.series.end,
+            why_no_laws: of_ratio
+                .iter()
+                .any(|group| !group.has_one_film_ratio())
+                .then(|| WIDE_AMONG_ALL.to_owned()),
         });
         groups.extend(of_ratio.iter().map(|group| ScalingGroup {
             sphere,
             film_ratio: Some(group.film_ratio),
             series: group.series.clone(),
+            why_no_laws: why_no_laws(group),
         }));
     }
     let pairs: Vec<[(FittedScaling, Fit); 2]> = groups
-        .into_par_iter()
-        .map(|group| both_laws(scene, runs, dry, quoting, &group))
+        .par_iter()
+        .map(|group| both_laws(scene, runs, dry, quoting, group))
         .collect();
-    test_one_for_all(scene, runs, dry, pairs)
+    let mut all = test_one_for_all(scene, runs, dry, pairs);
+    let of_both = groups
+        .into_iter()
+        .flat_map(|group| [group.why_no_laws.clone(), group.why_no_laws]);
+    for (fitted, why) in all.iter_mut().zip(of_both) {
+        if let Some(why) = why {
+            fitted.withhold(why, quoting);
+        }
+    }
+    all
+}
+
+/// Why a law over all film ratios is not quoted where some have no law of their own to hold it against.
+const WIDE_AMONG_ALL: &str =
+    "some of its runs have no film ratio of their own: whether one law holds for all cannot be tested";
+
+impl FittedScaling {
+    /// Takes back a law that may not be quoted: over all film ratios its verdict, at one its numbers with it. What it leaves
+    /// unexplained stays, as the energy balance is held against it.
+    fn withhold(&mut self, why: String, quoting: Quoting) {
+        if self.scaling.film_ratio.is_some() {
+            self.parameters = None;
+            self.scaling.is_withheld = true;
+            self.scaling.correlation = None;
+            self.scaling.bias = None;
+            self.scaling.speed_error_of_a_tenth_se = None;
+            for (_, estimate) in self.scaling.estimates_mut() {
+                *estimate = quoting.none(why.as_str());
+            }
+        } else if !self.scaling.verdict.passed {
+            return;
+        }
+        self.scaling.verdict = Verdict::failed(why);
+    }
 }
 
 /// Compares, for each sphere and law, the fit over all film ratios with those at each.
@@ -370,6 +414,7 @@ fn scaling_of(law: WetLaw, fit: &Fit, verdict: Verdict, uncertain: &Uncertain, q
         speed_error_of_a_tenth_se: None,
         measurement_errors: None,
         stop: fit.stop.as_str(),
+        is_withheld: false,
         verdict,
     }
 }

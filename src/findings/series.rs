@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::dry::{own_dry_speed, FittedDry};
 use super::estimate::{Estimate, Quoting};
+use super::film_groups::why_no_law_of_series;
 use super::fit_verdict::{
     falls, square_root_verdict, uncertain, why_stopped, Verdict, ALPHA_NOT_POSITIVE, BETA_NOT_NEGATIVE,
 };
@@ -55,11 +56,30 @@ pub struct SeriesFit {
     pub error_weights: Option<ErrorWeights>,
     /// how the fit ended
     pub stop: &'static str,
+    /// whether its runs have no one film ratio, so that it has no numbers
+    #[serde(skip)]
+    pub is_withheld: bool,
     /// whether it may be quoted
     pub verdict: Verdict,
 }
 
 impl SeriesFit {
+    /// Takes back the numbers of a law whose runs have no one film.
+    fn withhold(&mut self, why: String, quoting: Quoting) {
+        let numbers = [
+            &mut self.alpha,
+            &mut self.beta,
+            &mut self.e_inf,
+            &mut self.threshold_speed_m_s,
+        ];
+        for estimate in numbers {
+            *estimate = quoting.none(why.as_str());
+        }
+        self.speed_error_of_a_tenth_se = None;
+        self.is_withheld = true;
+        self.verdict = Verdict::failed(why);
+    }
+
     /// The estimates that replicates give an interval, with their quantities. The threshold speed keeps its delta interval:
     /// near β = 0 its replicates have no mean.
     pub(super) fn resampled_mut(&mut self) -> [(Quantity, &mut Estimate); 3] {
@@ -83,10 +103,14 @@ impl SeriesFit {
 
 /// The fit of every series, in the order of the runs.
 pub fn fit_series(scene: &Scene, runs: &Runs, dry: &[FittedDry], quoting: Quoting) -> Vec<SeriesFit> {
-    runs.series
-        .par_iter()
-        .map(|series| of_series(scene, runs, series, dry, quoting))
-        .collect()
+    let of_place = |place: usize| {
+        let mut fit = of_series(scene, runs, &runs.series[place], dry, quoting);
+        if let Some(why) = why_no_law_of_series(runs, place) {
+            fit.withhold(why, quoting);
+        }
+        fit
+    };
+    (0..runs.series.len()).into_par_iter().map(of_place).collect()
 }
 
 fn of_series(scene: &Scene, runs: &Runs, series: &Series, dry: &[FittedDry], quoting: Quoting) -> SeriesFit {
@@ -144,6 +168,7 @@ fn of_series(scene: &Scene, runs: &Runs, series: &Series, dry: &[FittedDry], quo
         measurement_errors: error_weights.as_ref().map(ErrorSummary::of),
         error_weights,
         stop: fit.stop.as_str(),
+        is_withheld: false,
         verdict,
     }
 }

@@ -28,7 +28,7 @@ pub fn check_least_squares(
 ) -> Vec<Check> {
     let mut checks = vec![];
     checks.extend(dry_laws(dry));
-    checks.extend(scaling_laws(scaling));
+    checks.extend(scaling_laws(scaling, balance));
     checks.extend(balance.into_iter().flat_map(of_balance));
     if runs.is_empty() {
         checks.push(checks::RUNS_IN_USE.check(0.0, "every run was screened"));
@@ -74,9 +74,17 @@ fn by_film_ratio(scaling: &[FittedScaling], law: WetLaw) -> impl Iterator<Item =
         .filter(move |fit| fit.law == law && fit.scaling.film_ratio.is_some())
 }
 
-fn scaling_laws(scaling: &[FittedScaling]) -> Option<Check> {
-    let all = by_film_ratio(scaling, WetLaw::Sqrt).count();
-    let failed = by_film_ratio(scaling, WetLaw::Sqrt).filter(|fit| !fit.scaling.verdict.passed);
+/// Fewest rebounds that give the two parameters of a law and a spread.
+const FEWEST: usize = 3;
+
+/// The square-root laws of film ratios. None of them at all gates, unless no film ratio has runs for one and the energy
+/// balance stands, which takes them together.
+fn scaling_laws(scaling: &[FittedScaling], balance: Option<&EnergyBalance>) -> Option<Check> {
+    // groups without a film ratio have a check of their own
+    let laws = || by_film_ratio(scaling, WetLaw::Sqrt).filter(|fit| !fit.scaling.is_withheld);
+    let all = laws().count();
+    let stands = balance.is_some_and(|balance| balance.verdict.passed);
+    let failed = laws().filter(|fit| !fit.scaling.verdict.passed);
     let names = failed.map(|fit| {
         let ratio = fit.scaling.film_ratio.unwrap_or_default();
         format!(
@@ -92,7 +100,7 @@ fn scaling_laws(scaling: &[FittedScaling]) -> Option<Check> {
     };
     (all > 0).then(|| Check {
         // a film ratio without a law is a gap; only none at all leaves no main number
-        gates: fits.failed.len() == all,
+        gates: fits.failed.len() == all && !(stands && laws().all(|fit| fit.scaling.runs < FEWEST)),
         ..fits.check(checks::SCALING_LAW)
     })
 }
@@ -112,9 +120,11 @@ fn of_balance(balance: &EnergyBalance) -> Vec<Check> {
 }
 
 fn of_series(series: &[SeriesFit]) -> Option<Check> {
-    let failed = series.iter().filter(|s| !s.verdict.passed).count();
-    let text = format!("series without a usable square-root law, of {}", series.len());
-    (!series.is_empty()).then(|| checks::SERIES.check(failed as f64, text))
+    let of_one_film = || series.iter().filter(|one| !one.is_withheld);
+    let all = of_one_film().count();
+    let failed = of_one_film().filter(|one| !one.verdict.passed).count();
+    let text = format!("series without a usable square-root law, of {all}");
+    (all > 0).then(|| checks::SERIES.check(failed as f64, text))
 }
 
 fn one_dry_k(fitted: &FittedDry) -> Option<Check> {
@@ -253,12 +263,13 @@ pub fn fit_notices(
     if dry_stuck > 0 {
         found.push(notices::dry_run_without_rebound(dry_stuck));
     }
-    let failed = series.iter().filter(|s| !s.verdict.passed);
+    let of_one_film = || series.iter().filter(|one| !one.is_withheld);
+    let failed = of_one_film().filter(|one| !one.verdict.passed);
     let failed: Vec<String> = failed
         .map(|s| format!("{} ({})", s.label(), s.verdict.reason))
         .collect();
     if !failed.is_empty() {
-        found.push(notices::series_failed(&failed, series.len()));
+        found.push(notices::series_failed(&failed, of_one_film().count()));
     }
     let without: Vec<String> = (0..runs.spheres.len())
         // fits come in the order of the spheres

@@ -13,6 +13,7 @@
 //! | `new_run.rs` | holds one run to be written |
 //! | `typed.rs` | reads CSV and Parquet with polars, writes Parquet; with `parquet_footer.rs` the only file that names it |
 //! | `stream.rs` | reads an ordinary CSV a window of lines at a time |
+//! | `film_groups.rs` | puts runs in groups of one film ratio, and measures how wide each is |
 //! | `spheres.rs` | holds the spheres that have a k of their own |
 //! | `series.rs` | orders runs by series |
 //! | `impacts.rs` | computes of each run, once, what the laws and the energy balance read |
@@ -22,6 +23,7 @@
 mod collect;
 mod columns;
 mod errors;
+mod film_groups;
 mod impacts;
 mod new_run;
 mod parquet_footer;
@@ -38,9 +40,10 @@ mod write;
 
 pub use collect::Screened;
 pub use errors::MeasurementErrors;
+pub use film_groups::{FilmGroup, NEAR_NOMINAL, WIDEST};
 pub use impacts::{by_film, Conditions};
 pub use new_run::NewRun;
-pub use series::{DryGroup, FilmGroup, Impacts, Runs, Series};
+pub use series::{DryGroup, Impacts, Runs, Series};
 pub use spheres::{diameter_in_mm, sphere_label, sphere_words, Sphere};
 pub use write::{Existing, RunWriter};
 

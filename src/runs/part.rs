@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use super::series::{mean, DryGroup, FilmGroup, Runs, Series};
+use super::film_groups::{mean, FilmGroup};
+use super::series::{DryGroup, Runs, Series};
 
 impl Runs {
     /// The dry runs, and the wet runs whose own δ/D lies below `film_ratio`; a series left without runs is gone.

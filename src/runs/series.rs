@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use super::collect::RunsAsRead;
 use super::errors::MeasurementErrors;
+use super::film_groups::{mean, FilmClasses, FilmGroup};
 use super::spheres::Sphere;
 use crate::physics::numbers::same_diameter;
 use crate::scene::{DryKOf, Scene};
@@ -61,19 +62,6 @@ pub struct DryGroup {
     pub rebounds: Range<usize>,
     /// runs that stuck
     pub stuck: Range<usize>,
-}
-
-/// The series of one sphere and film ratio.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FilmGroup {
-    /// index into the scene's particles
-    pub particle: usize,
-    /// index into [`Runs::spheres`]: its k
-    pub sphere: usize,
-    /// nominal δ/D, or the mean of the runs' own where the file names none
-    pub film_ratio: f64,
-    /// range of [`Runs::series`]
-    pub series: Range<usize>,
 }
 
 /// Runs of one particle, liquid, diameter and film ratio.
@@ -151,6 +139,12 @@ impl Runs {
     /// The series of some spheres.
     pub fn series_in(&self, spheres: Range<usize>) -> &[Series] {
         &self.series[within(&self.series, spheres, |series| series.sphere)]
+    }
+
+    /// The film group that a series belongs to, by its place; `None` beyond them.
+    pub fn film_group_of(&self, series: usize) -> Option<&FilmGroup> {
+        let place = self.film_groups.partition_point(|group| group.series.end <= series);
+        self.film_groups.get(place)
     }
 
     /// The measurement errors of all runs; one that carries none is taken to err like the median of those that do, its
@@ -275,6 +269,7 @@ pub(super) fn arrange(columns: RunsAsRead, scene: &Scene) -> Runs {
     let spheres = Spheres::new(&runs.diameter, &spans, scene);
     name_groups(&mut runs, &spans, &groups, &spheres);
     runs.spheres = spheres.all;
+    measure_film_groups(&mut runs);
     runs
 }
 
@@ -289,10 +284,12 @@ fn reorder<T: Copy + Default, const N: usize>(columns: [&mut Vec<T>; N], place: 
     }
 }
 
-pub(super) fn mean(values: &[f64]) -> f64 {
-    // about the first value: equal values then have exactly that mean
-    let first = values.first().copied().unwrap_or(f64::NAN);
-    first + values.iter().map(|x| x - first).sum::<f64>() / values.len() as f64
+/// Measures how wide the film groups are.
+fn measure_film_groups(runs: &mut Runs) {
+    for group in &mut runs.film_groups {
+        let own = runs.series[group.series.clone()].iter().flat_map(Series::runs);
+        group.measure(own.map(|run| runs.film[run] / runs.diameter[run]).collect());
+    }
 }
 
 /// The spheres of some runs, with what finds that of a run.
@@ -348,6 +345,7 @@ fn mean_over(column: &[f64], ranges: &[Range<usize>]) -> Option<f64> {
 /// Turns spans of equal keys into groups, joining each series' rebounds with its stuck runs.
 fn name_groups(runs: &mut Runs, spans: &[(Key, Range<usize>)], groups: &FilmClasses, spheres: &Spheres) {
     let mut index = 0;
+    let mut last_group = None;
     while let Some((key, first)) = spans.get(index) {
         let rest = spans.get(index + 1);
         let paired = rest.filter(|(next, _)| *next == Key { stuck: true, ..*key } && !key.stuck);
@@ -373,16 +371,15 @@ fn name_groups(runs: &mut Runs, spans: &[(Key, Range<usize>)], groups: &FilmClas
         let film_ratio = groups.film_ratio(particle, key.film_group);
         let film = mean(&runs.film[all]);
         let at = runs.series.len();
-        match runs.film_groups.last_mut() {
-            Some(last) if last.sphere == sphere && last.film_ratio == film_ratio => {
+        let own = (key.particle, key.sphere, key.film_group);
+        if last_group == Some(own) {
+            if let Some(last) = runs.film_groups.last_mut() {
                 last.series.end = at + 1;
             }
-            _ => runs.film_groups.push(FilmGroup {
-                particle,
-                sphere,
-                film_ratio,
-                series: at..at + 1,
-            }),
+        } else {
+            last_group = Some(own);
+            runs.film_groups
+                .push(groups.group((particle, sphere), key.film_group, at));
         }
         let liquid = key.liquid as usize;
         runs.series.push(Series {
@@ -447,85 +444,5 @@ impl Lookup<'_> {
             self.last = (bits, self.classes.of_bits.get(&bits).copied().unwrap_or(0));
         }
         self.last.1
-    }
-}
-
-/// Film-ratio groups of each particle: by the nominal ratio where the file has one, else by gaps in δ/D.
-struct FilmClasses {
-    nominal: bool,
-    /// for each particle the lower ends of its groups, and each group's film ratio
-    groups: Vec<(Vec<f64>, Vec<f64>)>,
-}
-
-struct FilmLookup<'a> {
-    classes: &'a FilmClasses,
-    last: (u32, u64, u32),
-}
-
-impl FilmClasses {
-    fn new(columns: &RunsAsRead, scene: &Scene) -> FilmClasses {
-        let nominal = !columns.film_ratio.is_empty();
-        let mut ratios: Vec<Vec<f64>> = vec![vec![]; scene.particles.len()];
-        for row in 0..columns.restitution.len() {
-            if columns.liquid[row] == RunsAsRead::NO_LIQUID {
-                continue;
-            }
-            let of_particle = &mut ratios[columns.particle[row] as usize];
-            let ratio = ratio_of(columns, row, nominal);
-            // nominal ratios come in blocks: no need to keep each
-            if !(nominal && of_particle.last() == Some(&ratio)) {
-                of_particle.push(ratio);
-            }
-        }
-        let gap = if nominal { 0.0 } else { scene.data.film_ratio_gap };
-        let groups = ratios.into_iter().map(|ratios| split_at_gaps(ratios, gap)).collect();
-        FilmClasses { nominal, groups }
-    }
-
-    fn film_ratio(&self, particle: usize, group: u32) -> f64 {
-        self.groups[particle].1[group as usize]
-    }
-
-    fn lookup(&self) -> FilmLookup<'_> {
-        FilmLookup {
-            classes: self,
-            last: (u32::MAX, 0, 0),
-        }
-    }
-}
-
-fn ratio_of(columns: &RunsAsRead, row: usize, nominal: bool) -> f64 {
-    if nominal {
-        columns.film_ratio[row]
-    } else {
-        columns.film[row] / columns.diameter[row]
-    }
-}
-
-/// Splits sorted ratios at gaps: the lower end and the mean of each group.
-fn split_at_gaps(mut ratios: Vec<f64>, gap: f64) -> (Vec<f64>, Vec<f64>) {
-    ratios.sort_by(f64::total_cmp);
-    let starts: Vec<usize> = (0..ratios.len())
-        .filter(|i| *i == 0 || ratios[*i] - ratios[*i - 1] > gap)
-        .collect();
-    let ends = starts.iter().skip(1).copied().chain([ratios.len()]);
-    let means = starts
-        .iter()
-        .zip(ends)
-        .map(|(start, end)| mean(&ratios[*start..end]))
-        .collect();
-    (starts.iter().map(|i| ratios[*i]).collect(), means)
-}
-
-impl FilmLookup<'_> {
-    fn of(&mut self, columns: &RunsAsRead, row: usize) -> u32 {
-        let particle = columns.particle[row];
-        let ratio = ratio_of(columns, row, self.classes.nominal);
-        if (self.last.0, self.last.1) != (particle, ratio.to_bits()) {
-            let lower_ends = &self.classes.groups[particle as usize].0;
-            let group = lower_ends.partition_point(|lower| *lower <= ratio).saturating_sub(1);
-            self.last = (particle, ratio.to_bits(), group as u32);
-        }
-        self.last.2
     }
 }

@@ -68,7 +68,10 @@ pub struct Data {
     pub runs: PathBuf,
     /// a restitution at or below this counts as stuck
     pub smallest_restitution: f64,
-    /// where runs carry no film ratio: sorted δ/D is split at larger gaps
+    /// where runs carry no film ratio: the nominal ones they were made at, in increasing order; empty where groups are to be
+    /// found
+    pub film_ratios: Vec<f64>,
+    /// where neither names a film ratio: sorted δ/D is split at larger gaps
     pub film_ratio_gap: f64,
     /// sd of an error of the film thickness that all runs share, m; absent: the films are taken as exact
     pub film_sd: Option<f64>,

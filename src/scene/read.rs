@@ -120,9 +120,15 @@ fn data(root: &SceneTable, path: &Path) -> Option<Data> {
         min_impact_speed: speed("min_impact_speed"),
         max_impact_speed: speed("max_impact_speed"),
     };
+    let mut film_ratios = table
+        .quantities("film_ratios", Dimension::One, FILM_RATIO)
+        .unwrap_or_default();
+    film_ratios.sort_by(f64::total_cmp);
+    film_ratios.dedup();
     let data = Data {
         runs: beside(path, runs.as_deref().unwrap_or_default()),
         smallest_restitution: table.number("smallest_restitution", SHARE).unwrap_or(0.0),
+        film_ratios,
         film_ratio_gap: table
             .number("film_ratio_gap", ABOVE_ZERO)
             .unwrap_or(DEFAULT_FILM_RATIO_GAP),

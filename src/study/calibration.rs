@@ -333,6 +333,7 @@ pub fn markdown(table: &CoverageTable) -> String {
     page.list(&designs.collect::<Vec<_>>());
     let rows = table.rows.chunks_exact(METHODS.len());
     let mut covered = ReportTable::of(rows)
+        .whole()
         .column("design", |methods| methods[0].design)
         .column("law", |methods| methods[0].law.name())
         .column("quantity", |methods| methods[0].quantity);

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::findings::range::range;
 use crate::physics::loss::Loss;
-use crate::runs::{Runs, Series};
+use crate::runs::{FilmGroup, Runs, Series};
 use crate::scene::Scene;
 
 /// Whether a quantity can be had from these runs.
@@ -44,10 +44,11 @@ pub fn identify_each_quantity(scene: &Scene, runs: &Runs) -> Vec<Identified> {
         if groups.is_empty() {
             continue;
         }
-        let usable = groups
-            .iter()
-            .filter(|g| varies(scene, runs, &runs.series[g.series.clone()]))
-            .count();
+        let usable_groups = || {
+            let varying = |g: &&FilmGroup| varies(scene, runs, &runs.series[g.series.clone()]);
+            groups.iter().filter(varying)
+        };
+        let usable = usable_groups().count();
         any_st_c |= usable > 0;
         all.push(Identified {
             quantity: format!("e_inf[{name}], st_c[{name}]"),
@@ -58,6 +59,8 @@ pub fn identify_each_quantity(scene: &Scene, runs: &Runs) -> Vec<Identified> {
             ),
         });
         let has_dry = dry >= 2;
+        // runs without a film ratio of their own have several
+        let usable = usable + usable_groups().filter(|group| !group.has_one_film_ratio()).count();
         all.push(Identified {
             quantity: format!("inertial_prefactor[{name}]"),
             identified: usable > 0 && (has_dry || usable > 1),

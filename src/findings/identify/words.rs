@@ -140,7 +140,14 @@ fn rebounds(runs: &Runs, group: &FilmGroup) -> bool {
 
 /// Film ratios that differ by more than the gap at which groups are split, ascending.
 fn film_ratios(scene: &Scene, groups: &[&FilmGroup]) -> Vec<f64> {
-    let mut ratios: Vec<f64> = groups.iter().map(|group| group.film_ratio).collect();
+    let of_group = |group: &&FilmGroup| {
+        if group.has_one_film_ratio() {
+            [group.film_ratio; 2]
+        } else {
+            group.ends
+        }
+    };
+    let mut ratios: Vec<f64> = groups.iter().flat_map(of_group).collect();
     ratios.sort_by(f64::total_cmp);
     // as long as neighbours are near, they are one
     let mut last = f64::NEG_INFINITY;

@@ -34,7 +34,7 @@ pub use figure::{Figure, ENERGY, FILM, PAIRS, PRIORS, RANKS, RESIDUALS};
 use film::{energy, film, residuals};
 use joint::joint;
 pub use names::Names;
-use of_particle::{dry_k, main_film_ratio, scaling_of, series_at, series_name};
+use of_particle::{dry_k, film_ratio_words, main_film_ratio, scaling_of, series_at, title_at, ShownSeries};
 use points::{chart, curve, largest, means_of, pairs, points, steps};
 use posterior::{speeds, Bands, SeriesBands};
 
@@ -44,6 +44,9 @@ const INVERSE_STOKES: &str = "St^{−1}";
 /// A marker's height on an axis of restitutions: series have their speeds in common, and their stuck runs' marks would
 /// hide each other.
 const STACKED: f64 = 0.03;
+
+/// More film ratios than this are shown by their neighbours together.
+const MOST_FILM_RATIOS: usize = 12;
 
 /// Every figure the scene has something to show in.
 pub fn all(input: ReportInput) -> Vec<Figure> {
@@ -88,10 +91,11 @@ fn speeds_and_restitutions(input: ReportInput, rebounds: &Range<usize>) -> Vec<(
 fn against_speed(input: ReportInput, sphere: usize, bands: Option<&Bands>) -> Chart {
     let chosen = main_film_ratio(input, sphere);
     let series = series_at(input, sphere, chosen);
-    let mut groups: Vec<Vec<(f64, f64)>> = series
-        .iter()
-        .map(|(s, _)| speeds_and_restitutions(input, &s.rebounds))
-        .collect();
+    let of_shown = |shown: &ShownSeries| {
+        let each = shown.series().map(|s| speeds_and_restitutions(input, &s.rebounds));
+        each.flatten().collect::<Vec<(f64, f64)>>()
+    };
+    let mut groups: Vec<Vec<(f64, f64)>> = series.iter().map(of_shown).collect();
     let dry = input.runs.dry_of(sphere).iter();
     groups.push(
         dry.flat_map(|group| speeds_and_restitutions(input, &group.rebounds))
@@ -105,33 +109,34 @@ fn against_speed(input: ReportInput, sphere: usize, bands: Option<&Bands>) -> Ch
         .reduce(f64::max)
         .unwrap_or(1.0);
     let mut layers = dry_layers(input, sphere, joined.pop().unwrap_or_default(), fastest);
-    for (group, ((s, fit), points_of)) in series.iter().zip(joined).enumerate() {
+    for (group, (shown, points_of)) in series.iter().zip(joined).enumerate() {
         let style = Style::group(group + 1);
-        let label = series_name(input, s);
-        if let Some((bands, ends)) = bands.zip(speeds(input, s)) {
-            let drawn = SeriesBands {
-                series: s,
-                speeds: ends,
-                name: label.clone(),
-                style,
-            };
-            layers.extend(bands.layers(input, drawn, |v| v));
-        }
-        if let Some(law) = series_curve(input, fit, dry_k(input, sphere), fastest) {
-            layers.push(curve(label.clone(), law, style, Dash::Solid));
+        let label = shown.name.clone();
+        if let Some((s, fit)) = shown.single() {
+            if let Some((bands, ends)) = bands.zip(speeds(input, s)) {
+                let drawn = SeriesBands {
+                    series: s,
+                    speeds: ends,
+                    name: label.clone(),
+                    style,
+                };
+                layers.extend(bands.layers(input, drawn, |v| v));
+            }
+            if let Some(law) = series_curve(input, fit, dry_k(input, sphere), fastest) {
+                layers.push(curve(label.clone(), law, style, Dash::Solid));
+            }
         }
         if !points_of.is_empty() {
             layers.push(points(label, points_of, style));
         }
     }
-    layers.extend(stuck_layers(input, &series, stuck, STACKED));
+    layers.extend(stuck_layers(&series, stuck, STACKED));
     let mut drawn = chart(
         Axis::new("impact speed v / (m s^{−1})").between(0.0, 1.05 * fastest),
         Axis::new(RESTITUTION).between(0.0, 1.0),
         layers,
     );
-    let name = input.runs.spheres[sphere].words(input.scene);
-    drawn.title = chosen.map(|ratio| format!("{name}, δ/D = {}", numbers::short(ratio)));
+    drawn.title = title_at(input, sphere, chosen);
     widen_to_data(&mut drawn);
     drawn
 }
@@ -201,36 +206,32 @@ fn inverse_stokes(input: ReportInput, series: &Series) -> Vec<(f64, f64)> {
 }
 
 /// Marks at e = 0 for the stuck runs of each series; `x` places a speed on the horizontal axis.
-fn stuck_marks(
-    input: ReportInput,
-    series: &[(&Series, &SeriesFit)],
-    x: impl Fn(&Series, f64) -> f64,
-) -> Vec<Vec<ChartPoint>> {
-    let of = |s: &Series| {
+fn stuck_marks(input: ReportInput, series: &[ShownSeries], x: impl Fn(&Series, f64) -> f64) -> Vec<Vec<ChartPoint>> {
+    let of = |s: &Series| -> Vec<(f64, f64)> {
         let speeds = &input.runs.impact_speed[s.stuck.clone()];
         speeds.iter().map(|v| (x(s, *v), 0.0)).collect()
     };
-    means_of(series.iter().map(|(s, _)| of(s)).collect())
+    means_of(
+        series
+            .iter()
+            .map(|shown| shown.series().flat_map(of).collect())
+            .collect(),
+    )
 }
 
 /// Hollow marks of stuck runs, those of each series so much above those of the one before.
-fn stuck_layers(
-    input: ReportInput,
-    series: &[(&Series, &SeriesFit)],
-    stuck: Vec<Vec<ChartPoint>>,
-    apart: f64,
-) -> Vec<Layer> {
+fn stuck_layers(series: &[ShownSeries], stuck: Vec<Vec<ChartPoint>>, apart: f64) -> Vec<Layer> {
     let some = series
         .iter()
         .zip(stuck)
         .enumerate()
         .filter(|(_, (_, marks))| !marks.is_empty());
     some.enumerate()
-        .map(|(level, (group, ((s, _), mut marks)))| {
+        .map(|(level, (group, (shown, mut marks)))| {
             marks.iter_mut().for_each(|mark| mark.y += apart * level as f64);
             // a series that has no other marks is known by these
-            let name = if s.rebounds.is_empty() {
-                series_name(input, s)
+            let name = if shown.series().all(|s| s.rebounds.is_empty()) {
+                shown.name.clone()
             } else {
                 "stuck (hollow)".to_owned()
             };
@@ -267,16 +268,18 @@ fn laws(input: ReportInput, sphere: usize, ratio: Option<f64>, end: f64) -> Vec<
 fn against_stokes(input: ReportInput, sphere: usize, bands: Option<&Bands>) -> Chart {
     let chosen = main_film_ratio(input, sphere);
     let series = series_at(input, sphere, chosen);
-    let groups = series.iter().map(|(s, _)| inverse_stokes(input, s)).collect();
-    let joined = means_of(groups);
+    let of_shown = |shown: &ShownSeries| shown.series().flat_map(|s| inverse_stokes(input, s)).collect();
+    let joined = means_of(series.iter().map(of_shown).collect());
     let inverse = |s: &Series, v: f64| inverse_stokes_at(input, s, s.diameter, v);
     let stuck = stuck_marks(input, &series, inverse);
     let ends = largest(&joined).into_iter().chain(largest(&stuck));
     let end = 1.1 * ends.reduce(f64::max).unwrap_or(0.1);
     let mut layers = laws(input, sphere, chosen, end);
-    let all: Vec<&Series> = series.iter().map(|(s, _)| *s).collect();
-    for (group, ((s, _), points_of)) in series.iter().zip(joined).enumerate() {
-        let (label, style) = (series_name(input, s), Style::group(group + 1));
+    // of those that are shown by themselves
+    let all: Vec<&Series> = series.iter().filter_map(|shown| Some(shown.single()?.0)).collect();
+    let bands = bands.filter(|_| all.len() == series.len());
+    for (group, (shown, points_of)) in series.iter().zip(joined).enumerate() {
+        let (label, style) = (shown.name.clone(), Style::group(group + 1));
         layers.extend(
             bands
                 .into_iter()
@@ -286,14 +289,13 @@ fn against_stokes(input: ReportInput, sphere: usize, bands: Option<&Bands>) -> C
             layers.push(points(label, points_of, style));
         }
     }
-    layers.extend(stuck_layers(input, &series, stuck, 0.0));
-    let name = input.runs.spheres[sphere].words(input.scene);
+    layers.extend(stuck_layers(&series, stuck, 0.0));
     let mut drawn = chart(
         Axis::new(INVERSE_STOKES).between(0.0, end),
         Axis::new(RESTITUTION).between(0.0, 1.0),
         layers,
     );
-    drawn.title = chosen.map(|ratio| format!("{name}, δ/D = {}", numbers::short(ratio)));
+    drawn.title = title_at(input, sphere, chosen);
     widen_to_data(&mut drawn);
     drawn
 }
@@ -313,9 +315,15 @@ fn every_film_ratio(input: ReportInput, sphere: usize) -> Chart {
     for ((index, _), points_of) in series.iter().zip(joined) {
         by_ratio[*index].extend(points_of);
     }
-    for (index, (group, points_of)) in groups.iter().zip(by_ratio).enumerate() {
+    // where there are too many, neighbours are one layer
+    let together = groups.len().div_ceil(MOST_FILM_RATIOS).max(1);
+    for (index, (own, points_of)) in groups.chunks(together).zip(by_ratio.chunks(together)).enumerate() {
+        let points_of = points_of.concat();
         if !points_of.is_empty() {
-            let label = format!("δ/D = {}", numbers::short(group.film_ratio));
+            let label = match own {
+                [first, .., last] => format!("δ/D = {}", numbers::range([first.film_ratio, last.film_ratio])),
+                _ => own.first().map_or_else(String::new, |group| film_ratio_words(group)),
+            };
             layers.push(points(label, points_of, Style::group(index + 1)));
         }
     }

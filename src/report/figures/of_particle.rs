@@ -4,7 +4,7 @@ use super::super::{numbers, ReportInput};
 use crate::findings::film_ratio::reference_film_ratio;
 use crate::findings::scaling::Scaling;
 use crate::findings::series::SeriesFit;
-use crate::runs::Series;
+use crate::runs::{FilmGroup, Series};
 use crate::scene::WetLaw;
 use crate::units::{micrometres, millimetres};
 
@@ -12,11 +12,78 @@ pub(super) fn main_film_ratio(input: ReportInput, sphere: usize) -> Option<f64> 
     reference_film_ratio(input.scene, input.runs, sphere)
 }
 
+/// More series than this are shown by liquid: a figure of hundreds is all legend.
+const MOST_SERIES: usize = 12;
+
+/// Series that a figure shows as one: each its own, or all of a liquid where there are too many.
+pub(super) struct ShownSeries<'a> {
+    /// text of the legend
+    pub name: String,
+    pub members: Vec<(&'a Series, &'a SeriesFit)>,
+}
+
+impl<'a> ShownSeries<'a> {
+    /// The series, where it is shown by itself.
+    pub fn single(&self) -> Option<(&'a Series, &'a SeriesFit)> {
+        match self.members.as_slice() {
+            [one] => Some(*one),
+            _ => None,
+        }
+    }
+
+    pub fn series(&self) -> impl Iterator<Item = &'a Series> + '_ {
+        self.members.iter().map(|(series, _)| *series)
+    }
+}
+
 /// The series of a sphere at a film ratio, with the fit of each.
-pub(super) fn series_at(input: ReportInput<'_>, sphere: usize, ratio: Option<f64>) -> Vec<(&Series, &SeriesFit)> {
+pub(super) fn series_at(input: ReportInput<'_>, sphere: usize, ratio: Option<f64>) -> Vec<ShownSeries<'_>> {
     let both = input.runs.series.iter().zip(&input.findings.series);
-    both.filter(|(s, _)| s.sphere == sphere && ratio.is_none_or(|r| s.film_ratio == r))
+    let mut all: Vec<(&Series, &SeriesFit)> = both
+        .filter(|(s, _)| s.sphere == sphere && ratio.is_none_or(|r| s.film_ratio == r))
+        .collect();
+    if all.len() <= MOST_SERIES {
+        let own = |one: (&'_ Series, _)| series_name(input, one.0);
+        return all
+            .into_iter()
+            .map(|one| ShownSeries {
+                name: own(one),
+                members: vec![one],
+            })
+            .collect();
+    }
+    all.sort_by_key(|(series, _)| series.liquid);
+    let of_liquid = all.chunk_by(|a, b| a.0.liquid == b.0.liquid);
+    of_liquid
+        .map(|members| ShownSeries {
+            name: format!(
+                "{}, {} series",
+                input.scene.liquids[members[0].0.liquid].name,
+                members.len()
+            ),
+            members: members.to_vec(),
+        })
         .collect()
+}
+
+/// δ/D of a group of series in words: a range where they have no one film ratio.
+pub(super) fn film_ratio_words(group: &FilmGroup) -> String {
+    if group.has_one_film_ratio() {
+        format!("δ/D = {}", numbers::short(group.film_ratio))
+    } else {
+        format!("δ/D = {}", numbers::range(group.ends))
+    }
+}
+
+/// The title of a figure at a film ratio.
+pub(super) fn title_at(input: ReportInput, sphere: usize, ratio: Option<f64>) -> Option<String> {
+    let mut groups = input.runs.film_groups_of(sphere).iter();
+    let group = groups.find(|group| Some(group.film_ratio) == ratio)?;
+    Some(format!(
+        "{}, {}",
+        input.runs.spheres[sphere].words(input.scene),
+        film_ratio_words(group)
+    ))
 }
 
 pub(super) fn series_name(input: ReportInput, series: &Series) -> String {

@@ -288,6 +288,19 @@ fn symbol(name: &str) -> &str {
     own.map_or(name, |own| own.symbol)
 }
 
+/// The first of some lines for a terminal, and how many more there are.
+fn first_of(lines: Vec<String>) -> String {
+    const SHOWN: usize = 20;
+    let mut text = lines.iter().take(SHOWN).map(String::as_str).collect::<String>();
+    if lines.len() > SHOWN {
+        text.push_str(&format!(
+            "and {} more lines of this kind in findings.json\n",
+            lines.len() - SHOWN
+        ));
+    }
+    text
+}
+
 /// The main numbers as lines for a terminal.
 pub fn summary(input: ReportInput) -> String {
     let main = &input.findings.main;
@@ -316,18 +329,19 @@ pub fn summary(input: ReportInput) -> String {
         };
         laws.clone().any(|law| here(law))
     };
-    for place in main
+    let shown = main
         .at
         .iter()
-        .filter(|place| place.source == Source::SquareRootLaw || !has_law(place))
-    {
-        text.push_str(&format!(
+        .filter(|place| place.source == Source::SquareRootLaw || !has_law(place));
+    let line = |place: &MainPlace| {
+        format!(
             "{}: {e_inf} = {}, {st_c} = {} ({})\n",
             name(place),
             quantities::main(Quantity::EInf, &place.e_inf),
             quantities::main(Quantity::StC, &place.st_c),
             place.source.name()
-        ));
-    }
+        )
+    };
+    text.push_str(&first_of(shown.map(line).collect()));
     text
 }

@@ -51,6 +51,9 @@ impl Page {
             }
         }
         self.text.push('\n');
+        if let Some(left_out) = table.left_out() {
+            self.paragraph(&left_out);
+        }
     }
 
     /// Places a figure that was drawn; nothing where figures were not asked for. `short` stands in where it cannot be

@@ -6,6 +6,7 @@ use super::cells::list;
 use super::page::Page;
 use super::table::ReportTable;
 use crate::error::plain;
+use crate::findings::film_groups::FilmGroupWidth;
 use crate::findings::identify::{Directions, IdentifiableCombination, Unidentified};
 use crate::findings::overview::{Material, Overview};
 use crate::units::{micrometres, millimetres};
@@ -30,6 +31,21 @@ fn materials(materials: &[Material]) -> ReportTable<&Material> {
         .column("e", |row| range(row.restitution))
 }
 
+/// The table of film groups, for both as well.
+fn film_groups(groups: &[FilmGroupWidth]) -> ReportTable<&FilmGroupWidth> {
+    ReportTable::of(groups)
+        .column("particle", |row| &row.particle)
+        .column("film ratio", |row| numbers::short(row.film_ratio))
+        .column("runs", |row| row.runs)
+        .column("5 % to 95 %", |row| numbers::range(row.ends))
+        .column("width", |row| numbers::significant(row.width, 2))
+        .column("laws at one film ratio", |row| {
+            row.why_no_laws
+                .as_ref()
+                .map_or("yes".to_owned(), |why| format!("no: {why}"))
+        })
+}
+
 pub(super) fn data(page: &mut Page, input: ReportInput) {
     let counts = &input.findings.counts;
     page.heading("Data");
@@ -40,6 +56,13 @@ pub(super) fn data(page: &mut Page, input: ReportInput) {
         counts.runs, counts.stuck, counts.used
     ));
     page.table(&materials(&input.overview.materials));
+    if !input.findings.film_groups.is_empty() {
+        page.paragraph(
+            "Runs of a particle that belong to one film ratio; the width is the distance of the 5 % and 95 % quantiles of \
+             their own δ/D over its mean. The energy balance and the posterior take each run's own film.",
+        );
+        page.table(&film_groups(&input.findings.film_groups));
+    }
     if let Some(directions) = &input.findings.identifies {
         page.paragraph(&seen(directions));
         for unseen in &directions.unseen {
@@ -83,6 +106,12 @@ pub fn overview_text(overview: &Overview) -> String {
     }
     text.push_str("\n\n");
     text.push_str(&materials(&overview.materials).plain());
+    if !overview.film_groups.is_empty() {
+        text.push_str(
+            "\nFilm ratios, with the 5 % and 95 % quantiles of the runs' own and their distance over the mean\n",
+        );
+        text.push_str(&film_groups(&overview.film_groups).plain());
+    }
     text.push_str("\nWhat these runs can identify\n");
     for one in &overview.identifies {
         let answer = if one.identified { "yes" } else { "no " };

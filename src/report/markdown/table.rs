@@ -5,10 +5,14 @@ use super::super::quantities::{self, label};
 use crate::findings::estimate::Estimate;
 use crate::physics::Quantity;
 
+/// Longer tables of a report are cut to so many rows: nobody reads more, and a file has them all.
+pub(super) const MOST_ROWS: usize = 60;
+
 /// A table in the making: its rows, and the columns made of them so far.
 pub(crate) struct ReportTable<R> {
     rows: Vec<R>,
     columns: Vec<Column>,
+    most_rows: usize,
 }
 
 struct Column {
@@ -27,6 +31,15 @@ impl<R: Copy> ReportTable<R> {
         ReportTable {
             rows: rows.into_iter().collect(),
             columns: vec![],
+            most_rows: MOST_ROWS,
+        }
+    }
+
+    /// The same with every row, where no file has what would be left out.
+    pub(crate) fn whole(self) -> ReportTable<R> {
+        ReportTable {
+            most_rows: usize::MAX,
+            ..self
         }
     }
 
@@ -66,25 +79,40 @@ impl<R: Copy> ReportTable<R> {
             .column(interval, |row| quantities::interval(quantity, of(row)))
     }
 
-    /// Its lines, the headers first.
+    /// What to say of the rows that do not stand in it; `None` where all do.
+    pub(super) fn left_out(&self) -> Option<String> {
+        let rows = self.rows.len();
+        let most = self.most_rows;
+        (rows > most).then(|| format!("The first {most} of {rows} rows; findings.json has all."))
+    }
+
+    /// Its lines, the headers first and no more rows than are read.
     pub(super) fn lines(&self) -> impl Iterator<Item = Vec<&str>> {
         let headers = self.columns.iter().map(|column| column.header.as_str());
         let row = |row: usize| self.columns.iter().map(|column| column.cells[row].as_str()).collect();
-        std::iter::once(headers.collect()).chain((0..self.rows.len()).map(row))
+        std::iter::once(headers.collect()).chain((0..self.rows.len().min(self.most_rows)).map(row))
     }
 
     /// The table for a terminal: columns as wide as what stands in them.
     pub(super) fn plain(&self) -> String {
         let length = |text: &str| text.chars().count();
         let width = |column: &Column| {
-            let cells = column.cells.iter().chain([&column.header]);
-            cells.map(|cell| length(cell)).max().unwrap_or(0)
+            let cells = column.cells.iter().take(self.most_rows);
+            cells
+                .chain([&column.header])
+                .map(|cell| length(cell))
+                .max()
+                .unwrap_or(0)
         };
         let widths: Vec<usize> = self.columns.iter().map(width).collect();
         let mut text = String::new();
         for line in self.lines() {
             let padded = line.iter().zip(&widths).map(|(cell, width)| format!("{cell:width$}"));
             text.push_str(padded.collect::<Vec<_>>().join("  ").trim_end());
+            text.push('\n');
+        }
+        if let Some(left_out) = self.left_out() {
+            text.push_str(&left_out);
             text.push('\n');
         }
         text

@@ -79,6 +79,7 @@ fn page(scene: &Scene, trade: &Trade) -> String {
 fn methods(page: &mut Page, trade: &Trade) {
     page.heading("The ways");
     let table = ReportTable::of(&trade.rungs)
+        .whole()
         .column("way", |rung| format!("`{}`", rung.name))
         .column("what it is", |rung| what(&rung.name))
         .column("nodes", |rung| rung.nodes)
@@ -138,7 +139,9 @@ fn parameters(page: &mut Page, trade: &Trade) {
             signed(100.0 * miss.sd)
         )
     };
-    let mut table = ReportTable::of(&trade.rungs).column("way", |rung| format!("`{}`", rung.name));
+    let mut table = ReportTable::of(&trade.rungs)
+        .whole()
+        .column("way", |rung| format!("`{}`", rung.name));
     for (place, parameter) in trade.reference.parameters.iter().enumerate() {
         table = table.column(&parameter.name, |rung| rung.errors[place].as_ref().map(cell));
     }
@@ -165,6 +168,7 @@ fn linear(page: &mut Page, trade: &Trade) {
         None => signed(bias),
     };
     let table = ReportTable::of(&trade.linear_bias)
+        .whole()
         .column("particle", |bias| &bias.particle)
         .column("film ratio", |bias| {
             bias.film_ratio.map_or("all".to_owned(), |ratio| format!("{ratio:.3}"))

@@ -1,0 +1,89 @@
+//! Lists the film groups with their width, and says why some have no film ratio of their own.
+
+use serde::Serialize;
+
+use super::checks::{self, Check};
+use super::notices::shortened;
+use crate::runs::{FilmGroup, Runs, NEAR_NOMINAL, WIDEST};
+use crate::scene::Scene;
+
+/// The runs of one particle that belong to one film ratio.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FilmGroupWidth {
+    /// name of the particle
+    pub particle: String,
+    /// nominal δ/D, or the mean of the runs' own
+    pub film_ratio: f64,
+    /// runs, stuck ones with them
+    pub runs: usize,
+    /// 5 % and 95 % quantiles of the runs' own δ/D
+    pub ends: [f64; 2],
+    /// their distance over the mean
+    pub width: f64,
+    /// why no law is fitted at its film ratio; `None` where laws are
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub why_no_laws: Option<String>,
+}
+
+/// Every film group, in the order of the runs.
+pub fn list_film_groups(scene: &Scene, runs: &Runs) -> Vec<FilmGroupWidth> {
+    let width = |group: &FilmGroup| FilmGroupWidth {
+        particle: scene.particles[group.particle].name.clone(),
+        film_ratio: group.film_ratio,
+        runs: runs.series[group.series.clone()]
+            .iter()
+            .map(|one| one.runs().len())
+            .sum(),
+        ends: group.ends,
+        width: group.width,
+        why_no_laws: why_no_laws(group),
+    };
+    runs.film_groups.iter().map(width).collect()
+}
+
+/// Why no law is fitted at the film ratio of a group; `None` where one is.
+pub(super) fn why_no_laws(group: &FilmGroup) -> Option<String> {
+    if group.outside {
+        let most = 100.0 * NEAR_NOMINAL;
+        Some(format!("its runs lie more than {most} % from every one of film_ratios"))
+    } else if !group.has_one_film_ratio() {
+        Some(format!(
+            "the film ratios of its runs spread over {:.2} of their mean, more than {WIDEST}",
+            group.width
+        ))
+    } else {
+        None
+    }
+}
+
+/// That of the group a series belongs to.
+pub(super) fn why_no_law_of_series(runs: &Runs, series: usize) -> Option<String> {
+    why_no_laws(runs.film_group_of(series)?)
+}
+
+/// The check of groups without a film ratio of their own. It gates only where there is no other group, unless a fit stands
+/// that uses each run's own film.
+pub(super) fn check(groups: &[FilmGroupWidth], own_films_stand: bool) -> Option<Check> {
+    let without: Vec<&FilmGroupWidth> = groups.iter().filter(|one| one.why_no_laws.is_some()).collect();
+    let name = |one: &&FilmGroupWidth| {
+        let [from, to] = one.ends;
+        format!(
+            "{}: {} runs at film ratios {from:.3} to {to:.3}",
+            one.particle, one.runs
+        )
+    };
+    let names: Vec<String> = without.iter().map(name).collect();
+    let text = match without.len() {
+        0 => "every film group has one film ratio".to_owned(),
+        n => format!(
+            "{n} of {} film groups, with {} runs, have no film ratio of their own, and no laws at one ({})",
+            groups.len(),
+            without.iter().map(|one| one.runs).sum::<usize>(),
+            shortened(&names)
+        ),
+    };
+    (!groups.is_empty()).then(|| Check {
+        gates: without.len() == groups.len() && !own_films_stand,
+        ..checks::FILM_GROUPS.check(without.len() as f64, text)
+    })
+}

@@ -1,0 +1,374 @@
+//! Questions constants, runs and results that no such experiment has: a wrong unit shows there first.
+
+use std::collections::{HashMap, HashSet};
+
+use super::checks::{self, Check};
+use super::document::Findings;
+use super::notices::shortened;
+use super::posterior::QuantitySummary;
+use super::range::range;
+use crate::model::parameters::ParameterKind;
+use crate::runs::{Runs, Series};
+use crate::scene::{Liquid, Particle, Scene};
+use crate::units::Dimension;
+
+/// What a quantity lies between in every experiment with spheres on wetted plates, with room to spare.
+struct Bounds {
+    word: &'static str,
+    dimension: Dimension,
+    /// lowest and highest, in the usual unit of the dimension
+    within: [f64; 2],
+}
+
+const fn bounds(word: &'static str, dimension: Dimension, within: [f64; 2]) -> Bounds {
+    Bounds {
+        word,
+        dimension,
+        within,
+    }
+}
+
+// foams to heavy metals, liquid metals with them
+const DENSITY: Bounds = bounds("density", Dimension::Density, [300.0, 25_000.0]);
+// liquid gases have 0.1 mPa s, the stiffest silicone oils 10⁶
+const VISCOSITY: Bounds = bounds("viscosity", Dimension::Viscosity, [0.01, 1e7]);
+// thinner films are not measured as such: they are as thin as surfaces are rough
+const FILM: Bounds = bounds("film", Dimension::Thickness, [2.0, 20_000.0]);
+const DIAMETER: Bounds = bounds("diameter", Dimension::Length, [0.02, 500.0]);
+// mica to sandpaper
+const ROUGHNESS: Bounds = bounds("roughness", Dimension::Thickness, [1e-4, 200.0]);
+
+/// k of spheres that rebound, (m/s)^(-1/5).
+const DRY_K: [f64; 2] = [0.005, 0.7];
+
+/// L below this has its film cut off at 1.35 times the roughness.
+const LEAST_LUBRICATION_LOG: f64 = 0.3;
+
+/// Stokes numbers within which a liquid takes energy and leaves some.
+const STOKES: [f64; 2] = [1.0, 1e4];
+
+/// A film so many times its neighbours', or so small a part of them, was written in another unit.
+const APART: f64 = 50.0;
+
+/// An uncertain number is questioned where it stays outside over so many of its standard errors.
+const SURE: f64 = 2.0;
+
+/// A number in few digits.
+fn short(x: f64) -> String {
+    let rounded: f64 = format!("{x:.2e}").parse().unwrap_or(x);
+    rounded.to_string()
+}
+
+fn between([from, to]: [f64; 2]) -> String {
+    let (from, to) = (short(from), short(to));
+    if from == to {
+        from
+    } else {
+        format!("{from} to {to}")
+    }
+}
+
+impl Bounds {
+    /// What to say of the values in SI that lie outside, `of` something; `None` where none does.
+    fn question(&self, of: &str, values: impl Iterator<Item = f64>) -> Option<String> {
+        let usual = &self.dimension.units()[0];
+        let outside = values
+            .map(|value| usual.from_si(value))
+            .filter(|value| !self.hold(*value));
+        let found = range(outside)?;
+        let (unit, [from, to]) = (usual.symbol, self.within.map(short));
+        Some(format!(
+            "{} of {of} is {} {unit}, outside {from} to {to} {unit}{}",
+            self.word,
+            between(found),
+            self.likely_slip(found).unwrap_or_default()
+        ))
+    }
+
+    fn hold(&self, value: f64) -> bool {
+        (self.within[0]..=self.within[1]).contains(&value)
+    }
+
+    /// The unit in which the same numbers would be right.
+    fn likely_slip(&self, found: [f64; 2]) -> Option<String> {
+        let units = self.dimension.units();
+        let holds = |factor: f64| found.iter().all(|value| self.hold(factor * value));
+        // one of a unit in the usual one
+        let size = |unit: &crate::units::Unit| units[0].from_si(unit.to_si(1.0));
+        if let Some(meant) = units.iter().skip(1).find(|unit| holds(size(unit))) {
+            return Some(format!(": {} looks like {}", between(found), meant.symbol));
+        }
+        let shifted = units.iter().skip(1).find(|unit| holds(1.0 / size(unit)))?;
+        let factor = short(1.0 / size(shifted));
+        Some(format!(": {factor} times that would do, as where a unit was mistaken"))
+    }
+}
+
+/// The check of what went in: the constants of the materials in use, diameters and films.
+pub(super) fn check_input(scene: &Scene, runs: &Runs) -> Option<Check> {
+    let mut questions = vec![];
+    let used: HashSet<usize> = runs.series.iter().map(|series| series.liquid).collect();
+    for (index, particle) in scene.particles.iter().enumerate() {
+        let spheres = runs.spheres_of(index);
+        let (dry, wet) = (runs.dry_in(spheres.clone()), runs.series_in(spheres));
+        if dry.is_empty() && wet.is_empty() {
+            continue;
+        }
+        let Particle {
+            name,
+            density,
+            roughness,
+            ..
+        } = particle;
+        questions.extend(DENSITY.question(name, [*density].into_iter()));
+        questions.extend(ROUGHNESS.question(name, [*roughness].into_iter()));
+        let diameters = dry.iter().map(|group| group.diameter);
+        questions.extend(DIAMETER.question(name, diameters.chain(wet.iter().map(|series| series.diameter))));
+        let mut liquids: Vec<usize> = wet.iter().map(|series| series.liquid).collect();
+        liquids.sort_unstable();
+        liquids.dedup();
+        let apart = liquids
+            .iter()
+            .filter_map(|liquid| films_apart(scene, runs, index, *liquid));
+        let apart: Vec<String> = apart.collect();
+        if apart.is_empty() {
+            let films = wet.iter().flat_map(Series::runs).map(|run| runs.film[run]);
+            questions.extend(FILM.question(name, films));
+        }
+        questions.extend(apart);
+    }
+    for (index, liquid) in scene.liquids.iter().enumerate() {
+        let Liquid {
+            name,
+            density,
+            viscosity,
+            ..
+        } = liquid;
+        if used.contains(&index) {
+            questions.extend(DENSITY.question(name, [*density].into_iter()));
+            questions.extend(VISCOSITY.question(name, [*viscosity].into_iter()));
+        }
+    }
+    let criterion = checks::PLAUSIBLE_INPUT;
+    (!runs.is_empty()).then(|| match questions.as_slice() {
+        [] => criterion.check(0.0, "constants, diameters and films are such as experiments have"),
+        some => criterion.check(some.len() as f64, shortened(some)),
+    })
+}
+
+/// What to say of films of a particle and a liquid that are in another unit than their neighbours.
+fn films_apart(scene: &Scene, runs: &Runs, particle: usize, liquid: usize) -> Option<String> {
+    let own = || {
+        let series = runs
+            .series_in(runs.spheres_of(particle))
+            .iter()
+            .filter(|series| series.liquid == liquid);
+        series.flat_map(Series::runs)
+    };
+    let mut films: Vec<f64> = own().map(|run| runs.film[run]).collect();
+    if films.is_empty() {
+        return None;
+    }
+    let middle = films.len() / 2;
+    let (_, median, _) = films.select_nth_unstable_by(middle, f64::total_cmp);
+    let median = *median;
+    let is_apart = |run: &usize| !(1.0 / APART..APART).contains(&(runs.film[*run] / median));
+    let apart = || own().filter(is_apart);
+    let films = range(apart().map(|run| runs.film[run]))?;
+    let first = apart().map(|run| runs.row[run]).min()?;
+    let ratio = films[0] / median;
+    let times = 10f64.powf(ratio.log10().abs().round());
+    let (side, slip) = match (ratio < 1.0, times) {
+        (true, 1000.0) => ("thinner", "mm for µm?"),
+        (false, 1000.0) => ("thicker", "µm for mm?"),
+        (true, _) => ("thinner", "another unit?"),
+        (false, _) => ("thicker", "another unit?"),
+    };
+    let usual = &FILM.dimension.units()[0];
+    Some(format!(
+        "film of {} runs of {} in {}, the first in row {first}, is {} {unit}, some {times} times {side} than their \
+         neighbours' {} {unit}: {slip}",
+        apart().count(),
+        scene.particles[particle].name,
+        scene.liquids[liquid].name,
+        between(films.map(|film| usual.from_si(film))),
+        short(usual.from_si(median)),
+        unit = usual.symbol,
+    ))
+}
+
+/// A number with its uncertainty.
+#[derive(Clone, Copy)]
+struct Uncertain<'a> {
+    symbol: &'a str,
+    /// where it comes from
+    source: &'a str,
+    value: f64,
+    sd: f64,
+}
+
+impl Uncertain<'_> {
+    /// Its ends.
+    fn ends(&self) -> [f64; 2] {
+        [self.value - SURE * self.sd, self.value + SURE * self.sd]
+    }
+
+    /// What to say of it where it surely lies outside.
+    fn question(&self, within: [f64; 2]) -> Option<String> {
+        let [least, most] = self.ends();
+        let side = if most < within[0] {
+            format!("below {}", short(within[0]))
+        } else if least > within[1] {
+            format!("above {}", short(within[1]))
+        } else {
+            return None;
+        };
+        Some(format!(
+            "{} = {} by {} is {side}",
+            self.symbol,
+            short(self.value),
+            self.source
+        ))
+    }
+}
+
+/// The check of what came out, by least squares and where it was sampled by the posterior: L, δc, k, and the Stokes numbers.
+pub(super) fn check_results(scene: &Scene, runs: &Runs, findings: &Findings) -> Option<Check> {
+    let mut questions = vec![];
+    let sampled = findings.posterior.iter().flat_map(|found| &found.parameters);
+    let sampled: HashMap<&str, &QuantitySummary> = sampled.map(|one| (one.name.as_str(), one)).collect();
+    let balance = findings.energy_balance.as_ref();
+    // both stand in the order of the spheres
+    let mut dry = findings.dry.iter().peekable();
+    for (index, sphere) in runs.spheres.iter().enumerate() {
+        let fitted = dry.next_if(|dry| dry.sphere == index);
+        let fitted = fitted.and_then(|dry| Some((dry.dry_k.value?, dry.dry_k.se)));
+        let symbol = format!("k of {}", sphere.words(scene));
+        let name = ParameterKind::DryK(index).name(scene, runs);
+        let both = of_both(&symbol, fitted, sampled.get(name.as_str()));
+        questions.extend(both.iter().find_map(|k| k.question(DRY_K)));
+    }
+    let kind = ParameterKind::LUBRICATION_LOG;
+    let fitted = balance.and_then(|balance| balance.estimate(kind));
+    let fitted = fitted.and_then(|estimate| Some((estimate.value?, estimate.se)));
+    let both = of_both("L", fitted, sampled.get(kind.name(scene, runs).as_str()));
+    questions.extend(
+        both.iter()
+            .find_map(|l| l.question([LEAST_LUBRICATION_LOG, f64::INFINITY])),
+    );
+    for (index, particle) in scene.particles.iter().enumerate() {
+        questions.extend(both.iter().find_map(|l| beyond_films(particle, l, runs, index)));
+    }
+    let wet = runs.series.iter().flat_map(Series::runs);
+    if let Some([least, most]) = range(wet.map(|run| 1.0 / runs.inverse_stokes(run))) {
+        let side = match (most < STOKES[0], least > STOKES[1]) {
+            (true, _) => Some(format!("below {}", STOKES[0])),
+            (_, true) => Some(format!("above {}", STOKES[1])),
+            _ => None,
+        };
+        questions.extend(side.map(|side| format!("St of every wet run is {side} ({})", between([least, most]))));
+    }
+    let criterion = checks::PLAUSIBLE_RESULT;
+    (!runs.is_empty()).then(|| match questions.as_slice() {
+        [] => criterion.check(0.0, "k, L, δc and St are such as experiments have"),
+        some => criterion.check(some.len() as f64, shortened(some)),
+    })
+}
+
+/// A parameter by least squares and by the posterior, as far as there is one.
+fn of_both<'a>(
+    symbol: &'a str,
+    fitted: Option<(f64, Option<f64>)>,
+    sampled: Option<&&QuantitySummary>,
+) -> Vec<Uncertain<'a>> {
+    let sampled = sampled.and_then(|one| Some((one.mean?, one.sd)));
+    let each = [("least squares", fitted), ("the posterior", sampled)];
+    let of = |(source, found): (&'a str, Option<(f64, Option<f64>)>)| {
+        let (value, sd) = found?;
+        Some(Uncertain {
+            symbol,
+            source,
+            value,
+            sd: sd.unwrap_or(0.0),
+        })
+    };
+    each.into_iter().filter_map(of).collect()
+}
+
+/// What to say of δc = ε exp(L) of a particle that is thicker than every film of it.
+fn beyond_films(particle: &Particle, l: &Uncertain, runs: &Runs, index: usize) -> Option<String> {
+    let wet = || runs.series_in(runs.spheres_of(index)).iter().flat_map(Series::runs);
+    let [_, thickest] = range(wet().map(|run| runs.film[run]))?;
+    let [smallest, _] = range(wet().map(|run| runs.diameter[run]))?;
+    let critical = |l: f64| particle.roughness * l.exp();
+    let least = critical(l.ends()[0]);
+    let usual = &FILM.dimension.units()[0];
+    let size = usual.from_si(critical(l.value));
+    let size = if size.is_finite() {
+        format!("{} {}", short(size), usual.symbol)
+    } else {
+        format!("ε exp({})", short(l.value))
+    };
+    let text = |than: &str, bound: f64| {
+        format!(
+            "δc of {} = {size} by {} is larger than {than} ({} {})",
+            particle.name,
+            l.source,
+            short(usual.from_si(bound)),
+            usual.symbol
+        )
+    };
+    if least > smallest {
+        Some(text("the sphere", smallest))
+    } else if least > thickest {
+        Some(text("every film", thickest))
+    } else {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_likely_slip_is_named() {
+        let of = |bounds: &Bounds, usual: f64| {
+            let value = bounds.dimension.usual_to_si(usual);
+            bounds.question("PTFE", [value].into_iter())
+        };
+        assert_eq!(of(&DENSITY, 2150.0), None);
+        assert_eq!(
+            of(&DENSITY, 2.15).as_deref(),
+            Some("density of PTFE is 2.15 kg/m³, outside 300 to 25000 kg/m³: 2.15 looks like g/cm³")
+        );
+        // g/cm³ in the key, kg/m³ in the number
+        assert_eq!(
+            of(&DENSITY, 2.15e6).as_deref(),
+            Some(
+                "density of PTFE is 2150000 kg/m³, outside 300 to 25000 kg/m³: 0.001 times that would do, as where a unit \
+                 was mistaken"
+            )
+        );
+        assert!(of(&FILM, 0.286).is_some_and(|text| text.ends_with(": 0.286 looks like mm")));
+        assert!(of(&VISCOSITY, 9.3e-3).is_some_and(|text| text.ends_with(": 0.0093 looks like Pa s")));
+        assert!(of(&DIAMETER, 4762.0).is_some_and(|text| text.ends_with(": 4760 looks like µm")));
+        assert!(of(&DIAMETER, 1e9).is_some_and(|text| text.ends_with("outside 0.02 to 500 mm")));
+    }
+
+    #[test]
+    fn only_what_surely_lies_outside_is_questioned() {
+        let of = |value: f64, sd: f64| {
+            let l = Uncertain {
+                symbol: "L",
+                source: "least squares",
+                value,
+                sd,
+            };
+            l.question([LEAST_LUBRICATION_LOG, f64::INFINITY])
+        };
+        assert_eq!(of(0.2, 0.01).as_deref(), Some("L = 0.2 by least squares is below 0.3"));
+        assert_eq!(of(0.2, 0.06), None);
+        assert_eq!(of(1.85, 0.0), None);
+    }
+}

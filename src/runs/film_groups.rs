@@ -1,0 +1,255 @@
+//! Puts the wet runs of a particle in groups of one film ratio, and measures how wide each is.
+
+use std::ops::Range;
+
+use super::collect::RunsAsRead;
+use crate::scene::Scene;
+
+/// A run belongs to the nearest of the scene's nominal film ratios if it lies no further off than this share of it.
+pub const NEAR_NOMINAL: f64 = 0.15;
+
+/// A group whose film ratios spread over more than this share of their mean has no film ratio of its own.
+pub const WIDEST: f64 = 0.15;
+
+/// A width below this is none.
+const ROUNDING: f64 = 1e-12;
+
+/// The probabilities between whose quantiles the width of a group lies.
+const ENDS: [f64; 2] = [0.05, 0.95];
+
+/// The series of one sphere and film ratio.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FilmGroup {
+    /// index into the scene's particles
+    pub particle: usize,
+    /// index into [`super::Runs::spheres`]: its k
+    pub sphere: usize,
+    /// nominal δ/D, or the mean of the runs' own where neither file nor scene names one
+    pub film_ratio: f64,
+    /// whether the scene names film ratios and these runs are near none of them
+    pub outside: bool,
+    /// 5 % and 95 % quantiles of the runs' own δ/D
+    pub ends: [f64; 2],
+    /// their distance over the mean of the runs' own δ/D
+    pub width: f64,
+    /// range of [`super::Runs::series`]
+    pub series: Range<usize>,
+}
+
+impl FilmGroup {
+    /// Whether its runs have one film ratio, so that a law at one may be fitted to them.
+    pub fn has_one_film_ratio(&self) -> bool {
+        !self.outside && self.width <= WIDEST
+    }
+
+    /// Takes its width from the own δ/D of its runs.
+    pub(super) fn measure(&mut self, mut ratios: Vec<f64>) {
+        self.ends = ENDS.map(|probability| quantile(&mut ratios, probability));
+        let width = (self.ends[1] - self.ends[0]) / mean(&ratios);
+        // what rounding leaves of films that were computed from one film ratio
+        self.width = if width > ROUNDING { width } else { 0.0 };
+    }
+}
+
+/// A quantile by linear interpolation between the ordered values; NaN of none.
+fn quantile(values: &mut [f64], probability: f64) -> f64 {
+    if values.is_empty() {
+        return f64::NAN;
+    }
+    let place = probability * (values.len() - 1) as f64;
+    let (_, below, above) = values.select_nth_unstable_by(place as usize, f64::total_cmp);
+    let next = above.iter().copied().fold(f64::INFINITY, f64::min);
+    let share = place.fract();
+    if share == 0.0 {
+        *below
+    } else {
+        *below + share * (next - *below)
+    }
+}
+
+pub(super) fn mean(values: &[f64]) -> f64 {
+    // about the first value: equal values then have exactly that mean
+    let first = values.first().copied().unwrap_or(f64::NAN);
+    first + values.iter().map(|x| x - first).sum::<f64>() / values.len() as f64
+}
+
+/// Film-ratio groups of each particle: by the nominal ratios of the file, else by those of the scene, else by gaps in δ/D.
+pub(super) struct FilmClasses {
+    /// whether the file has nominal ratios
+    by_column: bool,
+    /// the groups of each particle, in increasing order
+    groups: Vec<Vec<FilmClass>>,
+}
+
+/// One group of a particle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct FilmClass {
+    /// least film ratio that belongs to it
+    lower_end: f64,
+    film_ratio: f64,
+    outside: bool,
+}
+
+pub(super) struct FilmLookup<'a> {
+    classes: &'a FilmClasses,
+    last: (u32, u64, u32),
+}
+
+impl FilmClasses {
+    pub(super) fn new(columns: &RunsAsRead, scene: &Scene) -> FilmClasses {
+        let by_column = !columns.film_ratio.is_empty();
+        let mut ratios: Vec<Vec<f64>> = vec![vec![]; scene.particles.len()];
+        for row in 0..columns.restitution.len() {
+            if columns.liquid[row] == RunsAsRead::NO_LIQUID {
+                continue;
+            }
+            let of_particle = &mut ratios[columns.particle[row] as usize];
+            let ratio = ratio_of(columns, row, by_column);
+            // nominal ratios come in blocks: no need to keep each
+            if !(by_column && of_particle.last() == Some(&ratio)) {
+                of_particle.push(ratio);
+            }
+        }
+        let data = &scene.data;
+        let groups = ratios.into_iter().map(|mut ratios| {
+            ratios.sort_by(f64::total_cmp);
+            match data.film_ratios.as_slice() {
+                _ if by_column => split_at_gaps(&ratios, 0.0),
+                [] => split_at_gaps(&ratios, data.film_ratio_gap),
+                nominal => split_by_nominal(&ratios, nominal),
+            }
+        });
+        FilmClasses {
+            by_column,
+            groups: groups.collect(),
+        }
+    }
+
+    pub(super) fn film_ratio(&self, particle: usize, group: u32) -> f64 {
+        self.groups[particle][group as usize].film_ratio
+    }
+
+    /// A group with its first series, not yet measured.
+    pub(super) fn group(&self, (particle, sphere): (usize, usize), group: u32, series: usize) -> FilmGroup {
+        let FilmClass {
+            film_ratio, outside, ..
+        } = self.groups[particle][group as usize];
+        FilmGroup {
+            particle,
+            sphere,
+            film_ratio,
+            outside,
+            ends: [film_ratio; 2],
+            width: 0.0,
+            series: series..series + 1,
+        }
+    }
+
+    pub(super) fn lookup(&self) -> FilmLookup<'_> {
+        FilmLookup {
+            classes: self,
+            last: (u32::MAX, 0, 0),
+        }
+    }
+}
+
+fn ratio_of(columns: &RunsAsRead, row: usize, by_column: bool) -> f64 {
+    if by_column {
+        columns.film_ratio[row]
+    } else {
+        columns.film[row] / columns.diameter[row]
+    }
+}
+
+/// Splits sorted ratios at gaps; a group's film ratio is the mean of its own.
+fn split_at_gaps(ratios: &[f64], gap: f64) -> Vec<FilmClass> {
+    let mut classes = vec![];
+    for own in ratios.chunk_by(|less, more| more - less <= gap) {
+        classes.push(FilmClass {
+            lower_end: own[0],
+            film_ratio: mean(own),
+            outside: false,
+        });
+    }
+    classes
+}
+
+/// Puts sorted ratios in a group for each nominal one, which are sorted, and what lies between these in groups of its own,
+/// each with the mean of its ratios.
+fn split_by_nominal(ratios: &[f64], nominal: &[f64]) -> Vec<FilmClass> {
+    let middle = |near: usize| 0.5 * (nominal[near] + nominal[near + 1]);
+    // lower ends, with the nominal ratio where there is one
+    let mut ends: Vec<(f64, Option<f64>)> = vec![(0.0, None)];
+    for (index, ratio) in nominal.iter().enumerate() {
+        let (mut from, mut to) = ((1.0 - NEAR_NOMINAL) * ratio, (1.0 + NEAR_NOMINAL) * ratio);
+        if index > 0 {
+            from = from.max(middle(index - 1));
+        }
+        if index + 1 < nominal.len() {
+            to = to.min(middle(index));
+        }
+        // what lies outside ends where this begins
+        if ends.last().is_some_and(|(last, _)| *last >= from) {
+            ends.pop();
+        }
+        ends.extend([(from, Some(*ratio)), (to.next_up(), None)]);
+    }
+    let after = ends.iter().skip(1).map(|(end, _)| *end).chain([f64::INFINITY]);
+    let classes = ends.iter().zip(after).map(|((from, named), to)| {
+        let place = |end: f64| ratios.partition_point(|ratio| *ratio < end);
+        FilmClass {
+            lower_end: *from,
+            film_ratio: named.unwrap_or_else(|| mean(&ratios[place(*from)..place(to)])),
+            outside: named.is_none(),
+        }
+    });
+    classes.collect()
+}
+
+impl FilmLookup<'_> {
+    pub(super) fn of(&mut self, columns: &RunsAsRead, row: usize) -> u32 {
+        let particle = columns.particle[row];
+        let ratio = ratio_of(columns, row, self.classes.by_column);
+        if (self.last.0, self.last.1) != (particle, ratio.to_bits()) {
+            let classes = &self.classes.groups[particle as usize];
+            let group = classes.partition_point(|class| class.lower_end <= ratio);
+            self.last = (particle, ratio.to_bits(), group.saturating_sub(1) as u32);
+        }
+        self.last.2
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_belongs_to_the_nearest_nominal_ratio_or_to_none() {
+        let nominal = [0.03, 0.04, 0.1];
+        let ratios = [
+            0.01, 0.0255, 0.03, 0.0344, 0.0349, 0.0351, 0.0459, 0.0461, 0.05, 0.0851, 0.1149, 0.2,
+        ];
+        let classes = split_by_nominal(&ratios, &nominal);
+        let of = |ratio: f64| {
+            let place = classes.partition_point(|class| class.lower_end <= ratio) - 1;
+            (!classes[place].outside).then_some(classes[place].film_ratio)
+        };
+        let found: Vec<Option<f64>> = ratios.into_iter().map(of).collect();
+        let [a, b, c] = nominal.map(Some);
+        // 0.0349 is nearer to 0.03, but further than 15 % from it
+        assert_eq!(found, [None, a, a, a, None, b, b, None, None, c, c, None]);
+        let between = classes.iter().find(|class| class.outside && class.lower_end > 0.04);
+        assert_eq!(between.map(|class| class.film_ratio), Some(mean(&[0.0461, 0.05])));
+        // groups stand in increasing order, so that their places do
+        assert!(classes.windows(2).all(|pair| pair[0].lower_end < pair[1].lower_end));
+    }
+
+    #[test]
+    fn the_width_lies_between_the_quantiles() {
+        let mut values: Vec<f64> = (0..=100).rev().map(f64::from).collect();
+        assert_eq!(ENDS.map(|p| quantile(&mut values, p)), [5.0, 95.0]);
+        assert!((quantile(&mut [1.0, 2.0], 0.05) - 1.05).abs() < 1e-15);
+        assert_eq!(quantile(&mut [0.06; 7], 0.95), 0.06);
+        assert!(quantile(&mut [], 0.5).is_nan());
+    }
+}

@@ -1,0 +1,289 @@
+//! Holds how film ratios are grouped: which runs belong together, which laws are then refused, and how much of it is shown.
+
+mod common;
+
+use std::path::Path;
+use std::process::Command;
+
+use common::{seed_of, Place};
+use rand::rngs::ChaCha8Rng;
+use rand::{RngExt, SeedableRng};
+use wetcor::findings::checks::Check;
+use wetcor::findings::scaling::Scaling;
+use wetcor::findings::verdicts::quotable;
+use wetcor::findings::Findings;
+use wetcor::model::parameters::ParameterKind;
+use wetcor::runs::WIDEST;
+use wetcor::scene::WetLaw;
+
+/// The truth the example's runs were drawn from.
+const LUBRICATION_LOG: f64 = 1.85;
+
+/// The film ratios of the example's design.
+const MEANT: &str = "film_ratios = [0.03, 0.035, 0.04, 0.045, 0.05, 0.06, 0.08, 0.09, 0.12, 0.15]";
+
+fn example(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("datasets/mueller2016")
+        .join(name);
+    std::fs::read_to_string(path).expect("the example is there")
+}
+
+/// The example's scene with a line more in `[data]`.
+fn scene(line: &str) -> Place {
+    Place::new(&example("scene.toml").replacen("[particles.PTFE]", &format!("{line}\n[particles.PTFE]"), 1))
+}
+
+/// The example's runs as if films and speeds had been measured run by run with these relative errors, without a column of
+/// film ratios; and the film ratio each row was made at.
+fn measured(test: &str, film: f64, speed: f64) -> (String, Vec<Option<f64>>) {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed_of(test));
+    let mut off = |sd: f64| {
+        let (u, angle): (f64, f64) = (rng.random(), rng.random());
+        1.0 + sd * (-2.0 * (1.0 - u).ln()).sqrt() * (std::f64::consts::TAU * angle).cos()
+    };
+    let mut text = "particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution\n".to_owned();
+    let mut made_at = vec![];
+    for line in example("runs.csv").lines().skip(1) {
+        let [particle, liquid, diameter, thickness, ratio, v, e] = line.split(',').collect::<Vec<_>>()[..] else {
+            panic!("{line}");
+        };
+        let film_of_run = thickness
+            .parse::<f64>()
+            .map_or(String::new(), |x| (x * off(film)).to_string());
+        let v = v.parse::<f64>().expect("a speed") * off(speed);
+        text.push_str(&format!("{particle},{liquid},{diameter},{film_of_run},{v},{e}\n"));
+        made_at.push(ratio.parse().ok());
+    }
+    (text, made_at)
+}
+
+fn check<'f>(findings: &'f Findings, code: &str) -> &'f Check {
+    let mut all = findings.verdicts.iter();
+    all.find(|check| check.check == code).expect("the check is there")
+}
+
+fn at(findings: &Findings, film_ratio: Option<f64>) -> Vec<&Scaling> {
+    let rows = findings.scaling.iter();
+    rows.filter(|row| row.film_ratio == film_ratio).collect()
+}
+
+#[test]
+fn film_ratios_that_run_into_each_other_have_no_laws() {
+    let test = "film_ratios_that_run_into_each_other_have_no_laws";
+    let (rows, _) = measured(test, 0.02, 0.01);
+    let findings = scene("").fit_rows(&rows);
+    let wide: Vec<_> = findings
+        .film_groups
+        .iter()
+        .filter(|group| group.why_no_laws.is_some())
+        .collect();
+    assert!(
+        wide.iter()
+            .any(|group| group.particle == "PE" && group.width > 2.0 * WIDEST),
+        "{wide:?}"
+    );
+    for group in &wide {
+        for row in at(&findings, Some(group.film_ratio)) {
+            let why = group.why_no_laws.as_ref();
+            assert!(!row.verdict.passed && Some(&row.verdict.reason) == why, "{row:?}");
+            for estimate in [&row.e_inf, &row.st_c, &row.lubrication_log] {
+                assert!(estimate.value.is_none() && estimate.se.is_none() && estimate.why_none.as_ref() == why);
+            }
+        }
+        let mut series = findings.series.iter().filter(|one| one.film_ratio == group.film_ratio);
+        assert!(series.all(|one| !one.verdict.passed && one.alpha.value.is_none() && one.beta.value.is_none()));
+        let mut energy = findings.energy.iter().filter(|one| one.film_ratio == group.film_ratio);
+        assert!(energy.all(|one| one.loss_over_density_ratio.value.is_none() && one.delta_c_m.value.is_none()));
+    }
+    // whether one law holds for all of a particle's film ratios cannot be tested then
+    assert!(at(&findings, None).iter().all(|row| !row.verdict.passed));
+    // what uses each run's own film stands
+    let found = check(&findings, "film_groups");
+    assert!(
+        !found.passed && !found.gates && quotable(&findings.verdicts),
+        "{found:?}"
+    );
+    let balance = findings.energy_balance.as_ref().expect("dry and wet runs");
+    let (l, se) = balance
+        .estimate(ParameterKind::LUBRICATION_LOG)
+        .and_then(|estimate| estimate.pair())
+        .expect("it converged");
+    assert!(((l - LUBRICATION_LOG) / se).abs() < 4.0, "{l} {se}");
+    // the same films as they were meant have a law each
+    let (exact, _) = measured(test, 0.0, 0.0);
+    let findings = scene("").fit_rows(&exact);
+    assert!(findings
+        .film_groups
+        .iter()
+        .all(|group| group.why_no_laws.is_none() && group.width == 0.0));
+    assert_eq!(findings.film_groups.len(), 14);
+    assert!(check(&findings, "film_groups").passed);
+}
+
+#[test]
+fn runs_belong_to_the_film_ratios_that_are_meant() {
+    let (rows, made_at) = measured("runs_belong_to_the_film_ratios_that_are_meant", 0.02, 0.01);
+    let place = scene(MEANT);
+    let findings = place.fit_rows(&rows);
+    let runs = place.read().runs;
+    let (mut right, mut all) = (0, 0);
+    for series in &runs.series {
+        for run in series.runs() {
+            all += 1;
+            right += usize::from(made_at[runs.row[run] as usize - 1] == Some(series.film_ratio));
+        }
+    }
+    // neighbours lie 10 to 17 % apart, and runs err by 2 %
+    assert!(right as f64 > 0.98 * f64::from(all), "{right} of {all}");
+    for group in findings.film_groups.iter().filter(|group| group.runs > 30) {
+        assert!(group.why_no_laws.is_none() && group.width < 0.09, "{group:?}");
+        let root = |row: &&&Scaling| row.law == WetLaw::Sqrt && row.particle == group.particle;
+        let rows = at(&findings, Some(group.film_ratio));
+        assert!(rows.iter().find(root).is_some_and(|row| row.verdict.passed), "{rows:?}");
+    }
+    assert!(check(&findings, "film_groups").passed);
+}
+
+#[test]
+fn runs_near_no_nominal_film_ratio_count_where_their_own_film_does() {
+    let (rows, _) = measured("runs_near_no_nominal_film_ratio", 0.0, 0.0);
+    let place = scene("film_ratios = [0.06, 0.12]");
+    let findings = place.fit_rows(&rows);
+    let outside = findings.film_groups.iter().filter(|group| group.why_no_laws.is_some());
+    let of_outside: usize = outside.map(|group| group.runs).sum();
+    // of PTFE 300 below, 150 between and 150 above; of PE 350 below, 150 above
+    let found = check(&findings, "film_groups");
+    assert_eq!(of_outside, 950, "{found:?}");
+    assert!(
+        !found.passed && !found.gates && found.text.contains("with 950 runs"),
+        "{found:?}"
+    );
+    let why = findings.film_groups[0].why_no_laws.as_deref();
+    assert_eq!(why, Some("its runs lie more than 15 % from every one of film_ratios"));
+    assert!(at(&findings, Some(0.06)).iter().all(|row| row.verdict.passed));
+    let rebounds = |findings: &Findings| findings.energy_balance.as_ref().map(|balance| balance.runs);
+    assert_eq!(rebounds(&findings), rebounds(&scene("").fit_rows(&rows)));
+}
+
+#[test]
+fn the_column_goes_before_the_scene() {
+    let place = scene("film_ratios = [0.2]");
+    let findings = place.fit_rows(&example("runs.csv"));
+    assert!(findings.film_groups.iter().all(|group| group.why_no_laws.is_none()));
+    // films that are not the nominal ones
+    let rows = example("runs.csv");
+    let pooled: Vec<String> = rows
+        .lines()
+        .map(|line| {
+            let mut cells: Vec<&str> = line.split(',').collect();
+            if cells[4].starts_with("0.0") {
+                cells[4] = "0.05";
+            }
+            cells.join(",")
+        })
+        .collect();
+    let findings = place.fit_rows(&pooled.join("\n"));
+    let wide = findings.film_groups.iter().filter(|group| group.film_ratio == 0.05);
+    assert!(wide.clone().count() == 2 && wide.clone().all(|group| group.why_no_laws.is_some()));
+}
+
+/// A scene with hundreds of film ratios or diameters, a run each of two liquids.
+fn crowded(diameters: &[f64], film_ratios: &[f64]) -> String {
+    format!(
+        r#"
+title = "crowded"
+[data]
+runs = "runs.csv"
+[particles.PTFE]
+density_kg_m3 = 2150
+roughness_um = 5
+[liquids.AK10]
+density_kg_m3 = 930
+viscosity_mPa_s = 9.3
+[liquids.M50]
+density_kg_m3 = 965
+viscosity_mPa_s = 48.3
+[model]
+inertia = "saturating"
+[truth]
+dry_k = {{ PTFE = 0.183 }}
+lubrication_log = 1.85
+inertia = "saturating"
+inertial_prefactor = 0.47
+film_scale = 0.069
+dry_speed_m_s = 2.0
+sigma_dry = 0.009
+sigma_wet = 0.02
+[design]
+diameter_mm = {{ PTFE = {diameters:?} }}
+liquids = ["AK10", "M50"]
+film_ratio = {{ PTFE = {film_ratios:?} }}
+height_mm = [150]
+dry_impact_speed_m_s = [0.5, 1.0, 1.5]
+repeats = 1
+"#
+    )
+}
+
+/// Rows of the longest table.
+fn longest_table(report: &str) -> usize {
+    let (mut longest, mut rows) = (0_usize, 0);
+    for line in report.lines() {
+        rows = if line.starts_with('|') { rows + 1 } else { 0 };
+        longest = longest.max(rows);
+    }
+    // the header and the line below it
+    longest.saturating_sub(2)
+}
+
+fn assert_bounded(scene: &str, series: usize) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    std::fs::write(folder.path().join("scene.toml"), scene).expect("writable");
+    let run = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_wetcor"));
+        let output = command
+            .current_dir(folder.path())
+            .args(arguments)
+            .output()
+            .expect("it can be started");
+        (output.status.code(), String::from_utf8(output.stdout).expect("text"))
+    };
+    run(&["simulate", "scene.toml", "--out", "runs.csv"]);
+    let (status, stdout) = run(&["fit", "scene.toml", "--out", "out", "--stages", "least_squares,figures"]);
+    assert_eq!(status, Some(0), "{stdout}");
+    assert!(stdout.lines().count() < 40, "{stdout}");
+    let (_, checked) = run(&["check", "scene.toml"]);
+    assert!(checked.lines().count() < 100, "{}", checked.lines().count());
+    let read = |name: &str| std::fs::read_to_string(folder.path().join("out").join(name)).expect("written");
+    let report = read("report.md");
+    assert!(longest_table(&report) <= 60, "{}", longest_table(&report));
+    assert!(report.contains(&format!("The first 60 of {series} rows; findings.json has all.")));
+    let findings: serde_json::Value = serde_json::from_str(&read("findings.json")).expect("JSON");
+    assert_eq!(findings["series"].as_array().map(Vec::len), Some(series));
+    let figures = std::fs::read_dir(folder.path().join("out/figures")).expect("drawn");
+    for figure in figures {
+        let path = figure.expect("an entry").path();
+        let svg = std::fs::read_to_string(&path).expect("text");
+        let height = svg.split("height=\"").nth(1).and_then(|rest| rest.split('"').next());
+        let height: f64 = height.and_then(|text| text.parse().ok()).expect("a height");
+        assert!(
+            height < 800.0 && svg.len() < 300_000,
+            "{}: {height}, {}",
+            path.display(),
+            svg.len()
+        );
+    }
+}
+
+#[test]
+fn hundreds_of_film_ratios_stay_readable() {
+    let ratios: Vec<f64> = (0..466).map(|i| 0.02 + 0.001 * f64::from(i)).collect();
+    assert_bounded(&crowded(&[4.762], &ratios), 932);
+}
+
+#[test]
+fn hundreds_of_diameters_stay_readable() {
+    let diameters: Vec<f64> = (0..200).map(|i| 3.0 * 1.004_f64.powi(i)).collect();
+    assert_bounded(&crowded(&diameters, &[0.03, 0.06, 0.12]), 1200);
+}

@@ -1,0 +1,200 @@
+//! Holds that numbers in a wrong unit are questioned in words and not quoted, and that right scenes are left alone.
+
+mod common;
+
+use std::path::Path;
+
+use common::Place;
+use wetcor::findings::posterior::MethodChoice;
+use wetcor::findings::verdicts::quotable;
+use wetcor::findings::{overview, Findings};
+use wetcor::{findings, runs, scene};
+
+fn example(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("datasets/mueller2016")
+        .join(name);
+    std::fs::read_to_string(path).expect("the example is there")
+}
+
+/// The example's runs with some of their cells changed.
+fn rows(change: impl Fn(&mut Vec<String>)) -> String {
+    let text = example("runs.csv");
+    let mut lines = text.lines();
+    let mut changed = vec![lines.next().expect("a header").to_owned()];
+    for line in lines {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        change(&mut cells);
+        changed.push(cells.join(","));
+    }
+    changed.join("\n")
+}
+
+/// The texts of the checks that question what was read or found; with any, nothing may be quoted.
+fn questions(findings: &Findings) -> String {
+    let asked = findings.verdicts.iter();
+    let asked = asked.filter(|check| check.check.starts_with("plausible") && !check.passed);
+    let texts: Vec<&str> = asked
+        .inspect(|check| assert!(check.gates))
+        .map(|check| check.text.as_str())
+        .collect();
+    assert!(texts.is_empty() || !quotable(&findings.verdicts), "{texts:?}");
+    texts.join("; ")
+}
+
+fn assert_asked(text: &str, expected: &[&str]) {
+    for part in expected {
+        assert!(text.contains(part), "{part} in {text}");
+    }
+}
+
+#[test]
+fn the_examples_are_not_questioned() {
+    for name in ["mueller2016", "sticking"] {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("datasets/{name}/scene.toml"));
+        let scene = scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
+        let table = runs::read(&scene).unwrap_or_else(|error| panic!("{error}"));
+        let found = findings::fit_least_squares(&scene, &table, 1, false);
+        assert_eq!(questions(&found), "");
+        for code in ["plausible_input", "plausible_result"] {
+            assert!(found.verdicts.iter().any(|check| check.check == code && check.passed));
+        }
+    }
+}
+
+#[test]
+fn densities_in_grams_are_named_as_such() {
+    let text = example("scene.toml")
+        .replace("= 2150", "= 2.15")
+        .replace("= 940", "= 0.94");
+    let place = Place::new(&text);
+    let found = place.fit_rows(&example("runs.csv"));
+    let asked = questions(&found);
+    assert_asked(
+        &asked,
+        &[
+            "density of PTFE is 2.15 kg/m³, outside 300 to 25000 kg/m³: 2.15 looks like g/cm³",
+            "0.94 looks like g/cm³",
+            "is below 0.3",
+            "St of every wet run is below 1",
+        ],
+    );
+    // the cause comes before what follows from it
+    assert_eq!(found.verdicts[0].check, "plausible_input");
+    let seen = overview::summarise_runs(&place.scene, &place.read(), &found);
+    assert!(seen
+        .notices
+        .iter()
+        .any(|notice| notice.code == "plausible_input" && notice.text.contains("g/cm³")));
+}
+
+/// Without dry runs there is no energy balance: L and k come from the posterior alone.
+#[test]
+fn what_the_posterior_alone_tells_is_questioned_too() {
+    let text = example("scene.toml")
+        .replace("= 2150", "= 2.15")
+        .replace("= 940", "= 0.94");
+    let place = Place::new(&text);
+    let rows = example("runs.csv");
+    let wet: Vec<&str> = rows.lines().filter(|line| !line.contains(",dry,")).collect();
+    let mut found = place.fit_rows(&wet.join("\n"));
+    let asked = |found: &Findings| {
+        let check = found.verdicts.iter().filter(|check| check.check == "plausible_result");
+        let texts: Vec<String> = check.map(|check| check.text.clone()).collect();
+        assert_eq!(texts.len(), 1, "{texts:?}");
+        texts.concat()
+    };
+    assert!(!asked(&found).contains("L = "), "{}", asked(&found));
+    let posterior = found.add_posterior(&place.scene, &place.read().runs, MethodChoice::Nodes, &|_, _| ());
+    assert!(posterior.is_ok_and(|sampled| sampled.is_some()));
+    assert!(
+        asked(&found).contains(" by the posterior is below 0.3"),
+        "{}",
+        asked(&found)
+    );
+}
+
+#[test]
+fn a_roughness_of_millimetres_is_questioned_with_its_separation() {
+    let text = example("scene.toml").replace("roughness_um  = 5", "roughness_um  = 5000");
+    let asked = questions(&Place::new(&text).fit_rows(&example("runs.csv")));
+    assert_asked(
+        &asked,
+        &[
+            "roughness of PTFE is 5000 µm, outside",
+            "δc of PE = ",
+            "larger than the sphere",
+        ],
+    );
+}
+
+#[test]
+fn a_viscosity_of_pascal_seconds_is_questioned() {
+    let text = example("scene.toml").replace("viscosity_mPa_s = 9.3", "viscosity_mPa_s = 0.0093");
+    let asked = questions(&Place::new(&text).fit_rows(&example("runs.csv")));
+    assert_asked(
+        &asked,
+        &["viscosity of AK10 is 0.0093 mPa s, outside", "0.0093 looks like Pa s"],
+    );
+}
+
+/// The example's scene without the limit that would screen films of the wrong unit.
+fn unscreened() -> Place {
+    Place::new(&example("scene.toml").replace("min_film_um", "# min_film_um"))
+}
+
+fn thousandth(cell: &mut String) {
+    if let Ok(film) = cell.parse::<f64>() {
+        *cell = (film / 1000.0).to_string();
+    }
+}
+
+#[test]
+fn films_of_one_series_in_millimetres_are_found_among_their_neighbours() {
+    let rows = rows(|cells| {
+        let key: Vec<&str> = cells[..3].iter().map(String::as_str).collect();
+        if key == ["PTFE", "AK10", "4.762"] && cells[4] == "0.06" {
+            thousandth(&mut cells[3]);
+        }
+    });
+    let asked = questions(&unscreened().fit_rows(&rows));
+    assert_asked(
+        &asked,
+        &[
+            "film of 25 runs of PTFE in AK10, the first in row ",
+            "some 1000 times thinner",
+            "mm for µm?",
+        ],
+    );
+}
+
+#[test]
+fn a_column_of_films_in_millimetres_is_questioned() {
+    let asked = questions(&unscreened().fit_rows(&rows(|cells| thousandth(&mut cells[3]))));
+    assert_asked(
+        &asked,
+        &["film of PTFE is 0.24 to 1.2 µm, outside 2 to 20000 µm: 0.24 to 1.2 looks like mm"],
+    );
+}
+
+#[test]
+fn a_k_that_no_sphere_has_is_questioned() {
+    // a marble on something soft: it keeps a tenth of its speed
+    let rows = rows(|cells| {
+        if cells[1] == "dry" {
+            let last = cells.len() - 1;
+            cells[last] = (0.05 + 0.1 * cells[last].parse::<f64>().expect("a restitution")).to_string();
+        }
+    });
+    let found = unscreened().fit_rows(&rows);
+    let k = found.dry[0].dry_k.value.expect("it converged");
+    let asked = found
+        .verdicts
+        .iter()
+        .find(|check| check.check == "plausible_result")
+        .expect("asked");
+    assert!(
+        k > 0.7 && !asked.passed && asked.text.contains("k of PTFE = "),
+        "{k} {asked:?}"
+    );
+}
