@@ -72,6 +72,7 @@ pub mod verdicts;
 
 use crate::error::Error;
 use crate::inference::nuts::Watcher;
+use crate::model::parameters::ModelParameters;
 use crate::notice::Notice;
 use crate::physics::inertia::Inertia;
 use crate::physics::Form;
@@ -256,7 +257,9 @@ impl Findings {
             form: self.form,
             method,
         };
-        if scene.model.inertia_is_open() && self.form.inertia != Inertia::None {
+        let default = ModelParameters::of(scene, runs, setup.form)?;
+        let may_be_sampled = posterior::why_not_sampled(runs, self.least_squares(), &default).is_none();
+        if scene.model.inertia_is_open() && self.form.inertia != Inertia::None && may_be_sampled {
             let (chosen, notice) = compare::choose_inertia(self.comparison_context(scene, runs, watcher), setup)?;
             setup = chosen;
             self.notices.extend(notice);
