@@ -7,7 +7,7 @@
 use super::diagnostics::pareto::khat_threshold;
 use super::diagnostics::rhat::rhat;
 use super::importance::{normal_draws, weighted_shift, DrawCounts, Weights};
-use super::mixing::{summary_of, MixingLines, ParameterDraws};
+use super::mixing::{draws_a_chain, summary_of, MixingLines, ParameterDraws};
 use super::nuts::{Effort, Watcher};
 use super::prepared_posterior::{Evaluation, PreparedPosterior, Start, LARGEST_ERROR};
 use super::sampling::{
@@ -181,7 +181,7 @@ impl MethodSearch<'_> {
         let first = self.each((SURE / left).powi(2));
         let mut more = |values: &ParameterDraws| {
             let error = error_of_draws(values);
-            let made = values.first().and_then(|chains| chains.first()).map_or(0, Vec::len);
+            let made = draws_a_chain(values);
             // draws that say nothing of their error are doubled
             let times = if error.is_finite() {
                 1.1 * (error / left).powi(2)

@@ -43,6 +43,23 @@ impl MixingLines {
     }
 }
 
+/// How many draws each chain is to add: as many as it has, or what is left to the most, until every parameter's draws hold
+/// to the lines; none then, and where no more may be made.
+pub fn draws_to_add(lines: MixingLines, draws: &ParameterDraws, most: usize) -> usize {
+    let made = draws_a_chain(draws);
+    let left = most.saturating_sub(made);
+    if left == 0 || lines.hold(draws, 1.0) {
+        0
+    } else {
+        made.min(left)
+    }
+}
+
+/// Draws that each chain made.
+pub fn draws_a_chain(draws: &ParameterDraws) -> usize {
+    draws.first().and_then(|chains| chains.first()).map_or(0, Vec::len)
+}
+
 /// The summary of one parameter's draws, chain by chain.
 pub fn summary_of(chains: &[Vec<f64>]) -> Summary {
     let chains: Vec<&[f64]> = chains.iter().map(Vec::as_slice).collect();

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::importance::{normal_draws, DrawCounts, Proposed, Weights};
 use super::laplace::Laplace;
-use super::mixing::{MixingLines, ParameterDraws};
+use super::mixing::{draws_to_add, MixingLines, ParameterDraws};
 use super::nuts::{divergences, Chain, ChainSampler, Effort, SamplingFailure, Watcher, LARGEST_DEPTH};
 use super::prepared_posterior::{Evaluation, NoStart, PreparedPosterior, Start};
 use crate::model::likelihood::{Compression, Likelihood};
@@ -217,15 +217,7 @@ pub fn sample_until_mixed(
     let UntilMixed { plan, most_draws } = until;
     let prepared = PreparedPosterior::new(parameters, rows, start, plan.evaluation)?;
     let lines = MixingLines::of_chains(plan.effort.chains);
-    let mut more = |draws: &ParameterDraws| {
-        let made = draws.first().and_then(|chains| chains.first()).map_or(0, Vec::len);
-        let left = most_draws.saturating_sub(made);
-        if left == 0 || lines.hold(draws, 1.0) {
-            0
-        } else {
-            made.min(left)
-        }
-    };
+    let mut more = |draws: &ParameterDraws| draws_to_add(lines, draws, most_draws);
     let sampling = NutsSampling {
         prepared: &prepared,
         effort: plan.effort,

@@ -58,6 +58,17 @@ pub struct Posterior {
     pub checks: Vec<Check>,
 }
 
+impl Posterior {
+    /// Whether every check of the sampling passed; those of the model and the runs do not count.
+    pub fn sampling_holds(&self) -> bool {
+        let mut of_sampling = self
+            .checks
+            .iter()
+            .filter(|check| posterior_checks::is_of_sampling(check));
+        of_sampling.all(|check| check.passed || !check.gates)
+    }
+}
+
 /// Samples the posterior from where least squares stands, and summarises it.
 ///
 /// `Err` where a prior leaves no room, or the draws do not fit into memory; the inner `Err` where the runs are such that

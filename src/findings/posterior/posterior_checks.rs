@@ -21,6 +21,23 @@ const NOT_SAMPLED: [&str; 5] = [
     checks::REBOUNDS.code,
 ];
 
+/// Names of the checks of how the draws were made.
+const OF_SAMPLING: [&str; 8] = [
+    checks::RHAT.code,
+    checks::ESS_BULK.code,
+    checks::ESS_TAIL.code,
+    checks::E_BFMI.code,
+    checks::DIVERGENCES.code,
+    checks::KHAT.code,
+    checks::ACCURACY.code,
+    checks::COMPRESSION_ERROR.code,
+];
+
+/// Whether a check asks how the draws were made, and not of the model or the runs.
+pub(super) fn is_of_sampling(check: &Check) -> bool {
+    OF_SAMPLING.contains(&check.check)
+}
+
 /// Why no posterior was sampled, though the scene wants one; the check fails and gates.
 #[derive(Debug)]
 pub struct PosteriorRefusal(pub Check);
