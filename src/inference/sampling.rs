@@ -204,7 +204,7 @@ pub fn sample_posterior(
 }
 
 /// Samples the posterior as [`sample_posterior`] does, and draws the chains on, twice as far each time, until they have
-/// mixed ([`MixingLines`]) or the most draws are made.
+/// mixed ([`MixingLines`]), the most draws are made, or most trajectories were cut at their largest depth.
 ///
 /// Fails as that does.
 pub fn sample_until_mixed(
@@ -295,7 +295,8 @@ impl NutsSampling<'_> {
             let next = shorter.next();
             let anew = |chains: &[Chain]| next.is_some() && divergences(chains) > 0 && !mostly_cut(chains);
             let chains = sampler.sample_while(&mut |chains| {
-                if anew(chains) {
+                // cut trajectories cost most of all and hardly move: more of them would not mix either
+                if anew(chains) || mostly_cut(chains) {
                     0
                 } else {
                     more(&parameter_draws(posterior, chains))
