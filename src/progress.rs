@@ -77,6 +77,11 @@ impl Progress {
         }
     }
 
+    /// Says that the work is longer than was known.
+    pub fn lengthen(&self, length: u64) {
+        self.bar.set_length(length);
+    }
+
     /// Says how far the work has come.
     pub fn at(&self, position: u64) {
         if self.started.elapsed() >= PATIENCE {

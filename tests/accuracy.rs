@@ -7,6 +7,8 @@ use std::process::Command;
 
 use common::Place;
 use wetcor::inference::accuracy::SURE;
+use wetcor::inference::mixing::MixingLines;
+use wetcor::study::accuracy::SimulatedRuns;
 use wetcor::study::{accuracy, trade};
 
 /// Every accuracy is kept in its share of scenes; with Monte Carlo errors counted once instead of [`SURE`] times, none
@@ -24,7 +26,7 @@ fn an_accuracy_is_kept() {
         table.scenes
     );
     for promise in &table.promises {
-        let reached = promise.errors.len() as u64;
+        let reached = promise.answers.len() as u64;
         assert!(reached * 20 >= (table.scenes - table.left_out) * 19, "{reached}");
         assert!(
             promise.z(promise.requested) > -4.0,
@@ -34,7 +36,41 @@ fn an_accuracy_is_kept() {
         );
         let once = promise.z(promise.requested / SURE);
         assert!(once < -8.0, "{}: {once}", promise.requested);
+        let kept = promise.within(promise.requested);
+        let quotable = common::binomial_z(promise.quotable_where_kept(), kept, accuracy::KEPT);
+        assert!(quotable > -4.0, "{}: {quotable}", promise.requested);
     }
+}
+
+/// What vouches for an accuracy passes its own checks; the lines of sampling without one would refuse most of a coarse one.
+#[test]
+#[ignore = "slow: a hundred and twenty posteriors"]
+fn an_accuracy_that_is_vouched_for_may_be_quoted() {
+    const SCENES: u64 = 40;
+    let seed = common::seed_of("an_accuracy_that_is_vouched_for_may_be_quoted");
+    let requested = [0.3, 0.1, 0.05];
+    let mut reached = [0; 3];
+    let (mut quotable, mut by_the_usual_lines) = ([0; 3], [0; 3]);
+    for index in 0..SCENES {
+        let runs = SimulatedRuns::new(index, seed).unwrap_or_else(|error| panic!("{error}"));
+        let fits = runs.fit(&requested).unwrap_or_else(|error| panic!("{error}"));
+        for (place, fitted) in fits.iter().enumerate() {
+            let Some(fitted) = fitted else { continue };
+            let sampled = &fitted.sampled;
+            reached[place] += 1;
+            quotable[place] += usize::from(fitted.sampling_holds());
+            let usual = MixingLines::of_chains(sampled.chains.len());
+            by_the_usual_lines[place] += usize::from(usual.hold(&sampled.values, sampled.mcse_factor));
+        }
+    }
+    println!("{reached:?} {quotable:?} {by_the_usual_lines:?}");
+    for place in 0..requested.len() {
+        assert!(reached[place] * 20 >= SCENES as usize * 19, "{reached:?}");
+        let z = common::binomial_z(quotable[place], reached[place], accuracy::KEPT);
+        assert!(z > -4.0, "{}: {quotable:?} of {reached:?}", requested[place]);
+    }
+    let z = common::binomial_z(by_the_usual_lines[0], reached[0], accuracy::KEPT);
+    assert!(z < -6.0, "{by_the_usual_lines:?} of {reached:?}");
 }
 
 const SCENE: &str = "title = \"trade\"

@@ -10,6 +10,10 @@ use crate::progress::Progress;
 pub(super) struct Draws {
     progress: Progress,
     name: &'static str,
+    /// draws that one posterior takes where all goes well
+    of_one: u64,
+    /// draws that are expected in all
+    expected: AtomicU64,
     drawn: AtomicU64,
     diverged: AtomicU64,
 }
@@ -18,12 +22,15 @@ impl Draws {
     /// Draws of so many posteriors of the scene.
     pub(super) fn of(scene: &Scene, quiet: bool, name: &'static str, posteriors: u64) -> Draws {
         let sampler = &scene.sampler;
-        let all = sampler
+        let of_one = sampler
             .chains
             .saturating_mul(sampler.warmup.saturating_add(sampler.draws));
+        let expected = of_one.saturating_mul(posteriors);
         Draws {
-            progress: Progress::bar(name, all.saturating_mul(posteriors), quiet),
+            progress: Progress::bar(name, expected, quiet),
             name,
+            of_one,
+            expected: AtomicU64::new(expected),
             drawn: AtomicU64::new(0),
             diverged: AtomicU64::new(0),
         }
@@ -35,8 +42,36 @@ impl Draws {
             let diverged = 1 + self.diverged.fetch_add(1, Relaxed);
             self.progress.say(format!("{}, {diverged} divergences", self.name));
         }
+        if drawn > self.expected.load(Relaxed) {
+            // sampled anew with shorter steps, or drawn on
+            let expected = drawn.saturating_add(self.of_one);
+            self.expected.fetch_max(expected, Relaxed);
+            self.progress.lengthen(expected);
+        }
         if drawn.is_multiple_of(64) {
             self.progress.at(drawn);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_draws_never_pass_those_expected() {
+        let text = "title = \"few\"\n[data]\nruns = \"runs.csv\"\n[particles.PTFE]\ndensity_kg_m3 = 2150\n\
+                    roughness_um = 5\n[sampler]\nchains = 2\nwarmup = 3\ndraws = 4\n";
+        let path = std::path::Path::new("few/scene.toml");
+        let scene = wetcor::scene::parse(text, path, String::new()).expect("a scene");
+        let draws = Draws::of(&scene, true, "posterior", 1);
+        for drawn in 1..100 {
+            draws.one(true, false);
+            let expected = draws.expected.load(Relaxed);
+            assert!(
+                drawn <= expected && expected <= 14.max(drawn + 14),
+                "{drawn} of {expected}"
+            );
         }
     }
 }

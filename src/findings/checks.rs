@@ -3,6 +3,8 @@
 use serde::Serialize;
 use Line::{AtLeast, AtMost};
 
+use crate::inference::mixing::{FEWEST_EFFECTIVE, LARGEST_RHAT};
+
 /// On which side of its line a value must lie; the line itself counts as holding.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Line {
@@ -285,6 +287,15 @@ pub const PARAMETERS_LEFT: Criterion = row(
     "widen the limits in [data], or leave a prior open",
 );
 
+/// Runs beyond the parameters that they have to tell.
+pub const RUNS_TO_SPARE: Criterion = row(
+    "runs_to_spare",
+    AtLeast(1.0),
+    GATES,
+    "parameters that can pass through every run leave no spread to tell their uncertainty by",
+    "add runs, at other speeds or again at the same",
+);
+
 /// Draws of a sampling that could begin.
 pub const DRAWS_MADE: Criterion = row(
     "posterior",
@@ -324,17 +335,17 @@ pub const COMPRESSION_ERROR: Criterion = row(
 /// Largest R-hat of chains that have mixed.
 pub const RHAT: Criterion = row(
     "rhat",
-    AtMost(1.01),
+    AtMost(LARGEST_RHAT),
     GATES,
     VEHTARI,
     "raise draws and warmup in [sampler], or give it a narrower prior",
 );
 
 /// Effective draws for the centre; the line is for one chain.
-pub const ESS_BULK: Criterion = row("ess_bulk", AtLeast(100.0), GATES, VEHTARI, LONGER);
+pub const ESS_BULK: Criterion = row("ess_bulk", AtLeast(FEWEST_EFFECTIVE), GATES, VEHTARI, LONGER);
 
 /// Effective draws for the 5 % and 95 % points; the line is for one chain.
-pub const ESS_TAIL: Criterion = row("ess_tail", AtLeast(100.0), GATES, VEHTARI, LONGER);
+pub const ESS_TAIL: Criterion = row("ess_tail", AtLeast(FEWEST_EFFECTIVE), GATES, VEHTARI, LONGER);
 
 /// Energy fraction of a chain that explores its energies.
 pub const E_BFMI: Criterion = row(

@@ -8,13 +8,13 @@ use super::checks::{self, Check};
 use super::form_choice::{is_gain, ChosenBy, InertiaChoice};
 use super::least_squares::LeastSquares;
 use super::notices;
-use super::posterior::{effort, start, Posterior, SamplingSetup};
+use super::posterior::{effort, start, until_mixed, why_not_sampled, Posterior, PosteriorRefusal, SamplingSetup};
 use crate::error::Error;
 use crate::inference::diagnostics::loo::{difference, loo, relative_efficiency, Difference, Loo};
 use crate::inference::diagnostics::pareto::khat_threshold;
 use crate::inference::diagnostics::summary::summarise;
 use crate::inference::nuts::{divergences, Watcher};
-use crate::inference::sampling::{sample_posterior, Sampled, SamplingPlan};
+use crate::inference::sampling::{sample_until_mixed, Sampled, SamplingPlan};
 use crate::model::likelihood::pointwise::Pointwise;
 use crate::model::likelihood::Likelihood;
 use crate::model::parameters::ModelParameters;
@@ -336,6 +336,9 @@ pub(super) fn sample_model(
     let ComparisonContext {
         scene, least_squares, ..
     } = context;
+    if let Some(PosteriorRefusal(why)) = why_not_sampled(context.runs, least_squares, &parameters) {
+        return Err(why.text);
+    }
     let rows = Likelihood::of_rows(scene, context.runs, setup.form);
     let plan = SamplingPlan {
         effort: effort(scene),
@@ -343,7 +346,8 @@ pub(super) fn sample_model(
         evaluation: setup.method.evaluation(),
     };
     let start = start(least_squares);
-    sample_posterior(parameters, &rows, &start, plan, context.watcher).map_err(|why| why.to_string())
+    let until = until_mixed(plan, parameters.sampled.len());
+    sample_until_mixed(parameters, &rows, &start, until, context.watcher).map_err(|why| why.to_string())
 }
 
 /// PSIS leave-one-out of a sampled form, by so many of its draws; `Err` says which run stands in the way.

@@ -80,6 +80,7 @@ pub mod verdicts;
 
 use crate::error::Error;
 use crate::inference::nuts::Watcher;
+use crate::model::parameters::ModelParameters;
 use crate::notice::Notice;
 use crate::physics::inertia::Inertia;
 use crate::physics::Form;
@@ -308,7 +309,9 @@ impl Findings {
             form: self.form,
             method,
         };
-        if scene.model.inertia_is_open() && self.form.inertia != Inertia::None {
+        let default = ModelParameters::of(scene, runs, setup.form)?;
+        let may_be_sampled = posterior::why_not_sampled(runs, self.least_squares(), &default).is_none();
+        if scene.model.inertia_is_open() && self.form.inertia != Inertia::None && may_be_sampled {
             let chosen = compare::choose_inertia(self.comparison_context(scene, runs, watcher), setup)?;
             setup = chosen.setup;
             self.sampled_forms = chosen.evaluated;

@@ -6,12 +6,12 @@
 
 use super::diagnostics::pareto::khat_threshold;
 use super::diagnostics::rhat::rhat;
-use super::diagnostics::summary::summarise;
 use super::importance::{normal_draws, weighted_shift, DrawCounts, Weights};
+use super::mixing::{draws_a_chain, summary_of, MixingLines, ParameterDraws};
 use super::nuts::{Effort, Watcher};
 use super::prepared_posterior::{Evaluation, PreparedPosterior, Start, LARGEST_ERROR};
 use super::sampling::{
-    sample_by_importance, sample_by_nuts, sample_normal, Method, NoPosterior, ReachedAccuracy, Sampled, PROPOSED,
+    sample_by_importance, sample_normal, Method, NoPosterior, NutsSampling, ReachedAccuracy, Sampled, PROPOSED,
 };
 use crate::model::likelihood::{Likelihood, Resolution};
 use crate::model::parameters::ModelParameters;
@@ -110,7 +110,7 @@ impl MethodSearch<'_> {
             if self.holds(&sampled, vouched, bound) {
                 return Some(self.done(sampled, vouched));
             }
-            let why = format!("its draws leave an error of {vouched:.2}, with its own of {off:.2}");
+            let why = format!("its draws are too few, or leave an error of {vouched:.2}, with its own of {off:.2}");
             self.tried.push((Method::Laplace, why));
         } else {
             let why = format!("the normal is off by up to {off:.2}, more than half of what was asked for");
@@ -137,8 +137,12 @@ impl MethodSearch<'_> {
             if self.holds(&sampled, vouched, bound) {
                 return Some(self.done(sampled, vouched));
             }
-            why = format!("{} draws leave an error of {vouched:.2}", self.chains * each);
-            wanted = 1.1 * (self.chains * each) as f64 * (vouched / self.requested).powi(2);
+            why = format!(
+                "{} draws are too few, or leave an error of {vouched:.2}",
+                self.chains * each
+            );
+            // draws whose error will do may yet be too few for what is asked of the tails
+            wanted = 1.1 * (self.chains * each) as f64 * (vouched / self.requested).powi(2).max(1.2);
         }
         self.tried.push((Method::LaplacePsis, why));
         None
@@ -146,7 +150,10 @@ impl MethodSearch<'_> {
 
     /// Whether the accuracy is reached, the nodes with it.
     fn holds(&self, sampled: &Sampled, vouched: f64, bound: f64) -> bool {
-        vouched <= self.requested && sampled.checked_error.is_none_or(|error| error <= bound)
+        let lines = asked_of_draws(sampled.method, self.chains, Some(self.requested));
+        vouched <= self.requested
+            && sampled.checked_error.is_none_or(|error| error <= bound)
+            && lines.hold(&sampled.values, sampled.mcse_factor)
     }
 
     fn size(&self, each: usize) -> DrawCounts {
@@ -161,7 +168,7 @@ impl MethodSearch<'_> {
         ((all / self.chains as f64).ceil() as usize).clamp(FEWEST_DRAWS, MOST_DRAWS)
     }
 
-    /// Trajectories, anew with more draws until the accuracy is reached or is out of reach.
+    /// Trajectories, drawn on until the accuracy is reached or is out of reach.
     fn by_trajectories(
         &self,
         prepared: &PreparedPosterior,
@@ -170,23 +177,32 @@ impl MethodSearch<'_> {
         watcher: Watcher,
     ) -> Result<Sampled, NoPosterior> {
         let left = self.requested - bound;
-        let mut draws = self.each((SURE / left).powi(2));
-        loop {
-            let sampled = sample_by_nuts(prepared, Effort { draws, ..effort }, self.stream, watcher)?;
-            let error = monte_carlo_error(&sampled);
+        let lines = asked_of_draws(Method::NutsCompressed, self.chains, Some(self.requested));
+        let first = self.each((SURE / left).powi(2));
+        let mut more = |values: &ParameterDraws| {
+            let error = error_of_draws(values);
+            let made = draws_a_chain(values);
             // draws that say nothing of their error are doubled
-            let more = if error.is_finite() {
+            let times = if error.is_finite() {
                 1.1 * (error / left).powi(2)
             } else {
                 2.0
             };
-            let next = draws as f64 * more.max(1.1);
+            let next = made as f64 * times.max(1.1);
+            let enough = error <= left && lines.hold(values, 1.0);
             // chains that do not agree, or so slow that not even the most draws would do, are not followed further
-            if error <= left || next > MOST_DRAWS as f64 || !chains_agree(&sampled) {
-                return Ok(sampled);
+            if enough || next > MOST_DRAWS as f64 || !chains_agree(values) {
+                return 0;
             }
-            draws = next.ceil() as usize;
-        }
+            next.ceil() as usize - made
+        };
+        let sampling = NutsSampling {
+            prepared,
+            effort: Effort { draws: first, ..effort },
+            stream: self.stream,
+            watcher,
+        };
+        Ok(sampling.sample_while(&mut more)?)
     }
 
     /// What trajectories gave, with the error they vouch for.
@@ -263,27 +279,48 @@ fn largest_shift(prepared: &PreparedPosterior, points: &[f64], weights: &[f64]) 
     (0..dimension).map(of).fold(0.0, f64::max)
 }
 
+/// R-hat of chains that more draws would not bring together.
+const LOST: f64 = 1.1;
+
 /// Whether no parameter has an R-hat so far from 1 that more draws would not bring its chains together.
-fn chains_agree(sampled: &Sampled) -> bool {
-    const LOST: f64 = 1.1;
+fn chains_agree(values: &ParameterDraws) -> bool {
     let agree = |values: &Vec<Vec<f64>>| {
         let chains: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
-        rhat(&chains).is_ok_and(|rhat| rhat < LOST)
+        rhat(&chains).is_ok_and(|rhat| rhat <= LOST)
     };
-    sampled.values.iter().all(agree)
+    values.iter().all(agree)
+}
+
+/// What is asked of draws that a method made, for an accuracy or without one.
+///
+/// An accuracy asks for the effective draws that leave its Monte Carlo error, and for no more than sampling without one
+/// does; of chains only that they have come together, since their disagreement counts in the error that is vouched for.
+/// Independent draws have no chains that could disagree.
+pub fn asked_of_draws(method: Method, chains: usize, accuracy: Option<f64>) -> MixingLines {
+    let usual = MixingLines::of_chains(chains);
+    let Some(accuracy) = accuracy else {
+        return usual;
+    };
+    MixingLines {
+        rhat: method.is_nuts().then_some(LOST),
+        effective: usual.effective.min((SURE / accuracy).powi(2)),
+    }
 }
 
 /// [`SURE`] Monte Carlo errors of the mean in sds, or of the sd, of the parameter that has most; infinite where the draws
 /// do not give it.
 pub fn monte_carlo_error(sampled: &Sampled) -> f64 {
+    error_of_draws(&sampled.values) * sampled.mcse_factor
+}
+
+/// The same, of draws that stand for themselves.
+fn error_of_draws(values: &ParameterDraws) -> f64 {
     let of = |values: &Vec<Vec<f64>>| {
-        let chains: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
-        let found = summarise(&chains);
+        let found = summary_of(values);
         match (found.sd, found.mcse_mean, found.mcse_sd) {
             (Some(sd), Some(mean), Some(of_sd)) if sd > 0.0 => mean.max(of_sd) / sd,
             _ => f64::INFINITY,
         }
     };
-    let largest = sampled.values.iter().map(of).fold(0.0, f64::max);
-    SURE * largest * sampled.mcse_factor
+    SURE * values.iter().map(of).fold(0.0, f64::max)
 }

@@ -14,6 +14,7 @@
 //! | `prepared_posterior.rs` | a posterior with its start, its nodes and its mode |
 //! | `nuts.rs` | draws by trajectories |
 //! | `importance.rs` | draws from the normal about the mode, and their weights |
+//! | `mixing.rs` | when draws are enough |
 //! | `sampling.rs` | a posterior to its draws |
 //! | `accuracy.rs` | the cheapest draws that reach an accuracy |
 //! | `delta.rs` | standard errors and intervals of derived quantities |
@@ -37,6 +38,7 @@ pub mod lack_of_fit;
 pub mod laplace;
 pub mod law;
 pub mod least_squares;
+pub mod mixing;
 pub mod nested;
 pub mod nuts;
 pub mod prepared_posterior;

@@ -4,11 +4,12 @@
 //! costs steps, and adaptation has little left to do.
 
 use std::collections::HashMap;
+use std::sync::mpsc::{channel, Receiver, Sender};
+use std::thread::Scope;
 
 use nuts_rs::{Chain as _, CpuLogpFunc, CpuMath, CpuMathError, DiagNutsSettings, HasDims, LogpError, Settings as _};
 use rand::rngs::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use rayon::prelude::*;
 
 use super::laplace::Laplace;
 use crate::model::likelihood::OutsideDomain;
@@ -59,6 +60,20 @@ pub struct Chain {
     pub energy: Vec<f64>,
 }
 
+impl Chain {
+    /// Adds the draws that came after.
+    fn append(&mut self, later: Chain) {
+        self.points.extend(later.points);
+        self.ln_density.extend(later.ln_density);
+        self.acceptance_rate.extend(later.acceptance_rate);
+        self.step_size.extend(later.step_size);
+        self.tree_depth.extend(later.tree_depth);
+        self.steps.extend(later.steps);
+        self.diverging.extend(later.diverging);
+        self.energy.extend(later.energy);
+    }
+}
+
 /// Why nothing could be sampled.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("chain {chain} could not be sampled: {reason}")]
@@ -92,52 +107,186 @@ pub fn sample_chains<T: LogDensity + ?Sized>(
     streams: StreamName,
     watcher: Watcher,
 ) -> Result<Vec<Chain>, SamplingFailure> {
-    let rounding = about.ln_density.abs() * f64::EPSILON;
-    if rounding > MOST_ROUNDING {
-        return Err(SamplingFailure {
-            chain: 1,
-            reason: format!(
-                "the log density at the mode is {:.1e}, of which rounding leaves {rounding:.0e}; a prior or a spread is held \
-                 far too tightly for these runs",
-                about.ln_density
-            ),
-        });
-    }
     let sampler = ChainSampler {
         target,
         about,
         effort,
+        streams,
         watcher,
     };
-    let one = |chain: usize| {
-        let index = chain as u64;
-        let sampled = sampler.chain(index, streams.at(index));
-        sampled.map_err(|reason| SamplingFailure {
-            chain: chain + 1,
-            reason,
-        })
-    };
-    (0..effort.chains).into_par_iter().map(one).collect()
+    sampler.sample_while(&mut |_| 0)
 }
 
 /// A log density with what every chain samples it by.
-struct ChainSampler<'s, T: ?Sized> {
-    target: &'s T,
-    about: &'s Laplace,
-    effort: Effort,
-    watcher: Watcher<'s>,
+pub struct ChainSampler<'s, T: ?Sized> {
+    /// the log density
+    pub target: &'s T,
+    /// its mode and curvature
+    pub about: &'s Laplace,
+    /// how much is sampled first
+    pub effort: Effort,
+    /// the chains' streams
+    pub streams: StreamName<'s>,
+    /// hears of every draw
+    pub watcher: Watcher<'s>,
 }
 
 impl<T: LogDensity + ?Sized> ChainSampler<'_, T> {
-    /// Samples one chain, by its number from 0.
-    fn chain(&self, chain: u64, mut rng: ChaCha8Rng) -> Result<Chain, String> {
-        let ChainSampler {
-            target,
-            about,
-            effort,
-            watcher,
-        } = *self;
-        let start = self.start(&mut rng).ok_or("no start near the mode has a density")?;
+    /// Samples every chain as [`sample_chains`] does, and draws on: `more` sees what was kept so far and says how many draws
+    /// each chain is to add, none to end. A chain that is drawn on keeps the draws it would have kept at once.
+    ///
+    /// Fails as [`sample_chains`] does.
+    pub fn sample_while(&self, more: &mut dyn FnMut(&[Chain]) -> usize) -> Result<Vec<Chain>, SamplingFailure> {
+        check_rounding(self.about)?;
+        let all = self.effort.chains;
+        std::thread::scope(|scope| {
+            // a chain of the sampler's crate cannot change its thread: each stays where it began, and waits there
+            let threads = rayon::current_num_threads().min(all).max(1);
+            let start = |first| Worker::start(scope, self, (first..all).step_by(threads).collect());
+            let workers: Option<Vec<Worker>> = (0..threads).map(start).collect();
+            let mut own = ChainGroup::new(self, (0..all).collect());
+            let mut kept = vec![Chain::default(); all];
+            let mut draws = self.effort.draws;
+            while draws > 0 {
+                let blocks = match &workers {
+                    Some(workers) => blocks_of(workers, draws),
+                    // the system gives no more threads
+                    None => own.draw(draws),
+                };
+                append(blocks, &mut kept)?;
+                draws = more(&kept);
+            }
+            Ok(kept)
+        })
+    }
+}
+
+/// Fails where rounding would move the log density.
+fn check_rounding(about: &Laplace) -> Result<(), SamplingFailure> {
+    let rounding = about.ln_density.abs() * f64::EPSILON;
+    if rounding <= MOST_ROUNDING {
+        return Ok(());
+    }
+    Err(SamplingFailure {
+        chain: 1,
+        reason: format!(
+            "the log density at the mode is {:.1e}, of which rounding leaves {rounding:.0e}; a prior or a spread is held \
+             far too tightly for these runs",
+            about.ln_density
+        ),
+    })
+}
+
+/// What a chain kept in one block of draws, with its number from 0.
+struct Block {
+    chain: usize,
+    kept: Result<Chain, String>,
+}
+
+/// Chains that are drawn one after the other, begun when they are first drawn.
+struct ChainGroup<'s, T: LogDensity + ?Sized> {
+    sampler: &'s ChainSampler<'s, T>,
+    /// numbers of the chains, from 0
+    chains: Vec<usize>,
+    /// the chains, or why one could not go on
+    begun: Vec<Result<OngoingChain<'s, T>, String>>,
+}
+
+impl<'s, T: LogDensity + ?Sized> ChainGroup<'s, T> {
+    fn new(sampler: &'s ChainSampler<'_, T>, chains: Vec<usize>) -> Self {
+        ChainGroup {
+            sampler,
+            chains,
+            begun: vec![],
+        }
+    }
+
+    /// Draws every chain so many times more.
+    fn draw(&mut self, draws: usize) -> Vec<Block> {
+        for chain in &self.chains[self.begun.len()..] {
+            self.begun.push(OngoingChain::start(self.sampler, *chain as u64));
+        }
+        let chains = self.chains.iter().zip(&mut self.begun);
+        chains
+            .map(|(chain, ongoing)| Block {
+                chain: *chain,
+                kept: match ongoing {
+                    Ok(ongoing) => ongoing.draw(draws),
+                    Err(why) => Err(why.clone()),
+                },
+            })
+            .collect()
+    }
+}
+
+/// A thread with chains of its own, which draw a block whenever they are asked to.
+struct Worker {
+    /// draws of the next block
+    ask: Sender<usize>,
+    /// the blocks of its chains
+    blocks: Receiver<Vec<Block>>,
+}
+
+impl Worker {
+    /// Starts a thread for these chains, which ends when it is asked no more; `None` where the system gives none.
+    fn start<'scope, T: LogDensity + ?Sized>(
+        scope: &'scope Scope<'scope, '_>,
+        sampler: &'scope ChainSampler<T>,
+        chains: Vec<usize>,
+    ) -> Option<Worker> {
+        let (ask, asked) = channel::<usize>();
+        let (give, blocks) = channel();
+        let draw = move || {
+            let mut group = ChainGroup::new(sampler, chains);
+            for draws in asked {
+                // nobody listens any more where a chain of another thread failed
+                let _ = give.send(group.draw(draws));
+            }
+        };
+        let thread = std::thread::Builder::new().spawn_scoped(scope, draw).ok()?;
+        drop(thread);
+        Some(Worker { ask, blocks })
+    }
+}
+
+/// Has the chains of every thread draw a block.
+fn blocks_of(workers: &[Worker], draws: usize) -> Vec<Block> {
+    for worker in workers {
+        // a thread that is gone has panicked, which the end of the scope passes on
+        let _ = worker.ask.send(draws);
+    }
+    workers
+        .iter()
+        .flat_map(|worker| worker.blocks.recv())
+        .flatten()
+        .collect()
+}
+
+/// Adds blocks to what was kept; fails with the first chain that did.
+fn append(mut blocks: Vec<Block>, kept: &mut [Chain]) -> Result<(), SamplingFailure> {
+    blocks.sort_by_key(|block| block.chain);
+    for Block { chain, kept: block } in blocks {
+        let block = block.map_err(|reason| SamplingFailure {
+            chain: chain + 1,
+            reason,
+        })?;
+        kept[chain].append(block);
+    }
+    Ok(())
+}
+
+/// A chain that has adapted and can be drawn on.
+struct OngoingChain<'s, T: LogDensity + ?Sized> {
+    sampler: &'s ChainSampler<'s, T>,
+    chain: <DiagNutsSettings as nuts_rs::Settings>::Chain<CpuMath<Rounded<'s, T>>>,
+}
+
+impl<'s, T: LogDensity + ?Sized> OngoingChain<'s, T> {
+    /// Starts one chain, by its number from 0, and has it adapt.
+    fn start(sampler: &'s ChainSampler<'_, T>, chain: u64) -> Result<Self, String> {
+        let ChainSampler { about, effort, .. } = *sampler;
+        let mut rng = sampler.streams.at(chain);
+        let start = sampler.start(&mut rng).ok_or("no start near the mode has a density")?;
         let mut settings = DiagNutsSettings {
             num_tune: effort.warmup as u64,
             num_draws: effort.draws as u64,
@@ -146,18 +295,26 @@ impl<T: LogDensity + ?Sized> ChainSampler<'_, T> {
             ..DiagNutsSettings::default()
         };
         settings.adapt_options.step_size_settings.target_accept = effort.target_accept;
-        let math = CpuMath::new(Rounded::new(target, about));
+        let math = CpuMath::new(Rounded::new(sampler.target, about));
         let reason = |error: &dyn std::fmt::Display| error.to_string();
-        let mut sampler = settings.new_chain(chain, math, &mut rng).map_err(|e| reason(&e))?;
-        sampler.set_position(&start).map_err(|e| reason(&e))?;
+        let mut chain = settings.new_chain(chain, math, &mut rng).map_err(|e| reason(&e))?;
+        chain.set_position(&start).map_err(|e| reason(&e))?;
         for _ in 0..effort.warmup {
-            let (_, progress) = sampler.draw().map_err(|e| reason(&e))?;
-            watcher(false, progress.diverging);
+            let (_, progress) = chain.draw().map_err(|e| reason(&e))?;
+            (sampler.watcher)(false, progress.diverging);
         }
+        Ok(OngoingChain { sampler, chain })
+    }
+
+    /// Draws so many times more, and keeps the draws.
+    fn draw(&mut self, draws: usize) -> Result<Chain, String> {
+        let ChainSampler {
+            target, about, watcher, ..
+        } = *self.sampler;
         let mut kept = Chain::default();
         let mut point = vec![0.0; target.dimension()];
-        for _ in 0..effort.draws {
-            let (z, _, stats, progress) = sampler.expanded_draw().map_err(|e| reason(&e))?;
+        for _ in 0..draws {
+            let (z, _, stats, progress) = self.chain.expanded_draw().map_err(|e| e.to_string())?;
             watcher(true, progress.diverging);
             about.point(&z, &mut point);
             kept.points.extend_from_slice(&point);
@@ -171,7 +328,9 @@ impl<T: LogDensity + ?Sized> ChainSampler<'_, T> {
         }
         Ok(kept)
     }
+}
 
+impl<T: LogDensity + ?Sized> ChainSampler<'_, T> {
     /// A start about the mode, wider than the posterior where that has a density.
     fn start(&self, rng: &mut ChaCha8Rng) -> Option<Vec<f64>> {
         const WIDER: f64 = 1.5;

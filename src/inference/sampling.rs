@@ -4,7 +4,8 @@ use serde::Serialize;
 
 use super::importance::{normal_draws, DrawCounts, Proposed, Weights};
 use super::laplace::Laplace;
-use super::nuts::{divergences, sample_chains, Chain, Effort, SamplingFailure, Watcher, LARGEST_DEPTH};
+use super::mixing::{draws_to_add, MixingLines, ParameterDraws};
+use super::nuts::{divergences, Chain, ChainSampler, Effort, SamplingFailure, Watcher, LARGEST_DEPTH};
 use super::prepared_posterior::{Evaluation, NoStart, PreparedPosterior, Start};
 use crate::model::likelihood::{Compression, Likelihood};
 use crate::model::parameters::ModelParameters;
@@ -51,6 +52,18 @@ pub struct SamplingPlan<'p> {
     pub stream: StreamName<'p>,
     /// what stands for the runs
     pub evaluation: Evaluation,
+}
+
+/// Draws that are made at most, over those asked for, where the chains have not mixed before.
+pub const MOST_TIMES: usize = 8;
+
+/// How a posterior is sampled on until its chains have mixed.
+#[derive(Debug, Clone, Copy)]
+pub struct UntilMixed<'p> {
+    /// how it is sampled first
+    pub plan: SamplingPlan<'p>,
+    /// the most draws a chain keeps; fewer than the plan's are the plan's
+    pub most_draws: usize,
 }
 
 /// A requested accuracy, and how it was reached.
@@ -141,15 +154,7 @@ impl Sampled {
         began: std::time::Instant,
     ) -> Sampled {
         let posterior = &prepared.posterior;
-        let dimension = posterior.dimension();
-        let mut values = vec![vec![vec![]; chains.len()]; dimension];
-        for (chain, kept) in chains.iter().enumerate() {
-            for point in kept.points.chunks_exact(dimension.max(1)) {
-                for (of, value) in values.iter_mut().zip(posterior.draw_at(point)) {
-                    of[chain].push(value);
-                }
-            }
-        }
+        let values = parameter_draws(posterior, &chains);
         let sampled = began.elapsed().as_secs_f64();
         let checked_error = prepared.largest_difference(&chains);
         Sampled {
@@ -170,6 +175,20 @@ impl Sampled {
     }
 }
 
+/// The parameters at the points of chains.
+fn parameter_draws(posterior: &PosteriorDensity, chains: &[Chain]) -> Vec<Vec<Vec<f64>>> {
+    let dimension = posterior.dimension();
+    let mut values = vec![vec![vec![]; chains.len()]; dimension];
+    for (chain, kept) in chains.iter().enumerate() {
+        for point in kept.points.chunks_exact(dimension.max(1)) {
+            for (of, value) in values.iter_mut().zip(posterior.draw_at(point)) {
+                of[chain].push(value);
+            }
+        }
+    }
+    values
+}
+
 /// Samples the posterior of these parameters under the likelihood of all rows by the No-U-Turn sampler.
 ///
 /// Fails where no start has a density or a chain cannot be sampled; divergent draws are kept and counted.
@@ -184,6 +203,30 @@ pub fn sample_posterior(
     Ok(sample_by_nuts(&prepared, plan.effort, plan.stream, watcher)?)
 }
 
+/// Samples the posterior as [`sample_posterior`] does, and draws the chains on, twice as far each time, until they have
+/// mixed ([`MixingLines`]), the most draws are made, or most trajectories were cut at their largest depth.
+///
+/// Fails as that does.
+pub fn sample_until_mixed(
+    parameters: ModelParameters,
+    rows: &Likelihood,
+    start: &Start,
+    until: UntilMixed,
+    watcher: Watcher,
+) -> Result<Sampled, NoPosterior> {
+    let UntilMixed { plan, most_draws } = until;
+    let prepared = PreparedPosterior::new(parameters, rows, start, plan.evaluation)?;
+    let lines = MixingLines::of_chains(plan.effort.chains);
+    let mut more = |draws: &ParameterDraws| draws_to_add(lines, draws, most_draws);
+    let sampling = NutsSampling {
+        prepared: &prepared,
+        effort: plan.effort,
+        stream: plan.stream,
+        watcher,
+    };
+    Ok(sampling.sample_while(&mut more)?)
+}
+
 /// Samples a prepared posterior by the No-U-Turn sampler.
 pub fn sample_by_nuts(
     prepared: &PreparedPosterior,
@@ -191,16 +234,80 @@ pub fn sample_by_nuts(
     stream: StreamName,
     watcher: Watcher,
 ) -> Result<Sampled, SamplingFailure> {
-    let began = std::time::Instant::now();
-    let (chains, target_accept) = without_divergences(&prepared.posterior, &prepared.about, effort, stream, watcher)?;
-    let method = match prepared.compression {
-        Some(_) => Method::NutsCompressed,
-        None => Method::NutsExact,
+    let sampling = NutsSampling {
+        prepared,
+        effort,
+        stream,
+        watcher,
     };
-    Ok(Sampled {
-        target_accept,
-        ..Sampled::of_chains(prepared, method, chains, began)
-    })
+    sampling.sample_while(&mut |_| 0)
+}
+
+/// A prepared posterior, and how the No-U-Turn sampler draws from it.
+pub(super) struct NutsSampling<'s> {
+    pub(super) prepared: &'s PreparedPosterior<'s>,
+    pub(super) effort: Effort,
+    pub(super) stream: StreamName<'s>,
+    pub(super) watcher: Watcher<'s>,
+}
+
+impl NutsSampling<'_> {
+    /// Samples, and draws every chain on by so many draws as `more` says after seeing those made; none to end.
+    pub(super) fn sample_while(
+        &self,
+        more: &mut dyn FnMut(&ParameterDraws) -> usize,
+    ) -> Result<Sampled, SamplingFailure> {
+        let began = std::time::Instant::now();
+        let prepared = self.prepared;
+        let (chains, target_accept) = self.without_divergences(more)?;
+        let method = match prepared.compression {
+            Some(_) => Method::NutsCompressed,
+            None => Method::NutsExact,
+        };
+        Ok(Sampled {
+            target_accept,
+            ..Sampled::of_chains(prepared, method, chains, began)
+        })
+    }
+
+    /// Samples anew with shorter steps as long as trajectories diverge, as they may where few runs leave σ wide open.
+    fn without_divergences(
+        &self,
+        more: &mut dyn FnMut(&ParameterDraws) -> usize,
+    ) -> Result<(Vec<Chain>, f64), SamplingFailure> {
+        const SHORTER: [f64; 3] = [0.95, 0.995, 0.9995];
+        let posterior = &self.prepared.posterior;
+        let mut target_accept = self.effort.target_accept;
+        let mut shorter = SHORTER
+            .into_iter()
+            .filter(|shorter| *shorter > self.effort.target_accept);
+        loop {
+            let sampler = ChainSampler {
+                target: posterior,
+                about: &self.prepared.about,
+                effort: Effort {
+                    target_accept,
+                    ..self.effort
+                },
+                streams: self.stream,
+                watcher: self.watcher,
+            };
+            let next = shorter.next();
+            let anew = |chains: &[Chain]| next.is_some() && divergences(chains) > 0 && !mostly_cut(chains);
+            let chains = sampler.sample_while(&mut |chains| {
+                // cut trajectories cost most of all and hardly move: more of them would not mix either
+                if anew(chains) || mostly_cut(chains) {
+                    0
+                } else {
+                    more(&parameter_draws(posterior, chains))
+                }
+            })?;
+            match next {
+                Some(next) if anew(&chains) => target_accept = next,
+                _ => return Ok((chains, target_accept)),
+            }
+        }
+    }
 }
 
 /// Draws from the normal about the mode of a prepared posterior, whatever the posterior has there.
@@ -259,32 +366,4 @@ pub fn sample_by_importance(prepared: &PreparedPosterior, size: DrawCounts, stre
 fn mostly_cut(chains: &[Chain]) -> bool {
     let depths = || chains.iter().flat_map(|chain| &chain.tree_depth);
     2 * depths().filter(|depth| **depth >= LARGEST_DEPTH).count() > depths().count()
-}
-
-/// Samples anew with shorter steps as long as trajectories diverge, as they may where few runs leave σ wide open.
-fn without_divergences(
-    posterior: &PosteriorDensity,
-    about: &Laplace,
-    effort: Effort,
-    stream: StreamName,
-    watcher: Watcher,
-) -> Result<(Vec<Chain>, f64), SamplingFailure> {
-    const SHORTER: [f64; 2] = [0.95, 0.995];
-    let with = |target_accept: f64| {
-        let effort = Effort {
-            target_accept,
-            ..effort
-        };
-        sample_chains(posterior, about, effort, stream, watcher)
-    };
-    let mut target_accept = effort.target_accept;
-    let mut chains = with(target_accept)?;
-    for shorter in SHORTER.into_iter().filter(|shorter| *shorter > effort.target_accept) {
-        if divergences(&chains) == 0 || mostly_cut(&chains) {
-            break;
-        }
-        target_accept = shorter;
-        chains = with(target_accept)?;
-    }
-    Ok((chains, target_accept))
 }

@@ -5,20 +5,23 @@ use std::path::Path;
 use rand::RngExt;
 
 use crate::error::Error;
-use crate::inference::accuracy::{sample_to_accuracy, AccuracyPlan};
-use crate::inference::diagnostics::summary::{summarise, Summary};
+use crate::findings;
+use crate::findings::posterior::{fit_posterior, MethodChoice, Posterior, SamplingSetup};
+use crate::inference::diagnostics::summary::Summary;
+use crate::inference::mixing::summary_of;
 use crate::inference::nuts::{Effort, TARGET_ACCEPT};
 use crate::inference::prepared_posterior::{Evaluation, PreparedPosterior};
 use crate::inference::sampling::{sample_by_nuts, Method, Sampled};
 use crate::model::likelihood::Likelihood;
 use crate::model::parameters::ModelParameters;
 use crate::model::simulate::Simulation;
-use crate::runs;
+use crate::physics::Form;
+use crate::runs::{self, Table};
 use crate::scene::{self, Scene};
 use crate::seed::{stream, StreamName};
 
 /// Accuracies that are requested.
-pub const REQUESTED: [f64; 3] = [0.2, 0.1, 0.05];
+pub const REQUESTED: [f64; 4] = [0.3, 0.2, 0.1, 0.05];
 
 /// A long run's Monte Carlo error is at most this share of the accuracy.
 const SHARE: f64 = 0.1;
@@ -34,21 +37,36 @@ pub const KEPT: f64 = 0.95;
 pub struct Promise {
     /// the accuracy
     pub requested: f64,
-    /// the true errors where it was reached, by the method's own word
-    pub errors: Vec<f64>,
-    /// scenes by method, cheapest first
-    pub methods: [u64; 4],
+    /// what came out where it was reached, by the method's own word
+    pub answers: Vec<Answer>,
+}
+
+/// What came out where an accuracy was asked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Answer {
+    /// the method taken
+    pub method: Method,
+    /// the true error
+    pub error: f64,
+    /// whether every check of the sampling passed
+    pub quotable: bool,
 }
 
 impl Promise {
     /// Scenes whose true error is no larger than `line`.
     pub fn within(&self, line: f64) -> usize {
-        self.errors.iter().filter(|error| **error <= line).count()
+        self.answers.iter().filter(|answer| answer.error <= line).count()
+    }
+
+    /// Scenes that kept the accuracy, and may be quoted as far as the sampling goes.
+    pub fn quotable_where_kept(&self) -> usize {
+        let kept = self.answers.iter().filter(|answer| answer.error <= self.requested);
+        kept.filter(|answer| answer.quotable).count()
     }
 
     /// How far the share of scenes within `line` lies from [`KEPT`], in standard errors of a binomial share.
     pub fn z(&self, line: f64) -> f64 {
-        let n = self.errors.len() as f64;
+        let n = self.answers.len() as f64;
         (self.within(line) as f64 / n - KEPT) / (KEPT * (1.0 - KEPT) / n).sqrt()
     }
 }
@@ -82,25 +100,11 @@ pub fn measure(scenes: u64, seed: u64, progress: &dyn Fn()) -> Result<AccuracyTa
             Ok(found)
         })
         .collect::<Result<Vec<_>, Error>>()?;
-    let mut promises: Vec<Promise> = REQUESTED
-        .iter()
-        .map(|requested| Promise {
-            requested: *requested,
-            errors: vec![],
-            methods: [0; 4],
-        })
-        .collect();
-    for (promise, place) in promises.iter_mut().zip(0..) {
-        for answers in found.iter().flatten() {
-            let Some((method, error)) = &answers[place] else {
-                continue;
-            };
-            promise.errors.push(*error);
-            if let Some(of) = METHODS.iter().position(|one| one == method) {
-                promise.methods[of] += 1;
-            }
-        }
-    }
+    let promise = |(place, requested): (usize, &f64)| Promise {
+        requested: *requested,
+        answers: found.iter().flatten().filter_map(|answers| answers[place]).collect(),
+    };
+    let promises = REQUESTED.iter().enumerate().map(promise).collect();
     Ok(AccuracyTable {
         scenes,
         left_out: found.iter().filter(|found| found.is_none()).count() as u64,
@@ -108,35 +112,83 @@ pub fn measure(scenes: u64, seed: u64, progress: &dyn Fn()) -> Result<AccuracyTa
     })
 }
 
-/// For each accuracy the method taken and its true error, if it was reached; `None` without a long run.
-type Answers = Option<Vec<Option<(Method, f64)>>>;
+/// For each accuracy what came out, if it was reached; `None` without a long run.
+type Answers = Option<Vec<Option<Answer>>>;
 
 fn one(index: u64, seed: u64) -> Result<Answers, Error> {
-    let scene = simulated(index, seed)?;
-    let mut drawn = vec![];
-    Simulation::new(&scene, None)?.draw_from(stream(seed, "accuracy runs", index), |run| {
-        drawn.push(run);
-        Ok(())
-    })?;
-    let runs = runs::arrange(&scene, &drawn);
-    let form = scene.model.form();
-    let parameters = ModelParameters::of(&scene, &runs, form)?;
-    let rows = Likelihood::of_rows(&scene, &runs, form);
+    let simulated = SimulatedRuns::new(index, seed)?;
+    let SimulatedRuns { scene, table, form, .. } = &simulated;
+    let parameters = ModelParameters::of(scene, &table.runs, *form)?;
+    let rows = Likelihood::of_rows(scene, &table.runs, *form);
     let Some(truth) = long_run(&parameters, &rows, seed, index) else {
         return Ok(None);
     };
-    let name = format!("accuracy {index}");
-    let answer = |accuracy: f64| {
-        let plan = AccuracyPlan {
-            accuracy,
-            effort: effort(1000),
-            stream: StreamName::new(seed, &name),
-        };
-        let sampled = sample_to_accuracy(parameters.clone(), &rows, &vec![], plan, &|_, _| ()).ok()?;
-        let reached = sampled.accuracy.as_ref().is_some_and(|accuracy| accuracy.reached());
-        reached.then(|| (sampled.method, error(&summaries(&sampled), &truth)))
+    let fits = simulated.fit(&REQUESTED)?;
+    let answer = |fitted: Option<Posterior>| {
+        let fitted = fitted?;
+        Some(Answer {
+            method: fitted.sampled.method,
+            error: error(&summaries(&fitted.sampled), &truth),
+            quotable: fitted.sampling_holds(),
+        })
     };
-    Ok(Some(REQUESTED.map(answer).to_vec()))
+    Ok(Some(fits.into_iter().map(answer).collect()))
+}
+
+/// One of the study's scenes with its runs.
+pub struct SimulatedRuns {
+    scene: Scene,
+    table: Table,
+    form: Form,
+    /// seed of the fits
+    seed: u64,
+}
+
+impl SimulatedRuns {
+    /// Draws a scene, and its runs.
+    pub fn new(index: u64, seed: u64) -> Result<SimulatedRuns, Error> {
+        let scene = simulated(index, seed)?;
+        let mut drawn = vec![];
+        Simulation::new(&scene, None)?.draw_from(stream(seed, "accuracy runs", index), |run| {
+            drawn.push(run);
+            Ok(())
+        })?;
+        let runs = runs::arrange(&scene, &drawn);
+        let table = Table {
+            rows: runs.len(),
+            screened: vec![],
+            notices: vec![],
+            sha256: String::new(),
+            runs,
+        };
+        Ok(SimulatedRuns {
+            form: scene.model.form(),
+            scene,
+            table,
+            seed: stream(seed, "accuracy fits", index).random(),
+        })
+    }
+
+    /// Fits as `wetcor fit --accuracy X` does, for each X; `None` where that was not reached.
+    pub fn fit(&self, requested: &[f64]) -> Result<Vec<Option<Posterior>>, Error> {
+        let SimulatedRuns {
+            scene,
+            table,
+            form,
+            seed,
+        } = self;
+        let found = findings::fit_least_squares(scene, table, *seed, false);
+        let fit = |requested: &f64| {
+            let setup = SamplingSetup {
+                form: *form,
+                method: MethodChoice::Accuracy(*requested),
+            };
+            let fitted = fit_posterior(scene, &table.runs, found.least_squares(), setup, &|_, _| ())?;
+            let reached = |fitted: &Posterior| fitted.sampled.accuracy.as_ref().is_some_and(|one| one.reached());
+            Ok(fitted.ok().filter(reached))
+        };
+        requested.iter().map(fit).collect()
+    }
 }
 
 fn effort(draws: usize) -> Effort {
@@ -175,11 +227,7 @@ fn long_run(parameters: &ModelParameters, rows: &Likelihood, seed: u64, index: u
 }
 
 fn summaries(sampled: &Sampled) -> Vec<Summary> {
-    let of = |values: &Vec<Vec<f64>>| {
-        let chains: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
-        summarise(&chains)
-    };
-    sampled.values.iter().map(of).collect()
+    sampled.values.iter().map(|values| summary_of(values)).collect()
 }
 
 /// Monte Carlo error of mean or sd, in sds.
@@ -235,31 +283,34 @@ pub fn markdown(table: &AccuracyTable) -> String {
          inertia are drawn anew for each. The true error is the largest of any mean, in posterior sds, and of any sd, \
          relative, against trajectories over every row that are followed until their Monte Carlo error is at most {} of \
          the finest X; {} scenes without such a run are left out. X must be kept in {:.0} % of the scenes; z is the \
-         distance from that in standard errors.\n\n",
+         distance from that in standard errors. Quotable: of those that kept it, the share whose checks of the sampling \
+         (R-hat, effective draws, divergences, energy fraction, weights, nodes, the accuracy itself) all pass.\n\n",
         table.scenes,
         SHARE,
         table.left_out,
         100.0 * KEPT
     ));
-    text.push_str("| X | reached | kept | share / % | z | largest true error |");
+    text.push_str("| X | reached | kept | share / % | z | quotable / % | largest true error |");
     for method in METHODS {
         text.push_str(&format!(" `{}` |", method.name()));
     }
-    text.push_str("\n| --- | --- | --- | --- | --- | --- |");
+    text.push_str("\n| --- | --- | --- | --- | --- | --- | --- |");
     text.push_str(&" --- |".repeat(METHODS.len()));
     text.push('\n');
     for promise in &table.promises {
+        let kept = promise.within(promise.requested);
         text.push_str(&format!(
-            "| {} | {} | {} | {:.1} | {:.1} | {:.3} |",
+            "| {} | {} | {kept} | {:.1} | {:.1} | {:.1} | {:.3} |",
             promise.requested,
-            promise.errors.len(),
-            promise.within(promise.requested),
-            100.0 * promise.within(promise.requested) as f64 / promise.errors.len() as f64,
+            promise.answers.len(),
+            100.0 * kept as f64 / promise.answers.len() as f64,
             promise.z(promise.requested),
-            promise.errors.iter().copied().fold(0.0, f64::max)
+            100.0 * promise.quotable_where_kept() as f64 / kept as f64,
+            promise.answers.iter().map(|answer| answer.error).fold(0.0, f64::max)
         ));
-        for count in promise.methods {
-            text.push_str(&format!(" {count} |"));
+        for method in METHODS {
+            let taken = promise.answers.iter().filter(|answer| answer.method == method);
+            text.push_str(&format!(" {} |", taken.count()));
         }
         text.push('\n');
     }

@@ -26,7 +26,7 @@ use super::predict::Basis;
 use crate::error::Error;
 use crate::inference::accuracy::{sample_to_accuracy, AccuracyPlan};
 use crate::inference::nuts::Watcher;
-use crate::inference::sampling::{sample_posterior, Sampled, SamplingPlan};
+use crate::inference::sampling::{sample_until_mixed, Sampled, SamplingPlan};
 use crate::model::likelihood::pointwise::Pointwise;
 use crate::model::likelihood::Likelihood;
 use crate::model::parameters::ModelParameters;
@@ -37,7 +37,7 @@ use derived::DerivedDraws;
 use summarise::{summarise_posterior, SummarySource};
 
 pub use posterior_checks::{why_not_sampled, PosteriorRefusal};
-pub use sampling::{check_room, effort, start, MethodChoice, SamplingSetup, MOST_NUMBERS};
+pub use sampling::{check_room, effort, start, until_mixed, MethodChoice, SamplingSetup, MOST_NUMBERS};
 pub use summary::{
     AccuracySummary, CompressionSummary, HeldParameter, PosteriorFindings, PriorSummary, QuantitySummary,
     RejectedMethod,
@@ -58,6 +58,17 @@ pub struct Posterior {
     pub checks: Vec<Check>,
 }
 
+impl Posterior {
+    /// Whether every check of the sampling passed; those of the model and the runs do not count.
+    pub fn sampling_holds(&self) -> bool {
+        let mut of_sampling = self
+            .checks
+            .iter()
+            .filter(|check| posterior_checks::is_of_sampling(check));
+        of_sampling.all(|check| check.passed || !check.gates)
+    }
+}
+
 /// Samples the posterior from where least squares stands, and summarises it.
 ///
 /// `Err` where a prior leaves no room, or the draws do not fit into memory; the inner `Err` where the runs are such that
@@ -74,10 +85,8 @@ pub fn fit_posterior(
         return Ok(Err(not_sampled));
     }
     let effort = effort(scene);
-    check_room(
-        effort,
-        parameters.sampled.len() + derived::count_derived(runs, setup.form),
-    )?;
+    let quantities = parameters.sampled.len() + derived::count_derived(runs, setup.form);
+    check_room(effort, quantities)?;
     let rows = Likelihood::of_rows(scene, runs, setup.form);
     let stream = StreamName::new(least_squares.seed, "posterior");
     let plan = SamplingPlan {
@@ -95,7 +104,10 @@ pub fn fit_posterior(
             };
             sample_to_accuracy(parameters, &rows, &start, plan, watcher)
         }
-        MethodChoice::Nodes | MethodChoice::Rows => sample_posterior(parameters, &rows, &start, plan, watcher),
+        MethodChoice::Nodes | MethodChoice::Rows => {
+            let until = until_mixed(plan, quantities);
+            sample_until_mixed(parameters, &rows, &start, until, watcher)
+        }
     };
     let sampled = match sampled {
         Ok(sampled) => sampled,

@@ -3,20 +3,40 @@
 use super::summary::{PosteriorFindings, QuantitySummary};
 use crate::findings::checks::{self, Check, Criterion};
 use crate::findings::least_squares::LeastSquares;
+use crate::inference::accuracy::asked_of_draws;
 use crate::inference::diagnostics::pareto::khat_threshold;
-use crate::model::parameters::ModelParameters;
-use crate::runs::Runs;
+use crate::inference::mixing::MixingLines;
+use crate::model::parameters::{ModelParameters, ParameterKind};
+use crate::runs::{DryGroup, Runs};
 
 /// Standard errors that chance may add to a coverage or a mean residual.
 const CHANCE: f64 = 3.5;
 
 /// Names of the checks that stand where nothing was sampled.
-const NOT_SAMPLED: [&str; 4] = [
+const NOT_SAMPLED: [&str; 5] = [
     checks::PARAMETERS_LEFT.code,
+    checks::RUNS_TO_SPARE.code,
     checks::DRAWS_MADE.code,
     checks::NOISE.code,
     checks::REBOUNDS.code,
 ];
+
+/// Names of the checks of how the draws were made.
+const OF_SAMPLING: [&str; 8] = [
+    checks::RHAT.code,
+    checks::ESS_BULK.code,
+    checks::ESS_TAIL.code,
+    checks::E_BFMI.code,
+    checks::DIVERGENCES.code,
+    checks::KHAT.code,
+    checks::ACCURACY.code,
+    checks::COMPRESSION_ERROR.code,
+];
+
+/// Whether a check asks how the draws were made, and not of the model or the runs.
+pub(super) fn is_of_sampling(check: &Check) -> bool {
+    OF_SAMPLING.contains(&check.check)
+}
 
 /// Why no posterior was sampled, though the scene wants one; the check fails and gates.
 #[derive(Debug)]
@@ -39,20 +59,10 @@ pub fn why_not_sampled(
         let text = "no parameter is left to be sampled: no runs in use, or every prior fixed";
         return Some(PosteriorRefusal(checks::PARAMETERS_LEFT.check(0.0, text)));
     }
-    let dry = least_squares
-        .dry
-        .iter()
-        .filter(|dry| dry.runs > 1)
-        .filter_map(|dry| dry.residual_sd);
-    let series = least_squares.series.iter().filter(|series| series.runs > 2);
-    let wet: Vec<f64> = series.filter_map(|series| series.residual_sd).collect();
-    // one noisy series is enough to have a noise
-    let wet = wet.into_iter().reduce(f64::max);
-    if let Some(smallest) = dry
-        .chain(wet)
-        .reduce(f64::min)
-        .filter(|sd| *sd < checks::NOISE.threshold())
-    {
+    if let Some(few) = too_few_runs(runs, parameters) {
+        return Some(PosteriorRefusal(few));
+    }
+    if let Some(smallest) = smallest_noise(least_squares).filter(|sd| *sd < checks::NOISE.threshold()) {
         let text = format!(
             "the runs have no noise (spread {smallest:.1e}): there is no posterior to sample, and least squares is exact"
         );
@@ -64,6 +74,76 @@ pub fn why_not_sampled(
         return Some(PosteriorRefusal(checks::REBOUNDS.check(0.0, text)));
     }
     None
+}
+
+/// Runs of one kind, and the parameters that they alone have to tell.
+struct Tally {
+    runs: usize,
+    parameters: Vec<ParameterKind>,
+}
+
+/// Whether there are as many parameters as runs, of all runs or of the dry or the wet ones by themselves: a spread could
+/// then shrink to nothing, the other parameters passing through every run, and its chains would follow it there.
+fn too_few_runs(runs: &Runs, parameters: &ModelParameters) -> Option<Check> {
+    let sampled: Vec<ParameterKind> = parameters.sampled.iter().map(|parameter| parameter.kind).collect();
+    let is_sampled = |kind: ParameterKind| sampled.contains(&kind);
+    let rebounds = |groups: &[DryGroup]| groups.iter().map(|group| group.rebounds.len()).sum::<usize>();
+    let has_dry = |kind: ParameterKind| matches!(kind, ParameterKind::DryK(p) if rebounds(runs.dry_of(p)) > 0);
+    let of_kind = |of: &dyn Fn(ParameterKind) -> bool| sampled.iter().copied().filter(|kind| of(*kind)).collect();
+    let dry = Tally {
+        runs: rebounds(&runs.dry),
+        parameters: of_kind(&has_dry),
+    };
+    let is_curve = |kind: ParameterKind| match kind {
+        ParameterKind::DryK(_) => !has_dry(kind),
+        ParameterKind::Shared(_) | ParameterKind::LubricationTrend | ParameterKind::InertialTrend => true,
+        _ => false,
+    };
+    let wet = Tally {
+        runs: runs.series.iter().map(|series| series.rebounds.len()).sum(),
+        parameters: of_kind(&is_curve),
+    };
+    let parts = [
+        (dry, "dry rebounds", ParameterKind::SigmaDry),
+        (wet, "wet rebounds", ParameterKind::SigmaWet),
+    ];
+    let all = Tally {
+        runs: runs.len(),
+        parameters: sampled.clone(),
+    };
+    // a spread that is held cannot shrink, and one that no run has is its prior's
+    let parts = parts
+        .into_iter()
+        .filter(|(tally, _, sd)| is_sampled(*sd) && tally.runs > 0);
+    std::iter::once((all, "runs"))
+        .chain(parts.map(|(tally, what, _)| (tally, what)))
+        .find(|(tally, _)| tally.runs <= tally.parameters.len())
+        .map(|(tally, what)| tally.check(what))
+}
+
+impl Tally {
+    fn check(&self, what: &str) -> Check {
+        let symbols: Vec<&str> = self.parameters.iter().map(|kind| kind.symbol()).collect();
+        let text = format!(
+            "{} {what} for {} parameters ({}): too few to tell how far they scatter",
+            self.runs,
+            symbols.len(),
+            symbols.join(", ")
+        );
+        let spare = self.runs as f64 - symbols.len() as f64;
+        checks::RUNS_TO_SPARE.check(spare, text).with_advice()
+    }
+}
+
+/// The smaller spread of the runs about the laws, of the dry ones and of the wet: zero, but for rounding, of an exact fit.
+fn smallest_noise(least_squares: LeastSquares) -> Option<f64> {
+    // one noisy particle or series is enough to have a noise
+    let dry = least_squares.dry.iter().filter(|dry| dry.runs > 1);
+    let dry = dry.filter_map(|dry| dry.residual_sd).reduce(f64::max);
+    let series = least_squares.series.iter().filter(|series| series.runs > 2);
+    let wet = series.filter_map(|series| series.residual_sd).reduce(f64::max);
+    let balance = least_squares.energy_balance.and_then(|balance| balance.residual_sd);
+    [dry, wet, balance].into_iter().flatten().reduce(f64::min)
 }
 
 /// The sampling could not even start.
@@ -113,17 +193,32 @@ fn largest<'a>(found: &'a PosteriorFindings, of: impl Fn(&QuantitySummary) -> Op
 
 fn convergence(found: &PosteriorFindings) -> Vec<Check> {
     let mut checks = vec![];
-    let WorstParameter { value: rhat, name } = largest(found, |q| q.rhat);
-    let text = format!("largest R-hat ({name}): chains that agree have 1");
-    let rhat = Some(rhat).filter(|rhat| rhat.is_finite());
-    let apart = format!("the chains do not agree on {name}");
-    checks.push(checks::RHAT.check(rhat, text).if_failed(&apart).with_advice());
+    let requested = found.accuracy.as_ref().map(|accuracy| accuracy.requested);
+    let MixingLines { rhat: line, effective } = asked_of_draws(found.method, found.chains, requested);
+    let drawn_on = found.draws_asked.filter(|asked| found.draws > *asked);
+    let drawn_on = drawn_on.map_or(String::new(), |asked| {
+        format!("after {} draws a chain in place of {asked}", found.draws)
+    });
+    let told = |check: Check| {
+        let check = if drawn_on.is_empty() {
+            check
+        } else {
+            check.if_failed(&drawn_on)
+        };
+        check.with_advice()
+    };
+    if let Some(line) = line {
+        let WorstParameter { value: rhat, name } = largest(found, |q| q.rhat);
+        let text = format!("largest R-hat ({name}): chains that agree have 1");
+        let rhat = Some(rhat).filter(|rhat| rhat.is_finite());
+        let apart = format!("the chains do not agree on {name}");
+        checks.push(told(checks::RHAT.at(line).check(rhat, text).if_failed(&apart)));
+    }
     let fewest = |criterion: Criterion, what: &str, of: fn(&QuantitySummary) -> Option<f64>| {
         let WorstParameter { value, name } = largest(found, |q| of(q).map(|ess| -ess));
         let ess = if value.is_finite() { -value } else { 0.0 };
         let text = format!("fewest effective draws for the {what} ({name})");
-        let line = criterion.threshold() * found.chains as f64;
-        criterion.at(line).check(ess, text).with_advice()
+        told(criterion.at(effective).check(ess, text))
     };
     checks.push(fewest(checks::ESS_BULK, "centre", |q| q.ess_bulk));
     checks.push(fewest(checks::ESS_TAIL, "5 % and 95 % points", |q| q.ess_tail));

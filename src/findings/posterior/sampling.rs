@@ -4,6 +4,7 @@ use crate::error::Error;
 use crate::findings::least_squares::LeastSquares;
 use crate::inference::nuts::{Effort, TARGET_ACCEPT};
 use crate::inference::prepared_posterior::{Evaluation, Start};
+use crate::inference::sampling::{SamplingPlan, UntilMixed, MOST_TIMES};
 use crate::model::parameters::ParameterKind;
 use crate::physics::Form;
 use crate::scene::Scene;
@@ -68,6 +69,17 @@ pub fn check_room(effort: Effort, quantities: usize) -> Result<(), Error> {
         "[sampler] draws: found {draws} in {chains} chains, each with {quantities} quantities of this scene; expected at \
          most {most}, so that no more than {MOST_NUMBERS} numbers are held"
     )))
+}
+
+/// How a scene's posterior with so many quantities a draw is sampled: as its `[sampler]` says, and on until the chains have
+/// mixed, as far as the draws fit into memory.
+pub fn until_mixed(plan: SamplingPlan, quantities: usize) -> UntilMixed {
+    let Effort { chains, draws, .. } = plan.effort;
+    let room = MOST_NUMBERS / chains.saturating_mul(quantities).max(1);
+    UntilMixed {
+        plan,
+        most_draws: draws.saturating_mul(MOST_TIMES).min(room),
+    }
 }
 
 /// Where least squares stands, by parameter.

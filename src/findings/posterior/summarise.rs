@@ -58,6 +58,7 @@ pub(super) fn summarise_posterior(sampled: &Sampled, source: SummarySource) -> P
         chains: sampled.chains.len(),
         warmup: if sampled.method.is_nuts() { effort.warmup } else { 0 },
         draws: sampled.chains.first().map_or(0, |chain| chain.ln_density.len()),
+        draws_asked: sampled.accuracy.is_none().then_some(effort.draws),
         target_accept: sampled.target_accept,
         divergences: divergences(&sampled.chains),
         trajectories_cut: kept

@@ -25,6 +25,10 @@ pub struct PosteriorFindings {
     pub warmup: usize,
     /// draws a chain kept
     pub draws: usize,
+    /// draws a chain was to keep, and where it kept more it was drawn on until the chains had mixed; `None` where an
+    /// accuracy was asked for in place of draws
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub draws_asked: Option<usize>,
     /// acceptance the step size was adapted to; above 0.8 where trajectories had diverged with that
     pub target_accept: f64,
     /// kept draws whose trajectory diverged

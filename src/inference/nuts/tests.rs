@@ -4,6 +4,7 @@ use nalgebra::DMatrix;
 
 use super::*;
 use crate::inference::laplace::laplace;
+use crate::inference::mixing::{draws_a_chain, draws_to_add, MixingLines};
 use crate::seed::StreamName;
 
 /// A normal about zero in d dimensions: sds from 1 to 10⁶, neighbours correlated.
@@ -160,4 +161,86 @@ fn the_edge_of_a_domain_is_counted_and_survived() {
     let diverged: usize = chains.iter().flat_map(|chain| &chain.diverging).filter(|d| **d).count();
     assert!(diverged > 0 && heard.into_inner() >= diverged);
     assert!(chains.iter().all(|chain| chain.points.iter().all(|x| *x > 0.0)));
+}
+
+#[test]
+fn chains_that_are_drawn_on_keep_what_they_would_have_kept_at_once() {
+    let target = Normal::new(3, 0.5);
+    let about = laplace(&target, &[0.3; 3]).expect("a density everywhere");
+    let of = |draws: usize| Effort {
+        chains: 3,
+        warmup: 50,
+        draws,
+        target_accept: TARGET_ACCEPT,
+    };
+    let streams = StreamName::new(7, "drawn on");
+    let drawn_on = |threads: usize| {
+        let sampler = ChainSampler {
+            target: &target,
+            about: &about,
+            effort: of(20),
+            streams,
+            watcher: &none,
+        };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let mut blocks = [5, 15, 0].into_iter();
+        pool.expect("a pool")
+            .install(|| sampler.sample_while(&mut |_| blocks.next().unwrap_or(0)))
+            .expect("sampled")
+    };
+    let at_once = sample_chains(&target, &about, of(40), streams, &none).expect("sampled");
+    assert_eq!(drawn_on(1), at_once);
+    assert_eq!(drawn_on(2), at_once);
+    assert_eq!(drawn_on(3), at_once);
+}
+
+/// Two peaks in one dimension, so many sds apart: beyond some ten no chain finds its way from one to the other.
+struct TwoPeaks(f64);
+
+impl LogDensity for TwoPeaks {
+    fn dimension(&self) -> usize {
+        1
+    }
+    fn ln_density(&self, point: &[f64], slopes: &mut [f64]) -> Result<f64, OutsideDomain> {
+        let (near, far) = (point[0], point[0] - self.0);
+        let weight = 1.0 / (1.0 + (0.5 * (far * far - near * near)).exp());
+        slopes[0] = -(1.0 - weight) * near - weight * far;
+        let nearest = near.abs().min(far.abs());
+        let others = 0.5 * (near * near - far * far).abs();
+        Ok(-0.5 * nearest * nearest + (-others).exp().ln_1p())
+    }
+}
+
+#[test]
+fn chains_in_two_peaks_never_mix_and_one_peak_does() {
+    const MOST: usize = 1600;
+    let drawn = |apart: f64| {
+        let target = TwoPeaks(apart);
+        // as wide as both peaks
+        let about = Laplace {
+            mode: vec![0.5 * apart],
+            ln_density: 0.0,
+            scale: DMatrix::identity(1, 1) * (1.0 + 0.5 * apart),
+            converged: true,
+            peaked: true,
+        };
+        let sampler = ChainSampler {
+            target: &target,
+            about: &about,
+            effort: Effort { draws: 200, ..EFFORT },
+            streams: StreamName::new(1, "chains_in_two_peaks_never_mix"),
+            watcher: &none,
+        };
+        let values = |chains: &[Chain]| vec![chains.iter().map(|chain| chain.points.clone()).collect::<Vec<_>>()];
+        let lines = MixingLines::of_chains(EFFORT.chains);
+        let chains = sampler.sample_while(&mut |chains| draws_to_add(lines, &values(chains), MOST));
+        let values = values(&chains.expect("sampled"));
+        (draws_a_chain(&values), lines.hold(&values, 1.0))
+    };
+    assert_eq!(drawn(14.0), (MOST, false));
+    let (draws, mixed) = drawn(0.0);
+    assert!(mixed && draws < MOST, "{draws}");
+    // a first block that was too short is made good
+    let (draws, mixed) = drawn(4.0);
+    assert!(mixed && draws > 200, "{draws}");
 }

@@ -6,7 +6,7 @@ use super::super::page::Page;
 use super::cells::{checks, of_prediction};
 use crate::findings::posterior::{AccuracySummary, Posterior, PosteriorFindings};
 use crate::inference::prepared_posterior::CHECKED;
-use crate::inference::sampling::Method;
+use crate::inference::sampling::{Method, MOST_TIMES};
 
 /// The crate that samples, in the version in use.
 const SAMPLER: (&str, &str) = ("nuts-rs", "0.19.1");
@@ -68,8 +68,15 @@ fn method(found: &PosteriorFindings) -> String {
         ),
         Method::NutsCompressed | Method::NutsExact => {
             let (sampler, version) = SAMPLER;
+            let asked = match found.draws_asked {
+                Some(asked) if asked < draws => {
+                    format!(" ({asked} were asked for; the chains were drawn on until they agreed, or to {MOST_TIMES} times that)")
+                }
+                _ => String::new(),
+            };
             format!(
-                "with the No-U-Turn sampler of {sampler} {version}: {chains} chains × ({} to adapt + {draws} kept) draws",
+                "with the No-U-Turn sampler of {sampler} {version}: {chains} chains × ({} to adapt + {draws} kept) \
+                 draws{asked}",
                 found.warmup
             )
         }
