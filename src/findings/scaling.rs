@@ -7,12 +7,13 @@ use super::dry::{own_dry_speed, FittedDry};
 use super::estimate::{Estimate, Quoting};
 use super::fit_verdict::{one_against, spread, square_root_verdict, uncertain, why_stopped, Verdict};
 use super::measurement_errors::{columns, ErrorSummary};
-use super::quantities::{variables, wetted_of, FittedLaw};
+use super::quantities::{variables, wetted_of, FittedLaw, LawLimits, LawOver};
 use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::{ErrorColumns, ErrorWeights};
 use crate::inference::law::Law;
 use crate::inference::least_squares::{Fit, Stop};
 use crate::inference::nested::{FTest, Spread};
+use crate::inference::profile::LawProfile;
 use crate::inference::regression::Regression;
 use crate::physics::quantity::{Place, Quantity};
 use crate::physics::Coefficient;
@@ -83,6 +84,8 @@ pub struct FittedScaling {
     pub parameters: Option<[f64; 2]>,
     /// their covariance
     pub uncertain: Uncertain,
+    /// limits of its profiles, where it is curved
+    pub(super) limits: Option<LawLimits>,
     /// how the parameters move with k, where the run's own dry speed enters
     pub shift_by_dry_k: [f64; 2],
     /// what the fit leaves unexplained
@@ -226,8 +229,9 @@ fn both_laws(
     let offset = own.as_ref().map_or_else(Vec::new, |own| own.offsets(&pool.speeds));
     let errors = columns(runs, series.iter().map(|one| one.rebounds.clone()), own.as_ref());
     let regression = pool.regression(WetLaw::Sqrt, &offset);
+    let straight = pool.regression(WetLaw::Linear, &offset);
     let root = LawFit::new(&regression, errors.as_ref());
-    let line = LawFit::new(&pool.regression(WetLaw::Linear, &offset), errors.as_ref());
+    let line = LawFit::new(&straight, errors.as_ref());
     let variance = root.weights.as_ref().map_or(&[][..], |weights| &weights.variance);
     let mut root_uncertain = uncertain(&root.fit);
     let shift = own.as_ref().map_or([0.0; 2], |own| {
@@ -240,10 +244,19 @@ fn both_laws(
         .as_ref()
         .map_or_else(Vec::new, |own| own.all_offset_slopes(&pool.speeds));
     let speed_error = regression.speed_error_that_matters(&root.fit, &offset_slopes, variance);
-    let line_uncertain = uncertain(&line.fit);
+    let root_known = KnownLaw {
+        uncertain: root_uncertain,
+        limits: root.limits(&regression, quoting),
+        shift_by_dry_k: shift,
+    };
+    let line_known = KnownLaw {
+        uncertain: uncertain(&line.fit),
+        limits: line.limits(&straight, quoting),
+        shift_by_dry_k: [0.0; 2],
+    };
     let of_root = {
         let verdict = square_root_verdict(&root.fit, regression.x);
-        scaling_of(WetLaw::Sqrt, &root.fit, verdict, &root_uncertain, quoting)
+        scaling_of(WetLaw::Sqrt, &root.fit, verdict, &root_known, quoting)
     };
     let of_line = Scaling {
         bias: linear_bias(&root.fit, &regression),
@@ -251,18 +264,19 @@ fn both_laws(
             WetLaw::Linear,
             &line.fit,
             linear_verdict(&line.fit),
-            &line_uncertain,
+            &line_known,
             quoting,
         )
     };
-    let fitted = |law: WetLaw, LawFit { fit, weights }, uncertain: Uncertain, shift_by_dry_k, scaling: Scaling| {
+    let fitted = |law: WetLaw, LawFit { fit, weights }, known: KnownLaw, scaling: Scaling| {
         let fitted = FittedScaling {
             particle: group.particle,
             law,
             series: group.series.clone(),
             parameters: Some(two(&fit)).filter(|p| p.iter().all(|p| p.is_finite())),
-            uncertain,
-            shift_by_dry_k,
+            uncertain: known.uncertain,
+            limits: known.limits,
+            shift_by_dry_k: known.shift_by_dry_k,
             spread: spread(&fit),
             scaling: Scaling {
                 particle: scene.particles[group.particle].name.clone(),
@@ -278,9 +292,16 @@ fn both_laws(
         (fitted, fit)
     };
     [
-        fitted(WetLaw::Sqrt, root, root_uncertain, shift, of_root),
-        fitted(WetLaw::Linear, line, line_uncertain, [0.0; 2], of_line),
+        fitted(WetLaw::Sqrt, root, root_known, of_root),
+        fitted(WetLaw::Linear, line, line_known, of_line),
     ]
+}
+
+/// How well a fit knows its parameters.
+struct KnownLaw {
+    uncertain: Uncertain,
+    limits: Option<LawLimits>,
+    shift_by_dry_k: [f64; 2],
 }
 
 /// A law fitted to runs, with the weights by their errors where they carry any.
@@ -293,6 +314,19 @@ impl LawFit {
     fn new(regression: &Regression, errors: Option<&ErrorColumns>) -> LawFit {
         let (fit, weights) = regression.fit_with_errors(errors);
         LawFit { fit, weights }
+    }
+
+    /// Where its profiles say other than the delta method.
+    fn limits(&self, regression: &Regression, quoting: Quoting) -> Option<LawLimits> {
+        let Law::Wet(law) = regression.law else { return None };
+        let own = [
+            Quantity::EInf,
+            Quantity::StC,
+            Quantity::Shared(Coefficient::LubricationLog),
+        ];
+        let profile = LawProfile::new(regression, &self.fit, self.weights.as_ref());
+        let profile = profile.filter(|_| self.fit.stop == Stop::Converged);
+        LawLimits::find(LawOver::Stokes(law), profile, &own, quoting)
     }
 }
 
@@ -318,10 +352,11 @@ pub(super) fn square_root_of(
 pub(super) const NO_FALL: &str = "the restitution does not fall with 1/St: there is no St_c";
 
 /// What a fitted law says.
-fn scaling_of(law: WetLaw, fit: &Fit, verdict: Verdict, uncertain: &Uncertain, quoting: Quoting) -> Scaling {
+fn scaling_of(law: WetLaw, fit: &Fit, verdict: Verdict, known: &KnownLaw, quoting: Quoting) -> Scaling {
     let source = FittedLaw {
         wetted: wetted_of(law, variables(two(fit))),
-        uncertain,
+        uncertain: &known.uncertain,
+        limits: known.limits.as_ref(),
         why_none: (fit.stop != Stop::Converged).then(|| why_stopped(fit)),
         undefined: [NO_FALL; 2],
         quoting,

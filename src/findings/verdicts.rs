@@ -138,8 +138,8 @@ fn worst_bias<'a>(rows: impl Iterator<Item = &'a FittedScaling>) -> Vec<(&'a str
 /// The larger of a law's two biases, in standard errors.
 fn bias_in_se(fitted: &FittedScaling) -> Option<f64> {
     let bias = fitted.scaling.bias?;
-    let e_inf = bias.e_inf.abs() / fitted.scaling.e_inf.se?;
-    let st_c = bias.st_c.abs() / fitted.scaling.st_c.se?;
+    let e_inf = bias.e_inf.abs() / fitted.scaling.e_inf.scale()?;
+    let st_c = bias.st_c.abs() / fitted.scaling.st_c.scale()?;
     Some(e_inf.max(st_c))
 }
 

@@ -17,6 +17,7 @@
 //! | `sampling.rs` | a posterior to its draws |
 //! | `accuracy.rs` | the cheapest draws that reach an accuracy |
 //! | `delta.rs` | standard errors and intervals of derived quantities |
+//! | `profile/` | limits of quantities where the squares have risen, for fits too curved for the delta method |
 //! | `nested.rs` | F test of one law for all groups against one law a group |
 //! | `spreads.rs` | test of one spread for all groups |
 //! | `density.rs` | densities of draws, and the curves around their densest shares |
@@ -38,6 +39,7 @@ pub mod least_squares;
 pub mod nested;
 pub mod nuts;
 pub mod prepared_posterior;
+pub mod profile;
 pub mod regression;
 pub mod sampling;
 pub mod spreads;

@@ -71,7 +71,7 @@ pub fn estimate_scaled(estimate: &Estimate, scale: impl Fn(f64) -> f64) -> Strin
     }
 }
 
-/// The interval of an estimate, rounded as its standard error is.
+/// The interval of an estimate, rounded as its standard error is, without one by a quarter of its width.
 pub fn interval(estimate: &Estimate) -> String {
     interval_scaled(estimate, |x| x)
 }
@@ -80,7 +80,8 @@ pub fn interval(estimate: &Estimate) -> String {
 pub fn interval_scaled(estimate: &Estimate, scale: impl Fn(f64) -> f64) -> String {
     match (estimate.interval, estimate.se) {
         (Some([lo, hi]), Some(se)) => between(scale(lo), scale(hi), scale(se)),
-        _ => NONE.to_owned(),
+        (Some([lo, hi]), None) => between(scale(lo), scale(hi), 0.25 * (scale(hi) - scale(lo))),
+        (None, _) => NONE.to_owned(),
     }
 }
 
