@@ -60,11 +60,12 @@ impl Limits {
 }
 
 /// Distance from 1 of the distances, and share of a half width, within which the delta method is taken to agree with the
-/// profile without a search: half of what its interval is given up for, as these are taken along the slopes at the fit.
-pub const AGREES: f64 = 0.1;
+/// profile without a search: three quarters of what its interval is given up for, as these are taken along the slopes at
+/// the fit.
+pub const AGREES: f64 = 0.15;
 
 /// A distance this near to 1 is a limit; it is off by about as much of the half width.
-const NEAR: f64 = 5e-4;
+const NEAR: f64 = 2e-3;
 
 /// Both limits from an estimate and its limits by the delta method. `profile` gives the point for a target, which lies at
 /// or somewhat short of it; `None` where that is out of reach.
@@ -84,7 +85,7 @@ struct Tried {
 
 /// The limit on the side of a first guess.
 fn limit(value: f64, first: f64, profile: &mut impl FnMut(f64) -> Option<ProfilePoint>) -> Option<f64> {
-    /// expansions, each by 1.5 to 8: a profile that has not risen by then is flat
+    /// expansions, by up to 8: a profile that has not risen by then is flat
     const EXPANSIONS: usize = 24;
     const STEPS: usize = 60;
     /// share of the way to its target that a point within reach has come
@@ -118,8 +119,10 @@ fn limit(value: f64, first: f64, profile: &mut impl FnMut(f64) -> Option<Profile
             if expansions == EXPANSIONS {
                 return None;
             }
+            // mostly a little beyond the straight line does, which leaves a secant next to nothing
+            let least = if expansions < 2 { 1.02 } else { 1.5 };
             expansions += 1;
-            target = value + (target - value) * (1.0 / inside.point.distance).clamp(1.5, 8.0);
+            target = value + (target - value) * (1.02 / inside.point.distance).clamp(least, 8.0);
             continue;
         };
         let width = end.target - inside.target;
@@ -129,7 +132,7 @@ fn limit(value: f64, first: f64, profile: &mut impl FnMut(f64) -> Option<Profile
         }
         // secants, and a half in between: profiles turn where runs do
         let part = match end.point.distance {
-            far if step % 3 == 2 || !far.is_finite() => 0.5,
+            far if (step > 4 && step % 3 == 2) || !far.is_finite() => 0.5,
             far => (1.0 - inside.point.distance) / (far - inside.point.distance),
         };
         target = inside.target + width * part.clamp(0.02, 0.98);
@@ -151,8 +154,8 @@ mod tests {
         };
         let found = search(3.0, [2.9999, 3.0001], profile);
         let (lo, hi) = (found.lo.unwrap(), found.hi.unwrap());
-        assert!((hi - 3.25).abs() < 5e-4, "{hi}");
-        assert!((3.0 - lo - 0.25f64.powf(0.25)).abs() < 5e-4, "{lo}");
+        assert!((hi - 3.25).abs() < 2e-3, "{hi}");
+        assert!((3.0 - lo - 0.25f64.powf(0.25)).abs() < 2e-3, "{lo}");
     }
 
     #[test]
@@ -162,7 +165,7 @@ mod tests {
         let ends = |value: f64| (value < 0.5).then(|| ProfilePoint::new(value, value * value, 1.0));
         let found = search(0.0, [-1.1, 1.1], ends);
         assert!(
-            found.hi.is_none() && (found.lo.unwrap() + 1.0).abs() < 1e-3,
+            found.hi.is_none() && (found.lo.unwrap() + 1.0).abs() < 3e-3,
             "{found:?}"
         );
     }
