@@ -10,12 +10,14 @@ use super::measurement_errors::{columns, ErrorSummary};
 use super::places::WetPlace;
 use super::quantities::scale_of;
 use super::scaling::FittedScaling;
+use crate::distributions::student_t_quantile;
 use crate::inference::delta::Uncertain;
 use crate::inference::diagnostics::loo::Difference;
-use crate::inference::effective_variance::{chi_squared, reweight, ErrorColumns, ErrorWeights};
+use crate::inference::effective_variance::{chi_squared, reweight, ErrorColumns, ErrorWeights, WeightedProblem};
 use crate::inference::joint::{fit_joint, Joint, JointFit};
 use crate::inference::least_squares::{Fit, ResidualProblem, Stop};
 use crate::inference::nested::{FTest, Spread};
+use crate::inference::profile::{Limits, ProblemProfile, WithSlopes};
 use crate::model::parameters::ParameterKind;
 use crate::physics::balance::{Balance, BalanceAtFilm};
 use crate::physics::form::Term;
@@ -154,6 +156,10 @@ struct FittedBalance<'r> {
     spread: f64,
     fit: Fit,
     uncertain: Uncertain,
+    /// roots of the weights by measurement errors; empty where there are none
+    roots: Vec<f64>,
+    /// what was taken off the minimum's parameters
+    bias: Vec<f64>,
 }
 
 impl FittedBalance<'_> {
@@ -165,14 +171,85 @@ impl FittedBalance<'_> {
         self.fit.stop == Stop::Converged
     }
 
-    /// Estimate of a function of one parameter, by its place, from its value and slope.
-    fn estimate(&self, place: usize, [value, slope]: [f64; 2], how: IntervalScale, quoting: Quoting) -> Estimate {
+    /// Estimate of a function of one parameter, by its place.
+    fn estimate(&self, place: usize, of: impl Fn(f64) -> Jet<1>, how: IntervalScale, quoting: Quoting) -> Estimate {
         if !self.converged() {
             return quoting.none(why_stopped(&self.fit));
         }
-        let mut gradient = vec![0.0; self.fit.parameters.len()];
-        gradient[place] = slope;
-        quoting.of(&self.uncertain, value, &gradient, how)
+        let of_point = |point: &[f64]| {
+            let Jet { value, slopes } = of(point[place]);
+            let mut gradient = vec![0.0; point.len()];
+            gradient[place] = slopes[0];
+            Some(WithSlopes {
+                value,
+                slopes: gradient,
+            })
+        };
+        self.estimate_of(of_point, how, quoting)
+            .unwrap_or_else(|| quoting.none(why_stopped(&self.fit)))
+    }
+
+    /// Estimate of a function of all parameters; `None` where it is not defined at the fit.
+    fn estimate_of(
+        &self,
+        of: impl Fn(&[f64]) -> Option<WithSlopes>,
+        how: IntervalScale,
+        quoting: Quoting,
+    ) -> Option<Estimate> {
+        let at = of(&self.fit.parameters)?;
+        let estimate = quoting.of(&self.uncertain, at.value, &at.slopes, how);
+        let limits = match how {
+            IntervalScale::Plain => self.limits(of, quoting),
+            IntervalScale::Log => {
+                let log = |at: WithSlopes| WithSlopes {
+                    value: at.value.ln(),
+                    slopes: at.slopes.iter().map(|slope| slope / at.value).collect(),
+                };
+                let limits = self.limits(|point| of(point).map(log), quoting);
+                limits.map(|limits| limits.map(|limit| Some(limit.exp()), true))
+            }
+        };
+        Some(match limits {
+            Some(limits) => estimate.with_profile(limits),
+            None => estimate,
+        })
+    }
+
+    /// The profile limits of a function of all parameters; `None` where the delta method agrees, or there is none.
+    fn limits(&self, of: impl Fn(&[f64]) -> Option<WithSlopes>, quoting: Quoting) -> Option<Limits> {
+        /// slopes of m(r) are at most 1/τ, and a run weighs at most as 1/τ² = 10⁴ others: it pins no fit of more runs
+        const MOST_RUNS: usize = 50_000;
+        if self.problem.runs() > MOST_RUNS {
+            return None;
+        }
+        let t = student_t_quantile(0.5 + 0.5 * quoting.level, self.fit.degrees_of_freedom as f64)?;
+        let moved = |by: f64| -> Vec<f64> {
+            let both = self.fit.parameters.iter().zip(&self.bias);
+            both.map(|(b, bias)| b + by * bias).collect()
+        };
+        let minimum = if self.bias.is_empty() {
+            self.fit.parameters.clone()
+        } else {
+            moved(1.0)
+        };
+        let variance = match self.roots.is_empty() {
+            true => self.fit.residual_sd?.powi(2),
+            false => 1.0,
+        };
+        let profile = ProblemProfile {
+            weighted: WeightedProblem {
+                problem: &self.problem,
+                roots: &self.roots,
+            },
+            minimum: &minimum,
+            covariance: self.fit.covariance.as_ref()?,
+            variance,
+        };
+        let corrected = |point: &[f64]| {
+            let corrected: Vec<f64> = point.iter().zip(&self.bias).map(|(b, bias)| b - bias).collect();
+            of(if self.bias.is_empty() { point } else { &corrected })
+        };
+        profile.limits(corrected, t)
     }
 }
 
@@ -215,6 +292,14 @@ pub fn fit_balance(setup: BalanceSetup, scaling: &[FittedScaling], form: Form, o
     };
     let fitted = FittedBalance {
         uncertain: uncertain(&fit),
+        roots: error_weights.as_ref().map_or_else(Vec::new, |weights| {
+            let mut roots: Vec<f64> = weights.variance.iter().map(|v| v.sqrt().recip()).collect();
+            roots.resize(problem.runs(), 1.0);
+            roots
+        }),
+        bias: error_weights
+            .as_ref()
+            .map_or_else(Vec::new, |weights| weights.bias.clone()),
         spread: if error_weights.is_some() { 1.0 } else { spread_of_runs },
         problem,
         fit,
@@ -253,12 +338,11 @@ fn findings_of(
     let point = &fitted.fit.parameters;
     let parameters: Vec<ParameterEstimate> = joint
         .kinds()
-        .zip(point)
         .enumerate()
-        .map(|(place, (kind, value))| ParameterEstimate {
+        .map(|(place, kind)| ParameterEstimate {
             kind,
             name: kind.name(scene, runs),
-            estimate: fitted.estimate(place, [*value, 1.0], scale_of_parameter(kind), quoting),
+            estimate: fitted.estimate(place, |b| Jet::variable(b, 0), scale_of_parameter(kind), quoting),
         })
         .collect();
     let places = WetPlace::all(runs, joint.form);
@@ -270,11 +354,13 @@ fn findings_of(
         particles: particles_of(scene, joint),
         runs: joint.wet_rebounds(),
         delta_c_over_roughness: match l {
-            Some(l) => {
+            Some(_) => {
                 let quantity = Quantity::DeltaCOverRoughness;
-                let l = Jet::<1>::variable(l, 0);
-                let jet = quantity.value(&Place::NONE, &Wetted::of_balance(l.only_if(false), l));
-                fitted.estimate(0, [jet.value, jet.slopes[0]], scale_of(quantity), quoting)
+                let of_l = |l: f64| {
+                    let l = Jet::<1>::variable(l, 0);
+                    quantity.value(&Place::NONE, &Wetted::of_balance(l.only_if(false), l))
+                };
+                fitted.estimate(0, of_l, scale_of(quantity), quoting)
             }
             None => quoting.none(joint.form.viscous.why_no_critical_separation().unwrap_or(NO_VISCOUS)),
         },
@@ -321,7 +407,7 @@ fn shift_of_k(dry: &[FittedDry], parameter: &ParameterEstimate) -> Option<f64> {
         return None;
     };
     let (k, se) = dry::fit_of_sphere(dry, sphere)?.usable?;
-    let (value, joint_se) = parameter.estimate.pair()?;
+    let (value, joint_se) = parameter.estimate.value_and_scale()?;
     Some((value - k).abs() / se.hypot(joint_se))
 }
 
@@ -524,9 +610,17 @@ fn derive(setup: BalanceSetup, index: usize, place: &WetPlace, fitted: &FittedBa
         return None;
     }
     let uncertain = &fitted.uncertain;
-    let estimate = |quantity: Quantity| match at.value(quantity) {
-        value if value.is_nan() => quoting.none(NO_VISCOUS),
-        value => quoting.of(uncertain, value, &at.slopes(quantity), scale_of(quantity)),
+    let estimate = |quantity: Quantity| {
+        let of = |point: &[f64]| {
+            let at = at_place(scene, joint, point, place)?;
+            let value = Some(at.value(quantity)).filter(|value| value.is_finite())?;
+            Some(WithSlopes {
+                value,
+                slopes: at.slopes(quantity),
+            })
+        };
+        let found = fitted.estimate_of(of, scale_of(quantity), quoting);
+        found.unwrap_or_else(|| quoting.none(NO_VISCOUS))
     };
     let [of_e_inf, of_st_c] = [Quantity::EInf, Quantity::StC].map(|quantity| at.slopes(quantity));
     Some(DerivedEstimate {

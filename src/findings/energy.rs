@@ -79,6 +79,7 @@ fn energy_of(scene: &Scene, dry: &[FittedDry], fitted: &FittedScaling, at: Place
     let source = FittedLaw {
         wetted: wetted_of(fitted.law, variables(fitted.parameters.unwrap_or([f64::NAN; 2]))),
         uncertain: &fitted.uncertain,
+        limits: fitted.limits.as_ref(),
         why_none: why_no_l.filter(|_| fitted.scaling.lubrication_log.value.is_none()),
         undefined: [NO_FALL; 2],
         quoting,
@@ -130,6 +131,7 @@ fn inertial_loss(scene: &Scene, dry: &[FittedDry], fitted: &FittedScaling, at: &
             covariance: fitted.uncertain.covariance.as_ref().map(with_k).map_err(Clone::clone),
             degrees_of_freedom: fitted.uncertain.degrees_of_freedom,
         },
+        limits: fitted.limits.as_ref(),
         why_none: None,
         undefined: [NO_FALL; 2],
         quoting,

@@ -2,7 +2,9 @@
 
 use serde::Serialize;
 
-use crate::inference::delta::{interval, log_interval, Interval, Uncertain, LEVELS};
+use crate::distributions::student_t_quantile;
+use crate::inference::delta::{interval, log_interval, Interval, Uncertain, LEVELS, PROFILE};
+use crate::inference::profile::Limits;
 
 /// How intervals are quoted.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,8 +18,12 @@ pub struct Quoting {
 pub struct Estimate {
     /// its value; `None` where the runs give none
     pub value: Option<f64>,
-    /// standard error by least squares and the delta method
+    /// standard error by least squares and the delta method; `None`, too, where the curvature of the fit forbids it
     pub se: Option<f64>,
+    /// the same even where the curvature forbids to quote it: what replicates are studentized by and where a search
+    /// starts, never an uncertainty
+    #[serde(skip)]
+    pub(super) delta_se: Option<f64>,
     /// the interval to quote
     pub interval: Option<[f64; 2]>,
     /// the probability it was made for
@@ -105,6 +111,7 @@ impl Quoting {
         Estimate {
             value,
             se: None,
+            delta_se: None,
             interval: None,
             level: self.level,
             method: IntervalScale::Plain.method(),
@@ -146,6 +153,7 @@ impl Quoting {
         Estimate {
             value: Some(value),
             se: Some(se),
+            delta_se: Some(se),
             interval: quoted.map(|made| [made.lo, made.hi]),
             level: self.level,
             method: scale.method(),
@@ -156,9 +164,90 @@ impl Quoting {
     }
 }
 
+/// Share of the delta interval's width by which an end of the profile's must differ for the delta method to be given up.
+pub const CURVED: f64 = 0.1;
+
+/// Why a curved fit has no ±.
+const WHY_CURVED: &str = "the curvature of the fit forbids a ±: the interval is the profile's, between the limits at \
+                          which the weighted squares have risen by t²s²";
+
 impl Estimate {
     /// Value and standard error, where both are there.
     pub fn pair(&self) -> Option<(f64, f64)> {
         self.value.zip(self.se)
     }
+
+    /// Whether a ± is withheld since the profile's limits are not the delta method's.
+    pub fn is_curved(&self) -> bool {
+        self.se.is_none() && self.delta_se.is_some()
+    }
+
+    /// The standard error; where the curvature forbids one, that of which the quoted interval would be ± t. For shares of
+    /// the uncertainty, not to be printed as a ±. `None` without either.
+    pub fn scale(&self) -> Option<f64> {
+        /// Student's t with so many degrees of freedom is the normal
+        const NORMAL: f64 = 1e9;
+        let of_interval = || {
+            let [lo, hi] = self.interval?;
+            Some(0.5 * (hi - lo) / student_t_quantile(0.5 + 0.5 * self.level, NORMAL)?)
+        };
+        self.se.or_else(of_interval)
+    }
+
+    /// Value and [`Estimate::scale`], where both are there: for weights and starts.
+    pub fn value_and_scale(&self) -> Option<(f64, f64)> {
+        self.value.zip(self.scale())
+    }
+
+    /// Adds the limits of the profile, and quotes them where an end of the delta method's interval is off by more than
+    /// [`CURVED`] of its width; on the logarithm where that is made there.
+    pub(super) fn with_profile(mut self, limits: Limits) -> Estimate {
+        let Some(delta) = self.interval else {
+            return self;
+        };
+        let both = limits.both().filter(|ends| ends.iter().all(|end| end.is_finite()));
+        self.intervals.extend(both.map(|[lo, hi]| Interval {
+            method: PROFILE,
+            level: self.level,
+            lo,
+            hi,
+        }));
+        let on_scale = |x: f64| match self.method == IntervalScale::Log.method() {
+            true => x.ln(),
+            false => x,
+        };
+        let [lo, hi] = delta.map(on_scale);
+        let is_near = |ends: [f64; 2]| {
+            let off = [on_scale(ends[0]) - lo, on_scale(ends[1]) - hi];
+            off.iter().all(|off| off.abs() <= CURVED * (hi - lo))
+        };
+        if both.is_some_and(is_near) {
+            return self;
+        }
+        self.se = None;
+        self.method = PROFILE;
+        self.interval = both;
+        self.why_none = Some(match both {
+            Some(_) => WHY_CURVED.to_owned(),
+            None => why_half_open(limits),
+        });
+        self
+    }
+}
+
+/// Why a profile gives no interval.
+fn why_half_open(Limits { lo, hi }: Limits) -> String {
+    let finite = |limit: Option<f64>| limit.filter(|limit| limit.is_finite());
+    let sides = match (finite(lo), finite(hi)) {
+        (Some(lo), _) => format!("the runs set a lower limit, {}, and no upper one", rounded(lo)),
+        (None, Some(hi)) => format!("the runs set an upper limit, {}, and no lower one", rounded(hi)),
+        (None, None) => "the runs set no limit on either side".to_owned(),
+    };
+    format!("the curvature of the fit forbids a ±, and the weighted squares do not rise by t²s² on both sides: {sides}")
+}
+
+/// A limit in a sentence, to four digits.
+fn rounded(x: f64) -> String {
+    let digits = (3.0 - x.abs().log10().floor()).clamp(0.0, 12.0) as usize;
+    format!("{x:.digits$}")
 }

@@ -1,16 +1,19 @@
-//! Takes estimates of quantities from a least-squares fit, by the delta method.
+//! Takes estimates of quantities from a least-squares fit, by the delta method and, where it is too curved, the profile.
 
 use super::estimate::{Estimate, IntervalScale, Quoting};
+use crate::distributions::student_t_quantile;
 use crate::inference::delta::Uncertain;
-use crate::physics::jet::Jet;
+use crate::inference::profile::{Held, LawProfile, Limits, AGREES};
+use crate::physics::jet::{Jet, Number};
 use crate::physics::quantity::{Place, Quantity, Wetted};
+use crate::physics::Coefficient;
 use crate::scene::WetLaw;
 
 /// Most parameters a quantity of a law depends on: the law's two, and k.
 pub(super) const PARAMETERS: usize = 3;
 
 /// What a law over 1/St with these parameters says, in whatever they are: numbers, or numbers with slopes.
-pub(super) fn wetted_of<T: crate::physics::jet::Number>(law: WetLaw, [a, b]: [T; 2]) -> Wetted<T> {
+pub(super) fn wetted_of<T: Number>(law: WetLaw, [a, b]: [T; 2]) -> Wetted<T> {
     match law {
         WetLaw::Sqrt => Wetted::of_square_root(a, b),
         WetLaw::Linear => Wetted::of_line(a, b),
@@ -31,12 +34,110 @@ pub(super) fn scale_of(quantity: Quantity) -> IntervalScale {
     }
 }
 
+/// What the two parameters of a wet law are those of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum LawOver {
+    /// the square root over 1/v
+    Speed,
+    /// a law over 1/St
+    Stokes(WetLaw),
+}
+
+impl LawOver {
+    /// What the law says with these parameters.
+    fn wetted<T: Number>(self, [a, b]: [T; 2]) -> Wetted<T> {
+        match self {
+            LawOver::Speed => Wetted::of_speed(a, b),
+            LawOver::Stokes(law) => wetted_of(law, [a, b]),
+        }
+    }
+
+    /// The number of its parameters that a quantity is a function of.
+    fn held(self, quantity: Quantity) -> Held {
+        match quantity {
+            Quantity::EInf | Quantity::InertialLoss | Quantity::Alpha | Quantity::DryK => Held::First,
+            Quantity::StC | Quantity::StNoRebound | Quantity::ThresholdSpeed => Held::Ratio,
+            Quantity::Beta => Held::Second,
+            Quantity::Shared(Coefficient::LubricationLog)
+            | Quantity::StCEInf2
+            | Quantity::DeltaC
+            | Quantity::DeltaCOverRoughness => match self {
+                LawOver::Stokes(WetLaw::Linear) => Held::Product,
+                _ => Held::Second,
+            },
+            // no law of one film ratio knows another
+            Quantity::Shared(_) => Held::Second,
+        }
+    }
+}
+
+/// The profile limits of a fitted law, where the delta method's are others.
+#[derive(Debug)]
+pub(super) struct LawLimits {
+    law: LawOver,
+    parameters: [f64; 2],
+    /// covariance of the parameters by the fit alone
+    fit: Uncertain,
+    /// t of the level they are made for
+    t: f64,
+    /// in the order of [`Held::ALL`]; `None` where the delta method agrees
+    limits: [Option<Limits>; Held::ALL.len()],
+}
+
+impl LawLimits {
+    /// Those of the numbers that these quantities are functions of; `None` where a fit has no covariance or is curved in
+    /// none.
+    pub fn find(
+        law: LawOver,
+        profile: Option<LawProfile>,
+        quantities: &[Quantity],
+        quoting: Quoting,
+    ) -> Option<LawLimits> {
+        let profile = profile?;
+        let fit = profile.uncertain();
+        let t = student_t_quantile(0.5 + 0.5 * quoting.level, fit.degrees_of_freedom as f64)?;
+        let mut found = LawLimits {
+            law,
+            parameters: profile.parameters(),
+            fit: fit.clone(),
+            t,
+            limits: [None; Held::ALL.len()],
+        };
+        for (held, limits) in Held::ALL.into_iter().zip(&mut found.limits) {
+            let mut of_held = quantities
+                .iter()
+                .filter(|quantity| law.held(**quantity) == held)
+                .peekable();
+            let straight = |quantity: &Quantity| *quantity != Quantity::EInf || has_straight_root(&profile, t);
+            if of_held.peek().is_some() && !(profile.is_straight(held, t) && of_held.all(straight)) {
+                *limits = Some(profile.limits(held, t));
+            }
+        }
+        found.limits.iter().any(Option::is_some).then_some(found)
+    }
+
+    fn of(&self, held: Held) -> Option<Limits> {
+        let place = Held::ALL.iter().position(|own| *own == held)?;
+        self.limits[place]
+    }
+}
+
+/// Whether the root of the first parameter is as good as straight over t standard errors: its bend moves both ends by a
+/// quarter of its relative half width.
+fn has_straight_root(profile: &LawProfile, t: f64) -> bool {
+    let alpha = profile.parameters()[0];
+    let half = profile.uncertain().se(&[1.0, 0.0]).map_or(0.0, |se| t * se);
+    0.25 * half <= AGREES * alpha.abs()
+}
+
 /// A fitted law as a source of estimates.
 pub(super) struct FittedLaw<'a> {
     /// what it says, with slopes in the law's parameters and then in k
     pub wetted: Wetted<Jet<PARAMETERS>>,
     /// covariance of as many of these as the quantities asked for depend on
     pub uncertain: &'a Uncertain,
+    /// limits of its profiles, where it is curved
+    pub limits: Option<&'a LawLimits>,
     /// why the fit gives no numbers; `None` if it does
     pub why_none: Option<String>,
     /// why there is none of a quantity that is not defined: without e_inf, and with it
@@ -61,8 +162,49 @@ impl FittedLaw<'_> {
             .covariance
             .as_ref()
             .map_or(0, |covariance| covariance.nrows());
-        self.quoting
-            .of(self.uncertain, value, &slopes[..used], scale_of(quantity))
+        let estimate = self
+            .quoting
+            .of(self.uncertain, value, &slopes[..used], scale_of(quantity));
+        match self.limits_of(quantity, at, &estimate) {
+            Some(limits) => estimate.with_profile(limits),
+            None => estimate,
+        }
+    }
+
+    /// The profile limits of a quantity, with what k adds to its variance; `None` where the delta method agrees.
+    fn limits_of(&self, quantity: Quantity, at: &Place, estimate: &Estimate) -> Option<Limits> {
+        let profile = self.limits?;
+        let held = profile.law.held(quantity);
+        let limits = profile.of(held)?;
+        let (value, se) = estimate.pair()?;
+        let [of_a, of_b, _] = quantity.value(at, &self.wetted).slopes;
+        let direction = held.direction(profile.parameters);
+        let slope = of_a * direction[0] + of_b * direction[1];
+        let se_of_fit = profile.fit.se(&[of_a, of_b]).ok()?;
+        let is_log = scale_of(quantity) == IntervalScale::Log;
+        let beyond_fit = profile.t.powi(2) * (se * se - se_of_fit * se_of_fit).max(0.0);
+        let fitted = held.of(profile.parameters);
+        let at_limit = |limit: f64| {
+            let there = held.at(limit, profile.parameters[held.free()]);
+            let wetted = profile.law.wetted(there).with_e_dry(self.wetted.e_dry.value);
+            let found = quantity.value(at, &wetted);
+            // without a fall no law gives these, which go on straight, some on the logarithm
+            let straight = slope * (limit - fitted);
+            let found = match (found.is_finite(), there[0] > 0.0) {
+                (true, _) => found,
+                (false, true) if is_log => value * (straight / value).exp(),
+                (false, true) => value + straight,
+                (false, false) => return None,
+            };
+            let (apart, beyond) = match is_log {
+                true => ((found / value).ln(), beyond_fit.sqrt() / value),
+                false => (found - value, beyond_fit.sqrt()),
+            };
+            let apart = apart.hypot(beyond).copysign(apart);
+            let limit = if is_log { value * apart.exp() } else { value + apart };
+            Some(limit).filter(|limit| limit.is_finite())
+        };
+        Some(limits.map(at_limit, slope > 0.0))
     }
 
     /// Correlation of two quantities; `None` where either has no standard error.

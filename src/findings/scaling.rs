@@ -8,12 +8,13 @@ use super::estimate::{Estimate, Quoting};
 use super::film_groups::why_no_laws;
 use super::fit_verdict::{one_against, spread, square_root_verdict, uncertain, why_stopped, Verdict};
 use super::measurement_errors::{columns, ErrorSummary};
-use super::quantities::{variables, wetted_of, FittedLaw};
+use super::quantities::{variables, wetted_of, FittedLaw, LawLimits, LawOver};
 use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::{ErrorColumns, ErrorWeights};
 use crate::inference::law::Law;
 use crate::inference::least_squares::{Fit, Stop};
 use crate::inference::nested::{FTest, Spread};
+use crate::inference::profile::LawProfile;
 use crate::inference::regression::Regression;
 use crate::physics::quantity::{Place, Quantity};
 use crate::physics::Coefficient;
@@ -72,8 +73,8 @@ impl Scaling {
     /// The larger of the law's two biases, in standard errors; `None` where either is not known.
     pub fn bias_in_se(&self) -> Option<f64> {
         let bias = self.bias?;
-        let e_inf = bias.e_inf.abs() / self.e_inf.se?;
-        let st_c = bias.st_c.abs() / self.st_c.se?;
+        let e_inf = bias.e_inf.abs() / self.e_inf.scale()?;
+        let st_c = bias.st_c.abs() / self.st_c.scale()?;
         Some(e_inf.max(st_c))
     }
 }
@@ -100,6 +101,8 @@ pub struct FittedScaling {
     pub parameters: Option<[f64; 2]>,
     /// their covariance
     pub uncertain: Uncertain,
+    /// limits of its profiles, where it is curved
+    pub(super) limits: Option<LawLimits>,
     /// how the parameters move with k, where the run's own dry speed enters
     pub shift_by_dry_k: [f64; 2],
     /// what the fit leaves unexplained
@@ -284,8 +287,9 @@ fn both_laws(
     let offset = own.as_ref().map_or_else(Vec::new, |own| own.offsets(&pool.speeds));
     let errors = columns(runs, series.iter().map(|one| one.rebounds.clone()), own.as_ref());
     let regression = pool.regression(WetLaw::Sqrt, &offset);
+    let straight = pool.regression(WetLaw::Linear, &offset);
     let root = LawFit::new(&regression, errors.as_ref());
-    let line = LawFit::new(&pool.regression(WetLaw::Linear, &offset), errors.as_ref());
+    let line = LawFit::new(&straight, errors.as_ref());
     let variance = root.weights.as_ref().map_or(&[][..], |weights| &weights.variance);
     let mut root_uncertain = uncertain(&root.fit);
     let shift = own.as_ref().map_or([0.0; 2], |own| {
@@ -298,24 +302,34 @@ fn both_laws(
         .as_ref()
         .map_or_else(Vec::new, |own| own.all_offset_slopes(&pool.speeds));
     let speed_error = regression.speed_error_that_matters(&root.fit, &offset_slopes, variance);
-    let line_uncertain = uncertain(&line.fit);
+    let root_known = KnownLaw {
+        uncertain: root_uncertain,
+        limits: root.limits(&regression, quoting),
+        shift_by_dry_k: shift,
+    };
+    let line_known = KnownLaw {
+        uncertain: uncertain(&line.fit),
+        limits: line.limits(&straight, quoting),
+        shift_by_dry_k: [0.0; 2],
+    };
     let of_root = {
         let verdict = square_root_verdict(&root.fit, regression.x);
-        scaling_of(WetLaw::Sqrt, &root.fit, verdict, &root_uncertain, quoting)
+        scaling_of(WetLaw::Sqrt, &root.fit, verdict, &root_known, quoting)
     };
     let verdict = linear_verdict(&line.fit);
     let of_line = biased(Scaling {
         bias: linear_bias(&root.fit, &regression),
-        ..scaling_of(WetLaw::Linear, &line.fit, verdict, &line_uncertain, quoting)
+        ..scaling_of(WetLaw::Linear, &line.fit, verdict, &line_known, quoting)
     });
-    let fitted = |law: WetLaw, LawFit { fit, weights }, uncertain: Uncertain, shift_by_dry_k, scaling: Scaling| {
+    let fitted = |law: WetLaw, LawFit { fit, weights }, known: KnownLaw, scaling: Scaling| {
         let fitted = FittedScaling {
             sphere: group.sphere,
             law,
             series: group.series.clone(),
             parameters: Some(two(&fit)).filter(|p| p.iter().all(|p| p.is_finite())),
-            uncertain,
-            shift_by_dry_k,
+            uncertain: known.uncertain,
+            limits: known.limits,
+            shift_by_dry_k: known.shift_by_dry_k,
             spread: spread(&fit),
             scaling: Scaling {
                 particle: scene.particles[runs.spheres[group.sphere].particle].name.clone(),
@@ -332,8 +346,8 @@ fn both_laws(
         (fitted, fit)
     };
     [
-        fitted(WetLaw::Sqrt, root, root_uncertain, shift, of_root),
-        fitted(WetLaw::Linear, line, line_uncertain, [0.0; 2], of_line),
+        fitted(WetLaw::Sqrt, root, root_known, of_root),
+        fitted(WetLaw::Linear, line, line_known, of_line),
     ]
 }
 
@@ -352,6 +366,13 @@ fn biased(line: Scaling) -> Scaling {
     }
 }
 
+/// How well a fit knows its parameters.
+struct KnownLaw {
+    uncertain: Uncertain,
+    limits: Option<LawLimits>,
+    shift_by_dry_k: [f64; 2],
+}
+
 /// A law fitted to runs, with the weights by their errors where they carry any.
 struct LawFit {
     fit: Fit,
@@ -362,6 +383,19 @@ impl LawFit {
     fn new(regression: &Regression, errors: Option<&ErrorColumns>) -> LawFit {
         let (fit, weights) = regression.fit_with_errors(errors);
         LawFit { fit, weights }
+    }
+
+    /// Where its profiles say other than the delta method.
+    fn limits(&self, regression: &Regression, quoting: Quoting) -> Option<LawLimits> {
+        let Law::Wet(law) = regression.law else { return None };
+        let own = [
+            Quantity::EInf,
+            Quantity::StC,
+            Quantity::Shared(Coefficient::LubricationLog),
+        ];
+        let profile = LawProfile::new(regression, &self.fit, self.weights.as_ref());
+        let profile = profile.filter(|_| self.fit.stop == Stop::Converged);
+        LawLimits::find(LawOver::Stokes(law), profile, &own, quoting)
     }
 }
 
@@ -387,10 +421,11 @@ pub(super) fn square_root_of(
 pub(super) const NO_FALL: &str = "the restitution does not fall with 1/St: there is no St_c";
 
 /// What a fitted law says.
-fn scaling_of(law: WetLaw, fit: &Fit, verdict: Verdict, uncertain: &Uncertain, quoting: Quoting) -> Scaling {
+fn scaling_of(law: WetLaw, fit: &Fit, verdict: Verdict, known: &KnownLaw, quoting: Quoting) -> Scaling {
     let source = FittedLaw {
         wetted: wetted_of(law, variables(two(fit))),
-        uncertain,
+        uncertain: &known.uncertain,
+        limits: known.limits.as_ref(),
         why_none: (fit.stop != Stop::Converged).then(|| why_stopped(fit)),
         undefined: [NO_FALL; 2],
         quoting,

@@ -10,10 +10,11 @@ use super::fit_verdict::{
     falls, square_root_verdict, uncertain, why_stopped, Verdict, ALPHA_NOT_POSITIVE, BETA_NOT_NEGATIVE,
 };
 use super::measurement_errors::{columns, ErrorSummary};
-use super::quantities::{variables, FittedLaw};
+use super::quantities::{variables, FittedLaw, LawLimits, LawOver};
 use crate::inference::effective_variance::ErrorWeights;
 use crate::inference::law::Law;
 use crate::inference::least_squares::Stop;
+use crate::inference::profile::LawProfile;
 use crate::inference::regression::Regression;
 use crate::physics::quantity::{Place, Quantity, Wetted};
 use crate::runs::{Runs, Series};
@@ -101,6 +102,14 @@ impl SeriesFit {
     }
 }
 
+/// What is estimated of a series.
+const QUANTITIES: [Quantity; 4] = [
+    Quantity::Alpha,
+    Quantity::Beta,
+    Quantity::EInf,
+    Quantity::ThresholdSpeed,
+];
+
 /// The fit of every series, in the order of the runs.
 pub fn fit_series(scene: &Scene, runs: &Runs, dry: &[FittedDry], quoting: Quoting) -> Vec<SeriesFit> {
     let of_place = |place: usize| {
@@ -138,9 +147,12 @@ fn of_series(scene: &Scene, runs: &Runs, series: &Series, dry: &[FittedDry], quo
         _ => (f64::NAN, f64::NAN),
     };
     let [alpha_jet, beta_jet] = variables([alpha, beta]);
+    let profile = LawProfile::new(&regression, &fit, error_weights.as_ref()).filter(|_| converged);
+    let limits = LawLimits::find(LawOver::Speed, profile, &QUANTITIES, quoting);
     let source = FittedLaw {
         wetted: Wetted::of_speed(alpha_jet, beta_jet),
         uncertain: &uncertain,
+        limits: limits.as_ref(),
         why_none: (!converged).then(|| why_stopped(&fit)),
         undefined: [ALPHA_NOT_POSITIVE, BETA_NOT_NEGATIVE],
         quoting,

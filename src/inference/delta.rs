@@ -10,7 +10,7 @@ pub const LEVELS: [f64; 2] = [0.90, 0.95];
 /// An interval for a quantity.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Interval {
-    /// how it was made: `delta`, or `delta_log` for one made on the logarithm
+    /// how it was made: `delta`, `delta_log` for one made on the logarithm, [`PROFILE`], or a kind of bootstrap
     pub method: &'static str,
     /// probability it was made for
     pub level: f64,
@@ -18,6 +18,21 @@ pub struct Interval {
     pub lo: f64,
     /// upper end
     pub hi: f64,
+}
+
+/// How an interval between the limits of a profile is named.
+pub const PROFILE: &str = "profile";
+
+impl Interval {
+    /// Whether it is the delta method's.
+    pub fn is_delta(&self) -> bool {
+        matches!(self.method, "delta" | "delta_log")
+    }
+
+    /// Whether it is made of replicates.
+    pub fn is_bootstrap(&self) -> bool {
+        !self.is_delta() && self.method != PROFILE
+    }
 }
 
 /// Parameters with a covariance: what derived quantities are made of.

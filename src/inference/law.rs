@@ -176,6 +176,15 @@ impl Law {
         }
     }
 
+    /// The restitution at a linear predictor; where the law is undefined its mirror image, −√|η|, as m(r) has it.
+    #[inline(always)] // profiles are sums of this over runs
+    pub fn continued(self, predictor: f64) -> f64 {
+        match self {
+            Law::Wet(WetLaw::Sqrt) => predictor.abs().sqrt().copysign(predictor),
+            Law::Dry(_) | Law::Wet(WetLaw::Linear) => self.response(predictor).value,
+        }
+    }
+
     /// The restitution at an abscissa; 0 where the law is undefined, as nothing rebounds there.
     pub fn restitution(self, parameters: [f64; 2], x: f64, offset: f64) -> f64 {
         let predictor = self.predictor(parameters, x, offset);

@@ -18,6 +18,7 @@
 //! | `sampling.rs` | a posterior to its draws |
 //! | `accuracy.rs` | the cheapest draws that reach an accuracy |
 //! | `delta.rs` | standard errors and intervals of derived quantities |
+//! | `profile/` | limits of quantities where the squares have risen, for fits too curved for the delta method |
 //! | `nested.rs` | F test of one law for all groups against one law a group |
 //! | `lack_of_fit.rs` | tests a law against its own runs |
 //! | `spreads.rs` | test of one spread for all groups |
@@ -42,6 +43,7 @@ pub mod mixing;
 pub mod nested;
 pub mod nuts;
 pub mod prepared_posterior;
+pub mod profile;
 pub mod regression;
 pub mod sampling;
 pub mod spreads;

@@ -58,7 +58,7 @@ pub fn with_se(value: f64, se: f64) -> String {
     format!("{value} ± {se}")
 }
 
-/// An estimate for a table: `value ± se`, or the value alone where there is no standard error.
+/// An estimate for a table: `value ± se`, without a standard error the value, with its interval where that is all there is.
 pub fn estimate(estimate: &Estimate) -> String {
     estimate_scaled(estimate, |x| x)
 }
@@ -67,12 +67,19 @@ pub fn estimate(estimate: &Estimate) -> String {
 pub fn estimate_scaled(estimate: &Estimate, scale: impl Fn(f64) -> f64) -> String {
     match (estimate.value, estimate.se) {
         (Some(value), Some(se)) => with_se(scale(value), scale(se)),
+        (Some(value), None) if estimate.interval.is_some() => {
+            format!(
+                "{} (no ±: {})",
+                significant(scale(value), 4),
+                interval_scaled(estimate, scale)
+            )
+        }
         (Some(value), None) => format!("{} (no ±)", significant(scale(value), 4)),
         (None, _) => NONE.to_owned(),
     }
 }
 
-/// The interval of an estimate, rounded as its standard error is.
+/// The interval of an estimate, rounded as its standard error is, without one by a quarter of its width.
 pub fn interval(estimate: &Estimate) -> String {
     interval_scaled(estimate, |x| x)
 }
@@ -81,7 +88,8 @@ pub fn interval(estimate: &Estimate) -> String {
 pub fn interval_scaled(estimate: &Estimate, scale: impl Fn(f64) -> f64) -> String {
     match (estimate.interval, estimate.se) {
         (Some([lo, hi]), Some(se)) => between(scale(lo), scale(hi), scale(se)),
-        _ => NONE.to_owned(),
+        (Some([lo, hi]), None) => between(scale(lo), scale(hi), 0.25 * (scale(hi) - scale(lo))),
+        (None, _) => NONE.to_owned(),
     }
 }
 

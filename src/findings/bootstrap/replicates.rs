@@ -86,9 +86,9 @@ pub(super) struct AllReplicates {
 const UNDEFINED: &str = "a fit without this quantity: e does not fall with 1/St";
 
 impl AllReplicates {
-    /// Gives an estimate what its replicates say; nothing where it has no standard error.
+    /// Gives an estimate what its replicates say; nothing where it has no standard error by the delta method.
     pub(super) fn add_interval(&self, task: Task) {
-        let (Some(value), Some(se)) = (task.estimate.value, task.estimate.se) else {
+        let (Some(value), Some(se)) = (task.estimate.value, task.estimate.delta_se) else {
             return;
         };
         if !self.drawn[task.target] || task.dry.is_some_and(|dry| !self.drawn[dry]) {
@@ -153,16 +153,19 @@ impl AllReplicates {
             }
         }
         // the delta method's at another level says nothing that its se and the scene's level do not
-        let made_some = estimate.intervals.iter().any(|made| !is_delta(made));
+        let made_some = estimate.intervals.iter().any(Interval::is_bootstrap);
         if made_some && !self.keep_all {
             let level = estimate.level;
-            estimate.intervals.retain(|made| !is_delta(made) || made.level == level);
+            estimate
+                .intervals
+                .retain(|made| !made.is_delta() || made.level == level);
         }
     }
 
-    /// Quotes the interval of the scene's method, or the percentile one with the reason why that stands in for it.
+    /// Quotes the interval of the scene's method, or the percentile one with the reason why that stands in for it. A
+    /// profile that is quoted stays so: its reason is the fit's, and replicates pile up where it bends.
     fn quote(&self, estimate: &mut Estimate, made: &mut IntervalParts) -> Option<&'static str> {
-        if self.method == IntervalMethod::Delta {
+        if self.method == IntervalMethod::Delta || estimate.is_curved() {
             return None;
         }
         let (quoted, fallback) = match made.interval(self.method, estimate.level) {
@@ -235,10 +238,6 @@ impl AllReplicates {
         });
         Replicates::new(t)
     }
-}
-
-fn is_delta(made: &Interval) -> bool {
-    matches!(made.method, "delta" | "delta_log")
 }
 
 /// What an interval of a quantity is made of.

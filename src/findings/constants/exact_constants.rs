@@ -24,7 +24,7 @@ pub(super) fn exact_constants_notice(
         let column = constants.iter().position(|other| other == constant)?;
         let rows = sensitivities.iter().map(|(sensitivity, elasticities)| {
             let shift = ERROR * elasticities[column];
-            let in_se = (shift * sensitivity.value).abs() / sensitivity.se;
+            let in_se = (shift * sensitivity.value).abs() / sensitivity.scale;
             (in_se, shift, sensitivity)
         });
         let (in_se, shift, sensitivity) = rows.max_by(|a, b| a.0.total_cmp(&b.0))?;

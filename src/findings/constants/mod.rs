@@ -110,7 +110,7 @@ fn combine(blank: Sensitivity, by: Vec<Elasticity>) -> Sensitivity {
     let squares: Vec<f64> = given.map(|sd| sd * sd).collect();
     let constants_sd = (!squares.is_empty()).then(|| squares.iter().sum::<f64>().sqrt());
     Sensitivity {
-        combined: constants_sd.map(|sd| sd.hypot(blank.se)),
+        combined: constants_sd.zip(blank.se).map(|(sd, se)| sd.hypot(se)),
         constants_sd,
         by,
         ..blank
@@ -149,7 +149,7 @@ fn outputs_without_constants(
                 film_ratio: Some(film_ratio),
                 diameter,
             };
-            let blank = Sensitivity::without_constants(quantity.describe().name, subject, fit, estimate.pair());
+            let blank = Sensitivity::without_constants(quantity.describe().name, subject, fit, (estimate, 1.0));
             outputs.extend(blank.map(|blank| (output, blank)));
         };
         for row in derived {
@@ -177,12 +177,12 @@ fn outputs_without_constants(
 /// The parameters of the energy balance and δc of its particles.
 fn of_balance(scene: &Scene, balance: &EnergyBalance) -> Vec<(Output, Sensitivity)> {
     let mut outputs = vec![];
-    let mut add = |output: Output, result: &str, particle: Option<&String>, pair: Option<(f64, f64)>| {
+    let mut add = |output: Output, result: &str, particle: Option<&String>, estimate: (&Estimate, f64)| {
         let subject = Subject {
             particle: particle.cloned(),
             ..Subject::default()
         };
-        let blank = Sensitivity::without_constants(result, subject, BALANCE, pair);
+        let blank = Sensitivity::without_constants(result, subject, BALANCE, estimate);
         outputs.extend(blank.map(|blank| (output, blank)));
     };
     // k comes from the dry runs, which no constant enters
@@ -193,19 +193,17 @@ fn of_balance(scene: &Scene, balance: &EnergyBalance) -> Vec<(Output, Sensitivit
             Output::Parameter(index),
             &parameter.name,
             None,
-            parameter.estimate.pair(),
+            (&parameter.estimate, 1.0),
         );
     }
     let held: HashSet<&String> = balance.particles.iter().collect();
     for (index, particle) in scene.particles.iter().enumerate() {
         if held.contains(&particle.name) {
-            let pair = balance.delta_c_over_roughness.pair();
-            let delta_c = pair.map(|(ratio, se)| (particle.roughness * ratio, particle.roughness * se));
             add(
                 Output::CriticalSeparation(index),
                 Quantity::DeltaC.describe().name,
                 Some(&particle.name),
-                delta_c,
+                (&balance.delta_c_over_roughness, particle.roughness),
             );
         }
     }

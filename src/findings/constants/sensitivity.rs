@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::findings::estimate::Estimate;
 use crate::findings::film_ratio::rounded_film_ratio as rounded;
 use crate::physics::{Coefficient, Quantity};
 use crate::units::millimetres;
@@ -27,13 +28,16 @@ pub struct Sensitivity {
     pub fit: &'static str,
     /// its value
     pub value: f64,
-    /// its statistical standard error, by least squares
-    pub se: f64,
+    /// its statistical standard error, by least squares; `None` where the curvature of the fit forbids one
+    pub se: Option<f64>,
+    /// the same, where there is none by its interval
+    #[serde(skip)]
+    pub(super) scale: f64,
     /// the constants that move it; any other moves it by less than 5e-6 of its own share
     pub by: Vec<Elasticity>,
     /// √Σ (value · elasticity · rel_sd)² over the constants whose uncertainty is given; `None` where none is
     pub constants_sd: Option<f64>,
-    /// √(se² + constants_sd²)
+    /// √(se² + constants_sd²); `None` without either
     pub combined: Option<f64>,
 }
 
@@ -51,23 +55,24 @@ impl Sensitivity {
         self.fit == BALANCE
     }
 
-    /// A result still without the constants, from its value and standard error; `None` at zero, which has no share to move
-    /// by.
+    /// A result still without the constants, from its estimate times a factor; `None` where that has no uncertainty, and at
+    /// zero, which has no share to move by.
     pub(super) fn without_constants(
         result: &str,
         subject: Subject,
         fit: &'static str,
-        pair: Option<(f64, f64)>,
+        (estimate, factor): (&Estimate, f64),
     ) -> Option<Sensitivity> {
-        let (value, se) = pair.filter(|(value, _)| *value != 0.0)?;
+        let (value, scale) = estimate.value_and_scale().filter(|(value, _)| *value != 0.0)?;
         Some(Sensitivity {
             result: result.to_owned(),
             particle: subject.particle,
             film_ratio: subject.film_ratio,
             diameter_m: subject.diameter,
             fit,
-            value,
-            se,
+            value: factor * value,
+            se: estimate.se.map(|se| factor * se),
+            scale: factor * scale,
             by: vec![],
             constants_sd: None,
             combined: None,

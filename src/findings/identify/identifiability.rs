@@ -201,7 +201,10 @@ impl<'f> LeastSquaresEstimates<'f> {
     /// Where least squares found a parameter, with its standard error: in the energy balance, which alone knows of k of a
     /// sphere with wet runs where `balance_alone`, or in the dry runs. `None` unless it is positive.
     fn estimate(&self, runs: &Runs, kind: ParameterKind, balance_alone: bool) -> Option<(f64, f64)> {
-        let in_balance = self.in_balance.get(&kind).and_then(|estimate| estimate.pair());
+        let in_balance = self
+            .in_balance
+            .get(&kind)
+            .and_then(|estimate| estimate.value_and_scale());
         let of_dry = |sphere: usize| {
             let dry = self.dry.get(&sphere)?;
             dry.dry_k.pair().filter(|_| dry.verdict.passed)

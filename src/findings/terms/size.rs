@@ -44,7 +44,7 @@ impl ReferencePoint {
     ) -> ReferencePoint {
         let BalanceSetup { scene, runs, dry, .. } = setup;
         let fitted = |kind: ParameterKind| {
-            let (value, se) = balance?.estimate(kind)?.pair()?;
+            let (value, se) = balance?.estimate(kind)?.value_and_scale()?;
             (value > SEEN * se).then_some(value)
         };
         let believed = |kind: ParameterKind| prior_of(scene, runs, kind, form).0.median();

@@ -74,7 +74,7 @@ fn of_bootstrap(input: ReportInput, joint: &JointReplicates) -> Option<Chart> {
         contours: regions::contours(&joint.pairs),
         intervals: both.map(|estimate| {
             by(estimate, &|made| {
-                made.method != "delta" && made.method == estimate.method
+                made.is_bootstrap() && (made.method == estimate.method || estimate.is_curved())
             })
         }),
         style: Style::group(1),
@@ -91,7 +91,10 @@ fn of_bootstrap(input: ReportInput, joint: &JointReplicates) -> Option<Chart> {
         input.runs.spheres[joint.sphere].words(input.scene)
     );
     let centre = (row.e_inf.value?, row.st_c.value?);
-    let delta = both.map(|estimate| by(estimate, &|made| made.method == "delta"));
+    // where the curvature forbids a ±, the delta method's are not shown
+    let of_delta =
+        |estimate: &&Estimate| by(estimate, &|made| made.method == "delta").filter(|_| !estimate.is_curved());
+    let delta = both.map(|estimate| of_delta(&estimate));
     let posterior = input.posterior.zip(input.findings.energy_balance.as_ref());
     let pairs =
         posterior.and_then(|(posterior, balance)| regions::of_posterior(input.scene, balance, posterior, joint));

@@ -22,8 +22,8 @@ pub(super) fn bootstrap(page: &mut Page, input: ReportInput) {
     page.heading("Bootstrap");
     page.paragraph(&format!(
         "{} replicates, {}.{} Percentile and BCa limits are widened as Student's t is, by the degrees of \
-         freedom of the strata. The other tables quote these intervals wherever replicates were made; ± is the delta \
-         method's throughout. Below: fits that are usable. How often each kind of interval covers the truth of simulated runs: `wetcor calibrate`.",
+         freedom of the strata. The other tables quote these intervals wherever replicates were made, but the \
+         profile's where the curvature of a fit forbids a ±; ± is the delta method's throughout. Below: fits that are usable. How often each kind of interval covers the truth of simulated runs: `wetcor calibrate`.",
         resampling.replicates,
         scheme(input.scene.bootstrap.scheme),
         single_runs(input.scene.bootstrap.scheme, resampling)
@@ -39,14 +39,21 @@ pub(super) fn bootstrap(page: &mut Page, input: ReportInput) {
             let delta = row.estimate.intervals.iter().find(of_delta);
             delta.map(|made| numbers::between(made.lo, made.hi, row.se))
         })
-        .column("bootstrap", |row| numbers::interval(row.estimate))
-        .column("method", |row| match row.bootstrapped.fallback {
-            Some(reason) => format!("{} ({reason})", row.estimate.method),
-            None => row.estimate.method.to_owned(),
+        .column("bootstrap", |row| match own_of_curved(row.estimate) {
+            Some(made) => numbers::between(made.lo, made.hi, row.se),
+            None => numbers::interval(row.estimate),
+        })
+        .column("method", |row| {
+            match (row.bootstrapped.fallback, own_of_curved(row.estimate)) {
+                (Some(reason), _) => format!("{} ({reason})", row.estimate.method),
+                (None, Some(made)) => format!("{}; the profile's is quoted", made.method),
+                (None, None) => row.estimate.method.to_owned(),
+            }
         })
         .column("se over delta's", |row| {
             let own = row.bootstrapped.se;
-            own.map(|own| numbers::significant(own / row.se, 3))
+            let both = own.zip(row.estimate.se);
+            both.map(|(own, of_delta)| numbers::significant(own / of_delta, 3))
         })
         .column("bias", |row| {
             let bias = row.bootstrapped.bias;
@@ -64,7 +71,14 @@ struct Resampled<'a> {
     law: Option<WetLaw>,
     estimate: &'a Estimate,
     bootstrapped: &'a Bootstrapped,
+    /// the standard error, or what its interval says of one
     se: f64,
+}
+
+/// The bootstrap's interval of an estimate that quotes the profile's.
+fn own_of_curved(estimate: &Estimate) -> Option<&Interval> {
+    let own = |made: &&Interval| made.is_bootstrap() && made.level == estimate.level;
+    estimate.intervals.iter().find(own).filter(|_| estimate.is_curved())
 }
 
 /// k of each particle, then e_inf and St_c of each fit that may be used.
@@ -77,7 +91,7 @@ fn resampled(findings: &Findings) -> Vec<Resampled<'_>> {
             law: None,
             estimate: &dry.dry_k,
             bootstrapped: dry.dry_k.bootstrap.as_ref()?,
-            se: dry.dry_k.se?,
+            se: dry.dry_k.scale()?,
         })
     });
     let usable = findings.scaling.iter().filter(|fitted| fitted.verdict.passed);
@@ -91,7 +105,7 @@ fn resampled(findings: &Findings) -> Vec<Resampled<'_>> {
                 law: Some(fitted.law),
                 estimate,
                 bootstrapped: estimate.bootstrap.as_ref()?,
-                se: estimate.se?,
+                se: estimate.scale()?,
             })
         })
     });

@@ -53,7 +53,7 @@ pub(super) fn constants(page: &mut Page, input: ReportInput) {
     let with = |row: &Sensitivity, error: f64| numbers::with_se(in_unit(row, row.value), in_unit(row, error));
     let table = ReportTable::of(given)
         .column("result", label_with_unit)
-        .column("± standard error", |row| with(row, row.se))
+        .column("± standard error", |row| row.se.map(|se| with(row, se)))
         .column("sd from the constants", |row| {
             numbers::optional(row.constants_sd.map(|sd| in_unit(row, sd)), 2)
         })

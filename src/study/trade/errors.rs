@@ -43,8 +43,8 @@ pub(super) fn linear_bias(scaling: &scaling::Scaling) -> Option<LinearBias> {
         particle: scaling.particle.clone(),
         film_ratio: scaling.film_ratio,
         e_inf: bias.e_inf,
-        e_inf_se: scaling.e_inf.se.map(|se| bias.e_inf / se),
+        e_inf_se: scaling.e_inf.scale().map(|se| bias.e_inf / se),
         st_c: bias.st_c,
-        st_c_se: scaling.st_c.se.map(|se| bias.st_c / se),
+        st_c_se: scaling.st_c.scale().map(|se| bias.st_c / se),
     })
 }

@@ -36,12 +36,16 @@ pub(super) fn by_law(
         }
         ParameterKind::LUBRICATION_LOG => {
             let groups = fits.scaling.iter().filter(|one| one.law == law);
-            weighted(groups.filter_map(|one| one.scaling.film_ratio.and(one.scaling.lubrication_log.pair())))
+            weighted(groups.filter_map(|one| {
+                one.scaling
+                    .film_ratio
+                    .and(one.scaling.lubrication_log.value_and_scale())
+            }))
         }
         ParameterKind::INERTIAL_PREFACTOR if !inertia.has_film_scale() && inertia != Inertia::None => {
             let groups = fits.energy.iter().filter(|one| one.law == law);
             weighted(groups.filter_map(|one| {
-                let (loss, se) = one.loss_over_density_ratio.pair()?;
+                let (loss, se) = one.loss_over_density_ratio.value_and_scale()?;
                 let shape = inertia.shape(one.film_ratio, 1.0);
                 Some((loss / shape, se / shape))
             }))

@@ -1,0 +1,262 @@
+//! Holds the profile's intervals, and when they are quoted, against simulated runs near the threshold.
+
+mod common;
+
+use common::{binomial_z, rows, seed_of, table_of, Place};
+use wetcor::findings::estimate::Estimate;
+use wetcor::findings::scaling::Scaling;
+use wetcor::findings::{self, Findings};
+use wetcor::runs;
+use wetcor::scene::WetLaw;
+
+/// Three heights, the lowest of which is within two standard deviations of no rebound at the thicker film: a lucky run
+/// there pins the fit at the edge of the square root.
+const NEAR_THRESHOLD: &str = r#"
+title = "near the threshold"
+[data]
+runs = "runs.csv"
+[particles.PTFE]
+density_kg_m3 = 2150
+roughness_um = 5
+[liquids.M50]
+density_kg_m3 = 965
+viscosity_mPa_s = 48.3
+[model]
+inertia = "stepwise"
+[bootstrap]
+replicates = 500
+level = 0.95
+[truth]
+dry_k = { PTFE = 0.183 }
+lubrication_log = 2.75
+inertia = "stepwise"
+inertial_prefactor = 1.0
+sigma_dry = 0.01
+sigma_wet = 0.03
+[design]
+diameter_mm = { PTFE = [4.762] }
+liquids = ["M50"]
+film_ratio = { PTFE = [0.04, 0.08] }
+height_mm = [39, 75, 150]
+dry_impact_speed_m_s = [0.5, 1.0, 2.0]
+repeats = 3
+"#;
+
+/// St_c at a film ratio, of the truth above.
+fn truth(film_ratio: f64) -> f64 {
+    let e_dry = 1.0 - 0.183 * 2f64.powf(0.2);
+    let nominal: f64 = if film_ratio < 0.06 { 0.04 } else { 0.08 };
+    let shape = nominal * (3.0 - 6.0 * nominal + 4.0 * nominal * nominal);
+    2.0 * 2.75 / (e_dry * e_dry - 965.0 / 2150.0 * shape)
+}
+
+fn infer(place: &Place, seed: u64) -> Findings {
+    let table = table_of(runs::arrange(&place.scene, &rows(&place.scene, seed)));
+    findings::fit_least_squares(&place.scene, &table, seed, false)
+}
+
+/// What becomes of some estimates of St_c.
+#[derive(Debug, Default)]
+struct Tally {
+    fits: usize,
+    with_se: usize,
+    /// with a ±, and beyond t's 99.73 % quantile of it
+    beyond: usize,
+    /// beyond that of the delta method's ±, quoted or not
+    beyond_delta: usize,
+    with_interval: usize,
+    covered: usize,
+    covered_by_delta: usize,
+}
+
+impl Tally {
+    /// `wide` is the same estimate at the level 99.73 %.
+    fn add(&mut self, estimate: &Estimate, wide: &Estimate, truth: f64) {
+        if estimate.value.is_none() {
+            return;
+        }
+        assert_eq!(
+            estimate.why_none.is_some(),
+            estimate.se.is_none() || estimate.interval.is_none()
+        );
+        let inside = |of: &Estimate| {
+            let delta = of
+                .intervals
+                .iter()
+                .find(|made| made.is_delta() && made.level == of.level);
+            let delta = delta.expect("every fit here has a covariance");
+            usize::from(delta.lo <= truth && truth <= delta.hi)
+        };
+        self.fits += 1;
+        self.beyond_delta += 1 - inside(wide);
+        self.covered_by_delta += inside(estimate);
+        if estimate.se.is_some() {
+            self.with_se += 1;
+            self.beyond += 1 - inside(wide);
+        }
+        if let Some([lo, hi]) = estimate.interval {
+            self.with_interval += 1;
+            self.covered += usize::from(lo <= truth && truth <= hi);
+        }
+    }
+}
+
+/// St_c by the square-root law at each film ratio, and by the energy balance over both.
+fn tallies(sets: u64) -> [Tally; 3] {
+    let place = Place::new(NEAR_THRESHOLD);
+    let wide = Place::new(&NEAR_THRESHOLD.replace("level = 0.95", "level = 0.9973"));
+    let mut tallies = <[Tally; 3]>::default();
+    for set in 0..sets {
+        let seed = seed_of("a_quoted_se_holds_near_the_threshold").wrapping_add(set);
+        let [plain, wide] = [&place, &wide].map(|place| infer(place, seed));
+        let own = |row: &&Scaling| row.law == WetLaw::Sqrt && row.film_ratio.is_some();
+        for (row, wide) in plain.scaling.iter().filter(own).zip(wide.scaling.iter().filter(own)) {
+            let film_ratio = row.film_ratio.expect("filtered");
+            let tally = &mut tallies[usize::from(film_ratio > 0.06)];
+            tally.add(&row.st_c, &wide.st_c, truth(film_ratio));
+        }
+        let derived = |findings: Findings| findings.energy_balance.expect("dry and wet runs").derived;
+        for (row, wide) in derived(plain).iter().zip(&derived(wide)) {
+            tallies[2].add(&row.st_c, &wide.st_c, truth(row.film_ratio));
+        }
+    }
+    tallies
+}
+
+#[test]
+fn a_quoted_se_holds_near_the_threshold() {
+    const SETS: usize = 600;
+    let all = tallies(SETS as u64);
+    for tally in &all {
+        println!("{tally:?}");
+        assert!(tally.fits >= 590, "{tally:?}");
+        assert!(100 * tally.beyond <= tally.fits, "{tally:?}");
+        assert!(10 * tally.with_interval >= 9 * tally.fits, "{tally:?}");
+    }
+    // at the thicker film, where runs are pinned, the delta method's ± alone fails by a wide margin
+    let pinned = &all[1];
+    let z = binomial_z(pinned.beyond_delta, pinned.fits, 0.01);
+    assert!(z > 8.0, "{z}: {pinned:?}");
+}
+
+/// Rows of a table: film ratio 0.08, at these speeds.
+fn table(wet: &[(f64, f64)]) -> String {
+    let mut csv = "particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution\n".to_owned();
+    for (v, e) in [
+        (0.5, 0.842),
+        (0.5, 0.835),
+        (1.0, 0.812),
+        (1.0, 0.823),
+        (2.0, 0.795),
+        (2.0, 0.785),
+    ] {
+        csv += &format!("PTFE,dry,4.762,,{v},{e}\n");
+    }
+    for (v, e) in wet {
+        csv += &format!("PTFE,M50,4.762,380.96,{v},{e}\n");
+    }
+    csv
+}
+
+/// The lowest speed is at St = 20.7476, where the truth of 10.331 keeps e = 0.047.
+const PINNED: [(f64, f64); 9] = [
+    (0.88091, 0.0003),
+    (0.88091, 0.0),
+    (0.88091, 0.0),
+    (1.2131, 0.362),
+    (1.2131, 0.401),
+    (1.2131, 0.391),
+    (1.7155, 0.531),
+    (1.7155, 0.502),
+    (1.7155, 0.488),
+];
+
+fn square_root(findings: &Findings) -> &Scaling {
+    let own = |row: &&Scaling| row.law == WetLaw::Sqrt && row.film_ratio.is_some();
+    findings.scaling.iter().find(own).expect("one film ratio")
+}
+
+#[test]
+fn a_run_that_barely_rebounds_leaves_no_se() {
+    let findings = Place::new(NEAR_THRESHOLD).fit_rows(&table(&PINNED));
+    let row = square_root(&findings);
+    println!("{:?}\n{:?}\n{:?}", row.e_inf, row.st_c, row.lubrication_log);
+    assert!(row.verdict.passed);
+    for of in [&row.st_c, row.st_no_rebound.as_ref().expect("a square root")] {
+        let delta = of.intervals.iter().find(|made| made.is_delta() && made.level == 0.95);
+        let delta = delta.expect("the fit has a covariance");
+        let [lo, hi] = of.interval.expect("the profile's");
+        assert_eq!((of.se, of.method), (None, "profile"));
+        assert!(of.why_none.as_ref().is_some_and(|why| why.contains("curvature")));
+        assert!(hi - lo > 50.0 * (delta.hi - delta.lo), "{of:?}");
+    }
+    let truth = truth(0.08);
+    let value = row.st_c.value.expect("a fit");
+    let [lo, hi] = row.st_c.interval.expect("the profile's");
+    assert!(
+        (value - 10.3738).abs() < 5e-4 && lo < truth && truth < hi,
+        "{:?}",
+        row.st_c
+    );
+}
+
+/// Replicates of a fit that a run pins pile up where it does: the profile's interval stays.
+#[test]
+fn the_bootstrap_leaves_a_profile_quoted() {
+    let place = Place::new(NEAR_THRESHOLD);
+    let without = place.fit_rows(&table(&PINNED));
+    let table = place.read();
+    let with = findings::fit_least_squares(&place.scene, &table, 1, true);
+    let (without, with) = (&square_root(&without).st_c, &square_root(&with).st_c);
+    assert_eq!(
+        (with.interval, with.method, with.se),
+        (without.interval, "profile", None)
+    );
+    assert!(with.bootstrap.as_ref().is_some_and(|made| made.se.is_some()));
+    let methods: Vec<&str> = with.intervals.iter().map(|made| made.method).collect();
+    for method in ["delta", "profile", "percentile"] {
+        assert!(methods.contains(&method), "{methods:?}");
+    }
+}
+
+/// Two speeds and much scatter: the runs bound St_c on one side at most, and say so.
+#[test]
+fn a_limit_that_does_not_exist_is_said() {
+    let wet = [
+        (1.2131, 0.55),
+        (1.2131, 0.15),
+        (1.7155, 0.30),
+        (1.7155, 0.65),
+        (1.5, 0.30),
+    ];
+    let findings = Place::new(NEAR_THRESHOLD).fit_rows(&table(&wet));
+    let row = square_root(&findings);
+    println!("{:?}\n{:?}\n{:?}", row.e_inf, row.st_c, row.lubrication_log);
+    assert_eq!((row.st_c.se, row.st_c.interval), (None, None));
+    let why = row.st_c.why_none.as_ref().expect("no interval");
+    assert!(why.contains("no lower one") || why.contains("no upper one"), "{why}");
+    let json = serde_json::to_string(&findings).expect("plain data");
+    assert!(!json.contains("NaN") && !json.contains("inf,"), "not finite");
+}
+
+/// Where the fit is nearly straight, nothing changes: the delta method's ± and interval.
+#[test]
+fn a_fit_that_is_straight_keeps_its_se() {
+    let clear = NEAR_THRESHOLD
+        .replace("height_mm = [39, 75, 150]", "height_mm = [150, 250, 400]")
+        .replace("repeats = 3", "repeats = 20");
+    let findings = infer(&Place::new(&clear), seed_of("a_fit_that_is_straight_keeps_its_se"));
+    for row in &findings.scaling {
+        for of in [&row.e_inf, &row.st_c, &row.lubrication_log] {
+            assert!(
+                of.se.is_some() && of.method == "delta" && of.why_none.is_none(),
+                "{of:?}"
+            );
+        }
+    }
+    let balance = findings.energy_balance.expect("dry and wet runs");
+    assert!(balance
+        .derived
+        .iter()
+        .all(|row| row.e_inf.se.is_some() && row.st_c.se.is_some()));
+}
