@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use wetcor::error::{named, Error};
 use wetcor::staging::{self, Staging};
-use wetcor::study::{accuracy, calibration};
+use wetcor::study::{accuracy, calibration, main_coverage};
 
 use super::messages::print_after_writing;
 use crate::progress::Progress;
@@ -16,15 +16,17 @@ pub(super) fn calibrate(out: &Path, sets: u64, seed: u64, quiet: bool) -> Result
     calibration::may_replace(&place)?;
     // an accuracy takes about as long as a hundred data sets
     let of_accuracy = 100;
-    let all = sets * calibration::DESIGNS + of_accuracy * accuracy::SCENES;
+    let of_main = main_coverage::SETS.min(sets);
+    let all = sets * calibration::DESIGNS + of_main * main_coverage::DESIGNS + of_accuracy * accuracy::SCENES;
     let progress = Progress::bar("calibrate", all, quiet);
     let done = AtomicU64::new(0);
     let step = || progress.at(1 + done.fetch_add(1, Relaxed));
     let table = calibration::measure(sets, calibration::REPLICATES, seed, &step)?;
+    let main = main_coverage::measure(of_main, seed, &step)?;
     let kept = accuracy::measure(accuracy::SCENES, seed, &|| {
         progress.at(of_accuracy + done.fetch_add(of_accuracy, Relaxed));
     })?;
-    let text = calibration::markdown(&table) + &accuracy::markdown(&kept);
+    let text = calibration::markdown(&table) + "\n" + &main_coverage::markdown(&main) + &accuracy::markdown(&kept);
     let staging = Staging::beside(&place)?;
     let result = staging
         .create_itself()

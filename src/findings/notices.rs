@@ -360,13 +360,14 @@ pub(super) fn bootstrap_fewer_replicates(wanted: u64, made: usize, fits: usize, 
     BOOTSTRAP_FEWER_REPLICATES.with_next_step(made, text, next)
 }
 
-/// Bootstrapped fits with fewer runs than a line; the coverage of 8 runs, per cent.
-pub(super) fn bootstrap_few_runs(few: usize, all: usize, line: usize, coverage_of_eight: [f64; 2]) -> Notice {
-    let [least, most] = coverage_of_eight;
-    let text = format!(
-        "{few} of {all} bootstrapped fits rest on fewer than {line} runs; on simulated designs of 8 runs the default 95 % \
-         intervals covered {least} to {most} % with normal noise"
-    );
+/// Bootstrapped fits with fewer runs than a line, where the scene names the interval and where not.
+pub(super) fn bootstrap_few_runs(few: usize, all: usize, line: usize, named: bool) -> Notice {
+    let quoted = if named {
+        "the interval that the scene names may be too short for them"
+    } else {
+        "their interval is that of least squares with Student's t, since resampling so few makes intervals too short"
+    };
+    let text = format!("{few} of {all} bootstrapped fits rest on fewer than {line} runs: {quoted}");
     BOOTSTRAP_FEW_RUNS.notice(few, text)
 }
 

@@ -128,6 +128,9 @@ pub struct MainCoverageTable {
     pub rows: Vec<MainCoverage>,
 }
 
+/// Data sets of each design that a study takes; a posterior takes longer than a fit.
+pub const SETS: u64 = 1000;
+
 /// How many designs are measured.
 pub const DESIGNS: u64 = ALL.len() as u64;
 

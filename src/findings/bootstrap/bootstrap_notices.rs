@@ -1,19 +1,20 @@
 //! Says which bootstrap intervals want a second look: few runs, strata that cannot vary, one series alone.
 
+use super::replicates::FEWEST_RUNS;
 use super::resampling::{Estimates, Resampling};
 use crate::findings::estimate::Bootstrapped;
 use crate::findings::notices;
 use crate::notice::Notice;
 use crate::runs::{Runs, Series};
-
-/// Runs below which an interval is made of little.
-pub const FEW_RUNS: usize = 20;
-
-/// Smallest and largest coverage of the default 95 % interval on the calibration's design of 8 runs, per cent.
-pub const COVERAGE_OF_EIGHT: [f64; 2] = [94.7, 96.2];
+use crate::scene::Scene;
 
 /// What a reader of the replicates should look at.
-pub(super) fn bootstrap_notices(runs: &Runs, resampling: &Resampling, estimates: &Estimates) -> Vec<Notice> {
+pub(super) fn bootstrap_notices(
+    scene: &Scene,
+    runs: &Runs,
+    resampling: &Resampling,
+    estimates: &Estimates,
+) -> Vec<Notice> {
     let mut found = vec![];
     let drawn = |boot: &Option<Bootstrapped>| boot.as_ref().is_some_and(|boot| boot.replicates > 0);
     let dry = estimates.dry.iter().map(|fit| (fit.dry.runs, &fit.dry.dry_k));
@@ -25,11 +26,16 @@ pub(super) fn bootstrap_notices(runs: &Runs, resampling: &Resampling, estimates:
     let fits: Vec<_> = dry.chain(series).chain(scaling).collect();
     let few = fits
         .iter()
-        .filter(|(runs, estimate)| *runs < FEW_RUNS && drawn(&estimate.bootstrap))
+        .filter(|(runs, estimate)| *runs < FEWEST_RUNS && drawn(&estimate.bootstrap))
         .count();
     if few > 0 {
         let drawn = fits.iter().filter(|(_, estimate)| drawn(&estimate.bootstrap)).count();
-        found.push(notices::bootstrap_few_runs(few, drawn, FEW_RUNS, COVERAGE_OF_EIGHT));
+        found.push(notices::bootstrap_few_runs(
+            few,
+            drawn,
+            FEWEST_RUNS,
+            scene.bootstrap.interval.is_some(),
+        ));
     }
     let partly = runs.series.iter().filter(|series| partly_stuck(runs, series)).count();
     if partly > 0 {

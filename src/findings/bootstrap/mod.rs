@@ -15,7 +15,7 @@ mod replicates;
 mod resampling;
 
 pub use affordable::MOST_HELD;
-pub use bootstrap_notices::{COVERAGE_OF_EIGHT, FEW_RUNS};
+pub use replicates::FEWEST_RUNS;
 pub use resampling::{Estimates, JointReplicates, Resampling};
 
 use std::ops::Range;
@@ -73,6 +73,8 @@ pub fn add_bootstrap_intervals(
             .map(|target| leave_one_out(&columns.pool, target, plan.scheme))
             .collect(),
         fitted: targets.iter().map(|target| target.fitted).collect(),
+        named: scene.bootstrap.interval.is_some(),
+        runs: targets.iter().map(|target| target.regression.x.len()).collect(),
         to_spare: targets
             .iter()
             .map(|Target { regression, .. }| regression.x.len().saturating_sub(regression.law.parameters()))
@@ -93,7 +95,7 @@ pub fn add_bootstrap_intervals(
         single_run_strata: columns.pool.single_runs(),
         joint: joint_replicates(scene, runs, &estimates, &places, &replicates),
     };
-    let mut notices = bootstrap_notices::bootstrap_notices(runs, &resampling, &estimates);
+    let mut notices = bootstrap_notices::bootstrap_notices(scene, runs, &resampling, &estimates);
     notices.extend(fewer_replicates_notice(
         scene.bootstrap.replicates,
         plan.replicates,

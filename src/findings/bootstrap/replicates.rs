@@ -68,6 +68,13 @@ impl Task<'_> {
     }
 }
 
+/// Runs of a fit from which on its bootstrap interval is quoted. On simulated designs of 3 to 10 runs 95 % percentile
+/// intervals of k, e_inf and St_c covered 61 to 99 %, the delta method's with Student's t 88 to 96 %; from 12 on both
+/// covered 94 to 97 % (1500 sets a design).
+pub const FEWEST_RUNS: usize = 12;
+
+const TOO_FEW: &str = "fewer than 12 runs: resampling so few makes intervals too short";
+
 /// Every replicate and every leave-one-out fit, by target.
 pub(super) struct AllReplicates {
     pub(super) plan: Plan,
@@ -76,6 +83,10 @@ pub(super) struct AllReplicates {
     pub(super) fits: Replicated,
     pub(super) without: Vec<Vec<Vec<[f64; 2]>>>,
     pub(super) fitted: Vec<[f64; 2]>,
+    /// whether the scene names the interval
+    pub(super) named: bool,
+    /// runs of each target
+    pub(super) runs: Vec<usize>,
     /// runs minus parameters of each target
     pub(super) to_spare: Vec<usize>,
     /// whether the scheme can draw from each target
@@ -123,9 +134,11 @@ impl AllReplicates {
             value,
             se,
         };
+        let fits = std::iter::once(task.target).chain(task.dry);
+        let few = fits.map(|fit| self.runs[fit]).any(|runs| runs < FEWEST_RUNS);
         let estimate = task.estimate;
         self.add_intervals(estimate, &mut made);
-        let fallback = self.quote(estimate, &mut made);
+        let fallback = self.quote(estimate, &mut made, few);
         estimate.bootstrap = Some(Bootstrapped {
             se: Some(sd),
             bias: Some(mean - value),
@@ -164,9 +177,12 @@ impl AllReplicates {
 
     /// Quotes the interval of the scene's method, or the percentile one with the reason why that stands in for it. A
     /// profile that is quoted stays so: its reason is the fit's, and replicates pile up where it bends.
-    fn quote(&self, estimate: &mut Estimate, made: &mut IntervalParts) -> Option<&'static str> {
+    fn quote(&self, estimate: &mut Estimate, made: &mut IntervalParts, few: bool) -> Option<&'static str> {
         if self.method == IntervalMethod::Delta || estimate.is_curved() {
             return None;
+        }
+        if few && !self.named {
+            return Some(TOO_FEW);
         }
         let (quoted, fallback) = match made.interval(self.method, estimate.level) {
             Ok(quoted) => (Some(quoted), None),
