@@ -161,7 +161,7 @@ fn table(wet: &[(f64, f64)]) -> String {
 /// The lowest speed is at St = 20.7476, where the truth of 10.331 keeps e = 0.047.
 const PINNED: [(f64, f64); 9] = [
     (0.88091, 0.0003),
-    (0.88091, 0.0),
+    (0.88091, 0.062),
     (0.88091, 0.0),
     (1.2131, 0.362),
     (1.2131, 0.401),
@@ -188,7 +188,8 @@ fn a_run_that_barely_rebounds_leaves_no_se() {
         let [lo, hi] = of.interval.expect("the profile's");
         assert_eq!((of.se, of.method), (None, "profile"));
         assert!(of.why_none.as_ref().is_some_and(|why| why.contains("curvature")));
-        assert!(hi - lo > 50.0 * (delta.hi - delta.lo), "{of:?}");
+        // the way up ends at the threshold of that run, the way down is longer than the slopes say
+        assert!(hi < delta.hi && lo < delta.lo, "{of:?}");
     }
     let truth = truth(0.08);
     let value = row.st_c.value.expect("a fit");
