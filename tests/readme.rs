@@ -35,8 +35,13 @@ fn words_and_numbers(line: &str) -> (String, Vec<f64>) {
 
 /// Another processor draws other numbers, within their Monte Carlo error.
 fn is_nearly(shown: &str, printed: &str) -> bool {
-    let ((words, numbers), (other_words, others)) = (words_and_numbers(shown), words_and_numbers(printed));
-    let near = |(a, b): (&f64, &f64)| (a - b).abs() <= 0.1 * a.abs();
+    // differences of log density are near 0 here, of either sign
+    let differs = shown.starts_with("inertia = ");
+    let most = if differs { 0.6 } else { 0.0 };
+    let signs: &[char] = if differs { &['+', '−'] } else { &[] };
+    let [shown, printed] = [shown, printed].map(|line| line.replace(signs, ""));
+    let ((words, numbers), (other_words, others)) = (words_and_numbers(&shown), words_and_numbers(&printed));
+    let near = |(a, b): (&f64, &f64)| (a - b).abs() <= most.max(0.1 * a.abs());
     words == other_words && numbers.len() == others.len() && numbers.iter().zip(&others).all(near)
 }
 
