@@ -311,14 +311,14 @@ fn a_report_and_predictions_have_each_diameters_k() {
     let line = summary.lines().find(|line| line.starts_with("dry_k[PE,7.938] = "));
     let line = line.unwrap_or_else(|| panic!("{summary}"));
     assert!(
-        line.starts_with("dry_k[PE,7.938] = posterior 0.1") && line.ends_with(", from wet runs"),
+        line.starts_with("dry_k[PE,7.938] = 0.1") && line.ends_with(" (posterior, wet runs alone)"),
         "{line}"
     );
-    assert!(summary.contains("\nPTFE, δ/D = 0.06, D = 8 mm: e_inf = "), "{summary}");
+    assert!(summary.contains("\nPTFE, δ/D = 0.06, D = 8 mm, "), "{summary}");
 
     let report = std::fs::read_to_string(place.path("r/report.md")).expect("written");
     for expected in [
-        "| k / (m/s)^(−1/5), PE of 7.938 mm (from wet runs) | ",
+        "| k / (m/s)^(−1/5), PE of 7.938 mm | ",
         "| k / (m/s)^(−1/5), PTFE of 4.762 mm | ",
         "\n| PTFE of 8 mm | 0.06 | square root | ",
         "Each diameter of a particle has its own k",

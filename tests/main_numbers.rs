@@ -2,12 +2,17 @@
 
 mod common;
 
-use common::{seed_of, Place};
+use common::{binomial_z, seed_of, table_of, Place};
+use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::checks::Check;
+use wetcor::findings::form_choice::ChosenBy;
 use wetcor::findings::main_numbers::{MainPlace, Source};
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::{self, Findings};
-use wetcor::runs::Table;
+use wetcor::physics::Inertia;
+use wetcor::runs::{self, Table};
+use wetcor::seed::stream;
+use wetcor::study::main_coverage;
 
 /// Two liquids of one density, so that the law may take them as one.
 const SCENE: &str = r#"
@@ -239,4 +244,198 @@ fn a_dry_law_that_fails_its_own_runs_gates() {
         "{failed:?}"
     );
     assert!(!rising.main.verdict.passed);
+}
+
+/// One liquid, one film ratio, no dry run: k and C only move together, and their priors say where.
+const ONE_FILM: &str = r#"
+title = "one film"
+[data]
+runs = "runs.csv"
+[particles.PTFE]
+density_kg_m3 = 2150
+roughness_um = 5
+[liquids.thin]
+density_kg_m3 = 930
+viscosity_mPa_s = 9.3
+[model]
+inertia = "stepwise"
+[sampler]
+warmup = 400
+draws = 400
+[truth]
+dry_k = { PTFE = 0.15 }
+lubrication_log = 1.85
+inertia = "stepwise"
+inertial_prefactor = 1.0
+sigma_wet = 0.02
+[design]
+diameter_mm = { PTFE = [4.762] }
+liquids = ["thin"]
+film_ratio = { PTFE = [0.06] }
+height_mm = [30, 60, 100, 150]
+repeats = 6
+"#;
+
+/// How many of the 95 % intervals of k and of C cover what was drawn from their priors, and of how many.
+fn covered_from_priors(name: &str, model: &str, sets: u64) -> [[usize; 2]; 2] {
+    let mut counts = [[0; 2]; 2];
+    for set in 0..sets {
+        let mut rng = stream(seed_of(name), "priors", set);
+        let mut drawn = |median: f64| {
+            let z: f64 = StandardNormal.sample(&mut rng);
+            median * (0.5 * z).exp()
+        };
+        let truth = [drawn(0.15), drawn(1.0)];
+        let scene = ONE_FILM
+            .replace("PTFE = 0.15", &format!("PTFE = {}", truth[0]))
+            .replace(
+                "inertial_prefactor = 1.0",
+                &format!("inertial_prefactor = {}", truth[1]),
+            )
+            .replace("[sampler]", &format!("{model}[sampler]"));
+        let findings = fit(&scene, |place| place.draw(seed_of(name).wrapping_add(set), None));
+        // a set of which nothing rebounds is refused whatever it was drawn from
+        if findings.posterior.is_none() {
+            continue;
+        }
+        for ((count, truth), wanted) in counts.iter_mut().zip(truth).zip(["dry_k[PTFE]", "inertial_prefactor"]) {
+            let found = findings.main.parameters.iter().find(|own| own.name == wanted);
+            let interval = found.and_then(|own| own.number.interval);
+            if let Some([lo, hi]) = interval {
+                count[1] += 1;
+                count[0] += usize::from(lo <= truth && truth <= hi);
+            }
+        }
+    }
+    counts
+}
+
+#[test]
+#[ignore = "samples 250 posteriors: half a minute"]
+fn what_only_priors_tell_is_covered_in_the_mean() {
+    for [covered, of] in covered_from_priors("what_only_priors_tell", "", 200) {
+        let z = binomial_z(covered, of, 0.95);
+        assert!(of > 150 && z.abs() < 4.0, "{covered} of {of}: {z}");
+    }
+    // the planted fault: C held at its prior's median leaves k an interval that knows too much
+    let held = "[priors]\ninertial_prefactor = { fixed = 1.0 }\n";
+    let [[covered, of], _] = covered_from_priors("what_only_priors_tell, held", held, 50);
+    let z = binomial_z(covered, of, 0.95);
+    assert!(z < -8.0, "{covered} of {of}: {z}");
+}
+
+/// The runs of the example, with a truth of this form.
+fn table_of_form(inertia: Inertia) -> String {
+    let (prefactor, scale) = if inertia == Inertia::Saturating {
+        (0.47, 0.069)
+    } else {
+        (1.0, 0.069)
+    };
+    SCENE
+        .replace("[model]\ninertia = \"saturating\"", "[model]")
+        .replace(
+            "inertial_prefactor = 0.47",
+            &format!("inertial_prefactor = {prefactor}"),
+        )
+        .replace("film_scale = 0.069", &format!("film_scale = {scale}"))
+        .replace("inertia = \"saturating\"", &format!("inertia = \"{}\"", inertia.name()))
+        .replace(
+            "film_ratio = { PTFE = [0.04, 0.1] }",
+            "film_ratio = { PTFE = [0.03, 0.06, 0.09, 0.12, 0.15] }",
+        )
+        .replace("repeats = 4", "repeats = 6")
+}
+
+/// Shares of tables in which least squares chose the form they were drawn from, or one that it is not clearly better than.
+fn chosen_rightly(inertia: Inertia, sets: u64) -> (usize, usize) {
+    let place = Place::new(&table_of_form(inertia));
+    let (mut right, mut as_good) = (0, 0);
+    for set in 0..sets {
+        let seed = seed_of("the_form_that_fits_is_chosen").wrapping_add(set);
+        let table = table_of(runs::arrange(&place.scene, &common::rows(&place.scene, seed)));
+        let findings = findings::fit_least_squares(&place.scene, &table, seed, false);
+        let choice = findings.inertia.expect("left open");
+        let of_truth = choice.others.iter().find(|other| other.inertia == inertia.name());
+        right += usize::from(choice.inertia == inertia.name());
+        // within four of log density: less than what a form must gain to be taken
+        as_good += usize::from(of_truth.is_none_or(|other| other.difference < 4.0));
+    }
+    (right, as_good)
+}
+
+#[test]
+#[ignore = "fits 600 tables of 530 runs in four forms: half a minute"]
+fn the_form_that_fits_is_chosen() {
+    const SETS: u64 = 200;
+    for inertia in [Inertia::Stepwise, Inertia::Cap, Inertia::Saturating] {
+        let (right, as_good) = chosen_rightly(inertia, SETS);
+        println!(
+            "{}: {right} right, {as_good} right or as good, of {SETS}",
+            inertia.name()
+        );
+        assert!(
+            as_good as f64 >= 0.95 * SETS as f64,
+            "{}: {right}, {as_good}",
+            inertia.name()
+        );
+    }
+}
+
+#[test]
+#[ignore = "samples four forms of six tables: a quarter of a minute"]
+fn leaving_out_chooses_as_least_squares_does() {
+    for inertia in [Inertia::Stepwise, Inertia::Saturating] {
+        for set in 0..3 {
+            let findings = fit(&table_of_form(inertia), |place| {
+                place.draw(seed_of("leaving_out_chooses").wrapping_add(set), None)
+            });
+            let choice = findings.inertia.as_ref().expect("left open");
+            assert_eq!(
+                (choice.inertia, choice.by),
+                (inertia.name(), ChosenBy::LeaveOneOut),
+                "{choice:?}"
+            );
+            assert!(findings.main.verdict.passed, "{:?}", findings.main.verdict);
+            let l = findings
+                .main
+                .parameters
+                .iter()
+                .find(|own| own.name == "lubrication_log");
+            let number = &l.expect("sampled").number;
+            let (value, sd) = number.value.zip(number.se).expect("a mean and an sd");
+            assert!((value - 1.85).abs() < 4.0 * sd, "{number:?}");
+        }
+    }
+}
+
+/// A small sample of the page on coverage, which takes a thousand sets.
+#[test]
+#[ignore = "samples 480 posteriors: half a minute"]
+fn main_numbers_cover_on_designs_of_few_runs() {
+    let seed = seed_of("main_numbers_cover_on_designs_of_few_runs");
+    let table = main_coverage::measure(60, seed, &|| ()).unwrap_or_else(|error| panic!("{error}"));
+    assert!(table.rows.iter().any(|row| row.design == "dry_3"));
+    for row in &table.rows {
+        let z = binomial_z(row.covered as usize, row.quoted as usize, 0.95);
+        assert!(row.quoted >= 54 && z > -4.0, "{row:?}: {z}");
+    }
+    // the planted fault: percentiles of three dry runs
+    let place = Place::new(&SCENE.replace("[bootstrap]", "[bootstrap]\ninterval = \"percentile\""));
+    let covered = (0..200u64).filter(|set| {
+        let mut rng = stream(seed, "three dry runs", *set);
+        let mut csv = String::from("particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution\n");
+        for v in [0.5f64, 1.0, 2.0] {
+            let z: f64 = StandardNormal.sample(&mut rng);
+            csv.push_str(&format!(
+                "PTFE,dry,4.762,,{v},{:.6}\n",
+                1.0 - 0.183 * v.powf(0.2) + 0.01 * z
+            ));
+        }
+        std::fs::write(&place.scene.data.runs, csv).expect("writable");
+        let found = findings::fit_least_squares(&place.scene, &place.read(), *set, true);
+        let interval = found.dry[0].dry_k.interval;
+        interval.is_some_and(|[lo, hi]| lo <= 0.183 && 0.183 <= hi)
+    });
+    let z = binomial_z(covered.count(), 200, 0.95);
+    assert!(z < -8.0, "{z}");
 }

@@ -500,8 +500,7 @@ impl WeighedFit<'_> {
     }
 }
 
-/// With the form left open: the default one unless another leaves clearly smaller squares, counting its parameters;
-/// without the default one that which leaves the smallest spread.
+/// With the form left open: the default one unless another leaves clearly smaller squares, counting its parameters.
 fn choose_form<'r>(of_form: impl Fn(Inertia) -> WeighedFit<'r>) -> (WeighedFit<'r>, Option<InertiaChoice>) {
     let mut fits = Inertia::ALL
         .map(|inertia| (inertia, of_form(inertia)))
@@ -530,17 +529,10 @@ fn choose_form<'r>(of_form: impl Fn(Inertia) -> WeighedFit<'r>) -> (WeighedFit<'
         Some(fits.iter().zip(&densities).filter_map(gain).collect::<Vec<_>>())
     });
     let chosen = gains.and_then(|gains| InertiaChoice::among(&gains, ChosenBy::LeastSquares));
+    // runs that do not tell the default form are no reason for one that knows less
     let (inertia, choice) = match chosen {
         Some((inertia, choice)) => (inertia, Some(choice)),
-        None => {
-            let spread = |fit: &Fit| {
-                fit.residual_sd
-                    .filter(|_| fit.stop == Stop::Converged)
-                    .unwrap_or(f64::INFINITY)
-            };
-            let best = fits.iter().min_by(|a, b| spread(&a.1.fit).total_cmp(&spread(&b.1.fit)));
-            (best.map_or(Inertia::DEFAULT, |(inertia, _)| *inertia), None)
-        }
+        None => (Inertia::DEFAULT, None),
     };
     let place = fits.iter().position(|(own, _)| *own == inertia).unwrap_or(0);
     (fits.swap_remove(place).1, choice)

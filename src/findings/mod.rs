@@ -312,6 +312,9 @@ impl Findings {
         let default = ModelParameters::of(scene, runs, setup.form)?;
         let may_be_sampled = posterior::why_not_sampled(runs, self.least_squares(), &default).is_none();
         if scene.model.inertia_is_open() && self.form.inertia != Inertia::None && may_be_sampled {
+            // refused before the forms are sampled, not after
+            let quantities = default.sampled.len() + posterior::derived::count_derived(runs, setup.form);
+            posterior::check_room(posterior::effort(scene), quantities)?;
             let chosen = compare::choose_inertia(self.comparison_context(scene, runs, watcher), setup)?;
             setup = chosen.setup;
             self.sampled_forms = chosen.evaluated;

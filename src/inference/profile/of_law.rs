@@ -303,7 +303,7 @@ mod tests {
                 let limits = profile.limits(held, T);
                 for limit in [limits.lo, limits.hi].into_iter().flatten() {
                     let found = rise(limit);
-                    assert!((found - 1.0).abs() < 0.02, "{seed} {held:?} {limit}: {found}");
+                    assert!((found - 1.0).abs() < 0.03, "{seed} {held:?} {limit}: {found}");
                     for part in 1..20 {
                         let within = rise(fitted + 0.05 * f64::from(part) * (limit - fitted));
                         assert!(within < 1.0, "{seed} {held:?} {limit} {part}: {within}");
