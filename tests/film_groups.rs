@@ -161,7 +161,9 @@ fn runs_near_no_nominal_film_ratio_count_where_their_own_film_does() {
     );
     let why = findings.film_groups[0].why_no_laws.as_deref();
     assert_eq!(why, Some("its runs lie more than 15 % from every one of film_ratios"));
-    let roots = at(&findings, Some(0.06)).into_iter().filter(|row| row.law == WetLaw::Sqrt);
+    let roots = at(&findings, Some(0.06))
+        .into_iter()
+        .filter(|row| row.law == WetLaw::Sqrt);
     assert!(roots.map(|row| row.verdict.passed).eq([true; 2]));
     let rebounds = |findings: &Findings| findings.energy_balance.as_ref().map(|balance| balance.runs);
     assert_eq!(rebounds(&findings), rebounds(&scene("").fit_rows(&rows)));

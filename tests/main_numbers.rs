@@ -267,6 +267,7 @@ dry_k = { PTFE = 0.15 }
 lubrication_log = 1.85
 inertia = "stepwise"
 inertial_prefactor = 1.0
+sigma_dry = 0.009
 sigma_wet = 0.02
 [design]
 diameter_mm = { PTFE = [4.762] }
@@ -357,8 +358,9 @@ fn chosen_rightly(inertia: Inertia, sets: u64) -> (usize, usize) {
         let choice = findings.inertia.expect("left open");
         let of_truth = choice.others.iter().find(|other| other.inertia == inertia.name());
         right += usize::from(choice.inertia == inertia.name());
-        // within four of log density: less than what a form must gain to be taken
-        as_good += usize::from(of_truth.is_none_or(|other| other.difference < 4.0));
+        // predicts as well, within two standard errors of the difference
+        let within = |se: f64| of_truth.is_some_and(|other| other.difference < 2.0 * se);
+        as_good += usize::from(of_truth.is_none_or(|other| other.se.is_some_and(within)));
     }
     (right, as_good)
 }

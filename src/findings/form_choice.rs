@@ -30,6 +30,8 @@ pub struct OtherForm {
     pub inertia: &'static str,
     /// its log density over all runs minus that of the chosen form
     pub difference: f64,
+    /// standard error of that; `None` where the chosen form is not the one that others are held against
+    pub se: Option<f64>,
 }
 
 /// The form of the inertial loss that the runs chose.
@@ -56,6 +58,7 @@ impl InertiaChoice {
         let others = others.map(|(inertia, gain, _)| OtherForm {
             inertia: inertia.name(),
             difference: gain.value - of_chosen,
+            se: gain.se.filter(|_| chosen == Inertia::DEFAULT),
         });
         let choice = InertiaChoice {
             inertia: chosen.name(),

@@ -3,6 +3,7 @@
 use super::super::{numbers, ReportInput};
 use super::table::ReportTable;
 use crate::findings::checks::Check;
+use crate::findings::main_numbers::MainPlace;
 use crate::findings::Verdict;
 use crate::runs::Sphere;
 use crate::scene::WetLaw;
@@ -30,6 +31,19 @@ pub(super) fn law_name(law: WetLaw) -> &'static str {
 /// A diameter, mm.
 pub(super) fn diameter(metres: f64) -> String {
     numbers::short(millimetres(metres))
+}
+
+/// A place in a sentence: particle, film ratio, diameter where it is of one, liquid.
+pub(super) fn place_name(place: &MainPlace) -> String {
+    let of_one = place
+        .diameter_m
+        .map_or(String::new(), |d| format!(", D = {} mm", diameter(d)));
+    let liquid = place.liquid.as_deref().unwrap_or("liquids pooled");
+    format!(
+        "{}, δ/D = {}{of_one}, {liquid}",
+        place.particle,
+        numbers::short(place.film_ratio)
+    )
 }
 
 pub(super) fn list(values: &[f64], scale: impl Fn(f64) -> f64) -> String {

@@ -1,7 +1,7 @@
 //! Writes how results move with the constants taken as exact, and what is known of these.
 
 use super::super::{numbers, quantities, ReportInput};
-use super::main_numbers::name;
+use super::cells::place_name;
 use super::page::Page;
 use super::table::ReportTable;
 use crate::findings::constants::{Sensitivity, MOST_REBOUNDS};
@@ -79,7 +79,7 @@ pub(super) fn combined(input: ReportInput) -> Option<String> {
             Some(format!(
                 "{} ({}) {}",
                 quantity.describe().symbol,
-                name(place),
+                place_name(place),
                 widened(row, number)?
             ))
         })

@@ -1,7 +1,7 @@
 //! Writes the numbers a reader came for, and the literature's beside them.
 
 use super::super::{numbers, quantities, ReportInput};
-use super::cells::{diameter, interval_header, law_name};
+use super::cells::{diameter, interval_header, law_name, place_name};
 use super::constants::combined;
 use super::escape::literal;
 use super::page::Page;
@@ -209,19 +209,6 @@ fn true_value(input: ReportInput, quantity: Quantity, place: &MainPlace) -> Opti
     Some(quantity.value(&Place::NONE, &wetted))
 }
 
-/// A place in a sentence: particle, film ratio, diameter where it is of one, liquid.
-pub(super) fn name(place: &MainPlace) -> String {
-    let of_one = place
-        .diameter_m
-        .map_or(String::new(), |d| format!(", D = {} mm", diameter(d)));
-    let liquid = place.liquid.as_deref().unwrap_or("liquids pooled");
-    format!(
-        "{}, δ/D = {}{of_one}, {liquid}",
-        place.particle,
-        numbers::short(place.film_ratio)
-    )
-}
-
 /// The liquid of a place, or that its liquids are pooled.
 fn liquid(place: &MainPlace) -> String {
     let pooled = || "pooled".to_owned();
@@ -336,7 +323,7 @@ pub fn summary(input: ReportInput) -> String {
     let line = |place: &MainPlace| {
         format!(
             "{}: {e_inf} = {}, {st_c} = {} ({})\n",
-            name(place),
+            place_name(place),
             quantities::main(Quantity::EInf, &place.e_inf),
             quantities::main(Quantity::StC, &place.st_c),
             place.source.name()
