@@ -192,13 +192,8 @@ fn a_run_that_barely_rebounds_leaves_no_se() {
         assert!(hi < delta.hi && lo < delta.lo, "{of:?}");
     }
     let truth = truth(0.08);
-    let value = row.st_c.value.expect("a fit");
     let [lo, hi] = row.st_c.interval.expect("the profile's");
-    assert!(
-        (value - 10.3738).abs() < 5e-4 && lo < truth && truth < hi,
-        "{:?}",
-        row.st_c
-    );
+    assert!(lo < truth && truth < hi, "{:?}", row.st_c);
 }
 
 /// Replicates of a fit that a run pins pile up where it does: the profile's interval stays.

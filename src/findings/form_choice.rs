@@ -57,8 +57,8 @@ impl InertiaChoice {
         let others = forms.iter().filter(|(inertia, ..)| *inertia != chosen);
         let others = others.map(|(inertia, gain, _)| OtherForm {
             inertia: inertia.name(),
-            difference: gain.value - of_chosen,
-            se: gain.se.filter(|_| chosen == Inertia::DEFAULT),
+            difference: rounded(gain.value - of_chosen),
+            se: gain.se.filter(|_| chosen == Inertia::DEFAULT).map(rounded),
         });
         let choice = InertiaChoice {
             inertia: chosen.name(),
@@ -67,6 +67,11 @@ impl InertiaChoice {
         };
         Some((chosen, choice))
     }
+}
+
+/// To four decimals: beyond them a difference of sums over runs is rounding.
+fn rounded(difference: f64) -> f64 {
+    (difference * 1e4).round() / 1e4
 }
 
 #[cfg(test)]

@@ -454,6 +454,8 @@ fn with_room(place: &Place, kilobytes: u64, arguments: &[&str]) -> Outcome {
 #[cfg(target_os = "linux")]
 #[test]
 fn d16_fewer_threads_are_used_where_no_more_are_to_be_had() {
+    /// megabytes for the program and its work, less than one stack
+    const WORK: u64 = 200;
     let place = Place::plain();
     let arguments = [
         "fit",
@@ -467,7 +469,7 @@ fn d16_fewer_threads_are_used_where_no_more_are_to_be_had() {
     ];
     let mut seen = [0; 3];
     for quarters in 1..=20 {
-        let outcome = with_room(&place, (100 + 256 * quarters) << 10, &arguments);
+        let outcome = with_room(&place, (WORK + 256 * quarters) << 10, &arguments);
         outcome.assert_mannered(&format!("{quarters} stacks"));
         let fewer = outcome.err.contains(" in place of 5 threads: no more could be started");
         let none = outcome
