@@ -457,6 +457,21 @@ fn a_store_as_small_as_it_can_be_is_predicted_from_and_a_failed_fit_says_so() {
     let anyway: Vec<&str> = ASKED.iter().copied().chain(["--anyway"]).collect();
     assert_eq!(store.told(&anyway).0, Some(0));
     assert!(err.starts_with("notice: the fit is not to be quoted, and this not either: largest R-hat\nnotice: all"));
+    // bands of single runs of a fit whose wet runs scatter unevenly
+    let with = |code: &str| {
+        let notices =
+            format!(r#""verdicts":[],"notices":[{{"code":"{code}","count":9,"text":"they grow","next_step":""}}]"#);
+        let store = Store::new(|findings, _| *findings = findings.replace(r#""verdicts":[]"#, &notices));
+        store.told(&ASKED).2
+    };
+    let told = "notice: run_q05 to run_q95 and stuck_probability take one spread for every run, and they grow\n";
+    assert!(with("noise_grows").starts_with(told), "{}", with("noise_grows"));
+    assert_eq!(with("dry_noise_grows"), err_of_right());
+}
+
+/// What is said of the smallest store.
+fn err_of_right() -> String {
+    Store::new(|_, _| ()).told(&ASKED).2
 }
 
 #[test]

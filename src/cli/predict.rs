@@ -170,6 +170,11 @@ pub fn predict(request: &Predict, quiet: bool) -> Result<u8, Error> {
         for check in &finished.failed {
             warn(&format!("the fit is not to be quoted, and this not either: {check}"));
         }
+        if let Some(grows) = &finished.noise_grows {
+            warn(&format!(
+                "run_q05 to run_q95 and stuck_probability take one spread for every run, and {grows}"
+            ));
+        }
         let outside = rows.iter().filter(|row| row.extrapolated).count();
         if outside > 0 {
             let of = rows.len();

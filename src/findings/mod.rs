@@ -60,7 +60,7 @@ pub mod least_squares;
 pub mod main_numbers;
 pub mod measurement_errors;
 pub mod noise;
-mod notices;
+pub(crate) mod notices;
 pub mod overview;
 pub mod own_dry_speed;
 mod places;

@@ -73,6 +73,19 @@ const UNEQUAL_SPREAD: Entry = entry(
     "look at the group that scatters most; the fits of single film ratios have spreads of their own, and the `cases` \
      bootstrap does not take spreads as equal",
 );
+/// The code of noise of wet runs that grows with what changes from run to run.
+pub(crate) const NOISE_GROWS_CODE: &str = "noise_grows";
+const NOISE_GROWS: Entry = entry(
+    NOISE_GROWS_CODE,
+    "quote no bands of single runs (in figures, run_q05 to run_q95 of predict) near either end, or fit slow and fast runs \
+     apart by [data] min_impact_speed_m_s and max_impact_speed_m_s; where it is the measurement, give restitution_sd for \
+     each run",
+);
+const DRY_NOISE_GROWS: Entry = entry(
+    "dry_noise_grows",
+    "quote the `cases` bootstrap of k, which does not take the spread as even; where it is the measurement, give \
+     restitution_sd for each run",
+);
 const SERIES_OFFSETS: Entry = entry(
     "series_offsets",
     "set [bootstrap] scheme = \"series\" and quote its intervals; the delta method's and the posterior's take runs as \
@@ -319,6 +332,51 @@ pub(super) fn unequal_spread(groups: usize, narrowest: &str, widest: &str, worst
         worst.parameter, worst.ratio
     );
     UNEQUAL_SPREAD.notice(groups, text)
+}
+
+/// Noise that grows with what changes from run to run.
+pub(super) struct GrowingNoise<'a> {
+    /// whether of wet runs, not dry ones
+    pub(super) of_wet: bool,
+    /// what it grows with, in words
+    pub(super) with: &'a str,
+    /// the smallest and the largest of that over the runs, in words
+    pub(super) ends: [&'a str; 2],
+    /// sd at the largest over that at the smallest
+    pub(super) factor: f64,
+    /// probability of so much by chance
+    pub(super) p: f64,
+    /// what a 90 % band of single runs would hold at the ends
+    pub(super) band_holds: [f64; 2],
+    /// whether noise on the energy kept, which grows so, is not in the model
+    pub(super) energy_may_scatter: bool,
+}
+
+/// Noise of so many runs that grows.
+pub(super) fn noise_grows(runs: usize, found: &GrowingNoise) -> Notice {
+    let [from, to] = found.ends;
+    let (kind, entry) = if found.of_wet {
+        ("wet", NOISE_GROWS)
+    } else {
+        ("dry", DRY_NOISE_GROWS)
+    };
+    let text = format!(
+        "the noise of {kind} runs grows with {}: their sd is {:.1} times as large at {to} as at {from} (p = {:.1e}), where \
+         every interval takes one; a 90 % band of single runs would hold about {:.0} % of them at {from} and {:.0} % at {to}",
+        found.with,
+        found.factor,
+        found.p,
+        100.0 * found.band_holds[0],
+        100.0 * found.band_holds[1]
+    );
+    if found.energy_may_scatter {
+        let next = format!(
+            "try [model] noise = \"both\", which scatters so; else {}",
+            entry.next_step
+        );
+        return entry.with_next_step(runs, text, next);
+    }
+    entry.notice(runs, text)
 }
 
 /// Offsets that the runs of a series share.

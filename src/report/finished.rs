@@ -12,6 +12,7 @@ use super::draws::tie::{Tie, STORE, TABLE};
 use crate::encoding::decode;
 use crate::error::{named, quoted, Error};
 use crate::files;
+use crate::findings::notices::NOISE_GROWS_CODE;
 use crate::findings::predict::{Basis, Covered, Draw, ParticleBasis, ParticleLaw};
 use crate::findings::SCHEMA;
 use crate::model::parameters::ParameterKind;
@@ -43,6 +44,9 @@ pub struct Finished {
     pub title: String,
     /// the gating checks that failed, in words; empty: the numbers may be quoted
     pub failed: Vec<String>,
+    /// that the noise of wet runs grows, so that bands of single runs are too wide at one end and too narrow at the other;
+    /// in words
+    pub noise_grows: Option<String>,
     /// the scene's numbers
     pub basis: Basis,
     posterior: PosteriorRecord,
@@ -59,6 +63,14 @@ struct FindingsHeader {
 struct FindingsRecord {
     posterior: Option<PosteriorRecord>,
     verdicts: Vec<CheckRecord>,
+    #[serde(default)]
+    notices: Vec<NoticeRecord>,
+}
+
+#[derive(Deserialize)]
+struct NoticeRecord {
+    code: String,
+    text: String,
 }
 
 #[derive(Deserialize)]
@@ -135,6 +147,7 @@ impl Finished {
             return Err(Error::Usage(format!("{text}; {}", again(folder))));
         };
         let failed = file.verdicts.into_iter().filter(|check| check.gates && !check.passed);
+        let grows = |notice: NoticeRecord| (notice.code == NOISE_GROWS_CODE).then_some(notice.text);
         if let Some(odd) = odd_number(&posterior) {
             let text = format!("{}: {odd}", path.display());
             return Err(Error::Usage(format!("{text}; {}", again(folder))));
@@ -144,6 +157,7 @@ impl Finished {
             sha256: sha256(&bytes),
             title: mark.title,
             failed: failed.map(|check| check.text).collect(),
+            noise_grows: file.notices.into_iter().find_map(grows),
             basis: posterior.basis.clone(),
             posterior,
         })

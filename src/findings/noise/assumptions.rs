@@ -1,16 +1,20 @@
 //! Says which assumptions of the intervals the scatter of the runs breaks.
 
-use super::{GroupSpread, Noise, Offsets, Outlier, SpreadTest, StandardErrorRatio, LEVEL, LINE};
-use crate::findings::notices::{self, SharedOffsets, UnderstatedError};
+use super::rows::RunKind;
+use super::{
+    GroupSpread, GrowthTest, GrowthWith, Noise, Offsets, Outlier, SpreadTest, StandardErrorRatio, LEVEL, LINE,
+};
+use crate::findings::notices::{self, GrowingNoise, SharedOffsets, UnderstatedError};
 use crate::notice::Notice;
 use crate::runs::sphere_words;
-use crate::scene::Scene;
+use crate::scene::{NoiseOn, Scene};
 use crate::units::millimetres;
 
 /// Outliers that a notice describes.
 const SHOWN: usize = 3;
 
-/// A notice for outliers, one for unequal spreads and one for shared offsets, each where it matters.
+/// A notice for outliers, one for unequal spreads, one for growing noise of dry and of wet runs and one for shared offsets,
+/// each where it matters.
 pub(in crate::findings) fn noise_notices(scene: &Scene, noise: Option<&Noise>) -> Vec<Notice> {
     let Some(noise) = noise else {
         return vec![];
@@ -20,7 +24,35 @@ pub(in crate::findings) fn noise_notices(scene: &Scene, noise: Option<&Noise>) -
         .offsets
         .as_ref()
         .and_then(|offsets| series_offsets(scene, offsets));
-    [outliers(noise), spread, offsets].into_iter().flatten().collect()
+    let growth = noise.growth.iter().flat_map(|growth| growth.found());
+    let growth = growth.map(|found| noise_grows(scene, found));
+    let others = [outliers(noise), spread, offsets].into_iter().flatten();
+    others.chain(growth).collect()
+}
+
+impl GrowthTest {
+    /// Its quantity at both ends of the runs, in words.
+    pub fn ends(&self) -> [String; 2] {
+        self.between.map(|value| match self.with {
+            GrowthWith::ImpactSpeed => format!("{value:.2} m/s"),
+            GrowthWith::InverseStokes => format!("1/St = {value:.4}"),
+            GrowthWith::Restitution => format!("e = {value:.2}"),
+        })
+    }
+}
+
+fn noise_grows(scene: &Scene, found: &GrowthTest) -> Notice {
+    let [from, to] = found.ends();
+    let growing = GrowingNoise {
+        of_wet: found.of == RunKind::Wet.word(),
+        with: found.with.words(),
+        ends: [&from, &to],
+        factor: found.factor,
+        p: found.p,
+        band_holds: found.band_holds,
+        energy_may_scatter: found.with == GrowthWith::InverseStokes && scene.model.noise == NoiseOn::Restitution,
+    };
+    notices::noise_grows(found.runs, &growing)
 }
 
 impl SpreadTest {

@@ -9,6 +9,7 @@
 //! | `outliers.rs` | runs that normal noise would hardly ever take so far |
 //! | `standard_errors.rs` | by how much standard errors are too small |
 //! | `spread.rs` | what unequal spreads of groups do to standard errors |
+//! | `growth.rs` | whether the noise grows with the impact speed, 1/St or the restitution |
 //! | `offsets.rs` | what offsets that the runs of a series share do to them |
 //! | `assumptions.rs` | which assumption of the intervals fails, for the notices |
 //!
@@ -18,6 +19,7 @@
 //! taken out before spreads and offsets are looked at.
 
 mod assumptions;
+mod growth;
 mod normal_equations;
 mod offsets;
 mod outliers;
@@ -36,6 +38,7 @@ use crate::physics::Form;
 use crate::runs::Runs;
 use crate::scene::{LikelihoodFamily, Scene};
 pub(super) use assumptions::noise_notices;
+pub use growth::{GrowthTest, GrowthWith, NoiseGrowth, LINE_OF_BANDS};
 pub use offsets::Offsets;
 pub use outliers::{Outlier, FALSE_ALARM, MOST_DESCRIBED};
 use point::LinearisationPoint;
@@ -57,6 +60,8 @@ pub struct Noise {
     pub spread: Option<SpreadTest>,
     /// offsets that series share; `None` where there are no more series than the parameters take up
     pub offsets: Option<Offsets>,
+    /// whether the noise grows with what changes from run to run; `None` with fewer than twenty runs of either kind
+    pub growth: Option<NoiseGrowth>,
 }
 
 /// Analyses the scatter about the joint fit; `None` without a fit or without any scatter.
@@ -85,6 +90,7 @@ pub(super) fn analyse_noise(
     let variances = GroupVariances::new(&rows, &sorted.sums);
     // where other things scatter, too, the sds of runs without them
     let sds = robust.scatter.map(scatter::Scatter::least);
+    let growth = growth::test_growth(&rows, &robust, &sorted);
     let normal = scene.model.likelihood == LikelihoodFamily::Normal;
     let sd_wet = sds[RunKind::Wet as usize];
     Some(Noise {
@@ -99,5 +105,6 @@ pub(super) fn analyse_noise(
             unequal.is_some(),
             sd_wet * variances.kinds[RunKind::Wet as usize].sqrt(),
         ),
+        growth,
     })
 }

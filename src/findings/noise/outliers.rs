@@ -100,6 +100,8 @@ pub(super) struct OutlierSearch {
     pub(super) outliers: Vec<Outlier>,
     /// how many there are
     pub(super) found: usize,
+    /// all of them, as indices into the columns of the runs, ascending
+    pub(super) outlying: Vec<usize>,
 }
 
 /// Sorts every run by whether it is an outlier.
@@ -132,10 +134,13 @@ pub(super) fn find_outliers(rows: &Rows, robust: &RobustFit, unequal: Option<&Un
     }
     outlying.sort_by(|a, b| b.sds.abs().total_cmp(&a.sds.abs()).then(a.row.run.cmp(&b.row.run)));
     let found = outlying.len();
+    let mut all: Vec<usize> = outlying.iter().map(|one| one.row.run).collect();
+    all.sort_unstable();
     outlying.truncate(MOST_DESCRIBED);
     OutlierSearch {
         outliers: outlying.iter().map(|one| reference.describe(one)).collect(),
         found,
+        outlying: all,
         sums,
     }
 }

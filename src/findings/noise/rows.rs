@@ -16,6 +16,14 @@ pub(super) enum RunKind {
 
 impl RunKind {
     pub(super) const ALL: [RunKind; 2] = [RunKind::Dry, RunKind::Wet];
+
+    /// What runs of it are called.
+    pub(super) fn word(self) -> &'static str {
+        match self {
+            RunKind::Dry => "dry",
+            RunKind::Wet => "wet",
+        }
+    }
 }
 
 /// Runs of one kind, sphere with a k of its own, liquid and film ratio.

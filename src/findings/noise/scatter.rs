@@ -64,9 +64,11 @@ pub(super) struct RobustFit {
     pub(super) residuals: Vec<Vec<f64>>,
 }
 
-struct SampledRun {
-    part: usize,
-    row: JointRow,
+/// A rebound among those that the scatter is told from.
+pub(super) struct SampledRun {
+    /// index into [`Rows::parts`]
+    pub(super) part: usize,
+    pub(super) row: JointRow,
     clear: bool,
     accepted: bool,
 }
@@ -132,7 +134,7 @@ fn accept(rows: &Rows, taken: &mut [SampledRun], scatter: &[Scatter; 2], far: f6
 }
 
 /// The rebounds about a point, spread over each part where they are many; all of them accepted.
-fn take(rows: &Rows, point: &[f64]) -> Vec<SampledRun> {
+pub(super) fn take(rows: &Rows, point: &[f64]) -> Vec<SampledRun> {
     /// multiples of this have parts behind the point that fill [0, 1) evenly, and fall in step with no repeat of a
     /// design
     const GOLDEN: f64 = 0.618_033_988_749_894_9;

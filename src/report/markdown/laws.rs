@@ -148,13 +148,22 @@ pub(super) fn series(page: &mut Page, input: ReportInput) {
 }
 
 /// What the bands in a figure are; nothing where there are none.
-fn bands(input: ReportInput) -> &'static str {
-    match input.posterior {
-        Some(_) => {
-            " Shaded: 90 % bands of the posterior over the speeds of the runs, dark for the mean restitution (often no \
-             wider than a line), light for a single run."
-        }
-        None => "",
+fn bands(input: ReportInput) -> String {
+    if input.posterior.is_none() {
+        return String::new();
+    }
+    let text =
+        " Shaded: 90 % bands of the posterior over the speeds of the runs, dark for the mean restitution (often no \
+         wider than a line), light for a single run";
+    let noise = input.findings.noise.as_ref();
+    match noise.and_then(|noise| noise.growth.as_ref()?.of_wet_runs()) {
+        Some(growth) => format!(
+            "{text}, which takes one spread where that of the runs grows with {} by a factor of {:.1} (see Noise): too wide \
+             at one end, too narrow at the other.",
+            growth.with.words(),
+            growth.factor
+        ),
+        None => format!("{text}."),
     }
 }
 

@@ -4,7 +4,9 @@ use super::super::numbers;
 use super::super::ReportInput;
 use super::page::Page;
 use super::table::ReportTable;
-use crate::findings::noise::{GroupSpread, Noise, Offsets, SpreadTest, StandardErrorRatio, FALSE_ALARM, LINE};
+use crate::findings::noise::{
+    GroupSpread, Noise, NoiseGrowth, Offsets, SpreadTest, StandardErrorRatio, FALSE_ALARM, LINE,
+};
 use crate::scene::LikelihoodFamily;
 
 pub(super) fn noise(page: &mut Page, input: ReportInput) {
@@ -21,6 +23,7 @@ pub(super) fn noise(page: &mut Page, input: ReportInput) {
         lines.push(outliers(noise));
     }
     lines.extend(noise.spread.as_ref().map(spreads));
+    lines.extend(noise.growth.as_ref().and_then(growth));
     lines.extend(noise.offsets.as_ref().map(offsets));
     page.list(&lines);
     let spread = noise
@@ -68,6 +71,29 @@ fn spreads(spread: &SpreadTest) -> String {
         numbers::probability(spread.test.p),
         by(spread.affected_standard_error())
     )
+}
+
+fn growth(growth: &NoiseGrowth) -> Option<String> {
+    let strongest = growth.strongest()?;
+    let [from, to] = strongest.ends();
+    let tests = growth.tests.len();
+    let mut line = format!(
+        "Growth: most with {} of the {} runs, by a factor of {} in the sd from {from} to {to}; so much by chance with \
+         probability {} (score test on squared residuals, strongest of {tests} over v, 1/St and e).",
+        strongest.with.words(),
+        strongest.of,
+        numbers::significant(strongest.factor, 2),
+        numbers::probability(strongest.p)
+    );
+    for found in growth.found() {
+        let [from, to] = found.ends();
+        let [slow, fast] = found.band_holds.map(|share| 100.0 * share);
+        line.push_str(&format!(
+            " A 90 % band of single {} runs would hold about {slow:.0} % of them at {from} and {fast:.0} % at {to}.",
+            found.of
+        ));
+    }
+    Some(line)
 }
 
 fn offsets(offsets: &Offsets) -> String {
