@@ -149,7 +149,7 @@ fn figures_are_not_told_where_none_were_asked_for() {
 
 #[test]
 fn sampling_that_failed_is_told_on_the_first_line_and_rounded_to_what_it_knows() {
-    let scene = format!("{SCENE}\n[sampler]\nwarmup = 5\ndraws = 20\n");
+    let scene = format!("{SCENE}\n[sampler]\nwarmup = 5\ndraws = 5\n");
     let written = fit(&scene, &["--stages", "least_squares,posterior,figures"], all);
     assert_eq!(written.status, Some(1));
     let first = written.report.lines().nth(2).unwrap_or_default();

@@ -290,7 +290,7 @@ fn a_report_says_diameters_beside_critical_stokes_numbers() {
     ] {
         assert!(!report.contains(absent), "{absent}");
     }
-    let [small, large] = ["| PTFE | 0.06 | 3 |", "| PTFE | 0.06 | 6 |"].map(|row| cell(&report, row, 6));
+    let [small, large] = ["| PTFE | 0.06 | 3 |", "| PTFE | 0.06 | 6 |"].map(|row| cell(&report, row, 7));
     let value = |cell: &str| cell.split(" ± ").next().and_then(|value| value.parse::<f64>().ok());
     assert!(
         value(&large).expect("a value") > value(&small).expect("a value") + 1.0,

@@ -322,7 +322,7 @@ fn every_film_ratio(input: ReportInput, sphere: usize) -> Chart {
         if !points_of.is_empty() {
             let label = match own {
                 [first, .., last] => format!("δ/D = {}", numbers::range([first.film_ratio, last.film_ratio])),
-                _ => own.first().map_or_else(String::new, |group| film_ratio_words(group)),
+                _ => own.first().map_or_else(String::new, film_ratio_words),
             };
             layers.push(points(label, points_of, Style::group(index + 1)));
         }

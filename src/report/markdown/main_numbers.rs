@@ -9,7 +9,7 @@ use super::posterior::held;
 use super::table::ReportTable;
 use super::verdict::verdict_line;
 use crate::findings::form_choice::{ChosenBy, InertiaChoice, OtherForm};
-use crate::findings::main_numbers::{MainNumber, MainNumbers, MainParameter, MainPlace, Source};
+use crate::findings::main_numbers::{MainNumbers, MainParameter, MainPlace, Source};
 use crate::physics::loss::{Film, Loss};
 use crate::physics::quantity::Place;
 use crate::physics::{Coefficient, Quantity};
@@ -119,7 +119,7 @@ fn parameters<'a>(main: &'a MainNumbers, input: ReportInput<'a>) -> ReportTable<
         .column(interval_header(input), |row| {
             quantities::main_interval(row.quantity, &row.number)
         })
-        .column("from", |row| source(row));
+        .column("from", source);
     let Some(truth) = &input.scene.truth else {
         return table;
     };
@@ -167,9 +167,14 @@ fn places<'a>(at: &'a [MainPlace], input: ReportInput) -> ReportTable<&'a MainPl
     let interval = interval_header(input);
     let is_simulated = input.scene.truth.is_some();
     table = table.column("liquid", liquid);
-    let of: [(Quantity, fn(&MainPlace) -> &MainNumber); 2] =
-        [(Quantity::EInf, |row| &row.e_inf), (Quantity::StC, |row| &row.st_c)];
-    for (quantity, number) in of {
+    let number_of = |quantity: Quantity| {
+        move |row: &'a MainPlace| match quantity {
+            Quantity::EInf => &row.e_inf,
+            _ => &row.st_c,
+        }
+    };
+    for quantity in [Quantity::EInf, Quantity::StC] {
+        let number = number_of(quantity);
         table = table
             .column(quantities::label(quantity), |row| {
                 quantities::main(quantity, number(row))
@@ -314,7 +319,7 @@ pub fn summary(input: ReportInput) -> String {
         let here = |law: &MainPlace| {
             (&law.particle, law.film_ratio, law.diameter_m) == (&place.particle, place.film_ratio, place.diameter_m)
         };
-        laws.clone().any(|law| here(law))
+        laws.clone().any(here)
     };
     let shown = main
         .at
