@@ -453,7 +453,7 @@ fn a_store_as_small_as_it_can_be_is_predicted_from_and_a_failed_fit_says_so() {
     let check = r#""verdicts":[{"passed":false,"gates":true,"text":"largest R-hat"},{"passed":false,"gates":false,"text":"x"}]"#;
     let store = Store::new(|findings, _| *findings = findings.replace(r#""verdicts":[]"#, check));
     let (status, _, err) = store.told(&ASKED);
-    assert_eq!(status, Some(0));
+    assert_eq!(status, Some(1));
     assert!(err.starts_with("notice: the fit is not to be quoted, and this not either: largest R-hat\nnotice: all"));
     // bands of single runs of a fit whose wet runs scatter unevenly
     let with = |code: &str| {
