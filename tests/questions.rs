@@ -206,7 +206,7 @@ fn count<'q>(questions: impl IntoIterator<Item = &'q Question>, answer: Answer) 
 }
 
 #[test]
-fn where_both_are_constant_one_value_serves_and_the_intervals_cover() {
+fn where_both_are_constant_hardly_a_trend_is_seen_and_the_intervals_cover() {
     const SETS: usize = 20;
     let name = "where_both_are_constant_one_value_serves_and_the_intervals_cover";
     let asked: Vec<[Question; 2]> = fitted(&STEPWISE, "stepwise", name, SETS as u64)
@@ -215,7 +215,8 @@ fn where_both_are_constant_one_value_serves_and_the_intervals_cover() {
         .collect();
     for of in 0..2 {
         let of = || asked.iter().map(move |both| &both[of]);
-        assert!(count(of(), Answer::Constant) >= SETS - 1, "{:#?}", texts(of()));
+        let seen = count(of(), Answer::Rises) + count(of(), Answer::Falls);
+        assert!(binomial_z(seen, SETS, 0.05) < 4.0, "{:#?}", texts(of()));
         let covered = of().filter(|question| covers(question, 0.0)).count();
         assert!(binomial_z(covered, SETS, 0.95).abs() < 4.0, "{covered} of {SETS}");
     }
@@ -268,12 +269,7 @@ fn a_level_off_is_found_where_the_form_has_none_and_not_where_it_has() {
     assert_eq!(count(&without, Answer::Falls), SETS, "{:#?}", texts(&without));
     assert!(without[0].text.contains("level-off"), "{}", without[0].text);
     let with = of("saturating");
-    assert_eq!(
-        count(&with, Answer::Falls) + count(&with, Answer::Rises),
-        0,
-        "{:#?}",
-        texts(&with)
-    );
+    assert!(binomial_z(trends(&with), SETS, 0.05) < 4.0, "{:#?}", texts(&with));
 }
 
 /// L as the paper has it, constant below 0.10 and larger above: were thick films not left out, the answer would be no.
@@ -289,9 +285,13 @@ fn runs_above_the_line_are_left_out_of_the_question() {
         "runs_above_the_line_are_left_out_of_the_question",
         4,
     );
+    let right: Vec<Question> = all.iter().map(|fitted| fitted.lubrication(questions::THIN)).collect();
+    assert!(
+        binomial_z(trends(&right), all.len(), 0.05) < 4.0,
+        "{:#?}",
+        texts(&right)
+    );
     for fitted in &all {
-        let right = fitted.lubrication(questions::THIN);
-        assert_eq!(right.answer, Answer::Constant, "{}", right.text);
         let planted = fitted.lubrication(1.0);
         assert_eq!(planted.answer, Answer::Rises, "{}", planted.text);
     }
@@ -412,4 +412,156 @@ fn the_comparison_asks_and_a_no_is_noticed() {
     assert!(groups
         .iter()
         .all(|g| g.mean_residual_se.is_some_and(|se| se > 0.0 && se < 1.0)));
+}
+
+/// Runs of a design like the paper's with L + L′ ln(δ̃/0.06) and this noise: two diameters and liquids, three film ratios
+/// below 0.10, five heights, five repeats; 50 dry runs.
+fn paper_like((trend, sigma): (f64, f64), name: &str, index: u64) -> Vec<NewRun<'static>> {
+    let mut rng = stream(seed_of(name), "runs", index);
+    let mut noise = |sigma: f64| -> f64 {
+        let z: f64 = StandardNormal.sample(&mut rng);
+        sigma * z
+    };
+    let form = Form::new(Inertia::Stepwise, DrySpeed::Reference(2.0));
+    let mut rows = vec![];
+    for diameter in [[DIAMETER, 8e-3]; 5].concat() {
+        let row = |liquid: Option<&'static str>, ratio: f64, impact_speed: f64, e: f64| NewRun {
+            particle: "PTFE",
+            liquid,
+            diameter,
+            film: liquid.map(|_| (ratio * diameter, ratio)),
+            impact_speed,
+            restitution: e.max(0.0),
+        };
+        for v in [0.4, 0.8, 1.2, 1.6, 2.0] {
+            rows.push(row(None, 0.0, v, 1.0 - DRY_K * f64::powf(v, 0.2) + noise(0.5 * sigma)));
+        }
+        for (liquid, viscosity) in [("AK10", 0.5 * VISCOSITY), ("AK20", VISCOSITY)] {
+            for ratio in [0.03, 0.06, 0.09] {
+                let setting = Setting {
+                    density: PTFE,
+                    diameter,
+                    roughness: 5e-6,
+                    liquid_density: AK20,
+                    viscosity,
+                    film: ratio * diameter,
+                    surface_tension: None,
+                };
+                let parameters = Parameters::new(DRY_K)
+                    .with(Coefficient::LubricationLog, 1.9 + trend * f64::ln(ratio / 0.06))
+                    .with(Coefficient::InertialPrefactor, 0.5);
+                for height in [0.03, 0.06, 0.09, 0.12, 0.15] {
+                    let v = f64::sqrt(2.0 * 9.81 * height);
+                    let mean = mean_restitution(kept_energy(&setting, form, &parameters, v));
+                    rows.push(row(Some(liquid), ratio, v, mean + noise(sigma)));
+                }
+            }
+        }
+    }
+    rows
+}
+
+/// So many sets of that design with a true L′ and a noise, asked whether L is the same.
+fn asked_of_paper_like(truth: (f64, f64), name: &str, sets: u64) -> Vec<Question> {
+    let text = "title = \"questions\"\n[data]\nruns = \"runs.csv\"\n[particles.PTFE]\ndensity_kg_m3 = 2150\nroughness_um = 5\n\
+                [liquids.AK10]\ndensity_kg_m3 = 930\nviscosity_mPa_s = 10\n\
+                [liquids.AK20]\ndensity_kg_m3 = 930\nviscosity_mPa_s = 20\n\
+                [model]\nterms = [\"inertia\", \"viscous\"]\ninertia = \"stepwise\"\n\
+                [sampler]\nchains = 4\nwarmup = 300\ndraws = 300\n";
+    let one = |index| {
+        let fitted = Fitted::of(Place::new(text), &paper_like(truth, name, index));
+        fitted.lubrication(questions::THIN)
+    };
+    (0..sets).into_par_iter().map(one).collect()
+}
+
+/// How many of some questions see a trend.
+fn trends(asked: &[Question]) -> usize {
+    count(asked, Answer::Rises) + count(asked, Answer::Falls)
+}
+
+/// The rates of the committed page from fewer sets: hardly a trend where there is none, none called constant that moves
+/// St_c by more than 2 %.
+#[test]
+#[ignore = "slow: run with --ignored"]
+fn a_trend_is_seen_as_often_as_the_page_says() {
+    const SETS: usize = 80;
+    let name = "a_trend_is_seen_as_often_as_the_page_says";
+    let of = |trend: f64, sigma: f64| asked_of_paper_like((trend, sigma), name, SETS as u64);
+    let none = of(0.0, 0.02);
+    assert!(binomial_z(trends(&none), SETS, 0.05) < 4.0, "{:#?}", texts(&none));
+    // the planted fault: an interval of one sd to either side
+    let half = |question: &&Question| question.trend.as_ref().is_some_and(|trend| trend.mean.abs() > trend.sd);
+    let planted = none.iter().filter(half).count();
+    assert!(binomial_z(planted, SETS, 0.05) > 4.0, "{planted}");
+    let strong = of(0.4, 0.02);
+    assert!(count(&strong, Answer::Rises) * 10 > SETS * 7, "{:#?}", texts(&strong));
+    let some = of(0.2, 0.02);
+    assert_eq!(count(&some, Answer::Constant) + count(&strong, Answer::Constant), 0);
+    // the planted fault: one value where a trend gains little and lies within ±0.5
+    let within = |question: &&Question| {
+        let bounded = |trend: &questions::Trend| trend.interval.iter().all(|end| end.abs() < 0.5);
+        question.gain.is_some_and(|gain| gain < 4.0) && question.trend.as_ref().is_some_and(bounded)
+    };
+    assert!(some.iter().filter(within).count() * 2 > SETS);
+    // where runs are precise enough, one value is said to serve
+    let precise = of(0.0, 0.005);
+    assert!(count(&precise, Answer::Constant) * 4 > SETS, "{:#?}", texts(&precise));
+}
+
+/// Writes `reports/questions.md`: minutes of sampling.
+#[test]
+#[ignore = "minutes: UPDATE_EXPECTED=1 cargo test --release --test questions -- --ignored the_page_of_questions"]
+fn the_page_of_questions() {
+    const SETS: usize = 150;
+    if std::env::var_os("UPDATE_EXPECTED").is_none() {
+        return;
+    }
+    let mut text = format!(
+        "# How often a trend of L is seen\n\nWhat `fit` answers to whether L is the same at every film ratio below 0.10, of \
+         {SETS} simulated sets each whose L is 1.9 + L′ ln(δ̃/0.06): two diameters, two liquids, film ratios 0.03, 0.06 and \
+         0.09, five heights, five repeats, 300 wet and 50 dry runs, `inertia = \"stepwise\"` in truth and fit; the sd of wet \
+         runs is given, that of dry runs is half of it. Rates with their binomial standard error.\n\n\
+         A trend is seen where its 95 % interval leaves zero and it predicts the runs better by more than {} in log density \
+         (PSIS-LOO); one L serves where \
+         neither end of that interval moves a St_c at a film ratio of the runs by more than 2 %. The last column counts sets \
+         where one L was said to serve although the true L′ moves St_c by more than that, against its value at the middle \
+         film ratio.\n\n\
+         Made by `UPDATE_EXPECTED=1 cargo test --release --test questions -- --ignored the_page_of_questions`; \
+         `a_trend_is_seen_as_often_as_the_page_says` holds it with fewer sets.\n\n\
+         | sd | true L′ | sd of L′ | a trend is seen | of the wrong sign | one L serves | open | wrongly one L |\n\
+         | --- | --- | --- | --- | --- | --- | --- | --- |\n",
+        questions::LEAST_GAIN
+    );
+    let rate = |count: usize| {
+        let share = count as f64 / SETS as f64;
+        let se = (share * (1.0 - share) / SETS as f64).sqrt();
+        format!("{:.1} ± {:.1} %", 100.0 * share, 100.0 * se)
+    };
+    for sigma in [0.02, 0.005] {
+        for truth in [0.0, 0.05, 0.1, 0.2, 0.4] {
+            let asked = asked_of_paper_like((truth, sigma), "the_page_of_questions", SETS as u64);
+            let sds: Vec<f64> = asked.iter().filter_map(|q| Some(q.trend.as_ref()?.sd)).collect();
+            let constant = count(&asked, Answer::Constant);
+            // the farther end, ln(0.03/0.0545), of L at the middle
+            let middle = (0.03_f64 * 0.06 * 0.09).cbrt();
+            let moved = (truth * f64::ln(0.03 / middle) / (1.9 + truth * f64::ln(middle / 0.06))).abs();
+            let wrong = if moved > questions::SMALL { constant } else { 0 };
+            text.push_str(&format!(
+                "| {sigma} | {truth} | {:.3} | {} | {} | {} | {} | {} |\n",
+                common::mean(&sds).0,
+                rate(trends(&asked)),
+                if truth > 0.0 {
+                    rate(count(&asked, Answer::Falls))
+                } else {
+                    "–".to_owned()
+                },
+                rate(constant),
+                rate(count(&asked, Answer::Open)),
+                rate(wrong)
+            ));
+        }
+    }
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("reports/questions.md");
+    std::fs::write(path, text).expect("writable");
 }

@@ -2,7 +2,6 @@
 
 use super::question::{Answer, Question, Trend};
 use crate::findings::compare::ComparedModel;
-use crate::findings::form_choice::{is_gain, GAIN};
 use crate::findings::notices;
 use crate::inference::diagnostics::loo::Difference;
 use crate::notice::Notice;
@@ -18,21 +17,24 @@ pub(super) struct TrendEvidence {
     pub trend: Trend,
 }
 
-/// A trend that matters: half of the one that keeps δc a fixed share of the film, or a loss from growing with it.
-const MATTERS: f64 = 0.5;
+/// A trend is small that moves no e_inf and no St_c at the films of the runs by more than this share of it.
+pub const SMALL: f64 = 0.02;
 
-/// The line is that of choosing a form: a gain above 4 and above 4 standard errors. One value serves only where the runs
-/// exclude a trend that matters; a small one may be there.
+/// A trend must predict the runs better by more than this, in log density: what one 2.4 of its sds from zero gains (z²/2
+/// less 1 for its own parameter), so that in fewer than 5 % of right fits either of the two questions sees one.
+pub const LEAST_GAIN: f64 = 2.0;
+
+/// A trend is there where its 95 % interval leaves zero and it gains more than [`LEAST_GAIN`]; one value serves where the whole
+/// interval is [`SMALL`]. `reports/questions.md` has how often which answer is given.
 fn conclude(gain: Difference, trend: &Trend) -> Answer {
     let [lo, hi] = trend.interval;
-    if is_gain(gain) {
-        if trend.mean > 0.0 {
-            Answer::Rises
-        } else {
-            Answer::Falls
-        }
-    } else if gain.value <= GAIN && lo > -MATTERS && hi < MATTERS {
+    // a trend that is there may be small, too: then one value serves all the same
+    if trend.largest_change.is_some_and(|change| change <= SMALL) {
         Answer::Constant
+    } else if gain.value > LEAST_GAIN && lo > 0.0 {
+        Answer::Rises
+    } else if gain.value > LEAST_GAIN && hi < 0.0 {
+        Answer::Falls
     } else {
         Answer::Open
     }
@@ -120,18 +122,49 @@ fn reason(answer: Answer, gain: Difference, trend: &Trend) -> String {
         None => format!("a trend gains {} in log density", signed(gain.value, 1)),
     };
     let [lo, hi] = trend.interval;
-    let range = format!("{} to {}", signed(lo, 2), signed(hi, 2));
-    match answer {
-        Answer::Open if gain.value > GAIN => format!("{gains}, which is less than four standard errors"),
-        Answer::Open => format!(
-            "{gains}, but its 95 % interval, {range}, reaches ±{MATTERS}, which would matter; add film ratios farther apart, or runs"
+    let decimals = decimals(trend);
+    let range = format!(
+        "its 95 % interval, {} to {}",
+        signed(lo, decimals),
+        signed(hi, decimals)
+    );
+    let moves = match trend.largest_change {
+        Some(change) => format!(
+            "moves e_inf or St_c at a film of the runs by up to {:.1} %",
+            100.0 * change
         ),
-        _ => gains,
+        None => "leaves no e_inf or St_c at a film of the runs".to_owned(),
+    };
+    match answer {
+        Answer::Constant => format!("{gains}; {range}, {moves}"),
+        Answer::Rises | Answer::Falls => format!("{gains}; {range}, leaves zero"),
+        Answer::Open => {
+            let why = if lo > 0.0 || hi < 0.0 {
+                "leaves zero, but the trend predicts hardly better"
+            } else {
+                "holds zero"
+            };
+            let add = trend.add.as_ref();
+            let add = add.map_or(String::new(), |runs| format!(", or more runs of the ends: {runs}"));
+            format!(
+                "{gains}; {range}, {why}, and {moves}, more than {:.0} %; add film ratios farther apart{add}",
+                100.0 * SMALL
+            )
+        }
+    }
+}
+
+/// Decimals that tell a trend.
+fn decimals(trend: &Trend) -> usize {
+    if trend.sd < 0.1 {
+        3
+    } else {
+        2
     }
 }
 
 fn value(trend: &Trend) -> String {
-    let decimals = if trend.sd < 0.1 { 3 } else { 2 };
+    let decimals = decimals(trend);
     format!(
         "{} = {} ± {:.decimals$} (sd)",
         trend.symbol,
@@ -162,43 +195,60 @@ pub(super) fn trend_notice(question: &Question) -> Option<Notice> {
 mod tests {
     use super::*;
 
+    /// A trend that moves St_c by a tenth of itself.
     fn trend(mean: f64, sd: f64) -> Trend {
+        let interval = [mean - 1.96 * sd, mean + 1.96 * sd];
         Trend {
             symbol: "L′",
             mean,
             sd,
-            interval: [mean - 1.96 * sd, mean + 1.96 * sd],
+            interval,
+            largest_change: Some(0.1 * f64::max(-interval[0], interval[1])),
+            add: Some("PTFE in AK10".to_owned()),
             prior: String::new(),
             source: "",
         }
     }
 
-    fn gain_of(value: f64, se: Option<f64>) -> Difference {
-        Difference { value, se }
+    fn gain_of(value: f64) -> Difference {
+        Difference { value, se: Some(1.0) }
     }
 
     #[test]
-    fn an_answer_needs_a_gain_or_runs_that_would_have_shown_one() {
-        let of = |gain: f64, se: f64, mean: f64, sd: f64| conclude(gain_of(gain, Some(se)), &trend(mean, sd));
-        assert_eq!(of(0.3, 1.1, 0.05, 0.1), Answer::Constant);
-        assert_eq!(of(-1.0, 0.4, 0.0, 0.1), Answer::Constant);
-        assert_eq!(of(90.0, 12.0, 0.6, 0.04), Answer::Rises);
-        assert_eq!(of(90.0, 12.0, -0.6, 0.04), Answer::Falls);
-        // between the lines
-        assert_eq!(of(12.0, 5.0, 0.6, 0.1), Answer::Open);
-        assert_eq!(of(2.5, 2.4, 0.33, 0.1), Answer::Open);
-        // small, and known to be
-        assert_eq!(of(1.6, 1.7, -0.07, 0.035), Answer::Constant);
+    fn an_answer_needs_an_interval_that_leaves_zero_or_moves_nothing() {
+        let of = |gain: f64, mean: f64, sd: f64| conclude(gain_of(gain), &trend(mean, sd));
+        assert_eq!(of(-1.0, 0.0, 0.1), Answer::Constant);
+        assert_eq!(of(90.0, 0.6, 0.04), Answer::Rises);
+        assert_eq!(of(90.0, -0.6, 0.04), Answer::Falls);
+        assert_eq!(of(2.5, 0.33, 0.1), Answer::Rises);
+        // there, and small
+        assert_eq!(of(3.0, 0.1, 0.04), Answer::Constant);
+        // it leaves zero, and predicts hardly better
+        assert_eq!(of(1.9, 0.33, 0.1), Answer::Open);
+        // it predicts better, and holds zero
+        assert_eq!(of(2.4, 0.15, 0.1), Answer::Open);
         // the runs say nothing: the prior is what is left
-        assert_eq!(of(0.0, 0.1, 0.0, 1.0), Answer::Open);
-        assert_eq!(conclude(gain_of(90.0, None), &trend(0.6, 0.04)), Answer::Open);
+        assert_eq!(of(0.0, 0.0, 1.0), Answer::Open);
+        let without = Trend {
+            largest_change: None,
+            ..trend(0.0, 0.01)
+        };
+        assert_eq!(conclude(gain_of(0.0), &without), Answer::Open);
     }
 
     #[test]
     fn reasons_tell_which_line_was_missed() {
-        let open = |gain, t: Trend| reason(Answer::Open, gain_of(gain, Some(5.0)), &t);
-        assert!(open(12.0, trend(0.6, 0.1)).ends_with("less than four standard errors"));
-        assert!(open(0.0, trend(0.0, 1.0)).contains("-1.96 to 1.96, reaches ±0.5"));
+        let open = |gain, t: Trend| reason(Answer::Open, gain_of(gain), &t);
+        let text = open(-0.2, trend(0.33, 0.1));
+        assert!(
+            text.contains("leaves zero, but the trend predicts hardly better"),
+            "{text}"
+        );
+        let text = open(0.0, trend(0.0, 1.0));
+        assert!(
+            text.contains("-1.96 to 1.96, holds zero, and moves") && text.ends_with("PTFE in AK10"),
+            "{text}"
+        );
         assert_eq!(value(&trend(-0.004, 0.1)), "L′ = 0.00 ± 0.10 (sd)");
     }
 }

@@ -3,10 +3,12 @@
 //! | file | job |
 //! |---|---|
 //! | `question.rs` | a question with its answer, in fields |
+//! | `effect.rs` | how far a trend moves what is quoted, and which runs would tell more of it |
 //! | `conclusion.rs` | concludes from a model with and one without a trend |
 //! | `trend_comparison.rs` | samples the two on the same runs, and leaves each run out of both |
 
 mod conclusion;
+mod effect;
 mod question;
 mod trend_comparison;
 
@@ -16,6 +18,7 @@ use crate::model::parameters::ParameterKind;
 use crate::notice::Notice;
 use trend_comparison::TrendComparison;
 
+pub use conclusion::{LEAST_GAIN, SMALL};
 pub use question::{Answer, Question, Trend};
 pub use trend_comparison::Context;
 

@@ -42,6 +42,11 @@ pub struct Trend {
     pub sd: f64,
     /// its central 95 %
     pub interval: [f64; 2],
+    /// largest change of an e_inf or a St_c at a film ratio of the runs, as a share of it, with the trend at either end of
+    /// the interval in place of none; `None` where one of them ceases to be
+    pub largest_change: Option<f64>,
+    /// the runs, in words, of which more would tell most of it
+    pub add: Option<String>,
     /// what was believed before, as a scene writes it
     pub prior: String,
     /// why

@@ -1,6 +1,7 @@
 //! Samples a model with and without a trend on the same runs, and leaves each run out of both.
 
 use super::conclusion::{answer_question, TrendEvidence};
+use super::effect::TrendOverFilms;
 use super::question::{Question, Trend};
 use crate::error::Error;
 use crate::findings::compare::{
@@ -148,11 +149,16 @@ impl TrendComparison<'_> {
         let n = draws.len() as f64;
         let mean = draws.iter().sum::<f64>() / n;
         let squares: f64 = draws.iter().map(|x| (x - mean) * (x - mean)).sum();
+        let interval = [0.025, 0.975].map(|probability| quantile::of_sorted(&draws, probability));
+        let Context { scene, own, .. } = self.context;
+        let over_films = TrendOverFilms::new(scene, self.runs, own.setup.form, self.of, sampled)?;
         (draws.len() > 1).then(|| Trend {
             symbol: parameter.kind.symbol(),
             mean,
             sd: (squares / (n - 1.0)).sqrt(),
-            interval: [0.025, 0.975].map(|probability| quantile::of_sorted(&draws, probability)),
+            interval,
+            largest_change: Some(over_films.largest_change(interval)).filter(|change| change.is_finite()),
+            add: over_films.runs_to_add(),
             prior: parameter.prior.text(),
             source: parameter.source,
         })

@@ -25,7 +25,7 @@ mod rows;
 mod student;
 mod sums;
 pub mod tails;
-mod trend;
+pub(crate) mod trend;
 
 pub use compress::{Compression, Resolution};
 pub use placed::{on_energies, Spreads};

@@ -14,7 +14,7 @@ use crate::physics::Form;
 use crate::runs::Runs;
 
 /// The film ratio in the middle of the wet runs, their geometric mean: there L and C are what they are without trends.
-pub(super) fn middle_film_ratio(runs: &Runs) -> f64 {
+pub(crate) fn middle_film_ratio(runs: &Runs) -> f64 {
     let (mut logs, mut count) = (0.0, 0.0);
     for series in &runs.series {
         let weight = series.runs().len() as f64;
