@@ -171,12 +171,12 @@ fn a_committed_report_is_written_again(example: &str) {
             }
             _ => panic!("{}: what is this?", name.display()),
         }
-        assert!(
-            committed.len() < 300_000,
-            "{}: {} bytes",
-            name.display(),
-            committed.len()
-        );
+        let most = if name.ends_with("findings.json") {
+            500_000
+        } else {
+            300_000
+        };
+        assert!(committed.len() < most, "{}: {} bytes", name.display(), committed.len());
     }
 }
 
