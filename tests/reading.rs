@@ -22,7 +22,14 @@ const UNCERTAIN: &str = "uncertain_constants";
 const ROUNDING: f64 = 1e-12;
 
 /// Findings that are differences of nearly equal numbers lose this much more.
-const DIFFERENCES: [&str; 6] = ["bias", "constants", "growth", "heterogeneity", "lack_of_fit", "verdicts"];
+const DIFFERENCES: [&str; 6] = [
+    "bias",
+    "constants",
+    "growth",
+    "heterogeneity",
+    "lack_of_fit",
+    "verdicts",
+];
 const LOST: f64 = 1e6;
 
 /// The folders of one kind of example; anything else beside them is a mistake.
