@@ -14,9 +14,9 @@ use wetcor::study::{accuracy, trade};
 /// Every accuracy is kept in its share of scenes; with Monte Carlo errors counted once instead of [`SURE`] times, none
 /// would be.
 #[test]
-#[ignore = "slow: two hundred long runs"]
+#[ignore = "slow: fifty long runs, a sample of what `wetcor calibrate` measures"]
 fn an_accuracy_is_kept() {
-    let table = accuracy::measure(accuracy::SCENES, common::seed_of("an_accuracy_is_kept"), &|| ())
+    let table = accuracy::measure(accuracy::SCENES / 4, common::seed_of("an_accuracy_is_kept"), &|| ())
         .unwrap_or_else(|error| panic!("{error}"));
     print!("{}", accuracy::markdown(&table));
     assert!(
@@ -35,7 +35,7 @@ fn an_accuracy_is_kept() {
             promise.z(promise.requested)
         );
         let once = promise.z(promise.requested / SURE);
-        assert!(once < -8.0, "{}: {once}", promise.requested);
+        assert!(once < -6.0, "{}: {once}", promise.requested);
         let kept = promise.within(promise.requested);
         let quotable = common::binomial_z(promise.quotable_where_kept(), kept, accuracy::KEPT);
         assert!(quotable > -4.0, "{}: {quotable}", promise.requested);
