@@ -78,6 +78,10 @@ fn what_parameters_are(main: &MainNumbers) -> &'static str {
     if main.provisional {
         "The posterior was not sampled: least squares stands in for it. ± is one standard error by the delta method; k comes \
          from the dry runs, the others from every rebound at once, together with what the dry runs say of k."
+    } else if main.parameters.iter().any(|own| own.number.source == Source::DryLaw) {
+        "These come from the posterior of all runs at once, the stuck ones with them: the value is its mean, ± one standard \
+         deviation about it. k of a few dry runs alone is the dry law's, ± its standard error, the interval by Student's t: \
+         the prior of their spread would make the posterior's wider than they say."
     } else {
         "These come from the posterior of all runs at once, the stuck ones with them: the value is its mean, ± one standard \
          deviation about it."
