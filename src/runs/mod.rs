@@ -15,6 +15,7 @@
 //! | `stream.rs` | reads an ordinary CSV a window of lines at a time |
 //! | `series.rs` | orders runs by series |
 //! | `impacts.rs` | computes of each run, once, what the laws and the energy balance read |
+//! | `true_speeds.rs` | says how true speeds are distributed where measured ones err |
 //! | `part.rs` | takes a part of the runs |
 //! | `write.rs` | writes simulated runs, a row at a time |
 
@@ -31,6 +32,7 @@ mod screen;
 mod series;
 mod stream;
 mod text;
+mod true_speeds;
 mod typed;
 mod write;
 
@@ -39,6 +41,7 @@ pub use errors::MeasurementErrors;
 pub use impacts::{by_film, Conditions};
 pub use new_run::NewRun;
 pub use series::{DryGroup, FilmGroup, Impacts, Runs, Series};
+pub use true_speeds::{TrueSpeed, GAP};
 pub use write::{Existing, RunWriter};
 
 use std::fs::File;
