@@ -113,7 +113,8 @@ pub fn fit_posterior(
         basis: Basis::of(scene, runs),
     };
     let findings = summarise_posterior(&sampled, source);
-    let checks = posterior_checks::check_posterior(&findings, least_squares);
+    let mut checks = posterior_checks::check_posterior(&findings, least_squares);
+    checks.extend(posterior_checks::speed_errors(runs));
     Ok(Ok(Posterior {
         setup,
         findings,
