@@ -68,7 +68,10 @@ fn table(scene: &Scene, design: Design, seed: u64) -> Table {
             impact_speed: measured,
             restitution: if stuck { 0.0 } else { rebound / measured },
         });
-        sds.push([design.error * v, if stuck { 0.0 } else { design.error * v * e / measured }]);
+        sds.push([
+            design.error * v,
+            if stuck { 0.0 } else { design.error * v * e / measured },
+        ]);
     };
     for i in 0..30 {
         let v = 0.5 + 0.25 * f64::from(i % 6);
@@ -79,7 +82,11 @@ fn table(scene: &Scene, design: Design, seed: u64) -> Table {
         for repeat in 0..REPEATS {
             let v = (2.0 * 9.81 * height).sqrt();
             let place = rows_apart(height, repeat);
-            let diameter = if design.apart { DIAMETER * (1.0 + 0.002 * place) } else { DIAMETER };
+            let diameter = if design.apart {
+                DIAMETER * (1.0 + 0.002 * place)
+            } else {
+                DIAMETER
+            };
             let st = stokes(940.0, diameter, v, 1e-3 * design.viscosity);
             let r = Order::First.restitution(K, 2.0).powi(2) - 4.0 * L / st;
             let e = mean_restitution(r) + NOISE * normal();
@@ -128,7 +135,11 @@ fn z(design: Design, seed: u64) -> Option<f64> {
     };
     let start = start(&scene, least_squares.least_squares());
     let sampled = sample_posterior(parameters, &rows, &start, plan, &|_, _| {}).ok()?;
-    let place = sampled.parameters.sampled.iter().position(|p| p.name == "lubrication_log")?;
+    let place = sampled
+        .parameters
+        .sampled
+        .iter()
+        .position(|p| p.name == "lubrication_log")?;
     let draws: Vec<f64> = sampled.values[place].iter().flatten().copied().collect();
     let (middle, _) = mean(&draws);
     let sd = (draws.iter().map(|x| (x - middle).powi(2)).sum::<f64>() / (draws.len() - 1) as f64).sqrt();
@@ -169,13 +180,7 @@ fn repeated_speeds_leave_l_unbiased() {
 #[ignore = "a study of some minutes: prints a table"]
 fn the_bias_of_l_by_error_of_the_speeds() {
     const SETS: u64 = 60;
-    for (error, apart) in [
-        (0.02, false),
-        (0.05, false),
-        (0.005, false),
-        (0.02, true),
-        (0.05, true),
-    ] {
+    for (error, apart) in [(0.02, false), (0.05, false), (0.005, false), (0.02, true), (0.05, true)] {
         for (place, viscosity) in [("near", NEAR), ("far", FAR)] {
             let design = Design {
                 viscosity,

@@ -88,9 +88,7 @@ pub(super) fn of_run(sds: [Option<f64>; 3], correlation: f64, impact_speed: f64,
     let own = match (s_e, s_r) {
         (Some(s_e), _) if shared == 0.0 => s_e,
         // as two roots, so that the square of a tiny error does not vanish
-        (Some(s_e), _) if s_e > left => {
-            (correlation * shared + (s_e - left).sqrt() * (s_e + left).sqrt()).max(0.0)
-        }
+        (Some(s_e), _) if s_e > left => (correlation * shared + (s_e - left).sqrt() * (s_e + left).sqrt()).max(0.0),
         (Some(_), _) => (correlation * shared).max(0.0),
         (None, Some(s_r)) => s_r / impact_speed,
         (None, None) => 0.0,
@@ -118,7 +116,10 @@ mod tests {
         // of the two u that give this s_e the larger where both are above 0
         assert!((found.restitution_sd - 0.02).abs() < 1e-12 || (found.restitution_sd - 0.01).abs() < 1e-12);
         assert_eq!(found.speed_correlation, 0.5);
-        assert_eq!(super::of_run([Some(0.1), Some(0.04), None], 0.5, 2.0, 0.6).restitution_sd, 0.02);
+        assert_eq!(
+            super::of_run([Some(0.1), Some(0.04), None], 0.5, 2.0, 0.6).restitution_sd,
+            0.02
+        );
     }
 
     #[test]

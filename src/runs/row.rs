@@ -242,12 +242,7 @@ pub(super) fn check_row(raw: &RawRow, checker: &mut RowChecker, problems: &mut V
         restitution,
         film_ratio,
         errors: if has_sd {
-            errors::of_run(
-                raw.sds,
-                raw.speed_correlation.unwrap_or(0.0),
-                impact_speed,
-                restitution,
-            )
+            errors::of_run(raw.sds, raw.speed_correlation.unwrap_or(0.0), impact_speed, restitution)
         } else {
             RunError::default()
         },

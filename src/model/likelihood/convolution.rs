@@ -101,7 +101,8 @@ pub(super) fn ln_density(tails: Tails, restitution: f64, r: f64, spreads: Spread
         sums[2] += part * falls * at.a * at.a;
         sums[3] += part * falls * at.b * at.b;
         if curve.radial != Radial::Normal {
-            sums[4] += part * (curve.radial.ln_beyond_nu(at.square) + curve.radial.ln_density_over_beyond_nu(at.square));
+            sums[4] +=
+                part * (curve.radial.ln_beyond_nu(at.square) + curve.radial.ln_density_over_beyond_nu(at.square));
         }
     };
     if curve.is_plain(range) {
@@ -133,7 +134,11 @@ pub(super) fn ln_probability(tails: Tails, side: Side, limit: f64, r: f64, sprea
     }
     let near = nearest.square < NEAR;
     let range = curve.range(nearest);
-    let reference = if near { 0.0 } else { curve.radial.ln_beyond(nearest.square) };
+    let reference = if near {
+        0.0
+    } else {
+        curve.radial.ln_beyond(nearest.square)
+    };
     let mut sums = [0.0; 5];
     let mut add = |at: CurvePoint, weight: f64| {
         let ln_beyond = curve.radial.ln_beyond(at.square) - reference;

@@ -104,7 +104,9 @@ fn the_density_is_that_of_very_many_nodes() {
         let z = (y - case.r) / spread;
         -0.5 * z * z - (spread * std::f64::consts::TAU.sqrt() / stretch).ln()
     };
-    let far = cases.iter().filter(|case| (first_order(case) - exact(case)).abs() > 1e-2);
+    let far = cases
+        .iter()
+        .filter(|case| (first_order(case) - exact(case)).abs() > 1e-2);
     assert!(far.count() > 30);
 }
 
@@ -153,9 +155,11 @@ fn students_tails_are_a_mixture_over_the_scale_that_both_noises_share() {
             assert!((found - expected).abs() < 1e-6, "{case:?} {nu}: {found} {expected}");
             for side in [Side::Below, Side::Above] {
                 let found = ln_probability(tails, side, case.e, case.r, case.spreads).value;
-                let expected =
-                    mixed(&|spreads| ln_probability(Tails::Normal, side, case.e, case.r, spreads).value);
-                assert!((found - expected).abs() < 1e-6, "{case:?} {nu} {side:?}: {found} {expected}");
+                let expected = mixed(&|spreads| ln_probability(Tails::Normal, side, case.e, case.r, spreads).value);
+                assert!(
+                    (found - expected).abs() < 1e-6,
+                    "{case:?} {nu} {side:?}: {found} {expected}"
+                );
             }
         }
     }

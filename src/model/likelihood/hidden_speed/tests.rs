@@ -108,7 +108,9 @@ fn brute(hidden: &HiddenSpeed, steps: usize) -> f64 {
     let mode = hidden.mode();
     let (lo, hi) = (mode.min(0.0) - REACH, mode.max(0.0) + REACH);
     let step = (hi - lo) / steps as f64;
-    let lns: Vec<f64> = (0..=steps).map(|index| hidden.at(lo + step * index as f64).ln).collect();
+    let lns: Vec<f64> = (0..=steps)
+        .map(|index| hidden.at(lo + step * index as f64).ln)
+        .collect();
     let most = lns.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     most + (lns.iter().map(|ln| (ln - most).exp()).sum::<f64>() * step).ln() - LN_ROOT_TWO_PI
 }
@@ -189,7 +191,11 @@ fn slopes_agree_with_differences() {
             };
             let found = at(0, 0.0);
             let slopes = [found.sigma, -found.viscous, found.dry_k, found.nu];
-            for (place, (slope, h)) in slopes.into_iter().zip([1e-3 * case.spreads.sigma, 4e-6, 4e-6, 1e-2]).enumerate() {
+            for (place, (slope, h)) in slopes
+                .into_iter()
+                .zip([1e-3 * case.spreads.sigma, 4e-6, 4e-6, 1e-2])
+                .enumerate()
+            {
                 if place == 1 && !case.wet || place == 3 && tails.is_none() {
                     continue;
                 }

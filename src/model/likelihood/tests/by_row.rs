@@ -121,7 +121,11 @@ fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
     }
     for series in &runs.series {
         for run in series.runs() {
-            let energy = if both { full[ParameterKind::SigmaEnergy.slot()] } else { 0.0 };
+            let energy = if both {
+                full[ParameterKind::SigmaEnergy.slot()]
+            } else {
+                0.0
+            };
             let of = known(run, full[ParameterKind::SigmaWet.slot()], energy);
             let mean = |v: f64, lucky: f64| {
                 let row = NewRun {
