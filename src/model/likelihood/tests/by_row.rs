@@ -34,13 +34,11 @@ pub(super) fn with_errors(mut runs: Runs) -> Runs {
 }
 
 /// ln ∫ φ(z) f(z) dz by very many steps.
-fn over_normal(steps: usize, ln_f: impl Fn(f64) -> f64) -> f64 {
-    // a dry run that stuck is that far off
-    const FAR: f64 = 40.0;
-    let step = 2.0 * FAR / steps as f64;
+fn over_normal(far: f64, steps: usize, ln_f: impl Fn(f64) -> f64) -> f64 {
+    let step = 2.0 * far / steps as f64;
     let lns: Vec<f64> = (0..=steps)
         .map(|index| {
-            let z = step * index as f64 - FAR;
+            let z = step * index as f64 - far;
             ln_f(z) + Normal::standard().ln_pdf(z)
         })
         .collect();
@@ -84,13 +82,14 @@ fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
         let of = |ln_of: &dyn Fn(f64, f64) -> f64| {
             let inner = |q: f64| {
                 if run.energy > 0.0 {
-                    over_normal(60_000, |z| ln_of(q, mean(q * run.v, run.energy * z)))
+                    over_normal(40.0, 60_000, |z| ln_of(q, mean(q * run.v, run.energy * z)))
                 } else {
                     ln_of(q, mean(q * run.v, 0.0))
                 }
             };
             if run.errors.0 > 0.0 {
-                over_normal(40_000, |z| inner(run.true_speed.mean + run.true_speed.sd * z))
+                // a dry run that stuck is that far off
+                over_normal(40.0, 20_000, |z| inner(run.true_speed.mean + run.true_speed.sd * z))
             } else {
                 inner(1.0)
             }
@@ -160,7 +159,7 @@ fn runs_one_at_a_time_are_summed_as_it_is_written() {
                     let runs = if errors { with_errors(runs) } else { runs };
                     let integrated = errors || noise == NoiseOn::Both;
                     // an integral by very many steps takes its time
-                    let apart = if integrated { 5 } else { 1 };
+                    let apart = if integrated { 13 } else { 1 };
                     for form in forms().into_iter().step_by(apart) {
                         agree(&scene, &runs, form);
                     }
