@@ -342,7 +342,7 @@ impl Curve {
             for _ in 0..MOST_PANELS {
                 let rest = sign * (end - from);
                 // also where it is no number
-                if !(rest > 0.0) {
+                if rest.is_nan() || rest <= 0.0 {
                     break;
                 }
                 let mut length = panel.length(from, sign);

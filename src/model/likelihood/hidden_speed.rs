@@ -285,7 +285,7 @@ impl HiddenSpeed<'_> {
         let r = |z: f64| self.kept(&self.impact(z)).0;
         let (mut lo, mut hi) = (near - REACH, near + REACH);
         let (mut at_lo, at_hi) = (r(lo), r(hi));
-        if !(at_lo * at_hi <= 0.0) {
+        if (at_lo * at_hi).is_nan() || at_lo * at_hi > 0.0 {
             return None;
         }
         let mut z = lo - at_lo * (hi - lo) / (at_hi - at_lo);
@@ -324,7 +324,7 @@ impl HiddenSpeed<'_> {
             for index in 1..MOST_PANELS {
                 let at = self.at(mode + sign * step * index as f64);
                 // also where it is no number
-                if !(at.ln > reference - FALL) {
+                if at.ln.is_nan() || at.ln <= reference - FALL {
                     break;
                 }
                 add(&at, step);
@@ -362,7 +362,7 @@ impl HiddenSpeed<'_> {
             let mut before = self.at(place(from));
             for _ in 0..MOST_PANELS {
                 let rest = sign * (end - from);
-                if !(rest > 0.0) {
+                if rest.is_nan() || rest <= 0.0 {
                     break;
                 }
                 let length = panel.length(from, sign).min(rest);
