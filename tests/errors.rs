@@ -53,6 +53,7 @@ impl Measured {
         ErrorColumns {
             relative_speed_sd: of_speed.map(|(sd, v)| sd / v).collect(),
             restitution_sd: self.restitution_sd.clone(),
+            speed_correlation: vec![],
             offset_slopes: vec![],
         }
     }
@@ -134,6 +135,7 @@ fn errors_explain_the_scatter_they_make() {
             let errors = ErrorColumns {
                 relative_speed_sd: vec![0.0; errors.len()],
                 restitution_sd: errors,
+                speed_correlation: vec![],
                 offset_slopes: vec![],
             };
             let (_, weighing) = measured.regression().fit_with_errors(Some(&errors));

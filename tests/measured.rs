@@ -89,6 +89,7 @@ fn measured(scene: &Scene, apart: Apart, (seed, set): (u64, u64)) -> Runs {
     runs.errors = Some(MeasurementErrors {
         impact_speed_sd: of(0),
         restitution_sd: of(1),
+        speed_correlation: vec![],
     });
     runs
 }

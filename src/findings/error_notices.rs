@@ -3,6 +3,7 @@
 use super::notices::{self, SpeedErrors};
 use super::scaling::Scaling;
 use crate::notice::Notice;
+use crate::runs::Runs;
 
 /// The error of v, as a share of it, below which nothing is said: calibrating a speed better is hard.
 pub const SPEED_ERROR: f64 = 0.01;
@@ -20,14 +21,16 @@ pub fn most_sensitive_to_speed(scaling: &[Scaling]) -> Option<(&Scaling, f64)> {
 }
 
 /// What of the measurement errors wants a second look.
-pub(super) fn measurement_error_notices(scaling: &[Scaling]) -> Vec<Notice> {
+pub(super) fn measurement_error_notices(runs: &Runs, scaling: &[Scaling]) -> Vec<Notice> {
     let mut found = vec![];
     let below = |row: &&Scaling| {
         let share = row.speed_error_of_a_tenth_se.filter(|_| row.film_ratio.is_some());
         row.verdict.passed && share.is_some_and(|share| share < SPEED_ERROR)
     };
+    // where they are given they are asked for no more
+    let given = runs.errors.as_ref().is_some_and(|errors| errors.counts()[1] > 0);
     let count = scaling.iter().filter(below).count();
-    if let Some((row, share)) = most_sensitive_to_speed(scaling).filter(|_| count > 0) {
+    if let Some((row, share)) = most_sensitive_to_speed(scaling).filter(|_| count > 0 && !given) {
         found.push(notices::speed_error_matters(&SpeedErrors {
             film_ratios: count,
             line: SPEED_ERROR,

@@ -70,6 +70,11 @@ pub(super) fn columns(
             .map(|run| errors.impact_speed_sd[run] / runs.impact_speed[run])
             .collect(),
         restitution_sd: all().map(|run| errors.restitution_sd[run]).collect(),
+        speed_correlation: if errors.speed_correlation.is_empty() {
+            vec![]
+        } else {
+            all().map(|run| errors.correlation(run)).collect()
+        },
         offset_slopes: offset_slopes.collect(),
     })
 }

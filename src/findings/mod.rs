@@ -191,7 +191,7 @@ pub fn fit_least_squares_watched(
         verdicts,
         notices,
     };
-    let of_errors = error_notices::measurement_error_notices(&findings.scaling);
+    let of_errors = error_notices::measurement_error_notices(runs, &findings.scaling);
     findings.notices.extend(of_errors);
     findings.note_chosen_form();
     findings.identifies = identify::identify_directions(scene, runs, findings.least_squares());

@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 use crate::distributions::normal_quantile;
 use crate::inference::diagnostics::quantile;
 use crate::model::likelihood::tails::Tails;
-use crate::model::likelihood::{on_energies, Spreads};
-use crate::physics::rebound::{kept_of_mean_restitution, mean_restitution, slope_mean_restitution};
+use crate::model::likelihood::{BelowRestitution, Spreads};
+use crate::physics::rebound::mean_restitution;
 use crate::physics::restitution::Restitution;
 use crate::physics::{Form, Parameters, Setting};
 use crate::runs::Runs;
@@ -278,8 +278,7 @@ struct DrawNoise {
     tails: Tails,
 }
 
-/// The distribution of a run's restitution at one speed: a mixture over the draws, cut at the limit. Where noise acts on
-/// the energy kept, too, each part is symmetric on that scale.
+/// The distribution of a run's restitution at one speed: a mixture over the draws, cut at the limit.
 struct SingleRun {
     /// each draw's share
     shares: Vec<DrawShare>,
@@ -298,24 +297,23 @@ struct DrawShare {
 }
 
 impl DrawShare {
-    /// z of a restitution, and its slope; to first order in σ where noise acts on the energy kept.
-    fn z(&self, x: f64) -> (f64, f64) {
+    /// Probability of an e* at or below x, and its density there.
+    fn below(&self, x: f64) -> (f64, f64) {
         let DrawNoise {
-            sigma, sigma_energy, ..
+            sigma,
+            sigma_energy,
+            tails,
         } = self.noise;
         if sigma_energy == 0.0 {
-            return ((x - self.mean) / sigma, 1.0 / sigma);
+            let z = (x - self.mean) / sigma;
+            return (tails.probability(z), tails.ln_unit_density(z).exp() / sigma);
         }
-        let z = on_energies(
-            x,
-            self.kept,
-            Spreads {
-                sigma,
-                energy: sigma_energy,
-            },
-        );
-        let slope = slope_mean_restitution(kept_of_mean_restitution(x));
-        (z, 1.0 / (sigma_energy * slope).hypot(sigma))
+        let spreads = Spreads {
+            sigma,
+            energy: sigma_energy,
+        };
+        let found = BelowRestitution::of(tails, x, self.kept, spreads);
+        (found.probability, found.density)
     }
 
     /// Between which restitutions all but the tails beyond so many spreads lie.
@@ -348,15 +346,10 @@ impl SingleRun {
 
     /// Probability of an e* at or below x, and its density there.
     fn below(&self, x: f64) -> (f64, f64) {
-        let of = |share: &DrawShare| {
-            let (z, slope) = share.z(x);
-            let tails = share.noise.tails;
-            (tails.probability(z), tails.ln_unit_density(z).exp() * slope)
-        };
         let sum = self
             .shares
             .iter()
-            .map(of)
+            .map(|share| share.below(x))
             .fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
         let n = self.shares.len() as f64;
         (sum.0 / n, sum.1 / n)

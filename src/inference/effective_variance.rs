@@ -1,7 +1,7 @@
 //! Weighs runs by the measurement errors of their speed and restitution: least squares by effective variance.
 //!
 //! About a law m(v) the residual e − m(v) of a run scatters by τ² = u² + s_v² (m/v + m′)², primes in v, since e = v_r/v
-//! shares the error of v (see [`crate::runs::MeasurementErrors`]), and by an intrinsic σ² besides. The weights are
+//! shares the error of v (correlated errors of v and v_r take 2 ρ u s_v (m/v + m′) off; see [`crate::runs::MeasurementErrors`]), and by an intrinsic σ² besides. The weights are
 //! 1/(σ² + τ²), with τ at the fit's own slopes and σ² ≥ 0 such that the weighted squares equal the degrees of freedom; σ
 //! is 0 where the errors alone explain more than the scatter, and they are then not shrunk. A run without an error is
 //! taken to err like the median of those that carry one: it never has an infinite weight.
@@ -26,6 +26,8 @@ pub struct ErrorColumns {
     pub relative_speed_sd: Vec<f64>,
     /// u, standard deviation of the restitution beyond its share of the speed's
     pub restitution_sd: Vec<f64>,
+    /// ρ, the correlation of the errors of v and v_r; empty for none
+    pub speed_correlation: Vec<f64>,
     /// v o′ and v² o″ of a known offset o in the law, primes in v; empty for none
     pub offset_slopes: Vec<[f64; 2]>,
 }
@@ -376,7 +378,8 @@ fn error_variances(
     let of_run = |run: usize| {
         let of_speed = errors.relative_speed_sd[run] * derivatives.response[run].error_slope();
         let own = errors.restitution_sd[run];
-        own * own + of_speed * of_speed
+        let correlation = errors.speed_correlation.get(run).copied().unwrap_or(0.0);
+        own * own + of_speed * of_speed - 2.0 * correlation * own * of_speed
     };
     let mut variances: Vec<f64> = (0..excluded.len())
         .map(|run| if excluded[run] { f64::INFINITY } else { of_run(run) })

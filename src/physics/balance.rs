@@ -152,6 +152,29 @@ impl Balance {
         (e_dry * e_dry - lost, 2.0 * e_dry * slope)
     }
 
+    /// The same impact at so many times its speed.
+    #[inline]
+    pub fn at_speed_ratio(&self, at: &Impact, ratio: f64) -> Impact {
+        let inverse = 1.0 / ratio;
+        let [share, slope] = at.fixed;
+        let fixed = if share == 0.0 && slope == 0.0 {
+            at.fixed
+        } else {
+            // of c₁/v + c₂/v² the slope is −c₁/v − 2 c₂/v²
+            let (first, second) = ((2.0 * share + slope) * inverse, -(share + slope) * inverse * inverse);
+            [first + second, -first - 2.0 * second]
+        };
+        Impact {
+            dry_root: if self.own_speed {
+                at.dry_root * speed_root(ratio)
+            } else {
+                at.dry_root
+            },
+            over_stokes: at.over_stokes * inverse,
+            fixed,
+        }
+    }
+
     /// v dr/dv and v² d²r/dv².
     pub fn in_log_speed(&self, at: &Impact) -> [f64; 2] {
         let viscous = self.lost.over_stokes * at.over_stokes;

@@ -45,6 +45,16 @@ pub fn kept_of_mean_restitution(mean: f64) -> f64 {
     square.sqrt().copysign(mean)
 }
 
+/// m⁻¹ and its slope with two roots and two divisions; the slope is τ at zero and 2 |m| far from it.
+#[inline(always)]
+pub fn kept_and_slope(mean: f64) -> (f64, f64) {
+    const TURN4: f64 = TURN * TURN * TURN * TURN;
+    let square = mean * mean;
+    let root = (square * square + 4.0 * TURN4).sqrt();
+    let ratio = (0.5 * (square + root)).sqrt();
+    (mean * ratio, ratio * (1.0 + square / root))
+}
+
 /// e = √(α + β/v), or `None` where the energy kept is not positive.
 pub fn square_root_law(alpha: f64, beta: f64, impact_speed: f64) -> Option<f64> {
     let kept = alpha + beta / impact_speed;
@@ -120,6 +130,9 @@ mod tests {
         for r in [-0.7, -3e-4, -1e-9, 0.0, 2e-5, 0.013, 0.62] {
             let back = kept_of_mean_restitution(mean_restitution(r));
             assert!((back - r).abs() <= 1e-14 * (1.0 + r.abs()), "{r} {back}");
+            let (back, slope) = kept_and_slope(mean_restitution(r));
+            assert!((back - r).abs() <= 1e-14 * (1.0 + r.abs()), "{r} {back}");
+            assert!((slope * slope_mean_restitution(r) - 1.0).abs() < 1e-12, "{r} {slope}");
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::errors::MeasurementErrors;
+use super::errors::{MeasurementErrors, RunError};
 use super::row::CheckedRow;
 use super::screen::{screen, Reason};
 use crate::error::file_name;
@@ -81,7 +81,7 @@ impl Collected {
         }
         self.above_one += usize::from(row.restitution > 1.0);
         let columns = &mut self.columns;
-        if row.errors != [0.0; 2] || !columns.errors.impact_speed_sd.is_empty() {
+        if row.errors != RunError::default() || !columns.errors.impact_speed_sd.is_empty() {
             if columns.errors.impact_speed_sd.is_empty() {
                 columns.errors = MeasurementErrors::none(columns.restitution.len());
             }

@@ -18,11 +18,12 @@ pub(super) enum RunColumn {
     ImpactSpeedSd,
     ReboundSpeedSd,
     RestitutionSd,
+    SpeedCorrelation,
     Run,
 }
 
 impl RunColumn {
-    pub const ALL: [RunColumn; 12] = [
+    pub const ALL: [RunColumn; 13] = [
         RunColumn::Particle,
         RunColumn::Liquid,
         RunColumn::Diameter,
@@ -34,10 +35,11 @@ impl RunColumn {
         RunColumn::ImpactSpeedSd,
         RunColumn::ReboundSpeedSd,
         RunColumn::RestitutionSd,
+        RunColumn::SpeedCorrelation,
         RunColumn::Run,
     ];
     /// The columns that hold numbers.
-    pub const NUMBERS: [RunColumn; 9] = [
+    pub const NUMBERS: [RunColumn; 10] = [
         RunColumn::Diameter,
         RunColumn::Film,
         RunColumn::ImpactSpeed,
@@ -47,6 +49,7 @@ impl RunColumn {
         RunColumn::ImpactSpeedSd,
         RunColumn::ReboundSpeedSd,
         RunColumn::RestitutionSd,
+        RunColumn::SpeedCorrelation,
     ];
 
     fn base(self) -> &'static str {
@@ -62,6 +65,7 @@ impl RunColumn {
             RunColumn::ImpactSpeedSd => "impact_speed_sd",
             RunColumn::ReboundSpeedSd => "rebound_speed_sd",
             RunColumn::RestitutionSd => "restitution_sd",
+            RunColumn::SpeedCorrelation => "speed_correlation",
             RunColumn::Run => "run",
         }
     }
@@ -78,6 +82,7 @@ impl RunColumn {
             | RunColumn::Restitution
             | RunColumn::FilmRatio
             | RunColumn::RestitutionSd
+            | RunColumn::SpeedCorrelation
             | RunColumn::Run => Dimension::One,
         }
     }

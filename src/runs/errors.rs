@@ -1,16 +1,30 @@
 //! Holds the measurement errors of runs: of the impact speed, and of the restitution beyond what it shares with that.
 
+/// What the measurement of one run errs by.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct RunError {
+    /// s_v, m/s
+    pub impact_speed_sd: f64,
+    /// u
+    pub restitution_sd: f64,
+    /// ρ
+    pub speed_correlation: f64,
+}
+
 /// Standard deviations of what was measured, as columns in the order of the runs; 0 where a run gives none.
 ///
 /// A restitution e = v_r/v shares the error of v: it errs by u and by −e s_v/v, so that its variance is
 /// u² + (e s_v/v)² and its covariance with v is −e s_v²/v. About a law m(v) it then scatters by
-/// τ² = u² + s_v² (m/v + ∂m/∂v)².
+/// τ² = u² + s_v² (m/v + ∂m/∂v)²; where the errors of v and v_r are correlated, by −2 ρ u s_v (m/v + ∂m/∂v) more, with
+/// u = s_r/v.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct MeasurementErrors {
     /// s_v, m/s
     pub impact_speed_sd: Vec<f64>,
     /// u, what the restitution errs by beyond its share of v
     pub restitution_sd: Vec<f64>,
+    /// ρ, the correlation of the errors of v and v_r; empty where no run gives one
+    pub speed_correlation: Vec<f64>,
 }
 
 impl MeasurementErrors {
@@ -19,18 +33,38 @@ impl MeasurementErrors {
         MeasurementErrors {
             impact_speed_sd: vec![0.0; runs],
             restitution_sd: vec![0.0; runs],
+            speed_correlation: vec![],
         }
     }
 
     /// Adds a run.
-    pub(crate) fn push(&mut self, [impact_speed_sd, restitution_sd]: [f64; 2]) {
-        self.impact_speed_sd.push(impact_speed_sd);
-        self.restitution_sd.push(restitution_sd);
+    pub(crate) fn push(&mut self, error: RunError) {
+        if error.speed_correlation != 0.0 || !self.speed_correlation.is_empty() {
+            self.speed_correlation.resize(self.impact_speed_sd.len(), 0.0);
+            self.speed_correlation.push(error.speed_correlation);
+        }
+        self.impact_speed_sd.push(error.impact_speed_sd);
+        self.restitution_sd.push(error.restitution_sd);
+    }
+
+    /// What a run errs by.
+    pub(super) fn error(&self, run: usize) -> RunError {
+        let [impact_speed_sd, restitution_sd] = self.of(run);
+        RunError {
+            impact_speed_sd,
+            restitution_sd,
+            speed_correlation: self.correlation(run),
+        }
     }
 
     /// s_v and u of a run.
     pub fn of(&self, run: usize) -> [f64; 2] {
         [self.impact_speed_sd[run], self.restitution_sd[run]]
+    }
+
+    /// ρ of a run; 0 where it gives none.
+    pub fn correlation(&self, run: usize) -> f64 {
+        self.speed_correlation.get(run).copied().unwrap_or(0.0)
     }
 
     /// Runs that carry an error above 0: any at all, of the impact speed, of the restitution beyond its share of that.
@@ -42,26 +76,51 @@ impl MeasurementErrors {
     }
 }
 
-/// s_v and u of a run from what a table gives of its impact speed, rebound speed and restitution as a whole. An error of
-/// 0 says as little as a missing one; that of the restitution wins over that of the rebound speed, which it contains.
-pub(super) fn of_run(sds: [Option<f64>; 3], impact_speed: f64, restitution: f64) -> [f64; 2] {
+/// What a run errs by, from what a table gives of its impact speed, rebound speed and restitution as a whole, and from the
+/// correlation of both speeds' errors. An error of 0 says as little as a missing one; that of the restitution wins over that
+/// of the rebound speed, which it contains.
+pub(super) fn of_run(sds: [Option<f64>; 3], correlation: f64, impact_speed: f64, restitution: f64) -> RunError {
     let [s_v, s_r, s_e] = sds.map(|sd| sd.filter(|sd| *sd > 0.0));
     let s_v = s_v.unwrap_or(0.0);
     let shared = restitution * s_v / impact_speed;
+    // s_e² = u² − 2 ρ u shared + shared²: the part of the shared error that no u takes off
+    let left = shared * ((1.0 - correlation) * (1.0 + correlation)).sqrt();
     let own = match (s_e, s_r) {
         (Some(s_e), _) if shared == 0.0 => s_e,
         // as two roots, so that the square of a tiny error does not vanish
-        (Some(s_e), _) if s_e > shared => (s_e - shared).sqrt() * (s_e + shared).sqrt(),
-        (Some(_), _) => 0.0,
+        (Some(s_e), _) if s_e > left => (correlation * shared + (s_e - left).sqrt() * (s_e + left).sqrt()).max(0.0),
+        (Some(_), _) => (correlation * shared).max(0.0),
         (None, Some(s_r)) => s_r / impact_speed,
         (None, None) => 0.0,
     };
-    [s_v, own]
+    RunError {
+        impact_speed_sd: s_v,
+        restitution_sd: own,
+        speed_correlation: correlation,
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    /// s_v and u without a correlation.
+    fn of_run(sds: [Option<f64>; 3], impact_speed: f64, restitution: f64) -> [f64; 2] {
+        let found = super::of_run(sds, 0.0, impact_speed, restitution);
+        [found.impact_speed_sd, found.restitution_sd]
+    }
+
+    #[test]
+    fn a_correlation_is_taken_out_of_the_restitution_as_a_whole() {
+        // s_e² = u² − 2 ρ u shared + shared² with u = 0.02 and shared = 0.03
+        let s_e = (0.02f64.powi(2) - 2.0 * 0.5 * 0.02 * 0.03 + 0.03f64.powi(2)).sqrt();
+        let found = super::of_run([Some(0.1), None, Some(s_e)], 0.5, 2.0, 0.6);
+        // of the two u that give this s_e the larger where both are above 0
+        assert!((found.restitution_sd - 0.02).abs() < 1e-12 || (found.restitution_sd - 0.01).abs() < 1e-12);
+        assert_eq!(found.speed_correlation, 0.5);
+        assert_eq!(
+            super::of_run([Some(0.1), Some(0.04), None], 0.5, 2.0, 0.6).restitution_sd,
+            0.02
+        );
+    }
 
     #[test]
     fn what_a_restitution_shares_with_its_speed_is_taken_out() {

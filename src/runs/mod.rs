@@ -17,6 +17,7 @@
 //! | `spheres.rs` | holds the spheres that have a k of their own |
 //! | `series.rs` | orders runs by series |
 //! | `impacts.rs` | computes of each run, once, what the laws and the energy balance read |
+//! | `true_speeds.rs` | says how true speeds are distributed where measured ones err |
 //! | `part.rs` | takes a part of the runs |
 //! | `write.rs` | writes simulated runs, a row at a time |
 
@@ -35,6 +36,7 @@ mod series;
 mod spheres;
 mod stream;
 mod text;
+mod true_speeds;
 mod typed;
 mod write;
 
@@ -45,6 +47,7 @@ pub use impacts::{by_film, Conditions};
 pub use new_run::NewRun;
 pub use series::{DryGroup, Impacts, Runs, Series};
 pub use spheres::{diameter_in_mm, sphere_label, sphere_words, Sphere};
+pub use true_speeds::{TrueSpeed, GAP};
 pub use write::{Existing, RunWriter};
 
 use std::fs::File;

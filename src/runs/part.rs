@@ -112,7 +112,7 @@ impl Runs {
             impacts.over_stokes.push(from.impacts.over_stokes[run]);
             impacts.film_ratio.push(from.impacts.film_ratio[run]);
             if let Some(all) = &from.errors {
-                errors.get_or_insert_default().push(all.of(run));
+                errors.get_or_insert_default().push(all.error(run));
             }
         }
         first..self.len()

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::columns::RunColumn;
-use super::errors;
+use super::errors::{self, RunError};
 use crate::error::PROBLEMS_SHOWN;
 use crate::scene::{name_expected, Scene, DRY};
 use crate::units::{MAGNITUDES, MAGNITUDE_EXPECTED};
@@ -27,6 +27,8 @@ pub(super) struct RawRow<'a> {
     pub film_ratio: Option<f64>,
     /// standard deviations of impact speed, rebound speed and restitution
     pub sds: [Option<f64>; 3],
+    /// of the errors of both speeds
+    pub speed_correlation: Option<f64>,
 }
 
 impl RawRow<'_> {
@@ -41,6 +43,7 @@ impl RawRow<'_> {
             RunColumn::ImpactSpeedSd => self.sds[0] = value,
             RunColumn::ReboundSpeedSd => self.sds[1] = value,
             RunColumn::RestitutionSd => self.sds[2] = value,
+            RunColumn::SpeedCorrelation => self.speed_correlation = value,
             RunColumn::Particle | RunColumn::Liquid | RunColumn::Run => {}
         }
     }
@@ -79,7 +82,7 @@ pub(super) struct CheckedRow {
     pub restitution: f64,
     pub film_ratio: Option<f64>,
     /// what impact speed and restitution err by, as [`super::MeasurementErrors`] has them
-    pub errors: [f64; 2],
+    pub errors: RunError,
 }
 
 /// What a row is checked checker: finds names in the scene; runs come in blocks, so the last answer is tried first.
@@ -220,6 +223,12 @@ pub(super) fn check_row(raw: &RawRow, checker: &mut RowChecker, problems: &mut V
     if has_sd {
         check_sds(raw, problems);
     }
+    if raw.speed_correlation.is_some_and(|rho| !(-1.0..=1.0).contains(&rho)) {
+        problems.push(bad_cell(
+            RunColumn::SpeedCorrelation,
+            "expected a correlation from -1 to 1",
+        ));
+    }
     if !problems.is_empty() {
         return None;
     }
@@ -233,9 +242,9 @@ pub(super) fn check_row(raw: &RawRow, checker: &mut RowChecker, problems: &mut V
         restitution,
         film_ratio,
         errors: if has_sd {
-            errors::of_run(raw.sds, impact_speed, restitution)
+            errors::of_run(raw.sds, raw.speed_correlation.unwrap_or(0.0), impact_speed, restitution)
         } else {
-            [0.0; 2]
+            RunError::default()
         },
     })
 }

@@ -265,6 +265,9 @@ pub(super) fn arrange(columns: RunsAsRead, scene: &Scene) -> Runs {
     reorder([&mut runs.row], &place);
     if let Some(errors) = &mut runs.errors {
         reorder([&mut errors.impact_speed_sd, &mut errors.restitution_sd], &place);
+        if !errors.speed_correlation.is_empty() {
+            reorder([&mut errors.speed_correlation], &place);
+        }
     }
     let spheres = Spheres::new(&runs.diameter, &spans, scene);
     name_groups(&mut runs, &spans, &groups, &spheres);

@@ -282,7 +282,7 @@ fn collect_rows(
     let mut rows_before = 0;
     for (chunk, particles) in particles.into_iter().enumerate() {
         let liquids = liquids.get(chunk);
-        let [diameter, film, impact_speed, rebound_speed, restitution, film_ratio, sd_v, sd_u, sd_e] =
+        let [diameter, film, impact_speed, rebound_speed, restitution, film_ratio, sd_v, sd_u, sd_e, rho] =
             RunColumn::NUMBERS.map(|wanted| {
                 let (_, place, chunks) = numbers.iter().find(|(column, ..)| *column == wanted)?;
                 Some((*place, *chunks.get(chunk)?))
@@ -302,6 +302,7 @@ fn collect_rows(
                 restitution: cell(restitution),
                 film_ratio: cell(film_ratio),
                 sds: [cell(sd_v), cell(sd_u), cell(sd_e)],
+                speed_correlation: cell(rho),
             };
             if let Some(row) = check_row(&raw, checker, &mut bad) {
                 collected.push(&row, has_film_ratio, checker.scene);

@@ -75,6 +75,8 @@ pub struct Data {
     pub film_ratio_gap: f64,
     /// sd of an error of the film thickness that all runs share, m; absent: the films are taken as exact
     pub film_sd: Option<f64>,
+    /// sd over value of an error that all speeds share; absent: their scale is taken as exact
+    pub speed_rel_sd: Option<f64>,
     /// which runs are left out
     pub screens: Screens,
 }

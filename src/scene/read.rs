@@ -133,6 +133,7 @@ fn data(root: &SceneTable, path: &Path) -> Option<Data> {
             .number("film_ratio_gap", ABOVE_ZERO)
             .unwrap_or(DEFAULT_FILM_RATIO_GAP),
         film_sd: table.quantity("film_sd", Dimension::Thickness, NOT_NEGATIVE),
+        speed_rel_sd: table.number("speed_rel_sd", SHARE),
         screens,
     };
     table.finish();

@@ -192,6 +192,7 @@ fn runs_are_held_against_their_own_measurement_errors() {
     table.runs.errors = Some(MeasurementErrors {
         impact_speed_sd: vec![0.0; runs.len()],
         restitution_sd: table.runs.row.iter().map(of_run).collect(),
+        speed_correlation: vec![],
     });
     let known = findings::fit_least_squares(&place.scene, &table, 1, false);
     assert_eq!(noise_of(&known).outliers_found, 0, "{:?}", noise_of(&known).outliers);

@@ -20,6 +20,8 @@ pub(super) enum Constant {
     Film,
     /// δ of all runs, by one length, in units of their mean
     FilmOffset,
+    /// all speeds, by one factor; restitutions stay
+    Speed,
 }
 
 /// Liquids and particles that have rebounds, and the mean film of these.
@@ -56,7 +58,7 @@ impl MaterialsInUse {
         }
     }
 
-    pub(super) fn kinds(&self) -> Vec<ConstantKind> {
+    pub(super) fn kinds(&self, scene: &Scene) -> Vec<ConstantKind> {
         let of_liquids = |of: fn(Option<usize>) -> Constant, always_each: bool| ConstantKind {
             all: of(None),
             each: self.liquids.iter().map(|index| of(Some(*index))).collect(),
@@ -67,7 +69,7 @@ impl MaterialsInUse {
             each: self.particles.iter().map(|index| of(Some(*index))).collect(),
             always_each: false,
         };
-        vec![
+        let mut kinds = vec![
             of_liquids(Constant::Viscosity, true),
             of_liquids(Constant::LiquidDensity, false),
             of_particles(Constant::ParticleDensity),
@@ -77,7 +79,16 @@ impl MaterialsInUse {
                 each: vec![],
                 always_each: false,
             },
-        ]
+        ];
+        // a scale of speeds is one of the runs, not of a material: it is varied where the scene says that it errs
+        if scene.data.speed_rel_sd.is_some() {
+            kinds.push(ConstantKind {
+                all: Constant::Speed,
+                each: vec![],
+                always_each: false,
+            });
+        }
+        kinds
     }
 
     /// sd of a constant over its value as the scene gives it; `None` for all of several at once.
@@ -96,6 +107,7 @@ impl MaterialsInUse {
             Constant::ParticleDensity(index) => of_particle(index, |particle| particle.density_rel_sd),
             Constant::Roughness(index) => of_particle(index, |particle| particle.roughness_rel_sd),
             Constant::Film => None,
+            Constant::Speed => scene.data.speed_rel_sd,
             Constant::FilmOffset => scene.data.film_sd.map(|sd| sd / self.mean_film),
         }
     }
@@ -132,6 +144,7 @@ impl MaterialsInUse {
             }
             // the film ratios that name the groups stay: a result keeps the film ratio it is reported at
             Constant::Film => runs.to_mut().film.iter_mut().for_each(|film| *film *= factor),
+            Constant::Speed => runs.to_mut().impact_speed.iter_mut().for_each(|speed| *speed *= factor),
             Constant::FilmOffset => {
                 let offset = share * self.mean_film;
                 runs.to_mut().film.iter_mut().for_each(|film| *film += offset);
@@ -183,6 +196,7 @@ impl Constant {
             Constant::Roughness(index) => ("roughness", of_particle(index)),
             Constant::Film => ("film", None),
             Constant::FilmOffset => ("film_offset", None),
+            Constant::Speed => ("speed", None),
         };
         of.map_or(name.to_owned(), |of| format!("{name}[{of}]"))
     }
@@ -195,6 +209,7 @@ impl Constant {
             Constant::ParticleDensity(_) => "density_rel_sd in [particles]",
             Constant::Roughness(_) => "roughness_rel_sd in [particles]",
             Constant::Film | Constant::FilmOffset => "film_sd_um in [data]",
+            Constant::Speed => "speed_rel_sd in [data]",
         }
     }
 
@@ -214,6 +229,7 @@ impl Constant {
             Constant::ParticleDensity(index) => format!("density {}", particle(index)),
             Constant::Roughness(index) => format!("roughness {}", particle(index)),
             Constant::Film | Constant::FilmOffset => "film thickness".to_owned(),
+            Constant::Speed => "the scale of all speeds".to_owned(),
         }
     }
 }

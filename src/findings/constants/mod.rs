@@ -70,7 +70,7 @@ pub fn find_sensitivities(
         outputs: &targets,
         balance: balance.and_then(minimum),
     };
-    let kinds = in_use.kinds();
+    let kinds = in_use.kinds(scene);
     let constants: Vec<Constant> = kinds.iter().flat_map(|kind| kind.varied(&in_use, scene)).collect();
     let columns: Vec<Vec<f64>> = constants
         .par_iter()

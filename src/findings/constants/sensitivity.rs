@@ -110,7 +110,8 @@ impl Sensitivity {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Elasticity {
     /// `viscosity`, `liquid_density`, `particle_density`, `roughness` or `film`: all of a kind by one factor;
-    /// `viscosity[AK10]` and the like: one alone; `film_offset`: all films by one length, in units of their mean
+    /// `viscosity[AK10]` and the like: one alone; `film_offset`: all films by one length, in units of their mean;
+    /// `speed`: all speeds by one factor
     pub constant: String,
     /// d ln(result)/d ln(constant), to five decimals
     pub elasticity: f64,

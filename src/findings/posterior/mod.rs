@@ -126,7 +126,8 @@ pub fn fit_posterior(
     };
     let mut findings = summarise_posterior(&sampled, source);
     findings.mark_k_of_wet_runs(&sampled.parameters, runs);
-    let checks = posterior_checks::check_posterior(&findings, least_squares);
+    let mut checks = posterior_checks::check_posterior(&findings, least_squares);
+    checks.extend(posterior_checks::speed_errors(runs));
     Ok(Ok(Posterior {
         setup,
         findings,

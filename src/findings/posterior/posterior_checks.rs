@@ -163,6 +163,18 @@ pub(super) fn check_posterior(found: &PosteriorFindings, least_squares: LeastSqu
     checks
 }
 
+/// By how much the true speeds of the wet runs are not known, as a share of them; `None` where no speed errs.
+pub(super) fn speed_errors(runs: &Runs) -> Option<Check> {
+    let speeds = runs.true_speeds(&runs.errors_with_medians()?);
+    let wet = || runs.series.iter().flat_map(|series| series.runs());
+    let squares: f64 = wet().map(|run| speeds[run].sd * speeds[run].sd).sum();
+    let rms = (squares / wet().count().max(1) as f64).sqrt();
+    (rms > 0.0).then(|| {
+        let text = "true impact speeds of the wet runs, root mean square of their relative standard deviation";
+        checks::SPEED_ERRORS.check(rms, text).with_advice()
+    })
+}
+
 fn compression(found: &PosteriorFindings) -> Option<Check> {
     let compression = found.compression.as_ref()?;
     let error = Some(compression.max_log_density_error).filter(|error| error.is_finite());

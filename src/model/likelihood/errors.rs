@@ -1,58 +1,64 @@
 //! Holds what the measurement of a run errs by.
 
-use crate::physics::balance::{Balance, Impact};
-use crate::runs::MeasurementErrors;
+use crate::runs::{MeasurementErrors, Runs, TrueSpeed};
 
 /// What the measurement of a run errs by.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Errors {
-    /// 1/v, s/m
-    pub slowness: f64,
-    /// s, the standard deviation of the impact speed, m/s
-    pub speed: f64,
-    /// u², of the restitution beyond its share of the speed
-    pub restitution: f64,
-}
-
-/// The share of its energy that a run keeps on average.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct MeanKept {
-    /// r
-    pub r: f64,
-    /// dr/dv, s/m
-    pub speed_slope: f64,
+pub(super) struct Errors {
+    /// s/v, the standard deviation of the impact speed as a share of it
+    pub speed: f64,
+    /// u, of the restitution beyond its share of the impact speed
+    pub restitution: f64,
+    /// of the errors of both speeds
+    pub correlation: f64,
+    /// the true impact speed over the measured one
+    pub true_speed: TrueSpeed,
 }
 
 impl Errors {
-    /// Those of a run with this impact speed; `None` where no run has any.
-    pub fn of(errors: Option<&MeasurementErrors>, run: usize, impact_speed: f64) -> Option<Errors> {
-        let [speed, own] = errors?.of(run);
-        Some(Errors {
-            slowness: 1.0 / impact_speed,
-            speed,
-            restitution: own * own,
+    /// Of a run that was measured without any.
+    pub const NONE: Errors = Errors {
+        speed: 0.0,
+        restitution: 0.0,
+        correlation: 0.0,
+        true_speed: TrueSpeed::EXACT,
+    };
+
+    /// c = ρ u v/s: by how much of 1 − v_t/v the restitution errs with the impact speed; 0 where that does not err.
+    pub fn shared(&self) -> f64 {
+        if self.speed > 0.0 {
+            self.correlation * self.restitution / self.speed
+        } else {
+            0.0
+        }
+    }
+}
+
+/// The errors of all runs, each with what is known of its true speed.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct RunErrors {
+    measured: MeasurementErrors,
+    true_speeds: Vec<TrueSpeed>,
+}
+
+impl RunErrors {
+    /// `None` where no run has any.
+    pub fn of(runs: &Runs) -> Option<RunErrors> {
+        let measured = runs.errors_with_medians()?;
+        Some(RunErrors {
+            true_speeds: runs.true_speeds(&measured),
+            measured,
         })
     }
 
-    /// What a run keeps by a balance; its slope in the speed is 0 where the speed does not err.
-    #[inline]
-    pub fn mean_kept(self, balance: &Balance, at: &Impact) -> MeanKept {
-        let speed_slope = if self.speed > 0.0 {
-            balance.in_log_speed(at)[0] * self.slowness
-        } else {
-            0.0
-        };
-        MeanKept {
-            r: balance.kept(at).0,
-            speed_slope,
-        }
-    }
-
-    /// Those of a run whose restitution was not measured.
-    pub fn of_speed_alone(self) -> Errors {
+    /// Those of a run with this measured impact speed.
+    pub fn at(&self, run: usize, impact_speed: f64) -> Errors {
+        let [speed, restitution] = self.measured.of(run);
         Errors {
-            restitution: 0.0,
-            ..self
+            speed: speed / impact_speed,
+            restitution,
+            correlation: self.measured.correlation(run),
+            true_speed: self.true_speeds[run],
         }
     }
 }

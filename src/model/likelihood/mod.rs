@@ -12,29 +12,34 @@
 
 mod by_row;
 mod compress;
+mod convolution;
 mod dry;
 mod dry_sums;
 mod errors;
 mod gauss;
+mod hidden_speed;
 mod nodes;
 pub mod normal;
-mod placed;
 pub mod pointwise;
 mod prepared;
 mod rows;
+mod run_density;
+mod run_law;
 mod student;
 mod sums;
 pub mod tails;
 pub(crate) mod trend;
 
 pub use compress::{Compression, Resolution};
-pub use placed::{on_energies, Spreads};
 pub use prepared::Likelihood;
+pub use run_density::Spreads;
+pub use run_law::BelowRestitution;
 
 use self::by_row::{BlockRows, RowNoise};
 use self::nodes::WetBlock;
 use self::normal::ln_normal_cdf;
 use self::prepared::CERTAIN;
+use self::run_law::RunNoise;
 use self::sums::{rebound_sums, BlockSums, NodeRange};
 use self::trend::{FilmLosses, FilmParameters, FilmSums};
 use super::parameters::ParameterKind;
@@ -90,10 +95,17 @@ impl Likelihood {
             Some(own) => {
                 let noise = RowNoise {
                     own,
-                    tails: self.tails(full),
-                    spreads: Spreads {
-                        sigma: wet.sigma,
-                        energy: full[ParameterKind::SigmaEnergy.slot()],
+                    noise: RunNoise {
+                        tails: self.tails(full),
+                        spreads: Spreads {
+                            sigma: wet.sigma,
+                            energy: if own.both {
+                                full[ParameterKind::SigmaEnergy.slot()]
+                            } else {
+                                0.0
+                            },
+                        },
+                        wet: true,
                     },
                 };
                 self.wet_by_row(&wet, &noise, &mut of_films, slopes)
@@ -109,7 +121,7 @@ impl Likelihood {
     /// Log likelihood of wet runs that have spreads or tails of their own: by sums over the rebounds of each block where
     /// these have one spread, else a run at a time.
     fn wet_by_row(&self, wet: &WetEvaluation, noise: &RowNoise, of_films: &mut [FilmSums], slopes: &mut [f64]) -> f64 {
-        let (sigma, tails) = (wet.sigma, noise.tails);
+        let (sigma, tails) = (wet.sigma, noise.noise.tails);
         let heavy = tails
             .heavy(sigma)
             .filter(|_| !self.truncated && noise.own.spreads_are_one());

@@ -37,9 +37,40 @@ pub fn ln_normal_cdf(z: f64) -> (f64, f64) {
     }
 }
 
+/// z with these logarithms of Φ(z) and of Φ(−z): what a probability that is no normal's is as a normal's.
+pub fn normal_score(ln_below: f64, ln_above: f64) -> f64 {
+    /// Newton's steps on a concave function, from where none overshoots
+    const STEPS: usize = 40;
+    const ENOUGH: f64 = 1e-12;
+    let (ln, sign) = if ln_below < ln_above {
+        (ln_below, 1.0)
+    } else {
+        (ln_above, -1.0)
+    };
+    // Φ(z) ≤ exp(−z²/2)/2 below zero
+    let mut z = -(-2.0 * (ln + std::f64::consts::LN_2)).max(0.0).sqrt();
+    for _ in 0..STEPS {
+        let (value, slope) = ln_normal_cdf(z);
+        let step = (ln - value) / slope;
+        z += step;
+        if step.abs() < ENOUGH * (1.0 + z.abs()) {
+            break;
+        }
+    }
+    sign * z
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_score_of_a_normal_probability_is_its_z() {
+        for z in [-60.0, -8.0, -1.5, -0.01, 0.0, 0.3, 4.0, 30.0] {
+            let found = normal_score(ln_normal_cdf(z).0, ln_normal_cdf(-z).0);
+            assert!((found - z).abs() < 1e-9, "{z} {found}");
+        }
+    }
 
     /// mpmath, 50 digits: log(ncdf(z)) and npdf(z)/ncdf(z).
     #[test]

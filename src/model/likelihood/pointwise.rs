@@ -9,15 +9,17 @@ pub use columns::Stretch;
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::errors::{Errors, MeanKept};
-use super::placed::{place_dry, place_restitution, EnergyScale, Spreads};
+use super::errors::{Errors, RunErrors};
+use super::normal::normal_score;
+use super::run_density::{Seen, Side, Spreads};
+use super::run_law::{RunImpact, RunNoise};
 use super::tails::Tails;
 use super::trend::{middle_film_ratio, FilmParameters};
 use crate::model::parameters::{ParameterKind, COMMON_SLOTS};
 use crate::physics::balance::{Balance, Impact};
 use crate::physics::loss::Share;
 use crate::physics::{rebound, Form};
-use crate::runs::{Conditions, MeasurementErrors, Runs};
+use crate::runs::{Conditions, Runs};
 use crate::scene::{LikelihoodFamily, NoiseOn, Scene, Sticking};
 
 /// The runs of a scene, in the order of [`Runs`], ready for one run at a time.
@@ -40,7 +42,7 @@ pub struct Pointwise<'r> {
     stuck: Vec<bool>,
     runs: &'r Runs,
     /// of the measurement of each run
-    errors: Option<MeasurementErrors>,
+    errors: Option<RunErrors>,
 }
 
 /// What a run's restitution depends on.
@@ -65,22 +67,13 @@ pub struct EvaluatedLaw<'p, 'r> {
     pointwise: &'p Pointwise<'r>,
     /// mean of e* at each setting
     means: Vec<f64>,
-    /// of each setting, where runs have errors of their own
-    speed_slopes: Vec<SpeedSlope>,
+    /// the energy balance of each setting, where a run's density is not read from its mean alone
+    balances: Vec<Balance>,
     tails: Tails,
     dry: NoiseSd,
     wet: NoiseSd,
     /// σ_r, where noise acts on the energy kept, too
     energy: Option<f64>,
-}
-
-/// How the energy kept at a setting changes with the impact speed.
-#[derive(Debug, Clone, Copy)]
-struct SpeedSlope {
-    /// v dr/dv; 0 of a dry run
-    in_log_speed: f64,
-    /// k of the sphere
-    dry_k: f64,
 }
 
 /// A spread with its logarithm.
@@ -93,20 +86,6 @@ struct NoiseSd {
 impl NoiseSd {
     fn of(sigma: f64) -> NoiseSd {
         NoiseSd { sigma, ln: sigma.ln() }
-    }
-}
-
-/// How far a restitution lies from what a run is expected to have, on the scale its noise is symmetric on.
-#[derive(Debug, Clone, Copy)]
-struct Deviation {
-    distance: f64,
-    /// S on that scale, with the logarithm of S on the restitution's
-    spread: NoiseSd,
-}
-
-impl Deviation {
-    fn z(&self) -> f64 {
-        self.distance / self.spread.sigma
     }
 }
 
@@ -124,7 +103,7 @@ impl<'r> Pointwise<'r> {
             dry: 0,
             stuck: Vec::with_capacity(runs.len()),
             runs,
-            errors: runs.errors_with_medians(),
+            errors: RunErrors::of(runs),
         };
         let conditions = Conditions::new(scene, runs, form);
         for group in &runs.dry {
@@ -188,6 +167,11 @@ impl<'r> Pointwise<'r> {
         self.errors.is_none() && !self.both && !self.truncated && !self.student
     }
 
+    /// Whether a run's density is an integral over what is hidden of it.
+    fn is_integrated(&self) -> bool {
+        self.errors.is_some() || self.both
+    }
+
     /// Whether a run stuck.
     pub fn is_stuck(&self, run: usize) -> bool {
         self.stuck[run]
@@ -226,23 +210,6 @@ impl<'r> Pointwise<'r> {
         }
     }
 
-    /// How the energy kept changes with the speed at each setting; none where no run has errors of its own.
-    fn speed_slopes(&self, full: &[f64]) -> Vec<SpeedSlope> {
-        if self.errors.is_none() {
-            return vec![];
-        }
-        let mut balance = self.balances(full);
-        let of = |setting: &RunSetting| {
-            let balance = balance(setting);
-            // per 1/v: runs of one setting may differ in v where the dry speed is held
-            SpeedSlope {
-                in_log_speed: setting.wet.map_or(0.0, |_| balance.in_log_speed(&setting.impact)[0]),
-                dry_k: balance.dry_k,
-            }
-        };
-        self.settings.iter().map(of).collect()
-    }
-
     /// Whether a run that stuck is as good as certain to, where its limit lies between these z.
     ///
     /// With Student's tails none is.
@@ -265,7 +232,11 @@ impl<'r> Pointwise<'r> {
         EvaluatedLaw {
             pointwise: self,
             means: vec![],
-            speed_slopes: self.speed_slopes(full),
+            balances: if self.is_integrated() {
+                self.settings.iter().map(self.balances(full)).collect()
+            } else {
+                vec![]
+            },
             tails: Tails::of(self.student.then(|| of(ParameterKind::Nu))),
             dry: NoiseSd::of(of(ParameterKind::SigmaDry)),
             wet: NoiseSd::of(of(ParameterKind::SigmaWet)),
@@ -292,87 +263,61 @@ impl EvaluatedLaw<'_, '_> {
         self.energy.filter(|_| run >= self.pointwise.dry)
     }
 
-    /// What the measurement of a run errs by; `None` where no run has any.
-    fn errors(&self, run: usize) -> Option<Errors> {
+    /// What a run's measurement errs by; nothing where no run's does.
+    fn errors_of(&self, run: usize) -> Errors {
         let runs = self.pointwise.runs;
-        Errors::of(self.pointwise.errors.as_ref(), run, runs.impact_speed[run])
+        let errors = self.pointwise.errors.as_ref();
+        errors.map_or(Errors::NONE, |errors| errors.at(run, runs.impact_speed[run]))
     }
 
-    /// How far a restitution lies from what a run is expected to have; `measured` whether its own measurement errs.
-    fn deviation(&self, run: usize, restitution: f64, measured: bool) -> Deviation {
-        let (mean, spread) = self.mean_and_spread(run);
-        let errors = self.errors(run);
-        let energy = self.energy(run);
-        if errors.is_none() && energy.is_none() {
-            let distance = restitution - mean;
-            return Deviation { distance, spread };
-        }
-        let errors = errors.unwrap_or_default();
-        let (mean, variance, stretch, y) = match energy {
-            Some(energy) => {
-                let at = EnergyScale::of(restitution);
-                let spreads = Spreads {
-                    sigma: spread.sigma,
-                    energy,
-                };
-                let errors = if measured { errors } else { errors.of_speed_alone() };
-                let placed = at.place(spreads, self.mean_kept(run, errors), errors);
-                (placed.mean, placed.variance, at.stretch, at.kept)
-            }
-            None => {
-                let (mean, variance) = self.placed(run, errors, measured);
-                (mean, variance, 1.0, restitution)
-            }
-        };
-        Deviation {
-            distance: y - mean,
-            spread: NoiseSd {
-                sigma: variance.sqrt(),
-                ln: 0.5 * (variance / stretch).ln(),
+    /// Log density or probability of what is known of a run, integrated over what is hidden of it.
+    fn integrated(&self, run: usize, seen: Seen) -> f64 {
+        let setting = self.pointwise.setting[run] as usize;
+        let noise = RunNoise {
+            tails: self.tails,
+            spreads: Spreads {
+                sigma: self.spread(run).sigma,
+                energy: self.energy(run).unwrap_or(0.0),
             },
-        }
+            wet: run >= self.pointwise.dry,
+        };
+        let at = RunImpact {
+            balance: &self.balances[setting],
+            impact: self.pointwise.settings[setting].impact,
+            errors: self.errors_of(run),
+        };
+        noise.density(at, seen).value
     }
 
-    /// What a wet run keeps on average.
-    fn mean_kept(&self, run: usize, errors: Errors) -> MeanKept {
-        let setting = self.pointwise.setting[run] as usize;
-        let slopes = self.speed_slopes.get(setting);
-        MeanKept {
-            r: rebound::kept_of_mean_restitution(self.means[setting]),
-            speed_slope: slopes.map_or(0.0, |slopes| slopes.in_log_speed * errors.slowness),
+    /// z of a restitution, of which `seen` says what is asked; where it is integrated over what is hidden of the run, the z
+    /// of as large a normal probability.
+    fn score(&self, run: usize, restitution: f64, seen: fn(Side, f64) -> Seen) -> f64 {
+        if !self.pointwise.is_integrated() {
+            let (mean, spread) = self.mean_and_spread(run);
+            return (restitution - mean) / spread.sigma;
         }
+        let on = |side: Side| self.integrated(run, seen(side, restitution));
+        normal_score(on(Side::Below), on(Side::Above))
     }
 
-    /// Mean and S² of a run on the scale of the restitution.
-    fn placed(&self, run: usize, errors: Errors, measured: bool) -> (f64, f64) {
-        let (mean, NoiseSd { sigma, .. }) = self.mean_and_spread(run);
-        let setting = self.pointwise.setting[run] as usize;
-        let errors = if measured { errors } else { errors.of_speed_alone() };
-        if run < self.pointwise.dry {
-            let k = self.speed_slopes.get(setting).map_or(f64::NAN, |slopes| slopes.dry_k);
-            let balance = Balance::dry(self.pointwise.form.dry, k);
-            let root = self.pointwise.settings[setting].impact.dry_root;
-            return (mean, place_dry(&balance, root, sigma, errors, measured).variance);
-        }
-        let placed = place_restitution(sigma, self.mean_kept(run, errors), errors, measured);
-        (mean, placed.variance)
-    }
-
-    /// The tails of noise.
+    /// The tails of [`EvaluatedLaw::z`].
     pub fn tails(&self) -> Tails {
-        self.tails
+        if self.pointwise.is_integrated() {
+            Tails::Normal
+        } else {
+            self.tails
+        }
     }
 
     /// By how many spreads the smallest restitution that is a rebound lies above the mean: F of it is the probability of
     /// sticking. Where stuck runs were not logged, that of a run not being there.
     pub fn limit_z(&self, run: usize) -> f64 {
-        let measured = self.pointwise.truncated && !self.pointwise.stuck[run];
-        self.deviation(run, self.pointwise.limit, measured).z()
+        self.score(run, self.pointwise.limit, Seen::On)
     }
 
     /// By how many spreads a measured restitution lies above the mean.
     pub fn z(&self, run: usize, restitution: f64) -> f64 {
-        self.deviation(run, restitution, true).z()
+        self.score(run, restitution, Seen::Measured)
     }
 
     /// Mean of e* and its spread σ: m(r) and σ_wet, or e_dry and σ_dry.
@@ -383,12 +328,23 @@ impl EvaluatedLaw<'_, '_> {
 
     /// Log likelihood of a run: a density where it rebounded, a probability where it stuck.
     pub fn ln_likelihood(&self, run: usize) -> f64 {
+        let restitution = self.pointwise.runs.restitution[run];
+        if self.pointwise.is_integrated() {
+            if self.pointwise.stuck[run] {
+                return self.integrated(run, Seen::On(Side::Below, self.pointwise.limit));
+            }
+            let density = self.integrated(run, Seen::Rebound(restitution));
+            return if self.pointwise.truncated {
+                density - self.integrated(run, Seen::On(Side::Above, self.pointwise.limit))
+            } else {
+                density
+            };
+        }
         let ln_below = |z| self.tails.ln_probability_and_slope(z).0;
         if self.pointwise.stuck[run] {
             return ln_below(self.limit_z(run));
         }
-        let deviation = self.deviation(run, self.pointwise.runs.restitution[run], true);
-        let density = self.tails.ln_unit_density(deviation.z()) - deviation.spread.ln;
+        let density = self.tails.ln_unit_density(self.z(run, restitution)) - self.spread(run).ln;
         if self.pointwise.truncated {
             density - ln_below(-self.limit_z(run))
         } else {
@@ -404,22 +360,7 @@ impl EvaluatedLaw<'_, '_> {
     /// A new draw of a run's restitution, as it would be measured; 0 where it would have stuck. Where stuck runs were not
     /// logged, of one that rebounds.
     pub fn predict<R: Rng + ?Sized>(&self, run: usize, rng: &mut R) -> f64 {
-        let (mean, mut sigma) = self.mean_and_sigma(run);
-        if let Some(errors) = self.errors(run) {
-            sigma = self.placed(run, errors, true).1.sqrt();
-        }
-        let energy = self
-            .energy(run)
-            .map(|energy| (rebound::kept_of_mean_restitution(mean), energy));
-        let mut draw = || {
-            let wide = self.tails.draw_scale(rng);
-            let z: f64 = StandardNormal.sample(rng);
-            let mean = energy.map_or(mean, |(kept, sigma)| {
-                let lucky: f64 = StandardNormal.sample(rng);
-                rebound::mean_restitution(kept + wide * sigma * lucky)
-            });
-            mean + wide * sigma * z
-        };
+        let mut draw = || self.draw(run, rng);
         let mut e = draw();
         if self.pointwise.truncated {
             /// a run that hardly ever rebounds is given up after so many
@@ -436,5 +377,45 @@ impl EvaluatedLaw<'_, '_> {
         } else {
             e
         }
+    }
+
+    /// A new draw of e* as it would be measured. Where the impact speed errs, at a true speed drawn from what is known of
+    /// it, and measured with the impact speed that the run has.
+    fn draw<R: Rng + ?Sized>(&self, run: usize, rng: &mut R) -> f64 {
+        let (mean, sigma) = self.mean_and_sigma(run);
+        let wide = self.tails.draw_scale(rng);
+        let z: f64 = StandardNormal.sample(rng);
+        if !self.pointwise.is_integrated() {
+            return mean + wide * sigma * z;
+        }
+        let errors = self.errors_of(run);
+        let mut normal = |sd: f64| {
+            if sd > 0.0 {
+                let z: f64 = StandardNormal.sample(rng);
+                sd * z
+            } else {
+                0.0
+            }
+        };
+        let setting = self.pointwise.setting[run] as usize;
+        let (balance, mut at) = (&self.balances[setting], self.pointwise.settings[setting].impact);
+        let mut ratio = 1.0;
+        if errors.speed > 0.0 {
+            ratio = (errors.true_speed.mean + normal(errors.true_speed.sd)).max(0.01);
+            at = balance.at_speed_ratio(&at, ratio);
+        }
+        let mean = if run < self.pointwise.dry {
+            balance.e_dry(at.dry_root)[0]
+        } else {
+            let lucky = wide * normal(self.energy(run).unwrap_or(0.0));
+            rebound::mean_restitution(balance.kept(&at).0 + lucky)
+        };
+        let e = mean + wide * sigma * z;
+        if e <= self.pointwise.limit {
+            return e;
+        }
+        let own = errors.restitution * (1.0 - errors.correlation * errors.correlation).sqrt();
+        // never written as less than what is a rebound
+        (e * ratio + errors.shared() * (1.0 - ratio) + normal(own)).max(self.pointwise.limit)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::dry_sums::DryRuns;
 use super::nodes::{Nodes, WetBlock};
-use super::placed::ByRow;
+use super::run_law::ByRow;
 use super::tails::Tails;
 use super::trend::{FilmLosses, FilmParameters};
 use crate::model::parameters::{ParameterKind, COMMON_SLOTS};

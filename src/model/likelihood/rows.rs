@@ -3,20 +3,20 @@
 use std::collections::HashMap;
 
 use super::dry_sums::DryRuns;
-use super::errors::Errors;
+use super::errors::{Errors, RunErrors};
 use super::nodes::{DryRow, Nodes, WetBlock};
-use super::placed::{ByRow, EnergyScales};
 use super::prepared::Likelihood;
+use super::run_law::ByRow;
 use super::trend::middle_film_ratio;
 use crate::physics::Form;
-use crate::runs::{Conditions, DryGroup, MeasurementErrors, Runs, Series};
+use crate::runs::{Conditions, DryGroup, Runs, Series};
 use crate::scene::{self, NoiseOn, Scene, Sticking};
 
 /// The runs and all that is read with them.
 struct RunData<'r> {
     scene: &'r Scene,
     runs: &'r Runs,
-    errors: Option<&'r MeasurementErrors>,
+    errors: Option<&'r RunErrors>,
     conditions: Conditions<'r>,
 }
 
@@ -39,12 +39,12 @@ impl Likelihood {
         };
         let student = scene.model.likelihood == scene::LikelihoodFamily::Student;
         let both = scene.model.noise == NoiseOn::Both;
-        let errors = runs.errors_with_medians();
+        let errors = RunErrors::of(runs);
         let errors = errors.as_ref();
         if student || both || errors.is_some() {
             likelihood.own = Some(ByRow {
                 student,
-                energies: None,
+                both,
                 rebounds: vec![],
                 stuck: vec![],
                 dry: if student || errors.is_some() {
@@ -68,9 +68,6 @@ impl Likelihood {
         let ratios = likelihood.film_ratios.iter();
         likelihood.ln_films = ratios.map(|ratio| (ratio / middle).ln()).collect();
         likelihood.wet_rebounds = likelihood.rebounds.len() as f64;
-        if let Some(own) = likelihood.own.as_mut().filter(|_| both) {
-            own.energies = Some(EnergyScales::new(&likelihood.rebounds, likelihood.limit));
-        }
         likelihood
     }
 
@@ -100,7 +97,7 @@ impl Likelihood {
                 self.film_ratios.len() - 1
             });
             let (first, first_stuck) = (self.rebounds.len(), self.stuck.len());
-            let errors = |run: usize| Errors::of(table.errors, run, runs.impact_speed[run]);
+            let errors = |run: usize| table.errors.map(|errors| errors.at(run, runs.impact_speed[run]));
             while let Some(run) = rebounds.get(next).filter(|run| film_ratio(run) <= ratio) {
                 self.rebounds.push(
                     conditions.wet(*run),
@@ -174,12 +171,12 @@ fn dry_runs(scene: &Scene, runs: &Runs) -> Vec<DryRuns> {
 }
 
 /// The dry runs one at a time.
-fn dry_rows(runs: &Runs, errors: Option<&MeasurementErrors>) -> Vec<DryRow> {
+fn dry_rows(runs: &Runs, errors: Option<&RunErrors>) -> Vec<DryRow> {
     let row = |sphere: usize, run: usize, rebounded: bool| DryRow {
         sphere,
         dry_root: runs.impacts.speed_root[run],
         restitution: rebounded.then(|| runs.restitution[run]),
-        errors: Errors::of(errors, run, runs.impact_speed[run]).unwrap_or_default(),
+        errors: errors.map_or(Errors::NONE, |errors| errors.at(run, runs.impact_speed[run])),
     };
     let of_group = |group: &DryGroup| {
         let sphere = group.sphere;

@@ -9,6 +9,7 @@ use super::cells::parameters;
 use crate::findings::posterior::{HeldParameter, Posterior};
 use crate::model::parameters::ParameterKind;
 use crate::physics::rebound::TURN;
+use crate::runs::GAP;
 use crate::scene::{DryKOf, LikelihoodFamily, NoiseOn, Prior, Sticking};
 
 /// The generative statement with this scene's form of inertia and dry speed.
@@ -38,15 +39,39 @@ pub(super) fn model(page: &mut Page, input: ReportInput, posterior: &Posterior) 
     }
     if let Some(errors) = &input.runs.errors {
         page.paragraph(&format!(
-            "{} of {} runs carry measurement errors; one that does not is taken to err like the median of the others. Each \
-             run has a spread S in place of σ: S² = σ² + u² + t², \
-             where u is what its restitution errs by beyond its share of the impact speed and t what the impact speed does, \
-             which the restitution shares. σ is then what the errors do not explain. To first order in the errors; a stuck \
-             run has only the error of its speed.",
+            "{} of {} runs carry measurement errors; one that does not is taken to err like the median of the others. A \
+             restitution errs by u beyond its share of the impact speed, so that a rebound has the spread √(σ² + u²); σ is \
+             then what the errors do not explain. A stuck run has only the error of its speed.",
             errors.counts()[0],
             input.runs.len()
         ));
+        true_speeds(page, input);
     }
+}
+
+/// How the true speeds of the runs are distributed, where the measured ones err.
+fn true_speeds(page: &mut Page, input: ReportInput) {
+    let Some(errors) = input.runs.errors_with_medians() else {
+        return;
+    };
+    let erring = |run: &usize| errors.impact_speed_sd[*run] > 0.0;
+    let speeds = input.runs.true_speeds(&errors);
+    let of_runs: Vec<_> = (0..input.runs.len()).filter(erring).map(|run| speeds[run]).collect();
+    if of_runs.is_empty() {
+        return;
+    }
+    let repeated = of_runs.iter().filter(|speed| speed.repeats > 1).count();
+    page.paragraph(&format!(
+        "The true impact speed of a run is integrated over: the rebound speed is measured about e* times the true speed, and \
+         whether a run sticks depends on the true speed alone. Runs of one series are repeats of one speed where their \
+         measured speeds follow one another without a gap of more than {} standard deviations of their errors. True speeds of \
+         repeats are normal, about the mean of the measured ones, with what these scatter by beyond their errors for a \
+         spread, where it is more than errors alone leave in 19 of 20 groups, and else with none; mean and spread are \
+         estimated from the speeds alone, and the standard error of the mean widens each true speed. {repeated} of {} runs \
+         have a repeat; before it is measured any true speed is as good as any other for those that have none.",
+        numbers::short(GAP),
+        of_runs.len()
+    ));
 }
 
 fn wet(input: ReportInput, posterior: &Posterior) -> String {
@@ -73,11 +98,14 @@ fn wet(input: ReportInput, posterior: &Posterior) -> String {
     };
     let both = input.scene.model.noise == NoiseOn::Both;
     let (restitution, stuck) = if both {
-        let symmetric = if is_student(input) { "spread" } else { "normal" };
+        let shared = if is_student(input) {
+            " Both noises of a run are widened by the same factor."
+        } else {
+            ""
+        };
         let text = format!(
-            "Noise acts on the energy kept, too. A rebound is therefore taken to that scale, y = m⁻¹(e), where it is \
-                    {symmetric} about r with the variance σ_r² + (σ_wet/m′(y))²; a run sticks where y is at or below that of \
-                    the limit."
+            "Noise acts on the energy kept, too: z′ is distributed as z and independent of it.{shared} What is known of a \
+             run is integrated over z′ numerically, to 1e-6 of its logarithm."
         );
         ("e* = m(r + σ_r z′) + σ_wet z", format!("{text} {}", where_stuck(input)))
     } else {

@@ -1,0 +1,210 @@
+//! Tests of the integral over the true speed against a rule of so many nodes that it needs no care.
+
+use rand::rngs::ChaCha8Rng;
+use rand::RngExt;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+
+use super::*;
+use crate::physics::dry::Order;
+use crate::physics::loss::Share;
+use crate::physics::{DrySpeed, Form, Inertia};
+use crate::runs::TrueSpeed;
+
+/// A run with all that its density reads.
+#[derive(Debug, Clone, Copy)]
+struct Case {
+    balance: Balance,
+    impact: Impact,
+    wet: bool,
+    spreads: Spreads,
+    errors: Errors,
+    e: f64,
+}
+
+impl Case {
+    fn hidden(&self, tails: Tails, seen: Seen) -> HiddenSpeed<'_> {
+        HiddenSpeed {
+            tails,
+            spreads: self.spreads,
+            balance: &self.balance,
+            impact: self.impact,
+            wet: self.wet,
+            seen,
+            errors: self.errors,
+        }
+    }
+}
+
+/// Runs from well above the threshold to below it, at speeds that err by 0.3 to 10 %.
+fn case(rng: &mut ChaCha8Rng, index: usize, energy: f64) -> Case {
+    let dry_speed = [DrySpeed::Impact, DrySpeed::Reference(2.0)][index % 2];
+    let form = Form::new(Inertia::Saturating, dry_speed);
+    let share = Share {
+        inertial: rng.random_range(0.0..0.3),
+        viscous: 1.85,
+    };
+    let wet = index % 5 > 0;
+    let balance = if wet {
+        Balance::at(form, 0.15, share, 0.5)
+    } else {
+        Balance::dry(Order::First, 0.15)
+    };
+    let at_rest = balance.kept(&Impact {
+        dry_root: 1.1,
+        over_stokes: 0.0,
+        fixed: [0.0; 2],
+    });
+    // the share kept is this
+    let r = if index % 3 == 0 {
+        rng.random_range(-0.1..0.5)
+    } else {
+        rng.random_range(-0.06..0.06)
+    };
+    let impact = Impact {
+        dry_root: 1.1,
+        over_stokes: (at_rest.0 - r) / 1.85,
+        fixed: [0.0; 2],
+    };
+    let speed = 10f64.powf(rng.random_range(-2.5..-1.0));
+    let errors = Errors {
+        speed,
+        restitution: rng.random_range(0.0..0.02) * f64::from(u8::from(index % 4 > 0)),
+        correlation: rng.random_range(-0.9..0.9) * f64::from(u8::from(index % 2 > 0)),
+        true_speed: TrueSpeed {
+            mean: 1.0 + speed * rng.random_range(-1.0..1.0),
+            sd: speed * rng.random_range(0.2..1.0),
+            repeats: 5,
+        },
+    };
+    let spreads = Spreads {
+        sigma: 10f64.powf(rng.random_range(-2.7..-1.3)),
+        energy: if wet { energy } else { 0.0 },
+    };
+    let mut case = Case {
+        balance,
+        impact,
+        wet,
+        spreads,
+        errors,
+        e: 0.0,
+    };
+    let mut z = || -> f64 { StandardNormal.sample(rng) };
+    let (of_speed, of_noise) = (z(), z());
+    let hidden = case.hidden(Tails::Normal, Seen::Rebound(0.0));
+    let ratio = hidden.ratio(of_speed);
+    let mean = hidden.mean(hidden.kept(&hidden.impact(of_speed)).0).0;
+    case.e = mean * ratio + errors.shared() * (1.0 - ratio) + hidden.variance(ratio).sqrt() * of_noise;
+    case
+}
+
+fn cases(name: &str, count: usize, energy: f64) -> Vec<Case> {
+    let mut rng = crate::seed::stream(1, name, 0);
+    (0..count).map(|index| case(&mut rng, index, energy)).collect()
+}
+
+/// The same integral with so many steps, in one variable for the whole line.
+fn brute(hidden: &HiddenSpeed, steps: usize) -> f64 {
+    let mode = hidden.mode();
+    let (lo, hi) = (mode.min(0.0) - REACH, mode.max(0.0) + REACH);
+    let step = (hi - lo) / steps as f64;
+    let lns: Vec<f64> = (0..=steps)
+        .map(|index| hidden.at(lo + step * index as f64).ln)
+        .collect();
+    let most = lns.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    most + (lns.iter().map(|ln| (ln - most).exp()).sum::<f64>() * step).ln() - LN_ROOT_TWO_PI
+}
+
+fn worst(cases: &[Case], tails: Tails, steps: usize) -> f64 {
+    let gap = |case: &Case| {
+        let all = [
+            Seen::Rebound(case.e),
+            Seen::On(Side::Below, 0.05),
+            Seen::On(Side::Above, 0.0),
+            Seen::Measured(Side::Below, case.e),
+            Seen::Measured(Side::Above, case.e),
+        ];
+        let of = |seen: Seen| {
+            let hidden = case.hidden(tails, seen);
+            let (found, expected) = (hidden.integrate().value, brute(&hidden, steps));
+            let gap = (found - expected).abs() / expected.abs().max(1.0);
+            assert!(gap < 1e-6, "{case:?} {seen:?}: {found} {expected}");
+            gap
+        };
+        all.into_iter().map(of).fold(0.0, f64::max)
+    };
+    cases.par_iter().map(gap).reduce(|| 0.0, f64::max)
+}
+
+#[test]
+fn the_density_is_that_of_very_many_nodes() {
+    let cases = cases("speeds_the_density_is_that_of_very_many_nodes", 200, 0.0);
+    let gap = worst(&cases, Tails::Normal, 200_000);
+    assert!(gap < 1e-7, "{gap:e}");
+    let gap = worst(&cases[..60], Tails::of(Some(4.0)), 50_000);
+    assert!(gap < 1e-6, "{gap:e}");
+}
+
+/// Noise on the energy kept besides: in two dimensions.
+#[test]
+fn the_density_in_two_dimensions_is_that_of_very_many_nodes() {
+    for energy in [0.003, 0.04] {
+        let cases = cases("the_density_in_two_dimensions", 30, energy);
+        let gap = worst(&cases, Tails::Normal, 3000);
+        assert!(gap < 1e-6, "{gap:e}");
+    }
+}
+
+/// The measured numbers have the densities they are drawn from: the mean over e of the density is one, and the error of the
+/// rebound speed that goes with that of the impact speed is in it.
+#[test]
+fn the_density_is_one_in_all_and_has_the_moments_of_its_draws() {
+    for case in cases("the_density_is_one_in_all", 12, 0.0) {
+        let hidden = |e: f64| case.hidden(Tails::Normal, Seen::Rebound(e)).integrate().value.exp();
+        let (lo, hi, steps) = (-1.5, 2.0, 6000);
+        let step = (hi - lo) / f64::from(steps);
+        let at = |index: i32| lo + step * f64::from(index);
+        let mass: f64 = (0..=steps).map(|index| hidden(at(index)) * step).sum();
+        assert!((mass - 1.0).abs() < 1e-6, "{case:?}: {mass}");
+    }
+}
+
+#[test]
+fn slopes_agree_with_differences() {
+    for case in cases("slopes_of_speeds_agree_with_differences", 60, 0.0) {
+        for (seen, tails) in [
+            (Seen::Rebound(case.e), None),
+            (Seen::On(Side::Below, 0.05), None),
+            (Seen::On(Side::Above, 0.05), None),
+            (Seen::Rebound(case.e), Some(4.0)),
+        ] {
+            let at = |place: usize, step: f64| {
+                let mut moved = case;
+                let mut nu = tails;
+                match place {
+                    0 => moved.spreads.sigma += step,
+                    1 => moved.balance.lost.over_stokes += step,
+                    2 => moved.balance.dry_k += step,
+                    _ => nu = nu.map(|nu| nu + step),
+                }
+                moved.hidden(Tails::of(nu), seen).integrate()
+            };
+            let found = at(0, 0.0);
+            let slopes = [found.sigma, -found.viscous, found.dry_k, found.nu];
+            for (place, (slope, h)) in slopes
+                .into_iter()
+                .zip([1e-3 * case.spreads.sigma, 4e-6, 4e-6, 1e-2])
+                .enumerate()
+            {
+                if place == 1 && !case.wet || place == 3 && tails.is_none() {
+                    continue;
+                }
+                let of = |step: f64| at(place, step * h).value;
+                let difference = (8.0 * (of(1.0) - of(-1.0)) - (of(2.0) - of(-2.0))) / (12.0 * h);
+                let unit = h * 500.0;
+                let gap = (slope - difference).abs() * unit / (1.0 + (difference * unit).abs());
+                assert!(gap < 1e-6, "{case:?} {seen:?} {place}: {slope} {difference}");
+            }
+        }
+    }
+}

@@ -1,0 +1,205 @@
+//! Holds the posterior's L to the truth where impact speeds are measured with an error and drop heights are repeated.
+
+mod common;
+
+use common::{mean, seed_of};
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+use std::path::Path;
+use wetcor::findings::posterior::{effort, start};
+use wetcor::findings::{self};
+use wetcor::inference::nuts::Effort;
+use wetcor::inference::prepared_posterior::Evaluation;
+use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
+use wetcor::model::likelihood::Likelihood;
+use wetcor::model::parameters::ModelParameters;
+use wetcor::physics::numbers::stokes;
+use wetcor::physics::rebound::mean_restitution;
+use wetcor::physics::Order;
+use wetcor::runs::{self, MeasurementErrors, NewRun, Runs, Table};
+use wetcor::scene::{self, Scene};
+use wetcor::seed::{stream, StreamName};
+
+const L: f64 = 1.85;
+const K: f64 = 0.123;
+const NOISE: f64 = 0.02;
+const DIAMETER: f64 = 7.938e-3;
+/// m
+const HEIGHTS: [f64; 6] = [0.03, 0.05, 0.07, 0.1, 0.13, 0.16];
+const REPEATS: usize = 15;
+
+/// Viscosities, mPa s, at which about 7 % and 30 % of the runs stick.
+const FAR: f64 = 55.0;
+const NEAR: f64 = 85.0;
+
+/// A design and what its speeds err by, as a share of them.
+#[derive(Clone, Copy)]
+struct Design {
+    viscosity: f64,
+    error: f64,
+    /// whether every run has a diameter of its own, so that no speed is a repeat
+    apart: bool,
+}
+
+fn scene(design: Design) -> Scene {
+    let viscosity = design.viscosity;
+    let text = format!(
+        "title = \"speeds\"\n[data]\nruns = \"runs.csv\"\n[particles.PE]\ndensity_kg_m3 = 940\nroughness_um = 5\n\
+         [liquids.oil]\ndensity_kg_m3 = 965\nviscosity_mPa_s = {viscosity}\n[model]\ninertia = \"none\"\n\
+         terms = [\"viscous\"]\n"
+    );
+    scene::parse(&text, Path::new("a/scene.toml"), String::new()).expect("a valid scene")
+}
+
+/// Runs of which both speeds are measured with an error.
+fn table(scene: &Scene, design: Design, seed: u64) -> Table {
+    let mut rng = stream(seed, "hidden speeds", 0);
+    let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+    let (mut rows, mut sds) = (vec![], vec![]);
+    let mut add = |wet: bool, diameter: f64, v: f64, e: f64, errors: [f64; 2]| {
+        let measured = v * (1.0 + design.error * errors[0]);
+        let stuck = e <= 0.0;
+        let rebound = v * e * (1.0 + design.error * errors[1]);
+        rows.push(NewRun {
+            particle: "PE",
+            liquid: wet.then_some("oil"),
+            diameter,
+            film: wet.then_some((0.06 * diameter, 0.06)),
+            impact_speed: measured,
+            restitution: if stuck { 0.0 } else { rebound / measured },
+        });
+        sds.push([
+            design.error * v,
+            if stuck { 0.0 } else { design.error * v * e / measured },
+        ]);
+    };
+    for i in 0..30 {
+        let v = 0.5 + 0.25 * f64::from(i % 6);
+        let e = Order::First.restitution(K, v) + 0.01 * normal();
+        add(false, DIAMETER, v, e, [normal(), normal()]);
+    }
+    for height in HEIGHTS {
+        for repeat in 0..REPEATS {
+            let v = (2.0 * 9.81 * height).sqrt();
+            let place = rows_apart(height, repeat);
+            let diameter = if design.apart {
+                DIAMETER * (1.0 + 0.002 * place)
+            } else {
+                DIAMETER
+            };
+            let st = stokes(940.0, diameter, v, 1e-3 * design.viscosity);
+            let r = Order::First.restitution(K, 2.0).powi(2) - 4.0 * L / st;
+            let e = mean_restitution(r) + NOISE * normal();
+            add(true, diameter, v, e, [normal(), normal()]);
+        }
+    }
+    let mut runs = runs::arrange(scene, &rows);
+    let of = |which: usize| runs.row.iter().map(|row| sds[*row as usize - 1][which]).collect();
+    runs.errors = Some(MeasurementErrors {
+        impact_speed_sd: of(0),
+        restitution_sd: of(1),
+        speed_correlation: vec![],
+    });
+    Table {
+        rows: rows.len(),
+        runs,
+        screened: vec![],
+        notices: vec![],
+        sha256: String::new(),
+    }
+}
+
+/// Where a run stands among all that need a diameter of their own, about the middle.
+fn rows_apart(height: f64, repeat: usize) -> f64 {
+    let height = HEIGHTS.iter().position(|one| *one == height).unwrap_or_default();
+    (height * REPEATS + repeat) as f64 - 0.5 * (HEIGHTS.len() * REPEATS) as f64
+}
+
+/// (mean of L's draws − L) over their spread; `None` where nothing was sampled.
+fn z(design: Design, seed: u64) -> Option<f64> {
+    let scene = scene(design);
+    let table = table(&scene, design, seed);
+    let runs: &Runs = &table.runs;
+    let least_squares = findings::fit_least_squares(&scene, &table, 1, false);
+    let form = scene.model.form();
+    let parameters = ModelParameters::of(&scene, runs, form).ok()?;
+    let rows = Likelihood::of_rows(&scene, runs, form);
+    let plan = SamplingPlan {
+        effort: Effort {
+            warmup: 200,
+            draws: 100,
+            ..effort(&scene)
+        },
+        stream: StreamName::new(seed, "hidden speeds"),
+        evaluation: Evaluation::default(),
+    };
+    let start = start(least_squares.least_squares());
+    let sampled = sample_posterior(parameters, &rows, &start, plan, &|_, _| {}).ok()?;
+    let place = sampled
+        .parameters
+        .sampled
+        .iter()
+        .position(|p| p.name == "lubrication_log")?;
+    let draws: Vec<f64> = sampled.values[place].iter().flatten().copied().collect();
+    let (middle, _) = mean(&draws);
+    let sd = (draws.iter().map(|x| (x - middle).powi(2)).sum::<f64>() / (draws.len() - 1) as f64).sqrt();
+    Some((middle - L) / sd)
+}
+
+/// z of so many sets.
+fn all_z(design: Design, sets: u64, name: &str) -> Vec<f64> {
+    (0..sets)
+        .into_par_iter()
+        .filter_map(|set| z(design, seed_of(name).wrapping_add(set)))
+        .collect()
+}
+
+/// L is unbiased near the threshold at 2 %, and not where the same speeds are read as if none were repeated, at 5 %.
+#[test]
+#[ignore = "slow: samples 48 posteriors"]
+fn repeated_speeds_leave_l_unbiased() {
+    const SETS: u64 = 24;
+    let of = |error: f64, apart: bool| {
+        let design = Design {
+            viscosity: NEAR,
+            error,
+            apart,
+        };
+        let found = all_z(design, SETS, "repeated_speeds_leave_l_unbiased");
+        assert!(found.len() + 1 >= SETS as usize, "{found:?}");
+        mean(&found)
+    };
+    let (middle, se) = of(0.02, false);
+    assert!(middle.abs() < 4.0 * se, "{middle} {se}");
+    let (middle, se) = of(0.05, true);
+    assert!(middle < -4.0 * se, "{middle} {se}");
+}
+
+/// The mean z of L and its standard error, by distance from the threshold, error of the speeds and whether they repeat.
+#[test]
+#[ignore = "a study of some minutes: prints a table"]
+fn the_bias_of_l_by_error_of_the_speeds() {
+    const SETS: u64 = 60;
+    for (error, apart) in [(0.02, false), (0.05, false), (0.005, false), (0.02, true), (0.05, true)] {
+        for (place, viscosity) in [("near", NEAR), ("far", FAR)] {
+            let design = Design {
+                viscosity,
+                error,
+                apart,
+            };
+            let scene = scene(design);
+            let sample = table(&scene, design, 1);
+            let stuck = sample.runs.stuck() as f64 / (HEIGHTS.len() * REPEATS) as f64;
+            let found = all_z(design, SETS, "the_bias_of_l_by_error_of_the_speeds");
+            let (middle, se) = mean(&found);
+            let inside = found.iter().filter(|z| z.abs() < 1.96).count();
+            println!(
+                "{place} ({:.0} % stuck), {} %, repeats {}: mean z {middle:.2} ± {se:.2}, {inside}/{} within 1.96",
+                100.0 * stuck,
+                100.0 * error,
+                !apart,
+                found.len()
+            );
+        }
+    }
+}
