@@ -36,7 +36,7 @@ use crate::seed::StreamName;
 use derived::DerivedDraws;
 use summarise::{summarise_posterior, SummarySource};
 
-pub use posterior_checks::{why_not_sampled, PosteriorRefusal};
+pub use posterior_checks::{speed_errors, why_not_sampled, PosteriorRefusal};
 pub use sampling::{check_room, effort, start, until_mixed, MethodChoice, SamplingSetup, MOST_NUMBERS};
 pub use summary::{
     AccuracySummary, CompressionSummary, HeldParameter, PosteriorFindings, PriorSummary, QuantitySummary,

@@ -164,7 +164,7 @@ pub(super) fn check_posterior(found: &PosteriorFindings, least_squares: LeastSqu
 }
 
 /// By how much the true speeds of the wet runs are not known, as a share of them; `None` where no speed errs.
-pub(super) fn speed_errors(runs: &Runs) -> Option<Check> {
+pub fn speed_errors(runs: &Runs) -> Option<Check> {
     let speeds = runs.true_speeds(&runs.errors_with_medians()?);
     let wet = || runs.series.iter().flat_map(|series| series.runs());
     let squares: f64 = wet().map(|run| speeds[run].sd * speeds[run].sd).sum();

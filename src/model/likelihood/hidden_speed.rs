@@ -15,7 +15,7 @@ use super::run_density::{RunDensity, Seen, Side, Spreads};
 use super::tails::Tails;
 use crate::distributions::LN_ROOT_TWO_PI;
 use crate::physics::balance::{Balance, Impact};
-use crate::physics::rebound::{kept_and_slope, mean_and_slope, mean_restitution};
+use crate::physics::rebound::{kept_and_slope, mean_and_slope, mean_restitution, TURN};
 
 /// A run with what is known of it and of its speed.
 #[derive(Clone, Copy)]
@@ -51,31 +51,71 @@ struct AtSpeed {
 /// The logarithm falls by this much from its largest value to where the rest is nothing.
 const FALL: f64 = 25.0;
 
-/// Distance in z from where the integrand is largest, beyond which a turn is out of reach.
+/// Distance in z from where a probability is largest, beyond which a turn is out of reach.
 const REACH: f64 = 9.0;
+
+/// Sums over nodes, all divided by the exponential of a value that the logarithm of the integrand has near its largest.
+struct Sums {
+    reference: f64,
+    /// mass, and slopes in σ, σ_r, ν, r, −L and k
+    of: [f64; 7],
+}
+
+impl Sums {
+    fn add(&mut self, at: &AtSpeed, weight: f64) {
+        /// well below what overflows
+        const MOST: f64 = 300.0;
+        if at.ln > self.reference + MOST {
+            let shrink = (self.reference - at.ln).exp();
+            self.of.iter_mut().for_each(|sum| *sum *= shrink);
+            self.reference = at.ln;
+        }
+        let part = weight * (at.ln - self.reference).exp();
+        let of_kept = part * at.of_kept;
+        let parts = [
+            part,
+            part * at.of_sigma,
+            part * at.of_energy,
+            part * at.of_nu,
+            of_kept,
+            of_kept * at.impact.over_stokes,
+            of_kept * at.kept_slope_k,
+        ];
+        for (sum, part) in self.of.iter_mut().zip(parts) {
+            *sum += part;
+        }
+    }
+}
+
+/// Where an integrand over the true speed counts.
+#[derive(Clone, Copy)]
+struct Reach {
+    /// z at which it is about as large as anywhere
+    near: f64,
+    /// its logarithm there
+    ln: f64,
+    /// distance of z from 0 beyond which it is nothing
+    far: f64,
+    /// z₀, where r is zero, nearer than that
+    turn: Option<f64>,
+}
 
 impl HiddenSpeed<'_> {
     /// The log density or probability, with slopes.
     pub fn integrate(&self) -> RunDensity {
-        let mode = self.mode();
-        let reference = self.at(mode).ln;
-        let mut sums = [0.0; 7];
-        let mut add = |at: &AtSpeed, weight: f64| {
-            let part = weight * (at.ln - reference).exp();
-            let of_kept = part * at.of_kept;
-            sums[0] += part;
-            sums[1] += part * at.of_sigma;
-            sums[2] += part * at.of_energy;
-            sums[3] += part * at.of_nu;
-            sums[4] += of_kept;
-            sums[5] += of_kept * at.impact.over_stokes;
-            sums[6] += of_kept * at.kept_slope_k;
+        let reach = self.reach();
+        let mut sums = Sums {
+            reference: reach.ln,
+            of: [0.0; 7],
         };
-        match self.turn(mode) {
-            Some(turn) => self.over_panels(turn, reference, &mut add),
-            None => self.over_steps(mode, reference, &mut add),
+        match reach.turn {
+            Some(turn) => self.over_panels(turn, reach.far, &mut sums),
+            None => self.over_steps(reach.near, &mut sums),
         }
-        let [mass, sigma, energy, nu, kept, viscous, dry_k] = sums;
+        let Sums {
+            reference,
+            of: [mass, sigma, energy, nu, kept, viscous, dry_k],
+        } = sums;
         RunDensity {
             value: reference + mass.ln() - LN_ROOT_TWO_PI,
             sigma: sigma / mass,
@@ -277,13 +317,51 @@ impl HiddenSpeed<'_> {
         z
     }
 
-    /// z₀ where r is zero within reach of a place.
-    fn turn(&self, near: f64) -> Option<f64> {
+    /// About where the integrand is large, and how far from z = 0 it counts.
+    fn reach(&self) -> Reach {
+        /// of the way from the measured speed to the turn
+        const PLACES: usize = 8;
+        let far = |ln: f64| (2.0 * (FALL + self.largest() - ln)).max(0.0).sqrt();
+        let at_zero = self.at(0.0).ln;
+        let mut found = Reach {
+            near: 0.0,
+            ln: at_zero,
+            far: far(at_zero),
+            turn: None,
+        };
+        let look_at = |z: f64, found: &mut Reach| {
+            let ln = self.at(z).ln;
+            if ln > found.ln {
+                (found.near, found.ln, found.far) = (z, ln, far(ln));
+            }
+        };
+        let turn = self.turn(far(at_zero));
+        let is_side = matches!(self.seen, Seen::On(..));
+        match turn.filter(|_| is_side) {
+            // the mode lies between both, where there is hardly a slope to follow
+            Some(turn) => (1..=PLACES).for_each(|place| look_at(turn * place as f64 / PLACES as f64, &mut found)),
+            None => look_at(self.mode(), &mut found),
+        }
+        found.turn = turn.filter(|turn| match self.seen {
+            // what is nothing at the turn has all its mass on one side of it
+            Seen::Rebound(_) => self.at(*turn).ln > found.ln - FALL,
+            Seen::On(..) | Seen::Measured(..) => (turn - found.near).abs() < REACH,
+        });
+        if is_side && turn.is_some() && found.turn.is_none() {
+            look_at(self.mode(), &mut found);
+        }
+        found
+    }
+
+    /// z₀ where r is zero within reach.
+    fn turn(&self, reach: f64) -> Option<f64> {
+        /// r that is as good as zero beside the width of the turn
+        const NEAR: f64 = 1e-3 * TURN * TURN;
         if !self.wet {
             return None;
         }
         let r = |z: f64| self.kept(&self.impact(z)).0;
-        let (mut lo, mut hi) = (near - REACH, near + REACH);
+        let (mut lo, mut hi) = (-reach, reach);
         let (mut at_lo, at_hi) = (r(lo), r(hi));
         if (at_lo * at_hi).is_nan() || at_lo * at_hi > 0.0 {
             return None;
@@ -291,53 +369,49 @@ impl HiddenSpeed<'_> {
         let mut z = lo - at_lo * (hi - lo) / (at_hi - at_lo);
         for _ in 0..60 {
             let here = r(z);
+            if here.abs() < NEAR {
+                break;
+            }
             if here * at_lo > 0.0 {
                 (lo, at_lo) = (z, here);
             } else {
                 hi = z;
             }
             let newton = z - here / self.kept_slope(z);
-            let next = if newton > lo && newton < hi {
+            z = if newton > lo && newton < hi {
                 newton
             } else {
                 0.5 * (lo + hi)
             };
-            let step = (next - z).abs();
-            z = next;
-            if step < 1e-12 {
-                break;
-            }
         }
         Some(z)
     }
 
     /// The trapezoidal rule from the mode to both sides, until nothing is left.
-    fn over_steps(&self, mode: f64, reference: f64, add: &mut impl FnMut(&AtSpeed, f64)) {
+    fn over_steps(&self, mode: f64, sums: &mut Sums) {
         /// steps a width, of a normal integrand and of one with Student's tails
         const SHARE: [f64; 2] = [0.8, 0.3];
         let width = |z: f64| 1.0 / (1.0 + self.narrowing(z).powi(2)).sqrt();
         let here = width(mode);
         let narrowest = here.min(width(mode - 5.0 * here)).min(width(mode + 5.0 * here));
         let step = narrowest * SHARE[usize::from(self.tails != Tails::Normal)];
-        add(&self.at(mode), step);
+        sums.add(&self.at(mode), step);
         for sign in [-1.0, 1.0] {
             for index in 1..MOST_PANELS {
                 let at = self.at(mode + sign * step * index as f64);
                 // also where it is no number
-                if at.ln.is_nan() || at.ln <= reference - FALL {
+                if at.ln.is_nan() || at.ln <= sums.reference - FALL {
                     break;
                 }
-                add(&at, step);
+                sums.add(&at, step);
             }
         }
     }
 
     /// Gauss's rule on panels from the turn outwards.
-    fn over_panels(&self, turn: f64, reference: f64, add: &mut impl FnMut(&AtSpeed, f64)) {
+    fn over_panels(&self, turn: f64, far: f64, sums: &mut Sums) {
         let slope = self.kept_slope(turn);
         let place = |x: f64| turn + kept_and_slope(x).0 / slope;
-        let best = self.largest();
-        let far = (2.0 * (FALL + best - reference)).max(0.0).sqrt();
         let ends = [-far, far].map(|z| mean_restitution((z - turn) * slope));
         let (lo, hi) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
         let sd = self.errors.true_speed.sd;
@@ -356,6 +430,7 @@ impl HiddenSpeed<'_> {
             of_energy: (1.0 + sd / least) / slope.abs(),
             widths: if self.tails == Tails::Normal { 5.0 } else { 2.0 },
         };
+        let sure = Panel { own: 0.0, ..panel };
         let inner = 0f64.clamp(lo, hi);
         for (end, sign) in [(lo, -1.0), (hi, 1.0)] {
             let mut from = inner;
@@ -365,21 +440,34 @@ impl HiddenSpeed<'_> {
                 if rest.is_nan() || rest <= 0.0 {
                     break;
                 }
-                let length = panel.length(from, sign).min(rest);
+                let length = if self.is_certain(from, sign) { sure } else { panel }
+                    .length(from, sign)
+                    .min(rest);
                 let to = if length < rest { from + sign * length } else { end };
                 let after = self.at(place(to));
-                if self.may_count(&before, &after, reference) {
+                if self.may_count(&before, &after, sums.reference) {
                     let (half, middle) = (0.5 * length, from + 0.5 * sign * length);
                     for [node, weight] in GAUSS {
                         for x in [middle - half * node, middle + half * node] {
                             let (y, stretch) = kept_and_slope(x);
-                            add(&self.at(turn + y / slope), half * weight * stretch / slope.abs());
+                            sums.add(&self.at(turn + y / slope), half * weight * stretch / slope.abs());
                         }
                     }
                 }
                 (from, before) = (to, after);
             }
         }
+    }
+
+    /// Whether a run that would rebound with x, or farther on, came out on its side whatever its noise.
+    fn is_certain(&self, x: f64, sign: f64) -> bool {
+        /// spreads of normal noise
+        const CERTAIN: f64 = 6.0;
+        let Seen::On(side, limit) = self.seen else {
+            return false;
+        };
+        let clear = self.tails == Tails::Normal && sign == -side.sign();
+        clear && side.sign() * (limit - x) > CERTAIN * self.spreads.sigma && !self.both()
     }
 
     /// The largest value that the logarithm of the second factor has.
@@ -396,7 +484,7 @@ impl HiddenSpeed<'_> {
     /// Whether something of the integrand may lie between two speeds: not where it is nothing at both and they lie on one
     /// side of what was seen.
     fn may_count(&self, a: &AtSpeed, b: &AtSpeed, reference: f64) -> bool {
-        const NOTHING: f64 = 35.0;
+        const NOTHING: f64 = FALL;
         let one_side = a.of_kept * b.of_kept > 0.0 || !matches!(self.seen, Seen::Rebound(_));
         !(one_side && a.ln < reference - NOTHING && b.ln < reference - NOTHING)
     }

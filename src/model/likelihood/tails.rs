@@ -8,6 +8,7 @@ use rand::Rng;
 use rand_distr::{ChiSquared, Distribution};
 
 use super::normal::{ln_normal_cdf, normal_cdf};
+use super::prepared::CERTAIN;
 use super::student::StudentT;
 use super::sums::{BlockSums, HeavyTails};
 use crate::distributions::{student_t_peak_slope, LN_ROOT_TWO_PI};
@@ -263,6 +264,11 @@ impl Tails {
     /// Log of the probability of less than z.
     pub(super) fn ln_probability(&self, z: f64) -> Probability {
         match self {
+            Tails::Normal if z > CERTAIN => Probability {
+                value: 0.0,
+                z: 0.0,
+                nu: 0.0,
+            },
             Tails::Normal => {
                 let (value, slope) = ln_normal_cdf(z);
                 Probability {
