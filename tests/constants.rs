@@ -212,6 +212,40 @@ const CHANGES: [(&str, Change); 4] = [
     }),
 ];
 
+/// What all speeds share moves L as St moves, and nothing where the scene does not say that it errs.
+#[test]
+fn a_scale_of_all_speeds_is_a_constant_like_the_viscosity() {
+    let seed = seed_of("a_scale_of_all_speeds_is_a_constant_like_the_viscosity");
+    let own_speed = SCENE
+        .replace(
+            "[model]\ninertia = \"saturating\"",
+            "[model]\ninertia = \"saturating\"\ndry_speed_m_s = \"impact\"",
+        )
+        .replace("dry_speed_m_s = 2.0", "dry_speed_m_s = \"impact\"");
+    let data = "runs = \"runs.csv\"";
+    let given = own_speed.replace(data, "runs = \"runs.csv\"\nspeed_rel_sd = 0.02");
+    let place = Place::new(&given);
+    let table = place.draw(seed, None);
+    let findings = findings::fit_least_squares(&place.scene, &table, 1, false);
+    // with e_dry at each run's own speed k v^(1/5) stays as it is, so that L/St is all that moves
+    for (result, expected) in [
+        ("lubrication_log", 1.0),
+        ("inertial_prefactor", 0.0),
+        ("film_scale", 0.0),
+    ] {
+        let moves = elasticity(row(&findings, result, "balance"), "speed");
+        assert!((moves - expected).abs() < 2.5e-5, "{result}: {moves}");
+    }
+    let l = row(&findings, "lubrication_log", "balance");
+    let scale = |_: &mut Scene, runs: &mut Runs| runs.impact_speed.iter_mut().for_each(|speed| *speed *= 1.02);
+    let moved = changed(&place.scene, &table, scale);
+    let by_fit = row(&moved, "lubrication_log", "balance").value - l.value;
+    let told = l.constants_sd.expect("constants err");
+    assert!((told / by_fit - 1.0).abs() < 1e-3, "{told} {by_fit}");
+    let exact = findings::fit_least_squares(&Place::new(&own_speed).scene, &table, 1, false);
+    assert_eq!(elasticity(row(&exact, "lubrication_log", "balance"), "speed"), 0.0);
+}
+
 /// The largest distance between an elasticity told and that of whole fits, as a share of it where it is above one.
 fn worst(findings: &Findings, constant: &str, by_fits: &[f64]) -> f64 {
     let rows = findings.constants.iter().zip(by_fits);

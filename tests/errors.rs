@@ -363,6 +363,16 @@ fn with_errors(place: &Place, test: &str) -> Findings {
     findings::fit_least_squares(&place.scene, &place.read(), 1, true)
 }
 
+/// What is given is not asked for.
+#[test]
+fn errors_of_the_speed_are_asked_for_where_they_are_not_given() {
+    let test = "errors_of_the_speed_are_asked_for_where_they_are_not_given";
+    let place = Place::new(SCENE);
+    let asked_for = |found: &Findings| found.notices.iter().any(|notice| notice.code == "speed_error_matters");
+    assert!(asked_for(&place.infer(seed_of(test))));
+    assert!(!asked_for(&with_errors(&place, test)));
+}
+
 #[test]
 fn a_scene_with_errors_is_weighed_in_every_fit_and_replicate() {
     for scheme in ["cases", "residuals", "parametric"] {

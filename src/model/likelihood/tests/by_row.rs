@@ -159,7 +159,7 @@ fn runs_one_at_a_time_are_summed_as_it_is_written() {
                     let runs = if errors { with_errors(runs) } else { runs };
                     let integrated = errors || noise == NoiseOn::Both;
                     // an integral by very many steps takes its time
-                    let apart = if integrated { 13 } else { 1 };
+                    let apart = if integrated { 40 } else { 1 };
                     for form in forms().into_iter().step_by(apart) {
                         agree(&scene, &runs, form);
                     }
