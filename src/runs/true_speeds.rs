@@ -1,10 +1,11 @@
 //! Says how the true impact speed of each run is distributed where the measured one errs.
 //!
-//! Runs of one series are repeats of one speed where their measured speeds follow one another without a gap of more than
-//! [`GAP`] of their errors. True speeds of repeats are normal; their mean is the mean of the measured ones, their spread what
-//! these scatter by beyond their errors, by moments, where it is more than errors alone leave in 19 of 20 groups, and 0
-//! elsewhere. Given what was measured, a true speed is then normal, too: its measured value drawn towards the mean of the
-//! repeats, whose own standard error widens it. A speed without a repeat is as good as any other before it is measured.
+//! Runs of one series, film ratio and diameter are repeats of one speed where their measured speeds follow one another without
+//! a gap of more than [`GAP`] of their errors. True speeds of repeats are normal; their mean is the mean of the measured ones,
+//! their spread what these scatter by beyond their errors, by moments, where it is more than errors alone leave in 19 of 20
+//! groups. Where it is not, the repeats have one true speed, and what its mean errs by is an error they share. Else, given what
+//! was measured, a true speed is normal, too: its measured value drawn towards the mean of the repeats, whose own standard
+//! error widens it. A speed without a repeat is as good as any other before it is measured.
 
 use std::ops::Range;
 
@@ -35,10 +36,23 @@ impl TrueSpeed {
     };
 }
 
+/// The true impact speeds of runs.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct TrueSpeeds {
+    /// of each run
+    pub of_run: Vec<TrueSpeed>,
+    /// repeats of one setting that have one true speed, by the places of the runs: the standard normal of all of a group is
+    /// the same
+    pub shared: Vec<Vec<usize>>,
+}
+
 impl Runs {
     /// The true speed of every run, given these errors.
-    pub fn true_speeds(&self, errors: &MeasurementErrors) -> Vec<TrueSpeed> {
-        let mut found = vec![TrueSpeed::EXACT; self.len()];
+    pub fn true_speeds(&self, errors: &MeasurementErrors) -> TrueSpeeds {
+        let mut found = TrueSpeeds {
+            of_run: vec![TrueSpeed::EXACT; self.len()],
+            shared: vec![],
+        };
         let wet = self.series.iter().map(|series| series.runs());
         let dry = self.dry.iter().map(|group| group.rebounds.start..group.stuck.end);
         for runs in wet.chain(dry) {
@@ -47,16 +61,21 @@ impl Runs {
         found
     }
 
-    fn find_true_speeds(&self, errors: &MeasurementErrors, runs: Range<usize>, found: &mut [TrueSpeed]) {
+    fn find_true_speeds(&self, errors: &MeasurementErrors, runs: Range<usize>, found: &mut TrueSpeeds) {
         let speed = |run: usize| self.impact_speed[run];
         let sd = |run: usize| errors.impact_speed_sd[run];
+        let setting = |run: &usize| [self.impacts.film_ratio[*run], self.diameter[*run]].map(f64::to_bits);
         let mut order: Vec<usize> = runs.filter(|run| sd(*run) > 0.0).collect();
-        order.sort_by(|a, b| speed(*a).total_cmp(&speed(*b)));
-        let near = |a: &usize, b: &usize| speed(*b) - speed(*a) <= GAP * 0.5 * (sd(*a) + sd(*b));
+        order.sort_by(|a, b| setting(a).cmp(&setting(b)).then(speed(*a).total_cmp(&speed(*b))));
+        let near =
+            |a: &usize, b: &usize| setting(a) == setting(b) && speed(*b) - speed(*a) <= GAP * 0.5 * (sd(*a) + sd(*b));
         for repeats in order.chunk_by(near) {
             let group = Repeats::of(repeats.iter().map(|run| [speed(*run), sd(*run)]));
             for &run in repeats {
-                found[run] = group.true_speed(speed(run), sd(run));
+                found.of_run[run] = group.true_speed(speed(run), sd(run));
+            }
+            if group.runs > 1 && group.spread == 0.0 {
+                found.shared.push(repeats.to_vec());
             }
         }
     }

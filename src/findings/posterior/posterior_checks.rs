@@ -167,7 +167,7 @@ pub(super) fn check_posterior(found: &PosteriorFindings, least_squares: LeastSqu
 pub fn speed_errors(runs: &Runs) -> Option<Check> {
     let speeds = runs.true_speeds(&runs.errors_with_medians()?);
     let wet = || runs.series.iter().flat_map(|series| series.runs());
-    let squares: f64 = wet().map(|run| speeds[run].sd * speeds[run].sd).sum();
+    let squares: f64 = wet().map(|run| speeds.of_run[run].sd.powi(2)).sum();
     let rms = (squares / wet().count().max(1) as f64).sqrt();
     (rms > 0.0).then(|| {
         let text = "true impact speeds of the wet runs, root mean square of their relative standard deviation";

@@ -10,10 +10,11 @@
 use std::ops::Range;
 
 use super::errors::Errors;
-use super::nodes::Nodes;
+use super::hidden_speed::MeasuredRun;
+use super::nodes::{DryRow, Nodes};
 use super::prepared::Likelihood;
 use super::run_density::{RunDensity, Seen, Side, Spreads};
-use super::run_law::{ByRow, RunImpact, RunNoise};
+use super::run_law::{ByRow, RunImpact, RunNoise, WetRow};
 use super::sums::BlockSums;
 use super::tails::Tails;
 use crate::model::parameters::{ParameterKind, COMMON_SLOTS};
@@ -31,6 +32,8 @@ pub(super) struct BlockRows<'b> {
     pub rebounds: Range<usize>,
     pub stuck: Range<usize>,
     pub balance: &'b Balance,
+    /// those of one true speed, group by group
+    pub repeats: &'b [Vec<WetRow>],
 }
 
 impl Likelihood {
@@ -45,8 +48,7 @@ impl Likelihood {
         let RowNoise { own, noise } = *noise;
         let balance = rows.balance;
         let mut all = RunDensity::default();
-        let mut add = |run: RunImpact, seen: Seen, count: f64| {
-            let of = noise.density(run, seen);
+        let mut add = |of: RunDensity, count: f64| {
             all.value += count * of.value;
             all.sigma += count * of.sigma;
             all.energy += count * of.energy;
@@ -55,21 +57,60 @@ impl Likelihood {
             sums.viscous += count * of.viscous;
             sums.dry -= 0.5 * count * of.dry_k;
         };
-        let run = |nodes: &Nodes, errors: &[Errors], node: usize| RunImpact {
+        let errors = |all: &[Errors], node: usize| all.get(node).copied().unwrap_or(Errors::NONE);
+        let run = |nodes: &Nodes, errors: Errors, node: usize| RunImpact {
             balance,
             impact: nodes.impact(node),
-            errors: errors.get(node).copied().unwrap_or(Errors::NONE),
+            errors,
         };
+        let rebounded = Seen::On(Side::Above, self.limit);
+        let stuck = Seen::On(Side::Below, self.limit);
         for node in rows.rebounds {
-            let run = run(&self.rebounds, &own.rebounds, node);
-            add(run, Seen::Rebound(self.rebounds.restitution[node]), 1.0);
+            let errors = errors(&own.rebounds, node);
+            if errors.is_shared {
+                continue;
+            }
+            let run = run(&self.rebounds, errors, node);
+            add(noise.density(run, Seen::Rebound(self.rebounds.restitution[node])), 1.0);
             if self.truncated {
-                add(run, Seen::On(Side::Above, self.limit), -1.0);
+                add(noise.density(run, rebounded), -1.0);
             }
         }
         for node in rows.stuck {
-            let run = run(&self.stuck, &own.stuck, node);
-            add(run, Seen::On(Side::Below, self.limit), self.stuck.count[node]);
+            let errors = errors(&own.stuck, node);
+            if !errors.is_shared {
+                add(
+                    noise.density(run(&self.stuck, errors, node), stuck),
+                    self.stuck.count[node],
+                );
+            }
+        }
+        let over = |rows: &[WetRow], seen: &dyn Fn(&WetRow) -> Seen| {
+            let known = rows.iter().map(|row| MeasuredRun {
+                seen: seen(row),
+                errors: match *row {
+                    WetRow::Rebound(node) => own.rebounds[node],
+                    WetRow::Stuck(node) => own.stuck[node],
+                },
+            });
+            let known: Vec<MeasuredRun> = known.collect();
+            let impact = match rows[0] {
+                WetRow::Rebound(node) => self.rebounds.impact(node),
+                WetRow::Stuck(node) => self.stuck.impact(node),
+            };
+            noise.repeats(balance, impact, &known).integrate()
+        };
+        for group in rows.repeats {
+            let seen = |row: &WetRow| match *row {
+                WetRow::Rebound(node) => Seen::Rebound(self.rebounds.restitution[node]),
+                WetRow::Stuck(_) => stuck,
+            };
+            add(over(group, &seen), 1.0);
+            let rebounds = group.iter().filter(|row| matches!(row, WetRow::Rebound(_)));
+            let rebounds: Vec<WetRow> = rebounds.copied().collect();
+            if self.truncated && !rebounds.is_empty() {
+                add(over(&rebounds, &|_| rebounded), -1.0);
+            }
         }
         slopes[ParameterKind::SigmaWet.slot()] += all.sigma;
         slopes[ParameterKind::SigmaEnergy.slot()] += all.energy;
@@ -88,33 +129,58 @@ impl Likelihood {
             wet: false,
         };
         let mut value = 0.0;
-        for row in &own.dry {
+        let mut add = |place_of_k: usize, of: RunDensity, count: f64| {
+            value += count * of.value;
+            slopes[place_of_k] += count * of.dry_k;
+            slopes[ParameterKind::SigmaDry.slot()] += count * of.sigma;
+            slopes[ParameterKind::Nu.slot()] += count * of.nu;
+        };
+        let rebounded = Seen::On(Side::Above, self.limit);
+        let seen = |row: &DryRow| row.restitution.map_or(Seen::On(Side::Below, self.limit), Seen::Rebound);
+        let impact = |row: &DryRow| Impact {
+            dry_root: row.dry_root,
+            over_stokes: 0.0,
+            fixed: [0.0; 2],
+        };
+        for row in own.dry.iter().filter(|row| !row.errors.is_shared) {
             let place_of_k = COMMON_SLOTS + row.sphere;
             let balance = Balance::dry(self.form.dry, full[place_of_k]);
             let run = RunImpact {
                 balance: &balance,
-                impact: Impact {
-                    dry_root: row.dry_root,
-                    over_stokes: 0.0,
-                    fixed: [0.0; 2],
-                },
+                impact: impact(row),
                 errors: row.errors,
             };
-            let mut add = |seen: Seen, count: f64| {
-                let of = noise.density(run, seen);
-                value += count * of.value;
-                slopes[place_of_k] += count * of.dry_k;
-                slopes[ParameterKind::SigmaDry.slot()] += count * of.sigma;
-                slopes[ParameterKind::Nu.slot()] += count * of.nu;
+            add(place_of_k, noise.density(run, seen(row)), 1.0);
+            if self.truncated && row.restitution.is_some() {
+                add(place_of_k, noise.density(run, rebounded), -1.0);
+            }
+        }
+        for group in &own.dry_repeats {
+            let first = &own.dry[group[0]];
+            let place_of_k = COMMON_SLOTS + first.sphere;
+            let balance = Balance::dry(self.form.dry, full[place_of_k]);
+            let known = |rows: &[&DryRow], seen: &dyn Fn(&DryRow) -> Seen| -> Vec<MeasuredRun> {
+                let each = rows.iter().map(|row| MeasuredRun {
+                    seen: seen(row),
+                    errors: row.errors,
+                });
+                each.collect()
             };
-            match row.restitution {
-                Some(e) => {
-                    add(Seen::Rebound(e), 1.0);
-                    if self.truncated {
-                        add(Seen::On(Side::Above, self.limit), -1.0);
-                    }
-                }
-                None => add(Seen::On(Side::Below, self.limit), 1.0),
+            let rows: Vec<&DryRow> = group.iter().map(|row| &own.dry[*row]).collect();
+            let all = known(&rows, &seen);
+            add(
+                place_of_k,
+                noise.repeats(&balance, impact(first), &all).integrate(),
+                1.0,
+            );
+            let rebounds: Vec<&DryRow> = rows.into_iter().filter(|row| row.restitution.is_some()).collect();
+            if let Some(first) = rebounds.first().filter(|_| self.truncated) {
+                let all = known(&rebounds, &|_| rebounded);
+                add(
+                    place_of_k,
+                    noise.repeats(&balance, impact(first), &all).integrate(),
+                    -1.0,
+                );
             }
         }
         value

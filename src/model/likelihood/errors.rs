@@ -1,6 +1,6 @@
 //! Holds what the measurement of a run errs by.
 
-use crate::runs::{MeasurementErrors, Runs, TrueSpeed};
+use crate::runs::{MeasurementErrors, Runs, TrueSpeed, TrueSpeeds};
 
 /// What the measurement of a run errs by.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,6 +13,8 @@ pub(super) struct Errors {
     pub correlation: f64,
     /// the true impact speed over the measured one
     pub true_speed: TrueSpeed,
+    /// whether other runs have the same true speed
+    pub is_shared: bool,
 }
 
 impl Errors {
@@ -22,7 +24,15 @@ impl Errors {
         restitution: 0.0,
         correlation: 0.0,
         true_speed: TrueSpeed::EXACT,
+        is_shared: false,
     };
+
+    /// The true impact speed over the measured one, at so many standard deviations from its mean; nothing below a hundredth
+    /// is counted.
+    #[inline]
+    pub fn ratio(&self, z: f64) -> f64 {
+        (self.true_speed.mean + self.true_speed.sd * z).max(0.01)
+    }
 
     /// c = ρ u v/s: by how much of 1 − v_t/v the restitution errs with the impact speed; 0 where that does not err.
     pub fn shared(&self) -> f64 {
@@ -38,16 +48,24 @@ impl Errors {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct RunErrors {
     measured: MeasurementErrors,
-    true_speeds: Vec<TrueSpeed>,
+    true_speeds: TrueSpeeds,
+    /// whether other runs have the same true speed
+    is_shared: Vec<bool>,
 }
 
 impl RunErrors {
     /// `None` where no run has any.
     pub fn of(runs: &Runs) -> Option<RunErrors> {
         let measured = runs.errors_with_medians()?;
+        let true_speeds = runs.true_speeds(&measured);
+        let mut is_shared = vec![false; runs.len()];
+        for run in true_speeds.shared.iter().flatten() {
+            is_shared[*run] = true;
+        }
         Some(RunErrors {
-            true_speeds: runs.true_speeds(&measured),
             measured,
+            true_speeds,
+            is_shared,
         })
     }
 
@@ -58,7 +76,13 @@ impl RunErrors {
             speed: speed / impact_speed,
             restitution,
             correlation: self.measured.correlation(run),
-            true_speed: self.true_speeds[run],
+            true_speed: self.true_speeds.of_run[run],
+            is_shared: self.is_shared[run],
         }
+    }
+
+    /// Groups of runs that have one true speed.
+    pub fn shared_speeds(&self) -> &[Vec<usize>] {
+        &self.true_speeds.shared
     }
 }

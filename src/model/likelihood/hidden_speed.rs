@@ -1,9 +1,10 @@
-//! Integrates over the true impact speed of a run whose measured one errs.
+//! Integrates over the true impact speed of a run whose measured one errs, or of repeats that share one.
 //!
 //! Symbols: q = v_t/v, the true speed over the measured one, q = q̄ + s̄ z with z standard normal; e = v_r/v as measured. At a
 //! true speed the rebound speed is measured about m(r(q)) v_t with σ v_t and its own error, of which the error of the impact
 //! speed, then known, explains a part where both are correlated: e is distributed about M = m(r(q)) q + c (1 − q) with
-//! S² = σ² q² + (1 − ρ²) u², c = ρ u v/s. Whether a run sticks depends on its true speed alone.
+//! S² = σ² q² + (1 − ρ²) u², c = ρ u v/s. Whether a run sticks depends on its true speed alone. Repeats of one true speed
+//! have one z, and their densities at it are multiplied: what their mean errs by is an error of all of them.
 //!
 //! Where nothing turns within reach the trapezoidal rule in z is exact to 1e-9. Where r has its zero there, at z₀, the
 //! integral is taken in x with z = z₀ + m⁻¹(x)/r′(z₀), which makes m(r) as smooth as the rest, by Gauss's rule on panels
@@ -17,21 +18,28 @@ use crate::distributions::LN_ROOT_TWO_PI;
 use crate::physics::balance::{Balance, Impact};
 use crate::physics::rebound::{kept_and_slope, mean_and_slope, mean_restitution, TURN};
 
-/// A run with what is known of it and of its speed.
+/// What is known of a run, and what its measurement errs by.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct MeasuredRun {
+    pub seen: Seen,
+    pub errors: Errors,
+}
+
+/// A run, or runs of one setting and one true speed, with what is known of them.
 #[derive(Clone, Copy)]
 pub(super) struct HiddenSpeed<'b> {
     pub tails: Tails,
     pub spreads: Spreads,
     pub balance: &'b Balance,
-    /// at the measured speed
+    /// at the measured speed of the first
     pub impact: Impact,
     /// whether there was a liquid
     pub wet: bool,
-    pub seen: Seen,
-    pub errors: Errors,
+    /// at least one
+    pub runs: &'b [MeasuredRun],
 }
 
-/// What a run is at one true speed.
+/// What runs are at one true speed.
 #[derive(Clone, Copy)]
 struct AtSpeed {
     impact: Impact,
@@ -41,7 +49,7 @@ struct AtSpeed {
     kept_slope_k: f64,
     /// ln of what is integrated over z, without the constant of φ
     ln: f64,
-    /// slopes of its second factor in r, σ, σ_r and ν
+    /// slopes of all factors but φ in r, σ, σ_r and ν
     of_kept: f64,
     of_sigma: f64,
     of_energy: f64,
@@ -96,6 +104,8 @@ struct Reach {
     ln: f64,
     /// distance of z from 0 beyond which it is nothing
     far: f64,
+    /// the logarithm falls by this much to where it is nothing
+    fall: f64,
     /// z₀, where r is zero, nearer than that
     turn: Option<f64>,
 }
@@ -103,15 +113,12 @@ struct Reach {
 impl HiddenSpeed<'_> {
     /// The log density or probability, with slopes.
     pub fn integrate(&self) -> RunDensity {
-        let reach = self.reach();
+        let reach = self.reach(FALL);
         let mut sums = Sums {
             reference: reach.ln,
             of: [0.0; 7],
         };
-        match reach.turn {
-            Some(turn) => self.over_panels(turn, reach.far, &mut sums),
-            None => self.over_steps(reach.near, &mut sums),
-        }
+        self.over_nodes(reach, &mut |_, at, weight| sums.add(at, weight));
         let Sums {
             reference,
             of: [mass, sigma, energy, nu, kept, viscous, dry_k],
@@ -127,9 +134,74 @@ impl HiddenSpeed<'_> {
         }
     }
 
-    /// q, of which nothing below a hundredth is counted.
+    /// The log density of each run given the others: that of all less that of the others.
+    pub fn given_the_others(&self) -> Vec<f64> {
+        /// twice as far down as is seen of all: a run that is off leaves the others where all together have little
+        const FAR: f64 = 2.0 * FALL;
+        /// a run that is farther off than this leaves them where all together have nothing
+        const OFF: f64 = 12.0;
+        let reach = self.reach(FAR);
+        let mut all = 0.0;
+        let mut without = vec![0.0; self.runs.len()];
+        self.over_nodes(reach, &mut |z, at, weight| {
+            all += weight * (at.ln - reach.ln).exp();
+            for (sum, run) in without.iter_mut().zip(self.runs) {
+                let own = self.of(run).factors(z, at.impact).ln;
+                *sum += weight * (at.ln - own - reach.ln).exp();
+            }
+        });
+        let each = self.runs.iter().zip(without).enumerate();
+        each.map(|(place, (run, without))| {
+            let given = all.ln() - without.ln();
+            if self.of(run).largest() - given < OFF {
+                given
+            } else {
+                all.ln() + reach.ln - LN_ROOT_TWO_PI - self.without(place)
+            }
+        })
+        .collect()
+    }
+
+    /// The same with one of the runs alone, at the impact of the first.
+    fn of<'r>(&self, run: &'r MeasuredRun) -> HiddenSpeed<'r>
+    where
+        Self: 'r,
+    {
+        HiddenSpeed {
+            runs: std::slice::from_ref(run),
+            tails: self.tails,
+            spreads: self.spreads,
+            balance: self.balance,
+            impact: self.impact,
+            wet: self.wet,
+        }
+    }
+
+    /// The log density of all runs but one.
+    fn without(&self, place: usize) -> f64 {
+        let mut others = self.runs.to_vec();
+        others.remove(place);
+        let Some(first) = others.first() else {
+            return 0.0;
+        };
+        // speeds are as the mean of the true one over them
+        let ratio = self.first().true_speed.mean / first.errors.true_speed.mean;
+        let others = HiddenSpeed {
+            impact: self.balance.at_speed_ratio(&self.impact, ratio),
+            runs: &others,
+            ..*self
+        };
+        others.integrate().value
+    }
+
+    /// The run whose measured speed impacts are counted from.
+    fn first(&self) -> &Errors {
+        &self.runs[0].errors
+    }
+
+    /// q of the first run, of which nothing below a hundredth is counted.
     fn ratio(&self, z: f64) -> f64 {
-        (self.errors.true_speed.mean + self.errors.true_speed.sd * z).max(0.01)
+        self.first().ratio(z)
     }
 
     fn impact(&self, z: f64) -> Impact {
@@ -155,7 +227,7 @@ impl HiddenSpeed<'_> {
             // v d/dv is a fifth of k d/dk
             0.2 * self.balance.dry_k * self.balance.e_dry(at.dry_root)[1]
         };
-        in_log_speed * self.errors.true_speed.sd / self.ratio(z)
+        in_log_speed * self.first().true_speed.sd / self.ratio(z)
     }
 
     /// m(r) and its slope; of a dry run r is its mean restitution already.
@@ -167,43 +239,50 @@ impl HiddenSpeed<'_> {
         }
     }
 
-    /// S², without noise on the energy kept.
-    fn variance(&self, ratio: f64) -> f64 {
+    /// S² of a run, without noise on the energy kept.
+    fn variance(&self, errors: &Errors, ratio: f64) -> f64 {
         let Errors {
             restitution,
             correlation,
             ..
-        } = self.errors;
+        } = errors;
         let sigma = self.spreads.sigma * ratio;
         sigma * sigma + (1.0 - correlation * correlation) * restitution * restitution
     }
 
     fn at(&self, z: f64) -> AtSpeed {
-        let ratio = self.ratio(z);
-        let impact = self.impact(z);
+        let mut found = self.factors(z, self.impact(z));
+        found.ln -= 0.5 * z * z;
+        found
+    }
+
+    /// All factors but φ, at an impact with the true speed of z.
+    fn factors(&self, z: f64, impact: Impact) -> AtSpeed {
         let (kept, kept_slope_k) = self.kept(&impact);
         let mut found = AtSpeed {
             impact,
             kept,
             kept_slope_k,
-            ln: -0.5 * z * z,
+            ln: 0.0,
             of_kept: 0.0,
             of_sigma: 0.0,
             of_energy: 0.0,
             of_nu: 0.0,
         };
-        match self.seen {
-            Seen::Rebound(e) => self.add_rebound(&mut found, ratio, e),
-            Seen::On(side, limit) => self.add_side(&mut found, side, limit),
-            Seen::Measured(side, e) => self.add_measured(&mut found, ratio, side, e),
+        for MeasuredRun { seen, errors } in self.runs {
+            match *seen {
+                Seen::Rebound(e) => self.add_rebound(&mut found, errors, errors.ratio(z), e),
+                Seen::On(side, limit) => self.add_side(&mut found, side, limit),
+                Seen::Measured(side, e) => self.add_measured(&mut found, errors, errors.ratio(z), (side, e)),
+            }
         }
         found
     }
 
-    fn add_rebound(&self, at: &mut AtSpeed, ratio: f64, e: f64) {
-        let variance = self.variance(ratio);
+    fn add_rebound(&self, at: &mut AtSpeed, errors: &Errors, ratio: f64, e: f64) {
+        let variance = self.variance(errors, ratio);
         // of the rebound speed over the true one
-        let e = e - self.errors.shared() * (1.0 - ratio);
+        let e = e - errors.shared() * (1.0 - ratio);
         if self.both() {
             let spread = variance.sqrt();
             let spreads = Spreads {
@@ -212,25 +291,28 @@ impl HiddenSpeed<'_> {
             };
             let of = convolution::ln_density(self.tails, e / ratio, at.kept, spreads);
             at.ln += of.value - ratio.ln();
-            at.of_kept = of.kept;
-            at.of_sigma = of.sigma * self.spreads.sigma * ratio / spread;
-            at.of_energy = of.energy;
-            at.of_nu = of.nu;
+            at.of_kept += of.kept;
+            at.of_sigma += of.sigma * self.spreads.sigma * ratio / spread;
+            at.of_energy += of.energy;
+            at.of_nu += of.nu;
             return;
         }
         let (mean, slope) = self.mean(at.kept);
         let density = self.tails.ln_density(e - mean * ratio, variance, 1.0);
         at.ln += density.value;
-        at.of_kept = density.mean * ratio * slope;
-        at.of_sigma = density.variance * 2.0 * self.spreads.sigma * ratio * ratio;
-        at.of_nu = density.nu;
+        at.of_kept += density.mean * ratio * slope;
+        at.of_sigma += density.variance * 2.0 * self.spreads.sigma * ratio * ratio;
+        at.of_nu += density.nu;
     }
 
     fn add_side(&self, at: &mut AtSpeed, side: Side, limit: f64) {
         if self.both() {
             let of = convolution::ln_probability(self.tails, side, limit, at.kept, self.spreads);
             at.ln += of.value;
-            (at.of_kept, at.of_sigma, at.of_energy, at.of_nu) = (of.kept, of.sigma, of.energy, of.nu);
+            at.of_kept += of.kept;
+            at.of_sigma += of.sigma;
+            at.of_energy += of.energy;
+            at.of_nu += of.nu;
             return;
         }
         let (mean, slope) = self.mean(at.kept);
@@ -239,15 +321,15 @@ impl HiddenSpeed<'_> {
         let z = sign * (limit - mean) / sigma;
         let probability = self.tails.ln_probability(z);
         at.ln += probability.value;
-        at.of_kept = -sign * probability.z / sigma * slope;
-        at.of_sigma = -probability.z * z / sigma;
-        at.of_nu = probability.nu;
+        at.of_kept -= sign * probability.z / sigma * slope;
+        at.of_sigma -= probability.z * z / sigma;
+        at.of_nu += probability.nu;
     }
 
     /// The probability that it is measured on a side; without slopes in the spreads and in ν.
-    fn add_measured(&self, at: &mut AtSpeed, ratio: f64, side: Side, e: f64) {
-        let spread = self.variance(ratio).sqrt();
-        let e = e - self.errors.shared() * (1.0 - ratio);
+    fn add_measured(&self, at: &mut AtSpeed, errors: &Errors, ratio: f64, (side, e): (Side, f64)) {
+        let spread = self.variance(errors, ratio).sqrt();
+        let e = e - errors.shared() * (1.0 - ratio);
         if self.both() {
             let spreads = Spreads {
                 sigma: spread / ratio,
@@ -255,14 +337,14 @@ impl HiddenSpeed<'_> {
             };
             let of = convolution::ln_probability(self.tails, side, e / ratio, at.kept, spreads);
             at.ln += of.value;
-            at.of_kept = of.kept;
+            at.of_kept += of.kept;
             return;
         }
         let (mean, slope) = self.mean(at.kept);
         let sign = side.sign();
         let probability = self.tails.ln_probability(sign * (e - mean * ratio) / spread);
         at.ln += probability.value;
-        at.of_kept = -sign * probability.z * ratio / spread * slope;
+        at.of_kept -= sign * probability.z * ratio / spread * slope;
     }
 
     /// Whether noise acts on the energy kept, too.
@@ -270,19 +352,30 @@ impl HiddenSpeed<'_> {
         self.wet && self.spreads.energy > 0.0
     }
 
-    /// dM/dz over S: by how much the second factor narrows the first.
+    /// By how much the other factors narrow φ: the root of the sum of squares of dM/dz over S.
     fn narrowing(&self, z: f64) -> f64 {
-        let ratio = self.ratio(z);
         let (mean, slope) = self.mean(self.kept(&self.impact(z)).0);
         let of_mean = slope * self.kept_slope(z);
         let energy = if self.wet { self.spreads.energy * slope } else { 0.0 };
-        match self.seen {
+        let of_run = |MeasuredRun { seen, errors }: &MeasuredRun| match seen {
             Seen::Rebound(_) | Seen::Measured(..) => {
-                let moved = ratio * of_mean + (mean - self.errors.shared()) * self.errors.true_speed.sd;
-                moved / (self.variance(ratio) + (ratio * energy).powi(2)).sqrt()
+                let ratio = errors.ratio(z);
+                let moved = ratio * of_mean + (mean - errors.shared()) * errors.true_speed.sd;
+                moved * moved / (self.variance(errors, ratio) + (ratio * energy).powi(2))
             }
-            Seen::On(..) => of_mean / self.spreads.sigma.hypot(energy),
-        }
+            Seen::On(..) => (of_mean / self.spreads.sigma.hypot(energy)).powi(2),
+        };
+        self.runs.iter().map(of_run).sum::<f64>().sqrt()
+    }
+
+    /// Whether all that is known is on which side runs came out.
+    fn is_of_sides(&self) -> bool {
+        self.runs.iter().all(|run| matches!(run.seen, Seen::On(..)))
+    }
+
+    /// Whether all runs were measured where they rebounded.
+    fn is_of_rebounds(&self) -> bool {
+        self.runs.iter().all(|run| matches!(run.seen, Seen::Rebound(_)))
     }
 
     /// About where the integrand is largest: steps of Newton's with a curvature that is not too small.
@@ -318,15 +411,17 @@ impl HiddenSpeed<'_> {
     }
 
     /// About where the integrand is large, and how far from z = 0 it counts.
-    fn reach(&self) -> Reach {
+    fn reach(&self, fall: f64) -> Reach {
         /// of the way from the measured speed to the turn
         const PLACES: usize = 8;
-        let far = |ln: f64| (2.0 * (FALL + self.largest() - ln)).max(0.0).sqrt();
+        let largest = self.largest();
+        let far = |ln: f64| (2.0 * (fall + largest - ln)).max(0.0).sqrt();
         let at_zero = self.at(0.0).ln;
         let mut found = Reach {
             near: 0.0,
             ln: at_zero,
             far: far(at_zero),
+            fall,
             turn: None,
         };
         let look_at = |z: f64, found: &mut Reach| {
@@ -336,16 +431,20 @@ impl HiddenSpeed<'_> {
             }
         };
         let turn = self.turn(far(at_zero));
-        let is_side = matches!(self.seen, Seen::On(..));
+        let is_side = self.is_of_sides();
         match turn.filter(|_| is_side) {
             // the mode lies between both, where there is hardly a slope to follow
             Some(turn) => (1..=PLACES).for_each(|place| look_at(turn * place as f64 / PLACES as f64, &mut found)),
             None => look_at(self.mode(), &mut found),
         }
-        found.turn = turn.filter(|turn| match self.seen {
-            // what is nothing at the turn has all its mass on one side of it
-            Seen::Rebound(_) => self.at(*turn).ln > found.ln - FALL,
-            Seen::On(..) | Seen::Measured(..) => (turn - found.near).abs() < REACH,
+        let of_rebounds = self.is_of_rebounds();
+        found.turn = turn.filter(|turn| {
+            if of_rebounds {
+                // what is nothing at the turn has all its mass on one side of it
+                self.at(*turn).ln > found.ln - fall
+            } else {
+                (turn - found.near).abs() < REACH
+            }
         });
         if is_side && turn.is_some() && found.turn.is_none() {
             look_at(self.mode(), &mut found);
@@ -387,47 +486,60 @@ impl HiddenSpeed<'_> {
         Some(z)
     }
 
+    /// Gives every node, z with the integrand there and its weight, to a sum.
+    fn over_nodes(&self, reach: Reach, add: &mut impl FnMut(f64, &AtSpeed, f64)) {
+        match reach.turn {
+            Some(turn) => self.over_panels(turn, reach, add),
+            None => self.over_steps(reach, add),
+        }
+    }
+
     /// The trapezoidal rule from the mode to both sides, until nothing is left.
-    fn over_steps(&self, mode: f64, sums: &mut Sums) {
+    fn over_steps(&self, reach: Reach, add: &mut impl FnMut(f64, &AtSpeed, f64)) {
         /// steps a width, of a normal integrand and of one with Student's tails
         const SHARE: [f64; 2] = [0.8, 0.3];
         let width = |z: f64| 1.0 / (1.0 + self.narrowing(z).powi(2)).sqrt();
+        let mode = reach.near;
         let here = width(mode);
         let narrowest = here.min(width(mode - 5.0 * here)).min(width(mode + 5.0 * here));
         let step = narrowest * SHARE[usize::from(self.tails != Tails::Normal)];
-        sums.add(&self.at(mode), step);
+        add(mode, &self.at(mode), step);
         for sign in [-1.0, 1.0] {
             for index in 1..MOST_PANELS {
-                let at = self.at(mode + sign * step * index as f64);
+                let z = mode + sign * step * index as f64;
+                let at = self.at(z);
                 // also where it is no number
-                if at.ln.is_nan() || at.ln <= sums.reference - FALL {
+                if at.ln.is_nan() || at.ln <= reach.ln - reach.fall {
                     break;
                 }
-                sums.add(&at, step);
+                add(z, &at, step);
             }
         }
     }
 
     /// Gauss's rule on panels from the turn outwards.
-    fn over_panels(&self, turn: f64, far: f64, sums: &mut Sums) {
+    fn over_panels(&self, turn: f64, reach: Reach, add: &mut impl FnMut(f64, &AtSpeed, f64)) {
         let slope = self.kept_slope(turn);
         let place = |x: f64| turn + kept_and_slope(x).0 / slope;
-        let ends = [-far, far].map(|z| mean_restitution((z - turn) * slope));
+        let ends = [-reach.far, reach.far].map(|z| mean_restitution((z - turn) * slope));
         let (lo, hi) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
-        let sd = self.errors.true_speed.sd;
-        let ratio = self.ratio(far).max(self.ratio(-far));
-        let least = match self.seen {
-            Seen::Rebound(_) | Seen::Measured(..) => self.variance(self.ratio(far).min(self.ratio(-far))).sqrt(),
-            Seen::On(..) => self.spreads.sigma,
-        };
-        // beside z itself what e = v_r/v moves by with the speed
-        let (moved, sd) = match self.seen {
-            Seen::Rebound(_) | Seen::Measured(..) => (ratio, sd),
-            Seen::On(..) => (1.0, 0.0),
-        };
+        // what a run's factor moves by with x, and beside x with z, in its spreads
+        let (mut own, mut beside) = (0.0, 0.0);
+        for MeasuredRun { seen, errors } in self.runs {
+            let (ratio, sd, least) = match seen {
+                Seen::Rebound(_) | Seen::Measured(..) => {
+                    let ratios = [-reach.far, reach.far].map(|z| errors.ratio(z));
+                    let least = self.variance(errors, ratios[0].min(ratios[1])).sqrt();
+                    (ratios[0].max(ratios[1]), errors.true_speed.sd, least)
+                }
+                Seen::On(..) => (1.0, 0.0, self.spreads.sigma),
+            };
+            own += (ratio / least).powi(2);
+            beside += (sd / least).powi(2);
+        }
         let panel = Panel {
-            own: moved / least,
-            of_energy: (1.0 + sd / least) / slope.abs(),
+            own: own.sqrt(),
+            of_energy: (1.0 + beside.sqrt()) / slope.abs(),
             widths: if self.tails == Tails::Normal { 5.0 } else { 2.0 },
         };
         let sure = Panel { own: 0.0, ..panel };
@@ -445,12 +557,13 @@ impl HiddenSpeed<'_> {
                     .min(rest);
                 let to = if length < rest { from + sign * length } else { end };
                 let after = self.at(place(to));
-                if self.may_count(&before, &after, sums.reference) {
+                if self.may_count(&before, &after, reach) {
                     let (half, middle) = (0.5 * length, from + 0.5 * sign * length);
                     for [node, weight] in GAUSS {
                         for x in [middle - half * node, middle + half * node] {
                             let (y, stretch) = kept_and_slope(x);
-                            sums.add(&self.at(turn + y / slope), half * weight * stretch / slope.abs());
+                            let z = turn + y / slope;
+                            add(z, &self.at(z), half * weight * stretch / slope.abs());
                         }
                     }
                 }
@@ -459,34 +572,37 @@ impl HiddenSpeed<'_> {
         }
     }
 
-    /// Whether a run that would rebound with x, or farther on, came out on its side whatever its noise.
+    /// Whether runs that would rebound with x, or farther on, came out on their side whatever their noise.
     fn is_certain(&self, x: f64, sign: f64) -> bool {
         /// spreads of normal noise
         const CERTAIN: f64 = 6.0;
-        let Seen::On(side, limit) = self.seen else {
-            return false;
+        let clear = |run: &MeasuredRun| {
+            let Seen::On(side, limit) = run.seen else {
+                return false;
+            };
+            sign == -side.sign() && side.sign() * (limit - x) > CERTAIN * self.spreads.sigma
         };
-        let clear = self.tails == Tails::Normal && sign == -side.sign();
-        clear && side.sign() * (limit - x) > CERTAIN * self.spreads.sigma && !self.both()
+        self.tails == Tails::Normal && !self.both() && self.runs.iter().all(clear)
     }
 
-    /// The largest value that the logarithm of the second factor has.
+    /// The largest value that the logarithm of all factors but φ has.
     fn largest(&self) -> f64 {
-        match self.seen {
+        let of_run = |MeasuredRun { seen, errors }: &MeasuredRun| match seen {
             Seen::Rebound(_) => {
-                let least = self.variance(self.ratio(-REACH)).max(f64::MIN_POSITIVE);
+                let least = self.variance(errors, errors.ratio(-REACH)).max(f64::MIN_POSITIVE);
                 self.tails.ln_density(0.0, least, 1.0).value
             }
             Seen::On(..) | Seen::Measured(..) => 0.0,
-        }
+        };
+        self.runs.iter().map(of_run).sum()
     }
 
     /// Whether something of the integrand may lie between two speeds: not where it is nothing at both and they lie on one
     /// side of what was seen.
-    fn may_count(&self, a: &AtSpeed, b: &AtSpeed, reference: f64) -> bool {
-        const NOTHING: f64 = FALL;
-        let one_side = a.of_kept * b.of_kept > 0.0 || !matches!(self.seen, Seen::Rebound(_));
-        !(one_side && a.ln < reference - NOTHING && b.ln < reference - NOTHING)
+    fn may_count(&self, a: &AtSpeed, b: &AtSpeed, reach: Reach) -> bool {
+        let nothing = reach.ln - reach.fall;
+        let one_side = a.of_kept * b.of_kept > 0.0 || !self.runs.iter().any(|run| matches!(run.seen, Seen::Rebound(_)));
+        !(one_side && a.ln < nothing && b.ln < nothing)
     }
 }
 

@@ -145,6 +145,7 @@ impl Likelihood {
                 rebounds: one_by_one,
                 stuck: block.stuck.clone(),
                 balance,
+                repeats: noise.own.repeats.get(place).map_or(&[], Vec::as_slice),
             };
             value += self.run_by_run(rows, noise, slopes, &mut sums);
             of_films[block.film].add(block, sums, slopes);

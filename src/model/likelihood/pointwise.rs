@@ -6,10 +6,13 @@ mod columns;
 pub use by_run::AtDraws;
 pub use columns::Stretch;
 
+use std::sync::OnceLock;
+
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::errors::{Errors, RunErrors};
+use super::hidden_speed::{HiddenSpeed, MeasuredRun};
 use super::normal::normal_score;
 use super::run_density::{Seen, Side, Spreads};
 use super::run_law::{RunImpact, RunNoise};
@@ -74,6 +77,8 @@ pub struct EvaluatedLaw<'p, 'r> {
     wet: NoiseSd,
     /// σ_r, where noise acts on the energy kept, too
     energy: Option<f64>,
+    /// log density of each run given those that share its true speed, where some do
+    given_the_others: OnceLock<Vec<f64>>,
 }
 
 /// A spread with its logarithm.
@@ -241,6 +246,7 @@ impl<'r> Pointwise<'r> {
             dry: NoiseSd::of(of(ParameterKind::SigmaDry)),
             wet: NoiseSd::of(of(ParameterKind::SigmaWet)),
             energy: self.both.then(|| of(ParameterKind::SigmaEnergy)),
+            given_the_others: OnceLock::new(),
         }
     }
 }
@@ -270,23 +276,72 @@ impl EvaluatedLaw<'_, '_> {
         errors.map_or(Errors::NONE, |errors| errors.at(run, runs.impact_speed[run]))
     }
 
-    /// Log density or probability of what is known of a run, integrated over what is hidden of it.
-    fn integrated(&self, run: usize, seen: Seen) -> f64 {
-        let setting = self.pointwise.setting[run] as usize;
-        let noise = RunNoise {
+    /// The noise of a run.
+    fn noise(&self, run: usize) -> RunNoise {
+        RunNoise {
             tails: self.tails,
             spreads: Spreads {
                 sigma: self.spread(run).sigma,
                 energy: self.energy(run).unwrap_or(0.0),
             },
             wet: run >= self.pointwise.dry,
-        };
+        }
+    }
+
+    /// Log density or probability of what is known of a run, integrated over what is hidden of it.
+    fn integrated(&self, run: usize, seen: Seen) -> f64 {
+        let setting = self.pointwise.setting[run] as usize;
         let at = RunImpact {
             balance: &self.balances[setting],
             impact: self.pointwise.settings[setting].impact,
             errors: self.errors_of(run),
         };
-        noise.density(at, seen).value
+        self.noise(run).density(at, seen).value
+    }
+
+    /// What is known of a run: its restitution, or that it stuck.
+    fn seen(&self, run: usize) -> Seen {
+        if self.pointwise.stuck[run] {
+            Seen::On(Side::Below, self.pointwise.limit)
+        } else {
+            Seen::Rebound(self.pointwise.runs.restitution[run])
+        }
+    }
+
+    /// Gives runs that share a true speed, with what is said to be known of each, to a function of their integral.
+    fn with_repeats<T>(&self, group: &[usize], seen: impl Fn(usize) -> Seen, of: impl Fn(HiddenSpeed) -> T) -> T {
+        let known = group.iter().map(|run| MeasuredRun {
+            seen: seen(*run),
+            errors: self.errors_of(*run),
+        });
+        let known: Vec<MeasuredRun> = known.collect();
+        let setting = self.pointwise.setting[group[0]] as usize;
+        let impact = self.pointwise.settings[setting].impact;
+        of(self.noise(group[0]).repeats(&self.balances[setting], impact, &known))
+    }
+
+    /// Log density of each run given those that share its true speed; 0 of a run that shares it with none.
+    fn given_the_others(&self) -> &[f64] {
+        self.given_the_others.get_or_init(|| {
+            let mut found = vec![0.0; self.pointwise.len()];
+            let rebounded = Seen::On(Side::Above, self.pointwise.limit);
+            let groups = self.pointwise.errors.iter().flat_map(RunErrors::shared_speeds);
+            for group in groups {
+                let each = self.with_repeats(group, |run| self.seen(run), |hidden| hidden.given_the_others());
+                for (run, own) in group.iter().zip(each) {
+                    found[*run] = own;
+                }
+                let rebounds = group.iter().copied().filter(|run| !self.pointwise.stuck[*run]);
+                let rebounds: Vec<usize> = rebounds.collect();
+                if self.pointwise.truncated && !rebounds.is_empty() {
+                    let logged = self.with_repeats(&rebounds, |_| rebounded, |hidden| hidden.given_the_others());
+                    for (run, own) in rebounds.iter().zip(logged) {
+                        found[*run] -= own;
+                    }
+                }
+            }
+            found
+        })
     }
 
     /// z of a restitution, of which `seen` says what is asked; where it is integrated over what is hidden of the run, the z
@@ -326,15 +381,16 @@ impl EvaluatedLaw<'_, '_> {
         (mean, spread.sigma)
     }
 
-    /// Log likelihood of a run: a density where it rebounded, a probability where it stuck.
+    /// Log likelihood of a run: a density where it rebounded, a probability where it stuck; given the other runs where some
+    /// share its true speed.
     pub fn ln_likelihood(&self, run: usize) -> f64 {
         let restitution = self.pointwise.runs.restitution[run];
         if self.pointwise.is_integrated() {
-            if self.pointwise.stuck[run] {
-                return self.integrated(run, Seen::On(Side::Below, self.pointwise.limit));
+            if self.errors_of(run).is_shared {
+                return self.given_the_others()[run];
             }
-            let density = self.integrated(run, Seen::Rebound(restitution));
-            return if self.pointwise.truncated {
+            let density = self.integrated(run, self.seen(run));
+            return if self.pointwise.truncated && !self.pointwise.stuck[run] {
                 density - self.integrated(run, Seen::On(Side::Above, self.pointwise.limit))
             } else {
                 density

@@ -6,7 +6,7 @@ use super::dry_sums::DryRuns;
 use super::errors::{Errors, RunErrors};
 use super::nodes::{DryRow, Nodes, WetBlock};
 use super::prepared::Likelihood;
-use super::run_law::ByRow;
+use super::run_law::{ByRow, WetRow};
 use super::trend::middle_film_ratio;
 use crate::physics::Form;
 use crate::runs::{Conditions, DryGroup, Runs, Series};
@@ -52,8 +52,11 @@ impl Likelihood {
                 } else {
                     vec![]
                 },
+                repeats: vec![],
+                dry_repeats: vec![],
             });
         }
+        let mut places = HashMap::new();
         let mut films = HashMap::new();
         let middle = middle_film_ratio(runs);
         let table = RunData {
@@ -63,8 +66,9 @@ impl Likelihood {
             conditions: Conditions::new(scene, runs, form),
         };
         for series in &runs.series {
-            likelihood.add(&table, series, &mut films);
+            likelihood.add(&table, series, &mut films, &mut places);
         }
+        likelihood.add_repeats(errors, &places);
         let ratios = likelihood.film_ratios.iter();
         likelihood.ln_films = ratios.map(|ratio| (ratio / middle).ln()).collect();
         likelihood.wet_rebounds = likelihood.rebounds.len() as f64;
@@ -72,7 +76,13 @@ impl Likelihood {
     }
 
     /// Adds the runs of a series, a block for each film ratio the runs themselves have.
-    fn add(&mut self, table: &RunData, series: &Series, films: &mut HashMap<i64, usize>) {
+    fn add(
+        &mut self,
+        table: &RunData,
+        series: &Series,
+        films: &mut HashMap<i64, usize>,
+        places: &mut HashMap<usize, RowOfBlock>,
+    ) {
         /// film ratios differ beyond the rounding of a quotient
         const ROUNDING: f64 = 1e-14;
         let (runs, conditions) = (table.runs, &table.conditions);
@@ -98,6 +108,12 @@ impl Likelihood {
             });
             let (first, first_stuck) = (self.rebounds.len(), self.stuck.len());
             let errors = |run: usize| table.errors.map(|errors| errors.at(run, runs.impact_speed[run]));
+            let block = self.blocks.len();
+            let mut note = |run: usize, of: Option<Errors>, row: WetRow| {
+                if of.is_some_and(|of| of.is_shared) {
+                    places.insert(run, RowOfBlock { block, row });
+                }
+            };
             while let Some(run) = rebounds.get(next).filter(|run| film_ratio(run) <= ratio) {
                 self.rebounds.push(
                     conditions.wet(*run),
@@ -106,14 +122,18 @@ impl Likelihood {
                     1.0,
                 );
                 if let Some(own) = &mut self.own {
-                    own.rebounds.extend(errors(*run));
+                    let errors = errors(*run);
+                    note(*run, errors, WetRow::Rebound(own.rebounds.len()));
+                    own.rebounds.extend(errors);
                 }
                 next += 1;
             }
             while let Some(run) = stuck.get(next_stuck).filter(|run| film_ratio(run) <= ratio) {
                 self.stuck.push(conditions.wet(*run), conditions.has_fixed(), 0.0, 1.0);
                 if let Some(own) = &mut self.own {
-                    own.stuck.extend(errors(*run));
+                    let errors = errors(*run);
+                    note(*run, errors, WetRow::Stuck(own.stuck.len()));
+                    own.stuck.extend(errors);
                 }
                 next_stuck += 1;
             }
@@ -130,6 +150,33 @@ impl Likelihood {
             }
         }
     }
+}
+
+impl Likelihood {
+    /// Notes which rows have one true speed; `places` are those of the wet ones among them, by run.
+    fn add_repeats(&mut self, errors: Option<&RunErrors>, places: &HashMap<usize, RowOfBlock>) {
+        let (Some(own), Some(errors)) = (&mut self.own, errors) else {
+            return;
+        };
+        own.repeats = vec![vec![]; self.blocks.len()];
+        for group in errors.shared_speeds() {
+            // repeats are runs of one setting, and so of one block
+            match places.get(&group[0]) {
+                Some(first) => {
+                    let rows = group.iter().filter_map(|run| Some(places.get(run)?.row));
+                    own.repeats[first.block].push(rows.collect());
+                }
+                // dry runs come first, in the order of their rows
+                None => own.dry_repeats.push(group.clone()),
+            }
+        }
+    }
+}
+
+/// Where a run is.
+struct RowOfBlock {
+    block: usize,
+    row: WetRow,
 }
 
 fn dry_runs(scene: &Scene, runs: &Runs) -> Vec<DryRuns> {

@@ -2,7 +2,7 @@
 
 use super::convolution;
 use super::errors::Errors;
-use super::hidden_speed::HiddenSpeed;
+use super::hidden_speed::{HiddenSpeed, MeasuredRun};
 use super::nodes::DryRow;
 use super::run_density::{RunDensity, Seen, Side, Spreads};
 use super::tails::Tails;
@@ -21,6 +21,17 @@ pub(super) struct ByRow {
     pub stuck: Vec<Errors>,
     /// dry runs; empty where their sums say the same
     pub dry: Vec<DryRow>,
+    /// runs of each block that have one true speed, group by group
+    pub repeats: Vec<Vec<Vec<WetRow>>>,
+    /// the same of the dry runs, by their places in `dry`
+    pub dry_repeats: Vec<Vec<usize>>,
+}
+
+/// A wet run, by its place among the nodes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum WetRow {
+    Rebound(usize),
+    Stuck(usize),
 }
 
 impl ByRow {
@@ -56,16 +67,9 @@ impl RunNoise {
             errors,
         } = run;
         if errors.speed > 0.0 {
-            let hidden = HiddenSpeed {
-                tails: self.tails,
-                spreads: self.spreads,
-                balance,
-                impact,
-                wet: self.wet,
-                seen,
-                errors,
-            };
-            return hidden.integrate();
+            return self
+                .repeats(balance, impact, &[MeasuredRun { seen, errors }])
+                .integrate();
         }
         let mut found = if self.wet {
             let (r, of_k) = balance.kept(&impact);
@@ -89,6 +93,18 @@ impl RunNoise {
         };
         found.viscous = found.kept * impact.over_stokes;
         found
+    }
+
+    /// Runs of one setting that share a true speed; the impact is at the measured speed of the first.
+    pub fn repeats<'b>(&self, balance: &'b Balance, impact: Impact, runs: &'b [MeasuredRun]) -> HiddenSpeed<'b> {
+        HiddenSpeed {
+            tails: self.tails,
+            spreads: self.spreads,
+            balance,
+            impact,
+            wet: self.wet,
+            runs,
+        }
     }
 
     /// With noise on the energy kept.

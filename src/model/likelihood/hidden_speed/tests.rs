@@ -23,16 +23,48 @@ struct Case {
 }
 
 impl Case {
-    fn hidden(&self, tails: Tails, seen: Seen) -> HiddenSpeed<'_> {
+    fn measured(&self, seen: Seen) -> MeasuredRun {
+        MeasuredRun {
+            seen,
+            errors: self.errors,
+        }
+    }
+
+    /// Runs that share the true speed of this one.
+    fn hidden<'c>(&'c self, tails: Tails, runs: &'c [MeasuredRun]) -> HiddenSpeed<'c> {
         HiddenSpeed {
             tails,
             spreads: self.spreads,
             balance: &self.balance,
             impact: self.impact,
             wet: self.wet,
-            seen,
-            errors: self.errors,
+            runs,
         }
+    }
+
+    /// Repeats of this one, whose measured speeds and restitutions are a little apart.
+    fn repeats(&self, count: usize) -> Vec<MeasuredRun> {
+        let repeat = |index: usize| {
+            let apart = index as f64 / count as f64 - 0.5;
+            let moved = 1.0 + self.errors.speed * apart;
+            let true_speed = self.errors.true_speed;
+            MeasuredRun {
+                seen: if index % 4 == 3 && self.wet {
+                    Seen::On(Side::Below, 0.0)
+                } else {
+                    Seen::Rebound(self.e + 2.0 * self.spreads.sigma * apart)
+                },
+                errors: Errors {
+                    true_speed: TrueSpeed {
+                        mean: true_speed.mean / moved,
+                        sd: true_speed.sd / moved,
+                        ..true_speed
+                    },
+                    ..self.errors
+                },
+            }
+        };
+        (0..count).map(repeat).collect()
     }
 }
 
@@ -76,12 +108,13 @@ fn case(rng: &mut ChaCha8Rng, index: usize, energy: f64) -> Case {
             sd: speed * rng.random_range(0.2..1.0),
             repeats: 5,
         },
+        is_shared: false,
     };
     let spreads = Spreads {
         sigma: 10f64.powf(rng.random_range(-2.7..-1.3)),
         energy: if wet { energy } else { 0.0 },
     };
-    let mut case = Case {
+    let case = Case {
         balance,
         impact,
         wet,
@@ -91,11 +124,12 @@ fn case(rng: &mut ChaCha8Rng, index: usize, energy: f64) -> Case {
     };
     let mut z = || -> f64 { StandardNormal.sample(rng) };
     let (of_speed, of_noise) = (z(), z());
-    let hidden = case.hidden(Tails::Normal, Seen::Rebound(0.0));
+    let run = [case.measured(Seen::Rebound(0.0))];
+    let hidden = case.hidden(Tails::Normal, &run);
     let ratio = hidden.ratio(of_speed);
     let mean = hidden.mean(hidden.kept(&hidden.impact(of_speed)).0).0;
-    case.e = mean * ratio + errors.shared() * (1.0 - ratio) + hidden.variance(ratio).sqrt() * of_noise;
-    case
+    let e = mean * ratio + errors.shared() * (1.0 - ratio) + hidden.variance(&errors, ratio).sqrt() * of_noise;
+    Case { e, ..case }
 }
 
 fn cases(name: &str, count: usize, energy: f64) -> Vec<Case> {
@@ -125,7 +159,8 @@ fn worst(cases: &[Case], tails: Tails, steps: usize) -> f64 {
             Seen::Measured(Side::Above, case.e),
         ];
         let of = |seen: Seen| {
-            let hidden = case.hidden(tails, seen);
+            let run = [case.measured(seen)];
+            let hidden = case.hidden(tails, &run);
             let (found, expected) = (hidden.integrate().value, brute(&hidden, steps));
             let gap = (found - expected).abs() / expected.abs().max(1.0);
             assert!(gap < 1e-6, "{case:?} {seen:?}: {found} {expected}");
@@ -160,7 +195,10 @@ fn the_density_in_two_dimensions_is_that_of_very_many_nodes() {
 #[test]
 fn the_density_is_one_in_all_and_has_the_moments_of_its_draws() {
     for case in cases("the_density_is_one_in_all", 12, 0.0) {
-        let hidden = |e: f64| case.hidden(Tails::Normal, Seen::Rebound(e)).integrate().value.exp();
+        let hidden = |e: f64| {
+            let run = [case.measured(Seen::Rebound(e))];
+            case.hidden(Tails::Normal, &run).integrate().value.exp()
+        };
         let (lo, hi, steps) = (-1.5, 2.0, 6000);
         let step = (hi - lo) / f64::from(steps);
         let at = |index: i32| lo + step * f64::from(index);
@@ -187,7 +225,7 @@ fn slopes_agree_with_differences() {
                     2 => moved.balance.dry_k += step,
                     _ => nu = nu.map(|nu| nu + step),
                 }
-                moved.hidden(Tails::of(nu), seen).integrate()
+                moved.hidden(Tails::of(nu), &[moved.measured(seen)]).integrate()
             };
             let found = at(0, 0.0);
             let slopes = [found.sigma, -found.viscous, found.dry_k, found.nu];
@@ -205,6 +243,24 @@ fn slopes_agree_with_differences() {
                 let gap = (slope - difference).abs() * unit / (1.0 + (difference * unit).abs());
                 assert!(gap < 1e-6, "{case:?} {seen:?} {place}: {slope} {difference}");
             }
+        }
+    }
+}
+
+/// Runs of one true speed: their product is integrated over it, once, and each is told given the others.
+#[test]
+fn repeats_share_their_true_speed() {
+    for case in cases("repeats_share_their_true_speed", 60, 0.0) {
+        let runs = case.repeats(7);
+        let hidden = case.hidden(Tails::Normal, &runs);
+        let (found, expected) = (hidden.integrate().value, brute(&hidden, 200_000));
+        let gap = (found - expected).abs() / expected.abs().max(1.0);
+        assert!(gap < 1e-6, "{case:?}: {found} {expected}");
+        let given = hidden.given_the_others();
+        for left_out in 0..runs.len() {
+            let expected = found - hidden.without(left_out);
+            let gap = (given[left_out] - expected).abs() / expected.abs().max(1.0);
+            assert!(gap < 1e-6, "{case:?} {left_out}: {} {expected}", given[left_out]);
         }
     }
 }

@@ -56,18 +56,22 @@ fn true_speeds(page: &mut Page, input: ReportInput) {
     };
     let erring = |run: &usize| errors.impact_speed_sd[*run] > 0.0;
     let speeds = input.runs.true_speeds(&errors);
-    let of_runs: Vec<_> = (0..input.runs.len()).filter(erring).map(|run| speeds[run]).collect();
+    let of_runs: Vec<_> = (0..input.runs.len())
+        .filter(erring)
+        .map(|run| speeds.of_run[run])
+        .collect();
     if of_runs.is_empty() {
         return;
     }
     let repeated = of_runs.iter().filter(|speed| speed.repeats > 1).count();
     page.paragraph(&format!(
         "The true impact speed of a run is integrated over: the rebound speed is measured about e* times the true speed, and \
-         whether a run sticks depends on the true speed alone. Runs of one series are repeats of one speed where their \
-         measured speeds follow one another without a gap of more than {} standard deviations of their errors. True speeds of \
+         whether a run sticks depends on the true speed alone. Runs of one series, film ratio and diameter are repeats of one \
+         speed where their measured speeds follow one another without a gap of more than {} standard deviations of their errors. True speeds of \
          repeats are normal, about the mean of the measured ones, with what these scatter by beyond their errors for a \
          spread, where it is more than errors alone leave in 19 of 20 groups, and else with none; mean and spread are \
-         estimated from the speeds alone, and the standard error of the mean widens each true speed. {repeated} of {} runs \
+         estimated from the speeds alone. Repeats with no such spread have one true speed, integrated over for all of them \
+         together; elsewhere the standard error of the mean widens each true speed. {repeated} of {} runs \
          have a repeat; before it is measured any true speed is as good as any other for those that have none.",
         numbers::short(GAP),
         of_runs.len()
