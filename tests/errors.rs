@@ -54,6 +54,7 @@ impl Measured {
             relative_speed_sd: of_speed.map(|(sd, v)| sd / v).collect(),
             restitution_sd: self.restitution_sd.clone(),
             offset_slopes: vec![],
+            are_all: false,
         }
     }
     fn regression(&self) -> Regression<'_> {
@@ -135,6 +136,7 @@ fn errors_explain_the_scatter_they_make() {
                 relative_speed_sd: vec![0.0; errors.len()],
                 restitution_sd: errors,
                 offset_slopes: vec![],
+                are_all: false,
             };
             let (_, weighing) = measured.regression().fit_with_errors(Some(&errors));
             weighing.expect("runs with errors").reduced_chi_squared
