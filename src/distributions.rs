@@ -152,6 +152,21 @@ pub fn f_tail(f: f64, between: f64, within: f64) -> Option<f64> {
     Some(if (f * between).is_finite() { of.sf(f) } else { 0.0 })
 }
 
+/// Probability that χ² with these degrees of freedom exceeds `chi_squared`; `None` outside χ² ≥ 0 or for no degrees of freedom.
+pub fn chi_squared_tail(chi_squared: f64, degrees_of_freedom: f64) -> Option<f64> {
+    if !(chi_squared >= 0.0 && degrees_of_freedom > 0.0 && degrees_of_freedom < f64::INFINITY) {
+        return None;
+    }
+    let (half, shape) = (0.5 * chi_squared, 0.5 * degrees_of_freedom);
+    // so far above the mean shape, whose sd is its root, that nothing is left in a number
+    let is_beyond = half > shape + 40.0 * (shape.sqrt() + 20.0);
+    match half {
+        0.0 => Some(1.0),
+        _ if is_beyond => Some(0.0),
+        _ => checked_gamma_ur(shape, half).ok(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -170,6 +185,30 @@ mod tests {
             let t = student_t_quantile(p, df).unwrap_or(f64::NAN);
             assert!((t / expected - 1.0).abs() < 1e-10, "{p} {df}: {t} {expected}");
         }
+    }
+
+    #[test]
+    fn tails_of_chi_squared_are_sums_of_poisson_and_of_the_normal() {
+        // of an even number of degrees of freedom: that of fewer than half of them at a mean of χ²/2
+        for (chi_squared, terms) in [(1.3, 2), (30.0, 6), (150.0, 50), (520.0, 200), (90.0, 100)] {
+            let mean: f64 = 0.5 * chi_squared;
+            let sum = (0..terms).rev().fold(0.0, |sum, i| 1.0 + sum * mean / f64::from(i + 1));
+            let expected = (-mean).exp() * sum;
+            let tail = chi_squared_tail(chi_squared, 2.0 * f64::from(terms)).expect("inside");
+            assert!(
+                (tail / expected - 1.0).abs() < 1e-10,
+                "{chi_squared} {terms}: {tail} {expected}"
+            );
+        }
+        for x in [0.1, 4.0, 60.0] {
+            let tail = chi_squared_tail(x, 1.0).expect("inside");
+            assert!((tail / libm::erfc((0.5 * x).sqrt()) - 1.0).abs() < 1e-10, "{x}: {tail}");
+        }
+        assert_eq!(chi_squared_tail(0.0, 3.0), Some(1.0));
+        assert_eq!(chi_squared_tail(f64::INFINITY, 3.0), Some(0.0));
+        assert_eq!(chi_squared_tail(1e300, 1e6), Some(0.0));
+        assert_eq!(chi_squared_tail(f64::NAN, 3.0), None);
+        assert_eq!(chi_squared_tail(1.0, 0.0), None);
     }
 
     #[test]

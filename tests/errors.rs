@@ -55,6 +55,7 @@ impl Measured {
             restitution_sd: self.restitution_sd.clone(),
             speed_correlation: vec![],
             offset_slopes: vec![],
+            are_all: false,
         }
     }
     fn regression(&self) -> Regression<'_> {
@@ -137,6 +138,7 @@ fn errors_explain_the_scatter_they_make() {
                 restitution_sd: errors,
                 speed_correlation: vec![],
                 offset_slopes: vec![],
+                are_all: false,
             };
             let (_, weighing) = measured.regression().fit_with_errors(Some(&errors));
             weighing.expect("runs with errors").reduced_chi_squared

@@ -5,12 +5,13 @@ mod common;
 use common::{binomial_z, seed_of, table_of, Place};
 use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::checks::Check;
+use wetcor::findings::estimate::Estimate;
 use wetcor::findings::form_choice::ChosenBy;
-use wetcor::findings::main_numbers::{MainPlace, Source};
+use wetcor::findings::main_numbers::{MainNumber, MainPlace, Source};
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::{self, Findings};
 use wetcor::physics::loss::Film;
-use wetcor::physics::Inertia;
+use wetcor::physics::{Coefficient, Inertia};
 use wetcor::runs::{self, Table};
 use wetcor::seed::stream;
 use wetcor::study::main_coverage;
@@ -326,26 +327,28 @@ fn what_only_priors_tell_is_covered_in_the_mean() {
     assert!(z < -6.0, "{covered} of {of}: {z}");
 }
 
-/// The runs of the example, with a truth of this form.
+/// The runs of the example, with a truth of this form; C is that of the formula as derived.
 fn table_of_form(inertia: Inertia) -> String {
-    let (prefactor, scale) = if inertia == Inertia::Saturating {
-        (0.47, 0.069)
-    } else {
-        (1.0, 0.069)
-    };
+    let prefactor = if inertia == Inertia::Saturating { 0.47 } else { 1.0 };
     SCENE
         .replace("[model]\ninertia = \"saturating\"", "[model]")
         .replace(
             "inertial_prefactor = 0.47",
             &format!("inertial_prefactor = {prefactor}"),
         )
-        .replace("film_scale = 0.069", &format!("film_scale = {scale}"))
         .replace("inertia = \"saturating\"", &format!("inertia = \"{}\"", inertia.name()))
         .replace(
             "film_ratio = { PTFE = [0.04, 0.1] }",
             "film_ratio = { PTFE = [0.03, 0.06, 0.09, 0.12, 0.15] }",
         )
         .replace("repeats = 4", "repeats = 6")
+}
+
+/// The same with 135 runs.
+fn small_table_of_form(inertia: Inertia) -> String {
+    table_of_form(inertia)
+        .replace("PTFE = [3.175, 8.0]", "PTFE = [3.175]")
+        .replace("repeats = 6", "repeats = 3")
 }
 
 /// e_inf of the scene's truth at a film ratio.
@@ -358,45 +361,84 @@ fn true_e_inf(place: &Place, film_ratio: f64) -> f64 {
     truth.wetted(0.183, film, 2.0).expect("complete").e_inf
 }
 
-/// Of tables of a form, those for which least squares chose it, and those for which it chose it or one that predicts within
-/// its error: e_inf of every film ratio within 3 of its standard errors of the truth.
-fn chosen_rightly(inertia: Inertia, sets: u64) -> (usize, usize) {
-    let place = Place::new(&table_of_form(inertia));
-    let (mut right, mut as_good) = (0, 0);
+/// How often least squares did well on tables of a form.
+#[derive(Debug, Default)]
+struct RightForms {
+    /// it took the form of the truth
+    right: usize,
+    /// it took that, or one that predicts within its error: e_inf of every film ratio within 3 of its standard errors
+    as_good: usize,
+    /// intervals of k, of L and of C that hold the truth
+    covered: [usize; 3],
+    /// intervals of e_inf and of St_c that hold the truth, and all of them
+    at_places: [usize; 3],
+}
+
+/// Fits tables of a scene whose truth has this form, whatever form is fitted.
+fn fit_forms(scene: &str, inertia: Inertia, sets: u64) -> RightForms {
+    let place = Place::new(scene);
+    let truth = place.scene.truth.as_ref().expect("the scene has one");
+    let prefactor = truth.value(Coefficient::InertialPrefactor).expect("the scene has one");
+    let mut found = RightForms::default();
     for set in 0..sets {
         let seed = seed_of("the_form_that_fits_is_chosen").wrapping_add(set);
         let table = table_of(runs::arrange(&place.scene, &common::rows(&place.scene, seed)));
         let findings = findings::fit_least_squares(&place.scene, &table, seed, false);
-        let choice = findings.inertia.expect("left open");
-        let is_right = choice.inertia == inertia.name();
-        right += usize::from(is_right);
-        let derived = findings.energy_balance.expect("dry and wet runs").derived;
-        let is_near = derived.iter().all(|row| {
+        let balance = findings.energy_balance.expect("dry and wet runs");
+        let is_right = balance.inertia == inertia.name();
+        found.right += usize::from(is_right);
+        let is_near = balance.derived.iter().all(|row| {
             let (value, se) = row.e_inf.pair().expect("a ±");
             (value - true_e_inf(&place, row.film_ratio)).abs() < 3.0 * se
         });
-        as_good += usize::from(is_right || is_near);
+        found.as_good += usize::from(is_right || is_near);
+        let holds =
+            |estimate: &Estimate, truth: f64| estimate.interval.is_some_and(|[lo, hi]| lo <= truth && truth <= hi);
+        let truths = [
+            ("dry_k[PTFE]", 0.183),
+            ("lubrication_log", 1.85),
+            ("inertial_prefactor", prefactor),
+        ];
+        for (count, (name, truth)) in found.covered.iter_mut().zip(truths) {
+            let own = balance.parameters.iter().find(|own| own.name == name);
+            *count += usize::from(own.is_some_and(|own| holds(&own.estimate, truth)));
+        }
+        for row in &balance.derived {
+            let e_inf = true_e_inf(&place, row.film_ratio);
+            found.at_places[0] += usize::from(holds(&row.e_inf, e_inf));
+            found.at_places[1] += usize::from(holds(&row.st_c, 2.0 * 1.85 / (e_inf * e_inf)));
+            found.at_places[2] += 1;
+        }
     }
-    (right, as_good)
+    found
 }
 
 #[test]
-#[ignore = "fits 400 tables of 530 runs in four forms: half a minute"]
+#[ignore = "fits 1,800 tables, most of them in four forms: half a minute"]
 fn the_form_that_fits_is_chosen() {
     const SETS: u64 = 200;
-    // not cap: its curve is so near to twice stepwise's that a table of this size seldom tells them by 4 standard errors
-    for inertia in [Inertia::Stepwise, Inertia::Saturating] {
-        let (right, as_good) = chosen_rightly(inertia, SETS);
-        println!(
-            "{}: {right} right, {as_good} right or as good, of {SETS}",
-            inertia.name()
-        );
-        assert!(
-            as_good as f64 >= 0.95 * SETS as f64,
-            "{}: {right}, {as_good}",
-            inertia.name()
-        );
+    for inertia in [Inertia::Stepwise, Inertia::Cap, Inertia::Saturating, Inertia::None] {
+        for scene in [table_of_form(inertia), small_table_of_form(inertia)] {
+            let found = fit_forms(&scene, inertia, SETS);
+            println!("{}: {found:?}", inertia.name());
+            // 135 runs do not always tell the saturating form
+            let share = if inertia == Inertia::Saturating && scene.contains("repeats = 3") {
+                0.85
+            } else {
+                0.95
+            };
+            assert!(
+                found.as_good as f64 >= share * SETS as f64,
+                "{}: {found:?}",
+                inertia.name()
+            );
+        }
     }
+    // the planted fault: cap only where it gains four standard errors, which is never
+    let named = table_of_form(Inertia::Cap).replace("[model]", "[model]\ninertia = \"stepwise\"");
+    let found = fit_forms(&named, Inertia::Cap, SETS);
+    println!("stepwise of cap: {found:?}");
+    assert!(found.as_good as f64 <= 0.90 * SETS as f64, "{found:?}");
 }
 
 #[test]
@@ -424,6 +466,65 @@ fn leaving_out_chooses_as_least_squares_does() {
             assert!((value - 1.85).abs() < 4.0 * sd, "{number:?}");
         }
     }
+}
+
+/// How many main intervals hold the truth, and how many there are, of k, L, C, e_inf and St_c, over tables of a scene.
+fn covered_main_numbers(scene: &str, sets: u64) -> [[usize; 2]; 5] {
+    let place = Place::new(scene);
+    let truth = place.scene.truth.as_ref().expect("the scene has one");
+    let prefactor = truth.value(Coefficient::InertialPrefactor).expect("the scene has one");
+    let mut counts = [[0; 2]; 5];
+    let mut count = |which: usize, number: &MainNumber, truth: f64| {
+        let [lo, hi] = number.interval.expect("an interval");
+        counts[which][0] += usize::from(lo <= truth && truth <= hi);
+        counts[which][1] += 1;
+    };
+    for set in 0..sets {
+        let seed = seed_of("main_numbers_cover_with_the_form_left_open").wrapping_add(set);
+        let table = table_of(runs::arrange(&place.scene, &common::rows(&place.scene, seed)));
+        let mut findings = findings::fit_least_squares(&place.scene, &table, seed, true);
+        let posterior = findings.add_posterior(&place.scene, &table.runs, MethodChoice::default(), &|_, _| ());
+        posterior.unwrap_or_else(|error| panic!("{error}"));
+        for (which, (name, truth)) in [
+            ("dry_k[PTFE]", 0.183),
+            ("lubrication_log", 1.85),
+            ("inertial_prefactor", prefactor),
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            let own = findings.main.parameters.iter().find(|own| own.name == name);
+            count(which, &own.expect("told").number, truth);
+        }
+        for row in &findings.main.at {
+            let e_inf = true_e_inf(&place, row.film_ratio);
+            count(3, &row.e_inf, e_inf);
+            count(4, &row.st_c, 2.0 * 1.85 / (e_inf * e_inf));
+        }
+    }
+    counts
+}
+
+#[test]
+#[ignore = "samples four forms of 40 tables: a quarter of a minute"]
+fn main_numbers_cover_with_the_form_left_open() {
+    const SETS: u64 = 20;
+    let shares = |scene: &str| covered_main_numbers(scene, SETS).map(|[covered, of]| covered as f64 / of as f64);
+    for inertia in [Inertia::Stepwise, Inertia::Cap] {
+        let shares = shares(&small_table_of_form(inertia));
+        println!("{}: {shares:?}", inertia.name());
+        for (share, name) in shares.into_iter().zip(["k", "L", "C", "e_inf", "St_c"]) {
+            // of 300 tables: k 95 %, L 96 to 98 %, C 93 % of stepwise and 89 % of cap, since C is another one in the other form;
+            // places of one table are as good as one
+            let least = if name == "C" { 0.89 } else { 0.95 };
+            let z = (share - least) / (least * (1.0 - least) / SETS as f64).sqrt();
+            assert!(z > -4.0, "{} {name}: {share}: {z}", inertia.name());
+        }
+    }
+    // the planted fault: stepwise whatever the runs say
+    let named = small_table_of_form(Inertia::Cap).replace("[model]", "[model]\ninertia = \"stepwise\"");
+    let [_, _, of_c, ..] = shares(&named);
+    assert!(of_c < 0.1, "{of_c}");
 }
 
 /// A small sample of the page on coverage, which takes a thousand sets.

@@ -34,6 +34,7 @@ roughness_um = 12
 density_kg_m3 = 930
 viscosity_mPa_s = 9.3
 [model]
+inertia = "stepwise"
 viscous = "{fitted}"
 [sampler]
 chains = 2

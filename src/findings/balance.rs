@@ -5,14 +5,13 @@ use serde::Serialize;
 use super::dry::{self, FittedDry};
 use super::estimate::{Estimate, IntervalScale, Quoting};
 use super::fit_verdict::{one_against, spread, uncertain, why_stopped, Verdict};
-use super::form_choice::{ChosenBy, InertiaChoice};
-use super::measurement_errors::{columns, ErrorSummary};
+use super::form_choice::{ln_prior_of_prefactor, Candidate, ChosenBy, InertiaChoice};
+use super::measurement_errors::{wet_columns, ErrorSummary};
 use super::places::WetPlace;
 use super::quantities::scale_of;
 use super::scaling::FittedScaling;
 use crate::distributions::student_t_quantile;
 use crate::inference::delta::Uncertain;
-use crate::inference::diagnostics::loo::Difference;
 use crate::inference::effective_variance::{chi_squared, reweight, ErrorColumns, ErrorWeights, WeightedProblem};
 use crate::inference::joint::{fit_joint, Joint, JointFit};
 use crate::inference::least_squares::{Fit, ResidualProblem, Stop};
@@ -272,7 +271,7 @@ pub fn fit_balance(setup: BalanceSetup, scaling: &[FittedScaling], form: Form, o
         fit_weighed(joint, dry, pooled_sd(&separate))
     };
     let (weighed, choice) = if open {
-        choose_form(of_form)
+        choose_form(scene, of_form)
     } else {
         (of_form(form.inertia), None)
     };
@@ -281,7 +280,7 @@ pub fn fit_balance(setup: BalanceSetup, scaling: &[FittedScaling], form: Form, o
         spread: spread_of_runs,
         fit,
     } = weighed;
-    let (problem, fit, error_weights) = match error_columns(&problem.joint) {
+    let (problem, fit, error_weights) = match error_columns(scene, &problem.joint) {
         Some(errors) => {
             let in_errors = problem_of(problem.joint.clone(), dry, 1.0);
             let (fit, error_weights) = reweight(&errors, fit, |_| in_errors.clone());
@@ -447,8 +446,13 @@ pub(super) fn problem_of<'r>(joint: Joint<'r>, dry: &[FittedDry], spread: f64) -
 }
 
 /// What the wet rebounds of a joint fit err by; `None` where no run of the table does.
-pub(super) fn error_columns(joint: &Joint) -> Option<ErrorColumns> {
-    columns(joint.runs, joint.wet_parts().map(|part| part.rebounds.clone()), None)
+pub(super) fn error_columns(scene: &Scene, joint: &Joint) -> Option<ErrorColumns> {
+    wet_columns(
+        scene,
+        joint.runs,
+        joint.wet_parts().map(|part| part.rebounds.clone()),
+        None,
+    )
 }
 
 /// Fits the balance, and again with its own spread where that is far below the one that weighed the dry runs: the separate
@@ -498,39 +502,38 @@ impl WeighedFit<'_> {
         }
         Some(residuals)
     }
+
+    /// The same of runs that were not seen, in the mean: each parameter of the law gains one in the sum (Akaike).
+    fn expected_log_densities(&self) -> Option<Vec<f64>> {
+        let mut densities = self.log_densities()?;
+        let gained = self.problem.joint.shared.len() as f64 / densities.len() as f64;
+        densities.iter_mut().for_each(|density| *density -= gained);
+        Some(densities)
+    }
 }
 
-/// With the form left open: the default one unless another leaves clearly smaller squares, counting its parameters.
-fn choose_form<'r>(of_form: impl Fn(Inertia) -> WeighedFit<'r>) -> (WeighedFit<'r>, Option<InertiaChoice>) {
+/// With the form left open: the one that the runs choose by the squares that each leaves.
+fn choose_form<'r>(
+    scene: &Scene,
+    of_form: impl Fn(Inertia) -> WeighedFit<'r>,
+) -> (WeighedFit<'r>, Option<InertiaChoice>) {
     let mut fits = Inertia::ALL
         .map(|inertia| (inertia, of_form(inertia)))
         .into_iter()
         .collect::<Vec<_>>();
-    let densities: Vec<Option<Vec<f64>>> = fits.iter().map(|(_, fit)| fit.log_densities()).collect();
-    let usual = fits.iter().position(|(inertia, _)| *inertia == Inertia::DEFAULT);
-    let gains = usual.and_then(|usual| {
-        let of_usual = densities[usual].as_ref()?;
-        let more =
-            |fit: &WeighedFit| fit.problem.joint.shared.len() as f64 - fits[usual].1.problem.joint.shared.len() as f64;
-        let gain = |((inertia, fit), own): (&(Inertia, WeighedFit), &Option<Vec<f64>>)| {
-            let each: Vec<f64> = own
-                .as_ref()?
-                .iter()
-                .zip(of_usual)
-                .map(|(own, usual)| own - usual)
-                .collect();
-            let gain = Difference::over_runs(&each);
-            let counted = Difference {
-                value: gain.value - more(fit),
-                ..gain
-            };
-            Some((*inertia, counted, true))
-        };
-        Some(fits.iter().zip(&densities).filter_map(gain).collect::<Vec<_>>())
-    });
-    let chosen = gains.and_then(|gains| InertiaChoice::among(&gains, ChosenBy::LeastSquares));
+    let candidate = |(inertia, fit): &(Inertia, WeighedFit)| {
+        let joint = &fit.problem.joint;
+        let c = joint.value(Coefficient::InertialPrefactor, &fit.fit.parameters);
+        Some(Candidate {
+            inertia: *inertia,
+            log_densities: fit.expected_log_densities()?,
+            ln_prior: c.map_or(0.0, |c| ln_prior_of_prefactor(scene, joint.runs, joint.form, c)),
+            trusted: true,
+        })
+    };
+    let candidates: Vec<Candidate> = fits.iter().filter_map(candidate).collect();
     // runs that do not tell the default form are no reason for one that knows less
-    let (inertia, choice) = match chosen {
+    let (inertia, choice) = match InertiaChoice::among(&candidates, ChosenBy::LeastSquares) {
         Some((inertia, choice)) => (inertia, Some(choice)),
         None => (Inertia::DEFAULT, None),
     };

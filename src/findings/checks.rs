@@ -255,6 +255,15 @@ pub const DRY_LAW_HOLDS: Criterion = row(
      [model] terms",
 );
 
+const STATED: &str = "χ² against the stated measurement errors; probability of so large a one by chance";
+const ESTIMATED: &str = "let the spread be estimated: take its `fixed = 0` out of [priors]";
+
+/// Whether the stated errors of dry runs explain their scatter, where they are said to be all that scatters them.
+pub const DRY_ERRORS: Criterion = row("stated_errors_dry", AtLeast(BEYOND_CHANCE), GATES, STATED, ESTIMATED);
+
+/// The same of the wet runs.
+pub const WET_ERRORS: Criterion = row("stated_errors_wet", AtLeast(BEYOND_CHANCE), GATES, STATED, ESTIMATED);
+
 /// A probability below which a difference is not chance.
 pub const BEYOND_CHANCE: f64 = 0.001;
 

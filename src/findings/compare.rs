@@ -5,7 +5,7 @@ use std::ops::Range;
 use serde::Serialize;
 
 use super::checks::{self, Check};
-use super::form_choice::{is_gain, ChosenBy, InertiaChoice};
+use super::form_choice::{is_gain, ln_prior_of_prefactor, Candidate, ChosenBy, InertiaChoice};
 use super::least_squares::LeastSquares;
 use super::notices;
 use super::posterior::{effort, start, until_mixed, why_not_sampled, Posterior, PosteriorRefusal, SamplingSetup};
@@ -17,7 +17,7 @@ use crate::inference::nuts::{divergences, Watcher};
 use crate::inference::sampling::{sample_until_mixed, Sampled, SamplingPlan};
 use crate::model::likelihood::pointwise::Pointwise;
 use crate::model::likelihood::Likelihood;
-use crate::model::parameters::ModelParameters;
+use crate::model::parameters::{ModelParameters, ParameterKind};
 use crate::notice::Notice;
 use crate::physics::dry::REFERENCE_SPEED;
 use crate::physics::form::Term;
@@ -254,8 +254,7 @@ pub struct Chosen {
     pub(super) evaluated: Vec<EvaluatedModel>,
 }
 
-/// The form of inertia that a scene which leaves it open is given: the default one, unless another predicts clearly better
-/// and its weights can be trusted. Where runs are too many to leave each out, the one that least squares took.
+/// The form of inertia that a scene which leaves it open is given, by how well each predicts runs it has not seen. Where runs are too many to leave each out, the one that least squares took.
 pub fn choose_inertia(context: ComparisonContext, default: SamplingSetup) -> Result<Chosen, Error> {
     let ComparisonContext {
         scene,
@@ -278,35 +277,43 @@ pub fn choose_inertia(context: ComparisonContext, default: SamplingSetup) -> Res
             evaluated: vec![],
         });
     };
-    let mut evaluated = vec![];
+    let (mut evaluated, mut candidates) = (vec![], vec![]);
     for inertia in Inertia::ALL {
         let setup = of(inertia);
-        let sampled = sample_form(context, setup)?;
-        let model = sampled.and_then(|sampled| {
-            let loo = leave_out(scene, runs, setup, &sampled, used)?;
-            let row = summarise_model(model_name(setup.form), false, &sampled, &loo, used);
-            Ok(EvaluatedModel {
-                form: setup.form,
-                row,
-                loo,
-            })
+        let Ok(sampled) = sample_form(context, setup)? else {
+            continue;
+        };
+        let Ok(loo) = leave_out(scene, runs, setup, &sampled, used) else {
+            continue;
+        };
+        let row = summarise_model(model_name(setup.form), false, &sampled, &loo, used);
+        let c = geometric_mean(&sampled, ParameterKind::INERTIAL_PREFACTOR);
+        candidates.push(Candidate {
+            inertia,
+            log_densities: loo.runs.iter().map(|run| run.elpd).collect(),
+            ln_prior: c.map_or(0.0, |c| ln_prior_of_prefactor(scene, runs, setup.form, c)),
+            trusted: row.khat_high == 0,
         });
-        evaluated.extend(model.ok());
+        evaluated.push(EvaluatedModel {
+            form: setup.form,
+            row,
+            loo,
+        });
     }
-    let usual = evaluated.iter().find(|model| model.form.inertia == Inertia::DEFAULT);
-    let gains: Vec<(Inertia, Difference, bool)> = evaluated
-        .iter()
-        .filter_map(|model| {
-            let gain = difference(&model.loo, &usual?.loo)?;
-            Some((model.form.inertia, gain, model.row.khat_high == 0))
-        })
-        .collect();
-    let chosen = InertiaChoice::among(&gains, ChosenBy::LeaveOneOut);
+    let chosen = InertiaChoice::among(&candidates, ChosenBy::LeaveOneOut);
     Ok(Chosen {
         setup: chosen.as_ref().map_or(default, |(inertia, _)| of(*inertia)),
         choice: chosen.map(|(_, choice)| choice),
         evaluated,
     })
+}
+
+/// The exponential of the mean logarithm of a positive parameter; `None` where it was not sampled.
+fn geometric_mean(sampled: &Sampled, kind: ParameterKind) -> Option<f64> {
+    let chains = &sampled.values[sampled.parameters.place(kind)?];
+    let logarithms: f64 = chains.iter().flatten().map(|value| value.ln()).sum();
+    let draws: usize = chains.iter().map(Vec::len).sum();
+    Some((logarithms / draws as f64).exp())
 }
 
 /// The scene's own form predicts clearly worse than another.

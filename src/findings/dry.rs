@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::estimate::{Estimate, IntervalScale, Quoting};
 use super::fit_verdict::{one_against, spread, uncertain, why_stopped, Verdict};
-use super::measurement_errors::{columns, ErrorSummary};
+use super::measurement_errors::{dry_columns, ErrorSummary};
 use super::own_dry_speed::OwnDrySpeed;
 use crate::distributions::student_t_quantile;
 use crate::inference::effective_variance::ErrorWeights;
@@ -172,7 +172,7 @@ fn of_sphere(scene: &Scene, runs: &Runs, index: usize, groups: &[&DryGroup], quo
     let (speeds, restitutions) = (gather(&runs.impact_speed), gather(&runs.restitution));
     let order = scene.model.form().dry;
     let law = Law::Dry(order);
-    let errors_of = |groups: &[&DryGroup]| columns(runs, groups.iter().map(|group| group.rebounds.clone()), None);
+    let errors_of = |groups: &[&DryGroup]| dry_columns(scene, runs, groups.iter().copied());
     let speed_roots = law.abscissae(&speeds);
     let regression = Regression::new(law, &speed_roots, &restitutions);
     let (fit, error_weights) = regression.fit_with_errors(errors_of(groups).as_ref());

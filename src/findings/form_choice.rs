@@ -3,14 +3,22 @@
 use serde::Serialize;
 
 use crate::inference::diagnostics::loo::Difference;
-use crate::physics::Inertia;
+use crate::model::parameters::{prior_of, ParameterKind};
+use crate::physics::loss::Loss;
+use crate::physics::{Form, Inertia};
+use crate::runs::Runs;
+use crate::scene::Scene;
 
-/// A form is better than another if it gains more than this in log density, and this many standard errors.
+/// A form is clearly better than another if it gains more than this in log density.
 pub const GAIN: f64 = 4.0;
+
+/// And if it gains more than so many standard errors of that. The standard error grows as the root of the gain, so that the
+/// clear gain of a small table is only a few of its errors: four would keep the wrong form of 135 runs.
+pub const GAIN_IN_SE: f64 = 2.0;
 
 /// Whether what one form gains over another in log density is more than chance.
 pub fn is_gain(gain: Difference) -> bool {
-    gain.value > GAIN && gain.se.is_some_and(|se| gain.value > GAIN * se)
+    gain.value > GAIN && gain.se.is_some_and(|se| gain.value > GAIN_IN_SE * se)
 }
 
 /// By what a form was chosen.
@@ -30,8 +38,61 @@ pub struct OtherForm {
     pub inertia: &'static str,
     /// its log density over all runs minus that of the chosen form
     pub difference: f64,
-    /// standard error of that; `None` where the chosen form is not the one that others are held against
+    /// standard error of that, run by run; `None` for fewer than two runs
     pub se: Option<f64>,
+    /// how much more the prior of C says of its C than of that of the chosen form, in log density; `None` of a form with
+    /// more or fewer parameters
+    pub prior_difference: Option<f64>,
+}
+
+/// A form that may be chosen.
+#[derive(Debug)]
+pub(super) struct Candidate {
+    /// the form of the inertial loss
+    pub inertia: Inertia,
+    /// log density of each run; what its parameters fit of their own accord is taken off
+    pub log_densities: Vec<f64>,
+    /// log density of the prior of ln C at the estimate of C
+    pub ln_prior: f64,
+    /// whether these may be trusted
+    pub trusted: bool,
+}
+
+/// Log density of the prior of ln C at a C, in the logarithm so that C may be in any unit; 0 where it is held or outside.
+pub(super) fn ln_prior_of_prefactor(scene: &Scene, runs: &Runs, form: Form, c: f64) -> f64 {
+    let (prior, _) = prior_of(scene, runs, ParameterKind::INERTIAL_PREFACTOR, form);
+    let inside = (c > 0.0).then(|| prior.ln_density(c)).flatten();
+    inside.map_or(0.0, |(ln_density, _)| ln_density + c.ln())
+}
+
+impl Candidate {
+    fn parameters(&self) -> usize {
+        self.inertia.coefficients().len()
+    }
+
+    /// What it gains over another in log density.
+    fn gain_over(&self, other: &Candidate) -> Difference {
+        let pairs = self.log_densities.iter().zip(&other.log_densities);
+        Difference::over_runs(&pairs.map(|(own, other)| own - other).collect::<Vec<_>>())
+    }
+
+    /// What the prior of C adds to that, where both have as many parameters.
+    fn prior_gain_over(&self, other: &Candidate) -> Option<f64> {
+        (self.parameters() == other.parameters()).then_some(self.ln_prior - other.ln_prior)
+    }
+
+    /// By how much it is to be preferred to a form that stands; `None` where it is not.
+    ///
+    /// Between forms of as many parameters the more probable one is taken: neither can feign a better fit, and where their
+    /// shapes are so near that runs hardly tell them apart, what tells is which of them needs a C that was to be expected.
+    /// Weights that cannot be trusted do not favour either of these. One of more or fewer parameters wants a clear gain.
+    fn preferred_to(&self, standing: &Candidate) -> Option<f64> {
+        let gain = self.gain_over(standing);
+        match self.prior_gain_over(standing) {
+            Some(of_prior) => Some(gain.value + of_prior).filter(|both| *both > 0.0),
+            None => Some(gain.value).filter(|_| self.trusted && is_gain(gain)),
+        }
+    }
 }
 
 /// The form of the inertial loss that the runs chose.
@@ -46,26 +107,35 @@ pub struct InertiaChoice {
 }
 
 impl InertiaChoice {
-    /// Chooses among forms, each with what it gains over the default one and whether that may be trusted; `None` without
-    /// the default one.
-    pub(super) fn among(forms: &[(Inertia, Difference, bool)], by: ChosenBy) -> Option<(Inertia, InertiaChoice)> {
-        forms.iter().find(|(inertia, ..)| *inertia == Inertia::DEFAULT)?;
-        let clear = forms.iter().filter(|(_, gain, trusted)| *trusted && is_gain(*gain));
-        let best = clear.max_by(|a, b| a.1.value.total_cmp(&b.1.value));
-        let chosen = best.map_or(Inertia::DEFAULT, |(inertia, ..)| *inertia);
-        let of_chosen = best.map_or(0.0, |(_, gain, _)| gain.value);
-        let others = forms.iter().filter(|(inertia, ..)| *inertia != chosen);
-        let others = others.map(|(inertia, gain, _)| OtherForm {
-            inertia: inertia.name(),
-            difference: rounded(gain.value - of_chosen),
-            se: gain.se.filter(|_| chosen == Inertia::DEFAULT).map(rounded),
+    /// Chooses among forms: the best of those with as many parameters as the default one, then whatever gains most of those
+    /// that clearly gain over it; `None` without the default one.
+    pub(super) fn among(forms: &[Candidate], by: ChosenBy) -> Option<(Inertia, InertiaChoice)> {
+        let usual = forms.iter().find(|form| form.inertia == Inertia::DEFAULT)?;
+        let best_that_replaces = |standing: &Candidate, as_many: bool| {
+            forms
+                .iter()
+                .filter(|form| (form.parameters() == usual.parameters()) == as_many)
+                .filter_map(|form| Some((form, form.preferred_to(standing)?)))
+                .max_by(|a, b| a.1.total_cmp(&b.1))
+                .map(|(form, _)| form)
+        };
+        let twin = best_that_replaces(usual, true).unwrap_or(usual);
+        let chosen = best_that_replaces(twin, false).unwrap_or(twin);
+        let others = forms.iter().filter(|form| form.inertia != chosen.inertia).map(|form| {
+            let gain = form.gain_over(chosen);
+            OtherForm {
+                inertia: form.inertia.name(),
+                difference: rounded(gain.value),
+                se: gain.se.map(rounded),
+                prior_difference: form.prior_gain_over(chosen).map(rounded),
+            }
         });
         let choice = InertiaChoice {
-            inertia: chosen.name(),
+            inertia: chosen.inertia.name(),
             by,
             others: others.collect(),
         };
-        Some((chosen, choice))
+        Some((chosen.inertia, choice))
     }
 }
 
@@ -78,30 +148,70 @@ fn rounded(difference: f64) -> f64 {
 mod tests {
     use super::*;
 
+    /// A form whose gain over a density of 0 at each of four runs is this, with this standard error.
+    fn form(inertia: Inertia, gain: f64, se: f64) -> Candidate {
+        // the variance of these over n − 1 = 3 is 4/3 of the square, and the sum of four has four times that
+        let off = se * 0.75_f64.sqrt() / 2.0;
+        Candidate {
+            inertia,
+            log_densities: [off, -off, off, -off].map(|own| gain / 4.0 + own).to_vec(),
+            ln_prior: 0.0,
+            trusted: true,
+        }
+    }
+
+    fn chosen(forms: &[Candidate]) -> Option<Inertia> {
+        InertiaChoice::among(forms, ChosenBy::LeaveOneOut).map(|(inertia, _)| inertia)
+    }
+
     #[test]
-    fn a_form_is_chosen_where_its_gain_is_clear_and_trusted() {
-        let gain = |value: f64, se: f64| Difference { value, se: Some(se) };
-        let forms = |of_cap: Difference, trusted| {
+    fn of_forms_with_as_many_parameters_the_more_probable_stands() {
+        let stepwise = || form(Inertia::Stepwise, 0.0, 0.0);
+        let cap = |gain, ln_prior| Candidate {
+            ln_prior,
+            ..form(Inertia::Cap, gain, 2.0)
+        };
+        assert_eq!(chosen(&[stepwise(), cap(0.3, 0.0)]), Some(Inertia::Cap));
+        assert_eq!(chosen(&[stepwise(), cap(-0.3, 0.0)]), Some(Inertia::Stepwise));
+        assert_eq!(chosen(&[stepwise(), cap(0.3, -0.5)]), Some(Inertia::Stepwise));
+        assert_eq!(chosen(&[stepwise(), cap(-0.3, 0.5)]), Some(Inertia::Cap));
+        assert_eq!(chosen(&[cap(9.0, 0.0)]), None);
+    }
+
+    #[test]
+    fn another_number_of_parameters_wants_a_clear_gain_over_the_better_of_these() {
+        let forms = |cap: f64, gain: f64, se: f64| {
             [
-                (Inertia::Stepwise, gain(0.0, 0.0), true),
-                (Inertia::Cap, of_cap, trusted),
-                (Inertia::Saturating, gain(6.0, 1.0), true),
+                form(Inertia::Stepwise, 0.0, 0.0),
+                form(Inertia::Cap, cap, 0.0),
+                Candidate {
+                    // says nothing between forms of unlike C
+                    ln_prior: 50.0,
+                    ..form(Inertia::Saturating, gain, se)
+                },
             ]
         };
-        let chosen = |of_cap, trusted| {
-            let (chosen, choice) = InertiaChoice::among(&forms(of_cap, trusted), ChosenBy::LeaveOneOut).expect("forms");
-            (chosen, choice.others[0].difference)
+        assert_eq!(chosen(&forms(-1.0, 6.0, 1.0)), Some(Inertia::Saturating));
+        assert_eq!(chosen(&forms(-1.0, 6.0, 4.0)), Some(Inertia::Stepwise));
+        assert_eq!(chosen(&forms(-1.0, 3.9, 0.1)), Some(Inertia::Stepwise));
+        assert_eq!(chosen(&forms(3.0, 6.0, 0.1)), Some(Inertia::Cap));
+        assert_eq!(chosen(&forms(3.0, 8.0, 1.0)), Some(Inertia::Saturating));
+        let untrusted = forms(-1.0, 6.0, 1.0).map(|form| Candidate { trusted: false, ..form });
+        assert_eq!(chosen(&untrusted), Some(Inertia::Stepwise));
+        let none = [form(Inertia::Stepwise, 0.0, 0.0), form(Inertia::None, 3.9, 0.1)];
+        assert_eq!(chosen(&none), Some(Inertia::Stepwise));
+    }
+
+    #[test]
+    fn the_others_are_held_against_the_chosen() {
+        let forms = [form(Inertia::Stepwise, 0.0, 0.0), form(Inertia::Saturating, 9.0, 2.0)];
+        let (_, choice) = InertiaChoice::among(&forms, ChosenBy::LeastSquares).expect("the default is there");
+        let other = OtherForm {
+            inertia: "stepwise",
+            difference: -9.0,
+            se: Some(2.0),
+            prior_difference: None,
         };
-        assert_eq!(chosen(gain(9.0, 2.0), true), (Inertia::Cap, -9.0));
-        // not four of its errors, or not trusted: the next one
-        assert_eq!(chosen(gain(9.0, 3.0), true), (Inertia::Saturating, -6.0));
-        assert_eq!(chosen(gain(9.0, 2.0), false), (Inertia::Saturating, -6.0));
-        let none = [
-            (Inertia::Stepwise, gain(0.0, 0.0), true),
-            (Inertia::Cap, gain(3.9, 0.1), true),
-        ];
-        let (chosen, choice) = InertiaChoice::among(&none, ChosenBy::LeastSquares).expect("forms");
-        assert_eq!((chosen, choice.others[0].difference), (Inertia::Stepwise, 3.9));
-        assert!(InertiaChoice::among(&none[1..], ChosenBy::LeastSquares).is_none());
+        assert_eq!((choice.inertia, choice.others), ("saturating", vec![other]));
     }
 }

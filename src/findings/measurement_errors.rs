@@ -5,8 +5,11 @@ use std::ops::Range;
 use serde::Serialize;
 
 use super::own_dry_speed::OwnDrySpeed;
+use crate::distributions::chi_squared_tail;
 use crate::inference::effective_variance::{ErrorColumns, ErrorWeights};
-use crate::runs::Runs;
+use crate::model::parameters::ParameterKind;
+use crate::runs::{DryGroup, Runs};
+use crate::scene::Scene;
 
 /// Which runs carry measurement errors above 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -42,22 +45,55 @@ pub struct ErrorSummary {
     pub intrinsic_sd: f64,
     /// squares of the residuals over their measurement errors', a degree of freedom
     pub reduced_chi_squared: f64,
+    /// those degrees of freedom
+    pub degrees_of_freedom: usize,
+    /// probability of squares as large by chance, if nothing but the errors scatters the runs
+    pub p: Option<f64>,
 }
 
 impl ErrorSummary {
     pub(super) fn of(weights: &ErrorWeights) -> ErrorSummary {
+        let freedom = weights.degrees_of_freedom as f64;
         ErrorSummary {
             runs_with_errors: weights.runs_with_errors,
             runs_left_out: weights.runs_left_out,
             intrinsic_sd: weights.intrinsic_sd,
             reduced_chi_squared: weights.reduced_chi_squared,
+            degrees_of_freedom: weights.degrees_of_freedom,
+            p: chi_squared_tail(weights.reduced_chi_squared * freedom, freedom),
         }
     }
 }
 
-/// The errors of the runs of some ranges, in the order in which they are fitted, with the dry speed that enters their law;
-/// `None` where the table has no errors.
-pub(super) fn columns(
+/// The errors of the dry runs of some groups, in the order in which they are fitted; `None` where the table has none.
+pub(super) fn dry_columns<'g>(
+    scene: &Scene,
+    runs: &Runs,
+    groups: impl Iterator<Item = &'g DryGroup> + Clone,
+) -> Option<ErrorColumns> {
+    let ranges = groups.map(|group| group.rebounds.clone());
+    let columns = of_ranges(runs, ranges, None)?;
+    Some(ErrorColumns {
+        are_all: scene.errors_are_all(ParameterKind::SigmaDry.key()),
+        ..columns
+    })
+}
+
+/// The errors of the wet runs of some ranges, with the dry speed that enters their law.
+pub(super) fn wet_columns(
+    scene: &Scene,
+    runs: &Runs,
+    ranges: impl Iterator<Item = Range<usize>> + Clone,
+    own: Option<&OwnDrySpeed>,
+) -> Option<ErrorColumns> {
+    let columns = of_ranges(runs, ranges, own)?;
+    Some(ErrorColumns {
+        are_all: scene.errors_are_all(ParameterKind::SigmaWet.key()),
+        ..columns
+    })
+}
+
+fn of_ranges(
     runs: &Runs,
     ranges: impl Iterator<Item = Range<usize>> + Clone,
     own: Option<&OwnDrySpeed>,
@@ -76,5 +112,6 @@ pub(super) fn columns(
             all().map(|run| errors.correlation(run)).collect()
         },
         offset_slopes: offset_slopes.collect(),
+        are_all: false,
     })
 }

@@ -127,7 +127,7 @@ pub fn fit_least_squares_watched(
     });
     let (resampling, bootstrap_notices) = resampled.unzip();
     let film_groups = film_groups::list_film_groups(scene, runs);
-    let mut verdicts = fits.checks(runs, bootstrap);
+    let mut verdicts = fits.checks(scene, runs, bootstrap);
     let balance = fits.energy_balance.as_ref();
     let own_films_stand = balance.is_some_and(|balance| balance.verdict.passed);
     verdicts.extend(film_groups::check(&film_groups, own_films_stand));
@@ -268,9 +268,9 @@ impl LeastSquaresFits {
     }
 
     /// What must hold of the fits, and with `bootstrap` of their replicates.
-    fn checks(&self, runs: &Runs, bootstrap: bool) -> Vec<Check> {
+    fn checks(&self, scene: &Scene, runs: &Runs, bootstrap: bool) -> Vec<Check> {
         let balance = self.energy_balance.as_ref();
-        let mut checks = verdicts::check_least_squares(runs, &self.dry, &self.series, &self.scaling, balance);
+        let mut checks = verdicts::check_least_squares(scene, runs, &self.dry, &self.series, &self.scaling, balance);
         if bootstrap {
             checks.extend(verdicts::check_replicates(&self.dry, &self.scaling));
         }
@@ -331,7 +331,7 @@ impl Findings {
                 if scene.model.noise == NoiseOn::Both || other_form {
                     // least squares does not know this noise, or holds a form that predicts worse: the posterior is quoted
                     for check in &mut self.verdicts {
-                        check.gates &= check.check != checks::ENERGY_BALANCE.code;
+                        check.gates &= ![checks::ENERGY_BALANCE.code, checks::WET_ERRORS.code].contains(&check.check);
                     }
                 }
                 for check in &mut self.verdicts {

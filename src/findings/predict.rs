@@ -149,7 +149,7 @@ pub struct ParticleLaw {
 pub struct Draw {
     /// parameters of the energy balance
     pub parameters: Parameters,
-    /// spread σ of wet restitutions, above zero
+    /// spread σ of wet restitutions; 0 where measurement errors are all that scatters them, which a prediction has none of
     pub sigma_wet: f64,
     /// spread σ_r of the energy kept; 0 where noise acts on the restitution alone
     pub sigma_energy: f64,
@@ -234,7 +234,7 @@ impl ParticleLaw {
         let of = |draw: &Draw| {
             let curve = Restitution::new(setting, self.form, &draw.parameters);
             let noise = DrawNoise {
-                sigma: draw.sigma_wet,
+                sigma: draw.sigma_wet.max(NO_SPREAD),
                 sigma_energy: draw.sigma_energy,
                 tails: Tails::of(draw.nu),
             };
@@ -269,6 +269,9 @@ impl ParticleLaw {
         }
     }
 }
+
+/// A spread that no restitution shows, in place of none: a distribution over the draws stays one that can be solved for.
+const NO_SPREAD: f64 = 1e-9;
 
 /// The noise of single runs under one draw.
 #[derive(Clone, Copy)]

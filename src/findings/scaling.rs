@@ -7,7 +7,7 @@ use super::dry::{own_dry_speed, FittedDry};
 use super::estimate::{Estimate, Quoting};
 use super::film_groups::why_no_laws;
 use super::fit_verdict::{one_against, spread, square_root_verdict, uncertain, why_stopped, Verdict};
-use super::measurement_errors::{columns, ErrorSummary};
+use super::measurement_errors::{wet_columns, ErrorSummary};
 use super::quantities::{variables, wetted_of, FittedLaw, LawLimits, LawOver};
 use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::{ErrorColumns, ErrorWeights};
@@ -285,7 +285,7 @@ fn both_laws(
     let own = own_dry_speed(scene, dry, group.sphere);
     let pool = PooledRuns::new(runs, series, own.is_some());
     let offset = own.as_ref().map_or_else(Vec::new, |own| own.offsets(&pool.speeds));
-    let errors = columns(runs, series.iter().map(|one| one.rebounds.clone()), own.as_ref());
+    let errors = wet_columns(scene, runs, series.iter().map(|one| one.rebounds.clone()), own.as_ref());
     let regression = pool.regression(WetLaw::Sqrt, &offset);
     let straight = pool.regression(WetLaw::Linear, &offset);
     let root = LawFit::new(&regression, errors.as_ref());
@@ -413,7 +413,7 @@ pub(super) fn square_root_of(
     let pool = PooledRuns::new(runs, series, true);
     let own = own_dry_speed(scene, dry, sphere);
     let offset = own.as_ref().map_or_else(Vec::new, |own| own.offsets(&pool.speeds));
-    let errors = columns(runs, series.iter().map(|one| one.rebounds.clone()), own.as_ref());
+    let errors = wet_columns(scene, runs, series.iter().map(|one| one.rebounds.clone()), own.as_ref());
     let (fit, _) = pool.regression(WetLaw::Sqrt, &offset).fit_with_errors(errors.as_ref());
     e_inf_and_st_c(WetLaw::Sqrt, two(&fit))
 }

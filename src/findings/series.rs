@@ -9,7 +9,7 @@ use super::film_groups::why_no_law_of_series;
 use super::fit_verdict::{
     falls, square_root_verdict, uncertain, why_stopped, Verdict, ALPHA_NOT_POSITIVE, BETA_NOT_NEGATIVE,
 };
-use super::measurement_errors::{columns, ErrorSummary};
+use super::measurement_errors::{wet_columns, ErrorSummary};
 use super::quantities::{variables, FittedLaw, LawLimits, LawOver};
 use crate::inference::effective_variance::ErrorWeights;
 use crate::inference::law::Law;
@@ -127,7 +127,7 @@ fn of_series(scene: &Scene, runs: &Runs, series: &Series, dry: &[FittedDry], quo
     let x = Law::SQUARE_ROOT.abscissae(speeds);
     let own = own_dry_speed(scene, dry, series.sphere);
     let offset = own.as_ref().map_or_else(Vec::new, |own| own.offsets(speeds));
-    let errors = columns(runs, std::iter::once(series.rebounds.clone()), own.as_ref());
+    let errors = wet_columns(scene, runs, std::iter::once(series.rebounds.clone()), own.as_ref());
     let regression = Regression {
         offset: &offset,
         ..Regression::new(Law::SQUARE_ROOT, &x, &runs.restitution[series.rebounds.clone()])

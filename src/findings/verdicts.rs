@@ -3,11 +3,13 @@
 use super::balance::EnergyBalance;
 use super::checks::{self, Check, Criterion};
 use super::dry::{self, FittedDry};
+use super::measurement_errors::ErrorSummary;
 use super::notices::{self, shortened};
 use super::scaling::FittedScaling;
 use super::series::SeriesFit;
 use crate::inference::lack_of_fit::Alternative;
 use crate::inference::nested::FTest;
+use crate::model::parameters::ParameterKind;
 use crate::notice::Notice;
 use crate::physics::DrySpeed;
 use crate::runs::{Runs, Table};
@@ -20,6 +22,7 @@ pub fn quotable(checks: &[Check]) -> bool {
 
 /// Every check of a least-squares analysis.
 pub fn check_least_squares(
+    scene: &Scene,
     runs: &Runs,
     dry: &[FittedDry],
     series: &[SeriesFit],
@@ -36,6 +39,7 @@ pub fn check_least_squares(
     checks.extend(of_series(series));
     checks.extend(dry.iter().filter_map(one_dry_k));
     checks.extend(dry.iter().filter_map(dry_law_holds));
+    checks.extend(stated_errors(scene, dry, balance));
     let biases = [
         (
             WetLaw::Sqrt,
@@ -159,6 +163,39 @@ fn dry_law_holds(fitted: &FittedDry) -> Option<Check> {
         share(shift)
     );
     Some(gating_where_felt(checks::DRY_LAW_HOLDS, &found.test, shift, text))
+}
+
+/// Whether the stated errors explain the scatter of the runs that nothing else scatters.
+fn stated_errors(scene: &Scene, dry: &[FittedDry], balance: Option<&EnergyBalance>) -> Vec<Check> {
+    let check = |criterion: Criterion, kind: ParameterKind, law: &str, errors: Option<ErrorSummary>| {
+        let errors = errors.filter(|_| scene.errors_are_all(kind.key()))?;
+        let text = format!(
+            "{law} with {} = 0: χ² of {:.2} a degree of freedom ({}) against the stated errors",
+            kind.symbol(),
+            errors.reduced_chi_squared,
+            errors.degrees_of_freedom
+        );
+        Some(criterion.check(errors.p, text).with_advice())
+    };
+    let of_dry = dry.iter().filter_map(|fitted| {
+        let law = format!("{}: the dry law", fitted.dry.words());
+        check(
+            checks::DRY_ERRORS,
+            ParameterKind::SigmaDry,
+            &law,
+            fitted.dry.measurement_errors,
+        )
+    });
+    let of_wet = balance.and_then(|balance| {
+        let law = "the energy balance over all rebounds";
+        check(
+            checks::WET_ERRORS,
+            ParameterKind::SigmaWet,
+            law,
+            balance.measurement_errors,
+        )
+    });
+    of_dry.chain(of_wet).collect()
 }
 
 fn share(shift: Option<f64>) -> String {

@@ -3,7 +3,7 @@
 //! About a law m(v) the residual e − m(v) of a run scatters by τ² = u² + s_v² (m/v + m′)², primes in v, since e = v_r/v
 //! shares the error of v (correlated errors of v and v_r take 2 ρ u s_v (m/v + m′) off; see [`crate::runs::MeasurementErrors`]), and by an intrinsic σ² besides. The weights are
 //! 1/(σ² + τ²), with τ at the fit's own slopes and σ² ≥ 0 such that the weighted squares equal the degrees of freedom; σ
-//! is 0 where the errors alone explain more than the scatter, and they are then not shrunk. A run without an error is
+//! is 0 where the errors alone explain more than the scatter, and they are then not shrunk, and where it is held at 0. A run without an error is
 //! taken to err like the median of those that carry one: it never has an infinite weight.
 //!
 //! A run whose error of v may take it to where nothing rebounds is left out: there the law is no straight line.
@@ -30,6 +30,8 @@ pub struct ErrorColumns {
     pub speed_correlation: Vec<f64>,
     /// v o′ and v² o″ of a known offset o in the law, primes in v; empty for none
     pub offset_slopes: Vec<[f64; 2]>,
+    /// whether nothing else scatters the restitutions: σ is held at 0
+    pub are_all: bool,
 }
 
 /// Restitutions of all runs and their slopes in the parameters, with derivatives in the speed.
@@ -73,6 +75,8 @@ pub struct ErrorWeights {
     pub intrinsic_sd: f64,
     /// weighted squares over the degrees of freedom with σ = 0: above 1 the errors do not explain the scatter
     pub reduced_chi_squared: f64,
+    /// degrees of freedom of the runs that were not left out
+    pub degrees_of_freedom: usize,
     /// runs that carry an error above 0
     pub runs_with_errors: usize,
     /// runs without weight, since their error of v may take them to where nothing rebounds
@@ -300,7 +304,11 @@ impl<P: SpeedDependent> Reweighting<'_, P> {
         let prior_squares: f64 = prior.iter().map(|r| r * r).sum();
         let beyond_own = prior_squares - self.problem.own_squares();
         let wanted = (self.freedom as f64 - beyond_own).max(1.0);
-        let intrinsic = intrinsic_variance(of_runs, &of_errors, wanted);
+        let intrinsic = if self.errors.are_all {
+            0.0
+        } else {
+            intrinsic_variance(of_runs, &of_errors, wanted)
+        };
         let mut total: Vec<f64> = of_errors.iter().map(|tau| intrinsic + tau).collect();
         total.resize(residuals.len(), 1.0);
         Ok(Some(Variances {
@@ -359,6 +367,7 @@ impl<P: SpeedDependent> Reweighting<'_, P> {
             squares: squares - variances.prior_squares,
             intrinsic_sd: variances.intrinsic.sqrt(),
             reduced_chi_squared: chi_squared / self.freedom as f64,
+            degrees_of_freedom: self.freedom,
             runs_with_errors: variances.runs_with_errors,
             runs_left_out: self.excluded.iter().filter(|excluded| **excluded).count(),
             variance: variances.total[..runs].to_vec(),

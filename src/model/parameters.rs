@@ -6,7 +6,7 @@ use crate::physics::dry::{speed_root, DRY_K};
 use crate::physics::form::Term;
 use crate::physics::{self, Coefficient, DrySpeed, Form, Inertia, Quantity};
 use crate::runs::Runs;
-use crate::scene::{least, within, LikelihoodFamily, NoiseOn, Prior, PriorChoice, Scene};
+use crate::scene::{least, within, LikelihoodFamily, NoiseOn, Prior, PriorChoice, Scene, SIGMA_DRY, SIGMA_WET};
 
 /// What a parameter is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -59,8 +59,8 @@ impl ParameterKind {
     pub fn key(self) -> &'static str {
         match self {
             ParameterKind::DryK(_) | ParameterKind::Shared(_) => self.physical().map_or("", |own| own.name),
-            ParameterKind::SigmaDry => "sigma_dry",
-            ParameterKind::SigmaWet => "sigma_wet",
+            ParameterKind::SigmaDry => SIGMA_DRY,
+            ParameterKind::SigmaWet => SIGMA_WET,
             ParameterKind::SigmaEnergy => "sigma_energy",
             ParameterKind::Nu => "nu",
             ParameterKind::LubricationTrend => "lubrication_log_trend",
@@ -338,10 +338,12 @@ impl ModelParameters {
         };
         if let Some(NotSampled { value, reason }) = left_out {
             if let Some(value) = value {
-                // a loss that is not held has 0 of its parameter, and C may be held at 0, too
+                // a loss that is not held has 0 of its parameter, and C may be held at 0, too; so may the spread of runs whose
+                // measurement errors are stated, which the reader of the runs sees to
                 let held = !matches!(prior, Prior::Fixed(_));
-                let lowest_allowed =
-                    value == 0.0 && (held || kind.physical().is_some_and(|parameter| parameter.may_be_zero));
+                let is_spread = matches!(kind, ParameterKind::SigmaDry | ParameterKind::SigmaWet);
+                let may_be_zero = is_spread || kind.physical().is_some_and(|parameter| parameter.may_be_zero);
+                let lowest_allowed = value == 0.0 && (held || may_be_zero);
                 if !(lowest_allowed || value > bounds.0 && value < bounds.1) {
                     return Err(no_room(scene, runs, kind, &prior, within("a value", bounds)));
                 }

@@ -433,7 +433,8 @@ fn odd_number(posterior: &PosteriorRecord) -> Option<String> {
     particles.or_else(liquids).or_else(limit).or_else(speed).or_else(held)
 }
 
-/// What is wrong with a parameter's value; `None`: nothing. Held values may be 0 where the term they scale is left out.
+/// What is wrong with a parameter's value; `None`: nothing. Held values may be 0 where the term they scale is left out, and
+/// where measurement errors are all that scatters the runs.
 fn odd_value(name: &str, x: f64, held: bool) -> Option<String> {
     let least = if name == ParameterKind::Nu.key() { 2.0 } else { 0.0 };
     // a term without a prefactor takes nothing
@@ -441,7 +442,12 @@ fn odd_value(name: &str, x: f64, held: bool) -> Option<String> {
         let own = coefficient.describe();
         own.name == name && !own.must_be_positive
     };
-    let may_vanish = held && Coefficient::ALL.iter().any(scales);
+    let is_spread = || {
+        [ParameterKind::SigmaDry, ParameterKind::SigmaWet]
+            .iter()
+            .any(|kind| kind.key() == name)
+    };
+    let may_vanish = held && (Coefficient::ALL.iter().any(scales) || is_spread());
     let holds = x.is_finite() && (x > least || may_vanish && x == 0.0);
     (!holds).then(|| format!("{name}: found {x:?}, expected a number above {least:.0}"))
 }

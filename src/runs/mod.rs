@@ -18,6 +18,7 @@
 //! | `series.rs` | orders runs by series |
 //! | `impacts.rs` | computes of each run, once, what the laws and the energy balance read |
 //! | `true_speeds.rs` | says how true speeds are distributed where measured ones err |
+//! | `stated_errors.rs` | refuses runs without errors where errors are to be all that scatters them |
 //! | `part.rs` | takes a part of the runs |
 //! | `write.rs` | writes simulated runs, a row at a time |
 
@@ -34,6 +35,7 @@ mod row;
 mod screen;
 mod series;
 mod spheres;
+mod stated_errors;
 mod stream;
 mod text;
 mod true_speeds;
@@ -81,7 +83,8 @@ pub struct Table {
 
 /// Reads, checks and screens the runs of a scene.
 ///
-/// Fails with every bad cell named by line, column and value; then nothing of the table is used.
+/// Fails with every bad cell named by line, column and value, and where runs without measurement errors have no other
+/// spread; then nothing of the table is used.
 pub fn read(scene: &Scene) -> Result<Table, Error> {
     let path = scene.data.runs.as_path();
     let parquet = path
@@ -101,11 +104,14 @@ pub fn read(scene: &Scene) -> Result<Table, Error> {
         };
         return Err(Error::input(path, vec![problem]));
     }
+    let (rows, screened, notices) = (collected.rows, collected.screened(), collected.notices(path));
+    let runs = impacts::arrange(collected.columns, scene);
+    stated_errors::check_stated_errors(scene, &runs)?;
     Ok(Table {
-        rows: collected.rows,
-        screened: collected.screened(),
-        notices: collected.notices(path),
-        runs: impacts::arrange(collected.columns, scene),
+        rows,
+        screened,
+        notices,
+        runs,
         sha256,
     })
 }

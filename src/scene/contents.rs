@@ -46,6 +46,18 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// Whether the stated errors of measurement are all that scatters the dry or the wet runs, by the name of their spread:
+    /// it is held at 0.
+    pub fn errors_are_all(&self, spread: &str) -> bool {
+        self.held_at_zero(spread).is_some()
+    }
+
+    /// The prior that holds a parameter at 0, of all particles.
+    pub(crate) fn held_at_zero(&self, parameter: &str) -> Option<&PriorChoice> {
+        let mut set = self.priors.iter();
+        set.find(|choice| choice.parameter == parameter && choice.prior == super::Prior::Fixed(0.0))
+    }
+
     /// A particle of the scene in a liquid of it, by their places; diameter and film in m.
     pub fn setting(&self, particle: usize, liquid: usize, diameter: f64, film: f64) -> Setting {
         let (particle, liquid) = (&self.particles[particle], &self.liquids[liquid]);

@@ -31,7 +31,7 @@ mod table;
 mod trial;
 mod unknown_keys;
 
-pub(crate) use choices::least;
+pub(crate) use choices::{least, SIGMA_DRY, SIGMA_WET};
 pub use choices::{
     Bootstrap, DryKOf, IntervalMethod, LikelihoodFamily, ModelChoices, NoiseOn, PriorChoice, ResamplingScheme, Sampler,
     Sticking, MOST_KEPT,

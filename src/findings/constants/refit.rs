@@ -49,7 +49,7 @@ impl<'h> BalanceMinimum<'h> {
         let mut problem = problem_of(joint, dry, spread);
         let mut fit = refit(&problem, &[], &refit_start.point);
         let mut of_runs = vec![];
-        if let Some(errors) = error_columns(&problem.joint) {
+        if let Some(errors) = error_columns(scene, &problem.joint) {
             let in_errors = problem_of(problem.joint.clone(), dry, share.sqrt());
             let weighed = reweight(&errors, fit.clone(), |_| in_errors.clone());
             if let Some(weighing) = weighed.1 {

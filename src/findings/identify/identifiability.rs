@@ -64,8 +64,15 @@ impl<'r> Identifiability<'r> {
             );
             vec![wet.of(&free), dry.of(&free)]
         };
-        let spreads =
-            [ParameterKind::SigmaWet, ParameterKind::SigmaDry].map(|kind| prior_of(scene, runs, kind, form).0.median());
+        let spreads = [ParameterKind::SigmaWet, ParameterKind::SigmaDry].map(|kind| {
+            let median = prior_of(scene, runs, kind, form).0.median();
+            // runs that nothing but their errors scatters
+            if median > 0.0 {
+                median
+            } else {
+                typical_error(runs)
+            }
+        });
         let evidence = RunsWithPriors {
             beliefs: &beliefs,
             spreads: &spreads,
@@ -233,4 +240,11 @@ fn belief(prior: &Prior) -> LogNormalPrior {
         median,
         ln_sd: sd / median,
     }
+}
+
+/// Root mean square of what the restitutions err by.
+fn typical_error(runs: &Runs) -> f64 {
+    let stated = runs.errors.iter().flat_map(|errors| &errors.restitution_sd);
+    let squares: f64 = stated.map(|sd| sd * sd).sum();
+    (squares / runs.len().max(1) as f64).sqrt()
 }

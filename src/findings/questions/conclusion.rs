@@ -27,17 +27,22 @@ pub const LEAST_GAIN: f64 = 2.0;
 /// A trend is there where its 95 % interval leaves zero and it gains more than [`LEAST_GAIN`]; one value serves where the whole
 /// interval is [`SMALL`]. `reports/questions.md` has how often which answer is given.
 fn conclude(gain: Difference, trend: &Trend) -> Answer {
-    let [lo, hi] = trend.interval;
     // a trend that is there may be small, too: then one value serves all the same
     if trend.largest_change.is_some_and(|change| change <= SMALL) {
         Answer::Constant
-    } else if gain.value > LEAST_GAIN && lo > 0.0 {
-        Answer::Rises
-    } else if gain.value > LEAST_GAIN && hi < 0.0 {
-        Answer::Falls
-    } else {
+    } else if !is_seen(gain, trend) {
         Answer::Open
+    } else if trend.mean > 0.0 {
+        Answer::Rises
+    } else {
+        Answer::Falls
     }
+}
+
+/// Whether a trend is there, however small.
+fn is_seen(gain: Difference, trend: &Trend) -> bool {
+    let [lo, hi] = trend.interval;
+    gain.value > LEAST_GAIN && (lo > 0.0 || hi < 0.0)
 }
 
 /// The question answered by what both models of a form say.
@@ -51,7 +56,10 @@ pub(super) fn answer_question(question: Question, form: Form, evidence: TrendEvi
         Some(doubt) => format!("open: {doubt}"),
         None => format!(
             "{}: {}; {}",
-            lead(answer, of_lubrication, form),
+            match answer {
+                Answer::Constant if is_seen(gain, &trend) => small_trend(of_lubrication).to_owned(),
+                _ => lead(answer, of_lubrication, form),
+            },
             reason(answer, gain, &trend),
             value(&trend)
         ),
@@ -112,6 +120,15 @@ fn lead(answer: Answer, of_lubrication: bool, form: Form) -> String {
         (Answer::Rises, false) => {
             format!("C rises with the film (the inertial loss grows more than the {formula} form says)")
         }
+    }
+}
+
+/// The answer where a trend is there that moves next to nothing.
+fn small_trend(of_lubrication: bool) -> &'static str {
+    if of_lubrication {
+        "one L serves (a trend is seen, too small to matter)"
+    } else {
+        "one C serves (a trend is seen, too small to matter)"
     }
 }
 

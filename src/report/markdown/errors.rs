@@ -19,10 +19,11 @@ pub(super) fn errors(page: &mut Page, input: ReportInput) {
         "{} of {} runs carry measurement errors: {} of the impact speed, {} of the restitution beyond what it shares with \
          that. e = v_r/v shares the error of v, so about a law m(v) it errs by τ² = u² + s_v² (m/v + ∂m/∂v)². Least squares \
          weighs each run by 1/(σ² + τ²); the intrinsic sd σ is what the restitutions scatter by beyond their errors, and 0 \
-         where the errors alone explain the scatter, which are then not made smaller. A run without an error is taken to \
+         where the errors alone explain the scatter, which are then not made smaller, or where [priors] holds it at 0. A run without an error is taken to \
          err like the median of the others; one whose error of v may take it to where nothing rebounds (e² less than three \
          standard deviations from 0) is left out. What errors of v move to second order is taken off. χ² is of the errors alone, \
-         a degree of freedom.",
+         a degree of freedom; p is the probability of as much by chance if nothing else scatters the runs, which must be so \
+         only where σ is held at 0.",
         given.runs,
         findings.counts.used + findings.counts.stuck,
         given.of_impact_speed,
@@ -65,7 +66,8 @@ pub(super) fn errors(page: &mut Page, input: ReportInput) {
         })
         .column("left out", |fit| fit.errors.runs_left_out)
         .column("intrinsic sd", |fit| numbers::significant(fit.errors.intrinsic_sd, 2))
-        .column("χ²", |fit| numbers::significant(fit.errors.reduced_chi_squared, 2));
+        .column("χ²", |fit| numbers::significant(fit.errors.reduced_chi_squared, 2))
+        .column("p", |fit| fit.errors.p.map(numbers::probability));
     page.table(&table);
 }
 

@@ -69,7 +69,16 @@ pub(super) fn main_numbers(page: &mut Page, input: ReportInput) {
 
 /// How far the forms that were not chosen are from the chosen one.
 fn others(choice: &InertiaChoice) -> String {
-    let one = |other: &OtherForm| format!("{} {}", other.inertia, numbers::signed_to(other.difference, 1));
+    let one = |other: &OtherForm| {
+        let of_prior = other.prior_difference.map_or(String::new(), |difference| {
+            format!(" ({} by the prior of its C)", numbers::signed_to(difference, 1))
+        });
+        format!(
+            "{} {}{of_prior}",
+            other.inertia,
+            numbers::signed_to(other.difference, 1)
+        )
+    };
     choice.others.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 

@@ -16,8 +16,8 @@ mod unused;
 
 pub use bootstrap::{Bootstrap, IntervalMethod, ResamplingScheme};
 pub use model::{DryKOf, LikelihoodFamily, ModelChoices, NoiseOn, Sticking};
-pub(crate) use priors::least;
 pub use priors::PriorChoice;
+pub(crate) use priors::{least, SIGMA_DRY, SIGMA_WET};
 pub use sampler::{Sampler, MOST_KEPT};
 
 pub(super) use bootstrap::bootstrap;

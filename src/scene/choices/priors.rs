@@ -25,7 +25,7 @@ pub struct PriorChoice {
 /// Parameters a prior can be set for: k, those that particles share, and those of the noise.
 fn parameters() -> impl Iterator<Item = &'static str> {
     let shared = Coefficient::ALL.map(|coefficient| coefficient.describe().name);
-    let noise = ["sigma_dry", "sigma_wet", "sigma_energy", "nu"];
+    let noise = [SIGMA_DRY, SIGMA_WET, "sigma_energy", "nu"];
     std::iter::once(DRY_K.name).chain(shared).chain(noise)
 }
 
@@ -86,9 +86,15 @@ pub fn priors(
     choices
 }
 
+/// The spread of the dry restitutions.
+pub(crate) const SIGMA_DRY: &str = "sigma_dry";
+/// The spread of the wet restitutions.
+pub(crate) const SIGMA_WET: &str = "sigma_wet";
+
+/// C, without which there is no inertia, and a spread beside which measurement errors scatter the runs.
 fn may_be_zero(parameter: &str) -> bool {
     let mut shared = Coefficient::ALL.into_iter().map(Coefficient::describe);
-    shared.any(|own| own.name == parameter && own.may_be_zero)
+    [SIGMA_DRY, SIGMA_WET].contains(&parameter) || shared.any(|own| own.name == parameter && own.may_be_zero)
 }
 
 fn prior(parameter: &str, table: &SceneTable) -> Option<Prior> {
@@ -130,7 +136,7 @@ fn prior(parameter: &str, table: &SceneTable) -> Option<Prior> {
             &[df, loc, scale] if df > 0.0 && scale > 0.0 => Some(Prior::StudentT(df, loc, scale)),
             _ => refuse("student_t", "[df, loc, scale] with df and scale above 0"),
         },
-        // every parameter is positive; without inertia is the one with its prefactor at zero
+        // every other parameter is positive
         ["fixed"] if may_be_zero(parameter) => table.number("fixed", NOT_NEGATIVE).map(Prior::Fixed),
         ["fixed"] => table.number("fixed", ABOVE_ZERO).map(Prior::Fixed),
         _ => {

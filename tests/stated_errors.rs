@@ -1,0 +1,299 @@
+//! Holds that a spread held at 0 leaves the stated measurement errors as all noise, and gates where they are not.
+
+mod common;
+
+use std::process::Command;
+
+use common::{binomial_z, rows, seed_of, Place};
+use rand_distr::{Distribution, StandardNormal};
+use wetcor::findings::checks::{Check, BEYOND_CHANCE};
+use wetcor::findings::posterior::MethodChoice;
+use wetcor::findings::{self, Findings};
+use wetcor::runs;
+use wetcor::seed::stream;
+
+const SCENE: &str = r#"
+title = "stated errors"
+[data]
+runs = "runs.csv"
+[particles.PTFE]
+density_kg_m3 = 2150
+roughness_um = 5
+[liquids.thin]
+density_kg_m3 = 930
+viscosity_mPa_s = 9.3
+[model]
+inertia = "stepwise"
+[priors]
+sigma_dry = { fixed = 0 }
+sigma_wet = { fixed = 0 }
+[sampler]
+warmup = 300
+draws = 300
+[bootstrap]
+replicates = 200
+[truth]
+dry_k = { PTFE = 0.183 }
+lubrication_log = 1.85
+inertial_prefactor = 1.0
+sigma_dry = 0
+sigma_wet = 0
+[design]
+diameter_mm = { PTFE = [4.762] }
+liquids = ["thin"]
+film_ratio = { PTFE = [0.04, 0.1] }
+height_mm = [30, 60, 100, 150]
+dry_impact_speed_m_s = [0.4, 0.8, 1.2, 1.6, 2.0]
+repeats = 4
+"#;
+
+const ESTIMATED: &str = "[priors]\nsigma_dry = { fixed = 0 }\nsigma_wet = { fixed = 0 }\n";
+
+/// A table whose runs err as they state, times a factor; `row` is changed by what is done to it.
+fn table(place: &Place, seed: u64, factor: f64, change: impl Fn(usize, &mut String)) -> String {
+    let mut rng = stream(seed, "stated errors", 0);
+    let mut csv = "particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution,restitution_sd\n".to_owned();
+    for (index, run) in rows(&place.scene, seed).into_iter().enumerate() {
+        let z: f64 = StandardNormal.sample(&mut rng);
+        let sd = 0.006 * (1 + index % 3) as f64;
+        let film = run.film.map_or(String::new(), |(film, _)| (1e6 * film).to_string());
+        let (liquid, diameter) = (run.liquid.unwrap_or("dry"), 1e3 * run.diameter);
+        let e = run.restitution + factor * sd * z;
+        let mut line = format!(
+            "{},{liquid},{diameter},{film},{},{e},{sd}\n",
+            run.particle, run.impact_speed
+        );
+        change(index, &mut line);
+        csv.push_str(&line);
+    }
+    csv
+}
+
+fn fit(place: &Place, seed: u64, factor: f64) -> Findings {
+    place.fit_rows(&table(place, seed, factor, |_, _| ()))
+}
+
+fn of_errors(findings: &Findings) -> Vec<&Check> {
+    let all = findings.verdicts.iter();
+    all.filter(|check| check.check.starts_with("stated_errors")).collect()
+}
+
+#[test]
+fn right_errors_pass_and_halved_ones_gate() {
+    const SETS: u64 = 400;
+    let place = Place::new(SCENE);
+    let seed = seed_of("right_errors_pass_and_halved_ones_gate");
+    let (mut low, mut gated, mut all) = (0, 0, 0);
+    let mut covered = [0; 3];
+    for set in 0..SETS {
+        let findings = fit(&place, seed + set, 1.0);
+        let checks = of_errors(&findings);
+        assert_eq!(checks.len(), 2);
+        low += checks.iter().filter(|check| check.value.expect("a p") < 0.05).count();
+        gated += checks.iter().filter(|check| !check.passed).count();
+        all += checks.len();
+        let balance = findings.energy_balance.as_ref().expect("dry and wet runs");
+        for (count, (name, truth)) in covered.iter_mut().zip([
+            ("dry_k[PTFE]", 0.183),
+            ("lubrication_log", 1.85),
+            ("inertial_prefactor", 1.0),
+        ]) {
+            let own = balance.parameters.iter().find(|own| own.name == name).expect("fitted");
+            let [lo, hi] = own.estimate.interval.expect("an interval");
+            *count += usize::from(lo <= truth && truth <= hi);
+        }
+    }
+    println!("p below 0.05 in {low}, gated {gated} of {all}; covered {covered:?} of {SETS}");
+    let z = binomial_z(low, all, 0.05);
+    assert!(z.abs() < 4.0, "{low} of {all}: {z}");
+    assert!(binomial_z(gated, all, BEYOND_CHANCE) < 4.0, "{gated} of {all}");
+    for count in covered {
+        let z = binomial_z(count, SETS as usize, 0.95);
+        assert!(z.abs() < 4.0, "{covered:?}: {z}");
+    }
+    // the planted fault: errors half of what they are
+    let halved = (0..50).filter(|set| {
+        let findings = fit(&place, seed + set, 2.0);
+        of_errors(&findings).iter().any(|check| check.gates && !check.passed) && !findings.main.verdict.passed
+    });
+    assert_eq!(halved.count(), 50);
+}
+
+#[test]
+fn with_a_spread_estimated_errors_are_only_told() {
+    let place = Place::new(&SCENE.replace(ESTIMATED, ""));
+    let findings = fit(&place, seed_of("with_a_spread_estimated_errors_are_only_told"), 2.0);
+    assert!(of_errors(&findings).is_empty());
+    let balance = findings.energy_balance.as_ref().expect("dry and wet runs");
+    let told = balance.measurement_errors.expect("runs with errors");
+    assert!(
+        told.p.expect("a p") < BEYOND_CHANCE && told.intrinsic_sd > 0.0,
+        "{told:?}"
+    );
+    assert!(findings.main.verdict.passed, "{:?}", findings.main.verdict);
+}
+
+#[test]
+fn the_posterior_is_that_of_the_errors_alone() {
+    let place = Place::new(&SCENE.replace("repeats = 4", "repeats = 8"));
+    let seed = seed_of("the_posterior_is_that_of_the_errors_alone");
+    for (factor, may_be_quoted) in [(1.0, true), (2.0, false)] {
+        let text = table(&place, seed, factor, |_, _| ());
+        std::fs::write(&place.scene.data.runs, text).expect("writable");
+        let table = place.read();
+        let mut findings = findings::fit_least_squares(&place.scene, &table, 1, true);
+        let posterior = findings
+            .add_posterior(&place.scene, &table.runs, MethodChoice::default(), &|_, _| ())
+            .unwrap_or_else(|error| panic!("{error}"))
+            .expect("sampled");
+        let compared = findings.add_comparison(&place.scene, &table.runs, &posterior, &|_, _| ());
+        let compared = compared.unwrap_or_else(|error| panic!("{error}"));
+        assert!(compared.models.iter().all(|model| model.elpd_loo.is_finite()));
+        let held: Vec<_> = posterior
+            .findings
+            .left_out
+            .iter()
+            .map(|held| (held.name.as_str(), held.value))
+            .collect();
+        assert_eq!(held, [("sigma_dry", Some(0.0)), ("sigma_wet", Some(0.0))]);
+        assert_eq!(
+            findings.main.verdict.passed, may_be_quoted,
+            "{:?}",
+            findings.main.verdict
+        );
+        // errors alone: as wide as the inverse of the weighted squares, whatever the scatter
+        let balance = findings.energy_balance.as_ref().expect("dry and wet runs");
+        for own in &posterior.findings.parameters {
+            let (mean, sd) = own.mean.zip(own.sd).expect("sampled");
+            let (value, se) = balance
+                .parameters
+                .iter()
+                .find(|fitted| fitted.name == own.name)
+                .and_then(|fitted| fitted.estimate.pair())
+                .expect("a ±");
+            assert!((mean - value).abs() < 0.3 * se, "{}: {mean} {value} {se}", own.name);
+            assert!((sd / se - 1.0).abs() < 0.15, "{}: {sd} {se}", own.name);
+        }
+    }
+}
+
+#[test]
+fn every_stage_and_prediction_run_without_a_spread() {
+    let place = Place::new(SCENE);
+    let text = table(
+        &place,
+        seed_of("every_stage_and_prediction_run_without_a_spread"),
+        1.0,
+        |_, _| (),
+    );
+    std::fs::write(&place.scene.data.runs, text).expect("writable");
+    let run = |words: &[&str]| {
+        let output = Command::new(env!("CARGO_BIN_EXE_wetcor"))
+            .args(words)
+            .current_dir(place.folder.path())
+            .output()
+            .expect("the program runs");
+        let [out, err] = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+        assert_eq!(output.status.code(), Some(0), "{words:?}: {out}{err}");
+        out
+    };
+    run(&["check", "scene.toml"]);
+    run(&["fit", "scene.toml", "--out", "out"]);
+    let report = std::fs::read_to_string(place.path("out/report.md")).expect("written");
+    assert!(!report.contains("NaN") && report.contains("σ_wet"), "{report}");
+    let speeds = [
+        "predict",
+        "out",
+        "--particle",
+        "PTFE",
+        "--liquid",
+        "thin",
+        "--diameter-mm",
+        "4.762",
+        "--film-um",
+        "250",
+    ];
+    let predicted = run(&[&speeds[..], &["--speed-m-s", "0.6:1.8:4"]].concat());
+    assert!(!predicted.contains("NaN") && !predicted.contains("inf"), "{predicted}");
+    // a run without error of its own lies where the curve does
+    let cells: Vec<Vec<f64>> = predicted
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').filter_map(|cell| cell.parse().ok()).collect())
+        .collect();
+    assert_eq!(cells.len(), 4, "{predicted}");
+    let header: Vec<&str> = predicted.lines().next().expect("a header").split(',').collect();
+    let place_of = |name: &str| header.iter().position(|own| *own == name).expect("a column");
+    for row in &cells {
+        for (run, curve) in [("run_q05", "restitution_q05"), ("run_q95", "restitution_q95")] {
+            let (run, curve) = (row[place_of(run)], row[place_of(curve)]);
+            assert!((run - curve).abs() < 1e-3, "{predicted}");
+        }
+    }
+    run(&["simulate", "scene.toml", "--out", "simulated.csv"]);
+}
+
+/// What a scene and its runs are refused with; `None` where they are read.
+fn refusal(scene: &str, change: impl Fn(usize, &mut String)) -> Option<String> {
+    let place = Place::new(scene);
+    let text = table(&place, 1, 1.0, change);
+    std::fs::write(&place.scene.data.runs, text).expect("writable");
+    runs::read(&place.scene).err().map(|error| error.to_string())
+}
+
+#[test]
+fn runs_that_nothing_would_scatter_are_refused() {
+    let no_error = |line: &mut String| {
+        let cut = line.rfind(',').expect("cells");
+        line.truncate(cut);
+        line.push_str(",\n");
+    };
+    let stuck = |line: &mut String| {
+        let cells: Vec<&str> = line.trim_end().split(',').collect();
+        *line = format!("{},0,0.01\n", cells[..5].join(","));
+    };
+    let nothing = |_: usize, _: &mut String| ();
+    let dry_alone = SCENE.replace("sigma_wet = { fixed = 0 }\n", "");
+    let wet_alone = SCENE.replace("sigma_dry = { fixed = 0 }\n", "");
+    assert_eq!(refusal(SCENE, nothing), None);
+    let found = refusal(&dry_alone, |_, line| no_error(line)).expect("refused");
+    assert!(found.contains("scene.toml") && found.contains("[priors] sigma_dry: found `fixed 0`, expected a number above 0: 20 of 20 dry rebounds in use state no error of the restitution (column restitution_sd"), "{found}");
+    // what the other kind states is its own affair
+    let of_dry = |_: usize, line: &mut String| {
+        if line.contains(",dry,") {
+            no_error(line);
+        }
+    };
+    assert_eq!(refusal(&wet_alone, of_dry), None);
+    assert_eq!(
+        refusal(&SCENE.replace("fixed = 0 }", "fixed = 0.01 }"), |_, line| no_error(
+            line
+        )),
+        None
+    );
+    let found = refusal(SCENE, |index, line| {
+        if index == 30 {
+            stuck(line)
+        }
+    })
+    .expect("refused");
+    assert!(
+        found.contains("[priors] sigma_wet") && found.contains("1 wet runs in use stuck"),
+        "{found}"
+    );
+    let excluded = SCENE.replace("[model]", "[model]\nsticking = \"excluded\"");
+    assert_eq!(
+        refusal(&excluded, |index, line| if index == 30 {
+            stuck(line)
+        }),
+        None
+    );
+    for (key, value) in [("sticking", "truncated"), ("noise", "both")] {
+        let scene = SCENE.replace("[model]", &format!("[model]\n{key} = \"{value}\""));
+        let found = refusal(&scene, nothing).expect("refused");
+        assert!(
+            found.contains("[priors] sigma_wet") && found.contains(&format!("{key} = \"{value}\"")),
+            "{found}"
+        );
+    }
+}
