@@ -304,10 +304,13 @@ impl Curve {
         }
     }
 
-    /// Whether the range keeps clear of the turn, and the integrand is normal.
+    /// Whether the range keeps clear of the turn, or the integrand is narrow beside it, and is normal.
     fn is_plain(&self, range: Range) -> bool {
         const CLEAR: f64 = 6.0 * TURN;
-        self.radial == Radial::Normal && (range.lo > CLEAR || range.hi < -CLEAR)
+        /// the trapezoidal rule errs by exp(−2π d/h), d being the distance of the poles of m⁻¹, which is τ
+        const NARROW: f64 = 0.3 * TURN;
+        let is_narrow = || 1.0 / self.own < NARROW;
+        self.radial == Radial::Normal && (range.lo > CLEAR || range.hi < -CLEAR || is_narrow())
     }
 
     fn panel(&self, widths: f64) -> Panel {

@@ -129,7 +129,14 @@ impl Likelihood {
                 next += 1;
             }
             while let Some(run) = stuck.get(next_stuck).filter(|run| film_ratio(run) <= ratio) {
-                self.stuck.push(conditions.wet(*run), conditions.has_fixed(), 0.0, 1.0);
+                let impact = conditions.wet(*run);
+                let last = self.stuck.len().checked_sub(1).filter(|last| *last >= first_stuck);
+                // repeats of one setting stick with one probability, which is dear where it is integrated
+                let integrated = self.own.as_ref().is_some_and(|own| own.both) && table.errors.is_none();
+                match last.filter(|last| integrated && self.stuck.impact(*last) == impact) {
+                    Some(last) => self.stuck.count[last] += 1.0,
+                    None => self.stuck.push(impact, conditions.has_fixed(), 0.0, 1.0),
+                }
                 if let Some(own) = &mut self.own {
                     let errors = errors(*run);
                     note(*run, errors, WetRow::Stuck(own.stuck.len()));

@@ -50,6 +50,9 @@ pub(super) struct RunNoise {
     pub wet: bool,
 }
 
+/// What noise on the energy kept moves e by, over σ, below which it is none: σ² + (m′σ_r)² is then σ² to rounding.
+const NOTICED: f64 = 1e-7;
+
 /// A run's impact as measured, with its energy balance.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RunImpact<'b> {
@@ -73,10 +76,10 @@ impl RunNoise {
         }
         let mut found = if self.wet {
             let (r, of_k) = balance.kept(&impact);
-            let of = if self.spreads.energy > 0.0 {
+            let (mean, slope) = mean_and_slope(r);
+            let of = if slope * self.spreads.energy > NOTICED * self.spreads.sigma {
                 self.on_both(r, seen, errors)
             } else {
-                let (mean, slope) = mean_and_slope(r);
                 self.on_restitution(mean, slope, seen, errors)
             };
             RunDensity {

@@ -141,8 +141,8 @@ impl Radial {
 
     /// ρ² beyond which an integral over a line that comes as near as ρ² = `nearest` has less than 1e-9 of its value.
     pub fn farthest(&self, nearest: f64) -> f64 {
-        /// normal tails have e^(−25) of their largest value there: 1e-9 with a factor of 70 for what multiplies them
-        const ENOUGH: f64 = 50.0;
+        /// normal tails have e^(−20) of their largest value there: 1e-7 with a factor of 50 for what multiplies them
+        const ENOUGH: f64 = 40.0;
         match self {
             Radial::Normal => nearest + ENOUGH,
             Radial::Student { nu, steepness, .. } => {
