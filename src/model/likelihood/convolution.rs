@@ -13,6 +13,7 @@
 //! the nodes may move with the parameters. Far from the turn the trapezoidal rule, which is exact to the same digits
 //! where an integrand has vanished at both ends.
 
+use super::normal_nodes::{Integrand, NormalNodes};
 use super::run_density::{Side, Spreads};
 use super::tails::{Radial, Tails};
 use crate::physics::rebound::{kept_and_slope, mean_restitution, TURN};
@@ -46,14 +47,14 @@ pub(super) const MOST_PANELS: usize = 20_000;
 
 /// A run of one setting as seen from a restitution.
 #[derive(Debug, Clone, Copy)]
-struct Curve {
+pub(super) struct Curve {
     /// e, or the limit
-    restitution: f64,
-    r: f64,
+    pub restitution: f64,
+    pub r: f64,
     /// 1/σ
-    own: f64,
+    pub own: f64,
     /// 1/σ_r
-    of_energy: f64,
+    pub of_energy: f64,
     radial: Radial,
 }
 
@@ -89,27 +90,28 @@ pub(super) fn ln_density(tails: Tails, restitution: f64, r: f64, spreads: Spread
     let nearest = curve.nearest();
     let range = curve.range(nearest);
     let reference = curve.radial.ln_beyond(nearest.square);
-    let mut sums = [0.0; 5];
-    let mut add = |at: CurvePoint, weight: f64| {
-        let beyond = (curve.radial.ln_beyond(at.square) - reference).exp();
-        let over = curve.radial.density_over_beyond(at.square);
-        let part = weight * at.stretch * beyond * over;
-        // d ln f/d(ρ²/2)
-        let falls = curve.falls(at.square);
-        sums[0] += part;
-        sums[1] += part * falls * at.a;
-        sums[2] += part * falls * at.a * at.a;
-        sums[3] += part * falls * at.b * at.b;
-        if curve.radial != Radial::Normal {
-            sums[4] +=
-                part * (curve.radial.ln_beyond_nu(at.square) + curve.radial.ln_density_over_beyond_nu(at.square));
+    let sums = match curve.radial {
+        Radial::Normal => curve.over_normal(Integrand::Density, reference, (range, nearest)),
+        Radial::Student { .. } => {
+            let mut sums = [0.0; 5];
+            let mut add = |x: f64, weight: f64| {
+                let at = curve.at(x);
+                let beyond = (curve.radial.ln_beyond(at.square) - reference).exp();
+                let over = curve.radial.density_over_beyond(at.square);
+                let part = weight * at.stretch * beyond * over;
+                // d ln f/d(ρ²/2)
+                let falls = curve.falls(at.square);
+                sums[0] += part;
+                sums[1] += part * falls * at.a;
+                sums[2] += part * falls * at.a * at.a;
+                sums[3] += part * falls * at.b * at.b;
+                sums[4] +=
+                    part * (curve.radial.ln_beyond_nu(at.square) + curve.radial.ln_density_over_beyond_nu(at.square));
+            };
+            curve.over_panels(range, nearest, STUDENT_WIDTHS, &mut add);
+            sums
         }
     };
-    if curve.is_plain(range) {
-        curve.over_steps(range, &mut add);
-    } else {
-        curve.over_panels(range, nearest, curve.widths_of_density(), &mut add);
-    }
     let [mass, of_r, of_energy, of_own, of_nu] = sums;
     Convolved {
         value: reference + mass.ln() + (curve.own * curve.of_energy / std::f64::consts::TAU).ln(),
@@ -139,36 +141,11 @@ pub(super) fn ln_probability(tails: Tails, side: Side, limit: f64, r: f64, sprea
     } else {
         curve.radial.ln_beyond(nearest.square)
     };
-    let mut sums = [0.0; 5];
-    let mut add = |at: CurvePoint, weight: f64| {
-        let ln_beyond = curve.radial.ln_beyond(at.square) - reference;
-        let beyond = ln_beyond.exp();
-        let turned = weight * (-at.a * curve.own - at.b * at.stretch * curve.of_energy);
-        let angle = turned / at.square;
-        sums[0] += if near {
-            // at the very centre its limit, half the density
-            if at.square > 0.0 {
-                -ln_beyond.exp_m1() * angle
-            } else {
-                0.5 * curve.radial.density_over_beyond(0.0) * turned
-            }
-        } else {
-            beyond * angle
-        };
-        let density = weight * beyond * curve.radial.density_over_beyond(at.square);
-        sums[1] += density;
-        sums[2] += density * at.a;
-        sums[3] += density * at.b * at.stretch;
-        if curve.radial != Radial::Normal && at.square > 0.0 {
-            sums[4] += beyond * curve.radial.ln_beyond_nu(at.square) * angle;
-        }
+    let sums = match curve.radial {
+        Radial::Normal if near => curve.over_normal(Integrand::AngleWithin, reference, (range, nearest)),
+        Radial::Normal => curve.over_normal(Integrand::AngleBeyond, reference, (range, nearest)),
+        Radial::Student { .. } => curve.over_student_angles(range, nearest, (near, reference)),
     };
-    let widths = if near {
-        curve.widths_of_density()
-    } else {
-        curve.widths_of_density().min(WIDTHS_TO_A_POLE)
-    };
-    curve.over_panels(range, nearest, widths, &mut add);
     let [mass, of_r, of_energy, of_own, of_nu] = sums;
     let turn = std::f64::consts::TAU;
     // of what sticks, times e^−reference
@@ -200,6 +177,12 @@ pub(super) fn ln_probability(tails: Tails, side: Side, limit: f64, r: f64, sprea
 
 /// Widths of the integrand that a panel may have where a pole lies two widths from the curve, as of S/ρ².
 const WIDTHS_TO_A_POLE: f64 = 3.2;
+
+/// Gauss's rule of order 12 has 1e-9 of a normal density over so many standard deviations.
+const WIDTHS: f64 = 5.0;
+
+/// Student's has a pole about one width from the curve.
+const STUDENT_WIDTHS: f64 = 2.0;
 
 impl Curve {
     fn new(tails: Tails, restitution: f64, r: f64, spreads: Spreads) -> Curve {
@@ -238,21 +221,17 @@ impl Curve {
     fn nearest(&self) -> Nearest {
         /// a few do but for restitutions hundreds of spreads off
         const STEPS: usize = 100;
-        let of = |x: f64| Nearest {
-            x,
-            square: self.at(x).square,
-        };
+        let of = |x: f64| (x, self.at(x));
         let (one, other) = (of(self.restitution), of(mean_restitution(self.r)));
-        let mut best = if one.square < other.square { one } else { other };
+        let (mut x, mut at) = if one.1.square < other.1.square { one } else { other };
         let mut share = 1.0;
         for _ in 0..STEPS {
-            let at = self.at(best.x);
             let slope = at.stretch * self.of_energy;
             let step = (at.b * self.own - at.a * slope) / (self.own * self.own + slope * slope);
-            let next = of(best.x + share * step);
-            if next.square < best.square {
-                let gained = best.square - next.square;
-                best = next;
+            let next = of(x + share * step);
+            if next.1.square < at.square {
+                let gained = at.square - next.1.square;
+                (x, at) = next;
                 share = (2.0f64 * share).min(1.0);
                 if gained < 1e-2 {
                     break;
@@ -263,7 +242,7 @@ impl Curve {
                 share *= 0.5;
             }
         }
-        best
+        Nearest { x, square: at.square }
     }
 
     /// The x beyond which nothing is left of the integrand.
@@ -293,15 +272,50 @@ impl Curve {
         first - std::f64::consts::PI - last
     }
 
-    fn widths_of_density(&self) -> f64 {
-        /// Gauss's rule of order 12 has 1e-9 of a normal density over so many standard deviations
-        const WIDTHS: f64 = 5.0;
-        /// Student's has a pole about one width from the curve
-        const STUDENT_WIDTHS: f64 = 2.0;
-        match self.radial {
-            Radial::Normal => WIDTHS,
-            Radial::Student { .. } => STUDENT_WIDTHS,
+    /// Sums over nodes with normal noise; the fifth, in ν, is none.
+    fn over_normal(&self, integrand: Integrand, reference: f64, (range, nearest): (Range, Nearest)) -> [f64; 5] {
+        let mut nodes = NormalNodes::new(self, integrand, reference);
+        let mut add = |x: f64, weight: f64| nodes.add(x, weight);
+        let has_pole = integrand == Integrand::AngleBeyond;
+        if self.is_plain(range) && integrand == Integrand::Density {
+            self.over_steps(range, &mut add);
+        } else {
+            let widths = if has_pole { WIDTHS_TO_A_POLE } else { WIDTHS };
+            self.over_panels(range, nearest, widths, &mut add);
         }
+        let [first, second, third, fourth] = nodes.finish();
+        [first, second, third, fourth, 0.0]
+    }
+
+    /// The integrals of a probability with Student's tails.
+    fn over_student_angles(&self, range: Range, nearest: Nearest, (near, reference): (bool, f64)) -> [f64; 5] {
+        let mut sums = [0.0; 5];
+        let mut add = |x: f64, weight: f64| {
+            let at = self.at(x);
+            let ln_beyond = self.radial.ln_beyond(at.square) - reference;
+            let beyond = ln_beyond.exp();
+            let turned = weight * (-at.a * self.own - at.b * at.stretch * self.of_energy);
+            let angle = turned / at.square;
+            sums[0] += if near {
+                // at the very centre its limit, half the density
+                if at.square > 0.0 {
+                    -ln_beyond.exp_m1() * angle
+                } else {
+                    0.5 * self.radial.density_over_beyond(0.0) * turned
+                }
+            } else {
+                beyond * angle
+            };
+            let density = weight * beyond * self.radial.density_over_beyond(at.square);
+            sums[1] += density;
+            sums[2] += density * at.a;
+            sums[3] += density * at.b * at.stretch;
+            if at.square > 0.0 {
+                sums[4] += beyond * self.radial.ln_beyond_nu(at.square) * angle;
+            }
+        };
+        self.over_panels(range, nearest, STUDENT_WIDTHS, &mut add);
+        sums
     }
 
     /// Whether the range keeps clear of the turn, or the integrand is narrow beside it, and is normal.
@@ -323,7 +337,7 @@ impl Curve {
 
     /// The trapezoidal rule with a step of the smallest width.
     #[inline(always)]
-    fn over_steps(&self, range: Range, add: &mut impl FnMut(CurvePoint, f64)) {
+    fn over_steps(&self, range: Range, add: &mut impl FnMut(f64, f64)) {
         let length = range.hi - range.lo;
         let panel = self.panel(1.0);
         let width = panel.width(range.hi).min(panel.width(range.lo));
@@ -332,12 +346,12 @@ impl Curve {
         // a range of no length known has no steps
         let steps = if steps < MOST_PANELS as f64 { steps as usize } else { 0 };
         for index in 0..steps {
-            add(self.at(range.lo + (index as f64 + 0.5) * step), step);
+            add(range.lo + (index as f64 + 0.5) * step, step);
         }
     }
 
     /// Gauss's rule on panels from the turn outwards.
-    fn over_panels(&self, range: Range, nearest: Nearest, widths: f64, add: &mut impl FnMut(CurvePoint, f64)) {
+    fn over_panels(&self, range: Range, nearest: Nearest, widths: f64, add: &mut impl FnMut(f64, f64)) {
         let inner = 0f64.clamp(range.lo, range.hi.max(range.lo));
         let panel = self.panel(widths);
         for (end, sign) in [(range.lo, -1.0), (range.hi, 1.0)] {
@@ -357,10 +371,14 @@ impl Curve {
                 length = length.min(rest);
                 let (half, middle) = (0.5 * length, from + 0.5 * sign * length);
                 for [node, weight] in GAUSS {
-                    add(self.at(middle - half * node), half * weight);
-                    add(self.at(middle + half * node), half * weight);
+                    add(middle - half * node, half * weight);
+                    add(middle + half * node, half * weight);
                 }
-                from = if length < rest { from + sign * length } else { end };
+                let next = if length < rest { from + sign * length } else { end };
+                if next == from {
+                    break;
+                }
+                from = next;
             }
         }
     }

@@ -20,6 +20,7 @@ mod gauss;
 mod hidden_speed;
 mod nodes;
 pub mod normal;
+mod normal_nodes;
 pub mod pointwise;
 mod prepared;
 mod rows;

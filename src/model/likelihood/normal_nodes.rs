@@ -1,0 +1,224 @@
+//! Sums the integrands of two normal noises over nodes, several at a time.
+//!
+//! Symbols as in `convolution.rs`. Lanes are added in one order on every machine.
+
+use pulp::{Arch, Simd, WithSimd};
+
+use super::convolution::Curve;
+use crate::physics::rebound::kept_and_slope;
+
+/// Nodes of one call.
+const BATCH: usize = 64;
+
+/// Nodes that are computed side by side.
+const LANES: usize = 8;
+
+/// What is integrated along the curve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Integrand {
+    /// the density of a rebound: y′ f, and that times a, a² and b²
+    Density,
+    /// the share of a side by the angle, S dθ with (1 − S) in the place of S, which has no pole at the centre; and f, f a and
+    /// f b y′
+    AngleWithin,
+    /// the same with S
+    AngleBeyond,
+}
+
+/// Nodes of a rule with their weights, gathered until there are enough of them.
+pub(super) struct NormalNodes<'c> {
+    curve: &'c Curve,
+    integrand: Integrand,
+    /// the logarithm that all exponentials are divided by
+    reference: f64,
+    x: [f64; BATCH],
+    weight: [f64; BATCH],
+    count: usize,
+    sums: [f64; 4],
+}
+
+impl<'c> NormalNodes<'c> {
+    pub fn new(curve: &'c Curve, integrand: Integrand, reference: f64) -> NormalNodes<'c> {
+        NormalNodes {
+            curve,
+            integrand,
+            reference,
+            x: [0.0; BATCH],
+            weight: [0.0; BATCH],
+            count: 0,
+            sums: [0.0; 4],
+        }
+    }
+
+    #[inline(always)]
+    pub fn add(&mut self, x: f64, weight: f64) {
+        (self.x[self.count], self.weight[self.count]) = (x, weight);
+        self.count += 1;
+        if self.count == BATCH {
+            self.flush();
+        }
+    }
+
+    /// The sums over all nodes.
+    pub fn finish(mut self) -> [f64; 4] {
+        self.flush();
+        self.sums
+    }
+
+    fn flush(&mut self) {
+        if self.count == 0 {
+            return;
+        }
+        let filled = self.count.next_multiple_of(LANES);
+        let last = self.x[self.count - 1];
+        for place in self.count..filled {
+            (self.x[place], self.weight[place]) = (last, 0.0);
+        }
+        let batch = Batch {
+            curve: *self.curve,
+            reference: self.reference,
+            x: &self.x[..filled],
+            weight: &self.weight[..filled],
+        };
+        let arch = Arch::new();
+        let sums = match self.integrand {
+            Integrand::Density => arch.dispatch(Densities(batch)),
+            Integrand::AngleWithin => arch.dispatch(Angles::<true>(batch)),
+            Integrand::AngleBeyond => arch.dispatch(Angles::<false>(batch)),
+        };
+        for (all, sum) in self.sums.iter_mut().zip(sums) {
+            *all += sum;
+        }
+        self.count = 0;
+    }
+}
+
+struct Batch<'n> {
+    curve: Curve,
+    reference: f64,
+    x: &'n [f64],
+    weight: &'n [f64],
+}
+
+impl Batch<'_> {
+    /// Sums four terms of every node; `terms` are those at (a, b, y′, ρ²) with a weight.
+    #[inline(always)]
+    fn sum(&self, terms: impl Fn(NodeAt, f64) -> [f64; 4]) -> [f64; 4] {
+        let curve = self.curve;
+        let mut lanes = [[0.0; LANES]; 4];
+        for (x, weight) in self.x.chunks_exact(LANES).zip(self.weight.chunks_exact(LANES)) {
+            for lane in 0..LANES {
+                let (y, stretch) = kept_and_slope(x[lane]);
+                let a = (y - curve.r) * curve.of_energy;
+                let b = (curve.restitution - x[lane]) * curve.own;
+                let square = a * a + b * b;
+                let found = terms(NodeAt { a, b, stretch, square }, weight[lane]);
+                for (sums, term) in lanes.iter_mut().zip(found) {
+                    sums[lane] += term;
+                }
+            }
+        }
+        lanes.map(|sums| sums.iter().sum())
+    }
+}
+
+#[derive(Clone, Copy)]
+struct NodeAt {
+    a: f64,
+    b: f64,
+    stretch: f64,
+    square: f64,
+}
+
+struct Densities<'n>(Batch<'n>);
+
+impl WithSimd for Densities<'_> {
+    type Output = [f64; 4];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) -> [f64; 4] {
+        let reference = self.0.reference;
+        self.0.sum(|at, weight| {
+            let part = weight * at.stretch * exp_of_no_more_than_a_little(-0.5 * at.square - reference);
+            [part, part * at.a, part * at.a * at.a, part * at.b * at.b]
+        })
+    }
+}
+
+struct Angles<'n, const WITHIN: bool>(Batch<'n>);
+
+impl<const WITHIN: bool> WithSimd for Angles<'_, WITHIN> {
+    type Output = [f64; 4];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) -> [f64; 4] {
+        /// ρ² below which 1 − S is taken from its series
+        const CENTRE: f64 = 1e-3;
+        let curve = self.0.curve;
+        let reference = self.0.reference;
+        self.0.sum(|at, weight| {
+            let beyond = exp_of_no_more_than_a_little(-0.5 * at.square - reference);
+            let turned = weight * (-at.a * curve.own - at.b * at.stretch * curve.of_energy);
+            let share = if WITHIN {
+                let half = 0.5 * at.square;
+                let series = 0.5 * (1.0 - half * (0.5 - half * (1.0 / 6.0 - half / 24.0)));
+                let far = (1.0 - beyond) / at.square;
+                if at.square < CENTRE {
+                    series
+                } else {
+                    far
+                }
+            } else {
+                beyond / at.square
+            };
+            let density = weight * beyond;
+            [share * turned, density, density * at.a, density * at.b * at.stretch]
+        })
+    }
+}
+
+/// exp(x) for x up to a few hundred, to 1e-14 of it; below −700 that of −700.
+#[inline(always)]
+fn exp_of_no_more_than_a_little(x: f64) -> f64 {
+    /// adding it rounds to a whole number, which its last bits then hold
+    const ROUND: f64 = 6_755_399_441_055_744.0;
+    const LN_2_HEAD: f64 = 6.931_471_803_691_238e-1;
+    const LN_2_REST: f64 = 1.908_214_929_270_587_7e-10;
+    let x = x.max(-700.0);
+    let rounded = x * std::f64::consts::LOG2_E + ROUND;
+    let n = rounded - ROUND;
+    let f = x - n * LN_2_HEAD - n * LN_2_REST;
+    // Taylor's series to the eleventh power: |f| is at most half of ln 2
+    let mut series = 1.0 / 39_916_800.0;
+    for term in [
+        1.0 / 3_628_800.0,
+        1.0 / 362_880.0,
+        1.0 / 40_320.0,
+        1.0 / 5_040.0,
+        1.0 / 720.0,
+        1.0 / 120.0,
+        1.0 / 24.0,
+        1.0 / 6.0,
+        0.5,
+        1.0,
+        1.0,
+    ] {
+        series = series * f + term;
+    }
+    let power = (rounded.to_bits() << 52).wrapping_add(1023 << 52);
+    series * f64::from_bits(power)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_exponential_is_that_of_the_library() {
+        for step in 0..200_000 {
+            let x = -700.0 + 0.005 * f64::from(step);
+            let gap = exp_of_no_more_than_a_little(x) / x.exp() - 1.0;
+            assert!(gap.abs() < 1e-13, "{x}: {gap:e}");
+        }
+    }
+}
