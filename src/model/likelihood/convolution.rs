@@ -13,7 +13,7 @@
 //! the nodes may move with the parameters. Far from the turn the trapezoidal rule, which is exact to the same digits
 //! where an integrand has vanished at both ends.
 
-use super::normal_nodes::{Integrand, NormalNodes};
+use super::normal_nodes::{hermite_sums, Integrand, NormalNodes};
 use super::run_density::{Side, Spreads};
 use super::tails::{Radial, Tails};
 use crate::physics::rebound::{kept_and_slope, mean_restitution, TURN};
@@ -88,11 +88,15 @@ struct Range {
 pub(super) fn ln_density(tails: Tails, restitution: f64, r: f64, spreads: Spreads) -> Convolved {
     let curve = Curve::new(tails, restitution, r, spreads);
     let nearest = curve.nearest();
-    let range = curve.range(nearest);
     let reference = curve.radial.ln_beyond(nearest.square);
+    let mut of_nu = 0.0;
     let sums = match curve.radial {
-        Radial::Normal => curve.over_normal(Integrand::Density, reference, (range, nearest)),
+        Radial::Normal => match curve.width_of_a_normal(nearest) {
+            Some(width) => hermite_sums(&curve, reference, nearest.x, width),
+            None => curve.over_normal(Integrand::Density, reference, (curve.range(nearest), nearest)),
+        },
         Radial::Student { .. } => {
+            let range = curve.range(nearest);
             let mut sums = [0.0; 5];
             let mut add = |x: f64, weight: f64| {
                 let at = curve.at(x);
@@ -109,10 +113,11 @@ pub(super) fn ln_density(tails: Tails, restitution: f64, r: f64, spreads: Spread
                     part * (curve.radial.ln_beyond_nu(at.square) + curve.radial.ln_density_over_beyond_nu(at.square));
             };
             curve.over_panels(range, nearest, STUDENT_WIDTHS, &mut add);
-            sums
+            of_nu = sums[4];
+            [sums[0], sums[1], sums[2], sums[3]]
         }
     };
-    let [mass, of_r, of_energy, of_own, of_nu] = sums;
+    let [mass, of_r, of_energy, of_own] = sums;
     Convolved {
         value: reference + mass.ln() + (curve.own * curve.of_energy / std::f64::consts::TAU).ln(),
         kept: of_r / mass * curve.of_energy,
@@ -141,12 +146,16 @@ pub(super) fn ln_probability(tails: Tails, side: Side, limit: f64, r: f64, sprea
     } else {
         curve.radial.ln_beyond(nearest.square)
     };
-    let sums = match curve.radial {
-        Radial::Normal if near => curve.over_normal(Integrand::AngleWithin, reference, (range, nearest)),
-        Radial::Normal => curve.over_normal(Integrand::AngleBeyond, reference, (range, nearest)),
+    let angle = if near {
+        Integrand::AngleWithin
+    } else {
+        Integrand::AngleBeyond
+    };
+    let (sums, of_nu) = match curve.radial {
+        Radial::Normal => (curve.over_normal(angle, reference, (range, nearest)), 0.0),
         Radial::Student { .. } => curve.over_student_angles(range, nearest, (near, reference)),
     };
-    let [mass, of_r, of_energy, of_own, of_nu] = sums;
+    let [mass, of_r, of_energy, of_own] = sums;
     let turn = std::f64::consts::TAU;
     // of what sticks, times e^−reference
     let below = if near {
@@ -180,6 +189,9 @@ const WIDTHS_TO_A_POLE: f64 = 3.2;
 
 /// Gauss's rule of order 12 has 1e-9 of a normal density over so many standard deviations.
 const WIDTHS: f64 = 5.0;
+
+/// Far enough from the turn that y is x |x| to rounding's eye.
+const CLEAR: f64 = 6.0 * TURN;
 
 /// Student's has a pole about one width from the curve.
 const STUDENT_WIDTHS: f64 = 2.0;
@@ -272,8 +284,21 @@ impl Curve {
         first - std::f64::consts::PI - last
     }
 
-    /// Sums over nodes with normal noise; the fifth, in ν, is none.
-    fn over_normal(&self, integrand: Integrand, reference: f64, (range, nearest): (Range, Nearest)) -> [f64; 5] {
+    /// The width of a density that is all but normal in x: the turn is far beside it, and y hardly bends over it.
+    ///
+    /// The Gauss–Hermite rule of order 8 then has 1e-8 of it.
+    fn width_of_a_normal(&self, nearest: Nearest) -> Option<f64> {
+        /// of the distance from the turn
+        const SHARE: f64 = 0.07;
+        /// what y bends by over a width, over σ_r
+        const BEND: f64 = 0.012;
+        let width = self.panel(1.0).width(nearest.x);
+        let clear = nearest.x.abs() > CLEAR && width < SHARE * nearest.x.abs();
+        (clear && width * width * self.of_energy < BEND).then_some(width)
+    }
+
+    /// Sums over nodes with normal noise.
+    fn over_normal(&self, integrand: Integrand, reference: f64, (range, nearest): (Range, Nearest)) -> [f64; 4] {
         let mut nodes = NormalNodes::new(self, integrand, reference);
         let mut add = |x: f64, weight: f64| nodes.add(x, weight);
         let has_pole = integrand == Integrand::AngleBeyond;
@@ -283,13 +308,13 @@ impl Curve {
             let widths = if has_pole { WIDTHS_TO_A_POLE } else { WIDTHS };
             self.over_panels(range, nearest, widths, &mut add);
         }
-        let [first, second, third, fourth] = nodes.finish();
-        [first, second, third, fourth, 0.0]
+        nodes.finish()
     }
 
     /// The integrals of a probability with Student's tails.
-    fn over_student_angles(&self, range: Range, nearest: Nearest, (near, reference): (bool, f64)) -> [f64; 5] {
-        let mut sums = [0.0; 5];
+    fn over_student_angles(&self, range: Range, nearest: Nearest, (near, reference): (bool, f64)) -> ([f64; 4], f64) {
+        let mut sums = [0.0; 4];
+        let mut of_nu = 0.0;
         let mut add = |x: f64, weight: f64| {
             let at = self.at(x);
             let ln_beyond = self.radial.ln_beyond(at.square) - reference;
@@ -311,16 +336,15 @@ impl Curve {
             sums[2] += density * at.a;
             sums[3] += density * at.b * at.stretch;
             if at.square > 0.0 {
-                sums[4] += beyond * self.radial.ln_beyond_nu(at.square) * angle;
+                of_nu += beyond * self.radial.ln_beyond_nu(at.square) * angle;
             }
         };
         self.over_panels(range, nearest, STUDENT_WIDTHS, &mut add);
-        sums
+        (sums, of_nu)
     }
 
     /// Whether the range keeps clear of the turn, or the integrand is narrow beside it, and is normal.
     fn is_plain(&self, range: Range) -> bool {
-        const CLEAR: f64 = 6.0 * TURN;
         /// the trapezoidal rule errs by exp(−2π d/h), d being the distance of the poles of m⁻¹, which is τ
         const NARROW: f64 = 0.3 * TURN;
         let is_narrow = || 1.0 / self.own < NARROW;
@@ -409,7 +433,7 @@ impl Panel {
         let turn = 2.5 * TURN + 2.0 * x.abs();
         let mut length = self.widths * self.width(x);
         // the width falls outwards: each time from the other side of the length that its far end allows
-        for _ in 0..3 {
+        for _ in 0..2 {
             length = self.widths * self.width(x + sign * length.min(turn));
         }
         length.min(turn)
