@@ -142,7 +142,7 @@ mod tests {
 
     #[test]
     fn repeats_draw_a_speed_to_their_mean() {
-        let of = |speeds: &[f64], sd: f64| Repeats::of(speeds.to_vec().into_iter().map(move |v| [v, sd]));
+        let of = |speeds: &[f64], sd: f64| Repeats::of(speeds.iter().map(|v| [*v, sd]));
         // errors explain the scatter: all are one speed
         let group = of(&[0.98, 1.0, 1.02, 1.0], 0.02);
         let one = group.true_speed(0.98, 0.02);

@@ -33,7 +33,7 @@ fn case(rng: &mut ChaCha8Rng, index: usize) -> Case {
         1 => 10f64.powf(rng.random_range(-6.0..-1.0)) * if rng.random() { 1.0 } else { -1.0 },
         _ => spreads.energy * rng.random_range(-2.0..2.0),
     };
-    let wide = [1.0, 1.0, 2.0][index % 2 + usize::from(index % 7 == 0)];
+    let wide = [1.0, 1.0, 2.0][index % 2 + usize::from(index.is_multiple_of(7))];
     let mut z = || {
         let z: f64 = StandardNormal.sample(rng);
         wide * z

@@ -76,7 +76,7 @@ fn case(rng: &mut ChaCha8Rng, index: usize, energy: f64) -> Case {
         inertial: rng.random_range(0.0..0.3),
         viscous: 1.85,
     };
-    let wet = index % 5 > 0;
+    let wet = !index.is_multiple_of(5);
     let balance = if wet {
         Balance::at(form, 0.15, share, 0.5)
     } else {
@@ -88,7 +88,7 @@ fn case(rng: &mut ChaCha8Rng, index: usize, energy: f64) -> Case {
         fixed: [0.0; 2],
     });
     // the share kept is this
-    let r = if index % 3 == 0 {
+    let r = if index.is_multiple_of(3) {
         rng.random_range(-0.1..0.5)
     } else {
         rng.random_range(-0.06..0.06)
@@ -101,8 +101,8 @@ fn case(rng: &mut ChaCha8Rng, index: usize, energy: f64) -> Case {
     let speed = 10f64.powf(rng.random_range(-2.5..-1.0));
     let errors = Errors {
         speed,
-        restitution: rng.random_range(0.0..0.02) * f64::from(u8::from(index % 4 > 0)),
-        correlation: rng.random_range(-0.9..0.9) * f64::from(u8::from(index % 2 > 0)),
+        restitution: rng.random_range(0.0..0.02) * f64::from(u8::from(!index.is_multiple_of(4))),
+        correlation: rng.random_range(-0.9..0.9) * f64::from(u8::from(!index.is_multiple_of(2))),
         true_speed: TrueSpeed {
             mean: 1.0 + speed * rng.random_range(-1.0..1.0),
             sd: speed * rng.random_range(0.2..1.0),
@@ -257,10 +257,10 @@ fn repeats_share_their_true_speed() {
         let gap = (found - expected).abs() / expected.abs().max(1.0);
         assert!(gap < 1e-6, "{case:?}: {found} {expected}");
         let given = hidden.given_the_others();
-        for left_out in 0..runs.len() {
+        for (left_out, own) in given.into_iter().enumerate() {
             let expected = found - hidden.without(left_out);
-            let gap = (given[left_out] - expected).abs() / expected.abs().max(1.0);
-            assert!(gap < 1e-6, "{case:?} {left_out}: {} {expected}", given[left_out]);
+            let gap = (own - expected).abs() / expected.abs().max(1.0);
+            assert!(gap < 1e-6, "{case:?} {left_out}: {own} {expected}");
         }
     }
 }
