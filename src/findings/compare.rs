@@ -353,7 +353,7 @@ pub(super) fn sample_model(
         evaluation: setup.method.evaluation(),
     };
     let start = start(least_squares);
-    let until = until_mixed(plan, parameters.sampled.len());
+    let until = until_mixed(plan, parameters.dimension());
     sample_until_mixed(parameters, &rows, &start, until, context.watcher).map_err(|why| why.to_string())
 }
 

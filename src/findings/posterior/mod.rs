@@ -2,6 +2,7 @@
 //!
 //! | file | job |
 //! |---|---|
+//! | `series_offsets.rs` | the offsets of r that series have |
 //! | `summary.rs` | the summary, as `findings.json` writes it |
 //! | `sampling.rs` | what is sampled and how |
 //! | `summarise.rs` | summarises the draws of each parameter and of what follows |
@@ -17,6 +18,7 @@ mod draws;
 pub(super) mod posterior_checks;
 pub mod predictive_checks;
 mod sampling;
+pub mod series_offsets;
 mod summarise;
 mod summary;
 
@@ -85,7 +87,7 @@ pub fn fit_posterior(
         return Ok(Err(not_sampled));
     }
     let effort = effort(scene);
-    let quantities = parameters.sampled.len() + derived::count_derived(runs, setup.form);
+    let quantities = parameters.dimension() + derived::count_derived(runs, setup.form);
     check_room(effort, quantities)?;
     let rows = Likelihood::of_rows(scene, runs, setup.form);
     let stream = StreamName::new(least_squares.seed, "posterior");
@@ -122,6 +124,7 @@ pub fn fit_posterior(
         rows: rows.nodes(),
         derived: &derived,
         predictive,
+        series_offsets: series_offsets::summarise_offsets(scene, runs, &sampled),
         basis: Basis::of(scene, runs),
     };
     let mut findings = summarise_posterior(&sampled, source);

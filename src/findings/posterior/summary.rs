@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::predictive_checks::PredictiveChecks;
+use super::series_offsets::SeriesOffset;
 use crate::findings::predict::Basis;
 use crate::inference::sampling::Method;
 use crate::model::parameters::{ModelParameters, ParameterKind};
@@ -15,6 +16,9 @@ pub struct PosteriorFindings {
     pub parameters: Vec<QuantitySummary>,
     /// what follows from them
     pub derived: Vec<QuantitySummary>,
+    /// the offset of r of each series, where the model has them
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub series_offsets: Vec<SeriesOffset>,
     /// parameters that were not sampled
     pub left_out: Vec<HeldParameter>,
     /// correlations of the sampled parameters, in their order

@@ -13,7 +13,7 @@ use super::errors::{Errors, MeanKept};
 use super::placed::{place_dry, place_restitution, EnergyScale, Spreads};
 use super::tails::Tails;
 use super::trend::{middle_film_ratio, FilmParameters};
-use crate::model::parameters::{ParameterKind, COMMON_SLOTS};
+use crate::model::parameters::{offset_slot, ParameterKind, COMMON_SLOTS};
 use crate::physics::balance::{Balance, Impact};
 use crate::physics::loss::Share;
 use crate::physics::{rebound, Form};
@@ -57,6 +57,8 @@ struct WetConditions {
     film_ratio: f64,
     /// its logarithm over the middle one of the runs
     ln_film: f64,
+    /// place in a full vector of the offset of its series, where series have one
+    offset: Option<usize>,
 }
 
 /// The law at one full vector of parameters.
@@ -141,7 +143,8 @@ impl<'r> Pointwise<'r> {
         let middle = middle_film_ratio(runs);
         // neighbours mostly share a film ratio
         let mut film = (f64::NAN, f64::NAN);
-        for series in &runs.series {
+        for (index, series) in runs.series.iter().enumerate() {
+            let offset = scene.model.series_offsets.then(|| offset_slot(runs, index));
             let density_ratio = series.density_ratio(scene);
             for run in series.runs() {
                 let film_ratio = runs.impacts.film_ratio[run];
@@ -155,6 +158,7 @@ impl<'r> Pointwise<'r> {
                         density_ratio,
                         film_ratio,
                         ln_film: film.1,
+                        offset,
                     }),
                 };
                 pointwise.add(setting, series.stuck.contains(&run));
@@ -222,7 +226,8 @@ impl<'r> Pointwise<'r> {
                     film.insert((wet.film_ratio, new)).1
                 }
             };
-            Balance::at(self.form, k, share, wet.density_ratio)
+            let balance = Balance::at(self.form, k, share, wet.density_ratio);
+            wet.offset.map_or(balance, |slot| balance.with_offset(full[slot]))
         }
     }
 

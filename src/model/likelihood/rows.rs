@@ -8,6 +8,7 @@ use super::nodes::{DryRow, Nodes, WetBlock};
 use super::placed::{ByRow, EnergyScales};
 use super::prepared::Likelihood;
 use super::trend::middle_film_ratio;
+use crate::model::parameters::offset_slot;
 use crate::physics::Form;
 use crate::runs::{Conditions, DryGroup, MeasurementErrors, Runs, Series};
 use crate::scene::{self, NoiseOn, Scene, Sticking};
@@ -62,8 +63,9 @@ impl Likelihood {
             errors,
             conditions: Conditions::new(scene, runs, form),
         };
-        for series in &runs.series {
-            likelihood.add(&table, series, &mut films);
+        for (index, series) in runs.series.iter().enumerate() {
+            let offset = scene.model.series_offsets.then(|| offset_slot(runs, index));
+            likelihood.add(&table, series, offset, &mut films);
         }
         let ratios = likelihood.film_ratios.iter();
         likelihood.ln_films = ratios.map(|ratio| (ratio / middle).ln()).collect();
@@ -74,8 +76,9 @@ impl Likelihood {
         likelihood
     }
 
-    /// Adds the runs of a series, a block for each film ratio the runs themselves have.
-    fn add(&mut self, table: &RunData, series: &Series, films: &mut HashMap<i64, usize>) {
+    /// Adds the runs of a series, a block for each film ratio the runs themselves have; `offset` is the place of its own in a
+    /// full vector.
+    fn add(&mut self, table: &RunData, series: &Series, offset: Option<usize>, films: &mut HashMap<i64, usize>) {
         /// film ratios differ beyond the rounding of a quotient
         const ROUNDING: f64 = 1e-14;
         let (runs, conditions) = (table.runs, &table.conditions);
@@ -123,6 +126,7 @@ impl Likelihood {
             self.blocks.push(WetBlock {
                 sphere: series.sphere,
                 density_ratio: series.density_ratio(table.scene),
+                offset,
                 film,
                 rebounds: first..self.rebounds.len(),
                 stuck: first_stuck..self.stuck.len(),

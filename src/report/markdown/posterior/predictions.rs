@@ -76,6 +76,13 @@ pub(super) fn forms(page: &mut Page, input: ReportInput) {
          weigh so much that the elpd of their form is rough.",
         unusual.collect::<Vec<String>>().join(", ")
     ));
+    if input.scene.model.series_offsets {
+        page.paragraph(
+            "A run that is left out leaves the others of its series, which tell its offset: elpd is that of new runs of the \
+             series that were measured. Offsets take what a form misfits from series to series, film ratios among them, so \
+             that forms differ by less than without.",
+        );
+    }
     page.table(&table(models));
     if let Some(text) = verdict(models) {
         page.paragraph(&text);
