@@ -229,12 +229,23 @@ fn region_with_offsets(about: &Laplace, parameters: usize) -> Vec<Vec<f64>> {
     // with the parameters held an offset is told by its own runs: standard normal, but for what these coordinates lack
     let all = (0..dimension).map(|place| {
         let width = covariance[(place, place)].sqrt().min(1.0);
-        if place < parameters { 0.0 } else { width }
+        if place < parameters {
+            0.0
+        } else {
+            width
+        }
     });
     let all = nalgebra::DVector::from_iterator(dimension, all);
     let directions = axes.chain(std::iter::once(all)).collect::<Vec<_>>();
     let far = |direction: &nalgebra::DVector<f64>| {
-        let point = |far: f64| about.mode.iter().zip(direction).map(|(mode, step)| mode + far * step).collect();
+        let point = |far: f64| {
+            about
+                .mode
+                .iter()
+                .zip(direction)
+                .map(|(mode, step)| mode + far * step)
+                .collect()
+        };
         FAR.map(point)
     };
     directions.iter().flat_map(far).collect()

@@ -88,7 +88,8 @@ pub fn coordinates_about(parameters: &ModelParameters, likelihood: &Likelihood, 
     for _ in 0..STEPS {
         let mut shifted = at.clone();
         shifted[offsets.clone()].iter_mut().for_each(|offset| *offset += NEAR);
-        let told = likelihood.ln_density(&at, &mut slopes).is_ok() && likelihood.ln_density(&shifted, &mut beyond).is_ok();
+        let told =
+            likelihood.ln_density(&at, &mut slopes).is_ok() && likelihood.ln_density(&shifted, &mut beyond).is_ok();
         if !told {
             return vec![OffsetCoordinate::UNTOLD; offsets.len()];
         }

@@ -242,7 +242,11 @@ impl Finished {
         let mut words: Vec<String> = own
             .map(|own| {
                 let [lo, hi] = own.film_ratios.map(|ratio| micrometres(own.diameter_m * ratio));
-                let film = if hi - lo < 0.5 { format!("{lo:.0}") } else { format!("{lo:.0} to {hi:.0}") };
+                let film = if hi - lo < 0.5 {
+                    format!("{lo:.0}")
+                } else {
+                    format!("{lo:.0} to {hi:.0}")
+                };
                 format!("{} mm with a film of {film} µm", diameter_in_mm(own.diameter_m))
             })
             .collect();

@@ -139,7 +139,7 @@ const EXTREMES: [&str; 14] = [
     "1.7e308",
 ];
 
-const PARAMETERS: [(&str, &str); 9] = [
+const PARAMETERS: [(&str, &str); 10] = [
     ("dry_k", ""),
     ("\"dry_k.PTFE\"", ""),
     ("lubrication_log", ""),
@@ -148,6 +148,7 @@ const PARAMETERS: [(&str, &str); 9] = [
     ("sigma_dry", ""),
     ("sigma_wet", ""),
     ("sigma_energy", BOTH),
+    ("sigma_series", "series_offsets = true"),
     ("nu", STUDENT),
 ];
 

@@ -22,8 +22,7 @@ pub(in crate::findings) fn noise_notices(scene: &Scene, noise: Option<&Noise>) -
     let spread = noise.spread.as_ref().and_then(unequal_spread);
     // what is in the model breaks nothing that is quoted
     let offsets = noise.offsets.as_ref().filter(|_| !scene.model.series_offsets);
-    let offsets = offsets
-        .and_then(|offsets| series_offsets(scene, offsets));
+    let offsets = offsets.and_then(|offsets| series_offsets(scene, offsets));
     let growth = noise.growth.iter().flat_map(|growth| growth.found());
     let growth = growth.map(|found| noise_grows(scene, found));
     let others = [outliers(noise), spread, offsets].into_iter().flatten();

@@ -41,7 +41,9 @@ surface_tension_mN_m = 20.9
 const SLOTS: usize = COMMON_SLOTS + 2;
 
 /// L, C, δ̃0, σ_wet, σ_dry, σ_r, L′, C′, ν, k of PTFE and of PE
-const FULL: [f64; SLOTS] = [1.85, 0.47, 0.069, 1.0, 0.02, 0.009, 0.03, 0.0, 0.0, 6.0, 1.0, 0.183, 0.123];
+const FULL: [f64; SLOTS] = [
+    1.85, 0.47, 0.069, 1.0, 0.02, 0.009, 0.03, 0.0, 0.0, 6.0, 1.0, 0.183, 0.123,
+];
 
 /// The same with L rising and C falling with the film.
 fn with_trends(full: [f64; SLOTS]) -> [f64; SLOTS] {
@@ -210,7 +212,9 @@ fn the_sum_over_nodes_is_the_sum_over_runs_and_its_slopes_are_differences() {
         scene.model.sticking = sticking;
         // so wide a spread that truncation is felt by dry runs, too
         let full = match sticking {
-            Sticking::Truncated => [1.85, 0.47, 0.069, 1.0, 0.05, 0.2, 0.03, 0.0, 0.0, 6.0, 1.0, 0.183, 0.123],
+            Sticking::Truncated => [
+                1.85, 0.47, 0.069, 1.0, 0.05, 0.2, 0.03, 0.0, 0.0, 6.0, 1.0, 0.183, 0.123,
+            ],
             _ => FULL,
         };
         sums_and_slopes_agree(&scene, &full);

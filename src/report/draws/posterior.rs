@@ -164,7 +164,11 @@ fn with_offsets(mut group: ArrayGroup, labels: Vec<String>, posterior: &Posterio
         let series = ArrayDimension::new("series", offsets.len());
         let columns: Vec<&[Vec<f64>]> = offsets.iter().map(Vec::as_slice).collect();
         group.add("series", &[series], ArrayValues::texts(&labels));
-        group.add(SERIES_OFFSET, &[chain, draw, series], ArrayValues::interleaved(&columns));
+        group.add(
+            SERIES_OFFSET,
+            &[chain, draw, series],
+            ArrayValues::interleaved(&columns),
+        );
     }
     group
 }

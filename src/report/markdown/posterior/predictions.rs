@@ -78,9 +78,9 @@ pub(super) fn forms(page: &mut Page, input: ReportInput) {
     ));
     if input.scene.model.series_offsets {
         page.paragraph(
-            "A run that is left out leaves the others of its series, which tell its offset: elpd is that of new runs of the \
-             series that were measured. Offsets take what a form misfits from series to series, film ratios among them, so \
-             that forms differ by less than without.",
+            "A series is left out as a whole, its offset integrated out, since the other runs of it would tell that: elpd is the \
+             log density of each series and each dry run as predicted from the others, and what is told of runs here is of \
+             these. A form that misfits from series to series pays by a wider σ_series.",
         );
     }
     page.table(&table(models));
