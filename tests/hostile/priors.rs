@@ -148,8 +148,8 @@ const PARAMETERS: [(&str, &str); 10] = [
     ("sigma_dry", ""),
     ("sigma_wet", ""),
     ("sigma_energy", BOTH),
-    ("sigma_series", "series_offsets = true"),
     ("nu", STUDENT),
+    ("sigma_series", "series_offsets = true"),
 ];
 
 /// Every parameter with every family and extreme numbers; the families take turns at the pairs, so that all meet all.

@@ -2,10 +2,10 @@
 //!
 //! | file | job |
 //! |---|---|
-//! | `series_offsets.rs` | the offsets of r that series have |
 //! | `summary.rs` | the summary, as `findings.json` writes it |
 //! | `sampling.rs` | what is sampled and how |
 //! | `summarise.rs` | summarises the draws of each parameter and of what follows |
+//! | `series_offsets.rs` | summarises the draws of the offsets of r that series have |
 //! | `contraction.rs` | the parameters that keep much of their prior |
 //! | `derived.rs` | what follows from the parameters, draw by draw |
 //! | `draws.rs` | the draws of a particle, for predictions and figures |
@@ -18,7 +18,7 @@ mod draws;
 pub(super) mod posterior_checks;
 pub mod predictive_checks;
 mod sampling;
-pub mod series_offsets;
+mod series_offsets;
 mod summarise;
 mod summary;
 
@@ -42,7 +42,7 @@ pub use posterior_checks::{why_not_sampled, PosteriorRefusal};
 pub use sampling::{check_room, effort, start, until_mixed, MethodChoice, SamplingSetup, MOST_NUMBERS};
 pub use summary::{
     AccuracySummary, CompressionSummary, HeldParameter, PosteriorFindings, PriorSummary, QuantitySummary,
-    RejectedMethod,
+    RejectedMethod, SeriesOffset,
 };
 
 /// A posterior with its draws, for the report and the files of draws.

@@ -1,33 +1,12 @@
-//! Summarises the offsets of r that series have, and lists the series, so that one that was measured is found again.
+//! Summarises the draws of the offsets of r that series have.
 
 use rayon::prelude::*;
-use serde::Serialize;
 
 use super::summarise::summarise_quantity;
-use super::summary::QuantitySummary;
+use super::summary::{QuantitySummary, SeriesOffset};
 use crate::inference::sampling::Sampled;
 use crate::runs::{Runs, Series};
 use crate::scene::Scene;
-
-/// The offset of one series.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SeriesOffset {
-    /// name of the particle
-    pub particle: String,
-    /// name of the liquid
-    pub liquid: String,
-    /// mean D of its runs, m
-    pub diameter_m: f64,
-    /// δ/D of its film group
-    pub film_ratio: f64,
-    /// smallest and largest δ/D of its runs
-    pub film_ratios: [f64; 2],
-    /// runs, stuck ones with them
-    pub runs: usize,
-    /// the offset, in r
-    #[serde(flatten)]
-    pub offset: QuantitySummary,
-}
 
 /// The offsets in the order of the series; none where the model has none.
 pub(super) fn summarise_offsets(scene: &Scene, runs: &Runs, sampled: &Sampled) -> Vec<SeriesOffset> {

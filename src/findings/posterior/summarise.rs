@@ -5,10 +5,9 @@ use rayon::prelude::*;
 use super::derived::DerivedDraws;
 use super::predictive_checks::PredictiveChecks;
 use super::sampling::SamplingSetup;
-use super::series_offsets::SeriesOffset;
 use super::summary::{
     AccuracySummary, CompressionSummary, HeldParameter, PosteriorFindings, PriorSummary, QuantitySummary,
-    RejectedMethod,
+    RejectedMethod, SeriesOffset,
 };
 use crate::findings::predict::Basis;
 use crate::inference::diagnostics::energy::e_bfmi;

@@ -3,7 +3,6 @@
 use serde::Serialize;
 
 use super::predictive_checks::PredictiveChecks;
-use super::series_offsets::SeriesOffset;
 use crate::findings::predict::Basis;
 use crate::inference::sampling::Method;
 use crate::model::parameters::{ModelParameters, ParameterKind};
@@ -124,6 +123,26 @@ pub struct QuantitySummary {
     /// why numbers are missing; stands exactly then
     #[serde(skip_serializing_if = "Option::is_none")]
     pub why_none: Option<String>,
+}
+
+/// The offset of one series, and where that was measured.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SeriesOffset {
+    /// name of the particle
+    pub particle: String,
+    /// name of the liquid
+    pub liquid: String,
+    /// mean D of its runs, m
+    pub diameter_m: f64,
+    /// δ/D of its film group
+    pub film_ratio: f64,
+    /// smallest and largest δ/D of its runs
+    pub film_ratios: [f64; 2],
+    /// runs, stuck ones with them
+    pub runs: usize,
+    /// the offset, in r
+    #[serde(flatten)]
+    pub offset: QuantitySummary,
 }
 
 /// What was believed of a parameter before the runs.

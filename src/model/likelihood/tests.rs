@@ -367,7 +367,9 @@ fn the_compressed_sum_keeps_its_bound_and_is_short() {
         let own = (form == second).then(|| runs_of(&scene, 3000, "the_compressed_sum_keeps_its_bound", second));
         let rows = Likelihood::of_rows(&scene, own.as_ref().unwrap_or(&runs), form);
         // the posterior of 18,000 runs is about this wide
-        let steps = [0.004, 0.004, 0.002, 0.0, 1e-4, 1e-3, 0.0, 0.004, 0.004, 0.0, 2e-4, 2e-4];
+        let steps = [
+            0.004, 0.004, 0.002, 0.0, 1e-4, 1e-3, 0.0, 0.004, 0.004, 0.0, 0.0, 2e-4, 2e-4,
+        ];
         let tests: Vec<Vec<f64>> = (0..SLOTS)
             .flat_map(|place| [-6.0, -2.0, 2.0, 6.0].map(|far| shifted(&FULL, place, far * steps[place])))
             .collect();

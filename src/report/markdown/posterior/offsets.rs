@@ -5,8 +5,7 @@ use super::super::cells::diameter;
 use super::super::page::Page;
 use super::super::table::ReportTable;
 use super::cells::rhat;
-use crate::findings::posterior::series_offsets::SeriesOffset;
-use crate::findings::posterior::Posterior;
+use crate::findings::posterior::{Posterior, SeriesOffset};
 use crate::model::parameters::ParameterKind;
 
 /// So many offsets are told one by one; of more the largest.

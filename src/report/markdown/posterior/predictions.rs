@@ -31,8 +31,13 @@ pub(super) fn predictive(page: &mut Page, posterior: &Posterior) {
         })
         .collect();
     page.paragraph(&format!(
-        "New runs drawn from the posterior at the settings of the runs made: {}. A stuck run counts with the share of its \
+        "New runs drawn from the posterior at the settings of the runs made{}: {}. A stuck run counts with the share of its \
          probability that the band holds.",
+        if posterior.findings.series_offsets.is_empty() {
+            ""
+        } else {
+            ", with the offsets of their series"
+        },
         bands.join(", ")
     ));
     checks(page, posterior.checks.iter().filter(|check| of_prediction(check)));
