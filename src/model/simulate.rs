@@ -79,8 +79,14 @@ struct DesignPoint {
     impact_speed: f64,
 }
 
-/// What makes two wet points one series: particle, liquid, diameter, film ratio.
-type SeriesOfPoint = (usize, usize, f64, f64);
+/// What makes two wet points one series.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct SeriesOfPoint {
+    particle: usize,
+    liquid: usize,
+    diameter: f64,
+    film_ratio: f64,
+}
 
 /// The offset of r that the runs of a series share.
 #[derive(Debug, Clone, Copy)]
@@ -100,7 +106,12 @@ impl SeriesOffset {
 impl DesignPoint {
     fn series(&self) -> Option<SeriesOfPoint> {
         let (liquid, film_ratio) = self.wet?;
-        Some((self.particle, liquid, self.diameter, film_ratio))
+        Some(SeriesOfPoint {
+            particle: self.particle,
+            liquid,
+            diameter: self.diameter,
+            film_ratio,
+        })
     }
 }
 
