@@ -61,6 +61,7 @@ fn truth(scene: &Scene, parameters: &ModelParameters) -> Vec<f64> {
         ParameterKind::SigmaDry => truth.sigma_dry,
         ParameterKind::SigmaWet => truth.sigma_wet,
         ParameterKind::SigmaEnergy => truth.sigma_energy,
+        ParameterKind::SigmaSeries => truth.sigma_series,
         ParameterKind::Nu => truth.nu,
         ParameterKind::LubricationTrend | ParameterKind::InertialTrend => None,
     };

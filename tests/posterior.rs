@@ -80,6 +80,7 @@ fn truth_of(parameters: &ModelParameters, scene: &Scene, rng: &mut rand::rngs::C
             ParameterKind::SigmaDry => truth.sigma_dry = Some(*value),
             ParameterKind::SigmaWet => truth.sigma_wet = Some(*value),
             ParameterKind::SigmaEnergy => truth.sigma_energy = Some(*value),
+            ParameterKind::SigmaSeries => truth.sigma_series = Some(*value),
             ParameterKind::Nu => truth.nu = Some(*value),
             ParameterKind::LubricationTrend | ParameterKind::InertialTrend => panic!("no scene asks for a trend"),
         }

@@ -50,6 +50,7 @@ fn law(test: &str) -> ParticleLaw {
         sigma_wet: near(0.02, 0.1),
         sigma_energy: 0.0,
         nu: None,
+        series_offset: 0.0,
     });
     ParticleLaw {
         form: Form::new(Inertia::Saturating, DrySpeed::Impact),
@@ -642,6 +643,7 @@ fn scatters(sigma_wet: f64, sigma_energy: f64, nu: Option<f64>) {
                 sigma_wet,
                 sigma_energy,
                 nu,
+                series_offset: 0.0,
             };
             3
         ],

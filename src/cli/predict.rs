@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use wetcor::error::{quoted, Error};
-use wetcor::findings::predict::LiquidBasis;
+use wetcor::findings::predict::{LiquidBasis, PredictedSeries};
 use wetcor::physics::form::Term;
 use wetcor::physics::Setting;
-use wetcor::report::finished::Finished;
+use wetcor::report::finished::{Finished, SeriesSetting};
 use wetcor::report::prediction::{self, Origin};
 use wetcor::scene::{name_expected, LARGEST_FILM_RATIO};
 use wetcor::units::Dimension;
@@ -22,7 +22,8 @@ Example:
 A line a speed. restitution is the posterior median of the curve of the energy balance, 0 where it does not rebound; its \
 _q05 to _q95 are the points of its 50 % and 90 % bands, from the parameters' uncertainty alone: what a simulation needs. \
 run_q05 to run_q95 are those of a single run with its scatter, 0 where it sticks: what an experiment will see. log_slope \
-is d ln e/d ln v of the curve. extrapolated: outside the Stokes numbers or the film ratios of the particle's runs. A fit that is not to be quoted is \
+is d ln e/d ln v of the curve. extrapolated: outside the Stokes numbers or the film ratios of the particle's runs. Of a fit with [model] \
+series_offsets all bands are those of a new series, unless --measured-series is given; series says which. A fit that is not to be quoted is \
 predicted from with exit status 1, unless --anyway is given.")]
 pub struct Predict {
     /// Folder of a finished fit
@@ -48,6 +49,9 @@ pub struct Predict {
     /// Impact speeds, m/s: so many from the first to the last
     #[arg(long = "speed-m-s", value_name = "FIRST:LAST:COUNT", value_parser = speeds)]
     speed: Speeds,
+    /// Predict the series that was measured at this setting, where series have offsets, in place of a new one
+    #[arg(long, requires = "liquid")]
+    measured_series: bool,
     /// Exit with 0 on a fit that is not to be quoted, too
     #[arg(long)]
     anyway: bool,
@@ -122,7 +126,18 @@ fn speeds(text: &str) -> Result<Speeds, String> {
 pub fn predict(request: &Predict, quiet: bool) -> Result<u8, Error> {
     let finished = Finished::read(&request.folder)?;
     let diameter = Dimension::Length.usual_to_si(request.diameter);
-    let law = finished.law(&request.particle, diameter)?;
+    let film = Dimension::Thickness.usual_to_si(request.film);
+    let measured = request.liquid.as_deref().filter(|_| request.measured_series);
+    let law = match measured {
+        Some(liquid) => finished.law_of_series(&SeriesSetting {
+            particle: &request.particle,
+            liquid,
+            diameter,
+            film_ratio: film / diameter,
+        })?,
+        None => finished.law(&request.particle, diameter)?,
+    };
+    let series = measured.map(|_| PredictedSeries::Measured).or(finished.series());
     let particles = &finished.basis.particles;
     let Some(particle) = particles.iter().find(|particle| particle.name == request.particle) else {
         return Err(Error::Internal {
@@ -148,18 +163,19 @@ pub fn predict(request: &Predict, quiet: bool) -> Result<u8, Error> {
         roughness: particle.roughness_m,
         liquid_density,
         viscosity,
-        film: Dimension::Thickness.usual_to_si(request.film),
+        film,
         surface_tension,
     };
     check_domain(&setting)?;
     let rows = law.predict(&setting, &request.speed.all());
     let text = match request.format {
-        Format::Csv => prediction::csv(&rows)?,
+        Format::Csv => prediction::csv(&rows, series)?,
         Format::Json => {
             let origin = Origin {
                 title: &finished.title,
                 particle: &request.particle,
                 liquid: request.liquid.as_deref(),
+                series,
                 draws: law.draws.len(),
                 quotable: finished.failed.is_empty(),
             };

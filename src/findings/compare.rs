@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::checks::{self, Check};
@@ -16,7 +17,7 @@ use crate::inference::diagnostics::summary::summarise;
 use crate::inference::nuts::{divergences, Watcher};
 use crate::inference::sampling::{sample_until_mixed, Sampled, SamplingPlan};
 use crate::model::likelihood::pointwise::Pointwise;
-use crate::model::likelihood::Likelihood;
+use crate::model::likelihood::{Likelihood, SeriesDensities};
 use crate::model::parameters::{ModelParameters, ParameterKind};
 use crate::notice::Notice;
 use crate::physics::dry::REFERENCE_SPEED;
@@ -49,7 +50,7 @@ pub struct ComparedModel {
     pub p_loo: f64,
     /// largest shape of the weights' tail
     pub khat_max: Option<f64>,
-    /// runs whose weights cannot be trusted
+    /// runs, or series that were left out as a whole, whose weights cannot be trusted
     pub khat_high: usize,
     /// by how much it predicts less than the best
     pub delta: f64,
@@ -146,7 +147,12 @@ pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: 
     }
     rank(&mut evaluated);
     if let Some(EvaluatedModel { row, .. }) = evaluated.iter().find(|model| model.row.own) {
-        found.checks.push(check_weights(row, used));
+        let units = if context.scene.model.series_offsets {
+            "series or dry runs"
+        } else {
+            "runs"
+        };
+        found.checks.push(check_weights(row, used, units));
         found.notices.extend(better_form(row, &evaluated[0].row));
     }
     for EvaluatedModel { row, loo, .. } in evaluated {
@@ -222,12 +228,12 @@ fn rank(evaluated: &mut [EvaluatedModel]) {
 }
 
 /// Whether the weights of the scene's own form can be trusted.
-fn check_weights(own: &ComparedModel, used: usize) -> Check {
+fn check_weights(own: &ComparedModel, used: usize, units: &str) -> Check {
     let text = if own.khat_high == 0 {
         "largest shape of the leave-one-out weights".to_owned()
     } else {
         format!(
-            "{} runs weigh so much that leaving them out cannot be computed from these draws",
+            "{} {units} weigh so much that leaving them out cannot be computed from these draws",
             own.khat_high
         )
     };
@@ -353,11 +359,12 @@ pub(super) fn sample_model(
         evaluation: setup.method.evaluation(),
     };
     let start = start(least_squares);
-    let until = until_mixed(plan, parameters.sampled.len());
+    let until = until_mixed(plan, parameters.dimension());
     sample_until_mixed(parameters, &rows, &start, until, context.watcher).map_err(|why| why.to_string())
 }
 
-/// PSIS leave-one-out of a sampled form, by so many of its draws; `Err` says which run stands in the way.
+/// PSIS leave-one-out of a sampled form, by so many of its draws; `Err` says which run stands in the way. Where series have
+/// offsets a whole series is left out: a run would leave its offset known, which takes what a form misfits between series.
 pub(super) fn leave_out(
     scene: &Scene,
     runs: &Runs,
@@ -368,9 +375,30 @@ pub(super) fn leave_out(
     let pointwise = Pointwise::new(scene, runs, setup.form);
     let full = sampled.full_draws();
     let step = full.len().div_ceil(used).max(1);
+    if scene.model.series_offsets {
+        let rows = Likelihood::of_rows(scene, runs, setup.form);
+        let units = SeriesDensities::new(pointwise, rows, runs);
+        let some: Vec<&[f64]> = full.iter().step_by(step).map(Vec::as_slice).collect();
+        return leave_series_out(&units, &some, efficiency(sampled));
+    }
     let some = pointwise.at_draws(full.iter().step_by(step).map(Vec::as_slice).collect());
     let fill = |runs: Range<usize>, rows: &mut [f64]| some.ln_likelihoods(runs, rows);
     loo(runs.len(), some.len(), efficiency(sampled), fill).map_err(|(run, why)| format!("run {}: {why}", run + 1))
+}
+
+/// The same of dry runs and whole series.
+fn leave_series_out(units: &SeriesDensities, draws: &[&[f64]], efficiency: f64) -> Result<Loo, String> {
+    let each: Result<Vec<Vec<f64>>, _> = draws.par_iter().map(|full| units.ln_densities(full)).collect();
+    let each = each.map_err(|_| "a draw has no density".to_owned())?;
+    let fill = |some: Range<usize>, rows: &mut [f64]| {
+        for (unit, row) in some.zip(rows.chunks_exact_mut(each.len().max(1))) {
+            for (value, of_draw) in row.iter_mut().zip(&each) {
+                *value = of_draw[unit];
+            }
+        }
+    };
+    let found = loo(units.len(), each.len(), efficiency, fill);
+    found.map_err(|(unit, why)| format!("dry run or series {}: {why}", unit + 1))
 }
 
 /// Relative efficiency of the draws over the sampled parameters.

@@ -1,4 +1,4 @@
-//! Chooses the film ratio that stands for the others of a sphere, and rounds film ratios for names.
+//! Chooses the film ratio that stands for the others of a sphere.
 
 use crate::runs::{FilmGroup, Runs};
 use crate::scene::Scene;
@@ -27,9 +27,4 @@ pub fn reference_film_ratio(scene: &Scene, runs: &Runs, sphere: usize) -> Option
         series.iter().map(|s| s.rebounds.len()).sum::<usize>()
     };
     near.or_else(|| Some(groups.iter().max_by_key(|g| rebounds(g))?.film_ratio))
-}
-
-/// A film ratio as names have it: nominal ones as they are, measured means to four decimals.
-pub fn rounded_film_ratio(film_ratio: f64) -> f64 {
-    (film_ratio * 1e4).round() / 1e4
 }

@@ -340,13 +340,15 @@ impl MainSources<'_> {
     }
 
     /// Whether the square-root law at a film ratio describes how its runs came about: every one of them rebounded, with
-    /// noise on the restitution alone, e² is a line in 1/St, and one law for all liquids biases it by no more than it may.
+    /// noise on the restitution alone, independent from run to run, e² is a line in 1/St, and one law for all liquids biases
+    /// it by no more than it may.
     fn law_serves(&self, law: &Scaling) -> bool {
         let form = self.form();
         law.verdict.passed
             && law.stuck == 0
             && law.measurement_errors.is_none()
             && self.scene.model.noise == NoiseOn::Restitution
+            && !self.scene.model.series_offsets
             && !form.viscous.tells_diameters_apart()
             && !Term::Bridge.is_held(form)
             && law.bias_in_se().is_none_or(|bias| bias <= BIAS)

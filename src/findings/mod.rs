@@ -10,7 +10,7 @@
 //! | `form_choice.rs` | when a form of the law stands in for the default one |
 //! | `quantities.rs` | estimates of quantities from a fit, by the delta method |
 //! | `range.rs` | the smallest and the largest of some numbers |
-//! | `film_ratio.rs` | the film ratio that stands for the others of a particle, and how one is rounded |
+//! | `film_ratio.rs` | the film ratio that stands for the others of a particle |
 //! | `places.rs` | where an energy balance is told: film ratios of particles, and diameters where the form tells them apart |
 //! | `own_dry_speed.rs` | e_dry at each run's own speed |
 //! | `measurement_errors.rs` | measurement errors of the runs of a fit |
@@ -313,7 +313,7 @@ impl Findings {
         let may_be_sampled = posterior::why_not_sampled(runs, self.least_squares(), &default).is_none();
         if scene.model.inertia_is_open() && self.form.inertia != Inertia::None && may_be_sampled {
             // refused before the forms are sampled, not after
-            let quantities = default.sampled.len() + posterior::derived::count_derived(runs, setup.form);
+            let quantities = default.dimension() + posterior::derived::count_derived(runs, setup.form);
             posterior::check_room(posterior::effort(scene), quantities)?;
             let chosen = compare::choose_inertia(self.comparison_context(scene, runs, watcher), setup)?;
             setup = chosen.setup;
@@ -328,13 +328,13 @@ impl Findings {
                 self.verdicts.retain(|check| !replaced(check));
                 let other_form =
                     self.energy_balance.as_ref().map(|own| own.inertia) != Some(posterior.findings.inertia);
-                if scene.model.noise == NoiseOn::Both || other_form {
-                    // least squares does not know this noise, or holds a form that predicts worse: the posterior is quoted
-                    for check in &mut self.verdicts {
-                        check.gates &= ![checks::ENERGY_BALANCE.code, checks::WET_ERRORS.code].contains(&check.check);
-                    }
-                }
+                let offsets = scene.model.series_offsets;
+                let other_noise = scene.model.noise == NoiseOn::Both || offsets;
                 for check in &mut self.verdicts {
+                    // least squares does not know this noise, or holds a form that predicts worse: the posterior is quoted
+                    let of_balance = [checks::ENERGY_BALANCE.code, checks::WET_ERRORS.code].contains(&check.check);
+                    check.gates &= !of_balance || !(other_noise || other_form);
+                    check.gates &= check.check != checks::SCALING_LAW.code || !offsets;
                     // nor does the posterior need film groups
                     check.gates &= check.check != checks::FILM_GROUPS.code;
                 }

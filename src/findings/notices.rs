@@ -88,8 +88,7 @@ const DRY_NOISE_GROWS: Entry = entry(
 );
 const SERIES_OFFSETS: Entry = entry(
     "series_offsets",
-    "set [bootstrap] scheme = \"series\" and quote its intervals; the delta method's and the posterior's take runs as \
-     independent",
+    "set [model] series_offsets = true: the posterior then has an offset for each series, and every main number is its own",
 );
 const BOOTSTRAP_FEWER_REPLICATES: Entry = entry(
     "bootstrap_fewer_replicates",
@@ -391,6 +390,11 @@ pub(super) struct SharedOffsets<'a> {
     pub(super) worst: UnderstatedError<'a>,
 }
 
+/// Which intervals resampling whole series changes.
+pub(crate) const SERIES_SCHEME_CHANGES: &str =
+    "changes the bootstrap intervals of the dry law's k and of e_inf, St_c, α and β of the laws, each where its runs are of \
+     several series (or diameters, of k), and nothing else: neither k, L and C of the energy balance nor the posterior";
+
 /// Runs of a series that are not independent.
 pub(super) fn series_offsets(found: &SharedOffsets, scheme: ResamplingScheme) -> Notice {
     let text = format!(
@@ -400,9 +404,10 @@ pub(super) fn series_offsets(found: &SharedOffsets, scheme: ResamplingScheme) ->
         found.series, found.sd, found.share, found.worst.parameter, found.worst.ratio
     );
     if scheme == ResamplingScheme::Series {
-        let next =
-            "quote the bootstrap's intervals, whose scheme is `series`; the delta method's and the posterior's do not \
-                    know of it";
+        let next = format!(
+            "{}. scheme = \"series\" {SERIES_SCHEME_CHANGES}",
+            SERIES_OFFSETS.next_step
+        );
         return SERIES_OFFSETS.with_next_step(found.series, text, next);
     }
     SERIES_OFFSETS.notice(found.series, text)

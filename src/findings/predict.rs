@@ -5,6 +5,9 @@
 //! scatters about it as well: e* = m(r) + σ z, stuck and written 0 where e* ≤ `smallest_restitution`. Its bands are
 //! quantiles of the mixture of those distributions over all draws with the probability of sticking as a mass at 0, solved for
 //! to rounding instead of sampled, so that nothing here takes chance.
+//!
+//! Where series have offsets of r, both are of one series: of one that was measured with its own offset, of a new one with an
+//! offset that σ_series spreads, the quantiles of which are dealt out evenly over the draws.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -155,6 +158,36 @@ pub struct Draw {
     pub sigma_energy: f64,
     /// degrees of freedom ν of Student's noise; `None` where noise is normal
     pub nu: Option<f64>,
+    /// offset of r of the series that is predicted; 0 where series have none
+    pub series_offset: f64,
+}
+
+/// The series that a prediction is of, where series have offsets of r.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PredictedSeries {
+    /// one that was not measured
+    New,
+    /// the one of that particle, liquid, diameter and film
+    Measured,
+}
+
+impl PredictedSeries {
+    /// Its word in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            PredictedSeries::New => "new",
+            PredictedSeries::Measured => "measured",
+        }
+    }
+}
+
+/// The offset of a new series that a draw is given, by its number from 0: quantiles of the normal of this sd, as evenly
+/// spread over any stretch of the draws as can be.
+pub fn offset_of_new_series(draw: usize, sigma_series: f64) -> f64 {
+    /// the golden section less 1: its multiples leave no gap (Kronecker's sequence)
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+    sigma_series * normal_quantile(((draw as f64 + 0.5) * GOLDEN).fract())
 }
 
 /// What is to be expected at one impact speed. Field names are those of files.
@@ -232,7 +265,7 @@ impl ParticleLaw {
     /// The curve of each draw, with its noise.
     fn curves(&self, setting: &Setting) -> Vec<(Restitution, DrawNoise)> {
         let of = |draw: &Draw| {
-            let curve = Restitution::new(setting, self.form, &draw.parameters);
+            let curve = Restitution::new(setting, self.form, &draw.parameters).with_offset(draw.series_offset);
             let noise = DrawNoise {
                 sigma: draw.sigma_wet.max(NO_SPREAD),
                 sigma_energy: draw.sigma_energy,
@@ -442,6 +475,7 @@ mod tests {
             sigma_wet: 0.02,
             sigma_energy: 0.0,
             nu: None,
+            series_offset: 0.0,
         }
     }
 

@@ -72,7 +72,10 @@ impl<'r> PreparedPosterior<'r> {
         let (posterior, about, compression) = match evaluation {
             Evaluation::Rows => {
                 let posterior = PosteriorDensity::new(parameters, rows.clone());
+                let reference = posterior.parameters().full(&starts[0]);
+                let posterior = posterior.with_offsets_about(&reference);
                 let about = highest(&posterior, &starts)?;
+                let (posterior, about) = about_the_mode(posterior, about)?;
                 (posterior, about, None)
             }
             Evaluation::Compressed(resolution) => {
@@ -138,6 +141,18 @@ fn highest(posterior: &PosteriorDensity, starts: &[Vec<f64>]) -> Result<Laplace,
     best.ok_or(NoStart)
 }
 
+/// The posterior with the offsets of series on coordinates that are round about its mode, and the mode in these.
+fn about_the_mode(posterior: PosteriorDensity, about: Laplace) -> Result<(PosteriorDensity, Laplace), NoStart> {
+    if posterior.parameters().series_offsets.is_empty() {
+        return Ok((posterior, about));
+    }
+    let draw = posterior.draw_at(&about.mode);
+    let full = posterior.parameters().full(&draw);
+    let posterior = posterior.with_offsets_about(&full);
+    let about = laplace(&posterior, &posterior.point_at(&draw)).map_err(|_| NoStart)?;
+    Ok((posterior, about))
+}
+
 /// The compressed posterior with its mode: first roughly, to learn where the posterior lies, then to the bound there.
 ///
 /// With very many runs the rough one may lie many standard deviations off; then the bound was kept in the wrong place,
@@ -152,17 +167,25 @@ fn compressed(
     const TRIES: usize = 8;
     let reference = parameters.full(&starts[0]);
     let (rough, _) = rows.compressed(&reference, &[], resolution);
-    let mut posterior = PosteriorDensity::new(parameters.clone(), rough);
+    let mut posterior = PosteriorDensity::new(parameters.clone(), rough).with_offsets_about(&reference);
     let mut about = highest(&posterior, starts)?;
     let mut tries = 0;
     loop {
         tries += 1;
         let full = |point: &[f64]| parameters.full(&posterior.draw_at(point));
-        let tests = region(&about).iter().map(|point| full(point)).collect::<Vec<_>>();
-        let (likelihood, compression) = rows.compressed(&full(&about.mode), &tests, resolution);
-        posterior = PosteriorDensity::new(parameters.clone(), likelihood);
-        let next = laplace(&posterior, &about.mode).map_err(|_| NoStart)?;
-        let stays = next.distance(&about.mode).is_some_and(|distance| distance < 1.0);
+        let offsets = parameters.series_offsets.len();
+        let tests: Vec<Vec<f64>> = region(&about, offsets).iter().map(|point| full(point)).collect();
+        let mode = full(&about.mode);
+        let (likelihood, compression) = rows.compressed(&mode, &tests, resolution);
+        let next = PosteriorDensity::new(parameters.clone(), likelihood).with_offsets_about(&mode);
+        let from = if offsets == 0 {
+            about.mode.clone()
+        } else {
+            next.point_at(&posterior.draw_at(&about.mode))
+        };
+        posterior = next;
+        let next = laplace(&posterior, &from).map_err(|_| NoStart)?;
+        let stays = next.distance(&from).is_some_and(|distance| distance < 1.0);
         about = next;
         if stays || tries == TRIES {
             return Ok((posterior, about, compression));
@@ -170,9 +193,15 @@ fn compressed(
     }
 }
 
-/// Points two and six standard deviations from the mode, along each axis of the rounded space.
-fn region(about: &Laplace) -> Vec<Vec<f64>> {
-    const FAR: [f64; 4] = [-6.0, -2.0, 2.0, 6.0];
+/// How far from the mode a compression is tested, in standard deviations.
+const FAR: [f64; 4] = [-6.0, -2.0, 2.0, 6.0];
+
+/// Points two and six standard deviations from the mode, along each axis of the rounded space; with offsets of series, which
+/// stand last, along the axes of the other parameters, the offsets following them, and along all offsets at once.
+fn region(about: &Laplace, offsets: usize) -> Vec<Vec<f64>> {
+    if offsets > 0 {
+        return region_with_offsets(about, about.mode.len() - offsets);
+    }
     let dimension = about.mode.len();
     let mut points = vec![];
     for axis in 0..dimension {
@@ -185,4 +214,39 @@ fn region(about: &Laplace) -> Vec<Vec<f64>> {
         }
     }
     points
+}
+
+/// That of a posterior whose coordinates beyond the first so many are offsets, each read by the runs of one series alone.
+fn region_with_offsets(about: &Laplace, parameters: usize) -> Vec<Vec<f64>> {
+    let dimension = about.mode.len();
+    let covariance = &about.scale * about.scale.transpose();
+    // columns of a root that has the parameters first: what moves with one of them follows
+    let root = covariance.clone().cholesky().map(|factor| factor.l());
+    let axes = (0..parameters).map(|axis| {
+        let column = root.as_ref().map(|root| root.column(axis).into_owned());
+        column.unwrap_or_else(|| covariance.column(axis) / covariance[(axis, axis)].sqrt())
+    });
+    // with the parameters held an offset is told by its own runs: standard normal, but for what these coordinates lack
+    let all = (0..dimension).map(|place| {
+        let width = covariance[(place, place)].sqrt().min(1.0);
+        if place < parameters {
+            0.0
+        } else {
+            width
+        }
+    });
+    let all = nalgebra::DVector::from_iterator(dimension, all);
+    let directions = axes.chain(std::iter::once(all)).collect::<Vec<_>>();
+    let far = |direction: &nalgebra::DVector<f64>| {
+        let point = |far: f64| {
+            about
+                .mode
+                .iter()
+                .zip(direction)
+                .map(|(mode, step)| mode + far * step)
+                .collect()
+        };
+        FAR.map(point)
+    };
+    directions.iter().flat_map(far).collect()
 }

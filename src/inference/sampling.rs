@@ -97,6 +97,8 @@ pub struct Sampled {
     pub target_accept: f64,
     /// the draws of each parameter in each chain: `values[parameter][chain][draw]`
     pub values: Vec<Vec<Vec<f64>>>,
+    /// those of the offsets of r of each series; empty where series have none
+    pub series_offsets: Vec<Vec<Vec<f64>>>,
     /// mode and curvature the draws started from
     pub laplace: Laplace,
     /// what was compressed; `None` if every row was used
@@ -140,7 +142,8 @@ impl Sampled {
             .flat_map(|(chain, draws)| (0..draws).map(move |draw| (chain, draw)));
         places
             .map(|(chain, draw)| {
-                let values: Vec<f64> = self.values.iter().map(|of| of[chain][draw]).collect();
+                let all = self.values.iter().chain(&self.series_offsets);
+                let values: Vec<f64> = all.map(|of| of[chain][draw]).collect();
                 self.parameters.full(&values)
             })
             .collect()
@@ -154,7 +157,8 @@ impl Sampled {
         began: std::time::Instant,
     ) -> Sampled {
         let posterior = &prepared.posterior;
-        let values = parameter_draws(posterior, &chains);
+        let mut values = parameter_draws(posterior, &chains);
+        let series_offsets = values.split_off(posterior.parameters().sampled.len());
         let sampled = began.elapsed().as_secs_f64();
         let checked_error = prepared.largest_difference(&chains);
         Sampled {
@@ -163,6 +167,7 @@ impl Sampled {
             chains,
             target_accept: 0.0,
             values,
+            series_offsets,
             laplace: prepared.about.clone(),
             compression: prepared.compression,
             bound: prepared.bound,
@@ -175,7 +180,7 @@ impl Sampled {
     }
 }
 
-/// The parameters at the points of chains.
+/// The parameters, and the offsets after them, at the points of chains.
 fn parameter_draws(posterior: &PosteriorDensity, chains: &[Chain]) -> Vec<Vec<Vec<f64>>> {
     let dimension = posterior.dimension();
     let mut values = vec![vec![vec![]; chains.len()]; dimension];

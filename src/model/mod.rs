@@ -5,6 +5,7 @@
 //! | `parameters.rs` | the parameters a scene's runs call for |
 //! | `transforms.rs` | bounded parameters on the whole line |
 //! | `likelihood/` | log likelihood of all runs, from rows or compressed, and of each run |
+//! | `series_offsets.rs` | offsets of series on the whole line |
 //! | `posterior.rs` | log posterior density and its slopes on the whole line |
 //! | `normals.rs` | many standard normals at once |
 //! | `simulate.rs` | draws runs from a truth |
@@ -13,5 +14,6 @@ pub mod likelihood;
 pub mod normals;
 pub mod parameters;
 pub mod posterior;
+pub mod series_offsets;
 pub mod simulate;
 pub mod transforms;

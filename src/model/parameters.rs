@@ -1,11 +1,12 @@
 //! Lists the parameters a scene's runs call for, each with its unit, bounds, prior and where the prior comes from.
 
+use crate::distributions::LN_ROOT_TWO_PI;
 use crate::error::{quoted, Error, Problem};
 use crate::physics::coefficient::{Coefficients, LogNormal};
 use crate::physics::dry::{speed_root, DRY_K};
 use crate::physics::form::Term;
 use crate::physics::{self, Coefficient, DrySpeed, Form, Inertia, Quantity};
-use crate::runs::Runs;
+use crate::runs::{Runs, Series};
 use crate::scene::{least, within, LikelihoodFamily, NoiseOn, Prior, PriorChoice, Scene, SIGMA_DRY, SIGMA_WET};
 
 /// What a parameter is.
@@ -21,6 +22,8 @@ pub enum ParameterKind {
     SigmaWet,
     /// spread σ_r of the energy wet runs keep
     SigmaEnergy,
+    /// spread σ_series of the offsets of r that the runs of a series share
+    SigmaSeries,
     /// degrees of freedom ν of Student's noise
     Nu,
     /// L′, the slope of L in the logarithm of the film ratio
@@ -62,6 +65,7 @@ impl ParameterKind {
             ParameterKind::SigmaDry => SIGMA_DRY,
             ParameterKind::SigmaWet => SIGMA_WET,
             ParameterKind::SigmaEnergy => "sigma_energy",
+            ParameterKind::SigmaSeries => "sigma_series",
             ParameterKind::Nu => "nu",
             ParameterKind::LubricationTrend => "lubrication_log_trend",
             ParameterKind::InertialTrend => "inertial_prefactor_trend",
@@ -83,6 +87,7 @@ impl ParameterKind {
             ParameterKind::SigmaDry => "σ_dry",
             ParameterKind::SigmaWet => "σ_wet",
             ParameterKind::SigmaEnergy => "σ_r",
+            ParameterKind::SigmaSeries => "σ_series",
             ParameterKind::Nu => "ν",
             ParameterKind::LubricationTrend => "L′",
             ParameterKind::InertialTrend => "C′",
@@ -103,6 +108,10 @@ impl ParameterKind {
             ParameterKind::SigmaEnergy => (
                 Prior::HalfNormal(0.1),
                 "default: a spread of the energy kept above 0.2 would be no measurement",
+            ),
+            ParameterKind::SigmaSeries => (
+                Prior::HalfNormal(0.03),
+                "default: series whose energy kept differs by more than 0.06 would be no repeats of one law",
             ),
             ParameterKind::Nu => (
                 Prior::Gamma(2.0, 0.1),
@@ -133,6 +142,7 @@ impl ParameterKind {
             ParameterKind::LubricationTrend => Coefficient::COUNT + 3,
             ParameterKind::InertialTrend => Coefficient::COUNT + 4,
             ParameterKind::Nu => Coefficient::COUNT + 5,
+            ParameterKind::SigmaSeries => Coefficient::COUNT + 6,
             ParameterKind::DryK(sphere) => COMMON_SLOTS + sphere,
         }
     }
@@ -147,7 +157,18 @@ pub fn physical(full: &[f64], sphere: usize) -> physics::Parameters {
 }
 
 /// Places of a full vector before the k of the spheres.
-pub const COMMON_SLOTS: usize = Coefficient::COUNT + 6;
+pub const COMMON_SLOTS: usize = Coefficient::COUNT + 7;
+
+/// The name of an offset in files, before the series it is of.
+pub const SERIES_OFFSET: &str = "series_offset";
+
+/// Most offsets: the sampler turns every two of the numbers of a draw against each other at each step.
+const MOST_OFFSETS: usize = 500;
+
+/// The place in a full vector of the offset of a series, by its index.
+pub fn offset_slot(runs: &Runs, series: usize) -> usize {
+    COMMON_SLOTS + runs.spheres.len() + series
+}
 
 /// The prior of a trend with the film ratio.
 const TREND_PRIOR: Prior = Prior::Normal(0.0, 1.0);
@@ -221,7 +242,10 @@ pub struct ModelParameters {
     pub sampled: Vec<ModelParameter>,
     /// those that are not
     pub left_out: Vec<LeftOut>,
-    /// a full vector with the values of those left out; the others are 1, trends 0
+    /// names of the offsets of r, one for each series of the runs, which follow the sampled parameters in a draw; empty where
+    /// the scene has none
+    pub series_offsets: Vec<String>,
+    /// a full vector with the values of those left out; the others are 1, trends and offsets 0
     pub template: Vec<f64>,
 }
 
@@ -235,6 +259,7 @@ impl ModelParameters {
         let mut parameters = ModelParameters {
             sampled: vec![],
             left_out: vec![],
+            series_offsets: vec![],
             template: vec![1.0; COMMON_SLOTS + runs.spheres.len()],
         };
         for trend in [ParameterKind::LubricationTrend, ParameterKind::InertialTrend] {
@@ -304,7 +329,26 @@ impl ModelParameters {
             };
             parameters.add(scene, runs, form, nu)?;
         }
+        if scene.model.series_offsets {
+            let spread = CandidateParameter::positive(ParameterKind::SigmaSeries, no_wet());
+            parameters.add(scene, runs, form, spread)?;
+            parameters.add_series_offsets(scene, runs)?;
+        }
         Ok(parameters)
+    }
+
+    /// An offset for each series, 0 in the template.
+    fn add_series_offsets(&mut self, scene: &Scene, runs: &Runs) -> Result<(), Error> {
+        let found = runs.series.len();
+        if found > MOST_OFFSETS {
+            let text = format!("[model] series_offsets: found {found} series, expected at most {MOST_OFFSETS}");
+            let next = "name nominal film ratios ([data] film_ratios), so that runs of one film ratio are one series";
+            return Err(Error::Usage(format!("{text}; {next}")));
+        }
+        let name = |series: &Series| format!("{SERIES_OFFSET}[{}]", series.label(scene));
+        self.series_offsets = runs.series.iter().map(name).collect();
+        self.template.resize(offset_slot(runs, found), 0.0);
+        Ok(())
     }
 
     /// The same with a trend with the film ratio sampled, too, which is otherwise held at 0.
@@ -387,17 +431,33 @@ impl ModelParameters {
         full
     }
 
-    /// Writes a draw into a full vector that began as the template.
+    /// Writes a draw into a full vector that began as the template; one without offsets leaves these as they are.
     pub fn fill(&self, draw: &[f64], full: &mut [f64]) {
         for (parameter, value) in self.sampled.iter().zip(draw) {
             full[parameter.kind.slot()] = *value;
         }
+        let offsets = draw.get(self.sampled.len()..).unwrap_or_default();
+        full[self.first_offset()..][..offsets.len()].copy_from_slice(offsets);
+    }
+
+    /// Numbers of a draw: the sampled parameters, then the offsets of the series.
+    pub fn dimension(&self) -> usize {
+        self.sampled.len() + self.series_offsets.len()
+    }
+
+    /// Where the offsets stand in a full vector.
+    pub fn first_offset(&self) -> usize {
+        self.template.len() - self.series_offsets.len()
     }
 
     /// Sum of the log prior densities of a draw; `None` outside the support.
     pub fn ln_prior(&self, draw: &[f64]) -> Option<f64> {
         let terms = self.sampled.iter().zip(draw);
-        terms.map(|(p, x)| p.prior.ln_density(*x).map(|(value, _)| value)).sum()
+        let own: Option<f64> = terms.map(|(p, x)| p.prior.ln_density(*x).map(|(value, _)| value)).sum();
+        let sigma = self.full(draw)[ParameterKind::SigmaSeries.slot()];
+        let offsets = draw.get(self.sampled.len()..).unwrap_or_default();
+        let of_offset = |offset: &f64| -0.5 * (offset / sigma).powi(2) - sigma.ln() - LN_ROOT_TWO_PI;
+        Some(own? + offsets.iter().map(of_offset).sum::<f64>())
     }
 }
 

@@ -1,7 +1,8 @@
 //! Computes the log posterior density on the whole line, with its slopes, in one pass.
 
 use super::likelihood::{Likelihood, OutsideDomain};
-use super::parameters::ModelParameters;
+use super::parameters::{ModelParameters, ParameterKind};
+use super::series_offsets::{coordinates_about, OffsetCoordinate};
 use super::transforms::Transform;
 
 /// A log density over the whole of a space, up to a constant.
@@ -20,6 +21,8 @@ pub trait LogDensity: Sync {
 pub struct PosteriorDensity {
     parameters: ModelParameters,
     transforms: Vec<Transform>,
+    /// of the offsets of the series, which follow the sampled parameters
+    offsets: Vec<OffsetCoordinate>,
     likelihood: Likelihood,
 }
 
@@ -28,10 +31,19 @@ impl PosteriorDensity {
     pub fn new(parameters: ModelParameters, likelihood: Likelihood) -> PosteriorDensity {
         let transforms = parameters.sampled.iter().map(|p| Transform::of(p.bounds)).collect();
         PosteriorDensity {
+            offsets: vec![OffsetCoordinate::UNTOLD; parameters.series_offsets.len()],
             parameters,
             transforms,
             likelihood,
         }
+    }
+
+    /// The same with the offsets of series on coordinates that are round about a full vector of parameters.
+    pub fn with_offsets_about(mut self, full: &[f64]) -> PosteriorDensity {
+        if !self.offsets.is_empty() {
+            self.offsets = coordinates_about(&self.parameters, &self.likelihood, full);
+        }
+        self
     }
 
     /// The parameters.
@@ -44,24 +56,68 @@ impl PosteriorDensity {
         &self.likelihood
     }
 
-    /// The parameters at a point of the unbounded space.
+    /// The parameters, and the offsets after them, at a point of the unbounded space.
     pub fn draw_at(&self, point: &[f64]) -> Vec<f64> {
-        self.transforms.iter().zip(point).map(|(t, u)| t.at(*u).value).collect()
+        let each = self.transforms.iter().zip(point);
+        let mut draw: Vec<f64> = each.map(|(t, u)| t.at(*u).value).collect();
+        let sigma = self.sigma_series(&draw);
+        let rest = point.get(draw.len()..).unwrap_or_default();
+        draw.extend(self.offsets.iter().zip(rest).map(|(own, u)| own.at(*u, sigma).value));
+        draw
     }
 
-    /// The point of the unbounded space where the parameters have these values, or are near them.
+    /// The point of the unbounded space where the parameters have these values, or are near them; offsets that the draw
+    /// lacks are where the runs want them.
     pub fn point_at(&self, draw: &[f64]) -> Vec<f64> {
-        self.transforms.iter().zip(draw).map(|(t, x)| t.inverse(*x)).collect()
+        let mut point: Vec<f64> = self.transforms.iter().zip(draw).map(|(t, x)| t.inverse(*x)).collect();
+        let sigma = self.sigma_series(draw);
+        let given = draw.get(point.len()..).unwrap_or_default().iter().copied().map(Some);
+        let each = self.offsets.iter().zip(given.chain(std::iter::repeat(None)));
+        point.extend(each.map(|(own, offset)| offset.map_or(0.0, |offset| own.inverse(offset, sigma))));
+        point
+    }
+
+    /// σ_series of a draw.
+    fn sigma_series(&self, draw: &[f64]) -> f64 {
+        let kind = ParameterKind::SigmaSeries;
+        let place = self.parameters.place(kind);
+        place.map_or(self.parameters.template[kind.slot()], |place| draw[place])
+    }
+
+    /// Writes the offsets at the last part of a point into a full vector that has σ_series.
+    fn fill_offsets(&self, point: &[f64], full: &mut [f64]) {
+        let sigma = full[ParameterKind::SigmaSeries.slot()];
+        let places = full.iter_mut().skip(self.parameters.first_offset());
+        let own = self.offsets.iter().zip(&point[self.transforms.len()..]);
+        for (offset, (own, u)) in places.zip(own) {
+            *offset = own.at(*u, sigma).value;
+        }
+    }
+
+    /// Log prior density of the offsets at a point, with slopes; that in σ_series goes to those of the full vector.
+    fn add_offsets(&self, point: &[f64], full: &[f64], full_slopes: &mut [f64], slopes: &mut [f64]) -> f64 {
+        let of_sigma = ParameterKind::SigmaSeries.slot();
+        let first = self.parameters.first_offset();
+        let mut value = 0.0;
+        for (place, own) in self.offsets.iter().enumerate() {
+            let at = self.transforms.len() + place;
+            let mapped = own.at(point[at], full[of_sigma]);
+            let kept = full_slopes[first + place];
+            value += mapped.ln_prior;
+            slopes[at] = kept * mapped.slope + mapped.ln_prior_slope;
+            full_slopes[of_sigma] += kept * mapped.slope_sigma + mapped.ln_prior_slope_sigma;
+        }
+        value
     }
 }
 
 impl LogDensity for PosteriorDensity {
     fn dimension(&self) -> usize {
-        self.transforms.len()
+        self.parameters.dimension()
     }
 
     fn ln_density(&self, point: &[f64], slopes: &mut [f64]) -> Result<f64, OutsideDomain> {
-        /// more parameters than any scene has without a heap of particles
+        /// more parameters than any scene has without a heap of particles or series
         const STACK: usize = 32;
         let length = self.parameters.template.len();
         let mut stack = [[0.0; STACK]; 2];
@@ -76,7 +132,9 @@ impl LogDensity for PosteriorDensity {
         for ((parameter, transform), u) in self.parameters.sampled.iter().zip(&self.transforms).zip(point) {
             full[parameter.kind.slot()] = transform.at(*u).value;
         }
+        self.fill_offsets(point, full);
         let mut value = self.likelihood.ln_density(full, full_slopes)?;
+        value += self.add_offsets(point, full, full_slopes, slopes);
         let each = self.parameters.sampled.iter().zip(&self.transforms);
         for ((parameter, transform), (u, slope)) in each.zip(point.iter().zip(slopes.iter_mut())) {
             let mapped = transform.at(*u);

@@ -1,5 +1,6 @@
 //! Draws runs from a truth by the one generative statement: e* = m(r) + σ z, stuck where e* is at or below the limit; with
-//! noise on the energy kept e* = m(r + σ_r z′) + σ z.
+//! noise on the energy kept e* = m(r + σ_r z′) + σ z; with offsets of series r + σ_series z″ stands for r, z″ one for the wet
+//! runs of a series.
 
 use rand::rngs::ChaCha8Rng;
 use rand_distr::{Distribution, Exp1, StandardNormal};
@@ -78,6 +79,42 @@ struct DesignPoint {
     impact_speed: f64,
 }
 
+/// What makes two wet points one series.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct SeriesOfPoint {
+    particle: usize,
+    liquid: usize,
+    diameter: f64,
+    film_ratio: f64,
+}
+
+/// The offset of r that the runs of a series share.
+#[derive(Debug, Clone, Copy)]
+struct SeriesOffset {
+    /// whose it is; `None` of dry runs
+    series: Option<SeriesOfPoint>,
+    value: f64,
+}
+
+impl SeriesOffset {
+    const NONE: SeriesOffset = SeriesOffset {
+        series: None,
+        value: 0.0,
+    };
+}
+
+impl DesignPoint {
+    fn series(&self) -> Option<SeriesOfPoint> {
+        let (liquid, film_ratio) = self.wet?;
+        Some(SeriesOfPoint {
+            particle: self.particle,
+            liquid,
+            diameter: self.diameter,
+            film_ratio,
+        })
+    }
+}
+
 impl<'s> Simulation<'s> {
     /// A simulation of the scene's design; `runs` raises or lowers the repeats evenly to that many runs in all.
     ///
@@ -127,9 +164,12 @@ impl<'s> Simulation<'s> {
         mut rng: ChaCha8Rng,
         mut each: impl FnMut(NewRun<'s>) -> Result<(), Error>,
     ) -> Result<(), Error> {
+        // points of one series follow one another
+        let mut offset = SeriesOffset::NONE;
         for (point, index) in self.points.iter().zip(0u64..) {
+            offset = self.offset(point, offset, &mut rng);
             for _ in 0..self.repeats + u64::from(index < self.extra) {
-                each(self.run(point, &mut rng))?;
+                each(self.run(point, offset.value, &mut rng))?;
             }
         }
         Ok(())
@@ -140,7 +180,24 @@ impl<'s> Simulation<'s> {
         Tails::of((self.truth.noise == NoiseShape::Student).then_some(self.values.nu))
     }
 
-    fn run(&self, point: &DesignPoint, rng: &mut ChaCha8Rng) -> NewRun<'s> {
+    /// The offset of the series of a point, `last` being that of the point before: drawn once a series, and only where there
+    /// are some, so that other scenes' runs stay as they are.
+    fn offset(&self, point: &DesignPoint, last: SeriesOffset, rng: &mut ChaCha8Rng) -> SeriesOffset {
+        let Some(sigma) = self.truth.sigma_series.filter(|sigma| *sigma > 0.0) else {
+            return SeriesOffset::NONE;
+        };
+        let series = point.series();
+        if series.is_none() || series == last.series {
+            return SeriesOffset { series, ..last };
+        }
+        let z: f64 = StandardNormal.sample(rng);
+        SeriesOffset {
+            series,
+            value: sigma * z,
+        }
+    }
+
+    fn run(&self, point: &DesignPoint, offset: f64, rng: &mut ChaCha8Rng) -> NewRun<'s> {
         let k = self.truth.k(point.particle, point.diameter).unwrap_or_default();
         let particle = &self.scene.particles[point.particle];
         let v = point.impact_speed;
@@ -168,7 +225,7 @@ impl<'s> Simulation<'s> {
                     let z: f64 = StandardNormal.sample(rng);
                     sigma * wide * z
                 });
-                let e = rebound::mean_restitution(kept + lucky) + self.values.sigma_wet * noise;
+                let e = rebound::mean_restitution(kept + offset + lucky) + self.values.sigma_wet * noise;
                 (Some(liquid.name.as_str()), Some((setting.film, film_ratio)), e)
             }
         };

@@ -127,6 +127,13 @@ impl Balance {
         Balance::at(form, parameters.dry_k, share, film.density_ratio)
     }
 
+    /// The same with so much more of the energy kept, whatever the speed.
+    #[inline]
+    pub fn with_offset(mut self, offset: f64) -> Balance {
+        self.lost.constant -= offset;
+        self
+    }
+
     /// That of a dry impact: no loss beside e_dry², at the run's own speed.
     pub fn dry(order: Order, dry_k: f64) -> Balance {
         Balance {

@@ -77,6 +77,12 @@ impl Restitution {
         }
     }
 
+    /// The same with so much more of the energy kept, whatever the speed.
+    pub fn with_offset(mut self, offset: f64) -> Restitution {
+        self.constant -= offset;
+        self
+    }
+
     /// Share of the impact energy kept, r, at an impact speed above zero, m/s; negative where there is no rebound.
     pub fn kept_energy(&self, impact_speed: f64) -> f64 {
         let dry = match self.dry {

@@ -13,9 +13,11 @@ use crate::encoding::decode;
 use crate::error::{named, quoted, Error};
 use crate::files;
 use crate::findings::notices::NOISE_GROWS_CODE;
-use crate::findings::predict::{Basis, Covered, Draw, ParticleBasis, ParticleLaw};
+use crate::findings::predict::{
+    offset_of_new_series, Basis, Covered, Draw, ParticleBasis, ParticleLaw, PredictedSeries,
+};
 use crate::findings::SCHEMA;
-use crate::model::parameters::ParameterKind;
+use crate::model::parameters::{ParameterKind, SERIES_OFFSET};
 use crate::physics::coefficient::Coefficients;
 use crate::physics::dry::DRY_K;
 use crate::physics::form::Term;
@@ -24,6 +26,7 @@ use crate::physics::{Coefficient, DrySpeed, Form, Inertia, Parameters, Viscous};
 use crate::runs::{diameter_in_mm, sphere_label};
 use crate::scene::{name_expected, LARGEST_FILM_RATIO, MOST_KEPT};
 use crate::seed::sha256;
+use crate::units::micrometres;
 
 /// Most bytes of a `findings.json` or a store's `zarr.json`: far more than any has.
 const MOST_BYTES: u64 = 64 << 20;
@@ -90,7 +93,44 @@ struct PosteriorRecord {
     inertia: String,
     viscous: String,
     dry_speed_m_s: Option<f64>,
+    #[serde(default)]
+    series_offsets: Vec<SeriesRecord>,
     basis: Basis,
+}
+
+/// A series with an offset of its own.
+#[derive(Debug, Deserialize)]
+struct SeriesRecord {
+    name: String,
+    particle: String,
+    liquid: String,
+    diameter_m: f64,
+    /// smallest and largest δ/D of its runs
+    film_ratios: [f64; 2],
+}
+
+/// Where a series is looked for.
+#[derive(Debug, Clone, Copy)]
+pub struct SeriesSetting<'a> {
+    /// name of the particle
+    pub particle: &'a str,
+    /// name of the liquid
+    pub liquid: &'a str,
+    /// D, m
+    pub diameter: f64,
+    /// δ/D
+    pub film_ratio: f64,
+}
+
+impl SeriesRecord {
+    /// Whether it was measured at a setting, but for what films are rounded by.
+    fn is_at(&self, setting: &SeriesSetting) -> bool {
+        const ROUNDING: f64 = 0.02;
+        let [lo, hi] = self.film_ratios;
+        let film = (lo * (1.0 - ROUNDING)..=hi * (1.0 + ROUNDING)).contains(&setting.film_ratio);
+        let same = self.particle == setting.particle && self.liquid == setting.liquid;
+        same && same_diameter(self.diameter_m, setting.diameter) && film
+    }
 }
 
 /// A parameter; its value where it was held at one.
@@ -163,10 +203,74 @@ impl Finished {
         })
     }
 
-    /// The law of a particle of a diameter, m, from the folder's draws; the diameter is read where each has its own k.
+    /// Of which series [`Finished::law`] is; `None` where series have no offsets.
+    pub fn series(&self) -> Option<PredictedSeries> {
+        let has_offsets = !self.posterior.series_offsets.is_empty();
+        has_offsets.then_some(PredictedSeries::New)
+    }
+
+    /// The law of a particle of a diameter, m, from the folder's draws; the diameter is read where each has its own k. Where
+    /// series have offsets it is that of a new series.
     ///
     /// Fails for a particle or diameter the fit has no k of, and where the draws are missing, cut short or not to be read.
     pub fn law(&self, particle: &str, diameter: f64) -> Result<ParticleLaw, Error> {
+        self.law_with(particle, diameter, None)
+    }
+
+    /// That of the series that was measured at a setting.
+    ///
+    /// Fails as [`Finished::law`] does, and where series have no offsets or none was measured there.
+    pub fn law_of_series(&self, setting: &SeriesSetting) -> Result<ParticleLaw, Error> {
+        let all = &self.posterior.series_offsets;
+        if all.is_empty() {
+            let text = "the fit has no offsets of series ([model] series_offsets), so that one law is that of all";
+            return Err(Error::Usage(format!("--measured-series: {text}")));
+        }
+        let Some(own) = all.iter().find(|own| own.is_at(setting)) else {
+            return Err(self.refuse_series(setting));
+        };
+        self.law_with(setting.particle, setting.diameter, Some(&own.name))
+    }
+
+    /// No series was measured there: names those of the particle and liquid that were.
+    fn refuse_series(&self, setting: &SeriesSetting) -> Error {
+        /// so many are named
+        const SHOWN: usize = 6;
+        let SeriesSetting { particle, liquid, .. } = setting;
+        let all = self.posterior.series_offsets.iter();
+        let own = all.filter(|own| own.particle == *particle && own.liquid == *liquid);
+        let mut words: Vec<String> = own
+            .map(|own| {
+                let [lo, hi] = own.film_ratios.map(|ratio| micrometres(own.diameter_m * ratio));
+                let film = if hi - lo < 0.5 {
+                    format!("{lo:.0}")
+                } else {
+                    format!("{lo:.0} to {hi:.0}")
+                };
+                format!("{} mm with a film of {film} µm", diameter_in_mm(own.diameter_m))
+            })
+            .collect();
+        let more = words.len().saturating_sub(SHOWN);
+        words.truncate(SHOWN);
+        if more > 0 {
+            words.push(format!("{more} more"));
+        }
+        let expected = if words.is_empty() {
+            format!("of {} in {} none was", quoted(particle), quoted(liquid))
+        } else {
+            format!("expected one of {}", words.join(", "))
+        };
+        Error::Usage(format!(
+            "--measured-series: no series of {} in {} was measured at {} mm with a film of {:.0} µm; {expected}",
+            quoted(particle),
+            quoted(liquid),
+            diameter_in_mm(setting.diameter),
+            micrometres(setting.diameter * setting.film_ratio)
+        ))
+    }
+
+    /// The law of a particle of a diameter, with the offset of this name; that of a new series without one.
+    fn law_with(&self, particle: &str, diameter: f64, offset: Option<&str>) -> Result<ParticleLaw, Error> {
         let known = self.basis.particles.iter().find(|known| known.name == particle);
         let Some(known) = known.filter(|known| self.has_k(known)) else {
             return Err(self.refuse_particle(particle));
@@ -210,6 +314,10 @@ impl Finished {
             (ParameterKind::SigmaWet.key().to_owned(), None),
             optional(ParameterKind::SigmaEnergy, 0.0),
             optional(ParameterKind::Nu, f64::INFINITY),
+            match offset {
+                Some(name) => (name.to_owned(), None),
+                None => optional(ParameterKind::SigmaSeries, 0.0),
+            },
         ]);
         let sources = self.sources(&wanted)?;
         let draws = (0..self.posterior.chains * self.posterior.draws).map(|draw| {
@@ -223,6 +331,10 @@ impl Finished {
                 sigma_wet: noise[0],
                 sigma_energy: noise[1],
                 nu: Some(noise[2]).filter(|nu| nu.is_finite()),
+                series_offset: match offset {
+                    Some(_) => noise[3],
+                    None => offset_of_new_series(draw, noise[3]),
+                },
             }
         });
         Ok(ParticleLaw {
@@ -287,7 +399,8 @@ impl Finished {
     fn columns(&self, columns: &[&str]) -> Result<Vec<Vec<f64>>, Error> {
         let path = self.folder.join(TABLE);
         let PosteriorRecord { chains, draws, .. } = self.posterior;
-        let numbers = (chains * draws) as u64 * (self.posterior.parameters.len() as u64 + CONTROLS);
+        let columns_of_draws = self.posterior.parameters.len() + self.posterior.series_offsets.len();
+        let numbers = (chains * draws) as u64 * (columns_of_draws as u64 + CONTROLS);
         let [fewest, most] = BYTES_A_NUMBER.map(|bytes| numbers * bytes);
         // the names in the header have as much room as all of a findings.json
         let bytes = read(&path, "draws to predict from", &self.folder, most + MOST_BYTES)?;
@@ -338,7 +451,8 @@ impl Finished {
         let posterior = &self.posterior;
         let mut columns = vec![];
         for (name, unread) in wanted {
-            let sampled = posterior.parameters.iter().any(|p| p.name == *name);
+            let offset = || posterior.series_offsets.iter().any(|own| own.name == *name);
+            let sampled = posterior.parameters.iter().any(|p| p.name == *name) || offset();
             if sampled {
                 columns.push(name.as_str());
             } else if unread.is_none() && !self.has(name) {
@@ -436,6 +550,10 @@ fn odd_number(posterior: &PosteriorRecord) -> Option<String> {
 /// What is wrong with a parameter's value; `None`: nothing. Held values may be 0 where the term they scale is left out, and
 /// where measurement errors are all that scatters the runs.
 fn odd_value(name: &str, x: f64, held: bool) -> Option<String> {
+    // an offset may be of either sign
+    if name.starts_with(SERIES_OFFSET) {
+        return (!x.is_finite()).then(|| format!("{name}: found {x:?}, expected a number"));
+    }
     let least = if name == ParameterKind::Nu.key() { 2.0 } else { 0.0 };
     // a term without a prefactor takes nothing
     let scales = |coefficient: &Coefficient| {
@@ -453,7 +571,8 @@ fn odd_value(name: &str, x: f64, held: bool) -> Option<String> {
 }
 
 /// The parameters of the noise.
-const NOISE: [ParameterKind; 4] = [
+const NOISE: [ParameterKind; 5] = [
+    ParameterKind::SigmaSeries,
     ParameterKind::SigmaWet,
     ParameterKind::SigmaEnergy,
     ParameterKind::Nu,

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::json;
 use crate::error::Error;
-use crate::findings::predict::Predicted;
+use crate::findings::predict::{Predicted, PredictedSeries};
 use crate::physics::Setting;
 
 /// A column's name with what of a row stands in it.
@@ -44,13 +44,14 @@ fn check(rows: &[Predicted]) -> Result<(), Error> {
     Ok(())
 }
 
-/// A line a speed; a slope there is none of is left empty.
+/// A line a speed; a slope there is none of is left empty. Where series have offsets, the last column says of which it is.
 ///
 /// Fails where a number is not finite.
-pub fn csv(rows: &[Predicted]) -> Result<String, Error> {
+pub fn csv(rows: &[Predicted], series: Option<PredictedSeries>) -> Result<String, Error> {
     check(rows)?;
     let mut text: String = NUMBERS.iter().map(|(name, _)| format!("{name},")).collect();
-    text.push_str("log_slope,extrapolated\n");
+    text.push_str("log_slope,extrapolated");
+    text.push_str(if series.is_some() { ",series\n" } else { "\n" });
     for row in rows {
         for (_, number) in NUMBERS {
             // a String takes whatever is written to it
@@ -59,7 +60,8 @@ pub fn csv(rows: &[Predicted]) -> Result<String, Error> {
         if let Some(slope) = row.log_slope {
             let _ = write!(text, "{slope:?}");
         }
-        let _ = writeln!(text, ",{}", row.extrapolated);
+        let series = series.map_or(String::new(), |series| format!(",{}", series.name()));
+        let _ = writeln!(text, ",{}{series}", row.extrapolated);
     }
     Ok(text)
 }
@@ -73,6 +75,9 @@ pub struct Origin<'a> {
     pub particle: &'a str,
     /// name of the liquid; `None`: one the scene has not
     pub liquid: Option<&'a str>,
+    /// of which series the curve and the runs are; `None` where series have no offsets
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub series: Option<PredictedSeries>,
     /// draws of the posterior
     pub draws: usize,
     /// whether the numbers of the fit may be quoted

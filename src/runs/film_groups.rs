@@ -51,6 +51,11 @@ impl FilmGroup {
     }
 }
 
+/// A film ratio as names have it: nominal ones as they are, measured means to four decimals.
+pub fn rounded_film_ratio(film_ratio: f64) -> f64 {
+    (film_ratio * 1e4).round() / 1e4
+}
+
 /// A quantile by linear interpolation between the ordered values; NaN of none.
 fn quantile(values: &mut [f64], probability: f64) -> f64 {
     if values.is_empty() {

@@ -44,7 +44,7 @@ mod write;
 
 pub use collect::Screened;
 pub use errors::MeasurementErrors;
-pub use film_groups::{FilmGroup, NEAR_NOMINAL, WIDEST};
+pub use film_groups::{rounded_film_ratio, FilmGroup, NEAR_NOMINAL, WIDEST};
 pub use impacts::{by_film, Conditions};
 pub use new_run::NewRun;
 pub use series::{DryGroup, Impacts, Runs, Series};

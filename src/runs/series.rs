@@ -5,8 +5,8 @@ use std::ops::Range;
 
 use super::collect::RunsAsRead;
 use super::errors::MeasurementErrors;
-use super::film_groups::{mean, FilmClasses, FilmGroup};
-use super::spheres::Sphere;
+use super::film_groups::{mean, rounded_film_ratio, FilmClasses, FilmGroup};
+use super::spheres::{diameter_in_mm, Sphere};
 use crate::physics::numbers::same_diameter;
 use crate::scene::{DryKOf, Scene};
 
@@ -86,6 +86,13 @@ pub struct Series {
 }
 
 impl Series {
+    /// Its words in names of files: `PTFE,AK10,4.762,0.06`, particle, liquid, D in mm, δ/D of the film group.
+    pub fn label(&self, scene: &Scene) -> String {
+        let [particle, liquid] = [&scene.particles[self.particle].name, &scene.liquids[self.liquid].name];
+        let (diameter, film_ratio) = (diameter_in_mm(self.diameter), rounded_film_ratio(self.film_ratio));
+        format!("{particle},{liquid},{diameter},{film_ratio}")
+    }
+
     /// Every run of the series.
     pub fn runs(&self) -> Range<usize> {
         self.rebounds.start..self.stuck.end

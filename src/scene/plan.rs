@@ -34,6 +34,8 @@ pub struct Truth {
     pub sigma_wet: Option<f64>,
     /// sd of the noise on the energy a wet run keeps; absent: none
     pub sigma_energy: Option<f64>,
+    /// sd of the offset of the energy kept that the wet runs of a series share; absent: none
+    pub sigma_series: Option<f64>,
     /// degrees of freedom of Student's noise
     pub nu: Option<f64>,
     /// shape of the noise on wet runs
@@ -169,6 +171,7 @@ pub(super) fn truth(root: &SceneTable, particles: &[&str], liquids: &[Liquid], m
         sigma_dry: table.number("sigma_dry", NOT_NEGATIVE),
         sigma_wet: table.number("sigma_wet", NOT_NEGATIVE),
         sigma_energy: table.number("sigma_energy", NOT_NEGATIVE),
+        sigma_series: table.number("sigma_series", NOT_NEGATIVE),
         nu: table.number("nu", ABOVE_ZERO),
         noise: table.choice("noise", &noises).unwrap_or(NoiseShape::Normal),
         terms: terms(&table, liquids),

@@ -133,7 +133,7 @@ fn predicted(folder: &Path) -> Result<String, Error> {
         film: 2e-4,
         surface_tension: liquid.surface_tension_n_m,
     };
-    prediction::csv(&law.predict(&setting, &[0.05, 0.3, 2.0]))
+    prediction::csv(&law.predict(&setting, &[0.05, 0.3, 2.0]), None)
 }
 
 /// It is a table of finite numbers, or a refusal on one line.

@@ -139,7 +139,7 @@ const EXTREMES: [&str; 14] = [
     "1.7e308",
 ];
 
-const PARAMETERS: [(&str, &str); 9] = [
+const PARAMETERS: [(&str, &str); 10] = [
     ("dry_k", ""),
     ("\"dry_k.PTFE\"", ""),
     ("lubrication_log", ""),
@@ -149,6 +149,7 @@ const PARAMETERS: [(&str, &str); 9] = [
     ("sigma_wet", ""),
     ("sigma_energy", BOTH),
     ("nu", STUDENT),
+    ("sigma_series", "series_offsets = true"),
 ];
 
 /// Every parameter with every family and extreme numbers; the families take turns at the pairs, so that all meet all.

@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use crate::findings::estimate::Estimate;
-use crate::findings::film_ratio::rounded_film_ratio as rounded;
 use crate::physics::{Coefficient, Quantity};
+use crate::runs::rounded_film_ratio as rounded;
 use crate::units::millimetres;
 
 /// How the energy balance is named as the fit behind a result.

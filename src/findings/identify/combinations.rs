@@ -6,11 +6,10 @@ use super::identifiability::Identifiability;
 use super::words;
 use crate::findings::energy::Energy;
 use crate::findings::estimate::Estimate;
-use crate::findings::film_ratio::rounded_film_ratio;
 use crate::findings::least_squares::LeastSquares;
 use crate::findings::scaling::Scaling;
 use crate::model::parameters::ParameterKind;
-use crate::runs::{FilmGroup, Runs, Sphere};
+use crate::runs::{rounded_film_ratio, FilmGroup, Runs, Sphere};
 use crate::scene::{Scene, WetLaw};
 
 /// A quantity that the runs determine.

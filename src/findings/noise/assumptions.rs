@@ -20,10 +20,9 @@ pub(in crate::findings) fn noise_notices(scene: &Scene, noise: Option<&Noise>) -
         return vec![];
     };
     let spread = noise.spread.as_ref().and_then(unequal_spread);
-    let offsets = noise
-        .offsets
-        .as_ref()
-        .and_then(|offsets| series_offsets(scene, offsets));
+    // what is in the model breaks nothing that is quoted
+    let offsets = noise.offsets.as_ref().filter(|_| !scene.model.series_offsets);
+    let offsets = offsets.and_then(|offsets| series_offsets(scene, offsets));
     let growth = noise.growth.iter().flat_map(|growth| growth.found());
     let growth = growth.map(|found| noise_grows(scene, found));
     let others = [outliers(noise), spread, offsets].into_iter().flatten();

@@ -2,7 +2,6 @@
 
 use rayon::prelude::*;
 
-use crate::findings::film_ratio::rounded_film_ratio;
 use crate::inference::sampling::Sampled;
 use crate::model::parameters::{physical, ParameterKind};
 use crate::physics::balance::Balance;
@@ -10,7 +9,7 @@ use crate::physics::form::Term;
 use crate::physics::loss::Film;
 use crate::physics::quantity::{Place, Quantity, Wetted};
 use crate::physics::{Coefficient, Form};
-use crate::runs::{Runs, Series};
+use crate::runs::{rounded_film_ratio, Runs, Series};
 use crate::scene::Scene;
 
 /// A quantity with its draws, chain by chain; NaN where a draw leaves none.

@@ -1,7 +1,7 @@
 //! Takes from the draws what predictions and figures of a particle need.
 
 use super::Posterior;
-use crate::findings::predict::{Draw, ParticleLaw};
+use crate::findings::predict::{offset_of_new_series, Draw, ParticleLaw};
 use crate::model::parameters::{physical, ParameterKind};
 use crate::physics::balance::Balance;
 use crate::physics::loss::Film;
@@ -10,13 +10,14 @@ use crate::runs::Runs;
 use crate::scene::{LikelihoodFamily, NoiseOn, Scene};
 
 impl Posterior {
-    /// The law of a sphere, by its index, by at most so many draws, evenly taken.
+    /// The law of a sphere, by its index, by at most so many draws, evenly taken; of a new series, where series have offsets.
     pub fn law(&self, scene: &Scene, runs: &Runs, sphere: usize, most: usize) -> ParticleLaw {
         let both = scene.model.noise == NoiseOn::Both;
         let student = scene.model.likelihood == LikelihoodFamily::Student;
         let full = self.sampled.full_draws();
         let step = full.len().div_ceil(most).max(1);
-        let draw = |full: &Vec<f64>| Draw {
+        let offsets = scene.model.series_offsets;
+        let draw = |(index, full): (usize, &Vec<f64>)| Draw {
             parameters: physical(full, sphere),
             sigma_wet: full[ParameterKind::SigmaWet.slot()],
             sigma_energy: if both {
@@ -25,13 +26,18 @@ impl Posterior {
                 0.0
             },
             nu: student.then(|| full[ParameterKind::Nu.slot()]),
+            series_offset: if offsets {
+                offset_of_new_series(index, full[ParameterKind::SigmaSeries.slot()])
+            } else {
+                0.0
+            },
         };
         let basis = &self.findings.basis;
         ParticleLaw {
             form: self.setup.form,
             smallest_restitution: basis.smallest_restitution,
             covered: basis.particles[runs.spheres[sphere].particle].covered,
-            draws: full.iter().step_by(step).map(draw).collect(),
+            draws: full.iter().step_by(step).enumerate().map(draw).collect(),
         }
     }
 

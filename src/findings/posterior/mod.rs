@@ -5,6 +5,7 @@
 //! | `summary.rs` | the summary, as `findings.json` writes it |
 //! | `sampling.rs` | what is sampled and how |
 //! | `summarise.rs` | summarises the draws of each parameter and of what follows |
+//! | `series_offsets.rs` | summarises the draws of the offsets of r that series have |
 //! | `contraction.rs` | the parameters that keep much of their prior |
 //! | `derived.rs` | what follows from the parameters, draw by draw |
 //! | `draws.rs` | the draws of a particle, for predictions and figures |
@@ -17,6 +18,7 @@ mod draws;
 pub(super) mod posterior_checks;
 pub mod predictive_checks;
 mod sampling;
+mod series_offsets;
 mod summarise;
 mod summary;
 
@@ -40,7 +42,7 @@ pub use posterior_checks::{speed_errors, why_not_sampled, PosteriorRefusal};
 pub use sampling::{check_room, effort, start, until_mixed, MethodChoice, SamplingSetup, MOST_NUMBERS};
 pub use summary::{
     AccuracySummary, CompressionSummary, HeldParameter, PosteriorFindings, PriorSummary, QuantitySummary,
-    RejectedMethod,
+    RejectedMethod, SeriesOffset,
 };
 
 /// A posterior with its draws, for the report and the files of draws.
@@ -85,7 +87,7 @@ pub fn fit_posterior(
         return Ok(Err(not_sampled));
     }
     let effort = effort(scene);
-    let quantities = parameters.sampled.len() + derived::count_derived(runs, setup.form);
+    let quantities = parameters.dimension() + derived::count_derived(runs, setup.form);
     check_room(effort, quantities)?;
     let rows = Likelihood::of_rows(scene, runs, setup.form);
     let stream = StreamName::new(least_squares.seed, "posterior");
@@ -122,6 +124,7 @@ pub fn fit_posterior(
         rows: rows.nodes(),
         derived: &derived,
         predictive,
+        series_offsets: series_offsets::summarise_offsets(scene, runs, &sampled),
         basis: Basis::of(scene, runs),
     };
     let mut findings = summarise_posterior(&sampled, source);

@@ -192,10 +192,11 @@ struct WorstParameter<'a> {
     name: &'a str,
 }
 
-/// The parameter for which a number is largest; one without it comes first.
+/// The parameter or offset for which a number is largest; one without it comes first.
 fn largest<'a>(found: &'a PosteriorFindings, of: impl Fn(&QuantitySummary) -> Option<f64>) -> WorstParameter<'a> {
     // constant draws have no R-hat, and are no sign of mixing either
-    let each = found.parameters.iter().map(|q| WorstParameter {
+    let offsets = found.series_offsets.iter().map(|of| &of.offset);
+    let each = found.parameters.iter().chain(offsets).map(|q| WorstParameter {
         value: of(q).unwrap_or(f64::INFINITY),
         name: &q.name,
     });

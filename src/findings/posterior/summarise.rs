@@ -7,7 +7,7 @@ use super::predictive_checks::PredictiveChecks;
 use super::sampling::SamplingSetup;
 use super::summary::{
     AccuracySummary, CompressionSummary, HeldParameter, PosteriorFindings, PriorSummary, QuantitySummary,
-    RejectedMethod,
+    RejectedMethod, SeriesOffset,
 };
 use crate::findings::predict::Basis;
 use crate::inference::diagnostics::energy::e_bfmi;
@@ -30,6 +30,8 @@ pub(super) struct SummarySource<'p> {
     pub(super) derived: &'p [DerivedDraws],
     /// new runs beside the ones made
     pub(super) predictive: PredictiveChecks,
+    /// the offsets of series
+    pub(super) series_offsets: Vec<SeriesOffset>,
     /// what predictions need besides these
     pub(super) basis: Basis,
 }
@@ -53,6 +55,7 @@ pub(super) fn summarise_posterior(sampled: &Sampled, source: SummarySource) -> P
                 ..summarise_quantity(&derived.name, &derived.values, sampled.mcse_factor)
             })
             .collect(),
+        series_offsets: source.series_offsets,
         left_out: parameters.left_out.iter().map(HeldParameter::of).collect(),
         correlation: correlations(&sampled.values),
         chains: sampled.chains.len(),
@@ -144,7 +147,7 @@ fn summarise_parameter(parameter: &ModelParameter, values: &[Vec<f64>], mcse_fac
 }
 
 /// `mcse_factor` is that of [`Sampled`].
-fn summarise_quantity(name: &str, values: &[Vec<f64>], mcse_factor: f64) -> QuantitySummary {
+pub(super) fn summarise_quantity(name: &str, values: &[Vec<f64>], mcse_factor: f64) -> QuantitySummary {
     let chains: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
     let missing = values.iter().flatten().filter(|value| !value.is_finite()).count();
     let all: usize = values.iter().map(Vec::len).sum();

@@ -15,6 +15,9 @@ pub struct PosteriorFindings {
     pub parameters: Vec<QuantitySummary>,
     /// what follows from them
     pub derived: Vec<QuantitySummary>,
+    /// the offset of r of each series, where the model has them
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub series_offsets: Vec<SeriesOffset>,
     /// parameters that were not sampled
     pub left_out: Vec<HeldParameter>,
     /// correlations of the sampled parameters, in their order
@@ -120,6 +123,26 @@ pub struct QuantitySummary {
     /// why numbers are missing; stands exactly then
     #[serde(skip_serializing_if = "Option::is_none")]
     pub why_none: Option<String>,
+}
+
+/// The offset of one series, and where that was measured.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SeriesOffset {
+    /// name of the particle
+    pub particle: String,
+    /// name of the liquid
+    pub liquid: String,
+    /// mean D of its runs, m
+    pub diameter_m: f64,
+    /// δ/D of its film group
+    pub film_ratio: f64,
+    /// smallest and largest δ/D of its runs
+    pub film_ratios: [f64; 2],
+    /// runs, stuck ones with them
+    pub runs: usize,
+    /// the offset, in r
+    #[serde(flatten)]
+    pub offset: QuantitySummary,
 }
 
 /// What was believed of a parameter before the runs.

@@ -11,6 +11,7 @@
 //! L + L′ f and C exp(C′ f), f being the logarithm of the film ratio over the middle one of the runs.
 
 mod by_row;
+mod by_series;
 mod compress;
 mod convolution;
 mod dry;
@@ -31,6 +32,7 @@ mod sums;
 pub mod tails;
 pub(crate) mod trend;
 
+pub use by_series::SeriesDensities;
 pub use compress::{Compression, Resolution};
 pub use prepared::Likelihood;
 pub use run_density::Spreads;

@@ -67,11 +67,13 @@ impl Nodes {
     }
 }
 
-/// Wet runs that share sphere, liquid and film ratio.
+/// Wet runs of one series that share a film ratio.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct WetBlock {
     pub(super) sphere: usize,
     pub(super) density_ratio: f64,
+    /// place in a full vector of the offset of its series, where series have one
+    pub(super) offset: Option<usize>,
     /// index into [`super::Likelihood::film_ratios`]
     pub(super) film: usize,
     /// range of [`super::Likelihood::rebounds`]

@@ -6,6 +6,7 @@ mod columns;
 pub use by_run::AtDraws;
 pub use columns::Stretch;
 
+use std::ops::Range;
 use std::sync::OnceLock;
 
 use rand::Rng;
@@ -18,7 +19,7 @@ use super::run_density::{Seen, Side, Spreads};
 use super::run_law::{RunImpact, RunNoise};
 use super::tails::Tails;
 use super::trend::{middle_film_ratio, FilmParameters};
-use crate::model::parameters::{ParameterKind, COMMON_SLOTS};
+use crate::model::parameters::{offset_slot, ParameterKind, COMMON_SLOTS};
 use crate::physics::balance::{Balance, Impact};
 use crate::physics::loss::Share;
 use crate::physics::{rebound, Form};
@@ -62,6 +63,8 @@ struct WetConditions {
     film_ratio: f64,
     /// its logarithm over the middle one of the runs
     ln_film: f64,
+    /// place in a full vector of the offset of its series, where series have one
+    offset: Option<usize>,
 }
 
 /// The law at one full vector of parameters.
@@ -125,7 +128,8 @@ impl<'r> Pointwise<'r> {
         let middle = middle_film_ratio(runs);
         // neighbours mostly share a film ratio
         let mut film = (f64::NAN, f64::NAN);
-        for series in &runs.series {
+        for (index, series) in runs.series.iter().enumerate() {
+            let offset = scene.model.series_offsets.then(|| offset_slot(runs, index));
             let density_ratio = series.density_ratio(scene);
             for run in series.runs() {
                 let film_ratio = runs.impacts.film_ratio[run];
@@ -139,6 +143,7 @@ impl<'r> Pointwise<'r> {
                         density_ratio,
                         film_ratio,
                         ln_film: film.1,
+                        offset,
                     }),
                 };
                 pointwise.add(setting, series.stuck.contains(&run));
@@ -211,7 +216,8 @@ impl<'r> Pointwise<'r> {
                     film.insert((wet.film_ratio, new)).1
                 }
             };
-            Balance::at(self.form, k, share, wet.density_ratio)
+            let balance = Balance::at(self.form, k, share, wet.density_ratio);
+            wet.offset.map_or(balance, |slot| balance.with_offset(full[slot]))
         }
     }
 
@@ -406,6 +412,25 @@ impl EvaluatedLaw<'_, '_> {
         } else {
             density
         }
+    }
+
+    /// Log likelihood of some runs together, of which none shares its true speed with another one.
+    pub fn ln_likelihood_of(&self, runs: Range<usize>) -> f64 {
+        let alone = runs.clone().filter(|run| !self.errors_of(*run).is_shared);
+        let alone: f64 = alone.map(|run| self.ln_likelihood(run)).sum();
+        let rebounded = Seen::On(Side::Above, self.pointwise.limit);
+        let groups = self.pointwise.errors.iter().flat_map(RunErrors::shared_speeds);
+        let together = groups.filter(|group| runs.contains(&group[0])).map(|group| {
+            let all = self.with_repeats(group, |run| self.seen(run), |hidden| hidden.integrate().value);
+            let rebounds = group.iter().copied().filter(|run| !self.pointwise.stuck[*run]);
+            let rebounds: Vec<usize> = rebounds.collect();
+            if self.pointwise.truncated && !rebounds.is_empty() {
+                all - self.with_repeats(&rebounds, |_| rebounded, |hidden| hidden.integrate().value)
+            } else {
+                all
+            }
+        });
+        alone + together.sum::<f64>()
     }
 
     /// Whether runs that stuck were not logged.

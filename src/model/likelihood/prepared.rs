@@ -49,7 +49,8 @@ impl Likelihood {
 
     /// The energy balance of a block at a full vector of parameters, which `film` has read.
     pub(super) fn balance(&self, block: &WetBlock, full: &[f64], film: &FilmLosses) -> Balance {
-        film.balance(self.form, full[COMMON_SLOTS + block.sphere], block.density_ratio)
+        let balance = film.balance(self.form, full[COMMON_SLOTS + block.sphere], block.density_ratio);
+        block.offset.map_or(balance, |slot| balance.with_offset(full[slot]))
     }
 
     /// The tails of noise at a full vector of parameters.

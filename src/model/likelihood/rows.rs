@@ -8,6 +8,7 @@ use super::nodes::{DryRow, Nodes, WetBlock};
 use super::prepared::Likelihood;
 use super::run_law::{ByRow, WetRow};
 use super::trend::middle_film_ratio;
+use crate::model::parameters::offset_slot;
 use crate::physics::Form;
 use crate::runs::{Conditions, DryGroup, Runs, Series};
 use crate::scene::{self, NoiseOn, Scene, Sticking};
@@ -56,8 +57,7 @@ impl Likelihood {
                 dry_repeats: vec![],
             });
         }
-        let mut places = HashMap::new();
-        let mut films = HashMap::new();
+        let mut index = BlockIndex::default();
         let middle = middle_film_ratio(runs);
         let table = RunData {
             scene,
@@ -65,24 +65,20 @@ impl Likelihood {
             errors,
             conditions: Conditions::new(scene, runs, form),
         };
-        for series in &runs.series {
-            likelihood.add(&table, series, &mut films, &mut places);
+        for (place, series) in runs.series.iter().enumerate() {
+            let offset = scene.model.series_offsets.then(|| offset_slot(runs, place));
+            likelihood.add(&table, series, offset, &mut index);
         }
-        likelihood.add_repeats(errors, &places);
+        likelihood.add_repeats(errors, &index.rows);
         let ratios = likelihood.film_ratios.iter();
         likelihood.ln_films = ratios.map(|ratio| (ratio / middle).ln()).collect();
         likelihood.wet_rebounds = likelihood.rebounds.len() as f64;
         likelihood
     }
 
-    /// Adds the runs of a series, a block for each film ratio the runs themselves have.
-    fn add(
-        &mut self,
-        table: &RunData,
-        series: &Series,
-        films: &mut HashMap<i64, usize>,
-        places: &mut HashMap<usize, RowOfBlock>,
-    ) {
+    /// Adds the runs of a series, a block for each film ratio the runs themselves have; `offset` is the place of its own in a
+    /// full vector.
+    fn add(&mut self, table: &RunData, series: &Series, offset: Option<usize>, index: &mut BlockIndex) {
         /// film ratios differ beyond the rounding of a quotient
         const ROUNDING: f64 = 1e-14;
         let (runs, conditions) = (table.runs, &table.conditions);
@@ -102,7 +98,7 @@ impl Likelihood {
                 .flatten()
                 .map(film_ratio)
                 .fold(f64::INFINITY, f64::min);
-            let film = *films.entry((ratio / ROUNDING).round() as i64).or_insert_with(|| {
+            let film = *index.films.entry((ratio / ROUNDING).round() as i64).or_insert_with(|| {
                 self.film_ratios.push(ratio);
                 self.film_ratios.len() - 1
             });
@@ -111,7 +107,7 @@ impl Likelihood {
             let block = self.blocks.len();
             let mut note = |run: usize, of: Option<Errors>, row: WetRow| {
                 if of.is_some_and(|of| of.is_shared) {
-                    places.insert(run, RowOfBlock { block, row });
+                    index.rows.insert(run, RowOfBlock { block, row });
                 }
             };
             while let Some(run) = rebounds.get(next).filter(|run| film_ratio(run) <= ratio) {
@@ -147,6 +143,7 @@ impl Likelihood {
             self.blocks.push(WetBlock {
                 sphere: series.sphere,
                 density_ratio: series.density_ratio(table.scene),
+                offset,
                 film,
                 rebounds: first..self.rebounds.len(),
                 stuck: first_stuck..self.stuck.len(),
@@ -160,24 +157,33 @@ impl Likelihood {
 }
 
 impl Likelihood {
-    /// Notes which rows have one true speed; `places` are those of the wet ones among them, by run.
-    fn add_repeats(&mut self, errors: Option<&RunErrors>, places: &HashMap<usize, RowOfBlock>) {
+    /// Notes which rows have one true speed; `rows` are the wet ones among them, by run.
+    fn add_repeats(&mut self, errors: Option<&RunErrors>, rows: &HashMap<usize, RowOfBlock>) {
         let (Some(own), Some(errors)) = (&mut self.own, errors) else {
             return;
         };
         own.repeats = vec![vec![]; self.blocks.len()];
         for group in errors.shared_speeds() {
             // repeats are runs of one setting, and so of one block
-            match places.get(&group[0]) {
+            match rows.get(&group[0]) {
                 Some(first) => {
-                    let rows = group.iter().filter_map(|run| Some(places.get(run)?.row));
-                    own.repeats[first.block].push(rows.collect());
+                    let repeats = group.iter().filter_map(|run| Some(rows.get(run)?.row));
+                    own.repeats[first.block].push(repeats.collect());
                 }
                 // dry runs come first, in the order of their rows
                 None => own.dry_repeats.push(group.clone()),
             }
         }
     }
+}
+
+/// What was found of runs while blocks are made.
+#[derive(Default)]
+struct BlockIndex {
+    /// the place of each film ratio, by its multiple of a rounding
+    films: HashMap<i64, usize>,
+    /// wet runs that share their true speed
+    rows: HashMap<usize, RowOfBlock>,
 }
 
 /// Where a run is.

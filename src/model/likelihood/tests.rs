@@ -41,7 +41,9 @@ surface_tension_mN_m = 20.9
 const SLOTS: usize = COMMON_SLOTS + 2;
 
 /// L, C, δ̃0, σ_wet, σ_dry, σ_r, L′, C′, ν, k of PTFE and of PE
-const FULL: [f64; SLOTS] = [1.85, 0.47, 0.069, 1.0, 0.02, 0.009, 0.03, 0.0, 0.0, 6.0, 0.183, 0.123];
+const FULL: [f64; SLOTS] = [
+    1.85, 0.47, 0.069, 1.0, 0.02, 0.009, 0.03, 0.0, 0.0, 6.0, 1.0, 0.183, 0.123,
+];
 
 /// The same with L rising and C falling with the film.
 fn with_trends(full: [f64; SLOTS]) -> [f64; SLOTS] {
@@ -210,7 +212,9 @@ fn the_sum_over_nodes_is_the_sum_over_runs_and_its_slopes_are_differences() {
         scene.model.sticking = sticking;
         // so wide a spread that truncation is felt by dry runs, too
         let full = match sticking {
-            Sticking::Truncated => [1.85, 0.47, 0.069, 1.0, 0.05, 0.2, 0.03, 0.0, 0.0, 6.0, 0.183, 0.123],
+            Sticking::Truncated => [
+                1.85, 0.47, 0.069, 1.0, 0.05, 0.2, 0.03, 0.0, 0.0, 6.0, 1.0, 0.183, 0.123,
+            ],
             _ => FULL,
         };
         sums_and_slopes_agree(&scene, &full);
@@ -363,7 +367,9 @@ fn the_compressed_sum_keeps_its_bound_and_is_short() {
         let own = (form == second).then(|| runs_of(&scene, 3000, "the_compressed_sum_keeps_its_bound", second));
         let rows = Likelihood::of_rows(&scene, own.as_ref().unwrap_or(&runs), form);
         // the posterior of 18,000 runs is about this wide
-        let steps = [0.004, 0.004, 0.002, 0.0, 1e-4, 1e-3, 0.0, 0.004, 0.004, 0.0, 2e-4, 2e-4];
+        let steps = [
+            0.004, 0.004, 0.002, 0.0, 1e-4, 1e-3, 0.0, 0.004, 0.004, 0.0, 0.0, 2e-4, 2e-4,
+        ];
         let tests: Vec<Vec<f64>> = (0..SLOTS)
             .flat_map(|place| [-6.0, -2.0, 2.0, 6.0].map(|far| shifted(&FULL, place, far * steps[place])))
             .collect();

@@ -142,10 +142,13 @@ pub(super) struct FilmSums {
 }
 
 impl FilmSums {
-    /// Adds those of a block; its slope in k goes to the slopes of the parameters at once.
+    /// Adds those of a block; its slopes in k and in its offset go to the slopes of the parameters at once.
     pub fn add(&mut self, block: &WetBlock, sums: BlockSums, slopes: &mut [f64]) {
         self.inertial += sums.kept * block.density_ratio;
         self.viscous += sums.viscous;
         slopes[COMMON_SLOTS + block.sphere] -= 2.0 * sums.dry;
+        if let Some(slot) = block.offset {
+            slopes[slot] += sums.kept;
+        }
     }
 }

@@ -63,6 +63,11 @@ fn slopes_agree_with_differences_under_every_prior() {
         "[model]\nviscous = \"film\"\nlikelihood = \"student\"",
         "[model]\nviscous = \"film\"\n[priors]\nrupture_scale = { uniform = [0.01, 5] }",
         "[priors]\ndry_k = { normal = [0.15, 0.05] }\nsigma_dry = { lognormal = [0.02, 0.5] }",
+        "[model]\nseries_offsets = true",
+        "[model]\nseries_offsets = true\nsticking = \"truncated\"\n[priors]\nsigma_series = { fixed = 0.02 }",
+        "[model]\nseries_offsets = true\nlikelihood = \"student\"",
+        "[model]\nseries_offsets = true\nlikelihood = \"student\"\nnoise = \"both\"",
+        "[model]\nseries_offsets = true\nviscous = \"film\"\nnoise = \"both\"\n[priors]\nsigma_series = { lognormal = [0.01, 1] }",
     ];
     for extra in priors {
         let scene = scene(extra);
@@ -76,7 +81,7 @@ fn slopes_agree_with_differences_under_every_prior() {
                 .with_trend(ParameterKind::LubricationTrend)
                 .with_trend(ParameterKind::InertialTrend);
             let posterior = PosteriorDensity::new(parameters, posterior.likelihood().clone());
-            let draw: Vec<f64> = posterior
+            let mut draw: Vec<f64> = posterior
                 .parameters()
                 .sampled
                 .iter()
@@ -89,11 +94,17 @@ fn slopes_agree_with_differences_under_every_prior() {
                     ParameterKind::SigmaDry => 0.03,
                     ParameterKind::SigmaWet => 0.05,
                     ParameterKind::SigmaEnergy => 0.04,
+                    ParameterKind::SigmaSeries => 0.015,
                     ParameterKind::Nu => 7.0,
                     ParameterKind::LubricationTrend => 0.3,
                     ParameterKind::InertialTrend => -0.4,
                 })
                 .collect();
+            let offsets = posterior.parameters().series_offsets.len();
+            assert_eq!(offsets > 0, extra.contains("series_offsets"));
+            draw.extend([0.012, -0.03].into_iter().take(offsets));
+            let about = posterior.parameters().full(&draw);
+            let posterior = posterior.with_offsets_about(&about);
             let point = posterior.point_at(&draw);
             let back = posterior.draw_at(&point);
             assert!(draw.iter().zip(&back).all(|(a, b)| (a / b - 1.0).abs() < 1e-12));

@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::findings::compare::{model_name, MOST_DENSITIES};
 use crate::findings::posterior::Posterior;
 use crate::inference::nuts::Chain;
-use crate::model::parameters::{ModelParameter, ParameterKind};
+use crate::model::parameters::{ModelParameter, ParameterKind, SERIES_OFFSET};
 use crate::report::folder::{Files, Streamed};
 use crate::report::ReportInput;
 use crate::runs::Runs;
@@ -48,7 +48,12 @@ pub fn gather<'a>(input: ReportInput<'a>, posterior: &Posterior) -> Result<Gathe
     let labels: Vec<String> = runs.spheres.iter().map(|sphere| sphere.label(scene)).collect();
     let rest = || {
         let groups = vec![
-            parameters("posterior", &labels, posterior, size, |_, values| values.to_vec()),
+            with_offsets(
+                parameters("posterior", &labels, posterior, size, |_, values| values.to_vec()),
+                runs.series.iter().map(|series| series.label(scene)).collect(),
+                posterior,
+                size,
+            ),
             sample_stats(&sampled.chains, size),
             parameters("log_prior", &labels, posterior, size, |place, values| {
                 let prior = &sampled.parameters.sampled[place].prior;
@@ -103,7 +108,7 @@ impl<'a> Gathered<'a> {
     }
 }
 
-/// The sampled parameters as one table.
+/// The sampled parameters, and the offsets of series after them, as one table.
 fn table(posterior: &Posterior, size: DrawSize) -> Result<String, Error> {
     let sampled = &posterior.sampled;
     let of_each = sampled.parameters.sampled.iter().zip(&sampled.values);
@@ -111,7 +116,12 @@ fn table(posterior: &Posterior, size: DrawSize) -> Result<String, Error> {
         let values = ArrayValues::reals(chains.iter().flatten().copied());
         DrawArray::new(&parameter.name, &size.dimensions(), values)
     };
-    let columns: Vec<DrawArray> = of_each.map(column).collect();
+    let offsets = sampled.parameters.series_offsets.iter().zip(&sampled.series_offsets);
+    let of_offset = |(name, chains): (&String, &Vec<Vec<f64>>)| {
+        let values = ArrayValues::reals(chains.iter().flatten().copied());
+        DrawArray::new(name, &size.dimensions(), values)
+    };
+    let columns: Vec<DrawArray> = of_each.map(column).chain(offsets.map(of_offset)).collect();
     csv::table(size, &columns)
 }
 
@@ -142,6 +152,23 @@ fn parameters(
         let columns: Vec<&[Vec<f64>]> = dry_k.iter().map(|column| column.as_slice()).collect();
         group.add("particle", &[particle], ArrayValues::texts(&particles));
         group.add("dry_k", &[chain, draw, particle], ArrayValues::interleaved(&columns));
+    }
+    group
+}
+
+/// Adds the offsets of series, of these labels, as one variable, where series have them.
+fn with_offsets(mut group: ArrayGroup, labels: Vec<String>, posterior: &Posterior, size: DrawSize) -> ArrayGroup {
+    let offsets = &posterior.sampled.series_offsets;
+    if !offsets.is_empty() {
+        let [chain, draw] = size.dimensions();
+        let series = ArrayDimension::new("series", offsets.len());
+        let columns: Vec<&[Vec<f64>]> = offsets.iter().map(Vec::as_slice).collect();
+        group.add("series", &[series], ArrayValues::texts(&labels));
+        group.add(
+            SERIES_OFFSET,
+            &[chain, draw, series],
+            ArrayValues::interleaved(&columns),
+        );
     }
     group
 }

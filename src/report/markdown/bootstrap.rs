@@ -8,6 +8,7 @@ use super::page::Page;
 use super::table::ReportTable;
 use crate::findings::bootstrap::Resampling;
 use crate::findings::estimate::{Bootstrapped, Estimate};
+use crate::findings::notices::SERIES_SCHEME_CHANGES;
 use crate::findings::Findings;
 use crate::inference::delta::Interval;
 use crate::physics::Quantity;
@@ -113,8 +114,8 @@ fn resampled(findings: &Findings) -> Vec<Resampled<'_>> {
 }
 
 /// What was resampled.
-fn scheme(scheme: ResamplingScheme) -> &'static str {
-    match scheme {
+fn scheme(scheme: ResamplingScheme) -> String {
+    let text = match scheme {
         ResamplingScheme::Cases => {
             "runs resampled inside each series and impact speed, so that only the noise varies. From n runs n − 1 are \
              drawn with the weight n/(n − 1): n of n would give a standard error √(1 − 1/n) too small"
@@ -122,10 +123,13 @@ fn scheme(scheme: ResamplingScheme) -> &'static str {
         ResamplingScheme::Residuals => "residuals resampled, each over √(1 − leverage)",
         ResamplingScheme::Parametric => "normal noise of the fitted spread about each law",
         ResamplingScheme::Series => {
-            "whole series resampled. From n series n − 1 are drawn with the weight n/(n − 1): n of n would give a \
-             standard error √(1 − 1/n) too small"
+            return format!(
+                "whole series resampled. From n series n − 1 are drawn with the weight n/(n − 1): n of n would give a \
+                 standard error √(1 − 1/n) too small. That {SERIES_SCHEME_CHANGES}"
+            )
         }
-    }
+    };
+    text.to_owned()
 }
 
 /// How many strata no resample can vary.

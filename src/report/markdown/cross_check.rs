@@ -34,7 +34,12 @@ pub(super) fn cross_check(page: &mut Page, input: ReportInput) {
     page.heading("Least squares over all rebounds");
     page.paragraph(&format!(
         "Every rebound at once with the dry runs, by least squares: a check of the posterior, and its start. It leaves out \
-         what stuck and knows no priors. ± is one standard error by the delta method. The fit: {}.",
+         what stuck and knows no priors{}. ± is one standard error by the delta method. The fit: {}.",
+        if input.scene.model.series_offsets {
+            ", and takes runs as independent, without the offsets that series have in the posterior"
+        } else {
+            ""
+        },
         balance.verdict.reason
     ));
     let sampled = |row: &ParameterEstimate| {
@@ -106,6 +111,9 @@ fn reasons(input: ReportInput, rows: &[Compared]) -> String {
     }
     if input.scene.model.noise == NoiseOn::Both {
         all.push("the noise acts on the energy kept, too".to_owned());
+    }
+    if input.scene.model.series_offsets {
+        all.push("series have offsets of the energy kept".to_owned());
     }
     if input.scene.model.likelihood == LikelihoodFamily::Student {
         all.push("the posterior's noise has Student's tails".to_owned());

@@ -155,6 +155,11 @@ fn bands(input: ReportInput) -> String {
     let text =
         " Shaded: 90 % bands of the posterior over the speeds of the runs, dark for the mean restitution (often no \
          wider than a line), light for a single run";
+    let text = if input.scene.model.series_offsets {
+        format!("{text}, both of a new series, whose offset nothing tells")
+    } else {
+        text.to_owned()
+    };
     let noise = input.findings.noise.as_ref();
     match noise.and_then(|noise| noise.growth.as_ref()?.of_wet_runs()) {
         Some(growth) => format!(

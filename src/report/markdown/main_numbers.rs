@@ -116,6 +116,9 @@ fn what_places_are(main: &MainNumbers, input: ReportInput) -> String {
              the runs came about: where a run stuck or carries measurement errors, with noise on the energy kept, or where \
              taking liquids as one would bias it.",
         );
+        if input.scene.model.series_offsets {
+            text.push_str(" Here series have offsets of the energy kept, which the law does not know.");
+        }
     }
     if has(Source::EnergyBalance) {
         text.push_str(

@@ -27,6 +27,8 @@ pub struct ModelChoices {
     pub sticking: Sticking,
     /// where the scatter of wet runs acts
     pub noise: NoiseOn,
+    /// whether each series has an offset of r of its own
+    pub series_offsets: bool,
 }
 
 impl ModelChoices {
@@ -94,6 +96,7 @@ pub fn model(root: &SceneTable, liquids: &[Liquid]) -> ModelChoices {
         dry_k: DryKOf::Particle,
         sticking: Sticking::Censored,
         noise: NoiseOn::Restitution,
+        series_offsets: false,
     };
     let Some(table) = root.table("model") else {
         return choices;
@@ -132,6 +135,9 @@ pub fn model(root: &SceneTable, liquids: &[Liquid]) -> ModelChoices {
     let noises = [("restitution", NoiseOn::Restitution), ("both", NoiseOn::Both)];
     if let Some(noise) = table.choice("noise", &noises) {
         choices.noise = noise;
+    }
+    if let Some(offsets) = table.boolean("series_offsets") {
+        choices.series_offsets = offsets;
     }
     table.finish();
     choices

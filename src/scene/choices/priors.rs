@@ -25,7 +25,7 @@ pub struct PriorChoice {
 /// Parameters a prior can be set for: k, those that particles share, and those of the noise.
 fn parameters() -> impl Iterator<Item = &'static str> {
     let shared = Coefficient::ALL.map(|coefficient| coefficient.describe().name);
-    let noise = [SIGMA_DRY, SIGMA_WET, "sigma_energy", "nu"];
+    let noise = [SIGMA_DRY, SIGMA_WET, "sigma_energy", "sigma_series", "nu"];
     std::iter::once(DRY_K.name).chain(shared).chain(noise)
 }
 

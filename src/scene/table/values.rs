@@ -15,6 +15,15 @@ impl<'i> SceneTable<'_, 'i> {
         }
     }
 
+    pub fn boolean(&self, key: &str) -> Option<bool> {
+        let value = self.entry(key)?;
+        let found = value.get_ref().as_bool();
+        if found.is_none() {
+            self.refuse_value(key, value, "true or false");
+        }
+        found
+    }
+
     pub fn number(&self, key: &str, expect: Expect) -> Option<f64> {
         let value = self.entry(key)?;
         self.checked_number(key, value, expect)

@@ -53,7 +53,7 @@ pub(super) fn by_law(
         ParameterKind::Shared(_) | ParameterKind::LubricationTrend | ParameterKind::InertialTrend => None,
         ParameterKind::SigmaDry => spread(1, fits.dry.iter().map(|one| (one.dry.residual_sd, one.dry.runs))),
         // least squares has one spread, and normal noise
-        ParameterKind::SigmaEnergy | ParameterKind::Nu => None,
+        ParameterKind::SigmaEnergy | ParameterKind::SigmaSeries | ParameterKind::Nu => None,
         ParameterKind::SigmaWet => {
             let groups = fits.scaling.iter().filter(|one| one.law == law);
             let each = groups.filter(|one| one.scaling.film_ratio.is_some());

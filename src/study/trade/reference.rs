@@ -37,7 +37,7 @@ impl TradeSetup<'_> {
             chains: self.effort.chains.max(4),
             ..self.effort
         };
-        check_room(effort, self.parameters.sampled.len())?;
+        check_room(effort, self.parameters.dimension())?;
         let fail = |why: String| Error::Usage(format!("no long run to hold the others against: {why}"));
         let start = start(least_squares.least_squares());
         let prepared = PreparedPosterior::new(self.parameters.clone(), &rows, &start, evaluation)

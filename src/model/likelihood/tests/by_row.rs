@@ -257,6 +257,9 @@ fn agree(scene: &Scene, runs: &Runs, form: Form, errors: ErrorsOf) {
     }
     let pointwise = Pointwise::new(scene, runs, form);
     let at = pointwise.at(full);
+    let together = at.ln_likelihood_of(0..pointwise.len());
+    let gap = (value - together).abs() / (100.0 + value.abs());
+    assert!(gap < 1e-10, "{name}: {value} {together}");
     let summed: f64 = (0..pointwise.len()).map(|run| at.ln_likelihood(run)).sum();
     let gap = (value - summed).abs() / (100.0 + value.abs());
     // of runs that share a true speed each is told given the others

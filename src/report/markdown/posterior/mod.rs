@@ -6,6 +6,7 @@
 //! | `model.rs` | what was assumed: the model, its priors, what was left out |
 //! | `computation.rs` | how it was sampled, and whether the chains agree |
 //! | `numbers.rs` | what the parameters are, and what follows from them |
+//! | `offsets.rs` | the offsets that series have |
 //! | `predictions.rs` | whether new runs would look like the ones made, and which form of the law predicts best |
 //! | `questions.rs` | whether L and C are the same at every film ratio |
 //!
@@ -16,6 +17,7 @@ mod cells;
 mod computation;
 mod model;
 mod numbers;
+mod offsets;
 mod predictions;
 mod questions;
 
@@ -48,6 +50,7 @@ pub(super) fn posterior(page: &mut Page, input: ReportInput) {
     numbers::derived(page, input, posterior);
     numbers::beside_the_prior(page, input, posterior);
     numbers::correlations(page, input, posterior);
+    offsets::series_offsets(page, input, posterior);
     predictions::predictive(page, posterior);
     predictions::forms(page, input);
     questions::questions(page, input, posterior);

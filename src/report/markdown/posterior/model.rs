@@ -101,6 +101,16 @@ fn wet(input: ReportInput, posterior: &Posterior) -> String {
             .to_owned(),
     };
     let both = input.scene.model.noise == NoiseOn::Both;
+    let (kept, offsets) = if input.scene.model.series_offsets {
+        (
+            "r + o_s",
+            " The runs of a series share o_s, an offset of the energy kept (film and alignment are set once for a series): \
+             normal about 0 with the standard deviation σ_series, independent from series to series; where runs stick, too, r + o_s \
+             stands in the place of r. Dry runs have none.",
+        )
+    } else {
+        ("r", "")
+    };
     let (restitution, stuck) = if both {
         let shared = if is_student(input) {
             " Both noises of a run are widened by the same factor."
@@ -111,9 +121,10 @@ fn wet(input: ReportInput, posterior: &Posterior) -> String {
             "Noise acts on the energy kept, too: z′ is distributed as z and independent of it.{shared} What is known of a \
              run is integrated over z′ numerically, to 1e-6 of its logarithm."
         );
-        ("e* = m(r + σ_r z′) + σ_wet z", format!("{text} {}", where_stuck(input)))
+        let restitution = format!("e* = m({kept} + σ_r z′) + σ_wet z");
+        (restitution, format!("{text} {}", where_stuck(input)))
     } else {
-        ("e* = m(r) + σ_wet z", stuck)
+        (format!("e* = m({kept}) + σ_wet z"), stuck)
     };
     let definitions: String = form.definitions("δ̃").iter().map(|text| format!(" {text},")).collect();
     let speed = match findings.dry_speed_m_s {
@@ -124,7 +135,7 @@ fn wet(input: ReportInput, posterior: &Posterior) -> String {
         "A wet run of impact speed v, diameter D and film ratio δ̃ = δ/D has the restitution {restitution}. Here \
          z {law} independent from run to run, r = {} is the energy kept,{definitions} \
          e_dry = {} with {speed}, and m(r) = r (r² + τ⁴)^(−1/4) with τ = {}, which is √r except close to \
-         r = 0. The run rebounds with e = e* where e* > {limit}; otherwise it sticks. {stuck} Every run enters with \
+         r = 0. The run rebounds with e = e* where e* > {limit}; otherwise it sticks. {stuck}{offsets} Every run enters with \
          its own v, D and δ.",
         form.formula("δ̃"),
         form.dry.formula("v_d"),

@@ -31,8 +31,13 @@ pub(super) fn predictive(page: &mut Page, posterior: &Posterior) {
         })
         .collect();
     page.paragraph(&format!(
-        "New runs drawn from the posterior at the settings of the runs made: {}. A stuck run counts with the share of its \
+        "New runs drawn from the posterior at the settings of the runs made{}: {}. A stuck run counts with the share of its \
          probability that the band holds.",
+        if posterior.findings.series_offsets.is_empty() {
+            ""
+        } else {
+            ", with the offsets of their series"
+        },
         bands.join(", ")
     ));
     checks(page, posterior.checks.iter().filter(|check| of_prediction(check)));
@@ -76,6 +81,13 @@ pub(super) fn forms(page: &mut Page, input: ReportInput) {
          weigh so much that the elpd of their form is rough.",
         unusual.collect::<Vec<String>>().join(", ")
     ));
+    if input.scene.model.series_offsets {
+        page.paragraph(
+            "A series is left out as a whole, its offset integrated out, since the other runs of it would tell that: elpd is the \
+             log density of each series and each dry run as predicted from the others, and what is told of runs here is of \
+             these. A form that misfits from series to series pays by a wider σ_series.",
+        );
+    }
     page.table(&table(models));
     if let Some(text) = verdict(models) {
         page.paragraph(&text);

@@ -1,0 +1,80 @@
+//! Computes the log density of each series of runs with its offset integrated out, and of each dry run.
+//!
+//! Over an offset o, normal about 0 with the sd σ_series, the density of a series' runs is integrated by Laplace's method: at
+//! its highest o*, with the curvature I of the runs there, it is p(runs | o*) exp(−o*²/(2σ²))/√(1 + σ² I). Of many runs a
+//! series, or of noise that is normal far from the threshold, that is exact to rounding.
+
+use super::pointwise::Pointwise;
+use super::{Likelihood, OutsideDomain};
+use crate::model::parameters::{offset_slot, ParameterKind};
+use crate::runs::Runs;
+
+/// What is left out together where series have offsets: a series, or a dry run.
+pub struct SeriesDensities<'r> {
+    pointwise: Pointwise<'r>,
+    likelihood: Likelihood,
+    runs: &'r Runs,
+}
+
+impl<'r> SeriesDensities<'r> {
+    /// The runs of a likelihood with offsets, run by run and all at once.
+    pub fn new(pointwise: Pointwise<'r>, likelihood: Likelihood, runs: &'r Runs) -> SeriesDensities<'r> {
+        SeriesDensities {
+            pointwise,
+            likelihood,
+            runs,
+        }
+    }
+
+    /// Dry runs and series.
+    pub fn len(&self) -> usize {
+        self.runs.len() - self.runs.wet() + self.runs.series.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The log density of each dry run, then of each series, at a full vector of parameters with offsets.
+    ///
+    /// Fails where the likelihood does.
+    pub fn ln_densities(&self, full: &[f64]) -> Result<Vec<f64>, OutsideDomain> {
+        let sigma = full[ParameterKind::SigmaSeries.slot()];
+        let variance = sigma * sigma;
+        let (at, strengths) = self.highest(full, variance)?;
+        let law = self.pointwise.at(&at);
+        let dry = self.runs.len() - self.runs.wet();
+        let mut densities: Vec<f64> = (0..dry).map(|run| law.ln_likelihood(run)).collect();
+        let first = offset_slot(self.runs, 0);
+        let each = self.runs.series.iter().zip(strengths).zip(&at[first..]);
+        densities.extend(each.map(|((series, strength), offset)| {
+            let runs = law.ln_likelihood_of(series.runs());
+            runs - 0.5 * offset * offset / variance - 0.5 * (variance * strength).ln_1p()
+        }));
+        Ok(densities)
+    }
+
+    /// The full vector with each offset where the density of its series is highest, and the curvature of its runs there.
+    fn highest(&self, full: &[f64], variance: f64) -> Result<(Vec<f64>, Vec<f64>), OutsideDomain> {
+        /// from an offset of the posterior the second of Newton's steps is down to rounding where noise is normal
+        const STEPS: usize = 3;
+        /// far below any spread of a mean, far above rounding
+        const NEAR: f64 = 1e-6;
+        let offsets = offset_slot(self.runs, 0)..full.len();
+        let mut at = full.to_vec();
+        let (mut slopes, mut beyond) = (vec![0.0; full.len()], vec![0.0; full.len()]);
+        let mut strengths = vec![0.0; offsets.len()];
+        for _ in 0..STEPS {
+            self.likelihood.ln_density(&at, &mut slopes)?;
+            at[offsets.clone()].iter_mut().for_each(|offset| *offset += NEAR);
+            self.likelihood.ln_density(&at, &mut beyond)?;
+            for (place, strength) in offsets.clone().zip(&mut strengths) {
+                at[place] -= NEAR;
+                *strength = ((slopes[place] - beyond[place]) / NEAR).max(0.0);
+                at[place] += (slopes[place] - at[place] / variance) / (*strength + 1.0 / variance);
+            }
+        }
+        Ok((at, strengths))
+    }
+}
