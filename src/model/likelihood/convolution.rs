@@ -77,6 +77,16 @@ struct Nearest {
     square: f64,
 }
 
+/// A density that is all but normal in x.
+#[derive(Debug, Clone, Copy)]
+struct Bell {
+    x: f64,
+    /// standard deviation
+    width: f64,
+    /// its logarithm at x, but for constants
+    reference: f64,
+}
+
 /// A range of x.
 #[derive(Debug, Clone, Copy)]
 struct Range {
@@ -87,14 +97,15 @@ struct Range {
 /// Log density of a rebound that keeps r on average.
 pub(super) fn ln_density(tails: Tails, restitution: f64, r: f64, spreads: Spreads) -> Convolved {
     let curve = Curve::new(tails, restitution, r, spreads);
+    if let Some(bell) = curve.bell() {
+        let sums = hermite_sums(&curve, bell.reference, bell.x, bell.width);
+        return curve.density(sums, bell.reference, 0.0);
+    }
     let nearest = curve.nearest();
     let reference = curve.radial.ln_beyond(nearest.square);
     let mut of_nu = 0.0;
     let sums = match curve.radial {
-        Radial::Normal => match curve.width_of_a_normal(nearest) {
-            Some(width) => hermite_sums(&curve, reference, nearest.x, width),
-            None => curve.over_normal(Integrand::Density, reference, (curve.range(nearest), nearest)),
-        },
+        Radial::Normal => curve.over_normal(Integrand::Density, reference, (curve.range(nearest), nearest)),
         Radial::Student { .. } => {
             let range = curve.range(nearest);
             let mut sums = [0.0; 5];
@@ -117,14 +128,7 @@ pub(super) fn ln_density(tails: Tails, restitution: f64, r: f64, spreads: Spread
             [sums[0], sums[1], sums[2], sums[3]]
         }
     };
-    let [mass, of_r, of_energy, of_own] = sums;
-    Convolved {
-        value: reference + mass.ln() + (curve.own * curve.of_energy / std::f64::consts::TAU).ln(),
-        kept: of_r / mass * curve.of_energy,
-        sigma: (of_own / mass - 1.0) * curve.own,
-        energy: (of_energy / mass - 1.0) * curve.of_energy,
-        nu: of_nu / mass,
-    }
+    curve.density(sums, reference, of_nu)
 }
 
 /// Log probability that a run which keeps r on average comes out on a side of the limit.
@@ -284,17 +288,51 @@ impl Curve {
         first - std::f64::consts::PI - last
     }
 
-    /// The width of a density that is all but normal in x: the turn is far beside it, and y hardly bends over it.
+    /// The log density from its sums.
+    fn density(&self, [mass, of_r, of_energy, of_own]: [f64; 4], reference: f64, of_nu: f64) -> Convolved {
+        Convolved {
+            value: reference + mass.ln() + (self.own * self.of_energy / std::f64::consts::TAU).ln(),
+            kept: of_r / mass * self.of_energy,
+            sigma: (of_own / mass - 1.0) * self.own,
+            energy: (of_energy / mass - 1.0) * self.of_energy,
+            nu: of_nu / mass,
+        }
+    }
+
+    /// Where a density that is all but normal in x is largest: the turn is far beside its width, and y hardly bends over that.
     ///
-    /// The Gauss–Hermite rule of order 8 then has 1e-8 of it.
-    fn width_of_a_normal(&self, nearest: Nearest) -> Option<f64> {
+    /// The Gauss–Hermite rule of order 8 then has 1e-8 of it. `None` where it is not so.
+    #[inline(always)]
+    fn bell(&self) -> Option<Bell> {
         /// of the distance from the turn
         const SHARE: f64 = 0.07;
         /// what y bends by over a width, over σ_r
         const BEND: f64 = 0.012;
-        let width = self.panel(1.0).width(nearest.x);
-        let clear = nearest.x.abs() > CLEAR && width < SHARE * nearest.x.abs();
-        (clear && width * width * self.of_energy < BEND).then_some(width)
+        /// of a width, that the place may be off
+        const NEAR: f64 = 0.1;
+        if self.radial != Radial::Normal || self.restitution < CLEAR {
+            return None;
+        }
+        let own = self.own * self.own;
+        // y is x² so far from the turn; Gauss–Newton's steps from e
+        let mut x = self.restitution;
+        for _ in 0..4 {
+            let a = (x * x - self.r) * self.of_energy;
+            let b = (self.restitution - x) * self.own;
+            let slope = 2.0 * x * self.of_energy;
+            let square = 1.0 / (own + slope * slope);
+            let step = (b * self.own - a * slope) * square;
+            if step * step < NEAR * NEAR * square {
+                let clear = x > CLEAR && square < SHARE * SHARE * x * x && square * self.of_energy < BEND;
+                return clear.then(|| Bell {
+                    x,
+                    width: square.sqrt(),
+                    reference: -0.5 * (a * a + b * b),
+                });
+            }
+            x += step;
+        }
+        None
     }
 
     /// Sums over nodes with normal noise.
