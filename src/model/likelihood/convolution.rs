@@ -13,7 +13,7 @@
 //! the nodes may move with the parameters. Far from the turn the trapezoidal rule, which is exact to the same digits
 //! where an integrand has vanished at both ends.
 
-use super::normal_nodes::{hermite_sums, Integrand, NormalNodes};
+use super::normal_nodes::{hermite_sums, Integrand, NormalNodes, Order};
 use super::run_density::{Side, Spreads};
 use super::tails::{Radial, Tails};
 use crate::physics::rebound::{kept_and_slope, mean_restitution, TURN};
@@ -85,6 +85,8 @@ struct Bell {
     width: f64,
     /// its logarithm at x, but for constants
     reference: f64,
+    /// of the rule that it takes
+    order: Order,
 }
 
 /// A range of x.
@@ -98,7 +100,7 @@ struct Range {
 pub(super) fn ln_density(tails: Tails, restitution: f64, r: f64, spreads: Spreads) -> Convolved {
     let curve = Curve::new(tails, restitution, r, spreads);
     if let Some(bell) = curve.bell() {
-        let sums = hermite_sums(&curve, bell.reference, bell.x, bell.width);
+        let sums = hermite_sums(&curve, bell.reference, (bell.x, bell.width), bell.order);
         return curve.density(sums, bell.reference, 0.0);
     }
     let nearest = curve.nearest();
@@ -301,13 +303,13 @@ impl Curve {
 
     /// Where a density that is all but normal in x is largest: the turn is far beside its width, and y hardly bends over that.
     ///
-    /// The Gauss–Hermite rule of order 8 then has 1e-8 of it. `None` where it is not so.
+    /// A Gauss–Hermite rule of a few nodes then does. `None` where it is not so.
     #[inline(always)]
     fn bell(&self) -> Option<Bell> {
         /// of the distance from the turn
-        const SHARE: f64 = 0.07;
-        /// what y bends by over a width, over σ_r
-        const BEND: f64 = 0.012;
+        const SHARE: f64 = 0.12;
+        /// what y bends by over a width, over σ_r, with nodes that have 2e-8 and 2e-7 of such a density
+        const BEND: [(f64, Order); 2] = [(0.012, Order::Eight), (0.04, Order::Sixteen)];
         /// of a width, that the place may be off
         const NEAR: f64 = 0.1;
         if self.radial != Radial::Normal || self.restitution < CLEAR {
@@ -323,8 +325,11 @@ impl Curve {
             let square = 1.0 / (own + slope * slope);
             let step = (b * self.own - a * slope) * square;
             if step * step < NEAR * NEAR * square {
-                let clear = x > CLEAR && square < SHARE * SHARE * x * x && square * self.of_energy < BEND;
-                return clear.then(|| Bell {
+                let clear = x > CLEAR && square < SHARE * SHARE * x * x;
+                let bend = square * self.of_energy;
+                let order = BEND.into_iter().find(|(most, _)| clear && bend < *most);
+                return order.map(|(_, order)| Bell {
+                    order,
                     x,
                     width: square.sqrt(),
                     reference: -0.5 * (a * a + b * b),
@@ -418,16 +423,19 @@ impl Curve {
         let panel = self.panel(widths);
         for (end, sign) in [(range.lo, -1.0), (range.hi, 1.0)] {
             let mut from = inner;
+            // the width falls outwards; where it hardly does, its least is taken for all
+            let least = panel.width(end);
+            let even = (least * self.own > 0.8).then_some(widths * least);
             for _ in 0..MOST_PANELS {
                 let rest = sign * (end - from);
                 // also where it is no number
                 if rest.is_nan() || rest <= 0.0 {
                     break;
                 }
-                let mut length = panel.length(from, sign);
+                let mut length = even.map_or_else(|| panel.length(from, sign), |even| even.min(to_the_poles(from)));
                 if self.radial != Radial::Normal {
                     // Student's integrand widens with the distance from where it is largest
-                    let turn = 2.5 * TURN + 2.0 * from.abs();
+                    let turn = to_the_poles(from);
                     length = length.max(0.5 * (from - nearest.x).abs()).min(turn);
                 }
                 length = length.min(rest);
@@ -444,6 +452,12 @@ impl Curve {
             }
         }
     }
+}
+
+/// The longest panel that may begin at x: m⁻¹ has its poles at τ (±1 ± i).
+#[inline(always)]
+fn to_the_poles(x: f64) -> f64 {
+    2.5 * TURN + 2.0 * x.abs()
 }
 
 /// How long panels of x may be.
@@ -467,8 +481,7 @@ impl Panel {
 
     /// The length of a panel that begins at x and goes outwards.
     pub fn length(&self, x: f64, sign: f64) -> f64 {
-        // m⁻¹ has its poles at τ (±1 ± i)
-        let turn = 2.5 * TURN + 2.0 * x.abs();
+        let turn = to_the_poles(x);
         let mut length = self.widths * self.width(x);
         // the width falls outwards: each time from the other side of the length that its far end allows
         for _ in 0..2 {

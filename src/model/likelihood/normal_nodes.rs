@@ -25,26 +25,51 @@ pub(super) enum Integrand {
     AngleBeyond,
 }
 
-/// Positive nodes of the Gauss–Hermite rule of order 8 for the standard normal, each with its weight over the density there.
-const HERMITE: [[f64; 2]; 4] = [
-    [0.539_079_811_351_375_2, 1.081_228_675_771_996],
-    [1.636_519_042_435_108_2, 1.121_315_859_898_708],
-    [2.802_485_861_287_542, 1.225_773_291_424_165],
-    [4.144_547_186_125_895, 1.515_938_147_912_044],
+/// A Gauss–Hermite rule for the standard normal: its positive nodes, each with its weight over the density there.
+type Hermite<const PAIRS: usize> = [[f64; 2]; PAIRS];
+
+const OF_EIGHT: Hermite<4> = [
+    [0.53907981135137517, 1.081228675771996],
+    [1.6365190424351082, 1.1213158598987081],
+    [2.8024858612875421, 1.2257732914241648],
+    [4.1445471861258945, 1.5159381479120442],
 ];
 
+const OF_SIXTEEN: Hermite<8> = [
+    [0.38676060450055738, 0.77410543867127257],
+    [1.1638291005549648, 0.7812709085330003],
+    [1.9519803457163336, 0.79651029246686433],
+    [2.7602450476307019, 0.82200777996431174],
+    [3.6008736241715487, 0.86229827584574936],
+    [4.492955302520012, 0.92737856618450376],
+    [5.4722257059493433, 1.0440369713876601],
+    [6.6308781983931295, 1.3249406140780624],
+];
+
+/// Nodes of a Gauss–Hermite rule.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Order {
+    Eight,
+    Sixteen,
+}
+
 /// The sums of [`Integrand::Density`] by the Gauss–Hermite rule about a place, with a width.
-pub(super) fn hermite_sums(curve: &Curve, reference: f64, x: f64, width: f64) -> [f64; 4] {
-    let (mut places, mut weights) = ([0.0; LANES], [0.0; LANES]);
-    for (pair, [node, weight]) in HERMITE.into_iter().enumerate() {
+pub(super) fn hermite_sums(curve: &Curve, reference: f64, (x, width): (f64, f64), order: Order) -> [f64; 4] {
+    let (mut places, mut weights) = ([0.0; 2 * LANES], [0.0; 2 * LANES]);
+    let pairs = match order {
+        Order::Eight => &OF_EIGHT[..],
+        Order::Sixteen => &OF_SIXTEEN[..],
+    };
+    for (pair, [node, weight]) in pairs.iter().enumerate() {
         (places[2 * pair], places[2 * pair + 1]) = (x - width * node, x + width * node);
         (weights[2 * pair], weights[2 * pair + 1]) = (width * weight, width * weight);
     }
+    let count = 2 * pairs.len();
     Arch::new().dispatch(Densities(Batch {
         curve: *curve,
         reference,
-        x: &places,
-        weight: &weights,
+        x: &places[..count],
+        weight: &weights[..count],
     }))
 }
 
