@@ -161,25 +161,27 @@ fn all_z(design: Design, sets: u64, name: &str) -> Vec<f64> {
         .collect()
 }
 
-/// L is unbiased near the threshold at 2 %, and not where the same speeds are read as if none were repeated, at 5 %.
+/// L is unbiased near the threshold at 2 %; at 5 %, where drop heights run into one another, it is not, and that is gated.
 #[test]
 #[ignore = "slow: samples 48 posteriors"]
 fn repeated_speeds_leave_l_unbiased() {
     const SETS: u64 = 24;
-    let of = |error: f64, apart: bool| {
+    let of = |error: f64| {
         let design = Design {
             viscosity: NEAR,
             error,
-            apart,
+            apart: false,
         };
         let found = all_z(design, SETS, "repeated_speeds_leave_l_unbiased");
         assert!(found.len() + 1 >= SETS as usize, "{found:?}");
-        mean(&found)
+        let sample = table(&scene(design), design, 1);
+        let check = speed_errors(&sample.runs).expect("speeds err");
+        (mean(&found), check.passed)
     };
-    let (middle, se) = of(0.02, false);
-    assert!(middle.abs() < 4.0 * se, "{middle} {se}");
-    let (middle, se) = of(0.05, true);
-    assert!(middle < -4.0 * se, "{middle} {se}");
+    let ((middle, se), quoted) = of(0.02);
+    assert!(middle.abs() < 4.0 * se && quoted, "{middle} {se}");
+    let ((middle, se), quoted) = of(0.05);
+    assert!(middle > 4.0 * se && !quoted, "{middle} {se}");
 }
 
 /// How many sets of each design the page has, where speeds are repeated and where none is.

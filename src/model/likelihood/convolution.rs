@@ -13,7 +13,7 @@
 //! the nodes may move with the parameters. Far from the turn the trapezoidal rule, which is exact to the same digits
 //! where an integrand has vanished at both ends.
 
-use super::normal_nodes::{hermite_sums, Integrand, NormalNodes, Order};
+use super::normal_nodes::{hermite_sums, Integrand, NormalNodes, Order, TwoNoises};
 use super::run_density::{Side, Spreads};
 use super::tails::{Radial, Tails};
 use crate::physics::rebound::{kept_and_slope, mean_restitution, TURN};
@@ -47,14 +47,14 @@ pub(super) const MOST_PANELS: usize = 20_000;
 
 /// A run of one setting as seen from a restitution.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Curve {
+struct Curve {
     /// e, or the limit
-    pub restitution: f64,
-    pub r: f64,
+    restitution: f64,
+    r: f64,
     /// 1/σ
-    pub own: f64,
+    own: f64,
     /// 1/σ_r
-    pub of_energy: f64,
+    of_energy: f64,
     radial: Radial,
 }
 
@@ -100,7 +100,7 @@ struct Range {
 pub(super) fn ln_density(tails: Tails, restitution: f64, r: f64, spreads: Spreads) -> Convolved {
     let curve = Curve::new(tails, restitution, r, spreads);
     if let Some(bell) = curve.bell() {
-        let sums = hermite_sums(&curve, bell.reference, (bell.x, bell.width), bell.order);
+        let sums = hermite_sums(curve.noises(), bell.reference, (bell.x, bell.width), bell.order);
         return curve.density(sums, bell.reference, 0.0);
     }
     let nearest = curve.nearest();
@@ -226,6 +226,15 @@ impl Curve {
         }
     }
 
+    fn noises(&self) -> TwoNoises {
+        TwoNoises {
+            restitution: self.restitution,
+            r: self.r,
+            own: self.own,
+            of_energy: self.of_energy,
+        }
+    }
+
     /// −2 d ln f/dρ².
     #[inline(always)]
     fn falls(&self, square: f64) -> f64 {
@@ -342,7 +351,7 @@ impl Curve {
 
     /// Sums over nodes with normal noise.
     fn over_normal(&self, integrand: Integrand, reference: f64, (range, nearest): (Range, Nearest)) -> [f64; 4] {
-        let mut nodes = NormalNodes::new(self, integrand, reference);
+        let mut nodes = NormalNodes::new(self.noises(), integrand, reference);
         let mut add = |x: f64, weight: f64| nodes.add(x, weight);
         let has_pole = integrand == Integrand::AngleBeyond;
         if self.is_plain(range) && integrand == Integrand::Density {

@@ -1,7 +1,7 @@
 //! Computes the log likelihood of the dry runs, from a few sums over those of each sphere.
 
-use super::normal::ln_normal_cdf;
-use super::prepared::{Likelihood, CERTAIN};
+use super::normal::{ln_normal_cdf, CERTAIN};
+use super::prepared::Likelihood;
 use crate::distributions::LN_ROOT_TWO_PI;
 use crate::model::parameters::{ParameterKind, COMMON_SLOTS};
 use crate::physics::balance::Balance;

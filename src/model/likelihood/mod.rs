@@ -40,8 +40,7 @@ pub use run_law::BelowRestitution;
 
 use self::by_row::{BlockRows, RowNoise};
 use self::nodes::WetBlock;
-use self::normal::ln_normal_cdf;
-use self::prepared::CERTAIN;
+use self::normal::{ln_normal_cdf, CERTAIN};
 use self::run_law::RunNoise;
 use self::sums::{rebound_sums, BlockSums, NodeRange};
 use self::trend::{FilmLosses, FilmParameters, FilmSums};

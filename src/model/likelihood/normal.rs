@@ -5,6 +5,9 @@ use crate::distributions::LN_ROOT_TWO_PI;
 /// 1/√(2π).
 const ROOT_TWO_PI_INVERSE: f64 = 0.5 * std::f64::consts::FRAC_2_SQRT_PI * std::f64::consts::FRAC_1_SQRT_2;
 
+/// A run this many σ on one side of the limit came out there for certain: ln Φ(9) is −1e-19.
+pub(super) const CERTAIN: f64 = 9.0;
+
 /// exp(−x²), with a head of x whose square is exact: the rounding of x² would count x² times.
 fn exp_minus_square(x: f64) -> f64 {
     let head = f64::from(x as f32);

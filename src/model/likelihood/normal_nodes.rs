@@ -4,7 +4,6 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::convolution::Curve;
 use crate::physics::rebound::kept_and_slope;
 
 /// Nodes of one call.
@@ -12,6 +11,18 @@ const BATCH: usize = 64;
 
 /// Nodes that are computed side by side.
 const LANES: usize = 8;
+
+/// What two normal noises must be for a restitution.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct TwoNoises {
+    /// e, or the limit
+    pub restitution: f64,
+    pub r: f64,
+    /// 1/σ
+    pub own: f64,
+    /// 1/σ_r
+    pub of_energy: f64,
+}
 
 /// What is integrated along the curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,7 +65,7 @@ pub(super) enum Order {
 }
 
 /// The sums of [`Integrand::Density`] by the Gauss–Hermite rule about a place, with a width.
-pub(super) fn hermite_sums(curve: &Curve, reference: f64, (x, width): (f64, f64), order: Order) -> [f64; 4] {
+pub(super) fn hermite_sums(noises: TwoNoises, reference: f64, (x, width): (f64, f64), order: Order) -> [f64; 4] {
     let (mut places, mut weights) = ([0.0; 2 * LANES], [0.0; 2 * LANES]);
     let pairs = match order {
         Order::Eight => &OF_EIGHT[..],
@@ -66,7 +77,7 @@ pub(super) fn hermite_sums(curve: &Curve, reference: f64, (x, width): (f64, f64)
     }
     let count = 2 * pairs.len();
     Arch::new().dispatch(Densities(Batch {
-        curve: *curve,
+        noises,
         reference,
         x: &places[..count],
         weight: &weights[..count],
@@ -74,8 +85,8 @@ pub(super) fn hermite_sums(curve: &Curve, reference: f64, (x, width): (f64, f64)
 }
 
 /// Nodes of a rule with their weights, gathered until there are enough of them.
-pub(super) struct NormalNodes<'c> {
-    curve: &'c Curve,
+pub(super) struct NormalNodes {
+    noises: TwoNoises,
     integrand: Integrand,
     /// the logarithm that all exponentials are divided by
     reference: f64,
@@ -85,10 +96,10 @@ pub(super) struct NormalNodes<'c> {
     sums: [f64; 4],
 }
 
-impl<'c> NormalNodes<'c> {
-    pub fn new(curve: &'c Curve, integrand: Integrand, reference: f64) -> NormalNodes<'c> {
+impl NormalNodes {
+    pub fn new(noises: TwoNoises, integrand: Integrand, reference: f64) -> NormalNodes {
         NormalNodes {
-            curve,
+            noises,
             integrand,
             reference,
             x: [0.0; BATCH],
@@ -123,7 +134,7 @@ impl<'c> NormalNodes<'c> {
             (self.x[place], self.weight[place]) = (last, 0.0);
         }
         let batch = Batch {
-            curve: *self.curve,
+            noises: self.noises,
             reference: self.reference,
             x: &self.x[..filled],
             weight: &self.weight[..filled],
@@ -142,7 +153,7 @@ impl<'c> NormalNodes<'c> {
 }
 
 struct Batch<'n> {
-    curve: Curve,
+    noises: TwoNoises,
     reference: f64,
     x: &'n [f64],
     weight: &'n [f64],
@@ -152,13 +163,13 @@ impl Batch<'_> {
     /// Sums four terms of every node; `terms` are those at (a, b, y′, ρ²) with a weight.
     #[inline(always)]
     fn sum(&self, terms: impl Fn(NodeAt, f64) -> [f64; 4]) -> [f64; 4] {
-        let curve = self.curve;
+        let noises = self.noises;
         let mut lanes = [[0.0; LANES]; 4];
         for (x, weight) in self.x.chunks_exact(LANES).zip(self.weight.chunks_exact(LANES)) {
             for lane in 0..LANES {
                 let (y, stretch) = kept_and_slope(x[lane]);
-                let a = (y - curve.r) * curve.of_energy;
-                let b = (curve.restitution - x[lane]) * curve.own;
+                let a = (y - noises.r) * noises.of_energy;
+                let b = (noises.restitution - x[lane]) * noises.own;
                 let square = a * a + b * b;
                 let found = terms(NodeAt { a, b, stretch, square }, weight[lane]);
                 for (sums, term) in lanes.iter_mut().zip(found) {
@@ -202,11 +213,11 @@ impl<const WITHIN: bool> WithSimd for Angles<'_, WITHIN> {
     fn with_simd<S: Simd>(self, _simd: S) -> [f64; 4] {
         /// ρ² below which 1 − S is taken from its series
         const CENTRE: f64 = 1e-3;
-        let curve = self.0.curve;
+        let noises = self.0.noises;
         let reference = self.0.reference;
         self.0.sum(|at, weight| {
             let beyond = exp_of_no_more_than_a_little(-0.5 * at.square - reference);
-            let turned = weight * (-at.a * curve.own - at.b * at.stretch * curve.of_energy);
+            let turned = weight * (-at.a * noises.own - at.b * at.stretch * noises.of_energy);
             let share = if WITHIN {
                 let half = 0.5 * at.square;
                 let series = 0.5 * (1.0 - half * (0.5 - half * (1.0 / 6.0 - half / 24.0)));

@@ -33,9 +33,6 @@ pub struct Likelihood {
     pub(super) dry: Vec<DryRuns>,
 }
 
-/// A stuck run this many σ below the limit stuck for certain: ln Φ(9) is −1e-19.
-pub(super) const CERTAIN: f64 = 9.0;
-
 impl Likelihood {
     /// Whether the likelihood is one of rows and cannot be compressed, because runs have spreads or tails of their own.
     pub fn needs_rows(&self) -> bool {

@@ -7,8 +7,7 @@
 use rand::Rng;
 use rand_distr::{ChiSquared, Distribution};
 
-use super::normal::{ln_normal_cdf, normal_cdf};
-use super::prepared::CERTAIN;
+use super::normal::{ln_normal_cdf, normal_cdf, CERTAIN};
 use super::student::StudentT;
 use super::sums::{BlockSums, HeavyTails};
 use crate::distributions::{student_t_peak_slope, LN_ROOT_TWO_PI};
