@@ -260,7 +260,8 @@ pub struct Chosen {
     pub(super) evaluated: Vec<EvaluatedModel>,
 }
 
-/// The form of inertia that a scene which leaves it open is given, by how well each predicts runs it has not seen. Where runs are too many to leave each out, the one that least squares took.
+/// The form of inertia that a scene which leaves it open is given, by how well each predicts runs it has not seen. Where runs
+/// are too many to leave each out, the one that least squares took.
 pub fn choose_inertia(context: ComparisonContext, default: SamplingSetup) -> Result<Chosen, Error> {
     let ComparisonContext {
         scene,

@@ -19,8 +19,8 @@ pub(super) fn errors(page: &mut Page, input: ReportInput) {
         "{} of {} runs carry measurement errors: {} of the impact speed, {} of the restitution beyond what it shares with \
          that. e = v_r/v shares the error of v, so about a law m(v) it errs by τ² = u² + s_v² (m/v + ∂m/∂v)². Least squares \
          weighs each run by 1/(σ² + τ²); the intrinsic sd σ is what the restitutions scatter by beyond their errors, and 0 \
-         where the errors alone explain the scatter, which are then not made smaller, or where [priors] holds it at 0. A run without an error is taken to \
-         err like the median of the others; one whose error of v may take it to where nothing rebounds (e² less than three \
+         where the errors alone explain the scatter, which are then not made smaller, or where [priors] holds it at 0. A run \
+         without an error is taken to err like the median of the others; one whose error of v may take it to where nothing rebounds (e² less than three \
          standard deviations from 0) is left out. What errors of v move to second order is taken off. χ² is of the errors alone, \
          a degree of freedom; p is the probability of as much by chance if nothing else scatters the runs, which must be so \
          only where σ is held at 0.",
