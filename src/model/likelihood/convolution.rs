@@ -325,7 +325,7 @@ impl Curve {
             return None;
         }
         let own = self.own * self.own;
-        // y is x² so far from the turn; Gauss–Newton's steps from e
+        // so far from the turn y is x² but for τ⁴/(2 x²); Gauss–Newton's steps from e
         let mut x = self.restitution;
         for _ in 0..4 {
             let a = (x * x - self.r) * self.of_energy;
@@ -334,7 +334,8 @@ impl Curve {
             let square = 1.0 / (own + slope * slope);
             let step = (b * self.own - a * slope) * square;
             if step * step < NEAR * NEAR * square {
-                let clear = x > CLEAR && square < SHARE * SHARE * x * x;
+                let of_turn = 0.5 * TURN * TURN * TURN * TURN * self.of_energy;
+                let clear = x > CLEAR && square < SHARE * SHARE * x * x && of_turn < NEAR * x * x;
                 let bend = square * self.of_energy;
                 let order = BEND.into_iter().find(|(most, _)| clear && bend < *most);
                 return order.map(|(_, order)| Bell {

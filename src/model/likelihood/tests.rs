@@ -324,12 +324,14 @@ fn noise_on_the_energy_is_summed_as_it_is_written() {
         let clear = runs::arrange(&scene, &clear);
         let mut full = FULL;
         full[ParameterKind::SigmaWet.slot()] = 0.005;
-        full[ParameterKind::SigmaEnergy.slot()] = 1e-9;
         let both = Likelihood::of_rows(&scene, &clear, form);
         let usual = Likelihood::of_rows(&plain_scene, &clear, form);
-        let value = both.ln_density(&full, &mut unused).expect("inside");
-        let expected = usual.ln_density(&full, &mut unused).expect("inside");
-        assert!((value / expected - 1.0).abs() < 0.03, "{value} {expected}");
+        for energy in [1e-5, 1e-6, 1e-7, 1e-8, 3e-9, 1e-9, 1e-10] {
+            full[ParameterKind::SigmaEnergy.slot()] = energy;
+            let value = both.ln_density(&full, &mut unused).expect("inside");
+            let expected = usual.ln_density(&full, &mut unused).expect("inside");
+            assert!((value - expected).abs() < 1e-4, "{energy}: {value} {expected}");
+        }
     }
 }
 
