@@ -7,6 +7,7 @@
 //! |---|---|---|
 //! | [`units`], [`error`], [`notice`] | how is it written, why is there no answer, what wants a look | |
 //! | `distributions` | how probable is a number | probability → quantile |
+//! | `exponential` | what is exp x, several at a time | number → number |
 //! | `seed` | which random stream | name → stream |
 //! | `encoding` | is it text | bytes → text |
 //! | `files` | how much of a file is read | path → bytes |
@@ -113,6 +114,8 @@ mod distributions;
 #[cfg(feature = "cli")]
 mod encoding;
 pub mod error;
+#[cfg(feature = "cli")]
+mod exponential;
 #[cfg(feature = "cli")]
 mod files;
 #[cfg(feature = "cli")]

@@ -229,9 +229,13 @@ fn loo_of(model: &str, r_eff: f64) -> Loo {
                 .collect()
         })
         .collect();
-    loo::loo(runs.len(), runs[0].len(), r_eff, |some, rows| {
-        rows.copy_from_slice(&runs[some].concat());
-    })
+    loo::loo(
+        runs.len(),
+        loo::LooDraws::of_one_weight(runs[0].len(), r_eff),
+        |some, rows| {
+            rows.copy_from_slice(&runs[some].concat());
+        },
+    )
     .expect("finite densities")
 }
 

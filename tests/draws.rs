@@ -79,13 +79,17 @@ fn report() -> Vec<File> {
     let ess_of_means: Vec<f64> = summaries.iter().filter_map(|summary| summary.ess_mean).collect();
     assert_eq!(ess_of_means.len(), parameters.len());
     let r_eff = loo::relative_efficiency(&ess_of_means, CHAINS, CHAINS * DRAWS);
-    let left_out = loo::loo(runs, CHAINS * DRAWS, r_eff, |some, rows| {
-        for (run, row) in some.zip(rows.chunks_mut(CHAINS * DRAWS)) {
-            row.iter_mut()
-                .enumerate()
-                .for_each(|(draw, value)| *value = density(run, draw));
-        }
-    })
+    let left_out = loo::loo(
+        runs,
+        loo::LooDraws::of_one_weight(CHAINS * DRAWS, r_eff),
+        |some, rows| {
+            for (run, row) in some.zip(rows.chunks_mut(CHAINS * DRAWS)) {
+                row.iter_mut()
+                    .enumerate()
+                    .for_each(|(draw, value)| *value = density(run, draw));
+            }
+        },
+    )
     .expect("finite densities");
     let said: Vec<Value> = parameters
         .iter()

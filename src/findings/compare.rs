@@ -1,23 +1,17 @@
 //! Compares the forms of the law by how well they predict runs they have not seen.
 
-use std::ops::Range;
-
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::checks::{self, Check};
 use super::form_choice::{is_gain, ln_prior_of_prefactor, Candidate, ChosenBy, InertiaChoice};
-use super::least_squares::LeastSquares;
+use super::left_out::{affordable_draws, draw_and_leave_out, largest_rhat, leave_out, ComparisonContext, LeftOutModel};
 use super::notices;
-use super::posterior::{effort, start, until_mixed, why_not_sampled, Posterior, PosteriorRefusal, SamplingSetup};
+use super::posterior::{effort, Posterior, SamplingSetup};
 use crate::error::Error;
-use crate::inference::diagnostics::loo::{difference, loo, relative_efficiency, Difference, Loo};
+use crate::inference::diagnostics::loo::{difference, Difference, Loo};
 use crate::inference::diagnostics::pareto::khat_threshold;
-use crate::inference::diagnostics::summary::summarise;
-use crate::inference::nuts::{divergences, Watcher};
-use crate::inference::sampling::{sample_until_mixed, Sampled, SamplingPlan};
-use crate::model::likelihood::pointwise::Pointwise;
-use crate::model::likelihood::{Likelihood, SeriesDensities};
+use crate::inference::nuts::divergences;
+use crate::inference::sampling::Sampled;
 use crate::model::parameters::{ModelParameters, ParameterKind};
 use crate::notice::Notice;
 use crate::physics::dry::REFERENCE_SPEED;
@@ -25,15 +19,6 @@ use crate::physics::form::Term;
 use crate::physics::inertia::Inertia;
 use crate::physics::DrySpeed;
 use crate::physics::{Form, Viscous};
-use crate::runs::Runs;
-use crate::scene::Scene;
-use crate::seed::StreamName;
-
-/// Log densities, runs times draws, that may be computed for one model.
-pub const MOST_DENSITIES: usize = 20_000_000;
-
-/// Fewer draws than this do not carry the weights.
-const FEWEST_DRAWS: usize = 400;
 
 /// One form of the law.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -56,10 +41,23 @@ pub struct ComparedModel {
     pub delta: f64,
     /// standard error of that difference, run by run
     pub delta_se: Option<f64>,
+    /// its Monte Carlo error: what other draws of both would move it by
+    pub delta_mcse: Option<f64>,
     /// largest R-hat of its sampling
     pub rhat: Option<f64>,
     /// draws that diverged
     pub divergences: usize,
+}
+
+impl EvaluatedModel {
+    fn new(form: Form, own: bool, left_out: LeftOutModel) -> EvaluatedModel {
+        let LeftOutModel { sampled, loo, used } = left_out;
+        EvaluatedModel {
+            form,
+            row: summarise_model(model_name(form), own, &sampled, &loo, used),
+            loo,
+        }
+    }
 }
 
 /// What a comparison found.
@@ -98,19 +96,6 @@ pub fn model_name(form: Form) -> String {
     name
 }
 
-/// What the models of a comparison are sampled from.
-#[derive(Clone, Copy)]
-pub struct ComparisonContext<'a> {
-    /// what was held fixed
-    pub scene: &'a Scene,
-    /// the runs that every model is compared on
-    pub runs: &'a Runs,
-    /// where sampling starts
-    pub least_squares: LeastSquares<'a>,
-    /// hears of every draw
-    pub watcher: Watcher<'a>,
-}
-
 /// A model with its leave-one-out densities.
 #[derive(Debug, Clone)]
 pub(super) struct EvaluatedModel {
@@ -135,11 +120,29 @@ pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: 
         found.notices.push(notices::compare_left_out(runs.len(), any_wet));
         return found;
     };
+    // the scene's own is left out by its own draws, which a report writes
+    let own_loo = match leave_out(context.scene, runs, own.setup, &own.sampled, used) {
+        Ok(loo) => loo,
+        Err(why) => {
+            let name = model_name(own.setup.form);
+            found.notices.push(notices::form_not_compared(&name, &why));
+            return found;
+        }
+    };
     let mut evaluated: Vec<EvaluatedModel> = vec![];
     for form in alternatives(own.setup.form) {
-        // what was sampled to choose the form of inertia need not be sampled again
-        let known = known.iter().find(|model| model.form == form && form != own.setup.form);
-        let model = known.map_or_else(|| evaluate_form(context, form, own, used), |known| Ok(known.clone()));
+        if form == own.setup.form {
+            evaluated.push(EvaluatedModel {
+                form,
+                row: summarise_model(model_name(form), true, &own.sampled, &own_loo, used),
+                loo: own_loo.clone(),
+            });
+            continue;
+        }
+        // what was drawn to choose the form of inertia need not be drawn again
+        let known = known.iter().find(|model| model.form == form);
+        let setup = SamplingSetup { form, ..own.setup };
+        let model = known.map_or_else(|| evaluate_form(context, setup, &own_loo), |known| Ok(known.clone()));
         match model {
             Ok(model) => evaluated.push(model),
             Err(why) => found.notices.push(notices::form_not_compared(&model_name(form), &why)),
@@ -185,30 +188,12 @@ fn alternatives(own: Form) -> impl Iterator<Item = Form> {
     Inertia::ALL.into_iter().flat_map(of_inertia).chain(of_viscous)
 }
 
-/// Samples a form as the scene's own was, unless it is that, and leaves each run out; `Err` says why that cannot be done.
-fn evaluate_form(
-    context: ComparisonContext,
-    form: Form,
-    own: &Posterior,
-    used: usize,
-) -> Result<EvaluatedModel, String> {
-    let setup = SamplingSetup { form, ..own.setup };
-    let is_own = form == own.setup.form;
-    let sampled;
-    let draws = if is_own {
-        &own.sampled
-    } else {
-        // own dry speeds bound k by the fastest run: what has room in the scene's form may have none in another
-        let none = |_| Err("a prior of the scene leaves dry_k no room there".to_owned());
-        sampled = sample_form(context, setup).unwrap_or_else(none)?;
-        &sampled
-    };
-    let loo = leave_out(context.scene, context.runs, setup, draws, used)?;
-    Ok(EvaluatedModel {
-        form,
-        row: summarise_model(model_name(form), is_own, draws, &loo, used),
-        loo,
-    })
+/// Draws from a form and leaves each run out, beside the scene's own; `Err` says why that cannot be done.
+fn evaluate_form(context: ComparisonContext, setup: SamplingSetup, own: &Loo) -> Result<EvaluatedModel, String> {
+    // own dry speeds bound k by the fastest run: what has room in the scene's form may have none in another
+    let none = |_| Err("a prior of the scene leaves dry_k no room there".to_owned());
+    let left_out = draw_form(context, setup, Some(own)).unwrap_or_else(none)?;
+    Ok(EvaluatedModel::new(setup.form, false, left_out))
 }
 
 /// Puts the best first, and says how far each is behind it.
@@ -223,6 +208,7 @@ fn rank(evaluated: &mut [EvaluatedModel]) {
             model.row.delta = against.value;
             // the best against itself differs by nothing, surely
             model.row.delta_se = against.se;
+            model.row.delta_mcse = Some(against.mcse);
         }
     }
 }
@@ -242,12 +228,6 @@ fn check_weights(own: &ComparedModel, used: usize, units: &str) -> Check {
         passed: own.khat_high == 0,
         ..checks::LOO_KHAT.at(khat_threshold(used)).check(own.khat_max, text)
     }
-}
-
-/// How many of the draws can leave each run out; `None` for too many runs, or without wet ones.
-pub(super) fn affordable_draws(runs: &Runs, draws: usize) -> Option<usize> {
-    let used = draws.min(MOST_DENSITIES / runs.len().max(1));
-    (used >= FEWEST_DRAWS.min(draws) && !runs.series.is_empty()).then_some(used)
 }
 
 /// What a choice among forms found: the setup to sample, how it was chosen, and the forms that were sampled for it.
@@ -276,7 +256,7 @@ pub fn choose_inertia(context: ComparisonContext, default: SamplingSetup) -> Res
         },
         ..default
     };
-    let Some(used) = affordable_draws(runs, effort(scene).chains * effort(scene).draws) else {
+    if affordable_draws(runs, effort(scene).chains * effort(scene).draws).is_none() {
         let balance = least_squares.energy_balance;
         return Ok(Chosen {
             setup: balance.map_or(default, |balance| of(balance.form().inertia)),
@@ -287,25 +267,18 @@ pub fn choose_inertia(context: ComparisonContext, default: SamplingSetup) -> Res
     let (mut evaluated, mut candidates) = (vec![], vec![]);
     for inertia in Inertia::ALL {
         let setup = of(inertia);
-        let Ok(sampled) = sample_form(context, setup)? else {
+        let Ok(left_out) = draw_form(context, setup, None)? else {
             continue;
         };
-        let Ok(loo) = leave_out(scene, runs, setup, &sampled, used) else {
-            continue;
-        };
-        let row = summarise_model(model_name(setup.form), false, &sampled, &loo, used);
-        let c = geometric_mean(&sampled, ParameterKind::INERTIAL_PREFACTOR);
+        let c = geometric_mean(&left_out.sampled, ParameterKind::INERTIAL_PREFACTOR);
+        let model = EvaluatedModel::new(setup.form, false, left_out);
         candidates.push(Candidate {
             inertia,
-            log_densities: loo.runs.iter().map(|run| run.elpd).collect(),
+            log_densities: model.loo.runs.iter().map(|run| run.elpd).collect(),
             ln_prior: c.map_or(0.0, |c| ln_prior_of_prefactor(scene, runs, setup.form, c)),
-            trusted: row.khat_high == 0,
+            trusted: model.row.khat_high == 0,
         });
-        evaluated.push(EvaluatedModel {
-            form: setup.form,
-            row,
-            loo,
-        });
+        evaluated.push(model);
     }
     let chosen = InertiaChoice::among(&candidates, ChosenBy::LeaveOneOut);
     Ok(Chosen {
@@ -330,97 +303,24 @@ fn better_form(own: &ComparedModel, best: &ComparedModel) -> Option<Notice> {
     let clear = is_gain(Difference {
         value: gain,
         se: own.delta_se,
+        mcse: own.delta_mcse.unwrap_or(f64::NAN),
     });
     clear.then(|| notices::better_form(&best.model, &own.model, gain, in_se))
 }
 
-fn sample_form(context: ComparisonContext, setup: SamplingSetup) -> Result<Result<Sampled, String>, Error> {
-    let parameters = ModelParameters::of(context.scene, context.runs, setup.form)?;
-    let stream = format!("compare {}", model_name(setup.form));
-    Ok(sample_model(context, setup, parameters, &stream))
-}
-
-/// Samples these parameters of a form from streams of this name; `Err` says why that cannot be done.
-pub(super) fn sample_model(
+fn draw_form(
     context: ComparisonContext,
     setup: SamplingSetup,
-    parameters: ModelParameters,
-    stream: &str,
-) -> Result<Sampled, String> {
-    let ComparisonContext {
-        scene, least_squares, ..
-    } = context;
-    if let Some(PosteriorRefusal(why)) = why_not_sampled(context.runs, least_squares, &parameters) {
-        return Err(why.text);
-    }
-    let rows = Likelihood::of_rows(scene, context.runs, setup.form);
-    let plan = SamplingPlan {
-        effort: effort(scene),
-        stream: StreamName::new(least_squares.seed, stream),
-        evaluation: setup.method.evaluation(),
-    };
-    let start = start(least_squares);
-    let until = until_mixed(plan, parameters.dimension());
-    sample_until_mixed(parameters, &rows, &start, until, context.watcher).map_err(|why| why.to_string())
-}
-
-/// PSIS leave-one-out of a sampled form, by so many of its draws; `Err` says which run stands in the way. Where series have
-/// offsets a whole series is left out: a run would leave its offset known, which takes what a form misfits between series.
-pub(super) fn leave_out(
-    scene: &Scene,
-    runs: &Runs,
-    setup: SamplingSetup,
-    sampled: &Sampled,
-    used: usize,
-) -> Result<Loo, String> {
-    let pointwise = Pointwise::new(scene, runs, setup.form);
-    let full = sampled.full_draws();
-    let step = full.len().div_ceil(used).max(1);
-    if scene.model.series_offsets {
-        let rows = Likelihood::of_rows(scene, runs, setup.form);
-        let units = SeriesDensities::new(pointwise, rows, runs);
-        let some: Vec<&[f64]> = full.iter().step_by(step).map(Vec::as_slice).collect();
-        return leave_series_out(&units, &some, efficiency(sampled));
-    }
-    let some = pointwise.at_draws(full.iter().step_by(step).map(Vec::as_slice).collect());
-    let fill = |runs: Range<usize>, rows: &mut [f64]| some.ln_likelihoods(runs, rows);
-    loo(runs.len(), some.len(), efficiency(sampled), fill).map_err(|(run, why)| format!("run {}: {why}", run + 1))
-}
-
-/// The same of dry runs and whole series.
-fn leave_series_out(units: &SeriesDensities, draws: &[&[f64]], efficiency: f64) -> Result<Loo, String> {
-    let each: Result<Vec<Vec<f64>>, _> = draws.par_iter().map(|full| units.ln_densities(full)).collect();
-    let each = each.map_err(|_| "a draw has no density".to_owned())?;
-    let fill = |some: Range<usize>, rows: &mut [f64]| {
-        for (unit, row) in some.zip(rows.chunks_exact_mut(each.len().max(1))) {
-            for (value, of_draw) in row.iter_mut().zip(&each) {
-                *value = of_draw[unit];
-            }
-        }
-    };
-    let found = loo(units.len(), each.len(), efficiency, fill);
-    found.map_err(|(unit, why)| format!("dry run or series {}: {why}", unit + 1))
-}
-
-/// Relative efficiency of the draws over the sampled parameters.
-fn efficiency(sampled: &Sampled) -> f64 {
-    let ess: Vec<f64> = sampled
-        .values
-        .iter()
-        .filter_map(|chains| summary_of(chains).ess_mean)
-        .collect();
-    relative_efficiency(&ess, sampled.chains.len(), sampled.draws())
-}
-
-fn summary_of(chains: &[Vec<f64>]) -> crate::inference::diagnostics::summary::Summary {
-    let slices: Vec<&[f64]> = chains.iter().map(Vec::as_slice).collect();
-    summarise(&slices)
+    beside: Option<&Loo>,
+) -> Result<Result<LeftOutModel, String>, Error> {
+    let parameters = ModelParameters::of(context.scene, context.runs, setup.form)?;
+    let stream = format!("compare {}", model_name(setup.form));
+    Ok(draw_and_leave_out(context, setup, parameters, &stream, beside))
 }
 
 /// The row of a sampled model; its difference to the best is not known here.
 pub(super) fn summarise_model(model: String, own: bool, sampled: &Sampled, found: &Loo, used: usize) -> ComparedModel {
     let (khat_max, khat_high) = found.worst_khat(khat_threshold(used));
-    let rhats = sampled.values.iter().filter_map(|chains| summary_of(chains).rhat);
     ComparedModel {
         model,
         own,
@@ -431,7 +331,8 @@ pub(super) fn summarise_model(model: String, own: bool, sampled: &Sampled, found
         khat_high,
         delta: 0.0,
         delta_se: None,
-        rhat: rhats.reduce(f64::max),
+        delta_mcse: None,
+        rhat: largest_rhat(sampled),
         divergences: divergences(&sampled.chains),
     }
 }

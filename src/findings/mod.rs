@@ -35,6 +35,7 @@
 //! | `posterior/` | parameters from all runs at once, with priors |
 //! | `main_numbers.rs` | the main numbers, each from the source that serves it |
 //! | `regions.rs` | where e_inf and St_c lie together |
+//! | `left_out.rs` | draws from a model, each run predicted from the others |
 //! | `compare.rs` | which form of the law predicts best |
 //! | `questions/` | whether L and C are the same at every film ratio |
 //! | `document.rs` | everything a fit says, as `findings.json` writes it |
@@ -57,6 +58,7 @@ mod fit_verdict;
 pub mod form_choice;
 pub mod identify;
 pub mod least_squares;
+pub mod left_out;
 pub mod main_numbers;
 pub mod measurement_errors;
 pub mod noise;
@@ -89,11 +91,12 @@ use crate::scene::{NoiseOn, Scene};
 use balance::EnergyBalance;
 use bootstrap::Resampling;
 use checks::Check;
-use compare::{Comparison, ComparisonContext};
+use compare::Comparison;
 use dry::{Dry, FittedDry};
 use energy::Energy;
 use estimate::Quoting;
 use least_squares::LeastSquares;
+use left_out::ComparisonContext;
 use main_numbers::MainSources;
 use posterior::{contraction, MethodChoice, Posterior, PosteriorRefusal, SamplingSetup};
 use scaling::{FittedScaling, Scaling};

@@ -6,7 +6,7 @@
 
 use super::diagnostics::pareto::khat_threshold;
 use super::diagnostics::rhat::rhat;
-use super::importance::{normal_draws, weighted_shift, DrawCounts, Weights};
+use super::importance::{propose, weighted_shift, DrawCounts, Proposal, Weights};
 use super::mixing::{draws_a_chain, summary_of, MixingLines, ParameterDraws};
 use super::nuts::{Effort, Watcher};
 use super::prepared_posterior::{Evaluation, PreparedPosterior, Start, LARGEST_ERROR};
@@ -246,7 +246,7 @@ pub fn normal_error(prepared: &PreparedPosterior, stream: StreamName) -> Result<
         draws: PILOT,
     };
     let stream = StreamName::new(stream.seed, &name);
-    let pilot = normal_draws(&prepared.posterior, &prepared.about, size, stream);
+    let pilot = propose(&prepared.posterior, &Proposal::normal(&prepared.about), size, stream);
     let Some(weights) = Weights::of(&pilot) else {
         return Err("the posterior has no density near the normal's draws".to_owned());
     };

@@ -1,7 +1,7 @@
-//! Draws from the normal about the mode, weighs the draws by what the posterior has there, and resamples them.
+//! Draws from a normal about the mode or a Student's t, weighs the draws by what the posterior has there, and resamples them.
 
 use rand::{Rng, RngExt};
-use rand_distr::{Distribution, StandardNormal};
+use rand_distr::{ChiSquared, Distribution, StandardNormal};
 use rayon::prelude::*;
 
 use super::diagnostics::pareto::tail_length;
@@ -20,12 +20,52 @@ pub struct DrawCounts {
     pub draws: usize,
 }
 
-/// Draws from the normal about a mode, chain after chain: the same bytes for any number of threads.
+/// What draws are proposed from: the normal with a place and a scale, or Student's t with these.
+#[derive(Debug, Clone, Copy)]
+pub struct Proposal<'p> {
+    about: &'p Laplace,
+    /// of Student's t
+    chi_squared: Option<ChiSquared<f64>>,
+}
+
+/// Degrees of freedom of Student's t: tails as heavy as a posterior has that is bent over several standard deviations.
+const NU: f64 = 5.0;
+
+impl<'p> Proposal<'p> {
+    /// The normal about a mode.
+    pub fn normal(about: &'p Laplace) -> Proposal<'p> {
+        Proposal {
+            about,
+            chi_squared: None,
+        }
+    }
+
+    /// Student's t with this place and scale.
+    pub fn student(about: &'p Laplace) -> Proposal<'p> {
+        Proposal {
+            about,
+            chi_squared: ChiSquared::new(NU).ok(),
+        }
+    }
+
+    /// Widens a standard normal z, and gives the logarithm of the density that it then has, up to a constant.
+    fn widen(&self, z: &mut [f64], rng: &mut impl Rng) -> f64 {
+        let square: f64 = z.iter().map(|z| z * z).sum();
+        let Some(chi_squared) = self.chi_squared else {
+            return -0.5 * square;
+        };
+        let over = NU / chi_squared.sample(rng);
+        z.iter_mut().for_each(|z| *z *= over.sqrt());
+        -0.5 * (NU + z.len() as f64) * (square * over / NU).ln_1p()
+    }
+}
+
+/// Draws from a proposal, chain after chain: the same bytes for any number of threads.
 ///
 /// A point without a density has the log density −∞.
-pub fn normal_draws<T: LogDensity + ?Sized>(
+pub fn propose<T: LogDensity + ?Sized>(
     target: &T,
-    about: &Laplace,
+    from: &Proposal,
     size: DrawCounts,
     streams: StreamName,
 ) -> Vec<Proposed> {
@@ -37,28 +77,26 @@ pub fn normal_draws<T: LogDensity + ?Sized>(
         let mut z = vec![0.0; dimension];
         for _ in 0..size.draws {
             z.fill_with(|| StandardNormal.sample(&mut rng));
-            about.point(&z, &mut point);
+            let of_proposal = from.widen(&mut z, &mut rng);
+            from.about.point(&z, &mut point);
             let ln_density = target.ln_density(&point, &mut slopes).unwrap_or(f64::NEG_INFINITY);
             proposed.points.extend_from_slice(&point);
             proposed.ln_density.push(ln_density);
-            // the normal's own logarithm is −z²/2 and a constant
-            proposed
-                .ln_ratio
-                .push(ln_density + 0.5 * z.iter().map(|z| z * z).sum::<f64>());
+            proposed.ln_ratio.push(ln_density - of_proposal);
         }
         proposed
     };
     (0..size.chains).into_par_iter().map(one).collect()
 }
 
-/// Draws from the normal about a mode, with what the posterior has there.
+/// Draws from a proposal, with what the posterior has there.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Proposed {
     /// the points, one after the other
     pub points: Vec<f64>,
     /// the posterior's log density
     pub ln_density: Vec<f64>,
-    /// the same less the normal's, up to a constant
+    /// the same less the proposal's, up to a constant
     pub ln_ratio: Vec<f64>,
 }
 
@@ -196,7 +234,12 @@ mod tests {
 
     fn proposed(target: &Off) -> Vec<Proposed> {
         let size = DrawCounts { chains: 4, draws: 2000 };
-        normal_draws(target, &standard(), size, StreamName::new(1, "importance"))
+        propose(
+            target,
+            Proposal::normal(&standard()),
+            size,
+            StreamName::new(1, "importance"),
+        )
     }
 
     #[test]
@@ -225,6 +268,22 @@ mod tests {
         let mut rng = stream(1, "resample", 0);
         let kept = weights.resample(8000, &mut rng);
         assert!(kept.iter().enumerate().all(|(i, place)| i.abs_diff(*place) <= 1));
+    }
+
+    /// Student's t has the tails that a wide density wants, and its weights are right.
+    #[test]
+    fn the_tails_of_students_t_serve_a_wide_density() {
+        let about = standard();
+        let size = DrawCounts { chains: 4, draws: 2000 };
+        let target = Off { mean: 0.2, sd: 1.8 };
+        let draws = propose(&target, &Proposal::student(&about), size, StreamName::new(1, "tails"));
+        let weights = Weights::of(&draws).expect("densities");
+        assert!(weights.khat < 0.5, "{}", weights.khat);
+        let points: Vec<f64> = draws.iter().flat_map(|one| &one.points).copied().collect();
+        let adapted = about.adapted(&points, &weights.weights).expect("a spread");
+        let error = 1.8 / weights.effective().sqrt();
+        assert!((adapted.mode[0] - 0.2).abs() < 4.0 * error, "{adapted:?}");
+        assert!((adapted.scale[(0, 0)] - 1.8).abs() < 4.0 * error, "{adapted:?}");
     }
 
     #[test]

@@ -33,6 +33,12 @@ pub enum ParameterKind {
 }
 
 impl ParameterKind {
+    /// Whether it is the spread of some noise.
+    pub fn is_spread(self) -> bool {
+        use ParameterKind::{SigmaDry, SigmaEnergy, SigmaSeries, SigmaWet};
+        matches!(self, SigmaDry | SigmaWet | SigmaEnergy | SigmaSeries)
+    }
+
     /// L = ln(δc/ε)
     pub const LUBRICATION_LOG: ParameterKind = ParameterKind::Shared(Coefficient::LubricationLog);
     /// C

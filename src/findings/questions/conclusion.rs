@@ -228,7 +228,11 @@ mod tests {
     }
 
     fn gain_of(value: f64) -> Difference {
-        Difference { value, se: Some(1.0) }
+        Difference {
+            value,
+            se: Some(1.0),
+            mcse: 0.0,
+        }
     }
 
     #[test]

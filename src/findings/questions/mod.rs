@@ -12,7 +12,7 @@ mod effect;
 mod question;
 mod trend_comparison;
 
-use super::compare::affordable_draws;
+use super::left_out::affordable_draws;
 use crate::error::Error;
 use crate::model::parameters::ParameterKind;
 use crate::notice::Notice;

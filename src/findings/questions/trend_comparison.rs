@@ -4,10 +4,9 @@ use super::conclusion::{answer_question, TrendEvidence};
 use super::effect::TrendOverFilms;
 use super::question::{Question, Trend};
 use crate::error::Error;
-use crate::findings::compare::{
-    affordable_draws, leave_out, model_name, sample_model, summarise_model, ComparisonContext,
-};
+use crate::findings::compare::{model_name, summarise_model};
 use crate::findings::least_squares::LeastSquares;
+use crate::findings::left_out::{affordable_draws, draw_and_leave_out, leave_out, ComparisonContext, LeftOutModel};
 use crate::findings::posterior::{Posterior, SamplingSetup};
 use crate::inference::diagnostics::loo::{difference, Loo};
 use crate::inference::diagnostics::quantile;
@@ -92,33 +91,45 @@ impl TrendComparison<'_> {
         let Context { own, own_loo, .. } = self.context;
         let setup = own.setup;
         let model = model_name(setup.form);
-        let sampled;
-        let plain = match self.plain {
-            Some(plain) => plain,
+        let drawn;
+        let (plain, usual, used_plain) = match self.plain {
+            Some(plain) => {
+                let used = affordable_draws(self.runs, plain.draws()).ok_or("too many runs to leave each out")?;
+                let loo = match own_loo {
+                    Some(known) => known.clone(),
+                    None => leave_out(self.context.scene, self.runs, setup, plain, used)?,
+                };
+                (plain, loo, used)
+            }
             None => {
-                sampled = self.sample(setup, parameters.clone(), "plain")?;
-                &sampled
+                drawn = self.draw(setup, parameters.clone(), "plain", None)?;
+                (&drawn.sampled, drawn.loo.clone(), drawn.used)
             }
         };
-        let usual = match own_loo.filter(|_| self.plain.is_some()) {
-            Some(known) => known.clone(),
-            None => self.leave_out(setup, plain)?.0,
-        };
         let with = parameters.with_trend(self.trend);
-        let bent = self.sample(setup, with, "trend")?;
-        let (better, used) = self.leave_out(setup, &bent)?;
+        let LeftOutModel {
+            sampled: bent,
+            loo: better,
+            used,
+        } = self.draw(setup, with, "trend", Some(&usual))?;
         let gain = difference(&better, &usual).ok_or("the models differ in their runs")?;
         let mut models = [
-            summarise_model(model.clone(), self.plain.is_some(), plain, &usual, used),
+            summarise_model(model.clone(), self.plain.is_some(), plain, &usual, used_plain),
             summarise_model(format!("{model}+{}", self.trend.key()), false, &bent, &better, used),
         ];
         let behind = &mut models[usize::from(gain.value < 0.0)];
-        (behind.delta, behind.delta_se) = (-gain.value.abs(), gain.se);
+        (behind.delta, behind.delta_se, behind.delta_mcse) = (-gain.value.abs(), gain.se, Some(gain.mcse));
         let trend = self.trend(&bent).ok_or("the trend has no draws")?;
         Ok(TrendEvidence { models, gain, trend })
     }
 
-    fn sample(&self, setup: SamplingSetup, parameters: ModelParameters, which: &str) -> Result<Sampled, String> {
+    fn draw(
+        &self,
+        setup: SamplingSetup,
+        parameters: ModelParameters,
+        which: &str,
+        beside: Option<&Loo>,
+    ) -> Result<LeftOutModel, String> {
         let Context {
             scene,
             least_squares,
@@ -132,14 +143,7 @@ impl TrendComparison<'_> {
             watcher,
         };
         let stream = format!("question {} {which}", self.of.key());
-        sample_model(context, setup, parameters, &stream)
-    }
-
-    /// Leave-one-out, and by how many draws.
-    fn leave_out(&self, setup: SamplingSetup, sampled: &Sampled) -> Result<(Loo, usize), String> {
-        let used = affordable_draws(self.runs, sampled.draws()).ok_or("too many runs to leave each out")?;
-        let found = leave_out(self.context.scene, self.runs, setup, sampled, used)?;
-        Ok((found, used))
+        draw_and_leave_out(context, setup, parameters, &stream, beside)
     }
 
     fn trend(&self, sampled: &Sampled) -> Option<Trend> {

@@ -2,9 +2,11 @@
 
 use std::ops::Range;
 
+use pulp::Arch;
 use rayon::prelude::*;
 
 use super::{pareto, psis, variance, WhyNone};
+use crate::exponential::exponential;
 
 /// How well one run is predicted by the others.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,6 +30,30 @@ pub struct Loo {
     pub se: Option<f64>,
     /// effective number of parameters
     pub p_loo: f64,
+    /// Monte Carlo error of `elpd`: what another set of as many draws would move it by
+    pub mcse: f64,
+}
+
+/// The draws that runs are left out of, all chains together.
+#[derive(Debug, Clone, Copy)]
+pub struct LooDraws<'d> {
+    /// how many
+    pub count: usize,
+    /// their relative efficiency, [`relative_efficiency`]
+    pub r_eff: f64,
+    /// log weight of each, up to a constant; `None` where all weigh the same
+    pub ln_weights: Option<&'d [f64]>,
+}
+
+impl LooDraws<'_> {
+    /// Draws of one weight.
+    pub fn of_one_weight(count: usize, r_eff: f64) -> LooDraws<'static> {
+        LooDraws {
+            count,
+            r_eff,
+            ln_weights: None,
+        }
+    }
 }
 
 impl Loo {
@@ -53,44 +79,70 @@ pub struct Difference {
     pub value: f64,
     /// its standard error, from the spread of the pairs by n − 1; `None` for fewer than two
     pub se: Option<f64>,
+    /// its Monte Carlo error, that of two sets of draws
+    pub mcse: f64,
 }
 
 /// Runs whose densities are asked for together: they share what a draw says of their film, and their rows stay in cache.
 const BLOCK: usize = 16;
 
-/// PSIS-LOO of `runs` runs by `draws` draws (of all chains together).
+/// PSIS-LOO of so many runs.
 ///
 /// `log_likelihood(some, &mut rows)` fills in the log density of some runs at every draw, a row a run; it is called once a
-/// run, from several threads, and the sums do not depend on how many. `r_eff` is the relative efficiency of the draws,
-/// [`relative_efficiency`]. Fails with the first run that has a value that is not finite. Source: Vehtari, Gelman &
-/// Gabry 2017 (Statistics and Computing 27, 1413), the weights as in [`psis::psis`].
+/// run, from several threads, and the sums do not depend on how many. Where draws have weights of their own, a run is left
+/// out by the product of these and of its own, and the tail that is smoothed is that of the product. Fails with the first
+/// run that has a value that is not finite. Source: Vehtari, Gelman & Gabry 2017 (Statistics and Computing 27, 1413), the
+/// weights as in [`psis::psis`].
 pub fn loo(
     runs: usize,
-    draws: usize,
-    r_eff: f64,
+    draws: LooDraws,
     log_likelihood: impl Fn(Range<usize>, &mut [f64]) + Sync,
 ) -> Result<Loo, (usize, WhyNone)> {
-    let tail = pareto::tail_length(draws, r_eff);
-    let left_out = |rows: &mut Vec<f64>, first: usize| {
+    let weighed = WeighedDraws::new(draws);
+    let count = draws.count;
+    let left_out = |scratch: &mut Scratch, first: usize| {
         let some = first..runs.min(first + BLOCK);
-        let rows = &mut rows[..some.len() * draws];
-        log_likelihood(some.clone(), rows);
+        let mut rows = std::mem::take(&mut scratch.rows);
+        log_likelihood(some.clone(), &mut rows[..some.len() * count]);
+        let mut influence = vec![0.0; count];
         let each = some.enumerate().map(|(place, run)| {
-            let row = &mut rows[place * draws..(place + 1) * draws];
-            leave_out(row, tail).map_err(|why| (run, why))
+            let row = &mut rows[place * count..(place + 1) * count];
+            let left_out = weighed.leave_out(row, scratch, &mut influence);
+            left_out.map_err(|why| (run, why))
         });
-        each.collect::<Vec<_>>()
+        let each: Vec<_> = each.collect();
+        scratch.rows = rows;
+        (each, influence)
+    };
+    let scratch = || Scratch {
+        rows: vec![0.0; BLOCK.min(runs) * count],
+        ..Scratch::default()
     };
     let blocks: Vec<_> = (0..runs)
         .into_par_iter()
         .step_by(BLOCK)
-        .map_init(|| vec![0.0; BLOCK.min(runs) * draws], left_out)
+        .map_init(scratch, left_out)
         .collect();
-    let runs: Vec<LeftOutRun> = blocks.into_iter().flatten().collect::<Result<_, _>>()?;
+    let mut influence = vec![0.0; count];
+    let mut found = Vec::with_capacity(runs);
+    for (each, of_block) in blocks {
+        found.extend(each);
+        for (sum, one) in influence.iter_mut().zip(of_block) {
+            *sum += one;
+        }
+    }
+    let runs: Vec<LeftOutRun> = found.into_iter().collect::<Result<_, _>>()?;
     let elpd: Vec<f64> = runs.iter().map(|run| run.elpd).collect();
     let (elpd, se) = sum(&elpd);
     let p_loo = runs.iter().map(|run| run.p_loo).sum();
-    Ok(Loo { runs, elpd, se, p_loo })
+    let squares: f64 = influence.iter().map(|one| one * one).sum();
+    Ok(Loo {
+        runs,
+        elpd,
+        se,
+        p_loo,
+        mcse: (squares / draws.r_eff).sqrt(),
+    })
 }
 
 /// Difference of the predictive densities of two models for the same runs, paired run by run.
@@ -102,14 +154,17 @@ pub fn difference(first: &Loo, second: &Loo) -> Option<Difference> {
     }
     let pairs = first.runs.iter().zip(&second.runs);
     let differences: Vec<f64> = pairs.map(|(a, b)| a.elpd - b.elpd).collect();
-    Some(Difference::over_runs(&differences))
+    Some(Difference {
+        mcse: first.mcse.hypot(second.mcse),
+        ..Difference::over_runs(&differences)
+    })
 }
 
 impl Difference {
-    /// From the difference at each run.
+    /// From the difference at each run, known exactly.
     pub fn over_runs(differences: &[f64]) -> Difference {
         let (value, se) = sum(differences);
-        Difference { value, se }
+        Difference { value, se, mcse: 0.0 }
     }
 }
 
@@ -134,81 +189,233 @@ fn sum(values: &[f64]) -> (f64, Option<f64>) {
 /// A run whose log densities lie no further apart is as likely under every draw.
 pub const SAME: f64 = 1e-7;
 
-/// Leaves one run out, given its log density at every draw; uses `values` up.
-///
-/// Outside the tail, weight times density is the same for every draw, and the density is the weight's reciprocal: one
-/// exponential a draw serves the weights, the predictive density and p_loo.
-fn leave_out(values: &mut [f64], tail: usize) -> Result<LeftOutRun, WhyNone> {
-    if values.is_empty() || values.iter().any(|log| !log.is_finite()) {
-        return Err(WhyNone::NotFinite);
-    }
-    let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
-    let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    if largest - smallest > WIDEST {
-        return wide(values, tail, largest);
-    }
-    if largest - smallest <= SAME {
-        // no weight differs from another: leaving the run out changes nothing, and a shape would be that of rounding
-        let mean = smallest + values.iter().map(|log| log - smallest).sum::<f64>() / values.len() as f64;
-        return Ok(LeftOutRun {
-            elpd: mean,
-            p_loo: 0.0,
-            khat: None,
+/// What a thread writes over for every run.
+#[derive(Default)]
+struct Scratch {
+    /// log densities of a block of runs
+    rows: Vec<f64>,
+    /// raw weights
+    weights: Vec<f64>,
+    /// the same, to find the tail in
+    sorted: Vec<f64>,
+    /// raw weights of the tail and the draws that have them
+    tail: Vec<(f64, usize)>,
+}
+
+/// Numbers that are taken side by side.
+const LANES: usize = 8;
+
+/// How far log densities go.
+struct Spans {
+    lo: f64,
+    hi: f64,
+    /// the smallest less the draw's own log weight: what makes the largest raw weight 1
+    lo_weighed: f64,
+}
+
+/// Draws with their own weights, ready for one run at a time.
+struct WeighedDraws {
+    /// own log weights, the largest being 0; `None` where all are the same
+    ln_own: Option<Vec<f64>>,
+    /// own weights, the largest being 1
+    own: Vec<f64>,
+    /// draws of a tail
+    tail: usize,
+}
+
+impl WeighedDraws {
+    fn new(draws: LooDraws) -> WeighedDraws {
+        let ln_own: Option<Vec<f64>> = draws.ln_weights.map(|ln| {
+            let largest = ln.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            ln.iter().map(|ln| ln - largest).collect()
         });
+        let exponentials = |ln: &Vec<f64>| ln.iter().map(|ln| ln.exp()).collect();
+        WeighedDraws {
+            own: ln_own.as_ref().map_or_else(|| vec![1.0; draws.count], exponentials),
+            ln_own,
+            tail: pareto::tail_length(draws.count, draws.r_eff),
+        }
     }
-    // raw weights, the largest being 1
-    values.iter_mut().for_each(|log| *log = (smallest - *log).exp());
-    let densities: f64 = values.iter().map(|weight| weight.recip()).sum();
-    let start = values.len() - tail;
-    if tail > 0 {
-        values.select_nth_unstable_by(start - 1, f64::total_cmp);
+
+    /// Leaves one run out, given its log density at every draw, which are used up; adds what each draw moves its predictive
+    /// density by.
+    ///
+    /// Outside the tail, weight times density is the draw's own weight: one exponential a draw serves the weights, the
+    /// predictive density and p_loo.
+    fn leave_out(
+        &self,
+        values: &mut [f64],
+        scratch: &mut Scratch,
+        influence: &mut [f64],
+    ) -> Result<LeftOutRun, WhyNone> {
+        let Spans {
+            lo: smallest,
+            hi: largest,
+            lo_weighed: reference,
+        } = self.spans(values);
+        if !(largest - smallest).is_finite() {
+            return Err(WhyNone::NotFinite);
+        }
+        let all: f64 = self.own.iter().sum();
+        if largest - smallest <= SAME {
+            // no weight differs from another: leaving the run out changes nothing, and a shape would be that of rounding
+            let above = values.iter().zip(&self.own).map(|(log, own)| own * (log - smallest));
+            return Ok(LeftOutRun {
+                elpd: smallest + above.sum::<f64>() / all,
+                p_loo: 0.0,
+                khat: None,
+            });
+        }
+        if largest - smallest > WIDEST || (reference - smallest).abs() > WIDEST {
+            return self.wide(values, largest, influence);
+        }
+        let Scratch {
+            weights, sorted, tail, ..
+        } = scratch;
+        let densities = self.weigh(values, reference, weights);
+        sorted.clone_from(weights);
+        let start = sorted.len() - self.tail.min(sorted.len() - 1);
+        let (_, cutoff, _) = sorted.select_nth_unstable_by(start - 1, f64::total_cmp);
+        let cutoff = if self.tail > 0 { *cutoff } else { 1.0 };
+        tail.clear();
+        let (mut sum, mut weighted) = (0.0, 0.0);
+        for (draw, (weight, own)) in weights.iter().zip(&self.own).enumerate() {
+            if *weight > cutoff {
+                tail.push((*weight, draw));
+            } else {
+                sum += weight;
+                weighted += own;
+            }
+        }
+        tail.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        let raw: Vec<f64> = tail.iter().map(|(weight, _)| *weight).collect();
+        let pareto = psis::fit_tail(&raw, cutoff);
+        let smoothed = |rank: usize| pareto.map_or(raw[rank], |fit| psis::smoothed(fit, cutoff, rank, raw.len()));
+        for (rank, (raw, draw)) in tail.iter().enumerate() {
+            let weight = smoothed(rank);
+            sum += weight;
+            weighted += weight / raw * self.own[*draw];
+        }
+        let (of_sum, of_weighted) = (1.0 / sum, 1.0 / weighted);
+        Arch::new().dispatch(|| {
+            for ((influence, weight), own) in influence.iter_mut().zip(&*weights).zip(&self.own) {
+                *influence += own * of_weighted - weight * of_sum;
+            }
+        });
+        for (rank, (raw, draw)) in tail.iter().enumerate() {
+            let more = smoothed(rank) - raw;
+            influence[*draw] += more * (self.own[*draw] / raw * of_weighted - of_sum);
+        }
+        let elpd = reference + (weighted / sum).ln();
+        let seen = reference + (densities / all).ln();
+        Ok(LeftOutRun {
+            elpd,
+            p_loo: seen - elpd,
+            khat: pareto.map(|pareto| pareto.shape),
+        })
     }
-    let (rest, tail) = values.split_at_mut(start);
-    tail.sort_unstable_by(f64::total_cmp);
-    let cutoff = rest.last().copied().unwrap_or(0.0);
-    let pareto = psis::fit_tail(tail, cutoff);
-    let (mut weights, mut weighted) = (rest.iter().sum::<f64>(), rest.len() as f64);
-    for (rank, &raw) in tail.iter().enumerate() {
-        let weight = pareto.map_or(raw, |pareto| psis::smoothed(pareto, cutoff, rank, tail.len()));
-        weights += weight;
-        weighted += weight / raw;
+
+    /// How far the log densities of a run go; not finite where one of them is not.
+    fn spans(&self, values: &[f64]) -> Spans {
+        Arch::new().dispatch(|| {
+            let mut lanes = [
+                [f64::INFINITY; LANES],
+                [f64::NEG_INFINITY; LANES],
+                [f64::INFINITY; LANES],
+                [0.0; LANES],
+            ];
+            let zeros = [0.0; LANES];
+            let mut add = |log: &[f64], ln_own: &[f64]| {
+                for (lane, (log, own)) in log.iter().zip(ln_own).enumerate() {
+                    let weighed = log - own;
+                    lanes[0][lane] = if *log < lanes[0][lane] { *log } else { lanes[0][lane] };
+                    lanes[1][lane] = if *log > lanes[1][lane] { *log } else { lanes[1][lane] };
+                    lanes[2][lane] = if weighed < lanes[2][lane] {
+                        weighed
+                    } else {
+                        lanes[2][lane]
+                    };
+                    // what is not finite leaves something else than nought
+                    lanes[3][lane] += 0.0 * log;
+                }
+            };
+            let own = self.ln_own.as_deref();
+            for (place, log) in values.chunks(LANES).enumerate() {
+                let first = place * LANES;
+                add(
+                    log,
+                    own.map_or(&zeros[..log.len()], |own| &own[first..first + log.len()]),
+                );
+            }
+            let [lo, hi, weighed, odd] = lanes;
+            let odd: f64 = odd.iter().sum();
+            Spans {
+                lo: lo.into_iter().fold(f64::INFINITY, f64::min) + odd,
+                hi: hi.into_iter().fold(f64::NEG_INFINITY, f64::max),
+                lo_weighed: weighed.into_iter().fold(f64::INFINITY, f64::min),
+            }
+        })
     }
-    let elpd = smallest + (weighted / weights).ln();
-    let seen = smallest + (densities / values.len() as f64).ln();
-    Ok(LeftOutRun {
-        elpd,
-        p_loo: seen - elpd,
-        khat: pareto.map(|pareto| pareto.shape),
-    })
+
+    /// Raw weights of a run, the largest of which is 1, and the sum of the densities by the draws' own weights, over that of
+    /// the reference.
+    fn weigh(&self, values: &[f64], reference: f64, weights: &mut Vec<f64>) -> f64 {
+        weights.resize(values.len(), 0.0);
+        Arch::new().dispatch(|| {
+            let mut sums = [0.0; LANES];
+            let all = weights
+                .chunks_mut(LANES)
+                .zip(values.chunks(LANES))
+                .zip(self.own.chunks(LANES));
+            for ((weights, values), own) in all {
+                let each = sums.iter_mut().zip(weights).zip(values.iter().zip(own));
+                for ((sum, weight), (log, own)) in each {
+                    let over_density = exponential(reference - log);
+                    *sum += own / over_density;
+                    *weight = own * over_density;
+                }
+            }
+            sums.iter().sum()
+        })
+    }
+
+    /// The same in logarithms throughout, for a run with densities further apart than [`WIDEST`].
+    fn wide(&self, values: &[f64], largest: f64, influence: &mut [f64]) -> Result<LeftOutRun, WhyNone> {
+        let own = |draw: usize| self.ln_own.as_ref().map_or(0.0, |ln_own| ln_own[draw]);
+        let ratios: Vec<f64> = values.iter().enumerate().map(|(draw, log)| own(draw) - log).collect();
+        let smoothed = psis::psis(&ratios, self.tail)?;
+        let terms: Vec<f64> = smoothed.log_weights.iter().zip(values).map(|(a, b)| a + b).collect();
+        let top = terms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let elpd = top + terms.iter().map(|term| (term - top).exp()).sum::<f64>().ln();
+        for ((influence, term), ln_weight) in influence.iter_mut().zip(&terms).zip(&smoothed.log_weights) {
+            *influence += (term - elpd).exp() - ln_weight.exp();
+        }
+        let (mut mean, mut all) = (0.0, 0.0);
+        for (log, own) in values.iter().zip(&self.own) {
+            mean += own * (log - largest).exp();
+            all += own;
+        }
+        Ok(LeftOutRun {
+            elpd,
+            p_loo: largest + (mean / all).ln() - elpd,
+            khat: smoothed.khat,
+        })
+    }
 }
 
 /// Widest range of log densities whose reciprocals and sums stay in range.
 const WIDEST: f64 = 600.0;
-
-/// The same in logarithms throughout, for a run with densities further apart than [`WIDEST`].
-fn wide(values: &[f64], tail: usize, largest: f64) -> Result<LeftOutRun, WhyNone> {
-    let ratios: Vec<f64> = values.iter().map(|log| -log).collect();
-    let smoothed = psis::psis(&ratios, tail)?;
-    let terms: Vec<f64> = smoothed.log_weights.iter().zip(values).map(|(a, b)| a + b).collect();
-    let top = terms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let elpd = top + terms.iter().map(|term| (term - top).exp()).sum::<f64>().ln();
-    let mean = values.iter().map(|log| (log - largest).exp()).sum::<f64>() / values.len() as f64;
-    Ok(LeftOutRun {
-        elpd,
-        p_loo: largest + mean.ln() - elpd,
-        khat: smoothed.khat,
-    })
-}
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::seed;
     use rand::RngExt;
+    use rand_distr::{Distribution, StandardNormal};
 
     #[test]
     fn a_run_that_is_as_likely_under_every_draw_needs_no_shape() {
-        let found = loo(2, 200, 1.0, |_, rows| {
+        let found = loo(2, LooDraws::of_one_weight(200, 1.0), |_, rows| {
             for (draw, value) in (0..200).map(f64::from).zip(&mut *rows) {
                 *value = -1e-14 * draw;
             }
@@ -223,20 +430,88 @@ mod tests {
         for scale in [1e-3, 0.5, 20.0] {
             let values: Vec<f64> = (0..400).map(|_| -scale * rng.random::<f64>().ln().powi(2)).collect();
             let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            let short = leave_out(&mut values.clone(), 60).expect("finite");
-            let long = wide(&values, 60, largest).expect("finite");
-            let close = |a: f64, b: f64| (a - b).abs() < 1e-11 * (1.0 + b.abs());
-            assert!(close(short.elpd, long.elpd), "{short:?} {long:?}");
-            assert!(close(short.p_loo, long.p_loo), "{short:?} {long:?}");
-            let shapes = (short.khat.expect("a tail"), long.khat.expect("a tail"));
-            assert!(close(shapes.0, shapes.1), "{short:?} {long:?}");
+            let ln_weights: Vec<f64> = (0..400).map(|_| -rng.random::<f64>()).collect();
+            for ln_weights in [None, Some(&ln_weights[..])] {
+                let draws = WeighedDraws {
+                    tail: 60,
+                    ..WeighedDraws::new(LooDraws {
+                        count: 400,
+                        r_eff: 1.0,
+                        ln_weights,
+                    })
+                };
+                let mut moved = [vec![0.0; 400], vec![0.0; 400]];
+                let short = draws
+                    .leave_out(&mut values.clone(), &mut Scratch::default(), &mut moved[0])
+                    .expect("finite");
+                let long = draws.wide(&values, largest, &mut moved[1]).expect("finite");
+                let gap = moved[0]
+                    .iter()
+                    .zip(&moved[1])
+                    .map(|(a, b)| (a - b).abs())
+                    .fold(0.0, f64::max);
+                assert!(gap < 1e-12, "{gap:e}");
+                let close = |a: f64, b: f64| (a - b).abs() < 1e-11 * (1.0 + b.abs());
+                assert!(close(short.elpd, long.elpd), "{short:?} {long:?}");
+                assert!(close(short.p_loo, long.p_loo), "{short:?} {long:?}");
+                let shapes = (short.khat.expect("a tail"), long.khat.expect("a tail"));
+                assert!(close(shapes.0, shapes.1), "{short:?} {long:?}");
+            }
+        }
+    }
+
+    /// Normal data of known spread about a mean of a flat prior, whose elpd is known: weighed draws of another normal find it
+    /// as draws of the posterior do, and both as far off as their Monte Carlo errors say.
+    #[test]
+    fn weighed_draws_leave_out_as_draws_of_the_posterior_do() {
+        const RUNS: usize = 30;
+        const DRAWS: usize = 1000;
+        const SETS: usize = 100;
+        let mut rng = seed::stream(1, "weighed_draws_leave_out_as_draws_of_the_posterior_do", 0);
+        let normal = StandardNormal;
+        let values: Vec<f64> = (0..RUNS).map(|_| normal.sample(&mut rng)).collect();
+        let n = RUNS as f64;
+        let mean = values.iter().sum::<f64>() / n;
+        let exact: f64 = values
+            .iter()
+            .map(|y| {
+                let variance = n / (n - 1.0);
+                let distance = (y - mean) * variance;
+                -0.5 * (distance * distance / variance + (std::f64::consts::TAU * variance).ln())
+            })
+            .sum();
+        for (shift, wide, weighed) in [(0.0, 1.0, false), (0.3, 1.2, true)] {
+            let (mut off, mut stated) = (0.0, 0.0);
+            for _ in 0..SETS {
+                let z: Vec<f64> = (0..DRAWS).map(|_| normal.sample(&mut rng)).collect();
+                let at = |z: f64| mean + (shift + wide * z) / n.sqrt();
+                let ln_weights: Vec<f64> = z.iter().map(|z| 0.5 * (z * z - (shift + wide * z).powi(2))).collect();
+                let draws = LooDraws {
+                    count: DRAWS,
+                    r_eff: 1.0,
+                    ln_weights: weighed.then_some(&ln_weights),
+                };
+                let found = loo(RUNS, draws, |some, rows| {
+                    for (y, row) in values[some].iter().zip(rows.chunks_exact_mut(DRAWS)) {
+                        for (value, z) in row.iter_mut().zip(&z) {
+                            *value = -0.5 * ((y - at(*z)).powi(2) + std::f64::consts::TAU.ln());
+                        }
+                    }
+                });
+                let found = found.expect("finite");
+                off += (found.elpd - exact).powi(2) / SETS as f64;
+                stated += found.mcse.powi(2) / SETS as f64;
+            }
+            let ratio = (off / stated).sqrt();
+            assert!((0.8..1.25).contains(&ratio), "{weighed}: {ratio}");
+            assert!(stated.sqrt() < 0.03, "{weighed}: {stated}");
         }
     }
 
     #[test]
     fn a_density_that_is_no_number_names_its_run() {
         for bad in [1, BLOCK + 1] {
-            let found = loo(BLOCK + 3, 100, 1.0, |runs, rows| {
+            let found = loo(BLOCK + 3, LooDraws::of_one_weight(100, 1.0), |runs, rows| {
                 rows.iter_mut().enumerate().for_each(|(i, x)| *x = -((i % 100) as f64));
                 if runs.contains(&bad) {
                     rows[(bad - runs.start) * 100 + 5] = f64::NEG_INFINITY;
@@ -248,7 +523,7 @@ mod tests {
 
     #[test]
     fn a_run_no_draw_disagrees_about_is_predicted_exactly() {
-        let same = loo(2, 100, 1.0, |_, rows| rows[100..].fill(-1.0)).expect("finite");
+        let same = loo(2, LooDraws::of_one_weight(100, 1.0), |_, rows| rows[100..].fill(-1.0)).expect("finite");
         assert!((same.elpd + 1.0).abs() < 1e-12 && same.p_loo.abs() < 1e-12, "{same:?}");
         assert_eq!(same.worst_khat(0.7), (None, 0));
         assert!((same.se.expect("two runs") - 1.0).abs() < 1e-12);

@@ -4,6 +4,7 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
+use crate::exponential::exponential;
 use crate::physics::rebound::kept_and_slope;
 
 /// Nodes of one call.
@@ -198,7 +199,7 @@ impl WithSimd for Densities<'_> {
     fn with_simd<S: Simd>(self, _simd: S) -> [f64; 4] {
         let reference = self.0.reference;
         self.0.sum(|at, weight| {
-            let part = weight * at.stretch * exp_of_no_more_than_a_little(-0.5 * at.square - reference);
+            let part = weight * at.stretch * exponential(-0.5 * at.square - reference);
             [part, part * at.a, part * at.a * at.a, part * at.b * at.b]
         })
     }
@@ -216,7 +217,7 @@ impl<const WITHIN: bool> WithSimd for Angles<'_, WITHIN> {
         let noises = self.0.noises;
         let reference = self.0.reference;
         self.0.sum(|at, weight| {
-            let beyond = exp_of_no_more_than_a_little(-0.5 * at.square - reference);
+            let beyond = exponential(-0.5 * at.square - reference);
             let turned = weight * (-at.a * noises.own - at.b * at.stretch * noises.of_energy);
             let share = if WITHIN {
                 let half = 0.5 * at.square;
@@ -233,51 +234,5 @@ impl<const WITHIN: bool> WithSimd for Angles<'_, WITHIN> {
             let density = weight * beyond;
             [share * turned, density, density * at.a, density * at.b * at.stretch]
         })
-    }
-}
-
-/// exp(x) for x up to a few hundred, to 1e-14 of it; below −700 that of −700.
-#[inline(always)]
-fn exp_of_no_more_than_a_little(x: f64) -> f64 {
-    /// adding it rounds to a whole number, which its last bits then hold
-    const ROUND: f64 = 6_755_399_441_055_744.0;
-    const LN_2_HEAD: f64 = 6.931_471_803_691_238e-1;
-    const LN_2_REST: f64 = 1.908_214_929_270_587_7e-10;
-    let x = x.max(-700.0);
-    let rounded = x * std::f64::consts::LOG2_E + ROUND;
-    let n = rounded - ROUND;
-    let f = x - n * LN_2_HEAD - n * LN_2_REST;
-    // Taylor's series to the eleventh power: |f| is at most half of ln 2
-    let mut series = 1.0 / 39_916_800.0;
-    for term in [
-        1.0 / 3_628_800.0,
-        1.0 / 362_880.0,
-        1.0 / 40_320.0,
-        1.0 / 5_040.0,
-        1.0 / 720.0,
-        1.0 / 120.0,
-        1.0 / 24.0,
-        1.0 / 6.0,
-        0.5,
-        1.0,
-        1.0,
-    ] {
-        series = series * f + term;
-    }
-    let power = (rounded.to_bits() << 52).wrapping_add(1023 << 52);
-    series * f64::from_bits(power)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_exponential_is_that_of_the_library() {
-        for step in 0..200_000 {
-            let x = -700.0 + 0.005 * f64::from(step);
-            let gap = exp_of_no_more_than_a_little(x) / x.exp() - 1.0;
-            assert!(gap.abs() < 1e-13, "{x}: {gap:e}");
-        }
     }
 }

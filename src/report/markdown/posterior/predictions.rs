@@ -174,6 +174,7 @@ mod tests {
             delta,
             delta_se: Some(delta_se),
             rhat: Some(1.0),
+            delta_mcse: None,
             divergences: 0,
         }
     }

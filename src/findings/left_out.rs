@@ -1,0 +1,226 @@
+//! Draws from a model as cheaply as leaving out its runs allows, and predicts each run from the others.
+//!
+//! Most posteriors of this kind are so near to a normal that draws of one, weighed by what the posterior has there, serve:
+//! a thousand of them cost less than one chain's warm-up. Their weights times those of leaving a run out have one Pareto
+//! tail, whose shape says whether they do; where it does not, heavier tails adapted to the posterior are tried, and then
+//! trajectories are followed.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::least_squares::LeastSquares;
+use super::posterior::{effort, start, until_mixed, why_not_sampled, PosteriorRefusal, SamplingSetup};
+use crate::inference::diagnostics::loo::{difference, loo, relative_efficiency, Loo, LooDraws};
+use crate::inference::diagnostics::pareto::khat_threshold;
+use crate::inference::diagnostics::summary::{summarise, Summary};
+use crate::inference::importance::DrawCounts;
+use crate::inference::nuts::Watcher;
+use crate::inference::prepared_posterior::PreparedPosterior;
+use crate::inference::sampling::{follow_until_mixed, weigh, Sampled, SamplingPlan};
+use crate::model::likelihood::pointwise::Pointwise;
+use crate::model::likelihood::{Likelihood, SeriesDensities};
+use crate::model::parameters::ModelParameters;
+use crate::runs::Runs;
+use crate::scene::Scene;
+use crate::seed::StreamName;
+
+/// Log densities, runs times draws, that may be computed for one model.
+pub const MOST_DENSITIES: usize = 20_000_000;
+
+/// Fewer draws than this do not carry the weights.
+const FEWEST_DRAWS: usize = 400;
+
+/// Chains that proposals are drawn in, so that threads share them.
+const CHAINS: usize = 4;
+
+/// Draws a chain that are tried in turn.
+const ATTEMPTS: [usize; 3] = [500, 1000, 4000];
+
+/// Monte Carlo error of an elpd with which draws do: that of the difference of two is then no more than 0.1.
+const LARGEST_MCSE: f64 = 0.07;
+
+/// The same as a share of the standard error of a difference: one of forty standard errors need not be known to 0.1.
+const LARGEST_SHARE: f64 = 0.05;
+
+/// What models are drawn from.
+#[derive(Clone, Copy)]
+pub struct ComparisonContext<'a> {
+    /// what was held fixed
+    pub scene: &'a Scene,
+    /// the runs that every model is compared on
+    pub runs: &'a Runs,
+    /// where sampling starts
+    pub least_squares: LeastSquares<'a>,
+    /// hears of every draw
+    pub watcher: Watcher<'a>,
+}
+
+/// A model with its draws, every run left out of it.
+pub(super) struct LeftOutModel {
+    /// draws that all weigh the same
+    pub sampled: Sampled,
+    pub loo: Loo,
+    /// by how many draws runs were left out
+    pub used: usize,
+}
+
+/// How many of the draws can leave each run out; `None` for too many runs, or without wet ones.
+pub(super) fn affordable_draws(runs: &Runs, draws: usize) -> Option<usize> {
+    let used = draws.min(MOST_DENSITIES / runs.len().max(1));
+    (used >= FEWEST_DRAWS.min(draws) && !runs.series.is_empty()).then_some(used)
+}
+
+/// Draws from a model with streams of this name and leaves each run out; `Err` says why that cannot be done.
+///
+/// What it is compared with, where that is known, says how small a Monte Carlo error need be.
+pub(super) fn draw_and_leave_out(
+    context: ComparisonContext,
+    setup: SamplingSetup,
+    parameters: ModelParameters,
+    stream: &str,
+    beside: Option<&Loo>,
+) -> Result<LeftOutModel, String> {
+    let ComparisonContext {
+        scene,
+        runs,
+        least_squares,
+        watcher,
+    } = context;
+    if let Some(PosteriorRefusal(why)) = why_not_sampled(runs, least_squares, &parameters) {
+        return Err(why.text);
+    }
+    let dimension = parameters.dimension();
+    let rows = Likelihood::of_rows(scene, runs, setup.form);
+    let stream = StreamName::new(least_squares.seed, stream);
+    let start = start(least_squares);
+    let prepared = PreparedPosterior::new(parameters, &rows, &start, setup.method.evaluation());
+    let prepared = prepared.map_err(|why| why.to_string())?;
+    let leaving = Leaving { scene, runs, setup };
+    if let Some(found) = leaving.weighed(&prepared, stream, beside) {
+        return Ok(found);
+    }
+    let plan = SamplingPlan {
+        effort: effort(scene),
+        stream,
+        evaluation: setup.method.evaluation(),
+    };
+    let sampled = follow_until_mixed(&prepared, until_mixed(plan, dimension), watcher);
+    let sampled = sampled.map_err(|why| why.to_string())?;
+    let used = affordable_draws(runs, sampled.draws()).ok_or("too many runs to leave each out")?;
+    let loo = leaving.of_sampled(&sampled, used)?;
+    Ok(LeftOutModel { sampled, loo, used })
+}
+
+/// PSIS leave-one-out of a sampled model, by so many of its draws; `Err` says which run stands in the way.
+pub(super) fn leave_out(
+    scene: &Scene,
+    runs: &Runs,
+    setup: SamplingSetup,
+    sampled: &Sampled,
+    used: usize,
+) -> Result<Loo, String> {
+    Leaving { scene, runs, setup }.of_sampled(sampled, used)
+}
+
+/// A form and the runs that are left out of it.
+#[derive(Clone, Copy)]
+struct Leaving<'a> {
+    scene: &'a Scene,
+    runs: &'a Runs,
+    setup: SamplingSetup,
+}
+
+impl Leaving<'_> {
+    /// By draws of a proposal with weights; `None` where none that were tried do.
+    fn weighed(&self, prepared: &PreparedPosterior, stream: StreamName, beside: Option<&Loo>) -> Option<LeftOutModel> {
+        for draws in ATTEMPTS {
+            let used = CHAINS * draws;
+            if affordable_draws(self.runs, used) != Some(used) {
+                continue;
+            }
+            let line = khat_threshold(used);
+            let size = DrawCounts { chains: CHAINS, draws };
+            let Some(weighed) = weigh(prepared, size, stream) else {
+                continue;
+            };
+            if weighed.khat() > line {
+                continue;
+            }
+            let full = weighed.full_draws(&prepared.posterior);
+            let full: Vec<&[f64]> = full.iter().map(Vec::as_slice).collect();
+            let ln_weights = weighed.ln_ratios();
+            let draws = LooDraws {
+                count: used,
+                r_eff: 1.0,
+                ln_weights: Some(&ln_weights),
+            };
+            let Ok(loo) = self.out_of(&full, draws) else {
+                continue;
+            };
+            let of_difference = beside.and_then(|beside| difference(&loo, beside)?.se);
+            let enough = LARGEST_MCSE.max(LARGEST_SHARE * of_difference.unwrap_or(0.0));
+            if loo.worst_khat(line).1 == 0 && loo.mcse <= enough {
+                let sampled = weighed.resample(prepared, 1, stream);
+                return Some(LeftOutModel { sampled, loo, used });
+            }
+        }
+        None
+    }
+
+    /// By so many of draws that weigh the same.
+    fn of_sampled(&self, sampled: &Sampled, used: usize) -> Result<Loo, String> {
+        let full = sampled.full_draws();
+        let step = full.len().div_ceil(used).max(1);
+        let some: Vec<&[f64]> = full.iter().step_by(step).map(Vec::as_slice).collect();
+        let draws = LooDraws::of_one_weight(some.len(), efficiency(sampled));
+        self.out_of(&some, draws)
+    }
+
+    /// Where series have offsets a whole series is left out: a run would leave its offset known, which takes what a form
+    /// misfits between series.
+    fn out_of(&self, full: &[&[f64]], draws: LooDraws) -> Result<Loo, String> {
+        let Leaving { scene, runs, setup } = *self;
+        let pointwise = Pointwise::new(scene, runs, setup.form);
+        if scene.model.series_offsets {
+            let rows = Likelihood::of_rows(scene, runs, setup.form);
+            return leave_series_out(&SeriesDensities::new(pointwise, rows, runs), full, draws);
+        }
+        let some = pointwise.at_draws(full.to_vec());
+        let fill = |runs: Range<usize>, rows: &mut [f64]| some.ln_likelihoods(runs, rows);
+        loo(runs.len(), draws, fill).map_err(|(run, why)| format!("run {}: {why}", run + 1))
+    }
+}
+
+/// Leaves out dry runs one by one and whole series.
+fn leave_series_out(units: &SeriesDensities, full: &[&[f64]], draws: LooDraws) -> Result<Loo, String> {
+    let each: Result<Vec<Vec<f64>>, _> = full.par_iter().map(|full| units.ln_densities(full)).collect();
+    let each = each.map_err(|_| "a draw has no density".to_owned())?;
+    let fill = |some: Range<usize>, rows: &mut [f64]| {
+        for (unit, row) in some.zip(rows.chunks_exact_mut(each.len().max(1))) {
+            for (value, of_draw) in row.iter_mut().zip(&each) {
+                *value = of_draw[unit];
+            }
+        }
+    };
+    let found = loo(units.len(), draws, fill);
+    found.map_err(|(unit, why)| format!("dry run or series {}: {why}", unit + 1))
+}
+
+/// Relative efficiency of the draws over the sampled parameters.
+fn efficiency(sampled: &Sampled) -> f64 {
+    let each = sampled.values.iter().filter_map(|chains| summary_of(chains).ess_mean);
+    let ess: Vec<f64> = each.collect();
+    relative_efficiency(&ess, sampled.chains.len(), sampled.draws())
+}
+
+/// The largest R-hat of the sampled parameters; `None` where no trajectories were followed.
+pub(super) fn largest_rhat(sampled: &Sampled) -> Option<f64> {
+    let each = sampled.values.iter().filter_map(|chains| summary_of(chains).rhat);
+    each.filter(|_| sampled.method.is_nuts()).reduce(f64::max)
+}
+
+fn summary_of(chains: &[Vec<f64>]) -> Summary {
+    let slices: Vec<&[f64]> = chains.iter().map(Vec::as_slice).collect();
+    summarise(&slices)
+}
