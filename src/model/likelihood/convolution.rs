@@ -429,6 +429,10 @@ impl Curve {
 
     /// Gauss's rule on panels from the turn outwards.
     fn over_panels(&self, range: Range, nearest: Nearest, widths: f64, add: &mut impl FnMut(f64, f64)) {
+        // parameters beyond all numbers have no range, and so no density
+        if range.lo.is_nan() || range.hi.is_nan() {
+            return;
+        }
         let inner = 0f64.clamp(range.lo, range.hi.max(range.lo));
         let panel = self.panel(widths);
         for (end, sign) in [(range.lo, -1.0), (range.hi, 1.0)] {

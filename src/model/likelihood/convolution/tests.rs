@@ -203,3 +203,21 @@ fn slopes_agree_with_differences() {
         }
     }
 }
+
+/// Where a search for the mode may try them: nothing is returned that could pass for a density, and nothing panics.
+#[test]
+fn parameters_beyond_all_numbers_have_no_density() {
+    for odd in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        for tails in [Tails::Normal, Tails::of(Some(4.0))] {
+            for (r, sigma, energy) in [(odd, 0.01, 0.02), (0.3, odd, 0.02), (0.3, 0.01, odd), (odd, odd, odd)] {
+                let spreads = Spreads { sigma, energy };
+                let density = ln_density(tails, 0.4, r, spreads);
+                let finite = density.value.is_finite() && density.kept.is_finite();
+                assert!(!finite, "{tails:?} {r} {spreads:?} {density:?}");
+                for side in [Side::Below, Side::Above] {
+                    ln_probability(tails, side, 0.05, r, spreads);
+                }
+            }
+        }
+    }
+}
