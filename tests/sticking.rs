@@ -6,11 +6,14 @@ use std::fmt::Write;
 
 use common::{binomial_z, mean, seed_of, Place};
 use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
 use wetcor::findings::posterior::{effort, start};
 use wetcor::findings::{self, Findings};
+use wetcor::inference::diagnostics::pareto::khat_threshold;
+use wetcor::inference::importance::DrawCounts;
 use wetcor::inference::nuts::Effort;
-use wetcor::inference::prepared_posterior::Evaluation;
-use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
+use wetcor::inference::prepared_posterior::{Evaluation, PreparedPosterior};
+use wetcor::inference::sampling::{sample_by_nuts, weigh};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::ModelParameters;
 use wetcor::physics::rebound::mean_restitution;
@@ -114,18 +117,23 @@ fn by_posterior(place: &Place, (sticking, noise): (Sticking, NoiseOn), seed: u64
     let form = scene.model.form();
     let parameters = ModelParameters::of(&scene, &table.runs, form).expect("room");
     let rows = Likelihood::of_rows(&scene, &table.runs, form);
-    let plan = SamplingPlan {
-        effort: Effort {
-            chains: 2,
-            warmup: 300,
-            draws: 500,
-            ..effort(&scene)
-        },
-        stream: StreamName::new(seed, "sticking posterior"),
-        evaluation: Evaluation::default(),
-    };
+    let stream = StreamName::new(seed, "sticking posterior");
     let start = start(least_squares.least_squares());
-    let sampled = sample_posterior(parameters, &rows, &start, plan, &|_, _| {}).ok()?;
+    let prepared = PreparedPosterior::new(parameters, &rows, &start, Evaluation::default()).ok()?;
+    let size = DrawCounts { chains: 2, draws: 500 };
+    let line = khat_threshold(size.chains * size.draws);
+    let sampled = match weigh(&prepared, size, stream).filter(|weighed| weighed.khat() <= line) {
+        Some(weighed) => weighed.resample(&prepared, 1, stream),
+        None => {
+            let effort = Effort {
+                chains: 2,
+                warmup: 300,
+                draws: 500,
+                ..effort(&scene)
+            };
+            sample_by_nuts(&prepared, effort, stream, &|_, _| {}).ok()?
+        }
+    };
     let place = sampled
         .parameters
         .sampled
@@ -149,18 +157,16 @@ struct Tally {
 
 /// The share that stuck, and a tally of each way.
 fn tally((share, viscosity): (u32, f64), on: On) -> (f64, Vec<Tally>) {
-    let place = Place::new(&scene(viscosity));
     let name = format!(
         "sticking {share} {}",
         if on == On::Energy { "energy" } else { "restitution" }
     );
     let mut tallies: Vec<Tally> = WAYS.iter().map(|_| Tally::default()).collect();
-    let mut stuck = 0;
-    for set in 0..SETS {
+    let of_set = |set: u64| {
         let seed = seed_of(&name).wrapping_add(set);
+        let place = Place::new(&scene(viscosity));
         std::fs::write(&place.scene.data.runs, table(viscosity, on, seed)).expect("writable");
         let read = place.read();
-        stuck += read.runs.stuck();
         let least_squares = findings::fit_least_squares(&place.scene, &read, 1, false);
         let found = [
             by_law(&least_squares, WetLaw::Linear),
@@ -170,6 +176,11 @@ fn tally((share, viscosity): (u32, f64), on: On) -> (f64, Vec<Tally>) {
             by_posterior(&place, (Sticking::Censored, NoiseOn::Restitution), seed),
             by_posterior(&place, (Sticking::Censored, NoiseOn::Both), seed),
         ];
+        (read.runs.stuck(), found)
+    };
+    let sets: Vec<_> = (0..SETS).into_par_iter().map(of_set).collect();
+    let stuck: usize = sets.iter().map(|(stuck, _)| stuck).sum();
+    for (_, found) in sets {
         for (tally, found) in tallies.iter_mut().zip(found) {
             let Some(found) = found else { continue };
             tally.values.push(found.value);
@@ -181,7 +192,7 @@ fn tally((share, viscosity): (u32, f64), on: On) -> (f64, Vec<Tally>) {
     (stuck as f64 / (120 * SETS) as f64, tallies)
 }
 
-/// Two minutes of sampling: slow.
+/// A minute or two of sampling: slow.
 #[test]
 #[ignore = "slow: run with --ignored"]
 fn the_committed_table_is_measured_and_the_censored_posterior_covers() {

@@ -43,7 +43,11 @@ pub struct ComparedModel {
     pub delta_se: Option<f64>,
     /// its Monte Carlo error: what other draws of both would move it by
     pub delta_mcse: Option<f64>,
-    /// largest R-hat of its sampling
+    /// draws that runs were left out by
+    pub draws: usize,
+    /// whether these are draws of a proposal with weights; else trajectories were followed
+    pub weighed: bool,
+    /// largest R-hat of its trajectories
     pub rhat: Option<f64>,
     /// draws that diverged
     pub divergences: usize,
@@ -208,7 +212,7 @@ fn rank(evaluated: &mut [EvaluatedModel]) {
             model.row.delta = against.value;
             // the best against itself differs by nothing, surely
             model.row.delta_se = against.se;
-            model.row.delta_mcse = Some(against.mcse);
+            model.row.delta_mcse = (model.row.delta != 0.0).then_some(against.mcse);
         }
     }
 }
@@ -332,6 +336,8 @@ pub(super) fn summarise_model(model: String, own: bool, sampled: &Sampled, found
         delta: 0.0,
         delta_se: None,
         delta_mcse: None,
+        draws: used,
+        weighed: !sampled.method.is_nuts(),
         rhat: largest_rhat(sampled),
         divergences: divergences(&sampled.chains),
     }

@@ -224,3 +224,69 @@ fn summary_of(chains: &[Vec<f64>]) -> Summary {
     let slices: Vec<&[f64]> = chains.iter().map(Vec::as_slice).collect();
     summarise(&slices)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::findings;
+    use crate::inference::nuts::Effort;
+    use crate::inference::sampling::sample_by_nuts;
+    use crate::physics::dry::REFERENCE_SPEED;
+    use crate::physics::{DrySpeed, Form, Inertia};
+    use crate::{runs, scene};
+
+    /// The elpd of forms that fit well and badly, by weighed draws and by many of trajectories: as far apart as their Monte
+    /// Carlo errors say, and not so without the weights.
+    #[test]
+    fn weighed_draws_leave_out_as_trajectories_do() {
+        const DRAWS: usize = 3500;
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/mueller2016/scene.toml");
+        let scene = scene::read(&path).expect("a good scene");
+        let table = runs::read(&scene).expect("good runs");
+        let found = findings::fit_least_squares(&scene, &table, 1, false);
+        let runs = &table.runs;
+        for inertia in [Inertia::Saturating, Inertia::None] {
+            let setup = SamplingSetup {
+                form: Form::new(inertia, DrySpeed::Reference(REFERENCE_SPEED)),
+                method: Default::default(),
+            };
+            let leaving = Leaving {
+                scene: &scene,
+                runs,
+                setup,
+            };
+            let parameters = ModelParameters::of(&scene, runs, setup.form).expect("room");
+            let rows = Likelihood::of_rows(&scene, runs, setup.form);
+            let start = start(found.least_squares());
+            let prepared = PreparedPosterior::new(parameters, &rows, &start, setup.method.evaluation());
+            let prepared = prepared.expect("a start");
+            let stream = StreamName::new(1, "weighed_draws_leave_out_as_trajectories_do");
+            let weighed = leaving.weighed(&prepared, stream, None).expect("weights that do");
+            let long = Effort {
+                draws: DRAWS,
+                ..effort(&scene)
+            };
+            let long = sample_by_nuts(&prepared, long, stream, &|_, _| {}).expect("chains");
+            let long = leaving.of_sampled(&long, long.draws()).expect("finite");
+            let z = |loo: &Loo| {
+                let apart = difference(loo, &long).expect("the same runs");
+                apart.value / apart.mcse
+            };
+            assert!(z(&weighed.loo).abs() < 4.0, "{inertia:?} {}", z(&weighed.loo));
+            assert!(weighed.loo.mcse < LARGEST_MCSE, "{}", weighed.loo.mcse);
+            // as if the proposal were the posterior
+            let size = DrawCounts {
+                chains: CHAINS,
+                draws: ATTEMPTS[1],
+            };
+            let proposed = weigh(&prepared, size, stream).expect("weights");
+            let full = proposed.full_draws(&prepared.posterior);
+            let full: Vec<&[f64]> = full.iter().map(Vec::as_slice).collect();
+            let plain = LooDraws::of_one_weight(full.len(), 1.0);
+            let plain = leaving.out_of(&full, plain).expect("finite");
+            assert!(z(&plain).abs() > 6.0, "{inertia:?} {}", z(&plain));
+        }
+    }
+}

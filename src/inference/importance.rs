@@ -236,7 +236,7 @@ mod tests {
         let size = DrawCounts { chains: 4, draws: 2000 };
         propose(
             target,
-            Proposal::normal(&standard()),
+            &Proposal::normal(&standard()),
             size,
             StreamName::new(1, "importance"),
         )

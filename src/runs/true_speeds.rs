@@ -5,7 +5,9 @@
 //! their spread what these scatter by beyond their errors, by moments, where it is more than errors alone leave in 19 of 20
 //! groups. Where it is not, the repeats have one true speed, and what its mean errs by is an error they share. Else, given what
 //! was measured, a true speed is normal, too: its measured value drawn towards the mean of the repeats, whose own standard
-//! error widens it. A speed without a repeat is as good as any other before it is measured.
+//! error widens it. Of a speed without a repeat as much is known as of any that runs of its kind, dry or wet, were made at: it
+//! is normal with the mean and the spread of all of these; where they scatter by no more than their errors, it is as good as
+//! any other before it is measured.
 
 use std::ops::Range;
 
@@ -53,15 +55,29 @@ impl Runs {
             of_run: vec![TrueSpeed::EXACT; self.len()],
             shared: vec![],
         };
-        let wet = self.series.iter().map(|series| series.runs());
+        let wet: Vec<Range<usize>> = self.series.iter().map(|series| series.runs()).collect();
         let dry = self.dry.iter().map(|group| group.rebounds.start..group.stuck.end);
-        for runs in wet.chain(dry) {
-            self.find_true_speeds(errors, runs, &mut found);
+        for kind in [wet, dry.collect()] {
+            let err = |run: &usize| errors.impact_speed_sd[*run] > 0.0;
+            let all: Vec<usize> = kind.iter().cloned().flatten().filter(err).collect();
+            let each = all
+                .iter()
+                .map(|run| [self.impact_speed[*run], errors.impact_speed_sd[*run]]);
+            let of_kind = Repeats::of(each);
+            for runs in kind {
+                self.find_true_speeds(errors, runs, &of_kind, &mut found);
+            }
         }
         found
     }
 
-    fn find_true_speeds(&self, errors: &MeasurementErrors, runs: Range<usize>, found: &mut TrueSpeeds) {
+    fn find_true_speeds(
+        &self,
+        errors: &MeasurementErrors,
+        runs: Range<usize>,
+        of_kind: &Repeats,
+        found: &mut TrueSpeeds,
+    ) {
         let speed = |run: usize| self.impact_speed[run];
         let sd = |run: usize| errors.impact_speed_sd[run];
         let setting = |run: &usize| [self.impacts.film_ratio[*run], self.diameter[*run]].map(f64::to_bits);
@@ -72,7 +88,11 @@ impl Runs {
         for repeats in order.chunk_by(near) {
             let group = Repeats::of(repeats.iter().map(|run| [speed(*run), sd(*run)]));
             for &run in repeats {
-                found.of_run[run] = group.true_speed(speed(run), sd(run));
+                found.of_run[run] = if group.runs > 1 {
+                    group.true_speed(speed(run), sd(run))
+                } else {
+                    of_kind.true_speed_of_one(speed(run), sd(run))
+                };
             }
             if group.runs > 1 && group.spread == 0.0 {
                 found.shared.push(repeats.to_vec());
@@ -119,12 +139,6 @@ impl Repeats {
 
     /// The true speed of one of them, given what was measured.
     fn true_speed(&self, measured: f64, sd: f64) -> TrueSpeed {
-        if self.runs < 2 {
-            return TrueSpeed {
-                sd: sd / measured,
-                ..TrueSpeed::EXACT
-            };
-        }
         let error = sd * sd;
         let to_mean = error / (error + self.spread);
         let variance = self.spread * to_mean + to_mean * to_mean * self.mean_variance;
@@ -132,6 +146,22 @@ impl Repeats {
             mean: 1.0 + to_mean * (self.mean / measured - 1.0),
             sd: variance.sqrt() / measured,
             repeats: self.runs,
+        }
+    }
+}
+
+impl Repeats {
+    /// The true speed of a run that none repeats, these being all runs of its kind.
+    fn true_speed_of_one(&self, measured: f64, sd: f64) -> TrueSpeed {
+        if self.spread > 0.0 {
+            return TrueSpeed {
+                repeats: 1,
+                ..self.true_speed(measured, sd)
+            };
+        }
+        TrueSpeed {
+            sd: sd / measured,
+            ..TrueSpeed::EXACT
         }
     }
 }
@@ -156,7 +186,10 @@ mod tests {
         let to_mean = 0.0004 / 0.1;
         assert!((one.mean * 0.8 - (0.8 + to_mean * 0.2)).abs() < 1e-15);
         // alone
-        let one = of(&[0.8], 0.02).true_speed(0.8, 0.02);
+        let one = of(&[0.8], 0.02).true_speed_of_one(0.8, 0.02);
         assert_eq!((one.mean, one.sd, one.repeats), (1.0, 0.02 / 0.8, 1));
+        // one of many speeds
+        let one = group.true_speed_of_one(0.8, 0.02);
+        assert_eq!((one.mean, one.repeats), (group.true_speed(0.8, 0.02).mean, 1));
     }
 }

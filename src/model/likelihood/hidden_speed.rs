@@ -523,6 +523,10 @@ impl HiddenSpeed<'_> {
         let place = |x: f64| turn + kept_and_slope(x).0 / slope;
         let ends = [-reach.far, reach.far].map(|z| mean_restitution((z - turn) * slope));
         let (lo, hi) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+        // parameters beyond all numbers have no range, and so no density
+        if lo.is_nan() || hi.is_nan() {
+            return;
+        }
         // what a run's factor moves by with x, and beside x with z, in its spreads
         let (mut own, mut beside) = (0.0, 0.0);
         for MeasuredRun { seen, errors } in self.runs {

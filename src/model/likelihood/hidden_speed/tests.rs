@@ -264,3 +264,39 @@ fn repeats_share_their_true_speed() {
         }
     }
 }
+
+/// Where a search for the mode may try them: nothing is returned that could pass for a density, and nothing panics.
+#[test]
+fn parameters_beyond_all_numbers_have_no_density() {
+    let mut rng = crate::seed::stream(1, "parameters_beyond_all_numbers_have_no_density", 0);
+    for index in 0..8 {
+        let good = case(&mut rng, index, if index % 2 == 0 { 0.03 } else { 0.0 });
+        for odd in [f64::NAN, f64::INFINITY] {
+            let mut bad = [good; 4];
+            bad[0].spreads.sigma = odd;
+            bad[1].spreads.energy = odd;
+            bad[2].balance.lost.over_stokes = odd;
+            bad[3].balance.dry_k = odd;
+            for (place, case) in bad.into_iter().enumerate() {
+                let seen = [
+                    Seen::Rebound(case.e),
+                    Seen::On(Side::Below, 0.05),
+                    Seen::On(Side::Above, 0.05),
+                ];
+                for tails in [Tails::Normal, Tails::of(Some(4.0))] {
+                    for seen in seen {
+                        let found = case.hidden(tails, &[case.measured(seen)]).integrate();
+                        let all = found.value + found.kept + found.sigma;
+                        // what is certain to stick may say so, and what a run does not feel is none of it
+                        let no_noise = place == 1 && odd.is_nan() || !case.wet && (place == 1 || place == 2);
+                        let is_side = matches!(seen, Seen::On(..)) || no_noise;
+                        assert!(
+                            is_side || !all.is_finite(),
+                            "{place} {odd} {tails:?} {seen:?} {found:?}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+}

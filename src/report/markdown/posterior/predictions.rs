@@ -75,9 +75,12 @@ pub(super) fn forms(page: &mut Page, input: ReportInput) {
     let unusual = unusual.map(|form| format!("`+{}`: {}", form.name(), form.words()));
     page.paragraph(&format!(
         "Each form of inertia with each dry speed (`stepwise/2`: e_dry at 2 m/s; `/impact`: at the run's own speed), and this scene's \
-         with each other form of the viscous loss ({}), sampled \
-         on the same runs and judged by PSIS-LOO: elpd is the log density of each run as predicted from the others, summed; \
-         difference is to the best form, with the standard error of the differences run by run. Runs with k-hat above {line} \
+         with each other form of the viscous loss ({}), judged \
+         on the same runs by PSIS-LOO: elpd is the log density of each run as predicted from the others, summed; \
+         difference is to the best form, with the standard error of the differences run by run, and the Monte Carlo error that \
+         other draws of both would move it by. This scene's own form is judged by its posterior's draws; another by \
+         draws of a Student's t that is adapted to its posterior and weighed by it or, where these weigh too unequally, by \
+         trajectories as many as the scene's own. Runs with k-hat above {line} \
          weigh so much that the elpd of their form is rough.",
         unusual.collect::<Vec<String>>().join(", ")
     ));
@@ -116,8 +119,20 @@ fn table(models: &[ComparedModel]) -> ReportTable<&ComparedModel> {
         .column("p_loo", |model| numbers::significant(model.p_loo, 2))
         .column("largest k-hat", |model| numbers::optional(model.khat_max, 2))
         .column("runs above", |model| model.khat_high)
-        .column("R-hat", |model| rhat(model.rhat))
-        .column("divergences", |model| model.divergences)
+        .column("Monte Carlo error", |model| numbers::optional(model.delta_mcse, 1))
+        .column("draws", drawn)
+}
+
+/// How many draws a form was judged by, and of what kind they are.
+fn drawn(model: &ComparedModel) -> String {
+    if model.weighed {
+        return format!("{} weighed", model.draws);
+    }
+    let divergences = match model.divergences {
+        0 => String::new(),
+        some => format!(", {some} divergences"),
+    };
+    format!("{}, R-hat {}{divergences}", model.draws, rhat(model.rhat))
 }
 
 /// What the table says, in a sentence.
@@ -173,8 +188,10 @@ mod tests {
             khat_high: 0,
             delta,
             delta_se: Some(delta_se),
-            rhat: Some(1.0),
             delta_mcse: None,
+            draws: 4000,
+            weighed: false,
+            rhat: Some(1.0),
             divergences: 0,
         }
     }
