@@ -454,8 +454,11 @@ mod tests {
                 let close = |a: f64, b: f64| (a - b).abs() < 1e-11 * (1.0 + b.abs());
                 assert!(close(short.elpd, long.elpd), "{short:?} {long:?}");
                 assert!(close(short.p_loo, long.p_loo), "{short:?} {long:?}");
-                let shapes = (short.khat.expect("a tail"), long.khat.expect("a tail"));
-                assert!(close(shapes.0, shapes.1), "{short:?} {long:?}");
+                let same = match (short.khat, long.khat) {
+                    (Some(short), Some(long)) => close(short, long),
+                    (short, long) => short == long,
+                };
+                assert!(same, "{short:?} {long:?}");
             }
         }
     }
@@ -504,7 +507,7 @@ mod tests {
             }
             let ratio = (off / stated).sqrt();
             assert!((0.8..1.25).contains(&ratio), "{weighed}: {ratio}");
-            assert!(stated.sqrt() < 0.03, "{weighed}: {stated}");
+            assert!(stated.sqrt() < 0.06, "{weighed}: {stated}");
         }
     }
 

@@ -72,7 +72,8 @@ fn true_speeds(page: &mut Page, input: ReportInput) {
          spread, where it is more than errors alone leave in 19 of 20 groups, and else with none; mean and spread are \
          estimated from the speeds alone. Repeats with no such spread have one true speed, integrated over for all of them \
          together; elsewhere the standard error of the mean widens each true speed. {repeated} of {} runs \
-         have a repeat; before it is measured any true speed is as good as any other for those that have none.",
+         have a repeat; the true speed of one that has none is normal about the mean of all runs of its kind, dry or wet, with \
+         what these scatter by, and as good as any other where they scatter by no more than their errors.",
         numbers::short(GAP),
         of_runs.len()
     ));
