@@ -204,7 +204,7 @@ pub const SPEED_ERRORS: Criterion = row(
     "speed_errors",
     AtMost(0.03),
     GATES,
-    "bias of L on simulated runs: none is seen up to 2 %, a standard deviation at 5 %",
+    "bias of L on simulated runs: a third of a standard deviation or less at 2 %, a whole one at 5 %",
     "measure speeds better, or repeat each and give the errors in impact_speed_sd_m_s",
 );
 
