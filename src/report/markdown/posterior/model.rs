@@ -67,12 +67,12 @@ fn true_speeds(page: &mut Page, input: ReportInput) {
     page.paragraph(&format!(
         "The true impact speed of a run is integrated over: the rebound speed is measured about e* times the true speed, and \
          whether a run sticks depends on the true speed alone. Runs of one series, film ratio and diameter are repeats of one \
-         speed where their measured speeds follow one another without a gap of more than {} standard deviations of their errors. True speeds of \
-         repeats are normal, about the mean of the measured ones, with what these scatter by beyond their errors for a \
+         speed where their measured speeds follow one another without a gap of more than {} standard deviations of their \
+         errors. True speeds of repeats are normal, about the mean of the measured ones, with what these scatter by beyond their errors for a \
          spread, where it is more than errors alone leave in 19 of 20 groups, and else with none; mean and spread are \
          estimated from the speeds alone. Repeats with no such spread have one true speed, integrated over for all of them \
          together; elsewhere the standard error of the mean widens each true speed. {repeated} of {} runs \
-         have a repeat; the true speed of one that has none is normal about the mean of all runs of its kind, dry or wet, with \
+         have a repeat; that of a run that has none is drawn to the mean of all runs of its kind, dry or wet, with \
          what these scatter by, and as good as any other where they scatter by no more than their errors.",
         numbers::short(GAP),
         of_runs.len()
