@@ -279,8 +279,13 @@ impl WeighedDraws {
         let cutoff = if self.tail > 0 { *cutoff } else { 1.0 };
         tail.clear();
         let (mut sum, mut weighted) = (0.0, 0.0);
+        // of draws that repeat one another some may weigh as much as the cutoff and be of the tail all the same
+        let above = weights.iter().filter(|weight| **weight > cutoff).count();
+        let mut ties = self.tail.min(weights.len() - 1).saturating_sub(above);
         for (draw, (weight, own)) in weights.iter().zip(&self.own).enumerate() {
-            if *weight > cutoff {
+            let tied = ties > 0 && *weight == cutoff;
+            if *weight > cutoff || tied {
+                ties -= usize::from(tied);
                 tail.push((*weight, draw));
             } else {
                 sum += weight;
