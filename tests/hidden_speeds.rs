@@ -1,4 +1,4 @@
-//! Holds the posterior's L to the truth where impact speeds are measured with an error and drop heights are repeated.
+//! Holds the posterior's L to the truth where impact speeds are measured with an error.
 
 mod common;
 
@@ -33,13 +33,23 @@ const REPEATS: usize = 15;
 const FAR: f64 = 55.0;
 const NEAR: f64 = 85.0;
 
-/// A design and what its speeds err by, as a share of them.
+/// Which runs were made at one speed.
+#[derive(Clone, Copy, PartialEq)]
+enum Speeds {
+    /// runs of one setting
+    Repeated,
+    /// runs of diameters of their own, so that none repeats the setting of another
+    AtOtherDiameters,
+    /// none: every run has a drop height of its own
+    Own,
+}
+
+/// A design and what its speeds err by, as a share of them; 0 where they are exact.
 #[derive(Clone, Copy)]
 struct Design {
     viscosity: f64,
     error: f64,
-    /// whether every run has a diameter of its own, so that no speed is a repeat
-    apart: bool,
+    speeds: Speeds,
 }
 
 fn scene(design: Design) -> Scene {
@@ -79,24 +89,29 @@ fn table(scene: &Scene, design: Design, seed: u64) -> Table {
         let e = Order::First.restitution(K, v) + 0.01 * normal();
         add(false, DIAMETER, v, e, [normal(), normal()]);
     }
-    for height in HEIGHTS {
-        for repeat in 0..REPEATS {
-            let v = (2.0 * 9.81 * height).sqrt();
-            let place = rows_apart(height, repeat);
-            let diameter = if design.apart {
-                DIAMETER * (1.0 + 0.002 * place)
-            } else {
-                DIAMETER
-            };
-            let st = stokes(940.0, diameter, v, 1e-3 * design.viscosity);
-            let r = Order::First.restitution(K, 2.0).powi(2) - 4.0 * L / st;
-            let e = mean_restitution(r) + NOISE * normal();
-            add(true, diameter, v, e, [normal(), normal()]);
-        }
+    let wet = HEIGHTS.len() * REPEATS;
+    for place in 0..wet {
+        let share = place as f64 / (wet - 1) as f64;
+        let height = if design.speeds == Speeds::Own {
+            let [lowest, .., highest] = HEIGHTS;
+            lowest + (highest - lowest) * share
+        } else {
+            HEIGHTS[place / REPEATS]
+        };
+        let v = (2.0 * 9.81 * height).sqrt();
+        let diameter = if design.speeds == Speeds::AtOtherDiameters {
+            DIAMETER * (0.91 + 0.18 * share)
+        } else {
+            DIAMETER
+        };
+        let st = stokes(940.0, diameter, v, 1e-3 * design.viscosity);
+        let r = Order::First.restitution(K, 2.0).powi(2) - 4.0 * L / st;
+        let e = mean_restitution(r) + NOISE * normal();
+        add(true, diameter, v, e, [normal(), normal()]);
     }
     let mut runs = runs::arrange(scene, &rows);
     let of = |which: usize| runs.row.iter().map(|row| sds[*row as usize - 1][which]).collect();
-    runs.errors = Some(MeasurementErrors {
+    runs.errors = (design.error > 0.0).then(|| MeasurementErrors {
         impact_speed_sd: of(0),
         restitution_sd: of(1),
         speed_correlation: vec![],
@@ -108,12 +123,6 @@ fn table(scene: &Scene, design: Design, seed: u64) -> Table {
         notices: vec![],
         sha256: String::new(),
     }
-}
-
-/// Where a run stands among all that need a diameter of their own, about the middle.
-fn rows_apart(height: f64, repeat: usize) -> f64 {
-    let height = HEIGHTS.iter().position(|one| *one == height).unwrap_or_default();
-    (height * REPEATS + repeat) as f64 - 0.5 * (HEIGHTS.len() * REPEATS) as f64
 }
 
 /// (mean of L's draws − L) over their spread; `None` where nothing was sampled.
@@ -153,12 +162,18 @@ fn z(design: Design, seed: u64) -> Option<f64> {
     Some((middle - L) / sd)
 }
 
-/// z of so many sets.
-fn all_z(design: Design, sets: u64, name: &str) -> Vec<f64> {
-    (0..sets)
-        .into_par_iter()
-        .filter_map(|set| z(design, seed_of(name).wrapping_add(set)))
-        .collect()
+/// z of so many sets, and beside it that of the same sets without errors of the speed.
+fn all_z(design: Design, sets: u64, name: &str) -> Vec<[f64; 2]> {
+    let exact = Design { error: 0.0, ..design };
+    let pair = |set| {
+        let seed = seed_of(name).wrapping_add(set);
+        Some([z(design, seed)?, z(exact, seed)?])
+    };
+    (0..sets).into_par_iter().filter_map(pair).collect()
+}
+
+fn with_errors(found: &[[f64; 2]]) -> Vec<f64> {
+    found.iter().map(|pair| pair[0]).collect()
 }
 
 /// L is unbiased near the threshold at 2 %; at 5 %, where drop heights run into one another, it is not, and that is gated.
@@ -170,13 +185,13 @@ fn repeated_speeds_leave_l_unbiased() {
         let design = Design {
             viscosity: NEAR,
             error,
-            apart: false,
+            speeds: Speeds::Repeated,
         };
         let found = all_z(design, SETS, "repeated_speeds_leave_l_unbiased");
         assert!(found.len() + 1 >= SETS as usize, "{found:?}");
         let sample = table(&scene(design), design, 1);
         let check = speed_errors(&sample.runs).expect("speeds err");
-        (mean(&found), check.passed)
+        (mean(&with_errors(&found)), check.passed)
     };
     let ((middle, se), quoted) = of(0.02);
     assert!(middle.abs() < 4.0 * se && quoted, "{middle} {se}");
@@ -196,27 +211,35 @@ fn the_page_of_speeds() {
     }
     let mut text = format!(
         "# Does the error of the impact speed bias L?\n\n\
-         Simulated runs of one particle and one film ratio, L = {L}, k = {K}, noise of e {NOISE}: {} drop heights of \
-         {REPEATS} runs each and 30 dry runs, of which both speeds are measured with a normal error of the share given and \
-         the table says so. Far from the threshold hardly a run sticks, near it a third. Where speeds repeat the true speed \
-         of a run is drawn to the mean of its height; where every run has a diameter of its own, none is a repeat, and it is \
-         drawn to the mean of all.\n\n\
+         Simulated runs of one particle and one film ratio, L = {L}, k = {K}, noise of e {NOISE}: {} wet runs and 30 dry ones, \
+         of which both speeds are measured with a normal error of the share given and the table says so. Far from the \
+         threshold hardly a run sticks, near it a third. Speeds repeat: {} drop heights of {REPEATS} runs each, and the true \
+         speed of a run is drawn to the mean of its height. At other diameters: the same heights, but every run has a \
+         diameter of its own, so that none is a repeat of one setting, and the true speed is drawn to the mean of all. No: \
+         every run has a drop height of its own.\n\n\
          z is the distance of the posterior's mean of L from the truth in its sds: mean with its standard error, and how \
-         many lie within 1.96. The check `speed_errors` gates where the true speeds are known to less than its line.\n\n\
+         many lie within 1.96. All designs have the same {SETS_OF_THE_PAGE} draws of noise, whose own chance is in every \
+         row: what the errors add is the mean difference from the same sets with exact speeds. The check `speed_errors` \
+         gates where the true speeds are known to less than its line.\n\n\
          Made by `UPDATE_EXPECTED=1 cargo test --release --test hidden_speeds -- --ignored the_page_of_speeds`.\n\n\
-         | error of a speed | speeds repeat | threshold | stuck | true speed known to | quoted | sets | mean z of L | within 1.96 |\n\
-         | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n",
+         | error of a speed | speeds repeat | threshold | stuck | true speed known to | quoted | sets | mean z of L | errors add | within 1.96 |\n\
+         | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n",
+        HEIGHTS.len() * REPEATS,
         HEIGHTS.len()
     );
-    for apart in [true, false] {
+    for (speeds, told) in [
+        (Speeds::Repeated, "yes"),
+        (Speeds::AtOtherDiameters, "at other diameters"),
+        (Speeds::Own, "no"),
+    ] {
         for error in [0.005, 0.02, 0.05] {
             for (place, viscosity) in [("near", NEAR), ("far", FAR)] {
                 let design = Design {
                     viscosity,
                     error,
-                    apart,
+                    speeds,
                 };
-                text.push_str(&row_of_the_page(design, place, SETS_OF_THE_PAGE));
+                text.push_str(&row_of_the_page(design, &format!("{told} | {place}")));
                 println!("{text}");
             }
         }
@@ -225,17 +248,18 @@ fn the_page_of_speeds() {
     std::fs::write(path, text).expect("writable");
 }
 
-fn row_of_the_page(design: Design, place: &str, sets: u64) -> String {
+fn row_of_the_page(design: Design, told: &str) -> String {
     let sample = table(&scene(design), design, 1);
     let stuck = sample.runs.stuck() as f64 / (HEIGHTS.len() * REPEATS) as f64;
     let check = speed_errors(&sample.runs).expect("speeds err");
-    let found = all_z(design, sets, "the_page_of_speeds");
-    let (middle, se) = mean(&found);
-    let inside = found.iter().filter(|z| z.abs() < 1.96).count();
+    let found = all_z(design, SETS_OF_THE_PAGE, "the_page_of_speeds");
+    let (middle, se) = mean(&with_errors(&found));
+    let added: Vec<f64> = found.iter().map(|[err, exact]| err - exact).collect();
+    let (added, added_se) = mean(&added);
+    let inside = found.iter().filter(|pair| pair[0].abs() < 1.96).count();
     format!(
-        "| {:.1} % | {} | {place} | {:.0} % | {:.1} % | {} | {} | {middle:+.2} ± {se:.2} | {:.0} % |\n",
+        "| {:.1} % | {told} | {:.0} % | {:.1} % | {} | {} | {middle:+.2} ± {se:.2} | {added:+.2} ± {added_se:.2} | {:.0} % |\n",
         100.0 * design.error,
-        if design.apart { "no" } else { "yes" },
         100.0 * stuck,
         100.0 * check.value.unwrap_or(f64::NAN),
         if check.passed { "yes" } else { "no" },
