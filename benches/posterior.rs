@@ -1,11 +1,13 @@
 //! Times the log posterior with its slopes, compressed and over all rows, and the sampling of two thousand and a million
 //! runs.
 //!
-//! Runs are simulated in the design of `datasets/mueller2016`: at its five speeds, or each at a speed of its own.
+//! Runs are simulated in the design of `datasets/mueller2016`: at its five speeds, or each at a speed of its own; in its
+//! films, or each in a film of its own.
 
 use std::path::Path;
 
 use divan::{black_box, Bencher};
+use rand_distr::{Distribution, StandardNormal};
 use wetcor::inference::nuts::{Effort, TARGET_ACCEPT};
 use wetcor::inference::prepared_posterior::Evaluation;
 use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
@@ -13,9 +15,10 @@ use wetcor::model::likelihood::{Likelihood, Resolution};
 use wetcor::model::parameters::{ModelParameters, ParameterKind};
 use wetcor::model::posterior::{LogDensity, PosteriorDensity};
 use wetcor::model::simulate::Simulation;
-use wetcor::runs::{self, Runs};
+use wetcor::physics::Inertia;
+use wetcor::runs::{self, NewRun, Runs};
 use wetcor::scene::{self, DesignSpeeds, Scene};
-use wetcor::seed::StreamName;
+use wetcor::seed::{stream, StreamName};
 
 fn main() {
     divan::main();
@@ -23,11 +26,25 @@ fn main() {
 
 const SIZES: [u64; 4] = [1_000, 10_000, 100_000, 1_000_000];
 
+/// What runs have of their own.
+#[derive(Clone, Copy, PartialEq)]
+enum Own {
+    Nothing,
+    Speeds,
+    /// the film of the design times 1 + 0.02 z, measured for every run
+    Films,
+}
+
 /// The example's scene and so many simulated runs, in order.
-fn simulated(runs: u64, own_speeds: bool) -> (Scene, Runs) {
+fn simulated(runs: u64, own: Own) -> (Scene, Runs) {
+    simulated_of(runs, own, |_| true)
+}
+
+/// The same, of which some are kept.
+fn simulated_of(runs: u64, own: Own, keep: impl Fn(&NewRun) -> bool) -> (Scene, Runs) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/mueller2016/scene.toml");
     let mut scene = scene::read(&path).expect("the example's scene is good");
-    if let Some(design) = scene.design.as_mut().filter(|_| own_speeds) {
+    if let Some(design) = scene.design.as_mut().filter(|_| own == Own::Speeds) {
         // as many speeds as give each of the 48 combinations of the design one run a speed
         let count = (runs / 48).max(1);
         let speed = |i: u64| 0.767 + 0.95 * (i as f64 + 0.5) / count as f64;
@@ -35,9 +52,16 @@ fn simulated(runs: u64, own_speeds: bool) -> (Scene, Runs) {
     }
     let simulation = Simulation::new(&scene, Some(runs)).expect("the example has a truth and a design");
     let mut rows = vec![];
+    let mut rng = stream(1, "films of the bench", 0);
     simulation
-        .draw(1, |run| {
-            rows.push(run);
+        .draw(1, |mut run| {
+            if let Some((film, _)) = run.film.as_mut().filter(|_| own == Own::Films) {
+                let z: f64 = StandardNormal.sample(&mut rng);
+                *film *= 1.0 + 0.02 * z;
+            }
+            if keep(&run) {
+                rows.push(run);
+            }
             Ok(())
         })
         .expect("nothing is written");
@@ -77,7 +101,7 @@ fn evaluate(bencher: Bencher, posterior: &PosteriorDensity, draw: &[f64]) {
 /// Log posterior and slopes from the nodes; flat where settings repeat.
 #[divan::bench(args = SIZES)]
 fn compressed(bencher: Bencher, runs: u64) {
-    let (scene, runs) = simulated(runs, false);
+    let (scene, runs) = simulated(runs, Own::Nothing);
     let (parameters, rows) = parts(&scene, &runs);
     let draw = truth(&scene, &parameters);
     let (short, _) = rows.compressed(&parameters.full(&draw), &[], Resolution::Bound(1e-3));
@@ -87,10 +111,30 @@ fn compressed(bencher: Bencher, runs: u64) {
 /// The same over every row; divide by the runs.
 #[divan::bench(args = SIZES)]
 fn exact(bencher: Bencher, runs: u64) {
-    let (scene, runs) = simulated(runs, false);
+    let (scene, runs) = simulated(runs, Own::Nothing);
     let (parameters, rows) = parts(&scene, &runs);
     let draw = truth(&scene, &parameters);
     evaluate(bencher, &PosteriorDensity::new(parameters, rows), &draw);
+}
+
+/// Over every wet row that rebounded, or that stuck, where each has a film of its own, with each form of inertia.
+fn own_films(bencher: Bencher, inertia: Inertia, rebounded: bool) {
+    let keep = |run: &NewRun| run.liquid.is_some() && (run.restitution > 0.0) == rebounded;
+    let (mut scene, runs) = simulated_of(2_000, Own::Films, keep);
+    scene.model.inertia = Some(inertia);
+    let (parameters, rows) = parts(&scene, &runs);
+    let draw = truth(&scene, &parameters);
+    evaluate(bencher, &PosteriorDensity::new(parameters, rows), &draw);
+}
+
+#[divan::bench(args = Inertia::ALL)]
+fn rebounds_in_own_films(bencher: Bencher, inertia: Inertia) {
+    own_films(bencher, inertia, true);
+}
+
+#[divan::bench(args = Inertia::ALL)]
+fn stuck_in_own_films(bencher: Bencher, inertia: Inertia) {
+    own_films(bencher, inertia, false);
 }
 
 /// One square root and one division a row: what a row cannot cost less than, nearly.
@@ -132,11 +176,17 @@ fn sample(bencher: Bencher, (scene, runs): (Scene, Runs)) {
 /// Settings of the design, repeated.
 #[divan::bench(args = [2_000, 1_000_000], sample_count = 5)]
 fn sampling(bencher: Bencher, runs: u64) {
-    sample(bencher, simulated(runs, false));
+    sample(bencher, simulated(runs, Own::Nothing));
+}
+
+/// Every run in a film of its own.
+#[divan::bench(args = [2_000, 10_000, 1_000_000], sample_count = 5)]
+fn sampling_in_own_films(bencher: Bencher, runs: u64) {
+    sample(bencher, simulated(runs, Own::Films));
 }
 
 /// Every run at a speed of its own.
 #[divan::bench(args = [2_000, 1_000_000], sample_count = 5)]
 fn sampling_at_own_speeds(bencher: Bencher, runs: u64) {
-    sample(bencher, simulated(runs, true));
+    sample(bencher, simulated(runs, Own::Speeds));
 }

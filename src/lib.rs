@@ -114,7 +114,6 @@ mod distributions;
 #[cfg(feature = "cli")]
 mod encoding;
 pub mod error;
-#[cfg(feature = "cli")]
 mod exponential;
 #[cfg(feature = "cli")]
 mod files;

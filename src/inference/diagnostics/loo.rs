@@ -375,7 +375,7 @@ impl WeighedDraws {
             for ((weights, values), own) in all {
                 let each = sums.iter_mut().zip(weights).zip(values.iter().zip(own));
                 for ((sum, weight), (log, own)) in each {
-                    let over_density = exponential(reference - log);
+                    let over_density = exponential(reference - log, false);
                     *sum += own / over_density;
                     *weight = own * over_density;
                 }

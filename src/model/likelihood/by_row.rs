@@ -11,12 +11,13 @@ use std::ops::Range;
 
 use super::errors::Errors;
 use super::hidden_speed::MeasuredRun;
-use super::nodes::{DryRow, Nodes};
+use super::nodes::DryRow;
 use super::prepared::Likelihood;
 use super::run_density::{RunDensity, Seen, Side, Spreads};
 use super::run_law::{ByRow, RunImpact, RunNoise, WetRow};
 use super::sums::BlockSums;
 use super::tails::Tails;
+use super::trend::{BlockLaw, FilmLaw};
 use crate::model::parameters::{ParameterKind, COMMON_SLOTS};
 use crate::physics::balance::{Balance, Impact};
 
@@ -31,7 +32,7 @@ pub(super) struct RowNoise<'l> {
 pub(super) struct BlockRows<'b> {
     pub rebounds: Range<usize>,
     pub stuck: Range<usize>,
-    pub balance: &'b Balance,
+    pub law: &'b BlockLaw,
     /// those of one true speed, group by group
     pub repeats: &'b [Vec<WetRow>],
 }
@@ -46,23 +47,17 @@ impl Likelihood {
         sums: &mut BlockSums,
     ) -> f64 {
         let RowNoise { own, noise } = *noise;
-        let balance = rows.balance;
+        let mut films = self.rebounds.films(rows.law);
+        let mut films_of_stuck = self.stuck.films(rows.law);
         let mut all = RunDensity::default();
-        let mut add = |of: RunDensity, count: f64| {
+        let mut add = |film: &FilmLaw, of: RunDensity, count: f64| {
             all.value += count * of.value;
             all.sigma += count * of.sigma;
             all.energy += count * of.energy;
             all.nu += count * of.nu;
-            sums.kept += count * of.kept;
-            sums.viscous += count * of.viscous;
-            sums.dry -= 0.5 * count * of.dry_k;
+            film.add(sums, count * of.kept, count * of.viscous, -0.5 * count * of.dry_k);
         };
         let errors = |all: &[Errors], node: usize| all.get(node).copied().unwrap_or(Errors::NONE);
-        let run = |nodes: &Nodes, errors: Errors, node: usize| RunImpact {
-            balance,
-            impact: nodes.impact(node),
-            errors,
-        };
         let rebounded = Seen::On(Side::Above, self.limit);
         let stuck = Seen::On(Side::Below, self.limit);
         for node in rows.rebounds {
@@ -70,22 +65,31 @@ impl Likelihood {
             if errors.is_shared {
                 continue;
             }
-            let run = run(&self.rebounds, errors, node);
-            add(noise.density(run, Seen::Rebound(self.rebounds.restitution[node])), 1.0);
+            let film = films.at(node);
+            let run = RunImpact {
+                balance: &film.balance,
+                impact: self.rebounds.impact(node),
+                errors,
+            };
+            let seen = Seen::Rebound(self.rebounds.restitution[node]);
+            add(&film, noise.density(run, seen), 1.0);
             if self.truncated {
-                add(noise.density(run, rebounded), -1.0);
+                add(&film, noise.density(run, rebounded), -1.0);
             }
         }
         for node in rows.stuck {
             let errors = errors(&own.stuck, node);
             if !errors.is_shared {
-                add(
-                    noise.density(run(&self.stuck, errors, node), stuck),
-                    self.stuck.count[node],
-                );
+                let film = films_of_stuck.at(node);
+                let run = RunImpact {
+                    balance: &film.balance,
+                    impact: self.stuck.impact(node),
+                    errors,
+                };
+                add(&film, noise.density(run, stuck), self.stuck.count[node]);
             }
         }
-        let over = |rows: &[WetRow], seen: &dyn Fn(&WetRow) -> Seen| {
+        let mut over = |rows: &[WetRow], seen: &dyn Fn(&WetRow) -> Seen, count: f64| {
             let known = rows.iter().map(|row| MeasuredRun {
                 seen: seen(row),
                 errors: match *row {
@@ -94,22 +98,23 @@ impl Likelihood {
                 },
             });
             let known: Vec<MeasuredRun> = known.collect();
-            let impact = match rows[0] {
-                WetRow::Rebound(node) => self.rebounds.impact(node),
-                WetRow::Stuck(node) => self.stuck.impact(node),
+            let (impact, film) = match rows[0] {
+                WetRow::Rebound(node) => (self.rebounds.impact(node), films.at(node)),
+                WetRow::Stuck(node) => (self.stuck.impact(node), films_of_stuck.at(node)),
             };
-            noise.repeats(balance, impact, &known).integrate()
+            let of = noise.repeats(&film.balance, impact, &known).integrate();
+            add(&film, of, count);
         };
         for group in rows.repeats {
             let seen = |row: &WetRow| match *row {
                 WetRow::Rebound(node) => Seen::Rebound(self.rebounds.restitution[node]),
                 WetRow::Stuck(_) => stuck,
             };
-            add(over(group, &seen), 1.0);
+            over(group, &seen, 1.0);
             let rebounds = group.iter().filter(|row| matches!(row, WetRow::Rebound(_)));
             let rebounds: Vec<WetRow> = rebounds.copied().collect();
             if self.truncated && !rebounds.is_empty() {
-                add(over(&rebounds, &|_| rebounded), -1.0);
+                over(&rebounds, &|_| rebounded, -1.0);
             }
         }
         slopes[ParameterKind::SigmaWet.slot()] += all.sigma;

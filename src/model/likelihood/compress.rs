@@ -11,10 +11,10 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::gauss::gauss_rule;
-use super::nodes::{Nodes, WetBlock};
+use super::nodes::{NodeFilm, Nodes, WetBlock};
 use super::prepared::Likelihood;
 use super::sums::{rebound_sums, NodeRange};
-use super::trend::FilmParameters;
+use super::trend::{BlockLaw, FilmParameters};
 use crate::model::likelihood::normal::ln_normal_cdf;
 use crate::model::parameters::ParameterKind;
 use crate::physics::balance::{Balance, Impact};
@@ -46,9 +46,10 @@ pub struct Compression {
     pub tested_error: f64,
 }
 
-/// What a block reads of a full vector.
+/// What the runs of a block at one film read of a full vector.
 #[derive(Debug, Clone, Copy)]
-struct BlockLaw {
+struct LawAtFilm {
+    block: BlockLaw,
     balance: Balance,
     sigma: f64,
 }
@@ -118,6 +119,37 @@ struct CompressedBlock {
     errors: Vec<f64>,
 }
 
+impl CompressedBlock {
+    fn new(tests: usize) -> CompressedBlock {
+        CompressedBlock {
+            errors: vec![0.0; tests],
+            ..CompressedBlock::default()
+        }
+    }
+
+    fn append(&mut self, other: CompressedBlock) {
+        self.nodes.append(&other.nodes);
+        self.leftover += other.leftover;
+        self.rows_exact += other.rows_exact;
+        for (sum, error) in self.errors.iter_mut().zip(other.errors) {
+            *sum += error;
+        }
+    }
+}
+
+impl Nodes {
+    /// A range of nodes as ranges of one film each.
+    fn of_one_film(&self, range: Range<usize>) -> impl Iterator<Item = Range<usize>> + '_ {
+        let mut first = range.start;
+        let films = self.film_ratio[range].chunk_by(|a, b| a == b);
+        films.map(move |same| {
+            let of_film = first..first + same.len();
+            first = of_film.end;
+            of_film
+        })
+    }
+}
+
 impl Likelihood {
     /// The same likelihood with fewer nodes, exact where each block has few settings.
     ///
@@ -138,28 +170,33 @@ impl Likelihood {
             }
         };
         let share = |range: &Range<usize>| bound * range.len() as f64 / rows;
+        let compressor = |block: &WetBlock, film: NodeFilm, rebounded: bool| -> Compressor {
+            Compressor {
+                about: rebounded.then(|| self.read(block, film, reference)),
+                tests: tests.iter().map(|full| self.read(block, film, full)).collect(),
+                limit: self.limit,
+                truncated: self.truncated,
+                few,
+                orders,
+            }
+        };
+        // film by film
+        let compress = |block: &WetBlock, nodes: &Nodes, range: &Range<usize>, rebounded: bool| {
+            let mut all = CompressedBlock::new(tests.len());
+            for of_film in nodes.of_one_film(range.clone()) {
+                let film = nodes.film(of_film.start);
+                let bound = share(&of_film);
+                all.append(compressor(block, film, rebounded).compress(nodes, of_film, bound));
+            }
+            all
+        };
         let blocks: Vec<(CompressedBlock, CompressedBlock)> = self
             .blocks
             .par_iter()
             .map(|block| {
-                let at = |full: &[f64]| self.read(block, full);
-                let about = at(reference);
-                let tests: Vec<BlockLaw> = tests.iter().map(|full| at(full)).collect();
-                let rebounds = Compressor {
-                    about: Some(about),
-                    tests: &tests,
-                    limit: self.limit,
-                    truncated: self.truncated,
-                    few,
-                    orders,
-                };
-                let stuck = Compressor {
-                    about: None,
-                    ..rebounds
-                };
                 (
-                    rebounds.compress(&self.rebounds, block.rebounds.clone(), share(&block.rebounds)),
-                    stuck.compress(&self.stuck, block.stuck.clone(), share(&block.stuck)),
+                    compress(block, &self.rebounds, &block.rebounds, true),
+                    compress(block, &self.stuck, &block.stuck, false),
                 )
             })
             .collect();
@@ -191,28 +228,27 @@ impl Likelihood {
         (short, compression)
     }
 
-    fn read(&self, block: &WetBlock, full: &[f64]) -> BlockLaw {
-        let at = |kind: ParameterKind| full[kind.slot()];
-        let film = self.film(block.film, &FilmParameters::new(self.form, full));
-        BlockLaw {
-            balance: self.balance(block, full, &film),
-            sigma: at(ParameterKind::SigmaWet),
+    fn read(&self, block: &WetBlock, film: NodeFilm, full: &[f64]) -> LawAtFilm {
+        let law = self.law(block, full, FilmParameters::new(self.form, full));
+        LawAtFilm {
+            block: law,
+            balance: law.at(film).balance,
+            sigma: full[ParameterKind::SigmaWet.slot()],
         }
     }
 }
 
-impl BlockLaw {
+impl LawAtFilm {
     fn mean(&self, at: &Impact) -> f64 {
         mean_and_slope(self.balance.kept(at).0).0
     }
 }
 
-/// Compresses the rebounds, or the stuck runs, of one block.
-#[derive(Clone, Copy)]
+/// Compresses the rebounds, or the stuck runs, of one block at one film.
 struct Compressor<'t> {
     /// the reference, for rebounds; `None` for stuck runs
-    about: Option<BlockLaw>,
-    tests: &'t [BlockLaw],
+    about: Option<LawAtFilm>,
+    tests: Vec<LawAtFilm>,
     limit: f64,
     truncated: bool,
     few: usize,
@@ -221,10 +257,7 @@ struct Compressor<'t> {
 
 impl Compressor<'_> {
     fn compress(&self, rows: &Nodes, range: Range<usize>, bound: f64) -> CompressedBlock {
-        let mut block = CompressedBlock {
-            errors: vec![0.0; self.tests.len()],
-            ..CompressedBlock::default()
-        };
+        let mut block = CompressedBlock::new(self.tests.len());
         let settings = self.settings(rows, range, &mut block.leftover);
         if settings.len() > 0 {
             let settings = SettingRange {
@@ -264,7 +297,7 @@ impl Compressor<'_> {
                 .iter()
                 .map(|row| rows.count[*row] * (rows.restitution[*row] - mean).powi(2));
             *leftover += squares.sum::<f64>();
-            settings.push(key(same[0]), rows.has_fixed(), mean, count);
+            settings.push(key(same[0]), rows.film(same[0]), rows.has_fixed(), mean, count);
         }
         settings
     }
@@ -297,9 +330,13 @@ impl Compressor<'_> {
             return;
         }
         for i in range {
-            block
-                .nodes
-                .push(nodes.impact(i), nodes.has_fixed(), nodes.restitution[i], nodes.count[i]);
+            block.nodes.push(
+                nodes.impact(i),
+                nodes.film(i),
+                nodes.has_fixed(),
+                nodes.restitution[i],
+                nodes.count[i],
+            );
             block.rows_exact += nodes.count[i].round() as usize;
         }
     }
@@ -324,12 +361,12 @@ impl Compressor<'_> {
         let mut short = Nodes::default();
         for ((x, weight), value) in rule.nodes.iter().zip(&rule.weights).zip(&rule.values) {
             let at = root.at(*x);
-            short.push(at, false, about(&at) + value, *weight);
+            short.push(at, nodes.film(range.start), false, about(&at) + value, *weight);
         }
         let total: f64 = count.iter().zip(&distances).map(|(n, d)| n * d * d).sum();
         let leftover = (total - rule.explained).max(0.0);
         let mut errors = vec![];
-        for at in self.tests {
+        for at in &self.tests {
             let error = self.error(at, settings, &short, leftover);
             if error.is_nan() || error.abs() > *bound {
                 return false;
@@ -345,7 +382,7 @@ impl Compressor<'_> {
     }
 
     /// Error of the log density where a few nodes, with the sum of squares they leave, stand for some settings.
-    fn error(&self, at: &BlockLaw, settings: &SettingRange, short: &Nodes, leftover: f64) -> f64 {
+    fn error(&self, at: &LawAtFilm, settings: &SettingRange, short: &Nodes, leftover: f64) -> f64 {
         let (nodes, range) = (settings.nodes, &settings.range);
         if self.about.is_none() {
             return self.stuck(at, short, 0..short.len()) - self.stuck(at, nodes, range.clone());
@@ -353,7 +390,7 @@ impl Compressor<'_> {
         let squares = |nodes: &Nodes, range| {
             let range = NodeRange {
                 nodes: range,
-                balance: at.balance,
+                law: at.block,
             };
             let sums = rebound_sums(nodes, at.balance.order, None, &[range]);
             sums.iter().map(|sums| sums.squares).sum::<f64>()
@@ -369,7 +406,7 @@ impl Compressor<'_> {
         -0.5 * gap / (at.sigma * at.sigma) - rebound(short, 0..short.len()) + rebound(nodes, range.clone())
     }
 
-    fn rebound_probability(&self, at: &BlockLaw, nodes: &Nodes, range: Range<usize>) -> f64 {
+    fn rebound_probability(&self, at: &LawAtFilm, nodes: &Nodes, range: Range<usize>) -> f64 {
         let each = range.map(|i| {
             let mean = at.mean(&nodes.impact(i));
             nodes.count[i] * ln_normal_cdf((mean - self.limit) / at.sigma).0
@@ -377,7 +414,7 @@ impl Compressor<'_> {
         each.sum()
     }
 
-    fn stuck(&self, at: &BlockLaw, nodes: &Nodes, range: Range<usize>) -> f64 {
+    fn stuck(&self, at: &LawAtFilm, nodes: &Nodes, range: Range<usize>) -> f64 {
         let each = range.map(|i| {
             let mean = at.mean(&nodes.impact(i));
             nodes.count[i] * ln_normal_cdf((self.limit - mean) / at.sigma).0

@@ -42,8 +42,8 @@ use self::by_row::{BlockRows, RowNoise};
 use self::nodes::WetBlock;
 use self::normal::{ln_normal_cdf, CERTAIN};
 use self::run_law::RunNoise;
-use self::sums::{rebound_sums, BlockSums, NodeRange};
-use self::trend::{FilmLosses, FilmParameters, FilmSums};
+use self::sums::{kept_of_nodes, rebound_sums, BlockSums, NodeRange};
+use self::trend::FilmParameters;
 use super::parameters::ParameterKind;
 use crate::distributions::LN_ROOT_TWO_PI;
 use crate::physics::rebound::{kept_of_mean_restitution, mean_and_slope};
@@ -81,19 +81,15 @@ impl Likelihood {
             return 0.0;
         }
         let parameters = FilmParameters::new(self.form, full);
-        let films: Vec<FilmLosses> = (0..self.film_ratios.len())
-            .map(|film| self.film(film, &parameters))
-            .collect();
         let range = |block: &WetBlock| NodeRange {
             nodes: block.rebounds.clone(),
-            balance: self.balance(block, full, &films[block.film]),
+            law: self.law(block, full, parameters),
         };
         let wet = WetEvaluation {
             sigma: full[ParameterKind::SigmaWet.slot()],
             rebounds: self.blocks.iter().map(range).collect(),
         };
-        let mut of_films = vec![FilmSums::default(); films.len()];
-        let value = match &self.own {
+        match &self.own {
             Some(own) => {
                 let noise = RowNoise {
                     own,
@@ -110,26 +106,22 @@ impl Likelihood {
                         wet: true,
                     },
                 };
-                self.wet_by_row(&wet, &noise, &mut of_films, slopes)
+                self.wet_by_row(&wet, &noise, slopes)
             }
-            None => self.wet_by_sums(&wet, &mut of_films, slopes),
-        };
-        for (film, sums) in films.iter().zip(of_films) {
-            film.add_slopes(sums, slopes);
+            None => self.wet_by_sums(&wet, slopes),
         }
-        value
     }
 
     /// Log likelihood of wet runs that have spreads or tails of their own: by sums over the rebounds of each block where
     /// these have one spread, else a run at a time.
-    fn wet_by_row(&self, wet: &WetEvaluation, noise: &RowNoise, of_films: &mut [FilmSums], slopes: &mut [f64]) -> f64 {
+    fn wet_by_row(&self, wet: &WetEvaluation, noise: &RowNoise, slopes: &mut [f64]) -> f64 {
         let (sigma, tails) = (wet.sigma, noise.noise.tails);
         let heavy = tails
             .heavy(sigma)
             .filter(|_| !self.truncated && noise.own.spreads_are_one());
         let all_sums = heavy.map(|heavy| rebound_sums(&self.rebounds, self.form.dry, Some(heavy), &wet.rebounds));
         let mut value = 0.0;
-        for (place, (block, NodeRange { nodes, balance })) in self.blocks.iter().zip(&wet.rebounds).enumerate() {
+        for (place, (block, NodeRange { nodes, law })) in self.blocks.iter().zip(&wet.rebounds).enumerate() {
             let mut sums = BlockSums::default();
             let mut one_by_one = nodes.clone();
             if let Some(all_sums) = &all_sums {
@@ -138,25 +130,23 @@ impl Likelihood {
                 value += density.value;
                 slopes[ParameterKind::SigmaWet.slot()] += density.sigma;
                 slopes[ParameterKind::Nu.slot()] += density.nu;
-                for sum in [&mut sums.kept, &mut sums.viscous, &mut sums.dry] {
-                    *sum *= density.kept_factor;
-                }
+                sums.weigh_slopes(density.kept_factor);
                 one_by_one = nodes.end..nodes.end;
             }
             let rows = BlockRows {
                 rebounds: one_by_one,
                 stuck: block.stuck.clone(),
-                balance,
+                law,
                 repeats: noise.own.repeats.get(place).map_or(&[], Vec::as_slice),
             };
             value += self.run_by_run(rows, noise, slopes, &mut sums);
-            of_films[block.film].add(block, sums, slopes);
+            law.add_slopes(block, &sums, slopes);
         }
         value
     }
 
     /// Log likelihood of wet runs that all have σ for their spread and normal tails, by sums of squares.
-    fn wet_by_sums(&self, wet: &WetEvaluation, of_films: &mut [FilmSums], slopes: &mut [f64]) -> f64 {
+    fn wet_by_sums(&self, wet: &WetEvaluation, slopes: &mut [f64]) -> f64 {
         let sigma = wet.sigma;
         let precision = 1.0 / (sigma * sigma);
         let certain = kept_of_mean_restitution(self.limit - CERTAIN * sigma);
@@ -165,18 +155,24 @@ impl Likelihood {
         let all_sums = rebound_sums(&self.rebounds, self.form.dry, None, &wet.rebounds);
         for ((block, range), mut sums) in self.blocks.iter().zip(&wet.rebounds).zip(all_sums) {
             squares += sums.squares;
-            sums.kept *= precision;
-            sums.viscous *= precision;
-            sums.dry *= precision;
+            sums.weigh_slopes(precision);
             if self.truncated {
                 stuck_value -= self.rebound_probability(range, sigma, slopes, &mut sums);
             }
-            for node in block.stuck.clone() {
-                let at = self.stuck.impact(node);
-                let (r, of_k) = range.balance.kept(&at);
-                if r < certain {
+            let stuck = NodeRange {
+                nodes: block.stuck.clone(),
+                law: range.law,
+            };
+            let each = kept_of_nodes(&self.stuck, self.form.dry, &stuck);
+            let mut films = self.stuck.films(&range.law);
+            for (node, kept) in stuck.nodes.zip(each) {
+                // what cannot rebound sticks for certain
+                if kept < certain {
                     continue;
                 }
+                let at = self.stuck.impact(node);
+                let film = films.at(node);
+                let (r, of_k) = film.balance.kept(&at);
                 let (mean, slope) = mean_and_slope(r);
                 let z = (self.limit - mean) / sigma;
                 let (ln_cdf, mills) = ln_normal_cdf(z);
@@ -184,11 +180,9 @@ impl Likelihood {
                 stuck_value += count * ln_cdf;
                 slopes[ParameterKind::SigmaWet.slot()] -= count * mills * z / sigma;
                 let kept = -count * mills / sigma * slope;
-                sums.kept += kept;
-                sums.viscous += kept * at.over_stokes;
-                sums.dry -= 0.5 * kept * of_k;
+                film.add(&mut sums, kept, kept * at.over_stokes, -0.5 * kept * of_k);
             }
-            of_films[block.film].add(block, sums, slopes);
+            range.law.add_slopes(block, &sums, slopes);
         }
         slopes[ParameterKind::SigmaWet.slot()] += (squares * precision - self.wet_rebounds) / sigma;
         stuck_value - self.wet_rebounds * (sigma.ln() + LN_ROOT_TWO_PI) - 0.5 * squares * precision
@@ -197,9 +191,11 @@ impl Likelihood {
     /// Σ n ln P(e* > limit) over the rebounds of a block; its slopes are taken off those of σ and of the sums.
     fn rebound_probability(&self, range: &NodeRange, sigma: f64, slopes: &mut [f64], sums: &mut BlockSums) -> f64 {
         let mut value = 0.0;
+        let mut films = self.rebounds.films(&range.law);
         for node in range.nodes.clone() {
             let at = self.rebounds.impact(node);
-            let (r, of_k) = range.balance.kept(&at);
+            let film = films.at(node);
+            let (r, of_k) = film.balance.kept(&at);
             let (mean, slope) = mean_and_slope(r);
             let z = (mean - self.limit) / sigma;
             if z > CERTAIN {
@@ -210,9 +206,7 @@ impl Likelihood {
             value += count * ln_cdf;
             slopes[ParameterKind::SigmaWet.slot()] += count * mills * z / sigma;
             let kept = -count * mills / sigma * slope;
-            sums.kept += kept;
-            sums.viscous += kept * at.over_stokes;
-            sums.dry -= 0.5 * kept * of_k;
+            film.add(sums, kept, kept * at.over_stokes, -0.5 * kept * of_k);
         }
         value
     }

@@ -16,6 +16,12 @@ pub(super) struct Nodes {
     pub(super) fixed: Vec<f64>,
     /// v db/dv; empty with b
     pub(super) fixed_slope: Vec<f64>,
+    /// δ̃
+    pub(super) film_ratio: Vec<f64>,
+    /// f, its logarithm over the middle one of the runs
+    pub(super) ln_film: Vec<f64>,
+    /// g(δ̃); empty where a parameter moves it
+    pub(super) shape: Vec<f64>,
     /// mean e of the runs; 0 for stuck ones
     pub(super) restitution: Vec<f64>,
     /// how many runs the node stands for; need not be whole
@@ -28,13 +34,16 @@ impl Nodes {
     }
 
     /// Adds a node; `has_fixed` whether the form has shares that no parameter moves.
-    pub(super) fn push(&mut self, at: Impact, has_fixed: bool, restitution: f64, count: f64) {
+    pub(super) fn push(&mut self, at: Impact, film: NodeFilm, has_fixed: bool, restitution: f64, count: f64) {
         self.over_stokes.push(at.over_stokes);
         self.dry_root.push(at.dry_root);
         if has_fixed {
             self.fixed.push(at.fixed[0]);
             self.fixed_slope.push(at.fixed[1]);
         }
+        self.film_ratio.push(film.ratio);
+        self.ln_film.push(film.ln);
+        self.shape.extend(film.shape);
         self.restitution.push(restitution);
         self.count.push(count);
     }
@@ -46,6 +55,14 @@ impl Nodes {
             over_stokes: self.over_stokes[node],
             dry_root: self.dry_root[node],
             fixed: [of(&self.fixed), of(&self.fixed_slope)],
+        }
+    }
+
+    pub(super) fn film(&self, node: usize) -> NodeFilm {
+        NodeFilm {
+            ratio: self.film_ratio[node],
+            ln: self.ln_film[node],
+            shape: self.shape.get(node).copied(),
         }
     }
 
@@ -61,21 +78,33 @@ impl Nodes {
         self.dry_root.extend(&more.dry_root);
         self.fixed.extend(&more.fixed);
         self.fixed_slope.extend(&more.fixed_slope);
+        self.film_ratio.extend(&more.film_ratio);
+        self.ln_film.extend(&more.ln_film);
+        self.shape.extend(&more.shape);
         self.restitution.extend(&more.restitution);
         self.count.extend(&more.count);
         first..self.len()
     }
 }
 
-/// Wet runs of one series that share a film ratio.
+/// The film of a node.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct NodeFilm {
+    /// δ̃
+    pub(super) ratio: f64,
+    /// f
+    pub(super) ln: f64,
+    /// g(δ̃); `None` where a parameter moves it
+    pub(super) shape: Option<f64>,
+}
+
+/// Wet runs of one k, density ratio and offset, sorted by their film ratios.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct WetBlock {
     pub(super) sphere: usize,
     pub(super) density_ratio: f64,
     /// place in a full vector of the offset of its series, where series have one
     pub(super) offset: Option<usize>,
-    /// index into [`super::Likelihood::film_ratios`]
-    pub(super) film: usize,
     /// range of [`super::Likelihood::rebounds`]
     pub(super) rebounds: Range<usize>,
     /// range of [`super::Likelihood::stuck`]

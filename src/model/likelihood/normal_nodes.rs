@@ -4,7 +4,7 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::exponential::exponential;
+use crate::exponential::{exponential, is_fused};
 use crate::physics::rebound::kept_and_slope;
 
 /// Nodes of one call.
@@ -196,10 +196,10 @@ impl WithSimd for Densities<'_> {
     type Output = [f64; 4];
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) -> [f64; 4] {
+    fn with_simd<S: Simd>(self, _: S) -> [f64; 4] {
         let reference = self.0.reference;
         self.0.sum(|at, weight| {
-            let part = weight * at.stretch * exponential(-0.5 * at.square - reference);
+            let part = weight * at.stretch * exponential(-0.5 * at.square - reference, is_fused::<S>());
             [part, part * at.a, part * at.a * at.a, part * at.b * at.b]
         })
     }
@@ -211,13 +211,13 @@ impl<const WITHIN: bool> WithSimd for Angles<'_, WITHIN> {
     type Output = [f64; 4];
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) -> [f64; 4] {
+    fn with_simd<S: Simd>(self, _: S) -> [f64; 4] {
         /// ρ² below which 1 − S is taken from its series
         const CENTRE: f64 = 1e-3;
         let noises = self.0.noises;
         let reference = self.0.reference;
         self.0.sum(|at, weight| {
-            let beyond = exponential(-0.5 * at.square - reference);
+            let beyond = exponential(-0.5 * at.square - reference, is_fused::<S>());
             let turned = weight * (-at.a * noises.own - at.b * at.stretch * noises.of_energy);
             let share = if WITHIN {
                 let half = 0.5 * at.square;

@@ -4,9 +4,8 @@ use super::dry_sums::DryRuns;
 use super::nodes::{Nodes, WetBlock};
 use super::run_law::ByRow;
 use super::tails::Tails;
-use super::trend::{FilmLosses, FilmParameters};
+use super::trend::{BlockLaw, FilmParameters};
 use crate::model::parameters::{ParameterKind, COMMON_SLOTS};
-use crate::physics::balance::Balance;
 use crate::physics::Form;
 
 /// The log likelihood of the runs of a scene as a function of a full vector of parameters.
@@ -18,10 +17,6 @@ pub struct Likelihood {
     /// whether runs that stuck were not logged, so that a rebound's density is that of runs that rebound
     pub(super) truncated: bool,
     pub(super) blocks: Vec<WetBlock>,
-    /// the different film ratios: the shape of the inertial loss is computed once for each
-    pub(super) film_ratios: Vec<f64>,
-    /// f of each of them
-    pub(super) ln_films: Vec<f64>,
     pub(super) rebounds: Nodes,
     pub(super) stuck: Nodes,
     /// what runs have of their own, where they are taken one at a time
@@ -44,21 +39,19 @@ impl Likelihood {
         self.rebounds.len() + self.stuck.len()
     }
 
-    /// The energy balance of a block at a full vector of parameters, which `film` has read.
-    pub(super) fn balance(&self, block: &WetBlock, full: &[f64], film: &FilmLosses) -> Balance {
-        let balance = film.balance(self.form, full[COMMON_SLOTS + block.sphere], block.density_ratio);
-        block.offset.map_or(balance, |slot| balance.with_offset(full[slot]))
+    /// The energy balance of a block at a full vector of parameters, which `films` has read.
+    pub(super) fn law(&self, block: &WetBlock, full: &[f64], films: FilmParameters) -> BlockLaw {
+        BlockLaw {
+            films,
+            dry_k: full[COMMON_SLOTS + block.sphere],
+            density_ratio: block.density_ratio,
+            offset: block.offset.map_or(0.0, |slot| full[slot]),
+        }
     }
 
     /// The tails of noise at a full vector of parameters.
     pub(super) fn tails(&self, full: &[f64]) -> Tails {
         let student = self.own.as_ref().is_some_and(|own| own.student);
         Tails::of(student.then(|| full[ParameterKind::Nu.slot()]))
-    }
-
-    /// What the parameters say at a film ratio, by its index.
-    #[inline]
-    pub(super) fn film(&self, film: usize, parameters: &FilmParameters) -> FilmLosses {
-        parameters.losses(self.film_ratios[film], self.ln_films[film])
     }
 }

@@ -1,21 +1,21 @@
 //! Builds the likelihood of every run from the columns of a scene's runs, one node a run.
 
 use std::collections::HashMap;
+use std::ops::Range;
 
 use super::dry_sums::DryRuns;
 use super::errors::{Errors, RunErrors};
-use super::nodes::{DryRow, Nodes, WetBlock};
+use super::nodes::{DryRow, NodeFilm, Nodes, WetBlock};
 use super::prepared::Likelihood;
 use super::run_law::{ByRow, WetRow};
 use super::trend::middle_film_ratio;
 use crate::model::parameters::offset_slot;
-use crate::physics::Form;
+use crate::physics::{Form, Inertia};
 use crate::runs::{Conditions, DryGroup, Runs, Series};
 use crate::scene::{self, NoiseOn, Scene, Sticking};
 
 /// The runs and all that is read with them.
 struct RunData<'r> {
-    scene: &'r Scene,
     runs: &'r Runs,
     errors: Option<&'r RunErrors>,
     conditions: Conditions<'r>,
@@ -29,8 +29,6 @@ impl Likelihood {
             limit: scene.data.smallest_restitution,
             truncated: scene.model.sticking == Sticking::Truncated,
             blocks: vec![],
-            film_ratios: vec![],
-            ln_films: vec![],
             rebounds: Nodes::default(),
             stuck: Nodes::default(),
             own: None,
@@ -57,102 +55,88 @@ impl Likelihood {
                 dry_repeats: vec![],
             });
         }
-        let mut index = BlockIndex::default();
-        let middle = middle_film_ratio(runs);
+        let mut index = BlockIndex {
+            middle: middle_film_ratio(runs),
+            films: HashMap::new(),
+            rows: HashMap::new(),
+        };
         let table = RunData {
-            scene,
             runs,
             errors,
             conditions: Conditions::new(scene, runs, form),
         };
+        let mut blocks: Vec<(BlockKey, Vec<&Series>)> = vec![];
+        let mut places = HashMap::new();
         for (place, series) in runs.series.iter().enumerate() {
-            let offset = scene.model.series_offsets.then(|| offset_slot(runs, place));
-            likelihood.add(&table, series, offset, &mut index);
+            let key = BlockKey {
+                sphere: series.sphere,
+                density_ratio: series.density_ratio(scene),
+                offset: scene.model.series_offsets.then(|| offset_slot(runs, place)),
+            };
+            let place = *places
+                .entry((key.sphere, key.density_ratio.to_bits(), key.offset))
+                .or_insert(blocks.len());
+            if place == blocks.len() {
+                blocks.push((key, vec![]));
+            }
+            blocks[place].1.push(series);
+        }
+        for (key, series) in blocks {
+            likelihood.add(&table, key, &series, &mut index);
         }
         likelihood.add_repeats(errors, &index.rows);
-        let ratios = likelihood.film_ratios.iter();
-        likelihood.ln_films = ratios.map(|ratio| (ratio / middle).ln()).collect();
         likelihood.wet_rebounds = likelihood.rebounds.len() as f64;
         likelihood
     }
 
-    /// Adds the runs of a series, a block for each film ratio the runs themselves have; `offset` is the place of its own in a
-    /// full vector.
-    fn add(&mut self, table: &RunData, series: &Series, offset: Option<usize>, index: &mut BlockIndex) {
-        /// film ratios differ beyond the rounding of a quotient
-        const ROUNDING: f64 = 1e-14;
+    /// Adds the runs of some series as a block, sorted by film ratio.
+    fn add(&mut self, table: &RunData, key: BlockKey, series: &[&Series], index: &mut BlockIndex) {
         let (runs, conditions) = (table.runs, &table.conditions);
-        let film_ratio = |run: &usize| runs.impacts.film_ratio[*run];
-        let sorted = |range: std::ops::Range<usize>| {
-            let mut order: Vec<usize> = range.collect();
+        let sorted = |of: fn(&Series) -> &Range<usize>| {
+            let mut order: Vec<usize> = series.iter().flat_map(|series| of(series).clone()).collect();
             // stable: runs of one film keep their order
-            order.sort_by(|a, b| film_ratio(a).total_cmp(&film_ratio(b)));
+            order.sort_by(|a, b| runs.impacts.film_ratio[*a].total_cmp(&runs.impacts.film_ratio[*b]));
             order
         };
-        let (rebounds, stuck) = (sorted(series.rebounds.clone()), sorted(series.stuck.clone()));
-        let (mut next, mut next_stuck) = (0, 0);
-        while next < rebounds.len() || next_stuck < stuck.len() {
-            let candidates = [rebounds.get(next), stuck.get(next_stuck)];
-            let ratio = candidates
-                .into_iter()
-                .flatten()
-                .map(film_ratio)
-                .fold(f64::INFINITY, f64::min);
-            let film = *index.films.entry((ratio / ROUNDING).round() as i64).or_insert_with(|| {
-                self.film_ratios.push(ratio);
-                self.film_ratios.len() - 1
-            });
-            let (first, first_stuck) = (self.rebounds.len(), self.stuck.len());
-            let errors = |run: usize| table.errors.map(|errors| errors.at(run, runs.impact_speed[run]));
-            let block = self.blocks.len();
-            let mut note = |run: usize, of: Option<Errors>, row: WetRow| {
-                if of.is_some_and(|of| of.is_shared) {
-                    index.rows.insert(run, RowOfBlock { block, row });
-                }
-            };
-            while let Some(run) = rebounds.get(next).filter(|run| film_ratio(run) <= ratio) {
-                self.rebounds.push(
-                    conditions.wet(*run),
-                    conditions.has_fixed(),
-                    runs.restitution[*run],
-                    1.0,
-                );
-                if let Some(own) = &mut self.own {
-                    let errors = errors(*run);
-                    note(*run, errors, WetRow::Rebound(own.rebounds.len()));
-                    own.rebounds.extend(errors);
-                }
-                next += 1;
-            }
-            while let Some(run) = stuck.get(next_stuck).filter(|run| film_ratio(run) <= ratio) {
-                let impact = conditions.wet(*run);
-                let last = self.stuck.len().checked_sub(1).filter(|last| *last >= first_stuck);
-                // repeats of one setting stick with one probability, which is dear where it is integrated
-                let integrated = self.own.as_ref().is_some_and(|own| own.both) && table.errors.is_none();
-                match last.filter(|last| integrated && self.stuck.impact(*last) == impact) {
-                    Some(last) => self.stuck.count[last] += 1.0,
-                    None => self.stuck.push(impact, conditions.has_fixed(), 0.0, 1.0),
-                }
-                if let Some(own) = &mut self.own {
-                    let errors = errors(*run);
-                    note(*run, errors, WetRow::Stuck(own.stuck.len()));
-                    own.stuck.extend(errors);
-                }
-                next_stuck += 1;
-            }
-            self.blocks.push(WetBlock {
-                sphere: series.sphere,
-                density_ratio: series.density_ratio(table.scene),
-                offset,
-                film,
-                rebounds: first..self.rebounds.len(),
-                stuck: first_stuck..self.stuck.len(),
-            });
-            if ratio.is_infinite() {
-                // a film ratio that is no number cannot be compared; the reader lets none through
-                break;
+        let (first, first_stuck) = (self.rebounds.len(), self.stuck.len());
+        let errors = |run: usize| table.errors.map(|errors| errors.at(run, runs.impact_speed[run]));
+        let block = self.blocks.len();
+        let (has_fixed, inertia) = (conditions.has_fixed(), self.form.inertia);
+        for run in sorted(|series| &series.rebounds) {
+            let film = index.film(inertia, runs.impacts.film_ratio[run]);
+            self.rebounds
+                .push(conditions.wet(run), film, has_fixed, runs.restitution[run], 1.0);
+            if let Some(own) = &mut self.own {
+                let errors = errors(run);
+                index.note(run, errors, block, WetRow::Rebound(own.rebounds.len()));
+                own.rebounds.extend(errors);
             }
         }
+        for run in sorted(|series| &series.stuck) {
+            let film = index.film(inertia, runs.impacts.film_ratio[run]);
+            let impact = conditions.wet(run);
+            let last = self.stuck.len().checked_sub(1).filter(|last| *last >= first_stuck);
+            // repeats of one setting stick with one probability, which is dear where it is integrated
+            let integrated = self.own.as_ref().is_some_and(|own| own.both) && table.errors.is_none();
+            let repeats =
+                |last: &usize| integrated && self.stuck.impact(*last) == impact && self.stuck.film(*last) == film;
+            match last.filter(repeats) {
+                Some(last) => self.stuck.count[last] += 1.0,
+                None => self.stuck.push(impact, film, has_fixed, 0.0, 1.0),
+            }
+            if let Some(own) = &mut self.own {
+                let errors = errors(run);
+                index.note(run, errors, block, WetRow::Stuck(own.stuck.len()));
+                own.stuck.extend(errors);
+            }
+        }
+        self.blocks.push(WetBlock {
+            sphere: key.sphere,
+            density_ratio: key.density_ratio,
+            offset: key.offset,
+            rebounds: first..self.rebounds.len(),
+            stuck: first_stuck..self.stuck.len(),
+        });
     }
 }
 
@@ -177,13 +161,43 @@ impl Likelihood {
     }
 }
 
+/// What the runs of a block have in common.
+struct BlockKey {
+    sphere: usize,
+    density_ratio: f64,
+    /// the place of the offset of a series in a full vector, where series have one
+    offset: Option<usize>,
+}
+
 /// What was found of runs while blocks are made.
-#[derive(Default)]
 struct BlockIndex {
-    /// the place of each film ratio, by its multiple of a rounding
-    films: HashMap<i64, usize>,
+    /// the middle film ratio
+    middle: f64,
+    /// the film of each film ratio, by its multiple of a rounding
+    films: HashMap<i64, NodeFilm>,
     /// wet runs that share their true speed
     rows: HashMap<usize, RowOfBlock>,
+}
+
+impl BlockIndex {
+    /// The film of a film ratio.
+    fn film(&mut self, inertia: Inertia, ratio: f64) -> NodeFilm {
+        /// film ratios differ beyond the rounding of a quotient
+        const ROUNDING: f64 = 1e-14;
+        let middle = self.middle;
+        let new = || NodeFilm {
+            ratio,
+            ln: (ratio / middle).ln(),
+            shape: (!inertia.has_film_scale()).then(|| inertia.shape(ratio, 0.0)),
+        };
+        *self.films.entry((ratio / ROUNDING).round() as i64).or_insert_with(new)
+    }
+
+    fn note(&mut self, run: usize, errors: Option<Errors>, block: usize, row: WetRow) {
+        if errors.is_some_and(|errors| errors.is_shared) {
+            self.rows.insert(run, RowOfBlock { block, row });
+        }
+    }
 }
 
 /// Where a run is.

@@ -1,26 +1,52 @@
-//! BlockSums distances and slopes over the rebounds of a block, a few settings at a time, where the spread is one for all.
+//! Sums distances and slopes over the rebounds of a block, a few settings at a time, where the spread is one for all.
 
 use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
 
 use super::nodes::Nodes;
-use crate::physics::balance::Balance;
+use super::trend::{BlockLaw, FilmColumns, CHUNK};
+use crate::exponential::is_fused;
 use crate::physics::dry::{Order, SECOND_ORDER};
 use crate::physics::rebound::TURN;
 
-/// BlockSums over the rebounds of a block: Σ n d², Σ n d m′, Σ n d m′ x, Σ n d m′ e_dry p, with d = e − m(r).
+/// Sums over the rebounds of a block: Σ n d², and with w = n d m′ Σ w, Σ w x, Σ w e_dry p, d being e − m(r).
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct BlockSums {
     pub squares: f64,
     pub kept: f64,
     pub viscous: f64,
     pub dry: f64,
+    /// Σ w G with G = g exp(C′ f)
+    pub shape: f64,
+    /// Σ w dG/dδ̃0
+    pub scale: f64,
+    /// Σ w x f
+    pub viscous_trend: f64,
+    /// Σ w G f
+    pub inertial_trend: f64,
     /// Σ w q, where tails are heavy: with q = (d/σ)² in units of Student's t, w = (ν + 1)/(ν + q) and the sums above weighted
     /// by w, but for the squares
     pub weighted: f64,
     /// Σ ln(1 + q/ν)
     pub ln_tails: f64,
+}
+
+impl BlockSums {
+    /// Multiplies all but the squares and what tails have of their own.
+    pub fn weigh_slopes(&mut self, weight: f64) {
+        for sum in [
+            &mut self.kept,
+            &mut self.viscous,
+            &mut self.dry,
+            &mut self.shape,
+            &mut self.scale,
+            &mut self.viscous_trend,
+            &mut self.inertial_trend,
+        ] {
+            *sum *= weight;
+        }
+    }
 }
 
 /// Student's tails of one spread.
@@ -58,7 +84,7 @@ const LAST: [f64; 2 * WIDEST] = {
 #[derive(Debug, Clone)]
 pub(super) struct NodeRange {
     pub nodes: Range<usize>,
-    pub balance: Balance,
+    pub law: BlockLaw,
 }
 
 /// The sums over each of some ranges of the nodes, in the widest registers that the machine has.
@@ -70,63 +96,48 @@ pub(super) fn rebound_sums(
     heavy: Option<HeavyTails>,
     ranges: &[NodeRange],
 ) -> Vec<BlockSums> {
-    let (second, fixed) = (order == Order::Second, nodes.has_fixed());
-    match (second, fixed, heavy) {
-        (false, false, None) => over::<false, false, false>(nodes, HeavyTails::NONE, ranges),
-        (false, true, None) => over::<false, true, false>(nodes, HeavyTails::NONE, ranges),
-        (true, false, None) => over::<true, false, false>(nodes, HeavyTails::NONE, ranges),
-        (true, true, None) => over::<true, true, false>(nodes, HeavyTails::NONE, ranges),
-        (false, false, Some(heavy)) => over::<false, false, true>(nodes, heavy, ranges),
-        (false, true, Some(heavy)) => over::<false, true, true>(nodes, heavy, ranges),
-        (true, false, Some(heavy)) => over::<true, false, true>(nodes, heavy, ranges),
-        (true, true, Some(heavy)) => over::<true, true, true>(nodes, heavy, ranges),
+    match (order, heavy) {
+        (Order::First, None) => over::<false, false>(nodes, HeavyTails::NONE, ranges),
+        (Order::Second, None) => over::<true, false>(nodes, HeavyTails::NONE, ranges),
+        (Order::First, Some(heavy)) => over::<false, true>(nodes, heavy, ranges),
+        (Order::Second, Some(heavy)) => over::<true, true>(nodes, heavy, ranges),
     }
 }
 
-fn over<const SECOND: bool, const FIXED: bool, const HEAVY: bool>(
+fn over<const SECOND: bool, const HEAVY: bool>(
     nodes: &Nodes,
     heavy: HeavyTails,
     ranges: &[NodeRange],
 ) -> Vec<BlockSums> {
     // one call for all: a range of a few nodes costs no more than its roots
-    Arch::new().dispatch(RangeSums::<SECOND, FIXED, HEAVY> { nodes, heavy, ranges })
+    Arch::new().dispatch(RangeSums::<SECOND, HEAVY> { nodes, heavy, ranges })
 }
 
 /// Some ranges of the nodes, with what a form does not hold left out where the code is made.
-struct RangeSums<'a, const SECOND: bool, const FIXED: bool, const HEAVY: bool> {
+struct RangeSums<'a, const SECOND: bool, const HEAVY: bool> {
     nodes: &'a Nodes,
     heavy: HeavyTails,
     ranges: &'a [NodeRange],
 }
 
-impl<const SECOND: bool, const FIXED: bool, const HEAVY: bool> RangeSums<'_, SECOND, FIXED, HEAVY> {
+impl<const SECOND: bool, const HEAVY: bool> RangeSums<'_, SECOND, HEAVY> {
     /// Adds the settings of one register.
     #[inline(always)]
-    fn add<S: Simd>(&self, simd: S, balance: &Balance, to: &mut Running<S>, [x, p, b, e, n]: [S::f64s; 5]) {
+    fn add<S: Simd>(&self, simd: S, law: &Constants, to: &mut Running<S>, [x, p, b, e, n, g, h, f]: [S::f64s; 8]) {
         const TURN4: f64 = TURN * TURN * TURN * TURN;
         let number = |x: f64| simd.splat_f64s(x);
         let times = |a, b| simd.mul_f64s(a, b);
         let minus = |a, b| simd.sub_f64s(a, b);
+        let fused = |a, b, c| simd.mul_add_e_f64s(a, b, c);
         let (one, turn4) = (number(1.0), number(TURN4));
-        let loss = times(number(balance.dry_k), p);
-        let (e_dry, fall) = if SECOND {
-            let bent = times(number(SECOND_ORDER * balance.dry_k), p);
-            let half_way = minus(one, times(number(2.0), bent));
-            (minus(one, times(loss, minus(one, bent))), times(p, half_way))
-        } else {
-            (minus(one, loss), p)
-        };
-        let mut r = minus(times(e_dry, e_dry), number(balance.lost.constant));
-        r = minus(r, times(number(balance.lost.over_stokes), x));
-        if FIXED {
-            r = minus(r, b);
-        }
-        let square = simd.add_f64s(times(r, r), turn4);
+        let Kept { r, e_dry, fall } = law.kept::<S, SECOND>(simd, [x, p, b, g, f]);
+        let square = fused(r, r, turn4);
         let root = simd.sqrt_f64s(simd.sqrt_f64s(square));
         let inverse = simd.div_f64s(one, times(square, root));
         let distance = minus(e, times(times(r, square), inverse));
         let weighted = times(n, distance);
-        let slope = simd.add_f64s(times(times(number(0.5), r), r), turn4);
+        // r² + τ⁴ and as much of τ⁴
+        let slope = fused(number(0.5), square, number(0.5 * TURN4));
         let mut weighted_slope = times(times(weighted, slope), inverse);
         if HEAVY {
             // a node that counts for nothing has no distance, either
@@ -143,15 +154,18 @@ impl<const SECOND: bool, const FIXED: bool, const HEAVY: bool> RangeSums<'_, SEC
                 to.take_logarithms(simd);
             }
         }
-        let more = [
-            times(weighted, distance),
-            weighted_slope,
-            times(weighted_slope, x),
-            times(times(weighted_slope, e_dry), fall),
+        let (of_x, of_g) = (times(weighted_slope, x), times(weighted_slope, g));
+        let [squares, kept, viscous, dry, shape, scale, viscous_trend, inertial_trend] = to.sums;
+        to.sums = [
+            fused(weighted, distance, squares),
+            simd.add_f64s(kept, weighted_slope),
+            simd.add_f64s(viscous, of_x),
+            fused(times(weighted_slope, e_dry), fall, dry),
+            simd.add_f64s(shape, of_g),
+            fused(weighted_slope, h, scale),
+            fused(of_x, f, viscous_trend),
+            fused(of_g, f, inertial_trend),
         ];
-        for (sum, more) in to.sums.iter_mut().zip(more) {
-            *sum = simd.add_f64s(*sum, more);
-        }
     }
 }
 
@@ -161,7 +175,7 @@ const MOST_FACTORS: usize = 16;
 /// The sums of each lane.
 struct Running<S: Simd> {
     /// in the order of [`BlockSums`]
-    sums: [S::f64s; 4],
+    sums: [S::f64s; 8],
     weighted: S::f64s,
     /// product of the tails since the last logarithms, less 1
     tails: S::f64s,
@@ -174,7 +188,7 @@ impl<S: Simd> Running<S> {
     fn new(simd: S) -> Running<S> {
         let zero = simd.splat_f64s(0.0);
         Running {
-            sums: [zero; 4],
+            sums: [zero; 8],
             weighted: zero,
             tails: simd.splat_f64s(0.0),
             factors: 0,
@@ -194,59 +208,216 @@ impl<S: Simd> Running<S> {
     }
 }
 
-impl<const SECOND: bool, const FIXED: bool, const HEAVY: bool> WithSimd for RangeSums<'_, SECOND, FIXED, HEAVY> {
+impl<const SECOND: bool, const HEAVY: bool> WithSimd for RangeSums<'_, SECOND, HEAVY> {
     type Output = Vec<BlockSums>;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Vec<BlockSums> {
         let mut all = Vec::with_capacity(self.ranges.len());
-        for NodeRange { nodes: range, balance } in self.ranges {
+        let mut shapes = [[0.0; CHUNK]; 2];
+        for NodeRange { nodes: range, law } in self.ranges {
             let mut running = Running::new(simd);
-            let x = &self.nodes.over_stokes[range.clone()];
-            let p = &self.nodes.dry_root[range.clone()];
-            // without fixed shares a column that is not read
-            let b = if FIXED { &self.nodes.fixed[range.clone()] } else { x };
-            let e = &self.nodes.restitution[range.clone()];
-            let n = &self.nodes.count[range.clone()];
-            let columns = [x, p, b, e, n];
-            // one by one: a map over the five would be copied about in memory
-            let ((x, x_rest), (p, p_rest), (b, b_rest)) = (S::as_simd_f64s(x), S::as_simd_f64s(p), S::as_simd_f64s(b));
-            let ((e, e_rest), (n, n_rest)) = (S::as_simd_f64s(e), S::as_simd_f64s(n));
-            for (((x, p), b), (e, n)) in x.iter().zip(p).zip(b).zip(e.iter().zip(n)) {
-                self.add(simd, balance, &mut running, [*x, *p, *b, *e, *n]);
-            }
-            let rest = x_rest.len();
-            if rest > 0 {
-                let last = if x.is_empty() {
-                    // filled up with settings that count for nothing
-                    let filled = |rest: &[f64]| {
-                        let mut lanes = [0.0; WIDEST];
-                        lanes[..rest.len()].copy_from_slice(rest);
-                        S::as_simd_f64s(&lanes).0[0]
-                    };
-                    [x_rest, p_rest, b_rest, e_rest, n_rest].map(filled)
-                } else {
-                    // the last full register, in which those that were added count for nothing
-                    let last = |column: &[f64]| S::as_simd_f64s(&column[column.len() - S::F64_LANES..]).0[0];
-                    let [x, p, b, e, n] = columns;
-                    let new = S::as_simd_f64s(&LAST[WIDEST + rest - S::F64_LANES..]).0[0];
-                    [last(x), last(p), last(b), last(e), simd.mul_f64s(last(n), new)]
-                };
-                self.add(simd, balance, &mut running, last);
+            let constants = Constants::of(law);
+            for chunk in self.nodes.chunks(range) {
+                let films = self.nodes.film_columns(&chunk);
+                let [g, h] = law.films.shapes(films, is_fused::<S>(), &mut shapes);
+                self.add_chunk(simd, &constants, &mut running, chunk, [g, h, films.ln]);
             }
             if HEAVY {
                 running.take_logarithms(simd);
             }
-            let [squares, kept, viscous, dry] = running.sums.map(|lanes| simd.reduce_sum_f64s(lanes));
+            let sums = running.sums.map(|lanes| simd.reduce_sum_f64s(lanes));
+            let [squares, kept, viscous, dry, shape, scale, viscous_trend, inertial_trend] = sums;
             all.push(BlockSums {
                 squares,
                 kept,
                 viscous,
                 dry,
+                shape,
+                scale,
+                viscous_trend,
+                inertial_trend,
                 weighted: simd.reduce_sum_f64s(running.weighted),
                 ln_tails: running.ln_tails,
             });
         }
         all
+    }
+}
+
+impl<const SECOND: bool, const HEAVY: bool> RangeSums<'_, SECOND, HEAVY> {
+    /// Adds some nodes; `films` are g, h and f of each.
+    #[inline(always)]
+    fn add_chunk<S: Simd>(
+        &self,
+        simd: S,
+        law: &Constants,
+        running: &mut Running<S>,
+        chunk: Range<usize>,
+        [g, h, f]: [&[f64]; 3],
+    ) {
+        let x = &self.nodes.over_stokes[chunk.clone()];
+        let p = &self.nodes.dry_root[chunk.clone()];
+        let b = self.nodes.fixed_column(&chunk);
+        let e = &self.nodes.restitution[chunk.clone()];
+        let n = &self.nodes.count[chunk];
+        let columns = [x, p, b, e, n, g, h, f];
+        // one by one: a map over all would be copied about in memory
+        let ((x, x_rest), (p, p_rest), (b, b_rest)) = (S::as_simd_f64s(x), S::as_simd_f64s(p), S::as_simd_f64s(b));
+        let ((e, e_rest), (n, n_rest)) = (S::as_simd_f64s(e), S::as_simd_f64s(n));
+        let ((g, g_rest), (h, h_rest), (f, f_rest)) = (S::as_simd_f64s(g), S::as_simd_f64s(h), S::as_simd_f64s(f));
+        let of_run = x.iter().zip(p).zip(b).zip(e.iter().zip(n));
+        let of_film = g.iter().zip(h).zip(f);
+        for ((((x, p), b), (e, n)), ((g, h), f)) in of_run.zip(of_film) {
+            self.add(simd, law, running, [*x, *p, *b, *e, *n, *g, *h, *f]);
+        }
+        let rest = x_rest.len();
+        if rest == 0 {
+            return;
+        }
+        let last = if x.is_empty() {
+            // filled up with settings that count for nothing
+            let filled = |rest: &[f64]| {
+                let mut lanes = [0.0; WIDEST];
+                lanes[..rest.len()].copy_from_slice(rest);
+                S::as_simd_f64s(&lanes).0[0]
+            };
+            [x_rest, p_rest, b_rest, e_rest, n_rest, g_rest, h_rest, f_rest].map(filled)
+        } else {
+            // the last full register, in which those that were added count for nothing
+            let last = |column: &[f64]| S::as_simd_f64s(&column[column.len() - S::F64_LANES..]).0[0];
+            let mut lanes = columns.map(last);
+            let new = S::as_simd_f64s(&LAST[WIDEST + rest - S::F64_LANES..]).0[0];
+            lanes[4] = simd.mul_f64s(lanes[4], new);
+            lanes
+        };
+        self.add(simd, law, running, last);
+    }
+}
+
+/// What of the energy balance of a block is the same for all its nodes.
+struct Constants {
+    /// k
+    dry_k: f64,
+    /// ρ̃ C
+    inertial: f64,
+    viscous: f64,
+    /// L′
+    viscous_trend: f64,
+    offset: f64,
+}
+
+/// r of the settings of one register, with e_dry and its fall with k.
+struct Kept<S: Simd> {
+    r: S::f64s,
+    e_dry: S::f64s,
+    fall: S::f64s,
+}
+
+impl Constants {
+    /// From x, p, b, G and f.
+    #[inline(always)]
+    fn kept<S: Simd, const SECOND: bool>(&self, simd: S, [x, p, b, g, f]: [S::f64s; 5]) -> Kept<S> {
+        let number = |x: f64| simd.splat_f64s(x);
+        let times = |a, b| simd.mul_f64s(a, b);
+        let minus = |a, b| simd.sub_f64s(a, b);
+        let fused = |a, b, c| simd.mul_add_e_f64s(a, b, c);
+        let one = number(1.0);
+        let loss = times(number(self.dry_k), p);
+        let (e_dry, fall) = if SECOND {
+            let bent = times(number(SECOND_ORDER * self.dry_k), p);
+            let half_way = minus(one, times(number(2.0), bent));
+            (minus(one, times(loss, minus(one, bent))), times(p, half_way))
+        } else {
+            (minus(one, loss), p)
+        };
+        let dry = fused(e_dry, e_dry, minus(number(self.offset), b));
+        let viscous = fused(number(-self.viscous_trend), f, number(-self.viscous));
+        let r = fused(viscous, x, fused(number(-self.inertial), g, dry));
+        Kept { r, e_dry, fall }
+    }
+    fn of(law: &BlockLaw) -> Constants {
+        Constants {
+            dry_k: law.dry_k,
+            inertial: law.density_ratio * law.films.prefactor,
+            viscous: law.films.viscous(),
+            viscous_trend: law.films.lubrication_trend,
+            offset: law.offset,
+        }
+    }
+}
+
+/// r of each node of a range.
+pub(super) fn kept_of_nodes(nodes: &Nodes, order: Order, range: &NodeRange) -> Vec<f64> {
+    let arch = Arch::new();
+    match order {
+        Order::First => arch.dispatch(KeptOfNodes::<false> { nodes, range }),
+        Order::Second => arch.dispatch(KeptOfNodes::<true> { nodes, range }),
+    }
+}
+
+struct KeptOfNodes<'a, const SECOND: bool> {
+    nodes: &'a Nodes,
+    range: &'a NodeRange,
+}
+
+impl<const SECOND: bool> WithSimd for KeptOfNodes<'_, SECOND> {
+    type Output = Vec<f64>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Vec<f64> {
+        let NodeRange { nodes: range, law } = self.range;
+        let constants = Constants::of(law);
+        let mut shapes = [[0.0; CHUNK]; 2];
+        let mut all = vec![0.0; range.len()];
+        for (kept, chunk) in all.chunks_mut(CHUNK).zip(self.nodes.chunks(range)) {
+            let films = self.nodes.film_columns(&chunk);
+            let [g, _] = law.films.shapes(films, is_fused::<S>(), &mut shapes);
+            let x = &self.nodes.over_stokes[chunk.clone()];
+            let b = self.nodes.fixed_column(&chunk);
+            let columns = [x, &self.nodes.dry_root[chunk], b, g, films.ln];
+            for first in (0..kept.len()).step_by(S::F64_LANES) {
+                let last = kept.len().min(first + S::F64_LANES);
+                let lanes = columns.map(|column| {
+                    let mut lanes = [0.0; WIDEST];
+                    lanes[..last - first].copy_from_slice(&column[first..last]);
+                    S::as_simd_f64s(&lanes).0[0]
+                });
+                let mut r = [0.0; WIDEST];
+                if let Some(to) = S::as_mut_simd_f64s(&mut r).0.first_mut() {
+                    *to = constants.kept::<S, SECOND>(simd, lanes).r;
+                }
+                kept[first..last].copy_from_slice(&r[..last - first]);
+            }
+        }
+        all
+    }
+}
+
+impl Nodes {
+    /// A range of nodes, as many at a time as their shapes are computed for.
+    #[inline(always)]
+    fn chunks(&self, range: &Range<usize>) -> impl Iterator<Item = Range<usize>> {
+        let end = range.end;
+        range
+            .clone()
+            .step_by(CHUNK)
+            .map(move |first| first..end.min(first + CHUNK))
+    }
+
+    /// b of some nodes.
+    #[inline(always)]
+    fn fixed_column(&self, chunk: &Range<usize>) -> &[f64] {
+        const NONE: [f64; CHUNK] = [0.0; CHUNK];
+        self.fixed.get(chunk.clone()).unwrap_or(&NONE[..chunk.len()])
+    }
+
+    #[inline(always)]
+    fn film_columns(&self, chunk: &Range<usize>) -> FilmColumns<'_> {
+        FilmColumns {
+            ratio: &self.film_ratio[chunk.clone()],
+            ln: &self.ln_film[chunk.clone()],
+            shape: self.shape.get(chunk.clone()).unwrap_or(&[]),
+        }
     }
 }

@@ -460,9 +460,9 @@ fn a_bridge_is_compressed_where_settings_repeat() {
     assert!((exact / near - 1.0).abs() < 1e-12, "{exact} {near}");
 }
 
-/// A film measured anew for every run makes every run a block of its own.
+/// A film measured anew for every run is a column as its speed is.
 #[test]
-fn films_of_their_own_keep_their_rows() {
+fn films_of_their_own_are_one_block() {
     let scene = scene();
     let rows: Vec<NewRun> = (0..60)
         .map(|i| NewRun {
@@ -476,7 +476,7 @@ fn films_of_their_own_keep_their_rows() {
         .collect();
     let runs = runs::arrange(&scene, &rows);
     let likelihood = Likelihood::of_rows(&scene, &runs, Form::new(Inertia::Stepwise, DRY_SPEEDS[0]));
-    assert_eq!((likelihood.blocks.len(), likelihood.nodes()), (20, 60));
+    assert_eq!((likelihood.blocks.len(), likelihood.nodes()), (1, 60));
     let mut slopes = [0.0; SLOTS];
     let value = likelihood.ln_density(&FULL, &mut slopes).expect("inside");
     let expected = plain(&scene, &runs, Form::new(Inertia::Stepwise, DRY_SPEEDS[0]), &FULL);
