@@ -43,6 +43,9 @@ const LARGEST_MCSE: f64 = 0.07;
 /// The same as a share of the standard error of a difference: one of forty standard errors need not be known to 0.1.
 const LARGEST_SHARE: f64 = 0.05;
 
+/// k-hat of a run beyond which its weights have no mean: neither more draws nor those of trajectories leave it out.
+const HOPELESS: f64 = 1.0;
+
 /// What models are drawn from.
 #[derive(Clone, Copy)]
 pub struct ComparisonContext<'a> {
@@ -162,8 +165,10 @@ impl Leaving<'_> {
             };
             let of_difference = beside.and_then(|beside| difference(&loo, beside)?.se);
             let enough = LARGEST_MCSE.max(LARGEST_SHARE * of_difference.unwrap_or(0.0));
-            if loo.worst_khat(line).1 == 0 {
-                let done = loo.mcse <= enough;
+            let (worst, high) = loo.worst_khat(line);
+            let is_hopeless = worst.is_some_and(|khat| khat > HOPELESS);
+            if high == 0 || is_hopeless {
+                let done = is_hopeless || loo.mcse <= enough;
                 let sampled = weighed.resample(prepared, 1, stream);
                 best = Some(LeftOutModel { sampled, loo, used });
                 if done {

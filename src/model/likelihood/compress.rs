@@ -13,12 +13,16 @@ use rayon::prelude::*;
 use super::gauss::gauss_rule;
 use super::nodes::{NodeFilm, Nodes, WetBlock};
 use super::prepared::Likelihood;
+use super::scattered::{LawOfBlock, Scattered};
 use super::sums::{rebound_sums, NodeRange};
 use super::trend::{BlockLaw, FilmParameters};
 use crate::model::likelihood::normal::ln_normal_cdf;
 use crate::model::parameters::ParameterKind;
 use crate::physics::balance::{Balance, Impact};
 use crate::physics::rebound::mean_and_slope;
+
+/// A film of fewer runs is taken together with others of its block.
+const MANY: usize = 8;
 
 /// A range with no more different settings than this keeps them all.
 const FEW: usize = 16;
@@ -111,7 +115,7 @@ struct SettingRange<'s> {
 
 /// What became of one block.
 #[derive(Default)]
-struct CompressedBlock {
+pub(super) struct CompressedBlock {
     nodes: Nodes,
     leftover: f64,
     rows_exact: usize,
@@ -127,13 +131,19 @@ impl CompressedBlock {
         }
     }
 
-    fn append(&mut self, other: CompressedBlock) {
-        self.nodes.append(&other.nodes);
-        self.leftover += other.leftover;
-        self.rows_exact += other.rows_exact;
-        for (sum, error) in self.errors.iter_mut().zip(other.errors) {
+    /// Adds nodes that stand for others, with the sum of squares they leave and their error at each test.
+    pub fn add(&mut self, nodes: &Nodes, leftover: f64, errors: &[f64]) {
+        self.nodes.append(nodes);
+        self.leftover += leftover;
+        for (sum, error) in self.errors.iter_mut().zip(errors) {
             *sum += error;
         }
+    }
+
+    /// Adds settings as they are.
+    pub fn keep(&mut self, settings: &Nodes) {
+        self.nodes.append(settings);
+        self.rows_exact += settings.count.iter().map(|count| count.round() as usize).sum::<usize>();
     }
 }
 
@@ -169,7 +179,7 @@ impl Likelihood {
                 (f64::INFINITY, one_order[0], &one_order[..])
             }
         };
-        let share = |range: &Range<usize>| bound * range.len() as f64 / rows;
+        let share = |count: usize| bound * count as f64 / rows;
         let compressor = |block: &WetBlock, film: NodeFilm, rebounded: bool| -> Compressor {
             Compressor {
                 about: rebounded.then(|| self.read(block, film, reference)),
@@ -180,14 +190,37 @@ impl Likelihood {
                 orders,
             }
         };
-        // film by film
         let compress = |block: &WetBlock, nodes: &Nodes, range: &Range<usize>, rebounded: bool| {
             let mut all = CompressedBlock::new(tests.len());
+            let mut others = vec![];
             for of_film in nodes.of_one_film(range.clone()) {
+                if of_film.len() < MANY {
+                    others.extend(of_film);
+                    continue;
+                }
                 let film = nodes.film(of_film.start);
-                let bound = share(&of_film);
-                all.append(compressor(block, film, rebounded).compress(nodes, of_film, bound));
+                let bound = share(of_film.len());
+                compressor(block, film, rebounded).compress(nodes, of_film, bound, &mut all);
             }
+            let bound = share(others.len());
+            let settings = settings(nodes, others, &mut all.leftover);
+            let of_block = |full: &[f64]| LawOfBlock {
+                law: self.law(block, full, FilmParameters::new(self.form, full)),
+                sigma: full[ParameterKind::SigmaWet.slot()],
+            };
+            let tests: Vec<LawOfBlock> = tests.iter().map(|full| of_block(full)).collect();
+            let scattered = Scattered {
+                reference: of_block(reference),
+                rebounded,
+                tests: &tests,
+                limit: self.limit,
+                truncated: self.truncated,
+                most: match resolution {
+                    Resolution::Bound(_) => None,
+                    Resolution::Nodes(nodes) => Some(nodes),
+                },
+            };
+            scattered.compress(&settings, bound, &mut all);
             all
         };
         let blocks: Vec<(CompressedBlock, CompressedBlock)> = self
@@ -244,6 +277,36 @@ impl LawAtFilm {
     }
 }
 
+/// The different settings of some rows, sorted by film and x, with their counts and mean restitutions.
+fn settings(rows: &Nodes, mut order: Vec<usize>, leftover: &mut f64) -> Nodes {
+    let key = |row: usize| (rows.impact(row), rows.film_ratio[row]);
+    let compare = |a: &usize, b: &usize| {
+        let (one, other) = (key(*a), key(*b));
+        let of = |(at, film): (Impact, f64)| [film, at.over_stokes, at.dry_root, at.fixed[0]];
+        let pairs = of(one).into_iter().zip(of(other));
+        let mut orders = pairs.map(|(a, b)| a.total_cmp(&b));
+        orders.find(|order| order.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
+    };
+    if !order.is_sorted_by(|a, b| compare(a, b).is_le()) {
+        order.sort_by(compare);
+    }
+    let mut settings = Nodes::default();
+    for same in order.chunk_by(|a, b| key(*a) == key(*b)) {
+        let count: f64 = same.iter().map(|row| rows.count[*row]).sum();
+        let mean = same
+            .iter()
+            .map(|row| rows.count[*row] * rows.restitution[*row])
+            .sum::<f64>()
+            / count;
+        let squares = same
+            .iter()
+            .map(|row| rows.count[*row] * (rows.restitution[*row] - mean).powi(2));
+        *leftover += squares.sum::<f64>();
+        settings.push(rows.impact(same[0]), rows.film(same[0]), rows.has_fixed(), mean, count);
+    }
+    settings
+}
+
 /// Compresses the rebounds, or the stuck runs, of one block at one film.
 struct Compressor<'t> {
     /// the reference, for rebounds; `None` for stuck runs
@@ -256,50 +319,15 @@ struct Compressor<'t> {
 }
 
 impl Compressor<'_> {
-    fn compress(&self, rows: &Nodes, range: Range<usize>, bound: f64) -> CompressedBlock {
-        let mut block = CompressedBlock::new(self.tests.len());
-        let settings = self.settings(rows, range, &mut block.leftover);
-        if settings.len() > 0 {
-            let settings = SettingRange {
-                nodes: &settings,
-                range: 0..settings.len(),
-                root: DryRoot::of(&settings),
-                bound,
-            };
-            self.split(settings, &mut block);
-        }
-        block
-    }
-
-    /// The different settings, sorted by x, with their counts and mean restitutions.
-    fn settings(&self, rows: &Nodes, range: Range<usize>, leftover: &mut f64) -> Nodes {
-        let mut order: Vec<usize> = range.collect();
-        let key = |row: usize| rows.impact(row);
-        let compare = |a: &usize, b: &usize| {
-            let (one, other) = (key(*a), key(*b));
-            let of = |at: Impact| [at.over_stokes, at.dry_root, at.fixed[0]];
-            let pairs = of(one).into_iter().zip(of(other));
-            let mut orders = pairs.map(|(a, b)| a.total_cmp(&b));
-            orders.find(|order| order.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
+    fn compress(&self, rows: &Nodes, range: Range<usize>, bound: f64, to: &mut CompressedBlock) {
+        let settings = settings(rows, range.collect(), &mut to.leftover);
+        let settings = SettingRange {
+            nodes: &settings,
+            range: 0..settings.len(),
+            root: DryRoot::of(&settings),
+            bound,
         };
-        if !order.is_sorted_by(|a, b| compare(a, b).is_le()) {
-            order.sort_by(compare);
-        }
-        let mut settings = Nodes::default();
-        for same in order.chunk_by(|a, b| key(*a) == key(*b)) {
-            let count: f64 = same.iter().map(|row| rows.count[*row]).sum();
-            let mean = same
-                .iter()
-                .map(|row| rows.count[*row] * rows.restitution[*row])
-                .sum::<f64>()
-                / count;
-            let squares = same
-                .iter()
-                .map(|row| rows.count[*row] * (rows.restitution[*row] - mean).powi(2));
-            *leftover += squares.sum::<f64>();
-            settings.push(key(same[0]), rows.film(same[0]), rows.has_fixed(), mean, count);
-        }
-        settings
+        self.split(settings, to);
     }
 
     fn split(&self, settings: SettingRange, block: &mut CompressedBlock) {
@@ -329,16 +357,8 @@ impl Compressor<'_> {
             }
             return;
         }
-        for i in range {
-            block.nodes.push(
-                nodes.impact(i),
-                nodes.film(i),
-                nodes.has_fixed(),
-                nodes.restitution[i],
-                nodes.count[i],
-            );
-            block.rows_exact += nodes.count[i].round() as usize;
-        }
+        let kept: Vec<usize> = range.collect();
+        block.keep(&nodes.some(&kept));
     }
 
     /// Takes the rule of an order if it keeps the bound at every test.
@@ -373,11 +393,7 @@ impl Compressor<'_> {
             }
             errors.push(error);
         }
-        block.leftover += if self.about.is_some() { leftover } else { 0.0 };
-        block.nodes.append(&short);
-        for (sum, error) in block.errors.iter_mut().zip(errors) {
-            *sum += error;
-        }
+        block.add(&short, if self.about.is_some() { leftover } else { 0.0 }, &errors);
         true
     }
 

@@ -71,6 +71,16 @@ impl Nodes {
         !self.fixed.is_empty()
     }
 
+    /// Some of the nodes.
+    pub(super) fn some(&self, places: &[usize]) -> Nodes {
+        let mut some = Nodes::default();
+        for &node in places {
+            let (e, count) = (self.restitution[node], self.count[node]);
+            some.push(self.impact(node), self.film(node), self.has_fixed(), e, count);
+        }
+        some
+    }
+
     /// Appends all of some other nodes, and says where they are.
     pub(super) fn append(&mut self, more: &Nodes) -> Range<usize> {
         let first = self.len();
