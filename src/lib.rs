@@ -54,7 +54,10 @@
 //! **A term** of the energy balance is a file in `physics/` that implements [`physics::loss::Loss`]: its parameters, each a
 //! [`physics::coefficient::Parameter`] with name, symbol, unit and prior; what it takes at a film, with slopes; what no
 //! parameter moves; its formula. It enters the sum where [`physics::form::Form`] lists its losses, and has its word in
-//! [`physics::form::Term`]. Simulation, least squares, likelihood, sizes of terms and prediction follow from the sum:
+//! [`physics::form::Term`]. Simulation, least squares, sizes of terms and prediction follow from the sum. The likelihood
+//! reads the shape of the inertial loss as a column of the runs, and what the viscous one takes as the same at every film
+//! (`model/likelihood/trend.rs`): another loss that reads the film needs a column there, and the tests against the sum fail
+//! until it has one:
 //!
 //! ```
 //! use wetcor::physics::loss::{AtFilm, Fixed, Loss, Setting, Share, Slope};

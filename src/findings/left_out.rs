@@ -43,8 +43,12 @@ const LARGEST_MCSE: f64 = 0.07;
 /// The same as a share of the standard error of a difference: one of forty standard errors need not be known to 0.1.
 const LARGEST_SHARE: f64 = 0.05;
 
-/// k-hat of a run beyond which its weights have no mean: neither more draws nor those of trajectories leave it out.
+/// k-hat of a run, beyond that of the draws' own weights, at which its weights have no mean: neither more draws nor those of
+/// trajectories leave it out.
 const HOPELESS: f64 = 1.0;
+
+/// So many runs stand beside each that no draws leave out: of few runs a rough answer is told, by trajectories.
+const MANY_BESIDE: usize = 100;
 
 /// What models are drawn from.
 #[derive(Clone, Copy)]
@@ -166,7 +170,8 @@ impl Leaving<'_> {
             let of_difference = beside.and_then(|beside| difference(&loo, beside)?.se);
             let enough = LARGEST_MCSE.max(LARGEST_SHARE * of_difference.unwrap_or(0.0));
             let (worst, high) = loo.worst_khat(line);
-            let is_hopeless = worst.is_some_and(|khat| khat > HOPELESS);
+            let is_few = high * MANY_BESIDE <= self.runs.len();
+            let is_hopeless = is_few && worst.is_some_and(|khat| khat > HOPELESS + weighed.khat().max(0.0));
             if high == 0 || is_hopeless {
                 let done = is_hopeless || loo.mcse <= enough;
                 let sampled = weighed.resample(prepared, 1, stream);

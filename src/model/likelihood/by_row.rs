@@ -9,13 +9,13 @@
 
 use std::ops::Range;
 
+use super::block_sums::BlockSums;
 use super::errors::Errors;
 use super::hidden_speed::MeasuredRun;
 use super::nodes::DryRow;
 use super::prepared::Likelihood;
 use super::run_density::{RunDensity, Seen, Side, Spreads};
 use super::run_law::{ByRow, RunImpact, RunNoise, WetRow};
-use super::sums::BlockSums;
 use super::tails::Tails;
 use super::trend::{BlockLaw, FilmLaw};
 use crate::model::parameters::{ParameterKind, COMMON_SLOTS};

@@ -4,12 +4,14 @@
 //! reference parameters is smooth in x = 4/St, and the block becomes the Gauss quadrature of its own settings: nodes with
 //! positive counts and a mean restitution each, and the sum of squares these leave. What is expanded is the difference
 //! from the reference, so that the error does not grow with the number of runs. A range of x that the nodes do not
-//! describe to its share of the bound, as towards the threshold, is halved; one with few settings keeps them.
+//! describe to its share of the bound, as towards the threshold, is halved; one with few settings keeps them. Runs whose
+//! films hardly any other run has are taken together, in film and speed at once (`scattered.rs`).
 
 use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::compressed_block::CompressedBlock;
 use super::gauss::gauss_rule;
 use super::nodes::{NodeFilm, Nodes, WetBlock};
 use super::prepared::Likelihood;
@@ -111,40 +113,6 @@ struct SettingRange<'s> {
     range: Range<usize>,
     root: DryRoot,
     bound: f64,
-}
-
-/// What became of one block.
-#[derive(Default)]
-pub(super) struct CompressedBlock {
-    nodes: Nodes,
-    leftover: f64,
-    rows_exact: usize,
-    /// error at each test
-    errors: Vec<f64>,
-}
-
-impl CompressedBlock {
-    fn new(tests: usize) -> CompressedBlock {
-        CompressedBlock {
-            errors: vec![0.0; tests],
-            ..CompressedBlock::default()
-        }
-    }
-
-    /// Adds nodes that stand for others, with the sum of squares they leave and their error at each test.
-    pub fn add(&mut self, nodes: &Nodes, leftover: f64, errors: &[f64]) {
-        self.nodes.append(nodes);
-        self.leftover += leftover;
-        for (sum, error) in self.errors.iter_mut().zip(errors) {
-            *sum += error;
-        }
-    }
-
-    /// Adds settings as they are.
-    pub fn keep(&mut self, settings: &Nodes) {
-        self.nodes.append(settings);
-        self.rows_exact += settings.count.iter().map(|count| count.round() as usize).sum::<usize>();
-    }
 }
 
 impl Nodes {

@@ -10,9 +10,11 @@
 //! (+ (3/5) k² p² to second order) with p = v^(1/5) at the dry speed in use. A trend with the film ratio stands in L and C:
 //! L + L′ f and C exp(C′ f), f being the logarithm of the film ratio over the middle one of the runs.
 
+mod block_sums;
 mod by_row;
 mod by_series;
 mod compress;
+mod compressed_block;
 mod convolution;
 mod dry;
 mod dry_sums;
@@ -40,11 +42,12 @@ pub use prepared::Likelihood;
 pub use run_density::Spreads;
 pub use run_law::BelowRestitution;
 
+use self::block_sums::BlockSums;
 use self::by_row::{BlockRows, RowNoise};
 use self::nodes::WetBlock;
 use self::normal::{ln_normal_cdf, CERTAIN};
 use self::run_law::RunNoise;
-use self::sums::{kept_of_nodes, rebound_sums, BlockSums, NodeRange};
+use self::sums::{kept_of_nodes, rebound_sums, NodeRange};
 use self::trend::FilmParameters;
 use super::parameters::ParameterKind;
 use crate::distributions::LN_ROOT_TWO_PI;

@@ -6,7 +6,7 @@
 //! polynomial to the runs' distances from the reference; what that leaves of their squares is left over. A region whose log
 //! density so comes out beyond its share of the bound, as towards the threshold, is halved; one of few settings keeps them.
 
-use super::compress::CompressedBlock;
+use super::compressed_block::CompressedBlock;
 use super::nodes::Nodes;
 use super::normal::ln_normal_cdf;
 use super::recombination::recombine;

@@ -7,9 +7,10 @@
 use rand::Rng;
 use rand_distr::{ChiSquared, Distribution};
 
+use super::block_sums::BlockSums;
 use super::normal::{ln_normal_cdf, normal_cdf, CERTAIN};
 use super::student::StudentT;
-use super::sums::{BlockSums, HeavyTails};
+use super::sums::HeavyTails;
 use crate::distributions::{student_t_peak_slope, LN_ROOT_TWO_PI};
 
 /// The distribution of noise in units of its spread.

@@ -8,8 +8,8 @@
 //! diameter L = ln(δc/ε) has the slope L′ = p; C′ is the power of the film ratio by which the inertial loss departs from
 //! its form. Empirical: neither is in the paper, which asks whether they vanish.
 
+use super::block_sums::BlockSums;
 use super::nodes::{NodeFilm, Nodes, WetBlock};
-use super::sums::BlockSums;
 use crate::exponential::exponential;
 use crate::model::parameters::{ParameterKind, COMMON_SLOTS};
 use crate::physics::balance::Balance;

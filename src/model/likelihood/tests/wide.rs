@@ -3,8 +3,9 @@
 use rand::rngs::ChaCha8Rng;
 use rand::RngExt;
 
+use super::super::block_sums::BlockSums;
 use super::super::nodes::{NodeFilm, Nodes};
-use super::super::sums::{rebound_sums, BlockSums, HeavyTails, NodeRange};
+use super::super::sums::{rebound_sums, HeavyTails, NodeRange};
 use super::super::trend::{BlockLaw, FilmParameters};
 use crate::model::parameters::{ParameterKind, COMMON_SLOTS};
 use crate::physics::balance::Impact;
