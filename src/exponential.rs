@@ -6,8 +6,15 @@
 /// exp(x) for x up to 700, to 1e-14 of it; below −700, and of NaN, that of −700.
 ///
 /// `fused`, a constant where this stands, says whether the code is made for registers that multiply and add at once.
+#[cfg(feature = "cli")]
 #[inline(always)]
 pub fn exponential(x: f64, fused: bool) -> f64 {
+    exponential_and_less_one(x, fused)[0]
+}
+
+/// exp(x) and exp(x) − 1, the latter as exact for small x as for large.
+#[inline(always)]
+pub fn exponential_and_less_one(x: f64, fused: bool) -> [f64; 2] {
     /// adding it rounds to a whole number, which its last bits then hold
     const ROUND: f64 = 6_755_399_441_055_744.0;
     const LN_2_HEAD: f64 = 6.931_471_803_691_238e-1;
@@ -28,13 +35,15 @@ pub fn exponential(x: f64, fused: bool) -> f64 {
         4.166_666_666_665_136e-2,
         1.666_666_666_666_482_9e-1,
         0.5,
-        1.0,
-        1.0,
     ] {
         series = times_plus(series, f, term);
     }
-    let power = (rounded.to_bits() << 52).wrapping_add(1023 << 52);
-    series * f64::from_bits(power)
+    let less_one = times_plus(series * f, f, f);
+    let power = f64::from_bits((rounded.to_bits() << 52).wrapping_add(1023 << 52));
+    [
+        times_plus(power, less_one, power),
+        times_plus(power, less_one, power - 1.0),
+    ]
 }
 
 /// Whether code that is made for this register may multiply and add at once.
@@ -55,6 +64,16 @@ mod tests {
             for found in [exponential(x, false), exponential(x, true)] {
                 let gap = found / x.exp() - 1.0;
                 assert!(gap.abs() < 1e-14, "{x}: {gap:e}");
+            }
+        }
+        for step in -100..100 {
+            let x = 10f64
+                .powf(0.3 * f64::from(step))
+                .copysign(f64::from(step))
+                .clamp(-700.0, 700.0);
+            for fused in [false, true] {
+                let gap = exponential_and_less_one(x, fused)[1] / x.exp_m1() - 1.0;
+                assert!(gap.abs() < 2e-14, "{x}: {gap:e}");
             }
         }
         assert_eq!(exponential(-1e300, false), exponential(-700.0, false));

@@ -4,7 +4,7 @@
 
 use super::coefficient::{Coefficient, Coefficients, LogNormal, Parameter};
 use super::loss::{AtFilm, Fixed, Loss, Setting, Share, Slope};
-use crate::exponential::exponential;
+use crate::exponential::exponential_and_less_one;
 
 /// C, scale of the loss.
 pub const PREFACTOR: Parameter = Parameter {
@@ -130,14 +130,14 @@ impl Inertia {
         }
     }
 
-    /// g and dg/dδ̃0 of the saturating form, as a loop computes them several at a time: to 1e-14 of 1 rather than of
-    /// themselves. `fused` where the loop is made for registers that multiply and add at once.
+    /// g and dg/dδ̃0 of the saturating form, as a loop computes them several at a time; `fused` where the loop is made for
+    /// registers that multiply and add at once.
     #[inline(always)]
     pub fn saturating_shape_and_slope(film_ratio: f64, film_scale: f64, fused: bool) -> (f64, f64) {
         let over = 1.0 / film_scale;
         let x = film_ratio * over;
-        let left = exponential(-x, fused);
-        (1.0 - left, -x * over * left)
+        let [left, fallen] = exponential_and_less_one(-x, fused);
+        (-fallen, -x * over * left)
     }
 
     /// g and dg/dδ̃0 together, with one exponential.

@@ -15,7 +15,7 @@ use super::compressed_block::CompressedBlock;
 use super::gauss::gauss_rule;
 use super::nodes::{NodeFilm, Nodes, WetBlock};
 use super::prepared::Likelihood;
-use super::scattered::{LawOfBlock, Scattered};
+use super::scattered::{LawOfBlock, Scattered, Shares};
 use super::sums::{rebound_sums, NodeRange};
 use super::trend::{BlockLaw, FilmParameters};
 use crate::model::likelihood::normal::ln_normal_cdf;
@@ -25,6 +25,9 @@ use crate::physics::rebound::mean_and_slope;
 
 /// A film of fewer runs is taken together with others of its block.
 const MANY: usize = 8;
+
+/// Settings of one film that repeat are all kept up to so many.
+const MOST_KEPT: usize = 256;
 
 /// A range with no more different settings than this keeps them all.
 const FEW: usize = 16;
@@ -138,6 +141,22 @@ impl Likelihood {
         tests: &[Vec<f64>],
         resolution: Resolution,
     ) -> (Likelihood, Compression) {
+        // errors of regions mostly have different signs
+        let loose = self.compressed_by(reference, tests, (resolution, Shares::Loose));
+        match resolution {
+            Resolution::Bound(bound) if loose.1.tested_error > bound => {
+                self.compressed_by(reference, tests, (resolution, Shares::Strict))
+            }
+            _ => loose,
+        }
+    }
+
+    fn compressed_by(
+        &self,
+        reference: &[f64],
+        tests: &[Vec<f64>],
+        (resolution, shares): (Resolution, Shares),
+    ) -> (Likelihood, Compression) {
         let rows = self.nodes().max(1) as f64;
         let one_order;
         let (bound, few, orders) = match resolution {
@@ -155,6 +174,7 @@ impl Likelihood {
                 limit: self.limit,
                 truncated: self.truncated,
                 few,
+                bounded: matches!(resolution, Resolution::Bound(_)),
                 orders,
             }
         };
@@ -170,7 +190,7 @@ impl Likelihood {
                 let bound = share(of_film.len());
                 compressor(block, film, rebounded).compress(nodes, of_film, bound, &mut all);
             }
-            let bound = share(others.len());
+            let bound = shares.of(bound, others.len() as f64 / rows);
             let settings = settings(nodes, others, &mut all.leftover);
             let of_block = |full: &[f64]| LawOfBlock {
                 law: self.law(block, full, FilmParameters::new(self.form, full)),
@@ -183,6 +203,7 @@ impl Likelihood {
                 tests: &tests,
                 limit: self.limit,
                 truncated: self.truncated,
+                shares,
                 most: match resolution {
                     Resolution::Bound(_) => None,
                     Resolution::Nodes(nodes) => Some(nodes),
@@ -283,12 +304,19 @@ struct Compressor<'t> {
     limit: f64,
     truncated: bool,
     few: usize,
+    /// whether an error of the log density is asked for
+    bounded: bool,
     orders: &'t [usize],
 }
 
 impl Compressor<'_> {
     fn compress(&self, rows: &Nodes, range: Range<usize>, bound: f64, to: &mut CompressedBlock) {
+        let runs = range.len();
         let settings = settings(rows, range.collect(), &mut to.leftover);
+        if self.keeps(settings.len(), runs) {
+            to.keep(&settings);
+            return;
+        }
         let settings = SettingRange {
             nodes: &settings,
             range: 0..settings.len(),
@@ -296,6 +324,16 @@ impl Compressor<'_> {
             bound,
         };
         self.split(settings, to);
+    }
+
+    /// Whether a film keeps its settings: where they are those of a few diameters at a few speeds, or of many that repeat.
+    fn keeps(&self, settings: usize, runs: usize) -> bool {
+        /// settings that a design has at one film
+        const OF_A_DESIGN: usize = 48;
+        /// runs a setting where they repeat
+        const REPEATED: usize = 2;
+        let repeat = settings <= MOST_KEPT && REPEATED * settings <= runs;
+        settings <= self.few || self.bounded && (settings <= OF_A_DESIGN || repeat)
     }
 
     fn split(&self, settings: SettingRange, block: &mut CompressedBlock) {

@@ -16,7 +16,7 @@ use crate::physics::rebound::mean_restitution;
 use nalgebra::{DMatrix, DVector};
 
 /// A region with fewer settings keeps them.
-const FEW: usize = 40;
+const FEW: usize = 16;
 
 /// Degrees D that are tried in turn.
 const DEGREES: [usize; 5] = [1, 2, 3, 4, 5];
@@ -40,6 +40,25 @@ impl LawOfBlock {
     }
 }
 
+/// How much of a bound a region may err by.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Shares {
+    /// its share of the runs: all together keep the bound
+    Strict,
+    /// the root of that: all together keep it where their signs differ, which has to be looked at
+    Loose,
+}
+
+impl Shares {
+    /// Of a bound, for a region with this share of the runs.
+    pub fn of(self, bound: f64, share: f64) -> f64 {
+        match self {
+            Shares::Strict => bound * share,
+            Shares::Loose => bound * share.sqrt(),
+        }
+    }
+}
+
 /// Compresses the rebounds, or the stuck runs, of one block.
 pub(super) struct Scattered<'t> {
     pub reference: LawOfBlock,
@@ -47,6 +66,7 @@ pub(super) struct Scattered<'t> {
     pub tests: &'t [LawOfBlock],
     pub limit: f64,
     pub truncated: bool,
+    pub shares: Shares,
     /// no more nodes than this a region, whatever the error
     pub most: Option<usize>,
 }
@@ -67,7 +87,7 @@ impl Scattered<'_> {
                 let whole: f64 = settings.count.iter().sum();
                 for half in halves {
                     let share = half.count.iter().sum::<f64>() / whole;
-                    self.compress(&half, bound * share, to);
+                    self.compress(&half, self.shares.of(bound, share), to);
                 }
                 return;
             }
