@@ -182,13 +182,13 @@ impl Likelihood {
             let mut all = CompressedBlock::new(tests.len());
             let mut others = vec![];
             for of_film in nodes.of_one_film(range.clone()) {
-                if of_film.len() < MANY {
-                    others.extend(of_film);
-                    continue;
-                }
                 let film = nodes.film(of_film.start);
                 let bound = share(of_film.len());
-                compressor(block, film, rebounded).compress(nodes, of_film, bound, &mut all);
+                let is_done = of_film.len() >= MANY
+                    && compressor(block, film, rebounded).compress(nodes, of_film.clone(), bound, &mut all);
+                if !is_done {
+                    others.extend(of_film);
+                }
             }
             let bound = shares.of(bound, others.len() as f64 / rows);
             let settings = settings(nodes, others, &mut all.leftover);
@@ -310,20 +310,29 @@ struct Compressor<'t> {
 }
 
 impl Compressor<'_> {
-    fn compress(&self, rows: &Nodes, range: Range<usize>, bound: f64, to: &mut CompressedBlock) {
+    /// Adds what stands for the runs of a film; `false` and nothing where these differ in more than x.
+    fn compress(&self, rows: &Nodes, range: Range<usize>, bound: f64, to: &mut CompressedBlock) -> bool {
         let runs = range.len();
-        let settings = settings(rows, range.collect(), &mut to.leftover);
-        if self.keeps(settings.len(), runs) {
-            to.keep(&settings);
-            return;
+        let mut leftover = 0.0;
+        let settings = settings(rows, range.collect(), &mut leftover);
+        let is_kept = self.keeps(settings.len(), runs);
+        let root = DryRoot::of(&settings);
+        if !is_kept && root == DryRoot::Unknown {
+            return false;
         }
-        let settings = SettingRange {
-            nodes: &settings,
-            range: 0..settings.len(),
-            root: DryRoot::of(&settings),
-            bound,
-        };
-        self.split(settings, to);
+        to.leftover += leftover;
+        if is_kept {
+            to.keep(&settings);
+        } else {
+            let all = SettingRange {
+                nodes: &settings,
+                range: 0..settings.len(),
+                root,
+                bound,
+            };
+            self.split(all, to);
+        }
+        true
     }
 
     /// Whether a film keeps its settings: where they are those of a few diameters at a few speeds, or of many that repeat.
@@ -338,12 +347,9 @@ impl Compressor<'_> {
 
     fn split(&self, settings: SettingRange, block: &mut CompressedBlock) {
         let SettingRange {
-            nodes,
-            range,
-            root,
-            bound,
+            nodes, range, bound, ..
         } = settings.clone();
-        if range.len() > self.few && root != DryRoot::Unknown {
+        if range.len() > self.few {
             if self.orders.iter().any(|order| self.try_order(&settings, *order, block)) {
                 return;
             }

@@ -473,7 +473,7 @@ fn repeated_settings_are_compressed_exactly() {
     }
 }
 
-/// With a bridge, runs at speeds of their own keep their rows, and repeated ones are joined all the same.
+/// With a bridge, a few runs keep their rows, and repeated ones are joined all the same.
 #[test]
 fn a_bridge_is_compressed_where_settings_repeat() {
     let scene = scene();
