@@ -49,7 +49,7 @@ pub use impacts::{by_film, Conditions};
 pub use new_run::NewRun;
 pub use series::{DryGroup, Impacts, Runs, Series};
 pub use spheres::{diameter_in_mm, sphere_label, sphere_words, Sphere};
-pub use true_speeds::{TrueSpeed, TrueSpeeds, GAP};
+pub use true_speeds::{SharedSpeed, TrueSpeed, TrueSpeeds, GAP, MOST_SETTINGS};
 pub use write::{Existing, RunWriter};
 
 use std::fs::File;

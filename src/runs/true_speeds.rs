@@ -1,22 +1,28 @@
 //! Says how the true impact speed of each run is distributed where the measured one errs.
 //!
-//! Runs of one series, film ratio and diameter are repeats of one speed where their measured speeds follow one another without
-//! a gap of more than [`GAP`] of their errors. True speeds of repeats are normal; their mean is the mean of the measured ones,
-//! their spread what these scatter by beyond their errors, by moments, where it is more than errors alone leave in 19 of 20
-//! groups. Where it is not, the repeats have one true speed, and what its mean errs by is an error they share. Else, given what
-//! was measured, a true speed is normal, too: its measured value drawn towards the mean of the repeats, whose own standard
-//! error widens it. Of a speed without a repeat as much is known as of any that runs of its kind, dry or wet, were made at: it
-//! is normal with the mean and the spread of all of these; where they scatter by no more than their errors, it is as good as
-//! any other before it is measured.
+//! Runs of a kind, dry or wet, are repeats of one speed where their measured speeds follow one another without a gap of more
+//! than [`GAP`] of their errors. True speeds of repeats are normal; their mean is the mean of the measured ones, their spread
+//! what these scatter by beyond their errors, by moments, where it is more than errors alone leave in 19 of 20 groups. Where
+//! it is not, the repeats have one true speed whatever their diameters and films, and what its mean errs by is an error they
+//! share. Else runs of one series, film ratio and diameter are looked at in the same way by themselves: a common speed of
+//! theirs is one, and else a true speed, given what was measured, is normal, its measured value drawn towards the mean of the
+//! repeats, whose own standard error widens it. Of a speed without a repeat as much is known as of any that runs of its kind
+//! were made at: it is normal with the mean and the spread of all of these; where they scatter by no more than their errors,
+//! it is as good as any other before it is measured.
 
 use std::ops::Range;
 
 use super::errors::MeasurementErrors;
 use super::series::Runs;
 use crate::distributions::gamma_quantile;
+use crate::scene::Scene;
 
 /// Measured speeds farther apart than so many standard deviations of their errors are no repeats of one speed.
 pub const GAP: f64 = 2.5;
+
+/// Settings that share one true speed at most: it is integrated over for all of them at once, at a cost that grows with their
+/// square where many are near the threshold. Repeats of more are told apart into groups that know nothing of one another.
+pub const MOST_SETTINGS: usize = 8;
 
 /// The true impact speed of a run over the measured one: normal.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,61 +49,148 @@ impl TrueSpeed {
 pub struct TrueSpeeds {
     /// of each run
     pub of_run: Vec<TrueSpeed>,
-    /// repeats of one setting that have one true speed, by the places of the runs: the standard normal of all of a group is
-    /// the same
-    pub shared: Vec<Vec<usize>>,
+    /// repeats that have one true speed: the standard normal of all of a group is the same
+    pub shared: Vec<SharedSpeed>,
 }
 
+/// Runs that have one true speed.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SharedSpeed {
+    /// by their places, those of one series, film ratio and diameter together; at most [`MOST_SETTINGS`]
+    pub settings: Vec<Vec<usize>>,
+}
+
+impl SharedSpeed {
+    /// By their places.
+    pub fn runs(&self) -> impl Iterator<Item = usize> + '_ {
+        self.settings.iter().flatten().copied()
+    }
+}
+
+/// Runs of one series, film ratio and diameter whose speeds err.
+type Setting = Vec<usize>;
+
 impl Runs {
-    /// The true speed of every run, given these errors.
-    pub fn true_speeds(&self, errors: &MeasurementErrors) -> TrueSpeeds {
+    /// The true speed of every run, given these errors. Where series have offsets, runs of different series share none: they
+    /// are left out a series at a time.
+    pub fn true_speeds(&self, scene: &Scene, errors: &MeasurementErrors) -> TrueSpeeds {
         let mut found = TrueSpeeds {
             of_run: vec![TrueSpeed::EXACT; self.len()],
             shared: vec![],
         };
+        let measured = MeasuredSpeeds { runs: self, errors };
         let wet: Vec<Range<usize>> = self.series.iter().map(|series| series.runs()).collect();
         let dry = self.dry.iter().map(|group| group.rebounds.start..group.stuck.end);
         for kind in [wet, dry.collect()] {
-            let err = |run: &usize| errors.impact_speed_sd[*run] > 0.0;
-            let all: Vec<usize> = kind.iter().cloned().flatten().filter(err).collect();
-            let each = all
-                .iter()
-                .map(|run| [self.impact_speed[*run], errors.impact_speed_sd[*run]]);
-            let of_kind = Repeats::of(each);
-            for runs in kind {
-                self.find_true_speeds(errors, runs, &of_kind, &mut found);
+            let series: Vec<Vec<Setting>> = kind.into_iter().map(|runs| measured.settings(runs)).collect();
+            let of_kind = measured.repeats(series.iter().flatten().flatten());
+            if scene.model.series_offsets {
+                for settings in series {
+                    measured.find(settings, &of_kind, &mut found);
+                }
+            } else {
+                measured.find(series.concat(), &of_kind, &mut found);
             }
         }
         found
     }
+}
 
-    fn find_true_speeds(
-        &self,
-        errors: &MeasurementErrors,
-        runs: Range<usize>,
-        of_kind: &Repeats,
-        found: &mut TrueSpeeds,
-    ) {
-        let speed = |run: usize| self.impact_speed[run];
-        let sd = |run: usize| errors.impact_speed_sd[run];
-        let setting = |run: &usize| [self.impacts.film_ratio[*run], self.diameter[*run]].map(f64::to_bits);
-        let mut order: Vec<usize> = runs.filter(|run| sd(*run) > 0.0).collect();
-        order.sort_by(|a, b| setting(a).cmp(&setting(b)).then(speed(*a).total_cmp(&speed(*b))));
-        let near =
-            |a: &usize, b: &usize| setting(a) == setting(b) && speed(*b) - speed(*a) <= GAP * 0.5 * (sd(*a) + sd(*b));
-        for repeats in order.chunk_by(near) {
-            let group = Repeats::of(repeats.iter().map(|run| [speed(*run), sd(*run)]));
-            for &run in repeats {
-                found.of_run[run] = if group.runs > 1 {
-                    group.true_speed(speed(run), sd(run))
-                } else {
-                    of_kind.true_speed_of_one(speed(run), sd(run))
-                };
-            }
-            if group.runs > 1 && group.spread == 0.0 {
-                found.shared.push(repeats.to_vec());
+/// Speeds with what they err by.
+struct MeasuredSpeeds<'r> {
+    runs: &'r Runs,
+    errors: &'r MeasurementErrors,
+}
+
+impl MeasuredSpeeds<'_> {
+    fn speed(&self, run: usize) -> f64 {
+        self.runs.impact_speed[run]
+    }
+
+    fn sd(&self, run: usize) -> f64 {
+        self.errors.impact_speed_sd[run]
+    }
+
+    /// The settings of some runs, ordered by film ratio and diameter.
+    fn settings(&self, runs: Range<usize>) -> Vec<Setting> {
+        let setting = |run: &usize| [self.runs.impacts.film_ratio[*run], self.runs.diameter[*run]].map(f64::to_bits);
+        let mut order: Vec<usize> = runs.filter(|run| self.sd(*run) > 0.0).collect();
+        order.sort_by_key(setting);
+        order
+            .chunk_by(|a, b| setting(a) == setting(b))
+            .map(<[usize]>::to_vec)
+            .collect()
+    }
+
+    /// Runs, told by any key beside them, that follow one another without a gap.
+    fn without_gaps<K: Copy>(&self, mut order: Vec<(usize, K)>) -> Vec<Vec<(usize, K)>> {
+        order.sort_by(|(a, _), (b, _)| self.speed(*a).total_cmp(&self.speed(*b)));
+        let near = |(a, _): &(usize, K), (b, _): &(usize, K)| {
+            self.speed(*b) - self.speed(*a) <= GAP * 0.5 * (self.sd(*a) + self.sd(*b))
+        };
+        order.chunk_by(near).map(<[(usize, K)]>::to_vec).collect()
+    }
+
+    fn repeats<'r>(&self, runs: impl Iterator<Item = &'r usize> + Clone) -> Repeats {
+        Repeats::of(runs.map(|run| [self.speed(*run), self.sd(*run)]))
+    }
+
+    /// Finds the true speeds of runs that may share one.
+    fn find(&self, settings: Vec<Setting>, of_kind: &Repeats, found: &mut TrueSpeeds) {
+        let all = settings.iter().enumerate();
+        let all = all.flat_map(|(place, runs)| runs.iter().map(move |run| (*run, place)));
+        for near in self.without_gaps(all.collect()) {
+            let repeats = self.repeats(near.iter().map(|(run, _)| run));
+            // a stable order: runs of a setting follow one another by their speeds
+            let mut by_setting = near.clone();
+            by_setting.sort_by_key(|(_, setting)| *setting);
+            let by_setting = by_setting.chunk_by(|(_, a), (_, b)| a == b);
+            let settings: Vec<Setting> = by_setting
+                .map(|runs| runs.iter().map(|(run, _)| *run).collect())
+                .collect();
+            if repeats.runs == 1 {
+                let (run, _) = near[0];
+                found.of_run[run] = of_kind.true_speed_of_one(self.speed(run), self.sd(run));
+            } else if repeats.spread == 0.0 {
+                let groups = settings.len().div_ceil(MOST_SETTINGS);
+                let most = settings.len().div_ceil(groups);
+                settings
+                    .chunks(most)
+                    .for_each(|settings| self.share(settings.to_vec(), found));
+            } else {
+                for setting in settings {
+                    self.find_in_setting(setting, &repeats, found);
+                }
             }
         }
+    }
+
+    /// Finds the true speeds of runs of one setting, which are among those that have these as repeats.
+    fn find_in_setting(&self, setting: Setting, of_all: &Repeats, found: &mut TrueSpeeds) {
+        for near in self.without_gaps(setting.into_iter().map(|run| (run, ())).collect()) {
+            let runs: Setting = near.into_iter().map(|(run, ())| run).collect();
+            let own = self.repeats(runs.iter());
+            if own.runs > 1 && own.spread == 0.0 {
+                self.share(vec![runs], found);
+                continue;
+            }
+            let repeats = if own.runs > 1 { &own } else { of_all };
+            for run in runs {
+                found.of_run[run] = repeats.true_speed(self.speed(run), self.sd(run));
+            }
+        }
+    }
+
+    /// Gives one true speed to runs of which errors explain the scatter.
+    fn share(&self, settings: Vec<Setting>, found: &mut TrueSpeeds) {
+        let one = Repeats {
+            spread: 0.0,
+            ..self.repeats(settings.iter().flatten())
+        };
+        for &run in settings.iter().flatten() {
+            found.of_run[run] = one.true_speed(self.speed(run), self.sd(run));
+        }
+        found.shared.push(SharedSpeed { settings });
     }
 }
 
@@ -105,8 +198,8 @@ impl Runs {
 struct Repeats {
     runs: usize,
     mean: f64,
-    /// square of the standard error of the mean
-    mean_variance: f64,
+    /// mean square of their errors
+    error: f64,
     /// square of the spread of the true speeds
     spread: f64,
 }
@@ -132,7 +225,7 @@ impl Repeats {
         Repeats {
             runs,
             mean,
-            mean_variance: (spread + error) / n,
+            error,
             spread,
         }
     }
@@ -141,7 +234,8 @@ impl Repeats {
     fn true_speed(&self, measured: f64, sd: f64) -> TrueSpeed {
         let error = sd * sd;
         let to_mean = error / (error + self.spread);
-        let variance = self.spread * to_mean + to_mean * to_mean * self.mean_variance;
+        let of_mean = (self.spread + self.error) / self.runs as f64;
+        let variance = self.spread * to_mean + to_mean * to_mean * of_mean;
         TrueSpeed {
             mean: 1.0 + to_mean * (self.mean / measured - 1.0),
             sd: variance.sqrt() / measured,
@@ -168,7 +262,11 @@ impl Repeats {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
+    use crate::runs::NewRun;
+    use crate::scene;
 
     #[test]
     fn repeats_draw_a_speed_to_their_mean() {
@@ -191,5 +289,81 @@ mod tests {
         // one of many speeds
         let one = group.true_speed_of_one(0.8, 0.02);
         assert_eq!((one.mean, one.repeats), (group.true_speed(0.8, 0.02).mean, 1));
+    }
+
+    const SCENE: &str =
+        "title = \"speeds\"\n[data]\nruns = \"runs.csv\"\n[particles.PE]\ndensity_kg_m3 = 940\nroughness_um = 5\n[liquids.oil]\n\
+                         density_kg_m3 = 965\nviscosity_mPa_s = 50\n";
+
+    /// Runs of these diameters, mm, at these speeds, m/s, that err by 1 cm/s, with a dry run.
+    fn found(extra: &str, runs: &[(f64, f64)]) -> (Runs, TrueSpeeds) {
+        let scene = scene::parse(&format!("{SCENE}{extra}"), Path::new("a/scene.toml"), String::new()).expect("valid");
+        let row = |(diameter, impact_speed): &(f64, f64), wet: bool| NewRun {
+            particle: "PE",
+            liquid: wet.then_some("oil"),
+            diameter: 1e-3 * diameter,
+            film: wet.then_some((6e-5 * diameter, 0.06)),
+            impact_speed: *impact_speed,
+            restitution: 0.5,
+        };
+        let mut rows = vec![row(&(5.0, 1.0), false)];
+        rows.extend(runs.iter().map(|run| row(run, true)));
+        let runs = crate::runs::arrange(&scene, &rows);
+        let errors = MeasurementErrors {
+            impact_speed_sd: vec![0.01; runs.len()],
+            restitution_sd: vec![0.0; runs.len()],
+            speed_correlation: vec![],
+        };
+        let speeds = runs.true_speeds(&scene, &errors);
+        (runs, speeds)
+    }
+
+    fn sizes(of: &TrueSpeeds) -> Vec<Vec<usize>> {
+        let each = |shared: &SharedSpeed| shared.settings.iter().map(Vec::len).collect();
+        of.shared.iter().map(each).collect()
+    }
+
+    #[test]
+    fn repeats_of_any_diameter_have_one_true_speed() {
+        let three = [
+            (5.0, 0.99),
+            (5.0, 1.01),
+            (6.0, 1.0),
+            (7.0, 1.01),
+            (7.0, 2.0),
+            (6.0, 2.01),
+        ];
+        let (runs, speeds) = found("", &three);
+        assert_eq!(sizes(&speeds), [vec![2, 1, 1], vec![1, 1]]);
+        // the dry run at 1 m/s is of another kind
+        assert!(speeds.shared.iter().flat_map(SharedSpeed::runs).all(|run| run > 0));
+        let first = speeds.shared[0]
+            .runs()
+            .map(|run| runs.impact_speed[run] * speeds.of_run[run].mean);
+        assert!(first.into_iter().all(|true_speed| (true_speed - 1.0025).abs() < 1e-12));
+        // but not where a series is left out at a time
+        let (_, speeds) = found("[model]\nseries_offsets = true\n", &three);
+        assert_eq!(sizes(&speeds), [vec![2]]);
+    }
+
+    #[test]
+    fn more_settings_than_an_integral_takes_share_a_speed_in_groups() {
+        let many: Vec<(f64, f64)> = (0..18).map(|place| (5.0 + f64::from(place), 1.0)).collect();
+        let (_, speeds) = found("", &many);
+        assert_eq!(sizes(&speeds), vec![vec![1; 6]; 3]);
+        assert!(speeds.of_run[1..]
+            .iter()
+            .all(|of| (of.sd - 0.01 / 6f64.sqrt()).abs() < 1e-12));
+    }
+
+    #[test]
+    fn speeds_that_scatter_beyond_their_errors_are_told_apart_by_setting() {
+        // two drop heights, not a gap apart, each the one of a diameter; and a run of a third
+        let apart = [0.99, 1.0, 1.01].map(|v| [(5.0, v), (6.0, v + 0.03)]).concat();
+        let (runs, speeds) = found("", &[apart, vec![(7.0, 1.02)]].concat());
+        assert_eq!(sizes(&speeds), [vec![3], vec![3]]);
+        let alone = (0..runs.len()).find(|run| runs.diameter[*run] == 7e-3).expect("there");
+        // drawn to the mean of all, with their spread
+        assert_eq!(speeds.of_run[alone].repeats, 7);
     }
 }

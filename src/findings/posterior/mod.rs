@@ -130,7 +130,7 @@ pub fn fit_posterior(
     let mut findings = summarise_posterior(&sampled, source);
     findings.mark_k_of_wet_runs(&sampled.parameters, runs);
     let mut checks = posterior_checks::check_posterior(&findings, least_squares);
-    checks.extend(posterior_checks::speed_errors(runs));
+    checks.extend(posterior_checks::speed_errors(scene, runs));
     Ok(Ok(Posterior {
         setup,
         findings,

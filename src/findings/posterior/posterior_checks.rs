@@ -8,6 +8,7 @@ use crate::inference::diagnostics::pareto::khat_threshold;
 use crate::inference::mixing::MixingLines;
 use crate::model::parameters::{ModelParameters, ParameterKind};
 use crate::runs::{DryGroup, Runs};
+use crate::scene::Scene;
 
 /// Standard errors that chance may add to a coverage or a mean residual.
 const CHANCE: f64 = 3.5;
@@ -164,8 +165,8 @@ pub(super) fn check_posterior(found: &PosteriorFindings, least_squares: LeastSqu
 }
 
 /// By how much the true speeds of the wet runs are not known, as a share of them; `None` where no speed errs.
-pub fn speed_errors(runs: &Runs) -> Option<Check> {
-    let speeds = runs.true_speeds(&runs.errors_with_medians()?);
+pub fn speed_errors(scene: &Scene, runs: &Runs) -> Option<Check> {
+    let speeds = runs.true_speeds(scene, &runs.errors_with_medians()?);
     let wet = || runs.series.iter().flat_map(|series| series.runs());
     let squares: f64 = wet().map(|run| speeds.of_run[run].sd.powi(2)).sum();
     let rms = (squares / wet().count().max(1) as f64).sqrt();

@@ -11,15 +11,17 @@ use std::ops::Range;
 
 use super::block_sums::BlockSums;
 use super::errors::Errors;
-use super::hidden_speed::MeasuredRun;
 use super::nodes::DryRow;
+use super::own_rows::{ByRow, WetPlace};
 use super::prepared::Likelihood;
 use super::run_density::{RunDensity, Seen, Side, Spreads};
-use super::run_law::{ByRow, RunImpact, RunNoise, WetRow};
+use super::run_law::{RunImpact, RunNoise};
+use super::shared_speed::SharedSetting;
+use super::sums::NodeRange;
 use super::tails::Tails;
 use super::trend::{BlockLaw, FilmLaw};
 use crate::model::parameters::{ParameterKind, COMMON_SLOTS};
-use crate::physics::balance::{Balance, Impact};
+use crate::physics::balance::Balance;
 
 /// The noise of wet runs at a full vector of parameters, where runs are taken one at a time.
 #[derive(Clone, Copy)]
@@ -33,12 +35,37 @@ pub(super) struct BlockRows<'b> {
     pub rebounds: Range<usize>,
     pub stuck: Range<usize>,
     pub law: &'b BlockLaw,
-    /// those of one true speed, group by group
-    pub repeats: &'b [Vec<WetRow>],
+}
+
+impl RowNoise<'_> {
+    /// Log likelihood of the runs that share a true speed; adds its slopes in the spreads and in ν, and in r to the sums of
+    /// each block.
+    pub fn of_shared_speeds(&self, blocks: &[NodeRange], slopes: &mut [f64], sums: &mut [BlockSums]) -> f64 {
+        let mut value = 0.0;
+        for shared in &self.own.shared {
+            let of_setting = |of: &SharedSetting<WetPlace>| blocks[of.place.block].law.at(of.place.film);
+            let films: Vec<FilmLaw> = shared.settings.iter().map(of_setting).collect();
+            let balances: Vec<&Balance> = films.iter().map(|film| &film.balance).collect();
+            let (all, each) = shared.density(self.noise, &balances);
+            value += all.value;
+            add_noise_slopes(all, ParameterKind::SigmaWet, slopes);
+            for ((setting, film), of) in shared.settings.iter().zip(&films).zip(each) {
+                film.add(&mut sums[setting.place.block], of.kept, of.viscous, -0.5 * of.dry_k);
+            }
+        }
+        value
+    }
+}
+
+/// Adds the slopes in the spreads and in ν, of which this kind of runs has that σ.
+fn add_noise_slopes(of: RunDensity, sigma: ParameterKind, slopes: &mut [f64]) {
+    slopes[sigma.slot()] += of.sigma;
+    slopes[ParameterKind::SigmaEnergy.slot()] += of.energy;
+    slopes[ParameterKind::Nu.slot()] += of.nu;
 }
 
 impl Likelihood {
-    /// Log likelihood of some runs of a block; adds its slopes in the spreads and in ν, and in r to `sums`.
+    /// Log likelihood of some runs of a block but those that share a true speed; adds its slopes in the spreads and in ν, and in r to `sums`.
     pub(super) fn run_by_run(
         &self,
         rows: BlockRows,
@@ -51,11 +78,12 @@ impl Likelihood {
         let mut films_of_stuck = self.stuck.films(rows.law);
         let mut all = RunDensity::default();
         let mut add = |film: &FilmLaw, of: RunDensity, count: f64| {
-            all.value += count * of.value;
-            all.sigma += count * of.sigma;
-            all.energy += count * of.energy;
-            all.nu += count * of.nu;
-            film.add(sums, count * of.kept, count * of.viscous, -0.5 * count * of.dry_k);
+            let of = of.times(count);
+            all.value += of.value;
+            all.sigma += of.sigma;
+            all.energy += of.energy;
+            all.nu += of.nu;
+            film.add(sums, of.kept, of.viscous, -0.5 * of.dry_k);
         };
         let errors = |all: &[Errors], node: usize| all.get(node).copied().unwrap_or(Errors::NONE);
         let rebounded = Seen::On(Side::Above, self.limit);
@@ -89,37 +117,7 @@ impl Likelihood {
                 add(&film, noise.density(run, stuck), self.stuck.count[node]);
             }
         }
-        let mut over = |rows: &[WetRow], seen: &dyn Fn(&WetRow) -> Seen, count: f64| {
-            let known = rows.iter().map(|row| MeasuredRun {
-                seen: seen(row),
-                errors: match *row {
-                    WetRow::Rebound(node) => own.rebounds[node],
-                    WetRow::Stuck(node) => own.stuck[node],
-                },
-            });
-            let known: Vec<MeasuredRun> = known.collect();
-            let (impact, film) = match rows[0] {
-                WetRow::Rebound(node) => (self.rebounds.impact(node), films.at(node)),
-                WetRow::Stuck(node) => (self.stuck.impact(node), films_of_stuck.at(node)),
-            };
-            let of = noise.repeats(&film.balance, impact, &known).integrate();
-            add(&film, of, count);
-        };
-        for group in rows.repeats {
-            let seen = |row: &WetRow| match *row {
-                WetRow::Rebound(node) => Seen::Rebound(self.rebounds.restitution[node]),
-                WetRow::Stuck(_) => stuck,
-            };
-            over(group, &seen, 1.0);
-            let rebounds = group.iter().filter(|row| matches!(row, WetRow::Rebound(_)));
-            let rebounds: Vec<WetRow> = rebounds.copied().collect();
-            if self.truncated && !rebounds.is_empty() {
-                over(&rebounds, &|_| rebounded, -1.0);
-            }
-        }
-        slopes[ParameterKind::SigmaWet.slot()] += all.sigma;
-        slopes[ParameterKind::SigmaEnergy.slot()] += all.energy;
-        slopes[ParameterKind::Nu.slot()] += all.nu;
+        add_noise_slopes(all, ParameterKind::SigmaWet, slopes);
         all.value
     }
 
@@ -135,24 +133,19 @@ impl Likelihood {
         };
         let mut value = 0.0;
         let mut add = |place_of_k: usize, of: RunDensity, count: f64| {
-            value += count * of.value;
-            slopes[place_of_k] += count * of.dry_k;
-            slopes[ParameterKind::SigmaDry.slot()] += count * of.sigma;
-            slopes[ParameterKind::Nu.slot()] += count * of.nu;
+            let of = of.times(count);
+            value += of.value;
+            slopes[place_of_k] += of.dry_k;
+            add_noise_slopes(of, ParameterKind::SigmaDry, slopes);
         };
         let rebounded = Seen::On(Side::Above, self.limit);
         let seen = |row: &DryRow| row.restitution.map_or(Seen::On(Side::Below, self.limit), Seen::Rebound);
-        let impact = |row: &DryRow| Impact {
-            dry_root: row.dry_root,
-            over_stokes: 0.0,
-            fixed: [0.0; 2],
-        };
         for row in own.dry.iter().filter(|row| !row.errors.is_shared) {
             let place_of_k = COMMON_SLOTS + row.sphere;
             let balance = Balance::dry(self.form.dry, full[place_of_k]);
             let run = RunImpact {
                 balance: &balance,
-                impact: impact(row),
+                impact: row.impact(),
                 errors: row.errors,
             };
             add(place_of_k, noise.density(run, seen(row)), 1.0);
@@ -160,32 +153,16 @@ impl Likelihood {
                 add(place_of_k, noise.density(run, rebounded), -1.0);
             }
         }
-        for group in &own.dry_repeats {
-            let first = &own.dry[group[0]];
-            let place_of_k = COMMON_SLOTS + first.sphere;
-            let balance = Balance::dry(self.form.dry, full[place_of_k]);
-            let known = |rows: &[&DryRow], seen: &dyn Fn(&DryRow) -> Seen| -> Vec<MeasuredRun> {
-                let each = rows.iter().map(|row| MeasuredRun {
-                    seen: seen(row),
-                    errors: row.errors,
-                });
-                each.collect()
-            };
-            let rows: Vec<&DryRow> = group.iter().map(|row| &own.dry[*row]).collect();
-            let all = known(&rows, &seen);
-            add(
-                place_of_k,
-                noise.repeats(&balance, impact(first), &all).integrate(),
-                1.0,
-            );
-            let rebounds: Vec<&DryRow> = rows.into_iter().filter(|row| row.restitution.is_some()).collect();
-            if let Some(first) = rebounds.first().filter(|_| self.truncated) {
-                let all = known(&rebounds, &|_| rebounded);
-                add(
-                    place_of_k,
-                    noise.repeats(&balance, impact(first), &all).integrate(),
-                    -1.0,
-                );
+        for shared in &own.dry_shared {
+            let place_of_k = |of: &SharedSetting<usize>| COMMON_SLOTS + of.place;
+            let balance = |of: &SharedSetting<usize>| Balance::dry(self.form.dry, full[place_of_k(of)]);
+            let balances: Vec<Balance> = shared.settings.iter().map(balance).collect();
+            let balances: Vec<&Balance> = balances.iter().collect();
+            let (all, each) = shared.density(noise, &balances);
+            value += all.value;
+            add_noise_slopes(all, ParameterKind::SigmaDry, slopes);
+            for (setting, of) in shared.settings.iter().zip(each) {
+                slopes[place_of_k(setting)] += of.dry_k;
             }
         }
         value

@@ -1,6 +1,7 @@
 //! Holds what the measurement of a run errs by.
 
-use crate::runs::{MeasurementErrors, Runs, TrueSpeed, TrueSpeeds};
+use crate::runs::{MeasurementErrors, Runs, SharedSpeed, TrueSpeed, TrueSpeeds};
+use crate::scene::Scene;
 
 /// What the measurement of a run errs by.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,12 +56,12 @@ pub(super) struct RunErrors {
 
 impl RunErrors {
     /// `None` where no run has any.
-    pub fn of(runs: &Runs) -> Option<RunErrors> {
+    pub fn of(scene: &Scene, runs: &Runs) -> Option<RunErrors> {
         let measured = runs.errors_with_medians()?;
-        let true_speeds = runs.true_speeds(&measured);
+        let true_speeds = runs.true_speeds(scene, &measured);
         let mut is_shared = vec![false; runs.len()];
-        for run in true_speeds.shared.iter().flatten() {
-            is_shared[*run] = true;
+        for run in true_speeds.shared.iter().flat_map(SharedSpeed::runs) {
+            is_shared[run] = true;
         }
         Some(RunErrors {
             measured,
@@ -82,7 +83,7 @@ impl RunErrors {
     }
 
     /// Groups of runs that have one true speed.
-    pub fn shared_speeds(&self) -> &[Vec<usize>] {
+    pub fn shared_speeds(&self) -> &[SharedSpeed] {
         &self.true_speeds.shared
     }
 }

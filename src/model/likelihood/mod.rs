@@ -24,6 +24,7 @@ mod hidden_speed;
 mod nodes;
 pub mod normal;
 mod normal_nodes;
+mod own_rows;
 pub mod pointwise;
 mod prepared;
 mod recombination;
@@ -31,6 +32,7 @@ mod rows;
 mod run_density;
 mod run_law;
 mod scattered;
+mod shared_speed;
 mod student;
 mod sums;
 pub mod tails;
@@ -126,12 +128,13 @@ impl Likelihood {
             .filter(|_| !self.truncated && noise.own.spreads_are_one());
         let all_sums = heavy.map(|heavy| rebound_sums(&self.rebounds, self.form.dry, Some(heavy), &wet.rebounds));
         let mut value = 0.0;
+        let mut sums = vec![BlockSums::default(); self.blocks.len()];
         for (place, (block, NodeRange { nodes, law })) in self.blocks.iter().zip(&wet.rebounds).enumerate() {
-            let mut sums = BlockSums::default();
+            let sums = &mut sums[place];
             let mut one_by_one = nodes.clone();
             if let Some(all_sums) = &all_sums {
-                sums = all_sums[place];
-                let density = tails.of_sums(sums, nodes.len(), sigma);
+                *sums = all_sums[place];
+                let density = tails.of_sums(*sums, nodes.len(), sigma);
                 value += density.value;
                 slopes[ParameterKind::SigmaWet.slot()] += density.sigma;
                 slopes[ParameterKind::Nu.slot()] += density.nu;
@@ -142,10 +145,12 @@ impl Likelihood {
                 rebounds: one_by_one,
                 stuck: block.stuck.clone(),
                 law,
-                repeats: noise.own.repeats.get(place).map_or(&[], Vec::as_slice),
             };
-            value += self.run_by_run(rows, noise, slopes, &mut sums);
-            law.add_slopes(block, &sums, slopes);
+            value += self.run_by_run(rows, noise, slopes, sums);
+        }
+        value += noise.of_shared_speeds(&wet.rebounds, slopes, &mut sums);
+        for ((block, range), sums) in self.blocks.iter().zip(&wet.rebounds).zip(&sums) {
+            range.law.add_slopes(block, sums, slopes);
         }
         value
     }

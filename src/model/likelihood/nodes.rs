@@ -131,3 +131,13 @@ pub(super) struct DryRow {
     pub(super) restitution: Option<f64>,
     pub(super) errors: Errors,
 }
+
+impl DryRow {
+    pub(super) fn impact(&self) -> Impact {
+        Impact {
+            dry_root: self.dry_root,
+            over_stokes: 0.0,
+            fixed: [0.0; 2],
+        }
+    }
+}

@@ -13,10 +13,11 @@ use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::errors::{Errors, RunErrors};
-use super::hidden_speed::{HiddenSpeed, MeasuredRun};
+use super::hidden_speed::HiddenSpeed;
 use super::normal::normal_score;
 use super::run_density::{Seen, Side, Spreads};
 use super::run_law::{RunImpact, RunNoise};
+use super::shared_speed::SharedRuns;
 use super::tails::Tails;
 use super::trend::{middle_film_ratio, FilmParameters};
 use crate::model::parameters::{offset_slot, ParameterKind, COMMON_SLOTS};
@@ -47,6 +48,8 @@ pub struct Pointwise<'r> {
     runs: &'r Runs,
     /// of the measurement of each run
     errors: Option<RunErrors>,
+    /// runs that share a true speed, by their settings
+    shared: Vec<SharedRuns<usize>>,
 }
 
 /// What a run's restitution depends on.
@@ -111,7 +114,8 @@ impl<'r> Pointwise<'r> {
             dry: 0,
             stuck: Vec::with_capacity(runs.len()),
             runs,
-            errors: RunErrors::of(runs),
+            errors: RunErrors::of(scene, runs),
+            shared: vec![],
         };
         let conditions = Conditions::new(scene, runs, form);
         for group in &runs.dry {
@@ -148,6 +152,11 @@ impl<'r> Pointwise<'r> {
                 };
                 pointwise.add(setting, series.stuck.contains(&run));
             }
+        }
+        if let Some(errors) = &pointwise.errors {
+            let setting = |run: usize| pointwise.setting[run] as usize;
+            let place = |run: usize| Some((setting(run), pointwise.settings[setting(run)].impact));
+            pointwise.shared = errors.shared_runs(scene, runs, place);
         }
         pointwise
     }
@@ -314,36 +323,22 @@ impl EvaluatedLaw<'_, '_> {
         }
     }
 
-    /// Gives runs that share a true speed, with what is said to be known of each, to a function of their integral.
-    fn with_repeats<T>(&self, group: &[usize], seen: impl Fn(usize) -> Seen, of: impl Fn(HiddenSpeed) -> T) -> T {
-        let known = group.iter().map(|run| MeasuredRun {
-            seen: seen(*run),
-            errors: self.errors_of(*run),
-        });
-        let known: Vec<MeasuredRun> = known.collect();
-        let setting = self.pointwise.setting[group[0]] as usize;
-        let impact = self.pointwise.settings[setting].impact;
-        of(self.noise(group[0]).repeats(&self.balances[setting], impact, &known))
+    /// Gives runs that share a true speed to a function of their integral.
+    fn hidden<T>(&self, shared: &SharedRuns<usize>, of: impl FnOnce(HiddenSpeed) -> T) -> T {
+        let first = &shared.settings[0];
+        let balances: Vec<&Balance> = shared.settings.iter().map(|of| &self.balances[of.place]).collect();
+        shared.hidden(self.noise(first.runs[0]), &balances, of)
     }
 
     /// Log density of each run given those that share its true speed; 0 of a run that shares it with none.
     fn given_the_others(&self) -> &[f64] {
         self.given_the_others.get_or_init(|| {
             let mut found = vec![0.0; self.pointwise.len()];
-            let rebounded = Seen::On(Side::Above, self.pointwise.limit);
-            let groups = self.pointwise.errors.iter().flat_map(RunErrors::shared_speeds);
-            for group in groups {
-                let each = self.with_repeats(group, |run| self.seen(run), |hidden| hidden.given_the_others());
-                for (run, own) in group.iter().zip(each) {
-                    found[*run] = own;
-                }
-                let rebounds = group.iter().copied().filter(|run| !self.pointwise.stuck[*run]);
-                let rebounds: Vec<usize> = rebounds.collect();
-                if self.pointwise.truncated && !rebounds.is_empty() {
-                    let logged = self.with_repeats(&rebounds, |_| rebounded, |hidden| hidden.given_the_others());
-                    for (run, own) in rebounds.iter().zip(logged) {
-                        found[*run] -= own;
-                    }
+            for shared in &self.pointwise.shared {
+                let each = self.hidden(shared, |hidden| hidden.given_the_others());
+                let runs = shared.settings.iter().flat_map(|of| &of.runs);
+                for (run, own) in runs.zip(each) {
+                    found[*run] += shared.sign * own;
                 }
             }
             found
@@ -418,18 +413,9 @@ impl EvaluatedLaw<'_, '_> {
     pub fn ln_likelihood_of(&self, runs: Range<usize>) -> f64 {
         let alone = runs.clone().filter(|run| !self.errors_of(*run).is_shared);
         let alone: f64 = alone.map(|run| self.ln_likelihood(run)).sum();
-        let rebounded = Seen::On(Side::Above, self.pointwise.limit);
-        let groups = self.pointwise.errors.iter().flat_map(RunErrors::shared_speeds);
-        let together = groups.filter(|group| runs.contains(&group[0])).map(|group| {
-            let all = self.with_repeats(group, |run| self.seen(run), |hidden| hidden.integrate().value);
-            let rebounds = group.iter().copied().filter(|run| !self.pointwise.stuck[*run]);
-            let rebounds: Vec<usize> = rebounds.collect();
-            if self.pointwise.truncated && !rebounds.is_empty() {
-                all - self.with_repeats(&rebounds, |_| rebounded, |hidden| hidden.integrate().value)
-            } else {
-                all
-            }
-        });
+        let shared = self.pointwise.shared.iter();
+        let together = shared.filter(|shared| runs.contains(&shared.settings[0].runs[0]));
+        let together = together.map(|shared| shared.sign * self.hidden(shared, |hidden| hidden.value()));
         alone + together.sum::<f64>()
     }
 

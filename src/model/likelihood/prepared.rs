@@ -2,7 +2,7 @@
 
 use super::dry_sums::DryRuns;
 use super::nodes::{Nodes, WetBlock};
-use super::run_law::ByRow;
+use super::own_rows::ByRow;
 use super::tails::Tails;
 use super::trend::{BlockLaw, FilmParameters};
 use crate::model::parameters::{ParameterKind, COMMON_SLOTS};

@@ -6,10 +6,11 @@ use std::ops::Range;
 use super::dry_sums::DryRuns;
 use super::errors::{Errors, RunErrors};
 use super::nodes::{DryRow, NodeFilm, Nodes, WetBlock};
+use super::own_rows::{ByRow, WetPlace};
 use super::prepared::Likelihood;
-use super::run_law::{ByRow, WetRow};
 use super::trend::middle_film_ratio;
 use crate::model::parameters::offset_slot;
+use crate::physics::balance::Impact;
 use crate::physics::{Form, Inertia};
 use crate::runs::{Conditions, DryGroup, Runs, Series};
 use crate::scene::{self, NoiseOn, Scene, Sticking};
@@ -38,7 +39,7 @@ impl Likelihood {
         };
         let student = scene.model.likelihood == scene::LikelihoodFamily::Student;
         let both = scene.model.noise == NoiseOn::Both;
-        let errors = RunErrors::of(runs);
+        let errors = RunErrors::of(scene, runs);
         let errors = errors.as_ref();
         if student || both || errors.is_some() {
             likelihood.own = Some(ByRow {
@@ -51,14 +52,14 @@ impl Likelihood {
                 } else {
                     vec![]
                 },
-                repeats: vec![],
-                dry_repeats: vec![],
+                shared: vec![],
+                dry_shared: vec![],
             });
         }
         let mut index = BlockIndex {
             middle: middle_film_ratio(runs),
             films: HashMap::new(),
-            rows: HashMap::new(),
+            shared: HashMap::new(),
         };
         let table = RunData {
             runs,
@@ -84,7 +85,7 @@ impl Likelihood {
         for (key, series) in blocks {
             likelihood.add(&table, key, &series, &mut index);
         }
-        likelihood.add_repeats(errors, &index.rows);
+        likelihood.add_shared_speeds(scene, &table, &index.shared);
         likelihood.wet_rebounds = likelihood.rebounds.len() as f64;
         likelihood
     }
@@ -104,11 +105,11 @@ impl Likelihood {
         let (has_fixed, inertia) = (conditions.has_fixed(), self.form.inertia);
         for run in sorted(|series| &series.rebounds) {
             let film = index.film(inertia, runs.impacts.film_ratio[run]);
-            self.rebounds
-                .push(conditions.wet(run), film, has_fixed, runs.restitution[run], 1.0);
+            let impact = conditions.wet(run);
+            self.rebounds.push(impact, film, has_fixed, runs.restitution[run], 1.0);
             if let Some(own) = &mut self.own {
                 let errors = errors(run);
-                index.note(run, errors, block, WetRow::Rebound(own.rebounds.len()));
+                index.note(run, errors, WetPlace { block, film }, impact);
                 own.rebounds.extend(errors);
             }
         }
@@ -126,7 +127,7 @@ impl Likelihood {
             }
             if let Some(own) = &mut self.own {
                 let errors = errors(run);
-                index.note(run, errors, block, WetRow::Stuck(own.stuck.len()));
+                index.note(run, errors, WetPlace { block, film }, impact);
                 own.stuck.extend(errors);
             }
         }
@@ -141,22 +142,13 @@ impl Likelihood {
 }
 
 impl Likelihood {
-    /// Notes which rows have one true speed; `rows` are the wet ones among them, by run.
-    fn add_repeats(&mut self, errors: Option<&RunErrors>, rows: &HashMap<usize, RowOfBlock>) {
-        let (Some(own), Some(errors)) = (&mut self.own, errors) else {
-            return;
-        };
-        own.repeats = vec![vec![]; self.blocks.len()];
-        for group in errors.shared_speeds() {
-            // repeats are runs of one setting, and so of one block
-            match rows.get(&group[0]) {
-                Some(first) => {
-                    let repeats = group.iter().filter_map(|run| Some(rows.get(run)?.row));
-                    own.repeats[first.block].push(repeats.collect());
-                }
-                // dry runs come first, in the order of their rows
-                None => own.dry_repeats.push(group.clone()),
-            }
+    /// Adds the runs that have one true speed; `wet` are the wet ones among them, by run.
+    fn add_shared_speeds(&mut self, scene: &Scene, table: &RunData, wet: &HashMap<usize, (WetPlace, Impact)>) {
+        if let (Some(own), Some(errors)) = (&mut self.own, table.errors) {
+            own.shared = errors.shared_runs(scene, table.runs, |run| wet.get(&run).copied());
+            // dry runs come first, in the order of their rows
+            let dry = |run: usize| own.dry.get(run).map(|row| (row.sphere, row.impact()));
+            own.dry_shared = errors.shared_runs(scene, table.runs, dry);
         }
     }
 }
@@ -175,8 +167,8 @@ struct BlockIndex {
     middle: f64,
     /// the film of each film ratio, by its multiple of a rounding
     films: HashMap<i64, NodeFilm>,
-    /// wet runs that share their true speed
-    rows: HashMap<usize, RowOfBlock>,
+    /// where wet runs that share their true speed are
+    shared: HashMap<usize, (WetPlace, Impact)>,
 }
 
 impl BlockIndex {
@@ -193,17 +185,11 @@ impl BlockIndex {
         *self.films.entry((ratio / ROUNDING).round() as i64).or_insert_with(new)
     }
 
-    fn note(&mut self, run: usize, errors: Option<Errors>, block: usize, row: WetRow) {
+    fn note(&mut self, run: usize, errors: Option<Errors>, place: WetPlace, impact: Impact) {
         if errors.is_some_and(|errors| errors.is_shared) {
-            self.rows.insert(run, RowOfBlock { block, row });
+            self.shared.insert(run, (place, impact));
         }
     }
-}
-
-/// Where a run is.
-struct RowOfBlock {
-    block: usize,
-    row: WetRow,
 }
 
 fn dry_runs(scene: &Scene, runs: &Runs) -> Vec<DryRuns> {

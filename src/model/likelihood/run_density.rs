@@ -56,3 +56,18 @@ pub(super) struct RunDensity {
     /// in k
     pub dry_k: f64,
 }
+
+impl RunDensity {
+    /// Of so many runs alike.
+    pub fn times(self, count: f64) -> RunDensity {
+        RunDensity {
+            value: count * self.value,
+            sigma: count * self.sigma,
+            energy: count * self.energy,
+            nu: count * self.nu,
+            kept: count * self.kept,
+            viscous: count * self.viscous,
+            dry_k: count * self.dry_k,
+        }
+    }
+}

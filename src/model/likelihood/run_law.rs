@@ -2,44 +2,11 @@
 
 use super::convolution;
 use super::errors::Errors;
-use super::hidden_speed::{HiddenSpeed, MeasuredRun};
-use super::nodes::DryRow;
+use super::hidden_speed::{HiddenSpeed, MeasuredRun, SettingRuns, SettingSlopes};
 use super::run_density::{RunDensity, Seen, Side, Spreads};
 use super::tails::Tails;
 use crate::physics::balance::{Balance, Impact};
 use crate::physics::rebound::mean_and_slope;
-
-/// What runs have of their own.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct ByRow {
-    /// whether noise has Student's tails
-    pub student: bool,
-    /// whether noise acts on the energy kept, too
-    pub both: bool,
-    /// measurement errors of the rebounds and of the stuck runs; empty where there are none
-    pub rebounds: Vec<Errors>,
-    pub stuck: Vec<Errors>,
-    /// dry runs; empty where their sums say the same
-    pub dry: Vec<DryRow>,
-    /// runs of each block that have one true speed, group by group
-    pub repeats: Vec<Vec<Vec<WetRow>>>,
-    /// the same of the dry runs, by their places in `dry`
-    pub dry_repeats: Vec<Vec<usize>>,
-}
-
-/// A wet run, by its place among the nodes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum WetRow {
-    Rebound(usize),
-    Stuck(usize),
-}
-
-impl ByRow {
-    /// Whether all rebounds have σ for their spread, so that they may be summed together.
-    pub fn spreads_are_one(&self) -> bool {
-        !self.both && self.rebounds.is_empty()
-    }
-}
 
 /// The noise of the runs of a kind, wet or dry, at a full vector of parameters.
 #[derive(Debug, Clone, Copy)]
@@ -70,9 +37,14 @@ impl RunNoise {
             errors,
         } = run;
         if errors.speed > 0.0 {
-            return self
-                .repeats(balance, impact, &[MeasuredRun { seen, errors }])
-                .integrate();
+            let setting = SettingRuns {
+                balance,
+                impact,
+                runs: &[MeasuredRun { seen, errors }],
+            };
+            let mut slopes = [SettingSlopes::default()];
+            let found = self.hidden(&[setting]).integrate(&mut slopes);
+            return found.with(slopes[0]);
         }
         let mut found = if self.wet {
             let (r, of_k) = balance.kept(&impact);
@@ -98,15 +70,13 @@ impl RunNoise {
         found
     }
 
-    /// Runs of one setting that share a true speed; the impact is at the measured speed of the first.
-    pub fn repeats<'b>(&self, balance: &'b Balance, impact: Impact, runs: &'b [MeasuredRun]) -> HiddenSpeed<'b> {
+    /// Runs that share a true speed.
+    pub fn hidden<'b>(&self, settings: &'b [SettingRuns<'b>]) -> HiddenSpeed<'b> {
         HiddenSpeed {
             tails: self.tails,
             spreads: self.spreads,
-            balance,
-            impact,
             wet: self.wet,
-            runs,
+            settings,
         }
     }
 

@@ -30,16 +30,43 @@ impl Case {
         }
     }
 
-    /// Runs that share the true speed of this one.
-    fn hidden<'c>(&'c self, tails: Tails, runs: &'c [MeasuredRun]) -> HiddenSpeed<'c> {
+    /// Runs of this setting.
+    fn setting<'c>(&'c self, runs: &'c [MeasuredRun]) -> SettingRuns<'c> {
+        SettingRuns {
+            balance: &self.balance,
+            impact: self.impact,
+            runs,
+        }
+    }
+
+    /// Runs of settings that share the true speed of this one.
+    fn hidden<'c>(&'c self, tails: Tails, settings: &'c [SettingRuns<'c>]) -> HiddenSpeed<'c> {
         HiddenSpeed {
             tails,
             spreads: self.spreads,
-            balance: &self.balance,
-            impact: self.impact,
             wet: self.wet,
-            runs,
+            settings,
         }
+    }
+
+    /// The log density of one run, with its slopes.
+    fn density(&self, tails: Tails, seen: Seen) -> RunDensity {
+        let run = [self.measured(seen)];
+        let mut slopes = [SettingSlopes::default()];
+        let found = self.hidden(tails, &[self.setting(&run)]).integrate(&mut slopes);
+        found.with(slopes[0])
+    }
+
+    /// The same at a film or diameter at which the liquid takes so many times as much.
+    fn at_other_film(&self, times: f64) -> Case {
+        let mut other = *self;
+        other.impact.over_stokes *= times;
+        other.balance.lost.constant *= times;
+        if self.wet {
+            let mean = |case: &Case| mean_restitution(case.balance.kept(&case.impact).0);
+            other.e += mean(&other) - mean(self);
+        }
+        other
     }
 
     /// Repeats of this one, whose measured speeds and restitutions are a little apart.
@@ -125,9 +152,10 @@ fn case(rng: &mut ChaCha8Rng, index: usize, energy: f64) -> Case {
     let mut z = || -> f64 { StandardNormal.sample(rng) };
     let (of_speed, of_noise) = (z(), z());
     let run = [case.measured(Seen::Rebound(0.0))];
-    let hidden = case.hidden(Tails::Normal, &run);
-    let ratio = hidden.ratio(of_speed);
-    let mean = hidden.mean(hidden.kept(&hidden.impact(of_speed)).0).0;
+    let setting = [case.setting(&run)];
+    let hidden = case.hidden(Tails::Normal, &setting);
+    let ratio = errors.ratio(of_speed);
+    let mean = hidden.mean(hidden.kept(&setting[0], &setting[0].impact(of_speed)).0).0;
     let e = mean * ratio + errors.shared() * (1.0 - ratio) + hidden.variance(&errors, ratio).sqrt() * of_noise;
     Case { e, ..case }
 }
@@ -160,8 +188,9 @@ fn worst(cases: &[Case], tails: Tails, steps: usize) -> f64 {
         ];
         let of = |seen: Seen| {
             let run = [case.measured(seen)];
-            let hidden = case.hidden(tails, &run);
-            let (found, expected) = (hidden.integrate().value, brute(&hidden, steps));
+            let setting = [case.setting(&run)];
+            let hidden = case.hidden(tails, &setting);
+            let (found, expected) = (hidden.value(), brute(&hidden, steps));
             let gap = (found - expected).abs() / expected.abs().max(1.0);
             assert!(gap < 1e-6, "{case:?} {seen:?}: {found} {expected}");
             gap
@@ -195,14 +224,11 @@ fn the_density_in_two_dimensions_is_that_of_very_many_nodes() {
 #[test]
 fn the_density_is_one_in_all_and_has_the_moments_of_its_draws() {
     for case in cases("the_density_is_one_in_all", 12, 0.0) {
-        let hidden = |e: f64| {
-            let run = [case.measured(Seen::Rebound(e))];
-            case.hidden(Tails::Normal, &run).integrate().value.exp()
-        };
+        let density = |e: f64| case.density(Tails::Normal, Seen::Rebound(e)).value.exp();
         let (lo, hi, steps) = (-1.5, 2.0, 6000);
         let step = (hi - lo) / f64::from(steps);
         let at = |index: i32| lo + step * f64::from(index);
-        let mass: f64 = (0..=steps).map(|index| hidden(at(index)) * step).sum();
+        let mass: f64 = (0..=steps).map(|index| density(at(index)) * step).sum();
         assert!((mass - 1.0).abs() < 1e-6, "{case:?}: {mass}");
     }
 }
@@ -225,7 +251,7 @@ fn slopes_agree_with_differences() {
                     2 => moved.balance.dry_k += step,
                     _ => nu = nu.map(|nu| nu + step),
                 }
-                moved.hidden(Tails::of(nu), &[moved.measured(seen)]).integrate()
+                moved.density(Tails::of(nu), seen)
             };
             let found = at(0, 0.0);
             let slopes = [found.sigma, -found.viscous, found.dry_k, found.nu];
@@ -247,20 +273,82 @@ fn slopes_agree_with_differences() {
     }
 }
 
+/// Holds runs of one true speed to brute force, and each of them to what the others say.
+fn share_their_true_speed(case: &Case, settings: &[SettingRuns]) {
+    let hidden = case.hidden(Tails::Normal, settings);
+    let (found, expected) = (hidden.value(), brute(&hidden, 200_000));
+    let gap = (found - expected).abs() / expected.abs().max(1.0);
+    assert!(gap < 1e-6, "{settings:?}: {found} {expected}");
+    let given = hidden.given_the_others();
+    for (left_out, own) in given.into_iter().enumerate() {
+        let expected = found - hidden.without(left_out);
+        // what is left of both is as sure as they are
+        let gap = (own - expected).abs() / found.abs().max(1.0);
+        assert!(gap < 1e-6, "{settings:?} {left_out}: {own} {expected}");
+    }
+}
+
 /// Runs of one true speed: their product is integrated over it, once, and each is told given the others.
 #[test]
 fn repeats_share_their_true_speed() {
     for case in cases("repeats_share_their_true_speed", 60, 0.0) {
         let runs = case.repeats(7);
-        let hidden = case.hidden(Tails::Normal, &runs);
-        let (found, expected) = (hidden.integrate().value, brute(&hidden, 200_000));
-        let gap = (found - expected).abs() / expected.abs().max(1.0);
-        assert!(gap < 1e-6, "{case:?}: {found} {expected}");
-        let given = hidden.given_the_others();
-        for (left_out, own) in given.into_iter().enumerate() {
-            let expected = found - hidden.without(left_out);
-            let gap = (own - expected).abs() / expected.abs().max(1.0);
-            assert!(gap < 1e-6, "{case:?} {left_out}: {own} {expected}");
+        share_their_true_speed(&case, &[case.setting(&runs)]);
+    }
+}
+
+/// The same at films and diameters of their own, which turn at speeds of their own: near one another, far apart, or as one.
+#[test]
+fn repeats_of_other_settings_share_their_true_speed() {
+    let (mut turns, mut most) = (0, 0);
+    for (index, case) in cases("repeats_of_other_settings", 90, 0.0).into_iter().enumerate() {
+        let apart = [1e-9, 1e-4, 1e-3, 5e-3][index % 4];
+        let others: Vec<Case> = (0..MOST_SETTINGS)
+            .map(|place| case.at_other_film(1.0 + apart * place as f64))
+            .collect();
+        let runs: Vec<Vec<MeasuredRun>> = others
+            .iter()
+            .enumerate()
+            .map(|(place, other)| other.repeats(1 + 3 * (place % 2)))
+            .collect();
+        let settings: Vec<SettingRuns> = others
+            .iter()
+            .zip(&runs)
+            .map(|(other, runs)| other.setting(runs))
+            .collect();
+        share_their_true_speed(&case, &settings);
+        let found = case.hidden(Tails::Normal, &settings).reach(FALL).turns.len();
+        turns += usize::from(found > 1);
+        most = most.max(found);
+    }
+    assert!(turns > 10 && most == MOST_SETTINGS, "{turns} {most}");
+}
+
+/// The slopes are told setting by setting.
+#[test]
+fn slopes_of_settings_agree_with_differences() {
+    for case in cases("slopes_of_settings_agree_with_differences", 40, 0.0) {
+        let of = |moved: usize, step: f64| {
+            let others = [1.0, 1.01, 1.02].map(|film| case.at_other_film(film));
+            let mut others: Vec<Case> = others.to_vec();
+            others[moved].balance.dry_k += step;
+            let runs: Vec<Vec<MeasuredRun>> = others.iter().map(|other| other.repeats(2)).collect();
+            let settings: Vec<SettingRuns> = others
+                .iter()
+                .zip(&runs)
+                .map(|(other, runs)| other.setting(runs))
+                .collect();
+            let mut slopes = [SettingSlopes::default(); 3];
+            let found = case.hidden(Tails::Normal, &settings).integrate(&mut slopes);
+            (found.value, slopes[moved].dry_k)
+        };
+        for moved in 0..3 {
+            const STEP: f64 = 4e-6;
+            let value = |steps: f64| of(moved, steps * STEP).0;
+            let difference = (8.0 * (value(1.0) - value(-1.0)) - (value(2.0) - value(-2.0))) / (12.0 * STEP);
+            let slope = of(moved, 0.0).1;
+            let gap = (slope - difference).abs() / (500.0 + difference.abs());
+            assert!(gap < 1e-6, "{case:?} {moved}: {slope} {difference}");
         }
     }
 }
@@ -285,7 +373,7 @@ fn parameters_beyond_all_numbers_have_no_density() {
                 ];
                 for tails in [Tails::Normal, Tails::of(Some(4.0))] {
                     for seen in seen {
-                        let found = case.hidden(tails, &[case.measured(seen)]).integrate();
+                        let found = case.density(tails, seen);
                         let all = found.value + found.kept + found.sigma;
                         // what is certain to stick may say so, and what a run does not feel is none of it
                         let no_noise = place == 1 && odd.is_nan() || !case.wet && (place == 1 || place == 2);

@@ -74,7 +74,7 @@ fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
     let truncated = scene.model.sticking == Sticking::Truncated;
     let limit = scene.data.smallest_restitution;
     let filled = runs.errors_with_medians();
-    let true_speeds = filled.as_ref().map(|errors| runs.true_speeds(errors));
+    let true_speeds = filled.as_ref().map(|errors| runs.true_speeds(scene, errors));
     let known = |run: usize, sigma: f64, energy: f64| {
         let v = runs.impact_speed[run];
         let errors = filled.as_ref();
@@ -128,8 +128,8 @@ fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
                 product(0.0)
             };
     };
-    let no_groups = vec![];
-    let groups = true_speeds.as_ref().map_or(&no_groups, |all| &all.shared);
+    let shared = true_speeds.iter().flat_map(|all| &all.shared);
+    let groups: Vec<Vec<usize>> = shared.map(|shared| shared.runs().collect()).collect();
     let shared: std::collections::HashSet<usize> = groups.iter().flatten().copied().collect();
     let alone = (0..runs.len()).filter(|run| !shared.contains(run)).map(|run| vec![run]);
     let stuck = |run: usize| {
@@ -139,27 +139,27 @@ fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f64 {
             .any(|stuck| stuck.contains(&run))
     };
     for all in groups.iter().cloned().chain(alone) {
-        let dry = runs
-            .dry
-            .iter()
-            .find(|group| (group.rebounds.start..group.stuck.end).contains(&all[0]));
-        let series = runs.series.iter().find(|series| series.runs().contains(&all[0]));
-        let energy = if both && dry.is_none() {
+        let dry = |run: usize| {
+            let mut groups = runs.dry.iter();
+            groups.find(|group| (group.rebounds.start..group.stuck.end).contains(&run))
+        };
+        let energy = if both && dry(all[0]).is_none() {
             full[ParameterKind::SigmaEnergy.slot()]
         } else {
             0.0
         };
-        let sigma = if dry.is_some() {
+        let sigma = if dry(all[0]).is_some() {
             ParameterKind::SigmaDry
         } else {
             ParameterKind::SigmaWet
         };
         let of = |run: usize| known(run, full[sigma.slot()], energy);
         let mean = |run: usize, v: f64, lucky: f64| {
-            if let Some(group) = dry {
+            if let Some(group) = dry(run) {
                 return form.dry.restitution(full[COMMON_SLOTS + group.particle], v);
             }
-            let series = series.expect("wet runs are in a series");
+            let mut series = runs.series.iter();
+            let series = series.find(|series| series.runs().contains(&run)).expect("wet");
             let row = NewRun {
                 particle: &scene.particles[series.particle].name,
                 liquid: Some(&scene.liquids[series.liquid].name),
@@ -193,7 +193,7 @@ fn runs_one_at_a_time_are_summed_as_it_is_written() {
     for likelihood in [scene::LikelihoodFamily::Normal, scene::LikelihoodFamily::Student] {
         for noise in [NoiseOn::Restitution, NoiseOn::Both] {
             for sticking in [Sticking::Censored, Sticking::Truncated] {
-                for errors in [ErrorsOf::None, ErrorsOf::Repeats, ErrorsOf::Each] {
+                for errors in [ErrorsOf::None, ErrorsOf::Repeats, ErrorsOf::Apart] {
                     let mut scene = scene();
                     scene.model.likelihood = likelihood;
                     scene.model.noise = noise;
@@ -214,25 +214,37 @@ fn runs_one_at_a_time_are_summed_as_it_is_written() {
     assert_eq!(cases, 24);
 }
 
-/// Which runs have measurement errors, and whether some share a true speed.
+/// Which runs have measurement errors, and whether some share a true speed, be it over settings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum ErrorsOf {
     None,
     Repeats,
-    /// each of its own diameter, if only by a rounding
-    Each,
+    /// runs whose speeds are far apart
+    Apart,
 }
 
 impl ErrorsOf {
-    fn added_to(self, mut runs: Runs) -> Runs {
+    fn added_to(self, runs: Runs) -> Runs {
+        /// beyond any gap between repeats
+        const APART: f64 = 1.06;
         if self == ErrorsOf::None {
             return runs;
         }
-        if self == ErrorsOf::Each {
-            let each = runs.diameter.iter_mut().enumerate();
-            each.for_each(|(run, diameter)| *diameter *= 1.0 + 1e-12 * run as f64);
+        let mut runs = with_errors(runs);
+        if self == ErrorsOf::Apart {
+            let mut order: Vec<usize> = (0..runs.len()).collect();
+            order.sort_by(|a, b| runs.impact_speed[*a].total_cmp(&runs.impact_speed[*b]));
+            let sds = &mut runs.errors.as_mut().expect("added").impact_speed_sd;
+            let mut last = 0.0;
+            for run in order {
+                if runs.impact_speed[run] < APART * last {
+                    sds[run] = 0.0;
+                } else if sds[run] > 0.0 {
+                    last = runs.impact_speed[run];
+                }
+            }
         }
-        with_errors(runs)
+        runs
     }
 }
 
@@ -254,6 +266,11 @@ fn agree(scene: &Scene, runs: &Runs, form: Form, errors: ErrorsOf) {
         let expected = by_run(scene, runs, form, full);
         let gap = (value - expected).abs() / (100.0 + expected.abs());
         assert!(gap < 1e-8, "{name}: {value} {expected}");
+    }
+    if errors == ErrorsOf::Repeats {
+        let errors = runs.errors_with_medians().expect("given");
+        let shared = runs.true_speeds(scene, &errors).shared;
+        assert!(shared.iter().any(|shared| shared.settings.len() > 1), "{name}");
     }
     let pointwise = Pointwise::new(scene, runs, form);
     let at = pointwise.at(full);

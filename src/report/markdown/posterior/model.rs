@@ -9,7 +9,7 @@ use super::cells::parameters;
 use crate::findings::posterior::{HeldParameter, Posterior};
 use crate::model::parameters::ParameterKind;
 use crate::physics::rebound::TURN;
-use crate::runs::GAP;
+use crate::runs::{GAP, MOST_SETTINGS};
 use crate::scene::{DryKOf, LikelihoodFamily, NoiseOn, Prior, Sticking};
 
 /// The generative statement with this scene's form of inertia and dry speed.
@@ -55,7 +55,7 @@ fn true_speeds(page: &mut Page, input: ReportInput) {
         return;
     };
     let erring = |run: &usize| errors.impact_speed_sd[*run] > 0.0;
-    let speeds = input.runs.true_speeds(&errors);
+    let speeds = input.runs.true_speeds(input.scene, &errors);
     let of_runs: Vec<_> = (0..input.runs.len())
         .filter(erring)
         .map(|run| speeds.of_run[run])
@@ -64,16 +64,23 @@ fn true_speeds(page: &mut Page, input: ReportInput) {
         return;
     }
     let repeated = of_runs.iter().filter(|speed| speed.repeats > 1).count();
+    let of_whom = if input.scene.model.series_offsets {
+        "Runs of one series"
+    } else {
+        "Runs with a liquid, whatever their diameters and films, and in the same way dry ones,"
+    };
     page.paragraph(&format!(
         "The true impact speed of a run is integrated over: the rebound speed is measured about e* times the true speed, and \
-         whether a run sticks depends on the true speed alone. Runs of one series, film ratio and diameter are repeats of one \
-         speed where their measured speeds follow one another without a gap of more than {} standard deviations of their \
-         errors. True speeds of repeats are normal, about the mean of the measured ones, with what these scatter by beyond their errors for a \
-         spread, where it is more than errors alone leave in 19 of 20 groups, and else with none; mean and spread are \
-         estimated from the speeds alone. Repeats with no such spread have one true speed, integrated over for all of them \
-         together; elsewhere the standard error of the mean widens each true speed. {repeated} of {} runs \
-         have a repeat; that of a run that has none is drawn to the mean of all runs of its kind, dry or wet, with \
-         what these scatter by, and as good as any other where they scatter by no more than their errors.",
+         whether a run sticks depends on the true speed alone. {of_whom} are repeats of one speed where their measured speeds \
+         follow one another without a gap of more than {} standard deviations of their errors. Repeats that scatter by no \
+         more than errors alone do in 19 of 20 groups have one true speed, integrated over for up to {MOST_SETTINGS} settings \
+         of film ratio and diameter at once: its distribution is normal, about the mean of the measured ones, with the \
+         standard error of this mean. Where repeats scatter more, those of one setting are looked at by themselves in the \
+         same way; else their true speeds are normal about the mean of the repeats, with what these scatter by beyond their \
+         errors for a spread, and the standard error of the mean widens each. Means and spreads are estimated from the speeds \
+         alone. {repeated} of {} runs have a repeat; that of a run that has none is drawn to the mean of all runs of its \
+         kind, dry or wet, with what these scatter by, and as good as any other where they scatter by no more than their \
+         errors.",
         numbers::short(GAP),
         of_runs.len()
     ));
