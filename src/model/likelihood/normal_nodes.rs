@@ -65,13 +65,20 @@ pub(super) enum Order {
     Sixteen,
 }
 
+impl Order {
+    /// Positive nodes, in order, each with its weight over the standard normal density there.
+    pub fn pairs(self) -> &'static [[f64; 2]] {
+        match self {
+            Order::Eight => &OF_EIGHT,
+            Order::Sixteen => &OF_SIXTEEN,
+        }
+    }
+}
+
 /// The sums of [`Integrand::Density`] by the Gauss–Hermite rule about a place, with a width.
 pub(super) fn hermite_sums(noises: TwoNoises, reference: f64, (x, width): (f64, f64), order: Order) -> [f64; 4] {
     let (mut places, mut weights) = ([0.0; 2 * LANES], [0.0; 2 * LANES]);
-    let pairs = match order {
-        Order::Eight => &OF_EIGHT[..],
-        Order::Sixteen => &OF_SIXTEEN[..],
-    };
+    let pairs = order.pairs();
     for (pair, [node, weight]) in pairs.iter().enumerate() {
         (places[2 * pair], places[2 * pair + 1]) = (x - width * node, x + width * node);
         (weights[2 * pair], weights[2 * pair + 1]) = (width * weight, width * weight);
