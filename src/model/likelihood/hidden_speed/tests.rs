@@ -5,9 +5,11 @@ use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
+use super::reach::REACH;
 use super::*;
 use crate::physics::dry::Order;
 use crate::physics::loss::Share;
+use crate::physics::rebound::mean_restitution;
 use crate::physics::{DrySpeed, Form, Inertia};
 use crate::runs::TrueSpeed;
 

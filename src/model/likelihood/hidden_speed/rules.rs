@@ -1,0 +1,256 @@
+//! Chooses the nodes of an integral over the true speed.
+//!
+//! Where the integrand is all but normal a Gauss–Hermite rule of few nodes is exact to 1e-7, and where nothing turns within
+//! reach the trapezoidal rule in z to 1e-9. Where r has its zero there, at z₀, the integral is taken in x with
+//! z = z₀ + m⁻¹(x)/r′(z₀), which makes m(r) as smooth as the rest, by Gauss's rule on panels from the turn outwards; where
+//! several settings turn, from each of them half the way to the next.
+
+use super::reach::{Reach, Turn};
+use super::{AtSpeed, HiddenSpeed, MeasuredRun, SettingRuns, SettingSlopes, Sums};
+use crate::model::likelihood::convolution::{Panel, GAUSS, MOST_PANELS};
+use crate::model::likelihood::normal_nodes::Order;
+use crate::model::likelihood::run_density::{RunDensity, Seen};
+use crate::model::likelihood::tails::Tails;
+use crate::physics::rebound::{kept_and_slope, mean_restitution};
+
+impl HiddenSpeed<'_> {
+    /// The integral far from any turn, where the integrand is all but normal, by a Gauss–Hermite rule; `None` where it is not.
+    pub(super) fn over_bell(
+        &self,
+        each: &mut [SettingSlopes],
+        of_settings: &mut [SettingSlopes],
+    ) -> Option<RunDensity> {
+        /// largest distance of the logarithm from that of a normal density at any but the two outermost nodes: the integral
+        /// is then off by less than 1e-7 and by rounding
+        const BEND: [(Order, f64); 2] = [(Order::Eight, 0.1), (Order::Sixteen, 0.4)];
+        let is_measured = |run: &MeasuredRun| matches!(run.seen, Seen::Measured(..));
+        if self.tails != Tails::Normal || self.both() || self.runs().any(is_measured) {
+            return None;
+        }
+        let (z, width) = self.bell()?;
+        for (order, most) in BEND {
+            let pairs = order.pairs();
+            let mut sums = Sums::new(f64::NAN, of_settings);
+            let mut inner = [f64::INFINITY, f64::NEG_INFINITY];
+            for (place, [node, weight]) in pairs.iter().enumerate() {
+                for sign in [-1.0, 1.0] {
+                    let at = self.node(z + sign * width * node, each);
+                    if sums.reference.is_nan() {
+                        sums.reference = at.ln;
+                    }
+                    if place + 1 < pairs.len() {
+                        let bend = at.ln + 0.5 * node * node;
+                        inner = [inner[0].min(bend), inner[1].max(bend)];
+                    }
+                    sums.add(&at, each, width * weight);
+                }
+            }
+            if inner[1] - inner[0] < most {
+                return Some(sums.density());
+            }
+        }
+        None
+    }
+
+    /// About where the integrand is largest, and its width there; `None` where it may turn within reach.
+    fn bell(&self) -> Option<(f64, f64)> {
+        /// widths beyond which it is nothing
+        const FAR: f64 = 7.0;
+        /// steps of the secant rule, and the last one that need not be taken once more, in widths
+        const STEPS: usize = 4;
+        const NEAR: f64 = 0.3;
+        /// of the curvature that the mean alone leaves
+        const LEAST: f64 = 0.3;
+        let (mut z, mut slope) = (0.0, self.slope(0.0));
+        let least = 1.0 + self.narrowing(z).powi(2);
+        let mut curvature = least;
+        for _ in 0..STEPS {
+            let step = slope / curvature;
+            let next = z + step;
+            if (step * curvature.sqrt()).abs() < NEAR {
+                z = next;
+                break;
+            }
+            let there = self.slope(next);
+            curvature = (slope - there) / step;
+            if curvature.is_nan() || curvature < LEAST * least {
+                return None;
+            }
+            (z, slope) = (next, there);
+        }
+        let width = 1.0 / curvature.sqrt();
+        let turns = |setting: &SettingRuns| {
+            let ends = [-FAR, FAR].map(|far| self.kept(setting, &setting.impact(z + far * width)).0);
+            ends.iter().any(|kept| kept.is_nan() || *kept <= 0.0)
+        };
+        let clear = !self.wet || !self.settings.iter().any(turns);
+        clear.then_some((z, width))
+    }
+
+    /// d/dz of the logarithm of the integrand, of noise on the restitution alone and runs that are not asked what they would
+    /// have been measured at.
+    fn slope(&self, z: f64) -> f64 {
+        let mut by_kept = 0.0;
+        let at = self.at_with(z, &mut |place, of| {
+            by_kept += of.kept * self.kept_slope(&self.settings[place], z);
+        });
+        at.beside_kept + by_kept - z
+    }
+
+    /// Gives every node, z with the integrand and the slopes of the settings there and its weight, to a sum; the slopes are
+    /// written to `each`.
+    pub(super) fn over_nodes(
+        &self,
+        reach: &Reach,
+        each: &mut [SettingSlopes],
+        add: &mut impl FnMut(f64, &AtSpeed, &[SettingSlopes], f64),
+    ) {
+        if reach.turns.is_empty() {
+            return self.over_steps(reach, each, add);
+        }
+        for (place, turn) in reach.turns.iter().enumerate() {
+            let half_way = |other: &Turn| (0.5 * (turn.z + other.z)).clamp(-reach.far, reach.far);
+            let before = place.checked_sub(1).map(|before| &reach.turns[before]);
+            let ends = [
+                before.map_or(-reach.far, half_way),
+                reach.turns.get(place + 1).map_or(reach.far, half_way),
+            ];
+            self.over_panels(*turn, ends, reach, each, add);
+        }
+    }
+
+    /// The integrand at a node, with the slopes of the settings.
+    fn node(&self, z: f64, each: &mut [SettingSlopes]) -> AtSpeed {
+        self.at_with(z, &mut |place, slopes| each[place] = slopes)
+    }
+
+    /// The trapezoidal rule from the mode to both sides, until nothing is left.
+    fn over_steps(
+        &self,
+        reach: &Reach,
+        each: &mut [SettingSlopes],
+        add: &mut impl FnMut(f64, &AtSpeed, &[SettingSlopes], f64),
+    ) {
+        /// steps a width, of a normal integrand and of one with Student's tails
+        const SHARE: [f64; 2] = [0.8, 0.3];
+        let width = |z: f64| 1.0 / (1.0 + self.narrowing(z).powi(2)).sqrt();
+        let mode = reach.near;
+        let here = width(mode);
+        let narrowest = here.min(width(mode - 5.0 * here)).min(width(mode + 5.0 * here));
+        let step = narrowest * SHARE[usize::from(self.tails != Tails::Normal)];
+        let at = self.node(mode, each);
+        add(mode, &at, each, step);
+        for sign in [-1.0, 1.0] {
+            for index in 1..MOST_PANELS {
+                let z = mode + sign * step * index as f64;
+                let at = self.node(z, each);
+                // also where it is no number
+                if at.ln.is_nan() || at.ln <= reach.ln - reach.fall {
+                    break;
+                }
+                add(z, &at, each, step);
+            }
+        }
+    }
+
+    /// Gauss's rule on panels from a turn outwards to both ends, which are values of z.
+    fn over_panels(
+        &self,
+        turn: Turn,
+        ends: [f64; 2],
+        reach: &Reach,
+        each: &mut [SettingSlopes],
+        add: &mut impl FnMut(f64, &AtSpeed, &[SettingSlopes], f64),
+    ) {
+        let slope = self.kept_slope(&self.settings[turn.setting], turn.z);
+        let place = |x: f64| turn.z + kept_and_slope(x).0 / slope;
+        let range = ends.map(|z| mean_restitution((z - turn.z) * slope));
+        let (lo, hi) = (range[0].min(range[1]), range[0].max(range[1]));
+        // parameters beyond all numbers have no range, and so no density
+        if lo.is_nan() || hi.is_nan() {
+            return;
+        }
+        let inner = 0f64.clamp(lo, hi);
+        for (end, sign) in [(lo, -1.0), (hi, 1.0)] {
+            let mut from = inner;
+            let mut before = self.at(place(from));
+            for _ in 0..MOST_PANELS {
+                let rest = sign * (end - from);
+                if rest.is_nan() || rest <= 0.0 {
+                    break;
+                }
+                let mut panel = self.panel(turn, slope, place(from));
+                if self.is_certain(place(from), sign) {
+                    panel.own = 0.0;
+                }
+                let length = panel.length(from, sign).min(rest);
+                let to = if length < rest { from + sign * length } else { end };
+                let after = self.at(place(to));
+                if self.may_count(&before, &after, reach) {
+                    let (half, middle) = (0.5 * length, from + 0.5 * sign * length);
+                    for [node, weight] in GAUSS {
+                        for x in [middle - half * node, middle + half * node] {
+                            let (y, stretch) = kept_and_slope(x);
+                            let z = turn.z + y / slope;
+                            let at = self.node(z, each);
+                            add(z, &at, each, half * weight * stretch / slope.abs());
+                        }
+                    }
+                }
+                (from, before) = (to, after);
+            }
+        }
+    }
+
+    /// How long a panel may be that begins at z, counted from a turn at which its setting has this slope of r.
+    fn panel(&self, turn: Turn, slope: f64, z: f64) -> Panel {
+        // what a run's factor moves by with x, and beside x with z, in its spreads
+        let (mut own, mut beside) = (0.0, 0.0);
+        for setting in self.settings {
+            // nearer to its own turn no setting moves faster
+            let with_x = (self.kept_slope(setting, turn.z) / slope).powi(2);
+            for MeasuredRun { seen, errors } in setting.runs {
+                let (ratio, sd, spread) = match seen {
+                    Seen::Rebound(_) | Seen::Measured(..) => {
+                        let ratio = errors.ratio(z);
+                        (ratio, errors.true_speed.sd, self.variance(errors, ratio).sqrt())
+                    }
+                    Seen::On(..) => (1.0, 0.0, self.spreads.sigma),
+                };
+                own += with_x * (ratio / spread).powi(2);
+                beside += (sd / spread).powi(2);
+            }
+        }
+        Panel {
+            own: own.sqrt(),
+            of_energy: (1.0 + beside.sqrt()) / slope.abs(),
+            widths: if self.tails == Tails::Normal { 5.0 } else { 2.0 },
+        }
+    }
+
+    /// Whether runs came out on their side whatever their noise at this true speed and where r is farther on that way.
+    fn is_certain(&self, z: f64, sign: f64) -> bool {
+        /// spreads of normal noise
+        const CERTAIN: f64 = 6.0;
+        if self.tails != Tails::Normal || self.both() || !self.is_of_sides() {
+            return false;
+        }
+        self.settings.iter().all(|setting| {
+            let mean = self.mean(self.kept(setting, &setting.impact(z)).0).0;
+            setting.runs.iter().all(|run| {
+                let Seen::On(side, limit) = run.seen else {
+                    return false;
+                };
+                sign == -side.sign() && side.sign() * (limit - mean) > CERTAIN * self.spreads.sigma
+            })
+        })
+    }
+
+    /// Whether something of the integrand may lie between two speeds: not where it is nothing at both and they lie on one
+    /// side of what was seen.
+    fn may_count(&self, a: &AtSpeed, b: &AtSpeed, reach: &Reach) -> bool {
+        let nothing = reach.ln - reach.fall;
+        let one_side = a.of_kept * b.of_kept > 0.0 || !self.runs().any(|run| matches!(run.seen, Seen::Rebound(_)));
+        !(one_side && a.ln < nothing && b.ln < nothing)
+    }
+}
