@@ -1,5 +1,5 @@
-//! Times the log posterior with its slopes, compressed and over all rows, and the sampling of two thousand and a million
-//! runs.
+//! Times the log posterior with its slopes, compressed and over all rows and under each noise, and the sampling of two
+//! thousand and a million runs.
 //!
 //! Runs are simulated in the design of `datasets/mueller2016`: at its five speeds, or each at a speed of its own; in its
 //! films, or each in a film of its own.
@@ -16,8 +16,8 @@ use wetcor::model::parameters::{ModelParameters, ParameterKind};
 use wetcor::model::posterior::{LogDensity, PosteriorDensity};
 use wetcor::model::simulate::Simulation;
 use wetcor::physics::Inertia;
-use wetcor::runs::{self, NewRun, Runs};
-use wetcor::scene::{self, DesignSpeeds, Scene};
+use wetcor::runs::{self, MeasurementErrors, NewRun, Runs};
+use wetcor::scene::{self, DesignSpeeds, LikelihoodFamily, NoiseOn, Scene};
 use wetcor::seed::{stream, StreamName};
 
 fn main() {
@@ -40,8 +40,8 @@ fn simulated(runs: u64, own: Own) -> (Scene, Runs) {
     simulated_of(runs, own, |_| true)
 }
 
-/// The same, of which some are kept.
-fn simulated_of(runs: u64, own: Own, keep: impl Fn(&NewRun) -> bool) -> (Scene, Runs) {
+/// The same, of which some are kept, changed or not.
+fn simulated_of(runs: u64, own: Own, mut keep: impl FnMut(&mut NewRun) -> bool) -> (Scene, Runs) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/mueller2016/scene.toml");
     let mut scene = scene::read(&path).expect("the example's scene is good");
     if let Some(design) = scene.design.as_mut().filter(|_| own == Own::Speeds) {
@@ -59,7 +59,7 @@ fn simulated_of(runs: u64, own: Own, keep: impl Fn(&NewRun) -> bool) -> (Scene, 
                 let z: f64 = StandardNormal.sample(&mut rng);
                 *film *= 1.0 + 0.02 * z;
             }
-            if keep(&run) {
+            if keep(&mut run) {
                 rows.push(run);
             }
             Ok(())
@@ -119,7 +119,7 @@ fn exact(bencher: Bencher, runs: u64) {
 
 /// Over every wet row that rebounded, or that stuck, where each has a film of its own, with each form of inertia.
 fn own_films(bencher: Bencher, inertia: Inertia, rebounded: bool) {
-    let keep = |run: &NewRun| run.liquid.is_some() && (run.restitution > 0.0) == rebounded;
+    let keep = |run: &mut NewRun| run.liquid.is_some() && (run.restitution > 0.0) == rebounded;
     let (mut scene, runs) = simulated_of(2_000, Own::Films, keep);
     scene.model.inertia = Some(inertia);
     let (parameters, rows) = parts(&scene, &runs);
@@ -149,6 +149,87 @@ fn root_and_division(bencher: Bencher, runs: u64) {
             }
         }
         sums.iter().sum::<f64>()
+    });
+}
+
+/// What rows may have beside normal noise on the restitution.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Noise {
+    /// nothing
+    Plain,
+    /// Student's tails
+    Student,
+    /// an offset of each series
+    Offsets,
+    /// noise on the energy kept, too
+    Energy,
+    /// errors of the impact speeds, 1 %, where speeds repeat
+    RepeatedSpeeds,
+    /// the same where every run has a film of its own
+    RepeatedSpeedsInOwnFilms,
+    /// the same where no run of a setting repeats a speed
+    OwnSpeeds,
+}
+
+const NOISES: [Noise; 7] = [
+    Noise::Plain,
+    Noise::Student,
+    Noise::Offsets,
+    Noise::Energy,
+    Noise::RepeatedSpeeds,
+    Noise::RepeatedSpeedsInOwnFilms,
+    Noise::OwnSpeeds,
+];
+
+/// The example's scene with a noise, and two thousand simulated runs.
+fn noisy(noise: Noise) -> (Scene, Runs) {
+    const ERROR: f64 = 0.01;
+    let (own, error) = match noise {
+        Noise::Plain | Noise::Student | Noise::Offsets | Noise::Energy => (Own::Nothing, 0.0),
+        Noise::RepeatedSpeeds => (Own::Nothing, ERROR),
+        Noise::RepeatedSpeedsInOwnFilms => (Own::Films, ERROR),
+        Noise::OwnSpeeds => (Own::Speeds, ERROR),
+    };
+    let mut rng = stream(1, "speeds of the bench", 0);
+    let (mut scene, mut runs) = simulated_of(2_000, own, |run| {
+        let z: f64 = StandardNormal.sample(&mut rng);
+        run.impact_speed *= 1.0 + error * z;
+        true
+    });
+    if error > 0.0 {
+        runs.errors = Some(MeasurementErrors {
+            impact_speed_sd: runs.impact_speed.iter().map(|v| error * v).collect(),
+            restitution_sd: vec![0.0; runs.len()],
+            speed_correlation: vec![],
+        });
+    }
+    scene.model.series_offsets = noise == Noise::Offsets;
+    match noise {
+        Noise::Student => scene.model.likelihood = LikelihoodFamily::Student,
+        Noise::Energy => scene.model.noise = NoiseOn::Both,
+        _ => {}
+    }
+    let truth = scene.truth.as_mut().expect("the example has one");
+    (truth.nu, truth.sigma_series, truth.sigma_energy) = (Some(6.0), Some(0.006), Some(0.02));
+    (scene, runs)
+}
+
+/// Over every one of 2,000 rows.
+#[divan::bench(args = NOISES)]
+fn under_noise(bencher: Bencher, noise: Noise) {
+    let (scene, runs) = noisy(noise);
+    let (parameters, rows) = parts(&scene, &runs);
+    let draw = truth(&scene, &parameters);
+    evaluate(bencher, &PosteriorDensity::new(parameters, rows), &draw);
+}
+
+/// One exponential, square root and division a row: what a node of an integral cannot cost less than, nearly.
+#[divan::bench]
+fn exponential_root_and_division(bencher: Bencher) {
+    let values: Vec<f64> = (0..2_000).map(|i| 0.2 + 0.6 * (f64::from(i) * 0.618).fract()).collect();
+    bencher.bench_local(|| {
+        let terms = black_box(&values).iter().map(|x| (-x).exp() + x.sqrt() + 1.0 / x);
+        terms.sum::<f64>()
     });
 }
 
@@ -189,4 +270,10 @@ fn sampling_in_own_films(bencher: Bencher, runs: u64) {
 #[divan::bench(args = [2_000, 1_000_000], sample_count = 5)]
 fn sampling_at_own_speeds(bencher: Bencher, runs: u64) {
     sample(bencher, simulated(runs, Own::Speeds));
+}
+
+/// Two thousand runs.
+#[divan::bench(args = NOISES, sample_count = 1)]
+fn sampling_under_noise(bencher: Bencher, noise: Noise) {
+    sample(bencher, noisy(noise));
 }
