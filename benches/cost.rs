@@ -1,22 +1,21 @@
 //! Measures how each stage's cost grows with runs, replicates, groups and threads, and writes `reports/cost/`.
 //!
 //! `cargo bench --bench cost` takes some minutes; `-- quick` stops at 10⁵ runs and writes nothing, `-- ten-million` goes
-//! on to 10⁷ and takes a quarter of an hour and some gigabytes. Runs are simulated in the design of `datasets/mueller2016`,
-//! each at a speed of its own or each in a film of its own: no two share a setting. A cost's exponent is the slope of its logarithm over the last two decades.
+//! on to 10⁷, where ten runs share a setting, and takes a quarter of an hour and some gigabytes. Runs are simulated in the
+//! design of `datasets/mueller2016`, each at a speed of its own: no two share a setting, which is the hardest case. A cost's
+//! exponent is the slope of its logarithm over the last two decades.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::Instant;
 
-use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings;
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::model::simulate::Simulation;
 use wetcor::report::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Style};
 use wetcor::runs::{self, Existing, RunWriter, Table};
 use wetcor::scene::{self, DesignSpeeds, Scene};
-use wetcor::seed::stream;
 
 /// Every stage, each drawn in its own way in every panel.
 const STAGES: [&str; 4] = ["read", "least squares", "bootstrap", "posterior"];
@@ -37,8 +36,7 @@ fn main() {
         _ => 6,
     };
     let panels = [
-        of_runs("runs", largest, Own::Speeds),
-        of_runs("runs in films of their own", largest, Own::Films),
+        of_runs(largest),
         of_replicates(if quick { 4 } else { 6 }),
         of_groups(if quick { 2 } else { 3 }),
     ];
@@ -46,8 +44,7 @@ fn main() {
     let _ = writeln!(
         page,
         "Seconds on {} threads, simulated runs in the design of `datasets/mueller2016` with a speed of its own for each, \
-         or at the speeds of the design with a film of its own for each, 2 % about that of the design: no two share a \
-         setting. The exponent is the slope of the logarithm of the time over the last two decades: \
+         so that no two share a setting. The exponent is the slope of the logarithm of the time over the last two decades: \
          1 is linear. Bootstrap: {REPLICATES} replicates of every quantity; posterior: 4 chains of 1,000 + 1,000 with \
          their checks.\n\nMade by `cargo bench --bench cost`.\n\n![seconds against runs, replicates and groups](cost.svg)\n",
         rayon::current_num_threads()
@@ -162,46 +159,30 @@ fn example() -> Scene {
     scene::read(&path).expect("the example's scene is good")
 }
 
-/// What no two runs have in common.
-#[derive(Clone, Copy, PartialEq)]
-enum Own {
-    Nothing,
-    Speeds,
-    Films,
-}
-
 /// Writes so many runs of a scene's design to a file that is kept under `target/`.
-fn simulate(scene: &mut Scene, runs: Option<u64>, name: &str, own: Own) {
+fn simulate(scene: &mut Scene, runs: Option<u64>, name: &str) {
     let folder: PathBuf = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cost");
     std::fs::create_dir_all(&folder).expect("target/ is writable");
     scene.data.runs = folder.join(name);
     let simulation = Simulation::new(scene, runs).expect("the scene has a truth and a design");
     let mut writer = RunWriter::create(&scene.data.runs, Existing::Replaced).expect("the table can be created");
-    let mut rng = stream(1, "films of the bench", 0);
     simulation
-        .draw(1, |mut run| {
-            if let Some((film, ratio)) = run.film.as_mut().filter(|_| own == Own::Films) {
-                let z: f64 = StandardNormal.sample(&mut rng);
-                *film *= 1.0 + 0.02 * z;
-                *ratio *= 1.0 + 0.02 * z;
-            }
-            writer.write(run)
-        })
+        .draw(1, |run| writer.write(run))
         .expect("the table can be written");
     writer.finish().expect("the table can be completed");
 }
 
-/// The example's scene with so many runs.
-fn of_example(runs: u64, own: Own) -> Scene {
+/// The example's scene with so many runs, each at its own speed.
+fn own_speeds(runs: u64) -> Scene {
     let mut scene = example();
     scene.bootstrap.replicates = REPLICATES;
-    if let Some(design) = scene.design.as_mut().filter(|_| own == Own::Speeds) {
-        // the design makes 48 combinations of everything else
-        let count = (runs / 48).max(2);
+    if let Some(design) = &mut scene.design {
+        // the design makes 84 combinations of everything else, and a million are the most it may make
+        let count = (runs.min(1_000_000) / 84).max(2);
         let speed = |i: u64| 0.767 + 0.95 * (i as f64 + 0.5) / count as f64;
         design.speeds = DesignSpeeds((0..count).map(speed).collect());
     }
-    simulate(&mut scene, Some(runs), &format!("runs-{runs}.parquet"), own);
+    simulate(&mut scene, Some(runs), &format!("runs-{runs}.parquet"));
     scene
 }
 
@@ -233,10 +214,10 @@ fn stages(scene: &Scene, table: &Table, with_posterior: bool) -> [f64; 3] {
     [least_squares, bootstrap, posterior]
 }
 
-fn of_runs(what: &'static str, largest: u32, own: Own) -> Panel {
-    let mut panel = Panel::new(what, &STAGES);
+fn of_runs(largest: u32) -> Panel {
+    let mut panel = Panel::new("runs", &STAGES);
     for decade in 2..=largest {
-        let scene = of_example(10u64.pow(decade), own);
+        let scene = own_speeds(10u64.pow(decade));
         let (read, table) = timed(|| runs::read(&scene).expect("simulated runs are good"));
         let [least_squares, bootstrap, posterior] = stages(&scene, &table, true);
         panel.add(10f64.powi(decade as i32), &[read, least_squares, bootstrap, posterior]);
@@ -288,7 +269,7 @@ fn of_groups(largest: u32) -> Panel {
             all(&films),
         );
         let mut scene = scene::parse(&text, Path::new("groups/scene.toml"), String::new()).expect("a good scene");
-        simulate(&mut scene, None, &format!("groups-{groups}.parquet"), Own::Nothing);
+        simulate(&mut scene, None, &format!("groups-{groups}.parquet"));
         let table = runs::read(&scene).expect("simulated runs are good");
         panel.add(groups as f64, &stages(&scene, &table, true));
     }
@@ -297,7 +278,7 @@ fn of_groups(largest: u32) -> Panel {
 
 fn of_threads(decade: u32) -> String {
     let runs = 10u64.pow(decade);
-    let scene = of_example(runs, Own::Speeds);
+    let scene = own_speeds(runs);
     let table = runs::read(&scene).expect("simulated runs are good");
     let mut text = format!(
         "## threads\n\n{runs} runs, shortest of three.\n\n| threads | least squares / s | bootstrap / s | posterior / s |\n\

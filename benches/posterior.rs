@@ -45,8 +45,8 @@ fn simulated_of(runs: u64, own: Own, mut keep: impl FnMut(&mut NewRun) -> bool) 
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/mueller2016/scene.toml");
     let mut scene = scene::read(&path).expect("the example's scene is good");
     if let Some(design) = scene.design.as_mut().filter(|_| own == Own::Speeds) {
-        // as many speeds as give each of the 48 combinations of the design one run a speed
-        let count = (runs / 48).max(1);
+        // as many speeds as give each of the 84 combinations of the design one run a speed
+        let count = (runs / 84).max(1);
         let speed = |i: u64| 0.767 + 0.95 * (i as f64 + 0.5) / count as f64;
         design.speeds = DesignSpeeds((0..count).map(speed).collect());
     }
