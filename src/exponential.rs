@@ -1,6 +1,6 @@
-//! Computes exponentials that a loop may take several at a time.
+//! Computes exponentials and logarithms that a loop may take several at a time.
 //!
-//! The library's own is a call a number. This one has no branch and no call, so that where it stands in a loop that is
+//! The library's own are a call a number. These have no branch and no call, so that where they stand in a loop that is
 //! compiled for wide registers, as [`pulp::Arch::dispatch`] does, these are filled.
 
 /// exp(x) for x up to 700, to 1e-14 of it; below −700, and of NaN, that of −700.
@@ -46,6 +46,33 @@ pub fn exponential_and_less_one(x: f64, fused: bool) -> [f64; 2] {
     ]
 }
 
+/// ln(x) of x from 1e-300 to 1e300, to 1e-15 of it.
+#[cfg(feature = "cli")]
+#[inline(always)]
+pub fn logarithm(x: f64, fused: bool) -> f64 {
+    const LN_2_HEAD: f64 = 6.931_471_803_691_238e-1;
+    const LN_2_REST: f64 = 1.908_214_929_270_587_7e-10;
+    /// the bits of about √½, where the mantissa begins
+    const LOWEST: u64 = 0x3fe6_a09e << 32;
+    const ONE: u64 = 1023 << 52;
+    /// a number whose last bits hold a whole number
+    const WHOLE: u64 = 0x433 << 52;
+    let times_plus = |a: f64, b: f64, c: f64| if fused { a.mul_add(b, c) } else { a * b + c };
+    let bits = x.to_bits().wrapping_add(ONE - LOWEST);
+    let n = f64::from_bits((bits >> 52) | WHOLE) - (f64::from_bits(WHOLE) + 1023.0);
+    let more = f64::from_bits((bits & ((1 << 52) - 1)).wrapping_add(LOWEST)) - 1.0;
+    // ln(1 + f) = 2 artanh s with s = f/(2 + f), |s| ≤ 0.172
+    let s = more / (2.0 + more);
+    let square = s * s;
+    let mut series = 2.0 / 21.0;
+    for odd in [19.0, 17.0, 15.0, 13.0, 11.0, 9.0, 7.0, 5.0, 3.0] {
+        series = times_plus(series, square, 2.0 / odd);
+    }
+    // 2 s = f − s f
+    let rest = times_plus(s, times_plus(square, series, -more), n * LN_2_REST);
+    times_plus(n, LN_2_HEAD, more + rest)
+}
+
 /// Whether code that is made for this register may multiply and add at once.
 #[cfg(feature = "cli")]
 pub const fn is_fused<S: pulp::Simd>() -> bool {
@@ -58,7 +85,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_is_the_librarys() {
+    fn they_are_the_librarys() {
         for step in 0..280_000 {
             let x = -700.0 + 0.005 * f64::from(step);
             for found in [exponential(x, false), exponential(x, true)] {
@@ -74,6 +101,15 @@ mod tests {
             for fused in [false, true] {
                 let gap = exponential_and_less_one(x, fused)[1] / x.exp_m1() - 1.0;
                 assert!(gap.abs() < 2e-14, "{x}: {gap:e}");
+            }
+        }
+        for step in 0..280_000 {
+            let x = (-690.0 + 0.005 * f64::from(step)).min(690.0).exp();
+            for x in [x, 1.0 - 0.5 / (1.0 + x), 1.0 + 1e-3 / (1.0 + x)] {
+                for found in [logarithm(x, false), logarithm(x, true)] {
+                    let gap = found - x.ln();
+                    assert!(gap.abs() <= 1e-15 * x.ln().abs(), "{x}: {gap:e}");
+                }
             }
         }
         assert_eq!(exponential(-1e300, false), exponential(-700.0, false));

@@ -10,10 +10,10 @@ use rayon::prelude::*;
 use wetcor::findings::posterior::{effort, start};
 use wetcor::findings::{self, Findings};
 use wetcor::inference::diagnostics::pareto::khat_threshold;
-use wetcor::inference::importance::DrawCounts;
 use wetcor::inference::nuts::Effort;
 use wetcor::inference::prepared_posterior::{Evaluation, PreparedPosterior};
-use wetcor::inference::sampling::{sample_by_nuts, weigh};
+use wetcor::inference::sampling::sample_by_nuts;
+use wetcor::inference::weighing::Weighing;
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::ModelParameters;
 use wetcor::physics::rebound::mean_restitution;
@@ -120,15 +120,17 @@ fn by_posterior(place: &Place, (sticking, noise): (Sticking, NoiseOn), seed: u64
     let stream = StreamName::new(seed, "sticking posterior");
     let start = start(least_squares.least_squares());
     let prepared = PreparedPosterior::new(parameters, &rows, &start, Evaluation::default()).ok()?;
-    let size = DrawCounts { chains: 2, draws: 500 };
-    let line = khat_threshold(size.chains * size.draws);
-    let sampled = match weigh(&prepared, size, stream).filter(|weighed| weighed.khat() <= line) {
+    const CHAINS: usize = 2;
+    const DRAWS: usize = 500;
+    let line = khat_threshold(CHAINS * DRAWS);
+    let weighed = Weighing::new(&prepared, CHAINS, stream).and_then(|weighing| weighing.draw(DRAWS));
+    let sampled = match weighed.filter(|weighed| weighed.khat() <= line) {
         Some(weighed) => weighed.resample(&prepared, 1, stream),
         None => {
             let effort = Effort {
-                chains: 2,
+                chains: CHAINS,
                 warmup: 300,
-                draws: 500,
+                draws: DRAWS,
                 ..effort(&scene)
             };
             sample_by_nuts(&prepared, effort, stream, &|_, _| {}).ok()?

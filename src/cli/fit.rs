@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use wetcor::error::{named, Error};
-use wetcor::findings::posterior::{MethodChoice, Posterior};
+use wetcor::findings::posterior::{ExpectedSampling, MethodChoice, Posterior};
 use wetcor::findings::{self, overview, verdicts, Findings};
 use wetcor::model::parameters::ModelParameters;
 use wetcor::report::folder::{Contents, Destination};
@@ -14,7 +14,7 @@ use wetcor::scene::{self, Scene};
 
 use super::arguments::Stage;
 use super::draws::Draws;
-use super::messages::{print_after_writing, print_notices, NOT_QUOTABLE};
+use super::messages::{print_after_writing, print_notices, say, NOT_QUOTABLE};
 use super::timing::Timing;
 
 /// Models that are sampled besides the scene's own: forms of the law, and trends with the film.
@@ -63,6 +63,9 @@ impl FitOptions<'_> {
         let quiet = self.quiet;
         let mut posterior = None;
         if self.wants(Stage::Posterior) {
+            if !quiet {
+                say_how_long(findings.expected_sampling(scene, runs, self.method));
+            }
             let draws = Draws::of(scene, quiet, "posterior", 1);
             posterior = timing.stage("posterior", true, || {
                 findings.add_posterior(scene, runs, self.method, &|kept, diverging| draws.one(kept, diverging))
@@ -81,6 +84,18 @@ impl FitOptions<'_> {
             })?;
         }
         Ok(posterior)
+    }
+}
+
+/// Says how long sampling will take, where that is more than a moment.
+fn say_how_long(expected: Option<ExpectedSampling>) {
+    const MOMENT: f64 = 5.0;
+    if let Some(ExpectedSampling { one, all }) = expected.filter(|expected| expected.all > MOMENT) {
+        say(&format!(
+            "sampling reads the runs one by one, {:.2} ms each time: about {all:.0} s for the posterior; other forms are compared \
+             after it",
+            1e3 * one
+        ));
     }
 }
 

@@ -29,6 +29,11 @@ pub(super) fn warn(text: &str) {
     let _ = writeln!(std::io::stderr(), "{}: {text}", label("notice", "\u{1b}[1;33m"));
 }
 
+/// Says what goes on, on one line.
+pub(super) fn say(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{}", plain(text, usize::MAX));
+}
+
 /// What is wrong with the command line. The words on it are printed on one line each, and a tip that repeats one that cannot
 /// be printed as it is falls away.
 pub(super) fn usage(mut error: clap::Error) -> String {

@@ -4,7 +4,10 @@ use serde::Serialize;
 
 use super::checks::{self, Check};
 use super::form_choice::{is_gain, ln_prior_of_prefactor, Candidate, ChosenBy, InertiaChoice};
-use super::left_out::{affordable_draws, draw_and_leave_out, largest_rhat, leave_out, ComparisonContext, LeftOutModel};
+use super::left_out::{
+    affordable_draws, draw_and_leave_out, largest_rhat, leave_out, Asked, ComparisonContext, LeftOutModel,
+    FOR_PARAMETERS,
+};
 use super::notices;
 use super::posterior::{effort, Posterior, SamplingSetup};
 use crate::error::Error;
@@ -125,7 +128,7 @@ pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: 
         return found;
     };
     // the scene's own is left out by its own draws, which a report writes
-    let own_loo = match leave_out(context.scene, runs, own.setup, &own.sampled, used) {
+    let own_loo = match leave_out(context, own.setup, &own.sampled, used) {
         Ok(loo) => loo,
         Err(why) => {
             let name = model_name(own.setup.form);
@@ -196,7 +199,11 @@ fn alternatives(own: Form) -> impl Iterator<Item = Form> {
 fn evaluate_form(context: ComparisonContext, setup: SamplingSetup, own: &Loo) -> Result<EvaluatedModel, String> {
     // own dry speeds bound k by the fastest run: what has room in the scene's form may have none in another
     let none = |_| Err("a prior of the scene leaves dry_k no room there".to_owned());
-    let left_out = draw_form(context, setup, Some(own)).unwrap_or_else(none)?;
+    let asked = Asked {
+        beside: Some(own),
+        ..Asked::default()
+    };
+    let left_out = draw_form(context, setup, asked).unwrap_or_else(none)?;
     Ok(EvaluatedModel::new(setup.form, false, left_out))
 }
 
@@ -269,9 +276,13 @@ pub fn choose_inertia(context: ComparisonContext, default: SamplingSetup) -> Res
         });
     };
     let (mut evaluated, mut candidates) = (vec![], vec![]);
+    let asked = Asked {
+        fewest: FOR_PARAMETERS,
+        ..Asked::default()
+    };
     for inertia in Inertia::ALL {
         let setup = of(inertia);
-        let Ok(left_out) = draw_form(context, setup, None)? else {
+        let Ok(left_out) = draw_form(context, setup, asked)? else {
             continue;
         };
         let c = geometric_mean(&left_out.sampled, ParameterKind::INERTIAL_PREFACTOR);
@@ -315,11 +326,11 @@ fn better_form(own: &ComparedModel, best: &ComparedModel) -> Option<Notice> {
 fn draw_form(
     context: ComparisonContext,
     setup: SamplingSetup,
-    beside: Option<&Loo>,
+    asked: Asked,
 ) -> Result<Result<LeftOutModel, String>, Error> {
     let parameters = ModelParameters::of(context.scene, context.runs, setup.form)?;
     let stream = format!("compare {}", model_name(setup.form));
-    Ok(draw_and_leave_out(context, setup, parameters, &stream, beside))
+    Ok(draw_and_leave_out(context, setup, parameters, &stream, asked))
 }
 
 /// The row of a sampled model; its difference to the best is not known here.

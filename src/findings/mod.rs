@@ -98,7 +98,7 @@ use estimate::Quoting;
 use least_squares::LeastSquares;
 use left_out::ComparisonContext;
 use main_numbers::MainSources;
-use posterior::{contraction, MethodChoice, Posterior, PosteriorRefusal, SamplingSetup};
+use posterior::{contraction, ExpectedSampling, MethodChoice, Posterior, PosteriorRefusal, SamplingSetup};
 use scaling::{FittedScaling, Scaling};
 use series::SeriesFit;
 use terms::SizedTerm;
@@ -297,6 +297,15 @@ impl LeastSquaresFits {
 }
 
 impl Findings {
+    /// About how long [`Findings::add_posterior`] will sample.
+    pub fn expected_sampling(&self, scene: &Scene, runs: &Runs, method: MethodChoice) -> Option<ExpectedSampling> {
+        let setup = SamplingSetup {
+            form: self.form,
+            method,
+        };
+        posterior::expected_sampling(scene, runs, self.least_squares(), setup)
+    }
+
     /// Samples the posterior from these least-squares findings, and adds what it says; `None` where the runs are such
     /// that nothing was sampled, which a failed check then says.
     ///

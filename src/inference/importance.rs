@@ -123,9 +123,14 @@ pub struct Weights {
 impl Weights {
     /// The Pareto-smoothed weights of draws; `None` where the densities allow none.
     pub fn of(proposed: &[Proposed]) -> Option<Weights> {
-        let ln_ratio: Vec<f64> = proposed.iter().flat_map(|one| &one.ln_ratio).copied().collect();
+        let ln_ratios: Vec<f64> = proposed.iter().flat_map(|one| &one.ln_ratio).copied().collect();
+        Weights::of_ln_ratios(&ln_ratios)
+    }
+
+    /// The same of logarithms of a density over that of the proposal, up to a constant.
+    pub fn of_ln_ratios(ln_ratios: &[f64]) -> Option<Weights> {
         // the draws are independent
-        let smoothed = psis(&ln_ratio, tail_length(ln_ratio.len(), 1.0)).ok()?;
+        let smoothed = psis(ln_ratios, tail_length(ln_ratios.len(), 1.0)).ok()?;
         Some(Weights {
             weights: smoothed.log_weights.iter().map(|log| log.exp()).collect(),
             khat: smoothed.khat.unwrap_or(f64::NEG_INFINITY),

@@ -61,6 +61,11 @@ impl Laplace {
         })
     }
 
+    /// ln |det S|: the volume that a unit of z has.
+    pub fn ln_volume(&self) -> f64 {
+        self.scale.determinant().abs().ln()
+    }
+
     /// The columns of S, as they lie in memory: a step of a sampler takes hardly longer than reading them.
     fn columns(&self) -> std::slice::ChunksExact<'_, f64> {
         self.scale.as_slice().chunks_exact(self.mode.len().max(1))

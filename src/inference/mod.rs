@@ -14,6 +14,7 @@
 //! | `prepared_posterior.rs` | a posterior with its start, its nodes and its mode |
 //! | `nuts.rs` | draws by trajectories |
 //! | `importance.rs` | draws from the normal about the mode, and their weights |
+//! | `weighing.rs` | draws from a Student's t adapted to a posterior, and to one without some runs |
 //! | `mixing.rs` | when draws are enough |
 //! | `sampling.rs` | a posterior to its draws |
 //! | `accuracy.rs` | the cheapest draws that reach an accuracy |
@@ -47,3 +48,4 @@ pub mod profile;
 pub mod regression;
 pub mod sampling;
 pub mod spreads;
+pub mod weighing;

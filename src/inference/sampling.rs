@@ -2,11 +2,12 @@
 
 use serde::Serialize;
 
-use super::importance::{propose, DrawCounts, Proposal, Proposed, Weights};
-use super::laplace::{laplace, Laplace};
+use super::importance::{propose, DrawCounts, Proposal, Proposed};
+use super::laplace::Laplace;
 use super::mixing::{draws_to_add, MixingLines, ParameterDraws};
 use super::nuts::{divergences, Chain, ChainSampler, Effort, SamplingFailure, Watcher, LARGEST_DEPTH};
 use super::prepared_posterior::{Evaluation, NoStart, PreparedPosterior, Start};
+use super::weighing::WeighedDraws;
 use crate::model::likelihood::{Compression, Likelihood};
 use crate::model::parameters::ModelParameters;
 use crate::model::posterior::{LogDensity, PosteriorDensity};
@@ -348,124 +349,7 @@ pub fn sample_by_importance(prepared: &PreparedPosterior, size: DrawCounts, stre
     let name = format!("{} proposed", stream.name);
     let from = Proposal::normal(&prepared.about);
     let proposed = propose(&prepared.posterior, &from, size, StreamName::new(stream.seed, &name));
-    let weighed = WeighedDraws {
-        weights: Weights::of(&proposed)?,
-        proposed,
-        began,
-    };
-    Some(weighed.resample(prepared, PROPOSED, stream))
-}
-
-/// Draws of a proposal with the weights that make them draws of the posterior.
-#[derive(Debug, Clone)]
-pub struct WeighedDraws {
-    proposed: Vec<Proposed>,
-    weights: Weights,
-    began: std::time::Instant,
-}
-
-/// Weighed draws from a Student's t that is adapted to the posterior; `None` where the densities allow no weights.
-///
-/// The roots of spreads are its coordinates, and its place and scale those of draws that were weighed before: so it fits
-/// posteriors that are bent over several standard deviations, or have a spread that may be 0, where the normal about the
-/// mode does not.
-pub fn weigh(prepared: &PreparedPosterior, size: DrawCounts, stream: StreamName) -> Option<WeighedDraws> {
-    /// draws a chain from which place and scale are learnt, each time from a better proposal
-    const TO_ADAPT: [usize; 2] = [250, 250];
-    let began = std::time::Instant::now();
-    let posterior = &prepared.posterior;
-    let rooted = posterior.clone().with_roots_of_spreads();
-    let of = |about: &Laplace, draws: usize, step: &str| {
-        let name = format!("{} {step}", stream.name);
-        let size = DrawCounts { draws, ..size };
-        let proposed = propose(
-            &rooted,
-            &Proposal::student(about),
-            size,
-            StreamName::new(stream.seed, &name),
-        );
-        let weights = Weights::of(&proposed)?;
-        Some((proposed, weights))
-    };
-    let mut about = laplace(&rooted, &rooted.point_at(&posterior.draw_at(&prepared.about.mode))).ok()?;
-    for (round, draws) in TO_ADAPT.into_iter().enumerate() {
-        let (proposed, weights) = of(&about, draws, &format!("adapting {round}"))?;
-        let points = proposed.iter().flat_map(|one| &one.points).copied();
-        about = about.adapted(&points.collect::<Vec<_>>(), &weights.weights)?;
-    }
-    let (mut proposed, weights) = of(&about, size.draws, "adapted")?;
-    for one in &mut proposed {
-        one.move_to(posterior, &rooted);
-    }
-    Some(WeighedDraws {
-        proposed,
-        weights,
-        began,
-    })
-}
-
-impl Proposed {
-    /// The same points in the coordinates of another posterior of the same parameters.
-    fn move_to(&mut self, other: &PosteriorDensity, own: &PosteriorDensity) {
-        let points = self.points.chunks_exact_mut(own.dimension().max(1));
-        for (point, ln_density) in points.zip(&mut self.ln_density) {
-            let moved = other.point_at(&own.draw_at(point));
-            *ln_density += other.ln_jacobian(&moved) - own.ln_jacobian(point);
-            point.copy_from_slice(&moved);
-        }
-    }
-}
-
-impl WeighedDraws {
-    /// Shape of the weights' tail.
-    pub fn khat(&self) -> f64 {
-        self.weights.khat
-    }
-
-    /// Logarithms of the posterior's density over the proposal's, up to a constant, chain after chain.
-    pub fn ln_ratios(&self) -> Vec<f64> {
-        self.proposed.iter().flat_map(|one| &one.ln_ratio).copied().collect()
-    }
-
-    /// Every draw as a full vector of parameters, chain after chain.
-    pub fn full_draws(&self, posterior: &PosteriorDensity) -> Vec<Vec<f64>> {
-        let points = self
-            .proposed
-            .iter()
-            .flat_map(|one| one.points.chunks_exact(posterior.dimension().max(1)));
-        points
-            .map(|point| posterior.parameters().full(&posterior.draw_at(point)))
-            .collect()
-    }
-
-    /// One draw kept of so many, so that each stands for as much weight.
-    pub fn resample(&self, prepared: &PreparedPosterior, of: usize, stream: StreamName) -> Sampled {
-        let dimension = prepared.posterior.dimension();
-        let name = format!("{} resampled", stream.name);
-        let mut rng = StreamName::new(stream.seed, &name).at(0);
-        let proposed = self.proposed.iter().flat_map(|one| &one.ln_density);
-        let ln_density: Vec<f64> = proposed.copied().collect();
-        let chains = self.proposed.len().max(1);
-        let draws = (ln_density.len() / chains / of.max(1)).max(1);
-        let kept = self.weights.resample(chains * draws, &mut rng);
-        let points: Vec<&[f64]> = self
-            .proposed
-            .iter()
-            .flat_map(|one| one.points.chunks_exact(dimension.max(1)))
-            .collect();
-        let chain = |kept: &[usize]| Chain {
-            points: kept.iter().flat_map(|place| points[*place]).copied().collect(),
-            ln_density: kept.iter().map(|place| ln_density[*place]).collect(),
-            ..Chain::default()
-        };
-        let chains: Vec<Chain> = kept.chunks(draws).map(chain).collect();
-        Sampled {
-            khat: Some(self.weights.khat),
-            // the noise of choosing the draws adds to that of those there were to choose from
-            mcse_factor: (1.0 + kept.len() as f64 / self.weights.effective()).sqrt(),
-            ..Sampled::of_chains(prepared, Method::LaplacePsis, chains, self.began)
-        }
-    }
+    Some(WeighedDraws::new(proposed, began)?.resample(prepared, PROPOSED, stream))
 }
 
 /// Whether most trajectories ended at the largest depth: shorter steps would end nearer still, at the same cost.

@@ -28,6 +28,7 @@ use super::predict::Basis;
 use crate::error::Error;
 use crate::inference::accuracy::{sample_to_accuracy, AccuracyPlan};
 use crate::inference::nuts::Watcher;
+use crate::inference::prepared_posterior::seconds_of_rows;
 use crate::inference::sampling::{sample_until_mixed, Sampled, SamplingPlan};
 use crate::model::likelihood::pointwise::Pointwise;
 use crate::model::likelihood::Likelihood;
@@ -69,6 +70,37 @@ impl Posterior {
             .filter(|check| posterior_checks::is_of_sampling(check));
         of_sampling.all(|check| check.passed || !check.gates)
     }
+}
+
+/// About how long a posterior will be sampled that reads every row; `None` of one that reads nodes, which is done in no time.
+pub fn expected_sampling(
+    scene: &Scene,
+    runs: &Runs,
+    least_squares: LeastSquares,
+    setup: SamplingSetup,
+) -> Option<ExpectedSampling> {
+    /// slopes that a draw takes, the warm-up's included: 4.6 to 6.7 in the posteriors of `benches/README.md`
+    const OF_A_DRAW: f64 = 6.0;
+    let parameters = ModelParameters::of(scene, runs, setup.form).ok()?;
+    let rows = Likelihood::of_rows(scene, runs, setup.form);
+    let one = seconds_of_rows(parameters, rows, &start(least_squares))?;
+    let effort = effort(scene);
+    let draws = (effort.warmup + effort.draws) as f64;
+    let at_once = rayon::current_num_threads().min(effort.chains).max(1);
+    let rounds = effort.chains.div_ceil(at_once) as f64;
+    Some(ExpectedSampling {
+        one,
+        all: rounds * draws * OF_A_DRAW * one,
+    })
+}
+
+/// What sampling is expected to take, s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExpectedSampling {
+    /// the log density once, with its slopes
+    pub one: f64,
+    /// all draws, as the scene's `[sampler]` says
+    pub all: f64,
 }
 
 /// Samples the posterior from where least squares stands, and summarises it.

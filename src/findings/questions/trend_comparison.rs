@@ -6,7 +6,9 @@ use super::question::{Question, Trend};
 use crate::error::Error;
 use crate::findings::compare::{model_name, summarise_model};
 use crate::findings::least_squares::LeastSquares;
-use crate::findings::left_out::{affordable_draws, draw_and_leave_out, leave_out, ComparisonContext, LeftOutModel};
+use crate::findings::left_out::{
+    affordable_draws, draw_and_leave_out, leave_out, Asked, ComparisonContext, LeftOutModel, FOR_PARAMETERS,
+};
 use crate::findings::posterior::{Posterior, SamplingSetup};
 use crate::inference::diagnostics::loo::{difference, Loo};
 use crate::inference::diagnostics::quantile;
@@ -97,7 +99,7 @@ impl TrendComparison<'_> {
                 let used = affordable_draws(self.runs, plain.draws()).ok_or("too many runs to leave each out")?;
                 let loo = match own_loo {
                     Some(known) => known.clone(),
-                    None => leave_out(self.context.scene, self.runs, setup, plain, used)?,
+                    None => leave_out(self.comparison(), setup, plain, used)?,
                 };
                 (plain, loo, used)
             }
@@ -130,20 +132,27 @@ impl TrendComparison<'_> {
         which: &str,
         beside: Option<&Loo>,
     ) -> Result<LeftOutModel, String> {
+        let stream = format!("question {} {which}", self.of.key());
+        let asked = Asked {
+            beside,
+            fewest: FOR_PARAMETERS,
+        };
+        draw_and_leave_out(self.comparison(), setup, parameters, &stream, asked)
+    }
+
+    fn comparison(&self) -> ComparisonContext<'_> {
         let Context {
             scene,
             least_squares,
             watcher,
             ..
         } = self.context;
-        let context = ComparisonContext {
+        ComparisonContext {
             scene,
             runs: self.runs,
             least_squares,
             watcher,
-        };
-        let stream = format!("question {} {which}", self.of.key());
-        draw_and_leave_out(context, setup, parameters, &stream, beside)
+        }
     }
 
     fn trend(&self, sampled: &Sampled) -> Option<Trend> {

@@ -15,8 +15,20 @@ pub struct LeftOutRun {
     pub elpd: f64,
     /// by how much the run raises its own log predictive density
     pub p_loo: f64,
-    /// shape of the tail of the weights, as in [`psis::Smoothed`]
+    /// shape of the tail of the weights, as in [`psis::Smoothed`]; where draws were made without the run, that of their own
+    /// weights
     pub khat: Option<f64>,
+}
+
+/// Log predictive density of a run by draws that were made without it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WithoutRun {
+    /// its place among the runs
+    pub run: usize,
+    /// log predictive density
+    pub elpd: f64,
+    /// shape of the draws' weights
+    pub khat: f64,
 }
 
 /// How well a model predicts runs it has not seen.
@@ -30,7 +42,8 @@ pub struct Loo {
     pub se: Option<f64>,
     /// effective number of parameters
     pub p_loo: f64,
-    /// Monte Carlo error of `elpd`: what another set of as many draws would move it by
+    /// Monte Carlo error of `elpd`, what another set of as many draws would move it by; without that of runs whose shape lies
+    /// above [`pareto::khat_threshold`], which have none
     pub mcse: f64,
 }
 
@@ -69,6 +82,32 @@ impl Loo {
             None => run.p_loo.abs() > NO_INFLUENCE,
         };
         (shapes.reduce(f64::max), self.runs.iter().filter(bad).count())
+    }
+
+    /// With what draws without some runs say of these; `mcse` is the Monte Carlo error of their sum.
+    pub fn with(mut self, without: &[WithoutRun], mcse: f64) -> Loo {
+        for WithoutRun { run, elpd, khat } in without {
+            let of_run = &mut self.runs[*run];
+            *of_run = LeftOutRun {
+                elpd: *elpd,
+                p_loo: of_run.p_loo + of_run.elpd - elpd,
+                khat: Some(*khat),
+            };
+        }
+        Loo::of(self.runs, self.mcse.hypot(mcse))
+    }
+
+    fn of(runs: Vec<LeftOutRun>, mcse: f64) -> Loo {
+        let elpd: Vec<f64> = runs.iter().map(|run| run.elpd).collect();
+        let (elpd, se) = sum(&elpd);
+        let p_loo = runs.iter().map(|run| run.p_loo).sum();
+        Loo {
+            runs,
+            elpd,
+            se,
+            p_loo,
+            mcse,
+        }
     }
 }
 
@@ -132,17 +171,8 @@ pub fn loo(
         }
     }
     let runs: Vec<LeftOutRun> = found.into_iter().collect::<Result<_, _>>()?;
-    let elpd: Vec<f64> = runs.iter().map(|run| run.elpd).collect();
-    let (elpd, se) = sum(&elpd);
-    let p_loo = runs.iter().map(|run| run.p_loo).sum();
     let squares: f64 = influence.iter().map(|one| one * one).sum();
-    Ok(Loo {
-        runs,
-        elpd,
-        se,
-        p_loo,
-        mcse: (squares / draws.r_eff).sqrt(),
-    })
+    Ok(Loo::of(runs, (squares / draws.r_eff).sqrt()))
 }
 
 /// Difference of the predictive densities of two models for the same runs, paired run by run.
@@ -301,23 +331,31 @@ impl WeighedDraws {
             sum += weight;
             weighted += weight / raw * self.own[*draw];
         }
-        let (of_sum, of_weighted) = (1.0 / sum, 1.0 / weighted);
-        Arch::new().dispatch(|| {
-            for ((influence, weight), own) in influence.iter_mut().zip(&*weights).zip(&self.own) {
-                *influence += own * of_weighted - weight * of_sum;
+        let khat = pareto.map(|pareto| pareto.shape);
+        if self.has_error(khat) {
+            let (of_sum, of_weighted) = (1.0 / sum, 1.0 / weighted);
+            Arch::new().dispatch(|| {
+                for ((influence, weight), own) in influence.iter_mut().zip(&*weights).zip(&self.own) {
+                    *influence += own * of_weighted - weight * of_sum;
+                }
+            });
+            for (rank, (raw, draw)) in tail.iter().enumerate() {
+                let more = smoothed(rank) - raw;
+                influence[*draw] += more * (self.own[*draw] / raw * of_weighted - of_sum);
             }
-        });
-        for (rank, (raw, draw)) in tail.iter().enumerate() {
-            let more = smoothed(rank) - raw;
-            influence[*draw] += more * (self.own[*draw] / raw * of_weighted - of_sum);
         }
         let elpd = reference + (weighted / sum).ln();
         let seen = reference + (densities / all).ln();
         Ok(LeftOutRun {
             elpd,
             p_loo: seen - elpd,
-            khat: pareto.map(|pareto| pareto.shape),
+            khat,
         })
+    }
+
+    /// Whether the Monte Carlo error of a run with this shape is one.
+    fn has_error(&self, khat: Option<f64>) -> bool {
+        khat.is_none_or(|khat| khat <= pareto::khat_threshold(self.own.len()))
     }
 
     /// How far the log densities of a run go; not finite where one of them is not.
@@ -329,28 +367,25 @@ impl WeighedDraws {
                 [f64::INFINITY; LANES],
                 [0.0; LANES],
             ];
-            let zeros = [0.0; LANES];
-            let mut add = |log: &[f64], ln_own: &[f64]| {
-                for (lane, (log, own)) in log.iter().zip(ln_own).enumerate() {
-                    let weighed = log - own;
-                    lanes[0][lane] = if *log < lanes[0][lane] { *log } else { lanes[0][lane] };
-                    lanes[1][lane] = if *log > lanes[1][lane] { *log } else { lanes[1][lane] };
-                    lanes[2][lane] = if weighed < lanes[2][lane] {
-                        weighed
-                    } else {
-                        lanes[2][lane]
-                    };
+            let mut add = |log: &[f64; LANES], own: &[f64; LANES]| {
+                for lane in 0..LANES {
+                    let weighed = log[lane] - own[lane];
+                    lanes[0][lane] = lanes[0][lane].min(log[lane]);
+                    lanes[1][lane] = lanes[1][lane].max(log[lane]);
+                    lanes[2][lane] = lanes[2][lane].min(weighed);
                     // what is not finite leaves something else than nought
-                    lanes[3][lane] += 0.0 * log;
+                    lanes[3][lane] += 0.0 * log[lane];
                 }
             };
-            let own = self.ln_own.as_deref();
-            for (place, log) in values.chunks(LANES).enumerate() {
-                let first = place * LANES;
-                add(
-                    log,
-                    own.map_or(&zeros[..log.len()], |own| &own[first..first + log.len()]),
-                );
+            let (logs, rest) = values.as_chunks();
+            let own = self.ln_own.as_deref().map(<[f64]>::as_chunks);
+            for (place, log) in logs.iter().enumerate() {
+                add(log, own.map_or(&[0.0; LANES], |(own, _)| &own[place]));
+            }
+            if let Some(last) = rest.len().checked_sub(1) {
+                // the last one again in the lanes that are left
+                let filled = |rest: &[f64]| std::array::from_fn(|lane| rest[lane.min(last)]);
+                add(&filled(rest), &own.map_or([0.0; LANES], |(_, own)| filled(own)));
             }
             let [lo, hi, weighed, odd] = lanes;
             let odd: f64 = odd.iter().sum();
@@ -367,19 +402,23 @@ impl WeighedDraws {
     fn weigh(&self, values: &[f64], reference: f64, weights: &mut Vec<f64>) -> f64 {
         weights.resize(values.len(), 0.0);
         Arch::new().dispatch(|| {
-            let mut sums = [0.0; LANES];
-            let all = weights
-                .chunks_mut(LANES)
-                .zip(values.chunks(LANES))
-                .zip(self.own.chunks(LANES));
-            for ((weights, values), own) in all {
-                let each = sums.iter_mut().zip(weights).zip(values.iter().zip(own));
-                for ((sum, weight), (log, own)) in each {
-                    let over_density = exponential(reference - log, false);
-                    *sum += own / over_density;
-                    *weight = own * over_density;
-                }
+            // exponentials by themselves: the simpler a loop, the more of it is done side by side
+            for (weight, log) in weights.iter_mut().zip(values) {
+                *weight = exponential(reference - log, false);
             }
+            let mut sums = [0.0; LANES];
+            let mut add = |weights: &mut [f64], own: &[f64]| {
+                for ((sum, weight), own) in sums.iter_mut().zip(weights).zip(own) {
+                    *sum += own / *weight;
+                    *weight *= own;
+                }
+            };
+            let (each, rest) = weights.as_chunks_mut::<LANES>();
+            let (own, own_rest) = self.own.as_chunks::<LANES>();
+            for (weights, own) in each.iter_mut().zip(own) {
+                add(weights, own);
+            }
+            add(rest, own_rest);
             sums.iter().sum()
         })
     }
@@ -392,8 +431,10 @@ impl WeighedDraws {
         let terms: Vec<f64> = smoothed.log_weights.iter().zip(values).map(|(a, b)| a + b).collect();
         let top = terms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let elpd = top + terms.iter().map(|term| (term - top).exp()).sum::<f64>().ln();
-        for ((influence, term), ln_weight) in influence.iter_mut().zip(&terms).zip(&smoothed.log_weights) {
-            *influence += (term - elpd).exp() - ln_weight.exp();
+        if self.has_error(smoothed.khat) {
+            for ((influence, term), ln_weight) in influence.iter_mut().zip(&terms).zip(&smoothed.log_weights) {
+                *influence += (term - elpd).exp() - ln_weight.exp();
+            }
         }
         let (mut mean, mut all) = (0.0, 0.0);
         for (log, own) in values.iter().zip(&self.own) {

@@ -25,7 +25,18 @@ pub(super) struct BlockSums {
 impl BlockSums {
     /// Multiplies all but the squares and what tails have of their own.
     pub fn weigh_slopes(&mut self, weight: f64) {
-        for sum in [
+        self.slopes().into_iter().for_each(|slope| *slope *= weight);
+    }
+
+    /// Adds so many times all but the squares and what tails have of their own.
+    pub fn add_slopes(&mut self, mut more: BlockSums, times: f64) {
+        for (slope, more) in self.slopes().into_iter().zip(more.slopes()) {
+            *slope += times * *more;
+        }
+    }
+
+    fn slopes(&mut self) -> [&mut f64; 7] {
+        [
             &mut self.kept,
             &mut self.viscous,
             &mut self.dry,
@@ -33,8 +44,6 @@ impl BlockSums {
             &mut self.scale,
             &mut self.viscous_trend,
             &mut self.inertial_trend,
-        ] {
-            *sum *= weight;
-        }
+        ]
     }
 }

@@ -33,6 +33,7 @@ mod run_density;
 mod run_law;
 mod scattered;
 mod shared_speed;
+mod sides;
 mod student;
 mod sums;
 pub mod tails;
@@ -47,13 +48,13 @@ pub use run_law::BelowRestitution;
 use self::block_sums::BlockSums;
 use self::by_row::{BlockRows, RowNoise};
 use self::nodes::WetBlock;
-use self::normal::{ln_normal_cdf, CERTAIN};
+use self::run_density::Side;
 use self::run_law::RunNoise;
-use self::sums::{kept_of_nodes, rebound_sums, NodeRange};
+use self::sides::{side_sums, SideOfLimit, SideSums};
+use self::sums::{rebound_sums, NodeRange};
 use self::trend::FilmParameters;
 use super::parameters::ParameterKind;
 use crate::distributions::LN_ROOT_TWO_PI;
-use crate::physics::rebound::{kept_of_mean_restitution, mean_and_slope};
 
 /// The parameters give no density here: not an error, a place to turn back from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -159,66 +160,43 @@ impl Likelihood {
     fn wet_by_sums(&self, wet: &WetEvaluation, slopes: &mut [f64]) -> f64 {
         let sigma = wet.sigma;
         let precision = 1.0 / (sigma * sigma);
-        let certain = kept_of_mean_restitution(self.limit - CERTAIN * sigma);
         let mut squares = self.leftover;
-        let mut stuck_value = 0.0;
         let all_sums = rebound_sums(&self.rebounds, self.form.dry, None, &wet.rebounds);
-        for ((block, range), mut sums) in self.blocks.iter().zip(&wet.rebounds).zip(all_sums) {
-            squares += sums.squares;
-            sums.weigh_slopes(precision);
-            if self.truncated {
-                stuck_value -= self.rebound_probability(range, sigma, slopes, &mut sums);
-            }
-            let stuck = NodeRange {
+        let side = |side: Side| SideOfLimit {
+            side,
+            limit: self.limit,
+            sigma,
+        };
+        let stuck: Vec<NodeRange> = self
+            .blocks
+            .iter()
+            .zip(&wet.rebounds)
+            .map(|(block, range)| NodeRange {
                 nodes: block.stuck.clone(),
                 law: range.law,
-            };
-            let each = kept_of_nodes(&self.stuck, self.form.dry, &stuck);
-            let mut films = self.stuck.films(&range.law);
-            for (node, kept) in stuck.nodes.zip(each) {
-                // what cannot rebound sticks for certain
-                if kept < certain {
-                    continue;
-                }
-                let at = self.stuck.impact(node);
-                let film = films.at(node);
-                let (r, of_k) = film.balance.kept(&at);
-                let (mean, slope) = mean_and_slope(r);
-                let z = (self.limit - mean) / sigma;
-                let (ln_cdf, mills) = ln_normal_cdf(z);
-                let count = self.stuck.count[node];
-                stuck_value += count * ln_cdf;
-                slopes[ParameterKind::SigmaWet.slot()] -= count * mills * z / sigma;
-                let kept = -count * mills / sigma * slope;
-                film.add(&mut sums, kept, kept * at.over_stokes, -0.5 * kept * of_k);
+            })
+            .collect();
+        let stuck = side_sums(&self.stuck, self.form.dry, side(Side::Below), &stuck);
+        // the density of a rebound is that of runs that rebound
+        let logged = if self.truncated {
+            side_sums(&self.rebounds, self.form.dry, side(Side::Above), &wet.rebounds)
+        } else {
+            vec![SideSums::default(); stuck.len()]
+        };
+        let mut sides = 0.0;
+        let of_blocks = self.blocks.iter().zip(&wet.rebounds).zip(all_sums);
+        for (((block, range), mut sums), (stuck, logged)) in of_blocks.zip(stuck.iter().zip(logged)) {
+            squares += sums.squares;
+            sums.weigh_slopes(precision);
+            for (of, times) in [(stuck, 1.0), (&logged, -1.0)] {
+                sides += times * of.value;
+                slopes[ParameterKind::SigmaWet.slot()] += times * of.sigma;
+                sums.add_slopes(of.slopes, times);
             }
             range.law.add_slopes(block, &sums, slopes);
         }
         slopes[ParameterKind::SigmaWet.slot()] += (squares * precision - self.wet_rebounds) / sigma;
-        stuck_value - self.wet_rebounds * (sigma.ln() + LN_ROOT_TWO_PI) - 0.5 * squares * precision
-    }
-
-    /// Σ n ln P(e* > limit) over the rebounds of a block; its slopes are taken off those of σ and of the sums.
-    fn rebound_probability(&self, range: &NodeRange, sigma: f64, slopes: &mut [f64], sums: &mut BlockSums) -> f64 {
-        let mut value = 0.0;
-        let mut films = self.rebounds.films(&range.law);
-        for node in range.nodes.clone() {
-            let at = self.rebounds.impact(node);
-            let film = films.at(node);
-            let (r, of_k) = film.balance.kept(&at);
-            let (mean, slope) = mean_and_slope(r);
-            let z = (mean - self.limit) / sigma;
-            if z > CERTAIN {
-                continue;
-            }
-            let (ln_cdf, mills) = ln_normal_cdf(z);
-            let count = self.rebounds.count[node];
-            value += count * ln_cdf;
-            slopes[ParameterKind::SigmaWet.slot()] += count * mills * z / sigma;
-            let kept = -count * mills / sigma * slope;
-            film.add(sums, kept, kept * at.over_stokes, -0.5 * kept * of_k);
-        }
-        value
+        sides - self.wet_rebounds * (sigma.ln() + LN_ROOT_TWO_PI) - 0.5 * squares * precision
     }
 }
 

@@ -187,7 +187,7 @@ impl<'r> Pointwise<'r> {
     }
 
     /// Whether a run's density is an integral over what is hidden of it.
-    fn is_integrated(&self) -> bool {
+    pub fn is_integrated(&self) -> bool {
         self.errors.is_some() || self.both
     }
 

@@ -239,26 +239,31 @@ impl<const SECOND: bool, const HEAVY: bool> RangeSums<'_, SECOND, HEAVY> {
         }
         let last = if x.is_empty() {
             // filled up with settings that count for nothing
-            let filled = |rest: &[f64]| {
-                let mut lanes = [0.0; WIDEST];
-                lanes[..rest.len()].copy_from_slice(rest);
-                S::as_simd_f64s(&lanes).0[0]
-            };
-            [x_rest, p_rest, b_rest, e_rest, n_rest, g_rest, h_rest, f_rest].map(filled)
+            [
+                filled::<S>(x_rest),
+                filled::<S>(p_rest),
+                filled::<S>(b_rest),
+                filled::<S>(e_rest),
+                filled::<S>(n_rest),
+                filled::<S>(g_rest),
+                filled::<S>(h_rest),
+                filled::<S>(f_rest),
+            ]
         } else {
             // the last full register, in which those that were added count for nothing
-            let last = |column: &[f64]| S::as_simd_f64s(&column[column.len() - S::F64_LANES..]).0[0];
-            let mut lanes = columns.map(last);
+            let from = columns[0].len() - S::F64_LANES;
+            let last = |column: &[f64]| S::as_simd_f64s(&column[from..]).0[0];
+            let [x, p, b, e, n, g, h, f] = columns;
             let new = S::as_simd_f64s(&LAST[WIDEST + rest - S::F64_LANES..]).0[0];
-            lanes[4] = simd.mul_f64s(lanes[4], new);
-            lanes
+            let n = simd.mul_f64s(last(n), new);
+            [last(x), last(p), last(b), last(e), n, last(g), last(h), last(f)]
         };
         self.add(simd, law, running, last);
     }
 }
 
 /// What of the energy balance of a block is the same for all its nodes.
-struct Constants {
+pub(super) struct Constants {
     /// k
     dry_k: f64,
     /// ρ̃ C
@@ -298,7 +303,8 @@ impl Constants {
         let r = fused(viscous, x, fused(number(-self.inertial), g, dry));
         Kept { r, e_dry, fall }
     }
-    fn of(law: &BlockLaw) -> Constants {
+
+    pub fn of(law: &BlockLaw) -> Constants {
         Constants {
             dry_k: law.dry_k,
             inertial: law.density_ratio * law.films.prefactor,
@@ -335,31 +341,60 @@ impl<const SECOND: bool> WithSimd for KeptOfNodes<'_, SECOND> {
         for (kept, chunk) in all.chunks_mut(CHUNK).zip(self.nodes.chunks(range)) {
             let films = self.nodes.film_columns(&chunk);
             let [g, _] = law.films.shapes(films, is_fused::<S>(), &mut shapes);
-            let x = &self.nodes.over_stokes[chunk.clone()];
-            let b = self.nodes.fixed_column(&chunk);
-            let columns = [x, &self.nodes.dry_root[chunk], b, g, films.ln];
-            for first in (0..kept.len()).step_by(S::F64_LANES) {
-                let last = kept.len().min(first + S::F64_LANES);
-                let lanes = columns.map(|column| {
-                    let mut lanes = [0.0; WIDEST];
-                    lanes[..last - first].copy_from_slice(&column[first..last]);
-                    S::as_simd_f64s(&lanes).0[0]
-                });
-                let mut r = [0.0; WIDEST];
-                if let Some(to) = S::as_mut_simd_f64s(&mut r).0.first_mut() {
-                    *to = constants.kept::<S, SECOND>(simd, lanes).r;
-                }
-                kept[first..last].copy_from_slice(&r[..last - first]);
-            }
+            constants.kept_of_chunk::<S, SECOND>(simd, self.nodes, (chunk, [g, films.ln]), kept);
         }
         all
     }
 }
 
+impl Constants {
+    /// r of some nodes, with the G and f of their films.
+    #[inline(always)]
+    pub fn kept_of_chunk<S: Simd, const SECOND: bool>(
+        &self,
+        simd: S,
+        nodes: &Nodes,
+        (chunk, [g, f]): (Range<usize>, [&[f64]; 2]),
+        kept: &mut [f64],
+    ) {
+        let x = &nodes.over_stokes[chunk.clone()];
+        let b = nodes.fixed_column(&chunk);
+        let ((x, x_rest), (p, p_rest)) = (S::as_simd_f64s(x), S::as_simd_f64s(&nodes.dry_root[chunk]));
+        let ((b, b_rest), (g, g_rest), (f, f_rest)) = (S::as_simd_f64s(b), S::as_simd_f64s(g), S::as_simd_f64s(f));
+        let (kept, kept_rest) = S::as_mut_simd_f64s(kept);
+        let columns = x.iter().zip(p).zip(b).zip(g.iter().zip(f));
+        for (kept, (((x, p), b), (g, f))) in kept.iter_mut().zip(columns) {
+            *kept = self.kept::<S, SECOND>(simd, [*x, *p, *b, *g, *f]).r;
+        }
+        if !kept_rest.is_empty() {
+            let lanes = [
+                filled::<S>(x_rest),
+                filled::<S>(p_rest),
+                filled::<S>(b_rest),
+                filled::<S>(g_rest),
+                filled::<S>(f_rest),
+            ];
+            let mut r = [0.0; WIDEST];
+            if let Some(to) = S::as_mut_simd_f64s(&mut r).0.first_mut() {
+                *to = self.kept::<S, SECOND>(simd, lanes).r;
+            }
+            kept_rest.copy_from_slice(&r[..kept_rest.len()]);
+        }
+    }
+}
+
+/// A register that begins with these numbers, less than it holds, and ends with zeros.
+#[inline(always)]
+fn filled<S: Simd>(rest: &[f64]) -> S::f64s {
+    let mut lanes = [0.0; WIDEST];
+    lanes[..rest.len()].copy_from_slice(rest);
+    S::as_simd_f64s(&lanes).0[0]
+}
+
 impl Nodes {
     /// A range of nodes, as many at a time as their shapes are computed for.
     #[inline(always)]
-    fn chunks(&self, range: &Range<usize>) -> impl Iterator<Item = Range<usize>> {
+    pub(super) fn chunks(&self, range: &Range<usize>) -> impl Iterator<Item = Range<usize>> {
         let end = range.end;
         range
             .clone()
@@ -375,7 +410,7 @@ impl Nodes {
     }
 
     #[inline(always)]
-    fn film_columns(&self, chunk: &Range<usize>) -> FilmColumns<'_> {
+    pub(super) fn film_columns(&self, chunk: &Range<usize>) -> FilmColumns<'_> {
         FilmColumns {
             ratio: &self.film_ratio[chunk.clone()],
             ln: &self.ln_film[chunk.clone()],

@@ -333,6 +333,7 @@ impl Tails {
     }
 
     /// Log density at z, of a spread of 1.
+    #[inline]
     pub fn ln_unit_density(&self, z: f64) -> f64 {
         match self {
             Tails::Normal => -0.5 * z * z - LN_ROOT_TWO_PI,

@@ -8,6 +8,7 @@ mod wide;
 
 use rand::RngExt;
 
+use super::normal::ln_normal_cdf;
 use super::pointwise::Pointwise;
 use super::*;
 use crate::model::parameters::{physical, COMMON_SLOTS};

@@ -1,12 +1,19 @@
-//! Computes the log likelihood of each of some runs at every one of many draws.
+//! Computes the log likelihood of each of some runs at every one of many draws, several draws at a time.
 
 use std::ops::Range;
 
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::{EvaluatedLaw, NoiseSd, Pointwise};
+use super::{EvaluatedLaw, NoiseSd, Pointwise, RunSetting};
+use crate::exponential::is_fused;
+use crate::model::likelihood::normal::ln_normal_cdf_and_slope;
 use crate::model::likelihood::tails::Tails;
-use crate::model::parameters::ParameterKind;
+use crate::model::likelihood::trend::DrawnFilms;
+use crate::model::parameters::{ParameterKind, COMMON_SLOTS};
+use crate::physics::balance::Balance;
+use crate::physics::loss::Share;
+use crate::physics::rebound::mean_and_slope;
 
 /// Many draws of the parameters, ready for some runs at a time.
 #[derive(Debug)]
@@ -14,6 +21,7 @@ pub struct AtDraws<'p, 'r> {
     pointwise: &'p Pointwise<'r>,
     /// full vectors of parameters
     draws: Vec<&'p [f64]>,
+    films: DrawnFilms,
     /// of dry runs at each draw
     dry: Vec<NoiseSd>,
     /// of wet runs
@@ -28,6 +36,7 @@ impl<'r> Pointwise<'r> {
         let spreads = |kind: ParameterKind| draws.iter().map(|full| NoiseSd::of(full[kind.slot()])).collect();
         AtDraws {
             pointwise: self,
+            films: DrawnFilms::new(self.form, &draws),
             dry: spreads(ParameterKind::SigmaDry),
             wet: spreads(ParameterKind::SigmaWet),
             laws: if self.is_plain() {
@@ -53,55 +62,108 @@ impl AtDraws<'_, '_> {
 
     /// [`EvaluatedLaw::ln_likelihood`] of these runs, a row each that is as long as there are draws.
     pub fn ln_likelihoods(&self, runs: Range<usize>, rows: &mut [f64]) {
-        let rows = rows.chunks_exact_mut(self.len().max(1));
-        if !self.pointwise.is_plain() {
-            for (run, row) in runs.zip(rows) {
-                for (value, law) in row.iter_mut().zip(&self.laws) {
-                    *value = law.ln_likelihood(run);
+        if self.pointwise.is_plain() {
+            return Arch::new().dispatch(PlainRuns { at: self, runs, rows });
+        }
+        for (run, row) in runs.zip(rows.chunks_exact_mut(self.len().max(1))) {
+            for (value, law) in row.iter_mut().zip(&self.laws) {
+                *value = law.ln_likelihood(run);
+            }
+        }
+    }
+
+    /// A parameter at every draw.
+    fn column(&self, slot: usize) -> impl Iterator<Item = f64> + '_ {
+        self.draws.iter().map(move |full| full[slot])
+    }
+}
+
+/// Plain runs at every draw.
+struct PlainRuns<'a> {
+    at: &'a AtDraws<'a, 'a>,
+    runs: Range<usize>,
+    rows: &'a mut [f64],
+}
+
+/// What the draws say of a setting.
+struct SettingAtDraws {
+    /// its place
+    setting: Option<u32>,
+    /// δ̃ of the losses
+    film_ratio: f64,
+    losses: Vec<Share>,
+    /// m(r) or e_dry
+    means: Vec<f64>,
+}
+
+impl WithSimd for PlainRuns<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let PlainRuns { at, runs, rows } = self;
+        let pointwise = at.pointwise;
+        let mut of = SettingAtDraws {
+            setting: None,
+            film_ratio: f64::NAN,
+            losses: vec![Share::default(); at.len()],
+            means: vec![0.0; at.len()],
+        };
+        for (run, row) in runs.zip(rows.chunks_exact_mut(at.len().max(1))) {
+            let setting = pointwise.setting[run];
+            if of.setting != Some(setting) {
+                of.evaluate(at, &pointwise.settings[setting as usize], is_fused::<S>());
+                of.setting = Some(setting);
+            }
+            let spreads = if run < pointwise.dry { &at.dry } else { &at.wet };
+            let draws = row.iter_mut().zip(&of.means).zip(spreads);
+            if pointwise.stuck[run] {
+                for ((value, mean), spread) in draws {
+                    let z = (pointwise.limit - mean) / spread.sigma;
+                    *value = ln_normal_cdf_and_slope(z, is_fused::<S>())[0];
+                }
+            } else {
+                let restitution = pointwise.runs.restitution[run];
+                for ((value, mean), spread) in draws {
+                    let z = (restitution - mean) / spread.sigma;
+                    *value = Tails::Normal.ln_unit_density(z) - spread.ln;
                 }
             }
-            return;
         }
-        let setting = &self.pointwise.setting[runs.clone()];
-        let Some((first, last)) = setting.first().zip(setting.last()) else {
+    }
+}
+
+impl SettingAtDraws {
+    /// The mean of e* at a setting; the losses of a film are computed once for the settings that share it.
+    #[inline(always)]
+    fn evaluate(&mut self, at: &AtDraws, setting: &RunSetting, fused: bool) {
+        let form = at.pointwise.form;
+        let impact = &setting.impact;
+        for (mean, k) in self.means.iter_mut().zip(at.column(COMMON_SLOTS + setting.sphere)) {
+            *mean = k;
+        }
+        let Some(wet) = setting.wet else {
+            for mean in &mut self.means {
+                *mean = form.dry.of_loss(*mean * impact.dry_root)[0];
+            }
             return;
         };
-        let means = self.means(*first as usize..*last as usize + 1);
-        for ((run, row), setting) in runs.zip(rows).zip(setting) {
-            let place = (setting - first) as usize * self.len();
-            self.fill(run, &means[place..place + self.len()], row);
+        if self.film_ratio != wet.film_ratio {
+            at.films.shares((wet.film_ratio, wet.ln_film), fused, &mut self.losses);
+            self.film_ratio = wet.film_ratio;
         }
-    }
-
-    /// The mean of e* at these settings, a row each.
-    fn means(&self, settings: Range<usize>) -> Vec<f64> {
-        let settings = &self.pointwise.settings[settings];
-        let mut means = vec![0.0; settings.len() * self.len()];
-        for (draw, full) in self.draws.iter().enumerate() {
-            // the losses of a film are computed once for the settings that share it
-            let mut mean = self.pointwise.means(full);
-            let column = means.iter_mut().skip(draw).step_by(self.len());
-            for (into, setting) in column.zip(settings) {
-                *into = mean(setting);
+        let balance = |k: f64, share: Share| Balance::at(form, k, share, wet.density_ratio);
+        let both = self.means.iter_mut().zip(&self.losses);
+        match wet.offset {
+            None => {
+                for (mean, share) in both {
+                    *mean = mean_and_slope(balance(*mean, *share).kept(impact).0).0;
+                }
             }
-        }
-        means
-    }
-
-    /// A plain run at every draw.
-    fn fill(&self, run: usize, means: &[f64], row: &mut [f64]) {
-        let spreads = if run < self.pointwise.dry { &self.dry } else { &self.wet };
-        let draws = row.iter_mut().zip(means).zip(spreads);
-        if self.pointwise.stuck[run] {
-            for ((value, mean), spread) in draws {
-                let z = (self.pointwise.limit - mean) / spread.sigma;
-                *value = Tails::Normal.ln_probability_and_slope(z).0;
-            }
-        } else {
-            let restitution = self.pointwise.runs.restitution[run];
-            for ((value, mean), spread) in draws {
-                let z = (restitution - mean) / spread.sigma;
-                *value = Tails::Normal.ln_unit_density(z) - spread.ln;
+            Some(slot) => {
+                for ((mean, share), offset) in both.zip(at.column(slot)) {
+                    *mean = mean_and_slope(balance(*mean, *share).with_offset(offset).kept(impact).0).0;
+                }
             }
         }
     }

@@ -69,7 +69,11 @@ fn runs_at_many_draws_have_the_likelihoods_of_one_at_one() {
                 at.ln_likelihoods(some.clone(), &mut rows);
                 let one = |run: usize| laws.iter().map(move |law| law.ln_likelihood(run));
                 let expected: Vec<f64> = some.flat_map(one).collect();
-                assert_eq!(rows, expected, "{form:?}");
+                // exponentials of several at a time round differently
+                for (found, expected) in rows.iter().zip(&expected) {
+                    let gap = found - expected;
+                    assert!(gap.abs() < 1e-11 * (1.0 + expected.abs()), "{form:?} {gap}");
+                }
             }
         }
     }
