@@ -10,9 +10,8 @@ use super::importance::{propose, weighted_shift, DrawCounts, Proposal, Weights};
 use super::mixing::{draws_a_chain, summary_of, MixingLines, ParameterDraws};
 use super::nuts::{Effort, Watcher};
 use super::prepared_posterior::{Evaluation, PreparedPosterior, Start, LARGEST_ERROR};
-use super::sampling::{
-    sample_by_importance, sample_normal, Method, NoPosterior, NutsSampling, ReachedAccuracy, Sampled, PROPOSED,
-};
+use super::sampling::{sample_normal, Method, NoPosterior, NutsSampling, ReachedAccuracy, Sampled};
+use super::weighing::{sample_by_importance, PROPOSED};
 use crate::model::likelihood::{Likelihood, Resolution};
 use crate::model::parameters::ModelParameters;
 use crate::model::posterior::LogDensity;

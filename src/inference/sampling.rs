@@ -7,7 +7,6 @@ use super::laplace::Laplace;
 use super::mixing::{draws_to_add, MixingLines, ParameterDraws};
 use super::nuts::{divergences, Chain, ChainSampler, Effort, SamplingFailure, Watcher, LARGEST_DEPTH};
 use super::prepared_posterior::{Evaluation, NoStart, PreparedPosterior, Start};
-use super::weighing::WeighedDraws;
 use crate::model::likelihood::{Compression, Likelihood};
 use crate::model::parameters::ModelParameters;
 use crate::model::posterior::{LogDensity, PosteriorDensity};
@@ -333,23 +332,6 @@ pub fn sample_normal(prepared: &PreparedPosterior, size: DrawCounts, stream: Str
     let proposed = propose(&prepared.posterior, &Proposal::normal(&prepared.about), size, stream);
     let chains = proposed.into_iter().map(Proposed::into_chain).collect();
     Sampled::of_chains(prepared, Method::Laplace, chains, began)
-}
-
-/// Draws from the normal for one that is kept after weighing.
-pub const PROPOSED: usize = 4;
-
-/// Draws from the normal about the mode, resampled by what the posterior has there; `None` where the densities allow no
-/// weights. `khat` says whether they are reliable.
-pub fn sample_by_importance(prepared: &PreparedPosterior, size: DrawCounts, stream: StreamName) -> Option<Sampled> {
-    let size = DrawCounts {
-        draws: PROPOSED * size.draws,
-        ..size
-    };
-    let began = std::time::Instant::now();
-    let name = format!("{} proposed", stream.name);
-    let from = Proposal::normal(&prepared.about);
-    let proposed = propose(&prepared.posterior, &from, size, StreamName::new(stream.seed, &name));
-    Some(WeighedDraws::new(proposed, began)?.resample(prepared, PROPOSED, stream))
 }
 
 /// Whether most trajectories ended at the largest depth: shorter steps would end nearer still, at the same cost.

@@ -174,6 +174,23 @@ impl<'p> Weighing<'p> {
     }
 }
 
+/// Draws from the normal for one that is kept after weighing.
+pub const PROPOSED: usize = 4;
+
+/// Draws from the normal about the mode, resampled by what the posterior has there; `None` where the densities allow no
+/// weights. `khat` says whether they are reliable.
+pub fn sample_by_importance(prepared: &PreparedPosterior, size: DrawCounts, stream: StreamName) -> Option<Sampled> {
+    let size = DrawCounts {
+        draws: PROPOSED * size.draws,
+        ..size
+    };
+    let began = std::time::Instant::now();
+    let name = format!("{} proposed", stream.name);
+    let from = Proposal::normal(&prepared.about);
+    let proposed = propose(&prepared.posterior, &from, size, StreamName::new(stream.seed, &name));
+    Some(WeighedDraws::new(proposed, began)?.resample(prepared, PROPOSED, stream))
+}
+
 /// Logarithms of the posterior's density over the proposal's at some draws, with and without some runs.
 struct LnRatios {
     with: Vec<f64>,
