@@ -1,5 +1,6 @@
 //! Estimates L, the inertial prefactor and the film scale from every rebound at once.
 
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::dry::{self, FittedDry};
@@ -12,11 +13,12 @@ use super::quantities::scale_of;
 use super::scaling::FittedScaling;
 use crate::distributions::student_t_quantile;
 use crate::inference::delta::Uncertain;
-use crate::inference::effective_variance::{chi_squared, reweight, ErrorColumns, ErrorWeights, WeightedProblem};
+use crate::inference::effective_variance::{chi_squared, reweight, ErrorColumns, ErrorWeights};
 use crate::inference::joint::{fit_joint, Joint, JointFit};
+use crate::inference::joint_squares::JointSquares;
 use crate::inference::least_squares::{Fit, ResidualProblem, Stop};
 use crate::inference::nested::{FTest, Spread};
-use crate::inference::profile::{Limits, ProblemProfile, WithSlopes};
+use crate::inference::profile::{Limits, ProblemProfile, Region, WithSlopes};
 use crate::model::parameters::ParameterKind;
 use crate::physics::balance::{Balance, BalanceAtFilm};
 use crate::physics::form::Term;
@@ -170,10 +172,64 @@ impl FittedBalance<'_> {
         self.fit.stop == Stop::Converged
     }
 
+    /// What was taken off the minimum's parameters, put back: where the squares are least.
+    fn minimum(&self) -> Vec<f64> {
+        let mut minimum = self.fit.parameters.clone();
+        minimum.iter_mut().zip(&self.bias).for_each(|(b, bias)| *b += bias);
+        minimum
+    }
+
+    /// Where limits lie; `None` without a covariance.
+    fn region<'p>(&'p self, minimum: &'p [f64], quoting: Quoting) -> Option<Region<'p>> {
+        Some(Region {
+            minimum,
+            covariance: self.fit.covariance.as_ref()?,
+            variance: match self.roots.is_empty() {
+                true => self.fit.residual_sd?.powi(2),
+                false => 1.0,
+            },
+            t: student_t_quantile(0.5 + 0.5 * quoting.level, self.fit.degrees_of_freedom as f64)?,
+        })
+    }
+}
+
+/// A balance that was fitted, and its squares about the minimum: what estimates are made from.
+struct BalanceEstimates<'f, 'r> {
+    fitted: &'f FittedBalance<'r>,
+    quoting: Quoting,
+    /// `None` where there is none, or no run can bend it
+    profile: Option<ProblemProfile<'f, JointSquares<'f, 'r>>>,
+}
+
+impl<'f, 'r> BalanceEstimates<'f, 'r> {
+    fn new(fitted: &'f FittedBalance<'r>, minimum: &'f [f64], quoting: Quoting) -> BalanceEstimates<'f, 'r> {
+        BalanceEstimates {
+            fitted,
+            quoting,
+            profile: Self::profile(fitted, minimum, quoting),
+        }
+    }
+
+    fn profile(
+        fitted: &'f FittedBalance<'r>,
+        minimum: &'f [f64],
+        quoting: Quoting,
+    ) -> Option<ProblemProfile<'f, JointSquares<'f, 'r>>> {
+        /// slopes of m(r) are at most 1/τ, and a run weighs at most as 1/τ² = 10⁴ others: it pins no fit of more runs
+        const MOST_RUNS: usize = 50_000;
+        if fitted.problem.runs() > MOST_RUNS || !fitted.converged() {
+            return None;
+        }
+        let region = fitted.region(minimum, quoting)?;
+        let squares = JointSquares::new(&fitted.problem, &fitted.roots, &region);
+        ProblemProfile::new(squares, region)
+    }
+
     /// Estimate of a function of one parameter, by its place.
-    fn estimate(&self, place: usize, of: impl Fn(f64) -> Jet<1>, how: IntervalScale, quoting: Quoting) -> Estimate {
-        if !self.converged() {
-            return quoting.none(why_stopped(&self.fit));
+    fn of_parameter(&self, place: usize, of: impl Fn(f64) -> Jet<1>, how: IntervalScale) -> Estimate {
+        let none = || self.quoting.none(why_stopped(&self.fitted.fit));
+        if !self.fitted.converged() {
+            return none();
         }
         let of_point = |point: &[f64]| {
             let Jet { value, slopes } = of(point[place]);
@@ -184,27 +240,21 @@ impl FittedBalance<'_> {
                 slopes: gradient,
             })
         };
-        self.estimate_of(of_point, how, quoting)
-            .unwrap_or_else(|| quoting.none(why_stopped(&self.fit)))
+        self.of(of_point, how).unwrap_or_else(none)
     }
 
     /// Estimate of a function of all parameters; `None` where it is not defined at the fit.
-    fn estimate_of(
-        &self,
-        of: impl Fn(&[f64]) -> Option<WithSlopes>,
-        how: IntervalScale,
-        quoting: Quoting,
-    ) -> Option<Estimate> {
-        let at = of(&self.fit.parameters)?;
-        let estimate = quoting.of(&self.uncertain, at.value, &at.slopes, how);
+    fn of(&self, of: impl Fn(&[f64]) -> Option<WithSlopes>, how: IntervalScale) -> Option<Estimate> {
+        let at = of(&self.fitted.fit.parameters)?;
+        let estimate = self.quoting.of(&self.fitted.uncertain, at.value, &at.slopes, how);
         let limits = match how {
-            IntervalScale::Plain => self.limits(of, quoting),
+            IntervalScale::Plain => self.limits(of),
             IntervalScale::Log => {
                 let log = |at: WithSlopes| WithSlopes {
                     value: at.value.ln(),
                     slopes: at.slopes.iter().map(|slope| slope / at.value).collect(),
                 };
-                let limits = self.limits(|point| of(point).map(log), quoting);
+                let limits = self.limits(|point| of(point).map(log));
                 limits.map(|limits| limits.map(|limit| Some(limit.exp()), true))
             }
         };
@@ -215,40 +265,16 @@ impl FittedBalance<'_> {
     }
 
     /// The profile limits of a function of all parameters; `None` where the delta method agrees, or there is none.
-    fn limits(&self, of: impl Fn(&[f64]) -> Option<WithSlopes>, quoting: Quoting) -> Option<Limits> {
-        /// slopes of m(r) are at most 1/τ, and a run weighs at most as 1/τ² = 10⁴ others: it pins no fit of more runs
-        const MOST_RUNS: usize = 50_000;
-        if self.problem.runs() > MOST_RUNS {
-            return None;
-        }
-        let t = student_t_quantile(0.5 + 0.5 * quoting.level, self.fit.degrees_of_freedom as f64)?;
-        let moved = |by: f64| -> Vec<f64> {
-            let both = self.fit.parameters.iter().zip(&self.bias);
-            both.map(|(b, bias)| b + by * bias).collect()
-        };
-        let minimum = if self.bias.is_empty() {
-            self.fit.parameters.clone()
-        } else {
-            moved(1.0)
-        };
-        let variance = match self.roots.is_empty() {
-            true => self.fit.residual_sd?.powi(2),
-            false => 1.0,
-        };
-        let profile = ProblemProfile {
-            weighted: WeightedProblem {
-                problem: &self.problem,
-                roots: &self.roots,
-            },
-            minimum: &minimum,
-            covariance: self.fit.covariance.as_ref()?,
-            variance,
-        };
+    fn limits(&self, of: impl Fn(&[f64]) -> Option<WithSlopes>) -> Option<Limits> {
+        let bias = &self.fitted.bias;
         let corrected = |point: &[f64]| {
-            let corrected: Vec<f64> = point.iter().zip(&self.bias).map(|(b, bias)| b - bias).collect();
-            of(if self.bias.is_empty() { point } else { &corrected })
+            if bias.is_empty() {
+                return of(point);
+            }
+            let corrected: Vec<f64> = point.iter().zip(bias).map(|(b, bias)| b - bias).collect();
+            of(&corrected)
         };
-        profile.limits(corrected, t)
+        self.profile.as_ref()?.limits(corrected)
     }
 }
 
@@ -335,17 +361,19 @@ fn findings_of(
     } = setup;
     let joint = fitted.joint();
     let point = &fitted.fit.parameters;
+    let minimum = fitted.minimum();
+    let estimates = BalanceEstimates::new(fitted, &minimum, quoting);
     let parameters: Vec<ParameterEstimate> = joint
         .kinds()
         .enumerate()
         .map(|(place, kind)| ParameterEstimate {
             kind,
             name: kind.name(scene, runs),
-            estimate: fitted.estimate(place, |b| Jet::variable(b, 0), scale_of_parameter(kind), quoting),
+            estimate: estimates.of_parameter(place, |b| Jet::variable(b, 0), scale_of_parameter(kind)),
         })
         .collect();
     let places = WetPlace::all(runs, joint.form);
-    let places = places.iter().enumerate().filter(|_| fitted.converged());
+    let derived = places.par_iter().enumerate().filter(|_| fitted.converged());
     let l = joint.value(Coefficient::LubricationLog, point);
     EnergyBalance {
         inertia: joint.form.inertia.name(),
@@ -359,7 +387,7 @@ fn findings_of(
                     let l = Jet::<1>::variable(l, 0);
                     quantity.value(&Place::NONE, &Wetted::of_balance(l.only_if(false), l))
                 };
-                fitted.estimate(0, of_l, scale_of(quantity), quoting)
+                estimates.of_parameter(0, of_l, scale_of(quantity))
             }
             None => quoting.none(joint.form.viscous.why_no_critical_separation().unwrap_or(NO_VISCOUS)),
         },
@@ -369,8 +397,8 @@ fn findings_of(
             .filter_map(|own| shift_of_k(setup.dry, own))
             .reduce(f64::max),
         parameters,
-        derived: places
-            .filter_map(|(index, place)| derive(setup, index, place, fitted))
+        derived: derived
+            .filter_map(|(index, place)| derive(scene, index, place, &estimates))
             .collect(),
         residual_sd: fitted.fit.residual_sd,
         measurement_errors: error_weights.map(ErrorSummary::of),
@@ -594,8 +622,8 @@ pub(super) fn at_place(scene: &Scene, joint: &Joint, point: &[f64], wet: &WetPla
 }
 
 /// e_inf and St_c of a place; `None` where none of its runs rebounded or nothing is left for e_inf.
-fn derive(setup: BalanceSetup, index: usize, place: &WetPlace, fitted: &FittedBalance) -> Option<DerivedEstimate> {
-    let BalanceSetup { scene, quoting, .. } = setup;
+fn derive(scene: &Scene, index: usize, place: &WetPlace, estimates: &BalanceEstimates) -> Option<DerivedEstimate> {
+    let (fitted, quoting) = (estimates.fitted, estimates.quoting);
     if place.rebounds() == 0 {
         return None;
     }
@@ -614,7 +642,7 @@ fn derive(setup: BalanceSetup, index: usize, place: &WetPlace, fitted: &FittedBa
                 slopes: at.slopes(quantity),
             })
         };
-        let found = fitted.estimate_of(of, scale_of(quantity), quoting);
+        let found = estimates.of(of, scale_of(quantity));
         found.unwrap_or_else(|| quoting.none(NO_VISCOUS))
     };
     let [of_e_inf, of_st_c] = [Quantity::EInf, Quantity::StC].map(|quantity| at.slopes(quantity));
@@ -668,3 +696,6 @@ fn balance_verdict(fit: &Fit, l: Option<f64>, misfit: Option<&FTest>) -> Verdict
         Verdict::passed("converged")
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -4,6 +4,8 @@
 //! that law describes how its runs came about, and from the posterior for each liquid. Without a posterior least squares
 //! stands in, and they are provisional.
 
+use std::collections::HashMap;
+
 use serde::Serialize;
 
 use super::balance::DerivedEstimate;
@@ -310,8 +312,16 @@ impl MainSources<'_> {
     /// The places in the order of the film groups: at each the law, where it serves, then the posterior for each liquid.
     fn places(&self) -> Vec<MainPlace> {
         let mut all = vec![];
+        let laws = self.least_squares.scaling.iter().filter(|row| row.law == WetLaw::Sqrt);
+        let laws = by_film_ratio(laws.filter_map(|row| Some((row.film_ratio?, row))));
+        let balance = self.least_squares.energy_balance.as_ref();
+        let derived = balance
+            .filter(|own| own.verdict.passed)
+            .into_iter()
+            .flat_map(|own| &own.derived);
+        let derived = by_film_ratio(derived.map(|row| (row.film_ratio, row)));
         for group in &self.runs.film_groups {
-            let law = self.law_of(group);
+            let law = self.law_of(group, &laws);
             let before = all.len();
             all.extend(
                 law.filter(|law| self.law_serves(law))
@@ -321,7 +331,7 @@ impl MainSources<'_> {
                 all.extend(self.of_posterior(group, posterior));
             }
             if all.len() == before {
-                all.extend(self.of_balance(group));
+                all.extend(self.of_balance(group, &derived));
             }
             if all.len() == before {
                 all.extend(law.map(|law| self.of_law(group, law)));
@@ -330,13 +340,10 @@ impl MainSources<'_> {
         all
     }
 
-    fn law_of(&self, group: &FilmGroup) -> Option<&Scaling> {
+    fn law_of<'l>(&self, group: &FilmGroup, laws: &ByFilmRatio<&'l Scaling>) -> Option<&'l Scaling> {
         let sphere = &self.runs.spheres[group.sphere];
-        self.least_squares.scaling.iter().find(|row| {
-            row.law == WetLaw::Sqrt
-                && sphere.owns(self.scene, &row.particle, row.diameter_m)
-                && row.film_ratio == Some(group.film_ratio)
-        })
+        let mut here = laws.get(&group.film_ratio.to_bits())?.iter().copied();
+        here.find(|row| sphere.owns(self.scene, &row.particle, row.diameter_m))
     }
 
     /// Whether the square-root law at a film ratio describes how its runs came about: every one of them rebounded, with
@@ -407,21 +414,7 @@ impl MainSources<'_> {
     }
 
     /// e_inf and St_c by least squares over all rebounds at once, at the mean density ratio.
-    fn of_balance(&self, group: &FilmGroup) -> Vec<MainPlace> {
-        let Some(balance) = self
-            .least_squares
-            .energy_balance
-            .as_ref()
-            .filter(|own| own.verdict.passed)
-        else {
-            return vec![];
-        };
-        let own = &self.runs.spheres[group.sphere];
-        let name = &self.scene.particles[own.particle].name;
-        let here = |row: &&DerivedEstimate| {
-            let is_of = own.diameter.is_none() || row.diameter_m == own.diameter;
-            row.particle == *name && is_of && row.film_ratio == group.film_ratio
-        };
+    fn of_balance(&self, group: &FilmGroup, derived: &ByFilmRatio<&DerivedEstimate>) -> Vec<MainPlace> {
         let source = Source::EnergyBalance;
         let of_row = |row: &DerivedEstimate| MainPlace {
             particle: row.particle.clone(),
@@ -432,6 +425,20 @@ impl MainSources<'_> {
             st_c: MainNumber::of_fit(&row.st_c, source),
             source,
         };
-        balance.derived.iter().filter(here).map(of_row).collect()
+        let here = derived.get(&group.film_ratio.to_bits()).into_iter().flatten();
+        here.filter(|row| row.sphere == group.sphere)
+            .map(|row| of_row(row))
+            .collect()
     }
+}
+
+/// What stands at each film ratio, by its bits: a table may have as many as runs.
+type ByFilmRatio<T> = HashMap<u64, Vec<T>>;
+
+fn by_film_ratio<T>(rows: impl Iterator<Item = (f64, T)>) -> ByFilmRatio<T> {
+    let mut all = ByFilmRatio::new();
+    for (film_ratio, row) in rows {
+        all.entry(film_ratio.to_bits()).or_insert_with(Vec::new).push(row);
+    }
+    all
 }

@@ -4,7 +4,7 @@ use super::balance::{at_place, spheres_with_known_k, BalanceSetup, EnergyBalance
 use super::dry::own_dry_speed;
 use super::places::WetPlace;
 use super::scaling::{e_inf_and_st_c, two, Bias, FittedScaling, PooledRuns};
-use crate::inference::joint::Joint;
+use crate::inference::joint::{Joint, Part};
 use crate::inference::law::Law;
 use crate::inference::least_squares::Stop;
 use crate::inference::regression::Regression;
@@ -26,10 +26,17 @@ pub(super) fn add_bias(setup: BalanceSetup, scaling: &mut [FittedScaling], balan
         Joint::new(scene, runs, balance.refit_start.form, &known, &[]),
         &balance.refit_start.point,
     );
+    // in the order of the series
+    let parts: Vec<&Part> = joint.wet_parts().collect();
     let fitted = |row: &&mut FittedScaling| row.law == WetLaw::Sqrt && !row.scaling.is_withheld;
     for row in scaling.iter_mut().filter(fitted) {
-        let mut groups = runs.film_groups_of(row.sphere).iter();
-        let group = groups.find(|group| Some(group.film_ratio) == row.scaling.film_ratio);
+        let groups = runs.film_groups_of(row.sphere);
+        let of_ratio = |film_ratio: f64| {
+            // they stand in increasing order
+            let place = groups.partition_point(|group| group.film_ratio < film_ratio);
+            groups.get(place).filter(|group| group.film_ratio == film_ratio)
+        };
+        let group = row.scaling.film_ratio.and_then(of_ratio);
         let Some((group, at)) = group.and_then(|group| {
             let place = WetPlace::of_group(runs, group);
             Some((group, at_place(scene, &joint, point, &place)?))
@@ -38,7 +45,8 @@ pub(super) fn add_bias(setup: BalanceSetup, scaling: &mut [FittedScaling], balan
         };
         let [e_inf, st_c] = [Quantity::EInf, Quantity::StC].map(|quantity| at.value(quantity));
         if e_inf.is_finite() {
-            row.scaling.bias = root_of_exact(setup, &joint, point, group).map(|[of_law, st_c_of_law]| Bias {
+            let exact = exact_restitutions(&joint, &parts, point, group);
+            row.scaling.bias = root_of_exact(setup, &exact, group).map(|[of_law, st_c_of_law]| Bias {
                 e_inf: of_law - e_inf,
                 st_c: st_c_of_law - st_c,
             });
@@ -46,22 +54,29 @@ pub(super) fn add_bias(setup: BalanceSetup, scaling: &mut [FittedScaling], balan
     }
 }
 
-/// e_inf and St_c of the square-root law fitted to noise-free restitutions at the rebounds of a film group.
-fn root_of_exact(setup: BalanceSetup, joint: &Joint, point: &[f64], group: &FilmGroup) -> Option<[f64; 2]> {
-    let series = &setup.runs.series[group.series.clone()];
+/// Noise-free restitutions at the rebounds of a film group.
+fn exact_restitutions(joint: &Joint, parts: &[&Part], point: &[f64], group: &FilmGroup) -> Vec<f64> {
+    let start = parts.partition_point(|part| part.series < Some(group.series.start));
+    let of_group = parts[start..]
+        .iter()
+        .take_while(|part| part.series < Some(group.series.end));
     let mut exact = vec![];
-    for part in joint.wet_parts() {
-        if part.series.is_some_and(|series| group.series.contains(&series)) {
-            joint.each(part, part.rebounds.clone(), point, |row| exact.push(row.model));
-        }
+    for part in of_group {
+        joint.each(part, part.rebounds.clone(), point, |row| exact.push(row.model));
     }
+    exact
+}
+
+/// e_inf and St_c of the square-root law fitted to noise-free restitutions at the rebounds of a film group.
+fn root_of_exact(setup: BalanceSetup, exact: &[f64], group: &FilmGroup) -> Option<[f64; 2]> {
+    let series = &setup.runs.series[group.series.clone()];
     let pool = PooledRuns::new(setup.runs, series, true);
     let own = own_dry_speed(setup.scene, setup.dry, group.sphere);
     // where the balance keeps no energy, the law is not defined and no run would have rebounded
     let kept: Vec<usize> = (0..exact.len()).filter(|run| exact[*run] > 0.0).collect();
     let select = |column: &[f64]| -> Vec<f64> { kept.iter().map(|run| column[*run]).collect() };
     let offset = own.map_or_else(Vec::new, |own| own.offsets(&select(&pool.speeds)));
-    let (x, restitution) = (select(&pool.inverse_stokes), select(&exact));
+    let (x, restitution) = (select(&pool.inverse_stokes), select(exact));
     let regression = Regression {
         offset: &offset,
         ..Regression::new(Law::SQUARE_ROOT, &x, &restitution)

@@ -115,6 +115,19 @@ impl Arrow {
         self.diagonal.zip_apply(&other.diagonal, |x, y| *x += weight * y);
     }
 
+    /// The matrix times a vector.
+    pub fn times(&self, vector: &DVector<f64>) -> DVector<f64> {
+        let shared = self.corner.nrows();
+        let (of_shared, of_own) = (vector.rows(0, shared), vector.rows(shared, self.diagonal.len()));
+        let mut found = DVector::zeros(self.len());
+        found
+            .rows_mut(0, shared)
+            .copy_from(&(&self.corner * of_shared + &self.border * of_own));
+        let own = self.border.tr_mul(&of_shared) + self.diagonal.component_mul(&of_own);
+        found.rows_mut(shared, self.diagonal.len()).copy_from(&own);
+        found
+    }
+
     /// The matrix of some of the parameters, ascending.
     pub fn select(&self, kept: &[usize]) -> Arrow {
         let (shared, own) = kept.split_at(kept.partition_point(|place| *place < self.corner.nrows()));

@@ -9,6 +9,7 @@
 //! | `arrow.rs` | symmetric matrices of parameters that are linear in the particles |
 //! | `information.rs` | the directions in which runs say more than the priors |
 //! | `joint.rs` | every run in a row of one joint fit: residuals, slopes, sums; the fit itself |
+//! | `joint_squares.rs` | the squares of a joint fit about its minimum, most runs as series |
 //! | `bootstrap/` | replicates and the intervals they give |
 //! | `laplace.rs` | mode and curvature of a posterior |
 //! | `prepared_posterior.rs` | a posterior with its start, its nodes and its mode |
@@ -36,6 +37,7 @@ pub mod effective_variance;
 pub mod importance;
 pub mod information;
 pub mod joint;
+pub mod joint_squares;
 pub mod lack_of_fit;
 pub mod laplace;
 pub mod law;

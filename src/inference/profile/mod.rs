@@ -15,7 +15,7 @@ mod of_law;
 mod of_problem;
 
 pub use of_law::{Held, LawProfile};
-pub use of_problem::{ProblemProfile, WithSlopes};
+pub use of_problem::{Along, ProblemProfile, Region, Squares, WithSlopes};
 
 /// A point at which the weighted squares are least among those with its value of the quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,15 +1,17 @@
-//! Profiles a function of the parameters of any least-squares problem, by fits that are drawn to values of it.
+//! Profiles a function of the parameters of any least-squares problem, by steps to its limits or fits that are drawn to
+//! values of it.
 //!
-//! The least of squares + w (q(b) − c)² has, among all points with its own value of q, the least squares: whatever c and w
-//! are, it lies on the profile. So c leads along it, and no parameter needs to be solved out.
+//! Of all points with the squares of a limit, the limit is where the quantity is largest or least: a few steps lead there
+//! (Venzon and Moolgavkar 1988, Applied Statistics 37, 87). Where these come to no end or to a point that does not have
+//! the least squares of its value, fits find it: the least of squares + w (q(b) − c)² has, among all points with its own
+//! value of q, the least squares, so that whatever c and w are, it lies on the profile.
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{search, Limits, ProfilePoint, AGREES};
-use crate::inference::effective_variance::WeightedProblem;
-use crate::inference::least_squares::{fit, OutOfDomain, ResidualProblem};
+use super::{limit, Limits, ProfilePoint, AGREES};
+use crate::inference::information::Sums;
 
-/// A function of the parameters with its slopes in them.
+/// A function of the parameters with its slopes in them, of which at most one belongs to a k.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WithSlopes {
     /// the function
@@ -18,150 +20,293 @@ pub struct WithSlopes {
     pub slopes: Vec<f64>,
 }
 
-/// A fitted problem about its minimum.
-pub struct ProblemProfile<'p, P> {
-    /// the problem, with the roots of the weights of its residuals; empty for none
-    pub weighted: WeightedProblem<'p, P>,
+/// The squares of a problem as a function of its parameters.
+pub trait Squares {
+    /// Σ residual²; `None` outside the domain.
+    fn at(&self, b: &[f64]) -> Option<f64>;
+
+    /// The same with the sums of residuals times slopes and of slopes times slopes.
+    fn sums_at(&self, b: &[f64]) -> Option<Sums>;
+}
+
+/// Where the squares of a fitted problem have risen by no more than t²s².
+#[derive(Debug, Clone, Copy)]
+pub struct Region<'p> {
     /// where the squares are least
     pub minimum: &'p [f64],
     /// covariance of the parameters
     pub covariance: &'p DMatrix<f64>,
     /// s², the variance of a residual of weight 1
     pub variance: f64,
+    /// how many standard errors a limit lies off, were everything straight
+    pub t: f64,
 }
 
-/// A problem drawn to a value of a function of its parameters, in a residual after its own.
-struct Drawn<'p, P, F> {
-    problem: &'p P,
-    quantity: &'p F,
+/// The standard error of a quantity, and the step of the parameters that goes with it.
+pub struct Along {
+    /// by the slopes at the minimum
+    pub se: f64,
+    /// of the parameters
+    pub step: DVector<f64>,
+}
+
+impl Region<'_> {
+    /// t²s².
+    pub fn rise(&self) -> f64 {
+        self.t * self.t * self.variance
+    }
+
+    /// One standard error along these slopes; `None` where it is not a positive number.
+    pub fn along(&self, slopes: &DVector<f64>) -> Option<Along> {
+        let step = self.covariance * slopes;
+        let se = slopes.dot(&step).sqrt();
+        (se > 0.0 && se.is_finite()).then(|| Along { se, step: step / se })
+    }
+
+    /// The parameters to one side at the end of the region, by the slopes at the minimum.
+    pub fn moved(&self, step: &DVector<f64>, side: f64) -> Vec<f64> {
+        let both = self.minimum.iter().zip(step.iter());
+        both.map(|(b, step)| b + side * self.t * step).collect()
+    }
+}
+
+/// A fitted problem about its minimum.
+pub struct ProblemProfile<'p, S> {
+    squares: S,
+    region: Region<'p>,
+    /// the squares at the minimum
+    least: f64,
+}
+
+/// A quantity at the minimum.
+struct AtMinimum {
+    value: f64,
+    along: Along,
+}
+
+/// What draws the squares to a value of a quantity: (root · (q(b) − target))² is added.
+struct Pull {
     target: f64,
     root: f64,
 }
 
-impl<P: ResidualProblem, F: Fn(&[f64]) -> Option<WithSlopes>> ResidualProblem for Drawn<'_, P, F> {
-    fn parameters(&self) -> usize {
-        self.problem.parameters()
-    }
-    fn runs(&self) -> usize {
-        self.problem.runs() + 1
-    }
-    fn residuals(&self, b: &[f64], residuals: &mut [f64]) -> Result<(), OutOfDomain> {
-        let (last, own) = residuals.split_last_mut().ok_or(OutOfDomain)?;
-        *last = self.root * ((self.quantity)(b).ok_or(OutOfDomain)?.value - self.target);
-        self.problem.residuals(b, own)
-    }
-    fn jacobian(&self, b: &[f64], jacobian: &mut DMatrix<f64>) -> Result<(), OutOfDomain> {
-        let slopes = (self.quantity)(b).ok_or(OutOfDomain)?.slopes;
-        let runs = self.problem.runs();
-        let mut own = DMatrix::zeros(runs, slopes.len());
-        self.problem.jacobian(b, &mut own)?;
-        jacobian.rows_mut(0, runs).copy_from(&own);
-        for (j, slope) in slopes.into_iter().enumerate() {
-            jacobian[(runs, j)] = self.root * slope;
+impl Pull {
+    /// To a value, much stronger than the squares by the slopes at the minimum.
+    fn to(value: f64, at_minimum: &AtMinimum, region: &Region) -> Pull {
+        /// strength beside the squares' own
+        const PULL: f64 = 100.0;
+        Pull {
+            // it stops short of what it is set to by its share
+            target: value + (value - at_minimum.value) / PULL,
+            root: (PULL * region.variance).sqrt() / at_minimum.along.se,
         }
-        Ok(())
-    }
-    fn scale(&self) -> f64 {
-        self.problem.scale()
     }
 }
 
-/// The quantity at the minimum, and the way of t standard errors along the slopes there.
-struct AlongSlopes {
-    value: f64,
-    /// standard error of the quantity
-    se: f64,
-    /// step of the parameters that goes with it
-    step: DVector<f64>,
-    /// least squares, and by how much they rise to a limit
-    least: f64,
-    wanted: f64,
+/// Where a fit that is drawn ended.
+struct Drawn {
+    point: Vec<f64>,
+    /// squares with those of the pull
+    cost: f64,
+    converged: bool,
 }
 
-impl<P: ResidualProblem> ProblemProfile<'_, P> {
-    /// The limits of a function of the parameters at t; `None` where the delta method's are the same, or it has none.
-    pub fn limits(&self, quantity: impl Fn(&[f64]) -> Option<WithSlopes>, t: f64) -> Option<Limits> {
-        let slopes = self.along_slopes(&quantity, t)?;
+impl<'p, S: Squares> ProblemProfile<'p, S> {
+    /// `None` where the squares have no value at the minimum.
+    pub fn new(squares: S, region: Region<'p>) -> Option<ProblemProfile<'p, S>> {
+        let least = squares.at(region.minimum)?;
+        Some(ProblemProfile { squares, region, least })
+    }
+
+    /// What it profiles.
+    pub fn squares(&self) -> &S {
+        &self.squares
+    }
+
+    /// The limits of a function of the parameters; `None` where the delta method's are the same, or it has none.
+    pub fn limits(&self, quantity: impl Fn(&[f64]) -> Option<WithSlopes>) -> Option<Limits> {
+        let at_minimum = self.at_minimum(&quantity)?;
         let straight = [-1.0, 1.0]
             .into_iter()
-            .all(|side| self.is_straight(&quantity, &slopes, side * t));
-        (!straight).then(|| self.search(&quantity, &slopes, t))
+            .all(|side| self.is_straight(&quantity, &at_minimum, side));
+        (!straight).then(|| self.both_limits(&quantity, &at_minimum))
     }
 
-    fn squares_at(&self, b: &[f64]) -> Option<f64> {
-        let mut residuals = vec![0.0; self.weighted.runs()];
-        self.weighted.residuals(b, &mut residuals).ok()?;
-        let squares: f64 = residuals.iter().map(|r| r * r).sum();
-        squares.is_finite().then_some(squares)
-    }
-
-    fn along_slopes(&self, quantity: &impl Fn(&[f64]) -> Option<WithSlopes>, t: f64) -> Option<AlongSlopes> {
-        let at = quantity(self.minimum)?;
-        let slopes = DVector::from_vec(at.slopes);
-        let step = self.covariance * &slopes;
-        let se = slopes.dot(&step).sqrt();
-        (se > 0.0 && se.is_finite()).then_some(AlongSlopes {
+    fn at_minimum(&self, quantity: &impl Fn(&[f64]) -> Option<WithSlopes>) -> Option<AtMinimum> {
+        let at = quantity(self.region.minimum)?;
+        Some(AtMinimum {
             value: at.value,
-            se,
-            step: step / se,
-            least: self.squares_at(self.minimum)?,
-            wanted: t * t * self.variance,
+            along: self.region.along(&DVector::from_vec(at.slopes))?,
         })
     }
 
-    /// The parameters so many standard errors of the quantity along the slopes at the fit.
-    fn moved(&self, slopes: &AlongSlopes, t: f64) -> Vec<f64> {
-        let both = self.minimum.iter().zip(slopes.step.iter());
-        both.map(|(b, step)| b + t * step).collect()
+    fn point(&self, value: f64, squares: f64) -> ProfilePoint {
+        ProfilePoint::new(value, squares - self.least, self.region.rise())
     }
 
-    /// Whether t standard errors along the slopes, to either side, squares and quantity are what these say.
-    fn is_straight(&self, quantity: &impl Fn(&[f64]) -> Option<WithSlopes>, slopes: &AlongSlopes, t: f64) -> bool {
-        let there = self.moved(slopes, t);
-        let (Some(found), Some(squares)) = (quantity(&there), self.squares_at(&there)) else {
+    /// Whether at the end of the region, along the slopes to one side, squares and quantity are what these say.
+    fn is_straight(
+        &self,
+        quantity: &impl Fn(&[f64]) -> Option<WithSlopes>,
+        AtMinimum { value, along }: &AtMinimum,
+        side: f64,
+    ) -> bool {
+        let there = self.region.moved(&along.step, side);
+        let (Some(found), Some(squares)) = (quantity(&there), self.squares.at(&there)) else {
             return false;
         };
-        let off = (found.value - slopes.value) / (t * slopes.se) - 1.0;
-        let point = ProfilePoint::new(found.value, squares - slopes.least, slopes.wanted);
-        (point.distance - 1.0).abs() <= AGREES && off.abs() <= AGREES
+        let off = (found.value - value) / (side * self.region.t * along.se) - 1.0;
+        let distance = self.point(found.value, squares).distance;
+        (distance - 1.0).abs() <= AGREES && off.abs() <= AGREES
     }
 
-    fn search(&self, quantity: &impl Fn(&[f64]) -> Option<WithSlopes>, slopes: &AlongSlopes, t: f64) -> Limits {
-        /// strength of the pull beside the squares' own, by the slopes at the fit
-        const PULL: f64 = 100.0;
-        let AlongSlopes { value, se, .. } = *slopes;
-        let root = (PULL * self.variance).sqrt() / se;
+    fn both_limits(&self, quantity: &impl Fn(&[f64]) -> Option<WithSlopes>, at_minimum: &AtMinimum) -> Limits {
+        let [lo, hi] = [-1.0, 1.0].map(|side| {
+            let by_steps = self.stepped(quantity, at_minimum, side);
+            let lowest = by_steps.filter(|point| self.is_lowest(quantity, at_minimum, point));
+            match lowest.and_then(|point| quantity(&point)) {
+                Some(at) => Some(at.value),
+                None => self.searched(quantity, at_minimum, side),
+            }
+        });
+        Limits { lo, hi }
+    }
+
+    /// Where a quantity is largest, or on the other side least, among the points with the squares of a limit: by steps
+    /// that take these and the quantity for what their sums and slopes say (Venzon and Moolgavkar 1988). `None` where they
+    /// come to no end, as about a run near r = 0.
+    fn stepped(
+        &self,
+        quantity: &impl Fn(&[f64]) -> Option<WithSlopes>,
+        at_minimum: &AtMinimum,
+        side: f64,
+    ) -> Option<Vec<f64>> {
+        const STEPS: usize = 12;
+        /// a step this long, in radii of the region, leaves the limit off by half its square
+        const SHORT: f64 = 1e-2;
+        let rise = self.region.rise();
+        let mut point = self.region.moved(&at_minimum.along.step, side);
+        for _ in 0..STEPS {
+            let slopes = DVector::from_vec(quantity(&point)?.slopes);
+            let sums = self.squares.sums_at(&point)?;
+            let root = sums.information.root()?;
+            let (down, across) = (root.solve(&sums.gradient), root.solve(&slopes));
+            let left = self.least + rise - sums.squares + down.dot(&sums.gradient);
+            let step = &across * (side * (left / slopes.dot(&across)).sqrt()) - down;
+            let length = (step.dot(&(sums.information.times(&step))) / rise).sqrt();
+            if !length.is_finite() {
+                return None;
+            }
+            point.iter_mut().zip(step.iter()).for_each(|(b, step)| *b += step);
+            if length <= SHORT {
+                return Some(point);
+            }
+        }
+        None
+    }
+
+    /// Whether the least squares at a limit are found from the minimum, too: a run near r = 0 can hold a point on its own
+    /// side.
+    fn is_lowest(
+        &self,
+        quantity: &impl Fn(&[f64]) -> Option<WithSlopes>,
+        at_minimum: &AtMinimum,
+        point: &[f64],
+    ) -> bool {
+        /// share of the rise to a limit
+        const LOWER: f64 = 1e-3;
+        let Some(at) = quantity(point) else { return false };
+        let pull = Pull::to(at.value, at_minimum, &self.region);
+        let [own, other] = [point, self.region.minimum].map(|start| self.draw(quantity, &pull, start));
+        let costs = own.zip(other).map(|(own, other)| own.cost - other.cost);
+        costs.is_some_and(|more| more <= LOWER * self.region.rise())
+    }
+
+    /// The limit on one side, by least squares drawn to one value of the quantity after the other.
+    fn searched(
+        &self,
+        quantity: &impl Fn(&[f64]) -> Option<WithSlopes>,
+        at_minimum: &AtMinimum,
+        side: f64,
+    ) -> Option<f64> {
+        let value = at_minimum.value;
+        let half_width = self.region.t * at_minimum.along.se;
         let mut last: Option<(Vec<f64>, f64)> = None;
-        search(value, [value - t * se, value + t * se], |target| {
-            let drawn = Drawn {
-                problem: &self.weighted,
-                quantity,
-                // the pull stops short of what it is set to by its share
-                target: target + (target - value) / PULL,
-                root,
-            };
+        limit(value, value + side * half_width, &mut |target| {
+            let pull = Pull::to(target, at_minimum, &self.region);
             let on_side = last.take().filter(|(_, at)| (at - value) * (target - value) > 0.0);
             let ahead = match &on_side {
                 Some((near, at)) => {
-                    let both = self.minimum.iter().zip(near);
+                    let both = self.region.minimum.iter().zip(near);
                     both.map(|(b, near)| b + (near - b) * (target - value) / (at - value))
                         .collect()
                 }
-                None => self.moved(slopes, (target - value) / se),
+                None => self.region.moved(&at_minimum.along.step, (target - value) / half_width),
             };
-            let mut end = fit(&drawn, &ahead);
-            if on_side.is_none() || !end.converged() {
+            let mut end = self.draw(quantity, &pull, &ahead);
+            if on_side.is_none() || !end.as_ref().is_some_and(|end| end.converged) {
                 // a run near r = 0 can hold a fit on its own side
-                let near = on_side.map_or_else(|| self.minimum.to_vec(), |(near, _)| near);
-                let other = fit(&drawn, &near);
-                if other.residual_sum_of_squares < end.residual_sum_of_squares {
+                let near = on_side.map_or_else(|| self.region.minimum.to_vec(), |(near, _)| near);
+                let other = self.draw(quantity, &pull, &near);
+                let is_lower = |other: &Drawn| end.as_ref().is_none_or(|end| other.cost < end.cost);
+                if other.as_ref().is_some_and(is_lower) {
                     end = other;
                 }
             }
-            let found = quantity(&end.parameters)?.value;
-            let squares = self.squares_at(&end.parameters)?;
-            last = Some((end.parameters, found));
-            Some(ProfilePoint::new(found, squares - slopes.least, slopes.wanted))
+            let end = end?;
+            let found = quantity(&end.point)?.value;
+            let squares = self.squares.at(&end.point)?;
+            last = Some((end.point, found));
+            Some(self.point(found, squares))
+        })
+    }
+
+    /// The squares with those of the pull, and their sums.
+    fn pulled(&self, quantity: &impl Fn(&[f64]) -> Option<WithSlopes>, pull: &Pull, b: &[f64]) -> Option<Sums> {
+        let at = quantity(b)?;
+        let mut sums = self.squares.sums_at(b)?;
+        let slopes = at.slopes.iter().enumerate().filter(|(_, slope)| **slope != 0.0);
+        let slopes: Vec<(usize, f64)> = slopes.map(|(place, slope)| (place, pull.root * slope)).collect();
+        sums.add(pull.root * (at.value - pull.target), &slopes);
+        sums.squares.is_finite().then_some(sums)
+    }
+
+    /// Least squares with those of the pull, by damped Gauss–Newton steps; `None` where it cannot begin.
+    fn draw(&self, quantity: &impl Fn(&[f64]) -> Option<WithSlopes>, pull: &Pull, start: &[f64]) -> Option<Drawn> {
+        const STEPS: usize = 100;
+        const FIRST_DAMPING: f64 = 1e-6;
+        const MOST_DAMPING: f64 = 1e8;
+        /// a fall by this share of the rise to a limit moves that by half as much of its half-width
+        const SMALL: f64 = 1e-6;
+        let mut here = self.pulled(quantity, pull, start)?;
+        let mut point = start.to_vec();
+        let mut damping = FIRST_DAMPING;
+        let mut converged = false;
+        for _ in 0..STEPS {
+            let mut damped = here.information.clone();
+            damped.change_diagonal(|x| x * (1.0 + damping));
+            let Some(step) = damped.root().map(|root| root.solve(&here.gradient)) else {
+                break;
+            };
+            // what the slopes say it falls by, at most
+            if step.dot(&here.gradient) <= SMALL * self.region.rise() && damping <= 1.0 {
+                converged = true;
+                break;
+            }
+            let trial: Vec<f64> = point.iter().zip(step.iter()).map(|(b, step)| b - step).collect();
+            match self.pulled(quantity, pull, &trial) {
+                Some(there) if there.squares < here.squares => {
+                    (point, here) = (trial, there);
+                    damping = (0.1 * damping).max(FIRST_DAMPING);
+                }
+                _ if damping > MOST_DAMPING => break,
+                _ => damping *= 10.0,
+            }
+        }
+        Some(Drawn {
+            point,
+            cost: here.squares,
+            converged,
         })
     }
 }
@@ -169,6 +314,7 @@ impl<P: ResidualProblem> ProblemProfile<'_, P> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::inference::least_squares::{fit, OutOfDomain, ResidualProblem};
     use crate::physics::rebound::{mean_and_slope, mean_restitution};
     use crate::seed::stream;
     use rand::RngExt;
@@ -250,16 +396,33 @@ mod tests {
         })
     }
 
-    fn of<'p>(films: &'p Films, fit: &'p crate::inference::least_squares::Fit) -> ProblemProfile<'p, Films> {
-        ProblemProfile {
-            weighted: WeightedProblem {
-                problem: films,
-                roots: &[],
-            },
+    impl Squares for &Films {
+        fn at(&self, b: &[f64]) -> Option<f64> {
+            Some(self.sums_at(b)?.squares)
+        }
+        fn sums_at(&self, b: &[f64]) -> Option<Sums> {
+            let mut residuals = vec![0.0; self.runs()];
+            let mut jacobian = DMatrix::zeros(self.runs(), 3);
+            self.residuals(b, &mut residuals).ok()?;
+            self.jacobian(b, &mut jacobian).ok()?;
+            let mut sums = Sums::new(3, 0);
+            for (residual, row) in residuals.iter().zip(jacobian.row_iter()) {
+                sums.add(*residual, &[(0, row[0]), (1, row[1]), (2, row[2])]);
+            }
+            Some(sums)
+        }
+    }
+
+    const T: f64 = 2.1;
+
+    fn of<'p>(films: &'p Films, fit: &'p crate::inference::least_squares::Fit) -> ProblemProfile<'p, &'p Films> {
+        let region = Region {
             minimum: &fit.parameters,
             covariance: fit.covariance.as_ref().unwrap(),
             variance: fit.residual_sd.unwrap().powi(2),
-        }
+            t: T,
+        };
+        ProblemProfile::new(films, region).unwrap()
     }
 
     #[test]
@@ -267,10 +430,10 @@ mod tests {
         let films = Films::draw(true, 1);
         let fit = films.least_squares();
         let profile = of(&films, &fit);
-        assert_eq!(profile.limits(l, 2.1), None);
-        let slopes = profile.along_slopes(&l, 2.1).unwrap();
-        let [lo, hi] = profile.search(&l, &slopes, 2.1).both().unwrap();
-        let half = 2.1 * fit.se(2).unwrap();
+        assert_eq!(profile.limits(l), None);
+        let at_minimum = profile.at_minimum(&l).unwrap();
+        let [lo, hi] = profile.both_limits(&l, &at_minimum).both().unwrap();
+        let half = T * fit.se(2).unwrap();
         assert!((lo - fit.parameters[2] + half).abs() < 3e-3 * half);
         assert!((hi - fit.parameters[2] - half).abs() < 3e-3 * half);
     }
@@ -298,10 +461,10 @@ mod tests {
         for seed in 0..12 {
             let films = Films::draw(false, seed);
             let fit = films.least_squares();
-            let Some(limits) = of(&films, &fit).limits(st_c, 2.1) else {
+            let Some(limits) = of(&films, &fit).limits(st_c) else {
                 continue;
             };
-            let wanted = 2.1f64.powi(2) * fit.residual_sd.unwrap().powi(2);
+            let wanted = T.powi(2) * fit.residual_sd.unwrap().powi(2);
             for limit in limits.both().unwrap() {
                 // a grid never lies below the least, and 1e-3 of the rise above it
                 let rise = (on_a_grid(&films, &fit.parameters, limit) - fit.residual_sum_of_squares) / wanted;

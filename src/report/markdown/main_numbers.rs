@@ -1,5 +1,7 @@
 //! Writes the numbers a reader came for, and the literature's beside them.
 
+use std::collections::HashSet;
+
 use super::super::{numbers, quantities, ReportInput};
 use super::cells::{diameter, interval_header, law_name, place_name};
 use super::constants::combined;
@@ -330,13 +332,13 @@ pub fn summary(input: ReportInput) -> String {
     }
     let [e_inf, st_c] = [Quantity::EInf, Quantity::StC].map(|quantity| quantity.describe().symbol);
     let laws = main.at.iter().filter(|place| place.source == Source::SquareRootLaw);
-    // where the law serves, the posterior of each liquid stands in the report alone
-    let has_law = |place: &MainPlace| {
-        let here = |law: &MainPlace| {
-            (&law.particle, law.film_ratio, law.diameter_m) == (&place.particle, place.film_ratio, place.diameter_m)
-        };
-        laws.clone().any(here)
+    let here = |place: &MainPlace| {
+        let diameter = place.diameter_m.map(f64::to_bits);
+        (place.particle.clone(), place.film_ratio.to_bits(), diameter)
     };
+    let with_law: HashSet<_> = laws.map(here).collect();
+    // where the law serves, the posterior of each liquid stands in the report alone
+    let has_law = |place: &MainPlace| with_law.contains(&here(place));
     let shown = main
         .at
         .iter()
