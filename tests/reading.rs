@@ -256,9 +256,9 @@ fn every_good_example_gives_the_same_findings() {
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
-/// The typed reader takes no quotes, so one quoted cell hands the file to the text reader.
+/// The fast reader takes no quotes, so one quoted cell hands the file to the text reader.
 #[test]
-fn the_typed_and_the_text_reader_agree_on_every_good_example() {
+fn the_fast_and_the_text_reader_agree_on_every_good_example() {
     let mut compared = 0;
     for case in cases("good") {
         let copy = Copy::of(&case);
@@ -299,25 +299,25 @@ fn rows_and_measurement_errors_are_the_same_from_every_format() {
     let mut scene = wetcor::scene::read(&copy.folder.join("scene.toml")).unwrap_or_else(|e| panic!("{e}"));
     let path = copy.folder.join("runs.csv");
     let text = std::fs::read_to_string(&path).expect("the example is there");
-    let typed = wetcor::runs::read(&scene).unwrap_or_else(|e| panic!("{e}")).runs;
+    let fast = wetcor::runs::read(&scene).unwrap_or_else(|e| panic!("{e}")).runs;
     // blank lines are no rows, and a quote may hold the end of a line
     let quoted = text.replacen("PTFE,", "\n\"PTFE\",", 1);
     std::fs::write(&path, quoted).expect("writable");
     let from_text = wetcor::runs::read(&scene).unwrap_or_else(|e| panic!("{e}")).runs;
     scene.data.runs = copy.folder.join("runs.parquet");
     let from_parquet = wetcor::runs::read(&scene).unwrap_or_else(|e| panic!("{e}")).runs;
-    assert_eq!(format!("{typed:?}"), format!("{from_text:?}"));
-    assert_eq!(format!("{typed:?}"), format!("{from_parquet:?}"));
+    assert_eq!(format!("{fast:?}"), format!("{from_text:?}"));
+    assert_eq!(format!("{fast:?}"), format!("{from_parquet:?}"));
     // dry first; then the rebounds, then what stuck
-    assert_eq!(typed.row, [5, 7, 3, 4, 6, 2]);
-    let errors = typed.errors.expect("runs carry errors");
+    assert_eq!(fast.row, [5, 7, 3, 4, 6, 2]);
+    let errors = fast.errors.expect("runs carry errors");
     assert_eq!(errors.impact_speed_sd, [0.0, 0.005, 0.1, 0.0, 0.0, 0.02]);
     // 0.05² = (0.6 · 0.1/2)² + 0.04²; a share of 0.84 · 0.005/0.5 is more than 0.001; 0.01/0.5 where it stuck
     let expected = [0.0, 0.0, 0.04, 0.02, 0.0, 0.02];
     for (own, expected) in errors.restitution_sd.iter().zip(expected) {
         assert!((own - expected).abs() < 1e-15, "{own} and {expected}");
     }
-    assert_eq!(typed.restitution, [0.81, 0.84, 0.6, 0.7, 0.65, 0.0]);
+    assert_eq!(fast.restitution, [0.81, 0.84, 0.6, 0.7, 0.65, 0.0]);
 }
 
 /// Errors of 0, and errors of runs that are screened, are none.

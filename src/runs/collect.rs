@@ -38,6 +38,33 @@ pub(super) struct RunsAsRead {
 
 impl RunsAsRead {
     pub const NO_LIQUID: u32 = u32::MAX;
+
+    /// Adds the runs of a later part of the file, of which so many rows come before.
+    fn extend(&mut self, part: &RunsAsRead, rows_before: usize) {
+        if !part.errors.is_empty() && self.errors.is_empty() {
+            self.errors = MeasurementErrors::none(self.restitution.len());
+        }
+        if !part.errors.is_empty() || !self.errors.is_empty() {
+            for run in 0..part.restitution.len() {
+                let error = if part.errors.is_empty() {
+                    RunError::default()
+                } else {
+                    part.errors.error(run)
+                };
+                self.errors.push(error);
+            }
+        }
+        self.particle.extend_from_slice(&part.particle);
+        self.liquid.extend_from_slice(&part.liquid);
+        self.diameter.extend_from_slice(&part.diameter);
+        self.film.extend_from_slice(&part.film);
+        self.impact_speed.extend_from_slice(&part.impact_speed);
+        self.restitution.extend_from_slice(&part.restitution);
+        self.film_ratio.extend_from_slice(&part.film_ratio);
+        let rows_before = u32::try_from(rows_before).unwrap_or(u32::MAX);
+        self.row
+            .extend(part.row.iter().map(|row| rows_before.saturating_add(*row)));
+    }
 }
 
 /// A whole file, collected.
@@ -81,8 +108,8 @@ impl Collected {
         }
         self.above_one += usize::from(row.restitution > 1.0);
         let columns = &mut self.columns;
-        if row.errors != RunError::default() || !columns.errors.impact_speed_sd.is_empty() {
-            if columns.errors.impact_speed_sd.is_empty() {
+        if row.errors != RunError::default() || !columns.errors.is_empty() {
+            if columns.errors.is_empty() {
                 columns.errors = MeasurementErrors::none(columns.restitution.len());
             }
             columns.errors.push(row.errors);
@@ -96,6 +123,18 @@ impl Collected {
         columns.row.push(u32::try_from(self.rows).unwrap_or(u32::MAX));
         if has_film_ratio {
             columns.film_ratio.push(row.film_ratio.unwrap_or(f64::NAN));
+        }
+    }
+
+    /// Adds parts of the file in their order.
+    pub fn extend(&mut self, parts: &[Collected]) {
+        for part in parts {
+            self.columns.extend(&part.columns, self.rows);
+            self.rows += part.rows;
+            self.above_one += part.above_one;
+            for (all, own) in self.screened.iter_mut().zip(part.screened) {
+                *all += own;
+            }
         }
     }
 

@@ -37,6 +37,11 @@ impl MeasurementErrors {
         }
     }
 
+    /// Whether it holds no run.
+    pub(super) fn is_empty(&self) -> bool {
+        self.impact_speed_sd.is_empty()
+    }
+
     /// Adds a run.
     pub(crate) fn push(&mut self, error: RunError) {
         if error.speed_correlation != 0.0 || !self.speed_correlation.is_empty() {

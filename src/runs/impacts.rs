@@ -2,8 +2,10 @@
 
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 use super::collect::RunsAsRead;
-use super::series::{self, Runs, Series};
+use super::series::{self, Impacts, Runs, Series};
 use crate::physics::balance::Impact;
 use crate::physics::dry::speed_root;
 use crate::physics::numbers::same_diameter;
@@ -22,20 +24,29 @@ impl Runs {
     /// Computes the columns of [`Impacts`](super::Impacts): once where runs are arranged, and again where constants of the scene or films
     /// were changed.
     pub fn compute_impacts(&mut self, scene: &Scene) {
-        if self.impacts.speed_root.len() != self.len() {
-            self.impacts.speed_root = self.impact_speed.iter().map(|v| speed_root(*v)).collect();
-        }
-        let ratio = |(film, diameter): (&f64, &f64)| film / diameter;
-        let film_ratio = self.film.iter().zip(&self.diameter).map(ratio).collect();
-        let mut over_stokes = vec![0.0; self.len()];
-        for series in &self.series {
-            for run in series.runs() {
-                let stokes = self.setting(scene, series, run).stokes(self.impact_speed[run]);
-                over_stokes[run] = slope_lubrication_log(stokes);
+        let known = std::mem::take(&mut self.impacts.speed_root);
+        let speed_root = || match known.len() == self.len() {
+            true => known,
+            false => self.impact_speed.par_iter().map(|v| speed_root(*v)).collect(),
+        };
+        let of_films = || {
+            let ratio = |(film, diameter): (&f64, &f64)| film / diameter;
+            let film_ratio = self.film.iter().zip(&self.diameter).map(ratio).collect();
+            let mut over_stokes = vec![0.0; self.len()];
+            for series in &self.series {
+                for run in series.runs() {
+                    let stokes = self.setting(scene, series, run).stokes(self.impact_speed[run]);
+                    over_stokes[run] = slope_lubrication_log(stokes);
+                }
             }
-        }
-        self.impacts.film_ratio = film_ratio;
-        self.impacts.over_stokes = over_stokes;
+            (over_stokes, film_ratio)
+        };
+        let (speed_root, (over_stokes, film_ratio)) = rayon::join(speed_root, of_films);
+        self.impacts = Impacts {
+            speed_root,
+            over_stokes,
+            film_ratio,
+        };
     }
 
     /// 1/St of a wet run.

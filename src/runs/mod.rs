@@ -8,11 +8,11 @@
 //! | `screen.rs` | says why a checked run is left out |
 //! | `refusals.rs` | gathers what is wrong, cell by cell |
 //! | `collect.rs` | gathers checked runs into columns and counts what was left out |
-//! | `text.rs` | reads CSV as text, to accept what a typed reader refuses or to name the bad cell |
+//! | `text.rs` | reads CSV record by record, to accept what the fast reader refuses or to name the bad cell |
+//! | `parquet.rs` | reads and writes Parquet with polars; with `parquet_footer.rs` the only file that names it |
 //! | `parquet_footer.rs` | checks the counts a Parquet file states before memory is allocated by them |
 //! | `new_run.rs` | holds one run to be written |
-//! | `typed.rs` | reads CSV and Parquet with polars, writes Parquet; with `parquet_footer.rs` the only file that names it |
-//! | `stream.rs` | reads an ordinary CSV a window of lines at a time |
+//! | `stream.rs` | reads an ordinary CSV fast, a window of lines at a time on every thread |
 //! | `film_groups.rs` | puts runs in groups of one film ratio, and measures how wide each is |
 //! | `spheres.rs` | holds the spheres that have a k of their own |
 //! | `series.rs` | orders runs by series |
@@ -28,6 +28,7 @@ mod errors;
 mod film_groups;
 mod impacts;
 mod new_run;
+mod parquet;
 mod parquet_footer;
 mod part;
 mod refusals;
@@ -39,7 +40,6 @@ mod stated_errors;
 mod stream;
 mod text;
 mod true_speeds;
-mod typed;
 mod write;
 
 pub use collect::Screened;
@@ -176,7 +176,7 @@ impl TableSource {
     }
 }
 
-/// The typed reader is fast and strict; where it balks, the text reader decides and names what it refuses.
+/// The fast reader is strict; where it balks, the text reader decides and names what it refuses.
 fn read_csv(source: &mut TableSource, path: &Path, scene: &Scene) -> Result<(Collected, String), Error> {
     let fail = |error: std::io::Error| Error::io(path, READ, error);
     let length = source.length();
@@ -213,7 +213,7 @@ fn read_parquet(source: TableSource, path: &Path, scene: &Scene) -> Result<(Coll
         TableSource::File(mut file, length) => {
             // the end of the file says whether it is worth reading
             let end = parquet_footer::last_bytes(&mut file, length).map_err(|error| Error::io(path, READ, error))?;
-            typed::parquet_ends(&end).map_err(|problems| refuse(path, problems.into()))?;
+            parquet::parquet_ends(&end).map_err(|problems| refuse(path, problems.into()))?;
             file.rewind().map_err(|error| Error::io(path, READ, error))?;
             files::read_file(&file, length, path, MOST_OF_PARQUET, READ)?
         }
@@ -223,7 +223,7 @@ fn read_parquet(source: TableSource, path: &Path, scene: &Scene) -> Result<(Coll
         let problem = whole_file("the file is empty", "a Parquet table with one row a run");
         return Err(Error::input(path, vec![problem]));
     }
-    let (collected, sha256) = rayon::join(|| typed::read_parquet(&bytes, scene), || sha256(&bytes));
+    let (collected, sha256) = rayon::join(|| parquet::read_parquet(&bytes, scene), || sha256(&bytes));
     Ok((collected.map_err(|refused| refuse(path, refused))?, sha256))
 }
 

@@ -1,6 +1,7 @@
 //! Checks one run and says which of its cells is wrong.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use super::columns::RunColumn;
 use super::errors::{self, RunError};
@@ -85,13 +86,16 @@ pub(super) struct CheckedRow {
     pub errors: RunError,
 }
 
-/// What a row is checked checker: finds names in the scene; runs come in blocks, so the last answer is tried first.
+/// What a row is checked against: finds names in the scene; runs come in blocks, so the last answer is tried first.
+///
+/// A clone is cheap: every thread has its own.
+#[derive(Clone)]
 pub(super) struct RowChecker<'s> {
     pub scene: &'s Scene,
-    particles: HashMap<&'s str, usize>,
-    liquids: HashMap<&'s str, usize>,
+    particles: Arc<HashMap<&'s str, usize>>,
+    liquids: Arc<HashMap<&'s str, usize>>,
     /// whether the table has a column of film ratios, which then every wet run needs
-    has_film_ratio: bool,
+    pub has_film_ratio: bool,
     last_particle: usize,
     last_liquid: usize,
     /// unknown names that may still be compared with every name of the scene: beyond, no message is printed
@@ -104,8 +108,8 @@ impl<'s> RowChecker<'s> {
         let liquids = scene.liquids.iter().enumerate();
         RowChecker {
             scene,
-            particles: particles.map(|(index, p)| (p.name.as_str(), index)).collect(),
-            liquids: liquids.map(|(index, l)| (l.name.as_str(), index)).collect(),
+            particles: Arc::new(particles.map(|(index, p)| (p.name.as_str(), index)).collect()),
+            liquids: Arc::new(liquids.map(|(index, l)| (l.name.as_str(), index)).collect()),
             has_film_ratio,
             last_particle: 0,
             last_liquid: 0,

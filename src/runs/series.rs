@@ -3,6 +3,8 @@
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 use super::collect::RunsAsRead;
 use super::errors::MeasurementErrors;
 use super::film_groups::{mean, rounded_film_ratio, FilmClasses, FilmGroup};
@@ -202,8 +204,10 @@ struct Key {
 }
 
 pub(super) fn arrange(columns: RunsAsRead, scene: &Scene) -> Runs {
-    let diameters = Classes::new(&columns.diameter, |first, next| !same_diameter(first, next));
-    let groups = FilmClasses::new(&columns, scene);
+    let (diameters, groups) = rayon::join(
+        || Classes::new(&columns.diameter, |first, next| !same_diameter(first, next)),
+        || FilmClasses::new(&columns, scene),
+    );
     let mut ids: BTreeMap<Key, (u32, usize)> = BTreeMap::new();
     let mut id_of_row: Vec<u32> = Vec::with_capacity(columns.restitution.len());
     let mut last: Option<(Key, u32)> = None;
@@ -296,10 +300,17 @@ fn reorder<T: Copy + Default, const N: usize>(columns: [&mut Vec<T>; N], place: 
 
 /// Measures how wide the film groups are.
 fn measure_film_groups(runs: &mut Runs) {
-    for group in &mut runs.film_groups {
-        let own = runs.series[group.series.clone()].iter().flat_map(Series::runs);
-        group.measure(own.map(|run| runs.film[run] / runs.diameter[run]).collect());
-    }
+    let Runs {
+        diameter,
+        film,
+        film_groups,
+        series,
+        ..
+    } = runs;
+    film_groups.par_iter_mut().for_each(|group| {
+        let own = series[group.series.clone()].iter().flat_map(Series::runs);
+        group.measure(own.map(|run| film[run] / diameter[run]).collect());
+    });
 }
 
 /// The spheres of some runs, with what finds that of a run.

@@ -2,10 +2,12 @@
 
 use std::io::Read;
 
+use rayon::prelude::*;
+
 use super::collect::Collected;
-use super::columns::{RunColumn, TableLayout};
-use super::row::RowChecker;
-use super::typed::{CsvParser, Typed};
+use super::columns::{ColumnPlace, RunColumn, TableLayout};
+use super::row::{check_row, RawRow, RowChecker};
+use super::text::{parse_number, present};
 use crate::files::{MOST_COLUMNS, MOST_OF_LINE};
 use crate::scene::Scene;
 use crate::seed::Hash;
@@ -13,10 +15,13 @@ use crate::seed::Hash;
 /// Bytes of a window: enough to keep every thread busy, little enough to stay in a processor's cache.
 pub(super) const WINDOW: usize = 2 << 20;
 
+/// In how many pieces a window is parsed: enough for threads to share it evenly.
+const PIECES: usize = 16;
+
 /// The runs of a CSV and the SHA-256 of its bytes; `None` where anything is out of the ordinary, so that the text
 /// reader decides and names what it refuses. `length` is about that of the source, in bytes.
 ///
-/// While one window is parsed, the one before it is checked and the one after it fetched.
+/// While one window is parsed, the runs of the one before it are gathered and the one after it is fetched.
 pub(super) fn read_streamed(
     source: impl Read + Send,
     length: u64,
@@ -32,34 +37,133 @@ pub(super) fn read_streamed(
     lines.fetch(&mut window)?;
     let (header, mut start) = plain_header(&window)?;
     let layout = TableLayout::new(&header, None).ok()?;
-    let parser = CsvParser::new(&header, &layout)?;
-    let has_film_ratio = layout.place(RunColumn::FilmRatio).is_some();
-    let mut checker = RowChecker::new(scene, has_film_ratio);
+    let parser = LineParser::new(scene, &layout, window_size / PIECES);
     let rows = rows_like(&window, length);
-    let mut collected = Collected::with_capacity(rows, has_film_ratio, &layout.unknown);
+    let mut collected = Collected::with_capacity(rows, parser.checker.has_film_ratio, &layout.unknown);
     let mut hash = Hash::default();
-    let mut parsed: Option<Typed> = None;
+    let mut parsed = vec![];
     while !window.is_empty() {
-        let (typed, (checked, (fetched, ()))) = rayon::join(
-            || parser.parse(&window[start..]),
+        let (of_window, (fetched, ((), ()))) = rayon::join(
+            || parser.parse_pieces(&window[start..]),
             || {
                 rayon::join(
-                    || match &parsed {
-                        Some(rows) => rows.collect(&layout, &mut checker, &mut collected),
-                        None => Some(()),
-                    },
-                    || rayon::join(|| lines.fetch(&mut next), || hash.update(&window)),
+                    || lines.fetch(&mut next),
+                    || rayon::join(|| hash.update(&window), || collected.extend(&parsed)),
                 )
             },
         );
-        checked?;
         fetched?;
-        parsed = Some(typed?);
+        parsed = of_window?;
         std::mem::swap(&mut window, &mut next);
         start = 0;
     }
-    parsed?.collect(&layout, &mut checker, &mut collected)?;
+    collected.extend(&parsed);
     Some((collected, hash.finish()))
+}
+
+/// Parses and checks the lines of an ordinary CSV.
+struct LineParser<'s> {
+    checker: RowChecker<'s>,
+    /// what the cells of a line hold; `None` where it is not read
+    columns: Vec<Option<(RunColumn, ColumnPlace)>>,
+    /// about how many bytes are parsed at one go
+    piece: usize,
+}
+
+impl<'s> LineParser<'s> {
+    fn new(scene: &'s Scene, layout: &TableLayout, piece: usize) -> Self {
+        let mut columns = vec![None; layout.width];
+        for column in RunColumn::ALL {
+            if let Some(place) = layout.place(column) {
+                columns[place.index] = Some((column, place.clone()));
+            }
+        }
+        LineParser {
+            checker: RowChecker::new(scene, layout.place(RunColumn::FilmRatio).is_some()),
+            columns,
+            piece,
+        }
+    }
+
+    /// The runs of some lines, a piece after the other; `None` where anything is out of the ordinary.
+    fn parse_pieces(&self, lines: &[u8]) -> Option<Vec<Collected>> {
+        let mut pieces = vec![];
+        let mut rest = lines;
+        while !rest.is_empty() {
+            let least = rest.len().min(self.piece);
+            let end = memchr::memchr(b'\n', &rest[least..]).map_or(rest.len(), |at| least + at + 1);
+            let (piece, after) = rest.split_at(end);
+            pieces.push(piece);
+            rest = after;
+        }
+        pieces.into_par_iter().map(|piece| self.parse(piece)).collect()
+    }
+
+    fn parse(&self, lines: &[u8]) -> Option<Collected> {
+        // what quotes and zero bytes mean, and a line that ends with CR alone, is left to the text reader
+        let ends_line = |at: usize| lines.get(at + 1) == Some(&b'\n');
+        if memchr::memchr2(b'"', 0, lines).is_some() || !memchr::memchr_iter(b'\r', lines).all(ends_line) {
+            return None;
+        }
+        let text = std::str::from_utf8(lines).ok()?;
+        let rows = memchr::memchr_iter(b'\n', lines).count() + 1;
+        let mut checker = self.checker.clone();
+        let mut collected = Collected::with_capacity(rows, checker.has_film_ratio, &[]);
+        let mut bad = vec![];
+        let mut row = RawRow::default();
+        // runs come in blocks: cells that repeat those above them are not parsed again
+        let (mut above, mut ends) = (&lines[..0], vec![]);
+        let mut line = 0;
+        while line < lines.len() {
+            let same = shared_length(&lines[line..], above);
+            ends.truncate(ends.partition_point(|end| *end < same));
+            let mut start = ends.last().map_or(line, |end| line + end + 1);
+            loop {
+                let end = memchr::memchr2(b',', b'\n', &lines[start..]).map_or(lines.len(), |at| start + at);
+                self.parse_cell(text.get(start..end)?, ends.len(), &mut row)?;
+                ends.push(end - line);
+                start = end + 1;
+                if lines.get(end) != Some(&b',') {
+                    break;
+                }
+            }
+            above = &lines[line..start - 1];
+            line = start;
+            if above.trim_ascii().is_empty() {
+                (above, ends) = (&[], vec![]);
+                continue;
+            }
+            if ends.len() != self.columns.len() || above.len() > MOST_OF_LINE {
+                return None;
+            }
+            let checked = check_row(&row, &mut checker, &mut bad)?;
+            collected.push(&checked, checker.has_film_ratio, checker.scene);
+        }
+        Some(collected)
+    }
+
+    /// Puts what a cell holds into its place in a row; `None` where it is no number or no cell of the table.
+    fn parse_cell<'t>(&self, cell: &'t str, index: usize, row: &mut RawRow<'t>) -> Option<()> {
+        match self.columns.get(index)? {
+            Some((RunColumn::Particle, _)) => row.particle = present(cell),
+            Some((RunColumn::Liquid, _)) => row.liquid = present(cell),
+            Some((RunColumn::Run, _)) | None => {}
+            Some((column, place)) => {
+                let value = present(cell).map(parse_number).transpose().ok()?;
+                row.set(*column, value.map(|value| place.to_si(value)));
+            }
+        }
+        Some(())
+    }
+}
+
+/// How many bytes two texts have in common from their start.
+fn shared_length(one: &[u8], other: &[u8]) -> usize {
+    const STEP: usize = 16;
+    let steps = one.as_chunks::<STEP>().0.iter().zip(other.as_chunks().0);
+    let start = STEP * steps.take_while(|(a, b)| a == b).count();
+    let rest = one[start..].iter().zip(&other[start..]);
+    start + rest.take_while(|(a, b)| a == b).count()
 }
 
 /// The names in the first line and where the next line starts; `None` where a name is padded or quoted, or where the

@@ -1,4 +1,4 @@
-//! Reads runs from CSV as text: accepts what a typed reader refuses, or names the bad cell by line and column.
+//! Reads runs from CSV as text: accepts what the fast reader refuses, or names the bad cell by line and column.
 
 use std::io::Read;
 
@@ -13,9 +13,12 @@ use crate::error::{quoted, Problem};
 use crate::files::{MOST_COLUMNS, MOST_OF_LINE};
 use crate::scene::{Scene, MISSING};
 
-/// A cell that is missing.
-pub(super) fn is_missing(cell: &str) -> bool {
-    cell.is_empty() || cell == MISSING
+/// What a cell holds without the blanks around it; `None` where it is missing.
+pub(super) fn present(cell: &str) -> Option<&str> {
+    // most cells start and end with a letter or digit, and then need no trimming
+    let is_tight = matches!(cell.as_bytes(), [first, .., last] if first.is_ascii_graphic() && last.is_ascii_graphic());
+    let text = if is_tight { cell } else { cell.trim() };
+    (!text.is_empty() && text != MISSING).then_some(text)
 }
 
 /// The number a cell that is not missing holds, or what was expected of it.
@@ -283,9 +286,7 @@ fn row_of<'a>(record: &'a ByteRecord, layout: &TableLayout) -> Result<Parsed<'a>
         let place = layout.place(column)?;
         // the whole file was checked to be UTF-8
         let text = std::str::from_utf8(record.get(place.index)?).ok()?;
-        // blanks of any kind, as the typed reader takes them
-        let text = text.trim();
-        (!is_missing(text)).then_some((text, place))
+        present(text).map(|text| (text, place))
     };
     let mut row = RawRow {
         particle: cell(RunColumn::Particle).map(|(text, _)| text),

@@ -5,7 +5,7 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use super::new_run::NewRun;
-use super::typed::ParquetRuns;
+use super::parquet::ParquetRuns;
 use crate::error::Error;
 use crate::staging::{self, OutputPlace, Staging};
 

@@ -1,9 +1,6 @@
-//! Reads runs from CSV and Parquet with polars, and writes Parquet. The only file that names polars.
+//! Reads and writes Parquet with polars. The only file that names polars.
 
-use std::collections::HashSet;
 use std::io::{Cursor, Write};
-use std::ops::ControlFlow;
-use std::sync::Arc;
 
 use polars::prelude::*;
 
@@ -13,98 +10,10 @@ use super::new_run::NewRun;
 use super::parquet_footer;
 use super::refusals::{CellPlace, Refusals, Refused};
 use super::row::{check_row, BadCell, RawRow, RowChecker};
-use super::text::{is_missing, parse_number, too_many_columns};
+use super::text::{parse_number, present, too_many_columns};
 use crate::error::{quoted, Problem};
-use crate::files::{MOST_COLUMNS, MOST_OF_LINE};
-use crate::scene::{Scene, MISSING};
-
-/// Reads whole lines of a CSV into typed columns.
-pub(super) struct CsvParser {
-    options: CsvReadOptions,
-    width: usize,
-}
-
-/// Rows with typed columns, not checked yet.
-pub(super) struct Typed(DataFrame);
-
-impl CsvParser {
-    /// `None` where a name stands twice in the header: polars knows columns by their names alone.
-    pub fn new(header: &[String], layout: &TableLayout) -> Option<Self> {
-        let mut seen = HashSet::new();
-        if !header.iter().all(|name| seen.insert(name)) {
-            return None;
-        }
-        let fields: Schema = header
-            .iter()
-            .enumerate()
-            .map(|(index, name)| {
-                let number = RunColumn::NUMBERS
-                    .into_iter()
-                    .any(|column| layout.place(column).is_some_and(|place| place.index == index));
-                let dtype = if number { DataType::Float64 } else { DataType::String };
-                (PlSmallStr::from_str(name), dtype)
-            })
-            .collect();
-        let wanted: Arc<[PlSmallStr]> = wanted(layout)
-            .into_iter()
-            .map(|(_, place)| PlSmallStr::from_str(&place.name))
-            .collect();
-        let options = CsvReadOptions::default()
-            .with_has_header(false)
-            .with_schema(Some(Arc::new(fields)))
-            .with_columns(Some(wanted))
-            .with_rechunk(false)
-            .map_parse_options(|options| options.with_quote_char(None));
-        let width = layout.width;
-        Some(CsvParser { options, width })
-    }
-
-    /// Reads some lines; `None` where anything is out of the ordinary, so that the text reader decides.
-    pub fn parse(&self, lines: &[u8]) -> Option<Typed> {
-        // the typed reader takes quotes, zero bytes and short rows differently
-        if memchr::memchr2(b'"', 0, lines).is_some() {
-            return None;
-        }
-        // a line may also end with CR alone
-        if memchr::memchr_iter(b'\r', lines).any(|at| lines.get(at + 1) != Some(&b'\n')) {
-            return None;
-        }
-        let mut options = self.options.clone();
-        // comparing every cell takes time, and most tables leave missing cells blank
-        if memchr::memmem::find(lines, MISSING.as_bytes()).is_some() {
-            let missing = NullValues::AllColumnsSingle(MISSING.into());
-            options = options.map_parse_options(|options| options.with_null_values(Some(missing.clone())));
-        }
-        let reader = options.into_reader_with_file_handle(Cursor::new(lines));
-        let frame = reader.finish().ok()?;
-        // a short row would be filled with missing cells, and one that is too long cut: the commas of each line show it
-        let (mut commas, mut of_line, mut start) = (0, 0, 0);
-        for at in memchr::memchr2_iter(b',', b'\n', lines) {
-            if lines.get(at) == Some(&b'\n') {
-                if at - start > MOST_OF_LINE {
-                    return None;
-                }
-                (of_line, start) = (0, at + 1);
-                continue;
-            }
-            commas += 1;
-            of_line += 1;
-            if of_line >= self.width {
-                return None;
-            }
-        }
-        let fits = lines.len() - start <= MOST_OF_LINE;
-        (fits && commas == (self.width - 1) * frame.height()).then_some(Typed(frame))
-    }
-}
-
-impl Typed {
-    /// Checks and collects every row; `None` where one is refused.
-    pub fn collect(&self, layout: &TableLayout, checker: &mut RowChecker, collected: &mut Collected) -> Option<()> {
-        let mut stop = |_, _| ControlFlow::Break(());
-        collect_rows(&self.0, layout, checker, collected, &mut stop).ok()
-    }
-}
+use crate::files::MOST_COLUMNS;
+use crate::scene::Scene;
 
 /// Checks the last bytes of a Parquet file, before it is read as a whole.
 pub(super) fn parquet_ends(end: &[u8]) -> Result<(), Vec<Problem>> {
@@ -173,7 +82,6 @@ pub(super) fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Ref
                 value => Some(quoted(&value.to_string())),
             }
         });
-        ControlFlow::Continue(())
     };
     polars(|| collect_rows(&frame, &layout, &mut checker, &mut collected, &mut refused))?;
     refusals.or(collected)
@@ -226,7 +134,7 @@ fn numbers(given: &Column, column: RunColumn, refusals: &mut Refusals) -> Column
         .unwrap_or_default();
     let mut values: Vec<Option<f64>> = Vec::with_capacity(texts.len());
     for (row, text) in texts.into_iter().enumerate() {
-        let text = text.map(str::trim).filter(|text| !is_missing(text));
+        let text = text.and_then(present);
         match text.map(parse_number).transpose() {
             Ok(value) => values.push(value),
             Err(expected) => {
@@ -240,15 +148,6 @@ fn numbers(given: &Column, column: RunColumn, refusals: &mut Refusals) -> Column
     Column::new(given.name().clone(), values)
 }
 
-/// A name as a cell holds it.
-fn name_in_cell(cell: Option<&str>) -> Option<&str> {
-    let text = cell?;
-    // most names start and end with a letter or digit, and then need no trimming
-    let is_tight = matches!(text.as_bytes(), [first, .., last] if first.is_ascii_graphic() && last.is_ascii_graphic());
-    let text = if is_tight { text } else { text.trim() };
-    (!is_missing(text)).then_some(text)
-}
-
 type NumberArray = <Float64Type as PolarsDataType>::Array;
 
 fn number_at(array: &NumberArray, row: usize) -> Option<f64> {
@@ -256,13 +155,13 @@ fn number_at(array: &NumberArray, row: usize) -> Option<f64> {
     array.values().get(row).copied().filter(|_| present)
 }
 
-/// Checks every row of a frame whose chunks are aligned. A refused row goes to `refused`, which says whether to go on.
+/// Checks every row of a frame whose chunks are aligned. Every wrong cell goes to `refused` with its row.
 fn collect_rows(
     frame: &DataFrame,
     layout: &TableLayout,
     checker: &mut RowChecker,
     collected: &mut Collected,
-    refused: &mut dyn FnMut(usize, BadCell) -> ControlFlow<()>,
+    refused: &mut dyn FnMut(usize, BadCell),
 ) -> PolarsResult<()> {
     let texts = |column: RunColumn| match layout.place(column) {
         Some(place) => Ok(frame.column(&place.name)?.str()?.downcast_iter().collect()),
@@ -293,8 +192,8 @@ fn collect_rows(
                 number_at(values, row).map(|x| place.to_si(x))
             };
             let raw = RawRow {
-                particle: name_in_cell(particles.get(row)),
-                liquid: name_in_cell(liquids.and_then(|liquids| liquids.get(row))),
+                particle: particles.get(row).and_then(present),
+                liquid: liquids.and_then(|liquids| liquids.get(row)).and_then(present),
                 diameter: cell(diameter),
                 film: cell(film),
                 impact_speed: cell(impact_speed),
@@ -308,9 +207,7 @@ fn collect_rows(
                 collected.push(&row, has_film_ratio, checker.scene);
             }
             for bad in bad.drain(..) {
-                if refused(rows_before + row, bad).is_break() {
-                    return Err(PolarsError::NoData("a row was refused".into()));
-                }
+                refused(rows_before + row, bad);
             }
         }
         rows_before += particles.len();
