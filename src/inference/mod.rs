@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `least_squares/` | Levenberg–Marquardt, covariance, verdict of a fit |
 //! | `effective_variance.rs` | weighs runs by the measurement errors of speed and restitution |
+//! | `sums.rs` | sums of terms over runs, in lanes |
 //! | `law.rs` | the dry, linear and square-root laws: value, slopes, bends, derivatives in the speed |
 //! | `regression.rs` | a law fitted to runs |
 //! | `arrow.rs` | symmetric matrices of parameters that are linear in the particles |
@@ -50,4 +51,5 @@ pub mod profile;
 pub mod regression;
 pub mod sampling;
 pub mod spreads;
+mod sums;
 pub mod weighing;

@@ -3,10 +3,12 @@
 //! The caller gives no starting values: they come from a straight line.
 
 use nalgebra::DMatrix;
+use pulp::Arch;
 
 use super::effective_variance::{chi_squared, reweight, ErrorColumns, ErrorWeights, SpeedDependent, SpeedDerivatives};
 use super::law::{Law, Response};
 use super::least_squares::{fit, Fit, OutOfDomain, ResidualProblem};
+use super::sums::sums;
 use crate::scene::WetLaw;
 
 /// A law and the runs it is fitted to, one number a run in every column.
@@ -144,52 +146,115 @@ impl<'a> Regression<'a> {
                 [if squares > 0.0 { products / squares } else { 0.0 }, 0.0]
             }
             Law::Wet(WetLaw::Linear) => {
-                let (intercept, slope) = line(self.x, self.restitution.iter().copied());
-                [intercept, -slope]
+                let line = Line::through(self.x, [self.restitution; 2], |[e, _]| e);
+                [line.mean - line.slope * line.centre, -line.slope]
             }
-            Law::Wet(WetLaw::Sqrt) => self.start_of_square_root(),
+            Law::Wet(WetLaw::Sqrt) => Arch::new().dispatch(|| match self.offset {
+                [] => self.start_of_square_root::<false>(self.x),
+                offset => self.start_of_square_root::<true>(offset),
+            }),
         }
     }
 
-    /// The line through e², flattened about its mean until no run lies below a margin.
-    fn start_of_square_root(&self) -> [f64; 2] {
-        let runs = self.restitution.iter().enumerate();
-        let squares = || runs.clone().map(|(run, e)| e * e - self.offset_of(run));
-        let (alpha, beta) = line(self.x, squares());
-        let n = self.x.len().max(1) as f64;
-        let mean_square = self.restitution.iter().map(|e| e * e).sum::<f64>() / n;
-        let mean_x = self.x.iter().sum::<f64>() / n;
-        let level = squares().sum::<f64>() / n;
+    /// The minimum where Newton's method finds it from the line through e², or else that line, flattened about its mean
+    /// until no run lies below a margin; the offset is o, or any column where there is none.
+    #[inline(always)] // in the widest registers
+    fn start_of_square_root<const OFFSET: bool>(&self, o: &[f64]) -> [f64; 2] {
+        let known = known::<OFFSET>;
+        let (x, e) = (self.x, self.restitution);
+        let line = Line::through(x, [e, o], |[e, o]| e * e - known(o));
+        let mean_square = if OFFSET {
+            e.iter().map(|e| e * e).sum::<f64>() / x.len().max(1) as f64
+        } else {
+            line.mean
+        };
         let floor = START_MARGIN * mean_square;
+        let kept = |x: f64, o: f64| line.mean + line.slope * (x - line.centre) + known(o);
+        let [low] = sums([x, o], |[x, o]| [f64::from(u8::from(kept(x, o) < floor))]);
         let mut flatten: f64 = 1.0;
-        for (run, x) in self.x.iter().enumerate() {
-            let offset = self.offset_of(run);
-            let kept = self.law.predictor([alpha, beta], *x, offset);
-            let flat = level + offset;
-            if kept < floor && flat > floor {
-                flatten = flatten.min((flat - floor) / (flat - kept));
+        if low > 0.0 {
+            for (x, o) in x.iter().zip(o) {
+                let (kept, flat) = (kept(*x, *o), line.mean + known(*o));
+                if kept < floor && flat > floor {
+                    flatten = flatten.min((flat - floor) / (flat - kept));
+                }
             }
         }
-        let beta = beta * flatten;
-        [level - beta * mean_x, beta]
+        let slope = line.slope * flatten;
+        let start = [line.mean - slope * line.centre, slope];
+        self.newton::<OFFSET>(o, start).unwrap_or(start)
+    }
+
+    /// The square root's minimum by whole steps of Newton's method from a start near it, a few of them: less than a
+    /// single step of the fit takes, which judges it then. `None` where they do not settle or leave the domain.
+    #[inline(always)] // in the registers of the start
+    fn newton<const OFFSET: bool>(&self, o: &[f64], start: [f64; 2]) -> Option<[f64; 2]> {
+        let law = Law::SQUARE_ROOT;
+        let [mut alpha, mut beta] = start;
+        for _ in 0..NEWTON_STEPS {
+            let [g0, g1, h0, h1, h2] = sums([self.x, o, self.restitution], |[x, o, e]| {
+                // outside the domain a NaN, and the sums with it
+                let Response { value, slope, bend } = law.response(law.predictor([alpha, beta], x, known::<OFFSET>(o)));
+                let gradient = (value - e) * slope;
+                let bend = slope * slope + (value - e) * bend;
+                [gradient, gradient * x, bend, bend * x, bend * x * x]
+            });
+            if !(h0 > 0.0 && h0 * h2 - h1 * h1 > NEWTON_SINGULAR * h0 * h2) {
+                return None;
+            }
+            let [da, db] = law.solve([h0, h1, h2], [g0, g1]);
+            (alpha, beta) = (alpha - da, beta - db);
+            if da.abs() <= NEWTON_SETTLED * alpha.abs() && db.abs() <= NEWTON_SETTLED * beta.abs() {
+                return Some([alpha, beta]);
+            }
+        }
+        None
+    }
+}
+
+/// The known offset of a run; none where its column holds something else.
+#[inline(always)]
+fn known<const OFFSET: bool>(o: f64) -> f64 {
+    if OFFSET {
+        o
+    } else {
+        0.0
     }
 }
 
 /// Smallest energy kept at the starting values, as a share of the mean of e²; keeps every run inside the domain.
 const START_MARGIN: f64 = 0.05;
 
-/// Intercept and slope of the least-squares line; slope 0 where x does not vary.
-fn line(x: &[f64], y: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
-    let n = x.len().max(1) as f64;
-    let mean_x = x.iter().sum::<f64>() / n;
-    let mean_y = y.clone().sum::<f64>() / n;
-    let (mut products, mut squares) = (0.0, 0.0);
-    for (x, y) in x.iter().zip(y) {
-        products += (x - mean_x) * (y - mean_y);
-        squares += (x - mean_x) * (x - mean_x);
+/// Newton steps towards the start of a square root,
+const NEWTON_STEPS: usize = 6;
+/// the relative change of the parameters by the last of them: what it leaves is about its square,
+const NEWTON_SETTLED: f64 = 1e-6;
+/// and the share of its diagonal's product below which their determinant is left to the fit to judge.
+const NEWTON_SINGULAR: f64 = 1e-9;
+
+/// A least-squares line.
+struct Line {
+    /// mean of the abscissae
+    centre: f64,
+    /// mean of the ordinates
+    mean: f64,
+    /// 0 where the abscissae do not vary
+    slope: f64,
+}
+
+impl Line {
+    /// The line through ordinates made of two columns.
+    #[inline(always)]
+    fn through(x: &[f64], [a, b]: [&[f64]; 2], y: impl Fn([f64; 2]) -> f64) -> Line {
+        let runs = x.len().max(1) as f64;
+        let [centre, mean] = sums([x, a, b], |[x, a, b]| [x, y([a, b])]).map(|sum| sum / runs);
+        let [products, squares] = sums([x, a, b], |[x, a, b]| {
+            let apart = x - centre;
+            [apart * (y([a, b]) - mean), apart * apart]
+        });
+        let slope = if squares > 0.0 { products / squares } else { 0.0 };
+        Line { centre, mean, slope }
     }
-    let slope = if squares > 0.0 { products / squares } else { 0.0 };
-    (mean_y - slope * mean_x, slope)
 }
 
 /// One or two parameters as two numbers.
@@ -220,31 +285,74 @@ impl RegressionProblem<'_> {
         }
     }
 
+    /// Writes a number of each run into every column, from its linear predictor, abscissa and restitution.
+    #[inline(always)] // in the widest registers
+    fn write<const N: usize>(
+        &self,
+        (law, b): (Law, [f64; 2]),
+        columns: [&mut [f64]; N],
+        of_run: impl Fn(f64, f64, f64) -> [f64; N],
+    ) -> Result<(), OutOfDomain> {
+        let Regression {
+            x, offset, restitution, ..
+        } = self.regression;
+        match offset {
+            [] => self.write_several::<false, N>((law, b), [x, x, restitution], columns, of_run),
+            _ => self.write_several::<true, N>((law, b), [x, offset, restitution], columns, of_run),
+        }
+    }
+
+    /// The same, several runs at once as if all were inside the domain, and again one by one where one is not.
     #[inline(always)]
-    fn write_residuals(&self, law: Law, b: [f64; 2], residuals: &mut [f64]) -> Result<(), OutOfDomain> {
-        let runs = self.regression.x.iter().zip(self.regression.restitution).enumerate();
-        for (residual, (run, (x, e))) in residuals.iter_mut().zip(runs) {
-            *residual = law.response(self.predictor(law, b, run, *x)?).value - e;
+    fn write_several<const OFFSET: bool, const N: usize>(
+        &self,
+        (law, b): (Law, [f64; 2]),
+        [x, o, e]: [&[f64]; 3],
+        mut columns: [&mut [f64]; N],
+        of_run: impl Fn(f64, f64, f64) -> [f64; N],
+    ) -> Result<(), OutOfDomain> {
+        let runs = self.runs();
+        let (x, o, e) = (&x[..runs], &o[..runs], &e[..runs]);
+        let mut columns = columns.each_mut().map(|column| &mut column[..runs]);
+        let mut put = |run: usize, predictor: f64| {
+            for (column, number) in columns.iter_mut().zip(of_run(predictor, x[run], e[run])) {
+                column[run] = number;
+            }
+        };
+        let mut inside = true;
+        for run in 0..runs {
+            let predictor = law.predictor(b, x[run], known::<OFFSET>(o[run]));
+            inside &= law.is_defined(predictor);
+            put(run, predictor);
+        }
+        if !inside {
+            for (run, x) in x.iter().enumerate() {
+                put(run, self.predictor(law, b, run, *x)?);
+            }
         }
         Ok(())
     }
 
     #[inline(always)]
+    fn write_residuals(&self, law: Law, b: [f64; 2], residuals: &mut [f64]) -> Result<(), OutOfDomain> {
+        self.write((law, b), [residuals], |predictor, _, e| {
+            [law.response(predictor).value - e]
+        })
+    }
+
+    #[inline(always)]
     fn write_jacobian(&self, law: Law, b: [f64; 2], jacobian: &mut DMatrix<f64>) -> Result<(), OutOfDomain> {
         let (first, second) = jacobian.as_mut_slice().split_at_mut(self.runs());
-        let slope = |run: usize, x: f64| Ok(law.response(self.predictor(law, b, run, x)?).slope);
-        let runs = self.regression.x.iter().enumerate();
         if law.parameters() == 1 {
-            for (first, (run, x)) in first.iter_mut().zip(runs) {
-                *first = slope(run, *x)? * law.design(*x)[0];
-            }
+            self.write((law, b), [first], |predictor, x, _| {
+                [law.response(predictor).slope * law.design(x)[0]]
+            })
         } else {
-            for ((first, second), (run, x)) in first.iter_mut().zip(second).zip(runs) {
-                let slope = slope(run, *x)?;
-                [*first, *second] = law.design(*x).map(|c| slope * c);
-            }
+            self.write((law, b), [first, second], |predictor, x, _| {
+                let slope = law.response(predictor).slope;
+                law.design(x).map(|c| slope * c)
+            })
         }
-        Ok(())
     }
 }
 
@@ -255,18 +363,18 @@ impl ResidualProblem for RegressionProblem<'_> {
     fn runs(&self) -> usize {
         self.regression.restitution.len()
     }
-    // the square root, fitted most often, has loops compiled for it alone: they take a tenth less time
+    // the square root, fitted most often, has loops compiled for it alone
     fn residuals(&self, b: &[f64], residuals: &mut [f64]) -> Result<(), OutOfDomain> {
-        match self.regression.law {
+        Arch::new().dispatch(|| match self.regression.law {
             Law::SQUARE_ROOT => self.write_residuals(Law::SQUARE_ROOT, pair(b), residuals),
             law => self.write_residuals(law, pair(b), residuals),
-        }
+        })
     }
     fn jacobian(&self, b: &[f64], jacobian: &mut DMatrix<f64>) -> Result<(), OutOfDomain> {
-        match self.regression.law {
+        Arch::new().dispatch(|| match self.regression.law {
             Law::SQUARE_ROOT => self.write_jacobian(Law::SQUARE_ROOT, pair(b), jacobian),
             law => self.write_jacobian(law, pair(b), jacobian),
-        }
+        })
     }
 }
 

@@ -49,7 +49,7 @@ pub(super) struct Batches {
 /// What the batches of N replicates draw.
 pub(super) struct Drawn<const N: usize> {
     bytes: Vec<u8>,
-    /// by batch: the multiset of a stratum of few members, the one member drawn from more
+    /// by batch: the sequence drawn, of single members the member
     pub(super) of_batch: Vec<[u32; N]>,
 }
 
@@ -103,6 +103,26 @@ impl Batches {
         }
     }
 
+    /// What the batches of a stratum drew in one of N replicates: the multiset of few members, the one member drawn from
+    /// more.
+    pub(super) fn drawn<'a, const N: usize>(
+        &'a self,
+        stratum: Range<usize>,
+        drawn: &'a Drawn<N>,
+        replicate: usize,
+    ) -> impl Iterator<Item = u32> + use<'a, N> {
+        let of_batch = drawn.of_batch[stratum.clone()].iter().zip(&self.batches[stratum]);
+        of_batch.map(move |(drawn, batch)| match batch.multisets {
+            Some(first) => u32::from(self.multisets.of_sequence[(first + drawn[replicate]) as usize]),
+            None => drawn[replicate],
+        })
+    }
+
+    /// Where the multisets of a batch's sequences start in [`Multisets::of_sequence`]; none for more than [`FEW`] members.
+    pub(super) fn multisets(&self, batch: usize) -> Option<u32> {
+        self.batches[batch].multisets
+    }
+
     /// Draws some replicates.
     pub(super) fn draw<const N: usize>(&self, rng: &mut ChaCha8Rng, into: &mut Drawn<N>) {
         rng.fill_bytes(&mut into.bytes);
@@ -110,7 +130,7 @@ impl Batches {
     }
 }
 
-/// Turns random words into what batches draw.
+/// Turns random words into the sequences that batches draw.
 struct DecodeWords<'a, const N: usize> {
     batches: &'a Batches,
     into: &'a mut Drawn<N>,
@@ -119,38 +139,32 @@ struct DecodeWords<'a, const N: usize> {
 impl<const N: usize> Wide for DecodeWords<'_, N> {
     type Output = ();
 
-    // several replicates at once
+    // several replicates at once, as halves of 32 bits, whose products the registers hold; the multisets of the
+    // sequences are read elsewhere: here the compiler would take each sequence out of the registers by itself
     #[inline(always)]
     fn run(self) {
-        const HALF: u64 = u32::MAX as u64;
         let DecodeWords { batches, into } = self;
         let (words, _) = into.bytes.as_chunks();
         let mut word = 0;
-        let mut left = [0; N];
+        // what is left of the words
+        let (mut low, mut high) = ([0u32; N], [0u32; N]);
         for (drawn, batch) in into.of_batch.iter_mut().zip(&batches.batches) {
             if batch.new_word {
-                for (replicate, left) in left.iter_mut().enumerate() {
-                    *left = u64::from_le_bytes(words[replicate * batches.words + word]);
+                for (replicate, (low, high)) in low.iter_mut().zip(&mut high).enumerate() {
+                    let word = u64::from_le_bytes(words[replicate * batches.words + word]);
+                    *low = word as u32;
+                    *high = (word >> u32::BITS) as u32;
                 }
                 word += 1;
             }
             let count = u64::from(batch.sequences);
-            let mut sequence = [0; N];
-            for (sequence, left) in sequence.iter_mut().zip(&mut left) {
+            for ((drawn, low), high) in drawn.iter_mut().zip(&mut low).zip(&mut high) {
                 // the whole and the broken part of the word's share of 2⁶⁴ times the number of sequences
-                let below = (*left & HALF) * count;
-                let scaled = (*left >> 32) * count + (below >> 32);
-                *left = scaled << 32 | below & HALF;
-                *sequence = scaled >> 32;
-            }
-            match batch.multisets {
-                Some(first) => {
-                    let multisets = &batches.multisets.of_sequence[first as usize..];
-                    for (drawn, sequence) in drawn.iter_mut().zip(sequence) {
-                        *drawn = u32::from(multisets[sequence as usize]);
-                    }
-                }
-                None => *drawn = sequence.map(|sequence| sequence as u32),
+                let below = u64::from(*low) * count;
+                let scaled = u64::from(*high) * count + (below >> u32::BITS);
+                *low = below as u32;
+                *high = scaled as u32;
+                *drawn = (scaled >> u32::BITS) as u32;
             }
         }
     }
@@ -194,7 +208,7 @@ mod tests {
             let draws = 40_000;
             for _ in 0..draws {
                 batches.draw(&mut rng, &mut drawn);
-                write_weights(drawn.of_batch.iter().map(|[drawn]| *drawn), &mut weights);
+                write_weights(batches.drawn(0..batches.len(), &drawn, 0), &mut weights);
                 let total: f64 = weights.iter().sum();
                 assert!((total - members as f64).abs() < 1e-9, "{members}: {total}");
                 for (sum, weight) in sums.iter_mut().zip(&weights) {
@@ -225,13 +239,10 @@ mod tests {
         assert!(batches.words < number);
         let mut rng = stream(1, "strata_that_share_a_word_are_drawn_apart", 0);
         let draws = 40_000;
-        let means = batches.batches.iter().map(|batch| match batch.multisets {
-            Some(first) => {
-                let multisets = &batches.multisets.of_sequence[first as usize..(first + batch.sequences) as usize];
-                multisets.iter().map(|multiset| f64::from(*multiset)).sum::<f64>() / f64::from(batch.sequences)
-            }
-            None => 0.5 * (f64::from(batch.sequences) - 1.0),
-        });
+        let means = batches
+            .batches
+            .iter()
+            .map(|batch| 0.5 * (f64::from(batch.sequences) - 1.0));
         let means: Vec<f64> = means.collect();
         let mut drawn = batches.room::<1>();
         let mut sums = vec![0.0; number * number];
@@ -244,7 +255,6 @@ mod tests {
                 .zip(&means)
                 .map(|(([drawn], batch), mean)| {
                     assert!(*drawn < batch.sequences);
-                    // multisets are fewer than sequences
                     (f64::from(*drawn) - mean) / f64::from(batch.sequences)
                 });
             let centred: Vec<f64> = centred.collect();

@@ -6,6 +6,7 @@
 //! e/(2 r^(3/2)) ≥ 0 in r, and r is linear in both. Newton's method, held inside the domain, then finds the one minimum.
 
 use crate::inference::law::Law;
+use crate::inference::sums::sums;
 use crate::physics::dry::Order;
 use crate::scene::WetLaw;
 
@@ -123,14 +124,11 @@ pub fn dry_second_order(sample: &Sample, start: f64) -> Result<WeightedFit, Fail
     // F = 1 − η + a η²
     let a = 0.5 * Law::Dry(Order::Second).response(0.0).bend;
     // of runs with y = 1 − e: the squares are a polynomial in k
-    let [n, yy, y1, y2, s2, s3, s4] = sums(
-        [sample.x, sample.x, sample.restitution, sample.weights],
-        |s, _, e, w| {
-            let (y, square) = (1.0 - e, s * s);
-            let ws2 = w * square;
-            [w, w * y * y, w * s * y, ws2 * y, ws2, ws2 * s, ws2 * square]
-        },
-    );
+    let [n, yy, y1, y2, s2, s3, s4] = sums([sample.x, sample.restitution, sample.weights], |[s, e, w]| {
+        let (y, square) = (1.0 - e, s * s);
+        let ws2 = w * square;
+        [w, w * y * y, w * s * y, ws2 * y, ws2, ws2 * s, ws2 * square]
+    });
     if s2 <= 0.0 {
         return Err(Failure::Degenerate);
     }
@@ -157,9 +155,6 @@ pub fn dry_second_order(sample: &Sample, start: f64) -> Result<WeightedFit, Fail
     Err(Failure::NotConverged)
 }
 
-/// Runs taken at once, so that sums of them need not wait for one another.
-const LANES: usize = 4;
-
 /// a, b of e = a − b x; fails if the weighted x do not vary.
 pub fn linear(sample: &Sample) -> Result<WeightedFit, Failure> {
     let (x, e, w) = (sample.x, sample.restitution, sample.weights);
@@ -167,7 +162,7 @@ pub fn linear(sample: &Sample) -> Result<WeightedFit, Failure> {
     let (Some(&x0), Some(&e0)) = (x.get(x.len() / 2), e.get(e.len() / 2)) else {
         return Err(Failure::Degenerate);
     };
-    let [n, sx, se, xx, xe, ee] = sums([x, x, e, w], |x, _, e, w| {
+    let [n, sx, se, xx, xe, ee] = sums([x, e, w], |[x, e, w]| {
         let (x, e) = (x - x0, e - e0);
         let (wx, we) = (w * x, w * e);
         [w, wx, we, wx * x, wx * e, we * e]
@@ -208,6 +203,7 @@ impl LineDesign {
     }
 
     /// The line through the mean restitution, from products and squares about the means.
+    #[inline(always)] // in the registers of the caller
     pub(super) fn through(&self, mean: f64, products: f64, squares: f64) -> WeightedFit {
         let slope = products * self.spread;
         let variance = (squares - slope * products).max(0.0) * self.freedom;
@@ -244,30 +240,6 @@ pub fn square_root(sample: &Sample, start: [f64; 2]) -> Result<WeightedFit, Fail
     }
 }
 
-/// Sums of four columns' terms over the runs.
-pub(super) fn sums<const N: usize>(
-    [x, o, e, w]: [&[f64]; 4],
-    terms: impl Fn(f64, f64, f64, f64) -> [f64; N],
-) -> [f64; N] {
-    let mut lanes = [[0.0; LANES]; N];
-    let chunked = [x, o, e, w].map(|column| column.as_chunks::<LANES>());
-    let [xs, os, es, ws] = chunked.map(|(chunks, _)| chunks);
-    for (((x, o), e), w) in xs.iter().zip(os).zip(es).zip(ws) {
-        for lane in 0..LANES {
-            for (sum, term) in lanes.iter_mut().zip(terms(x[lane], o[lane], e[lane], w[lane])) {
-                sum[lane] += term;
-            }
-        }
-    }
-    let [xs, os, es, ws] = chunked.map(|(_, rest)| rest);
-    for (((x, o), e), w) in xs.iter().zip(os).zip(es).zip(ws) {
-        for (sum, term) in lanes.iter_mut().zip(terms(*x, *o, *e, *w)) {
-            sum[0] += term;
-        }
-    }
-    lanes.map(|sum| sum.iter().sum())
-}
-
 /// Linear predictor of the square root, the offset left out where there is none.
 #[inline(always)]
 fn predictor<const OFFSET: bool>([alpha, beta]: [f64; 2], x: f64, o: f64) -> f64 {
@@ -277,7 +249,7 @@ fn predictor<const OFFSET: bool>([alpha, beta]: [f64; 2], x: f64, o: f64) -> f64
 /// Gradient g and Hessian h of ½ Σ w (√r − e)² in the columns x, o, e and w: g0, g1, h00, h01, h11.
 #[inline(always)]
 fn gradient_and_hessian<const OFFSET: bool>(columns: [&[f64]; 4], parameters: [f64; 2]) -> [f64; 5] {
-    sums(columns, |x, o, e, w| {
+    sums(columns, |[x, o, e, w]| {
         let r = predictor::<OFFSET>(parameters, x, o).max(FLOOR);
         // one division for both e/√r and e/(r √r)
         let bend = w * e / (r * r.sqrt());
@@ -292,7 +264,7 @@ fn gradient_and_hessian<const OFFSET: bool>(columns: [&[f64]; 4], parameters: [f
 fn share_inside<const OFFSET: bool>(columns: [&[f64]; 4], parameters: [f64; 2], step: [f64; 2]) -> f64 {
     let change = |x: f64| step[0] + step[1] * x;
     let room = |x: f64, o: f64| MOST_OF_THE_WAY * predictor::<OFFSET>(parameters, x, o);
-    let [leaving] = sums(columns, |x, o, _, w| [(w * (-change(x) - room(x, o))).max(0.0)]);
+    let [leaving] = sums(columns, |[x, o, _, w]| [(w * (-change(x) - room(x, o))).max(0.0)]);
     let mut share: f64 = 1.0;
     if leaving > 0.0 {
         let [x, o, _, w] = columns;
@@ -328,7 +300,7 @@ fn newton<const OFFSET: bool>(sample: &Sample, o: &[f64], start: [f64; 2]) -> Re
 
 /// The delta method's covariance at the minimum: residual variance times (JᵀWJ)⁻¹.
 fn covariance<const OFFSET: bool>(columns: [&[f64]; 4], within: f64, parameters: [f64; 2]) -> WeightedFit {
-    let [n, squares, j0, j1, j2] = sums(columns, |x, o, e, w| {
+    let [n, squares, j0, j1, j2] = sums(columns, |[x, o, e, w]| {
         let r = predictor::<OFFSET>(parameters, x, o).max(FLOOR);
         let residual = r.sqrt() - e;
         let weight = 0.25 * w / r;

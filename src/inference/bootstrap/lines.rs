@@ -3,8 +3,10 @@
 use std::ops::Range;
 
 use super::batches::TOGETHER;
-use super::kernel::{sums, Failure, LineDesign, Sample, WeightedFit};
+use super::kernel::{Failure, LineDesign, Sample, WeightedFit};
+use super::multisets::{Multisets, MOST_SEQUENCES};
 use super::wide::{widest, Wide};
+use crate::inference::sums::sums;
 
 /// Where the sums that a batch of draws moves are tabulated.
 #[derive(Debug, Clone)]
@@ -13,6 +15,8 @@ pub(super) struct BatchTable {
     pub(super) table: Range<usize>,
     /// node of its stratum
     pub(super) node: usize,
+    /// where the multisets of its sequences start in [`Multisets::of_sequence`]; `None` where a sequence is a member
+    pub(super) multisets: Option<u32>,
 }
 
 /// Sums that a draw moves.
@@ -20,6 +24,9 @@ const SUMS: usize = 3;
 
 /// Numbers read at once, which fill a register of the machine; after the sums comes one that is of no use.
 const READ: usize = 4;
+
+/// Numbers in the rows that a multiset can name, with what is read after the last.
+const IN_ROWS: usize = SUMS * u8::MAX as usize + READ;
 
 /// Linear fits to other restitutions of the same nodes.
 #[derive(Debug, Clone)]
@@ -30,9 +37,10 @@ pub(super) struct LineFits {
     /// Σ w e, Σ w e (x − mean) and Σ w e² of the runs themselves, e about the centre
     own: [f64; SUMS],
     batches: Range<usize>,
-    /// where the table of each batch starts
-    starts: Vec<u32>,
-    /// what the sums grow by, by what is drawn; READ at once, so that some follow the last
+    /// where the multisets and the table of each batch start
+    starts: Vec<(Option<u32>, u32)>,
+    multisets: &'static Multisets,
+    /// what the sums grow by, by what is drawn; IN_ROWS follow every start
     tables: Vec<f64>,
 }
 
@@ -46,13 +54,13 @@ impl LineFits {
     ) -> Result<LineFits, Failure> {
         let (x, e, w) = (sample.x, sample.restitution, sample.weights);
         let x0 = *x.get(x.len() / 2).ok_or(Failure::Degenerate)?;
-        let [n, sx, xx, se] = sums([x, x, e, w], |x, _, e, w| {
+        let [n, sx, xx, se] = sums([x, e, w], |[x, e, w]| {
             let x = x - x0;
             [w, w * x, w * x * x, w * e]
         });
         let design = LineDesign::new(n, x0, sx, xx)?;
         let centre = se * design.share;
-        let own = sums([x, x, e, w], |x, _, e, w| {
+        let own = sums([x, e, w], |[x, e, w]| {
             let e = e - centre;
             [w * e, w * e * (x - design.centre), w * e * e]
         });
@@ -62,10 +70,11 @@ impl LineFits {
             own,
             batches,
             starts: vec![],
+            multisets: Multisets::all(),
             tables: vec![],
         };
         let (mut last, mut start) = (0..0, 0);
-        for BatchTable { table, node } in of_batch {
+        for BatchTable { table, node, multisets } in of_batch {
             if *table != last {
                 last = table.clone();
                 start = u32::try_from(lines.tables.len() / SUMS).map_err(|_| Failure::Degenerate)?;
@@ -73,21 +82,22 @@ impl LineFits {
                 let own = tables[table.clone()].iter();
                 lines.tables.extend(own.flat_map(|[s, q]| [*s, s * x, q + 2.0 * s * e]));
             }
-            lines.starts.push(start);
+            lines.starts.push((*multisets, start));
         }
-        lines.tables.extend([0.0; READ - SUMS]);
+        lines.tables.extend([0.0; IN_ROWS]);
         Ok(lines)
     }
 
     /// What [`super::kernel::linear`] finds in replicates drawn together, from what their batches drew.
-    pub(super) fn fit(&self, drawn: &[[u32; TOGETHER]]) -> impl Iterator<Item = WeightedFit> + use<'_> {
-        let drawn = &drawn[self.batches.clone()];
-        let sums = widest(AddDrawn { lines: self, drawn });
-        sums.into_iter().map(|[s, x, e, _]| {
-            let [se, xe, ee] = [self.own[0] + s, self.own[1] + x, self.own[2] + e];
-            let me = se * self.design.share;
-            self.design.through(self.centre + me, xe, ee - se * me)
-        })
+    pub(super) fn fit(&self, drawn: &[[u32; TOGETHER]]) -> [WeightedFit; TOGETHER] {
+        let mut fits = [WeightedFit::NONE; TOGETHER];
+        widest(AddDrawn {
+            lines: self,
+            drawn: &drawn[self.batches.clone()],
+            sums: &mut [[0.0; READ]; TOGETHER],
+            fits: &mut fits,
+        });
+        fits
     }
 }
 
@@ -95,25 +105,53 @@ impl LineFits {
 struct AddDrawn<'a> {
     lines: &'a LineFits,
     drawn: &'a [[u32; TOGETHER]],
+    /// with what was read after the sums: not written anywhere, the compiler would read the others one by one
+    sums: &'a mut [[f64; READ]; TOGETHER],
+    fits: &'a mut [WeightedFit; TOGETHER],
 }
 
 impl Wide for AddDrawn<'_> {
-    /// With what was read after the sums: left out here, the compiler would read them one by one.
-    type Output = [[f64; READ]; TOGETHER];
+    type Output = ();
 
     // all sums of a replicate at once
     #[inline(always)]
-    fn run(self) -> [[f64; READ]; TOGETHER] {
+    fn run(self) {
+        let lines = self.lines;
         let mut sums = [[0.0; READ]; TOGETHER];
-        for (drawn, start) in self.drawn.iter().zip(&self.lines.starts) {
-            let table = &self.lines.tables[SUMS * *start as usize..];
-            for (sums, drawn) in sums.iter_mut().zip(drawn) {
-                let at = SUMS * *drawn as usize;
-                for (sum, more) in sums.iter_mut().zip(&table[at..at + READ]) {
-                    *sum += more;
+        let of_sequence = &lines.multisets.of_sequence;
+        for (drawn, (multisets, start)) in self.drawn.iter().zip(&lines.starts) {
+            let start = SUMS * *start as usize;
+            match multisets {
+                // of so many that no number leads beyond
+                Some(first) => {
+                    let multisets = &of_sequence[*first as usize..*first as usize + MOST_SEQUENCES];
+                    let table = &lines.tables[start..start + IN_ROWS];
+                    for (sums, sequence) in sums.iter_mut().zip(drawn) {
+                        let at = SUMS * usize::from(multisets[*sequence as usize % MOST_SEQUENCES]);
+                        add(sums, &table[at..at + READ]);
+                    }
+                }
+                None => {
+                    for (sums, member) in sums.iter_mut().zip(drawn) {
+                        let at = start + SUMS * *member as usize;
+                        add(sums, &lines.tables[at..at + READ]);
+                    }
                 }
             }
         }
-        sums
+        *self.sums = sums;
+        for (fit, [s, x, e, _]) in self.fits.iter_mut().zip(sums) {
+            let [se, xe, ee] = [lines.own[0] + s, lines.own[1] + x, lines.own[2] + e];
+            let me = se * lines.design.share;
+            *fit = lines.design.through(lines.centre + me, xe, ee - se * me);
+        }
+    }
+}
+
+/// Adds what a batch drew to the sums of a replicate.
+#[inline(always)] // in the registers of the caller
+fn add(sums: &mut [f64; READ], more: &[f64]) {
+    for (sum, more) in sums.iter_mut().zip(more) {
+        *sum += more;
     }
 }

@@ -121,7 +121,7 @@ fn drawn_weights(batches: &Batches, pool: &Pool, cases: &Streams, number: u64) -
     let mut weights = vec![0.0; pool.strata.last().map_or(0, |stratum| stratum.end)];
     for (stratum, of_stratum) in pool.strata.iter().zip(&batches.strata) {
         write_weights(
-            drawn.of_batch[of_stratum.clone()].iter().map(|[drawn]| *drawn),
+            batches.drawn(of_stratum.clone(), &drawn, 0),
             &mut weights[stratum.clone()],
         );
     }
@@ -158,7 +158,7 @@ impl Replication<'_> {
                 nodes.draw(&mut rng, drawn);
                 for (target, column) in nodes.columns.iter().enumerate() {
                     if let Some(lines) = &column.lines {
-                        for (replicate, fit) in together.clone().zip(lines.fit(drawn.of_batch())) {
+                        for (replicate, fit) in together.clone().zip(&lines.fit(drawn.of_batch())) {
                             block.put(target, replicate, fit.finite());
                         }
                     }

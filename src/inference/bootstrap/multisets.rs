@@ -7,7 +7,7 @@
 use std::sync::LazyLock;
 
 /// Most sequences of the draws of a batch.
-const MOST_SEQUENCES: usize = 1024;
+pub(super) const MOST_SEQUENCES: usize = 1024;
 
 /// Most multisets of the draws of a batch.
 const MOST_MULTISETS: usize = 128;
@@ -71,15 +71,16 @@ impl MemberCounts {
 }
 
 /// Multisets of the draws from every number of members up to [`FEW`].
+#[derive(Debug)]
 pub(super) struct Multisets {
-    /// multiset of every sequence, numbered within its number of members
+    /// multiset of every sequence, numbered within its number of members; [`MOST_SEQUENCES`] follow every start
     pub(super) of_sequence: Vec<u8>,
     /// by the number of members
     sizes: Vec<Size>,
 }
 
 /// What can be drawn from so many members.
-#[derive(Default)]
+#[derive(Debug, Default)]
 struct Size {
     /// draws of a batch, and where its sequences start in [`Multisets::of_sequence`]
     starts: Vec<(usize, usize)>,
@@ -118,6 +119,7 @@ impl Multisets {
             }
             multisets.sizes.push(size);
         }
+        multisets.of_sequence.extend([0; MOST_SEQUENCES]);
         multisets
     }
 

@@ -198,9 +198,10 @@ impl StrataNodes {
                 restitution.push(alike.mean);
                 weights.push(alike.runs);
                 let table = &alike.table;
-                of_batch.extend(batches.clone().map(|_| BatchTable {
+                of_batch.extend(batches.clone().map(|batch| BatchTable {
                     table: table.clone(),
                     node,
+                    multisets: self.batches.multisets(batch),
                 }));
             } else if nodes.len() == 1 {
                 // always itself
@@ -248,9 +249,7 @@ impl StrataNodes {
     /// The nodes of one of the replicates drawn.
     pub(super) fn gather(&self, replicate: usize, into: &mut DrawnNodes) {
         for Stratum { batches, nodes, alike } in &self.strata {
-            let drawn = into.drawn.of_batch[batches.clone()]
-                .iter()
-                .map(|drawn| drawn[replicate]);
+            let drawn = self.batches.drawn(batches.clone(), &into.drawn, replicate);
             let Some(alike) = alike else {
                 write_weights(drawn, &mut into.weights[nodes.clone()]);
                 continue;

@@ -85,14 +85,9 @@ pub(super) fn uncertainty(
 
 /// Largest over smallest singular value of the slopes in columns of unit length.
 fn condition(end: &Linearised) -> f64 {
-    let Some(values) = end.singular_values() else {
-        return f64::INFINITY;
-    };
-    let smallest = values.min();
-    if smallest > 0.0 {
-        values.max() / smallest
-    } else {
-        f64::INFINITY
+    match end.extreme_singular_values() {
+        Some([largest, smallest]) if smallest > 0.0 => largest / smallest,
+        _ => f64::INFINITY,
     }
 }
 

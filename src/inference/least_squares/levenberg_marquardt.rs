@@ -77,6 +77,8 @@ pub(super) struct LevenbergMarquardt {
     variant: Variant,
     /// The current point.
     pub(super) current: Option<Linearised>,
+    /// its relative offset
+    offset: f64,
     residuals: DVector<f64>,
     trial: DVector<f64>,
     work: DVector<f64>,
@@ -109,6 +111,7 @@ impl LevenbergMarquardt {
         Self {
             variant,
             current: None,
+            offset: f64::INFINITY,
             residuals: DVector::zeros(runs),
             trial: DVector::zeros(runs),
             work: DVector::zeros(runs),
@@ -121,7 +124,7 @@ impl LevenbergMarquardt {
         }
     }
 
-    /// Begins at `start`; stopped at once if the model is undefined there.
+    /// Begins at `start`; stopped at once if the model is undefined or nothing is left to gain there.
     pub(super) fn begin<P: ResidualProblem>(&mut self, model: &mut Model<P>, start: DVector<f64>) {
         let sum = residuals_at(model, &start, &mut self.trial);
         match sum.and_then(|_| linearise_at(model, start, &self.trial, &mut self.work)) {
@@ -135,32 +138,28 @@ impl LevenbergMarquardt {
         let Some(here) = self.current.take() else {
             return;
         };
-        let offset = here.relative_offset();
+        let offset = self.offset;
         let mut step = Step::Refused;
-        if offset <= TIGHT {
-            self.stop = Some(Stop::Converged);
-        } else {
-            let near = offset < UNDAMPED_BELOW || here.removable_share() < UNDAMPED_BELOW_SHARE;
-            if near && offset < 0.1 * self.refused_at {
-                step = self.undamped_step(model, &here);
-                if matches!(step, Step::Refused) {
-                    self.refused_at = offset;
-                    if here.scatter() > NEWTON_SCATTER * here.scale {
-                        step = self.newton_step(model, &here);
-                    }
+        let near = offset < UNDAMPED_BELOW || here.removable_share() < UNDAMPED_BELOW_SHARE;
+        if near && offset < 0.1 * self.refused_at {
+            step = self.undamped_step(model, &here);
+            if matches!(step, Step::Refused) {
+                self.refused_at = offset;
+                if here.scatter() > NEWTON_SCATTER * here.scale {
+                    step = self.newton_step(model, &here);
                 }
             }
-            let settled = here.at_rounding() || offset <= 1e-8;
-            if matches!(step, Step::Refused) && !settled {
-                step = self.damped_step(model, &here);
-            }
-            if matches!(step, Step::Refused) {
-                self.stop = Some(match self.stop {
-                    _ if settled || offset <= LOOSE => Stop::Converged,
-                    Some(stop) => stop,
-                    None => Stop::MaxIterations,
-                });
-            }
+        }
+        let settled = here.at_rounding() || offset <= 1e-8;
+        if matches!(step, Step::Refused) && !settled {
+            step = self.damped_step(model, &here);
+        }
+        if matches!(step, Step::Refused) {
+            self.stop = Some(match self.stop {
+                _ if settled || offset <= LOOSE => Stop::Converged,
+                Some(stop) => stop,
+                None => Stop::MaxIterations,
+            });
         }
         let sum = self.current.get_or_insert(here).residual_sum_of_squares;
         if model.met_edge && self.stop.is_none() {
@@ -176,7 +175,7 @@ impl LevenbergMarquardt {
         }
     }
 
-    /// Moves to `next`, whose residuals are in `trial`.
+    /// Moves to `next`, whose residuals are in `trial`; stops if nothing is left to gain there.
     fn move_to(&mut self, next: Linearised) {
         std::mem::swap(&mut self.residuals, &mut self.trial);
         for (y, &length) in self.yardsticks.iter_mut().zip(next.lengths.iter()) {
@@ -187,6 +186,10 @@ impl LevenbergMarquardt {
             if *y == 0.0 {
                 *y = 1.0;
             }
+        }
+        self.offset = next.relative_offset();
+        if self.offset <= TIGHT {
+            self.stop = Some(Stop::Converged);
         }
         self.current = Some(next);
     }

@@ -119,10 +119,16 @@ impl Linearised {
         step.iter().all(|s| s.is_finite()).then_some(step)
     }
 
-    /// Singular values of the unit-column triangle, largest first; `None` if they cannot be had.
-    pub(super) fn singular_values(&self) -> Option<DVector<f64>> {
+    /// Largest and smallest singular value of the unit-column triangle; `None` if they cannot be had.
+    pub(super) fn extreme_singular_values(&self) -> Option<[f64; 2]> {
+        if self.triangle.len() == 4 {
+            let [a, b, c] = [(0, 0), (0, 1), (1, 1)].map(|at| self.triangle[at]);
+            // σ₁ ± σ₂ are the lengths of (a ± c, b), and σ₁ σ₂ is |a c|, in which nothing cancels
+            let largest = 0.5 * ((a + c).hypot(b) + (a - c).hypot(b));
+            return Some([largest, (a * c).abs() / largest]);
+        }
         let svd = SVD::try_new(self.triangle.clone(), false, false, f64::EPSILON, SVD_SWEEPS)?;
-        Some(svd.singular_values)
+        Some([svd.singular_values.max(), svd.singular_values.min()])
     }
 
     /// First p entries of Qᵀ `vector`, which is overwritten.

@@ -20,28 +20,37 @@ pub(super) struct Attempt {
     pub(super) met_edge: bool,
 }
 
-/// Runs one attempt from `start` by argmin's executor.
+/// Runs one attempt from `start`, by argmin's executor unless it ends where it begins.
 pub(super) fn attempt<P: ResidualProblem>(problem: &P, start: &[f64], variant: Variant) -> Attempt {
-    let solver = Driven(LevenbergMarquardt::new(problem.runs(), problem.parameters(), variant));
-    let start = DVector::from_column_slice(start);
-    let run = Executor::new(Model::new(problem), solver)
-        .configure(|state| state.param(start).max_iters(MAX_ITERATIONS))
+    let mut solver = LevenbergMarquardt::new(problem.runs(), problem.parameters(), variant);
+    let mut model = Model::new(problem);
+    solver.begin(&mut model, DVector::from_column_slice(start));
+    if solver.stop.is_some() {
+        return Attempt::ended(Some(solver), Some(model));
+    }
+    let run = Executor::new(model, Driven(solver))
+        .configure(|state| state.max_iters(MAX_ITERATIONS))
         .ctrlc(false)
         .timer(false)
         .run();
     // The solver returns no error of its own, and argmin has none left to give.
-    let (solver, model) = match run {
-        Ok(result) => (Some(result.solver), result.problem.problem),
-        Err(_) => (None, None),
-    };
-    Attempt {
-        stop: solver
-            .as_ref()
-            .and_then(|solver| solver.0.stop)
-            .unwrap_or(Stop::MaxIterations),
-        end: solver.and_then(|solver| solver.0.current),
-        evaluations: model.as_ref().map_or(0, |model| model.evaluations),
-        met_edge: model.is_some_and(|model| model.met_edge),
+    match run {
+        Ok(result) => Attempt::ended(Some(result.solver.0), result.problem.problem),
+        Err(_) => Attempt::ended::<P>(None, None),
+    }
+}
+
+impl Attempt {
+    fn ended<P>(solver: Option<LevenbergMarquardt>, model: Option<Model<P>>) -> Attempt {
+        Attempt {
+            stop: solver
+                .as_ref()
+                .and_then(|solver| solver.stop)
+                .unwrap_or(Stop::MaxIterations),
+            end: solver.and_then(|solver| solver.current),
+            evaluations: model.as_ref().map_or(0, |model| model.evaluations),
+            met_edge: model.is_some_and(|model| model.met_edge),
+        }
     }
 }
 
@@ -65,10 +74,7 @@ impl<P: ResidualProblem> Solver<Model<'_, P>, State> for Driven {
         "Levenberg–Marquardt"
     }
 
-    fn init(&mut self, problem: &mut Problem<Model<'_, P>>, mut state: State) -> Result<(State, Option<KV>), Error> {
-        if let (Some(model), Some(start)) = (problem.problem.as_mut(), state.take_param()) {
-            self.0.begin(model, start);
-        }
+    fn init(&mut self, _: &mut Problem<Model<'_, P>>, state: State) -> Result<(State, Option<KV>), Error> {
         Ok((self.update(state), None))
     }
 
