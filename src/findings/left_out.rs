@@ -166,8 +166,8 @@ pub(super) fn leave_out(
 /// What is left out: each run or, where series have offsets, each dry run and series, since a run would leave its series'
 /// offset known, which takes what a form misfits between series.
 enum Units<'r> {
-    Runs(Pointwise<'r>),
-    Series(SeriesDensities<'r>),
+    Runs(Box<Pointwise<'r>>),
+    Series(Box<SeriesDensities<'r>>),
 }
 
 /// The runs that are left out of a model.
@@ -186,9 +186,9 @@ impl<'r> Leaving<'r> {
             can_draw_without: !pointwise.is_integrated(),
             units: if scene.model.series_offsets {
                 let rows = Likelihood::of_rows(scene, runs, setup.form);
-                Units::Series(SeriesDensities::new(pointwise, rows, runs))
+                Units::Series(Box::new(SeriesDensities::new(pointwise, rows, runs)))
             } else {
-                Units::Runs(pointwise)
+                Units::Runs(Box::new(pointwise))
             },
         }
     }

@@ -9,9 +9,9 @@
 //! | `refusals.rs` | gathers what is wrong, cell by cell |
 //! | `collect.rs` | gathers checked runs into columns and counts what was left out |
 //! | `text.rs` | reads CSV record by record, to accept what the fast reader refuses or to name the bad cell |
-//! | `parquet.rs` | reads and writes Parquet with polars; with `parquet_footer.rs` the only file that names it |
 //! | `parquet_footer.rs` | checks the counts a Parquet file states before memory is allocated by them |
 //! | `new_run.rs` | holds one run to be written |
+//! | `parquet.rs` | reads and writes Parquet with polars; with `parquet_footer.rs` the only file that names it |
 //! | `stream.rs` | reads an ordinary CSV fast, a window of lines at a time on every thread |
 //! | `film_groups.rs` | puts runs in groups of one film ratio, and measures how wide each is |
 //! | `spheres.rs` | holds the spheres that have a k of their own |
