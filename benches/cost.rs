@@ -10,12 +10,14 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::Instant;
 
+use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings;
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::model::simulate::Simulation;
 use wetcor::report::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Style};
-use wetcor::runs::{self, Existing, RunWriter, Table};
+use wetcor::runs::{self, Existing, NewRun, RunWriter, Table};
 use wetcor::scene::{self, DesignSpeeds, Scene};
+use wetcor::seed::stream;
 
 /// Every stage, each drawn in its own way in every panel.
 const STAGES: [&str; 4] = ["read", "least squares", "bootstrap", "posterior"];
@@ -36,7 +38,8 @@ fn main() {
         _ => 6,
     };
     let panels = [
-        of_runs(largest),
+        of_runs("runs", largest, own_speeds),
+        of_runs("runs in films of their own", largest, own_films),
         of_replicates(if quick { 4 } else { 6 }),
         of_groups(if quick { 2 } else { 3 }),
     ];
@@ -159,15 +162,18 @@ fn example() -> Scene {
     scene::read(&path).expect("the example's scene is good")
 }
 
-/// Writes so many runs of a scene's design to a file that is kept under `target/`.
-fn simulate(scene: &mut Scene, runs: Option<u64>, name: &str) {
+/// Writes so many runs of a scene's design, each changed or not, to a file that is kept under `target/`.
+fn simulate(scene: &mut Scene, runs: Option<u64>, name: &str, mut change: impl FnMut(&mut NewRun)) {
     let folder: PathBuf = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cost");
     std::fs::create_dir_all(&folder).expect("target/ is writable");
     scene.data.runs = folder.join(name);
     let simulation = Simulation::new(scene, runs).expect("the scene has a truth and a design");
     let mut writer = RunWriter::create(&scene.data.runs, Existing::Replaced).expect("the table can be created");
     simulation
-        .draw(1, |run| writer.write(run))
+        .draw(1, |mut run| {
+            change(&mut run);
+            writer.write(run)
+        })
         .expect("the table can be written");
     writer.finish().expect("the table can be completed");
 }
@@ -182,7 +188,23 @@ fn own_speeds(runs: u64) -> Scene {
         let speed = |i: u64| 0.767 + 0.95 * (i as f64 + 0.5) / count as f64;
         design.speeds = DesignSpeeds((0..count).map(speed).collect());
     }
-    simulate(&mut scene, Some(runs), &format!("runs-{runs}.parquet"));
+    simulate(&mut scene, Some(runs), &format!("runs-{runs}.parquet"), |_| ());
+    scene
+}
+
+/// The same with the speeds of the example's design, and every film measured: that of the design times 1 + 0.02 z, a film
+/// ratio and so a series of its own.
+fn own_films(runs: u64) -> Scene {
+    let mut scene = example();
+    scene.bootstrap.replicates = REPLICATES;
+    let mut rng = stream(1, "films of the bench", 0);
+    simulate(&mut scene, Some(runs), &format!("films-{runs}.parquet"), |run| {
+        if let Some((film, ratio)) = &mut run.film {
+            let z: f64 = StandardNormal.sample(&mut rng);
+            *film *= 1.0 + 0.02 * z;
+            *ratio = *film / run.diameter;
+        }
+    });
     scene
 }
 
@@ -214,10 +236,10 @@ fn stages(scene: &Scene, table: &Table, with_posterior: bool) -> [f64; 3] {
     [least_squares, bootstrap, posterior]
 }
 
-fn of_runs(largest: u32) -> Panel {
-    let mut panel = Panel::new("runs", &STAGES);
+fn of_runs(what: &'static str, largest: u32, simulated: fn(u64) -> Scene) -> Panel {
+    let mut panel = Panel::new(what, &STAGES);
     for decade in 2..=largest {
-        let scene = own_speeds(10u64.pow(decade));
+        let scene = simulated(10u64.pow(decade));
         let (read, table) = timed(|| runs::read(&scene).expect("simulated runs are good"));
         let [least_squares, bootstrap, posterior] = stages(&scene, &table, true);
         panel.add(10f64.powi(decade as i32), &[read, least_squares, bootstrap, posterior]);
@@ -269,7 +291,7 @@ fn of_groups(largest: u32) -> Panel {
             all(&films),
         );
         let mut scene = scene::parse(&text, Path::new("groups/scene.toml"), String::new()).expect("a good scene");
-        simulate(&mut scene, None, &format!("groups-{groups}.parquet"));
+        simulate(&mut scene, None, &format!("groups-{groups}.parquet"), |_| ());
         let table = runs::read(&scene).expect("simulated runs are good");
         panel.add(groups as f64, &stages(&scene, &table, true));
     }

@@ -122,8 +122,10 @@ pub fn fit_least_squares_watched(
     let runs = &table.runs;
     let mut fits = LeastSquaresFits::new(scene, runs);
     let balance = fits.energy_balance.as_ref();
-    let (constants, constants_notice) = constants::find_sensitivities(scene, runs, &fits.dry, &fits.scaling, balance);
-    let noise = noise::analyse_noise(scene, runs, &fits.dry, balance, fits.form);
+    let ((constants, constants_notice), noise) = rayon::join(
+        || constants::find_sensitivities(scene, runs, &fits.dry, &fits.scaling, balance),
+        || noise::analyse_noise(scene, runs, &fits.dry, balance, fits.form),
+    );
     let resampled = bootstrap.then(|| {
         done(0);
         fits.add_bootstrap(scene, runs, seed, done)
