@@ -46,8 +46,8 @@ fn main() {
     let mut page = String::from("# What each stage costs as work grows\n\n");
     let _ = writeln!(
         page,
-        "Seconds on {} threads, simulated runs in the design of `datasets/mueller2016` with a speed of its own for each, \
-         so that no two share a setting. The exponent is the slope of the logarithm of the time over the last two decades: \
+        "Seconds on {} threads, simulated runs in the design of `datasets/mueller2016` with a speed or a film of its own for \
+         each, so that no two share a setting. The exponent is the slope of the logarithm of the time over the last two decades: \
          1 is linear. Bootstrap: {REPLICATES} replicates of every quantity; posterior: 4 chains of 1,000 + 1,000 with \
          their checks.\n\nMade by `cargo bench --bench cost`.\n\n![seconds against runs, replicates and groups](cost.svg)\n",
         rayon::current_num_threads()
@@ -192,17 +192,16 @@ fn own_speeds(runs: u64) -> Scene {
     scene
 }
 
-/// The same with the speeds of the example's design, and every film measured: that of the design times 1 + 0.02 z, a film
-/// ratio and so a series of its own.
+/// The same with the speeds of the example's design, and every film measured: that of the design times 1 + 0.02 z, so that
+/// here, too, each run is a setting of its own.
 fn own_films(runs: u64) -> Scene {
     let mut scene = example();
     scene.bootstrap.replicates = REPLICATES;
     let mut rng = stream(1, "films of the bench", 0);
     simulate(&mut scene, Some(runs), &format!("films-{runs}.parquet"), |run| {
-        if let Some((film, ratio)) = &mut run.film {
+        if let Some((film, _)) = &mut run.film {
             let z: f64 = StandardNormal.sample(&mut rng);
             *film *= 1.0 + 0.02 * z;
-            *ratio = *film / run.diameter;
         }
     });
     scene
