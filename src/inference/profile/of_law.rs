@@ -251,9 +251,8 @@ fn least_between([low, middle, high]: [(f64, f64); 3], mut of: impl FnMut(f64) -
         let parabola = (to_second * r - to_third * q) / (2.0 * (q - r));
         let before_last = std::mem::replace(&mut last, step);
         // false of what is no number, as beside an infinite value
-        let is_good = parabola.abs() < 0.5 * before_last.abs()
-            && best.0 + parabola > lo + near
-            && best.0 + parabola < hi - near;
+        let is_good =
+            parabola.abs() < 0.5 * before_last.abs() && best.0 + parabola > lo + near && best.0 + parabola < hi - near;
         step = if is_good {
             parabola
         } else {
@@ -325,8 +324,12 @@ mod tests {
         let kink = |x: f64| (x - 0.7).abs();
         let wall = |x: f64| if x < 0.2 { f64::INFINITY } else { x };
         let falling = |x: f64| -x;
-        let all: [(&dyn Fn(f64) -> f64, f64, usize); 4] =
-            [(&smooth, 0.3, 12), (&kink, 0.7, 45), (&wall, 0.2, 45), (&falling, 1.0, 45)];
+        let all: [(&dyn Fn(f64) -> f64, f64, usize); 4] = [
+            (&smooth, 0.3, 12),
+            (&kink, 0.7, 45),
+            (&wall, 0.2, 45),
+            (&falling, 1.0, 45),
+        ];
         for (of, expected, most) in all {
             for middle in [0.4, 1.0] {
                 let mut calls = 0;
