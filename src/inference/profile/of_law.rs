@@ -324,7 +324,8 @@ mod tests {
         let kink = |x: f64| (x - 0.7).abs();
         let wall = |x: f64| if x < 0.2 { f64::INFINITY } else { x };
         let falling = |x: f64| -x;
-        let all: [(&dyn Fn(f64) -> f64, f64, usize); 4] = [
+        type Case<'c> = (&'c dyn Fn(f64) -> f64, f64, usize);
+        let all: [Case; 4] = [
             (&smooth, 0.3, 12),
             (&kink, 0.7, 45),
             (&wall, 0.2, 45),
