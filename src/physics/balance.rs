@@ -38,6 +38,20 @@ impl Impact {
             fixed: form.fixed(setting).map_or([0.0; 2], |fixed| fixed.at(impact_speed)),
         }
     }
+
+    /// The same impact at so many times its speed, and at a dry speed whose fifth root is so many times as large.
+    #[inline(always)]
+    pub fn at_speed_ratio(&self, ratio: f64, root: f64) -> Impact {
+        let inverse = 1.0 / ratio;
+        let [share, slope] = self.fixed;
+        // of c₁/v + c₂/v² the slope is −c₁/v − 2 c₂/v²
+        let (first, second) = ((2.0 * share + slope) * inverse, -(share + slope) * inverse * inverse);
+        Impact {
+            dry_root: self.dry_root * root,
+            over_stokes: self.over_stokes * inverse,
+            fixed: [first + second, -first - 2.0 * second],
+        }
+    }
 }
 
 /// What parameters move of the losses at one setting: constant + over_stokes · 4/St.
@@ -134,6 +148,12 @@ impl Balance {
         self
     }
 
+    /// The same with the dry law of this order.
+    #[inline(always)]
+    pub fn of_order(&self, order: Order) -> Balance {
+        Balance { order, ..*self }
+    }
+
     /// That of a dry impact: no loss beside e_dry², at the run's own speed.
     pub fn dry(order: Order, dry_k: f64) -> Balance {
         Balance {
@@ -162,24 +182,11 @@ impl Balance {
     /// The same impact at so many times its speed.
     #[inline]
     pub fn at_speed_ratio(&self, at: &Impact, ratio: f64) -> Impact {
-        let inverse = 1.0 / ratio;
-        let [share, slope] = at.fixed;
-        let fixed = if share == 0.0 && slope == 0.0 {
-            at.fixed
-        } else {
-            // of c₁/v + c₂/v² the slope is −c₁/v − 2 c₂/v²
-            let (first, second) = ((2.0 * share + slope) * inverse, -(share + slope) * inverse * inverse);
-            [first + second, -first - 2.0 * second]
-        };
-        Impact {
-            dry_root: if self.own_speed {
-                at.dry_root * speed_root(ratio)
-            } else {
-                at.dry_root
-            },
-            over_stokes: at.over_stokes * inverse,
-            fixed,
+        let mut there = at.at_speed_ratio(ratio, 1.0);
+        if self.own_speed {
+            there.dry_root *= speed_root(ratio);
         }
+        there
     }
 
     /// v dr/dv and v² d²r/dv².

@@ -25,7 +25,7 @@ pub const DRY_K: Parameter = Parameter {
 pub const REFERENCE_SPEED: f64 = 2.0;
 
 /// Power of the speed in the loss of a dry impact.
-const POWER: f64 = 0.2;
+pub const POWER: f64 = 0.2;
 
 /// Coefficient of the second-order term, in units of k²: C₂/C₁² = 0.79826/1.15344² = 3/5.
 ///

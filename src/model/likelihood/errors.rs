@@ -28,11 +28,22 @@ impl Errors {
         is_shared: false,
     };
 
+    /// Whether the density of a run is that of its noise alone.
+    pub fn are_none(&self) -> bool {
+        self.speed == 0.0 && self.restitution == 0.0
+    }
+
     /// The true impact speed over the measured one, at so many standard deviations from its mean; nothing below a hundredth
     /// is counted.
-    #[inline]
+    #[inline(always)]
     pub fn ratio(&self, z: f64) -> f64 {
         (self.true_speed.mean + self.true_speed.sd * z).max(0.01)
+    }
+
+    /// By how much M moves with z where m does by `of_mean`.
+    #[inline(always)]
+    pub fn moved(&self, ratio: f64, mean: f64, of_mean: f64) -> f64 {
+        ratio * of_mean + (mean - self.shared()) * self.true_speed.sd
     }
 
     /// c = ρ u v/s: by how much of 1 − v_t/v the restitution errs with the impact speed; 0 where that does not err.

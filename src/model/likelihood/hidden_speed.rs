@@ -7,6 +7,8 @@
 //! have one z, and their densities at it are multiplied: what their mean errs by is an error of all of them. Of other films
 //! and diameters each has its own r(z).
 
+mod bell;
+mod lanes;
 mod reach;
 mod rules;
 
@@ -80,8 +82,6 @@ struct AtSpeed {
     of_sigma: f64,
     of_energy: f64,
     of_nu: f64,
-    /// slope in z beside that by way of r, of noise on the restitution alone
-    beside_kept: f64,
 }
 
 impl AtSpeed {
@@ -92,7 +92,6 @@ impl AtSpeed {
         of_sigma: 0.0,
         of_energy: 0.0,
         of_nu: 0.0,
-        beside_kept: 0.0,
     };
 }
 
@@ -120,12 +119,7 @@ impl Sums<'_> {
 
     /// `each` are the slopes of the settings there.
     fn add(&mut self, at: &AtSpeed, each: &[SettingSlopes], weight: f64) {
-        /// well below what overflows
-        const MOST: f64 = 300.0;
-        if at.ln > self.reference + MOST {
-            self.scale((self.reference - at.ln).exp());
-            self.reference = at.ln;
-        }
+        self.refer_to(at.ln);
         let part = weight * (at.ln - self.reference).exp();
         let parts = [part, part * at.of_sigma, part * at.of_energy, part * at.of_nu];
         for (sum, part) in self.of.iter_mut().zip(parts) {
@@ -135,6 +129,17 @@ impl Sums<'_> {
             sum.kept += part * of.kept;
             sum.viscous += part * of.viscous;
             sum.dry_k += part * of.dry_k;
+        }
+    }
+
+    /// Makes this logarithm the reference where its exponential would else be beyond all numbers.
+    #[inline]
+    fn refer_to(&mut self, ln: f64) {
+        /// well below what overflows
+        const MOST: f64 = 300.0;
+        if ln > self.reference + MOST {
+            self.scale((self.reference - ln).exp());
+            self.reference = ln;
         }
     }
 
@@ -163,11 +168,13 @@ impl Sums<'_> {
 
 impl SettingRuns<'_> {
     /// The run whose measured speed impacts are counted from.
+    #[inline(always)]
     fn first(&self) -> &Errors {
         &self.runs[0].errors
     }
 
     /// q of the first run, of which nothing below a hundredth is counted.
+    #[inline(always)]
     fn ratio(&self, z: f64) -> f64 {
         self.first().ratio(z)
     }
@@ -194,14 +201,18 @@ impl SettingRuns<'_> {
 impl HiddenSpeed<'_> {
     /// The log density or probability, with slopes but for those in what is kept, which are written setting by setting.
     pub fn integrate(&self, of_settings: &mut [SettingSlopes]) -> RunDensity {
-        let mut each = [SettingSlopes::default(); MOST_SETTINGS];
-        let each = &mut each[..self.settings.len()];
-        if let Some(found) = self.over_bell(each, of_settings) {
-            return found;
+        if self.goes_side_by_side() {
+            return self.integrate_side_by_side(of_settings);
         }
         let reach = self.reach(FALL);
         let mut sums = Sums::new(reach.ln, of_settings);
-        self.over_nodes(&reach, each, &mut |_, at, each, weight| sums.add(at, each, weight));
+        let mut each = [SettingSlopes::default(); MOST_SETTINGS];
+        let each = &mut each[..self.settings.len()];
+        self.over_nodes(&reach, &mut |z, weight| {
+            let at = self.at_with(z, &mut |place, slopes| each[place] = slopes);
+            sums.add(&at, each, weight);
+            at.ln
+        });
         sums.density()
     }
 
@@ -220,9 +231,8 @@ impl HiddenSpeed<'_> {
         let reach = self.reach(FAR);
         let mut all = 0.0;
         let mut without = vec![0.0; self.runs().count()];
-        let mut unused = [SettingSlopes::default(); MOST_SETTINGS];
-        let unused = &mut unused[..self.settings.len()];
-        self.over_nodes(&reach, unused, &mut |z, at, _, weight| {
+        self.over_nodes(&reach, &mut |z, weight| {
+            let at = self.at(z);
             all += weight * (at.ln - reach.ln).exp();
             let mut without = without.iter_mut();
             for setting in self.settings {
@@ -234,6 +244,7 @@ impl HiddenSpeed<'_> {
                     *sum += weight * (at.ln - own.ln - reach.ln).exp();
                 }
             }
+            at.ln
         });
         let each = self.runs().zip(without).enumerate();
         each.map(|(place, (run, without))| {
@@ -290,10 +301,14 @@ impl HiddenSpeed<'_> {
 
     /// dr/dz, or that of e_dry.
     fn kept_slope(&self, setting: &SettingRuns, z: f64) -> f64 {
-        let at = setting.impact(z);
+        self.kept_slope_at(setting, &setting.impact(z), z)
+    }
+
+    /// The same from the impact there.
+    fn kept_slope_at(&self, setting: &SettingRuns, at: &Impact, z: f64) -> f64 {
         let balance = setting.balance;
         let in_log_speed = if self.wet {
-            balance.in_log_speed(&at)[0]
+            balance.in_log_speed(at)[0]
         } else {
             // v d/dv is a fifth of k d/dk
             0.2 * balance.dry_k * balance.e_dry(at.dry_root)[1]
@@ -311,6 +326,7 @@ impl HiddenSpeed<'_> {
     }
 
     /// S² of a run, without noise on the energy kept.
+    #[inline(always)]
     fn variance(&self, errors: &Errors, ratio: f64) -> f64 {
         let Errors {
             restitution,
@@ -383,10 +399,7 @@ impl HiddenSpeed<'_> {
         let density = self.tails.ln_density(e - mean * ratio, variance, 1.0);
         at.ln += density.value;
         at.of_kept += density.mean * ratio * slope;
-        let of_ratio = density.variance * 2.0 * self.spreads.sigma * ratio;
-        at.of_sigma += of_ratio * ratio;
-        let of_mean = density.mean * (mean - errors.shared());
-        at.beside_kept += (of_mean + of_ratio * self.spreads.sigma) * errors.true_speed.sd;
+        at.of_sigma += 2.0 * density.variance * self.spreads.sigma * ratio * ratio;
         at.of_nu += density.nu;
     }
 

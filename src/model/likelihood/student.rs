@@ -24,23 +24,39 @@ impl StudentT {
     }
 
     /// The probability of more than t, for t at or above 0; no number where t or ν is none.
+    pub fn above(self, t: f64) -> f64 {
+        let [above] = StudentT::above_of_each([self], t, [self.density(t)]);
+        above
+    }
+
+    pub fn density(self, t: f64) -> f64 {
+        self.ln_density(t).exp()
+    }
+
+    /// The same of some whose ν are nearly one, all at once, with the density of each there.
     ///
     /// Half of I_x(ν/2, 1/2) at x = ν/(ν + t²), or half of what I_(1−x)(1/2, ν/2) leaves of one, whichever fraction is short;
     /// the power before either holds the density.
-    pub fn above(self, t: f64) -> f64 {
-        let StudentT { nu, .. } = self;
+    pub fn above_of_each<const N: usize>(all: [StudentT; N], t: f64, density: [f64; N]) -> [f64; N] {
         let square = t * t;
         if square.is_infinite() {
             // below the smallest number for any ν in use
-            return 0.0;
+            return [0.0; N];
         }
-        let (share, rest) = (nu / (nu + square), square / (nu + square));
-        let density = self.ln_density(t).exp();
-        if rest * (2.5 + 0.5 * nu) < 1.5 {
-            0.5 - density * t * beta_fraction(0.5, 0.5 * nu, rest)
+        let mut found = density.map(|density| density * t);
+        let near = |of: &StudentT| square / (of.nu + square) * (2.5 + 0.5 * of.nu) < 1.5;
+        if all.first().is_some_and(near) {
+            let fractions = beta_fractions(all.map(|of| [0.5, 0.5 * of.nu, square / (of.nu + square)]));
+            for (found, fraction) in found.iter_mut().zip(fractions) {
+                *found = 0.5 - *found * fraction;
+            }
         } else {
-            density * t / nu * beta_fraction(0.5 * nu, 0.5, share)
+            let fractions = beta_fractions(all.map(|of| [0.5 * of.nu, 0.5, of.nu / (of.nu + square)]));
+            for ((found, fraction), of) in found.iter_mut().zip(fractions).zip(all) {
+                *found *= fraction / of.nu;
+            }
         }
+        found
     }
 
     /// Log of the probability of less than t.
@@ -61,7 +77,7 @@ impl StudentT {
         // Abramowitz & Stegun 26.7.5 to second order, at 1
         let mut t = 1.0 + (0.5 + 0.25 / self.nu) / self.nu;
         for _ in 0..STEPS {
-            let step = (self.above(t) - ABOVE_ONE) / self.ln_density(t).exp();
+            let step = (self.above(t) - ABOVE_ONE) / self.density(t);
             t += step;
             // the next would be the square of it
             if step.abs() < ENOUGH {
@@ -72,13 +88,15 @@ impl StudentT {
     }
 }
 
-/// The fraction by which x^a (1 − x)^b/(a B(a, b)) is I_x(a, b); short for x below (a + 1)/(a + b + 2).
+/// The fractions by which x^a (1 − x)^b/(a B(a, b)) are I_x(a, b), of some (a, b, x) that are nearly one; short for x below
+/// (a + 1)/(a + b + 2).
 ///
 /// Source: NIST Digital Library of Mathematical Functions, 8.17.22, summed forwards (Lentz).
-fn beta_fraction(a: f64, b: f64, x: f64) -> f64 {
+fn beta_fractions<const N: usize>(all: [[f64; 3]; N]) -> [f64; N] {
     /// each step adds a digit or more where the fraction is short
     const STEPS: u32 = 200;
-    const ENOUGH: f64 = 1e-16;
+    /// a few roundings: the next step would move it by less than one
+    const ENOUGH: f64 = 1e-15;
     let reciprocal = |denominator: f64| {
         1.0 / if denominator == 0.0 {
             f64::MIN_POSITIVE
@@ -86,23 +104,29 @@ fn beta_fraction(a: f64, b: f64, x: f64) -> f64 {
             denominator
         }
     };
-    let mut above = 1.0;
-    let mut below = reciprocal(1.0 - (a + b) * x / (a + 1.0));
-    let mut fraction = below;
+    let mut above = [1.0; N];
+    let mut below = all.map(|[a, b, x]| reciprocal(1.0 - (a + b) * x / (a + 1.0)));
+    let mut fractions = below;
     for step in 1..=STEPS {
         let m = f64::from(step);
-        let even = m * (b - m) * x / ((a + 2.0 * m - 1.0) * (a + 2.0 * m));
-        below = reciprocal(1.0 + even * below);
-        above = 1.0 + even / above;
-        fraction *= below * above;
-        let odd = -(a + m) * (a + b + m) * x / ((a + 2.0 * m) * (a + 2.0 * m + 1.0));
-        below = reciprocal(1.0 + odd * below);
-        above = 1.0 + odd / above;
-        let factor = below * above;
-        fraction *= factor;
-        if (factor - 1.0).abs() < ENOUGH {
+        let mut farthest = 0.0;
+        // a step of each: one by itself waits for its divisions
+        for (place, [a, b, x]) in all.into_iter().enumerate() {
+            let even = m * (b - m) * x / ((a + 2.0 * m - 1.0) * (a + 2.0 * m));
+            let odd = -(a + m) * (a + b + m) * x / ((a + 2.0 * m) * (a + 2.0 * m + 1.0));
+            let (below, above) = (&mut below[place], &mut above[place]);
+            *below = reciprocal(1.0 + even * *below);
+            *above = 1.0 + even / *above;
+            let mut factor = *below * *above;
+            *below = reciprocal(1.0 + odd * *below);
+            *above = 1.0 + odd / *above;
+            factor *= *below * *above;
+            fractions[place] *= factor;
+            farthest = (factor - 1.0).abs().max(farthest);
+        }
+        if farthest < ENOUGH {
             break;
         }
     }
-    fraction
+    fractions
 }

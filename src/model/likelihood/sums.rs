@@ -132,7 +132,7 @@ impl<const SECOND: bool, const HEAVY: bool> RangeSums<'_, SECOND, HEAVY> {
 }
 
 /// Factors of a product whose logarithm is taken at once, each less than 1e18 where any density is left.
-const MOST_FACTORS: usize = 16;
+pub(super) const MOST_FACTORS: usize = 16;
 
 /// The sums of each lane.
 struct Running<S: Simd> {

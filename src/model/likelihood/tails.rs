@@ -10,7 +10,7 @@ use rand_distr::{ChiSquared, Distribution};
 use super::block_sums::BlockSums;
 use super::normal::{ln_normal_cdf, normal_cdf, CERTAIN};
 use super::student::StudentT;
-use super::sums::HeavyTails;
+use super::sums::{HeavyTails, MOST_FACTORS};
 use crate::distributions::{student_t_peak_slope, LN_ROOT_TWO_PI};
 
 /// The distribution of noise in units of its spread.
@@ -164,6 +164,51 @@ pub(super) struct Probability {
     pub nu: f64,
 }
 
+/// Rebounds with heavy tails and one spread, summed without a logarithm each.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct HeavySums {
+    pub tails: HeavyTails,
+    pub runs: usize,
+    sums: BlockSums,
+    /// product of the tails since the last logarithm, less 1
+    product: f64,
+}
+
+impl HeavySums {
+    pub fn new(tails: HeavyTails) -> HeavySums {
+        HeavySums {
+            tails,
+            runs: 0,
+            sums: BlockSums::default(),
+            product: 0.0,
+        }
+    }
+
+    /// Adds a rebound at a distance above its mean; gives the slope of its log density in the mean.
+    #[inline]
+    pub fn add(&mut self, distance: f64) -> f64 {
+        let HeavyTails { steepness, nu } = self.tails;
+        let square = steepness * distance * distance;
+        let weight = (nu + 1.0) / (nu + square);
+        self.sums.weighted += weight * square;
+        self.product += square / nu * (1.0 + self.product);
+        self.runs += 1;
+        if self.runs.is_multiple_of(MOST_FACTORS) {
+            self.take_logarithm();
+        }
+        steepness * weight * distance
+    }
+
+    pub fn finish(mut self) -> BlockSums {
+        self.take_logarithm();
+        self.sums
+    }
+
+    fn take_logarithm(&mut self) {
+        self.sums.ln_tails += std::mem::take(&mut self.product).ln_1p();
+    }
+}
+
 impl Tails {
     /// The tails of so many degrees of freedom; of the normal without any.
     pub fn of(nu: Option<f64>) -> Tails {
@@ -234,16 +279,11 @@ impl Tails {
     /// another scale than the distance has.
     #[inline]
     pub(super) fn ln_density(&self, distance: f64, variance: f64, stretch: f64) -> Density {
-        let square = distance * distance / variance;
-        let ln_spread = 0.5 * (variance / stretch).ln();
+        let ln_variance = (variance / stretch).ln();
         match self {
-            Tails::Normal => Density {
-                value: -0.5 * square - ln_spread - LN_ROOT_TWO_PI,
-                mean: distance / variance,
-                variance: 0.5 * (square - 1.0) / variance,
-                nu: 0.0,
-            },
+            Tails::Normal => normal_density(distance, variance, ln_variance),
             Tails::Student(student) => {
+                let square = distance * distance / variance;
                 let nu = student.nu;
                 let stretched = student.quantile * student.quantile;
                 let square = stretched * square;
@@ -251,7 +291,7 @@ impl Tails {
                 // falls with the square of the distance, so that what lies far out pulls less the farther it is
                 let weight = (nu + 1.0) / (nu + square);
                 Density {
-                    value: student.peak - 0.5 * (nu + 1.0) * ln_tail - ln_spread,
+                    value: student.peak - 0.5 * (nu + 1.0) * ln_tail - 0.5 * ln_variance,
                     mean: weight * stretched * distance / variance,
                     variance: 0.5 * (weight * square - 1.0) / variance,
                     nu: student.peak_slope - 0.5 * ln_tail + 0.5 * weight * square / nu
@@ -286,14 +326,22 @@ impl Tails {
                     };
                 }
                 let at = student.quantile * z;
-                let value = student.t.ln_below(at);
-                let step = STEP * student.nu;
-                let [less, more] = student.beside.map(|t| t.ln_below(at));
-                let slope = (student.ln_density(z) - value).exp();
+                let [less, more] = student.beside;
+                let all = [student.t, less, more];
+                let densities = all.map(|of| of.density(at));
+                let [above, less, more] = StudentT::above_of_each(all, at.abs(), densities);
+                let above_nu = (more / less).ln() / (2.0 * STEP * student.nu);
+                let (value, probability, of_nu) = if at > 0.0 {
+                    let below = 1.0 - above;
+                    ((-above).ln_1p(), below, -above_nu * above / below)
+                } else {
+                    (above.ln(), above, above_nu)
+                };
+                let slope = densities[0] * student.quantile / probability;
                 Probability {
                     value,
                     z: slope,
-                    nu: (more - less) / (2.0 * step) + slope * z * student.quantile_slope,
+                    nu: of_nu + slope * z * student.quantile_slope,
                 }
             }
         }
@@ -358,6 +406,19 @@ impl Tails {
             Tails::Normal => 1.0,
             Tails::Student(Student { nu, quantile, .. }) => (nu / squares).sqrt() / quantile,
         }
+    }
+}
+
+/// Log density of the normal at a distance above its mean.
+#[inline(always)]
+pub(super) fn normal_density(distance: f64, variance: f64, ln_variance: f64) -> Density {
+    let inverse = 1.0 / variance;
+    let square = distance * distance * inverse;
+    Density {
+        value: -0.5 * (square + ln_variance) - LN_ROOT_TWO_PI,
+        mean: distance * inverse,
+        variance: 0.5 * (square - 1.0) * inverse,
+        nu: 0.0,
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::{HiddenSpeed, MeasuredRun, SettingRuns};
 use crate::model::likelihood::run_density::Seen;
+use crate::model::likelihood::tails::normal_density;
 use crate::physics::rebound::TURN;
 
 /// Distance in z from where a probability is largest, beyond which a turn is out of reach.
@@ -28,18 +29,28 @@ pub(super) struct Turn {
     pub setting: usize,
 }
 
+/// How the logarithm of the integrand moves at a node.
+#[derive(Clone, Copy)]
+pub(super) struct Moved {
+    /// d/dz
+    pub slope: f64,
+    /// minus d²/dz², of what M moves by alone
+    pub curvature: f64,
+}
+
 impl HiddenSpeed<'_> {
     /// By how much the other factors narrow φ: the root of the sum of squares of dM/dz over S.
     pub(super) fn narrowing(&self, z: f64) -> f64 {
         let mut squares = 0.0;
         for setting in self.settings {
-            let (mean, slope) = self.mean(self.kept(setting, &setting.impact(z)).0);
-            let of_mean = slope * self.kept_slope(setting, z);
+            let impact = setting.impact(z);
+            let (mean, slope) = self.mean(self.kept(setting, &impact).0);
+            let of_mean = slope * self.kept_slope_at(setting, &impact, z);
             let energy = if self.wet { self.spreads.energy * slope } else { 0.0 };
             let of_run = |MeasuredRun { seen, errors }: &MeasuredRun| match seen {
                 Seen::Rebound(_) | Seen::Measured(..) => {
                     let ratio = errors.ratio(z);
-                    let moved = ratio * of_mean + (mean - errors.shared()) * errors.true_speed.sd;
+                    let moved = errors.moved(ratio, mean, of_mean);
                     moved * moved / (self.variance(errors, ratio) + (ratio * energy).powi(2))
                 }
                 Seen::On(..) => (of_mean / self.spreads.sigma.hypot(energy)).powi(2),
@@ -68,12 +79,14 @@ impl HiddenSpeed<'_> {
         let mut z = 0.0;
         let mut at = self.at(z);
         let mut share = 1.0;
+        let is_simple = self.goes_side_by_side();
         for _ in 0..STEPS {
-            let narrowing = self.narrowing(z);
-            // by differences: what moves with z is not in the slopes of one run
-            let h = 1e-4 / (1.0 + narrowing.abs());
-            let slope = (self.at(z + h).ln - self.at(z - h).ln) / (2.0 * h);
-            let step = (share * slope / (1.0 + narrowing * narrowing)).clamp(-FARTHEST, FARTHEST);
+            let Moved { slope, curvature } = if is_simple {
+                self.moved(z)
+            } else {
+                self.moved_by_differences(z)
+            };
+            let step = (share * slope / curvature).clamp(-FARTHEST, FARTHEST);
             let next = self.at(z + step);
             if next.ln > at.ln {
                 (z, at) = (z + step, next);
@@ -89,6 +102,48 @@ impl HiddenSpeed<'_> {
             }
         }
         z
+    }
+
+    /// Of noise on the restitution alone and runs that are not asked what they would have been measured at.
+    pub(super) fn moved(&self, z: f64) -> Moved {
+        let (mut slope, mut curvature) = (-z, 1.0);
+        let sigma = self.spreads.sigma;
+        for setting in self.settings {
+            let impact = setting.impact(z);
+            let (mean, of_kept) = self.mean(self.kept(setting, &impact).0);
+            let of_mean = of_kept * self.kept_slope_at(setting, &impact, z);
+            for run in setting.runs {
+                let errors = &run.errors;
+                match run.seen {
+                    Seen::Rebound(e) => {
+                        let ratio = errors.ratio(z);
+                        let variance = self.variance(errors, ratio);
+                        let distance = e - errors.shared() * (1.0 - ratio) - mean * ratio;
+                        let density = normal_density(distance, variance, 0.0);
+                        let moved = errors.moved(ratio, mean, of_mean);
+                        let of_variance = 2.0 * sigma * sigma * ratio * errors.true_speed.sd;
+                        slope += density.mean * moved + density.variance * of_variance;
+                        curvature += moved * moved / variance;
+                    }
+                    Seen::On(side, limit) | Seen::Measured(side, limit) => {
+                        let moved = side.sign() * of_mean / sigma;
+                        slope -= moved * self.tails.ln_probability(side.sign() * (limit - mean) / sigma).z;
+                        curvature += moved * moved;
+                    }
+                }
+            }
+        }
+        Moved { slope, curvature }
+    }
+
+    /// The same of any: what moves with z is not in the slopes of one run.
+    fn moved_by_differences(&self, z: f64) -> Moved {
+        let narrowing = self.narrowing(z);
+        let h = 1e-4 / (1.0 + narrowing);
+        Moved {
+            slope: (self.at(z + h).ln - self.at(z - h).ln) / (2.0 * h),
+            curvature: 1.0 + narrowing * narrowing,
+        }
     }
 
     /// About where the integrand is large, and how far from z = 0 it counts.

@@ -1,112 +1,22 @@
 //! Chooses the nodes of an integral over the true speed.
 //!
-//! Where the integrand is all but normal a Gauss–Hermite rule of few nodes is exact to 1e-7, and where nothing turns within
-//! reach the trapezoidal rule in z to 1e-9. Where r has its zero there, at z₀, the integral is taken in x with
+//! Where nothing turns within reach the trapezoidal rule in z is exact to 1e-9. Where r has its zero there, at z₀, the integral is taken in x with
 //! z = z₀ + m⁻¹(x)/r′(z₀), which makes m(r) as smooth as the rest, by Gauss's rule on panels from the turn outwards; where
 //! several settings turn, from each of them half the way to the next.
 
 use super::reach::{Reach, Turn};
-use super::{AtSpeed, HiddenSpeed, MeasuredRun, SettingRuns, SettingSlopes, Sums};
+use super::{AtSpeed, HiddenSpeed, MeasuredRun};
 use crate::model::likelihood::convolution::{Panel, GAUSS, MOST_PANELS};
-use crate::model::likelihood::normal_nodes::Order;
-use crate::model::likelihood::run_density::{RunDensity, Seen};
+use crate::model::likelihood::run_density::Seen;
 use crate::model::likelihood::tails::Tails;
 use crate::physics::rebound::{kept_and_slope, mean_restitution};
 
 impl HiddenSpeed<'_> {
-    /// The integral far from any turn, where the integrand is all but normal, by a Gauss–Hermite rule; `None` where it is not.
-    pub(super) fn over_bell(
-        &self,
-        each: &mut [SettingSlopes],
-        of_settings: &mut [SettingSlopes],
-    ) -> Option<RunDensity> {
-        /// largest distance of the logarithm from that of a normal density at any but the two outermost nodes: the integral
-        /// is then off by less than 1e-7 and by rounding
-        const BEND: [(Order, f64); 2] = [(Order::Eight, 0.1), (Order::Sixteen, 0.4)];
-        let is_measured = |run: &MeasuredRun| matches!(run.seen, Seen::Measured(..));
-        if self.tails != Tails::Normal || self.both() || self.runs().any(is_measured) {
-            return None;
-        }
-        let (z, width) = self.bell()?;
-        for (order, most) in BEND {
-            let pairs = order.pairs();
-            let mut sums = Sums::new(f64::NAN, of_settings);
-            let mut inner = [f64::INFINITY, f64::NEG_INFINITY];
-            for (place, [node, weight]) in pairs.iter().enumerate() {
-                for sign in [-1.0, 1.0] {
-                    let at = self.node(z + sign * width * node, each);
-                    if sums.reference.is_nan() {
-                        sums.reference = at.ln;
-                    }
-                    if place + 1 < pairs.len() {
-                        let bend = at.ln + 0.5 * node * node;
-                        inner = [inner[0].min(bend), inner[1].max(bend)];
-                    }
-                    sums.add(&at, each, width * weight);
-                }
-            }
-            if inner[1] - inner[0] < most {
-                return Some(sums.density());
-            }
-        }
-        None
-    }
-
-    /// About where the integrand is largest, and its width there; `None` where it may turn within reach.
-    fn bell(&self) -> Option<(f64, f64)> {
-        /// widths beyond which it is nothing
-        const FAR: f64 = 7.0;
-        /// steps of the secant rule, and the last one that need not be taken once more, in widths
-        const STEPS: usize = 4;
-        const NEAR: f64 = 0.3;
-        /// of the curvature that the mean alone leaves
-        const LEAST: f64 = 0.3;
-        let (mut z, mut slope) = (0.0, self.slope(0.0));
-        let least = 1.0 + self.narrowing(z).powi(2);
-        let mut curvature = least;
-        for _ in 0..STEPS {
-            let step = slope / curvature;
-            let next = z + step;
-            if (step * curvature.sqrt()).abs() < NEAR {
-                z = next;
-                break;
-            }
-            let there = self.slope(next);
-            curvature = (slope - there) / step;
-            if curvature.is_nan() || curvature < LEAST * least {
-                return None;
-            }
-            (z, slope) = (next, there);
-        }
-        let width = 1.0 / curvature.sqrt();
-        let turns = |setting: &SettingRuns| {
-            let ends = [-FAR, FAR].map(|far| self.kept(setting, &setting.impact(z + far * width)).0);
-            ends.iter().any(|kept| kept.is_nan() || *kept <= 0.0)
-        };
-        let clear = !self.wet || !self.settings.iter().any(turns);
-        clear.then_some((z, width))
-    }
-
-    /// d/dz of the logarithm of the integrand, of noise on the restitution alone and runs that are not asked what they would
-    /// have been measured at.
-    fn slope(&self, z: f64) -> f64 {
-        let mut by_kept = 0.0;
-        let at = self.at_with(z, &mut |place, of| {
-            by_kept += of.kept * self.kept_slope(&self.settings[place], z);
-        });
-        at.beside_kept + by_kept - z
-    }
-
-    /// Gives every node, z with the integrand and the slopes of the settings there and its weight, to a sum; the slopes are
-    /// written to `each`.
-    pub(super) fn over_nodes(
-        &self,
-        reach: &Reach,
-        each: &mut [SettingSlopes],
-        add: &mut impl FnMut(f64, &AtSpeed, &[SettingSlopes], f64),
-    ) {
+    /// Gives every node, z with its weight, to a sum, which tells the logarithm of the integrand there, or that it is
+    /// infinite where it is not known yet.
+    pub(super) fn over_nodes(&self, reach: &Reach, add: &mut impl FnMut(f64, f64) -> f64) {
         if reach.turns.is_empty() {
-            return self.over_steps(reach, each, add);
+            return self.over_steps(reach, add);
         }
         for (place, turn) in reach.turns.iter().enumerate() {
             let half_way = |other: &Turn| (0.5 * (turn.z + other.z)).clamp(-reach.far, reach.far);
@@ -115,22 +25,12 @@ impl HiddenSpeed<'_> {
                 before.map_or(-reach.far, half_way),
                 reach.turns.get(place + 1).map_or(reach.far, half_way),
             ];
-            self.over_panels(*turn, ends, reach, each, add);
+            self.over_panels(*turn, ends, reach, add);
         }
     }
 
-    /// The integrand at a node, with the slopes of the settings.
-    fn node(&self, z: f64, each: &mut [SettingSlopes]) -> AtSpeed {
-        self.at_with(z, &mut |place, slopes| each[place] = slopes)
-    }
-
     /// The trapezoidal rule from the mode to both sides, until nothing is left.
-    fn over_steps(
-        &self,
-        reach: &Reach,
-        each: &mut [SettingSlopes],
-        add: &mut impl FnMut(f64, &AtSpeed, &[SettingSlopes], f64),
-    ) {
+    fn over_steps(&self, reach: &Reach, add: &mut impl FnMut(f64, f64) -> f64) {
         /// steps a width, of a normal integrand and of one with Student's tails
         const SHARE: [f64; 2] = [0.8, 0.3];
         let width = |z: f64| 1.0 / (1.0 + self.narrowing(z).powi(2)).sqrt();
@@ -138,30 +38,20 @@ impl HiddenSpeed<'_> {
         let here = width(mode);
         let narrowest = here.min(width(mode - 5.0 * here)).min(width(mode + 5.0 * here));
         let step = narrowest * SHARE[usize::from(self.tails != Tails::Normal)];
-        let at = self.node(mode, each);
-        add(mode, &at, each, step);
+        add(mode, step);
         for sign in [-1.0, 1.0] {
             for index in 1..MOST_PANELS {
-                let z = mode + sign * step * index as f64;
-                let at = self.node(z, each);
+                let ln = add(mode + sign * step * index as f64, step);
                 // also where it is no number
-                if at.ln.is_nan() || at.ln <= reach.ln - reach.fall {
+                if ln.is_nan() || ln <= reach.ln - reach.fall {
                     break;
                 }
-                add(z, &at, each, step);
             }
         }
     }
 
     /// Gauss's rule on panels from a turn outwards to both ends, which are values of z.
-    fn over_panels(
-        &self,
-        turn: Turn,
-        ends: [f64; 2],
-        reach: &Reach,
-        each: &mut [SettingSlopes],
-        add: &mut impl FnMut(f64, &AtSpeed, &[SettingSlopes], f64),
-    ) {
+    fn over_panels(&self, turn: Turn, ends: [f64; 2], reach: &Reach, add: &mut impl FnMut(f64, f64) -> f64) {
         let slope = self.kept_slope(&self.settings[turn.setting], turn.z);
         let place = |x: f64| turn.z + kept_and_slope(x).0 / slope;
         let range = ends.map(|z| mean_restitution((z - turn.z) * slope));
@@ -191,9 +81,7 @@ impl HiddenSpeed<'_> {
                     for [node, weight] in GAUSS {
                         for x in [middle - half * node, middle + half * node] {
                             let (y, stretch) = kept_and_slope(x);
-                            let z = turn.z + y / slope;
-                            let at = self.node(z, each);
-                            add(z, &at, each, half * weight * stretch / slope.abs());
+                            add(turn.z + y / slope, half * weight * stretch / slope.abs());
                         }
                     }
                 }
