@@ -84,6 +84,8 @@ pub(super) fn hermite_sums(noises: TwoNoises, reference: f64, (x, width): (f64, 
         (weights[2 * pair], weights[2 * pair + 1]) = (width * weight, width * weight);
     }
     let count = 2 * pairs.len();
+    #[cfg(test)]
+    super::tests::nodes::count(count);
     Arch::new().dispatch(Densities(Batch {
         noises,
         reference,
@@ -136,6 +138,8 @@ impl NormalNodes {
         if self.count == 0 {
             return;
         }
+        #[cfg(test)]
+        super::tests::nodes::count(self.count);
         let filled = self.count.next_multiple_of(LANES);
         let last = self.x[self.count - 1];
         for place in self.count..filled {

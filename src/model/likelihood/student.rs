@@ -23,17 +23,32 @@ impl StudentT {
         self.peak - 0.5 * (self.nu + 1.0) * (t * t / self.nu).ln_1p()
     }
 
+    pub fn density(self, t: f64) -> f64 {
+        self.ln_density(t).exp()
+    }
+
+    /// The densities of some whose ν differ by no more than a thousandth, with one logarithm.
+    pub fn density_of_each<const N: usize>(all: [StudentT; N], t: f64) -> [f64; N] {
+        let square = t * t;
+        let Some(first) = all.first().map(|of| square / of.nu) else {
+            return [0.0; N];
+        };
+        let ln_tail = first.ln_1p();
+        all.map(|of| {
+            // of a thousandth, ln(1 + u) to rounding
+            let u = (square / of.nu - first) / (1.0 + first);
+            let ln_tail = ln_tail + u * (1.0 - u * (0.5 - u * (1.0 / 3.0 - 0.25 * u)));
+            (of.peak - 0.5 * (of.nu + 1.0) * ln_tail).exp()
+        })
+    }
+
     /// The probability of more than t, for t at or above 0; no number where t or ν is none.
     pub fn above(self, t: f64) -> f64 {
         let [above] = StudentT::above_of_each([self], t, [self.density(t)]);
         above
     }
 
-    pub fn density(self, t: f64) -> f64 {
-        self.ln_density(t).exp()
-    }
-
-    /// The same of some whose ν are nearly one, all at once, with the density of each there.
+    /// The probability of more than t of some whose ν are nearly one, all at once, with the density of each there.
     ///
     /// Half of I_x(ν/2, 1/2) at x = ν/(ν + t²), or half of what I_(1−x)(1/2, ν/2) leaves of one, whichever fraction is short;
     /// the power before either holds the density.

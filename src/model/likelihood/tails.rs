@@ -328,7 +328,7 @@ impl Tails {
                 let at = student.quantile * z;
                 let [less, more] = student.beside;
                 let all = [student.t, less, more];
-                let densities = all.map(|of| of.density(at));
+                let densities = StudentT::density_of_each(all, at);
                 let [above, less, more] = StudentT::above_of_each(all, at.abs(), densities);
                 let above_nu = (more / less).ln() / (2.0 * STEP * student.nu);
                 let (value, probability, of_nu) = if at > 0.0 {

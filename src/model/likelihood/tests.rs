@@ -4,6 +4,7 @@ use std::path::Path;
 
 mod by_row;
 mod columns;
+pub(super) mod nodes;
 mod wide;
 
 use rand::RngExt;

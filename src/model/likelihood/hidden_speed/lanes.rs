@@ -99,6 +99,8 @@ impl HiddenSpeed<'_> {
     /// Adds nodes with their weights to sums, and writes the logarithm of the integrand at each; a multiple of [`LANES`] up
     /// to [`MOST_NODES`].
     pub(super) fn add_nodes(&self, places: &[f64], weights: &[f64], sums: &mut Sums, ln: &mut [f64]) {
+        #[cfg(test)]
+        crate::model::likelihood::tests::nodes::count(places.len() * self.runs().count());
         let arch = Arch::new();
         // most runs are alone, and room for one is made sooner
         if self.settings.len() == 1 {
