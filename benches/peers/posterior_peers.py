@@ -17,6 +17,7 @@ import math
 import os
 import pathlib
 import random
+import shutil
 import statistics
 import sys
 import tempfile
@@ -198,12 +199,14 @@ def peer(name, scene, out):
 
 
 def ours(program, scene, folder):
-    """Ours at its median over some processes, each into a folder of its own: one is over before a machine settles."""
+    """Ours at its median over some processes, since one is over before a machine settles; each into the place of the one
+    before, whose draws are removed."""
     import wetcor
 
     whole, sampling = [], []
-    for number in range(REPEATS):
-        out = pathlib.Path(folder, f"posterior-{number}")
+    out = pathlib.Path(folder, "posterior")
+    for _ in range(REPEATS):
+        shutil.rmtree(out, ignore_errors=True)
         fit = [program, "fit", scene, "--stages", "least_squares,posterior", "--threads", str(CORES), "--quiet"]
         seconds, _, status = wetcor.measured([*fit, "--out", out])
         if status not in (0, 1):

@@ -22,6 +22,8 @@ pub fn count(nodes: usize) {
 enum Beside {
     NoiseOnEnergy,
     ErrorsOfRepeatedSpeeds,
+    /// and every run in a film of its own
+    ErrorsInOwnFilms,
     ErrorsOfOwnSpeeds,
 }
 
@@ -43,6 +45,10 @@ fn nodes_a_run(beside: Beside) -> f64 {
     let drawn = simulation.draw(1, |mut run| {
         let z: f64 = StandardNormal.sample(&mut rng);
         run.impact_speed *= 1.0 + of_speed * z;
+        if let Some((film, _)) = run.film.as_mut().filter(|_| beside == Beside::ErrorsInOwnFilms) {
+            let z: f64 = StandardNormal.sample(&mut rng);
+            *film *= 1.0 + 0.02 * z;
+        }
         new.push(run);
         Ok(())
     });
@@ -84,6 +90,7 @@ fn an_integral_takes_few_nodes() {
     let expected = [
         (Beside::NoiseOnEnergy, 8.9),
         (Beside::ErrorsOfRepeatedSpeeds, 20.0),
+        (Beside::ErrorsInOwnFilms, 15.2),
         (Beside::ErrorsOfOwnSpeeds, 13.7),
     ];
     let found = expected.map(|(beside, _)| nodes_a_run(beside));
