@@ -249,8 +249,9 @@ impl<'r> Leaving<'r> {
     fn drawn_without(&self, weighing: &Weighing, loo: Loo, used: usize) -> Loo {
         /// runs for which that is done
         const MOST: usize = 16;
-        /// draws a chain for each integral
+        /// draws a chain for each integral; that of all, whose error each run has, has more, up to so many times these
         const DRAWS: usize = 500;
+        const MOST_TIMES: usize = 8;
         let line = khat_threshold(used);
         let is_high = |(_, run): &(usize, &LeftOutRun)| run.khat.is_some_and(|khat| khat > line);
         let high: Vec<usize> = loo
@@ -263,7 +264,8 @@ impl<'r> Leaving<'r> {
         if high.is_empty() || high.len() > MOST || !self.can_draw_without {
             return loo;
         }
-        let Some(all) = weighing.draw(DRAWS).map(|draws| weighing.integral(&draws)) else {
+        let times = (high.len() * high.len()).min(MOST_TIMES);
+        let Some(all) = weighing.draw(times * DRAWS).map(|draws| weighing.integral(&draws)) else {
             return loo;
         };
         let without = |run: &usize| {

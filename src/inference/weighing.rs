@@ -100,11 +100,14 @@ impl<'p> Weighing<'p> {
         /// of the draws that must be left in effect by a share, and when it is all that the runs say
         const LEAST: f64 = 0.1;
         const ENOUGH: f64 = 0.4;
+        /// a step that leaves no more than so many times those of the one before has adapted all it can
+        const BETTER: f64 = 1.1;
         const MOST_STEPS: usize = 20;
         /// a share is found to a thousandth
         const BISECTIONS: usize = 10;
         let mut adapted = self.clone();
         let mut taken = 0.0;
+        let mut before = None;
         for step in 0..MOST_STEPS {
             let proposed = adapted.propose(TO_ADAPT, &format!("adapting without {} {step}", runs.name));
             let ln_ratios = adapted.ln_ratios(runs, &proposed);
@@ -124,8 +127,12 @@ impl<'p> Weighing<'p> {
                 taken = 1.0;
             }
             adapted.adapt(&proposed, &found)?;
-            if taken == 1.0 && found.effective() >= ENOUGH * count {
-                return Some(adapted);
+            if taken == 1.0 {
+                let effective = found.effective();
+                if effective >= ENOUGH * count || before.is_some_and(|before| effective < BETTER * before) {
+                    return Some(adapted);
+                }
+                before = Some(effective);
             }
         }
         None
