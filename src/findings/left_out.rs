@@ -5,6 +5,7 @@
 //! tail, whose shape says whether they do; where it does not, trajectories are followed. A few runs that weigh too much to be
 //! left out by weights are left out by draws that are made without them.
 
+use std::f64::consts::FRAC_1_SQRT_2;
 use std::ops::Range;
 
 use rayon::prelude::*;
@@ -34,17 +35,18 @@ const FEWEST_DRAWS: usize = 400;
 /// Chains that proposals are drawn in, so that threads share them.
 const CHAINS: usize = 4;
 
-/// Draws a chain that are tried in turn.
-const ATTEMPTS: [usize; 4] = [200, 500, 1000, 3500];
+/// Draws a chain that are tried in turn, the last where few runs make them cheap.
+const ATTEMPTS: [usize; 6] = [200, 500, 1000, 2000, 3500, 14_000];
 
 /// Draws a chain that say what a parameter is, too.
 pub(super) const FOR_PARAMETERS: usize = 500;
 
 /// Monte Carlo error of an elpd with which draws do: that of the difference of two is then no more than 0.1.
-const LARGEST_MCSE: f64 = 0.07;
+const LARGEST_MCSE: f64 = 0.1 * FRAC_1_SQRT_2;
 
-/// The same as a share of the standard error of a difference: one of forty standard errors need not be known to 0.1.
-const LARGEST_SHARE: f64 = 0.05;
+/// The same as a share of the standard error of a difference, whose own is then no more than a twentieth of it: one of forty
+/// standard errors need not be known to 0.1.
+const LARGEST_SHARE: f64 = 0.05 * FRAC_1_SQRT_2;
 
 /// k-hat of a run, beyond that of the draws' own weights, at which its weights have no mean: neither more draws nor those of
 /// trajectories leave it out.
@@ -198,9 +200,15 @@ impl<'r> Leaving<'r> {
     fn weighed(&self, prepared: &PreparedPosterior, stream: StreamName, asked: Asked) -> Option<LeftOutModel> {
         let weighing = Weighing::new(prepared, CHAINS, stream)?;
         let mut found = None;
-        for draws in ATTEMPTS.into_iter().filter(|draws| *draws >= asked.fewest) {
+        // so many will do, by what those before say
+        let mut needed = 0.0;
+        let mut attempts = ATTEMPTS.into_iter().filter(|draws| *draws >= asked.fewest).peekable();
+        while let Some(draws) = attempts.next() {
             let used = CHAINS * draws;
-            if affordable_draws(self.runs, used) != Some(used) {
+            if !self.can_afford(used) {
+                break;
+            }
+            if (used as f64) < needed && attempts.peek().is_some_and(|more| self.can_afford(CHAINS * more)) {
                 continue;
             }
             let line = khat_threshold(used);
@@ -220,6 +228,7 @@ impl<'r> Leaving<'r> {
             };
             let of_difference = asked.beside.and_then(|beside| difference(&loo, beside)?.se);
             let enough = LARGEST_MCSE.max(LARGEST_SHARE * of_difference.unwrap_or(0.0));
+            needed = used as f64 * (loo.mcse / enough).powi(2);
             let all_leave = self.can_draw_without || self.do_weights(&loo, &weighed, line);
             let done = all_leave && loo.mcse <= enough;
             found = Some((weighed, loo, used));
@@ -237,6 +246,14 @@ impl<'r> Leaving<'r> {
             })
     }
 
+    /// Whether each run can be left out of so many draws.
+    fn can_afford(&self, used: usize) -> bool {
+        /// that many where the density of a run is an integral
+        const OF_INTEGRALS: usize = 14_000;
+        let most = if self.can_draw_without { used } else { OF_INTEGRALS };
+        used <= most && affordable_draws(self.runs, used) == Some(used)
+    }
+
     /// Whether draws leave out all runs, but for a few that no draws do.
     fn do_weights(&self, loo: &Loo, weighed: &WeighedDraws, line: f64) -> bool {
         let (worst, high) = loo.worst_khat(line);
@@ -249,9 +266,12 @@ impl<'r> Leaving<'r> {
     fn drawn_without(&self, weighing: &Weighing, loo: Loo, used: usize) -> Loo {
         /// runs for which that is done
         const MOST: usize = 16;
-        /// draws a chain for each integral; that of all, whose error each run has, has more, up to so many times these
-        const DRAWS: usize = 500;
+        /// draws a chain for each integral, the more the fewer runs make them dear; that of all, whose error each run has, has
+        /// more, up to so many times these
+        const DRAWS: [usize; 2] = [500, 4000];
+        const DENSITIES: usize = 40_000;
         const MOST_TIMES: usize = 8;
+        let integral = (DENSITIES / self.runs.len().max(1)).clamp(DRAWS[0], DRAWS[1]);
         let line = khat_threshold(used);
         let is_high = |(_, run): &(usize, &LeftOutRun)| run.khat.is_some_and(|khat| khat > line);
         let high: Vec<usize> = loo
@@ -265,7 +285,7 @@ impl<'r> Leaving<'r> {
             return loo;
         }
         let times = (high.len() * high.len()).min(MOST_TIMES);
-        let Some(all) = weighing.draw(times * DRAWS).map(|draws| weighing.integral(&draws)) else {
+        let Some(all) = weighing.draw(times * integral).map(|draws| weighing.integral(&draws)) else {
             return loo;
         };
         let without = |run: &usize| {
@@ -274,14 +294,14 @@ impl<'r> Leaving<'r> {
                     name: format!("{}", run + 1),
                     ln_likelihood: &|full| self.units.ln_densities_of(*run, full),
                 },
-                DRAWS,
+                integral,
             )?;
             let found = WithoutRun {
                 run: *run,
                 elpd: all.ln - others.ln,
                 khat: all.khat.max(others.khat),
             };
-            (found.khat <= khat_threshold(CHAINS * DRAWS)).then_some((found, others.mcse))
+            (found.khat <= khat_threshold(CHAINS * integral)).then_some((found, others.mcse))
         };
         let found: Vec<(WithoutRun, f64)> = high.iter().filter_map(without).collect();
         // that of all is common to all

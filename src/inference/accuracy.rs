@@ -245,7 +245,7 @@ pub fn normal_error(prepared: &PreparedPosterior, stream: StreamName) -> Result<
         draws: PILOT,
     };
     let stream = StreamName::new(stream.seed, &name);
-    let pilot = propose(&prepared.posterior, &Proposal::normal(&prepared.about), size, stream);
+    let pilot = propose(&prepared.posterior, &Proposal::Normal(&prepared.about), size, stream);
     let Some(weights) = Weights::of(&pilot) else {
         return Err("the posterior has no density near the normal's draws".to_owned());
     };

@@ -4,6 +4,7 @@ use rand::{Rng, RngExt};
 use rand_distr::{ChiSquared, Distribution, StandardNormal};
 use rayon::prelude::*;
 
+use super::bent::Bent;
 use super::diagnostics::pareto::tail_length;
 use super::diagnostics::psis::psis;
 use super::laplace::Laplace;
@@ -20,43 +21,36 @@ pub struct DrawCounts {
     pub draws: usize,
 }
 
-/// What draws are proposed from: the normal with a place and a scale, or Student's t with these.
+/// What draws are proposed from.
 #[derive(Debug, Clone, Copy)]
-pub struct Proposal<'p> {
-    about: &'p Laplace,
-    /// of Student's t
-    chi_squared: Option<ChiSquared<f64>>,
+pub enum Proposal<'p> {
+    /// the normal about a mode
+    Normal(&'p Laplace),
+    /// Student's t of a shape
+    Student(&'p Bent),
 }
 
 /// Degrees of freedom of Student's t: tails as heavy as a posterior has that is bent over several standard deviations.
 const NU: f64 = 5.0;
 
-impl<'p> Proposal<'p> {
-    /// The normal about a mode.
-    pub fn normal(about: &'p Laplace) -> Proposal<'p> {
-        Proposal {
-            about,
-            chi_squared: None,
-        }
-    }
-
-    /// Student's t with this place and scale.
-    pub fn student(about: &'p Laplace) -> Proposal<'p> {
-        Proposal {
-            about,
-            chi_squared: ChiSquared::new(NU).ok(),
-        }
-    }
-
+impl Proposal<'_> {
     /// Widens a standard normal z, and gives the logarithm of the density that it then has, up to a constant.
     fn widen(&self, z: &mut [f64], rng: &mut impl Rng) -> f64 {
         let square: f64 = z.iter().map(|z| z * z).sum();
-        let Some(chi_squared) = self.chi_squared else {
+        if let Proposal::Normal(_) = self {
             return -0.5 * square;
-        };
-        let over = NU / chi_squared.sample(rng);
+        }
+        let over = NU / ChiSquared::new(NU).expect("positive").sample(rng);
         z.iter_mut().for_each(|z| *z *= over.sqrt());
         -0.5 * (NU + z.len() as f64) * (square * over / NU).ln_1p()
+    }
+
+    /// The point at z, which is used up.
+    fn point(&self, z: &mut [f64], point: &mut [f64]) {
+        match self {
+            Proposal::Normal(about) => about.point(z, point),
+            Proposal::Student(about) => about.point(z, point),
+        }
     }
 }
 
@@ -78,7 +72,7 @@ pub fn propose<T: LogDensity + ?Sized>(
         for _ in 0..size.draws {
             z.fill_with(|| StandardNormal.sample(&mut rng));
             let of_proposal = from.widen(&mut z, &mut rng);
-            from.about.point(&z, &mut point);
+            from.point(&mut z, &mut point);
             let ln_density = target.ln_density(&point, &mut slopes).unwrap_or(f64::NEG_INFINITY);
             proposed.points.extend_from_slice(&point);
             proposed.ln_density.push(ln_density);
@@ -241,7 +235,7 @@ mod tests {
         let size = DrawCounts { chains: 4, draws: 2000 };
         propose(
             target,
-            &Proposal::normal(&standard()),
+            &Proposal::Normal(&standard()),
             size,
             StreamName::new(1, "importance"),
         )
@@ -281,14 +275,19 @@ mod tests {
         let about = standard();
         let size = DrawCounts { chains: 4, draws: 2000 };
         let target = Off { mean: 0.2, sd: 1.8 };
-        let draws = propose(&target, &Proposal::student(&about), size, StreamName::new(1, "tails"));
+        let about = Bent::of_normal(&about);
+        let draws = propose(&target, &Proposal::Student(&about), size, StreamName::new(1, "tails"));
         let weights = Weights::of(&draws).expect("densities");
         assert!(weights.khat < 0.5, "{}", weights.khat);
         let points: Vec<f64> = draws.iter().flat_map(|one| &one.points).copied().collect();
-        let adapted = about.adapted(&points, &weights.weights).expect("a spread");
+        let adapted = Bent::of_draws(&points, &weights.weights, 1).expect("a spread");
+        let mut at = [0.0; 2];
+        for (at, z) in at.iter_mut().zip([0.0, 1.0]) {
+            adapted.point(&mut [z], std::slice::from_mut(at));
+        }
         let error = 1.8 / weights.effective().sqrt();
-        assert!((adapted.mode[0] - 0.2).abs() < 4.0 * error, "{adapted:?}");
-        assert!((adapted.scale[(0, 0)] - 1.8).abs() < 4.0 * error, "{adapted:?}");
+        assert!((at[0] - 0.2).abs() < 4.0 * error, "{adapted:?}");
+        assert!(((at[1] - at[0]).abs() - 1.8).abs() < 4.0 * error, "{adapted:?}");
     }
 
     #[test]

@@ -41,31 +41,6 @@ impl Laplace {
         }
     }
 
-    /// Place and scale as weighed draws have them, one point after the other; `None` where these span no volume.
-    pub fn adapted(&self, points: &[f64], weights: &[f64]) -> Option<Laplace> {
-        let dimension = self.mode.len();
-        let each = || points.chunks_exact(dimension.max(1)).zip(weights);
-        let mut mean = DVector::zeros(dimension);
-        for (point, weight) in each() {
-            mean += *weight * DVector::from_column_slice(point);
-        }
-        let mut covariance = DMatrix::zeros(dimension, dimension);
-        for (point, weight) in each() {
-            let from = DVector::from_column_slice(point) - &mean;
-            covariance.ger(*weight, &from, &from, 1.0);
-        }
-        Some(Laplace {
-            scale: covariance.cholesky()?.l(),
-            mode: mean.as_slice().to_vec(),
-            ..self.clone()
-        })
-    }
-
-    /// ln |det S|: the volume that a unit of z has.
-    pub fn ln_volume(&self) -> f64 {
-        self.scale.determinant().abs().ln()
-    }
-
     /// The columns of S, as they lie in memory: a step of a sampler takes hardly longer than reading them.
     fn columns(&self) -> std::slice::ChunksExact<'_, f64> {
         self.scale.as_slice().chunks_exact(self.mode.len().max(1))

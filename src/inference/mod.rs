@@ -15,8 +15,9 @@
 //! | `laplace.rs` | mode and curvature of a posterior |
 //! | `prepared_posterior.rs` | a posterior with its start, its nodes and its mode |
 //! | `nuts.rs` | draws by trajectories |
-//! | `importance.rs` | draws from the normal about the mode, and their weights |
-//! | `weighing.rs` | draws from a Student's t adapted to a posterior, and to one without some runs |
+//! | `bent.rs` | place and shape of weighed draws, bent as they are |
+//! | `importance.rs` | draws from the normal about the mode or a bent Student's t, and their weights |
+//! | `weighing.rs` | draws from a bent Student's t adapted to a posterior, and to one without some runs |
 //! | `mixing.rs` | when draws are enough |
 //! | `sampling.rs` | a posterior to its draws |
 //! | `accuracy.rs` | the cheapest draws that reach an accuracy |
@@ -30,6 +31,7 @@
 
 pub mod accuracy;
 pub mod arrow;
+pub mod bent;
 pub mod bootstrap;
 pub mod delta;
 pub mod density;

@@ -329,7 +329,7 @@ pub fn sample_normal(prepared: &PreparedPosterior, size: DrawCounts, stream: Str
     let began = std::time::Instant::now();
     let name = format!("{} normal", stream.name);
     let stream = StreamName::new(stream.seed, &name);
-    let proposed = propose(&prepared.posterior, &Proposal::normal(&prepared.about), size, stream);
+    let proposed = propose(&prepared.posterior, &Proposal::Normal(&prepared.about), size, stream);
     let chains = proposed.into_iter().map(Proposed::into_chain).collect();
     Sampled::of_chains(prepared, Method::Laplace, chains, began)
 }

@@ -1,19 +1,20 @@
 //! Draws from a Student's t that is adapted to a posterior, and weighs the draws by what the posterior has there.
 //!
-//! The roots of spreads are its coordinates, and its place and scale those of draws that were weighed before: so it fits
-//! posteriors that are bent over several standard deviations, or have a spread that may be 0, where the normal about the
-//! mode does not. It is adapted as well to a posterior without some of the runs, whose likelihood is taken away a share
+//! The roots of spreads are its coordinates, and its shape that of draws that were weighed before: so it fits posteriors
+//! that are bent over several standard deviations, or have a spread that may be 0, where the normal about the mode does
+//! not. It is adapted as well to a posterior without some of the runs, whose likelihood is taken away a share
 //! after the other.
 
+use super::bent::Bent;
 use super::importance::{propose, DrawCounts, Proposal, Proposed, Weights};
-use super::laplace::{laplace, Laplace};
+use super::laplace::laplace;
 use super::nuts::Chain;
 use super::prepared_posterior::PreparedPosterior;
 use super::sampling::{Method, Sampled};
 use crate::model::posterior::{LogDensity, PosteriorDensity};
 use crate::seed::StreamName;
 
-/// Draws a chain from which place and scale are learnt.
+/// Draws a chain from which the shape is learnt.
 const TO_ADAPT: usize = 250;
 
 /// A Student's t that is adapted to a posterior.
@@ -22,7 +23,7 @@ pub struct Weighing<'p> {
     posterior: &'p PosteriorDensity,
     /// the same with the roots of spreads for coordinates
     rooted: PosteriorDensity,
-    about: Laplace,
+    about: Bent,
     chains: usize,
     stream: StreamName<'p>,
 }
@@ -50,13 +51,15 @@ impl<'p> Weighing<'p> {
     /// Adapts a Student's t to a prepared posterior, to be drawn from in so many chains; `None` where the densities allow no
     /// weights.
     pub fn new(prepared: &'p PreparedPosterior, chains: usize, stream: StreamName<'p>) -> Option<Weighing<'p>> {
-        /// times that place and scale are learnt, each from a better proposal
-        const ROUNDS: usize = 2;
+        /// times that the shape is learnt, each from a better proposal: the last where fewer of its draws are left in effect
+        /// than this share
+        const ROUNDS: usize = 3;
+        const ENOUGH: f64 = 0.5;
         let posterior = &prepared.posterior;
         let rooted = posterior.clone().with_roots_of_spreads();
         let mode = rooted.point_at(&posterior.draw_at(&prepared.about.mode));
         let mut weighing = Weighing {
-            about: laplace(&rooted, &mode).ok()?,
+            about: Bent::of_normal(&laplace(&rooted, &mode).ok()?),
             posterior,
             rooted,
             chains,
@@ -65,7 +68,11 @@ impl<'p> Weighing<'p> {
         for round in 0..ROUNDS {
             let proposed = weighing.propose(TO_ADAPT, &format!("adapting {round}"));
             let weights = Weights::of(&proposed)?;
+            let effective = weights.effective() / weights.weights.len() as f64;
             weighing.adapt(&proposed, &weights)?;
+            if round + 2 == ROUNDS && effective >= ENOUGH {
+                break;
+            }
         }
         Some(weighing)
     }
@@ -170,13 +177,13 @@ impl<'p> Weighing<'p> {
             draws,
         };
         let stream = StreamName::new(self.stream.seed, &name);
-        propose(&self.rooted, &Proposal::student(&self.about), size, stream)
+        propose(&self.rooted, &Proposal::Student(&self.about), size, stream)
     }
 
-    /// Takes place and scale from weighed draws; `None` where these span no volume.
+    /// Takes the shape from weighed draws; `None` where these span no volume.
     fn adapt(&mut self, proposed: &[Proposed], weights: &Weights) -> Option<()> {
         let points: Vec<f64> = proposed.iter().flat_map(|one| &one.points).copied().collect();
-        self.about = self.about.adapted(&points, &weights.weights)?;
+        self.about = Bent::of_draws(&points, &weights.weights, self.rooted.dimension())?;
         Some(())
     }
 }
@@ -193,7 +200,7 @@ pub fn sample_by_importance(prepared: &PreparedPosterior, size: DrawCounts, stre
     };
     let began = std::time::Instant::now();
     let name = format!("{} proposed", stream.name);
-    let from = Proposal::normal(&prepared.about);
+    let from = Proposal::Normal(&prepared.about);
     let proposed = propose(&prepared.posterior, &from, size, StreamName::new(stream.seed, &name));
     Some(WeighedDraws::new(proposed, began)?.resample(prepared, PROPOSED, stream))
 }
