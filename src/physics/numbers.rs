@@ -11,6 +11,13 @@ pub fn stokes(density: f64, diameter: f64, impact_speed: f64, viscosity: f64) ->
     density * diameter * impact_speed / (9.0 * viscosity)
 }
 
+/// Impact speed at a Stokes number, v = 9 η St/(ρp D), by the convention of [`stokes`].
+///
+/// Units: kg/m³, m, Pa s; m/s.
+pub fn speed_at_stokes(density: f64, diameter: f64, viscosity: f64, stokes: f64) -> f64 {
+    9.0 * viscosity * stokes / (density * diameter)
+}
+
 /// Reynolds number of the film, Re = ρl δ v / η; Re/St = 9 ρ̃ δ̃.
 ///
 /// Units: kg/m³, m, m/s, Pa s.

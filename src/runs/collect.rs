@@ -5,7 +5,7 @@ use std::path::Path;
 use super::errors::{MeasurementErrors, RunError};
 use super::row::CheckedRow;
 use super::screen::{screen, Reason};
-use crate::error::file_name;
+use crate::error::{file_name, quoted};
 use crate::notice::Notice;
 use crate::scene::Scene;
 
@@ -13,7 +13,7 @@ use crate::scene::Scene;
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Screened {
     /// why, in words
-    pub reason: &'static str,
+    pub reason: String,
     /// how many
     pub runs: usize,
 }
@@ -75,6 +75,8 @@ pub(super) struct Collected {
     /// columns not read, as a message shows them
     unknown: Vec<String>,
     screened: [usize; Reason::ALL.len()],
+    /// left out by the file itself, by its reasons in the order they come
+    excluded: Vec<(String, usize)>,
     above_one: usize,
 }
 
@@ -95,6 +97,7 @@ impl Collected {
             rows: 0,
             unknown: unknown.to_vec(),
             screened: [0; Reason::ALL.len()],
+            excluded: vec![],
             above_one: 0,
         }
     }
@@ -126,6 +129,28 @@ impl Collected {
         }
     }
 
+    /// Counts a run that the file leaves out.
+    pub fn exclude(&mut self, reason: &str) {
+        self.rows += 1;
+        self.count_excluded(reason, 1);
+    }
+
+    fn count_excluded(&mut self, reason: &str, runs: usize) {
+        /// reasons that are told apart: a report tells them all
+        const MOST: usize = 20;
+        const OTHER: &str = "another reason";
+        let is_known = self.excluded.iter().any(|(known, _)| known == reason);
+        let reason = if is_known || self.excluded.len() < MOST {
+            reason
+        } else {
+            OTHER
+        };
+        match self.excluded.iter_mut().find(|(known, _)| known == reason) {
+            Some((_, count)) => *count += runs,
+            None => self.excluded.push((reason.to_owned(), runs)),
+        }
+    }
+
     /// Adds parts of the file in their order.
     pub fn extend(&mut self, parts: &[Collected]) {
         for part in parts {
@@ -135,18 +160,22 @@ impl Collected {
             for (all, own) in self.screened.iter_mut().zip(part.screened) {
                 *all += own;
             }
+            for (reason, runs) in &part.excluded {
+                self.count_excluded(reason, *runs);
+            }
         }
     }
 
     pub fn screened(&self) -> Vec<Screened> {
-        Reason::ALL
-            .into_iter()
-            .map(|reason| Screened {
-                reason: reason.words(),
-                runs: self.screened[reason as usize],
-            })
-            .filter(|screened| screened.runs > 0)
-            .collect()
+        let by_scene = Reason::ALL.into_iter().map(|reason| Screened {
+            reason: reason.words().to_owned(),
+            runs: self.screened[reason as usize],
+        });
+        let by_file = self.excluded.iter().map(|(reason, runs)| Screened {
+            reason: format!("excluded: {}", quoted(reason)),
+            runs: *runs,
+        });
+        by_scene.chain(by_file).filter(|screened| screened.runs > 0).collect()
     }
 
     pub fn notices(&self, path: &Path) -> Vec<Notice> {

@@ -1,108 +1,21 @@
 //! Matches the header of a table with the columns runs can have.
 
+use super::row::RawRow;
 use crate::error::{quoted, Problem};
-use crate::scene::{closest, letters_apart};
-use crate::units::{names_in_words, Dimension, Unit};
+use crate::scene::{closest, Constant, ConstantValue, Naming, RunColumn, MISSING};
+use crate::units::Unit;
 
-/// A column runs can have.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum RunColumn {
-    Particle,
-    Liquid,
-    Diameter,
-    Film,
-    ImpactSpeed,
-    ReboundSpeed,
-    Restitution,
-    FilmRatio,
-    ImpactSpeedSd,
-    ReboundSpeedSd,
-    RestitutionSd,
-    SpeedCorrelation,
-    Run,
-}
-
-impl RunColumn {
-    pub const ALL: [RunColumn; 13] = [
-        RunColumn::Particle,
-        RunColumn::Liquid,
-        RunColumn::Diameter,
-        RunColumn::Film,
-        RunColumn::ImpactSpeed,
-        RunColumn::ReboundSpeed,
-        RunColumn::Restitution,
-        RunColumn::FilmRatio,
-        RunColumn::ImpactSpeedSd,
-        RunColumn::ReboundSpeedSd,
-        RunColumn::RestitutionSd,
-        RunColumn::SpeedCorrelation,
-        RunColumn::Run,
-    ];
-    /// The columns that hold numbers.
-    pub const NUMBERS: [RunColumn; 10] = [
-        RunColumn::Diameter,
-        RunColumn::Film,
-        RunColumn::ImpactSpeed,
-        RunColumn::ReboundSpeed,
-        RunColumn::Restitution,
-        RunColumn::FilmRatio,
-        RunColumn::ImpactSpeedSd,
-        RunColumn::ReboundSpeedSd,
-        RunColumn::RestitutionSd,
-        RunColumn::SpeedCorrelation,
-    ];
-
-    fn base(self) -> &'static str {
-        match self {
-            RunColumn::Particle => "particle",
-            RunColumn::Liquid => "liquid",
-            RunColumn::Diameter => "diameter",
-            RunColumn::Film => "film",
-            RunColumn::ImpactSpeed => "impact_speed",
-            RunColumn::ReboundSpeed => "rebound_speed",
-            RunColumn::Restitution => "restitution",
-            RunColumn::FilmRatio => "film_ratio",
-            RunColumn::ImpactSpeedSd => "impact_speed_sd",
-            RunColumn::ReboundSpeedSd => "rebound_speed_sd",
-            RunColumn::RestitutionSd => "restitution_sd",
-            RunColumn::SpeedCorrelation => "speed_correlation",
-            RunColumn::Run => "run",
-        }
-    }
-
-    fn dimension(self) -> Dimension {
-        match self {
-            RunColumn::Diameter => Dimension::Length,
-            RunColumn::Film => Dimension::Thickness,
-            RunColumn::ImpactSpeed | RunColumn::ReboundSpeed | RunColumn::ImpactSpeedSd | RunColumn::ReboundSpeedSd => {
-                Dimension::Speed
-            }
-            RunColumn::Particle
-            | RunColumn::Liquid
-            | RunColumn::Restitution
-            | RunColumn::FilmRatio
-            | RunColumn::RestitutionSd
-            | RunColumn::SpeedCorrelation
-            | RunColumn::Run => Dimension::One,
-        }
-    }
-
-    /// The column's name in the usual unit, to ask for it.
-    fn usual_name(self) -> String {
-        format!("{}{}", self.base(), self.dimension().units()[0].suffix)
-    }
-}
-
-fn column_names() -> impl Iterator<Item = (String, RunColumn, &'static Unit)> {
-    RunColumn::ALL.into_iter().flat_map(|column| {
-        let units = column.dimension().units().iter();
-        units.map(move |unit| (format!("{}{}", column.base(), unit.suffix), column, unit))
-    })
+/// What a cell holds without the blanks around it; `None` where it is missing.
+pub(super) fn present(cell: &str) -> Option<&str> {
+    // most cells start and end with a letter or digit, and then need no trimming
+    let is_tight = matches!(cell.as_bytes(), [first, .., last] if first.is_ascii_graphic() && last.is_ascii_graphic());
+    let text = if is_tight { cell } else { cell.trim() };
+    (!text.is_empty() && text != MISSING).then_some(text)
 }
 
 /// Where each column stands in the table, and in which unit.
 #[derive(Debug)]
-pub(super) struct TableLayout {
+pub(super) struct TableLayout<'s> {
     places: [Option<ColumnPlace>; RunColumn::ALL.len()],
     /// columns that are not used, as a message shows them
     pub unknown: Vec<String>,
@@ -110,6 +23,7 @@ pub(super) struct TableLayout {
     missing_film: Problem,
     /// how many columns the table has
     pub width: usize,
+    naming: &'s Naming,
 }
 
 /// A column's place in the table.
@@ -126,10 +40,10 @@ impl ColumnPlace {
     }
 }
 
-impl TableLayout {
+impl<'s> TableLayout<'s> {
     /// Matches a header; `line` is where it stands in the file.
-    pub fn new(header: &[String], line: Option<u64>) -> Result<TableLayout, Vec<Problem>> {
-        let mut matched = MatchedHeader::of(header, line);
+    pub fn new(header: &[String], line: Option<u64>, naming: &'s Naming) -> Result<TableLayout<'s>, Vec<Problem>> {
+        let mut matched = MatchedHeader::of(header, line, naming);
         if matched.has_no_column() {
             return Err(vec![Problem {
                 line,
@@ -147,6 +61,7 @@ impl TableLayout {
                 places: matched.places,
                 unknown: matched.unknown,
                 width: header.len(),
+                naming,
             })
         } else {
             Err(matched.problems)
@@ -157,12 +72,51 @@ impl TableLayout {
         self.places[column as usize].as_ref()
     }
 
-    /// The column to name where a value is missing that either of two columns could give.
-    pub fn blamed(&self, column: RunColumn) -> RunColumn {
-        match column {
-            RunColumn::Restitution if self.place(column).is_none() => RunColumn::ReboundSpeed,
-            _ => column,
+    /// Whether the table has a column or the scene says what it holds in every row.
+    pub fn gives(&self, column: RunColumn) -> bool {
+        self.place(column).is_some() || self.naming.constants.iter().any(|constant| constant.column == column)
+    }
+
+    /// A row whose cells are not read yet.
+    pub fn row_before_its_cells(&self) -> RawRow<'s> {
+        let mut row = RawRow::default();
+        for Constant { column, value, .. } in &self.naming.constants {
+            match value {
+                ConstantValue::Number(value) => row.set(*column, Some(*value)),
+                ConstantValue::Word(word) => row.set_word(*column, present(word)),
+            }
         }
+        row
+    }
+
+    /// What a cell holds, in our words; `None` where it is missing.
+    pub fn read<'c>(&self, column: RunColumn, cell: &'c str) -> Option<&'c str>
+    where
+        's: 'c,
+    {
+        let cell = present(cell)?;
+        let of_column = self.naming.words.iter().filter(|(of, _)| *of == column);
+        match of_column
+            .flat_map(|(_, words)| words)
+            .find(|[theirs, _]| theirs == cell)
+        {
+            Some([_, ours]) => present(ours),
+            None => Some(cell),
+        }
+    }
+
+    /// The column to name where a value is missing that one of several columns could give.
+    pub fn blamed(&self, column: RunColumn) -> RunColumn {
+        let instead: &[RunColumn] = match column {
+            RunColumn::Restitution => &[RunColumn::ReboundSpeed, RunColumn::ReboundHeight],
+            RunColumn::ImpactSpeed => &[RunColumn::DropHeight, RunColumn::Stokes],
+            _ => &[],
+        };
+        if self.place(column).is_some() {
+            return column;
+        }
+        let mut instead = instead.iter().copied();
+        instead.find(|column| self.place(*column).is_some()).unwrap_or(column)
     }
 
     /// What to say to a wet run in a table without films.
@@ -177,18 +131,11 @@ impl TableLayout {
     }
 }
 
-/// A column whose name is within two letters of a name.
-fn close_enough(name: &str) -> Option<(String, RunColumn)> {
-    column_names()
-        .filter_map(|(candidate, column, _)| Some((letters_apart(name, &candidate, 2)?, candidate, column)))
-        .min()
-        .map(|(_, candidate, column)| (candidate, column))
-}
-
 /// The names of a header, each with the column it stands for, and what is wrong with the others.
 struct MatchedHeader<'h> {
     /// where the header stands in the file
     line: Option<u64>,
+    naming: &'h Naming,
     places: [Option<ColumnPlace>; RunColumn::ALL.len()],
     /// names that are no column's
     unread: Vec<&'h str>,
@@ -200,9 +147,10 @@ struct MatchedHeader<'h> {
 }
 
 impl<'h> MatchedHeader<'h> {
-    fn of(header: &'h [String], line: Option<u64>) -> MatchedHeader<'h> {
+    fn of(header: &'h [String], line: Option<u64>, naming: &'h Naming) -> MatchedHeader<'h> {
         let mut matched = MatchedHeader {
             line,
+            naming,
             places: Default::default(),
             unread: vec![],
             unknown: vec![],
@@ -210,12 +158,24 @@ impl<'h> MatchedHeader<'h> {
             problems: vec![],
         };
         for (index, name) in header.iter().enumerate() {
-            match column_names().find(|(candidate, _, _)| candidate == name) {
-                Some((_, column, unit)) => {
+            let told = naming.columns.iter().find(|(_, theirs)| theirs == name);
+            match RunColumn::named(told.map_or(name, |(ours, _)| ours)) {
+                Some((column, unit)) => {
                     let name = name.clone();
                     matched.add_column(column, ColumnPlace { index, name, unit });
                 }
                 None => matched.add_other_name(index, name),
+            }
+        }
+        for (ours, theirs) in &naming.columns {
+            if !header.contains(theirs) {
+                matched.refuse_absent(ours, theirs);
+            }
+        }
+        for Constant { column, name, .. } in &naming.constants {
+            if let Some(place) = &matched.places[*column as usize] {
+                let expected = format!("expected no such column: by the scene `{name}` is the same in every row");
+                matched.refuse(format!("column {}", place.name), expected);
             }
         }
         matched
@@ -255,18 +215,8 @@ impl<'h> MatchedHeader<'h> {
 
     /// Refuses a name that is nearly a column's; any other column is not used.
     fn add_other_name(&mut self, index: usize, name: &'h str) {
-        if let Some(column) = RunColumn::ALL.into_iter().find(|column| column.base() == name) {
-            let names = names_in_words(name, column.dimension());
-            self.refuse(
-                format!("column {name}"),
-                format!("a unit is part of the name; expected {names}"),
-            );
-            self.misnamed.push(column);
-        } else if let Some((near, column)) = close_enough(name) {
-            self.refuse(
-                format!("column {name}"),
-                format!("unknown column; did you mean `{near}`?"),
-            );
+        if let Some((column, expected)) = RunColumn::nearly(name) {
+            self.refuse(format!("column {name}"), expected);
             self.misnamed.push(column);
         } else if name.is_empty() {
             self.unknown.push(format!("no. {} (without a name)", index + 1));
@@ -276,8 +226,22 @@ impl<'h> MatchedHeader<'h> {
         }
     }
 
+    /// Refuses a header without a column that the scene names.
+    fn refuse_absent(&mut self, ours: &str, theirs: &str) {
+        let near = closest(theirs, self.unread.iter().copied());
+        let hint = near.map_or(String::new(), |near| format!("; the nearest is {}", quoted(near)));
+        let expected = format!("missing column, which by the scene is `{ours}`{hint}");
+        self.refuse(format!("column {theirs}"), expected);
+        self.misnamed.extend(RunColumn::named(ours).map(|(column, _)| column));
+    }
+
     fn lacks(&self, column: RunColumn) -> bool {
-        self.places[column as usize].is_none() && !self.misnamed.contains(&column)
+        let is_constant = self.naming.constants.iter().any(|constant| constant.column == column);
+        self.places[column as usize].is_none() && !is_constant && !self.misnamed.contains(&column)
+    }
+
+    fn lacks_all(&self, columns: &[RunColumn]) -> bool {
+        columns.iter().all(|column| self.lacks(*column))
     }
 
     /// Says that a column is missing, and which name in the header is nearest.
@@ -302,13 +266,23 @@ impl<'h> MatchedHeader<'h> {
     /// Refuses a header without the columns that every table needs.
     fn require_columns(&mut self) {
         let mut required = vec![];
-        for column in [RunColumn::Particle, RunColumn::Diameter, RunColumn::ImpactSpeed] {
+        for column in [RunColumn::Particle, RunColumn::Diameter] {
             if self.lacks(column) {
                 required.push((column, ""));
             }
         }
-        if self.lacks(RunColumn::ReboundSpeed) && self.lacks(RunColumn::Restitution) {
-            required.push((RunColumn::Restitution, " (or `rebound_speed_m_s`)"));
+        if self.lacks_all(&[RunColumn::ImpactSpeed, RunColumn::DropHeight, RunColumn::Stokes]) {
+            required.push((RunColumn::ImpactSpeed, " (or `drop_height_mm`, or `stokes`)"));
+        }
+        if self.lacks_all(&[
+            RunColumn::ReboundSpeed,
+            RunColumn::Restitution,
+            RunColumn::ReboundHeight,
+        ]) {
+            required.push((
+                RunColumn::Restitution,
+                " (or `rebound_speed_m_s`, or `rebound_height_mm`)",
+            ));
         }
         if self.lacks(RunColumn::Liquid) && !self.lacks(RunColumn::Film) {
             required.push((RunColumn::Liquid, " (runs with a film need it)"));

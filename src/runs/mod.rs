@@ -2,11 +2,12 @@
 //!
 //! | file | job |
 //! |---|---|
-//! | `columns.rs` | matches a table's header with the columns runs can have |
 //! | `errors.rs` | holds the measurement errors of runs |
 //! | `row.rs` | checks one run and says which cell is wrong |
+//! | `columns.rs` | matches a table's header with the columns runs can have |
 //! | `screen.rs` | says why a checked run is left out |
 //! | `refusals.rs` | gathers what is wrong, cell by cell |
+//! | `decimals.rs` | finds what separates columns and decimals |
 //! | `collect.rs` | gathers checked runs into columns and counts what was left out |
 //! | `text.rs` | reads CSV record by record, to accept what the fast reader refuses or to name the bad cell |
 //! | `parquet_footer.rs` | checks the counts a Parquet file states before memory is allocated by them |
@@ -24,6 +25,7 @@
 
 mod collect;
 mod columns;
+mod decimals;
 mod errors;
 mod film_groups;
 mod impacts;
@@ -196,15 +198,17 @@ fn read_csv(source: &mut TableSource, path: &Path, scene: &Scene) -> Result<(Col
         return Err(Error::input(path, vec![problem]));
     }
     checked.map_err(|problem| Error::input(path, vec![problem]))?;
-    let collected = read_text(source.reader().map_err(fail)?, scene).map_err(|refused| refuse(path, refused))?;
+    let separator = text::separator(source.reader().map_err(fail)?, &scene.data.naming).map_err(fail)?;
+    let collected = read_text(source.reader().map_err(fail)?, separator, scene);
+    let collected = collected.map_err(|refused| refuse(path, refused))?;
     Ok((collected, hash.finish()))
 }
 
 /// The runs of a CSV that was checked to be text.
-fn read_text(source: impl Read, scene: &Scene) -> Result<Collected, Refused> {
-    let mut text = text::Text::new(source);
+fn read_text(source: impl Read, separator: u8, scene: &Scene) -> Result<Collected, Refused> {
+    let mut text = text::Text::new(source, separator);
     let header = text.header()?;
-    let layout = columns::TableLayout::new(&header.names, Some(header.line))?;
+    let layout = columns::TableLayout::new(&header.names, Some(header.line), &scene.data.naming)?;
     text.rows(&layout, scene)
 }
 

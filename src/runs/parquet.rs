@@ -5,15 +5,16 @@ use std::io::{Cursor, Write};
 use polars::prelude::*;
 
 use super::collect::Collected;
-use super::columns::{ColumnPlace, RunColumn, TableLayout};
+use super::columns::{ColumnPlace, TableLayout};
+use super::decimals::Decimals;
 use super::new_run::NewRun;
 use super::parquet_footer;
 use super::refusals::{CellPlace, Refusals, Refused};
-use super::row::{check_row, BadCell, RawRow, RowChecker};
-use super::text::{parse_number, present, too_many_columns};
+use super::row::{check_row, BadCell, RowChecker};
+use super::text::too_many_columns;
 use crate::error::{quoted, Problem};
 use crate::files::MOST_COLUMNS;
-use crate::scene::Scene;
+use crate::scene::{RunColumn, Scene};
 
 /// Checks the last bytes of a Parquet file, before it is read as a whole.
 pub(super) fn parquet_ends(end: &[u8]) -> Result<(), Vec<Problem>> {
@@ -28,11 +29,11 @@ pub(super) fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Ref
     if header.len() > MOST_COLUMNS {
         return Err(vec![too_many_columns(header.len(), None)].into());
     }
-    let layout = TableLayout::new(&header, None)?;
+    let layout = TableLayout::new(&header, None, &scene.data.naming)?;
     let wanted = wanted(&layout);
     let mut refusals = Refusals::new(&layout);
     for (column, place) in &wanted {
-        let is_number = RunColumn::NUMBERS.contains(column);
+        let is_number = column.is_number();
         let given = schema.get(&place.name).map(|field| &field.dtype);
         if let Some(given) = given.filter(|given| !is_readable(given, is_number)) {
             let expected = if is_number { "32- or 64-bit numbers" } else { "texts" };
@@ -54,22 +55,24 @@ pub(super) fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Ref
     })?;
     let mut refusals = Refusals::new(&layout);
     let mut columns = vec![];
+    let mut decimals = Decimals::default();
     for (column, place) in wanted {
         let given = polars(|| frame.column(&place.name))?;
-        let is_number = RunColumn::NUMBERS.contains(&column);
+        let is_number = column.is_number();
         columns.push(if is_number && given.dtype() == &DataType::String {
-            numbers(given, column, &mut refusals)
+            numbers(given, (column, &layout), &mut decimals, &mut refusals)
         } else if is_number {
             polars(|| given.cast(&DataType::Float64))?
         } else {
             polars(|| given.cast(&DataType::String))?
         });
     }
+    decimals.finish(&mut refusals);
     refusals.or(())?;
     let mut frame = polars(|| DataFrame::new(frame.height(), columns))?;
     frame.align_chunks_par();
     let mut refusals = Refusals::new(&layout);
-    let has_film_ratio = layout.place(RunColumn::FilmRatio).is_some();
+    let has_film_ratio = layout.gives(RunColumn::FilmRatio);
     let mut checker = RowChecker::new(scene, has_film_ratio);
     let mut collected = Collected::with_capacity(frame.height(), has_film_ratio, &layout.unknown);
     let mut refused = |row: usize, bad: BadCell| {
@@ -118,7 +121,7 @@ fn is_readable(given: &ArrowDataType, is_number: bool) -> bool {
 }
 
 /// The columns in use; a free label is not.
-fn wanted(layout: &TableLayout) -> Vec<(RunColumn, &ColumnPlace)> {
+fn wanted<'l>(layout: &'l TableLayout) -> Vec<(RunColumn, &'l ColumnPlace)> {
     RunColumn::ALL
         .into_iter()
         .filter(|column| *column != RunColumn::Run)
@@ -127,21 +130,25 @@ fn wanted(layout: &TableLayout) -> Vec<(RunColumn, &ColumnPlace)> {
 }
 
 /// Numbers that a column holds as text, by the rules of a text file.
-fn numbers(given: &Column, column: RunColumn, refusals: &mut Refusals) -> Column {
+fn numbers(
+    given: &Column,
+    (column, layout): (RunColumn, &TableLayout),
+    decimals: &mut Decimals,
+    refusals: &mut Refusals,
+) -> Column {
     let texts = given
         .str()
         .map(|texts| texts.iter().collect::<Vec<_>>())
         .unwrap_or_default();
     let mut values: Vec<Option<f64>> = Vec::with_capacity(texts.len());
     for (row, text) in texts.into_iter().enumerate() {
-        let text = text.and_then(present);
-        match text.map(parse_number).transpose() {
+        let place = CellPlace::Row(row + 1);
+        let cell = text.and_then(|text| layout.read(column, text));
+        match cell.map(|cell| decimals.read(cell, column, place)).transpose() {
             Ok(value) => values.push(value),
             Err(expected) => {
                 values.push(None);
-                refusals.cell(CellPlace::Row(row + 1), BadCell { column, expected }, |_| {
-                    text.map(quoted)
-                });
+                refusals.cell(place, BadCell { column, expected }, |_| cell.map(quoted));
             }
         }
     }
@@ -163,46 +170,40 @@ fn collect_rows(
     collected: &mut Collected,
     refused: &mut dyn FnMut(usize, BadCell),
 ) -> PolarsResult<()> {
-    let texts = |column: RunColumn| match layout.place(column) {
-        Some(place) => Ok(frame.column(&place.name)?.str()?.downcast_iter().collect()),
-        None => Ok::<Vec<_>, PolarsError>(vec![]),
-    };
-    let particles = texts(RunColumn::Particle)?;
-    let liquids = texts(RunColumn::Liquid)?;
-    let mut numbers: Vec<(RunColumn, &ColumnPlace, Vec<&NumberArray>)> = vec![];
-    for column in RunColumn::NUMBERS {
-        if let Some(place) = layout.place(column) {
-            let chunks = frame.column(&place.name)?.f64()?.downcast_iter().collect();
-            numbers.push((column, place, chunks));
+    let mut words = vec![];
+    let mut numbers = vec![];
+    for (column, place) in wanted(layout) {
+        let given = frame.column(&place.name)?;
+        if column.is_number() {
+            numbers.push((column, place, given.f64()?.downcast_iter().collect::<Vec<_>>()));
+        } else {
+            words.push((column, given.str()?.downcast_iter().collect::<Vec<_>>()));
         }
     }
-    let has_film_ratio = layout.place(RunColumn::FilmRatio).is_some();
+    let has_film_ratio = layout.gives(RunColumn::FilmRatio);
+    let before = layout.row_before_its_cells();
     let mut bad = vec![];
     let mut rows_before = 0;
-    for (chunk, particles) in particles.into_iter().enumerate() {
-        let liquids = liquids.get(chunk);
-        let [diameter, film, impact_speed, rebound_speed, restitution, film_ratio, sd_v, sd_u, sd_e, rho] =
-            RunColumn::NUMBERS.map(|wanted| {
-                let (_, place, chunks) = numbers.iter().find(|(column, ..)| *column == wanted)?;
-                Some((*place, *chunks.get(chunk)?))
-            });
-        for row in 0..particles.len() {
-            let cell = |column: Option<(&ColumnPlace, &NumberArray)>| {
-                let (place, values) = column?;
-                number_at(values, row).map(|x| place.to_si(x))
-            };
-            let raw = RawRow {
-                particle: particles.get(row).and_then(present),
-                liquid: liquids.and_then(|liquids| liquids.get(row)).and_then(present),
-                diameter: cell(diameter),
-                film: cell(film),
-                impact_speed: cell(impact_speed),
-                rebound_speed: cell(rebound_speed),
-                restitution: cell(restitution),
-                film_ratio: cell(film_ratio),
-                sds: [cell(sd_v), cell(sd_u), cell(sd_e)],
-                speed_correlation: cell(rho),
-            };
+    let lengths = frame
+        .columns()
+        .first()
+        .map(|column| column.as_materialized_series().chunk_lengths().collect::<Vec<_>>());
+    for (chunk, rows) in lengths.unwrap_or_default().into_iter().enumerate() {
+        for row in 0..rows {
+            let mut raw = before;
+            for (column, chunks) in &words {
+                raw.set_word(
+                    *column,
+                    chunks[chunk].get(row).and_then(|cell| layout.read(*column, cell)),
+                );
+            }
+            for (column, place, chunks) in &numbers {
+                raw.set(*column, number_at(chunks[chunk], row).map(|x| place.to_si(x)));
+            }
+            if let Some(reason) = raw.exclude {
+                collected.exclude(reason);
+                continue;
+            }
             if let Some(row) = check_row(&raw, checker, &mut bad) {
                 collected.push(&row, has_film_ratio, checker.scene);
             }
@@ -210,7 +211,7 @@ fn collect_rows(
                 refused(rows_before + row, bad);
             }
         }
-        rows_before += particles.len();
+        rows_before += rows;
     }
     Ok(())
 }

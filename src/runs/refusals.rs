@@ -1,8 +1,9 @@
 //! Gathers what is wrong with a table, cell by cell.
 
-use super::columns::{RunColumn, TableLayout};
+use super::columns::TableLayout;
 use super::row::BadCell;
 use crate::error::{Problem, PROBLEMS_SHOWN};
+use crate::scene::RunColumn;
 
 /// Where a bad cell stands.
 #[derive(Debug, Clone, Copy)]
@@ -11,6 +12,16 @@ pub(super) enum CellPlace {
     Line(u64),
     /// row of a Parquet file, from 1
     Row(usize),
+}
+
+impl CellPlace {
+    /// As a sentence names it.
+    pub fn words(self) -> String {
+        match self {
+            CellPlace::Line(line) => format!("line {line}"),
+            CellPlace::Row(row) => format!("row {row}"),
+        }
+    }
 }
 
 /// A problem of the file as a whole.
@@ -41,14 +52,14 @@ impl From<Vec<Problem>> for Refused {
 
 /// The problems found in a table so far; of those that nobody prints only the number, since there may be one a cell.
 pub(super) struct Refusals<'p> {
-    layout: &'p TableLayout,
+    layout: &'p TableLayout<'p>,
     problems: Vec<Problem>,
     count: usize,
     wants_film: bool,
 }
 
 impl<'p> Refusals<'p> {
-    pub fn new(layout: &'p TableLayout) -> Self {
+    pub fn new(layout: &'p TableLayout<'p>) -> Self {
         Refusals {
             layout,
             problems: vec![],
@@ -59,7 +70,7 @@ impl<'p> Refusals<'p> {
 
     /// A bad cell; `found` shows what stands in a column, and `None` where nothing does.
     pub fn cell(&mut self, at: CellPlace, bad: BadCell, found: impl FnOnce(RunColumn) -> Option<String>) {
-        if bad.column == RunColumn::Film && self.layout.place(RunColumn::Film).is_none() {
+        if bad.column == RunColumn::Film && !self.layout.gives(RunColumn::Film) {
             self.wants_film = true;
             return;
         }
@@ -79,6 +90,15 @@ impl<'p> Refusals<'p> {
             found: Some(found(column).unwrap_or_else(|| "an empty cell".to_owned())),
             expected: bad.expected,
         });
+    }
+
+    /// A bad cell without which others may be good.
+    pub fn cell_before_others(&mut self, at: CellPlace, bad: BadCell, found: String) {
+        let (others, count) = (std::mem::take(&mut self.problems), std::mem::take(&mut self.count));
+        self.cell(at, bad, |_| Some(found));
+        self.problems.extend(others);
+        self.problems.truncate(PROBLEMS_SHOWN);
+        self.count += count;
     }
 
     /// A problem of another kind.

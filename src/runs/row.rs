@@ -3,10 +3,10 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::columns::RunColumn;
 use super::errors::{self, RunError};
 use crate::error::PROBLEMS_SHOWN;
-use crate::scene::{name_expected, Scene, DRY};
+use crate::physics::numbers::{free_fall_speed, speed_at_stokes};
+use crate::scene::{name_expected, HeightsTo, RunColumn, Scene, DRY};
 use crate::units::{MAGNITUDES, MAGNITUDE_EXPECTED};
 
 /// Largest restitution that is kept, with a notice above one; larger ones cannot be a measurement of a rebound.
@@ -14,6 +14,11 @@ pub(super) const LARGEST_RESTITUTION: f64 = 1.1;
 
 /// Rebound speed over impact speed and a restitution given beside them must agree to this.
 const AGREEMENT: f64 = 0.002;
+
+/// What is expected of a run whose rebound is missing, which is not one that stuck.
+const REBOUND_EXPECTED: &str =
+    "expected what the rebound was, 0 where the run stuck; a run whose rebound was not measured \
+                                is left out by a reason in a column `exclude`";
 
 /// One run as the file has it: numbers in SI, missing cells as `None`.
 #[derive(Debug, Default, Clone, Copy)]
@@ -30,9 +35,25 @@ pub(super) struct RawRow<'a> {
     pub sds: [Option<f64>; 3],
     /// of the errors of both speeds
     pub speed_correlation: Option<f64>,
+    pub drop_height: Option<f64>,
+    pub rebound_height: Option<f64>,
+    pub stokes: Option<f64>,
+    /// why it is left out
+    pub exclude: Option<&'a str>,
 }
 
-impl RawRow<'_> {
+impl<'a> RawRow<'a> {
+    /// Takes the word of a column that holds no numbers.
+    pub fn set_word(&mut self, column: RunColumn, word: Option<&'a str>) {
+        match column {
+            RunColumn::Particle => self.particle = word,
+            RunColumn::Liquid => self.liquid = word,
+            RunColumn::Exclude => self.exclude = word,
+            _ => {}
+        }
+    }
+
+    /// Takes the number of a column that holds such.
     pub fn set(&mut self, column: RunColumn, value: Option<f64>) {
         match column {
             RunColumn::Diameter => self.diameter = value,
@@ -45,7 +66,10 @@ impl RawRow<'_> {
             RunColumn::ReboundSpeedSd => self.sds[1] = value,
             RunColumn::RestitutionSd => self.sds[2] = value,
             RunColumn::SpeedCorrelation => self.speed_correlation = value,
-            RunColumn::Particle | RunColumn::Liquid | RunColumn::Run => {}
+            RunColumn::DropHeight => self.drop_height = value,
+            RunColumn::ReboundHeight => self.rebound_height = value,
+            RunColumn::Stokes => self.stokes = value,
+            RunColumn::Particle | RunColumn::Liquid | RunColumn::Exclude | RunColumn::Run => {}
         }
     }
 
@@ -201,7 +225,11 @@ pub(super) fn check_row(raw: &RawRow, checker: &mut RowChecker, problems: &mut V
         _ => None,
     };
     let diameter = positive(RunColumn::Diameter, raw.diameter, "a diameter", problems);
-    let impact_speed = positive(RunColumn::ImpactSpeed, raw.impact_speed, "an impact speed", problems);
+    let has_speed = raw.impact_speed.is_some() || (raw.drop_height.is_none() && raw.stokes.is_none());
+    let mut impact_speed = None;
+    if has_speed {
+        impact_speed = positive(RunColumn::ImpactSpeed, raw.impact_speed, "an impact speed", problems);
+    }
     let film = if is_dry {
         Some(0.0)
     } else {
@@ -222,7 +250,12 @@ pub(super) fn check_row(raw: &RawRow, checker: &mut RowChecker, problems: &mut V
             "expected a film ratio above 0 and up to 1",
         ));
     }
-    let restitution = restitution(raw, impact_speed, problems);
+    if !has_speed {
+        let of_stokes = StokesScale::of(checker.scene, particle, liquid, diameter);
+        impact_speed = derived_speed(raw, (film, checker.scene.data.naming.heights_to), of_stokes, problems);
+    }
+    let rebound = rebound_speed(raw, film, checker.scene.data.naming.heights_to, problems);
+    let restitution = restitution(raw, impact_speed, rebound, problems);
     let has_sd = raw.sds.iter().any(Option::is_some);
     if has_sd {
         check_sds(raw, problems);
@@ -274,8 +307,95 @@ fn check_sds(raw: &RawRow, problems: &mut Vec<BadCell>) {
     }
 }
 
+/// Speed over Stokes number of a run.
+enum StokesScale {
+    Known(f64),
+    /// without a liquid there is none
+    Dry,
+    /// a cell that it wants was refused
+    Unknown,
+}
+
+impl StokesScale {
+    fn of(scene: &Scene, particle: Option<usize>, liquid: Option<usize>, diameter: Option<f64>) -> StokesScale {
+        let (Some(particle), Some(diameter)) = (particle, diameter) else {
+            return StokesScale::Unknown;
+        };
+        let Some(liquid) = liquid else {
+            return StokesScale::Dry;
+        };
+        let (density, viscosity) = (scene.particles[particle].density, scene.liquids[liquid].viscosity);
+        StokesScale::Known(speed_at_stokes(density, diameter, viscosity, 1.0))
+    }
+}
+
+/// How far a sphere falls from a height to where it meets the film; `None` where it lies within.
+fn fall(height: f64, film: f64, heights_to: HeightsTo) -> Option<f64> {
+    let fall = match heights_to {
+        HeightsTo::Plate => height - film,
+        HeightsTo::Film => height,
+    };
+    (fall > 0.0).then_some(fall)
+}
+
+/// The impact speed of a run that has a drop height or a Stokes number in its place.
+fn derived_speed(
+    raw: &RawRow,
+    (film, heights_to): (Option<f64>, HeightsTo),
+    of_stokes: StokesScale,
+    problems: &mut Vec<BadCell>,
+) -> Option<f64> {
+    let (column, speed) = if raw.drop_height.is_some() {
+        let height = positive(RunColumn::DropHeight, raw.drop_height, "a drop height", problems)?;
+        let Some(fall) = fall(height, film?, heights_to) else {
+            let expected = "expected a drop height above the surface of the film";
+            problems.push(bad_cell(RunColumn::DropHeight, expected));
+            return None;
+        };
+        (RunColumn::DropHeight, free_fall_speed(fall))
+    } else {
+        let stokes = positive(RunColumn::Stokes, raw.stokes, "a Stokes number", problems)?;
+        match of_stokes {
+            StokesScale::Known(scale) => (RunColumn::Stokes, stokes * scale),
+            StokesScale::Dry => {
+                let expected = "expected a drop height or an impact speed: without a liquid there is no Stokes number";
+                problems.push(bad_cell(RunColumn::Stokes, expected));
+                return None;
+            }
+            StokesScale::Unknown => return None,
+        }
+    };
+    positive(column, Some(speed), "an impact speed", problems)
+}
+
+/// The rebound speed and the column it stands in; that of a rebound height at the surface of the film, which a sphere that
+/// turned below it did not reach.
+fn rebound_speed(
+    raw: &RawRow,
+    film: Option<f64>,
+    heights_to: HeightsTo,
+    problems: &mut Vec<BadCell>,
+) -> Option<(RunColumn, f64)> {
+    if let Some(speed) = raw.rebound_speed {
+        return Some((RunColumn::ReboundSpeed, speed));
+    }
+    let height = raw.rebound_height?;
+    if height.is_nan() || height < 0.0 {
+        let expected = "expected a rebound height of 0 or more";
+        problems.push(bad_cell(RunColumn::ReboundHeight, expected));
+        return None;
+    }
+    let speed = fall(height, film?, heights_to).map_or(0.0, free_fall_speed);
+    Some((RunColumn::ReboundHeight, speed))
+}
+
 /// The run's restitution from either or both of its columns.
-fn restitution(raw: &RawRow, impact_speed: Option<f64>, problems: &mut Vec<BadCell>) -> Option<f64> {
+fn restitution(
+    raw: &RawRow,
+    impact_speed: Option<f64>,
+    rebound: Option<(RunColumn, f64)>,
+    problems: &mut Vec<BadCell>,
+) -> Option<f64> {
     let in_range = |e: f64| (0.0..=LARGEST_RESTITUTION).contains(&e);
     let given = raw.restitution;
     if given.is_some_and(|e| !in_range(e)) {
@@ -283,26 +403,27 @@ fn restitution(raw: &RawRow, impact_speed: Option<f64>, problems: &mut Vec<BadCe
         problems.push(bad_cell(RunColumn::Restitution, expected));
         return None;
     }
-    let Some(rebound_speed) = raw.rebound_speed else {
-        let refused = is_bad(RunColumn::Restitution, problems) || is_bad(RunColumn::ReboundSpeed, problems);
+    let Some((column, rebound_speed)) = rebound else {
+        let could_say = [
+            RunColumn::Restitution,
+            RunColumn::ReboundSpeed,
+            RunColumn::ReboundHeight,
+        ];
+        let refused = could_say.into_iter().any(|column| is_bad(column, problems));
         if given.is_none() && !refused {
-            let expected = "expected a rebound speed or a restitution (0 where the run stuck)";
-            problems.push(bad_cell(RunColumn::Restitution, expected));
+            problems.push(bad_cell(RunColumn::Restitution, REBOUND_EXPECTED));
         }
         return given;
     };
     if rebound_speed.is_nan() || rebound_speed < 0.0 {
-        problems.push(bad_cell(
-            RunColumn::ReboundSpeed,
-            "expected a rebound speed of 0 or more",
-        ));
+        problems.push(bad_cell(column, "expected a rebound speed of 0 or more"));
         return None;
     }
     let quotient = rebound_speed / impact_speed?;
     if !in_range(quotient) {
         let expected =
             format!("expected at most {LARGEST_RESTITUTION} times the impact speed (restitution {quotient:.3})");
-        problems.push(bad_cell(RunColumn::ReboundSpeed, expected));
+        problems.push(bad_cell(column, expected));
         return None;
     }
     match given {

@@ -5,11 +5,11 @@ use std::io::Read;
 use rayon::prelude::*;
 
 use super::collect::Collected;
-use super::columns::{ColumnPlace, RunColumn, TableLayout};
+use super::columns::{ColumnPlace, TableLayout};
+use super::decimals::{parse_number, separator_of, DecimalMarks};
 use super::row::{check_row, RawRow, RowChecker};
-use super::text::{parse_number, present};
 use crate::files::{MOST_COLUMNS, MOST_OF_LINE};
-use crate::scene::Scene;
+use crate::scene::{Naming, RunColumn, Scene};
 use crate::seed::Hash;
 
 /// Bytes of a window: enough to keep every thread busy, little enough to stay in a processor's cache.
@@ -35,13 +35,18 @@ pub(super) fn read_streamed(
     };
     let (mut window, mut next) = (vec![], vec![]);
     lines.fetch(&mut window)?;
-    let (header, mut start) = plain_header(&window)?;
-    let layout = TableLayout::new(&header, None).ok()?;
-    let parser = LineParser::new(scene, &layout, window_size / PIECES);
+    let PlainHeader {
+        names,
+        separator,
+        mut start,
+    } = plain_header(&window, &scene.data.naming)?;
+    let layout = TableLayout::new(&names, None, &scene.data.naming).ok()?;
+    let parser = LineParser::new(scene, &layout, separator, window_size / PIECES);
     let rows = rows_like(&window, length);
     let mut collected = Collected::with_capacity(rows, parser.checker.has_film_ratio, &layout.unknown);
     let mut hash = Hash::default();
     let mut parsed = vec![];
+    let mut marks = DecimalMarks::default();
     while !window.is_empty() {
         let (of_window, (fetched, ((), ()))) = rayon::join(
             || parser.parse_pieces(&window[start..]),
@@ -53,9 +58,20 @@ pub(super) fn read_streamed(
             },
         );
         fetched?;
-        parsed = of_window?;
+        (parsed, marks) = of_window?
+            .into_iter()
+            .fold((vec![], marks), |(mut all, marks), (piece, of_piece)| {
+                all.push(piece);
+                (all, marks.and(of_piece))
+            });
+        if marks.are_mixed() {
+            return None;
+        }
         std::mem::swap(&mut window, &mut next);
         start = 0;
+    }
+    if marks.are_ambiguous() {
+        return None;
     }
     collected.extend(&parsed);
     Some((collected, hash.finish()))
@@ -64,6 +80,8 @@ pub(super) fn read_streamed(
 /// Parses and checks the lines of an ordinary CSV.
 struct LineParser<'s> {
     checker: RowChecker<'s>,
+    layout: &'s TableLayout<'s>,
+    separator: u8,
     /// what the cells of a line hold; `None` where it is not read
     columns: Vec<Option<(RunColumn, ColumnPlace)>>,
     /// about how many bytes are parsed at one go
@@ -71,7 +89,7 @@ struct LineParser<'s> {
 }
 
 impl<'s> LineParser<'s> {
-    fn new(scene: &'s Scene, layout: &TableLayout, piece: usize) -> Self {
+    fn new(scene: &'s Scene, layout: &'s TableLayout<'s>, separator: u8, piece: usize) -> Self {
         let mut columns = vec![None; layout.width];
         for column in RunColumn::ALL {
             if let Some(place) = layout.place(column) {
@@ -79,14 +97,16 @@ impl<'s> LineParser<'s> {
             }
         }
         LineParser {
-            checker: RowChecker::new(scene, layout.place(RunColumn::FilmRatio).is_some()),
+            checker: RowChecker::new(scene, layout.gives(RunColumn::FilmRatio)),
+            layout,
+            separator,
             columns,
             piece,
         }
     }
 
     /// The runs of some lines, a piece after the other; `None` where anything is out of the ordinary.
-    fn parse_pieces(&self, lines: &[u8]) -> Option<Vec<Collected>> {
+    fn parse_pieces(&self, lines: &[u8]) -> Option<Vec<(Collected, DecimalMarks)>> {
         let mut pieces = vec![];
         let mut rest = lines;
         while !rest.is_empty() {
@@ -99,7 +119,7 @@ impl<'s> LineParser<'s> {
         pieces.into_par_iter().map(|piece| self.parse(piece)).collect()
     }
 
-    fn parse(&self, lines: &[u8]) -> Option<Collected> {
+    fn parse(&self, lines: &[u8]) -> Option<(Collected, DecimalMarks)> {
         // what quotes and zero bytes mean, and a line that ends with CR alone, is left to the text reader
         let ends_line = |at: usize| lines.get(at + 1) == Some(&b'\n');
         if memchr::memchr2(b'"', 0, lines).is_some() || !memchr::memchr_iter(b'\r', lines).all(ends_line) {
@@ -110,7 +130,8 @@ impl<'s> LineParser<'s> {
         let mut checker = self.checker.clone();
         let mut collected = Collected::with_capacity(rows, checker.has_film_ratio, &[]);
         let mut bad = vec![];
-        let mut row = RawRow::default();
+        let mut marks = DecimalMarks::default();
+        let mut row = self.layout.row_before_its_cells();
         // runs come in blocks: cells that repeat those above them are not parsed again
         let (mut above, mut ends) = (&lines[..0], vec![]);
         let mut line = 0;
@@ -119,11 +140,12 @@ impl<'s> LineParser<'s> {
             ends.truncate(ends.partition_point(|end| *end < same));
             let mut start = ends.last().map_or(line, |end| line + end + 1);
             loop {
-                let end = memchr::memchr2(b',', b'\n', &lines[start..]).map_or(lines.len(), |at| start + at);
-                self.parse_cell(text.get(start..end)?, ends.len(), &mut row)?;
+                let end = memchr::memchr2(self.separator, b'\n', &lines[start..]).map_or(lines.len(), |at| start + at);
+                let of_cell = self.parse_cell(text.get(start..end)?, ends.len(), &mut row)?;
+                marks = marks.and(of_cell);
                 ends.push(end - line);
                 start = end + 1;
-                if lines.get(end) != Some(&b',') {
+                if lines.get(end) != Some(&self.separator) {
                     break;
                 }
             }
@@ -136,24 +158,33 @@ impl<'s> LineParser<'s> {
             if ends.len() != self.columns.len() || above.len() > MOST_OF_LINE {
                 return None;
             }
+            if let Some(reason) = row.exclude {
+                collected.exclude(reason);
+                continue;
+            }
             let checked = check_row(&row, &mut checker, &mut bad)?;
             collected.push(&checked, checker.has_film_ratio, checker.scene);
         }
-        Some(collected)
+        Some((collected, marks))
     }
 
-    /// Puts what a cell holds into its place in a row; `None` where it is no number or no cell of the table.
-    fn parse_cell<'t>(&self, cell: &'t str, index: usize, row: &mut RawRow<'t>) -> Option<()> {
-        match self.columns.get(index)? {
-            Some((RunColumn::Particle, _)) => row.particle = present(cell),
-            Some((RunColumn::Liquid, _)) => row.liquid = present(cell),
-            Some((RunColumn::Run, _)) | None => {}
-            Some((column, place)) => {
-                let value = present(cell).map(parse_number).transpose().ok()?;
-                row.set(*column, value.map(|value| place.to_si(value)));
-            }
+    /// Puts what a cell holds into its place in a row, and gives the marks of its decimals; `None` where it is no number or
+    /// no cell of the table.
+    fn parse_cell<'t>(&self, cell: &'t str, index: usize, row: &mut RawRow<'t>) -> Option<DecimalMarks>
+    where
+        's: 't,
+    {
+        let Some((column, place)) = self.columns.get(index)? else {
+            return Some(DecimalMarks::default());
+        };
+        let cell = self.layout.read(*column, cell);
+        if !column.is_number() {
+            row.set_word(*column, cell);
+            return Some(DecimalMarks::default());
         }
-        Some(())
+        let number = cell.map(parse_number).transpose().ok()?;
+        row.set(*column, number.map(|number| place.to_si(number.value)));
+        Some(number.map_or(DecimalMarks::default(), |number| number.marks))
     }
 }
 
@@ -166,19 +197,34 @@ fn shared_length(one: &[u8], other: &[u8]) -> usize {
     start + rest.take_while(|(a, b)| a == b).count()
 }
 
-/// The names in the first line and where the next line starts; `None` where a name is padded or quoted, or where the
-/// text reader would see a binary file or another end of the line.
-fn plain_header(window: &[u8]) -> Option<(Vec<String>, usize)> {
+/// The first line of a CSV.
+struct PlainHeader {
+    names: Vec<String>,
+    separator: u8,
+    /// where the next line starts
+    start: usize,
+}
+
+/// The header; `None` where a name is padded or quoted, or where the text reader would see a binary file or another end of
+/// the line.
+fn plain_header(window: &[u8], naming: &Naming) -> Option<PlainHeader> {
     let end = memchr::memchr(b'\n', window)?;
     let line = std::str::from_utf8(&window[..end]).ok()?;
     let line = line.strip_prefix('\u{feff}').unwrap_or(line);
     let line = line.strip_suffix('\r').unwrap_or(line);
-    let names: Vec<String> = line.split(',').take(MOST_COLUMNS + 1).map(str::to_owned).collect();
+    let separator = separator_of(line, naming);
+    let names = line.split(char::from(separator)).take(MOST_COLUMNS + 1);
+    let names: Vec<String> = names.map(str::to_owned).collect();
     if names.len() > MOST_COLUMNS || end > MOST_OF_LINE {
         return None;
     }
     let plain = |name: &String| name.trim() == name && !name.contains(['"', '\0', '\r']);
-    names.iter().all(plain).then_some((names, end + 1))
+    let start = end + 1;
+    names.iter().all(plain).then_some(PlainHeader {
+        names,
+        separator,
+        start,
+    })
 }
 
 /// About how many rows a source of some length has if all of it is like this window, rather too many than too few; no

@@ -1,32 +1,32 @@
 //! Reads runs from CSV as text: accepts what the fast reader refuses, or names the bad cell by line and column.
 
-use std::io::Read;
+use std::io::{BufRead, Read};
 
 use csv::{ByteRecord, ReaderBuilder, Trim};
 
 use super::collect::Collected;
-use super::columns::{RunColumn, TableLayout};
+use super::columns::TableLayout;
+use super::decimals::{separator_of, Decimals};
 use super::refusals::{whole_file, CellPlace, Refusals, Refused};
 use super::row::{check_row, BadCell, RawRow, RowChecker};
 use crate::encoding::{line_of, BYTE_ORDER_MARK};
 use crate::error::{quoted, Problem};
 use crate::files::{MOST_COLUMNS, MOST_OF_LINE};
-use crate::scene::{Scene, MISSING};
+use crate::scene::{Naming, RunColumn, Scene};
 
-/// What a cell holds without the blanks around it; `None` where it is missing.
-pub(super) fn present(cell: &str) -> Option<&str> {
-    // most cells start and end with a letter or digit, and then need no trimming
-    let is_tight = matches!(cell.as_bytes(), [first, .., last] if first.is_ascii_graphic() && last.is_ascii_graphic());
-    let text = if is_tight { cell } else { cell.trim() };
-    (!text.is_empty() && text != MISSING).then_some(text)
-}
-
-/// The number a cell that is not missing holds, or what was expected of it.
-pub(super) fn parse_number(cell: &str) -> Result<f64, String> {
-    cell.parse().map_err(|_| {
-        let comma = cell.replacen(',', ".", 1).parse::<f64>().is_ok();
-        format!("expected a number{}", if comma { " with a decimal point" } else { "" })
-    })
+/// What separates the columns of a text, by its first line that is not blank.
+pub(super) fn separator(source: impl Read, naming: &Naming) -> std::io::Result<u8> {
+    let mut lines = std::io::BufReader::new(source.take(MOST_OF_LINE as u64));
+    let mut line = vec![];
+    while lines.read_until(b'\n', &mut line)? > 0 {
+        if !line.trim_ascii().is_empty() {
+            break;
+        }
+        line.clear();
+    }
+    let line = cell_text(&line);
+    let line = line.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&line);
+    Ok(separator_of(line, naming))
 }
 
 /// The names in the first line that is not blank.
@@ -45,10 +45,11 @@ pub(super) struct Text<R> {
 
 impl<R: Read> Text<R> {
     /// The bytes must be UTF-8, but for a byte-order mark before them.
-    pub fn new(source: R) -> Text<R> {
+    pub fn new(source: R, separator: u8) -> Text<R> {
         const BUFFER: usize = 1 << 16;
         Text {
             reader: ReaderBuilder::new()
+                .delimiter(separator)
                 .has_headers(false)
                 .flexible(true)
                 .trim(Trim::All)
@@ -103,25 +104,18 @@ impl<R: Read> Text<R> {
             .iter()
             .map(|cell| cell_text(cell).trim().to_owned())
             .collect();
-        if let [only] = names.as_slice() {
-            if let Some(separator) = [';', '\t', '|'].into_iter().find(|c| only.contains(*c)) {
-                return Err(vec![Problem {
-                    line: Some(line),
-                    place: "header".to_owned(),
-                    found: Some(format!("columns separated by `{}`", separator.escape_default())),
-                    expected: "expected commas between columns and a decimal point in numbers".to_owned(),
-                }]);
-            }
-        }
         Ok(Header { names, line })
     }
 
     /// Reads every row below the header, which was read before.
     pub fn rows(&mut self, layout: &TableLayout, scene: &Scene) -> Result<Collected, Refused> {
         let mut refusals = Refusals::new(layout);
-        let has_film_ratio = layout.place(RunColumn::FilmRatio).is_some();
+        let has_film_ratio = layout.gives(RunColumn::FilmRatio);
         let mut checker = RowChecker::new(scene, has_film_ratio);
         let mut collected = Collected::with_capacity(0, has_film_ratio, &layout.unknown);
+        let mut decimals = Decimals::default();
+        // lines of separators, which are none below the last run
+        let mut empty = vec![];
         loop {
             match self.next_record() {
                 Ok(true) => {}
@@ -132,7 +126,14 @@ impl<R: Read> Text<R> {
                 }
             }
             let line = self.reader.get_ref().line;
-            let Parsed { row, mut bad } = match row_of(&self.record, layout) {
+            if self.record.len() > 1 && self.record.iter().all(<[u8]>::is_empty) {
+                empty.push(line);
+                continue;
+            }
+            for line in empty.drain(..) {
+                refusals.other(empty_row(line));
+            }
+            let Parsed { row, mut bad } = match row_of(&self.record, layout, line, &mut decimals) {
                 Ok(parsed) => parsed,
                 Err(problem) => {
                     let line = Some(line);
@@ -140,6 +141,10 @@ impl<R: Read> Text<R> {
                     continue;
                 }
             };
+            if let Some(reason) = row.exclude {
+                collected.exclude(reason);
+                continue;
+            }
             if let Some(row) = check_row(&row, &mut checker, &mut bad) {
                 collected.push(&row, has_film_ratio, scene);
             }
@@ -152,7 +157,18 @@ impl<R: Read> Text<R> {
                 });
             }
         }
+        decimals.finish(&mut refusals);
         refusals.or(collected)
+    }
+}
+
+/// Says that a line of separators stands between runs.
+fn empty_row(line: u64) -> Problem {
+    Problem {
+        line: Some(line),
+        place: "row".to_owned(),
+        found: Some("empty cells only".to_owned()),
+        expected: "expected a run, or no line at all".to_owned(),
     }
 }
 
@@ -257,7 +273,12 @@ struct Parsed<'a> {
 }
 
 /// The cells of a record as numbers and names. Fails on a wrong number of cells.
-fn row_of<'a>(record: &'a ByteRecord, layout: &TableLayout) -> Result<Parsed<'a>, Problem> {
+fn row_of<'a>(
+    record: &'a ByteRecord,
+    layout: &'a TableLayout,
+    line: u64,
+    decimals: &mut Decimals,
+) -> Result<Parsed<'a>, Problem> {
     if record.len() != layout.width {
         let mut expected = format!("expected {} as in the header", layout.width);
         if record.iter().any(|cell| cell.contains(&b'\n')) {
@@ -273,27 +294,23 @@ fn row_of<'a>(record: &'a ByteRecord, layout: &TableLayout) -> Result<Parsed<'a>
             expected,
         });
     }
-    // as spreadsheets write below a table
-    if record.iter().all(<[u8]>::is_empty) {
-        return Err(Problem {
-            line: None,
-            place: "row".to_owned(),
-            found: Some("empty cells only".to_owned()),
-            expected: "expected a run, or no line at all".to_owned(),
-        });
-    }
     let cell = |column: RunColumn| {
         let place = layout.place(column)?;
         // the whole file was checked to be UTF-8
         let text = std::str::from_utf8(record.get(place.index)?).ok()?;
-        present(text).map(|text| (text, place))
+        layout.read(column, text).map(|text| (text, place))
     };
-    let mut row = RawRow {
-        particle: cell(RunColumn::Particle).map(|(text, _)| text),
-        liquid: cell(RunColumn::Liquid).map(|(text, _)| text),
-        ..RawRow::default()
-    };
+    let mut row = layout.row_before_its_cells();
+    for column in RunColumn::ALL.into_iter().filter(|column| !column.is_number()) {
+        if layout.place(column).is_some() {
+            row.set_word(column, cell(column).map(|(text, _)| text));
+        }
+    }
     let mut bad = vec![];
+    // of a run that is left out nothing else is read
+    if row.exclude.is_some() {
+        return Ok(Parsed { row, bad });
+    }
     for column in RunColumn::NUMBERS {
         // the film of a dry run is not read at all
         if row.is_dry() && matches!(column, RunColumn::Film | RunColumn::FilmRatio) {
@@ -302,7 +319,7 @@ fn row_of<'a>(record: &'a ByteRecord, layout: &TableLayout) -> Result<Parsed<'a>
         let Some((text, place)) = cell(column) else {
             continue;
         };
-        match parse_number(text) {
+        match decimals.read(text, column, CellPlace::Line(line)) {
             Ok(value) => row.set(column, Some(place.to_si(value))),
             Err(expected) => bad.push(BadCell { column, expected }),
         }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use super::choices::{Bootstrap, ModelChoices, PriorChoice, Sampler};
 use super::materials::{Liquid, Particle};
+use super::naming::Naming;
 use super::plan::{Design, Truth};
 use super::published::Published;
 use crate::physics::Setting;
@@ -78,6 +79,8 @@ impl Scene {
 pub struct Data {
     /// the table of runs
     pub runs: PathBuf,
+    /// what it calls its columns and its words
+    pub naming: Naming,
     /// a restitution at or below this counts as stuck
     pub smallest_restitution: f64,
     /// where runs carry no film ratio: the nominal ones they were made at, in increasing order; empty where groups are to be

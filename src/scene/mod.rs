@@ -3,6 +3,7 @@
 //! | file | job |
 //! |---|---|
 //! | `names.rs`, `expect.rs` | which names and numbers a scene may hold |
+//! | `run_columns.rs` | the columns a table of runs can have |
 //! | `unknown_keys.rs` | finds the keys of a table that nothing reads |
 //! | `document.rs` | keeps the text and gathers the problems found in it |
 //! | `table/` | reads TOML tables with units in the keys, and names what it cannot use |
@@ -12,6 +13,7 @@
 //! | `choices/` | the model, prior, sampler and bootstrap tables |
 //! | `plan.rs` | the truth and design tables of a simulation |
 //! | `published.rs` | numbers from the literature |
+//! | `naming.rs` | what a table calls its columns and its words, and what it leaves unsaid |
 //! | `contents.rs` | a [`Scene`]: everything that does not change from run to run |
 //! | `read.rs` | turns a scene file into one |
 //! | `overwriting.rs` | recognises scenes and their runs, which must not be written over |
@@ -22,11 +24,13 @@ mod document;
 mod expect;
 mod materials;
 mod names;
+mod naming;
 mod overwriting;
 mod plan;
 mod prior;
 mod published;
 mod read;
+mod run_columns;
 mod table;
 mod trial;
 mod unknown_keys;
@@ -40,9 +44,11 @@ pub use contents::{Data, Scene, Screens};
 pub use expect::LARGEST_FILM_RATIO;
 pub use materials::{Liquid, Particle};
 pub use names::{closest, letters_apart, name_expected, name_is_allowed, DRY, MISSING, NAME_RULE};
+pub use naming::{Constant, ConstantValue, HeightsTo, Naming};
 pub use overwriting::why_not_overwritten;
 pub use plan::{Design, DesignSpeeds, KOfDiameter, NoiseShape, Truth};
 pub use prior::Prior;
 pub use published::{Published, PublishedQuantity, WetLaw};
 pub use read::{parse, read};
+pub use run_columns::RunColumn;
 pub(crate) use trial::within;

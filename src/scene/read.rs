@@ -7,6 +7,7 @@ use super::document::Document;
 use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, LARGEST_FILM_RATIO, NOT_NEGATIVE, SHARE};
 use super::materials::{Liquid, Particle};
 use super::names::{name_is_allowed, DRY, MISSING, NAME_RULE};
+use super::naming::{naming, SceneNames};
 use super::published::{Published, PublishedQuantity, WetLaw};
 use super::table::{Located, SceneTable};
 use super::{choices, plan, table};
@@ -15,6 +16,9 @@ use crate::error::{quoted, Error};
 use crate::files;
 use crate::seed::sha256;
 use crate::units::Dimension;
+
+/// What the name of a table of runs ends with.
+const TABLE_ENDINGS: [&str; 4] = [".csv", ".tsv", ".txt", ".parquet"];
 
 /// δ/D is split into groups at gaps larger than this, where the runs carry no film ratio.
 const DEFAULT_FILM_RATIO_GAP: f64 = 0.004;
@@ -48,9 +52,9 @@ fn assemble(root: &SceneTable, path: &Path, sha256: String) -> Option<Scene> {
     let mut unused = vec![];
     let title = root.text("title");
     let source = root.text("source");
-    let data = data(root, path);
     let particles = particles(root);
     let liquids = liquids(root);
+    let data = data(root, path, &particles, &liquids);
     let names: Vec<&str> = particles.iter().map(|p| p.name.as_str()).collect();
     let model = choices::model(root, &liquids);
     let priors = choices::priors(root, &names, model.likelihood, &mut unused);
@@ -96,7 +100,7 @@ fn scene_name(path: &Path) -> String {
         .map_or_else(|| "scene".to_owned(), |name| name.to_string_lossy().into_owned())
 }
 
-fn data(root: &SceneTable, path: &Path) -> Option<Data> {
+fn data(root: &SceneTable, path: &Path, particles: &[Particle], liquids: &[Liquid]) -> Option<Data> {
     let Some(table) = root.table("data") else {
         if !root.has("data") {
             root.refuse_whole("missing table [data]");
@@ -107,9 +111,9 @@ fn data(root: &SceneTable, path: &Path) -> Option<Data> {
     let runs = table.text("runs");
     if let Some(name) = &runs {
         let lower = name.to_lowercase();
-        if !(lower.ends_with(".csv") || lower.ends_with(".parquet")) {
+        if !TABLE_ENDINGS.iter().any(|ending| lower.ends_with(ending)) {
             let found = Some(quoted(name));
-            let expected = "expected a file ending in .csv or .parquet";
+            let expected = "expected a file ending in .csv, .tsv, .txt or .parquet";
             table.refuse("runs", table.at("runs"), found, expected);
         }
     }
@@ -125,7 +129,12 @@ fn data(root: &SceneTable, path: &Path) -> Option<Data> {
         .unwrap_or_default();
     film_ratios.sort_by(f64::total_cmp);
     film_ratios.dedup();
+    let names = SceneNames {
+        particles: particles.iter().map(|particle| particle.name.as_str()).collect(),
+        liquids: liquids.iter().map(|liquid| liquid.name.as_str()).collect(),
+    };
     let data = Data {
+        naming: naming(&table, &names),
         runs: beside(path, runs.as_deref().unwrap_or_default()),
         smallest_restitution: table.number("smallest_restitution", SHARE).unwrap_or(0.0),
         film_ratios,

@@ -29,6 +29,9 @@ use super::unknown_keys::ReadKeys;
 pub(super) fn parse(text: &str) -> Result<Spanned<DeTable<'_>>, Problem> {
     DeTable::parse(text).map_err(|error| {
         let span = error.span();
+        if let Some(problem) = span.clone().and_then(|span| decimal_comma(text, span.start)) {
+            return problem;
+        }
         let found = span.clone().and_then(|span| text.get(span)).map(str::trim);
         let found = found.filter(|found| !found.is_empty());
         Problem {
@@ -38,6 +41,28 @@ pub(super) fn parse(text: &str) -> Result<Spanned<DeTable<'_>>, Problem> {
             found: found.map(quoted),
             expected: error.message().to_owned(),
         }
+    })
+}
+
+/// Says that the line of a mistake has a number with a decimal comma, if it has one.
+fn decimal_comma(text: &str, at: usize) -> Option<Problem> {
+    let before = text.get(..at)?;
+    let start = before.rfind('\n').map_or(0, |end| end + 1);
+    let line = text.get(start..)?.lines().next()?;
+    let number_after = |(equals, _): (usize, &str)| {
+        let value = line[equals + 1..].trim_start();
+        let end = value.find(|c: char| !(c.is_ascii_digit() || "+-,".contains(c)));
+        let number = &value[..end.unwrap_or(value.len())];
+        let (whole, decimals) = number.split_once(',')?;
+        let is_number = !whole.is_empty() && decimals.chars().all(|c| c.is_ascii_digit()) && !decimals.is_empty();
+        is_number.then_some(number)
+    };
+    let number = line.match_indices('=').find_map(number_after)?;
+    Some(Problem {
+        line: Some(line_of(text.as_bytes(), start)),
+        place: "not valid TOML".to_owned(),
+        found: Some(quoted(number)),
+        expected: format!("expected a decimal point: `{}`", number.replace(',', ".")),
     })
 }
 

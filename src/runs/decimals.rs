@@ -1,0 +1,211 @@
+//! Finds how a text separates its columns, and reads its numbers, whichever mark their decimals have.
+
+use super::refusals::{CellPlace, Refusals};
+use super::row::BadCell;
+use crate::error::quoted;
+use crate::files::MOST_COLUMNS;
+use crate::scene::{Naming, RunColumn};
+
+/// What may stand between columns; of those that part a header into as many, the first.
+const SEPARATORS: [u8; 3] = [b',', b';', b'\t'];
+
+/// The byte between two columns: that which parts a header into most names that are known, and of such into most names.
+pub(super) fn separator_of(header: &str, naming: &Naming) -> u8 {
+    let is_known = |name: &str| {
+        let theirs = naming.columns.iter().any(|(_, theirs)| theirs == name);
+        theirs || RunColumn::named(name).is_some()
+    };
+    let names = |separator: &u8| {
+        let mut is_quoted = false;
+        let parted = header.split(|letter: char| {
+            is_quoted ^= letter == '"';
+            !is_quoted && letter == char::from(*separator)
+        });
+        let names: Vec<&str> = parted
+            .take(MOST_COLUMNS)
+            .map(|name| name.trim().trim_matches('"').trim())
+            .collect();
+        // blanks beside a separator name nothing
+        let named = names.iter().filter(|name| name.contains(char::is_alphanumeric));
+        (names.iter().filter(|name| is_known(name)).count(), named.count())
+    };
+    // of equals the last
+    SEPARATORS.into_iter().rev().max_by_key(names).unwrap_or(b',')
+}
+
+/// The marks that the decimals of a table have, as far as it was read: with both in it no number is sure.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct DecimalMarks {
+    point: bool,
+    comma: bool,
+    /// a comma that may set off thousands, since three digits come after it and others before
+    thousands: bool,
+}
+
+/// A number as a cell has it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct WrittenNumber {
+    pub value: f64,
+    pub marks: DecimalMarks,
+}
+
+impl DecimalMarks {
+    /// The marks of both.
+    pub fn and(self, other: DecimalMarks) -> DecimalMarks {
+        DecimalMarks {
+            point: self.point || other.point,
+            comma: self.comma || other.comma,
+            thousands: self.thousands || other.thousands,
+        }
+    }
+
+    /// Whether decimals have points here and commas there.
+    pub fn are_mixed(self) -> bool {
+        self.point && (self.comma || self.thousands)
+    }
+
+    /// Whether every comma may set off thousands, so that no number with one is known.
+    pub fn are_ambiguous(self) -> bool {
+        self.thousands && !self.comma
+    }
+
+    /// The mark in words; of marks that are not mixed.
+    pub fn word(self) -> &'static str {
+        if self.point {
+            "decimal point"
+        } else {
+            "decimal comma"
+        }
+    }
+}
+
+/// The number a cell that is not missing holds, or what was expected of it.
+pub(super) fn parse_number(cell: &str) -> Result<WrittenNumber, String> {
+    if let Ok(value) = cell.parse() {
+        let marks = DecimalMarks {
+            point: cell.as_bytes().contains(&b'.'),
+            ..DecimalMarks::default()
+        };
+        return Ok(WrittenNumber { value, marks });
+    }
+    with_comma(cell).ok_or_else(|| {
+        let has_both = cell.contains(',') && cell.contains('.');
+        let hint = if has_both {
+            " with one decimal mark and none for thousands"
+        } else {
+            ""
+        };
+        format!("expected a number{hint}")
+    })
+}
+
+/// A number whose decimals a comma sets off.
+fn with_comma(cell: &str) -> Option<WrittenNumber> {
+    /// digits of an f64 as text, by far
+    const LONGEST: usize = 64;
+    let (whole, decimals) = cell.split_once(',')?;
+    if cell.len() > LONGEST || decimals.contains(['.', ',']) || whole.contains('.') {
+        return None;
+    }
+    let mut text = [0; LONGEST];
+    let text = &mut text[..cell.len()];
+    text.copy_from_slice(cell.as_bytes());
+    text[whole.len()] = b'.';
+    let value = std::str::from_utf8(text).ok()?.parse().ok()?;
+    let digits = whole.trim_start_matches(['+', '-']);
+    let may_be_thousands = decimals.len() == 3 && !digits.is_empty() && !digits.starts_with('0') && digits.len() <= 3;
+    Some(WrittenNumber {
+        value,
+        marks: DecimalMarks {
+            comma: !may_be_thousands,
+            thousands: may_be_thousands,
+            ..DecimalMarks::default()
+        },
+    })
+}
+
+/// Reads the numbers of a table, all of which must have one decimal mark.
+#[derive(Default)]
+pub(super) struct Decimals {
+    marks: DecimalMarks,
+    /// where the first mark stands
+    first: Option<CellPlace>,
+    /// the first number with a comma that may set off thousands
+    ambiguous: Option<(CellPlace, RunColumn, String)>,
+}
+
+impl Decimals {
+    /// The number of a cell that is not missing, or what was expected of it.
+    pub fn read(&mut self, cell: &str, column: RunColumn, place: CellPlace) -> Result<f64, String> {
+        let number = parse_number(cell)?;
+        let both = self.marks.and(number.marks);
+        if let Some(first) = self.first.filter(|_| both.are_mixed()) {
+            return Err(format!("expected a {}, as {} has", self.marks.word(), first.words()));
+        }
+        if number.marks != DecimalMarks::default() {
+            self.first.get_or_insert(place);
+            if number.marks.are_ambiguous() {
+                self.ambiguous.get_or_insert_with(|| (place, column, cell.to_owned()));
+            }
+        }
+        self.marks = both;
+        Ok(number.value)
+    }
+
+    /// Refuses the first number with a comma where none of all commas tells what they set off.
+    pub fn finish(self, refusals: &mut Refusals) {
+        let ambiguous = self.ambiguous.filter(|_| self.marks.are_ambiguous());
+        let Some((place, column, text)) = ambiguous else {
+            return;
+        };
+        let expected = format!(
+            "expected a decimal point, or elsewhere in the file a decimal comma that cannot set off thousands: this may be \
+             {} or {}",
+            text.replacen(',', "", 1),
+            text.replacen(',', ".", 1)
+        );
+        refusals.cell_before_others(place, BadCell { column, expected }, quoted(&text));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_separator_is_the_one_that_parts_most() {
+        for (header, separator) in [
+            ("particle,liquid,film_um", b','),
+            ("particle;liquid;film_um", b';'),
+            ("particle\tliquid", b'\t'),
+            ("\"a;b;c;d\",liquid", b','),
+            ("\"v, m/s\";\"D, mm\"", b';'),
+            ("particle", b','),
+            ("particle\t,\tliquid \t,film_um", b','),
+            ("", b','),
+        ] {
+            assert_eq!(separator_of(header, &Naming::default()), separator, "{header}");
+        }
+    }
+
+    #[test]
+    fn a_comma_sets_off_decimals_unless_it_may_be_thousands() {
+        let read = |cell: &str| parse_number(cell).map(|number| (number.value, number.marks.are_ambiguous()));
+        for (cell, value, ambiguous) in [
+            ("0,71", 0.71, false),
+            ("0.71", 0.71, false),
+            ("4", 4.0, false),
+            ("1,5e-3", 1.5e-3, false),
+            ("-0,5", -0.5, false),
+            (",5", 0.5, false),
+            ("0,714", 0.714, false),
+            ("4,762", 4.762, true),
+            ("4762,125", 4762.125, false),
+        ] {
+            assert_eq!(read(cell), Ok((value, ambiguous)), "{cell}");
+        }
+        for cell in ["1.234,5", "1,234.5", "1,2,3", "high", ","] {
+            assert!(read(cell).is_err(), "{cell}");
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! Reads what a table of runs calls its columns and its words, and what it leaves unsaid.
+
+use super::expect::{ABOVE_ZERO, FINITE};
+use super::names::{closest, DRY, MISSING};
+use super::run_columns::RunColumn;
+use super::table::SceneTable;
+
+/// What a table of runs calls its columns and its words, and what it leaves unsaid.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Naming {
+    /// our name of a column, unit included, and theirs
+    pub columns: Vec<(String, String)>,
+    /// a column with words of its cells, each theirs and ours
+    pub words: Vec<(RunColumn, Vec<[String; 2]>)>,
+    /// columns that are the same in every row
+    pub constants: Vec<Constant>,
+    /// where drop and rebound heights are counted from
+    pub heights_to: HeightsTo,
+}
+
+/// A column that is the same in every row.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Constant {
+    /// which
+    pub column: RunColumn,
+    /// its name in the scene, unit included
+    pub name: String,
+    /// what every row has there
+    pub value: ConstantValue,
+}
+
+/// What every row has in a column.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ConstantValue {
+    /// in SI
+    Number(f64),
+    /// a word
+    Word(String),
+}
+
+/// Where drop and rebound heights are counted from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum HeightsTo {
+    /// the plate: the sphere meets the film before it has fallen the whole height
+    #[default]
+    Plate,
+    /// the surface of the film
+    Film,
+}
+
+/// The names that a scene gives its particles and liquids.
+pub(super) struct SceneNames<'n> {
+    pub particles: Vec<&'n str>,
+    pub liquids: Vec<&'n str>,
+}
+
+/// Reads the naming from the table of the data.
+pub(super) fn naming(data: &SceneTable, names: &SceneNames) -> Naming {
+    let heights = [("plate", HeightsTo::Plate), ("film", HeightsTo::Film)];
+    Naming {
+        columns: columns(data).unwrap_or_default(),
+        words: words(data, names).unwrap_or_default(),
+        constants: constants(data, names).unwrap_or_default(),
+        heights_to: data.choice("heights_to", &heights).unwrap_or_default(),
+    }
+}
+
+fn columns(data: &SceneTable) -> Option<Vec<(String, String)>> {
+    let table = data.table("columns")?;
+    let mut columns: Vec<(String, String)> = vec![];
+    for ours in table.keys() {
+        if RunColumn::named(&ours).is_none() {
+            refuse_column(&table, &ours);
+            continue;
+        }
+        let Some(theirs) = table.text(&ours) else {
+            continue;
+        };
+        if columns.iter().any(|(_, other)| *other == theirs) {
+            table.refuse_given(&ours, "a column that stands for no other");
+        }
+        columns.push((ours, theirs));
+    }
+    table.finish();
+    Some(columns)
+}
+
+fn words(data: &SceneTable, names: &SceneNames) -> Option<Vec<(RunColumn, Vec<[String; 2]>)>> {
+    let table = data.table("values")?;
+    let mut words = vec![];
+    for name in table.keys() {
+        let of_base = || RunColumn::ALL.into_iter().find(|column| column.base() == name);
+        let named = RunColumn::named(&name).map(|(column, _)| column);
+        let Some(column) = named.or_else(of_base) else {
+            refuse_column(&table, &name);
+            continue;
+        };
+        let Some(of_column) = table.table(&name) else {
+            continue;
+        };
+        let mut pairs = vec![];
+        for theirs in of_column.keys() {
+            let Some(ours) = of_column.text(&theirs) else {
+                continue;
+            };
+            check_word(&of_column, &theirs, column, &ours, names);
+            pairs.push([theirs, ours]);
+        }
+        of_column.finish();
+        words.push((column, pairs));
+    }
+    table.finish();
+    Some(words)
+}
+
+fn constants(data: &SceneTable, names: &SceneNames) -> Option<Vec<Constant>> {
+    let table = data.table("constants")?;
+    let mut constants: Vec<Constant> = vec![];
+    for name in table.keys() {
+        let Some((column, unit)) = RunColumn::named(&name) else {
+            refuse_column(&table, &name);
+            continue;
+        };
+        let value = if column.is_number() {
+            let expect = match column {
+                RunColumn::Diameter
+                | RunColumn::Film
+                | RunColumn::ImpactSpeed
+                | RunColumn::DropHeight
+                | RunColumn::Stokes => ABOVE_ZERO,
+                _ => FINITE,
+            };
+            let value = table.number(&name, expect);
+            value.map(|value| ConstantValue::Number(unit.to_si(value)))
+        } else {
+            let word = table.text(&name);
+            if let Some(word) = &word {
+                check_word(&table, &name, column, word, names);
+            }
+            word.map(ConstantValue::Word)
+        };
+        if let Some(other) = constants.iter().find(|other| other.column == column) {
+            let expected = format!(
+                "`{}` is already given as `{}`; expected one unit for one quantity",
+                column.base(),
+                other.name
+            );
+            table.refuse_key(&name, &expected);
+        }
+        constants.extend(value.map(|value| Constant { column, name, value }));
+    }
+    table.finish();
+    Some(constants)
+}
+
+/// Refuses a name that is no column's.
+fn refuse_column(table: &SceneTable, name: &str) {
+    let expected = match RunColumn::nearly(name) {
+        Some((_, expected)) => expected,
+        None => "expected the name of a column that runs can have, as diameter_mm".to_owned(),
+    };
+    table.refuse_key(name, &expected);
+}
+
+/// Refuses a word that no cell of a column may hold.
+fn check_word(table: &SceneTable, key: &str, column: RunColumn, word: &str, names: &SceneNames) {
+    let known: Option<(&str, Vec<&str>)> = match column {
+        RunColumn::Particle => Some(("a name in [particles]", names.particles.clone())),
+        RunColumn::Liquid => {
+            let with_dry = names.liquids.iter().copied().chain([DRY]);
+            Some(("a name in [liquids] or \"dry\"", with_dry.collect()))
+        }
+        _ => None,
+    };
+    if word == MISSING {
+        return;
+    }
+    if let Some((what, known)) = known {
+        if !known.contains(&word) {
+            let near = closest(word, known).map(|near| format!("{what}; did you mean `{near}`?"));
+            table.refuse_given(key, near.as_deref().unwrap_or(what));
+        }
+    } else if column.is_number() && word.parse::<f64>().is_err() {
+        table.refuse_given(key, "a number in quotes, with a decimal point, or \"NA\"");
+    }
+}

@@ -1,0 +1,162 @@
+//! Holds the columns that a table of runs can have.
+
+use super::names::letters_apart;
+use crate::units::{names_in_words, Dimension, Unit};
+
+/// A column runs can have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum RunColumn {
+    /// name of the particle
+    Particle,
+    /// name of the liquid
+    Liquid,
+    /// of the sphere
+    Diameter,
+    /// thickness of the film
+    Film,
+    /// as measured
+    ImpactSpeed,
+    /// as measured
+    ReboundSpeed,
+    /// rebound speed over impact speed
+    Restitution,
+    /// that the run belongs to
+    FilmRatio,
+    /// standard deviation of the measurement
+    ImpactSpeedSd,
+    /// standard deviation of the measurement
+    ReboundSpeedSd,
+    /// standard deviation of the measurement
+    RestitutionSd,
+    /// of the errors of both speeds
+    SpeedCorrelation,
+    /// height of the sphere's lowest point when it is let go
+    DropHeight,
+    /// the same where it turns after the rebound
+    ReboundHeight,
+    /// Stokes number of the impact
+    Stokes,
+    /// why the run is left out
+    Exclude,
+    /// free label
+    Run,
+}
+
+impl RunColumn {
+    /// Every column.
+    pub const ALL: [RunColumn; 17] = [
+        RunColumn::Particle,
+        RunColumn::Liquid,
+        RunColumn::Diameter,
+        RunColumn::Film,
+        RunColumn::ImpactSpeed,
+        RunColumn::ReboundSpeed,
+        RunColumn::Restitution,
+        RunColumn::FilmRatio,
+        RunColumn::ImpactSpeedSd,
+        RunColumn::ReboundSpeedSd,
+        RunColumn::RestitutionSd,
+        RunColumn::SpeedCorrelation,
+        RunColumn::DropHeight,
+        RunColumn::ReboundHeight,
+        RunColumn::Stokes,
+        RunColumn::Exclude,
+        RunColumn::Run,
+    ];
+    /// The columns that hold numbers.
+    pub const NUMBERS: [RunColumn; 13] = [
+        RunColumn::Diameter,
+        RunColumn::Film,
+        RunColumn::ImpactSpeed,
+        RunColumn::ReboundSpeed,
+        RunColumn::Restitution,
+        RunColumn::FilmRatio,
+        RunColumn::ImpactSpeedSd,
+        RunColumn::ReboundSpeedSd,
+        RunColumn::RestitutionSd,
+        RunColumn::SpeedCorrelation,
+        RunColumn::DropHeight,
+        RunColumn::ReboundHeight,
+        RunColumn::Stokes,
+    ];
+
+    /// Its name without a unit.
+    pub fn base(self) -> &'static str {
+        match self {
+            RunColumn::Particle => "particle",
+            RunColumn::Liquid => "liquid",
+            RunColumn::Diameter => "diameter",
+            RunColumn::Film => "film",
+            RunColumn::ImpactSpeed => "impact_speed",
+            RunColumn::ReboundSpeed => "rebound_speed",
+            RunColumn::Restitution => "restitution",
+            RunColumn::FilmRatio => "film_ratio",
+            RunColumn::ImpactSpeedSd => "impact_speed_sd",
+            RunColumn::ReboundSpeedSd => "rebound_speed_sd",
+            RunColumn::RestitutionSd => "restitution_sd",
+            RunColumn::SpeedCorrelation => "speed_correlation",
+            RunColumn::DropHeight => "drop_height",
+            RunColumn::ReboundHeight => "rebound_height",
+            RunColumn::Stokes => "stokes",
+            RunColumn::Exclude => "exclude",
+            RunColumn::Run => "run",
+        }
+    }
+
+    /// What it holds.
+    pub fn dimension(self) -> Dimension {
+        match self {
+            RunColumn::Diameter | RunColumn::DropHeight | RunColumn::ReboundHeight => Dimension::Length,
+            RunColumn::Film => Dimension::Thickness,
+            RunColumn::ImpactSpeed | RunColumn::ReboundSpeed | RunColumn::ImpactSpeedSd | RunColumn::ReboundSpeedSd => {
+                Dimension::Speed
+            }
+            RunColumn::Particle
+            | RunColumn::Liquid
+            | RunColumn::Restitution
+            | RunColumn::FilmRatio
+            | RunColumn::RestitutionSd
+            | RunColumn::SpeedCorrelation
+            | RunColumn::Stokes
+            | RunColumn::Exclude
+            | RunColumn::Run => Dimension::One,
+        }
+    }
+
+    /// Whether its cells are numbers.
+    pub fn is_number(self) -> bool {
+        RunColumn::NUMBERS.contains(&self)
+    }
+
+    /// Its name in the usual unit, to ask for it.
+    pub fn usual_name(self) -> String {
+        format!("{}{}", self.base(), self.dimension().units()[0].suffix)
+    }
+
+    /// Every name a column can have, with its unit.
+    pub fn names() -> impl Iterator<Item = (String, RunColumn, &'static Unit)> {
+        RunColumn::ALL.into_iter().flat_map(|column| {
+            let units = column.dimension().units().iter();
+            units.map(move |unit| (format!("{}{}", column.base(), unit.suffix), column, unit))
+        })
+    }
+
+    /// The column of this name, with the unit in it.
+    pub fn named(name: &str) -> Option<(RunColumn, &'static Unit)> {
+        let mut names = RunColumn::names();
+        names.find_map(|(candidate, column, unit)| (candidate == name).then_some((column, unit)))
+    }
+
+    /// The column that a name which is none's was to be, because it lacks its unit or is misspelt, with what was expected.
+    pub fn nearly(name: &str) -> Option<(RunColumn, String)> {
+        if let Some(column) = RunColumn::ALL.into_iter().find(|column| column.base() == name) {
+            let names = names_in_words(name, column.dimension());
+            return Some((column, format!("a unit is part of the name; expected {names}")));
+        }
+        let candidates = RunColumn::names();
+        let near = candidates
+            .filter_map(|(candidate, column, _)| Some((letters_apart(name, &candidate, 2)?, candidate, column)));
+        let (_, near, column) = near.min()?;
+        Some((column, format!("unknown column; did you mean `{near}`?")))
+    }
+}
