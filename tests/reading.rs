@@ -315,7 +315,7 @@ fn rows_and_measurement_errors_are_the_same_from_every_format() {
     let quoted = text.replacen("PTFE,", "\n\"PTFE\",", 1);
     std::fs::write(&path, quoted).expect("writable");
     let from_text = wetcor::runs::read(&scene).unwrap_or_else(|e| panic!("{e}")).runs;
-    scene.data.runs = copy.folder.join("runs.parquet");
+    scene.data.runs = vec![copy.folder.join("runs.parquet")];
     let from_parquet = wetcor::runs::read(&scene).unwrap_or_else(|e| panic!("{e}")).runs;
     assert_eq!(format!("{fast:?}"), format!("{from_text:?}"));
     assert_eq!(format!("{fast:?}"), format!("{from_parquet:?}"));
@@ -533,4 +533,65 @@ fn an_excluded_run_is_counted_under_its_reason() {
             .len(),
         3
     );
+}
+
+/// Several tables are one, of any formats, whose rows count on; the file with a mistake is named.
+#[test]
+fn several_tables_are_read_as_one() {
+    let copy = Copy::plain();
+    let at = |name: &str| copy.folder.join(name);
+    let text = std::fs::read_to_string(at("runs.csv")).expect("runs");
+    let scene_text = std::fs::read_to_string(at("scene.toml")).expect("a scene");
+    let read = || {
+        let scene = wetcor::scene::read(&at("scene.toml")).unwrap_or_else(|e| panic!("{e}"));
+        wetcor::runs::read(&scene)
+    };
+    let whole = read().unwrap_or_else(|e| panic!("{e}"));
+    let (header, rows) = text.split_once('\n').expect("a header");
+    let rows: Vec<&str> = rows.lines().collect();
+    let (first, last) = rows.split_at(13);
+    let part = |rows: &[&str]| format!("{header}\n{}\n", rows.join("\n"));
+    std::fs::write(at("one.csv"), part(first)).expect("writable");
+    let german = part(last).replace(',', ";").replace('.', ",");
+    std::fs::write(at("two.txt"), &german).expect("writable");
+    let list = |names: &str| {
+        let text = scene_text.replace("runs = \"runs.csv\"", &format!("runs = {names}"));
+        std::fs::write(at("scene.toml"), text).expect("writable");
+    };
+    list("[\"one.csv\", \"two.txt\"]");
+    let both = read().unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(format!("{:?}", both.runs), format!("{:?}", whole.runs));
+    assert_eq!(both.rows, whole.rows);
+    let hash = |name: &str| wetcor::seed::sha256(&std::fs::read(at(name)).expect("a table"));
+    let lines = format!("{}\n{}\n", hash("one.csv"), hash("two.txt"));
+    assert_eq!(both.sha256, wetcor::seed::sha256(lines.as_bytes()));
+    let (status, _, err) = copy.run(&["fit", "scene.toml", "--out", "out", "--stages", "least_squares"]);
+    assert_eq!(status, Some(0), "{err}");
+    let report = std::fs::read_to_string(at("out/report.md")).expect("a report");
+    assert!(report.contains("one.csv, two.txt"), "{report}");
+    // neither table is written over
+    let scene = wetcor::scene::read(&at("scene.toml")).unwrap_or_else(|e| panic!("{e}"));
+    let kept = |name: &str| wetcor::scene::why_not_overwritten(&at(name), &scene).is_some();
+    assert!(kept("one.csv") && kept("two.txt") && !kept("runs.csv"));
+    let refused = |expected: &str| {
+        let (status, _, err) = copy.run(&["check", "scene.toml"]);
+        assert_eq!(status, Some(2), "{err}");
+        assert!(err.contains(expected), "{expected}\n{err}");
+    };
+    std::fs::write(at("two.txt"), german.replacen("PTFE", "PTFA", 1)).expect("writable");
+    refused("two.txt: 1 problem; nothing was written\n  line 2, column particle: found `PTFA`");
+    list("[\"one.csv\", \"one.csv\"]");
+    refused("expected every table once");
+    list("[]");
+    refused("expected a text in quotes, or a list of such");
+    let without: String = part(last)
+        .lines()
+        .map(|line| {
+            let cells: Vec<&str> = line.split(',').collect();
+            format!("{},{}\n", cells[..4].join(","), cells[5..].join(","))
+        })
+        .collect();
+    std::fs::write(at("two.txt"), without).expect("writable");
+    list("[\"one.csv\", \"two.txt\"]");
+    refused("two.txt: 1 problem; nothing was written\n  header: expected a column `film_ratio`, as one.csv has");
 }

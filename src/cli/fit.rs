@@ -109,8 +109,7 @@ pub(super) fn fit(fit: FitOptions) -> Result<u8, Error> {
     let scene = scene::read(fit.scene_file)?;
     let default_out = || Path::new("reports").join(&scene.name);
     let out = fit.out.clone().unwrap_or_else(default_out);
-    let inputs = [fit.scene_file, &scene.data.runs];
-    let destination = Destination::prepare(&out, Contents::Fit, &scene.title, &inputs)?;
+    let destination = Destination::prepare(&out, Contents::Fit, &scene.title, &scene.inputs())?;
     let table = timing.stage("read", quiet, || runs::read(&scene))?;
     if fit.wants(Stage::Posterior) {
         // a prior without room is refused now, not after the bootstrap

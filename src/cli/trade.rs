@@ -14,7 +14,7 @@ use crate::progress::Progress;
 pub(super) fn run_trade(path: &Path, out: Option<PathBuf>, seed: u64, quiet: bool) -> Result<u8, Error> {
     let scene = scene::read(path)?;
     let out = out.unwrap_or_else(|| Path::new("reports").join(format!("{}-trade", scene.name)));
-    let destination = Destination::prepare(&out, Contents::Trade, &scene.title, &[path, &scene.data.runs])?;
+    let destination = Destination::prepare(&out, Contents::Trade, &scene.title, &scene.inputs())?;
     let table = runs::read(&scene)?;
     let progress = Progress::bar("trade", trade::PATHS, quiet);
     let done = AtomicU64::new(0);

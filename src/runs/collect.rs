@@ -68,10 +68,12 @@ impl RunsAsRead {
 }
 
 /// A whole file, collected.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Collected {
     pub columns: RunsAsRead,
     pub rows: usize,
+    /// whether the table has a column of nominal film ratios
+    pub has_film_ratio: bool,
     /// columns not read, as a message shows them
     unknown: Vec<String>,
     screened: [usize; Reason::ALL.len()],
@@ -95,6 +97,7 @@ impl Collected {
                 errors: MeasurementErrors::default(),
             },
             rows: 0,
+            has_film_ratio,
             unknown: unknown.to_vec(),
             screened: [0; Reason::ALL.len()],
             excluded: vec![],
@@ -178,20 +181,24 @@ impl Collected {
         by_scene.chain(by_file).filter(|screened| screened.runs > 0).collect()
     }
 
-    pub fn notices(&self, path: &Path) -> Vec<Notice> {
+    /// Says which columns of a file were not read.
+    pub fn unknown_columns(&self, path: &Path) -> Option<Notice> {
+        let noun = if self.unknown.len() == 1 { "column" } else { "columns" };
         let file = file_name(path);
-        let mut notices = vec![];
-        if !self.unknown.is_empty() {
-            let noun = if self.unknown.len() == 1 { "column" } else { "columns" };
-            notices.push(Notice::new(
+        (!self.unknown.is_empty()).then(|| {
+            Notice::new(
                 "unknown_column",
                 self.unknown.len(),
                 format!("{file}: {noun} {} not read", self.unknown.join(", ")),
                 "nothing, unless one of them holds what the analysis needs under another name",
-            ));
-        }
-        if self.above_one > 0 {
-            notices.push(Notice::new(
+            )
+        })
+    }
+
+    /// Says how many runs rebounded faster than they fell.
+    pub fn above_one(&self) -> Option<Notice> {
+        (self.above_one > 0).then(|| {
+            Notice::new(
                 "restitution_above_one",
                 self.above_one,
                 format!(
@@ -199,8 +206,7 @@ impl Collected {
                     self.above_one
                 ),
                 "check the speed calibration of these runs",
-            ));
-        }
-        notices
+            )
+        })
     }
 }

@@ -56,13 +56,13 @@ pub use write::{Existing, RunWriter};
 
 use std::fs::File;
 use std::io::{Read, Seek};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use collect::Collected;
 use refusals::{whole_file, Refused};
 
 use crate::encoding;
-use crate::error::Error;
+use crate::error::{file_name, Error, Problem};
 use crate::files::{self, Input, MOST_OF_LINE, MOST_OF_PARQUET, MOST_OF_PIPE};
 use crate::notice::Notice;
 use crate::scene::Scene;
@@ -88,25 +88,12 @@ pub struct Table {
 /// Fails with every bad cell named by line, column and value, and where runs without measurement errors have no other
 /// spread; then nothing of the table is used.
 pub fn read(scene: &Scene) -> Result<Table, Error> {
-    let path = scene.data.runs.as_path();
-    let parquet = path
-        .extension()
-        .is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"));
-    let mut source = TableSource::open(path)?;
-    let (collected, sha256) = if parquet {
-        read_parquet(source, path, scene)?
-    } else {
-        read_csv(&mut source, path, scene)?
-    };
-    if collected.rows == 0 {
-        let problem = if parquet {
-            whole_file("the table has no rows", "one row a run")
-        } else {
-            whole_file("no runs below the header", "one line a run")
-        };
-        return Err(Error::input(path, vec![problem]));
+    let mut tables = vec![];
+    for path in &scene.data.runs {
+        tables.push(read_table(path, scene)?);
     }
-    let (rows, screened, notices) = (collected.rows, collected.screened(), collected.notices(path));
+    let (collected, notices, sha256) = joined(tables, &scene.data.runs)?;
+    let (rows, screened) = (collected.rows, collected.screened());
     let runs = impacts::arrange(collected.columns, scene);
     stated_errors::check_stated_errors(scene, &runs)?;
     Ok(Table {
@@ -116,6 +103,66 @@ pub fn read(scene: &Scene) -> Result<Table, Error> {
         runs,
         sha256,
     })
+}
+
+/// Reads and checks one table; gives the SHA-256 of the file, too.
+fn read_table(path: &Path, scene: &Scene) -> Result<(Collected, String), Error> {
+    let parquet = path
+        .extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"));
+    let mut source = TableSource::open(path)?;
+    let read = if parquet {
+        read_parquet(source, path, scene)?
+    } else {
+        read_csv(&mut source, path, scene)?
+    };
+    if read.0.rows == 0 {
+        let problem = if parquet {
+            whole_file("the table has no rows", "one row a run")
+        } else {
+            whole_file("no runs below the header", "one line a run")
+        };
+        return Err(Error::input(path, vec![problem]));
+    }
+    Ok(read)
+}
+
+/// All tables as one, whose rows count on from table to table; with what is to be said of them, and the SHA-256 of the file
+/// or, of several, that of their SHA-256, a line each.
+fn joined(tables: Vec<(Collected, String)>, paths: &[PathBuf]) -> Result<(Collected, Vec<Notice>, String), Error> {
+    let unknown = tables
+        .iter()
+        .zip(paths)
+        .filter_map(|((table, _), path)| table.unknown_columns(path));
+    let mut notices: Vec<Notice> = unknown.collect();
+    let mut tables = tables.into_iter();
+    let (mut all, mut sha256) = tables.next().unwrap_or_default();
+    let mut hashes = format!("{sha256}\n");
+    for ((table, hash), path) in tables.zip(&paths[1..]) {
+        if table.has_film_ratio != all.has_film_ratio {
+            let [with, without] = if all.has_film_ratio {
+                [&paths[0], path]
+            } else {
+                [path, &paths[0]]
+            };
+            let expected = format!(
+                "expected a column `film_ratio`, as {} has: runs of one scene all belong to nominal film ratios, or none does",
+                file_name(with)
+            );
+            let problem = Problem {
+                line: None,
+                place: "header".to_owned(),
+                found: None,
+                expected,
+            };
+            return Err(Error::input(without, vec![problem]));
+        }
+        all.extend(std::slice::from_ref(&table));
+        hashes.push_str(&format!("{hash}\n"));
+        sha256 = crate::seed::sha256(hashes.as_bytes());
+    }
+    notices.extend(all.above_one());
+    Ok((all, notices, sha256))
 }
 
 /// Puts simulated runs in order, as [`read`] does those of a file.

@@ -1,6 +1,6 @@
 //! Holds a scene: everything that does not change from run to run.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::choices::{Bootstrap, ModelChoices, PriorChoice, Sampler};
 use super::materials::{Liquid, Particle};
@@ -47,6 +47,12 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// The scene file and its tables, which must stay as they are.
+    pub fn inputs(&self) -> Vec<&Path> {
+        let tables = self.data.runs.iter().map(PathBuf::as_path);
+        std::iter::once(self.file.as_path()).chain(tables).collect()
+    }
+
     /// Whether the stated errors of measurement are all that scatters the dry or the wet runs, by the name of their spread:
     /// it is held at 0.
     pub fn errors_are_all(&self, spread: &str) -> bool {
@@ -77,9 +83,9 @@ impl Scene {
 /// Which runs, and which of them are used.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Data {
-    /// the table of runs
-    pub runs: PathBuf,
-    /// what it calls its columns and its words
+    /// the tables of runs, at least one, whose rows follow one another
+    pub runs: Vec<PathBuf>,
+    /// what they call their columns and their words
     pub naming: Naming,
     /// a restitution at or below this counts as stuck
     pub smallest_restitution: f64,

@@ -15,7 +15,14 @@ struct RunsOfScene {
 
 #[derive(Deserialize)]
 struct DataPaths {
-    runs: PathBuf,
+    runs: OneOrMore,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum OneOrMore {
+    One(PathBuf),
+    More(Vec<PathBuf>),
 }
 
 /// Why nothing may be written to a file: it is a scene, or holds the runs of this scene or of one that lies beside it.
@@ -33,20 +40,24 @@ pub fn why_not_overwritten(file: &Path, scene: &Scene) -> Option<String> {
             "holds the runs of {scene}; choose another file, or move it away first"
         ))
     };
-    if is_this(&scene.data.runs) {
+    if scene.data.runs.iter().any(|runs| is_this(runs)) {
         return holds_runs_of(scene_file);
     }
     let beside = std::fs::read_dir(file.parent()?).ok()?;
     let mut scenes = beside
         .filter_map(|entry| Some(entry.ok()?.path()))
         .filter(|path| path.extension().is_some_and(|extension| extension == "toml"));
-    let owner = scenes.find(|path| runs_of(path).is_some_and(|runs| is_this(&runs)))?;
+    let owner = scenes.find(|path| runs_of(path).is_some_and(|all| all.iter().any(|runs| is_this(runs))))?;
     holds_runs_of(&owner)
 }
 
 /// Where the runs of a scene lie; `None` for what is no scene.
-fn runs_of(path: &Path) -> Option<PathBuf> {
+fn runs_of(path: &Path) -> Option<Vec<PathBuf>> {
     let bytes = files::read(path, files::MOST_OF_SCENE, "read").ok()?;
     let sketch: RunsOfScene = toml::from_slice(&bytes).ok()?;
-    Some(path.parent()?.join(sketch.data.runs))
+    let folder = path.parent()?;
+    Some(match sketch.data.runs {
+        OneOrMore::One(runs) => vec![folder.join(runs)],
+        OneOrMore::More(all) => all.into_iter().map(|runs| folder.join(runs)).collect(),
+    })
 }

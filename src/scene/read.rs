@@ -108,15 +108,7 @@ fn data(root: &SceneTable, path: &Path, particles: &[Particle], liquids: &[Liqui
         return None;
     };
     table.require_key("runs", Dimension::One);
-    let runs = table.text("runs");
-    if let Some(name) = &runs {
-        let lower = name.to_lowercase();
-        if !TABLE_ENDINGS.iter().any(|ending| lower.ends_with(ending)) {
-            let found = Some(quoted(name));
-            let expected = "expected a file ending in .csv, .tsv, .txt or .parquet";
-            table.refuse("runs", table.at("runs"), found, expected);
-        }
-    }
+    let runs = runs(&table, path);
     let speed = |base: &str| table.quantity(base, Dimension::Speed, ABOVE_ZERO);
     let screens = Screens {
         min_film: table.quantity("min_film", Dimension::Thickness, ABOVE_ZERO),
@@ -135,7 +127,7 @@ fn data(root: &SceneTable, path: &Path, particles: &[Particle], liquids: &[Liqui
     };
     let data = Data {
         naming: naming(&table, &names),
-        runs: beside(path, runs.as_deref().unwrap_or_default()),
+        runs,
         smallest_restitution: table.number("smallest_restitution", SHARE).unwrap_or(0.0),
         film_ratios,
         film_ratio_gap: table
@@ -147,6 +139,25 @@ fn data(root: &SceneTable, path: &Path, particles: &[Particle], liquids: &[Liqui
     };
     table.finish();
     Some(data)
+}
+
+/// The tables of runs, each once and in a format that can be read.
+fn runs(table: &SceneTable, path: &Path) -> Vec<PathBuf> {
+    let names = table.text_or_texts("runs").unwrap_or_default();
+    let mut runs: Vec<PathBuf> = vec![];
+    for Located { value: name, at } in &names {
+        let lower = name.to_lowercase();
+        let refuse = |expected: &str| table.refuse("runs", *at, Some(quoted(name)), expected);
+        if !TABLE_ENDINGS.iter().any(|ending| lower.ends_with(ending)) {
+            refuse("expected a file ending in .csv, .tsv, .txt or .parquet");
+        }
+        let file = beside(path, name);
+        if runs.contains(&file) {
+            refuse("expected every table once");
+        }
+        runs.push(file);
+    }
+    runs
 }
 
 fn beside(path: &Path, name: &str) -> PathBuf {

@@ -42,8 +42,9 @@ pub(super) fn cautions(page: &mut Page, input: ReportInput) {
 pub(super) fn reproduce(page: &mut Page, input: ReportInput) {
     let findings = input.findings;
     page.heading("How to reproduce");
-    let runs = input.scene.data.runs.file_name();
-    let runs = runs.map_or(String::new(), |name| literal(&name.to_string_lossy()));
+    let names = input.scene.data.runs.iter().filter_map(|runs| runs.file_name());
+    let names: Vec<String> = names.map(|name| literal(&name.to_string_lossy())).collect();
+    let runs = names.join(", ");
     let every_row = input
         .posterior
         .is_some_and(|posterior| posterior.sampled.compression.is_none());

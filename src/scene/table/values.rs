@@ -115,6 +115,25 @@ impl<'i> SceneTable<'_, 'i> {
         words.map(Some)
     }
 
+    /// A text or a list of some, with their places.
+    pub fn text_or_texts(&self, key: &str) -> Option<Vec<Located<String>>> {
+        let value = self.entry(key)?;
+        let text = |item: &Spanned<DeValue<'_>>| {
+            let value = item.get_ref().as_str()?.to_owned();
+            let at = item.span().start;
+            Some(Located { value, at })
+        };
+        let texts = match value.get_ref().as_array() {
+            Some(items) if items.is_empty() => None,
+            Some(items) => items.iter().map(text).collect(),
+            None => text(value).map(|text| vec![text]),
+        };
+        if texts.is_none() {
+            self.refuse_value(key, value, "a text in quotes, or a list of such");
+        }
+        texts
+    }
+
     /// A list of texts with their places.
     pub fn texts(&self, key: &str) -> Option<Vec<Located<String>>> {
         let value = self.entry(key)?;
