@@ -166,9 +166,9 @@ fn example() -> Scene {
 fn simulate(scene: &mut Scene, runs: Option<u64>, name: &str, mut change: impl FnMut(&mut NewRun)) {
     let folder: PathBuf = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cost");
     std::fs::create_dir_all(&folder).expect("target/ is writable");
-    scene.data.runs = vec![folder.join(name)];
+    scene.data.runs = vec![folder.join(name).into()];
     let simulation = Simulation::new(scene, runs).expect("the scene has a truth and a design");
-    let mut writer = RunWriter::create(&scene.data.runs[0], Existing::Replaced).expect("the table can be created");
+    let mut writer = RunWriter::create(&scene.data.runs[0].path, Existing::Replaced).expect("the table can be created");
     simulation
         .draw(1, |mut run| {
             change(&mut run);

@@ -31,7 +31,7 @@ fn simulated(runs: u64) -> (Scene, TempDir) {
         .draw(1, |run| writer.write(run))
         .expect("the table can be written");
     writer.finish().expect("the table can be completed");
-    scene.data.runs = vec![table];
+    scene.data.runs = vec![table.into()];
     (scene, folder)
 }
 
@@ -88,7 +88,7 @@ mod read_million {
         bencher.bench(|| {
             CsvReadOptions::default()
                 .with_schema(Some(schema.clone()))
-                .try_into_reader_with_file_path(Some(scene.data.runs[0].clone()))
+                .try_into_reader_with_file_path(Some(scene.data.runs[0].path.clone()))
                 .and_then(|reader| reader.finish())
                 .expect("simulated runs are good")
         });

@@ -19,6 +19,10 @@ pub(crate) const MOST_OF_SCENE: u64 = 16 * MIB;
 /// Bytes of the longest table that is read from a pipe; one in a file may be longer.
 pub(crate) const MOST_OF_PIPE: u64 = 64 * MIB;
 
+/// Bytes of the largest workbook, and of what it may unpack to.
+pub(crate) const MOST_OF_WORKBOOK: u64 = 64 * MIB;
+pub(crate) const MOST_UNPACKED: u64 = 1024 * MIB;
+
 /// Bytes of the longest Parquet table, which is read as a whole.
 pub(crate) const MOST_OF_PARQUET: u64 = 2048 * MIB;
 

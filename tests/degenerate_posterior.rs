@@ -65,7 +65,7 @@ fn sample(rows: &str) -> (Findings, Option<Posterior>) {
 fn sample_scene(scene: &str, rows: &str) -> (Findings, Option<Posterior>) {
     let place = Place::new(scene);
     let csv = format!("particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution\n{rows}");
-    std::fs::write(&place.scene.data.runs[0], csv).expect("the folder is writable");
+    std::fs::write(&place.scene.data.runs[0].path, csv).expect("the folder is writable");
     let table = place.read();
     let mut findings = findings::fit_least_squares(&place.scene, &table, 1, false);
     let posterior = findings

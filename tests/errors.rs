@@ -337,7 +337,7 @@ replicates = 2000
 /// A drawn table with errors of v of 1 % and of v_r of 0.5 %, tenfold apart, told in columns of their own.
 fn with_errors(place: &Place, test: &str) -> Findings {
     place.draw(seed_of(test), None);
-    let path = &place.scene.data.runs[0];
+    let path = &place.scene.data.runs[0].path;
     let text = std::fs::read_to_string(path).expect("it was drawn");
     let mut rng = rng(test);
     let mut lines = text.lines();

@@ -550,7 +550,7 @@ fn main_numbers_cover_on_designs_of_few_runs() {
                 1.0 - 0.183 * v.powf(0.2) + 0.01 * z
             ));
         }
-        std::fs::write(&place.scene.data.runs[0], csv).expect("writable");
+        std::fs::write(&place.scene.data.runs[0].path, csv).expect("writable");
         let found = findings::fit_least_squares(&place.scene, &place.read(), *set, true);
         let interval = found.dry[0].dry_k.interval;
         interval.is_some_and(|[lo, hi]| lo <= 0.183 && 0.183 <= hi)

@@ -61,7 +61,7 @@ fn fit_slowly(out: &Path) {
     interruption::watch(|why| eprintln!("{why}")).expect("signals can be waited for");
     let path = plain();
     let scene = scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
-    let destination = Destination::prepare(out, Contents::Fit, &scene.title, &[&path, &scene.data.runs[0]]);
+    let destination = Destination::prepare(out, Contents::Fit, &scene.title, &[&path, &scene.data.runs[0].path]);
     let table = runs::read(&scene).unwrap_or_else(|error| panic!("{error}"));
     let findings = findings::fit_least_squares(&scene, &table, seed, false);
     let input = ReportInput {

@@ -202,7 +202,7 @@ fn fitted(scheme: &str, runs: &str) -> Findings {
         "{SCENE}\n[bootstrap]\nscheme = \"{scheme}\"\nreplicates = 500\n"
     ));
     let header = "particle,liquid,diameter_mm,film_um,film_ratio,impact_speed_m_s,restitution";
-    std::fs::write(&place.scene.data.runs[0], format!("{header}\n{runs}")).expect("the folder is writable");
+    std::fs::write(&place.scene.data.runs[0].path, format!("{header}\n{runs}")).expect("the folder is writable");
     findings::fit_least_squares(&place.scene, &place.read(), 1, true)
 }
 

@@ -431,7 +431,7 @@ fn without_film_groups_a_series_is_particle_liquid_and_diameter() {
         );
     }
     let place = Place::new(&text(0.01, &format!("series_offsets = true\n{SAMPLER}")));
-    std::fs::write(&place.scene.data.runs[0], csv).expect("writable");
+    std::fs::write(&place.scene.data.runs[0].path, csv).expect("writable");
     let table = place.read();
     assert!(table.runs.film_groups.iter().all(|group| !group.has_one_film_ratio()));
     let (_, posterior) = fit(&place.scene, &table);

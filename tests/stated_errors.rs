@@ -139,7 +139,7 @@ fn the_posterior_is_that_of_the_errors_alone() {
     let seed = seed_of("the_posterior_is_that_of_the_errors_alone");
     for (factor, may_be_quoted) in [(1.0, true), (2.0, false)] {
         let text = table(&place, seed, factor, |_, _| ());
-        std::fs::write(&place.scene.data.runs[0], text).expect("writable");
+        std::fs::write(&place.scene.data.runs[0].path, text).expect("writable");
         let table = place.read();
         let mut findings = findings::fit_least_squares(&place.scene, &table, 1, true);
         let posterior = findings
@@ -186,7 +186,7 @@ fn every_stage_and_prediction_run_without_a_spread() {
         1.0,
         |_, _| (),
     );
-    std::fs::write(&place.scene.data.runs[0], text).expect("writable");
+    std::fs::write(&place.scene.data.runs[0].path, text).expect("writable");
     let run = |words: &[&str]| {
         let output = Command::new(env!("CARGO_BIN_EXE_wetcor"))
             .args(words)
@@ -237,7 +237,7 @@ fn every_stage_and_prediction_run_without_a_spread() {
 fn refusal(scene: &str, change: impl Fn(usize, &mut String)) -> Option<String> {
     let place = Place::new(scene);
     let text = table(&place, 1, 1.0, change);
-    std::fs::write(&place.scene.data.runs[0], text).expect("writable");
+    std::fs::write(&place.scene.data.runs[0].path, text).expect("writable");
     runs::read(&place.scene).err().map(|error| error.to_string())
 }
 

@@ -167,7 +167,7 @@ fn tally((share, viscosity): (u32, f64), on: On) -> (f64, Vec<Tally>) {
     let of_set = |set: u64| {
         let seed = seed_of(&name).wrapping_add(set);
         let place = Place::new(&scene(viscosity));
-        std::fs::write(&place.scene.data.runs[0], table(viscosity, on, seed)).expect("writable");
+        std::fs::write(&place.scene.data.runs[0].path, table(viscosity, on, seed)).expect("writable");
         let read = place.read();
         let least_squares = findings::fit_least_squares(&place.scene, &read, 1, false);
         let found = [

@@ -29,19 +29,19 @@ impl Place {
     /// A scene that is known to be good, with a table of some name.
     pub fn with(scene: &str, runs: &str) -> Place {
         let mut place = Place::of(scene).expect("a good scene");
-        place.scene.data.runs = vec![folder().join(runs)];
+        place.scene.data.runs = vec![folder().join(runs).into()];
         place
     }
 
     /// A scene that may be bad; its table is a CSV.
     pub fn of(scene: &str) -> Option<Place> {
         let mut scene = scene::parse(scene, &folder().join("scene.toml"), String::new()).ok()?;
-        scene.data.runs = vec![folder().join("runs.csv")];
+        scene.data.runs = vec![folder().join("runs.csv").into()];
         Some(Place { scene })
     }
 
     pub fn read(&self, bytes: &[u8]) -> Result<Table, Error> {
-        std::fs::write(&self.scene.data.runs[0], bytes).expect("the folder is writable");
+        std::fs::write(&self.scene.data.runs[0].path, bytes).expect("the folder is writable");
         runs::read(&self.scene)
     }
 }

@@ -451,7 +451,7 @@ mod tests {
         const OFF: f64 = 0.15;
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/mueller2016/scene.toml");
         let mut scene = scene::read(&path).expect("a good scene");
-        let text = std::fs::read_to_string(&scene.data.runs[0]).expect("runs");
+        let text = std::fs::read_to_string(&scene.data.runs[0].path).expect("runs");
         let lines: Vec<&str> = text.lines().step_by(7).collect();
         let parts = |line: &str| {
             let (before, e) = line.rsplit_once(',').expect("columns");
@@ -466,8 +466,8 @@ mod tests {
         let folder = tempfile::TempDir::new().expect("a folder");
         let mut read = |lines: &[&str]| {
             // the first of seven lines is the header, then every seventh run
-            scene.data.runs = vec![folder.path().join(format!("{}.csv", lines.len()))];
-            std::fs::write(&scene.data.runs[0], lines.join("\n")).expect("room");
+            scene.data.runs = vec![folder.path().join(format!("{}.csv", lines.len())).into()];
+            std::fs::write(&scene.data.runs[0].path, lines.join("\n")).expect("room");
             (runs::read(&scene).expect("good runs"), scene.clone())
         };
         let mut with = lines.clone();

@@ -13,6 +13,7 @@
 //! | `parquet_footer.rs` | checks the counts a Parquet file states before memory is allocated by them |
 //! | `new_run.rs` | holds one run to be written |
 //! | `parquet.rs` | reads and writes Parquet with polars; with `parquet_footer.rs` the only file that names it |
+//! | `workbook.rs` | reads a sheet of a spreadsheet with calamine; the only file that names it |
 //! | `stream.rs` | reads an ordinary CSV fast, a window of lines at a time on every thread |
 //! | `film_groups.rs` | puts runs in groups of one film ratio, and measures how wide each is |
 //! | `spheres.rs` | holds the spheres that have a k of their own |
@@ -42,6 +43,7 @@ mod stated_errors;
 mod stream;
 mod text;
 mod true_speeds;
+mod workbook;
 mod write;
 
 pub use collect::Screened;
@@ -56,16 +58,16 @@ pub use write::{Existing, RunWriter};
 
 use std::fs::File;
 use std::io::{Read, Seek};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use collect::Collected;
 use refusals::{whole_file, Refused};
 
 use crate::encoding;
 use crate::error::{file_name, Error, Problem};
-use crate::files::{self, Input, MOST_OF_LINE, MOST_OF_PARQUET, MOST_OF_PIPE};
+use crate::files::{self, Input, MOST_OF_LINE, MOST_OF_PARQUET, MOST_OF_PIPE, MOST_OF_WORKBOOK};
 use crate::notice::Notice;
-use crate::scene::Scene;
+use crate::scene::{Scene, TableFile};
 use crate::seed::{sha256, Hash};
 
 /// Runs as read, with what a reader should know of them.
@@ -89,10 +91,11 @@ pub struct Table {
 /// spread; then nothing of the table is used.
 pub fn read(scene: &Scene) -> Result<Table, Error> {
     let mut tables = vec![];
-    for path in &scene.data.runs {
-        tables.push(read_table(path, scene)?);
+    for file in &scene.data.runs {
+        tables.push(read_table(file, scene)?);
     }
-    let (collected, notices, sha256) = joined(tables, &scene.data.runs)?;
+    let paths: Vec<&Path> = scene.data.runs.iter().map(|file| file.path.as_path()).collect();
+    let (collected, notices, sha256) = joined(tables, &paths)?;
     let (rows, screened) = (collected.rows, collected.screened());
     let runs = impacts::arrange(collected.columns, scene);
     stated_errors::check_stated_errors(scene, &runs)?;
@@ -106,18 +109,19 @@ pub fn read(scene: &Scene) -> Result<Table, Error> {
 }
 
 /// Reads and checks one table; gives the SHA-256 of the file, too.
-fn read_table(path: &Path, scene: &Scene) -> Result<(Collected, String), Error> {
-    let parquet = path
-        .extension()
-        .is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"));
+fn read_table(file: &TableFile, scene: &Scene) -> Result<(Collected, String), Error> {
+    let path = file.path.as_path();
+    let (parquet, workbook) = (file.ends_with(".parquet"), file.ends_with(TableFile::WORKBOOK));
     let mut source = TableSource::open(path)?;
     let read = if parquet {
         read_parquet(source, path, scene)?
+    } else if workbook {
+        read_workbook(source, file, scene)?
     } else {
         read_csv(&mut source, path, scene)?
     };
     if read.0.rows == 0 {
-        let problem = if parquet {
+        let problem = if parquet || workbook {
             whole_file("the table has no rows", "one row a run")
         } else {
             whole_file("no runs below the header", "one line a run")
@@ -129,7 +133,7 @@ fn read_table(path: &Path, scene: &Scene) -> Result<(Collected, String), Error> 
 
 /// All tables as one, whose rows count on from table to table; with what is to be said of them, and the SHA-256 of the file
 /// or, of several, that of their SHA-256, a line each.
-fn joined(tables: Vec<(Collected, String)>, paths: &[PathBuf]) -> Result<(Collected, Vec<Notice>, String), Error> {
+fn joined(tables: Vec<(Collected, String)>, paths: &[&Path]) -> Result<(Collected, Vec<Notice>, String), Error> {
     let unknown = tables
         .iter()
         .zip(paths)
@@ -276,6 +280,19 @@ fn read_parquet(source: TableSource, path: &Path, scene: &Scene) -> Result<(Coll
     }
     let (collected, sha256) = rayon::join(|| parquet::read_parquet(&bytes, scene), || sha256(&bytes));
     Ok((collected.map_err(|refused| refuse(path, refused))?, sha256))
+}
+
+fn read_workbook(source: TableSource, file: &TableFile, scene: &Scene) -> Result<(Collected, String), Error> {
+    let path = file.path.as_path();
+    let bytes = match source {
+        TableSource::File(file, length) => files::read_file(&file, length, path, MOST_OF_WORKBOOK, READ)?,
+        TableSource::Held(bytes) => bytes,
+    };
+    let (collected, sha256) = rayon::join(
+        || workbook::read_workbook(&bytes, file.sheet.as_deref(), scene),
+        || sha256(&bytes),
+    );
+    Ok((collected.map_err(|refused| refuse(&file.shown(), refused))?, sha256))
 }
 
 fn refuse(path: &Path, refused: Refused) -> Error {

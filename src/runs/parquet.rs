@@ -9,7 +9,7 @@ use super::columns::{ColumnPlace, TableLayout};
 use super::decimals::Decimals;
 use super::new_run::NewRun;
 use super::parquet_footer;
-use super::refusals::{CellPlace, Refusals, Refused};
+use super::refusals::{readable, CellPlace, Refusals, Refused};
 use super::row::{check_row, BadCell, RowChecker};
 use super::text::too_many_columns;
 use crate::error::{quoted, Problem};
@@ -90,23 +90,9 @@ pub(super) fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Ref
     refusals.or(collected)
 }
 
-/// Does a step of reading Parquet. A damaged file may make polars panic: that too is only an unreadable file.
+/// Does a step of reading Parquet.
 fn polars<T>(step: impl FnOnce() -> PolarsResult<T>) -> Result<T, Vec<Problem>> {
-    let hook = std::panic::take_hook();
-    std::panic::set_hook(Box::new(|_| {}));
-    let done = std::panic::catch_unwind(std::panic::AssertUnwindSafe(step));
-    std::panic::set_hook(hook);
-    let reason = match done {
-        Ok(Ok(value)) => return Ok(value),
-        Ok(Err(error)) => error.to_string().lines().next().unwrap_or_default().to_owned(),
-        Err(_) => "its parts contradict each other".to_owned(),
-    };
-    Err(vec![Problem {
-        line: None,
-        place: "not a readable Parquet file".to_owned(),
-        found: None,
-        expected: reason,
-    }])
+    readable("Parquet file", step)
 }
 
 /// Whether a Parquet column of some type can hold numbers or names.

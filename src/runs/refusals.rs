@@ -1,5 +1,7 @@
 //! Gathers what is wrong with a table, cell by cell.
 
+use std::fmt::Display;
+
 use super::columns::TableLayout;
 use super::row::BadCell;
 use crate::error::{Problem, PROBLEMS_SHOWN};
@@ -32,6 +34,26 @@ pub(super) fn whole_file(found: &str, expected: &str) -> Problem {
         found: None,
         expected: format!("expected {expected}"),
     }
+}
+
+/// Does a step of reading a file of some format by a library. A damaged file may make that panic: it too is only an
+/// unreadable file.
+pub(super) fn readable<T, E: Display>(format: &str, step: impl FnOnce() -> Result<T, E>) -> Result<T, Vec<Problem>> {
+    let hook = std::panic::take_hook();
+    std::panic::set_hook(Box::new(|_| {}));
+    let done = std::panic::catch_unwind(std::panic::AssertUnwindSafe(step));
+    std::panic::set_hook(hook);
+    let reason = match done {
+        Ok(Ok(value)) => return Ok(value),
+        Ok(Err(error)) => error.to_string().lines().next().unwrap_or_default().to_owned(),
+        Err(_) => "its parts contradict each other".to_owned(),
+    };
+    Err(vec![Problem {
+        line: None,
+        place: format!("not a readable {format}"),
+        found: None,
+        expected: reason,
+    }])
 }
 
 /// Why a table is refused.

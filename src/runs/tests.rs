@@ -192,6 +192,96 @@ fn a_damaged_parquet_file_is_refused_or_read_but_never_panics() {
 }
 
 #[test]
+fn a_damaged_workbook_is_refused_or_read_but_never_panics() {
+    let (scene, _) = plain();
+    let bytes = std::fs::read(example("workbook/runs.xlsx")).expect("the example is there");
+    assert!(workbook::read_workbook(&bytes, None, &scene).is_ok());
+    let mut rng = crate::seed::stream(1, "damaged workbook", 0);
+    let mut refused = 0;
+    for _ in 0..2000 {
+        let mut damaged = bytes.clone();
+        for _ in 0..rng.random_range(1..6) {
+            let at = rng.random_range(0..damaged.len());
+            damaged[at] = rng.random();
+        }
+        if rng.random_bool(0.1) {
+            damaged.truncate(rng.random_range(0..damaged.len()));
+        }
+        refused += usize::from(workbook::read_workbook(&damaged, None, &scene).is_err());
+    }
+    assert!(refused > 300, "{refused} refused");
+}
+
+/// A workbook of one sheet with these rows, in XML.
+fn workbook_of(rows: &str) -> Vec<u8> {
+    use std::io::Write;
+    const MAIN: &str = "http://schemas.openxmlformats.org/spreadsheetml/2006/main";
+    const OF_OFFICE: &str = "http://schemas.openxmlformats.org/officeDocument/2006/relationships";
+    const OF_PACKAGE: &str = "http://schemas.openxmlformats.org/package/2006/relationships";
+    let files = [
+        (
+            "_rels/.rels",
+            format!(
+                "<Relationships xmlns=\"{OF_PACKAGE}\"><Relationship Id=\"a\" Type=\"{OF_OFFICE}/officeDocument\" \
+                 Target=\"xl/workbook.xml\"/></Relationships>"
+            ),
+        ),
+        (
+            "xl/workbook.xml",
+            format!(
+                "<workbook xmlns=\"{MAIN}\" xmlns:r=\"{OF_OFFICE}\"><sheets><sheet name=\"S\" sheetId=\"1\" \
+                 r:id=\"a\"/></sheets></workbook>"
+            ),
+        ),
+        (
+            "xl/_rels/workbook.xml.rels",
+            format!(
+                "<Relationships xmlns=\"{OF_PACKAGE}\"><Relationship Id=\"a\" Type=\"{OF_OFFICE}/worksheet\" \
+                 Target=\"worksheets/s.xml\"/></Relationships>"
+            ),
+        ),
+        (
+            "xl/worksheets/s.xml",
+            format!("<worksheet xmlns=\"{MAIN}\"><sheetData>{rows}</sheetData></worksheet>"),
+        ),
+    ];
+    let mut archive = zip::ZipWriter::new(std::io::Cursor::new(vec![]));
+    for (name, text) in files {
+        let options = zip::write::SimpleFileOptions::default();
+        archive.start_file(name, options).expect("room");
+        archive.write_all(text.as_bytes()).expect("room");
+    }
+    archive.finish().expect("room").into_inner()
+}
+
+/// What would fill the memory as a table does not: a cell at the far end of a sheet.
+#[test]
+fn a_cell_far_out_is_refused_and_fills_no_memory() {
+    let (scene, _) = plain();
+    let text = |at: &str, text: &str| format!("<c r=\"{at}\" t=\"str\"><v>{text}</v></c>");
+    let number = |at: &str, number: &str| format!("<c r=\"{at}\"><v>{number}</v></c>");
+    let row = |row: usize, cells: &[String]| format!("<row r=\"{row}\">{}</row>", cells.concat());
+    let header = ["particle", "diameter_mm", "impact_speed_m_s", "restitution"];
+    let header: Vec<String> = ["A2", "B2", "C2", "D2"]
+        .iter()
+        .zip(header)
+        .map(|(at, name)| text(at, name))
+        .collect();
+    let run = |at: usize| {
+        let cells =
+            [("B", "4"), ("C", "1"), ("D", "0.8")].map(|(column, value)| number(&format!("{column}{at}"), value));
+        row(at, &[vec![text(&format!("A{at}"), "PTFE")], cells.to_vec()].concat())
+    };
+    let read = |rows: &str| workbook::read_workbook(&workbook_of(rows), None, &scene);
+    let good = format!("{}{}{}", row(2, &header), run(4), run(1_048_576));
+    let collected = read(&good).unwrap_or_else(|refused| panic!("{refused:?}"));
+    assert_eq!((collected.rows, collected.columns.restitution), (2, vec![0.8, 0.8]));
+    let wide = format!("{good}{}", row(1_048_576, &[number("XFD1048576", "7")]));
+    let refused = read(&wide).expect_err("too many columns");
+    assert!(refused.problems[0].expected.contains("16384 columns"), "{refused:?}");
+}
+
+#[test]
 fn dry_runs_alone_need_no_film() {
     let (scene, _) = plain();
     for header in [

@@ -49,7 +49,7 @@ pub struct Scene {
 impl Scene {
     /// The scene file and its tables, which must stay as they are.
     pub fn inputs(&self) -> Vec<&Path> {
-        let tables = self.data.runs.iter().map(PathBuf::as_path);
+        let tables = self.data.runs.iter().map(|table| table.path.as_path());
         std::iter::once(self.file.as_path()).chain(tables).collect()
     }
 
@@ -84,7 +84,7 @@ impl Scene {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Data {
     /// the tables of runs, at least one, whose rows follow one another
-    pub runs: Vec<PathBuf>,
+    pub runs: Vec<TableFile>,
     /// what they call their columns and their words
     pub naming: Naming,
     /// a restitution at or below this counts as stuck
@@ -100,6 +100,60 @@ pub struct Data {
     pub speed_rel_sd: Option<f64>,
     /// which runs are left out
     pub screens: Screens,
+}
+
+/// A table of runs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TableFile {
+    /// the file
+    pub path: PathBuf,
+    /// which sheet of a workbook; absent: the first
+    pub sheet: Option<String>,
+}
+
+impl TableFile {
+    /// What ends the name of a workbook.
+    pub const WORKBOOK: &str = ".xlsx";
+
+    /// The table that a scene names; the name of a sheet stands after that of its workbook.
+    pub fn named(folder: Option<&Path>, name: &str) -> TableFile {
+        let lower = name.to_ascii_lowercase();
+        let sheet_at = lower
+            .find(&format!("{}#", TableFile::WORKBOOK))
+            .map(|at| at + TableFile::WORKBOOK.len());
+        let (file, sheet) = match sheet_at {
+            Some(at) => (&name[..at], Some(name[at + 1..].to_owned())),
+            None => (name, None),
+        };
+        TableFile {
+            path: folder.map_or_else(|| PathBuf::from(file), |folder| folder.join(file)),
+            sheet,
+        }
+    }
+
+    /// As the scene names it.
+    pub fn shown(&self) -> PathBuf {
+        match &self.sheet {
+            Some(sheet) => {
+                let mut name = self.path.clone().into_os_string();
+                name.push(format!("#{sheet}"));
+                name.into()
+            }
+            None => self.path.clone(),
+        }
+    }
+
+    /// Whether it is a file of this ending.
+    pub fn ends_with(&self, ending: &str) -> bool {
+        let name = self.path.file_name().map(|name| name.to_string_lossy().to_lowercase());
+        name.is_some_and(|name| name.ends_with(ending))
+    }
+}
+
+impl From<PathBuf> for TableFile {
+    fn from(path: PathBuf) -> TableFile {
+        TableFile { path, sheet: None }
+    }
 }
 
 /// Limits outside which a run is left out and counted.

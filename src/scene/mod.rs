@@ -40,7 +40,7 @@ pub use choices::{
     Bootstrap, DryKOf, IntervalMethod, LikelihoodFamily, ModelChoices, NoiseOn, PriorChoice, ResamplingScheme, Sampler,
     Sticking, MOST_KEPT,
 };
-pub use contents::{Data, Scene, Screens};
+pub use contents::{Data, Scene, Screens, TableFile};
 pub use expect::LARGEST_FILM_RATIO;
 pub use materials::{Liquid, Particle};
 pub use names::{closest, letters_apart, name_expected, name_is_allowed, DRY, MISSING, NAME_RULE};

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::contents::Scene;
+use super::contents::{Scene, TableFile};
 use crate::files;
 
 /// What every scene has, whatever else is right or wrong with it.
@@ -21,8 +21,8 @@ struct DataPaths {
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum OneOrMore {
-    One(PathBuf),
-    More(Vec<PathBuf>),
+    One(String),
+    More(Vec<String>),
 }
 
 /// Why nothing may be written to a file: it is a scene, or holds the runs of this scene or of one that lies beside it.
@@ -40,7 +40,7 @@ pub fn why_not_overwritten(file: &Path, scene: &Scene) -> Option<String> {
             "holds the runs of {scene}; choose another file, or move it away first"
         ))
     };
-    if scene.data.runs.iter().any(|runs| is_this(runs)) {
+    if scene.data.runs.iter().any(|runs| is_this(&runs.path)) {
         return holds_runs_of(scene_file);
     }
     let beside = std::fs::read_dir(file.parent()?).ok()?;
@@ -55,9 +55,10 @@ pub fn why_not_overwritten(file: &Path, scene: &Scene) -> Option<String> {
 fn runs_of(path: &Path) -> Option<Vec<PathBuf>> {
     let bytes = files::read(path, files::MOST_OF_SCENE, "read").ok()?;
     let sketch: RunsOfScene = toml::from_slice(&bytes).ok()?;
-    let folder = path.parent()?;
-    Some(match sketch.data.runs {
-        OneOrMore::One(runs) => vec![folder.join(runs)],
-        OneOrMore::More(all) => all.into_iter().map(|runs| folder.join(runs)).collect(),
-    })
+    let names = match sketch.data.runs {
+        OneOrMore::One(name) => vec![name],
+        OneOrMore::More(names) => names,
+    };
+    let files = names.iter().map(|name| TableFile::named(path.parent(), name).path);
+    Some(files.collect())
 }

@@ -1,8 +1,8 @@
 //! Turns a scene file into a checked [`Scene`], or names every mistake in it.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use super::contents::{Data, Scene, Screens};
+use super::contents::{Data, Scene, Screens, TableFile};
 use super::document::Document;
 use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, LARGEST_FILM_RATIO, NOT_NEGATIVE, SHARE};
 use super::materials::{Liquid, Particle};
@@ -18,7 +18,7 @@ use crate::seed::sha256;
 use crate::units::Dimension;
 
 /// What the name of a table of runs ends with.
-const TABLE_ENDINGS: [&str; 4] = [".csv", ".tsv", ".txt", ".parquet"];
+const TABLE_ENDINGS: [&str; 5] = [".csv", ".tsv", ".txt", TableFile::WORKBOOK, ".parquet"];
 
 /// δ/D is split into groups at gaps larger than this, where the runs carry no film ratio.
 const DEFAULT_FILM_RATIO_GAP: f64 = 0.004;
@@ -142,29 +142,21 @@ fn data(root: &SceneTable, path: &Path, particles: &[Particle], liquids: &[Liqui
 }
 
 /// The tables of runs, each once and in a format that can be read.
-fn runs(table: &SceneTable, path: &Path) -> Vec<PathBuf> {
+fn runs(table: &SceneTable, path: &Path) -> Vec<TableFile> {
     let names = table.text_or_texts("runs").unwrap_or_default();
-    let mut runs: Vec<PathBuf> = vec![];
+    let mut runs: Vec<TableFile> = vec![];
     for Located { value: name, at } in &names {
-        let lower = name.to_lowercase();
         let refuse = |expected: &str| table.refuse("runs", *at, Some(quoted(name)), expected);
-        if !TABLE_ENDINGS.iter().any(|ending| lower.ends_with(ending)) {
-            refuse("expected a file ending in .csv, .tsv, .txt or .parquet");
+        let file = TableFile::named(path.parent(), name);
+        if !TABLE_ENDINGS.iter().any(|ending| file.ends_with(ending)) {
+            refuse("expected a file ending in .csv, .tsv, .txt, .xlsx or .parquet");
         }
-        let file = beside(path, name);
         if runs.contains(&file) {
             refuse("expected every table once");
         }
         runs.push(file);
     }
     runs
-}
-
-fn beside(path: &Path, name: &str) -> PathBuf {
-    match path.parent() {
-        Some(folder) => folder.join(name),
-        None => PathBuf::from(name),
-    }
 }
 
 fn particles(root: &SceneTable) -> Vec<Particle> {

@@ -37,7 +37,7 @@ impl Place {
     /// Draws the scene's design and reads it back.
     pub fn draw(&self, seed: u64, runs: Option<u64>) -> Table {
         let simulation = Simulation::new(&self.scene, runs).unwrap_or_else(|error| panic!("{error}"));
-        write(&simulation, seed, &self.scene.data.runs[0]);
+        write(&simulation, seed, &self.scene.data.runs[0].path);
         self.read()
     }
 
@@ -52,7 +52,7 @@ impl Place {
 
     /// Fits rows given as text.
     pub fn fit_rows(&self, csv: &str) -> Findings {
-        std::fs::write(&self.scene.data.runs[0], csv).expect("the folder is writable");
+        std::fs::write(&self.scene.data.runs[0].path, csv).expect("the folder is writable");
         findings::fit_least_squares(&self.scene, &self.read(), 1, false)
     }
 }

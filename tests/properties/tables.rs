@@ -272,7 +272,7 @@ fn csv_and_parquet_hold_the_same_runs() {
             }
             writer.finish().unwrap_or_else(|error| panic!("{error}"));
             let mut scene = scene.borrow_mut();
-            scene.data.runs = vec![path];
+            scene.data.runs = vec![path.into()];
             runs::read(&scene).unwrap_or_else(|error| panic!("{error}"))
         };
         let (csv, parquet) = (read("both.csv"), read("both.parquet"));

@@ -42,7 +42,7 @@ pub(super) fn cautions(page: &mut Page, input: ReportInput) {
 pub(super) fn reproduce(page: &mut Page, input: ReportInput) {
     let findings = input.findings;
     page.heading("How to reproduce");
-    let names = input.scene.data.runs.iter().filter_map(|runs| runs.file_name());
+    let names = input.scene.data.runs.iter().filter_map(|runs| runs.path.file_name());
     let names: Vec<String> = names.map(|name| literal(&name.to_string_lossy())).collect();
     let runs = names.join(", ");
     let every_row = input

@@ -1,0 +1,229 @@
+//! Reads a sheet of a spreadsheet with calamine. The only file that names it.
+
+use std::io::Cursor;
+
+use calamine::{DataRef, Reader, Xlsx};
+
+use super::collect::Collected;
+use super::columns::TableLayout;
+use super::decimals::Decimals;
+use super::refusals::{readable, whole_file, CellPlace, Refusals, Refused};
+use super::row::{check_row, BadCell, RowChecker};
+use super::text::too_many_columns;
+use crate::error::{quoted, Problem};
+use crate::files::{MOST_COLUMNS, MOST_UNPACKED};
+use crate::scene::{closest, RunColumn, Scene};
+
+/// What a cell holds.
+#[derive(Debug, Default, Clone, PartialEq)]
+enum Held {
+    #[default]
+    Nothing,
+    Number(f64),
+    Text(String),
+    /// what is neither, as a spreadsheet shows it, and what is amiss
+    Other(String, &'static str),
+}
+
+/// A row that is not empty.
+struct SheetRow {
+    /// from 1, as a spreadsheet counts
+    number: usize,
+    cells: Vec<Held>,
+}
+
+/// Reads a sheet of a workbook, the first where none is named; what the formulas gave stands for them. Fails with every bad
+/// cell named by row and column.
+pub(super) fn read_workbook(bytes: &[u8], sheet: Option<&str>, scene: &Scene) -> Result<Collected, Refused> {
+    check_unpacked(bytes)?;
+    let mut book: Xlsx<_> = workbook(|| Xlsx::new(Cursor::new(bytes)))?;
+    let sheet = sheet_named(&book.sheet_names(), sheet)?;
+    let rows = sheet_rows(&mut book, &sheet)?;
+    let mut rows = rows.into_iter();
+    let Some(header) = rows.next() else {
+        return Err(vec![in_sheet(
+            &sheet,
+            "it is empty",
+            "a row of column names and one row a run",
+        )]
+        .into());
+    };
+    let names: Vec<String> = header.cells.iter().map(Held::name).collect();
+    let layout = TableLayout::new(&names, Some(header.number as u64), &scene.data.naming)?;
+    let mut refusals = Refusals::new(&layout);
+    let has_film_ratio = layout.gives(RunColumn::FilmRatio);
+    let mut checker = RowChecker::new(scene, has_film_ratio);
+    let mut collected = Collected::with_capacity(0, has_film_ratio, &layout.unknown);
+    let mut decimals = Decimals::default();
+    for SheetRow { number, cells } in rows {
+        let texts: Vec<Option<String>> = cells.iter().map(Held::text).collect();
+        let word = |column: RunColumn| {
+            let text = texts.get(layout.place(column)?.index)?.as_deref()?;
+            layout.read(column, text)
+        };
+        let place = CellPlace::Row(number);
+        let mut row = layout.row_before_its_cells();
+        for column in RunColumn::ALL.into_iter().filter(|column| !column.is_number()) {
+            if layout.place(column).is_some() {
+                row.set_word(column, word(column));
+            }
+        }
+        if let Some(reason) = row.exclude {
+            collected.exclude(reason);
+            continue;
+        }
+        let mut bad = vec![];
+        for column in RunColumn::NUMBERS {
+            // the film of a dry run is not read at all
+            let unread = row.is_dry() && matches!(column, RunColumn::Film | RunColumn::FilmRatio);
+            let Some(at) = layout.place(column).filter(|_| !unread) else {
+                continue;
+            };
+            let value = match cells.get(at.index) {
+                None | Some(Held::Nothing) => Ok(None),
+                Some(Held::Number(value)) => Ok(Some(*value)),
+                Some(Held::Text(_)) => word(column).map(|text| decimals.read(text, column, place)).transpose(),
+                Some(Held::Other(_, why)) => Err(format!("expected a number{why}")),
+            };
+            match value {
+                Ok(value) => row.set(column, value.map(|value| at.to_si(value))),
+                Err(expected) => bad.push(BadCell { column, expected }),
+            }
+        }
+        if let Some(row) = check_row(&row, &mut checker, &mut bad) {
+            collected.push(&row, has_film_ratio, scene);
+        }
+        for bad in bad {
+            refusals.cell(place, bad, |column| {
+                let cell = texts.get(layout.place(column)?.index)?.as_deref()?;
+                (!cell.trim().is_empty()).then(|| quoted(cell.trim()))
+            });
+        }
+    }
+    decimals.finish(&mut refusals);
+    refusals.or(collected)
+}
+
+/// Does a step of reading a workbook.
+fn workbook<T, E: std::fmt::Display>(step: impl FnOnce() -> Result<T, E>) -> Result<T, Vec<Problem>> {
+    readable("workbook", step)
+}
+
+/// Refuses an archive that says it unpacks to more than a table of runs has.
+fn check_unpacked(bytes: &[u8]) -> Result<(), Vec<Problem>> {
+    let archive = workbook(|| zip::ZipArchive::new(Cursor::new(bytes)))?;
+    match archive.decompressed_size() {
+        Some(size) if size <= u128::from(MOST_UNPACKED) => Ok(()),
+        _ => Err(vec![whole_file(
+            "too large a workbook",
+            &format!("at most {} MiB unpacked", MOST_UNPACKED >> 20),
+        )]),
+    }
+}
+
+/// The sheet to read.
+fn sheet_named(sheets: &[String], wanted: Option<&str>) -> Result<String, Vec<Problem>> {
+    let Some(wanted) = wanted else {
+        let none = || vec![whole_file("the workbook has no sheet", "a sheet with one row a run")];
+        return sheets.first().cloned().ok_or_else(none);
+    };
+    if let Some(sheet) = sheets.iter().find(|sheet| *sheet == wanted) {
+        return Ok(sheet.clone());
+    }
+    let near = closest(wanted, sheets.iter().map(String::as_str));
+    let expected = near.map_or_else(
+        || {
+            let names: Vec<String> = sheets.iter().take(MOST_NAMED).map(|sheet| quoted(sheet)).collect();
+            format!("expected one of {}", names.join(", "))
+        },
+        |near| format!("unknown sheet; did you mean {}?", quoted(near)),
+    );
+    Err(vec![Problem {
+        line: None,
+        place: format!("sheet {}", quoted(wanted)),
+        found: None,
+        expected,
+    }])
+}
+
+/// Sheets that a message names.
+const MOST_NAMED: usize = 10;
+
+fn in_sheet(sheet: &str, found: &str, expected: &str) -> Problem {
+    Problem {
+        line: None,
+        place: format!("sheet {}", quoted(sheet)),
+        found: Some(found.to_owned()),
+        expected: format!("expected {expected}"),
+    }
+}
+
+/// The rows of a sheet that are not empty; a cell far out costs no more than one beside the others.
+fn sheet_rows(book: &mut Xlsx<Cursor<&[u8]>>, sheet: &str) -> Result<Vec<SheetRow>, Vec<Problem>> {
+    workbook(|| {
+        let mut rows: Vec<SheetRow> = vec![];
+        let mut cells = book.worksheet_cells_reader(sheet).map_err(|error| error.to_string())?;
+        while let Some(cell) = cells.next_cell().map_err(|error| error.to_string())? {
+            let (row, column) = cell.get_position();
+            let (number, column) = (row as usize + 1, column as usize);
+            let held = Held::of(cell.get_value());
+            if held == Held::Nothing {
+                continue;
+            }
+            if column >= MOST_COLUMNS {
+                let too_many = too_many_columns(column + 1, None);
+                return Err(format!(
+                    "a row of {}, {}",
+                    too_many.found.unwrap_or_default(),
+                    too_many.expected
+                ));
+            }
+            match rows.last() {
+                Some(last) if last.number > number => return Err("its rows are not in order".to_owned()),
+                Some(last) if last.number == number => {}
+                _ => rows.push(SheetRow { number, cells: vec![] }),
+            }
+            if let Some(last) = rows.last_mut() {
+                last.cells.resize(last.cells.len().max(column + 1), Held::Nothing);
+                last.cells[column] = held;
+            }
+        }
+        Ok(rows)
+    })
+}
+
+impl Held {
+    fn of(cell: &DataRef) -> Held {
+        let text = |text: &str| match text.trim() {
+            "" => Held::Nothing,
+            _ => Held::Text(text.to_owned()),
+        };
+        match cell {
+            DataRef::Empty => Held::Nothing,
+            DataRef::Int(value) => Held::Number(*value as f64),
+            DataRef::Float(value) => Held::Number(*value),
+            DataRef::String(value) => text(value),
+            DataRef::SharedString(value) => text(value),
+            DataRef::Bool(value) => Held::Other(value.to_string(), ""),
+            DataRef::DateTime(value) => Held::Other(format!("day {}", value.as_f64()), DATE),
+            DataRef::DateTimeIso(value) | DataRef::DurationIso(value) => Held::Other(value.clone(), DATE),
+            DataRef::Error(error) => Held::Other(error.to_string(), ": the formula failed"),
+        }
+    }
+
+    /// A column's name.
+    fn name(&self) -> String {
+        self.text().map_or_else(String::new, |text| text.trim().to_owned())
+    }
+
+    fn text(&self) -> Option<String> {
+        match self {
+            Held::Nothing => None,
+            Held::Number(value) => Some(value.to_string()),
+            Held::Text(text) | Held::Other(text, _) => Some(text.clone()),
+        }
+    }
+}
+
+/// What is amiss with a date.
+const DATE: &str = ": the spreadsheet made a date of it";
