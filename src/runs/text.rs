@@ -301,7 +301,7 @@ fn row_of<'a>(
         layout.read(column, text).map(|text| (text, place))
     };
     let mut row = layout.row_before_its_cells();
-    for column in RunColumn::ALL.into_iter().filter(|column| !column.is_number()) {
+    for column in RunColumn::words() {
         if layout.place(column).is_some() {
             row.set_word(column, cell(column).map(|(text, _)| text));
         }
@@ -311,7 +311,7 @@ fn row_of<'a>(
     if row.exclude.is_some() {
         return Ok(Parsed { row, bad });
     }
-    for column in RunColumn::NUMBERS {
+    for column in RunColumn::numbers() {
         // the film of a dry run is not read at all
         if row.is_dry() && matches!(column, RunColumn::Film | RunColumn::FilmRatio) {
             continue;

@@ -63,7 +63,7 @@ pub(super) fn read_workbook(bytes: &[u8], sheet: Option<&str>, scene: &Scene) ->
         };
         let place = CellPlace::Row(number);
         let mut row = layout.row_before_its_cells();
-        for column in RunColumn::ALL.into_iter().filter(|column| !column.is_number()) {
+        for column in RunColumn::words() {
             if layout.place(column).is_some() {
                 row.set_word(column, word(column));
             }
@@ -73,7 +73,7 @@ pub(super) fn read_workbook(bytes: &[u8], sheet: Option<&str>, scene: &Scene) ->
             continue;
         }
         let mut bad = vec![];
-        for column in RunColumn::NUMBERS {
+        for column in RunColumn::numbers() {
             // the film of a dry run is not read at all
             let unread = row.is_dry() && matches!(column, RunColumn::Film | RunColumn::FilmRatio);
             let Some(at) = layout.place(column).filter(|_| !unread) else {

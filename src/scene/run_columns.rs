@@ -64,21 +64,14 @@ impl RunColumn {
         RunColumn::Run,
     ];
     /// The columns that hold numbers.
-    pub const NUMBERS: [RunColumn; 13] = [
-        RunColumn::Diameter,
-        RunColumn::Film,
-        RunColumn::ImpactSpeed,
-        RunColumn::ReboundSpeed,
-        RunColumn::Restitution,
-        RunColumn::FilmRatio,
-        RunColumn::ImpactSpeedSd,
-        RunColumn::ReboundSpeedSd,
-        RunColumn::RestitutionSd,
-        RunColumn::SpeedCorrelation,
-        RunColumn::DropHeight,
-        RunColumn::ReboundHeight,
-        RunColumn::Stokes,
-    ];
+    pub fn numbers() -> impl Iterator<Item = RunColumn> {
+        RunColumn::ALL.into_iter().filter(|column| column.is_number())
+    }
+
+    /// The columns that hold words.
+    pub fn words() -> impl Iterator<Item = RunColumn> {
+        RunColumn::ALL.into_iter().filter(|column| !column.is_number())
+    }
 
     /// Its name without a unit.
     pub fn base(self) -> &'static str {
@@ -125,7 +118,8 @@ impl RunColumn {
 
     /// Whether its cells are numbers.
     pub fn is_number(self) -> bool {
-        RunColumn::NUMBERS.contains(&self)
+        use RunColumn::{Exclude, Liquid, Particle, Run};
+        !matches!(self, Particle | Liquid | Exclude | Run)
     }
 
     /// Its name in the usual unit, to ask for it.
