@@ -179,7 +179,8 @@ fn findings(folder: &Path) -> Value {
         all.remove(key).expect("the key is there");
     }
     let notices = all.get_mut("notices").and_then(Value::as_array_mut).expect("a list");
-    notices.retain(|notice| notice["code"] != "unknown_column" && notice["code"] != EXACT);
+    let of_file = ["unknown_column", "unheeded_column", EXACT];
+    notices.retain(|notice| !of_file.iter().any(|code| notice["code"] == *code));
     // an uncertainty of a constant adds to what is told and changes nothing else
     for row in all.get_mut("constants").and_then(Value::as_array_mut).expect("a list") {
         let row = row.as_object_mut().expect("an object");

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::columns::HeaderRemarks;
 use super::errors::{MeasurementErrors, RunError};
 use super::row::CheckedRow;
 use super::screen::{screen, Reason};
@@ -74,8 +75,8 @@ pub(super) struct Collected {
     pub rows: usize,
     /// whether the table has a column of nominal film ratios
     pub has_film_ratio: bool,
-    /// columns not read, as a message shows them
-    unknown: Vec<String>,
+    /// of its header
+    remarks: HeaderRemarks,
     screened: [usize; Reason::ALL.len()],
     /// left out by the file itself, by its reasons in the order they come
     excluded: Vec<(String, usize)>,
@@ -83,7 +84,7 @@ pub(super) struct Collected {
 }
 
 impl Collected {
-    pub fn with_capacity(rows: usize, has_film_ratio: bool, unknown: &[String]) -> Self {
+    pub fn with_capacity(rows: usize, has_film_ratio: bool, remarks: &HeaderRemarks) -> Self {
         Collected {
             columns: RunsAsRead {
                 particle: Vec::with_capacity(rows),
@@ -98,7 +99,7 @@ impl Collected {
             },
             rows: 0,
             has_film_ratio,
-            unknown: unknown.to_vec(),
+            remarks: remarks.clone(),
             screened: [0; Reason::ALL.len()],
             excluded: vec![],
             above_one: 0,
@@ -183,14 +184,32 @@ impl Collected {
 
     /// Says which columns of a file were not read.
     pub fn unknown_columns(&self, path: &Path) -> Option<Notice> {
-        let noun = if self.unknown.len() == 1 { "column" } else { "columns" };
+        let unknown = &self.remarks.unknown;
+        let noun = if unknown.len() == 1 { "column" } else { "columns" };
         let file = file_name(path);
-        (!self.unknown.is_empty()).then(|| {
+        (!unknown.is_empty()).then(|| {
             Notice::new(
                 "unknown_column",
-                self.unknown.len(),
-                format!("{file}: {noun} {} not read", self.unknown.join(", ")),
+                unknown.len(),
+                format!("{file}: {noun} {} not read", unknown.join(", ")),
                 "nothing, unless one of them holds what the analysis needs under another name",
+            )
+        })
+    }
+
+    /// Says which columns of a file are read only where another has nothing.
+    pub fn unheeded_columns(&self, path: &Path) -> Option<Notice> {
+        let unheeded = &self.remarks.unheeded;
+        let each = unheeded
+            .iter()
+            .map(|[column, other]| format!("{column} read only where {other} is empty"));
+        let each: Vec<String> = each.collect();
+        (!each.is_empty()).then(|| {
+            Notice::new(
+                "unheeded_column",
+                each.len(),
+                format!("{}: {}", file_name(path), each.join(", ")),
+                "leave out the column that is less sure, if it is the other",
             )
         })
     }

@@ -17,13 +17,22 @@ pub(super) fn present(cell: &str) -> Option<&str> {
 #[derive(Debug)]
 pub(super) struct TableLayout<'s> {
     places: [Option<ColumnPlace>; RunColumn::ALL.len()],
-    /// columns that are not used, as a message shows them
-    pub unknown: Vec<String>,
+    /// what a reader of the table should know of its header
+    pub remarks: HeaderRemarks,
     /// what to say of a missing column of films, which only wet runs need
     missing_film: Problem,
     /// how many columns the table has
     pub width: usize,
     naming: &'s Naming,
+}
+
+/// What a reader of a table should know of its header.
+#[derive(Debug, Clone, Default)]
+pub(super) struct HeaderRemarks {
+    /// columns that are not used, as a message shows them
+    pub unknown: Vec<String>,
+    /// columns that are read only where another has nothing, each with that one
+    pub unheeded: Vec<[String; 2]>,
 }
 
 /// A column's place in the table.
@@ -56,10 +65,14 @@ impl<'s> TableLayout<'s> {
         }
         matched.require_columns();
         if matched.problems.is_empty() {
+            let unheeded = matched.unheeded();
             Ok(TableLayout {
                 missing_film: matched.missing_column(RunColumn::Film, " (wet runs need it)"),
                 places: matched.places,
-                unknown: matched.unknown,
+                remarks: HeaderRemarks {
+                    unheeded,
+                    unknown: matched.unknown,
+                },
                 width: header.len(),
                 naming,
             })
@@ -233,6 +246,21 @@ impl<'h> MatchedHeader<'h> {
         let expected = format!("missing column, which by the scene is `{ours}`{hint}");
         self.refuse(format!("column {theirs}"), expected);
         self.misnamed.extend(RunColumn::named(ours).map(|(column, _)| column));
+    }
+
+    /// The columns that are read only where another has nothing.
+    fn unheeded(&self) -> Vec<[String; 2]> {
+        let pairs = [
+            [RunColumn::DropHeight, RunColumn::ImpactSpeed],
+            [RunColumn::Stokes, RunColumn::ImpactSpeed],
+            [RunColumn::Stokes, RunColumn::DropHeight],
+            [RunColumn::ReboundHeight, RunColumn::ReboundSpeed],
+        ];
+        let name = |column: RunColumn| Some(quoted(&self.places[column as usize].as_ref()?.name));
+        let named = pairs
+            .into_iter()
+            .filter_map(|[column, other]| Some([name(column)?, name(other)?]));
+        named.collect()
     }
 
     fn lacks(&self, column: RunColumn) -> bool {

@@ -134,11 +134,10 @@ fn read_table(file: &TableFile, scene: &Scene) -> Result<(Collected, String), Er
 /// All tables as one, whose rows count on from table to table; with what is to be said of them, and the SHA-256 of the file
 /// or, of several, that of their SHA-256, a line each.
 fn joined(tables: Vec<(Collected, String)>, paths: &[&Path]) -> Result<(Collected, Vec<Notice>, String), Error> {
-    let unknown = tables
-        .iter()
-        .zip(paths)
-        .filter_map(|((table, _), path)| table.unknown_columns(path));
-    let mut notices: Vec<Notice> = unknown.collect();
+    let of_header = |((table, _), path): (&(Collected, String), &&Path)| {
+        [table.unknown_columns(path), table.unheeded_columns(path)]
+    };
+    let mut notices: Vec<Notice> = tables.iter().zip(paths).flat_map(of_header).flatten().collect();
     let mut tables = tables.into_iter();
     let (mut all, mut sha256) = tables.next().unwrap_or_default();
     let mut hashes = format!("{sha256}\n");

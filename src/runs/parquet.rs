@@ -74,7 +74,7 @@ pub(super) fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Ref
     let mut refusals = Refusals::new(&layout);
     let has_film_ratio = layout.gives(RunColumn::FilmRatio);
     let mut checker = RowChecker::new(scene, has_film_ratio);
-    let mut collected = Collected::with_capacity(frame.height(), has_film_ratio, &layout.unknown);
+    let mut collected = Collected::with_capacity(frame.height(), has_film_ratio, &layout.remarks);
     let mut refused = |row: usize, bad: BadCell| {
         refusals.cell(CellPlace::Row(row + 1), bad, |column| {
             let cell = frame.column(&layout.place(column)?.name).ok()?.get(row).ok()?;

@@ -5,7 +5,7 @@ use std::io::Read;
 use rayon::prelude::*;
 
 use super::collect::Collected;
-use super::columns::{ColumnPlace, TableLayout};
+use super::columns::{ColumnPlace, HeaderRemarks, TableLayout};
 use super::decimals::{parse_number, separator_of, DecimalMarks};
 use super::row::{check_row, RawRow, RowChecker};
 use crate::files::{MOST_COLUMNS, MOST_OF_LINE};
@@ -43,7 +43,7 @@ pub(super) fn read_streamed(
     let layout = TableLayout::new(&names, None, &scene.data.naming).ok()?;
     let parser = LineParser::new(scene, &layout, separator, window_size / PIECES);
     let rows = rows_like(&window, length);
-    let mut collected = Collected::with_capacity(rows, parser.checker.has_film_ratio, &layout.unknown);
+    let mut collected = Collected::with_capacity(rows, parser.checker.has_film_ratio, &layout.remarks);
     let mut hash = Hash::default();
     let mut parsed = vec![];
     let mut marks = DecimalMarks::default();
@@ -128,7 +128,7 @@ impl<'s> LineParser<'s> {
         let text = std::str::from_utf8(lines).ok()?;
         let rows = memchr::memchr_iter(b'\n', lines).count() + 1;
         let mut checker = self.checker.clone();
-        let mut collected = Collected::with_capacity(rows, checker.has_film_ratio, &[]);
+        let mut collected = Collected::with_capacity(rows, checker.has_film_ratio, &HeaderRemarks::default());
         let mut bad = vec![];
         let mut marks = DecimalMarks::default();
         let mut row = self.layout.row_before_its_cells();

@@ -112,7 +112,7 @@ impl<R: Read> Text<R> {
         let mut refusals = Refusals::new(layout);
         let has_film_ratio = layout.gives(RunColumn::FilmRatio);
         let mut checker = RowChecker::new(scene, has_film_ratio);
-        let mut collected = Collected::with_capacity(0, has_film_ratio, &layout.unknown);
+        let mut collected = Collected::with_capacity(0, has_film_ratio, &layout.remarks);
         let mut decimals = Decimals::default();
         // lines of separators, which are none below the last run
         let mut empty = vec![];

@@ -53,7 +53,7 @@ pub(super) fn read_workbook(bytes: &[u8], sheet: Option<&str>, scene: &Scene) ->
     let mut refusals = Refusals::new(&layout);
     let has_film_ratio = layout.gives(RunColumn::FilmRatio);
     let mut checker = RowChecker::new(scene, has_film_ratio);
-    let mut collected = Collected::with_capacity(0, has_film_ratio, &layout.unknown);
+    let mut collected = Collected::with_capacity(0, has_film_ratio, &layout.remarks);
     let mut decimals = Decimals::default();
     for SheetRow { number, cells } in rows {
         let texts: Vec<Option<String>> = cells.iter().map(Held::text).collect();
