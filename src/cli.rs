@@ -33,7 +33,7 @@ use wetcor::interruption;
 use wetcor::runs::Existing;
 
 use arguments::{Arguments, Verb};
-use messages::{complain, warn};
+use messages::{complain, print_result, warn};
 
 /// Could not run.
 const COULD_NOT_RUN: u8 = 2;
@@ -44,6 +44,9 @@ pub fn run() -> ExitCode {
         Ok(arguments) => arguments,
         Err(error) => return without_arguments(error),
     };
+    if let Verb::Help { topic } = &arguments.verb {
+        return help(topic.as_deref());
+    }
     if let Err(error) = threads::start(arguments.threads, arguments.quiet) {
         return could_not_run(&error);
     }
@@ -90,6 +93,7 @@ pub fn run() -> ExitCode {
         Verb::Predict(request) => predict::predict(&request, quiet),
         Verb::Trade { scene, out, seed } => trade::run_trade(&scene, out, seed, quiet),
         Verb::Calibrate { out, sets, seed } => calibrate::calibrate(&out, sets, seed, quiet),
+        Verb::Help { .. } => Ok(0),
     });
     match result.unwrap_or_else(Err) {
         Ok(status) => ExitCode::from(status),
@@ -100,6 +104,21 @@ pub fn run() -> ExitCode {
 fn could_not_run(error: &Error) -> ExitCode {
     complain(&error.to_string());
     ExitCode::from(COULD_NOT_RUN)
+}
+
+/// Prints every key of a scene, or what a command prints when it is asked for help.
+fn help(topic: Option<&str>) -> ExitCode {
+    if topic == Some("scene") {
+        return match print_result(&wetcor::scene::plain()) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(error) => could_not_run(&error),
+        };
+    }
+    let words = ["wetcor"].into_iter().chain(topic).chain(["--help"]);
+    match Arguments::try_parse_from(words) {
+        Ok(_) => ExitCode::SUCCESS,
+        Err(error) => without_arguments(error),
+    }
 }
 
 /// Prints help and version, which are no failure, or what is wrong with the command line.

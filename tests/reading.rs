@@ -462,7 +462,6 @@ fn verbs(copy: &Copy) -> Vec<String> {
     let verbs: Vec<String> = lines
         .filter(|line| line.starts_with("  ") && !line.starts_with("   "))
         .filter_map(verb)
-        .filter(|verb| verb != "help")
         .collect();
     assert!(verbs.len() >= 3, "{help}");
     verbs

@@ -9,7 +9,7 @@ use super::predict;
 
 /// Infers the parameters of wet-particle impact from a scene file and a table of impacts
 #[derive(Parser)]
-#[command(version, arg_required_else_help = true, after_help = EXAMPLES)]
+#[command(version, arg_required_else_help = true, disable_help_subcommand = true, after_help = EXAMPLES)]
 pub(super) struct Arguments {
     #[command(subcommand)]
     pub(super) verb: Verb,
@@ -25,6 +25,7 @@ const EXAMPLES: &str = "\
 Examples:
   wetcor check datasets/mueller2016/scene.toml
   wetcor fit datasets/mueller2016/scene.toml
+  wetcor help scene
 
 Exit status: 0 ran; 1 ran, and the numbers are not to be quoted; 2 could not run";
 
@@ -122,6 +123,14 @@ Example:
         /// Seed of every use of chance
         #[arg(long, default_value_t = 1)]
         seed: u64,
+    },
+    /// Print the help of a command, or every key of a scene
+    #[command(after_help = "\
+Example:
+  wetcor help scene")]
+    Help {
+        /// A command, or `scene`
+        topic: Option<String>,
     },
 }
 

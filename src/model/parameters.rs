@@ -7,7 +7,10 @@ use crate::physics::dry::{speed_root, DRY_K};
 use crate::physics::form::Term;
 use crate::physics::{self, Coefficient, DrySpeed, Form, Inertia, Quantity};
 use crate::runs::{Runs, Series};
-use crate::scene::{least, within, LikelihoodFamily, NoiseOn, Prior, PriorChoice, Scene, SIGMA_DRY, SIGMA_WET};
+use crate::scene::{
+    within, LikelihoodFamily, NoiseOn, NoiseParameter, Prior, PriorChoice, Scene, NU, SIGMA_DRY, SIGMA_ENERGY,
+    SIGMA_SERIES, SIGMA_WET,
+};
 
 /// What a parameter is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -68,11 +71,11 @@ impl ParameterKind {
     pub fn key(self) -> &'static str {
         match self {
             ParameterKind::DryK(_) | ParameterKind::Shared(_) => self.physical().map_or("", |own| own.name),
-            ParameterKind::SigmaDry => SIGMA_DRY,
-            ParameterKind::SigmaWet => SIGMA_WET,
-            ParameterKind::SigmaEnergy => "sigma_energy",
-            ParameterKind::SigmaSeries => "sigma_series",
-            ParameterKind::Nu => "nu",
+            ParameterKind::SigmaDry => SIGMA_DRY.name,
+            ParameterKind::SigmaWet => SIGMA_WET.name,
+            ParameterKind::SigmaEnergy => SIGMA_ENERGY.name,
+            ParameterKind::SigmaSeries => SIGMA_SERIES.name,
+            ParameterKind::Nu => NU.name,
             ParameterKind::LubricationTrend => "lubrication_log_trend",
             ParameterKind::InertialTrend => "inertial_prefactor_trend",
         }
@@ -108,25 +111,15 @@ impl ParameterKind {
     /// Its default prior, with the reason for it.
     fn default_prior(self, form: Form) -> (Prior, &'static str) {
         let of_physics = |prior: LogNormal| (Prior::LogNormal(prior.median, prior.ln_sd), prior.reason);
+        let of_noise = |own: NoiseParameter| (own.prior, own.reason);
         match self {
             ParameterKind::DryK(_) => of_physics(DRY_K.prior),
             ParameterKind::Shared(coefficient) => of_physics(form.prior(coefficient)),
-            ParameterKind::SigmaEnergy => (
-                Prior::HalfNormal(0.1),
-                "default: a spread of the energy kept above 0.2 would be no measurement",
-            ),
-            ParameterKind::SigmaSeries => (
-                Prior::HalfNormal(0.03),
-                "default: series whose energy kept differs by more than 0.06 would be no repeats of one law",
-            ),
-            ParameterKind::Nu => (
-                Prior::Gamma(2.0, 0.1),
-                "default: Juárez & Steel 2010, from a few outliers to as good as normal; above 2, where there is a variance",
-            ),
-            ParameterKind::SigmaDry | ParameterKind::SigmaWet => (
-                Prior::HalfNormal(0.1),
-                "default: a spread of restitutions above 0.2 would be no measurement",
-            ),
+            ParameterKind::SigmaDry => of_noise(SIGMA_DRY),
+            ParameterKind::SigmaWet => of_noise(SIGMA_WET),
+            ParameterKind::SigmaEnergy => of_noise(SIGMA_ENERGY),
+            ParameterKind::SigmaSeries => of_noise(SIGMA_SERIES),
+            ParameterKind::Nu => of_noise(NU),
             ParameterKind::LubricationTrend => (
                 TREND_PRIOR,
                 "default: at 1 the sphere turns round at a fixed share of the film, beyond 2 either way is past belief",
@@ -330,7 +323,7 @@ impl ModelParameters {
         if scene.model.likelihood == LikelihoodFamily::Student {
             let nu = CandidateParameter {
                 kind: ParameterKind::Nu,
-                bounds: (least(ParameterKind::Nu.key()), f64::INFINITY),
+                bounds: (NU.least, f64::INFINITY),
                 why_not: runs.is_empty().then(|| unread("no runs in use")),
             };
             parameters.add(scene, runs, form, nu)?;

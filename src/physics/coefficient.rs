@@ -37,6 +37,10 @@ pub struct Parameter {
     pub symbol: &'static str,
     /// what it is, in a sentence's words
     pub words: &'static str,
+    /// what it stands for in the formulas, in a few words
+    pub meaning: &'static str,
+    /// a value it may well have
+    pub example: &'static str,
     /// its unit
     pub unit: &'static str,
     /// values to start a fit from, of a parameter that does not enter the energy linearly; empty for one that does

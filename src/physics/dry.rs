@@ -9,6 +9,8 @@ pub const DRY_K: Parameter = Parameter {
     name: "dry_k",
     symbol: "k",
     words: "k",
+    meaning: "k of the dry law e_dry = 1 − k v^(1/5), in (m/s)^(-1/5)",
+    example: "0.15",
     unit: "(m/s)^(-1/5)",
     grid: &[],
     must_be_positive: true,

@@ -18,8 +18,8 @@ struct NoiseOfRuns {
 /// Fails with the key of each spread that may not be 0, and why.
 pub(super) fn check_stated_errors(scene: &Scene, runs: &Runs) -> Result<(), Error> {
     let kinds = [
-        (SIGMA_DRY, "dry", NoiseOfRuns::of(runs, true)),
-        (SIGMA_WET, "wet", NoiseOfRuns::of(runs, false)),
+        (SIGMA_DRY.name, "dry", NoiseOfRuns::of(runs, true)),
+        (SIGMA_WET.name, "wet", NoiseOfRuns::of(runs, false)),
     ];
     let problem = |(key, kind, noise): (&str, &str, NoiseOfRuns)| {
         let choice = scene.held_at_zero(key)?;

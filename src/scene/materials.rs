@@ -1,4 +1,11 @@
-//! Holds the kinds of particles and the liquids of a scene.
+//! Reads the kinds of particles and the liquids of a scene.
+
+use super::expect::{ABOVE_ZERO, SHARE};
+use super::keys::{guides, Key, Optional, Required, Section};
+use super::names::{name_is_allowed, DRY, MISSING, NAME_RULE};
+use super::table::{Number, SceneTable};
+use crate::error::quoted;
+use crate::units::Dimension;
 
 /// A kind of particle.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,4 +37,159 @@ pub struct Liquid {
     pub viscosity_rel_sd: Option<f64>,
     /// γ, N/m
     pub surface_tension: Option<f64>,
+}
+
+const PARTICLE_DENSITY: Key<Number, Required> = Key {
+    base: "density",
+    takes: Number(Dimension::Density, ABOVE_ZERO),
+    absent: Required,
+    meaning: "density ρp of the sphere",
+    example: "2150",
+};
+
+const DENSITY_REL_SD: Key<Number, Optional> = Key {
+    base: "density_rel_sd",
+    takes: Number(Dimension::One, SHARE),
+    absent: Optional("taken as exact"),
+    meaning: "sd of the density over its value",
+    example: "0.005",
+};
+
+const ROUGHNESS: Key<Number, Required> = Key {
+    base: "roughness",
+    takes: Number(Dimension::Thickness, ABOVE_ZERO),
+    absent: Required,
+    meaning: "roughness ε of its surface",
+    example: "5",
+};
+
+const ROUGHNESS_REL_SD: Key<Number, Optional> = Key {
+    base: "roughness_rel_sd",
+    takes: Number(Dimension::One, SHARE),
+    absent: Optional("taken as exact"),
+    meaning: "sd of the roughness over its value",
+    example: "0.3",
+};
+
+const LIQUID_DENSITY: Key<Number, Required> = Key {
+    base: "density",
+    takes: Number(Dimension::Density, ABOVE_ZERO),
+    absent: Required,
+    meaning: "density ρl",
+    example: "930",
+};
+
+const VISCOSITY: Key<Number, Required> = Key {
+    base: "viscosity",
+    takes: Number(Dimension::Viscosity, ABOVE_ZERO),
+    absent: Required,
+    meaning: "dynamic viscosity η",
+    example: "9.3",
+};
+
+const VISCOSITY_REL_SD: Key<Number, Optional> = Key {
+    base: "viscosity_rel_sd",
+    takes: Number(Dimension::One, SHARE),
+    absent: Optional("taken as exact"),
+    meaning: "sd of the viscosity over its value",
+    example: "0.02",
+};
+
+const SURFACE_TENSION: Key<Number, Optional> = Key {
+    base: "surface_tension",
+    takes: Number(Dimension::SurfaceTension, ABOVE_ZERO),
+    absent: Optional("the bridge's rupture is neither sized nor modelled"),
+    meaning: "surface tension γ",
+    example: "20.1",
+};
+
+/// What is to be said of the tables of particles and liquids.
+pub(super) fn guide() -> [Section; 2] {
+    [
+        Section {
+            head: "[particles.NAME]",
+            about: format!("A kind of sphere; NAME is {NAME_RULE}"),
+            keys: guides(&[&PARTICLE_DENSITY, &DENSITY_REL_SD, &ROUGHNESS, &ROUGHNESS_REL_SD]),
+        },
+        Section {
+            head: "[liquids.NAME]",
+            about: "A liquid; none where every run is dry".to_owned(),
+            keys: guides(&[
+                &LIQUID_DENSITY,
+                &DENSITY_REL_SD,
+                &VISCOSITY,
+                &VISCOSITY_REL_SD,
+                &SURFACE_TENSION,
+            ]),
+        },
+    ]
+}
+
+/// Reads the particles, in the order of the file.
+pub(super) fn particles(root: &SceneTable) -> Vec<Particle> {
+    named_tables(root, "particles", |name, table| {
+        let density = table.read(&PARTICLE_DENSITY);
+        let roughness = table.read(&ROUGHNESS);
+        let density_rel_sd = table.read(&DENSITY_REL_SD);
+        let roughness_rel_sd = table.read(&ROUGHNESS_REL_SD);
+        Some(Particle {
+            name,
+            density: density?,
+            density_rel_sd,
+            roughness: roughness?,
+            roughness_rel_sd,
+        })
+    })
+}
+
+/// Reads the liquids, in the order of the file.
+pub(super) fn liquids(root: &SceneTable) -> Vec<Liquid> {
+    named_tables(root, "liquids", |name, table| {
+        if name == DRY {
+            let expected = "expected another name: runs without liquid are marked so";
+            table.refuse("", table.at(""), Some(quoted(&name)), expected);
+        }
+        let density = table.read(&LIQUID_DENSITY);
+        let viscosity = table.read(&VISCOSITY);
+        let density_rel_sd = table.read(&DENSITY_REL_SD);
+        let viscosity_rel_sd = table.read(&VISCOSITY_REL_SD);
+        let surface_tension = table.read(&SURFACE_TENSION);
+        Some(Liquid {
+            name,
+            density: density?,
+            density_rel_sd,
+            viscosity: viscosity?,
+            viscosity_rel_sd,
+            surface_tension,
+        })
+    })
+}
+
+/// Reads `[kind.NAME]` tables in the order of the file. A missing `[particles]` is a problem, missing liquids are not.
+fn named_tables<T>(root: &SceneTable, kind: &str, read: impl Fn(String, &SceneTable) -> Option<T>) -> Vec<T> {
+    let found = root.table(kind);
+    let given = found.as_ref().map_or(root.has(kind), |table| !table.keys().is_empty());
+    if kind == "particles" && !given {
+        root.refuse_whole("missing table [particles.NAME]");
+    }
+    let Some(table) = found else {
+        return vec![];
+    };
+    let mut found = vec![];
+    for name in table.keys() {
+        let Some(inner) = table.table(&name) else {
+            continue;
+        };
+        if !name_is_allowed(&name) {
+            let expected = format!("expected {NAME_RULE}");
+            table.refuse("", inner.at(""), Some(quoted(&name)), expected);
+        }
+        if name == MISSING {
+            let expected = "expected another name: a missing cell is marked so";
+            table.refuse("", inner.at(""), Some(quoted(&name)), expected);
+        }
+        found.extend(read(name, &inner));
+        inner.finish();
+    }
+    found
 }

@@ -3,6 +3,7 @@
 //! | file | job |
 //! |---|---|
 //! | `names.rs`, `expect.rs` | which names and numbers a scene may hold |
+//! | `keys.rs` | what is to be said of a key: name, unit, what it takes, default, meaning, example |
 //! | `run_columns.rs` | the columns a table of runs can have |
 //! | `unknown_keys.rs` | finds the keys of a table that nothing reads |
 //! | `document.rs` | keeps the text and gathers the problems found in it |
@@ -14,14 +15,19 @@
 //! | `plan.rs` | the truth and design tables of a simulation |
 //! | `published.rs` | numbers from the literature |
 //! | `naming.rs` | what a table calls its columns and its words, and what it leaves unsaid |
+//! | `data.rs` | which tables hold the runs, and which of their runs are used |
 //! | `contents.rs` | a [`Scene`]: everything that does not change from run to run |
 //! | `read.rs` | turns a scene file into one |
+//! | `guide.rs` | tells every key, as Markdown and as plain text |
 //! | `overwriting.rs` | recognises scenes and their runs, which must not be written over |
 
 mod choices;
 mod contents;
+mod data;
 mod document;
 mod expect;
+mod guide;
+mod keys;
 mod materials;
 mod names;
 mod naming;
@@ -35,13 +41,16 @@ mod table;
 mod trial;
 mod unknown_keys;
 
-pub(crate) use choices::{least, SIGMA_DRY, SIGMA_WET};
 pub use choices::{
     Bootstrap, DryKOf, IntervalMethod, LikelihoodFamily, ModelChoices, NoiseOn, PriorChoice, ResamplingScheme, Sampler,
     Sticking, MOST_KEPT,
 };
-pub use contents::{Data, Scene, Screens, TableFile};
+pub(crate) use choices::{NoiseParameter, NU, SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET};
+pub use contents::Scene;
+pub use data::{Data, Screens, TableFile};
 pub use expect::LARGEST_FILM_RATIO;
+pub use guide::{guide, markdown, plain};
+pub use keys::{KeyGuide, Section, Without};
 pub use materials::{Liquid, Particle};
 pub use names::{closest, letters_apart, name_expected, name_is_allowed, DRY, MISSING, NAME_RULE};
 pub use naming::{Constant, ConstantValue, HeightsTo, Naming};

@@ -1,9 +1,10 @@
 //! Reads what a table of runs calls its columns and its words, and what it leaves unsaid.
 
 use super::expect::{ABOVE_ZERO, FINITE};
+use super::keys::{guides, DefaultsTo, Key, KeyGuide, Optional};
 use super::names::{closest, DRY, MISSING};
 use super::run_columns::RunColumn;
-use super::table::SceneTable;
+use super::table::{Inner, OneOf, SceneTable};
 
 /// What a table of runs calls its columns and its words, and what it leaves unsaid.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -54,19 +55,55 @@ pub(super) struct SceneNames<'n> {
     pub liquids: Vec<&'n str>,
 }
 
+const COLUMNS: Key<Inner, Optional> = Key {
+    base: "columns",
+    takes: Inner("a table of our names and theirs"),
+    absent: Optional("columns have our names"),
+    meaning: "columns that the table calls otherwise, ours = theirs; the unit is that of our name",
+    example: "{ impact_speed_m_s = \"v_i\", particle = \"Kugel\" }",
+};
+
+const VALUES: Key<Inner, Optional> = Key {
+    base: "values",
+    takes: Inner("for each column a table of their words and ours"),
+    absent: Optional("cells have our words"),
+    meaning: "words of cells that mean ours, theirs = ours",
+    example: "{ liquid = { trocken = \"dry\" } }",
+};
+
+const CONSTANTS: Key<Inner, Optional> = Key {
+    base: "constants",
+    takes: Inner("a table of columns with a value each"),
+    absent: Optional("every column stands in the table"),
+    meaning: "columns that are the same in every row",
+    example: "{ diameter_mm = 4.762 }",
+};
+
+const HEIGHTS_TO: Key<OneOf<HeightsTo>, DefaultsTo<HeightsTo>> = Key {
+    base: "heights_to",
+    takes: OneOf(|| vec![("plate", HeightsTo::Plate), ("film", HeightsTo::Film)]),
+    absent: DefaultsTo(HeightsTo::Plate),
+    meaning: "where drop and rebound heights are counted from",
+    example: "\"film\"",
+};
+
+/// What is to be said of the keys that name things.
+pub(super) fn guide() -> Vec<KeyGuide> {
+    guides(&[&COLUMNS, &VALUES, &CONSTANTS, &HEIGHTS_TO])
+}
+
 /// Reads the naming from the table of the data.
 pub(super) fn naming(data: &SceneTable, names: &SceneNames) -> Naming {
-    let heights = [("plate", HeightsTo::Plate), ("film", HeightsTo::Film)];
     Naming {
         columns: columns(data).unwrap_or_default(),
         words: words(data, names).unwrap_or_default(),
         constants: constants(data, names).unwrap_or_default(),
-        heights_to: data.choice("heights_to", &heights).unwrap_or_default(),
+        heights_to: data.read(&HEIGHTS_TO),
     }
 }
 
 fn columns(data: &SceneTable) -> Option<Vec<(String, String)>> {
-    let table = data.table("columns")?;
+    let table = data.inner_table(&COLUMNS)?;
     let mut columns: Vec<(String, String)> = vec![];
     for ours in table.keys() {
         if RunColumn::named(&ours).is_none() {
@@ -86,7 +123,7 @@ fn columns(data: &SceneTable) -> Option<Vec<(String, String)>> {
 }
 
 fn words(data: &SceneTable, names: &SceneNames) -> Option<Vec<(RunColumn, Vec<[String; 2]>)>> {
-    let table = data.table("values")?;
+    let table = data.inner_table(&VALUES)?;
     let mut words = vec![];
     for name in table.keys() {
         let of_base = || RunColumn::ALL.into_iter().find(|column| column.base() == name);
@@ -114,7 +151,7 @@ fn words(data: &SceneTable, names: &SceneNames) -> Option<Vec<(RunColumn, Vec<[S
 }
 
 fn constants(data: &SceneTable, names: &SceneNames) -> Option<Vec<Constant>> {
-    let table = data.table("constants")?;
+    let table = data.inner_table(&CONSTANTS)?;
     let mut constants: Vec<Constant> = vec![];
     for name in table.keys() {
         let Some((column, unit)) = RunColumn::named(&name) else {

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::contents::{Scene, TableFile};
+use super::contents::Scene;
+use super::data::TableFile;
 use crate::files;
 
 /// What every scene has, whatever else is right or wrong with it.

@@ -1,11 +1,18 @@
 //! Reads the truth and the design of a simulation.
 
-use super::choices::{dry_speed, terms, viscous, ModelChoices};
+use super::choices::{
+    checked_terms, dry_speed, ModelChoices, NoiseParameter, DRY_SPEED_TAKES, NU, SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES,
+    SIGMA_WET, TERMS_TAKES, VISCOUS_TAKES,
+};
 use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE};
+use super::keys::{guides, DefaultsTo, Guided, Key, Optional, Section};
 use super::materials::Liquid;
-use super::table::{Located, SceneTable};
+use super::table::{
+    Count, Inner, Located, Number, NumberOr, Numbers, NumbersByParticle, OneOf, SceneTable, SomeOf, Texts, MOST_COUNTED,
+};
 use crate::physics::balance::Balance;
 use crate::physics::coefficient::Coefficients;
+use crate::physics::dry::DRY_K;
 use crate::physics::form::Term;
 use crate::physics::loss::Film;
 use crate::physics::numbers::same_diameter;
@@ -141,40 +148,219 @@ pub struct Design {
 #[derive(Debug, Clone, PartialEq)]
 pub struct DesignSpeeds(pub Vec<f64>);
 
+const TRUE_DRY_K: Key<Inner, Optional> = Key {
+    base: DRY_K.name,
+    takes: Inner("a table of particles, each with a number of 0 or more or a table by diameter in mm"),
+    absent: Optional(WANTED),
+    meaning: "k of each particle",
+    example: "{ PTFE = 0.183, PE = { \"3.175\" = 0.12, \"4.762\" = 0.13 } }",
+};
+
+/// What is to be said of a parameter of the truth that has no default.
+const WANTED: &str = "nothing can be simulated that wants it";
+
+/// The key of a parameter that particles share.
+fn shared(coefficient: Coefficient) -> Key<Number, Optional> {
+    let own = coefficient.describe();
+    Key {
+        base: own.name,
+        takes: Number(Dimension::One, if own.must_be_positive { ABOVE_ZERO } else { FINITE }),
+        absent: Optional(WANTED),
+        meaning: own.meaning,
+        example: own.example,
+    }
+}
+
+/// The key of a spread of the noise.
+const fn spread(own: &NoiseParameter, absent: &'static str) -> Key<Number, Optional> {
+    Key {
+        base: own.name,
+        takes: Number(Dimension::One, NOT_NEGATIVE),
+        absent: Optional(absent),
+        meaning: own.meaning,
+        example: own.example,
+    }
+}
+
+const TRUE_SIGMA_DRY: Key<Number, Optional> = spread(&SIGMA_DRY, WANTED);
+const TRUE_SIGMA_WET: Key<Number, Optional> = spread(&SIGMA_WET, WANTED);
+const TRUE_SIGMA_ENERGY: Key<Number, Optional> = spread(&SIGMA_ENERGY, "none");
+const TRUE_SIGMA_SERIES: Key<Number, Optional> = spread(&SIGMA_SERIES, "none");
+
+const TRUE_NU: Key<Number, Optional> = Key {
+    base: NU.name,
+    takes: Number(Dimension::One, ABOVE_ZERO),
+    absent: Optional(WANTED),
+    meaning: NU.meaning,
+    example: NU.example,
+};
+
+const NOISE: Key<OneOf<NoiseShape>, DefaultsTo<NoiseShape>> = Key {
+    base: "noise",
+    takes: OneOf(|| {
+        vec![
+            ("normal", NoiseShape::Normal),
+            ("skewed", NoiseShape::Skewed),
+            ("heteroscedastic", NoiseShape::Heteroscedastic),
+            ("student", NoiseShape::Student),
+        ]
+    }),
+    absent: DefaultsTo(NoiseShape::Normal),
+    meaning: "shape of the noise",
+    example: "\"skewed\"",
+};
+
+/// What holds without a key that [model] has, too.
+const AS_THE_MODEL: &str = "as in [model]";
+
+const TRUE_INERTIA: Key<OneOf<Inertia>, Optional> = Key {
+    base: "inertia",
+    takes: OneOf(|| Inertia::ALL.map(|form| (form.name(), form)).to_vec()),
+    absent: Optional("as in [model], there stepwise where it is open"),
+    meaning: "form of the inertial loss",
+    example: "\"saturating\"",
+};
+
+const TRUE_VISCOUS: Key<OneOf<Viscous>, Optional> = Key {
+    base: "viscous",
+    takes: VISCOUS_TAKES,
+    absent: Optional(AS_THE_MODEL),
+    meaning: "form of the viscous loss",
+    example: "\"film\"",
+};
+
+const TRUE_DRY_SPEED: Key<NumberOr, Optional> = Key {
+    base: "dry_speed",
+    takes: DRY_SPEED_TAKES,
+    absent: Optional(AS_THE_MODEL),
+    meaning: "impact speed at which e_dry enters",
+    example: "\"impact\"",
+};
+
+const TRUE_TERMS: Key<SomeOf<Term>, Optional> = Key {
+    base: "terms",
+    takes: TERMS_TAKES,
+    absent: Optional("inertia and viscous"),
+    meaning: "terms that the truth holds",
+    example: "[\"inertia\", \"viscous\", \"bridge\"]",
+};
+
+const DIAMETER: Key<NumbersByParticle, Optional> = Key {
+    base: "diameter",
+    takes: NumbersByParticle(Dimension::Length, ABOVE_ZERO),
+    absent: Optional(WANTED),
+    meaning: "diameters of each particle",
+    example: "{ PTFE = [3.175, 4.762] }",
+};
+
+const FILM_RATIOS: Key<NumbersByParticle, Optional> = Key {
+    base: "film_ratio",
+    takes: NumbersByParticle(Dimension::One, FILM_RATIO),
+    absent: Optional(WANTED),
+    meaning: "film ratios of each particle",
+    example: "[0.03, 0.06]",
+};
+
+const LIQUIDS: Key<Texts, Optional> = Key {
+    base: "liquids",
+    takes: Texts,
+    absent: Optional("every run is dry"),
+    meaning: "liquids, names in [liquids]",
+    example: "[\"AK10\"]",
+};
+
+const HEIGHT: Key<Numbers, Optional> = Key {
+    base: "height",
+    takes: Numbers(Dimension::Length, ABOVE_ZERO),
+    absent: Optional("impact_speed says it"),
+    meaning: "heights that wet runs fall from, v = √(2 g h)",
+    example: "[30, 50, 100, 150]",
+};
+
+const IMPACT_SPEED: Key<Numbers, Optional> = Key {
+    base: "impact_speed",
+    takes: Numbers(Dimension::Speed, ABOVE_ZERO),
+    absent: Optional("height says it"),
+    meaning: "impact speeds of the wet runs",
+    example: "[0.5, 1.0, 2.0]",
+};
+
+const DRY_IMPACT_SPEED: Key<Numbers, Optional> = Key {
+    base: "dry_impact_speed",
+    takes: Numbers(Dimension::Speed, ABOVE_ZERO),
+    absent: Optional("no run is dry"),
+    meaning: "impact speeds of the dry runs",
+    example: "[0.5, 1.0, 2.0]",
+};
+
+const REPEATS: Key<Count, DefaultsTo<u64>> = Key {
+    base: "repeats",
+    takes: Count(1, MOST_COUNTED),
+    absent: DefaultsTo(1),
+    meaning: "runs at each setting",
+    example: "5",
+};
+
+/// What is to be said of the tables of a simulation.
+pub(super) fn guide() -> [Section; 2] {
+    let mut truth = guides(&[&TRUE_DRY_K]);
+    truth.extend(Coefficient::ALL.map(|coefficient| shared(coefficient).guide()));
+    truth.extend(guides(&[
+        &TRUE_INERTIA,
+        &TRUE_VISCOUS,
+        &TRUE_TERMS,
+        &TRUE_DRY_SPEED,
+        &TRUE_SIGMA_DRY,
+        &TRUE_SIGMA_WET,
+        &TRUE_SIGMA_ENERGY,
+        &TRUE_SIGMA_SERIES,
+        &TRUE_NU,
+        &NOISE,
+    ]));
+    [
+        Section {
+            head: "[truth]",
+            about: "The parameters that simulated runs are drawn from; of a fit only the report reads them".to_owned(),
+            keys: truth,
+        },
+        Section {
+            head: "[design]",
+            about: "The settings that simulated runs are made at".to_owned(),
+            keys: guides(&[
+                &DIAMETER,
+                &LIQUIDS,
+                &FILM_RATIOS,
+                &HEIGHT,
+                &IMPACT_SPEED,
+                &DRY_IMPACT_SPEED,
+                &REPEATS,
+            ]),
+        },
+    ]
+}
+
 pub(super) fn truth(root: &SceneTable, particles: &[&str], liquids: &[Liquid], model: &ModelChoices) -> Option<Truth> {
     let table = root.table("truth")?;
     let TrueK {
         dry_k,
         dry_k_by_diameter,
     } = true_k(&table, particles);
-    let forms = Inertia::ALL.map(|form| (form.name(), form));
-    let inertia = table
-        .choice("inertia", &forms)
-        .or(model.inertia)
-        .unwrap_or(Inertia::DEFAULT);
-    let noises = [
-        ("normal", NoiseShape::Normal),
-        ("skewed", NoiseShape::Skewed),
-        ("heteroscedastic", NoiseShape::Heteroscedastic),
-        ("student", NoiseShape::Student),
-    ];
+    let inertia = table.read(&TRUE_INERTIA).or(model.inertia);
+    let terms = table.read(&TRUE_TERMS).flatten();
     let truth = Truth {
         dry_k,
         dry_k_by_diameter,
-        shared: Coefficient::ALL.map(|coefficient| {
-            let own = coefficient.describe();
-            table.number(own.name, if own.must_be_positive { ABOVE_ZERO } else { FINITE })
-        }),
-        inertia,
-        viscous: viscous(&table).unwrap_or(model.viscous),
-        dry_speed: dry_speed(&table).unwrap_or(model.dry_speed),
-        sigma_dry: table.number("sigma_dry", NOT_NEGATIVE),
-        sigma_wet: table.number("sigma_wet", NOT_NEGATIVE),
-        sigma_energy: table.number("sigma_energy", NOT_NEGATIVE),
-        sigma_series: table.number("sigma_series", NOT_NEGATIVE),
-        nu: table.number("nu", ABOVE_ZERO),
-        noise: table.choice("noise", &noises).unwrap_or(NoiseShape::Normal),
-        terms: terms(&table, liquids),
+        shared: Coefficient::ALL.map(|coefficient| table.read(&shared(coefficient))),
+        inertia: inertia.unwrap_or(Inertia::DEFAULT),
+        viscous: table.read(&TRUE_VISCOUS).unwrap_or(model.viscous),
+        dry_speed: table.read(&TRUE_DRY_SPEED).map_or(model.dry_speed, dry_speed),
+        sigma_dry: table.read(&TRUE_SIGMA_DRY),
+        sigma_wet: table.read(&TRUE_SIGMA_WET),
+        sigma_energy: table.read(&TRUE_SIGMA_ENERGY),
+        sigma_series: table.read(&TRUE_SIGMA_SERIES),
+        nu: table.read(&TRUE_NU),
+        noise: table.read(&NOISE),
+        terms: checked_terms(&table, terms, liquids),
     };
     table.finish();
     Some(truth)
@@ -192,7 +378,7 @@ fn true_k(table: &SceneTable, particles: &[&str]) -> TrueK {
         dry_k: vec![None; particles.len()],
         dry_k_by_diameter: vec![vec![]; particles.len()],
     };
-    let Some(by_particle) = table.table("dry_k") else {
+    let Some(by_particle) = table.inner_table(&TRUE_DRY_K) else {
         return found;
     };
     for (particle, name) in particles.iter().enumerate() {
@@ -231,10 +417,10 @@ fn by_diameter(table: &SceneTable) -> Vec<KOfDiameter> {
 
 pub(super) fn design(root: &SceneTable, particles: &[&str], liquids: &[Liquid]) -> Option<Design> {
     let table = root.table("design")?;
-    let diameters = table.quantities_by_name("diameter", Dimension::Length, ABOVE_ZERO, particles);
-    let film_ratios = table.quantities_by_name("film_ratio", Dimension::One, FILM_RATIO, particles);
+    let diameters = table.by_particle(&DIAMETER, particles);
+    let film_ratios = table.by_particle(&FILM_RATIOS, particles);
     let mut used = vec![];
-    for name in table.texts("liquids").unwrap_or_default() {
+    for name in table.read(&LIQUIDS).unwrap_or_default() {
         match liquids.iter().position(|liquid| liquid.name == name.value) {
             Some(liquid) => used.push(liquid),
             None => {
@@ -243,12 +429,12 @@ pub(super) fn design(root: &SceneTable, particles: &[&str], liquids: &[Liquid]) 
                     value: name.value.as_str(),
                     at: name.at,
                 };
-                table.refuse_name("liquids", &name, "a name in [liquids]", names);
+                table.refuse_name(LIQUIDS.base, &name, "a name in [liquids]", names);
             }
         }
     }
-    let heights = table.quantities("height", Dimension::Length, ABOVE_ZERO);
-    let speeds = table.quantities("impact_speed", Dimension::Speed, ABOVE_ZERO);
+    let heights = table.read(&HEIGHT);
+    let speeds = table.read(&IMPACT_SPEED);
     if heights.is_some() && speeds.is_some() {
         let at = table.at("");
         table.refuse("", at, None, "expected either drop heights or impact speeds, not both");
@@ -259,10 +445,8 @@ pub(super) fn design(root: &SceneTable, particles: &[&str], liquids: &[Liquid]) 
         liquids: used,
         film_ratios: film_ratios.unwrap_or_else(|| vec![vec![]; particles.len()]),
         speeds: DesignSpeeds(fallen.or(speeds).unwrap_or_default()),
-        dry_speeds: table
-            .quantities("dry_impact_speed", Dimension::Speed, ABOVE_ZERO)
-            .unwrap_or_default(),
-        repeats: table.count("repeats", 1).unwrap_or(1),
+        dry_speeds: table.read(&DRY_IMPACT_SPEED).unwrap_or_default(),
+        repeats: table.read(&REPEATS),
     };
     table.finish();
     Some(design)

@@ -132,16 +132,27 @@ impl Prior {
         }
     }
 
-    /// As a scene writes it.
+    /// Its family and its numbers.
     pub fn text(&self) -> String {
+        let (family, numbers) = self.words();
+        format!("{family} {numbers}")
+    }
+
+    /// As a scene gives it.
+    pub fn written(&self) -> String {
+        let (family, numbers) = self.words();
+        format!("{{ {family} = {numbers} }}")
+    }
+
+    fn words(&self) -> (&'static str, String) {
         match *self {
-            Prior::LogNormal(median, sd) => format!("lognormal [{median}, {sd}]"),
-            Prior::HalfNormal(scale) => format!("half_normal {scale}"),
-            Prior::Normal(mean, sd) => format!("normal [{mean}, {sd}]"),
-            Prior::Gamma(shape, rate) => format!("gamma [{shape}, {rate}]"),
-            Prior::Uniform(lo, hi) => format!("uniform [{lo}, {hi}]"),
-            Prior::StudentT(df, loc, scale) => format!("student_t [{df}, {loc}, {scale}]"),
-            Prior::Fixed(value) => format!("fixed {value}"),
+            Prior::LogNormal(median, sd) => ("lognormal", format!("[{median}, {sd}]")),
+            Prior::HalfNormal(scale) => ("half_normal", scale.to_string()),
+            Prior::Normal(mean, sd) => ("normal", format!("[{mean}, {sd}]")),
+            Prior::Gamma(shape, rate) => ("gamma", format!("[{shape}, {rate}]")),
+            Prior::Uniform(lo, hi) => ("uniform", format!("[{lo}, {hi}]")),
+            Prior::StudentT(df, loc, scale) => ("student_t", format!("[{df}, {loc}, {scale}]")),
+            Prior::Fixed(value) => ("fixed", value.to_string()),
         }
     }
 }

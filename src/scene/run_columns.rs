@@ -1,5 +1,6 @@
 //! Holds the columns that a table of runs can have.
 
+use super::keys::{KeyGuide, Without};
 use super::names::letters_apart;
 use crate::units::{names_in_words, Dimension, Unit};
 
@@ -41,6 +42,9 @@ pub enum RunColumn {
     /// free label
     Run,
 }
+
+/// What holds without a column of errors.
+const NO_ERROR: Without = Without::Words("taken as exact, but for what scatters the runs");
 
 impl RunColumn {
     /// Every column.
@@ -113,6 +117,86 @@ impl RunColumn {
             | RunColumn::Stokes
             | RunColumn::Exclude
             | RunColumn::Run => Dimension::One,
+        }
+    }
+
+    /// What is to be said of it.
+    pub fn guide(self) -> KeyGuide {
+        let (without, example, meaning) = match self {
+            RunColumn::Particle => (
+                Without::Refused,
+                "PTFE",
+                "name of the sphere's material, one in [particles]",
+            ),
+            RunColumn::Liquid => (
+                Without::Words("every run is dry"),
+                "AK10",
+                "name of the liquid, one in [liquids]; empty or `dry` without liquid",
+            ),
+            RunColumn::Diameter => (Without::Refused, "4.762", "diameter of the sphere"),
+            RunColumn::Film => (
+                Without::Words("no run may be wet"),
+                "287",
+                "thickness of the film; not read of dry runs",
+            ),
+            RunColumn::ImpactSpeed => (
+                Without::Words("drop_height or stokes gives it"),
+                "1.41",
+                "normal speed before the impact",
+            ),
+            RunColumn::ReboundSpeed => (
+                Without::Words("restitution or rebound_height gives it"),
+                "0.92",
+                "normal speed after the impact; 0: the run stuck",
+            ),
+            RunColumn::Restitution => (
+                Without::Words("rebound_speed or rebound_height gives it"),
+                "0.652",
+                "rebound over impact speed; 0: the run stuck",
+            ),
+            RunColumn::DropHeight => (
+                Without::Words("impact_speed or stokes gives the speed"),
+                "100",
+                "height of the fall, v = √(2 g h); see heights_to",
+            ),
+            RunColumn::ReboundHeight => (
+                Without::Words("rebound_speed or restitution gives the speed"),
+                "43",
+                "height of the rebound; see heights_to",
+            ),
+            RunColumn::Stokes => (
+                Without::Words("impact_speed or drop_height gives the speed"),
+                "52",
+                "Stokes number St = ρp D v/(9 η) of a wet run",
+            ),
+            RunColumn::FilmRatio => (
+                Without::Words("by film_ratios in [data], else groups are found"),
+                "0.06",
+                "nominal film ratio δ/D that the run belongs to",
+            ),
+            RunColumn::ImpactSpeedSd => (NO_ERROR, "0.004", "sd of the error of the impact speed"),
+            RunColumn::ReboundSpeedSd => (NO_ERROR, "0.004", "sd of the error of the rebound speed"),
+            RunColumn::RestitutionSd => (NO_ERROR, "0.01", "sd of the error of the restitution as a whole"),
+            RunColumn::SpeedCorrelation => (
+                Without::Words("0"),
+                "0.5",
+                "correlation of the errors of both speeds, from -1 to 1",
+            ),
+            RunColumn::Exclude => (
+                Without::Words("every run is used"),
+                "touched the wall",
+                "why the run is left out; counted under these words",
+            ),
+            RunColumn::Run => (Without::Words("rows are counted"), "17", "a label, not read"),
+        };
+        let takes = if self.is_number() { "a number" } else { "a word" };
+        KeyGuide {
+            base: self.base(),
+            dimension: self.dimension(),
+            takes: takes.to_owned(),
+            without,
+            meaning,
+            example: example.to_owned(),
         }
     }
 

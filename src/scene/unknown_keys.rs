@@ -30,6 +30,12 @@ impl ReadKeys {
         self.missing.push(keys);
     }
 
+    /// Every key that was asked for.
+    #[cfg(test)]
+    pub fn names(&self) -> impl Iterator<Item = String> + '_ {
+        self.keys.keys().cloned()
+    }
+
     /// A message for each key that nothing reads.
     pub fn unknown(&mut self, names: &[String]) -> Vec<(String, String)> {
         let mut unknown: Vec<(String, String)> = vec![];

@@ -2,7 +2,9 @@
 
 use super::unused::note_unused;
 use crate::scene::expect::INSIDE_ONE;
-use crate::scene::table::SceneTable;
+use crate::scene::keys::{guides, DefaultsTo, Key, Optional, Section};
+use crate::scene::table::{Count, Number, OneOf, SceneTable};
+use crate::units::Dimension;
 
 /// How intervals are made.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,38 +73,73 @@ impl IntervalMethod {
 /// these are listed.
 pub const MOST_REPLICATES: u64 = 1_000_000;
 
+const REPLICATES: Key<Count, DefaultsTo<u64>> = Key {
+    base: "replicates",
+    takes: Count(1, MOST_REPLICATES),
+    absent: DefaultsTo(10_000),
+    meaning: "how many times the runs are resampled",
+    example: "2000",
+};
+
+const SCHEME: Key<OneOf<ResamplingScheme>, DefaultsTo<ResamplingScheme>> = Key {
+    base: "scheme",
+    takes: OneOf(|| {
+        let all = [
+            ResamplingScheme::Cases,
+            ResamplingScheme::Residuals,
+            ResamplingScheme::Parametric,
+            ResamplingScheme::Series,
+        ];
+        all.map(|scheme| (scheme.name(), scheme)).to_vec()
+    }),
+    absent: DefaultsTo(ResamplingScheme::Cases),
+    meaning: "what is resampled: runs, residuals of the fits, new noise about them, or whole series",
+    example: "\"series\"",
+};
+
+const INTERVAL: Key<OneOf<IntervalMethod>, Optional> = Key {
+    base: "interval",
+    takes: OneOf(|| {
+        let all = [
+            IntervalMethod::Bca,
+            IntervalMethod::Percentile,
+            IntervalMethod::Studentized,
+            IntervalMethod::Delta,
+        ];
+        all.map(|method| (method.name(), method)).to_vec()
+    }),
+    absent: Optional("the one whose measured coverage is best at that number of runs"),
+    meaning: "the interval to quote",
+    example: "\"bca\"",
+};
+
+const LEVEL: Key<Number, DefaultsTo<f64>> = Key {
+    base: "level",
+    takes: Number(Dimension::One, INSIDE_ONE),
+    absent: DefaultsTo(0.95),
+    meaning: "probability of the intervals",
+    example: "0.9",
+};
+
+/// What is to be said of the table of the bootstrap.
+pub(in crate::scene) fn guide() -> Section {
+    Section {
+        head: "[bootstrap]",
+        about: "How the intervals of least squares are made".to_owned(),
+        keys: guides(&[&REPLICATES, &SCHEME, &INTERVAL, &LEVEL]),
+    }
+}
+
 pub fn bootstrap(root: &SceneTable, unused: &mut Vec<String>) -> Bootstrap {
-    let mut bootstrap = Bootstrap {
-        replicates: 10_000,
-        scheme: ResamplingScheme::Cases,
-        interval: None,
-        level: 0.95,
+    let table = root.table_or_empty("bootstrap");
+    let bootstrap = Bootstrap {
+        replicates: table.read(&REPLICATES),
+        scheme: table.read(&SCHEME),
+        interval: table.read(&INTERVAL),
+        level: table.read(&LEVEL),
     };
-    let Some(table) = root.table("bootstrap") else {
-        return bootstrap;
-    };
-    let schemes = [
-        ResamplingScheme::Cases,
-        ResamplingScheme::Residuals,
-        ResamplingScheme::Parametric,
-        ResamplingScheme::Series,
-    ]
-    .map(|scheme| (scheme.name(), scheme));
-    let methods = [
-        IntervalMethod::Bca,
-        IntervalMethod::Percentile,
-        IntervalMethod::Studentized,
-        IntervalMethod::Delta,
-    ]
-    .map(|method| (method.name(), method));
-    bootstrap.replicates = table
-        .count_to("replicates", 1, MOST_REPLICATES)
-        .unwrap_or(bootstrap.replicates);
-    bootstrap.scheme = table.choice("scheme", &schemes).unwrap_or(bootstrap.scheme);
-    bootstrap.interval = table.choice("interval", &methods);
-    bootstrap.level = table.number("level", INSIDE_ONE).unwrap_or(bootstrap.level);
     table.finish();
-    note_unused("bootstrap", &table, &["replicates", "scheme"], unused);
+    note_unused("bootstrap", &table, &[REPLICATES.base, SCHEME.base], unused);
     if bootstrap.interval.is_some_and(|method| method != IntervalMethod::Delta) {
         unused.push("bootstrap.interval".to_owned());
     }

@@ -4,23 +4,32 @@
 //! |---|---|
 //! | `unused.rs` | the keys that nothing reads yet |
 //! | `model.rs` | the terms of the energy balance, the noise on a run, what stuck runs are |
+//! | `noise.rs` | the parameters of the noise |
 //! | `priors.rs` | the priors set for parameters |
 //! | `sampler.rs` | how much is sampled |
 //! | `bootstrap.rs` | how intervals are made |
 
 mod bootstrap;
 mod model;
+mod noise;
 mod priors;
 mod sampler;
 mod unused;
 
 pub use bootstrap::{Bootstrap, IntervalMethod, ResamplingScheme};
 pub use model::{DryKOf, LikelihoodFamily, ModelChoices, NoiseOn, Sticking};
+pub(crate) use noise::{NoiseParameter, NU, SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET};
 pub use priors::PriorChoice;
-pub(crate) use priors::{least, SIGMA_DRY, SIGMA_WET};
 pub use sampler::{Sampler, MOST_KEPT};
 
+use super::keys::Section;
+
 pub(super) use bootstrap::bootstrap;
-pub(super) use model::{dry_speed, model, terms, viscous};
+pub(super) use model::{checked_terms, dry_speed, model, DRY_SPEED_TAKES, TERMS_TAKES, VISCOUS_TAKES};
 pub(super) use priors::priors;
 pub(super) use sampler::sampler;
+
+/// What is to be said of the tables that choose a method.
+pub(super) fn guide() -> [Section; 4] {
+    [model::guide(), priors::guide(), sampler::guide(), bootstrap::guide()]
+}

@@ -4,8 +4,9 @@ use crate::physics::dry::REFERENCE_SPEED;
 use crate::physics::form::Term;
 use crate::physics::{DrySpeed, Form, Inertia, Viscous};
 use crate::scene::expect::ABOVE_ZERO;
+use crate::scene::keys::{guides, DefaultsTo, Key, Section};
 use crate::scene::materials::Liquid;
-use crate::scene::table::{QuantityOrWord, SceneTable};
+use crate::scene::table::{NumberOr, OneOf, QuantityOrWord, SceneTable, SomeOf, Switch};
 use crate::units::Dimension;
 
 /// What the model holds.
@@ -86,87 +87,152 @@ pub enum Sticking {
     Excluded,
 }
 
+const DRY_SPEED: Key<NumberOr, DefaultsTo<QuantityOrWord>> = Key {
+    base: "dry_speed",
+    takes: DRY_SPEED_TAKES,
+    absent: DefaultsTo(QuantityOrWord::Quantity(REFERENCE_SPEED)),
+    meaning: "impact speed at which e_dry enters; \"impact\": each run's own, e_inf and St_c then still at the default",
+    example: "\"impact\"",
+};
+pub const DRY_SPEED_TAKES: NumberOr = NumberOr(Dimension::Speed, ABOVE_ZERO, "impact");
+
+const INERTIA: Key<OneOf<Option<Inertia>>, DefaultsTo<Option<Inertia>>> = Key {
+    base: "inertia",
+    takes: OneOf(|| {
+        let forms = Inertia::ALL.map(|form| (form.name(), Some(form)));
+        forms.into_iter().chain([("auto", None)]).collect()
+    }),
+    absent: DefaultsTo(None),
+    meaning: "form of the inertial loss; auto: as the runs require, by comparison",
+    example: "\"saturating\"",
+};
+
+const VISCOUS: Key<OneOf<Viscous>, DefaultsTo<Viscous>> = Key {
+    base: "viscous",
+    takes: VISCOUS_TAKES,
+    absent: DefaultsTo(Viscous::Constant),
+    meaning: "form of the viscous loss: one L, or L of each film, without δc",
+    example: "\"film\"",
+};
+pub const VISCOUS_TAKES: OneOf<Viscous> = OneOf(|| Viscous::NAMED.map(|form| (form.name(), form)).to_vec());
+
+const TERMS: Key<SomeOf<Term>, DefaultsTo<Option<Vec<Term>>>> = Key {
+    base: "terms",
+    takes: TERMS_TAKES,
+    absent: DefaultsTo(None),
+    meaning: "terms of the energy balance; auto: inertia and viscous, unless the runs do not require one",
+    example: "[\"inertia\", \"viscous\", \"bridge\"]",
+};
+pub const TERMS_TAKES: SomeOf<Term> = SomeOf {
+    words: || Term::LISTED.map(|term| (term.name(), term)).to_vec(),
+    instead: "auto",
+};
+
+const LIKELIHOOD: Key<OneOf<LikelihoodFamily>, DefaultsTo<LikelihoodFamily>> = Key {
+    base: "likelihood",
+    takes: OneOf(|| {
+        vec![
+            ("normal", LikelihoodFamily::Normal),
+            ("student", LikelihoodFamily::Student),
+        ]
+    }),
+    absent: DefaultsTo(LikelihoodFamily::Normal),
+    meaning: "distribution of the noise; student: with outliers",
+    example: "\"student\"",
+};
+
+const DRY_K: Key<OneOf<DryKOf>, DefaultsTo<DryKOf>> = Key {
+    base: "dry_k",
+    takes: OneOf(|| vec![("particle", DryKOf::Particle), ("diameter", DryKOf::Diameter)]),
+    absent: DefaultsTo(DryKOf::Particle),
+    meaning: "what has a k of its own",
+    example: "\"diameter\"",
+};
+
+const STICKING: Key<OneOf<Sticking>, DefaultsTo<Sticking>> = Key {
+    base: "sticking",
+    takes: OneOf(|| {
+        vec![
+            ("censored", Sticking::Censored),
+            ("truncated", Sticking::Truncated),
+            ("excluded", Sticking::Excluded),
+        ]
+    }),
+    absent: DefaultsTo(Sticking::Censored),
+    meaning: "runs that stuck: censored are data, truncated were not logged, excluded are left out",
+    example: "\"truncated\"",
+};
+
+const NOISE_ON: Key<OneOf<NoiseOn>, DefaultsTo<NoiseOn>> = Key {
+    base: "noise",
+    takes: OneOf(|| vec![("restitution", NoiseOn::Restitution), ("both", NoiseOn::Both)]),
+    absent: DefaultsTo(NoiseOn::Restitution),
+    meaning: "what scatters; both: the energy that a wet run keeps, too",
+    example: "\"both\"",
+};
+
+const SERIES_OFFSETS: Key<Switch, DefaultsTo<bool>> = Key {
+    base: "series_offsets",
+    takes: Switch,
+    absent: DefaultsTo(false),
+    meaning: "whether every series of runs has an offset of the energy kept",
+    example: "true",
+};
+
+/// What is to be said of the table of the model.
+pub(in crate::scene) fn guide() -> Section {
+    Section {
+        head: "[model]",
+        about: "What the model holds".to_owned(),
+        keys: guides(&[
+            &DRY_SPEED,
+            &INERTIA,
+            &VISCOUS,
+            &TERMS,
+            &LIKELIHOOD,
+            &NOISE_ON,
+            &SERIES_OFFSETS,
+            &DRY_K,
+            &STICKING,
+        ]),
+    }
+}
+
 pub fn model(root: &SceneTable, liquids: &[Liquid]) -> ModelChoices {
-    let mut choices = ModelChoices {
-        dry_speed: DrySpeed::Reference(REFERENCE_SPEED),
-        inertia: None,
-        viscous: Viscous::Constant,
-        terms: None,
-        likelihood: LikelihoodFamily::Normal,
-        dry_k: DryKOf::Particle,
-        sticking: Sticking::Censored,
-        noise: NoiseOn::Restitution,
-        series_offsets: false,
+    let table = root.table_or_empty("model");
+    let choices = ModelChoices {
+        dry_speed: dry_speed(table.read(&DRY_SPEED)),
+        inertia: table.read(&INERTIA),
+        viscous: table.read(&VISCOUS),
+        terms: checked_terms(&table, table.read(&TERMS), liquids),
+        likelihood: table.read(&LIKELIHOOD),
+        dry_k: table.read(&DRY_K),
+        sticking: table.read(&STICKING),
+        noise: table.read(&NOISE_ON),
+        series_offsets: table.read(&SERIES_OFFSETS),
     };
-    let Some(table) = root.table("model") else {
-        return choices;
-    };
-    if let Some(speed) = dry_speed(&table) {
-        choices.dry_speed = speed;
-    }
-    let mut forms: Vec<_> = Inertia::ALL.map(|form| (form.name(), Some(form))).to_vec();
-    forms.push(("auto", None));
-    if let Some(form) = table.choice("inertia", &forms) {
-        choices.inertia = form;
-    }
-    if let Some(form) = viscous(&table) {
-        choices.viscous = form;
-    }
-    choices.terms = terms(&table, liquids);
-    let likelihoods = [
-        ("normal", LikelihoodFamily::Normal),
-        ("student", LikelihoodFamily::Student),
-    ];
-    if let Some(likelihood) = table.choice("likelihood", &likelihoods) {
-        choices.likelihood = likelihood;
-    }
-    let of = [("particle", DryKOf::Particle), ("diameter", DryKOf::Diameter)];
-    if let Some(of) = table.choice("dry_k", &of) {
-        choices.dry_k = of;
-    }
-    let stickings = [
-        ("censored", Sticking::Censored),
-        ("truncated", Sticking::Truncated),
-        ("excluded", Sticking::Excluded),
-    ];
-    if let Some(sticking) = table.choice("sticking", &stickings) {
-        choices.sticking = sticking;
-    }
-    let noises = [("restitution", NoiseOn::Restitution), ("both", NoiseOn::Both)];
-    if let Some(noise) = table.choice("noise", &noises) {
-        choices.noise = noise;
-    }
-    if let Some(offsets) = table.boolean("series_offsets") {
-        choices.series_offsets = offsets;
-    }
     table.finish();
     choices
 }
 
-/// The speed at which e_dry enters, where a table names it.
-pub fn dry_speed(table: &SceneTable) -> Option<DrySpeed> {
-    match table.quantity_or_word("dry_speed", Dimension::Speed, ABOVE_ZERO, "impact")? {
-        QuantityOrWord::Quantity(speed) => Some(DrySpeed::Reference(speed)),
-        QuantityOrWord::Word => Some(DrySpeed::Impact),
+/// The speed at which e_dry enters.
+pub fn dry_speed(given: QuantityOrWord) -> DrySpeed {
+    match given {
+        QuantityOrWord::Quantity(speed) => DrySpeed::Reference(speed),
+        QuantityOrWord::Word => DrySpeed::Impact,
     }
 }
 
-/// The form of the viscous loss, where a table names it.
-pub fn viscous(table: &SceneTable) -> Option<Viscous> {
-    table.choice("viscous", &Viscous::NAMED.map(|form| (form.name(), form)))
-}
-
-/// The terms a table names; absent: as the runs require. A bridge wants the surface tension of every liquid.
-pub fn terms(table: &SceneTable, liquids: &[Liquid]) -> Option<Vec<Term>> {
-    let words = Term::LISTED.map(|term| (term.name(), term));
-    let terms = table.words_or("terms", "auto", &words).flatten()?;
+/// The terms a table names; a bridge wants the surface tension of every liquid.
+pub fn checked_terms(table: &SceneTable, terms: Option<Vec<Term>>, liquids: &[Liquid]) -> Option<Vec<Term>> {
+    let has_bridge = terms.as_ref().is_some_and(|terms| terms.contains(&Term::Bridge));
     let without = liquids.iter().find(|liquid| liquid.surface_tension.is_none());
-    if let Some(liquid) = without.filter(|_| terms.contains(&Term::Bridge)) {
+    if let Some(liquid) = without.filter(|_| has_bridge) {
         let expected = format!(
             "bridge needs the surface tension: expected [liquids.{}] surface_tension_mN_m",
             liquid.name
         );
         table.refuse("terms", table.at("terms"), None, expected);
     }
-    Some(terms)
+    terms
 }

@@ -1,13 +1,17 @@
 //! Reads the priors that a scene sets for its parameters.
 
 use super::model::LikelihoodFamily;
+use super::noise::{NOISE, NU};
 use super::unused::note_unused;
 use crate::error::quoted;
+use crate::physics::coefficient::LogNormal;
 use crate::physics::dry::DRY_K;
-use crate::physics::Coefficient;
+use crate::physics::{Coefficient, DrySpeed, Form, Inertia};
 use crate::scene::expect::{ABOVE_ZERO, NOT_NEGATIVE};
+use crate::scene::keys::{KeyGuide, Section, Without};
 use crate::scene::prior::Prior;
 use crate::scene::table::SceneTable;
+use crate::units::Dimension;
 
 /// A prior the scene sets for one parameter.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,20 +26,40 @@ pub struct PriorChoice {
     pub line: Option<u64>,
 }
 
-/// Parameters a prior can be set for: k, those that particles share, and those of the noise.
-fn parameters() -> impl Iterator<Item = &'static str> {
-    let shared = Coefficient::ALL.map(|coefficient| coefficient.describe().name);
-    let noise = [SIGMA_DRY, SIGMA_WET, "sigma_energy", "sigma_series", "nu"];
-    std::iter::once(DRY_K.name).chain(shared).chain(noise)
+/// A parameter that a prior can be set for.
+struct Parameter {
+    name: &'static str,
+    /// what it means, in a few words
+    meaning: &'static str,
+    /// a prior it may well be given
+    example: String,
+    /// the prior without the key
+    default: Prior,
+    /// what it lies above
+    least: f64,
+    may_be_zero: bool,
 }
 
-/// What a parameter lies above: noise of two degrees of freedom or fewer has no variance.
-pub(crate) fn least(parameter: &str) -> f64 {
-    if parameter == "nu" {
-        2.0
-    } else {
-        0.0
-    }
+/// Parameters a prior can be set for: k, those that particles share, and those of the noise.
+fn parameters() -> impl Iterator<Item = Parameter> {
+    let shared = Coefficient::ALL.map(|coefficient| *coefficient.describe());
+    let physical = std::iter::once(DRY_K).chain(shared).map(|own| Parameter {
+        name: own.name,
+        meaning: own.meaning,
+        example: format!("{{ lognormal = [{}, 0.3] }}", own.example),
+        default: log_normal(own.prior),
+        least: 0.0,
+        may_be_zero: own.may_be_zero,
+    });
+    let noise = NOISE.into_iter().map(|own| Parameter {
+        name: own.name,
+        meaning: own.meaning,
+        example: format!("{{ fixed = {} }}", own.example),
+        default: own.prior,
+        least: own.least,
+        may_be_zero: own.may_be_zero,
+    });
+    physical.chain(noise)
 }
 
 pub fn priors(
@@ -48,66 +72,94 @@ pub fn priors(
         return vec![];
     };
     let mut choices = vec![];
-    let mut add = |parameter: &'static str, particle: Option<usize>, inner: &SceneTable| {
+    let mut add = |parameter: &Parameter, particle: Option<usize>, inner: &SceneTable| {
         if let Some(prior) = prior(parameter, inner) {
             choices.push(PriorChoice {
-                parameter,
+                parameter: parameter.name,
                 particle,
                 prior,
                 line: Some(inner.line()),
             });
         }
     };
-    for parameter in parameters() {
-        let Some(inner) = table.table(parameter) else {
+    let parameters: Vec<Parameter> = parameters().collect();
+    for parameter in &parameters {
+        let Some(inner) = table.table(parameter.name) else {
             continue;
         };
         if let Some(name) = particles.iter().find(|name| inner.has(name)) {
-            let expected = format!("expected the key in quotes: \"{parameter}.{name}\"");
-            table.refuse(
-                parameter,
-                inner.at(name),
-                Some(quoted(&format!("{parameter}.{name}"))),
-                expected,
-            );
+            let key = format!("{}.{name}", parameter.name);
+            let expected = format!("expected the key in quotes: \"{key}\"");
+            table.refuse(parameter.name, inner.at(name), Some(quoted(&key)), expected);
             continue;
         }
         add(parameter, None, &inner);
     }
-    for (particle, name) in particles.iter().enumerate() {
-        if let Some(inner) = table.table(&format!("dry_k.{name}")) {
-            add("dry_k", Some(particle), &inner);
+    for dry_k in parameters.iter().filter(|parameter| parameter.name == DRY_K.name) {
+        for (particle, name) in particles.iter().enumerate() {
+            if let Some(inner) = table.table(&format!("{}.{name}", dry_k.name)) {
+                add(dry_k, Some(particle), &inner);
+            }
         }
     }
     table.finish();
     if likelihood == LikelihoodFamily::Normal {
-        note_unused("priors", &table, &["nu"], unused);
+        note_unused("priors", &table, &[NU.name], unused);
     }
     choices
 }
 
-/// The spread of the dry restitutions.
-pub(crate) const SIGMA_DRY: &str = "sigma_dry";
-/// The spread of the wet restitutions.
-pub(crate) const SIGMA_WET: &str = "sigma_wet";
-
-/// C, without which there is no inertia, and a spread beside which measurement errors scatter the runs.
-fn may_be_zero(parameter: &str) -> bool {
-    let mut shared = Coefficient::ALL.into_iter().map(Coefficient::describe);
-    [SIGMA_DRY, SIGMA_WET].contains(&parameter) || shared.any(|own| own.name == parameter && own.may_be_zero)
+fn log_normal(prior: LogNormal) -> Prior {
+    Prior::LogNormal(prior.median, prior.ln_sd)
 }
 
-fn prior(parameter: &str, table: &SceneTable) -> Option<Prior> {
+/// The families of priors, each with what it takes.
+const FAMILIES: [(&str, &str); 7] = [
+    ("lognormal", "[median, sd of the log]"),
+    ("half_normal", "scale"),
+    ("normal", "[mean, sd]"),
+    ("gamma", "[shape, rate]"),
+    ("uniform", "[lo, hi]"),
+    ("student_t", "[df, loc, scale]"),
+    ("fixed", "value"),
+];
+
+/// What is to be said of the table of the priors.
+pub(in crate::scene) fn guide() -> Section {
+    let prefactor = Coefficient::InertialPrefactor;
+    let saturating = Form::new(Inertia::Saturating, DrySpeed::Impact);
+    let families = FAMILIES.map(|(name, takes)| format!("`{{ {name} = {takes} }}`"));
+    let mut keys: Vec<KeyGuide> = vec![];
+    for parameter in parameters() {
+        keys.push(KeyGuide {
+            base: parameter.name,
+            dimension: Dimension::One,
+            takes: PRIOR.to_owned(),
+            meaning: parameter.meaning,
+            example: parameter.example,
+            without: Without::Value(parameter.default.written()),
+        });
+    }
+    Section {
+        head: "[priors]",
+        about: format!(
+            "What is believed of the parameters before the runs. A prior is one of {}. `\"{}.NAME\"`, in quotes, is that of \
+             one particle. Those of the noise are read where [model] asks for them. {} of the saturating form has the default `{}`",
+            families.join(", "),
+            DRY_K.name,
+            prefactor.describe().symbol,
+            log_normal(saturating.prior(prefactor)).written(),
+        ),
+        keys,
+    }
+}
+
+/// What a prior's key takes.
+const PRIOR: &str = "a prior";
+
+fn prior(parameter: &Parameter, table: &SceneTable) -> Option<Prior> {
     let at = table.at("");
-    let names = [
-        "lognormal",
-        "half_normal",
-        "normal",
-        "gamma",
-        "uniform",
-        "student_t",
-        "fixed",
-    ];
+    let names = FAMILIES.map(|(name, _)| name);
     let given: Vec<_> = names.into_iter().filter(|name| table.has(name)).collect();
     let refuse = |key: &str, expected: &str| {
         table.refuse(key, table.at(key), None, format!("expected {expected}"));
@@ -137,7 +189,7 @@ fn prior(parameter: &str, table: &SceneTable) -> Option<Prior> {
             _ => refuse("student_t", "[df, loc, scale] with df and scale above 0"),
         },
         // every other parameter is positive
-        ["fixed"] if may_be_zero(parameter) => table.number("fixed", NOT_NEGATIVE).map(Prior::Fixed),
+        ["fixed"] if parameter.may_be_zero => table.number("fixed", NOT_NEGATIVE).map(Prior::Fixed),
         ["fixed"] => table.number("fixed", ABOVE_ZERO).map(Prior::Fixed),
         _ => {
             table.refuse("", at, None, format!("expected one prior out of {}", names.join(", ")));
@@ -145,7 +197,7 @@ fn prior(parameter: &str, table: &SceneTable) -> Option<Prior> {
         }
     };
     table.finish();
-    let fails = |prior: &Prior| prior.fails((least(parameter), f64::INFINITY));
+    let fails = |prior: &Prior| prior.fails((parameter.least, f64::INFINITY));
     match (prior.as_ref().and_then(fails), given.as_slice()) {
         (Some(expected), [family]) => {
             table.refuse_given(family, &expected);

@@ -1,6 +1,7 @@
 //! Reads how much sampling a scene asks for.
 
-use crate::scene::table::SceneTable;
+use crate::scene::keys::{guides, DefaultsTo, Key, Section};
+use crate::scene::table::{Count, SceneTable};
 
 /// How a posterior is sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,24 +22,52 @@ const MOST_DRAWS: u64 = 1_000_000;
 /// are listed.
 pub const MOST_KEPT: u64 = 10_000_000;
 
-pub fn sampler(root: &SceneTable) -> Sampler {
-    let mut sampler = Sampler {
-        chains: 4,
-        warmup: 1000,
-        draws: 1000,
-    };
-    if let Some(table) = root.table("sampler") {
-        let count = |key: &str, most: u64| table.count_to(key, 1, most);
-        sampler.chains = count("chains", MOST_CHAINS).unwrap_or(sampler.chains);
-        sampler.warmup = count("warmup", MOST_DRAWS).unwrap_or(sampler.warmup);
-        sampler.draws = count("draws", MOST_DRAWS).unwrap_or(sampler.draws);
-        if sampler.chains * sampler.draws > MOST_KEPT {
-            let key = if table.has("draws") { "draws" } else { "chains" };
-            let found = format!("{} draws of {} chains", sampler.draws, sampler.chains);
-            let expected = format!("expected at most {MOST_KEPT} draws of all chains together");
-            table.refuse(key, table.at(key), Some(found), expected);
-        }
-        table.finish();
+const CHAINS: Key<Count, DefaultsTo<u64>> = Key {
+    base: "chains",
+    takes: Count(1, MOST_CHAINS),
+    absent: DefaultsTo(4),
+    meaning: "chains",
+    example: "8",
+};
+
+const WARMUP: Key<Count, DefaultsTo<u64>> = Key {
+    base: "warmup",
+    takes: Count(1, MOST_DRAWS),
+    absent: DefaultsTo(1000),
+    meaning: "draws that a chain spends adapting",
+    example: "2000",
+};
+
+const DRAWS: Key<Count, DefaultsTo<u64>> = Key {
+    base: "draws",
+    takes: Count(1, MOST_DRAWS),
+    absent: DefaultsTo(1000),
+    meaning: "draws that a chain keeps",
+    example: "5000",
+};
+
+/// What is to be said of the table of the sampler.
+pub(in crate::scene) fn guide() -> Section {
+    Section {
+        head: "[sampler]",
+        about: "How the posterior is sampled".to_owned(),
+        keys: guides(&[&CHAINS, &WARMUP, &DRAWS]),
     }
+}
+
+pub fn sampler(root: &SceneTable) -> Sampler {
+    let table = root.table_or_empty("sampler");
+    let sampler = Sampler {
+        chains: table.read(&CHAINS),
+        warmup: table.read(&WARMUP),
+        draws: table.read(&DRAWS),
+    };
+    if sampler.chains * sampler.draws > MOST_KEPT {
+        let key = if table.has(DRAWS.base) { DRAWS.base } else { CHAINS.base };
+        let found = format!("{} draws of {} chains", sampler.draws, sampler.chains);
+        let expected = format!("expected at most {MOST_KEPT} draws of all chains together");
+        table.refuse(key, table.at(key), Some(found), expected);
+    }
+    table.finish();
     sampler
 }

@@ -3,17 +3,19 @@
 //! | file | job |
 //! |---|---|
 //! | `values.rs` | words, texts and plain numbers, one or a list |
-//! | `quantities.rs` | numbers whose unit stands in the key |
+//! | `quantities.rs` | quantities whose unit stands in the key, and whatever a [`Key`](super::keys::Key) takes |
 //!
 //! The only file that names the TOML crate; the others take its types from here.
 
 mod quantities;
 mod values;
 
-pub(super) use quantities::QuantityOrWord;
+pub(super) use quantities::{Inner, Number, NumberOr, Numbers, NumbersByParticle, QuantityOrWord};
+pub(super) use values::{Count, OneOf, SomeOf, Switch, Text, TextOrTexts, Texts, MOST_COUNTED};
 
 use std::cell::RefCell;
 use std::rc::Rc;
+use std::sync::LazyLock;
 
 use toml::de::{DeTable, DeValue};
 use toml::Spanned;
@@ -223,6 +225,18 @@ impl<'a, 'i> SceneTable<'a, 'i> {
         self.inner(key, value)
     }
 
+    /// The table under a key, without any key where there is none.
+    pub fn table_or_empty(&self, key: &str) -> SceneTable<'a, 'i> {
+        static EMPTY: LazyLock<DeTable<'static>> = LazyLock::new(DeTable::default);
+        self.table(key).unwrap_or_else(|| SceneTable {
+            document: Rc::clone(&self.document),
+            name: key.to_owned(),
+            at: 0,
+            entries: &EMPTY,
+            read_keys: RefCell::default(),
+        })
+    }
+
     /// The tables of an array of tables, `[[key]]`.
     pub fn tables(&self, key: &str) -> Vec<SceneTable<'a, 'i>> {
         let Some(value) = self.entry(key) else {
@@ -240,6 +254,8 @@ impl<'a, 'i> SceneTable<'a, 'i> {
     /// Names every key that nothing reads, with the nearest one that exists, and every required key that is missing.
     pub fn finish(&self) {
         let mut read_keys = self.read_keys.borrow_mut();
+        #[cfg(test)]
+        tests::ASKED.with_borrow_mut(|asked| asked.extend(read_keys.names().map(|key| (self.name.clone(), key))));
         for (name, hint) in read_keys.unknown(&self.keys()) {
             let key = self
                 .entries
@@ -250,5 +266,16 @@ impl<'a, 'i> SceneTable<'a, 'i> {
         for key in read_keys.still_missing() {
             self.refuse("", self.at, None, format!("missing key `{key}`"));
         }
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use std::cell::RefCell;
+    use std::collections::BTreeSet;
+
+    thread_local! {
+        /// the tables that were read on this thread and each key that was asked for in one
+        pub(in crate::scene) static ASKED: RefCell<BTreeSet<(String, String)>> = const { RefCell::new(BTreeSet::new()) };
     }
 }

@@ -1,11 +1,12 @@
-//! Reads quantities whose unit stands in the key, and takes them to SI.
+//! Reads by keys, and quantities whose unit stands in the key, which it takes to SI.
 
 use std::cell::Cell;
 
-use super::values::as_number;
+use super::values::{as_number, Reads, ToSi};
 use super::{DeValue, SceneTable, Spanned};
 use crate::scene::expect::Expect;
-use crate::units::{Dimension, MAGNITUDES, MAGNITUDE_EXPECTED};
+use crate::scene::keys::{Absence, Key, Takes, Writes};
+use crate::units::{Dimension, Unit, MAGNITUDES, MAGNITUDE_EXPECTED};
 
 /// What stands where a quantity or one word is expected.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,20 +17,175 @@ pub enum QuantityOrWord {
     Word,
 }
 
+/// A number, in SI.
+pub(in crate::scene) struct Number(pub Dimension, pub Expect);
+/// A number, in SI, or one word in its place.
+pub(in crate::scene) struct NumberOr(pub Dimension, pub Expect, pub &'static str);
+/// A list of numbers, in SI.
+pub(in crate::scene) struct Numbers(pub Dimension, pub Expect);
+/// For each particle a list of numbers, in SI: one list for all, or a table of lists by particle.
+pub(in crate::scene) struct NumbersByParticle(pub Dimension, pub Expect);
+/// A table, whose keys are described in these words.
+pub(in crate::scene) struct Inner(pub &'static str);
+
+/// A number in SI as a scene gives it in the usual unit.
+fn in_usual_unit(dimension: Dimension, value: f64) -> String {
+    // a number with a point stays one
+    format!("{:?}", dimension.units()[0].from_si(value))
+}
+
+impl Takes for Number {
+    fn dimension(&self) -> Dimension {
+        self.0
+    }
+
+    fn in_words(&self) -> String {
+        self.1.words.to_owned()
+    }
+}
+
+impl Writes for Number {
+    type Value = f64;
+
+    fn written(&self, value: &f64) -> String {
+        in_usual_unit(self.0, *value)
+    }
+}
+
+impl Reads for Number {
+    type Value = f64;
+
+    fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, to_si: ToSi) -> Option<f64> {
+        table.checked_number(key, value, self.1).map(to_si)
+    }
+}
+
+impl Takes for NumberOr {
+    fn dimension(&self) -> Dimension {
+        self.0
+    }
+
+    fn in_words(&self) -> String {
+        format!("{} or \"{}\"", self.1.words, self.2)
+    }
+}
+
+impl Writes for NumberOr {
+    type Value = QuantityOrWord;
+
+    fn written(&self, value: &QuantityOrWord) -> String {
+        match value {
+            QuantityOrWord::Quantity(value) => in_usual_unit(self.0, *value),
+            QuantityOrWord::Word => format!("\"{}\"", self.2),
+        }
+    }
+}
+
+impl Reads for NumberOr {
+    type Value = QuantityOrWord;
+
+    fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, to_si: ToSi) -> Option<QuantityOrWord> {
+        if value.get_ref().as_str() == Some(self.2) {
+            return Some(QuantityOrWord::Word);
+        }
+        let number = as_number(value.get_ref()).filter(|x| (self.1.holds)(*x));
+        if number.is_none() {
+            table.refuse_value(key, value, &self.in_words());
+        }
+        number.map(|x| QuantityOrWord::Quantity(to_si(x)))
+    }
+}
+
+/// What is expected where a list of numbers is.
+const LIST: &str = "a list of numbers";
+
+impl Takes for Numbers {
+    fn dimension(&self) -> Dimension {
+        self.0
+    }
+
+    fn in_words(&self) -> String {
+        format!("{LIST}, each {}", self.1.words)
+    }
+}
+
+impl Reads for Numbers {
+    type Value = Vec<f64>;
+
+    fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, to_si: ToSi) -> Option<Vec<f64>> {
+        table.list(key, value, self.1, to_si)
+    }
+}
+
+impl Takes for NumbersByParticle {
+    fn dimension(&self) -> Dimension {
+        self.0
+    }
+
+    fn in_words(&self) -> String {
+        format!("{LIST}, or a table with a list for each particle")
+    }
+}
+
+impl Takes for Inner {
+    fn in_words(&self) -> String {
+        self.0.to_owned()
+    }
+}
+
 impl<'a, 'i> SceneTable<'a, 'i> {
-    /// The key a quantity is given under, with its value converted by `read`; two units for one quantity are refused.
-    fn with_unit<T>(
+    /// What the file gives under a key, or what holds without it; what is not taken there is refused.
+    pub fn read<K: Reads, A: Absence<K::Value>>(&self, key: &Key<K, A>) -> A::Read {
+        if A::IS_REQUIRED {
+            self.require_key(key.base, key.takes.dimension());
+        }
+        let given = self.with_unit(key, |name, value, to_si| key.takes.read(self, name, value, to_si));
+        key.absent.settle(given)
+    }
+
+    /// The table under a key.
+    pub fn inner_table<A>(&self, key: &Key<Inner, A>) -> Option<SceneTable<'a, 'i>> {
+        self.table(key.base)
+    }
+
+    /// For each of the particles what a key gives it.
+    pub fn by_particle<A>(&self, key: &Key<NumbersByParticle, A>, particles: &[&str]) -> Option<Vec<Vec<f64>>> {
+        let expect = key.takes.1;
+        self.with_unit(key, |name, value, to_si| {
+            if value.get_ref().is_array() {
+                let list = self.list(name, value, expect, to_si)?;
+                return Some(vec![list; particles.len()]);
+            }
+            if !value.get_ref().is_table() {
+                self.refuse_value(name, value, &key.takes.in_words());
+                return None;
+            }
+            let inner = self.inner(name, value)?;
+            let lists = particles
+                .iter()
+                .map(|particle| match inner.entry(particle) {
+                    Some(list) => inner.list(particle, list, expect, to_si),
+                    None => Some(vec![]),
+                })
+                .collect();
+            inner.finish();
+            lists
+        })
+    }
+
+    /// The value the file gives a key in one of its units, converted by `read`; two units for one quantity are refused.
+    fn with_unit<K: Takes, A, T>(
         &self,
-        base: &str,
-        dimension: Dimension,
-        read: impl Fn(&Self, &str, &'a Spanned<DeValue<'i>>, &dyn Fn(f64) -> f64) -> Option<T>,
+        key: &Key<K, A>,
+        read: impl Fn(&str, &'a Spanned<DeValue<'i>>, ToSi) -> Option<T>,
     ) -> Option<T> {
+        let (base, dimension) = (key.base, key.takes.dimension());
         self.read_keys.borrow_mut().quantity(base, dimension);
-        let mut given: Vec<(String, &'a Spanned<DeValue<'i>>, &'static crate::units::Unit)> = vec![];
+        let mut given: Vec<(String, &'a Spanned<DeValue<'i>>, &'static Unit)> = vec![];
         for unit in dimension.units() {
-            let key = format!("{base}{}", unit.suffix);
-            if let Some(value) = self.entry(&key) {
-                given.push((key, value, unit));
+            let name = format!("{base}{}", unit.suffix);
+            if let Some(value) = self.entry(&name) {
+                given.push((name, value, unit));
             }
         }
         given.sort_by_key(|(_, value, _)| value.span().start);
@@ -42,9 +198,9 @@ impl<'a, 'i> SceneTable<'a, 'i> {
             );
             return None;
         }
-        let (key, value, unit) = given.first()?;
+        let (name, value, unit) = given.first()?;
         let out_of_range = Cell::new(false);
-        let read = read(self, key, value, &|x| {
+        let read = read(name, value, &|x| {
             let si = unit.to_si(x);
             // zero is the business of what the number is expected to be
             let lost = dimension != Dimension::One && x != 0.0 && !MAGNITUDES.contains(&si);
@@ -52,111 +208,27 @@ impl<'a, 'i> SceneTable<'a, 'i> {
             si
         });
         if out_of_range.get() {
-            self.refuse_value(key, value, MAGNITUDE_EXPECTED);
+            self.refuse_value(name, value, MAGNITUDE_EXPECTED);
             return None;
         }
         read
     }
 
-    /// A number with its unit in the key, in SI.
-    pub fn quantity(&self, base: &str, dimension: Dimension, expect: Expect) -> Option<f64> {
-        self.with_unit(base, dimension, |table, key, value, to_si| {
-            table.checked_number(key, value, expect).map(to_si)
-        })
-    }
-
-    /// A required quantity: its absence is a problem.
-    pub fn required(&self, base: &str, dimension: Dimension, expect: Expect) -> Option<f64> {
-        self.require_key(base, dimension);
-        self.quantity(base, dimension, expect)
-    }
-
     /// Says so when a required key is missing under each of its units.
-    pub fn require_key(&self, base: &str, dimension: Dimension) -> bool {
+    fn require_key(&self, base: &str, dimension: Dimension) {
         let keys: Vec<_> = dimension
             .units()
             .iter()
             .map(|unit| format!("{base}{}", unit.suffix))
             .collect();
-        let present = keys.iter().any(|key| self.has(key));
-        if !present {
+        if !keys.iter().any(|key| self.has(key)) {
             self.read_keys.borrow_mut().missing(keys);
         }
-        present
     }
 
-    /// A quantity, or one word in its place.
-    pub fn quantity_or_word(
-        &self,
-        base: &str,
-        dimension: Dimension,
-        expect: Expect,
-        word: &str,
-    ) -> Option<QuantityOrWord> {
-        self.with_unit(base, dimension, |table, key, value, to_si| {
-            if value.get_ref().as_str() == Some(word) {
-                return Some(QuantityOrWord::Word);
-            }
-            match as_number(value.get_ref()).filter(|x| (expect.holds)(*x)) {
-                Some(x) => Some(QuantityOrWord::Quantity(to_si(x))),
-                None => {
-                    table.refuse_value(key, value, &format!("{} or \"{word}\"", expect.words));
-                    None
-                }
-            }
-        })
-    }
-
-    /// A list of quantities with the unit in the key, in SI.
-    pub fn quantities(&self, base: &str, dimension: Dimension, expect: Expect) -> Option<Vec<f64>> {
-        self.with_unit(base, dimension, |table, key, value, to_si| {
-            table.list(key, value, expect, to_si)
-        })
-    }
-
-    /// For each particle a list of quantities: one list for all, or a table of lists by particle.
-    pub fn quantities_by_name(
-        &self,
-        base: &str,
-        dimension: Dimension,
-        expect: Expect,
-        names: &[&str],
-    ) -> Option<Vec<Vec<f64>>> {
-        self.with_unit(base, dimension, |table, key, value, to_si| {
-            if value.get_ref().is_array() {
-                let list = table.list(key, value, expect, to_si)?;
-                return Some(vec![list; names.len()]);
-            }
-            if !value.get_ref().is_table() {
-                table.refuse_value(
-                    key,
-                    value,
-                    "a list of numbers, or a table with a list for each particle",
-                );
-                return None;
-            }
-            let inner = table.inner(key, value)?;
-            let lists = names
-                .iter()
-                .map(|name| match inner.entry(name) {
-                    Some(list) => inner.list(name, list, expect, to_si),
-                    None => Some(vec![]),
-                })
-                .collect();
-            inner.finish();
-            lists
-        })
-    }
-
-    fn list(
-        &self,
-        key: &str,
-        value: &Spanned<DeValue<'i>>,
-        expect: Expect,
-        to_si: &dyn Fn(f64) -> f64,
-    ) -> Option<Vec<f64>> {
+    fn list(&self, key: &str, value: &Spanned<DeValue>, expect: Expect, to_si: ToSi) -> Option<Vec<f64>> {
         let Some(items) = value.get_ref().as_array().filter(|items| !items.is_empty()) else {
-            self.refuse_value(key, value, "a list of numbers");
+            self.refuse_value(key, value, LIST);
             return None;
         };
         items

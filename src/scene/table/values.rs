@@ -2,77 +2,241 @@
 
 use super::{DeValue, Located, SceneTable, Spanned};
 use crate::scene::expect::Expect;
+use crate::scene::keys::{Takes, Writes};
 
-impl<'i> SceneTable<'_, 'i> {
+/// Takes a number of a file to SI.
+pub(in crate::scene) type ToSi<'f> = &'f dyn Fn(f64) -> f64;
+
+/// Reads what stands under a key that is given.
+pub(in crate::scene) trait Reads: Takes {
+    /// what is read
+    type Value;
+
+    /// The value, if it is what is taken; else it is refused. `key` is the name the file gives, `to_si` what its unit does.
+    fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, to_si: ToSi) -> Option<Self::Value>;
+}
+
+/// A text.
+pub(in crate::scene) struct Text;
+/// Texts with their places, at least one, a single one without brackets, too.
+pub(in crate::scene) struct TextOrTexts;
+/// A list of texts with their places.
+pub(in crate::scene) struct Texts;
+/// Yes or no.
+pub(in crate::scene) struct Switch;
+/// A whole number from the first to the second.
+pub(in crate::scene) struct Count(pub u64, pub u64);
+/// One of some words, each with what it stands for.
+pub(in crate::scene) struct OneOf<T>(pub fn() -> Vec<(&'static str, T)>);
+/// Some of some words, or one word that stands for no list.
+pub(in crate::scene) struct SomeOf<T> {
+    pub words: fn() -> Vec<(&'static str, T)>,
+    pub instead: &'static str,
+}
+
+/// Largest count: one above it could not be worked through, nor is it exact as f64.
+pub(in crate::scene) const MOST_COUNTED: u64 = 1 << 53;
+
+impl Takes for Text {
+    fn in_words(&self) -> String {
+        "a text in quotes".to_owned()
+    }
+}
+
+impl Reads for Text {
+    type Value = String;
+
+    fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, _: ToSi) -> Option<String> {
+        let text = value.get_ref().as_str().map(str::to_owned);
+        table.or_refused(text, key, value, self)
+    }
+}
+
+fn located(item: &Spanned<DeValue>) -> Option<Located<String>> {
+    let value = item.get_ref().as_str()?.to_owned();
+    let at = item.span().start;
+    Some(Located { value, at })
+}
+
+impl Takes for TextOrTexts {
+    fn in_words(&self) -> String {
+        "a text in quotes, or a list of such".to_owned()
+    }
+}
+
+impl Reads for TextOrTexts {
+    type Value = Vec<Located<String>>;
+
+    fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, _: ToSi) -> Option<Self::Value> {
+        let texts = match value.get_ref().as_array() {
+            Some(items) if items.is_empty() => None,
+            Some(items) => items.iter().map(located).collect(),
+            None => located(value).map(|text| vec![text]),
+        };
+        table.or_refused(texts, key, value, self)
+    }
+}
+
+impl Takes for Texts {
+    fn in_words(&self) -> String {
+        "a list of texts in quotes".to_owned()
+    }
+}
+
+impl Reads for Texts {
+    type Value = Vec<Located<String>>;
+
+    fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, _: ToSi) -> Option<Self::Value> {
+        let items = value.get_ref().as_array();
+        let texts = items.and_then(|items| items.iter().map(located).collect());
+        table.or_refused(texts, key, value, self)
+    }
+}
+
+impl Takes for Switch {
+    fn in_words(&self) -> String {
+        "true or false".to_owned()
+    }
+}
+
+impl Writes for Switch {
+    type Value = bool;
+
+    fn written(&self, value: &bool) -> String {
+        value.to_string()
+    }
+}
+
+impl Reads for Switch {
+    type Value = bool;
+
+    fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, _: ToSi) -> Option<bool> {
+        table.or_refused(value.get_ref().as_bool(), key, value, self)
+    }
+}
+
+impl Takes for Count {
+    fn in_words(&self) -> String {
+        let Count(least, most) = self;
+        match *most {
+            MOST_COUNTED => format!("a whole number of {least} or more"),
+            _ => format!("a whole number from {least} to {most}"),
+        }
+    }
+}
+
+impl Writes for Count {
+    type Value = u64;
+
+    fn written(&self, value: &u64) -> String {
+        value.to_string()
+    }
+}
+
+impl Reads for Count {
+    type Value = u64;
+
+    fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, _: ToSi) -> Option<u64> {
+        let integer = value.get_ref().as_integer();
+        let count = integer.and_then(|i| u64::from_str_radix(i.as_str(), i.radix()).ok());
+        let count = count.filter(|count| (self.0..=self.1).contains(count));
+        table.or_refused(count, key, value, self)
+    }
+}
+
+fn quoted_words<T>(words: &[(&'static str, T)]) -> Vec<String> {
+    words.iter().map(|(name, _)| format!("\"{name}\"")).collect()
+}
+
+impl<T> Takes for OneOf<T> {
+    fn in_words(&self) -> String {
+        quoted_words(&(self.0)()).join(" or ")
+    }
+}
+
+impl<T: PartialEq> Writes for OneOf<T> {
+    type Value = T;
+
+    fn written(&self, value: &T) -> String {
+        let words = (self.0)();
+        let word = words.iter().find(|(_, stands_for)| stands_for == value);
+        word.map_or_else(String::new, |(name, _)| format!("\"{name}\""))
+    }
+}
+
+impl<T> Reads for OneOf<T> {
+    type Value = T;
+
+    fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, _: ToSi) -> Option<T> {
+        let word = value.get_ref().as_str();
+        let mut words = (self.0)().into_iter();
+        let choice = words.find(|(name, _)| Some(*name) == word).map(|(_, choice)| choice);
+        table.or_refused(choice, key, value, self)
+    }
+}
+
+impl<T> Takes for SomeOf<T> {
+    fn in_words(&self) -> String {
+        let words = quoted_words(&(self.words)()).join(", ");
+        format!("\"{}\" or a list out of {words}", self.instead)
+    }
+}
+
+impl<T> Writes for SomeOf<T> {
+    type Value = Option<Vec<T>>;
+
+    /// Only no list stands as what holds without a key.
+    fn written(&self, _: &Option<Vec<T>>) -> String {
+        format!("\"{}\"", self.instead)
+    }
+}
+
+impl<T: Copy> Reads for SomeOf<T> {
+    type Value = Option<Vec<T>>;
+
+    fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, _: ToSi) -> Option<Option<Vec<T>>> {
+        if value.get_ref().as_str() == Some(self.instead) {
+            return Some(None);
+        }
+        let known = (self.words)();
+        let word = |item: &Spanned<DeValue>| {
+            let text = item.get_ref().as_str()?;
+            let word = known.iter().find(|(name, _)| *name == text);
+            word.map(|(_, choice)| *choice)
+        };
+        let items = value.get_ref().as_array();
+        let words = items.and_then(|items| items.iter().map(word).collect::<Option<Vec<T>>>());
+        table.or_refused(words.map(Some), key, value, self)
+    }
+}
+
+impl SceneTable<'_, '_> {
+    /// What was read, if it is what is taken; else the value is refused.
+    fn or_refused<T>(&self, read: Option<T>, key: &str, value: &Spanned<DeValue>, takes: &impl Takes) -> Option<T> {
+        if read.is_none() {
+            self.refuse_value(key, value, &takes.in_words());
+        }
+        read
+    }
+
+    /// The text under a name that the scene gives.
     pub fn text(&self, key: &str) -> Option<String> {
         let value = self.entry(key)?;
-        match value.get_ref().as_str() {
-            Some(text) => Some(text.to_owned()),
-            None => {
-                self.refuse_value(key, value, "a text in quotes");
-                None
-            }
-        }
+        Text.read(self, key, value, &|x| x)
     }
 
-    pub fn boolean(&self, key: &str) -> Option<bool> {
-        let value = self.entry(key)?;
-        let found = value.get_ref().as_bool();
-        if found.is_none() {
-            self.refuse_value(key, value, "true or false");
-        }
-        found
-    }
-
+    /// The number under a name that the scene gives.
     pub fn number(&self, key: &str, expect: Expect) -> Option<f64> {
         let value = self.entry(key)?;
         self.checked_number(key, value, expect)
     }
 
-    pub(super) fn checked_number(&self, key: &str, value: &Spanned<DeValue<'i>>, expect: Expect) -> Option<f64> {
-        match as_number(value.get_ref()).filter(|x| (expect.holds)(*x)) {
-            Some(x) => Some(x),
-            None => {
-                self.refuse_value(key, value, expect.words);
-                None
-            }
+    pub(super) fn checked_number(&self, key: &str, value: &Spanned<DeValue>, expect: Expect) -> Option<f64> {
+        let number = as_number(value.get_ref()).filter(|x| (expect.holds)(*x));
+        if number.is_none() {
+            self.refuse_value(key, value, expect.words);
         }
-    }
-
-    /// A whole number of at least `least`.
-    pub fn count(&self, key: &str, least: u64) -> Option<u64> {
-        // a count above this could not be worked through, nor is it exact as f64
-        self.whole(key, least, 1 << 53, &format!("a whole number of {least} or more"))
-    }
-
-    /// A whole number from `least` to `most`.
-    pub fn count_to(&self, key: &str, least: u64, most: u64) -> Option<u64> {
-        self.whole(key, least, most, &format!("a whole number from {least} to {most}"))
-    }
-
-    fn whole(&self, key: &str, least: u64, most: u64, expected: &str) -> Option<u64> {
-        let value = self.entry(key)?;
-        let parsed = value
-            .get_ref()
-            .as_integer()
-            .and_then(|i| u64::from_str_radix(i.as_str(), i.radix()).ok())
-            .filter(|n| (least..=most).contains(n));
-        if parsed.is_none() {
-            self.refuse_value(key, value, expected);
-        }
-        parsed
-    }
-
-    /// One of some words.
-    pub fn choice<T: Copy>(&self, key: &str, choices: &[(&str, T)]) -> Option<T> {
-        let value = self.entry(key)?;
-        let word = value.get_ref().as_str();
-        let choice = word.and_then(|word| choices.iter().find(|(name, _)| *name == word));
-        if choice.is_none() {
-            let names: Vec<_> = choices.iter().map(|(name, _)| format!("\"{name}\"")).collect();
-            self.refuse_value(key, value, &names.join(" or "));
-        }
-        choice.map(|(_, choice)| *choice)
+        number
     }
 
     /// A fixed number of finite numbers, or nothing if the value is no such list.
@@ -89,66 +253,6 @@ impl<'i> SceneTable<'_, 'i> {
             self.refuse_value(key, value, &format!("a list of {how_many} numbers"));
         }
         numbers
-    }
-
-    /// A list of words out of a fixed set, or one word that stands for no list.
-    pub fn words_or<T: Copy>(&self, key: &str, single_word: &str, choices: &[(&str, T)]) -> Option<Option<Vec<T>>> {
-        let value = self.entry(key)?;
-        if value.get_ref().as_str() == Some(single_word) {
-            return Some(None);
-        }
-        let words: Option<Vec<T>> = value.get_ref().as_array().and_then(|items| {
-            let word = |item: &Spanned<DeValue<'_>>| {
-                let text = item.get_ref().as_str()?;
-                choices
-                    .iter()
-                    .find(|(name, _)| *name == text)
-                    .map(|(_, choice)| *choice)
-            };
-            items.iter().map(word).collect()
-        });
-        if words.is_none() {
-            let names: Vec<_> = choices.iter().map(|(name, _)| format!("\"{name}\"")).collect();
-            let expected = format!("\"{single_word}\" or a list out of {}", names.join(", "));
-            self.refuse_value(key, value, &expected);
-        }
-        words.map(Some)
-    }
-
-    /// A text or a list of some, with their places.
-    pub fn text_or_texts(&self, key: &str) -> Option<Vec<Located<String>>> {
-        let value = self.entry(key)?;
-        let text = |item: &Spanned<DeValue<'_>>| {
-            let value = item.get_ref().as_str()?.to_owned();
-            let at = item.span().start;
-            Some(Located { value, at })
-        };
-        let texts = match value.get_ref().as_array() {
-            Some(items) if items.is_empty() => None,
-            Some(items) => items.iter().map(text).collect(),
-            None => text(value).map(|text| vec![text]),
-        };
-        if texts.is_none() {
-            self.refuse_value(key, value, "a text in quotes, or a list of such");
-        }
-        texts
-    }
-
-    /// A list of texts with their places.
-    pub fn texts(&self, key: &str) -> Option<Vec<Located<String>>> {
-        let value = self.entry(key)?;
-        let texts: Option<Vec<_>> = value.get_ref().as_array().and_then(|items| {
-            let text = |item: &Spanned<DeValue<'_>>| {
-                let value = item.get_ref().as_str()?.to_owned();
-                let at = item.span().start;
-                Some(Located { value, at })
-            };
-            items.iter().map(text).collect()
-        });
-        if texts.is_none() {
-            self.refuse_value(key, value, "a list of texts in quotes");
-        }
-        texts
     }
 }
 

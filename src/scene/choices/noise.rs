@@ -1,0 +1,78 @@
+//! Lists the parameters of the noise on runs.
+
+use crate::scene::prior::Prior;
+
+/// A parameter of the noise.
+#[derive(Debug)]
+pub(crate) struct NoiseParameter {
+    /// its word in scenes and files
+    pub name: &'static str,
+    /// what it means, in a few words
+    pub meaning: &'static str,
+    /// a value it may well have
+    pub example: &'static str,
+    /// what is believed of it before any run
+    pub prior: Prior,
+    /// why
+    pub reason: &'static str,
+    /// what it lies above
+    pub least: f64,
+    /// whether it may be held at 0, where measurement errors scatter the runs
+    pub may_be_zero: bool,
+}
+
+/// Spread of the dry restitutions.
+pub(crate) const SIGMA_DRY: NoiseParameter = NoiseParameter {
+    name: "sigma_dry",
+    meaning: "sd of the dry restitutions about their law",
+    example: "0.01",
+    prior: Prior::HalfNormal(0.1),
+    reason: "default: a spread of restitutions above 0.2 would be no measurement",
+    least: 0.0,
+    may_be_zero: true,
+};
+
+/// Spread of the wet restitutions.
+pub(crate) const SIGMA_WET: NoiseParameter = NoiseParameter {
+    name: "sigma_wet",
+    meaning: "sd of the wet restitutions about their law",
+    example: "0.02",
+    ..SIGMA_DRY
+};
+
+/// Spread of the energy a wet run keeps.
+pub(crate) const SIGMA_ENERGY: NoiseParameter = NoiseParameter {
+    name: "sigma_energy",
+    meaning: "sd of the energy a wet run keeps",
+    example: "0.02",
+    prior: Prior::HalfNormal(0.1),
+    reason: "default: a spread of the energy kept above 0.2 would be no measurement",
+    least: 0.0,
+    may_be_zero: false,
+};
+
+/// Spread of the offsets of series.
+pub(crate) const SIGMA_SERIES: NoiseParameter = NoiseParameter {
+    name: "sigma_series",
+    meaning: "sd of the offsets of the energy kept that the wet runs of a series share",
+    example: "0.01",
+    prior: Prior::HalfNormal(0.03),
+    reason: "default: series whose energy kept differs by more than 0.06 would be no repeats of one law",
+    least: 0.0,
+    may_be_zero: false,
+};
+
+/// Degrees of freedom of Student's noise; noise of two or fewer has no variance.
+pub(crate) const NU: NoiseParameter = NoiseParameter {
+    name: "nu",
+    meaning: "degrees of freedom of the noise of Student's t",
+    example: "4.0",
+    prior: Prior::Gamma(2.0, 0.1),
+    reason:
+        "default: Juárez & Steel 2010, from a few outliers to as good as normal; above 2, where there is a variance",
+    least: 2.0,
+    may_be_zero: false,
+};
+
+/// Every one.
+pub(crate) const NOISE: [NoiseParameter; 5] = [SIGMA_DRY, SIGMA_WET, SIGMA_ENERGY, SIGMA_SERIES, NU];

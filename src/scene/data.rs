@@ -1,0 +1,254 @@
+//! Reads which tables hold the runs, and which of their runs are used.
+
+use std::path::{Path, PathBuf};
+
+use super::expect::{ABOVE_ZERO, FILM_RATIO, LARGEST_FILM_RATIO, NOT_NEGATIVE, SHARE};
+use super::keys::{guides, DefaultsTo, Key, Optional, Required, Section};
+use super::naming::{self, naming, Naming, SceneNames};
+use super::table::{Located, Number, Numbers, SceneTable, TextOrTexts};
+use crate::error::quoted;
+use crate::units::Dimension;
+
+/// What the name of a table of runs ends with.
+const TABLE_ENDINGS: [&str; 5] = [".csv", ".tsv", ".txt", TableFile::WORKBOOK, ".parquet"];
+
+/// Which runs, and which of them are used.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Data {
+    /// the tables of runs, at least one, whose rows follow one another
+    pub runs: Vec<TableFile>,
+    /// what they call their columns and their words
+    pub naming: Naming,
+    /// a restitution at or below this counts as stuck
+    pub smallest_restitution: f64,
+    /// where runs carry no film ratio: the nominal ones they were made at, in increasing order; empty where groups are to be
+    /// found
+    pub film_ratios: Vec<f64>,
+    /// where neither names a film ratio: sorted δ/D is split at larger gaps
+    pub film_ratio_gap: f64,
+    /// sd of an error of the film thickness that all runs share, m; absent: the films are taken as exact
+    pub film_sd: Option<f64>,
+    /// sd over value of an error that all speeds share; absent: their scale is taken as exact
+    pub speed_rel_sd: Option<f64>,
+    /// which runs are left out
+    pub screens: Screens,
+}
+
+/// A table of runs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TableFile {
+    /// the file
+    pub path: PathBuf,
+    /// which sheet of a workbook; absent: the first
+    pub sheet: Option<String>,
+}
+
+impl TableFile {
+    /// What ends the name of a workbook.
+    pub const WORKBOOK: &str = ".xlsx";
+
+    /// The table that a scene names; the name of a sheet stands after that of its workbook.
+    pub fn named(folder: Option<&Path>, name: &str) -> TableFile {
+        let lower = name.to_ascii_lowercase();
+        let sheet_at = lower
+            .find(&format!("{}#", TableFile::WORKBOOK))
+            .map(|at| at + TableFile::WORKBOOK.len());
+        let (file, sheet) = match sheet_at {
+            Some(at) => (&name[..at], Some(name[at + 1..].to_owned())),
+            None => (name, None),
+        };
+        TableFile {
+            path: folder.map_or_else(|| PathBuf::from(file), |folder| folder.join(file)),
+            sheet,
+        }
+    }
+
+    /// As the scene names it.
+    pub fn shown(&self) -> PathBuf {
+        match &self.sheet {
+            Some(sheet) => {
+                let mut name = self.path.clone().into_os_string();
+                name.push(format!("#{sheet}"));
+                name.into()
+            }
+            None => self.path.clone(),
+        }
+    }
+
+    /// Whether it is a file of this ending.
+    pub fn ends_with(&self, ending: &str) -> bool {
+        let name = self.path.file_name().map(|name| name.to_string_lossy().to_lowercase());
+        name.is_some_and(|name| name.ends_with(ending))
+    }
+}
+
+impl From<PathBuf> for TableFile {
+    fn from(path: PathBuf) -> TableFile {
+        TableFile { path, sheet: None }
+    }
+}
+
+/// Limits outside which a run is left out and counted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Screens {
+    /// thinnest film, m
+    pub min_film: Option<f64>,
+    /// largest film ratio δ/D; never above [`super::LARGEST_FILM_RATIO`]
+    pub max_film_ratio: f64,
+    /// slowest impact, m/s
+    pub min_impact_speed: Option<f64>,
+    /// fastest impact, m/s
+    pub max_impact_speed: Option<f64>,
+}
+
+const RUNS: Key<TextOrTexts, Required> = Key {
+    base: "runs",
+    takes: TextOrTexts,
+    absent: Required,
+    meaning: "table of runs, beside the scene: .csv, .tsv, .txt, .parquet, .xlsx (first sheet, or \"book.xlsx#May\")",
+    example: "\"runs.csv\"",
+};
+
+const SMALLEST_RESTITUTION: Key<Number, DefaultsTo<f64>> = Key {
+    base: "smallest_restitution",
+    takes: Number(Dimension::One, SHARE),
+    absent: DefaultsTo(0.0),
+    meaning: "a run with this restitution or less stuck",
+    example: "0.02",
+};
+
+const FILM_RATIOS: Key<Numbers, Optional> = Key {
+    base: "film_ratios",
+    takes: Numbers(Dimension::One, FILM_RATIO),
+    absent: Optional("groups are found"),
+    meaning: "nominal film ratios δ/D; a run within 15 % of one belongs to it",
+    example: "[0.03, 0.06]",
+};
+
+const FILM_RATIO_GAP: Key<Number, DefaultsTo<f64>> = Key {
+    base: "film_ratio_gap",
+    takes: Number(Dimension::One, ABOVE_ZERO),
+    absent: DefaultsTo(0.004),
+    meaning: "where groups are found: wider gaps between film ratios part them",
+    example: "0.01",
+};
+
+const MIN_FILM: Key<Number, Optional> = Key {
+    base: "min_film",
+    takes: Number(Dimension::Thickness, ABOVE_ZERO),
+    absent: Optional("no film is too thin"),
+    meaning: "runs on thinner films are left out, and counted",
+    example: "200",
+};
+
+const MAX_FILM_RATIO: Key<Number, DefaultsTo<f64>> = Key {
+    base: "max_film_ratio",
+    takes: Number(Dimension::One, FILM_RATIO),
+    absent: DefaultsTo(LARGEST_FILM_RATIO),
+    meaning: "runs at larger film ratios are left out, and counted",
+    example: "0.2",
+};
+
+const MIN_IMPACT_SPEED: Key<Number, Optional> = Key {
+    base: "min_impact_speed",
+    takes: Number(Dimension::Speed, ABOVE_ZERO),
+    absent: Optional("no impact is too slow"),
+    meaning: "slower runs are left out, and counted",
+    example: "0.3",
+};
+
+const MAX_IMPACT_SPEED: Key<Number, Optional> = Key {
+    base: "max_impact_speed",
+    takes: Number(Dimension::Speed, ABOVE_ZERO),
+    absent: Optional("no impact is too fast"),
+    meaning: "faster runs are left out, and counted",
+    example: "2.5",
+};
+
+const FILM_SD: Key<Number, Optional> = Key {
+    base: "film_sd",
+    takes: Number(Dimension::Thickness, NOT_NEGATIVE),
+    absent: Optional("films are taken as exact"),
+    meaning: "sd of an error of the film that all runs share",
+    example: "10",
+};
+
+const SPEED_REL_SD: Key<Number, Optional> = Key {
+    base: "speed_rel_sd",
+    takes: Number(Dimension::One, SHARE),
+    absent: Optional("their scale is taken as exact"),
+    meaning: "sd over value of an error that all speeds share",
+    example: "0.01",
+};
+
+/// What is to be said of the table of the data.
+pub(super) fn guide() -> Section {
+    let mut keys = guides(&[&RUNS]);
+    keys.extend(naming::guide());
+    keys.extend(guides(&[
+        &SMALLEST_RESTITUTION,
+        &FILM_RATIOS,
+        &FILM_RATIO_GAP,
+        &MIN_FILM,
+        &MAX_FILM_RATIO,
+        &MIN_IMPACT_SPEED,
+        &MAX_IMPACT_SPEED,
+        &FILM_SD,
+        &SPEED_REL_SD,
+    ]));
+    Section {
+        head: "[data]",
+        about: "Which tables hold the runs, what they call things, and which runs are used".to_owned(),
+        keys,
+    }
+}
+
+/// Reads the table of the data of a scene that lies at `path`.
+pub(super) fn data(root: &SceneTable, path: &Path, names: &SceneNames) -> Option<Data> {
+    let Some(table) = root.table("data") else {
+        if !root.has("data") {
+            root.refuse_whole("missing table [data]");
+        }
+        return None;
+    };
+    let runs = runs(&table, path);
+    let screens = Screens {
+        min_film: table.read(&MIN_FILM),
+        max_film_ratio: table.read(&MAX_FILM_RATIO),
+        min_impact_speed: table.read(&MIN_IMPACT_SPEED),
+        max_impact_speed: table.read(&MAX_IMPACT_SPEED),
+    };
+    let mut film_ratios = table.read(&FILM_RATIOS).unwrap_or_default();
+    film_ratios.sort_by(f64::total_cmp);
+    film_ratios.dedup();
+    let data = Data {
+        naming: naming(&table, names),
+        runs,
+        smallest_restitution: table.read(&SMALLEST_RESTITUTION),
+        film_ratios,
+        film_ratio_gap: table.read(&FILM_RATIO_GAP),
+        film_sd: table.read(&FILM_SD),
+        speed_rel_sd: table.read(&SPEED_REL_SD),
+        screens,
+    };
+    table.finish();
+    Some(data)
+}
+
+/// The tables of runs, each once and in a format that can be read.
+fn runs(table: &SceneTable, path: &Path) -> Vec<TableFile> {
+    let names = table.read(&RUNS).unwrap_or_default();
+    let mut runs: Vec<TableFile> = vec![];
+    for Located { value: name, at } in &names {
+        let refuse = |expected: &str| table.refuse(RUNS.base, *at, Some(quoted(name)), expected);
+        let file = TableFile::named(path.parent(), name);
+        if !TABLE_ENDINGS.iter().any(|ending| file.ends_with(ending)) {
+            refuse("expected a file ending in .csv, .tsv, .txt, .xlsx or .parquet");
+        }
+        if runs.contains(&file) {
+            refuse("expected every table once");
+        }
+        runs.push(file);
+    }
+    runs
+}

@@ -1,0 +1,223 @@
+//! Tells every key of a scene and every column of a table of runs: as a page in Markdown, and as plain text for a terminal.
+
+use super::keys::{KeyGuide, Section, Without};
+use super::run_columns::RunColumn;
+use super::{choices, data, materials, plan, published, read};
+
+/// Every table of a scene with its keys, in the order a scene has them.
+pub fn guide() -> Vec<Section> {
+    let mut sections = vec![read::guide(), data::guide()];
+    sections.extend(materials::guide());
+    sections.extend(choices::guide());
+    sections.push(published::guide());
+    sections.extend(plan::guide());
+    sections
+}
+
+/// The columns of a table of runs.
+fn columns() -> Section {
+    Section {
+        head: "Columns of a table of runs",
+        about: "Not in the scene: the header of the table, one row a run. Empty cells and `NA` are missing".to_owned(),
+        keys: RunColumn::ALL.map(RunColumn::guide).to_vec(),
+    }
+}
+
+/// What holds of every key.
+const RULES: &str =
+    "A unit is a part of a name, and any one of those told may be used. What has a default may be left \
+                     out. An unknown key is an error that names the nearest known one.";
+
+/// A page of all keys.
+pub fn markdown() -> String {
+    let mut page = format!("# The keys of a scene, and the columns of its runs\n\n{RULES}\n");
+    for section in guide().into_iter().chain([columns()]) {
+        let head = match section.head {
+            "" => "Above all tables".to_owned(),
+            head if head.starts_with('[') => format!("`{head}`"),
+            head => head.to_owned(),
+        };
+        page.push_str(&format!("\n## {head}\n\n{}.\n\n", section.about));
+        page.push_str("| name | what it is | takes | without it | example |\n|---|---|---|---|---|\n");
+        for key in &section.keys {
+            let mut names = format!("`{}`", key.usual_name());
+            for suffix in other_suffixes(key) {
+                names.push_str(&format!(", `{suffix}`"));
+            }
+            let without = match &key.without {
+                Without::Refused => "**required**".to_owned(),
+                Without::Value(value) => format!("`{value}`"),
+                Without::Words(words) => (*words).to_owned(),
+            };
+            let (meaning, takes, example) = (key.meaning, &key.takes, &key.example);
+            page.push_str(&format!(
+                "| {names} | {meaning} | {takes} | {without} | `{example}` |\n"
+            ));
+        }
+    }
+    page
+}
+
+/// All keys for a terminal.
+pub fn plain() -> String {
+    let mut text = format!("{}\n", wrapped(RULES, ""));
+    for section in guide().into_iter().chain([columns()]) {
+        let head = if section.head.is_empty() {
+            "Above all tables"
+        } else {
+            section.head
+        };
+        let about = wrapped(&format!("{}.", section.about), "  ");
+        text.push_str(&format!("\n{head}\n{about}\n"));
+        for key in &section.keys {
+            let suffixes: Vec<&str> = other_suffixes(key).collect();
+            let units = if suffixes.is_empty() {
+                String::new()
+            } else {
+                format!("; or {}", suffixes.join(", "))
+            };
+            let without = match &key.without {
+                Without::Refused => "required".to_owned(),
+                Without::Value(value) => format!("default {value}"),
+                Without::Words(words) => format!("without it: {words}"),
+            };
+            text.push_str(&format!("\n  {} = {}\n", key.usual_name(), key.example));
+            for line in [key.meaning.to_owned(), format!("{}; {without}{units}", key.takes)] {
+                text.push_str(&format!("{}\n", wrapped(&line, "      ")));
+            }
+        }
+    }
+    text
+}
+
+/// What a name ends with in each unit but the usual one.
+fn other_suffixes(key: &KeyGuide) -> impl Iterator<Item = &'static str> {
+    key.dimension.units().iter().skip(1).map(|unit| unit.suffix)
+}
+
+/// A text in lines of at most 100 letters, where no word is longer, each after some blanks.
+fn wrapped(text: &str, indent: &str) -> String {
+    const WIDTH: usize = 100;
+    let mut lines: Vec<String> = vec![];
+    for word in text.split(' ') {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= WIDTH => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(format!("{indent}{word}")),
+        }
+    }
+    lines.join("\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+    use std::path::Path;
+
+    use super::*;
+    use crate::scene::table::tests::ASKED;
+
+    /// A scene with every key, as the guide has its example, and with a particle and a liquid of the names in these.
+    fn scene_of_examples() -> String {
+        let mut text = String::new();
+        for section in guide() {
+            let head = section.head.replace(
+                "[particles.NAME]",
+                "[particles.PE]\ndensity_kg_m3 = 940\nroughness_um = 5\n[particles.PTFE]",
+            );
+            text.push_str(&format!("{}\n", head.replace("NAME", "AK10")));
+            for key in &section.keys {
+                // either of them, not both
+                let other = section.head == "[design]" && key.base == "height";
+                if !other {
+                    text.push_str(&format!("{} = {}\n", key.usual_name(), key.example));
+                }
+            }
+        }
+        text
+    }
+
+    fn parsed(text: &str) -> Result<crate::scene::Scene, String> {
+        crate::scene::parse(text, Path::new("scene.toml"), String::new()).map_err(|error| error.to_string())
+    }
+
+    /// The keys that a section names, in every unit.
+    fn told(sections: &[Section]) -> BTreeSet<(String, String)> {
+        let mut told = BTreeSet::new();
+        for section in sections {
+            let table = section.head.trim_matches(['[', ']']);
+            for key in &section.keys {
+                let units = key.dimension.units().iter();
+                told.extend(units.map(|unit| (table.to_owned(), format!("{}{}", key.base, unit.suffix))));
+            }
+        }
+        told
+    }
+
+    #[test]
+    fn every_key_that_is_read_is_told_and_none_besides() {
+        let scene = parsed(&scene_of_examples()).expect("the examples are a scene");
+        assert_eq!(scene.particles.len(), 2);
+        let asked = ASKED.take();
+        let tables: BTreeSet<&str> = asked.iter().map(|(table, _)| table.as_str()).collect();
+        let is_table = |key: &str| tables.iter().any(|table| table.split('.').next() == Some(key));
+        let one_for_all = |table: &str| match table.split_once('.') {
+            Some((kind @ ("particles" | "liquids"), _)) => format!("{kind}.NAME"),
+            _ => table.to_owned(),
+        };
+        let sections = guide();
+        let told = told(&sections);
+        let heads: BTreeSet<&String> = told.iter().map(|(table, _)| table).collect();
+        let asked: BTreeSet<(String, String)> = asked
+            .iter()
+            .map(|(table, key)| (one_for_all(table), key.clone()))
+            // the tables themselves, a prior's family or words of one scene are no keys
+            .filter(|(table, key)| heads.contains(table) && (!table.is_empty() || !is_table(key)) && !key.contains('.'))
+            .collect();
+        assert_eq!(asked, told);
+        // one that is not told would be found
+        let mut fewer = sections;
+        fewer[1].keys.pop();
+        assert_ne!(asked, self::told(&fewer));
+    }
+
+    #[test]
+    fn a_default_is_what_holds_without_its_key() {
+        let short = "[data]\nruns = \"runs.csv\"\n[particles.PE]\ndensity_kg_m3 = 940\nroughness_um = 5\n";
+        let mut long = String::new();
+        for section in guide() {
+            let needs_more =
+                section.head.starts_with("[[") || ["[truth]", "[design]", "[priors]"].contains(&section.head);
+            if needs_more || section.head.contains("NAME") {
+                continue;
+            }
+            long.push_str(&format!("{}\n", section.head));
+            for key in &section.keys {
+                match &key.without {
+                    Without::Refused => long.push_str(&format!("{} = {}\n", key.usual_name(), key.example)),
+                    Without::Value(value) => long.push_str(&format!("{} = {value}\n", key.usual_name())),
+                    Without::Words(_) => {}
+                }
+            }
+        }
+        long.push_str("[particles.PE]\ndensity_kg_m3 = 940\nroughness_um = 5\n");
+        let [mut short, mut long] = [short, &long].map(|text| parsed(text).expect("a scene"));
+        // what a scene sets before anything reads it, of which it is told
+        for scene in [&mut short, &mut long] {
+            scene.unused.clear();
+        }
+        assert_eq!(short, long);
+    }
+
+    #[test]
+    fn a_text_is_wrapped_between_words() {
+        let text = wrapped(&"word ".repeat(40), "  ");
+        assert!(
+            text.lines().all(|line| line.starts_with("  w") && line.len() <= 100),
+            "{text}"
+        );
+        assert_eq!(text.split_whitespace().count(), 40);
+    }
+}

@@ -1,0 +1,69 @@
+//! Holds the page of all keys, and what `wetcor help scene` prints, to what the reader reads by.
+
+use std::path::Path;
+use std::process::Command;
+
+const PAGE: &str = "docs/scene.md";
+
+/// Every name in a cell of the first column of a page's tables.
+fn names(page: &str) -> Vec<String> {
+    let rows = page.lines().filter(|line| line.starts_with("| `"));
+    rows.map(|row| row.split('`').nth(1).unwrap_or_default().to_owned())
+        .collect()
+}
+
+#[test]
+fn the_page_is_what_the_reader_reads_by() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(PAGE);
+    let made = wetcor::scene::markdown();
+    if std::env::var_os("UPDATE_EXPECTED").is_some() {
+        std::fs::write(&path, &made).expect("writable");
+    }
+    let page = std::fs::read_to_string(&path).expect("the page is there");
+    assert_eq!(
+        page, made,
+        "UPDATE_EXPECTED=1 cargo test --release --test scene_guide writes it anew"
+    );
+    let told: usize = wetcor::scene::guide().iter().map(|section| section.keys.len()).sum();
+    assert_eq!(names(&page).len(), told + wetcor::scene::RunColumn::ALL.len());
+}
+
+#[test]
+fn help_tells_every_key_in_every_unit() {
+    let help = |words: &[&str]| {
+        let output = Command::new(env!("CARGO_BIN_EXE_wetcor"))
+            .arg("help")
+            .args(words)
+            .output();
+        let output = output.expect("the command can be started");
+        (
+            output.status.code(),
+            String::from_utf8_lossy(&output.stdout).into_owned(),
+        )
+    };
+    let (status, text) = help(&["scene"]);
+    assert_eq!(status, Some(0));
+    for section in wetcor::scene::guide() {
+        assert!(text.contains(section.head), "{}", section.head);
+        for key in section.keys {
+            assert!(
+                text.contains(&format!("\n  {} = {}\n", key.usual_name(), key.example)),
+                "{}",
+                key.base
+            );
+            assert!(
+                key.dimension.units().iter().all(|unit| text.contains(unit.suffix)),
+                "{}",
+                key.base
+            );
+        }
+    }
+    assert!(
+        text.lines().all(|line| line.chars().count() <= 120),
+        "too wide for a terminal"
+    );
+    // of a command, as its own --help; of nothing, that of all; of what is none, a refusal
+    assert!(help(&["fit"]).1.contains("--accuracy"));
+    assert!(help(&[]).1.contains("simulate"));
+    assert_eq!(help(&["nothing"]), (Some(2), String::new()));
+}
