@@ -14,7 +14,7 @@ fn law(dry_speed: DrySpeed) -> Restitution {
     let sphere = Setting {
         density: 2150.0,
         diameter: 4.762e-3,
-        roughness: 5e-6,
+        roughness: Some(5e-6),
         liquid_density: 930.0,
         viscosity: 9.3e-3,
         film: 286e-6,

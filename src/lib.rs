@@ -32,7 +32,7 @@
 //! let sphere = Setting {
 //!     density: 2150.0,        // PTFE, kg/m³
 //!     diameter: 4.762e-3,     // m
-//!     roughness: 5e-6,     // m
+//!     roughness: None,        // m; lubrication over the whole film alone reads it
 //!     liquid_density: 930.0,  // AK10, kg/m³
 //!     viscosity: 9.3e-3,      // Pa s
 //!     film: 286e-6,           // m

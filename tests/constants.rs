@@ -307,7 +307,7 @@ fn worst_of_draws(told: impl Fn(&Sensitivity) -> f64) -> f64 {
             let z: [f64; 6] = std::array::from_fn(|_| StandardNormal.sample(&mut rng));
             values(&changed(&place.scene, &table, |scene, runs| {
                 scene.particles[0].density *= 1.0 + 0.01 * z[0];
-                scene.particles[0].roughness *= 1.0 + 0.02 * z[1];
+                scene.particles[0].roughness = scene.particles[0].roughness.map(|own| own * (1.0 + 0.02 * z[1]));
                 scene.liquids[0].density *= 1.0 + 0.02 * z[2];
                 scene.liquids[0].viscosity *= 1.0 + 0.03 * z[3];
                 scene.liquids[1].viscosity *= 1.0 + 0.02 * z[4];

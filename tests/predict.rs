@@ -22,7 +22,7 @@ use wetcor::seed::{sha256, stream};
 const SLOW: Setting = Setting {
     density: 940.0,
     diameter: 4.762e-3,
-    roughness: 5e-6,
+    roughness: Some(5e-6),
     liquid_density: 965.0,
     viscosity: 48.3e-3,
     film: 0.06 * 4.762e-3,
@@ -248,7 +248,7 @@ fn the_truth_of_the_example_and_new_runs_of_it_lie_where_they_are_predicted() {
             let setting = Setting {
                 density: particle.density,
                 diameter: run.diameter,
-                roughness: 5e-6,
+                roughness: Some(5e-6),
                 liquid_density: liquid.density,
                 viscosity: liquid.viscosity,
                 film,
@@ -458,6 +458,9 @@ fn a_store_as_small_as_it_can_be_is_predicted_from_and_a_failed_fit_says_so() {
     let anyway: Vec<&str> = ASKED.iter().copied().chain(["--anyway"]).collect();
     assert_eq!(store.told(&anyway).0, Some(0));
     assert!(err.starts_with("notice: the fit is not to be quoted, and this not either: largest R-hat\nnotice: all"));
+    // nothing of this form reads the roughness
+    let smooth = Store::new(|findings, _| *findings = findings.replace("5e-6", "null"));
+    assert_eq!(smooth.told(&ASKED), (Some(0), out, err_of_right()));
     // bands of single runs of a fit whose wet runs scatter unevenly
     let with = |code: &str| {
         let notices =
@@ -572,6 +575,10 @@ fn every_folder_that_cannot_be_predicted_from_is_refused_in_its_words() {
         (
             |findings, _| *findings = findings.replace(",{\"name\":\"sigma_wet\"}", ""),
             "r: the fit has no sigma_wet: it needs wet runs".to_owned(),
+        ),
+        (
+            |findings, _| *findings = findings.replace("5e-6", "null").replace("\"constant\"", "\"film\""),
+            format!("r/findings.json: roughness of `PTFE`: found none, expected a number above 0{AGAIN}"),
         ),
         (
             |findings, _| *findings = findings.replace("stepwise", "stairs"),

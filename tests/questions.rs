@@ -84,7 +84,7 @@ fn drawn(truth: &Truth, films: &[f64], repeats: usize, dry: bool, (name, index):
             let setting = Setting {
                 density: PTFE,
                 diameter: DIAMETER,
-                roughness: 5e-6,
+                roughness: Some(5e-6),
                 liquid_density: AK20,
                 viscosity: VISCOSITY,
                 film: ratio * DIAMETER,
@@ -489,7 +489,7 @@ fn paper_like(truth: Trends, name: &str, index: u64) -> Vec<NewRun<'static>> {
                 let setting = Setting {
                     density: PTFE,
                     diameter,
-                    roughness: 5e-6,
+                    roughness: Some(5e-6),
                     liquid_density: AK20,
                     viscosity,
                     film: ratio * diameter,

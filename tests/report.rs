@@ -3,6 +3,9 @@
 use std::path::Path;
 use std::process::Command;
 
+use serde_json::Value;
+use tempfile::TempDir;
+
 const SCENE: &str = r#"
 title = "report"
 [data]
@@ -41,6 +44,8 @@ struct Written {
     status: Option<i32>,
     report: String,
     figures: Vec<String>,
+    /// where scene and runs lie, and in `out` what was written
+    folder: TempDir,
 }
 
 fn wetcor(folder: &Path, arguments: &[&str]) -> Option<i32> {
@@ -78,6 +83,7 @@ fn fit(scene: &str, flags: &[&str], keep: impl Fn(&str) -> Option<String>) -> Wr
         status,
         report: std::fs::read_to_string(out.join("report.md")).expect("a report"),
         figures: names,
+        folder,
     }
 }
 
@@ -215,4 +221,97 @@ fn runs_without_noise_have_no_posterior_and_the_report_says_why() {
     // where the stage was not asked for there is nothing to say
     let unasked = fit(SCENE, &["--stages", "least_squares"], all);
     assert!(!unasked.report.contains("## Posterior"));
+}
+
+/// The scene with PE beside PTFE, whose roughness it does not give; what is said of that of PTFE.
+fn with_pe(of_ptfe: &str) -> String {
+    SCENE
+        .replace("[liquids.AK10]", "[particles.PE]\ndensity_kg_m3 = 940\n[liquids.AK10]")
+        .replace("roughness_um = 5\n", of_ptfe)
+        .replace("PTFE = 0.183", "PTFE = 0.183, PE = 0.123")
+        .replace("{ PTFE = [3.175, 8.0] }", "[3.175, 8.0]")
+        .replace("{ PTFE = [0.04, 0.08, 0.15] }", "[0.04, 0.08, 0.15]")
+}
+
+/// The entries of a list of findings.
+fn entries<'f>(findings: &'f Value, list: &str) -> &'f Vec<Value> {
+    let found = findings.pointer(list).and_then(Value::as_array);
+    found.unwrap_or_else(|| panic!("no list {list}"))
+}
+
+#[test]
+fn a_particle_without_roughness_lacks_the_length_of_its_critical_separation_alone() {
+    let why = "no roughness is given for PE";
+    let written = fit(&with_pe("roughness_um = 5\nroughness_rel_sd = 0.02\n"), &[], all);
+    assert!(matches!(written.status, Some(0 | 1)), "{:?}", written.status);
+    let folder = written.folder.path();
+    assert_eq!(wetcor(folder, &["check", "scene.toml"]), Some(0));
+    let text = std::fs::read_to_string(folder.join("out/findings.json")).expect("findings");
+    let findings: Value = serde_json::from_str(&text).expect("JSON");
+    let energy = entries(&findings, "/energy");
+    assert_eq!(energy.len(), 12);
+    for row in energy {
+        let delta_c = &row["delta_c_m"];
+        assert!(row["st_c_e_inf2"]["value"].is_f64(), "{row}");
+        if row["particle"] == "PE" {
+            let numbers = ["value", "se", "interval", "bootstrap"];
+            assert!(numbers.iter().all(|key| delta_c[key].is_null()), "{delta_c}");
+            assert_eq!(delta_c["why_none"], why);
+        } else {
+            assert!(delta_c["value"].is_f64() && delta_c["why_none"].is_null(), "{delta_c}");
+        }
+    }
+    let derived = entries(&findings, "/posterior/derived").iter();
+    let lengths = derived.filter_map(|one| one["name"].as_str().filter(|name| name.starts_with("delta_c")));
+    assert_eq!(
+        lengths.collect::<Vec<_>>(),
+        ["delta_c_over_roughness", "delta_c_m[PTFE]"]
+    );
+    // the roughness of PTFE is that of all, and as uncertain as the scene says
+    let constants = entries(&findings, "/constants").iter();
+    let lengths: Vec<&Value> = constants.filter(|row| row["result"] == "delta_c_m").collect();
+    let [of_ptfe] = lengths.as_slice() else {
+        panic!("{lengths:?}");
+    };
+    let mut by = entries(of_ptfe, "/by").iter();
+    let by = by.find(|one| one["constant"] == "roughness").expect("it moves δc");
+    assert_eq!(
+        (by["elasticity"].as_f64(), by["rel_sd"].as_f64()),
+        (Some(1.0), Some(0.02))
+    );
+    // lubrication over the whole film cannot be tried
+    let forms = entries(&findings, "/compare");
+    assert!(!forms.is_empty() && forms.iter().all(|form| form["model"] != "saturating/2+film"));
+    let mut notices = entries(&findings, "/notices").iter();
+    let told = notices.find(|notice| notice["code"] == "form_not_compared");
+    assert_eq!(
+        told.map(|notice| notice["text"].as_str()),
+        Some(Some(format!("saturating/2+film is not compared: {why}").as_str()))
+    );
+    let report = &written.report;
+    for absent in ["NaN", "each other form of the viscous loss"] {
+        assert!(!report.contains(absent), "{absent}");
+    }
+    assert_eq!(report.matches(why).count(), 3);
+    let energy = report.split("\n## Energy\n").nth(1).expect("a section");
+    assert_eq!(cells(energy, "PE | 0.08 | square root")[8..], ["–", "–"]);
+    assert!(cells(energy, "PTFE | 0.08 | square root")[8].contains('±'));
+    for particle in ["PTFE", "PE"] {
+        let asked = ["predict", "out", "--anyway", "--liquid", "AK10", "--diameter-mm", "8"];
+        let at = ["--film-um", "640", "--speed-m-s", "0.8:1.6:3", "--particle", particle];
+        assert_eq!(wetcor(folder, &[&asked[..], &at].concat()), Some(0), "{particle}");
+    }
+}
+
+#[test]
+fn without_any_roughness_no_table_has_a_length_of_critical_separation() {
+    let flags = ["--stages", "least_squares,posterior"];
+    let written = fit(&with_pe(""), &flags, all);
+    assert!(matches!(written.status, Some(0 | 1)), "{:?}", written.status);
+    let report = &written.report;
+    assert!(report.contains("St_c e_inf² = 2 L; no roughness is given for PTFE, PE, and so no δc."));
+    assert!(report.contains("| δc/ε = exp(L) |"));
+    for absent in ["δc / µm", "δc (", "| roughness |", "NaN"] {
+        assert!(!report.contains(absent), "{absent}");
+    }
 }

@@ -113,7 +113,8 @@ pub(super) struct EvaluatedModel {
 
 /// Samples every form of inertia with both dry speeds on the same runs; the scene's own has been sampled already.
 ///
-/// A form under which a prior leaves a parameter no room is not compared, and a notice says so.
+/// A form under which a prior leaves a parameter no room, or that reads a roughness that is not given, is not compared, and a
+/// notice says so.
 pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: &[EvaluatedModel]) -> Comparison {
     let runs = context.runs;
     let mut found = Comparison {
@@ -136,6 +137,7 @@ pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: 
             return found;
         }
     };
+    let why_no_roughness = context.scene.why_no_roughness(runs.wet_particles());
     let mut evaluated: Vec<EvaluatedModel> = vec![];
     for form in alternatives(own.setup.form) {
         if form == own.setup.form {
@@ -144,6 +146,11 @@ pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: 
                 row: summarise_model(model_name(form), true, &own.sampled, &own_loo, used),
                 loo: own_loo.clone(),
             });
+            continue;
+        }
+        if let Some(why) = why_no_roughness.as_ref().filter(|_| form.viscous.reads_roughness()) {
+            let name = model_name(form);
+            found.notices.push(notices::form_without_roughness(&name, why));
             continue;
         }
         // what was drawn to choose the form of inertia need not be drawn again

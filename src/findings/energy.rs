@@ -60,21 +60,26 @@ pub fn estimate_energy(
     scaling: &[FittedScaling],
     quoting: Quoting,
 ) -> Vec<Energy> {
-    let of_group = |fitted: &FittedScaling| {
-        let film_ratio = fitted.scaling.film_ratio?;
-        let mut groups = runs.film_groups_of(fitted.sphere).iter();
-        let place = WetPlace::of_group(runs, groups.find(|group| group.film_ratio == film_ratio)?);
-        let at = Place {
-            roughness: scene.particles[place.particle].roughness,
-            density_ratio: place.density_ratio(scene),
-        };
-        energy_of(scene, dry, fitted, at, quoting)
-    };
+    let of_group = |fitted: &FittedScaling| energy_of(scene, runs, dry, fitted, quoting);
     scaling.iter().filter_map(of_group).collect()
 }
 
-fn energy_of(scene: &Scene, dry: &[FittedDry], fitted: &FittedScaling, at: Place, quoting: Quoting) -> Option<Energy> {
+fn energy_of(
+    scene: &Scene,
+    runs: &Runs,
+    dry: &[FittedDry],
+    fitted: &FittedScaling,
+    quoting: Quoting,
+) -> Option<Energy> {
     let film_ratio = fitted.scaling.film_ratio?;
+    let mut groups = runs.film_groups_of(fitted.sphere).iter();
+    let place = WetPlace::of_group(runs, groups.find(|group| group.film_ratio == film_ratio)?);
+    let at = Place {
+        roughness: scene.particles[place.particle].roughness,
+        density_ratio: place.density_ratio(scene),
+    };
+    let why_no_delta_c = scene.model.viscous.why_no_critical_separation().map(str::to_owned);
+    let why_no_delta_c = why_no_delta_c.or_else(|| scene.why_no_roughness([place.particle]));
     let why_no_l = fitted.scaling.lubrication_log.why_none.clone();
     let source = FittedLaw {
         wetted: wetted_of(fitted.law, variables(fitted.parameters.unwrap_or([f64::NAN; 2]))),
@@ -95,7 +100,7 @@ fn energy_of(scene: &Scene, dry: &[FittedDry], fitted: &FittedScaling, at: Place
         stepwise: Inertia::Stepwise.shape(film_ratio, 1.0),
         cap: (film_ratio <= cap.valid_to()).then(|| cap.shape(film_ratio, 1.0)),
         st_c_e_inf2: source.estimate(Quantity::StCEInf2, &at),
-        delta_c_m: match scene.model.viscous.why_no_critical_separation() {
+        delta_c_m: match why_no_delta_c {
             Some(why) => quoting.none(why),
             None => source.estimate(Quantity::DeltaC, &at),
         },

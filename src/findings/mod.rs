@@ -327,7 +327,7 @@ impl Findings {
         let may_be_sampled = posterior::why_not_sampled(runs, self.least_squares(), &default).is_none();
         if scene.model.inertia_is_open() && self.form.inertia != Inertia::None && may_be_sampled {
             // refused before the forms are sampled, not after
-            let quantities = default.dimension() + posterior::derived::count_derived(runs, setup.form);
+            let quantities = default.dimension() + posterior::derived::count_derived(scene, runs, setup.form);
             posterior::check_room(posterior::effort(scene), quantities)?;
             let chosen = compare::choose_inertia(self.comparison_context(scene, runs, watcher), setup)?;
             setup = chosen.setup;

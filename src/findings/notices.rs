@@ -531,6 +531,12 @@ pub(super) fn form_not_compared(model: &str, why: &str) -> Notice {
     FORM_NOT_COMPARED.notice(1, format!("{model} is not compared: {why}"))
 }
 
+/// A form that reads the roughness of particles, one of which has none.
+pub(super) fn form_without_roughness(model: &str, why: &str) -> Notice {
+    let next = "give roughness_um in [particles], and it is compared";
+    FORM_NOT_COMPARED.with_next_step(1, format!("{model} is not compared: {why}"), next)
+}
+
 /// A parameter that is not the same at every film ratio; `of_lubrication`: L below a film ratio, not C.
 pub(super) fn film_trend(runs: usize, answer: &str, of_lubrication: bool) -> Notice {
     if of_lubrication {

@@ -121,7 +121,7 @@ pub(super) fn check_input(scene: &Scene, runs: &Runs) -> Option<Check> {
             ..
         } = particle;
         questions.extend(DENSITY.question(name, [*density].into_iter()));
-        questions.extend(ROUGHNESS.question(name, [*roughness].into_iter()));
+        questions.extend(ROUGHNESS.question(name, roughness.iter().copied()));
         let diameters = dry.iter().map(|group| group.diameter);
         questions.extend(DIAMETER.question(name, diameters.chain(wet.iter().map(|series| series.diameter))));
         let mut liquids: Vec<usize> = wet.iter().map(|series| series.liquid).collect();
@@ -295,12 +295,13 @@ fn of_both<'a>(
     each.into_iter().filter_map(of).collect()
 }
 
-/// What to say of δc = ε exp(L) of a particle that is thicker than every film of it.
+/// What to say of δc = ε exp(L) of a particle that is thicker than every film of it; nothing without ε.
 fn beyond_films(particle: &Particle, l: &Uncertain, runs: &Runs, index: usize) -> Option<String> {
     let wet = || runs.series_in(runs.spheres_of(index)).iter().flat_map(Series::runs);
     let [_, thickest] = range(wet().map(|run| runs.film[run]))?;
     let [smallest, _] = range(wet().map(|run| runs.diameter[run]))?;
-    let critical = |l: f64| particle.roughness * l.exp();
+    let roughness = particle.roughness?;
+    let critical = |l: f64| roughness * l.exp();
     let least = critical(l.ends()[0]);
     let usual = &FILM.dimension.units()[0];
     let size = usual.from_si(critical(l.value));

@@ -40,8 +40,8 @@ pub struct ParticleBasis {
     pub name: String,
     /// ρp
     pub density_kg_m3: f64,
-    /// ε
-    pub roughness_m: f64,
+    /// ε, where it is known
+    pub roughness_m: Option<f64>,
     /// its diameters that have a k of their own, m; empty where one k is that of all
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub dry_k_diameters_m: Vec<f64>,
@@ -458,7 +458,7 @@ mod tests {
     const SETTING: Setting = Setting {
         density: 2150.0,
         diameter: 4.762e-3,
-        roughness: 5e-6,
+        roughness: Some(5e-6),
         liquid_density: 930.0,
         viscosity: 9.3e-3,
         film: 286e-6,

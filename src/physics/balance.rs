@@ -282,7 +282,7 @@ mod tests {
     const SETTING: Setting = Setting {
         density: 2150.0,
         diameter: 4.762e-3,
-        roughness: 5e-6,
+        roughness: Some(5e-6),
         liquid_density: 930.0,
         viscosity: 9.3e-3,
         film: 286e-6,
@@ -399,7 +399,7 @@ mod tests {
             diameter: SETTING.diameter * metre,
             liquid_density: SETTING.liquid_density * density_unit,
             viscosity: SETTING.viscosity * kilogram / (metre * second),
-            roughness: SETTING.roughness * metre,
+            roughness: SETTING.roughness.map(|roughness| roughness * metre),
             film: SETTING.film * metre,
             surface_tension: SETTING
                 .surface_tension

@@ -29,8 +29,8 @@ pub struct Setting {
     pub liquid_density: f64,
     /// dynamic viscosity η of the liquid, Pa s
     pub viscosity: f64,
-    /// roughness ε of the particle, m; read by a viscous loss over the whole film alone
-    pub roughness: f64,
+    /// roughness ε of the particle, m; read by a viscous loss over the whole film alone, which is NaN without it
+    pub roughness: Option<f64>,
     /// film thickness δ, m
     pub film: f64,
     /// surface tension γ of the liquid, N/m; read by the bridge alone

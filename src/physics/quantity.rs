@@ -53,8 +53,8 @@ pub struct Described {
 /// Where a quantity is quoted: what it reads beside a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
-    /// ε of the particle, m
-    pub roughness: f64,
+    /// ε of the particle, m; absent: there is no δc
+    pub roughness: Option<f64>,
     /// ρ̃
     pub density_ratio: f64,
 }
@@ -62,7 +62,7 @@ pub struct Place {
 impl Place {
     /// No place: for quantities that read nothing beside the fit.
     pub const NONE: Place = Place {
-        roughness: f64::NAN,
+        roughness: None,
         density_ratio: f64::NAN,
     };
 }
@@ -176,7 +176,10 @@ impl Quantity {
             Quantity::StC => viscous::st_c(l, of.e_inf),
             Quantity::StNoRebound => viscous::st_no_rebound(l, of.e_inf),
             Quantity::StCEInf2 => l * 2.0,
-            Quantity::DeltaC => viscous::critical_separation(at.roughness, l),
+            Quantity::DeltaC => match at.roughness {
+                Some(roughness) => viscous::critical_separation(roughness, l),
+                None => l.only_if(false),
+            },
             Quantity::DeltaCOverRoughness => l.exp(),
             Quantity::InertialLoss => (of.e_dry * of.e_dry - of.e_inf * of.e_inf) * (1.0 / at.density_ratio),
             Quantity::Alpha => of.law[0],
@@ -205,7 +208,7 @@ mod tests {
         Quantity::ThresholdSpeed,
     ];
     const AT: Place = Place {
-        roughness: 5e-6,
+        roughness: Some(5e-6),
         density_ratio: 0.43,
     };
 
@@ -256,5 +259,6 @@ mod tests {
         assert!(Quantity::StC.value(&AT, &Wetted::of_square_root(0.5, 0.1)).is_nan());
         assert!(Quantity::StC.value(&AT, &Wetted::of_line(0.5, -0.1)).is_nan());
         assert!(Quantity::EInf.value(&AT, &Wetted::of_square_root(-0.5, -0.1)).is_nan());
+        assert!(Quantity::DeltaC.value(&Place::NONE, &root).is_nan());
     }
 }

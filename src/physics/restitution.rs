@@ -18,7 +18,7 @@ use super::loss::{Fixed, Setting};
 /// # use wetcor::physics::{Coefficient, DrySpeed, Form, Inertia, Parameters, Restitution, Setting};
 /// # let sphere = Setting {
 /// #     density: 2150.0, diameter: 4.762e-3, liquid_density: 930.0, viscosity: 9.3e-3, film: 286e-6,
-/// #     surface_tension: None, roughness: 5e-6,
+/// #     surface_tension: None, roughness: None,
 /// # };
 /// # let parameters = Parameters::new(0.183)
 /// #     .with(Coefficient::LubricationLog, 1.85)
@@ -127,7 +127,7 @@ mod tests {
     const SETTING: Setting = Setting {
         density: 2150.0,
         diameter: 4.762e-3,
-        roughness: 5e-6,
+        roughness: Some(5e-6),
         liquid_density: 930.0,
         viscosity: 9.3e-3,
         film: 286e-6,

@@ -95,6 +95,11 @@ impl Viscous {
         }
     }
 
+    /// Whether it reads the roughness of the particles.
+    pub fn reads_roughness(self) -> bool {
+        self == Viscous::Film
+    }
+
     /// Whether spheres of two diameters in films of one film ratio differ in L, and so in St_c.
     pub fn tells_diameters_apart(self) -> bool {
         self == Viscous::Film
@@ -172,10 +177,11 @@ fn taken(of: Coefficient, lubrication_log: f64, slope: f64) -> AtFilm {
     }
 }
 
-/// ½ (ln(δ/ε) + ln(V_b^(1/3)/ε)): L of a film at λ = 1, from logarithms of ratios that are of order 1 to 10⁴.
+/// ½ (ln(δ/ε) + ln(V_b^(1/3)/ε)): L of a film at λ = 1, from logarithms of ratios that are of order 1 to 10⁴; NaN without ε.
 fn of_unit_scale(setting: &Setting) -> f64 {
+    let roughness = setting.roughness.unwrap_or(f64::NAN);
     let length = bridge::volume(setting.diameter, setting.film).cbrt();
-    0.5 * ((setting.film / setting.roughness).ln() + (length / setting.roughness).ln())
+    0.5 * ((setting.film / roughness).ln() + (length / roughness).ln())
 }
 
 /// Share of the impact energy lost to viscosity, 4 L / St (eqs. visc and beta).
@@ -242,7 +248,7 @@ mod tests {
             let setting = Setting {
                 density: 2150.0,
                 diameter,
-                roughness: 5e-6,
+                roughness: Some(5e-6),
                 liquid_density: 930.0,
                 viscosity: 9.3e-3,
                 film,
@@ -271,7 +277,7 @@ mod tests {
             viscous: Viscous::Film,
             ..Form::new(Inertia::Stepwise, DrySpeed::Impact)
         };
-        let at = |roughness: f64, scale: f64| {
+        let at = |roughness: Option<f64>, scale: f64| {
             let setting = Setting {
                 density: 2150.0,
                 diameter: 4.762e-3,
@@ -284,8 +290,10 @@ mod tests {
             let parameters = Parameters::new(0.18).with(Coefficient::InertialPrefactor, 0.4);
             kept_energy(&setting, form, &parameters.with(Coefficient::RuptureScale, scale), 1.1)
         };
-        assert!((at(5e-6, 0.5) - at(1e-5, 2.0)).abs() < 1e-14);
-        assert!((at(5e-6, 0.5) - at(1e-5, 0.5)).abs() > 0.01);
+        let (smooth, rough) = (Some(5e-6), Some(1e-5));
+        assert!((at(smooth, 0.5) - at(rough, 2.0)).abs() < 1e-14);
+        assert!((at(smooth, 0.5) - at(rough, 0.5)).abs() > 0.01);
+        assert!(at(None, 0.5).is_nan());
     }
 
     /// Slip 2 of the paper: the linear law is zero at St_c, the square root only at 2 St_c.

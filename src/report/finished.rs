@@ -513,9 +513,17 @@ fn odd_number(posterior: &PosteriorRecord) -> Option<String> {
         let stokes = range(of("Stokes numbers"), covered.stokes, f64::MAX);
         stokes.or_else(|| range(of("film ratios"), covered.film_ratio, LARGEST_FILM_RATIO))
     };
+    let mut forms = Viscous::ALL.into_iter();
+    let reads_roughness = forms.any(|form| form.name() == posterior.viscous && form.reads_roughness());
     let particles = basis.particles.iter().find_map(|particle| {
         let density = above(format!("density of {}", quoted(&particle.name)), particle.density_kg_m3);
-        let roughness = || above(format!("roughness of {}", quoted(&particle.name)), particle.roughness_m);
+        let roughness = || {
+            let place = format!("roughness of {}", quoted(&particle.name));
+            match particle.roughness_m {
+                Some(roughness) => above(place, roughness),
+                None => reads_roughness.then(|| format!("{place}: found none, expected a number above 0")),
+            }
+        };
         let mut diameters = particle.dry_k_diameters_m.iter();
         let of_k = || format!("diameter of {} with a k of its own", quoted(&particle.name));
         density

@@ -125,6 +125,12 @@ impl Runs {
         start..self.spheres.partition_point(|sphere| sphere.particle <= particle)
     }
 
+    /// The particles that have wet runs, by their places in the scene and in its order.
+    pub fn wet_particles(&self) -> impl Iterator<Item = usize> + '_ {
+        let of_each = self.series.chunk_by(|a, b| a.particle == b.particle);
+        of_each.map(|of_one| of_one[0].particle)
+    }
+
     /// The dry runs of a sphere, by its index; by diameter.
     pub fn dry_of(&self, sphere: usize) -> &[DryGroup] {
         self.dry_in(sphere..sphere + 1)

@@ -65,6 +65,14 @@ impl Scene {
         set.find(|choice| choice.parameter == parameter && choice.prior == super::Prior::Fixed(0.0))
     }
 
+    /// Why nothing that reads ε is known of some of the particles, by their places; `None` where each has its roughness.
+    pub fn why_no_roughness(&self, particles: impl IntoIterator<Item = usize>) -> Option<String> {
+        let particles = particles.into_iter().map(|particle| &self.particles[particle]);
+        let without = particles.filter(|particle| particle.roughness.is_none());
+        let names: Vec<&str> = without.map(|particle| particle.name.as_str()).collect();
+        (!names.is_empty()).then(|| format!("no roughness is given for {}", names.join(", ")))
+    }
+
     /// A particle of the scene in a liquid of it, by their places; diameter and film in m.
     pub fn setting(&self, particle: usize, liquid: usize, diameter: f64, film: f64) -> Setting {
         let (particle, liquid) = (&self.particles[particle], &self.liquids[liquid]);

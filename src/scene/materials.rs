@@ -16,8 +16,8 @@ pub struct Particle {
     pub density: f64,
     /// sd of ρp over ρp; absent: taken as exact
     pub density_rel_sd: Option<f64>,
-    /// ε, m
-    pub roughness: f64,
+    /// ε, m; absent: there is no δc in metres
+    pub roughness: Option<f64>,
     /// sd of ε over ε; absent: taken as exact
     pub roughness_rel_sd: Option<f64>,
 }
@@ -55,10 +55,10 @@ const DENSITY_REL_SD: Key<Number, Optional> = Key {
     example: "0.005",
 };
 
-const ROUGHNESS: Key<Number, Required> = Key {
+const ROUGHNESS: Key<Number, Optional> = Key {
     base: "roughness",
     takes: Number(Dimension::Thickness, ABOVE_ZERO),
-    absent: Required,
+    absent: Optional("there is no δc in metres, nor viscous = \"film\""),
     meaning: "roughness ε of its surface",
     example: "5",
 };
@@ -132,11 +132,17 @@ pub(super) fn particles(root: &SceneTable) -> Vec<Particle> {
         let roughness = table.read(&ROUGHNESS);
         let density_rel_sd = table.read(&DENSITY_REL_SD);
         let roughness_rel_sd = table.read(&ROUGHNESS_REL_SD);
+        // one that is refused is not missing
+        let has_roughness = table.gives(&ROUGHNESS);
+        if roughness_rel_sd.is_some() && !has_roughness {
+            let key = ROUGHNESS_REL_SD.base;
+            table.refuse(key, table.at(key), None, "expected roughness_um beside it");
+        }
         Some(Particle {
             name,
             density: density?,
             density_rel_sd,
-            roughness: roughness?,
+            roughness: if has_roughness { Some(roughness?) } else { None },
             roughness_rel_sd,
         })
     })

@@ -1,12 +1,12 @@
 //! Reads the truth and the design of a simulation.
 
 use super::choices::{
-    checked_terms, dry_speed, ModelChoices, NoiseParameter, DRY_SPEED_TAKES, NU, SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES,
-    SIGMA_WET, TERMS_TAKES, VISCOUS_TAKES,
+    checked_terms, checked_viscous, dry_speed, ModelChoices, NoiseParameter, DRY_SPEED_TAKES, NU, SIGMA_DRY,
+    SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET, TERMS_TAKES, VISCOUS_TAKES,
 };
 use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE};
 use super::keys::{guides, DefaultsTo, Guided, Key, Optional, Section};
-use super::materials::Liquid;
+use super::materials::{Liquid, Particle};
 use super::table::{
     Count, Inner, Located, Number, NumberOr, Numbers, NumbersByParticle, OneOf, SceneTable, SomeOf, Texts, MOST_COUNTED,
 };
@@ -339,20 +339,28 @@ pub(super) fn guide() -> [Section; 2] {
     ]
 }
 
-pub(super) fn truth(root: &SceneTable, particles: &[&str], liquids: &[Liquid], model: &ModelChoices) -> Option<Truth> {
+pub(super) fn truth(
+    root: &SceneTable,
+    particles: &[Particle],
+    liquids: &[Liquid],
+    model: &ModelChoices,
+) -> Option<Truth> {
     let table = root.table("truth")?;
+    let names: Vec<&str> = particles.iter().map(|particle| particle.name.as_str()).collect();
     let TrueK {
         dry_k,
         dry_k_by_diameter,
-    } = true_k(&table, particles);
+    } = true_k(&table, &names);
     let inertia = table.read(&TRUE_INERTIA).or(model.inertia);
+    let viscous = table.read(&TRUE_VISCOUS);
+    let viscous = viscous.map(|form| checked_viscous(&table, form, particles));
     let terms = table.read(&TRUE_TERMS).flatten();
     let truth = Truth {
         dry_k,
         dry_k_by_diameter,
         shared: Coefficient::ALL.map(|coefficient| table.read(&shared(coefficient))),
         inertia: inertia.unwrap_or(Inertia::DEFAULT),
-        viscous: table.read(&TRUE_VISCOUS).unwrap_or(model.viscous),
+        viscous: viscous.unwrap_or(model.viscous),
         dry_speed: table.read(&TRUE_DRY_SPEED).map_or(model.dry_speed, dry_speed),
         sigma_dry: table.read(&TRUE_SIGMA_DRY),
         sigma_wet: table.read(&TRUE_SIGMA_WET),

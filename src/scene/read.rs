@@ -78,7 +78,7 @@ fn assemble(root: &SceneTable, path: &Path, sha256: String) -> Option<Scene> {
         liquids: liquids.iter().map(|liquid| liquid.name.as_str()).collect(),
     };
     let data = data(root, path, &scene_names);
-    let model = choices::model(root, &liquids);
+    let model = choices::model(root, &particles, &liquids);
     let priors = choices::priors(root, &names, model.likelihood, &mut unused);
     let sampler = choices::sampler(root);
     let bootstrap = choices::bootstrap(root, &mut unused);
@@ -87,7 +87,7 @@ fn assemble(root: &SceneTable, path: &Path, sha256: String) -> Option<Scene> {
         .iter()
         .filter_map(|t| published(t, &names))
         .collect();
-    let truth = plan::truth(root, &names, &liquids, &model);
+    let truth = plan::truth(root, &particles, &liquids, &model);
     let design = plan::design(root, &names, &liquids);
     let name = scene_name(path);
     Some(Scene {

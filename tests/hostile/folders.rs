@@ -127,7 +127,7 @@ fn predicted(folder: &Path) -> Result<String, Error> {
     let setting = Setting {
         density: particle.density_kg_m3,
         diameter: 4e-3,
-        roughness: 5e-6,
+        roughness: Some(5e-6),
         liquid_density: liquid.density_kg_m3,
         viscosity: liquid.viscosity_pa_s,
         film: 2e-4,

@@ -60,7 +60,7 @@ fn values(scene: &Scene) -> Option<[f64; 9]> {
         screens.min_impact_speed?,
         screens.max_impact_speed?,
         particle.density,
-        particle.roughness,
+        particle.roughness?,
         liquid.density,
         liquid.viscosity,
         liquid.surface_tension?,

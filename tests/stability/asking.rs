@@ -76,7 +76,7 @@ pub fn wet_run<'s, R: Rng>(scene: &'s Scene, diameter: f64, film_ratio: f64, v: 
     let setting = Setting {
         density: particle.density,
         diameter,
-        roughness: 5e-6,
+        roughness: Some(5e-6),
         liquid_density: liquid.density,
         viscosity: liquid.viscosity,
         film: film_ratio * diameter,

@@ -326,7 +326,7 @@ fn rescaled<'s>(
     let mut there = scene.clone();
     for particle in &mut there.particles {
         particle.density *= density;
-        particle.roughness *= metre;
+        particle.roughness = particle.roughness.map(|roughness| roughness * metre);
     }
     for liquid in &mut there.liquids {
         liquid.density *= density;

@@ -138,7 +138,7 @@ fn kept(form: Inertia, x: &[f64]) -> Vec<f64> {
     let setting = Setting {
         density,
         diameter,
-        roughness: 5e-6,
+        roughness: Some(5e-6),
         liquid_density,
         viscosity,
         film,

@@ -28,6 +28,8 @@ pub(super) enum Constant {
 pub(super) struct MaterialsInUse {
     liquids: Vec<usize>,
     particles: Vec<usize>,
+    /// those of the particles whose roughness is given
+    with_roughness: Vec<usize>,
     /// m
     mean_film: f64,
 }
@@ -51,9 +53,12 @@ impl MaterialsInUse {
             (0..count).filter(|index| found[*index]).collect()
         };
         let films = || with_rebounds().flat_map(|series| &runs.film[series.rebounds.clone()]);
+        let particles = has(&|series| series.particle, scene.particles.len());
+        let has_roughness = |index: &usize| scene.particles[*index].roughness.is_some();
         MaterialsInUse {
             liquids: has(&|series| series.liquid, scene.liquids.len()),
-            particles: has(&|series| series.particle, scene.particles.len()),
+            with_roughness: particles.iter().copied().filter(has_roughness).collect(),
+            particles,
             mean_film: films().sum::<f64>() / films().count().max(1) as f64,
         }
     }
@@ -64,22 +69,24 @@ impl MaterialsInUse {
             each: self.liquids.iter().map(|index| of(Some(*index))).collect(),
             always_each,
         };
-        let of_particles = |of: fn(Option<usize>) -> Constant| ConstantKind {
+        let of_particles = |of: fn(Option<usize>) -> Constant, among: &[usize]| ConstantKind {
             all: of(None),
-            each: self.particles.iter().map(|index| of(Some(*index))).collect(),
+            each: among.iter().map(|index| of(Some(*index))).collect(),
             always_each: false,
         };
         let mut kinds = vec![
             of_liquids(Constant::Viscosity, true),
             of_liquids(Constant::LiquidDensity, false),
-            of_particles(Constant::ParticleDensity),
-            of_particles(Constant::Roughness),
-            ConstantKind {
-                all: Constant::Film,
-                each: vec![],
-                always_each: false,
-            },
+            of_particles(Constant::ParticleDensity, &self.particles),
         ];
+        if !self.with_roughness.is_empty() {
+            kinds.push(of_particles(Constant::Roughness, &self.with_roughness));
+        }
+        kinds.push(ConstantKind {
+            all: Constant::Film,
+            each: vec![],
+            always_each: false,
+        });
         // a scale of speeds is one of the runs, not of a material: it is varied where the scene says that it errs
         if scene.data.speed_rel_sd.is_some() {
             kinds.push(ConstantKind {
@@ -97,15 +104,17 @@ impl MaterialsInUse {
             let only = (self.liquids.len() == 1).then(|| self.liquids[0]);
             of(&scene.liquids[index.or(only)?])
         };
-        let of_particle = |index: Option<usize>, of: fn(&Particle) -> Option<f64>| {
-            let only = (self.particles.len() == 1).then(|| self.particles[0]);
+        let of_particle = |index: Option<usize>, among: &[usize], of: fn(&Particle) -> Option<f64>| {
+            let only = (among.len() == 1).then(|| among[0]);
             of(&scene.particles[index.or(only)?])
         };
         match constant {
             Constant::Viscosity(index) => of_liquid(index, |liquid| liquid.viscosity_rel_sd),
             Constant::LiquidDensity(index) => of_liquid(index, |liquid| liquid.density_rel_sd),
-            Constant::ParticleDensity(index) => of_particle(index, |particle| particle.density_rel_sd),
-            Constant::Roughness(index) => of_particle(index, |particle| particle.roughness_rel_sd),
+            Constant::ParticleDensity(index) => of_particle(index, &self.particles, |particle| particle.density_rel_sd),
+            Constant::Roughness(index) => {
+                of_particle(index, &self.with_roughness, |particle| particle.roughness_rel_sd)
+            }
             Constant::Film => None,
             Constant::Speed => scene.data.speed_rel_sd,
             Constant::FilmOffset => scene.data.film_sd.map(|sd| sd / self.mean_film),
@@ -137,7 +146,7 @@ impl MaterialsInUse {
                 for (index, particle) in scene.particles.iter_mut().enumerate() {
                     match constant {
                         Constant::ParticleDensity(_) if meant(index, wanted) => particle.density *= factor,
-                        _ if meant(index, wanted) => particle.roughness *= factor,
+                        _ if meant(index, wanted) => particle.roughness = particle.roughness.map(|own| own * factor),
                         _ => (),
                     }
                 }

@@ -174,7 +174,7 @@ fn outputs_without_constants(
     outputs
 }
 
-/// The parameters of the energy balance and δc of its particles.
+/// The parameters of the energy balance, and δc of those of its particles whose roughness is given.
 fn of_balance(scene: &Scene, balance: &EnergyBalance) -> Vec<(Output, Sensitivity)> {
     let mut outputs = vec![];
     let mut add = |output: Output, result: &str, particle: Option<&String>, estimate: (&Estimate, f64)| {
@@ -198,12 +198,12 @@ fn of_balance(scene: &Scene, balance: &EnergyBalance) -> Vec<(Output, Sensitivit
     }
     let held: HashSet<&String> = balance.particles.iter().collect();
     for (index, particle) in scene.particles.iter().enumerate() {
-        if held.contains(&particle.name) {
+        if let Some(roughness) = particle.roughness.filter(|_| held.contains(&particle.name)) {
             add(
                 Output::CriticalSeparation(index),
                 Quantity::DeltaC.describe().name,
                 Some(&particle.name),
-                (&balance.delta_c_over_roughness, particle.roughness),
+                (&balance.delta_c_over_roughness, roughness),
             );
         }
     }

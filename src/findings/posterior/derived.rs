@@ -9,8 +9,8 @@ use crate::physics::form::Term;
 use crate::physics::loss::Film;
 use crate::physics::quantity::{Place, Quantity, Wetted};
 use crate::physics::{Coefficient, Form};
-use crate::runs::{rounded_film_ratio, Runs, Series};
-use crate::scene::Scene;
+use crate::runs::{rounded_film_ratio, Runs};
+use crate::scene::{Particle, Scene};
 
 /// A quantity with its draws, chain by chain; NaN where a draw leaves none.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,8 +63,8 @@ impl WetSetting {
     }
 }
 
-/// δc/ε, δc of each particle, then e_inf, St_c and the Stokes number of no rebound at each setting of the runs; without a
-/// viscous loss e_inf alone.
+/// δc/ε, δc of each particle whose roughness is given, then e_inf, St_c and the Stokes number of no rebound at each setting
+/// of the runs; without a viscous loss e_inf alone.
 pub fn derived_draws(scene: &Scene, runs: &Runs, form: Form, sampled: &Sampled) -> Vec<DerivedDraws> {
     if runs.series.is_empty() {
         return vec![];
@@ -75,7 +75,7 @@ pub fn derived_draws(scene: &Scene, runs: &Runs, form: Form, sampled: &Sampled) 
     let has_viscous = Term::Viscous.is_held(form);
     let mut all = vec![];
     if form.has(Coefficient::LubricationLog) {
-        let of_l = |quantity: Quantity, roughness: f64| {
+        let of_l = |quantity: Quantity, roughness: Option<f64>| {
             let at = Place {
                 roughness,
                 ..Place::NONE
@@ -87,9 +87,8 @@ pub fn derived_draws(scene: &Scene, runs: &Runs, form: Form, sampled: &Sampled) 
             full.iter().map(value).collect::<Vec<f64>>()
         };
         let ratio = Quantity::DeltaCOverRoughness;
-        all.push(derived(ratio, None, None, chains(of_l(ratio, f64::NAN))));
-        let wet = |particle: usize| !runs.series_in(runs.spheres_of(particle)).is_empty();
-        for (_, particle) in scene.particles.iter().enumerate().filter(|(index, _)| wet(*index)) {
+        all.push(derived(ratio, None, None, chains(of_l(ratio, None))));
+        for particle in with_delta_c(scene, runs) {
             let values = of_l(Quantity::DeltaC, particle.roughness);
             all.push(derived(
                 Quantity::DeltaC,
@@ -149,16 +148,20 @@ fn derived(
     }
 }
 
+/// The particles of the wet runs whose roughness is given.
+fn with_delta_c<'s>(scene: &'s Scene, runs: &'s Runs) -> impl Iterator<Item = &'s Particle> {
+    let particles = runs.wet_particles().map(|index| &scene.particles[index]);
+    particles.filter(|particle| particle.roughness.is_some())
+}
+
 /// How many quantities [`derived_draws`] gives.
-pub fn count_derived(runs: &Runs, form: Form) -> usize {
+pub fn count_derived(scene: &Scene, runs: &Runs, form: Form) -> usize {
     if runs.series.is_empty() {
         return 0;
     }
     let settings = settings(runs, form).len();
-    let of = |series: &Series| series.particle;
-    let particles = || runs.series.chunk_by(|a, b| of(a) == of(b)).count();
     let critical_separations = if form.has(Coefficient::LubricationLog) {
-        1 + particles()
+        1 + with_delta_c(scene, runs).count()
     } else {
         0
     };

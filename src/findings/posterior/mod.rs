@@ -119,7 +119,7 @@ pub fn fit_posterior(
         return Ok(Err(not_sampled));
     }
     let effort = effort(scene);
-    let quantities = parameters.dimension() + derived::count_derived(runs, setup.form);
+    let quantities = parameters.dimension() + derived::count_derived(scene, runs, setup.form);
     check_room(effort, quantities)?;
     let rows = Likelihood::of_rows(scene, runs, setup.form);
     let stream = StreamName::new(least_squares.seed, "posterior");

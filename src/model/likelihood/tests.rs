@@ -135,7 +135,7 @@ fn kept(scene: &Scene, (run, middle): (&NewRun, f64), form: Form, full: &[f64]) 
     let setting = Setting {
         density: scene.particles[index].density,
         diameter: run.diameter,
-        roughness: 5e-6,
+        roughness: Some(5e-6),
         liquid_density: liquid.density,
         viscosity: liquid.viscosity,
         film: run.film.expect("wet").0,

@@ -271,11 +271,22 @@ pub(super) fn energy(page: &mut Page, input: ReportInput) {
         return;
     }
     page.heading("Energy");
-    let why_no_delta_c = input.scene.model.viscous.why_no_critical_separation();
-    let two_l = match why_no_delta_c {
-        None => " gives δc = ε exp(L), with its interval made on the logarithm".to_owned(),
-        Some(why) => format!("; {why}"),
+    let of_form = input.scene.model.viscous.why_no_critical_separation();
+    let of_roughness = || {
+        let why = input.scene.why_no_roughness(input.runs.wet_particles())?;
+        Some(format!("{why}, and so no δc"))
     };
+    let why_no_delta_c = of_form.map(str::to_owned).or_else(of_roughness);
+    let mut wet = input.runs.wet_particles();
+    let some_have_roughness = wet.any(|particle| input.scene.particles[particle].roughness.is_some());
+    let has_delta_c = of_form.is_none() && some_have_roughness;
+    let mut two_l = String::new();
+    if has_delta_c {
+        two_l.push_str(" gives δc = ε exp(L), with its interval made on the logarithm");
+    }
+    if let Some(why) = why_no_delta_c {
+        two_l.push_str(&format!("; {why}"));
+    }
     page.paragraph(&format!(
         "(e_dry² − e_inf²)/ρ̃ is what the liquid's inertia takes, over the density ratio; eq. Eint2 (stepwise) and \
          eq. Eint1 (cap) are the paper's predictions for it. St_c e_inf² = 2 L{two_l}."
@@ -294,9 +305,9 @@ pub(super) fn energy(page: &mut Page, input: ReportInput) {
         .column(Inertia::Stepwise.name(), |row| numbers::significant(row.stepwise, 3))
         .column(Inertia::Cap.name(), |row| numbers::optional(row.cap, 3))
         .estimate(Quantity::StCEInf2, |row| &row.st_c_e_inf2);
-    let table = match why_no_delta_c {
-        None => table.estimate_and_interval(Quantity::DeltaC, |row| &row.delta_c_m, &interval_header(input)),
-        Some(_) => table,
+    let table = match has_delta_c {
+        true => table.estimate_and_interval(Quantity::DeltaC, |row| &row.delta_c_m, &interval_header(input)),
+        false => table,
     };
     page.table(&table);
 }

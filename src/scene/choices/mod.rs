@@ -25,7 +25,7 @@ pub use sampler::{Sampler, MOST_KEPT};
 use super::keys::Section;
 
 pub(super) use bootstrap::bootstrap;
-pub(super) use model::{checked_terms, dry_speed, model, DRY_SPEED_TAKES, TERMS_TAKES, VISCOUS_TAKES};
+pub(super) use model::{checked_terms, checked_viscous, dry_speed, model, DRY_SPEED_TAKES, TERMS_TAKES, VISCOUS_TAKES};
 pub(super) use priors::priors;
 pub(super) use sampler::sampler;
 

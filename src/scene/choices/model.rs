@@ -5,7 +5,7 @@ use crate::physics::form::Term;
 use crate::physics::{DrySpeed, Form, Inertia, Viscous};
 use crate::scene::expect::ABOVE_ZERO;
 use crate::scene::keys::{guides, DefaultsTo, Key, Section};
-use crate::scene::materials::Liquid;
+use crate::scene::materials::{Liquid, Particle};
 use crate::scene::table::{NumberOr, OneOf, QuantityOrWord, SceneTable, SomeOf, Switch};
 use crate::units::Dimension;
 
@@ -198,12 +198,12 @@ pub(in crate::scene) fn guide() -> Section {
     }
 }
 
-pub fn model(root: &SceneTable, liquids: &[Liquid]) -> ModelChoices {
+pub fn model(root: &SceneTable, particles: &[Particle], liquids: &[Liquid]) -> ModelChoices {
     let table = root.table_or_empty("model");
     let choices = ModelChoices {
         dry_speed: dry_speed(table.read(&DRY_SPEED)),
         inertia: table.read(&INERTIA),
-        viscous: table.read(&VISCOUS),
+        viscous: checked_viscous(&table, table.read(&VISCOUS), particles),
         terms: checked_terms(&table, table.read(&TERMS), liquids),
         likelihood: table.read(&LIKELIHOOD),
         dry_k: table.read(&DRY_K),
@@ -221,6 +221,20 @@ pub fn dry_speed(given: QuantityOrWord) -> DrySpeed {
         QuantityOrWord::Quantity(speed) => DrySpeed::Reference(speed),
         QuantityOrWord::Word => DrySpeed::Impact,
     }
+}
+
+/// The form of the viscous loss; lubrication over the whole film wants the roughness of every particle.
+pub fn checked_viscous(table: &SceneTable, form: Viscous, particles: &[Particle]) -> Viscous {
+    let without = particles.iter().find(|particle| particle.roughness.is_none());
+    if let Some(particle) = without.filter(|_| form.reads_roughness()) {
+        let expected = format!(
+            "{} needs the roughness: expected [particles.{}] roughness_um",
+            form.name(),
+            particle.name
+        );
+        table.refuse("viscous", table.at("viscous"), None, expected);
+    }
+    form
 }
 
 /// The terms a table names; a bridge wants the surface tension of every liquid.

@@ -136,11 +136,19 @@ impl Takes for Inner {
 impl<'a, 'i> SceneTable<'a, 'i> {
     /// What the file gives under a key, or what holds without it; what is not taken there is refused.
     pub fn read<K: Reads, A: Absence<K::Value>>(&self, key: &Key<K, A>) -> A::Read {
-        if A::IS_REQUIRED {
-            self.require_key(key.base, key.takes.dimension());
+        if A::IS_REQUIRED && !self.gives(key) {
+            let units = key.takes.dimension().units().iter();
+            let names = units.map(|unit| format!("{}{}", key.base, unit.suffix)).collect();
+            self.read_keys.borrow_mut().missing(names);
         }
         let given = self.with_unit(key, |name, value, to_si| key.takes.read(self, name, value, to_si));
         key.absent.settle(given)
+    }
+
+    /// Whether the file gives a key, in whichever unit.
+    pub fn gives<K: Takes, A>(&self, key: &Key<K, A>) -> bool {
+        let mut units = key.takes.dimension().units().iter();
+        units.any(|unit| self.has(&format!("{}{}", key.base, unit.suffix)))
     }
 
     /// The table under a key.
@@ -212,18 +220,6 @@ impl<'a, 'i> SceneTable<'a, 'i> {
             return None;
         }
         read
-    }
-
-    /// Says so when a required key is missing under each of its units.
-    fn require_key(&self, base: &str, dimension: Dimension) {
-        let keys: Vec<_> = dimension
-            .units()
-            .iter()
-            .map(|unit| format!("{base}{}", unit.suffix))
-            .collect();
-        if !keys.iter().any(|key| self.has(key)) {
-            self.read_keys.borrow_mut().missing(keys);
-        }
     }
 
     fn list(&self, key: &str, value: &Spanned<DeValue>, expect: Expect, to_si: ToSi) -> Option<Vec<f64>> {

@@ -20,7 +20,7 @@ fn setting(rng: &mut ChaCha8Rng) -> Setting {
     Setting {
         density: rng.random_range(900.0..8000.0),
         diameter,
-        roughness: rng.random_range(1e-7..2e-5),
+        roughness: Some(rng.random_range(1e-7..2e-5)),
         liquid_density: rng.random_range(700.0..1300.0),
         viscosity: rng.random_range(1e-3..0.2),
         film: diameter * rng.random_range(0.01..0.4),

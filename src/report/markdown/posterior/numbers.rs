@@ -60,6 +60,9 @@ pub(super) fn derived(page: &mut Page, input: ReportInput, posterior: &Posterior
     let lengths = lengths(&all);
     if !lengths.is_empty() {
         page.table(&lengths);
+        if let Some(why) = input.scene.why_no_roughness(input.runs.wet_particles()) {
+            page.paragraph(&format!("δc = ε exp(L) is missing where ε is: {why}."));
+        }
     }
     let speed = numbers::short(input.scene.model.dry_speed.reference());
     page.paragraph(&format!(

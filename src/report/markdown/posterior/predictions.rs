@@ -71,19 +71,28 @@ pub(super) fn forms(page: &mut Page, input: ReportInput) {
         .iter()
         .find(|check| check.check == LOO_KHAT.code);
     let line = line.map_or(NONE.to_owned(), |check| numbers::significant(check.threshold, 2));
+    let has_roughness = input.scene.why_no_roughness(input.runs.wet_particles()).is_none();
     let unusual = Viscous::NAMED.iter().skip(1);
-    let unusual = unusual.map(|form| format!("`+{}`: {}", form.name(), form.words()));
+    let unusual = unusual.filter(|form| has_roughness || !form.reads_roughness());
+    let unusual: Vec<String> = unusual
+        .map(|form| format!("`+{}`: {}", form.name(), form.words()))
+        .collect();
+    let of_viscous = match unusual.as_slice() {
+        [] => String::new(),
+        some => format!(
+            ", and this scene's with each other form of the viscous loss ({})",
+            some.join(", ")
+        ),
+    };
     page.paragraph(&format!(
-        "Each form of inertia with each dry speed (`stepwise/2`: e_dry at 2 m/s; `/impact`: at the run's own speed), and this scene's \
-         with each other form of the viscous loss ({}), judged \
+        "Each form of inertia with each dry speed (`stepwise/2`: e_dry at 2 m/s; `/impact`: at the run's own speed){of_viscous}, judged \
          on the same runs by PSIS-LOO: elpd is the log density of each run as predicted from the others, summed; \
          difference is to the best form, with the standard error of the differences run by run, and the Monte Carlo error that \
          other draws of both would move it by. This scene's own form is judged by its posterior's draws; another by \
          draws of a Student's t that is adapted to its posterior and weighed by it or, where these weigh too unequally, by \
          trajectories as many as the scene's own. A run whose k-hat is above the line ({line} for the scene's own draws) \
          weighs too much to be left out by weights, and is left out by draws that are made without it, of which it then has \
-         the k-hat; where that is too high as well, the elpd of the form is rough.",
-        unusual.collect::<Vec<String>>().join(", ")
+         the k-hat; where that is too high as well, the elpd of the form is rough."
     ));
     if input.scene.model.series_offsets {
         page.paragraph(
