@@ -8,7 +8,7 @@
 //! | `timing.rs` | times the stages of a fit |
 //! | `draws.rs` | shows draws as they come |
 //! | `defect.rs` | makes one line of a panic |
-//! | `fit.rs`, `check.rs`, `simulate.rs`, `predict.rs`, `trade.rs`, `calibrate.rs` | run the verb of their name |
+//! | `new.rs`, `fit.rs`, `check.rs`, `simulate.rs`, `predict.rs`, `trade.rs`, `calibrate.rs` | run the verb of their name |
 
 mod arguments;
 mod calibrate;
@@ -17,6 +17,7 @@ mod defect;
 mod draws;
 mod fit;
 mod messages;
+mod new;
 mod predict;
 
 mod simulate;
@@ -78,6 +79,7 @@ pub fn run() -> ExitCode {
                 quiet,
             })
         }
+        Verb::New { table, out } => new::new(&table, out, quiet),
         Verb::Check { scene, json } => check::check(&scene, json, quiet),
         Verb::Simulate {
             scene,

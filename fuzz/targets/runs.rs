@@ -1,4 +1,5 @@
-//! Reads any bytes as a table of runs, twice: as it is, and with the header in quotes, which goes another way.
+//! Reads any bytes as a table of runs, twice: as it is, and with the header in quotes, which goes another way; and drafts
+//! a scene from them.
 #![no_main]
 
 use wetcor_fuzz::{assert_told, outcome, Place};
@@ -13,5 +14,9 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     if let Some(rest) = bytes.strip_prefix(b"particle,") {
         let quoted = place.read(&[b"\"particle\",", rest].concat());
         assert_eq!(outcome(&plain), outcome(&quoted));
+    }
+    if let Ok(draft) = wetcor::runs::draft_scene(&place.scene.data.runs[0], "runs.csv") {
+        let scene = wetcor::scene::parse(&draft.text, std::path::Path::new("scene.toml"), String::new());
+        assert_eq!(scene.is_ok(), draft.to_fill_in.is_empty(), "{scene:?}");
     }
 });

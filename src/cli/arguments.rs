@@ -23,6 +23,7 @@ pub(super) struct Arguments {
 
 const EXAMPLES: &str = "\
 Examples:
+  wetcor new runs.csv
   wetcor check datasets/mueller2016/scene.toml
   wetcor fit datasets/mueller2016/scene.toml
   wetcor help scene
@@ -31,6 +32,20 @@ Exit status: 0 ran; 1 ran, and the numbers are not to be quoted; 2 could not run
 
 #[derive(Subcommand)]
 pub(super) enum Verb {
+    /// Draft a scene from a table of runs
+    #[command(after_help = "\
+Example:
+  wetcor new runs.csv
+
+Names the particles and liquids of the table, guesses its columns and says so, and lists every key with its default. What \
+must be filled in is marked; `wetcor check` names it. An existing file is kept.")]
+    New {
+        /// The table: .csv, .tsv, .txt, .parquet or .xlsx (`book.xlsx#May` for another than the first sheet)
+        table: PathBuf,
+        /// File to write [default: scene.toml beside the table]
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
     /// Fit a scene's runs and write the report
     #[command(after_help = "\
 Example:

@@ -8,6 +8,8 @@
 //! | `screen.rs` | says why a checked run is left out |
 //! | `refusals.rs` | gathers what is wrong, cell by cell |
 //! | `decimals.rs` | finds what separates columns and decimals |
+//! | `survey.rs` | says what each column of an unknown table is called and holds |
+//! | `guess.rs` | guesses which column of runs it is |
 //! | `collect.rs` | gathers checked runs into columns and counts what was left out |
 //! | `text.rs` | reads CSV record by record, to accept what the fast reader refuses or to name the bad cell |
 //! | `parquet_footer.rs` | checks the counts a Parquet file states before memory is allocated by them |
@@ -15,6 +17,8 @@
 //! | `parquet.rs` | reads and writes Parquet with polars; with `parquet_footer.rs` the only file that names it |
 //! | `workbook.rs` | reads a sheet of a spreadsheet with calamine; the only file that names it |
 //! | `stream.rs` | reads an ordinary CSV fast, a window of lines at a time on every thread |
+//! | `source.rs` | opens a table, and reads no more of it than a format may have |
+//! | `draft.rs` | drafts a scene from a table |
 //! | `film_groups.rs` | puts runs in groups of one film ratio, and measures how wide each is |
 //! | `spheres.rs` | holds the spheres that have a k of their own |
 //! | `series.rs` | orders runs by series |
@@ -27,8 +31,10 @@
 mod collect;
 mod columns;
 mod decimals;
+mod draft;
 mod errors;
 mod film_groups;
+mod guess;
 mod impacts;
 mod new_run;
 mod parquet;
@@ -38,15 +44,18 @@ mod refusals;
 mod row;
 mod screen;
 mod series;
+mod source;
 mod spheres;
 mod stated_errors;
 mod stream;
+mod survey;
 mod text;
 mod true_speeds;
 mod workbook;
 mod write;
 
 pub use collect::Screened;
+pub use draft::Draft;
 pub use errors::MeasurementErrors;
 pub use film_groups::{rounded_film_ratio, FilmGroup, NEAR_NOMINAL, WIDEST};
 pub use impacts::{by_film, Conditions};
@@ -56,19 +65,17 @@ pub use spheres::{diameter_in_mm, sphere_label, sphere_words, Sphere};
 pub use true_speeds::{SharedSpeed, TrueSpeed, TrueSpeeds, GAP, MOST_SETTINGS};
 pub use write::{Existing, RunWriter};
 
-use std::fs::File;
-use std::io::{Read, Seek};
+use std::io::Read;
 use std::path::Path;
 
 use collect::Collected;
 use refusals::{whole_file, Refused};
+use source::{TableSource, READ};
 
-use crate::encoding;
 use crate::error::{file_name, Error, Problem};
-use crate::files::{self, Input, MOST_OF_LINE, MOST_OF_PARQUET, MOST_OF_PIPE, MOST_OF_WORKBOOK};
 use crate::notice::Notice;
-use crate::scene::{Scene, TableFile};
-use crate::seed::{sha256, Hash};
+use crate::scene::{Naming, Scene, TableFile};
+use crate::seed::sha256;
 
 /// Runs as read, with what a reader should know of them.
 #[derive(Debug)]
@@ -189,45 +196,6 @@ pub fn arrange(scene: &Scene, new: &[NewRun]) -> Runs {
     impacts::arrange(columns, scene)
 }
 
-/// What is being done, as a verb.
-const READ: &str = "read the runs";
-
-/// A table that can be read from its start more than once.
-enum TableSource {
-    /// a regular file, with its length
-    File(File, u64),
-    /// what a pipe held
-    Held(Vec<u8>),
-}
-
-impl TableSource {
-    fn open(path: &Path) -> Result<TableSource, Error> {
-        Ok(match files::open(path, READ)? {
-            Input::File(file, length) => TableSource::File(file, length),
-            Input::Pipe(pipe) => TableSource::Held(pipe.read(path, MOST_OF_PIPE, READ)?),
-        })
-    }
-
-    /// About how many bytes it has.
-    fn length(&self) -> u64 {
-        match self {
-            TableSource::File(_, length) => *length,
-            TableSource::Held(bytes) => bytes.len() as u64,
-        }
-    }
-
-    /// From its start.
-    fn reader(&mut self) -> std::io::Result<Box<dyn Read + Send + '_>> {
-        Ok(match self {
-            TableSource::File(file, _) => {
-                file.rewind()?;
-                Box::new(file)
-            }
-            TableSource::Held(bytes) => Box::new(bytes.as_slice()),
-        })
-    }
-}
-
 /// The fast reader is strict; where it balks, the text reader decides and names what it refuses.
 fn read_csv(source: &mut TableSource, path: &Path, scene: &Scene) -> Result<(Collected, String), Error> {
     let fail = |error: std::io::Error| Error::io(path, READ, error);
@@ -237,21 +205,11 @@ fn read_csv(source: &mut TableSource, path: &Path, scene: &Scene) -> Result<(Col
         return Ok(read);
     }
     // once to see that it is text, of which every later step is then sure, and once more for the runs
-    let (mut hash, mut bytes) = (Hash::default(), 0);
-    let checked = encoding::check(source.reader().map_err(fail)?, MOST_OF_LINE, |piece| {
-        hash.update(piece);
-        bytes += piece.len();
-    });
-    let checked = checked.map_err(fail)?;
-    if bytes == 0 {
-        let problem = whole_file("the file is empty", "a header line and one line a run");
-        return Err(Error::input(path, vec![problem]));
-    }
-    checked.map_err(|problem| Error::input(path, vec![problem]))?;
+    let sha256 = source.check_text(path)?;
     let separator = text::separator(source.reader().map_err(fail)?, &scene.data.naming).map_err(fail)?;
     let collected = read_text(source.reader().map_err(fail)?, separator, scene);
     let collected = collected.map_err(|refused| refuse(path, refused))?;
-    Ok((collected, hash.finish()))
+    Ok((collected, sha256))
 }
 
 /// The runs of a CSV that was checked to be text.
@@ -263,35 +221,46 @@ fn read_text(source: impl Read, separator: u8, scene: &Scene) -> Result<Collecte
 }
 
 fn read_parquet(source: TableSource, path: &Path, scene: &Scene) -> Result<(Collected, String), Error> {
-    let bytes = match source {
-        TableSource::File(mut file, length) => {
-            // the end of the file says whether it is worth reading
-            let end = parquet_footer::last_bytes(&mut file, length).map_err(|error| Error::io(path, READ, error))?;
-            parquet::parquet_ends(&end).map_err(|problems| refuse(path, problems.into()))?;
-            file.rewind().map_err(|error| Error::io(path, READ, error))?;
-            files::read_file(&file, length, path, MOST_OF_PARQUET, READ)?
-        }
-        TableSource::Held(bytes) => bytes,
-    };
-    if bytes.is_empty() {
-        let problem = whole_file("the file is empty", "a Parquet table with one row a run");
-        return Err(Error::input(path, vec![problem]));
-    }
+    let bytes = source.parquet(path)?;
     let (collected, sha256) = rayon::join(|| parquet::read_parquet(&bytes, scene), || sha256(&bytes));
     Ok((collected.map_err(|refused| refuse(path, refused))?, sha256))
 }
 
 fn read_workbook(source: TableSource, file: &TableFile, scene: &Scene) -> Result<(Collected, String), Error> {
+    let bytes = source.workbook(&file.path)?;
+    let sheet = sheet(&bytes, file)?;
+    let shown = file.of_sheet(&sheet.name).shown();
+    let (collected, sha256) = rayon::join(|| workbook::read_sheet(sheet, scene), || sha256(&bytes));
+    Ok((collected.map_err(|refused| refuse(&shown, refused))?, sha256))
+}
+
+fn sheet(bytes: &[u8], file: &TableFile) -> Result<workbook::Sheet, Error> {
+    let sheet = workbook::Sheet::read(bytes, file.sheet.as_deref());
+    sheet.map_err(|problems| Error::input(&file.shown(), problems))
+}
+
+/// Drafts a scene from a table that it is to name `runs`.
+///
+/// Fails where the table cannot be read, or has no rows.
+pub fn draft_scene(file: &TableFile, runs: &str) -> Result<Draft, Error> {
     let path = file.path.as_path();
-    let bytes = match source {
-        TableSource::File(file, length) => files::read_file(&file, length, path, MOST_OF_WORKBOOK, READ)?,
-        TableSource::Held(bytes) => bytes,
+    let refused = |problems: Vec<Problem>| Error::input(&file.shown(), problems);
+    let mut source = TableSource::open(path)?;
+    let survey = if file.ends_with(".parquet") {
+        parquet::survey_parquet(&source.parquet(path)?).map_err(refused)?
+    } else if file.ends_with(TableFile::WORKBOOK) {
+        workbook::survey_sheet(sheet(&source.workbook(path)?, file)?)
+    } else {
+        source.check_text(path)?;
+        let fail = |error: std::io::Error| Error::io(path, READ, error);
+        let separator = text::separator(source.reader().map_err(fail)?, &Naming::default()).map_err(fail)?;
+        let mut text = text::Text::new(source.reader().map_err(fail)?, separator);
+        text.survey().map_err(refused)?
     };
-    let (collected, sha256) = rayon::join(
-        || workbook::read_workbook(&bytes, file.sheet.as_deref(), scene),
-        || sha256(&bytes),
-    );
-    Ok((collected.map_err(|refused| refuse(&file.shown(), refused))?, sha256))
+    if survey.rows == 0 {
+        return Err(refused(vec![whole_file("no runs below the header", "one row a run")]));
+    }
+    Ok(draft::draft(&survey, runs))
 }
 
 fn refuse(path: &Path, refused: Refused) -> Error {

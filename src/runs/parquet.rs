@@ -11,6 +11,7 @@ use super::new_run::NewRun;
 use super::parquet_footer;
 use super::refusals::{readable, CellPlace, Refusals, Refused};
 use super::row::{check_row, BadCell, RowChecker};
+use super::survey::Survey;
 use super::text::too_many_columns;
 use crate::error::{quoted, Problem};
 use crate::files::MOST_COLUMNS;
@@ -21,14 +22,51 @@ pub(super) fn parquet_ends(end: &[u8]) -> Result<(), Vec<Problem>> {
     polars(|| parquet_footer::check_mark(end))
 }
 
-/// Reads a Parquet file. Fails with every bad cell named by row and column.
-pub(super) fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Refused> {
+/// The columns of a Parquet file with their types.
+fn schema_of(bytes: &[u8]) -> Result<(Arc<ArrowSchema>, Vec<String>), Vec<Problem>> {
     polars(|| parquet_footer::check_footer(bytes))?;
     let schema = polars(|| ParquetReader::new(Cursor::new(bytes)).schema())?;
     let header: Vec<String> = schema.iter_names().map(|name| name.to_string()).collect();
     if header.len() > MOST_COLUMNS {
-        return Err(vec![too_many_columns(header.len(), None)].into());
+        return Err(vec![too_many_columns(header.len(), None)]);
     }
+    Ok((schema, header))
+}
+
+/// The columns of these names.
+fn columns_named(bytes: &[u8], names: Vec<String>) -> Result<DataFrame, Vec<Problem>> {
+    polars(|| parquet_footer::check_counts(bytes, &names))?;
+    polars(|| {
+        let reader = ParquetReader::new(Cursor::new(bytes));
+        reader.with_columns(Some(names)).finish()
+    })
+}
+
+/// Reads a Parquet file for what stands in its columns; of a column of a type that runs cannot have, only its name is told.
+pub(super) fn survey_parquet(bytes: &[u8]) -> Result<Survey, Vec<Problem>> {
+    let (schema, header) = schema_of(bytes)?;
+    let is_known = |name: &&String| {
+        let field = schema.get(name.as_str());
+        field.is_some_and(|field| is_readable(&field.dtype, true) || is_readable(&field.dtype, false))
+    };
+    let known: Vec<String> = header.iter().filter(is_known).cloned().collect();
+    let frame = columns_named(bytes, known)?;
+    let mut survey = Survey::new(header);
+    survey.rows = frame.height();
+    for column in &mut survey.columns {
+        let Ok(given) = frame.column(&column.name) else {
+            continue;
+        };
+        let texts = polars(|| given.cast(&DataType::String))?;
+        let texts = polars(|| texts.str().cloned())?;
+        texts.iter().for_each(|cell| column.add(cell));
+    }
+    Ok(survey)
+}
+
+/// Reads a Parquet file. Fails with every bad cell named by row and column.
+pub(super) fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Refused> {
+    let (schema, header) = schema_of(bytes)?;
     let layout = TableLayout::new(&header, None, &scene.data.naming)?;
     let wanted = wanted(&layout);
     let mut refusals = Refusals::new(&layout);
@@ -48,11 +86,7 @@ pub(super) fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Ref
     refusals.or(())?;
     // only what is used: another column may have a type this reader does not know
     let names: Vec<String> = wanted.iter().map(|(_, place)| place.name.clone()).collect();
-    polars(|| parquet_footer::check_counts(bytes, &names))?;
-    let frame = polars(|| {
-        let reader = ParquetReader::new(Cursor::new(bytes));
-        reader.with_columns(Some(names)).finish()
-    })?;
+    let frame = columns_named(bytes, names)?;
     let mut refusals = Refusals::new(&layout);
     let mut columns = vec![];
     let mut decimals = Decimals::default();

@@ -9,6 +9,7 @@ use super::columns::TableLayout;
 use super::decimals::{separator_of, Decimals};
 use super::refusals::{whole_file, CellPlace, Refusals, Refused};
 use super::row::{check_row, BadCell, RawRow, RowChecker};
+use super::survey::Survey;
 use crate::encoding::{line_of, BYTE_ORDER_MARK};
 use crate::error::{quoted, Problem};
 use crate::files::{MOST_COLUMNS, MOST_OF_LINE};
@@ -105,6 +106,17 @@ impl<R: Read> Text<R> {
             .map(|cell| cell_text(cell).trim().to_owned())
             .collect();
         Ok(Header { names, line })
+    }
+
+    /// Reads all of it for what stands in its columns.
+    pub fn survey(&mut self) -> Result<Survey, Vec<Problem>> {
+        let mut survey = Survey::new(self.header()?.names);
+        while self.next_record().map_err(|problem| vec![problem])? {
+            if self.record.iter().any(|cell| !cell.is_empty()) {
+                survey.add(self.record.iter().map(|cell| std::str::from_utf8(cell).ok()));
+            }
+        }
+        Ok(survey)
     }
 
     /// Reads every row below the header, which was read before.

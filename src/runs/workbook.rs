@@ -3,12 +3,14 @@
 use std::io::Cursor;
 
 use calamine::{DataRef, Reader, Xlsx};
+use zip::result::ZipError;
 
 use super::collect::Collected;
 use super::columns::TableLayout;
 use super::decimals::Decimals;
 use super::refusals::{readable, whole_file, CellPlace, Refusals, Refused};
 use super::row::{check_row, BadCell, RowChecker};
+use super::survey::Survey;
 use super::text::too_many_columns;
 use crate::error::{quoted, Problem};
 use crate::files::{MOST_COLUMNS, MOST_UNPACKED};
@@ -32,24 +34,12 @@ struct SheetRow {
     cells: Vec<Held>,
 }
 
-/// Reads a sheet of a workbook, the first where none is named; what the formulas gave stands for them. Fails with every bad
-/// cell named by row and column.
-pub(super) fn read_workbook(bytes: &[u8], sheet: Option<&str>, scene: &Scene) -> Result<Collected, Refused> {
-    check_unpacked(bytes)?;
-    let mut book: Xlsx<_> = workbook(|| Xlsx::new(Cursor::new(bytes)))?;
-    let sheet = sheet_named(&book.sheet_names(), sheet)?;
-    let rows = sheet_rows(&mut book, &sheet)?;
-    let mut rows = rows.into_iter();
-    let Some(header) = rows.next() else {
-        return Err(vec![in_sheet(
-            &sheet,
-            "it is empty",
-            "a row of column names and one row a run",
-        )]
-        .into());
-    };
-    let names: Vec<String> = header.cells.iter().map(Held::name).collect();
-    let layout = TableLayout::new(&names, Some(header.number as u64), &scene.data.naming)?;
+/// Reads the runs of a sheet. Fails with every bad cell named by row and column.
+pub(super) fn read_sheet(sheet: Sheet, scene: &Scene) -> Result<Collected, Refused> {
+    let Sheet {
+        header, names, rows, ..
+    } = sheet;
+    let layout = TableLayout::new(&names, Some(header as u64), &scene.data.naming)?;
     let mut refusals = Refusals::new(&layout);
     let has_film_ratio = layout.gives(RunColumn::FilmRatio);
     let mut checker = RowChecker::new(scene, has_film_ratio);
@@ -104,21 +94,65 @@ pub(super) fn read_workbook(bytes: &[u8], sheet: Option<&str>, scene: &Scene) ->
     refusals.or(collected)
 }
 
+/// Reads a sheet for what stands in its columns.
+pub(super) fn survey_sheet(sheet: Sheet) -> Survey {
+    let mut survey = Survey::new(sheet.names);
+    for row in sheet.rows {
+        let texts: Vec<Option<String>> = row.cells.iter().map(Held::text).collect();
+        survey.add(texts.iter().map(Option::as_deref));
+    }
+    survey
+}
+
+/// A sheet with a header; what the formulas gave stands for them.
+pub(super) struct Sheet {
+    pub name: String,
+    /// the row of the header, from 1
+    header: usize,
+    names: Vec<String>,
+    /// those below the header that are not empty
+    rows: std::vec::IntoIter<SheetRow>,
+}
+
+impl Sheet {
+    /// That of a workbook which is named, or the first.
+    pub fn read(bytes: &[u8], sheet: Option<&str>) -> Result<Sheet, Vec<Problem>> {
+        check_unpacked(bytes)?;
+        let mut book: Xlsx<_> = workbook(|| Xlsx::new(Cursor::new(bytes)))?;
+        let sheet = sheet_named(&book.sheet_names(), sheet)?;
+        let mut rows = sheet_rows(&mut book, &sheet)?.into_iter();
+        let expected = "a row of column names and one row a run";
+        let header = rows
+            .next()
+            .ok_or_else(|| vec![in_sheet(&sheet, "it is empty", expected)])?;
+        Ok(Sheet {
+            header: header.number,
+            names: header.cells.iter().map(Held::name).collect(),
+            name: sheet,
+            rows,
+        })
+    }
+}
+
 /// Does a step of reading a workbook.
 fn workbook<T, E: std::fmt::Display>(step: impl FnOnce() -> Result<T, E>) -> Result<T, Vec<Problem>> {
     readable("workbook", step)
 }
 
-/// Refuses an archive that says it unpacks to more than a table of runs has.
+/// Refuses an archive whose directory says that it unpacks to more than a table of runs has.
 fn check_unpacked(bytes: &[u8]) -> Result<(), Vec<Problem>> {
-    let archive = workbook(|| zip::ZipArchive::new(Cursor::new(bytes)))?;
-    match archive.decompressed_size() {
-        Some(size) if size <= u128::from(MOST_UNPACKED) => Ok(()),
-        _ => Err(vec![whole_file(
-            "too large a workbook",
-            &format!("at most {} MiB unpacked", MOST_UNPACKED >> 20),
-        )]),
+    let size = workbook(|| {
+        let mut archive = zip::ZipArchive::new(Cursor::new(bytes))?;
+        let mut files = 0..archive.len();
+        files.try_fold(0u64, |sum, file| {
+            Ok::<_, ZipError>(sum.saturating_add(archive.by_index_raw(file)?.size()))
+        })
+    })?;
+    if size > MOST_UNPACKED {
+        let expected = format!("at most {} MiB unpacked", MOST_UNPACKED >> 20);
+        return Err(vec![whole_file("too large a workbook", &expected)]);
     }
+    Ok(())
 }
 
 /// The sheet to read.

@@ -9,9 +9,6 @@ use super::table::{Located, Number, Numbers, SceneTable, TextOrTexts};
 use crate::error::quoted;
 use crate::units::Dimension;
 
-/// What the name of a table of runs ends with.
-const TABLE_ENDINGS: [&str; 5] = [".csv", ".tsv", ".txt", TableFile::WORKBOOK, ".parquet"];
-
 /// Which runs, and which of them are used.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Data {
@@ -47,6 +44,17 @@ impl TableFile {
     /// What ends the name of a workbook.
     pub const WORKBOOK: &str = ".xlsx";
 
+    /// What the name of a table may end with.
+    const ENDINGS: [&str; 5] = [".csv", ".tsv", ".txt", TableFile::WORKBOOK, ".parquet"];
+
+    /// What is expected of its name.
+    pub const ENDING_EXPECTED: &str = "a file ending in .csv, .tsv, .txt, .xlsx or .parquet";
+
+    /// Whether its name says that it is a table.
+    pub fn has_known_ending(&self) -> bool {
+        TableFile::ENDINGS.iter().any(|ending| self.ends_with(ending))
+    }
+
     /// The table that a scene names; the name of a sheet stands after that of its workbook.
     pub fn named(folder: Option<&Path>, name: &str) -> TableFile {
         let lower = name.to_ascii_lowercase();
@@ -60,6 +68,14 @@ impl TableFile {
         TableFile {
             path: folder.map_or_else(|| PathBuf::from(file), |folder| folder.join(file)),
             sheet,
+        }
+    }
+
+    /// The same file, with a sheet of it.
+    pub fn of_sheet(&self, sheet: &str) -> TableFile {
+        TableFile {
+            path: self.path.clone(),
+            sheet: Some(sheet.to_owned()),
         }
     }
 
@@ -198,6 +214,7 @@ pub(super) fn guide() -> Section {
     ]));
     Section {
         head: "[data]",
+        may_be_empty: false,
         about: "Which tables hold the runs, what they call things, and which runs are used".to_owned(),
         keys,
     }
@@ -242,8 +259,8 @@ fn runs(table: &SceneTable, path: &Path) -> Vec<TableFile> {
     for Located { value: name, at } in &names {
         let refuse = |expected: &str| table.refuse(RUNS.base, *at, Some(quoted(name)), expected);
         let file = TableFile::named(path.parent(), name);
-        if !TABLE_ENDINGS.iter().any(|ending| file.ends_with(ending)) {
-            refuse("expected a file ending in .csv, .tsv, .txt, .xlsx or .parquet");
+        if !file.has_known_ending() {
+            refuse(&format!("expected {}", TableFile::ENDING_EXPECTED));
         }
         if runs.contains(&file) {
             refuse("expected every table once");

@@ -18,6 +18,7 @@ pub fn guide() -> Vec<Section> {
 fn columns() -> Section {
     Section {
         head: "Columns of a table of runs",
+        may_be_empty: false,
         about: "Not in the scene: the header of the table, one row a run. Empty cells and `NA` are missing".to_owned(),
         keys: RunColumn::ALL.map(RunColumn::guide).to_vec(),
     }
@@ -96,7 +97,7 @@ fn other_suffixes(key: &KeyGuide) -> impl Iterator<Item = &'static str> {
 }
 
 /// A text in lines of at most 100 letters, where no word is longer, each after some blanks.
-fn wrapped(text: &str, indent: &str) -> String {
+pub(crate) fn wrapped(text: &str, indent: &str) -> String {
     const WIDTH: usize = 100;
     let mut lines: Vec<String> = vec![];
     for word in text.split(' ') {

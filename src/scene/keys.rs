@@ -133,6 +133,8 @@ pub struct Section {
     pub head: &'static str,
     /// what it holds, in a sentence without its full stop
     pub about: String,
+    /// whether it says no more than no such table where it has no keys
+    pub may_be_empty: bool,
     /// its keys, in the order they are told
     pub keys: Vec<KeyGuide>,
 }

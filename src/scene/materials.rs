@@ -39,6 +39,11 @@ pub struct Liquid {
     pub surface_tension: Option<f64>,
 }
 
+/// What the tables of particles stand under.
+pub(super) const PARTICLES: &str = "particles";
+/// What the tables of liquids stand under.
+pub(super) const LIQUIDS: &str = "liquids";
+
 const PARTICLE_DENSITY: Key<Number, Required> = Key {
     base: "density",
     takes: Number(Dimension::Density, ABOVE_ZERO),
@@ -108,12 +113,14 @@ pub(super) fn guide() -> [Section; 2] {
     [
         Section {
             head: "[particles.NAME]",
-            about: format!("A kind of sphere; NAME is {NAME_RULE}"),
+            may_be_empty: false,
+            about: format!("A kind of sphere, by {NAME_RULE}"),
             keys: guides(&[&PARTICLE_DENSITY, &DENSITY_REL_SD, &ROUGHNESS, &ROUGHNESS_REL_SD]),
         },
         Section {
             head: "[liquids.NAME]",
-            about: "A liquid; none where every run is dry".to_owned(),
+            may_be_empty: false,
+            about: format!("A liquid, by {NAME_RULE}; none where every run is dry"),
             keys: guides(&[
                 &LIQUID_DENSITY,
                 &DENSITY_REL_SD,
@@ -127,7 +134,7 @@ pub(super) fn guide() -> [Section; 2] {
 
 /// Reads the particles, in the order of the file.
 pub(super) fn particles(root: &SceneTable) -> Vec<Particle> {
-    named_tables(root, "particles", |name, table| {
+    named_tables(root, PARTICLES, |name, table| {
         let density = table.read(&PARTICLE_DENSITY);
         let roughness = table.read(&ROUGHNESS);
         let density_rel_sd = table.read(&DENSITY_REL_SD);
@@ -150,7 +157,7 @@ pub(super) fn particles(root: &SceneTable) -> Vec<Particle> {
 
 /// Reads the liquids, in the order of the file.
 pub(super) fn liquids(root: &SceneTable) -> Vec<Liquid> {
-    named_tables(root, "liquids", |name, table| {
+    named_tables(root, LIQUIDS, |name, table| {
         if name == DRY {
             let expected = "expected another name: runs without liquid are marked so";
             table.refuse("", table.at(""), Some(quoted(&name)), expected);
@@ -175,7 +182,7 @@ pub(super) fn liquids(root: &SceneTable) -> Vec<Liquid> {
 fn named_tables<T>(root: &SceneTable, kind: &str, read: impl Fn(String, &SceneTable) -> Option<T>) -> Vec<T> {
     let found = root.table(kind);
     let given = found.as_ref().map_or(root.has(kind), |table| !table.keys().is_empty());
-    if kind == "particles" && !given {
+    if kind == PARTICLES && !given {
         root.refuse_whole("missing table [particles.NAME]");
     }
     let Some(table) = found else {

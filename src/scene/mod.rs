@@ -12,9 +12,9 @@
 //! | `trial.rs` | tries a prior where sampling will go |
 //! | `materials.rs` | the particles and the liquids |
 //! | `choices/` | the model, prior, sampler and bootstrap tables |
+//! | `naming.rs` | what a table calls its columns and its words, and what it leaves unsaid |
 //! | `plan.rs` | the truth and design tables of a simulation |
 //! | `published.rs` | numbers from the literature |
-//! | `naming.rs` | what a table calls its columns and its words, and what it leaves unsaid |
 //! | `data.rs` | which tables hold the runs, and which of their runs are used |
 //! | `contents.rs` | a [`Scene`]: everything that does not change from run to run |
 //! | `read.rs` | turns a scene file into one |
@@ -49,10 +49,11 @@ pub(crate) use choices::{NoiseParameter, NU, SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERI
 pub use contents::Scene;
 pub use data::{Data, Screens, TableFile};
 pub use expect::LARGEST_FILM_RATIO;
+pub(crate) use guide::wrapped;
 pub use guide::{guide, markdown, plain};
 pub use keys::{KeyGuide, Section, Without};
 pub use materials::{Liquid, Particle};
-pub use names::{closest, letters_apart, name_expected, name_is_allowed, DRY, MISSING, NAME_RULE};
+pub use names::{closest, letters_apart, name_expected, name_is_allowed, DRY, FILL_IN, MISSING, NAME_RULE};
 pub use naming::{Constant, ConstantValue, HeightsTo, Naming};
 pub use overwriting::why_not_overwritten;
 pub use plan::{Design, DesignSpeeds, KOfDiameter, NoiseShape, Truth};

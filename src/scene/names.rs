@@ -6,6 +6,9 @@ pub const DRY: &str = "dry";
 /// How a table of runs marks a missing cell, besides leaving it empty.
 pub const MISSING: &str = "NA";
 
+/// What a drafted scene has in the place of a value that only its author knows.
+pub const FILL_IN: &str = "fill in";
+
 /// What a name of a particle or a liquid may hold.
 pub const NAME_RULE: &str = "a name of letters, digits, `_`, `-` and `.`";
 

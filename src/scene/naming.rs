@@ -2,7 +2,7 @@
 
 use super::expect::{ABOVE_ZERO, FINITE};
 use super::keys::{guides, DefaultsTo, Key, KeyGuide, Optional};
-use super::names::{closest, DRY, MISSING};
+use super::names::{closest, DRY, FILL_IN, MISSING};
 use super::run_columns::RunColumn;
 use super::table::{Inner, OneOf, SceneTable};
 
@@ -113,7 +113,9 @@ fn columns(data: &SceneTable) -> Option<Vec<(String, String)>> {
         let Some(theirs) = table.text(&ours) else {
             continue;
         };
-        if columns.iter().any(|(_, other)| *other == theirs) {
+        if theirs == FILL_IN {
+            table.refuse_given(&ours, "the name that the table gives this column");
+        } else if columns.iter().any(|(_, other)| *other == theirs) {
             table.refuse_given(&ours, "a column that stands for no other");
         }
         columns.push((ours, theirs));

@@ -7,6 +7,7 @@ use super::choices::{
 use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE};
 use super::keys::{guides, DefaultsTo, Guided, Key, Optional, Section};
 use super::materials::{Liquid, Particle};
+use super::naming::SceneNames;
 use super::table::{
     Count, Inner, Located, Number, NumberOr, Numbers, NumbersByParticle, OneOf, SceneTable, SomeOf, Texts, MOST_COUNTED,
 };
@@ -157,7 +158,7 @@ const TRUE_DRY_K: Key<Inner, Optional> = Key {
 };
 
 /// What is to be said of a parameter of the truth that has no default.
-const WANTED: &str = "nothing can be simulated that wants it";
+const WANTED: &str = "a simulation that needs it is refused";
 
 /// The key of a parameter that particles share.
 fn shared(coefficient: Coefficient) -> Key<Number, Optional> {
@@ -320,11 +321,13 @@ pub(super) fn guide() -> [Section; 2] {
     [
         Section {
             head: "[truth]",
+            may_be_empty: false,
             about: "The parameters that simulated runs are drawn from; of a fit only the report reads them".to_owned(),
             keys: truth,
         },
         Section {
             head: "[design]",
+            may_be_empty: false,
             about: "The settings that simulated runs are made at".to_owned(),
             keys: guides(&[
                 &DIAMETER,
@@ -341,16 +344,15 @@ pub(super) fn guide() -> [Section; 2] {
 
 pub(super) fn truth(
     root: &SceneTable,
-    particles: &[Particle],
-    liquids: &[Liquid],
+    names: &[&str],
+    (particles, liquids): (&[Particle], &[Liquid]),
     model: &ModelChoices,
 ) -> Option<Truth> {
     let table = root.table("truth")?;
-    let names: Vec<&str> = particles.iter().map(|particle| particle.name.as_str()).collect();
     let TrueK {
         dry_k,
         dry_k_by_diameter,
-    } = true_k(&table, &names);
+    } = true_k(&table, names);
     let inertia = table.read(&TRUE_INERTIA).or(model.inertia);
     let viscous = table.read(&TRUE_VISCOUS);
     let viscous = viscous.map(|form| checked_viscous(&table, form, particles));
@@ -423,16 +425,16 @@ fn by_diameter(table: &SceneTable) -> Vec<KOfDiameter> {
     all
 }
 
-pub(super) fn design(root: &SceneTable, particles: &[&str], liquids: &[Liquid]) -> Option<Design> {
+pub(super) fn design(root: &SceneTable, names: &SceneNames) -> Option<Design> {
     let table = root.table("design")?;
-    let diameters = table.by_particle(&DIAMETER, particles);
-    let film_ratios = table.by_particle(&FILM_RATIOS, particles);
+    let diameters = table.by_particle(&DIAMETER, &names.particles);
+    let film_ratios = table.by_particle(&FILM_RATIOS, &names.particles);
     let mut used = vec![];
     for name in table.read(&LIQUIDS).unwrap_or_default() {
-        match liquids.iter().position(|liquid| liquid.name == name.value) {
+        match names.liquids.iter().position(|liquid| *liquid == name.value) {
             Some(liquid) => used.push(liquid),
             None => {
-                let names = liquids.iter().map(|liquid| liquid.name.as_str());
+                let names = names.liquids.iter().copied();
                 let name = Located {
                     value: name.value.as_str(),
                     at: name.at,
@@ -449,9 +451,9 @@ pub(super) fn design(root: &SceneTable, particles: &[&str], liquids: &[Liquid]) 
     }
     let fallen = heights.map(|hs| hs.into_iter().map(numbers::free_fall_speed).collect());
     let design = Design {
-        diameters: diameters.unwrap_or_else(|| vec![vec![]; particles.len()]),
+        diameters: diameters.unwrap_or_else(|| vec![vec![]; names.particles.len()]),
         liquids: used,
-        film_ratios: film_ratios.unwrap_or_else(|| vec![vec![]; particles.len()]),
+        film_ratios: film_ratios.unwrap_or_else(|| vec![vec![]; names.particles.len()]),
         speeds: DesignSpeeds(fallen.or(speeds).unwrap_or_default()),
         dry_speeds: table.read(&DRY_IMPACT_SPEED).unwrap_or_default(),
         repeats: table.read(&REPEATS),

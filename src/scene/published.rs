@@ -142,6 +142,7 @@ const SOURCE: Key<Text, Required> = Key {
 pub(super) fn guide() -> Section {
     Section {
         head: "[[published]]",
+        may_be_empty: false,
         about: "A number from the literature, to set beside ours; one table for each".to_owned(),
         keys: guides(&[&QUANTITY, &PARTICLE, &OF_FILM_RATIO, &LAW, &VALUE, &SE, &SOURCE]),
     }

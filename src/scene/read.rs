@@ -6,7 +6,7 @@ use super::contents::Scene;
 use super::data::data;
 use super::document::Document;
 use super::keys::{guides, Key, Optional, Section};
-use super::materials::{liquids, particles};
+use super::materials::{liquids, particles, LIQUIDS, PARTICLES};
 use super::naming::SceneNames;
 use super::published::published;
 use super::table::{SceneTable, Text};
@@ -36,6 +36,7 @@ const SOURCE: Key<Text, Optional> = Key {
 pub(super) fn guide() -> Section {
     Section {
         head: "",
+        may_be_empty: true,
         about: "What the report says of itself".to_owned(),
         keys: guides(&[&TITLE, &SOURCE]),
     }
@@ -72,23 +73,25 @@ fn assemble(root: &SceneTable, path: &Path, sha256: String) -> Option<Scene> {
     let source = root.read(&SOURCE);
     let particles = particles(root);
     let liquids = liquids(root);
-    let names: Vec<&str> = particles.iter().map(|p| p.name.as_str()).collect();
-    let scene_names = SceneNames {
-        particles: names.clone(),
-        liquids: liquids.iter().map(|liquid| liquid.name.as_str()).collect(),
+    // also of tables that lack something: a name in one is known
+    let names = [PARTICLES, LIQUIDS].map(|kind| root.keys_of(kind));
+    let [particle_names, liquid_names] = names.each_ref().map(|names| names.iter().map(String::as_str).collect());
+    let names = SceneNames {
+        particles: particle_names,
+        liquids: liquid_names,
     };
-    let data = data(root, path, &scene_names);
+    let data = data(root, path, &names);
     let model = choices::model(root, &particles, &liquids);
-    let priors = choices::priors(root, &names, model.likelihood, &mut unused);
+    let priors = choices::priors(root, &names.particles, model.likelihood, &mut unused);
     let sampler = choices::sampler(root);
     let bootstrap = choices::bootstrap(root, &mut unused);
     let published = root
         .tables("published")
         .iter()
-        .filter_map(|t| published(t, &names))
+        .filter_map(|t| published(t, &names.particles))
         .collect();
-    let truth = plan::truth(root, &particles, &liquids, &model);
-    let design = plan::design(root, &names, &liquids);
+    let truth = plan::truth(root, &names.particles, (&particles, &liquids), &model);
+    let design = plan::design(root, &names);
     let name = scene_name(path);
     Some(Scene {
         file: path.to_path_buf(),

@@ -2,9 +2,9 @@
 
 The bytes are those that the programs document, not their own: Excel separates by the list separator of the system's region
 (semicolons and decimal commas in a German one), ends lines with CR LF, and puts a byte-order mark before "CSV UTF-8" only;
-its "Text (Tab delimited)" has tabs. Below a table whose rows were cleared it writes lines of separators. LibreOffice
-separates by commas, ends lines with LF, and quotes what has a comma. Google Sheets does so with CR LF and without an end of
-the last line.
+its "Text (Tab delimited)" has tabs. Below a table whose rows were cleared it writes lines of separators. Google Sheets
+separates by commas, quotes what has one, ends lines with CR LF and leaves the last line without an end. What LibreOffice
+writes it wrote itself (libreoffice.py).
 """
 
 from pathlib import Path
@@ -46,7 +46,6 @@ write("excel_english", table([HEADER] + ROWS, end="\r\n"))
 write("excel_german", table(all_german, ";", "\r\n"))
 write("excel_german_utf8_with_cleared_rows", "\ufeff" + table(all_german, ";", "\r\n") + 3 * (";" * 6 + "\r\n"))
 write("excel_german_tabs", table(all_german, "\t", "\r\n"))
-write("libreoffice_german", table(all_german, quoted=needs_quotes))
 write("google_german", table(all_german, end="\r\n", quoted=needs_quotes).removesuffix("\r\n"))
 
 names = {"particle": "Kugel", "liquid": "Flüssigkeit", "film_um": "Film (µm)", "impact_speed_m_s": "v_i, m/s"}

@@ -185,6 +185,35 @@ fn any_text_is_a_table_of_runs_or_an_error_in_plain_lines() {
     assert!(read.get() > 100, "{read:?}");
 }
 
+/// A drafted scene lacks what it says, marked, and nothing else.
+#[test]
+fn any_table_has_a_draft_that_lacks_what_it_says_or_an_error_in_plain_lines() {
+    let folder = Folder::new();
+    let drafted = std::cell::Cell::new(0);
+    let name = "any_table_has_a_draft_that_lacks_what_it_says_or_an_error_in_plain_lines";
+    hold(name, 3000, damaged(RUNS), |text| {
+        let path = folder.write("runs.csv", &text);
+        let draft = match runs::draft_scene(&path.into(), "runs.csv") {
+            Err(error) => {
+                assert_told(&error, "runs.csv");
+                return;
+            }
+            Ok(draft) => draft,
+        };
+        drafted.set(drafted.get() + 1);
+        match folder.scene(&draft.text) {
+            Ok(_) => assert!(draft.to_fill_in.is_empty(), "{:?}", draft.to_fill_in),
+            Err(Error::Input { problems, count, .. }) => {
+                assert_eq!(count, draft.to_fill_in.len(), "{problems:?}");
+                let is_marked = |found: &Option<String>| found.as_ref().is_some_and(|found| found.contains("fill in"));
+                assert!(problems.iter().all(|problem| is_marked(&problem.found)), "{problems:?}");
+            }
+            Err(error) => panic!("{error}"),
+        }
+    });
+    assert!(drafted.get() > 1000, "{drafted:?}");
+}
+
 fn assert_every_row_counted(table: &Table) {
     let screened: usize = table.screened.iter().map(|screened| screened.runs).sum();
     assert_eq!(table.runs.len() + screened, table.rows);

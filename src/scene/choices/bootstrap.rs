@@ -125,6 +125,7 @@ const LEVEL: Key<Number, DefaultsTo<f64>> = Key {
 pub(in crate::scene) fn guide() -> Section {
     Section {
         head: "[bootstrap]",
+        may_be_empty: true,
         about: "How the intervals of least squares are made".to_owned(),
         keys: guides(&[&REPLICATES, &SCHEME, &INTERVAL, &LEVEL]),
     }

@@ -183,6 +183,7 @@ const SERIES_OFFSETS: Key<Switch, DefaultsTo<bool>> = Key {
 pub(in crate::scene) fn guide() -> Section {
     Section {
         head: "[model]",
+        may_be_empty: true,
         about: "What the model holds".to_owned(),
         keys: guides(&[
             &DRY_SPEED,

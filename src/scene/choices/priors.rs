@@ -142,6 +142,7 @@ pub(in crate::scene) fn guide() -> Section {
     }
     Section {
         head: "[priors]",
+            may_be_empty: true,
         about: format!(
             "What is believed of the parameters before the runs. A prior is one of {}. `\"{}.NAME\"`, in quotes, is that of \
              one particle. Those of the noise are read where [model] asks for them. {} of the saturating form has the default `{}`",

@@ -50,6 +50,7 @@ const DRAWS: Key<Count, DefaultsTo<u64>> = Key {
 pub(in crate::scene) fn guide() -> Section {
     Section {
         head: "[sampler]",
+        may_be_empty: true,
         about: "How the posterior is sampled".to_owned(),
         keys: guides(&[&CHAINS, &WARMUP, &DRAWS]),
     }

@@ -195,9 +195,13 @@ impl<'a, 'i> SceneTable<'a, 'i> {
 
     /// The keys the file sets, in its order.
     pub fn keys(&self) -> Vec<String> {
-        let mut keys: Vec<_> = self.entries.iter().map(|(k, _)| k).collect();
-        keys.sort_by_key(|k| k.span().start);
-        keys.into_iter().map(|k| k.get_ref().to_string()).collect()
+        keys_in_order(self.entries)
+    }
+
+    /// The keys of the table under a key, in their order; none where there is no table.
+    pub fn keys_of(&self, key: &str) -> Vec<String> {
+        let inner = self.entries.get(key).and_then(|value| value.get_ref().as_table());
+        inner.map_or_else(Vec::new, keys_in_order)
     }
 
     fn inner(&self, key: &str, value: &'a Spanned<DeValue<'i>>) -> Option<SceneTable<'a, 'i>> {
@@ -267,6 +271,12 @@ impl<'a, 'i> SceneTable<'a, 'i> {
             self.refuse("", self.at, None, format!("missing key `{key}`"));
         }
     }
+}
+
+fn keys_in_order(entries: &DeTable) -> Vec<String> {
+    let mut keys: Vec<_> = entries.iter().map(|(k, _)| k).collect();
+    keys.sort_by_key(|k| k.span().start);
+    keys.into_iter().map(|k| k.get_ref().to_string()).collect()
 }
 
 #[cfg(test)]

@@ -1,0 +1,116 @@
+//! Runs `wetcor new`: drafts a scene from a table of runs.
+
+use std::io::Write;
+use std::path::{Component, Path, PathBuf};
+
+use wetcor::error::{named, plain, quoted, Error};
+use wetcor::runs::{draft_scene, Draft};
+use wetcor::scene::TableFile;
+use wetcor::staging::{self, OutputPlace, Staging};
+
+use super::messages::print_after_writing;
+use crate::progress::Progress;
+
+/// How the file is called where nothing else is asked for, beside the table.
+const SCENE: &str = "scene.toml";
+
+pub(super) fn new(table: &Path, out: Option<PathBuf>, quiet: bool) -> Result<u8, Error> {
+    let table = TableFile::named(None, &table.to_string_lossy());
+    if !table.has_known_ending() {
+        let text = format!("{}: expected {}", named(&table.path), TableFile::ENDING_EXPECTED);
+        return Err(Error::Usage(text));
+    }
+    let out = out.unwrap_or_else(|| table.path.with_file_name(SCENE));
+    let place = staging::prepare(&out)?;
+    is_free(&place)?;
+    let folder = place.path().parent().unwrap_or(Path::new(""));
+    if !folder.is_dir() {
+        let reason = format!("there is no folder {}", folder.display());
+        return Err(Error::io(
+            &out,
+            "write",
+            std::io::Error::new(std::io::ErrorKind::NotFound, reason),
+        ));
+    }
+    let progress = Progress::spinner("read", quiet);
+    let draft = draft_scene(&table, &from_folder(folder, &table.shown()));
+    drop(progress);
+    let draft = draft?;
+    let staging = Staging::beside(&place)?;
+    let written = staging
+        .create_itself()
+        .and_then(|mut file| file.write_all(draft.text.as_bytes()));
+    written.map_err(|error| Error::io(&out, "write", error))?;
+    staging.put(is_free)?;
+    if !quiet {
+        print_after_writing(&out, &summary(&draft, &out))?;
+    }
+    Ok(0)
+}
+
+/// Refuses a place that is taken: a scene is somebody's work.
+fn is_free(place: &OutputPlace) -> Result<(), Error> {
+    if place.is_taken() {
+        return Err(Error::Out {
+            path: place.named().to_path_buf(),
+            reason: "exists; --out names another file".to_owned(),
+        });
+    }
+    Ok(())
+}
+
+/// How a scene in a folder names a file, with slashes.
+fn from_folder(folder: &Path, file: &Path) -> String {
+    let whole = |path: &Path| {
+        let folder = path.parent().filter(|parent| !parent.as_os_str().is_empty());
+        let folder = folder.unwrap_or(Path::new(".")).canonicalize().ok()?;
+        Some(folder.join(path.file_name()?))
+    };
+    let (Some(file), Ok(folder)) = (whole(file), folder.canonicalize()) else {
+        return file.to_string_lossy().into_owned();
+    };
+    let shared = folder
+        .components()
+        .zip(file.components())
+        .take_while(|(a, b)| a == b)
+        .count();
+    let up = folder.components().skip(shared).map(|_| Component::ParentDir);
+    let path: PathBuf = up.chain(file.components().skip(shared)).collect();
+    let parts = path.components().map(|part| part.as_os_str().to_string_lossy());
+    parts.collect::<Vec<_>>().join("/")
+}
+
+/// What was found and guessed, and what is still to be done.
+fn summary(draft: &Draft, out: &Path) -> String {
+    let list = |words: &[String]| {
+        words
+            .iter()
+            .map(|word| plain(word, usize::MAX))
+            .collect::<Vec<_>>()
+            .join(", ")
+    };
+    let mut text = format!(
+        "{}: {} rows; particles {}",
+        named(out),
+        draft.rows,
+        list(&draft.particles)
+    );
+    if draft.liquids.is_empty() {
+        text.push_str("; every run is dry");
+    } else {
+        text.push_str(&format!("; liquids {}", list(&draft.liquids)));
+    }
+    text.push('\n');
+    for guessed in &draft.guessed {
+        text.push_str(&format!("guessed: {}\n", plain(guessed, usize::MAX)));
+    }
+    if !draft.unused.is_empty() {
+        let unused: Vec<String> = draft.unused.iter().map(|column| quoted(column)).collect();
+        text.push_str(&format!("columns not read: {}\n", unused.join(", ")));
+    }
+    for key in &draft.to_fill_in {
+        text.push_str(&format!("to fill in: {}\n", plain(key, usize::MAX)));
+    }
+    text.push_str(&format!("then: wetcor check {}\n", named(out)));
+    text
+}

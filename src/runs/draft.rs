@@ -1,0 +1,372 @@
+//! Drafts a scene from a table of runs: its particles and liquids, its columns as far as they can be guessed, and every key.
+
+use super::guess::{guess, Guess};
+use super::survey::{Survey, SurveyedColumn};
+use crate::error::{is_unseen, plain, quoted};
+use crate::scene::{self, name_is_allowed, wrapped, KeyGuide, RunColumn, Section, Without, DRY, FILL_IN, MISSING};
+
+/// A scene that may lack some values, with what to say of it.
+#[derive(Debug)]
+pub struct Draft {
+    /// the scene
+    pub text: String,
+    /// rows of the table
+    pub rows: usize,
+    /// the kinds of spheres
+    pub particles: Vec<String>,
+    /// the liquids; none where every run is dry
+    pub liquids: Vec<String>,
+    /// what was guessed of its columns and words, each in a sentence
+    pub guessed: Vec<String>,
+    /// columns that are not used
+    pub unused: Vec<String>,
+    /// the keys to fill in, with their tables
+    pub to_fill_in: Vec<String>,
+}
+
+/// How tables mark runs without liquid besides our own word, in small letters.
+const WITHOUT_LIQUID: [&str; 10] = [
+    "none", "no", "without", "air", "trocken", "ohne", "keine", "luft", "-", "–",
+];
+
+/// The one name of all particles or liquids of a table that names none.
+const ONLY: &str = "only";
+
+/// Which column of runs each column of a table is, and what the scene must say for it.
+#[derive(Default)]
+struct Naming<'s> {
+    places: Vec<(RunColumn, &'s SurveyedColumn)>,
+    /// ours = theirs
+    columns: Vec<(String, String)>,
+    /// our column, and of each word theirs = ours
+    words: Vec<(&'static str, Vec<(String, String)>)>,
+    /// our column and its value, as TOML
+    constants: Vec<(String, String)>,
+    guessed: Vec<String>,
+    unused: Vec<String>,
+}
+
+/// Drafts the scene of a table that it is to name `runs`.
+pub(super) fn draft(survey: &Survey, runs: &str) -> Draft {
+    let mut naming = Naming::of(survey);
+    let particles = naming.names(RunColumn::Particle, |_| false);
+    let mut particles = particles.unwrap_or_else(|| naming.only(RunColumn::Particle, "all spheres are of one kind"));
+    if particles.is_empty() {
+        // every cell is empty, which is for the reader to refuse
+        particles.push(ONLY.to_owned());
+    }
+    let is_dry = |word: &str| {
+        let lower = word.to_lowercase();
+        lower == DRY || WITHOUT_LIQUID.contains(&lower.as_str())
+    };
+    let liquids = match naming.names(RunColumn::Liquid, is_dry) {
+        Some(names) => names,
+        None if naming.has(RunColumn::Film) => naming.only(RunColumn::Liquid, "all runs are wet, with one liquid"),
+        None => vec![],
+    };
+    naming.ask_for_columns(!liquids.is_empty());
+    let mut text = Text::default();
+    text.intro(runs, survey.rows);
+    for section in scene::guide() {
+        match section.head {
+            "[data]" => text.data(&section, runs, &naming),
+            "[particles.NAME]" => text.each(&section, &particles),
+            "[liquids.NAME]" => text.each(&section, &liquids),
+            _ => text.section(&section),
+        }
+    }
+    Draft {
+        text: text.written,
+        rows: survey.rows,
+        particles,
+        liquids,
+        guessed: naming.guessed,
+        unused: naming.unused,
+        to_fill_in: text.to_fill_in,
+    }
+}
+
+impl<'s> Naming<'s> {
+    /// Columns with our names are what they say; the others are guessed in the order they stand.
+    fn of(survey: &'s Survey) -> Naming<'s> {
+        let mut naming = Naming::default();
+        let (ours, others): (Vec<_>, Vec<_>) = survey
+            .columns
+            .iter()
+            .partition(|column| RunColumn::named(&column.name).is_some());
+        for column in ours {
+            let named = RunColumn::named(&column.name).map(|(of_runs, _)| of_runs);
+            naming.places.extend(named.map(|of_runs| (of_runs, column)));
+        }
+        for column in others {
+            let guess = guess(column, |candidate| !naming.has(candidate));
+            let Some(Guess {
+                column: of_runs,
+                unit,
+                is_unit_guessed,
+            }) = guess
+            else {
+                naming.unused.push(column.name.clone());
+                continue;
+            };
+            let name = format!("{}{}", of_runs.base(), unit.suffix);
+            let unit = if is_unit_guessed {
+                ", its unit by the size of its numbers"
+            } else {
+                ""
+            };
+            naming.guessed.push(format!("{} is {name}{unit}", quoted(&column.name)));
+            naming.columns.push((name, column.name.clone()));
+            naming.places.push((of_runs, column));
+        }
+        naming
+    }
+
+    fn column(&self, of_runs: RunColumn) -> Option<&'s SurveyedColumn> {
+        let mut places = self.places.iter();
+        places.find(|(place, _)| *place == of_runs).map(|(_, column)| *column)
+    }
+
+    fn has(&self, of_runs: RunColumn) -> bool {
+        self.column(of_runs).is_some()
+    }
+
+    /// The names in a column of the scene's own, without ours for runs that are dry; `None` without the column.
+    fn names(&mut self, of_runs: RunColumn, is_dry: impl Fn(&str) -> bool) -> Option<Vec<String>> {
+        let column = self.column(of_runs)?;
+        let mut names: Vec<String> = vec![];
+        let mut renamed = vec![];
+        for word in &column.words {
+            if is_dry(word) {
+                if word != DRY {
+                    renamed.push((word.clone(), DRY.to_owned()));
+                }
+                continue;
+            }
+            let mut name: String = word
+                .chars()
+                .map(|c| if name_is_allowed(&c.to_string()) { c } else { '_' })
+                .collect();
+            while names.contains(&name) || name == MISSING || name == DRY {
+                name.push('_');
+            }
+            if name != *word {
+                renamed.push((word.clone(), name.clone()));
+            }
+            names.push(name);
+        }
+        for (theirs, ours) in &renamed {
+            self.guessed
+                .push(format!("{} in {} is {ours}", quoted(theirs), quoted(&column.name)));
+        }
+        if !renamed.is_empty() {
+            self.words.push((of_runs.base(), renamed));
+        }
+        Some(names)
+    }
+
+    /// One name for every run of a table without a column of names.
+    fn only(&mut self, of_runs: RunColumn, then: &str) -> Vec<String> {
+        self.constants.push((of_runs.base().to_owned(), text_of(ONLY)));
+        self.guessed
+            .push(format!("no column says the {}: {then}", of_runs.base()));
+        vec![ONLY.to_owned()]
+    }
+
+    /// Leaves to be filled in what runs need and nothing gives.
+    fn ask_for_columns(&mut self, is_wet: bool) {
+        let has_any = |of_runs: &[RunColumn]| of_runs.iter().any(|column| self.has(*column));
+        let has_speed = has_any(&[RunColumn::ImpactSpeed, RunColumn::DropHeight, RunColumn::Stokes]);
+        let has_rebound = has_any(&[
+            RunColumn::Restitution,
+            RunColumn::ReboundSpeed,
+            RunColumn::ReboundHeight,
+        ]);
+        for (of_runs, is_there) in [
+            (RunColumn::ImpactSpeed, has_speed),
+            (RunColumn::Restitution, has_rebound),
+        ] {
+            if !is_there {
+                self.columns.push((of_runs.usual_name(), FILL_IN.to_owned()));
+            }
+        }
+        for (of_runs, is_needed) in [(RunColumn::Diameter, true), (RunColumn::Film, is_wet)] {
+            if is_needed && !self.has(of_runs) {
+                self.constants.push((of_runs.usual_name(), text_of(FILL_IN)));
+            }
+        }
+    }
+}
+
+/// The scene as it is written.
+#[derive(Default)]
+struct Text {
+    written: String,
+    to_fill_in: Vec<String>,
+}
+
+/// What stands on the line of a key.
+enum Line<'v> {
+    /// this value
+    Value(&'v str),
+    /// a mark, to be replaced
+    ToFillIn,
+    /// a comment: its default or an example
+    Comment,
+}
+
+impl Text {
+    fn intro(&mut self, runs: &str, rows: usize) {
+        self.written = format!(
+            "# A scene for wetcor, drafted from {} of {rows} rows.\n\
+             # Replace every {}; a key behind a # shows its default, or an example where it has none.\n\
+             # `wetcor check` says what is missing still, `wetcor help scene` what a key takes.\n",
+            plain(runs, usize::MAX),
+            text_of(FILL_IN),
+        );
+    }
+
+    fn head(&mut self, head: &str, about: &str) {
+        let blank = if head.is_empty() { "" } else { "\n" };
+        let about = wrapped(&format!("{about}."), "# ");
+        self.written.push_str(&format!("\n{about}\n{head}{blank}"));
+    }
+
+    /// A key of a table that is called `table`.
+    fn key(&mut self, table: &str, key: &KeyGuide, line: &Line) {
+        /// where comments start, as far as keys leave room
+        const WIDTH: usize = 44;
+        let name = key.usual_name();
+        let (mark, value) = match line {
+            Line::Value(value) => ("", (*value).to_owned()),
+            Line::ToFillIn => {
+                self.to_fill_in.push(format!("{table} {name}"));
+                ("", text_of(FILL_IN))
+            }
+            Line::Comment => ("# ", key.usual_value().to_owned()),
+        };
+        let without = match (&key.without, line) {
+            (Without::Words(words), Line::Comment) => format!("; without it: {words}"),
+            _ => String::new(),
+        };
+        let code = format!("{mark}{name} = {value}");
+        let is_long = code.chars().count() > WIDTH;
+        self.written.push_str(&match line {
+            // above it stands what was guessed
+            Line::Value(_) if is_long => format!("{code}\n"),
+            _ => format!("{code:WIDTH$}  # {}{without}\n", key.meaning),
+        });
+    }
+
+    fn section(&mut self, section: &Section) {
+        let comment = if section.may_be_empty { "" } else { "# " };
+        let head = match section.head {
+            "" => String::new(),
+            head => format!("{comment}{head}"),
+        };
+        self.head(&head, &section.about);
+        for key in &section.keys {
+            self.key(section.head, key, &Line::Comment);
+        }
+    }
+
+    /// A table for each of some names.
+    fn each(&mut self, section: &Section, names: &[String]) {
+        if names.is_empty() {
+            self.section(section);
+        }
+        for name in names {
+            let head = section.head.replace("NAME", &key_of(name));
+            self.head(&head, &section.about);
+            for key in &section.keys {
+                let line = if key.without == Without::Refused {
+                    Line::ToFillIn
+                } else {
+                    Line::Comment
+                };
+                self.key(&head, key, &line);
+            }
+        }
+    }
+
+    /// The table of the data, with what was guessed.
+    fn data(&mut self, section: &Section, runs: &str, naming: &Naming) {
+        self.head(section.head, &section.about);
+        for guessed in &naming.guessed {
+            self.written.push_str(&format!("# guessed: {guessed}\n"));
+        }
+        let to_fill_in = |pairs: &[(String, String)]| {
+            let open = pairs.iter().filter(|(_, value)| value.contains(FILL_IN));
+            open.map(|(ours, _)| ours.clone()).collect::<Vec<_>>()
+        };
+        for key in &section.keys {
+            let words =
+                |(column, words): &(&str, Vec<_>)| ((*column).to_owned(), inline(words.iter().map(quoted_pair)));
+            let (value, open) = match key.base {
+                "runs" => (text_of(runs), vec![]),
+                "columns" => (
+                    inline(naming.columns.iter().map(quoted_value)),
+                    to_fill_in(&naming.columns),
+                ),
+                "values" => (inline(naming.words.iter().map(words)), vec![]),
+                "constants" => (inline(naming.constants.iter().cloned()), to_fill_in(&naming.constants)),
+                _ => (String::new(), vec![]),
+            };
+            let line = if value.is_empty() {
+                Line::Comment
+            } else {
+                Line::Value(&value)
+            };
+            self.key(section.head, key, &line);
+            self.to_fill_in.extend(
+                open.iter()
+                    .map(|column| format!("{} {}.{column}", section.head, key.base)),
+            );
+        }
+    }
+}
+
+fn quoted_value((key, value): &(String, String)) -> (String, String) {
+    (key.clone(), text_of(value))
+}
+
+fn quoted_pair((key, value): &(String, String)) -> (String, String) {
+    (key_of(key), text_of(value))
+}
+
+/// Keys and values as a table on one line; nothing where there are none.
+fn inline(pairs: impl Iterator<Item = (String, String)>) -> String {
+    let pairs: Vec<String> = pairs.map(|(key, value)| format!("{key} = {value}")).collect();
+    if pairs.is_empty() {
+        String::new()
+    } else {
+        format!("{{ {} }}", pairs.join(", "))
+    }
+}
+
+/// A text as TOML has it.
+fn text_of(text: &str) -> String {
+    let mut written = String::from("\"");
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => written.extend(['\\', c]),
+            c if is_unseen(c) => written.push_str(&format!("\\U{:08X}", u32::from(c))),
+            c => written.push(c),
+        }
+    }
+    written.push('"');
+    written
+}
+
+/// A key as TOML has it, in quotes where it needs them.
+fn key_of(name: &str) -> String {
+    let is_bare = !name.is_empty()
+        && name
+            .chars()
+            .all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-'));
+    if is_bare {
+        name.to_owned()
+    } else {
+        text_of(name)
+    }
+}

@@ -1,0 +1,339 @@
+//! Guesses which column of runs a column of somebody's table is, and in which unit.
+
+use super::survey::SurveyedColumn;
+use crate::scene::RunColumn;
+use crate::units::{Dimension, Unit};
+
+/// A column that somebody's may be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Guess {
+    pub column: RunColumn,
+    pub unit: &'static Unit,
+    /// whether the unit, too, is guessed, by the size of the numbers
+    pub is_unit_guessed: bool,
+}
+
+/// What laboratories call columns: letters and digits alone, without a unit. Of a name that is in several lists the first
+/// that is free is meant.
+const CALLED: [(RunColumn, &[&str]); 13] = [
+    (
+        RunColumn::Particle,
+        &[
+            "particle",
+            "sphere",
+            "ball",
+            "bead",
+            "material",
+            "kugel",
+            "teilchen",
+            "partikel",
+            "werkstoff",
+        ],
+    ),
+    (
+        RunColumn::Liquid,
+        &[
+            "liquid",
+            "fluid",
+            "oil",
+            "medium",
+            "flüssigkeit",
+            "fluessigkeit",
+            "öl",
+            "oel",
+        ],
+    ),
+    (
+        RunColumn::Diameter,
+        &[
+            "d",
+            "dia",
+            "diam",
+            "diameter",
+            "spherediameter",
+            "particlediameter",
+            "balldiameter",
+            "durchmesser",
+            "kugeldurchmesser",
+        ],
+    ),
+    (
+        RunColumn::Film,
+        &[
+            "film",
+            "filmthickness",
+            "filmheight",
+            "liquidfilm",
+            "thickness",
+            "layer",
+            "layerthickness",
+            "liquidheight",
+            "delta",
+            "δ",
+            "filmdicke",
+            "schichtdicke",
+            "dicke",
+        ],
+    ),
+    (
+        RunColumn::ImpactSpeed,
+        &[
+            "vi",
+            "vin",
+            "vimp",
+            "vimpact",
+            "v0",
+            "v1",
+            "impactspeed",
+            "impactvelocity",
+            "incomingspeed",
+            "incomingvelocity",
+            "speedbefore",
+            "velocitybefore",
+            "aufprallgeschwindigkeit",
+            "auftreffgeschwindigkeit",
+            "vein",
+            "v",
+            "speed",
+            "velocity",
+            "geschwindigkeit",
+        ],
+    ),
+    (
+        RunColumn::ReboundSpeed,
+        &[
+            "vr",
+            "vout",
+            "vreb",
+            "vrebound",
+            "v2",
+            "reboundspeed",
+            "reboundvelocity",
+            "outgoingspeed",
+            "outgoingvelocity",
+            "speedafter",
+            "velocityafter",
+            "rückprallgeschwindigkeit",
+            "rueckprallgeschwindigkeit",
+            "vaus",
+        ],
+    ),
+    (
+        RunColumn::Restitution,
+        &[
+            "e",
+            "en",
+            "cor",
+            "coefficientofrestitution",
+            "restitutioncoefficient",
+            "normalrestitution",
+            "stoßzahl",
+            "stosszahl",
+            "restitutionskoeffizient",
+        ],
+    ),
+    (
+        RunColumn::DropHeight,
+        &[
+            "hdrop",
+            "dropheight",
+            "fallheight",
+            "releaseheight",
+            "fallhöhe",
+            "fallhoehe",
+        ],
+    ),
+    (
+        RunColumn::ReboundHeight,
+        &[
+            "hrebound",
+            "bounceheight",
+            "reboundheight",
+            "rücksprunghöhe",
+            "ruecksprunghoehe",
+            "rückprallhöhe",
+            "rueckprallhoehe",
+        ],
+    ),
+    (RunColumn::Stokes, &["st", "stokesnumber", "stokeszahl"]),
+    (
+        RunColumn::FilmRatio,
+        &["nominalfilmratio", "relativefilm", "deltaoverd", "δd"],
+    ),
+    (RunColumn::Exclude, &["excluded", "reason", "ausschluss", "grund"]),
+    (
+        RunColumn::Run,
+        &[
+            "nr", "no", "id", "index", "number", "nummer", "versuch", "lauf", "trial",
+        ],
+    ),
+];
+
+/// How units are written.
+const UNITS: [(&str, &str); 14] = [
+    ("mm", "_mm"),
+    ("µm", "_um"),
+    ("μm", "_um"),
+    ("um", "_um"),
+    ("micron", "_um"),
+    ("microns", "_um"),
+    ("cm", "_cm"),
+    ("m", "_m"),
+    ("m/s", "_m_s"),
+    ("ms", "_m_s"),
+    ("cm/s", "_cm_s"),
+    ("cms", "_cm_s"),
+    ("mm/s", "_mm_s"),
+    ("mms", "_mm_s"),
+];
+
+/// The smallest and the largest that the largest number of a column may be, in SI, to guess its unit by.
+fn usual(column: RunColumn) -> (f64, f64) {
+    match column {
+        RunColumn::Diameter => (2e-4, 0.1),
+        RunColumn::Film => (5e-6, 5e-3),
+        RunColumn::DropHeight | RunColumn::ReboundHeight => (5e-3, 5.0),
+        _ => (0.05, 20.0),
+    }
+}
+
+/// What a column may be, of those that are still free; `None` where nothing like it is known.
+pub(super) fn guess(column: &SurveyedColumn, is_free: impl Fn(RunColumn) -> bool) -> Option<Guess> {
+    let (name, suffix) = parted(&column.name);
+    let called = |(candidate, names): &(RunColumn, &[&str])| {
+        let fits = names.contains(&name.as_str()) || letters(candidate.base()) == name;
+        (fits && is_free(*candidate) && column_may_be(column, *candidate, suffix)).then_some(*candidate)
+    };
+    let candidate = CALLED.iter().find_map(called)?;
+    let units = candidate.dimension().units();
+    if candidate.dimension() == Dimension::One {
+        let (unit, is_unit_guessed) = (&units[0], false);
+        return Some(Guess {
+            column: candidate,
+            unit,
+            is_unit_guessed,
+        });
+    }
+    if let Some(unit) = units.iter().find(|unit| Some(unit.suffix) == suffix) {
+        return Some(Guess {
+            column: candidate,
+            unit,
+            is_unit_guessed: false,
+        });
+    }
+    let (least, most) = usual(candidate);
+    let largest = column.largest?;
+    let unit = units
+        .iter()
+        .find(|unit| (least..=most).contains(&unit.to_si(largest)))?;
+    Some(Guess {
+        column: candidate,
+        unit,
+        is_unit_guessed: true,
+    })
+}
+
+/// Whether a column may be one of runs by what stands in it, and by the unit in its name.
+fn column_may_be(column: &SurveyedColumn, candidate: RunColumn, suffix: Option<&str>) -> bool {
+    let has_unit = |suffix: &str| candidate.dimension().units().iter().any(|unit| unit.suffix == suffix);
+    if candidate.is_number() {
+        // a word among numbers is for the reader to refuse
+        let has_numbers = column.largest.is_some();
+        let in_range = candidate != RunColumn::Restitution || column.largest.is_some_and(|most| most <= 1.5);
+        has_numbers && in_range && suffix.is_none_or(has_unit)
+    } else {
+        let is_of_names = matches!(candidate, RunColumn::Particle | RunColumn::Liquid);
+        suffix.is_none() && !(is_of_names && column.has_more)
+    }
+}
+
+/// The letters and digits of a name, in lower case.
+fn letters(name: &str) -> String {
+    let lower = name.to_lowercase();
+    lower.chars().filter(|c| c.is_alphanumeric()).collect()
+}
+
+/// A name without its unit, by letters and digits alone, and what our names end with in that unit.
+fn parted(name: &str) -> (String, Option<&'static str>) {
+    let unit_of = |text: &str| {
+        let text: String = text
+            .chars()
+            .filter(|c| !c.is_whitespace() && !"_^-¹1".contains(*c))
+            .collect();
+        let unit = UNITS.iter().find(|(written, _)| *written == text);
+        unit.map(|(_, suffix)| *suffix)
+    };
+    // in brackets, or after a slash, a comma, a blank or an underscore
+    let opened = name.find(['(', '[']);
+    if let Some(at) = opened {
+        let inside = name[at + 1..].trim_end().trim_end_matches([')', ']']);
+        if let Some(suffix) = unit_of(inside) {
+            return (letters(&name[..at]), Some(suffix));
+        }
+    }
+    for (at, mark) in name.char_indices().filter(|(_, c)| " /,_".contains(*c)) {
+        let after = name[at + mark.len_utf8()..].trim_start_matches("in ");
+        // the m/s of `v / m/s` is whole, and of `v_m_s` too
+        if let Some(suffix) = unit_of(after).or_else(|| unit_of(&after.replace('_', "/"))) {
+            return (letters(&name[..at]), Some(suffix));
+        }
+    }
+    (letters(name), None)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::runs::survey::Survey;
+
+    fn guessed(name: &str, cells: &[&str]) -> Option<(String, bool)> {
+        let mut survey = Survey::new(vec![name.to_owned()]);
+        for cell in cells {
+            survey.add([Some(*cell)]);
+        }
+        let guess = guess(&survey.columns[0], |_| true)?;
+        Some((
+            format!("{}{}", guess.column.base(), guess.unit.suffix),
+            guess.is_unit_guessed,
+        ))
+    }
+
+    #[test]
+    fn columns_are_known_by_the_names_laboratories_give_them() {
+        for (name, cell, ours, is_unit_guessed) in [
+            ("v_i (m/s)", "1.2", "impact_speed_m_s", false),
+            ("v / m/s", "1.2", "impact_speed_m_s", false),
+            ("v_in [mm s^-1]", "1200", "impact_speed_mm_s", false),
+            ("V_R", "0,8", "rebound_speed_m_s", true),
+            ("D", "4.762", "diameter_mm", true),
+            ("D", "0.004762", "diameter_m", true),
+            ("Durchmesser [mm]", "4,762", "diameter_mm", false),
+            ("Filmdicke (µm)", "287", "film_um", false),
+            ("film", "0.287", "film_mm", true),
+            ("film thickness in um", "287", "film_um", false),
+            ("e", "0.7", "restitution", false),
+            ("Kugel", "PTFE", "particle", false),
+            ("Flüssigkeit", "AK10", "liquid", false),
+            ("Fallhöhe (cm)", "10", "drop_height_cm", false),
+            ("Impact speed, m/s", "1.2", "impact_speed_m_s", false),
+            ("Nr.", "17", "run", false),
+        ] {
+            assert_eq!(
+                guessed(name, &[cell]),
+                Some((ours.to_owned(), is_unit_guessed)),
+                "{name}"
+            );
+        }
+        // nothing is guessed of what is unknown, of words for numbers, or of a unit that cannot be
+        for (name, cell) in [
+            ("temperature", "21"),
+            ("e", "PTFE"),
+            ("D (m/s)", "4"),
+            ("D", "4e9"),
+            ("e", "37"),
+            ("", "1"),
+        ] {
+            assert_eq!(guessed(name, &[cell]), None, "{name}");
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! Opens a table of runs, and reads no more of it than a table of its format may have.
+
+use std::fs::File;
+use std::io::{Read, Seek};
+use std::path::Path;
+
+use super::refusals::whole_file;
+use super::{parquet, parquet_footer};
+use crate::encoding;
+use crate::error::Error;
+use crate::files::{self, Input, MOST_OF_LINE, MOST_OF_PARQUET, MOST_OF_PIPE, MOST_OF_WORKBOOK};
+use crate::seed::Hash;
+
+/// What is being done, as a verb.
+pub(super) const READ: &str = "read the runs";
+
+/// A table that can be read from its start more than once.
+pub(super) enum TableSource {
+    /// a regular file, with its length
+    File(File, u64),
+    /// what a pipe held
+    Held(Vec<u8>),
+}
+
+impl TableSource {
+    pub fn open(path: &Path) -> Result<TableSource, Error> {
+        Ok(match files::open(path, READ)? {
+            Input::File(file, length) => TableSource::File(file, length),
+            Input::Pipe(pipe) => TableSource::Held(pipe.read(path, MOST_OF_PIPE, READ)?),
+        })
+    }
+
+    /// About how many bytes it has.
+    pub fn length(&self) -> u64 {
+        match self {
+            TableSource::File(_, length) => *length,
+            TableSource::Held(bytes) => bytes.len() as u64,
+        }
+    }
+
+    /// From its start.
+    pub fn reader(&mut self) -> std::io::Result<Box<dyn Read + Send + '_>> {
+        Ok(match self {
+            TableSource::File(file, _) => {
+                file.rewind()?;
+                Box::new(file)
+            }
+            TableSource::Held(bytes) => Box::new(bytes.as_slice()),
+        })
+    }
+
+    /// Checks that it is text, and gives its SHA-256.
+    pub fn check_text(&mut self, path: &Path) -> Result<String, Error> {
+        let fail = |error: std::io::Error| Error::io(path, READ, error);
+        let (mut hash, mut bytes) = (Hash::default(), 0);
+        let checked = encoding::check(self.reader().map_err(fail)?, MOST_OF_LINE, |piece| {
+            hash.update(piece);
+            bytes += piece.len();
+        });
+        let checked = checked.map_err(fail)?;
+        if bytes == 0 {
+            let problem = whole_file("the file is empty", "a header line and one line a run");
+            return Err(Error::input(path, vec![problem]));
+        }
+        checked.map_err(|problem| Error::input(path, vec![problem]))?;
+        Ok(hash.finish())
+    }
+
+    /// All of a Parquet file.
+    pub fn parquet(self, path: &Path) -> Result<Vec<u8>, Error> {
+        let bytes = match self {
+            TableSource::File(mut file, length) => {
+                // the end of the file says whether it is worth reading
+                let end =
+                    parquet_footer::last_bytes(&mut file, length).map_err(|error| Error::io(path, READ, error))?;
+                parquet::parquet_ends(&end).map_err(|problems| Error::input(path, problems))?;
+                file.rewind().map_err(|error| Error::io(path, READ, error))?;
+                files::read_file(&file, length, path, MOST_OF_PARQUET, READ)?
+            }
+            TableSource::Held(bytes) => bytes,
+        };
+        if bytes.is_empty() {
+            let problem = whole_file("the file is empty", "a Parquet table with one row a run");
+            return Err(Error::input(path, vec![problem]));
+        }
+        Ok(bytes)
+    }
+
+    /// All of a workbook.
+    pub fn workbook(self, path: &Path) -> Result<Vec<u8>, Error> {
+        match self {
+            TableSource::File(file, length) => files::read_file(&file, length, path, MOST_OF_WORKBOOK, READ),
+            TableSource::Held(bytes) => Ok(bytes),
+        }
+    }
+}

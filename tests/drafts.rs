@@ -1,0 +1,178 @@
+//! Drafts a scene from the table of every good example, and holds it to what the example's own scene says.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use wetcor::runs::Runs;
+use wetcor::scene::{HeightsTo, Scene};
+use wetcor::{runs, scene};
+
+fn wetcor(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_wetcor"))
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .expect("the command can be started");
+    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
+    (output.status.code(), text(output.stdout), text(output.stderr))
+}
+
+/// The good examples with one table, and their scenes.
+fn examples() -> Vec<(PathBuf, Scene)> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good");
+    let entries = std::fs::read_dir(folder).expect("the examples are there");
+    let mut folders: Vec<PathBuf> = entries.map(|entry| entry.expect("readable").path()).collect();
+    folders.sort();
+    let with_scene = |folder: PathBuf| {
+        let scene = scene::read(&folder.join("scene.toml")).unwrap_or_else(|error| panic!("{error}"));
+        (scene.data.runs.len() == 1).then_some((folder, scene))
+    };
+    folders.into_iter().filter_map(with_scene).collect()
+}
+
+/// The text with the first mark after a table's head and a key replaced.
+fn filled_in(text: &str, key: &str, value: &str) -> String {
+    let (head, name) = key.split_once("] ").expect("a table and a key");
+    let table = text.find(&format!("\n{head}]")).expect("the table is there");
+    let name = name.split('.').next_back().expect("a name");
+    let at = table
+        + text[table..]
+            .find(&format!("{name} = \"fill in\""))
+            .expect("the key is there");
+    let mark = at + text[at..].find("\"fill in\"").expect("the mark is there");
+    format!("{}{value}{}", &text[..mark], &text[mark + "\"fill in\"".len()..])
+}
+
+/// What the example's scene says of a key that the draft leaves open.
+fn told(scene: &Scene, key: &str) -> f64 {
+    // the examples have one particle and one liquid
+    let liquid = || &scene.liquids[0];
+    match key.rsplit(' ').next().expect("a key") {
+        "density_kg_m3" if key.starts_with("[particles") => scene.particles[0].density,
+        "density_kg_m3" => liquid().density,
+        "viscosity_mPa_s" => 1e3 * liquid().viscosity,
+        "constants.diameter_mm" => 4.0,
+        other => panic!("{other} is left open"),
+    }
+}
+
+/// Impact speed, restitution, film and diameter of every run, in order.
+fn measured(runs: &Runs) -> Vec<[f64; 4]> {
+    let each = (0..runs.len()).map(|run| {
+        [
+            runs.impact_speed[run],
+            runs.restitution[run],
+            runs.film[run],
+            runs.diameter[run],
+        ]
+    });
+    let mut all: Vec<[f64; 4]> = each.collect();
+    all.sort_by(|a, b| a.partial_cmp(b).expect("numbers"));
+    all
+}
+
+#[test]
+fn a_draft_lacks_what_check_names_and_then_reads_the_runs_as_the_example_does() {
+    let examples = examples();
+    assert!(examples.len() > 25, "the examples are lost");
+    for (folder, example) in &examples {
+        let place = tempfile::tempdir().expect("a temporary folder");
+        let table = example.data.runs[0]
+            .path
+            .file_name()
+            .and_then(|name| name.to_str())
+            .expect("plain");
+        std::fs::copy(folder.join(table), place.path().join(table)).expect("writable");
+        let table = example.data.runs[0]
+            .sheet
+            .as_ref()
+            .map_or(table.to_owned(), |sheet| format!("{table}#{sheet}"));
+        let (status, out, err) = wetcor(place.path(), &["new", &table]);
+        assert_eq!((status, err.as_str()), (Some(0), ""), "{}", folder.display());
+        let to_fill_in: Vec<&str> = out
+            .lines()
+            .filter_map(|line| line.strip_prefix("to fill in: "))
+            .collect();
+        assert!(!to_fill_in.is_empty(), "{out}");
+        // `check` names exactly these
+        let (status, out, err) = wetcor(place.path(), &["check", "scene.toml"]);
+        assert_eq!((status, out.as_str()), (Some(2), ""), "{err}");
+        let named = err.lines().filter(|line| line.contains("found `\"fill in\"`")).count();
+        assert_eq!(
+            (named, err.lines().count()),
+            (to_fill_in.len(), to_fill_in.len() + 1),
+            "{err}"
+        );
+        let path = place.path().join("scene.toml");
+        let mut text = std::fs::read_to_string(&path).expect("the draft is there");
+        if example.data.naming.heights_to == HeightsTo::Film {
+            // which no table says
+            text = text.replace("# heights_to = \"plate\"", "heights_to = \"film\"");
+        }
+        for key in to_fill_in {
+            text = filled_in(&text, key, &told(example, key).to_string());
+        }
+        std::fs::write(&path, text).expect("writable");
+        let (status, _, err) = wetcor(place.path(), &["check", "scene.toml"]);
+        assert_eq!(status, Some(0), "{}: {err}", folder.display());
+        let read = |scene: &Scene| runs::read(scene).unwrap_or_else(|error| panic!("{error}"));
+        let drafted = scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
+        let (drafted, example) = (measured(&read(&drafted).runs), measured(&read(example).runs));
+        assert_eq!(drafted.len(), example.len(), "{}", folder.display());
+        for (a, b) in drafted.iter().flatten().zip(example.iter().flatten()) {
+            assert!((a - b).abs() <= 1e-12 * b.abs(), "{}: {a} {b}", folder.display());
+        }
+    }
+}
+
+#[test]
+fn what_is_there_is_kept_and_what_is_no_table_is_refused() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let files = || std::fs::read_dir(place.path()).expect("readable").count();
+    std::fs::write(
+        place.path().join("runs.csv"),
+        "particle,liquid,diameter_mm,film_um,v_i\nPE,oil,4,200,1.2\n",
+    )
+    .expect("writable");
+    std::fs::write(place.path().join("scene.toml"), "somebody's work").expect("writable");
+    let before = files();
+    for (arguments, told) in [
+        (
+            &["new", "runs.csv"][..],
+            "scene.toml: exists; --out names another file; nothing was written",
+        ),
+        (
+            &["new", "none.csv", "--out", "a.toml"],
+            "none.csv: cannot read the runs",
+        ),
+        (
+            &["new", "runs.pdf", "--out", "a.toml"],
+            "expected a file ending in .csv, .tsv, .txt, .xlsx or .parquet",
+        ),
+        (&["new", "scene.toml", "--out", "a.toml"], "expected a file ending in"),
+        (&["new", "runs.csv", "--out", "nowhere/a.toml"], "there is no folder"),
+    ] {
+        let (status, out, err) = wetcor(place.path(), arguments);
+        assert_eq!((status, out.as_str()), (Some(2), ""), "{arguments:?}");
+        assert!(err.contains(told), "{err}");
+        assert_eq!(files(), before, "{arguments:?}");
+    }
+    assert_eq!(
+        std::fs::read_to_string(place.path().join("scene.toml")).expect("there"),
+        "somebody's work"
+    );
+    // a guess says so, and a table elsewhere is named from where the scene lies
+    std::fs::create_dir(place.path().join("scenes")).expect("writable");
+    let (status, out, err) = wetcor(place.path(), &["new", "runs.csv", "--out", "scenes/a.toml"]);
+    assert_eq!((status, err.as_str()), (Some(0), ""), "{out}");
+    assert!(
+        out.contains("guessed: `v_i` is impact_speed_m_s, its unit by the size of its numbers"),
+        "{out}"
+    );
+    assert!(out.contains("to fill in: [data] columns.restitution"), "{out}");
+    let text = std::fs::read_to_string(place.path().join("scenes/a.toml")).expect("there");
+    assert!(
+        text.contains("\nruns = \"../runs.csv\"") && text.contains("# guessed: `v_i` is"),
+        "{text}"
+    );
+}
