@@ -11,6 +11,7 @@
 //! | `survey.rs` | says what each column of an unknown table is called and holds |
 //! | `guess.rs` | guesses which column of runs it is |
 //! | `collect.rs` | gathers checked runs into columns and counts what was left out |
+//! | `checked_rows.rs` | checks rows of cells, and gathers their runs or what is wrong |
 //! | `text.rs` | reads CSV record by record, to accept what the fast reader refuses or to name the bad cell |
 //! | `parquet_footer.rs` | checks the counts a Parquet file states before memory is allocated by them |
 //! | `new_run.rs` | holds one run to be written |
@@ -28,6 +29,7 @@
 //! | `part.rs` | takes a part of the runs |
 //! | `write.rs` | writes simulated runs, a row at a time |
 
+mod checked_rows;
 mod collect;
 mod columns;
 mod decimals;

@@ -4,16 +4,16 @@ use std::io::{BufRead, Read};
 
 use csv::{ByteRecord, ReaderBuilder, Trim};
 
+use super::checked_rows::{Cell, CheckedRows, Holds};
 use super::collect::Collected;
 use super::columns::TableLayout;
-use super::decimals::{separator_of, Decimals};
-use super::refusals::{whole_file, CellPlace, Refusals, Refused};
-use super::row::{check_row, BadCell, RawRow, RowChecker};
+use super::decimals::separator_of;
+use super::refusals::{whole_file, CellPlace, Refused};
 use super::survey::Survey;
 use crate::encoding::{line_of, BYTE_ORDER_MARK};
-use crate::error::{quoted, Problem};
+use crate::error::Problem;
 use crate::files::{MOST_COLUMNS, MOST_OF_LINE};
-use crate::scene::{Naming, RunColumn, Scene};
+use crate::scene::{Naming, Scene};
 
 /// What separates the columns of a text, by its first line that is not blank.
 pub(super) fn separator(source: impl Read, naming: &Naming) -> std::io::Result<u8> {
@@ -121,11 +121,7 @@ impl<R: Read> Text<R> {
 
     /// Reads every row below the header, which was read before.
     pub fn rows(&mut self, layout: &TableLayout, scene: &Scene) -> Result<Collected, Refused> {
-        let mut refusals = Refusals::new(layout);
-        let has_film_ratio = layout.gives(RunColumn::FilmRatio);
-        let mut checker = RowChecker::new(scene, has_film_ratio);
-        let mut collected = Collected::with_capacity(0, has_film_ratio, &layout.remarks);
-        let mut decimals = Decimals::default();
+        let mut rows = CheckedRows::new(layout, scene);
         // lines of separators, which are none below the last run
         let mut empty = vec![];
         loop {
@@ -133,44 +129,33 @@ impl<R: Read> Text<R> {
                 Ok(true) => {}
                 Ok(false) => break,
                 Err(problem) => {
-                    refusals.other(problem);
+                    rows.refuse(problem);
                     break;
                 }
             }
             let line = self.reader.get_ref().line;
-            if self.record.len() > 1 && self.record.iter().all(<[u8]>::is_empty) {
+            let record = &self.record;
+            if record.len() > 1 && record.iter().all(<[u8]>::is_empty) {
                 empty.push(line);
                 continue;
             }
             for line in empty.drain(..) {
-                refusals.other(empty_row(line));
+                rows.refuse(empty_row(line));
             }
-            let Parsed { row, mut bad } = match row_of(&self.record, layout, line, &mut decimals) {
-                Ok(parsed) => parsed,
-                Err(problem) => {
-                    let line = Some(line);
-                    refusals.other(Problem { line, ..problem });
-                    continue;
-                }
-            };
-            if let Some(reason) = row.exclude {
-                collected.exclude(reason);
+            if record.len() != layout.width {
+                rows.refuse(other_width(record, layout.width, line));
                 continue;
             }
-            if let Some(row) = check_row(&row, &mut checker, &mut bad) {
-                collected.push(&row, has_film_ratio, scene);
-            }
-            for bad in bad {
-                refusals.cell(CellPlace::Line(line), bad, |column| {
-                    let cell = self.record.get(layout.place(column)?.index)?;
-                    let cell = cell_text(cell);
-                    let cell = cell.trim();
-                    (!cell.is_empty()).then(|| quoted(cell))
-                });
-            }
+            rows.add(CellPlace::Line(line), |place| {
+                // the whole file was checked to be UTF-8
+                let text = std::str::from_utf8(record.get(place.index)?).ok()?;
+                Some(Cell {
+                    text,
+                    holds: Holds::Text,
+                })
+            });
         }
-        decimals.finish(&mut refusals);
-        refusals.or(collected)
+        rows.finish()
     }
 }
 
@@ -181,6 +166,23 @@ fn empty_row(line: u64) -> Problem {
         place: "row".to_owned(),
         found: Some("empty cells only".to_owned()),
         expected: "expected a run, or no line at all".to_owned(),
+    }
+}
+
+/// Says that a row has more or fewer cells than the header.
+fn other_width(record: &ByteRecord, width: usize, line: u64) -> Problem {
+    let mut expected = format!("expected {width} as in the header");
+    if record.iter().any(|cell| cell.contains(&b'\n')) {
+        expected.push_str("; a cell goes on over the end of the line: is a quote not closed?");
+    } else if record.len() > width {
+        expected.push_str("; a number takes a decimal point, not a comma");
+    }
+    let noun = if record.len() == 1 { "cell" } else { "cells" };
+    Problem {
+        line: Some(line),
+        place: "row".to_owned(),
+        found: Some(format!("{} {noun}", record.len())),
+        expected,
     }
 }
 
@@ -277,64 +279,4 @@ impl<R: Read> Read for CountedLines<R> {
         self.since_record += fetched;
         Ok(fetched)
     }
-}
-
-struct Parsed<'a> {
-    row: RawRow<'a>,
-    bad: Vec<BadCell>,
-}
-
-/// The cells of a record as numbers and names. Fails on a wrong number of cells.
-fn row_of<'a>(
-    record: &'a ByteRecord,
-    layout: &'a TableLayout,
-    line: u64,
-    decimals: &mut Decimals,
-) -> Result<Parsed<'a>, Problem> {
-    if record.len() != layout.width {
-        let mut expected = format!("expected {} as in the header", layout.width);
-        if record.iter().any(|cell| cell.contains(&b'\n')) {
-            expected.push_str("; a cell goes on over the end of the line: is a quote not closed?");
-        } else if record.len() > layout.width {
-            expected.push_str("; a number takes a decimal point, not a comma");
-        }
-        let noun = if record.len() == 1 { "cell" } else { "cells" };
-        return Err(Problem {
-            line: None,
-            place: "row".to_owned(),
-            found: Some(format!("{} {noun}", record.len())),
-            expected,
-        });
-    }
-    let cell = |column: RunColumn| {
-        let place = layout.place(column)?;
-        // the whole file was checked to be UTF-8
-        let text = std::str::from_utf8(record.get(place.index)?).ok()?;
-        layout.read(column, text).map(|text| (text, place))
-    };
-    let mut row = layout.row_before_its_cells();
-    for column in RunColumn::words() {
-        if layout.place(column).is_some() {
-            row.set_word(column, cell(column).map(|(text, _)| text));
-        }
-    }
-    let mut bad = vec![];
-    // of a run that is left out nothing else is read
-    if row.exclude.is_some() {
-        return Ok(Parsed { row, bad });
-    }
-    for column in RunColumn::numbers() {
-        // the film of a dry run is not read at all
-        if row.is_dry() && matches!(column, RunColumn::Film | RunColumn::FilmRatio) {
-            continue;
-        }
-        let Some((text, place)) = cell(column) else {
-            continue;
-        };
-        match decimals.read(text, column, CellPlace::Line(line)) {
-            Ok(value) => row.set(column, Some(place.to_si(value))),
-            Err(expected) => bad.push(BadCell { column, expected }),
-        }
-    }
-    Ok(Parsed { row, bad })
 }

@@ -5,16 +5,15 @@ use std::io::Cursor;
 use calamine::{DataRef, Reader, Xlsx};
 use zip::result::ZipError;
 
+use super::checked_rows::{Cell, CheckedRows, Holds};
 use super::collect::Collected;
 use super::columns::TableLayout;
-use super::decimals::Decimals;
-use super::refusals::{readable, whole_file, CellPlace, Refusals, Refused};
-use super::row::{check_row, BadCell, RowChecker};
+use super::refusals::{readable, whole_file, CellPlace, Refused};
 use super::survey::Survey;
 use super::text::too_many_columns;
 use crate::error::{quoted, Problem};
 use crate::files::{MOST_COLUMNS, MOST_UNPACKED};
-use crate::scene::{closest, RunColumn, Scene};
+use crate::scene::{closest, Scene};
 
 /// What a cell holds.
 #[derive(Debug, Default, Clone, PartialEq)]
@@ -40,58 +39,20 @@ pub(super) fn read_sheet(sheet: Sheet, scene: &Scene) -> Result<Collected, Refus
         header, names, rows, ..
     } = sheet;
     let layout = TableLayout::new(&names, Some(header as u64), &scene.data.naming)?;
-    let mut refusals = Refusals::new(&layout);
-    let has_film_ratio = layout.gives(RunColumn::FilmRatio);
-    let mut checker = RowChecker::new(scene, has_film_ratio);
-    let mut collected = Collected::with_capacity(0, has_film_ratio, &layout.remarks);
-    let mut decimals = Decimals::default();
+    let mut checked = CheckedRows::new(&layout, scene);
     for SheetRow { number, cells } in rows {
         let texts: Vec<Option<String>> = cells.iter().map(Held::text).collect();
-        let word = |column: RunColumn| {
-            let text = texts.get(layout.place(column)?.index)?.as_deref()?;
-            layout.read(column, text)
-        };
-        let place = CellPlace::Row(number);
-        let mut row = layout.row_before_its_cells();
-        for column in RunColumn::words() {
-            if layout.place(column).is_some() {
-                row.set_word(column, word(column));
-            }
-        }
-        if let Some(reason) = row.exclude {
-            collected.exclude(reason);
-            continue;
-        }
-        let mut bad = vec![];
-        for column in RunColumn::numbers() {
-            // the film of a dry run is not read at all
-            let unread = row.is_dry() && matches!(column, RunColumn::Film | RunColumn::FilmRatio);
-            let Some(at) = layout.place(column).filter(|_| !unread) else {
-                continue;
+        checked.add(CellPlace::Row(number), |place| {
+            let text = texts.get(place.index)?.as_deref()?;
+            let holds = match &cells[place.index] {
+                Held::Number(value) => Holds::Number(*value),
+                Held::Other(_, why) => Holds::Neither(why),
+                Held::Nothing | Held::Text(_) => Holds::Text,
             };
-            let value = match cells.get(at.index) {
-                None | Some(Held::Nothing) => Ok(None),
-                Some(Held::Number(value)) => Ok(Some(*value)),
-                Some(Held::Text(_)) => word(column).map(|text| decimals.read(text, column, place)).transpose(),
-                Some(Held::Other(_, why)) => Err(format!("expected a number{why}")),
-            };
-            match value {
-                Ok(value) => row.set(column, value.map(|value| at.to_si(value))),
-                Err(expected) => bad.push(BadCell { column, expected }),
-            }
-        }
-        if let Some(row) = check_row(&row, &mut checker, &mut bad) {
-            collected.push(&row, has_film_ratio, scene);
-        }
-        for bad in bad {
-            refusals.cell(place, bad, |column| {
-                let cell = texts.get(layout.place(column)?.index)?.as_deref()?;
-                (!cell.trim().is_empty()).then(|| quoted(cell.trim()))
-            });
-        }
+            Some(Cell { text, holds })
+        });
     }
-    decimals.finish(&mut refusals);
-    refusals.or(collected)
+    checked.finish()
 }
 
 /// Reads a sheet for what stands in its columns.

@@ -1,0 +1,115 @@
+//! Checks rows of cells one after the other, and gathers their runs or what is wrong with them.
+
+use super::collect::Collected;
+use super::columns::{ColumnPlace, TableLayout};
+use super::decimals::Decimals;
+use super::refusals::{CellPlace, Refusals, Refused};
+use super::row::{check_row, BadCell, RawRow, RowChecker};
+use crate::error::{quoted, Problem};
+use crate::scene::{RunColumn, Scene};
+
+/// A cell that is not empty.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Cell<'c> {
+    /// as a message shows it
+    pub text: &'c str,
+    pub holds: Holds,
+}
+
+/// What a cell holds.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Holds {
+    /// its text, which may be a number
+    Text,
+    /// a number
+    Number(f64),
+    /// what is neither; what is amiss with it
+    Neither(&'static str),
+}
+
+/// The runs of a table as far as it was read, and what is wrong with them.
+pub(super) struct CheckedRows<'s> {
+    layout: &'s TableLayout<'s>,
+    checker: RowChecker<'s>,
+    collected: Collected,
+    decimals: Decimals,
+    refusals: Refusals<'s>,
+}
+
+impl<'s> CheckedRows<'s> {
+    pub fn new(layout: &'s TableLayout<'s>, scene: &'s Scene) -> CheckedRows<'s> {
+        let has_film_ratio = layout.gives(RunColumn::FilmRatio);
+        CheckedRows {
+            layout,
+            checker: RowChecker::new(scene, has_film_ratio),
+            collected: Collected::with_capacity(0, has_film_ratio, &layout.remarks),
+            decimals: Decimals::default(),
+            refusals: Refusals::new(layout),
+        }
+    }
+
+    /// Adds the row at a place of the file; `cell` gives what it has in a column of the table.
+    pub fn add<'c>(&mut self, at: CellPlace, cell: impl Fn(&ColumnPlace) -> Option<Cell<'c>>) {
+        let layout = self.layout;
+        let mut row: RawRow<'_> = layout.row_before_its_cells();
+        for column in RunColumn::words() {
+            if let Some(place) = layout.place(column) {
+                let text = cell(place).map(|cell| cell.text);
+                row.set_word(column, text.and_then(|text| layout.read(column, text)));
+            }
+        }
+        // of a run that is left out nothing else is read
+        if let Some(reason) = row.exclude {
+            self.collected.exclude(reason);
+            return;
+        }
+        let mut bad = vec![];
+        for column in RunColumn::numbers() {
+            // the film of a dry run is not read at all
+            let unread = row.is_dry() && matches!(column, RunColumn::Film | RunColumn::FilmRatio);
+            let Some(place) = layout.place(column).filter(|_| !unread) else {
+                continue;
+            };
+            match self.number(column, cell(place), at) {
+                Ok(value) => row.set(column, value.map(|value| place.to_si(value))),
+                Err(expected) => bad.push(BadCell { column, expected }),
+            }
+        }
+        if let Some(row) = check_row(&row, &mut self.checker, &mut bad) {
+            self.collected
+                .push(&row, self.checker.has_film_ratio, self.checker.scene);
+        }
+        for bad in bad {
+            self.refusals.cell(at, bad, |column| {
+                let text = cell(layout.place(column)?)?.text.trim();
+                (!text.is_empty()).then(|| quoted(text))
+            });
+        }
+    }
+
+    /// The number in a cell, or what was expected of it.
+    fn number(&mut self, column: RunColumn, cell: Option<Cell>, at: CellPlace) -> Result<Option<f64>, String> {
+        let Some(cell) = cell else {
+            return Ok(None);
+        };
+        match cell.holds {
+            Holds::Text => {
+                let text = self.layout.read(column, cell.text);
+                text.map(|text| self.decimals.read(text, column, at)).transpose()
+            }
+            Holds::Number(value) => Ok(Some(value)),
+            Holds::Neither(why) => Err(format!("expected a number{why}")),
+        }
+    }
+
+    /// Says what is wrong with a row as a whole, or with the rest of the table.
+    pub fn refuse(&mut self, problem: Problem) {
+        self.refusals.other(problem);
+    }
+
+    /// Every run, unless something is wrong.
+    pub fn finish(mut self) -> Result<Collected, Refused> {
+        self.decimals.finish(&mut self.refusals);
+        self.refusals.or(self.collected)
+    }
+}
