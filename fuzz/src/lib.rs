@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use wetcor::error::Error;
 use wetcor::runs::{self, Table};
-use wetcor::scene::{self, Scene};
+use wetcor::scene::{self, Scene, TableFile};
 
 /// The scene that tables are read against; like that of the kept inputs.
 pub const SCENE: &str = include_str!("../../tests/data/good/plain/scene.toml");
@@ -54,13 +54,12 @@ pub fn outcome(read: &Result<Table, Error>) -> String {
     }
 }
 
-/// An error names its file, and no line of it holds a control character.
+/// An error names its file, and the sheet of a workbook after it; no line of it holds a control character.
 pub fn assert_told(error: &Error, file: &str) {
     let text = error.to_string();
-    assert!(
-        text.split(": ").next().is_some_and(|first| first.ends_with(file)),
-        "{text}"
-    );
+    let sheet = format!("{file}#");
+    let names = |first: &str| first.ends_with(file) || first.contains(&sheet);
+    assert!(text.split(": ").next().is_some_and(names), "{text}");
     for (index, line) in text.lines().enumerate() {
         assert!(is_line(line), "{text:?}");
         assert!(index == 0 || line.starts_with("  "), "{text:?}");
@@ -71,4 +70,12 @@ pub fn assert_told(error: &Error, file: &str) {
 pub fn is_line(line: &str) -> bool {
     let turns = |c: char| matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     !line.chars().any(|c| c.is_control() || turns(c))
+}
+
+/// A drafted scene is one, or lacks what it says.
+pub fn assert_drafted(table: &TableFile) {
+    if let Ok(draft) = runs::draft_scene(table, "runs.csv") {
+        let scene = scene::parse(&draft.text, std::path::Path::new("scene.toml"), String::new());
+        assert_eq!(scene.is_ok(), draft.to_fill_in.is_empty(), "{scene:?}");
+    }
 }

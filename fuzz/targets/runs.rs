@@ -2,7 +2,7 @@
 //! a scene from them.
 #![no_main]
 
-use wetcor_fuzz::{assert_told, outcome, Place};
+use wetcor_fuzz::{assert_drafted, assert_told, outcome, Place};
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let place = Place::with(wetcor_fuzz::SCENE, "runs.csv");
@@ -15,8 +15,5 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
         let quoted = place.read(&[b"\"particle\",", rest].concat());
         assert_eq!(outcome(&plain), outcome(&quoted));
     }
-    if let Ok(draft) = wetcor::runs::draft_scene(&place.scene.data.runs[0], "runs.csv") {
-        let scene = wetcor::scene::parse(&draft.text, std::path::Path::new("scene.toml"), String::new());
-        assert_eq!(scene.is_ok(), draft.to_fill_in.is_empty(), "{scene:?}");
-    }
+    assert_drafted(&place.scene.data.runs[0]);
 });
