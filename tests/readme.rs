@@ -1,7 +1,11 @@
 //! Holds the README to its word: its example scene and runs are read, its commands and files exist.
 
+mod common;
+
 use std::path::Path;
 use std::process::Command;
+
+use common::wetcor;
 
 fn readme() -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md");
@@ -13,16 +17,6 @@ fn block(text: &str, language: &str) -> String {
     let start = format!("```{language}\n");
     let after = text.split_once(&start).expect("the README has this block").1;
     after.split_once("```").expect("the block ends").0.to_owned()
-}
-
-fn wetcor(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_wetcor"))
-        .current_dir(folder)
-        .args(arguments)
-        .output()
-        .expect("the command can be started");
-    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
-    (output.status.code(), text(output.stdout), text(output.stderr))
 }
 
 /// A line without its numbers, and these.

@@ -97,7 +97,7 @@ impl<'s> CheckedRows<'s> {
                 let text = self.layout.read(column, cell.text);
                 text.map(|text| self.decimals.read(text, column, at)).transpose()
             }
-            Holds::Number(value) => Ok(Some(value)),
+            Holds::Number(value) => Ok(self.layout.read_number(column, value)),
             Holds::Neither(why) => Err(format!("expected a number{why}")),
         }
     }

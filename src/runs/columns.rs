@@ -118,6 +118,16 @@ impl<'s> TableLayout<'s> {
         }
     }
 
+    /// What a number stands for, in our words; `None` where it marks a missing cell.
+    pub fn read_number(&self, column: RunColumn, number: f64) -> Option<f64> {
+        let mut of_column = self.naming.words.iter().filter(|(of, _)| *of == column);
+        let words = of_column.find_map(|(_, words)| words.iter().find(|[theirs, _]| theirs.parse() == Ok(number)));
+        match words {
+            Some([_, ours]) => present(ours)?.parse().ok(),
+            None => Some(number),
+        }
+    }
+
     /// The column to name where a value is missing that one of several columns could give.
     pub fn blamed(&self, column: RunColumn) -> RunColumn {
         let instead: &[RunColumn] = match column {

@@ -218,7 +218,8 @@ fn collect_rows(
                 );
             }
             for (column, place, chunks) in &numbers {
-                raw.set(*column, number_at(chunks[chunk], row).map(|x| place.to_si(x)));
+                let number = number_at(chunks[chunk], row).and_then(|x| layout.read_number(*column, x));
+                raw.set(*column, number.map(|x| place.to_si(x)));
             }
             if let Some(reason) = raw.exclude {
                 collected.exclude(reason);

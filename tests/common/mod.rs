@@ -123,3 +123,14 @@ pub fn mean(values: &[f64]) -> (f64, f64) {
     let squares: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
     (mean, (squares / (n - 1.0) / n).sqrt())
 }
+
+/// Runs the command in a folder: its exit status, and what it prints to both outputs.
+pub fn wetcor(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_wetcor"))
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .expect("the command can be started");
+    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
+    (output.status.code(), text(output.stdout), text(output.stderr))
+}

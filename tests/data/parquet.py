@@ -18,6 +18,7 @@ def read(case):
 
 
 def write(case, table):
+    (HERE / case).mkdir(exist_ok=True)
     # plain pages of one block: the smallest file
     pyarrow.parquet.write_table(table, HERE / case / "runs.parquet", compression="zstd", write_statistics=False)
 
@@ -39,6 +40,13 @@ plain = read("good/plain")
 write("good/parquet", plain)
 write("errors", read("errors"))
 write("good/parquet_of_texts", as_text(plain))
+# numbers that mark a run that stuck and a cell that is missing
+stuck = pa.array([-1.0 if e == 0 else e for e in plain["restitution"].to_pylist()])
+missing = plain["film_ratio"].fill_null(-999.0)
+write("good/parquet_with_marks", changed(changed(plain, "restitution", stuck), "film_ratio", missing))
+scene = (HERE / "good/plain/scene.toml").read_text()
+marks = 'values.restitution = { "-1" = "0" }\nvalues.film_ratio = { "-999" = "NA" }\n'
+(HERE / "good/parquet_with_marks/scene.toml").write_text(scene.replace('"runs.csv"\n', '"runs.parquet"\n' + marks))
 
 small = plain.slice(6, 3)
 write("bad/parquet_bad_cell", changed(small, "restitution", pa.array([0.58, 1.3, None])))

@@ -18,10 +18,10 @@ def number(cell):
         return cell or None
 
 
-def write(case, sheets, runs="runs.xlsx"):
+def write(case, sheets, runs="runs.xlsx", data=""):
     folder = HERE / case
     folder.mkdir(exist_ok=True)
-    (folder / "scene.toml").write_text(SCENE.replace('"runs.csv"', f'"{runs}"'))
+    (folder / "scene.toml").write_text(SCENE.replace('"runs.csv"\n', f'"{runs}"\n{data}'))
     book = openpyxl.Workbook()
     book.remove(book.active)
     for name, rows in sheets.items():
@@ -35,6 +35,11 @@ def write(case, sheets, runs="runs.xlsx"):
 
 numbers = [HEADER] + [[number(cell) for cell in row] for row in ROWS]
 write("good/workbook", {"Sheet1": numbers, "notes": [["not", "runs"]]})
+# numbers that mark a run that stuck and a cell that is missing
+mark = {(4, None): -999.0, (6, 0.0): -1.0}
+marked = [[mark.get((at, cell), cell) for at, cell in enumerate(row)] for row in numbers]
+marks = 'values.restitution = { "-1" = "0" }\nvalues.film_ratio = { "-999" = "NA" }\n'
+write("good/workbook_with_marks", {"Sheet1": marked}, data=marks)
 # as text, with decimal commas, an empty row and one of blanks, on a sheet that is not the first
 texts = [HEADER] + [[cell.replace(".", ",") or None for cell in row] for row in ROWS]
 write(
