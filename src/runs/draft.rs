@@ -106,7 +106,9 @@ impl<'s> Naming<'s> {
                 is_unit_guessed,
             }) = guess
             else {
-                naming.unused.push(column.name.clone());
+                naming
+                    .unused
+                    .extend(Some(column.name.clone()).filter(|name| !name.is_empty()));
                 continue;
             };
             let name = format!("{}{}", of_runs.base(), unit.suffix);
@@ -191,8 +193,14 @@ impl<'s> Naming<'s> {
             }
         }
         for (of_runs, is_needed) in [(RunColumn::Diameter, true), (RunColumn::Film, is_wet)] {
-            if is_needed && !self.has(of_runs) {
+            if !is_needed || self.has(of_runs) {
+                continue;
+            }
+            // one of the columns that are not known may be it
+            if self.unused.is_empty() {
                 self.constants.push((of_runs.usual_name(), text_of(FILL_IN)));
+            } else {
+                self.columns.push((of_runs.usual_name(), FILL_IN.to_owned()));
             }
         }
     }

@@ -70,6 +70,11 @@ const CALLED: [(RunColumn, &[&str]); 13] = [
             "liquidheight",
             "delta",
             "δ",
+            "hfilm",
+            "liquidlayer",
+            "schicht",
+            "schichthöhe",
+            "filmhöhe",
             "filmdicke",
             "schichtdicke",
             "dicke",
@@ -187,13 +192,15 @@ const UNITS: [(&str, &str); 14] = [
     ("mms", "_mm_s"),
 ];
 
-/// The smallest and the largest that the largest number of a column may be, in SI, to guess its unit by.
-fn usual(column: RunColumn) -> (f64, f64) {
+/// Units to guess, each with the least and the most that the largest number of a column then may be. They leave out what two
+/// units could be: 150 is a height in mm as well as in cm, and a speed in cm/s as well as in mm/s.
+fn sizes(column: RunColumn) -> &'static [(&'static str, f64, f64)] {
     match column {
-        RunColumn::Diameter => (2e-4, 0.1),
-        RunColumn::Film => (5e-6, 5e-3),
-        RunColumn::DropHeight | RunColumn::ReboundHeight => (5e-3, 5.0),
-        _ => (0.05, 20.0),
+        RunColumn::Diameter => &[("_mm", 0.3, 30.0), ("_um", 300.0, 3e4), ("_m", 3e-4, 0.03)],
+        RunColumn::Film => &[("_um", 10.0, 3e3), ("_mm", 0.01, 3.0), ("_m", 1e-5, 3e-3)],
+        RunColumn::ImpactSpeed | RunColumn::ReboundSpeed => &[("_m_s", 0.05, 8.0), ("_mm_s", 1e3, 8e3)],
+        RunColumn::DropHeight | RunColumn::ReboundHeight => &[("_m", 5e-3, 0.9)],
+        _ => &[],
     }
 }
 
@@ -206,30 +213,21 @@ pub(super) fn guess(column: &SurveyedColumn, is_free: impl Fn(RunColumn) -> bool
     };
     let candidate = CALLED.iter().find_map(called)?;
     let units = candidate.dimension().units();
-    if candidate.dimension() == Dimension::One {
-        let (unit, is_unit_guessed) = (&units[0], false);
-        return Some(Guess {
-            column: candidate,
-            unit,
-            is_unit_guessed,
-        });
-    }
-    if let Some(unit) = units.iter().find(|unit| Some(unit.suffix) == suffix) {
-        return Some(Guess {
-            column: candidate,
-            unit,
-            is_unit_guessed: false,
-        });
-    }
-    let (least, most) = usual(candidate);
-    let largest = column.largest?;
-    let unit = units
-        .iter()
-        .find(|unit| (least..=most).contains(&unit.to_si(largest)))?;
+    let (suffix, is_unit_guessed) = match suffix {
+        _ if candidate.dimension() == Dimension::One => ("", false),
+        Some(suffix) => (suffix, false),
+        None => {
+            let largest = column.largest?;
+            let mut sizes = sizes(candidate).iter();
+            let (suffix, _, _) = sizes.find(|(_, least, most)| (*least..=*most).contains(&largest))?;
+            (*suffix, true)
+        }
+    };
+    let unit = units.iter().find(|unit| unit.suffix == suffix)?;
     Some(Guess {
         column: candidate,
         unit,
-        is_unit_guessed: true,
+        is_unit_guessed,
     })
 }
 

@@ -262,6 +262,10 @@ pub fn draft_scene(file: &TableFile, runs: &str) -> Result<Draft, Error> {
     if survey.rows == 0 {
         return Err(refused(vec![whole_file("no runs below the header", "one row a run")]));
     }
+    if survey.columns.iter().filter(|column| !column.name.is_empty()).count() < 2 {
+        let expected = "the names of columns, and no title above them";
+        return Err(refused(vec![whole_file("the first row names no columns", expected)]));
+    }
     Ok(draft::draft(&survey, runs))
 }
 

@@ -114,7 +114,9 @@ fn columns(data: &SceneTable) -> Option<Vec<(String, String)>> {
             continue;
         };
         if theirs == FILL_IN {
-            table.refuse_given(&ours, "the name that the table gives this column");
+            let expected =
+                "the name that the table gives this column (one that is the same in every row goes into `constants`)";
+            table.refuse_given(&ours, expected);
         } else if columns.iter().any(|(_, other)| *other == theirs) {
             table.refuse_given(&ours, "a column that stands for no other");
         }
