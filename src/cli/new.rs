@@ -14,6 +14,9 @@ use crate::progress::Progress;
 /// How the file is called where nothing else is asked for, beside the table.
 const SCENE: &str = "scene.toml";
 
+/// Columns that the summary names of those that are not read.
+const MOST_SHOWN: usize = 20;
+
 pub(super) fn new(table: &Path, out: Option<PathBuf>, quiet: bool) -> Result<u8, Error> {
     let table = TableFile::named(None, &table.to_string_lossy());
     if !table.has_known_ending() {
@@ -105,12 +108,23 @@ fn summary(draft: &Draft, out: &Path) -> String {
         text.push_str(&format!("guessed: {}\n", plain(guessed, usize::MAX)));
     }
     if !draft.unused.is_empty() {
-        let unused: Vec<String> = draft.unused.iter().map(|column| quoted(column)).collect();
-        text.push_str(&format!("columns not read: {}\n", unused.join(", ")));
+        let shown = draft.unused.iter().take(MOST_SHOWN).map(|column| quoted(column));
+        let more = draft.unused.len().saturating_sub(MOST_SHOWN);
+        let more = if more > 0 {
+            format!(" and {more} more")
+        } else {
+            String::new()
+        };
+        text.push_str(&format!(
+            "columns not read: {}{more}\n",
+            shown.collect::<Vec<_>>().join(", ")
+        ));
     }
     for key in &draft.to_fill_in {
         text.push_str(&format!("to fill in: {}\n", plain(key, usize::MAX)));
     }
-    text.push_str(&format!("then: wetcor check {}\n", named(out)));
+    let out = named(out);
+    let out = if out.contains(' ') { format!("\"{out}\"") } else { out };
+    text.push_str(&format!("then: wetcor check {out}\n"));
     text
 }
