@@ -304,7 +304,9 @@ impl Text {
             self.written.push_str(&format!("# guessed: {guessed}\n"));
         }
         let to_fill_in = |pairs: &[(String, String)]| {
-            let open = pairs.iter().filter(|(_, value)| value.contains(FILL_IN));
+            let open = pairs
+                .iter()
+                .filter(|(_, value)| [FILL_IN, &text_of(FILL_IN)].contains(&value.as_str()));
             open.map(|(ours, _)| ours.clone()).collect::<Vec<_>>()
         };
         for key in &section.keys {

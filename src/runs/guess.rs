@@ -14,8 +14,8 @@ pub(super) struct Guess {
 }
 
 /// What laboratories call columns: letters and digits alone, without a unit. Of a name that is in several lists the first
-/// that is free is meant.
-const CALLED: [(RunColumn, &[&str]); 13] = [
+/// that is free is meant. No column is taken for one of reasons to leave runs out: it may say `no` in each row.
+const CALLED: [(RunColumn, &[&str]); 12] = [
     (
         RunColumn::Particle,
         &[
@@ -165,7 +165,6 @@ const CALLED: [(RunColumn, &[&str]); 13] = [
         RunColumn::FilmRatio,
         &["nominalfilmratio", "relativefilm", "deltaoverd", "δd"],
     ),
-    (RunColumn::Exclude, &["excluded", "reason", "ausschluss", "grund"]),
     (
         RunColumn::Run,
         &[
@@ -322,7 +321,8 @@ mod tests {
                 "{name}"
             );
         }
-        // nothing is guessed of what is unknown, of words for numbers, or of a unit that cannot be
+        // nothing is guessed of what is unknown, of words for numbers, of a unit that cannot be or of two that could, or of
+        // reasons
         for (name, cell) in [
             ("temperature", "21"),
             ("e", "PTFE"),
@@ -330,6 +330,9 @@ mod tests {
             ("D", "4e9"),
             ("e", "37"),
             ("", "1"),
+            ("v", "150"),
+            ("Fallhöhe", "150"),
+            ("excluded", "no"),
         ] {
             assert_eq!(guessed(name, &[cell]), None, "{name}");
         }
