@@ -19,7 +19,6 @@ mod fit;
 mod messages;
 mod new;
 mod predict;
-
 mod simulate;
 mod threads;
 mod timing;

@@ -108,7 +108,7 @@ const INTERVAL: Key<OneOf<IntervalMethod>, Optional> = Key {
         ];
         all.map(|method| (method.name(), method)).to_vec()
     }),
-    absent: Optional("the one whose measured coverage is best at that number of runs"),
+    absent: Optional("percentile; of few runs that of least squares"),
     meaning: "the interval to quote",
     example: "\"bca\"",
 };
