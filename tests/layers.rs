@@ -196,7 +196,8 @@ fn definer(files: &BTreeMap<String, File>, module: &str, path: &[String]) -> Opt
                 if file.defined.contains(name) {
                     return Some(at);
                 }
-                let bound = file.bound.get(name).filter(|bound| *bound != path)?;
+                // what is called as the crate it comes from is not ours
+                let bound = file.bound.get(name).filter(|bound| bound[0] != *name)?;
                 return definer(files, &at, &[bound, &path[place + 1..]].concat());
             }
         }

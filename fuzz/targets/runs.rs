@@ -1,4 +1,4 @@
-//! Reads any bytes as a table of runs, twice: as it is, and with the header in quotes, which goes another way; and drafts
+//! Reads any bytes as a table of runs, twice: as it is, and with the header in quotes, which is cut another way; and drafts
 //! a scene from them.
 #![no_main]
 

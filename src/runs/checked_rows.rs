@@ -2,7 +2,7 @@
 
 use super::collect::Collected;
 use super::columns::{ColumnPlace, TableLayout};
-use super::decimals::Decimals;
+use super::decimals::{DecimalMarks, Decimals};
 use super::refusals::{CellPlace, Refusals, Refused};
 use super::row::{check_row, BadCell, RawRow, RowChecker};
 use crate::error::{quoted, Problem};
@@ -38,14 +38,38 @@ pub(super) struct CheckedRows<'s> {
 
 impl<'s> CheckedRows<'s> {
     pub fn new(layout: &'s TableLayout<'s>, scene: &'s Scene) -> CheckedRows<'s> {
-        let has_film_ratio = layout.gives(RunColumn::FilmRatio);
+        let checker = RowChecker::new(scene, layout.gives(RunColumn::FilmRatio));
+        CheckedRows::of_part(layout, checker, 0)
+    }
+
+    /// To hold a part of a table, of about so many rows.
+    pub fn of_part(layout: &'s TableLayout<'s>, checker: RowChecker<'s>, rows: usize) -> CheckedRows<'s> {
         CheckedRows {
             layout,
-            checker: RowChecker::new(scene, has_film_ratio),
-            collected: Collected::with_capacity(0, has_film_ratio, &layout.remarks),
+            collected: Collected::with_capacity(rows, checker.has_film_ratio, &layout.remarks),
+            checker,
             decimals: Decimals::default(),
             refusals: Refusals::new(layout),
         }
+    }
+
+    /// Adds a row whose cells were all read, with the marks of its decimals; whether all of it is as expected, without which
+    /// nothing is added.
+    #[inline]
+    pub fn add_read(&mut self, row: &RawRow, marks: DecimalMarks) -> bool {
+        if !self.decimals.take(marks) {
+            return false;
+        }
+        if let Some(reason) = row.exclude {
+            self.collected.exclude(reason);
+            return true;
+        }
+        let checked = check_row(row, &mut self.checker, &mut vec![]);
+        if let Some(row) = &checked {
+            self.collected
+                .push(row, self.checker.has_film_ratio, self.checker.scene);
+        }
+        checked.is_some()
     }
 
     /// Adds the row at a place of the file; `cell` gives what it has in a column of the table.
@@ -105,6 +129,12 @@ impl<'s> CheckedRows<'s> {
     /// Says what is wrong with a row as a whole, or with the rest of the table.
     pub fn refuse(&mut self, problem: Problem) {
         self.refusals.other(problem);
+    }
+
+    /// The runs of a part and the marks of their decimals, unless something is wrong.
+    pub fn finish_part(self) -> Option<(Collected, DecimalMarks)> {
+        let marks = self.decimals.marks();
+        Some((self.refusals.or(self.collected).ok()?, marks))
     }
 
     /// Every run, unless something is wrong.

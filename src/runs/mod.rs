@@ -12,12 +12,13 @@
 //! | `guess.rs` | guesses which column of runs it is |
 //! | `collect.rs` | gathers checked runs into columns and counts what was left out |
 //! | `checked_rows.rs` | checks rows of cells, and gathers their runs or what is wrong |
-//! | `text.rs` | reads CSV record by record, to accept what the fast reader refuses or to name the bad cell |
+//! | `records.rs` | cuts the text of a CSV into records and their cells |
+//! | `windows.rs` | cuts a CSV into windows of whole records |
+//! | `csv.rs` | reads CSV on every thread at once, and once more in order to name what is refused |
 //! | `parquet_footer.rs` | checks the counts a Parquet file states before memory is allocated by them |
 //! | `new_run.rs` | holds one run to be written |
 //! | `parquet.rs` | reads and writes Parquet with polars; with `parquet_footer.rs` the only file that names it |
 //! | `workbook.rs` | reads a sheet of a spreadsheet with calamine; the only file that names it |
-//! | `stream.rs` | reads an ordinary CSV fast, a window of lines at a time on every thread |
 //! | `source.rs` | opens a table, and reads no more of it than a format may have |
 //! | `draft.rs` | drafts a scene from a table |
 //! | `film_groups.rs` | puts runs in groups of one film ratio, and measures how wide each is |
@@ -32,6 +33,7 @@
 mod checked_rows;
 mod collect;
 mod columns;
+mod csv;
 mod decimals;
 mod draft;
 mod errors;
@@ -42,6 +44,7 @@ mod new_run;
 mod parquet;
 mod parquet_footer;
 mod part;
+mod records;
 mod refusals;
 mod row;
 mod screen;
@@ -49,10 +52,9 @@ mod series;
 mod source;
 mod spheres;
 mod stated_errors;
-mod stream;
 mod survey;
-mod text;
 mod true_speeds;
+mod windows;
 mod workbook;
 mod write;
 
@@ -67,7 +69,6 @@ pub use spheres::{diameter_in_mm, sphere_label, sphere_words, Sphere};
 pub use true_speeds::{SharedSpeed, TrueSpeed, TrueSpeeds, GAP, MOST_SETTINGS};
 pub use write::{Existing, RunWriter};
 
-use std::io::Read;
 use std::path::Path;
 
 use collect::Collected;
@@ -198,28 +199,18 @@ pub fn arrange(scene: &Scene, new: &[NewRun]) -> Runs {
     impacts::arrange(columns, scene)
 }
 
-/// The fast reader is strict; where it balks, the text reader decides and names what it refuses.
+/// Where something is refused, the table is read once more: to see that it is text, and then in its order.
 fn read_csv(source: &mut TableSource, path: &Path, scene: &Scene) -> Result<(Collected, String), Error> {
     let fail = |error: std::io::Error| Error::io(path, READ, error);
     let length = source.length();
-    let streamed = stream::read_streamed(source.reader().map_err(fail)?, length, stream::WINDOW, scene);
-    if let Some(read) = streamed {
+    let separator = csv::separator(source.reader().map_err(fail)?, &scene.data.naming).map_err(fail)?;
+    let table = csv::Csv::new(source.reader().map_err(fail)?, windows::WINDOW, separator);
+    if let Some(read) = table.runs_at_once(scene, length) {
         return Ok(read);
     }
-    // once to see that it is text, of which every later step is then sure, and once more for the runs
-    let sha256 = source.check_text(path)?;
-    let separator = text::separator(source.reader().map_err(fail)?, &scene.data.naming).map_err(fail)?;
-    let collected = read_text(source.reader().map_err(fail)?, separator, scene);
-    let collected = collected.map_err(|refused| refuse(path, refused))?;
-    Ok((collected, sha256))
-}
-
-/// The runs of a CSV that was checked to be text.
-fn read_text(source: impl Read, separator: u8, scene: &Scene) -> Result<Collected, Refused> {
-    let mut text = text::Text::new(source, separator);
-    let header = text.header()?;
-    let layout = columns::TableLayout::new(&header.names, Some(header.line), &scene.data.naming)?;
-    text.rows(&layout, scene)
+    source.check_text(path)?;
+    let table = csv::Csv::new(source.reader().map_err(fail)?, windows::WINDOW, separator);
+    table.runs_in_order(scene).map_err(|refused| refuse(path, refused))
 }
 
 fn read_parquet(source: TableSource, path: &Path, scene: &Scene) -> Result<(Collected, String), Error> {
@@ -255,9 +246,9 @@ pub fn draft_scene(file: &TableFile, runs: &str) -> Result<Draft, Error> {
     } else {
         source.check_text(path)?;
         let fail = |error: std::io::Error| Error::io(path, READ, error);
-        let separator = text::separator(source.reader().map_err(fail)?, &Naming::default()).map_err(fail)?;
-        let mut text = text::Text::new(source.reader().map_err(fail)?, separator);
-        text.survey().map_err(refused)?
+        let separator = csv::separator(source.reader().map_err(fail)?, &Naming::default()).map_err(fail)?;
+        let table = csv::Csv::new(source.reader().map_err(fail)?, windows::WINDOW, separator);
+        table.survey().map_err(refused)?
     };
     if survey.rows == 0 {
         return Err(refused(vec![whole_file("no runs below the header", "one row a run")]));

@@ -6,13 +6,13 @@ use polars::prelude::*;
 
 use super::collect::Collected;
 use super::columns::{ColumnPlace, TableLayout};
+use super::csv::too_many_columns;
 use super::decimals::Decimals;
 use super::new_run::NewRun;
 use super::parquet_footer;
 use super::refusals::{readable, CellPlace, Refusals, Refused};
 use super::row::{check_row, BadCell, RowChecker};
 use super::survey::Survey;
-use super::text::too_many_columns;
 use crate::error::{quoted, Problem};
 use crate::files::MOST_COLUMNS;
 use crate::scene::{RunColumn, Scene};

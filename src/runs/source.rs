@@ -9,7 +9,6 @@ use super::{parquet, parquet_footer};
 use crate::encoding;
 use crate::error::Error;
 use crate::files::{self, Input, MOST_OF_LINE, MOST_OF_PARQUET, MOST_OF_PIPE, MOST_OF_WORKBOOK};
-use crate::seed::Hash;
 
 /// What is being done, as a verb.
 pub(super) const READ: &str = "read the runs";
@@ -49,21 +48,16 @@ impl TableSource {
         })
     }
 
-    /// Checks that it is text, and gives its SHA-256.
-    pub fn check_text(&mut self, path: &Path) -> Result<String, Error> {
+    /// Checks that it is text, and not none at all.
+    pub fn check_text(&mut self, path: &Path) -> Result<(), Error> {
         let fail = |error: std::io::Error| Error::io(path, READ, error);
-        let (mut hash, mut bytes) = (Hash::default(), 0);
-        let checked = encoding::check(self.reader().map_err(fail)?, MOST_OF_LINE, |piece| {
-            hash.update(piece);
-            bytes += piece.len();
-        });
-        let checked = checked.map_err(fail)?;
+        let checked = encoding::check(self.reader().map_err(fail)?, MOST_OF_LINE).map_err(fail)?;
+        let bytes = checked.map_err(|problem| Error::input(path, vec![problem]))?;
         if bytes == 0 {
             let problem = whole_file("the file is empty", "a header line and one line a run");
             return Err(Error::input(path, vec![problem]));
         }
-        checked.map_err(|problem| Error::input(path, vec![problem]))?;
-        Ok(hash.finish())
+        Ok(())
     }
 
     /// All of a Parquet file.

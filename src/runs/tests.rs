@@ -15,25 +15,28 @@ fn plain() -> (Scene, String) {
     (scene, text)
 }
 
-/// What the fast and the text reader make of a file; `None` where a reader refuses it.
+/// What is made of a file read at once and in order; `None` where it is refused.
 fn both(text: &str, scene: &Scene) -> (Option<String>, Option<String>) {
-    let separator = text::separator(text.as_bytes(), &scene.data.naming).expect("a line");
-    let mut reader = text::Text::new(text.as_bytes(), separator);
-    let Ok(header) = reader.header() else {
-        return (None, None);
-    };
-    let Ok(layout) = columns::TableLayout::new(&header.names, Some(header.line), &scene.data.naming) else {
-        return (None, None);
-    };
-    let printed = |collected: collect::Collected| format!("{collected:?}");
+    let separator = csv::separator(text.as_bytes(), &scene.data.naming).expect("a line");
     // windows so small that even these files take several, with pieces of one and of several lines
-    let [fast, of_larger] = [256, 2048].map(|window| {
-        let read = stream::read_streamed(text.as_bytes(), text.len() as u64, window, scene);
-        read.map(|(collected, _)| printed(collected))
+    let [small, larger, whole] = [64, 512, windows::WINDOW].map(|window| {
+        let table = || csv::Csv::new(text.as_bytes(), window, separator);
+        let at_once = table().runs_at_once(scene, text.len() as u64);
+        let in_order = table().runs_in_order(scene);
+        if let (Some((_, one)), Ok((_, other))) = (&at_once, &in_order) {
+            assert_eq!([one, other], [&sha256(text.as_bytes()); 2]);
+        }
+        let at_once = at_once.map(|(collected, _)| format!("{collected:?}"));
+        (
+            at_once,
+            in_order
+                .map(|(collected, _)| format!("{collected:?}"))
+                .map_err(|refused| format!("{refused:?}")),
+        )
     });
-    assert_eq!(fast, of_larger, "{text:?}");
-    let slow = reader.rows(&layout, scene).ok();
-    (fast, slow.map(printed))
+    assert_eq!(small, larger, "{text:?}");
+    assert_eq!(small, whole, "{text:?}");
+    (whole.0, whole.1.ok())
 }
 
 /// The plain table with a column of errors, most of them missing.
@@ -60,29 +63,62 @@ fn german(text: &str) -> String {
     text.lines().enumerate().map(line).collect()
 }
 
-/// Where the fast reader takes a file, the text reader must make the same of it.
+/// Where a file is read at once, reading it in order makes the same of it; whether it is.
 fn assert_agree(text: &str, scene: &Scene) -> bool {
-    let (fast, slow) = both(text, scene);
-    if let Some(fast) = &fast {
-        assert_eq!(Some(fast), slow.as_ref(), "{text:?}");
+    let (at_once, in_order) = both(text, scene);
+    if let Some(at_once) = &at_once {
+        assert_eq!(Some(at_once), in_order.as_ref(), "{text:?}");
     }
-    fast.is_some()
+    at_once.is_some()
+}
+
+/// The plain table with every cell in quotes, as some programs write text.
+fn quoted(text: &str, separator: &str) -> String {
+    let between = format!("\"{separator}\"");
+    let line = |line: &str| format!("\"{}\"\n", line.replace(separator, &between));
+    text.lines().map(line).collect()
 }
 
 #[test]
-fn the_fast_reader_takes_a_plain_file() {
+fn what_need_not_be_refused_is_read_at_once() {
     let (scene, text) = plain();
-    assert!(assert_agree(&text, &scene));
-    assert!(assert_agree(&text.replace('\n', "\r\n"), &scene));
-    assert!(assert_agree(&with_errors(&text), &scene));
-    assert!(assert_agree(&german(&text), &scene));
-    assert!(assert_agree(&german(&text).replace(';', "\t"), &scene));
-    // of marks that are mixed the text reader tells where
-    assert!(!assert_agree(&german(&text).replacen("0,6482", "0.6482", 1), &scene));
+    let noted = with_errors(&text).replacen(",0,\n", ",0,\n\n \n", 1);
+    for text in [
+        &text,
+        &text.replace('\n', "\r\n"),
+        &text.replace('\n', "\r"),
+        &format!("\u{feff}\n{text}"),
+        &format!("{text},,,,,,\n,,,,,,\n"),
+        &with_errors(&text),
+        &noted,
+        &german(&text),
+        &german(&text).replace(';', "\t"),
+        &quoted(&text, ","),
+        &quoted(&german(&text), ";"),
+        &quoted(&text, ",").replacen("\"PTFE\"", "\"PT\"FE", 3),
+    ] {
+        assert!(assert_agree(text, &scene), "{text:?}");
+    }
+    // with mixed marks it is told where, and in the order of the file
+    for text in [
+        german(&text).replacen("0,7818", "0.7818", 1),
+        format!("{text},,,,,,\n{}\n", text.lines().last().expect("a row")),
+        text.replacen("PTFE", "PTFE\0", 1),
+    ] {
+        assert!(!assert_agree(&text, &scene), "{text:?}");
+    }
 }
 
 #[test]
-fn both_readers_mean_the_same_by_every_spelling_of_a_number() {
+fn a_film_that_no_run_has_need_not_be_a_number() {
+    let (scene, text) = plain();
+    let films = text.replace("dry,4,,", "dry,4,none,");
+    assert_ne!(films, text);
+    assert!(assert_agree(&films, &scene));
+}
+
+#[test]
+fn a_number_is_the_same_at_once_and_in_order_however_it_is_spelt() {
     let (scene, text) = plain();
     let mut taken = 0;
     for spelling in [
@@ -137,13 +173,13 @@ fn both_readers_mean_the_same_by_every_spelling_of_a_number() {
             taken += usize::from(assert_agree(&format!("{text}{}\n", cells.join(",")), &scene));
         }
     }
-    assert!(taken > 40, "the fast reader took only {taken} files");
+    assert!(taken > 40, "only {taken} files were read at once");
 }
 
 #[test]
-fn both_readers_agree_on_files_with_accidents() {
+fn files_with_accidents_are_the_same_at_once_and_in_order() {
     let (scene, text) = plain();
-    let tables = [&with_errors(&text), &text, &german(&text)];
+    let tables = [&with_errors(&text), &text, &german(&text), &quoted(&text, ",")];
     let mut rng = crate::seed::stream(1, "accidents", 0);
     let accidents = [
         ",", ";", "\n", "\r\n", "\r", " ", "\t", "\"", "0", "9", ".", "-", "+", "e", "NA", "dry", "#", "δ", "\n\n",
@@ -151,7 +187,7 @@ fn both_readers_agree_on_files_with_accidents() {
     ];
     let (mut taken, mut refused) = (0, 0);
     for attempt in 0..12_000 {
-        let text = tables[attempt % 3];
+        let text = tables[attempt % 4];
         let lines: Vec<&str> = text.lines().collect();
         // a few rows with one or two accidents, so that many still pass
         let first = rng.random_range(1..lines.len() - 4);
@@ -311,11 +347,12 @@ fn two_unknown_columns_of_one_name_shift_nothing() {
         })
         .collect();
     assert!(assert_agree(&doubled, &scene));
-    let Ok(read) = read_text(doubled.as_bytes(), b',', &scene) else {
-        panic!("it is read");
+    let columns = |text: &str| {
+        let table = csv::Csv::new(text.as_bytes(), windows::WINDOW, b',');
+        let (collected, _) = table
+            .runs_in_order(&scene)
+            .unwrap_or_else(|refused| panic!("{refused:?}"));
+        format!("{:?}", collected.columns)
     };
-    let Ok(reference) = read_text(text.as_bytes(), b',', &scene) else {
-        panic!("it is read");
-    };
-    assert_eq!(format!("{:?}", read.columns), format!("{:?}", reference.columns));
+    assert_eq!(columns(&doubled), columns(&text));
 }

@@ -95,7 +95,7 @@ fn dress() -> impl Strategy<Value = Dress> {
 }
 
 impl Dress {
-    /// The usual one: what the fast reader takes.
+    /// The usual one.
     fn plain(nominal: bool) -> Dress {
         let units = [Dimension::Length, Dimension::Thickness, Dimension::Speed].map(|dimension| dimension.units()[0]);
         Dress {
