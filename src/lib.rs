@@ -6,6 +6,7 @@
 //! | module | question | in → out |
 //! |---|---|---|
 //! | [`units`], [`error`], [`notice`] | how is it written, why is there no answer, what wants a look | |
+//! | `rounding` | how many digits are shown | number → text |
 //! | `distributions` | how probable is a number | probability → quantile |
 //! | `exponential` | what is exp x, several at a time | number → number |
 //! | `seed` | which random stream | name → stream |
@@ -132,6 +133,8 @@ pub mod notice;
 pub mod physics;
 #[cfg(feature = "cli")]
 pub mod report;
+#[cfg(feature = "cli")]
+mod rounding;
 #[cfg(feature = "cli")]
 pub mod runs;
 #[cfg(feature = "cli")]

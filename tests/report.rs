@@ -105,22 +105,52 @@ fn cells(report: &str, first: &str) -> Vec<String> {
         .collect()
 }
 
+/// What a report opens with: its sentences, each in its list, before the verdict; all of that and the main numbers in few
+/// words.
+#[test]
+fn the_report_opens_with_what_was_learnt_and_is_short_before_its_appendix() {
+    const MOST_WORDS: usize = 1500;
+    let reports = Path::new(env!("CARGO_MANIFEST_DIR")).join("reports");
+    for name in ["mueller2016", "sticking"] {
+        let read = |file: &str| std::fs::read_to_string(reports.join(name).join(file)).expect("committed");
+        let (report, findings) = (read("report.md"), read("findings.json"));
+        let findings: serde_json::Value = serde_json::from_str(&findings).expect("JSON");
+        let learnt: Vec<&str> = findings["main"]["learnt"]
+            .as_array()
+            .expect("sentences")
+            .iter()
+            .filter_map(serde_json::Value::as_str)
+            .collect();
+        assert!(learnt.len() >= 4, "{learnt:?}");
+        let listed: Vec<String> = learnt.iter().map(|sentence| format!("* {sentence}\n")).collect();
+        let opening = format!("\n\n**What was learnt.**\n\n{}\n**Verdict: ", listed.concat());
+        assert!(report.contains(&opening), "{name}: {opening}");
+        let (front, rest) = report.split_once("\n## Appendix\n").expect("an appendix");
+        let words = front.split_whitespace().count();
+        assert!(words <= MOST_WORDS, "{name}: {words} words before the appendix");
+        assert!(!rest.contains("\n## "), "{name}: a section after the appendix");
+        assert_eq!(front.matches("](figures/").count(), 2, "{name}");
+    }
+}
+
 #[test]
 fn a_posterior_is_told_step_by_step_and_its_figures_are_drawn() {
     let written = fit(SCENE, &[], all);
     let report = &written.report;
     let steps = [
-        "## Posterior",
-        "### Model",
-        "### Priors",
-        "### Computation",
-        "### Parameters",
-        "### What follows from them",
-        "### Prior against posterior",
-        "### Predictive check",
-        "### Other forms of the law",
-        "### Draws",
         "## Cautions",
+        "## Appendix",
+        "### Posterior",
+        "#### Model",
+        "#### Priors",
+        "#### Computation",
+        "#### Parameters",
+        "#### What follows from them",
+        "#### Prior against posterior",
+        "#### Predictive check",
+        "#### Other forms of the law",
+        "#### Draws",
+        "### Checks",
     ];
     let places: Vec<Option<usize>> = steps.iter().map(|step| report.find(&format!("\n{step}\n"))).collect();
     assert!(places.iter().all(Option::is_some) && places.is_sorted(), "{places:?}");
@@ -164,7 +194,7 @@ fn sampling_that_failed_is_told_on_the_first_line_and_rounded_to_what_it_knows()
     assert!(written.report.contains("| fails |"));
     let good = fit(SCENE, &["--stages", "least_squares,posterior"], all);
     let digits = |report: &str| {
-        let mut rows = report.lines().skip_while(|line| *line != "### Parameters");
+        let mut rows = report.lines().skip_while(|line| *line != "#### Parameters");
         let row = rows.find(|line| line.starts_with("| L |")).expect("the row of L");
         row.split('|').nth(2).map_or(0, |mean| mean.trim().len())
     };
@@ -195,7 +225,7 @@ fn dry_runs_alone_have_a_posterior_without_a_wet_word() {
     assert!(written.report.contains("### Parameters"));
     for absent in [
         "A wet run of",
-        "### What follows from them",
+        "#### What follows from them",
         "### Other forms",
         "number of stuck runs",
     ] {
@@ -293,7 +323,7 @@ fn a_particle_without_roughness_lacks_the_length_of_its_critical_separation_alon
         assert!(!report.contains(absent), "{absent}");
     }
     assert_eq!(report.matches(why).count(), 3);
-    let energy = report.split("\n## Energy\n").nth(1).expect("a section");
+    let energy = report.split("\n### Energy\n").nth(1).expect("a section");
     assert_eq!(cells(energy, "PE | 0.08 | square root")[8..], ["–", "–"]);
     assert!(cells(energy, "PTFE | 0.08 | square root")[8].contains('±'));
     for particle in ["PTFE", "PE"] {

@@ -56,6 +56,26 @@ pub struct ComparedModel {
     pub divergences: usize,
 }
 
+impl ComparedModel {
+    /// A difference of fewer standard errors than this, or smaller than it, is none to speak of.
+    const CLEAR: f64 = 4.0;
+
+    /// The name of its form of inertia.
+    pub fn inertia(&self) -> &str {
+        self.model.split(['/', '+']).next().unwrap_or_default()
+    }
+
+    /// By how many standard errors it predicts less than the best.
+    pub fn errors_behind(&self) -> Option<f64> {
+        self.delta_se.filter(|se| *se > 0.0).map(|se| -self.delta / se)
+    }
+
+    /// Whether the best predicts better beyond doubt.
+    pub fn is_clearly_worse(&self) -> bool {
+        -self.delta > ComparedModel::CLEAR && self.errors_behind().is_some_and(|n| n > ComparedModel::CLEAR)
+    }
+}
+
 impl EvaluatedModel {
     fn new(form: Form, own: bool, left_out: LeftOutModel) -> EvaluatedModel {
         let LeftOutModel { sampled, loo, used } = left_out;

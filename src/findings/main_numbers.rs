@@ -19,6 +19,7 @@ use crate::inference::diagnostics::quantile::central_interval;
 use crate::model::parameters::ParameterKind;
 use crate::physics::form::Term;
 use crate::physics::{Coefficient, Form, Quantity};
+use crate::rounding::{positive, significant, with_sd, with_se, NONE};
 use crate::runs::{FilmGroup, Runs};
 use crate::scene::{NoiseOn, Scene, WetLaw};
 
@@ -59,6 +60,8 @@ pub struct MainNumbers {
     pub verdict: Verdict,
     /// whether least squares stands in for a posterior that was not sampled
     pub provisional: bool,
+    /// what was learnt, a sentence each
+    pub learnt: Vec<String>,
     /// k, L, the inertial prefactor, the film scale, δc/ε
     pub parameters: Vec<MainParameter>,
     /// e_inf and St_c of each particle and film ratio
@@ -130,6 +133,21 @@ pub struct MainPlace {
 }
 
 impl MainNumber {
+    /// The number with its uncertainty, or the value alone where there is none. `scale` must be a plain factor.
+    pub fn rounded(&self, scale: impl Fn(f64) -> f64) -> String {
+        let scaled = |x: Option<f64>| x.map(&scale);
+        match (
+            scaled(self.value),
+            positive(scaled(self.se)),
+            positive(scaled(self.mcse)),
+        ) {
+            (Some(mean), Some(sd), Some(mcse)) => with_sd(mean, sd, mcse),
+            (Some(value), Some(se), None) => with_se(value, se),
+            (Some(value), None, _) => format!("{} (no ±)", significant(value, 4)),
+            (None, ..) => NONE.to_owned(),
+        }
+    }
+
     fn of_fit(estimate: &Estimate, source: Source) -> MainNumber {
         MainNumber {
             value: estimate.value,
@@ -198,6 +216,7 @@ pub(super) fn pick_main_numbers(from: MainSources) -> MainNumbers {
     MainNumbers {
         verdict: judge(from.checks),
         provisional: from.posterior.is_none(),
+        learnt: vec![],
         parameters: match from.posterior {
             Some(posterior) => from.sampled_parameters(posterior),
             None => from.fitted_parameters(),

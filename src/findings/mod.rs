@@ -39,6 +39,7 @@
 //! | `compare.rs` | which form of the law predicts best |
 //! | `questions/` | whether L and C are the same at every film ratio |
 //! | `document.rs` | everything a fit says, as `findings.json` writes it |
+//! | `learnt.rs` | what was learnt, in sentences |
 //! | `plausible.rs` | constants, runs and results that no such experiment has |
 //! | `overview.rs` | what was read, for `check` |
 
@@ -57,6 +58,7 @@ pub mod film_ratio;
 mod fit_verdict;
 pub mod form_choice;
 pub mod identify;
+pub mod learnt;
 pub mod least_squares;
 pub mod left_out;
 pub mod main_numbers;
@@ -207,6 +209,7 @@ pub fn fit_least_squares_watched(
     // a wrong unit explains what else fails
     let of_input = plausible::check_input(scene, runs);
     findings.verdicts.splice(0..0, of_input);
+    findings.main.learnt = learnt::what_was_learnt(scene, runs, &findings);
     findings
 }
 
@@ -389,6 +392,7 @@ impl Findings {
             posterior,
             checks: &self.verdicts,
         });
+        self.main.learnt = learnt::what_was_learnt(scene, runs, self);
     }
 
     /// Compares the forms of the law, asks whether L and C are constant, and adds what that says.

@@ -62,7 +62,7 @@ pub fn interval(quantity: Quantity, of: &Estimate) -> String {
 
 /// A main number: `value ± uncertainty`.
 pub fn main(quantity: Quantity, of: &MainNumber) -> String {
-    numbers::main_scaled(of, factor(quantity).0)
+    of.rounded(factor(quantity).0)
 }
 
 /// The interval of a main number.

@@ -36,6 +36,9 @@ pub struct Directions {
     pub at: &'static str,
     /// the parameter that keeps most of its prior
     pub least_known: String,
+    /// the same in words
+    #[serde(skip)]
+    pub least_known_words: String,
     /// the share of its prior sd it keeps
     pub spread_left: f64,
     /// what the runs cannot see
@@ -88,6 +91,7 @@ pub fn identify_directions(scene: &Scene, runs: &Runs, least_squares: LeastSquar
             "least_squares_with_priors"
         },
         least_known: name(&least),
+        least_known_words: words::word(scene, runs, identifiability.kinds[least]),
         spread_left: *spread_left,
         unseen: unseen.collect(),
     })

@@ -16,7 +16,7 @@ pub(super) fn spheres(kinds: &[ParameterKind]) -> Vec<usize> {
 }
 
 /// What a parameter is called in a sentence.
-fn word(scene: &Scene, runs: &Runs, kind: ParameterKind) -> String {
+pub(super) fn word(scene: &Scene, runs: &Runs, kind: ParameterKind) -> String {
     match kind {
         ParameterKind::DryK(_) if runs.spheres.len() == 1 => "e_dry".to_owned(),
         ParameterKind::DryK(sphere) => format!("e_dry of {}", runs.spheres[sphere].words(scene)),

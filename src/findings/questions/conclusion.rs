@@ -71,6 +71,7 @@ pub(super) fn answer_question(question: Question, form: Form, evidence: TrendEvi
         trend: Some(trend),
         answer,
         text,
+        why_open: doubt,
         ..question
     }
 }

@@ -87,6 +87,7 @@ fn unanswered(question: &'static str, of: ParameterKind) -> Question {
         trend: None,
         answer: Answer::Open,
         text: String::new(),
+        why_open: None,
     }
 }
 

@@ -29,6 +29,9 @@ pub struct Question {
     pub answer: Answer,
     /// the same in words
     pub text: String,
+    /// why it is open, where that is not for what a trend gains
+    #[serde(skip)]
+    pub why_open: Option<String>,
 }
 
 /// How a parameter goes with the logarithm of the film ratio: dL/d ln δ̃ or d ln C/d ln δ̃.
@@ -74,6 +77,7 @@ impl Question {
         Question {
             answer: Answer::Open,
             text: format!("open: {why}"),
+            why_open: Some(why.to_owned()),
             ..self
         }
     }

@@ -17,6 +17,16 @@ pub(super) fn cautions(page: &mut Page, input: ReportInput) {
         .map(|notice| format!("{}. Next: {}.", notice.text, notice.next_step))
         .collect();
     page.list(&notices);
+    if notices.is_empty() {
+        page.paragraph("None but what Checks in the appendix has.");
+    }
+}
+
+/// What must hold before the numbers are quoted, with what does not.
+pub(super) fn checks(page: &mut Page, input: ReportInput) {
+    let findings = input.findings;
+    page.heading("Checks");
+    page.paragraph("What must hold before the numbers are quoted, and what of other checks fails.");
     let checks = findings.verdicts.iter();
     let checks = checks.filter(|check| !check.passed || check.gates && !posterior::lists(input, check));
     let text = |check: &Check| {

@@ -12,7 +12,7 @@ use crate::findings::estimate::Estimate;
 use crate::findings::scaling::Scaling;
 use crate::inference::lack_of_fit::Alternative;
 use crate::physics::{DrySpeed, Inertia, Quantity};
-use crate::runs::sphere_words;
+use crate::runs::{sphere_words, Sphere};
 use crate::scene::DryKOf;
 use crate::units::{micrometres, millimetres};
 
@@ -24,6 +24,7 @@ pub(super) fn dry(page: &mut Page, input: ReportInput) {
         return;
     }
     page.heading("Dry law");
+    page.paragraph("k of each particle by its dry runs alone, and whether one k serves at every diameter and speed.");
     let rows = input.findings.dry.iter().flat_map(|dry| {
         let several = dry.by_diameter.iter().filter(|_| dry.by_diameter.len() > 1);
         let each = several.map(|one| DryTableRow {
@@ -121,14 +122,8 @@ pub(super) fn series(page: &mut Page, input: ReportInput) {
     page.paragraph(&format!(
         "e = √(α + β/v), one law a series; the threshold is the speed −β/α below which it gives no rebound.{offset}"
     ));
-    let (bands, names) = (bands(input), figures::Names::of(input.scene, input.runs));
     for sphere in estimated(input) {
-        let (label, name) = (sphere.label(input.scene), sphere.words(input.scene));
-        page.figure(
-            &names.speed(&label),
-            &format!("{name}: e_n against v"),
-            &format!("{name}: restitution against impact speed at one film ratio. Points are means of repeated speeds with their standard errors, curves the fits of this section and the dry law (as figs. 2a and 2c of Müller & Huang 2016). Stuck runs are hollow marks at e = 0, those of one series above another's.{bands}"),
-        );
+        against_speed(page, input, sphere);
     }
     let table = ReportTable::of(&findings.series)
         .column("particle", |row| &row.particle)
@@ -145,6 +140,33 @@ pub(super) fn series(page: &mut Page, input: ReportInput) {
         .column("residual sd", |row| numbers::optional(row.residual_sd, 2))
         .column("verdict", |row| usable(&row.verdict));
     page.table(&table);
+}
+
+/// Restitution against speed.
+fn against_speed(page: &mut Page, input: ReportInput, sphere: Sphere) {
+    let (label, name) = (sphere.label(input.scene), sphere.words(input.scene));
+    page.figure(
+        &figures::Names::of(input.scene, input.runs).speed(&label),
+        &format!("{name}: e_n against v"),
+        &format!("{name}: restitution against impact speed at one film ratio. Points are means of repeated speeds with their standard errors, curves the square-root law of each series and the dry law (as figs. 2a and 2c of Müller & Huang 2016). Stuck runs are hollow marks at e = 0, those of one series above another's.{}", bands(input)),
+    );
+}
+
+/// e_inf and St_c against the film ratio.
+fn against_film(page: &mut Page) {
+    page.figure(
+        figures::FILM,
+        "e_inf and St_c",
+        "e_inf and St_c against the film ratio by both laws; bars are standard errors (as fig. 4).",
+    );
+}
+
+/// The two figures that stand beside the main numbers.
+pub(super) fn first_figures(page: &mut Page, input: ReportInput) {
+    if let Some(sphere) = estimated(input).into_iter().next() {
+        against_speed(page, input, sphere);
+    }
+    against_film(page);
 }
 
 /// What the bands in a figure are; nothing where there are none.
@@ -254,11 +276,7 @@ pub(super) fn film(page: &mut Page, input: ReportInput) {
          they get wrong without any noise: the linear law against the square root; the square root, which takes liquids \
          of different density ratio as one, against the energy balance.",
     );
-    page.figure(
-        figures::FILM,
-        "e_inf and St_c",
-        "e_inf and St_c against the film ratio by both laws; bars are standard errors (as fig. 4).",
-    );
+    against_film(page);
     page.table(&table);
     if let Some(text) = of_speed(input) {
         page.paragraph(&text);

@@ -10,6 +10,7 @@ use super::page::Page;
 use super::posterior::held;
 use super::table::ReportTable;
 use super::verdict::verdict_line;
+use crate::findings::film_ratio::reference_film_ratio;
 use crate::findings::form_choice::{ChosenBy, InertiaChoice, OtherForm};
 use crate::findings::main_numbers::{MainNumbers, MainParameter, MainPlace, Source};
 use crate::physics::loss::{Film, Loss};
@@ -62,11 +63,45 @@ pub(super) fn main_numbers(page: &mut Page, input: ReportInput) {
     }
     if !main.at.is_empty() {
         page.paragraph(&what_places_are(main, input));
-        page.table(&places(&main.at, input));
+        let shown = places_shown(main, input);
+        let others = main.at.len() - shown.len();
+        page.table(&places(shown, input));
+        if others > 0 {
+            page.paragraph(&format!(
+                "{others} more, of the other film ratios, stand in the appendix."
+            ));
+        }
     }
     if let Some(text) = combined(input) {
         page.paragraph(&text);
     }
+}
+
+/// The places that stand for the others: of each particle one film ratio, or all of them where they are few.
+fn places_shown<'a>(main: &'a MainNumbers, input: ReportInput) -> Vec<&'a MainPlace> {
+    const FEW: usize = 6;
+    let spheres = || 0..input.runs.spheres.len();
+    let stands_for_others = |place: &&MainPlace| {
+        main.at.len() <= FEW
+            || spheres().any(|sphere| {
+                let own = &input.runs.spheres[sphere];
+                input.scene.particles[own.particle].name == place.particle
+                    && (place.diameter_m.is_none() || own.diameter == place.diameter_m)
+                    && reference_film_ratio(input.scene, input.runs, sphere) == Some(place.film_ratio)
+            })
+    };
+    main.at.iter().filter(stands_for_others).collect()
+}
+
+/// e_inf and St_c wherever they are told, if not all of them stand among the main numbers.
+pub(super) fn every_place(page: &mut Page, input: ReportInput) {
+    let main = &input.findings.main;
+    if places_shown(main, input).len() == main.at.len() {
+        return;
+    }
+    page.heading("Every film ratio");
+    page.paragraph("e_inf and St_c of every film ratio, as those among the main numbers.");
+    page.table(&places(&main.at, input));
 }
 
 /// How far the forms that were not chosen are from the chosen one.
@@ -114,9 +149,8 @@ fn what_places_are(main: &MainNumbers, input: ReportInput) -> String {
     }
     if has(Source::Posterior) {
         text.push_str(
-            " From the posterior, for each liquid: ± is one standard deviation. It stands alone where the law does not say how \
-             the runs came about: where a run stuck or carries measurement errors, with noise on the energy kept, or where \
-             taking liquids as one would bias it.",
+            " From the posterior, for each liquid: ± is one standard deviation. It stands alone where a run stuck or carries \
+             measurement errors, with noise on the energy kept, and where taking liquids as one would bias the law.",
         );
         if input.scene.model.series_offsets {
             text.push_str(" Here series have offsets of the energy kept, which the law does not know.");
@@ -175,11 +209,13 @@ fn true_k(input: ReportInput, sphere: &Sphere) -> Option<f64> {
 /// The header of what simulated runs were drawn from.
 const SIMULATED_FROM: &str = "simulated from";
 
-fn places<'a>(at: &'a [MainPlace], input: ReportInput) -> ReportTable<&'a MainPlace> {
+fn places<'a>(at: impl IntoIterator<Item = &'a MainPlace>, input: ReportInput) -> ReportTable<&'a MainPlace> {
+    let at: Vec<&MainPlace> = at.into_iter().collect();
+    let by_diameter = at.iter().any(|row| row.diameter_m.is_some());
     let mut table = ReportTable::of(at)
         .column("particle", |row| &row.particle)
         .column("δ/D", |row| numbers::short(row.film_ratio));
-    if at.iter().any(|row| row.diameter_m.is_some()) {
+    if by_diameter {
         table = table.column("D / mm", |row| row.diameter_m.map(diameter));
     }
     let interval = interval_header(input);
@@ -206,7 +242,7 @@ fn places<'a>(at: &'a [MainPlace], input: ReportInput) -> ReportTable<&'a MainPl
     }
     table
         .column(Quantity::StNoRebound.describe().symbol, |row| {
-            numbers::main_scaled(&row.st_c, |st_c| 2.0 * st_c)
+            row.st_c.rounded(|st_c| 2.0 * st_c)
         })
         .column("from", |row| row.source.name())
 }

@@ -23,18 +23,21 @@ pub use runs::overview_text;
 use super::input::ReportInput;
 use escape::literal;
 use page::Page;
-use verdict::verdict_line;
 
 /// The whole report; `figures` are the names of those that were drawn.
 pub fn report(input: ReportInput, figures: &[&str]) -> String {
     let mut page = Page::titled(&literal(&input.scene.title), figures);
-    page.paragraph(&verdict_line(input.findings));
-    if let Some(source) = &input.scene.source {
-        page.paragraph(&format!("Runs: {}", literal(source)));
-    }
+    verdict::opening(&mut page, input);
     main_numbers::main_numbers(&mut page, input);
+    laws::first_figures(&mut page, input);
+    cautions::cautions(&mut page, input);
+    cautions::reproduce(&mut page, input);
+    page.appendix();
+    page.paragraph("What the numbers above rest on, and the numbers of every setting.");
+    main_numbers::every_place(&mut page, input);
     main_numbers::published(&mut page, input);
     runs::data(&mut page, input);
+    runs::groups(&mut page, input);
     terms::terms(&mut page, input);
     laws::dry(&mut page, input);
     laws::series(&mut page, input);
@@ -47,8 +50,7 @@ pub fn report(input: ReportInput, figures: &[&str]) -> String {
     constants::constants(&mut page, input);
     bootstrap::bootstrap(&mut page, input);
     posterior::posterior(&mut page, input);
-    cautions::cautions(&mut page, input);
-    cautions::reproduce(&mut page, input);
+    cautions::checks(&mut page, input);
     let mut text = page.text.trim_end().to_owned();
     text.push('\n');
     text

@@ -7,6 +7,8 @@ use super::table::ReportTable;
 pub(crate) struct Page {
     pub(crate) text: String,
     pub(crate) figures: Vec<String>,
+    /// signs before a heading
+    depth: usize,
 }
 
 impl Page {
@@ -15,15 +17,22 @@ impl Page {
         Page {
             text: format!("# {title}\n\n"),
             figures: figures.iter().map(|name| (*name).to_owned()).collect(),
+            depth: 2,
         }
     }
 
+    /// Begins the appendix, of which all that comes after it is a part.
+    pub(crate) fn appendix(&mut self) {
+        self.heading("Appendix");
+        self.depth += 1;
+    }
+
     pub(crate) fn heading(&mut self, title: &str) {
-        self.text.push_str(&format!("## {title}\n\n"));
+        self.text.push_str(&format!("{} {title}\n\n", "#".repeat(self.depth)));
     }
 
     pub(crate) fn subheading(&mut self, title: &str) {
-        self.text.push_str(&format!("### {title}\n\n"));
+        self.text.push_str(&format!("#{} {title}\n\n", "#".repeat(self.depth)));
     }
 
     pub(crate) fn paragraph(&mut self, text: &str) {
@@ -56,10 +65,10 @@ impl Page {
         }
     }
 
-    /// Places a figure that was drawn; nothing where figures were not asked for. `short` stands in where it cannot be
-    /// shown.
+    /// Places a figure that was drawn and was not placed before. `short` stands in where it cannot be shown.
     pub(crate) fn figure(&mut self, name: &str, short: &str, caption: &str) {
-        if self.figures.iter().any(|drawn| drawn == name) {
+        if let Some(at) = self.figures.iter().position(|drawn| drawn == name) {
+            self.figures.remove(at);
             let (short, caption) = (guarded(short), guarded(caption));
             let address = destination(name);
             self.text

@@ -8,6 +8,7 @@ use super::table::ReportTable;
 use crate::error::plain;
 use crate::findings::film_groups::FilmGroupWidth;
 use crate::findings::identify::{Directions, IdentifiableCombination, Unidentified};
+use crate::findings::learnt::capital;
 use crate::findings::overview::{Material, Overview};
 use crate::units::{micrometres, millimetres};
 
@@ -56,19 +57,26 @@ pub(super) fn data(page: &mut Page, input: ReportInput) {
         counts.runs, counts.stuck, counts.used
     ));
     page.table(&materials(&input.overview.materials));
-    if !input.findings.film_groups.is_empty() {
-        page.paragraph(
-            "Runs of a particle that belong to one film ratio; the width is the distance of the 5 % and 95 % quantiles of \
-             their own δ/D over its mean. The energy balance and the posterior take each run's own film.",
-        );
-        page.table(&film_groups(&input.findings.film_groups));
-    }
     if let Some(directions) = &input.findings.identifies {
         page.paragraph(&seen(directions));
         for unseen in &directions.unseen {
-            page.paragraph(&format!("* {}.", unseen_lines(unseen).join(". ")));
+            let lines: Vec<String> = unseen_lines(unseen).iter().map(|line| capital(line)).collect();
+            page.paragraph(&format!("* {}.", lines.join(". ")));
         }
     }
+}
+
+/// The film groups, in the appendix.
+pub(super) fn groups(page: &mut Page, input: ReportInput) {
+    if input.findings.film_groups.is_empty() {
+        return;
+    }
+    page.heading("Film groups");
+    page.paragraph(
+        "Runs of a particle that belong to one film ratio; the width is the distance of the 5 % and 95 % quantiles of their \
+         own δ/D over its mean. The energy balance and the posterior take each run's own film.",
+    );
+    page.table(&film_groups(&input.findings.film_groups));
 }
 
 /// What the runs see of the parameters together.

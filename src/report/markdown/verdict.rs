@@ -1,8 +1,35 @@
-//! Writes the first line of a report: whether the main numbers may be quoted.
+//! Writes what a report opens with: what was learnt, and whether the main numbers may be quoted.
 
+use super::super::ReportInput;
+use super::escape::literal;
+use super::page::Page;
 use crate::findings::Findings;
 
-/// The first line: whether the main numbers may be quoted.
+/// What was learnt, and the verdict: first where nothing may be quoted.
+pub(super) fn opening(page: &mut Page, input: ReportInput) {
+    let main = &input.findings.main;
+    let verdict = verdict_line(input.findings);
+    if !main.verdict.passed {
+        page.paragraph(&verdict);
+    }
+    if !main.learnt.is_empty() {
+        page.paragraph(if main.verdict.passed {
+            "**What was learnt.**"
+        } else {
+            "What the runs would say, if these numbers could be quoted:"
+        });
+        let sentences: Vec<String> = main.learnt.iter().map(|sentence| literal(sentence)).collect();
+        page.list(&sentences);
+    }
+    if main.verdict.passed {
+        page.paragraph(&verdict);
+    }
+    if let Some(source) = &input.scene.source {
+        page.paragraph(&format!("Runs: {}", literal(source)));
+    }
+}
+
+/// The line that says whether the main numbers may be quoted.
 pub fn verdict_line(findings: &Findings) -> String {
     let cautions = findings
         .verdicts
@@ -12,8 +39,8 @@ pub fn verdict_line(findings: &Findings) -> String {
         + findings.notices.len();
     let see = match cautions {
         0 => String::new(),
-        1 => " One caution stands at the end.".to_owned(),
-        n => format!(" {n} cautions stand at the end."),
+        1 => " One caution stands under Cautions.".to_owned(),
+        n => format!(" {n} cautions stand under Cautions."),
     };
     let verdict = &findings.main.verdict;
     if verdict.passed {

@@ -11,9 +11,6 @@ use crate::findings::compare::ComparedModel;
 use crate::findings::posterior::Posterior;
 use crate::physics::Viscous;
 
-/// A difference of fewer standard errors than this is none to speak of.
-const CLEAR: f64 = 4.0;
-
 /// Bands, groups and the number stuck.
 pub(super) fn predictive(page: &mut Page, posterior: &Posterior) {
     let found = &posterior.findings.predictive;
@@ -154,14 +151,13 @@ fn verdict(models: &[ComparedModel]) -> Option<String> {
     } else {
         (best, own)
     };
-    let by = -worse.delta;
-    let in_se = worse.delta_se.filter(|se| *se > 0.0).map(|se| by / se);
-    let errors = in_se.map_or("of unknown standard error".to_owned(), |n| {
-        format!("{n:.1} standard errors")
-    });
-    let clear = by > CLEAR && in_se.is_some_and(|n| n > CLEAR);
-    let by = numbers::significant(by, 3);
-    Some(match (own.model == best.model, clear) {
+    let errors = worse
+        .errors_behind()
+        .map_or("of unknown standard error".to_owned(), |n| {
+            format!("{n:.1} standard errors")
+        });
+    let by = numbers::significant(-worse.delta, 3);
+    Some(match (own.model == best.model, worse.is_clearly_worse()) {
         (true, true) => format!(
             "This scene's form, {}, predicts best; the next, {}, falls short by {by} ({errors}).",
             own.model, other.model

@@ -5,6 +5,7 @@ use super::super::super::numbers;
 use super::super::super::ReportInput;
 use super::super::page::Page;
 use super::super::table::ReportTable;
+use crate::findings::learnt::capital;
 use crate::findings::posterior::Posterior;
 use crate::findings::questions::{Answer, Question, LEAST_GAIN, SMALL};
 
@@ -104,12 +105,4 @@ fn residuals(page: &mut Page, posterior: &Posterior) {
         "mean residuals against the film ratio",
         "Mean residual of each particle and film ratio under this scene's own model, in σ, with its standard error.",
     );
-}
-
-fn capital(text: &str) -> String {
-    let mut letters = text.chars();
-    match letters.next() {
-        Some(first) => first.to_uppercase().chain(letters).collect(),
-        None => String::new(),
-    }
 }

@@ -1,0 +1,408 @@
+//! Says in sentences what was learnt of the law, each made from the numbers of the findings.
+
+use super::checks;
+use super::compare::ComparedModel;
+use super::document::Findings;
+use super::form_choice::ChosenBy;
+use super::identify::Unidentified;
+use super::main_numbers::MainNumber;
+use super::questions::{Answer, Question, Trend};
+use crate::physics::inertia::Inertia;
+use crate::physics::{Coefficient, Quantity};
+use crate::rounding::{short, significant, with_se};
+use crate::runs::Runs;
+use crate::scene::{Scene, Sticking};
+
+/// What was learnt of a scene's runs: whether one L serves, which form of inertia they prefer, whether the loss levels off,
+/// what stuck runs say, and what is not determined. Of what was not asked nothing is said.
+pub(super) fn what_was_learnt(scene: &Scene, runs: &Runs, findings: &Findings) -> Vec<String> {
+    let asked = |question: &&Question| !runs.series.is_empty() && !question.text.is_empty();
+    let questions = findings.questions.iter().flatten().filter(asked);
+    let (of_l, of_c): (Vec<&Question>, Vec<&Question>) =
+        questions.partition(|question| question.parameter == Coefficient::LubricationLog.describe().name);
+    let constant = |question: &&Question| constancy(question, findings);
+    of_l.iter()
+        .map(constant)
+        .chain(preferred_inertia(findings))
+        .chain(level_off(findings))
+        .chain(of_c.iter().map(constant))
+        .chain(stuck(scene, runs, findings))
+        .chain(determined(findings))
+        .collect()
+}
+
+/// The main number of a parameter that all runs share.
+fn shared(findings: &Findings, coefficient: Coefficient) -> Option<&MainNumber> {
+    let mut parameters = findings.main.parameters.iter();
+    let own = parameters.find(|own| own.quantity == Quantity::Shared(coefficient) && own.sphere.is_none())?;
+    Some(&own.number)
+}
+
+/// Whether one value of a parameter serves at every film ratio.
+fn constancy(question: &Question, findings: &Findings) -> String {
+    let coefficient = if question.film_ratio_below.is_some() {
+        Coefficient::LubricationLog
+    } else {
+        Coefficient::InertialPrefactor
+    };
+    let symbol = coefficient.describe().symbol;
+    let films = match question.film_ratio_below {
+        Some(below) => format!("at every film ratio below {below:.2}"),
+        None => "at every film ratio".to_owned(),
+    };
+    let (Some(trend), None) = (&question.trend, &question.why_open) else {
+        let why = question.why_open.as_ref().unwrap_or(&question.text);
+        return format!("Whether one {symbol} serves {films} is open: {why}.");
+    };
+    let slope = format!("{} = {}", trend.symbol, with_se(trend.mean, trend.sd));
+    match question.answer {
+        Answer::Constant => {
+            let value = shared(findings, coefficient).map(|own| format!(" ({symbol} = {})", own.rounded(|x| x)));
+            format!(
+                "One {symbol} serves {films}{}: a trend with the film ({slope}) would move no e_inf or St_c by more than {}.",
+                value.unwrap_or_default(),
+                percent(trend).unwrap_or_default(),
+            )
+        }
+        Answer::Rises | Answer::Falls => {
+            let goes = if question.answer == Answer::Rises {
+                "rises"
+            } else {
+                "falls"
+            };
+            let gain = match (question.gain, question.gain_se) {
+                (Some(gain), Some(se)) => format!(", which gains {} in log density", with_se(gain, se)),
+                _ => String::new(),
+            };
+            format!("{symbol} {goes} with the film: {slope}{gain}.")
+        }
+        Answer::Open => {
+            let moves = percent(trend).map_or_else(
+                || "leaves no e_inf or St_c at a film of the runs".to_owned(),
+                |share| format!("may move e_inf or St_c by up to {share}"),
+            );
+            let add = trend.add.as_ref();
+            let add = add.map_or(String::new(), |runs| format!(", or more runs of {runs}"));
+            format!(
+                "Whether one {symbol} serves {films} is open: a trend with the film ({slope}) {moves}; film ratios farther \
+                 apart would tell{add}."
+            )
+        }
+    }
+}
+
+/// By how much a trend may move a number.
+fn percent(trend: &Trend) -> Option<String> {
+    Some(format!("{:.1} %", 100.0 * trend.largest_change?))
+}
+
+/// What a form of the inertial loss is called in a sentence.
+fn form_words(inertia: &str) -> String {
+    if inertia == Inertia::None.name() {
+        "no inertial loss".to_owned()
+    } else {
+        format!("the {inertia} form")
+    }
+}
+
+/// Which form of the inertial loss the runs prefer, and by how much.
+fn preferred_inertia(findings: &Findings) -> Option<String> {
+    if let Some((best, next)) = inertia_compared(findings) {
+        let (first, second) = (form_words(best.inertia()), form_words(next.inertia()));
+        let by = match next.delta_se {
+            Some(se) => with_se(-next.delta, se),
+            None => significant(-next.delta, 3),
+        };
+        return Some(if next.is_clearly_worse() {
+            format!("Of the forms of the inertial loss the runs prefer {first}, by {by} in log density over {second}.")
+        } else {
+            format!("The runs do not tell {first} of the inertial loss from {second}: {by} apart in log density.")
+        });
+    }
+    let choice = findings
+        .inertia
+        .as_ref()
+        .filter(|own| own.by == ChosenBy::LeastSquares)?;
+    let next = choice
+        .others
+        .iter()
+        .max_by(|a, b| a.difference.total_cmp(&b.difference))?;
+    Some(format!(
+        "By the squares they leave, the runs go best with {} of the inertial loss, {} ahead of {} in log density.",
+        form_words(choice.inertia),
+        significant(-next.difference, 3),
+        form_words(next.inertia),
+    ))
+}
+
+/// The form that predicts best, and the best with another inertia.
+fn inertia_compared(findings: &Findings) -> Option<(&ComparedModel, &ComparedModel)> {
+    let models = findings.compare.as_ref()?;
+    let best = models.first()?;
+    let next = models.iter().find(|model| model.inertia() != best.inertia())?;
+    Some((best, next))
+}
+
+/// Whether the inertial loss levels off, where a form that does is preferred.
+fn level_off(findings: &Findings) -> Option<String> {
+    let (best, next) = inertia_compared(findings)?;
+    let scale = shared(findings, Coefficient::FilmScale)?;
+    let is_seen = best.inertia() == Inertia::Saturating.name() && next.is_clearly_worse();
+    is_seen.then(|| {
+        format!(
+            "The inertial loss levels off with the film, on a scale of δ/D = {} ({}).",
+            scale.rounded(|x| x),
+            Coefficient::FilmScale.describe().symbol
+        )
+    })
+}
+
+/// What the runs that stuck say.
+fn stuck(scene: &Scene, runs: &Runs, findings: &Findings) -> Option<String> {
+    let stuck = runs.series.iter().map(|series| series.stuck.len()).sum::<usize>();
+    let wet = runs.series.iter().map(|series| series.runs().len()).sum::<usize>();
+    if wet == 0 {
+        return None;
+    }
+    if stuck == 0 {
+        let stays = "the speed below which nothing rebounds follows from the law alone";
+        return Some(format!("No wet run stuck: {stays}."));
+    }
+    let of_all = format!("{stuck} of {wet} wet runs stuck");
+    let Some(posterior) = findings
+        .posterior
+        .as_ref()
+        .filter(|_| scene.model.sticking == Sticking::Censored)
+    else {
+        return Some(format!("{of_all}; these numbers rest on those that rebounded."));
+    };
+    let in_doubt = &posterior.predictive.stuck;
+    let failed = findings
+        .verdicts
+        .iter()
+        .any(|check| check.check == checks::PREDICTIVE_STUCK.code && !check.passed);
+    let Some(worst) = in_doubt.iter().min_by(|a, b| a.p.total_cmp(&b.p)) else {
+        return Some(format!("{of_all}, all of them where the law leaves no doubt."));
+    };
+    let observed: usize = in_doubt.iter().map(|own| own.observed).sum();
+    let expected: f64 = in_doubt.iter().map(|own| own.expected).sum();
+    Some(if failed {
+        format!(
+            "{of_all}, not as the law expects: of {} in {}, D = {} mm, δ/D = {}, {} stuck and {:.1} were expected.",
+            worst.runs,
+            [worst.particle.as_str(), &worst.liquid].join(" and "),
+            short(1e3 * worst.diameter_m),
+            short(worst.film_ratio),
+            worst.observed,
+            worst.expected
+        )
+    } else {
+        let series = if in_doubt.len() == 1 {
+            "series"
+        } else {
+            "series together"
+        };
+        format!(
+            "{of_all}, as the law expects: in the {} {series} where chance decides, {observed} stuck and {expected:.1} were \
+             expected.",
+            in_doubt.len()
+        )
+    })
+}
+
+/// What the runs do not determine, and which would.
+fn determined(findings: &Findings) -> Vec<String> {
+    let Some(directions) = &findings.identifies else {
+        return vec![];
+    };
+    if directions.unseen.is_empty() {
+        return vec![format!(
+            "The runs determine every parameter: they say least of {}, and leave {} % of its prior's spread.",
+            directions.least_known_words,
+            significant(100.0 * directions.spread_left, 2)
+        )];
+    }
+    let sentence = |one: &Unidentified| capital(&format!("{}; {}.", one.reason, one.add));
+    directions.unseen.iter().map(sentence).collect()
+}
+
+/// The same with a capital at its start.
+pub fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    match letters.next() {
+        Some(first) => first.to_uppercase().chain(letters).collect(),
+        None => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::findings::fit_least_squares;
+    use crate::findings::identify::{Directions, Unidentified};
+    use crate::{runs, scene};
+
+    /// Least squares of the plain example, to which a test adds what later stages found.
+    fn plain(told: impl Fn(&mut Findings)) -> Vec<String> {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good/plain/scene.toml");
+        let scene = scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
+        let table = runs::read(&scene).unwrap_or_else(|error| panic!("{error}"));
+        let mut findings = fit_least_squares(&scene, &table, 1, false);
+        told(&mut findings);
+        what_was_learnt(&scene, &table.runs, &findings)
+    }
+
+    fn model(name: &str, delta: f64, delta_se: f64) -> ComparedModel {
+        ComparedModel {
+            model: name.to_owned(),
+            own: delta == 0.0,
+            elpd_loo: 100.0 + delta,
+            se: Some(5.0),
+            p_loo: 3.0,
+            khat_max: Some(0.2),
+            khat_high: 0,
+            delta,
+            delta_se: Some(delta_se),
+            delta_mcse: None,
+            draws: 4000,
+            weighed: false,
+            rhat: Some(1.0),
+            divergences: 0,
+        }
+    }
+
+    fn question(answer: Answer, mean: f64, change: f64) -> Question {
+        Question {
+            question: "Is L the same at every film ratio below 0.10?",
+            parameter: "lubrication_log",
+            film_ratio_below: Some(0.10),
+            runs: 100,
+            film_ratios: Some(4),
+            models: vec![],
+            gain: Some(12.34),
+            gain_se: Some(3.21),
+            trend: Some(Trend {
+                symbol: "L′",
+                mean,
+                sd: 0.1,
+                interval: [mean - 0.196, mean + 0.196],
+                largest_change: Some(change),
+                add: Some("PTFE in AK10".to_owned()),
+                prior: String::new(),
+                source: "",
+            }),
+            answer,
+            text: "as it is told at length".to_owned(),
+            why_open: None,
+        }
+    }
+
+    fn has(sentences: &[String], words: &str) -> bool {
+        sentences.iter().any(|sentence| sentence.contains(words))
+    }
+
+    #[test]
+    fn whether_one_value_serves_is_told_with_its_numbers() {
+        let told = |question: &Question| plain(|findings| findings.questions = Some(vec![question.clone()]))[0].clone();
+        let serves = told(&question(Answer::Constant, 0.01, 0.008));
+        assert!(
+            serves.starts_with("One L serves at every film ratio below 0.10 (L = "),
+            "{serves}"
+        );
+        assert!(
+            serves.ends_with("would move no e_inf or St_c by more than 0.8 %."),
+            "{serves}"
+        );
+        let rises = told(&question(Answer::Rises, 0.6, 0.3));
+        assert_eq!(
+            rises,
+            "L rises with the film: L′ = 0.60 ± 0.10, which gains 12.3 ± 3.2 in log density."
+        );
+        let falls = told(&question(Answer::Falls, -0.6, 0.3));
+        assert!(falls.starts_with("L falls with the film: L′ = -0.60 ± 0.10"), "{falls}");
+        let open = told(&question(Answer::Open, 0.1, 0.05));
+        assert!(open.contains("is open") && open.contains("by up to 5.0 %"), "{open}");
+        assert!(open.ends_with("or more runs of PTFE in AK10."), "{open}");
+        // a doubt stands in place of numbers that cannot be trusted
+        let doubted = told(&Question {
+            why_open: Some("the chains do not agree".to_owned()),
+            ..question(Answer::Open, 0.6, 0.3)
+        });
+        assert_eq!(
+            doubted,
+            "Whether one L serves at every film ratio below 0.10 is open: the chains do not agree."
+        );
+    }
+
+    #[test]
+    fn a_form_is_preferred_only_where_the_difference_is_clear() {
+        let told = |models: &[ComparedModel]| plain(|findings| findings.compare = Some(models.to_vec()));
+        let best = model("saturating/2", 0.0, 0.0);
+        // the same inertia with another dry speed is no other form of it
+        let same = model("saturating/impact", -1.0, 2.0);
+        let clear = told(&[best.clone(), same.clone(), model("cap/2", -60.0, 9.0)]);
+        assert!(
+            has(
+                &clear,
+                "prefer the saturating form, by 60 ± 9 in log density over the cap form."
+            ),
+            "{clear:?}"
+        );
+        let chance = told(&[best.clone(), same, model("cap/2", -6.0, 9.0)]);
+        assert!(
+            has(
+                &chance,
+                "do not tell the saturating form of the inertial loss from the cap form"
+            ),
+            "{chance:?}"
+        );
+        assert!(!has(&chance, "levels off"), "{chance:?}");
+        let none = told(&[model("none/2", 0.0, 0.0), model("cap/2", -60.0, 9.0)]);
+        assert!(has(&none, "prefer no inertial loss, by"), "{none:?}");
+    }
+
+    #[test]
+    fn what_is_not_determined_is_told_with_the_runs_that_would() {
+        let told = |unseen: Vec<Unidentified>| {
+            plain(|findings| {
+                findings.identifies = Some(Directions {
+                    at: "least_squares",
+                    least_known: "film_scale".to_owned(),
+                    least_known_words: "the film scale".to_owned(),
+                    spread_left: 0.0536,
+                    unseen: unseen.clone(),
+                });
+            })
+        };
+        let all = told(vec![]);
+        assert!(
+            has(
+                &all,
+                "they say least of the film scale, and leave 5.4 % of its prior's spread."
+            ),
+            "{all:?}"
+        );
+        let some = told(vec![Unidentified {
+            parameters: vec!["inertial_prefactor".to_owned()],
+            directions: 1,
+            spread_left: 0.9,
+            reason: "one film ratio: the inertial prefactor cannot be told".to_owned(),
+            add: "add another film ratio".to_owned(),
+            determined: vec![],
+        }]);
+        let expected = "One film ratio: the inertial prefactor cannot be told; add another film ratio.";
+        assert!(
+            has(&some, expected) && !has(&some, "determine every parameter"),
+            "{some:?}"
+        );
+    }
+
+    #[test]
+    fn runs_that_stuck_are_counted() {
+        let sentences = plain(|_| ());
+        let stuck = "1 of 25 wet runs stuck; these numbers rest on those that rebounded.";
+        assert!(has(&sentences, stuck), "{sentences:?}");
+    }
+}
