@@ -37,16 +37,19 @@ fn filled_in(text: &str, key: &str, value: &str) -> String {
 }
 
 /// What the example's scene says of a key that the draft leaves open.
-fn told(scene: &Scene, key: &str) -> f64 {
+fn told(scene: &Scene, key: &str) -> String {
     // the examples have one particle and one liquid
     let liquid = || &scene.liquids[0];
-    match key.rsplit(' ').next().expect("a key") {
+    let number = match key.rsplit(' ').next().expect("a key") {
+        "heights_to" if scene.data.naming.heights_to == HeightsTo::Film => return "\"film\"".to_owned(),
+        "heights_to" => return "\"plate\"".to_owned(),
         "density_kg_m3" if key.starts_with("[particles") => scene.particles[0].density,
         "density_kg_m3" => liquid().density,
         "viscosity_mPa_s" => 1e3 * liquid().viscosity,
         "constants.diameter_mm" => 4.0,
         other => panic!("{other} is left open"),
-    }
+    };
+    number.to_string()
 }
 
 /// Impact speed, restitution, film and diameter of every run, in order.
@@ -98,12 +101,8 @@ fn a_draft_lacks_what_check_names_and_then_reads_the_runs_as_the_example_does() 
         );
         let path = place.path().join("scene.toml");
         let mut text = std::fs::read_to_string(&path).expect("the draft is there");
-        if example.data.naming.heights_to == HeightsTo::Film {
-            // which no table says
-            text = text.replace("# heights_to = \"plate\"", "heights_to = \"film\"");
-        }
         for key in to_fill_in {
-            text = filled_in(&text, key, &told(example, key).to_string());
+            text = filled_in(&text, key, &told(example, key));
         }
         std::fs::write(&path, text).expect("writable");
         let (status, _, err) = wetcor(place.path(), &["check", "scene.toml"]);
@@ -168,4 +167,45 @@ fn what_is_there_is_kept_and_what_is_no_table_is_refused() {
         text.contains("\nruns = \"../runs.csv\"") && text.contains("# guessed: `v_i` is"),
         "{text}"
     );
+}
+
+/// What a draft of a table leaves to be filled in, and what it says of its columns.
+fn drafted(table: &str) -> (Vec<String>, String) {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    std::fs::write(place.path().join("runs.csv"), table).expect("writable");
+    let (status, out, err) = wetcor(place.path(), &["new", "runs.csv"]);
+    assert_eq!((status, err.as_str()), (Some(0), ""));
+    let marks = out.lines().filter_map(|line| line.strip_prefix("to fill in: [data] "));
+    (marks.map(str::to_owned).collect(), out)
+}
+
+#[test]
+fn what_two_units_or_two_columns_could_be_is_left_to_be_filled_in() {
+    let run = |header: &str, row: &str| format!("{header}\n{row}\n{row}\n");
+    // 0.4762 cm, and 0.015 cm of film
+    let (marks, _) = drafted(&run("ball,liquid,D,film,v (m/s),e", "PTFE,AK10,0.4762,0.015,0.9,0.7"));
+    assert_eq!(marks, ["columns.diameter_mm", "columns.film_um"]);
+    let (marks, _) = drafted(&run("ball,liquid,D,film,v (m/s),e", "PTFE,AK10,4.762,150,0.9,0.7"));
+    assert!(marks.is_empty(), "{marks:?}");
+    // a column of words that nobody knows may name the spheres
+    let (marks, out) = drafted(&run("stuff,liquid,D (mm),film (um),v (m/s),e", "PTFE,AK10,4,200,1,0.7"));
+    assert_eq!(marks, ["columns.particle"]);
+    assert!(
+        out.contains("no column is known to say the particle: if `stuff` does"),
+        "{out}"
+    );
+    let (marks, out) = drafted(&run(
+        "liquid,D (mm),film (um),v (m/s),e,comment",
+        "AK10,4,200,1,0.7,bad",
+    ));
+    assert!(
+        marks.is_empty() && out.contains("`comment` is not read: if it says which runs to leave out"),
+        "{out}"
+    );
+    let (marks, out) = drafted(&run(
+        "ball,liquid,D (mm),film (um),h_drop (cm),h_rebound (cm)",
+        "PTFE,\"dry, no oil\",4,,9,5",
+    ));
+    assert_eq!(marks, ["heights_to"]);
+    assert!(out.contains("`dry, no oil` in `liquid` is dry"), "{out}");
 }

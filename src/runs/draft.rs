@@ -1,6 +1,6 @@
 //! Drafts a scene from a table of runs: its particles and liquids, its columns as far as they can be guessed, and every key.
 
-use super::guess::{guess, Guess};
+use super::guess::{guess, may_hold_names, may_hold_reasons, Guess};
 use super::survey::{Survey, SurveyedColumn};
 use crate::error::{is_unseen, plain, quoted};
 use crate::scene::{self, name_is_allowed, wrapped, KeyGuide, RunColumn, Section, Without, DRY, FILL_IN, MISSING};
@@ -43,7 +43,7 @@ struct Naming<'s> {
     /// our column and its value, as TOML
     constants: Vec<(String, String)>,
     guessed: Vec<String>,
-    unused: Vec<String>,
+    unused: Vec<&'s SurveyedColumn>,
 }
 
 /// Drafts the scene of a table that it is to name `runs`.
@@ -56,8 +56,10 @@ pub(super) fn draft(survey: &Survey, runs: &str) -> Draft {
         particles.push(ONLY.to_owned());
     }
     let is_dry = |word: &str| {
+        // the `dry` of `dry, no oil`
         let lower = word.to_lowercase();
-        lower == DRY || WITHOUT_LIQUID.contains(&lower.as_str())
+        let first = lower.split(|c: char| c.is_whitespace() || ",;:(/".contains(c)).next();
+        first.is_some_and(|first| first == DRY || WITHOUT_LIQUID.contains(&first))
     };
     let liquids = match naming.names(RunColumn::Liquid, is_dry) {
         Some(names) => names,
@@ -65,6 +67,7 @@ pub(super) fn draft(survey: &Survey, runs: &str) -> Draft {
         None => vec![],
     };
     naming.ask_for_columns(!liquids.is_empty());
+    naming.say_what_is_taken();
     let mut text = Text::default();
     text.intro(runs, survey.rows);
     for section in scene::guide() {
@@ -81,7 +84,7 @@ pub(super) fn draft(survey: &Survey, runs: &str) -> Draft {
         particles,
         liquids,
         guessed: naming.guessed,
-        unused: naming.unused,
+        unused: naming.unused.iter().map(|column| column.name.clone()).collect(),
         to_fill_in: text.to_fill_in,
     }
 }
@@ -108,7 +111,7 @@ impl<'s> Naming<'s> {
             else {
                 naming
                     .unused
-                    .extend(Some(column.name.clone()).filter(|name| !name.is_empty()));
+                    .extend(Some(column).filter(|column| !column.name.is_empty()));
                 continue;
             };
             let name = format!("{}{}", of_runs.base(), unit.suffix);
@@ -167,8 +170,21 @@ impl<'s> Naming<'s> {
         Some(names)
     }
 
-    /// One name for every run of a table without a column of names.
+    /// One name for every run of a table without a column of names; where one that is not known may have them, that is to be
+    /// filled in.
     fn only(&mut self, of_runs: RunColumn, then: &str) -> Vec<String> {
+        let mut unused = self.unused.iter();
+        if let Some(column) = unused.find(|column| may_hold_names(column)) {
+            self.guessed.push(format!(
+                "no column is known to say the {0}: if {1} does, name it and write a table for each of its words; if none does, \
+                 move `{0} = {2}` to constants",
+                of_runs.base(),
+                quoted(&column.name),
+                text_of(ONLY),
+            ));
+            self.columns.push((of_runs.base().to_owned(), FILL_IN.to_owned()));
+            return vec![ONLY.to_owned()];
+        }
         self.constants.push((of_runs.base().to_owned(), text_of(ONLY)));
         self.guessed
             .push(format!("no column says the {}: {then}", of_runs.base()));
@@ -203,6 +219,28 @@ impl<'s> Naming<'s> {
                 self.columns.push((of_runs.usual_name(), FILL_IN.to_owned()));
             }
         }
+    }
+}
+
+impl Naming<'_> {
+    /// Says what a name leaves open: which Stokes number, and which column may say what to leave out.
+    fn say_what_is_taken(&mut self) {
+        if let Some(column) = self.column(RunColumn::Stokes) {
+            self.guessed
+                .push(format!("{} is ρp D v/(9 η), with the 9", quoted(&column.name)));
+        }
+        let reasons = self.unused.iter().filter(|column| may_hold_reasons(&column.name));
+        let of_reasons: Vec<String> = reasons
+            .map(|column| {
+                let name = text_of(&column.name);
+                format!(
+                    "{} is not read: if it says which runs to leave out, add `exclude = {name}` to columns, and every run with a \
+                     word there is left out",
+                    quoted(&column.name)
+                )
+            })
+            .collect();
+        self.guessed.extend(of_reasons);
     }
 }
 
@@ -322,7 +360,10 @@ impl Text {
                 "constants" => (inline(naming.constants.iter().cloned()), to_fill_in(&naming.constants)),
                 _ => (String::new(), vec![]),
             };
-            let line = if value.is_empty() {
+            let has_heights = naming.has(RunColumn::DropHeight) || naming.has(RunColumn::ReboundHeight);
+            let line = if key.base == "heights_to" && has_heights {
+                Line::ToFillIn
+            } else if value.is_empty() {
                 Line::Comment
             } else {
                 Line::Value(&value)

@@ -173,6 +173,63 @@ const CALLED: [(RunColumn, &[&str]); 12] = [
     ),
 ];
 
+/// What stands in longer names of columns of particles and liquids: of such the first that is free is meant.
+const CALLED_LIKE: [(RunColumn, &[&str]); 2] = [
+    (
+        RunColumn::Particle,
+        &[
+            "sphere",
+            "ball",
+            "bead",
+            "particle",
+            "grain",
+            "kugel",
+            "teilchen",
+            "partikel",
+            "sample",
+            "probe",
+            "material",
+            "werkstoff",
+        ],
+    ),
+    (
+        RunColumn::Liquid,
+        &["liquid", "fluid", "wetting", "flüssigkeit", "fluessigkeit", "oil", "öl"],
+    ),
+];
+
+/// What stands in names of columns that may say which runs to leave out.
+const CALLED_LIKE_REASONS: [&str; 14] = [
+    "exclu",
+    "ausgeschl",
+    "outlier",
+    "ausrei",
+    "bad",
+    "valid",
+    "gültig",
+    "comment",
+    "kommentar",
+    "bemerkung",
+    "note",
+    "notiz",
+    "remark",
+    "flag",
+];
+
+/// Whether a column that is not read may say which runs to leave out.
+pub(super) fn may_hold_reasons(name: &str) -> bool {
+    let name = letters(name);
+    CALLED_LIKE_REASONS.iter().any(|part| name.contains(part))
+}
+
+/// Whether a column that is not read holds a few words, as one of particles or liquids does.
+pub(super) fn may_hold_names(column: &SurveyedColumn) -> bool {
+    column.largest.is_none() && (1..=MOST_KINDS).contains(&column.words.len()) && !may_hold_reasons(&column.name)
+}
+
+/// Kinds of particles, or liquids, that one table may well have.
+const MOST_KINDS: usize = 20;
+
 /// How units are written.
 const UNITS: [(&str, &str); 14] = [
     ("mm", "_mm"),
@@ -192,11 +249,12 @@ const UNITS: [(&str, &str); 14] = [
 ];
 
 /// Units to guess, each with the least and the most that the largest number of a column then may be. They leave out what two
-/// units could be: 150 is a height in mm as well as in cm, and a speed in cm/s as well as in mm/s.
+/// units could be: 150 is a height in mm as well as in cm, and a speed in cm/s as well as in mm/s; a sphere of 0.5 is one in
+/// mm or in cm, and a film of 0.02, too.
 fn sizes(column: RunColumn) -> &'static [(&'static str, f64, f64)] {
     match column {
-        RunColumn::Diameter => &[("_mm", 0.3, 30.0), ("_um", 300.0, 3e4), ("_m", 3e-4, 0.03)],
-        RunColumn::Film => &[("_um", 10.0, 3e3), ("_mm", 0.01, 3.0), ("_m", 1e-5, 3e-3)],
+        RunColumn::Diameter => &[("_mm", 3.0, 30.0), ("_um", 300.0, 3e4), ("_m", 3e-4, 0.0125)],
+        RunColumn::Film => &[("_um", 10.0, 3e3), ("_mm", 0.5, 3.0), ("_m", 1e-5, 1e-3)],
         RunColumn::ImpactSpeed | RunColumn::ReboundSpeed => &[("_m_s", 0.05, 8.0), ("_mm_s", 1e3, 8e3)],
         RunColumn::DropHeight | RunColumn::ReboundHeight => &[("_m", 5e-3, 0.9)],
         _ => &[],
@@ -210,7 +268,14 @@ pub(super) fn guess(column: &SurveyedColumn, is_free: impl Fn(RunColumn) -> bool
         let fits = names.contains(&name.as_str()) || letters(candidate.base()) == name;
         (fits && is_free(*candidate) && column_may_be(column, *candidate, suffix)).then_some(*candidate)
     };
-    let candidate = CALLED.iter().find_map(called)?;
+    let called_like = |(candidate, parts): &(RunColumn, &[&str])| {
+        let fits = parts.iter().any(|part| name.contains(part)) && may_hold_names(column);
+        (fits && is_free(*candidate) && suffix.is_none()).then_some(*candidate)
+    };
+    let candidate = CALLED
+        .iter()
+        .find_map(called)
+        .or_else(|| CALLED_LIKE.iter().find_map(called_like))?;
     let units = candidate.dimension().units();
     let (suffix, is_unit_guessed) = match suffix {
         _ if candidate.dimension() == Dimension::One => ("", false),
@@ -306,7 +371,10 @@ mod tests {
             ("D", "0.004762", "diameter_m", true),
             ("Durchmesser [mm]", "4,762", "diameter_mm", false),
             ("Filmdicke (µm)", "287", "film_um", false),
-            ("film", "0.287", "film_mm", true),
+            ("film", "0.87", "film_mm", true),
+            ("sphere material", "PTFE", "particle", false),
+            ("Fluid type", "AK10", "liquid", false),
+            ("Silikonöl", "AK10", "liquid", false),
             ("film thickness in um", "287", "film_um", false),
             ("e", "0.7", "restitution", false),
             ("Kugel", "PTFE", "particle", false),
@@ -328,6 +396,11 @@ mod tests {
             ("e", "PTFE"),
             ("D (m/s)", "4"),
             ("D", "4e9"),
+            ("D", "0.4762"),
+            ("D", "0.02"),
+            ("film", "0.015"),
+            ("sphere radius", "2.4"),
+            ("sphere comment", "bad"),
             ("e", "37"),
             ("", "1"),
             ("v", "150"),

@@ -254,7 +254,7 @@ pub fn draft_scene(file: &TableFile, runs: &str) -> Result<Draft, Error> {
         return Err(refused(vec![whole_file("no runs below the header", "one row a run")]));
     }
     if survey.columns.iter().filter(|column| !column.name.is_empty()).count() < 2 {
-        let expected = "the names of columns, and no title above them";
+        let expected = "the names of columns, a comma, a semicolon or a tab between each two, and no title above them";
         return Err(refused(vec![whole_file("the first row names no columns", expected)]));
     }
     Ok(draft::draft(&survey, runs))
