@@ -254,25 +254,6 @@ mod tests {
         what_was_learnt(&scene, &table.runs, &findings)
     }
 
-    fn model(name: &str, delta: f64, delta_se: f64) -> ComparedModel {
-        ComparedModel {
-            model: name.to_owned(),
-            own: delta == 0.0,
-            elpd_loo: 100.0 + delta,
-            se: Some(5.0),
-            p_loo: 3.0,
-            khat_max: Some(0.2),
-            khat_high: 0,
-            delta,
-            delta_se: Some(delta_se),
-            delta_mcse: None,
-            draws: 4000,
-            weighed: false,
-            rhat: Some(1.0),
-            divergences: 0,
-        }
-    }
-
     fn question(answer: Answer, mean: f64, change: f64) -> Question {
         Question {
             question: "Is L the same at every film ratio below 0.10?",
@@ -339,10 +320,14 @@ mod tests {
     #[test]
     fn a_form_is_preferred_only_where_the_difference_is_clear() {
         let told = |models: &[ComparedModel]| plain(|findings| findings.compare = Some(models.to_vec()));
-        let best = model("saturating/2", 0.0, 0.0);
+        let best = ComparedModel::made_up("saturating/2", true, 0.0, 0.0);
         // the same inertia with another dry speed is no other form of it
-        let same = model("saturating/impact", -1.0, 2.0);
-        let clear = told(&[best.clone(), same.clone(), model("cap/2", -60.0, 9.0)]);
+        let same = ComparedModel::made_up("saturating/impact", false, -1.0, 2.0);
+        let clear = told(&[
+            best.clone(),
+            same.clone(),
+            ComparedModel::made_up("cap/2", false, -60.0, 9.0),
+        ]);
         assert!(
             has(
                 &clear,
@@ -350,7 +335,7 @@ mod tests {
             ),
             "{clear:?}"
         );
-        let chance = told(&[best.clone(), same, model("cap/2", -6.0, 9.0)]);
+        let chance = told(&[best.clone(), same, ComparedModel::made_up("cap/2", false, -6.0, 9.0)]);
         assert!(
             has(
                 &chance,
@@ -359,7 +344,10 @@ mod tests {
             "{chance:?}"
         );
         assert!(!has(&chance, "levels off"), "{chance:?}");
-        let none = told(&[model("none/2", 0.0, 0.0), model("cap/2", -60.0, 9.0)]);
+        let none = told(&[
+            ComparedModel::made_up("none/2", true, 0.0, 0.0),
+            ComparedModel::made_up("cap/2", false, -60.0, 9.0),
+        ]);
         assert!(has(&none, "prefer no inertial loss, by"), "{none:?}");
     }
 

@@ -1,6 +1,7 @@
 //! Matches the header of a table with the columns runs can have.
 
 use super::row::RawRow;
+use super::written_units::unit_in_brackets;
 use crate::error::{quoted, Problem};
 use crate::scene::{closest, Constant, ConstantValue, Naming, RunColumn, MISSING};
 use crate::units::Unit;
@@ -184,6 +185,7 @@ impl<'h> MatchedHeader<'h> {
             let told = naming.columns.iter().find(|(_, theirs)| theirs == name);
             match RunColumn::named(told.map_or(name, |(ours, _)| ours)) {
                 Some((column, unit)) => {
+                    matched.refuse_another_unit(column, unit, name);
                     let name = name.clone();
                     matched.add_column(column, ColumnPlace { index, name, unit });
                 }
@@ -233,6 +235,22 @@ impl<'h> MatchedHeader<'h> {
                 self.refuse(format!("column {name}"), expected);
             }
             None => self.places[column as usize] = Some(place),
+        }
+    }
+
+    /// Refuses a name whose unit in brackets is not the one that the scene reads its column in.
+    fn refuse_another_unit(&mut self, column: RunColumn, unit: &Unit, name: &str) {
+        let Some((_, suffix)) = unit_in_brackets(name) else {
+            return;
+        };
+        let mut units = column.dimension().units().iter();
+        if suffix != unit.suffix && units.any(|own| own.suffix == suffix) {
+            let base = column.base();
+            let expected = format!(
+                "by its name it has another unit than `{base}{}`; expected it as `{base}{suffix}` in the scene's columns",
+                unit.suffix
+            );
+            self.refuse(format!("column {name}"), expected);
         }
     }
 

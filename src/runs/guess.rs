@@ -1,6 +1,7 @@
 //! Guesses which column of runs a column of somebody's table is, and in which unit.
 
 use super::survey::SurveyedColumn;
+use super::written_units::{unit_in_brackets, unit_of};
 use crate::scene::RunColumn;
 use crate::units::{Dimension, Unit};
 
@@ -230,24 +231,6 @@ pub(super) fn may_hold_names(column: &SurveyedColumn) -> bool {
 /// Kinds of particles, or liquids, that one table may well have.
 const MOST_KINDS: usize = 20;
 
-/// How units are written.
-const UNITS: [(&str, &str); 14] = [
-    ("mm", "_mm"),
-    ("µm", "_um"),
-    ("μm", "_um"),
-    ("um", "_um"),
-    ("micron", "_um"),
-    ("microns", "_um"),
-    ("cm", "_cm"),
-    ("m", "_m"),
-    ("m/s", "_m_s"),
-    ("ms", "_m_s"),
-    ("cm/s", "_cm_s"),
-    ("cms", "_cm_s"),
-    ("mm/s", "_mm_s"),
-    ("mms", "_mm_s"),
-];
-
 /// Units to guess, each with the least and the most that the largest number of a column then may be. They leave out what two
 /// units could be: 150 is a height in mm as well as in cm, and a speed in cm/s as well as in mm/s; a sphere of 0.5 is one in
 /// mm or in cm, and a film of 0.02, too.
@@ -317,21 +300,9 @@ fn letters(name: &str) -> String {
 
 /// A name without its unit, by letters and digits alone, and what our names end with in that unit.
 fn parted(name: &str) -> (String, Option<&'static str>) {
-    let unit_of = |text: &str| {
-        let text: String = text
-            .chars()
-            .filter(|c| !c.is_whitespace() && !"_^-¹1".contains(*c))
-            .collect();
-        let unit = UNITS.iter().find(|(written, _)| *written == text);
-        unit.map(|(_, suffix)| *suffix)
-    };
     // in brackets, or after a slash, a comma, a blank or an underscore
-    let opened = name.find(['(', '[']);
-    if let Some(at) = opened {
-        let inside = name[at + 1..].trim_end().trim_end_matches([')', ']']);
-        if let Some(suffix) = unit_of(inside) {
-            return (letters(&name[..at]), Some(suffix));
-        }
+    if let Some((before, suffix)) = unit_in_brackets(name) {
+        return (letters(before), Some(suffix));
     }
     for (at, mark) in name.char_indices().filter(|(_, c)| " /,_".contains(*c)) {
         let after = name[at + mark.len_utf8()..].trim_start_matches("in ");

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `errors.rs` | holds the measurement errors of runs |
 //! | `row.rs` | checks one run and says which cell is wrong |
+//! | `written_units.rs` | reads the units that names of columns have |
 //! | `columns.rs` | matches a table's header with the columns runs can have |
 //! | `screen.rs` | says why a checked run is left out |
 //! | `refusals.rs` | gathers what is wrong, cell by cell |
@@ -57,6 +58,7 @@ mod true_speeds;
 mod windows;
 mod workbook;
 mod write;
+mod written_units;
 
 pub use collect::Screened;
 pub use draft::Draft;

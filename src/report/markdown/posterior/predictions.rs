@@ -183,31 +183,12 @@ fn verdict(models: &[ComparedModel]) -> Option<String> {
 mod tests {
     use super::*;
 
-    fn model(name: &str, own: bool, delta: f64, delta_se: f64) -> ComparedModel {
-        ComparedModel {
-            model: name.to_owned(),
-            own,
-            elpd_loo: 100.0 + delta,
-            se: Some(5.0),
-            p_loo: 3.0,
-            khat_max: Some(0.2),
-            khat_high: 0,
-            delta,
-            delta_se: Some(delta_se),
-            delta_mcse: None,
-            draws: 4000,
-            weighed: false,
-            rhat: Some(1.0),
-            divergences: 0,
-        }
-    }
-
     #[test]
     fn the_sentence_names_the_better_form_only_where_the_difference_is_clear() {
         let sentence = |own_first: bool, delta: f64, se: f64| {
             let models = [
-                model("cap/2", own_first, 0.0, 0.0),
-                model("none/2", !own_first, delta, se),
+                ComparedModel::made_up("cap/2", own_first, 0.0, 0.0),
+                ComparedModel::made_up("none/2", !own_first, delta, se),
             ];
             verdict(&models).expect("two forms")
         };
@@ -221,6 +202,6 @@ mod tests {
             sentence(false, -30.0, 5.0).starts_with("cap/2 predicts the runs better than this scene's form, none/2")
         );
         assert!(sentence(false, -30.0, 10.0).contains("as good as the runs can tell"));
-        assert_eq!(verdict(&[model("cap/2", true, 0.0, 0.0)]), None);
+        assert_eq!(verdict(&[ComparedModel::made_up("cap/2", true, 0.0, 0.0)]), None);
     }
 }
