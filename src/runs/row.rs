@@ -193,6 +193,7 @@ fn refuse_as_not_positive(column: RunColumn, value: Option<f64>, what: &str, pro
 
 /// Checks a run. Every wrong cell is pushed to `problems`, which may hold cells of this run that were no numbers; the
 /// run is `Some` only if there is none.
+// called for every row of a table, where a call each took 80 instructions more
 #[inline(always)]
 pub(super) fn check_row(raw: &RawRow, checker: &mut RowChecker, problems: &mut Vec<BadCell>) -> Option<CheckedRow> {
     let is_dry = raw.is_dry();
