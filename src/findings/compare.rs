@@ -56,10 +56,13 @@ pub struct ComparedModel {
     pub divergences: usize,
 }
 
-impl ComparedModel {
-    /// A difference of fewer standard errors than this, or smaller than it, is none to speak of.
+/// Whether a gain in log density is beyond doubt: larger than this, and more than so many standard errors.
+pub(super) fn is_clear(gain: f64, se: Option<f64>) -> bool {
     const CLEAR: f64 = 4.0;
+    gain > CLEAR && se.is_some_and(|se| se > 0.0 && gain > CLEAR * se)
+}
 
+impl ComparedModel {
     /// The name of its form of inertia.
     pub fn inertia(&self) -> &str {
         self.model.split(['/', '+']).next().unwrap_or_default()
@@ -72,7 +75,7 @@ impl ComparedModel {
 
     /// Whether the best predicts better beyond doubt.
     pub fn is_clearly_worse(&self) -> bool {
-        -self.delta > ComparedModel::CLEAR && self.errors_behind().is_some_and(|n| n > ComparedModel::CLEAR)
+        is_clear(-self.delta, self.delta_se)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Says in sentences what was learnt of the law, each made from the numbers of the findings.
 
 use super::checks;
-use super::compare::ComparedModel;
+use super::compare::{is_clear, ComparedModel};
 use super::document::Findings;
 use super::form_choice::ChosenBy;
 use super::identify::Unidentified;
@@ -97,27 +97,19 @@ fn percent(trend: &Trend) -> Option<String> {
 }
 
 /// What a form of the inertial loss is called in a sentence.
-fn form_words(inertia: &str) -> String {
+fn form_words(inertia: &str) -> &str {
     if inertia == Inertia::None.name() {
-        "no inertial loss".to_owned()
+        "none at all"
     } else {
-        format!("the {inertia} form")
+        inertia
     }
 }
 
 /// Which form of the inertial loss the runs prefer, and by how much.
 fn preferred_inertia(findings: &Findings) -> Option<String> {
     if let Some((best, next)) = inertia_compared(findings) {
-        let (first, second) = (form_words(best.inertia()), form_words(next.inertia()));
-        let by = match next.delta_se {
-            Some(se) => with_se(-next.delta, se),
-            None => significant(-next.delta, 3),
-        };
-        return Some(if next.is_clearly_worse() {
-            format!("Of the forms of the inertial loss the runs prefer {first}, by {by} in log density over {second}.")
-        } else {
-            format!("The runs do not tell {first} of the inertial loss from {second}: {by} apart in log density.")
-        });
+        let told = preference([best.inertia(), next.inertia()], -next.delta, next.delta_se);
+        return Some(format!("Of the forms of the inertial loss the runs {told}."));
     }
     let choice = findings
         .inertia
@@ -127,12 +119,26 @@ fn preferred_inertia(findings: &Findings) -> Option<String> {
         .others
         .iter()
         .max_by(|a, b| a.difference.total_cmp(&b.difference))?;
+    let told = preference([choice.inertia, next.inertia], -next.difference, next.se);
     Some(format!(
-        "By the squares they leave, the runs go best with {} of the inertial loss, {} ahead of {} in log density.",
-        form_words(choice.inertia),
-        significant(-next.difference, 3),
-        form_words(next.inertia),
+        "Of the forms of the inertial loss the runs {told}, by the squares they leave."
     ))
+}
+
+/// Whether the first of two forms is preferred to the second, over which it gains so much.
+fn preference([first, second]: [&str; 2], gain: f64, se: Option<f64>) -> String {
+    let (first, second) = (form_words(first), form_words(second));
+    let amount = |gain: f64| match se {
+        Some(se) => with_se(gain, se),
+        None => significant(gain, 3),
+    };
+    if is_clear(gain, se) {
+        format!("prefer {first}, by {} in log density over {second}", amount(gain))
+    } else {
+        // the first may be chosen for having fewer parameters, and gain nothing
+        let apart = amount(gain.abs());
+        format!("do not tell {first} from {second}, {apart} apart in log density")
+    }
 }
 
 /// The form that predicts best, and the best with another inertia.
@@ -147,7 +153,7 @@ fn inertia_compared(findings: &Findings) -> Option<(&ComparedModel, &ComparedMod
 fn level_off(findings: &Findings) -> Option<String> {
     let (best, next) = inertia_compared(findings)?;
     let scale = shared(findings, Coefficient::FilmScale)?;
-    let is_seen = best.inertia() == Inertia::Saturating.name() && next.is_clearly_worse();
+    let is_seen = best.inertia() == Inertia::Saturating.name() && is_clear(-next.delta, next.delta_se);
     is_seen.then(|| {
         format!(
             "The inertial loss levels off with the film, on a scale of δ/D = {} ({}).",
@@ -241,6 +247,7 @@ mod tests {
 
     use super::*;
     use crate::findings::fit_least_squares;
+    use crate::findings::form_choice::{InertiaChoice, OtherForm};
     use crate::findings::identify::{Directions, Unidentified};
     use crate::{runs, scene};
 
@@ -329,18 +336,12 @@ mod tests {
             ComparedModel::made_up("cap/2", false, -60.0, 9.0),
         ]);
         assert!(
-            has(
-                &clear,
-                "prefer the saturating form, by 60 ± 9 in log density over the cap form."
-            ),
+            has(&clear, "prefer saturating, by 60 ± 9 in log density over cap."),
             "{clear:?}"
         );
         let chance = told(&[best.clone(), same, ComparedModel::made_up("cap/2", false, -6.0, 9.0)]);
         assert!(
-            has(
-                &chance,
-                "do not tell the saturating form of the inertial loss from the cap form"
-            ),
+            has(&chance, "do not tell saturating from cap, 6 ± 9 apart"),
             "{chance:?}"
         );
         assert!(!has(&chance, "levels off"), "{chance:?}");
@@ -348,7 +349,37 @@ mod tests {
             ComparedModel::made_up("none/2", true, 0.0, 0.0),
             ComparedModel::made_up("cap/2", false, -60.0, 9.0),
         ]);
-        assert!(has(&none, "prefer no inertial loss, by"), "{none:?}");
+        assert!(has(&none, "prefer none at all, by"), "{none:?}");
+    }
+
+    #[test]
+    fn by_least_squares_a_form_that_was_kept_for_its_simplicity_is_not_called_better() {
+        let told = |difference: f64| {
+            plain(|findings| {
+                findings.inertia = Some(InertiaChoice {
+                    inertia: "stepwise",
+                    by: ChosenBy::LeastSquares,
+                    others: vec![OtherForm {
+                        inertia: "saturating",
+                        difference,
+                        se: Some(1.5),
+                        prior_difference: None,
+                    }],
+                });
+            })
+        };
+        let kept = told(0.7);
+        let expected =
+            "do not tell stepwise from saturating, 0.7 ± 1.5 apart in log density, by the squares they leave.";
+        assert!(has(&kept, expected), "{kept:?}");
+        let better = told(-70.0);
+        assert!(
+            has(
+                &better,
+                "prefer stepwise, by 70.0 ± 1.5 in log density over saturating, by the"
+            ),
+            "{better:?}"
+        );
     }
 
     #[test]
