@@ -63,6 +63,7 @@ pub fn run() -> ExitCode {
             stages,
             exact_rows,
             accuracy,
+            verbose,
         } => {
             let method = match accuracy {
                 Some(accuracy) => MethodChoice::Accuracy(accuracy),
@@ -75,7 +76,11 @@ pub fn run() -> ExitCode {
                 seed,
                 stages: &stages,
                 method,
-                quiet,
+                said: match (quiet, verbose) {
+                    (true, _) => messages::Said::Errors,
+                    (false, true) => messages::Said::Everything,
+                    (false, false) => messages::Said::Most,
+                },
             })
         }
         Verb::New { table, out } => new::new(&table, out, quiet),

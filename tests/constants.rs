@@ -434,6 +434,7 @@ fn the_report_has_a_second_figure_where_one_is_given() {
         let findings = &findings::fit_least_squares(scene, &table, 1, false);
         let overview = &overview::summarise_runs(scene, &table, findings);
         let input = ReportInput {
+            command: "wetcor fit scene.toml",
             scene,
             runs,
             overview,

@@ -160,7 +160,15 @@ fn a_committed_report_is_written_again(example: &str) {
                 let parse = |text: &str| serde_json::from_str::<Value>(text).expect("valid JSON");
                 assert_same(&parse(text), &parse(committed), 0.0, "findings");
             }
-            Some("md") => assert_eq!(masked(text), masked(committed), "{}", name.display()),
+            Some("md") => {
+                // the one word of the command that says where this copy went
+                let there = text.replace(&format!(" --out {}", out.display()), "");
+                let (new, old) = (masked(&there), masked(committed));
+                for (new, old) in new.lines().zip(old.lines()) {
+                    assert_eq!(new, old, "{}", name.display());
+                }
+                assert_eq!(new.lines().count(), old.lines().count(), "{}", name.display());
+            }
             Some("svg") => {
                 for svg in [text, committed] {
                     let parsed = roxmltree::Document::parse(svg).expect("valid XML");

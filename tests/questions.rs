@@ -162,6 +162,7 @@ impl Fitted {
     fn report(&self) -> (String, Vec<String>) {
         let (scene, table, findings) = (self.scene(), &self.table, &self.least_squares);
         let input = ReportInput {
+            command: "wetcor fit scene.toml",
             scene,
             runs: &table.runs,
             overview: &overview::summarise_runs(scene, table, findings),

@@ -30,7 +30,7 @@ fn words_and_numbers(line: &str) -> (String, Vec<f64>) {
 /// Another processor draws other numbers, within their Monte Carlo error.
 fn is_nearly(shown: &str, printed: &str) -> bool {
     // differences of log density are near 0 here, of either sign
-    let differs = shown.starts_with("inertia = ");
+    let differs = shown.starts_with("inertia ");
     let most: f64 = if differs { 0.6 } else { 0.0 };
     let signs: &[char] = if differs { &['+', '−'] } else { &[] };
     let [shown, printed] = [shown, printed].map(|line| line.replace(signs, ""));

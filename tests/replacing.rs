@@ -65,6 +65,7 @@ fn fit_slowly(out: &Path) {
     let table = runs::read(&scene).unwrap_or_else(|error| panic!("{error}"));
     let findings = findings::fit_least_squares(&scene, &table, seed, false);
     let input = ReportInput {
+        command: "wetcor fit scene.toml",
         scene: &scene,
         runs: &table.runs,
         overview: &overview::summarise_runs(&scene, &table, &findings),

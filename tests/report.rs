@@ -180,7 +180,38 @@ fn figures_are_not_told_where_none_were_asked_for() {
     assert!(exact
         .report
         .contains("Every run entered every evaluation of the likelihood"));
-    assert!(exact.report.contains("--seed 1 --exact-rows`"));
+    let given = "`wetcor fit scene.toml --out out --seed 1 --stages least_squares,posterior --exact-rows`";
+    assert!(exact.report.contains(given));
+}
+
+#[test]
+fn a_terminal_has_the_verdict_first_and_three_notices_unless_all_are_asked_for() {
+    let folder = fit(SCENE, &["--stages", "least_squares"], all).folder;
+    let said = |flags: &[&str]| {
+        let output = Command::new(env!("CARGO_BIN_EXE_wetcor"))
+            .current_dir(folder.path())
+            .args(["fit", "scene.toml", "--out", "out", "--stages", "least_squares"])
+            .args(flags)
+            .output()
+            .expect("the command can be started");
+        [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned())
+    };
+    let [out, err] = said(&[]);
+    assert!(
+        out.starts_with("Verdict: ") && out.ends_with("report: out/report.md\n"),
+        "{out}"
+    );
+    let findings = std::fs::read_to_string(folder.path().join("out/findings.json")).expect("written");
+    let findings: Value = serde_json::from_str(&findings).expect("JSON");
+    let notices = findings["notices"].as_array().expect("a list").len();
+    assert!(notices > 3, "{}", findings["notices"]);
+    let count = |err: &str| err.lines().filter(|line| line.starts_with("notice: ")).count();
+    assert_eq!(count(&err), 3, "{err}");
+    let last = err.lines().last().unwrap_or_default();
+    assert!(last.ends_with("--verbose prints every notice"), "{err}");
+    let [same, all] = said(&["--verbose"]);
+    assert_eq!((same, count(&all)), (out, notices));
+    assert_eq!(said(&["--quiet"]), ["", ""]);
 }
 
 #[test]

@@ -72,6 +72,9 @@ report of the same title and nothing else.")]
         /// cheapest method that can vouch for it [default: trajectories as [sampler] says]
         #[arg(long, value_name = "X", value_parser = read_accuracy)]
         accuracy: Option<f64>,
+        /// Print every notice, not only the three that bear most on the main numbers
+        #[arg(long, conflicts_with = "quiet")]
+        verbose: bool,
     },
     /// Say what was read and what it can identify, by least squares at most
     #[command(after_help = "\

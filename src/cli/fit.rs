@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use clap::ValueEnum;
 use wetcor::error::{named, Error};
 use wetcor::findings::posterior::{ExpectedSampling, MethodChoice, Posterior};
 use wetcor::findings::{self, overview, verdicts, Findings};
@@ -14,7 +15,7 @@ use wetcor::scene::{self, Scene};
 
 use super::arguments::Stage;
 use super::draws::Draws;
-use super::messages::{print_after_writing, print_notices, say, NOT_QUOTABLE};
+use super::messages::{print_after_writing, print_notices, say, Said, NOT_QUOTABLE};
 use super::timing::Timing;
 
 /// Models that are sampled besides the scene's own: forms of the law, and trends with the film.
@@ -29,7 +30,7 @@ pub(super) struct FitOptions<'a> {
     /// stages to run; none named: all
     pub stages: &'a [Stage],
     pub method: MethodChoice,
-    pub quiet: bool,
+    pub said: Said,
 }
 
 impl FitOptions<'_> {
@@ -52,6 +53,31 @@ impl FitOptions<'_> {
         Ok(())
     }
 
+    /// The command that makes the report again: what was given, without what changes no number.
+    fn command(&self) -> String {
+        let mut words = vec![
+            "wetcor".to_owned(),
+            "fit".to_owned(),
+            shell_word(&self.scene_file.to_string_lossy()),
+        ];
+        let mut flag = |name: &str, value: String| words.extend([name.to_owned(), value]);
+        if let Some(out) = &self.out {
+            flag("--out", shell_word(&out.to_string_lossy()));
+        }
+        flag("--seed", self.seed.to_string());
+        if !self.stages.is_empty() {
+            let names = self.stages.iter().filter_map(ValueEnum::to_possible_value);
+            let names: Vec<String> = names.map(|stage| stage.get_name().to_owned()).collect();
+            flag("--stages", names.join(","));
+        }
+        match self.method {
+            MethodChoice::Accuracy(accuracy) => flag("--accuracy", accuracy.to_string()),
+            MethodChoice::Rows => words.push("--exact-rows".to_owned()),
+            MethodChoice::Nodes => {}
+        }
+        words.join(" ")
+    }
+
     /// Samples the posterior, and those of the models it is compared with.
     fn sample(
         &self,
@@ -60,7 +86,7 @@ impl FitOptions<'_> {
         findings: &mut Findings,
         timing: &mut Timing,
     ) -> Result<Option<Posterior>, Error> {
-        let quiet = self.quiet;
+        let quiet = self.said == Said::Errors;
         let mut posterior = None;
         if self.wants(Stage::Posterior) {
             if !quiet {
@@ -87,6 +113,16 @@ impl FitOptions<'_> {
     }
 }
 
+/// A word as a shell takes it, in quotes where it needs them.
+fn shell_word(word: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "-_./=,:+@%".contains(c);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
+}
+
 /// Says how long sampling will take, where that is more than a moment.
 fn say_how_long(expected: Option<ExpectedSampling>) {
     const MOMENT: f64 = 5.0;
@@ -105,7 +141,7 @@ pub(super) fn fit(fit: FitOptions) -> Result<u8, Error> {
         stages: vec![],
     };
     fit.check_stages()?;
-    let quiet = fit.quiet;
+    let quiet = fit.said == Said::Errors;
     let scene = scene::read(fit.scene_file)?;
     let default_out = || Path::new("reports").join(&scene.name);
     let out = fit.out.clone().unwrap_or_else(default_out);
@@ -120,7 +156,9 @@ pub(super) fn fit(fit: FitOptions) -> Result<u8, Error> {
     });
     let overview = overview::summarise_runs(&scene, &table, &findings);
     let posterior = fit.sample(&scene, &table.runs, &mut findings, &mut timing)?;
+    let command = fit.command();
     let input = ReportInput {
+        command: &command,
         scene: &scene,
         runs: &table.runs,
         overview: &overview,
@@ -135,15 +173,44 @@ pub(super) fn fit(fit: FitOptions) -> Result<u8, Error> {
         ("timing.json".to_owned(), timing.json().into_bytes())
     }));
     destination.write(files)?;
-    print_notices(&findings.notices, quiet);
     if !quiet {
         let report = out.join("report.md");
         let text = format!("{}report: {}\n", markdown::summary(input), named(&report));
         print_after_writing(&report, &text)?;
     }
+    print_notices(&findings.notices, findings.cautions(), fit.said);
     Ok(if verdicts::quotable(&findings.verdicts) {
         0
     } else {
         NOT_QUOTABLE
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_report_is_made_again_by_the_command_that_was_given() {
+        let given = FitOptions {
+            scene_file: Path::new("drops/May's drops.toml"),
+            out: Some(PathBuf::from("reports/drops")),
+            seed: 7,
+            stages: &[Stage::LeastSquares, Stage::Figures],
+            method: MethodChoice::Accuracy(0.1),
+            said: Said::Errors,
+        };
+        let command = "wetcor fit 'drops/May'\\''s drops.toml' --out reports/drops --seed 7 --stages \
+                       least_squares,figures --accuracy 0.1";
+        assert_eq!(given.command(), command);
+        let plain = FitOptions {
+            scene_file: Path::new("drops/scene.toml"),
+            out: None,
+            seed: 1,
+            stages: &[],
+            method: MethodChoice::Rows,
+            said: Said::Most,
+        };
+        assert_eq!(plain.command(), "wetcor fit drops/scene.toml --seed 1 --exact-rows");
+    }
 }

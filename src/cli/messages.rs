@@ -7,7 +7,10 @@ use std::io::{IsTerminal, Write};
 use std::path::Path;
 
 use clap::error::{ContextKind, ContextValue};
+use terminal_size::{terminal_size_of, Height, Width};
+use textwrap::core::display_width;
 use wetcor::error::{plain, plain_lines, Error};
+use wetcor::findings::by_weight;
 use wetcor::notice::Notice;
 
 /// Exit status: it ran, and a gating verdict failed.
@@ -23,15 +26,46 @@ fn label(word: &str, colour: &str) -> String {
     }
 }
 
-/// Says what wants a second look, on one line.
-pub(super) fn warn(text: &str) {
-    let text = plain(text, usize::MAX);
-    let _ = writeln!(std::io::stderr(), "{}: {text}", label("notice", "\u{1b}[1;33m"));
+/// Lines broken between words where a terminal would break them within one; elsewhere, as for scripts, they stay whole.
+fn wrapped(text: &str, columns: Option<usize>) -> String {
+    let Some(columns) = columns else {
+        return text.to_owned();
+    };
+    let options = textwrap::Options::new(columns)
+        .subsequent_indent("  ")
+        .break_words(false)
+        .word_splitter(textwrap::WordSplitter::NoHyphenation);
+    let lines = text.split('\n').map(|line| {
+        if display_width(line) > columns {
+            textwrap::fill(line, &options)
+        } else {
+            line.to_owned()
+        }
+    });
+    lines.collect::<Vec<_>>().join("\n")
 }
 
-/// Says what goes on, on one line.
+/// How many columns to write on a terminal of this size; `None` where there is none.
+fn columns(size: Option<(Width, Height)>) -> Option<usize> {
+    const NARROWEST: usize = 20;
+    size.map(|(Width(columns), _)| NARROWEST.max(columns.into()))
+}
+
+/// Says what wants a second look: on one line, or on those that a terminal needs.
+pub(super) fn warn(text: &str) {
+    let text = format!("{}: {}", label("notice", "\u{1b}[1;33m"), plain(text, usize::MAX));
+    say_lines(&text);
+}
+
+/// Says what goes on: on one line, or on those that a terminal needs.
 pub(super) fn say(text: &str) {
-    let _ = writeln!(std::io::stderr(), "{}", plain(text, usize::MAX));
+    say_lines(&plain(text, usize::MAX));
+}
+
+fn say_lines(text: &str) {
+    let mut stderr = std::io::stderr();
+    let text = wrapped(text, columns(terminal_size_of(&stderr)));
+    let _ = writeln!(stderr, "{text}");
 }
 
 /// What is wrong with the command line. The words on it are printed on one line each, and a tip that repeats one that cannot
@@ -58,15 +92,49 @@ pub(super) fn usage(mut error: clap::Error) -> String {
 
 /// Says why there is no answer; what a user named in it is on one line already.
 pub(super) fn complain(text: &str) {
-    let text = plain_lines(text);
-    let _ = writeln!(std::io::stderr(), "{}: {text}", label("error", "\u{1b}[1;31m"));
+    say_lines(&format!("{}: {}", label("error", "\u{1b}[1;31m"), plain_lines(text)));
 }
 
-pub(super) fn print_notices(notices: &[Notice], quiet: bool) {
-    if !quiet {
-        for notice in notices {
-            warn(&notice.text);
+/// How much of what went on is said.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Said {
+    /// errors only
+    Errors,
+    /// what bears most on the answer
+    Most,
+    /// every notice
+    Everything,
+}
+
+impl Said {
+    /// Everything, where quiet was not asked for.
+    pub(super) fn all_unless(quiet: bool) -> Said {
+        if quiet {
+            Said::Errors
+        } else {
+            Said::Everything
         }
+    }
+}
+
+/// Says the notices that bear most on the main numbers, or all of them, and how many cautions of so many are left.
+pub(super) fn print_notices(notices: &[Notice], cautions: usize, said: Said) {
+    const SHOWN: usize = 3;
+    let shown = match said {
+        Said::Errors => return,
+        Said::Most => SHOWN,
+        Said::Everything => notices.len(),
+    };
+    let shown = &by_weight(notices)[..shown.min(notices.len())];
+    for notice in shown {
+        warn(&notice.text);
+    }
+    let more = cautions.saturating_sub(shown.len());
+    if more > 0 && said == Said::Most {
+        let verb = if more == 1 { "caution stands" } else { "cautions stand" };
+        say(&format!(
+            "{more} more {verb} in the report; --verbose prints every notice"
+        ));
     }
 }
 
@@ -77,7 +145,8 @@ pub(super) fn print_result(text: &str) -> Result<(), Error> {
 
 /// Prints once a file or a folder is written, which stays whatever becomes of standard output.
 pub(super) fn print_after_writing(file: &Path, text: &str) -> Result<(), Error> {
-    print(text, Some(file))
+    let text = wrapped(text, columns(terminal_size_of(std::io::stdout())));
+    print(&text, Some(file))
 }
 
 fn print(text: &str, file: Option<&Path>) -> Result<(), Error> {
@@ -88,5 +157,26 @@ fn print(text: &str, file: Option<&Path>) -> Result<(), Error> {
             source,
         }),
         _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_stay_whole_on_a_terminal_and_lines_off_it() {
+        let text = "notice: the posterior was not sampled\nk    = 0.18";
+        assert_eq!(wrapped(text, None), text);
+        let lines = "notice: the\n  posterior was not\n  sampled\nk    = 0.18";
+        assert_eq!(wrapped(text, Some(20)), lines);
+        // a word longer than a line is not cut: it may be a path
+        assert_eq!(
+            wrapped("report: reports/mueller2016/report.md", Some(20))
+                .lines()
+                .count(),
+            2
+        );
+        assert_eq!(columns(Some((Width(0), Height(24)))), Some(20));
     }
 }

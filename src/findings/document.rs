@@ -124,6 +124,12 @@ impl Counts {
 }
 
 impl Findings {
+    /// How many things want a second look without forbidding to quote: notices, and checks that gate nothing and failed.
+    pub fn cautions(&self) -> usize {
+        let failed = self.verdicts.iter().filter(|check| !check.gates && !check.passed);
+        failed.count() + self.notices.len()
+    }
+
     /// What least squares found, for the stages that start from it.
     pub fn least_squares(&self) -> LeastSquares<'_> {
         LeastSquares {

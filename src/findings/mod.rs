@@ -107,6 +107,7 @@ use terms::SizedTerm;
 
 pub use document::{Counts, Findings, SCHEMA};
 pub use fit_verdict::Verdict;
+pub use notices::by_weight;
 
 /// Fits everything least squares can say of a scene's runs; with `bootstrap`, resamples them as the scene says.
 pub fn fit_least_squares(scene: &Scene, table: &Table, seed: u64, bootstrap: bool) -> Findings {

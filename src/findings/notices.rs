@@ -124,6 +124,34 @@ const FILM_TREND: Entry = entry(
     "try another [model] inertia (saturating levels off), or screen by [data] max_film_ratio",
 );
 
+/// Those that bear on the main numbers, the one that bears most on them first.
+const FIRST: [&Entry; 16] = [
+    &MEASUREMENT_ERRORS_TOO_LARGE,
+    &SERIES_OFFSETS,
+    &OUTLIER,
+    &DRY_RUN_WITHOUT_REBOUND,
+    &BETTER_FORM,
+    &TERM_NOT_HELD,
+    &FILM_TREND,
+    &SPEED_ERROR_MATTERS,
+    &UNSEEN,
+    &NO_DRY_RUNS,
+    &PRIOR_RULES,
+    &UNEQUAL_SPREAD,
+    &NOISE_GROWS,
+    &DRY_NOISE_GROWS,
+    &SCREENED,
+    &STUCK_LEFT_OUT,
+];
+
+/// The notices in the order of how much they bear on the main numbers; those that do not come last, in their own order.
+pub fn by_weight(notices: &[Notice]) -> Vec<&Notice> {
+    let place = |notice: &&Notice| FIRST.iter().position(|entry| entry.code == notice.code);
+    let mut sorted: Vec<&Notice> = notices.iter().collect();
+    sorted.sort_by_key(|notice| place(notice).unwrap_or(FIRST.len()));
+    sorted
+}
+
 /// A list cut to what can be read.
 pub(super) fn shortened(items: &[String]) -> String {
     const SHOWN: usize = 3;

@@ -9,6 +9,8 @@ use crate::scene::Scene;
 /// What a report is made of.
 #[derive(Debug, Clone, Copy)]
 pub struct ReportInput<'a> {
+    /// the command that makes the report again
+    pub command: &'a str,
     /// what was held fixed
     pub scene: &'a Scene,
     /// what was measured

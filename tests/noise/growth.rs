@@ -134,6 +134,7 @@ fn bands_of_single_runs_carry_the_caution() {
             .add_posterior(scene, &table.runs, MethodChoice::Nodes, &|_, _| ())
             .unwrap_or_else(|error| panic!("{error}"));
         let input = ReportInput {
+            command: "wetcor fit scene.toml",
             scene,
             runs: &table.runs,
             overview: &overview::summarise_runs(scene, &table, &found),

@@ -55,16 +55,9 @@ pub(super) fn reproduce(page: &mut Page, input: ReportInput) {
     let names = input.scene.data.runs.iter().filter_map(|runs| runs.path.file_name());
     let names: Vec<String> = names.map(|name| literal(&name.to_string_lossy())).collect();
     let runs = names.join(", ");
-    let every_row = input
-        .posterior
-        .is_some_and(|posterior| posterior.sampled.compression.is_none());
-    let rows = if every_row { " --exact-rows" } else { "" };
     page.paragraph(&format!(
         "{}, wetcor {}. Full precision, further intervals and every reason stand in `findings.json`.",
-        code(&format!(
-            "wetcor fit {}/scene.toml --seed {}{rows}",
-            findings.scene, findings.seed
-        )),
+        code(input.command),
         findings.wetcor
     ));
     let files = [("scene", &findings.scene_sha256), (&runs, &findings.data_sha256)];

@@ -1,15 +1,12 @@
 //! Writes the numbers a reader came for, and the literature's beside them.
 
-use std::collections::HashSet;
-
 use super::super::{numbers, quantities, ReportInput};
-use super::cells::{diameter, interval_header, law_name, place_name};
+use super::cells::{diameter, interval_header, law_name};
 use super::constants::combined;
 use super::escape::literal;
 use super::page::Page;
 use super::posterior::held;
 use super::table::ReportTable;
-use super::verdict::verdict_line;
 use crate::findings::film_ratio::reference_film_ratio;
 use crate::findings::form_choice::{ChosenBy, InertiaChoice, OtherForm};
 use crate::findings::main_numbers::{MainNumbers, MainParameter, MainPlace, Source};
@@ -78,7 +75,7 @@ pub(super) fn main_numbers(page: &mut Page, input: ReportInput) {
 }
 
 /// The places that stand for the others: of each particle one film ratio, or all of them where they are few.
-fn places_shown<'a>(main: &'a MainNumbers, input: ReportInput) -> Vec<&'a MainPlace> {
+pub(super) fn places_shown<'a>(main: &'a MainNumbers, input: ReportInput) -> Vec<&'a MainPlace> {
     const FEW: usize = 6;
     let spheres = || 0..input.runs.spheres.len();
     let stands_for_others = |place: &&MainPlace| {
@@ -105,7 +102,7 @@ pub(super) fn every_place(page: &mut Page, input: ReportInput) {
 }
 
 /// How far the forms that were not chosen are from the chosen one.
-fn others(choice: &InertiaChoice) -> String {
+pub(super) fn others(choice: &InertiaChoice) -> String {
     let one = |other: &OtherForm| {
         let of_prior = other.prior_difference.map_or(String::new(), |difference| {
             format!(" ({} by the prior of its C)", numbers::signed_to(difference, 1))
@@ -185,7 +182,7 @@ fn parameters<'a>(main: &'a MainNumbers, input: ReportInput<'a>) -> ReportTable<
 }
 
 /// Where a parameter comes from, and what leads it.
-fn source(parameter: &MainParameter) -> String {
+pub(super) fn source(parameter: &MainParameter) -> String {
     let mut text = parameter.number.source.name().to_owned();
     if let Some(from) = parameter.from {
         text.push_str(&format!(", {from} alone"));
@@ -332,62 +329,4 @@ fn symbol(name: &str) -> &str {
     let published = [Quantity::DryK, Quantity::EInf, Quantity::StC].map(Quantity::describe);
     let own = published.into_iter().find(|quantity| quantity.name == name);
     own.map_or(name, |own| own.symbol)
-}
-
-/// The first of some lines for a terminal, and how many more there are.
-fn first_of(lines: Vec<String>) -> String {
-    const SHOWN: usize = 20;
-    let mut text = lines.iter().take(SHOWN).map(String::as_str).collect::<String>();
-    if lines.len() > SHOWN {
-        text.push_str(&format!(
-            "and {} more lines of this kind in findings.json\n",
-            lines.len() - SHOWN
-        ));
-    }
-    text
-}
-
-/// The main numbers as lines for a terminal.
-pub fn summary(input: ReportInput) -> String {
-    let main = &input.findings.main;
-    let mut text = verdict_line(input.findings).replace("**", "");
-    text.push('\n');
-    if main.provisional {
-        text.push_str("Provisional: the posterior was not sampled.\n");
-    }
-    if let Some(choice) = &input.findings.inertia {
-        text.push_str(&format!(
-            "inertia = {} (log density beside it: {})\n",
-            choice.inertia,
-            others(choice)
-        ));
-    }
-    for parameter in &main.parameters {
-        let value = quantities::main(parameter.quantity, &parameter.number);
-        text.push_str(&format!("{} = {value} ({})\n", parameter.name, source(parameter)));
-    }
-    let [e_inf, st_c] = [Quantity::EInf, Quantity::StC].map(|quantity| quantity.describe().symbol);
-    let laws = main.at.iter().filter(|place| place.source == Source::SquareRootLaw);
-    let here = |place: &MainPlace| {
-        let diameter = place.diameter_m.map(f64::to_bits);
-        (place.particle.clone(), place.film_ratio.to_bits(), diameter)
-    };
-    let with_law: HashSet<_> = laws.map(here).collect();
-    // where the law serves, the posterior of each liquid stands in the report alone
-    let has_law = |place: &MainPlace| with_law.contains(&here(place));
-    let shown = main
-        .at
-        .iter()
-        .filter(|place| place.source == Source::SquareRootLaw || !has_law(place));
-    let line = |place: &MainPlace| {
-        format!(
-            "{}: {e_inf} = {}, {st_c} = {} ({})\n",
-            place_name(place),
-            quantities::main(Quantity::EInf, &place.e_inf),
-            quantities::main(Quantity::StC, &place.st_c),
-            place.source.name()
-        )
-    };
-    text.push_str(&first_of(shown.map(line).collect()));
-    text
 }

@@ -14,11 +14,12 @@ pub(crate) mod page;
 mod posterior;
 mod runs;
 pub(crate) mod table;
+mod terminal;
 mod terms;
 mod verdict;
 
-pub use main_numbers::summary;
 pub use runs::overview_text;
+pub use terminal::summary;
 
 use super::input::ReportInput;
 use escape::literal;

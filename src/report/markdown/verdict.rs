@@ -30,22 +30,21 @@ pub(super) fn opening(page: &mut Page, input: ReportInput) {
 }
 
 /// The line that says whether the main numbers may be quoted.
-pub fn verdict_line(findings: &Findings) -> String {
-    let cautions = findings
-        .verdicts
-        .iter()
-        .filter(|check| !check.gates && !check.passed)
-        .count()
-        + findings.notices.len();
-    let see = match cautions {
-        0 => String::new(),
-        1 => " One caution stands under Cautions.".to_owned(),
-        n => format!(" {n} cautions stand under Cautions."),
-    };
+pub(super) fn verdict_line(findings: &Findings) -> String {
+    let see = cautions_line(findings);
     let verdict = &findings.main.verdict;
     if verdict.passed {
         format!("**Verdict: the main numbers may be quoted.**{see}")
     } else {
         format!("**Verdict: not to be quoted: {}.**{see}", verdict.reason)
+    }
+}
+
+/// How many cautions there are, with a blank before it; nothing where there is none.
+pub(super) fn cautions_line(findings: &Findings) -> String {
+    match findings.cautions() {
+        0 => String::new(),
+        1 => " One caution stands under Cautions.".to_owned(),
+        n => format!(" {n} cautions stand under Cautions."),
     }
 }
