@@ -215,6 +215,32 @@ fn a_terminal_has_the_verdict_first_and_three_notices_unless_all_are_asked_for()
 }
 
 #[test]
+fn parameters_without_a_panel_are_counted_below_the_figure() {
+    let names: Vec<String> = (0..14).map(|sphere| format!("P{sphere}")).collect();
+    let each = |value: &str| {
+        let items = names.iter().map(|name| format!("{name} = {value}"));
+        items.collect::<Vec<_>>().join(", ")
+    };
+    let particles = names
+        .iter()
+        .map(|name| format!("[particles.{name}]\ndensity_kg_m3 = 2150\nroughness_um = 5\n"));
+    let scene = SCENE
+        .replace(
+            "[particles.PTFE]\ndensity_kg_m3 = 2150\nroughness_um = 5\n",
+            &particles.collect::<String>(),
+        )
+        .replace("PTFE = 0.183", &each("0.183"))
+        .replace("PTFE = [3.175, 8.0]", &each("[5.0]"))
+        .replace("PTFE = [0.04, 0.08, 0.15]", &each("[0.04, 0.12]"));
+    let written = fit(&scene, &["--stages", "least_squares,posterior,figures"], all);
+    let words = |most: usize| format!(" Shown are {most} of the 19 parameters, those of all runs before the k of each");
+    let told = |words: &str| written.report.matches(words).count();
+    assert_eq!((told(&words(16)), told(&words(8))), (2, 1));
+    let few = fit(SCENE, &["--stages", "least_squares,posterior,figures"], all);
+    assert!(few.figures.contains(&"posterior-priors.svg".to_owned()) && !few.report.contains(" Shown are "));
+}
+
+#[test]
 fn sampling_that_failed_is_told_on_the_first_line_and_rounded_to_what_it_knows() {
     let scene = format!("{SCENE}\n[sampler]\nwarmup = 5\ndraws = 5\n");
     let written = fit(&scene, &["--stages", "least_squares,posterior,figures"], all);

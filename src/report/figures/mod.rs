@@ -37,6 +37,7 @@ pub use names::Names;
 use of_particle::{dry_k, film_ratio_words, main_film_ratio, scaling_of, series_at, title_at, ShownSeries};
 use points::{chart, curve, largest, means_of, pairs, points, steps};
 use posterior::{speeds, Bands, SeriesBands};
+pub(super) use posterior::{MOST_PAIRED, MOST_PANELS};
 
 const RESTITUTION: &str = "restitution e_{n}";
 const INVERSE_STOKES: &str = "St^{−1}";

@@ -15,6 +15,7 @@ mod priors;
 mod ranks;
 
 pub(super) use bands::{speeds, Bands, SeriesBands};
+pub(in crate::report) use panels::{MOST_PAIRED, MOST_PANELS};
 
 use super::super::chart::{grid, Chart, Extent};
 use super::super::ReportInput;

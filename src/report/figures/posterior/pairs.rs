@@ -2,12 +2,10 @@
 
 use super::super::super::chart::{Axis, Chart, ChartPoint, Dash, Layer, Style};
 use super::super::super::ReportInput;
-use super::panels::{draws, first_places, range, symbol};
+use super::panels::{draws, first_places, range, symbol, MOST_PAIRED};
 use crate::findings::posterior::Posterior;
 use crate::inference::density::bars;
 
-/// More parameters than this leave no room to see anything.
-const MOST_PARAMETERS: usize = 8;
 /// Points in all panels together.
 const MOST_POINTS: usize = 2000;
 /// Bars of a histogram.
@@ -17,7 +15,7 @@ const CURVE: usize = 40;
 
 /// The lower triangle of panels, row by row.
 pub(super) fn charts(input: ReportInput, posterior: &Posterior) -> Vec<Vec<Option<Chart>>> {
-    let places = first_places(posterior, MOST_PARAMETERS);
+    let places = first_places(posterior, MOST_PAIRED);
     let parameters = &posterior.sampled.parameters.sampled;
     let all: Vec<Vec<f64>> = places.iter().map(|place| draws(posterior, *place)).collect();
     let ranges: Vec<(f64, f64)> = all.iter().map(|draws| range(draws)).collect();

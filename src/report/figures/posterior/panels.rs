@@ -5,6 +5,11 @@ use super::super::super::ReportInput;
 use crate::findings::posterior::Posterior;
 use crate::model::parameters::{ModelParameter, ParameterKind};
 
+/// More panels than this are a wall.
+pub(in crate::report) const MOST_PANELS: usize = 16;
+/// More parameters than this leave no room to see anything of their pairs.
+pub(in crate::report) const MOST_PAIRED: usize = 8;
+
 /// Places of at most so many parameters, in their order: those that all runs share go before the k of each particle.
 pub(super) fn first_places(posterior: &Posterior, most: usize) -> Vec<usize> {
     let of_particle = |place: &usize| matches!(kind(posterior, *place), ParameterKind::DryK(_));

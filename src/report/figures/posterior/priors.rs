@@ -3,14 +3,12 @@
 use super::super::super::chart::{Axis, Chart, Dash, Layer, Style};
 use super::super::super::quantities::{in_scripts, unit_in_brackets};
 use super::super::super::ReportInput;
-use super::panels::{draws, first_places, symbol};
+use super::panels::{draws, first_places, symbol, MOST_PANELS};
 use crate::findings::posterior::Posterior;
 use crate::inference::density::smoothed;
 use crate::model::parameters::ModelParameter;
 use crate::scene::Prior;
 
-/// More panels than this are a wall.
-const MOST_PARAMETERS: usize = 16;
 /// Points along a density.
 const CURVE: usize = 120;
 /// A prior is shown where it has more than this share of its highest density.
@@ -32,10 +30,7 @@ pub(super) fn charts(input: ReportInput, posterior: &Posterior) -> Vec<Chart> {
         chart.x.label = format!("{}{unit}", symbol(input, parameter));
         chart
     };
-    first_places(posterior, MOST_PARAMETERS)
-        .into_iter()
-        .map(panel)
-        .collect()
+    first_places(posterior, MOST_PANELS).into_iter().map(panel).collect()
 }
 
 fn chart(parameter: &ModelParameter, draws: &[f64]) -> Chart {

@@ -2,12 +2,10 @@
 
 use super::super::super::chart::{Axis, Chart, Dash, Layer, Style};
 use super::super::super::ReportInput;
-use super::panels::{first_places, symbol};
+use super::panels::{first_places, symbol, MOST_PANELS};
 use crate::findings::posterior::Posterior;
 use crate::inference::diagnostics::rank_counts::RankCounts;
 
-/// More panels than this are a wall.
-const MOST_PARAMETERS: usize = 16;
 /// Bins of ranks, where the draws are many enough.
 const BINS: usize = 20;
 /// Top of the vertical axis where nothing is higher: even shares lie in the middle.
@@ -17,7 +15,7 @@ const EXPECTED: usize = 10;
 
 /// A panel a parameter, for rows of so many.
 pub(super) fn charts(input: ReportInput, posterior: &Posterior, columns: usize) -> Vec<Chart> {
-    let places = first_places(posterior, MOST_PARAMETERS);
+    let places = first_places(posterior, MOST_PANELS);
     let count = places.len();
     let panel = |(index, place): (usize, usize)| {
         let chains = &posterior.sampled.values[place];

@@ -4,6 +4,7 @@ use super::super::super::numbers;
 use super::super::super::{figures, ReportInput};
 use super::super::page::Page;
 use super::cells::{checks, of_prediction};
+use super::numbers::without_panel;
 use crate::findings::posterior::{AccuracySummary, Posterior, PosteriorFindings};
 use crate::inference::prepared_posterior::CHECKED;
 use crate::inference::sampling::{Method, MOST_TIMES};
@@ -50,8 +51,11 @@ pub(super) fn computation(page: &mut Page, input: ReportInput, posterior: &Poste
     page.figure(
         figures::RANKS,
         "ranks by chain",
-        "How often each chain falls into equal bins of the ranks of all draws, over its even share of 1. Chains that agree \
-         stay near 1; grey is two standard deviations of as many independent draws.",
+        &format!(
+            "How often each chain falls into equal bins of the ranks of all draws, over its even share of 1. Chains that agree \
+             stay near 1; grey is two standard deviations of as many independent draws.{}",
+            without_panel(posterior, figures::MOST_PANELS)
+        ),
     );
 }
 

@@ -212,8 +212,21 @@ pub(super) fn beside_the_prior(page: &mut Page, input: ReportInput, posterior: &
     page.figure(
         figures::PRIORS,
         "prior against posterior",
-        "Prior (line) and posterior (shaded) of each parameter over the range of the prior, each over its own maximum.",
+        &format!(
+            "Prior (line) and posterior (shaded) of each parameter over the range of the prior, each over its own maximum.{}",
+            without_panel(posterior, figures::MOST_PANELS)
+        ),
     );
+}
+
+/// How many parameters have no place in a figure of so many; nothing where all have.
+pub(super) fn without_panel(posterior: &Posterior, most: usize) -> String {
+    match posterior.sampled.values.len() {
+        all if all > most => format!(
+            " Shown are {most} of the {all} parameters, those of all runs before the k of each particle; the tables have all."
+        ),
+        _ => String::new(),
+    }
 }
 
 /// Whether a parameter is what the runs or what its prior makes it.
@@ -259,7 +272,8 @@ pub(super) fn correlations(page: &mut Page, input: ReportInput, posterior: &Post
         "pairs of parameters",
         &format!(
             "Draws of each pair of parameters, thinned; on the diagonal the posterior as a histogram with the prior \
-             density as a line.{}",
+             density as a line.{}{}",
+            without_panel(posterior, figures::MOST_PAIRED),
             if found.divergences > 0 {
                 " Hollow marks are draws whose trajectory diverged."
             } else {
