@@ -404,7 +404,7 @@ impl Store {
             "sigma_wet",
         ];
         let mut findings = format!(
-            r#"{{"schema":"wetcor.findings/1","title":"t","wetcor":"{}","verdicts":[],"posterior":{{"parameters":[{}],
+            r#"{{"schema":"wetcor.findings/2","title":"t","wetcor":"{}","verdicts":[],"posterior":{{"parameters":[{}],
 "left_out":[{{"name":"dry_k[PE]","value":null,"reason":"no runs"}}],"chains":1,"draws":2,"terms":["inertia","viscous"],"inertia":"stepwise","viscous":"constant","dry_speed_m_s":2.0,
 "basis":{{"smallest_restitution":0.0,"particles":[{{"name":"PTFE","density_kg_m3":2150.0,"roughness_m":5e-6,"covered":null}},
 {{"name":"PE","density_kg_m3":940.0,"roughness_m":5e-6,"covered":null}}],"liquids":[{{"name":"AK10","density_kg_m3":930.0,"viscosity_Pa_s":0.0093}}]}}}}}}"#,
@@ -522,8 +522,8 @@ fn every_folder_that_cannot_be_predicted_from_is_refused_in_its_words() {
             format!("r/findings.json: no findings of wetcor (EOF while parsing a string at line 1 column 20){AGAIN}"),
         ),
         (
-            |findings, _| *findings = findings.replace("findings/1", "findings/7"),
-            format!("r/findings.json: found schema `wetcor.findings/7`, expected `wetcor.findings/1`{AGAIN}"),
+            |findings, _| *findings = findings.replace("findings/2", "findings/7"),
+            format!("r/findings.json: found schema `wetcor.findings/7`, expected `wetcor.findings/2`{AGAIN}"),
         ),
         (
             |findings, _| *findings = findings.replace(env!("CARGO_PKG_VERSION"), "0.0.9"),

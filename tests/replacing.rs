@@ -402,3 +402,20 @@ fn of_two_fits_at_once_into_one_folder_one_stands_whole() {
     }
     assert_eq!(beside(place.path()).len(), 10);
 }
+
+#[test]
+fn a_report_whose_layout_is_of_another_version_is_replaced() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let out = place.path().join("report");
+    let status = || fit(&out, 1).status().expect("it can be started").code();
+    assert!(matches!(status(), Some(0 | 1)));
+    let whole = contents(&out, "timing.json");
+    let findings = out.join("findings.json");
+    let text = std::fs::read_to_string(&findings).expect("a report");
+    let with_schema = |schema: &str| text.replace(findings::SCHEMA, schema);
+    std::fs::write(&findings, with_schema("wetcor.findings/1")).expect("writable");
+    assert!(matches!(status(), Some(0 | 1)));
+    assert_eq!(contents(&out, "timing.json"), whole);
+    std::fs::write(&findings, with_schema("other.findings/2")).expect("writable");
+    assert_eq!(status(), Some(2));
+}

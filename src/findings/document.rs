@@ -26,8 +26,9 @@ use crate::notice::Notice;
 use crate::physics::Form;
 use crate::runs::{Screened, Table};
 
-/// The name and version of the findings file's layout.
-pub const SCHEMA: &str = "wetcor.findings/1";
+/// The name and version of the findings file's layout, which `docs/findings.schema.json` describes; the version is raised
+/// where a field is removed or changes its meaning.
+pub const SCHEMA: &str = "wetcor.findings/2";
 
 /// All findings of a fit. Field names are those of `findings.json`.
 #[derive(Debug, Serialize)]

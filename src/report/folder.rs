@@ -111,7 +111,7 @@ impl Destination {
             return refuse(format!("holds {input}, which is read for what would replace it"));
         }
         let (file, schema) = self.contents.mark();
-        let Some(mark) = read_mark(&folder.join(file)).filter(|mark| mark.schema == schema) else {
+        let Some(mark) = read_mark(&folder.join(file)).filter(|mark| layout(&mark.schema) == layout(schema)) else {
             return refuse(format!("exists and holds no {file} of wetcor"));
         };
         if mark.title != self.title {
@@ -151,6 +151,11 @@ impl Destination {
         }
         staging.put(|place| self.allow(place))
     }
+}
+
+/// The name of a layout without its version: reports of every version are ours to replace.
+fn layout(schema: &str) -> Option<&str> {
+    schema.rsplit_once('/').map(|(name, _)| name)
 }
 
 fn read_mark(path: &Path) -> Option<ReportMark> {
