@@ -225,7 +225,8 @@ fn differences(at: &str, a: &Value, b: &Value, rounding: f64, found: &mut Vec<St
 fn every_good_example_gives_the_same_findings() {
     let plain = Copy::plain();
     // draws differ from a rounding on: what was read shows in the fits
-    let fits = ["fit", "scene.toml", "--out", "out", "--stages", "least_squares,figures"];
+    let stages = "least_squares,figures";
+    let fits = ["fit", "scene.toml", "--out", "out", "--stages", stages, "--verbose"];
     let (status, out, plain_err) = plain.run(&fits);
     assert_eq!(status, Some(0), "{out}{plain_err}");
     let reference = findings(&plain.folder.join("out"));

@@ -350,6 +350,16 @@ fn fit(out: &Path, seed: u64) -> Command {
     command
 }
 
+/// What the command wrote, times and the folder's own name in the command excepted.
+fn written_to(out: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut files = contents(out, "timing.json");
+    if let Some(report) = files.get_mut(Path::new("report.md")) {
+        let text = String::from_utf8_lossy(report);
+        *report = text.replace(&format!(" --out {}", out.display()), "").into_bytes();
+    }
+    files
+}
+
 /// What the command writes with each of two seeds, times excepted.
 fn by_the_command() -> [BTreeMap<PathBuf, Vec<u8>>; 2] {
     [1, 2].map(|seed| {
@@ -357,7 +367,7 @@ fn by_the_command() -> [BTreeMap<PathBuf, Vec<u8>>; 2] {
         let out = place.path().join("report");
         let status = fit(&out, seed).status().expect("it can be started");
         assert!(matches!(status.code(), Some(0 | 1)));
-        contents(&out, "timing.json")
+        written_to(&out)
     })
 }
 
@@ -378,7 +388,7 @@ fn the_command_killed_at_any_time_leaves_one_whole_report() {
         if signal == "KILL" {
             staging::prepare(&out).unwrap_or_else(|error| panic!("{error}"));
         }
-        assert!(whole.contains(&contents(&out, "timing.json")), "SIG{signal}");
+        assert!(whole.contains(&written_to(&out)), "SIG{signal}");
         assert_eq!(beside(place.path()), ["report"], "SIG{signal}");
     }
 }
@@ -395,7 +405,7 @@ fn of_two_fits_at_once_into_one_folder_one_stands_whole() {
             let status = child.wait().expect("it ends");
             assert!(matches!(status.code(), Some(0 | 1)), "round {round}: {status}");
         }
-        assert!(whole.contains(&contents(&out, "timing.json")), "round {round}");
+        assert!(whole.contains(&written_to(&out)), "round {round}");
         for folder in out.ancestors().skip(1).take(3) {
             assert_eq!(beside(folder).len(), 1, "round {round}: {:?}", beside(folder));
         }
@@ -409,13 +419,13 @@ fn a_report_whose_layout_is_of_another_version_is_replaced() {
     let out = place.path().join("report");
     let status = || fit(&out, 1).status().expect("it can be started").code();
     assert!(matches!(status(), Some(0 | 1)));
-    let whole = contents(&out, "timing.json");
+    let whole = written_to(&out);
     let findings = out.join("findings.json");
     let text = std::fs::read_to_string(&findings).expect("a report");
     let with_schema = |schema: &str| text.replace(findings::SCHEMA, schema);
     std::fs::write(&findings, with_schema("wetcor.findings/1")).expect("writable");
     assert!(matches!(status(), Some(0 | 1)));
-    assert_eq!(contents(&out, "timing.json"), whole);
+    assert_eq!(written_to(&out), whole);
     std::fs::write(&findings, with_schema("other.findings/2")).expect("writable");
     assert_eq!(status(), Some(2));
 }

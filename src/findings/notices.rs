@@ -5,7 +5,7 @@
 use crate::notice::Notice;
 use crate::physics::form::Term;
 use crate::physics::Form;
-use crate::runs::Screened;
+use crate::runs::{Screened, OF_READING};
 use crate::scene::ResamplingScheme;
 
 /// One entry of the table of notices.
@@ -144,11 +144,14 @@ const FIRST: [&Entry; 16] = [
     &STUCK_LEFT_OUT,
 ];
 
-/// The notices in the order of how much they bear on the main numbers; those that do not come last, in their own order.
+/// The notices in the order of how much they bear on the main numbers: how the table was read first, since everything
+/// rests on it; those that do not bear on them last, in their own order.
 pub fn by_weight(notices: &[Notice]) -> Vec<&Notice> {
-    let place = |notice: &&Notice| FIRST.iter().position(|entry| entry.code == notice.code);
+    let codes = FIRST.iter().map(|entry| entry.code);
+    let codes: Vec<&str> = OF_READING.into_iter().chain(codes).collect();
+    let place = |notice: &&Notice| codes.iter().position(|code| *code == notice.code);
     let mut sorted: Vec<&Notice> = notices.iter().collect();
-    sorted.sort_by_key(|notice| place(notice).unwrap_or(FIRST.len()));
+    sorted.sort_by_key(|notice| place(notice).unwrap_or(codes.len()));
     sorted
 }
 
@@ -572,4 +575,20 @@ pub(super) fn film_trend(runs: usize, answer: &str, of_lubrication: bool) -> Not
         return FILM_TREND.with_next_step(runs, answer.to_owned(), next);
     }
     FILM_TREND.notice(runs, answer.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_bears_most_on_the_main_numbers_comes_first_and_the_rest_keeps_its_order() {
+        let given = ["form_chosen", "screened", "constants_exact", "outlier", OF_READING[0]];
+        let notices = given.map(|code| Notice::new(code, 1, "", ""));
+        let codes: Vec<&str> = by_weight(&notices).iter().map(|notice| notice.code).collect();
+        assert_eq!(
+            codes,
+            [OF_READING[0], "outlier", "screened", "form_chosen", "constants_exact"]
+        );
+    }
 }

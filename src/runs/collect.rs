@@ -10,6 +10,13 @@ use crate::error::{file_name, quoted};
 use crate::notice::Notice;
 use crate::scene::Scene;
 
+const UNKNOWN_COLUMN: &str = "unknown_column";
+const UNHEEDED_COLUMN: &str = "unheeded_column";
+const RESTITUTION_ABOVE_ONE: &str = "restitution_above_one";
+
+/// The codes of what reading says of a table.
+pub(crate) const OF_READING: [&str; 3] = [UNKNOWN_COLUMN, UNHEEDED_COLUMN, RESTITUTION_ABOVE_ONE];
+
 /// Runs left out for one reason.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Screened {
@@ -189,7 +196,7 @@ impl Collected {
         let file = file_name(path);
         (!unknown.is_empty()).then(|| {
             Notice::new(
-                "unknown_column",
+                UNKNOWN_COLUMN,
                 unknown.len(),
                 format!("{file}: {noun} {} not read", unknown.join(", ")),
                 "nothing, unless one of them holds what the analysis needs under another name",
@@ -206,7 +213,7 @@ impl Collected {
         let each: Vec<String> = each.collect();
         (!each.is_empty()).then(|| {
             Notice::new(
-                "unheeded_column",
+                UNHEEDED_COLUMN,
                 each.len(),
                 format!("{}: {}", file_name(path), each.join(", ")),
                 "leave out the column that is less sure, if it is the other",
@@ -218,7 +225,7 @@ impl Collected {
     pub fn above_one(&self) -> Option<Notice> {
         (self.above_one > 0).then(|| {
             Notice::new(
-                "restitution_above_one",
+                RESTITUTION_ABOVE_ONE,
                 self.above_one,
                 format!(
                     "{} runs rebounded faster than they fell, by at most 10 %; they are kept",

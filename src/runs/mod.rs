@@ -61,6 +61,7 @@ mod write;
 mod written_units;
 
 pub use collect::Screened;
+pub(crate) use collect::OF_READING;
 pub use draft::Draft;
 pub use errors::MeasurementErrors;
 pub use film_groups::{rounded_film_ratio, FilmGroup, NEAR_NOMINAL, WIDEST};

@@ -83,7 +83,7 @@ pub(super) fn places_shown<'a>(main: &'a MainNumbers, input: ReportInput) -> Vec
             || spheres().any(|sphere| {
                 let own = &input.runs.spheres[sphere];
                 input.scene.particles[own.particle].name == place.particle
-                    && (place.diameter_m.is_none() || own.diameter == place.diameter_m)
+                    && (place.diameter_m.is_none() || own.diameter.is_none() || own.diameter == place.diameter_m)
                     && reference_film_ratio(input.scene, input.runs, sphere) == Some(place.film_ratio)
             })
     };
