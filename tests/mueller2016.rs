@@ -22,7 +22,7 @@ fn read(path: &Path) -> String {
     std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// Everything in a report's folder but `timing.json` and the draws, which are never committed, by path.
+/// Everything in a report's folder but `timing.json`, the page for browsers and the draws, which are never committed, by path.
 fn files(folder: &Path) -> BTreeMap<PathBuf, String> {
     let mut found = BTreeMap::new();
     let mut folders = vec![folder.to_path_buf()];
@@ -33,7 +33,10 @@ fn files(folder: &Path) -> BTreeMap<PathBuf, String> {
                 if path.file_name().is_some_and(|name| name != "draws") {
                     folders.push(path);
                 }
-            } else if path.file_name().is_some_and(|name| name != "timing.json") {
+            } else if path
+                .file_name()
+                .is_some_and(|name| name != "timing.json" && name != "report.html")
+            {
                 let name = path.strip_prefix(folder).expect("inside the folder").to_path_buf();
                 found.insert(name, read(&path));
             }

@@ -353,7 +353,8 @@ fn fit(out: &Path, seed: u64) -> Command {
 /// What the command wrote, times and the folder's own name in the command excepted.
 fn written_to(out: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut files = contents(out, "timing.json");
-    if let Some(report) = files.get_mut(Path::new("report.md")) {
+    for name in ["report.md", "report.html"] {
+        let report = files.get_mut(Path::new(name)).expect("a report");
         let text = String::from_utf8_lossy(report);
         *report = text.replace(&format!(" --out {}", out.display()), "").into_bytes();
     }

@@ -198,7 +198,7 @@ fn a_terminal_has_the_verdict_first_and_three_notices_unless_all_are_asked_for()
     };
     let [out, err] = said(&[]);
     assert!(
-        out.starts_with("Verdict: ") && out.ends_with("report: out/report.md\n"),
+        out.starts_with("Verdict: ") && out.ends_with("report: out/report.md (in a browser: out/report.html)\n"),
         "{out}"
     );
     let findings = std::fs::read_to_string(folder.path().join("out/findings.json")).expect("written");

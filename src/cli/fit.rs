@@ -175,7 +175,12 @@ pub(super) fn fit(fit: FitOptions) -> Result<u8, Error> {
     destination.write(files)?;
     if !quiet {
         let report = out.join("report.md");
-        let text = format!("{}report: {}\n", markdown::summary(input), named(&report));
+        let text = format!(
+            "{}report: {} (in a browser: {})\n",
+            markdown::summary(input),
+            named(&report),
+            named(&out.join("report.html"))
+        );
         print_after_writing(&report, &text)?;
     }
     print_notices(&findings.notices, findings.cautions(), fit.said);

@@ -262,6 +262,11 @@ impl ParticleLaw {
         impact_speeds.par_iter().map(band).collect()
     }
 
+    /// The curve of each draw.
+    pub fn restitutions(&self, setting: &Setting) -> Vec<Restitution> {
+        self.curves(setting).into_iter().map(|(curve, _)| curve).collect()
+    }
+
     /// The curve of each draw, with its noise.
     fn curves(&self, setting: &Setting) -> Vec<(Restitution, DrawNoise)> {
         let of = |draw: &Draw| {

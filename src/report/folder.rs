@@ -39,7 +39,9 @@ impl Contents {
         let parts: Option<Vec<&str>> = inside.iter().map(OsStr::to_str).collect();
         match (self, parts.as_deref()) {
             (Contents::Trade, Some([name])) => ["trade.md", "trade.json", "trade.svg"].contains(name),
-            (Contents::Fit, Some([name])) => ["report.md", "findings.json", "timing.json"].contains(name),
+            (Contents::Fit, Some([name])) => {
+                ["report.md", "report.html", "findings.json", "timing.json"].contains(name)
+            }
             (Contents::Fit, Some(["figures", name])) => match &mark.figures {
                 Some(figures) => figures.iter().any(|figure| figure == name),
                 // as reports were before they listed their figures

@@ -1,4 +1,4 @@
-//! Writes a report: markdown, its figures, and `findings.json`, whole or not at all.
+//! Writes a report: markdown, the same as a page for a browser, its figures, and `findings.json`, whole or not at all.
 //!
 //! | file | job |
 //! |---|---|
@@ -8,6 +8,7 @@
 //! | `quantities.rs` | writes quantities under their symbols, in the units they are printed in |
 //! | `markdown/` | writes the report |
 //! | `figures/` | says what each figure shows |
+//! | `html/` | makes a page of the report for a browser |
 //! | `chart.rs` | draws a chart as SVG |
 //! | `json.rs` | lays JSON out |
 //! | `draws/` | puts draws on disk |
@@ -21,6 +22,7 @@ pub mod figures;
 mod files;
 pub mod finished;
 pub mod folder;
+mod html;
 mod input;
 pub mod json;
 pub mod markdown;
@@ -40,8 +42,12 @@ pub use input::ReportInput;
 pub fn files(input: ReportInput, with_figures: bool) -> Result<Files, Error> {
     let figures = if with_figures { figures::all(input) } else { vec![] };
     let names: Vec<&str> = figures.iter().map(|figure| figure.name.as_str()).collect();
-    let ((report, findings), draws) = rayon::join(
-        || (markdown::report(input, &names), findings_text(input.findings, &names)),
+    let ((report, page, findings), draws) = rayon::join(
+        || {
+            let report = markdown::report(input, &names);
+            let page = html::page(&report, &figures, &html::Curves::of(input));
+            (report, page, findings_text(input.findings, &names))
+        },
         || {
             let draws = input
                 .posterior
@@ -53,6 +59,7 @@ pub fn files(input: ReportInput, with_figures: bool) -> Result<Files, Error> {
     let draws = draws?.map(|draws| draws.files(&findings)).transpose()?;
     let mut whole = vec![
         ("report.md".to_owned(), report.into_bytes()),
+        ("report.html".to_owned(), page?.into_bytes()),
         ("findings.json".to_owned(), findings),
     ];
     for figure in figures {

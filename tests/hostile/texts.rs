@@ -232,10 +232,20 @@ fn d11_a_report_shows_titles_and_sources_as_they_are() {
     );
     assert_eq!(bare(&page, "<img"), 0);
     assert!(page.chars().all(|c| c == '\n' || !is_hostile(c)));
+    let for_browsers = place.read("o/report.html");
+    let shown = "\\u{1b}[2J\\u{1b}]0;x\\u{7} \\u{202e}&lt;img src=x onerror=alert(1)&gt; ![a](b) `c` **d** | \
+                 \\u{200b}\\u{9b}0m &amp;lt;";
+    assert!(
+        for_browsers.contains(&format!("<title>{shown}</title>")),
+        "{for_browsers}"
+    );
+    assert!(!for_browsers.contains("<img") && !for_browsers.contains("<strong>d"));
     // what is looked for is seen where it is
     assert_eq!(bare("a <img \\<img `<img` `` ` <img ``", "<img"), 1);
     for name in files(&place.path("o")) {
-        let is_text = [".md", ".json", ".svg", ".csv"].iter().any(|end| name.ends_with(end));
+        let is_text = [".md", ".html", ".json", ".svg", ".csv"]
+            .iter()
+            .any(|end| name.ends_with(end));
         if is_text {
             let text = place.read(&format!("o/{name}"));
             let odd = text.chars().find(|c| *c != '\n' && is_hostile(*c));

@@ -6,10 +6,13 @@ use super::super::ReportInput;
 use super::points::{chart, curve, points, steps};
 use crate::findings::energy::Energy;
 use crate::findings::estimate::Estimate;
+use crate::findings::predict::Draw;
 use crate::findings::scaling::Scaling;
 use crate::model::parameters::ParameterKind;
-use crate::physics::{Inertia, Quantity};
-use crate::runs::Sphere;
+use crate::physics::balance::Balance;
+use crate::physics::loss::Film;
+use crate::physics::{viscous, Inertia, Quantity};
+use crate::runs::{Series, Sphere};
 use crate::scene::WetLaw;
 
 const FILM_RATIO: &str = "film ratio δ/D";
@@ -35,11 +38,13 @@ fn over_film_ratio(quantity: Quantity, layers: Vec<Layer>) -> Chart {
     chart(Axis::new(FILM_RATIO), Axis::new(symbol), layers)
 }
 
-/// e_inf and St_c against the film ratio: a colour a particle or diameter with a k of its own, hollow for the linear law.
+/// e_inf and St_c against the film ratio: a colour a particle or diameter with a k of its own, hollow for the linear law,
+/// and the posterior's energy balance as a curve.
 pub(super) fn film(input: ReportInput) -> Vec<Chart> {
     let panel = |quantity: Quantity, of: fn(&Scaling) -> &Estimate| {
         let mut layers = vec![];
         for (index, sphere) in input.runs.spheres.iter().enumerate() {
+            layers.extend(posterior_curve(input, index, quantity));
             for (law, words) in [(WetLaw::Sqrt, "square root"), (WetLaw::Linear, "linear")] {
                 let rows = input.findings.scaling.iter();
                 let mine = rows.filter(|r| {
@@ -56,6 +61,48 @@ pub(super) fn film(input: ReportInput) -> Vec<Chart> {
         panel(Quantity::EInf, |row| &row.e_inf),
         panel(Quantity::StC, |row| &row.st_c),
     ]
+}
+
+/// The posterior's mean of e_inf or St_c over the film ratios of a sphere's runs, at the mean density ratio of these; `None`
+/// without a posterior, and of St_c where it depends on more than the film ratio.
+fn posterior_curve(input: ReportInput, sphere: usize, quantity: Quantity) -> Option<Layer> {
+    /// draws a curve is the mean of
+    const DRAWS: usize = 100;
+    let law = input.posterior?.law(input.scene, input.runs, sphere, DRAWS);
+    if quantity == Quantity::StC && law.form.viscous.tells_diameters_apart() {
+        return None;
+    }
+    let series = input.runs.series_of(sphere);
+    let runs: usize = series.iter().map(|own| own.runs().len()).sum();
+    let ratio = |own: &Series| {
+        let [liquid, particle] = [
+            input.scene.liquids[own.liquid].density,
+            input.scene.particles[own.particle].density,
+        ];
+        own.runs().len() as f64 * liquid / particle
+    };
+    let density_ratio = series.iter().map(ratio).sum::<f64>() / runs as f64;
+    let [lowest, highest] = law.covered?.film_ratio;
+    let reference = input.scene.model.dry_speed.reference();
+    let at = |film_ratio: f64| {
+        let film = Film {
+            film_ratio,
+            density_ratio,
+        };
+        let of_draw = |draw: &Draw| {
+            let balance = Balance::new(law.form, film, &draw.parameters);
+            let e_inf = balance.e_inf(reference);
+            match quantity {
+                Quantity::StC => viscous::st_c(balance.lost.over_stokes, e_inf),
+                _ => e_inf,
+            }
+        };
+        law.draws.iter().map(of_draw).sum::<f64>() / law.draws.len() as f64
+    };
+    let points = steps(lowest, highest).map(|x| (x, at(x)));
+    let points: Vec<(f64, f64)> = points.filter(|(_, y)| y.is_finite()).collect();
+    let name = format!("{}, posterior", input.runs.spheres[sphere].words(input.scene));
+    (lowest < highest && points.len() > 1).then(|| curve(name, points, Style::group(sphere + 1), Dash::Solid))
 }
 
 /// The inertial loss with both predictions, and St_c e_inf², against the film ratio, by the square-root law.

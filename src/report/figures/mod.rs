@@ -34,8 +34,10 @@ pub use figure::{Figure, ENERGY, FILM, PAIRS, PRIORS, RANKS, RESIDUALS};
 use film::{energy, film, residuals};
 use joint::joint;
 pub use names::Names;
+pub(super) use of_particle::series_name;
 use of_particle::{dry_k, film_ratio_words, main_film_ratio, scaling_of, series_at, title_at, ShownSeries};
 use points::{chart, curve, largest, means_of, pairs, points, steps};
+pub(super) use points::{means, SAME};
 use posterior::{speeds, Bands, SeriesBands};
 pub(super) use posterior::{MOST_PAIRED, MOST_PANELS};
 
@@ -123,7 +125,7 @@ fn against_speed(input: ReportInput, sphere: usize, bands: Option<&Bands>) -> Ch
                 };
                 layers.extend(bands.layers(input, drawn, |v| v));
             }
-            if let Some(law) = series_curve(input, fit, dry_k(input, sphere), fastest) {
+            if let Some(law) = series_curve(input, (s, fit), fastest) {
                 layers.push(curve(label.clone(), law, style, Dash::Solid));
             }
         }
@@ -171,25 +173,47 @@ fn widen_to_data(chart: &mut Chart) {
     }
 }
 
-/// √(α + β/v) from its threshold on; `None` where the series has no usable law.
-fn series_curve(input: ReportInput, fit: &SeriesFit, dry_k: Option<f64>, fastest: f64) -> Option<Vec<(f64, f64)>> {
+/// √(α + β/v) of a series, moved by what e_dry at the impact speed differs from that at the reference speed.
+pub(super) struct SeriesLaw {
+    alpha: f64,
+    beta: f64,
+    /// k, where e_dry is taken at the impact speed
+    own_dry_k: Option<f64>,
+    order: Order,
+    reference: f64,
+}
+
+impl SeriesLaw {
+    pub(super) fn restitution(&self, v: f64) -> f64 {
+        let e_dry = |k: f64, v: f64| self.order.restitution(k, v).powi(2);
+        let offset = self.own_dry_k.map_or(0.0, |k| e_dry(k, v) - e_dry(k, self.reference));
+        (self.alpha + self.beta / v + offset).max(0.0).sqrt()
+    }
+}
+
+/// The law of a series; `None` where it has no usable one.
+pub(super) fn series_law(input: ReportInput, series: &Series, fit: &SeriesFit) -> Option<SeriesLaw> {
     if !fit.verdict.passed {
         return None;
     }
-    let (alpha, beta) = (fit.alpha.value?, fit.beta.value?);
-    let threshold = rebound::threshold_speed(alpha, beta);
-    let own = dry_k.filter(|_| input.scene.model.dry_speed == DrySpeed::Impact);
-    let reference = input.scene.model.dry_speed.reference();
-    let order = input.scene.model.form().dry;
-    let offset = |v: f64| {
-        own.map_or(0.0, |k| {
-            order.restitution(k, v).powi(2) - order.restitution(k, reference).powi(2)
-        })
-    };
+    let model = &input.scene.model;
+    Some(SeriesLaw {
+        alpha: fit.alpha.value?,
+        beta: fit.beta.value?,
+        own_dry_k: dry_k(input, series.sphere).filter(|_| model.dry_speed == DrySpeed::Impact),
+        order: model.form().dry,
+        reference: model.dry_speed.reference(),
+    })
+}
+
+/// The law of a series from its threshold on; `None` where it has no usable one.
+fn series_curve(input: ReportInput, (series, fit): (&Series, &SeriesFit), fastest: f64) -> Option<Vec<(f64, f64)>> {
+    let law = series_law(input, series, fit)?;
+    let threshold = rebound::threshold_speed(law.alpha, law.beta);
     // steep at its threshold: steps in the root of the distance from it
     let points = steps(0.0, 1.0).map(|u| {
         let v = threshold + (fastest - threshold) * u * u;
-        (v, (alpha + beta / v + offset(v)).max(0.0).sqrt())
+        (v, law.restitution(v))
     });
     (threshold < fastest).then(|| points.collect())
 }
@@ -227,26 +251,31 @@ fn stuck_layers(series: &[ShownSeries], stuck: Vec<Vec<ChartPoint>>, apart: f64)
         .zip(stuck)
         .enumerate()
         .filter(|(_, (_, marks))| !marks.is_empty());
-    some.enumerate()
+    let mut layers: Vec<Layer> = some
+        .enumerate()
         .map(|(level, (group, (shown, mut marks)))| {
             marks.iter_mut().for_each(|mark| mark.y += apart * level as f64);
             // a series that has no other marks is known by these
-            let name = if shown.series().all(|s| s.rebounds.is_empty()) {
-                shown.name.clone()
-            } else {
-                "stuck (hollow)".to_owned()
-            };
-            points(name, marks, Style::group(group + 1).open())
+            let only_stuck = shown.series().all(|s| s.rebounds.is_empty());
+            Layer::Points {
+                name: only_stuck.then(|| shown.name.clone()),
+                points: marks,
+                style: Style::group(group + 1).open(),
+            }
         })
-        .collect()
+        .collect();
+    if !layers.is_empty() {
+        // in the legend, of no series
+        layers.push(points("stuck (hollow)", vec![], Style::group(0).open()));
+    }
+    layers
 }
 
 /// Both laws of 1/St, from 0 to where they vanish or the picture ends.
 fn laws(input: ReportInput, sphere: usize, ratio: Option<f64>, end: f64) -> Vec<Layer> {
     let mut layers = vec![];
-    // drawn whatever the verdict: a law that does not hold for all is best seen beside the runs
     let values = |law: WetLaw| {
-        let row = scaling_of(input, sphere, ratio, law)?;
+        let row = scaling_of(input, sphere, ratio, law).filter(|row| row.verdict.passed)?;
         Some((row.e_inf.value?, row.st_c.value?))
     };
     if let Some((e_inf, st_c)) = values(WetLaw::Linear) {

@@ -86,7 +86,7 @@ pub(super) fn title_at(input: ReportInput, sphere: usize, ratio: Option<f64>) ->
     ))
 }
 
-pub(super) fn series_name(input: ReportInput, series: &Series) -> String {
+pub(in crate::report) fn series_name(input: ReportInput, series: &Series) -> String {
     let liquid = &input.scene.liquids[series.liquid].name;
     let diameter = numbers::short(millimetres(series.diameter));
     format!("{liquid}, D = {diameter} mm, δ = {:.0} µm", micrometres(series.film))

@@ -5,7 +5,9 @@ use super::super::chart::{Axis, Chart, ChartPoint, Dash, Layer, Style};
 /// More points than this are joined into wider bins.
 const MOST_POINTS: usize = 2000;
 /// Runs whose abscissae agree to this share are one point; wider bins follow where there are too many.
-const BIN_WIDTHS: [f64; 4] = [0.02, 0.05, 0.1, 0.3];
+const BIN_WIDTHS: [f64; 5] = [SAME, 0.02, 0.05, 0.1, 0.3];
+/// Share by which abscissae of repeats may differ: more than rounding, less than neighbouring drop heights do.
+pub(in crate::report) const SAME: f64 = 0.001;
 /// Points along a curve.
 const CURVE: usize = 160;
 
@@ -36,7 +38,7 @@ pub(super) fn chart(x: Axis, y: Axis, layers: Vec<Layer>) -> Chart {
 }
 
 /// Points of (x, e): runs whose x agree are one mean with its standard error.
-pub(super) fn means(pairs: &mut [(f64, f64)], width: f64) -> Vec<ChartPoint> {
+pub(in crate::report) fn means(pairs: &mut [(f64, f64)], width: f64) -> Vec<ChartPoint> {
     pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut points = vec![];
     let mut rest = &*pairs;

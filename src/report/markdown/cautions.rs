@@ -8,9 +8,12 @@ use super::posterior;
 use super::table::ReportTable;
 use crate::findings::checks::Check;
 
+/// The heading over what wants a second look.
+pub(in crate::report) const CAUTIONS: &str = "Cautions";
+
 pub(super) fn cautions(page: &mut Page, input: ReportInput) {
     let findings = input.findings;
-    page.heading("Cautions");
+    page.heading(CAUTIONS);
     let notices: Vec<String> = findings
         .notices
         .iter()

@@ -76,7 +76,7 @@ pub(super) fn guarded(text: &str) -> String {
 }
 
 /// The name of a file as a link leads to it.
-pub(super) fn destination(file: &str) -> String {
+pub(in crate::report) fn destination(file: &str) -> String {
     let mut address = String::with_capacity(file.len());
     for byte in file.bytes() {
         if byte.is_ascii_alphanumeric() || matches!(byte, b'-' | b'.' | b'_' | b'~') {

@@ -153,11 +153,15 @@ fn against_speed(page: &mut Page, input: ReportInput, sphere: Sphere) {
 }
 
 /// e_inf and St_c against the film ratio.
-fn against_film(page: &mut Page) {
+fn against_film(page: &mut Page, input: ReportInput) {
+    let curves = match input.posterior {
+        Some(_) => " Curves: the posterior's means, at the mean density ratio of the runs.",
+        None => "",
+    };
     page.figure(
         figures::FILM,
         "e_inf and St_c",
-        "e_inf and St_c against the film ratio by both laws; bars are standard errors (as fig. 4).",
+        &format!("e_inf and St_c against the film ratio by both laws, with their standard errors (as fig. 4).{curves}"),
     );
 }
 
@@ -166,7 +170,7 @@ pub(super) fn first_figures(page: &mut Page, input: ReportInput) {
     if let Some(sphere) = estimated(input).into_iter().next() {
         against_speed(page, input, sphere);
     }
-    against_film(page);
+    against_film(page, input);
 }
 
 /// What the bands in a figure are; nothing where there are none.
@@ -250,13 +254,13 @@ pub(super) fn scaling(page: &mut Page, input: ReportInput) {
             &names.stokes(&label),
             &format!("{name}: e_n against 1/St"),
             &format!(
-                "{name}: restitution against 1/St at one film ratio, with both laws fitted to it (as figs. 2b and 2d). Stuck runs are hollow marks at e = 0.{bands}"
+                "{name}: restitution against 1/St at one film ratio, with the laws fitted to it where the tables call these usable (as figs. 2b and 2d). Stuck runs are hollow marks at e = 0.{bands}"
             ),
         );
         page.figure(
             &names.film_ratios(&label),
             &format!("{name}: every film ratio"),
-            &format!("{name}: restitution against 1/St at every film ratio, with both laws fitted over all of them (as fig. 3)."),
+            &format!("{name}: restitution against 1/St at every film ratio, with the laws fitted over all of them where the table calls these usable (as fig. 3)."),
         );
     }
     let rows = findings.scaling.iter().filter(|row| row.film_ratio.is_none());
@@ -276,7 +280,7 @@ pub(super) fn film(page: &mut Page, input: ReportInput) {
          they get wrong without any noise: the linear law against the square root; the square root, which takes liquids \
          of different density ratio as one, against the energy balance.",
     );
-    against_film(page);
+    against_film(page, input);
     page.table(&table);
     if let Some(text) = of_speed(input) {
         page.paragraph(&text);

@@ -18,6 +18,7 @@ mod terminal;
 mod terms;
 mod verdict;
 
+pub(super) use cautions::CAUTIONS;
 pub use runs::overview_text;
 pub use terminal::summary;
 
