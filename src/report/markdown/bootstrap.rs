@@ -20,7 +20,10 @@ pub(super) fn bootstrap(page: &mut Page, input: ReportInput) {
     let Some(resampling) = input.findings.bootstrap.as_ref().filter(|_| !rows.is_empty()) else {
         return;
     };
-    page.heading("Bootstrap");
+    page.section(
+        "Bootstrap",
+        "How uncertain the laws' numbers are when their runs are drawn again, beside the delta method.",
+    );
     page.paragraph(&format!(
         "{} replicates, {}.{} Percentile and BCa limits are widened as Student's t is, by the degrees of \
          freedom of the strata. The other tables quote these intervals wherever replicates were made, but the \

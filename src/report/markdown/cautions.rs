@@ -28,8 +28,10 @@ pub(super) fn cautions(page: &mut Page, input: ReportInput) {
 /// What must hold before the numbers are quoted, with what does not.
 pub(super) fn checks(page: &mut Page, input: ReportInput) {
     let findings = input.findings;
-    page.heading("Checks");
-    page.paragraph("What must hold before the numbers are quoted, and what of other checks fails.");
+    page.section(
+        "Checks",
+        "What must hold before the numbers are quoted, and what of other checks fails.",
+    );
     let checks = findings.verdicts.iter();
     let checks = checks.filter(|check| !check.passed || check.gates && !posterior::lists(input, check));
     let text = |check: &Check| {

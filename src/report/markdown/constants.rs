@@ -13,7 +13,10 @@ pub(super) fn constants(page: &mut Page, input: ReportInput) {
     if rows.is_empty() {
         return;
     }
-    page.heading("Constants taken as exact");
+    page.section(
+        "Constants taken as exact",
+        "How far the scene's constants would move the results.",
+    );
     let names = constant_names(rows);
     let offset = if names.iter().any(|own| own == "film_offset") {
         ", `film_offset` all films by one length, as a share of their mean"

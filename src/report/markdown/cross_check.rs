@@ -31,8 +31,7 @@ pub(super) fn cross_check(page: &mut Page, input: ReportInput) {
     let Some(balance) = &input.findings.energy_balance else {
         return;
     };
-    page.heading("Least squares over all rebounds");
-    page.paragraph(&format!(
+    page.section("Least squares over all rebounds", &format!(
         "Every rebound at once with the dry runs, by least squares: a check of the posterior, and its start. It leaves out \
          what stuck and knows no priors{}. ± is one standard error by the delta method. The fit: {}.",
         if input.scene.model.series_offsets {

@@ -14,7 +14,10 @@ pub(super) fn errors(page: &mut Page, input: ReportInput) {
     let Some(given) = findings.counts.measurement_errors else {
         return;
     };
-    page.heading("Measurement errors");
+    page.section(
+        "Measurement errors",
+        "What the runs' own errors say of their scatter, and what they move.",
+    );
     page.paragraph(&format!(
         "{} of {} runs carry measurement errors: {} of the impact speed, {} of the restitution beyond what it shares with \
          that. e = v_r/v shares the error of v, so about a law m(v) it errs by τ² = u² + s_v² (m/v + ∂m/∂v)². Least squares \

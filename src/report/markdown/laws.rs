@@ -23,8 +23,10 @@ pub(super) fn dry(page: &mut Page, input: ReportInput) {
     if input.findings.dry.is_empty() {
         return;
     }
-    page.heading("Dry law");
-    page.paragraph("k of each particle by its dry runs alone, and whether one k serves at every diameter and speed.");
+    page.section(
+        "Dry law",
+        "k of each particle by its dry runs alone, and whether one k serves at every diameter and speed.",
+    );
     let rows = input.findings.dry.iter().flat_map(|dry| {
         let several = dry.by_diameter.iter().filter(|_| dry.by_diameter.len() > 1);
         let each = several.map(|one| DryTableRow {
@@ -112,7 +114,7 @@ pub(super) fn series(page: &mut Page, input: ReportInput) {
     if findings.series.is_empty() {
         return;
     }
-    page.heading("Wet series");
+    page.section("Wet series", "α, β and the threshold of each series by itself.");
     let offset = match input.scene.model.dry_speed {
         DrySpeed::Reference(_) => String::new(),
         DrySpeed::Impact => {
@@ -240,7 +242,10 @@ pub(super) fn scaling(page: &mut Page, input: ReportInput) {
     if findings.scaling.is_empty() {
         return;
     }
-    page.heading("Scaling with the Stokes number");
+    page.section(
+        "Scaling with the Stokes number",
+        "e_inf and St_c of each particle over all its films, and whether one law serves them.",
+    );
     say_of_diameters(page, input);
     page.paragraph(
         "The linear law is e = e_inf (1 − St_c/St). Here both laws are fitted over all film ratios; \
@@ -273,7 +278,10 @@ pub(super) fn film(page: &mut Page, input: ReportInput) {
     if table.is_empty() {
         return;
     }
-    page.heading("Film thickness");
+    page.section(
+        "Film thickness",
+        "e_inf and St_c of each film ratio by the laws alone, to see how they move with the film.",
+    );
     say_of_diameters(page, input);
     page.paragraph(
         "Both laws fitted directly at each film ratio, the square root as e = e_inf √(1 − 2 St_c/St). Their bias is what \
@@ -292,7 +300,10 @@ pub(super) fn energy(page: &mut Page, input: ReportInput) {
     if findings.energy.is_empty() {
         return;
     }
-    page.heading("Energy");
+    page.section(
+        "Energy",
+        "What the liquid's inertia takes at each film ratio, beside the paper's formulas.",
+    );
     let of_form = input.scene.model.viscous.why_no_critical_separation();
     let of_roughness = || {
         let why = input.scene.why_no_roughness(input.runs.wet_particles())?;

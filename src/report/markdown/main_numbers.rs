@@ -96,8 +96,10 @@ pub(super) fn every_place(page: &mut Page, input: ReportInput) {
     if places_shown(main, input).len() == main.at.len() {
         return;
     }
-    page.heading("Every film ratio");
-    page.paragraph("e_inf and St_c of every film ratio, as those among the main numbers.");
+    page.section(
+        "Every film ratio",
+        "e_inf and St_c of every film ratio, as those among the main numbers.",
+    );
     page.table(&places(&main.at, input));
 }
 
@@ -292,8 +294,10 @@ pub(super) fn published(page: &mut Page, input: ReportInput) {
     if findings.published.is_empty() {
         return;
     }
-    page.heading("Beside the literature");
-    page.paragraph("Difference: ours minus published, in combined standard errors.");
+    page.section(
+        "Beside the literature",
+        "How far these numbers lie from published ones. Difference: ours minus published, in combined standard errors.",
+    );
     if input.scene.truth.is_some() {
         page.paragraph(
             "The scene has the truth of a simulation. Where its runs were drawn from that, agreement with the literature says \

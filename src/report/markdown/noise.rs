@@ -13,7 +13,7 @@ pub(super) fn noise(page: &mut Page, input: ReportInput) {
     let Some(noise) = &input.findings.noise else {
         return;
     };
-    page.heading("Noise");
+    page.section("Noise", "Whether the runs scatter as every interval takes it.");
     page.paragraph(
         "Every interval takes the runs as independent, with one spread for all dry and one for all wet runs. What was \
          found about the joint fit of dry law and energy balance:",

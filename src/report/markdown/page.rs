@@ -31,8 +31,16 @@ impl Page {
         self.text.push_str(&format!("{} {title}\n\n", "#".repeat(self.depth)));
     }
 
-    pub(crate) fn subheading(&mut self, title: &str) {
+    /// Begins a section with what it is for.
+    pub(crate) fn section(&mut self, title: &str, purpose: &str) {
+        self.heading(title);
+        self.paragraph(purpose);
+    }
+
+    /// Begins a part of a section with what it is for.
+    pub(crate) fn subsection(&mut self, title: &str, purpose: &str) {
         self.text.push_str(&format!("#{} {title}\n\n", "#".repeat(self.depth)));
+        self.paragraph(purpose);
     }
 
     pub(crate) fn paragraph(&mut self, text: &str) {

@@ -49,7 +49,7 @@ fn film_groups(groups: &[FilmGroupWidth]) -> ReportTable<&FilmGroupWidth> {
 
 pub(super) fn data(page: &mut Page, input: ReportInput) {
     let counts = &input.findings.counts;
-    page.heading("Data");
+    page.section("Data", "What was read, and which ranges it covers.");
     let screened: usize = counts.screened.iter().map(|s| s.runs).sum();
     page.paragraph(&format!(
         "{} runs read, {screened} screened, {} stuck, {} used by least squares. \
@@ -71,7 +71,7 @@ pub(super) fn groups(page: &mut Page, input: ReportInput) {
     if input.findings.film_groups.is_empty() {
         return;
     }
-    page.heading("Film groups");
+    page.section("Film groups", "Which runs count as one film ratio.");
     page.paragraph(
         "Runs of a particle that belong to one film ratio; the width is the distance of the 5 % and 95 % quantiles of their \
          own δ/D over its mean. The energy balance and the posterior take each run's own film.",

@@ -13,8 +13,7 @@ pub(super) fn terms(page: &mut Page, input: ReportInput) {
     if terms.is_empty() {
         return;
     }
-    page.heading("Terms");
-    page.paragraph(&format!(
+    page.section("Terms", &format!(
         "What each term matters for these runs. Its size is the largest bias of another parameter that leaving it out \
          would give, in that parameter's standard errors; below {LINE} a 95 % interval still covers 94 %. Its effect is \
          the largest change of a restitution. Holding a term costs, where it has parameters of its own: the standard \

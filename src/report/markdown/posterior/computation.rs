@@ -15,7 +15,10 @@ const SAMPLER: (&str, &str) = ("nuts-rs", "0.19.1");
 /// Software, sampling, compression and the table of convergence.
 pub(super) fn computation(page: &mut Page, input: ReportInput, posterior: &Posterior) {
     let found = &posterior.findings;
-    page.subheading("Computation");
+    page.subsection(
+        "Computation",
+        "How the draws were made, and whether they may be trusted.",
+    );
     page.paragraph(&format!(
         "wetcor {}, {}, seed {}. Bounded parameters are mapped onto the whole line; the mode is sought from least squares \
          and from the medians of the priors.{}",

@@ -32,13 +32,12 @@ use crate::findings::posterior::PosteriorRefusal;
 pub(super) fn posterior(page: &mut Page, input: ReportInput) {
     let Some(posterior) = input.posterior else {
         if let Some(why) = PosteriorRefusal::among(&input.findings.verdicts) {
-            page.heading("Posterior");
-            page.paragraph(&format!("Nothing was sampled: {}.", why.text));
+            page.section("Posterior", &format!("Nothing was sampled: {}.", why.text));
         }
         return;
     };
-    page.heading("Posterior");
-    page.paragraph(
+    page.section(
+        "Posterior",
         "All runs at once, the stuck ones with them, under stated priors. The order is that of the Bayesian Analysis \
          Reporting Guidelines (Kruschke 2021, Nature Human Behaviour 5, 1282): model and priors, computation, what the \
          posterior says, how it predicts, other forms of the model, how to make it again.",
@@ -58,7 +57,7 @@ pub(super) fn posterior(page: &mut Page, input: ReportInput) {
 }
 
 fn draws(page: &mut Page) {
-    page.subheading("Draws");
+    page.subsection("Draws", "How to make the draws again, and where they lie.");
     page.paragraph(
         "The command under How to reproduce makes the same draws again, to the byte and for any number of threads. They \
          lie beside this report: `draws/draws.zarr`, which `arviz.from_zarr(\"draws/draws.zarr\")` opens in Python, and \

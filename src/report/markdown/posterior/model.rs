@@ -14,7 +14,7 @@ use crate::scene::{DryKOf, LikelihoodFamily, NoiseOn, Prior, Sticking};
 
 /// The generative statement with this scene's form of inertia and dry speed.
 pub(super) fn model(page: &mut Page, input: ReportInput, posterior: &Posterior) {
-    page.subheading("Model");
+    page.subsection("Model", "How a run is taken to come about.");
     if !input.runs.series.is_empty() {
         page.paragraph(&wet(input, posterior));
     }
@@ -166,7 +166,7 @@ fn where_stuck(input: ReportInput) -> &'static str {
 
 /// What was believed before, and which parameters were not sampled.
 pub(super) fn priors(page: &mut Page, input: ReportInput, posterior: &Posterior) {
-    page.subheading("Priors");
+    page.subsection("Priors", "What was believed before any run, and why.");
     let parameters = parameters(input, posterior);
     let table = ReportTable::of(&parameters)
         .column("parameter", |one| &one.label)

@@ -19,7 +19,10 @@ const STRONG: f64 = 0.5;
 
 /// The table of parameters, and the pair plot.
 pub(super) fn parameters(page: &mut Page, input: ReportInput, posterior: &Posterior) {
-    page.subheading("Parameters");
+    page.subsection(
+        "Parameters",
+        "What the runs and the priors together say of each parameter.",
+    );
     page.paragraph(
         "Each number is printed to the last digit worth more than its own Monte Carlo standard error, one digit at least \
          (the 50 % point to that of the mean). sd is the spread of the posterior; ESS is how many independent draws the draws are worth, for \
@@ -55,8 +58,10 @@ pub(super) fn derived(page: &mut Page, input: ReportInput, posterior: &Posterior
     if all.is_empty() {
         return;
     }
-    page.subheading("What follows from them");
-    page.paragraph("± is one standard deviation of the posterior about its mean.");
+    page.subsection(
+        "What follows from them",
+        "Every quantity that the parameters determine. ± is one standard deviation of the posterior about its mean.",
+    );
     let lengths = lengths(&all);
     if !lengths.is_empty() {
         page.table(&lengths);
@@ -194,7 +199,10 @@ fn of_settings<'a>(
 
 /// How far each parameter moved from its prior.
 pub(super) fn beside_the_prior(page: &mut Page, input: ReportInput, posterior: &Posterior) {
-    page.subheading("Prior against posterior");
+    page.subsection(
+        "Prior against posterior",
+        "How far the runs moved and narrowed each prior.",
+    );
     page.paragraph(&format!(
         "Shift: posterior mean minus prior median, in prior sd. sd ratio: posterior sd over prior sd; below {RUNS_DECIDE} \
          the runs decide, above {PRIOR_DECIDES} they narrow nothing."

@@ -19,7 +19,7 @@ pub(super) fn series_offsets(page: &mut Page, input: ReportInput, posterior: &Po
     if all.is_empty() {
         return;
     }
-    page.subheading("Offsets of series");
+    page.subsection("Offsets of series", "What the runs of a series share besides the law.");
     page.paragraph(&format!(
         "o_s of the energy kept, one for the wet runs of each series (particle, liquid, diameter, film group), normal about 0 \
          with the standard deviation σ_series{}. What is quoted, e_inf and St_c among it, is of the law itself, o_s = 0: what a \

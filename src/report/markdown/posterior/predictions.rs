@@ -14,7 +14,10 @@ use crate::physics::Viscous;
 /// Bands, groups and the number stuck.
 pub(super) fn predictive(page: &mut Page, posterior: &Posterior) {
     let found = &posterior.findings.predictive;
-    page.subheading("Predictive check");
+    page.subsection(
+        "Predictive check",
+        "Whether runs drawn from the posterior look like those that were made.",
+    );
     let bands: Vec<String> = found
         .bands
         .iter()
@@ -61,7 +64,10 @@ pub(super) fn forms(page: &mut Page, input: ReportInput) {
     let Some(models) = &input.findings.compare else {
         return;
     };
-    page.subheading("Other forms of the law");
+    page.subsection(
+        "Other forms of the law",
+        "Which form of the law predicts runs it has not seen best.",
+    );
     let line = input
         .findings
         .verdicts

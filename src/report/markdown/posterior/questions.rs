@@ -14,8 +14,7 @@ pub(super) fn questions(page: &mut Page, input: ReportInput, posterior: &Posteri
     let Some(questions) = &input.findings.questions else {
         return;
     };
-    page.subheading("Questions the paper leaves");
-    page.paragraph(&format!(
+    page.subsection("Questions the paper leaves", &format!(
         "The paper takes L as constant for δ/D below 0.10, and its inertial loss levels off where its formulas do not. Each \
          is asked of the runs by a second model of the same runs, this scene's form with a trend: L + L′ ln(δ̃/δ̃_m), or \
          C (δ̃/δ̃_m)^C′, δ̃_m being the geometric mean of their film ratios. {}The gain is the log density of each run as \

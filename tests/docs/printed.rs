@@ -1,23 +1,7 @@
-//! Holds the README to its word: its example scene and runs are read, its commands and files exist.
+//! Holds that the program prints what the pages show.
 
-mod common;
-
-use std::path::Path;
-use std::process::Command;
-
-use common::wetcor;
-
-fn readme() -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md");
-    std::fs::read_to_string(path).expect("the README is there")
-}
-
-/// The text of the first fenced block of a language.
-fn block(text: &str, language: &str) -> String {
-    let start = format!("```{language}\n");
-    let after = text.split_once(&start).expect("the README has this block").1;
-    after.split_once("```").expect("the block ends").0.to_owned()
-}
+use super::common::wetcor;
+use super::{block, in_repository, numbers_in, read};
 
 /// A line without its numbers, and these.
 fn words_and_numbers(line: &str) -> (String, Vec<f64>) {
@@ -40,9 +24,9 @@ fn is_nearly(shown: &str, printed: &str) -> bool {
 }
 
 #[test]
-fn the_small_scene_and_its_runs_are_read_and_fitted_as_the_readme_says() {
+fn the_scene_and_runs_of_the_readme_are_fitted_as_it_says() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let text = readme();
+    let text = read("README.md");
     std::fs::create_dir(folder.path().join("folder")).expect("writable");
     for (language, name) in [("toml", "folder/scene.toml"), ("csv", "folder/runs.csv")] {
         std::fs::write(folder.path().join(name), block(&text, language)).expect("writable");
@@ -63,15 +47,17 @@ fn the_small_scene_and_its_runs_are_read_and_fitted_as_the_readme_says() {
     );
     assert!(!is_nearly("L = 1.85 ± 0.15", "L = 1.45 ± 0.15") && !is_nearly("k = 1", "L = 1"));
     assert!(folder.path().join("reports/folder/report.md").exists());
+    let told = err.contains("one film ratio: the inertial prefactor cannot be told") && text.contains("one film ratio");
+    assert!(told && err.matches("notice: ").count() == 3, "{err}");
 }
 
 #[test]
-fn the_prediction_is_what_the_readme_shows() {
-    let text = readme();
+fn the_prediction_is_what_the_page_shows() {
+    let text = read("docs/prediction.md");
     let command = text.lines().find_map(|line| line.strip_prefix("    wetcor predict "));
-    let words: Vec<&str> = command.expect("the README has this command").split(' ').collect();
+    let words: Vec<&str> = command.expect("the page has this command").split(' ').collect();
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/mueller2016/scene.toml");
+    let scene = in_repository("datasets/mueller2016/scene.toml");
     let scene = scene.to_str().expect("a plain path");
     let stages = "least_squares,posterior";
     let (status, _, err) = wetcor(folder.path(), &["fit", scene, "--stages", stages, "--out", words[0]]);
@@ -98,11 +84,7 @@ fn the_prediction_is_what_the_readme_shows() {
         ];
         let row = text.lines().find(|line| line.starts_with(&format!("| {} |", cells[0])));
         let row = row.unwrap_or_else(|| panic!("no row of {} m/s", cells[0]));
-        let printed: Vec<f64> = row
-            .split(|c: char| !(c.is_ascii_digit() || c == '.'))
-            .filter_map(|word| word.parse().ok())
-            .skip(1)
-            .collect();
+        let printed = &numbers_in(row)[1..];
         let predicted: Vec<f64> = names.iter().filter_map(|name| cell(name)).collect();
         assert_eq!(printed.len(), predicted.len(), "{row}");
         // another processor draws other numbers, within their Monte Carlo error
@@ -111,46 +93,6 @@ fn the_prediction_is_what_the_readme_shows() {
         shown += 1;
     }
     assert_eq!(shown, 5);
-}
-
-#[test]
-fn every_file_the_readme_links_to_exists() {
-    let text = readme();
-    let links: Vec<&str> = text
-        .split("](")
-        .skip(1)
-        .filter_map(|rest| rest.split(')').next())
-        .collect();
-    assert!(links.len() >= 5, "{links:?}");
-    for link in links {
-        assert!(Path::new(env!("CARGO_MANIFEST_DIR")).join(link).exists(), "{link}");
-    }
-}
-
-#[test]
-fn the_package_holds_what_a_user_needs() {
-    let output = Command::new(env!("CARGO"))
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(["package", "--list", "--allow-dirty", "--offline"])
-        .output()
-        .expect("cargo can be started");
-    let list = String::from_utf8_lossy(&output.stdout).replace('\\', "/");
-    for needed in [
-        "README.md",
-        "LICENSE-MIT",
-        "LICENSE-APACHE",
-        "CITATION.cff",
-        "src/main.rs",
-        "datasets/mueller2016/scene.toml",
-        "datasets/mueller2016/runs.csv",
-        "reports/mueller2016/figures/restitution-speed-PTFE.svg",
-    ] {
-        assert!(
-            list.lines().any(|line| line == needed),
-            "{needed} is not in the package:\n{list}"
-        );
-    }
-    assert!(!list.lines().any(|line| line.ends_with("timing.json")));
 }
 
 /// By how much the air slows a sphere that falls from a height, over the speed without it: integrated with the drag
@@ -169,7 +111,7 @@ fn slowed_by_air(height: f64, diameter: f64, density: f64) -> f64 {
 }
 
 #[test]
-fn the_air_slows_a_drop_by_what_the_readme_says() {
+fn the_air_slows_a_drop_by_what_the_page_says() {
     let percent = |height, diameter, density| format!("{:.1}", 100.0 * slowed_by_air(height, diameter, density));
     let [ptfe, pe] = [(4.762e-3, 2150.0), (3.175e-3, 940.0)];
     let [high, low] = [0.15, 0.03].map(|height| [ptfe, pe].map(|(d, density)| percent(height, d, density)));
@@ -178,5 +120,10 @@ fn the_air_slows_a_drop_by_what_the_readme_says() {
          {} %",
         high[0], high[1], low[0], low[1]
     );
-    assert!(readme().contains(&told), "{told}");
+    assert!(read("docs/your-table.md").contains(&told), "{told}");
+    let half = format!("{:.1} %", 100.0 * (1.0 - f64::sqrt(1.0 - 0.3 / 30.0)));
+    assert!(
+        read("docs/your-table.md").contains(&format!("√(1 − δ/h): {half} for a film of 300 µm")),
+        "{half}"
+    );
 }

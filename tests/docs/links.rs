@@ -1,0 +1,112 @@
+//! Holds that links lead somewhere, also in the package.
+
+use std::path::{Component, Path};
+use std::process::Command;
+
+use super::{fenced, in_repository, pages, read, wrong, Page};
+
+/// Where links and pictures of a text lead.
+fn links(text: &str) -> Vec<&str> {
+    let (_, outside) = fenced(text);
+    let after = outside.into_iter().flat_map(|line| line.split("](").skip(1));
+    after.filter_map(|rest| rest.split(')').next()).collect()
+}
+
+/// A path from the root of the repository, without `.` and `..`.
+fn from_root(page: &str, link: &str) -> String {
+    let path = Path::new(page).parent().unwrap_or(Path::new("")).join(link);
+    let mut parts: Vec<&str> = vec![];
+    for part in path.components() {
+        match part {
+            Component::ParentDir => {
+                parts.pop();
+            }
+            Component::Normal(name) => parts.push(name.to_str().expect("a plain name")),
+            _ => {}
+        }
+    }
+    parts.join("/")
+}
+
+/// The name that a heading has in a link.
+fn anchor(heading: &str) -> String {
+    let kept = heading
+        .trim()
+        .chars()
+        .filter(|c| c.is_alphanumeric() || " -_".contains(*c));
+    kept.collect::<String>().to_lowercase().replace(' ', "-")
+}
+
+fn has_heading(path: &str, name: &str) -> bool {
+    let text = read(path);
+    let (_, outside) = fenced(&text);
+    let mut headings = outside.into_iter().filter(|line| line.starts_with('#'));
+    headings.any(|line| anchor(line.trim_start_matches('#')) == name)
+}
+
+/// Links of a page that lead nowhere.
+fn broken_links(page: &Page) -> Vec<String> {
+    let leads_nowhere = |link: &&str| {
+        let (file, heading) = link
+            .split_once('#')
+            .map_or((*link, None), |(file, name)| (file, Some(name)));
+        let path = if file.is_empty() {
+            page.path.clone()
+        } else {
+            from_root(&page.path, file)
+        };
+        !in_repository(&path).exists() || heading.is_some_and(|name| !has_heading(&path, name))
+    };
+    let inside = links(&page.text).into_iter().filter(|link| !link.contains("://"));
+    inside
+        .filter(leads_nowhere)
+        .map(|link| format!("{}: {link}", page.path))
+        .collect()
+}
+
+#[test]
+fn every_link_leads_somewhere() {
+    let pages = pages();
+    let count: usize = pages.iter().map(|page| links(&page.text).len()).sum();
+    assert!(count > 40, "{count}");
+    let found: Vec<String> = pages.iter().flat_map(broken_links).collect();
+    assert!(found.is_empty(), "{}", wrong(&found));
+    let linking = |link: &str| Page {
+        path: "docs/any.md".to_owned(),
+        text: format!("see [there]({link})\n"),
+    };
+    let leads = |link: &str| broken_links(&linking(link)).is_empty();
+    assert!(leads("verdict.md") && leads("../README.md#your-own-data") && leads("verdict.md#the-report"));
+    assert!(!leads("verdicts.md") && !leads("docs/verdict.md") && !leads("../README.md#your-runs"));
+}
+
+#[test]
+fn the_package_holds_what_a_user_needs() {
+    let output = Command::new(env!("CARGO"))
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args(["package", "--list", "--allow-dirty", "--offline"])
+        .output()
+        .expect("cargo can be started");
+    let list = String::from_utf8_lossy(&output.stdout).replace('\\', "/");
+    let is_in = |path: &str| {
+        let inside = format!("{path}/");
+        list.lines().any(|line| line == path || line.starts_with(&inside))
+    };
+    let pages = pages();
+    let linked = pages.iter().flat_map(|page| {
+        let inside = links(&page.text).into_iter().filter(|link| !link.contains("://"));
+        inside.map(|link| from_root(&page.path, link.split('#').next().unwrap_or_default()))
+    });
+    let needed = [
+        "LICENSE-MIT",
+        "LICENSE-APACHE",
+        "src/main.rs",
+        "datasets/mueller2016/runs.csv",
+    ];
+    let needed = needed.into_iter().map(str::to_owned);
+    let paths = pages.iter().map(|page| page.path.clone());
+    for path in needed.chain(paths).chain(linked) {
+        assert!(is_in(&path), "{path} is not in the package:\n{list}");
+    }
+    assert!(!is_in("docs/no_such_page.md") && !list.lines().any(|line| line.ends_with("timing.json")));
+}

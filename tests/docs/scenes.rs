@@ -1,0 +1,145 @@
+//! Holds that scenes and tables of the pages are read, and their keys known.
+
+use std::path::Path;
+
+use super::common::wetcor;
+use super::{block, fenced, pages, read, spans, wrong};
+
+/// What `check` says of the scene and the table of a page.
+fn checked(page: &str) -> (Option<i32>, String, String) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (language, name) in [("toml", "scene.toml"), ("csv", "Versuche.csv")] {
+        std::fs::write(folder.path().join(name), block(page, language)).expect("writable");
+    }
+    wetcor(folder.path(), &["check", "scene.toml"])
+}
+
+#[test]
+fn the_table_of_the_page_is_read_by_its_scene() {
+    let page = read("docs/your-table.md");
+    let (status, out, err) = checked(&page);
+    assert_eq!(status, Some(0), "{err}");
+    assert!(out.contains("6 runs read"), "{out}");
+    let (status, _, err) = checked(&page.replace("trocken = \"dry\", ", ""));
+    assert!(status == Some(2) && err.contains("trocken"), "{err}");
+    // an empty rebound is no run that stuck
+    let (status, _, err) = checked(&page.replace(";0,5;0,697", ";0,5;"));
+    assert!(status == Some(2) && err.contains("empty cell"), "{err}");
+}
+
+#[test]
+fn a_scene_is_drafted_from_the_table_of_the_page() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let table = block(&read("docs/your-table.md"), "csv");
+    std::fs::write(folder.path().join("Versuche.csv"), table).expect("writable");
+    let (status, out, err) = wetcor(folder.path(), &["new", "Versuche.csv"]);
+    assert_eq!(status, Some(0), "{err}");
+    let scene = std::fs::read_to_string(folder.path().join("scene.toml")).expect("a draft");
+    for told in ["fill in", "Kugel", "v_i", "inertia"] {
+        assert!(scene.contains(told), "{told}:\n{scene}\n{out}");
+    }
+    let (status, _, err) = wetcor(folder.path(), &["check", "scene.toml"]);
+    assert!(status == Some(2) && err.contains("density"), "{err}");
+    let (status, _, err) = wetcor(folder.path(), &["new", "Versuche.csv"]);
+    assert!(status == Some(2) && err.contains("exists"), "{err}");
+}
+
+/// A scene that any key of the pages may stand in.
+const COMPLETE: &str = r#"
+[data]
+runs = "runs.csv"
+[particles.PTFE]
+density_kg_m3 = 2150
+roughness_um = 5
+[liquids.AK10]
+density_kg_m3 = 930
+viscosity_mPa_s = 9.3
+surface_tension_mN_m = 20.1
+"#;
+
+/// Lays one table over another, table by table.
+fn lay_over(under: &mut toml::Table, over: toml::Table) {
+    for (key, value) in over {
+        match (under.get_mut(&key), value) {
+            (Some(toml::Value::Table(inner)), toml::Value::Table(outer)) => lay_over(inner, outer),
+            (_, value) => {
+                under.insert(key, value);
+            }
+        }
+    }
+}
+
+/// Why a part of a scene is not one; `None` if it is.
+fn no_scene(part: &str) -> Option<String> {
+    let mut scene: toml::Table = COMPLETE.parse().expect("a scene");
+    match part.parse() {
+        Ok(part) => lay_over(&mut scene, part),
+        Err(error) => return Some(format!("{part}: {error}")),
+    }
+    let text = scene.to_string();
+    let read = wetcor::scene::parse(&text, Path::new("scene.toml"), String::new());
+    read.err().map(|error| format!("{part}: {error}"))
+}
+
+/// A part of a scene out of what stands between backticks: `[model] inertia = "none"`, or a key alone of one of its tables.
+fn scene_part(span: &str) -> Option<(&str, &str)> {
+    let (table, key) = span.strip_prefix('[')?.split_once("] ")?;
+    Some((table, key))
+}
+
+/// Spans that name a key a scene has not, or give it a value it does not take.
+fn unknown_scene_parts(text: &str) -> Vec<String> {
+    let parts = spans(text).into_iter().filter_map(scene_part);
+    let faults = parts.filter_map(|(table, key)| {
+        if key.contains('=') {
+            return no_scene(&format!("[{table}]\n{key}\n"));
+        }
+        let head = format!("[{table}]");
+        let guide = wetcor::scene::guide();
+        let section = guide.into_iter().find(|section| section.head == head);
+        let is_known = |section: wetcor::scene::Section| section.keys.iter().any(|own| own.usual_name() == key);
+        (!section.is_some_and(is_known)).then(|| format!("{head} {key}"))
+    });
+    faults.collect()
+}
+
+#[test]
+fn every_part_of_a_scene_is_one() {
+    let (mut blocks_tried, mut spans_tried) = (0, 0);
+    for page in pages() {
+        let (blocks, _) = fenced(&page.text);
+        for (language, text) in blocks {
+            if language == "toml" && !text.contains("[dependencies]") {
+                blocks_tried += 1;
+                assert_eq!(no_scene(&text), None, "{}", page.path);
+            }
+        }
+        spans_tried += spans(&page.text).into_iter().filter_map(scene_part).count();
+        let found = unknown_scene_parts(&page.text);
+        assert!(found.is_empty(), "{}: {}", page.path, wrong(&found));
+    }
+    assert!(blocks_tried >= 4 && spans_tried >= 15, "{blocks_tried} {spans_tried}");
+    assert!(no_scene("[model]\ninertia = \"best\"\n").is_some());
+    assert!(no_scene("[data]\nfilm_sd_um = 10\n").is_none());
+    for fault in [
+        "`[model] inertias = \"cap\"`",
+        "`[model] sticking = \"kept\"`",
+        "`[priors] sigma_wett`",
+        "`[modell] inertia`",
+    ] {
+        assert_eq!(unknown_scene_parts(fault).len(), 1, "{fault}");
+    }
+}
+
+#[test]
+fn the_dependency_of_a_simulation_code_is_the_physics_alone() {
+    let page = read("docs/prediction.md");
+    let table: toml::Table = block(&page, "toml").parse().expect("TOML");
+    assert_eq!(
+        table["dependencies"]["wetcor"]["default-features"].as_bool(),
+        Some(false)
+    );
+    let manifest: toml::Table = read("Cargo.toml").parse().expect("TOML");
+    let default = manifest["features"]["default"].as_array().expect("a list");
+    assert_eq!(default, &[toml::Value::from("cli")]);
+}
