@@ -8,14 +8,16 @@
 //! | `timing.rs` | times the stages of a fit |
 //! | `draws.rs` | shows draws as they come |
 //! | `defect.rs` | makes one line of a panic |
-//! | `new.rs`, `fit.rs`, `check.rs`, `simulate.rs`, `predict.rs`, `trade.rs`, `calibrate.rs` | run the verb of their name |
+//! | `new.rs`, `fit.rs`, `check.rs`, `simulate.rs`, `predict.rs`, `trade.rs`, `calibrate.rs`, `completions.rs`, `man.rs` | run the verb of their name |
 
 mod arguments;
 mod calibrate;
 mod check;
+mod completions;
 mod defect;
 mod draws;
 mod fit;
+mod man;
 mod messages;
 mod new;
 mod predict;
@@ -26,13 +28,12 @@ mod trade;
 
 use std::process::ExitCode;
 
-use clap::Parser;
 use wetcor::error::Error;
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::interruption;
 use wetcor::runs::Existing;
 
-use arguments::{Arguments, Verb};
+use arguments::Verb;
 use messages::{complain, print_result, warn};
 
 /// Could not run.
@@ -40,7 +41,7 @@ const COULD_NOT_RUN: u8 = 2;
 
 /// Runs the command line.
 pub fn run() -> ExitCode {
-    let arguments = match Arguments::try_parse() {
+    let arguments = match arguments::read(std::env::args_os()) {
         Ok(arguments) => arguments,
         Err(error) => return without_arguments(error),
     };
@@ -99,6 +100,8 @@ pub fn run() -> ExitCode {
         Verb::Predict(request) => predict::predict(&request, quiet),
         Verb::Trade { scene, out, seed } => trade::run_trade(&scene, out, seed, quiet),
         Verb::Calibrate { out, sets, seed } => calibrate::calibrate(&out, sets, seed, quiet),
+        Verb::Completions { shell } => completions::completions(shell),
+        Verb::Man { command } => man::man(command.as_deref()),
         Verb::Help { .. } => Ok(0),
     });
     match result.unwrap_or_else(Err) {
@@ -114,14 +117,14 @@ fn could_not_run(error: &Error) -> ExitCode {
 
 /// Prints every key of a scene, or what a command prints when it is asked for help.
 fn help(topic: Option<&str>) -> ExitCode {
-    if topic == Some("scene") {
+    if topic == Some(arguments::SCENE) {
         return match print_result(&wetcor::scene::plain()) {
             Ok(()) => ExitCode::SUCCESS,
             Err(error) => could_not_run(&error),
         };
     }
     let words = ["wetcor"].into_iter().chain(topic).chain(["--help"]);
-    match Arguments::try_parse_from(words) {
+    match arguments::read(words) {
         Ok(_) => ExitCode::SUCCESS,
         Err(error) => without_arguments(error),
     }

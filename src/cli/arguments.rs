@@ -1,8 +1,11 @@
 //! Says what the command line may hold.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
-use clap::{Parser, Subcommand, ValueEnum};
+use clap::builder::PossibleValuesParser;
+use clap::{Command, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
 use wetcor::inference::accuracy::RANGE;
 
 use super::predict;
@@ -142,6 +145,17 @@ Example:
         #[arg(long, default_value_t = 1)]
         seed: u64,
     },
+    /// Print the script by which a shell completes commands and options
+    #[command(after_help = "\
+Example:
+  wetcor completions bash > ~/.local/share/bash-completion/completions/wetcor
+
+Other shells look for it elsewhere: zsh as _wetcor in a folder of its fpath, fish as \
+~/.config/fish/completions/wetcor.fish; elvish and PowerShell read it from their start-up file.")]
+    Completions {
+        /// The shell that is to complete
+        shell: Shell,
+    },
     /// Print the help of a command, or every key of a scene
     #[command(after_help = "\
 Example:
@@ -150,6 +164,46 @@ Example:
         /// A command, or `scene`
         topic: Option<String>,
     },
+    /// Print the manual page of wetcor, or of a command
+    #[command(after_help = "\
+Example:
+  wetcor man fit | man -l -
+
+`man wetcor-fit` finds the page where it lies in ~/.local/share/man/man1 as wetcor-fit.1; that of wetcor itself is \
+wetcor.1.")]
+    Man {
+        /// A command [default: wetcor itself]
+        command: Option<String>,
+    },
+}
+
+/// What `help` explains besides the commands.
+pub(super) const SCENE: &str = "scene";
+
+/// The command line as it is read, and as `--help`, completions and manual pages describe it.
+///
+/// `help` and `man` take the name of a command; which there are, the commands themselves say.
+pub(super) fn definition() -> Command {
+    let command = Arguments::command();
+    let verbs = command.get_subcommands().map(|verb| verb.get_name().to_owned());
+    let verbs: Vec<String> = verbs.collect();
+    let topics = verbs.iter().cloned().chain([SCENE.to_owned()]);
+    let topics = PossibleValuesParser::new(topics);
+    let pages = PossibleValuesParser::new(verbs);
+    command
+        .mut_subcommand("help", |help| {
+            help.mut_arg("topic", |topic| topic.value_parser(topics).hide_possible_values(true))
+        })
+        .mut_subcommand("man", |man| {
+            man.mut_arg("command", |page| page.value_parser(pages).hide_possible_values(true))
+        })
+}
+
+/// The words of a command line, read.
+pub(super) fn read<W: Into<OsString> + Clone>(words: impl IntoIterator<Item = W>) -> Result<Arguments, clap::Error> {
+    definition()
+        .try_get_matches_from(words)
+        .and_then(|matches| Arguments::from_arg_matches(&matches))
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]

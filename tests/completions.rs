@@ -1,0 +1,277 @@
+//! Holds completions and manual pages to what `--help` says: every verb and every long flag, under its own verb.
+
+mod common;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use common::wetcor;
+
+/// The long flags of each verb; those of wetcor itself are under no name.
+type Flags = BTreeMap<String, Vec<String>>;
+
+/// What the command prints, where it succeeds and says nothing else.
+fn printed(arguments: &[&str]) -> String {
+    let (status, out, err) = wetcor(Path::new("."), arguments);
+    assert_eq!((status, err.as_str()), (Some(0), ""), "{arguments:?}");
+    out
+}
+
+/// The lines below a heading of a help, up to the next blank one.
+fn below<'a>(help: &'a str, heading: &str) -> Vec<&'a str> {
+    let (_, after) = help.split_once(heading).unwrap_or_else(|| panic!("{help}"));
+    let lines = after.lines().skip(1).collect::<Vec<_>>();
+    // a value with words of its own has blank lines in it, but what follows is still set in
+    let end = lines.iter().position(|line| !line.is_empty() && !line.starts_with(' '));
+    lines[..end.unwrap_or(lines.len())].to_vec()
+}
+
+fn verbs() -> Vec<String> {
+    let help = printed(&["--help"]);
+    let listed = below(&help, "\nCommands:").into_iter();
+    let first = |line: &str| line.split_whitespace().next().map(str::to_owned);
+    let verbs: Vec<String> = listed
+        .filter(|line| line.starts_with("  ") && !line.starts_with("   "))
+        .filter_map(first)
+        .collect();
+    assert!(verbs.len() >= 10, "{help}");
+    verbs
+}
+
+/// The flag that a line is about: its first word, or the second after a short one.
+fn long_flag(line: &str) -> Option<String> {
+    let mut first = line.split_whitespace().take(2);
+    first.find(|word| word.starts_with("--")).map(str::to_owned)
+}
+
+/// What `--help` lists.
+fn flags() -> Flags {
+    let mut flags = Flags::new();
+    for verb in [String::new()].into_iter().chain(verbs()) {
+        let words = [verb.as_str(), "--help"].into_iter().filter(|word| !word.is_empty());
+        let help = printed(&words.collect::<Vec<_>>());
+        let found: Vec<String> = below(&help, "\nOptions:").into_iter().filter_map(long_flag).collect();
+        assert!(found.len() >= 3 && found.contains(&"--help".to_owned()), "{help}");
+        flags.insert(verb, found);
+    }
+    assert!(flags["predict"].len() == 13 && flags["fit"].len() == 9, "{flags:?}");
+    flags
+}
+
+/// The part of a script that completes what stands after a verb, or after none.
+fn part<'a>(shell: &str, script: &'a str, verb: &str) -> Vec<&'a str> {
+    let named = |joint: &str| match verb {
+        "" => "wetcor".to_owned(),
+        verb => format!("wetcor{joint}{verb}"),
+    };
+    let (start, end) = match shell {
+        "bash" => (format!("{})", named("__subcmd__")), "return 0"),
+        "elvish" => (format!("&'{}'= {{", named(";")), "}"),
+        "powershell" => (format!("'{}' {{", named(";")), "break"),
+        "zsh" if verb.is_empty() => ("_wetcor() {".to_owned(), "case $state in"),
+        "zsh" => (format!("({verb})"), ";;"),
+        // each line says where it holds
+        "fish" => {
+            let condition = match verb {
+                "" => "\"__fish_wetcor_needs_command\"".to_owned(),
+                verb => format!("\"__fish_wetcor_using_subcommand {verb}\""),
+            };
+            return script.lines().filter(|line| line.contains(&condition)).collect();
+        }
+        shell => panic!("{shell}"),
+    };
+    let from = script.lines().skip_while(|line| line.trim() != start);
+    from.take_while(|line| line.trim() != end).collect()
+}
+
+/// How a script offers a flag or a verb: not how it describes one.
+fn marks(shell: &str, word: &str) -> Vec<String> {
+    match (shell, word.strip_prefix("--")) {
+        ("bash", _) => vec![format!(" {word} "), format!(" {word}\"")],
+        ("elvish", _) => vec![format!("cand {word} ")],
+        ("fish", Some(flag)) => vec![format!(" -l {flag} ")],
+        ("fish", None) => vec![format!(" -a \"{word}\" ")],
+        ("powershell", _) => vec![format!("::new('{word}', ")],
+        ("zsh", Some(_)) => vec![format!("{word}=["), format!("{word}[")],
+        ("zsh", None) => vec![format!("\n'{word}:")],
+        (shell, _) => panic!("{shell}"),
+    }
+}
+
+/// Every verb and flag that a script does not offer where `--help` lists it.
+fn missing(shell: &str, script: &str, flags: &Flags) -> Vec<String> {
+    let mut missing = vec![];
+    for (verb, flags) in flags {
+        let part = part(shell, script, verb).join("\n");
+        let is_offered = |word: &str| marks(shell, word).iter().any(|mark| part.contains(mark));
+        missing.extend(
+            flags
+                .iter()
+                .filter(|flag| !is_offered(flag))
+                .map(|flag| format!("{verb} {flag}")),
+        );
+    }
+    // zsh lists the verbs in a function of their own
+    let list = match shell {
+        "zsh" => script.to_owned(),
+        _ => part(shell, script, "").join("\n"),
+    };
+    let is_offered = |word: &str| marks(shell, word).iter().any(|mark| list.contains(mark));
+    let verbs = flags.keys().filter(|verb| !verb.is_empty());
+    missing.extend(verbs.filter(|verb| !is_offered(verb)).cloned());
+    missing
+}
+
+const SHELLS: [&str; 5] = ["bash", "elvish", "fish", "powershell", "zsh"];
+
+#[test]
+fn every_shell_completes_every_verb_and_every_flag_of_the_help() {
+    let flags = flags();
+    for shell in SHELLS {
+        let script = printed(&["completions", shell]);
+        assert_eq!(missing(shell, &script, &flags), Vec::<String>::new(), "{shell}");
+        // a character that is never printed as it is stands as this escape
+        assert!(!script.contains("\\u{"), "{shell}");
+    }
+}
+
+/// A flag that one verb lacks is found, though others have it, and so is a verb.
+#[test]
+fn a_planted_gap_is_found() {
+    let flags = flags();
+    for shell in SHELLS {
+        let script = printed(&["completions", shell]);
+        let of_simulate = part(shell, &script, "simulate").join("\n");
+        let lacking = marks(shell, "--out")
+            .iter()
+            .fold(of_simulate.clone(), |part, mark| part.replace(mark, " "));
+        assert_ne!(lacking, of_simulate, "{shell}");
+        let planted = script.replacen(&of_simulate, &lacking, 1);
+        assert_eq!(missing(shell, &planted, &flags), ["simulate --out"], "{shell}");
+        let more = Flags::from_iter(flags.clone().into_iter().chain([("fits".to_owned(), vec![])]));
+        assert_eq!(missing(shell, &script, &more), ["fits"], "{shell}");
+    }
+}
+
+/// The words that bash offers for the last one of a line.
+#[cfg(unix)]
+fn offered_by_bash(words: &[&str]) -> Vec<String> {
+    let (last, before) = (words[words.len() - 1], words[words.len() - 2]);
+    let line = format!(
+        "{}\nCOMP_WORDS=({}); COMP_CWORD={}; _wetcor wetcor '{last}' {before}; echo \"${{COMPREPLY[@]}}\"",
+        printed(&["completions", "bash"]),
+        words.join(" "),
+        words.len() - 1,
+    );
+    let output = Command::new("bash").arg("-c").arg(line).output();
+    let output = output.expect("bash can be started");
+    assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
+    let text = String::from_utf8(output.stdout).expect("words");
+    text.split_whitespace().map(str::to_owned).collect()
+}
+
+#[cfg(unix)]
+#[test]
+fn bash_completes() {
+    assert_eq!(offered_by_bash(&["wetcor", "f"]), ["fit"]);
+    assert_eq!(offered_by_bash(&["wetcor", "fit", "--st"]), ["--stages"]);
+    assert_eq!(offered_by_bash(&["wetcor", "man", "pr"]), ["predict"]);
+    assert_eq!(offered_by_bash(&["wetcor", "help", "sc"]), ["scene"]);
+    assert_eq!(offered_by_bash(&["wetcor", "completions", "z"]), ["zsh"]);
+    assert_eq!(offered_by_bash(&["wetcor", "predict", "--format", "j"]), ["json"]);
+}
+
+/// A manual page as it is read: without its fonts and escapes.
+fn read(page: &str) -> String {
+    let mut text = page.to_owned();
+    for (escape, plain) in [("\\fB", ""), ("\\fI", ""), ("\\fR", ""), ("\\-", "-"), ("\\*(Aq", "'")] {
+        text = text.replace(escape, plain);
+    }
+    text.replace("\\[u00B5]", "µ").replace("\\[u00B3]", "³")
+}
+
+/// What of a command's help its manual page does not say.
+fn unsaid(page: &str, verb: &str, help: &str, flags: &Flags) -> Vec<String> {
+    let text = read(page);
+    let listed: Vec<String> = text.lines().filter_map(long_flag).collect();
+    let unlisted = flags[verb].iter().filter(|flag| !listed.contains(flag));
+    let mut unsaid: Vec<String> = unlisted.cloned().collect();
+    let name = match verb {
+        "" => "wetcor".to_owned(),
+        verb => format!("wetcor-{verb}"),
+    };
+    let mut wanted = vec![format!("\n.TH {name} 1 "), format!("\n{name} - ")];
+    if verb.is_empty() {
+        let verbs = flags.keys().filter(|verb| !verb.is_empty());
+        wanted.extend(verbs.map(|verb| format!("\nwetcor-{verb}(1)\n")));
+        wanted.push("\n.SH \"EXIT STATUS\"\n0 ran; 1 ran, and".to_owned());
+    }
+    let examples: Vec<&str> = help.lines().filter(|line| line.starts_with("  wetcor ")).collect();
+    assert!(!examples.is_empty(), "{help}");
+    // the help may break an example, the page does not
+    wanted.extend(examples.iter().map(|line| format!("\n{}", line.trim())));
+    unsaid.extend(wanted.into_iter().filter(|wanted| !text.contains(wanted)));
+    unsaid
+}
+
+#[test]
+fn every_manual_page_says_what_the_help_says() {
+    let flags = flags();
+    for verb in flags.keys() {
+        let of_verb =
+            |words: [&str; 2]| printed(&words.into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>());
+        let (page, help) = (of_verb(["man", verb]), of_verb([verb, "--help"]));
+        assert_eq!(unsaid(&page, verb, &help, &flags), Vec::<String>::new(), "{verb}");
+        // what readers of manual pages warn of, or show wrongly, and a heading that says nothing
+        assert!(page.is_ascii() && !page.contains("EXTRA"), "{page}");
+        for (said, planted) in [
+            ("\\-\\-quiet", "\\-\\-silent"),
+            (".TH wetcor", ".TH cor"),
+            ("fBwetcor", "fBcor"),
+        ] {
+            let planted = page.replace(said, planted);
+            assert!(!unsaid(&planted, verb, &help, &flags).is_empty(), "{verb}: {said}");
+        }
+    }
+}
+
+#[test]
+fn what_is_no_shell_and_no_command_is_refused_with_those_there_are() {
+    for (arguments, known) in [
+        (["completions", "tcsh"], SHELLS.join(", ")),
+        (["man", "fot"], verbs().join(", ")),
+    ] {
+        let (status, out, err) = wetcor(Path::new("."), &arguments);
+        assert_eq!((status, out.as_str()), (Some(2), ""));
+        let said = format!("error: invalid value '{}' for ", arguments[1]);
+        assert!(
+            err.starts_with(&said) && err.contains(&format!("[possible values: {known}]")),
+            "{err}"
+        );
+    }
+    let (status, _, err) = wetcor(Path::new("."), &["completions"]);
+    assert!(status == Some(2) && err.contains("<SHELL>"), "{err}");
+}
+
+#[test]
+fn flags_of_every_verb_change_nothing_and_a_reader_that_leaves_is_no_error() {
+    for arguments in [["completions", "bash"], ["man", "fit"]] {
+        let plain = printed(&arguments);
+        let with_flags = [&["--quiet"], arguments.as_slice(), &["--threads", "1"]].concat();
+        assert_eq!(printed(&with_flags), plain);
+        let child = Command::new(env!("CARGO_BIN_EXE_wetcor"))
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn();
+        let mut child = child.expect("the command can be started");
+        drop(child.stdout.take());
+        let output = child.wait_with_output().expect("it ends");
+        assert_eq!(
+            (output.status.code(), output.stderr.as_slice()),
+            (Some(0), &b""[..]),
+            "{arguments:?}"
+        );
+    }
+}
