@@ -5,11 +5,13 @@
 //! | file | job |
 //! |---|---|
 //! | `curves.rs` | gathers the restitution of every pair against the impact speed |
+//! | `escaped.rs` | writes a text so that HTML takes it as it is |
 //! | `picker.rs` | writes the part in which a reader picks a pair |
 //! | `picker.js` | draws the picked pair |
 //! | `style.css` | how it looks: on a screen by day and night, on a telephone, on paper |
 
 mod curves;
+mod escaped;
 mod picker;
 
 use std::collections::HashMap;
@@ -18,8 +20,9 @@ use pulldown_cmark::{html, CowStr, Event, HeadingLevel, Options, Parser, Tag, Ta
 
 use super::figures::Figure;
 use super::markdown::{escape, CAUTIONS};
-use crate::error::{is_unseen, Error};
+use crate::error::Error;
 pub(super) use curves::Curves;
+use escaped::escaped;
 
 /// What a page may load: nothing but what stands in it.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
@@ -209,22 +212,6 @@ fn contents(headings: &[Heading]) -> String {
         });
     let links: String = links.collect();
     format!("<nav><details><summary>Contents</summary>\n<ul>\n{links}</ul>\n</details></nav>\n")
-}
-
-/// A text that HTML takes as it is, inside an element or an attribute.
-fn escaped(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
-            c if is_unseen(c) => escaped.extend(c.escape_default()),
-            _ => escaped.push(c),
-        }
-    }
-    escaped
 }
 
 #[cfg(test)]

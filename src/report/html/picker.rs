@@ -2,7 +2,7 @@
 
 use super::super::json;
 use super::curves::Curves;
-use super::escaped;
+use super::escaped::escaped;
 use crate::error::Error;
 
 /// The part; nothing where no pair has a curve.
