@@ -84,7 +84,7 @@ def picker(driver, page):
     if names != [pair["name"] for pair in curves["pairs"]]:
         wrong.append("pairs are not those of the curves")
     seen = set()
-    for index in {0, 1, len(names) // 2, len(names) - 1}:
+    for index in {0, min(1, len(names) - 1), len(names) // 2, len(names) - 1}:
         pairs.select_by_index(index)
         for place in [0, len(curves["speeds"]) // 2, len(curves["speeds"]) - 1]:
             driver.execute_script("""
@@ -102,7 +102,7 @@ def picker(driver, page):
         if marks != len(pair["rebounds"]) + len(pair["stuck"]) or "NaN" in drawn or 'class="curve' not in drawn:
             wrong.append(f"{names[index]}: {marks} marks")
         seen.add(re.search(r'class="curve[^"]*" points="([^"]*)"', drawn)[1])
-    return wrong + ([] if len(seen) > 1 else ["every pair is drawn alike"])
+    return wrong + ([] if len(seen) == 1 == len(names) or len(seen) > 1 else ["every pair is drawn alike"])
 
 
 def sideways(driver, page):

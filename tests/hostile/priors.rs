@@ -95,10 +95,11 @@ fn d06_no_prior_holds_a_command_up() {
     let outcome = attack("fit", "", "sigma_dry = { fixed = 1e-10 }");
     assert!(outcome.status == Some(1) && outcome.seconds < 5.0, "{outcome:?}");
     assert!(outcome.out.contains("rounding leaves"), "{}", outcome.out);
-    // as wide as may be: a likelihood lost in rounding at 10²⁰ degrees of freedom was followed for minutes
+    // as wide as may be: a likelihood lost in rounding at 10²⁰ degrees of freedom was followed for minutes; without
+    // that it takes 6 s on a slow machine, and more where other tests run beside it
     let outcome = attack("fit", STUDENT, "nu = { lognormal = [10, 9.9] }");
     assert!(
-        matches!(outcome.status, Some(0 | 1)) && outcome.seconds < 10.0,
+        matches!(outcome.status, Some(0 | 1)) && outcome.seconds < 60.0,
         "{outcome:?}"
     );
 }

@@ -1,5 +1,6 @@
 //! Gathers the restitution of every pair against the impact speed, for a reader to pick one.
 
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::super::figures::{means, series_law, series_name, SAME};
@@ -13,7 +14,7 @@ const DRAWS: usize = 400;
 /// A page holds no more pairs than this.
 const MOST_PAIRS: usize = 200;
 /// Speeds along a curve lie between so many and two and a half times as many.
-const FEWEST_SPEEDS: f64 = 40.0;
+const FEWEST_SPEEDS: f64 = 80.0;
 /// How far beyond the fastest run curves go.
 const BEYOND: f64 = 1.25;
 
@@ -61,32 +62,27 @@ impl Curves {
                 .collect()
         });
         let law = |sphere: usize| laws.as_ref().map(|laws| &laws[sphere]);
-        let spheres = input.runs.spheres.iter().enumerate();
-        let all = spheres.flat_map(|(sphere, _)| {
-            let dry = (law(sphere), None);
+        let of_sphere = |sphere: usize| {
             let wet = (0..input.runs.series.len()).filter(move |place| input.runs.series[*place].sphere == sphere);
-            std::iter::once((sphere, dry)).chain(wet.map(move |place| (sphere, (law(sphere), Some(place)))))
-        });
-        let mut curves = Curves {
+            std::iter::once(None)
+                .chain(wet.map(Some))
+                .map(move |place| (sphere, place))
+        };
+        let all: Vec<(usize, Option<usize>)> = (0..input.runs.spheres.len()).flat_map(of_sphere).collect();
+        let shown = &all[..all.len().min(MOST_PAIRS)];
+        let pair = |&(sphere, series): &(usize, Option<usize>)| match series {
+            None => dry_pair(input, sphere, law(sphere), &speeds),
+            Some(place) => wet_pair(input, place, law(sphere), &speeds),
+        };
+        Curves {
             source: match input.posterior {
                 Some(_) => format!("the posterior's median with its 90 % band, of {DRAWS} draws at most"),
                 None => "the law fitted by least squares".to_owned(),
             },
-            ..Curves::default()
-        };
-        for (sphere, (law, wet)) in all {
-            if curves.pairs.len() == MOST_PAIRS {
-                curves.left_out += 1;
-                continue;
-            }
-            let pair = match wet {
-                None => dry_pair(input, sphere, law, &speeds),
-                Some(place) => wet_pair(input, place, law, &speeds),
-            };
-            curves.pairs.extend(pair);
+            pairs: shown.par_iter().filter_map(pair).collect(),
+            left_out: all.len() - shown.len(),
+            speeds,
         }
-        curves.speeds = speeds;
-        curves
     }
 }
 

@@ -80,7 +80,7 @@
     const [slowest, last] = pair.measured;
     const outside = !(v >= slowest && v <= last) ? "; outside the speeds of its runs" : "";
     const rebound = e > 0 ? `e_n = ${e.toFixed(4)}${band}` : "no rebound";
-    answer.textContent = `v = ${v.toFixed(Math.max(2, decimals(speeds[0])))} m/s: ${rebound}${outside}`;
+    answer.textContent = `${pair.name}, v = ${v.toFixed(Math.max(2, decimals(speeds[0])))} m/s: ${rebound}${outside}`;
     slider.setAttribute("aria-valuetext", `${v} m/s`);
     draw(pair, place);
   };
