@@ -6,7 +6,7 @@
 //! | file | job |
 //! |---|---|
 //! | `data.rs` | describes charts |
-//! | `text.rs` | sets scripts, escapes labels, estimates their width |
+//! | `text.rs` | sets scripts in labels, estimates their width |
 //! | `drawing.rs` | writes SVG |
 //! | `scale.rs` | chooses limits, ticks and tick labels |
 //! | `mark.rs` | draws markers, lines, bands and error bars |

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `input.rs` | holds what a report is made of |
 //! | `files.rs` | holds the files of a report before they are written |
+//! | `markup.rs` | writes a text so that HTML and SVG take it as it is |
 //! | `numbers.rs` | rounds every number by its uncertainty |
 //! | `quantities.rs` | writes quantities under their symbols, in the units they are printed in |
 //! | `markdown/` | writes the report |
@@ -26,6 +27,7 @@ mod html;
 mod input;
 pub mod json;
 pub mod markdown;
+mod markup;
 pub mod numbers;
 pub mod prediction;
 mod quantities;

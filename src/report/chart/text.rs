@@ -1,5 +1,6 @@
-//! Sets subscripts and superscripts in labels, escapes what users wrote, and estimates how wide a label gets.
+//! Sets subscripts and superscripts in labels, and estimates how wide a label gets.
 
+use super::super::markup::escaped;
 use crate::error::is_unseen;
 
 /// Size of a script relative to its line.
@@ -51,21 +52,6 @@ pub(super) fn markup(label: &str) -> String {
         }
     }
     content
-}
-
-fn escaped(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
-            '\'' => escaped.push_str("&apos;"),
-            _ => escaped.push(c),
-        }
-    }
-    escaped
 }
 
 /// Estimates a label's width in pixels, generously: what viewers substitute for the fonts

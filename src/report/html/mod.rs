@@ -5,13 +5,11 @@
 //! | file | job |
 //! |---|---|
 //! | `curves.rs` | gathers the restitution of every pair against the impact speed |
-//! | `escaped.rs` | writes a text so that HTML takes it as it is |
 //! | `picker.rs` | writes the part in which a reader picks a pair |
 //! | `picker.js` | draws the picked pair |
 //! | `style.css` | how it looks: on a screen by day and night, on a telephone, on paper |
 
 mod curves;
-mod escaped;
 mod picker;
 
 use std::collections::HashMap;
@@ -20,9 +18,9 @@ use pulldown_cmark::{html, CowStr, Event, HeadingLevel, Options, Parser, Tag, Ta
 
 use super::figures::Figure;
 use super::markdown::{escape, CAUTIONS};
+use super::markup::escaped;
 use crate::error::Error;
 pub(super) use curves::Curves;
-use escaped::escaped;
 
 /// What a page may load: nothing but what stands in it.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";

@@ -1,8 +1,8 @@
 //! Writes the part of the page in which a reader picks a pair and sees its restitution.
 
 use super::super::json;
+use super::super::markup::escaped;
 use super::curves::Curves;
-use super::escaped::escaped;
 use crate::error::Error;
 
 /// The part; nothing where no pair has a curve.

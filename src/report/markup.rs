@@ -1,8 +1,8 @@
-//! Writes a text so that HTML takes it as it is.
+//! Writes a text so that HTML and SVG take it as it is.
 
 use crate::error::is_unseen;
 
-/// A text that HTML takes as it is, inside an element or an attribute.
+/// A text as it is, for the inside of an element or an attribute; what is never shown as it is stands as its number.
 pub(super) fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {
@@ -11,6 +11,7 @@ pub(super) fn escaped(text: &str) -> String {
             '<' => escaped.push_str("&lt;"),
             '>' => escaped.push_str("&gt;"),
             '"' => escaped.push_str("&quot;"),
+            '\'' => escaped.push_str("&apos;"),
             c if is_unseen(c) => escaped.extend(c.escape_default()),
             _ => escaped.push(c),
         }
