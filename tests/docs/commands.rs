@@ -31,7 +31,7 @@ fn no_command(command: &str) -> Option<String> {
             let after = rest.iter().position(|word| *word == "--").map(|at| &rest[at + 1..]);
             after.map_or(Some("no arguments"), no_call_of_file)
         }
-        ["cargo", verb @ ("test" | "bench" | "doc" | "install"), rest @ ..] => no_cargo_call(verb, rest),
+        ["cargo", verb @ ("build" | "test" | "bench" | "doc" | "install"), rest @ ..] => no_cargo_call(verb, rest),
         [script] if in_repository(script).exists() => None,
         _ => Some("no such program"),
     };
