@@ -266,7 +266,7 @@ fn a_report_says_diameters_beside_critical_stokes_numbers() {
     );
     for diameter in ["3", "6"] {
         assert!(
-            summary.contains(&format!("\nPTFE, δ/D = 0.06, D = {diameter} mm, AK10: ")),
+            summary.contains(&format!("\nPTFE, δ/D = 0.12, D = {diameter} mm, AK10: ")),
             "{summary}"
         );
     }
