@@ -8,7 +8,7 @@
 //! | `timing.rs` | times the stages of a fit |
 //! | `draws.rs` | shows draws as they come |
 //! | `defect.rs` | makes one line of a panic |
-//! | `new.rs`, `fit.rs`, `check.rs`, `simulate.rs`, `predict.rs`, `trade.rs`, `calibrate.rs`, `completions.rs`, `man.rs` | run the verb of their name |
+//! | `track.rs`, `new.rs`, `fit.rs`, `check.rs`, `simulate.rs`, `predict.rs`, `trade.rs`, `calibrate.rs`, `completions.rs`, `man.rs` | run the verb of their name |
 
 mod arguments;
 mod calibrate;
@@ -24,6 +24,7 @@ mod predict;
 mod simulate;
 mod threads;
 mod timing;
+mod track;
 mod trade;
 
 use std::process::ExitCode;
@@ -84,6 +85,7 @@ pub fn run() -> ExitCode {
                 },
             })
         }
+        Verb::Track(request) => track::track(&request, quiet),
         Verb::New { table, out } => new::new(&table, out, quiet),
         Verb::Check { scene, json } => check::check(&scene, json, quiet),
         Verb::Simulate {

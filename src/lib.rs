@@ -16,6 +16,7 @@
 //! | [`physics`] | what should happen | numbers → restitution, with slopes |
 //! | `scene` | what was held fixed | file → `Scene`, checked |
 //! | `runs` | what was measured | table → `Runs`, screened with reasons |
+//! | `recordings` | what the camera saw | frames, positions → runs with errors |
 //! | `model` | what we believe | truth → simulated runs |
 //! | `inference` | what the data say | runs → fits with covariance |
 //! | `findings` | what may be said | fits → estimates with verdicts |
@@ -131,6 +132,8 @@ pub mod interruption;
 pub mod model;
 pub mod notice;
 pub mod physics;
+#[cfg(feature = "cli")]
+pub mod recordings;
 #[cfg(feature = "cli")]
 pub mod report;
 #[cfg(feature = "cli")]

@@ -18,6 +18,12 @@ pub enum Dimension {
     Viscosity,
     /// newton per metre
     SurfaceTension,
+    /// second
+    Time,
+    /// hertz
+    Frequency,
+    /// pixels of an image per metre
+    ImageScale,
     /// a plain number: its names carry no suffix
     One,
 }
@@ -79,6 +85,15 @@ const SURFACE_TENSION: &[Unit] = &[
     unit("_mN_m", "mN/m", Scale::Over(1e3)),
     unit("_N_m", "N/m", Scale::Times(1.0)),
 ];
+const TIME: &[Unit] = &[unit("_s", "s", Scale::Times(1.0)), unit("_ms", "ms", Scale::Over(1e3))];
+const FREQUENCY: &[Unit] = &[
+    unit("_Hz", "Hz", Scale::Times(1.0)),
+    unit("_kHz", "kHz", Scale::Times(1e3)),
+];
+const IMAGE_SCALE: &[Unit] = &[
+    unit("_px_per_mm", "px/mm", Scale::Times(1e3)),
+    unit("_px_per_m", "px/m", Scale::Times(1.0)),
+];
 const ONE: &[Unit] = &[unit("", "", Scale::Times(1.0))];
 
 impl Dimension {
@@ -91,6 +106,9 @@ impl Dimension {
             Dimension::Density => DENSITY,
             Dimension::Viscosity => VISCOSITY,
             Dimension::SurfaceTension => SURFACE_TENSION,
+            Dimension::Time => TIME,
+            Dimension::Frequency => FREQUENCY,
+            Dimension::ImageScale => IMAGE_SCALE,
             Dimension::One => ONE,
         }
     }
@@ -142,6 +160,11 @@ pub fn micrometres(metres: f64) -> f64 {
     metres * 1e6
 }
 
+/// Milliseconds of a time in seconds, for print.
+pub fn milliseconds(seconds: f64) -> f64 {
+    seconds * 1e3
+}
+
 /// Millipascal seconds of a viscosity in pascal seconds, for print.
 pub fn millipascal_seconds(pascal_seconds: f64) -> f64 {
     pascal_seconds * 1e3
@@ -151,13 +174,16 @@ pub fn millipascal_seconds(pascal_seconds: f64) -> f64 {
 mod tests {
     use super::*;
 
-    const ALL: [Dimension; 7] = [
+    const ALL: [Dimension; 10] = [
         Dimension::Length,
         Dimension::Thickness,
         Dimension::Speed,
         Dimension::Density,
         Dimension::Viscosity,
         Dimension::SurfaceTension,
+        Dimension::Time,
+        Dimension::Frequency,
+        Dimension::ImageScale,
         Dimension::One,
     ];
 

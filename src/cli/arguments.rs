@@ -8,7 +8,7 @@ use clap::{Command, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnu
 use clap_complete::Shell;
 use wetcor::inference::accuracy::RANGE;
 
-use super::predict;
+use super::{predict, track};
 
 /// Infers the parameters of wet-particle impact from a scene file and a table of impacts
 #[derive(Parser)]
@@ -35,6 +35,8 @@ Exit status: 0 ran; 1 ran, and the numbers are not to be quoted; 2 could not run
 
 #[derive(Subcommand)]
 pub(super) enum Verb {
+    /// Make a table of runs from recordings of falling spheres
+    Track(track::Track),
     /// Draft a scene from a table of runs
     #[command(after_help = "\
 Example:

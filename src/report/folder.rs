@@ -16,6 +16,9 @@ use crate::{files, findings};
 /// The name and version of the layout of `trade.json`.
 pub const TRADE_SCHEMA: &str = "wetcor.trade/1";
 
+/// The name and version of the layout of `tracking.json`.
+pub const TRACKING_SCHEMA: &str = "wetcor.tracking/1";
+
 /// What a folder holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Contents {
@@ -23,6 +26,8 @@ pub enum Contents {
     Fit,
     /// a trade of speed against accuracy
     Trade,
+    /// tracked recordings
+    Tracking,
 }
 
 impl Contents {
@@ -31,6 +36,7 @@ impl Contents {
         match self {
             Contents::Fit => ("findings.json", findings::SCHEMA),
             Contents::Trade => ("trade.json", TRADE_SCHEMA),
+            Contents::Tracking => ("tracking.json", TRACKING_SCHEMA),
         }
     }
 
@@ -42,7 +48,8 @@ impl Contents {
             (Contents::Fit, Some([name])) => {
                 ["report.md", "report.html", "findings.json", "timing.json"].contains(name)
             }
-            (Contents::Fit, Some(["figures", name])) => match &mark.figures {
+            (Contents::Tracking, Some([name])) => ["report.md", "tracking.json"].contains(name),
+            (Contents::Fit | Contents::Tracking, Some(["figures", name])) => match &mark.figures {
                 Some(figures) => figures.iter().any(|figure| figure == name),
                 // as reports were before they listed their figures
                 None => name.ends_with(".svg"),

@@ -15,6 +15,7 @@
 //! | `draws/` | puts draws on disk |
 //! | `finished.rs` | reads a report's folder back for predictions |
 //! | `prediction.rs` | writes predictions |
+//! | `tracking.rs` | writes the report of tracked recordings |
 //! | `folder.rs` | says which folders may be written, and writes the files there |
 
 pub mod chart;
@@ -31,6 +32,7 @@ mod markup;
 pub mod numbers;
 pub mod prediction;
 mod quantities;
+pub mod tracking;
 
 use serde::Serialize;
 

@@ -38,10 +38,10 @@ pub(super) fn separator(source: impl Read, naming: &Naming) -> std::io::Result<u
 
 /// The names in the first line that is not blank.
 #[derive(Debug)]
-struct Header {
-    names: Vec<String>,
+pub(super) struct Header {
+    pub names: Vec<String>,
     /// where it stands, from 1
-    line: u64,
+    pub line: u64,
 }
 
 /// A CSV that is read from its start to its end, a window of records at a time.
@@ -74,7 +74,7 @@ impl<R: Read + Send> Csv<R> {
     }
 
     /// Reads the header.
-    fn header(&mut self) -> Result<Header, Vec<Problem>> {
+    pub fn header(&mut self) -> Result<Header, Vec<Problem>> {
         let mut header = None;
         while header.is_none() && self.advance().map_err(|problem| vec![problem])? {
             while header.is_none() && !self.window.pieces.is_empty() {
@@ -111,7 +111,7 @@ impl<R: Read + Send> Csv<R> {
     }
 
     /// Goes through the records below the header, which was read before, in their order.
-    fn each_record(&mut self, mut each: impl FnMut(&Records)) -> Result<(), Problem> {
+    pub fn each_record(&mut self, mut each: impl FnMut(&Records)) -> Result<(), Problem> {
         loop {
             for piece in &self.window.pieces {
                 let (text, mut room) = self.window.text(piece)?;

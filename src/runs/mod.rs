@@ -21,6 +21,7 @@
 //! | `parquet.rs` | reads and writes Parquet with polars; with `parquet_footer.rs` the only file that names it |
 //! | `workbook.rs` | reads a sheet of a spreadsheet with calamine; the only file that names it |
 //! | `source.rs` | opens a table, and reads no more of it than a format may have |
+//! | `cells.rs` | reads a table whose columns are not those of runs |
 //! | `draft.rs` | drafts a scene from a table |
 //! | `film_groups.rs` | puts runs in groups of one film ratio, and measures how wide each is |
 //! | `spheres.rs` | holds the spheres that have a k of their own |
@@ -29,8 +30,9 @@
 //! | `true_speeds.rs` | says how true speeds are distributed where measured ones err |
 //! | `stated_errors.rs` | refuses runs without errors where errors are to be all that scatters them |
 //! | `part.rs` | takes a part of the runs |
-//! | `write.rs` | writes simulated runs, a row at a time |
+//! | `write.rs` | writes runs, simulated ones a row at a time |
 
+mod cells;
 mod checked_rows;
 mod collect;
 mod columns;
@@ -60,6 +62,7 @@ mod workbook;
 mod write;
 mod written_units;
 
+pub(crate) use cells::{each_row, word, CellNumbers, TakesRows};
 pub use collect::Screened;
 pub(crate) use collect::OF_READING;
 pub use draft::Draft;
@@ -70,7 +73,7 @@ pub use new_run::NewRun;
 pub use series::{DryGroup, Impacts, Runs, Series};
 pub use spheres::{diameter_in_mm, sphere_label, sphere_words, Sphere};
 pub use true_speeds::{SharedSpeed, TrueSpeed, TrueSpeeds, GAP, MOST_SETTINGS};
-pub use write::{Existing, RunWriter};
+pub use write::{free_place, write_csv_whole, Existing, RunWriter};
 
 use std::path::Path;
 

@@ -69,8 +69,8 @@ pub(super) fn survey_sheet(sheet: Sheet) -> Survey {
 pub(super) struct Sheet {
     pub name: String,
     /// the row of the header, from 1
-    header: usize,
-    names: Vec<String>,
+    pub header: usize,
+    pub names: Vec<String>,
     /// those below the header that are not empty
     rows: std::vec::IntoIter<SheetRow>,
 }
@@ -92,6 +92,15 @@ impl Sheet {
             name: sheet,
             rows,
         })
+    }
+}
+
+impl Sheet {
+    /// Each row by its number, from 1, and the texts of its cells.
+    pub fn texts(self) -> impl Iterator<Item = (usize, Vec<String>)> {
+        let text = |held: &Held| held.text().unwrap_or_default();
+        self.rows
+            .map(move |row| (row.number, row.cells.iter().map(text).collect()))
     }
 }
 

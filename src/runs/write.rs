@@ -1,4 +1,4 @@
-//! Writes simulated runs a row at a time, in constant memory, whole or not at all.
+//! Writes runs, simulated ones a row at a time and in constant memory, whole or not at all.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -35,19 +35,42 @@ pub struct RunWriter<'a> {
     batch: Vec<NewRun<'a>>,
 }
 
+/// Writes a whole table of runs that is CSV already.
+///
+/// Fails as [`RunWriter::create`] does.
+pub fn write_csv_whole(path: &Path, existing: Existing, bytes: &[u8]) -> Result<(), Error> {
+    let place = free_place(path, existing)?;
+    let staging = Staging::beside(&place)?;
+    let written = staging.create_itself().and_then(|mut file| file.write_all(bytes));
+    written.map_err(|error| Error::io(path, "write", error))?;
+    staging.put(|place| allow(place, existing))
+}
+
+/// The place of a file, where it may be written.
+///
+/// Fails where there is no such folder, and where something stands there that is not to be replaced.
+pub fn free_place(path: &Path, existing: Existing) -> Result<OutputPlace, Error> {
+    let place = staging::prepare(path)?;
+    if !place.path().parent().is_some_and(Path::is_dir) {
+        let folder = path.parent().unwrap_or(path).display();
+        let reason = format!("there is no folder {folder}");
+        return Err(Error::io(
+            path,
+            "write",
+            std::io::Error::new(std::io::ErrorKind::NotFound, reason),
+        ));
+    }
+    allow(&place, existing)?;
+    Ok(place)
+}
+
 impl<'a> RunWriter<'a> {
     /// Opens a file beside `path`; `.parquet` makes Parquet, anything else CSV.
     ///
     /// Fails where there is no such folder, and where something stands there that is not to be replaced.
     pub fn create(path: &Path, existing: Existing) -> Result<Self, Error> {
         let fail = |error: std::io::Error| Error::io(path, "write", error);
-        let place = staging::prepare(path)?;
-        if !place.path().parent().is_some_and(Path::is_dir) {
-            let folder = path.parent().unwrap_or(path).display();
-            let reason = format!("there is no folder {folder}");
-            return Err(fail(std::io::Error::new(std::io::ErrorKind::NotFound, reason)));
-        }
-        allow(&place, existing)?;
+        let place = free_place(path, existing)?;
         let staging = Staging::beside(&place)?;
         let mut sink = BufWriter::new(staging.create_itself().map_err(fail)?);
         let parquet = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet"));

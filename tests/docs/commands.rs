@@ -138,9 +138,18 @@ fn unknown_flags(text: &str, helps: &str) -> Vec<String> {
 #[test]
 fn every_flag_is_one_of_a_verb() {
     let help = |verb: &str| wetcor(Path::new("."), &[verb, "--help"]).1;
-    let helps: String = ["new", "fit", "check", "simulate", "predict", "trade", "calibrate"]
-        .map(help)
-        .concat();
+    let helps: String = [
+        "track",
+        "new",
+        "fit",
+        "check",
+        "simulate",
+        "predict",
+        "trade",
+        "calibrate",
+    ]
+    .map(help)
+    .concat();
     for page in pages() {
         let found = unknown_flags(&page.text, &helps);
         assert!(found.is_empty(), "{}: {}", page.path, wrong(&found));

@@ -1,0 +1,365 @@
+//! Goes from recordings to runs: one gravity for all of them, a scale each, a verdict each.
+
+use super::contacts::{After, Contact, NoContact};
+use super::flights::Flights;
+use super::gravity::{is_off, shared, FlightFit, Gravity, GRAVITY};
+use super::impact::ContactSpeeds;
+use super::list::Recording;
+use super::parabola::Kind;
+use super::track::Track;
+
+/// Rounds in which flights, contacts and gravity follow each other; each brings them nearer by orders of magnitude.
+const ROUNDS: usize = 4;
+
+/// What a recording shows, before any scale of its own.
+#[derive(Debug, Clone)]
+pub(super) struct Shown {
+    pub track: Track,
+    /// whether its heights are pixels, not metres
+    pub in_pixels: bool,
+    /// diameter of the sphere in pixels with its standard error, where it was seen
+    pub diameter: Option<[f64; 2]>,
+}
+
+/// Where the scale of a recording comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ScaleSource {
+    /// heights are lengths already
+    Lengths,
+    /// the list of recordings
+    Stated,
+    /// the sphere's diameter in its frames
+    Diameter,
+    /// the acceleration of what falls
+    Gravity,
+}
+
+/// Pixels per metre.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ImageScale {
+    /// what was used; 1 of lengths
+    pub value: f64,
+    /// where it comes from
+    pub source: ScaleSource,
+    /// by the sphere's diameter, with its standard error
+    pub by_diameter: Option<[f64; 2]>,
+}
+
+/// An impact of a recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Impact {
+    /// both speeds at the plate, in m/s; the height there in m
+    pub speeds: ContactSpeeds,
+    /// whether the sphere stayed
+    pub stuck: bool,
+    /// v and v_r at the film's surface; of a dry plate at the plate
+    pub at_film: [f64; 2],
+    /// why the run is left out, where it is
+    pub verdict: Option<String>,
+}
+
+/// A free flight of a recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FreeFlight {
+    /// places of its frames in the track
+    pub frames: Vec<usize>,
+    /// heights less the parabola, in m, a frame each
+    pub residuals: Vec<f64>,
+    /// its own gravity with the standard error, in m/s²
+    pub own_gravity: [f64; 2],
+    /// its mean time, height, velocity there and the mean square of its times about the mean: the parabola
+    pub parabola: [f64; 4],
+}
+
+/// What a recording gave.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tracked {
+    /// heights in m over that of the first contact
+    pub track: Track,
+    /// standard deviation of a position in m
+    pub noise: f64,
+    /// pixels per m
+    pub scale: ImageScale,
+    /// every flight, in order
+    pub flights: Vec<FreeFlight>,
+    /// the first, or all where they were asked for; at least one
+    pub impacts: Vec<Impact>,
+    /// height of the sphere at rest less that of the contact, in m, where it came to rest
+    pub rest: Option<f64>,
+}
+
+/// A recording with what it gave, or why it gave nothing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// which
+    pub recording: Recording,
+    /// its impacts
+    pub tracked: Result<Tracked, Refusal>,
+}
+
+/// Why a recording gives no run.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Refusal {
+    /// the list leaves it out, for this reason
+    Excluded(String),
+    /// of what it shows
+    Shows(NoContact),
+}
+
+impl Refusal {
+    /// As a reason in a table says it.
+    pub fn words(&self) -> &str {
+        match self {
+            Refusal::Excluded(reason) => reason,
+            Refusal::Shows(what) => what.words(),
+        }
+    }
+
+    /// Whether nothing falls in it, so that it cannot be what was meant.
+    pub(super) fn is_no_fall(&self) -> bool {
+        matches!(self, Refusal::Shows(NoContact::NeverFalls | NoContact::FallsUpwards))
+    }
+}
+
+/// The gravity of the recordings that share a kind of scale.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GravityCheck {
+    /// g in m/s² by scales that were measured; `None` where none was
+    pub measured: Option<Gravity>,
+    /// the scale, in pixels per m, with its standard error, of the recordings that have it from gravity
+    pub scale: Option<[f64; 2]>,
+}
+
+/// Standard deviation of the gravity of a place about [`GRAVITY`], relative: on the ground it is 9.780 to 9.832 m/s².
+pub const LOCAL_GRAVITY: f64 = 0.0015;
+
+impl GravityCheck {
+    /// The relative error that all speeds share: by how much g is off, or is known.
+    pub fn shared_error(&self) -> f64 {
+        let measured = self
+            .measured
+            .map_or(0.0, |g| (g.value / GRAVITY - 1.0).abs().max(g.se / GRAVITY));
+        let scale = self.scale.map_or(0.0, |[value, se]| se / value);
+        measured.max(scale).max(LOCAL_GRAVITY)
+    }
+}
+
+/// A recording on its way.
+struct Underway {
+    place: usize,
+    flights: Flights,
+    scale: ImageScale,
+    film: f64,
+}
+
+/// All recordings with what they gave, in their order; those that show nothing carry the reason.
+pub(super) fn analyse(
+    recordings: Vec<Recording>,
+    shown: Vec<Option<Shown>>,
+    all_rebounds: bool,
+) -> (Vec<Outcome>, GravityCheck) {
+    let excluded = |recording: &Recording| recording.exclude.clone().map(Refusal::Excluded);
+    let mut reasons: Vec<Option<Refusal>> = recordings.iter().map(excluded).collect();
+    let mut underway = vec![];
+    for (place, (recording, shown)) in recordings.iter().zip(shown).enumerate() {
+        let Some(shown) = shown else {
+            continue;
+        };
+        let scale = scale(recording, &shown);
+        match Flights::of(shown.track, all_rebounds) {
+            Ok(flights) => underway.push(Underway {
+                place,
+                flights: flights.over(scale.value),
+                scale,
+                film: recording.film,
+            }),
+            Err(reason) => reasons[place] = Some(Refusal::Shows(reason)),
+        }
+    }
+    let check = settle(&mut underway, &mut reasons);
+    let mut tracked: Vec<Option<Tracked>> = recordings.iter().map(|_| None).collect();
+    for of in underway {
+        match finish(&of, check) {
+            Ok(found) => tracked[of.place] = Some(found),
+            Err(reason) => reasons[of.place] = Some(Refusal::Shows(reason)),
+        }
+    }
+    let outcomes = recordings
+        .into_iter()
+        .zip(tracked)
+        .zip(reasons)
+        .map(|((recording, tracked), reason)| Outcome {
+            recording,
+            tracked: tracked.ok_or_else(|| reason.unwrap_or(Refusal::Shows(NoContact::NeverFalls))),
+        });
+    (outcomes.collect(), check)
+}
+
+/// The scale of a recording; one by gravity is 1 so far.
+fn scale(recording: &Recording, shown: &Shown) -> ImageScale {
+    let by_diameter = shown.diameter.map(|of| of.map(|pixels| pixels / recording.diameter));
+    let (value, source) = match (shown.in_pixels, recording.scale, by_diameter) {
+        (false, ..) => (1.0, ScaleSource::Lengths),
+        (true, Some(stated), _) => (stated, ScaleSource::Stated),
+        (true, None, Some([value, _])) => (value, ScaleSource::Diameter),
+        (true, None, None) => (1.0, ScaleSource::Gravity),
+    };
+    ImageScale {
+        value,
+        source,
+        by_diameter,
+    }
+}
+
+/// Lets flights, contacts, gravity and the scale by gravity follow each other; what fails leaves with its reason.
+fn settle(underway: &mut Vec<Underway>, reasons: &mut [Option<Refusal>]) -> GravityCheck {
+    let mut check = GravityCheck {
+        measured: None,
+        scale: None,
+    };
+    for round in 0..=ROUNDS {
+        check.measured = gravity_of(underway, false);
+        if let Some(g) = gravity_of(underway, true) {
+            for of in underway.iter_mut().filter(|of| of.scale.source == ScaleSource::Gravity) {
+                of.flights = of.flights.over(g.value / GRAVITY);
+                of.scale.value *= g.value / GRAVITY;
+                check.scale = Some([of.scale.value, of.scale.value * g.se / g.value]);
+            }
+        }
+        if round == ROUNDS {
+            break;
+        }
+        underway.retain_mut(|of| {
+            let Some(gravity) = gravity_for(of, check) else {
+                return false;
+            };
+            let film = of.film;
+            let refined = of.flights.refine(gravity, film);
+            if let Err(reason) = refined {
+                reasons[of.place] = Some(Refusal::Shows(reason));
+            }
+            refined.is_ok()
+        });
+    }
+    check
+}
+
+/// The gravity of recordings whose scale is by gravity, or of the others.
+fn gravity_of(underway: &[Underway], by_gravity: bool) -> Option<Gravity> {
+    let of_kind = underway
+        .iter()
+        .filter(|of| (of.scale.source == ScaleSource::Gravity) == by_gravity);
+    let fits: Vec<FlightFit> = of_kind.flat_map(|of| of.flights.fits()).collect();
+    shared(&fits)
+}
+
+/// The gravity that a recording is fitted with. Of one whose scale it gives it is known; what the scale errs by is an error
+/// that all speeds share.
+fn gravity_for(of: &Underway, check: GravityCheck) -> Option<Gravity> {
+    if of.scale.source == ScaleSource::Gravity {
+        return Some(Gravity {
+            value: GRAVITY,
+            se: 0.0,
+            flights: 0,
+        });
+    }
+    check.measured
+}
+
+fn finish(of: &Underway, check: GravityCheck) -> Result<Tracked, NoContact> {
+    let gravity = gravity_for(of, check).ok_or(NoContact::NeverFalls)?;
+    let flights = &of.flights;
+    let met: Vec<(Contact, ContactSpeeds)> = flights
+        .contacts
+        .iter()
+        .filter(|contact| flights.has_frames(**contact))
+        .filter_map(|contact| Some((*contact, flights.speeds(*contact, gravity)?)))
+        .collect();
+    let (first, at) = met.first().copied().ok_or(NoContact::Unclear)?;
+    let impacts = met.iter().map(|(contact, speeds)| {
+        let stuck = matches!(contact.after, After::Rest(_));
+        let lost = 2.0 * gravity.value * of.film;
+        let at_film = [speeds.impact_speed, speeds.rebound_speed].map(|v| (v * v - lost).max(0.0).sqrt());
+        Impact {
+            speeds: ContactSpeeds {
+                height: speeds.height - at.height,
+                ..*speeds
+            },
+            stuck,
+            at_film,
+            verdict: verdict(flights, *contact, gravity, check),
+        }
+    });
+    let rest = flights
+        .rest_after(first)
+        .map(|rest| flights.level(rest).height - at.height);
+    Ok(Tracked {
+        impacts: impacts.collect(),
+        flights: free_flights(flights, gravity, at.height),
+        track: Track {
+            times: flights.track.times.clone(),
+            heights: flights.track.heights.iter().map(|height| height - at.height).collect(),
+        },
+        noise: flights.sigma,
+        scale: of.scale,
+        rest,
+    })
+}
+
+fn free_flights(flights: &Flights, gravity: Gravity, level: f64) -> Vec<FreeFlight> {
+    let of_kind = flights.segments.iter().filter(|segment| segment.kind == Kind::Flight);
+    let flight = |segment: &super::segments::Segment| {
+        let parabola = &segment.parabola;
+        let acceleration = -gravity.value;
+        let residual = |frame: &usize| {
+            flights.track.heights[*frame] - parabola.height_under(acceleration, flights.track.times[*frame])
+        };
+        let fit = FlightFit {
+            parabola: *parabola,
+            sigma: flights.sigma,
+        };
+        FreeFlight {
+            residuals: segment.frames.iter().map(residual).collect(),
+            frames: segment.frames.clone(),
+            own_gravity: fit.own(),
+            parabola: [
+                parabola.time,
+                parabola.height_under(acceleration, parabola.time) - level,
+                parabola.velocity_under(acceleration, parabola.time),
+                gravity.value,
+            ],
+        }
+    };
+    of_kind.map(flight).collect()
+}
+
+/// Why an impact is left out: its flights fall at another rate than all others, or all fall at a wrong one.
+fn verdict(flights: &Flights, contact: Contact, gravity: Gravity, check: GravityCheck) -> Option<String> {
+    let wrong = "frame rate or scale is wrong";
+    if let Some(g) = check
+        .measured
+        .filter(|g| gravity.flights > 0 && is_off(g.value, g.se, GRAVITY))
+    {
+        return Some(format!(
+            "all flights fall at {:.2} m/s^2, not {GRAVITY}: {wrong}",
+            g.value
+        ));
+    }
+    let places = [
+        Some(contact.before),
+        match contact.after {
+            After::Flight(after) => Some(after),
+            After::Rest(_) => None,
+        },
+    ];
+    places.into_iter().flatten().find_map(|place| {
+        let [own, se] = flights.fit(place).own();
+        let off = is_off(own, se.hypot(gravity.se), gravity.value);
+        off.then(|| {
+            format!(
+                "it falls at {own:.2} m/s^2 by itself, where all fall at {:.2}: {wrong}",
+                gravity.value
+            )
+        })
+    })
+}

@@ -1,0 +1,120 @@
+//! Finds the contacts of a sphere with the plate among the segments of its track.
+
+use super::parabola::Kind;
+use super::segments::Segment;
+use super::track::Track;
+
+/// A sphere that came down, and what became of it; places among the segments of its track.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Contact {
+    /// the flight that ends in it
+    pub before: usize,
+    pub after: After,
+}
+
+/// What follows a contact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum After {
+    /// it rebounded
+    Flight(usize),
+    /// it stayed
+    Rest(usize),
+}
+
+/// Why a track gives no run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoContact {
+    /// there is no flight in it
+    NeverFalls,
+    /// positions bend upwards wherever they bend: their axis points the other way
+    FallsUpwards,
+    /// the first that is seen is a sphere that rises
+    BeginsRising,
+    /// it ends before the sphere has come down, or just after
+    EndsBefore,
+    /// what follows is neither a flight of enough frames nor a sphere at rest
+    Unclear,
+}
+
+/// The contacts of a track whose positions scatter by σ, the first one alone unless `all` are asked for.
+pub(super) fn contacts(
+    track: &Track,
+    segments: &[Segment],
+    (sigma, all): (f64, bool),
+) -> Result<Vec<Contact>, NoContact> {
+    let flights: Vec<usize> = (0..segments.len())
+        .filter(|place| segments[*place].kind == Kind::Flight)
+        .collect();
+    let frames = |places: &[usize]| places.iter().map(|place| segments[*place].frames.len()).sum::<usize>();
+    let upwards: Vec<usize> = (0..segments.len())
+        .filter(|place| segments[*place].kind == Kind::Other && segments[*place].parabola.bends_upwards(sigma))
+        .collect();
+    if frames(&upwards) > frames(&flights) {
+        return Err(NoContact::FallsUpwards);
+    }
+    let first = flights.first().ok_or(NoContact::NeverFalls)?;
+    let rises = |place: usize| {
+        let [start, end] = segments[place].span(track);
+        segments[place].parabola.velocity(start) > 0.0 && start < end
+    };
+    let held_before = segments[..*first].iter().any(|segment| segment.kind == Kind::Rest);
+    if rises(*first) && !held_before && !all {
+        return Err(NoContact::BeginsRising);
+    }
+    let mut found = vec![];
+    let mut why = NoContact::EndsBefore;
+    for (place, before) in flights.iter().enumerate() {
+        let next = flights.get(place + 1).copied();
+        match after(track, segments, *before, next) {
+            Ok(after) => found.push(Contact { before: *before, after }),
+            Err(reason) => why = reason,
+        }
+        if !all {
+            break;
+        }
+    }
+    if found.is_empty() {
+        return Err(why);
+    }
+    Ok(found)
+}
+
+/// What follows a flight.
+fn after(track: &Track, segments: &[Segment], before: usize, next: Option<usize>) -> Result<After, NoContact> {
+    let falling = &segments[before].parabola;
+    let end = segments[before].span(track)[1];
+    if falling.velocity(end) >= 0.0 {
+        return Err(NoContact::Unclear);
+    }
+    let rest = (before + 1..segments.len()).find(|place| segments[*place].kind == Kind::Rest);
+    let rebound = next.filter(|next| rest.is_none_or(|rest| *next < rest));
+    if let Some(next) = rebound {
+        let start = segments[next].span(track)[0];
+        let middle = 0.5 * (start + end);
+        let rising = &segments[next].parabola;
+        let jump = rising.velocity(middle) - falling.velocity(middle);
+        return if rising.velocity(start) > 0.0 && jump > 0.0 {
+            Ok(After::Flight(next))
+        } else {
+            Err(NoContact::Unclear)
+        };
+    }
+    match rest {
+        Some(rest) => Ok(After::Rest(rest)),
+        None if before + 1 < segments.len() => Err(NoContact::Unclear),
+        None => Err(NoContact::EndsBefore),
+    }
+}
+
+impl NoContact {
+    /// As a reason in a table says it.
+    pub fn words(self) -> &'static str {
+        match self {
+            NoContact::NeverFalls => "nothing falls in it",
+            NoContact::FallsUpwards => "it falls upwards: y_axis is the other one",
+            NoContact::BeginsRising => "it begins with a sphere that rises, after a first impact that was not seen",
+            NoContact::EndsBefore => "it ends before the sphere has rebounded",
+            NoContact::Unclear => "what follows the impact is neither a flight of five frames nor a sphere at rest",
+        }
+    }
+}

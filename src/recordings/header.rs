@@ -1,0 +1,111 @@
+//! Matches the header of a table with the columns it may have, whatever their units.
+
+use crate::error::{quoted, Problem};
+use crate::scene::{closest, letters_apart};
+use crate::units::{names_in_words, Dimension, Unit};
+
+/// A column that a table may have.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Column {
+    /// its name, without a unit
+    pub base: &'static str,
+    /// `One` of words and plain numbers
+    pub dimension: Dimension,
+    pub needed: bool,
+}
+
+/// A column with its place in a table.
+#[derive(Debug, Clone)]
+pub(super) struct FoundColumn {
+    pub index: usize,
+    pub name: String,
+    unit: &'static Unit,
+}
+
+impl FoundColumn {
+    pub fn to_si(&self, value: f64) -> f64 {
+        self.unit.to_si(value)
+    }
+}
+
+/// The columns that were asked for, in their order, and the names of those that nobody reads.
+#[derive(Debug, Default)]
+pub(super) struct FoundColumns {
+    pub columns: Vec<Option<FoundColumn>>,
+    pub unread: Vec<String>,
+}
+
+/// Letters by which the name of a column may differ from a known one and be it misspelt.
+const MISSPELT: usize = 2;
+
+/// Finds columns in a header. Fails where one is missing, stands twice or is misspelt.
+pub(super) fn find(names: &[String], line: u64, wanted: &[Column]) -> Result<FoundColumns, Vec<Problem>> {
+    let mut found = FoundColumns {
+        columns: vec![None; wanted.len()],
+        unread: vec![],
+    };
+    let mut problems = vec![];
+    let problem = |named: Option<&str>, expected: String| Problem {
+        line: Some(line),
+        place: "header".to_owned(),
+        found: named.map(quoted),
+        expected,
+    };
+    let all = || {
+        wanted
+            .iter()
+            .flat_map(|column| column.dimension.units().iter().map(move |unit| (column, unit)))
+    };
+    for (index, name) in names.iter().enumerate() {
+        let is_named = |(column, unit): &(&Column, &Unit)| name.strip_prefix(column.base) == Some(unit.suffix);
+        let place = wanted
+            .iter()
+            .position(|column| column.dimension.units().iter().any(|unit| is_named(&(column, unit))));
+        let unit = place.and_then(|place| {
+            wanted[place]
+                .dimension
+                .units()
+                .iter()
+                .find(|unit| is_named(&(&wanted[place], unit)))
+        });
+        let (Some(place), Some(unit)) = (place, unit) else {
+            let known: Vec<String> = all()
+                .map(|(column, unit)| format!("{}{}", column.base, unit.suffix))
+                .collect();
+            let near = known
+                .iter()
+                .find(|known| letters_apart(name, known, MISSPELT).is_some());
+            match near {
+                Some(near) if near.len() > 2 * MISSPELT => {
+                    problems.push(problem(Some(name), format!("expected `{near}`")))
+                }
+                _ if name.is_empty() => {}
+                _ => found.unread.push(quoted(name)),
+            }
+            continue;
+        };
+        if let Some(before) = &found.columns[place] {
+            let expected = format!("expected one column for it; {} is there already", quoted(&before.name));
+            problems.push(problem(Some(name), expected));
+            continue;
+        }
+        found.columns[place] = Some(FoundColumn {
+            index,
+            name: name.clone(),
+            unit,
+        });
+    }
+    for (column, place) in wanted.iter().zip(&found.columns) {
+        if column.needed && place.is_none() {
+            let names = names_in_words(column.base, column.dimension);
+            let near = closest(column.base, found.unread.iter().map(|name| name.trim_matches('`')));
+            let hint = near.map_or(String::new(), |near| format!("; {} may be it", quoted(near)));
+            problems.push(problem(None, format!("expected a column {names}{hint}")));
+        }
+    }
+    if problems.is_empty() {
+        Ok(found)
+    } else {
+        Err(problems)
+    }
+}

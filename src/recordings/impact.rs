@@ -1,0 +1,133 @@
+//! Computes the speeds of an impact from the flights before and after it, with their errors.
+//!
+//! Symbols: g the shared gravity, of variance V; a flight y = c + u x − g q(x), c and u with errors of their own; t the time
+//! at which both flights are at one height, which is that of the contact: v = −ẏ of the one there, v_r = ẏ of the other.
+//! Where the sphere stayed, v is that at the height it rests at. All errors are to first order.
+
+use super::gravity::{FlightFit, Gravity};
+
+/// Speeds at the contact, with their errors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactSpeeds {
+    /// when, in s
+    pub time: f64,
+    /// the height there, in the unit of the track
+    pub height: f64,
+    /// v
+    pub impact_speed: f64,
+    /// standard deviation of v
+    pub impact_speed_sd: f64,
+    /// v_r; 0 where it stayed
+    pub rebound_speed: f64,
+    /// standard deviation of v_r; 0 where it stayed
+    pub rebound_speed_sd: f64,
+    /// correlation of their errors
+    pub correlation: f64,
+}
+
+/// A height with its standard deviation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Level {
+    pub height: f64,
+    pub sd: f64,
+}
+
+/// What a speed moves by with the errors that are independent: c and u of both flights, and g.
+#[derive(Clone, Copy)]
+struct Slopes([f64; 5]);
+
+impl Slopes {
+    fn covariance(&self, other: &Slopes, variances: &[f64; 5]) -> f64 {
+        let products = self.0.iter().zip(&other.0).zip(variances);
+        products.map(|((a, b), variance)| a * b * variance).sum()
+    }
+}
+
+/// Variances of c and u of a flight with g known.
+fn variances(flight: &FlightFit) -> [f64; 2] {
+    let square = flight.sigma * flight.sigma;
+    [
+        square / flight.parabola.frames as f64,
+        square / flight.parabola.sum_of_squares,
+    ]
+}
+
+/// The speeds where two flights meet; `None` where they do not.
+pub(super) fn rebound(before: &FlightFit, after: &FlightFit, gravity: Gravity) -> Option<ContactSpeeds> {
+    let (a, b) = (&before.parabola, &after.parabola);
+    let acceleration = -gravity.value;
+    // the difference of two parabolas of one acceleration is a straight line
+    let gain = b.velocity_under(acceleration, b.time) - a.velocity_under(acceleration, b.time);
+    let gap = b.height_under(acceleration, b.time) - a.height_under(acceleration, b.time);
+    let time = b.time - gap / gain;
+    let (falling, rising) = (
+        a.velocity_under(acceleration, time),
+        b.velocity_under(acceleration, time),
+    );
+    if !time.is_finite() || falling >= 0.0 || rising <= 0.0 {
+        return None;
+    }
+    // heights by c, by u and by g
+    let [xa, xb] = [time - a.time, time - b.time];
+    let by_g = |flight: &super::parabola::Parabola| flight.height_under(-1.0, time) - flight.height_under(0.0, time);
+    // dt = −d(gap)/gain
+    let of_time = Slopes([1.0, xa, -1.0, -xb, by_g(a) - by_g(b)].map(|slope| slope / gain));
+    let of_velocity = |flight: &super::parabola::Parabola, own: usize| {
+        let mut slopes = of_time.0.map(|slope| acceleration * slope);
+        slopes[own] += 1.0;
+        slopes[4] += flight.velocity_under(-1.0, time) - flight.velocity_under(0.0, time);
+        Slopes(slopes)
+    };
+    let (v, v_r) = (of_velocity(a, 1), of_velocity(b, 3));
+    let ([ca, ua], [cb, ub]) = (variances(before), variances(after));
+    let of = [ca, ua, cb, ub, gravity.se * gravity.se];
+    let (variance, variance_r) = (v.covariance(&v, &of), v_r.covariance(&v_r, &of));
+    // v is −ẏ
+    let correlation = -v.covariance(&v_r, &of) / (variance * variance_r).sqrt();
+    Some(ContactSpeeds {
+        time,
+        height: a.height_under(acceleration, time),
+        impact_speed: -falling,
+        impact_speed_sd: variance.sqrt(),
+        rebound_speed: rising,
+        rebound_speed_sd: variance_r.sqrt(),
+        correlation: if correlation.is_finite() {
+            correlation.clamp(-1.0, 1.0)
+        } else {
+            0.0
+        },
+    })
+}
+
+/// The speed at which a flight comes down to a height; `None` where it does not.
+pub(super) fn stayed(before: &FlightFit, level: Level, gravity: Gravity) -> Option<ContactSpeeds> {
+    let a = &before.parabola;
+    let (g, acceleration) = (gravity.value, -gravity.value);
+    // from its middle: v² = ẏ² + 2 g (y − level)
+    let (velocity, height) = (
+        a.velocity_under(acceleration, a.time),
+        a.height_under(acceleration, a.time),
+    );
+    let square = velocity * velocity + 2.0 * g * (height - level.height);
+    if square.is_nan() || square <= 0.0 {
+        return None;
+    }
+    let v = square.sqrt();
+    let by_g = [
+        a.velocity_under(-1.0, a.time) - a.velocity_under(0.0, a.time),
+        a.height_under(-1.0, a.time) - a.height_under(0.0, a.time),
+    ];
+    let of_g = (velocity * by_g[0] + g * by_g[1] + (height - level.height)) / v;
+    let slopes = Slopes([g / v, velocity / v, -g / v, 0.0, of_g]);
+    let [c, u] = variances(before);
+    let of = [c, u, level.sd * level.sd, 0.0, gravity.se * gravity.se];
+    Some(ContactSpeeds {
+        time: a.time + (velocity + v) / g,
+        height: level.height,
+        impact_speed: v,
+        impact_speed_sd: slopes.covariance(&slopes, &of).sqrt(),
+        rebound_speed: 0.0,
+        rebound_speed_sd: 0.0,
+        correlation: 0.0,
+    })
+}

@@ -1,0 +1,186 @@
+//! Parts a track into flights, rests and what is neither, with frames that belong to none.
+//!
+//! The parts are those that together have the least Σ (residuals of a parabola)²/σ² + a price for each part + a price for
+//! each frame left out (optimal partitioning; Jackson et al., IEEE Signal Process. Lett. 12, 105 (2005), with the pruning of
+//! Killick et al., J. Am. Stat. Assoc. 107, 1590 (2012)). No gravity and no scale is assumed: whether they are right is asked
+//! of the flights later.
+
+use super::parabola::{Kind, Moments, Parabola, LEAST_FRAMES};
+use super::track::Track;
+
+/// Frames one after the other, of which those that were left out are not listed.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Segment {
+    /// places in the track, rising
+    pub frames: Vec<usize>,
+    pub kind: Kind,
+    /// through its frames
+    pub parabola: Parabola,
+}
+
+/// What a frame that belongs to no part costs, in squares of σ.
+const OUTLIER: f64 = 16.0;
+
+/// Frames, or blocks of them, that are parted at once; longer tracks are parted in blocks.
+const MOST_PLACES: usize = 2_000;
+
+/// The segments of a track whose positions scatter by σ, in their order.
+pub(super) fn segments(track: &Track, sigma: f64) -> Vec<Segment> {
+    let block = track.times.len().div_ceil(MOST_PLACES).max(1);
+    let parts = if block > 1 {
+        let blocks = in_blocks(track, block);
+        let parts = parts(&blocks, sigma / (block as f64).sqrt());
+        let frames = track.times.len();
+        parts
+            .into_iter()
+            .map(|part| {
+                part.into_iter()
+                    .flat_map(|place| place * block..((place + 1) * block).min(frames))
+                    .collect()
+            })
+            .collect()
+    } else {
+        parts(track, sigma)
+    };
+    let parabolas = parts
+        .into_iter()
+        .filter_map(|frames| Some((Parabola::through(track, &frames)?, frames)));
+    let parabolas: Vec<(Parabola, Vec<usize>)> = parabolas.collect();
+    // what bends downwards most surely is a fall
+    let falls = parabolas.iter().filter(|(parabola, _)| parabola.bends_downwards(sigma));
+    let surest = falls.max_by(|(a, _), (b, _)| a.of_acceleration.total_cmp(&b.of_acceleration));
+    let Some(&(fall, _)) = surest else {
+        let others = parabolas.into_iter().map(|(parabola, frames)| Segment {
+            frames,
+            kind: Kind::Other,
+            parabola,
+        });
+        return others.collect();
+    };
+    let beside = Beside { track, fall, sigma };
+    let mut found: Vec<Segment> = parabolas
+        .into_iter()
+        .filter_map(|(_, frames)| beside.segment(frames))
+        .collect();
+    beside.join(&mut found);
+    found
+}
+
+/// Means of so many frames each.
+fn in_blocks(track: &Track, block: usize) -> Track {
+    let mean = |numbers: &[f64]| numbers.iter().sum::<f64>() / numbers.len() as f64;
+    Track {
+        times: track.times.chunks(block).map(mean).collect(),
+        heights: track.heights.chunks(block).map(mean).collect(),
+    }
+}
+
+/// Places of the track, part by part; fewer than [`LEAST_FRAMES`] are no part.
+fn parts(track: &Track, sigma: f64) -> Vec<Vec<usize>> {
+    let places = track.times.len();
+    let price = 10.0 + 3.0 * (places.max(1) as f64).ln();
+    let unit = track.frame_time().max(f64::MIN_POSITIVE);
+    // the least cost of the places before each, and where its last part begins; none where the last place was left out
+    let mut least = vec![0.0; places + 1];
+    let mut begins: Vec<Option<usize>> = vec![None; places + 1];
+    let mut open: Vec<(usize, Moments)> = vec![];
+    for place in 0..places {
+        open.push((place, Moments::new(track.times[place], track.heights[place], unit)));
+        let mut best = (least[place] + OUTLIER, None);
+        for (start, moments) in &mut open {
+            moments.add(track.times[place], track.heights[place]);
+            if place + 1 - *start < LEAST_FRAMES {
+                continue;
+            }
+            let cost = least[*start] + moments.squares() / (sigma * sigma);
+            if cost + price < best.0 {
+                best = (cost + price, Some(*start));
+            }
+        }
+        (least[place + 1], begins[place + 1]) = best;
+        // what costs more without a new part costs more with all that may come
+        open.retain(|(start, moments)| {
+            place + 1 - *start < LEAST_FRAMES || least[*start] + moments.squares() / (sigma * sigma) <= best.0
+        });
+    }
+    let mut parts = vec![];
+    let mut end = places;
+    while end > 0 {
+        match begins[end] {
+            Some(start) => {
+                parts.push((start..end).collect());
+                end = start;
+            }
+            None => end -= 1,
+        }
+    }
+    parts.reverse();
+    parts
+}
+
+impl Segment {
+    /// When its first and its last frame was taken.
+    pub fn span(&self, track: &Track) -> [f64; 2] {
+        let at = |place: Option<&usize>| place.map_or(f64::NAN, |place| track.times[*place]);
+        [at(self.frames.first()), at(self.frames.last())]
+    }
+}
+
+/// What segments of a track are compared with.
+struct Beside<'t> {
+    track: &'t Track,
+    /// the fall that is seen best
+    fall: Parabola,
+    sigma: f64,
+}
+
+impl Beside<'_> {
+    /// `None` of no frames.
+    fn segment(&self, frames: Vec<usize>) -> Option<Segment> {
+        let parabola = Parabola::through(self.track, &frames)?;
+        Some(Segment {
+            frames,
+            kind: parabola.kind_beside(&self.fall, self.sigma),
+            parabola,
+        })
+    }
+
+    /// Joins what is one flight or one rest: with frames of something else between them, or parted by a price that a slight
+    /// misfit of long flights exceeds.
+    fn join(&self, segments: &mut Vec<Segment>) {
+        let mut place = 0;
+        'next: while place < segments.len() {
+            // the nearest first, then over a few that are something else
+            for other in place + 1..(place + 4).min(segments.len()) {
+                if let Some(both) = self.as_one(&segments[place], &segments[other]) {
+                    segments[place] = both;
+                    segments.drain(place + 1..=other);
+                    place = place.saturating_sub(1);
+                    continue 'next;
+                }
+            }
+            place += 1;
+        }
+    }
+
+    /// Both as one, where they are. Only a contact parts flights, and there the velocity jumps.
+    fn as_one(&self, a: &Segment, b: &Segment) -> Option<Segment> {
+        /// squares of σ by which the whole may fit worse than its parts
+        const WORSE: f64 = 30.0;
+        /// of the fastest speed: less is no contact
+        const JUMP: f64 = 0.05;
+        /// standard deviations of a position
+        const STEP: f64 = 5.0;
+        let both = self.segment(a.frames.iter().chain(&b.frames).copied().collect())?;
+        let worse = both.parabola.squares - a.parabola.squares - b.parabola.squares;
+        if worse < WORSE * self.sigma * self.sigma {
+            return Some(both);
+        }
+        let middle = 0.5 * (a.span(self.track)[1] + b.span(self.track)[0]);
+        let jump = b.parabola.velocity(middle) - a.parabola.velocity(middle);
+        let step = b.parabola.height(middle) - a.parabola.height(middle);
+        let smooth = jump.abs() < JUMP * self.fall.fastest() && step.abs() < STEP * self.sigma;
+        let same = a.kind == b.kind && both.kind == a.kind && a.kind != Kind::Other;
+        (smooth && same).then_some(both)
+    }
+}

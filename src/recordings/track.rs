@@ -1,0 +1,81 @@
+//! Holds where a sphere was, frame by frame, and how far its positions scatter.
+
+/// Heights of a sphere over time.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Track {
+    /// when each position was seen, in s; rising
+    pub times: Vec<f64>,
+    /// upwards, of any point of the sphere; in m, or in pixels where no scale is known yet
+    pub heights: Vec<f64>,
+}
+
+impl Track {
+    /// Seconds from frame to frame, by the median; 0 of fewer than two.
+    pub fn frame_time(&self) -> f64 {
+        let mut gaps: Vec<f64> = self.times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        median(&mut gaps).unwrap_or(0.0)
+    }
+
+    /// The same in another unit of length.
+    pub fn over(&self, scale: f64) -> Track {
+        Track {
+            times: self.times.clone(),
+            heights: self.heights.iter().map(|height| height / scale).collect(),
+        }
+    }
+
+    /// The standard deviation of a position, robustly: third differences of evenly spaced frames vanish along parabolas.
+    ///
+    /// Not below what rounding to a grid leaves; `None` without four frames in a row.
+    pub fn noise(&self) -> Option<f64> {
+        /// of the median of |x| of a standard normal x
+        const OF_MEDIAN: f64 = 1.482_602_218_505_602;
+        /// frames are one after the other where their gaps are so equal
+        const EVEN: f64 = 0.01;
+        // 1² + 3² + 3² + 1²
+        let of_differences = 20f64.sqrt();
+        let frame = self.frame_time();
+        let in_a_row = |times: &[f64]| {
+            let gaps = times.windows(2).map(|pair| pair[1] - pair[0]);
+            gaps.into_iter().all(|gap| (gap - frame).abs() <= EVEN * frame)
+        };
+        let fours = self.times.windows(4).zip(self.heights.windows(4));
+        let mut differences: Vec<f64> = fours
+            .filter(|(times, _)| in_a_row(times))
+            .map(|(_, y)| (y[3] - 3.0 * y[2] + 3.0 * y[1] - y[0]).abs())
+            .collect();
+        let scatter = OF_MEDIAN * median(&mut differences)? / of_differences;
+        Some(scatter.max(self.rounding()))
+    }
+
+    /// What a grid that all heights stand on makes them scatter by; next to nothing where they stand on none.
+    fn rounding(&self) -> f64 {
+        /// of the range of heights: far below what any camera tells
+        const LEAST: f64 = 1e-9;
+        let mut heights = self.heights.clone();
+        heights.sort_by(f64::total_cmp);
+        let range = match (heights.first(), heights.last()) {
+            (Some(first), Some(last)) => last - first,
+            _ => 0.0,
+        };
+        let steps = heights.windows(2).map(|pair| pair[1] - pair[0]);
+        let grid = steps.filter(|step| *step > LEAST * range).fold(f64::INFINITY, f64::min);
+        let grid = if grid.is_finite() { grid } else { 0.0 };
+        (grid / 12f64.sqrt()).max(LEAST * range)
+    }
+}
+
+/// The median; `None` of none.
+pub(super) fn median(numbers: &mut [f64]) -> Option<f64> {
+    let middle = numbers.len() / 2;
+    if numbers.is_empty() {
+        return None;
+    }
+    let (below, upper, _) = numbers.select_nth_unstable_by(middle, f64::total_cmp);
+    let upper = *upper;
+    if below.len() == middle && numbers.len() % 2 == 0 {
+        let lower = numbers[..middle].iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        return Some(0.5 * (lower + upper));
+    }
+    Some(upper)
+}

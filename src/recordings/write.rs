@@ -1,0 +1,91 @@
+//! Writes the runs of recordings as a table that a scene can name.
+
+use super::campaign::Outcome;
+use crate::scene::DRY;
+use crate::units::{micrometres, millimetres};
+
+/// The columns of the table; those of a run are as a table of runs has them.
+const COLUMNS: [&str; 11] = [
+    "run",
+    "particle",
+    "liquid",
+    "diameter_mm",
+    "film_um",
+    "impact_speed_m_s",
+    "impact_speed_sd_m_s",
+    "rebound_speed_m_s",
+    "rebound_speed_sd_m_s",
+    "speed_correlation",
+    "exclude",
+];
+
+/// The runs as CSV, a line an impact; a recording that gave none has a line with the reason.
+pub fn runs_table(outcomes: &[Outcome]) -> Vec<u8> {
+    let mut writer = csv::Writer::from_writer(vec![]);
+    let mut lines = vec![COLUMNS.map(str::to_owned)];
+    for Outcome { recording, tracked } in outcomes {
+        let begin = [
+            recording.particle.clone(),
+            recording.liquid.clone().unwrap_or_else(|| DRY.to_owned()),
+            shown(millimetres(recording.diameter)),
+            recording
+                .liquid
+                .as_ref()
+                .map_or(String::new(), |_| shown(micrometres(recording.film))),
+        ];
+        let line = |run: String, numbers: [String; 5], exclude: String| {
+            let [particle, liquid, diameter, film] = begin.clone();
+            let [v, v_sd, r, r_sd, correlation] = numbers;
+            [
+                run,
+                particle,
+                liquid,
+                diameter,
+                film,
+                v,
+                v_sd,
+                r,
+                r_sd,
+                correlation,
+                exclude,
+            ]
+        };
+        match tracked {
+            Err(reason) => lines.push(line(
+                recording.run.clone(),
+                Default::default(),
+                reason.words().to_owned(),
+            )),
+            Ok(tracked) => {
+                for (place, impact) in tracked.impacts.iter().enumerate() {
+                    let run = if place == 0 {
+                        recording.run.clone()
+                    } else {
+                        format!("{} rebound {}", recording.run, place + 1)
+                    };
+                    let speeds = &impact.speeds;
+                    let of_rebound = |value: f64| if impact.stuck { String::new() } else { shown(value) };
+                    let numbers = [
+                        shown(speeds.impact_speed),
+                        shown(speeds.impact_speed_sd),
+                        shown(speeds.rebound_speed),
+                        of_rebound(speeds.rebound_speed_sd),
+                        of_rebound(speeds.correlation),
+                    ];
+                    lines.push(line(run, numbers, impact.verdict.clone().unwrap_or_default()));
+                }
+            }
+        }
+    }
+    for line in lines {
+        // writing to memory does not fail
+        let _ = writer.write_record(line);
+    }
+    writer.into_inner().unwrap_or_default()
+}
+
+/// Ten significant digits: far below any camera's, without the last-digit noise of a change of unit.
+fn shown(x: f64) -> String {
+    let rounded: f64 = format!("{x:.9e}").parse().unwrap_or(x);
+    rounded.to_string()
+}

@@ -1,0 +1,101 @@
+//! Reads a table whose columns are not those of runs: its rows as texts, one after the other.
+
+use super::columns::present;
+use super::csv::{separator, Csv};
+use super::decimals::{parse_number, DecimalMarks};
+use super::refusals::whole_file;
+use super::source::{TableSource, READ};
+use super::windows::WINDOW;
+use super::workbook::Sheet;
+use crate::error::{Error, Problem};
+use crate::scene::{Naming, TableFile};
+
+/// What takes the rows of a table.
+pub(crate) trait TakesRows {
+    /// Takes the names in the header, without blanks around them, and the line it stands on. What it refuses ends the
+    /// reading.
+    fn header(&mut self, names: &[String], line: u64) -> Result<(), Vec<Problem>>;
+
+    /// Takes the cells of a row that is not blank, as they stand there.
+    fn row(&mut self, line: u64, cells: &[&str]);
+}
+
+/// Gives every row of a CSV, or of a sheet of a workbook, in its order.
+pub(crate) fn each_row(file: &TableFile, to: &mut impl TakesRows) -> Result<(), Error> {
+    let path = file.path.as_path();
+    let refused = |problems: Vec<Problem>| Error::input(&file.shown(), problems);
+    let mut source = TableSource::open(path)?;
+    if file.ends_with(".parquet") {
+        return Err(refused(vec![whole_file("a Parquet table", "a CSV or a workbook")]));
+    }
+    if file.ends_with(TableFile::WORKBOOK) {
+        let sheet = Sheet::read(&source.workbook(path)?, file.sheet.as_deref()).map_err(refused)?;
+        to.header(&sheet.names, sheet.header as u64).map_err(refused)?;
+        for (row, cells) in sheet.texts() {
+            let cells: Vec<&str> = cells.iter().map(String::as_str).collect();
+            to.row(row as u64, &cells);
+        }
+        return Ok(());
+    }
+    source.check_text(path)?;
+    let fail = |error: std::io::Error| Error::io(path, READ, error);
+    let separator = separator(source.reader().map_err(fail)?, &Naming::default()).map_err(fail)?;
+    let mut table = Csv::new(source.reader().map_err(fail)?, WINDOW, separator);
+    let header = table.header().map_err(refused)?;
+    to.header(&header.names, header.line).map_err(refused)?;
+    let read = table.each_record(|record| {
+        if !record.is_empty() {
+            to.row(record.line(), record.cells());
+        }
+    });
+    read.map_err(|problem| refused(vec![problem]))
+}
+
+/// Reads the numbers of such a table, all of which must have one decimal mark.
+#[derive(Debug, Default)]
+pub(crate) struct CellNumbers {
+    marks: DecimalMarks,
+    /// where the first number stands whose comma may set off thousands
+    ambiguous: Option<(u64, String)>,
+}
+
+impl CellNumbers {
+    /// The number of a cell in a column, `None` of a missing one, or what was expected.
+    pub fn read(&mut self, cell: &str, (line, column): (u64, &str)) -> Result<Option<f64>, String> {
+        let Some(text) = present(cell) else {
+            return Ok(None);
+        };
+        let number = parse_number(text)?;
+        let both = self.marks.and(number.marks);
+        if both.are_mixed() {
+            return Err(format!("expected a {}, as numbers above have", self.marks.word()));
+        }
+        if number.marks.are_ambiguous() {
+            self.ambiguous.get_or_insert_with(|| (line, column.to_owned()));
+        }
+        self.marks = both;
+        if number.value.is_finite() {
+            Ok(Some(number.value))
+        } else {
+            Err("expected a finite number".to_owned())
+        }
+    }
+
+    /// The problem of a number with a comma where none of all commas tells what they set off.
+    pub fn doubt(&self) -> Option<Problem> {
+        let (line, column) = self.ambiguous.as_ref().filter(|_| self.marks.are_ambiguous())?;
+        Some(Problem {
+            line: Some(*line),
+            place: column.clone(),
+            found: None,
+            expected:
+                "expected a decimal point, or elsewhere in the file a decimal comma that cannot set off thousands"
+                    .to_owned(),
+        })
+    }
+}
+
+/// What a cell holds, without the blanks around it; `None` where it is missing.
+pub(crate) fn word<'c>(cell: &'c str) -> Option<&'c str> {
+    present(cell)
+}
