@@ -577,3 +577,81 @@ fn damaged_tables_do_no_harm() {
     }
     assert!((50..550).contains(&refused), "{refused}");
 }
+
+/// A light sphere in air, step by step: heights over the plate, frame by frame, until the second contact; v and v_r.
+fn in_air(height: f64, restitution: f64, density: f64) -> (Vec<f64>, [f64; 2]) {
+    let (diameter, step) = (3.175e-3, 2e-6);
+    // by Schiller & Naumann, written once more
+    let drag = |speed: f64| {
+        let reynolds: f64 = speed * diameter / 1.516e-5;
+        0.75 * 1.204 / density / diameter * speed * speed * 24.0 / reynolds.max(1e-9)
+            * (1.0 + 0.15 * reynolds.powf(0.687))
+    };
+    let (mut y, mut velocity, mut time) = (height, 0.0f64, 0.0);
+    let (mut heights, mut speeds) = (vec![], vec![]);
+    loop {
+        if time * 1000.0 >= heights.len() as f64 {
+            heights.push(y);
+        }
+        velocity -= step * (GRAVITY + drag(velocity.abs()).copysign(velocity));
+        y += step * velocity;
+        time += step;
+        if y < 0.0 {
+            if speeds.len() == 2 {
+                return (heights, [speeds[0], speeds[1]]);
+            }
+            speeds.extend([-velocity, -restitution * velocity]);
+            (y, velocity) = (0.0, -restitution * velocity);
+        }
+    }
+}
+
+#[test]
+fn what_the_air_takes_is_taken_off_where_the_density_is_known() {
+    const NAME: &str = "what_the_air_takes_is_taken_off_where_the_density_is_known";
+    let mut rng = ChaCha8Rng::seed_from_u64(seed_of(NAME));
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut truths = vec![];
+    for place in 0..10 {
+        let (heights, truth) = in_air(0.03 + 0.01 * f64::from(place), 0.75, 940.0);
+        let row = |(frame, height): (usize, &f64)| {
+            let noise: f64 = StandardNormal.sample(&mut rng);
+            format!("{frame},{}\n", PLATE_ROW - height * CAMERA.scale + 0.1 * noise)
+        };
+        let rows: String = heights.iter().enumerate().map(row).collect();
+        std::fs::write(
+            folder.path().join(format!("drop{place}.csv")),
+            format!("frame,y_px\n{rows}"),
+        )
+        .expect("writable");
+        truths.push(truth);
+    }
+    let path = folder.path().join("recordings.csv");
+    let largest_error = |scale: &str, density: &str| {
+        let lines = (0..10).map(|place| format!("drop{place}.csv,PE,dry,3.175,,1000,{scale},{density}\n"));
+        let lines: String = lines.collect();
+        std::fs::write(&path, format!("{HEADER},scale_px_per_mm,density_kg_m3\n{lines}")).expect("writable");
+        let campaign = tracked(&path);
+        let error = |(tracked, truth): (Option<&Tracked>, &[f64; 2])| {
+            let of = tracked.expect("a run").impacts[0].speeds;
+            if !density.is_empty() && !scale.is_empty() {
+                // what is left lies inside what is stated
+                assert!(
+                    (of.impact_speed - truth[0]).abs() < of.impact_speed_sd,
+                    "{of:?} {truth:?}"
+                );
+                assert!(
+                    (of.rebound_speed - truth[1]).abs() < of.rebound_speed_sd,
+                    "{of:?} {truth:?}"
+                );
+            }
+            (of.rebound_speed / of.impact_speed - truth[1] / truth[0]).abs()
+        };
+        each(&campaign).zip(&truths).map(error).fold(0.0, f64::max)
+    };
+    assert!(largest_error("20", "940") < 1e-4);
+    assert!(largest_error("", "940") < 1e-4);
+    // the planted fault: air that nobody takes off
+    let left = largest_error("20", "");
+    assert!((0.01..0.02).contains(&left), "{left}");
+}

@@ -92,6 +92,9 @@ pub(super) fn track(request: &Track, quiet: bool) -> Result<u8, Error> {
     if quiet {
         return Ok(0);
     }
+    if let Some(left) = tracking::drag_left(&campaign) {
+        warn(&left);
+    }
     let left_out = tracking::left_out(&campaign);
     for line in left_out.iter().take(MOST_NAMED) {
         warn(line);

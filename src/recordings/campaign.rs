@@ -1,11 +1,11 @@
 //! Goes from recordings to runs: one gravity for all of them, a scale each, a verdict each.
 
+use super::air::SphereInAir;
 use super::contacts::{After, Contact, NoContact};
 use super::flights::Flights;
 use super::gravity::{is_off, shared, FlightFit, Gravity, GRAVITY};
 use super::impact::ContactSpeeds;
 use super::list::Recording;
-use super::parabola::Kind;
 use super::track::Track;
 
 /// Rounds in which flights, contacts and gravity follow each other; each brings them nearer by orders of magnitude.
@@ -63,11 +63,11 @@ pub struct Impact {
 pub struct FreeFlight {
     /// places of its frames in the track
     pub frames: Vec<usize>,
-    /// heights less the parabola, in m, a frame each
+    /// heights less the parabola and what the air moved, in m, a frame each
     pub residuals: Vec<f64>,
     /// its own gravity with the standard error, in m/s²
     pub own_gravity: [f64; 2],
-    /// its mean time, height, velocity there and the mean square of its times about the mean: the parabola
+    /// the parabola: an instant, height over the contact and velocity then, and the gravity
     pub parabola: [f64; 4],
 }
 
@@ -150,6 +150,7 @@ struct Underway {
     flights: Flights,
     scale: ImageScale,
     film: f64,
+    air: Option<SphereInAir>,
 }
 
 /// All recordings with what they gave, in their order; those that show nothing carry the reason.
@@ -170,6 +171,10 @@ pub(super) fn analyse(
             Ok(flights) => underway.push(Underway {
                 place,
                 flights: flights.over(scale.value),
+                air: recording.density.map(|density| SphereInAir {
+                    diameter: recording.diameter,
+                    density,
+                }),
                 scale,
                 film: recording.film,
             }),
@@ -230,6 +235,8 @@ fn settle(underway: &mut Vec<Underway>, reasons: &mut [Option<Refusal>]) -> Grav
             break;
         }
         underway.retain_mut(|of| {
+            // lengths are metres from here on
+            of.flights.air = of.air;
             let Some(gravity) = gravity_for(of, check) else {
                 return false;
             };
@@ -307,30 +314,23 @@ fn finish(of: &Underway, check: GravityCheck) -> Result<Tracked, NoContact> {
 }
 
 fn free_flights(flights: &Flights, gravity: Gravity, level: f64) -> Vec<FreeFlight> {
-    let of_kind = flights.segments.iter().filter(|segment| segment.kind == Kind::Flight);
-    let flight = |segment: &super::segments::Segment| {
-        let parabola = &segment.parabola;
-        let acceleration = -gravity.value;
-        let residual = |frame: &usize| {
-            flights.track.heights[*frame] - parabola.height_under(acceleration, flights.track.times[*frame])
-        };
-        let fit = FlightFit {
-            parabola: *parabola,
-            sigma: flights.sigma,
-        };
+    let acceleration = -gravity.value;
+    let flight = |place: usize| {
+        let instant = flights.segments[place].parabola.time;
+        let fit = flights.fit(place, instant);
         FreeFlight {
-            residuals: segment.frames.iter().map(residual).collect(),
-            frames: segment.frames.clone(),
+            frames: flights.segments[place].frames.clone(),
+            residuals: flights.residuals(place, gravity),
             own_gravity: fit.own(),
             parabola: [
-                parabola.time,
-                parabola.height_under(acceleration, parabola.time) - level,
-                parabola.velocity_under(acceleration, parabola.time),
+                instant,
+                fit.parabola.height_under(acceleration, instant) - level,
+                fit.parabola.velocity_under(acceleration, instant),
                 gravity.value,
             ],
         }
     };
-    of_kind.map(flight).collect()
+    flights.places().map(flight).collect()
 }
 
 /// Why an impact is left out: its flights fall at another rate than all others, or all fall at a wrong one.
@@ -353,7 +353,7 @@ fn verdict(flights: &Flights, contact: Contact, gravity: Gravity, check: Gravity
         },
     ];
     places.into_iter().flatten().find_map(|place| {
-        let [own, se] = flights.fit(place).own();
+        let [own, se] = flights.fit(place, flights.segments[place].parabola.time).own();
         let off = is_off(own, se.hypot(gravity.se), gravity.value);
         off.then(|| {
             format!(

@@ -1,5 +1,6 @@
 //! Fits the flights of one recording: which frames belong to each, and the speeds where two of them meet.
 
+use super::air::{SphereInAir, DRAG_REL_SD};
 use super::contacts::{contacts, After, Contact, NoContact};
 use super::gravity::{FlightFit, Gravity};
 use super::impact::{rebound, stayed, ContactSpeeds, Level};
@@ -15,6 +16,8 @@ pub(super) struct Flights {
     pub sigma: f64,
     pub segments: Vec<Segment>,
     pub contacts: Vec<Contact>,
+    /// the sphere, where its drag is to be taken off; heights are in m then
+    pub air: Option<SphereInAir>,
 }
 
 /// Frames whose exposure may hold the contact, to each side, in frames.
@@ -31,6 +34,7 @@ impl Flights {
             sigma,
             segments,
             contacts,
+            air: None,
         })
     }
 
@@ -46,32 +50,102 @@ impl Flights {
             segments: self.segments.iter().map(in_unit).collect(),
             sigma: self.sigma / scale,
             contacts: self.contacts.clone(),
+            air: self.air,
             track,
         }
     }
 
     /// The places of its flights.
-    fn places(&self) -> impl Iterator<Item = usize> + '_ {
+    pub fn places(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.segments.len()).filter(|place| self.segments[*place].kind == Kind::Flight)
     }
 
-    pub fn fit(&self, place: usize) -> FlightFit {
+    /// A flight as it would be without air: what the air takes is taken off from an instant on, before and after.
+    pub fn fit(&self, place: usize, instant: f64) -> FlightFit {
         FlightFit {
-            parabola: self.segments[place].parabola,
+            parabola: self.without_air(place, instant),
             sigma: self.sigma,
         }
     }
 
-    /// Every flight of the recording.
+    fn without_air(&self, place: usize, instant: f64) -> Parabola {
+        let segment = &self.segments[place];
+        let seen = segment.parabola;
+        let Some(sphere) = self.air else {
+            return seen;
+        };
+        let acceleration = seen.acceleration();
+        let velocity = seen.velocity_under(acceleration, instant);
+        let mut track = Track::default();
+        for frame in &segment.frames {
+            let t = self.track.times[*frame];
+            track.times.push(t);
+            let moved = sphere.moved(t - instant, velocity, -acceleration);
+            track.heights.push(self.track.heights[*frame] - moved.height);
+        }
+        let all: Vec<usize> = (0..track.times.len()).collect();
+        Parabola::through(&track, &all).unwrap_or(seen)
+    }
+
+    /// Every flight of the recording, each as it would be without air.
     pub fn fits(&self) -> Vec<FlightFit> {
-        self.places().map(|place| self.fit(place)).collect()
+        // whichever the instant, the acceleration is the same
+        self.places()
+            .map(|place| self.fit(place, self.segments[place].parabola.time))
+            .collect()
+    }
+
+    /// Heights less the parabola of this gravity and what the air moved, a frame each.
+    pub fn residuals(&self, place: usize, gravity: Gravity) -> Vec<f64> {
+        let instant = self.segments[place].parabola.time;
+        let fit = self.without_air(place, instant);
+        let frames = self.segments[place].frames.iter();
+        frames
+            .map(|frame| {
+                let t = self.track.times[*frame];
+                let air = self.moved_by_air(place, t - instant);
+                self.track.heights[*frame] - air - fit.height_under(-gravity.value, t)
+            })
+            .collect()
+    }
+
+    /// By how much the air has moved a flight a time after the middle of its frames.
+    fn moved_by_air(&self, place: usize, time: f64) -> f64 {
+        let seen = &self.segments[place].parabola;
+        let velocity = seen.velocity(seen.time);
+        let moved = |sphere: SphereInAir| sphere.moved(time, velocity, -seen.acceleration()).height;
+        self.air.map_or(0.0, moved)
     }
 
     /// The speeds at a contact; `None` where its flights do not meet.
     pub fn speeds(&self, contact: Contact, gravity: Gravity) -> Option<ContactSpeeds> {
-        let before = self.fit(contact.before);
+        let end = self.segments[contact.before].parabola.ends[1];
+        let start = match contact.after {
+            After::Flight(after) => self.segments[after].parabola.ends[0],
+            After::Rest(_) => end,
+        };
+        let about = self.meeting(contact, [end, start], gravity)?;
+        if self.air.is_none() {
+            return Some(about);
+        }
+        // the instant is that of the contact: speeds there are those that air has left
+        let found = self.meeting(contact, [about.time; 2], gravity)?;
+        let without = Flights {
+            air: None,
+            ..self.clone()
+        };
+        let plain = without.meeting(contact, [end, start], gravity)?;
+        Some(found.with_error_along([
+            DRAG_REL_SD * (plain.impact_speed - found.impact_speed),
+            DRAG_REL_SD * (plain.rebound_speed - found.rebound_speed),
+        ]))
+    }
+
+    /// The speeds where the flights meet, what the air takes from each taken off from an instant on.
+    fn meeting(&self, contact: Contact, instants: [f64; 2], gravity: Gravity) -> Option<ContactSpeeds> {
+        let before = self.fit(contact.before, instants[0]);
         match contact.after {
-            After::Flight(after) => rebound(&before, &self.fit(after), gravity),
+            After::Flight(after) => rebound(&before, &self.fit(after, instants[1]), gravity),
             After::Rest(rest) => stayed(&before, self.level(rest), gravity),
         }
     }
@@ -115,9 +189,10 @@ impl Flights {
                 self.segments[place].parabola = parabola;
             }
         }
-        let leaves: Vec<f64> = self
-            .places()
-            .map(|place| self.segments[place].parabola.squares_under(-gravity.value))
+        let fits = self.fits();
+        let leaves: Vec<f64> = fits
+            .iter()
+            .map(|fit| fit.parabola.squares_under(-gravity.value))
             .collect();
         let free: usize = self
             .places()
@@ -135,7 +210,12 @@ impl Flights {
         const FAR: f64 = 5.0;
         let segment = &self.segments[place];
         let [first, last] = segment.span(&self.track);
-        let fit = segment.parabola;
+        let instant = segment.parabola.time;
+        let fit = self.without_air(place, instant);
+        // of a flight that is no parabola to a pixel, as under a wrong scale, by what it is off
+        let free = fit.frames.saturating_sub(2).max(1);
+        let off = (fit.squares_under(-gravity.value) / free as f64).sqrt();
+        let scatter = self.sigma.max(off);
         let exposed = EXPOSED * self.track.frame_time();
         let [from, to] = met;
         let start = from.map_or(first, |speeds| speeds.time + exposed);
@@ -146,11 +226,14 @@ impl Flights {
             .map(|speeds| speeds.height + film)
             .fold(f64::NEG_INFINITY, f64::max);
         let is_own = |frame: &usize| {
-            let (t, y) = (self.track.times[*frame], self.track.heights[*frame]);
-            let expected = fit.height_under(-gravity.value, t);
+            let t = self.track.times[*frame];
+            if t < start || t > end {
+                return false;
+            }
+            let expected = fit.height_under(-gravity.value, t) + self.moved_by_air(place, t - instant);
             let x = t - fit.time;
             let leverage = 1.0 + 1.0 / fit.frames as f64 + x * x / fit.sum_of_squares;
-            t >= start && t <= end && expected > floor && (y - expected).abs() < FAR * self.sigma * leverage.sqrt()
+            expected > floor && (self.track.heights[*frame] - expected).abs() < FAR * scatter * leverage.sqrt()
         };
         (0..self.track.times.len()).filter(is_own).collect()
     }

@@ -25,6 +25,25 @@ pub struct ContactSpeeds {
     pub correlation: f64,
 }
 
+impl ContactSpeeds {
+    /// With an error of one cause besides, of which these are standard deviations in v and v_r; equal signs move both one way.
+    pub(super) fn with_error_along(self, [v, v_r]: [f64; 2]) -> ContactSpeeds {
+        let (sd, sd_r) = (self.impact_speed_sd.hypot(v), self.rebound_speed_sd.hypot(v_r));
+        let covariance = self.correlation * self.impact_speed_sd * self.rebound_speed_sd + v * v_r;
+        let correlation = covariance / (sd * sd_r);
+        ContactSpeeds {
+            impact_speed_sd: sd,
+            rebound_speed_sd: sd_r,
+            correlation: if correlation.is_finite() {
+                correlation.clamp(-1.0, 1.0)
+            } else {
+                0.0
+            },
+            ..self
+        }
+    }
+}
+
 /// A height with its standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Level {

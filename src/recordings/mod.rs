@@ -7,18 +7,18 @@
 //! | `segments.rs` | parts a track into flights, rests and what is neither |
 //! | `contacts.rs` | finds the contacts with the plate |
 //! | `gravity.rs` | estimates the one gravity of all flights |
+//! | `air.rs` | computes what the air takes from a falling sphere |
 //! | `impact.rs` | computes the speeds of an impact with their errors |
 //! | `flights.rs` | fits the flights of one recording |
-//! | `drag.rs` | sizes the drag of the air |
 //! | `header.rs` | matches the header of a table with its columns |
 //! | `list.rs` | reads the list of recordings |
 //! | `positions.rs` | reads a table of positions |
 //! | `campaign.rs` | goes from recordings to runs, with a scale and a verdict each |
 //! | `write.rs` | writes the runs |
 
+mod air;
 mod campaign;
 mod contacts;
-mod drag;
 mod flights;
 mod gravity;
 mod header;
@@ -30,9 +30,9 @@ mod segments;
 mod track;
 mod write;
 
+pub use air::SphereInAir;
 pub use campaign::{FreeFlight, GravityCheck, ImageScale, Impact, Outcome, Refusal, ScaleSource, Tracked};
 pub use contacts::NoContact;
-pub use drag::drag_over_weight;
 pub use gravity::{Gravity, FAR, GRAVITY, OFF};
 pub use impact::ContactSpeeds;
 pub use list::{Axis, Recording};

@@ -57,7 +57,18 @@ pub(super) fn segments(track: &Track, sigma: f64) -> Vec<Segment> {
         });
         return others.collect();
     };
-    let beside = Beside { track, fall, sigma };
+    let heights = || {
+        parabolas
+            .iter()
+            .flat_map(|(_, frames)| frames.iter().map(|frame| track.heights[*frame]))
+    };
+    let range = heights().fold(f64::NEG_INFINITY, f64::max) - heights().fold(f64::INFINITY, f64::min);
+    let beside = Beside {
+        track,
+        fall,
+        sigma,
+        range,
+    };
     let mut found: Vec<Segment> = parabolas
         .into_iter()
         .filter_map(|(_, frames)| beside.segment(frames))
@@ -132,6 +143,8 @@ struct Beside<'t> {
     /// the fall that is seen best
     fall: Parabola,
     sigma: f64,
+    /// of the heights of its parts
+    range: f64,
 }
 
 impl Beside<'_> {
@@ -169,8 +182,9 @@ impl Beside<'_> {
         const WORSE: f64 = 30.0;
         /// of the fastest speed: less is no contact
         const JUMP: f64 = 0.05;
-        /// standard deviations of a position
-        const STEP: f64 = 5.0;
+        /// standard deviations of a position, and a share of the heights that are seen: the drag of the air, or a lens, makes a
+        /// fall no parabola to a pixel
+        const STEP: (f64, f64) = (5.0, 0.002);
         let both = self.segment(a.frames.iter().chain(&b.frames).copied().collect())?;
         let worse = both.parabola.squares - a.parabola.squares - b.parabola.squares;
         if worse < WORSE * self.sigma * self.sigma {
@@ -179,7 +193,7 @@ impl Beside<'_> {
         let middle = 0.5 * (a.span(self.track)[1] + b.span(self.track)[0]);
         let jump = b.parabola.velocity(middle) - a.parabola.velocity(middle);
         let step = b.parabola.height(middle) - a.parabola.height(middle);
-        let smooth = jump.abs() < JUMP * self.fall.fastest() && step.abs() < STEP * self.sigma;
+        let smooth = jump.abs() < JUMP * self.fall.fastest() && step.abs() < STEP.0 * self.sigma + STEP.1 * self.range;
         let same = a.kind == b.kind && both.kind == a.kind && a.kind != Kind::Other;
         (smooth && same).then_some(both)
     }

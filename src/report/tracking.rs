@@ -11,8 +11,8 @@ use super::markdown::table::ReportTable;
 use super::numbers::{significant, with_se, NONE};
 use crate::error::Error;
 use crate::recordings::{
-    drag_over_weight, Campaign, FreeFlight, GravityCheck, Impact, Outcome, Recording, ScaleSource, Tracked, FAR,
-    GRAVITY, OFF,
+    Campaign, FreeFlight, GravityCheck, Impact, Outcome, Recording, ScaleSource, SphereInAir, Tracked, FAR, GRAVITY,
+    OFF,
 };
 use crate::units::{micrometres, millimetres, milliseconds};
 
@@ -159,8 +159,8 @@ fn page(title: &str, campaign: &Campaign, figures: &[&str]) -> String {
     scales(&mut page, campaign);
     page.section(
         "Air",
-        "The drag of the air at the impact speed over the weight, which no flight is fitted with. Where the list has no \
-         density it is that of a sphere of 1000 kg/m³; it goes with one over the density.",
+        "What the drag of the air is at the impact speed, over the weight. It is computed, not fitted, and taken off where the \
+         list has the density of the sphere.",
     );
     air(&mut page, campaign);
     page.section(
@@ -293,26 +293,54 @@ fn scales(page: &mut Page, campaign: &Campaign) {
     page.table(&table);
 }
 
-fn air(page: &mut Page, campaign: &Campaign) {
-    const DENSITY: f64 = 1000.0;
-    let drag = |recording: &Recording, impact: &Impact| {
-        drag_over_weight(
-            recording.diameter,
-            recording.density.unwrap_or(DENSITY),
-            impact.speeds.impact_speed,
-        )
-    };
-    let shares: Vec<f64> = rows(campaign)
+/// What is to be said of runs whose drag is not taken off; nothing where it is, or is less than matters.
+pub fn drag_left(campaign: &Campaign) -> Option<String> {
+    /// of the weight: e is then off by a thousandth
+    const MATTERS: f64 = 0.003;
+    let left = rows(campaign).filter(|(recording, ..)| recording.density.is_none());
+    let most = left
         .map(|(recording, _, impact)| drag(recording, impact))
-        .collect();
+        .fold(0.0, f64::max);
+    (most > MATTERS).then(|| {
+        format!(
+            "the drag of the air is not taken off, since the list has no density_kg_m3: of a sphere of {LIGHT} kg/m³ it is up to \
+             {} % of the weight, and makes e too small by about a third of that share",
+            significant(100.0 * most, 2)
+        )
+    })
+}
+
+/// Density of a light sphere in kg/m³, where the list has none.
+const LIGHT: f64 = 1000.0;
+
+/// Drag at the impact speed over the weight.
+fn drag(recording: &Recording, impact: &Impact) -> f64 {
+    let sphere = SphereInAir {
+        diameter: recording.diameter,
+        density: recording.density.unwrap_or(LIGHT),
+    };
+    sphere.deceleration(impact.speeds.impact_speed) / GRAVITY
+}
+
+fn air(page: &mut Page, campaign: &Campaign) {
+    let known = rows(campaign).filter(|(recording, ..)| recording.density.is_some());
+    let shares: Vec<f64> = known.map(|(recording, _, impact)| drag(recording, impact)).collect();
     let least = shares.iter().copied().fold(f64::INFINITY, f64::min);
     let most = shares.iter().copied().fold(0.0, f64::max);
     if least.is_finite() {
         page.paragraph(&format!(
-            "{} to {} % of the weight.",
+            "{} to {} % of the weight was taken off.",
             significant(100.0 * least, 2),
             significant(100.0 * most, 2)
         ));
+    }
+    match drag_left(campaign) {
+        Some(left) => page.paragraph(&format!(
+            "Of {}.",
+            left.replacen("the drag", "runs without it the drag", 1)
+        )),
+        None if shares.is_empty() => page.paragraph("It is too small to matter here."),
+        None => {}
     }
 }
 
