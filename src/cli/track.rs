@@ -15,6 +15,9 @@ use crate::progress::Progress;
 /// Recordings that are named on the terminal where they are left out; the table of runs and the report have all.
 const MOST_NAMED: usize = 20;
 
+/// Parts of the progress bar.
+const PARTS: u64 = 1_000;
+
 /// What `track` is asked.
 #[derive(Args)]
 #[command(after_help = "\
@@ -22,9 +25,12 @@ Example:
   wetcor track recordings.csv --out runs.csv --report tracking
 
 The list has a line a recording: `file`, `particle`, `diameter_mm`, with a liquid `liquid` and `film_um`; `frame_rate_Hz` \
-where positions are by `frame`; if known `scale_px_per_mm` (else by gravity), `density_kg_m3`, `y_axis` (`up` or `down`), `run` \
-(its name) and `exclude` (a reason to leave it out). A table of positions has `frame`, `time_s` or `time_ms`, one of `y_px`, \
-`y_mm` and `y_m`, and `object` where it follows several.")]
+unless positions have times; if known `scale_px_per_mm` (else by the diameter or by gravity), `density_kg_m3` (to take off the \
+drag of the air), `y_axis` (`up` or `down`), `run` (its name) and `exclude` (a reason to leave it out).
+
+A `file` is a folder of PNG, JPEG or TIFF frames in order of name, a TIFF of several pages, or a table of positions with \
+`frame`, `time_s` or `time_ms`, one of `y_px`, `y_mm` and `y_m`, and `object` where it follows several. Frames of a video: \
+ffmpeg -i drop.mp4 drop/%06d.png")]
 pub(super) struct Track {
     /// The list of recordings: .csv, .tsv, .txt or .xlsx
     recordings: PathBuf,
@@ -81,8 +87,8 @@ pub(super) fn track(request: &Track, quiet: bool) -> Result<u8, Error> {
         axis: request.y_axis,
         all_rebounds: request.all_rebounds,
     };
-    let progress = Progress::spinner("track", quiet);
-    let campaign = recordings::track(list, options, &|_| ())?;
+    let progress = Progress::bar("track", PARTS, quiet);
+    let campaign = recordings::track(list, options, &|share| progress.at((share * PARTS as f64) as u64))?;
     drop(progress);
     if let Some(destination) = &destination {
         destination.write(tracking::files(&title, &campaign)?)?;

@@ -88,7 +88,7 @@ mod tests {
         let (gravity, start) = (9.81, 0.9);
         for time in [0.15, -0.1, 0.02] {
             // Euler's steps through the whole equation, and without air
-            let (steps, mut with, mut without) = (200_000, [0.0, start], [0.0, start]);
+            let (steps, mut with, mut without) = (200_000, [0.0f64, start], [0.0f64, start]);
             let step = time / f64::from(steps);
             for _ in 0..steps {
                 let drag = SPHERE.deceleration(with[1].abs()).copysign(with[1]);

@@ -53,9 +53,13 @@ pub(super) fn contacts(
         return Err(NoContact::FallsUpwards);
     }
     let first = flights.first().ok_or(NoContact::NeverFalls)?;
+    // a sphere that was just let go may seem to rise a little
+    const LET_GO: f64 = 0.1;
     let rises = |place: usize| {
-        let [start, end] = segments[place].span(track);
-        segments[place].parabola.velocity(start) > 0.0 && start < end
+        let [start, end] = segments[place]
+            .span(track)
+            .map(|t| segments[place].parabola.velocity(t));
+        start > LET_GO * end.abs()
     };
     let held_before = segments[..*first].iter().any(|segment| segment.kind == Kind::Rest);
     if rises(*first) && !held_before && !all {

@@ -10,6 +10,7 @@
 //! | `air.rs` | computes what the air takes from a falling sphere |
 //! | `impact.rs` | computes the speeds of an impact with their errors |
 //! | `flights.rs` | fits the flights of one recording |
+//! | `frames/` | finds the sphere in frames |
 //! | `header.rs` | matches the header of a table with its columns |
 //! | `list.rs` | reads the list of recordings |
 //! | `positions.rs` | reads a table of positions |
@@ -20,6 +21,7 @@ mod air;
 mod campaign;
 mod contacts;
 mod flights;
+pub mod frames;
 mod gravity;
 mod header;
 mod impact;
@@ -42,6 +44,7 @@ pub use write::runs_table;
 use std::path::Path;
 
 use campaign::Shown;
+use frames::{find_sphere, Sightings};
 
 use crate::error::{Error, Problem};
 use crate::notice::Notice;
@@ -66,24 +69,25 @@ pub struct TrackOptions {
     pub all_rebounds: bool,
 }
 
-/// Reads a list of recordings and tracks each; `progress` is told how many are done.
+/// Reads a list of recordings and tracks each; `progress` is told what share of the work is done.
 ///
 /// Fails with every recording that cannot be read, and every one in which nothing falls, named by its line in the list.
-pub fn track(list: &Path, options: TrackOptions, progress: &dyn Fn(usize)) -> Result<Campaign, Error> {
+pub fn track(list: &Path, options: TrackOptions, progress: &(dyn Fn(f64) + Sync)) -> Result<Campaign, Error> {
     let (recordings, notices) = list::read(list)?;
     let mut shown = vec![];
     let mut problems = vec![];
-    for (done, recording) in recordings.iter().enumerate() {
-        progress(done);
+    let count = recordings.len() as f64;
+    for (before, recording) in recordings.iter().enumerate() {
         if recording.exclude.is_some() {
             shown.push(None);
             continue;
         }
-        match show(recording, options.axis) {
+        let share = |of: f64| progress((before as f64 + of) / count);
+        match show(recording, options.axis, &share) {
             Ok(of) => shown.push(Some(of)),
-            Err(error) => {
+            Err(reason) => {
                 shown.push(None);
-                problems.push(problem(recording, error.to_string()));
+                problems.push(problem(recording, reason));
             }
         }
     }
@@ -122,12 +126,35 @@ fn problem(recording: &Recording, expected: String) -> Problem {
     }
 }
 
-/// What a recording shows.
-fn show(recording: &Recording, axis: Option<Axis>) -> Result<Shown, Error> {
-    let positions = positions::read(recording, axis)?;
-    Ok(Shown {
-        track: positions.track,
-        in_pixels: positions.in_pixels,
-        diameter: None,
-    })
+/// What a recording shows, or why it cannot be read.
+fn show(recording: &Recording, axis: Option<Axis>, progress: &(dyn Fn(f64) + Sync)) -> Result<Shown, String> {
+    if positions::is_table(&recording.file) {
+        let positions = positions::read(recording, axis).map_err(|error| error.to_string())?;
+        return Ok(Shown {
+            track: positions.track,
+            in_pixels: positions.in_pixels,
+            diameter: None,
+        });
+    }
+    let rate = recording.frame_rate.ok_or("frames need a frame_rate_Hz")?;
+    let found = find_sphere(&recording.file, &|done, of| progress(done as f64 / of as f64))?;
+    Ok(shown_by_frames(&found, rate))
+}
+
+/// What frames of a rate show; those in which the sphere is a streak have no position.
+fn shown_by_frames(found: &Sightings, rate: f64) -> Shown {
+    /// of the radius, that it may be blurred by
+    const STREAK: f64 = 0.5;
+    /// what a radius errs by in pixels, by the tests of `frames/`
+    const RADIUS_SD: f64 = 0.1;
+    let sharp = found.seen.iter().filter(|of| of.blur_px < STREAK * found.radius_px);
+    Shown {
+        track: Track {
+            times: sharp.clone().map(|of| of.frame as f64 / rate).collect(),
+            // rows are counted downwards
+            heights: sharp.map(|of| -of.y_px).collect(),
+        },
+        in_pixels: true,
+        diameter: Some([2.0 * found.radius_px, 2.0 * RADIUS_SD]),
+    }
 }

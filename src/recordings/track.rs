@@ -73,7 +73,7 @@ pub(super) fn median(numbers: &mut [f64]) -> Option<f64> {
     }
     let (below, upper, _) = numbers.select_nth_unstable_by(middle, f64::total_cmp);
     let upper = *upper;
-    if below.len() == middle && numbers.len() % 2 == 0 {
+    if below.len() == middle && numbers.len().is_multiple_of(2) {
         let lower = numbers[..middle].iter().copied().fold(f64::NEG_INFINITY, f64::max);
         return Some(0.5 * (lower + upper));
     }

@@ -96,6 +96,6 @@ impl CellNumbers {
 }
 
 /// What a cell holds, without the blanks around it; `None` where it is missing.
-pub(crate) fn word<'c>(cell: &'c str) -> Option<&'c str> {
+pub(crate) fn word(cell: &str) -> Option<&str> {
     present(cell)
 }

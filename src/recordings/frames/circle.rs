@@ -1,0 +1,356 @@
+//! Fits a circle to edge points of which a part may lie on something else.
+//!
+//! The centre of most points comes from circles through three of them, spread over the directions; the rest is iteratively
+//! reweighted least squares of the distances from the circle (Tukey's weights), without the points of an arc that does not
+//! belong to it and without those beside such an arc, where an edge passes into another one gradually.
+
+/// An edge point on a ray from a provisional centre.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct EdgePoint {
+    /// distance from the provisional centre, px
+    pub distance: f32,
+    /// 0 where no edge was found
+    pub weight: f32,
+    /// how many times as far it may be from its circle as a sharp edge
+    pub scale: f32,
+}
+
+impl EdgePoint {
+    pub const NONE: EdgePoint = EdgePoint {
+        distance: 0.0,
+        weight: 0.0,
+        scale: 1.0,
+    };
+}
+
+/// A fitted circle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Circle {
+    /// centre from the provisional one, px
+    pub dx: f64,
+    pub dy: f64,
+    pub radius: f64,
+    /// rays whose edge belongs to the circle, of all
+    pub share: f64,
+    /// robust sd of the distances of these, px
+    pub scatter: f64,
+}
+
+/// Directions of rays from a centre, evenly over the circle.
+pub(super) struct Rays {
+    directions: Vec<(f64, f64)>,
+}
+
+impl Rays {
+    pub fn new(count: usize) -> Rays {
+        let angle = |j: usize| std::f64::consts::TAU * j as f64 / count as f64;
+        Rays {
+            directions: (0..count).map(|j| (angle(j).cos(), angle(j).sin())).collect(),
+        }
+    }
+
+    pub fn count(&self) -> usize {
+        self.directions.len()
+    }
+
+    pub fn directions(&self) -> &[(f64, f64)] {
+        &self.directions
+    }
+
+    /// The circle through most of the edge points, one a ray; with its radius if that is known. `None` where fewer than a
+    /// quarter of the rays agree, or where these look all one way.
+    pub fn fit(&self, edges: &[EdgePoint], radius: Option<f64>) -> Option<Circle> {
+        let points: Vec<Point> = self.points(edges);
+        let typical = median(
+            edges
+                .iter()
+                .filter(|edge| edge.weight > 0.0)
+                .map(|edge| f64::from(edge.distance)),
+        )?;
+        let rough = (ROUGH * radius.unwrap_or(typical)).max(0.5);
+        let mut circle = consensus(&points, radius, rough)?;
+        let mut scatter = rough;
+        for _ in 0..ROUNDS {
+            let near = points.iter().filter(|point| point.weight > 0.0);
+            let away = near.map(|point| point.away(&circle).abs()).filter(|away| *away < rough);
+            // a scatter that shrinks by half at most keeps the arc in view while the centre still moves
+            scatter = (1.4826 * median(away)?).clamp(LEAST_SCATTER.max(0.5 * scatter), rough);
+            let next = step(&points, &circle, radius, |point| {
+                tukey(point.away(&circle) / (TUKEY * scatter))
+            })?;
+            let moved = (next.x - circle.x).hypot(next.y - circle.y) + (next.radius - circle.radius).abs();
+            circle = next;
+            if moved < 1e-4 && scatter < rough {
+                break;
+            }
+        }
+        let points = without_wrong_arcs(points, &circle, OUTSIDE * scatter);
+        for _ in 0..ROUNDS {
+            let next = step(&points, &circle, radius, |point| {
+                tukey(point.away(&circle) / (TUKEY * scatter))
+            })?;
+            let moved = (next.x - circle.x).hypot(next.y - circle.y);
+            circle = next;
+            if moved < 1e-6 {
+                break;
+            }
+        }
+        let used = points.iter().filter(|point| point.weight > 0.0);
+        let used = used
+            .filter(|point| point.away(&circle).abs() < OUTSIDE * scatter)
+            .count();
+        let share = used as f64 / self.count().max(1) as f64;
+        (share >= LEAST_SHARE).then_some(Circle {
+            dx: circle.x,
+            dy: circle.y,
+            radius: circle.radius,
+            share,
+            scatter,
+        })
+    }
+
+    fn points(&self, edges: &[EdgePoint]) -> Vec<Point> {
+        let each = edges.iter().zip(&self.directions);
+        each.map(|(edge, (nx, ny))| Point {
+            x: f64::from(edge.distance) * nx,
+            y: f64::from(edge.distance) * ny,
+            weight: f64::from(edge.weight),
+            scale: f64::from(edge.scale),
+        })
+        .collect()
+    }
+}
+
+/// Distances from a circle that may be of its edge, in radii, before anything else is known.
+const ROUGH: f64 = 0.06;
+/// Rounds of reweighting; a handful are enough.
+const ROUNDS: usize = 20;
+/// Least scatter that edges are taken to have, px.
+const LEAST_SCATTER: f64 = 0.03;
+/// Tukey's constant: 95 % efficient where errors are normal.
+const TUKEY: f64 = 4.685;
+/// Scatters beyond which a point is not of the circle.
+const OUTSIDE: f64 = 3.5;
+/// Rays below which a fit is none.
+const LEAST_SHARE: f64 = 0.25;
+
+struct Point {
+    x: f64,
+    y: f64,
+    weight: f64,
+    scale: f64,
+}
+
+impl Point {
+    /// The distance from a circle, outwards, beside what a sharp edge has.
+    fn away(&self, circle: &Trial) -> f64 {
+        (length(self.x - circle.x, self.y - circle.y) - circle.radius) / self.scale
+    }
+}
+
+/// Of lengths of an image, which neither overflow nor vanish: `hypot` takes several times as long.
+fn length(x: f64, y: f64) -> f64 {
+    (x * x + y * y).sqrt()
+}
+
+#[derive(Clone, Copy)]
+struct Trial {
+    x: f64,
+    y: f64,
+    radius: f64,
+}
+
+fn tukey(u: f64) -> f64 {
+    let rest = (1.0 - u * u).max(0.0);
+    rest * rest
+}
+
+/// The circle through three points that most others are near to.
+fn consensus(points: &[Point], radius: Option<f64>, rough: f64) -> Option<Trial> {
+    let count = points.len();
+    /// Starts over the circle.
+    const STARTS: usize = 24;
+    // angles between the three, in parts of a turn: wide ones are exact, narrow ones fit into an arc that is left
+    let steps = [(3, 3), (4, 4), (4, 3), (6, 6), (8, 6)];
+    let mut best: Option<(f64, Trial)> = None;
+    for (first, second) in steps {
+        for start in 0..STARTS {
+            let a = start * count / STARTS;
+            let (b, c) = (
+                (a + count / first) % count,
+                (a + count / first + count / second) % count,
+            );
+            let (Some(a), Some(b), Some(c)) = (points.get(a), points.get(b), points.get(c)) else {
+                continue;
+            };
+            if a.weight * b.weight * c.weight == 0.0 {
+                continue;
+            }
+            let Some(mut trial) = through(a, b, c) else { continue };
+            if let Some(radius) = radius {
+                trial.radius = radius;
+            }
+            let scores = points
+                .iter()
+                .map(|point| point.weight * tukey(point.away(&trial) / rough) / point.scale);
+            let score: f64 = scores.sum();
+            if best.as_ref().is_none_or(|(most, _)| score > *most) {
+                best = Some((score, trial));
+            }
+        }
+    }
+    best.map(|(_, trial)| trial)
+}
+
+fn through(a: &Point, b: &Point, c: &Point) -> Option<Trial> {
+    let (bx, by, cx, cy) = (b.x - a.x, b.y - a.y, c.x - a.x, c.y - a.y);
+    let twice_area = 2.0 * (bx * cy - by * cx);
+    let (b2, c2) = (bx * bx + by * by, cx * cx + cy * cy);
+    let (x, y) = ((cy * b2 - by * c2) / twice_area, (bx * c2 - cx * b2) / twice_area);
+    let trial = Trial {
+        x: a.x + x,
+        y: a.y + y,
+        radius: x.hypot(y),
+    };
+    (trial.x.is_finite() && trial.y.is_finite()).then_some(trial)
+}
+
+/// A step of Gauss and Newton on the distances; `None` where the points do not hold the circle.
+fn step(points: &[Point], circle: &Trial, radius: Option<f64>, weigh: impl Fn(&Point) -> f64) -> Option<Trial> {
+    let (mut xx, mut xy, mut yy, mut x1, mut y1, mut one) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    let (mut xr, mut yr, mut r) = (0.0, 0.0, 0.0);
+    for point in points {
+        let weight = point.weight * weigh(point) / (point.scale * point.scale);
+        if weight <= 0.0 {
+            continue;
+        }
+        let (dx, dy) = (point.x - circle.x, point.y - circle.y);
+        let distance = length(dx, dy).max(f64::MIN_POSITIVE);
+        let (nx, ny, away) = (dx / distance, dy / distance, distance - circle.radius);
+        xx += weight * nx * nx;
+        xy += weight * nx * ny;
+        yy += weight * ny * ny;
+        x1 += weight * nx;
+        y1 += weight * ny;
+        one += weight;
+        xr += weight * nx * away;
+        yr += weight * ny * away;
+        r += weight * away;
+    }
+    if one <= 0.0 {
+        return None;
+    }
+    if radius.is_none() {
+        // the radius is eliminated
+        xx -= x1 * x1 / one;
+        xy -= x1 * y1 / one;
+        yy -= y1 * y1 / one;
+        xr -= x1 * r / one;
+        yr -= y1 * r / one;
+    }
+    let determinant = xx * yy - xy * xy;
+    /// What an arc must hold the centre by, beside a whole circle: 1/4.
+    const LEAST_HOLD: f64 = 1e-3;
+    if determinant <= LEAST_HOLD * one * one {
+        return None;
+    }
+    let dx = (yy * xr - xy * yr) / determinant;
+    let dy = (xx * yr - xy * xr) / determinant;
+    let grown = if radius.is_none() {
+        (r - x1 * dx - y1 * dy) / one
+    } else {
+        0.0
+    };
+    Some(Trial {
+        x: circle.x + dx,
+        y: circle.y + dy,
+        radius: circle.radius + grown,
+    })
+}
+
+/// Takes off what lies beside an arc of points that are not of the circle.
+fn without_wrong_arcs(points: Vec<Point>, circle: &Trial, outside: f64) -> Vec<Point> {
+    let count = points.len();
+    let wrong = |point: &Point| point.weight <= 0.0 || point.away(circle).abs() > outside;
+    let wrongs: Vec<bool> = points.iter().map(wrong).collect();
+    let is_wrong = |at: usize| wrongs.get(at % count.max(1)).copied().unwrap_or(true);
+    /// Points of a turn that make a wrong arc, and points beside it that go with it.
+    const ARC: usize = 40;
+    let (long, beside) = ((count / ARC).max(2), (count / ARC).max(2));
+    let mut kept = vec![true; count];
+    for start in 0..count {
+        if (0..long).all(|k| is_wrong(start + k)) {
+            for at in start + count - beside..start + count + long + beside {
+                if let Some(keeps) = kept.get_mut(at % count) {
+                    *keeps = false;
+                }
+            }
+        }
+    }
+    let each = points.into_iter().zip(kept);
+    each.map(|(point, keeps)| Point {
+        weight: if keeps { point.weight } else { 0.0 },
+        ..point
+    })
+    .collect()
+}
+
+/// The middle of values, the upper one of two; `None` of none.
+pub(super) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.collect();
+    let middle = values.len() / 2;
+    if values.is_empty() {
+        return None;
+    }
+    Some(*values.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Edge points of a circle about (x, y), from rays that start at the origin.
+    fn edges(rays: &Rays, x: f64, y: f64, radius: f64) -> Vec<EdgePoint> {
+        let each = rays.directions().iter().map(|(nx, ny)| {
+            let along = nx * x + ny * y;
+            let distance = along + (radius * radius - x * x - y * y + along * along).sqrt();
+            EdgePoint {
+                distance: distance as f32,
+                weight: 1.0,
+                scale: 1.0,
+            }
+        });
+        each.collect()
+    }
+
+    #[test]
+    fn a_circle_is_found_whole_and_by_half() {
+        let rays = Rays::new(120);
+        for known in [None, Some(20.0)] {
+            let mut points = edges(&rays, 0.7, -0.4, 20.0);
+            let circle = rays.fit(&points, known).expect("a circle");
+            assert!((circle.dx - 0.7).hypot(circle.dy + 0.4) < 1e-5, "{circle:?}");
+            assert!((circle.radius - 20.0).abs() < 1e-5 && circle.share == 1.0, "{circle:?}");
+            // the lower third is of something else, into which the edge passes gradually
+            for (j, point) in points.iter_mut().enumerate() {
+                let from = (j as f32 - 30.0).abs();
+                if from < 20.0 {
+                    point.distance += 0.02 * (20.0 - from).powi(2);
+                }
+            }
+            let circle = rays.fit(&points, known).expect("a circle");
+            assert!((circle.dx - 0.7).hypot(circle.dy + 0.4) < 0.01, "{circle:?}");
+            assert!((0.6..0.8).contains(&circle.share), "{circle:?}");
+        }
+    }
+
+    #[test]
+    fn points_that_do_not_hold_a_circle_are_none() {
+        let rays = Rays::new(60);
+        assert_eq!(rays.fit(&[], None), None);
+        assert_eq!(rays.fit(&vec![EdgePoint::NONE; 60], Some(20.0)), None);
+        let mut points = edges(&rays, 0.0, 0.0, 20.0);
+        points.iter_mut().skip(14).for_each(|point| point.weight = 0.0);
+        assert_eq!(rays.fit(&points, None), None);
+    }
+}

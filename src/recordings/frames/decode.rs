@@ -1,0 +1,234 @@
+//! Decodes a frame to grey levels, within limits of size.
+
+use std::fs::File;
+use std::io::{BufReader, Cursor};
+use std::path::Path;
+
+use image::codecs::{jpeg::JpegDecoder, png::PngDecoder};
+use image::{ColorType, ImageDecoder};
+use tiff::decoder::{Decoder, DecodingResult};
+
+/// Pixels of the largest frame that is read.
+const MOST_PIXELS: u64 = 1 << 25;
+
+/// Bytes of the largest file of one frame that is read: no format needs more than eight a pixel and a header.
+const MOST_BYTES: u64 = 9 * MOST_PIXELS;
+
+/// Bytes that a decoder may ask for.
+const MOST_DECODED: u64 = 8 * MOST_PIXELS;
+
+/// An image format of frames.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Format {
+    Png,
+    Jpeg,
+    Tiff,
+}
+
+impl Format {
+    /// Of a name's ending in lower case.
+    pub fn of_extension(ending: &str) -> Option<Format> {
+        match ending {
+            "png" => Some(Format::Png),
+            "jpg" | "jpeg" => Some(Format::Jpeg),
+            "tif" | "tiff" => Some(Format::Tiff),
+            _ => None,
+        }
+    }
+}
+
+/// A frame in grey.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Grey {
+    pub width: usize,
+    pub height: usize,
+    /// Row by row, white at 65,535 whatever the file's depth.
+    pub levels: Vec<u16>,
+    /// What a grey level of the file is here: 256 with 8 bits, 1 with 16.
+    pub unit: u16,
+}
+
+/// Memory that is used again for the next frame.
+#[derive(Default)]
+pub(super) struct Room {
+    file: Vec<u8>,
+    decoded: Vec<u8>,
+    /// levels of a frame that is done with
+    pub levels: Vec<u16>,
+}
+
+/// The samples of a pixel: how many, and how many of them are colours.
+#[derive(Clone, Copy)]
+enum Samples {
+    Grey(usize),
+    Colours(usize),
+}
+
+/// Reads the only image of a file.
+pub(super) fn file(path: &Path, format: Format, room: &mut Room) -> Result<Grey, String> {
+    if format == Format::Tiff {
+        let mut reader = open_tiff(path)?;
+        if reader.more_images() {
+            return Err("a TIFF of several pages in a folder; expected one page a file, or that file alone".to_owned());
+        }
+        return tiff_page(&mut reader, room);
+    }
+    let size = std::fs::metadata(path).map_err(|error| error.to_string())?.len();
+    if size > MOST_BYTES {
+        return Err(format!("{size} bytes; expected a frame of at most {MOST_BYTES}"));
+    }
+    room.file.clear();
+    let mut file = File::open(path).map_err(|error| error.to_string())?;
+    std::io::Read::read_to_end(&mut file, &mut room.file).map_err(|error| error.to_string())?;
+    let bytes = std::mem::take(&mut room.file);
+    let unreadable = |kind: &str, error: image::ImageError| {
+        format!("not a {kind} image that can be read ({error}); expected a whole one")
+    };
+    let grey = if format == Format::Png {
+        let mut limits = image::Limits::no_limits();
+        limits.max_alloc = Some(MOST_DECODED);
+        PngDecoder::with_limits(Cursor::new(&bytes), limits)
+            .map_err(|error| unreadable("PNG", error))
+            .and_then(|decoder| image(decoder, room, |error| unreadable("PNG", error)))
+    } else {
+        JpegDecoder::new(Cursor::new(&bytes))
+            .map_err(|error| unreadable("JPEG", error))
+            .and_then(|decoder| image(decoder, room, |error| unreadable("JPEG", error)))
+    };
+    room.file = bytes;
+    grey
+}
+
+fn image(
+    decoder: impl ImageDecoder,
+    room: &mut Room,
+    unreadable: impl Fn(image::ImageError) -> String,
+) -> Result<Grey, String> {
+    let (width, height) = decoder.dimensions();
+    let pixels = checked_pixels(width, height)?;
+    let (samples, wide) = match decoder.color_type() {
+        ColorType::L8 => (Samples::Grey(1), false),
+        ColorType::La8 => (Samples::Grey(2), false),
+        ColorType::Rgb8 => (Samples::Colours(3), false),
+        ColorType::Rgba8 => (Samples::Colours(4), false),
+        ColorType::L16 => (Samples::Grey(1), true),
+        ColorType::La16 => (Samples::Grey(2), true),
+        ColorType::Rgb16 => (Samples::Colours(3), true),
+        ColorType::Rgba16 => (Samples::Colours(4), true),
+        other => return Err(format!("pixels are {other:?}; expected grey or RGB of 8 or 16 bits")),
+    };
+    let bytes = decoder.total_bytes();
+    if bytes > MOST_DECODED {
+        return Err(too_large(width, height));
+    }
+    room.decoded.resize(bytes as usize, 0);
+    decoder.read_image(&mut room.decoded).map_err(unreadable)?;
+    let mut levels = std::mem::take(&mut room.levels);
+    levels.clear();
+    levels.reserve(pixels);
+    if wide {
+        // the decoder leaves samples in the order of this machine's bytes
+        let words = room
+            .decoded
+            .as_chunks::<2>()
+            .0
+            .iter()
+            .map(|pair| u16::from_ne_bytes(*pair));
+        to_grey(words, samples, 1, &mut levels);
+    } else {
+        to_grey(
+            room.decoded.iter().map(|byte| u16::from(*byte)),
+            samples,
+            256,
+            &mut levels,
+        );
+    }
+    checked_grey(width, height, levels, if wide { 1 } else { 256 })
+}
+
+/// A reader of a TIFF's pages.
+pub(super) fn open_tiff(path: &Path) -> Result<Decoder<BufReader<File>>, String> {
+    let file = File::open(path).map_err(|error| error.to_string())?;
+    let mut limits = tiff::decoder::Limits::default();
+    limits.decoding_buffer_size = MOST_DECODED as usize;
+    limits.intermediate_buffer_size = MOST_DECODED as usize;
+    Decoder::new(BufReader::new(file))
+        .map(|reader| reader.with_limits(limits))
+        .map_err(|error| format!("not a TIFF image that can be read ({error}); expected a whole one"))
+}
+
+/// The page a reader stands at.
+pub(super) fn tiff_page(reader: &mut Decoder<BufReader<File>>, room: &mut Room) -> Result<Grey, String> {
+    let unreadable =
+        |error: tiff::TiffError| format!("not a TIFF page that can be read ({error}); expected a whole one");
+    let (width, height) = reader.dimensions().map_err(unreadable)?;
+    let pixels = checked_pixels(width, height)?;
+    let samples = match reader.colortype().map_err(unreadable)? {
+        tiff::ColorType::Gray(_) => Samples::Grey(1),
+        tiff::ColorType::GrayA(_) => Samples::Grey(2),
+        tiff::ColorType::RGB(_) => Samples::Colours(3),
+        tiff::ColorType::RGBA(_) => Samples::Colours(4),
+        other => return Err(format!("pixels are {other:?}; expected grey or RGB of 8 or 16 bits")),
+    };
+    let mut levels = std::mem::take(&mut room.levels);
+    levels.clear();
+    levels.reserve(pixels);
+    let unit = match reader.read_image().map_err(unreadable)? {
+        DecodingResult::U8(bytes) => {
+            to_grey(bytes.iter().map(|byte| u16::from(*byte)), samples, 256, &mut levels);
+            256
+        }
+        DecodingResult::U16(words) => {
+            to_grey(words.iter().copied(), samples, 1, &mut levels);
+            1
+        }
+        _ => return Err("samples are neither of 8 nor of 16 bits; expected grey or RGB of 8 or 16 bits".to_owned()),
+    };
+    checked_grey(width, height, levels, unit)
+}
+
+/// Luminance of Rec. 709; a frame's transparency says nothing of light.
+fn to_grey(samples: impl ExactSizeIterator<Item = u16>, each: Samples, unit: u16, levels: &mut Vec<u16>) {
+    /// Parts of 65,536 that red, green and blue have in the luminance.
+    const PARTS: [u64; 3] = [13_933, 46_871, 4_732];
+    let mut samples = samples;
+    match each {
+        Samples::Grey(1) => levels.extend(samples.map(|level| level * unit)),
+        Samples::Grey(step) => levels.extend(samples.step_by(step).map(|level| level * unit)),
+        Samples::Colours(step) => {
+            while let (Some(red), Some(green), Some(blue)) = (samples.next(), samples.next(), samples.next()) {
+                let sum = PARTS[0] * u64::from(red) + PARTS[1] * u64::from(green) + PARTS[2] * u64::from(blue);
+                levels.push(((sum * u64::from(unit)) >> 16) as u16);
+                if step > 3 {
+                    samples.next();
+                }
+            }
+        }
+    }
+}
+
+fn checked_pixels(width: u32, height: u32) -> Result<usize, String> {
+    let pixels = u64::from(width) * u64::from(height);
+    if pixels == 0 || pixels > MOST_PIXELS {
+        return Err(too_large(width, height));
+    }
+    Ok(pixels as usize)
+}
+
+fn checked_grey(width: u32, height: u32, levels: Vec<u16>, unit: u16) -> Result<Grey, String> {
+    let (width, height) = (width as usize, height as usize);
+    if levels.len() != width * height {
+        return Err(format!("{} pixels; expected {width} × {height}", levels.len()));
+    }
+    Ok(Grey {
+        width,
+        height,
+        levels,
+        unit,
+    })
+}
+
+#[cold]
+fn too_large(width: u32, height: u32) -> String {
+    format!("{width} × {height} pixels; expected from 1 to {MOST_PIXELS} pixels a frame")
+}

@@ -1,0 +1,266 @@
+//! Lists the frames of a recording: a folder of images in order of name, or the pages of a TIFF.
+
+use std::cmp::Ordering;
+use std::ffi::OsStr;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use tiff::decoder::Decoder;
+
+use super::decode::{self, Format, Grey, Room};
+
+/// Frames below which a background is not told from a sphere.
+pub(super) const FEWEST_FRAMES: usize = 5;
+
+/// The one command line that makes frames of a video.
+const FFMPEG: &str = "ffmpeg -i FILE frames/%06d.png";
+
+const EXPECTED: &str = "expected a folder of PNG, JPEG or TIFF frames, or a TIFF of several pages";
+
+/// Names of files that are images, but of a format that is not read.
+const OTHER_IMAGES: [&str; 14] = [
+    "bmp", "gif", "webp", "jp2", "jxl", "avif", "heic", "dng", "pgm", "ppm", "pnm", "tga", "exr", "b16",
+];
+
+/// Names of files that are recordings of a camera or a video.
+const VIDEOS: [&str; 17] = [
+    "mp4", "avi", "mov", "mkv", "webm", "wmv", "m4v", "mpg", "mpeg", "mts", "m2ts", "3gp", "flv", "ogv", "cine",
+    "mraw", "y4m",
+];
+
+type Pages = Decoder<BufReader<File>>;
+
+/// The frames of a recording, none of which is in memory.
+pub(super) enum Frames {
+    Files {
+        format: Format,
+        paths: Vec<PathBuf>,
+    },
+    Pages {
+        path: PathBuf,
+        count: usize,
+        /// readers that know where pages are, as many as are at work at once
+        idle: Mutex<Vec<Pages>>,
+    },
+}
+
+impl Frames {
+    /// Of a folder or of a TIFF; fails where there are fewer than five.
+    pub fn open(path: &Path) -> Result<Frames, String> {
+        let kind = std::fs::metadata(path).map_err(|error| format!("{}: {error}; {EXPECTED}", path.display()))?;
+        let frames = if kind.is_dir() {
+            of_folder(path)?
+        } else {
+            of_file(path)?
+        };
+        match frames.len() {
+            count if count < FEWEST_FRAMES => Err(format!(
+                "{}: {count} {}; expected at least {FEWEST_FRAMES}, some of them before the impact",
+                path.display(),
+                if count == 1 { "frame" } else { "frames" }
+            )),
+            _ => Ok(frames),
+        }
+    }
+
+    pub fn len(&self) -> usize {
+        match self {
+            Frames::Files { paths, .. } => paths.len(),
+            Frames::Pages { count, .. } => *count,
+        }
+    }
+
+    /// What a message calls a frame.
+    pub fn name(&self, frame: usize) -> String {
+        match self {
+            Frames::Files { paths, .. } => paths
+                .get(frame)
+                .map_or_else(|| format!("frame {frame}"), |path| path.display().to_string()),
+            Frames::Pages { path, .. } => format!("{}: page {}", path.display(), frame + 1),
+        }
+    }
+
+    /// The grey levels of a frame, in the room that another left.
+    pub fn read(&self, frame: usize, room: &mut Room) -> Result<Grey, String> {
+        let grey = match self {
+            Frames::Files { format, paths } => paths
+                .get(frame)
+                .ok_or_else(|| "no such frame".to_owned())
+                .and_then(|path| decode::file(path, *format, room)),
+            Frames::Pages { path, idle, .. } => page(path, frame, idle, room),
+        };
+        grey.map_err(|problem| format!("{}: {problem}", self.name(frame)))
+    }
+}
+
+/// Reads a page with an idle reader, which is idle again afterwards.
+fn page(path: &Path, frame: usize, idle: &Mutex<Vec<Pages>>, room: &mut Room) -> Result<Grey, String> {
+    let kept = idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
+    let mut reader = match kept {
+        Some(reader) => reader,
+        None => decode::open_tiff(path)?,
+    };
+    reader
+        .seek_to_image(frame)
+        .map_err(|error| format!("not a TIFF page that can be read ({error}); expected a whole one"))?;
+    let grey = decode::tiff_page(&mut reader, room)?;
+    idle.lock().unwrap_or_else(PoisonError::into_inner).push(reader);
+    Ok(grey)
+}
+
+fn extension(path: &Path) -> String {
+    path.extension()
+        .and_then(OsStr::to_str)
+        .unwrap_or("")
+        .to_ascii_lowercase()
+}
+
+fn of_file(path: &Path) -> Result<Frames, String> {
+    let name = path.display();
+    let ending = extension(path);
+    match Format::of_extension(&ending) {
+        Some(Format::Tiff) => {}
+        Some(_) => return Err(format!("{name}: a single image; {EXPECTED}")),
+        None if VIDEOS.contains(&ending.as_str()) => {
+            return Err(format!("{name}: a video; {EXPECTED}: make frames with `{FFMPEG}`"))
+        }
+        None => {
+            return Err(format!(
+                "{name}: not frames; {EXPECTED}; of a video, make frames with `{FFMPEG}`"
+            ))
+        }
+    }
+    let mut reader = decode::open_tiff(path).map_err(|problem| format!("{name}: {problem}"))?;
+    let mut count = 1;
+    while reader.more_images() {
+        reader.next_image().map_err(|error| {
+            format!(
+                "{name}: page {}: not a TIFF page that can be read ({error}); expected a whole one",
+                count + 1
+            )
+        })?;
+        count += 1;
+    }
+    if count == 1 {
+        return Err(format!("{name}: a TIFF of a single page; {EXPECTED}"));
+    }
+    Ok(Frames::Pages {
+        path: path.to_owned(),
+        count,
+        idle: Mutex::new(vec![reader]),
+    })
+}
+
+fn of_folder(folder: &Path) -> Result<Frames, String> {
+    let name = folder.display();
+    let unreadable = |error: std::io::Error| format!("{name}: {error}; {EXPECTED}");
+    let mut found: Vec<(Format, PathBuf)> = vec![];
+    let mut foreign: Vec<PathBuf> = vec![];
+    let mut videos: Vec<PathBuf> = vec![];
+    for entry in std::fs::read_dir(folder).map_err(unreadable)? {
+        let path = entry.map_err(unreadable)?.path();
+        // hidden files are an operating system's
+        let hidden = path
+            .file_name()
+            .is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
+        if hidden || path.is_dir() {
+            continue;
+        }
+        let ending = extension(&path);
+        match Format::of_extension(&ending) {
+            Some(format) => found.push((format, path)),
+            None if OTHER_IMAGES.contains(&ending.as_str()) => foreign.push(path),
+            None if VIDEOS.contains(&ending.as_str()) => videos.push(path),
+            None => {}
+        }
+    }
+    found.sort_by(|(_, a), (_, b)| natural_order(a, b));
+    foreign.sort();
+    let Some((format, first)) = found.first().cloned() else {
+        let holds = match (foreign.first(), videos.first()) {
+            (Some(image), _) => format!("{} is of a format that is not read", image.display()),
+            (None, Some(video)) => format!("of {} make frames with `{FFMPEG}`", video.display()),
+            (None, None) => "no image is in it".to_owned(),
+        };
+        return Err(format!("{name}: {EXPECTED}; {holds}"));
+    };
+    let other = found.iter().find(|(other, _)| *other != format).map(|(_, path)| path);
+    if let Some(other) = other.or(foreign.first()) {
+        return Err(format!(
+            "{name}: images of several formats, as {} and {}; expected frames of one format and no other images",
+            first.display(),
+            other.display()
+        ));
+    }
+    Ok(Frames::Files {
+        format,
+        paths: found.into_iter().map(|(_, path)| path).collect(),
+    })
+}
+
+/// The order in which numbers in names are compared as numbers: frame2 stands before frame10.
+fn natural_order(one: &Path, other: &Path) -> Ordering {
+    let bytes = |path: &Path| {
+        path.file_name()
+            .map(|name| name.as_encoded_bytes().to_vec())
+            .unwrap_or_default()
+    };
+    let (a, b) = (bytes(one), bytes(other));
+    let (mut a, mut b) = (a.as_slice(), b.as_slice());
+    loop {
+        let digits = |text: &[u8]| text.iter().take_while(|byte| byte.is_ascii_digit()).count();
+        let order = match (digits(a), digits(b)) {
+            (0, _) | (_, 0) => match (a.split_first(), b.split_first()) {
+                (Some((x, rest_a)), Some((y, rest_b))) => {
+                    (a, b) = (rest_a, rest_b);
+                    x.cmp(y)
+                }
+                // equal but for leading zeros, or one is the start of the other
+                _ => return a.len().cmp(&b.len()).then_with(|| one.cmp(other)),
+            },
+            (of_a, of_b) => {
+                let (number_a, rest_a) = a.split_at(of_a);
+                let (number_b, rest_b) = b.split_at(of_b);
+                (a, b) = (rest_a, rest_b);
+                let (x, y) = (without_zeros(number_a), without_zeros(number_b));
+                x.len().cmp(&y.len()).then_with(|| x.cmp(y))
+            }
+        };
+        if order != Ordering::Equal {
+            return order;
+        }
+    }
+}
+
+fn without_zeros(digits: &[u8]) -> &[u8] {
+    let zeros = digits.iter().take_while(|digit| **digit == b'0').count();
+    digits.get(zeros..).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_in_names_are_compared_as_numbers() {
+        let ordered = [
+            "a.png",
+            "f-1.png",
+            "f-2.png",
+            "f-010.png",
+            "f-10b.png",
+            "f-99999999999999999999999.png",
+            "f-100000000000000000000000.png",
+            "g1x2.png",
+            "g1x11.png",
+            "g01y.png",
+        ];
+        let mut sorted: Vec<PathBuf> = ordered.iter().rev().map(PathBuf::from).collect();
+        sorted.sort_by(|a, b| natural_order(a, b));
+        assert_eq!(sorted, ordered.map(PathBuf::from));
+        assert_eq!(natural_order(Path::new("f1"), Path::new("f01")), Ordering::Greater);
+        assert_eq!(natural_order(Path::new("f1"), Path::new("f1")), Ordering::Equal);
+    }
+}

@@ -1,0 +1,307 @@
+//! Tells the sphere from its mirror image, its shadow and from other things that move.
+
+use rayon::prelude::*;
+
+use super::background::Background;
+use super::circle::{median, Circle, EdgePoint, Rays};
+use super::decode::Grey;
+use super::edge::{edges, Difference, Search};
+use super::votes::{EdgeCells, Place, Tallies};
+use super::Sighting;
+
+/// Least radius of a sphere, px: below, an outline has not enough pixels.
+const LEAST_RADIUS: f64 = 4.0;
+
+/// The outline of the sphere in a frame, from which circles of any radius are fitted.
+pub(super) struct Outline {
+    /// provisional centre, px
+    x: f64,
+    y: f64,
+    edges: Vec<EdgePoint>,
+    free: Circle,
+    /// median step of brightness, in levels
+    pub contrast: f32,
+    /// median width of the steps, px
+    width: f64,
+    /// largest width of the steps, px: of those that motion blurs most
+    widest: f64,
+    /// height of a second disc below the sphere: its mirror image
+    mirror_y: Option<f64>,
+}
+
+impl Outline {
+    /// Centre of the circle fitted with its radius free, px.
+    fn centre(&self) -> (f64, f64) {
+        (self.x + self.free.dx, self.y + self.free.dy)
+    }
+}
+
+/// Looks for a sphere of a known size.
+pub(super) struct Seeker<'b> {
+    background: &'b Background,
+    radius: f64,
+    rays: Rays,
+    cell: usize,
+}
+
+/// Rays of an outline: about one a pixel, no more than help.
+fn rays(radius: f64) -> Rays {
+    Rays::new(((std::f64::consts::TAU * radius) as usize).clamp(48, 180))
+}
+
+/// Rounds in which an outline is looked for about a centre that is known better each time, and how far from it, in radii.
+/// The last ones are for a motion blur, in which a centre is found slowly.
+const REACH: [f64; 9] = [0.45, 0.3, 0.25, 0.25, 0.25, 0.25, 0.25, 0.25, 0.25];
+
+/// Motion of a centre in a round that is none, px.
+const STILL: f64 = 0.1;
+
+/// How far at least, in widths of a blurred edge.
+const REACH_OF_WIDTH: f64 = 1.1;
+
+/// Least reach of a search, px.
+const LEAST_REACH: f64 = 5.0;
+
+impl<'b> Seeker<'b> {
+    pub fn new(background: &'b Background, radius: f64) -> Seeker<'b> {
+        Seeker {
+            background,
+            radius,
+            rays: rays(radius),
+            // so that a radius is five cells
+            cell: ((radius / 5.0) as usize).clamp(1, 16),
+        }
+    }
+
+    /// The sphere's outline in a frame; `None` where it is not, or not whole.
+    pub fn outline(&self, grey: &Grey, tallies: &mut Tallies) -> Option<Outline> {
+        /// Discs of a frame: the sphere, its mirror image, its shadow, another.
+        const MOST_DISCS: usize = 4;
+        /// Part of an outline that votes.
+        const LEAST_VOTES: f64 = 0.25;
+        let difference = Difference::of(grey, self.background);
+        let cells = EdgeCells::of(&difference, self.cell, tallies);
+        let places = cells.places(self.radius, MOST_DISCS, LEAST_VOTES, tallies);
+        let found = places.into_iter().filter_map(|place| {
+            let outline = outline(&difference, &self.rays, place)?;
+            let near = (outline.free.radius / self.radius - 1.0).abs() < 0.15;
+            near.then_some(outline)
+        });
+        let mut discs: Vec<Outline> = vec![];
+        for outline in found {
+            let (x, y) = outline.centre();
+            let same = |other: &Outline| (other.centre().0 - x).hypot(other.centre().1 - y) < 0.5 * self.radius;
+            if !discs.iter().any(same) {
+                discs.push(outline);
+            }
+        }
+        let sphere = sphere_of(discs, self.radius)?;
+        let (x, y) = sphere.centre();
+        let whole =
+            |centre: f64, pixels: usize| centre - self.radius >= -0.5 && centre + self.radius <= pixels as f64 - 0.5;
+        (whole(x, grey.width) && whole(y, grey.height)).then_some(sphere)
+    }
+
+    /// Where the sphere is, its radius being that of the recording. An outline blurred by motion has one of its own, which
+    /// counts where the outline is nearly whole.
+    pub fn sighting(&self, frame: usize, outline: &Outline, shared: Shared) -> Option<Sighting> {
+        /// How much wider a blurred step is.
+        const BLURRED: f64 = 1.4;
+        /// Part of an outline that holds a radius.
+        const WHOLE: f64 = 0.6;
+        let own = outline.width > BLURRED * shared.width && outline.free.share > WHOLE;
+        let circle = self.rays.fit(&outline.edges, (!own).then_some(shared.radius))?;
+        Some(Sighting {
+            frame,
+            x_px: outline.x + circle.dx,
+            y_px: outline.y + circle.dy,
+            radius_px: outline.free.radius,
+            outline_share: circle.share,
+            scatter_px: circle.scatter,
+            blur_px: outline.widest,
+        })
+    }
+}
+
+/// The outline about a place.
+fn outline(difference: &Difference, rays: &Rays, place: Place) -> Option<Outline> {
+    let (mut x, mut y, mut radius) = (place.x, place.y, place.radius);
+    let (mut last, mut widest) = (None, 0.0);
+    for reach in REACH {
+        let search = Search {
+            x,
+            y,
+            radius,
+            reach: (reach * radius)
+                .max(REACH_OF_WIDTH * widest)
+                .max(LEAST_REACH)
+                .min(radius),
+        };
+        let edges = edges(difference, rays, search);
+        let circle = rays.fit(&edges.points, None)?;
+        (x, y, radius) = (x + circle.dx, y + circle.dy, circle.radius);
+        widest = edges.widest;
+        let moved = (x - place.x).hypot(y - place.y);
+        if moved > 0.7 * place.radius || (radius / place.radius - 1.0).abs() > 0.3 {
+            return None;
+        }
+        last = Some((search, edges, circle));
+        if circle.dx.hypot(circle.dy) < STILL {
+            break;
+        }
+    }
+    let (search, edges, free) = last?;
+    Some(Outline {
+        x: search.x,
+        y: search.y,
+        edges: edges.points,
+        free,
+        contrast: edges.contrast,
+        width: edges.width,
+        widest,
+        mirror_y: None,
+    })
+}
+
+/// The sphere among discs of its size: the one that stands out most, or one straight above it, whose mirror image it is.
+fn sphere_of(discs: Vec<Outline>, radius: f64) -> Option<Outline> {
+    let clear = |disc: &Outline| f64::from(disc.contrast) * disc.free.share;
+    let place = |disc: &Outline| disc.centre();
+    let clearest = discs.iter().max_by(|a, b| clear(a).total_cmp(&clear(b)))?;
+    let (x, y) = place(clearest);
+    let in_line = |disc: &Outline| (place(disc).0 - x).abs() < 0.25 * radius;
+    let as_clear = clear(clearest);
+    let above = discs
+        .iter()
+        .filter(|disc| in_line(disc) && clear(disc) > 0.4 * as_clear && place(disc).1 < y);
+    let upper = above.min_by(|a, b| place(a).1.total_cmp(&place(b).1)).map(place);
+    let (x, y) = upper.unwrap_or((x, y));
+    let lower = discs
+        .iter()
+        .map(place)
+        .filter(|(of_x, of_y)| (of_x - x).abs() < 0.25 * radius && *of_y > y + radius);
+    let mirror_y = lower.map(|(_, y)| y).min_by(f64::total_cmp);
+    let sphere = discs.into_iter().find(|disc| place(disc) == (x, y))?;
+    Some(Outline { mirror_y, ..sphere })
+}
+
+/// Drops discs below the plate: where the sphere is out of view above, its mirror image may be in view.
+pub(super) fn leave_mirror_images_out(outlines: &mut [Option<Outline>]) {
+    /// Frames with both that show where the plate is.
+    const FEWEST_PAIRS: usize = 5;
+    let middles = || {
+        let each = outlines.iter().flatten();
+        each.filter_map(|outline| Some(0.5 * (outline.centre().1 + outline.mirror_y?)))
+    };
+    if middles().count() < FEWEST_PAIRS {
+        return;
+    }
+    let Some(plate) = median(middles()) else { return };
+    let Some(spread) = median(middles().map(|middle| (middle - plate).abs())) else {
+        return;
+    };
+    for place in outlines.iter_mut() {
+        let below = |outline: &Outline| outline.centre().1 > plate && spread < 0.25 * outline.free.radius;
+        if place.as_ref().is_some_and(below) {
+            *place = None;
+        }
+    }
+}
+
+/// What the outlines of a recording have in common.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Shared {
+    /// px
+    pub radius: f64,
+    /// width of a step at an outline of the sharper half of them, px
+    width: f64,
+}
+
+/// The radius that the recording's sharpest whole outlines have; `None` where there is no outline.
+pub(super) fn shared(outlines: &[Option<Outline>]) -> Option<Shared> {
+    let most = outlines
+        .iter()
+        .flatten()
+        .map(|outline| outline.free.share)
+        .fold(0.0, f64::max);
+    let whole = || {
+        outlines
+            .iter()
+            .flatten()
+            .filter(|outline| outline.free.share > 0.9 * most)
+    };
+    // motion widens an edge, and changes a radius with it
+    let width = median(whole().map(|outline| outline.width))?;
+    let sharp = whole().filter(|outline| outline.width <= width);
+    let radius = median(sharp.map(|outline| outline.free.radius))?;
+    Some(Shared { radius, width })
+}
+
+/// The radius of the sphere, from frames of a sample.
+pub(super) fn radius(sample: &[Grey], background: &Background) -> Option<f64> {
+    largest(discs(sample, background))
+}
+
+/// The radius of the largest discs; a disc that a single frame shows counts only where none shows in two.
+pub(super) fn largest(mut radii: Vec<f64>) -> Option<f64> {
+    radii.sort_by(f64::total_cmp);
+    /// How far radii of one sphere are from each other.
+    const ALIKE: f64 = 0.92;
+    let twice = radii
+        .iter()
+        .rev()
+        .zip(radii.iter().rev().skip(1))
+        .find(|(r, next)| **next > ALIKE * **r);
+    let largest = twice.map(|(radius, _)| *radius).or(radii.last().copied())?;
+    median(
+        radii
+            .iter()
+            .copied()
+            .filter(|radius| *radius > ALIKE * largest && *radius <= largest),
+    )
+}
+
+/// Radii of the discs that frames show, the two clearest a frame.
+pub(super) fn discs(frames: &[Grey], background: &Background) -> Vec<f64> {
+    let each: Vec<Vec<f64>> = frames
+        .par_iter()
+        .map_init(Tallies::default, |tallies, grey| {
+            let difference = Difference::of(grey, background);
+            // cells of half the size where no disc is found: a sphere may be small
+            [8, 4, 2, 1]
+                .into_iter()
+                .map(|cell| discs_in(&difference, cell, tallies))
+                .find(|radii| !radii.is_empty())
+                .unwrap_or_default()
+        })
+        .collect();
+    each.concat()
+}
+
+fn discs_in(difference: &Difference, cell: usize, tallies: &mut Tallies) -> Vec<f64> {
+    /// Radii from three cells on, each larger by so much.
+    const FIRST: f64 = 3.0;
+    const LARGER: f64 = 1.12;
+    /// Part of an outline that votes.
+    const LEAST_VOTES: f64 = 0.4;
+    /// Part of an outline that is on one circle.
+    const LEAST_SHARE: f64 = 0.6;
+    let cells = EdgeCells::of(difference, cell, tallies);
+    let most = 0.5 * difference.width().min(difference.height()) as f64;
+    let mut places: Vec<Place> = vec![];
+    let mut radius = (FIRST * cell as f64).max(LEAST_RADIUS);
+    while radius < most {
+        places.extend(cells.places(radius, 2, LEAST_VOTES, tallies));
+        radius *= LARGER;
+    }
+    // the longest outline first
+    places.sort_by(|a, b| (b.share * b.radius).total_cmp(&(a.share * a.radius)));
+    /// Places that are looked at.
+    const MOST_PLACES: usize = 6;
+    let found = places.into_iter().take(MOST_PLACES).filter_map(|place| {
+        let outline = outline(difference, &rays(place.radius), place)?;
+        let good = outline.free.share >= LEAST_SHARE && outline.free.scatter < 0.1 * outline.free.radius;
+        (good && outline.free.radius >= LEAST_RADIUS).then_some(outline.free.radius)
+    });
+    found.take(2).collect()
+}

@@ -1,0 +1,607 @@
+//! The sphere is found where it was rendered, whatever else is in the frames.
+
+mod render;
+
+use std::path::Path;
+
+use rayon::prelude::*;
+use render::{render, Picture, Scene};
+use tempfile::TempDir;
+use wetcor::recordings::frames::{find_sphere, Sightings};
+
+/// Errors of positions, px.
+#[derive(Debug, Clone, Copy)]
+struct Errors {
+    bias: (f64, f64),
+    sd: (f64, f64),
+    largest: f64,
+}
+
+impl Errors {
+    fn of(each: &[(f64, f64)]) -> Errors {
+        let n = each.len().max(1) as f64;
+        let mean = |part: fn(&(f64, f64)) -> f64| each.iter().map(part).sum::<f64>() / n;
+        let bias = (mean(|one| one.0), mean(|one| one.1));
+        let square = |part: fn(&(f64, f64)) -> f64, bias: f64| {
+            (each.iter().map(|one| (part(one) - bias).powi(2)).sum::<f64>() / n).sqrt()
+        };
+        Errors {
+            bias,
+            sd: (square(|one| one.0, bias.0), square(|one| one.1, bias.1)),
+            largest: each.iter().map(|(x, y)| x.abs().max(y.abs())).fold(0.0, f64::max),
+        }
+    }
+
+    /// The line of the requirement, with three standard errors of the mean for chance.
+    fn are_small(&self, frames: usize) -> bool {
+        let chance = 3.0 / (frames as f64).sqrt();
+        let good = |bias: f64, sd: f64| bias.abs() < 0.02 + chance * sd && sd < 0.05;
+        good(self.bias.0, self.sd.0) && good(self.bias.1, self.sd.1)
+    }
+}
+
+fn written(scene: &Scene, centre: impl Fn(f64) -> (f64, f64) + Sync, frames: usize) -> TempDir {
+    let folder = TempDir::new().expect("a folder");
+    (0..frames).into_par_iter().for_each(|frame| {
+        let picture = render(scene, &centre, frame);
+        picture.png(&folder.path().join(format!("frame{frame}.png")));
+    });
+    folder
+}
+
+fn found(path: &Path) -> Sightings {
+    find_sphere(path, &|_, _| ()).expect("a sphere")
+}
+
+fn errors_between(sightings: &Sightings, centre: impl Fn(f64) -> (f64, f64), which: impl Fn(usize) -> bool) -> Errors {
+    let each: Vec<(f64, f64)> = sightings
+        .seen
+        .iter()
+        .filter(|one| which(one.frame))
+        .map(|one| {
+            let (x, y) = centre(one.frame as f64);
+            (one.x_px - x, one.y_px - y)
+        })
+        .collect();
+    Errors::of(&each)
+}
+
+fn errors(sightings: &Sightings, centre: impl Fn(f64) -> (f64, f64)) -> Errors {
+    errors_between(sightings, centre, |_| true)
+}
+
+/// The height of the plate in frames of the default size.
+const PLATE: f64 = 190.0;
+
+/// Everything that a wet plate adds, of a sphere whose outline has a contrast of 20 times the noise.
+fn wet_plate(bright: bool) -> Scene {
+    let scene = Scene {
+        gradient: 0.4,
+        shading: 0.3,
+        highlight: true,
+        plate: Some(PLATE),
+        mirror: 0.5,
+        meniscus: 4.0,
+        shadow: 0.15,
+        ..Scene::default()
+    };
+    if bright {
+        // a lamp from above leaves 70 % of the contrast at the outline
+        Scene { noise: 3.5, ..scene }
+    } else {
+        Scene {
+            background: 170.0,
+            contrast: -130.0,
+            ..scene
+        }
+    }
+}
+
+/// A fall to the plate in 150 frames and a rebound of half the speed, over all parts of a pixel.
+fn impact(time: f64) -> (f64, f64) {
+    let from = time - 150.37;
+    let height = if from < 0.0 { -0.9 * from } else { 0.45 * from };
+    (95.0 + 0.0713 * from, PLATE - 20.0 - height)
+}
+
+/// The centre of mass of what differs from the level of most pixels by half of the contrast.
+fn centre_of_mass(picture: &Picture, scene: &Scene) -> (f64, f64) {
+    let mut sorted = picture.levels.clone();
+    sorted.sort_by(f64::total_cmp);
+    let usual = sorted[sorted.len() / 2];
+    let (mut sum, mut x, mut y) = (0.0, 0.0, 0.0);
+    for (at, level) in picture.levels.iter().enumerate() {
+        if (level - usual) / scene.contrast > 0.4 {
+            sum += 1.0;
+            x += (at % picture.width) as f64;
+            y += (at / picture.width) as f64;
+        }
+    }
+    (x / sum, y / sum)
+}
+
+#[test]
+fn positions_are_within_hundredths_of_a_pixel() {
+    for bright in [true, false] {
+        let scene = wet_plate(bright);
+        let folder = written(&scene, impact, 240);
+        let sightings = found(folder.path());
+        assert!(sightings.missed.is_empty(), "{bright}");
+        let near = |frame: usize| PLATE - 20.0 - impact(frame as f64).1 < 6.0;
+        let free = errors_between(&sightings, impact, |frame| !near(frame));
+        let wet = errors_between(&sightings, impact, near);
+        println!(
+            "bright {bright}: free {free:?}, wet {wet:?}, radius {}",
+            sightings.radius_px
+        );
+        assert!(free.are_small(200), "{free:?}");
+        assert!(wet.are_small(20), "{wet:?}");
+        assert!((sightings.radius_px - 20.0).abs() < 0.1, "{}", sightings.radius_px);
+        let ratio = sightings.contrast / sightings.noise;
+        assert!((15.0..28.0).contains(&ratio), "{ratio}");
+
+        // the simple method goes red
+        let simple: Vec<(f64, f64)> = (0..240)
+            .into_par_iter()
+            .step_by(4)
+            .map(|frame| {
+                let (x, y) = centre_of_mass(&render(&scene, impact, frame), &scene);
+                let truth = impact(frame as f64);
+                (x - truth.0, y - truth.1)
+            })
+            .collect();
+        let simple = Errors::of(&simple);
+        println!("  simple {simple:?}");
+        assert!(!simple.are_small(60) && simple.bias.1.abs() > 0.2, "{simple:?}");
+    }
+}
+
+#[test]
+fn the_background_is_without_a_sphere_at_rest() {
+    /// Rests for a part of 120 frames at the beginning, falls, and rests at the plate.
+    fn held(first: f64, last: f64) -> impl Fn(f64) -> (f64, f64) {
+        let fall = 120.0 - first - last;
+        move |time| {
+            let part = ((time - first) / fall).clamp(0.0, 1.0);
+            (100.3, 40.6 + 129.0 * part)
+        }
+    }
+    for bright in [true, false] {
+        let scene = wet_plate(bright);
+        for (first, last) in [(84.0, 0.0), (0.0, 84.0), (42.0, 42.0)] {
+            let centre = held(first, last);
+            let folder = written(&scene, &centre, 120);
+            let sightings = found(folder.path());
+            let all = errors(&sightings, &centre);
+            println!(
+                "bright {bright}, at rest for {first} and {last}: {} {all:?}",
+                sightings.seen.len()
+            );
+            assert!(sightings.missed.is_empty(), "{bright} {first} {last}");
+            // the simple background, a median over time, has the sphere in it
+            if first > 60.0 {
+                let at = 40 * scene.width + 100;
+                let levels = (0..120)
+                    .step_by(4)
+                    .map(|frame| render(&scene, &centre, frame).levels[at]);
+                let mut levels: Vec<f64> = levels.collect();
+                let empty = levels[levels.len() - 1];
+                levels.sort_by(f64::total_cmp);
+                let median = levels[levels.len() / 2];
+                assert!((median - empty) / scene.contrast > 0.5, "{median} {empty}");
+            }
+            // at rest on the plate all frames have the one error of its meniscus
+            let rests = |frame: usize| frame as f64 > 120.0 - last;
+            let free = errors_between(&sightings, &centre, |frame| !rests(frame));
+            let at_rest = errors_between(&sightings, &centre, rests);
+            assert!(
+                free.are_small(30) && free.largest < 0.25,
+                "{bright} {first} {last} {free:?}"
+            );
+            let good = at_rest.bias.0.abs() < 0.03 && at_rest.bias.1.abs() < 0.08 && at_rest.largest < 0.25;
+            assert!(good, "{bright} {first} {last} {at_rest:?}");
+        }
+    }
+}
+
+#[test]
+fn light_that_changes_and_other_things_move_nothing() {
+    let scene = Scene {
+        flicker: 0.03,
+        drift: 0.3,
+        droplet: 7.0,
+        bar: true,
+        background: 60.0,
+        ..Scene::default()
+    };
+    let centre = |time: f64| (110.0 + 0.11 * time, 30.0 + 0.83 * time);
+    let folder = written(&scene, centre, 200);
+    let sightings = found(folder.path());
+    let all = errors(&sightings, centre);
+    println!("{all:?} {}", sightings.radius_px);
+    assert!(sightings.missed.is_empty());
+    assert!(all.are_small(200), "{all:?}");
+    assert!((sightings.radius_px - 20.0).abs() < 0.1, "{}", sightings.radius_px);
+}
+
+#[test]
+fn a_motion_blur_is_borne() {
+    // a fall from rest to a radius a frame, and as fast up again
+    let speed = |time: f64| {
+        if time < 40.0 {
+            0.5 * time
+        } else {
+            -20.0 + 0.3 * (time - 40.0)
+        }
+    };
+    let centre = |time: f64| {
+        let y = if time < 40.0 {
+            30.0 + 0.25 * time * time
+        } else {
+            430.0 - 20.0 * (time - 40.0) + 0.15 * (time - 40.0).powi(2)
+        };
+        (70.2 + 0.37 * time, y)
+    };
+    let scene = Scene {
+        width: 160,
+        height: 480,
+        exposure: 1.0,
+        shading: 0.2,
+        highlight: true,
+        ..Scene::default()
+    };
+    let folder = written(&scene, centre, 58);
+    let sightings = found(folder.path());
+    let blurred = |from: f64, to: f64| {
+        errors_between(&sightings, centre, |frame| {
+            let speed = speed(frame as f64).abs();
+            frame != 40 && speed >= from && speed < to
+        })
+    };
+    let (sharp, some, strong, longest) = (
+        blurred(0.0, 5.0),
+        blurred(5.0, 12.0),
+        blurred(12.0, 16.0),
+        blurred(16.0, 20.1),
+    );
+    println!("{sharp:?}\n {some:?}\n {strong:?}\n {longest:?}");
+    assert!(sightings.missed.len() <= 1, "{:?}", sightings.missed);
+    assert!(
+        sharp.largest < 0.2 && some.largest < 0.4 && strong.largest < 1.0,
+        "{sharp:?} {some:?} {strong:?}"
+    );
+    assert!(
+        strong.bias.1.abs() < 0.4 && longest.largest < 5.0,
+        "{strong:?} {longest:?}"
+    );
+    // a frame says how far it is blurred
+    for one in sightings.seen.iter().filter(|one| one.frame != 40) {
+        let length = speed(one.frame as f64).abs();
+        assert!(
+            (one.blur_px - length.max(1.5)).abs() < 0.35 * length + 1.5,
+            "{length} {one:?}"
+        );
+    }
+}
+
+#[test]
+fn a_sphere_that_is_not_whole_is_missed() {
+    let centre = |time: f64| (60.0, -30.0 + 1.3 * time);
+    let scene = Scene {
+        width: 120,
+        height: 160,
+        ..Scene::default()
+    };
+    let folder = written(&scene, centre, 180);
+    let sightings = found(folder.path());
+    for one in &sightings.seen {
+        let (x, y) = centre(one.frame as f64);
+        assert!((one.x_px - x).hypot(one.y_px - y) < 0.25, "{one:?}");
+    }
+    for frame in 0..180 {
+        let (_, y) = centre(frame as f64);
+        let whole = y > 20.5 && y < 160.0 - 21.5;
+        let seen = sightings.seen.iter().any(|one| one.frame == frame);
+        let in_part = !(19.0..=140.0).contains(&y);
+        assert!(!whole || seen, "{frame} {y}");
+        assert!(!in_part || !seen, "{frame} {y}");
+    }
+    assert_eq!(sightings.seen.len() + sightings.missed.len(), sightings.frames);
+}
+
+#[test]
+fn a_mirror_image_is_no_sphere() {
+    // the plate is in the middle: the mirror image comes into view before the sphere
+    let centre = |time: f64| (60.0, -60.0 + 1.1 * time);
+    let scene = Scene {
+        width: 120,
+        height: 320,
+        plate: Some(110.0),
+        mirror: 0.8,
+        ..Scene::default()
+    };
+    let folder = written(&scene, centre, 135);
+    let sightings = found(folder.path());
+    let all = errors(&sightings, centre);
+    println!("{all:?}");
+    assert!(all.largest < 0.3, "{all:?}");
+    assert!(
+        sightings.seen.len() > 50 && sightings.missed.contains(&60),
+        "{:?}",
+        sightings.missed
+    );
+}
+
+fn falling(time: f64) -> (f64, f64) {
+    (50.3 + 0.05 * time, 25.2 + 1.63 * time)
+}
+
+#[test]
+fn formats_tell_the_same() {
+    let scene = Scene {
+        width: 100,
+        height: 140,
+        ..Scene::default()
+    };
+    let frames = 50;
+    let write = |name: fn(usize) -> String, picture: fn(&Picture, &Path)| {
+        let folder = TempDir::new().expect("a folder");
+        for frame in 0..frames {
+            picture(&render(&scene, falling, frame), &folder.path().join(name(frame)));
+        }
+        // what is no image is left alone
+        std::fs::write(folder.path().join("Thumbs.db"), "thumbs").expect("a file");
+        std::fs::write(folder.path().join("notes.txt"), "notes").expect("a file");
+        std::fs::write(folder.path().join("._f1.png"), "of a system").expect("a file");
+        std::fs::create_dir(folder.path().join("more.png")).expect("a folder");
+        folder
+    };
+    let grey = write(|frame| format!("f{frame}.png"), Picture::png);
+    let truth = found(grey.path());
+    assert_eq!((truth.frames, truth.width, truth.height), (frames, 100, 140));
+    let near = |path: &Path, most: f64, grey: f64| {
+        let sightings = found(path);
+        assert_eq!(sightings.missed, truth.missed, "{path:?}");
+        for (one, other) in sightings.seen.iter().zip(&truth.seen) {
+            let away = (one.x_px - other.x_px).hypot(one.y_px - other.y_px);
+            assert!(away < most, "{path:?} {one:?} {other:?}");
+        }
+        assert!(
+            (sightings.noise / truth.noise / grey - 1.0).abs() < 0.1,
+            "{path:?} {}",
+            sightings.noise
+        );
+        assert!(
+            (sightings.contrast / truth.contrast / grey - 1.0).abs() < 0.02,
+            "{path:?} {}",
+            sightings.contrast
+        );
+    };
+    let wide = write(|frame| format!("{frame:05}.PNG"), Picture::png_of_16_bits);
+    near(wide.path(), 0.03, 257.0);
+    let colours = write(|frame| format!("f{frame}.png"), Picture::png_of_colours);
+    near(colours.path(), 0.01, 1.0);
+    let jpeg = write(|frame| format!("f{frame}.jpeg"), Picture::jpeg);
+    near(jpeg.path(), 0.1, 1.0);
+    let single = |picture: &Picture, path: &Path| {
+        let copy = Picture {
+            width: picture.width,
+            height: picture.height,
+            levels: picture.levels.clone(),
+        };
+        render::tiff(path, false, std::iter::once(copy));
+    };
+    let folder = write(|frame| format!("f{frame}.tif"), single);
+    near(folder.path(), 1e-6, 1.0);
+    for (wide, most, grey) in [(false, 1e-6, 1.0), (true, 0.03, 257.0)] {
+        let path = folder.path().join("pages.tiff");
+        render::tiff(&path, wide, (0..frames).map(|frame| render(&scene, falling, frame)));
+        near(&path, most, grey);
+    }
+    // a file of pages in a folder of frames
+    let message = find_sphere(folder.path(), &|_, _| ()).expect_err("pages");
+    assert!(
+        message.contains("pages.tiff") && message.contains("several pages"),
+        "{message}"
+    );
+}
+
+#[test]
+fn any_number_of_threads_finds_the_same() {
+    let scene = Scene {
+        width: 100,
+        height: 140,
+        ..Scene::default()
+    };
+    let folder = written(&scene, falling, 40);
+    let told = std::sync::Mutex::new(vec![]);
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .expect("threads");
+        let progress = |done: usize, of: usize| told.lock().expect("progress").push((done, of));
+        pool.install(|| find_sphere(folder.path(), &progress))
+            .expect("a sphere")
+    };
+    let one = with(1);
+    assert_eq!(one, with(2));
+    assert_eq!(one, with(7));
+    let mut told = told.into_inner().expect("progress");
+    told.sort();
+    told.dedup();
+    assert_eq!(told, (1..=40).map(|done| (done, 40)).collect::<Vec<_>>());
+}
+
+fn refusal(path: &Path) -> String {
+    find_sphere(path, &|_, _| ()).expect_err("no frames")
+}
+
+#[test]
+fn what_is_no_recording_is_told() {
+    let scene = Scene {
+        width: 60,
+        height: 60,
+        radius: 8.0,
+        ..Scene::default()
+    };
+    let still = |_: f64| (30.0, 30.0);
+    let folder = TempDir::new().expect("a folder");
+    let path = folder.path();
+    let tells = |path: &Path, words: &[&str]| {
+        let message = refusal(path);
+        println!("{message}");
+        for word in words {
+            assert!(message.contains(word), "{word}: {message}");
+        }
+        assert!(message.contains("expected"), "{message}");
+    };
+    tells(
+        &path.join("nowhere"),
+        &["nowhere", "folder of PNG, JPEG or TIFF frames"],
+    );
+    tells(path, &["no image is in it"]);
+    for video in ["fall.mp4", "fall.AVI", "fall.cine"] {
+        std::fs::write(path.join(video), "a video").expect("a file");
+        tells(&path.join(video), &[video, "a video", "ffmpeg -i FILE frames/%06d.png"]);
+    }
+    tells(path, &["ffmpeg -i FILE frames/%06d.png"]);
+    std::fs::write(path.join("notes"), "notes").expect("a file");
+    tells(&path.join("notes"), &["not frames", "ffmpeg"]);
+    std::fs::write(path.join("old.bmp"), "BM").expect("a file");
+    tells(path, &["old.bmp", "not read"]);
+    std::fs::remove_file(path.join("old.bmp")).expect("a file");
+
+    render(&scene, still, 0).png(&path.join("f0.png"));
+    tells(&path.join("f0.png"), &["a single image"]);
+    tells(path, &["1 frame;", "at least 5"]);
+    for frame in 1..8 {
+        render(&scene, still, frame).png(&path.join(format!("f{frame}.png")));
+    }
+    tells(path, &["no sphere in 8 frames"]);
+    std::fs::write(path.join("f3.png"), "no PNG").expect("a file");
+    tells(path, &["f3.png", "not a PNG image that can be read"]);
+    let larger = Scene {
+        width: 64,
+        ..scene.clone()
+    };
+    render(&larger, still, 3).png(&path.join("f3.png"));
+    tells(path, &["f3.png", "64 × 60", "60 × 60", "f0.png"]);
+    render(&scene, still, 3).png_of_16_bits(&path.join("f3.png"));
+    tells(path, &["f3.png", "16 bits", "expected 8"]);
+    render(&scene, still, 3).png(&path.join("f3.png"));
+    std::fs::write(path.join("f9.gif"), "GIF89a").expect("a file");
+    tells(path, &["several formats", "f9.gif"]);
+    std::fs::remove_file(path.join("f9.gif")).expect("a file");
+    render(&scene, still, 9).jpeg(&path.join("f9.jpg"));
+    tells(path, &["several formats", "f0.png", "f9.jpg"]);
+
+    let pages = path.join("one.tif");
+    render::tiff(&pages, false, std::iter::once(render(&scene, still, 0)));
+    tells(&pages, &["one.tif", "a single page"]);
+    std::fs::write(&pages, "II*").expect("a file");
+    tells(&pages, &["one.tif", "TIFF"]);
+}
+
+#[test]
+fn a_stated_size_is_not_believed() {
+    let folder = TempDir::new().expect("a folder");
+    let scene = Scene {
+        width: 40,
+        height: 40,
+        ..Scene::default()
+    };
+    for frame in 0..5 {
+        render(&scene, |_| (20.0, 20.0), frame).png(&folder.path().join(format!("{frame}.png")));
+    }
+    // the header's width, with its checksum
+    let first = folder.path().join("0.png");
+    let mut bytes = std::fs::read(&first).expect("a file");
+    bytes[16..24].copy_from_slice(&[0, 1, 0, 0, 0, 1, 0, 0]);
+    let checksum = crc32(&bytes[12..29]).to_be_bytes();
+    bytes[29..33].copy_from_slice(&checksum);
+    std::fs::write(&first, bytes).expect("a file");
+    let message = refusal(folder.path());
+    println!("{message}");
+    assert!(
+        message.contains("65536 × 65536") || message.contains("limit"),
+        "{message}"
+    );
+}
+
+fn crc32(bytes: &[u8]) -> u32 {
+    let mut rest = !0u32;
+    for byte in bytes {
+        rest ^= u32::from(*byte);
+        for _ in 0..8 {
+            rest = (rest >> 1) ^ (0xedb8_8320 & (rest & 1).wrapping_neg());
+        }
+    }
+    !rest
+}
+
+#[test]
+fn broken_images_break_nothing() {
+    use rand::rngs::ChaCha8Rng;
+    use rand::{RngExt, SeedableRng};
+
+    /// Files of each format.
+    const MUTATIONS: u64 = 1000;
+    let scene = Scene {
+        width: 24,
+        height: 20,
+        radius: 5.0,
+        ..Scene::default()
+    };
+    let centre = |time: f64| (12.0, 6.0 + 0.9 * time);
+    let first = render(&scene, centre, 0);
+    let made = TempDir::new().expect("a folder");
+    let (png, jpeg, pages) = (
+        made.path().join("a.png"),
+        made.path().join("a.jpg"),
+        made.path().join("a.tif"),
+    );
+    first.png(&png);
+    first.jpeg(&jpeg);
+    render::tiff(&pages, false, (0..5).map(|frame| render(&scene, centre, frame)));
+    let refused: usize = [(png, "png"), (jpeg, "jpg"), (pages, "tif")]
+        .iter()
+        .map(|(path, ending)| {
+            let good = std::fs::read(path).expect("a file");
+            let broken = (0..MUTATIONS).into_par_iter().map_init(
+                || {
+                    let folder = TempDir::new().expect("a folder");
+                    if *ending != "tif" {
+                        for frame in 1..5 {
+                            std::fs::write(folder.path().join(format!("{frame}.{ending}")), &good).expect("a file");
+                        }
+                    }
+                    folder
+                },
+                |folder, number| {
+                    let mut rng = ChaCha8Rng::seed_from_u64(number);
+                    let mut bytes = good.clone();
+                    for _ in 0..rng.random_range(1..6) {
+                        let at = rng.random_range(0..bytes.len());
+                        bytes[at] ^= 1 << rng.random_range(0..8);
+                    }
+                    if rng.random_range(0..3) == 0 {
+                        bytes.truncate(rng.random_range(0..bytes.len()));
+                    }
+                    let file = folder.path().join(format!("0.{ending}"));
+                    std::fs::write(&file, bytes).expect("a file");
+                    let path = if *ending == "tif" {
+                        file
+                    } else {
+                        folder.path().to_owned()
+                    };
+                    usize::from(find_sphere(&path, &|_, _| ()).is_err())
+                },
+            );
+            let broken: usize = broken.sum();
+            println!("{ending}: {broken}");
+            broken
+        })
+        .sum();
+    assert!(refused > 1000, "{refused}");
+}
