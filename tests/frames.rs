@@ -1,9 +1,11 @@
 //! The sphere is found where it was rendered, whatever else is in the frames.
 
+mod common;
 mod render;
 
 use std::path::Path;
 
+use common::seed_of;
 use rayon::prelude::*;
 use render::{render, Picture, Scene};
 use tempfile::TempDir;
@@ -37,6 +39,14 @@ impl Errors {
         let chance = 3.0 / (frames as f64).sqrt();
         let good = |bias: f64, sd: f64| bias.abs() < 0.02 + chance * sd && sd < 0.05;
         good(self.bias.0, self.sd.0) && good(self.bias.1, self.sd.1)
+    }
+}
+
+/// The plainest scene, with the noise of a test.
+fn seeded(test: &str) -> Scene {
+    Scene {
+        seed: seed_of(test),
+        ..Scene::default()
     }
 }
 
@@ -74,7 +84,7 @@ fn errors(sightings: &Sightings, centre: impl Fn(f64) -> (f64, f64)) -> Errors {
 const PLATE: f64 = 190.0;
 
 /// Everything that a wet plate adds, of a sphere whose outline has a contrast of 20 times the noise.
-fn wet_plate(bright: bool) -> Scene {
+fn wet_plate(bright: bool, test: &str) -> Scene {
     let scene = Scene {
         gradient: 0.4,
         shading: 0.3,
@@ -83,7 +93,7 @@ fn wet_plate(bright: bool) -> Scene {
         mirror: 0.5,
         meniscus: 4.0,
         shadow: 0.15,
-        ..Scene::default()
+        ..seeded(test)
     };
     if bright {
         // a lamp from above leaves 70 % of the contrast at the outline
@@ -123,7 +133,7 @@ fn centre_of_mass(picture: &Picture, scene: &Scene) -> (f64, f64) {
 #[test]
 fn positions_are_within_hundredths_of_a_pixel() {
     for bright in [true, false] {
-        let scene = wet_plate(bright);
+        let scene = wet_plate(bright, "positions_are_within_hundredths_of_a_pixel");
         let folder = written(&scene, impact, 240);
         let sightings = found(folder.path());
         assert!(sightings.missed.is_empty(), "{bright}");
@@ -167,7 +177,7 @@ fn the_background_is_without_a_sphere_at_rest() {
         }
     }
     for bright in [true, false] {
-        let scene = wet_plate(bright);
+        let scene = wet_plate(bright, "the_background_is_without_a_sphere_at_rest");
         for (first, last) in [(84.0, 0.0), (0.0, 84.0), (42.0, 42.0)] {
             let centre = held(first, last);
             let folder = written(&scene, &centre, 120);
@@ -212,7 +222,7 @@ fn light_that_changes_and_other_things_move_nothing() {
         droplet: 7.0,
         bar: true,
         background: 60.0,
-        ..Scene::default()
+        ..seeded("light_that_changes_and_other_things_move_nothing")
     };
     let centre = |time: f64| (110.0 + 0.11 * time, 30.0 + 0.83 * time);
     let folder = written(&scene, centre, 200);
@@ -248,7 +258,7 @@ fn a_motion_blur_is_borne() {
         exposure: 1.0,
         shading: 0.2,
         highlight: true,
-        ..Scene::default()
+        ..seeded("a_motion_blur_is_borne")
     };
     let folder = written(&scene, centre, 58);
     let sightings = found(folder.path());
@@ -290,7 +300,7 @@ fn a_sphere_that_is_not_whole_is_missed() {
     let scene = Scene {
         width: 120,
         height: 160,
-        ..Scene::default()
+        ..seeded("a_sphere_that_is_not_whole_is_missed")
     };
     let folder = written(&scene, centre, 180);
     let sightings = found(folder.path());
@@ -318,7 +328,7 @@ fn a_mirror_image_is_no_sphere() {
         height: 320,
         plate: Some(110.0),
         mirror: 0.8,
-        ..Scene::default()
+        ..seeded("a_mirror_image_is_no_sphere")
     };
     let folder = written(&scene, centre, 135);
     let sightings = found(folder.path());
@@ -341,7 +351,7 @@ fn formats_tell_the_same() {
     let scene = Scene {
         width: 100,
         height: 140,
-        ..Scene::default()
+        ..seeded("formats_tell_the_same")
     };
     let frames = 50;
     let write = |name: fn(usize) -> String, picture: fn(&Picture, &Path)| {
@@ -411,7 +421,7 @@ fn any_number_of_threads_finds_the_same() {
     let scene = Scene {
         width: 100,
         height: 140,
-        ..Scene::default()
+        ..seeded("any_number_of_threads_finds_the_same")
     };
     let folder = written(&scene, falling, 40);
     let told = std::sync::Mutex::new(vec![]);
@@ -443,7 +453,7 @@ fn what_is_no_recording_is_told() {
         width: 60,
         height: 60,
         radius: 8.0,
-        ..Scene::default()
+        ..seeded("what_is_no_recording_is_told")
     };
     let still = |_: f64| (30.0, 30.0);
     let folder = TempDir::new().expect("a folder");
@@ -509,7 +519,7 @@ fn a_stated_size_is_not_believed() {
     let scene = Scene {
         width: 40,
         height: 40,
-        ..Scene::default()
+        ..seeded("a_stated_size_is_not_believed")
     };
     for frame in 0..5 {
         render(&scene, |_| (20.0, 20.0), frame).png(&folder.path().join(format!("{frame}.png")));
@@ -551,7 +561,7 @@ fn broken_images_break_nothing() {
         width: 24,
         height: 20,
         radius: 5.0,
-        ..Scene::default()
+        ..seeded("broken_images_break_nothing")
     };
     let centre = |time: f64| (12.0, 6.0 + 0.9 * time);
     let first = render(&scene, centre, 0);

@@ -36,24 +36,7 @@ use source::Frames;
 use sphere::{Outline, Seeker};
 use votes::Tallies;
 
-/// The sphere as seen in one frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sighting {
-    /// number of the frame, from 0
-    pub frame: usize,
-    /// centre, px to the right of the centre of the first pixel
-    pub x_px: f64,
-    /// centre, px below the centre of the first pixel
-    pub y_px: f64,
-    /// radius of the outline in this frame alone, px; a motion blur changes it
-    pub radius_px: f64,
-    /// part of the outline that the centre was found from: the rest is hidden by a meniscus, a mirror image or a film
-    pub outline_share: f64,
-    /// robust sd of the outline's points about the circle, px
-    pub scatter_px: f64,
-    /// width of the outline's step where it is widest, px: about 2 of a sharp sphere, else its path during the exposure
-    pub blur_px: f64,
-}
+pub use sphere::Sighting;
 
 /// What the frames of a recording show.
 #[derive(Debug, Clone, PartialEq)]
