@@ -295,14 +295,10 @@ fn without_wrong_arcs(points: Vec<Point>, circle: &Trial, outside: f64) -> Vec<P
     .collect()
 }
 
-/// The middle of values, the upper one of two; `None` of none.
+/// The median; `None` of none.
 pub(super) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
-    let middle = values.len() / 2;
-    if values.is_empty() {
-        return None;
-    }
-    Some(*values.select_nth_unstable_by(middle, f64::total_cmp).1)
+    crate::recordings::track::median(&mut values)
 }
 
 #[cfg(test)]
