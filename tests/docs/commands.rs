@@ -27,6 +27,10 @@ fn no_command(command: &str) -> Option<String> {
         .collect();
     let fault = match words.as_slice() {
         ["wetcor", arguments @ ..] => no_call(arguments),
+        ["cargo", "run", "--release", "--example", name, "--", ..] => {
+            let example = in_repository(&format!("examples/{name}.rs"));
+            (!example.exists()).then_some("no such example")
+        }
         ["cargo", "run", rest @ ..] => {
             let after = rest.iter().position(|word| *word == "--").map(|at| &rest[at + 1..]);
             after.map_or(Some("no arguments"), no_call_of_file)
@@ -52,7 +56,7 @@ fn no_call(arguments: &[&str]) -> Option<&'static str> {
         [_] => None,
         _ => {
             let (status, _, err) = wetcor(folder.path(), arguments);
-            let lacks_a_file = ["No such file", "no findings of a fit"]
+            let lacks_a_file = ["No such file", "no findings of a fit", "there is no folder"]
                 .iter()
                 .any(|lack| err.contains(lack));
             (status != Some(0) && !lacks_a_file).then_some("is not understood")
@@ -111,6 +115,7 @@ fn every_command_is_one() {
         "wetcor fit scene.toml --stages posteriors",
         "wetcor predict reports/any --particle PTFE --speed-m-s 2:1:5",
         "cargo run --release -- fit datasets/mueller2017/scene.toml",
+        "cargo run --release --example render_campaigns -- drops",
         "cargo test --releases",
         "UPDATE_EXPECTED=1 cargo test --release --test readers",
         "cargo bench --bench speeds",
