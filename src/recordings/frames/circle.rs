@@ -170,8 +170,11 @@ fn consensus(points: &[Point], radius: Option<f64>, rough: f64) -> Option<Trial>
     let count = points.len();
     /// Starts over the circle.
     const STARTS: usize = 24;
+    /// Part of all points that a circle has of which there is no second.
+    const CLEAR: f64 = 0.8;
     // angles between the three, in parts of a turn: wide ones are exact, narrow ones fit into an arc that is left
     let steps = [(3, 3), (4, 4), (4, 3), (6, 6), (8, 6)];
+    let all: f64 = points.iter().map(|point| point.weight / point.scale).sum();
     let mut best: Option<(f64, Trial)> = None;
     for (first, second) in steps {
         for start in 0..STARTS {
@@ -194,6 +197,9 @@ fn consensus(points: &[Point], radius: Option<f64>, rough: f64) -> Option<Trial>
                 .iter()
                 .map(|point| point.weight * tukey(point.away(&trial) / rough) / point.scale);
             let score: f64 = scores.sum();
+            if score > CLEAR * all {
+                return Some(trial);
+            }
             if best.as_ref().is_none_or(|(most, _)| score > *most) {
                 best = Some((score, trial));
             }

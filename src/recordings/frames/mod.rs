@@ -185,7 +185,8 @@ fn radius_elsewhere(frames: &Frames, background: &Background, first: &Grey) -> R
     let all: Vec<usize> = (0..frames.len()).collect();
     let mut free = vec![];
     for few in all.chunks(FEW) {
-        free.extend(sphere::discs(&read_all(frames, few, first)?, background));
+        let read = read_all(frames, few, first)?;
+        free.extend(sphere::discs(&read.iter().collect::<Vec<_>>(), background));
     }
     Ok(sphere::largest(free))
 }

@@ -255,16 +255,27 @@ pub(super) fn shared(outlines: &[Option<Outline>]) -> Option<Shared> {
     Some(Shared { radius, width })
 }
 
-/// The radius of the sphere, from frames of a sample.
+/// The radius of the sphere, from frames of a sample: from every other one where it is seen often enough in these.
 pub(super) fn radius(sample: &[Grey], background: &Background) -> Option<f64> {
-    largest(discs(sample, background))
+    const OFTEN: usize = 6;
+    let [some, others] = [0, 1].map(|first| sample.iter().skip(first).step_by(2).collect::<Vec<_>>());
+    let mut radii = discs(&some, background);
+    let often = largest(radii.clone()).is_some_and(|radius| {
+        let alike = radii.iter().filter(|other| (*other / radius - 1.0).abs() < 1.0 - ALIKE);
+        alike.count() >= OFTEN
+    });
+    if !often {
+        radii.extend(discs(&others, background));
+    }
+    largest(radii)
 }
+
+/// How far radii of one sphere are from each other.
+const ALIKE: f64 = 0.92;
 
 /// The radius of the largest discs; a disc that a single frame shows counts only where none shows in two.
 pub(super) fn largest(mut radii: Vec<f64>) -> Option<f64> {
     radii.sort_by(f64::total_cmp);
-    /// How far radii of one sphere are from each other.
-    const ALIKE: f64 = 0.92;
     let twice = radii
         .iter()
         .rev()
@@ -280,7 +291,7 @@ pub(super) fn largest(mut radii: Vec<f64>) -> Option<f64> {
 }
 
 /// Radii of the discs that frames show, the two clearest a frame.
-pub(super) fn discs(frames: &[Grey], background: &Background) -> Vec<f64> {
+pub(super) fn discs(frames: &[&Grey], background: &Background) -> Vec<f64> {
     let each: Vec<Vec<f64>> = frames
         .par_iter()
         .map_init(Tallies::default, |tallies, grey| {
