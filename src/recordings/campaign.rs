@@ -34,6 +34,11 @@ pub enum ScaleSource {
     Gravity,
 }
 
+impl ScaleSource {
+    /// Those that gravity is held against.
+    const MEASURED: [ScaleSource; 3] = [ScaleSource::Lengths, ScaleSource::Stated, ScaleSource::Diameter];
+}
+
 /// Pixels per metre.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImageScale {
@@ -128,19 +133,19 @@ pub struct GravityCheck {
     pub measured: Option<Gravity>,
     /// the scale, in pixels per m, with its standard error, of the recordings that have it from gravity
     pub scale: Option<[f64; 2]>,
+    /// by how much, relative, the gravity of a kind of measured scale is off [`GRAVITY`]: that of the worst
+    pub off: f64,
 }
 
 /// Standard deviation of the gravity of a place about [`GRAVITY`], relative: on the ground it is 9.780 to 9.832 m/s².
 pub const LOCAL_GRAVITY: f64 = 0.0015;
 
 impl GravityCheck {
-    /// The relative error that all speeds share: by how much g is off, or is known.
+    /// The relative error that speeds share: by how much g is off, or is known.
     pub fn shared_error(&self) -> f64 {
-        let measured = self
-            .measured
-            .map_or(0.0, |g| (g.value / GRAVITY - 1.0).abs().max(g.se / GRAVITY));
+        let measured = self.measured.map_or(0.0, |g| g.se / GRAVITY);
         let scale = self.scale.map_or(0.0, |[value, se]| se / value);
-        measured.max(scale).max(LOCAL_GRAVITY)
+        self.off.max(measured).max(scale).max(LOCAL_GRAVITY)
     }
 }
 
@@ -221,10 +226,11 @@ fn settle(underway: &mut Vec<Underway>, reasons: &mut [Option<Refusal>]) -> Grav
     let mut check = GravityCheck {
         measured: None,
         scale: None,
+        off: 0.0,
     };
     for round in 0..=ROUNDS {
-        check.measured = gravity_of(underway, false);
-        if let Some(g) = gravity_of(underway, true) {
+        check.measured = gravity_of(underway, &ScaleSource::MEASURED);
+        if let Some(g) = gravity_of(underway, &[ScaleSource::Gravity]) {
             for of in underway.iter_mut().filter(|of| of.scale.source == ScaleSource::Gravity) {
                 of.flights = of.flights.over(g.value / GRAVITY);
                 of.scale.value *= g.value / GRAVITY;
@@ -248,14 +254,16 @@ fn settle(underway: &mut Vec<Underway>, reasons: &mut [Option<Refusal>]) -> Grav
             refined.is_ok()
         });
     }
+    let each = ScaleSource::MEASURED
+        .iter()
+        .filter_map(|source| gravity_of(underway, &[*source]));
+    check.off = each.map(|g| (g.value / GRAVITY - 1.0).abs()).fold(0.0, f64::max);
     check
 }
 
-/// The gravity of recordings whose scale is by gravity, or of the others.
-fn gravity_of(underway: &[Underway], by_gravity: bool) -> Option<Gravity> {
-    let of_kind = underway
-        .iter()
-        .filter(|of| (of.scale.source == ScaleSource::Gravity) == by_gravity);
+/// The gravity of recordings whose scale is of these kinds.
+fn gravity_of(underway: &[Underway], sources: &[ScaleSource]) -> Option<Gravity> {
+    let of_kind = underway.iter().filter(|of| sources.contains(&of.scale.source));
     let fits: Vec<FlightFit> = of_kind.flat_map(|of| of.flights.fits()).collect();
     shared(&fits)
 }
