@@ -191,6 +191,7 @@ fn speeds_are_as_good_as_they_can_be_and_their_sds_cover() {
     // an error beside the bound has a mean square of 1 where the bound is met
     let square = |(error, bound): (&[f64; 2], &f64)| (error[0] / bound).powi(2);
     let beside = (all.iter().zip(&bound).map(square).sum::<f64>() / all.len() as f64).sqrt();
+    println!("{beside:.3} of the bound");
     assert!((0.9..1.3).contains(&beside), "{beside} of the bound");
     let z = binomial_z(covered(&all, 1.959_963_985), all.len(), 0.95);
     assert!(z.abs() < 4.0, "{z}");
