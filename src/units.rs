@@ -160,6 +160,11 @@ pub fn micrometres(metres: f64) -> f64 {
     metres * 1e6
 }
 
+/// Pixels per millimetre of a scale in pixels per metre, for print.
+pub fn pixels_per_millimetre(pixels_per_metre: f64) -> f64 {
+    pixels_per_metre / 1e3
+}
+
 /// Milliseconds of a time in seconds, for print.
 pub fn milliseconds(seconds: f64) -> f64 {
     seconds * 1e3

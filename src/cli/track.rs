@@ -93,7 +93,7 @@ pub(super) fn track(request: &Track, quiet: bool) -> Result<u8, Error> {
     if let Some(destination) = &destination {
         destination.write(tracking::files(&title, &campaign)?)?;
     }
-    write_csv_whole(out, existing, &recordings::runs_table(&campaign.outcomes))?;
+    write_csv_whole(out, existing, &recordings::runs_table(&campaign.outcomes)?)?;
     print_notices(&campaign.notices, 0, Said::all_unless(quiet));
     if quiet {
         return Ok(0);

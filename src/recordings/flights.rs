@@ -124,28 +124,31 @@ impl Flights {
             After::Flight(after) => self.segments[after].parabola.ends[0],
             After::Rest(_) => end,
         };
-        let about = self.meeting(contact, [end, start], gravity)?;
+        let about = self.meeting(contact, Some([end, start]), gravity)?;
         if self.air.is_none() {
             return Some(about);
         }
         // the instant is that of the contact: speeds there are those that air has left
-        let found = self.meeting(contact, [about.time; 2], gravity)?;
-        let without = Flights {
-            air: None,
-            ..self.clone()
-        };
-        let plain = without.meeting(contact, [end, start], gravity)?;
+        let found = self.meeting(contact, Some([about.time; 2]), gravity)?;
+        let plain = self.meeting(contact, None, gravity)?;
         Some(found.with_error_along([
             DRAG_REL_SD * (plain.impact_speed - found.impact_speed),
             DRAG_REL_SD * (plain.rebound_speed - found.rebound_speed),
         ]))
     }
 
-    /// The speeds where the flights meet, what the air takes from each taken off from an instant on.
-    fn meeting(&self, contact: Contact, instants: [f64; 2], gravity: Gravity) -> Option<ContactSpeeds> {
-        let before = self.fit(contact.before, instants[0]);
+    /// The speeds where the flights meet, what the air takes from each taken off from an instant on; as seen without one.
+    fn meeting(&self, contact: Contact, instants: Option<[f64; 2]>, gravity: Gravity) -> Option<ContactSpeeds> {
+        let fit = |place: usize, which: usize| match instants {
+            Some(instants) => self.fit(place, instants[which]),
+            None => FlightFit {
+                parabola: self.segments[place].parabola,
+                sigma: self.sigma,
+            },
+        };
+        let before = fit(contact.before, 0);
         match contact.after {
-            After::Flight(after) => rebound(&before, &self.fit(after, instants[1]), gravity),
+            After::Flight(after) => rebound(&before, &fit(after, 1), gravity),
             After::Rest(rest) => stayed(&before, self.level(rest), gravity),
         }
     }

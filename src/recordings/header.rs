@@ -57,18 +57,12 @@ pub(super) fn find(names: &[String], line: u64, wanted: &[Column]) -> Result<Fou
             .flat_map(|column| column.dimension.units().iter().map(move |unit| (column, unit)))
     };
     for (index, name) in names.iter().enumerate() {
-        let is_named = |(column, unit): &(&Column, &Unit)| name.strip_prefix(column.base) == Some(unit.suffix);
-        let place = wanted
-            .iter()
-            .position(|column| column.dimension.units().iter().any(|unit| is_named(&(column, unit))));
-        let unit = place.and_then(|place| {
-            wanted[place]
-                .dimension
-                .units()
-                .iter()
-                .find(|unit| is_named(&(&wanted[place], unit)))
+        let named = wanted.iter().enumerate().find_map(|(place, column)| {
+            let suffix = name.strip_prefix(column.base)?;
+            let unit = column.dimension.units().iter().find(|unit| unit.suffix == suffix)?;
+            Some((place, unit))
         });
-        let (Some(place), Some(unit)) = (place, unit) else {
+        let Some((place, unit)) = named else {
             let known: Vec<String> = all()
                 .map(|(column, unit)| format!("{}{}", column.base, unit.suffix))
                 .collect();

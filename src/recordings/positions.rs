@@ -48,7 +48,7 @@ const COLUMNS: [Column; 5] = [
 /// Reads the table of a recording. `axis` says where its heights point, unless the recording does; else pixels are counted
 /// downwards and lengths upwards.
 ///
-/// Of several objects that has most positions which moves farthest in all; fails where a frame has two positions of one.
+/// Of several objects the one that moves farthest in all is taken. Fails where a frame has two positions of one.
 pub(super) fn read(recording: &Recording, axis: Option<Axis>) -> Result<Positions, Error> {
     let table = TableFile::named(None, &recording.file.to_string_lossy());
     let mut rows = Rows {

@@ -1,6 +1,7 @@
 //! Writes the runs of recordings as a table that a scene can name.
 
 use super::campaign::Outcome;
+use crate::error::Error;
 use crate::scene::DRY;
 use crate::units::{micrometres, millimetres};
 
@@ -20,7 +21,7 @@ const COLUMNS: [&str; 11] = [
 ];
 
 /// The runs as CSV, a line an impact; a recording that gave none has a line with the reason.
-pub fn runs_table(outcomes: &[Outcome]) -> Vec<u8> {
+pub fn runs_table(outcomes: &[Outcome]) -> Result<Vec<u8>, Error> {
     let mut writer = csv::Writer::from_writer(vec![]);
     let mut lines = vec![COLUMNS.map(str::to_owned)];
     for Outcome { recording, tracked } in outcomes {
@@ -77,11 +78,14 @@ pub fn runs_table(outcomes: &[Outcome]) -> Vec<u8> {
             }
         }
     }
+    let fail = |reason: String| Error::Internal {
+        doing: "write the runs",
+        reason,
+    };
     for line in lines {
-        // writing to memory does not fail
-        let _ = writer.write_record(line);
+        writer.write_record(line).map_err(|error| fail(error.to_string()))?;
     }
-    writer.into_inner().unwrap_or_default()
+    writer.into_inner().map_err(|error| fail(error.to_string()))
 }
 
 /// Ten significant digits: far below any camera's, without the last-digit noise of a change of unit.

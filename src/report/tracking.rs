@@ -14,7 +14,7 @@ use crate::recordings::{
     Campaign, FreeFlight, GravityCheck, Impact, Outcome, Recording, ScaleSource, SphereInAir, Tracked, FAR, GRAVITY,
     OFF,
 };
-use crate::units::{micrometres, millimetres, milliseconds};
+use crate::units::{micrometres, millimetres, milliseconds, pixels_per_millimetre};
 
 /// Points of a kind that a figure shows; of more, evenly spaced ones.
 const MOST_POINTS: usize = 1_000;
@@ -118,7 +118,7 @@ fn gravity_lines(gravity: GravityCheck) -> Vec<String> {
     if let Some([scale, se]) = gravity.scale {
         lines.push(format!(
             "scale: {} px/mm by gravity, where none was measured",
-            with_se(0.001 * scale, 0.001 * se)
+            with_se(pixels_per_millimetre(scale), pixels_per_millimetre(se))
         ));
     }
     if gravity.measured.is_some() || gravity.scale.is_some() {
@@ -262,7 +262,6 @@ fn scales(page: &mut Page, campaign: &Campaign) {
         ScaleSource::Diameter => "the diameter",
         ScaleSource::Gravity => "gravity",
     };
-    let in_px_per_mm = |scale: f64| 0.001 * scale;
     let own = |tracked: &Tracked| {
         let best = tracked
             .flights
@@ -278,13 +277,13 @@ fn scales(page: &mut Page, campaign: &Campaign) {
         .column("px/mm used", |(_, tracked): (&Recording, &Tracked)| {
             match tracked.scale.source {
                 ScaleSource::Lengths => NONE.to_owned(),
-                _ => significant(in_px_per_mm(tracked.scale.value), 5),
+                _ => significant(pixels_per_millimetre(tracked.scale.value), 5),
             }
         })
         .column("from", |(_, tracked): (&Recording, &Tracked)| source(tracked))
         .column("by the diameter", |(_, tracked): (&Recording, &Tracked)| {
             tracked.scale.by_diameter.map_or(NONE.to_owned(), |[value, se]| {
-                with_se(in_px_per_mm(value), in_px_per_mm(se))
+                with_se(pixels_per_millimetre(value), pixels_per_millimetre(se))
             })
         })
         .column("own gravity / (m/s²)", |(_, tracked): (&Recording, &Tracked)| {
@@ -335,10 +334,7 @@ fn air(page: &mut Page, campaign: &Campaign) {
         ));
     }
     match drag_left(campaign) {
-        Some(left) => page.paragraph(&format!(
-            "Of {}.",
-            left.replacen("the drag", "runs without it the drag", 1)
-        )),
+        Some(left) => page.paragraph(&format!("Notice: {left}.")),
         None if shares.is_empty() => page.paragraph("It is too small to matter here."),
         None => {}
     }
