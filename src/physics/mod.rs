@@ -38,5 +38,5 @@ pub use form::{DrySpeed, Form};
 pub use inertia::Inertia;
 pub use loss::Setting;
 pub use quantity::Quantity;
-pub use restitution::Restitution;
+pub use restitution::{LawNumbers, Plateau, Restitution};
 pub use viscous::Viscous;

@@ -55,6 +55,85 @@ impl DryLoss {
     }
 }
 
+/// The numbers of a law e(v): e² = a(v) + β/v − κ/v², 0 where that is not positive.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LawNumbers {
+    /// a(v), what is kept beside the losses that fall with the speed
+    pub plateau: Plateau,
+    /// β, m/s; −4 L/St is β/v
+    pub beta: f64,
+    /// κ of the rupture of the bridge, m²/s²; 0 where it is not held
+    pub kappa: f64,
+}
+
+/// What is kept of the impact energy beside the losses that fall with the speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Plateau {
+    /// α, whatever the speed: with it and κ = 0 the law is e = √(α + β/v) (eq. envi)
+    Constant(f64),
+    /// e_dry(v)² − loss, e_dry being taken at the impact speed; with nothing else the law is the dry one
+    OfSpeed {
+        /// k, (m/s)^(-1/5)
+        dry_k: f64,
+        /// order of the dry law
+        order: Order,
+        /// what the liquid's inertia takes
+        loss: f64,
+    },
+}
+
+impl LawNumbers {
+    /// e_dry = 1 − k v^(1/5), to this order.
+    pub fn dry(dry_k: f64, order: Order) -> LawNumbers {
+        let loss = 0.0;
+        LawNumbers {
+            plateau: Plateau::OfSpeed { dry_k, order, loss },
+            beta: 0.0,
+            kappa: 0.0,
+        }
+    }
+
+    /// Speed below which nothing rebounds, m/s: 0 where everything does, infinite where nothing does.
+    pub fn threshold_speed(&self) -> f64 {
+        let of_constant = |alpha: f64| {
+            if alpha > 0.0 {
+                let root = (self.beta * self.beta + 4.0 * alpha * self.kappa).sqrt();
+                (0.5 * (root - self.beta) / alpha).max(0.0)
+            } else {
+                f64::INFINITY
+            }
+        };
+        match self.plateau {
+            Plateau::Constant(alpha) => of_constant(alpha),
+            Plateau::OfSpeed { dry_k, order, loss } => {
+                /// far more than it takes where the law rebounds at all but a sliver of speeds
+                const MOST_STEPS: usize = 1000;
+                // a(v) falls, so that the threshold of a(v) rises with v: from 0 its steps rise to the first root
+                let step = |v: &f64| {
+                    let dry = order.of_loss(DryLoss::loss(order, dry_k, *v))[0];
+                    Some(of_constant(dry * dry - loss)).filter(|next| next > v)
+                };
+                let steps = std::iter::successors(Some(0.0), step).take(MOST_STEPS);
+                steps.last().unwrap_or(f64::INFINITY)
+            }
+        }
+    }
+}
+
+impl From<LawNumbers> for Restitution {
+    fn from(numbers: LawNumbers) -> Restitution {
+        let (dry, constant) = match numbers.plateau {
+            Plateau::Constant(alpha) => (DryLoss::Fixed(alpha), 0.0),
+            Plateau::OfSpeed { dry_k, order, loss } => (DryLoss::Own(dry_k, order), loss),
+        };
+        let falling = Fixed {
+            over_speed: -numbers.beta,
+            over_square: numbers.kappa,
+        };
+        Restitution { dry, constant, falling }
+    }
+}
+
 impl Restitution {
     /// The law of this sphere, liquid and film with these parameters.
     pub fn new(setting: &Setting, form: Form, parameters: &Parameters) -> Restitution {
@@ -74,6 +153,22 @@ impl Restitution {
                 over_speed: fixed.over_speed + over_speed,
                 ..fixed
             },
+        }
+    }
+
+    /// Its numbers.
+    pub fn numbers(&self) -> LawNumbers {
+        LawNumbers {
+            plateau: match self.dry {
+                DryLoss::Fixed(square) => Plateau::Constant(square - self.constant),
+                DryLoss::Own(dry_k, order) => Plateau::OfSpeed {
+                    dry_k,
+                    order,
+                    loss: self.constant,
+                },
+            },
+            beta: -self.falling.over_speed,
+            kappa: self.falling.over_square,
         }
     }
 
@@ -176,6 +271,31 @@ mod tests {
             }
             assert!(form.viscous == Viscous::None || law.log_slope(0.02).is_none());
         }
+    }
+
+    #[test]
+    fn a_law_is_made_again_from_its_numbers() {
+        for form in Inertia::ALL.into_iter().flat_map(forms) {
+            let law = Restitution::new(&SETTING, form, &parameters());
+            let again = Restitution::from(law.numbers());
+            for v in [0.02, 0.31, 1.37, 4.0] {
+                let (of_law, of_numbers) = (law.kept_energy(v), again.kept_energy(v));
+                assert!((of_law - of_numbers).abs() < 1e-13 * (1.0 + of_law.abs()), "{v}");
+            }
+            // nothing rebounds just below the threshold, everything just above
+            let threshold = law.numbers().threshold_speed();
+            let rebounds = |v: f64| law.at(v) > 0.0;
+            assert!(rebounds(1.0000001 * threshold + 1e-12), "{form:?}");
+            assert!(threshold == 0.0 || !rebounds(0.9999999 * threshold), "{form:?}");
+        }
+        let dry = Restitution::from(LawNumbers::dry(0.183, Order::First));
+        assert!((dry.at(1.3) - Order::First.restitution(0.183, 1.3)).abs() < 1e-15);
+        assert_eq!(dry.numbers().threshold_speed(), 0.0);
+        let never = LawNumbers {
+            plateau: Plateau::Constant(-0.1),
+            ..dry.numbers()
+        };
+        assert_eq!(never.threshold_speed(), f64::INFINITY);
     }
 
     /// Slip 3 of the paper: beyond v = k⁻⁵ the square of the dry law grows again.
