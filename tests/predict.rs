@@ -47,6 +47,7 @@ fn law(test: &str) -> ParticleLaw {
             .with(Coefficient::LubricationLog, near(1.85, 0.02))
             .with(Coefficient::InertialPrefactor, near(0.47, 0.05))
             .with(Coefficient::FilmScale, near(0.069, 0.05)),
+        sigma_dry: 0.01,
         sigma_wet: near(0.02, 0.1),
         sigma_energy: 0.0,
         nu: None,
@@ -56,6 +57,7 @@ fn law(test: &str) -> ParticleLaw {
         form: Form::new(Inertia::Saturating, DrySpeed::Impact),
         smallest_restitution: 0.05,
         covered: None,
+        dry_speeds: None,
         draws: draws.collect(),
     }
 }
@@ -644,9 +646,11 @@ fn scatters(sigma_wet: f64, sigma_energy: f64, nu: Option<f64>) {
         form: Form::new(Inertia::Saturating, DrySpeed::Reference(2.0)),
         smallest_restitution: 0.05,
         covered: None,
+        dry_speeds: None,
         draws: vec![
             Draw {
                 parameters: truth_parameters(),
+                sigma_dry: 0.01,
                 sigma_wet,
                 sigma_energy,
                 nu,

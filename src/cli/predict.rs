@@ -3,36 +3,64 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use wetcor::error::{quoted, Error};
-use wetcor::findings::predict::{LiquidBasis, PredictedSeries};
+use wetcor::error::{named, quoted, Error};
+use wetcor::findings::predict::{LiquidBasis, ParticleLaw, PredictedSeries};
 use wetcor::physics::form::Term;
 use wetcor::physics::Setting;
-use wetcor::report::finished::{Finished, SeriesSetting};
-use wetcor::report::prediction::{self, Origin};
-use wetcor::scene::{name_expected, LARGEST_FILM_RATIO};
+use wetcor::report::finished::{DrawnFrom, Finished, SeriesSetting};
+use wetcor::report::prediction::{self, Origin, Pair, Prediction};
+use wetcor::runs::{read_settings, AskedSetting};
+use wetcor::scene::{name_expected, DRY, LARGEST_FILM_RATIO};
 use wetcor::units::Dimension;
 
 use super::messages::{print_result, warn, NOT_QUOTABLE};
 
 #[derive(Args)]
 #[command(after_help = "\
-Example:
+Examples:
   wetcor predict reports/mueller2016 --particle PTFE --liquid AK10 --diameter-mm 4.762 --film-um 286 --speed-m-s 0.2:2:10
+  wetcor predict reports/mueller2016 --particle PTFE --liquid dry --diameter-mm 4.762 --speed-m-s 0.2:2:10
+  wetcor predict reports/mueller2016 --settings settings.csv --speed-m-s 0.2:2:10
 
 A line a speed. restitution is the posterior median of the curve of the energy balance, 0 where it does not rebound; its \
 _q05 to _q95 are the points of its 50 % and 90 % bands, from the parameters' uncertainty alone: what a simulation needs. \
 run_q05 to run_q95 are those of a single run with its scatter, 0 where it sticks: what an experiment will see. log_slope \
-is d ln e/d ln v of the curve. extrapolated: outside the Stokes numbers or the film ratios of the particle's runs. Of a fit with [model] \
+is d ln e/d ln v of the curve. extrapolated: outside the Stokes numbers or the film ratios of the particle's runs, or the speeds of \
+its dry ones. drawn_from: posterior, or normal_approximation where the folder is kept without its draws and the means and the \
+covariance in findings.json stand in. A table of settings has the columns particle, liquid, diameter, film and, in place of \
+--speed-m-s, impact_speed, in any unit; each line of the output then begins with its setting. Of a fit with [model] \
 series_offsets all bands are those of a new series, unless --measured-series is given; series says which. A fit that is not to be quoted is \
 predicted from with exit status 1, unless --anyway is given.")]
 pub struct Predict {
     /// Folder of a finished fit
     folder: PathBuf,
-    /// A particle of the scene
+    #[command(flatten)]
+    setting: SettingArguments,
+    /// A table of settings in place of one: CSV or workbook
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["particle", "liquid", "liquid_density", "viscosity", "diameter", "film"])]
+    settings: Option<PathBuf>,
+    /// Impact speeds, m/s: so many from the first to the last
+    #[arg(long = "speed-m-s", value_name = "FIRST:LAST:COUNT", value_parser = speeds, required_unless_present = "settings")]
+    speed: Option<Speeds>,
+    /// Predict the series that was measured at this setting, where series have offsets, in place of a new one
     #[arg(long)]
-    particle: String,
-    /// A liquid of the scene; for another give its density and viscosity instead
-    #[arg(long, required_unless_present_all = ["liquid_density", "viscosity"])]
+    measured_series: bool,
+    /// Exit with 0 on a fit that is not to be quoted, too
+    #[arg(long)]
+    anyway: bool,
+    /// What to print
+    #[arg(long, value_enum, default_value_t = Format::Csv)]
+    format: Format,
+}
+
+/// A sphere, and what it falls on.
+#[derive(Args)]
+pub struct SettingArguments {
+    /// A particle of the scene
+    #[arg(long, required_unless_present = "settings")]
+    particle: Option<String>,
+    /// A liquid of the scene, or `dry`; for another give its density and viscosity instead
+    #[arg(long, required_unless_present_any = ["settings", "liquid_density", "viscosity"])]
     liquid: Option<String>,
     /// Density of a liquid the scene has not, kg/m³
     #[arg(long = "liquid-density-kg-m3", value_name = "X", value_parser = positive, requires = "viscosity", conflicts_with = "liquid")]
@@ -41,23 +69,11 @@ pub struct Predict {
     #[arg(long = "viscosity-mPa-s", value_name = "X", value_parser = positive, requires = "liquid_density", conflicts_with = "liquid")]
     viscosity: Option<f64>,
     /// Diameter of the particle, mm; one of the fit's where each has its own k
-    #[arg(long = "diameter-mm", value_name = "X", value_parser = positive)]
-    diameter: f64,
-    /// Thickness of the film, µm
+    #[arg(long = "diameter-mm", value_name = "X", value_parser = positive, required_unless_present = "settings")]
+    diameter: Option<f64>,
+    /// Thickness of the film, µm; not read of a dry plate
     #[arg(long = "film-um", value_name = "X", value_parser = positive)]
-    film: f64,
-    /// Impact speeds, m/s: so many from the first to the last
-    #[arg(long = "speed-m-s", value_name = "FIRST:LAST:COUNT", value_parser = speeds)]
-    speed: Speeds,
-    /// Predict the series that was measured at this setting, where series have offsets, in place of a new one
-    #[arg(long, requires = "liquid")]
-    measured_series: bool,
-    /// Exit with 0 on a fit that is not to be quoted, too
-    #[arg(long)]
-    anyway: bool,
-    /// What to print
-    #[arg(long, value_enum, default_value_t = Format::Csv)]
-    format: Format,
+    film: Option<f64>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -122,86 +138,247 @@ fn speeds(text: &str) -> Result<Speeds, String> {
     }
 }
 
-/// Prints the prediction, and on standard error what to mind.
-pub fn predict(request: &Predict, quiet: bool) -> Result<u8, Error> {
-    let finished = Finished::read(&request.folder)?;
-    let diameter = Dimension::Length.usual_to_si(request.diameter);
-    let film = Dimension::Thickness.usual_to_si(request.film);
-    let measured = request.liquid.as_deref().filter(|_| request.measured_series);
-    let law = match measured {
-        Some(liquid) => finished.law_of_series(&SeriesSetting {
-            particle: &request.particle,
+/// A setting with the speeds asked for there.
+struct Asked {
+    /// line of the table of settings
+    line: Option<u64>,
+    particle: String,
+    liquid: AskedLiquid,
+    diameter: f64,
+    film: Option<f64>,
+    speeds: Vec<f64>,
+}
+
+/// What is on the plate.
+enum AskedLiquid {
+    Dry,
+    /// a liquid of the scene
+    Named(String),
+    /// one that the scene has not
+    Other {
+        density: f64,
+        viscosity: f64,
+    },
+}
+
+impl AskedLiquid {
+    fn name(&self) -> Option<&str> {
+        match self {
+            AskedLiquid::Dry => Some(DRY),
+            AskedLiquid::Named(name) => Some(name),
+            AskedLiquid::Other { .. } => None,
+        }
+    }
+
+    /// Its numbers; `None` of a dry plate.
+    fn of(&self, finished: &Finished) -> Result<Option<LiquidBasis>, Error> {
+        match self {
+            AskedLiquid::Dry => Ok(None),
+            AskedLiquid::Named(name) => named_liquid(name, finished).map(Some),
+            AskedLiquid::Other { density, viscosity } => Ok(Some(LiquidBasis {
+                name: String::new(),
+                density_kg_m3: *density,
+                viscosity_pa_s: *viscosity,
+                surface_tension_n_m: None,
+            })),
+        }
+    }
+}
+
+impl SettingArguments {
+    /// The setting with these speeds.
+    fn asked(&self, speeds: Vec<f64>) -> Result<Asked, Error> {
+        let needed = |flag: &str| Error::Usage(format!("{flag} is missing"));
+        let liquid = match (&self.liquid, self.liquid_density.zip(self.viscosity)) {
+            (Some(name), _) if name == DRY => AskedLiquid::Dry,
+            (Some(name), _) => AskedLiquid::Named(name.clone()),
+            (None, Some((density, viscosity))) => AskedLiquid::Other {
+                density: Dimension::Density.usual_to_si(density),
+                viscosity: Dimension::Viscosity.usual_to_si(viscosity),
+            },
+            (None, None) => return Err(needed("--liquid")),
+        };
+        let film = self.film.map(|film| Dimension::Thickness.usual_to_si(film));
+        if film.is_none() && !matches!(liquid, AskedLiquid::Dry) {
+            return Err(needed("--film-um"));
+        }
+        let diameter = self.diameter.ok_or_else(|| needed("--diameter-mm"))?;
+        Ok(Asked {
+            line: None,
+            particle: self.particle.clone().ok_or_else(|| needed("--particle"))?,
             liquid,
-            diameter,
-            film_ratio: film / diameter,
-        })?,
-        None => finished.law(&request.particle, diameter)?,
+            diameter: Dimension::Length.usual_to_si(diameter),
+            film,
+            speeds,
+        })
+    }
+}
+
+impl Predict {
+    /// What is asked for, each setting with its speeds.
+    fn asked(&self) -> Result<Vec<Asked>, Error> {
+        let speeds = self.speed.map(Speeds::all);
+        let Some(path) = &self.settings else {
+            let asked = self.setting.asked(speeds.unwrap_or_default())?;
+            return Ok(vec![asked]);
+        };
+        let settings = read_settings(path)?;
+        let in_table = settings.iter().any(|setting| setting.impact_speed.is_some());
+        if in_table == speeds.is_some() {
+            let problem = if in_table {
+                "the table of settings has impact speeds of its own: expected no --speed-m-s"
+            } else {
+                "expected --speed-m-s, or a column `impact_speed_m_s` in the table of settings"
+            };
+            return Err(Error::Usage(problem.to_owned()));
+        }
+        let rows = settings.len().saturating_mul(speeds.as_ref().map_or(1, Vec::len));
+        if rows > MOST_SPEEDS {
+            return Err(Error::Usage(format!(
+                "found {rows} speeds of all settings together, expected at most {MOST_SPEEDS}"
+            )));
+        }
+        let asked = |setting: AskedSetting| Asked {
+            line: Some(setting.line),
+            particle: setting.particle,
+            liquid: setting.liquid.map_or(AskedLiquid::Dry, AskedLiquid::Named),
+            diameter: setting.diameter,
+            film: setting.film,
+            speeds: setting
+                .impact_speed
+                .map_or_else(|| speeds.clone().unwrap_or_default(), |v| vec![v]),
+        };
+        Ok(settings.into_iter().map(asked).collect())
+    }
+}
+
+/// What the sphere falls on, its film and liquid checked; `None`: a dry plate.
+fn plate(asked: &Asked, finished: &Finished) -> Result<Option<Setting>, Error> {
+    let Some((liquid, film)) = asked.liquid.of(finished)?.zip(asked.film) else {
+        return Ok(None);
     };
-    let series = measured.map(|_| PredictedSeries::Measured).or(finished.series());
     let particles = &finished.basis.particles;
-    let Some(particle) = particles.iter().find(|particle| particle.name == request.particle) else {
+    let Some(particle) = particles.iter().find(|particle| particle.name == asked.particle) else {
+        // the law says which there are
+        finished.law(&asked.particle, asked.diameter)?;
         return Err(Error::Internal {
             doing: "find the particle",
             reason: "a law of an unknown particle".to_owned(),
         });
     };
-    let LiquidBasis {
-        density_kg_m3: liquid_density,
-        viscosity_pa_s: viscosity,
-        surface_tension_n_m: surface_tension,
-        ..
-    } = liquid(request, &finished)?;
-    if Term::Bridge.is_held(law.form) && surface_tension.is_none() {
+    let setting = Setting {
+        density: particle.density_kg_m3,
+        diameter: asked.diameter,
+        roughness: particle.roughness_m,
+        liquid_density: liquid.density_kg_m3,
+        viscosity: liquid.viscosity_pa_s,
+        film,
+        surface_tension: liquid.surface_tension_n_m,
+    };
+    check_domain(&setting)?;
+    Ok(Some(setting))
+}
+
+/// The law that holds there.
+fn law(asked: &Asked, wet: Option<&Setting>, finished: &Finished, measured: bool) -> Result<ParticleLaw, Error> {
+    let Some(setting) = wet else {
+        return finished.dry_law(&asked.particle, asked.diameter);
+    };
+    let law = match asked.liquid.name().filter(|_| measured) {
+        Some(liquid) => finished.law_of_series(&SeriesSetting {
+            particle: &asked.particle,
+            liquid,
+            diameter: setting.diameter,
+            film_ratio: setting.film_ratio(),
+        })?,
+        None => finished.law(&asked.particle, setting.diameter)?,
+    };
+    if Term::Bridge.is_held(law.form) && setting.surface_tension.is_none() {
         let text = "the fit holds the rupture of the bridge, and this liquid's surface tension is not known";
         return Err(Error::Usage(format!(
             "--liquid: {text}; name a liquid of the scene that has one"
         )));
     }
-    let setting = Setting {
-        density: particle.density_kg_m3,
-        diameter,
-        roughness: particle.roughness_m,
-        liquid_density,
-        viscosity,
-        film,
-        surface_tension,
-    };
-    check_domain(&setting)?;
-    let rows = law.predict(&setting, &request.speed.all());
+    Ok(law)
+}
+
+/// Prints the prediction, and on standard error what to mind.
+pub fn predict(request: &Predict, quiet: bool) -> Result<u8, Error> {
+    let all = request.asked()?;
+    let finished = Finished::read(&request.folder)?;
+    let offsets = finished.series();
+    if request.measured_series
+        && all
+            .iter()
+            .any(|asked| asked.liquid.name().is_none_or(|name| name == DRY))
+    {
+        let text = "--measured-series: expected liquids of the scene, no dry plate among them";
+        return Err(Error::Usage(text.to_owned()));
+    }
+    let mut draws = 0;
+    let mut outside: Vec<String> = vec![];
+    let mut predictions = vec![];
+    for asked in &all {
+        let in_table = |error| match (error, &request.settings, asked.line) {
+            (Error::Usage(text), Some(path), Some(line)) => {
+                Error::Usage(format!("{}: line {line}: {text}", named(path)))
+            }
+            (other, ..) => other,
+        };
+        let wet = plate(asked, &finished).map_err(in_table)?;
+        let law = law(asked, wet.as_ref(), &finished, request.measured_series).map_err(in_table)?;
+        let rows = match &wet {
+            Some(setting) => law.predict(setting, &asked.speeds),
+            None => law.predict_dry(&asked.speeds),
+        };
+        draws = law.draws.len();
+        let beyond = rows.iter().filter(|row| row.extrapolated).count();
+        if beyond > 0 {
+            outside.push(beyond_the_runs(asked, &law, wet.is_some(), beyond));
+        }
+        let series = match offsets.filter(|_| wet.is_some()) {
+            Some(_) if request.measured_series => Some(PredictedSeries::Measured),
+            series => series,
+        };
+        let pair = Pair {
+            particle: &asked.particle,
+            liquid: asked.liquid.name(),
+            diameter: asked.diameter,
+            wet,
+            series,
+        };
+        predictions.push(Prediction { pair, rows });
+    }
+    let drawn_from = finished.drawn_from();
+    let one = request.settings.is_none();
     let text = match request.format {
-        Format::Csv => prediction::csv(&rows, series)?,
+        Format::Csv => prediction::csv(&predictions, drawn_from, !one)?,
         Format::Json => {
             let origin = Origin {
                 title: &finished.title,
-                particle: &request.particle,
-                liquid: request.liquid.as_deref(),
-                series,
-                draws: law.draws.len(),
                 quotable: finished.failed.is_empty(),
+                drawn_from,
+                draws,
             };
-            prediction::json(origin, &setting, &rows)?
+            prediction::json(origin, &predictions, one)?
         }
     };
     if !quiet {
         for check in &finished.failed {
             warn(&format!("the fit is not to be quoted, and this not either: {check}"));
         }
+        if drawn_from == DrawnFrom::NormalApproximation {
+            warn(
+                "the folder is kept without its draws: bands are those of a normal approximation, from the means and the covariance \
+                 in findings.json",
+            );
+        }
         if let Some(grows) = &finished.noise_grows {
             warn(&format!(
                 "run_q05 to run_q95 and stuck_probability take one spread for every run, and {grows}"
             ));
         }
-        let outside = rows.iter().filter(|row| row.extrapolated).count();
-        if outside > 0 {
-            let of = rows.len();
-            warn(&match law.covered {
-                Some(covered) => format!(
-                    "{outside} of {of} speeds extrapolated: runs of {} covered Stokes numbers {:.1} to {:.1} and film ratios {:.3} to {:.3}",
-                    request.particle, covered.stokes[0], covered.stokes[1], covered.film_ratio[0], covered.film_ratio[1]
-                ),
-                None => format!("all speeds extrapolated: {} has no wet runs", request.particle),
-            });
-        }
+        tell_beyond(&outside);
     }
     print_result(&text)?;
     Ok(if finished.failed.is_empty() || request.anyway {
@@ -209,6 +386,34 @@ pub fn predict(request: &Predict, quiet: bool) -> Result<u8, Error> {
     } else {
         NOT_QUOTABLE
     })
+}
+
+/// Says of the first few settings how far beyond the runs they are.
+fn tell_beyond(outside: &[String]) {
+    const SHOWN: usize = 3;
+    outside.iter().take(SHOWN).for_each(|text| warn(text));
+    if let Some(more) = outside.len().checked_sub(SHOWN).filter(|more| *more > 0) {
+        warn(&format!("{more} more settings with extrapolated speeds"));
+    }
+}
+
+/// Says how many of the speeds lie beyond the runs, and where these were made.
+fn beyond_the_runs(asked: &Asked, law: &ParticleLaw, wet: bool, beyond: usize) -> String {
+    let (of, particle) = (asked.speeds.len(), &asked.particle);
+    let covered = match (law.covered.filter(|_| wet), law.dry_speeds.filter(|_| !wet)) {
+        (Some(covered), _) => format!(
+            "runs of {particle} covered Stokes numbers {:.1} to {:.1} and film ratios {:.3} to {:.3}",
+            covered.stokes[0], covered.stokes[1], covered.film_ratio[0], covered.film_ratio[1]
+        ),
+        (None, Some([slowest, fastest])) => {
+            format!("dry runs of {particle} covered speeds from {slowest:.3} to {fastest:.3} m/s")
+        }
+        (None, None) => {
+            let kind = if wet { "wet" } else { "dry" };
+            return format!("all speeds extrapolated: {particle} has no {kind} runs");
+        }
+    };
+    format!("{beyond} of {of} speeds extrapolated: {covered}")
 }
 
 /// Fails where no formula is valid, or a number of the command line vanishes in SI.
@@ -234,26 +439,15 @@ fn check_domain(setting: &Setting) -> Result<(), Error> {
     Ok(())
 }
 
-/// Density and viscosity of the liquid request for, kg/m³ and Pa s.
-fn liquid(request: &Predict, finished: &Finished) -> Result<LiquidBasis, Error> {
+/// A liquid of the scene.
+fn named_liquid(name: &str, finished: &Finished) -> Result<LiquidBasis, Error> {
     let liquids = &finished.basis.liquids;
-    match (&request.liquid, request.liquid_density, request.viscosity) {
-        (None, Some(density), Some(viscosity)) => Ok(LiquidBasis {
-            name: String::new(),
-            density_kg_m3: Dimension::Density.usual_to_si(density),
-            viscosity_pa_s: Dimension::Viscosity.usual_to_si(viscosity),
-            surface_tension_n_m: None,
-        }),
-        (name, ..) => {
-            let name = name.as_deref().unwrap_or_default();
-            let listed = liquids.iter().find(|liquid| liquid.name == name);
-            listed.cloned().ok_or_else(|| {
-                let names = liquids.iter().map(|liquid| liquid.name.as_str());
-                let all: Vec<&str> = names.clone().collect();
-                let expected = name_expected(&format!("one of {}", all.join(", ")), name, names);
-                let other = "for another liquid give --liquid-density-kg-m3 and --viscosity-mPa-s";
-                Error::Usage(format!("--liquid: found {}, {expected}; {other}", quoted(name)))
-            })
-        }
-    }
+    let listed = liquids.iter().find(|liquid| liquid.name == name);
+    listed.cloned().ok_or_else(|| {
+        let names = liquids.iter().map(|liquid| liquid.name.as_str()).chain([DRY]);
+        let all: Vec<&str> = names.clone().collect();
+        let expected = name_expected(&format!("one of {}", all.join(", ")), name, names);
+        let other = "for another liquid give --liquid-density-kg-m3 and --viscosity-mPa-s";
+        Error::Usage(format!("--liquid: found {}, {expected}; {other}", quoted(name)))
+    })
 }

@@ -40,6 +40,7 @@
 //! | `questions/` | whether L and C are the same at every film ratio |
 //! | `document.rs` | everything a fit says, as `findings.json` writes it |
 //! | `learnt.rs` | what was learnt, in sentences |
+//! | `laws.rs` | the law e(v) of every pair, in numbers |
 //! | `plausible.rs` | constants, runs and results that no such experiment has |
 //! | `overview.rs` | what was read, for `check` |
 
@@ -58,6 +59,7 @@ pub mod film_ratio;
 mod fit_verdict;
 pub mod form_choice;
 pub mod identify;
+pub mod laws;
 pub mod learnt;
 pub mod least_squares;
 pub mod left_out;

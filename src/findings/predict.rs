@@ -12,13 +12,14 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::range::range;
 use crate::distributions::normal_quantile;
 use crate::inference::diagnostics::quantile;
 use crate::model::likelihood::tails::Tails;
 use crate::model::likelihood::{BelowRestitution, Spreads};
 use crate::physics::rebound::mean_restitution;
 use crate::physics::restitution::Restitution;
-use crate::physics::{Form, Parameters, Setting};
+use crate::physics::{Form, LawNumbers, Parameters, Setting};
 use crate::runs::Runs;
 use crate::scene::Scene;
 
@@ -47,6 +48,9 @@ pub struct ParticleBasis {
     pub dry_k_diameters_m: Vec<f64>,
     /// what its wet runs in use covered, the stuck ones with them; `None` without any
     pub covered: Option<Covered>,
+    /// slowest and fastest of its dry runs in use, m/s; `None` without any
+    #[serde(default)]
+    pub dry_speeds_m_s: Option<[f64; 2]>,
 }
 
 /// Smallest and largest numbers of some runs.
@@ -86,6 +90,7 @@ impl Basis {
                 roughness_m: particle.roughness,
                 dry_k_diameters_m: diameters_with_k(runs, index),
                 covered: covered(runs, index),
+                dry_speeds_m_s: range(dry_speeds(runs, index)),
             });
         let liquids = scene.liquids.iter().map(|liquid| LiquidBasis {
             name: liquid.name.clone(),
@@ -112,26 +117,27 @@ fn covered(runs: &Runs, particle: usize) -> Option<Covered> {
         .series_in(runs.spheres_of(particle))
         .iter()
         .flat_map(|series| series.runs().map(numbers));
-    let wider = |[lo, hi]: [f64; 2], x: f64| [lo.min(x), hi.max(x)];
-    all.fold(None, |covered: Option<Covered>, (stokes, film_ratio)| {
-        let so_far = covered.unwrap_or(Covered {
-            stokes: [stokes; 2],
-            film_ratio: [film_ratio; 2],
-        });
-        Some(Covered {
-            stokes: wider(so_far.stokes, stokes),
-            film_ratio: wider(so_far.film_ratio, film_ratio),
-        })
-    })
+    let stokes = range(all.clone().map(|(stokes, _)| stokes))?;
+    let film_ratio = range(all.map(|(_, film_ratio)| film_ratio))?;
+    Some(Covered { stokes, film_ratio })
+}
+
+fn dry_speeds(runs: &Runs, particle: usize) -> impl Iterator<Item = f64> + '_ {
+    let groups = runs.dry_in(runs.spheres_of(particle)).iter();
+    groups.flat_map(|group| &runs.impact_speed[group.runs()]).copied()
 }
 
 impl Covered {
     /// Whether a Stokes number and a film ratio lie inside, but for the rounding of units.
     pub fn holds(&self, stokes: f64, film_ratio: f64) -> bool {
-        const ROUNDING: f64 = 1e-9;
-        let inside = |[lo, hi]: [f64; 2], x: f64| x >= lo * (1.0 - ROUNDING) && x <= hi * (1.0 + ROUNDING);
-        inside(self.stokes, stokes) && inside(self.film_ratio, film_ratio)
+        is_within(self.stokes, stokes) && is_within(self.film_ratio, film_ratio)
     }
+}
+
+/// Whether a number lies in a range, but for the rounding of units.
+fn is_within([lo, hi]: [f64; 2], x: f64) -> bool {
+    const ROUNDING: f64 = 1e-9;
+    x >= lo * (1.0 - ROUNDING) && x <= hi * (1.0 + ROUNDING)
 }
 
 /// The law of one particle as a posterior has it.
@@ -141,17 +147,21 @@ pub struct ParticleLaw {
     pub form: Form,
     /// a restitution at or below this counts as stuck
     pub smallest_restitution: f64,
-    /// what its runs covered
+    /// what its wet runs covered
     pub covered: Option<Covered>,
+    /// slowest and fastest of its dry runs, m/s
+    pub dry_speeds: Option<[f64; 2]>,
     /// the draws, at least one
     pub draws: Vec<Draw>,
 }
 
-/// One draw of what a wet impact depends on.
+/// One draw of what an impact depends on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Draw {
     /// parameters of the energy balance
     pub parameters: Parameters,
+    /// spread σ of dry restitutions
+    pub sigma_dry: f64,
     /// spread σ of wet restitutions; 0 where measurement errors are all that scatters them, which a prediction has none of
     pub sigma_wet: f64,
     /// spread σ_r of the energy kept; 0 where noise acts on the restitution alone
@@ -195,10 +205,10 @@ pub fn offset_of_new_series(draw: usize, sigma_series: f64) -> f64 {
 pub struct Predicted {
     /// v
     pub impact_speed_m_s: f64,
-    /// St = ρp D v/(9 η)
-    pub stokes: f64,
-    /// Re = ρl δ v/η
-    pub reynolds: f64,
+    /// St = ρp D v/(9 η); `None` of a dry impact
+    pub stokes: Option<f64>,
+    /// Re = ρl δ v/η; `None` of a dry impact
+    pub reynolds: Option<f64>,
     /// posterior median of the curve √max(r, 0); 0: no rebound
     pub restitution: f64,
     /// 5 % point of the curve, from the parameters' uncertainty alone
@@ -221,7 +231,7 @@ pub struct Predicted {
     pub stuck_probability: f64,
     /// posterior median of d ln e/d ln v of the curve, +∞ where a draw does not rebound; `None` unless finite
     pub log_slope: Option<f64>,
-    /// whether the Stokes number or the film ratio lies outside what the particle's runs covered
+    /// whether the Stokes number or the film ratio lies outside what the particle's runs covered; of a dry impact the speed
     pub extrapolated: bool,
 }
 
@@ -241,7 +251,21 @@ impl ParticleLaw {
     pub fn predict(&self, setting: &Setting, impact_speeds: &[f64]) -> Vec<Predicted> {
         let curves = self.curves(setting);
         let speeds = impact_speeds.par_iter();
-        speeds.map(|v| self.at(setting, &curves, *v)).collect()
+        let numbers = |v: f64| [setting.stokes(v), setting.reynolds(v)];
+        let holds = |v: f64| {
+            let covered = self.covered.as_ref();
+            covered.is_some_and(|covered| covered.holds(setting.stokes(v), setting.film_ratio()))
+        };
+        let at = |v: &f64| self.at(&curves, *v, Some(numbers(*v)), holds(*v));
+        speeds.map(at).collect()
+    }
+
+    /// Predictions of dry impacts at speeds above zero, m/s, in their order.
+    pub fn predict_dry(&self, impact_speeds: &[f64]) -> Vec<Predicted> {
+        let curves = self.dry_curves();
+        let holds = |v: f64| self.dry_speeds.is_some_and(|speeds| is_within(speeds, v));
+        let at = |v: &f64| self.at(&curves, *v, None, holds(*v));
+        impact_speeds.par_iter().map(at).collect()
     }
 
     /// Bands at impact speeds above zero, m/s, in their order.
@@ -267,6 +291,25 @@ impl ParticleLaw {
         self.curves(setting).into_iter().map(|(curve, _)| curve).collect()
     }
 
+    /// The curve of dry impacts of each draw.
+    pub fn dry_restitutions(&self) -> Vec<Restitution> {
+        self.dry_curves().into_iter().map(|(curve, _)| curve).collect()
+    }
+
+    /// The curve of dry impacts of each draw, with its noise.
+    fn dry_curves(&self) -> Vec<(Restitution, DrawNoise)> {
+        let of = |draw: &Draw| {
+            let curve = LawNumbers::dry(draw.parameters.dry_k, self.form.dry).into();
+            let noise = DrawNoise {
+                sigma: draw.sigma_dry.max(NO_SPREAD),
+                sigma_energy: 0.0,
+                tails: Tails::of(draw.nu),
+            };
+            (curve, noise)
+        };
+        self.draws.iter().map(of).collect()
+    }
+
     /// The curve of each draw, with its noise.
     fn curves(&self, setting: &Setting) -> Vec<(Restitution, DrawNoise)> {
         let of = |draw: &Draw| {
@@ -281,17 +324,15 @@ impl ParticleLaw {
         self.draws.iter().map(of).collect()
     }
 
-    fn at(&self, setting: &Setting, curves: &[(Restitution, DrawNoise)], v: f64) -> Predicted {
+    fn at(&self, curves: &[(Restitution, DrawNoise)], v: f64, numbers: Option<[f64; 2]>, holds: bool) -> Predicted {
         let sorted = |of: &dyn Fn(&Restitution) -> f64| quantile::sorted(curves.iter().map(|(c, _)| of(c)).collect());
         let e = sorted(&|curve| curve.at(v));
         let slopes = sorted(&|curve| curve.log_slope(v).unwrap_or(f64::INFINITY));
         let run = SingleRun::new(curves.iter(), v, self.smallest_restitution);
-        let (stokes, reynolds) = (setting.stokes(v), setting.reynolds(v));
-        let covered = |covered: &Covered| covered.holds(stokes, setting.film_ratio());
         Predicted {
             impact_speed_m_s: v,
-            stokes,
-            reynolds,
+            stokes: numbers.map(|[stokes, _]| stokes),
+            reynolds: numbers.map(|[_, reynolds]| reynolds),
             restitution: quantile::of_sorted(&e, 0.5),
             restitution_q05: quantile::of_sorted(&e, 0.05),
             restitution_q25: quantile::of_sorted(&e, 0.25),
@@ -303,7 +344,7 @@ impl ParticleLaw {
             run_q95: run.quantile(0.95),
             stuck_probability: run.stuck,
             log_slope: Some(quantile::of_sorted(&slopes, 0.5)).filter(|slope| slope.is_finite()),
-            extrapolated: !self.covered.as_ref().is_some_and(covered),
+            extrapolated: !holds,
         }
     }
 }
@@ -477,6 +518,7 @@ mod tests {
                 .with(Coefficient::LubricationLog, lubrication_log)
                 .with(Coefficient::InertialPrefactor, 0.47)
                 .with(Coefficient::FilmScale, 0.069),
+            sigma_dry: 0.01,
             sigma_wet: 0.02,
             sigma_energy: 0.0,
             nu: None,
@@ -489,6 +531,7 @@ mod tests {
             form: Form::new(Inertia::Saturating, DrySpeed::Reference(2.0)),
             smallest_restitution: 0.05,
             covered: None,
+            dry_speeds: None,
             draws,
         }
     }
@@ -526,6 +569,7 @@ mod tests {
         let mut rng = stream(1, "simulated_runs_lie_below_a_band_as_often_as_it_says", 0);
         let mut z = || -> f64 { StandardNormal.sample(&mut rng) };
         let of = |i: i32| Draw {
+            sigma_dry: 0.01,
             sigma_wet: 0.01,
             sigma_energy: 0.04,
             ..draw(1.8 + f64::from(i) / 4000.0)

@@ -1,5 +1,6 @@
 //! Estimates the square-root law of each series: α, β, e_inf and the speed below which nothing rebounds.
 
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -55,6 +56,9 @@ pub struct SeriesFit {
     /// the same for every run, for replicates
     #[serde(skip)]
     pub error_weights: Option<ErrorWeights>,
+    /// covariance of α and β; `None` where there is none
+    #[serde(skip)]
+    pub covariance: Option<[[f64; 2]; 2]>,
     /// how the fit ended
     pub stop: &'static str,
     /// whether its runs have no one film ratio, so that it has no numbers
@@ -76,6 +80,7 @@ impl SeriesFit {
         for estimate in numbers {
             *estimate = quoting.none(why.as_str());
         }
+        self.covariance = None;
         self.speed_error_of_a_tenth_se = None;
         self.is_withheld = true;
         self.verdict = Verdict::failed(why);
@@ -120,6 +125,10 @@ pub fn fit_series(scene: &Scene, runs: &Runs, dry: &[FittedDry], quoting: Quotin
         fit
     };
     (0..runs.series.len()).into_par_iter().map(of_place).collect()
+}
+
+fn two_by_two(covariance: &DMatrix<f64>) -> [[f64; 2]; 2] {
+    std::array::from_fn(|i| std::array::from_fn(|j| covariance[(i, j)]))
 }
 
 fn of_series(scene: &Scene, runs: &Runs, series: &Series, dry: &[FittedDry], quoting: Quoting) -> SeriesFit {
@@ -179,6 +188,7 @@ fn of_series(scene: &Scene, runs: &Runs, series: &Series, dry: &[FittedDry], quo
         speed_error_of_a_tenth_se: speed_error.filter(|_| verdict.passed),
         measurement_errors: error_weights.as_ref().map(ErrorSummary::of),
         error_weights,
+        covariance: uncertain.covariance.as_ref().ok().map(two_by_two),
         stop: fit.stop.as_str(),
         is_withheld: false,
         verdict,

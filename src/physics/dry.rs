@@ -114,6 +114,14 @@ impl Order {
         }
     }
 
+    /// Its number: the power of k it goes to.
+    pub fn number(self) -> u8 {
+        match self {
+            Order::First => 1,
+            Order::Second => 2,
+        }
+    }
+
     /// The law as a formula of a speed called `v`.
     pub fn formula(self, v: &str) -> String {
         match self {

@@ -93,6 +93,17 @@ impl LawNumbers {
         }
     }
 
+    /// a(v) at a speed, m/s: α where the law has one.
+    pub fn plateau_at(&self, speed: f64) -> f64 {
+        match self.plateau {
+            Plateau::Constant(alpha) => alpha,
+            Plateau::OfSpeed { dry_k, order, loss } => {
+                let dry = order.of_loss(DryLoss::loss(order, dry_k, speed))[0];
+                dry * dry - loss
+            }
+        }
+    }
+
     /// Speed below which nothing rebounds, m/s: 0 where everything does, infinite where nothing does.
     pub fn threshold_speed(&self) -> f64 {
         let of_constant = |alpha: f64| {
@@ -103,20 +114,12 @@ impl LawNumbers {
                 f64::INFINITY
             }
         };
-        match self.plateau {
-            Plateau::Constant(alpha) => of_constant(alpha),
-            Plateau::OfSpeed { dry_k, order, loss } => {
-                /// far more than it takes where the law rebounds at all but a sliver of speeds
-                const MOST_STEPS: usize = 1000;
-                // a(v) falls, so that the threshold of a(v) rises with v: from 0 its steps rise to the first root
-                let step = |v: &f64| {
-                    let dry = order.of_loss(DryLoss::loss(order, dry_k, *v))[0];
-                    Some(of_constant(dry * dry - loss)).filter(|next| next > v)
-                };
-                let steps = std::iter::successors(Some(0.0), step).take(MOST_STEPS);
-                steps.last().unwrap_or(f64::INFINITY)
-            }
-        }
+        /// far more than it takes where the law rebounds at all but a sliver of speeds
+        const MOST_STEPS: usize = 1000;
+        // a(v) never rises, so that the threshold of a(v) never falls with v: from 0 its steps rise to the first root
+        let step = |v: &f64| Some(of_constant(self.plateau_at(*v))).filter(|next| next > v);
+        let steps = std::iter::successors(Some(0.0), step).take(MOST_STEPS);
+        steps.last().unwrap_or(f64::INFINITY)
     }
 }
 

@@ -2,12 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use super::header::{find, Column, FoundColumns};
-use crate::error::{quoted, Error, Problem};
+use crate::error::{Error, Problem};
 use crate::notice::Notice;
-use crate::runs::{each_row, word, CellNumbers, TakesRows};
-use crate::scene::{name_is_allowed, TableFile, DRY, NAME_RULE};
-use crate::units::{Dimension, MAGNITUDES, MAGNITUDE_EXPECTED};
+use crate::runs::{column, each_row, Column, Fields, TakesRows};
+use crate::scene::{TableFile, DRY, NAME_RULE};
+use crate::units::Dimension;
 
 /// A recording, and what is known of it beside what it shows; lengths in m.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,14 +74,6 @@ enum Field {
     Exclude,
 }
 
-const fn column(base: &'static str, dimension: Dimension, needed: bool) -> Column {
-    Column {
-        base,
-        dimension,
-        needed,
-    }
-}
-
 const COLUMNS: [Column; 11] = [
     column("file", Dimension::One, true),
     column("run", Dimension::One, false),
@@ -102,26 +93,24 @@ pub(super) fn read(path: &Path) -> Result<(Vec<Recording>, Vec<Notice>), Error> 
     let table = TableFile::named(None, &path.to_string_lossy());
     let mut rows = Rows {
         folder: path.parent().unwrap_or(Path::new("")).to_path_buf(),
-        found: FoundColumns::default(),
-        numbers: CellNumbers::default(),
+        fields: Fields::new(&COLUMNS),
         recordings: vec![],
-        problems: vec![],
     };
     each_row(&table, &mut rows)?;
-    rows.problems.extend(rows.numbers.doubt());
-    if rows.recordings.is_empty() && rows.problems.is_empty() {
-        rows.problems.push(Problem {
+    rows.twins();
+    let Rows { fields, recordings, .. } = rows;
+    let (mut problems, unread) = fields.finish();
+    if recordings.is_empty() && problems.is_empty() {
+        problems.push(Problem {
             line: None,
             place: "no recordings below the header".to_owned(),
             found: None,
             expected: "expected one line a recording".to_owned(),
         });
     }
-    rows.twins();
-    if !rows.problems.is_empty() {
-        return Err(Error::input(path, rows.problems));
+    if !problems.is_empty() {
+        return Err(Error::input(path, problems));
     }
-    let unread = rows.found.unread;
     let notice = (!unread.is_empty()).then(|| {
         Notice::new(
             "unknown_column",
@@ -130,125 +119,58 @@ pub(super) fn read(path: &Path) -> Result<(Vec<Recording>, Vec<Notice>), Error> 
             "`wetcor track --help` lists those that are",
         )
     });
-    Ok((rows.recordings, notice.into_iter().collect()))
+    Ok((recordings, notice.into_iter().collect()))
 }
 
 struct Rows {
     folder: PathBuf,
-    found: FoundColumns,
-    numbers: CellNumbers,
+    fields: Fields,
     recordings: Vec<Recording>,
-    problems: Vec<Problem>,
 }
 
 impl TakesRows for Rows {
     fn header(&mut self, names: &[String], line: u64) -> Result<(), Vec<Problem>> {
-        self.found = find(names, line, &COLUMNS)?;
-        Ok(())
+        self.fields.header(names, line)
     }
 
     fn row(&mut self, line: u64, cells: &[&str]) {
-        let before = self.problems.len();
+        let before = self.fields.problems();
         let recording = self.recording(line, cells);
-        if let Some(recording) = recording.filter(|_| self.problems.len() == before) {
+        if let Some(recording) = recording.filter(|_| self.fields.problems() == before) {
             self.recordings.push(recording);
         }
     }
 }
 
 impl Rows {
-    fn problem(&mut self, line: u64, place: &str, found: Option<&str>, expected: String) {
-        self.problems.push(Problem {
-            line: Some(line),
-            place: place.to_owned(),
-            found: found.map(quoted),
-            expected,
-        });
-    }
-
-    fn word<'c>(&self, field: Field, cells: &[&'c str]) -> Option<&'c str> {
-        let column = self.found.columns[field as usize].as_ref()?;
-        word(cells.get(column.index)?)
-    }
-
-    /// The number in SI; a problem where it is none above zero.
-    fn number(&mut self, field: Field, (line, cells): (u64, &[&str])) -> Option<f64> {
-        let column = self.found.columns[field as usize].clone()?;
-        let cell = cells.get(column.index)?;
-        let expected = match self.numbers.read(cell, (line, &column.name)) {
-            Ok(None) => return None,
-            Ok(Some(value)) if value > 0.0 => {
-                let value = column.to_si(value);
-                if MAGNITUDES.contains(&value) {
-                    return Some(value);
-                }
-                format!("expected {MAGNITUDE_EXPECTED}")
-            }
-            Ok(Some(_)) => "expected a number above 0".to_owned(),
-            Err(expected) => expected,
-        };
-        self.problem(line, &column.name, Some(cell.trim()), expected);
-        None
-    }
-
-    /// The name of a particle or a liquid; a problem where it may not be one.
-    fn name(&mut self, field: Field, line: u64, name: &str) {
-        if !name_is_allowed(name) {
-            let place = COLUMNS[field as usize].base;
-            self.problem(line, place, Some(name), format!("expected {NAME_RULE}"));
-        }
-    }
-
     fn recording(&mut self, line: u64, cells: &[&str]) -> Option<Recording> {
-        let Some(file) = self.word(Field::File, cells) else {
-            self.problem(
-                line,
-                "file",
-                None,
-                "expected a folder of frames, a TIFF or a table of positions".to_owned(),
-            );
+        let row = (line, cells);
+        let fields = &mut self.fields;
+        let Some(file) = fields.word(Field::File as usize, cells) else {
+            let expected = "expected a folder of frames, a TIFF or a table of positions";
+            fields.problem(line, "file", None, expected.to_owned());
             return None;
         };
-        let run = self.word(Field::Run, cells).unwrap_or(file).to_owned();
-        let exclude = self.word(Field::Exclude, cells).map(str::to_owned);
-        let particle = self.word(Field::Particle, cells);
-        let Some(particle) = particle else {
-            self.problem(line, "particle", None, format!("expected {NAME_RULE}"));
+        let run = fields.word(Field::Run as usize, cells).unwrap_or(file).to_owned();
+        let exclude = fields.word(Field::Exclude as usize, cells).map(str::to_owned);
+        let Some(particle) = fields.name(Field::Particle as usize, row) else {
+            fields.problem(line, "particle", None, format!("expected {NAME_RULE}"));
             return None;
         };
-        self.name(Field::Particle, line, particle);
-        let liquid = self.word(Field::Liquid, cells).filter(|liquid| *liquid != DRY);
-        if let Some(liquid) = liquid {
-            self.name(Field::Liquid, line, liquid);
-        }
-        let before = self.problems.len();
-        let diameter = self.number(Field::Diameter, (line, cells));
+        let liquid = fields.name(Field::Liquid as usize, row).filter(|liquid| *liquid != DRY);
+        let diameter = fields.needed_number(Field::Diameter as usize, row, "");
         // the film of a dry plate is not read
-        let film = if liquid.is_some() {
-            self.number(Field::Film, (line, cells))
-        } else {
-            None
+        let film = match liquid {
+            Some(_) => fields.needed_number(Field::Film as usize, row, ", since there is a liquid"),
+            None => None,
         };
-        let frame_rate = self.number(Field::FrameRate, (line, cells));
-        let scale = self.number(Field::Scale, (line, cells));
-        let density = self.number(Field::Density, (line, cells));
-        let axis = self.word(Field::YAxis, cells);
+        let frame_rate = fields.number(Field::FrameRate as usize, row);
+        let scale = fields.number(Field::Scale as usize, row);
+        let density = fields.number(Field::Density as usize, row);
+        let axis = fields.word(Field::YAxis as usize, cells);
         let read_axis = axis.and_then(Axis::named);
         if axis.is_some() && read_axis.is_none() {
-            self.problem(line, "y_axis", axis, "expected `up` or `down`".to_owned());
-        }
-        if self.problems.len() == before {
-            if diameter.is_none() {
-                self.problem(line, "diameter", None, "expected a number above 0".to_owned());
-            }
-            if liquid.is_some() && film.is_none() {
-                self.problem(
-                    line,
-                    "film",
-                    None,
-                    "expected a number above 0, since there is a liquid".to_owned(),
-                );
-            }
+            fields.problem(line, "y_axis", axis, "expected `up` or `down`".to_owned());
         }
         Some(Recording {
             line,
@@ -279,7 +201,7 @@ impl Rows {
             }
         }
         for (line, run, first) in twins {
-            self.problem(
+            self.fields.problem(
                 line,
                 "run",
                 Some(&run),

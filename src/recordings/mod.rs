@@ -11,7 +11,6 @@
 //! | `impact.rs` | computes the speeds of an impact with their errors |
 //! | `flights.rs` | fits the flights of one recording |
 //! | `frames/` | finds the sphere in frames |
-//! | `header.rs` | matches the header of a table with its columns |
 //! | `list.rs` | reads the list of recordings |
 //! | `positions.rs` | reads a table of positions |
 //! | `campaign.rs` | goes from recordings to runs, with a scale and a verdict each |
@@ -23,7 +22,6 @@ mod contacts;
 mod flights;
 pub mod frames;
 mod gravity;
-mod header;
 mod impact;
 mod list;
 mod parabola;

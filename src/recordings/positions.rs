@@ -2,11 +2,10 @@
 
 use std::path::Path;
 
-use super::header::{find, Column, FoundColumns};
 use super::list::{Axis, Recording};
 use super::track::Track;
 use crate::error::{file_name, quoted, Error, Problem};
-use crate::runs::{each_row, CellNumbers, TakesRows};
+use crate::runs::{column, each_row, find, CellNumbers, Column, FoundColumns, TakesRows};
 use crate::scene::TableFile;
 use crate::units::Dimension;
 
@@ -29,20 +28,12 @@ enum Field {
     Object,
 }
 
-const fn column(base: &'static str, dimension: Dimension) -> Column {
-    Column {
-        base,
-        dimension,
-        needed: false,
-    }
-}
-
 const COLUMNS: [Column; 5] = [
-    column("frame", Dimension::One),
-    column("time", Dimension::Time),
-    column("y_px", Dimension::One),
-    column("y", Dimension::Length),
-    column("object", Dimension::One),
+    column("frame", Dimension::One, false),
+    column("time", Dimension::Time, false),
+    column("y_px", Dimension::One, false),
+    column("y", Dimension::Length, false),
+    column("object", Dimension::One, false),
 ];
 
 /// Reads the table of a recording. `axis` says where its heights point, unless the recording does; else pixels are counted

@@ -1,14 +1,19 @@
 //! Reads back from a finished report's folder what predictions start from, or says what the folder lacks.
 //!
+//! A folder that is kept without its draws, as one in a repository is, has the posterior's means and covariance in
+//! `findings.json`: draws of the normal with these stand in, and are called so.
+//!
 //! Nothing in a folder is taken on trust: its parts must be those that were written together (see [`Tie`]), and every number
 //! must be one that a fit can have found.
 
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
+use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
 
 use super::draws::csv;
 use super::draws::tie::{Tie, STORE, TABLE};
+use super::normal_draws::{normal_draws, Moments, DRAWS};
 use crate::encoding::decode;
 use crate::error::{named, quoted, Error};
 use crate::files;
@@ -85,8 +90,10 @@ struct CheckRecord {
 
 #[derive(Debug, Deserialize)]
 struct PosteriorRecord {
-    parameters: Vec<Named>,
+    parameters: Vec<ParameterRecord>,
     left_out: Vec<Named>,
+    #[serde(default)]
+    correlation: Vec<Vec<Option<f64>>>,
     chains: usize,
     draws: usize,
     terms: Vec<String>,
@@ -133,12 +140,60 @@ impl SeriesRecord {
     }
 }
 
-/// A parameter; its value where it was held at one.
+/// A sampled parameter.
+#[derive(Debug, Deserialize)]
+struct ParameterRecord {
+    name: String,
+    #[serde(default)]
+    mean: Option<f64>,
+    #[serde(default)]
+    sd: Option<f64>,
+    #[serde(default)]
+    prior: Option<PriorRecord>,
+}
+
+#[derive(Debug, Deserialize)]
+struct PriorRecord {
+    /// the parameter lies above this
+    lower: f64,
+}
+
+/// A parameter that was not sampled; its value where it was held at one.
 #[derive(Debug, Deserialize)]
 struct Named {
     name: String,
     #[serde(default)]
     value: Option<f64>,
+}
+
+/// What the draws that predictions are made of were drawn from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DrawnFrom {
+    /// the posterior itself
+    Posterior,
+    /// the normal with its means and covariance, in the logarithms of what is positive
+    NormalApproximation,
+}
+
+impl DrawnFrom {
+    /// Its word in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            DrawnFrom::Posterior => "posterior",
+            DrawnFrom::NormalApproximation => "normal_approximation",
+        }
+    }
+}
+
+/// The impacts a law is asked for.
+#[derive(Clone, Copy)]
+enum Impacts<'a> {
+    Dry,
+    /// wet ones of a series that was not measured
+    New,
+    /// wet ones of the series whose offset has this name
+    Measured(&'a str),
 }
 
 /// Where a parameter's values come from.
@@ -214,7 +269,24 @@ impl Finished {
     ///
     /// Fails for a particle or diameter the fit has no k of, and where the draws are missing, cut short or not to be read.
     pub fn law(&self, particle: &str, diameter: f64) -> Result<ParticleLaw, Error> {
-        self.law_with(particle, diameter, None)
+        self.law_with(particle, diameter, Impacts::New)
+    }
+
+    /// The same for dry impacts: what is of wet runs alone is not asked for.
+    ///
+    /// Fails as [`Finished::law`] does, and where the fit has no spread of dry runs.
+    pub fn dry_law(&self, particle: &str, diameter: f64) -> Result<ParticleLaw, Error> {
+        self.law_with(particle, diameter, Impacts::Dry)
+    }
+
+    /// What the draws of its laws were drawn from.
+    pub fn drawn_from(&self) -> DrawnFrom {
+        let kept = |name: &str| self.folder.join(name).symlink_metadata().is_ok();
+        if kept(TABLE) || kept(STORE) {
+            DrawnFrom::Posterior
+        } else {
+            DrawnFrom::NormalApproximation
+        }
     }
 
     /// That of the series that was measured at a setting.
@@ -229,7 +301,7 @@ impl Finished {
         let Some(own) = all.iter().find(|own| own.is_at(setting)) else {
             return Err(self.refuse_series(setting));
         };
-        self.law_with(setting.particle, setting.diameter, Some(&own.name))
+        self.law_with(setting.particle, setting.diameter, Impacts::Measured(&own.name))
     }
 
     /// No series was measured there: names those of the particle and liquid that were.
@@ -269,8 +341,8 @@ impl Finished {
         ))
     }
 
-    /// The law of a particle of a diameter, with the offset of this name; that of a new series without one.
-    fn law_with(&self, particle: &str, diameter: f64, offset: Option<&str>) -> Result<ParticleLaw, Error> {
+    /// The law of a particle of a diameter.
+    fn law_with(&self, particle: &str, diameter: f64, impacts: Impacts) -> Result<ParticleLaw, Error> {
         let known = self.basis.particles.iter().find(|known| known.name == particle);
         let Some(known) = known.filter(|known| self.has_k(known)) else {
             return Err(self.refuse_particle(particle));
@@ -301,26 +373,29 @@ impl Finished {
         if let Some(new) = self.posterior.parameters.iter().find(|p| !known_parameters(&p.name)) {
             return Err(self.unknown(&format!("the parameter {}", quoted(&new.name))));
         }
+        let dry = matches!(impacts, Impacts::Dry);
         // what the form does not read counts as none
         let shared = Coefficient::ALL.map(|coefficient| {
-            let unread = (!form.has(coefficient)).then_some(f64::NAN);
+            let unread = (dry || !form.has(coefficient)).then_some(f64::NAN);
             (coefficient.describe().name.to_owned(), unread)
         });
         let optional =
             |kind: ParameterKind, none: f64| (kind.key().to_owned(), (!self.has(kind.key())).then_some(none));
+        let spread = |kind: ParameterKind, of_dry: bool| (kind.key().to_owned(), (of_dry != dry).then_some(0.0));
         let mut wanted = vec![(dry_k, None)];
         wanted.extend(shared);
         wanted.extend([
-            (ParameterKind::SigmaWet.key().to_owned(), None),
+            spread(ParameterKind::SigmaDry, true),
+            spread(ParameterKind::SigmaWet, false),
             optional(ParameterKind::SigmaEnergy, 0.0),
             optional(ParameterKind::Nu, f64::INFINITY),
-            match offset {
-                Some(name) => (name.to_owned(), None),
-                None => optional(ParameterKind::SigmaSeries, 0.0),
+            match impacts {
+                Impacts::Measured(name) => (name.to_owned(), None),
+                Impacts::New | Impacts::Dry => optional(ParameterKind::SigmaSeries, 0.0),
             },
         ]);
-        let sources = self.sources(&wanted)?;
-        let draws = (0..self.posterior.chains * self.posterior.draws).map(|draw| {
+        let sources = self.sources(&wanted, if dry { "dry" } else { "wet" })?;
+        let draws = (0..self.draws()).map(|draw| {
             let values: Vec<f64> = sources.iter().map(|source| source.at(draw)).collect();
             let (physical, noise) = values.split_at(1 + Coefficient::COUNT);
             Draw {
@@ -328,12 +403,13 @@ impl Finished {
                     dry_k: physical[0],
                     shared: Coefficients::first_of(&physical[1..]),
                 },
-                sigma_wet: noise[0],
-                sigma_energy: noise[1],
-                nu: Some(noise[2]).filter(|nu| nu.is_finite()),
-                series_offset: match offset {
-                    Some(_) => noise[3],
-                    None => offset_of_new_series(draw, noise[3]),
+                sigma_dry: noise[0],
+                sigma_wet: noise[1],
+                sigma_energy: noise[2],
+                nu: Some(noise[3]).filter(|nu| nu.is_finite()),
+                series_offset: match impacts {
+                    Impacts::Measured(_) => noise[4],
+                    Impacts::New | Impacts::Dry => offset_of_new_series(draw, noise[4]),
                 },
             }
         });
@@ -341,6 +417,7 @@ impl Finished {
             form,
             smallest_restitution: self.basis.smallest_restitution,
             covered: known.covered,
+            dry_speeds: known.dry_speeds_m_s,
             draws: draws.collect(),
         })
     }
@@ -364,8 +441,8 @@ impl Finished {
     }
 
     fn has(&self, name: &str) -> bool {
-        let held = self.posterior.left_out.iter().filter(|held| held.value.is_some());
-        self.posterior.parameters.iter().chain(held).any(|p| p.name == name)
+        let mut held = self.posterior.left_out.iter().filter(|held| held.value.is_some());
+        self.posterior.parameters.iter().any(|p| p.name == name) || held.any(|held| held.name == name)
     }
 
     /// Whether the fit has a k of a particle, at every diameter or at one.
@@ -446,8 +523,60 @@ impl Finished {
         Error::Usage(format!("{}: {problem}; {}", path.display(), again(&self.folder)))
     }
 
-    /// The values of some parameters, in that order; one with a number is not read.
-    fn sources(&self, wanted: &[(String, Option<f64>)]) -> Result<Vec<Source>, Error> {
+    /// Draws a law is made of.
+    fn draws(&self) -> usize {
+        match self.drawn_from() {
+            DrawnFrom::Posterior => self.posterior.chains * self.posterior.draws,
+            DrawnFrom::NormalApproximation => DRAWS,
+        }
+    }
+
+    /// Columns of draws from the normal with the means and the covariance of these parameters.
+    fn normal_columns(&self, columns: &[&str]) -> Result<Vec<Vec<f64>>, Error> {
+        let path = self.folder.join("findings.json");
+        let of = |name: &&str| {
+            let all = &self.posterior.parameters;
+            let Some(place) = all.iter().position(|own| own.name == **name) else {
+                let problem =
+                    format!("no covariance of {name}: it is predicted from the draws, which are not in the folder");
+                return Err(self.refuse(&path, &problem));
+            };
+            let own = &all[place];
+            let lower = own.prior.as_ref().map_or(0.0, |prior| prior.lower);
+            let known = own.mean.zip(own.sd).map(|(mean, sd)| Moments { mean, sd, lower });
+            match known.filter(|own| own.sd > 0.0 && own.mean > own.lower) {
+                Some(moments) => Ok((place, moments)),
+                None => Err(self.refuse(
+                    &path,
+                    &format!("no mean with an sd of {name}, and no draws in the folder"),
+                )),
+            }
+        };
+        let known: Vec<(usize, Moments)> = columns.iter().map(of).collect::<Result<_, _>>()?;
+        let mut correlation = DMatrix::identity(known.len(), known.len());
+        for (i, (row, _)) in known.iter().enumerate() {
+            for (j, (column, _)) in known.iter().enumerate() {
+                let cell = self
+                    .posterior
+                    .correlation
+                    .get(*row)
+                    .and_then(|cells| *cells.get(*column)?);
+                let Some(rho) = cell.filter(|rho| rho.abs() <= 1.0 + 1e-9) else {
+                    let problem = format!(
+                        "no correlation of {} with {}, and no draws in the folder",
+                        columns[i], columns[j]
+                    );
+                    return Err(self.refuse(&path, &problem));
+                };
+                correlation[(i, j)] = rho;
+            }
+        }
+        let moments: Vec<Moments> = known.into_iter().map(|(_, moments)| moments).collect();
+        Ok(normal_draws(&moments, &correlation))
+    }
+
+    /// The values of some parameters, in that order; one with a number is not read. `runs` are those that tell them.
+    fn sources(&self, wanted: &[(String, Option<f64>)], runs: &str) -> Result<Vec<Source>, Error> {
         let posterior = &self.posterior;
         let mut columns = vec![];
         for (name, unread) in wanted {
@@ -457,10 +586,13 @@ impl Finished {
                 columns.push(name.as_str());
             } else if unread.is_none() && !self.has(name) {
                 let why = format!("{}: the fit has no {name}", self.folder.display());
-                return Err(Error::Usage(format!("{why}: it needs wet runs")));
+                return Err(Error::Usage(format!("{why}: it needs {runs} runs")));
             }
         }
-        let mut read = self.columns(&columns)?;
+        let mut read = match self.drawn_from() {
+            DrawnFrom::Posterior => self.columns(&columns)?,
+            DrawnFrom::NormalApproximation => self.normal_columns(&columns)?,
+        };
         let sources = wanted.iter().map(|(name, unread)| {
             let column = columns.iter().position(|column| column == name);
             let held = || posterior.left_out.iter().find(|held| held.name == *name)?.value;

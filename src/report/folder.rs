@@ -9,6 +9,7 @@ use serde::Deserialize;
 
 use super::draws::zarr;
 pub use super::files::{File, Files, Fill, Last, Streamed};
+use super::laws;
 use crate::error::{named, quoted, Error};
 use crate::staging::{self, OutputPlace, Staging};
 use crate::{files, findings};
@@ -45,9 +46,15 @@ impl Contents {
         let parts: Option<Vec<&str>> = inside.iter().map(OsStr::to_str).collect();
         match (self, parts.as_deref()) {
             (Contents::Trade, Some([name])) => ["trade.md", "trade.json", "trade.svg"].contains(name),
-            (Contents::Fit, Some([name])) => {
-                ["report.md", "report.html", "findings.json", "timing.json"].contains(name)
-            }
+            (Contents::Fit, Some([name])) => [
+                "report.md",
+                "report.html",
+                "findings.json",
+                "timing.json",
+                laws::LAWS,
+                laws::TABLE,
+            ]
+            .contains(name),
             (Contents::Tracking, Some([name])) => ["report.md", "tracking.json"].contains(name),
             (Contents::Fit | Contents::Tracking, Some(["figures", name])) => match &mark.figures {
                 Some(figures) => figures.iter().any(|figure| figure == name),

@@ -12,7 +12,9 @@
 //! | `html/` | makes a page of the report for a browser |
 //! | `chart.rs` | draws a chart as SVG |
 //! | `json.rs` | lays JSON out |
+//! | `laws.rs` | writes the law of every pair as CSV |
 //! | `draws/` | puts draws on disk |
+//! | `normal_draws.rs` | draws parameters from their means and covariance |
 //! | `finished.rs` | reads a report's folder back for predictions |
 //! | `prediction.rs` | writes predictions |
 //! | `tracking.rs` | writes the report of tracked recordings |
@@ -27,8 +29,10 @@ pub mod folder;
 mod html;
 mod input;
 pub mod json;
+mod laws;
 pub mod markdown;
 mod markup;
+mod normal_draws;
 pub mod numbers;
 pub mod prediction;
 mod quantities;
@@ -37,6 +41,7 @@ pub mod tracking;
 use serde::Serialize;
 
 use crate::error::Error;
+use crate::findings::laws::{list_laws, PairLaw};
 use crate::findings::Findings;
 use files::Files;
 
@@ -46,11 +51,12 @@ pub use input::ReportInput;
 pub fn files(input: ReportInput, with_figures: bool) -> Result<Files, Error> {
     let figures = if with_figures { figures::all(input) } else { vec![] };
     let names: Vec<&str> = figures.iter().map(|figure| figure.name.as_str()).collect();
+    let of_pairs = list_laws(input.scene, input.runs, input.findings, input.posterior);
     let ((report, page, findings), draws) = rayon::join(
         || {
             let report = markdown::report(input, &names);
             let page = html::page(&report, &figures, &html::Curves::of(input));
-            (report, page, findings_text(input.findings, &names))
+            (report, page, findings_text(input.findings, &of_pairs, &names))
         },
         || {
             let draws = input
@@ -65,6 +71,8 @@ pub fn files(input: ReportInput, with_figures: bool) -> Result<Files, Error> {
         ("report.md".to_owned(), report.into_bytes()),
         ("report.html".to_owned(), page?.into_bytes()),
         ("findings.json".to_owned(), findings),
+        (laws::LAWS.to_owned(), laws::laws(&of_pairs).into_bytes()),
+        (laws::TABLE.to_owned(), laws::table(&of_pairs).into_bytes()),
     ];
     for figure in figures {
         whole.push((format!("figures/{}", figure.name), figure.svg.into_bytes()));
@@ -80,13 +88,18 @@ pub fn files(input: ReportInput, with_figures: bool) -> Result<Files, Error> {
     Ok(files)
 }
 
-/// `findings.json`: the findings, and the names of the figures, by which a later run knows the report's own files.
-fn findings_text(findings: &Findings, figures: &[&str]) -> Result<String, Error> {
+/// `findings.json`: the findings, the laws of the pairs, and the names of the figures, by which a later run knows the report's own files.
+fn findings_text(findings: &Findings, laws: &[PairLaw], figures: &[&str]) -> Result<String, Error> {
     #[derive(Serialize)]
     struct FindingsFile<'a> {
         #[serde(flatten)]
         findings: &'a Findings,
+        laws: &'a [PairLaw],
         figures: &'a [&'a str],
     }
-    json::text(&FindingsFile { findings, figures })
+    json::text(&FindingsFile {
+        findings,
+        laws,
+        figures,
+    })
 }

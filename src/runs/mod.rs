@@ -22,6 +22,9 @@
 //! | `workbook.rs` | reads a sheet of a spreadsheet with calamine; the only file that names it |
 //! | `source.rs` | opens a table, and reads no more of it than a format may have |
 //! | `cells.rs` | reads a table whose columns are not those of runs |
+//! | `header.rs` | matches the header of such a table with the columns it may have |
+//! | `fields.rs` | reads the cells of its rows by these columns |
+//! | `settings.rs` | reads the settings that predictions are asked for |
 //! | `draft.rs` | drafts a scene from a table |
 //! | `film_groups.rs` | puts runs in groups of one film ratio, and measures how wide each is |
 //! | `spheres.rs` | holds the spheres that have a k of their own |
@@ -40,8 +43,10 @@ mod csv;
 mod decimals;
 mod draft;
 mod errors;
+mod fields;
 mod film_groups;
 mod guess;
+mod header;
 mod impacts;
 mod new_run;
 mod parquet;
@@ -52,6 +57,7 @@ mod refusals;
 mod row;
 mod screen;
 mod series;
+mod settings;
 mod source;
 mod spheres;
 mod stated_errors;
@@ -62,15 +68,18 @@ mod workbook;
 mod write;
 mod written_units;
 
-pub(crate) use cells::{each_row, word, CellNumbers, TakesRows};
+pub(crate) use cells::{each_row, CellNumbers, TakesRows};
 pub use collect::Screened;
 pub(crate) use collect::OF_READING;
 pub use draft::Draft;
 pub use errors::MeasurementErrors;
+pub(crate) use fields::Fields;
 pub use film_groups::{rounded_film_ratio, FilmGroup, NEAR_NOMINAL, WIDEST};
+pub(crate) use header::{column, find, Column, FoundColumns};
 pub use impacts::{by_film, Conditions};
 pub use new_run::NewRun;
 pub use series::{DryGroup, Impacts, Runs, Series};
+pub use settings::{read_settings, AskedSetting};
 pub use spheres::{diameter_in_mm, sphere_label, sphere_words, Sphere};
 pub use true_speeds::{SharedSpeed, TrueSpeed, TrueSpeeds, GAP, MOST_SETTINGS};
 pub use write::{free_place, write_csv_whole, Existing, RunWriter};

@@ -87,6 +87,13 @@ pub struct Series {
     pub stuck: Range<usize>,
 }
 
+impl DryGroup {
+    /// Every run of the group.
+    pub fn runs(&self) -> Range<usize> {
+        self.rebounds.start..self.stuck.end
+    }
+}
+
 impl Series {
     /// Its words in names of files: `PTFE,AK10,4.762,0.06`, particle, liquid, D in mm, δ/D of the film group.
     pub fn label(&self, scene: &Scene) -> String {

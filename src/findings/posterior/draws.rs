@@ -19,6 +19,7 @@ impl Posterior {
         let offsets = scene.model.series_offsets;
         let draw = |(index, full): (usize, &Vec<f64>)| Draw {
             parameters: physical(full, sphere),
+            sigma_dry: full[ParameterKind::SigmaDry.slot()],
             sigma_wet: full[ParameterKind::SigmaWet.slot()],
             sigma_energy: if both {
                 full[ParameterKind::SigmaEnergy.slot()]
@@ -33,10 +34,12 @@ impl Posterior {
             },
         };
         let basis = &self.findings.basis;
+        let particle = &basis.particles[runs.spheres[sphere].particle];
         ParticleLaw {
             form: self.setup.form,
             smallest_restitution: basis.smallest_restitution,
-            covered: basis.particles[runs.spheres[sphere].particle].covered,
+            covered: particle.covered,
+            dry_speeds: particle.dry_speeds_m_s,
             draws: full.iter().step_by(step).enumerate().map(draw).collect(),
         }
     }

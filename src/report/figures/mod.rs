@@ -23,11 +23,10 @@ use std::ops::Range;
 
 use super::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Style};
 use super::{numbers, ReportInput};
+use crate::findings::laws::numbers_of_series;
 use crate::findings::series::SeriesFit;
-use crate::physics::dry::Order;
 use crate::physics::numbers::stokes;
-use crate::physics::rebound;
-use crate::physics::DrySpeed;
+use crate::physics::{Order, Restitution};
 use crate::runs::Series;
 use crate::scene::WetLaw;
 pub use figure::{Figure, ENERGY, FILM, PAIRS, PRIORS, RANKS, RESIDUALS};
@@ -173,47 +172,19 @@ fn widen_to_data(chart: &mut Chart) {
     }
 }
 
-/// √(α + β/v) of a series, moved by what e_dry at the impact speed differs from that at the reference speed.
-pub(super) struct SeriesLaw {
-    alpha: f64,
-    beta: f64,
-    /// k, where e_dry is taken at the impact speed
-    own_dry_k: Option<f64>,
-    order: Order,
-    reference: f64,
-}
-
-impl SeriesLaw {
-    pub(super) fn restitution(&self, v: f64) -> f64 {
-        let e_dry = |k: f64, v: f64| self.order.restitution(k, v).powi(2);
-        let offset = self.own_dry_k.map_or(0.0, |k| e_dry(k, v) - e_dry(k, self.reference));
-        (self.alpha + self.beta / v + offset).max(0.0).sqrt()
-    }
-}
-
 /// The law of a series; `None` where it has no usable one.
-pub(super) fn series_law(input: ReportInput, series: &Series, fit: &SeriesFit) -> Option<SeriesLaw> {
-    if !fit.verdict.passed {
-        return None;
-    }
-    let model = &input.scene.model;
-    Some(SeriesLaw {
-        alpha: fit.alpha.value?,
-        beta: fit.beta.value?,
-        own_dry_k: dry_k(input, series.sphere).filter(|_| model.dry_speed == DrySpeed::Impact),
-        order: model.form().dry,
-        reference: model.dry_speed.reference(),
-    })
+pub(super) fn series_law(input: ReportInput, series: &Series, fit: &SeriesFit) -> Option<Restitution> {
+    numbers_of_series(input.scene, input.findings, series, fit).map(Restitution::from)
 }
 
 /// The law of a series from its threshold on; `None` where it has no usable one.
 fn series_curve(input: ReportInput, (series, fit): (&Series, &SeriesFit), fastest: f64) -> Option<Vec<(f64, f64)>> {
-    let law = series_law(input, series, fit)?;
-    let threshold = rebound::threshold_speed(law.alpha, law.beta);
+    let numbers = numbers_of_series(input.scene, input.findings, series, fit)?;
+    let (law, threshold) = (Restitution::from(numbers), numbers.threshold_speed());
     // steep at its threshold: steps in the root of the distance from it
     let points = steps(0.0, 1.0).map(|u| {
         let v = threshold + (fastest - threshold) * u * u;
-        (v, law.restitution(v))
+        (v, law.at(v))
     });
     (threshold < fastest).then(|| points.collect())
 }

@@ -143,7 +143,7 @@ fn wet_pair(input: ReportInput, place: usize, law: Option<&ParticleLaw>, speeds:
         }
         None => {
             let law = series_law(input, series, &input.findings.series[place])?;
-            (speeds.iter().map(|v| rounded(law.restitution(*v))).collect(), vec![])
+            (speeds.iter().map(|v| rounded(law.at(*v))).collect(), vec![])
         }
     };
     let rebounds: Vec<usize> = series.rebounds.clone().collect();

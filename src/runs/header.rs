@@ -6,7 +6,7 @@ use crate::units::{names_in_words, Dimension, Unit};
 
 /// A column that a table may have.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Column {
+pub(crate) struct Column {
     /// its name, without a unit
     pub base: &'static str,
     /// `One` of words and plain numbers
@@ -14,9 +14,18 @@ pub(super) struct Column {
     pub needed: bool,
 }
 
+/// A column of such a table.
+pub(crate) const fn column(base: &'static str, dimension: Dimension, needed: bool) -> Column {
+    Column {
+        base,
+        dimension,
+        needed,
+    }
+}
+
 /// A column with its place in a table.
 #[derive(Debug, Clone)]
-pub(super) struct FoundColumn {
+pub(crate) struct FoundColumn {
     pub index: usize,
     pub name: String,
     unit: &'static Unit,
@@ -30,7 +39,7 @@ impl FoundColumn {
 
 /// The columns that were asked for, in their order, and the names of those that nobody reads.
 #[derive(Debug, Default)]
-pub(super) struct FoundColumns {
+pub(crate) struct FoundColumns {
     pub columns: Vec<Option<FoundColumn>>,
     pub unread: Vec<String>,
 }
@@ -39,7 +48,7 @@ pub(super) struct FoundColumns {
 const MISSPELT: usize = 2;
 
 /// Finds columns in a header. Fails where one is missing, stands twice or is misspelt.
-pub(super) fn find(names: &[String], line: u64, wanted: &[Column]) -> Result<FoundColumns, Vec<Problem>> {
+pub(crate) fn find(names: &[String], line: u64, wanted: &[Column]) -> Result<FoundColumns, Vec<Problem>> {
     let mut found = FoundColumns {
         columns: vec![None; wanted.len()],
         unread: vec![],
