@@ -2,7 +2,8 @@
 
 use std::f64::consts::PI;
 
-/// A gas in its state of homogeneous cooling.
+/// A gas in its state of homogeneous cooling, to first order in a₂, which does for e of 0.8 and above; at e = 0 it cools
+/// about a percent more slowly.
 pub struct Haff {
     /// restitution
     pub e: f64,

@@ -95,6 +95,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     ];
     let curves = curves.map(|(name, look, points)| Curve { name, look, points });
     let labels = ["time, s", "energy of a sphere, J"];
-    std::fs::write(path, svg(labels, [DECADES, [-11, -3]], &curves)?)?;
+    std::fs::write(path, svg(labels, [DECADES, [-12, -3]], &curves)?)?;
     Ok(())
 }
