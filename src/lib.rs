@@ -51,6 +51,39 @@
 //! assert_eq!(e_n.at(0.05), 0.0); // too slow to rebound
 //! ```
 //!
+//! # Where such a law is used
+//!
+//! Every impact of a simulated sphere asks for it. Two equal spheres have twice the Stokes number that one has on a plate at
+//! the same relative speed, and with e_dry at one speed e depends on the speed by St alone, so that the plate's law is asked
+//! at twice the speed:
+//!
+//! ```
+//! # use wetcor::physics::{Coefficient, DrySpeed, Form, Inertia, Parameters, Restitution, Setting};
+//! # let sphere = Setting {
+//! #     density: 2150.0, diameter: 4.762e-3, liquid_density: 930.0, viscosity: 9.3e-3, film: 286e-6,
+//! #     surface_tension: None, roughness: None,
+//! # };
+//! # let parameters = Parameters::new(0.183)
+//! #     .with(Coefficient::LubricationLog, 1.85)
+//! #     .with(Coefficient::InertialPrefactor, 0.47)
+//! #     .with(Coefficient::FilmScale, 0.069);
+//! # let e_n = Restitution::new(&sphere, Form::new(Inertia::Saturating, DrySpeed::Reference(2.0)), &parameters);
+//! let collide = |[one, other]: [[f64; 3]; 2], normal: [f64; 3]| {
+//!     let approach: f64 = (0..3).map(|axis| (one[axis] - other[axis]) * normal[axis]).sum();
+//!     let change = 0.5 * (1.0 + e_n.at(2.0 * approach.abs())) * approach;
+//!     let moved = |v: [f64; 3], by: f64| [0, 1, 2].map(|axis| v[axis] + by * normal[axis]);
+//!     [moved(one, -change), moved(other, change)]
+//! };
+//! // the law of the sphere above; they meet along x at 0.6 m/s
+//! let [one, other] = collide([[0.4, 0.1, 0.0], [-0.2, 0.0, 0.0]], [1.0, 0.0, 0.0]);
+//! assert!((one[0] + other[0] - 0.2).abs() < 1e-15 && one[1] == 0.1);
+//! let e = (other[0] - one[0]) / 0.6;
+//! assert!((e - e_n.at(1.2)).abs() < 1e-12);
+//! ```
+//!
+//! `examples/cooling` lets a gas of 100,000 cool with it by direct simulation Monte Carlo, against Haff's law:
+//! `cargo run --release --no-default-features --example cooling -- cooling.svg`.
+//!
 //! # How to add a term, a quantity, a figure
 //!
 //! **A term** of the energy balance is a file in `physics/` that implements [`physics::loss::Loss`]: its parameters, each a

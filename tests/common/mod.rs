@@ -1,12 +1,14 @@
 //! Makes scenes and simulated runs for tests, in temporary folders.
 
 // each test file uses its own part of this
-#![allow(dead_code, reason = "shared by several test files")]
+#![allow(dead_code, unused_imports, reason = "shared by several test files")]
 
 pub mod assembled;
+mod chance;
 
 use std::path::Path;
 
+pub use chance::{binomial_z, mean, seed_of};
 use rand::rngs::ChaCha8Rng;
 use tempfile::TempDir;
 use wetcor::error::Error;
@@ -100,28 +102,6 @@ pub fn write(simulation: &Simulation, seed: u64, path: &Path) {
         .draw(seed, |run| writer.write(run))
         .unwrap_or_else(|error| panic!("{error}"));
     writer.finish().unwrap_or_else(|error| panic!("{error}"));
-}
-
-/// The seed of a statistical test: its own name, so that nobody picks it.
-pub fn seed_of(test: &str) -> u64 {
-    // FNV-1a
-    test.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-    }) >> 1
-}
-
-/// How many standard deviations a count of successes lies from its expectation.
-pub fn binomial_z(successes: usize, of: usize, probability: f64) -> f64 {
-    let n = of as f64;
-    (successes as f64 - n * probability) / (n * probability * (1.0 - probability)).sqrt()
-}
-
-/// Mean and its standard error.
-pub fn mean(values: &[f64]) -> (f64, f64) {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let squares: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
-    (mean, (squares / (n - 1.0) / n).sqrt())
 }
 
 /// Runs the command in a folder: its exit status, and what it prints to both outputs.

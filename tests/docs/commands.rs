@@ -27,9 +27,10 @@ fn no_command(command: &str) -> Option<String> {
         .collect();
     let fault = match words.as_slice() {
         ["wetcor", arguments @ ..] => no_call(arguments),
-        ["cargo", "run", "--release", "--example", name, "--", ..] => {
-            let example = in_repository(&format!("examples/{name}.rs"));
-            (!example.exists()).then_some("no such example")
+        ["cargo", "run", "--release", "--example", name, "--", ..]
+        | ["cargo", "run", "--release", "--no-default-features", "--example", name, "--", ..] => {
+            let mut files = [format!("examples/{name}.rs"), format!("examples/{name}/main.rs")].into_iter();
+            (!files.any(|file| in_repository(&file).exists())).then_some("no such example")
         }
         ["cargo", "run", rest @ ..] => {
             let after = rest.iter().position(|word| *word == "--").map(|at| &rest[at + 1..]);
@@ -116,6 +117,7 @@ fn every_command_is_one() {
         "wetcor predict reports/any --particle PTFE --speed-m-s 2:1:5",
         "cargo run --release -- fit datasets/mueller2017/scene.toml",
         "cargo run --release --example render_campaigns -- drops",
+        "cargo run --release --no-default-features --example coolings -- cooling.svg",
         "cargo test --releases",
         "UPDATE_EXPECTED=1 cargo test --release --test readers",
         "cargo bench --bench speeds",

@@ -1,0 +1,211 @@
+//! Holds the gas of `examples/cooling` against Haff's law and kinetic theory, and what the page says of it.
+
+#[path = "common/chance.rs"]
+mod chance;
+#[path = "../examples/cooling/gas.rs"]
+mod gas;
+#[path = "../examples/cooling/haff.rs"]
+mod haff;
+#[path = "../examples/cooling/pair.rs"]
+mod pair;
+
+use chance::{mean, seed_of};
+use gas::{collide, Gas, Velocity};
+use haff::Haff;
+use pair::{Pair, LUBRICATION_LOG, SPHERE};
+use rand::{rngs::ChaCha8Rng, SeedableRng};
+use std::f64::consts::PI;
+
+/// Spheres of a gas, and how many gases are simulated for a mean and its standard error.
+const SPHERES: usize = 4000;
+const GASES: u64 = 20;
+
+fn gas(test: &str, index: u64, start: &Haff) -> Gas {
+    let mut stream = ChaCha8Rng::seed_from_u64(seed_of(test));
+    stream.set_stream(index);
+    Gas::new(SPHERES, start.temperature, start.met_per_metre, stream)
+}
+
+/// How many standard errors the mean of some ratios is from what they should be.
+fn z(ratios: &[f64], expected: f64) -> f64 {
+    let (mean, se) = mean(ratios);
+    // chance is small enough to see an error of two percent
+    assert!(se < 4e-3, "{se}");
+    (mean - expected) / se
+}
+
+type Rule = fn([Velocity; 2], Velocity, f64) -> [Velocity; 2];
+
+fn along_the_normal(pair: [Velocity; 2], normal: Velocity, e: f64) -> [Velocity; 2] {
+    collide(pair, normal, |_| e)
+}
+
+/// The planted fault: all of the relative velocity is made e times as large.
+fn of_the_whole(pair: [Velocity; 2], normal: Velocity, e: f64) -> [Velocity; 2] {
+    let [one, other] = collide(pair, normal, |_| 1.0);
+    let shift: Velocity = std::array::from_fn(|axis| 0.5 * (1.0 - e) * (one[axis] - other[axis]));
+    [
+        std::array::from_fn(|axis| one[axis] - shift[axis]),
+        std::array::from_fn(|axis| other[axis] + shift[axis]),
+    ]
+}
+
+/// At a time given in units of τ, over what theory says: how far √(T₀/T) has risen, which is t/τ by Haff's law; and how many
+/// impacts that took. One of each gas.
+fn ratios(test: &str, e: f64, rule: Rule, gone: f64) -> [Vec<f64>; 2] {
+    let gases = (0..GASES).map(|index| {
+        let mut haff = Haff {
+            e,
+            temperature: 1.0,
+            met_per_metre: 12.0,
+        };
+        let mut gas = gas(test, index, &haff);
+        // within eight impacts of each sphere the velocities are no longer normal, but those of the cooling state
+        gas.advance(8.0 / haff.frequency(), |pair, normal| rule(pair, normal, e));
+        haff.temperature = gas.temperature();
+        let (begun, before) = (gas.time(), gas.collisions_per_sphere());
+        gas.advance(begun + gone / haff.cooling_rate(), |pair, normal| rule(pair, normal, e));
+        let rise = (haff.temperature / gas.temperature()).sqrt();
+        let impacts = haff.frequency() / haff.cooling_rate() * rise.ln();
+        let met = gas.collisions_per_sphere() - before;
+        (
+            (rise - 1.0) / ((gas.time() - begun) * haff.cooling_rate()),
+            met / impacts,
+        )
+    });
+    let (rises, impacts) = gases.unzip();
+    [rises, impacts]
+}
+
+#[test]
+fn the_energy_follows_haffs_law() {
+    let test = "the_energy_follows_haffs_law";
+    for (e, gone) in [(0.9, 2.0), (0.9, 15.0), (0.8, 2.0), (0.8, 15.0)] {
+        let [rises, impacts] = ratios(test, e, along_the_normal, gone);
+        let found = [z(&rises, 1.0), z(&impacts, 1.0)];
+        println!(
+            "e {e}, {gone} τ: {:?}, {:?}, z {found:.2?}",
+            mean(&rises),
+            mean(&impacts)
+        );
+        assert!(found.iter().all(|z| z.abs() < 4.5), "{e}, {gone} τ: {found:?}");
+        // an energy loss of 1 − e in place of 1 − e², and every impact counted for both of its spheres
+        for wrong in [1.0 / (1.0 + e), 2.0].map(|wrong| z(&rises, wrong)) {
+            assert!(wrong.abs() > 50.0, "{e}: {wrong}");
+        }
+    }
+    // the first order is not enough there
+    let [rises, _] = ratios(test, 0.0, along_the_normal, 15.0);
+    assert!((mean(&rises).0 - 0.99).abs() < 0.01, "{:?}", mean(&rises));
+    let [rises, _] = ratios(test, 0.9, of_the_whole, 2.0);
+    println!(
+        "twin: {:?} z {:.0}",
+        mean(&rises),
+        (mean(&rises).0 - 1.0) / mean(&rises).1
+    );
+    assert!(z(&rises, 1.0) > 50.0, "{}", z(&rises, 1.0));
+}
+
+/// How far energy (as a share) and momentum (over the mass and a thermal speed) go from where they began at e, and the
+/// impacts over what theory says.
+fn kept(test: &str, index: u64, e: f64) -> [f64; 3] {
+    let haff = Haff {
+        e: 1.0,
+        temperature: 1.0,
+        met_per_metre: 12.0,
+    };
+    let mut gas = gas(test, index, &haff);
+    let until = 40.0 / haff.frequency();
+    gas.advance(until, |pair, normal| collide(pair, normal, |_| e));
+    let momentum = gas.momentum().into_iter().map(f64::abs).fold(0.0, f64::max);
+    let impacts = gas.collisions_per_sphere() / (gas.time() * haff.frequency());
+    [(gas.temperature() - 1.0).abs(), momentum, impacts]
+}
+
+#[test]
+fn momentum_is_kept_and_at_e_1_the_energy_and_the_frequency_of_hard_spheres() {
+    let test = "momentum_is_kept_and_at_e_1_the_energy_and_the_frequency_of_hard_spheres";
+    let elastic: Vec<[f64; 3]> = (0..GASES).map(|index| kept(test, index, 1.0)).collect();
+    assert!(elastic
+        .iter()
+        .all(|[energy, momentum, _]| *energy < 1e-12 && *momentum < 1e-13));
+    let [energy, momentum, _] = kept(test, 0, 0.999);
+    assert!(energy > 1e-3 && momentum < 1e-13, "{energy} {momentum}");
+    let impacts: Vec<f64> = elastic.iter().map(|[_, _, impacts]| *impacts).collect();
+    println!("frequency {:?} z {:.2}", mean(&impacts), z(&impacts, 1.0));
+    assert!(z(&impacts, 1.0).abs() < 4.5 && z(&impacts, 2.0) < -50.0, "{impacts:?}");
+}
+
+/// e² = e_inf² − 4 L/St with St of the effective mass and radius.
+#[test]
+fn a_pair_rebounds_by_its_own_stokes_number() {
+    let pair = Pair::new();
+    let mass = SPHERE.density * PI / 6.0 * SPHERE.diameter.powi(3);
+    let stokes = |speed: f64, mass: f64, radius: f64| mass * speed / (6.0 * PI * SPHERE.viscosity * radius * radius);
+    let radius = SPHERE.diameter / 2.0;
+    for speed in [0.07, 0.3, 1.1] {
+        let of = |stokes: f64| (pair.e_inf().powi(2) - 4.0 * LUBRICATION_LOG / stokes).sqrt();
+        assert!(
+            (pair.at(speed) - of(stokes(speed, mass / 2.0, radius / 2.0))).abs() < 1e-13,
+            "{speed}"
+        );
+        let of_plate = of(stokes(speed, mass, radius));
+        assert!(of_plate.is_nan() || pair.at(speed) > of_plate + 0.01);
+    }
+    let threshold = pair.threshold();
+    assert!(pair.at(0.999 * threshold) == 0.0 && pair.at(1.001 * threshold) > 0.0);
+}
+
+/// Rows of the page: time, impacts of a sphere, energy over Haff's.
+#[test]
+fn the_wet_gas_cools_as_the_page_says() {
+    let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/prediction.md"));
+    let page = page.expect("the page is there");
+    let part = page.split("## Where such a law is used").nth(1).expect("the section");
+    let told = part.lines().filter_map(|line| {
+        let cells: Option<Vec<f64>> = line
+            .strip_prefix("| ")?
+            .strip_suffix(" |")?
+            .split(" | ")
+            .map(|cell| cell.parse().ok())
+            .collect();
+        <[f64; 3]>::try_from(cells?).ok()
+    });
+    let pair = Pair::new();
+    let haff = Haff {
+        e: pair.e_inf(),
+        temperature: 1.0,
+        met_per_metre: 6.0 * 0.01 / SPHERE.diameter,
+    };
+    let mut gases: Vec<Gas> = (0..GASES)
+        .map(|index| gas("the_wet_gas_cools_as_the_page_says", index, &haff))
+        .collect();
+    let last = 1000.0;
+    let still = Haff { e: 0.0, ..haff };
+    let ratio = still.temperature_at(last) / haff.temperature_at(last);
+    assert!(
+        part.contains(&format!("Haff's law for e = 0 is {ratio:.2} of the other")),
+        "{ratio}"
+    );
+    let mut rows = 0;
+    for [time, impacts, ratio] in told {
+        gases
+            .iter_mut()
+            .for_each(|gas| gas.advance(time, |two, normal| collide(two, normal, |speed| pair.at(speed))));
+        let (found, _) = mean(
+            &gases
+                .iter()
+                .map(|gas| gas.temperature() / haff.temperature_at(gas.time()))
+                .collect::<Vec<_>>(),
+        );
+        let (met, _) = mean(&gases.iter().map(Gas::collisions_per_sphere).collect::<Vec<_>>());
+        println!("{time} s: {met:.2} impacts, {found:.4}");
+        assert!(
+            (found - ratio).abs() < 0.008 && (met - impacts).abs() < 0.6,
+            "{time} s: {met} {found}"
+        );
+        rows += 1;
+    }
+    assert!(rows >= 4, "{rows}");
+    assert!(gases[0].time() >= last);
+}
