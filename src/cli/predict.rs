@@ -63,16 +63,16 @@ pub struct SettingArguments {
     #[arg(long, required_unless_present_any = ["settings", "liquid_density", "viscosity"])]
     liquid: Option<String>,
     /// Density of a liquid the scene has not, kg/m³
-    #[arg(long = "liquid-density-kg-m3", value_name = "X", value_parser = positive, requires = "viscosity", conflicts_with = "liquid")]
+    #[arg(long = "liquid-density-kg-m3", value_name = "X", value_parser = positive, allow_negative_numbers = true, requires = "viscosity", conflicts_with = "liquid")]
     liquid_density: Option<f64>,
     /// Its viscosity, mPa s
-    #[arg(long = "viscosity-mPa-s", value_name = "X", value_parser = positive, requires = "liquid_density", conflicts_with = "liquid")]
+    #[arg(long = "viscosity-mPa-s", value_name = "X", value_parser = positive, allow_negative_numbers = true, requires = "liquid_density", conflicts_with = "liquid")]
     viscosity: Option<f64>,
     /// Diameter of the particle, mm; one of the fit's where each has its own k
-    #[arg(long = "diameter-mm", value_name = "X", value_parser = positive, required_unless_present = "settings")]
+    #[arg(long = "diameter-mm", value_name = "X", value_parser = positive, allow_negative_numbers = true, required_unless_present = "settings")]
     diameter: Option<f64>,
     /// Thickness of the film, µm; not read of a dry plate
-    #[arg(long = "film-um", value_name = "X", value_parser = positive)]
+    #[arg(long = "film-um", value_name = "X", value_parser = positive, allow_negative_numbers = true)]
     film: Option<f64>,
 }
 
@@ -200,7 +200,7 @@ impl SettingArguments {
         };
         let film = self.film.map(|film| Dimension::Thickness.usual_to_si(film));
         if film.is_none() && !matches!(liquid, AskedLiquid::Dry) {
-            return Err(needed("--film-um"));
+            return Err(needed("--film-um (needed in a liquid)"));
         }
         let diameter = self.diameter.ok_or_else(|| needed("--diameter-mm"))?;
         Ok(Asked {

@@ -67,7 +67,7 @@ const COLUMNS: [Column; 29] = [
     ("max_speed_m_s", |law| number(law.speeds.map(|[_, fastest]| fastest))),
     ("min_stokes", |law| number(law.stokes.map(|[least, _]| least))),
     ("max_stokes", |law| number(law.stokes.map(|[_, most]| most))),
-    ("source", |law| law.source.name().replace(' ', "_")),
+    ("source", |law| law.source.name().replace([' ', '-'], "_")),
     ("quotable", |law| law.quotable.to_string()),
 ];
 

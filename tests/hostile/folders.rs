@@ -10,7 +10,7 @@ use wetcor::error::Error;
 use wetcor::physics::Setting;
 use wetcor::report::draws::tie::{Tie, STORE, TABLE};
 use wetcor::report::finished::Finished;
-use wetcor::report::prediction;
+use wetcor::report::prediction::{self, Pair, Prediction};
 
 use super::attack::{is_hostile, Outcome, Place};
 
@@ -133,7 +133,15 @@ fn predicted(folder: &Path) -> Result<String, Error> {
         film: 2e-4,
         surface_tension: liquid.surface_tension_n_m,
     };
-    prediction::csv(&law.predict(&setting, &[0.05, 0.3, 2.0]), None)
+    let pair = Pair {
+        particle: "PTFE",
+        liquid: Some("AK10"),
+        diameter: setting.diameter,
+        wet: Some(setting),
+        series: None,
+    };
+    let rows = law.predict(&setting, &[0.05, 0.3, 2.0]);
+    prediction::csv(&[Prediction { pair, rows }], finished.drawn_from(), false)
 }
 
 /// It is a table of finite numbers, or a refusal on one line.

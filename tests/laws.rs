@@ -1,0 +1,272 @@
+//! Holds the laws of pairs that a report writes to the predictions, fits and formulas they stand for.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use tempfile::TempDir;
+
+type Row = HashMap<String, String>;
+
+fn wetcor(arguments: &[&str]) -> String {
+    let output = Command::new(env!("CARGO_BIN_EXE_wetcor"))
+        .args(arguments)
+        .output()
+        .expect("the command can be started");
+    let err = String::from_utf8_lossy(&output.stderr);
+    // a fit that is not to be quoted is one that is written
+    assert!(matches!(output.status.code(), Some(0 | 1)), "{err}");
+    String::from_utf8(output.stdout).expect("plain text")
+}
+
+/// A fit of the example's runs, its scene changed.
+struct Fitted {
+    _place: TempDir,
+    folder: PathBuf,
+}
+
+impl Fitted {
+    fn new(stages: &str, change: impl Fn(&str) -> String) -> Fitted {
+        let place = tempfile::tempdir().expect("a temporary folder");
+        let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/mueller2016");
+        let scene = std::fs::read_to_string(example.join("scene.toml")).expect("the example's scene");
+        std::fs::write(place.path().join("scene.toml"), change(&scene)).expect("writable");
+        std::fs::copy(example.join("runs.csv"), place.path().join("runs.csv")).expect("writable");
+        let folder = place.path().join("report");
+        let [scene, out] = [place.path().join("scene.toml"), folder.clone()].map(|path| path.display().to_string());
+        wetcor(&["fit", &scene, "--out", &out, "--stages", stages, "--quiet"]);
+        Fitted { _place: place, folder }
+    }
+
+    fn rows(&self, file: &str) -> Vec<Row> {
+        rows(&std::fs::read_to_string(self.folder.join(file)).expect("it is written"))
+    }
+
+    fn laws(&self) -> Vec<Row> {
+        self.rows("laws.csv")
+    }
+
+    fn findings(&self) -> serde_json::Value {
+        let text = std::fs::read_to_string(self.folder.join("findings.json")).expect("it is written");
+        serde_json::from_str(&text).expect("JSON")
+    }
+
+    /// What is predicted at settings given as lines of a table.
+    fn predict(&self, settings: &str) -> Vec<Row> {
+        let table = self.folder.with_file_name("settings.csv");
+        std::fs::write(&table, settings).expect("writable");
+        let [folder, table] = [&self.folder, &table].map(|path| path.display().to_string());
+        rows(&wetcor(&[
+            "predict",
+            &folder,
+            "--settings",
+            &table,
+            "--quiet",
+            "--anyway",
+        ]))
+    }
+}
+
+fn rows(text: &str) -> Vec<Row> {
+    let mut lines = text.lines();
+    let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
+    let row = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        assert_eq!(cells.len(), header.len(), "{line}");
+        let named = header.iter().zip(cells);
+        named
+            .map(|(name, cell)| ((*name).to_owned(), cell.to_owned()))
+            .collect()
+    };
+    lines.map(row).collect()
+}
+
+fn number(row: &Row, name: &str) -> f64 {
+    row[name].parse().unwrap_or_else(|_| panic!("{name}: {:?}", row[name]))
+}
+
+/// e of a law by its line alone, as the page of predictions says.
+fn restitution(law: &Row, v: f64) -> f64 {
+    let or_zero = |name: &str| law[name].parse().unwrap_or(0.0);
+    let e_dry = |v: f64| {
+        let z = number(law, "dry_k") * v.powf(0.2);
+        let second = if law["dry_order"] == "2" { 0.6 * z * z } else { 0.0 };
+        1.0 - z + second
+    };
+    let falling = or_zero("beta_m_s") / v - or_zero("kappa_m2_s2") / (v * v);
+    match law["law"].as_str() {
+        "dry" => e_dry(v),
+        "reference" => (number(law, "alpha") + falling).max(0.0).sqrt(),
+        "impact" => {
+            let kept = e_dry(v).powi(2) - number(law, "inertial_loss") + falling;
+            kept.max(0.0).sqrt()
+        }
+        other => panic!("{other}"),
+    }
+}
+
+/// Settings at five speeds of each law, and their laws.
+fn settings(laws: &[Row]) -> (String, Vec<(&Row, f64)>) {
+    let mut text = "particle,liquid,diameter_mm,film_um,impact_speed_cm_s\n".to_owned();
+    let mut asked = vec![];
+    for law in laws {
+        let [lo, hi] = ["min_speed_m_s", "max_speed_m_s"].map(|name| number(law, name));
+        for i in 0..5 {
+            let v = lo + (hi - lo) * f64::from(i) / 4.0;
+            let millimetres = law["diameter_m"].parse::<f64>().map_or(4.762, |d| 1e3 * d);
+            let film = law["film_m"]
+                .parse::<f64>()
+                .map_or(String::new(), |film| (1e6 * film).to_string());
+            text.push_str(&format!(
+                "{},{},{millimetres},{film},{}\n",
+                law["particle"],
+                law["liquid"],
+                100.0 * v
+            ));
+            asked.push((law, v));
+        }
+    }
+    (text, asked)
+}
+
+/// How far a law lies from the medians that are predicted, as a share of the band: the most of all, where it rebounds.
+fn farthest(laws: &[Row], predicted: &[Row], asked: &[(&Row, f64)]) -> f64 {
+    assert_eq!((predicted.len(), asked.len()), (5 * laws.len(), 5 * laws.len()));
+    let shares = predicted.iter().zip(asked).filter_map(|(row, (law, v))| {
+        let [low, high] = ["restitution_q05", "restitution_q95"].map(|name| number(row, name));
+        let off = (restitution(law, *v) - number(row, "restitution")).abs();
+        (low > 0.05).then(|| off / (high - low))
+    });
+    shares.fold(0.0, f64::max)
+}
+
+#[test]
+fn a_law_is_the_curve_that_is_predicted_there() {
+    for change in ["", "impact", "bridge"] {
+        let fitted = Fitted::new("least_squares,posterior", |scene| match change {
+            "impact" => scene.replace("dry_speed_m_s = 2.0", "dry_speed_m_s = \"impact\""),
+            "bridge" => scene
+                .replace(
+                    "[model]",
+                    "[model]\nterms = [\"inertia\", \"viscous\", \"bridge\", \"dry_second_order\"]",
+                )
+                .replace(
+                    "viscosity_mPa_s = 9.3",
+                    "viscosity_mPa_s = 9.3\nsurface_tension_mN_m = 20.1",
+                )
+                .replace(
+                    "viscosity_mPa_s = 48.3",
+                    "viscosity_mPa_s = 48.3\nsurface_tension_mN_m = 20.8",
+                ),
+            _ => scene.to_owned(),
+        });
+        let laws = fitted.laws();
+        // a dry pair for each particle, and one for each of the 54 series
+        assert_eq!(laws.len(), 56, "{change}");
+        let (text, asked) = settings(&laws);
+        let predicted = fitted.predict(&text);
+        let worst = farthest(&laws, &predicted, &asked);
+        // the mean of the numbers against the median of the curves: 3 % of the band
+        assert!(worst > 0.0 && worst < 0.1, "{change}: {worst}");
+        // the planted fault: the law of the pair before
+        let shifted: Vec<(&Row, f64)> = (0..asked.len())
+            .map(|i| (asked[(i + 5) % asked.len()].0, asked[i].1))
+            .collect();
+        assert!(farthest(&laws, &predicted, &shifted) > 10.0);
+        // nothing is extrapolated where the runs were made
+        assert!(predicted.iter().all(|row| row["extrapolated"] == "false"));
+        let table = fitted.rows("laws_table.csv");
+        let of_table = if change.is_empty() { 2 } else { 56 };
+        assert_eq!(table.len(), 25 * of_table, "{change}");
+        for row in &table {
+            let same = |law: &&Row| {
+                ["particle", "liquid", "diameter_m", "film_m"]
+                    .iter()
+                    .all(|name| law[*name] == row[*name])
+            };
+            let law = laws.iter().find(same).expect("its law");
+            let e = restitution(law, number(row, "impact_speed_m_s"));
+            assert!((number(row, "restitution") - e).abs() < 1e-12, "{row:?}");
+            let band = ["restitution_q05", "restitution_q95"].map(|name| number(row, name));
+            assert!(band[0] <= e + 1e-12 && e <= band[1] + 1e-12);
+        }
+        // the speed below which nothing rebounds
+        for law in &laws {
+            let threshold = number(law, "threshold_speed_m_s");
+            assert!(restitution(law, 1.000001 * threshold + 1e-9) > 0.0, "{law:?}");
+            assert!(
+                threshold == 0.0 || restitution(law, 0.999999 * threshold) == 0.0,
+                "{law:?}"
+            );
+        }
+    }
+}
+
+/// One line a law in both files, the same numbers.
+#[test]
+fn laws_in_the_findings_are_those_of_the_table() {
+    let fitted = Fitted::new("least_squares", str::to_owned);
+    let (laws, findings) = (fitted.laws(), fitted.findings());
+    let listed = findings["laws"].as_array().expect("a list");
+    assert_eq!(laws.len(), listed.len());
+    for (row, law) in laws.iter().zip(listed) {
+        assert_eq!(law["liquid"].as_str().unwrap_or("dry"), row["liquid"]);
+        for (cell, key) in [
+            ("alpha", &law["alpha"]),
+            ("beta_m_s", &law["beta"]),
+            ("e_inf", &law["e_inf"]),
+            ("st_c", &law["st_c"]),
+            ("dry_k_se", &law["dry_k_se"]),
+            ("min_speed_m_s", &law["speeds"][0]),
+            ("max_stokes", &law["stokes"][1]),
+            ("alpha_beta_covariance_m_s", &law["covariance"]["alpha_beta"][0][1]),
+            ("e_inf_st_c_covariance", &law["covariance"]["e_inf_st_c"][0][1]),
+        ] {
+            assert_eq!(row[cell].parse().ok(), key.as_f64(), "{cell}");
+        }
+    }
+}
+
+#[test]
+fn without_a_posterior_the_numbers_are_those_of_the_series_own_fits() {
+    let fitted = Fitted::new("least_squares", str::to_owned);
+    let (laws, findings) = (fitted.laws(), fitted.findings());
+    let wet: Vec<&Row> = laws.iter().filter(|law| law["law"] == "reference").collect();
+    let mut series = findings["series"].as_array().expect("a list").iter();
+    let mut usable = 0;
+    for law in wet {
+        let own = series.next().expect("as many");
+        assert_eq!(law["source"], "square_root_law");
+        if own["verdict"]["passed"] == false {
+            assert_eq!((law["alpha"].as_str(), law["quotable"].as_str()), ("", "false"));
+            continue;
+        }
+        usable += 1;
+        let value = |name: &str, key: &str| own[name][key].as_f64().expect("a number");
+        for (cell, name, key) in [
+            ("alpha", "alpha", "value"),
+            ("alpha_se", "alpha", "se"),
+            ("beta_m_s", "beta", "value"),
+            ("beta_se_m_s", "beta", "se"),
+            ("e_inf", "e_inf", "value"),
+            ("threshold_speed_m_s", "threshold_speed_m_s", "value"),
+        ] {
+            let (found, expected) = (number(law, cell), value(name, key));
+            assert!((found / expected - 1.0).abs() < 1e-9, "{cell} {found} {expected}");
+        }
+        // carried on from α and β by the slopes: e_inf = √α, St_c = −β (St/v)/(2 α)
+        let [alpha, beta, per] = ["alpha", "beta_m_s", "stokes_per_m_s"].map(|name| number(law, name));
+        let st_c = -0.5 * beta * per / alpha;
+        assert!((number(law, "st_c") / st_c - 1.0).abs() < 1e-12);
+        let [a, b, c] = [
+            number(law, "alpha_se").powi(2),
+            number(law, "beta_se_m_s").powi(2),
+            number(law, "alpha_beta_covariance_m_s"),
+        ];
+        let slopes = [-st_c / alpha, st_c / beta];
+        let variance = slopes[0] * slopes[0] * a + slopes[1] * slopes[1] * b + 2.0 * slopes[0] * slopes[1] * c;
+        assert!((number(law, "st_c_se").powi(2) / variance - 1.0).abs() < 1e-9);
+        assert!((number(law, "e_inf_se") / (0.5 * a.sqrt() / alpha.sqrt()) - 1.0).abs() < 1e-9);
+    }
+    assert!(usable > 40, "{usable}");
+}
