@@ -210,9 +210,19 @@ impl StokesKeywords {
         let (mut least, mut reach) = (off(best), 0.5);
         // a compass search: no slopes, which kink where l changes its sign
         while reach > STEP / 64.0 {
-            let around = [[reach, 0.0], [-reach, 0.0], [0.0, reach], [0.0, -reach], [reach, -reach], [-reach, reach]];
+            let around = [
+                [reach, 0.0],
+                [-reach, 0.0],
+                [0.0, reach],
+                [0.0, -reach],
+                [reach, -reach],
+                [-reach, reach],
+            ];
             let tried = around.map(|[a, b]| [best[0] + a, best[1] + b]);
-            let nearer = tried.into_iter().map(|at| (off(at), at)).find(|(distance, _)| *distance < least);
+            let nearer = tried
+                .into_iter()
+                .map(|at| (off(at), at))
+                .find(|(distance, _)| *distance < least);
             match nearer {
                 Some((distance, at)) => (least, best) = (distance, at),
                 None => reach *= 0.5,
@@ -241,11 +251,17 @@ mod tests {
     fn the_closed_forms_are_the_integrated_linear_contact() {
         for end in [End::Overlap, End::Force] {
             for share in [0.03, 0.2, 0.55, 0.8] {
-                assert!((rebound(share, end) - linear(share, end)).abs() < 1e-9, "{share} {end:?}");
+                assert!(
+                    (rebound(share, end) - linear(share, end)).abs() < 1e-9,
+                    "{share} {end:?}"
+                );
             }
         }
         for share in [1.0, 1.3, 2.5] {
-            assert!((rebound(share, End::Force) - linear(share, End::Force)).abs() < 1e-9, "{share}");
+            assert!(
+                (rebound(share, End::Force) - linear(share, End::Force)).abs() < 1e-9,
+                "{share}"
+            );
             assert_eq!((rebound(share, End::Overlap), linear(share, End::Overlap)), (0.0, 0.0));
         }
     }
@@ -287,7 +303,10 @@ mod tests {
     #[test]
     fn tsuji_without_root_two_is_seen() {
         for (asked, measured) in [(0.9, 0.928), (0.7, 0.778), (0.5, 0.616), (0.3, 0.440)] {
-            assert!((Tsuji::WithoutRootTwo.rebound(asked) - measured).abs() < 1e-3, "{asked}");
+            assert!(
+                (Tsuji::WithoutRootTwo.rebound(asked) - measured).abs() < 1e-3,
+                "{asked}"
+            );
             assert!((Tsuji::WithRootTwo.rebound(asked) - asked).abs() < 0.01, "{asked}");
             assert!((Tsuji::WithoutRootTwo.rebound(asked) - asked).abs() > 0.02, "{asked}");
         }
@@ -314,8 +333,16 @@ mod tests {
             maximum_restitution: 0.727,
             critical_stokes: 11.28,
         };
-        for (stokes, off, on) in [(15.0, 0.040, 0.285), (25.0, 0.438, 0.477), (40.0, 0.658, 0.659), (200.0, 0.739, 0.748)] {
-            assert!((keywords.rebound(stokes, End::Overlap) - off).abs() < 1.5e-3, "{stokes}");
+        for (stokes, off, on) in [
+            (15.0, 0.040, 0.285),
+            (25.0, 0.438, 0.477),
+            (40.0, 0.658, 0.659),
+            (200.0, 0.739, 0.748),
+        ] {
+            assert!(
+                (keywords.rebound(stokes, End::Overlap) - off).abs() < 1.5e-3,
+                "{stokes}"
+            );
             assert!((keywords.rebound(stokes, End::Force) - on).abs() < 1.5e-3, "{stokes}");
         }
         // without liquid they are a constant

@@ -5,7 +5,7 @@
 
 use std::f64::consts::PI;
 
-use super::heading::number;
+use super::heading::{input, number};
 use super::Handoff;
 
 /// Overlap of sphere and plate, undamped, at the reference speed, as a share of the radius.
@@ -13,6 +13,9 @@ const OVERLAP: f64 = 0.01;
 
 /// Gap between sphere and plate at the start, as a share of the radius.
 const GAP: f64 = 0.001;
+
+/// Height at which two spheres meet, away from the plate, over the radius.
+const AWAY: f64 = 20.0;
 
 /// Time steps an undamped contact; e is then right to about 1e-5.
 const STEPS_OF_CONTACT: f64 = 10_000.0;
@@ -45,21 +48,19 @@ pub(super) fn time_step(handoff: &Handoff, stiffness: f64) -> f64 {
     PI * (handoff.mass() / stiffness).sqrt() / STEPS_OF_CONTACT
 }
 
-/// Height of the centre at the start, m.
-pub(super) fn start(handoff: &Handoff) -> f64 {
-    (1.0 + GAP) * handoff.radius()
-}
-
 /// The places of a template that tell the sphere and its drop.
 pub(super) fn places(handoff: &Handoff, file: &str, stiffness: f64) -> Vec<(&'static str, String)> {
     let r = handoff.radius();
     vec![
         ("file", file.to_owned()),
         ("speed", number(handoff.reference_speed)),
-        ("e", format!("{:.6}", handoff.predicted().q50)),
+        ("e", input(handoff.predicted().q50)),
+        ("pair", input(handoff.restitution_of_two())),
         ("density", number(handoff.density)),
         ("diameter", number(handoff.diameter)),
-        ("start", number(start(handoff))),
+        ("start", number((1.0 + GAP) * r)),
+        ("upper", number((AWAY + 1.0 + GAP) * r)),
+        ("lower", number((AWAY - 1.0 - GAP) * r)),
         ("side", number(4.0 * r)),
         ("below", number(2.0 * r)),
         ("above", number(40.0 * r)),

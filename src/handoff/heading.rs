@@ -29,6 +29,11 @@ pub(super) fn restitution(e: f64) -> String {
     format!("{e:.5}")
 }
 
+/// A restitution as a code is given it, to six decimals.
+pub(super) fn input(e: f64) -> String {
+    format!("{e:.6}")
+}
+
 /// A user's text on one line, without what could end a comment or go on after it.
 fn name(text: &str) -> String {
     plain(text, NAME_SHOWN)
@@ -71,7 +76,10 @@ fn marks(handoff: &Handoff) -> Vec<String> {
         lines.push("NOT TO BE QUOTED: the fit failed a verdict, and what is here rests on it".to_owned());
     }
     if handoff.predicted().extrapolated {
-        lines.push("EXTRAPOLATED: the reference speed or the film lies outside what the runs of this particle covered".to_owned());
+        lines.push(
+            "EXTRAPOLATED: the reference speed or the film lies outside what the runs of this particle covered"
+                .to_owned(),
+        );
     }
     lines
 }
@@ -100,7 +108,9 @@ fn provenance(handoff: &Handoff) -> Vec<String> {
     });
     lines.push(match (handoff.speeds, handoff.stokes) {
         (Some([slowest, fastest]), stokes) => {
-            let stokes = stokes.map_or(String::new(), |[lo, hi]| format!(", at St {} to {}", number(lo), number(hi)));
+            let stokes = stokes.map_or(String::new(), |[lo, hi]| {
+                format!(", at St {} to {}", number(lo), number(hi))
+            });
             format!(
                 "Runs behind the law: {} to {} m/s{stokes}; outside is extrapolation",
                 number(slowest),
@@ -146,26 +156,30 @@ fn reference(handoff: &Handoff) -> Vec<String> {
 
 /// How St is counted, for a plate and for two spheres.
 fn stokes(handoff: &Handoff) -> Vec<String> {
-    let two = handoff.of_two_spheres();
-    let mark = if two.extrapolated { " (extrapolated)" } else { "" };
+    let measured = "The law was measured for a sphere on a plate.";
     let Some(stokes) = handoff.stokes_at(handoff.reference_speed) else {
-        return vec![
-            "The law was measured for a sphere on a plate. Two equal spheres have half the mass and half the radius in the contact;"
-                .to_owned(),
-            "their e was not measured. The files give them the plate's".to_owned(),
-        ];
+        return vec![format!(
+            "{measured} Two spheres were not measured: here they have the plate's e"
+        )];
+    };
+    let two = handoff.for_two_spheres();
+    let mark = if two.extrapolated { " (extrapolated)" } else { "" };
+    let spared = if two.q50 > 0.0 {
+        ""
+    } else {
+        "; being 0, it is not used: here they have the plate's e"
     };
     vec![
         format!(
-            "St = rho D v/(9 eta) = m_eff v/(6 pi eta R_eff^2). On a plate m_eff = m and R_eff = R: {} at the reference speed",
+            "St = rho D v/(9 eta) = m_eff v/(6 pi eta R_eff^2). On a plate m_eff = m, R_eff = R: {} at the reference speed",
             number(stokes)
         ),
         format!(
-            "Two equal spheres that meet at the same speed have m_eff = m/2 and R_eff = R/2: St = {}, twice the plate's",
+            "Two equal spheres that meet at that speed have m_eff = m/2, R_eff = R/2: {}, twice the plate's",
             number(2.0 * stokes)
         ),
         format!(
-            "The law was measured for a sphere on a plate. If St alone decides, those two spheres have the plate's e at {} m/s: {}{mark}",
+            "{measured} If St alone decides, those two spheres have its e at {} m/s, {}{mark}{spared}",
             number(2.0 * handoff.reference_speed),
             restitution(two.q50)
         ),
@@ -182,7 +196,10 @@ pub(super) fn beside_the_law(handoff: &Handoff, contact: &dyn Fn(f64) -> f64) ->
         let mark = if law.extrapolated { "  extrapolated" } else { "" };
         largest = largest.max((contact - law.q50).abs());
         let (speed, off) = (number(speed), contact - law.q50);
-        lines.push(format!("  {speed:<12} {:<13.5} {contact:<18.5} {off:+.5}{mark}", law.q50));
+        lines.push(format!(
+            "  {speed:<12} {:<13.5} {contact:<18.5} {off:+.5}{mark}",
+            law.q50
+        ));
     }
     for speed in spaced([slowest, fastest], 65) {
         largest = largest.max((contact(speed) - (handoff.law)(speed).q50).abs());
@@ -192,7 +209,9 @@ pub(super) fn beside_the_law(handoff: &Handoff, contact: &dyn Fn(f64) -> f64) ->
     } else {
         "over these speeds, there being no runs"
     };
-    lines.push(format!("Largest distance of this contact from the law {over}: {largest:.5}"));
+    lines.push(format!(
+        "Largest distance of this contact from the law {over}: {largest:.5}"
+    ));
     lines
 }
 

@@ -10,8 +10,12 @@ const CONSTANT: &str = "drop_lammps.in";
 const VISCOELASTIC: &str = "drop_lammps_viscoelastic.in";
 
 fn constant(handoff: &Handoff) -> HandoffFile {
-    let (e, two_spheres) = (handoff.predicted().q50, handoff.of_two_spheres().q50);
-    let given = |tsuji: Tsuji, e: f64| tsuji.input_for(e).map_or("none".to_owned(), |input| format!("{input:.6}"));
+    let (e, two_spheres) = (handoff.predicted().q50, handoff.restitution_of_two());
+    let given = |tsuji: Tsuji, e: f64| {
+        tsuji
+            .input_for(e)
+            .map_or("none".to_owned(), |input| format!("{input:.6}"))
+    };
     let limited = rebound(share_for(e, End::Overlap), End::Force);
     let own = vec![
         "LAMMPS (pair_style granular, fix wall/gran granular) takes one e or damping a pair of types, whatever the speed or St".to_owned(),
@@ -34,8 +38,12 @@ fn constant(handoff: &Handoff) -> HandoffFile {
     ];
     let mut places = places(handoff, CONSTANT, stiffness(handoff));
     places.extend([
-        ("heading", commented("#", &heading(Code::Lammps, handoff, own)).trim_end().to_owned()),
-        ("pair", format!("{two_spheres:.6}")),
+        (
+            "heading",
+            commented("#", &heading(Code::Lammps, handoff, own))
+                .trim_end()
+                .to_owned(),
+        ),
         ("mass", number(handoff.mass())),
         ("stiffness", number(stiffness(handoff))),
         ("young", number(young(handoff))),
@@ -61,19 +69,27 @@ fn viscoelastic(handoff: &Handoff) -> Option<HandoffFile> {
     let contact = |speed: f64| viscoelastic_rebound(damping * (speed / v).powf(0.2), End::Overlap);
     // a = gamma v^(1/5) kappa^(-3/5) with gamma = eta sqrt(R)
     let eta = damping * kappa.powf(0.6) / (v.powf(0.2) * r.sqrt());
+    // a goes as m_eff^(3/5) R_eff^(1/5)
+    let of_two = damping * 0.5f64.powf(0.8);
     let mut own: Vec<String> = [
         "hertz with damping viscoelastic has an e that falls with the speed, as 1 - x + 0.6 x^2 - ... with x ~ v^(1/5), in every",
         "version. eta is such that the e of the law is met at the reference speed; elsewhere the contact has the higher powers of x",
-        "that the law may lack:",
+        "that the law may lack. Two spheres have half the effective mass and radius, so that the same eta gives them another e:",
     ]
     .map(str::to_owned)
     .to_vec();
     own.extend(beside_the_law(handoff, &contact));
     let mut places = places(handoff, VISCOELASTIC, stiffness(handoff));
     places.extend([
-        ("heading", commented("#", &heading(Code::Lammps, handoff, own)).trim_end().to_owned()),
+        (
+            "heading",
+            commented("#", &heading(Code::Lammps, handoff, own))
+                .trim_end()
+                .to_owned(),
+        ),
         ("hertz", number(kappa * handoff.mass() / r.sqrt())),
         ("eta", number(eta)),
+        ("contact_pair", restitution(viscoelastic_rebound(of_two, End::Overlap))),
     ]);
     Some(HandoffFile {
         name: VISCOELASTIC,

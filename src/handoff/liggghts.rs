@@ -2,7 +2,7 @@
 
 use super::contact::{rebound, share_for, End, StokesKeywords};
 use super::drop::{places, stiffness, POISSON};
-use super::heading::{beside_the_law, commented, heading, number, restitution, spaced};
+use super::heading::{beside_the_law, commented, heading, input, number, restitution, spaced};
 use super::template::filled;
 use super::{Code, Handoff, HandoffFile};
 use crate::error::Error;
@@ -37,7 +37,7 @@ fn spring(handoff: &Handoff) -> (f64, f64) {
 
 fn constant(handoff: &Handoff, two_spheres: f64) -> HandoffFile {
     let e = handoff.predicted().q50;
-    let given = |input: Option<f64>| input.map_or("none".to_owned(), |input| format!("{input:.6}"));
+    let given = |restitution_or_none: Option<f64>| restitution_or_none.map_or("none".to_owned(), input);
     let (plate_on, pair_on) = (input_with_limit(e), input_with_limit(two_spheres));
     let least = rebound(share_for(LEAST_INPUT, End::Overlap), End::Force);
     let with_limit = match plate_on {
@@ -58,10 +58,15 @@ fn constant(handoff: &Handoff, two_spheres: f64) -> HandoffFile {
     let (young, stiffness) = spring(handoff);
     let mut places = places(handoff, CONSTANT, stiffness);
     places.extend([
-        ("heading", commented("#", &heading(Code::Liggghts, handoff, own)).trim_end().to_owned()),
+        (
+            "heading",
+            commented("#", &heading(Code::Liggghts, handoff, own))
+                .trim_end()
+                .to_owned(),
+        ),
         ("young", number(young)),
         ("plate_off", format!("{e:.6}")),
-        ("pair_off", format!("{two_spheres:.6}")),
+        ("pair_off", input(two_spheres)),
         ("plate_on", given(plate_on)),
         ("pair_on", given(pair_on)),
     ]);
@@ -101,12 +106,18 @@ fn with_stokes(handoff: &Handoff) -> Option<HandoffFile> {
     let (young, stiffness) = spring(handoff);
     let mut places = places(handoff, STOKES, stiffness);
     places.extend([
-        ("heading", commented("#", &heading(Code::Liggghts, handoff, own)).trim_end().to_owned()),
+        (
+            "heading",
+            commented("#", &heading(Code::Liggghts, handoff, own))
+                .trim_end()
+                .to_owned(),
+        ),
         ("young", number(young)),
         ("viscosity", number(viscosity)),
         ("critical", number(keywords.critical_stokes)),
         ("maximum", number(keywords.maximum_restitution)),
         ("contact", restitution(contact(handoff.reference_speed))),
+        ("contact_pair", restitution(contact(2.0 * handoff.reference_speed))),
     ]);
     Some(HandoffFile {
         name: STOKES,
@@ -116,7 +127,7 @@ fn with_stokes(handoff: &Handoff) -> Option<HandoffFile> {
 
 pub(super) fn files(handoff: &Handoff) -> Result<Vec<HandoffFile>, Error> {
     let e = handoff.predicted().q50;
-    let two_spheres = handoff.of_two_spheres().q50;
+    let two_spheres = handoff.restitution_of_two();
     for (e, of) in [(e, ""), (two_spheres, " of two spheres")] {
         if e <= LEAST_INPUT {
             return Err(Error::Usage(format!(

@@ -34,7 +34,7 @@ fn dry_contact(handoff: &Handoff) -> Vec<String> {
 }
 
 pub(super) fn file(handoff: &Handoff) -> HandoffFile {
-    let (e, two_spheres) = (handoff.predicted().q50, handoff.of_two_spheres().q50);
+    let e = handoff.predicted().q50;
     // the damping set for twice the effective mass there is, by the formula below
     let share = share_for(e, End::Overlap) * 0.5f64.sqrt();
     let mut own = vec![
@@ -51,8 +51,12 @@ pub(super) fn file(handoff: &Handoff) -> HandoffFile {
     own.extend(dry_contact(handoff));
     let mut places = places(handoff, NAME, stiffness(handoff));
     places.extend([
-        ("heading", commented("//", &heading(Code::MercuryDpm, handoff, own)).trim_end().to_owned()),
-        ("pair", format!("{two_spheres:.6}")),
+        (
+            "heading",
+            commented("//", &heading(Code::MercuryDpm, handoff, own))
+                .trim_end()
+                .to_owned(),
+        ),
         ("mass", number(handoff.mass())),
         ("radius", number(handoff.radius())),
         ("stiffness", number(stiffness(handoff))),

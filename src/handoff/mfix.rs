@@ -21,7 +21,7 @@ fn hertz_input(e: f64) -> Option<f64> {
 }
 
 pub(super) fn file(handoff: &Handoff) -> HandoffFile {
-    let (e, two_spheres) = (handoff.predicted().q50, handoff.of_two_spheres().q50);
+    let (e, two_spheres) = (handoff.predicted().q50, handoff.restitution_of_two());
     let got = rebound(share_for(e, End::Overlap) * hertz_over_linear(), End::Overlap);
     let given = |e: f64| hertz_input(e).map_or("none".to_owned(), |input| format!("{input:.6}"));
     let own = vec![
@@ -33,10 +33,12 @@ pub(super) fn file(handoff: &Handoff) -> HandoffFile {
     ];
     let mut places = places(handoff, NAME, stiffness(handoff));
     places.extend([
-        ("heading", commented("!", &heading(Code::Mfix, handoff, own)).trim_end().to_owned()),
+        (
+            "heading",
+            commented("!", &heading(Code::Mfix, handoff, own)).trim_end().to_owned(),
+        ),
         ("speed_after", number(handoff.reference_speed * e)),
         ("stiffness", number(stiffness(handoff))),
-        ("pair", format!("{two_spheres:.6}")),
         ("hertz_pair", given(two_spheres)),
         ("hertz_plate", given(e)),
     ]);

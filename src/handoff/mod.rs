@@ -201,11 +201,21 @@ impl Handoff<'_> {
             .unwrap_or([WITHOUT_RUNS, 1.0 / WITHOUT_RUNS].map(|share| share * self.reference_speed))
     }
 
-    /// e of two equal spheres that meet at the reference speed, as the plate's law has it at their Stokes number, which is
-    /// twice the plate's; dry at the same speed.
-    fn of_two_spheres(&self) -> Predicted {
+    /// The law where it gives the e of two equal spheres that meet at the reference speed, if their Stokes number decides:
+    /// at twice that speed, dry at that speed itself.
+    fn for_two_spheres(&self) -> Predicted {
         let doubled = if self.wetting.is_some() { 2.0 } else { 1.0 };
         (self.law)(doubled * self.reference_speed)
+    }
+
+    /// e to give a code for two equal spheres: that of the plate where [`Handoff::for_two_spheres`] has none.
+    fn restitution_of_two(&self) -> f64 {
+        let e = self.for_two_spheres().q50;
+        if e > 0.0 && e <= 1.0 {
+            e
+        } else {
+            self.predicted().q50
+        }
     }
 
     /// Fails where the law has no number to hand over.
@@ -219,7 +229,9 @@ impl Handoff<'_> {
             ("the viscosity", self.wetting.map_or(1.0, |wetting| wetting.viscosity)),
         ] {
             if !positive(x) {
-                return Err(Error::Usage(format!("{what}: found {x} in SI, expected a number above 0")));
+                return Err(Error::Usage(format!(
+                    "{what}: found {x} in SI, expected a number above 0"
+                )));
             }
         }
         let (v, e) = (self.reference_speed, self.predicted().q50);

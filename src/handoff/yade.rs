@@ -18,7 +18,7 @@ fn damping_ratio(e: f64) -> f64 {
 }
 
 pub(super) fn file(handoff: &Handoff) -> HandoffFile {
-    let (e, two_spheres) = (handoff.predicted().q50, handoff.of_two_spheres().q50);
+    let (e, two_spheres) = (handoff.predicted().q50, handoff.restitution_of_two());
     let pulling = rebound(share_for(e, End::Force), End::Overlap);
     let mut own = vec![
         "YADE takes one e a pair of materials, whatever the speed or St, through a MatchMaker; a plain number is for every pair".to_owned(),
@@ -43,7 +43,10 @@ pub(super) fn file(handoff: &Handoff) -> HandoffFile {
     }
     let mut places = places(handoff, NAME, stiffness(handoff));
     places.extend([
-        ("heading", commented("#", &heading(Code::Yade, handoff, own)).trim_end().to_owned()),
+        (
+            "heading",
+            commented("#", &heading(Code::Yade, handoff, own)).trim_end().to_owned(),
+        ),
         ("beta_plate", number(damping_ratio(e))),
         ("beta_pair", number(damping_ratio(two_spheres))),
         ("radius", number(handoff.radius())),
