@@ -303,6 +303,48 @@ fn lammps_rebounds_as_asked() {
         }
         assert_eq!(files.len(), if pair.wetting.is_some() { 1 } else { 2 });
     }
+    // what the heading tells of other inputs: e itself to tsuji, and a force that may not pull
+    let pair = &PAIRS[1];
+    let constant = pair.files(Code::Lammps).swap_remove(0);
+    let told = |before: &str| -> f64 {
+        let (_, after) = constant.text.split_once(before).unwrap_or_else(|| panic!("{before}"));
+        let number = after.split_whitespace().next().expect("a number");
+        number.trim_end_matches(';').parse().expect("a number")
+    };
+    let e = format!("{:.6}", pair.law(pair.reference));
+    let given = with_lines(
+        &constant,
+        "if \"$(version)",
+        &format!("variable tsuji_plate string {e}\nvariable tsuji_pair string {e}"),
+    );
+    reader.write(&given);
+    let measured = reader.rebounds(&given, &[("contact", "tsuji")]).on_plate;
+    let versions = [told("it would have made "), told(" before and ")];
+    println!("lammps tsuji uncorrected: {measured}, told {versions:?}");
+    assert!(versions.iter().any(|told| (measured - told).abs() < WITHIN));
+    let text = constant
+        .text
+        .replace("${rest} velocity", "${rest} velocity limit_damping");
+    let limited = HandoffFile {
+        text,
+        ..constant.clone()
+    };
+    reader.write(&limited);
+    let measured = reader.rebounds(&limited, &[]).on_plate;
+    assert_near(measured, told("never pulls, and e becomes "), "lammps limit_damping");
+}
+
+/// A file with other lines in place of the one that begins so.
+fn with_lines(file: &HandoffFile, start: &str, lines: &str) -> HandoffFile {
+    let text = file
+        .text
+        .lines()
+        .map(|line| if line.starts_with(start) { lines } else { line });
+    let text: Vec<&str> = text.collect();
+    HandoffFile {
+        text: text.join("\n") + "\n",
+        ..file.clone()
+    }
 }
 
 #[test]
@@ -328,4 +370,18 @@ fn yade_rebounds_as_asked() {
             assert_both_near(found, pair, &format!("yade, {}, {speed} m/s", pair.named()));
         }
     }
+    // en in the place of betan, as the heading has it
+    let pair = &PAIRS[1];
+    let file = pair.files(Code::Yade).swap_remove(0);
+    let of_e = [
+        ("betan=", "en="),
+        ("plate, BETA_PLATE", "plate, E_PLATE"),
+        ("sphere, BETA_PAIR", "sphere, E_PAIR"),
+    ];
+    let text = of_e.iter().fold(file.text, |text, (from, to)| text.replace(from, to));
+    let text = text.replace("        betas=MatchMaker(matches=(), algo='val', val=0.0),\n", "");
+    std::fs::write(folder.path().join(file.name), text).expect("the folder is writable");
+    let mut command = Command::new("yade");
+    let found = rebounds(command.current_dir(&folder).args(["-j1", "-x", "-n", file.name]));
+    assert_both_near(&found[0], pair, "yade en");
 }

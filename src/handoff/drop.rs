@@ -5,8 +5,8 @@
 
 use std::f64::consts::PI;
 
-use super::heading::{input, number};
-use super::Handoff;
+use super::law::Handoff;
+use super::numbers::{input, number};
 
 /// Overlap of sphere and plate, undamped, at the reference speed, as a share of the radius.
 const OVERLAP: f64 = 0.01;

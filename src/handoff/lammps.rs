@@ -2,9 +2,10 @@
 
 use super::contact::{rebound, share_for, viscoelastic_damping_for, viscoelastic_rebound, End, Tsuji};
 use super::drop::{hertz_over_mass, places, stiffness, young};
-use super::heading::{beside_the_law, commented, heading, number, restitution};
+use super::heading::{beside_the_law, commented, heading};
+use super::law::{Code, Handoff, HandoffFile};
+use super::numbers::{number, restitution};
 use super::template::filled;
-use super::{Code, Handoff, HandoffFile};
 
 const CONSTANT: &str = "drop_lammps.in";
 const VISCOELASTIC: &str = "drop_lammps_viscoelastic.in";

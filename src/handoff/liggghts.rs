@@ -2,9 +2,10 @@
 
 use super::contact::{rebound, share_for, End, StokesKeywords};
 use super::drop::{places, stiffness, POISSON};
-use super::heading::{beside_the_law, commented, heading, input, number, restitution, spaced};
+use super::heading::{beside_the_law, commented, heading, spaced};
+use super::law::{Code, Handoff, HandoffFile};
+use super::numbers::{input, number, restitution};
 use super::template::filled;
-use super::{Code, Handoff, HandoffFile};
 use crate::error::Error;
 
 const CONSTANT: &str = "drop_liggghts.in";
@@ -53,7 +54,7 @@ fn constant(handoff: &Handoff, two_spheres: f64) -> HandoffFile {
         "(LIGGGHTS-PUBLIC 3.8.0, global_properties.cpp: 0.05 < e <= 1; contacts hooke and hertz give the same e)".to_owned(),
         format!("limitForce off (its default): the damping may pull at the end, and coefficientRestitution {e:.6} gives the e asked for"),
         with_limit,
-        "With hertz or hooke alike; wet bridges (cohesion washino, easo) act between spheres alone, not on a wall".to_owned(),
+        "Wet bridges (cohesion washino, easo) act between spheres alone, not on a wall".to_owned(),
     ];
     let (young, stiffness) = spring(handoff);
     let mut places = places(handoff, CONSTANT, stiffness);
@@ -82,7 +83,13 @@ fn keywords(handoff: &Handoff) -> Option<StokesKeywords> {
         .into_iter()
         .map(|speed| Some([handoff.stokes_at(speed)?, (handoff.law)(speed).q50]))
         .collect();
-    Some(StokesKeywords::nearest(&law?, End::Overlap))
+    let nearest = StokesKeywords::nearest(&law?, End::Overlap);
+    // four digits move e by less than 1e-4, and are what the table beside the law is computed with
+    let four_digits = |x: f64| format!("{x:.3e}").parse().unwrap_or(x);
+    Some(StokesKeywords {
+        maximum_restitution: four_digits(nearest.maximum_restitution),
+        critical_stokes: four_digits(nearest.critical_stokes),
+    })
 }
 
 /// The contact with Stokes keywords; `None` dry.

@@ -2,9 +2,10 @@
 
 use super::contact::{rebound, share_for, viscoelastic_damping_for, viscoelastic_rebound, End};
 use super::drop::{hertz_over_mass, places, stiffness};
-use super::heading::{beside_the_law, commented, heading, number, restitution};
+use super::heading::{beside_the_law, commented, heading};
+use super::law::{Code, Handoff, HandoffFile};
+use super::numbers::{number, restitution};
 use super::template::filled;
-use super::{Code, Handoff, HandoffFile};
 
 /// Name of the file.
 const NAME: &str = "drop_mercurydpm.cpp";

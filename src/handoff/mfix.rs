@@ -2,9 +2,10 @@
 
 use super::contact::{rebound, share_for, End};
 use super::drop::{places, stiffness};
-use super::heading::{commented, heading, number, restitution};
+use super::heading::{commented, heading};
+use super::law::{Code, Handoff, HandoffFile};
+use super::numbers::{number, restitution};
 use super::template::filled;
-use super::{Code, Handoff, HandoffFile};
 
 /// Name of the file.
 const NAME: &str = "restitution_mfix.dat";

@@ -1,7 +1,8 @@
 //! Writes e at many speeds as CSV, for a code that reads a table and for the eye.
 
-use super::heading::{commented, heading, number, restitution, spaced};
-use super::{Code, Handoff, HandoffFile};
+use super::heading::{commented, heading, spaced};
+use super::law::{Code, Handoff, HandoffFile};
+use super::numbers::{number, restitution};
 
 /// Name of the file.
 const NAME: &str = "restitution_table.csv";

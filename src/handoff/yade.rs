@@ -2,9 +2,10 @@
 
 use super::contact::{rebound, share_for, End};
 use super::drop::{places, stiffness, young};
-use super::heading::{commented, heading, number, restitution};
+use super::heading::{commented, heading};
+use super::law::{Code, Handoff, HandoffFile};
+use super::numbers::{number, restitution};
 use super::template::filled;
-use super::{Code, Handoff, HandoffFile};
 
 /// Name of the file.
 const NAME: &str = "drop_yade.py";
@@ -29,9 +30,10 @@ pub(super) fn file(handoff: &Handoff) -> HandoffFile {
             restitution(pulling)
         ),
         format!(
-            "en={} in its place is the same to 1e-3 in 2023.02a, which turns en into betan by an approximation; give one of both",
+            "en={} in its place is turned into betan by an approximation, which in 2023.02a is right to 4e-4 for e of 0.05 to 0.925, and",
             restitution(e)
         ),
+        "makes 0.948 of 0.95 and 0.969 of 0.975. Give en or betan, not both".to_owned(),
         "ViscElMat with en takes the ARITHMETIC MEAN of both materials' en as that of the pair: give pairs there by a MatchMaker too".to_owned(),
     ];
     if handoff.wetting.is_none() {
