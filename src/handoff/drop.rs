@@ -1,0 +1,72 @@
+//! Lays out the drop test: how stiff, from where, with which time step, for how long.
+//!
+//! The restitution of every contact here depends on neither stiffness nor size, so that the test takes a spring as soft as its
+//! overlap allows.
+
+use std::f64::consts::PI;
+
+use super::law::Handoff;
+use super::numbers::{input, number};
+
+/// Overlap of sphere and plate, undamped, at the reference speed, as a share of the radius.
+const OVERLAP: f64 = 0.01;
+
+/// Gap between sphere and plate at the start, as a share of the radius.
+const GAP: f64 = 0.001;
+
+/// Height at which two spheres meet, away from the plate, over the radius.
+const AWAY: f64 = 20.0;
+
+/// Time steps an undamped contact; e is then right to about 1e-5.
+const STEPS_OF_CONTACT: f64 = 10_000.0;
+
+/// Undamped contacts that a run lasts: strong damping lengthens a contact.
+const CONTACTS: f64 = 10.0;
+
+/// Poisson's ratio of sphere and plate, where a code wants one.
+pub(super) const POISSON: f64 = 0.3;
+
+/// A linear spring for this overlap, N/m.
+pub(super) fn stiffness(handoff: &Handoff) -> f64 {
+    handoff.mass() * (handoff.reference_speed / (OVERLAP * handoff.radius())).powi(2)
+}
+
+/// κ = F/(m δ^(3/2)) of a Hertz contact of about this overlap, m^(-1/2) s^(-2).
+pub(super) fn hertz_over_mass(handoff: &Handoff) -> f64 {
+    handoff.reference_speed.powi(2) / (OVERLAP * handoff.radius()).powf(2.5)
+}
+
+/// Young's modulus of sphere and plate, alike, for that Hertz contact, Pa.
+pub(super) fn young(handoff: &Handoff) -> f64 {
+    // (4/3) E* sqrt(R) = κ m with E* = E/(2 (1 − ν²))
+    let effective = 0.75 * hertz_over_mass(handoff) * handoff.mass() / handoff.radius().sqrt();
+    2.0 * (1.0 - POISSON * POISSON) * effective
+}
+
+/// Time step for a linear spring, s.
+pub(super) fn time_step(handoff: &Handoff, stiffness: f64) -> f64 {
+    PI * (handoff.mass() / stiffness).sqrt() / STEPS_OF_CONTACT
+}
+
+/// The places of a template that tell the sphere and its drop.
+pub(super) fn places(handoff: &Handoff, file: &str, stiffness: f64) -> Vec<(&'static str, String)> {
+    let r = handoff.radius();
+    vec![
+        ("file", file.to_owned()),
+        ("speed", number(handoff.reference_speed)),
+        ("e", input(handoff.predicted().q50)),
+        ("pair", input(handoff.restitution_of_two())),
+        ("density", number(handoff.density)),
+        ("diameter", number(handoff.diameter)),
+        ("start", number((1.0 + GAP) * r)),
+        ("upper", number((AWAY + 1.0 + GAP) * r)),
+        ("lower", number((AWAY - 1.0 - GAP) * r)),
+        ("side", number(4.0 * r)),
+        ("below", number(2.0 * r)),
+        ("above", number(40.0 * r)),
+        ("skin", number(r)),
+        ("poisson", number(POISSON)),
+        ("step", number(time_step(handoff, stiffness))),
+        ("steps", number(CONTACTS * STEPS_OF_CONTACT)),
+    ]
+}

@@ -1,0 +1,248 @@
+//! Holds a law of a sphere on a plate, the speed at which a code is to have it, and what follows for the code.
+
+use std::f64::consts::PI;
+
+use super::numbers::number;
+use crate::error::Error;
+use crate::physics::numbers::stokes;
+
+/// A simulation code that takes a restitution.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Code {
+    /// none: e at many speeds, as CSV
+    Table,
+    /// LAMMPS, `pair_style granular`
+    Lammps,
+    /// LIGGGHTS-PUBLIC
+    Liggghts,
+    /// YADE
+    Yade,
+    /// MercuryDPM
+    MercuryDpm,
+    /// MFiX-DEM
+    Mfix,
+}
+
+impl Code {
+    /// Every code, in the order of the command's help.
+    pub const ALL: [Code; 6] = [
+        Code::Table,
+        Code::Lammps,
+        Code::Liggghts,
+        Code::Yade,
+        Code::MercuryDpm,
+        Code::Mfix,
+    ];
+
+    /// The word of the command line.
+    pub fn word(self) -> &'static str {
+        match self {
+            Code::Table => "table",
+            Code::Lammps => "lammps",
+            Code::Liggghts => "liggghts",
+            Code::Yade => "yade",
+            Code::MercuryDpm => "mercurydpm",
+            Code::Mfix => "mfix",
+        }
+    }
+
+    /// The name its authors give it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Code::Table => "Table",
+            Code::Lammps => "LAMMPS",
+            Code::Liggghts => "LIGGGHTS",
+            Code::Yade => "YADE",
+            Code::MercuryDpm => "MercuryDPM",
+            Code::Mfix => "MFiX-DEM",
+        }
+    }
+}
+
+/// The liquid on the plate.
+#[derive(Debug, Clone, Copy)]
+pub struct Wetting<'a> {
+    /// its name
+    pub liquid: &'a str,
+    /// ρl, kg/m³
+    pub density: f64,
+    /// η, Pa s
+    pub viscosity: f64,
+    /// δ, m
+    pub film: f64,
+}
+
+/// The law at one speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Predicted {
+    /// median of e
+    pub q50: f64,
+    /// lower end of the curve's 90 % band
+    pub q05: f64,
+    /// upper end of the curve's 90 % band
+    pub q95: f64,
+    /// outside what the runs behind the law covered
+    pub extrapolated: bool,
+}
+
+/// A law of a sphere on a plate, and the speed at which a code is to have it.
+#[derive(Clone, Copy)]
+pub struct Handoff<'a> {
+    /// title of the fit
+    pub title: &'a str,
+    /// where the law comes from, in words
+    pub source: &'a str,
+    /// name of the particle
+    pub particle: &'a str,
+    /// ρp, kg/m³
+    pub density: f64,
+    /// D, m
+    pub diameter: f64,
+    /// `None`: dry
+    pub wetting: Option<Wetting<'a>>,
+    /// speed at which one restitution is taken, m/s
+    pub reference_speed: f64,
+    /// the law at an impact speed above zero, m/s
+    pub law: &'a dyn Fn(f64) -> Predicted,
+    /// d ln e/d ln v at the reference speed
+    pub log_slope: f64,
+    /// slowest and fastest of the runs behind the law, m/s; `None` without any
+    pub speeds: Option<[f64; 2]>,
+    /// Stokes numbers they covered
+    pub stokes: Option<[f64; 2]>,
+    /// whether the fit passed its gating verdicts
+    pub quotable: bool,
+}
+
+/// A file to write.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct HandoffFile {
+    /// its name, without folder
+    pub name: &'static str,
+    /// its whole text
+    pub text: String,
+}
+
+/// Share by which e may leave the constant that stands for it.
+pub(super) const CONSTANT_WITHIN: f64 = 0.05;
+
+/// How far from the reference speed the constant is followed, as a factor.
+pub(super) const FARTHEST: f64 = 100.0;
+
+/// Where there are no runs, distances to the law are told from this share of the reference speed to its inverse.
+const WITHOUT_RUNS: f64 = 0.5;
+
+impl Handoff<'_> {
+    pub(super) fn predicted(&self) -> Predicted {
+        (self.law)(self.reference_speed)
+    }
+
+    pub(super) fn radius(&self) -> f64 {
+        0.5 * self.diameter
+    }
+
+    pub(super) fn mass(&self) -> f64 {
+        self.density * PI / 6.0 * self.diameter.powi(3)
+    }
+
+    /// St on the plate; `None` dry.
+    pub(super) fn stokes_at(&self, speed: f64) -> Option<f64> {
+        let viscosity = self.wetting?.viscosity;
+        Some(stokes(self.density, self.diameter, speed, viscosity))
+    }
+
+    /// Slowest and fastest speed between which the constant stands for the law; `None` where it does still at
+    /// [`FARTHEST`].
+    pub(super) fn constant_holds(&self) -> [Option<f64>; 2] {
+        let e = self.predicted().q50;
+        let off = |factor: f64| ((self.law)(self.reference_speed * factor).q50 / e - 1.0).abs() - CONSTANT_WITHIN;
+        [-1.0, 1.0].map(|direction: f64| {
+            // walked in small steps, as a law need not be monotonic
+            let steps = 460;
+            let at = |step: f64| (direction * step / f64::from(steps) * FARTHEST.ln()).exp();
+            let first = (1..=steps).map(f64::from).find(|step| off(at(*step)) > 0.0)?;
+            let (mut inside, mut outside) = (first - 1.0, first);
+            for _ in 0..50 {
+                let middle = 0.5 * (inside + outside);
+                if off(at(middle)) > 0.0 {
+                    outside = middle;
+                } else {
+                    inside = middle;
+                }
+            }
+            Some(self.reference_speed * at(inside))
+        })
+    }
+
+    /// Speeds over which a contact is set beside the law: those of the runs.
+    pub(super) fn compared_speeds(&self) -> [f64; 2] {
+        self.speeds
+            .unwrap_or([WITHOUT_RUNS, 1.0 / WITHOUT_RUNS].map(|share| share * self.reference_speed))
+    }
+
+    /// The law where it gives the e of two equal spheres that meet at the reference speed, if their Stokes number decides:
+    /// at twice that speed, dry at that speed itself.
+    pub(super) fn for_two_spheres(&self) -> Predicted {
+        let doubled = if self.wetting.is_some() { 2.0 } else { 1.0 };
+        (self.law)(doubled * self.reference_speed)
+    }
+
+    /// e to give a code for two equal spheres: that of the plate where [`Handoff::for_two_spheres`] has none.
+    pub(super) fn restitution_of_two(&self) -> f64 {
+        let e = self.for_two_spheres().q50;
+        if e > 0.0 && e <= 1.0 {
+            e
+        } else {
+            self.predicted().q50
+        }
+    }
+
+    /// Fails where the law has no number to hand over.
+    pub(super) fn check(&self) -> Result<(), Error> {
+        let positive = |x: f64| x.is_normal() && x > 0.0;
+        for (what, x) in [
+            ("the reference speed", self.reference_speed),
+            ("the sphere's density", self.density),
+            ("the sphere's diameter", self.diameter),
+            ("the film", self.wetting.map_or(1.0, |wetting| wetting.film)),
+            ("the viscosity", self.wetting.map_or(1.0, |wetting| wetting.viscosity)),
+        ] {
+            if !positive(x) {
+                return Err(Error::Usage(format!(
+                    "{what}: found {x} in SI, expected a number above 0"
+                )));
+            }
+        }
+        let (v, e) = (self.reference_speed, self.predicted().q50);
+        let [lowest, highest] = self.speeds.unwrap_or([f64::NAN; 2]);
+        let runs = if self.speeds.is_some() {
+            let [lowest, highest] = [lowest, highest].map(number);
+            format!("; runs behind it were made at {lowest} to {highest} m/s")
+        } else {
+            String::new()
+        };
+        if !e.is_finite() || e > 1.0 {
+            return Err(Error::Usage(format!(
+                "--speed-m-s: at {} m/s the law gives e = {e}, expected 0 < e <= 1: no code takes it{runs}",
+                number(v)
+            )));
+        }
+        if e <= 0.0 {
+            let threshold = self.rebounds_from().map_or(String::new(), |speed| {
+                format!("; it rebounds from {} m/s on", number(speed))
+            });
+            return Err(Error::Usage(format!(
+                "--speed-m-s: at {} m/s the law gives no rebound, and no code takes e = 0{threshold}{runs}",
+                number(v)
+            )));
+        }
+        Ok(())
+    }
+
+    /// Slowest speed above the reference speed at which the law rebounds, m/s.
+    fn rebounds_from(&self) -> Option<f64> {
+        let rebounds = |speed: f64| (self.law)(speed).q50 > 0.0;
+        let steps = (1..=400).map(|step| self.reference_speed * (f64::from(step) / 400.0 * FARTHEST.ln()).exp());
+        steps.into_iter().find(|speed| rebounds(*speed))
+    }
+}

@@ -1,0 +1,150 @@
+//! Writes the drop test for LIGGGHTS-PUBLIC: one restitution a pair, and wet the contact that reads Stokes numbers.
+
+use super::contact::{rebound, share_for, End, StokesKeywords};
+use super::drop::{places, stiffness, POISSON};
+use super::heading::{beside_the_law, commented, heading, spaced};
+use super::law::{Code, Handoff, HandoffFile};
+use super::numbers::{input, number, restitution};
+use super::template::filled;
+use crate::error::Error;
+
+const CONSTANT: &str = "drop_liggghts.in";
+const STOKES: &str = "drop_liggghts_stokes.in";
+
+/// `coefficientRestitution` must be above this (LIGGGHTS-PUBLIC 3.8.0, global_properties.cpp).
+const LEAST_INPUT: f64 = 0.05;
+
+/// Young's moduli for which it asks no questions in SI units, Pa (the same file).
+const YOUNG: std::ops::RangeInclusive<f64> = 5e6..=1e9;
+
+/// Speeds at which the contact with Stokes keywords is fitted to the law.
+const FITTED_SPEEDS: u32 = 25;
+
+/// `coefficientRestitution` that gives e with `limitForce on`; `None` where it would have to be too low.
+fn input_with_limit(e: f64) -> Option<f64> {
+    let input = rebound(share_for(e, End::Force), End::Overlap);
+    (input > LEAST_INPUT).then_some(input)
+}
+
+/// Young's modulus of sphere and plate whose contact `hooke` has about the drop test's spring, and that spring.
+fn spring(handoff: &Handoff) -> (f64, f64) {
+    // kn = (16/15) sqrt(R) Y (15 m V^2/(16 sqrt(R) Y))^(1/5), Y = E/(2 (1 - nu^2)), in normal_model_hooke.h
+    let (root, v) = (handoff.radius().sqrt(), handoff.reference_speed);
+    let factor = 16.0 / 15.0 * root * (15.0 * handoff.mass() * v * v / (16.0 * root)).powf(0.2);
+    let both = 2.0 * (1.0 - POISSON * POISSON);
+    let young = (both * (stiffness(handoff) / factor).powf(1.25)).clamp(*YOUNG.start(), *YOUNG.end());
+    (young, factor * (young / both).powf(0.8))
+}
+
+fn constant(handoff: &Handoff, two_spheres: f64) -> HandoffFile {
+    let e = handoff.predicted().q50;
+    let given = |restitution_or_none: Option<f64>| restitution_or_none.map_or("none".to_owned(), input);
+    let (plate_on, pair_on) = (input_with_limit(e), input_with_limit(two_spheres));
+    let least = rebound(share_for(LEAST_INPUT, End::Overlap), End::Force);
+    let with_limit = match plate_on {
+        Some(input) => format!(
+            "limitForce on: the force never pulls, and coefficientRestitution {} would give {}; {input:.6} gives the e asked for",
+            restitution(e),
+            restitution(rebound(share_for(e, End::Overlap), End::Force)),
+        ),
+        None => format!("limitForce on: the force never pulls; this e cannot be had, the least is {}", restitution(least)),
+    };
+    let own = vec![
+        "LIGGGHTS takes one e a pair of types, whatever the speed: coefficientRestitution peratomtypepair 2 e11 e12 e21 e22".to_owned(),
+        "(LIGGGHTS-PUBLIC 3.8.0, global_properties.cpp: 0.05 < e <= 1; contacts hooke and hertz give the same e)".to_owned(),
+        format!("limitForce off (its default): the damping may pull at the end, and coefficientRestitution {e:.6} gives the e asked for"),
+        with_limit,
+        "Wet bridges (cohesion washino, easo) act between spheres alone, not on a wall".to_owned(),
+    ];
+    let (young, stiffness) = spring(handoff);
+    let mut places = places(handoff, CONSTANT, stiffness);
+    places.extend([
+        (
+            "heading",
+            commented("#", &heading(Code::Liggghts, handoff, own))
+                .trim_end()
+                .to_owned(),
+        ),
+        ("young", number(young)),
+        ("plate_off", format!("{e:.6}")),
+        ("pair_off", input(two_spheres)),
+        ("plate_on", given(plate_on)),
+        ("pair_on", given(pair_on)),
+    ]);
+    HandoffFile {
+        name: CONSTANT,
+        text: filled(include_str!("templates/liggghts.in"), &places),
+    }
+}
+
+/// The keywords nearest to the law over the speeds of the runs.
+fn keywords(handoff: &Handoff) -> Option<StokesKeywords> {
+    let law: Option<Vec<[f64; 2]>> = spaced(handoff.compared_speeds(), FITTED_SPEEDS)
+        .into_iter()
+        .map(|speed| Some([handoff.stokes_at(speed)?, (handoff.law)(speed).q50]))
+        .collect();
+    let nearest = StokesKeywords::nearest(&law?, End::Overlap);
+    // four digits move e by less than 1e-4, and are what the table beside the law is computed with
+    let four_digits = |x: f64| format!("{x:.3e}").parse().unwrap_or(x);
+    Some(StokesKeywords {
+        maximum_restitution: four_digits(nearest.maximum_restitution),
+        critical_stokes: four_digits(nearest.critical_stokes),
+    })
+}
+
+/// The contact with Stokes keywords; `None` dry.
+fn with_stokes(handoff: &Handoff) -> Option<HandoffFile> {
+    let viscosity = handoff.wetting?.viscosity;
+    let keywords = keywords(handoff)?;
+    let contact = |speed: f64| {
+        let stokes = handoff.stokes_at(speed).unwrap_or(f64::INFINITY);
+        keywords.rebound(stokes, End::Overlap)
+    };
+    let mut own: Vec<String> = [
+        "viscous on: at each time step LIGGGHTS takes ln e = ln(MaximumRestitution) + CriticalStokes/St with St at the speed of",
+        "that moment, not of the impact (LIGGGHTS-PUBLIC 3.8.0, normal_model_hooke.h; hooke alone has it). So the keywords are not",
+        "e_inf and St_c of a law: those below are fitted, by least squares over the speeds of the runs, to what this contact gives.",
+        "Its St is the one above: m_eff v/(6 pi eta R_eff^2), R_eff = R on a wall, and twice that for two equal spheres. The value",
+        "of the keyword is on or off (its manual says stokes, which is an error). With limitForce on e is another",
+    ]
+    .map(str::to_owned)
+    .to_vec();
+    own.extend(beside_the_law(handoff, &contact));
+    let (young, stiffness) = spring(handoff);
+    let mut places = places(handoff, STOKES, stiffness);
+    places.extend([
+        (
+            "heading",
+            commented("#", &heading(Code::Liggghts, handoff, own))
+                .trim_end()
+                .to_owned(),
+        ),
+        ("young", number(young)),
+        ("viscosity", number(viscosity)),
+        ("critical", number(keywords.critical_stokes)),
+        ("maximum", number(keywords.maximum_restitution)),
+        ("contact", restitution(contact(handoff.reference_speed))),
+        ("contact_pair", restitution(contact(2.0 * handoff.reference_speed))),
+    ]);
+    Some(HandoffFile {
+        name: STOKES,
+        text: filled(include_str!("templates/liggghts_stokes.in"), &places),
+    })
+}
+
+pub(super) fn files(handoff: &Handoff) -> Result<Vec<HandoffFile>, Error> {
+    let e = handoff.predicted().q50;
+    let two_spheres = handoff.restitution_of_two();
+    for (e, of) in [(e, ""), (two_spheres, " of two spheres")] {
+        if e <= LEAST_INPUT {
+            return Err(Error::Usage(format!(
+                "--speed-m-s: at {} m/s the law gives e = {}{of}, and LIGGGHTS refuses coefficientRestitution of {LEAST_INPUT} or less",
+                number(handoff.reference_speed),
+                restitution(e)
+            )));
+        }
+    }
+    let mut files = vec![constant(handoff, two_spheres)];
+    files.extend(with_stokes(handoff));
+    Ok(files)
+}

@@ -1,0 +1,252 @@
+//! Holds the texts: every place filled, marks where they belong, refusals, and the files of one law word by word.
+
+use std::path::Path;
+
+use super::*;
+use crate::error::Error;
+
+/// A law like that of PTFE on glass under AK10, with a threshold at 0.3 m/s.
+fn wet(speed: f64) -> Predicted {
+    let e = (0.55 - 0.165 / speed).max(0.0).sqrt();
+    Predicted {
+        q50: e,
+        q05: 0.99 * e,
+        q95: 1.01 * e,
+        extrapolated: !(0.8..=1.7).contains(&speed),
+    }
+}
+
+fn dry(speed: f64) -> Predicted {
+    let e = 1.0 - 0.183 * speed.powf(0.2);
+    Predicted {
+        q50: e,
+        q05: e - 0.01,
+        q95: e + 0.01,
+        extrapolated: false,
+    }
+}
+
+fn handoff(law: &dyn Fn(f64) -> Predicted, reference_speed: f64) -> Handoff<'_> {
+    Handoff {
+        title: "PTFE on wetted glass",
+        source: "posterior median of the energy balance",
+        particle: "PTFE",
+        density: 2150.0,
+        diameter: 4.762e-3,
+        wetting: Some(Wetting {
+            liquid: "AK10",
+            density: 930.0,
+            viscosity: 9.3e-3,
+            film: 286e-6,
+        }),
+        reference_speed,
+        law,
+        log_slope: 0.165 / reference_speed / (2.0 * law(reference_speed).q50.powi(2)),
+        speeds: Some([0.8, 1.7]),
+        stokes: Some([97.86, 207.9]),
+        quotable: true,
+    }
+}
+
+fn dried<'a>(of: &Handoff<'a>) -> Handoff<'a> {
+    Handoff {
+        wetting: None,
+        stokes: None,
+        law: &dry,
+        log_slope: -0.0448,
+        ..*of
+    }
+}
+
+fn every_file(handoff: &Handoff) -> Vec<HandoffFile> {
+    let of = |code| files(code, handoff).unwrap_or_else(|error| panic!("{error}"));
+    Code::ALL.into_iter().flat_map(of).collect()
+}
+
+fn refused(code: Code, handoff: &Handoff) -> String {
+    match files(code, handoff) {
+        Err(Error::Usage(text)) => text,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// Written by `UPDATE_EXPECTED=1 cargo test handoff`.
+#[test]
+fn the_files_are_these() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/handoff");
+    let wet = handoff(&wet, 1.0);
+    let version = format!("by wetcor {}", env!("CARGO_PKG_VERSION"));
+    for (kind, handoff) in [("wet", wet), ("dry", dried(&wet))] {
+        for file in every_file(&handoff) {
+            // only what differs dry
+            if kind == "dry" && !file.name.contains("viscoelastic") {
+                continue;
+            }
+            let text = file.text.replace(&version, "by wetcor VERSION");
+            let path = folder.join(file.name);
+            if std::env::var_os("UPDATE_EXPECTED").is_some() {
+                std::fs::create_dir_all(&folder).expect("writable");
+                std::fs::write(&path, &text).expect("writable");
+            }
+            let expected = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+            assert_eq!(text, expected, "{}", file.name);
+        }
+    }
+}
+
+#[test]
+fn no_place_is_left_and_the_heading_is_ascii() {
+    let wet = handoff(&wet, 1.0);
+    for file in [every_file(&wet), every_file(&dried(&wet))].concat() {
+        assert!(!file.text.contains("{{") && !file.text.contains("}}"), "{}", file.name);
+        assert!(file.text.is_ascii() && file.text.ends_with('\n'), "{}", file.name);
+        assert!(
+            !file.text.contains("NaN") && !file.text.contains(" inf"),
+            "{}",
+            file.text
+        );
+        let long = file
+            .text
+            .lines()
+            .take_while(|line| !line.is_empty())
+            .find(|line| line.len() > 160);
+        assert_eq!(long, None);
+    }
+}
+
+#[test]
+fn each_file_says_where_its_number_comes_from() {
+    for file in every_file(&handoff(&wet, 1.0)) {
+        for told in [
+            "posterior median of the energy balance",
+            "viscosity 0.0093 Pa s",
+            "1 m/s, normal to the plate, where e = 0.62048",
+            "d ln e/d ln v = 0.2143",
+            "twice the plate's",
+            "0.8 to 1.7 m/s",
+        ] {
+            assert!(file.text.contains(told), "{}: {told}\n{}", file.name, file.text);
+        }
+        assert!(
+            !file.text.contains("EXTRAPOLATED") && !file.text.contains("QUOTED"),
+            "{}",
+            file.name
+        );
+    }
+}
+
+#[test]
+fn what_is_extrapolated_or_not_to_be_quoted_is_marked_in_every_file() {
+    let outside = Handoff {
+        quotable: false,
+        ..handoff(&wet, 2.0)
+    };
+    for file in every_file(&outside) {
+        assert!(
+            file.text.contains("EXTRAPOLATED: ") && file.text.contains("NOT TO BE QUOTED: "),
+            "{}",
+            file.name
+        );
+    }
+    let unmeasured = Handoff {
+        speeds: None,
+        stokes: None,
+        ..outside
+    };
+    for file in every_file(&unmeasured) {
+        assert!(file.text.contains("everything here is extrapolation"), "{}", file.name);
+    }
+}
+
+#[test]
+fn what_a_code_cannot_take_is_refused_by_name() {
+    let below = handoff(&wet, 0.2);
+    for code in Code::ALL {
+        let text = refused(code, &below);
+        assert!(text.contains("at 0.2 m/s the law gives no rebound"), "{text}");
+        assert!(text.contains("from 0.30") && text.contains("0.8 to 1.7 m/s"), "{text}");
+    }
+    let barely = handoff(&wet, 0.3003);
+    let text = refused(Code::Liggghts, &barely);
+    assert!(
+        text.contains("LIGGGHTS refuses coefficientRestitution of 0.05 or less"),
+        "{text}"
+    );
+    assert!(files(Code::Yade, &barely).is_ok() && files(Code::Lammps, &barely).is_ok());
+    let higher = |speed: f64| Predicted { q50: 1.2, ..wet(speed) };
+    assert!(refused(Code::Mfix, &handoff(&higher, 1.0)).contains("e = 1.2"));
+    for reference_speed in [0.0, -1.0, f64::NAN] {
+        let bad = Handoff {
+            reference_speed,
+            ..handoff(&wet, 1.0)
+        };
+        assert!(refused(Code::Table, &bad).contains("reference speed"));
+    }
+}
+
+/// |e(v)/e(1) − 1| = 0.05 solved by hand: e² = 0.385 · 0.95² and 0.385 · 1.05².
+#[test]
+fn the_constant_holds_where_the_law_is_within_five_percent() {
+    let [slowest, fastest] = handoff(&wet, 1.0).constant_holds();
+    let at = |share: f64| 0.165 / (0.55 - 0.385 * share * share);
+    assert!((slowest.expect("it falls") - at(0.95)).abs() < 1e-9);
+    assert!((fastest.expect("it rises") - at(1.05)).abs() < 1e-9);
+    let constant = |_: f64| Predicted {
+        q50: 0.7,
+        q05: 0.7,
+        q95: 0.7,
+        extrapolated: false,
+    };
+    assert_eq!(handoff(&constant, 1.0).constant_holds(), [None, None]);
+}
+
+#[test]
+fn the_table_has_the_law_and_its_marks() {
+    let text = table::file(&handoff(&wet, 1.0)).text;
+    let rows: Vec<Vec<f64>> = text
+        .lines()
+        .filter(|line| !line.starts_with(['#', 'v']))
+        .map(|line| line.split(',').map(|cell| cell.parse().expect("a number")).collect())
+        .collect();
+    assert!(rows.len() > 60 && rows.windows(2).all(|pair| pair[0][0] < pair[1][0]));
+    for row in &rows {
+        let [v, stokes, e, lo, hi, outside] = row[..] else {
+            panic!("{row:?}")
+        };
+        let at = wet(v);
+        assert!((e - at.q50).abs() < 2e-5 && lo <= e && e <= hi, "{row:?}");
+        assert!((stokes / (2150.0 * 4.762e-3 * v / (9.0 * 9.3e-3)) - 1.0).abs() < 1e-6);
+        assert_eq!(outside == 1.0, at.extrapolated, "{row:?}");
+    }
+    for v in [0.8, 1.0, 1.7] {
+        assert!(rows.iter().any(|row| row[0] == v), "{v}");
+    }
+    assert!(rows[0][2] > 0.0 && rows[0][0] == 0.4 && rows[rows.len() - 1][0] == 3.4);
+}
+
+/// With limitForce on LIGGGHTS makes 0.214 of the least input it takes.
+#[test]
+fn what_the_limit_leaves_no_input_for_is_told() {
+    let low = |speed: f64| Predicted { q50: 0.1, ..wet(speed) };
+    let constant = liggghts::files(&handoff(&low, 1.0)).unwrap_or_default().swap_remove(0);
+    assert!(
+        constant.text.contains("cannot be had, the least is 0.2137"),
+        "{}",
+        constant.text
+    );
+    assert!(constant.text.contains("label limit_on\nvariable plate string none\n"));
+}
+
+/// A user's names stay inside their comment, whatever they hold.
+#[test]
+fn names_cannot_become_commands() {
+    let hostile = Handoff {
+        title: "x\nshell rm \"\"\" &",
+        particle: "{{e}} *\\",
+        ..handoff(&wet, 1.0)
+    };
+    for (file, plain) in every_file(&hostile).iter().zip(every_file(&handoff(&wet, 1.0))) {
+        assert_eq!(file.text.lines().count(), plain.text.lines().count(), "{}", file.name);
+        assert!(file.text.contains("{{e}} */"), "{}", file.name);
+    }
+}

@@ -1,0 +1,387 @@
+//! Runs the drop tests of the hand-offs in LIGGGHTS, LAMMPS and YADE and compares the rebound with the law.
+//!
+//! Debian has all three (`apt-get install liggghts lammps yade`). Where one is missing its test prints SKIPPED, or fails with
+//! `WETCOR_CODES_REQUIRED=1`.
+
+use std::process::Command;
+
+use wetcor::handoff::{files, Code, Handoff, HandoffFile, Predicted, Wetting};
+use wetcor::physics::{Coefficient, DrySpeed, Form, Inertia, Parameters, Restitution, Setting};
+
+/// How far a measured rebound may lie from the one asked for.
+const WITHIN: f64 = 1e-3;
+
+/// A sphere, what wets its plate, and the speeds of its runs.
+struct Pair {
+    particle: &'static str,
+    density: f64,
+    dry_k: f64,
+    diameter: f64,
+    wetting: Option<Wetting<'static>>,
+    speeds: [f64; 2],
+    reference: f64,
+}
+
+const fn wetting(liquid: &'static str, [density, viscosity, film]: [f64; 3]) -> Option<Wetting<'static>> {
+    Some(Wetting {
+        liquid,
+        density,
+        viscosity,
+        film,
+    })
+}
+
+const fn ptfe(wetting: Option<Wetting<'static>>, speeds: [f64; 2], reference: f64) -> Pair {
+    Pair {
+        particle: "PTFE",
+        density: 2150.0,
+        dry_k: 0.183,
+        diameter: 4.762e-3,
+        wetting,
+        speeds,
+        reference,
+    }
+}
+
+const fn pe(wetting: Option<Wetting<'static>>, speeds: [f64; 2], reference: f64) -> Pair {
+    Pair {
+        particle: "PE",
+        density: 940.0,
+        dry_k: 0.123,
+        diameter: 8e-3,
+        wetting,
+        speeds,
+        reference,
+    }
+}
+
+/// From high e to one near the threshold, and dry.
+const PAIRS: [Pair; 6] = [
+    ptfe(wetting("AK10", [930.0, 9.3e-3, 286e-6]), [0.77, 1.72], 1.2),
+    ptfe(wetting("M50", [965.0, 48.3e-3, 286e-6]), [0.8, 1.72], 0.85),
+    pe(wetting("AK10", [930.0, 9.3e-3, 480e-6]), [0.4, 1.72], 0.6),
+    pe(wetting("M50", [965.0, 48.3e-3, 480e-6]), [1.0, 1.72], 1.4),
+    ptfe(None, [0.4, 2.0], 1.0),
+    pe(None, [0.4, 2.0], 0.5),
+];
+
+impl Pair {
+    fn named(&self) -> String {
+        let liquid = self.wetting.map_or("dry", |wetting| wetting.liquid);
+        format!("{} {liquid} at {} m/s", self.particle, self.reference)
+    }
+
+    /// e of the law; the parameters are about those of the paper.
+    fn law(&self, speed: f64) -> f64 {
+        let Some(wetting) = self.wetting else {
+            return 1.0 - self.dry_k * speed.powf(0.2);
+        };
+        let setting = Setting {
+            density: self.density,
+            diameter: self.diameter,
+            roughness: None,
+            liquid_density: wetting.density,
+            viscosity: wetting.viscosity,
+            film: wetting.film,
+            surface_tension: None,
+        };
+        let parameters = Parameters::new(self.dry_k)
+            .with(Coefficient::LubricationLog, 1.92)
+            .with(Coefficient::InertialPrefactor, 0.41)
+            .with(Coefficient::FilmScale, 0.068);
+        Restitution::new(
+            &setting,
+            Form::new(Inertia::Saturating, DrySpeed::Reference(2.0)),
+            &parameters,
+        )
+        .at(speed)
+    }
+
+    fn files(&self, code: Code) -> Vec<HandoffFile> {
+        let [slowest, fastest] = self.speeds;
+        let law = |speed: f64| Predicted {
+            q50: self.law(speed),
+            q05: self.law(speed) - 0.002,
+            q95: self.law(speed) + 0.002,
+            extrapolated: !(slowest..=fastest).contains(&speed),
+        };
+        let h: f64 = 1e-4;
+        let log_slope = (self.law(self.reference * h.exp()) / self.law(self.reference)).ln() / h;
+        let handoff = Handoff {
+            title: "PTFE and PE spheres on wetted glass",
+            source: "Müller & Huang 2016, energy balance",
+            particle: self.particle,
+            density: self.density,
+            diameter: self.diameter,
+            wetting: self.wetting,
+            reference_speed: self.reference,
+            law: &law,
+            log_slope,
+            speeds: Some(self.speeds),
+            stokes: None,
+            quotable: true,
+        };
+        files(code, &handoff).unwrap_or_else(|error| panic!("{}: {error}", self.named()))
+    }
+
+    /// The reference speed and two others of the runs.
+    fn tried(&self) -> [f64; 3] {
+        [self.reference, self.speeds[0], self.speeds[1]]
+    }
+}
+
+/// Whether the program is there; if it must be, its absence fails.
+fn is_there(program: &str) -> bool {
+    let there = std::env::var_os("PATH")
+        .is_some_and(|paths| std::env::split_paths(&paths).any(|folder| folder.join(program).is_file()));
+    let required = std::env::var_os("WETCOR_CODES_REQUIRED").is_some_and(|value| value == "1");
+    assert!(
+        there || !required,
+        "{program} is not installed, and WETCOR_CODES_REQUIRED=1"
+    );
+    if !there {
+        println!("SKIPPED: {program} is not installed, its drop tests were not run");
+    }
+    there
+}
+
+/// A rebound from the plate and one of two spheres, each with the e that was asked for or expected.
+struct Rebounds {
+    on_plate: f64,
+    of_two: f64,
+    asked_of_two: f64,
+}
+
+/// The rebounds that a program prints, in order.
+fn rebounds(command: &mut Command) -> Vec<Rebounds> {
+    let output = command.output().unwrap_or_else(|error| panic!("{command:?}: {error}"));
+    let text = String::from_utf8_lossy(&output.stdout);
+    let errors = String::from_utf8_lossy(&output.stderr);
+    let measured = |line: &str| line.rsplit_once("e measured ")?.1.trim().parse::<f64>().ok();
+    let asked = |line: &str| {
+        let (before, _) = line.split_once(", e measured")?;
+        before.rsplit_once(' ')?.1.parse::<f64>().ok()
+    };
+    let of = |what: &'static str| text.lines().filter(move |line| line.starts_with(what));
+    let found: Option<Vec<Rebounds>> = of("sphere on plate at ")
+        .zip(of("two spheres at "))
+        .map(|(plate, pair)| {
+            Some(Rebounds {
+                on_plate: measured(plate)?,
+                of_two: measured(pair)?,
+                asked_of_two: asked(pair)?,
+            })
+        })
+        .collect();
+    let found = found.unwrap_or_default();
+    assert!(!found.is_empty(), "{command:?} printed no rebound:\n{text}\n{errors}");
+    found
+}
+
+/// A program that reads a file by `-in` and variables by `-var`, as LAMMPS and its offspring do.
+struct Reader {
+    program: &'static str,
+    folder: tempfile::TempDir,
+}
+
+impl Reader {
+    fn new(program: &'static str) -> Option<Reader> {
+        is_there(program).then(|| Reader {
+            program,
+            folder: tempfile::tempdir().expect("a temporary folder"),
+        })
+    }
+
+    fn write(&self, file: &HandoffFile) {
+        std::fs::write(self.folder.path().join(file.name), &file.text).expect("the folder is writable");
+    }
+
+    fn rebounds(&self, file: &HandoffFile, variables: &[(&str, &str)]) -> Rebounds {
+        let mut command = Command::new(self.program);
+        command
+            .current_dir(&self.folder)
+            .args(["-in", file.name, "-log", "none"]);
+        for (name, value) in variables {
+            command.args(["-var", name, value]);
+        }
+        rebounds(&mut command).swap_remove(0)
+    }
+}
+
+fn assert_near(measured: f64, asked: f64, of: &str) {
+    println!("{of}: asked {asked:.5}, got {measured:.5}");
+    assert!((measured - asked).abs() < WITHIN, "{of}: asked {asked}, got {measured}");
+}
+
+/// Both rebounds of a contact with one e, which is the law's at the reference speed and, of two spheres, at their St.
+fn assert_both_near(found: &Rebounds, pair: &Pair, of: &str) {
+    let doubled = if pair.wetting.is_some() { 2.0 } else { 1.0 };
+    assert_near(found.on_plate, pair.law(pair.reference), &format!("{of}, on plate"));
+    assert_near(
+        found.of_two,
+        pair.law(doubled * pair.reference),
+        &format!("{of}, two spheres"),
+    );
+}
+
+/// Speed, and e of the contact, in the rows that a file's heading has beside the law.
+fn rows(text: &str) -> Vec<(String, f64)> {
+    let after = text
+        .lines()
+        .skip_while(|line| !line.contains("e of this contact"))
+        .skip(1);
+    let rows = after.take_while(|line| !line.contains("Largest distance"));
+    rows.map(|line| {
+        let cells: Vec<&str> = line.split_whitespace().collect();
+        (cells[1].to_owned(), cells[3].parse().expect("a number"))
+    })
+    .collect()
+}
+
+/// Runs a velocity-dependent contact at the reference speed, and at every other speed of its table.
+fn holds_its_table(reader: &Reader, file: &HandoffFile, named: &str) {
+    reader.write(file);
+    let of = format!("{} {}, {named}", reader.program, file.name);
+    let two = reader.rebounds(file, &[]);
+    assert_near(two.of_two, two.asked_of_two, &format!("{of}, two spheres"));
+    let rows = rows(&file.text);
+    assert_eq!(rows.len(), 9);
+    for (speed, contact) in rows.iter().step_by(2) {
+        let measured = reader.rebounds(file, &[("speed", speed)]).on_plate;
+        assert_near(measured, *contact, &format!("{of}, {speed} m/s"));
+    }
+}
+
+#[test]
+#[ignore = "slow: runs LIGGGHTS, LAMMPS and YADE"]
+fn liggghts_rebounds_as_asked() {
+    let Some(reader) = Reader::new("liggghts") else { return };
+    for pair in &PAIRS {
+        let (files, named) = (pair.files(Code::Liggghts), pair.named());
+        let constant = &files[0];
+        reader.write(constant);
+        for speed in pair.tried().map(|speed| speed.to_string()) {
+            let found = reader.rebounds(constant, &[("speed", &speed)]);
+            assert_both_near(&found, pair, &format!("liggghts hooke, {named}, {speed} m/s"));
+        }
+        let hertz = reader.rebounds(constant, &[("model", "hertz")]);
+        assert_both_near(&hertz, pair, &format!("liggghts hertz, {named}"));
+        let limited = reader.rebounds(constant, &[("limit", "on")]);
+        assert_both_near(&limited, pair, &format!("liggghts limitForce on, {named}"));
+        if let Some(stokes) = files.get(1) {
+            holds_its_table(&reader, stokes, &named);
+        }
+        assert_eq!(files.len(), if pair.wetting.is_some() { 2 } else { 1 });
+    }
+    // what the correction is for: with the input of limitForce off the limit moves e by hundredths
+    let pair = &PAIRS[1];
+    let constant = pair.files(Code::Liggghts).swap_remove(0);
+    let text = constant.text.replace("jump SELF limit_${limit}", "");
+    assert!(text != constant.text);
+    let uncorrected = HandoffFile { text, ..constant };
+    reader.write(&uncorrected);
+    let off = reader.rebounds(&uncorrected, &[("limit", "on")]).on_plate - pair.law(pair.reference);
+    assert!(off > 20.0 * WITHIN, "{off}");
+}
+
+#[test]
+#[ignore = "slow: runs LIGGGHTS, LAMMPS and YADE"]
+fn lammps_rebounds_as_asked() {
+    let Some(reader) = Reader::new("lmp") else { return };
+    for pair in &PAIRS {
+        let (files, named) = (pair.files(Code::Lammps), pair.named());
+        let constant = &files[0];
+        reader.write(constant);
+        for speed in pair.tried().map(|speed| speed.to_string()) {
+            let found = reader.rebounds(constant, &[("speed", &speed)]);
+            assert_both_near(&found, pair, &format!("lammps hooke, {named}, {speed} m/s"));
+        }
+        let tsuji = reader.rebounds(constant, &[("contact", "tsuji")]);
+        assert_both_near(&tsuji, pair, &format!("lammps tsuji, {named}"));
+        if let Some(viscoelastic) = files.get(1) {
+            holds_its_table(&reader, viscoelastic, &named);
+        }
+        assert_eq!(files.len(), if pair.wetting.is_some() { 1 } else { 2 });
+    }
+    // what the heading tells of other inputs: e itself to tsuji, and a force that may not pull
+    let pair = &PAIRS[1];
+    let constant = pair.files(Code::Lammps).swap_remove(0);
+    let told = |before: &str| -> f64 {
+        let (_, after) = constant.text.split_once(before).unwrap_or_else(|| panic!("{before}"));
+        let number = after.split_whitespace().next().expect("a number");
+        number.trim_end_matches(';').parse().expect("a number")
+    };
+    let e = format!("{:.6}", pair.law(pair.reference));
+    let given = with_lines(
+        &constant,
+        "if \"$(version)",
+        &format!("variable tsuji_plate string {e}\nvariable tsuji_pair string {e}"),
+    );
+    reader.write(&given);
+    let measured = reader.rebounds(&given, &[("contact", "tsuji")]).on_plate;
+    let versions = [told("it would have made "), told(" before and ")];
+    println!("lammps tsuji uncorrected: {measured}, told {versions:?}");
+    assert!(versions.iter().any(|told| (measured - told).abs() < WITHIN));
+    let text = constant
+        .text
+        .replace("${rest} velocity", "${rest} velocity limit_damping");
+    let limited = HandoffFile {
+        text,
+        ..constant.clone()
+    };
+    reader.write(&limited);
+    let measured = reader.rebounds(&limited, &[]).on_plate;
+    assert_near(measured, told("never pulls, and e becomes "), "lammps limit_damping");
+}
+
+/// A file with other lines in place of the one that begins so.
+fn with_lines(file: &HandoffFile, start: &str, lines: &str) -> HandoffFile {
+    let text = file
+        .text
+        .lines()
+        .map(|line| if line.starts_with(start) { lines } else { line });
+    let text: Vec<&str> = text.collect();
+    HandoffFile {
+        text: text.join("\n") + "\n",
+        ..file.clone()
+    }
+}
+
+#[test]
+#[ignore = "slow: runs LIGGGHTS, LAMMPS and YADE"]
+fn yade_rebounds_as_asked() {
+    if !is_there("yade") {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for pair in &PAIRS {
+        let file = pair.files(Code::Yade).swap_remove(0);
+        std::fs::write(folder.path().join(file.name), &file.text).expect("the folder is writable");
+        let speeds = pair.tried().map(|speed| speed.to_string());
+        // -j1: a sphere is no work for more threads
+        let mut command = Command::new("yade");
+        command
+            .current_dir(&folder)
+            .args(["-j1", "-x", "-n", file.name])
+            .args(&speeds);
+        let found = rebounds(&mut command);
+        assert_eq!(found.len(), speeds.len());
+        for (speed, found) in speeds.iter().zip(&found) {
+            assert_both_near(found, pair, &format!("yade, {}, {speed} m/s", pair.named()));
+        }
+    }
+    // en in the place of betan, as the heading has it
+    let pair = &PAIRS[1];
+    let file = pair.files(Code::Yade).swap_remove(0);
+    let of_e = [
+        ("betan=", "en="),
+        ("plate, BETA_PLATE", "plate, E_PLATE"),
+        ("sphere, BETA_PAIR", "sphere, E_PAIR"),
+    ];
+    let text = of_e.iter().fold(file.text, |text, (from, to)| text.replace(from, to));
+    let text = text.replace("        betas=MatchMaker(matches=(), algo='val', val=0.0),\n", "");
+    std::fs::write(folder.path().join(file.name), text).expect("the folder is writable");
+    let mut command = Command::new("yade");
+    let found = rebounds(command.current_dir(&folder).args(["-j1", "-x", "-n", file.name]));
+    assert_both_near(&found[0], pair, "yade en");
+}
