@@ -8,7 +8,8 @@
 //! | `timing.rs` | times the stages of a fit |
 //! | `draws.rs` | shows draws as they come |
 //! | `defect.rs` | makes one line of a panic |
-//! | `track.rs`, `new.rs`, `fit.rs`, `check.rs`, `simulate.rs`, `predict.rs`, `trade.rs`, `calibrate.rs`, `completions.rs`, `man.rs` | run the verb of their name |
+//! | `setting.rs` | reads a setting, and finds the law that holds there |
+//! | `track.rs`, `new.rs`, `fit.rs`, `check.rs`, `simulate.rs`, `predict.rs`, `handoff.rs`, `trade.rs`, `calibrate.rs`, `completions.rs`, `man.rs` | run the verb of their name |
 
 mod arguments;
 mod calibrate;
@@ -17,10 +18,12 @@ mod completions;
 mod defect;
 mod draws;
 mod fit;
+mod handoff;
 mod man;
 mod messages;
 mod new;
 mod predict;
+mod setting;
 mod simulate;
 mod threads;
 mod timing;
@@ -100,6 +103,7 @@ pub fn run() -> ExitCode {
             simulate::simulate(&scene, destination, runs, seed, quiet)
         }
         Verb::Predict(request) => predict::predict(&request, quiet),
+        Verb::Handoff(request) => handoff::handoff(&request, quiet),
         Verb::Trade { scene, out, seed } => trade::run_trade(&scene, out, seed, quiet),
         Verb::Calibrate { out, sets, seed } => calibrate::calibrate(&out, sets, seed, quiet),
         Verb::Completions { shell } => completions::completions(shell),

@@ -20,6 +20,7 @@
 //! | `model` | what we believe | truth → simulated runs |
 //! | `inference` | what the data say | runs → fits with covariance |
 //! | `findings` | what may be said | fits → estimates with verdicts |
+//! | `handoff` | how a simulation code takes it | law → input files |
 //! | `report` | how it is told | findings → markdown, figures, JSON |
 //! | `study` | what is asked of the whole | simulated scenes → coverage of the intervals |
 //!
@@ -157,6 +158,8 @@ mod exponential;
 mod files;
 #[cfg(feature = "cli")]
 pub mod findings;
+#[cfg(feature = "cli")]
+pub mod handoff;
 #[cfg(feature = "cli")]
 pub mod inference;
 #[cfg(feature = "cli")]

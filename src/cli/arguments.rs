@@ -8,7 +8,7 @@ use clap::{Command, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnu
 use clap_complete::Shell;
 use wetcor::inference::accuracy::RANGE;
 
-use super::{predict, track};
+use super::{handoff, predict, track};
 
 /// Infers the parameters of wet-particle impact from a scene file and a table of impacts
 #[derive(Parser)]
@@ -116,6 +116,8 @@ An existing file is kept unless --force is given; a scene, and the runs of a sce
     },
     /// Predict the restitution at given speeds from a finished fit
     Predict(predict::Predict),
+    /// Write a finished fit's law as input of a simulation code
+    Handoff(handoff::HandoffArguments),
     /// Measure, on a scene's runs, what each method costs and how far off it is
     #[command(after_help = "\
 Example:

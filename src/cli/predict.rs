@@ -3,17 +3,15 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use wetcor::error::{named, quoted, Error};
-use wetcor::findings::predict::{LiquidBasis, ParticleLaw, PredictedSeries};
-use wetcor::physics::form::Term;
-use wetcor::physics::Setting;
-use wetcor::report::finished::{DrawnFrom, Finished, SeriesSetting};
+use wetcor::error::{named, Error};
+use wetcor::findings::predict::PredictedSeries;
+use wetcor::report::finished::{DrawnFrom, Finished};
 use wetcor::report::prediction::{self, Origin, Pair, Prediction};
 use wetcor::runs::{read_settings, AskedSetting};
-use wetcor::scene::{name_expected, DRY, LARGEST_FILM_RATIO};
-use wetcor::units::Dimension;
+use wetcor::scene::DRY;
 
 use super::messages::{print_result, warn, NOT_QUOTABLE};
+use super::setting::{find_law, positive, AskedLiquid, AskedPair, FoundLaw, SettingArguments};
 
 #[derive(Args)]
 #[command(after_help = "\
@@ -53,29 +51,6 @@ pub struct Predict {
     format: Format,
 }
 
-/// A sphere, and what it falls on.
-#[derive(Args)]
-pub struct SettingArguments {
-    /// A particle of the scene
-    #[arg(long, required_unless_present = "settings")]
-    particle: Option<String>,
-    /// A liquid of the scene, or `dry`; for another give its density and viscosity instead
-    #[arg(long, required_unless_present_any = ["settings", "liquid_density", "viscosity"])]
-    liquid: Option<String>,
-    /// Density of a liquid the scene has not, kg/m³
-    #[arg(long = "liquid-density-kg-m3", value_name = "X", value_parser = positive, allow_negative_numbers = true, requires = "viscosity", conflicts_with = "liquid")]
-    liquid_density: Option<f64>,
-    /// Its viscosity, mPa s
-    #[arg(long = "viscosity-mPa-s", value_name = "X", value_parser = positive, allow_negative_numbers = true, requires = "liquid_density", conflicts_with = "liquid")]
-    viscosity: Option<f64>,
-    /// Diameter of the particle, mm; one of the fit's where each has its own k
-    #[arg(long = "diameter-mm", value_name = "X", value_parser = positive, allow_negative_numbers = true, required_unless_present = "settings")]
-    diameter: Option<f64>,
-    /// Thickness of the film, µm; not read of a dry plate
-    #[arg(long = "film-um", value_name = "X", value_parser = positive, allow_negative_numbers = true)]
-    film: Option<f64>,
-}
-
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
     /// a table
@@ -112,11 +87,6 @@ impl Speeds {
     }
 }
 
-fn positive(text: &str) -> Result<f64, String> {
-    let number = text.parse().ok().filter(|x: &f64| x.is_finite() && *x > 0.0);
-    number.ok_or_else(|| "expected a number above 0".to_owned())
-}
-
 fn speeds(text: &str) -> Result<Speeds, String> {
     let expected = || {
         format!(
@@ -138,89 +108,24 @@ fn speeds(text: &str) -> Result<Speeds, String> {
     }
 }
 
-/// A setting with the speeds asked for there.
+/// A pair with the speeds asked for there.
 struct Asked {
     /// line of the table of settings
     line: Option<u64>,
-    particle: String,
-    liquid: AskedLiquid,
-    diameter: f64,
-    film: Option<f64>,
+    pair: AskedPair,
     speeds: Vec<f64>,
 }
 
-/// What is on the plate.
-enum AskedLiquid {
-    Dry,
-    /// a liquid of the scene
-    Named(String),
-    /// one that the scene has not
-    Other {
-        density: f64,
-        viscosity: f64,
-    },
-}
-
-impl AskedLiquid {
-    fn name(&self) -> Option<&str> {
-        match self {
-            AskedLiquid::Dry => Some(DRY),
-            AskedLiquid::Named(name) => Some(name),
-            AskedLiquid::Other { .. } => None,
-        }
-    }
-
-    /// Its numbers; `None` of a dry plate.
-    fn of(&self, finished: &Finished) -> Result<Option<LiquidBasis>, Error> {
-        match self {
-            AskedLiquid::Dry => Ok(None),
-            AskedLiquid::Named(name) => named_liquid(name, finished).map(Some),
-            AskedLiquid::Other { density, viscosity } => Ok(Some(LiquidBasis {
-                name: String::new(),
-                density_kg_m3: *density,
-                viscosity_pa_s: *viscosity,
-                surface_tension_n_m: None,
-            })),
-        }
-    }
-}
-
-impl SettingArguments {
-    /// The setting with these speeds.
-    fn asked(&self, speeds: Vec<f64>) -> Result<Asked, Error> {
-        let needed = |flag: &str| Error::Usage(format!("{flag} is missing"));
-        let liquid = match (&self.liquid, self.liquid_density.zip(self.viscosity)) {
-            (Some(name), _) if name == DRY => AskedLiquid::Dry,
-            (Some(name), _) => AskedLiquid::Named(name.clone()),
-            (None, Some((density, viscosity))) => AskedLiquid::Other {
-                density: Dimension::Density.usual_to_si(density),
-                viscosity: Dimension::Viscosity.usual_to_si(viscosity),
-            },
-            (None, None) => return Err(needed("--liquid")),
-        };
-        let film = self.film.map(|film| Dimension::Thickness.usual_to_si(film));
-        if film.is_none() && !matches!(liquid, AskedLiquid::Dry) {
-            return Err(needed("--film-um (needed in a liquid)"));
-        }
-        let diameter = self.diameter.ok_or_else(|| needed("--diameter-mm"))?;
-        Ok(Asked {
-            line: None,
-            particle: self.particle.clone().ok_or_else(|| needed("--particle"))?,
-            liquid,
-            diameter: Dimension::Length.usual_to_si(diameter),
-            film,
-            speeds,
-        })
-    }
-}
-
 impl Predict {
-    /// What is asked for, each setting with its speeds.
+    /// What is asked for, each pair with its speeds.
     fn asked(&self) -> Result<Vec<Asked>, Error> {
         let speeds = self.speed.map(Speeds::all);
         let Some(path) = &self.settings else {
-            let asked = self.setting.asked(speeds.unwrap_or_default())?;
-            return Ok(vec![asked]);
+            return Ok(vec![Asked {
+                line: None,
+                pair: self.setting.pair()?,
+                speeds: speeds.unwrap_or_default(),
+            }]);
         };
         let settings = read_settings(path)?;
         let in_table = settings.iter().any(|setting| setting.impact_speed.is_some());
@@ -240,66 +145,19 @@ impl Predict {
         }
         let asked = |setting: AskedSetting| Asked {
             line: Some(setting.line),
-            particle: setting.particle,
-            liquid: setting.liquid.map_or(AskedLiquid::Dry, AskedLiquid::Named),
-            diameter: setting.diameter,
-            film: setting.film,
-            speeds: setting
-                .impact_speed
-                .map_or_else(|| speeds.clone().unwrap_or_default(), |v| vec![v]),
+            pair: AskedPair {
+                particle: setting.particle,
+                liquid: setting.liquid.map_or(AskedLiquid::Dry, AskedLiquid::Named),
+                diameter: setting.diameter,
+                film: setting.film,
+            },
+            speeds: match setting.impact_speed {
+                Some(speed) => vec![speed],
+                None => speeds.clone().unwrap_or_default(),
+            },
         };
         Ok(settings.into_iter().map(asked).collect())
     }
-}
-
-/// What the sphere falls on, its film and liquid checked; `None`: a dry plate.
-fn plate(asked: &Asked, finished: &Finished) -> Result<Option<Setting>, Error> {
-    let Some((liquid, film)) = asked.liquid.of(finished)?.zip(asked.film) else {
-        return Ok(None);
-    };
-    let particles = &finished.basis.particles;
-    let Some(particle) = particles.iter().find(|particle| particle.name == asked.particle) else {
-        // the law says which there are
-        finished.law(&asked.particle, asked.diameter)?;
-        return Err(Error::Internal {
-            doing: "find the particle",
-            reason: "a law of an unknown particle".to_owned(),
-        });
-    };
-    let setting = Setting {
-        density: particle.density_kg_m3,
-        diameter: asked.diameter,
-        roughness: particle.roughness_m,
-        liquid_density: liquid.density_kg_m3,
-        viscosity: liquid.viscosity_pa_s,
-        film,
-        surface_tension: liquid.surface_tension_n_m,
-    };
-    check_domain(&setting)?;
-    Ok(Some(setting))
-}
-
-/// The law that holds there.
-fn law(asked: &Asked, wet: Option<&Setting>, finished: &Finished, measured: bool) -> Result<ParticleLaw, Error> {
-    let Some(setting) = wet else {
-        return finished.dry_law(&asked.particle, asked.diameter);
-    };
-    let law = match asked.liquid.name().filter(|_| measured) {
-        Some(liquid) => finished.law_of_series(&SeriesSetting {
-            particle: &asked.particle,
-            liquid,
-            diameter: setting.diameter,
-            film_ratio: setting.film_ratio(),
-        })?,
-        None => finished.law(&asked.particle, setting.diameter)?,
-    };
-    if Term::Bridge.is_held(law.form) && setting.surface_tension.is_none() {
-        let text = "the fit holds the rupture of the bridge, and this liquid's surface tension is not known";
-        return Err(Error::Usage(format!(
-            "--liquid: {text}; name a liquid of the scene that has one"
-        )));
-    }
-    Ok(law)
 }
 
 /// Prints the prediction, and on standard error what to mind.
@@ -310,7 +168,7 @@ pub fn predict(request: &Predict, quiet: bool) -> Result<u8, Error> {
     if request.measured_series
         && all
             .iter()
-            .any(|asked| asked.liquid.name().is_none_or(|name| name == DRY))
+            .any(|asked| asked.pair.liquid.name().is_none_or(|name| name == DRY))
     {
         let text = "--measured-series: expected liquids of the scene, no dry plate among them";
         return Err(Error::Usage(text.to_owned()));
@@ -325,26 +183,26 @@ pub fn predict(request: &Predict, quiet: bool) -> Result<u8, Error> {
             }
             (other, ..) => other,
         };
-        let wet = plate(asked, &finished).map_err(in_table)?;
-        let law = law(asked, wet.as_ref(), &finished, request.measured_series).map_err(in_table)?;
-        let rows = match &wet {
+        let found = find_law(&asked.pair, &finished, request.measured_series).map_err(in_table)?;
+        let FoundLaw { wet, law } = &found;
+        let rows = match wet {
             Some(setting) => law.predict(setting, &asked.speeds),
             None => law.predict_dry(&asked.speeds),
         };
         draws = law.draws.len();
         let beyond = rows.iter().filter(|row| row.extrapolated).count();
         if beyond > 0 {
-            outside.push(beyond_the_runs(asked, &law, wet.is_some(), beyond));
+            outside.push(beyond_the_runs(asked, &found, beyond));
         }
         let series = match offsets.filter(|_| wet.is_some()) {
             Some(_) if request.measured_series => Some(PredictedSeries::Measured),
             series => series,
         };
         let pair = Pair {
-            particle: &asked.particle,
-            liquid: asked.liquid.name(),
-            diameter: asked.diameter,
-            wet,
+            particle: &asked.pair.particle,
+            liquid: asked.pair.liquid.name(),
+            diameter: asked.pair.diameter,
+            wet: *wet,
             series,
         };
         predictions.push(Prediction { pair, rows });
@@ -398,8 +256,9 @@ fn tell_beyond(outside: &[String]) {
 }
 
 /// Says how many of the speeds lie beyond the runs, and where these were made.
-fn beyond_the_runs(asked: &Asked, law: &ParticleLaw, wet: bool, beyond: usize) -> String {
-    let (of, particle) = (asked.speeds.len(), &asked.particle);
+fn beyond_the_runs(asked: &Asked, found: &FoundLaw, beyond: usize) -> String {
+    let (of, particle) = (asked.speeds.len(), &asked.pair.particle);
+    let (law, wet) = (&found.law, found.wet.is_some());
     let covered = match (law.covered.filter(|_| wet), law.dry_speeds.filter(|_| !wet)) {
         (Some(covered), _) => format!(
             "runs of {particle} covered Stokes numbers {:.1} to {:.1} and film ratios {:.3} to {:.3}",
@@ -414,40 +273,4 @@ fn beyond_the_runs(asked: &Asked, law: &ParticleLaw, wet: bool, beyond: usize) -
         }
     };
     format!("{beyond} of {of} speeds extrapolated: {covered}")
-}
-
-/// Fails where no formula is valid, or a number of the command line vanishes in SI.
-fn check_domain(setting: &Setting) -> Result<(), Error> {
-    for (flag, x) in [
-        ("--diameter-mm", setting.diameter),
-        ("--film-um", setting.film),
-        ("--viscosity-mPa-s", setting.viscosity),
-        ("--liquid-density-kg-m3", setting.liquid_density),
-        ("the liquid's density over the particle's", setting.density_ratio()),
-    ] {
-        if !x.is_normal() {
-            let expected = "expected a number that is neither too small nor too large to compute with";
-            return Err(Error::Usage(format!("{flag}: found {x:e} in SI, {expected}")));
-        }
-    }
-    let ratio = setting.film_ratio();
-    if ratio > LARGEST_FILM_RATIO {
-        return Err(Error::Usage(format!(
-            "--film-um: found a film ratio of {ratio:.3}, expected at most {LARGEST_FILM_RATIO}: no formula is valid above"
-        )));
-    }
-    Ok(())
-}
-
-/// A liquid of the scene.
-fn named_liquid(name: &str, finished: &Finished) -> Result<LiquidBasis, Error> {
-    let liquids = &finished.basis.liquids;
-    let listed = liquids.iter().find(|liquid| liquid.name == name);
-    listed.cloned().ok_or_else(|| {
-        let names = liquids.iter().map(|liquid| liquid.name.as_str()).chain([DRY]);
-        let all: Vec<&str> = names.clone().collect();
-        let expected = name_expected(&format!("one of {}", all.join(", ")), name, names);
-        let other = "for another liquid give --liquid-density-kg-m3 and --viscosity-mPa-s";
-        Error::Usage(format!("--liquid: found {}, {expected}; {other}", quoted(name)))
-    })
 }

@@ -252,20 +252,24 @@ impl ParticleLaw {
         let curves = self.curves(setting);
         let speeds = impact_speeds.par_iter();
         let numbers = |v: f64| [setting.stokes(v), setting.reynolds(v)];
-        let holds = |v: f64| {
-            let covered = self.covered.as_ref();
-            covered.is_some_and(|covered| covered.holds(setting.stokes(v), setting.film_ratio()))
-        };
-        let at = |v: &f64| self.at(&curves, *v, Some(numbers(*v)), holds(*v));
+        let at = |v: &f64| self.at(&curves, *v, Some(numbers(*v)), self.holds(Some(setting), *v));
         speeds.map(at).collect()
     }
 
     /// Predictions of dry impacts at speeds above zero, m/s, in their order.
     pub fn predict_dry(&self, impact_speeds: &[f64]) -> Vec<Predicted> {
         let curves = self.dry_curves();
-        let holds = |v: f64| self.dry_speeds.is_some_and(|speeds| is_within(speeds, v));
-        let at = |v: &f64| self.at(&curves, *v, None, holds(*v));
+        let at = |v: &f64| self.at(&curves, *v, None, self.holds(None, *v));
         impact_speeds.par_iter().map(at).collect()
+    }
+
+    /// Whether runs of the particle covered a setting at a speed; `None`: of dry impacts.
+    fn holds(&self, wet: Option<&Setting>, v: f64) -> bool {
+        match (wet, &self.covered) {
+            (Some(setting), Some(covered)) => covered.holds(setting.stokes(v), setting.film_ratio()),
+            (Some(_), None) => false,
+            (None, _) => self.dry_speeds.is_some_and(|speeds| is_within(speeds, v)),
+        }
     }
 
     /// Bands at impact speeds above zero, m/s, in their order.
@@ -289,6 +293,18 @@ impl ParticleLaw {
     /// The curve of each draw.
     pub fn restitutions(&self, setting: &Setting) -> Vec<Restitution> {
         self.curves(setting).into_iter().map(|(curve, _)| curve).collect()
+    }
+
+    /// The curve alone, to be read at one speed after the other; `None`: of dry impacts.
+    pub fn curve(&self, wet: Option<&Setting>) -> PredictedCurve<'_> {
+        PredictedCurve {
+            law: self,
+            wet: wet.copied(),
+            curves: match wet {
+                Some(setting) => self.restitutions(setting),
+                None => self.dry_restitutions(),
+            },
+        }
     }
 
     /// The curve of dry impacts of each draw.
@@ -347,6 +363,51 @@ impl ParticleLaw {
             extrapolated: !holds,
         }
     }
+}
+
+/// The curve of a pair without the scatter of single runs.
+#[derive(Debug)]
+pub struct PredictedCurve<'a> {
+    law: &'a ParticleLaw,
+    wet: Option<Setting>,
+    /// of each draw
+    curves: Vec<Restitution>,
+}
+
+impl PredictedCurve<'_> {
+    /// Median, ends of the 90 % band and whether that is extrapolated, at an impact speed above zero, m/s.
+    pub fn at(&self, v: f64) -> CurvePoint {
+        let sorted = quantile::sorted(self.curves.iter().map(|curve| curve.at(v)).collect());
+        let [q05, q50, q95] = [0.05, 0.5, 0.95].map(|p| quantile::of_sorted(&sorted, p));
+        CurvePoint {
+            q05,
+            q50,
+            q95,
+            extrapolated: !self.law.holds(self.wet.as_ref(), v),
+        }
+    }
+
+    /// Median of d ln e/d ln v there; infinite where half of the draws or more do not rebound.
+    pub fn log_slope(&self, v: f64) -> f64 {
+        let slopes = self
+            .curves
+            .iter()
+            .map(|curve| curve.log_slope(v).unwrap_or(f64::INFINITY));
+        quantile::of_sorted(&quantile::sorted(slopes.collect()), 0.5)
+    }
+}
+
+/// A curve at one speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CurvePoint {
+    /// 5 % point of e
+    pub q05: f64,
+    /// its median; 0: no rebound
+    pub q50: f64,
+    /// its 95 % point
+    pub q95: f64,
+    /// whether that lies outside what the particle's runs covered
+    pub extrapolated: bool,
 }
 
 /// A spread that no restitution shows, in place of none: a distribution over the draws stays one that can be solved for.

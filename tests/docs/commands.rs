@@ -152,6 +152,7 @@ fn every_flag_is_one_of_a_verb() {
         "check",
         "simulate",
         "predict",
+        "handoff",
         "trade",
         "calibrate",
     ]

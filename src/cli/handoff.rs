@@ -1,0 +1,207 @@
+//! Runs `wetcor handoff`: files for a simulation code, from a finished fit's folder.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use wetcor::error::{named, Error};
+use wetcor::handoff::{self, Code, Handoff, HandoffFile, Predicted, Wetting};
+use wetcor::report::finished::{DrawnFrom, Finished};
+use wetcor::staging::{self, OutputPlace, Staging};
+
+use super::messages::{print_after_writing, print_result, warn, NOT_QUOTABLE};
+use super::setting::{find_law, positive, SettingArguments};
+
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  wetcor handoff reports/mueller2016 --particle PTFE --liquid AK10 --diameter-mm 4.762 --film-um 286 --speed-m-s 1.2 --to liggghts --out handoff
+  wetcor handoff reports/mueller2016 --particle PTFE --liquid dry --diameter-mm 4.762 --speed-m-s 1.2 --to table
+
+Each file runs as it is, a drop test of one sphere and of two that meet, and opens with where the law comes from, the range of its runs, how \
+St is counted, what the code makes of a restitution and the input that gives the one asked for. Without --out the first file is \
+printed. A fit that is not to be quoted is handed over with exit status 1, unless --anyway is given.")]
+pub struct HandoffArguments {
+    /// Folder of a finished fit
+    folder: PathBuf,
+    #[command(flatten)]
+    setting: SettingArguments,
+    /// Impact speed at which the code is to have the law's restitution, m/s
+    #[arg(long = "speed-m-s", value_name = "V", value_parser = positive, allow_negative_numbers = true)]
+    speed: f64,
+    /// The simulation code, or a table of e at many speeds
+    #[arg(long, value_enum)]
+    to: CodeName,
+    /// Folder to write; one that is there is kept
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Exit with 0 on a fit that is not to be quoted, too
+    #[arg(long)]
+    anyway: bool,
+}
+
+/// A code by its word.
+#[derive(Clone, Copy)]
+struct CodeName(Code);
+
+impl ValueEnum for CodeName {
+    fn value_variants<'a>() -> &'a [CodeName] {
+        const ALL: [CodeName; Code::ALL.len()] = {
+            let mut all = [CodeName(Code::Table); Code::ALL.len()];
+            let mut place = 0;
+            while place < all.len() {
+                all[place] = CodeName(Code::ALL[place]);
+                place += 1;
+            }
+            all
+        };
+        &ALL
+    }
+
+    fn to_possible_value(&self) -> Option<clap::builder::PossibleValue> {
+        Some(clap::builder::PossibleValue::new(self.0.word()))
+    }
+}
+
+/// Writes the files, or prints the first.
+pub fn handoff(request: &HandoffArguments, quiet: bool) -> Result<u8, Error> {
+    let asked = request.setting.pair()?;
+    let place = request.out.as_deref().map(free_folder).transpose()?;
+    let finished = Finished::read(&request.folder)?;
+    let found = find_law(&asked, &finished, false)?;
+    let curve = found.law.curve(found.wet.as_ref());
+    let drawn_from = finished.drawn_from();
+    let source = format!(
+        "posterior median of the energy balance, {} draws{}{}",
+        found.law.draws.len(),
+        match drawn_from {
+            DrawnFrom::Posterior => "",
+            DrawnFrom::NormalApproximation => " of the normal with the posterior's means and covariance",
+        },
+        if finished.series().is_some() && found.wet.is_some() {
+            ", of a new series"
+        } else {
+            ""
+        }
+    );
+    let particles = &finished.basis.particles;
+    let density = particles.iter().find(|particle| particle.name == asked.particle);
+    let Some(density) = density.map(|particle| particle.density_kg_m3) else {
+        return Err(Error::Internal {
+            doing: "find the particle",
+            reason: "a law of an unknown particle".to_owned(),
+        });
+    };
+    let covered = found.law.covered.filter(|_| found.wet.is_some());
+    let wetting = found.wet.map(|wet| Wetting {
+        liquid: asked.liquid.name().unwrap_or("a liquid that the scene has not"),
+        density: wet.liquid_density,
+        viscosity: wet.viscosity,
+        film: wet.film,
+    });
+    let law = |v: f64| {
+        let at = curve.at(v);
+        Predicted {
+            q05: at.q05,
+            q50: at.q50,
+            q95: at.q95,
+            extrapolated: at.extrapolated,
+        }
+    };
+    let files = handoff::files(
+        request.to.0,
+        &Handoff {
+            title: &finished.title,
+            source: &source,
+            particle: &asked.particle,
+            density,
+            diameter: asked.diameter,
+            wetting,
+            reference_speed: request.speed,
+            law: &law,
+            log_slope: curve.log_slope(request.speed),
+            speeds: match (&found.wet, covered) {
+                (Some(wet), Some(covered)) => Some(covered.stokes.map(|stokes| stokes / wet.stokes(1.0))),
+                (Some(_), None) => None,
+                (None, _) => found.law.dry_speeds,
+            },
+            stokes: covered.map(|covered| covered.stokes),
+            quotable: finished.failed.is_empty(),
+        },
+    )?;
+    if !quiet {
+        tell(request, &finished, drawn_from, curve.at(request.speed).extrapolated);
+    }
+    match (&request.out, place) {
+        (Some(out), Some(place)) => write(&place, out, &files, quiet)?,
+        _ => print_first(&files, quiet)?,
+    }
+    Ok(if finished.failed.is_empty() || request.anyway {
+        0
+    } else {
+        NOT_QUOTABLE
+    })
+}
+
+/// Says what to mind.
+fn tell(request: &HandoffArguments, finished: &Finished, drawn_from: DrawnFrom, extrapolated: bool) {
+    for check in &finished.failed {
+        warn(&format!("the fit is not to be quoted, and this not either: {check}"));
+    }
+    if drawn_from == DrawnFrom::NormalApproximation {
+        warn(
+            "the folder is kept without its draws: the law is that of a normal approximation, from the means and the covariance in \
+             findings.json",
+        );
+    }
+    if extrapolated {
+        let v = request.speed;
+        warn(&format!(
+            "extrapolated: at {v} m/s this pair lies outside what the runs of the particle covered"
+        ));
+    }
+}
+
+fn print_first(files: &[HandoffFile], quiet: bool) -> Result<(), Error> {
+    let Some((first, others)) = files.split_first() else {
+        return Ok(());
+    };
+    if !others.is_empty() && !quiet {
+        let names: Vec<&str> = others.iter().map(|file| file.name).collect();
+        warn(&format!("with --out there is {} as well", names.join(", ")));
+    }
+    print_result(&first.text)
+}
+
+/// Fails where something stands already.
+fn free_folder(out: &Path) -> Result<OutputPlace, Error> {
+    let place = staging::prepare(out)?;
+    is_free(&place)?;
+    Ok(place)
+}
+
+fn is_free(place: &OutputPlace) -> Result<(), Error> {
+    if place.is_taken() {
+        return Err(Error::Out {
+            path: place.named().to_path_buf(),
+            reason: "exists; --out names another folder".to_owned(),
+        });
+    }
+    Ok(())
+}
+
+fn write(place: &OutputPlace, out: &Path, files: &[HandoffFile], quiet: bool) -> Result<(), Error> {
+    let staging = Staging::beside(place)?;
+    for file in files {
+        let written = staging
+            .create(file.name)
+            .and_then(|mut made| made.write_all(file.text.as_bytes()));
+        written.map_err(|error| Error::io(&out.join(file.name), "write", error))?;
+    }
+    staging.put(is_free)?;
+    if quiet {
+        return Ok(());
+    }
+    let names: String = files.iter().map(|file| named(&out.join(file.name)) + "\n").collect();
+    print_after_writing(out, &names)
+}
