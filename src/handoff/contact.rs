@@ -217,9 +217,22 @@ impl StokesKeywords {
             let contact = keywords(at);
             law.iter().map(|&[st, e]| (contact.rebound(st, end) - e).powi(2)).sum()
         };
-        let slowest = law.iter().map(|[st, _]| *st).fold(f64::INFINITY, f64::min);
-        let mut best = [(0.35f64).ln(), (0.3 * slowest).ln()];
-        let (mut least, mut reach) = (off(best), 0.5);
+        let lowest = law.iter().map(|[st, _]| *st).fold(f64::INFINITY, f64::min);
+        let highest = law.iter().map(|[st, _]| *st).fold(0.0, f64::max);
+        // a law near its threshold has a second, shallower best without St: begin where a coarse look finds the least
+        let (first, last) = ((0.03 * lowest).ln(), highest.ln());
+        let starts = (0..40).map(|i| {
+            let maximum: f64 = [0.4, 0.6, 0.75, 0.9][i % 4];
+            [(-maximum.ln()).ln(), first + (last - first) * (i / 4) as f64 / 9.0]
+        });
+        let (mut least, mut best) = (f64::INFINITY, [0.0; 2]);
+        for start in starts {
+            let distance = off(start);
+            if distance < least {
+                (least, best) = (distance, start);
+            }
+        }
+        let mut reach = 0.25;
         // a compass search: no slopes, which kink where l changes its sign; a law without St has its best at infinity
         for _ in 0..MOST_MOVES {
             if reach < STEP / 64.0 {
@@ -408,6 +421,20 @@ mod tests {
             off(nearest),
             off(before)
         );
+    }
+
+    /// Begun elsewhere the search ended at keywords without St, and a distance of 0.34.
+    #[test]
+    fn a_law_across_its_threshold_keeps_its_stokes_numbers() {
+        let law: Vec<[f64; 2]> = (0..17)
+            .map(|i| 0.056 * 4f64.powf(f64::from(i) / 16.0))
+            .map(|stokes| [stokes, (0.6 - 0.061 / stokes).max(0.0).sqrt()])
+            .collect();
+        let found = StokesKeywords::nearest(&law, End::Overlap);
+        for [stokes, e] in law {
+            let off = found.rebound(stokes, End::Overlap) - e;
+            assert!(off.abs() < 0.1, "{found:?}: {off} at {stokes}");
+        }
     }
 
     #[test]

@@ -18,7 +18,7 @@ const LEAST_INPUT: f64 = 0.05;
 const YOUNG: std::ops::RangeInclusive<f64> = 5e6..=1e9;
 
 /// Speeds at which the contact with Stokes keywords is fitted to the law.
-const FITTED_SPEEDS: u32 = 25;
+const FITTED_SPEEDS: u32 = 17;
 
 /// `coefficientRestitution` that gives e with `limitForce on`; `None` where it would have to be too low.
 fn input_with_limit(e: f64) -> Option<f64> {
