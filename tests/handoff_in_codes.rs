@@ -6,7 +6,8 @@
 use std::io::Write;
 use std::process::Command;
 
-use wetcor::handoff::{files, Code, Handoff, HandoffFile, Predicted, Wetting};
+use wetcor::findings::predict::CurvePoint;
+use wetcor::handoff::{files, Code, Handoff, HandoffFile, Wetting};
 use wetcor::physics::{Coefficient, DrySpeed, Form, Inertia, Parameters, Restitution, Setting};
 
 /// How far a measured rebound may lie from the one asked for.
@@ -100,7 +101,7 @@ impl Pair {
 
     fn files(&self, code: Code) -> Vec<HandoffFile> {
         let [slowest, fastest] = self.speeds;
-        let law = |speed: f64| Predicted {
+        let law = |speed: f64| CurvePoint {
             q50: self.law(speed),
             q05: self.law(speed) - 0.002,
             q95: self.law(speed) + 0.002,

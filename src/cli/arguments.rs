@@ -56,7 +56,8 @@ must be filled in is marked; `wetcor check` names it. An existing file is kept."
 Example:
   wetcor fit datasets/mueller2016/scene.toml --out reports/mueller2016
 
-Writes report.md, the same as report.html for a browser, figures/, findings.json, draws/ and timing.json. An existing folder is replaced only if it holds an earlier \
+Writes report.md, the same as report.html for a browser, figures/, findings.json, laws.csv and laws_table.csv (e_n(v) of every \
+pair), draws/ and timing.json. An existing folder is replaced only if it holds an earlier \
 report of the same title and nothing else.")]
     Fit {
         /// The scene file

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use wetcor::error::{named, Error};
-use wetcor::handoff::{self, Code, Handoff, HandoffFile, Predicted, Wetting};
+use wetcor::handoff::{self, Code, Handoff, HandoffFile, Wetting};
 use wetcor::report::finished::{DrawnFrom, Finished};
 use wetcor::staging::{self, OutputPlace, Staging};
 
@@ -99,15 +99,6 @@ pub fn handoff(request: &HandoffArguments, quiet: bool) -> Result<u8, Error> {
         viscosity: wet.viscosity,
         film: wet.film,
     });
-    let law = |v: f64| {
-        let at = curve.at(v);
-        Predicted {
-            q05: at.q05,
-            q50: at.q50,
-            q95: at.q95,
-            extrapolated: at.extrapolated,
-        }
-    };
     let files = handoff::files(
         request.to.0,
         &Handoff {
@@ -118,7 +109,7 @@ pub fn handoff(request: &HandoffArguments, quiet: bool) -> Result<u8, Error> {
             diameter: asked.diameter,
             wetting,
             reference_speed: request.speed,
-            law: &law,
+            law: &|v| curve.at(v),
             log_slope: curve.log_slope(request.speed),
             speeds: match (&found.wet, covered) {
                 (Some(wet), Some(covered)) => Some(covered.stokes.map(|stokes| stokes / wet.stokes(1.0))),

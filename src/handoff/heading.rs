@@ -84,16 +84,15 @@ fn provenance(handoff: &Handoff) -> Vec<String> {
         ),
         None => "Dry plate".to_owned(),
     });
-    lines.push(match (handoff.speeds, handoff.stokes) {
-        (Some([slowest, fastest]), stokes) => {
-            let stokes = stokes.map_or(String::new(), |[lo, hi]| {
-                format!(", at St {} to {}", number(lo), number(hi))
-            });
+    lines.push(match (handoff.speeds.map(|speeds| speeds.map(number)), handoff.stokes) {
+        (Some([slowest, fastest]), Some(stokes)) => {
+            let [lo, hi] = stokes.map(number);
             format!(
-                "Runs behind the law: {} to {} m/s{stokes}; outside is extrapolation",
-                number(slowest),
-                number(fastest)
+                "Runs of this particle covered St {lo} to {hi}, here {slowest} to {fastest} m/s; outside is extrapolation"
             )
+        }
+        (Some([slowest, fastest]), None) => {
+            format!("Dry runs of this particle covered {slowest} to {fastest} m/s; outside is extrapolation")
         }
         (None, _) => "Runs behind the law: none with this particle; everything here is extrapolation".to_owned(),
     });

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use super::numbers::number;
 use crate::error::Error;
+use crate::findings::predict::CurvePoint;
 use crate::physics::numbers::stokes;
 
 /// A simulation code that takes a restitution.
@@ -72,19 +73,6 @@ pub struct Wetting<'a> {
     pub film: f64,
 }
 
-/// The law at one speed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Predicted {
-    /// median of e
-    pub q50: f64,
-    /// lower end of the curve's 90 % band
-    pub q05: f64,
-    /// upper end of the curve's 90 % band
-    pub q95: f64,
-    /// outside what the runs behind the law covered
-    pub extrapolated: bool,
-}
-
 /// A law of a sphere on a plate, and the speed at which a code is to have it.
 #[derive(Clone, Copy)]
 pub struct Handoff<'a> {
@@ -103,7 +91,7 @@ pub struct Handoff<'a> {
     /// speed at which one restitution is taken, m/s
     pub reference_speed: f64,
     /// the law at an impact speed above zero, m/s
-    pub law: &'a dyn Fn(f64) -> Predicted,
+    pub law: &'a dyn Fn(f64) -> CurvePoint,
     /// d ln e/d ln v at the reference speed
     pub log_slope: f64,
     /// slowest and fastest of the runs behind the law, m/s; `None` without any
@@ -133,7 +121,7 @@ pub(super) const FARTHEST: f64 = 100.0;
 const WITHOUT_RUNS: f64 = 0.5;
 
 impl Handoff<'_> {
-    pub(super) fn predicted(&self) -> Predicted {
+    pub(super) fn predicted(&self) -> CurvePoint {
         (self.law)(self.reference_speed)
     }
 
@@ -182,7 +170,7 @@ impl Handoff<'_> {
 
     /// The law where it gives the e of two equal spheres that meet at the reference speed, if their Stokes number decides:
     /// at twice that speed, dry at that speed itself.
-    pub(super) fn for_two_spheres(&self) -> Predicted {
+    pub(super) fn for_two_spheres(&self) -> CurvePoint {
         let doubled = if self.wetting.is_some() { 2.0 } else { 1.0 };
         (self.law)(doubled * self.reference_speed)
     }

@@ -27,7 +27,7 @@ mod template;
 mod yade;
 
 use crate::error::Error;
-pub use law::{Code, Handoff, HandoffFile, Predicted, Wetting};
+pub use law::{Code, Handoff, HandoffFile, Wetting};
 
 /// The files that hand a law over to a code.
 ///

@@ -121,8 +121,13 @@ pub(super) fn series(page: &mut Page, input: ReportInput) {
             " α is quoted at the reference dry speed; each run's own enters as a known offset.".to_owned()
         }
     };
+    let of_all = match input.posterior {
+        Some(_) => "as the posterior of all runs at once has it",
+        None => "in SI",
+    };
     page.paragraph(&format!(
-        "e = √(α + β/v), one law a series; the threshold is the speed −β/α below which it gives no rebound.{offset}"
+        "e = √(α + β/v), one law a series; the threshold is the speed −β/α below which it gives no rebound.{offset} For a \
+         simulation code the law of every pair, {of_all}, stands in [laws.csv](laws.csv)."
     ));
     for sphere in estimated(input) {
         against_speed(page, input, sphere);
