@@ -3,6 +3,7 @@
 use super::balance::{Balance, Impact};
 use super::coefficient::Parameters;
 use super::dry::{speed_root, Order};
+use super::fifth_root::fifth_root;
 use super::form::{DrySpeed, Form};
 use super::loss::{Fixed, Setting};
 
@@ -50,8 +51,9 @@ enum DryLoss {
 
 impl DryLoss {
     /// k v^(1/5), held beyond the speed the law is valid to: e_dry is then zero to first order, its minimum to second.
-    fn loss(order: Order, dry_k: f64, speed: f64) -> f64 {
-        (dry_k * speed_root(speed)).min(order.largest_loss())
+    #[inline]
+    fn loss(order: Order, dry_k: f64, speed_root: f64) -> f64 {
+        (dry_k * speed_root).min(order.largest_loss())
     }
 }
 
@@ -98,7 +100,7 @@ impl LawNumbers {
         match self.plateau {
             Plateau::Constant(alpha) => alpha,
             Plateau::OfSpeed { dry_k, order, loss } => {
-                let dry = order.of_loss(DryLoss::loss(order, dry_k, speed))[0];
+                let dry = order.of_loss(DryLoss::loss(order, dry_k, fifth_root(speed)))[0];
                 dry * dry - loss
             }
         }
@@ -124,6 +126,7 @@ impl LawNumbers {
 }
 
 impl From<LawNumbers> for Restitution {
+    #[inline]
     fn from(numbers: LawNumbers) -> Restitution {
         let (dry, constant) = match numbers.plateau {
             Plateau::Constant(alpha) => (DryLoss::Fixed(alpha), 0.0),
@@ -147,7 +150,7 @@ impl Restitution {
         Restitution {
             dry: match form.dry_speed {
                 DrySpeed::Reference(speed) => {
-                    DryLoss::Fixed(order.of_loss(DryLoss::loss(order, dry_k, speed))[0].powi(2))
+                    DryLoss::Fixed(order.of_loss(DryLoss::loss(order, dry_k, speed_root(speed)))[0].powi(2))
                 }
                 DrySpeed::Impact => DryLoss::Own(dry_k, order),
             },
@@ -182,21 +185,26 @@ impl Restitution {
     }
 
     /// Share of the impact energy kept, r, at an impact speed above zero, m/s; negative where there is no rebound.
+    // a call of its own would take as long as what it computes
+    #[inline(always)]
     pub fn kept_energy(&self, impact_speed: f64) -> f64 {
         let dry = match self.dry {
             DryLoss::Fixed(square) => square,
-            DryLoss::Own(k, order) => order.of_loss(DryLoss::loss(order, k, impact_speed))[0].powi(2),
+            DryLoss::Own(k, order) => order.of_loss(DryLoss::loss(order, k, fifth_root(impact_speed)))[0].powi(2),
         };
         let inverse = 1.0 / impact_speed;
-        dry - self.constant - (self.falling.over_speed + self.falling.over_square * inverse) * inverse
+        // what waits for the root of e_dry comes last
+        dry - (self.constant + (self.falling.over_speed + self.falling.over_square * inverse) * inverse)
     }
 
     /// The restitution at an impact speed above zero, m/s.
+    #[inline]
     pub fn at(&self, impact_speed: f64) -> f64 {
         self.kept_energy(impact_speed).max(0.0).sqrt()
     }
 
     /// d ln e/d ln v at an impact speed above zero, m/s; `None` where there is no rebound.
+    #[inline]
     pub fn log_slope(&self, impact_speed: f64) -> Option<f64> {
         let kept = self.kept_energy(impact_speed);
         if kept <= 0.0 {
@@ -205,7 +213,7 @@ impl Restitution {
         let dry = match self.dry {
             DryLoss::Fixed(_) => 0.0,
             DryLoss::Own(k, order) => {
-                let z = DryLoss::loss(order, k, impact_speed);
+                let z = DryLoss::loss(order, k, fifth_root(impact_speed));
                 2.0 * order.of_loss(z)[0] * order.in_log_speed(z)[0]
             }
         };
