@@ -208,7 +208,7 @@ fn truths_rank_evenly_under_whatever_a_scene_asks_for() {
         let ranks = ranks(
             model,
             "truths_rank_evenly_under_whatever_a_scene_asks_for",
-            1000,
+            500,
             Fault::Nothing,
         );
         println!("{model}: {ranks:?}");

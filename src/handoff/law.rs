@@ -205,7 +205,7 @@ impl Handoff<'_> {
         let [lowest, highest] = self.speeds.unwrap_or([f64::NAN; 2]);
         let runs = if self.speeds.is_some() {
             let [lowest, highest] = [lowest, highest].map(number);
-            format!("; runs behind it were made at {lowest} to {highest} m/s")
+            format!("; runs of this particle covered {lowest} to {highest} m/s")
         } else {
             String::new()
         };

@@ -1,0 +1,194 @@
+//! Holds `wetcor handoff` to the predictions of the same fit, and to its refusals.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+use tempfile::TempDir;
+
+type Outcome = (Option<i32>, String, String);
+
+fn wetcor(arguments: &[&str]) -> Outcome {
+    let output = Command::new(env!("CARGO_BIN_EXE_wetcor"))
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args(arguments)
+        .output()
+        .expect("the command can be started");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("plain text");
+    (output.status.code(), text(output.stdout), text(output.stderr))
+}
+
+/// A fit of the example, once for all tests.
+fn example() -> &'static Path {
+    static FIT: OnceLock<(TempDir, PathBuf)> = OnceLock::new();
+    let (_, folder) = FIT.get_or_init(|| {
+        let place = tempfile::tempdir().expect("a temporary folder");
+        let out = place.path().join("report");
+        let text = out.to_str().expect("a plain path");
+        let scene = "datasets/mueller2016/scene.toml";
+        let (status, _, err) = wetcor(&["fit", scene, "--stages", "least_squares,posterior", "--out", text]);
+        assert_eq!(status, Some(0), "{err}");
+        (place, out)
+    });
+    folder
+}
+
+const WET: &str = "--particle PTFE --liquid AK10 --diameter-mm 4.762 --film-um 286";
+const DRY: &str = "--particle PTFE --liquid dry --diameter-mm 4.762";
+
+fn ask(verb: &str, folder: &Path, words: &str) -> Outcome {
+    let mut all = vec![verb, folder.to_str().expect("a plain path")];
+    all.extend(words.split_whitespace());
+    wetcor(&all)
+}
+
+fn handoff(words: &str) -> Outcome {
+    ask("handoff", example(), words)
+}
+
+/// The numbers of a column of a table, whose comments are left out.
+fn column(table: &str, name: &str) -> Vec<f64> {
+    let mut lines = table.lines().filter(|line| !line.starts_with('#'));
+    let header = lines.next().expect("a header");
+    let place = header.split(',').position(|own| own == name);
+    let place = place.unwrap_or_else(|| panic!("no {name} in {header}"));
+    let cell = |line: &str| line.split(',').nth(place).and_then(|cell| cell.parse().ok());
+    lines.map(|line| cell(line).expect("a number")).collect()
+}
+
+#[test]
+fn the_table_is_what_is_predicted() {
+    for pair in [WET, DRY] {
+        let (status, table, err) = handoff(&format!("{pair} --speed-m-s 1.2 --to table"));
+        assert_eq!((status, err.as_str()), (Some(0), ""));
+        let [v, e, low, beyond] = ["v_m_s", "e_q50", "e_q05", "extrapolated"].map(|name| column(&table, name));
+        assert!(
+            v.len() > 20 && beyond.contains(&1.0) && beyond.contains(&0.0),
+            "{table}"
+        );
+        for place in (0..v.len()).step_by(5) {
+            let speed = v[place];
+            let (_, predicted, _) = ask("predict", example(), &format!("{pair} --speed-m-s {speed}:{speed}:1"));
+            // the table has five digits
+            let near = |name: &str, x: f64| (column(&predicted, name)[0] - x).abs() < 1e-5;
+            assert!(
+                near("restitution", e[place]) && near("restitution_q05", low[place]),
+                "{speed} {predicted}"
+            );
+            let marked = predicted.contains(",true,");
+            assert_eq!(marked, beyond[place] == 1.0, "{speed}");
+        }
+    }
+}
+
+#[test]
+fn every_code_has_files_that_open_with_the_law_and_its_range() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    for code in ["table", "lammps", "liggghts", "yade", "mercurydpm", "mfix"] {
+        for (pair, speed) in [(WET, "1.2"), (DRY, "1.2"), (WET, "3.5")] {
+            let out = place.path().join(format!("{code} {speed} {}", pair.len()));
+            let words = format!("{pair} --speed-m-s {speed} --to {code} --out");
+            let mut all = vec!["handoff", example().to_str().expect("a plain path")];
+            all.extend(words.split_whitespace());
+            all.push(out.to_str().expect("a plain path"));
+            let (status, said, err) = wetcor(&all);
+            assert_eq!(status, Some(0), "{err}");
+            let beyond = speed == "3.5";
+            assert_eq!(err.contains("extrapolated: at 3.5 m/s"), beyond, "{err}");
+            let names: Vec<&str> = said.lines().collect();
+            assert!(!names.is_empty());
+            for name in names {
+                let text = std::fs::read_to_string(name).expect("it is written");
+                assert_eq!(text.contains("EXTRAPOLATED: the reference speed"), beyond, "{name}");
+                for words in [
+                    "posterior median of the energy balance, 4000 draws",
+                    "outside is extrapolation",
+                    "d ln e/d ln v",
+                    "A constant e is within 5 % of the law",
+                    "sphere on a plate",
+                ] {
+                    assert!(text.contains(words), "{name}: no {words}");
+                }
+            }
+            // what is there is kept
+            let before = std::fs::read_dir(&out).expect("a folder").count();
+            let (status, said, err) = wetcor(&all);
+            assert_eq!((status, said.as_str()), (Some(2), ""));
+            assert!(
+                err.contains("exists; --out names another folder; nothing was written"),
+                "{err}"
+            );
+            assert_eq!(std::fs::read_dir(&out).expect("a folder").count(), before);
+        }
+    }
+    assert!(
+        std::fs::read_dir(place.path()).expect("a folder").count() == 18,
+        "nothing else is left"
+    );
+}
+
+#[test]
+fn without_out_the_first_file_is_printed_and_the_other_named() {
+    let (status, printed, err) = handoff(&format!("{WET} --speed-m-s 1.2 --to liggghts"));
+    assert_eq!(status, Some(0));
+    assert!(printed.starts_with("# LIGGGHTS: restitution of PTFE spheres on a plate"));
+    assert_eq!(err, "notice: with --out there is drop_liggghts_stokes.in as well\n");
+}
+
+#[test]
+fn a_fit_that_is_not_to_be_quoted_or_kept_without_draws_says_so_in_the_file() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let findings = std::fs::read_to_string(example().join("findings.json")).expect("it is written");
+    let mut changed: serde_json::Value = serde_json::from_str(&findings).expect("JSON");
+    std::fs::write(place.path().join("findings.json"), findings).expect("writable");
+    let words = format!("{WET} --speed-m-s 1.2 --to yade");
+    let (status, printed, err) = ask("handoff", place.path(), &words);
+    assert_eq!(status, Some(0));
+    assert!(
+        printed.contains("16384 draws of the normal with the posterior's means and covariance"),
+        "{printed}"
+    );
+    assert!(err.contains("the folder is kept without its draws"), "{err}");
+    assert!(!printed.contains("NOT TO BE QUOTED"));
+    changed["verdicts"][0]["passed"] = false.into();
+    changed["verdicts"][0]["gates"] = true.into();
+    std::fs::write(place.path().join("findings.json"), changed.to_string()).expect("writable");
+    let (status, printed, _) = ask("handoff", place.path(), &words);
+    assert_eq!(status, Some(1));
+    assert!(printed.contains("NOT TO BE QUOTED"));
+    assert_eq!(ask("handoff", place.path(), &format!("{words} --anyway")).0, Some(0));
+}
+
+#[test]
+fn what_no_law_or_code_has_is_refused_in_one_line() {
+    for (words, expected) in [
+        (
+            format!("{WET} --speed-m-s 0.05 --to lammps"),
+            "--speed-m-s: at 0.05 m/s the law gives no rebound, and no code takes e = 0; it rebounds from",
+        ),
+        // slow enough that LIGGGHTS takes no such e
+        (format!("{WET} --speed-m-s 0.1203 --to liggghts"), "LIGGGHTS"),
+        (
+            "--particle PTFE --liquid AK10 --diameter-mm 4.762 --speed-m-s 1 --to yade".to_owned(),
+            "expected --film-um as well",
+        ),
+        (
+            "--speed-m-s 1 --to yade".to_owned(),
+            "expected --particle, --liquid (or --liquid-density-kg-m3 and --viscosity-mPa-s), --diameter-mm, --film-um as well",
+        ),
+        (format!("{WET} --speed-m-s 1 --to fortran"), "invalid value 'fortran' for '--to <TO>'"),
+        (format!("{WET} --speed-m-s -1 --to yade"), "expected a number above 0"),
+        (
+            "--particle PTFE --liquid AK10 --diameter-mm 4 --film-um 2500 --speed-m-s 1 --to yade".to_owned(),
+            "--film-um: found a film ratio of 0.625, expected at most 0.5",
+        ),
+        (
+            "--particle PTFF --liquid dry --diameter-mm 4 --speed-m-s 1 --to yade".to_owned(),
+            "--particle: the fit has no k of `PTFF`",
+        ),
+    ] {
+        let (status, out, err) = handoff(&words);
+        assert_eq!((status, out.as_str()), (Some(2), ""), "{words}");
+        assert!(err.contains(expected), "{words}: {err}");
+    }
+}
