@@ -6,7 +6,7 @@
 use std::io::Write;
 use std::process::Command;
 
-use wetcor::findings::predict::CurvePoint;
+use wetcor::findings::predict::PredictedPoint;
 use wetcor::handoff::{files, Code, Handoff, HandoffFile, Wetting};
 use wetcor::physics::{Coefficient, DrySpeed, Form, Inertia, Parameters, Restitution, Setting};
 
@@ -101,7 +101,7 @@ impl Pair {
 
     fn files(&self, code: Code) -> Vec<HandoffFile> {
         let [slowest, fastest] = self.speeds;
-        let law = |speed: f64| CurvePoint {
+        let law = |speed: f64| PredictedPoint {
             q50: self.law(speed),
             q05: self.law(speed) - 0.002,
             q95: self.law(speed) + 0.002,

@@ -376,10 +376,10 @@ pub struct PredictedCurve<'a> {
 
 impl PredictedCurve<'_> {
     /// Median, ends of the 90 % band and whether that is extrapolated, at an impact speed above zero, m/s.
-    pub fn at(&self, v: f64) -> CurvePoint {
+    pub fn at(&self, v: f64) -> PredictedPoint {
         let sorted = quantile::sorted(self.curves.iter().map(|curve| curve.at(v)).collect());
         let [q05, q50, q95] = [0.05, 0.5, 0.95].map(|p| quantile::of_sorted(&sorted, p));
-        CurvePoint {
+        PredictedPoint {
             q05,
             q50,
             q95,
@@ -399,7 +399,7 @@ impl PredictedCurve<'_> {
 
 /// A curve at one speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CurvePoint {
+pub struct PredictedPoint {
     /// 5 % point of e
     pub q05: f64,
     /// its median; 0: no rebound

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::numbers::number;
 use crate::error::Error;
-use crate::findings::predict::CurvePoint;
+use crate::findings::predict::PredictedPoint;
 use crate::physics::numbers::stokes;
 
 /// A simulation code that takes a restitution.
@@ -91,7 +91,7 @@ pub struct Handoff<'a> {
     /// speed at which one restitution is taken, m/s
     pub reference_speed: f64,
     /// the law at an impact speed above zero, m/s
-    pub law: &'a dyn Fn(f64) -> CurvePoint,
+    pub law: &'a dyn Fn(f64) -> PredictedPoint,
     /// d ln e/d ln v at the reference speed
     pub log_slope: f64,
     /// slowest and fastest of the runs behind the law, m/s; `None` without any
@@ -121,7 +121,7 @@ pub(super) const FARTHEST: f64 = 100.0;
 const WITHOUT_RUNS: f64 = 0.5;
 
 impl Handoff<'_> {
-    pub(super) fn predicted(&self) -> CurvePoint {
+    pub(super) fn predicted(&self) -> PredictedPoint {
         (self.law)(self.reference_speed)
     }
 
@@ -170,7 +170,7 @@ impl Handoff<'_> {
 
     /// The law where it gives the e of two equal spheres that meet at the reference speed, if their Stokes number decides:
     /// at twice that speed, dry at that speed itself.
-    pub(super) fn for_two_spheres(&self) -> CurvePoint {
+    pub(super) fn for_two_spheres(&self) -> PredictedPoint {
         let doubled = if self.wetting.is_some() { 2.0 } else { 1.0 };
         (self.law)(doubled * self.reference_speed)
     }

@@ -4,11 +4,12 @@ use std::path::Path;
 
 use super::*;
 use crate::error::Error;
+use crate::findings::predict::PredictedPoint;
 
 /// A law like that of PTFE on glass under AK10, with a threshold at 0.3 m/s.
-fn wet(speed: f64) -> CurvePoint {
+fn wet(speed: f64) -> PredictedPoint {
     let e = (0.55 - 0.165 / speed).max(0.0).sqrt();
-    CurvePoint {
+    PredictedPoint {
         q50: e,
         q05: 0.99 * e,
         q95: 1.01 * e,
@@ -16,9 +17,9 @@ fn wet(speed: f64) -> CurvePoint {
     }
 }
 
-fn dry(speed: f64) -> CurvePoint {
+fn dry(speed: f64) -> PredictedPoint {
     let e = 1.0 - 0.183 * speed.powf(0.2);
-    CurvePoint {
+    PredictedPoint {
         q50: e,
         q05: e - 0.01,
         q95: e + 0.01,
@@ -26,7 +27,7 @@ fn dry(speed: f64) -> CurvePoint {
     }
 }
 
-fn handoff(law: &dyn Fn(f64) -> CurvePoint, reference_speed: f64) -> Handoff<'_> {
+fn handoff(law: &dyn Fn(f64) -> PredictedPoint, reference_speed: f64) -> Handoff<'_> {
     Handoff {
         title: "PTFE on wetted glass",
         source: "posterior median of the energy balance",
@@ -173,7 +174,7 @@ fn what_a_code_cannot_take_is_refused_by_name() {
         "{text}"
     );
     assert!(files(Code::Yade, &barely).is_ok() && files(Code::Lammps, &barely).is_ok());
-    let higher = |speed: f64| CurvePoint { q50: 1.2, ..wet(speed) };
+    let higher = |speed: f64| PredictedPoint { q50: 1.2, ..wet(speed) };
     assert!(refused(Code::Mfix, &handoff(&higher, 1.0)).contains("e = 1.2"));
     for reference_speed in [0.0, -1.0, f64::NAN] {
         let bad = Handoff {
@@ -191,7 +192,7 @@ fn the_constant_holds_where_the_law_is_within_five_percent() {
     let at = |share: f64| 0.165 / (0.55 - 0.385 * share * share);
     assert!((slowest.expect("it falls") - at(0.95)).abs() < 1e-9);
     assert!((fastest.expect("it rises") - at(1.05)).abs() < 1e-9);
-    let constant = |_: f64| CurvePoint {
+    let constant = |_: f64| PredictedPoint {
         q50: 0.7,
         q05: 0.7,
         q95: 0.7,
@@ -227,7 +228,7 @@ fn the_table_has_the_law_and_its_marks() {
 /// With limitForce on LIGGGHTS makes 0.214 of the least input it takes.
 #[test]
 fn what_the_limit_leaves_no_input_for_is_told() {
-    let low = |speed: f64| CurvePoint { q50: 0.1, ..wet(speed) };
+    let low = |speed: f64| PredictedPoint { q50: 0.1, ..wet(speed) };
     let constant = liggghts::files(&handoff(&low, 1.0)).unwrap_or_default().swap_remove(0);
     assert!(
         constant.text.contains("cannot be had, the least is 0.2137"),
