@@ -10,12 +10,13 @@
 use std::ops::Range;
 
 use super::block_sums::BlockSums;
+use super::convolution::MOST_REBOUNDS;
 use super::errors::Errors;
 use super::nodes::DryRow;
 use super::own_rows::{ByRow, WetPlace};
 use super::prepared::Likelihood;
 use super::run_density::{RunDensity, Seen, Side, Spreads};
-use super::run_law::{RunImpact, RunNoise};
+use super::run_law::{ReboundBatch, RunImpact, RunNoise};
 use super::shared_speed::SharedSetting;
 use super::sums::NodeRange;
 use super::tails::{HeavySums, Tails};
@@ -88,21 +89,42 @@ impl Likelihood {
         let errors = |all: &[Errors], node: usize| all.get(node).copied().unwrap_or(Errors::NONE);
         let rebounded = Seen::On(Side::Above, self.limit);
         let stuck = Seen::On(Side::Below, self.limit);
-        for node in rows.rebounds {
-            let errors = errors(&own.rebounds, node);
-            if errors.is_shared {
-                continue;
+        // what a run errs by is its own, and is seen to one run at a time
+        let goes_side_by_side = own.rebounds.is_empty() && noise.goes_side_by_side();
+        let mut laws = vec![];
+        let mut found = [None; MOST_REBOUNDS];
+        for first in rows.rebounds.clone().step_by(MOST_REBOUNDS) {
+            let nodes = first..rows.rebounds.end.min(first + MOST_REBOUNDS);
+            if goes_side_by_side {
+                let mut batch = ReboundBatch::NONE;
+                laws.clear();
+                for node in nodes.clone() {
+                    let film = films.at(node);
+                    batch.push(
+                        self.rebounds.restitution[node],
+                        &film.balance,
+                        &self.rebounds.impact(node),
+                    );
+                    laws.push(film);
+                }
+                noise.densities(&batch, &mut found);
             }
-            let film = films.at(node);
-            let run = RunImpact {
-                balance: &film.balance,
-                impact: self.rebounds.impact(node),
-                errors,
-            };
-            let seen = Seen::Rebound(self.rebounds.restitution[node]);
-            add(&film, noise.density(run, seen), 1.0);
-            if self.truncated {
-                add(&film, noise.density(run, rebounded), -1.0);
+            for (place, node) in nodes.enumerate() {
+                let errors = errors(&own.rebounds, node);
+                if errors.is_shared {
+                    continue;
+                }
+                let film = laws.get(place).copied().unwrap_or_else(|| films.at(node));
+                let run = RunImpact {
+                    balance: &film.balance,
+                    impact: self.rebounds.impact(node),
+                    errors,
+                };
+                let seen = Seen::Rebound(self.rebounds.restitution[node]);
+                add(&film, found[place].unwrap_or_else(|| noise.density(run, seen)), 1.0);
+                if self.truncated {
+                    add(&film, noise.density(run, rebounded), -1.0);
+                }
             }
         }
         for node in rows.stuck {

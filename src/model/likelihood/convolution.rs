@@ -13,6 +13,10 @@
 //! the nodes may move with the parameters. Far from the turn the trapezoidal rule, which is exact to the same digits
 //! where an integrand has vanished at both ends.
 
+mod side_by_side;
+
+pub(super) use side_by_side::{ln_densities, MOST_REBOUNDS};
+
 use super::normal_nodes::{hermite_sums, Integrand, NormalNodes, Order, TwoNoises};
 use super::run_density::{Side, Spreads};
 use super::tails::{Radial, Tails};
@@ -87,6 +91,29 @@ struct Bell {
     reference: f64,
     /// of the rule that it takes
     order: Order,
+}
+
+/// Steps of Gauss–Newton's from e, by which a bell is found or there is none.
+const BELL_STEPS: usize = 4;
+
+/// Of a width, that the place of a bell may be off.
+const OFF_THE_PLACE: f64 = 0.1;
+
+/// A step of Gauss–Newton's.
+#[derive(Debug, Clone, Copy)]
+struct TowardsBell {
+    step: f64,
+    /// of x, before the step
+    variance: f64,
+    /// the logarithm before the step, but for constants
+    reference: f64,
+}
+
+impl TowardsBell {
+    #[inline(always)]
+    fn is_near(&self) -> bool {
+        self.step * self.step < OFF_THE_PLACE * OFF_THE_PLACE * self.variance
+    }
 }
 
 /// A range of x.
@@ -301,13 +328,28 @@ impl Curve {
 
     /// The log density from its sums.
     fn density(&self, [mass, of_r, of_energy, of_own]: [f64; 4], reference: f64, of_nu: f64) -> Convolved {
+        let means = [of_r / mass, of_energy / mass, of_own / mass];
         Convolved {
-            value: reference + mass.ln() + (self.own * self.of_energy / std::f64::consts::TAU).ln(),
-            kept: of_r / mass * self.of_energy,
-            sigma: (of_own / mass - 1.0) * self.own,
-            energy: (of_energy / mass - 1.0) * self.of_energy,
             nu: of_nu / mass,
+            ..self.density_of_means(reference + mass.ln() + self.ln_scale(), means)
         }
+    }
+
+    /// The same from its logarithm and the means of a, a² and b² over the integrand.
+    #[inline(always)]
+    fn density_of_means(&self, value: f64, [of_r, of_energy, of_own]: [f64; 3]) -> Convolved {
+        Convolved {
+            value,
+            kept: of_r * self.of_energy,
+            sigma: (of_own - 1.0) * self.own,
+            energy: (of_energy - 1.0) * self.of_energy,
+            nu: 0.0,
+        }
+    }
+
+    /// ln of what the integral over x of y′ exp(−ρ²/2) is to be multiplied by.
+    fn ln_scale(&self) -> f64 {
+        (self.own * self.of_energy / std::f64::consts::TAU).ln()
     }
 
     /// Where a density that is all but normal in x is largest: the turn is far beside its width, and y hardly bends over that.
@@ -315,39 +357,55 @@ impl Curve {
     /// A Gauss–Hermite rule of a few nodes then does. `None` where it is not so.
     #[inline(always)]
     fn bell(&self) -> Option<Bell> {
+        if self.radial != Radial::Normal || self.restitution < CLEAR {
+            return None;
+        }
+        let mut x = self.restitution;
+        for _ in 0..BELL_STEPS {
+            let towards = self.towards_bell(x);
+            if towards.is_near() {
+                return self.bell_at(x, towards);
+            }
+            x += towards.step;
+        }
+        None
+    }
+
+    /// A step towards where a density is largest that is all but normal.
+    #[inline(always)]
+    fn towards_bell(&self, x: f64) -> TowardsBell {
+        // so far from the turn y is x² but for τ⁴/(2 x²)
+        let a = (x * x - self.r) * self.of_energy;
+        let b = (self.restitution - x) * self.own;
+        let slope = 2.0 * x * self.of_energy;
+        let variance = 1.0 / (self.own * self.own + slope * slope);
+        TowardsBell {
+            step: (b * self.own - a * slope) * variance,
+            variance,
+            reference: -0.5 * (a * a + b * b),
+        }
+    }
+
+    /// The bell about an x from which the next step is short.
+    #[inline(always)]
+    fn bell_at(&self, x: f64, towards: TowardsBell) -> Option<Bell> {
         /// of the distance from the turn
         const SHARE: f64 = 0.12;
         /// what y bends by over a width, over σ_r, with nodes that have 2e-8 and 2e-7 of such a density
         const BEND: [(f64, Order); 2] = [(0.012, Order::Eight), (0.04, Order::Sixteen)];
-        /// of a width, that the place may be off
-        const NEAR: f64 = 0.1;
-        if self.radial != Radial::Normal || self.restitution < CLEAR {
-            return None;
-        }
-        let own = self.own * self.own;
-        // so far from the turn y is x² but for τ⁴/(2 x²); Gauss–Newton's steps from e
-        let mut x = self.restitution;
-        for _ in 0..4 {
-            let a = (x * x - self.r) * self.of_energy;
-            let b = (self.restitution - x) * self.own;
-            let slope = 2.0 * x * self.of_energy;
-            let square = 1.0 / (own + slope * slope);
-            let step = (b * self.own - a * slope) * square;
-            if step * step < NEAR * NEAR * square {
-                let of_turn = 0.5 * TURN * TURN * TURN * TURN * self.of_energy;
-                let clear = x > CLEAR && square < SHARE * SHARE * x * x && of_turn < NEAR * x * x;
-                let bend = square * self.of_energy;
-                let order = BEND.into_iter().find(|(most, _)| clear && bend < *most);
-                return order.map(|(_, order)| Bell {
-                    order,
-                    x,
-                    width: square.sqrt(),
-                    reference: -0.5 * (a * a + b * b),
-                });
-            }
-            x += step;
-        }
-        None
+        let TowardsBell {
+            variance, reference, ..
+        } = towards;
+        let of_turn = 0.5 * TURN * TURN * TURN * TURN * self.of_energy;
+        let clear = x > CLEAR && variance < SHARE * SHARE * x * x && of_turn < OFF_THE_PLACE * x * x;
+        let bend = variance * self.of_energy;
+        let order = BEND.into_iter().find(|(most, _)| clear && bend < *most);
+        order.map(|(_, order)| Bell {
+            order,
+            x,
+            width: variance.sqrt(),
+            reference,
+        })
     }
 
     /// Sums over nodes with normal noise.

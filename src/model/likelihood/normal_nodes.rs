@@ -25,6 +25,21 @@ pub(super) struct TwoNoises {
     pub of_energy: f64,
 }
 
+impl TwoNoises {
+    #[inline(always)]
+    pub fn at(&self, x: f64) -> NodeAt {
+        let (y, stretch) = kept_and_slope(x);
+        let a = (y - self.r) * self.of_energy;
+        let b = (self.restitution - x) * self.own;
+        NodeAt {
+            a,
+            b,
+            stretch,
+            square: a * a + b * b,
+        }
+    }
+}
+
 /// What is integrated along the curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Integrand {
@@ -179,11 +194,7 @@ impl Batch<'_> {
         let mut lanes = [[0.0; LANES]; 4];
         for (x, weight) in self.x.chunks_exact(LANES).zip(self.weight.chunks_exact(LANES)) {
             for lane in 0..LANES {
-                let (y, stretch) = kept_and_slope(x[lane]);
-                let a = (y - noises.r) * noises.of_energy;
-                let b = (noises.restitution - x[lane]) * noises.own;
-                let square = a * a + b * b;
-                let found = terms(NodeAt { a, b, stretch, square }, weight[lane]);
+                let found = terms(noises.at(x[lane]), weight[lane]);
                 for (sums, term) in lanes.iter_mut().zip(found) {
                     sums[lane] += term;
                 }
@@ -193,12 +204,22 @@ impl Batch<'_> {
     }
 }
 
+/// What a node has, y′ and ρ² besides.
 #[derive(Clone, Copy)]
-struct NodeAt {
+pub(super) struct NodeAt {
     a: f64,
     b: f64,
     stretch: f64,
     square: f64,
+}
+
+impl NodeAt {
+    /// The terms of [`Integrand::Density`].
+    #[inline(always)]
+    pub fn density(&self, weight: f64, reference: f64, fused: bool) -> [f64; 4] {
+        let part = weight * self.stretch * exponential(-0.5 * self.square - reference, fused);
+        [part, part * self.a, part * self.a * self.a, part * self.b * self.b]
+    }
 }
 
 struct Densities<'n>(Batch<'n>);
@@ -209,10 +230,7 @@ impl WithSimd for Densities<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> [f64; 4] {
         let reference = self.0.reference;
-        self.0.sum(|at, weight| {
-            let part = weight * at.stretch * exponential(-0.5 * at.square - reference, is_fused::<S>());
-            [part, part * at.a, part * at.a * at.a, part * at.b * at.b]
-        })
+        self.0.sum(|at, weight| at.density(weight, reference, is_fused::<S>()))
     }
 }
 

@@ -1,6 +1,6 @@
 //! Says what one run adds to the log likelihood: with the noise of its kind, its tails, and what its measurement errs by.
 
-use super::convolution;
+use super::convolution::{self, MOST_REBOUNDS};
 use super::errors::Errors;
 use super::hidden_speed::{HiddenSpeed, MeasuredRun, SettingRuns, SettingSlopes};
 use super::run_density::{RunDensity, Seen, Side, Spreads};
@@ -28,7 +28,61 @@ pub(super) struct RunImpact<'b> {
     pub errors: Errors,
 }
 
+/// Rebounds that were measured without errors, as columns.
+pub(super) struct ReboundBatch {
+    pub count: usize,
+    pub restitution: [f64; MOST_REBOUNDS],
+    /// r, and its slope in k
+    pub kept: [f64; MOST_REBOUNDS],
+    pub of_k: [f64; MOST_REBOUNDS],
+    /// 4/St
+    pub over_stokes: [f64; MOST_REBOUNDS],
+}
+
+impl ReboundBatch {
+    pub const NONE: ReboundBatch = ReboundBatch {
+        count: 0,
+        restitution: [0.0; MOST_REBOUNDS],
+        kept: [0.0; MOST_REBOUNDS],
+        of_k: [0.0; MOST_REBOUNDS],
+        over_stokes: [0.0; MOST_REBOUNDS],
+    };
+
+    pub fn push(&mut self, restitution: f64, balance: &Balance, impact: &Impact) {
+        let to = self.count;
+        self.restitution[to] = restitution;
+        (self.kept[to], self.of_k[to]) = balance.kept(impact);
+        self.over_stokes[to] = impact.over_stokes;
+        self.count += 1;
+    }
+}
+
 impl RunNoise {
+    /// Whether rebounds may be taken several at a time: with normal noise on the energy kept as well, and that is noticed.
+    pub fn goes_side_by_side(&self) -> bool {
+        // m′ is above a half up to r = 1
+        self.wet && self.tails == Tails::Normal && self.spreads.energy > 2.0 * NOTICED * self.spreads.sigma
+    }
+
+    /// Writes what each of some rebounds adds where noise [`RunNoise::goes_side_by_side`]; `None` where it has to be asked for by
+    /// itself.
+    pub fn densities(&self, of: &ReboundBatch, to: &mut [Option<RunDensity>; MOST_REBOUNDS]) {
+        let mut found = [None; MOST_REBOUNDS];
+        let seen = [&of.restitution, &of.kept].map(|column| &column[..of.count]);
+        convolution::ln_densities(seen, self.spreads, &mut found[..of.count]);
+        for ((to, found), (over_stokes, of_k)) in to.iter_mut().zip(found).zip(of.over_stokes.iter().zip(&of.of_k)) {
+            *to = found.map(|found| RunDensity {
+                value: found.value,
+                sigma: found.sigma,
+                energy: found.energy,
+                nu: found.nu,
+                kept: found.kept,
+                viscous: found.kept * over_stokes,
+                dry_k: found.kept * of_k,
+            });
+        }
+    }
+
     /// What a run adds of which this is known.
     pub fn density(&self, run: RunImpact, seen: Seen) -> RunDensity {
         let RunImpact {

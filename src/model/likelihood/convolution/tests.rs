@@ -127,6 +127,44 @@ fn the_probability_is_that_of_very_many_nodes() {
     }
 }
 
+#[test]
+fn several_at_a_time_are_as_one() {
+    let (mut together, mut alone) = (0, 0);
+    for chunk in cases("several_at_a_time_are_as_one", 200).chunks(7) {
+        // rebounds of one call have their spreads in common
+        for spreads in chunk.iter().map(|case| case.spreads) {
+            let restitutions: Vec<f64> = chunk.iter().map(|case| case.e).collect();
+            let kept: Vec<f64> = chunk.iter().map(|case| case.r).collect();
+            let mut found = vec![None; chunk.len()];
+            ln_densities([&restitutions, &kept], spreads, &mut found);
+            for (case, found) in chunk.iter().zip(found) {
+                let Some(found) = found else {
+                    alone += 1;
+                    continue;
+                };
+                together += 1;
+                let expected = ln_density(Tails::Normal, case.e, case.r, spreads);
+                let near = |a: f64, b: f64, scale: f64| (a - b).abs() <= 1e-11 * (scale + b.abs());
+                assert!(
+                    near(found.value, expected.value, 1.0),
+                    "{case:?} {found:?} {expected:?}"
+                );
+                let slopes = [
+                    (found.kept, expected.kept, spreads.energy),
+                    (found.sigma, expected.sigma, spreads.sigma),
+                    (found.energy, expected.energy, spreads.energy),
+                ];
+                for (found, expected, spread) in slopes {
+                    // in units of the spread slopes are of order one and more
+                    let near_enough = near(found * spread, expected * spread, 1.0);
+                    assert!(near_enough, "{case:?} {found} {expected}");
+                }
+            }
+        }
+    }
+    assert!(together > 200 && alone > 200, "{together} {alone}");
+}
+
 /// Student's tails: their scale is drawn once for both noises, so that the density is a mixture of normal ones.
 #[test]
 fn students_tails_are_a_mixture_over_the_scale_that_both_noises_share() {

@@ -19,6 +19,9 @@ const LANES: usize = 8;
 /// Nodes of one call.
 pub(super) const MOST_NODES: usize = 16;
 
+/// Variances whose logarithm is taken at once, that of their product: one takes as long as all else that a rebound adds.
+const MOST_FACTORS: usize = 4;
+
 /// A number at each of these nodes.
 type Column = [f64; MOST_NODES];
 
@@ -76,8 +79,8 @@ impl<'n, 'b, 's> NodeBatch<'n, 'b, 's> {
 impl HiddenSpeed<'_> {
     /// Whether nodes may be computed side by side: of normal noise on the restitution alone.
     pub(super) fn goes_side_by_side(&self) -> bool {
-        /// the variance is then a number of which [`logarithm`] gives the logarithm
-        const SIGMA: std::ops::Range<f64> = 1e-100..1e100;
+        /// the product of [`MOST_FACTORS`] variances is then a number of which [`logarithm`] gives the logarithm
+        const SIGMA: std::ops::Range<f64> = 1e-30..1e30;
         let is_measured = |run: &MeasuredRun| matches!(run.seen, Seen::Measured(..));
         self.tails == Tails::Normal
             && !self.both()
@@ -149,6 +152,7 @@ impl<const SETTINGS: usize> WithSimd for Nodes<'_, '_, '_, '_, SETTINGS> {
         let fused = is_fused::<S>();
         let mut settings = [SettingNodes::NONE; SETTINGS];
         let mut of_sigma = [0.0; MOST_NODES];
+        let (mut variances, mut factors) = ([1.0; MOST_NODES], 0);
         for (ln, z) in ln.iter_mut().zip(places) {
             *ln = -0.5 * z * z;
         }
@@ -167,14 +171,22 @@ impl<const SETTINGS: usize> WithSimd for Nodes<'_, '_, '_, '_, SETTINGS> {
                 match *seen {
                     Seen::Rebound(e) => {
                         let shared = errors.shared();
-                        for (((ln, of_kept), of_sigma), ((mean, slope), z)) in sums.zip(at) {
+                        for ((((ln, of_kept), of_sigma), variances), ((mean, slope), z)) in
+                            sums.zip(&mut variances).zip(at)
+                        {
                             let ratio = errors.ratio(*z);
                             let variance = hidden.variance(errors, ratio);
                             let distance = e - shared * (1.0 - ratio) - mean * ratio;
-                            let density = normal_density(distance, variance, logarithm(variance, fused));
+                            let density = normal_density(distance, variance, 0.0);
                             *ln += density.value;
+                            *variances *= variance;
                             *of_kept += density.mean * ratio * slope;
                             *of_sigma += 2.0 * density.variance * sigma * ratio * ratio;
+                        }
+                        factors += 1;
+                        if factors == MOST_FACTORS {
+                            divide_by_root(ln, &mut variances, fused);
+                            factors = 0;
                         }
                     }
                     // none of the latter come here
@@ -191,19 +203,26 @@ impl<const SETTINGS: usize> WithSimd for Nodes<'_, '_, '_, '_, SETTINGS> {
                 }
             }
         }
+        if factors > 0 {
+            divide_by_root(ln, &mut variances, fused);
+        }
         sums.refer_to(largest(ln));
         let mut parts = [0.0; MOST_NODES];
+        let parts = &mut parts[..count];
         for ((part, weight), ln) in parts.iter_mut().zip(weights).zip(&*ln) {
             *part = weight * exponential(ln - sums.reference, fused);
         }
         // no number where a logarithm is none, whose exponential is one here
-        sums.of[0] += total(&parts) + 0.0 * total(ln);
-        sums.of[1] += total(&product(&parts, &of_sigma));
-        for (sum, of) in sums.settings.iter_mut().zip(&settings) {
-            let of_kept = product(&parts, &of.of_kept);
-            sum.kept += total(&of_kept);
-            sum.viscous += total(&product(&of_kept, &of.over_stokes));
-            sum.dry_k += total(&product(&of_kept, &of.slope_k));
+        sums.of[0] += total(parts) + 0.0 * total(ln);
+        sums.of[1] += total_of_products(parts, &of_sigma);
+        for (sum, of) in sums.settings.iter_mut().zip(&mut settings) {
+            let of_kept = &mut of.of_kept[..count];
+            for (of_kept, part) in of_kept.iter_mut().zip(&*parts) {
+                *of_kept *= part;
+            }
+            sum.kept += total(of_kept);
+            sum.viscous += total_of_products(of_kept, &of.over_stokes);
+            sum.dry_k += total_of_products(of_kept, &of.slope_k);
         }
     }
 }
@@ -267,13 +286,13 @@ impl SettingRuns<'_> {
     }
 }
 
+/// Takes half the logarithm of each product of variances off, and leaves ones.
 #[inline(always)]
-fn product(a: &Column, b: &Column) -> Column {
-    let mut product = *a;
-    for (product, b) in product.iter_mut().zip(b) {
-        *product *= b;
+fn divide_by_root(ln: &mut [f64], variances: &mut Column, fused: bool) {
+    for (ln, variances) in ln.iter_mut().zip(variances) {
+        *ln -= 0.5 * logarithm(*variances, fused);
+        *variances = 1.0;
     }
-    product
 }
 
 #[inline(always)]
@@ -297,6 +316,22 @@ fn total(numbers: &[f64]) -> f64 {
             *lane += number;
         }
     }
-    let [a, b, c, d, e, f, g, h] = lanes;
+    of_lanes(lanes)
+}
+
+/// The sum of as many products as the shorter has.
+#[inline(always)]
+fn total_of_products(a: &[f64], b: &[f64]) -> f64 {
+    let mut lanes = [0.0; LANES];
+    for (a, b) in a.as_chunks::<LANES>().0.iter().zip(b.as_chunks::<LANES>().0) {
+        for ((lane, a), b) in lanes.iter_mut().zip(a).zip(b) {
+            *lane += a * b;
+        }
+    }
+    of_lanes(lanes)
+}
+
+#[inline(always)]
+fn of_lanes([a, b, c, d, e, f, g, h]: [f64; LANES]) -> f64 {
     ((a + e) + (c + g)) + ((b + f) + (d + h))
 }
