@@ -172,6 +172,18 @@ fn a_committed_report_is_written_again(example: &str) {
                 }
                 assert_eq!(new.lines().count(), old.lines().count(), "{}", name.display());
             }
+            Some("csv") => {
+                let cells = |text: &str| text.split([',', '\n']).map(str::to_owned).collect::<Vec<_>>();
+                let (new, old) = (cells(text), cells(committed));
+                assert_eq!(new.len(), old.len(), "{}", name.display());
+                for (new, old) in new.iter().zip(&old) {
+                    let same = match (new.parse(), old.parse()) {
+                        (Ok(new), Ok(old)) => close(new, old, 0.0),
+                        _ => new == old,
+                    };
+                    assert!(same, "{}: {new} {old}", name.display());
+                }
+            }
             Some("svg") => {
                 for svg in [text, committed] {
                     let parsed = roxmltree::Document::parse(svg).expect("valid XML");
