@@ -422,7 +422,7 @@ fn remove(value: &mut Value, place: &str, name: &str) -> Option<Value> {
 }
 
 /// Units that a description may end with.
-const UNITS: [&str; 13] = [
+const UNITS: [&str; 15] = [
     "no unit",
     "m",
     "m/s",
