@@ -126,6 +126,36 @@ fn no_line_however_broken_is_more_than_refused() {
     assert!(refused > line.len(), "{refused}");
 }
 
+/// A report's own lines, which the program writes: each has the threshold that stands in it.
+#[test]
+fn the_laws_of_a_report_are_read() {
+    let table = include_str!("../../reports/mueller2016/laws.csv");
+    let mut lines = table.lines();
+    let header = lines.next().unwrap_or_default();
+    let place = header.split(',').position(|name| name == "threshold_speed_m_s");
+    let mut read = 0;
+    for line in lines {
+        let (mut law, mut found) = (NO_LAW, f64::NAN);
+        let [named, row] = [header, line].map(std::ffi::CString::new);
+        let (Ok(named), Ok(row)) = (named, row) else {
+            panic!("a zero in {line}")
+        };
+        // SAFETY: both texts end in a zero, the other pointers are those of variables above
+        let status = unsafe { wetcor_law_from_csv(named.as_ptr(), row.as_ptr(), &mut law) };
+        assert_eq!(status, WETCOR_OK, "{line}");
+        // SAFETY: the pointers are those of variables above
+        let status = unsafe { wetcor_threshold_speed(&law, &mut found) };
+        assert_eq!(status, WETCOR_OK, "{line}");
+        let expected = place.and_then(|place| line.split(',').nth(place)?.parse::<f64>().ok());
+        assert!(
+            expected.is_some_and(|v| (v - found).abs() <= 1e-12 * v),
+            "{line}: {found}"
+        );
+        read += 1;
+    }
+    assert_eq!(read, 56);
+}
+
 #[test]
 fn the_version_is_that_of_the_program() {
     let version = |manifest: &str| {
