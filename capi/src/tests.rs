@@ -136,10 +136,8 @@ fn the_laws_of_a_report_are_read() {
     let mut read = 0;
     for line in lines {
         let (mut law, mut found) = (NO_LAW, f64::NAN);
-        let [named, row] = [header, line].map(std::ffi::CString::new);
-        let (Ok(named), Ok(row)) = (named, row) else {
-            panic!("a zero in {line}")
-        };
+        // no zero stands in a table: an empty text would be refused below
+        let [named, row] = [header, line].map(|text| std::ffi::CString::new(text).unwrap_or_default());
         // SAFETY: both texts end in a zero, the other pointers are those of variables above
         let status = unsafe { wetcor_law_from_csv(named.as_ptr(), row.as_ptr(), &mut law) };
         assert_eq!(status, WETCOR_OK, "{line}");
