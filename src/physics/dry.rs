@@ -58,7 +58,7 @@ impl Order {
             Order::First => [1.0 - z, -1.0, 0.0],
             Order::Second => {
                 let bent = SECOND_ORDER * z;
-                [1.0 - z * (1.0 - bent), 2.0 * bent - 1.0, 2.0 * SECOND_ORDER]
+                [(1.0 - z) + bent * z, 2.0 * bent - 1.0, 2.0 * SECOND_ORDER]
             }
         }
     }
