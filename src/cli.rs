@@ -35,30 +35,56 @@ use std::process::ExitCode;
 use wetcor::error::Error;
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::interruption;
+use wetcor::ranks::Ranks;
 use wetcor::runs::Existing;
 
-use arguments::Verb;
+use arguments::{Arguments, Verb};
 use messages::{complain, print_result, warn};
 
 /// Could not run.
 const COULD_NOT_RUN: u8 = 2;
 
-/// Runs the command line.
+/// Runs the command line, as one process or as one of those that share its work.
 pub fn run() -> ExitCode {
+    let (ranks, started) = Ranks::start();
     let arguments = match arguments::read(std::env::args_os()) {
         Ok(arguments) => arguments,
-        Err(error) => return without_arguments(error),
+        // it is the same on every rank
+        Err(error) if ranks.is_first() => return without_arguments(error),
+        Err(error) => return ExitCode::from(if error.use_stderr() { COULD_NOT_RUN } else { 0 }),
     };
     if let Verb::Help { topic } = &arguments.verb {
-        return help(topic.as_deref());
+        return if ranks.is_first() {
+            help(topic.as_deref())
+        } else {
+            ExitCode::SUCCESS
+        };
     }
-    if let Err(error) = threads::start(arguments.threads, arguments.quiet) {
-        return could_not_run(&error);
+    match ranks.end(started.and_then(|()| run_verb(arguments, &ranks))) {
+        Ok(status) => ExitCode::from(status),
+        Err(error) => could_not_run(&error),
     }
-    if let Err(error) = interruption::watch(complain) {
+}
+
+/// Runs a verb on this rank; the first alone tells what came out.
+fn run_verb(arguments: Arguments, ranks: &Ranks) -> Result<u8, Error> {
+    if ranks.count() > 1 && !matches!(arguments.verb, Verb::Calibrate { .. }) {
+        return Err(Error::Usage(format!(
+            "a launcher started {} processes; `calibrate` alone divides its work among several",
+            ranks.count()
+        )));
+    }
+    let is_first = ranks.is_first();
+    let quiet = arguments.quiet || !is_first;
+    threads::start(arguments.threads, quiet)?;
+    let interrupted = move |text: &str| {
+        if is_first {
+            complain(text);
+        }
+    };
+    if let Err(error) = interruption::watch(interrupted) {
         warn(&format!("an interruption may leave a temporary folder: {error}"));
     }
-    let quiet = arguments.quiet;
     let verb = arguments.verb;
     let result = defect::caught(|| match verb {
         Verb::Fit {
@@ -105,19 +131,22 @@ pub fn run() -> ExitCode {
         Verb::Predict(request) => predict::predict(&request, quiet),
         Verb::Handoff(request) => handoff::handoff(&request, quiet),
         Verb::Trade { scene, out, seed } => trade::run_trade(&scene, out, seed, quiet),
-        Verb::Calibrate { out, sets, seed } => calibrate::calibrate(&out, sets, seed, quiet),
+        Verb::Calibrate { out, sets, seed } => {
+            let order = calibrate::PageOrder { out: &out, sets, seed };
+            calibrate::calibrate(&order, ranks, quiet)
+        }
         Verb::Completions { shell } => completions::completions(shell),
         Verb::Man { command } => man::man(command.as_deref()),
         Verb::Help { .. } => Ok(0),
     });
-    match result.unwrap_or_else(Err) {
-        Ok(status) => ExitCode::from(status),
-        Err(error) => could_not_run(&error),
-    }
+    result.unwrap_or_else(Err)
 }
 
 fn could_not_run(error: &Error) -> ExitCode {
-    complain(&error.to_string());
+    // another rank says why
+    if !matches!(error, Error::OtherRank) {
+        complain(&error.to_string());
+    }
     ExitCode::from(COULD_NOT_RUN)
 }
 

@@ -163,6 +163,9 @@ pub enum Error {
         /// the system's own reason
         source: std::io::Error,
     },
+    /// Another of the processes that share the work cannot go on, and says why.
+    #[error("another rank could not go on")]
+    OtherRank,
     /// A library below failed in a way no input should cause.
     #[error("{doing}: {}", plain(reason, usize::MAX))]
     Internal {

@@ -12,6 +12,7 @@
 //! | `seed` | which random stream | name → stream |
 //! | `encoding` | is it text | bytes → text |
 //! | `files` | how much of a file is read | path → bytes |
+//! | [`ranks`] | who does which part | pieces of work → all that they give |
 //! | `staging`, `interruption` | how is a file written whole or not at all | |
 //! | [`physics`] | what should happen | numbers → restitution, with slopes |
 //! | `scene` | what was held fixed | file → `Scene`, checked |
@@ -168,6 +169,8 @@ pub mod interruption;
 pub mod model;
 pub mod notice;
 pub mod physics;
+#[cfg(feature = "cli")]
+pub mod ranks;
 #[cfg(feature = "cli")]
 pub mod recordings;
 #[cfg(feature = "cli")]

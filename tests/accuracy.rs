@@ -8,15 +8,17 @@ use std::process::Command;
 use common::Place;
 use wetcor::inference::accuracy::SURE;
 use wetcor::inference::mixing::MixingLines;
+use wetcor::ranks::Ranks;
 use wetcor::study::accuracy::SimulatedRuns;
 use wetcor::study::{accuracy, trade};
 
 /// Every accuracy is kept in its share of scenes; with Monte Carlo errors counted once instead of [`SURE`] times, none
 /// would be.
 #[test]
-#[ignore = "slow: fifty long runs, a sample of what `wetcor calibrate` measures"]
+#[ignore = "slow: twenty-five long runs, a sample of what `wetcor calibrate` measures"]
 fn an_accuracy_is_kept() {
-    let table = accuracy::measure(accuracy::SCENES / 4, common::seed_of("an_accuracy_is_kept"), &|| ())
+    let seed = common::seed_of("an_accuracy_is_kept");
+    let table = accuracy::measure(accuracy::SCENES / 8, seed, &Ranks::alone(), &|| ())
         .unwrap_or_else(|error| panic!("{error}"));
     print!("{}", accuracy::markdown(&table));
     // of 200 scenes 5 have no run to hold answers to
@@ -44,9 +46,9 @@ fn an_accuracy_is_kept() {
 
 /// What vouches for an accuracy passes its own checks; the lines of sampling without one would refuse most of a coarse one.
 #[test]
-#[ignore = "slow: a hundred and twenty posteriors"]
+#[ignore = "slow: sixty posteriors"]
 fn an_accuracy_that_is_vouched_for_may_be_quoted() {
-    const SCENES: u64 = 40;
+    const SCENES: u64 = 20;
     let seed = common::seed_of("an_accuracy_that_is_vouched_for_may_be_quoted");
     let requested = [0.3, 0.1, 0.05];
     let mut reached = [0; 3];

@@ -13,6 +13,7 @@ use wetcor::inference::bootstrap::{kernel, replicate, weights, Plan, Pool, Targe
 use wetcor::inference::law::Law;
 use wetcor::inference::regression::Regression;
 use wetcor::physics::dry::Order;
+use wetcor::ranks::Ranks;
 use wetcor::scene::{ResamplingScheme, WetLaw};
 use wetcor::study::calibration;
 
@@ -413,8 +414,8 @@ fn any_number_of_threads_gives_the_same_bytes() {
 #[test]
 #[ignore = "slow: .ci/run runs it"]
 fn the_committed_coverage_table_is_measured() {
-    let table =
-        calibration::measure(4000, calibration::REPLICATES, 1, &|| ()).unwrap_or_else(|error| panic!("{error}"));
+    let table = calibration::measure(calibration::SETS, calibration::REPLICATES, 1, &Ranks::alone(), &|| ())
+        .unwrap_or_else(|error| panic!("{error}"));
     let measured = calibration::markdown(&table);
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("reports/calibration.md");
     let committed = std::fs::read_to_string(path).expect("the table is there");

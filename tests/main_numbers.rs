@@ -12,6 +12,7 @@ use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::{self, Findings};
 use wetcor::physics::loss::Film;
 use wetcor::physics::{Coefficient, Inertia};
+use wetcor::ranks::Ranks;
 use wetcor::runs::{self, Table};
 use wetcor::seed::stream;
 use wetcor::study::main_coverage;
@@ -532,7 +533,7 @@ fn main_numbers_cover_with_the_form_left_open() {
 #[ignore = "samples 480 posteriors: half a minute"]
 fn main_numbers_cover_on_designs_of_few_runs() {
     let seed = seed_of("main_numbers_cover_on_designs_of_few_runs");
-    let table = main_coverage::measure(60, seed, &|| ()).unwrap_or_else(|error| panic!("{error}"));
+    let table = main_coverage::measure(60, seed, &Ranks::alone(), &|| ()).unwrap_or_else(|error| panic!("{error}"));
     assert!(table.rows.iter().any(|row| row.design == "dry_3"));
     for row in &table.rows {
         let z = binomial_z(row.covered as usize, row.quoted as usize, 0.95);

@@ -7,6 +7,7 @@ use clap::builder::PossibleValuesParser;
 use clap::{Command, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use wetcor::inference::accuracy::RANGE;
+use wetcor::study::calibration;
 
 use super::{handoff, predict, track};
 
@@ -137,14 +138,17 @@ Writes trade.md, trade.json and trade.svg. The other methods are held against a 
     },
     /// Measure how often the intervals cover the truth, on simulated data
     #[command(after_help = "\
-Example:
-  wetcor calibrate --out reports/calibration.md")]
+Examples:
+  wetcor calibrate --out reports/calibration.md
+  mpirun -n 4 wetcor calibrate --out reports/calibration.md
+
+With mpirun, in a build with the feature `mpi`, the ranks take a share of the data sets each; the page is the same.")]
     Calibrate {
         /// File to write
         #[arg(long)]
         out: PathBuf,
-        /// Data sets a design
-        #[arg(long, default_value_t = 4000, value_parser = clap::value_parser!(u64).range(1..))]
+        /// Data sets a design; scenes that are fitted to an accuracy in proportion
+        #[arg(long, default_value_t = calibration::SETS, value_parser = clap::value_parser!(u64).range(1..))]
         sets: u64,
         /// Seed of every use of chance
         #[arg(long, default_value_t = 1)]

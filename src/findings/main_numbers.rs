@@ -6,7 +6,7 @@
 
 use std::collections::HashMap;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::balance::DerivedEstimate;
 use super::checks::{Check, BIAS};
@@ -28,7 +28,7 @@ use crate::scene::{NoiseOn, Scene, WetLaw};
 const FEW_DRY_RUNS: usize = 8;
 
 /// Where a main number comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Source {
     /// the posterior of all runs at once

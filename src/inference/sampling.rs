@@ -1,6 +1,6 @@
 //! Draws from a posterior by one of several methods.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::importance::{propose, DrawCounts, Proposal, Proposed};
 use super::laplace::Laplace;
@@ -13,7 +13,7 @@ use crate::model::posterior::{LogDensity, PosteriorDensity};
 use crate::seed::StreamName;
 
 /// How draws were made, the cheapest method first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
     /// from the normal about the mode

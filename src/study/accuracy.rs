@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use rand::RngExt;
+use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 use crate::findings;
@@ -16,6 +17,7 @@ use crate::model::likelihood::Likelihood;
 use crate::model::parameters::ModelParameters;
 use crate::model::simulate::Simulation;
 use crate::physics::Form;
+use crate::ranks::Ranks;
 use crate::runs::{self, Table};
 use crate::scene::{self, Scene};
 use crate::seed::{stream, StreamName};
@@ -42,7 +44,7 @@ pub struct Promise {
 }
 
 /// What came out where an accuracy was asked for.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Answer {
     /// the method taken
     pub method: Method,
@@ -90,16 +92,15 @@ const METHODS: [Method; 4] = [
 ];
 
 /// Simulates so many scenes, asks each accuracy of each, and holds the answers against a long run over every row.
-/// `progress` is called after each scene.
-pub fn measure(scenes: u64, seed: u64, progress: &dyn Fn()) -> Result<AccuracyTable, Error> {
+/// `progress` is called after each scene of this rank.
+pub fn measure(scenes: u64, seed: u64, ranks: &Ranks, progress: &dyn Fn()) -> Result<AccuracyTable, Error> {
+    let of_scene = |index: u64| {
+        let found = one(index, seed)?;
+        progress();
+        Ok(found)
+    };
     // one after the other: the chains of each take every thread, and many long runs at once would fill the memory
-    let found = (0..scenes)
-        .map(|index| {
-            let found = one(index, seed)?;
-            progress();
-            Ok(found)
-        })
-        .collect::<Result<Vec<_>, Error>>()?;
+    let found = ranks.gather(scenes, |own| own.into_iter().map(of_scene).collect())?;
     let promise = |(place, requested): (usize, &f64)| Promise {
         requested: *requested,
         answers: found.iter().flatten().filter_map(|answers| answers[place]).collect(),

@@ -12,6 +12,7 @@ use crate::findings::{bootstrap, energy};
 use crate::inference::bootstrap::strata::LEAST_RUNS;
 use crate::inference::delta::{Interval, LEVELS};
 use crate::model::simulate::Simulation;
+use crate::ranks::Ranks;
 use crate::report::markdown::page::Page;
 use crate::report::markdown::table::ReportTable;
 use crate::runs;
@@ -42,6 +43,9 @@ const PAPER: CalibrationDesign = CalibrationDesign {
     repeats: 5,
     noise: "normal",
 };
+
+/// Data sets of each design.
+pub const SETS: u64 = 4000;
 
 /// Replicates of each simulated data set: enough that their number does not show in the coverage.
 pub const REPLICATES: u64 = 2000;
@@ -153,11 +157,18 @@ impl CoverageTable {
     }
 }
 
-/// Simulates, fits and bootstraps `sets` data sets of every design. `progress` is called after each data set.
-pub fn measure(sets: u64, replicates: u64, seed: u64, progress: &(dyn Fn() + Sync)) -> Result<CoverageTable, Error> {
+/// Simulates, fits and bootstraps `sets` data sets of every design. `progress` is called after each data set of this rank.
+pub fn measure(
+    sets: u64,
+    replicates: u64,
+    seed: u64,
+    ranks: &Ranks,
+    progress: &(dyn Fn() + Sync),
+) -> Result<CoverageTable, Error> {
     let mut rows = vec![];
     for design in &ALL {
-        rows.extend(of_design(design, sets, replicates, seed, progress)?);
+        let counts = CountedSets { sets, replicates, seed };
+        rows.extend(of_design(design, counts, ranks, progress)?);
     }
     Ok(CoverageTable { sets, replicates, rows })
 }
@@ -236,35 +247,43 @@ fn aims(scene: &Scene) -> Result<Vec<CoverageAim>, Error> {
     ])
 }
 
-fn of_design(
-    design: &CalibrationDesign,
+/// Simulated data sets of a design.
+struct CountedSets {
     sets: u64,
     replicates: u64,
     seed: u64,
+}
+
+fn of_design(
+    design: &CalibrationDesign,
+    of: CountedSets,
+    ranks: &Ranks,
     progress: &(dyn Fn() + Sync),
 ) -> Result<Vec<Coverage>, Error> {
     const SIGMA: f64 = 0.02;
+    let CountedSets { sets, replicates, seed } = of;
     let aims = aims(&design.scene(replicates, 0.0)?)?;
     let scene = design.scene(replicates, SIGMA)?;
     let width = METHODS.len() * LEVELS.len();
-    let blank = || vec![0u64; aims.len() * width];
-    let counts = (0..sets)
-        .into_par_iter()
-        .map(|set| -> Result<Vec<u64>, Error> {
-            let fitted = infer(&scene, seed, set, true)?;
-            let mut hits = blank();
-            for (aim, hits) in aims.iter().zip(hits.chunks_mut(width)) {
-                let found = fitted.iter().find(|fitted| fitted.law == aim.law).map(aim.of);
-                for interval in found.map_or(&[][..], |estimate| &estimate.intervals) {
-                    if let Some(place) = index_of(interval) {
-                        hits[place] += u64::from(interval.lo <= aim.target && aim.target <= interval.hi);
-                    }
+    let of_set = |set: u64| -> Result<Vec<u64>, Error> {
+        let fitted = infer(&scene, seed, set, true)?;
+        let mut hits = vec![0; aims.len() * width];
+        for (aim, hits) in aims.iter().zip(hits.chunks_mut(width)) {
+            let found = fitted.iter().find(|fitted| fitted.law == aim.law).map(aim.of);
+            for interval in found.map_or(&[][..], |estimate| &estimate.intervals) {
+                if let Some(place) = index_of(interval) {
+                    hits[place] += u64::from(interval.lo <= aim.target && aim.target <= interval.hi);
                 }
             }
-            progress();
-            Ok(hits)
-        })
-        .try_reduce(blank, |a, b| Ok(a.iter().zip(b).map(|(a, b)| a + b).collect()))?;
+        }
+        progress();
+        Ok(hits)
+    };
+    let hits = ranks.gather(sets, |own| own.into_par_iter().map(of_set).collect())?;
+    let mut counts = vec![0; aims.len() * width];
+    for hits in &hits {
+        counts.iter_mut().zip(hits).for_each(|(count, hit)| *count += hit);
+    }
     let mut rows = vec![];
     for (aim, counts) in aims.iter().zip(counts.chunks(width)) {
         for (method, counts) in METHODS.into_iter().zip(counts.chunks(LEVELS.len())) {

@@ -13,6 +13,7 @@ use crate::model::simulate::Simulation;
 use crate::physics::loss::Film;
 use crate::physics::quantity::Place;
 use crate::physics::Quantity;
+use crate::ranks::Ranks;
 use crate::report::markdown::page::Page;
 use crate::report::markdown::table::ReportTable;
 use crate::runs::{self, Table};
@@ -134,11 +135,11 @@ pub const SETS: u64 = 1000;
 /// How many designs are measured.
 pub const DESIGNS: u64 = ALL.len() as u64;
 
-/// Simulates and fits `sets` data sets of every design, to the posterior. `progress` is called after each.
-pub fn measure(sets: u64, seed: u64, progress: &(dyn Fn() + Sync)) -> Result<MainCoverageTable, Error> {
+/// Simulates and fits `sets` data sets of every design, to the posterior. `progress` is called after each of this rank.
+pub fn measure(sets: u64, seed: u64, ranks: &Ranks, progress: &(dyn Fn() + Sync)) -> Result<MainCoverageTable, Error> {
     let mut rows = vec![];
     for design in &ALL {
-        rows.extend(of_design(design, sets, seed, progress)?);
+        rows.extend(of_design(design, [sets, seed], ranks, progress)?);
     }
     Ok(MainCoverageTable { sets, rows })
 }
@@ -148,26 +149,26 @@ type Counts = BTreeMap<(String, Source), [u64; 2]>;
 
 fn of_design(
     design: &MainDesign,
-    sets: u64,
-    seed: u64,
+    [sets, seed]: [u64; 2],
+    ranks: &Ranks,
     progress: &(dyn Fn() + Sync),
 ) -> Result<Vec<MainCoverage>, Error> {
     let scene = design.scene()?;
-    let counts = (0..sets)
-        .into_par_iter()
-        .map(|set| {
-            let findings = infer(&scene, seed, set)?;
-            progress();
-            Ok(count(&scene, &findings))
-        })
-        .try_reduce(Counts::new, |mut all, one| {
-            for (key, [quoted, covered]) in one {
-                let own = all.entry(key).or_default();
-                own[0] += quoted;
-                own[1] += covered;
-            }
-            Ok::<Counts, Error>(all)
-        })?;
+    let of_set = |set: u64| -> Result<Counts, Error> {
+        let findings = infer(&scene, seed, set)?;
+        progress();
+        Ok(count(&scene, &findings))
+    };
+    let mut counts = Counts::new();
+    for (key, [quoted, covered]) in ranks
+        .gather(sets, |own| own.into_par_iter().map(of_set).collect())?
+        .into_iter()
+        .flatten()
+    {
+        let of_all = counts.entry(key).or_default();
+        of_all[0] += quoted;
+        of_all[1] += covered;
+    }
     let rows = counts
         .into_iter()
         .map(|((quantity, source), [quoted, covered])| MainCoverage {

@@ -1,0 +1,106 @@
+"""Holds that a study has the same bytes on any number of ranks, and that a failure of one ends all.
+
+    python3 tests/ranks_agree.py PROGRAM PROGRAM_WITHOUT_MPI
+
+PROGRAM was built with the feature `mpi`; needs mpirun of Open MPI.
+"""
+
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+# two scenes that are fitted to an accuracy, so that each of two ranks has one
+SETS = "21"
+# as root, as CI has it, and with more ranks than processors
+ENVIRONMENT = os.environ | {
+    "OMPI_ALLOW_RUN_AS_ROOT": "1",
+    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+    "OMPI_MCA_rmaps_base_oversubscribe": "1",
+}
+OURS = "error: "
+
+
+def calibrate(program, ranks, out, *more):
+    """The command on so many ranks; none: without a launcher."""
+    launcher = ["mpirun", "-n", str(ranks)] if ranks else []
+    return [*launcher, program, "calibrate", "--sets", SETS, "--out", out, *more]
+
+
+def run(command, folder):
+    done = subprocess.run(command, cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, timeout=600)
+    told = [line for line in done.stderr.splitlines() if line.startswith(OURS)]
+    return done, told
+
+
+def the_page_is_the_same(program, folder):
+    pages = {}
+    for ranks in [1, 2, 3]:
+        out = f"{ranks}.md"
+        done, _ = run(calibrate(program, ranks, out), folder)
+        assert done.returncode == 0, done.stderr
+        assert done.stdout == f"table: {out}\n", f"{ranks} ranks told {done.stdout!r}"
+        pages[ranks] = (folder / out).read_bytes()
+    assert pages[1] == pages[2] == pages[3], "pages differ"
+    # another seed is another page: what was compared depends on the work
+    done, _ = run(calibrate(program, 2, "other.md", "--seed", "2"), folder)
+    assert done.returncode == 0, done.stderr
+    assert (folder / "other.md").read_bytes() != pages[1], "a seed changes nothing"
+
+
+def a_refusal_is_told_once(program, folder):
+    (folder / "notes.md").write_text("notes\n")
+    for arguments, expected in [
+        (calibrate(program, 3, "notes.md"), "notes.md: exists and is no page"),
+        (calibrate(program, 3, "new.md", "--bogus"), "unexpected argument '--bogus'"),
+        (["mpirun", "-n", "3", program, "fit", "scene.toml"], "`calibrate` alone divides its work"),
+    ]:
+        done, told = run(arguments, folder)
+        assert done.returncode == 2, (done.returncode, done.stderr)
+        assert len(told) == 1 and expected in told[0], told
+    assert (folder / "notes.md").read_text() == "notes\n"
+    assert not (folder / "new.md").exists()
+
+
+def one_that_is_killed_ends_all(program, folder, place):
+    before = (folder / "1.md").read_bytes()
+    names = set(os.listdir(folder))
+    with subprocess.Popen(calibrate(program, 2, "1.md"), cwd=folder, env=ENVIRONMENT, stderr=subprocess.PIPE) as launcher:
+        ranks = []
+        while len(ranks) < 2:
+            time.sleep(0.2)
+            assert launcher.poll() is None, "it ended before one was killed"
+            found = subprocess.run(["pgrep", "-P", str(launcher.pid)], capture_output=True, text=True).stdout
+            ranks = [int(word) for word in found.split()]
+        # at work by now, and far from done
+        time.sleep(2)
+        os.kill(ranks[place], signal.SIGKILL)
+        launcher.communicate(timeout=60)
+        assert launcher.returncode != 0, "a rank was killed and the command succeeded"
+    assert (folder / "1.md").read_bytes() == before
+    assert set(os.listdir(folder)) == names, set(os.listdir(folder)) - names
+
+
+def without_the_feature_it_says_what_to_build(program, folder):
+    done, told = run(calibrate(program, 2, "plain.md"), folder)
+    assert done.returncode == 2, done.stderr
+    assert len(told) == 1 and "--features mpi" in told[0] and "libopenmpi-dev" in told[0], told
+    assert not (folder / "plain.md").exists()
+
+
+def main(program, plain):
+    program, plain = (str(pathlib.Path(path).resolve()) for path in (program, plain))
+    with tempfile.TemporaryDirectory() as folder:
+        folder = pathlib.Path(folder)
+        the_page_is_the_same(program, folder)
+        a_refusal_is_told_once(program, folder)
+        for place in [0, 1]:
+            one_that_is_killed_ends_all(program, folder, place)
+        without_the_feature_it_says_what_to_build(plain, folder)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
