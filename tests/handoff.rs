@@ -1,37 +1,12 @@
 //! Holds `wetcor handoff` to the predictions of the same fit, and to its refusals.
 
-use std::path::{Path, PathBuf};
-use std::process::Command;
-use std::sync::OnceLock;
+mod common;
 
-use tempfile::TempDir;
+use std::path::Path;
+
+use common::{fitted_example as example, wetcor_here as wetcor};
 
 type Outcome = (Option<i32>, String, String);
-
-fn wetcor(arguments: &[&str]) -> Outcome {
-    let output = Command::new(env!("CARGO_BIN_EXE_wetcor"))
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(arguments)
-        .output()
-        .expect("the command can be started");
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("plain text");
-    (output.status.code(), text(output.stdout), text(output.stderr))
-}
-
-/// A fit of the example, once for all tests.
-fn example() -> &'static Path {
-    static FIT: OnceLock<(TempDir, PathBuf)> = OnceLock::new();
-    let (_, folder) = FIT.get_or_init(|| {
-        let place = tempfile::tempdir().expect("a temporary folder");
-        let out = place.path().join("report");
-        let text = out.to_str().expect("a plain path");
-        let scene = "datasets/mueller2016/scene.toml";
-        let (status, _, err) = wetcor(&["fit", scene, "--stages", "least_squares,posterior", "--out", text]);
-        assert_eq!(status, Some(0), "{err}");
-        (place, out)
-    });
-    folder
-}
 
 const WET: &str = "--particle PTFE --liquid AK10 --diameter-mm 4.762 --film-um 286";
 const DRY: &str = "--particle PTFE --liquid dry --diameter-mm 4.762";

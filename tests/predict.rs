@@ -4,9 +4,8 @@ mod common;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::sync::OnceLock;
 
-use common::{binomial_z, rows, seed_of};
+use common::{binomial_z, fitted_example as example, rows, seed_of, wetcor_here as wetcor};
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use tempfile::TempDir;
@@ -196,31 +195,6 @@ fn what_the_runs_covered_is_not_extrapolated_and_its_ends_belong_to_it() {
     );
     assert_eq!(flags(covered(ends, [0.03, 0.059]), &speeds), [true; 5]);
     assert_eq!(flags(covered(ends, [0.061, 0.08]), &speeds), [true; 5]);
-}
-
-fn wetcor(arguments: &[&str]) -> (Option<i32>, String, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_wetcor"))
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(arguments)
-        .output()
-        .expect("the command can be started");
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("plain text");
-    (output.status.code(), text(output.stdout), text(output.stderr))
-}
-
-/// A fit of the example, once for all tests.
-fn example() -> &'static Path {
-    static FIT: OnceLock<(TempDir, PathBuf)> = OnceLock::new();
-    let (_, folder) = FIT.get_or_init(|| {
-        let place = tempfile::tempdir().expect("a temporary folder");
-        let out = place.path().join("report");
-        let text = out.to_str().expect("a plain path");
-        let scene = "datasets/mueller2016/scene.toml";
-        let (status, _, err) = wetcor(&["fit", scene, "--stages", "least_squares,posterior", "--out", text]);
-        assert_eq!(status, Some(0), "{err}");
-        (place, out)
-    });
-    folder
 }
 
 /// New runs of the example's truth, and its own curve, beside what was inferred from its 1,500 runs.

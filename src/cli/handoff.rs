@@ -167,18 +167,8 @@ fn print_first(files: &[HandoffFile], quiet: bool) -> Result<(), Error> {
 /// Fails where something stands already.
 fn free_folder(out: &Path) -> Result<OutputPlace, Error> {
     let place = staging::prepare(out)?;
-    is_free(&place)?;
+    place.check_free("folder")?;
     Ok(place)
-}
-
-fn is_free(place: &OutputPlace) -> Result<(), Error> {
-    if place.is_taken() {
-        return Err(Error::Out {
-            path: place.named().to_path_buf(),
-            reason: "exists; --out names another folder".to_owned(),
-        });
-    }
-    Ok(())
 }
 
 fn write(place: &OutputPlace, out: &Path, files: &[HandoffFile], quiet: bool) -> Result<(), Error> {
@@ -189,7 +179,7 @@ fn write(place: &OutputPlace, out: &Path, files: &[HandoffFile], quiet: bool) ->
             .and_then(|mut made| made.write_all(file.text.as_bytes()));
         written.map_err(|error| Error::io(&out.join(file.name), "write", error))?;
     }
-    staging.put(is_free)?;
+    staging.put(|place| place.check_free("folder"))?;
     if quiet {
         return Ok(());
     }

@@ -6,7 +6,7 @@ use std::path::{Component, Path, PathBuf};
 use wetcor::error::{named, plain, quoted, Error};
 use wetcor::runs::{draft_scene, Draft};
 use wetcor::scene::TableFile;
-use wetcor::staging::{self, OutputPlace, Staging};
+use wetcor::staging::{self, Staging};
 
 use super::messages::print_after_writing;
 use crate::progress::Progress;
@@ -25,7 +25,8 @@ pub(super) fn new(table: &Path, out: Option<PathBuf>, quiet: bool) -> Result<u8,
     }
     let out = out.unwrap_or_else(|| table.path.with_file_name(SCENE));
     let place = staging::prepare(&out)?;
-    is_free(&place)?;
+    // a scene is somebody's work
+    place.check_free("file")?;
     let folder = place.path().parent().unwrap_or(Path::new(""));
     if !folder.is_dir() {
         let reason = format!("there is no folder {}", folder.display());
@@ -44,22 +45,11 @@ pub(super) fn new(table: &Path, out: Option<PathBuf>, quiet: bool) -> Result<u8,
         .create_itself()
         .and_then(|mut file| file.write_all(draft.text.as_bytes()));
     written.map_err(|error| Error::io(&out, "write", error))?;
-    staging.put(is_free)?;
+    staging.put(|place| place.check_free("file"))?;
     if !quiet {
         print_after_writing(&out, &summary(&draft, &out))?;
     }
     Ok(0)
-}
-
-/// Refuses a place that is taken: a scene is somebody's work.
-fn is_free(place: &OutputPlace) -> Result<(), Error> {
-    if place.is_taken() {
-        return Err(Error::Out {
-            path: place.named().to_path_buf(),
-            reason: "exists; --out names another file".to_owned(),
-        });
-    }
-    Ok(())
 }
 
 /// How a scene in a folder names a file, with slashes.

@@ -36,6 +36,15 @@ fn spring(handoff: &Handoff) -> (f64, f64) {
     (young, factor * (young / both).powf(0.8))
 }
 
+/// What both decks fill in alike; `own` is what this one's heading says besides.
+fn places_of(handoff: &Handoff, name: &'static str, own: Vec<String>) -> Vec<(&'static str, String)> {
+    let (young, stiffness) = spring(handoff);
+    let heading = commented("#", &heading(Code::Liggghts, handoff, own));
+    let mut places = places(handoff, name, stiffness);
+    places.extend([("heading", heading.trim_end().to_owned()), ("young", number(young))]);
+    places
+}
+
 fn constant(handoff: &Handoff, two_spheres: f64) -> HandoffFile {
     let e = handoff.predicted().q50;
     let given = |restitution_or_none: Option<f64>| restitution_or_none.map_or("none".to_owned(), input);
@@ -56,16 +65,8 @@ fn constant(handoff: &Handoff, two_spheres: f64) -> HandoffFile {
         with_limit,
         "Wet bridges (cohesion washino, easo) act between spheres alone, not on a wall".to_owned(),
     ];
-    let (young, stiffness) = spring(handoff);
-    let mut places = places(handoff, CONSTANT, stiffness);
+    let mut places = places_of(handoff, CONSTANT, own);
     places.extend([
-        (
-            "heading",
-            commented("#", &heading(Code::Liggghts, handoff, own))
-                .trim_end()
-                .to_owned(),
-        ),
-        ("young", number(young)),
         ("plate_off", format!("{e:.6}")),
         ("pair_off", input(two_spheres)),
         ("plate_on", given(plate_on)),
@@ -110,16 +111,8 @@ fn with_stokes(handoff: &Handoff) -> Option<HandoffFile> {
     .map(str::to_owned)
     .to_vec();
     own.extend(beside_the_law(handoff, &contact));
-    let (young, stiffness) = spring(handoff);
-    let mut places = places(handoff, STOKES, stiffness);
+    let mut places = places_of(handoff, STOKES, own);
     places.extend([
-        (
-            "heading",
-            commented("#", &heading(Code::Liggghts, handoff, own))
-                .trim_end()
-                .to_owned(),
-        ),
-        ("young", number(young)),
         ("viscosity", number(viscosity)),
         ("critical", number(keywords.critical_stokes)),
         ("maximum", number(keywords.maximum_restitution)),

@@ -41,8 +41,7 @@ impl World {
         let packed = rmp_serde::to_vec(own).ok();
         let sendable = packed.filter(|bytes| Count::try_from(bytes.len()).is_ok());
         let Some(bytes) = sendable else {
-            let defect = "more than an exchange takes".to_owned();
-            return Err(internal(defect));
+            return Err(too_much());
         };
         let counts = self.counts(bytes.len() as Count);
         let ends = counts.iter().scan(0, |end: &mut Count, count| {
@@ -54,7 +53,7 @@ impl World {
             return Err(Error::OtherRank);
         }
         if ends.len() < counts.len() {
-            return Err(internal("more than an exchange takes".to_owned()));
+            return Err(too_much());
         }
         let starts: Vec<Count> = ends.iter().zip(&counts).map(|(end, count)| end - count).collect();
         let mut all = vec![0u8; ends.last().map_or(0, |end| *end as usize)];
@@ -80,6 +79,10 @@ impl World {
         self.all.all_gather_into(&own, &mut counts[..]);
         counts
     }
+}
+
+fn too_much() -> Error {
+    internal("more than two gigabytes at once".to_owned())
 }
 
 fn internal(reason: String) -> Error {

@@ -60,6 +60,17 @@ impl OutputPlace {
         self.path.symlink_metadata().is_ok()
     }
 
+    /// Fails where anything stands there; `kind` is what `--out` names, a file or a folder.
+    pub fn check_free(&self, kind: &str) -> Result<(), Error> {
+        if self.is_taken() {
+            return Err(Error::Out {
+                path: self.named.clone(),
+                reason: format!("exists; --out names another {kind}"),
+            });
+        }
+        Ok(())
+    }
+
     /// The nearest folder above that is there, and the path from it to the place.
     pub(super) fn base(&self) -> (&Path, &Path) {
         let above = self.path.ancestors().skip(1);

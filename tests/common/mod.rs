@@ -6,7 +6,8 @@
 pub mod assembled;
 mod chance;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 pub use chance::{binomial_z, mean, seed_of};
 use rand::rngs::ChaCha8Rng;
@@ -113,4 +114,24 @@ pub fn wetcor(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, String
         .expect("the command can be started");
     let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
     (output.status.code(), text(output.stdout), text(output.stderr))
+}
+
+/// The same in the folder of the project.
+pub fn wetcor_here(arguments: &[&str]) -> (Option<i32>, String, String) {
+    wetcor(Path::new(env!("CARGO_MANIFEST_DIR")), arguments)
+}
+
+/// A fit of the example with its draws, once for all tests of a file.
+pub fn fitted_example() -> &'static Path {
+    static FIT: OnceLock<(TempDir, PathBuf)> = OnceLock::new();
+    let (_, folder) = FIT.get_or_init(|| {
+        let place = tempfile::tempdir().expect("a temporary folder");
+        let out = place.path().join("report");
+        let text = out.to_str().expect("a plain path");
+        let scene = "datasets/mueller2016/scene.toml";
+        let (status, _, err) = wetcor_here(&["fit", scene, "--stages", "least_squares,posterior", "--out", text]);
+        assert_eq!(status, Some(0), "{err}");
+        (place, out)
+    });
+    folder
 }
