@@ -52,13 +52,13 @@ impl Ranks {
 
     /// Finds the processes that were started with this one.
     ///
-    /// To be called once, by the thread that makes every exchange. Where no launcher started it, MPI is not touched. Gives
-    /// the reason too where there are others that it cannot reach: it is one that the first rank is to tell.
+    /// To be called once, by the thread that makes every exchange. MPI is not touched by a process without others. Where it
+    /// cannot reach them the reason is given, which is the same on all and the first rank's to tell.
     pub fn start() -> (Ranks, Result<(), Error>) {
-        let Some([count, place]) = launched(|name| std::env::var(name).ok()) else {
-            return (Ranks::alone(), Ok(()));
-        };
-        Ranks::among(count, place)
+        match launched(|name| std::env::var(name).ok()) {
+            Some([count, place]) if count > 1 => Ranks::among(count, place),
+            _ => (Ranks::alone(), Ok(())),
+        }
     }
 
     #[cfg(feature = "mpi")]
@@ -70,8 +70,7 @@ impl Ranks {
 
     #[cfg(not(feature = "mpi"))]
     fn among(count: u64, place: u64) -> (Ranks, Result<(), Error>) {
-        let started = if count == 1 { Ok(()) } else { Err(not_joined(count)) };
-        (Ranks { place, count }, started)
+        (Ranks { place, count }, Err(not_joined(count)))
     }
 
     /// Whether this is the first rank, which alone writes and tells.
