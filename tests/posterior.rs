@@ -219,7 +219,7 @@ fn truths_rank_evenly_under_whatever_a_scene_asks_for() {
 }
 
 #[test]
-#[ignore = "a thousand posteriors a fault: a minute"]
+#[ignore = "a hundred to two thousand posteriors a fault: a minute"]
 fn ranks_are_uneven_under_each_planted_fault() {
     for (fault, scenes) in [
         (Fault::LogJacobianForgotten, 1000),

@@ -165,10 +165,10 @@ pub fn measure(
     ranks: &Ranks,
     progress: &(dyn Fn() + Sync),
 ) -> Result<CoverageTable, Error> {
+    let drawn = DrawnSets { sets, replicates, seed };
     let mut rows = vec![];
     for design in &ALL {
-        let counts = CountedSets { sets, replicates, seed };
-        rows.extend(of_design(design, counts, ranks, progress)?);
+        rows.extend(of_design(design, drawn, ranks, progress)?);
     }
     Ok(CoverageTable { sets, replicates, rows })
 }
@@ -247,21 +247,23 @@ fn aims(scene: &Scene) -> Result<Vec<CoverageAim>, Error> {
     ])
 }
 
-/// Simulated data sets of a design.
-struct CountedSets {
+/// The data sets that are simulated of each design.
+#[derive(Clone, Copy)]
+struct DrawnSets {
     sets: u64,
+    /// of each
     replicates: u64,
     seed: u64,
 }
 
 fn of_design(
     design: &CalibrationDesign,
-    of: CountedSets,
+    drawn: DrawnSets,
     ranks: &Ranks,
     progress: &(dyn Fn() + Sync),
 ) -> Result<Vec<Coverage>, Error> {
     const SIGMA: f64 = 0.02;
-    let CountedSets { sets, replicates, seed } = of;
+    let DrawnSets { sets, replicates, seed } = drawn;
     let aims = aims(&design.scene(replicates, 0.0)?)?;
     let scene = design.scene(replicates, SIGMA)?;
     let width = METHODS.len() * LEVELS.len();

@@ -139,7 +139,7 @@ pub const DESIGNS: u64 = ALL.len() as u64;
 pub fn measure(sets: u64, seed: u64, ranks: &Ranks, progress: &(dyn Fn() + Sync)) -> Result<MainCoverageTable, Error> {
     let mut rows = vec![];
     for design in &ALL {
-        rows.extend(of_design(design, [sets, seed], ranks, progress)?);
+        rows.extend(of_design(design, sets, seed, ranks, progress)?);
     }
     Ok(MainCoverageTable { sets, rows })
 }
@@ -149,7 +149,8 @@ type Counts = BTreeMap<(String, Source), [u64; 2]>;
 
 fn of_design(
     design: &MainDesign,
-    [sets, seed]: [u64; 2],
+    sets: u64,
+    seed: u64,
     ranks: &Ranks,
     progress: &(dyn Fn() + Sync),
 ) -> Result<Vec<MainCoverage>, Error> {
@@ -159,12 +160,9 @@ fn of_design(
         progress();
         Ok(count(&scene, &findings))
     };
+    let each = ranks.gather(sets, |own| own.into_par_iter().map(of_set).collect())?;
     let mut counts = Counts::new();
-    for (key, [quoted, covered]) in ranks
-        .gather(sets, |own| own.into_par_iter().map(of_set).collect())?
-        .into_iter()
-        .flatten()
-    {
+    for (key, [quoted, covered]) in each.into_iter().flatten() {
         let of_all = counts.entry(key).or_default();
         of_all[0] += quoted;
         of_all[1] += covered;

@@ -112,7 +112,7 @@ pub fn wetcor(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, String
         .args(arguments)
         .output()
         .expect("the command can be started");
-    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("plain text");
     (output.status.code(), text(output.stdout), text(output.stderr))
 }
 
