@@ -10,14 +10,12 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::Instant;
 
-use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings;
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::model::simulate::Simulation;
 use wetcor::report::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Style};
-use wetcor::runs::{self, Existing, NewRun, RunWriter, Table};
+use wetcor::runs::{self, Existing, RunWriter, Table};
 use wetcor::scene::{self, DesignSpeeds, Scene};
-use wetcor::seed::stream;
 
 /// Every stage, each drawn in its own way in every panel.
 const STAGES: [&str; 4] = ["read", "least squares", "bootstrap", "posterior"];
@@ -162,18 +160,16 @@ fn example() -> Scene {
     scene::read(&path).expect("the example's scene is good")
 }
 
-/// Writes so many runs of a scene's design, each changed or not, to a file that is kept under `target/`.
-fn simulate(scene: &mut Scene, runs: Option<u64>, name: &str, mut change: impl FnMut(&mut NewRun)) {
+/// Writes so many runs of a scene's design to a file that is kept under `target/`.
+fn simulate(scene: &mut Scene, runs: Option<u64>, name: &str) {
     let folder: PathBuf = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cost");
     std::fs::create_dir_all(&folder).expect("target/ is writable");
     scene.data.runs = vec![folder.join(name).into()];
     let simulation = Simulation::new(scene, runs).expect("the scene has a truth and a design");
     let mut writer = RunWriter::create(&scene.data.runs[0].path, Existing::Replaced).expect("the table can be created");
-    simulation
-        .draw(1, |mut run| {
-            change(&mut run);
-            writer.write(run)
-        })
+    let drawn = simulation.under(1);
+    drawn
+        .encode(0..drawn.blocks(), writer.format(), |block| writer.write(block))
         .expect("the table can be written");
     writer.finish().expect("the table can be completed");
 }
@@ -188,22 +184,19 @@ fn own_speeds(runs: u64) -> Scene {
         let speed = |i: u64| 0.767 + 0.95 * (i as f64 + 0.5) / count as f64;
         design.speeds = DesignSpeeds((0..count).map(speed).collect());
     }
-    simulate(&mut scene, Some(runs), &format!("runs-{runs}.parquet"), |_| ());
+    simulate(&mut scene, Some(runs), &format!("runs-{runs}.parquet"));
     scene
 }
 
-/// The same with the speeds of the example's design, and every film measured: that of the design times 1 + 0.02 z, so that
-/// here, too, each run is a setting of its own.
+/// The same with the speeds of the example's design, and every run in a film of its own, so that here, too, each is a setting
+/// of its own.
 fn own_films(runs: u64) -> Scene {
     let mut scene = example();
     scene.bootstrap.replicates = REPLICATES;
-    let mut rng = stream(1, "films of the bench", 0);
-    simulate(&mut scene, Some(runs), &format!("films-{runs}.parquet"), |run| {
-        if let Some((film, _)) = &mut run.film {
-            let z: f64 = StandardNormal.sample(&mut rng);
-            *film *= 1.0 + 0.02 * z;
-        }
-    });
+    if let Some(design) = &mut scene.design {
+        design.film_rel_sd = Some(0.02);
+    }
+    simulate(&mut scene, Some(runs), &format!("films-{runs}.parquet"));
     scene
 }
 
@@ -290,7 +283,7 @@ fn of_groups(largest: u32) -> Panel {
             all(&films),
         );
         let mut scene = scene::parse(&text, Path::new("groups/scene.toml"), String::new()).expect("a good scene");
-        simulate(&mut scene, None, &format!("groups-{groups}.parquet"), |_| ());
+        simulate(&mut scene, None, &format!("groups-{groups}.parquet"));
         let table = runs::read(&scene).expect("simulated runs are good");
         panel.add(groups as f64, &stages(&scene, &table, true));
     }

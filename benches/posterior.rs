@@ -31,7 +31,7 @@ const SIZES: [u64; 4] = [1_000, 10_000, 100_000, 1_000_000];
 enum Own {
     Nothing,
     Speeds,
-    /// the film of the design times 1 + 0.02 z, measured for every run
+    /// sd of their logarithm 0.02
     Films,
 }
 
@@ -44,6 +44,9 @@ fn simulated(runs: u64, own: Own) -> (Scene, Runs) {
 fn simulated_of(runs: u64, own: Own, mut keep: impl FnMut(&mut NewRun) -> bool) -> (Scene, Runs) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/mueller2016/scene.toml");
     let mut scene = scene::read(&path).expect("the example's scene is good");
+    if let Some(design) = scene.design.as_mut().filter(|_| own == Own::Films) {
+        design.film_rel_sd = Some(0.02);
+    }
     if let Some(design) = scene.design.as_mut().filter(|_| own == Own::Speeds) {
         // as many speeds as give each of the 84 combinations of the design one run a speed
         let count = (runs / 84).max(1);
@@ -51,20 +54,8 @@ fn simulated_of(runs: u64, own: Own, mut keep: impl FnMut(&mut NewRun) -> bool) 
         design.speeds = DesignSpeeds((0..count).map(speed).collect());
     }
     let simulation = Simulation::new(&scene, Some(runs)).expect("the example has a truth and a design");
-    let mut rows = vec![];
-    let mut rng = stream(1, "films of the bench", 0);
-    simulation
-        .draw(1, |mut run| {
-            if let Some((film, _)) = run.film.as_mut().filter(|_| own == Own::Films) {
-                let z: f64 = StandardNormal.sample(&mut rng);
-                *film *= 1.0 + 0.02 * z;
-            }
-            if keep(&mut run) {
-                rows.push(run);
-            }
-            Ok(())
-        })
-        .expect("nothing is written");
+    let mut rows = simulation.under(1).all();
+    rows.retain_mut(|run| keep(run));
     let runs = runs::arrange(&scene, &rows);
     drop(rows);
     (scene.clone(), runs)

@@ -68,9 +68,13 @@ pub fn run() -> ExitCode {
 
 /// Runs a verb on this rank; the first alone tells what came out.
 fn run_verb(arguments: Arguments, ranks: &Ranks) -> Result<u8, Error> {
-    if ranks.count() > 1 && !matches!(arguments.verb, Verb::Calibrate { .. }) {
+    let is_divided = matches!(
+        arguments.verb,
+        Verb::Calibrate { .. } | Verb::Simulate { parts: Some(_), .. }
+    );
+    if ranks.count() > 1 && !is_divided {
         return Err(Error::Usage(format!(
-            "a launcher started {} processes; `calibrate` alone divides its work among several",
+            "a launcher started {} processes; only `calibrate` and `simulate --parts` divide their work among several",
             ranks.count()
         )));
     }
@@ -120,13 +124,22 @@ fn run_verb(arguments: Arguments, ranks: &Ranks) -> Result<u8, Error> {
         Verb::Simulate {
             scene,
             out,
+            parts,
             runs,
             seed,
             force,
         } => {
             let existing = if force { Existing::Replaced } else { Existing::Kept };
-            let destination = simulate::OutputFile { out: &out, existing };
-            simulate::simulate(&scene, destination, runs, seed, quiet)
+            let order = simulate::RunsOrder {
+                scene_file: &scene,
+                out: &out,
+                runs,
+                seed,
+            };
+            match parts {
+                Some(parts) => simulate::simulate_parts(&order, parts, ranks, quiet),
+                None => simulate::simulate(&order, existing, quiet),
+            }
         }
         Verb::Predict(request) => predict::predict(&request, quiet),
         Verb::Handoff(request) => handoff::handoff(&request, quiet),

@@ -1,4 +1,4 @@
-"""Holds that a study has the same bytes on any number of ranks, and that a failure of one ends all.
+"""Holds that what ranks write has the same bytes for any number of them, and that a failure of one ends all.
 
     python3 tests/ranks_agree.py PROGRAM PROGRAM_WITHOUT_MPI
 
@@ -22,6 +22,7 @@ ENVIRONMENT = os.environ | {
     "OMPI_MCA_rmaps_base_oversubscribe": "1",
 }
 OURS = "error: "
+SCENE = pathlib.Path(__file__).parents[1] / "datasets/mueller2016/scene.toml"
 
 
 def calibrate(program, ranks, out, *more):
@@ -51,12 +52,36 @@ def the_page_is_the_same(program, folder):
     assert (folder / "other.md").read_bytes() != pages[1], "a seed changes nothing"
 
 
+def simulate(program, ranks, out, *more):
+    """Two million runs in five files."""
+    launcher = ["mpirun", "-n", str(ranks)] if ranks else []
+    return [*launcher, program, "simulate", "scene.toml", "--runs", "2000000", "--parts", "5", "--out", out, *more]
+
+
+def the_parts_are_the_same(program, plain, folder):
+    (folder / "scene.toml").write_text(SCENE.read_text())
+    parts = {}
+    for ranks in [0, 1, 2, 3]:
+        out = f"parts{ranks}"
+        done, _ = run(simulate(program if ranks else plain, ranks, out), folder)
+        assert done.returncode == 0, done.stderr
+        assert done.stdout == f"2000000 simulated runs: {out}/part-000.parquet to part-004.parquet\n", done.stdout
+        parts[ranks] = {path.name: path.read_bytes() for path in (folder / out).iterdir()}
+    assert len(parts[0]) == 5 and len(set(parts[0].values())) == 5
+    for ranks in [1, 2, 3]:
+        assert parts[ranks] == parts[0], f"parts of {ranks} ranks differ"
+    done, _ = run(simulate(program, 2, "other", "--seed", "2"), folder)
+    assert done.returncode == 0, done.stderr
+    assert (folder / "other" / "part-000.parquet").read_bytes() not in parts[0].values(), "a seed changes nothing"
+
+
 def a_refusal_is_told_once(program, folder):
     (folder / "notes.md").write_text("notes\n")
     for arguments, expected in [
         (calibrate(program, 3, "notes.md"), "notes.md: exists and is no page"),
         (calibrate(program, 3, "new.md", "--bogus"), "unexpected argument '--bogus'"),
-        (["mpirun", "-n", "3", program, "fit", "scene.toml"], "`calibrate` alone divides its work"),
+        (["mpirun", "-n", "3", program, "fit", "scene.toml"], "only `calibrate` and `simulate --parts` divide"),
+        (simulate(program, 3, "parts1"), "parts1: exists; --out names another folder"),
     ]:
         done, told = run(arguments, folder)
         assert done.returncode == 2, (done.returncode, done.stderr)
@@ -96,6 +121,7 @@ def main(program, plain):
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
         the_page_is_the_same(program, folder)
+        the_parts_are_the_same(program, plain, folder)
         a_refusal_is_told_once(program, folder)
         for place in [0, 1]:
             one_that_is_killed_ends_all(program, folder, place)

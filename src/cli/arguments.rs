@@ -98,14 +98,19 @@ Example:
     #[command(after_help = "\
 Example:
   wetcor simulate datasets/mueller2016/scene.toml --runs 100000 --out runs.parquet
+  mpirun -n 4 wetcor simulate datasets/mueller2016/scene.toml --runs 100000000 --parts 16 --out runs
 
-An existing file is kept unless --force is given; a scene, and the runs of a scene beside it, are never replaced.")]
+An existing file is kept unless --force is given; a scene, and the runs of a scene beside it, are never replaced. With \
+mpirun, in a build with the feature `mpi`, the ranks write a share of the parts each; the files are the same.")]
     Simulate {
         /// The scene file
         scene: PathBuf,
-        /// File to write, .csv or .parquet
+        /// File to write, .csv or .parquet; with --parts, folder
         #[arg(long)]
         out: PathBuf,
+        /// Write so many Parquet files, part-000.parquet and so on, into a new folder
+        #[arg(long, value_name = "N", conflicts_with = "force", value_parser = clap::value_parser!(u64).range(1..))]
+        parts: Option<u64>,
         /// Runs in all, spread evenly over the design [default: the design's repeats]
         #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
         runs: Option<u64>,

@@ -2,22 +2,26 @@
 //! noise on the energy kept e* = m(r + σ_r z′) + σ z; with offsets of series r + σ_series z″ stands for r, z″ one for the wet
 //! runs of a series.
 
+use std::ops::Range;
+
 use rand::rngs::ChaCha8Rng;
 use rand_distr::{Distribution, Exp1, StandardNormal};
+use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::model::likelihood::tails::Tails;
 use crate::physics::coefficient::Coefficients;
 use crate::physics::{kept_energy, rebound, Coefficient, Parameters};
-use crate::runs::{sphere_words, NewRun};
+use crate::runs::{sphere_words, EncodedRuns, NewRun, TableFormat};
 use crate::scene::{Design, NoiseShape, Scene, Truth};
-use crate::seed::stream;
+use crate::seed::Streams;
 
 /// A simulation ready to be drawn.
 #[derive(Debug)]
 pub struct Simulation<'s> {
     scene: &'s Scene,
     truth: &'s Truth,
+    design: &'s Design,
     values: TrueValues,
     points: Vec<DesignPoint>,
     repeats: u64,
@@ -88,21 +92,6 @@ struct SeriesOfPoint {
     film_ratio: f64,
 }
 
-/// The offset of r that the runs of a series share.
-#[derive(Debug, Clone, Copy)]
-struct SeriesOffset {
-    /// whose it is; `None` of dry runs
-    series: Option<SeriesOfPoint>,
-    value: f64,
-}
-
-impl SeriesOffset {
-    const NONE: SeriesOffset = SeriesOffset {
-        series: None,
-        value: 0.0,
-    };
-}
-
 impl DesignPoint {
     fn series(&self) -> Option<SeriesOfPoint> {
         let (liquid, film_ratio) = self.wet?;
@@ -112,6 +101,65 @@ impl DesignPoint {
             diameter: self.diameter,
             film_ratio,
         })
+    }
+}
+
+/// Runs of a block.
+pub const BLOCK: u64 = 1 << 16;
+
+/// The runs of a simulation under a seed, in blocks of [`BLOCK`]. Each has a stream of its own, so that they can be drawn in
+/// any order and by anyone.
+#[derive(Debug)]
+pub struct SimulatedRuns<'a, 's> {
+    simulation: &'a Simulation<'s>,
+    streams: Streams,
+    /// of every point
+    offsets: Vec<f64>,
+}
+
+impl<'s> SimulatedRuns<'_, 's> {
+    /// How many blocks there are; the last may be short.
+    pub fn blocks(&self) -> u64 {
+        self.simulation.runs().div_ceil(BLOCK)
+    }
+
+    /// The runs of a block.
+    pub fn block(&self, block: u64) -> Vec<NewRun<'s>> {
+        let mut rng = self.streams.at(block);
+        if block == 0 {
+            // the offsets come first
+            self.simulation.offsets(&mut rng);
+        }
+        let start = block.saturating_mul(BLOCK);
+        let end = start.saturating_add(BLOCK).min(self.simulation.runs());
+        self.simulation.draw_rows(start..end, &self.offsets, rng)
+    }
+
+    /// Every run.
+    pub fn all(&self) -> Vec<NewRun<'s>> {
+        (0..self.blocks()).flat_map(|block| self.block(block)).collect()
+    }
+
+    /// Makes some blocks as a table has them, several at a time in constant memory, and hands them on in their order.
+    ///
+    /// Fails as soon as `each` fails.
+    pub fn encode(
+        &self,
+        mut blocks: Range<u64>,
+        format: TableFormat,
+        mut each: impl FnMut(EncodedRuns) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        loop {
+            let together: Vec<u64> = blocks.by_ref().take(rayon::current_num_threads()).collect();
+            if together.is_empty() {
+                return Ok(());
+            }
+            let made: Vec<EncodedRuns> = together
+                .into_par_iter()
+                .map(|block| format.encode(&self.block(block)))
+                .collect();
+            made.into_iter().try_for_each(&mut each)?;
+        }
     }
 }
 
@@ -137,6 +185,7 @@ impl<'s> Simulation<'s> {
         Ok(Simulation {
             scene,
             truth,
+            design,
             values,
             points,
             repeats,
@@ -151,28 +200,46 @@ impl<'s> Simulation<'s> {
         repeated.saturating_add(self.extra)
     }
 
-    /// Draws every run in turn from the stream `simulate` of `seed` and hands it on, keeping none.
-    ///
-    /// Fails as soon as `each` fails.
-    pub fn draw(&self, seed: u64, each: impl FnMut(NewRun<'s>) -> Result<(), Error>) -> Result<(), Error> {
-        self.draw_from(stream(seed, "simulate", 0), each)
+    /// The runs under a seed.
+    pub fn under(&self, seed: u64) -> SimulatedRuns<'_, 's> {
+        let streams = Streams::new(seed, "simulate");
+        SimulatedRuns {
+            simulation: self,
+            offsets: self.offsets(&mut streams.at(0)),
+            streams,
+        }
     }
 
-    /// The same from a stream of the caller's.
-    pub fn draw_from(
-        &self,
-        mut rng: ChaCha8Rng,
-        mut each: impl FnMut(NewRun<'s>) -> Result<(), Error>,
-    ) -> Result<(), Error> {
-        // points of one series follow one another
-        let mut offset = SeriesOffset::NONE;
-        for (point, index) in self.points.iter().zip(0u64..) {
-            offset = self.offset(point, offset, &mut rng);
-            for _ in 0..self.repeats + u64::from(index < self.extra) {
-                each(self.run(point, offset.value, &mut rng))?;
-            }
+    /// Every run, from one stream of the caller's.
+    pub fn draw_from(&self, mut rng: ChaCha8Rng) -> Vec<NewRun<'s>> {
+        let offsets = self.offsets(&mut rng);
+        self.draw_rows(0..self.runs(), &offsets, rng)
+    }
+
+    /// Draws some of the runs from a stream.
+    fn draw_rows(&self, rows: Range<u64>, offsets: &[f64], mut rng: ChaCha8Rng) -> Vec<NewRun<'s>> {
+        let mut drawn = vec![];
+        let mut row = rows.start;
+        while row < rows.end {
+            let (point, next) = self.point_of(row);
+            let (offset, point) = (offsets[point], &self.points[point]);
+            drawn.extend((row..next.min(rows.end)).map(|_| self.run(point, offset, &mut rng)));
+            row = next;
         }
-        Ok(())
+        drawn
+    }
+
+    /// The point that a run repeats, and the first run of the next one.
+    fn point_of(&self, row: u64) -> (usize, u64) {
+        let with_extra = self.extra * (self.repeats + 1);
+        let (index, end) = if row < with_extra {
+            let index = row / (self.repeats + 1);
+            (index, (index + 1) * (self.repeats + 1))
+        } else {
+            let index = (row - with_extra) / self.repeats;
+            (self.extra + index, with_extra + (index + 1) * self.repeats)
+        };
+        (usize::try_from(index).unwrap_or(usize::MAX), end)
     }
 
     /// The tails of the noise on every run.
@@ -180,27 +247,29 @@ impl<'s> Simulation<'s> {
         Tails::of((self.truth.noise == NoiseShape::Student).then_some(self.values.nu))
     }
 
-    /// The offset of the series of a point, `last` being that of the point before: drawn once a series, and only where there
-    /// are some, so that other scenes' runs stay as they are.
-    fn offset(&self, point: &DesignPoint, last: SeriesOffset, rng: &mut ChaCha8Rng) -> SeriesOffset {
+    /// The offset of the series of every point: drawn once a series, and only where there are some, so that other scenes'
+    /// runs stay as they are.
+    fn offsets(&self, rng: &mut ChaCha8Rng) -> Vec<f64> {
         let Some(sigma) = self.truth.sigma_series.filter(|sigma| *sigma > 0.0) else {
-            return SeriesOffset::NONE;
+            return vec![0.0; self.points.len()];
         };
-        let series = point.series();
-        if series.is_none() || series == last.series {
-            return SeriesOffset { series, ..last };
-        }
-        let z: f64 = StandardNormal.sample(rng);
-        SeriesOffset {
-            series,
-            value: sigma * z,
-        }
+        // points of one series follow one another
+        let mut last = (None, 0.0);
+        let of_point = |point: &DesignPoint| {
+            let series = point.series();
+            if series != last.0 {
+                let z: f64 = StandardNormal.sample(rng);
+                last = (series, sigma * z);
+            }
+            last.1
+        };
+        self.points.iter().map(of_point).collect()
     }
 
     fn run(&self, point: &DesignPoint, offset: f64, rng: &mut ChaCha8Rng) -> NewRun<'s> {
         let k = self.truth.k(point.particle, point.diameter).unwrap_or_default();
         let particle = &self.scene.particles[point.particle];
-        let v = point.impact_speed;
+        let v = own(point.impact_speed, self.design.impact_speed_rel_sd, rng);
         let (liquid, film, latent) = match point.wet {
             None => {
                 let wide = self.tails().draw_scale(rng);
@@ -210,7 +279,7 @@ impl<'s> Simulation<'s> {
             }
             Some((index, film_ratio)) => {
                 let liquid = &self.scene.liquids[index];
-                let film = film_ratio * point.diameter;
+                let film = own(film_ratio * point.diameter, self.design.film_rel_sd, rng).min(point.diameter);
                 let setting = self.scene.setting(point.particle, index, point.diameter, film);
                 let parameters = Parameters {
                     dry_k: k,
@@ -239,6 +308,15 @@ impl<'s> Simulation<'s> {
             restitution: if stuck { 0.0 } else { latent },
         }
     }
+}
+
+/// A run's own film or speed about that of its setting; drawn only where runs have their own, so that other scenes' runs
+/// stay as they are.
+fn own(of_setting: f64, rel_sd: Option<f64>, rng: &mut ChaCha8Rng) -> f64 {
+    rel_sd.filter(|sd| *sd > 0.0).map_or(of_setting, |sd| {
+        let z: f64 = StandardNormal.sample(rng);
+        of_setting * (sd * z).exp()
+    })
 }
 
 /// One draw of the noise on a wet run, in units of its sd; Student's before it is widened.

@@ -82,7 +82,7 @@ pub use series::{DryGroup, Impacts, Runs, Series};
 pub use settings::{read_settings, AskedSetting};
 pub use spheres::{diameter_in_mm, sphere_label, sphere_words, Sphere};
 pub use true_speeds::{SharedSpeed, TrueSpeed, TrueSpeeds, GAP, MOST_SETTINGS};
-pub use write::{free_place, write_csv_whole, Existing, RunWriter};
+pub use write::{free_place, write_csv_whole, EncodedRuns, Existing, RunWriter, TableFormat, TableParts};
 
 use std::path::Path;
 
@@ -281,12 +281,6 @@ fn refuse(path: &Path, refused: Refused) -> Error {
         problems: refused.problems,
         count: refused.count,
     }
-}
-
-/// Whether a path names a table of runs in a format that can be written.
-pub fn can_write(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("csv") || e.eq_ignore_ascii_case("parquet"))
 }
 
 #[cfg(test)]

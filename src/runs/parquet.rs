@@ -237,7 +237,30 @@ fn collect_rows(
     Ok(())
 }
 
-/// Writes Parquet a batch of runs at a time, in constant memory.
+/// A block of runs as columns.
+pub(super) struct ParquetBlock(Vec<Column>);
+
+impl ParquetBlock {
+    pub fn of(runs: &[NewRun]) -> ParquetBlock {
+        let mut numbers = NewRun::NUMBERS.map(|_| Vec::with_capacity(runs.len()));
+        for run in runs {
+            for (column, number) in numbers.iter_mut().zip(run.numbers()) {
+                column.push(number);
+            }
+        }
+        let particle: Vec<&str> = runs.iter().map(|run| run.particle).collect();
+        let liquid: Vec<Option<&str>> = runs.iter().map(|run| run.liquid).collect();
+        let words = [
+            Column::new("particle".into(), particle),
+            Column::new("liquid".into(), liquid),
+        ];
+        let numbers = NewRun::NUMBERS.into_iter().zip(numbers);
+        let numbers = numbers.map(|(name, column)| Column::new(name.into(), column));
+        ParquetBlock(words.into_iter().chain(numbers).collect())
+    }
+}
+
+/// Writes Parquet a block of runs at a time, in constant memory.
 pub(super) struct ParquetRuns<W: Write> {
     writer: polars::io::parquet::write::BatchedWriter<W>,
 }
@@ -261,19 +284,11 @@ impl<W: Write> ParquetRuns<W> {
         Ok(ParquetRuns { writer })
     }
 
-    pub fn write(&mut self, runs: &[NewRun]) -> Result<(), String> {
-        let particle: Vec<&str> = runs.iter().map(|run| run.particle).collect();
-        let liquid: Vec<Option<&str>> = runs.iter().map(|run| run.liquid).collect();
-        let mut columns = vec![
-            Column::new("particle".into(), particle),
-            Column::new("liquid".into(), liquid),
-        ];
-        for (index, name) in NewRun::NUMBERS.into_iter().enumerate() {
-            let values: Vec<Option<f64>> = runs.iter().map(|run| run.numbers()[index]).collect();
-            columns.push(Column::new(name.into(), values));
-        }
-        let frame = DataFrame::new(runs.len(), columns).map_err(|error| error.to_string())?;
-        self.writer.write_batch(&frame).map_err(|error| error.to_string())
+    pub fn write(&mut self, ParquetBlock(columns): ParquetBlock) -> Result<(), String> {
+        let rows = columns.first().map_or(0, Column::len);
+        DataFrame::new(rows, columns)
+            .and_then(|frame| self.writer.write_batch(&frame))
+            .map_err(|error| error.to_string())
     }
 
     pub fn finish(self) -> Result<(), String> {

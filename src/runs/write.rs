@@ -1,20 +1,91 @@
-//! Writes runs, simulated ones a row at a time and in constant memory, whole or not at all.
+//! Writes runs, simulated ones a block at a time and in constant memory, whole or not at all.
 
+use std::fmt::Write as _;
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use serde::{Deserialize, Serialize};
+
 use super::new_run::NewRun;
-use super::parquet::ParquetRuns;
+use super::parquet::{ParquetBlock, ParquetRuns};
 use crate::error::Error;
+use crate::scene::DRY;
 use crate::staging::{self, OutputPlace, Staging};
 
-/// Rows gathered before a Parquet batch is written.
-const BATCH: usize = 65_536;
+/// Format of a table that is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TableFormat {
+    /// text, separated by commas
+    Csv,
+    /// a row group a block
+    Parquet,
+}
 
-enum TableFormat {
+impl TableFormat {
+    /// The format that the ending of a file's name stands for; `None` for any other ending.
+    pub fn of(path: &Path) -> Option<TableFormat> {
+        let is = |ending: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending));
+        let formats = [("csv", TableFormat::Csv), ("parquet", TableFormat::Parquet)];
+        formats
+            .into_iter()
+            .find(|(ending, _)| is(ending))
+            .map(|(_, format)| format)
+    }
+
+    /// Puts a block of runs as a table of this format has them: what takes time, and can be done by several threads.
+    pub fn encode(self, runs: &[NewRun]) -> EncodedRuns {
+        EncodedRuns(match self {
+            TableFormat::Csv => Encoded::Csv(csv_lines(runs)),
+            TableFormat::Parquet => Encoded::Parquet(ParquetBlock::of(runs)),
+        })
+    }
+}
+
+/// A block of runs as a table has them.
+pub struct EncodedRuns(Encoded);
+
+enum Encoded {
+    Csv(Vec<u8>),
+    Parquet(ParquetBlock),
+}
+
+/// An open file that runs are written to, block after block.
+pub struct TableFile(OpenTable);
+
+enum OpenTable {
     Csv(BufWriter<File>),
     Parquet(Box<ParquetRuns<BufWriter<File>>>),
+}
+
+impl TableFile {
+    fn begin(file: File, format: TableFormat) -> io::Result<TableFile> {
+        let mut sink = BufWriter::new(file);
+        Ok(TableFile(match format {
+            TableFormat::Csv => {
+                writeln!(sink, "particle,liquid,{}", NewRun::NUMBERS.join(","))?;
+                OpenTable::Csv(sink)
+            }
+            TableFormat::Parquet => OpenTable::Parquet(Box::new(ParquetRuns::new(sink).map_err(io::Error::other)?)),
+        }))
+    }
+
+    /// Adds a block of runs of the file's format.
+    pub fn write(&mut self, runs: EncodedRuns) -> io::Result<()> {
+        match (&mut self.0, runs.0) {
+            (OpenTable::Csv(sink), Encoded::Csv(lines)) => sink.write_all(&lines),
+            (OpenTable::Parquet(writer), Encoded::Parquet(block)) => writer.write(block).map_err(io::Error::other),
+            _ => Err(io::Error::other("runs of another format")),
+        }
+    }
+
+    /// Completes the file.
+    pub fn finish(self) -> io::Result<()> {
+        match self.0 {
+            OpenTable::Csv(mut sink) => sink.flush(),
+            OpenTable::Parquet(writer) => writer.finish().map_err(io::Error::other),
+        }
+    }
 }
 
 /// What becomes of a file that is there already.
@@ -27,12 +98,12 @@ pub enum Existing {
 }
 
 /// Writes runs to a file that appears only once it is complete.
-pub struct RunWriter<'a> {
+pub struct RunWriter {
     path: PathBuf,
     staging: Staging,
     existing: Existing,
     format: TableFormat,
-    batch: Vec<NewRun<'a>>,
+    table: TableFile,
 }
 
 /// Writes a whole table of runs that is CSV already.
@@ -57,70 +128,49 @@ pub fn free_place(path: &Path, existing: Existing) -> Result<OutputPlace, Error>
         return Err(Error::io(
             path,
             "write",
-            std::io::Error::new(std::io::ErrorKind::NotFound, reason),
+            io::Error::new(io::ErrorKind::NotFound, reason),
         ));
     }
     allow(&place, existing)?;
     Ok(place)
 }
 
-impl<'a> RunWriter<'a> {
+impl RunWriter {
     /// Opens a file beside `path`; `.parquet` makes Parquet, anything else CSV.
     ///
     /// Fails where there is no such folder, and where something stands there that is not to be replaced.
     pub fn create(path: &Path, existing: Existing) -> Result<Self, Error> {
-        let fail = |error: std::io::Error| Error::io(path, "write", error);
         let place = free_place(path, existing)?;
         let staging = Staging::beside(&place)?;
-        let mut sink = BufWriter::new(staging.create_itself().map_err(fail)?);
-        let parquet = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet"));
-        let format = if parquet {
-            let writer = ParquetRuns::new(sink).map_err(|reason| parquet_error(path, reason))?;
-            TableFormat::Parquet(Box::new(writer))
-        } else {
-            writeln!(sink, "particle,liquid,{}", NewRun::NUMBERS.join(",")).map_err(fail)?;
-            TableFormat::Csv(sink)
-        };
+        let format = TableFormat::of(path).unwrap_or(TableFormat::Csv);
+        let table = staging
+            .create_itself()
+            .and_then(|file| TableFile::begin(file, format))
+            .map_err(|error| Error::io(path, "write", error))?;
         Ok(RunWriter {
             path: path.to_path_buf(),
             staging,
             existing,
             format,
-            batch: vec![],
+            table,
         })
     }
 
-    /// Adds a run.
-    pub fn write(&mut self, run: NewRun<'a>) -> Result<(), Error> {
-        match &mut self.format {
-            TableFormat::Csv(sink) => write_csv(sink, &run).map_err(|error| Error::io(&self.path, "write", error)),
-            TableFormat::Parquet(writer) => {
-                self.batch.push(run);
-                if self.batch.len() < BATCH {
-                    return Ok(());
-                }
-                let written = writer.write(&self.batch);
-                self.batch.clear();
-                written.map_err(|reason| parquet_error(&self.path, reason))
-            }
-        }
+    /// The format that runs must have.
+    pub fn format(&self) -> TableFormat {
+        self.format
+    }
+
+    /// Adds a block of runs.
+    pub fn write(&mut self, runs: EncodedRuns) -> Result<(), Error> {
+        let written = self.table.write(runs);
+        written.map_err(|error| Error::io(&self.path, "write", error))
     }
 
     /// Completes the file and gives it its name.
     pub fn finish(self) -> Result<(), Error> {
         let path = self.path;
-        match self.format {
-            TableFormat::Csv(mut sink) => sink.flush().map_err(|error| Error::io(&path, "write", error))?,
-            TableFormat::Parquet(mut writer) => {
-                let last = if self.batch.is_empty() {
-                    Ok(())
-                } else {
-                    writer.write(&self.batch)
-                };
-                last.and_then(|()| writer.finish())
-                    .map_err(|reason| parquet_error(&path, reason))?;
-            }
-        }
+        self.table.finish().map_err(|error| Error::io(&path, "write", error))?;
         self.staging.put(|place| allow(place, self.existing))
     }
 }
@@ -140,17 +190,46 @@ fn allow(place: &OutputPlace, existing: Existing) -> Result<(), Error> {
     }
 }
 
-fn parquet_error(path: &Path, reason: String) -> Error {
-    Error::io(path, "write", std::io::Error::other(reason))
+/// Several Parquet files in a folder that is being made, which together are one table.
+///
+/// Any process that sees the folder may write some of them; the one that makes it puts it in its place.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TableParts {
+    folder: PathBuf,
+    count: u64,
 }
 
-fn write_csv(sink: &mut impl Write, run: &NewRun) -> std::io::Result<()> {
-    write!(sink, "{},{}", run.particle, run.liquid.unwrap_or(crate::scene::DRY))?;
-    for number in run.numbers() {
-        match number {
-            Some(number) => write!(sink, ",{number}")?,
-            None => write!(sink, ",")?,
-        }
+impl TableParts {
+    /// So many files.
+    pub fn of(making: &Staging, count: u64) -> io::Result<TableParts> {
+        let folder = making.create_folder()?;
+        Ok(TableParts { folder, count })
     }
-    writeln!(sink)
+
+    /// The name of a file, counted from 0; sorted, they stand in their order.
+    pub fn name(&self, part: u64) -> String {
+        let width = (self.count - 1).to_string().len().max(3);
+        format!("part-{part:0width$}.parquet")
+    }
+
+    /// Begins a file.
+    pub fn begin(&self, part: u64) -> io::Result<TableFile> {
+        TableFile::begin(File::create(self.folder.join(self.name(part)))?, TableFormat::Parquet)
+    }
+}
+
+fn csv_lines(runs: &[NewRun]) -> Vec<u8> {
+    let mut lines = String::new();
+    for run in runs {
+        lines.push_str(run.particle);
+        lines.push(',');
+        lines.push_str(run.liquid.unwrap_or(DRY));
+        for number in run.numbers() {
+            lines.push(',');
+            // writing to a text does not fail
+            let _ = number.map(|number| write!(lines, "{number}"));
+        }
+        lines.push('\n');
+    }
+    lines.into_bytes()
 }

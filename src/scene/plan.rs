@@ -4,7 +4,7 @@ use super::choices::{
     checked_terms, checked_viscous, dry_speed, ModelChoices, NoiseParameter, DRY_SPEED_TAKES, NU, SIGMA_DRY,
     SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET, TERMS_TAKES, VISCOUS_TAKES,
 };
-use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE};
+use super::expect::{ABOVE_ZERO, FILM_RATIO, FINITE, NOT_NEGATIVE, SHARE};
 use super::keys::{guides, DefaultsTo, Guided, Key, Optional, Section};
 use super::materials::{Liquid, Particle};
 use super::naming::SceneNames;
@@ -141,6 +141,10 @@ pub struct Design {
     pub speeds: DesignSpeeds,
     /// impact speeds of the dry runs, m/s
     pub dry_speeds: Vec<f64>,
+    /// sd of the logarithm of the wet runs' own films about that of their setting; absent: the film of the setting
+    pub film_rel_sd: Option<f64>,
+    /// the same of the runs' own impact speeds, dry runs' too
+    pub impact_speed_rel_sd: Option<f64>,
     /// runs at each setting
     pub repeats: u64,
 }
@@ -294,6 +298,22 @@ const DRY_IMPACT_SPEED: Key<Numbers, Optional> = Key {
     example: "[0.5, 1.0, 2.0]",
 };
 
+const FILM_REL_SD: Key<Number, Optional> = Key {
+    base: "film_rel_sd",
+    takes: Number(Dimension::One, SHARE),
+    absent: Optional("every film is that of its setting"),
+    meaning: "gives every wet run a film of its own: sd of its logarithm about that of the setting",
+    example: "0.02",
+};
+
+const IMPACT_SPEED_REL_SD: Key<Number, Optional> = Key {
+    base: "impact_speed_rel_sd",
+    takes: Number(Dimension::One, SHARE),
+    absent: Optional("every speed is that of its setting"),
+    meaning: "gives every run an impact speed of its own, in the same way",
+    example: "0.05",
+};
+
 const REPEATS: Key<Count, DefaultsTo<u64>> = Key {
     base: "repeats",
     takes: Count(1, MOST_COUNTED),
@@ -336,6 +356,8 @@ pub(super) fn guide() -> [Section; 2] {
                 &HEIGHT,
                 &IMPACT_SPEED,
                 &DRY_IMPACT_SPEED,
+                &FILM_REL_SD,
+                &IMPACT_SPEED_REL_SD,
                 &REPEATS,
             ]),
         },
@@ -456,6 +478,8 @@ pub(super) fn design(root: &SceneTable, names: &SceneNames) -> Option<Design> {
         film_ratios: film_ratios.unwrap_or_else(|| vec![vec![]; names.particles.len()]),
         speeds: DesignSpeeds(fallen.or(speeds).unwrap_or_default()),
         dry_speeds: table.read(&DRY_IMPACT_SPEED).unwrap_or_default(),
+        film_rel_sd: table.read(&FILM_REL_SD),
+        impact_speed_rel_sd: table.read(&IMPACT_SPEED_REL_SD),
         repeats: table.read(&REPEATS),
     };
     table.finish();

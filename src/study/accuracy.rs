@@ -149,11 +149,7 @@ impl SimulatedRuns {
     /// Draws a scene, and its runs.
     pub fn new(index: u64, seed: u64) -> Result<SimulatedRuns, Error> {
         let scene = simulated(index, seed)?;
-        let mut drawn = vec![];
-        Simulation::new(&scene, None)?.draw_from(stream(seed, "accuracy runs", index), |run| {
-            drawn.push(run);
-            Ok(())
-        })?;
+        let drawn = Simulation::new(&scene, None)?.draw_from(stream(seed, "accuracy runs", index));
         let runs = runs::arrange(&scene, &drawn);
         let table = Table {
             rows: runs.len(),

@@ -175,12 +175,7 @@ pub fn measure(
 
 /// Both laws at the design's one film ratio, bootstrapped or not.
 fn infer(scene: &Scene, seed: u64, set: u64, replicated: bool) -> Result<Vec<FittedScaling>, Error> {
-    let simulation = Simulation::new(scene, None)?;
-    let mut drawn = vec![];
-    simulation.draw_from(stream(seed, "calibration", set), |run| {
-        drawn.push(run);
-        Ok(())
-    })?;
+    let drawn = Simulation::new(scene, None)?.draw_from(stream(seed, "calibration", set));
     let runs = runs::arrange(scene, &drawn);
     let quoting = Quoting {
         level: scene.bootstrap.level,

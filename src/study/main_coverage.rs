@@ -181,11 +181,7 @@ fn of_design(
 
 /// Draws a data set and fits it, to the posterior.
 fn infer(scene: &Scene, seed: u64, set: u64) -> Result<Findings, Error> {
-    let mut drawn = vec![];
-    Simulation::new(scene, None)?.draw_from(stream(seed, "main numbers", set), |run| {
-        drawn.push(run);
-        Ok(())
-    })?;
+    let drawn = Simulation::new(scene, None)?.draw_from(stream(seed, "main numbers", set));
     let table = Table {
         rows: drawn.len(),
         runs: runs::arrange(scene, &drawn),

@@ -62,28 +62,16 @@ impl Place {
 
 /// The runs of a scene's design, as they are drawn.
 pub fn rows(scene: &Scene, seed: u64) -> Vec<NewRun<'_>> {
-    gather(scene, |simulation, row| simulation.draw(seed, row))
+    simulation(scene).under(seed).all()
 }
 
 /// The same from a stream.
 pub fn rows_from(scene: &Scene, rng: ChaCha8Rng) -> Vec<NewRun<'_>> {
-    gather(scene, |simulation, row| simulation.draw_from(rng, row))
+    simulation(scene).draw_from(rng)
 }
 
-type Row<'r, 's> = &'r mut dyn FnMut(NewRun<'s>) -> Result<(), Error>;
-
-fn gather<'s>(
-    scene: &'s Scene,
-    draw: impl FnOnce(&Simulation<'s>, Row<'_, 's>) -> Result<(), Error>,
-) -> Vec<NewRun<'s>> {
-    let simulation = Simulation::new(scene, None).unwrap_or_else(|error| panic!("{error}"));
-    let mut rows = vec![];
-    let drawn = draw(&simulation, &mut |run| {
-        rows.push(run);
-        Ok(())
-    });
-    drawn.unwrap_or_else(|error| panic!("{error}"));
-    rows
+fn simulation(scene: &Scene) -> Simulation<'_> {
+    Simulation::new(scene, None).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Runs as if they had been read.
@@ -99,8 +87,8 @@ pub fn table_of(runs: Runs) -> Table {
 
 pub fn write(simulation: &Simulation, seed: u64, path: &Path) {
     let mut writer = RunWriter::create(path, Existing::Replaced).unwrap_or_else(|error| panic!("{error}"));
-    simulation
-        .draw(seed, |run| writer.write(run))
+    let runs = simulation.under(seed);
+    runs.encode(0..runs.blocks(), writer.format(), |block| writer.write(block))
         .unwrap_or_else(|error| panic!("{error}"));
     writer.finish().unwrap_or_else(|error| panic!("{error}"));
 }

@@ -259,17 +259,16 @@ fn csv_and_parquet_hold_the_same_runs() {
         let read = |name: &str| {
             let path = folder.0.path().join(name);
             let mut writer = RunWriter::create(&path, Existing::Replaced).unwrap_or_else(|error| panic!("{error}"));
-            for run in &rows {
-                let written = writer.write(NewRun {
-                    particle: run.particle,
-                    liquid: run.wet.map(|(liquid, ..)| liquid),
-                    diameter: run.diameter / 1e3,
-                    film: run.wet.map(|(_, film, ratio)| (film / 1e6, ratio)),
-                    impact_speed: run.speed,
-                    restitution: run.restitution,
-                });
-                written.unwrap_or_else(|error| panic!("{error}"));
-            }
+            let new = rows.iter().map(|run| NewRun {
+                particle: run.particle,
+                liquid: run.wet.map(|(liquid, ..)| liquid),
+                diameter: run.diameter / 1e3,
+                film: run.wet.map(|(_, film, ratio)| (film / 1e6, ratio)),
+                impact_speed: run.speed,
+                restitution: run.restitution,
+            });
+            let encoded = writer.format().encode(&new.collect::<Vec<_>>());
+            writer.write(encoded).unwrap_or_else(|error| panic!("{error}"));
             writer.finish().unwrap_or_else(|error| panic!("{error}"));
             let mut scene = scene.borrow_mut();
             scene.data.runs = vec![path.into()];

@@ -58,12 +58,7 @@ pub fn write(folder: &Path, seed: u64) -> usize {
     std::fs::write(&path, SCENE).expect("the folder is writable");
     let scene = scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
     let simulation = Simulation::new(&scene, None).unwrap_or_else(|error| panic!("{error}"));
-    let mut runs = vec![];
-    let drawn = simulation.draw(seed, |run| {
-        runs.push(run);
-        Ok(())
-    });
-    drawn.unwrap_or_else(|error| panic!("{error}"));
+    let runs = simulation.under(seed).all();
     let mut list = "file,particle,liquid,diameter_mm,film_um,frame_rate_Hz,scale_px_per_mm\n".to_owned();
     for (number, run) in runs.iter().enumerate() {
         let (liquid, film) = match run.film {

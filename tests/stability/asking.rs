@@ -59,14 +59,7 @@ pub fn scene(changes: &[(&str, &str)]) -> Scene {
 /// The design's runs drawn from the scene's truth, by the name of the case.
 pub fn draw<'s>(scene: &'s Scene, case: &str, runs: Option<u64>) -> Vec<NewRun<'s>> {
     let simulation = Simulation::new(scene, runs).unwrap_or_else(|error| panic!("{error}"));
-    let mut drawn = vec![];
-    simulation
-        .draw(seed_of(case), |run| {
-            drawn.push(run);
-            Ok(())
-        })
-        .unwrap_or_else(|error| panic!("{error}"));
-    drawn
+    simulation.under(seed_of(case)).all()
 }
 
 /// A wet run at a setting of its own, by the truth of the scene; AK10 and PTFE.

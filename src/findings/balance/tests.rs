@@ -6,7 +6,7 @@ use super::*;
 use crate::inference::delta::PROFILE;
 use crate::inference::profile::Squares;
 use crate::model::simulate::Simulation;
-use crate::runs::{self, NewRun};
+use crate::runs;
 use crate::scene;
 
 const QUOTING: Quoting = Quoting { level: 0.95 };
@@ -15,18 +15,13 @@ const QUOTING: Quoting = Quoting { level: 0.95 };
 fn films_of_their_own(count: u64) -> (Scene, Runs) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/mueller2016/scene.toml");
     let scene = scene::read(&path).expect("the example's scene is good");
-    let mut rows: Vec<NewRun> = vec![];
     let simulation = Simulation::new(&scene, Some(count)).expect("the example has a truth and a design");
-    let drawn = simulation.draw(7, |run| {
+    let mut rows = simulation.under(7).all();
+    for (row, run) in rows.iter_mut().enumerate() {
         // no two within rounding of each other
-        let share = 1.0 + 0.02 * ((0.618 * rows.len() as f64).fract() - 0.5);
-        rows.push(NewRun {
-            film: run.film.map(|(film, ratio)| (film * share, ratio * share)),
-            ..run
-        });
-        Ok(())
-    });
-    drawn.expect("nothing is written");
+        let share = 1.0 + 0.02 * ((0.618 * row as f64).fract() - 0.5);
+        run.film = run.film.map(|(film, ratio)| (film * share, ratio * share));
+    }
     let runs = runs::arrange(&scene, &rows);
     (scene, runs)
 }

@@ -39,20 +39,17 @@ fn nodes_a_run(beside: Beside) -> f64 {
         design.speeds = DesignSpeeds((0..RUNS / 84).map(|i| 0.767 + 0.04 * i as f64).collect());
     }
     let mut rng = crate::seed::stream(1, "nodes_a_run", 0);
-    let mut new = vec![];
     let simulation = Simulation::new(&scene, Some(RUNS)).expect("the example has a truth and a design");
     let of_speed = f64::from(u8::from(beside != Beside::NoiseOnEnergy)) * ERROR;
-    let drawn = simulation.draw(1, |mut run| {
+    let mut new = simulation.under(1).all();
+    for run in &mut new {
         let z: f64 = StandardNormal.sample(&mut rng);
         run.impact_speed *= 1.0 + of_speed * z;
         if let Some((film, _)) = run.film.as_mut().filter(|_| beside == Beside::ErrorsInOwnFilms) {
             let z: f64 = StandardNormal.sample(&mut rng);
             *film *= 1.0 + 0.02 * z;
         }
-        new.push(run);
-        Ok(())
-    });
-    drawn.expect("nothing is written");
+    }
     let mut runs = runs::arrange(&scene, &new);
     let mut scene = scene.clone();
     if beside == Beside::NoiseOnEnergy {

@@ -1,0 +1,205 @@
+//! Draws runs from designs: films and speeds of their own, blocks that anyone may draw, and tables in one file or several.
+
+mod common;
+
+use std::path::Path;
+
+use common::{mean, seed_of, wetcor, Place};
+use wetcor::model::simulate::{Simulation, BLOCK};
+use wetcor::physics::rebound::mean_restitution;
+use wetcor::runs::{NewRun, Runs};
+use wetcor::seed::stream;
+
+/// One particle and liquid clear of the threshold, with two film ratios and three speeds.
+const SCENE: &str = r#"
+title = "films and speeds of their own"
+[data]
+runs = "runs.csv"
+[particles.PTFE]
+density_kg_m3 = 2150
+roughness_um = 5
+[liquids.AK10]
+density_kg_m3 = 930
+viscosity_mPa_s = 9.3
+[truth]
+dry_k = { PTFE = 0.183 }
+lubrication_log = 1.9
+inertia = "saturating"
+inertial_prefactor = 0.45
+film_scale = 0.07
+sigma_dry = 0.01
+sigma_wet = 0.005
+[design]
+diameter_mm = { PTFE = [4.762] }
+liquids = ["AK10"]
+film_ratio = { PTFE = [0.06, 0.12] }
+impact_speed_m_s = [0.9, 1.3, 1.7]
+dry_impact_speed_m_s = [0.5, 1.5]
+film_rel_sd = 0.1
+impact_speed_rel_sd = 0.05
+"#;
+
+/// A number in units of the sd that it should have, or its mean and square over many runs.
+fn moments(numbers: &[f64]) -> [f64; 2] {
+    let squares: Vec<f64> = numbers.iter().map(|z| z * z).collect();
+    [(numbers, 0.0), (&squares[..], 1.0)].map(|(numbers, expected)| {
+        let (found, se) = mean(numbers);
+        (found - expected) / se
+    })
+}
+
+/// How far the noise of wet runs is from standard normal, taken about the law at the film that `film` makes of a run's own
+/// and its setting's.
+fn noise(runs: &[NewRun], film: fn(f64, f64) -> f64) -> [f64; 2] {
+    let e_dry = 1.0 - 0.183 * 2f64.powf(0.2);
+    let z = runs.iter().filter_map(|run| {
+        let (own, nominal) = run.film?;
+        let film_ratio = film(own / run.diameter, nominal);
+        let stokes = 2150.0 * run.diameter * run.impact_speed / (9.0 * 9.3e-3);
+        let lost = 0.45 * 930.0 / 2150.0 * (1.0 - (-film_ratio / 0.07).exp());
+        let kept = e_dry * e_dry - lost - 4.0 * 1.9 / stokes;
+        Some((run.restitution - mean_restitution(kept)) / 0.005)
+    });
+    moments(&z.collect::<Vec<_>>())
+}
+
+#[test]
+fn every_run_has_a_film_and_a_speed_of_its_own_and_the_restitution_that_belongs_to_them() {
+    let place = Place::new(SCENE);
+    let simulation = Simulation::new(&place.scene, Some(20_000)).expect("a truth and a design");
+    let runs = simulation.under(seed_of("films_and_speeds_of_their_own")).all();
+    let logs = |of: &dyn Fn(&NewRun) -> Option<f64>, sd: f64| -> Vec<f64> {
+        runs.iter().filter_map(|run| Some(of(run)?.ln() / sd)).collect()
+    };
+    let films = logs(&|run| run.film.map(|(own, nominal)| own / run.diameter / nominal), 0.1);
+    // the settings are many sds apart
+    let near = |of: &[f64], v: f64| {
+        *of.iter()
+            .min_by(|a, b| (*a - v).abs().total_cmp(&(*b - v).abs()))
+            .expect("some")
+    };
+    let speeds = logs(
+        &|run| {
+            let settings: &[f64] = if run.film.is_some() {
+                &[0.9, 1.3, 1.7]
+            } else {
+                &[0.5, 1.5]
+            };
+            Some(run.impact_speed / near(settings, run.impact_speed))
+        },
+        0.05,
+    );
+    for z in [moments(&films), moments(&speeds), noise(&runs, |own, _| own)] {
+        assert!(z.iter().all(|z| z.abs() < 4.0), "{z:?}");
+    }
+    // the planted fault: a restitution that belongs to the setting's film goes red
+    let z = noise(&runs, |_, nominal| nominal);
+    assert!(z[1].abs() > 10.0, "{z:?}");
+}
+
+#[test]
+fn the_first_block_is_drawn_as_runs_of_one_stream_are_and_no_block_repeats_another() {
+    let place = Place::new(&SCENE.replace("sigma_wet = 0.005", "sigma_wet = 0.005\nsigma_series = 0.01"));
+    let drawn = |runs: u64| Simulation::new(&place.scene, Some(runs)).expect("a truth and a design");
+    // 8 settings, of which 5 have a run more
+    let few = drawn(1_005);
+    let one_stream = few.draw_from(stream(3, "simulate", 0));
+    assert_eq!(few.under(3).all(), one_stream);
+    assert_eq!(one_stream.len(), 1_005);
+    let many = drawn(2 * BLOCK + 7);
+    let runs = many.under(3);
+    assert_eq!(runs.blocks(), 3);
+    let [first, second, last] = [0, 1, 2].map(|block| runs.block(block));
+    assert_eq!(
+        [first.len(), second.len(), last.len()],
+        [BLOCK as usize, BLOCK as usize, 7]
+    );
+    assert_ne!(first[..7], last);
+    // every setting has its share, in turn
+    let all = runs.all();
+    let settings = all.chunk_by(|a, b| a.film.map(|film| film.1) == b.film.map(|film| film.1));
+    let counts: Vec<u64> = settings.map(|runs| runs.len() as u64).collect();
+    let share = BLOCK / 4;
+    assert_eq!(counts, [2 * share + 2, 3 * share + 3, 3 * share + 2]);
+}
+
+/// Runs of tables that `simulate` wrote.
+fn read(folder: &Path, tables: &str) -> Runs {
+    let path = folder.join("read.toml");
+    let text = SCENE.replace("\"runs.csv\"", tables);
+    std::fs::write(&path, text).expect("the folder is writable");
+    let scene = wetcor::scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
+    wetcor::runs::read(&scene)
+        .unwrap_or_else(|error| panic!("{error}"))
+        .runs
+}
+
+#[test]
+fn a_table_is_the_same_in_one_file_and_in_parts_for_any_number_of_threads() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("scene.toml"), SCENE).expect("the folder is writable");
+    let simulate = |more: &[&str]| {
+        let words = [&["simulate", "scene.toml", "--runs", "200000"], more].concat();
+        wetcor(folder.path(), &words)
+    };
+    assert_eq!(simulate(&["--out", "one.parquet"]).0, Some(0));
+    let (code, told, errors) = simulate(&["--out", "new/parts", "--parts", "3"]);
+    assert_eq!(
+        (code, told.as_str(), errors.as_str()),
+        (
+            Some(0),
+            "200000 simulated runs: new/parts/part-000.parquet to part-002.parquet\n",
+            ""
+        )
+    );
+    assert_eq!(
+        simulate(&["--out", "alone", "--parts", "3", "--threads", "1"]).0,
+        Some(0)
+    );
+    let mut names = vec![];
+    for part in 0..3 {
+        let name = format!("part-00{part}.parquet");
+        let bytes = |of: &str| std::fs::read(folder.path().join(of).join(&name)).expect("a part");
+        assert!(bytes("new/parts") == bytes("alone"), "{name}");
+        names.push(format!("\"alone/{name}\""));
+    }
+    let parts = read(folder.path(), &format!("[{}]", names.join(", ")));
+    let one = read(folder.path(), "\"one.parquet\"");
+    assert_eq!(parts.restitution.len(), 200_000);
+    assert!(parts.restitution == one.restitution && parts.film == one.film);
+    // the planted fault: another order of the parts is another table
+    names.swap(0, 2);
+    let other = read(folder.path(), &format!("[{}]", names.join(", ")));
+    assert!(other.restitution != one.restitution);
+}
+
+#[test]
+fn parts_that_cannot_be_made_are_refused_and_nothing_is_written() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("scene.toml"), SCENE).expect("the folder is writable");
+    std::fs::create_dir(folder.path().join("taken")).expect("the folder is writable");
+    for (more, expected) in [
+        (
+            &["--out", "parts", "--parts", "3", "--runs", "100000"][..],
+            "error: --parts: found 3, expected at most 2 for 100000 runs",
+        ),
+        (
+            &["--out", "taken", "--parts", "1"],
+            "error: taken: exists; --out names another folder",
+        ),
+        (
+            &["--out", "taken", "--parts", "1", "--force"],
+            "error: the argument '--parts <N>' cannot be used with '--force'",
+        ),
+        (
+            &["--out", "parts"],
+            "error: parts: expected a file ending in .csv or .parquet",
+        ),
+    ] {
+        let (code, _, errors) = wetcor(folder.path(), &[&["simulate", "scene.toml"], more].concat());
+        assert_eq!(code, Some(2), "{errors}");
+        assert!(errors.starts_with(expected), "{errors}");
+    }
+    assert!(!folder.path().join("parts").exists());
+    assert_eq!(std::fs::read_dir(folder.path()).expect("it is there").count(), 2);
+}
