@@ -4,16 +4,20 @@ mod common;
 
 use std::path::Path;
 
-use common::{binomial_z, seed_of, Place};
+use common::{binomial_z, mean, seed_of, Place};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
-use wetcor::findings::{self, Findings};
+use wetcor::findings::bootstrap::{self, Estimates, Options, MOST_RESAMPLED};
+use wetcor::findings::estimate::Quoting;
+use wetcor::findings::{self, dry, energy, scaling, series, Findings};
 use wetcor::inference::bootstrap::intervals::{studentized, Replicates};
 use wetcor::inference::bootstrap::jackknife::{acceleration, degrees_of_freedom, influence, leave_one_out};
 use wetcor::inference::bootstrap::kernel::Sample;
+use wetcor::inference::bootstrap::sandwich::sandwich;
 use wetcor::inference::bootstrap::{kernel, replicate, Plan, Pool, Target};
 use wetcor::inference::law::Law;
 use wetcor::inference::regression::Regression;
+use wetcor::runs::Table;
 use wetcor::scene::{ResamplingScheme, WetLaw};
 use wetcor::seed::stream;
 
@@ -180,6 +184,158 @@ fn percentile_intervals_cover_and_with_their_ends_swapped_do_not() {
     // limits taken as if the spread were known
     let (narrow, _) = covered(name, true, |lo, hi| (lo, hi));
     assert!(narrow < hits, "{narrow} {hits}");
+}
+
+/// Noise that grows with 1/St: the delta method takes it as even, and both others do not.
+const MANY: &str = r#"
+title = "many runs"
+[data]
+runs = "runs.parquet"
+[particles.PTFE]
+density_kg_m3 = 2150
+roughness_um = 5
+[liquids.M20]
+density_kg_m3 = 930
+viscosity_mPa_s = 20
+[truth]
+dry_k = { PTFE = 0.183 }
+lubrication_log = 1.9
+inertia = "saturating"
+inertial_prefactor = 0.45
+film_scale = 0.07
+sigma_dry = 0.01
+sigma_wet = 0.02
+noise = "heteroscedastic"
+[design]
+diameter_mm = { PTFE = [4.762, 8.0] }
+liquids = ["M20"]
+film_ratio = { PTFE = [0.04, 0.06, 0.10] }
+height_mm = [60, 100, 150]
+dry_impact_speed_m_s = [0.5, 1.0, 2.0]
+film_rel_sd = 0.02
+impact_speed_rel_sd = 0.05
+[bootstrap]
+replicates = 4000
+"#;
+
+/// Standard errors of every estimate that was resampled: by replicates or the sandwich, and by the delta method.
+fn spreads(place: &Place, table: &Table, most_resampled: usize) -> Vec<[f64; 2]> {
+    let (scene, runs) = (&place.scene, &table.runs);
+    let quoting = Quoting { level: 0.95 };
+    let mut dry = dry::fit_dry_laws(scene, runs, quoting);
+    let mut series = series::fit_series(scene, runs, &dry, quoting);
+    let mut scaling = scaling::fit_scaling(scene, runs, &dry, quoting);
+    let mut energy = energy::estimate_energy(scene, runs, &dry, &scaling, quoting);
+    let estimates = Estimates {
+        dry: &mut dry,
+        series: &mut series,
+        scaling: &mut scaling,
+        energy: &mut energy,
+    };
+    let options = Options {
+        seed: seed_of("the_sandwich_is_as_wide_as_replicates"),
+        keep_all: false,
+        most_resampled,
+    };
+    bootstrap::add_bootstrap_intervals(scene, runs, estimates, options, &|_| ());
+    let of_dry = dry.iter().map(|fitted| &fitted.dry.dry_k);
+    let of_series = series.iter().flat_map(|fit| [&fit.alpha, &fit.beta]);
+    let of_scaling = scaling
+        .iter()
+        .flat_map(|fitted| [&fitted.scaling.e_inf, &fitted.scaling.st_c]);
+    let of_energy = energy.iter().map(|row| &row.loss_over_density_ratio);
+    let all = of_dry.chain(of_series).chain(of_scaling).chain(of_energy);
+    all.map(|estimate| {
+        let own = estimate.bootstrap.as_ref().and_then(|boot| boot.se).expect("resampled");
+        let quoted = estimate.interval.expect("an interval");
+        let wide = |level: f64| {
+            let made = estimate
+                .intervals
+                .iter()
+                .find(|made| made.level == level && made.is_bootstrap());
+            made.map(|made| made.hi - made.lo).expect("made for this level")
+        };
+        assert!((wide(0.95) - (quoted[1] - quoted[0])).abs() < 1e-12 && wide(0.9) < wide(0.95));
+        // the interval is as wide as the standard error says, but for the noise of replicates
+        assert!((wide(0.95) / (2.0 * 1.96 * own) - 1.0).abs() < 0.1);
+        [own, estimate.se.expect("a standard error")]
+    })
+    .collect()
+}
+
+#[test]
+fn the_sandwich_is_as_wide_as_the_replicates_that_it_stands_for() {
+    let place = Place::new(MANY);
+    let table = place.draw(seed_of("runs of the sandwich"), Some(20_000));
+    let [replicates, sandwich] = [usize::MAX, 0].map(|most| spreads(&place, &table, most));
+    assert_eq!(replicates.len(), 1 + 2 * 6 + 2 * 2 * 4 + 2 * 3);
+    let ratios: Vec<f64> = sandwich.iter().zip(&replicates).map(|(a, b)| a[0] / b[0]).collect();
+    // an sd of 4,000 replicates has a standard error of 1.1 %
+    assert!(ratios.iter().all(|ratio| (ratio - 1.0).abs() < 0.045), "{ratios:?}");
+    let (mean, _) = mean(&ratios);
+    assert!((mean - 1.0).abs() < 0.01, "{mean}");
+    // the planted fault: the delta method's, which takes the noise as even
+    let even: Vec<f64> = sandwich.iter().map(|[own, of_delta]| of_delta / own).collect();
+    assert!(even.iter().any(|ratio| (ratio - 1.0).abs() > 0.1), "{even:?}");
+}
+
+#[test]
+fn a_fit_that_hangs_on_a_run_or_has_few_has_no_sandwich() {
+    let of = |runs: usize, edge: f64| {
+        let mut rng = stream(1, "a_fit_that_hangs_on_a_run", 0);
+        let x: Vec<f64> = (0..runs)
+            .map(|run| 0.4 + 0.6 * run as f64 / runs as f64)
+            .chain([(0.6 - edge) / 0.5])
+            .collect();
+        let noisy = |x: &f64| {
+            let z: f64 = StandardNormal.sample(&mut rng);
+            (0.6 - 0.5 * x).sqrt() + 0.02 * z
+        };
+        let e: Vec<f64> = x.iter().map(noisy).map(|e: f64| e.abs()).collect();
+        let pool = Pool {
+            strata: (0..x.len() / 3).map(|stratum| 3 * stratum..3 * stratum + 3).collect(),
+            series: std::iter::once(0..x.len()).collect(),
+        };
+        let regression = Regression::new(Law::SQUARE_ROOT, &x, &e);
+        let fitted = kernel::fit(Law::SQUARE_ROOT, &Sample::new(&x, &e, &vec![1.0; x.len()]), [0.6, -0.5]);
+        let target = Target {
+            regression,
+            strata: 0..pool.strata.len(),
+            series: 0..1,
+            fitted: fitted.expect("determined").parameters,
+            run_weights: None,
+        };
+        sandwich(&pool, &target).is_some()
+    };
+    assert!(of(2_999, 0.1));
+    assert!(!of(2_999, 1e-6));
+    assert!(!of(899, 0.1));
+}
+
+#[test]
+fn a_table_of_very_many_runs_is_told_that_nothing_was_resampled() {
+    let place = Place::new(MANY);
+    let table = place.draw(1, Some(100_800));
+    let found = findings::fit_least_squares(&place.scene, &table, 1, true);
+    let resampling = found.bootstrap.as_ref().expect("the stage ran");
+    assert_eq!((resampling.interval, resampling.resampled_fits), ("sandwich", 0));
+    let notice = found
+        .notices
+        .iter()
+        .find(|notice| notice.code == "bootstrap_by_sandwich");
+    let text = &notice.expect("it is told").text;
+    assert!(
+        text.starts_with("100800 runs, more than the 100000 that are resampled:"),
+        "{text}"
+    );
+    assert!(found.notices.iter().all(|notice| notice.code != "bootstrap_one_series"));
+    assert!(found.scaling.iter().all(|row| row.e_inf.method == "sandwich"));
+    // at the line runs are resampled as ever
+    let mut place = place;
+    place.scene.bootstrap.replicates = 2;
+    let table = place.draw(1, Some(MOST_RESAMPLED as u64));
+    let found = findings::fit_least_squares(&place.scene, &table, 1, true);
+    assert!(found.scaling.iter().all(|row| row.e_inf.method == "percentile"));
 }
 
 const SCENE: &str = r#"

@@ -42,7 +42,8 @@ pub struct Estimate {
 /// What the replicates of a quantity say.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Bootstrapped {
-    /// standard deviation of the replicates; `None` where `fallback` says why there are none
+    /// standard deviation of the replicates, or by the sandwich that they tend to; `None` where `fallback` says why there are
+    /// none
     pub se: Option<f64>,
     /// their mean minus the estimate
     pub bias: Option<f64>,
@@ -51,7 +52,7 @@ pub struct Bootstrapped {
     /// the same by reason
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub failures: Vec<Failed>,
-    /// replicates asked for
+    /// replicates asked for; 0 where the sandwich stands for them
     pub replicates: usize,
     /// why another interval stands in for the scene's: the percentile one, without replicates the delta method's
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -68,6 +69,15 @@ pub struct Failed {
 }
 
 impl Bootstrapped {
+    /// The spread that replicates tend to, where none are made.
+    pub(super) fn of_limit(se: f64) -> Bootstrapped {
+        Bootstrapped {
+            se: Some(se),
+            fallback: None,
+            ..Bootstrapped::none("")
+        }
+    }
+
     pub(super) fn none(why: &'static str) -> Bootstrapped {
         Bootstrapped {
             se: None,
@@ -172,6 +182,22 @@ const WHY_CURVED: &str = "the curvature of the fit forbids a ±: the interval is
                           which the weighted squares have risen by t²s²";
 
 impl Estimate {
+    /// The levels that intervals are made for.
+    pub(super) fn levels(&self) -> Vec<f64> {
+        let own = Some(self.level).filter(|level| !LEVELS.contains(level));
+        LEVELS.into_iter().chain(own).collect()
+    }
+
+    /// Adds a bootstrap's intervals, which stand for the delta method's at other levels than the scene's: these say nothing
+    /// that its se and its interval at that level do not.
+    pub(super) fn add_bootstrap_intervals(&mut self, made: Vec<Interval>) {
+        if !made.is_empty() {
+            let level = self.level;
+            self.intervals.retain(|made| !made.is_delta() || made.level == level);
+            self.intervals.extend(made);
+        }
+    }
+
     /// Value and standard error, where both are there.
     pub fn pair(&self) -> Option<(f64, f64)> {
         self.value.zip(self.se)

@@ -274,7 +274,11 @@ impl LeastSquaresFits {
             scaling: &mut self.scaling,
             energy: &mut self.energy,
         };
-        let options = bootstrap::Options { seed, keep_all: false };
+        let options = bootstrap::Options {
+            seed,
+            keep_all: false,
+            most_resampled: bootstrap::MOST_RESAMPLED,
+        };
         bootstrap::add_bootstrap_intervals(scene, runs, estimates, options, done)
     }
 

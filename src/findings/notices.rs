@@ -103,6 +103,7 @@ const BOOTSTRAP_SINGLE_RUN_STRATA: Entry = entry(
     "bootstrap_single_run_strata",
     "a second run of such a series would tell its noise",
 );
+const BOOTSTRAP_BY_SANDWICH: Entry = entry("bootstrap_by_sandwich", "nothing: of so many runs both give the same");
 const BOOTSTRAP_ONE_SERIES: Entry = entry(
     "bootstrap_one_series",
     "choose scheme = \"cases\" for their bootstrap interval",
@@ -484,6 +485,19 @@ pub(super) fn bootstrap_single_run_strata(single: usize, strata: usize) -> Notic
 pub(super) fn bootstrap_one_series(fits: usize) -> Notice {
     let text = format!("{fits} fits rest on one series, for which none can be drawn: their delta interval stands");
     BOOTSTRAP_ONE_SERIES.notice(fits, text)
+}
+
+/// Runs too many to resample: how many, the most that are, and of all fits those that were resampled all the same.
+pub(super) fn bootstrap_by_sandwich(runs: usize, most: usize, [resampled, all]: [usize; 2]) -> Notice {
+    let rest = match resampled {
+        0 => String::new(),
+        some => format!("; {some} of {all} fits were resampled, which have few runs or hang on one of them"),
+    };
+    let text = format!(
+        "{runs} runs, more than the {most} that are resampled: the intervals are made with the sandwich covariance, which \
+         that of replicates tends to{rest}"
+    );
+    BOOTSTRAP_BY_SANDWICH.notice(runs, text)
 }
 
 /// A constant taken as exact, and the result that an error of it would move most.

@@ -10,7 +10,8 @@ pub const LEVELS: [f64; 2] = [0.90, 0.95];
 /// An interval for a quantity.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Interval {
-    /// how it was made: `delta`, `delta_log` for one made on the logarithm, [`PROFILE`], or a kind of bootstrap
+    /// how it was made: `delta`, `delta_log` for one made on the logarithm, [`PROFILE`], or a kind of bootstrap, with
+    /// `sandwich` of what that tends to
     pub method: &'static str,
     /// probability it was made for
     pub level: f64,
@@ -29,7 +30,7 @@ impl Interval {
         matches!(self.method, "delta" | "delta_log")
     }
 
-    /// Whether it is made of replicates.
+    /// Whether it is made of replicates, or is what these tend to.
     pub fn is_bootstrap(&self) -> bool {
         !self.is_delta() && self.method != PROFILE
     }

@@ -193,6 +193,7 @@ fn infer(scene: &Scene, seed: u64, set: u64, replicated: bool) -> Result<Vec<Fit
         let options = bootstrap::Options {
             seed: seed.wrapping_add(set),
             keep_all: true,
+            most_resampled: usize::MAX,
         };
         bootstrap::add_bootstrap_intervals(scene, &runs, estimates, options, &|_| ());
     }

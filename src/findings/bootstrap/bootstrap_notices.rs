@@ -48,7 +48,7 @@ pub(super) fn bootstrap_notices(
     let alone = fits
         .iter()
         .filter_map(|(_, estimate)| estimate.bootstrap.as_ref())
-        .filter(|boot| boot.replicates == 0)
+        .filter(|boot| boot.se.is_none() && boot.replicates == 0)
         .count();
     if alone > 0 {
         found.push(notices::bootstrap_one_series(alone));

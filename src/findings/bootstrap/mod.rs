@@ -6,15 +6,18 @@
 //! | `affordable.rs` | how many replicates are held at once |
 //! | `columns.rs` | lays the runs of all fits out in strata |
 //! | `replicates.rs` | turns the replicates of a quantity into its interval |
+//! | `by_sandwich.rs` | gives the fits of very many runs the intervals that resampling tends to |
 //! | `bootstrap_notices.rs` | which intervals want a second look |
 
 mod affordable;
 mod bootstrap_notices;
+mod by_sandwich;
 mod columns;
 mod replicates;
 mod resampling;
 
 pub use affordable::MOST_HELD;
+pub use by_sandwich::MOST_RESAMPLED;
 pub use replicates::FEWEST_RUNS;
 pub use resampling::{Estimates, JointReplicates, Resampling};
 
@@ -24,11 +27,12 @@ use rayon::prelude::*;
 
 use super::dry::FittedDry;
 use super::estimate::Estimate;
-use super::film_ratio;
 use super::quantities::wetted_of;
 use super::scaling::FittedScaling;
+use super::{film_ratio, notices};
 use crate::inference::bootstrap::jackknife::leave_one_out;
 use crate::inference::bootstrap::kernel::WeightedFit;
+use crate::inference::bootstrap::sandwich::sandwich;
 use crate::inference::bootstrap::{replicate, Plan, RunWeights, Target};
 use crate::inference::effective_variance::ErrorWeights;
 use crate::notice::Notice;
@@ -36,6 +40,7 @@ use crate::physics::quantity::{Place, Quantity};
 use crate::runs::Runs;
 use crate::scene::{IntervalMethod, ResamplingScheme, Scene};
 use affordable::{affordable_replicates, fewer_replicates_notice};
+use by_sandwich::{FittedBySandwich, Sandwich, SANDWICH};
 use columns::Columns;
 use replicates::{AllReplicates, DrySpeedReference, Formula, ReplicatedLaw, Task};
 
@@ -63,54 +68,100 @@ pub fn add_bootstrap_intervals(
     let columns = Columns::new(scene, runs, estimates.dry);
     let weights = FitWeights::new(&columns, runs, &estimates, plan.scheme);
     let (targets, places) = targets(scene, runs, &columns, &estimates, &weights);
+    let strata = columns.pool.strata.len();
+    let single_run_strata = columns.pool.single_runs();
+    let many = runs.len() > options.most_resampled && plan.scheme == ResamplingScheme::Cases;
+    let of_target = |target: &Target| many.then(|| sandwich(&columns.pool, target)).flatten();
+    let sandwiches: Vec<Sandwich> = targets.par_iter().map(of_target).collect();
+    let mut resampled = vec![];
+    for task in tasks(scene, runs, &mut estimates, &places) {
+        match FittedBySandwich::of_task(&task, &targets, &sandwiches) {
+            Some(fitted) => fitted.add_interval(task),
+            None => resampled.push(task),
+        }
+    }
+    let chosen = if many {
+        choose(&mut resampled, targets.len())
+    } else {
+        (0..targets.len()).collect()
+    };
+    let of_chosen: Vec<Target> = chosen.iter().map(|target| targets[*target].clone()).collect();
+    let (pool, of_chosen) = columns.pool.of_targets(&of_chosen);
     let replicates = AllReplicates {
         plan,
         method,
         keep_all: options.keep_all,
-        fits: replicate(&columns.pool, &targets, plan, done),
-        without: targets
+        fits: replicate(&pool, &of_chosen, plan, done),
+        without: of_chosen
             .par_iter()
-            .map(|target| leave_one_out(&columns.pool, target, plan.scheme))
+            .map(|target| leave_one_out(&pool, target, plan.scheme))
             .collect(),
-        fitted: targets.iter().map(|target| target.fitted).collect(),
+        fitted: of_chosen.iter().map(|target| target.fitted).collect(),
         named: scene.bootstrap.interval.is_some(),
-        runs: targets.iter().map(|target| target.regression.x.len()).collect(),
-        to_spare: targets
+        runs: of_chosen.iter().map(|target| target.regression.x.len()).collect(),
+        to_spare: of_chosen
             .iter()
             .map(|Target { regression, .. }| regression.x.len().saturating_sub(regression.law.parameters()))
             .collect(),
-        drawn: targets
+        drawn: of_chosen
             .iter()
             .map(|target| plan.scheme != ResamplingScheme::Series || target.series.len() > 1)
             .collect(),
     };
-    tasks(scene, runs, &mut estimates, &places)
-        .into_par_iter()
-        .for_each(|task| replicates.add_interval(task));
+    resampled.into_par_iter().for_each(|task| replicates.add_interval(task));
     let resampling = Resampling {
         scheme: plan.scheme.name(),
-        interval: method.name(),
+        interval: if many { SANDWICH } else { method.name() },
         replicates: plan.replicates,
-        strata: columns.pool.strata.len(),
-        single_run_strata: columns.pool.single_runs(),
-        joint: joint_replicates(scene, runs, &estimates, &places, &replicates),
+        resampled_fits: chosen.len(),
+        strata,
+        single_run_strata,
+        joint: if many {
+            vec![]
+        } else {
+            joint_replicates(scene, runs, &estimates, &places, &replicates)
+        },
     };
-    let mut notices = bootstrap_notices::bootstrap_notices(scene, runs, &resampling, &estimates);
-    notices.extend(fewer_replicates_notice(
+    let mut found = bootstrap_notices::bootstrap_notices(scene, runs, &resampling, &estimates);
+    found.extend(fewer_replicates_notice(
         scene.bootstrap.replicates,
         plan.replicates,
         fits,
     ));
-    (resampling, notices)
+    found.extend(many.then(|| {
+        let fits = [chosen.len(), targets.len()];
+        notices::bootstrap_by_sandwich(runs.len(), options.most_resampled, fits)
+    }));
+    (resampling, found)
 }
 
-/// Seed of the replicates, and whether every kind of interval is kept beside the one that is quoted.
+/// The fits that some tasks need replicates of; the tasks then count among these.
+fn choose(tasks: &mut [Task], all: usize) -> Vec<usize> {
+    let mut needed = vec![false; all];
+    for task in tasks.iter() {
+        std::iter::once(task.target)
+            .chain(task.dry)
+            .for_each(|target| needed[target] = true);
+    }
+    let chosen: Vec<usize> = (0..all).filter(|target| needed[*target]).collect();
+    let place = |target: usize| chosen.partition_point(|other| *other < target);
+    for task in tasks {
+        task.target = place(task.target);
+        task.dry = task.dry.map(place);
+    }
+    chosen
+}
+
+/// How intervals are made beside what the scene says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Options {
     /// seed of the replicates
     pub seed: u64,
-    /// whether every kind of interval is kept
+    /// whether every kind of interval is kept beside the one that is quoted
     pub keep_all: bool,
+    /// runs of the largest table whose runs are resampled, usually [`MOST_RESAMPLED`]; of more than that the intervals are
+    /// those that resampling tends to
+    pub most_resampled: usize,
 }
 
 /// Where the runs of each fit stand among those of all: dry groups, then series.

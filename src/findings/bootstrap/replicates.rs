@@ -8,7 +8,7 @@ use crate::inference::bootstrap::intervals::{studentized, Replicates};
 use crate::inference::bootstrap::jackknife::{acceleration, degrees_of_freedom, influence};
 use crate::inference::bootstrap::kernel::{Failure, WeightedFit};
 use crate::inference::bootstrap::{Plan, Replicated};
-use crate::inference::delta::{Interval, LEVELS};
+use crate::inference::delta::Interval;
 use crate::physics::quantity::{Place, Quantity, Wetted};
 use crate::physics::Order;
 use crate::scene::{IntervalMethod, ResamplingScheme, WetLaw};
@@ -65,6 +65,22 @@ impl Task<'_> {
             None => wetted,
         };
         self.quantity.value(&self.formula.at, &wetted)
+    }
+
+    /// The variance of the quantity to first order, from a law's parameters with their covariance and k with its variance.
+    pub(super) fn variance(&self, (p, covariance): ([f64; 2], [f64; 3]), (k, of_k): (f64, f64)) -> f64 {
+        // central differences: the quantities are smooth and the parameters of order one
+        let step = |x: f64| 1e-5 * x.abs().max(1e-3);
+        let (h0, h1, hk) = (step(p[0]), step(p[1]), step(k));
+        let g0 = (self.value([p[0] + h0, p[1]], k) - self.value([p[0] - h0, p[1]], k)) / (2.0 * h0);
+        let g1 = (self.value([p[0], p[1] + h1], k) - self.value([p[0], p[1] - h1], k)) / (2.0 * h1);
+        let [aa, ab, bb] = covariance;
+        let mut variance = g0 * g0 * aa + 2.0 * g0 * g1 * ab + g1 * g1 * bb;
+        if self.dry.is_some() {
+            let gk = (self.value(p, k + hk) - self.value(p, k - hk)) / (2.0 * hk);
+            variance += gk * gk * of_k;
+        }
+        variance
     }
 }
 
@@ -151,27 +167,21 @@ impl AllReplicates {
 
     /// Adds the interval of the scene's method, or of every method, at each level.
     fn add_intervals(&self, estimate: &mut Estimate, made: &mut IntervalParts) {
-        let mut levels: Vec<f64> = LEVELS.to_vec();
-        if !levels.contains(&estimate.level) {
-            levels.push(estimate.level);
-        }
         let all = [
             IntervalMethod::Percentile,
             IntervalMethod::Bca,
             IntervalMethod::Studentized,
         ];
-        for level in levels {
+        let mut intervals = vec![];
+        for level in estimate.levels() {
             for other in all.into_iter().filter(|other| self.keep_all || *other == self.method) {
-                estimate.intervals.extend(made.interval(other, level).ok());
+                intervals.extend(made.interval(other, level).ok());
             }
         }
-        // the delta method's at another level says nothing that its se and the scene's level do not
-        let made_some = estimate.intervals.iter().any(Interval::is_bootstrap);
-        if made_some && !self.keep_all {
-            let level = estimate.level;
-            estimate
-                .intervals
-                .retain(|made| !made.is_delta() || made.level == level);
+        if self.keep_all {
+            estimate.intervals.extend(intervals);
+        } else {
+            estimate.add_bootstrap_intervals(intervals);
         }
     }
 
@@ -235,22 +245,10 @@ impl AllReplicates {
 
     /// t* = (θ* − θ̂)/se*, with each replicate's own delta-method standard error.
     fn studentized(&self, task: &Task, value: f64) -> Replicates {
-        let quantity = |p: [f64; 2], k: f64| task.value(p, k);
         let t = self.fits(task.target, task.dry).map(|(fit, k)| {
-            let k_at = k.parameters[0];
-            let p = fit.parameters;
-            // central differences: the quantities are smooth and the parameters of order one
-            let step = |x: f64| 1e-5 * x.abs().max(1e-3);
-            let (h0, h1, hk) = (step(p[0]), step(p[1]), step(k_at));
-            let g0 = (quantity([p[0] + h0, p[1]], k_at) - quantity([p[0] - h0, p[1]], k_at)) / (2.0 * h0);
-            let g1 = (quantity([p[0], p[1] + h1], k_at) - quantity([p[0], p[1] - h1], k_at)) / (2.0 * h1);
-            let [aa, ab, bb] = fit.covariance;
-            let mut variance = g0 * g0 * aa + 2.0 * g0 * g1 * ab + g1 * g1 * bb;
-            if task.dry.is_some() {
-                let gk = (quantity(p, k_at + hk) - quantity(p, k_at - hk)) / (2.0 * hk);
-                variance += gk * gk * k.covariance[0];
-            }
-            (quantity(p, k_at) - value) / variance.sqrt()
+            let (p, k_at) = (fit.parameters, k.parameters[0]);
+            let variance = task.variance((p, fit.covariance), (k_at, k.covariance[0]));
+            (task.value(p, k_at) - value) / variance.sqrt()
         });
         Replicates::new(t)
     }

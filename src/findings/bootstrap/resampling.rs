@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::by_sandwich::SANDWICH;
 use crate::findings::dry::FittedDry;
 use crate::findings::energy::Energy;
 use crate::findings::scaling::FittedScaling;
@@ -29,6 +30,8 @@ pub struct Resampling {
     pub interval: &'static str,
     /// replicates
     pub replicates: usize,
+    /// fits that were resampled: all, but of more runs than are resampled only those that the sandwich does not serve
+    pub resampled_fits: usize,
     /// strata of all runs
     pub strata: usize,
     /// strata of one run, which no resample can vary
@@ -36,6 +39,13 @@ pub struct Resampling {
     /// replicates of pairs, for the figures
     #[serde(skip)]
     pub joint: Vec<JointReplicates>,
+}
+
+impl Resampling {
+    /// Whether the sandwich stands for the replicates of most fits.
+    pub fn is_by_sandwich(&self) -> bool {
+        self.interval == SANDWICH
+    }
 }
 
 /// e_inf and St_c of the same replicates.

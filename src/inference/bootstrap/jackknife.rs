@@ -21,7 +21,7 @@ pub fn leave_one_out(pool: &Pool, target: &Target, scheme: ResamplingScheme) -> 
         let runs = |stratum: &std::ops::Range<usize>| within(stratum).map(|run| run..run + 1).collect();
         pool.strata[target.strata.clone()].iter().map(runs).collect()
     };
-    let slopes = (target.regression.x.len() > EXACT).then(|| first_order(target));
+    let slopes = (target.regression.x.len() > EXACT).then(|| first_order(target).slopes);
     let mut weights = vec![1.0; target.regression.x.len()];
     strata
         .iter()
@@ -62,8 +62,15 @@ fn without_to_first_order(target: &Target, slopes: &[[f64; 2]], members: &[std::
     sums.iter().map(without).collect()
 }
 
-/// dθ/dw_i of both parameters for each run: −H⁻¹ times the run's own gradient, both of ½ Σ w (e − F)².
-fn first_order(target: &Target) -> Vec<[f64; 2]> {
+/// What the weights of runs do to a fit, to first order.
+pub(super) struct Influences {
+    /// dθ/dw of both parameters for each run: −H⁻¹ times the run's own gradient, both of ½ Σ w (e − F)²
+    pub slopes: Vec<[f64; 2]>,
+    /// the largest share that one run has in H, its leverage: to first order what is left out of it is of that order
+    pub leverage: f64,
+}
+
+pub(super) fn first_order(target: &Target) -> Influences {
     let Target { regression, fitted, .. } = target;
     let gradient_and_bend = |run: usize| -> ([f64; 2], f64) {
         let weight = target.run_weights.map_or(1.0, |own| own.weights[run]);
@@ -83,14 +90,16 @@ fn first_order(target: &Target) -> Vec<[f64; 2]> {
             *sum += bend * product;
         }
     }
-    let runs = 0..regression.x.len();
-    runs.map(|run| {
-        regression
-            .law
-            .solve(hessian, gradient_and_bend(run).0)
-            .map(|step| -step)
-    })
-    .collect()
+    let mut leverage: f64 = 0.0;
+    let slopes = regression.x.iter().enumerate().map(|(run, x)| {
+        let (gradient, bend) = gradient_and_bend(run);
+        let design = regression.law.design(*x);
+        let pulled = regression.law.solve(hessian, design);
+        leverage = leverage.max((bend * (design[0] * pulled[0] + design[1] * pulled[1])).abs());
+        regression.law.solve(hessian, gradient).map(|step| -step)
+    });
+    let slopes = slopes.collect();
+    Influences { slopes, leverage }
 }
 
 /// Influence values l = (n_s − 1)(θ̂ − θ_(i)) of a quantity, from its values without each member of a stratum.

@@ -19,6 +19,7 @@
 //! | `schemes.rs` | draws what a replicate of the other schemes is fitted to |
 //! | `replicated.rs` | keeps the replicates |
 //! | `jackknife.rs` | leaves out one run at a time: acceleration and degrees of freedom |
+//! | `sandwich.rs` | the covariance of replicates without any, of many runs |
 //! | `intervals.rs` | percentile, BCa and studentized intervals from replicates |
 
 mod batches;
@@ -29,6 +30,7 @@ mod lines;
 mod multisets;
 mod nodes;
 mod replicated;
+pub mod sandwich;
 mod schemes;
 pub mod strata;
 mod target;

@@ -44,9 +44,38 @@ impl Pool {
         self.strata.iter().filter(|stratum| stratum.len() == 1).count()
     }
 
+    /// The strata and series of some targets alone, with these targets on them; runs of the others are not drawn.
+    pub fn of_targets<'t>(&self, targets: &[Target<'t>]) -> (Pool, Vec<Target<'t>>) {
+        let (strata, place_of_stratum) = kept(&self.strata, targets.iter().map(|target| &target.strata));
+        let (series, place_of_series) = kept(&self.series, targets.iter().map(|target| &target.series));
+        let moved = |range: &Range<usize>, places: &[usize]| places[range.start]..places[range.end];
+        let targets = targets.iter().map(|target| Target {
+            strata: moved(&target.strata, &place_of_stratum),
+            series: moved(&target.series, &place_of_series),
+            ..target.clone()
+        });
+        (Pool { strata, series }, targets.collect())
+    }
+
     pub(super) fn first_run(&self, target: &Target) -> usize {
         self.strata.get(target.strata.start).map_or(0, |stratum| stratum.start)
     }
+}
+
+/// The ranges of runs that some lists of them name, moved together, and how many of those before each are.
+fn kept<'a>(ranges: &[Range<usize>], named: impl Iterator<Item = &'a Range<usize>>) -> (Vec<Range<usize>>, Vec<usize>) {
+    let mut is_named = vec![false; ranges.len()];
+    named.for_each(|range| is_named[range.clone()].fill(true));
+    let (mut kept, mut places): (Vec<Range<usize>>, Vec<usize>) = (vec![], vec![]);
+    for (range, is_named) in ranges.iter().zip(is_named) {
+        places.push(kept.len());
+        if is_named {
+            let start = kept.last().map_or(0, |last| last.end);
+            kept.push(start..start + range.len());
+        }
+    }
+    places.push(kept.len());
+    (kept, places)
 }
 
 /// Fits a target to weighted restitutions of its runs.

@@ -6,7 +6,7 @@ use super::super::ReportInput;
 use super::cells::law_name;
 use super::page::Page;
 use super::table::ReportTable;
-use crate::findings::bootstrap::Resampling;
+use crate::findings::bootstrap::{Resampling, MOST_RESAMPLED};
 use crate::findings::estimate::{Bootstrapped, Estimate};
 use crate::findings::notices::SERIES_SCHEME_CHANGES;
 use crate::findings::Findings;
@@ -24,14 +24,12 @@ pub(super) fn bootstrap(page: &mut Page, input: ReportInput) {
         "Bootstrap",
         "How uncertain the laws' numbers are when their runs are drawn again, beside the delta method.",
     );
-    page.paragraph(&format!(
-        "{} replicates, {}.{} Percentile and BCa limits are widened as Student's t is, by the degrees of \
-         freedom of the strata. The other tables quote these intervals wherever replicates were made, but the \
-         profile's where the curvature of a fit forbids a ±; ± is the delta method's throughout. Below: fits that are usable. How often each kind of interval covers the truth of simulated runs: `wetcor calibrate`.",
-        resampling.replicates,
-        scheme(input.scene.bootstrap.scheme),
-        single_runs(input.scene.bootstrap.scheme, resampling)
-    ));
+    let own = input.scene.bootstrap.scheme;
+    page.paragraph(&if resampling.is_by_sandwich() {
+        by_sandwich(resampling)
+    } else {
+        by_replicates(own, resampling)
+    });
     joint_figures(page, input);
     let table = ReportTable::of(&rows)
         .column("particle", |row| row.particle.clone())
@@ -66,6 +64,36 @@ pub(super) fn bootstrap(page: &mut Page, input: ReportInput) {
         .column("failed", |row| failed(row.bootstrapped));
     page.table(&table);
 }
+
+/// How replicates were made, and what is quoted of them.
+fn by_replicates(own: ResamplingScheme, resampling: &Resampling) -> String {
+    format!(
+        "{} replicates, {}.{} Percentile and BCa limits are widened as Student's t is, by the degrees of \
+         freedom of the strata. The other tables quote these intervals wherever replicates were made, {REST}",
+        resampling.replicates,
+        scheme(own),
+        single_runs(own, resampling)
+    )
+}
+
+/// What stands for replicates where runs are too many to be resampled.
+fn by_sandwich(resampling: &Resampling) -> String {
+    let rest = match resampling.resampled_fits {
+        0 => String::new(),
+        fits => format!(
+            " {fits} fits have too few runs for that, or hang on one of them: these were resampled, {} replicates each.",
+            resampling.replicates
+        ),
+    };
+    format!(
+        "Of more than {MOST_RESAMPLED} runs the standard error is the one that resampling inside each series and impact speed \
+         tends to, by the sandwich covariance, which takes neither the spreads as equal nor the law as true; the intervals are \
+         normal.{rest} The other tables quote these intervals, {REST}"
+    )
+}
+
+const REST: &str = "but the profile's where the curvature of a fit forbids a ±; ± is the delta method's throughout. Below: fits \
+                    that are usable. How often each kind of interval covers the truth of simulated runs: `wetcor calibrate`.";
 
 /// An estimate with replicates beside its standard error.
 struct Resampled<'a> {
