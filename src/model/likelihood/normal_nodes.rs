@@ -73,6 +73,27 @@ const OF_SIXTEEN: Hermite<8> = [
     [6.6308781983931295, 1.3249406140780624],
 ];
 
+/// The orthonormal Hermite polynomial of a degree one below the number of nodes, at the positive nodes.
+type LastPolynomial<const PAIRS: usize> = [f64; PAIRS];
+
+const LAST_OF_EIGHT: LastPolynomial<4> = [
+    -0.5788865440839135,
+    1.03256469711088,
+    -3.60183808695513,
+    33.31637763122326,
+];
+
+const LAST_OF_SIXTEEN: LastPolynomial<8> = [
+    -0.4670095561284675,
+    0.6282708642457472,
+    -1.1496865463116694,
+    2.9326774049780835,
+    -10.900674194737352,
+    63.91368189342793,
+    -690.862625518613,
+    20427.299714857567,
+];
+
 /// Nodes of a Gauss–Hermite rule.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Order {
@@ -87,6 +108,23 @@ impl Order {
             Order::Eight => &OF_EIGHT,
             Order::Sixteen => &OF_SIXTEEN,
         }
+    }
+
+    /// The larger coefficient of an integrand over the normal density in the last two orthonormal Hermite polynomials that
+    /// the rule tells apart, from the parts that each pair of nodes, the negative one first, adds to the integral.
+    pub fn last_coefficient(self, parts: &[[f64; 2]]) -> f64 {
+        let last: &[f64] = match self {
+            Order::Eight => &LAST_OF_EIGHT,
+            Order::Sixteen => &LAST_OF_SIXTEEN,
+        };
+        let degree = (2 * last.len() - 1) as f64;
+        let (mut odd, mut even) = (0.0, 0.0);
+        for (([node, _], last), [below, above]) in self.pairs().iter().zip(last).zip(parts) {
+            odd += last * (above - below);
+            // at a node the polynomial of the degree before is this one times x/√degree
+            even += last * node * (above + below);
+        }
+        odd.abs().max(even.abs() / degree.sqrt())
     }
 }
 
@@ -263,5 +301,37 @@ impl<const WITHIN: bool> WithSimd for Angles<'_, WITHIN> {
             let density = weight * beyond;
             [share * turned, density, density * at.a, density * at.b * at.stretch]
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::distributions::LN_ROOT_TWO_PI;
+
+    /// What each pair of nodes adds to the integral of a function times the standard normal density.
+    fn parts(order: Order, of: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
+        let pair = |[node, weight]: &[f64; 2]| {
+            let weight = weight * (-0.5 * node * node - LN_ROOT_TWO_PI).exp();
+            [weight * of(-node), weight * of(*node)]
+        };
+        order.pairs().iter().map(pair).collect()
+    }
+
+    #[test]
+    fn the_last_coefficient_is_that_of_the_last_two_polynomials() {
+        for order in [Order::Eight, Order::Sixteen] {
+            let degree = 2 * order.pairs().len() as i32 - 1;
+            // x to a power has the root of its factorial of the polynomial of that degree, and none of those above
+            let root = |power: i32| (1..=power).map(f64::from).product::<f64>().sqrt();
+            for power in [degree, degree - 1] {
+                let found = order.last_coefficient(&parts(order, |x| x.powi(power) / root(power)));
+                assert!((found - 1.0).abs() < 1e-12, "{order:?} {power}: {found}");
+            }
+            for power in 0..degree - 1 {
+                let found = order.last_coefficient(&parts(order, |x| x.powi(power) / root(power)));
+                assert!(found < 1e-12, "{order:?} {power}: {found:e}");
+            }
+        }
     }
 }

@@ -1,47 +1,52 @@
 //! Integrates over the true speed where the integrand is all but normal, by a Gauss–Hermite rule.
 
-use super::lanes::MOST_NODES;
+use super::lanes::RuleNodes;
 use super::reach::Moved;
 use super::{HiddenSpeed, SettingRuns, SettingSlopes, Sums};
 use crate::model::likelihood::normal_nodes::Order;
 use crate::model::likelihood::run_density::RunDensity;
 
+/// An integrand that is all but normal.
+struct Bell {
+    /// about where it is largest
+    z: f64,
+    width: f64,
+    /// whether what came out on a side would have for certain as far as there is something of it
+    sides_are_certain: bool,
+}
+
 impl HiddenSpeed<'_> {
     /// The integral far from any turn, where the integrand is all but normal; `None` where it is not. For what
     /// [`HiddenSpeed::goes_side_by_side`].
     pub(super) fn over_bell(&self, of_settings: &mut [SettingSlopes]) -> Option<RunDensity> {
-        /// largest distance of the logarithm from that of a normal density at any but the two outermost nodes: the integral
-        /// is then off by less than 1e-7 and by rounding
-        const BEND: [(Order, f64); 2] = [(Order::Eight, 0.1), (Order::Sixteen, 0.4)];
-        let (z, width) = self.bell()?;
-        for (order, most) in BEND {
-            let pairs = order.pairs();
+        /// the largest last coefficient of each rule, of the mass: the integral is then off by less than 1e-7
+        const LAST: [(Order, f64); 2] = [(Order::Eight, 2e-4), (Order::Sixteen, 1e-5)];
+        let Bell {
+            z,
+            width,
+            sides_are_certain,
+        } = self.bell()?;
+        // eight nodes end where a side that is certain at all of them may still become another
+        let first = usize::from(!sides_are_certain);
+        for (order, most) in &LAST[first..] {
             let mut sums = Sums::new(f64::NEG_INFINITY, of_settings);
-            let mut inner = [f64::INFINITY, f64::NEG_INFINITY];
-            let (mut places, mut weights, mut ln) = ([0.0; MOST_NODES], [0.0; MOST_NODES], [0.0; MOST_NODES]);
-            for (pair, [node, weight]) in pairs.iter().enumerate() {
-                (places[2 * pair], places[2 * pair + 1]) = (z - width * node, z + width * node);
-                (weights[2 * pair], weights[2 * pair + 1]) = (width * weight, width * weight);
+            let mut nodes = RuleNodes::NONE;
+            for [node, weight] in order.pairs() {
+                nodes.push(z - width * node, width * weight);
+                nodes.push(z + width * node, width * weight);
             }
-            let count = 2 * pairs.len();
-            self.add_nodes(&places[..count], &weights[..count], &mut sums, &mut ln[..count]);
-            for ([node, _], ln) in pairs[..pairs.len() - 1].iter().zip(ln.as_chunks::<2>().0) {
-                for ln in ln {
-                    let bend = ln + 0.5 * node * node;
-                    inner = [inner[0].min(bend), inner[1].max(bend)];
-                }
-            }
-            if inner[1] - inner[0] < most {
+            let at = self.add_nodes(&nodes, &mut sums);
+            if order.last_coefficient(at.parts.as_chunks::<2>().0) < most * sums.of[0] {
                 return Some(sums.density());
             }
         }
         None
     }
 
-    /// About where the integrand is largest, and its width there; `None` where it may turn within reach.
-    fn bell(&self) -> Option<(f64, f64)> {
-        /// widths beyond which it is nothing
-        const FAR: f64 = 7.0;
+    /// About where the integrand is largest; `None` where it may turn within reach.
+    fn bell(&self) -> Option<Bell> {
+        /// widths beyond which it has 2e-9 of its mass
+        const FAR: f64 = 6.0;
         /// steps of the secant rule, and the last one that need not be taken once more, in widths
         const STEPS: usize = 4;
         const NEAR: f64 = 0.3;
@@ -68,11 +73,18 @@ impl HiddenSpeed<'_> {
             (z, slope) = (next, there);
         }
         let width = 1.0 / curvature.sqrt();
-        let turns = |setting: &SettingRuns| {
-            let ends = [-FAR, FAR].map(|far| self.kept(setting, &setting.impact(z + far * width)).0);
-            ends.iter().any(|kept| kept.is_nan() || *kept <= 0.0)
+        let ends = [-FAR, FAR].map(|far| z + far * width);
+        let keeps_its_sign = |setting: &SettingRuns| {
+            let [lo, hi] = ends.map(|end| self.kept(setting, &setting.impact(end)).0);
+            // also where one is no number
+            lo * hi > 0.0
         };
-        let clear = !self.wet || !self.settings.iter().any(turns);
-        clear.then_some((z, width))
+        let clear = !self.wet || self.settings.iter().all(keeps_its_sign);
+        let is_certain = |setting: &SettingRuns| ends.iter().all(|end| self.sides_are_certain(setting, *end));
+        clear.then(|| Bell {
+            z,
+            width,
+            sides_are_certain: self.settings.iter().all(is_certain),
+        })
     }
 }

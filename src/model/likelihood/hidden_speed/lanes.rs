@@ -17,7 +17,7 @@ use crate::runs::MOST_SETTINGS;
 const LANES: usize = 8;
 
 /// Nodes of one call.
-pub(super) const MOST_NODES: usize = 16;
+const MOST_NODES: usize = 16;
 
 /// Variances whose logarithm is taken at once, that of their product: one takes as long as all else that a rebound adds.
 const MOST_FACTORS: usize = 4;
@@ -25,13 +25,42 @@ const MOST_FACTORS: usize = 4;
 /// A number at each of these nodes.
 type Column = [f64; MOST_NODES];
 
-/// Nodes of a rule with their weights, gathered until there are enough of them.
+/// Some nodes of a rule.
+#[derive(Clone, Copy)]
+pub(super) struct RuleNodes {
+    places: Column,
+    weights: Column,
+    /// up to [`MOST_NODES`]
+    count: usize,
+}
+
+impl RuleNodes {
+    pub const NONE: RuleNodes = RuleNodes {
+        places: [0.0; MOST_NODES],
+        weights: [0.0; MOST_NODES],
+        count: 0,
+    };
+
+    #[inline(always)]
+    pub fn push(&mut self, z: f64, weight: f64) {
+        (self.places[self.count], self.weights[self.count]) = (z, weight);
+        self.count += 1;
+    }
+}
+
+/// What the integrand is at some nodes.
+pub(super) struct AtNodes {
+    /// its logarithm
+    ln: Column,
+    /// what a node adds to the mass
+    pub parts: Column,
+}
+
+/// Nodes of a rule, gathered until there are enough of them.
 struct NodeBatch<'n, 'b, 's> {
     hidden: &'n HiddenSpeed<'b>,
     sums: Sums<'s>,
-    places: [f64; LANES],
-    weights: [f64; LANES],
-    count: usize,
+    nodes: RuleNodes,
 }
 
 impl<'n, 'b, 's> NodeBatch<'n, 'b, 's> {
@@ -39,40 +68,31 @@ impl<'n, 'b, 's> NodeBatch<'n, 'b, 's> {
         NodeBatch {
             hidden,
             sums,
-            places: [0.0; LANES],
-            weights: [0.0; LANES],
-            count: 0,
+            nodes: RuleNodes::NONE,
         }
     }
 
     /// The logarithm at this node where it is computed; infinite where it waits for others.
     fn add(&mut self, z: f64, weight: f64) -> f64 {
-        (self.places[self.count], self.weights[self.count]) = (z, weight);
-        self.count += 1;
-        if self.count < LANES {
+        self.nodes.push(z, weight);
+        if self.nodes.count < LANES {
             return f64::INFINITY;
         }
-        self.count = 0;
-        let [.., last] = self.flush();
-        last
+        let at = self.hidden.add_nodes(&self.nodes, &mut self.sums);
+        self.nodes.count = 0;
+        at.ln[LANES - 1]
     }
 
     /// The sums over all nodes.
     fn finish(mut self) -> Sums<'s> {
-        if self.count > 0 {
-            let filled = self.places[0];
-            self.places[self.count..].fill(filled);
-            self.weights[self.count..].fill(0.0);
-            self.flush();
+        if self.nodes.count > 0 {
+            let filled = self.nodes.places[0];
+            while self.nodes.count < LANES {
+                self.nodes.push(filled, 0.0);
+            }
+            self.hidden.add_nodes(&self.nodes, &mut self.sums);
         }
         self.sums
-    }
-
-    fn flush(&mut self) -> [f64; LANES] {
-        let mut ln = [0.0; LANES];
-        self.hidden
-            .add_nodes(&self.places, &self.weights, &mut self.sums, &mut ln);
-        ln
     }
 }
 
@@ -90,6 +110,10 @@ impl HiddenSpeed<'_> {
 
     /// The integral of an integrand that [`HiddenSpeed::goes_side_by_side`].
     pub(super) fn integrate_side_by_side(&self, of_settings: &mut [SettingSlopes]) -> RunDensity {
+        if self.is_certain_within_reach() {
+            of_settings.fill(SettingSlopes::default());
+            return RunDensity::default();
+        }
         if let Some(found) = self.over_bell(of_settings) {
             return found;
         }
@@ -99,29 +123,24 @@ impl HiddenSpeed<'_> {
         nodes.finish().density()
     }
 
-    /// Adds nodes with their weights to sums, and writes the logarithm of the integrand at each; a multiple of [`LANES`] up
-    /// to [`MOST_NODES`].
-    pub(super) fn add_nodes(&self, places: &[f64], weights: &[f64], sums: &mut Sums, ln: &mut [f64]) {
+    /// Adds nodes, a multiple of [`LANES`], to sums.
+    pub(super) fn add_nodes(&self, nodes: &RuleNodes, sums: &mut Sums) -> AtNodes {
         #[cfg(test)]
-        crate::model::likelihood::tests::nodes::count(places.len() * self.runs().count());
+        crate::model::likelihood::tests::nodes::count(nodes.count * self.runs().count());
         let arch = Arch::new();
         // most runs are alone, and room for one is made sooner
         if self.settings.len() == 1 {
             arch.dispatch(Nodes::<1> {
                 hidden: self,
-                places,
-                weights,
+                nodes,
                 sums,
-                ln,
-            });
+            })
         } else {
             arch.dispatch(Nodes::<MOST_SETTINGS> {
                 hidden: self,
-                places,
-                weights,
+                nodes,
                 sums,
-                ln,
-            });
+            })
         }
     }
 }
@@ -129,30 +148,26 @@ impl HiddenSpeed<'_> {
 /// Nodes of at most so many settings.
 struct Nodes<'n, 'b, 'm, 's, const SETTINGS: usize> {
     hidden: &'n HiddenSpeed<'b>,
-    places: &'n [f64],
-    weights: &'n [f64],
+    nodes: &'n RuleNodes,
     sums: &'m mut Sums<'s>,
-    ln: &'m mut [f64],
 }
 
 impl<const SETTINGS: usize> WithSimd for Nodes<'_, '_, '_, '_, SETTINGS> {
-    type Output = ();
+    type Output = AtNodes;
 
     // each loop is over slices whose length is not known where the code is made: of one that is, the registers are not filled
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Nodes {
-            hidden,
-            places,
-            weights,
-            sums,
-            ln,
-        } = self;
-        let count = places.len().min(MOST_NODES);
+    fn with_simd<S: Simd>(self, _: S) -> AtNodes {
+        let Nodes { hidden, nodes, sums } = self;
+        // a copy, so that no loop has to ask whether what it reads is what it writes
+        let RuleNodes { places, weights, count } = *nodes;
+        let count = count.min(MOST_NODES);
         let fused = is_fused::<S>();
         let mut settings = [SettingNodes::NONE; SETTINGS];
-        let mut of_sigma = [0.0; MOST_NODES];
+        let [mut all_ln, mut parts, mut of_sigma] = [[0.0; MOST_NODES]; 3];
         let (mut variances, mut factors) = ([1.0; MOST_NODES], 0);
+        let [places, weights] = [&places[..count], &weights[..count]];
+        let [ln, variances, of_sigma] = [&mut all_ln, &mut variances, &mut of_sigma].map(|column| &mut column[..count]);
         for (ln, z) in ln.iter_mut().zip(places) {
             *ln = -0.5 * z * z;
         }
@@ -160,22 +175,23 @@ impl<const SETTINGS: usize> WithSimd for Nodes<'_, '_, '_, '_, SETTINGS> {
             setting.at_nodes(places, hidden.wet, fused, to);
             let (mut mean, mut slope) = (to.kept, [1.0; MOST_NODES]);
             if hidden.wet {
-                for ((mean, slope), kept) in mean[..count].iter_mut().zip(&mut slope).zip(&to.kept) {
+                for ((mean, slope), kept) in mean[..count].iter_mut().zip(&mut slope[..count]).zip(&to.kept[..count]) {
                     (*mean, *slope) = mean_and_slope(*kept);
                 }
             }
             let sigma = hidden.spreads.sigma;
+            let of_kept = &mut to.of_kept[..count];
             for MeasuredRun { seen, errors } in setting.runs {
-                let sums = ln.iter_mut().zip(&mut to.of_kept).zip(&mut of_sigma);
-                let at = mean.iter().zip(&slope).zip(places);
+                let sums = ln.iter_mut().zip(&mut *of_kept).zip(&mut *of_sigma);
+                let at = mean[..count].iter().zip(&slope[..count]).zip(places);
                 match *seen {
                     Seen::Rebound(e) => {
-                        let shared = errors.shared();
+                        let (errors, shared) = (*errors, errors.shared());
                         for ((((ln, of_kept), of_sigma), variances), ((mean, slope), z)) in
-                            sums.zip(&mut variances).zip(at)
+                            sums.zip(&mut *variances).zip(at)
                         {
                             let ratio = errors.ratio(*z);
-                            let variance = hidden.variance(errors, ratio);
+                            let variance = hidden.variance(&errors, ratio);
                             let distance = e - shared * (1.0 - ratio) - mean * ratio;
                             let density = normal_density(distance, variance, 0.0);
                             *ln += density.value;
@@ -185,7 +201,7 @@ impl<const SETTINGS: usize> WithSimd for Nodes<'_, '_, '_, '_, SETTINGS> {
                         }
                         factors += 1;
                         if factors == MOST_FACTORS {
-                            divide_by_root(ln, &mut variances, fused);
+                            divide_by_root(ln, variances, fused);
                             factors = 0;
                         }
                     }
@@ -204,26 +220,30 @@ impl<const SETTINGS: usize> WithSimd for Nodes<'_, '_, '_, '_, SETTINGS> {
             }
         }
         if factors > 0 {
-            divide_by_root(ln, &mut variances, fused);
+            divide_by_root(ln, variances, fused);
         }
         sums.refer_to(largest(ln));
-        let mut parts = [0.0; MOST_NODES];
-        let parts = &mut parts[..count];
-        for ((part, weight), ln) in parts.iter_mut().zip(weights).zip(&*ln) {
-            *part = weight * exponential(ln - sums.reference, fused);
+        let reference = sums.reference;
+        for ((part, weight), ln) in parts[..count].iter_mut().zip(weights).zip(&*ln) {
+            *part = weight * exponential(ln - reference, fused);
         }
+        let of_parts = &parts[..count];
         // no number where a logarithm is none, whose exponential is one here
-        sums.of[0] += total(parts) + 0.0 * total(ln);
-        sums.of[1] += total_of_products(parts, &of_sigma);
+        let terms = |part: f64, ln: f64, of_sigma: f64| [part, ln, part * of_sigma];
+        let [mass, no_number, of_sigma] = totals([of_parts, ln, of_sigma], terms);
+        sums.of[0] += mass + 0.0 * no_number;
+        sums.of[1] += of_sigma;
         for (sum, of) in sums.settings.iter_mut().zip(&mut settings) {
-            let of_kept = &mut of.of_kept[..count];
-            for (of_kept, part) in of_kept.iter_mut().zip(&*parts) {
+            for (of_kept, part) in of.of_kept[..count].iter_mut().zip(of_parts) {
                 *of_kept *= part;
             }
-            sum.kept += total(of_kept);
-            sum.viscous += total_of_products(of_kept, &of.over_stokes);
-            sum.dry_k += total_of_products(of_kept, &of.slope_k);
+            let columns = [&of.of_kept, &of.over_stokes, &of.slope_k].map(|column| &column[..count]);
+            let [kept, viscous, dry_k] = totals(columns, |of_kept, x, of_k| [of_kept, of_kept * x, of_kept * of_k]);
+            sum.kept += kept;
+            sum.viscous += viscous;
+            sum.dry_k += dry_k;
         }
+        AtNodes { ln: all_ln, parts }
     }
 }
 
@@ -254,6 +274,7 @@ impl SettingRuns<'_> {
     #[inline(always)]
     fn at_nodes(&self, places: &[f64], wet: bool, fused: bool, to: &mut SettingNodes) {
         let mut roots = [1.0; MOST_NODES];
+        let roots = &mut roots[..places.len()];
         if self.balance.own_speed {
             for (root, z) in roots.iter_mut().zip(places) {
                 *root = exponential(POWER * logarithm(self.ratio(*z), fused), fused);
@@ -261,20 +282,24 @@ impl SettingRuns<'_> {
         }
         // each a loop of its own without a choice in it
         match (wet, self.balance.order) {
-            (true, Order::First) => self.kept_at::<true>(Order::First, places, &roots, to),
-            (true, Order::Second) => self.kept_at::<true>(Order::Second, places, &roots, to),
-            (false, Order::First) => self.kept_at::<false>(Order::First, places, &roots, to),
-            (false, Order::Second) => self.kept_at::<false>(Order::Second, places, &roots, to),
+            (true, Order::First) => self.kept_at::<true>(Order::First, places, roots, to),
+            (true, Order::Second) => self.kept_at::<true>(Order::Second, places, roots, to),
+            (false, Order::First) => self.kept_at::<false>(Order::First, places, roots, to),
+            (false, Order::Second) => self.kept_at::<false>(Order::Second, places, roots, to),
         }
     }
 
     /// What a wet or dry impact keeps, where the dry speed's fifth root is so many times as large.
     #[inline(always)]
-    fn kept_at<const WET: bool>(&self, order: Order, places: &[f64], roots: &Column, to: &mut SettingNodes) {
+    fn kept_at<const WET: bool>(&self, order: Order, places: &[f64], roots: &[f64], to: &mut SettingNodes) {
         let balance = self.balance.of_order(order);
-        let to = to.kept.iter_mut().zip(&mut to.slope_k).zip(&mut to.over_stokes);
+        let (first, errors) = (self.impact, *self.first());
+        let count = places.len();
+        let [kept, slope_k, over_stokes] =
+            [&mut to.kept, &mut to.slope_k, &mut to.over_stokes].map(|column| &mut column[..count]);
+        let to = kept.iter_mut().zip(slope_k).zip(over_stokes);
         for (((kept, slope_k), over_stokes), (z, root)) in to.zip(places.iter().zip(roots)) {
-            let impact = self.impact.at_speed_ratio(self.ratio(*z), *root);
+            let impact = first.at_speed_ratio(errors.ratio(*z), *root);
             (*kept, *slope_k) = if WET {
                 balance.kept(&impact)
             } else {
@@ -288,7 +313,7 @@ impl SettingRuns<'_> {
 
 /// Takes half the logarithm of each product of variances off, and leaves ones.
 #[inline(always)]
-fn divide_by_root(ln: &mut [f64], variances: &mut Column, fused: bool) {
+fn divide_by_root(ln: &mut [f64], variances: &mut [f64], fused: bool) {
     for (ln, variances) in ln.iter_mut().zip(variances) {
         *ln -= 0.5 * logarithm(*variances, fused);
         *variances = 1.0;
@@ -307,28 +332,20 @@ fn largest(numbers: &[f64]) -> f64 {
     lanes.into_iter().fold(f64::NEG_INFINITY, larger)
 }
 
-/// The sum of a multiple of [`LANES`], halves first.
+/// The sums of three terms of as many numbers as the shortest column has, a multiple of [`LANES`]; halves first.
 #[inline(always)]
-fn total(numbers: &[f64]) -> f64 {
-    let mut lanes = [0.0; LANES];
-    for chunk in numbers.as_chunks::<LANES>().0 {
-        for (lane, number) in lanes.iter_mut().zip(chunk) {
-            *lane += number;
+fn totals([a, b, c]: [&[f64]; 3], terms: impl Fn(f64, f64, f64) -> [f64; 3]) -> [f64; 3] {
+    let mut lanes = [[0.0; LANES]; 3];
+    let [a, b, c] = [a, b, c].map(|column| column.as_chunks::<LANES>().0);
+    for ((a, b), c) in a.iter().zip(b).zip(c) {
+        for lane in 0..LANES {
+            let found = terms(a[lane], b[lane], c[lane]);
+            for (sums, term) in lanes.iter_mut().zip(found) {
+                sums[lane] += term;
+            }
         }
     }
-    of_lanes(lanes)
-}
-
-/// The sum of as many products as the shorter has.
-#[inline(always)]
-fn total_of_products(a: &[f64], b: &[f64]) -> f64 {
-    let mut lanes = [0.0; LANES];
-    for (a, b) in a.as_chunks::<LANES>().0.iter().zip(b.as_chunks::<LANES>().0) {
-        for ((lane, a), b) in lanes.iter_mut().zip(a).zip(b) {
-            *lane += a * b;
-        }
-    }
-    of_lanes(lanes)
+    lanes.map(of_lanes)
 }
 
 #[inline(always)]

@@ -1,6 +1,7 @@
 //! Finds where an integrand over the true speed is large, and where settings turn.
 
 use super::{HiddenSpeed, MeasuredRun, SettingRuns};
+use crate::model::likelihood::normal::CERTAIN;
 use crate::model::likelihood::run_density::Seen;
 use crate::model::likelihood::tails::normal_density;
 use crate::physics::rebound::TURN;
@@ -65,6 +66,25 @@ impl HiddenSpeed<'_> {
         self.runs().all(|run| matches!(run.seen, Seen::On(..)))
     }
 
+    /// Whether runs came out on their side for certain wherever the true speed may be.
+    pub(super) fn is_certain_within_reach(&self) -> bool {
+        let at_all = |z: f64| self.settings.iter().all(|setting| self.sides_are_certain(setting, z));
+        // r grows or falls with the speed, or has its largest value between
+        self.is_of_sides() && [-REACH, 0.0, REACH].into_iter().all(at_all)
+    }
+
+    /// Whether all runs of a setting of which the side is known would come out there for certain at a true speed.
+    pub(super) fn sides_are_certain(&self, setting: &SettingRuns, z: f64) -> bool {
+        let mut mean = None;
+        setting.runs.iter().all(|run| match run.seen {
+            Seen::Rebound(_) => true,
+            Seen::On(side, limit) | Seen::Measured(side, limit) => {
+                let mean = *mean.get_or_insert_with(|| self.mean(self.kept(setting, &setting.impact(z)).0).0);
+                side.sign() * (limit - mean) > CERTAIN * self.spreads.sigma
+            }
+        })
+    }
+
     /// Whether all runs were measured where they rebounded.
     pub(super) fn is_of_rebounds(&self) -> bool {
         self.runs().all(|run| matches!(run.seen, Seen::Rebound(_)))
@@ -127,8 +147,11 @@ impl HiddenSpeed<'_> {
                     }
                     Seen::On(side, limit) | Seen::Measured(side, limit) => {
                         let moved = side.sign() * of_mean / sigma;
-                        slope -= moved * self.tails.ln_probability(side.sign() * (limit - mean) / sigma).z;
-                        curvature += moved * moved;
+                        let z = side.sign() * (limit - mean) / sigma;
+                        let of_z = self.tails.ln_probability(z).z;
+                        slope -= moved * of_z;
+                        // nothing where the side is certain
+                        curvature += moved * moved * of_z * (z + of_z);
                     }
                 }
             }

@@ -10,6 +10,7 @@ use crate::model::likelihood::convolution::{Panel, GAUSS, MOST_PANELS};
 use crate::model::likelihood::run_density::Seen;
 use crate::model::likelihood::tails::Tails;
 use crate::physics::rebound::{kept_and_slope, mean_restitution};
+use crate::runs::MOST_SETTINGS;
 
 impl HiddenSpeed<'_> {
     /// Gives every node, z with its weight, to a sum, which tells the logarithm of the integrand there, or that it is
@@ -62,6 +63,11 @@ impl HiddenSpeed<'_> {
             return;
         }
         let inner = 0f64.clamp(lo, hi);
+        // nearer to its own turn no setting moves faster
+        let mut with_x = [0.0; MOST_SETTINGS];
+        for (with_x, setting) in with_x.iter_mut().zip(self.settings) {
+            *with_x = self.kept_slope(setting, turn.z) / slope;
+        }
         for (end, sign) in [(lo, -1.0), (hi, 1.0)] {
             let mut from = inner;
             let mut before = self.at(place(from));
@@ -70,7 +76,7 @@ impl HiddenSpeed<'_> {
                 if rest.is_nan() || rest <= 0.0 {
                     break;
                 }
-                let mut panel = self.panel(turn, slope, place(from));
+                let mut panel = self.panel(&with_x, slope, place(from));
                 if self.is_certain(place(from), sign) {
                     panel.own = 0.0;
                 }
@@ -91,13 +97,12 @@ impl HiddenSpeed<'_> {
         }
     }
 
-    /// How long a panel may be that begins at z, counted from a turn at which its setting has this slope of r.
-    fn panel(&self, turn: Turn, slope: f64, z: f64) -> Panel {
+    /// How long a panel may be that begins at z, counted from a turn at which its setting has this slope of r, of which each
+    /// setting has so many times as much.
+    fn panel(&self, with_x: &[f64; MOST_SETTINGS], slope: f64, z: f64) -> Panel {
         // what a run's factor moves by with x, and beside x with z, in its spreads
         let (mut own, mut beside) = (0.0, 0.0);
-        for setting in self.settings {
-            // nearer to its own turn no setting moves faster
-            let with_x = (self.kept_slope(setting, turn.z) / slope).powi(2);
+        for (setting, with_x) in self.settings.iter().zip(with_x) {
             for MeasuredRun { seen, errors } in setting.runs {
                 let (ratio, sd, spread) = match seen {
                     Seen::Rebound(_) | Seen::Measured(..) => {
@@ -106,7 +111,7 @@ impl HiddenSpeed<'_> {
                     }
                     Seen::On(..) => (1.0, 0.0, self.spreads.sigma),
                 };
-                own += with_x * (ratio / spread).powi(2);
+                own += (with_x * ratio / spread).powi(2);
                 beside += (sd / spread).powi(2);
             }
         }

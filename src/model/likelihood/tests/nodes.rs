@@ -86,9 +86,9 @@ fn an_integral_takes_few_nodes() {
     // what benches/README.md says of them
     let expected = [
         (Beside::NoiseOnEnergy, 8.9),
-        (Beside::ErrorsOfRepeatedSpeeds, 20.0),
-        (Beside::ErrorsInOwnFilms, 15.2),
-        (Beside::ErrorsOfOwnSpeeds, 13.7),
+        (Beside::ErrorsOfRepeatedSpeeds, 10.8),
+        (Beside::ErrorsInOwnFilms, 10.7),
+        (Beside::ErrorsOfOwnSpeeds, 9.2),
     ];
     let found = expected.map(|(beside, _)| nodes_a_run(beside));
     for ((beside, expected), found) in expected.iter().zip(&found) {
