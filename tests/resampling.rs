@@ -7,8 +7,8 @@ use std::path::Path;
 use common::{binomial_z, mean, seed_of, Place};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
-use wetcor::findings::bootstrap::{self, Estimates, Options, MOST_RESAMPLED};
-use wetcor::findings::estimate::Quoting;
+use wetcor::findings::bootstrap::{self, Estimates, Options, Resampling, MOST_RESAMPLED};
+use wetcor::findings::estimate::{Estimate, Quoting};
 use wetcor::findings::{self, dry, energy, scaling, series, Findings};
 use wetcor::inference::bootstrap::intervals::{studentized, Replicates};
 use wetcor::inference::bootstrap::jackknife::{acceleration, degrees_of_freedom, influence, leave_one_out};
@@ -218,8 +218,8 @@ impact_speed_rel_sd = 0.05
 replicates = 4000
 "#;
 
-/// Standard errors of every estimate that was resampled: by replicates or the sandwich, and by the delta method.
-fn spreads(place: &Place, table: &Table, most_resampled: usize) -> Vec<[f64; 2]> {
+/// Every estimate that is resampled, and how.
+fn resampled(place: &Place, table: &Table, most_resampled: usize) -> (Vec<Estimate>, Resampling) {
     let (scene, runs) = (&place.scene, &table.runs);
     let quoting = Quoting { level: 0.95 };
     let mut dry = dry::fit_dry_laws(scene, runs, quoting);
@@ -233,50 +233,88 @@ fn spreads(place: &Place, table: &Table, most_resampled: usize) -> Vec<[f64; 2]>
         energy: &mut energy,
     };
     let options = Options {
-        seed: seed_of("the_sandwich_is_as_wide_as_replicates"),
+        seed: seed_of("resampled"),
         keep_all: false,
         most_resampled,
     };
-    bootstrap::add_bootstrap_intervals(scene, runs, estimates, options, &|_| ());
-    let of_dry = dry.iter().map(|fitted| &fitted.dry.dry_k);
-    let of_series = series.iter().flat_map(|fit| [&fit.alpha, &fit.beta]);
+    let (resampling, _) = bootstrap::add_bootstrap_intervals(scene, runs, estimates, options, &|_| ());
+    let of_dry = dry.into_iter().map(|fitted| fitted.dry.dry_k);
+    let of_series = series.into_iter().flat_map(|fit| [fit.alpha, fit.beta]);
     let of_scaling = scaling
-        .iter()
-        .flat_map(|fitted| [&fitted.scaling.e_inf, &fitted.scaling.st_c]);
-    let of_energy = energy.iter().map(|row| &row.loss_over_density_ratio);
+        .into_iter()
+        .flat_map(|fitted| [fitted.scaling.e_inf, fitted.scaling.st_c]);
+    let of_energy = energy.into_iter().map(|row| row.loss_over_density_ratio);
     let all = of_dry.chain(of_series).chain(of_scaling).chain(of_energy);
-    all.map(|estimate| {
-        let own = estimate.bootstrap.as_ref().and_then(|boot| boot.se).expect("resampled");
-        let quoted = estimate.interval.expect("an interval");
-        let wide = |level: f64| {
-            let made = estimate
-                .intervals
-                .iter()
-                .find(|made| made.level == level && made.is_bootstrap());
-            made.map(|made| made.hi - made.lo).expect("made for this level")
-        };
-        assert!((wide(0.95) - (quoted[1] - quoted[0])).abs() < 1e-12 && wide(0.9) < wide(0.95));
-        // the interval is as wide as the standard error says, but for the noise of replicates
-        assert!((wide(0.95) / (2.0 * 1.96 * own) - 1.0).abs() < 0.1);
-        [own, estimate.se.expect("a standard error")]
-    })
-    .collect()
+    (all.collect(), resampling)
+}
+
+fn bootstrap_se(estimate: &Estimate) -> f64 {
+    estimate.bootstrap.as_ref().and_then(|boot| boot.se).expect("resampled")
+}
+
+/// Standard errors without replicates, or with fewer runs drawn, as shares of those of replicates of all runs.
+fn shares(of: &[Estimate], by_rows: &[Estimate]) -> Vec<f64> {
+    let pairs = of.iter().zip(by_rows);
+    pairs
+        .map(|(of, by_rows)| bootstrap_se(of) / bootstrap_se(by_rows))
+        .collect()
 }
 
 #[test]
 fn the_sandwich_is_as_wide_as_the_replicates_that_it_stands_for() {
     let place = Place::new(MANY);
     let table = place.draw(seed_of("runs of the sandwich"), Some(20_000));
-    let [replicates, sandwich] = [usize::MAX, 0].map(|most| spreads(&place, &table, most));
-    assert_eq!(replicates.len(), 1 + 2 * 6 + 2 * 2 * 4 + 2 * 3);
-    let ratios: Vec<f64> = sandwich.iter().zip(&replicates).map(|(a, b)| a[0] / b[0]).collect();
+    let (by_rows, of_rows) = resampled(&place, &table, usize::MAX);
+    let (sandwich, of_many) = resampled(&place, &table, 0);
+    assert_eq!(by_rows.len(), 1 + 2 * 6 + 2 * 2 * 4 + 2 * 3);
+    assert_eq!([of_rows.resampled_fits, of_many.resampled_fits], [1 + 6 + 2 * 4, 0]);
+    let found = shares(&sandwich, &by_rows);
     // an sd of 4,000 replicates has a standard error of 1.1 %
-    assert!(ratios.iter().all(|ratio| (ratio - 1.0).abs() < 0.045), "{ratios:?}");
-    let (mean, _) = mean(&ratios);
+    assert!(found.iter().all(|share| (share - 1.0).abs() < 0.045), "{found:?}");
+    let (mean, _) = mean(&found);
     assert!((mean - 1.0).abs() < 0.01, "{mean}");
+    for estimate in &sandwich {
+        let half = 1.959_964 * bootstrap_se(estimate);
+        let quoted = estimate.interval.expect("an interval");
+        assert!((0.5 * (quoted[1] - quoted[0]) / half - 1.0).abs() < 1e-6);
+        let methods: Vec<(&str, f64)> = estimate
+            .intervals
+            .iter()
+            .map(|made| (made.method, made.level))
+            .collect();
+        assert_eq!(methods, [("delta", 0.95), ("sandwich", 0.9), ("sandwich", 0.95)]);
+    }
     // the planted fault: the delta method's, which takes the noise as even
-    let even: Vec<f64> = sandwich.iter().map(|[own, of_delta]| of_delta / own).collect();
-    assert!(even.iter().any(|ratio| (ratio - 1.0).abs() > 0.1), "{even:?}");
+    let even: Vec<f64> = sandwich
+        .iter()
+        .map(|estimate| estimate.se.expect("one") / bootstrap_se(estimate))
+        .collect();
+    assert!(even.iter().any(|share| (share - 1.0).abs() > 0.1), "{even:?}");
+}
+
+#[test]
+fn a_fit_that_hangs_on_few_runs_spreads_as_if_all_were_drawn() {
+    let text = [
+        ("density_kg_m3 = 2150", "density_kg_m3 = 940"),
+        ("viscosity_mPa_s = 20", "viscosity_mPa_s = 48.3"),
+        ("noise = \"heteroscedastic\"", ""),
+        ("[0.04, 0.06, 0.10]", "[0.03, 0.04]"),
+    ];
+    let text = text
+        .iter()
+        .fold(MANY.to_owned(), |text, (from, to)| text.replace(from, to));
+    let place = Place::new(&text);
+    let table = place.draw(seed_of("runs that hang on few"), Some(20_000));
+    let (by_rows, _) = resampled(&place, &table, usize::MAX);
+    let (by_few, of_many) = resampled(&place, &table, 0);
+    assert!(of_many.resampled_fits > 3, "{}", of_many.resampled_fits);
+    let found = shares(&by_few, &by_rows);
+    assert!(found.iter().all(|share| (share - 1.0).abs() < 0.06), "{found:?}");
+    // what the delta method says of such fits
+    let of_delta = by_few.iter().zip(&by_rows);
+    let of_delta = of_delta.filter_map(|(of, by_rows)| Some(of.se? / bootstrap_se(by_rows)));
+    let of_delta: Vec<f64> = of_delta.collect();
+    assert!(of_delta.iter().any(|share| (share - 1.0).abs() > 0.2), "{of_delta:?}");
 }
 
 #[test]

@@ -5,6 +5,7 @@
 use nalgebra::DMatrix;
 use pulp::Arch;
 
+use super::bootstrap::kernel::{self, Sample};
 use super::effective_variance::{chi_squared, reweight, ErrorColumns, ErrorWeights, SpeedDependent, SpeedDerivatives};
 use super::law::{Law, Response};
 use super::least_squares::{fit, Fit, OutOfDomain, ResidualProblem};
@@ -182,7 +183,19 @@ impl<'a> Regression<'a> {
         }
         let slope = line.slope * flatten;
         let start = [line.mean - slope * line.centre, slope];
-        self.newton::<OFFSET>(o, start).unwrap_or(start)
+        let settled = self.newton::<OFFSET>(o, start);
+        settled.unwrap_or_else(|| self.square_root_from(start).unwrap_or(start))
+    }
+
+    /// The square root's minimum by steps of Newton's method that stay inside the domain, from a start there: where a run lies
+    /// near its edge a fit from farther away takes hundreds of steps along it. `None` where it does not settle.
+    fn square_root_from(&self, start: [f64; 2]) -> Option<[f64; 2]> {
+        let weights = vec![1.0; self.x.len()];
+        let sample = Sample {
+            offset: self.offset,
+            ..Sample::new(self.x, self.restitution, &weights)
+        };
+        kernel::square_root(&sample, start).ok().map(|found| found.parameters)
     }
 
     /// The square root's minimum by whole steps of Newton's method from a start near it, a few of them: less than a

@@ -32,8 +32,8 @@ use super::scaling::FittedScaling;
 use super::{film_ratio, notices};
 use crate::inference::bootstrap::jackknife::leave_one_out;
 use crate::inference::bootstrap::kernel::WeightedFit;
-use crate::inference::bootstrap::sandwich::sandwich;
-use crate::inference::bootstrap::{replicate, Plan, RunWeights, Target};
+use crate::inference::bootstrap::sandwich::{sandwich, MANY_RUNS};
+use crate::inference::bootstrap::{replicate, replicate_many, Plan, Pool, Replicated, RunWeights, Target};
 use crate::inference::effective_variance::ErrorWeights;
 use crate::notice::Notice;
 use crate::physics::quantity::{Place, Quantity};
@@ -43,6 +43,9 @@ use affordable::{affordable_replicates, fewer_replicates_notice};
 use by_sandwich::{FittedBySandwich, Sandwich, SANDWICH};
 use columns::Columns;
 use replicates::{AllReplicates, DrySpeedReference, Formula, ReplicatedLaw, Task};
+
+/// What makes the replicates of some fits.
+type ReplicateAll = fn(&Pool, &[Target], Plan, &(dyn Fn(usize) + Sync)) -> Replicated;
 
 /// The interval quoted unless the scene names one; the coverage table supports it.
 pub const DEFAULT_INTERVAL: IntervalMethod = IntervalMethod::Percentile;
@@ -80,10 +83,10 @@ pub fn add_bootstrap_intervals(
             None => resampled.push(task),
         }
     }
-    let chosen = if many {
-        choose(&mut resampled, targets.len())
+    let (chosen, replicate): (Vec<usize>, ReplicateAll) = if many {
+        (choose(&mut resampled, targets.len()), replicate_many)
     } else {
-        (0..targets.len()).collect()
+        ((0..targets.len()).collect(), replicate)
     };
     let of_chosen: Vec<Target> = chosen.iter().map(|target| targets[*target].clone()).collect();
     let (pool, of_chosen) = columns.pool.of_targets(&of_chosen);
@@ -94,7 +97,11 @@ pub fn add_bootstrap_intervals(
         fits: replicate(&pool, &of_chosen, plan, done),
         without: of_chosen
             .par_iter()
-            .map(|target| leave_one_out(&pool, target, plan.scheme))
+            .map(|target| match many && target.regression.x.len() >= MANY_RUNS {
+                // neither skewed nor short of degrees of freedom
+                true => vec![],
+                false => leave_one_out(&pool, target, plan.scheme),
+            })
             .collect(),
         fitted: of_chosen.iter().map(|target| target.fitted).collect(),
         named: scene.bootstrap.interval.is_some(),

@@ -20,9 +20,11 @@
 //! | `replicated.rs` | keeps the replicates |
 //! | `jackknife.rs` | leaves out one run at a time: acceleration and degrees of freedom |
 //! | `sandwich.rs` | the covariance of replicates without any, of many runs |
+//! | `hanging.rs` | replicates of a fit of many runs that hangs on a few |
 //! | `intervals.rs` | percentile, BCa and studentized intervals from replicates |
 
 mod batches;
+mod hanging;
 pub mod intervals;
 pub mod jackknife;
 pub mod kernel;
@@ -44,6 +46,7 @@ use rayon::prelude::*;
 use crate::scene::ResamplingScheme;
 use crate::seed::Streams;
 use batches::{write_weights, Batches, TOGETHER};
+use hanging::Hanging;
 use kernel::Failure;
 use nodes::{DrawnNodes, StrataNodes};
 use replicated::Block;
@@ -107,6 +110,24 @@ pub fn replicate(pool: &Pool, targets: &[Target], plan: Plan, done: &(dyn Fn(usi
         },
     );
     made
+}
+
+/// The same of fits to very many runs that have no [`sandwich::sandwich`]: of those that hang on a few runs these are drawn.
+pub fn replicate_many(pool: &Pool, targets: &[Target], plan: Plan, done: &(dyn Fn(usize) + Sync)) -> Replicated {
+    let hanging: Vec<Option<Hanging>> = targets.par_iter().map(|target| Hanging::new(pool, target)).collect();
+    let by_rows = targets.iter().zip(&hanging).filter(|(_, hanging)| hanging.is_none());
+    let by_rows: Vec<Target> = by_rows.map(|(target, _)| target.clone()).collect();
+    let (own_pool, by_rows) = pool.of_targets(&by_rows);
+    let drawn = replicate(&own_pool, &by_rows, plan, done);
+    let streams = Streams::new(plan.seed, "bootstrap of few runs");
+    let of_hanging = hanging.par_iter().enumerate().map(|(target, hanging)| {
+        let hanging = hanging.as_ref()?;
+        Some(hanging.replicates(plan.replicates, streams.at(target as u64)))
+    });
+    let of_hanging: Vec<Option<_>> = of_hanging.collect();
+    let mut rows = (0..by_rows.len()).map(|row| drawn.results(row));
+    let each = of_hanging.into_iter().filter_map(|made| made.or_else(|| rows.next()));
+    Replicated::from_targets(&each.collect::<Vec<_>>(), plan.replicates)
 }
 
 /// The name of the stream of which a replicate of [`ResamplingScheme::Cases`] has its own stretch.

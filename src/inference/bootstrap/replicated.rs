@@ -33,6 +33,26 @@ impl Replicated {
         }
     }
 
+    /// Replicates of each of some targets, so many of each.
+    pub(super) fn from_targets(targets: &[Vec<Result<WeightedFit, Failure>>], replicates: usize) -> Replicated {
+        let mut made = Replicated::room(targets.len(), replicates);
+        made.blocks().for_each(|mut block| {
+            let first = block.first as usize;
+            for (target, of_target) in targets.iter().enumerate() {
+                for replicate in 0..block.replicates {
+                    block.put(target, replicate, of_target[first + replicate]);
+                }
+            }
+        });
+        made
+    }
+
+    /// The replicates of one target, in order, or why one has no fit.
+    pub(super) fn results(&self, target: usize) -> Vec<Result<WeightedFit, Failure>> {
+        let each = self.of(target).zip(self.failures(target));
+        each.map(|(fit, failure)| failure.map_or(Ok(fit), Err)).collect()
+    }
+
     /// The room, in blocks to be filled by any thread.
     pub(super) fn blocks(&mut self) -> impl IndexedParallelIterator<Item = Block<'_>> {
         let targets = self.targets.max(1);

@@ -10,7 +10,7 @@ use super::jackknife::{first_order, Influences};
 use super::target::{Pool, Target};
 
 /// Runs from which on a fit may have a sandwich: of fewer, what they do to a quantity is not to first order.
-const FEWEST_RUNS: usize = 1000;
+pub const MANY_RUNS: usize = 1000;
 
 /// The largest leverage of a run in a fit that has a sandwich. A rebound at the edge of the square root's domain may determine
 /// the fit nearly alone, however many others there are, and replicates without it are far from those with it. Of 71 fits to a
@@ -21,7 +21,7 @@ const MOST_LEVERAGE: f64 = 0.05;
 /// Entries aa, ab, bb of the covariance that a fit's parameters have over replicates of cases; `None` of a fit whose replicates
 /// are not near this limit, of too few runs or with too much weight on one.
 pub fn sandwich(pool: &Pool, target: &Target) -> Option<[f64; 3]> {
-    if target.regression.x.len() < FEWEST_RUNS {
+    if target.regression.x.len() < MANY_RUNS {
         return None;
     }
     let Influences { slopes, leverage } = first_order(target);
