@@ -30,10 +30,9 @@ use super::estimate::Estimate;
 use super::quantities::wetted_of;
 use super::scaling::FittedScaling;
 use super::{film_ratio, notices};
-use crate::inference::bootstrap::jackknife::leave_one_out;
 use crate::inference::bootstrap::kernel::WeightedFit;
-use crate::inference::bootstrap::sandwich::{sandwich, MANY_RUNS};
-use crate::inference::bootstrap::{replicate, replicate_many, Plan, Pool, Replicated, RunWeights, Target};
+use crate::inference::bootstrap::sandwich::sandwich;
+use crate::inference::bootstrap::{Plan, RunWeights, Target};
 use crate::inference::effective_variance::ErrorWeights;
 use crate::notice::Notice;
 use crate::physics::quantity::{Place, Quantity};
@@ -42,10 +41,7 @@ use crate::scene::{IntervalMethod, ResamplingScheme, Scene};
 use affordable::{affordable_replicates, fewer_replicates_notice};
 use by_sandwich::{FittedBySandwich, Sandwich, SANDWICH};
 use columns::Columns;
-use replicates::{AllReplicates, DrySpeedReference, Formula, ReplicatedLaw, Task};
-
-/// What makes the replicates of some fits.
-type ReplicateAll = fn(&Pool, &[Target], Plan, &(dyn Fn(usize) + Sync)) -> Replicated;
+use replicates::{AllReplicates, DrySpeedReference, Formula, ReplicateOrder, ReplicatedLaw, Task};
 
 /// The interval quoted unless the scene names one; the coverage table supports it.
 pub const DEFAULT_INTERVAL: IntervalMethod = IntervalMethod::Percentile;
@@ -67,13 +63,19 @@ pub fn add_bootstrap_intervals(
         scheme: scene.bootstrap.scheme,
         seed: options.seed,
     };
-    let method = scene.bootstrap.interval.unwrap_or(DEFAULT_INTERVAL);
+    let order = ReplicateOrder {
+        plan,
+        method: scene.bootstrap.interval.unwrap_or(DEFAULT_INTERVAL),
+        named: scene.bootstrap.interval.is_some(),
+        keep_all: options.keep_all,
+        many: runs.len() > options.most_resampled && plan.scheme == ResamplingScheme::Cases,
+    };
+    let many = order.many;
     let columns = Columns::new(scene, runs, estimates.dry);
     let weights = FitWeights::new(&columns, runs, &estimates, plan.scheme);
     let (targets, places) = targets(scene, runs, &columns, &estimates, &weights);
     let strata = columns.pool.strata.len();
     let single_run_strata = columns.pool.single_runs();
-    let many = runs.len() > options.most_resampled && plan.scheme == ResamplingScheme::Cases;
     let of_target = |target: &Target| many.then(|| sandwich(&columns.pool, target)).flatten();
     let sandwiches: Vec<Sandwich> = targets.par_iter().map(of_target).collect();
     let mut resampled = vec![];
@@ -83,42 +85,18 @@ pub fn add_bootstrap_intervals(
             None => resampled.push(task),
         }
     }
-    let (chosen, replicate): (Vec<usize>, ReplicateAll) = if many {
-        (choose(&mut resampled, targets.len()), replicate_many)
+    let chosen = if many {
+        choose(&mut resampled, targets.len())
     } else {
-        ((0..targets.len()).collect(), replicate)
+        (0..targets.len()).collect()
     };
     let of_chosen: Vec<Target> = chosen.iter().map(|target| targets[*target].clone()).collect();
     let (pool, of_chosen) = columns.pool.of_targets(&of_chosen);
-    let replicates = AllReplicates {
-        plan,
-        method,
-        keep_all: options.keep_all,
-        fits: replicate(&pool, &of_chosen, plan, done),
-        without: of_chosen
-            .par_iter()
-            .map(|target| match many && target.regression.x.len() >= MANY_RUNS {
-                // neither skewed nor short of degrees of freedom
-                true => vec![],
-                false => leave_one_out(&pool, target, plan.scheme),
-            })
-            .collect(),
-        fitted: of_chosen.iter().map(|target| target.fitted).collect(),
-        named: scene.bootstrap.interval.is_some(),
-        runs: of_chosen.iter().map(|target| target.regression.x.len()).collect(),
-        to_spare: of_chosen
-            .iter()
-            .map(|Target { regression, .. }| regression.x.len().saturating_sub(regression.law.parameters()))
-            .collect(),
-        drawn: of_chosen
-            .iter()
-            .map(|target| plan.scheme != ResamplingScheme::Series || target.series.len() > 1)
-            .collect(),
-    };
+    let replicates = AllReplicates::make(&pool, &of_chosen, order, done);
     resampled.into_par_iter().for_each(|task| replicates.add_interval(task));
     let resampling = Resampling {
         scheme: plan.scheme.name(),
-        interval: if many { SANDWICH } else { method.name() },
+        interval: if many { SANDWICH } else { order.method.name() },
         replicates: plan.replicates,
         resampled_fits: chosen.len(),
         strata,

@@ -2,12 +2,15 @@
 
 use std::collections::BTreeMap;
 
+use rayon::prelude::*;
+
 use crate::findings::estimate::{Bootstrapped, Estimate, Failed};
 use crate::findings::quantities::wetted_of;
 use crate::inference::bootstrap::intervals::{studentized, Replicates};
-use crate::inference::bootstrap::jackknife::{acceleration, degrees_of_freedom, influence};
+use crate::inference::bootstrap::jackknife::{acceleration, degrees_of_freedom, influence, leave_one_out};
 use crate::inference::bootstrap::kernel::{Failure, WeightedFit};
-use crate::inference::bootstrap::{Plan, Replicated};
+use crate::inference::bootstrap::sandwich::MANY_RUNS;
+use crate::inference::bootstrap::{replicate, replicate_many, Plan, Pool, Replicated, Target};
 use crate::inference::delta::Interval;
 use crate::physics::quantity::{Place, Quantity, Wetted};
 use crate::physics::Order;
@@ -91,28 +94,68 @@ pub const FEWEST_RUNS: usize = 12;
 
 const TOO_FEW: &str = "fewer than 12 runs: resampling so few makes intervals too short";
 
-/// Every replicate and every leave-one-out fit, by target.
-pub(super) struct AllReplicates {
+/// How replicates are made, and what is made of them.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ReplicateOrder {
     pub(super) plan: Plan,
     pub(super) method: IntervalMethod,
-    pub(super) keep_all: bool,
-    pub(super) fits: Replicated,
-    pub(super) without: Vec<Vec<Vec<[f64; 2]>>>,
-    pub(super) fitted: Vec<[f64; 2]>,
     /// whether the scene names the interval
     pub(super) named: bool,
+    pub(super) keep_all: bool,
+    /// whether the table is too large for all its runs to be drawn
+    pub(super) many: bool,
+}
+
+/// Every replicate and every leave-one-out fit, by target.
+pub(super) struct AllReplicates {
+    order: ReplicateOrder,
+    pub(super) fits: Replicated,
+    without: Vec<Vec<Vec<[f64; 2]>>>,
+    fitted: Vec<[f64; 2]>,
     /// runs of each target
-    pub(super) runs: Vec<usize>,
+    runs: Vec<usize>,
     /// runs minus parameters of each target
-    pub(super) to_spare: Vec<usize>,
+    to_spare: Vec<usize>,
     /// whether the scheme can draw from each target
-    pub(super) drawn: Vec<bool>,
+    drawn: Vec<bool>,
 }
 
 /// A replicate has a fit, and the quantity is not defined there.
 const UNDEFINED: &str = "a fit without this quantity: e does not fall with 1/St";
 
 impl AllReplicates {
+    /// Makes them of some targets; `done` is called with the number of replicates finished.
+    pub(super) fn make(
+        pool: &Pool,
+        targets: &[Target],
+        order: ReplicateOrder,
+        done: &(dyn Fn(usize) + Sync),
+    ) -> AllReplicates {
+        let ReplicateOrder { plan, many, .. } = order;
+        let without = |target: &Target| match many && target.regression.x.len() >= MANY_RUNS {
+            // neither skewed nor short of degrees of freedom
+            true => vec![],
+            false => leave_one_out(pool, target, plan.scheme),
+        };
+        let replicate = if many { replicate_many } else { replicate };
+        let runs = || targets.iter().map(|target| target.regression.x.len());
+        AllReplicates {
+            order,
+            fits: replicate(pool, targets, plan, done),
+            without: targets.par_iter().map(without).collect(),
+            fitted: targets.iter().map(|target| target.fitted).collect(),
+            runs: runs().collect(),
+            to_spare: runs()
+                .zip(targets)
+                .map(|(runs, target)| runs.saturating_sub(target.regression.law.parameters()))
+                .collect(),
+            drawn: targets
+                .iter()
+                .map(|target| plan.scheme != ResamplingScheme::Series || target.series.len() > 1)
+                .collect(),
+        }
+    }
+
     /// Gives an estimate what its replicates say; nothing where it has no standard error by the delta method.
     pub(super) fn add_interval(&self, task: Task) {
         let (Some(value), Some(se)) = (task.estimate.value, task.estimate.delta_se) else {
@@ -132,20 +175,21 @@ impl AllReplicates {
             task.estimate.bootstrap = Some(Bootstrapped {
                 failed: replicates.failed,
                 failures,
-                replicates: self.plan.replicates,
+                replicates: self.order.plan.replicates,
                 ..Bootstrapped::none("fewer than two replicates gave a number")
             });
             return;
         };
         let influences = self.influences(&task, value);
-        let degrees_of_freedom = match self.plan.scheme {
+        let degrees_of_freedom = match self.order.plan.scheme {
             ResamplingScheme::Cases | ResamplingScheme::Series => degrees_of_freedom(&influences),
             ResamplingScheme::Residuals | ResamplingScheme::Parametric => Some(self.to_spare[task.target] as f64),
         };
         let mut made = IntervalParts {
             acceleration: acceleration(&influences),
             degrees_of_freedom: degrees_of_freedom.unwrap_or(f64::INFINITY),
-            t: (self.keep_all || self.method == IntervalMethod::Studentized).then(|| self.studentized(&task, value)),
+            t: (self.order.keep_all || self.order.method == IntervalMethod::Studentized)
+                .then(|| self.studentized(&task, value)),
             replicates: &mut replicates,
             value,
             se,
@@ -160,7 +204,7 @@ impl AllReplicates {
             bias: Some(mean - value),
             failed: replicates.failed,
             failures,
-            replicates: self.plan.replicates,
+            replicates: self.order.plan.replicates,
             fallback,
         });
     }
@@ -174,11 +218,14 @@ impl AllReplicates {
         ];
         let mut intervals = vec![];
         for level in estimate.levels() {
-            for other in all.into_iter().filter(|other| self.keep_all || *other == self.method) {
+            for other in all
+                .into_iter()
+                .filter(|other| self.order.keep_all || *other == self.order.method)
+            {
                 intervals.extend(made.interval(other, level).ok());
             }
         }
-        if self.keep_all {
+        if self.order.keep_all {
             estimate.intervals.extend(intervals);
         } else {
             estimate.add_bootstrap_intervals(intervals);
@@ -188,13 +235,13 @@ impl AllReplicates {
     /// Quotes the interval of the scene's method, or the percentile one with the reason why that stands in for it. A
     /// profile that is quoted stays so: its reason is the fit's, and replicates pile up where it bends.
     fn quote(&self, estimate: &mut Estimate, made: &mut IntervalParts, few: bool) -> Option<&'static str> {
-        if self.method == IntervalMethod::Delta || estimate.is_curved() {
+        if self.order.method == IntervalMethod::Delta || estimate.is_curved() {
             return None;
         }
-        if few && !self.named {
+        if few && !self.order.named {
             return Some(TOO_FEW);
         }
-        let (quoted, fallback) = match made.interval(self.method, estimate.level) {
+        let (quoted, fallback) = match made.interval(self.order.method, estimate.level) {
             Ok(quoted) => (Some(quoted), None),
             Err(reason) => {
                 let percentile = made.interval(IntervalMethod::Percentile, estimate.level);

@@ -50,6 +50,7 @@ use hanging::Hanging;
 use kernel::Failure;
 use nodes::{DrawnNodes, StrataNodes};
 use replicated::Block;
+use sandwich::{normal_replicates, sandwich};
 use schemes::{draw_series, ResamplingNoise};
 use target::solve;
 
@@ -112,21 +113,27 @@ pub fn replicate(pool: &Pool, targets: &[Target], plan: Plan, done: &(dyn Fn(usi
     made
 }
 
-/// The same of fits to very many runs that have no [`sandwich::sandwich`]: of those that hang on a few runs these are drawn.
+/// The same of fits to very many runs: where a fit has a [`sandwich()`] its replicates are normal, where it hangs on a few runs
+/// these are drawn, and where it has few all are.
 pub fn replicate_many(pool: &Pool, targets: &[Target], plan: Plan, done: &(dyn Fn(usize) + Sync)) -> Replicated {
-    let hanging: Vec<Option<Hanging>> = targets.par_iter().map(|target| Hanging::new(pool, target)).collect();
-    let by_rows = targets.iter().zip(&hanging).filter(|(_, hanging)| hanging.is_none());
+    let streams = Streams::new(plan.seed, "bootstrap of many runs");
+    let made: Vec<Option<Vec<_>>> = targets
+        .par_iter()
+        .enumerate()
+        .map(|(number, target)| {
+            let rng = streams.at(number as u64);
+            match sandwich(pool, target) {
+                Some(covariance) => Some(normal_replicates(target.fitted, covariance, plan.replicates, rng)),
+                None => Hanging::new(pool, target).map(|hanging| hanging.replicates(plan.replicates, rng)),
+            }
+        })
+        .collect();
+    let by_rows = targets.iter().zip(&made).filter(|(_, made)| made.is_none());
     let by_rows: Vec<Target> = by_rows.map(|(target, _)| target.clone()).collect();
     let (own_pool, by_rows) = pool.of_targets(&by_rows);
     let drawn = replicate(&own_pool, &by_rows, plan, done);
-    let streams = Streams::new(plan.seed, "bootstrap of few runs");
-    let of_hanging = hanging.par_iter().enumerate().map(|(target, hanging)| {
-        let hanging = hanging.as_ref()?;
-        Some(hanging.replicates(plan.replicates, streams.at(target as u64)))
-    });
-    let of_hanging: Vec<Option<_>> = of_hanging.collect();
     let mut rows = (0..by_rows.len()).map(|row| drawn.results(row));
-    let each = of_hanging.into_iter().filter_map(|made| made.or_else(|| rows.next()));
+    let each = made.into_iter().filter_map(|made| made.or_else(|| rows.next()));
     Replicated::from_targets(&each.collect::<Vec<_>>(), plan.replicates)
 }
 

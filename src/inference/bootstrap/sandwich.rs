@@ -6,7 +6,11 @@
 //! strata. As dθ/dw holds the inverse of the Hessian on both sides of squared gradients, this is the sandwich.
 //! Source: Huber 1967, doi:10.1525/9780520325883-013; White 1980, doi:10.2307/1912934.
 
+use rand::rngs::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
 use super::jackknife::{first_order, Influences};
+use super::kernel::{Failure, WeightedFit};
 use super::target::{Pool, Target};
 
 /// Runs from which on a fit may have a sandwich: of fewer, what they do to a quantity is not to first order.
@@ -48,4 +52,26 @@ pub fn sandwich(pool: &Pool, target: &Target) -> Option<[f64; 3]> {
         }
     }
     Some(covariance)
+}
+
+/// So many normal replicates of a fit with this covariance.
+pub(super) fn normal_replicates(
+    fitted: [f64; 2],
+    covariance: [f64; 3],
+    count: usize,
+    mut rng: ChaCha8Rng,
+) -> Vec<Result<WeightedFit, Failure>> {
+    let [aa, ab, bb] = covariance;
+    let first = aa.sqrt();
+    // of one parameter the second does not vary
+    let along = if first > 0.0 { ab / first } else { 0.0 };
+    let beside = (bb - along * along).max(0.0).sqrt();
+    let mut replicate = || {
+        let [y, z]: [f64; 2] = [0, 1].map(|_| StandardNormal.sample(&mut rng));
+        WeightedFit {
+            parameters: [fitted[0] + first * y, fitted[1] + along * y + beside * z],
+            covariance,
+        }
+    };
+    (0..count).map(|_| Ok(replicate())).collect()
 }
