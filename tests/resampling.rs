@@ -18,7 +18,7 @@ use wetcor::inference::bootstrap::{kernel, replicate, Plan, Pool, Target};
 use wetcor::inference::law::Law;
 use wetcor::inference::regression::Regression;
 use wetcor::runs::Table;
-use wetcor::scene::{ResamplingScheme, WetLaw};
+use wetcor::scene::{IntervalMethod, ResamplingScheme, WetLaw};
 use wetcor::seed::stream;
 
 fn rows(name: &str) -> Vec<Vec<String>> {
@@ -356,7 +356,7 @@ fn a_table_of_very_many_runs_is_told_that_nothing_was_resampled() {
     let table = place.draw(1, Some(100_800));
     let found = findings::fit_least_squares(&place.scene, &table, 1, true);
     let resampling = found.bootstrap.as_ref().expect("the stage ran");
-    assert_eq!((resampling.interval, resampling.resampled_fits), ("sandwich", 0));
+    assert_eq!((resampling.by_sandwich, resampling.resampled_fits), (true, 0));
     let notice = found
         .notices
         .iter()
@@ -368,8 +368,14 @@ fn a_table_of_very_many_runs_is_told_that_nothing_was_resampled() {
     );
     assert!(found.notices.iter().all(|notice| notice.code != "bootstrap_one_series"));
     assert!(found.scaling.iter().all(|row| row.e_inf.method == "sandwich"));
-    // at the line runs are resampled as ever
+    // where the scene wants the interval of least squares, that is quoted
     let mut place = place;
+    place.scene.bootstrap.interval = Some(IntervalMethod::Delta);
+    let found = findings::fit_least_squares(&place.scene, &table, 1, true);
+    assert!(found.scaling.iter().all(|row| row.e_inf.method == "delta"));
+    assert!(found.scaling.iter().all(|row| row.e_inf.bootstrap.is_some()));
+    // at the line runs are resampled as ever
+    place.scene.bootstrap.interval = None;
     place.scene.bootstrap.replicates = 2;
     let table = place.draw(1, Some(MOST_RESAMPLED as u64));
     let found = findings::fit_least_squares(&place.scene, &table, 1, true);

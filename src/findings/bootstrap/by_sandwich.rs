@@ -5,12 +5,13 @@ use crate::distributions::normal_quantile;
 use crate::findings::estimate::Bootstrapped;
 use crate::inference::bootstrap::Target;
 use crate::inference::delta::Interval;
+use crate::scene::IntervalMethod;
 
 /// Runs of the largest table that is resampled: 10,000 replicates of so many take a quarter of a minute on two cores.
 pub const MOST_RESAMPLED: usize = 100_000;
 
 /// How an interval between z standard errors of the sandwich is named.
-pub(super) const SANDWICH: &str = "sandwich";
+const SANDWICH: &str = "sandwich";
 
 /// The covariance of a fit's parameters where the sandwich stands for replicates.
 pub(super) type Sandwich = Option<[f64; 3]>;
@@ -32,13 +33,17 @@ impl FittedBySandwich {
         })
     }
 
-    /// Adds an estimate's interval, and quotes it.
-    pub(super) fn add_interval(&self, task: Task) {
+    /// Adds an estimate's interval, and quotes it, unless the scene wants that of least squares.
+    pub(super) fn add_interval(&self, task: Task, method: IntervalMethod) {
         let se = task.variance(self.law, self.k).sqrt();
         let estimate = task.estimate;
         let Some(value) = estimate.value.filter(|_| se > 0.0 && se.is_finite()) else {
             return;
         };
+        estimate.bootstrap = Some(Bootstrapped::of_limit(se));
+        if method == IntervalMethod::Delta {
+            return;
+        }
         let interval = |level: f64| {
             let half = normal_quantile(0.5 + 0.5 * level) * se;
             let (lo, hi) = (value - half, value + half);
@@ -51,6 +56,5 @@ impl FittedBySandwich {
             estimate.interval = Some([lo, hi]);
             estimate.method = SANDWICH;
         }
-        estimate.bootstrap = Some(Bootstrapped::of_limit(se));
     }
 }

@@ -39,7 +39,7 @@ use crate::physics::quantity::{Place, Quantity};
 use crate::runs::Runs;
 use crate::scene::{IntervalMethod, ResamplingScheme, Scene};
 use affordable::{affordable_replicates, fewer_replicates_notice};
-use by_sandwich::{FittedBySandwich, Sandwich, SANDWICH};
+use by_sandwich::{FittedBySandwich, Sandwich};
 use columns::Columns;
 use replicates::{AllReplicates, DrySpeedReference, Formula, ReplicateOrder, ReplicatedLaw, Task};
 
@@ -81,7 +81,7 @@ pub fn add_bootstrap_intervals(
     let mut resampled = vec![];
     for task in tasks(scene, runs, &mut estimates, &places) {
         match FittedBySandwich::of_task(&task, &targets, &sandwiches) {
-            Some(fitted) => fitted.add_interval(task),
+            Some(fitted) => fitted.add_interval(task, order.method),
             None => resampled.push(task),
         }
     }
@@ -96,7 +96,8 @@ pub fn add_bootstrap_intervals(
     resampled.into_par_iter().for_each(|task| replicates.add_interval(task));
     let resampling = Resampling {
         scheme: plan.scheme.name(),
-        interval: if many { SANDWICH } else { order.method.name() },
+        interval: order.method.name(),
+        by_sandwich: many,
         replicates: plan.replicates,
         resampled_fits: chosen.len(),
         strata,

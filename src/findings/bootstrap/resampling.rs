@@ -2,7 +2,6 @@
 
 use serde::Serialize;
 
-use super::by_sandwich::SANDWICH;
 use crate::findings::dry::FittedDry;
 use crate::findings::energy::Energy;
 use crate::findings::scaling::FittedScaling;
@@ -26,8 +25,10 @@ pub struct Estimates<'e> {
 pub struct Resampling {
     /// what was resampled
     pub scheme: &'static str,
-    /// the interval quoted
+    /// the interval that is quoted of replicates
     pub interval: &'static str,
+    /// whether the runs are so many that the sandwich stands for the replicates of most fits
+    pub by_sandwich: bool,
     /// replicates
     pub replicates: usize,
     /// fits that were resampled: all, but of more runs than are resampled only those that the sandwich does not serve
@@ -39,13 +40,6 @@ pub struct Resampling {
     /// replicates of pairs, for the figures
     #[serde(skip)]
     pub joint: Vec<JointReplicates>,
-}
-
-impl Resampling {
-    /// Whether the sandwich stands for the replicates of most fits.
-    pub fn is_by_sandwich(&self) -> bool {
-        self.interval == SANDWICH
-    }
 }
 
 /// e_inf and St_c of the same replicates.

@@ -25,7 +25,7 @@ pub(super) fn bootstrap(page: &mut Page, input: ReportInput) {
         "How uncertain the laws' numbers are when their runs are drawn again, beside the delta method.",
     );
     let own = input.scene.bootstrap.scheme;
-    page.paragraph(&if resampling.is_by_sandwich() {
+    page.paragraph(&if resampling.by_sandwich {
         by_sandwich(resampling)
     } else {
         by_replicates(own, resampling)
