@@ -7,6 +7,7 @@ PROGRAM was built with the feature `mpi`; needs mpirun of Open MPI.
 
 import os
 import pathlib
+import shutil
 import signal
 import subprocess
 import sys
@@ -52,10 +53,10 @@ def the_page_is_the_same(program, folder):
     assert (folder / "other.md").read_bytes() != pages[1], "a seed changes nothing"
 
 
-def simulate(program, ranks, out, *more):
-    """Two million runs in five files."""
+def simulate(program, ranks, out, *more, runs=2_000_000):
+    """Runs in five files."""
     launcher = ["mpirun", "-n", str(ranks)] if ranks else []
-    return [*launcher, program, "simulate", "scene.toml", "--runs", "2000000", "--parts", "5", "--out", out, *more]
+    return [*launcher, program, "simulate", "scene.toml", "--runs", str(runs), "--parts", "5", "--out", out, *more]
 
 
 def the_parts_are_the_same(program, plain, folder):
@@ -90,10 +91,9 @@ def a_refusal_is_told_once(program, folder):
     assert not (folder / "new.md").exists()
 
 
-def one_that_is_killed_ends_all(program, folder, place):
-    before = (folder / "1.md").read_bytes()
-    names = set(os.listdir(folder))
-    with subprocess.Popen(calibrate(program, 2, "1.md"), cwd=folder, env=ENVIRONMENT, stderr=subprocess.PIPE) as launcher:
+def kill_one(command, folder, place):
+    """Starts a command on two ranks, kills one of them at work, and holds that the command fails."""
+    with subprocess.Popen(command, cwd=folder, env=ENVIRONMENT, stderr=subprocess.PIPE) as launcher:
         ranks = []
         while len(ranks) < 2:
             time.sleep(0.2)
@@ -105,8 +105,22 @@ def one_that_is_killed_ends_all(program, folder, place):
         os.kill(ranks[place], signal.SIGKILL)
         launcher.communicate(timeout=60)
         assert launcher.returncode != 0, "a rank was killed and the command succeeded"
+
+
+def one_that_is_killed_ends_all(program, folder, place):
+    before = (folder / "1.md").read_bytes()
+    names = set(os.listdir(folder))
+    kill_one(calibrate(program, 2, "1.md"), folder, place)
     assert (folder / "1.md").read_bytes() == before
     assert set(os.listdir(folder)) == names, set(os.listdir(folder)) - names
+    kill_one(simulate(program, 2, "half", runs=100_000_000), folder, place)
+    # the first rank could not clear what it was making; the next command does
+    left = set(os.listdir(folder)) - names
+    assert all(name.startswith(".wetcor-") for name in left) and (left == set() or place == 0), left
+    done, _ = run(simulate(program, 2, "whole"), folder)
+    assert done.returncode == 0, done.stderr
+    assert set(os.listdir(folder)) - names == {"whole"}, set(os.listdir(folder)) - names
+    shutil.rmtree(folder / "whole")
 
 
 def without_the_feature_it_says_what_to_build(program, folder):
