@@ -11,6 +11,7 @@ use std::sync::OnceLock;
 use std::time::Instant;
 
 use wetcor::findings;
+use wetcor::findings::bootstrap::MOST_RESAMPLED;
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::model::simulate::Simulation;
 use wetcor::report::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Style};
@@ -46,7 +47,8 @@ fn main() {
         page,
         "Seconds on {} threads, simulated runs in the design of `datasets/mueller2016` with a speed or a film of its own for \
          each, so that no two share a setting. The exponent is the slope of the logarithm of the time over the last two decades: \
-         1 is linear. Bootstrap: {REPLICATES} replicates of every quantity; posterior: 4 chains of 1,000 + 1,000 with \
+         1 is linear. Bootstrap: {REPLICATES} replicates of every quantity, of more than {MOST_RESAMPLED} runs the sandwich \
+         covariance instead; posterior: 4 chains of 1,000 + 1,000 with \
          their checks.\n\nMade by `cargo bench --bench cost`.\n\n![seconds against runs, replicates and groups](cost.svg)\n",
         rayon::current_num_threads()
     );
