@@ -31,6 +31,7 @@ mod track;
 mod trade;
 
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use wetcor::error::Error;
 use wetcor::findings::posterior::MethodChoice;
@@ -82,7 +83,7 @@ fn run_verb(arguments: Arguments, ranks: &Ranks) -> Result<u8, Error> {
     let quiet = arguments.quiet || !is_first;
     threads::start(arguments.threads, quiet)?;
     let interrupted = move |text: &str| {
-        if is_first {
+        if is_first && !FAILED.load(Relaxed) {
             complain(text);
         }
     };
@@ -155,11 +156,16 @@ fn run_verb(arguments: Arguments, ranks: &Ranks) -> Result<u8, Error> {
     result.unwrap_or_else(Err)
 }
 
+/// Whether a failure has been told: a launcher that sees one rank end with it interrupts the others, about which there is
+/// nothing left to say.
+static FAILED: AtomicBool = AtomicBool::new(false);
+
 fn could_not_run(error: &Error) -> ExitCode {
     // another rank says why
     if !matches!(error, Error::OtherRank) {
         complain(&error.to_string());
     }
+    FAILED.store(true, Relaxed);
     ExitCode::from(COULD_NOT_RUN)
 }
 
