@@ -192,6 +192,10 @@ fn parts_that_cannot_be_made_are_refused_and_nothing_is_written() {
             "error: the argument '--parts <N>' cannot be used with '--force'",
         ),
         (
+            &["--out", "parts", "--parts", "10001", "--runs", "18446744073709551615"],
+            "error: invalid value '10001' for '--parts <N>'",
+        ),
+        (
             &["--out", "parts"],
             "error: parts: expected a file ending in .csv or .parquet",
         ),

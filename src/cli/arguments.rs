@@ -109,7 +109,7 @@ mpirun, in a build with the feature `mpi`, the ranks write a share of the parts 
         #[arg(long)]
         out: PathBuf,
         /// Write so many Parquet files, part-000.parquet and so on, into a new folder
-        #[arg(long, value_name = "N", conflicts_with = "force", value_parser = clap::value_parser!(u64).range(1..))]
+        #[arg(long, value_name = "N", conflicts_with = "force", value_parser = clap::value_parser!(u64).range(1..=10_000))]
         parts: Option<u64>,
         /// Runs in all, spread evenly over the design [default: the design's repeats]
         #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]

@@ -85,21 +85,22 @@ pub fn add_bootstrap_intervals(
             None => resampled.push(task),
         }
     }
-    let chosen = if many {
-        choose(&mut resampled, targets.len())
+    let (chosen, replicates) = if many {
+        let chosen = choose(&mut resampled, targets.len());
+        let of_chosen: Vec<Target> = chosen.iter().map(|target| targets[*target].clone()).collect();
+        let (pool, of_chosen) = columns.pool.of_targets(&of_chosen);
+        (chosen.len(), AllReplicates::make(&pool, &of_chosen, order, done))
     } else {
-        (0..targets.len()).collect()
+        // every run, whether a fit has it or not: which are drawn does not depend on what was fitted
+        (targets.len(), AllReplicates::make(&columns.pool, &targets, order, done))
     };
-    let of_chosen: Vec<Target> = chosen.iter().map(|target| targets[*target].clone()).collect();
-    let (pool, of_chosen) = columns.pool.of_targets(&of_chosen);
-    let replicates = AllReplicates::make(&pool, &of_chosen, order, done);
     resampled.into_par_iter().for_each(|task| replicates.add_interval(task));
     let resampling = Resampling {
         scheme: plan.scheme.name(),
         interval: order.method.name(),
         by_sandwich: many,
         replicates: plan.replicates,
-        resampled_fits: chosen.len(),
+        resampled_fits: chosen,
         strata,
         single_run_strata,
         joint: if many {
@@ -115,7 +116,7 @@ pub fn add_bootstrap_intervals(
         fits,
     ));
     found.extend(many.then(|| {
-        let fits = [chosen.len(), targets.len()];
+        let fits = [chosen, targets.len()];
         notices::bootstrap_by_sandwich(runs.len(), options.most_resampled, fits)
     }));
     (resampling, found)
