@@ -9,6 +9,7 @@
 //! | `rounding` | how many digits are shown | number → text |
 //! | `distributions` | how probable is a number | probability → quantile |
 //! | `exponential` | what is exp x, several at a time | number → number |
+//! | `condensing` | which few points stand for many | points → points with counts |
 //! | `seed` | which random stream | name → stream |
 //! | `encoding` | is it text | bytes → text |
 //! | `files` | how much of a file is read | path → bytes |
@@ -149,6 +150,8 @@
 //! **A figure** is a file in `report/figures/` that makes charts from findings, a line in its `mod.rs`, and the section of
 //! the report that shows it.
 
+#[cfg(feature = "cli")]
+mod condensing;
 #[cfg(feature = "cli")]
 mod distributions;
 #[cfg(feature = "cli")]

@@ -226,6 +226,7 @@ fn every_replicate_is_the_plain_fit_of_its_weights() {
                 x,
                 offset,
                 restitution,
+                counts: _,
             } = targets[target].regression;
             let runs = if target.is_multiple_of(2) {
                 0..e.len()

@@ -217,7 +217,7 @@ impl<'f, 'r> BalanceEstimates<'f, 'r> {
     ) -> Option<ProblemProfile<'f, JointSquares<'f, 'r>>> {
         /// slopes of m(r) are at most 1/τ, and a run weighs at most as 1/τ² = 10⁴ others: it pins no fit of more runs
         const MOST_RUNS: usize = 50_000;
-        if fitted.problem.runs() > MOST_RUNS || !fitted.converged() {
+        if fitted.joint().measured_rebounds() > MOST_RUNS || !fitted.converged() {
             return None;
         }
         let region = fitted.region(minimum, quoting)?;
@@ -331,7 +331,7 @@ pub fn fit_balance(setup: BalanceSetup, scaling: &[FittedScaling], form: Form, o
     };
     let one = Spread {
         parameters: fitted.joint().shared.len(),
-        runs: fitted.joint().wet_rebounds(),
+        runs: fitted.joint().measured_rebounds(),
         ..spread(&fitted.fit)
     };
     let each = separate
@@ -379,7 +379,7 @@ fn findings_of(
         inertia: joint.form.inertia.name(),
         viscous: joint.form.viscous.name(),
         particles: particles_of(scene, joint),
-        runs: joint.wet_rebounds(),
+        runs: joint.measured_rebounds(),
         delta_c_over_roughness: match l {
             Some(_) => {
                 let quantity = Quantity::DeltaCOverRoughness;
@@ -455,10 +455,14 @@ pub(super) fn rebounds(runs: &Runs, sphere: usize) -> bool {
 /// The least-squares problem of a joint fit in which dry runs weigh as much as their scatter, or their own errors, let
 /// them beside wet runs of this spread.
 pub(super) fn problem_of<'r>(joint: Joint<'r>, dry: &[FittedDry], spread: f64) -> JointFit<'r> {
+    let rows = |sphere: usize| {
+        let own = joint.dry_parts().filter(|part| part.sphere == sphere);
+        own.map(|part| part.rebounds.len()).sum()
+    };
     let roots = joint
         .dry_spheres()
-        .filter_map(|sphere| dry::fit_of_sphere(dry, sphere))
-        .flat_map(FittedDry::variances)
+        .filter_map(|sphere| Some((dry::fit_of_sphere(dry, sphere)?, rows(sphere))))
+        .flat_map(|(fitted, rows)| fitted.variances(rows))
         .map(|variance| spread / variance.sqrt());
     let own = |sphere: &usize| dry::fit_of_sphere(dry, *sphere).and_then(|own| own.usable);
     JointFit {

@@ -110,10 +110,10 @@ impl Dry {
 
 impl FittedDry {
     /// Variance of each rebound about the law, in the order of the runs; infinite where one was left out.
-    pub(super) fn variances(&self) -> impl Iterator<Item = f64> + '_ {
+    pub(super) fn variances(&self, rows: usize) -> impl Iterator<Item = f64> + '_ {
         let of_all = self.weighing_sd.map_or(f64::NAN, |sd| sd * sd);
         let own = self.error_weights.as_ref().map(|weights| &weights.variance);
-        (0..self.dry.runs).map(move |run| own.map_or(of_all, |own| own[run]))
+        (0..rows).map(move |run| own.map_or(of_all, |own| own[run]))
     }
 }
 

@@ -24,7 +24,7 @@ pub fn reference_film_ratio(scene: &Scene, runs: &Runs, sphere: usize) -> Option
     });
     let rebounds = |group: &FilmGroup| {
         let series = &runs.series[group.series.clone()];
-        series.iter().map(|s| s.rebounds.len()).sum::<usize>()
+        series.iter().map(|s| runs.measured(s.rebounds.clone())).sum::<usize>()
     };
     near.or_else(|| Some(groups.iter().max_by_key(|g| rebounds(g))?.film_ratio))
 }

@@ -90,7 +90,7 @@ use crate::model::parameters::ModelParameters;
 use crate::notice::Notice;
 use crate::physics::inertia::Inertia;
 use crate::physics::Form;
-use crate::runs::{Runs, Table};
+use crate::runs::{Runs, Table, MANY_RUNS};
 use crate::scene::{NoiseOn, Scene};
 use balance::EnergyBalance;
 use bootstrap::Resampling;
@@ -234,6 +234,10 @@ impl LeastSquaresFits {
             level: scene.bootstrap.level,
         };
         let dry = dry::fit_dry_laws(scene, runs, quoting);
+        // with the form open, models are compared run by run
+        let condensed = (runs.len() > MANY_RUNS && !scene.model.inertia_is_open())
+            .then(|| runs.condensed(scene.data.smallest_restitution));
+        let runs = condensed.as_ref().unwrap_or(runs);
         let (series, mut scaling) = rayon::join(
             || series::fit_series(scene, runs, &dry, quoting),
             || scaling::fit_scaling(scene, runs, &dry, quoting),

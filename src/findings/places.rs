@@ -5,7 +5,7 @@ use crate::runs::{FilmGroup, Runs, Series};
 use crate::scene::Scene;
 
 /// A particle at a film ratio, and at one diameter where the form of the balance or k tells diameters apart.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub(super) struct WetPlace<'r> {
     /// index into the scene's particles
     pub particle: usize,
@@ -17,6 +17,7 @@ pub(super) struct WetPlace<'r> {
     pub diameter: Option<f64>,
     /// its series
     pub series: Vec<&'r Series>,
+    runs: &'r Runs,
 }
 
 impl<'r> WetPlace<'r> {
@@ -28,6 +29,7 @@ impl<'r> WetPlace<'r> {
             film_ratio: group.film_ratio,
             diameter: runs.spheres[group.sphere].diameter,
             series: runs.series[group.series.clone()].iter().collect(),
+            runs,
         }
     }
 
@@ -56,7 +58,11 @@ impl<'r> WetPlace<'r> {
 
     /// How many runs rebounded there.
     pub fn rebounds(&self) -> usize {
-        self.series.iter().map(|series| series.rebounds.len()).sum()
+        self.series.iter().map(|series| self.rebounds_of(series)).sum()
+    }
+
+    fn rebounds_of(&self, series: &Series) -> usize {
+        self.runs.measured(series.rebounds.clone())
     }
 
     /// The mean of a number over the rebounds; over the series where none rebounded.
@@ -65,7 +71,7 @@ impl<'r> WetPlace<'r> {
         if rebounds == 0 {
             return self.series.iter().map(|one| of(one)).sum::<f64>() / self.series.len() as f64;
         }
-        let weighted = self.series.iter().map(|one| one.rebounds.len() as f64 * of(one));
+        let weighted = self.series.iter().map(|one| self.rebounds_of(one) as f64 * of(one));
         weighted.sum::<f64>() / rebounds as f64
     }
 

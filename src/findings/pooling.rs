@@ -77,8 +77,13 @@ fn root_of_exact(setup: BalanceSetup, exact: &[f64], group: &FilmGroup) -> Optio
     let select = |column: &[f64]| -> Vec<f64> { kept.iter().map(|run| column[*run]).collect() };
     let offset = own.map_or_else(Vec::new, |own| own.offsets(&select(&pool.speeds)));
     let (x, restitution) = (select(&pool.inverse_stokes), select(exact));
+    let counts = match pool.counts.as_slice() {
+        [] => vec![],
+        counts => select(counts),
+    };
     let regression = Regression {
         offset: &offset,
+        counts: &counts,
         ..Regression::new(Law::SQUARE_ROOT, &x, &restitution)
     };
     let fit = regression.fit();

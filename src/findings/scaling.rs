@@ -118,6 +118,10 @@ pub(super) struct PooledRuns {
     pub(super) inverse_stokes: Vec<f64>,
     pub(super) speeds: Vec<f64>,
     pub(super) restitution: Vec<f64>,
+    /// how many each stands for; empty where that is itself
+    pub(super) counts: Vec<f64>,
+    /// how many were measured
+    rebounds: usize,
     stuck: usize,
 }
 
@@ -128,7 +132,9 @@ impl PooledRuns {
             inverse_stokes: Vec::with_capacity(size),
             speeds: Vec::with_capacity(if keep_speeds { size } else { 0 }),
             restitution: Vec::with_capacity(size),
-            stuck: series.iter().map(|s| s.stuck.len()).sum(),
+            counts: vec![],
+            rebounds: series.iter().map(|s| runs.measured(s.rebounds.clone())).sum(),
+            stuck: series.iter().map(|s| runs.measured(s.stuck.clone())).sum(),
         };
         for one in series {
             let range = one.rebounds.clone();
@@ -137,6 +143,7 @@ impl PooledRuns {
             if keep_speeds {
                 pool.speeds.extend_from_slice(&runs.impact_speed[range.clone()]);
             }
+            pool.counts.extend(runs.counts(range.clone()));
             pool.restitution.extend_from_slice(&runs.restitution[range]);
         }
         pool
@@ -146,6 +153,7 @@ impl PooledRuns {
     fn regression<'r>(&'r self, law: WetLaw, offset: &'r [f64]) -> Regression<'r> {
         Regression {
             offset: if law == WetLaw::Sqrt { offset } else { &[] },
+            counts: &self.counts,
             ..Regression::new(Law::Wet(law), &self.inverse_stokes, &self.restitution)
         }
     }
@@ -335,7 +343,7 @@ fn both_laws(
                 particle: scene.particles[runs.spheres[group.sphere].particle].name.clone(),
                 diameter_m: runs.spheres[group.sphere].diameter,
                 film_ratio: group.film_ratio,
-                runs: pool.restitution.len(),
+                runs: pool.rebounds,
                 stuck: pool.stuck,
                 speed_error_of_a_tenth_se: speed_error.filter(|_| law == WetLaw::Sqrt && scaling.verdict.passed),
                 measurement_errors: weights.as_ref().map(ErrorSummary::of),
@@ -514,7 +522,11 @@ pub(super) fn two(fit: &Fit) -> [f64; 2] {
 fn linear_bias(root: &Fit, square_root: &Regression) -> Option<Bias> {
     let [e_inf, st_c] = e_inf_and_st_c(WetLaw::Sqrt, two(root))?;
     let exact = square_root.fitted(two(root));
-    let line = Regression::new(Law::LINEAR, square_root.x, &exact).fit();
+    let line = Regression {
+        counts: square_root.counts,
+        ..Regression::new(Law::LINEAR, square_root.x, &exact)
+    };
+    let line = line.fit();
     let [of_line, st_c_of_line] = e_inf_and_st_c(WetLaw::Linear, two(&line))?;
     Some(Bias {
         e_inf: of_line - e_inf,

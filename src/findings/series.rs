@@ -139,6 +139,7 @@ fn of_series(scene: &Scene, runs: &Runs, series: &Series, dry: &[FittedDry], quo
     let errors = wet_columns(scene, runs, std::iter::once(series.rebounds.clone()), own.as_ref());
     let regression = Regression {
         offset: &offset,
+        counts: runs.counts(series.rebounds.clone()),
         ..Regression::new(Law::SQUARE_ROOT, &x, &runs.restitution[series.rebounds.clone()])
     };
     let (fit, error_weights) = regression.fit_with_errors(errors.as_ref());
@@ -173,8 +174,8 @@ fn of_series(scene: &Scene, runs: &Runs, series: &Series, dry: &[FittedDry], quo
         diameter_m: series.diameter,
         film_m: series.film,
         film_ratio: series.film_ratio,
-        runs: series.rebounds.len(),
-        stuck: series.stuck.len(),
+        runs: runs.measured(series.rebounds.clone()),
+        stuck: runs.measured(series.stuck.clone()),
         alpha: estimate(Quantity::Alpha),
         beta: estimate(Quantity::Beta),
         e_inf: estimate(Quantity::EInf),

@@ -347,11 +347,11 @@ impl<'r> Joint<'r> {
         for part in parts {
             self.each(part, part.rebounds.clone(), point, |row| {
                 let mut slopes = [(0, 0.0); MOST_SLOPES];
-                let used = part.places.len();
+                let (used, root) = (part.places.len(), self.runs.count(row.run).sqrt());
                 for (own, (place, slope)) in slopes.iter_mut().zip(part.places.iter().zip(row.slopes)) {
-                    *own = (*place, slope);
+                    *own = (*place, root * slope);
                 }
-                sums.add(row.residual, &slopes[..used]);
+                sums.add(root * row.residual, &slopes[..used]);
             });
         }
         sums
@@ -367,9 +367,16 @@ impl<'r> Joint<'r> {
         self.parts.iter().filter(|part| part.series.is_none())
     }
 
-    /// Wet rebounds.
+    /// Rows of wet rebounds.
     pub fn wet_rebounds(&self) -> usize {
         self.wet_parts().map(|part| part.rebounds.len()).sum()
+    }
+
+    /// Wet rebounds that were measured, for which the rows stand.
+    pub fn measured_rebounds(&self) -> usize {
+        self.wet_parts()
+            .map(|part| self.runs.measured(part.rebounds.clone()))
+            .sum()
     }
 
     /// Restitution the model gives each wet rebound, in the order of the parts.
@@ -413,7 +420,7 @@ impl JointFit<'_> {
         for part in &self.joint.parts {
             self.joint.each(part, part.rebounds.clone(), b, |one| {
                 let root = row.checked_sub(wet).map_or(1.0, |dry| self.dry_roots[dry]);
-                hand_on(row, part, root, one);
+                hand_on(row, part, root * self.joint.runs.count(one.run).sqrt(), one);
                 row += 1;
             });
         }
@@ -439,7 +446,7 @@ impl JointFit<'_> {
         let (mut squares, mut row) = (0.0, 0);
         for part in self.joint.dry_parts() {
             self.joint.each(part, part.rebounds.clone(), b, |one| {
-                squares += (self.dry_roots[row] * one.residual).powi(2);
+                squares += self.joint.runs.count(one.run) * (self.dry_roots[row] * one.residual).powi(2);
                 row += 1;
             });
         }
@@ -522,8 +529,11 @@ impl JointFit<'_> {
         let restitution = &self.joint.runs.restitution;
         let mut runs = self.joint.wet_parts().flat_map(|part| part.rebounds.clone());
         self.each_wet_energy(point, |kept, slopes| {
-            let e = runs.next().map_or(f64::NAN, |run| restitution[run]);
-            hand_on(e * e - kept, slopes);
+            let (e, count) = runs
+                .next()
+                .map_or((f64::NAN, 1.0), |run| (restitution[run], self.joint.runs.count(run)));
+            let root = count.sqrt();
+            hand_on(root * (e * e - kept), &slopes.map(|slope| root * slope));
         });
     }
 
@@ -671,7 +681,7 @@ pub fn fit_joint(problem: &JointFit) -> Fit {
 /// The fit with the spread of the wet runs about the law that is theirs: what the dry runs scatter by about their own k has
 /// been weighed to be as large, and is taken off.
 fn with_wet_spread(problem: &JointFit, fit: Fit) -> Fit {
-    let wet = problem.joint.wet_rebounds();
+    let wet = problem.joint.measured_rebounds();
     let freedom = wet.saturating_sub(problem.joint.shared.len());
     if fit.residual_sd.is_none() || freedom == 0 {
         return Fit {

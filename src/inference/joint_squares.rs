@@ -124,7 +124,8 @@ impl<'p, 'r> JointSquares<'p, 'r> {
                 .checked_sub(self.wet)
                 .map_or(1.0, |dry| self.problem.dry_roots[dry]);
             let root = self.roots.get(residual).map_or(1.0, |root| *root);
-            hand_on(part, own * root, row);
+            let of_count = self.problem.joint.runs.count(row.run).sqrt();
+            hand_on(part, own * root * of_count, row);
         });
     }
 

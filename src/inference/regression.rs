@@ -5,8 +5,10 @@
 use nalgebra::DMatrix;
 use pulp::Arch;
 
-use super::bootstrap::kernel::{self, Sample};
-use super::effective_variance::{chi_squared, reweight, ErrorColumns, ErrorWeights, SpeedDependent, SpeedDerivatives};
+use super::bootstrap::kernel::{self, Sample, WeightedFit};
+use super::effective_variance::{
+    chi_squared, reweight, ErrorColumns, ErrorWeights, SpeedDependent, SpeedDerivatives, WeightedProblem,
+};
 use super::law::{Law, Response};
 use super::least_squares::{fit, Fit, OutOfDomain, ResidualProblem};
 use super::sums::sums;
@@ -23,6 +25,8 @@ pub struct Regression<'a> {
     pub offset: &'a [f64],
     /// restitutions
     pub restitution: &'a [f64],
+    /// how many runs each stands for; empty where that is itself
+    pub counts: &'a [f64],
 }
 
 impl<'a> Regression<'a> {
@@ -33,12 +37,22 @@ impl<'a> Regression<'a> {
             x,
             offset: &[],
             restitution,
+            counts: &[],
         }
     }
 
     /// Fits the law with all runs weighing the same.
     pub fn fit(&self) -> Fit {
-        fit(&self.problem(vec![]), &self.start()[..self.law.parameters()])
+        let (problem, parameters) = (self.problem(vec![]), self.law.parameters());
+        if self.counts.is_empty() {
+            return fit(&problem, &self.start()[..parameters]);
+        }
+        let roots: Vec<f64> = self.counts.iter().map(|count| count.sqrt()).collect();
+        let weighted = WeightedProblem {
+            problem: &problem,
+            roots: &roots,
+        };
+        fit(&weighted, &self.start_by_counts()[..parameters]).of_runs(self.counts.iter().sum())
     }
 
     /// Fits the law, the runs weighed by their measurement errors if there are any; x must move with the speed as the
@@ -131,11 +145,52 @@ impl<'a> Regression<'a> {
     }
 
     /// The runs that are not left out, each with the inverse of its residual's variance.
-    fn weights<'f>(&self, fitted: &Fit, variance: &'f [f64]) -> Option<impl Iterator<Item = (usize, f64)> + use<'f>> {
-        let common = fitted.residual_sd? * fitted.residual_sd?;
+    fn weights<'f>(
+        &'f self,
+        fitted: &Fit,
+        variance: &'f [f64],
+    ) -> Option<impl Iterator<Item = (usize, f64)> + use<'a, 'f>> {
+        let (common, counts) = (fitted.residual_sd? * fitted.residual_sd?, self.counts);
         let of_run = move |run: usize| 1.0 / variance.get(run).copied().unwrap_or(common);
-        let runs = (0..self.x.len()).map(move |run| (run, of_run(run)));
+        let runs = (0..self.x.len()).map(move |run| (run, of_run(run) * counts.get(run).copied().unwrap_or(1.0)));
         Some(runs.filter(|(_, weight)| *weight != 0.0))
+    }
+
+    /// The same as [`Self::start`] where runs stand for several.
+    fn start_by_counts(&self) -> [f64; 2] {
+        let Regression {
+            law, x, offset, counts, ..
+        } = *self;
+        let sample = Sample {
+            offset,
+            ..Sample::new(x, self.restitution, counts)
+        };
+        let found = match law {
+            Law::Dry(_) => kernel::dry(&sample),
+            Law::Wet(WetLaw::Linear) => kernel::linear(&sample),
+            Law::Wet(WetLaw::Sqrt) => {
+                let squares = |run: usize| self.restitution[run].powi(2);
+                let left: Vec<f64> = (0..x.len()).map(|run| squares(run) - self.offset_of(run)).collect();
+                kernel::linear(&Sample::new(x, &left, counts)).and_then(|fitted| {
+                    let [alpha, fall] = fitted.parameters;
+                    let all: f64 = counts.iter().sum();
+                    let mean =
+                        |of: &dyn Fn(usize) -> f64| (0..x.len()).map(|run| counts[run] * of(run)).sum::<f64>() / all;
+                    let centre = mean(&|run| x[run]);
+                    let line = Line {
+                        centre,
+                        mean: alpha - fall * centre,
+                        slope: -fall,
+                    };
+                    let start = self.flattened(&line, START_MARGIN * mean(&squares));
+                    kernel::square_root(&sample, start).or(Ok(WeightedFit {
+                        parameters: start,
+                        ..fitted
+                    }))
+                })
+            }
+        };
+        found.map_or([0.0; 2], |found| found.parameters)
     }
 
     /// Parameters near the minimum, inside the domain of the law at every run.
@@ -172,19 +227,27 @@ impl<'a> Regression<'a> {
         let floor = START_MARGIN * mean_square;
         let kept = |x: f64, o: f64| line.mean + line.slope * (x - line.centre) + known(o);
         let [low] = sums([x, o], |[x, o]| [f64::from(u8::from(kept(x, o) < floor))]);
+        let start = if low > 0.0 {
+            self.flattened(&line, floor)
+        } else {
+            [line.mean - line.slope * line.centre, line.slope]
+        };
+        let settled = self.newton::<OFFSET>(o, start);
+        settled.unwrap_or_else(|| self.square_root_from(start).unwrap_or(start))
+    }
+
+    /// A line through e², flattened about its mean until it lies nowhere below a floor.
+    fn flattened(&self, line: &Line, floor: f64) -> [f64; 2] {
         let mut flatten: f64 = 1.0;
-        if low > 0.0 {
-            for (x, o) in x.iter().zip(o) {
-                let (kept, flat) = (kept(*x, *o), line.mean + known(*o));
-                if kept < floor && flat > floor {
-                    flatten = flatten.min((flat - floor) / (flat - kept));
-                }
+        for (run, x) in self.x.iter().enumerate() {
+            let flat = line.mean + self.offset_of(run);
+            let kept = flat + line.slope * (x - line.centre);
+            if kept < floor && flat > floor {
+                flatten = flatten.min((flat - floor) / (flat - kept));
             }
         }
         let slope = line.slope * flatten;
-        let start = [line.mean - slope * line.centre, slope];
-        let settled = self.newton::<OFFSET>(o, start);
-        settled.unwrap_or_else(|| self.square_root_from(start).unwrap_or(start))
+        [line.mean - slope * line.centre, slope]
     }
 
     /// The square root's minimum by steps of Newton's method that stay inside the domain, from a start there: where a run lies

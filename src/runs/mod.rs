@@ -33,12 +33,14 @@
 //! | `true_speeds.rs` | says how true speeds are distributed where measured ones err |
 //! | `stated_errors.rs` | refuses runs without errors where errors are to be all that scatters them |
 //! | `part.rs` | takes a part of the runs |
+//! | `condense.rs` | takes few of very many runs that stand for all |
 //! | `write.rs` | writes runs, simulated ones a row at a time |
 
 mod cells;
 mod checked_rows;
 mod collect;
 mod columns;
+mod condense;
 mod csv;
 mod decimals;
 mod draft;
@@ -71,6 +73,7 @@ mod written_units;
 pub(crate) use cells::{each_row, CellNumbers, TakesRows};
 pub use collect::Screened;
 pub(crate) use collect::OF_READING;
+pub use condense::MANY_RUNS;
 pub use draft::Draft;
 pub use errors::MeasurementErrors;
 pub(crate) use fields::Fields;

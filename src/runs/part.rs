@@ -14,17 +14,8 @@ impl Runs {
             spheres: self.spheres.clone(),
             ..Runs::default()
         };
-        let all = |_: usize| true;
         let thin = |run: usize| self.film[run] / self.diameter[run] < film_ratio;
-        for group in &self.dry {
-            let rebounds = part.take(self, group.rebounds.clone(), all);
-            let stuck = part.take(self, group.stuck.clone(), all);
-            part.dry.push(DryGroup {
-                rebounds,
-                stuck,
-                ..group.clone()
-            });
-        }
+        self.dry.iter().for_each(|group| part.take_dry(self, group));
         for group in &self.film_groups {
             let first = part.series.len();
             for series in &self.series[group.series.clone()] {
@@ -80,6 +71,38 @@ impl Runs {
         part
     }
 
+    /// The dry runs, and the runs of each film group, as tables of their own.
+    pub fn parts(&self) -> impl Iterator<Item = Runs> + '_ {
+        let empty = || Runs {
+            spheres: self.spheres.clone(),
+            ..Runs::default()
+        };
+        let dry = std::iter::once(&self.dry).filter(|groups| !groups.is_empty());
+        let dry = dry.map(move |groups| {
+            let mut part = empty();
+            groups.iter().for_each(|group| part.take_dry(self, group));
+            part
+        });
+        let wet = self.film_groups.iter().map(move |group| {
+            let mut part = empty();
+            for series in &self.series[group.series.clone()] {
+                let [rebounds, stuck] =
+                    [&series.rebounds, &series.stuck].map(|range| part.take(self, range.clone(), |_| true));
+                part.series.push(Series {
+                    rebounds,
+                    stuck,
+                    ..series.clone()
+                });
+            }
+            part.film_groups.push(FilmGroup {
+                series: 0..part.series.len(),
+                ..group.clone()
+            });
+            part
+        });
+        dry.chain(wet)
+    }
+
     /// Wet runs.
     pub fn wet(&self) -> usize {
         self.series.iter().map(|series| series.runs().len()).sum()
@@ -88,6 +111,22 @@ impl Runs {
     /// Appends some runs of another table, and says where they are.
     fn take(&mut self, from: &Runs, range: Range<usize>, keep: impl Fn(usize) -> bool) -> Range<usize> {
         let first = self.len();
+        range.filter(|run| keep(*run)).for_each(|run| self.take_run(from, run));
+        first..self.len()
+    }
+
+    /// Appends the dry runs of a group of another table, as a group.
+    fn take_dry(&mut self, from: &Runs, group: &DryGroup) {
+        let [rebounds, stuck] = [&group.rebounds, &group.stuck].map(|range| self.take(from, range.clone(), |_| true));
+        self.dry.push(DryGroup {
+            rebounds,
+            stuck,
+            ..group.clone()
+        });
+    }
+
+    /// Appends a run of another table, with what it stands for there.
+    pub(super) fn take_run(&mut self, from: &Runs, run: usize) {
         // every column by name: one that is added must be taken, too
         let Runs {
             diameter,
@@ -96,25 +135,24 @@ impl Runs {
             restitution,
             row,
             errors,
+            count,
             impacts,
             spheres: _,
             dry: _,
             film_groups: _,
             series: _,
         } = self;
-        for run in range.filter(|run| keep(*run)) {
-            diameter.push(from.diameter[run]);
-            film.push(from.film[run]);
-            impact_speed.push(from.impact_speed[run]);
-            restitution.push(from.restitution[run]);
-            row.push(from.row[run]);
-            impacts.speed_root.push(from.impacts.speed_root[run]);
-            impacts.over_stokes.push(from.impacts.over_stokes[run]);
-            impacts.film_ratio.push(from.impacts.film_ratio[run]);
-            if let Some(all) = &from.errors {
-                errors.get_or_insert_default().push(all.error(run));
-            }
+        diameter.push(from.diameter[run]);
+        film.push(from.film[run]);
+        impact_speed.push(from.impact_speed[run]);
+        restitution.push(from.restitution[run]);
+        row.push(from.row[run]);
+        impacts.speed_root.push(from.impacts.speed_root[run]);
+        impacts.over_stokes.push(from.impacts.over_stokes[run]);
+        impacts.film_ratio.push(from.impacts.film_ratio[run]);
+        if let Some(all) = &from.errors {
+            errors.get_or_insert_default().push(all.error(run));
         }
-        first..self.len()
+        count.extend(from.count.get(run));
     }
 }

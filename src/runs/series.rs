@@ -28,6 +28,8 @@ pub struct Runs {
     pub row: Vec<u32>,
     /// what was measured errs by; `None` where no run carries an error above 0
     pub errors: Option<MeasurementErrors>,
+    /// how many runs each stands for, which need not be whole; empty where that is itself
+    pub count: Vec<f64>,
     /// what the physics reads of each run
     pub impacts: Impacts,
     /// the spheres that have a k of their own, by particle and diameter
@@ -117,6 +119,24 @@ impl Runs {
     /// Whether no run is in use.
     pub fn is_empty(&self) -> bool {
         self.restitution.is_empty()
+    }
+
+    /// How many runs one stands for.
+    pub fn count(&self, run: usize) -> f64 {
+        self.count.get(run).copied().unwrap_or(1.0)
+    }
+
+    /// How many each of a range stands for; empty where that is itself.
+    pub fn counts(&self, range: Range<usize>) -> &[f64] {
+        self.count.get(range).unwrap_or_default()
+    }
+
+    /// How many runs a range stands for.
+    pub fn measured(&self, range: Range<usize>) -> usize {
+        match self.counts(range.clone()) {
+            [] => range.len(),
+            counts => counts.iter().sum::<f64>().round() as usize,
+        }
     }
 
     /// Runs that stuck.

@@ -22,6 +22,8 @@ mod series_offsets;
 mod summarise;
 mod summary;
 
+use rayon::prelude::*;
+
 use super::checks::Check;
 use super::least_squares::LeastSquares;
 use super::predict::Basis;
@@ -30,10 +32,10 @@ use crate::inference::accuracy::{sample_to_accuracy, AccuracyPlan};
 use crate::inference::nuts::Watcher;
 use crate::inference::prepared_posterior::seconds_of_rows;
 use crate::inference::sampling::{sample_until_mixed, Sampled, SamplingPlan};
-use crate::model::likelihood::pointwise::Pointwise;
 use crate::model::likelihood::Likelihood;
 use crate::model::parameters::ModelParameters;
-use crate::runs::Runs;
+use crate::physics::Form;
+use crate::runs::{Runs, MANY_RUNS};
 use crate::scene::Scene;
 use crate::seed::StreamName;
 use derived::DerivedDraws;
@@ -82,6 +84,9 @@ pub fn expected_sampling(
     /// slopes that a draw takes, the warm-up's included: 4.6 to 6.7 in the posteriors of `benches/README.md`
     const OF_A_DRAW: f64 = 6.0;
     let parameters = ModelParameters::of(scene, runs, setup.form).ok()?;
+    if !Likelihood::needs_every_row(scene, runs) {
+        return None;
+    }
     let rows = Likelihood::of_rows(scene, runs, setup.form);
     let one = seconds_of_rows(parameters, rows, &start(least_squares))?;
     let effort = effort(scene);
@@ -121,7 +126,9 @@ pub fn fit_posterior(
     let effort = effort(scene);
     let quantities = parameters.dimension() + derived::count_derived(scene, runs, setup.form);
     check_room(effort, quantities)?;
-    let rows = Likelihood::of_rows(scene, runs, setup.form);
+    let is_condensed = runs.len() > MANY_RUNS && !Likelihood::needs_every_row(scene, runs);
+    let condensed = is_condensed.then(|| runs.condensed(scene.data.smallest_restitution));
+    let rows = Likelihood::of_rows(scene, condensed.as_ref().unwrap_or(runs), setup.form);
     let stream = StreamName::new(least_squares.seed, "posterior");
     let plan = SamplingPlan {
         effort,
@@ -143,17 +150,20 @@ pub fn fit_posterior(
             sample_until_mixed(parameters, &rows, &start, until, watcher)
         }
     };
-    let sampled = match sampled {
+    let mut sampled = match sampled {
         Ok(sampled) => sampled,
         Err(why) => return Ok(Err(posterior_checks::sampling_failed(&why.to_string()))),
     };
     let derived = derived::derived_draws(scene, runs, setup.form, &sampled);
-    let pointwise = Pointwise::new(scene, runs, setup.form);
-    let predictive = predictive_checks::check_predictions(scene, runs, &pointwise, &sampled.full_draws());
+    let draws = sampled.full_draws();
+    if let Some(error) = sampled.checked_error.as_mut().filter(|_| is_condensed) {
+        *error += largest_difference(scene, runs, setup.form, (&rows, &draws));
+    }
+    let predictive = predictive_checks::check_predictions(scene, runs, setup.form, &draws);
     let source = SummarySource {
         setup,
         effort,
-        rows: rows.nodes(),
+        rows: runs.wet(),
         derived: &derived,
         predictive,
         series_offsets: series_offsets::summarise_offsets(scene, runs, &sampled),
@@ -170,4 +180,23 @@ pub fn fit_posterior(
         derived,
         checks,
     }))
+}
+
+/// Largest difference of the log density between every run and the few that stand for them, at some of these draws; up to a
+/// constant, which no draw sees.
+fn largest_difference(scene: &Scene, runs: &Runs, form: Form, (few, draws): (&Likelihood, &[Vec<f64>])) -> f64 {
+    const CHECKED: usize = 20;
+    let ln_density = |likelihood: &Likelihood, full: &Vec<f64>| {
+        let mut slopes = vec![0.0; full.len()];
+        likelihood.ln_density(full, &mut slopes).unwrap_or(f64::INFINITY)
+    };
+    let some: Vec<&Vec<f64>> = draws.iter().step_by(draws.len().div_ceil(CHECKED).max(1)).collect();
+    let mut left: Vec<f64> = some.par_iter().map(|full| -ln_density(few, full)).collect();
+    for part in runs.parts() {
+        let rows = Likelihood::of_rows(scene, &part, form);
+        let own = left.par_iter_mut().zip(&some);
+        own.for_each(|(left, full)| *left += ln_density(&rows, full));
+    }
+    let mean = left.iter().sum::<f64>() / left.len() as f64;
+    left.into_iter().map(|left| (left - mean).abs()).fold(0.0, f64::max)
 }

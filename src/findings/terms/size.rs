@@ -19,6 +19,15 @@ use crate::scene::{Prior, Scene, WetLaw};
 /// A term with more than this many runs to see it by is sized on every so manyth of them.
 const MOST_RUNS: usize = 20_000;
 
+/// Which of the rows of a joint fit is taken each time; every one of those that stand for several.
+fn step(joint: &Joint, rows: usize) -> usize {
+    if joint.runs.count.is_empty() {
+        rows.div_ceil(MOST_RUNS).max(1)
+    } else {
+        1
+    }
+}
+
 /// What a prior without a standard deviation says: nothing.
 const WIDE: f64 = 1e6;
 
@@ -212,7 +221,7 @@ impl TermSums {
 
     fn add_wet(&mut self, scene: &Scene, joint: &Joint, point: &ReferencePoint) {
         let runs = joint.runs;
-        let step = joint.wet_rebounds().div_ceil(MOST_RUNS).max(1);
+        let step = step(joint, joint.wet_rebounds());
         let weight = point.sigma.map_or(0.0, |[_, wet]| step as f64 / (wet * wet));
         let at = point.of_joint(joint);
         for part in joint.wet_parts() {
@@ -228,7 +237,7 @@ impl TermSums {
                 };
                 joint.each(part, run..run + 1, &at, |row| {
                     let effects = Term::ALL.map(|term| mean_restitution(kept(term)) - row.model);
-                    self.add(weight, part, &row, effects);
+                    self.add(weight * runs.count(run), part, &row, effects);
                 });
             }
         }
@@ -236,18 +245,18 @@ impl TermSums {
 
     fn add_dry(&mut self, joint: &Joint, point: &ReferencePoint) {
         let rebounds: usize = joint.dry_parts().map(|part| part.rebounds.len()).sum();
-        let step = rebounds.div_ceil(MOST_RUNS).max(1);
+        let step = step(joint, rebounds);
         let weight = point.sigma.map_or(0.0, |[dry, _]| step as f64 / (dry * dry));
-        let at = point.of_joint(joint);
+        let (runs, at) = (joint.runs, point.of_joint(joint));
         let other = Term::DrySecondOrder.toggled(self.form).dry;
         for part in joint.dry_parts() {
             let k = point.dry_k[part.sphere];
             for run in part.rebounds.clone().step_by(step) {
                 joint.each(part, run..run + 1, &at, |row| {
                     let mut effects = [0.0; Term::ALL.len()];
-                    let loss = k * joint.runs.impacts.speed_root[run];
+                    let loss = k * runs.impacts.speed_root[run];
                     effects[Term::DrySecondOrder as usize] = other.of_loss(loss)[0] - row.model;
-                    self.add(weight, part, &row, effects);
+                    self.add(weight * runs.count(run), part, &row, effects);
                 });
             }
         }

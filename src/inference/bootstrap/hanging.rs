@@ -50,6 +50,7 @@ impl Hanging {
             x,
             offset,
             restitution,
+            counts: _,
         } = target.regression;
         let serves = law == Law::SQUARE_ROOT && offset.is_empty() && target.run_weights.is_none();
         if !serves || x.len() < MANY_RUNS {

@@ -77,6 +77,21 @@ impl Fit {
         self.stop == Stop::Converged
     }
 
+    /// The same fit where those it was made to stand for so many runs, and were weighed by how many each: these tell what scatters.
+    pub fn of_runs(self, runs: f64) -> Fit {
+        let freedom = (runs.round() as usize).saturating_sub(self.parameters.len());
+        let Some(was) = self.residual_sd.filter(|was| *was > 0.0 && freedom > 0) else {
+            return self;
+        };
+        let sd = (self.residual_sum_of_squares / freedom as f64).sqrt();
+        Fit {
+            covariance: self.covariance.map(|covariance| covariance * (sd / was).powi(2)),
+            residual_sd: Some(sd),
+            degrees_of_freedom: freedom,
+            ..self
+        }
+    }
+
     /// A fit that could not begin, since there are fewer runs than parameters they alone determine.
     pub fn without_enough_runs(start: Vec<f64>, runs: usize, parameters: usize) -> Fit {
         Fit {

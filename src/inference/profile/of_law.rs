@@ -97,7 +97,10 @@ impl<'a> LawProfile<'a> {
         };
         let mut profile = LawProfile {
             regression,
-            weights: errors.map_or_else(Vec::new, |errors| errors.variance.iter().map(|v| 1.0 / v).collect()),
+            weights: match errors {
+                Some(errors) => errors.variance.iter().map(|v| 1.0 / v).collect(),
+                None => regression.counts.to_vec(),
+            },
             bias: [0.0; 2],
             parameters: [a, b],
             fit: Uncertain {
@@ -132,6 +135,7 @@ impl<'a> LawProfile<'a> {
             x,
             offset,
             restitution,
+            counts: _,
         } = *self.regression;
         let square = |run: usize, offset: f64| {
             let left = law.continued(law.predictor(at, x[run], offset)) - restitution[run];

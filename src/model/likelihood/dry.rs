@@ -25,22 +25,24 @@ impl Likelihood {
             value -= runs.rebounds * (sigma.ln() + LN_ROOT_TWO_PI) + 0.5 * squares * precision;
             slopes[COMMON_SLOTS + sphere] -= 0.5 * slope * precision;
             slopes[ParameterKind::SigmaDry.slot()] += (squares * precision - runs.rebounds) / sigma;
-            for p in &runs.logged {
+            for [p, count] in &runs.logged {
                 let [e_dry, slope, _] = balance.e_dry(*p);
                 let z = (e_dry - self.limit) / sigma;
                 if z > CERTAIN {
                     continue;
                 }
                 let (ln_cdf, mills) = ln_normal_cdf(z);
-                value -= ln_cdf;
+                let mills = count * mills;
+                value -= count * ln_cdf;
                 slopes[COMMON_SLOTS + sphere] -= mills * slope / sigma;
                 slopes[ParameterKind::SigmaDry.slot()] += mills * z / sigma;
             }
-            for p in &runs.stuck {
+            for [p, count] in &runs.stuck {
                 let [e_dry, slope, _] = balance.e_dry(*p);
                 let z = (self.limit - e_dry) / sigma;
                 let (ln_cdf, mills) = ln_normal_cdf(z);
-                value += ln_cdf;
+                let mills = count * mills;
+                value += count * ln_cdf;
                 slopes[COMMON_SLOTS + sphere] -= mills * slope / sigma;
                 slopes[ParameterKind::SigmaDry.slot()] -= mills * z / sigma;
             }

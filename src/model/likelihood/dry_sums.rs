@@ -14,10 +14,10 @@ pub(super) struct DryRuns {
     pub(super) leftover: f64,
     /// Σ p³, Σ p⁴ and Σ p² (y − slope p), which the second order wants
     pub(super) bent: [f64; 3],
-    /// stuck runs, by p
-    pub(super) stuck: Vec<f64>,
-    /// rebounds, by p, where stuck runs were not logged
-    pub(super) logged: Vec<f64>,
+    /// stuck runs, by p with their count
+    pub(super) stuck: Vec<[f64; 2]>,
+    /// rebounds, by p with their count, where stuck runs were not logged
+    pub(super) logged: Vec<[f64; 2]>,
 }
 
 impl DryRuns {

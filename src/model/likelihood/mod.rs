@@ -27,7 +27,6 @@ mod normal_nodes;
 mod own_rows;
 pub mod pointwise;
 mod prepared;
-mod recombination;
 mod rows;
 mod run_density;
 mod run_law;

@@ -37,8 +37,7 @@ impl Likelihood {
             leftover: 0.0,
             dry: dry_runs(scene, runs),
         };
-        let student = scene.model.likelihood == scene::LikelihoodFamily::Student;
-        let both = scene.model.noise == NoiseOn::Both;
+        let (student, both) = Self::has_own_noise(scene);
         let errors = RunErrors::of(scene, runs);
         let errors = errors.as_ref();
         if student || both || errors.is_some() {
@@ -86,8 +85,21 @@ impl Likelihood {
             likelihood.add(&table, key, &series, &mut index);
         }
         likelihood.add_shared_speeds(scene, &table, &index.shared);
-        likelihood.wet_rebounds = likelihood.rebounds.len() as f64;
+        likelihood.wet_rebounds = likelihood.rebounds.count.iter().sum();
         likelihood
+    }
+
+    /// Whether noise has Student's tails, and whether it acts on the energy, too.
+    fn has_own_noise(scene: &Scene) -> (bool, bool) {
+        (
+            scene.model.likelihood == scene::LikelihoodFamily::Student,
+            scene.model.noise == NoiseOn::Both,
+        )
+    }
+
+    /// Whether the likelihood of a scene's runs is one of rows, because they have spreads or tails of their own.
+    pub fn needs_every_row(scene: &Scene, runs: &Runs) -> bool {
+        Self::has_own_noise(scene) != (false, false) || RunErrors::of(scene, runs).is_some()
     }
 
     /// Adds the runs of some series as a block, sorted by film ratio.
@@ -106,7 +118,8 @@ impl Likelihood {
         for run in sorted(|series| &series.rebounds) {
             let film = index.film(inertia, runs.impacts.film_ratio[run]);
             let impact = conditions.wet(run);
-            self.rebounds.push(impact, film, has_fixed, runs.restitution[run], 1.0);
+            self.rebounds
+                .push(impact, film, has_fixed, runs.restitution[run], runs.count(run));
             if let Some(own) = &mut self.own {
                 let errors = errors(run);
                 index.note(run, errors, WetPlace { block, film }, impact);
@@ -122,8 +135,8 @@ impl Likelihood {
             let repeats =
                 |last: &usize| integrated && self.stuck.impact(*last) == impact && self.stuck.film(*last) == film;
             match last.filter(repeats) {
-                Some(last) => self.stuck.count[last] += 1.0,
-                None => self.stuck.push(impact, film, has_fixed, 0.0, 1.0),
+                Some(last) => self.stuck.count[last] += runs.count(run),
+                None => self.stuck.push(impact, film, has_fixed, 0.0, runs.count(run)),
             }
             if let Some(own) = &mut self.own {
                 let errors = errors(run);
@@ -196,36 +209,37 @@ fn dry_runs(scene: &Scene, runs: &Runs) -> Vec<DryRuns> {
     let mut dry = vec![DryRuns::default(); runs.spheres.len()];
     for (sphere, sums) in dry.iter_mut().enumerate() {
         let groups = || runs.dry.iter().filter(|group| group.sphere == sphere);
-        let rebounds = || {
-            let ranges = groups().map(|group| group.rebounds.clone());
-            ranges
-                .flatten()
-                .map(|run| (runs.impacts.speed_root[run], 1.0 - runs.restitution[run]))
+        let numbers = |run: usize| {
+            let (count, y) = (runs.count(run), 1.0 - runs.restitution[run]);
+            (runs.impacts.speed_root[run], y, count)
         };
+        let rebounds = || groups().flat_map(|group| group.rebounds.clone()).map(numbers);
         let (mut count, mut cross) = (0.0, 0.0);
-        for (p, y) in rebounds() {
-            count += 1.0;
-            sums.weight += p * p;
-            cross += p * y;
+        for (p, y, runs) in rebounds() {
+            count += runs;
+            sums.weight += runs * p * p;
+            cross += runs * p * y;
         }
         sums.rebounds = count;
         if count > 0.0 {
             sums.slope = cross / sums.weight;
             // about the fit, where nothing cancels
-            for (p, y) in rebounds() {
+            for (p, y, runs) in rebounds() {
                 let left = y - sums.slope * p;
-                sums.leftover += left * left;
-                let square = p * p;
-                for (sum, term) in sums.bent.iter_mut().zip([square * p, square * square, square * left]) {
+                sums.leftover += runs * left * left;
+                let square = runs * p * p;
+                for (sum, term) in sums.bent.iter_mut().zip([square * p, square * p * p, square * left]) {
                     *sum += term;
                 }
             }
         }
         if scene.model.sticking == Sticking::Truncated {
-            sums.logged = rebounds().map(|(p, _)| p).collect();
+            sums.logged = rebounds().map(|(p, _, runs)| [p, runs]).collect();
         }
         let stuck = groups().flat_map(|group| group.stuck.clone());
-        sums.stuck = stuck.map(|run| runs.impacts.speed_root[run]).collect();
+        sums.stuck = stuck
+            .map(|run| [runs.impacts.speed_root[run], runs.count(run)])
+            .collect();
     }
     dry
 }

@@ -2,18 +2,19 @@
 //!
 //! m(r) less its value at the reference parameters is smooth in x = 4/St and δ̃, and in whatever else differs between the
 //! runs. Where it is a polynomial of degree D in these, the sum of squares about it asks for the moments of the settings up
-//! to degree 2D, which a few of the settings have with counts of their own (`recombination.rs`), and for the nearest
+//! to degree 2D, which a few of the settings have with counts of their own (`condensing`), and for the nearest
 //! polynomial to the runs' distances from the reference; what that leaves of their squares is left over. A region whose log
 //! density so comes out beyond its share of the bound, as towards the threshold, is halved; one of few settings keeps them.
 
 use super::compressed_block::CompressedBlock;
 use super::nodes::Nodes;
 use super::normal::ln_normal_cdf;
-use super::recombination::recombine;
 use super::sums::{kept_of_nodes, rebound_sums, NodeRange};
 use super::trend::BlockLaw;
+use crate::condensing::nearest::Nearest;
+use crate::condensing::polynomials::{functions, Axis, Polynomials};
+use crate::condensing::recombination::recombine;
 use crate::physics::rebound::mean_restitution;
-use nalgebra::{DMatrix, DVector};
 
 /// A region with fewer settings keeps them.
 const FEW: usize = 16;
@@ -104,19 +105,18 @@ impl Scattered<'_> {
         to: &mut CompressedBlock,
     ) -> bool {
         let settings = region.settings;
-        let functions = region.functions(2 * degree);
+        let of_degree = |degree: usize| functions(region.axes.len(), degree);
+        let functions = of_degree(2 * degree);
         let is_wanted = match self.most {
-            Some(most) => functions <= most && region.functions(2 * degree + 2) > most,
+            Some(most) => functions <= most && of_degree(2 * degree + 2) > most,
             // a first look, without a bound to keep, is no finer than this
-            None if self.tests.is_empty() => degree == 3 || region.functions(2 * degree + 2) * 2 > settings.len(),
+            None if self.tests.is_empty() => degree == 3 || of_degree(2 * degree + 2) * 2 > settings.len(),
             None => true,
         };
         if !is_wanted || 2 * functions > settings.len() {
             return false;
         }
-        let kept = recombine(&settings.count, functions, |place, into| {
-            region.polynomials(place, 2 * degree, into)
-        });
+        let kept = recombine(&settings.count, &Polynomials::new(&region.axes, 2 * degree));
         let mut short = Nodes::default();
         for (place, weight) in &kept {
             short.push(
@@ -131,12 +131,15 @@ impl Scattered<'_> {
         if self.rebounded {
             let means = self.reference.means(settings);
             let distances: Vec<f64> = settings.restitution.iter().zip(&means).map(|(e, m)| e - m).collect();
-            let Some(nearest) = region.nearest(degree, &kept, &distances) else {
+            let polynomials = Polynomials::new(&region.axes, degree);
+            let Some(nearest) = Nearest::new(&polynomials, &kept, &settings.count, &distances) else {
                 return false;
             };
             leftover = nearest.leftover;
-            for ((e, (place, _)), value) in short.restitution.iter_mut().zip(&kept).zip(nearest.values) {
-                *e = means[*place] + value;
+            let places = || kept.iter().map(|(place, _)| *place);
+            let each = places().zip(nearest.at(&polynomials, places()));
+            for (e, (place, value)) in short.restitution.iter_mut().zip(each) {
+                *e = means[place] + value;
             }
         }
         let mut errors = vec![];
@@ -178,116 +181,20 @@ struct Region<'n> {
     axes: Vec<Axis<'n>>,
 }
 
-struct Axis<'n> {
-    of: &'n [f64],
-    middle: f64,
-    half: f64,
-}
-
-impl Axis<'_> {
-    fn at(&self, place: usize) -> f64 {
-        (self.of[place] - self.middle) / self.half
-    }
-}
-
-/// The polynomial nearest to values at the settings.
-struct Nearest {
-    /// at the nodes
-    values: Vec<f64>,
-    /// what it leaves of the values' squares
-    leftover: f64,
-}
-
 impl<'n> Region<'n> {
     fn of(settings: &'n Nodes) -> Region<'n> {
-        /// a range that is rounding beside its place
-        const NARROW: f64 = 1e-9;
+        /// what differs by rounding
+        const ROUNDING: f64 = 1e-9;
         // in one diameter p follows x
         let ratio = |place: usize| settings.dry_root[place] * settings.over_stokes[place].powf(0.2);
         let first = ratio(0);
-        let follows = (0..settings.len()).all(|place| (ratio(place) / first - 1.0).abs() < NARROW);
+        let follows = (0..settings.len()).all(|place| (ratio(place) / first - 1.0).abs() < ROUNDING);
         let own_root: &[f64] = if follows { &[] } else { &settings.dry_root };
         let columns = [&settings.over_stokes, &settings.film_ratio, own_root, &settings.fixed];
-        let axis = |of: &'n [f64]| {
-            let (lo, hi) = of.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| {
-                (lo.min(*x), hi.max(*x))
-            });
-            let (middle, half) = (0.5 * (lo + hi), 0.5 * (hi - lo));
-            (half > NARROW * middle.abs()).then_some(Axis { of, middle, half })
-        };
         Region {
             settings,
-            axes: columns.into_iter().filter_map(axis).collect(),
+            axes: columns.into_iter().filter_map(Axis::new).collect(),
         }
-    }
-
-    /// Polynomials up to a degree in all axes together.
-    fn functions(&self, degree: usize) -> usize {
-        (1..=self.axes.len()).fold(1, |count, axis| count * (degree + axis) / axis)
-    }
-
-    /// Their values at a setting, the constant first.
-    fn polynomials(&self, place: usize, degree: usize, into: &mut [f64]) {
-        let mut count = 1;
-        into[0] = 1.0;
-        // (first, end) of the products of each degree so far, axis by axis
-        let mut degrees: Vec<usize> = vec![0];
-        for axis in &self.axes {
-            let t = axis.at(place);
-            let before = count;
-            let (mut last, mut here) = (1.0, t);
-            for power in 1..=degree {
-                for product in 0..before {
-                    if degrees[product] + power <= degree {
-                        into[count] = into[product] * here;
-                        degrees.push(degrees[product] + power);
-                        count += 1;
-                    }
-                }
-                (last, here) = (here, 2.0 * t * here - last);
-            }
-        }
-    }
-
-    fn nearest(&self, degree: usize, kept: &[(usize, f64)], distances: &[f64]) -> Option<Nearest> {
-        /// directions in which the polynomials hardly differ on the settings
-        const NOTHING: f64 = 1e-12;
-        let functions = self.functions(degree);
-        let mut value = vec![0.0; functions];
-        let mut products = DMatrix::zeros(functions, functions);
-        let mut at_nodes = DMatrix::zeros(kept.len(), functions);
-        for (node, (place, weight)) in kept.iter().enumerate() {
-            self.polynomials(*place, degree, &mut value);
-            let row = DVector::from_column_slice(&value);
-            products.ger(*weight, &row, &row, 1.0);
-            at_nodes.set_row(node, &row.transpose());
-        }
-        let mut cross = DVector::zeros(functions);
-        let mut squares = 0.0;
-        for (place, (distance, count)) in distances.iter().zip(&self.settings.count).enumerate() {
-            self.polynomials(place, degree, &mut value);
-            squares += count * distance * distance;
-            cross
-                .iter_mut()
-                .zip(&value)
-                .for_each(|(sum, value)| *sum += count * distance * value);
-        }
-        let eigen = products.symmetric_eigen();
-        let largest = eigen.eigenvalues.max();
-        let mut solved = eigen.eigenvectors.tr_mul(&cross);
-        for (part, eigenvalue) in solved.iter_mut().zip(&eigen.eigenvalues) {
-            *part = if *eigenvalue > NOTHING * largest {
-                *part / eigenvalue
-            } else {
-                0.0
-            };
-        }
-        let coefficients = eigen.eigenvectors * solved;
-        let leftover = (squares - coefficients.dot(&cross)).max(0.0);
-        leftover.is_finite().then(|| Nearest {
-            values: (at_nodes * coefficients).iter().copied().collect(),
-            leftover,
-        })
     }
 
     /// The settings on both sides of the middle of the axis along which these means differ most.

@@ -5,16 +5,18 @@
 //! Probab. 22, 1301: points are gathered in groups, the groups' means reduced to M, and the points of the groups that are
 //! left gathered anew.
 
-/// A point that is left, by its index, with its weight.
-pub(super) type Kept = (usize, f64);
+use super::polynomials::Polynomials;
 
-/// Points that stand for all: `count` of them with `weight`, on which `functions` writes the values of one point, of which
-/// the first is 1 everywhere.
+/// A point that is left, by its index, with its weight.
+pub(crate) type Kept = (usize, f64);
+
+/// Points that stand for all with these weights: the sums of all polynomials are kept to rounding.
 ///
-/// At most as many as there are functions; weights are positive, and the sums kept to rounding.
-pub(super) fn recombine(weight: &[f64], functions: usize, mut at: impl FnMut(usize, &mut [f64])) -> Vec<Kept> {
+/// At most as many as there are polynomials; weights are positive.
+pub(crate) fn recombine(weight: &[f64], polynomials: &Polynomials) -> Vec<Kept> {
+    let functions = polynomials.len();
     let mut kept: Vec<Kept> = weight.iter().copied().enumerate().collect();
-    let mut value = vec![0.0; functions];
+    let mut room = polynomials.room();
     while kept.len() > functions {
         let groups = (2 * functions).min(kept.len());
         // neighbours together, in groups of nearly one size
@@ -24,10 +26,10 @@ pub(super) fn recombine(weight: &[f64], functions: usize, mut at: impl FnMut(usi
         for (group, ends) in bounds.windows(2).enumerate() {
             let mean = &mut means[group * functions..][..functions];
             for &(point, weight) in &kept[ends[0]..ends[1]] {
-                at(point, &mut value);
+                polynomials.write(point, &mut room);
                 masses[group] += weight;
                 mean.iter_mut()
-                    .zip(&value)
+                    .zip(&room.values)
                     .for_each(|(sum, value)| *sum += weight * value);
             }
             mean.iter_mut().for_each(|sum| *sum /= masses[group]);
@@ -144,53 +146,53 @@ fn pivot(rows: &mut [Vec<f64>], row: usize, column: usize) {
 mod tests {
     use super::*;
 
+    use crate::condensing::polynomials::Axis;
+
+    /// Sums of the polynomials over points.
+    fn sums(polynomials: &Polynomials, points: &[Kept]) -> Vec<f64> {
+        let mut room = polynomials.room();
+        let mut sums = vec![0.0; polynomials.len()];
+        for (point, weight) in points {
+            polynomials.write(*point, &mut room);
+            let terms = sums.iter_mut().zip(&room.values);
+            terms.for_each(|(sum, value)| *sum += weight * value);
+        }
+        sums
+    }
+
     #[test]
     fn few_points_have_the_moments_of_all() {
-        let point = |i: usize| {
-            let i = i as f64;
-            [(i * 0.618_034).fract(), (i * 0.754_877_7).fract()]
-        };
-        let powers = |i: usize, into: &mut [f64]| {
-            let [x, y] = point(i).map(|x| 2.0 * x - 1.0);
-            let mut place = 0;
-            for degree in 0..=4i32 {
-                for of_y in 0..=degree {
-                    into[place] = x.powi(degree - of_y) * y.powi(of_y);
-                    place += 1;
-                }
-            }
-        };
+        let column = |step: f64| -> Vec<f64> { (0..5000).map(|i| (f64::from(i) * step).fract()).collect() };
+        let columns = [0.618_034, 0.754_877_7].map(column);
+        let axes: Vec<Axis> = columns.iter().filter_map(|column| Axis::new(column)).collect();
+        let polynomials = Polynomials::new(&axes, 4);
         let weight: Vec<f64> = (0..5000).map(|i| f64::from(1 + i % 4)).collect();
-        let kept = recombine(&weight, 15, powers);
+        let kept = recombine(&weight, &polynomials);
         assert!(
             kept.len() <= 15 && kept.iter().all(|(_, weight)| *weight > 0.0),
             "{kept:?}"
         );
-        let sums = |points: &[Kept]| {
-            let mut sums = [0.0; 15];
-            let mut value = [0.0; 15];
-            for (point, weight) in points {
-                powers(*point, &mut value);
-                sums.iter_mut()
-                    .zip(value)
-                    .for_each(|(sum, value)| *sum += weight * value);
-            }
-            sums
-        };
         let all: Vec<Kept> = weight.iter().copied().enumerate().collect();
-        for (few, all) in sums(&kept).into_iter().zip(sums(&all)) {
+        for (few, all) in sums(&polynomials, &kept).into_iter().zip(sums(&polynomials, &all)) {
             assert!((few - all).abs() < 1e-9 * weight.len() as f64, "{few} {all}");
         }
     }
 
-    /// A function that is another one twice asks for no point of its own.
+    /// A function that is another one twice is no hindrance.
     #[test]
-    fn points_on_a_line_need_no_more_than_a_line_does() {
-        let functions = |i: usize, into: &mut [f64]| {
-            let x = i as f64 / 300.0;
-            into.copy_from_slice(&[1.0, x, 2.0 * x, x * x, x * x]);
-        };
-        let kept = recombine(&[1.0; 300], 5, functions);
-        assert!(kept.len() <= 3, "{kept:?}");
+    fn points_on_a_line_have_the_moments_of_a_line() {
+        let x: Vec<f64> = (0..300).map(f64::from).collect();
+        let twice: Vec<f64> = x.iter().map(|x| 2.0 * x).collect();
+        let axes: Vec<Axis> = [&x, &twice]
+            .into_iter()
+            .filter_map(|column| Axis::new(column))
+            .collect();
+        let polynomials = Polynomials::new(&axes, 2);
+        let kept = recombine(&[1.0; 300], &polynomials);
+        assert!(kept.len() <= 6, "{kept:?}");
+        let all: Vec<Kept> = (0..300).map(|point| (point, 1.0)).collect();
+        for (few, all) in sums(&polynomials, &kept).into_iter().zip(sums(&polynomials, &all)) {
+            assert!((few - all).abs() < 1e-9 * 300.0, "{few} {all}");
+        }
     }
 }

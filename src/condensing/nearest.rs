@@ -1,0 +1,69 @@
+//! The polynomial nearest to values at weighted points, where few of them have the moments of all.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::polynomials::Polynomials;
+use super::recombination::Kept;
+
+/// The polynomial nearest to values.
+pub(crate) struct Nearest {
+    coefficients: DVector<f64>,
+    /// what it leaves of the values' squares
+    pub leftover: f64,
+}
+
+impl Nearest {
+    /// Of values at all points with their weights; `kept` have the moments of these up to twice the degree. `None` where a
+    /// value is none.
+    pub fn new(polynomials: &Polynomials, kept: &[Kept], weights: &[f64], values: &[f64]) -> Option<Nearest> {
+        /// directions in which the polynomials hardly differ on the points
+        const NOTHING: f64 = 1e-12;
+        let functions = polynomials.len();
+        let mut room = polynomials.room();
+        let mut products = DMatrix::zeros(functions, functions);
+        for (point, weight) in kept {
+            polynomials.write(*point, &mut room);
+            let row = DVector::from_column_slice(&room.values);
+            products.ger(*weight, &row, &row, 1.0);
+        }
+        let mut cross = DVector::zeros(functions);
+        let mut squares = 0.0;
+        for (point, (value, weight)) in values.iter().zip(weights).enumerate() {
+            polynomials.write(point, &mut room);
+            let weighted = weight * value;
+            squares += weighted * value;
+            let sums = cross.iter_mut().zip(&room.values);
+            sums.for_each(|(sum, of_point)| *sum += weighted * of_point);
+        }
+        let eigen = products.symmetric_eigen();
+        let largest = eigen.eigenvalues.max();
+        let mut solved = eigen.eigenvectors.tr_mul(&cross);
+        for (part, eigenvalue) in solved.iter_mut().zip(&eigen.eigenvalues) {
+            *part = if *eigenvalue > NOTHING * largest {
+                *part / eigenvalue
+            } else {
+                0.0
+            };
+        }
+        let coefficients = eigen.eigenvectors * solved;
+        let leftover = (squares - coefficients.dot(&cross)).max(0.0);
+        leftover.is_finite().then_some(Nearest { coefficients, leftover })
+    }
+
+    /// Its values at some points.
+    pub fn at<'p>(
+        &'p self,
+        polynomials: &'p Polynomials,
+        points: impl Iterator<Item = usize> + 'p,
+    ) -> impl Iterator<Item = f64> + 'p {
+        let mut room = polynomials.room();
+        points.map(move |point| {
+            polynomials.write(point, &mut room);
+            self.coefficients
+                .iter()
+                .zip(&room.values)
+                .map(|(c, of_point)| c * of_point)
+                .sum()
+        })
+    }
+}

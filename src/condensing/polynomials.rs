@@ -1,0 +1,134 @@
+//! Polynomials in what differs between points: products of Chebyshev's, each on its own range from −1 to 1.
+
+/// What differs between points, scaled to −1 to 1.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Axis<'a> {
+    of: &'a [f64],
+    middle: f64,
+    half: f64,
+}
+
+impl<'a> Axis<'a> {
+    /// A column as an axis; `None` where it does not vary beyond rounding.
+    pub fn new(of: &'a [f64]) -> Option<Axis<'a>> {
+        /// a range that is rounding beside its place
+        const NARROW: f64 = 1e-9;
+        let ends = (f64::INFINITY, f64::NEG_INFINITY);
+        let (lo, hi) = of.iter().fold(ends, |(lo, hi), x| (lo.min(*x), hi.max(*x)));
+        let (middle, half) = (0.5 * (lo + hi), 0.5 * (hi - lo));
+        (half > NARROW * middle.abs()).then_some(Axis { of, middle, half })
+    }
+
+    /// Where a point is on it.
+    pub fn at(&self, point: usize) -> f64 {
+        (self.of[point] - self.middle) / self.half
+    }
+}
+
+/// Number of polynomials up to a degree in some axes together.
+pub(crate) fn functions(axes: usize, degree: usize) -> usize {
+    (1..=axes).fold(1, |count, axis| count * (degree + axis) / axis)
+}
+
+/// All products of Chebyshev polynomials up to a degree, the constant first.
+pub(crate) struct Polynomials<'a> {
+    axes: &'a [Axis<'a>],
+    degree: usize,
+    /// of each product after the constant: the earlier one that is multiplied, and by which polynomial of all axes
+    factors: Vec<[usize; 2]>,
+}
+
+impl<'a> Polynomials<'a> {
+    pub fn new(axes: &'a [Axis<'a>], degree: usize) -> Polynomials<'a> {
+        let mut degrees = vec![0];
+        let mut factors = vec![];
+        for axis in 0..axes.len() {
+            let before = degrees.len();
+            for power in 1..=degree {
+                for product in 0..before {
+                    if degrees[product] + power <= degree {
+                        factors.push([product, axis * degree + power - 1]);
+                        degrees.push(degrees[product] + power);
+                    }
+                }
+            }
+        }
+        Polynomials { axes, degree, factors }
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        1 + self.factors.len()
+    }
+
+    /// Room for the values at a point.
+    pub fn room(&self) -> Values {
+        Values {
+            of_axes: vec![0.0; self.axes.len() * self.degree],
+            values: vec![1.0; self.len()],
+        }
+    }
+
+    /// Writes their values at a point.
+    pub fn write(&self, point: usize, room: &mut Values) {
+        for (axis, powers) in self.axes.iter().zip(room.of_axes.chunks_exact_mut(self.degree.max(1))) {
+            let t = axis.at(point);
+            let (mut last, mut here) = (1.0, t);
+            for power in powers {
+                *power = here;
+                (last, here) = (here, 2.0 * t * here - last);
+            }
+        }
+        for (place, [product, of_axis]) in (1..).zip(&self.factors) {
+            room.values[place] = room.values[*product] * room.of_axes[*of_axis];
+        }
+    }
+}
+
+/// Values of polynomials at one point.
+pub(crate) struct Values {
+    of_axes: Vec<f64>,
+    /// of each, the constant first
+    pub values: Vec<f64>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn products_of_three_axes_are_those_of_chebyshev() {
+        let columns: [Vec<f64>; 3] = [0.618_034, 0.754_877_7, 0.569_840_3].map(|step| {
+            let mut column: Vec<f64> = (0..50).map(|i| 2.0 * (f64::from(i) * step).fract() - 1.0).collect();
+            column.extend([-1.0, 1.0]);
+            column
+        });
+        let axes: Vec<Axis> = columns.iter().filter_map(|column| Axis::new(column)).collect();
+        let polynomials = Polynomials::new(&axes, 4);
+        assert_eq!(polynomials.len(), functions(3, 4));
+        let mut room = polynomials.room();
+        let [x, y, z] = &columns;
+        for (point, ((x, y), z)) in x.iter().zip(y).zip(z).enumerate() {
+            polynomials.write(point, &mut room);
+            let t = |at: &f64, power: f64| (power * at.clamp(-1.0, 1.0).acos()).cos();
+            let mut expected: Vec<f64> = vec![];
+            for a in 0..=4u8 {
+                for b in 0..=4 - a {
+                    for c in 0..=4 - a - b {
+                        expected.push(t(x, a.into()) * t(y, b.into()) * t(z, c.into()));
+                    }
+                }
+            }
+            let mut found = room.values.clone();
+            for values in [&mut expected, &mut found] {
+                values.sort_by(f64::total_cmp);
+            }
+            assert!(found.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-12));
+        }
+    }
+
+    #[test]
+    fn a_column_that_does_not_vary_is_no_axis() {
+        assert!(Axis::new(&[0.3, 0.3, 0.3]).is_none() && Axis::new(&[]).is_none());
+    }
+}

@@ -1,0 +1,195 @@
+//! Holds what few runs say that stand for many against what the many say.
+
+mod common;
+
+use common::{seed_of, Place};
+use wetcor::findings::balance::{fit_balance, BalanceSetup};
+use wetcor::findings::estimate::{Estimate, Quoting};
+use wetcor::findings::{dry, scaling, series};
+use wetcor::model::likelihood::Likelihood;
+use wetcor::model::parameters::{ModelParameters, ParameterKind};
+use wetcor::physics::Coefficient;
+use wetcor::runs::{Runs, Table};
+use wetcor::scene::Scene;
+
+/// From far above the threshold to below it, so that some settings rebound now and then; `own` is what runs have of their own.
+fn scene(own: &str) -> String {
+    format!(
+        r#"
+title = "very many runs"
+[data]
+runs = "runs.csv"
+smallest_restitution = 0.05
+[particles.PTFE]
+density_kg_m3 = 2150
+roughness_um = 5
+[liquids.AK10]
+density_kg_m3 = 930
+viscosity_mPa_s = 9.3
+[liquids.M50]
+density_kg_m3 = 965
+viscosity_mPa_s = 48.3
+[model]
+inertia = "saturating"
+[truth]
+dry_k = {{ PTFE = 0.183 }}
+lubrication_log = 1.85
+inertia = "saturating"
+inertial_prefactor = 0.47
+film_scale = 0.069
+sigma_dry = 0.009
+sigma_wet = 0.02
+[design]
+diameter_mm = {{ PTFE = [3.175, 4.762] }}
+liquids = ["AK10", "M50"]
+film_ratio = {{ PTFE = [0.04, 0.09] }}
+height_mm = [30, 60, 90, 120, 150]
+dry_impact_speed_m_s = [0.4, 0.8, 1.2, 1.6, 2.0]
+{own}
+"#
+    )
+}
+
+const OF_THEIR_OWN: &str = "film_rel_sd = 0.02\nimpact_speed_rel_sd = 0.05";
+
+const RUNS: u64 = 120_000;
+
+const QUOTING: Quoting = Quoting { level: 0.95 };
+
+fn drawn(own: &str, name: &str) -> (Place, Table) {
+    let place = Place::new(&scene(own));
+    let table = place.draw(seed_of(name), Some(RUNS));
+    (place, table)
+}
+
+/// What least squares says of the wet runs, the dry ones being the same.
+fn estimates(scene: &Scene, all: &Runs, runs: &Runs) -> Vec<(String, Estimate)> {
+    let dry = dry::fit_dry_laws(scene, all, QUOTING);
+    let series = series::fit_series(scene, runs, &dry, QUOTING);
+    let scaling = scaling::fit_scaling(scene, runs, &dry, QUOTING);
+    let setup = BalanceSetup {
+        scene,
+        runs,
+        dry: &dry,
+        quoting: QUOTING,
+    };
+    let balance = fit_balance(setup, &scaling, scene.model.form(), false).expect("wet runs of a known k");
+    let mut found = vec![];
+    for (fit, own) in series.into_iter().zip(&all.series) {
+        assert_eq!(
+            [fit.runs, fit.stuck],
+            [own.rebounds.len(), own.stuck.len()],
+            "{}",
+            fit.label()
+        );
+        found.push((format!("alpha of {}", fit.label()), fit.alpha.clone()));
+        found.push((format!("beta of {}", fit.label()), fit.beta.clone()));
+    }
+    for fitted in scaling {
+        let of = format!("{:?} at {:?}", fitted.law, fitted.scaling.film_ratio);
+        found.push((format!("e_inf {of}"), fitted.scaling.e_inf));
+        found.push((format!("St_c {of}"), fitted.scaling.st_c));
+    }
+    let parameters = balance.parameters.into_iter();
+    found.extend(parameters.map(|own| (own.name, own.estimate)));
+    found
+}
+
+/// The estimates that are not the same: values to 1e-9, standard errors to 1e-6.
+fn different(of_few: &[(String, Estimate)], of_all: &[(String, Estimate)]) -> Vec<String> {
+    assert_eq!(of_few.len(), of_all.len());
+    let near = |few: Option<f64>, all: Option<f64>, to: f64| match few.zip(all) {
+        Some((few, all)) => (few - all).abs() <= to * all.abs(),
+        None => few == all,
+    };
+    let pairs = of_few.iter().zip(of_all);
+    pairs
+        .filter(|((_, few), (_, all))| !(near(few.value, all.value, 1e-9) && near(few.se, all.se, 1e-6)))
+        .map(|((name, few), (_, all))| {
+            format!("{name}: {:?} ± {:?}, {:?} ± {:?}", few.value, few.se, all.value, all.se)
+        })
+        .collect()
+}
+
+#[test]
+fn least_squares_says_the_same_of_few_runs_that_stand_for_many() {
+    let (place, table) = drawn(OF_THEIR_OWN, "few runs for many");
+    let (scene, all) = (&place.scene, &table.runs);
+    let few = all.condensed(scene.data.smallest_restitution);
+    assert!(few.len() < all.len() / 4, "{}", few.len());
+    assert_eq!(few.measured(0..few.len()), all.len());
+    let of_all = estimates(scene, all, all);
+    let found = different(&estimates(scene, all, &few), &of_all);
+    assert!(found.is_empty(), "{found:#?}");
+    // the planted fault: a stand-in of every series counts for a tenth more
+    let mut faulty = few;
+    for series in &faulty.series {
+        faulty.count[series.rebounds.start] *= 1.1;
+    }
+    let found = different(&estimates(scene, all, &faulty), &of_all);
+    assert!(2 * found.len() > of_all.len(), "{found:#?}");
+}
+
+#[test]
+fn settings_that_repeat_stand_for_their_runs_exactly() {
+    let (place, table) = drawn("", "tidy runs");
+    let few = table.runs.condensed(place.scene.data.smallest_restitution);
+    // two runs a setting, one on either side of its mean
+    assert!(few.len() <= 2 * 2 * (8 * 5 + 2 * 5), "{}", few.len());
+    for (all, own) in table.runs.series.iter().zip(&few.series) {
+        let squares = |runs: &Runs, range: std::ops::Range<usize>| -> f64 {
+            range.map(|run| runs.count(run) * runs.restitution[run].powi(2)).sum()
+        };
+        let [of_all, of_few] =
+            [(&table.runs, all), (&few, own)].map(|(runs, series)| squares(runs, series.rebounds.clone()));
+        assert!((of_few - of_all).abs() <= 1e-12 * of_all, "{of_few} {of_all}");
+    }
+}
+
+/// The log densities of all runs and of few, less their first, at points about the truth that a posterior of so many reaches.
+fn moves(scene: &Scene, all: &Runs, few: &Runs) -> Vec<[f64; 2]> {
+    let form = scene.model.form();
+    let parameters = ModelParameters::of(scene, all, form).expect("priors with room");
+    let truth = |kind: &ParameterKind| match kind {
+        ParameterKind::Shared(Coefficient::LubricationLog) => 1.85,
+        ParameterKind::Shared(Coefficient::InertialPrefactor) => 0.47,
+        ParameterKind::Shared(Coefficient::FilmScale) => 0.069,
+        ParameterKind::DryK(_) => 0.183,
+        ParameterKind::SigmaDry => 0.009,
+        ParameterKind::SigmaWet => 0.02,
+        other => panic!("{other:?} is not in this model"),
+    };
+    let at: Vec<f64> = parameters.sampled.iter().map(|own| truth(&own.kind)).collect();
+    let likelihoods = [all, few].map(|runs| Likelihood::of_rows(scene, runs, form));
+    let densities = |moved: Option<usize>| {
+        let mut point = at.clone();
+        if let Some(place) = moved {
+            point[place] *= 1.004;
+        }
+        let full = parameters.full(&point);
+        let mut slopes = vec![0.0; full.len()];
+        likelihoods
+            .each_ref()
+            .map(|of| of.ln_density(&full, &mut slopes).expect("a density"))
+    };
+    let [first_all, first_few] = densities(None);
+    let moved = (0..at.len()).map(|place| densities(Some(place)));
+    moved.map(|[all, few]| [all - first_all, few - first_few]).collect()
+}
+
+#[test]
+fn the_log_density_of_few_runs_moves_as_that_of_all() {
+    let (place, table) = drawn(OF_THEIR_OWN, "the density of few runs");
+    let (scene, all) = (&place.scene, &table.runs);
+    let few = all.condensed(scene.data.smallest_restitution);
+    let found = moves(scene, all, &few);
+    assert!(found.iter().all(|[all, few]| (all - few).abs() < 1e-3), "{found:?}");
+    assert!(found.iter().any(|[all, _]| all.abs() > 10.0), "{found:?}");
+    // the planted fault: a stand-in of every series counts for a tenth more
+    let mut faulty = few;
+    for series in &faulty.series {
+        faulty.count[series.rebounds.start] *= 1.1;
+    }
+    let found = moves(scene, all, &faulty);
+    assert!(found.iter().any(|[all, few]| (all - few).abs() > 1e-3), "{found:?}");
+}
