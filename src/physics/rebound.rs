@@ -7,6 +7,8 @@ use super::jet::Number;
 /// Width τ of the turn at r = 0 in [`mean_restitution`].
 pub const TURN: f64 = 0.01;
 
+const TURN4: f64 = TURN * TURN * TURN * TURN;
+
 /// m(r) = r (r² + τ⁴)^(-1/4): the mean restitution, defined for every r.
 ///
 /// √r for r ≫ τ² (within 1e-6 for r ≥ 0.05), −√|r| below zero, smooth between with slope 1/τ at zero.
@@ -24,9 +26,20 @@ pub fn slope_mean_restitution(kept: f64) -> f64 {
 /// m(r) and m′(r) with two roots and one division.
 #[inline(always)]
 pub fn mean_and_slope(kept: f64) -> (f64, f64) {
-    const TURN4: f64 = TURN * TURN * TURN * TURN;
+    mean_and_slope_over(kept, 1.0 / mean_denominator(kept))
+}
+
+/// What m(r) and m′(r) are divided by: (r² + τ⁴)^(5/4).
+#[inline(always)]
+pub fn mean_denominator(kept: f64) -> f64 {
     let square = kept * kept + TURN4;
-    let inverse = 1.0 / (square * square.sqrt().sqrt());
+    square * square.sqrt().sqrt()
+}
+
+/// m(r) and m′(r) by the inverse of [`mean_denominator`].
+#[inline(always)]
+pub fn mean_and_slope_over(kept: f64, inverse: f64) -> (f64, f64) {
+    let square = kept * kept + TURN4;
     (kept * square * inverse, (0.5 * kept * kept + TURN4) * inverse)
 }
 
@@ -48,7 +61,6 @@ pub fn kept_of_mean_restitution(mean: f64) -> f64 {
 /// m⁻¹ and its slope with two roots and two divisions; the slope is τ at zero and 2 |m| far from it.
 #[inline(always)]
 pub fn kept_and_slope(mean: f64) -> (f64, f64) {
-    const TURN4: f64 = TURN * TURN * TURN * TURN;
     let square = mean * mean;
     let root = (square * square + 4.0 * TURN4).sqrt();
     let ratio = (0.5 * (square + root)).sqrt();

@@ -13,14 +13,14 @@ use super::block_sums::BlockSums;
 use super::convolution::MOST_REBOUNDS;
 use super::errors::Errors;
 use super::nodes::DryRow;
-use super::own_rows::{ByRow, WetPlace};
+use super::own_rows::ByRow;
 use super::prepared::Likelihood;
 use super::run_density::{RunDensity, Seen, Side, Spreads};
 use super::run_law::{ReboundBatch, RunImpact, RunNoise};
 use super::shared_speed::SharedSetting;
-use super::sums::NodeRange;
 use super::tails::{HeavySums, Tails};
 use super::trend::{BlockLaw, FilmLaw};
+use super::true_speeds::{Part, TrueSpeeds};
 use crate::model::parameters::{ParameterKind, COMMON_SLOTS};
 use crate::physics::balance::Balance;
 
@@ -33,46 +33,29 @@ pub(super) struct RowNoise<'l> {
 
 /// Runs of a block that are taken one at a time, with its energy balance.
 pub(super) struct BlockRows<'b> {
+    /// place of the block
+    pub block: usize,
     pub rebounds: Range<usize>,
     pub stuck: Range<usize>,
     pub law: &'b BlockLaw,
 }
 
-impl RowNoise<'_> {
-    /// Log likelihood of the runs that share a true speed; adds its slopes in the spreads and in ν, and in r to the sums of
-    /// each block.
-    pub fn of_shared_speeds(&self, blocks: &[NodeRange], slopes: &mut [f64], sums: &mut [BlockSums]) -> f64 {
-        let mut value = 0.0;
-        for shared in &self.own.shared {
-            let of_setting = |of: &SharedSetting<WetPlace>| blocks[of.place.block].law.at(of.place.film);
-            let films: Vec<FilmLaw> = shared.settings.iter().map(of_setting).collect();
-            let balances: Vec<&Balance> = films.iter().map(|film| &film.balance).collect();
-            let (all, each) = shared.density(self.noise, &balances);
-            value += all.value;
-            add_noise_slopes(all, ParameterKind::SigmaWet, slopes);
-            for ((setting, film), of) in shared.settings.iter().zip(&films).zip(each) {
-                film.add(&mut sums[setting.place.block], of.kept, of.viscous, -0.5 * of.dry_k);
-            }
-        }
-        value
-    }
-}
-
 /// Adds the slopes in the spreads and in ν, of which this kind of runs has that σ.
-fn add_noise_slopes(of: RunDensity, sigma: ParameterKind, slopes: &mut [f64]) {
+pub(super) fn add_noise_slopes(of: RunDensity, sigma: ParameterKind, slopes: &mut [f64]) {
     slopes[sigma.slot()] += of.sigma;
     slopes[ParameterKind::SigmaEnergy.slot()] += of.energy;
     slopes[ParameterKind::Nu.slot()] += of.nu;
 }
 
 impl Likelihood {
-    /// Log likelihood of some runs of a block but those that share a true speed; adds its slopes in the spreads and in ν, and in r to `sums`.
+    /// Log likelihood of some runs of a block but those whose impact speeds err, which are given to `true_speeds`; adds its slopes
+    /// in the spreads and in ν, and in r to `sums`.
     pub(super) fn run_by_run(
         &self,
         rows: BlockRows,
         noise: &RowNoise,
-        slopes: &mut [f64],
-        sums: &mut BlockSums,
+        true_speeds: &mut TrueSpeeds,
+        (slopes, sums): (&mut [f64], &mut BlockSums),
     ) -> f64 {
         let RowNoise { own, noise } = *noise;
         let mut films = self.rebounds.films(rows.law);
@@ -115,6 +98,13 @@ impl Likelihood {
                     continue;
                 }
                 let film = laws.get(place).copied().unwrap_or_else(|| films.at(node));
+                if errors.speed > 0.0 {
+                    true_speeds.push(Part::Rebound(node), rows.block, film);
+                    if self.truncated {
+                        true_speeds.push(Part::Logged(node), rows.block, film);
+                    }
+                    continue;
+                }
                 let run = RunImpact {
                     balance: &film.balance,
                     impact: self.rebounds.impact(node),
@@ -129,8 +119,13 @@ impl Likelihood {
         }
         for node in rows.stuck {
             let errors = errors(&own.stuck, node);
-            if !errors.is_shared {
-                let film = films_of_stuck.at(node);
+            if errors.is_shared {
+                continue;
+            }
+            let film = films_of_stuck.at(node);
+            if errors.speed > 0.0 {
+                true_speeds.push(Part::Stuck(node), rows.block, film);
+            } else {
                 let run = RunImpact {
                     balance: &film.balance,
                     impact: self.stuck.impact(node),

@@ -9,11 +9,15 @@
 
 mod bell;
 mod lanes;
+mod many;
 mod reach;
 mod rules;
 
+pub(super) use many::{ManySpeeds, SpeedRuns};
+
 use super::convolution;
 use super::errors::Errors;
+use super::normal::CERTAIN;
 use super::run_density::{RunDensity, Seen, Side, Spreads};
 use super::tails::Tails;
 use crate::distributions::LN_ROOT_TWO_PI;
@@ -417,6 +421,9 @@ impl HiddenSpeed<'_> {
         let sign = side.sign();
         let sigma = self.spreads.sigma;
         let z = sign * (limit - mean) / sigma;
+        if self.tails == Tails::Normal && z > CERTAIN {
+            return;
+        }
         let probability = self.tails.ln_probability(z);
         at.ln += probability.value;
         at.of_kept -= sign * probability.z / sigma * slope;

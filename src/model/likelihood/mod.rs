@@ -37,6 +37,7 @@ mod student;
 mod sums;
 pub mod tails;
 pub(crate) mod trend;
+mod true_speeds;
 
 pub use by_series::SeriesDensities;
 pub use compress::{Compression, Resolution};
@@ -52,6 +53,7 @@ use self::run_law::RunNoise;
 use self::sides::{side_sums, SideOfLimit, SideSums};
 use self::sums::{rebound_sums, NodeRange};
 use self::trend::FilmParameters;
+use self::true_speeds::TrueSpeeds;
 use super::parameters::ParameterKind;
 use crate::distributions::LN_ROOT_TWO_PI;
 
@@ -129,6 +131,7 @@ impl Likelihood {
         let all_sums = heavy.map(|heavy| rebound_sums(&self.rebounds, self.form.dry, Some(heavy), &wet.rebounds));
         let mut value = 0.0;
         let mut sums = vec![BlockSums::default(); self.blocks.len()];
+        let mut true_speeds = TrueSpeeds::new(self, noise);
         for (place, (block, NodeRange { nodes, law })) in self.blocks.iter().zip(&wet.rebounds).enumerate() {
             let sums = &mut sums[place];
             let mut one_by_one = nodes.clone();
@@ -142,13 +145,15 @@ impl Likelihood {
                 one_by_one = nodes.end..nodes.end;
             }
             let rows = BlockRows {
+                block: place,
                 rebounds: one_by_one,
                 stuck: block.stuck.clone(),
                 law,
             };
-            value += self.run_by_run(rows, noise, slopes, sums);
+            value += self.run_by_run(rows, noise, &mut true_speeds, (slopes, sums));
         }
-        value += noise.of_shared_speeds(&wet.rebounds, slopes, &mut sums);
+        true_speeds.push_shared(&wet.rebounds);
+        value += true_speeds.finish(slopes, &mut sums);
         for ((block, range), sums) in self.blocks.iter().zip(&wet.rebounds).zip(&sums) {
             range.law.add_slopes(block, sums, slopes);
         }

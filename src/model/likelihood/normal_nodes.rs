@@ -110,13 +110,18 @@ impl Order {
         }
     }
 
+    /// The orthonormal Hermite polynomial of a degree one below the number of nodes, at the positive nodes.
+    pub fn last_polynomial(self) -> &'static [f64] {
+        match self {
+            Order::Eight => &LAST_OF_EIGHT,
+            Order::Sixteen => &LAST_OF_SIXTEEN,
+        }
+    }
+
     /// The larger coefficient of an integrand over the normal density in the last two orthonormal Hermite polynomials that
     /// the rule tells apart, from the parts that each pair of nodes, the negative one first, adds to the integral.
     pub fn last_coefficient(self, parts: &[[f64; 2]]) -> f64 {
-        let last: &[f64] = match self {
-            Order::Eight => &LAST_OF_EIGHT,
-            Order::Sixteen => &LAST_OF_SIXTEEN,
-        };
+        let last = self.last_polynomial();
         let degree = (2 * last.len() - 1) as f64;
         let (mut odd, mut even) = (0.0, 0.0);
         for (([node, _], last), [below, above]) in self.pairs().iter().zip(last).zip(parts) {

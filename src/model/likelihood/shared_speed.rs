@@ -5,7 +5,7 @@ use super::hidden_speed::{HiddenSpeed, MeasuredRun, SettingRuns, SettingSlopes};
 use super::run_density::{RunDensity, Seen, Side};
 use super::run_law::RunNoise;
 use crate::physics::balance::{Balance, Impact};
-use crate::runs::Runs;
+use crate::runs::{Runs, MOST_SETTINGS};
 use crate::scene::{Scene, Sticking};
 
 /// Runs that share a true speed; `P` is where the parameters of a setting are found.
@@ -78,17 +78,30 @@ impl RunErrors {
 impl<P> SharedRuns<P> {
     /// Gives the runs, with the energy balance of each setting, to a function of their integral.
     pub fn hidden<T>(&self, noise: RunNoise, balances: &[&Balance], of: impl FnOnce(HiddenSpeed) -> T) -> T {
-        let settings = self
-            .settings
-            .iter()
-            .zip(balances)
-            .map(|(setting, balance)| SettingRuns {
-                balance,
-                impact: setting.impact,
-                runs: &setting.known,
-            });
-        let settings: Vec<SettingRuns> = settings.collect();
-        of(noise.hidden(&settings))
+        self.with_settings(balances.iter().copied(), |settings| of(noise.hidden(settings)))
+    }
+
+    /// Gives the settings, with the energy balance of each, to a function.
+    pub fn with_settings<'b, T>(
+        &self,
+        balances: impl Iterator<Item = &'b Balance>,
+        of: impl FnOnce(&[SettingRuns]) -> T,
+    ) -> T {
+        let settings = self.settings.iter().zip(balances);
+        let mut settings = settings.map(|(setting, balance)| SettingRuns {
+            balance,
+            impact: setting.impact,
+            runs: &setting.known,
+        });
+        // at most so many, and at least one
+        let first = settings.next().expect("a setting");
+        let mut all = [first; MOST_SETTINGS];
+        let mut count = 1;
+        for (to, setting) in all[1..].iter_mut().zip(settings) {
+            *to = setting;
+            count += 1;
+        }
+        of(&all[..count])
     }
 
     /// What they add to the log likelihood, and its slopes in what each setting keeps, all with the sign.

@@ -201,7 +201,7 @@ pub(super) struct BlockLaw {
 }
 
 /// The energy balance at one film, with the shape of the inertial loss.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FilmLaw {
     pub balance: Balance,
     /// f

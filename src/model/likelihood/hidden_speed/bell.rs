@@ -6,6 +6,26 @@ use super::{HiddenSpeed, SettingRuns, SettingSlopes, Sums};
 use crate::model::likelihood::normal_nodes::Order;
 use crate::model::likelihood::run_density::RunDensity;
 
+/// Widths beyond which a bell has 2e-9 of its mass.
+pub(super) const FAR: f64 = 6.0;
+
+/// Steps of the secant rule towards a bell.
+pub(super) const STEPS: usize = 4;
+
+/// The last of them that need not be taken once more, in widths.
+pub(super) const NEAR: f64 = 0.3;
+
+/// The curvature of a bell, over that which the mean alone leaves.
+pub(super) const LEAST: f64 = 0.3;
+
+/// The largest last coefficient of a rule, of the mass: the integral is then off by less than 1e-7.
+pub(super) fn most_of_last(order: Order) -> f64 {
+    match order {
+        Order::Eight => 2e-4,
+        Order::Sixteen => 1e-5,
+    }
+}
+
 /// An integrand that is all but normal.
 struct Bell {
     /// about where it is largest
@@ -19,8 +39,6 @@ impl HiddenSpeed<'_> {
     /// The integral far from any turn, where the integrand is all but normal; `None` where it is not. For what
     /// [`HiddenSpeed::goes_side_by_side`].
     pub(super) fn over_bell(&self, of_settings: &mut [SettingSlopes]) -> Option<RunDensity> {
-        /// the largest last coefficient of each rule, of the mass: the integral is then off by less than 1e-7
-        const LAST: [(Order, f64); 2] = [(Order::Eight, 2e-4), (Order::Sixteen, 1e-5)];
         let Bell {
             z,
             width,
@@ -28,7 +46,7 @@ impl HiddenSpeed<'_> {
         } = self.bell()?;
         // eight nodes end where a side that is certain at all of them may still become another
         let first = usize::from(!sides_are_certain);
-        for (order, most) in &LAST[first..] {
+        for order in &[Order::Eight, Order::Sixteen][first..] {
             let mut sums = Sums::new(f64::NEG_INFINITY, of_settings);
             let mut nodes = RuleNodes::NONE;
             for [node, weight] in order.pairs() {
@@ -36,7 +54,7 @@ impl HiddenSpeed<'_> {
                 nodes.push(z + width * node, width * weight);
             }
             let at = self.add_nodes(&nodes, &mut sums);
-            if order.last_coefficient(at.parts.as_chunks::<2>().0) < most * sums.of[0] {
+            if order.last_coefficient(at.parts.as_chunks::<2>().0) < most_of_last(*order) * sums.of[0] {
                 return Some(sums.density());
             }
         }
@@ -45,13 +63,6 @@ impl HiddenSpeed<'_> {
 
     /// About where the integrand is largest; `None` where it may turn within reach.
     fn bell(&self) -> Option<Bell> {
-        /// widths beyond which it has 2e-9 of its mass
-        const FAR: f64 = 6.0;
-        /// steps of the secant rule, and the last one that need not be taken once more, in widths
-        const STEPS: usize = 4;
-        const NEAR: f64 = 0.3;
-        /// of the curvature that the mean alone leaves
-        const LEAST: f64 = 0.3;
         let mut z = 0.0;
         let Moved {
             mut slope,

@@ -4,9 +4,10 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
+use super::rules::Height;
 use super::{HiddenSpeed, MeasuredRun, SettingRuns, SettingSlopes, Sums, FALL};
 use crate::exponential::{exponential, is_fused, logarithm};
-use crate::model::likelihood::normal::ln_normal_cdf_and_slope;
+use crate::model::likelihood::normal::{ln_normal_cdf_and_slope, CERTAIN};
 use crate::model::likelihood::run_density::{RunDensity, Seen};
 use crate::model::likelihood::tails::{normal_density, Tails};
 use crate::physics::dry::{Order, POWER};
@@ -46,6 +47,13 @@ impl RuleNodes {
         (self.places[self.count], self.weights[self.count]) = (z, weight);
         self.count += 1;
     }
+
+    /// Fills the last register up with nodes that count for nothing.
+    fn fill(&mut self) {
+        while !self.count.is_multiple_of(LANES) {
+            self.push(self.places[0], 0.0);
+        }
+    }
 }
 
 /// What the integrand is at some nodes.
@@ -54,6 +62,8 @@ pub(super) struct AtNodes {
     ln: Column,
     /// what a node adds to the mass
     pub parts: Column,
+    /// slope of the logarithm in what is kept, that of all settings together
+    of_kept: Column,
 }
 
 /// Nodes of a rule, gathered until there are enough of them.
@@ -61,35 +71,35 @@ struct NodeBatch<'n, 'b, 's> {
     hidden: &'n HiddenSpeed<'b>,
     sums: Sums<'s>,
     nodes: RuleNodes,
+    /// nodes of one call
+    enough: usize,
 }
 
 impl<'n, 'b, 's> NodeBatch<'n, 'b, 's> {
-    fn new(hidden: &'n HiddenSpeed<'b>, sums: Sums<'s>) -> NodeBatch<'n, 'b, 's> {
+    fn new(hidden: &'n HiddenSpeed<'b>, sums: Sums<'s>, enough: usize) -> NodeBatch<'n, 'b, 's> {
         NodeBatch {
             hidden,
             sums,
             nodes: RuleNodes::NONE,
+            enough,
         }
     }
 
     /// The logarithm at this node where it is computed; infinite where it waits for others.
     fn add(&mut self, z: f64, weight: f64) -> f64 {
         self.nodes.push(z, weight);
-        if self.nodes.count < LANES {
+        if self.nodes.count < self.enough {
             return f64::INFINITY;
         }
         let at = self.hidden.add_nodes(&self.nodes, &mut self.sums);
         self.nodes.count = 0;
-        at.ln[LANES - 1]
+        at.ln[self.enough - 1]
     }
 
     /// The sums over all nodes.
     fn finish(mut self) -> Sums<'s> {
         if self.nodes.count > 0 {
-            let filled = self.nodes.places[0];
-            while self.nodes.count < LANES {
-                self.nodes.push(filled, 0.0);
-            }
+            self.nodes.fill();
             self.hidden.add_nodes(&self.nodes, &mut self.sums);
         }
         self.sums
@@ -118,15 +128,39 @@ impl HiddenSpeed<'_> {
             return found;
         }
         let reach = self.reach(FALL);
-        let mut nodes = NodeBatch::new(self, Sums::new(reach.ln, of_settings));
+        // steps end where one says that there is nothing left
+        let enough = if reach.turns.is_empty() { LANES } else { MOST_NODES };
+        let mut nodes = NodeBatch::new(self, Sums::new(reach.ln, of_settings), enough);
         self.over_nodes(&reach, &mut |z, weight| nodes.add(z, weight));
         nodes.finish().density()
+    }
+
+    /// How large the integrand is at each of these places.
+    pub(super) fn heights(&self, places: &[f64]) -> Vec<Height> {
+        let mut unused = [SettingSlopes::default(); MOST_SETTINGS];
+        let mut unused = Sums::new(f64::INFINITY, &mut unused[..self.settings.len()]);
+        let mut heights = Vec::with_capacity(places.len());
+        for some in places.chunks(MOST_NODES) {
+            let mut nodes = RuleNodes::NONE;
+            some.iter().for_each(|z| nodes.push(*z, 0.0));
+            nodes.fill();
+            let AtNodes { ln, of_kept, .. } = self.at_nodes(&nodes, &mut unused);
+            heights.extend((0..some.len()).map(|node| Height {
+                ln: ln[node],
+                of_kept: of_kept[node],
+            }));
+        }
+        heights
     }
 
     /// Adds nodes, a multiple of [`LANES`], to sums.
     pub(super) fn add_nodes(&self, nodes: &RuleNodes, sums: &mut Sums) -> AtNodes {
         #[cfg(test)]
         crate::model::likelihood::tests::nodes::count(nodes.count * self.runs().count());
+        self.at_nodes(nodes, sums)
+    }
+
+    fn at_nodes(&self, nodes: &RuleNodes, sums: &mut Sums) -> AtNodes {
         let arch = Arch::new();
         // most runs are alone, and room for one is made sooner
         if self.settings.len() == 1 {
@@ -164,7 +198,7 @@ impl<const SETTINGS: usize> WithSimd for Nodes<'_, '_, '_, '_, SETTINGS> {
         let count = count.min(MOST_NODES);
         let fused = is_fused::<S>();
         let mut settings = [SettingNodes::NONE; SETTINGS];
-        let [mut all_ln, mut parts, mut of_sigma] = [[0.0; MOST_NODES]; 3];
+        let [mut all_ln, mut parts, mut of_sigma, mut all_kept] = [[0.0; MOST_NODES]; 4];
         let (mut variances, mut factors) = ([1.0; MOST_NODES], 0);
         let [places, weights] = [&places[..count], &weights[..count]];
         let [ln, variances, of_sigma] = [&mut all_ln, &mut variances, &mut of_sigma].map(|column| &mut column[..count]);
@@ -208,6 +242,10 @@ impl<const SETTINGS: usize> WithSimd for Nodes<'_, '_, '_, '_, SETTINGS> {
                     // none of the latter come here
                     Seen::On(side, limit) | Seen::Measured(side, limit) => {
                         let towards = side.sign() / sigma;
+                        // nothing is added by a side that is certain
+                        if mean[..count].iter().all(|mean| towards * (limit - mean) > CERTAIN) {
+                            continue;
+                        }
                         for (((ln, of_kept), of_sigma), ((mean, slope), _)) in sums.zip(at) {
                             let z = towards * (limit - mean);
                             let [value, of_z] = ln_normal_cdf_and_slope(z, fused);
@@ -234,7 +272,9 @@ impl<const SETTINGS: usize> WithSimd for Nodes<'_, '_, '_, '_, SETTINGS> {
         sums.of[0] += mass + 0.0 * no_number;
         sums.of[1] += of_sigma;
         for (sum, of) in sums.settings.iter_mut().zip(&mut settings) {
-            for (of_kept, part) in of.of_kept[..count].iter_mut().zip(of_parts) {
+            let all_kept = all_kept[..count].iter_mut();
+            for ((of_kept, all_kept), part) in of.of_kept[..count].iter_mut().zip(all_kept).zip(of_parts) {
+                *all_kept += *of_kept;
                 *of_kept *= part;
             }
             let columns = [&of.of_kept, &of.over_stokes, &of.slope_k].map(|column| &column[..count]);
@@ -243,7 +283,11 @@ impl<const SETTINGS: usize> WithSimd for Nodes<'_, '_, '_, '_, SETTINGS> {
             sum.viscous += viscous;
             sum.dry_k += dry_k;
         }
-        AtNodes { ln: all_ln, parts }
+        AtNodes {
+            ln: all_ln,
+            parts,
+            of_kept: all_kept,
+        }
     }
 }
 

@@ -12,6 +12,15 @@ use crate::model::likelihood::tails::Tails;
 use crate::physics::rebound::{kept_and_slope, mean_restitution};
 use crate::runs::MOST_SETTINGS;
 
+/// How large the integrand is at a node.
+#[derive(Clone, Copy)]
+pub(super) struct Height {
+    /// its logarithm
+    pub ln: f64,
+    /// the slope of that in what is kept, that of all settings together
+    pub of_kept: f64,
+}
+
 impl HiddenSpeed<'_> {
     /// Gives every node, z with its weight, to a sum, which tells the logarithm of the integrand there, or that it is
     /// infinite where it is not known yet.
@@ -55,6 +64,7 @@ impl HiddenSpeed<'_> {
     /// Gauss's rule on panels from a turn outwards to both ends, which are values of z.
     fn over_panels(&self, turn: Turn, ends: [f64; 2], reach: &Reach, add: &mut impl FnMut(f64, f64) -> f64) {
         let slope = self.kept_slope(&self.settings[turn.setting], turn.z);
+        let over_slope = 1.0 / slope;
         let place = |x: f64| turn.z + kept_and_slope(x).0 / slope;
         let range = ends.map(|z| mean_restitution((z - turn.z) * slope));
         let (lo, hi) = (range[0].min(range[1]), range[0].max(range[1]));
@@ -69,9 +79,9 @@ impl HiddenSpeed<'_> {
             *with_x = self.kept_slope(setting, turn.z) / slope;
         }
         for (end, sign) in [(lo, -1.0), (hi, 1.0)] {
+            let mut ends = vec![inner];
             let mut from = inner;
-            let mut before = self.at(place(from));
-            for _ in 0..MOST_PANELS {
+            while ends.len() <= MOST_PANELS {
                 let rest = sign * (end - from);
                 if rest.is_nan() || rest <= 0.0 {
                     break;
@@ -81,20 +91,40 @@ impl HiddenSpeed<'_> {
                     panel.own = 0.0;
                 }
                 let length = panel.length(from, sign).min(rest);
-                let to = if length < rest { from + sign * length } else { end };
-                let after = self.at(place(to));
-                if self.may_count(&before, &after, reach) {
-                    let (half, middle) = (0.5 * length, from + 0.5 * sign * length);
-                    for [node, weight] in GAUSS {
-                        for x in [middle - half * node, middle + half * node] {
+                from = if length < rest { from + sign * length } else { end };
+                ends.push(from);
+            }
+            let places: Vec<f64> = ends.iter().map(|x| place(*x)).collect();
+            let at = self.at_each(&places);
+            for (ends, at) in ends.windows(2).zip(at.windows(2)) {
+                if self.may_count(&at[0], &at[1], reach) {
+                    let (half, middle) = (0.5 * (ends[1] - ends[0]).abs(), 0.5 * (ends[0] + ends[1]));
+                    // first without what is done with them, so that several are taken at a time
+                    let mut nodes = [[[0.0; 2]; 2]; GAUSS.len()];
+                    for (nodes, [node, weight]) in nodes.iter_mut().zip(GAUSS) {
+                        for (to, x) in nodes.iter_mut().zip([middle - half * node, middle + half * node]) {
                             let (y, stretch) = kept_and_slope(x);
-                            add(turn.z + y / slope, half * weight * stretch / slope.abs());
+                            *to = [turn.z + y * over_slope, half * weight * stretch * over_slope.abs()];
                         }
                     }
+                    for [z, weight] in nodes.into_iter().flatten() {
+                        add(z, weight);
+                    }
                 }
-                (from, before) = (to, after);
             }
         }
+    }
+
+    /// How large the integrand is at each of these places.
+    fn at_each(&self, places: &[f64]) -> Vec<Height> {
+        if self.goes_side_by_side() {
+            return self.heights(places);
+        }
+        let height = |z: &f64| {
+            let AtSpeed { ln, of_kept, .. } = self.at(*z);
+            Height { ln, of_kept }
+        };
+        places.iter().map(height).collect()
     }
 
     /// How long a panel may be that begins at z, counted from a turn at which its setting has this slope of r, of which each
@@ -142,7 +172,7 @@ impl HiddenSpeed<'_> {
 
     /// Whether something of the integrand may lie between two speeds: not where it is nothing at both and they lie on one
     /// side of what was seen.
-    fn may_count(&self, a: &AtSpeed, b: &AtSpeed, reach: &Reach) -> bool {
+    fn may_count(&self, a: &Height, b: &Height, reach: &Reach) -> bool {
         let nothing = reach.ln - reach.fall;
         let one_side = a.of_kept * b.of_kept > 0.0 || !self.runs().any(|run| matches!(run.seen, Seen::Rebound(_)));
         !(one_side && a.ln < nothing && b.ln < nothing)

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::reach::REACH;
 use super::*;
+use crate::model::likelihood::run_law::RunNoise;
 use crate::physics::dry::Order;
 use crate::physics::loss::Share;
 use crate::physics::rebound::mean_restitution;
@@ -387,6 +388,80 @@ fn parameters_beyond_all_numbers_have_no_density() {
                     }
                 }
             }
+        }
+    }
+}
+
+#[test]
+fn integrals_side_by_side_are_those_by_themselves() {
+    let spreads = Spreads {
+        sigma: 0.012,
+        energy: 0.0,
+    };
+    let noise = RunNoise {
+        tails: Tails::Normal,
+        spreads,
+        wet: true,
+    };
+    let all = cases("integrals_side_by_side", 900, 0.0);
+    for own_speed in [false, true] {
+        let some = all
+            .iter()
+            .filter(|case| case.wet && case.balance.own_speed == own_speed);
+        let some: Vec<Case> = some.map(|case| Case { spreads, ..*case }).collect();
+        // each alone, or with others at other films
+        let films = |case: &Case, number: usize| -> Vec<Case> {
+            let other = |film: usize| case.at_other_film(1.0 - 0.1 * film as f64);
+            (0..1 + number % 4).map(other).collect()
+        };
+        let with = |number: usize, of: &mut dyn FnMut(&[SettingRuns])| {
+            let films = films(&some[number], number);
+            let runs: Vec<[MeasuredRun; 1]> = films
+                .iter()
+                .map(|film| [film.measured(Seen::Rebound(film.e))])
+                .collect();
+            let settings = films.iter().zip(&runs).map(|(film, runs)| film.setting(runs));
+            of(&settings.collect::<Vec<SettingRuns>>());
+        };
+        let mut many = ManySpeeds::new(&noise);
+        for number in 0..some.len() {
+            with(number, &mut |settings| {
+                many.push(SpeedRuns {
+                    settings,
+                    number,
+                    first_setting: 4 * number,
+                    times: -1.0,
+                });
+            });
+        }
+        let found = many.finish();
+        assert!(
+            found.left.len() < some.len() / 2,
+            "{} of {}",
+            found.left.len(),
+            some.len()
+        );
+        let mut expected = RunDensity::default();
+        for number in (0..some.len()).filter(|number| !found.left.contains(number)) {
+            with(number, &mut |settings| {
+                let mut each = [SettingSlopes::default(); 4];
+                let each = &mut each[..settings.len()];
+                let of = noise.hidden(settings).integrate(each);
+                expected.value -= of.value;
+                expected.sigma -= of.sigma;
+                for (found, of) in found.slopes[4 * number..].iter().zip(each) {
+                    for (found, of) in [
+                        (found.kept, of.kept),
+                        (found.viscous, of.viscous),
+                        (found.dry_k, of.dry_k),
+                    ] {
+                        assert!((found + of).abs() < 1e-7 * (1.0 + of.abs()), "{number}: {found} {of}");
+                    }
+                }
+            });
+        }
+        for (found, of) in [(found.all.value, expected.value), (found.all.sigma, expected.sigma)] {
+            assert!((found - of).abs() < 1e-8 * of.abs(), "{found} {of}");
         }
     }
 }
