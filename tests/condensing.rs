@@ -62,6 +62,11 @@ fn drawn(own: &str, name: &str) -> (Place, Table) {
     (place, table)
 }
 
+fn few_of(scene: &Scene, all: &Runs) -> Runs {
+    let few = all.condensed(scene.data.smallest_restitution);
+    few.expect("very many runs without errors")
+}
+
 /// What least squares says of the wet runs, the dry ones being the same.
 fn estimates(scene: &Scene, all: &Runs, runs: &Runs) -> Vec<(String, Estimate)> {
     let dry = dry::fit_dry_laws(scene, all, QUOTING);
@@ -115,7 +120,7 @@ fn different(of_few: &[(String, Estimate)], of_all: &[(String, Estimate)]) -> Ve
 fn least_squares_says_the_same_of_few_runs_that_stand_for_many() {
     let (place, table) = drawn(OF_THEIR_OWN, "few runs for many");
     let (scene, all) = (&place.scene, &table.runs);
-    let few = all.condensed(scene.data.smallest_restitution);
+    let few = few_of(scene, all);
     assert!(few.len() < all.len() / 4, "{}", few.len());
     assert_eq!(few.measured(0..few.len()), all.len());
     let of_all = estimates(scene, all, all);
@@ -133,7 +138,7 @@ fn least_squares_says_the_same_of_few_runs_that_stand_for_many() {
 #[test]
 fn settings_that_repeat_stand_for_their_runs_exactly() {
     let (place, table) = drawn("", "tidy runs");
-    let few = table.runs.condensed(place.scene.data.smallest_restitution);
+    let few = few_of(&place.scene, &table.runs);
     // two runs a setting, one on either side of its mean
     assert!(few.len() <= 2 * 2 * (8 * 5 + 2 * 5), "{}", few.len());
     for (all, own) in table.runs.series.iter().zip(&few.series) {
@@ -181,7 +186,7 @@ fn moves(scene: &Scene, all: &Runs, few: &Runs) -> Vec<[f64; 2]> {
 fn the_log_density_of_few_runs_moves_as_that_of_all() {
     let (place, table) = drawn(OF_THEIR_OWN, "the density of few runs");
     let (scene, all) = (&place.scene, &table.runs);
-    let few = all.condensed(scene.data.smallest_restitution);
+    let few = few_of(scene, all);
     let found = moves(scene, all, &few);
     assert!(found.iter().all(|[all, few]| (all - few).abs() < 1e-3), "{found:?}");
     assert!(found.iter().any(|[all, _]| all.abs() > 10.0), "{found:?}");

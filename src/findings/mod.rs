@@ -90,7 +90,7 @@ use crate::model::parameters::ModelParameters;
 use crate::notice::Notice;
 use crate::physics::inertia::Inertia;
 use crate::physics::Form;
-use crate::runs::{Runs, Table, MANY_RUNS};
+use crate::runs::{Runs, Table};
 use crate::scene::{NoiseOn, Scene};
 use balance::EnergyBalance;
 use bootstrap::Resampling;
@@ -235,8 +235,10 @@ impl LeastSquaresFits {
         };
         let dry = dry::fit_dry_laws(scene, runs, quoting);
         // with the form open, models are compared run by run
-        let condensed = (runs.len() > MANY_RUNS && !scene.model.inertia_is_open())
-            .then(|| runs.condensed(scene.data.smallest_restitution));
+        let condensed = match scene.model.inertia_is_open() {
+            true => None,
+            false => runs.condensed(scene.data.smallest_restitution),
+        };
         let runs = condensed.as_ref().unwrap_or(runs);
         let (series, mut scaling) = rayon::join(
             || series::fit_series(scene, runs, &dry, quoting),

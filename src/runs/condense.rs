@@ -17,7 +17,7 @@ use crate::condensing::polynomials::{functions, Axis, Polynomials};
 use crate::condensing::recombination::{recombine, Kept};
 
 /// Beyond so many runs laws and the posterior read few that stand for all.
-pub const MANY_RUNS: usize = 100_000;
+const MANY_RUNS: usize = 100_000;
 
 /// Degree of the polynomials that laws are taken for in a slab.
 const DEGREE: usize = 4;
@@ -89,11 +89,11 @@ struct Members<'r> {
 }
 
 impl Runs {
-    /// Few of the runs that stand for all, where restitutions up to `limit` stick; the runs as they are where they carry
-    /// measurement errors, which differ from run to run.
-    pub fn condensed(&self, limit: f64) -> Runs {
-        if self.errors.is_some() {
-            return self.clone();
+    /// Few of very many runs that stand for all, where restitutions up to `limit` stick; `None` of fewer runs, or where they
+    /// carry measurement errors, which differ from run to run.
+    pub fn condensed(&self, limit: f64) -> Option<Runs> {
+        if self.len() <= MANY_RUNS || self.errors.is_some() {
+            return None;
         }
         let of_dry = |group: &DryGroup| {
             [&group.rebounds, &group.stuck].map(|range| {
@@ -137,7 +137,7 @@ impl Runs {
                 ..series.clone()
             });
         }
-        few
+        Some(few)
     }
 
     fn take_stand_ins(&mut self, from: &Runs, some: &[StandIn]) -> Range<usize> {

@@ -73,7 +73,6 @@ mod written_units;
 pub(crate) use cells::{each_row, CellNumbers, TakesRows};
 pub use collect::Screened;
 pub(crate) use collect::OF_READING;
-pub use condense::MANY_RUNS;
 pub use draft::Draft;
 pub use errors::MeasurementErrors;
 pub(crate) use fields::Fields;

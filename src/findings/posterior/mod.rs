@@ -35,7 +35,7 @@ use crate::inference::sampling::{sample_until_mixed, Sampled, SamplingPlan};
 use crate::model::likelihood::Likelihood;
 use crate::model::parameters::ModelParameters;
 use crate::physics::Form;
-use crate::runs::{Runs, MANY_RUNS};
+use crate::runs::Runs;
 use crate::scene::Scene;
 use crate::seed::StreamName;
 use derived::DerivedDraws;
@@ -126,8 +126,10 @@ pub fn fit_posterior(
     let effort = effort(scene);
     let quantities = parameters.dimension() + derived::count_derived(scene, runs, setup.form);
     check_room(effort, quantities)?;
-    let is_condensed = runs.len() > MANY_RUNS && !Likelihood::needs_every_row(scene, runs);
-    let condensed = is_condensed.then(|| runs.condensed(scene.data.smallest_restitution));
+    let condensed = match Likelihood::needs_every_row(scene, runs) {
+        true => None,
+        false => runs.condensed(scene.data.smallest_restitution),
+    };
     let rows = Likelihood::of_rows(scene, condensed.as_ref().unwrap_or(runs), setup.form);
     let stream = StreamName::new(least_squares.seed, "posterior");
     let plan = SamplingPlan {
@@ -156,7 +158,7 @@ pub fn fit_posterior(
     };
     let derived = derived::derived_draws(scene, runs, setup.form, &sampled);
     let draws = sampled.full_draws();
-    if let Some(error) = sampled.checked_error.as_mut().filter(|_| is_condensed) {
+    if let Some(error) = sampled.checked_error.as_mut().filter(|_| condensed.is_some()) {
         *error += largest_difference(scene, runs, setup.form, (&rows, &draws));
     }
     let predictive = predictive_checks::check_predictions(scene, runs, setup.form, &draws);
