@@ -240,8 +240,8 @@ impl<'a> Regression<'a> {
     fn flattened(&self, line: &Line, floor: f64) -> [f64; 2] {
         let mut flatten: f64 = 1.0;
         for (run, x) in self.x.iter().enumerate() {
-            let flat = line.mean + self.offset_of(run);
-            let kept = flat + line.slope * (x - line.centre);
+            let offset = self.offset_of(run);
+            let (kept, flat) = (line.mean + line.slope * (x - line.centre) + offset, line.mean + offset);
             if kept < floor && flat > floor {
                 flatten = flatten.min((flat - floor) / (flat - kept));
             }

@@ -117,12 +117,11 @@ pub struct Table {
 /// Fails with every bad cell named by line, column and value, and where runs without measurement errors have no other
 /// spread; then nothing of the table is used.
 pub fn read(scene: &Scene) -> Result<Table, Error> {
-    let mut tables = vec![];
+    let mut joined = Joined::default();
     for file in &scene.data.runs {
-        tables.push(read_table(file, scene)?);
+        joined.add(read_table(file, scene)?, &file.path)?;
     }
-    let paths: Vec<&Path> = scene.data.runs.iter().map(|file| file.path.as_path()).collect();
-    let (collected, notices, sha256) = joined(tables, &paths)?;
+    let (collected, notices, sha256) = joined.finish();
     let (rows, screened) = (collected.rows, collected.screened());
     let runs = impacts::arrange(collected.columns, scene);
     stated_errors::check_stated_errors(scene, &runs)?;
@@ -158,22 +157,31 @@ fn read_table(file: &TableFile, scene: &Scene) -> Result<(Collected, String), Er
     Ok(read)
 }
 
-/// All tables as one, whose rows count on from table to table; with what is to be said of them, and the SHA-256 of the file
-/// or, of several, that of their SHA-256, a line each.
-fn joined(tables: Vec<(Collected, String)>, paths: &[&Path]) -> Result<(Collected, Vec<Notice>, String), Error> {
-    let of_header = |((table, _), path): (&(Collected, String), &&Path)| {
-        [table.unknown_columns(path), table.unheeded_columns(path)]
-    };
-    let mut notices: Vec<Notice> = tables.iter().zip(paths).flat_map(of_header).flatten().collect();
-    let mut tables = tables.into_iter();
-    let (mut all, mut sha256) = tables.next().unwrap_or_default();
-    let mut hashes = format!("{sha256}\n");
-    for ((table, hash), path) in tables.zip(&paths[1..]) {
-        if table.has_film_ratio != all.has_film_ratio {
-            let [with, without] = if all.has_film_ratio {
-                [&paths[0], path]
+/// All tables as one, whose rows count on from table to table.
+#[derive(Default)]
+struct Joined<'p> {
+    all: Collected,
+    first: Option<&'p Path>,
+    notices: Vec<Notice>,
+    /// SHA-256 of each file
+    hashes: Vec<String>,
+}
+
+impl<'p> Joined<'p> {
+    /// Adds a table; only one is held beside those before it.
+    fn add(&mut self, (table, sha256): (Collected, String), path: &'p Path) -> Result<(), Error> {
+        self.notices.extend(table.unknown_columns(path));
+        self.notices.extend(table.unheeded_columns(path));
+        self.hashes.push(sha256);
+        let Some(first) = self.first else {
+            (self.first, self.all) = (Some(path), table);
+            return Ok(());
+        };
+        if table.has_film_ratio != self.all.has_film_ratio {
+            let [with, without] = if self.all.has_film_ratio {
+                [first, path]
             } else {
-                [path, &paths[0]]
+                [path, first]
             };
             let expected = format!(
                 "expected a column `film_ratio`, as {} has: runs of one scene all belong to nominal film ratios, or none does",
@@ -187,12 +195,22 @@ fn joined(tables: Vec<(Collected, String)>, paths: &[&Path]) -> Result<(Collecte
             };
             return Err(Error::input(without, vec![problem]));
         }
-        all.extend(std::slice::from_ref(&table));
-        hashes.push_str(&format!("{hash}\n"));
-        sha256 = crate::seed::sha256(hashes.as_bytes());
+        self.all.extend(std::slice::from_ref(&table));
+        Ok(())
     }
-    notices.extend(all.above_one());
-    Ok((all, notices, sha256))
+
+    /// The runs, what is to be said of them, and the SHA-256 of the file or, of several, that of their SHA-256, a line each.
+    fn finish(mut self) -> (Collected, Vec<Notice>, String) {
+        self.notices.extend(self.all.above_one());
+        let sha256 = match self.hashes.as_slice() {
+            [only] => only.clone(),
+            several => {
+                let lines: String = several.iter().map(|hash| format!("{hash}\n")).collect();
+                crate::seed::sha256(lines.as_bytes())
+            }
+        };
+        (self.all, self.notices, sha256)
+    }
 }
 
 /// Puts simulated runs in order, as [`read`] does those of a file.

@@ -86,15 +86,53 @@ pub(super) fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Ref
     refusals.or(())?;
     // only what is used: another column may have a type this reader does not know
     let names: Vec<String> = wanted.iter().map(|(_, place)| place.name.clone()).collect();
-    let frame = columns_named(bytes, names)?;
+    polars(|| parquet_footer::check_counts(bytes, &names))?;
+    let rows = polars(|| ParquetReader::new(Cursor::new(bytes)).num_rows())?;
+    // what separates the decimals of a text is told by all of them
+    let has_texts = wanted.iter().any(|(column, place)| {
+        let given = schema.get(&place.name).map(|field| &field.dtype);
+        column.is_number() && given.is_some_and(is_text)
+    });
+    let at_once = if has_texts { rows.max(1) } else { ROWS_AT_ONCE };
+    let has_film_ratio = layout.gives(RunColumn::FilmRatio);
+    let mut checker = RowChecker::new(scene, has_film_ratio);
+    let mut collected = Collected::with_capacity(rows, has_film_ratio, &layout.remarks);
     let mut refusals = Refusals::new(&layout);
+    let read = |first: usize| -> Result<DataFrame, Vec<Problem>> {
+        polars(|| {
+            let reader = ParquetReader::new(Cursor::new(bytes)).with_columns(Some(names.clone()));
+            reader.with_slice(Some((first, at_once))).finish()
+        })
+    };
+    let (mut first, mut next) = (0, read(0)?);
+    loop {
+        let frame = typed(next, &layout)?;
+        let after = first + at_once;
+        let (collecting, following) = rayon::join(
+            || collect(&frame, &layout, &mut checker, &mut collected, (first, &mut refusals)),
+            || (after < rows).then(|| read(after)).transpose(),
+        );
+        collecting?;
+        match following? {
+            Some(frame) => (first, next) = (after, frame),
+            None => return refusals.or(collected),
+        }
+    }
+}
+
+/// Rows that are in memory at once as the file has them: a few of the blocks that `simulate` writes.
+const ROWS_AT_ONCE: usize = 1 << 20;
+
+/// The columns in use as numbers and texts; fails with every text that is no number.
+fn typed(frame: DataFrame, layout: &TableLayout) -> Result<DataFrame, Refused> {
+    let mut refusals = Refusals::new(layout);
     let mut columns = vec![];
     let mut decimals = Decimals::default();
-    for (column, place) in wanted {
+    for (column, place) in wanted(layout) {
         let given = polars(|| frame.column(&place.name))?;
         let is_number = column.is_number();
         columns.push(if is_number && given.dtype() == &DataType::String {
-            numbers(given, (column, &layout), &mut decimals, &mut refusals)
+            numbers(given, (column, layout), &mut decimals, &mut refusals)
         } else if is_number {
             polars(|| given.cast(&DataType::Float64))?
         } else {
@@ -105,12 +143,19 @@ pub(super) fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Ref
     refusals.or(())?;
     let mut frame = polars(|| DataFrame::new(frame.height(), columns))?;
     frame.align_chunks_par();
-    let mut refusals = Refusals::new(&layout);
-    let has_film_ratio = layout.gives(RunColumn::FilmRatio);
-    let mut checker = RowChecker::new(scene, has_film_ratio);
-    let mut collected = Collected::with_capacity(frame.height(), has_film_ratio, &layout.remarks);
+    Ok(frame)
+}
+
+/// Collects the checked runs of a frame that begins with this row of the file.
+fn collect(
+    frame: &DataFrame,
+    layout: &TableLayout,
+    checker: &mut RowChecker,
+    collected: &mut Collected,
+    (first, refusals): (usize, &mut Refusals),
+) -> Result<(), Vec<Problem>> {
     let mut refused = |row: usize, bad: BadCell| {
-        refusals.cell(CellPlace::Row(row + 1), bad, |column| {
+        refusals.cell(CellPlace::Row(first + row + 1), bad, |column| {
             let cell = frame.column(&layout.place(column)?.name).ok()?.get(row).ok()?;
             match cell {
                 AnyValue::Null => None,
@@ -120,8 +165,7 @@ pub(super) fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Ref
             }
         });
     };
-    polars(|| collect_rows(&frame, &layout, &mut checker, &mut collected, &mut refused))?;
-    refusals.or(collected)
+    polars(|| collect_rows(frame, layout, checker, collected, &mut refused))
 }
 
 /// Does a step of reading Parquet.
@@ -129,10 +173,18 @@ fn polars<T>(step: impl FnOnce() -> PolarsResult<T>) -> Result<T, Vec<Problem>> 
     readable("Parquet file", step)
 }
 
+fn is_text(given: &ArrowDataType) -> bool {
+    matches!(
+        given,
+        ArrowDataType::Utf8 | ArrowDataType::LargeUtf8 | ArrowDataType::Utf8View
+    )
+}
+
 /// Whether a Parquet column of some type can hold numbers or names.
 fn is_readable(given: &ArrowDataType, is_number: bool) -> bool {
     match given {
-        ArrowDataType::Null | ArrowDataType::Utf8 | ArrowDataType::LargeUtf8 | ArrowDataType::Utf8View => true,
+        ArrowDataType::Null => true,
+        given if is_text(given) => true,
         ArrowDataType::Int32 | ArrowDataType::Int64 | ArrowDataType::UInt32 | ArrowDataType::UInt64 => true,
         ArrowDataType::Float32 | ArrowDataType::Float64 => is_number,
         ArrowDataType::Dictionary(_, names, _) => !is_number && is_readable(names, false),

@@ -292,6 +292,8 @@ pub(super) fn arrange(columns: RunsAsRead, scene: &Scene) -> Runs {
             (*next - 1) as u32
         })
         .collect();
+    // what the others take now is no more wanted
+    drop((columns.particle, columns.liquid, columns.film_ratio));
     let mut runs = Runs {
         diameter: columns.diameter,
         film: columns.film,

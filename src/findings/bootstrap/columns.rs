@@ -8,7 +8,7 @@ use crate::inference::effective_variance::ErrorWeights;
 use crate::inference::law::Law;
 use crate::inference::regression::Regression;
 use crate::physics::dry::Order;
-use crate::runs::Runs;
+use crate::runs::{Runs, Series};
 use crate::scene::{Scene, WetLaw};
 
 /// Where the runs of a series, or dry runs of a diameter, stand.
@@ -26,7 +26,7 @@ pub(super) struct Columns {
     pub(super) pool: Pool,
     places: Vec<SeriesColumns>,
     dry_runs: usize,
-    /// where each run stands in the table
+    /// where each run stands in the table; empty where none is weighed by its errors
     order: Vec<usize>,
     speed_root: Vec<f64>,
     dry_restitution: Vec<f64>,
@@ -50,27 +50,32 @@ impl Columns {
             restitution: vec![],
             offset: vec![],
         };
+        let weighs = runs.errors.is_some();
         for group in &runs.dry {
-            for run in columns.divide(&runs.impact_speed, &group.rebounds) {
-                columns.speed_root.push(runs.impacts.speed_root[run]);
-                columns.dry_restitution.push(runs.restitution[run]);
+            let order = columns.divide(&runs.impact_speed, &group.rebounds);
+            for run in &order {
+                columns.speed_root.push(runs.impacts.speed_root[*run]);
+                columns.dry_restitution.push(runs.restitution[*run]);
             }
+            columns.order.extend(order.into_iter().filter(|_| weighs));
         }
         columns.dry_runs = columns.dry_restitution.len();
+        let own_of = |series: &Series| own_dry_speed(scene, dry, series.sphere);
+        let has_offsets = runs.series.iter().any(|series| own_of(series).is_some());
         for series in &runs.series {
             let order = columns.divide(&runs.impact_speed, &series.rebounds);
             let speeds: Vec<f64> = order.iter().map(|run| runs.impact_speed[*run]).collect();
             columns.inverse_speed.extend(speeds.iter().map(|v| 1.0 / v));
-            columns
-                .inverse_stokes
-                .extend(order.iter().map(|run| runs.inverse_stokes(*run)));
-            columns
-                .restitution
-                .extend(order.iter().map(|run| runs.restitution[*run]));
-            match own_dry_speed(scene, dry, series.sphere) {
+            let inverse_stokes = order.iter().map(|run| runs.inverse_stokes(*run));
+            columns.inverse_stokes.extend(inverse_stokes);
+            let restitution = order.iter().map(|run| runs.restitution[*run]);
+            columns.restitution.extend(restitution);
+            match own_of(series) {
                 Some(own) => columns.offset.extend(own.offsets(&speeds)),
-                None => columns.offset.extend(std::iter::repeat_n(0.0, speeds.len())),
+                None if has_offsets => columns.offset.extend(std::iter::repeat_n(0.0, speeds.len())),
+                None => {}
             }
+            columns.order.extend(order.into_iter().filter(|_| weighs));
         }
         if columns.offset.iter().all(|offset| *offset == 0.0) {
             columns.offset.clear();
@@ -96,7 +101,6 @@ impl Columns {
             series: series..self.pool.series.len(),
             first: rebounds.start,
         });
-        self.order.extend(&order);
         order
     }
 

@@ -15,6 +15,7 @@ use super::errors::Errors;
 use super::nodes::DryRow;
 use super::own_rows::ByRow;
 use super::prepared::Likelihood;
+use super::row_noise::{add_noise_slopes, RowNoise};
 use super::run_density::{RunDensity, Seen, Side, Spreads};
 use super::run_law::{ReboundBatch, RunImpact, RunNoise};
 use super::shared_speed::SharedSetting;
@@ -24,13 +25,6 @@ use super::true_speeds::{Part, TrueSpeeds};
 use crate::model::parameters::{ParameterKind, COMMON_SLOTS};
 use crate::physics::balance::Balance;
 
-/// The noise of wet runs at a full vector of parameters, where runs are taken one at a time.
-#[derive(Clone, Copy)]
-pub(super) struct RowNoise<'l> {
-    pub own: &'l ByRow,
-    pub noise: RunNoise,
-}
-
 /// Runs of a block that are taken one at a time, with its energy balance.
 pub(super) struct BlockRows<'b> {
     /// place of the block
@@ -38,13 +32,6 @@ pub(super) struct BlockRows<'b> {
     pub rebounds: Range<usize>,
     pub stuck: Range<usize>,
     pub law: &'b BlockLaw,
-}
-
-/// Adds the slopes in the spreads and in ν, of which this kind of runs has that σ.
-pub(super) fn add_noise_slopes(of: RunDensity, sigma: ParameterKind, slopes: &mut [f64]) {
-    slopes[sigma.slot()] += of.sigma;
-    slopes[ParameterKind::SigmaEnergy.slot()] += of.energy;
-    slopes[ParameterKind::Nu.slot()] += of.nu;
 }
 
 impl Likelihood {

@@ -27,6 +27,7 @@ mod normal_nodes;
 mod own_rows;
 pub mod pointwise;
 mod prepared;
+mod row_noise;
 mod rows;
 mod run_density;
 mod run_law;
@@ -46,8 +47,9 @@ pub use run_density::Spreads;
 pub use run_law::BelowRestitution;
 
 use self::block_sums::BlockSums;
-use self::by_row::{BlockRows, RowNoise};
+use self::by_row::BlockRows;
 use self::nodes::WetBlock;
+use self::row_noise::RowNoise;
 use self::run_density::Side;
 use self::run_law::RunNoise;
 use self::sides::{side_sums, SideOfLimit, SideSums};

@@ -227,9 +227,9 @@ fn dry_runs(scene: &Scene, runs: &Runs) -> Vec<DryRuns> {
             for (p, y, runs) in rebounds() {
                 let left = y - sums.slope * p;
                 sums.leftover += runs * left * left;
-                let square = runs * p * p;
-                for (sum, term) in sums.bent.iter_mut().zip([square * p, square * p * p, square * left]) {
-                    *sum += term;
+                let square = p * p;
+                for (sum, term) in sums.bent.iter_mut().zip([square * p, square * square, square * left]) {
+                    *sum += runs * term;
                 }
             }
         }

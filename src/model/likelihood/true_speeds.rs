@@ -1,11 +1,11 @@
 //! Sums the log densities of wet runs whose impact speeds err, over their true speeds.
 
 use super::block_sums::BlockSums;
-use super::by_row::{add_noise_slopes, RowNoise};
 use super::errors::Errors;
 use super::hidden_speed::{ManySpeeds, MeasuredRun, SettingRuns, SettingSlopes, SpeedRuns};
 use super::nodes::Nodes;
 use super::prepared::Likelihood;
+use super::row_noise::{add_noise_slopes, RowNoise};
 use super::run_density::{Seen, Side};
 use super::sums::NodeRange;
 use super::trend::FilmLaw;

@@ -25,6 +25,13 @@ pub fn stores_every_run(runs: &Runs, posterior: &Posterior) -> bool {
     runs.len().saturating_mul(posterior.sampled.draws()) <= MOST_DENSITIES
 }
 
+/// Whether the runs themselves are stored, too.
+pub fn stores_runs(runs: &Runs) -> bool {
+    /// index, restitution, whether it stuck, names of particle and liquid, diameter, film and speed
+    const NUMBERS_OF_A_RUN: usize = 8;
+    runs.len().saturating_mul(NUMBERS_OF_A_RUN) <= MOST_DENSITIES
+}
+
 /// The draws, ready to be written.
 pub struct Gathered<'a> {
     groups: Vec<ArrayGroup>,
@@ -35,9 +42,9 @@ pub struct Gathered<'a> {
 
 /// Gathers the draws: what makes a Zarr store and a table of them.
 ///
-/// Groups `posterior`, `sample_stats`, `log_prior`, `derived`, `observed_data` and `constant_data`, and while runs times
-/// draws are at most [`MOST_DENSITIES`], `log_likelihood` and `posterior_predictive` (new runs), to f32. Runs are in the
-/// order of the report.
+/// Groups `posterior`, `sample_stats`, `log_prior` and `derived`; while all numbers of the runs are at most
+/// [`MOST_DENSITIES`], `observed_data` and `constant_data`; while runs times draws are, `log_likelihood` and
+/// `posterior_predictive` (new runs), to f32. Runs are in the order of the report.
 pub fn gather<'a>(input: ReportInput<'a>, posterior: &Posterior) -> Result<Gathered<'a>, Error> {
     let (scene, runs) = (input.scene, input.runs);
     let sampled = &posterior.sampled;
@@ -72,8 +79,10 @@ pub fn gather<'a>(input: ReportInput<'a>, posterior: &Posterior) -> Result<Gathe
         groups.extend(every_run_groups(&every_run, runs.len(), size));
         streamed = every_run_files(every_run, size);
     }
-    groups.push(observed(runs));
-    groups.push(constant(scene, runs));
+    if stores_runs(runs) {
+        groups.push(observed(runs));
+        groups.push(constant(scene, runs));
+    }
     let attributes = [
         ("title", json!(scene.title)),
         ("model", json!(model_name(form))),

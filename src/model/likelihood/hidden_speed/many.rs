@@ -6,15 +6,19 @@
 //! [`HiddenSpeed::integrate`](super::HiddenSpeed::integrate).
 
 mod batch;
+mod found;
 mod rebounds;
 
+pub(in crate::model::likelihood) use found::SpeedRuns;
+
 use batch::{Batch, DryForm, State};
+use found::Found;
 
 use super::reach::REACH;
 use super::{SettingRuns, SettingSlopes};
 use crate::model::likelihood::normal::CERTAIN;
 use crate::model::likelihood::normal_nodes::Order;
-use crate::model::likelihood::run_density::{RunDensity, Seen, Side, Spreads};
+use crate::model::likelihood::run_density::{Seen, Side, Spreads};
 use crate::model::likelihood::run_law::RunNoise;
 use crate::model::likelihood::tails::Tails;
 use crate::physics::rebound::kept_of_mean_restitution;
@@ -32,29 +36,6 @@ pub(in crate::model::likelihood) struct ManySpeeds {
     /// r at which the last side asked for becomes certain
     edge: Option<((Side, f64), f64)>,
     found: Found,
-}
-
-/// What integrals came to.
-#[derive(Default)]
-pub(in crate::model::likelihood) struct Found {
-    /// the sum of their log densities, with its slope in σ
-    pub all: RunDensity,
-    /// slopes in what each setting keeps, by its number
-    pub slopes: Vec<SettingSlopes>,
-    /// numbers of those that are to be taken by themselves
-    pub left: Vec<usize>,
-}
-
-/// Runs of one true speed, as a part of a sum.
-#[derive(Clone, Copy)]
-pub(in crate::model::likelihood) struct SpeedRuns<'b> {
-    /// at least one
-    pub settings: &'b [SettingRuns<'b>],
-    pub number: usize,
-    /// the number of the first setting; the others follow
-    pub first_setting: usize,
-    /// how often it counts
-    pub times: f64,
 }
 
 impl ManySpeeds {

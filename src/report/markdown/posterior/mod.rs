@@ -26,7 +26,8 @@ pub(super) use model::held;
 
 use super::super::ReportInput;
 use super::page::Page;
-use crate::findings::posterior::PosteriorRefusal;
+use crate::findings::posterior::{Posterior, PosteriorRefusal};
+use crate::report::draws::posterior::{stores_every_run, stores_runs};
 
 /// The section; nothing where no posterior was asked for, and the reason where nothing was sampled.
 pub(super) fn posterior(page: &mut Page, input: ReportInput) {
@@ -53,14 +54,22 @@ pub(super) fn posterior(page: &mut Page, input: ReportInput) {
     predictions::predictive(page, posterior);
     predictions::forms(page, input);
     questions::questions(page, input, posterior);
-    draws(page);
+    draws(page, input, posterior);
 }
 
-fn draws(page: &mut Page) {
+fn draws(page: &mut Page, input: ReportInput, posterior: &Posterior) {
     page.subsection("Draws", "How to make the draws again, and where they lie.");
     page.paragraph(
         "The command under How to reproduce makes the same draws again, to the byte and for any number of threads. They \
          lie beside this report: `draws/draws.zarr`, which `arviz.from_zarr(\"draws/draws.zarr\")` opens in Python, and \
          `draws/draws.csv`, a line a draw, for everything else.",
     );
+    let left_out = match (stores_runs(input.runs), stores_every_run(input.runs, posterior)) {
+        (true, true) => return,
+        (true, false) => "The likelihood and a new draw of every run",
+        (false, _) => "The runs themselves, and the likelihood and a new draw of each,",
+    };
+    page.paragraph(&format!(
+        "{left_out} are not among them: they would be too many numbers."
+    ));
 }

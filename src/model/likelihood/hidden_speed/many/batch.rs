@@ -2,8 +2,8 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::rebounds::{AtNode, Columns, Law, Moves, Row};
-use super::{Found, SpeedRuns};
+use super::found::{Found, SpeedRuns};
+use super::rebounds::{AtNode, Column, Columns, Law, Moves, Row, LANES, MOST_ROWS};
 use crate::distributions::LN_ROOT_TWO_PI;
 use crate::exponential::{exponential, is_fused, logarithm};
 use crate::model::likelihood::hidden_speed::bell::{most_of_last, FAR, LEAST, NEAR, STEPS};
@@ -11,15 +11,6 @@ use crate::model::likelihood::hidden_speed::reach::REACH;
 use crate::model::likelihood::normal_nodes::Order;
 use crate::model::likelihood::run_density::Seen;
 use crate::physics::dry;
-
-/// Rebounds of a batch.
-pub(super) const MOST_ROWS: usize = 64;
-
-/// Integrals are taken in multiples of this.
-pub(super) const LANES: usize = 8;
-
-/// A number of each rebound, or of each integral.
-pub(super) type Column = [f64; MOST_ROWS];
 
 /// The order of the dry law, and whether e_dry is that of the run's own speed.
 pub(super) type DryForm = (dry::Order, bool);

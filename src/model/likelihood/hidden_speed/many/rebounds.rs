@@ -2,13 +2,21 @@
 
 use std::ops::Range;
 
-use super::batch::{Column, LANES, MOST_ROWS};
 use crate::exponential::{exponential, logarithm};
 use crate::model::likelihood::errors::Errors;
 use crate::model::likelihood::hidden_speed::SettingRuns;
 use crate::physics::balance::{Balance, Impact, Lost};
 use crate::physics::dry::{Order, POWER};
 use crate::physics::rebound::{mean_and_slope_over, mean_denominator};
+
+/// Rebounds of a batch.
+pub(super) const MOST_ROWS: usize = 64;
+
+/// Integrals are taken in multiples of this.
+pub(super) const LANES: usize = 8;
+
+/// A number of each rebound, or of each integral.
+pub(super) type Column = [f64; MOST_ROWS];
 
 /// What is read of a rebound.
 const NUMBERS: usize = 14;
