@@ -126,7 +126,8 @@ pub fn fit_posterior(
     let effort = effort(scene);
     let quantities = parameters.dimension() + derived::count_derived(scene, runs, setup.form);
     check_room(effort, quantities)?;
-    let condensed = match Likelihood::needs_every_row(scene, runs) {
+    let by_rows = matches!(setup.method, MethodChoice::Rows) || Likelihood::needs_every_row(scene, runs);
+    let condensed = match by_rows {
         true => None,
         false => runs.condensed(scene.data.smallest_restitution),
     };
@@ -193,11 +194,16 @@ fn largest_difference(scene: &Scene, runs: &Runs, form: Form, (few, draws): (&Li
         likelihood.ln_density(full, &mut slopes).unwrap_or(f64::INFINITY)
     };
     let some: Vec<&Vec<f64>> = draws.iter().step_by(draws.len().div_ceil(CHECKED).max(1)).collect();
-    let mut left: Vec<f64> = some.par_iter().map(|full| -ln_density(few, full)).collect();
-    for part in runs.parts() {
-        let rows = Likelihood::of_rows(scene, &part, form);
-        let own = left.par_iter_mut().zip(&some);
-        own.for_each(|(left, full)| *left += ln_density(&rows, full));
+    let of = |likelihood: &Likelihood| -> Vec<f64> { some.iter().map(|full| ln_density(likelihood, full)).collect() };
+    let parts = runs.parts().enumerate().par_bridge();
+    let mut of_parts: Vec<(usize, Vec<f64>)> = parts
+        .map(|(place, part)| (place, of(&Likelihood::of_rows(scene, &part, form))))
+        .collect();
+    // added in their order, whichever was ready first
+    of_parts.sort_unstable_by_key(|(place, _)| *place);
+    let mut left: Vec<f64> = of(few).into_iter().map(|of_few| -of_few).collect();
+    for (_, own) in of_parts {
+        left.iter_mut().zip(own).for_each(|(left, own)| *left += own);
     }
     let mean = left.iter().sum::<f64>() / left.len() as f64;
     left.into_iter().map(|left| (left - mean).abs()).fold(0.0, f64::max)
