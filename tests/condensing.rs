@@ -136,6 +136,19 @@ fn least_squares_says_the_same_of_few_runs_that_stand_for_many() {
 }
 
 #[test]
+fn films_may_spread_as_far_as_groups_do_and_no_farther() {
+    let (place, table) = drawn("film_rel_sd = 0.04\nimpact_speed_rel_sd = 0.05", "wider films");
+    let (scene, all) = (&place.scene, &table.runs);
+    let few = few_of(scene, all);
+    assert!(few.len() < all.len() / 2, "{}", few.len());
+    let found = different(&estimates(scene, all, &few), &estimates(scene, all, all));
+    assert!(found.is_empty(), "{found:#?}");
+    let (place, table) = drawn("film_rel_sd = 0.1\nimpact_speed_rel_sd = 0.05", "films of all kinds");
+    let wide = few_of(&place.scene, &table.runs);
+    assert_eq!(wide.wet(), table.runs.wet());
+}
+
+#[test]
 fn settings_that_repeat_stand_for_their_runs_exactly() {
     let (place, table) = drawn("", "tidy runs");
     let few = few_of(&place.scene, &table.runs);

@@ -109,7 +109,7 @@ impl Dry {
 }
 
 impl FittedDry {
-    /// Variance of each rebound about the law, in the order of the runs; infinite where one was left out.
+    /// Variance of each of so many rows of rebounds about the law, in their order; infinite where one was left out.
     pub(super) fn variances(&self, rows: usize) -> impl Iterator<Item = f64> + '_ {
         let of_all = self.weighing_sd.map_or(f64::NAN, |sd| sd * sd);
         let own = self.error_weights.as_ref().map(|weights| &weights.variance);

@@ -1,8 +1,8 @@
 //! Replaces very many runs by few of them that stand for all.
 //!
-//! The restitution of the runs of a series is nearly m = √u, u being the plane in 1/v, δ̃ and D that is nearest to their e². Along
-//! it runs are divided in slabs, so that in each every law is nearly a polynomial of degree [`DEGREE`] in m, δ̃ and D,
-//! as is the probability to stick. A few runs of a slab with counts of their own have the sums of all (`condensing`), each
+//! The restitution of the runs of a series is nearly m = √u, u being the plane in 1/v, δ̃ and D that is nearest to their
+//! e². Along it runs are divided in slabs, so that in each every law is nearly a polynomial of degree [`DEGREE`] in m, δ̃
+//! and D, as is the probability to stick. A few runs of a slab with counts of their own have the sums of all (`condensing`), each
 //! with the nearest polynomial for its restitution. Near the turn and the slowest rebound, and where settings repeat, each
 //! setting stands for its own runs, which is exact.
 
@@ -11,6 +11,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::film_groups::FilmGroup;
 use super::series::{DryGroup, Runs, Series};
 use crate::condensing::nearest::Nearest;
 use crate::condensing::polynomials::{functions, Axis, Polynomials};
@@ -25,7 +26,8 @@ const DEGREE: usize = 4;
 /// The near side of a slab, as a share of the distance of its far side from the turn.
 const NEAR_SIDE: f64 = 0.8;
 
-/// Energy kept, as a share of that of the impact, below which no runs are put together: the plane is no nearer to the turn.
+/// Energy kept, as a share of that of the impact, below which no runs are put together: the plane is no nearer to the
+/// turn.
 const NEAR_TURN: f64 = 0.005;
 
 /// Share of 1/v at the slowest rebound of a series, from there, in which none are put together either: the square root's edge
@@ -36,7 +38,10 @@ const NEAR_EDGE: f64 = 0.002;
 /// stick turns there, too.
 const ABOUT_THE_LIMIT: f64 = 6.0;
 
-/// A series of fewer runs is kept as it is.
+/// Reach of a slab in ln δ̃: a shape that rises over δ̃0 is then nearly such a polynomial, too.
+const FILMS: f64 = 0.2;
+
+/// A series of fewer runs is kept as it is, as is one whose films have no film ratio in common.
 const MANY: usize = 1000;
 
 /// One run that stands for several.
@@ -106,16 +111,19 @@ impl Runs {
             })
         };
         let dry: Vec<[Vec<StandIn>; 2]> = self.dry.par_iter().map(of_dry).collect();
-        let of_series = |series: &Series| {
+        let of_series = |(place, series): (usize, &Series)| {
             let all = series.runs();
-            let kept = self.energy_kept(series).unwrap_or_else(|| vec![0.0; all.len()]);
+            // about films of all kinds no plane is near to e²
+            let is_narrow = self.film_group_of(place).is_some_and(FilmGroup::has_one_film_ratio);
+            let kept = self.energy_kept(series).filter(|_| is_narrow);
+            let kept = kept.unwrap_or_else(|| vec![0.0; all.len()]);
             let means: Vec<f64> = kept.iter().map(|u| u.abs().sqrt().copysign(*u)).collect();
             let others = [&self.impacts.film_ratio, &self.diameter].map(|column| &column[all.clone()]);
             let axes = std::iter::once(&means[..]).chain(others).collect();
             let members = self.members(all, axes);
             self.slabs(series, &means, limit).map(|slabs| members.stand_ins(&slabs))
         };
-        let wet: Vec<[Vec<StandIn>; 2]> = self.series.par_iter().map(of_series).collect();
+        let wet: Vec<[Vec<StandIn>; 2]> = self.series.par_iter().enumerate().map(of_series).collect();
         let mut few = Runs {
             spheres: self.spheres.clone(),
             film_groups: self.film_groups.clone(),
@@ -166,7 +174,7 @@ impl Runs {
         let slowest = self.impact_speed[series.rebounds.clone()].iter().copied();
         let slowest = slowest.fold(f64::INFINITY, f64::min);
         // the sides of slabs are powers of one number
-        let side = |distance: f64| (distance.ln() / NEAR_SIDE.ln()).floor() as i64;
+        let side = |distance: f64| (distance.ln() / NEAR_SIDE.ln()).floor();
         let slab = |place: usize, rebounded: bool| {
             let m = means[place];
             let from_edge = match rebounded {
@@ -179,10 +187,12 @@ impl Runs {
             let spreads = (m - limit) / sd;
             let about_limit = spreads.abs() < ABOUT_THE_LIMIT;
             let spread = if about_limit { spreads.floor() } else { ABOUT_THE_LIMIT };
-            Some([m.signum() as i64, side(m * m), side(from_edge), spread as i64])
+            let film = (self.impacts.film_ratio[first + place] / series.film_ratio).ln() / FILMS;
+            let numbers = [m.signum(), side(m * m), side(from_edge), spread, film.round()];
+            Some(numbers.map(|number| number as i64))
         };
         [(&series.rebounds, true), (&series.stuck, false)].map(|(range, rebounded)| {
-            let mut slabs: BTreeMap<Option<[i64; 4]>, Vec<usize>> = BTreeMap::new();
+            let mut slabs: BTreeMap<Option<[i64; 5]>, Vec<usize>> = BTreeMap::new();
             for place in range.start - first..range.end - first {
                 slabs.entry(slab(place, rebounded)).or_default().push(place);
             }

@@ -167,6 +167,7 @@ pub fn fit_posterior(
         setup,
         effort,
         rows: runs.wet(),
+        stand_ins: condensed.as_ref().map(Runs::wet),
         derived: &derived,
         predictive,
         series_offsets: series_offsets::summarise_offsets(scene, runs, &sampled),
@@ -185,15 +186,20 @@ pub fn fit_posterior(
     }))
 }
 
+/// Draws at which very many runs are held against the few that stand for them.
+pub const CHECKED_RUNS: usize = 20;
+
 /// Largest difference of the log density between every run and the few that stand for them, at some of these draws; up to a
 /// constant, which no draw sees.
 fn largest_difference(scene: &Scene, runs: &Runs, form: Form, (few, draws): (&Likelihood, &[Vec<f64>])) -> f64 {
-    const CHECKED: usize = 20;
     let ln_density = |likelihood: &Likelihood, full: &Vec<f64>| {
         let mut slopes = vec![0.0; full.len()];
         likelihood.ln_density(full, &mut slopes).unwrap_or(f64::INFINITY)
     };
-    let some: Vec<&Vec<f64>> = draws.iter().step_by(draws.len().div_ceil(CHECKED).max(1)).collect();
+    let some: Vec<&Vec<f64>> = draws
+        .iter()
+        .step_by(draws.len().div_ceil(CHECKED_RUNS).max(1))
+        .collect();
     let of = |likelihood: &Likelihood| -> Vec<f64> { some.iter().map(|full| ln_density(likelihood, full)).collect() };
     let parts = runs.parts().enumerate().par_bridge();
     let mut of_parts: Vec<(usize, Vec<f64>)> = parts

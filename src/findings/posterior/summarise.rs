@@ -26,6 +26,8 @@ pub(super) struct SummarySource<'p> {
     pub(super) effort: Effort,
     /// wet runs of the likelihood
     pub(super) rows: usize,
+    /// how many of them, where so many stood for all
+    pub(super) stand_ins: Option<usize>,
     /// the draws of what follows from the parameters
     pub(super) derived: &'p [DerivedDraws],
     /// new runs beside the ones made
@@ -83,7 +85,7 @@ pub(super) fn summarise_posterior(sampled: &Sampled, source: SummarySource) -> P
             DrySpeed::Reference(v) => Some(v),
             DrySpeed::Impact => None,
         },
-        compression: CompressionSummary::of(sampled, source.rows),
+        compression: CompressionSummary::of(sampled, source.rows, source.stand_ins),
         predictive: source.predictive,
         basis: source.basis,
     }
@@ -114,11 +116,12 @@ impl AccuracySummary {
 }
 
 impl CompressionSummary {
-    fn of(sampled: &Sampled, rows: usize) -> Option<CompressionSummary> {
+    fn of(sampled: &Sampled, rows: usize, stand_ins: Option<usize>) -> Option<CompressionSummary> {
         let (made, checked) = sampled.compression.zip(sampled.checked_error)?;
         Some(CompressionSummary {
             nodes: made.nodes,
             rows,
+            stand_ins,
             rows_exact: made.rows_exact,
             bound: sampled.bound.unwrap_or(f64::INFINITY),
             max_log_density_error: checked,

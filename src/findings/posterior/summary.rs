@@ -218,6 +218,9 @@ pub struct CompressionSummary {
     pub nodes: usize,
     /// wet runs
     pub rows: usize,
+    /// how many of them, where so many stood for all before there were nodes
+    #[serde(skip)]
+    pub stand_ins: Option<usize>,
     /// wet runs whose own setting was a node
     pub rows_exact: usize,
     /// the error that was allowed

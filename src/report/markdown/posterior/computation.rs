@@ -5,7 +5,7 @@ use super::super::super::{figures, ReportInput};
 use super::super::page::Page;
 use super::cells::{checks, of_prediction};
 use super::numbers::without_panel;
-use crate::findings::posterior::{AccuracySummary, Posterior, PosteriorFindings};
+use crate::findings::posterior::{AccuracySummary, CompressionSummary, Posterior, PosteriorFindings, CHECKED_RUNS};
 use crate::inference::prepared_posterior::CHECKED;
 use crate::inference::sampling::{Method, MOST_TIMES};
 
@@ -40,12 +40,12 @@ pub(super) fn computation(page: &mut Page, input: ReportInput, posterior: &Poste
         }
         Some(made) => format!(
             "The likelihood was evaluated at {} nodes in place of {} wet runs (method `{}`). The allowed error of the log \
-             density is {}; the largest difference from the sum over every run, at up to {CHECKED} of the kept draws, is \
-             {}.",
+             density is {}; the largest difference from {}, is {}.",
             made.nodes,
             made.rows,
             found.method.name(),
             numbers::short(made.bound),
+            held_against(made),
             numbers::significant(made.max_log_density_error, 2)
         ),
         None => format!("Every run entered every evaluation of the likelihood (method `{}`).", found.method.name()),
@@ -60,6 +60,17 @@ pub(super) fn computation(page: &mut Page, input: ReportInput, posterior: &Poste
             without_panel(posterior, figures::MOST_PANELS)
         ),
     );
+}
+
+/// What a compressed likelihood is held against.
+fn held_against(made: &CompressionSummary) -> String {
+    match made.stand_ins {
+        None => format!("the sum over every run, at up to {CHECKED} of the kept draws"),
+        Some(few) => format!(
+            "the sum over {few} runs that stand for all, at up to {CHECKED} of the kept draws, with that of these from \
+             every run, at up to {CHECKED_RUNS} and a constant apart"
+        ),
+    }
 }
 
 /// How the draws were made.
