@@ -71,11 +71,11 @@ pub fn run() -> ExitCode {
 fn run_verb(arguments: Arguments, ranks: &Ranks) -> Result<u8, Error> {
     let is_divided = matches!(
         arguments.verb,
-        Verb::Calibrate { .. } | Verb::Simulate { parts: Some(_), .. }
+        Verb::Fit { .. } | Verb::Calibrate { .. } | Verb::Simulate { parts: Some(_), .. }
     );
     if ranks.count() > 1 && !is_divided {
         return Err(Error::Usage(format!(
-            "a launcher started {} processes; only `calibrate` and `simulate --parts` divide their work among several",
+            "a launcher started {} processes; only `fit`, `calibrate` and `simulate --parts` divide their work among several",
             ranks.count()
         )));
     }
@@ -106,7 +106,7 @@ fn run_verb(arguments: Arguments, ranks: &Ranks) -> Result<u8, Error> {
                 None if exact_rows => MethodChoice::Rows,
                 None => MethodChoice::Nodes,
             };
-            fit::fit(fit::FitOptions {
+            let options = fit::FitOptions {
                 scene_file: &scene,
                 out,
                 seed,
@@ -117,7 +117,8 @@ fn run_verb(arguments: Arguments, ranks: &Ranks) -> Result<u8, Error> {
                     (false, true) => messages::Said::Everything,
                     (false, false) => messages::Said::Most,
                 },
-            })
+            };
+            fit::fit(options, ranks)
         }
         Verb::Track(request) => track::track(&request, quiet),
         Verb::New { table, out } => new::new(&table, out, quiet),

@@ -170,13 +170,7 @@ type Change = fn(&mut Scene, &mut Runs, f64);
 /// Whole fits of a scene and of runs whose films have changed.
 fn changed(scene: &Scene, table: &Table, change: impl Fn(&mut Scene, &mut Runs)) -> Findings {
     let mut scene = scene.clone();
-    let mut table = Table {
-        runs: table.runs.clone(),
-        rows: table.rows,
-        screened: table.screened.clone(),
-        notices: vec![],
-        sha256: String::new(),
-    };
+    let mut table = Table::of(table.runs.clone());
     change(&mut scene, &mut table.runs);
     table.runs.compute_impacts(&scene);
     findings::fit_least_squares(&scene, &table, 1, false)

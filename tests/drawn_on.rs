@@ -7,6 +7,7 @@ use wetcor::findings;
 use wetcor::findings::posterior::{fit_posterior, MethodChoice, SamplingSetup};
 use wetcor::inference::mixing::MixingLines;
 use wetcor::inference::sampling::MOST_TIMES;
+use wetcor::runs::Table;
 use wetcor::scene::Scene;
 use wetcor::seed::stream;
 
@@ -46,7 +47,7 @@ struct Failures {
 
 fn fail(scene: &Scene, seed: u64) -> Failures {
     let runs = wetcor::runs::arrange(scene, &common::rows_from(scene, stream(seed, "poor runs", 0)));
-    let table = common::table_of(runs);
+    let table = Table::of(runs);
     let found = findings::fit_least_squares(scene, &table, seed, false);
     let setup = SamplingSetup {
         form: found.form,

@@ -5,7 +5,7 @@ mod common;
 
 use std::process::Command;
 
-use common::{binomial_z, mean, rows, rows_from, seed_of, table_of, Place};
+use common::{binomial_z, mean, rows, rows_from, seed_of, Place};
 use rayon::prelude::*;
 use wetcor::findings::balance::EnergyBalance;
 use wetcor::findings::estimate::Estimate;
@@ -149,7 +149,7 @@ fn least_squares_find_each_diameters_k_back() {
     assert_eq!(place.scene.model.dry_k, DryKOf::Diameter);
     let truth = place.scene.truth.as_mut().expect("given");
     (truth.sigma_dry, truth.sigma_wet) = (Some(1e-9), Some(1e-9));
-    let table = table_of(arrange(&place.scene, &rows(&place.scene, 1)));
+    let table = Table::of(arrange(&place.scene, &rows(&place.scene, 1)));
     let findings = fit(&place, &table);
     let all = with_truths(&findings);
     assert_eq!(all.len(), 2 + 4 + 2 * 2 * 12 + 4);
@@ -199,7 +199,7 @@ fn fitted(dry_k: &str, sets: u64) -> Vec<Findings> {
     let seed = seed_of("intervals_cover_with_a_k_for_each_diameter");
     let one = |set: u64| {
         let drawn = rows_from(&place.scene, stream(seed, "simulate", set));
-        fit(&place, &table_of(arrange(&place.scene, &drawn)))
+        fit(&place, &Table::of(arrange(&place.scene, &drawn)))
     };
     (0..sets).into_par_iter().map(one).collect()
 }
@@ -245,7 +245,7 @@ fn intervals_cover_with_a_k_for_each_diameter() {
 fn the_posterior_agrees_with_least_squares() {
     let place = scene("diameter");
     let seed = seed_of("the_posterior_agrees_with_least_squares");
-    let table = table_of(arrange(&place.scene, &rows(&place.scene, seed)));
+    let table = Table::of(arrange(&place.scene, &rows(&place.scene, seed)));
     let mut findings = fit(&place, &table);
     let posterior = findings
         .add_posterior(&place.scene, &table.runs, MethodChoice::default(), &|_, _| ())

@@ -117,13 +117,7 @@ fn table(scene: &Scene, design: Design, seed: u64) -> Table {
         restitution_sd: of(1),
         speed_correlation: vec![],
     });
-    Table {
-        rows: rows.len(),
-        runs,
-        screened: vec![],
-        notices: vec![],
-        sha256: String::new(),
-    }
+    Table::of(runs)
 }
 
 /// (mean of L's draws − L) over their spread; `None` where nothing was sampled.

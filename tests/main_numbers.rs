@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{binomial_z, seed_of, table_of, Place};
+use common::{binomial_z, seed_of, Place};
 use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::checks::Check;
 use wetcor::findings::estimate::Estimate;
@@ -383,7 +383,7 @@ fn fit_forms(scene: &str, inertia: Inertia, sets: u64) -> RightForms {
     let mut found = RightForms::default();
     for set in 0..sets {
         let seed = seed_of("the_form_that_fits_is_chosen").wrapping_add(set);
-        let table = table_of(runs::arrange(&place.scene, &common::rows(&place.scene, seed)));
+        let table = Table::of(runs::arrange(&place.scene, &common::rows(&place.scene, seed)));
         let findings = findings::fit_least_squares(&place.scene, &table, seed, false);
         let balance = findings.energy_balance.expect("dry and wet runs");
         let is_right = balance.inertia == inertia.name();
@@ -482,7 +482,7 @@ fn covered_main_numbers(scene: &str, sets: u64) -> [[usize; 2]; 5] {
     };
     for set in 0..sets {
         let seed = seed_of("main_numbers_cover_with_the_form_left_open").wrapping_add(set);
-        let table = table_of(runs::arrange(&place.scene, &common::rows(&place.scene, seed)));
+        let table = Table::of(runs::arrange(&place.scene, &common::rows(&place.scene, seed)));
         let mut findings = findings::fit_least_squares(&place.scene, &table, seed, true);
         let posterior = findings.add_posterior(&place.scene, &table.runs, MethodChoice::default(), &|_, _| ());
         posterior.unwrap_or_else(|error| panic!("{error}"));

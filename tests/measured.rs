@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{binomial_z, mean, rows_from, seed_of, table_of, Place};
+use common::{binomial_z, mean, rows_from, seed_of, Place};
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -14,7 +14,7 @@ use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
 use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::ModelParameters;
 use wetcor::physics::numbers::stokes;
-use wetcor::runs::{self, MeasurementErrors, Runs};
+use wetcor::runs::{self, MeasurementErrors, Runs, Table};
 use wetcor::scene::Scene;
 use wetcor::seed::{stream, StreamName};
 
@@ -129,7 +129,7 @@ fn fitted(scene: &Scene, mut runs: Runs, forgets: Forgets, stream: StreamName) -
             errors.impact_speed_sd[run] = 0.0;
         }
     }
-    let table = table_of(runs);
+    let table = Table::of(runs);
     let least_squares = findings::fit_least_squares(scene, &table, 1, false);
     let form = scene.model.form();
     let parameters = ModelParameters::of(scene, &table.runs, form).expect("room");

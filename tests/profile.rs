@@ -2,11 +2,11 @@
 
 mod common;
 
-use common::{binomial_z, rows, seed_of, table_of, Place};
+use common::{binomial_z, rows, seed_of, Place};
 use wetcor::findings::estimate::Estimate;
 use wetcor::findings::scaling::Scaling;
 use wetcor::findings::{self, Findings};
-use wetcor::runs;
+use wetcor::runs::{self, Table};
 use wetcor::scene::WetLaw;
 
 /// Three heights, the lowest of which is within two standard deviations of no rebound at the thicker film: a lucky run
@@ -51,7 +51,7 @@ fn truth(film_ratio: f64) -> f64 {
 }
 
 fn infer(place: &Place, seed: u64) -> Findings {
-    let table = table_of(runs::arrange(&place.scene, &rows(&place.scene, seed)));
+    let table = Table::of(runs::arrange(&place.scene, &rows(&place.scene, seed)));
     findings::fit_least_squares(&place.scene, &table, seed, false)
 }
 

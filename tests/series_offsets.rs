@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{binomial_z, mean, rows_from, seed_of, table_of, Place};
+use common::{binomial_z, mean, rows_from, seed_of, Place};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -69,7 +69,7 @@ repeats = 5
 }
 
 fn table(scene: &Scene, seed: u64) -> Table {
-    table_of(runs::arrange(
+    Table::of(runs::arrange(
         scene,
         &rows_from(scene, stream(seed, "series offsets", 0)),
     ))
@@ -284,7 +284,7 @@ fn a_band_is_of_a_new_series_or_of_the_one_that_was_measured() {
     for set in 0..SETS {
         let seed = seed_of("a_band_is_of_a_new_series").wrapping_add(set);
         let (rows, offsets) = with_known_offsets(&scene, SIGMA, seed);
-        let table = table_of(runs::arrange(&scene, &rows));
+        let table = Table::of(runs::arrange(&scene, &rows));
         let (_, posterior) = fit(&scene, &table);
         let new = posterior.law(&scene, &table.runs, 0, usize::MAX);
         let mut rng = stream(seed, "new series", 0);

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{mean, rows, seed_of, table_of, Place};
+use common::{mean, rows, seed_of, Place};
 use wetcor::findings;
 use wetcor::findings::posterior::{effort, start};
 use wetcor::inference::nuts::Effort;
@@ -10,7 +10,7 @@ use wetcor::inference::prepared_posterior::Evaluation;
 use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
 use wetcor::model::likelihood::Likelihood as Rows;
 use wetcor::model::parameters::ModelParameters;
-use wetcor::runs::{arrange, NewRun};
+use wetcor::runs::{arrange, NewRun, Table};
 use wetcor::scene::LikelihoodFamily;
 use wetcor::seed::StreamName;
 
@@ -47,7 +47,7 @@ repeats = 3
 fn posterior(place: &Place, rows: &[NewRun], likelihood: LikelihoodFamily, seed: u64) -> Vec<(String, f64, f64)> {
     let mut scene = place.scene.clone();
     scene.model.likelihood = likelihood;
-    let table = table_of(arrange(&scene, rows));
+    let table = Table::of(arrange(&scene, rows));
     let least_squares = findings::fit_least_squares(&scene, &table, 1, false);
     let form = scene.model.form();
     let parameters = ModelParameters::of(&scene, &table.runs, form).expect("room");

@@ -5,7 +5,7 @@ mod common;
 use std::f64::consts::PI;
 use std::process::Command;
 
-use common::{binomial_z, rows, seed_of, table_of, Place};
+use common::{binomial_z, rows, seed_of, Place};
 use wetcor::findings;
 use wetcor::findings::balance::{DerivedEstimate, EnergyBalance};
 use wetcor::findings::compare::ComparedModel;
@@ -15,7 +15,7 @@ use wetcor::model::parameters::ParameterKind;
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::physics::viscous::RUPTURE_SCALE;
 use wetcor::physics::{Coefficient, Viscous};
-use wetcor::runs::{arrange, NewRun};
+use wetcor::runs::{arrange, NewRun, Table};
 
 /// Two particles of three diameters, whose roughness differs.
 fn scene(fitted: &str, truth: &str, noise: f64) -> Place {
@@ -105,7 +105,7 @@ fn runs_are_drawn_by_the_plain_sum() {
 
 fn fit(place: &Place, seed: u64) -> Findings {
     let runs = arrange(&place.scene, &rows(&place.scene, seed));
-    findings::fit_least_squares(&place.scene, &table_of(runs), seed, false)
+    findings::fit_least_squares(&place.scene, &Table::of(runs), seed, false)
 }
 
 fn balance(findings: &Findings) -> &EnergyBalance {
@@ -172,7 +172,7 @@ fn the_intervals_of_the_rupture_scale_cover() {
 
 /// The scene's own form and its posterior, and how the forms compare.
 fn compared(place: &Place, seed: u64) -> Vec<ComparedModel> {
-    let table = table_of(arrange(&place.scene, &rows(&place.scene, seed)));
+    let table = Table::of(arrange(&place.scene, &rows(&place.scene, seed)));
     let mut findings = findings::fit_least_squares(&place.scene, &table, seed, false);
     let posterior = findings
         .add_posterior(&place.scene, &table.runs, MethodChoice::default(), &|_, _| ())

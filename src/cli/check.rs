@@ -5,6 +5,7 @@ use std::path::Path;
 use wetcor::error::Error;
 use wetcor::findings::{self, overview};
 use wetcor::model::parameters::ModelParameters;
+use wetcor::ranks::Ranks;
 use wetcor::report::{self, markdown};
 use wetcor::{runs, scene};
 
@@ -14,7 +15,7 @@ use crate::progress::Progress;
 pub(super) fn check(path: &Path, json: bool, quiet: bool) -> Result<u8, Error> {
     let scene = scene::read(path)?;
     let progress = Progress::spinner("read", quiet);
-    let table = runs::read(&scene);
+    let table = runs::read_any_number(&scene, runs::MOST_KEPT, &Ranks::alone());
     drop(progress);
     let table = table?;
     let least_squares = findings::fit_least_squares(&scene, &table, 1, false);

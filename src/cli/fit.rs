@@ -8,6 +8,7 @@ use wetcor::error::{named, Error};
 use wetcor::findings::posterior::{ExpectedSampling, MethodChoice, Posterior};
 use wetcor::findings::{self, overview, verdicts, Findings};
 use wetcor::model::parameters::ModelParameters;
+use wetcor::ranks::Ranks;
 use wetcor::report::folder::{Contents, Destination};
 use wetcor::report::{self, markdown, ReportInput};
 use wetcor::runs::{self, Runs};
@@ -135,7 +136,8 @@ fn say_how_long(expected: Option<ExpectedSampling>) {
     }
 }
 
-pub(super) fn fit(fit: FitOptions) -> Result<u8, Error> {
+/// Fits a scene; ranks share the reading of a table of more runs than are kept, and the first does the rest.
+pub(super) fn fit(fit: FitOptions, ranks: &Ranks) -> Result<u8, Error> {
     let mut timing = Timing {
         started: Instant::now(),
         stages: vec![],
@@ -145,8 +147,16 @@ pub(super) fn fit(fit: FitOptions) -> Result<u8, Error> {
     let scene = scene::read(fit.scene_file)?;
     let default_out = || Path::new("reports").join(&scene.name);
     let out = fit.out.clone().unwrap_or_else(default_out);
-    let destination = Destination::prepare(&out, Contents::Fit, &scene.title, &scene.inputs())?;
-    let table = timing.stage("read", quiet, || runs::read(&scene))?;
+    let prepare = || Destination::prepare(&out, Contents::Fit, &scene.title, &scene.inputs());
+    let destination = ranks.is_first().then(prepare).transpose()?;
+    let most_kept = match fit.method {
+        MethodChoice::Rows => usize::MAX,
+        _ => runs::MOST_KEPT,
+    };
+    let table = timing.stage("read", quiet, || runs::read_any_number(&scene, most_kept, ranks))?;
+    let Some(destination) = destination else {
+        return Ok(0);
+    };
     if fit.wants(Stage::Posterior) {
         // a prior without room is refused now, not after the bootstrap
         ModelParameters::of(&scene, &table.runs, scene.model.form())?;

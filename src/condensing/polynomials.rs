@@ -4,8 +4,21 @@
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Axis<'a> {
     of: &'a [f64],
+    scale: Scale,
+}
+
+/// What lies at −1 and 1 of an axis.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Scale {
     middle: f64,
     half: f64,
+}
+
+impl Scale {
+    /// That of a column of its own, which may then lie beyond −1 and 1.
+    pub fn axis(self, of: &[f64]) -> Axis<'_> {
+        Axis { of, scale: self }
+    }
 }
 
 impl<'a> Axis<'a> {
@@ -16,12 +29,17 @@ impl<'a> Axis<'a> {
         let ends = (f64::INFINITY, f64::NEG_INFINITY);
         let (lo, hi) = of.iter().fold(ends, |(lo, hi), x| (lo.min(*x), hi.max(*x)));
         let (middle, half) = (0.5 * (lo + hi), 0.5 * (hi - lo));
-        (half > NARROW * middle.abs()).then_some(Axis { of, middle, half })
+        (half > NARROW * middle.abs()).then_some(Scale { middle, half }.axis(of))
+    }
+
+    /// For other points.
+    pub fn scale(&self) -> Scale {
+        self.scale
     }
 
     /// Where a point is on it.
     pub fn at(&self, point: usize) -> f64 {
-        (self.of[point] - self.middle) / self.half
+        (self.of[point] - self.scale.middle) / self.scale.half
     }
 }
 

@@ -116,7 +116,7 @@ impl Counts {
         let runs = &table.runs;
         Counts {
             runs: table.rows,
-            used: runs.len() - runs.stuck(),
+            used: runs.all_measured() - runs.stuck(),
             stuck: runs.stuck(),
             screened: table.screened.clone(),
             measurement_errors: RunsWithErrors::of(runs),

@@ -170,21 +170,29 @@ fn of_sphere(scene: &Scene, runs: &Runs, index: usize, groups: &[&DryGroup], quo
         slices.flatten().copied().collect()
     };
     let (speeds, restitutions) = (gather(&runs.impact_speed), gather(&runs.restitution));
+    let counts = groups.iter().flat_map(|group| runs.counts(group.rebounds.clone()));
+    let counts: Vec<f64> = counts.copied().collect();
     let order = scene.model.form().dry;
     let law = Law::Dry(order);
     let errors_of = |groups: &[&DryGroup]| dry_columns(scene, runs, groups.iter().copied());
     let speed_roots = law.abscissae(&speeds);
-    let regression = Regression::new(law, &speed_roots, &restitutions);
+    let regression = Regression {
+        counts: &counts,
+        ..Regression::new(law, &speed_roots, &restitutions)
+    };
     let (fit, error_weights) = regression.fit_with_errors(errors_of(groups).as_ref());
     let fastest = speeds.iter().copied().fold(0.0, f64::max);
-    let stuck = groups.iter().map(|group| group.stuck.len()).sum();
+    let stuck = groups.iter().map(|group| runs.measured(group.stuck.clone())).sum();
     let verdict = dry_verdict(&fit, order, fastest, stuck);
     let separate: Vec<(f64, (Fit, Option<ErrorWeights>))> = groups
         .iter()
         .map(|group| {
             let range = group.rebounds.clone();
             let x = law.abscissae(&runs.impact_speed[range.clone()]);
-            let regression = Regression::new(law, &x, &runs.restitution[range]);
+            let regression = Regression {
+                counts: runs.counts(range.clone()),
+                ..Regression::new(law, &x, &runs.restitution[range])
+            };
             (group.diameter, regression.fit_with_errors(errors_of(&[group]).as_ref()))
         })
         .collect();
@@ -203,7 +211,7 @@ fn of_sphere(scene: &Scene, runs: &Runs, index: usize, groups: &[&DryGroup], quo
             particle: scene.particles[sphere.particle].name.clone(),
             diameter_m: sphere.diameter,
             sphere: index,
-            runs: restitutions.len(),
+            runs: groups.iter().map(|group| runs.measured(group.rebounds.clone())).sum(),
             stuck,
             dry_k,
             residual_sd: fit.residual_sd,
@@ -213,12 +221,15 @@ fn of_sphere(scene: &Scene, runs: &Runs, index: usize, groups: &[&DryGroup], quo
                 .zip(groups)
                 .map(|((diameter, (fit, _)), group)| DryOfDiameter {
                     diameter_m: *diameter,
-                    runs: group.rebounds.len(),
+                    runs: runs.measured(group.rebounds.clone()),
                     dry_k: estimate(fit, quoting),
                 })
                 .collect(),
             heterogeneity,
-            lack_of_fit: lack_of_fit(&rows_of(runs, order, groups, &separate)),
+            lack_of_fit: {
+                let some = runs.sample();
+                lack_of_fit(&rows_of(some, order, some.dry_of(index), &separate))
+            },
             stop: fit.stop.as_str(),
             verdict,
         },
@@ -230,7 +241,7 @@ fn of_sphere(scene: &Scene, runs: &Runs, index: usize, groups: &[&DryGroup], quo
 fn rows_of(
     runs: &Runs,
     order: Order,
-    groups: &[&DryGroup],
+    groups: &[DryGroup],
     separate: &[(f64, (Fit, Option<ErrorWeights>))],
 ) -> Vec<LawRow> {
     let mut rows = vec![];

@@ -32,7 +32,7 @@ pub fn list_film_groups(scene: &Scene, runs: &Runs) -> Vec<FilmGroupWidth> {
         film_ratio: group.film_ratio,
         runs: runs.series[group.series.clone()]
             .iter()
-            .map(|one| one.runs().len())
+            .map(|one| runs.measured(one.runs()))
             .sum(),
         ends: group.ends,
         width: group.width,

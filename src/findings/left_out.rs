@@ -77,10 +77,10 @@ pub(super) struct LeftOutModel {
     pub used: usize,
 }
 
-/// How many of the draws can leave each run out; `None` for too many runs, or without wet ones.
+/// How many of the draws can leave each run out; `None` for too many runs, few that stand for them, or without wet ones.
 pub(super) fn affordable_draws(runs: &Runs, draws: usize) -> Option<usize> {
-    let used = draws.min(MOST_DENSITIES / runs.len().max(1));
-    (used >= FEWEST_DRAWS.min(draws) && !runs.series.is_empty()).then_some(used)
+    let used = draws.min(MOST_DENSITIES / runs.all_measured().max(1));
+    (used >= FEWEST_DRAWS.min(draws) && !runs.series.is_empty() && runs.count.is_empty()).then_some(used)
 }
 
 /// How well a left-out model must be known.

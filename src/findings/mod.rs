@@ -128,8 +128,8 @@ pub fn fit_least_squares_watched(
     let mut fits = LeastSquaresFits::new(scene, runs);
     let balance = fits.energy_balance.as_ref();
     let ((constants, constants_notice), noise) = rayon::join(
-        || constants::find_sensitivities(scene, runs, &fits.dry, &fits.scaling, balance),
-        || noise::analyse_noise(scene, runs, &fits.dry, balance, fits.form),
+        || constants::find_sensitivities(scene, runs.sample(), &fits.dry, &fits.scaling, balance),
+        || noise::analyse_noise(scene, runs.sample(), &fits.dry, balance, fits.form),
     );
     let resampled = bootstrap.then(|| {
         done(0);
@@ -143,7 +143,7 @@ pub fn fit_least_squares_watched(
     verdicts.extend(film_groups::check(&film_groups, own_films_stand));
     let mut notices = table.notices.clone();
     notices.extend(fits.notices(scene, table, bootstrap));
-    notices.extend(notices::viscous_form(fits.form, runs.wet()));
+    notices.extend(notices::viscous_form(fits.form, runs.wet_measured()));
     notices.extend(bootstrap_notices.into_iter().flatten());
     notices.extend(constants_notice);
     notices.extend(noise::noise_notices(scene, noise.as_ref()));

@@ -83,8 +83,8 @@ pub fn summarise_runs(scene: &Scene, table: &Table, least_squares: &Findings) ->
             materials.push(Material {
                 particle: particle.name.clone(),
                 liquid: DRY.to_owned(),
-                runs: all.len(),
-                stuck: dry.iter().map(|group| group.stuck.len()).sum(),
+                runs: runs.measured(all.clone()),
+                stuck: dry.iter().map(|group| runs.measured(group.stuck.clone())).sum(),
                 diameters_m: dry.iter().map(|group| group.diameter).collect(),
                 film_ratios: vec![],
                 film_m: None,
@@ -159,8 +159,8 @@ fn of_wet(scene: &Scene, runs: &Runs, series: &[&Series]) -> Material {
     Material {
         particle: particle.name.clone(),
         liquid: liquid.name.clone(),
-        runs: series.iter().map(|s| s.runs().len()).sum(),
-        stuck: series.iter().map(|s| s.stuck.len()).sum(),
+        runs: series.iter().map(|s| runs.measured(s.runs())).sum(),
+        stuck: series.iter().map(|s| runs.measured(s.stuck.clone())).sum(),
         diameters_m: distinct(|s| s.diameter),
         film_ratios: distinct(|s| s.film_ratio),
         film_m: film,

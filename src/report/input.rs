@@ -22,3 +22,13 @@ pub struct ReportInput<'a> {
     /// the posterior's draws; `None` if nothing was sampled
     pub posterior: Option<&'a Posterior>,
 }
+
+impl ReportInput<'_> {
+    /// The same with runs as they were measured: of very many an even sample.
+    pub fn of_sample(self) -> Self {
+        ReportInput {
+            runs: self.runs.sample(),
+            ..self
+        }
+    }
+}

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use serde::{Deserialize, Serialize};
+
 use super::columns::HeaderRemarks;
 use super::errors::{MeasurementErrors, RunError};
 use super::row::CheckedRow;
@@ -13,12 +15,13 @@ use crate::scene::Scene;
 const UNKNOWN_COLUMN: &str = "unknown_column";
 const UNHEEDED_COLUMN: &str = "unheeded_column";
 const RESTITUTION_ABOVE_ONE: &str = "restitution_above_one";
+pub(super) const CONDENSED_RUNS: &str = "condensed_runs";
 
 /// The codes of what reading says of a table.
-pub(crate) const OF_READING: [&str; 3] = [UNKNOWN_COLUMN, UNHEEDED_COLUMN, RESTITUTION_ABOVE_ONE];
+pub(crate) const OF_READING: [&str; 4] = [UNKNOWN_COLUMN, UNHEEDED_COLUMN, RESTITUTION_ABOVE_ONE, CONDENSED_RUNS];
 
 /// Runs left out for one reason.
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Screened {
     /// why, in words
     pub reason: String,
@@ -27,7 +30,7 @@ pub struct Screened {
 }
 
 /// Runs in the order of the file.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct RunsAsRead {
     pub particle: Vec<u32>,
     /// index into the scene's liquids, or [`RunsAsRead::NO_LIQUID`]
@@ -42,13 +45,46 @@ pub(super) struct RunsAsRead {
     pub row: Vec<u32>,
     /// empty while no run carries an error
     pub errors: MeasurementErrors,
+    /// how many runs each stands for; empty where that is itself
+    pub count: Vec<f64>,
 }
 
 impl RunsAsRead {
     pub const NO_LIQUID: u32 = u32::MAX;
 
+    /// Room for so many runs.
+    pub fn with_capacity(runs: usize, has_film_ratio: bool) -> RunsAsRead {
+        let numbers = || Vec::with_capacity(runs);
+        RunsAsRead {
+            particle: Vec::with_capacity(runs),
+            liquid: Vec::with_capacity(runs),
+            diameter: numbers(),
+            film: numbers(),
+            impact_speed: numbers(),
+            restitution: numbers(),
+            film_ratio: if has_film_ratio { numbers() } else { vec![] },
+            row: Vec::with_capacity(runs),
+            errors: MeasurementErrors::default(),
+            count: vec![],
+        }
+    }
+
+    /// Adds some runs of another part.
+    pub fn extend_by(&mut self, part: &RunsAsRead, runs: impl Iterator<Item = usize>) {
+        for run in runs {
+            self.particle.push(part.particle[run]);
+            self.liquid.push(part.liquid[run]);
+            self.diameter.push(part.diameter[run]);
+            self.film.push(part.film[run]);
+            self.impact_speed.push(part.impact_speed[run]);
+            self.restitution.push(part.restitution[run]);
+            self.film_ratio.extend(part.film_ratio.get(run));
+            self.row.push(part.row[run]);
+        }
+    }
+
     /// Adds the runs of a later part of the file, of which so many rows come before.
-    fn extend(&mut self, part: &RunsAsRead, rows_before: usize) {
+    pub fn extend(&mut self, part: &RunsAsRead, rows_before: usize) {
         if !part.errors.is_empty() && self.errors.is_empty() {
             self.errors = MeasurementErrors::none(self.restitution.len());
         }
@@ -69,14 +105,46 @@ impl RunsAsRead {
         self.impact_speed.extend_from_slice(&part.impact_speed);
         self.restitution.extend_from_slice(&part.restitution);
         self.film_ratio.extend_from_slice(&part.film_ratio);
+        self.count.extend_from_slice(&part.count);
         let rows_before = u32::try_from(rows_before).unwrap_or(u32::MAX);
         self.row
             .extend(part.row.iter().map(|row| rows_before.saturating_add(*row)));
     }
 }
 
+/// What is done with runs as they are gathered.
+pub(super) enum Gathering<'a> {
+    /// all are held
+    Whole,
+    /// they are given away a block after the other; what is left over remains
+    Blocks(&'a mut (dyn FnMut(RunsAsRead) + Send)),
+}
+
+/// Runs of a block, at least.
+pub(super) const BLOCK: usize = 1 << 20;
+
+impl Gathering<'_> {
+    /// How many of so many rows are held at once, about.
+    pub fn held(&self, rows: usize) -> usize {
+        match self {
+            Gathering::Whole => rows,
+            Gathering::Blocks(_) => rows.min(BLOCK),
+        }
+    }
+
+    /// Gives away what was gathered, where that is enough.
+    pub fn after(&mut self, collected: &mut Collected) {
+        if let Gathering::Blocks(take) = self {
+            if collected.columns.restitution.len() >= BLOCK {
+                let next = RunsAsRead::with_capacity(BLOCK, collected.has_film_ratio);
+                take(std::mem::replace(&mut collected.columns, next));
+            }
+        }
+    }
+}
+
 /// A whole file, collected.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Collected {
     pub columns: RunsAsRead,
     pub rows: usize,
@@ -93,17 +161,7 @@ pub(super) struct Collected {
 impl Collected {
     pub fn with_capacity(rows: usize, has_film_ratio: bool, remarks: &HeaderRemarks) -> Self {
         Collected {
-            columns: RunsAsRead {
-                particle: Vec::with_capacity(rows),
-                liquid: Vec::with_capacity(rows),
-                diameter: Vec::with_capacity(rows),
-                film: Vec::with_capacity(rows),
-                impact_speed: Vec::with_capacity(rows),
-                restitution: Vec::with_capacity(rows),
-                film_ratio: Vec::with_capacity(if has_film_ratio { rows } else { 0 }),
-                row: Vec::with_capacity(rows),
-                errors: MeasurementErrors::default(),
-            },
+            columns: RunsAsRead::with_capacity(rows, has_film_ratio),
             rows: 0,
             has_film_ratio,
             remarks: remarks.clone(),
@@ -174,6 +232,15 @@ impl Collected {
             for (reason, runs) in &part.excluded {
                 self.count_excluded(reason, *runs);
             }
+        }
+    }
+
+    /// Adds the next piece of the file, which this may be the first of.
+    pub fn append(&mut self, piece: Collected) {
+        if self.rows == 0 {
+            *self = piece;
+        } else {
+            self.extend(&[piece]);
         }
     }
 

@@ -28,7 +28,7 @@ pub(super) struct TableLayout<'s> {
 }
 
 /// What a reader of a table should know of its header.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct HeaderRemarks {
     /// columns that are not used, as a message shows them
     pub unknown: Vec<String>,

@@ -6,6 +6,7 @@
 //! with the nearest polynomial for its restitution. Near the turn and the slowest rebound, and where settings repeat, each
 //! setting stands for its own runs, which is exact.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -14,7 +15,7 @@ use rayon::prelude::*;
 use super::film_groups::FilmGroup;
 use super::series::{DryGroup, Runs, Series};
 use crate::condensing::nearest::Nearest;
-use crate::condensing::polynomials::{functions, Axis, Polynomials};
+use crate::condensing::polynomials::{functions, Axis, Polynomials, Scale};
 use crate::condensing::recombination::{recombine, Kept};
 
 /// Beyond so many runs laws and the posterior read few that stand for all.
@@ -93,37 +94,123 @@ struct Members<'r> {
     axes: Vec<&'r [f64]>,
 }
 
-impl Runs {
-    /// Few of very many runs that stand for all, where restitutions up to `limit` stick; `None` of fewer runs, or where they
-    /// carry measurement errors, which differ from run to run.
-    pub fn condensed(&self, limit: f64) -> Option<Runs> {
-        if self.len() <= MANY_RUNS || self.errors.is_some() {
+/// Where slabs lie in each series: the same for every part of a table, so that what stands for parts can be put together.
+pub(super) struct Slabs {
+    /// a restitution up to which sticks
+    limit: f64,
+    planes: Vec<Plane>,
+}
+
+/// The plane nearest to e² of a series.
+struct Plane {
+    series: Series,
+    /// its axes, by their places among [`Runs::plane_axes`]
+    axes: Vec<(usize, Scale)>,
+    nearest: Nearest,
+    /// spread of the rebounds about it
+    sd: f64,
+    /// the slowest rebound, m/s
+    slowest: f64,
+}
+
+/// What planes lie over: 1/v, δ̃, D.
+type PlaneAxes<'r> = [Cow<'r, [f64]>; 3];
+
+impl Slabs {
+    /// Those of the series of some runs: of all, or of as many as tell them. A series of few has none, nor has one whose films
+    /// have no film ratio in common: about films of all kinds no plane is near to e².
+    pub fn of(runs: &Runs, limit: f64) -> Slabs {
+        let of_series = |(place, series): (usize, &Series)| {
+            let is_narrow = runs.film_group_of(place).is_some_and(FilmGroup::has_one_film_ratio);
+            is_narrow.then(|| Plane::of(runs, series)).flatten()
+        };
+        Slabs {
+            limit,
+            planes: runs.series.par_iter().enumerate().filter_map(of_series).collect(),
+        }
+    }
+
+    fn plane(&self, series: &Series) -> Option<&Plane> {
+        let key = |one: &Series| (one.particle, one.liquid, one.film_ratio.to_bits());
+        let alike = self.planes.iter().filter(|plane| key(&plane.series) == key(series));
+        let distance = |plane: &&Plane| (plane.series.diameter - series.diameter).abs();
+        alike.min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    }
+}
+
+impl Plane {
+    /// `None` of too few runs.
+    fn of(runs: &Runs, series: &Series) -> Option<Plane> {
+        let all = series.runs();
+        if all.len() < MANY {
             return None;
         }
+        let columns = runs.plane_axes(all.clone());
+        let (places, axes): (Vec<usize>, Vec<Axis>) = columns
+            .iter()
+            .enumerate()
+            .filter_map(|(place, column)| Some((place, Axis::new(column)?)))
+            .unzip();
+        let polynomials = Polynomials::new(&axes, 1);
+        let rebounds: Vec<Kept> = (0..series.rebounds.len()).map(|place| (place, 1.0)).collect();
+        let restitution = &runs.restitution[series.rebounds.clone()];
+        let squares: Vec<f64> = restitution.iter().map(|e| e * e).collect();
+        let nearest = Nearest::new(&polynomials, &rebounds, &vec![1.0; squares.len()], &squares)?;
+        let kept = nearest.at(&polynomials, 0..squares.len()).zip(restitution);
+        let residuals = kept.filter(|(u, _)| *u > NEAR_TURN).map(|(u, e)| e - u.sqrt());
+        let (count, squares) = residuals.fold((0.0, 0.0), |(n, squares), left| (n + 1.0, squares + left * left));
+        let speeds = runs.impact_speed[series.rebounds.clone()].iter().copied();
+        Some(Plane {
+            series: series.clone(),
+            axes: places.into_iter().zip(axes.iter().map(Axis::scale)).collect(),
+            nearest,
+            sd: f64::sqrt(squares / count),
+            slowest: speeds.fold(f64::INFINITY, f64::min),
+        })
+    }
+
+    /// √u of every run of a series, with the sign of u.
+    fn means(&self, runs: &Runs, series: &Series) -> Vec<f64> {
+        let all = series.runs();
+        let columns = runs.plane_axes(all.clone());
+        let axes: Vec<Axis> = self.axes.iter().map(|(place, scale)| scale.axis(&columns[*place])).collect();
+        let polynomials = Polynomials::new(&axes, 1);
+        let kept = self.nearest.at(&polynomials, 0..all.len());
+        kept.map(|u| u.abs().sqrt().copysign(u)).collect()
+    }
+}
+
+impl Runs {
+    /// Few of very many runs that stand for all, where restitutions up to `limit` stick; `None` of fewer runs, of those that
+    /// stand for others, or where they carry measurement errors, which differ from run to run.
+    pub fn condensed(&self, limit: f64) -> Option<Runs> {
+        let is_possible = self.len() > MANY_RUNS && self.count.is_empty() && self.errors.is_none();
+        is_possible.then(|| self.condensed_in(&Slabs::of(self, limit)))
+    }
+
+    /// Few of the runs that stand for all, by slabs.
+    pub(super) fn condensed_in(&self, slabs: &Slabs) -> Runs {
         let of_dry = |group: &DryGroup| {
             [&group.rebounds, &group.stuck].map(|range| {
-                let slab = Slab {
-                    places: (0..range.len()).collect(),
-                    is_kept: range.len() < MANY,
-                };
+                let ends = self.ends(range);
+                let (ends, between) = (0..range.len()).partition(|place| ends.contains(&(range.start + place)));
+                let slabs = [(ends, true), (between, range.len() < MANY)].map(|(places, is_kept)| Slab { places, is_kept });
                 let of_speed = &self.impacts.speed_root[range.clone()];
-                self.members(range.clone(), vec![of_speed]).stand_ins(&[slab])
+                self.members(range.clone(), vec![of_speed]).stand_ins(&slabs)
             })
         };
         let dry: Vec<[Vec<StandIn>; 2]> = self.dry.par_iter().map(of_dry).collect();
-        let of_series = |(place, series): (usize, &Series)| {
+        let of_series = |series: &Series| {
             let all = series.runs();
-            // about films of all kinds no plane is near to e²
-            let is_narrow = self.film_group_of(place).is_some_and(FilmGroup::has_one_film_ratio);
-            let kept = self.energy_kept(series).filter(|_| is_narrow);
-            let kept = kept.unwrap_or_else(|| vec![0.0; all.len()]);
-            let means: Vec<f64> = kept.iter().map(|u| u.abs().sqrt().copysign(*u)).collect();
+            let plane = slabs.plane(series);
+            let means = plane.map_or_else(|| vec![0.0; all.len()], |plane| plane.means(self, series));
             let others = [&self.impacts.film_ratio, &self.diameter].map(|column| &column[all.clone()]);
             let axes = std::iter::once(&means[..]).chain(others).collect();
             let members = self.members(all, axes);
-            self.slabs(series, &means, limit).map(|slabs| members.stand_ins(&slabs))
+            let of_kinds = self.slabs(series, &means, plane.map(|plane| (plane, slabs.limit)));
+            of_kinds.map(|own| members.stand_ins(&own))
         };
-        let wet: Vec<[Vec<StandIn>; 2]> = self.series.par_iter().enumerate().map(of_series).collect();
+        let wet: Vec<[Vec<StandIn>; 2]> = self.series.par_iter().map(of_series).collect();
         let mut few = Runs {
             spheres: self.spheres.clone(),
             film_groups: self.film_groups.clone(),
@@ -145,46 +232,40 @@ impl Runs {
                 ..series.clone()
             });
         }
-        Some(few)
+        few
     }
 
     fn take_stand_ins(&mut self, from: &Runs, some: &[StandIn]) -> Range<usize> {
         let first = self.len();
         for one in some {
             self.take_run(from, one.run);
+            // in place of those of the run itself
+            self.count.truncate(self.len() - 1);
+            self.count.push(one.count);
             if let Some(own) = self.restitution.last_mut() {
                 *own = one.restitution;
             }
-            self.count.push(one.count);
         }
         first..self.len()
     }
 
-    /// The rebounds and the stuck runs of a series by slabs, from the restitution that is expected of each.
-    fn slabs(&self, series: &Series, means: &[f64], limit: f64) -> [Vec<Slab>; 2] {
+    /// The rebounds and the stuck runs of a series by slabs, from the restitution that is expected of each; without a plane
+    /// all are kept.
+    fn slabs(&self, series: &Series, means: &[f64], plane: Option<(&Plane, f64)>) -> [Vec<Slab>; 2] {
         let first = series.rebounds.start;
-        let rebounds = series
-            .rebounds
-            .clone()
-            .zip(means)
-            .filter(|(_, m)| **m > NEAR_TURN.sqrt());
-        let residuals = rebounds.map(|(run, m)| self.restitution[run] - m);
-        let (count, squares) = residuals.fold((0.0, 0.0), |(n, squares), left| (n + 1.0, squares + left * left));
-        let sd = f64::sqrt(squares / count);
-        let slowest = self.impact_speed[series.rebounds.clone()].iter().copied();
-        let slowest = slowest.fold(f64::INFINITY, f64::min);
         // the sides of slabs are powers of one number
         let side = |distance: f64| (distance.ln() / NEAR_SIDE.ln()).floor();
         let slab = |place: usize, rebounded: bool| {
+            let (plane, limit) = plane?;
             let m = means[place];
             let from_edge = match rebounded {
-                true => 1.0 - slowest / self.impact_speed[first + place],
+                true => 1.0 - plane.slowest / self.impact_speed[first + place],
                 false => 1.0,
             };
             if m * m < NEAR_TURN || from_edge < NEAR_EDGE {
                 return None;
             }
-            let spreads = (m - limit) / sd;
+            let spreads = (m - limit) / plane.sd;
             let about_limit = spreads.abs() < ABOUT_THE_LIMIT;
             let spread = if about_limit { spreads.floor() } else { ABOUT_THE_LIMIT };
             let film = (self.impacts.film_ratio[first + place] / series.film_ratio).ln() / FILMS;
@@ -192,9 +273,12 @@ impl Runs {
             Some(numbers.map(|number| number as i64))
         };
         [(&series.rebounds, true), (&series.stuck, false)].map(|(range, rebounded)| {
+            let ends = self.ends(range);
             let mut slabs: BTreeMap<Option<[i64; 5]>, Vec<usize>> = BTreeMap::new();
-            for place in range.start - first..range.end - first {
-                slabs.entry(slab(place, rebounded)).or_default().push(place);
+            for run in range.clone() {
+                let place = run - first;
+                let own = slab(place, rebounded).filter(|_| !ends.contains(&run));
+                slabs.entry(own).or_default().push(place);
             }
             let slabs = slabs.into_iter().map(|(slab, places)| Slab {
                 places,
@@ -204,22 +288,26 @@ impl Runs {
         })
     }
 
-    /// The plane nearest to e² of the rebounds, at every run of a series; `None` of too few.
-    fn energy_kept(&self, series: &Series) -> Option<Vec<f64>> {
-        let all = series.runs();
-        if all.len() < MANY {
-            return None;
-        }
-        let inverse_speed: Vec<f64> = self.impact_speed[all.clone()].iter().map(|v| 1.0 / v).collect();
-        let others = [&self.impacts.film_ratio, &self.diameter].map(|column| &column[all.clone()]);
-        let columns = std::iter::once(&inverse_speed[..]).chain(others);
-        let axes: Vec<Axis> = columns.filter_map(Axis::new).collect();
-        let plane = Polynomials::new(&axes, 1);
-        let rebounds: Vec<Kept> = (0..series.rebounds.len()).map(|place| (place, 1.0)).collect();
-        let squares = self.restitution[series.rebounds.clone()].iter().map(|e| e * e);
-        let squares: Vec<f64> = squares.collect();
-        let nearest = Nearest::new(&plane, &rebounds, &vec![1.0; squares.len()], &squares)?;
-        Some(nearest.at(&plane, 0..all.len()).collect())
+    /// The runs that are first or last of a range in speed, film ratio, diameter or restitution: they stand for themselves, so
+    /// that the ranges of few are those of all.
+    fn ends(&self, range: &Range<usize>) -> Vec<usize> {
+        let columns = [
+            &self.impact_speed,
+            &self.impacts.film_ratio,
+            &self.diameter,
+            &self.restitution,
+        ];
+        let ends = columns.into_iter().flat_map(|column| {
+            let compare = |a: &usize, b: &usize| column[*a].total_cmp(&column[*b]);
+            [range.clone().min_by(compare), range.clone().max_by(compare)]
+        });
+        ends.flatten().collect()
+    }
+
+    fn plane_axes(&self, range: Range<usize>) -> PlaneAxes<'_> {
+        let inverse_speed: Vec<f64> = self.impact_speed[range.clone()].iter().map(|v| 1.0 / v).collect();
+        let [films, diameters] = [&self.impacts.film_ratio, &self.diameter].map(|column| &column[range.clone()]);
+        [inverse_speed.into(), films.into(), diameters.into()]
     }
 
     fn members<'r>(&'r self, range: Range<usize>, axes: Vec<&'r [f64]>) -> Members<'r> {
@@ -288,16 +376,22 @@ impl Members<'_> {
         };
         let mut order = places.to_vec();
         order.sort_by(compare);
-        let restitution = &self.runs.restitution[self.first..];
+        let own = |place: &usize| {
+            let run = self.first + place;
+            (self.runs.count(run), self.runs.restitution[run])
+        };
         let setting = |same: &[usize]| {
-            let count = same.len() as f64;
-            let own = || same.iter().map(|place| restitution[*place]);
-            let mean = own().sum::<f64>() / count;
+            let count: f64 = same.iter().map(|place| own(place).0).sum();
+            let mean_of = |of: &dyn Fn(f64) -> f64| {
+                let each = same.iter().map(own);
+                each.map(|(count, e)| count * of(e)).sum::<f64>() / count
+            };
+            let mean = mean_of(&|e| e);
             SettingRuns {
                 run: self.first + same[0],
                 count,
                 mean,
-                variance: own().map(|e| (e - mean).powi(2)).sum::<f64>() / count,
+                variance: mean_of(&|e| (e - mean).powi(2)),
             }
         };
         order.chunk_by(|a, b| compare(a, b).is_eq()).map(setting).collect()

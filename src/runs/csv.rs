@@ -6,7 +6,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::checked_rows::{Cell, CheckedRows, Holds};
-use super::collect::Collected;
+use super::collect::{Collected, Gathering};
 use super::columns::{ColumnPlace, TableLayout};
 use super::decimals::{parse_number, separator_of, DecimalMarks};
 use super::records::Records;
@@ -127,6 +127,16 @@ impl<R: Read + Send> Csv<R> {
         }
     }
 
+    /// About how many rows it has, rather too many than too few; it is about so many bytes long.
+    pub fn about_rows(mut self, length: u64) -> usize {
+        let has_window = self.advance().unwrap_or(false);
+        if has_window {
+            rows_like(&self.window.bytes, length)
+        } else {
+            0
+        }
+    }
+
     /// What stands in its columns.
     pub fn survey(mut self) -> Result<Survey, Vec<Problem>> {
         let mut survey = Survey::new(self.header()?.names);
@@ -176,10 +186,15 @@ impl<R: Read + Send> Csv<R> {
     /// `None` where something is refused, be it only for what came before it.
     ///
     /// While one window is parsed, the runs of the one before it are gathered and the one after it is fetched.
-    pub fn runs_at_once(mut self, scene: &Scene, length: u64) -> Option<(Collected, String)> {
+    pub fn runs_at_once(
+        mut self,
+        scene: &Scene,
+        length: u64,
+        gathering: &mut Gathering,
+    ) -> Option<(Collected, String)> {
         let layout = self.layout(scene).ok()?;
         let reader = PieceReader::new(scene, &layout, self.separator);
-        let rows = rows_like(&self.window.bytes, length);
+        let rows = gathering.held(rows_like(&self.window.bytes, length).min(MOST_FORESEEN));
         let mut collected = Collected::with_capacity(rows, reader.checker.has_film_ratio, &layout.remarks);
         let (mut parsed, mut next) = (vec![], Window::default());
         let mut ends = PartEnds::default();
@@ -192,7 +207,13 @@ impl<R: Read + Send> Csv<R> {
                 || {
                     rayon::join(
                         || windows.fetch(&mut next),
-                        || rayon::join(|| hash.update(&window.bytes), || collected.extend(&parsed)),
+                        || {
+                            let mut gather = || {
+                                collected.extend(&parsed);
+                                gathering.after(&mut collected);
+                            };
+                            rayon::join(|| hash.update(&window.bytes), &mut gather)
+                        },
                     )
                 },
             );
@@ -375,11 +396,11 @@ pub(super) fn too_many_columns(found: usize, line: Option<u64>) -> Problem {
     }
 }
 
-/// About how many rows a source of some length has if all of it is like this window, rather too many than too few; no
-/// more memory is allocated without having seen them.
+/// Rows for which memory is allocated without having seen them.
+const MOST_FORESEEN: usize = 1 << 24;
+
+/// About how many rows a source of some length has if all of it is like this window, rather too many than too few.
 fn rows_like(window: &[u8], length: u64) -> usize {
-    const MOST_FORESEEN: usize = 1 << 24;
     let lines = memchr::memchr_iter(b'\n', window).count();
-    let rows = (1.05 * lines as f64 * length as f64 / window.len() as f64) as usize;
-    rows.min(MOST_FORESEEN)
+    (1.05 * lines as f64 * length as f64 / window.len() as f64) as usize
 }

@@ -17,7 +17,7 @@ pub(crate) struct RunError {
 /// u² + (e s_v/v)² and its covariance with v is −e s_v²/v. About a law m(v) it then scatters by
 /// τ² = u² + s_v² (m/v + ∂m/∂v)²; where the errors of v and v_r are correlated, by −2 ρ u s_v (m/v + ∂m/∂v) more, with
 /// u = s_r/v.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct MeasurementErrors {
     /// s_v, m/s
     pub impact_speed_sd: Vec<f64>,

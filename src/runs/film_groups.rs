@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::classes::{mean_of_cells, Cell, Cells, Grid};
 use super::collect::RunsAsRead;
 use crate::scene::Scene;
 
@@ -73,9 +74,19 @@ fn quantile(values: &mut [f64], probability: f64) -> f64 {
 }
 
 pub(super) fn mean(values: &[f64]) -> f64 {
+    mean_by_count(values, &[])
+}
+
+/// The mean of values that stand for so many each; without counts, for themselves.
+pub(super) fn mean_by_count(values: &[f64], counts: &[f64]) -> f64 {
     // about the first value: equal values then have exactly that mean
     let first = values.first().copied().unwrap_or(f64::NAN);
-    first + values.iter().map(|x| x - first).sum::<f64>() / values.len() as f64
+    let above = values.iter().map(|x| x - first);
+    first
+        + match counts {
+            [] => above.sum::<f64>() / values.len() as f64,
+            counts => above.zip(counts).map(|(x, count)| count * x).sum::<f64>() / counts.iter().sum::<f64>(),
+        }
 }
 
 /// Film-ratio groups of each particle: by the nominal ratios of the file, else by those of the scene, else by gaps in δ/D.
@@ -101,8 +112,19 @@ pub(super) struct FilmLookup<'a> {
 }
 
 impl FilmClasses {
-    pub(super) fn new(columns: &RunsAsRead, scene: &Scene) -> FilmClasses {
+    /// The film ratios of the wet runs of each particle in a part of a table: the nominal ones, where the file has them.
+    pub(super) fn cells(columns: &RunsAsRead, scene: &Scene) -> Vec<Cells> {
+        /// cells in which a gap is seen whole
+        const CELLS_OF_GAP: f64 = 8.0;
+        /// of what lies far from nominal film ratios only the mean is asked for
+        const SHARE: f64 = 1e-4;
+        let data = &scene.data;
         let by_column = !columns.film_ratio.is_empty();
+        let grid = match data.film_ratios.as_slice() {
+            _ if by_column => Grid::Exact,
+            [] => Grid::Steps(data.film_ratio_gap / CELLS_OF_GAP),
+            _ => Grid::Shares(SHARE),
+        };
         let mut ratios: Vec<Vec<f64>> = vec![vec![]; scene.particles.len()];
         for row in 0..columns.restitution.len() {
             if columns.liquid[row] == RunsAsRead::NO_LIQUID {
@@ -115,18 +137,20 @@ impl FilmClasses {
                 of_particle.push(ratio);
             }
         }
+        ratios.into_iter().map(|ratios| Cells::new(grid, ratios)).collect()
+    }
+
+    /// From those cells of all of it.
+    pub(super) fn new(cells: &[Cells], by_column: bool, scene: &Scene) -> FilmClasses {
         let data = &scene.data;
-        let groups = ratios.into_iter().map(|mut ratios| {
-            ratios.sort_by(f64::total_cmp);
-            match data.film_ratios.as_slice() {
-                _ if by_column => split_at_gaps(&ratios, 0.0),
-                [] => split_at_gaps(&ratios, data.film_ratio_gap),
-                nominal => split_by_nominal(&ratios, nominal),
-            }
-        });
+        let of_particle = |cells: &Cells| match data.film_ratios.as_slice() {
+            _ if by_column => split_at_gaps(cells.all(), 0.0),
+            [] => split_at_gaps(cells.all(), data.film_ratio_gap),
+            nominal => split_by_nominal(cells.all(), nominal),
+        };
         FilmClasses {
             by_column,
-            groups: groups.collect(),
+            groups: cells.iter().map(of_particle).collect(),
         }
     }
 
@@ -166,22 +190,22 @@ fn ratio_of(columns: &RunsAsRead, row: usize, by_column: bool) -> f64 {
     }
 }
 
-/// Splits sorted ratios at gaps; a group's film ratio is the mean of its own.
-fn split_at_gaps(ratios: &[f64], gap: f64) -> Vec<FilmClass> {
+/// Splits ratios at gaps; a group's film ratio is the mean of its own.
+fn split_at_gaps(ratios: &[Cell], gap: f64) -> Vec<FilmClass> {
     let mut classes = vec![];
-    for own in ratios.chunk_by(|less, more| more - less <= gap) {
+    for own in ratios.chunk_by(|less, more| more.lo - less.hi <= gap) {
         classes.push(FilmClass {
-            lower_end: own[0],
-            film_ratio: mean(own),
+            lower_end: own[0].lo,
+            film_ratio: mean_of_cells(own),
             outside: false,
         });
     }
     classes
 }
 
-/// Puts sorted ratios in a group for each nominal one, which are sorted, and what lies between these in groups of its own,
+/// Puts ratios in a group for each nominal one, which are sorted, and what lies between these in groups of its own,
 /// each with the mean of its ratios.
-fn split_by_nominal(ratios: &[f64], nominal: &[f64]) -> Vec<FilmClass> {
+fn split_by_nominal(ratios: &[Cell], nominal: &[f64]) -> Vec<FilmClass> {
     let middle = |near: usize| 0.5 * (nominal[near] + nominal[near + 1]);
     // lower ends, with the nominal ratio where there is one
     let mut ends: Vec<(f64, Option<f64>)> = vec![(0.0, None)];
@@ -201,10 +225,10 @@ fn split_by_nominal(ratios: &[f64], nominal: &[f64]) -> Vec<FilmClass> {
     }
     let after = ends.iter().skip(1).map(|(end, _)| *end).chain([f64::INFINITY]);
     let classes = ends.iter().zip(after).map(|((from, named), to)| {
-        let place = |end: f64| ratios.partition_point(|ratio| *ratio < end);
+        let place = |end: f64| ratios.partition_point(|ratio| ratio.lo < end);
         FilmClass {
             lower_end: *from,
-            film_ratio: named.unwrap_or_else(|| mean(&ratios[place(*from)..place(to)])),
+            film_ratio: named.unwrap_or_else(|| mean_of_cells(&ratios[place(*from)..place(to)])),
             outside: named.is_none(),
         }
     });
@@ -234,7 +258,8 @@ mod tests {
         let ratios = [
             0.01, 0.0255, 0.03, 0.0344, 0.0349, 0.0351, 0.0459, 0.0461, 0.05, 0.0851, 0.1149, 0.2,
         ];
-        let classes = split_by_nominal(&ratios, &nominal);
+        let cells = Cells::new(Grid::Exact, ratios.to_vec());
+        let classes = split_by_nominal(cells.all(), &nominal);
         let of = |ratio: f64| {
             let place = classes.partition_point(|class| class.lower_end <= ratio) - 1;
             (!classes[place].outside).then_some(classes[place].film_ratio)

@@ -5,7 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::collect::RunsAsRead;
-use super::series::{self, Impacts, Runs, Series};
+use super::series::{self, ClassCells, Impacts, Runs, Series};
 use crate::physics::balance::Impact;
 use crate::physics::dry::speed_root;
 use crate::physics::numbers::same_diameter;
@@ -13,9 +13,15 @@ use crate::physics::viscous::slope_lubrication_log;
 use crate::physics::{DrySpeed, Form, Setting};
 use crate::scene::Scene;
 
-/// Orders runs by series, and computes of each what the physics reads.
+/// Orders the runs of a table by series, and computes of each what the physics reads.
 pub(super) fn arrange(columns: RunsAsRead, scene: &Scene) -> Runs {
-    let mut runs = series::arrange(columns, scene);
+    let cells = ClassCells::of(&columns, scene);
+    arrange_part(columns, &cells, scene)
+}
+
+/// The same of a part of the table whose classes are these.
+pub(super) fn arrange_part(columns: RunsAsRead, cells: &ClassCells, scene: &Scene) -> Runs {
+    let mut runs = series::arrange(columns, cells, scene);
     runs.compute_impacts(scene);
     runs
 }

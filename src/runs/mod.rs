@@ -26,6 +26,7 @@
 //! | `fields.rs` | reads the cells of its rows by these columns |
 //! | `settings.rs` | reads the settings that predictions are asked for |
 //! | `draft.rs` | drafts a scene from a table |
+//! | `classes.rs` | puts numbers in classes, a part of them after the other |
 //! | `film_groups.rs` | puts runs in groups of one film ratio, and measures how wide each is |
 //! | `spheres.rs` | holds the spheres that have a k of their own |
 //! | `series.rs` | orders runs by series |
@@ -34,10 +35,13 @@
 //! | `stated_errors.rs` | refuses runs without errors where errors are to be all that scatters them |
 //! | `part.rs` | takes a part of the runs |
 //! | `condense.rs` | takes few of very many runs that stand for all |
+//! | `pieces.rs` | divides tables into pieces that are read each by itself |
+//! | `many.rs` | reads more runs than are kept, as few that stand for all and a sample |
 //! | `write.rs` | writes runs, simulated ones a row at a time |
 
 mod cells;
 mod checked_rows;
+mod classes;
 mod collect;
 mod columns;
 mod condense;
@@ -50,10 +54,12 @@ mod film_groups;
 mod guess;
 mod header;
 mod impacts;
+mod many;
 mod new_run;
 mod parquet;
 mod parquet_footer;
 mod part;
+mod pieces;
 mod records;
 mod refusals;
 mod row;
@@ -79,6 +85,7 @@ pub(crate) use fields::Fields;
 pub use film_groups::{rounded_film_ratio, FilmGroup, NEAR_NOMINAL, WIDEST};
 pub(crate) use header::{column, find, Column, FoundColumns};
 pub use impacts::{by_film, Conditions};
+pub use many::{read_any_number, MOST_KEPT};
 pub use new_run::NewRun;
 pub use series::{DryGroup, Impacts, Runs, Series};
 pub use settings::{read_settings, AskedSetting};
@@ -88,7 +95,7 @@ pub use write::{free_place, write_csv_whole, EncodedRuns, Existing, RunWriter, T
 
 use std::path::Path;
 
-use collect::Collected;
+use collect::{Collected, Gathering};
 use refusals::{whole_file, Refused};
 use source::{TableSource, READ};
 
@@ -100,7 +107,7 @@ use crate::seed::sha256;
 /// Runs as read, with what a reader should know of them.
 #[derive(Debug)]
 pub struct Table {
-    /// the runs in use, ordered by series
+    /// the runs in use, ordered by series: all, or few that stand for all
     pub runs: Runs,
     /// rows of the file
     pub rows: usize,
@@ -132,6 +139,19 @@ pub fn read(scene: &Scene) -> Result<Table, Error> {
         runs,
         sha256,
     })
+}
+
+impl Table {
+    /// Runs that no file has.
+    pub fn of(runs: Runs) -> Table {
+        Table {
+            rows: runs.len(),
+            runs,
+            screened: vec![],
+            notices: vec![],
+            sha256: String::new(),
+        }
+    }
 }
 
 /// Reads and checks one table; gives the SHA-256 of the file, too.
@@ -240,7 +260,7 @@ fn read_csv(source: &mut TableSource, path: &Path, scene: &Scene) -> Result<(Col
     let length = source.length();
     let separator = csv::separator(source.reader().map_err(fail)?, &scene.data.naming).map_err(fail)?;
     let table = csv::Csv::new(source.reader().map_err(fail)?, windows::WINDOW, separator);
-    if let Some(read) = table.runs_at_once(scene, length) {
+    if let Some(read) = table.runs_at_once(scene, length, &mut Gathering::Whole) {
         return Ok(read);
     }
     source.check_text(path)?;
@@ -250,7 +270,8 @@ fn read_csv(source: &mut TableSource, path: &Path, scene: &Scene) -> Result<(Col
 
 fn read_parquet(source: TableSource, path: &Path, scene: &Scene) -> Result<(Collected, String), Error> {
     let bytes = source.parquet(path)?;
-    let (collected, sha256) = rayon::join(|| parquet::read_parquet(&bytes, scene), || sha256(&bytes));
+    let read = || parquet::read_parquet(&bytes, scene, 0..usize::MAX, &mut Gathering::Whole);
+    let (collected, sha256) = rayon::join(read, || sha256(&bytes));
     Ok((collected.map_err(|refused| refuse(path, refused))?, sha256))
 }
 

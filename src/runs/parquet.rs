@@ -1,10 +1,12 @@
 //! Reads and writes Parquet with polars. The only file that names polars.
 
+use std::fs::File;
 use std::io::{Cursor, Write};
+use std::ops::Range;
 
 use polars::prelude::*;
 
-use super::collect::Collected;
+use super::collect::{Collected, Gathering};
 use super::columns::{ColumnPlace, TableLayout};
 use super::csv::too_many_columns;
 use super::decimals::Decimals;
@@ -15,7 +17,7 @@ use super::row::{check_row, BadCell, RowChecker};
 use super::survey::Survey;
 use crate::error::{quoted, Problem};
 use crate::files::MOST_COLUMNS;
-use crate::scene::{RunColumn, Scene};
+use crate::scene::{Naming, RunColumn, Scene};
 
 /// Checks the last bytes of a Parquet file, before it is read as a whole.
 pub(super) fn parquet_ends(end: &[u8]) -> Result<(), Vec<Problem>> {
@@ -64,8 +66,35 @@ pub(super) fn survey_parquet(bytes: &[u8]) -> Result<Survey, Vec<Problem>> {
     Ok(survey)
 }
 
-/// Reads a Parquet file. Fails with every bad cell named by row and column.
-pub(super) fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Refused> {
+/// How many rows a Parquet file has; `None` where they are not to be read a part after the other, as what separates the
+/// decimals of a text is told by all of them.
+///
+/// Fails where there is no telling.
+pub(super) fn rows_in_parts(file: &mut File, length: u64, naming: &Naming) -> Result<Option<usize>, Vec<Problem>> {
+    polars(|| parquet_footer::check_footer(&parquet_footer::footer(file, length)?))?;
+    let mut reader = polars(|| Ok(ParquetReader::new(file.try_clone()?)))?;
+    let schema = polars(|| reader.schema())?;
+    let header: Vec<String> = schema.iter_names().map(|name| name.to_string()).collect();
+    let layout = TableLayout::new(&header, None, naming)?;
+    let rows = polars(|| reader.num_rows())?;
+    Ok((!has_number_texts(&schema, &layout)).then_some(rows))
+}
+
+/// Whether a number is to be read from a text.
+fn has_number_texts(schema: &ArrowSchema, layout: &TableLayout) -> bool {
+    wanted(layout).into_iter().any(|(column, place)| {
+        let given = schema.get(&place.name).map(|field| &field.dtype);
+        column.is_number() && given.is_some_and(is_text)
+    })
+}
+
+/// Reads some rows of a Parquet file. Fails with every bad cell named by row and column.
+pub(super) fn read_parquet(
+    bytes: &[u8],
+    scene: &Scene,
+    some: Range<usize>,
+    gathering: &mut Gathering,
+) -> Result<Collected, Refused> {
     let (schema, header) = schema_of(bytes)?;
     let layout = TableLayout::new(&header, None, &scene.data.naming)?;
     let wanted = wanted(&layout);
@@ -88,29 +117,34 @@ pub(super) fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Ref
     let names: Vec<String> = wanted.iter().map(|(_, place)| place.name.clone()).collect();
     polars(|| parquet_footer::check_counts(bytes, &names))?;
     let rows = polars(|| ParquetReader::new(Cursor::new(bytes)).num_rows())?;
-    // what separates the decimals of a text is told by all of them
-    let has_texts = wanted.iter().any(|(column, place)| {
-        let given = schema.get(&place.name).map(|field| &field.dtype);
-        column.is_number() && given.is_some_and(is_text)
-    });
-    let at_once = if has_texts { rows.max(1) } else { ROWS_AT_ONCE };
+    let some = some.start..some.end.min(rows);
+    let at_once = if has_number_texts(&schema, &layout) {
+        rows.max(1)
+    } else {
+        ROWS_AT_ONCE
+    };
     let has_film_ratio = layout.gives(RunColumn::FilmRatio);
     let mut checker = RowChecker::new(scene, has_film_ratio);
-    let mut collected = Collected::with_capacity(rows, has_film_ratio, &layout.remarks);
+    let mut collected = Collected::with_capacity(gathering.held(some.len()), has_film_ratio, &layout.remarks);
     let mut refusals = Refusals::new(&layout);
     let read = |first: usize| -> Result<DataFrame, Vec<Problem>> {
         polars(|| {
             let reader = ParquetReader::new(Cursor::new(bytes)).with_columns(Some(names.clone()));
-            reader.with_slice(Some((first, at_once))).finish()
+            let rows = at_once.min(some.end.saturating_sub(first));
+            reader.with_slice(Some((first, rows))).finish()
         })
     };
-    let (mut first, mut next) = (0, read(0)?);
+    let (mut first, mut next) = (some.start, read(some.start)?);
     loop {
         let frame = typed(next, &layout)?;
         let after = first + at_once;
         let (collecting, following) = rayon::join(
-            || collect(&frame, &layout, &mut checker, &mut collected, (first, &mut refusals)),
-            || (after < rows).then(|| read(after)).transpose(),
+            || {
+                collect(&frame, &layout, &mut checker, &mut collected, (first, &mut refusals))?;
+                gathering.after(&mut collected);
+                Ok::<(), Vec<Problem>>(())
+            },
+            || (after < some.end).then(|| read(after)).transpose(),
         );
         collecting?;
         match following? {

@@ -24,6 +24,16 @@ pub(super) fn last_bytes(file: &mut File, length: u64) -> std::io::Result<Vec<u8
     Ok(end)
 }
 
+/// The footer of a file of some length with what ends it, as far as there is one.
+pub(super) fn footer(file: &mut File, length: u64) -> std::io::Result<Vec<u8>> {
+    let end = last_bytes(file, length)?;
+    let own = end.first_chunk().map_or(0, |bytes| u32::from_le_bytes(*bytes)).into();
+    let mut footer = vec![];
+    file.seek(SeekFrom::Start(length.saturating_sub(END as u64).saturating_sub(own)))?;
+    file.by_ref().take(END as u64 + own).read_to_end(&mut footer)?;
+    Ok(footer)
+}
+
 /// Checks that the end of a file is one of Parquet; nothing at all is for the reader to name.
 pub(super) fn check_mark(end: &[u8]) -> PolarsResult<()> {
     if end.is_empty() || end.ends_with(MARK) {

@@ -108,15 +108,20 @@ impl Runs {
         self.series.iter().map(|series| series.runs().len()).sum()
     }
 
+    /// How many wet runs these are, or stand for.
+    pub fn wet_measured(&self) -> usize {
+        self.series.iter().map(|series| self.measured(series.runs())).sum()
+    }
+
     /// Appends some runs of another table, and says where they are.
-    fn take(&mut self, from: &Runs, range: Range<usize>, keep: impl Fn(usize) -> bool) -> Range<usize> {
+    pub(super) fn take(&mut self, from: &Runs, range: Range<usize>, keep: impl Fn(usize) -> bool) -> Range<usize> {
         let first = self.len();
         range.filter(|run| keep(*run)).for_each(|run| self.take_run(from, run));
         first..self.len()
     }
 
     /// Appends the dry runs of a group of another table, as a group.
-    fn take_dry(&mut self, from: &Runs, group: &DryGroup) {
+    pub(super) fn take_dry(&mut self, from: &Runs, group: &DryGroup) {
         let [rebounds, stuck] = [&group.rebounds, &group.stuck].map(|range| self.take(from, range.clone(), |_| true));
         self.dry.push(DryGroup {
             rebounds,
@@ -136,6 +141,7 @@ impl Runs {
             row,
             errors,
             count,
+            sample: _,
             impacts,
             spheres: _,
             dry: _,

@@ -1,15 +1,16 @@
 //! Orders runs by series, so that every series is one contiguous slice of each column.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
+use super::classes::{Cells, DiameterClasses};
 use super::collect::RunsAsRead;
 use super::errors::MeasurementErrors;
-use super::film_groups::{mean, rounded_film_ratio, FilmClasses, FilmGroup};
+use super::film_groups::{mean_by_count, rounded_film_ratio, FilmClasses, FilmGroup};
 use super::spheres::{diameter_in_mm, Sphere};
-use crate::physics::numbers::same_diameter;
 use crate::scene::{DryKOf, Scene};
 
 /// The runs in use as columns in SI, ordered: dry runs by particle and diameter, then wet runs by particle, film
@@ -30,6 +31,8 @@ pub struct Runs {
     pub errors: Option<MeasurementErrors>,
     /// how many runs each stands for, which need not be whole; empty where that is itself
     pub count: Vec<f64>,
+    /// an even sample of the runs themselves, in the same series, where these are few that stand for all of a table
+    pub sample: Option<Box<Runs>>,
     /// what the physics reads of each run
     pub impacts: Impacts,
     /// the spheres that have a k of their own, by particle and diameter
@@ -141,9 +144,19 @@ impl Runs {
 
     /// Runs that stuck.
     pub fn stuck(&self) -> usize {
-        let wet = self.series.iter().map(|series| series.stuck.len());
-        let dry = self.dry.iter().map(|group| group.stuck.len());
-        wet.chain(dry).sum()
+        let wet = self.series.iter().map(|series| &series.stuck);
+        let dry = self.dry.iter().map(|group| &group.stuck);
+        wet.chain(dry).map(|stuck| self.measured(stuck.clone())).sum()
+    }
+
+    /// How many runs these are, or stand for.
+    pub fn all_measured(&self) -> usize {
+        self.measured(0..self.len())
+    }
+
+    /// Runs as they were measured: these, or an even sample of those they stand for.
+    pub fn sample(&self) -> &Runs {
+        self.sample.as_deref().unwrap_or(self)
     }
 
     /// Where the spheres of a particle stand in [`Runs::spheres`].
@@ -236,21 +249,73 @@ struct Key {
     stuck: bool,
 }
 
-pub(super) fn arrange(columns: RunsAsRead, scene: &Scene) -> Runs {
-    let (diameters, groups) = rayon::join(
-        || Classes::new(&columns.diameter, |first, next| !same_diameter(first, next)),
-        || FilmClasses::new(&columns, scene),
-    );
+/// What a part of a table says of the classes its runs are put in, or all of it.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(super) struct ClassCells {
+    diameters: Cells,
+    /// of each particle
+    films: Vec<Cells>,
+    has_film_ratio: bool,
+}
+
+impl ClassCells {
+    pub fn of(columns: &RunsAsRead, scene: &Scene) -> ClassCells {
+        let (diameters, films) = rayon::join(
+            || Cells::new(DiameterClasses::GRID, changes(&columns.diameter)),
+            || FilmClasses::cells(columns, scene),
+        );
+        ClassCells {
+            diameters,
+            films,
+            has_film_ratio: !columns.film_ratio.is_empty(),
+        }
+    }
+
+    /// Whether the table has nominal film ratios.
+    pub fn has_film_ratio(&self) -> bool {
+        self.has_film_ratio
+    }
+
+    /// What this part says and another.
+    pub fn with(self, other: ClassCells) -> ClassCells {
+        let mut films = self.films;
+        films.resize(films.len().max(other.films.len()), Cells::default());
+        for (own, other) in films.iter_mut().zip(other.films) {
+            *own = std::mem::take(own).with(other);
+        }
+        ClassCells {
+            diameters: self.diameters.with(other.diameters),
+            films,
+            has_film_ratio: self.has_film_ratio || other.has_film_ratio,
+        }
+    }
+}
+
+/// A column without what repeats the value before it.
+fn changes(column: &[f64]) -> Vec<f64> {
+    let mut changes = column.to_vec();
+    changes.dedup();
+    changes
+}
+
+/// Orders runs by series, in the classes of the table that they are a part of.
+pub(super) fn arrange(columns: RunsAsRead, cells: &ClassCells, scene: &Scene) -> Runs {
+    let diameters = DiameterClasses::new(&cells.diameters);
+    let groups = FilmClasses::new(&cells.films, cells.has_film_ratio, scene);
     let mut ids: BTreeMap<Key, (u32, usize)> = BTreeMap::new();
     let mut id_of_row: Vec<u32> = Vec::with_capacity(columns.restitution.len());
     let mut last: Option<(Key, u32)> = None;
+    let mut last_diameter = (f64::NAN, 0);
     let mut counts: Vec<usize> = vec![];
     let by_diameter = scene.model.dry_k == DryKOf::Diameter;
-    let mut diameter_classes = diameters.lookup();
     let mut film_classes = groups.lookup();
     for row in 0..columns.restitution.len() {
         let wet = columns.liquid[row] != RunsAsRead::NO_LIQUID;
-        let diameter = diameter_classes.of(columns.diameter[row]);
+        let diameter = columns.diameter[row];
+        if diameter != last_diameter.0 {
+            last_diameter = (diameter, diameters.of(diameter));
+        }
+        let diameter = last_diameter.1;
         let key = Key {
             wet,
             particle: columns.particle[row],
@@ -301,6 +366,7 @@ pub(super) fn arrange(columns: RunsAsRead, scene: &Scene) -> Runs {
         restitution: columns.restitution,
         row: columns.row,
         errors: Some(columns.errors).filter(|errors| !errors.impact_speed_sd.is_empty()),
+        count: columns.count,
         ..Runs::default()
     };
     rayon::join(
@@ -309,13 +375,16 @@ pub(super) fn arrange(columns: RunsAsRead, scene: &Scene) -> Runs {
     );
     // after the others, whose memory it may then have
     reorder([&mut runs.row], &place);
+    if !runs.count.is_empty() {
+        reorder([&mut runs.count], &place);
+    }
     if let Some(errors) = &mut runs.errors {
         reorder([&mut errors.impact_speed_sd, &mut errors.restitution_sd], &place);
         if !errors.speed_correlation.is_empty() {
             reorder([&mut errors.speed_correlation], &place);
         }
     }
-    let spheres = Spheres::new(&runs.diameter, &spans, scene);
+    let spheres = Spheres::new(&runs, &spans, scene);
     name_groups(&mut runs, &spans, &groups, &spheres);
     runs.spheres = spheres.all;
     measure_film_groups(&mut runs);
@@ -356,8 +425,8 @@ struct Spheres {
 }
 
 impl Spheres {
-    /// `diameter` is the column that the spans are ranges of.
-    fn new(diameter: &[f64], spans: &[(Key, Range<usize>)], scene: &Scene) -> Spheres {
+    /// The spans are ranges of the columns of `runs`.
+    fn new(runs: &Runs, spans: &[(Key, Range<usize>)], scene: &Scene) -> Spheres {
         let mut ranges: BTreeMap<(u32, u32), Vec<Range<usize>>> = BTreeMap::new();
         if scene.model.dry_k == DryKOf::Diameter {
             for (key, range) in spans {
@@ -372,7 +441,7 @@ impl Spheres {
         }
         let sphere = |(class, ranges): (&(u32, u32), &Vec<Range<usize>>)| Sphere {
             particle: class.0 as usize,
-            diameter: mean_over(diameter, ranges),
+            diameter: mean_diameter(runs, ranges),
         };
         Spheres {
             all: ranges.iter().map(sphere).collect(),
@@ -386,16 +455,17 @@ impl Spheres {
     }
 }
 
-/// The mean of a column over some ranges; `None` where there are none.
-fn mean_over(column: &[f64], ranges: &[Range<usize>]) -> Option<f64> {
-    let first = column[ranges.first()?.start];
-    let (mut runs, mut sum) = (0, 0.0);
-    for range in ranges {
-        runs += range.len();
+/// The mean diameter over some ranges; `None` where there are none.
+fn mean_diameter(runs: &Runs, ranges: &[Range<usize>]) -> Option<f64> {
+    let first = runs.diameter[ranges.first()?.start];
+    let (mut all, mut sum) = (0.0, 0.0);
+    for run in ranges.iter().cloned().flatten() {
+        let count = runs.count(run);
+        all += count;
         // about the first value: equal values then have exactly that mean
-        sum += column[range.clone()].iter().map(|x| x - first).sum::<f64>();
+        sum += count * (runs.diameter[run] - first);
     }
-    Some(first + sum / runs as f64)
+    Some(first + sum / all)
 }
 
 /// Turns spans of equal keys into groups, joining each series' rebounds with its stuck runs.
@@ -413,7 +483,8 @@ fn name_groups(runs: &mut Runs, spans: &[(Key, Range<usize>)], groups: &FilmClas
         index += if paired.is_some() { 2 } else { 1 };
         let all = rebounds.start..stuck.end;
         let (particle, sphere) = (key.particle as usize, spheres.of(key));
-        let diameter = mean(&runs.diameter[all.clone()]);
+        let mean = |column: &[f64]| mean_by_count(&column[all.clone()], runs.counts(all.clone()));
+        let (diameter, film) = (mean(&runs.diameter), mean(&runs.film));
         if !key.wet {
             runs.dry.push(DryGroup {
                 particle,
@@ -425,7 +496,6 @@ fn name_groups(runs: &mut Runs, spans: &[(Key, Range<usize>)], groups: &FilmClas
             continue;
         }
         let film_ratio = groups.film_ratio(particle, key.film_group);
-        let film = mean(&runs.film[all]);
         let at = runs.series.len();
         let own = (key.particle, key.sphere, key.film_group);
         if last_group == Some(own) {
@@ -448,57 +518,5 @@ fn name_groups(runs: &mut Runs, spans: &[(Key, Range<usize>)], groups: &FilmClas
             rebounds,
             stuck,
         });
-    }
-}
-
-/// Classes of nearly equal numbers, in increasing order.
-struct Classes {
-    of_bits: HashMap<u64, u32>,
-}
-
-struct Lookup<'a> {
-    classes: &'a Classes,
-    last: (u64, u32),
-}
-
-impl Classes {
-    /// `apart(first of the class, next)` says that a sorted value opens a new class.
-    fn new(values: &[f64], apart: impl Fn(f64, f64) -> bool) -> Classes {
-        let mut of_bits: HashMap<u64, u32> = HashMap::new();
-        let mut last = None;
-        for value in values {
-            if last != Some(value.to_bits()) {
-                of_bits.insert(value.to_bits(), 0);
-                last = Some(value.to_bits());
-            }
-        }
-        let mut distinct: Vec<f64> = of_bits.keys().map(|bits| f64::from_bits(*bits)).collect();
-        distinct.sort_by(f64::total_cmp);
-        let (mut class, mut first) = (0, distinct.first().copied().unwrap_or(0.0));
-        for value in distinct {
-            if apart(first, value) {
-                class += 1;
-                first = value;
-            }
-            of_bits.insert(value.to_bits(), class);
-        }
-        Classes { of_bits }
-    }
-
-    fn lookup(&self) -> Lookup<'_> {
-        Lookup {
-            classes: self,
-            last: (f64::NAN.to_bits(), 0),
-        }
-    }
-}
-
-impl Lookup<'_> {
-    fn of(&mut self, value: f64) -> u32 {
-        let bits = value.to_bits();
-        if self.last.0 != bits {
-            self.last = (bits, self.classes.of_bits.get(&bits).copied().unwrap_or(0));
-        }
-        self.last.1
     }
 }

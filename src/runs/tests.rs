@@ -15,13 +15,17 @@ fn plain() -> (Scene, String) {
     (scene, text)
 }
 
+fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Refused> {
+    parquet::read_parquet(bytes, scene, 0..usize::MAX, &mut Gathering::Whole)
+}
+
 /// What is made of a file read at once and in order; `None` where it is refused.
 fn both(text: &str, scene: &Scene) -> (Option<String>, Option<String>) {
     let separator = csv::separator(text.as_bytes(), &scene.data.naming).expect("a line");
     // windows so small that even these files take several, with pieces of one and of several lines
     let [small, larger, whole] = [64, 512, windows::WINDOW].map(|window| {
         let table = || csv::Csv::new(text.as_bytes(), window, separator);
-        let at_once = table().runs_at_once(scene, text.len() as u64);
+        let at_once = table().runs_at_once(scene, text.len() as u64, &mut Gathering::Whole);
         let in_order = table().runs_in_order(scene);
         if let (Some((_, one)), Ok((_, other))) = (&at_once, &in_order) {
             assert_eq!([one, other], [&sha256(text.as_bytes()); 2]);
@@ -212,7 +216,7 @@ fn files_with_accidents_are_the_same_at_once_and_in_order() {
 fn a_damaged_parquet_file_is_refused_or_read_but_never_panics() {
     let (scene, _) = plain();
     let bytes = std::fs::read(example("parquet/runs.parquet")).expect("the example is there");
-    assert!(parquet::read_parquet(&bytes, &scene).is_ok());
+    assert!(read_parquet(&bytes, &scene).is_ok());
     let mut rng = crate::seed::stream(1, "damage", 0);
     let mut refused = 0;
     for _ in 0..600 {
@@ -222,7 +226,7 @@ fn a_damaged_parquet_file_is_refused_or_read_but_never_panics() {
             let at = rng.random_range(damaged.len() / 3..damaged.len());
             damaged[at] = rng.random();
         }
-        refused += usize::from(parquet::read_parquet(&damaged, &scene).is_err());
+        refused += usize::from(read_parquet(&damaged, &scene).is_err());
     }
     assert!(refused > 300, "{refused} refused");
 }

@@ -151,13 +151,7 @@ impl SimulatedRuns {
         let scene = simulated(index, seed)?;
         let drawn = Simulation::new(&scene, None)?.draw_from(stream(seed, "accuracy runs", index));
         let runs = runs::arrange(&scene, &drawn);
-        let table = Table {
-            rows: runs.len(),
-            screened: vec![],
-            notices: vec![],
-            sha256: String::new(),
-            runs,
-        };
+        let table = Table::of(runs);
         Ok(SimulatedRuns {
             form: scene.model.form(),
             scene,

@@ -182,13 +182,7 @@ fn of_design(
 /// Draws a data set and fits it, to the posterior.
 fn infer(scene: &Scene, seed: u64, set: u64) -> Result<Findings, Error> {
     let drawn = Simulation::new(scene, None)?.draw_from(stream(seed, "main numbers", set));
-    let table = Table {
-        rows: drawn.len(),
-        runs: runs::arrange(scene, &drawn),
-        screened: vec![],
-        notices: vec![],
-        sha256: String::new(),
-    };
+    let table = Table::of(runs::arrange(scene, &drawn));
     let mut findings = fit_least_squares(scene, &table, seed.wrapping_add(set), true);
     findings.add_posterior(scene, &table.runs, MethodChoice::Nodes, &|_, _| ())?;
     Ok(findings)

@@ -74,17 +74,6 @@ fn simulation(scene: &Scene) -> Simulation<'_> {
     Simulation::new(scene, None).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Runs as if they had been read.
-pub fn table_of(runs: Runs) -> Table {
-    Table {
-        rows: runs.len(),
-        screened: vec![],
-        notices: vec![],
-        sha256: String::new(),
-        runs,
-    }
-}
-
 pub fn write(simulation: &Simulation, seed: u64, path: &Path) {
     let mut writer = RunWriter::create(path, Existing::Replaced).unwrap_or_else(|error| panic!("{error}"));
     let runs = simulation.under(seed);

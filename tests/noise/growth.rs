@@ -1,12 +1,12 @@
 //! Holds that noise that grows with v, 1/St or e is told and named, and that even noise is told as rarely as claimed.
 
-use super::common::{binomial_z, rows, seed_of, table_of};
+use super::common::{binomial_z, rows, seed_of};
 use super::{fit, noise_of, plain, scattered, tells, Design, SIGMA, USUAL};
 use wetcor::findings::noise::{GrowthWith, LEVEL};
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::{self, overview};
 use wetcor::report::{files, ReportInput};
-use wetcor::runs::{arrange, NewRun};
+use wetcor::runs::{arrange, NewRun, Table};
 use wetcor::scene::Scene;
 
 /// 200 wet runs of two liquids, two film ratios and ten speeds, 50 dry ones.
@@ -128,7 +128,7 @@ fn bands_of_single_runs_carry_the_caution() {
     let exact = rows(scene, 1);
     let seed = seed_of("bands_of_single_runs_carry_the_caution");
     let report = |sd: fn(&NewRun) -> f64| {
-        let table = table_of(arrange(scene, &scattered(&exact, seed, sd)));
+        let table = Table::of(arrange(scene, &scattered(&exact, seed, sd)));
         let mut found = findings::fit_least_squares(scene, &table, 1, false);
         let posterior = found
             .add_posterior(scene, &table.runs, MethodChoice::Nodes, &|_, _| ())

@@ -7,11 +7,11 @@ mod growth;
 mod outliers;
 mod spreads;
 
-use common::{table_of, Place};
+use common::Place;
 use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::noise::Noise;
 use wetcor::findings::{self, Findings};
-use wetcor::runs::{arrange, NewRun};
+use wetcor::runs::{arrange, NewRun, Table};
 use wetcor::scene::Scene;
 use wetcor::seed::stream;
 
@@ -94,7 +94,7 @@ fn plain(run: &NewRun) -> f64 {
 
 /// Fits them.
 fn fit(scene: &Scene, runs: &[NewRun], (seed, bootstrap): (u64, bool)) -> Findings {
-    findings::fit_least_squares(scene, &table_of(arrange(scene, runs)), seed, bootstrap)
+    findings::fit_least_squares(scene, &Table::of(arrange(scene, runs)), seed, bootstrap)
 }
 
 fn noise_of(findings: &Findings) -> &Noise {

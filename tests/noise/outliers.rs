@@ -1,10 +1,10 @@
 //! Holds that outliers are named wherever they lie, and do not hide each other.
 
-use super::common::{binomial_z, rows, seed_of, table_of};
+use super::common::{binomial_z, rows, seed_of};
 use super::{fit, noise_of, plain, scattered, series_of, tells, Design, SIGMA, USUAL};
 use wetcor::findings::noise::Outlier;
 use wetcor::findings::{self, Findings};
-use wetcor::runs::{arrange, MeasurementErrors, NewRun};
+use wetcor::runs::{arrange, MeasurementErrors, NewRun, Table};
 
 /// Wherever it lies in [0, 1], and stuck or not.
 #[test]
@@ -184,7 +184,7 @@ fn runs_are_held_against_their_own_measurement_errors() {
             count += 1;
         }
     }
-    let mut table = table_of(arrange(&place.scene, &runs));
+    let mut table = Table::of(arrange(&place.scene, &runs));
     let unknown = findings::fit_least_squares(&place.scene, &table, 1, false);
     let outliers = noise_of(&unknown).outliers_found;
     assert!(outliers > count / 6, "{outliers} of {count}");

@@ -34,6 +34,9 @@ pub(super) struct Columns {
     inverse_stokes: Vec<f64>,
     restitution: Vec<f64>,
     offset: Vec<f64>,
+    /// how many runs each stands for; empty where that is itself
+    dry_count: Vec<f64>,
+    count: Vec<f64>,
 }
 
 impl Columns {
@@ -49,6 +52,8 @@ impl Columns {
             inverse_stokes: vec![],
             restitution: vec![],
             offset: vec![],
+            dry_count: vec![],
+            count: vec![],
         };
         let weighs = runs.errors.is_some();
         for group in &runs.dry {
@@ -57,6 +62,7 @@ impl Columns {
                 columns.speed_root.push(runs.impacts.speed_root[*run]);
                 columns.dry_restitution.push(runs.restitution[*run]);
             }
+            columns.dry_count.extend(order.iter().filter_map(|run| runs.count.get(*run)));
             columns.order.extend(order.into_iter().filter(|_| weighs));
         }
         columns.dry_runs = columns.dry_restitution.len();
@@ -70,6 +76,7 @@ impl Columns {
             columns.inverse_stokes.extend(inverse_stokes);
             let restitution = order.iter().map(|run| runs.restitution[*run]);
             columns.restitution.extend(restitution);
+            columns.count.extend(order.iter().filter_map(|run| runs.count.get(*run)));
             match own_of(series) {
                 Some(own) => columns.offset.extend(own.offsets(&speeds)),
                 None if has_offsets => columns.offset.extend(std::iter::repeat_n(0.0, speeds.len())),
@@ -139,11 +146,14 @@ impl Columns {
     ) -> Target<'k> {
         let range = self.joined(&places, |place| &place.runs);
         Target {
-            regression: Regression::new(
-                Law::Dry(order),
-                &self.speed_root[range.clone()],
-                &self.dry_restitution[range],
-            ),
+            regression: Regression {
+                counts: self.dry_count.get(range.clone()).unwrap_or(&[]),
+                ..Regression::new(
+                    Law::Dry(order),
+                    &self.speed_root[range.clone()],
+                    &self.dry_restitution[range],
+                )
+            },
             strata: self.joined(&places, |place| &place.strata),
             series: self.joined(&places, |place| &place.series),
             fitted: [k, 0.0],
@@ -180,6 +190,7 @@ impl Columns {
         Target {
             regression: Regression {
                 offset: all.offset.get(range.clone()).unwrap_or(&[]),
+                counts: self.count.get(range.clone()).unwrap_or(&[]),
                 ..Regression::new(all.law, &all.x[range.clone()], &all.restitution[range])
             },
             strata: self.joined(&places, |place| &place.strata),

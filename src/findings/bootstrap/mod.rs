@@ -31,7 +31,7 @@ use super::quantities::wetted_of;
 use super::scaling::FittedScaling;
 use super::{film_ratio, notices};
 use crate::inference::bootstrap::kernel::WeightedFit;
-use crate::inference::bootstrap::sandwich::sandwich;
+use crate::inference::bootstrap::sandwich::{sandwich, sandwich_of_part};
 use crate::inference::bootstrap::{Plan, RunWeights, Target};
 use crate::inference::effective_variance::ErrorWeights;
 use crate::notice::Notice;
@@ -68,20 +68,31 @@ pub fn add_bootstrap_intervals(
         method: scene.bootstrap.interval.unwrap_or(DEFAULT_INTERVAL),
         named: scene.bootstrap.interval.is_some(),
         keep_all: options.keep_all,
-        many: runs.len() > options.most_resampled && plan.scheme == ResamplingScheme::Cases,
+        many: runs.sample.is_some()
+            || runs.len() > options.most_resampled && plan.scheme == ResamplingScheme::Cases,
     };
     let many = order.many;
-    let columns = Columns::new(scene, runs, estimates.dry);
-    let weights = FitWeights::new(&columns, runs, &estimates, plan.scheme);
-    let (targets, places) = targets(scene, runs, &columns, &estimates, &weights);
+    // what stands for others has their sums, and not the scatter inside a speed
+    let some = runs.sample();
+    let columns = Columns::new(scene, some, estimates.dry);
+    let weights = FitWeights::new(&columns, some, &estimates, plan.scheme);
+    let (targets, places) = targets(scene, some, &columns, &estimates, &weights);
     let strata = columns.pool.strata.len();
     let single_run_strata = columns.pool.single_runs();
-    let of_target = |target: &Target| many.then(|| sandwich(&columns.pool, target)).flatten();
-    let sandwiches: Vec<Sandwich> = targets.par_iter().map(of_target).collect();
+    let sandwiches: Vec<Sandwich> = if runs.sample.is_some() {
+        sandwiches_of_sample((&columns, &targets), scene, runs, &estimates)
+    } else if many {
+        let of_target = |target: &Target| sandwich(&columns.pool, target);
+        targets.par_iter().map(of_target).collect()
+    } else {
+        targets.iter().map(|_| None).collect()
+    };
     let mut resampled = vec![];
     for task in tasks(scene, runs, &mut estimates, &places) {
         match FittedBySandwich::of_task(&task, &targets, &sandwiches) {
             Some(fitted) => fitted.add_interval(task, order.method),
+            // replicates of a sample are those of fewer runs
+            None if runs.sample.is_some() => {}
             None => resampled.push(task),
         }
     }
@@ -117,9 +128,28 @@ pub fn add_bootstrap_intervals(
     ));
     found.extend(many.then(|| {
         let fits = [chosen, targets.len()];
-        notices::bootstrap_by_sandwich(runs.len(), options.most_resampled, fits)
+        notices::bootstrap_by_sandwich(runs.all_measured(), options.most_resampled, fits)
     }));
     (resampling, found)
+}
+
+/// The sandwich of each fit, from a sample of the runs: as much narrower as all are more.
+fn sandwiches_of_sample(
+    (columns, targets): (&Columns, &[Target]),
+    scene: &Scene,
+    runs: &Runs,
+    estimates: &Estimates,
+) -> Vec<Sandwich> {
+    // no sample need have the run that a fit hangs on
+    let all = Columns::new(scene, runs, estimates.dry);
+    let weights = FitWeights::new(&all, runs, estimates, scene.bootstrap.scheme);
+    let (of_all, _) = self::targets(scene, runs, &all, estimates, &weights);
+    let of_target = |(own, all): (&Target, &Target)| {
+        let share = own.regression.x.len() as f64 / all.regression.counts.iter().sum::<f64>();
+        let covariance = sandwich_of_part(&columns.pool, own, all)?;
+        Some(covariance.map(|entry| share * entry))
+    };
+    targets.par_iter().zip(&of_all).map(of_target).collect()
 }
 
 /// The fits that some tasks need replicates of; the tasks then count among these.

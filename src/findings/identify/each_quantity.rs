@@ -27,7 +27,7 @@ pub fn identify_each_quantity(scene: &Scene, runs: &Runs) -> Vec<Identified> {
     let mut any_st_c = false;
     for (index, sphere) in runs.spheres.iter().enumerate() {
         let name = sphere.label(scene);
-        let dry: usize = runs.dry_of(index).iter().map(|g| g.rebounds.len()).sum();
+        let dry: usize = runs.dry_of(index).iter().map(|g| runs.measured(g.rebounds.clone())).sum();
         let groups = runs.film_groups_of(index);
         if dry == 0 && groups.is_empty() {
             continue;
@@ -97,7 +97,7 @@ pub fn identify_each_quantity(scene: &Scene, runs: &Runs) -> Vec<Identified> {
 
 /// Whether some series have enough rebounds at different Stokes numbers.
 fn varies(scene: &Scene, runs: &Runs, series: &[Series]) -> bool {
-    let rebounds: usize = series.iter().map(|s| s.rebounds.len()).sum();
+    let rebounds: usize = series.iter().map(|s| runs.measured(s.rebounds.clone())).sum();
     rebounds >= FEWEST && stokes_differ(scene, runs, series)
 }
 

@@ -131,6 +131,7 @@ pub fn fit_posterior(
         true => None,
         false => runs.condensed(scene.data.smallest_restitution),
     };
+    let few = runs.sample.as_ref().map(|_| runs);
     let rows = Likelihood::of_rows(scene, condensed.as_ref().unwrap_or(runs), setup.form);
     let stream = StreamName::new(least_squares.seed, "posterior");
     let plan = SamplingPlan {
@@ -162,12 +163,12 @@ pub fn fit_posterior(
     if let Some(error) = sampled.checked_error.as_mut().filter(|_| condensed.is_some()) {
         *error += largest_difference(scene, runs, setup.form, (&rows, &draws));
     }
-    let predictive = predictive_checks::check_predictions(scene, runs, setup.form, &draws);
+    let predictive = predictive_checks::check_predictions(scene, runs.sample(), setup.form, &draws);
     let source = SummarySource {
         setup,
         effort,
-        rows: runs.wet(),
-        stand_ins: condensed.as_ref().map(Runs::wet),
+        rows: runs.wet_measured(),
+        stand_ins: condensed.as_ref().or(few).map(Runs::wet),
         derived: &derived,
         predictive,
         series_offsets: series_offsets::summarise_offsets(scene, runs, &sampled),

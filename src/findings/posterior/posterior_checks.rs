@@ -69,7 +69,7 @@ pub fn why_not_sampled(
         );
         return Some(PosteriorRefusal(checks::NOISE.check(smallest, text)));
     }
-    let rebounds = runs.len() - runs.stuck();
+    let rebounds = runs.all_measured() - runs.stuck();
     if rebounds == 0 {
         let text = "every run stuck: nothing bounds the parameters from the other side but their priors";
         return Some(PosteriorRefusal(checks::REBOUNDS.check(0.0, text)));
@@ -88,7 +88,7 @@ struct Tally {
 fn too_few_runs(runs: &Runs, parameters: &ModelParameters) -> Option<Check> {
     let sampled: Vec<ParameterKind> = parameters.sampled.iter().map(|parameter| parameter.kind).collect();
     let is_sampled = |kind: ParameterKind| sampled.contains(&kind);
-    let rebounds = |groups: &[DryGroup]| groups.iter().map(|group| group.rebounds.len()).sum::<usize>();
+    let rebounds = |groups: &[DryGroup]| -> usize { groups.iter().map(|group| runs.measured(group.rebounds.clone())).sum() };
     let has_dry = |kind: ParameterKind| matches!(kind, ParameterKind::DryK(p) if rebounds(runs.dry_of(p)) > 0);
     let of_kind = |of: &dyn Fn(ParameterKind) -> bool| sampled.iter().copied().filter(|kind| of(*kind)).collect();
     let dry = Tally {
@@ -101,7 +101,11 @@ fn too_few_runs(runs: &Runs, parameters: &ModelParameters) -> Option<Check> {
         _ => false,
     };
     let wet = Tally {
-        runs: runs.series.iter().map(|series| series.rebounds.len()).sum(),
+        runs: runs
+            .series
+            .iter()
+            .map(|series| runs.measured(series.rebounds.clone()))
+            .sum(),
         parameters: of_kind(&is_curve),
     };
     let parts = [
@@ -109,7 +113,7 @@ fn too_few_runs(runs: &Runs, parameters: &ModelParameters) -> Option<Check> {
         (wet, "wet rebounds", ParameterKind::SigmaWet),
     ];
     let all = Tally {
-        runs: runs.len(),
+        runs: runs.all_measured(),
         parameters: sampled.clone(),
     };
     // a spread that is held cannot shrink, and one that no run has is its prior's

@@ -18,7 +18,7 @@ pub(super) fn summarise_offsets(scene: &Scene, runs: &Runs, sampled: &Sampled) -
         diameter_m: series.diameter,
         film_ratio: series.film_ratio,
         film_ratios: film_ratios(runs, series),
-        runs: series.runs().len(),
+        runs: runs.measured(series.runs()),
         offset: QuantitySummary {
             mcse_q05: None,
             mcse_q95: None,

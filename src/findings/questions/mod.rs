@@ -99,5 +99,5 @@ fn too_many(context: Context) -> Option<String> {
     }
     let draws = context.own.sampled.draws();
     let none = affordable_draws(runs, draws).is_none();
-    none.then(|| format!("{} runs are too many to leave each out", runs.len()))
+    none.then(|| format!("{} runs are too many to leave each out", runs.all_measured()))
 }

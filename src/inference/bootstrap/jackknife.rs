@@ -64,7 +64,8 @@ fn without_to_first_order(target: &Target, slopes: &[[f64; 2]], members: &[std::
 
 /// What the weights of runs do to a fit, to first order.
 pub(super) struct Influences {
-    /// dθ/dw of both parameters for each run: −H⁻¹ times the run's own gradient, both of ½ Σ w (e − F)²
+    /// dθ/dw of both parameters for each run, or for all that one stands for: −H⁻¹ times their own gradient, both of
+    /// ½ Σ w (e − F)²
     pub slopes: Vec<[f64; 2]>,
     /// the largest share that one run has in H, its leverage: to first order what is left out of it is of that order
     pub leverage: f64,
@@ -72,8 +73,9 @@ pub(super) struct Influences {
 
 pub(super) fn first_order(target: &Target) -> Influences {
     let Target { regression, fitted, .. } = target;
+    let count = |run: usize| regression.counts.get(run).copied().unwrap_or(1.0);
     let gradient_and_bend = |run: usize| -> ([f64; 2], f64) {
-        let weight = target.run_weights.map_or(1.0, |own| own.weights[run]);
+        let weight = count(run) * target.run_weights.map_or(1.0, |own| own.weights[run]);
         if weight == 0.0 {
             return ([0.0; 2], 0.0);
         }
@@ -95,7 +97,7 @@ pub(super) fn first_order(target: &Target) -> Influences {
         let (gradient, bend) = gradient_and_bend(run);
         let design = regression.law.design(*x);
         let pulled = regression.law.solve(hessian, design);
-        leverage = leverage.max((bend * (design[0] * pulled[0] + design[1] * pulled[1])).abs());
+        leverage = leverage.max((bend / count(run) * (design[0] * pulled[0] + design[1] * pulled[1])).abs());
         regression.law.solve(hessian, gradient).map(|step| -step)
     });
     let slopes = slopes.collect();

@@ -31,9 +31,19 @@ pub fn sandwich(pool: &Pool, target: &Target) -> Option<[f64; 3]> {
     let Influences { slopes, leverage } = first_order(target);
     // a NaN is none
     let is_near = leverage <= MOST_LEVERAGE;
-    if !is_near {
+    is_near.then(|| covariance(pool, target, &slopes))
+}
+
+/// The same from a part of a fit's runs, as if these were all; `all` says what weight there is on one.
+pub fn sandwich_of_part(pool: &Pool, part: &Target, all: &Target) -> Option<[f64; 3]> {
+    let is_near = first_order(all).leverage <= MOST_LEVERAGE;
+    if part.regression.x.len() < MANY_RUNS || !is_near {
         return None;
     }
+    Some(covariance(pool, part, &first_order(part).slopes))
+}
+
+fn covariance(pool: &Pool, target: &Target, slopes: &[[f64; 2]]) -> [f64; 3] {
     let first = pool.first_run(target);
     let mut covariance = [0.0; 3];
     for stratum in &pool.strata[target.strata.clone()] {
@@ -51,7 +61,7 @@ pub fn sandwich(pool: &Pool, target: &Target) -> Option<[f64; 3]> {
             }
         }
     }
-    Some(covariance)
+    covariance
 }
 
 /// So many normal replicates of a fit with this covariance.

@@ -13,7 +13,7 @@ use crate::model::parameters::offset_slot;
 use crate::physics::balance::Impact;
 use crate::physics::{Form, Inertia};
 use crate::runs::{Conditions, DryGroup, Runs, Series};
-use crate::scene::{self, NoiseOn, Scene, Sticking};
+use crate::scene::{Scene, Sticking};
 
 /// The runs and all that is read with them.
 struct RunData<'r> {
@@ -37,7 +37,7 @@ impl Likelihood {
             leftover: 0.0,
             dry: dry_runs(scene, runs),
         };
-        let (student, both) = Self::has_own_noise(scene);
+        let (student, both) = scene.model.has_own_noise();
         let errors = RunErrors::of(scene, runs);
         let errors = errors.as_ref();
         if student || both || errors.is_some() {
@@ -89,17 +89,9 @@ impl Likelihood {
         likelihood
     }
 
-    /// Whether noise has Student's tails, and whether it acts on the energy, too.
-    fn has_own_noise(scene: &Scene) -> (bool, bool) {
-        (
-            scene.model.likelihood == scene::LikelihoodFamily::Student,
-            scene.model.noise == NoiseOn::Both,
-        )
-    }
-
     /// Whether the likelihood of a scene's runs is one of rows, because they have spreads or tails of their own.
     pub fn needs_every_row(scene: &Scene, runs: &Runs) -> bool {
-        Self::has_own_noise(scene) != (false, false) || RunErrors::of(scene, runs).is_some()
+        scene.model.has_own_noise() != (false, false) || RunErrors::of(scene, runs).is_some()
     }
 
     /// Adds the runs of some series as a block, sorted by film ratio.

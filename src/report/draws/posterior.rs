@@ -22,14 +22,19 @@ use crate::scene::{Scene, DRY};
 
 /// Whether the likelihood of each run at each draw is stored, too.
 pub fn stores_every_run(runs: &Runs, posterior: &Posterior) -> bool {
-    runs.len().saturating_mul(posterior.sampled.draws()) <= MOST_DENSITIES
+    stores(runs, posterior.sampled.draws())
 }
 
 /// Whether the runs themselves are stored, too.
 pub fn stores_runs(runs: &Runs) -> bool {
     /// index, restitution, whether it stuck, names of particle and liquid, diameter, film and speed
     const NUMBERS_OF_A_RUN: usize = 8;
-    runs.len().saturating_mul(NUMBERS_OF_A_RUN) <= MOST_DENSITIES
+    stores(runs, NUMBERS_OF_A_RUN)
+}
+
+/// Whether so many numbers of each run are stored; few that stand for many never are.
+fn stores(runs: &Runs, numbers: usize) -> bool {
+    runs.count.is_empty() && runs.len().saturating_mul(numbers) <= MOST_DENSITIES
 }
 
 /// The draws, ready to be written.

@@ -52,6 +52,7 @@ const MOST_FILM_RATIOS: usize = 12;
 
 /// Every figure the scene has something to show in.
 pub fn all(input: ReportInput) -> Vec<Figure> {
+    let input = input.of_sample();
     let mut figures = posterior::all(input);
     let bands = Bands::of(input);
     let names = Names::of(input.scene, input.runs);

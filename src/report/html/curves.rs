@@ -54,6 +54,7 @@ pub(in super::super) struct Pair {
 impl Curves {
     /// The curves of every pair that has one: the posterior's, or without it those of the square-root law and the dry law.
     pub(in super::super) fn of(input: ReportInput) -> Curves {
+        let input = input.of_sample();
         let speeds = speeds(input);
         let laws: Option<Vec<ParticleLaw>> = input.posterior.map(|posterior| {
             let spheres = 0..input.runs.spheres.len();

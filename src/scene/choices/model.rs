@@ -47,6 +47,16 @@ impl ModelChoices {
     pub fn inertia_is_open(&self) -> bool {
         self.inertia.is_none() && self.form().inertia != Inertia::None
     }
+
+    /// Whether noise has Student's tails, and whether it acts on the energy, too: then no few runs have the sums of all.
+    pub fn has_own_noise(&self) -> (bool, bool) {
+        (self.likelihood == LikelihoodFamily::Student, self.noise == NoiseOn::Both)
+    }
+
+    /// Whether every run has to be kept: for its noise, or as forms of the inertial loss are compared run by run.
+    pub fn needs_every_run(&self) -> bool {
+        self.has_own_noise() != (false, false) || self.inertia_is_open()
+    }
 }
 
 /// Distribution of the noise on a restitution.

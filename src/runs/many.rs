@@ -1,0 +1,332 @@
+//! Reads tables of more runs than memory has room for, as few runs that stand for all and an even sample of the runs
+//! themselves.
+//!
+//! They are read twice, a piece after the other. Once for what divides runs into series, and for the sample, which then tells
+//! where slabs lie; and once for what stands for the runs of each slab (`condense.rs`): of a block of rows first, then of
+//! several such together, in a tree over the blocks' places. So it does not matter which process reads which piece.
+
+use serde::{Deserialize, Serialize};
+
+use super::collect::{Collected, RunsAsRead, CONDENSED_RUNS};
+use super::condense::Slabs;
+use super::film_groups::FilmGroup;
+use super::impacts::arrange_part;
+use super::pieces::{sha256_of, PieceReader, Pieces};
+use super::series::{ClassCells, DryGroup, Runs, Series};
+use super::stated_errors::check_stated_errors;
+use super::{Joined, Table};
+use crate::error::Error;
+use crate::notice::Notice;
+use crate::physics::numbers::same_diameter;
+use crate::ranks::Ranks;
+use crate::scene::Scene;
+
+/// Rows of the longest table whose runs are all kept: of eight values each, twenty million values.
+pub const MOST_KEPT: usize = 2_500_000;
+
+/// Runs of the sample, about.
+const MOST_SAMPLED: usize = 500_000;
+
+/// What stands for so many blocks is put together at once.
+const AT_ONCE: usize = 8;
+
+/// What a piece says at the first reading.
+#[derive(Debug, Default, Serialize, Deserialize)]
+struct Outline {
+    /// with the sample as its runs
+    collected: Collected,
+    cells: ClassCells,
+    /// whether its runs cannot stand for one another, or have to be read with all others
+    is_whole: bool,
+}
+
+/// Reads, checks and screens the runs of a scene, like [`super::read`]; of more than `most_kept` the table has few that stand for all.
+///
+/// All are kept where the scene's noise or its question need each of them, or where runs carry measurement errors. Ranks
+/// share the pieces of such tables, and all have the same table then.
+pub fn read_any_number(scene: &Scene, most_kept: usize, ranks: &Ranks) -> Result<Table, Error> {
+    let pieces = Pieces::of(scene).filter(|pieces| pieces.rows > most_kept && !scene.model.needs_every_run());
+    let few = pieces.map(|pieces| read_few(scene, &pieces, ranks)).transpose()?;
+    match few.flatten() {
+        Some(table) => Ok(table),
+        None => super::read(scene),
+    }
+}
+
+/// `None` where every run is to be kept.
+fn read_few(scene: &Scene, pieces: &Pieces, ranks: &Ranks) -> Result<Option<Table>, Error> {
+    let share = MOST_SAMPLED as f64 / pieces.rows as f64;
+    let tables = &scene.data.runs;
+    let (outlines, hashes) = rayon::join(
+        || {
+            let mut reader = PieceReader::default();
+            let own = ranks.own(pieces.all.len() as u64).into_iter();
+            own.map(|piece| outline(scene, pieces, piece, share, &mut reader)).collect()
+        },
+        || ranks.own(tables.len() as u64).into_iter().map(|file| sha256_of(&tables[file as usize])).collect(),
+    );
+    let (outlines, hashes): (Result<Vec<Outline>, Error>, Result<Vec<String>, Error>) = (outlines, hashes);
+    let outlines = ranks.gather(pieces.all.len() as u64, |_| outlines)?;
+    let hashes = ranks.gather(tables.len() as u64, |_| hashes)?;
+    if outlines.iter().any(|outline| outline.is_whole || outline.collected.rows == 0) {
+        return Ok(None);
+    }
+    let mut cells = ClassCells::default();
+    let mut of_files: Vec<Collected> = tables.iter().map(|_| Collected::default()).collect();
+    for (piece, outline) in pieces.all.iter().zip(outlines) {
+        cells = cells.with(outline.cells);
+        of_files[piece.file].append(outline.collected);
+    }
+    let mut joined = Joined::default();
+    for ((table, collected), hash) in tables.iter().zip(of_files).zip(hashes) {
+        joined.add((collected, hash), &table.path)?;
+    }
+    let (collected, mut notices, sha256) = joined.finish();
+    let (rows, screened) = (collected.rows, collected.screened());
+    let sample = arrange_part(collected.columns, &cells, scene);
+    let slabs = Slabs::of(&sample, scene.data.smallest_restitution);
+    let condensing = Condensing {
+        scene,
+        cells: &cells,
+        slabs: &slabs,
+    };
+    let columns = condensing.all(pieces, ranks)?;
+    let mut runs = arrange_part(columns, &cells, scene);
+    runs.film_groups.iter_mut().for_each(|group| group.measure_by(&sample));
+    check_stated_errors(scene, &runs)?;
+    let sample = runs.alike(&sample);
+    notices.push(condensed_notice(&runs, &sample));
+    runs.sample = Some(Box::new(sample));
+    Ok(Some(Table {
+        runs,
+        rows,
+        screened,
+        notices,
+        sha256,
+    }))
+}
+
+fn condensed_notice(runs: &Runs, sample: &Runs) -> Notice {
+    let all = runs.all_measured();
+    Notice::new(
+        CONDENSED_RUNS,
+        all,
+        format!(
+            "{all} runs are more than are kept: laws and posterior are fitted to {} that stand for all of them; scatter, the \
+             bootstrap's widths, sensitivities to constants, the dry law's fit, predictive checks and figures are of an even \
+             sample of {}",
+            runs.len(),
+            sample.len()
+        ),
+        "nothing; what needs every run (comparing models, densities of each) is for a part of the table",
+    )
+}
+
+/// What one piece says at the first reading.
+fn outline(scene: &Scene, pieces: &Pieces, piece: u64, share: f64, reader: &mut PieceReader) -> Result<Outline, Error> {
+    let mut outline = Outline::default();
+    let mut sample = RunsAsRead::default();
+    let mut take = |block: RunsAsRead| {
+        outline.is_whole |= !block.errors.is_empty();
+        outline.cells = std::mem::take(&mut outline.cells).with(ClassCells::of(&block, scene));
+        let is_sampled = |run: &usize| even(piece, block.row[*run]) < share;
+        sample.extend_by(&block, (0..block.row.len()).filter(is_sampled));
+    };
+    let read = reader.read(&pieces.all[piece as usize], scene, &mut take)?;
+    match read {
+        Some(collected) => {
+            outline.collected = collected;
+            outline.collected.columns = sample;
+        }
+        None => outline.is_whole = true,
+    }
+    Ok(outline)
+}
+
+/// A number between 0 and 1 for a row of a piece, evenly spread and in step with no design.
+///
+/// Source: the finalizer of SplitMix64, Steele, Lea & Flood 2014, doi:10.1145/2660193.2660195.
+fn even(piece: u64, row: u32) -> f64 {
+    let mut x = (piece << 32 | u64::from(row)).wrapping_add(0x9e37_79b9_7f4a_7c15);
+    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    (x ^ (x >> 31)) as f64 / u64::MAX as f64
+}
+
+/// Puts few runs in the place of all.
+struct Condensing<'a> {
+    scene: &'a Scene,
+    cells: &'a ClassCells,
+    slabs: &'a Slabs,
+}
+
+impl Condensing<'_> {
+    fn few(&self, columns: RunsAsRead) -> RunsAsRead {
+        let runs = arrange_part(columns, self.cells, self.scene);
+        runs.condensed_in(self.slabs).as_read(self.cells.has_film_ratio())
+    }
+
+    /// Those of all pieces; the ranks read one each at a time.
+    fn all(&self, pieces: &Pieces, ranks: &Ranks) -> Result<RunsAsRead, Error> {
+        let mut tree = Tree::new(self);
+        let mut reader = PieceReader::default();
+        let all = pieces.all.len() as u64;
+        for first in (0..all).step_by(ranks.count() as usize) {
+            let next = ranks.gather(ranks.count().min(all - first), |own| {
+                let own = own.into_iter().map(|place| self.of_piece(pieces, first + place, &mut reader));
+                own.collect()
+            })?;
+            next.into_iter().for_each(|few| tree.add(few));
+        }
+        Ok(tree.finish())
+    }
+
+    fn of_piece(&self, pieces: &Pieces, piece: u64, reader: &mut PieceReader) -> Result<RunsAsRead, Error> {
+        let mut tree = Tree::new(self);
+        let mut take = |block: RunsAsRead| tree.add(self.few(block));
+        // what it says besides is known from the first reading
+        reader.read(&pieces.all[piece as usize], self.scene, &mut take)?;
+        Ok(tree.finish())
+    }
+}
+
+/// Puts together what stands for parts, so many at once, by their places alone.
+struct Tree<'c> {
+    condensing: &'c Condensing<'c>,
+    /// parts that wait for others, those of single parts first
+    waiting: Vec<Vec<RunsAsRead>>,
+}
+
+impl<'c> Tree<'c> {
+    fn new(condensing: &'c Condensing<'c>) -> Tree<'c> {
+        Tree {
+            condensing,
+            waiting: vec![],
+        }
+    }
+
+    fn add(&mut self, part: RunsAsRead) {
+        let mut part = part;
+        for level in 0.. {
+            if level == self.waiting.len() {
+                self.waiting.push(vec![]);
+            }
+            let waiting = &mut self.waiting[level];
+            waiting.push(part);
+            if waiting.len() < AT_ONCE {
+                return;
+            }
+            let full = std::mem::take(waiting);
+            part = self.together(full);
+        }
+    }
+
+    fn together(&self, parts: Vec<RunsAsRead>) -> RunsAsRead {
+        let mut parts = parts.into_iter();
+        let mut all = parts.next().unwrap_or_default();
+        if parts.len() == 0 {
+            return all;
+        }
+        parts.for_each(|part| all.extend(&part, 0));
+        self.condensing.few(all)
+    }
+
+    fn finish(mut self) -> RunsAsRead {
+        let mut rest = None;
+        // earlier rows wait further up
+        for mut parts in std::mem::take(&mut self.waiting) {
+            parts.extend(rest.take());
+            rest = (!parts.is_empty()).then(|| self.together(parts));
+        }
+        rest.unwrap_or_default()
+    }
+}
+
+impl Runs {
+    /// The columns of a table again, in this order.
+    fn as_read(&self, has_film_ratio: bool) -> RunsAsRead {
+        let mut all = RunsAsRead::with_capacity(self.len(), has_film_ratio);
+        for group in &self.dry {
+            for _ in group.runs() {
+                all.particle.push(group.particle as u32);
+                all.liquid.push(RunsAsRead::NO_LIQUID);
+                all.film_ratio.extend(has_film_ratio.then_some(f64::NAN));
+            }
+        }
+        for series in &self.series {
+            for _ in series.runs() {
+                all.particle.push(series.particle as u32);
+                all.liquid.push(series.liquid as u32);
+                all.film_ratio.extend(has_film_ratio.then_some(series.film_ratio));
+            }
+        }
+        all.diameter.clone_from(&self.diameter);
+        all.film.clone_from(&self.film);
+        all.impact_speed.clone_from(&self.impact_speed);
+        all.restitution.clone_from(&self.restitution);
+        all.row.clone_from(&self.row);
+        all.count.clone_from(&self.count);
+        all
+    }
+}
+
+impl Runs {
+    /// Some of the runs that these stand for, in the same series; of a series of which they have none, these.
+    fn alike(&self, some: &Runs) -> Runs {
+        let mut alike = Runs {
+            spheres: self.spheres.clone(),
+            film_groups: self.film_groups.clone(),
+            ..Runs::default()
+        };
+        for group in &self.dry {
+            let is_same = |own: &&DryGroup| {
+                own.particle == group.particle && same_diameter(own.diameter, group.diameter)
+            };
+            let own = some.dry.iter().find(is_same);
+            let (from, of) = own.map_or((self, group), |own| (some, own));
+            let [rebounds, stuck] = [&of.rebounds, &of.stuck].map(|range| alike.take(from, range.clone(), |_| true));
+            alike.dry.push(DryGroup {
+                rebounds,
+                stuck,
+                ..group.clone()
+            });
+        }
+        for series in &self.series {
+            let own = some.series.iter().find(|own| own.is_same(series));
+            let (from, of) = own.map_or((self, series), |own| (some, own));
+            let [rebounds, stuck] = [&of.rebounds, &of.stuck].map(|range| alike.take(from, range.clone(), |_| true));
+            alike.series.push(Series {
+                rebounds,
+                stuck,
+                ..series.clone()
+            });
+        }
+        // as runs by themselves
+        alike.count.clear();
+        alike
+    }
+}
+
+impl Series {
+    fn is_same(&self, other: &Series) -> bool {
+        let key = |one: &Series| (one.particle, one.liquid, one.film_ratio.to_bits());
+        key(self) == key(other) && self.is_as_large_as(other)
+    }
+}
+
+impl FilmGroup {
+    /// Takes its width from that of the same group in a sample, where it has one.
+    fn measure_by(&mut self, sample: &Runs) {
+        let is_same = |own: &&FilmGroup| {
+            let diameters = [&*self, own].map(|group| sample.spheres.get(group.sphere).and_then(|s| s.diameter));
+            let same_sphere = match diameters {
+                [Some(one), Some(other)] => same_diameter(one, other),
+                _ => true,
+            };
+            own.particle == self.particle && own.film_ratio.to_bits() == self.film_ratio.to_bits() && same_sphere
+        };
+        if let Some(own) = sample.film_groups.iter().find(is_same) {
+            (self.ends, self.width) = (own.ends, own.width);
+        }
+    }
+}
