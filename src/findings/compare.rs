@@ -171,7 +171,9 @@ pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: 
     };
     let Some(used) = affordable_draws(runs, own.sampled.draws()) else {
         let any_wet = !runs.series.is_empty();
-        found.notices.push(notices::compare_left_out(runs.all_measured(), any_wet));
+        found
+            .notices
+            .push(notices::compare_left_out(runs.all_measured(), any_wet));
         return found;
     };
     // the scene's own is left out by its own draws, which a report writes

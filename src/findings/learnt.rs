@@ -165,7 +165,11 @@ fn level_off(findings: &Findings) -> Option<String> {
 
 /// What the runs that stuck say.
 fn stuck(scene: &Scene, runs: &Runs, findings: &Findings) -> Option<String> {
-    let stuck = runs.series.iter().map(|series| runs.measured(series.stuck.clone())).sum::<usize>();
+    let stuck = runs
+        .series
+        .iter()
+        .map(|series| runs.measured(series.stuck.clone()))
+        .sum::<usize>();
     let wet = runs.wet_measured();
     if wet == 0 {
         return None;

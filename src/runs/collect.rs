@@ -121,7 +121,7 @@ pub(super) enum Gathering<'a> {
 }
 
 /// Runs of a block, at least.
-pub(super) const BLOCK: usize = 1 << 20;
+pub(super) const BLOCK: usize = 1 << 19;
 
 impl Gathering<'_> {
     /// How many of so many rows are held at once, about.

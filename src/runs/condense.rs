@@ -1,7 +1,7 @@
 //! Replaces very many runs by few of them that stand for all.
 //!
-//! The restitution of the runs of a series is nearly m = √u, u being the plane in 1/v, δ̃ and D that is nearest to their
-//! e². Along it runs are divided in slabs, so that in each every law is nearly a polynomial of degree [`DEGREE`] in m, δ̃
+//! The restitution of the runs of a series is nearly m = √u, u being the surface over 1/v, δ̃ and D that is nearest to their
+//! e², less their variance. Along it runs are divided in slabs, so that in each every law is nearly a polynomial of degree [`DEGREE`] in m, δ̃
 //! and D, as is the probability to stick. A few runs of a slab with counts of their own have the sums of all (`condensing`), each
 //! with the nearest polynomial for its restitution. Near the turn and the slowest rebound, and where settings repeat, each
 //! setting stands for its own runs, which is exact.
@@ -27,9 +27,15 @@ const DEGREE: usize = 4;
 /// The near side of a slab, as a share of the distance of its far side from the turn.
 const NEAR_SIDE: f64 = 0.8;
 
-/// Energy kept, as a share of that of the impact, below which no runs are put together: the plane is no nearer to the
+/// Energy kept, as a share of that of the impact, below which no runs are put together: the surface is no nearer to the
 /// turn.
-const NEAR_TURN: f64 = 0.005;
+const NEAR_TURN: f64 = 0.001;
+
+/// Degree of the surface.
+const SURFACE: usize = 1;
+
+/// Standard deviations above the limit from which on hardly a run sticks.
+const CLEAR: f64 = 3.0;
 
 /// Share of 1/v at the slowest rebound of a series, from there, in which none are put together either: the square root's edge
 /// cannot lie before that run, and may lie at it.
@@ -44,6 +50,9 @@ const FILMS: f64 = 0.2;
 
 /// A series of fewer runs is kept as it is, as is one whose films have no film ratio in common.
 const MANY: usize = 1000;
+
+/// Share of the squares of restitutions by which those of few runs may differ from those of all.
+const ROUNDING: f64 = 1e-10;
 
 /// One run that stands for several.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,6 +74,11 @@ struct SettingRuns {
 }
 
 impl SettingRuns {
+    /// Sum of the squares of their restitutions.
+    fn squares(&self) -> f64 {
+        self.count * (self.mean * self.mean + self.variance)
+    }
+
     /// One run on either side of the mean, or one alone: they have its mean and variance, and so every sum of squares.
     fn stand_ins(self) -> impl Iterator<Item = StandIn> {
         let sd = self.variance.sqrt();
@@ -98,13 +112,13 @@ struct Members<'r> {
 pub(super) struct Slabs {
     /// a restitution up to which sticks
     limit: f64,
-    planes: Vec<Plane>,
+    surfaces: Vec<Surface>,
 }
 
-/// The plane nearest to e² of a series.
-struct Plane {
+/// The surface nearest to e² of a series.
+struct Surface {
     series: Series,
-    /// its axes, by their places among [`Runs::plane_axes`]
+    /// its axes, by their places among [`Runs::surface_axes`]
     axes: Vec<(usize, Scale)>,
     nearest: Nearest,
     /// spread of the rebounds about it
@@ -113,58 +127,76 @@ struct Plane {
     slowest: f64,
 }
 
-/// What planes lie over: 1/v, δ̃, D.
-type PlaneAxes<'r> = [Cow<'r, [f64]>; 3];
+/// What surfaces lie over: 1/v, δ̃, D.
+type SurfaceAxes<'r> = [Cow<'r, [f64]>; 3];
 
 impl Slabs {
     /// Those of the series of some runs: of all, or of as many as tell them. A series of few has none, nor has one whose films
-    /// have no film ratio in common: about films of all kinds no plane is near to e².
+    /// have no film ratio in common: about films of all kinds none is near to e².
     pub fn of(runs: &Runs, limit: f64) -> Slabs {
         let of_series = |(place, series): (usize, &Series)| {
             let is_narrow = runs.film_group_of(place).is_some_and(FilmGroup::has_one_film_ratio);
-            is_narrow.then(|| Plane::of(runs, series)).flatten()
+            is_narrow.then(|| Surface::of(runs, series, limit)).flatten()
         };
         Slabs {
             limit,
-            planes: runs.series.par_iter().enumerate().filter_map(of_series).collect(),
+            surfaces: runs.series.par_iter().enumerate().filter_map(of_series).collect(),
         }
     }
 
-    fn plane(&self, series: &Series) -> Option<&Plane> {
+    fn surface(&self, series: &Series) -> Option<&Surface> {
         let key = |one: &Series| (one.particle, one.liquid, one.film_ratio.to_bits());
-        let alike = self.planes.iter().filter(|plane| key(&plane.series) == key(series));
-        let distance = |plane: &&Plane| (plane.series.diameter - series.diameter).abs();
+        let alike = self
+            .surfaces
+            .iter()
+            .filter(|surface| key(&surface.series) == key(series));
+        let distance = |surface: &&Surface| (surface.series.diameter - series.diameter).abs();
         alike.min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
 }
 
-impl Plane {
+impl Surface {
     /// `None` of too few runs.
-    fn of(runs: &Runs, series: &Series) -> Option<Plane> {
+    fn of(runs: &Runs, series: &Series, limit: f64) -> Option<Surface> {
         let all = series.runs();
         if all.len() < MANY {
             return None;
         }
-        let columns = runs.plane_axes(all.clone());
+        let columns = runs.surface_axes(all.clone());
         let (places, axes): (Vec<usize>, Vec<Axis>) = columns
             .iter()
             .enumerate()
             .filter_map(|(place, column)| Some((place, Axis::new(column)?)))
             .unzip();
-        let polynomials = Polynomials::new(&axes, 1);
-        let rebounds: Vec<Kept> = (0..series.rebounds.len()).map(|place| (place, 1.0)).collect();
+        let polynomials = Polynomials::new(&axes, SURFACE);
         let restitution = &runs.restitution[series.rebounds.clone()];
         let squares: Vec<f64> = restitution.iter().map(|e| e * e).collect();
-        let nearest = Nearest::new(&polynomials, &rebounds, &vec![1.0; squares.len()], &squares)?;
-        let kept = nearest.at(&polynomials, 0..squares.len()).zip(restitution);
-        let residuals = kept.filter(|(u, _)| *u > NEAR_TURN).map(|(u, e)| e - u.sqrt());
-        let (count, squares) = residuals.fold((0.0, 0.0), |(n, squares), left| (n + 1.0, squares + left * left));
+        let through = |which: &dyn Fn(usize) -> bool| -> Option<(Vec<f64>, Nearest, f64)> {
+            let weights: Vec<f64> = (0..squares.len()).map(|place| f64::from(which(place))).collect();
+            let some: Vec<Kept> = weights
+                .iter()
+                .copied()
+                .enumerate()
+                .filter(|(_, weight)| *weight > 0.0)
+                .collect();
+            let nearest = Nearest::new(&polynomials, &some, &weights, &squares)?;
+            let at: Vec<f64> = nearest.at(&polynomials, 0..squares.len()).collect();
+            let left = |(place, _): &Kept| restitution[*place] - at[*place].max(0.0).sqrt();
+            let squared = some.iter().map(|kept| left(kept).powi(2)).sum::<f64>();
+            Some((at, nearest, (squared / some.len() as f64).sqrt()))
+        };
+        let (first, nearest, sd) = through(&|_| true)?;
+        // near the limit only what was lucky rebounds
+        let is_clear = |place: usize| first[place] > (limit + CLEAR * sd).powi(2);
+        let clear = (0..squares.len()).filter(|place| is_clear(*place)).count();
+        let second = if clear >= MANY / 2 { through(&is_clear) } else { None };
+        let (nearest, sd) = second.map_or((nearest, sd), |(_, nearest, sd)| (nearest, sd));
         let speeds = runs.impact_speed[series.rebounds.clone()].iter().copied();
-        Some(Plane {
+        Some(Surface {
             series: series.clone(),
             axes: places.into_iter().zip(axes.iter().map(Axis::scale)).collect(),
             nearest,
-            sd: f64::sqrt(squares / count),
+            sd,
             slowest: speeds.fold(f64::INFINITY, f64::min),
         })
     }
@@ -172,10 +204,16 @@ impl Plane {
     /// √u of every run of a series, with the sign of u.
     fn means(&self, runs: &Runs, series: &Series) -> Vec<f64> {
         let all = series.runs();
-        let columns = runs.plane_axes(all.clone());
-        let axes: Vec<Axis> = self.axes.iter().map(|(place, scale)| scale.axis(&columns[*place])).collect();
-        let polynomials = Polynomials::new(&axes, 1);
+        let columns = runs.surface_axes(all.clone());
+        let axes: Vec<Axis> = self
+            .axes
+            .iter()
+            .map(|(place, scale)| scale.axis(&columns[*place]))
+            .collect();
+        let polynomials = Polynomials::new(&axes, SURFACE);
         let kept = self.nearest.at(&polynomials, 0..all.len());
+        // the mean of a square is that of its root, squared, and a variance
+        let kept = kept.map(|square| square - self.sd * self.sd);
         kept.map(|u| u.abs().sqrt().copysign(u)).collect()
     }
 }
@@ -194,7 +232,8 @@ impl Runs {
             [&group.rebounds, &group.stuck].map(|range| {
                 let ends = self.ends(range);
                 let (ends, between) = (0..range.len()).partition(|place| ends.contains(&(range.start + place)));
-                let slabs = [(ends, true), (between, range.len() < MANY)].map(|(places, is_kept)| Slab { places, is_kept });
+                let slabs =
+                    [(ends, true), (between, range.len() < MANY)].map(|(places, is_kept)| Slab { places, is_kept });
                 let of_speed = &self.impacts.speed_root[range.clone()];
                 self.members(range.clone(), vec![of_speed]).stand_ins(&slabs)
             })
@@ -202,12 +241,12 @@ impl Runs {
         let dry: Vec<[Vec<StandIn>; 2]> = self.dry.par_iter().map(of_dry).collect();
         let of_series = |series: &Series| {
             let all = series.runs();
-            let plane = slabs.plane(series);
-            let means = plane.map_or_else(|| vec![0.0; all.len()], |plane| plane.means(self, series));
+            let surface = slabs.surface(series);
+            let means = surface.map_or_else(|| vec![0.0; all.len()], |surface| surface.means(self, series));
             let others = [&self.impacts.film_ratio, &self.diameter].map(|column| &column[all.clone()]);
             let axes = std::iter::once(&means[..]).chain(others).collect();
             let members = self.members(all, axes);
-            let of_kinds = self.slabs(series, &means, plane.map(|plane| (plane, slabs.limit)));
+            let of_kinds = self.slabs(series, &means, surface.map(|surface| (surface, slabs.limit)));
             of_kinds.map(|own| members.stand_ins(&own))
         };
         let wet: Vec<[Vec<StandIn>; 2]> = self.series.par_iter().map(of_series).collect();
@@ -249,23 +288,23 @@ impl Runs {
         first..self.len()
     }
 
-    /// The rebounds and the stuck runs of a series by slabs, from the restitution that is expected of each; without a plane
-    /// all are kept.
-    fn slabs(&self, series: &Series, means: &[f64], plane: Option<(&Plane, f64)>) -> [Vec<Slab>; 2] {
+    /// The rebounds and the stuck runs of a series by slabs, from the restitution that is expected of each; without a
+    /// surface all are kept.
+    fn slabs(&self, series: &Series, means: &[f64], surface: Option<(&Surface, f64)>) -> [Vec<Slab>; 2] {
         let first = series.rebounds.start;
         // the sides of slabs are powers of one number
         let side = |distance: f64| (distance.ln() / NEAR_SIDE.ln()).floor();
         let slab = |place: usize, rebounded: bool| {
-            let (plane, limit) = plane?;
+            let (surface, limit) = surface?;
             let m = means[place];
             let from_edge = match rebounded {
-                true => 1.0 - plane.slowest / self.impact_speed[first + place],
+                true => 1.0 - surface.slowest / self.impact_speed[first + place],
                 false => 1.0,
             };
             if m * m < NEAR_TURN || from_edge < NEAR_EDGE {
                 return None;
             }
-            let spreads = (m - limit) / plane.sd;
+            let spreads = (m - limit) / surface.sd;
             let about_limit = spreads.abs() < ABOUT_THE_LIMIT;
             let spread = if about_limit { spreads.floor() } else { ABOUT_THE_LIMIT };
             let film = (self.impacts.film_ratio[first + place] / series.film_ratio).ln() / FILMS;
@@ -304,7 +343,7 @@ impl Runs {
         ends.flatten().collect()
     }
 
-    fn plane_axes(&self, range: Range<usize>) -> PlaneAxes<'_> {
+    fn surface_axes(&self, range: Range<usize>) -> SurfaceAxes<'_> {
         let inverse_speed: Vec<f64> = self.impact_speed[range.clone()].iter().map(|v| 1.0 / v).collect();
         let [films, diameters] = [&self.impacts.film_ratio, &self.diameter].map(|column| &column[range.clone()]);
         [inverse_speed.into(), films.into(), diameters.into()]
@@ -365,7 +404,16 @@ impl Members<'_> {
             mean,
             variance,
         };
-        each.map(stand_in).collect()
+        let few: Vec<SettingRuns> = each.map(stand_in).collect();
+        // where hardly more runs than polynomials lie unevenly, rounding may tell
+        let squares = |some: &[SettingRuns]| some.iter().map(SettingRuns::squares).sum::<f64>();
+        let (of_few, of_all) = (squares(&few), squares(&settings));
+        let is_exact = (of_few - of_all).abs() <= ROUNDING * of_all;
+        if is_exact {
+            few
+        } else {
+            settings
+        }
     }
 
     /// Each different setting of some runs.

@@ -5,6 +5,7 @@
 //! where slabs lie; and once for what stands for the runs of each slab (`condense.rs`): of a block of rows first, then of
 //! several such together, in a tree over the blocks' places. So it does not matter which process reads which piece.
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::collect::{Collected, RunsAsRead, CONDENSED_RUNS};
@@ -29,6 +30,9 @@ const MOST_SAMPLED: usize = 500_000;
 
 /// What stands for so many blocks is put together at once.
 const AT_ONCE: usize = 8;
+
+/// Pieces that a process reads at the same time, at most.
+const PIECES_AT_ONCE: usize = 4;
 
 /// What a piece says at the first reading.
 #[derive(Debug, Default, Serialize, Deserialize)]
@@ -59,16 +63,22 @@ fn read_few(scene: &Scene, pieces: &Pieces, ranks: &Ranks) -> Result<Option<Tabl
     let tables = &scene.data.runs;
     let (outlines, hashes) = rayon::join(
         || {
-            let mut reader = PieceReader::default();
-            let own = ranks.own(pieces.all.len() as u64).into_iter();
-            own.map(|piece| outline(scene, pieces, piece, share, &mut reader)).collect()
+            let reader = PieceReader::default();
+            let own = ranks.own(pieces.all.len() as u64);
+            few_at_once(&own, |piece| outline(scene, pieces, piece, share, &reader))
         },
-        || ranks.own(tables.len() as u64).into_iter().map(|file| sha256_of(&tables[file as usize])).collect(),
+        || {
+            let own = ranks.own(tables.len() as u64).into_iter();
+            own.map(|file| sha256_of(&tables[file as usize])).collect()
+        },
     );
-    let (outlines, hashes): (Result<Vec<Outline>, Error>, Result<Vec<String>, Error>) = (outlines, hashes);
+    let hashes: Result<Vec<String>, Error> = hashes;
     let outlines = ranks.gather(pieces.all.len() as u64, |_| outlines)?;
     let hashes = ranks.gather(tables.len() as u64, |_| hashes)?;
-    if outlines.iter().any(|outline| outline.is_whole || outline.collected.rows == 0) {
+    if outlines
+        .iter()
+        .any(|outline| outline.is_whole || outline.collected.rows == 0)
+    {
         return Ok(None);
     }
     let mut cells = ClassCells::default();
@@ -122,8 +132,21 @@ fn condensed_notice(runs: &Runs, sample: &Runs) -> Notice {
     )
 }
 
+/// What some pieces give, in their order.
+fn few_at_once<T: Send>(pieces: &[u64], of_piece: impl Fn(u64) -> Result<T, Error> + Sync) -> Result<Vec<T>, Error> {
+    let mut all = Vec::with_capacity(pieces.len());
+    for some in pieces.chunks(PIECES_AT_ONCE) {
+        let of_some: Vec<Result<T, Error>> = some.par_iter().map(|piece| of_piece(*piece)).collect();
+        // of several that fail the first is told
+        for given in of_some {
+            all.push(given?);
+        }
+    }
+    Ok(all)
+}
+
 /// What one piece says at the first reading.
-fn outline(scene: &Scene, pieces: &Pieces, piece: u64, share: f64, reader: &mut PieceReader) -> Result<Outline, Error> {
+fn outline(scene: &Scene, pieces: &Pieces, piece: u64, share: f64, reader: &PieceReader) -> Result<Outline, Error> {
     let mut outline = Outline::default();
     let mut sample = RunsAsRead::default();
     let mut take = |block: RunsAsRead| {
@@ -166,22 +189,22 @@ impl Condensing<'_> {
         runs.condensed_in(self.slabs).as_read(self.cells.has_film_ratio())
     }
 
-    /// Those of all pieces; the ranks read one each at a time.
+    /// Those of all pieces; each rank reads some of them at a time.
     fn all(&self, pieces: &Pieces, ranks: &Ranks) -> Result<RunsAsRead, Error> {
         let mut tree = Tree::new(self);
-        let mut reader = PieceReader::default();
+        let reader = PieceReader::default();
         let all = pieces.all.len() as u64;
-        for first in (0..all).step_by(ranks.count() as usize) {
-            let next = ranks.gather(ranks.count().min(all - first), |own| {
-                let own = own.into_iter().map(|place| self.of_piece(pieces, first + place, &mut reader));
-                own.collect()
+        let step = ranks.count() * PIECES_AT_ONCE as u64;
+        for first in (0..all).step_by(step as usize) {
+            let next = ranks.gather(step.min(all - first), |own| {
+                few_at_once(&own, |place| self.of_piece(pieces, first + place, &reader))
             })?;
             next.into_iter().for_each(|few| tree.add(few));
         }
         Ok(tree.finish())
     }
 
-    fn of_piece(&self, pieces: &Pieces, piece: u64, reader: &mut PieceReader) -> Result<RunsAsRead, Error> {
+    fn of_piece(&self, pieces: &Pieces, piece: u64, reader: &PieceReader) -> Result<RunsAsRead, Error> {
         let mut tree = Tree::new(self);
         let mut take = |block: RunsAsRead| tree.add(self.few(block));
         // what it says besides is known from the first reading
@@ -279,9 +302,8 @@ impl Runs {
             ..Runs::default()
         };
         for group in &self.dry {
-            let is_same = |own: &&DryGroup| {
-                own.particle == group.particle && same_diameter(own.diameter, group.diameter)
-            };
+            let is_same =
+                |own: &&DryGroup| own.particle == group.particle && same_diameter(own.diameter, group.diameter);
             let own = some.dry.iter().find(is_same);
             let (from, of) = own.map_or((self, group), |own| (some, own));
             let [rebounds, stuck] = [&of.rebounds, &of.stuck].map(|range| alike.take(from, range.clone(), |_| true));

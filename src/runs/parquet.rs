@@ -155,7 +155,7 @@ pub(super) fn read_parquet(
 }
 
 /// Rows that are in memory at once as the file has them: a few of the blocks that `simulate` writes.
-const ROWS_AT_ONCE: usize = 1 << 20;
+const ROWS_AT_ONCE: usize = 1 << 19;
 
 /// The columns in use as numbers and texts; fails with every text that is no number.
 fn typed(frame: DataFrame, layout: &TableLayout) -> Result<DataFrame, Refused> {

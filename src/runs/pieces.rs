@@ -1,8 +1,9 @@
 //! Divides tables into pieces that can be read each by itself.
 
 use std::ops::Range;
+use std::sync::{Arc, Mutex, PoisonError};
 
-use super::collect::{Collected, Gathering};
+use super::collect::{Collected, Gathering, RunsAsRead};
 use super::source::{TableSource, READ};
 use super::{csv, parquet, refuse, windows};
 use crate::error::Error;
@@ -72,8 +73,8 @@ fn about_rows(table: &TableFile, scene: &Scene) -> Option<usize> {
 /// Reads pieces of tables.
 #[derive(Default)]
 pub(super) struct PieceReader {
-    /// the Parquet file of the last piece, and which it is
-    held: Option<(usize, Vec<u8>)>,
+    /// the Parquet file that was read last, and which it is: more than one piece may be of it
+    held: Mutex<Option<(usize, Arc<Vec<u8>>)>>,
 }
 
 impl PieceReader {
@@ -81,17 +82,17 @@ impl PieceReader {
     ///
     /// Fails with every bad cell of the piece.
     pub fn read(
-        &mut self,
+        &self,
         piece: &Piece,
         scene: &Scene,
-        mut take: &mut (dyn FnMut(super::collect::RunsAsRead) + Send),
+        mut take: &mut (dyn FnMut(RunsAsRead) + Send),
     ) -> Result<Option<Collected>, Error> {
         let table = &scene.data.runs[piece.file];
         let path = table.path.as_path();
         let mut gathering = Gathering::Blocks(&mut take);
         let mut collected = if table.ends_with(".parquet") {
             let bytes = self.parquet(piece.file, table)?;
-            let read = parquet::read_parquet(bytes, scene, piece.rows.clone(), &mut gathering);
+            let read = parquet::read_parquet(&bytes, scene, piece.rows.clone(), &mut gathering);
             read.map_err(|refused| refuse(path, refused))?
         } else if table.ends_with(TableFile::WORKBOOK) {
             super::read_workbook(TableSource::open(path)?, table, scene)?.0
@@ -111,12 +112,15 @@ impl PieceReader {
         Ok(Some(collected))
     }
 
-    fn parquet(&mut self, file: usize, table: &TableFile) -> Result<&[u8], Error> {
-        let bytes = match self.held.take() {
-            Some((held, bytes)) if held == file => bytes,
-            _ => TableSource::open(&table.path)?.parquet(&table.path)?,
-        };
-        Ok(&self.held.insert((file, bytes)).1)
+    fn parquet(&self, file: usize, table: &TableFile) -> Result<Arc<Vec<u8>>, Error> {
+        let mut held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, bytes)) = held.as_ref().filter(|(held, _)| *held == file) {
+            return Ok(Arc::clone(bytes));
+        }
+        // no two are read at once, which a disk would not be the faster for
+        let bytes = Arc::new(TableSource::open(&table.path)?.parquet(&table.path)?);
+        *held = Some((file, Arc::clone(&bytes)));
+        Ok(bytes)
     }
 }
 

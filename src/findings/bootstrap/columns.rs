@@ -62,7 +62,9 @@ impl Columns {
                 columns.speed_root.push(runs.impacts.speed_root[*run]);
                 columns.dry_restitution.push(runs.restitution[*run]);
             }
-            columns.dry_count.extend(order.iter().filter_map(|run| runs.count.get(*run)));
+            columns
+                .dry_count
+                .extend(order.iter().filter_map(|run| runs.count.get(*run)));
             columns.order.extend(order.into_iter().filter(|_| weighs));
         }
         columns.dry_runs = columns.dry_restitution.len();
@@ -76,7 +78,9 @@ impl Columns {
             columns.inverse_stokes.extend(inverse_stokes);
             let restitution = order.iter().map(|run| runs.restitution[*run]);
             columns.restitution.extend(restitution);
-            columns.count.extend(order.iter().filter_map(|run| runs.count.get(*run)));
+            columns
+                .count
+                .extend(order.iter().filter_map(|run| runs.count.get(*run)));
             match own_of(series) {
                 Some(own) => columns.offset.extend(own.offsets(&speeds)),
                 None if has_offsets => columns.offset.extend(std::iter::repeat_n(0.0, speeds.len())),

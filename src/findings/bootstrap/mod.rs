@@ -68,8 +68,7 @@ pub fn add_bootstrap_intervals(
         method: scene.bootstrap.interval.unwrap_or(DEFAULT_INTERVAL),
         named: scene.bootstrap.interval.is_some(),
         keep_all: options.keep_all,
-        many: runs.sample.is_some()
-            || runs.len() > options.most_resampled && plan.scheme == ResamplingScheme::Cases,
+        many: runs.sample.is_some() || runs.len() > options.most_resampled && plan.scheme == ResamplingScheme::Cases,
     };
     let many = order.many;
     // what stands for others has their sums, and not the scatter inside a speed

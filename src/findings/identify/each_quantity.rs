@@ -27,7 +27,11 @@ pub fn identify_each_quantity(scene: &Scene, runs: &Runs) -> Vec<Identified> {
     let mut any_st_c = false;
     for (index, sphere) in runs.spheres.iter().enumerate() {
         let name = sphere.label(scene);
-        let dry: usize = runs.dry_of(index).iter().map(|g| runs.measured(g.rebounds.clone())).sum();
+        let dry: usize = runs
+            .dry_of(index)
+            .iter()
+            .map(|g| runs.measured(g.rebounds.clone()))
+            .sum();
         let groups = runs.film_groups_of(index);
         if dry == 0 && groups.is_empty() {
             continue;

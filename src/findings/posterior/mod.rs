@@ -45,7 +45,7 @@ pub use posterior_checks::{speed_errors, why_not_sampled, PosteriorRefusal};
 pub use sampling::{check_room, effort, start, until_mixed, MethodChoice, SamplingSetup, MOST_NUMBERS};
 pub use summary::{
     AccuracySummary, CompressionSummary, HeldParameter, PosteriorFindings, PriorSummary, QuantitySummary,
-    RejectedMethod, SeriesOffset,
+    RejectedMethod, SeriesOffset, StandIns,
 };
 
 /// A posterior with its draws, for the report and the files of draws.
@@ -168,7 +168,10 @@ pub fn fit_posterior(
         setup,
         effort,
         rows: runs.wet_measured(),
-        stand_ins: condensed.as_ref().or(few).map(Runs::wet),
+        stand_ins: condensed.as_ref().or(few).map(|few| StandIns {
+            runs: few.wet(),
+            are_held: condensed.is_some(),
+        }),
         derived: &derived,
         predictive,
         series_offsets: series_offsets::summarise_offsets(scene, runs, &sampled),

@@ -88,7 +88,8 @@ struct Tally {
 fn too_few_runs(runs: &Runs, parameters: &ModelParameters) -> Option<Check> {
     let sampled: Vec<ParameterKind> = parameters.sampled.iter().map(|parameter| parameter.kind).collect();
     let is_sampled = |kind: ParameterKind| sampled.contains(&kind);
-    let rebounds = |groups: &[DryGroup]| -> usize { groups.iter().map(|group| runs.measured(group.rebounds.clone())).sum() };
+    let rebounds =
+        |groups: &[DryGroup]| -> usize { groups.iter().map(|group| runs.measured(group.rebounds.clone())).sum() };
     let has_dry = |kind: ParameterKind| matches!(kind, ParameterKind::DryK(p) if rebounds(runs.dry_of(p)) > 0);
     let of_kind = |of: &dyn Fn(ParameterKind) -> bool| sampled.iter().copied().filter(|kind| of(*kind)).collect();
     let dry = Tally {

@@ -7,7 +7,7 @@ use super::predictive_checks::PredictiveChecks;
 use super::sampling::SamplingSetup;
 use super::summary::{
     AccuracySummary, CompressionSummary, HeldParameter, PosteriorFindings, PriorSummary, QuantitySummary,
-    RejectedMethod, SeriesOffset,
+    RejectedMethod, SeriesOffset, StandIns,
 };
 use crate::findings::predict::Basis;
 use crate::inference::diagnostics::energy::e_bfmi;
@@ -26,8 +26,8 @@ pub(super) struct SummarySource<'p> {
     pub(super) effort: Effort,
     /// wet runs of the likelihood
     pub(super) rows: usize,
-    /// how many of them, where so many stood for all
-    pub(super) stand_ins: Option<usize>,
+    /// what stood for all of them
+    pub(super) stand_ins: Option<StandIns>,
     /// the draws of what follows from the parameters
     pub(super) derived: &'p [DerivedDraws],
     /// new runs beside the ones made
@@ -116,12 +116,13 @@ impl AccuracySummary {
 }
 
 impl CompressionSummary {
-    fn of(sampled: &Sampled, rows: usize, stand_ins: Option<usize>) -> Option<CompressionSummary> {
+    fn of(sampled: &Sampled, rows: usize, stand_ins: Option<StandIns>) -> Option<CompressionSummary> {
         let (made, checked) = sampled.compression.zip(sampled.checked_error)?;
         Some(CompressionSummary {
             nodes: made.nodes,
             rows,
             stand_ins,
+            held_against: stand_ins.filter(|few| !few.are_held).map(|_| "stand_ins"),
             rows_exact: made.rows_exact,
             bound: sampled.bound.unwrap_or(f64::INFINITY),
             max_log_density_error: checked,

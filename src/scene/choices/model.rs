@@ -50,7 +50,10 @@ impl ModelChoices {
 
     /// Whether noise has Student's tails, and whether it acts on the energy, too: then no few runs have the sums of all.
     pub fn has_own_noise(&self) -> (bool, bool) {
-        (self.likelihood == LikelihoodFamily::Student, self.noise == NoiseOn::Both)
+        (
+            self.likelihood == LikelihoodFamily::Student,
+            self.noise == NoiseOn::Both,
+        )
     }
 
     /// Whether every run has to be kept: for its noise, or as forms of the inertial loss are compared run by run.

@@ -5,7 +5,9 @@ use super::super::super::{figures, ReportInput};
 use super::super::page::Page;
 use super::cells::{checks, of_prediction};
 use super::numbers::without_panel;
-use crate::findings::posterior::{AccuracySummary, CompressionSummary, Posterior, PosteriorFindings, CHECKED_RUNS};
+use crate::findings::posterior::{
+    AccuracySummary, CompressionSummary, Posterior, PosteriorFindings, StandIns, CHECKED_RUNS,
+};
 use crate::inference::prepared_posterior::CHECKED;
 use crate::inference::sampling::{Method, MOST_TIMES};
 
@@ -66,8 +68,12 @@ pub(super) fn computation(page: &mut Page, input: ReportInput, posterior: &Poste
 fn held_against(made: &CompressionSummary) -> String {
     match made.stand_ins {
         None => format!("the sum over every run, at up to {CHECKED} of the kept draws"),
-        Some(few) => format!(
-            "the sum over {few} runs that stand for all, at up to {CHECKED} of the kept draws, with that of these from \
+        Some(StandIns { runs, are_held: false }) => format!(
+            "the sum over {runs} runs that stand for all, at up to {CHECKED} of the kept draws (they are not held against the \
+             runs themselves, which are not kept)"
+        ),
+        Some(StandIns { runs, .. }) => format!(
+            "the sum over {runs} runs that stand for all, at up to {CHECKED} of the kept draws, with that of these from \
              every run, at up to {CHECKED_RUNS} and a constant apart"
         ),
     }
