@@ -369,10 +369,19 @@ impl Members<'_> {
     /// The settings of a slab, or few of them for all.
     fn few(&self, slab: &Slab) -> Vec<SettingRuns> {
         let settings = self.settings(&slab.places);
+        if slab.is_kept {
+            settings
+        } else {
+            self.few_of(settings)
+        }
+    }
+
+    /// Few of some settings, where they are more than it takes.
+    fn few_of(&self, settings: Vec<SettingRuns>) -> Vec<SettingRuns> {
         let of_settings = |column: &&[f64]| settings.iter().map(|own| column[own.run - self.first]).collect();
         let own: Vec<Vec<f64>> = self.axes.iter().map(of_settings).collect();
         let axes: Vec<Axis> = own.iter().filter_map(|column| Axis::new(column)).collect();
-        if slab.is_kept || 2 * functions(axes.len(), 2 * DEGREE) > settings.len() {
+        if 2 * functions(axes.len(), 2 * DEGREE) > settings.len() {
             return settings;
         }
         let counts: Vec<f64> = settings.iter().map(|own| own.count).collect();
@@ -405,15 +414,46 @@ impl Members<'_> {
             variance,
         };
         let few: Vec<SettingRuns> = each.map(stand_in).collect();
-        // where hardly more runs than polynomials lie unevenly, rounding may tell
+        // where runs lie very unevenly, rounding may tell
         let squares = |some: &[SettingRuns]| some.iter().map(SettingRuns::squares).sum::<f64>();
         let (of_few, of_all) = (squares(&few), squares(&settings));
         let is_exact = (of_few - of_all).abs() <= ROUNDING * of_all;
         if is_exact {
             few
         } else {
-            settings
+            self.few_of_halves(settings, &own)
         }
+    }
+
+    /// Few of either half of some settings, along the axis of these columns that they fill least evenly.
+    fn few_of_halves(&self, settings: Vec<SettingRuns>, columns: &[Vec<f64>]) -> Vec<SettingRuns> {
+        // share of the range that the middle half has, and the median
+        let evenness = |column: &Vec<f64>| {
+            let mut sorted = column.clone();
+            sorted.sort_unstable_by(f64::total_cmp);
+            let [lo, quarter, middle, three, hi] = [0, 1, 2, 3, 4].map(|part| sorted[part * (sorted.len() - 1) / 4]);
+            ((three - quarter) / (hi - lo), middle)
+        };
+        let each = columns.iter().map(|column| (evenness(column), column));
+        // an axis that does not vary has none
+        let varying = each.filter(|((evenness, _), _)| evenness.is_finite());
+        let Some(((_, middle), column)) = varying.min_by(|a, b| a.0 .0.total_cmp(&b.0 .0)) else {
+            return settings;
+        };
+        let (mut less, mut more) = (vec![], vec![]);
+        for (own, at) in settings.into_iter().zip(column) {
+            if *at < middle {
+                less.push(own);
+            } else {
+                more.push(own);
+            }
+        }
+        if less.is_empty() {
+            return more;
+        }
+        let mut few = self.few_of(less);
+        few.extend(self.few_of(more));
+        few
     }
 
     /// Each different setting of some runs.
