@@ -5,6 +5,7 @@
 PROGRAM was built with the feature `mpi`; needs mpirun of Open MPI.
 """
 
+import json
 import os
 import pathlib
 import shutil
@@ -76,12 +77,48 @@ def the_parts_are_the_same(program, plain, folder):
     assert (folder / "other" / "part-000.parquet").read_bytes() not in parts[0].values(), "a seed changes nothing"
 
 
+def fit(program, ranks, scene, out, stages="least_squares"):
+    """A fit of a scene of this folder, in which it leaves a report."""
+    launcher = ["mpirun", "-n", str(ranks)] if ranks else []
+    return [*launcher, program, "fit", scene, "--stages", stages, "--out", out, "--quiet"]
+
+
+# more runs than are kept
+MANY = 3_000_000
+WHOLE, BAD = "many.toml", "bad.toml"
+
+
+def the_report_is_the_same(program, plain, folder):
+    done, _ = run(simulate(program, 0, "many", runs=MANY), folder)
+    assert done.returncode == 0, done.stderr
+    parts = [f"many/part-{part:03}.parquet" for part in range(5)]
+    with (folder / "bad.csv").open("w") as table:
+        table.write("particle,liquid,diameter_mm,film_um,film_ratio,impact_speed_m_s,restitution\nPTFE,dry,4.762,,,fast,0.8\n")
+    for scene, tables in [(WHOLE, parts), (BAD, [*parts, "bad.csv"])]:
+        text = SCENE.read_text().replace('"runs.csv"', str(tables).replace("'", '"'))
+        assert str(MANY) not in text and "part-004" in text
+        (folder / scene).write_text(text)
+    reports = {}
+    for ranks in [0, 1, 2, 3]:
+        done, _ = run(fit(program if ranks else plain, ranks, WHOLE, "report"), folder)
+        assert done.returncode in [0, 1], done.stderr
+        reports[ranks] = {
+            path.name: path.read_bytes() for path in (folder / "report").iterdir() if path.name in ["findings.json", "report.md"]
+        }
+    findings = json.loads(reports[0]["findings.json"])
+    assert findings["counts"]["runs"] == MANY, findings["counts"]
+    assert any(notice["code"] == "condensed_runs" for notice in findings["notices"]), "every run was kept"
+    for ranks in [1, 2, 3]:
+        assert reports[ranks] == reports[0], f"reports of {ranks} ranks differ"
+
+
 def a_refusal_is_told_once(program, folder):
     (folder / "notes.md").write_text("notes\n")
     for arguments, expected in [
         (calibrate(program, 3, "notes.md"), "notes.md: exists and is no page"),
         (calibrate(program, 3, "new.md", "--bogus"), "unexpected argument '--bogus'"),
-        (["mpirun", "-n", "3", program, "fit", "scene.toml"], "only `calibrate` and `simulate --parts` divide"),
+        (["mpirun", "-n", "3", program, "check", "scene.toml"], "only `fit`, `calibrate` and `simulate --parts` divide"),
+        (fit(program, 3, BAD, "bad"), "bad.csv"),
         (simulate(program, 3, "parts1"), "parts1: exists; --out names another folder"),
     ]:
         done, told = run(arguments, folder)
@@ -109,10 +146,13 @@ def kill_one(command, folder, place):
 
 def one_that_is_killed_ends_all(program, folder, place):
     before = (folder / "1.md").read_bytes()
+    report = (folder / "report/findings.json").read_bytes()
     names = set(os.listdir(folder))
     kill_one(calibrate(program, 2, "1.md"), folder, place)
     assert (folder / "1.md").read_bytes() == before
     assert set(os.listdir(folder)) == names, set(os.listdir(folder)) - names
+    kill_one(fit(program, 2, WHOLE, "report", "least_squares,posterior"), folder, place)
+    assert (folder / "report/findings.json").read_bytes() == report
     kill_one(simulate(program, 2, "half", runs=100_000_000), folder, place)
     # the first rank could not clear what it was making; the next command does
     left = set(os.listdir(folder)) - names
@@ -136,6 +176,7 @@ def main(program, plain):
         folder = pathlib.Path(folder)
         the_page_is_the_same(program, folder)
         the_parts_are_the_same(program, plain, folder)
+        the_report_is_the_same(program, plain, folder)
         a_refusal_is_told_once(program, folder)
         for place in [0, 1]:
             one_that_is_killed_ends_all(program, folder, place)

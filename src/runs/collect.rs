@@ -47,6 +47,8 @@ pub(super) struct RunsAsRead {
     pub errors: MeasurementErrors,
     /// how many runs each stands for; empty where that is itself
     pub count: Vec<f64>,
+    /// whether those it stands for stuck, which its restitution need not tell; empty like the counts
+    pub stuck: Vec<bool>,
 }
 
 impl RunsAsRead {
@@ -66,7 +68,13 @@ impl RunsAsRead {
             row: Vec::with_capacity(runs),
             errors: MeasurementErrors::default(),
             count: vec![],
+            stuck: vec![],
         }
+    }
+
+    /// Whether a run stuck, where restitutions up to `limit` do.
+    pub fn is_stuck(&self, run: usize, limit: f64) -> bool {
+        self.stuck.get(run).copied().unwrap_or(self.restitution[run] <= limit)
     }
 
     /// Adds some runs of another part.
@@ -106,6 +114,7 @@ impl RunsAsRead {
         self.restitution.extend_from_slice(&part.restitution);
         self.film_ratio.extend_from_slice(&part.film_ratio);
         self.count.extend_from_slice(&part.count);
+        self.stuck.extend_from_slice(&part.stuck);
         let rows_before = u32::try_from(rows_before).unwrap_or(u32::MAX);
         self.row
             .extend(part.row.iter().map(|row| rows_before.saturating_add(*row)));

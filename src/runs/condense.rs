@@ -1,21 +1,18 @@
 //! Replaces very many runs by few of them that stand for all.
 //!
-//! The restitution of the runs of a series is nearly m = √u, u being the surface over 1/v, δ̃ and D that is nearest to their
-//! e², less their variance. Along it runs are divided in slabs, so that in each every law is nearly a polynomial of degree [`DEGREE`] in m, δ̃
-//! and D, as is the probability to stick. A few runs of a slab with counts of their own have the sums of all (`condensing`), each
-//! with the nearest polynomial for its restitution. Near the turn and the slowest rebound, and where settings repeat, each
-//! setting stands for its own runs, which is exact.
+//! In a slab (`slabs.rs`) every law is nearly a polynomial of degree [`DEGREE`] in m, δ̃ and D, as is the probability to stick. A
+//! few runs of it with counts of their own have the sums of all (`condensing`), each with the nearest polynomial for its
+//! restitution. Near the turn and the slowest rebound, and where settings repeat, each setting stands for its own runs, which
+//! is exact.
 
-use std::borrow::Cow;
-use std::collections::BTreeMap;
 use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::film_groups::FilmGroup;
 use super::series::{DryGroup, Runs, Series};
+use super::slabs::{Slab, Slabs, MANY};
 use crate::condensing::nearest::Nearest;
-use crate::condensing::polynomials::{functions, Axis, Polynomials, Scale};
+use crate::condensing::polynomials::{functions, Axis, Polynomials};
 use crate::condensing::recombination::{recombine, Kept};
 
 /// Beyond so many runs laws and the posterior read few that stand for all.
@@ -23,33 +20,6 @@ const MANY_RUNS: usize = 100_000;
 
 /// Degree of the polynomials that laws are taken for in a slab.
 const DEGREE: usize = 4;
-
-/// The near side of a slab, as a share of the distance of its far side from the turn.
-const NEAR_SIDE: f64 = 0.8;
-
-/// Energy kept, as a share of that of the impact, below which no runs are put together: the surface is no nearer to the
-/// turn.
-const NEAR_TURN: f64 = 0.001;
-
-/// Degree of the surface.
-const SURFACE: usize = 1;
-
-/// Standard deviations above the limit from which on hardly a run sticks.
-const CLEAR: f64 = 3.0;
-
-/// Share of 1/v at the slowest rebound of a series, from there, in which none are put together either: the square root's edge
-/// cannot lie before that run, and may lie at it.
-const NEAR_EDGE: f64 = 0.002;
-
-/// Standard deviations of a restitution about the limit within which a slab is no wider than one, as the probability to
-/// stick turns there, too.
-const ABOUT_THE_LIMIT: f64 = 6.0;
-
-/// Reach of a slab in ln δ̃: a shape that rises over δ̃0 is then nearly such a polynomial, too.
-const FILMS: f64 = 0.2;
-
-/// A series of fewer runs is kept as it is, as is one whose films have no film ratio in common.
-const MANY: usize = 1000;
 
 /// Share of the squares of restitutions by which those of few runs may differ from those of all.
 const ROUNDING: f64 = 1e-10;
@@ -91,13 +61,6 @@ impl SettingRuns {
     }
 }
 
-/// Neighbouring runs of a series, by their places in it.
-struct Slab {
-    places: Vec<usize>,
-    /// whether each setting has to stand for itself
-    is_kept: bool,
-}
-
 /// Runs that may stand for one another, in columns that begin with the first of them.
 struct Members<'r> {
     runs: &'r Runs,
@@ -106,116 +69,6 @@ struct Members<'r> {
     settings: [&'r [f64]; 3],
     /// what laws are polynomials in
     axes: Vec<&'r [f64]>,
-}
-
-/// Where slabs lie in each series: the same for every part of a table, so that what stands for parts can be put together.
-pub(super) struct Slabs {
-    /// a restitution up to which sticks
-    limit: f64,
-    surfaces: Vec<Surface>,
-}
-
-/// The surface nearest to e² of a series.
-struct Surface {
-    series: Series,
-    /// its axes, by their places among [`Runs::surface_axes`]
-    axes: Vec<(usize, Scale)>,
-    nearest: Nearest,
-    /// spread of the rebounds about it
-    sd: f64,
-    /// the slowest rebound, m/s
-    slowest: f64,
-}
-
-/// What surfaces lie over: 1/v, δ̃, D.
-type SurfaceAxes<'r> = [Cow<'r, [f64]>; 3];
-
-impl Slabs {
-    /// Those of the series of some runs: of all, or of as many as tell them. A series of few has none, nor has one whose films
-    /// have no film ratio in common: about films of all kinds none is near to e².
-    pub fn of(runs: &Runs, limit: f64) -> Slabs {
-        let of_series = |(place, series): (usize, &Series)| {
-            let is_narrow = runs.film_group_of(place).is_some_and(FilmGroup::has_one_film_ratio);
-            is_narrow.then(|| Surface::of(runs, series, limit)).flatten()
-        };
-        Slabs {
-            limit,
-            surfaces: runs.series.par_iter().enumerate().filter_map(of_series).collect(),
-        }
-    }
-
-    fn surface(&self, series: &Series) -> Option<&Surface> {
-        let key = |one: &Series| (one.particle, one.liquid, one.film_ratio.to_bits());
-        let alike = self
-            .surfaces
-            .iter()
-            .filter(|surface| key(&surface.series) == key(series));
-        let distance = |surface: &&Surface| (surface.series.diameter - series.diameter).abs();
-        alike.min_by(|a, b| distance(a).total_cmp(&distance(b)))
-    }
-}
-
-impl Surface {
-    /// `None` of too few runs.
-    fn of(runs: &Runs, series: &Series, limit: f64) -> Option<Surface> {
-        let all = series.runs();
-        if all.len() < MANY {
-            return None;
-        }
-        let columns = runs.surface_axes(all.clone());
-        let (places, axes): (Vec<usize>, Vec<Axis>) = columns
-            .iter()
-            .enumerate()
-            .filter_map(|(place, column)| Some((place, Axis::new(column)?)))
-            .unzip();
-        let polynomials = Polynomials::new(&axes, SURFACE);
-        let restitution = &runs.restitution[series.rebounds.clone()];
-        let squares: Vec<f64> = restitution.iter().map(|e| e * e).collect();
-        let through = |which: &dyn Fn(usize) -> bool| -> Option<(Vec<f64>, Nearest, f64)> {
-            let weights: Vec<f64> = (0..squares.len()).map(|place| f64::from(which(place))).collect();
-            let some: Vec<Kept> = weights
-                .iter()
-                .copied()
-                .enumerate()
-                .filter(|(_, weight)| *weight > 0.0)
-                .collect();
-            let nearest = Nearest::new(&polynomials, &some, &weights, &squares)?;
-            let at: Vec<f64> = nearest.at(&polynomials, 0..squares.len()).collect();
-            let left = |(place, _): &Kept| restitution[*place] - at[*place].max(0.0).sqrt();
-            let squared = some.iter().map(|kept| left(kept).powi(2)).sum::<f64>();
-            Some((at, nearest, (squared / some.len() as f64).sqrt()))
-        };
-        let (first, nearest, sd) = through(&|_| true)?;
-        // near the limit only what was lucky rebounds
-        let is_clear = |place: usize| first[place] > (limit + CLEAR * sd).powi(2);
-        let clear = (0..squares.len()).filter(|place| is_clear(*place)).count();
-        let second = if clear >= MANY / 2 { through(&is_clear) } else { None };
-        let (nearest, sd) = second.map_or((nearest, sd), |(_, nearest, sd)| (nearest, sd));
-        let speeds = runs.impact_speed[series.rebounds.clone()].iter().copied();
-        Some(Surface {
-            series: series.clone(),
-            axes: places.into_iter().zip(axes.iter().map(Axis::scale)).collect(),
-            nearest,
-            sd,
-            slowest: speeds.fold(f64::INFINITY, f64::min),
-        })
-    }
-
-    /// √u of every run of a series, with the sign of u.
-    fn means(&self, runs: &Runs, series: &Series) -> Vec<f64> {
-        let all = series.runs();
-        let columns = runs.surface_axes(all.clone());
-        let axes: Vec<Axis> = self
-            .axes
-            .iter()
-            .map(|(place, scale)| scale.axis(&columns[*place]))
-            .collect();
-        let polynomials = Polynomials::new(&axes, SURFACE);
-        let kept = self.nearest.at(&polynomials, 0..all.len());
-        // the mean of a square is that of its root, squared, and a variance
-        let kept = kept.map(|square| square - self.sd * self.sd);
-        kept.map(|u| u.abs().sqrt().copysign(u)).collect()
-    }
 }
 
 impl Runs {
@@ -241,12 +94,12 @@ impl Runs {
         let dry: Vec<[Vec<StandIn>; 2]> = self.dry.par_iter().map(of_dry).collect();
         let of_series = |series: &Series| {
             let all = series.runs();
-            let surface = slabs.surface(series);
-            let means = surface.map_or_else(|| vec![0.0; all.len()], |surface| surface.means(self, series));
+            let plane = slabs.plane(series);
+            let means = plane.map_or_else(|| vec![0.0; all.len()], |plane| plane.means(self, series));
             let others = [&self.impacts.film_ratio, &self.diameter].map(|column| &column[all.clone()]);
             let axes = std::iter::once(&means[..]).chain(others).collect();
             let members = self.members(all, axes);
-            let of_kinds = self.slabs(series, &means, surface.map(|surface| (surface, slabs.limit)));
+            let of_kinds = self.slabs(series, &means, plane.map(|plane| (plane, slabs.limit)));
             of_kinds.map(|own| members.stand_ins(&own))
         };
         let wet: Vec<[Vec<StandIn>; 2]> = self.series.par_iter().map(of_series).collect();
@@ -286,67 +139,6 @@ impl Runs {
             }
         }
         first..self.len()
-    }
-
-    /// The rebounds and the stuck runs of a series by slabs, from the restitution that is expected of each; without a
-    /// surface all are kept.
-    fn slabs(&self, series: &Series, means: &[f64], surface: Option<(&Surface, f64)>) -> [Vec<Slab>; 2] {
-        let first = series.rebounds.start;
-        // the sides of slabs are powers of one number
-        let side = |distance: f64| (distance.ln() / NEAR_SIDE.ln()).floor();
-        let slab = |place: usize, rebounded: bool| {
-            let (surface, limit) = surface?;
-            let m = means[place];
-            let from_edge = match rebounded {
-                true => 1.0 - surface.slowest / self.impact_speed[first + place],
-                false => 1.0,
-            };
-            if m * m < NEAR_TURN || from_edge < NEAR_EDGE {
-                return None;
-            }
-            let spreads = (m - limit) / surface.sd;
-            let about_limit = spreads.abs() < ABOUT_THE_LIMIT;
-            let spread = if about_limit { spreads.floor() } else { ABOUT_THE_LIMIT };
-            let film = (self.impacts.film_ratio[first + place] / series.film_ratio).ln() / FILMS;
-            let numbers = [m.signum(), side(m * m), side(from_edge), spread, film.round()];
-            Some(numbers.map(|number| number as i64))
-        };
-        [(&series.rebounds, true), (&series.stuck, false)].map(|(range, rebounded)| {
-            let ends = self.ends(range);
-            let mut slabs: BTreeMap<Option<[i64; 5]>, Vec<usize>> = BTreeMap::new();
-            for run in range.clone() {
-                let place = run - first;
-                let own = slab(place, rebounded).filter(|_| !ends.contains(&run));
-                slabs.entry(own).or_default().push(place);
-            }
-            let slabs = slabs.into_iter().map(|(slab, places)| Slab {
-                places,
-                is_kept: slab.is_none(),
-            });
-            slabs.collect()
-        })
-    }
-
-    /// The runs that are first or last of a range in speed, film ratio, diameter or restitution: they stand for themselves, so
-    /// that the ranges of few are those of all.
-    fn ends(&self, range: &Range<usize>) -> Vec<usize> {
-        let columns = [
-            &self.impact_speed,
-            &self.impacts.film_ratio,
-            &self.diameter,
-            &self.restitution,
-        ];
-        let ends = columns.into_iter().flat_map(|column| {
-            let compare = |a: &usize, b: &usize| column[*a].total_cmp(&column[*b]);
-            [range.clone().min_by(compare), range.clone().max_by(compare)]
-        });
-        ends.flatten().collect()
-    }
-
-    fn surface_axes(&self, range: Range<usize>) -> SurfaceAxes<'_> {
-        let inverse_speed: Vec<f64> = self.impact_speed[range.clone()].iter().map(|v| 1.0 / v).collect();
-        let [films, diameters] = [&self.impacts.film_ratio, &self.diameter].map(|column| &column[range.clone()]);
-        [inverse_speed.into(), films.into(), diameters.into()]
     }
 
     fn members<'r>(&'r self, range: Range<usize>, axes: Vec<&'r [f64]>) -> Members<'r> {

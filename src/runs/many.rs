@@ -9,11 +9,11 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::collect::{Collected, RunsAsRead, CONDENSED_RUNS};
-use super::condense::Slabs;
 use super::film_groups::FilmGroup;
 use super::impacts::arrange_part;
 use super::pieces::{sha256_of, PieceReader, Pieces};
 use super::series::{ClassCells, DryGroup, Runs, Series};
+use super::slabs::Slabs;
 use super::stated_errors::check_stated_errors;
 use super::{Joined, Table};
 use crate::error::Error;
@@ -289,6 +289,10 @@ impl Runs {
         all.restitution.clone_from(&self.restitution);
         all.row.clone_from(&self.row);
         all.count.clone_from(&self.count);
+        all.stuck = vec![false; self.len()];
+        let stuck = self.dry.iter().map(|group| &group.stuck);
+        let stuck = stuck.chain(self.series.iter().map(|series| &series.stuck));
+        stuck.for_each(|range| all.stuck[range.clone()].fill(true));
         all
     }
 }
@@ -350,5 +354,48 @@ impl FilmGroup {
         if let Some(own) = sample.film_groups.iter().find(is_same) {
             (self.ends, self.width) = (own.ends, own.width);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::*;
+    use crate::scene;
+
+    #[test]
+    fn what_stands_for_rebounds_near_the_limit_does_not_stick() {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good/plain/scene.toml");
+        let mut scene = scene::read(&file).unwrap_or_else(|error| panic!("{error}"));
+        scene.data.smallest_restitution = 0.1;
+        let limit = scene.data.smallest_restitution;
+        let mut rng = crate::seed::stream(1, "rebounds near the limit", 0);
+        let mut columns = RunsAsRead::default();
+        for row in 0..60_000 {
+            let noise: f64 = StandardNormal.sample(&mut rng);
+            let speed = 0.8 + 0.4 * (f64::from(row) * 0.618_034).fract();
+            let e = 0.3 * (speed - 0.8) + 0.05 * noise;
+            columns.particle.push(0);
+            columns.liquid.push(0);
+            columns.diameter.push(4.762e-3);
+            columns.film.push(4e-4);
+            columns.impact_speed.push(speed);
+            columns.restitution.push(if e > limit { e } else { 0.0 });
+            columns.row.push(row);
+        }
+        let cells = ClassCells::of(&columns, &scene);
+        let all = arrange_part(columns, &cells, &scene);
+        let slabs = Slabs::of(&all, limit);
+        let few = all.condensed_in(&slabs).as_read(false);
+        assert!(few.row.len() < 20_000, "{}", few.row.len());
+        // some of them are such that they would
+        let is_below = |run: &usize| !few.stuck[*run] && few.restitution[*run] <= limit;
+        assert!((0..few.row.len()).any(|run| is_below(&run)));
+        let again = arrange_part(few, &cells, &scene).condensed_in(&slabs);
+        assert!(all.stuck() > 1000);
+        assert_eq!([again.stuck(), again.all_measured()], [all.stuck(), all.all_measured()]);
     }
 }

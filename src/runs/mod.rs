@@ -34,6 +34,7 @@
 //! | `true_speeds.rs` | says how true speeds are distributed where measured ones err |
 //! | `stated_errors.rs` | refuses runs without errors where errors are to be all that scatters them |
 //! | `part.rs` | takes a part of the runs |
+//! | `slabs.rs` | divides the runs of a series in slabs, in each of which laws are nearly polynomials |
 //! | `condense.rs` | takes few of very many runs that stand for all |
 //! | `pieces.rs` | divides tables into pieces that are read each by itself |
 //! | `many.rs` | reads more runs than are kept, as few that stand for all and a sample |
@@ -66,6 +67,7 @@ mod row;
 mod screen;
 mod series;
 mod settings;
+mod slabs;
 mod source;
 mod spheres;
 mod stated_errors;

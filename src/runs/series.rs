@@ -323,7 +323,7 @@ pub(super) fn arrange(columns: RunsAsRead, cells: &ClassCells, scene: &Scene) ->
             film_group: if wet { film_classes.of(&columns, row) } else { 0 },
             liquid: if wet { columns.liquid[row] } else { 0 },
             diameter,
-            stuck: columns.restitution[row] <= scene.data.smallest_restitution,
+            stuck: columns.is_stuck(row, scene.data.smallest_restitution),
         };
         let id = match last {
             Some((same, id)) if same == key => id,
