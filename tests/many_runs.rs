@@ -143,7 +143,16 @@ fn of_least_squares(place: &str) -> Option<f64> {
     (!is_of_sample(place) && !is_pooled).then(|| if place.ends_with(".value") { 1e-9 } else { 1e-5 })
 }
 
-const FITTED: [&str; 5] = ["counts", "dry", "series", "scaling", "energy_balance"];
+const FITTED: [&str; 8] = [
+    "counts",
+    "dry",
+    "series",
+    "scaling",
+    "energy",
+    "energy_balance",
+    "terms",
+    "identifies",
+];
 
 fn hold_least_squares(few: &Findings, all: &Findings) {
     let [of_few, of_all] = [few, all].map(|own| numbers_of(own, &FITTED));

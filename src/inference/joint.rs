@@ -344,7 +344,9 @@ impl<'r> Joint<'r> {
     /// Sums over the rebounds of some parts about a point, without weights.
     pub fn sums<'p>(&self, parts: impl Iterator<Item = &'p Part>, point: &[f64]) -> Sums {
         let mut sums = Sums::new(self.shared.len(), self.spheres.len());
+        let mut measured = 0;
         for part in parts {
+            measured += self.runs.measured(part.rebounds.clone());
             self.each(part, part.rebounds.clone(), point, |row| {
                 let mut slopes = [(0, 0.0); MOST_SLOPES];
                 let (used, root) = (part.places.len(), self.runs.count(row.run).sqrt());
@@ -354,6 +356,8 @@ impl<'r> Joint<'r> {
                 sums.add(root * row.residual, &slopes[..used]);
             });
         }
+        // not the rows that stand for them
+        sums.runs = measured;
         sums
     }
 

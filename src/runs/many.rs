@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::collect::{Collected, RunsAsRead, CONDENSED_RUNS};
 use super::film_groups::FilmGroup;
 use super::impacts::arrange_part;
-use super::pieces::{sha256_of, PieceReader, Pieces};
+use super::pieces::{sha256_of, Piece, PieceReader, Pieces};
 use super::series::{ClassCells, DryGroup, Runs, Series};
 use super::slabs::Slabs;
 use super::stated_errors::check_stated_errors;
@@ -33,6 +33,12 @@ const AT_ONCE: usize = 8;
 
 /// Pieces that a process reads at the same time, at most.
 const PIECES_AT_ONCE: usize = 4;
+
+/// What stands for pieces is exchanged in at most so many parts.
+const MOST_UNITS: usize = 256;
+
+/// At most so many of which are exchanged at once: some fifteen megabytes each.
+const MOST_EXCHANGED: u64 = 64;
 
 /// What a piece says at the first reading.
 #[derive(Debug, Default, Serialize, Deserialize)]
@@ -193,22 +199,26 @@ impl Condensing<'_> {
     fn all(&self, pieces: &Pieces, ranks: &Ranks) -> Result<RunsAsRead, Error> {
         let mut tree = Tree::new(self);
         let reader = PieceReader::default();
-        let all = pieces.all.len() as u64;
-        let step = ranks.count() * PIECES_AT_ONCE as u64;
+        // how many go together does not depend on the ranks
+        let units: Vec<&[Piece]> = pieces.all.chunks(pieces.all.len().div_ceil(MOST_UNITS)).collect();
+        let all = units.len() as u64;
+        let step = (ranks.count() * PIECES_AT_ONCE as u64).min(MOST_EXCHANGED);
         for first in (0..all).step_by(step as usize) {
             let next = ranks.gather(step.min(all - first), |own| {
-                few_at_once(&own, |place| self.of_piece(pieces, first + place, &reader))
+                few_at_once(&own, |place| self.of_unit(units[(first + place) as usize], &reader))
             })?;
             next.into_iter().for_each(|few| tree.add(few));
         }
         Ok(tree.finish())
     }
 
-    fn of_piece(&self, pieces: &Pieces, piece: u64, reader: &PieceReader) -> Result<RunsAsRead, Error> {
+    fn of_unit(&self, pieces: &[Piece], reader: &PieceReader) -> Result<RunsAsRead, Error> {
         let mut tree = Tree::new(self);
-        let mut take = |block: RunsAsRead| tree.add(self.few(block));
-        // what it says besides is known from the first reading
-        reader.read(&pieces.all[piece as usize], self.scene, &mut take)?;
+        for piece in pieces {
+            let mut take = |block: RunsAsRead| tree.add(self.few(block));
+            // what it says besides is known from the first reading
+            reader.read(piece, self.scene, &mut take)?;
+        }
         Ok(tree.finish())
     }
 }

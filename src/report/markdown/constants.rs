@@ -23,7 +23,8 @@ pub(super) fn constants(page: &mut Page, input: ReportInput) {
     } else {
         ""
     };
-    let rebounds: usize = input.runs.series.iter().map(|series| series.rebounds.len()).sum();
+    let series = input.runs.series.iter();
+    let rebounds: usize = series.map(|own| input.runs.measured(own.rebounds.clone())).sum();
     let taken = if rebounds > MOST_REBOUNDS {
         format!(" Found on about {MOST_REBOUNDS} of the {rebounds} rebounds.")
     } else {
