@@ -91,10 +91,11 @@ pub fn summarise_runs(scene: &Scene, table: &Table, least_squares: &Findings) ->
                 impact_speed_m_s: range(runs.impact_speed[all].iter().copied()).unwrap_or_default(),
                 stokes: None,
                 reynolds: None,
-                restitution: range(
-                    dry.iter()
-                        .flat_map(|g| runs.restitution[g.rebounds.clone()].iter().copied()),
-                ),
+                restitution: {
+                    let some = runs.sample();
+                    let groups = some.dry_in(spheres.clone()).iter();
+                    range(groups.flat_map(|g| some.restitution[g.rebounds.clone()].iter().copied()))
+                },
             });
         }
         let wet = runs.series_in(spheres);
@@ -147,7 +148,12 @@ fn of_wet(scene: &Scene, runs: &Runs, series: &[&Series]) -> Material {
             reynolds,
             range(one.runs().map(|run| runs.setting(scene, one, run).reynolds(v(run)))),
         );
-        e = join(e, range(one.rebounds.clone().map(|run| runs.restitution[run])));
+    }
+    // what stands for runs may lie beyond them
+    let some = runs.sample();
+    let is_alike = |own: &&Series| own.particle == first.particle && own.liquid == first.liquid;
+    for one in some.series.iter().filter(is_alike) {
+        e = join(e, range(one.rebounds.clone().map(|run| some.restitution[run])));
     }
     let distinct = |of: fn(&Series) -> f64| {
         let mut values: Vec<f64> = series.iter().map(|s| of(s)).collect();

@@ -194,15 +194,10 @@ impl Runs {
         })
     }
 
-    /// The runs that are first or last of a range in speed, film ratio, diameter or restitution: they stand for themselves, so
-    /// that the ranges of few are those of all.
+    /// The runs that are first or last of a range in speed, film ratio or diameter: they stand for themselves, so that the
+    /// ranges of few are those of all.
     pub(super) fn ends(&self, range: &Range<usize>) -> Vec<usize> {
-        let columns = [
-            &self.impact_speed,
-            &self.impacts.film_ratio,
-            &self.diameter,
-            &self.restitution,
-        ];
+        let columns = [&self.impact_speed, &self.impacts.film_ratio, &self.diameter];
         let ends = columns.into_iter().flat_map(|column| {
             let compare = |a: &usize, b: &usize| column[*a].total_cmp(&column[*b]);
             [range.clone().min_by(compare), range.clone().max_by(compare)]
