@@ -67,15 +67,14 @@ pub fn read_any_number(scene: &Scene, most_kept: usize, ranks: &Ranks) -> Result
 fn read_few(scene: &Scene, pieces: &Pieces, ranks: &Ranks) -> Result<Option<Table>, Error> {
     let share = MOST_SAMPLED as f64 / pieces.rows as f64;
     let tables = &scene.data.runs;
+    let own_pieces = ranks.own(pieces.all.len() as u64);
+    let own_tables = ranks.own(tables.len() as u64);
+    let reader = PieceReader::default();
     let (outlines, hashes) = rayon::join(
+        || few_at_once(&own_pieces, |piece| outline(scene, pieces, piece, share, &reader)),
         || {
-            let reader = PieceReader::default();
-            let own = ranks.own(pieces.all.len() as u64);
-            few_at_once(&own, |piece| outline(scene, pieces, piece, share, &reader))
-        },
-        || {
-            let own = ranks.own(tables.len() as u64).into_iter();
-            own.map(|file| sha256_of(&tables[file as usize])).collect()
+            let own = own_tables.iter();
+            own.map(|file| sha256_of(&tables[*file as usize])).collect()
         },
     );
     let hashes: Result<Vec<String>, Error> = hashes;
