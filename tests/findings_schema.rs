@@ -313,9 +313,11 @@ fn fitted(fit: &Fit) -> Value {
     json_of(&place.path().join("out/findings.json"))
 }
 
-/// Fields that none of these fits writes: they need replicates or draws that fail, or a main number that no run tells.
-const WRITTEN_BY_NONE: [&str; 6] = [
+/// Fields that none of these fits writes: they need replicates or draws that fail, a main number that no run tells,
+/// or more runs than are kept.
+const WRITTEN_BY_NONE: [&str; 7] = [
     "Bootstrapped.failures",
+    "CompressionSummary.held_against",
     "Failed.reason",
     "Failed.replicates",
     "MainParameter.why_none",

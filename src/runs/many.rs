@@ -15,7 +15,7 @@ use super::pieces::{sha256_of, Piece, PieceReader, Pieces};
 use super::series::{ClassCells, DryGroup, Runs, Series};
 use super::slabs::Slabs;
 use super::stated_errors::check_stated_errors;
-use super::{Joined, Table};
+use super::table::{read, Joined, Table};
 use crate::error::Error;
 use crate::notice::Notice;
 use crate::physics::numbers::same_diameter;
@@ -50,7 +50,7 @@ struct Outline {
     is_whole: bool,
 }
 
-/// Reads, checks and screens the runs of a scene, like [`super::read`]; of more than `most_kept` the table has few that stand for all.
+/// Reads, checks and screens the runs of a scene, like [`read`]; of more than `most_kept` the table has few that stand for all.
 ///
 /// All are kept where the scene's noise or its question need each of them, or where runs carry measurement errors. Ranks
 /// share the pieces of such tables, and all have the same table then.
@@ -59,7 +59,7 @@ pub fn read_any_number(scene: &Scene, most_kept: usize, ranks: &Ranks) -> Result
     let few = pieces.map(|pieces| read_few(scene, &pieces, ranks)).transpose()?;
     match few.flatten() {
         Some(table) => Ok(table),
-        None => super::read(scene),
+        None => read(scene),
     }
 }
 

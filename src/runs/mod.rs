@@ -36,6 +36,7 @@
 //! | `part.rs` | takes a part of the runs |
 //! | `slabs.rs` | divides the runs of a series in slabs, in each of which laws are nearly polynomials |
 //! | `condense.rs` | takes few of very many runs that stand for all |
+//! | `table.rs` | reads the tables of a scene, every run of them |
 //! | `pieces.rs` | divides tables into pieces that are read each by itself |
 //! | `many.rs` | reads more runs than are kept, as few that stand for all and a sample |
 //! | `write.rs` | writes runs, simulated ones a row at a time |
@@ -72,6 +73,7 @@ mod source;
 mod spheres;
 mod stated_errors;
 mod survey;
+mod table;
 mod true_speeds;
 mod windows;
 mod workbook;
@@ -92,152 +94,21 @@ pub use new_run::NewRun;
 pub use series::{DryGroup, Impacts, Runs, Series};
 pub use settings::{read_settings, AskedSetting};
 pub use spheres::{diameter_in_mm, sphere_label, sphere_words, Sphere};
+pub use table::{read, Table};
 pub use true_speeds::{SharedSpeed, TrueSpeed, TrueSpeeds, GAP, MOST_SETTINGS};
 pub use write::{free_place, write_csv_whole, EncodedRuns, Existing, RunWriter, TableFormat, TableParts};
 
-use std::path::Path;
-
-use collect::{Collected, Gathering};
-use refusals::{whole_file, Refused};
+use collect::RunsAsRead;
+use refusals::whole_file;
 use source::{TableSource, READ};
+use table::sheet;
 
-use crate::error::{file_name, Error, Problem};
-use crate::notice::Notice;
+use crate::error::{Error, Problem};
 use crate::scene::{Naming, Scene, TableFile};
-use crate::seed::sha256;
-
-/// Runs as read, with what a reader should know of them.
-#[derive(Debug)]
-pub struct Table {
-    /// the runs in use, ordered by series: all, or few that stand for all
-    pub runs: Runs,
-    /// rows of the file
-    pub rows: usize,
-    /// rows left out, by reason
-    pub screened: Vec<Screened>,
-    /// what wants a second look
-    pub notices: Vec<Notice>,
-    /// SHA-256 of the file
-    pub sha256: String,
-}
-
-/// Reads, checks and screens the runs of a scene.
-///
-/// Fails with every bad cell named by line, column and value, and where runs without measurement errors have no other
-/// spread; then nothing of the table is used.
-pub fn read(scene: &Scene) -> Result<Table, Error> {
-    let mut joined = Joined::default();
-    for file in &scene.data.runs {
-        joined.add(read_table(file, scene)?, &file.path)?;
-    }
-    let (collected, notices, sha256) = joined.finish();
-    let (rows, screened) = (collected.rows, collected.screened());
-    let runs = impacts::arrange(collected.columns, scene);
-    stated_errors::check_stated_errors(scene, &runs)?;
-    Ok(Table {
-        rows,
-        screened,
-        notices,
-        runs,
-        sha256,
-    })
-}
-
-impl Table {
-    /// Runs that no file has.
-    pub fn of(runs: Runs) -> Table {
-        Table {
-            rows: runs.len(),
-            runs,
-            screened: vec![],
-            notices: vec![],
-            sha256: String::new(),
-        }
-    }
-}
-
-/// Reads and checks one table; gives the SHA-256 of the file, too.
-fn read_table(file: &TableFile, scene: &Scene) -> Result<(Collected, String), Error> {
-    let path = file.path.as_path();
-    let (parquet, workbook) = (file.ends_with(".parquet"), file.ends_with(TableFile::WORKBOOK));
-    let mut source = TableSource::open(path)?;
-    let read = if parquet {
-        read_parquet(source, path, scene)?
-    } else if workbook {
-        read_workbook(source, file, scene)?
-    } else {
-        read_csv(&mut source, path, scene)?
-    };
-    if read.0.rows == 0 {
-        let problem = if parquet || workbook {
-            whole_file("the table has no rows", "one row a run")
-        } else {
-            whole_file("no runs below the header", "one line a run")
-        };
-        return Err(Error::input(path, vec![problem]));
-    }
-    Ok(read)
-}
-
-/// All tables as one, whose rows count on from table to table.
-#[derive(Default)]
-struct Joined<'p> {
-    all: Collected,
-    first: Option<&'p Path>,
-    notices: Vec<Notice>,
-    /// SHA-256 of each file
-    hashes: Vec<String>,
-}
-
-impl<'p> Joined<'p> {
-    /// Adds a table; only one is held beside those before it.
-    fn add(&mut self, (table, sha256): (Collected, String), path: &'p Path) -> Result<(), Error> {
-        self.notices.extend(table.unknown_columns(path));
-        self.notices.extend(table.unheeded_columns(path));
-        self.hashes.push(sha256);
-        let Some(first) = self.first else {
-            (self.first, self.all) = (Some(path), table);
-            return Ok(());
-        };
-        if table.has_film_ratio != self.all.has_film_ratio {
-            let [with, without] = if self.all.has_film_ratio {
-                [first, path]
-            } else {
-                [path, first]
-            };
-            let expected = format!(
-                "expected a column `film_ratio`, as {} has: runs of one scene all belong to nominal film ratios, or none does",
-                file_name(with)
-            );
-            let problem = Problem {
-                line: None,
-                place: "header".to_owned(),
-                found: None,
-                expected,
-            };
-            return Err(Error::input(without, vec![problem]));
-        }
-        self.all.extend(std::slice::from_ref(&table));
-        Ok(())
-    }
-
-    /// The runs, what is to be said of them, and the SHA-256 of the file or, of several, that of their SHA-256, a line each.
-    fn finish(mut self) -> (Collected, Vec<Notice>, String) {
-        self.notices.extend(self.all.above_one());
-        let sha256 = match self.hashes.as_slice() {
-            [only] => only.clone(),
-            several => {
-                let lines: String = several.iter().map(|hash| format!("{hash}\n")).collect();
-                crate::seed::sha256(lines.as_bytes())
-            }
-        };
-        (self.all, self.notices, sha256)
-    }
-}
 
 /// Puts simulated runs in order, as [`read`] does those of a file.
 pub fn arrange(scene: &Scene, new: &[NewRun]) -> Runs {
-    let mut columns = collect::RunsAsRead::default();
+    let mut columns = RunsAsRead::default();
     let index = |position: Option<usize>| position.and_then(|i| u32::try_from(i).ok());
     for (run, row) in new.iter().zip(1..) {
         let particle = index(scene.particles.iter().position(|p| p.name == run.particle));
@@ -245,7 +116,7 @@ pub fn arrange(scene: &Scene, new: &[NewRun]) -> Runs {
             .liquid
             .and_then(|name| index(scene.liquids.iter().position(|l| l.name == name)));
         columns.particle.push(particle.unwrap_or_default());
-        columns.liquid.push(liquid.unwrap_or(collect::RunsAsRead::NO_LIQUID));
+        columns.liquid.push(liquid.unwrap_or(RunsAsRead::NO_LIQUID));
         columns.diameter.push(run.diameter);
         columns.film.push(run.film.map_or(0.0, |(film, _)| film));
         columns.film_ratio.push(run.film.map_or(f64::NAN, |(_, ratio)| ratio));
@@ -254,40 +125,6 @@ pub fn arrange(scene: &Scene, new: &[NewRun]) -> Runs {
         columns.row.push(row);
     }
     impacts::arrange(columns, scene)
-}
-
-/// Where something is refused, the table is read once more: to see that it is text, and then in its order.
-fn read_csv(source: &mut TableSource, path: &Path, scene: &Scene) -> Result<(Collected, String), Error> {
-    let fail = |error: std::io::Error| Error::io(path, READ, error);
-    let length = source.length();
-    let separator = csv::separator(source.reader().map_err(fail)?, &scene.data.naming).map_err(fail)?;
-    let table = csv::Csv::new(source.reader().map_err(fail)?, windows::WINDOW, separator);
-    if let Some(read) = table.runs_at_once(scene, length, &mut Gathering::Whole) {
-        return Ok(read);
-    }
-    source.check_text(path)?;
-    let table = csv::Csv::new(source.reader().map_err(fail)?, windows::WINDOW, separator);
-    table.runs_in_order(scene).map_err(|refused| refuse(path, refused))
-}
-
-fn read_parquet(source: TableSource, path: &Path, scene: &Scene) -> Result<(Collected, String), Error> {
-    let bytes = source.parquet(path)?;
-    let read = || parquet::read_parquet(&bytes, scene, 0..usize::MAX, &mut Gathering::Whole);
-    let (collected, sha256) = rayon::join(read, || sha256(&bytes));
-    Ok((collected.map_err(|refused| refuse(path, refused))?, sha256))
-}
-
-fn read_workbook(source: TableSource, file: &TableFile, scene: &Scene) -> Result<(Collected, String), Error> {
-    let bytes = source.workbook(&file.path)?;
-    let sheet = sheet(&bytes, file)?;
-    let shown = file.of_sheet(&sheet.name).shown();
-    let (collected, sha256) = rayon::join(|| workbook::read_sheet(sheet, scene), || sha256(&bytes));
-    Ok((collected.map_err(|refused| refuse(&shown, refused))?, sha256))
-}
-
-fn sheet(bytes: &[u8], file: &TableFile) -> Result<workbook::Sheet, Error> {
-    let sheet = workbook::Sheet::read(bytes, file.sheet.as_deref());
-    sheet.map_err(|problems| Error::input(&file.shown(), problems))
 }
 
 /// Drafts a scene from a table that it is to name `runs`.
@@ -316,14 +153,6 @@ pub fn draft_scene(file: &TableFile, runs: &str) -> Result<Draft, Error> {
         return Err(refused(vec![whole_file("the first row names no columns", expected)]));
     }
     Ok(draft::draft(&survey, runs))
-}
-
-fn refuse(path: &Path, refused: Refused) -> Error {
-    Error::Input {
-        file: path.to_path_buf(),
-        problems: refused.problems,
-        count: refused.count,
-    }
 }
 
 #[cfg(test)]

@@ -5,7 +5,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::collect::{Collected, Gathering, RunsAsRead};
 use super::source::{TableSource, READ};
-use super::{csv, parquet, refuse, windows};
+use super::table::{read_workbook, refuse};
+use super::{csv, parquet, windows};
 use crate::error::Error;
 use crate::scene::{Scene, TableFile};
 use crate::seed::Hash;
@@ -55,17 +56,17 @@ impl Pieces {
 fn about_rows(table: &TableFile, scene: &Scene) -> Option<usize> {
     /// a workbook has no more
     const MOST_OF_SHEET: usize = 1 << 20;
-    let mut source = TableSource::open(&table.path).ok()?;
+    // a pipe can be read only once
+    let is_file = std::fs::metadata(&table.path).is_ok_and(|about| about.is_file());
+    let mut source = is_file.then(|| TableSource::open(&table.path).ok()).flatten()?;
     let length = source.length();
     let rows = if table.ends_with(TableFile::WORKBOOK) {
         MOST_OF_SHEET
     } else if let (TableSource::File(file, _), true) = (&mut source, table.ends_with(".parquet")) {
         parquet::rows_in_parts(file, length, &scene.data.naming).ok()??
-    } else if matches!(source, TableSource::File(..)) {
+    } else {
         let separator = csv::separator(source.reader().ok()?, &scene.data.naming).ok()?;
         csv::Csv::new(source.reader().ok()?, windows::WINDOW, separator).about_rows(length)
-    } else {
-        return None;
     };
     (rows > 0).then_some(rows)
 }
@@ -95,7 +96,7 @@ impl PieceReader {
             let read = parquet::read_parquet(&bytes, scene, piece.rows.clone(), &mut gathering);
             read.map_err(|refused| refuse(path, refused))?
         } else if table.ends_with(TableFile::WORKBOOK) {
-            super::read_workbook(TableSource::open(path)?, table, scene)?.0
+            read_workbook(TableSource::open(path)?, table, scene)?.0
         } else {
             let fail = |error: std::io::Error| Error::io(path, READ, error);
             let mut source = TableSource::open(path)?;

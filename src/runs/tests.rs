@@ -2,8 +2,11 @@ use std::path::{Path, PathBuf};
 
 use rand::RngExt;
 
+use super::collect::{Collected, Gathering};
+use super::refusals::Refused;
 use super::*;
 use crate::scene;
+use crate::seed::sha256;
 
 fn example(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/good").join(name)
@@ -232,7 +235,7 @@ fn a_damaged_parquet_file_is_refused_or_read_but_never_panics() {
 }
 
 /// The runs of a workbook's first sheet.
-fn first_sheet(bytes: &[u8], scene: &Scene) -> Result<collect::Collected, Refused> {
+fn first_sheet(bytes: &[u8], scene: &Scene) -> Result<Collected, Refused> {
     workbook::read_sheet(workbook::Sheet::read(bytes, None)?, scene)
 }
 
