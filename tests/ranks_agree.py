@@ -86,6 +86,8 @@ def fit(program, ranks, scene, out, stages="least_squares"):
 # more runs than are kept
 MANY = 3_000_000
 WHOLE, BAD = "many.toml", "bad.toml"
+# so many draws that it is killed before it is done
+LONG = "long.toml"
 
 
 def the_report_is_the_same(program, plain, folder):
@@ -98,6 +100,7 @@ def the_report_is_the_same(program, plain, folder):
         text = SCENE.read_text().replace('"runs.csv"', str(tables).replace("'", '"'))
         assert str(MANY) not in text and "part-004" in text
         (folder / scene).write_text(text)
+    (folder / LONG).write_text((folder / WHOLE).read_text() + "\n[sampler]\ndraws = 100000\n")
     reports = {}
     for ranks in [0, 1, 2, 3]:
         done, _ = run(fit(program if ranks else plain, ranks, WHOLE, "report"), folder)
@@ -151,7 +154,7 @@ def one_that_is_killed_ends_all(program, folder, place):
     kill_one(calibrate(program, 2, "1.md"), folder, place)
     assert (folder / "1.md").read_bytes() == before
     assert set(os.listdir(folder)) == names, set(os.listdir(folder)) - names
-    kill_one(fit(program, 2, WHOLE, "report", "least_squares,posterior"), folder, place)
+    kill_one(fit(program, 2, LONG, "report", "least_squares,posterior"), folder, place)
     assert (folder / "report/findings.json").read_bytes() == report
     kill_one(simulate(program, 2, "half", runs=100_000_000), folder, place)
     # the first rank could not clear what it was making; the next command does
