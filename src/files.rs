@@ -23,7 +23,7 @@ pub(crate) const MOST_OF_PIPE: u64 = 64 * MIB;
 pub(crate) const MOST_OF_WORKBOOK: u64 = 64 * MIB;
 pub(crate) const MOST_UNPACKED: u64 = 1024 * MIB;
 
-/// Bytes of the longest Parquet table, which is read as a whole.
+/// Bytes of the longest Parquet table, or part of one, that is held as a whole.
 pub(crate) const MOST_OF_PARQUET: u64 = 2048 * MIB;
 
 /// Bytes of the longest line of a table, and of the longest row, which a quote may carry over several lines.

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::collect::{Collected, RunsAsRead, CONDENSED_RUNS};
 use super::film_groups::FilmGroup;
 use super::impacts::arrange_part;
-use super::pieces::{sha256_of, Piece, PieceReader, Pieces};
+use super::pieces::{sha256_of, Piece, Pieces};
 use super::series::{ClassCells, DryGroup, Runs, Series};
 use super::slabs::Slabs;
 use super::stated_errors::check_stated_errors;
@@ -69,9 +69,8 @@ fn read_few(scene: &Scene, pieces: &Pieces, ranks: &Ranks) -> Result<Option<Tabl
     let tables = &scene.data.runs;
     let own_pieces = ranks.own(pieces.all.len() as u64);
     let own_tables = ranks.own(tables.len() as u64);
-    let reader = PieceReader::default();
     let (outlines, hashes) = rayon::join(
-        || few_at_once(&own_pieces, |piece| outline(scene, pieces, piece, share, &reader)),
+        || few_at_once(&own_pieces, |piece| outline(scene, pieces, piece, share)),
         || {
             let own = own_tables.iter();
             own.map(|file| sha256_of(&tables[*file as usize])).collect()
@@ -151,7 +150,7 @@ fn few_at_once<T: Send>(pieces: &[u64], of_piece: impl Fn(u64) -> Result<T, Erro
 }
 
 /// What one piece says at the first reading.
-fn outline(scene: &Scene, pieces: &Pieces, piece: u64, share: f64, reader: &PieceReader) -> Result<Outline, Error> {
+fn outline(scene: &Scene, pieces: &Pieces, piece: u64, share: f64) -> Result<Outline, Error> {
     let mut outline = Outline::default();
     let mut sample = RunsAsRead::default();
     let mut take = |block: RunsAsRead| {
@@ -160,7 +159,7 @@ fn outline(scene: &Scene, pieces: &Pieces, piece: u64, share: f64, reader: &Piec
         let is_sampled = |run: &usize| even(piece, block.row[*run]) < share;
         sample.extend_by(&block, (0..block.row.len()).filter(is_sampled));
     };
-    let read = reader.read(&pieces.all[piece as usize], scene, &mut take)?;
+    let read = pieces.all[piece as usize].read(scene, &mut take)?;
     match read {
         Some(collected) => {
             outline.collected = collected;
@@ -197,26 +196,27 @@ impl Condensing<'_> {
     /// Those of all pieces; each rank reads some of them at a time.
     fn all(&self, pieces: &Pieces, ranks: &Ranks) -> Result<RunsAsRead, Error> {
         let mut tree = Tree::new(self);
-        let reader = PieceReader::default();
         // how many go together does not depend on the ranks
         let units: Vec<&[Piece]> = pieces.all.chunks(pieces.all.len().div_ceil(MOST_UNITS)).collect();
         let all = units.len() as u64;
         let step = (ranks.count() * PIECES_AT_ONCE as u64).min(MOST_EXCHANGED);
         for first in (0..all).step_by(step as usize) {
             let next = ranks.gather(step.min(all - first), |own| {
-                few_at_once(&own, |place| self.of_unit(units[(first + place) as usize], &reader))
+                few_at_once(&own, |place| self.of_unit(units[(first + place) as usize]))
             })?;
             next.into_iter().for_each(|few| tree.add(few));
         }
         Ok(tree.finish())
     }
 
-    fn of_unit(&self, pieces: &[Piece], reader: &PieceReader) -> Result<RunsAsRead, Error> {
+    fn of_unit(&self, pieces: &[Piece]) -> Result<RunsAsRead, Error> {
         let mut tree = Tree::new(self);
         for piece in pieces {
             let mut take = |block: RunsAsRead| tree.add(self.few(block));
             // what it says besides is known from the first reading
-            reader.read(piece, self.scene, &mut take)?;
+            piece
+                .read(self.scene, &mut take)?
+                .ok_or_else(|| piece.changed(self.scene))?;
         }
         Ok(tree.finish())
     }

@@ -17,8 +17,9 @@
 //! | `windows.rs` | cuts a CSV into windows of whole records |
 //! | `csv.rs` | reads CSV on every thread at once, and once more in order to name what is refused |
 //! | `parquet_footer.rs` | checks the counts a Parquet file states before memory is allocated by them |
+//! | `parquet_parts.rs` | takes a part of a Parquet file as a file of its own |
 //! | `new_run.rs` | holds one run to be written |
-//! | `parquet.rs` | reads and writes Parquet with polars; with `parquet_footer.rs` the only file that names it |
+//! | `parquet.rs` | reads and writes Parquet with polars; with `parquet_footer.rs` and `parquet_parts.rs` the only file that names it |
 //! | `workbook.rs` | reads a sheet of a spreadsheet with calamine; the only file that names it |
 //! | `source.rs` | opens a table, and reads no more of it than a format may have |
 //! | `cells.rs` | reads a table whose columns are not those of runs |
@@ -60,6 +61,7 @@ mod many;
 mod new_run;
 mod parquet;
 mod parquet_footer;
+mod parquet_parts;
 mod part;
 mod pieces;
 mod records;

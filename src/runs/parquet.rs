@@ -2,7 +2,6 @@
 
 use std::fs::File;
 use std::io::{Cursor, Write};
-use std::ops::Range;
 
 use polars::prelude::*;
 
@@ -12,6 +11,7 @@ use super::csv::too_many_columns;
 use super::decimals::Decimals;
 use super::new_run::NewRun;
 use super::parquet_footer;
+use super::parquet_parts::ParquetParts;
 use super::refusals::{readable, CellPlace, Refusals, Refused};
 use super::row::{check_row, BadCell, RowChecker};
 use super::survey::Survey;
@@ -66,18 +66,23 @@ pub(super) fn survey_parquet(bytes: &[u8]) -> Result<Survey, Vec<Problem>> {
     Ok(survey)
 }
 
-/// How many rows a Parquet file has; `None` where they are not to be read a part after the other, as what separates the
-/// decimals of a text is told by all of them.
+/// The parts of a Parquet file, of so many rows each or a few more.
 ///
+/// `None` where it is to be read as a whole, as what separates the decimals of a text is told by all of them.
 /// Fails where there is no telling.
-pub(super) fn rows_in_parts(file: &mut File, length: u64, naming: &Naming) -> Result<Option<usize>, Vec<Problem>> {
-    polars(|| parquet_footer::check_footer(&parquet_footer::footer(file, length)?))?;
-    let mut reader = polars(|| Ok(ParquetReader::new(file.try_clone()?)))?;
-    let schema = polars(|| reader.schema())?;
-    let header: Vec<String> = schema.iter_names().map(|name| name.to_string()).collect();
+pub(super) fn parts(
+    file: &mut File,
+    length: u64,
+    rows: usize,
+    naming: &Naming,
+) -> Result<Option<ParquetParts>, Vec<Problem>> {
+    let footer = polars(|| Ok(parquet_footer::footer(file, length)?))?;
+    let (schema, header) = schema_of(&footer)?;
     let layout = TableLayout::new(&header, None, naming)?;
-    let rows = polars(|| reader.num_rows())?;
-    Ok((!has_number_texts(&schema, &layout)).then_some(rows))
+    let is_in_parts = !has_number_texts(&schema, &layout);
+    Ok(is_in_parts
+        .then(|| ParquetParts::of(&footer, length, rows, names(&layout)))
+        .flatten())
 }
 
 /// Whether a number is to be read from a text.
@@ -88,11 +93,11 @@ fn has_number_texts(schema: &ArrowSchema, layout: &TableLayout) -> bool {
     })
 }
 
-/// Reads some rows of a Parquet file. Fails with every bad cell named by row and column.
+/// Reads a Parquet file, or a part of one after so many rows of it. Fails with every bad cell named by row and column.
 pub(super) fn read_parquet(
     bytes: &[u8],
     scene: &Scene,
-    some: Range<usize>,
+    rows_before: usize,
     gathering: &mut Gathering,
 ) -> Result<Collected, Refused> {
     let (schema, header) = schema_of(bytes)?;
@@ -114,10 +119,9 @@ pub(super) fn read_parquet(
     }
     refusals.or(())?;
     // only what is used: another column may have a type this reader does not know
-    let names: Vec<String> = wanted.iter().map(|(_, place)| place.name.clone()).collect();
+    let names = names(&layout);
     polars(|| parquet_footer::check_counts(bytes, &names))?;
     let rows = polars(|| ParquetReader::new(Cursor::new(bytes)).num_rows())?;
-    let some = some.start..some.end.min(rows);
     let at_once = if has_number_texts(&schema, &layout) {
         rows.max(1)
     } else {
@@ -125,26 +129,27 @@ pub(super) fn read_parquet(
     };
     let has_film_ratio = layout.gives(RunColumn::FilmRatio);
     let mut checker = RowChecker::new(scene, has_film_ratio);
-    let mut collected = Collected::with_capacity(gathering.held(some.len()), has_film_ratio, &layout.remarks);
+    let mut collected = Collected::with_capacity(gathering.held(rows), has_film_ratio, &layout.remarks);
     let mut refusals = Refusals::new(&layout);
     let read = |first: usize| -> Result<DataFrame, Vec<Problem>> {
         polars(|| {
             let reader = ParquetReader::new(Cursor::new(bytes)).with_columns(Some(names.clone()));
-            let rows = at_once.min(some.end.saturating_sub(first));
+            let rows = at_once.min(rows.saturating_sub(first));
             reader.with_slice(Some((first, rows))).finish()
         })
     };
-    let (mut first, mut next) = (some.start, read(some.start)?);
+    let (mut first, mut next) = (0, read(0)?);
     loop {
         let frame = typed(next, &layout)?;
         let after = first + at_once;
         let (collecting, following) = rayon::join(
             || {
-                collect(&frame, &layout, &mut checker, &mut collected, (first, &mut refusals))?;
+                let before = rows_before + first;
+                collect(&frame, &layout, &mut checker, &mut collected, (before, &mut refusals))?;
                 gathering.after(&mut collected);
                 Ok::<(), Vec<Problem>>(())
             },
-            || (after < some.end).then(|| read(after)).transpose(),
+            || (after < rows).then(|| read(after)).transpose(),
         );
         collecting?;
         match following? {
@@ -233,6 +238,12 @@ fn wanted<'l>(layout: &'l TableLayout) -> Vec<(RunColumn, &'l ColumnPlace)> {
         .filter(|column| *column != RunColumn::Run)
         .filter_map(|column| layout.place(column).map(|place| (column, place)))
         .collect()
+}
+
+/// The names in the file of the columns in use.
+fn names(layout: &TableLayout) -> Vec<String> {
+    let wanted = wanted(layout).into_iter();
+    wanted.map(|(_, place)| place.name.clone()).collect()
 }
 
 /// Numbers that a column holds as text, by the rules of a text file.

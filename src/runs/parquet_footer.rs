@@ -11,7 +11,7 @@ use polars_parquet_format::thrift::protocol::TCompactInputProtocol;
 use polars_parquet_format::{PageHeader, PageType};
 
 /// What every Parquet file ends with.
-const MARK: &[u8] = b"PAR1";
+pub(super) const MARK: &[u8] = b"PAR1";
 
 /// Bytes of a file's end after the footer: its length, and the mark of the format.
 const END: usize = 8;

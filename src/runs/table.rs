@@ -159,7 +159,7 @@ fn read_csv(source: &mut TableSource, path: &Path, scene: &Scene) -> Result<(Col
 
 fn read_parquet(source: TableSource, path: &Path, scene: &Scene) -> Result<(Collected, String), Error> {
     let bytes = source.parquet(path)?;
-    let read = || parquet::read_parquet(&bytes, scene, 0..usize::MAX, &mut Gathering::Whole);
+    let read = || parquet::read_parquet(&bytes, scene, 0, &mut Gathering::Whole);
     let (collected, sha256) = rayon::join(read, || sha256(&bytes));
     Ok((collected.map_err(|refused| refuse(path, refused))?, sha256))
 }

@@ -1,3 +1,4 @@
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use rand::RngExt;
@@ -19,7 +20,7 @@ fn plain() -> (Scene, String) {
 }
 
 fn read_parquet(bytes: &[u8], scene: &Scene) -> Result<Collected, Refused> {
-    parquet::read_parquet(bytes, scene, 0..usize::MAX, &mut Gathering::Whole)
+    parquet::read_parquet(bytes, scene, 0, &mut Gathering::Whole)
 }
 
 /// What is made of a file read at once and in order; `None` where it is refused.
@@ -221,7 +222,7 @@ fn a_damaged_parquet_file_is_refused_or_read_but_never_panics() {
     let bytes = std::fs::read(example("parquet/runs.parquet")).expect("the example is there");
     assert!(read_parquet(&bytes, &scene).is_ok());
     let mut rng = crate::seed::stream(1, "damage", 0);
-    let mut refused = 0;
+    let (mut refused, mut whole) = (0, 0);
     for _ in 0..600 {
         let mut damaged = bytes.clone();
         for _ in 0..rng.random_range(1..6) {
@@ -229,9 +230,74 @@ fn a_damaged_parquet_file_is_refused_or_read_but_never_panics() {
             let at = rng.random_range(damaged.len() / 3..damaged.len());
             damaged[at] = rng.random();
         }
-        refused += usize::from(read_parquet(&damaged, &scene).is_err());
+        let in_parts = parts_of(&damaged, 1, &scene);
+        match read_parquet(&damaged, &scene) {
+            Ok(collected) => {
+                whole += 1;
+                // or it is to be read whole
+                assert!(in_parts.is_none_or(|parts| format!("{parts:?}") == format!("{collected:?}")));
+            }
+            Err(_) => refused += 1,
+        }
     }
-    assert!(refused > 300, "{refused} refused");
+    assert!(refused > 300 && whole > 10, "{refused} refused, {whole} not");
+}
+
+/// What is read of a Parquet file a part of so many rows after the other; `None` where it is to be read whole.
+fn parts_of(bytes: &[u8], rows: usize, scene: &Scene) -> Option<Collected> {
+    let mut file = tempfile::tempfile().expect("a file");
+    file.write_all(bytes).expect("room for it");
+    let length = bytes.len() as u64;
+    let parts = parquet::parts(&mut file, length, rows, &scene.data.naming).ok()??;
+    let mut collected = Collected::default();
+    for part in &parts.all {
+        let bytes = parts.read(part, &file).ok()?;
+        let read = parquet::read_parquet(&bytes, scene, part.rows_before, &mut Gathering::Whole);
+        collected.append(read.ok()?);
+    }
+    Some(collected)
+}
+
+#[test]
+fn a_parquet_file_in_parts_holds_what_the_whole_does() {
+    let (scene, _) = plain();
+    let run = |place: usize| NewRun {
+        particle: &scene.particles[0].name,
+        liquid: (place % 3 > 0).then(|| scene.liquids[0].name.as_str()),
+        diameter: 4.762e-3,
+        film: (place % 3 > 0).then_some((4e-4, 0.084)),
+        impact_speed: 0.5 + 0.01 * place as f64,
+        restitution: 0.6 + 0.001 * place as f64,
+    };
+    let runs: Vec<NewRun> = (0..50).map(run).collect();
+    let mut bytes = vec![];
+    let mut writer = parquet::ParquetRuns::new(&mut bytes).expect("a writer");
+    for block in runs.chunks(7) {
+        writer.write(parquet::ParquetBlock::of(block)).expect("a row group");
+    }
+    writer.finish().expect("a footer");
+    let whole = read_parquet(&bytes, &scene).unwrap_or_else(|refused| panic!("{refused:?}"));
+    assert_eq!(whole.rows, 50);
+    let in_parts = [1, 10, 1000].map(|rows| parts_of(&bytes, rows, &scene));
+    for parts in in_parts {
+        assert_eq!(parts.map(|parts| format!("{parts:?}")), Some(format!("{whole:?}")));
+    }
+    // a refusal names the row of the file: nothing in the third part of two groups is right
+    let mut scene = scene;
+    scene.particles.clear();
+    let mut file = tempfile::tempfile().expect("a file");
+    file.write_all(&bytes).expect("room for it");
+    let parts = parquet::parts(&mut file, bytes.len() as u64, 10, &scene.data.naming).expect("a footer");
+    let parts = parts.expect("parts");
+    let rows: Vec<[usize; 2]> = parts.all.iter().map(|part| [part.rows_before, part.rows]).collect();
+    assert_eq!(rows, [[0, 14], [14, 14], [28, 14], [42, 8]]);
+    let third = parts.read(&parts.all[2], &file).expect("it is there");
+    let refused = parquet::read_parquet(&third, &scene, parts.all[2].rows_before, &mut Gathering::Whole);
+    let refused = refused.expect_err("no such particle");
+    assert_eq!(
+        (refused.count, refused.problems[0].place.as_str()),
+        (14, "row 29, column particle")
+    );
 }
 
 /// The runs of a workbook's first sheet.
