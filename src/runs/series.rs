@@ -293,8 +293,13 @@ impl ClassCells {
 
 /// A column without what repeats the value before it.
 fn changes(column: &[f64]) -> Vec<f64> {
-    let mut changes = column.to_vec();
-    changes.dedup();
+    let mut changes: Vec<f64> = vec![];
+    for value in column {
+        // no copy of a column that hardly changes
+        if changes.last() != Some(value) {
+            changes.push(*value);
+        }
+    }
     changes
 }
 
