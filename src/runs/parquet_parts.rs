@@ -101,9 +101,11 @@ impl ParquetParts {
             if file.take(wanted).read_to_end(&mut bytes)? as u64 != wanted {
                 return Err(ErrorKind::UnexpectedEof.into());
             }
-            let moved = |place: i64| place.wrapping_sub(pages.start as i64).wrapping_add(own);
-            chunk.data_page_offset = moved(chunk.data_page_offset);
-            chunk.dictionary_page_offset = chunk.dictionary_page_offset.map(moved);
+            let by = own.wrapping_sub(pages.start as i64);
+            let places = [Some(&mut chunk.data_page_offset), chunk.dictionary_page_offset.as_mut()];
+            for place in places.into_iter().flatten() {
+                *place = place.wrapping_add(by);
+            }
         }
         let footer = FileMetaData {
             num_rows: row_groups.iter().map(|group| group.num_rows).sum(),

@@ -261,13 +261,16 @@ fn parts_of(bytes: &[u8], rows: usize, scene: &Scene) -> Option<Collected> {
 #[test]
 fn a_parquet_file_in_parts_holds_what_the_whole_does() {
     let (scene, _) = plain();
-    let run = |place: usize| NewRun {
-        particle: &scene.particles[0].name,
-        liquid: (place % 3 > 0).then(|| scene.liquids[0].name.as_str()),
-        diameter: 4.762e-3,
-        film: (place % 3 > 0).then_some((4e-4, 0.084)),
-        impact_speed: 0.5 + 0.01 * place as f64,
-        restitution: 0.6 + 0.001 * place as f64,
+    let run = |place: usize| {
+        let is_wet = !place.is_multiple_of(3);
+        NewRun {
+            particle: &scene.particles[0].name,
+            liquid: is_wet.then(|| scene.liquids[0].name.as_str()),
+            diameter: 4.762e-3,
+            film: is_wet.then_some((4e-4, 0.084)),
+            impact_speed: 0.5 + 0.01 * place as f64,
+            restitution: 0.6 + 0.001 * place as f64,
+        }
     };
     let runs: Vec<NewRun> = (0..50).map(run).collect();
     let mut bytes = vec![];
