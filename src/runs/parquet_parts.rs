@@ -50,7 +50,8 @@ impl ParquetParts {
         let mut all = 0_usize;
         for (group, about) in parts.footer.row_groups.iter().enumerate() {
             let own = usize::try_from(about.num_rows).ok()?;
-            match parts.all.last_mut().filter(|part| part.rows < rows) {
+            // one without rows is no part of its own
+            match parts.all.last_mut().filter(|part| part.rows < rows || own == 0) {
                 Some(part) => (part.groups.end, part.rows) = (group + 1, part.rows.checked_add(own)?),
                 None => parts.all.push(Part {
                     groups: group..group + 1,
