@@ -11,6 +11,7 @@ use wetcor::inference::bootstrap::{replicate, Plan, Pool, Target};
 use wetcor::inference::delta::Interval;
 use wetcor::inference::law::Law;
 use wetcor::inference::regression::Regression;
+use wetcor::ranks::Alone;
 use wetcor::scene::ResamplingScheme;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -55,8 +56,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             scheme: ResamplingScheme::Cases,
             seed: 1,
         };
-        let (fits, without) = rayon::join(
-            || replicate(&pool, &targets, plan, &|_| ()),
+        let (Ok(fits), without) = rayon::join(
+            || replicate(&pool, &targets, plan, &Alone, &|_| ()),
             || leave_one_out(&pool, &targets[0], plan.scheme),
         );
         let influences: Vec<Vec<f64>> = without

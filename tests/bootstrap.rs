@@ -13,7 +13,7 @@ use wetcor::inference::bootstrap::{kernel, replicate, weights, Plan, Pool, Targe
 use wetcor::inference::law::Law;
 use wetcor::inference::regression::Regression;
 use wetcor::physics::dry::Order;
-use wetcor::ranks::Ranks;
+use wetcor::ranks::{Alone, Ranks};
 use wetcor::scene::{ResamplingScheme, WetLaw};
 use wetcor::study::calibration;
 
@@ -218,7 +218,7 @@ fn every_replicate_is_the_plain_fit_of_its_weights() {
             scheme: ResamplingScheme::Cases,
             seed: 11,
         };
-        let found = replicate(&pool, &targets, plan, &|_| ());
+        let Ok(found) = replicate(&pool, &targets, plan, &Alone, &|_| ());
         let found: Vec<Vec<_>> = (0..targets.len()).map(|target| found.of(target).collect()).collect();
         let distance = |target: usize, number: usize, drawn: u64| {
             let Regression {
@@ -273,10 +273,8 @@ fn stratified(pool: &Pool, scheme: ResamplingScheme, replicates: usize) -> Vec<f
         scheme,
         seed: 5,
     };
-    replicate(pool, &[target], plan, &|_| ())
-        .of(0)
-        .map(|fit| fit.parameters[0])
-        .collect()
+    let Ok(made) = replicate(pool, &[target], plan, &Alone, &|_| ());
+    made.of(0).map(|fit| fit.parameters[0]).collect()
 }
 
 #[test]
@@ -369,7 +367,7 @@ fn forgetting_the_strata_spreads_the_replicates() {
             scheme: ResamplingScheme::Cases,
             seed: 5,
         };
-        let replicates = replicate(&pool, &[target], plan, &|_| ());
+        let Ok(replicates) = replicate(&pool, &[target], plan, &Alone, &|_| ());
         // e in the middle of the design
         let middle = |fit: kernel::WeightedFit| fit.parameters[0] - 0.029 * fit.parameters[1];
         Replicates::new(replicates.of(0).map(middle))

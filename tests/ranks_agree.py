@@ -101,18 +101,26 @@ def the_report_is_the_same(program, plain, folder):
         assert str(MANY) not in text and "part-004" in text
         (folder / scene).write_text(text)
     (folder / LONG).write_text((folder / WHOLE).read_text() + "\n[sampler]\ndraws = 100000\n")
+    findings = same_findings(program, plain, folder, WHOLE, "least_squares")
+    assert findings["counts"]["runs"] == MANY, findings["counts"]
+    assert any(notice["code"] == "condensed_runs" for notice in findings["notices"]), "every run was kept"
+    # of few runs the replicates are divided
+    findings = same_findings(program, plain, folder, SCENE, "least_squares,bootstrap")
+    assert findings["bootstrap"]["replicates"] == 10_000, findings["bootstrap"]
+
+
+def same_findings(program, plain, folder, scene, stages):
+    """The findings of a scene, which any number of ranks report with the same bytes."""
     reports = {}
     for ranks in [0, 1, 2, 3]:
-        done, _ = run(fit(program if ranks else plain, ranks, WHOLE, "report"), folder)
+        done, _ = run(fit(program if ranks else plain, ranks, scene, "report", stages), folder)
         assert done.returncode in [0, 1], done.stderr
         reports[ranks] = {
             path.name: path.read_bytes() for path in (folder / "report").iterdir() if path.name in ["findings.json", "report.md"]
         }
-    findings = json.loads(reports[0]["findings.json"])
-    assert findings["counts"]["runs"] == MANY, findings["counts"]
-    assert any(notice["code"] == "condensed_runs" for notice in findings["notices"]), "every run was kept"
     for ranks in [1, 2, 3]:
         assert reports[ranks] == reports[0], f"reports of {ranks} ranks differ"
+    return json.loads(reports[0]["findings.json"])
 
 
 def a_refusal_is_told_once(program, folder):

@@ -17,6 +17,7 @@ use wetcor::inference::bootstrap::sandwich::sandwich;
 use wetcor::inference::bootstrap::{kernel, replicate, Plan, Pool, Target};
 use wetcor::inference::law::Law;
 use wetcor::inference::regression::Regression;
+use wetcor::ranks::Alone;
 use wetcor::runs::Table;
 use wetcor::scene::{IntervalMethod, ResamplingScheme, WetLaw};
 use wetcor::seed::stream;
@@ -164,7 +165,7 @@ fn covered(test: &str, unit_df: bool, ends: fn(f64, f64) -> (f64, f64)) -> (usiz
         } else {
             degrees_of_freedom(&influences).expect("it varies")
         };
-        let fits = replicate(&pool, &[target], plan, &|_| ());
+        let Ok(fits) = replicate(&pool, &[target], plan, &Alone, &|_| ());
         let made = Replicates::new(fits.of(0).map(|fit| fit.parameters[1])).percentile(0.95, df);
         let made = made.expect("replicates");
         let (lo, hi) = ends(made.lo, made.hi);
@@ -237,7 +238,7 @@ fn resampled(place: &Place, table: &Table, most_resampled: usize) -> (Vec<Estima
         keep_all: false,
         most_resampled,
     };
-    let (resampling, _) = bootstrap::add_bootstrap_intervals(scene, runs, estimates, options, &|_| ());
+    let Ok((resampling, _)) = bootstrap::add_bootstrap_intervals(scene, runs, estimates, options, &Alone, &|_| ());
     let of_dry = dry.into_iter().map(|fitted| fitted.dry.dry_k);
     let of_series = series.into_iter().flat_map(|fit| [fit.alpha, fit.beta]);
     let of_scaling = scaling

@@ -90,6 +90,7 @@ use crate::model::parameters::ModelParameters;
 use crate::notice::Notice;
 use crate::physics::inertia::Inertia;
 use crate::physics::Form;
+use crate::ranks::{Alone, Shares};
 use crate::runs::{Runs, Table};
 use crate::scene::{NoiseOn, Scene};
 use balance::EnergyBalance;
@@ -113,17 +114,22 @@ pub use notices::by_weight;
 
 /// Fits everything least squares can say of a scene's runs; with `bootstrap`, resamples them as the scene says.
 pub fn fit_least_squares(scene: &Scene, table: &Table, seed: u64, bootstrap: bool) -> Findings {
-    fit_least_squares_watched(scene, table, seed, bootstrap, &|_| ())
+    let Ok(findings) = fit_least_squares_shared(scene, table, seed, bootstrap.then_some(&Alone), &|_| ());
+    findings
 }
 
-/// The same; `done` is called with 0 before the first replicate, then with the number of replicates finished.
-pub fn fit_least_squares_watched(
+/// The same, with bootstrap intervals where there is somebody to share their replicates with; `done` is called with 0 before
+/// the first replicate, then with the number of replicates finished.
+///
+/// Fails where another of those who share cannot go on.
+pub fn fit_least_squares_shared<S: Shares>(
     scene: &Scene,
     table: &Table,
     seed: u64,
-    bootstrap: bool,
+    shares: Option<&S>,
     done: &(dyn Fn(usize) + Sync),
-) -> Findings {
+) -> Result<Findings, S::Error> {
+    let bootstrap = shares.is_some();
     let runs = &table.runs;
     let mut fits = LeastSquaresFits::new(scene, runs);
     let balance = fits.energy_balance.as_ref();
@@ -131,11 +137,11 @@ pub fn fit_least_squares_watched(
         || constants::find_sensitivities(scene, runs.sample(), &fits.dry, &fits.scaling, balance),
         || noise::analyse_noise(scene, runs.sample(), &fits.dry, balance, fits.form),
     );
-    let resampled = bootstrap.then(|| {
+    let resampled = shares.map(|shares| {
         done(0);
-        fits.add_bootstrap(scene, runs, seed, done)
+        fits.add_bootstrap(scene, runs, seed, shares, done)
     });
-    let (resampling, bootstrap_notices) = resampled.unzip();
+    let (resampling, bootstrap_notices) = resampled.transpose()?.unzip();
     let film_groups = film_groups::list_film_groups(scene, runs);
     let mut verdicts = fits.checks(scene, runs, bootstrap);
     let balance = fits.energy_balance.as_ref();
@@ -213,7 +219,7 @@ pub fn fit_least_squares_watched(
     let of_input = plausible::check_input(scene, runs);
     findings.verdicts.splice(0..0, of_input);
     findings.main.learnt = learnt::what_was_learnt(scene, runs, &findings);
-    findings
+    Ok(findings)
 }
 
 /// Every fit by least squares, with what later stages need of it besides the estimates.
@@ -267,13 +273,14 @@ impl LeastSquaresFits {
     }
 
     /// Gives the estimates their bootstrap intervals.
-    fn add_bootstrap(
+    fn add_bootstrap<S: Shares>(
         &mut self,
         scene: &Scene,
         runs: &Runs,
         seed: u64,
+        shares: &S,
         done: &(dyn Fn(usize) + Sync),
-    ) -> (Resampling, Vec<Notice>) {
+    ) -> Result<(Resampling, Vec<Notice>), S::Error> {
         let estimates = bootstrap::Estimates {
             dry: &mut self.dry,
             series: &mut self.series,
@@ -285,7 +292,7 @@ impl LeastSquaresFits {
             keep_all: false,
             most_resampled: bootstrap::MOST_RESAMPLED,
         };
-        bootstrap::add_bootstrap_intervals(scene, runs, estimates, options, done)
+        bootstrap::add_bootstrap_intervals(scene, runs, estimates, options, shares, done)
     }
 
     /// What must hold of the fits, and with `bootstrap` of their replicates.

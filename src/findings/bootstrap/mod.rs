@@ -36,6 +36,7 @@ use crate::inference::bootstrap::{Plan, RunWeights, Target};
 use crate::inference::effective_variance::ErrorWeights;
 use crate::notice::Notice;
 use crate::physics::quantity::{Place, Quantity};
+use crate::ranks::Shares;
 use crate::runs::Runs;
 use crate::scene::{IntervalMethod, ResamplingScheme, Scene};
 use affordable::{affordable_replicates, fewer_replicates_notice};
@@ -50,13 +51,14 @@ pub const DEFAULT_INTERVAL: IntervalMethod = IntervalMethod::Percentile;
 ///
 /// Of the other intervals only the delta method's are kept, unless all are asked for.
 /// `done` is called with the number of replicates finished.
-pub fn add_bootstrap_intervals(
+pub fn add_bootstrap_intervals<S: Shares>(
     scene: &Scene,
     runs: &Runs,
     mut estimates: Estimates,
     options: Options,
+    shares: &S,
     done: &(dyn Fn(usize) + Sync),
-) -> (Resampling, Vec<Notice>) {
+) -> Result<(Resampling, Vec<Notice>), S::Error> {
     let fits = estimates.dry.len() + estimates.series.len() + estimates.scaling.len();
     let plan = Plan {
         replicates: affordable_replicates(scene.bootstrap.replicates, fits),
@@ -99,10 +101,14 @@ pub fn add_bootstrap_intervals(
         let chosen = choose(&mut resampled, targets.len());
         let of_chosen: Vec<Target> = chosen.iter().map(|target| targets[*target].clone()).collect();
         let (pool, of_chosen) = columns.pool.of_targets(&of_chosen);
-        (chosen.len(), AllReplicates::make(&pool, &of_chosen, order, done))
+        (
+            chosen.len(),
+            AllReplicates::make(&pool, &of_chosen, order, shares, done)?,
+        )
     } else {
         // every run, whether a fit has it or not: which are drawn does not depend on what was fitted
-        (targets.len(), AllReplicates::make(&columns.pool, &targets, order, done))
+        let made = AllReplicates::make(&columns.pool, &targets, order, shares, done)?;
+        (targets.len(), made)
     };
     resampled.into_par_iter().for_each(|task| replicates.add_interval(task));
     let resampling = Resampling {
@@ -129,7 +135,7 @@ pub fn add_bootstrap_intervals(
         let fits = [chosen, targets.len()];
         notices::bootstrap_by_sandwich(runs.all_measured(), options.most_resampled, fits)
     }));
-    (resampling, found)
+    Ok((resampling, found))
 }
 
 /// The sandwich of each fit, from a sample of the runs: as much narrower as all are more.

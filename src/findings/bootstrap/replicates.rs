@@ -14,6 +14,7 @@ use crate::inference::bootstrap::{replicate, replicate_many, Plan, Pool, Replica
 use crate::inference::delta::Interval;
 use crate::physics::quantity::{Place, Quantity, Wetted};
 use crate::physics::Order;
+use crate::ranks::Shares;
 use crate::scene::{IntervalMethod, ResamplingScheme, WetLaw};
 
 /// What the parameters of a replicate are those of.
@@ -125,23 +126,27 @@ const UNDEFINED: &str = "a fit without this quantity: e does not fall with 1/St"
 
 impl AllReplicates {
     /// Makes them of some targets; `done` is called with the number of replicates finished.
-    pub(super) fn make(
+    pub(super) fn make<S: Shares>(
         pool: &Pool,
         targets: &[Target],
         order: ReplicateOrder,
+        shares: &S,
         done: &(dyn Fn(usize) + Sync),
-    ) -> AllReplicates {
+    ) -> Result<AllReplicates, S::Error> {
         let ReplicateOrder { plan, many, .. } = order;
         let without = |target: &Target| match many && target.regression.x.len() >= MANY_RUNS {
             // neither skewed nor short of degrees of freedom
             true => vec![],
             false => leave_one_out(pool, target, plan.scheme),
         };
-        let replicate = if many { replicate_many } else { replicate };
+        let fits = match many {
+            true => replicate_many(pool, targets, plan, shares, done),
+            false => replicate(pool, targets, plan, shares, done),
+        };
         let runs = || targets.iter().map(|target| target.regression.x.len());
-        AllReplicates {
+        Ok(AllReplicates {
             order,
-            fits: replicate(pool, targets, plan, done),
+            fits: fits?,
             without: targets.par_iter().map(without).collect(),
             fitted: targets.iter().map(|target| target.fitted).collect(),
             runs: runs().collect(),
@@ -153,7 +158,7 @@ impl AllReplicates {
                 .iter()
                 .map(|target| plan.scheme != ResamplingScheme::Series || target.series.len() > 1)
                 .collect(),
-        }
+        })
     }
 
     /// Gives an estimate what its replicates say; nothing where it has no standard error by the delta method.

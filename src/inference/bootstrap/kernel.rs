@@ -5,6 +5,8 @@
 //! With e ≥ 0 the square root's sum of squares is convex in (α, β): (√r − e)² has the second derivative
 //! e/(2 r^(3/2)) ≥ 0 in r, and r is linear in both. Newton's method, held inside the domain, then finds the one minimum.
 
+use serde::{Deserialize, Serialize};
+
 use crate::inference::law::Law;
 use crate::inference::sums::sums;
 use crate::physics::dry::Order;
@@ -34,7 +36,7 @@ impl WeightedFit {
 }
 
 /// Why weighted runs have no fit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Failure {
     /// the runs with weight do not determine the parameters
     Degenerate,

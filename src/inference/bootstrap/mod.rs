@@ -41,8 +41,11 @@ mod wide;
 pub use replicated::Replicated;
 pub use target::{Pool, RunWeights, Target};
 
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+
 use rayon::prelude::*;
 
+use crate::ranks::Shares;
 use crate::scene::ResamplingScheme;
 use crate::seed::Streams;
 use batches::{write_weights, Batches, TOGETHER};
@@ -72,10 +75,17 @@ struct Scratch {
     drawn: Option<DrawnNodes>,
 }
 
-/// Every replicate of every target. `done` is called with the number of replicates just finished.
+/// Every replicate of every target, of which others make their shares. `done` is called with the number of replicates just
+/// finished.
 ///
 /// A target with a single series has no replicates where series are resampled.
-pub fn replicate(pool: &Pool, targets: &[Target], plan: Plan, done: &(dyn Fn(usize) + Sync)) -> Replicated {
+pub fn replicate<S: Shares>(
+    pool: &Pool,
+    targets: &[Target],
+    plan: Plan,
+    shares: &S,
+    done: &(dyn Fn(usize) + Sync),
+) -> Result<Replicated, S::Error> {
     let most = targets
         .iter()
         .map(|target| target.regression.x.len())
@@ -99,7 +109,14 @@ pub fn replicate(pool: &Pool, targets: &[Target], plan: Plan, done: &(dyn Fn(usi
         streams: Streams::new(plan.seed, "bootstrap"),
     };
     let mut made = Replicated::room(targets.len(), plan.replicates);
-    made.blocks().for_each_init(
+    let blocks = made.count_of_blocks();
+    let mut is_own = vec![false; blocks as usize];
+    shares
+        .own(blocks)
+        .iter()
+        .for_each(|block| is_own[*block as usize] = true);
+    let made_here = AtomicUsize::new(0);
+    made.blocks().filter(|block| is_own[block.number]).for_each_init(
         || Scratch {
             weights: vec![0.0; most],
             restitution: vec![0.0; most],
@@ -107,15 +124,26 @@ pub fn replicate(pool: &Pool, targets: &[Target], plan: Plan, done: &(dyn Fn(usi
         },
         |scratch, mut block| {
             replication.draw(scratch, &mut block);
+            made_here.fetch_add(block.replicates, Relaxed);
             done(block.replicates);
         },
     );
-    made
+    if shares.count() > 1 {
+        made.put_together(shares)?;
+        done(plan.replicates - made_here.into_inner().min(plan.replicates));
+    }
+    Ok(made)
 }
 
 /// The same of fits to very many runs: where a fit has a [`sandwich()`] its replicates are normal, where it hangs on a few runs
 /// these are drawn, and where it has few all are.
-pub fn replicate_many(pool: &Pool, targets: &[Target], plan: Plan, done: &(dyn Fn(usize) + Sync)) -> Replicated {
+pub fn replicate_many<S: Shares>(
+    pool: &Pool,
+    targets: &[Target],
+    plan: Plan,
+    shares: &S,
+    done: &(dyn Fn(usize) + Sync),
+) -> Result<Replicated, S::Error> {
     let streams = Streams::new(plan.seed, "bootstrap of many runs");
     let made: Vec<Option<Vec<_>>> = targets
         .par_iter()
@@ -131,10 +159,10 @@ pub fn replicate_many(pool: &Pool, targets: &[Target], plan: Plan, done: &(dyn F
     let by_rows = targets.iter().zip(&made).filter(|(_, made)| made.is_none());
     let by_rows: Vec<Target> = by_rows.map(|(target, _)| target.clone()).collect();
     let (own_pool, by_rows) = pool.of_targets(&by_rows);
-    let drawn = replicate(&own_pool, &by_rows, plan, done);
+    let drawn = replicate(&own_pool, &by_rows, plan, shares, done)?;
     let mut rows = (0..by_rows.len()).map(|row| drawn.results(row));
     let each = made.into_iter().filter_map(|made| made.or_else(|| rows.next()));
-    Replicated::from_targets(&each.collect::<Vec<_>>(), plan.replicates)
+    Ok(Replicated::from_targets(&each.collect::<Vec<_>>(), plan.replicates))
 }
 
 /// The name of the stream of which a replicate of [`ResamplingScheme::Cases`] has its own stretch.

@@ -1,8 +1,10 @@
 //! Keeps the replicates of all targets, in the order in which they are made.
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::kernel::{Failure, WeightedFit};
+use crate::ranks::Shares;
 
 /// Replicates handled by one thread at a time, a multiple of those drawn together.
 const BLOCK: usize = 64;
@@ -59,11 +61,45 @@ impl Replicated {
         let fits = self.fits.par_chunks_mut(BLOCK * targets);
         let blocks = fits.zip(self.failures.par_chunks_mut(BLOCK * targets)).enumerate();
         blocks.map(move |(block, (fits, failures))| Block {
+            number: block,
             first: (block * BLOCK) as u64,
             replicates: fits.len() / targets,
             fits,
             failures,
         })
+    }
+
+    /// How many blocks there are.
+    pub(super) fn count_of_blocks(&self) -> u64 {
+        if self.targets == 0 {
+            return 0;
+        }
+        self.replicates.div_ceil(BLOCK) as u64
+    }
+
+    /// Takes in the blocks that others have filled.
+    pub(super) fn put_together<S: Shares>(&mut self, shares: &S) -> Result<(), S::Error> {
+        /// fits that are exchanged at once: some hundred megabytes
+        const AT_ONCE: usize = 1 << 21;
+        let length = BLOCK * self.targets.max(1);
+        let end = self.fits.len();
+        let places = |block: u64| block as usize * length..((block as usize + 1) * length).min(end);
+        let blocks = self.count_of_blocks();
+        // of as many blocks of each
+        let step = ((AT_ONCE / length) as u64 / shares.count()).max(1) * shares.count();
+        for first in (0..blocks).step_by(step as usize) {
+            let next = step.min(blocks - first);
+            let held = |block: &u64| Held {
+                fits: self.fits[places(first + block)].to_vec(),
+                failures: self.failures[places(first + block)].to_vec(),
+            };
+            let all = shares.put_together(shares.own(next).iter().map(held).collect())?;
+            for (held, block) in all.into_iter().zip(first..) {
+                self.fits[places(block)].copy_from_slice(&held.fits);
+                self.failures[places(block)].copy_from_slice(&held.failures);
+            }
+        }
+        Ok(())
     }
 
     /// The replicates of one target, in order.
@@ -90,8 +126,17 @@ impl Replicated {
     }
 }
 
+/// What a block of replicates holds.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Held {
+    fits: Vec<Numbers>,
+    failures: Vec<Option<Failure>>,
+}
+
 /// Replicates to be made, of all targets.
 pub(super) struct Block<'a> {
+    /// its number
+    pub number: usize,
     /// number of the first of them
     pub first: u64,
     /// how many
