@@ -21,27 +21,23 @@ use super::run_law::{ReboundBatch, RunImpact, RunNoise};
 use super::shared_speed::SharedSetting;
 use super::tails::{HeavySums, Tails};
 use super::trend::{BlockLaw, FilmLaw};
-use super::true_speeds::{Part, TrueSpeeds};
 use crate::model::parameters::{ParameterKind, COMMON_SLOTS};
 use crate::physics::balance::Balance;
 
 /// Runs of a block that are taken one at a time, with its energy balance.
 pub(super) struct BlockRows<'b> {
-    /// place of the block
-    pub block: usize,
     pub rebounds: Range<usize>,
     pub stuck: Range<usize>,
     pub law: &'b BlockLaw,
 }
 
 impl Likelihood {
-    /// Log likelihood of some runs of a block but those whose impact speeds err, which are given to `true_speeds`; adds its slopes
-    /// in the spreads and in ν, and in r to `sums`.
+    /// Log likelihood of some runs of a block but those whose impact speeds err; adds its slopes in the spreads and in ν, and in
+    /// r to `sums`.
     pub(super) fn run_by_run(
         &self,
         rows: BlockRows,
         noise: &RowNoise,
-        true_speeds: &mut TrueSpeeds,
         (slopes, sums): (&mut [f64], &mut BlockSums),
     ) -> f64 {
         let RowNoise { own, noise } = *noise;
@@ -81,17 +77,10 @@ impl Likelihood {
             }
             for (place, node) in nodes.enumerate() {
                 let errors = errors(&own.rebounds, node);
-                if errors.is_shared {
+                if errors.speed > 0.0 {
                     continue;
                 }
                 let film = laws.get(place).copied().unwrap_or_else(|| films.at(node));
-                if errors.speed > 0.0 {
-                    true_speeds.push(Part::Rebound(node), rows.block, film);
-                    if self.truncated {
-                        true_speeds.push(Part::Logged(node), rows.block, film);
-                    }
-                    continue;
-                }
                 let run = RunImpact {
                     balance: &film.balance,
                     impact: self.rebounds.impact(node),
@@ -106,20 +95,16 @@ impl Likelihood {
         }
         for node in rows.stuck {
             let errors = errors(&own.stuck, node);
-            if errors.is_shared {
+            if errors.speed > 0.0 {
                 continue;
             }
             let film = films_of_stuck.at(node);
-            if errors.speed > 0.0 {
-                true_speeds.push(Part::Stuck(node), rows.block, film);
-            } else {
-                let run = RunImpact {
-                    balance: &film.balance,
-                    impact: self.stuck.impact(node),
-                    errors,
-                };
-                add(&film, noise.density(run, stuck), self.stuck.count[node]);
-            }
+            let run = RunImpact {
+                balance: &film.balance,
+                impact: self.stuck.impact(node),
+                errors,
+            };
+            add(&film, noise.density(run, stuck), self.stuck.count[node]);
         }
         add_noise_slopes(all, ParameterKind::SigmaWet, slopes);
         all.value

@@ -10,10 +10,11 @@
 mod bell;
 mod lanes;
 mod many;
+mod near_turn;
 mod reach;
 mod rules;
 
-pub(super) use many::{ManySpeeds, SpeedRuns};
+pub(super) use many::{ManySpeeds, SpeedRuns, Together};
 
 use super::convolution;
 use super::errors::Errors;

@@ -55,7 +55,6 @@ use self::run_law::RunNoise;
 use self::sides::{side_sums, SideOfLimit, SideSums};
 use self::sums::{rebound_sums, NodeRange};
 use self::trend::FilmParameters;
-use self::true_speeds::TrueSpeeds;
 use super::parameters::ParameterKind;
 use crate::distributions::LN_ROOT_TWO_PI;
 
@@ -133,7 +132,6 @@ impl Likelihood {
         let all_sums = heavy.map(|heavy| rebound_sums(&self.rebounds, self.form.dry, Some(heavy), &wet.rebounds));
         let mut value = 0.0;
         let mut sums = vec![BlockSums::default(); self.blocks.len()];
-        let mut true_speeds = TrueSpeeds::new(self, noise);
         for (place, (block, NodeRange { nodes, law })) in self.blocks.iter().zip(&wet.rebounds).enumerate() {
             let sums = &mut sums[place];
             let mut one_by_one = nodes.clone();
@@ -147,15 +145,13 @@ impl Likelihood {
                 one_by_one = nodes.end..nodes.end;
             }
             let rows = BlockRows {
-                block: place,
                 rebounds: one_by_one,
                 stuck: block.stuck.clone(),
                 law,
             };
-            value += self.run_by_run(rows, noise, &mut true_speeds, (slopes, sums));
+            value += self.run_by_run(rows, noise, (slopes, sums));
         }
-        true_speeds.push_shared(&wet.rebounds);
-        value += true_speeds.finish(slopes, &mut sums);
+        value += self.over_true_speeds(noise, &wet.rebounds, (slopes, &mut sums));
         for ((block, range), sums) in self.blocks.iter().zip(&wet.rebounds).zip(&sums) {
             range.law.add_slopes(block, sums, slopes);
         }

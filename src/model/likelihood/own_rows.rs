@@ -3,6 +3,7 @@
 use super::errors::Errors;
 use super::nodes::{DryRow, NodeFilm};
 use super::shared_speed::SharedRuns;
+use super::true_speeds::TrueSpeeds;
 
 /// What runs have of their own.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,7 +19,9 @@ pub(super) struct ByRow {
     pub dry: Vec<DryRow>,
     /// wet runs that have one true speed, group by group
     pub shared: Vec<SharedRuns<WetPlace>>,
-    /// the same of the dry runs, each setting with its sphere
+    /// the wet runs whose impact speeds err
+    pub speeds: TrueSpeeds,
+    /// the groups of the dry runs, each setting with its sphere
     pub dry_shared: Vec<SharedRuns<usize>>,
 }
 

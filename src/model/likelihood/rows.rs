@@ -9,6 +9,7 @@ use super::nodes::{DryRow, NodeFilm, Nodes, WetBlock};
 use super::own_rows::{ByRow, WetPlace};
 use super::prepared::Likelihood;
 use super::trend::middle_film_ratio;
+use super::true_speeds::TrueSpeeds;
 use crate::model::parameters::offset_slot;
 use crate::physics::balance::Impact;
 use crate::physics::{Form, Inertia};
@@ -52,6 +53,7 @@ impl Likelihood {
                     vec![]
                 },
                 shared: vec![],
+                speeds: TrueSpeeds::default(),
                 dry_shared: vec![],
             });
         }
@@ -84,7 +86,7 @@ impl Likelihood {
         for (key, series) in blocks {
             likelihood.add(&table, key, &series, &mut index);
         }
-        likelihood.add_shared_speeds(scene, &table, &index.shared);
+        likelihood.add_true_speeds(scene, &table, &index.shared);
         likelihood.wet_rebounds = likelihood.rebounds.count.iter().sum();
         likelihood
     }
@@ -147,13 +149,18 @@ impl Likelihood {
 }
 
 impl Likelihood {
-    /// Adds the runs that have one true speed; `wet` are the wet ones among them, by run.
-    fn add_shared_speeds(&mut self, scene: &Scene, table: &RunData, wet: &HashMap<usize, (WetPlace, Impact)>) {
-        if let (Some(own), Some(errors)) = (&mut self.own, table.errors) {
+    /// Adds the true speeds of runs whose measured ones err; `wet` are the wet runs among those that share one, by run.
+    fn add_true_speeds(&mut self, scene: &Scene, table: &RunData, wet: &HashMap<usize, (WetPlace, Impact)>) {
+        let Some(errors) = table.errors else {
+            return;
+        };
+        if let Some(mut own) = self.own.take() {
             own.shared = errors.shared_runs(scene, table.runs, |run| wet.get(&run).copied());
             // dry runs come first, in the order of their rows
             let dry = |run: usize| own.dry.get(run).map(|row| (row.sphere, row.impact()));
             own.dry_shared = errors.shared_runs(scene, table.runs, dry);
+            own.speeds = TrueSpeeds::of(self, &own);
+            self.own = Some(own);
         }
     }
 }

@@ -1,21 +1,25 @@
 //! Sums the log densities of wet runs whose impact speeds err, over their true speeds.
 
+use std::collections::HashMap;
+
 use super::block_sums::BlockSums;
 use super::errors::Errors;
-use super::hidden_speed::{ManySpeeds, MeasuredRun, SettingRuns, SettingSlopes, SpeedRuns};
+use super::hidden_speed::{ManySpeeds, MeasuredRun, SettingRuns, SettingSlopes, SpeedRuns, Together};
 use super::nodes::Nodes;
+use super::own_rows::{ByRow, WetPlace};
 use super::prepared::Likelihood;
 use super::row_noise::{add_noise_slopes, RowNoise};
 use super::run_density::{Seen, Side};
 use super::sums::NodeRange;
 use super::trend::FilmLaw;
 use crate::model::parameters::ParameterKind;
-use crate::physics::balance::Impact;
+use crate::physics::balance::{Balance, Impact};
+use crate::physics::loss::Share;
 use crate::runs::MOST_SETTINGS;
 
 /// Runs of one true speed, or a run at one of its own.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Part {
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Part {
     /// node of a rebound
     Rebound(usize),
     /// the same, as a run that was logged because it rebounded
@@ -26,155 +30,193 @@ pub(super) enum Part {
     Shared(usize),
 }
 
-/// The parts of a sum, each with its settings.
-pub(super) struct TrueSpeeds<'l> {
-    likelihood: &'l Likelihood,
-    noise: &'l RowNoise<'l>,
-    many: ManySpeeds,
+/// The wet runs whose impact speeds err, by their true speeds.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct TrueSpeeds {
     /// each with the number of its first setting
     parts: Vec<(Part, usize)>,
-    /// of each setting, with the block it belongs to
-    laws: Vec<(usize, FilmLaw)>,
+    /// where the film of each setting is
+    settings: Vec<usize>,
+    /// each film of a block once
+    films: Vec<WetPlace>,
+    together: Together,
+    /// parts that may not go with others
+    apart: Vec<usize>,
 }
 
-impl<'l> TrueSpeeds<'l> {
-    pub fn new(likelihood: &'l Likelihood, noise: &'l RowNoise) -> TrueSpeeds<'l> {
-        TrueSpeeds {
-            likelihood,
-            noise,
-            many: ManySpeeds::new(&noise.noise),
-            parts: vec![],
-            laws: vec![],
-        }
-    }
+/// One of the parts.
+#[derive(Clone, Copy)]
+struct PartOf<'p> {
+    part: Part,
+    number: usize,
+    /// where the films of its settings are, and of those after it
+    films: &'p [usize],
+}
 
-    /// Adds a run of a block at a film.
-    pub fn push(&mut self, run: Part, block: usize, film: FilmLaw) {
-        // neighbours mostly share a film
-        if self.laws.last() != Some(&(block, film)) {
-            self.laws.push((block, film));
-        }
-        self.push_part(run, self.laws.len() - 1);
-    }
-
-    /// Adds all runs that share their true speeds.
-    pub fn push_shared(&mut self, blocks: &[NodeRange]) {
-        let shared = &self.noise.own.shared;
-        self.parts.reserve(shared.len());
-        self.laws.reserve(shared.iter().map(|of| of.settings.len()).sum());
-        for (place, shared) in shared.iter().enumerate() {
-            let first = self.laws.len();
-            for setting in &shared.settings {
-                let place = setting.place;
-                self.laws.push((place.block, blocks[place.block].law.at(place.film)));
-            }
-            self.push_part(Part::Shared(place), first);
-        }
-    }
-
-    fn push_part(&mut self, part: Part, first_setting: usize) {
-        let number = self.parts.len();
-        self.parts.push((part, first_setting));
-        let TrueSpeeds {
-            likelihood,
-            noise,
-            many,
-            laws,
-            ..
-        } = self;
-        let times = likelihood.times(noise, part);
-        likelihood.with_settings(noise, part, &laws[first_setting..], |settings| {
-            many.push(SpeedRuns {
-                settings,
-                number,
-                first_setting,
-                times,
-            });
-        });
-    }
-
-    /// The log likelihood; adds its slopes in the spreads and in ν, and in r to the sums of each block.
-    pub fn finish(self, slopes: &mut [f64], sums: &mut [BlockSums]) -> f64 {
-        let TrueSpeeds {
-            likelihood,
-            noise,
-            many,
-            parts,
-            laws,
-        } = self;
-        let found = many.finish();
-        let mut value = found.all.value;
-        add_noise_slopes(found.all, ParameterKind::SigmaWet, slopes);
-        let mut add = |setting: usize, of: SettingSlopes, times: f64| {
-            let (block, film) = &laws[setting];
-            film.add(
-                &mut sums[*block],
-                times * of.kept,
-                times * of.viscous,
-                -0.5 * times * of.dry_k,
-            );
+impl TrueSpeeds {
+    /// Those of these runs, where some have errors.
+    pub fn of(likelihood: &Likelihood, own: &ByRow) -> TrueSpeeds {
+        let (mut parts, mut settings, mut films) = (vec![], vec![], vec![]);
+        let mut known = HashMap::new();
+        let mut add = |part: Part, of: &mut dyn Iterator<Item = WetPlace>| {
+            parts.push((part, settings.len()));
+            settings.extend(of.map(|place| {
+                let film = (place.block, place.film.ratio.to_bits());
+                *known.entry(film).or_insert_with(|| {
+                    films.push(place);
+                    films.len() - 1
+                })
+            }));
         };
-        for (setting, of) in found.slopes.into_iter().enumerate() {
-            add(setting, of, 1.0);
-        }
-        for (part, first) in found.left.into_iter().map(|number| parts[number]) {
-            let mut each = [SettingSlopes::default(); MOST_SETTINGS];
-            let times = likelihood.times(noise, part);
-            let (all, count) = likelihood.with_settings(noise, part, &laws[first..], |settings| {
-                let each = &mut each[..settings.len()];
-                (noise.noise.hidden(settings).integrate(each), settings.len())
-            });
-            let all = all.times(times);
-            value += all.value;
-            add_noise_slopes(all, ParameterKind::SigmaWet, slopes);
-            for (place, of) in each[..count].iter().enumerate() {
-                add(first + place, *of, times);
+        let errs_alone = |errors: &[Errors], node: usize| {
+            let errors = errors.get(node);
+            errors.is_some_and(|errors| errors.speed > 0.0 && !errors.is_shared)
+        };
+        for (block, of) in likelihood.blocks.iter().enumerate() {
+            let at = |nodes: &Nodes, node: usize| {
+                let film = nodes.film(node);
+                std::iter::once(WetPlace { block, film })
+            };
+            for node in of.rebounds.clone().filter(|node| errs_alone(&own.rebounds, *node)) {
+                add(Part::Rebound(node), &mut at(&likelihood.rebounds, node));
+                if likelihood.truncated {
+                    add(Part::Logged(node), &mut at(&likelihood.rebounds, node));
+                }
+            }
+            for node in of.stuck.clone().filter(|node| errs_alone(&own.stuck, *node)) {
+                add(Part::Stuck(node), &mut at(&likelihood.stuck, node));
             }
         }
-        value
+        for (place, shared) in own.shared.iter().enumerate() {
+            add(Part::Shared(place), &mut shared.settings.iter().map(|of| of.place));
+        }
+        let mut found = TrueSpeeds {
+            parts,
+            settings,
+            films,
+            ..TrueSpeeds::default()
+        };
+        // what the losses take is not asked yet
+        let balance = Balance::at(likelihood.form, 0.0, Share::default(), 0.0);
+        let mut together = Together::default();
+        for number in 0..found.parts.len() {
+            let goes_together = |runs: SpeedRuns| together.push(&runs);
+            if !likelihood.with_part(own, found.part(number), |_| &balance, goes_together) {
+                found.apart.push(number);
+            }
+        }
+        TrueSpeeds { together, ..found }
+    }
+
+    fn part(&self, number: usize) -> PartOf<'_> {
+        let (part, first) = self.parts[number];
+        PartOf {
+            part,
+            number,
+            films: &self.settings[first..],
+        }
     }
 }
 
 impl Likelihood {
-    /// How often a part counts.
-    fn times(&self, noise: &RowNoise, part: Part) -> f64 {
-        match part {
-            Part::Rebound(_) => 1.0,
-            Part::Logged(_) => -1.0,
-            Part::Stuck(node) => self.stuck.count[node],
-            Part::Shared(place) => noise.own.shared[place].sign,
-        }
-    }
-
-    /// Gives the settings of a part, which have these laws, to a function.
-    fn with_settings<T>(
+    /// The log likelihood of the wet runs whose impact speeds err; adds its slopes in the spreads and in ν, and in r to the sums
+    /// of each block.
+    pub(super) fn over_true_speeds(
         &self,
         noise: &RowNoise,
-        part: Part,
-        laws: &[(usize, FilmLaw)],
-        of: impl FnOnce(&[SettingRuns]) -> T,
-    ) -> T {
-        let one = |nodes: &Nodes, node: usize, seen: Seen, errors: &[Errors]| -> (Impact, MeasuredRun) {
-            let errors = errors[node];
-            (nodes.impact(node), MeasuredRun { seen, errors })
-        };
+        blocks: &[NodeRange],
+        (slopes, sums): (&mut [f64], &mut [BlockSums]),
+    ) -> f64 {
         let own = noise.own;
-        let (impact, run) = match part {
+        let speeds = &own.speeds;
+        let law = |place: &WetPlace| blocks[place.block].law.at(place.film);
+        let laws: Vec<FilmLaw> = speeds.films.iter().map(law).collect();
+        let balances: Vec<Balance> = laws.iter().map(|law| law.balance).collect();
+        let mut many = ManySpeeds::new(&noise.noise, &balances);
+        many.take(&speeds.together);
+        for number in &speeds.apart {
+            self.with_part(
+                own,
+                speeds.part(*number),
+                |film| &balances[film],
+                |runs| many.push(runs),
+            );
+        }
+        let mut found = many.finish();
+        let mut value = found.all.value;
+        add_noise_slopes(found.all, ParameterKind::SigmaWet, slopes);
+        for number in found.left {
+            let of = |runs: SpeedRuns| {
+                let mut each = [SettingSlopes::default(); MOST_SETTINGS];
+                let each = &mut each[..runs.settings.len()];
+                let all = noise.noise.hidden(runs.settings).integrate(each).times(runs.times);
+                for (film, of) in runs.balances.iter().zip(each) {
+                    let sum = &mut found.slopes[*film];
+                    sum.kept += runs.times * of.kept;
+                    sum.viscous += runs.times * of.viscous;
+                    sum.dry_k += runs.times * of.dry_k;
+                }
+                all
+            };
+            let all = self.with_part(own, speeds.part(number), |film| &balances[film], of);
+            value += all.value;
+            add_noise_slopes(all, ParameterKind::SigmaWet, slopes);
+        }
+        for ((place, law), of) in speeds.films.iter().zip(&laws).zip(found.slopes) {
+            law.add(&mut sums[place.block], of.kept, of.viscous, -0.5 * of.dry_k);
+        }
+        value
+    }
+
+    /// Gives a part, with the balance at each film, to a function.
+    fn with_part<'b, T>(
+        &self,
+        own: &ByRow,
+        PartOf { part, number, films }: PartOf,
+        balance: impl Fn(usize) -> &'b Balance,
+        of: impl FnOnce(SpeedRuns) -> T,
+    ) -> T {
+        let (times, (impact, run)) = match part {
             Part::Rebound(node) => {
                 let seen = Seen::Rebound(self.rebounds.restitution[node]);
-                one(&self.rebounds, node, seen, &own.rebounds)
+                (1.0, measured(&self.rebounds, node, seen, &own.rebounds))
             }
-            Part::Logged(node) => one(&self.rebounds, node, Seen::On(Side::Above, self.limit), &own.rebounds),
-            Part::Stuck(node) => one(&self.stuck, node, Seen::On(Side::Below, self.limit), &own.stuck),
+            Part::Logged(node) => {
+                let seen = Seen::On(Side::Above, self.limit);
+                (-1.0, measured(&self.rebounds, node, seen, &own.rebounds))
+            }
+            Part::Stuck(node) => {
+                let seen = Seen::On(Side::Below, self.limit);
+                (self.stuck.count[node], measured(&self.stuck, node, seen, &own.stuck))
+            }
             Part::Shared(place) => {
-                let balances = laws.iter().map(|(_, film)| &film.balance);
-                return own.shared[place].with_settings(balances, of);
+                let shared = &own.shared[place];
+                let balances = films.iter().map(|film| balance(*film));
+                return shared.with_settings(balances, |settings| {
+                    of(SpeedRuns {
+                        settings,
+                        balances: &films[..settings.len()],
+                        number,
+                        times: shared.sign,
+                    })
+                });
             }
         };
-        of(&[SettingRuns {
-            balance: &laws[0].1.balance,
-            impact,
-            runs: &[run],
-        }])
+        of(SpeedRuns {
+            settings: &[SettingRuns {
+                balance: balance(films[0]),
+                impact,
+                runs: &[run],
+            }],
+            balances: &films[..1],
+            number,
+            times,
+        })
     }
+}
+
+/// A node with what is known of it.
+fn measured(nodes: &Nodes, node: usize, seen: Seen, errors: &[Errors]) -> (Impact, MeasuredRun) {
+    let errors = errors[node];
+    (nodes.impact(node), MeasuredRun { seen, errors })
 }

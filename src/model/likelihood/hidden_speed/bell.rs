@@ -10,10 +10,10 @@ use crate::model::likelihood::run_density::RunDensity;
 pub(super) const FAR: f64 = 6.0;
 
 /// Steps of the secant rule towards a bell.
-pub(super) const STEPS: usize = 4;
+const STEPS: usize = 4;
 
 /// The last of them that need not be taken once more, in widths.
-pub(super) const NEAR: f64 = 0.3;
+const NEAR: f64 = 0.3;
 
 /// The curvature of a bell, over that which the mean alone leaves.
 pub(super) const LEAST: f64 = 0.3;
@@ -21,7 +21,7 @@ pub(super) const LEAST: f64 = 0.3;
 /// The largest last coefficient of a rule, of the mass: the integral is then off by less than 1e-7.
 pub(super) fn most_of_last(order: Order) -> f64 {
     match order {
-        Order::Eight => 2e-4,
+        Order::Eight => 1e-4,
         Order::Sixteen => 1e-5,
     }
 }

@@ -4,6 +4,8 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
+use super::bell::FAR;
+use super::reach::REACH;
 use super::rules::Height;
 use super::{HiddenSpeed, MeasuredRun, SettingRuns, SettingSlopes, Sums, FALL};
 use crate::exponential::{exponential, is_fused, logarithm};
@@ -67,7 +69,7 @@ pub(super) struct AtNodes {
 }
 
 /// Nodes of a rule, gathered until there are enough of them.
-struct NodeBatch<'n, 'b, 's> {
+pub(super) struct NodeBatch<'n, 'b, 's> {
     hidden: &'n HiddenSpeed<'b>,
     sums: Sums<'s>,
     nodes: RuleNodes,
@@ -76,17 +78,22 @@ struct NodeBatch<'n, 'b, 's> {
 }
 
 impl<'n, 'b, 's> NodeBatch<'n, 'b, 's> {
-    fn new(hidden: &'n HiddenSpeed<'b>, sums: Sums<'s>, enough: usize) -> NodeBatch<'n, 'b, 's> {
+    /// About a value that the logarithm has near its largest, or less.
+    pub fn new(
+        hidden: &'n HiddenSpeed<'b>,
+        reference: f64,
+        of_settings: &'s mut [SettingSlopes],
+    ) -> NodeBatch<'n, 'b, 's> {
         NodeBatch {
             hidden,
-            sums,
+            sums: Sums::new(reference, of_settings),
             nodes: RuleNodes::NONE,
-            enough,
+            enough: MOST_NODES,
         }
     }
 
     /// The logarithm at this node where it is computed; infinite where it waits for others.
-    fn add(&mut self, z: f64, weight: f64) -> f64 {
+    pub fn add(&mut self, z: f64, weight: f64) -> f64 {
         self.nodes.push(z, weight);
         if self.nodes.count < self.enough {
             return f64::INFINITY;
@@ -97,7 +104,7 @@ impl<'n, 'b, 's> NodeBatch<'n, 'b, 's> {
     }
 
     /// The sums over all nodes.
-    fn finish(mut self) -> Sums<'s> {
+    pub fn finish(mut self) -> Sums<'s> {
         if self.nodes.count > 0 {
             self.nodes.fill();
             self.hidden.add_nodes(&self.nodes, &mut self.sums);
@@ -124,13 +131,22 @@ impl HiddenSpeed<'_> {
             of_settings.fill(SettingSlopes::default());
             return RunDensity::default();
         }
+        if let Some(found) = self.near_turn(FAR, of_settings) {
+            return found;
+        }
         if let Some(found) = self.over_bell(of_settings) {
             return found;
         }
+        // what is no bell there is bent by a turn farther off
+        if let Some(found) = self.near_turn(3.0 * REACH, of_settings) {
+            return found;
+        }
         let reach = self.reach(FALL);
-        // steps end where one says that there is nothing left
-        let enough = if reach.turns.is_empty() { LANES } else { MOST_NODES };
-        let mut nodes = NodeBatch::new(self, Sums::new(reach.ln, of_settings), enough);
+        let mut nodes = NodeBatch::new(self, reach.ln, of_settings);
+        if reach.turns.is_empty() {
+            // steps end where one says that there is nothing left
+            nodes.enough = LANES;
+        }
         self.over_nodes(&reach, &mut |z, weight| nodes.add(z, weight));
         nodes.finish().density()
     }

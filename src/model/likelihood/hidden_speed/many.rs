@@ -1,34 +1,38 @@
 //! Integrates over many true speeds of wet runs side by side, each of a few rebounds, where the integrands are all but normal.
 //!
-//! What one integral by itself waits for, others fill. Integrals of as many rebounds go together: their bells are found by as
-//! many steps for all, and each node of a rule is taken of all before the next. What came out on its side for certain wherever
-//! the true speed may be has no part in an integral; one with another side, or near a turn, is left to
-//! [`HiddenSpeed::integrate`](super::HiddenSpeed::integrate).
+//! What one integral by itself waits for, others fill. Integrals of as many rebounds go together: their bells are found by one
+//! step for all, and each node of a rule is taken of all before the next. Those of rebounds alone are gathered once for all
+//! parameters. What came out on its side for certain wherever the true speed may be has no part in an integral; one with another
+//! side, or near a turn, is left to [`HiddenSpeed::integrate`](super::HiddenSpeed::integrate).
 
 mod batch;
 mod found;
 mod rebounds;
+mod together;
 
 pub(in crate::model::likelihood) use found::SpeedRuns;
+pub(in crate::model::likelihood) use together::Together;
 
 use batch::{Batch, DryForm, State};
 use found::Found;
 
 use super::reach::REACH;
-use super::{SettingRuns, SettingSlopes};
+use super::SettingRuns;
 use crate::model::likelihood::normal::CERTAIN;
 use crate::model::likelihood::normal_nodes::Order;
 use crate::model::likelihood::run_density::{Seen, Side, Spreads};
 use crate::model::likelihood::run_law::RunNoise;
 use crate::model::likelihood::tails::Tails;
+use crate::physics::balance::Balance;
 use crate::physics::rebound::kept_of_mean_restitution;
 
 /// Rebounds of an integral that goes with others.
 const MOST_REBOUNDS: usize = 8;
 
 /// Integrals over true speeds, gathered until there are enough of them.
-pub(in crate::model::likelihood) struct ManySpeeds {
+pub(in crate::model::likelihood) struct ManySpeeds<'b> {
     sigma: f64,
+    balances: &'b [Balance],
     /// whether the noise of the runs lets integrals go together
     go_together: bool,
     /// by the rule and the number of rebounds
@@ -38,27 +42,35 @@ pub(in crate::model::likelihood) struct ManySpeeds {
     found: Found,
 }
 
-impl ManySpeeds {
-    /// Of wet runs.
-    pub fn new(noise: &RunNoise) -> ManySpeeds {
+impl<'b> ManySpeeds<'b> {
+    /// Of wet runs with these energy balances.
+    pub fn new(noise: &RunNoise, balances: &'b [Balance]) -> ManySpeeds<'b> {
         /// the inverse of as many spreads as an integral has rebounds is then a number, and so is its square
         const SIGMA: std::ops::Range<f64> = 1e-15..1e15;
         let Spreads { sigma, energy } = noise.spreads;
         ManySpeeds {
             sigma,
+            balances,
             go_together: noise.tails == Tails::Normal && energy == 0.0 && SIGMA.contains(&sigma),
             batches: Default::default(),
             edge: None,
-            found: Found::default(),
+            found: Found::new(balances.len()),
+        }
+    }
+
+    /// Takes integrals that go together, or leaves them.
+    pub fn take(&mut self, together: &Together) {
+        for batch in &together.batches {
+            if self.go_together {
+                self.integrate(batch);
+            } else {
+                self.found.left.extend(&batch.numbers[..batch.count]);
+            }
         }
     }
 
     /// Takes an integral in, or leaves it.
     pub fn push(&mut self, runs: SpeedRuns) {
-        let settings = runs.first_setting + runs.settings.len();
-        if settings > self.found.slopes.len() {
-            self.found.slopes.resize(settings, SettingSlopes::default());
-        }
         let rebounds = self.go_together.then(|| self.rebounds(runs.settings));
         match rebounds.flatten() {
             Some((0, _)) => {}
@@ -68,7 +80,7 @@ impl ManySpeeds {
                 let batch = self.batch(Order::Eight, rebounds, form);
                 batch.push(&runs, has_sides);
                 if batch.is_full() {
-                    self.integrate(Order::Eight, rebounds);
+                    self.empty(Order::Eight, rebounds);
                 }
             }
             _ => self.found.left.push(runs.number),
@@ -101,7 +113,7 @@ impl ManySpeeds {
     pub fn finish(mut self) -> Found {
         for order in [Order::Eight, Order::Sixteen] {
             for rebounds in 1..=MOST_REBOUNDS {
-                self.integrate(order, rebounds);
+                self.empty(order, rebounds);
             }
         }
         self.found
@@ -113,13 +125,19 @@ impl ManySpeeds {
         place.get_or_insert_with(|| Box::new(Batch::new(rebounds, order, form)))
     }
 
-    /// Empties a batch. What eight nodes do not do for goes on to sixteen.
-    fn integrate(&mut self, order: Order, rebounds: usize) {
+    /// Integrates what has been gathered for a rule.
+    fn empty(&mut self, order: Order, rebounds: usize) {
         let is_filled = |batch: &mut Box<Batch>| batch.count > 0;
-        let Some(mut batch) = self.batches[order as usize][rebounds - 1].take_if(is_filled) else {
-            return;
-        };
-        let integrated = batch.integrate(self.sigma);
+        if let Some(mut batch) = self.batches[order as usize][rebounds - 1].take_if(is_filled) {
+            self.integrate(&batch);
+            batch.count = 0;
+            self.batches[order as usize][rebounds - 1] = Some(batch);
+        }
+    }
+
+    /// What eight nodes do not do for goes on to sixteen.
+    fn integrate(&mut self, batch: &Batch) {
+        let integrated = batch.integrate(self.sigma, self.balances);
         for integral in 0..batch.count {
             #[cfg(test)]
             if integrated.states[integral] != State::Left {
@@ -127,18 +145,16 @@ impl ManySpeeds {
             }
             match integrated.states[integral] {
                 State::Found => batch.write(&integrated, integral, &mut self.found),
-                State::TooFewNodes if order == Order::Eight => {
-                    let next = self.batch(Order::Sixteen, rebounds, batch.form);
-                    next.put(batch.taken(integral));
+                State::TooFewNodes if batch.order == Order::Eight => {
+                    let next = self.batch(Order::Sixteen, batch.rebounds, batch.form);
+                    next.put(batch.taken(&integrated, integral));
                     if next.is_full() {
-                        self.integrate(Order::Sixteen, rebounds);
+                        self.empty(Order::Sixteen, batch.rebounds);
                     }
                 }
                 _ => self.found.left.push(batch.numbers[integral]),
             }
         }
-        batch.count = 0;
-        self.batches[order as usize][rebounds - 1] = Some(batch);
     }
 
     /// Whether a run that keeps no less and no more came out on its side for certain.

@@ -267,7 +267,7 @@ impl HiddenSpeed<'_> {
     }
 
     /// The largest value that the logarithm of all factors but φ has.
-    fn largest(&self) -> f64 {
+    pub(super) fn largest(&self) -> f64 {
         self.runs().map(|run| self.largest_of(run)).sum()
     }
 

@@ -87,8 +87,8 @@ fn an_integral_takes_few_nodes() {
     let expected = [
         (Beside::NoiseOnEnergy, 8.9),
         (Beside::ErrorsOfRepeatedSpeeds, 10.8),
-        (Beside::ErrorsInOwnFilms, 10.7),
-        (Beside::ErrorsOfOwnSpeeds, 9.2),
+        (Beside::ErrorsInOwnFilms, 10.9),
+        (Beside::ErrorsOfOwnSpeeds, 9.4),
     ];
     let found = expected.map(|(beside, _)| nodes_a_run(beside));
     for ((beside, expected), found) in expected.iter().zip(&found) {

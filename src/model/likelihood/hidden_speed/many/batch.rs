@@ -3,19 +3,21 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::found::{Found, SpeedRuns};
-use super::rebounds::{AtNode, Column, Columns, Law, Moves, Row, LANES, MOST_ROWS};
+use super::rebounds::{AtNode, Column, Columns, Law, Laws, Moves, Rebounds, Row, LANES, MOST_ROWS};
 use crate::distributions::LN_ROOT_TWO_PI;
 use crate::exponential::{exponential, is_fused, logarithm};
-use crate::model::likelihood::hidden_speed::bell::{most_of_last, FAR, LEAST, NEAR, STEPS};
+use crate::model::likelihood::hidden_speed::bell::{most_of_last, FAR, LEAST};
 use crate::model::likelihood::hidden_speed::reach::REACH;
 use crate::model::likelihood::normal_nodes::Order;
 use crate::model::likelihood::run_density::Seen;
+use crate::physics::balance::Balance;
 use crate::physics::dry;
 
 /// The order of the dry law, and whether e_dry is that of the run's own speed.
 pub(super) type DryForm = (dry::Order, bool);
 
 /// Integrals of as many rebounds each: the first rebound of all, the second of all, and so on.
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Batch {
     pub rebounds: usize,
     pub order: Order,
@@ -26,16 +28,32 @@ pub(super) struct Batch {
     rows: Columns,
     /// whether no rebound of it errs but in its impact speed
     is_exact: bool,
-    /// of the setting of each rebound
-    settings: [usize; MOST_ROWS],
+    /// the place of the balance of each rebound's setting
+    balances: [usize; MOST_ROWS],
     pub numbers: [usize; MOST_ROWS],
     times: Column,
     /// runs of each, and whether some came out on a side
     runs: [usize; MOST_ROWS],
     has_sides: [bool; MOST_ROWS],
-    /// where the bells are, known where the rule is of sixteen nodes
+    /// known where the rule is of sixteen nodes
+    bells: Bells,
+}
+
+/// About where integrands are largest, and how wide they are there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Bells {
     z: Column,
     width: Column,
+    /// whether nothing turns within reach
+    are_bells: [bool; MOST_ROWS],
+}
+
+impl Bells {
+    const NONE: Bells = Bells {
+        z: [0.0; MOST_ROWS],
+        width: [0.0; MOST_ROWS],
+        are_bells: [true; MOST_ROWS],
+    };
 }
 
 /// An integral on its way from one batch to another.
@@ -60,6 +78,7 @@ pub(super) enum State {
 /// What integrals came to.
 pub(super) struct Integrated {
     pub states: [State; MOST_ROWS],
+    bells: Bells,
     value: Column,
     sigma: Column,
     /// of each rebound, in r, −L and k
@@ -78,13 +97,12 @@ impl Batch {
             room: MOST_ROWS / rebounds / LANES * LANES,
             rows: Columns::NONE,
             is_exact: true,
-            settings: [0; MOST_ROWS],
+            balances: [0; MOST_ROWS],
             numbers: [0; MOST_ROWS],
             times: [0.0; MOST_ROWS],
             runs: [0; MOST_ROWS],
             has_sides: [false; MOST_ROWS],
-            z: [0.0; MOST_ROWS],
-            width: [0.0; MOST_ROWS],
+            bells: Bells::NONE,
         }
     }
 
@@ -95,12 +113,12 @@ impl Batch {
     pub fn push(&mut self, runs: &SpeedRuns, has_sides: bool) {
         let mut row = self.count;
         let mut all = 0;
-        for (setting, number) in runs.settings.iter().zip(runs.first_setting..) {
+        for (setting, balance) in runs.settings.iter().zip(runs.balances) {
             all += setting.runs.len();
             for run in setting.runs {
                 if let Seen::Rebound(e) = run.seen {
                     self.rows.set(row, Row::of(setting, &run.errors, e));
-                    self.settings[row] = number;
+                    self.balances[row] = *balance;
                     self.is_exact &= self.rows.is_exact(row);
                     row += self.room;
                 }
@@ -111,31 +129,31 @@ impl Batch {
         self.count += 1;
     }
 
-    /// One of its integrals.
-    pub fn taken(&self, integral: usize) -> Taken {
+    /// One of its integrals, of which this was found.
+    pub fn taken(&self, of: &Integrated, integral: usize) -> Taken {
         let row = |rank: usize| integral + rank * self.room;
         Taken {
             rows: (0..self.rebounds)
                 .map(row)
-                .map(|row| (self.rows.get(row), self.settings[row]))
+                .map(|row| (self.rows.get(row), self.balances[row]))
                 .collect(),
             number: self.numbers[integral],
             times: self.times[integral],
             runs: self.runs[integral],
-            bell: [self.z[integral], self.width[integral]],
+            bell: [of.bells.z[integral], of.bells.width[integral]],
         }
     }
 
     pub fn put(&mut self, taken: Taken) {
         let to = self.count;
-        for (rank, (row, setting)) in taken.rows.into_iter().enumerate() {
+        for (rank, (row, balance)) in taken.rows.into_iter().enumerate() {
             let place = to + rank * self.room;
             self.rows.set(place, row);
-            self.settings[place] = setting;
+            self.balances[place] = balance;
             self.is_exact &= self.rows.is_exact(place);
         }
         (self.numbers[to], self.times[to], self.runs[to]) = (taken.number, taken.times, taken.runs);
-        [self.z[to], self.width[to]] = taken.bell;
+        [self.bells.z[to], self.bells.width[to]] = taken.bell;
         self.count += 1;
     }
 
@@ -147,7 +165,7 @@ impl Batch {
         for rank in 0..self.rebounds {
             let row = integral + rank * of.filled;
             let [kept, viscous, dry_k] = &of.slopes;
-            let sum = &mut found.slopes[self.settings[integral + rank * self.room]];
+            let sum = &mut found.slopes[self.balances[integral + rank * self.room]];
             sum.kept += times * kept[row];
             sum.viscous += times * viscous[row];
             sum.dry_k += times * dry_k[row];
@@ -161,31 +179,50 @@ impl Batch {
     }
 
     /// The integrals by the batch's rule.
-    pub fn integrate(&mut self, sigma: f64) -> Integrated {
+    pub fn integrate(&self, sigma: f64, balances: &[Balance]) -> Integrated {
+        let of = (sigma, balances);
         match (self.form, self.is_exact) {
-            ((dry::Order::First, false), false) => self.dispatch::<false, false, false>(sigma),
-            ((dry::Order::First, false), true) => self.dispatch::<false, false, true>(sigma),
-            ((dry::Order::First, true), false) => self.dispatch::<true, false, false>(sigma),
-            ((dry::Order::First, true), true) => self.dispatch::<true, false, true>(sigma),
+            ((dry::Order::First, false), false) => self.dispatch::<false, false, false>(of),
+            ((dry::Order::First, false), true) => self.dispatch::<false, false, true>(of),
+            ((dry::Order::First, true), false) => self.dispatch::<true, false, false>(of),
+            ((dry::Order::First, true), true) => self.dispatch::<true, false, true>(of),
             // seldom, so that no code of its own is made for what was measured exactly
-            ((dry::Order::Second, false), _) => self.dispatch::<false, true, false>(sigma),
-            ((dry::Order::Second, true), _) => self.dispatch::<true, true, false>(sigma),
+            ((dry::Order::Second, false), _) => self.dispatch::<false, true, false>(of),
+            ((dry::Order::Second, true), _) => self.dispatch::<true, true, false>(of),
         }
     }
 
-    fn dispatch<const OWN: bool, const SECOND: bool, const EXACT: bool>(&mut self, sigma: f64) -> Integrated {
-        Arch::new().dispatch(Integrals::<OWN, SECOND, EXACT> { batch: self, sigma })
+    fn dispatch<const OWN: bool, const SECOND: bool, const EXACT: bool>(
+        &self,
+        (sigma, balances): (f64, &[Balance]),
+    ) -> Integrated {
+        Arch::new().dispatch(Integrals::<OWN, SECOND, EXACT> {
+            batch: self,
+            sigma,
+            balances,
+        })
     }
 
     /// Its rebounds without room for more, in whole registers: what fills the last one is not read.
     #[inline(always)]
-    fn gathered<'n>(&self, columns: &'n mut Columns) -> Gathered<'n> {
+    fn gathered<'n>(&self, balances: &[Balance], known: &'n mut Columns, laws: &'n mut Laws) -> Gathered<'n> {
         let filled = self.count.next_multiple_of(LANES);
+        let [dry_k, constant, viscous] = &mut laws.0;
         for rank in 0..self.rebounds {
-            columns.copy(rank * filled, &self.rows, rank * self.room..rank * self.room + filled);
+            let from = rank * self.room..rank * self.room + filled;
+            let to = rank * filled..(rank + 1) * filled;
+            known.copy(to.start, &self.rows, from.clone());
+            let laws = dry_k[to.clone()]
+                .iter_mut()
+                .zip(&mut constant[to.clone()])
+                .zip(&mut viscous[to]);
+            for (((dry_k, constant), viscous), place) in laws.zip(&self.balances[from]) {
+                let balance = &balances[*place];
+                (*dry_k, *constant, *viscous) = (balance.dry_k, balance.lost.constant, balance.lost.over_stokes);
+            }
         }
         Gathered {
-            columns,
+            of: Rebounds { known, laws },
             rebounds: self.rebounds,
             filled,
         }
@@ -194,7 +231,7 @@ impl Batch {
 
 /// Rebounds of a batch: the first of all integrals, the second of all, and so on.
 struct Gathered<'n> {
-    columns: &'n Columns,
+    of: Rebounds<'n>,
     rebounds: usize,
     filled: usize,
 }
@@ -233,8 +270,9 @@ fn add(to: &mut Column, more: &[f64]) {
 
 /// The integrals of a batch.
 struct Integrals<'b, const OWN: bool, const SECOND: bool, const EXACT: bool> {
-    batch: &'b mut Batch,
+    batch: &'b Batch,
     sigma: f64,
+    balances: &'b [Balance],
 }
 
 impl<const OWN: bool, const SECOND: bool, const EXACT: bool> WithSimd for Integrals<'_, OWN, SECOND, EXACT> {
@@ -242,69 +280,38 @@ impl<const OWN: bool, const SECOND: bool, const EXACT: bool> WithSimd for Integr
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Integrated {
-        let Integrals { batch, sigma } = self;
+        let Integrals { batch, sigma, balances } = self;
         let law = Law::<OWN, SECOND, EXACT> {
             sigma,
             fused: is_fused::<S>(),
         };
         // a copy on the stack, so that no loop has to ask whether what it reads is what it writes
-        let mut columns = Columns::NONE;
-        let gathered = batch.gathered(&mut columns);
-        let mut is_bell = [true; MOST_ROWS];
-        if batch.order == Order::Eight {
-            is_bell = find_bells(&law, &gathered, batch);
-        }
-        let mut found = over_bells(&law, &gathered, (batch.z, batch.width), batch.order);
-        for (state, is_bell) in found.states.iter_mut().zip(is_bell) {
-            if !is_bell {
-                *state = State::Left;
-            }
-        }
-        found
+        let (mut known, mut laws) = (Columns::NONE, Laws([[0.0; MOST_ROWS]; 3]));
+        let gathered = batch.gathered(balances, &mut known, &mut laws);
+        let bells = match batch.order {
+            Order::Eight => find_bells(&law, &gathered, batch),
+            Order::Sixteen => batch.bells,
+        };
+        over_bells(&law, &gathered, bells, batch.order)
     }
 }
 
-/// Finds about where each integrand is largest, and says whether it is a bell: whether nothing turns within reach.
+/// Finds about where each integrand is largest, by one step of Newton's, and says whether it is a bell: whether nothing turns
+/// within reach.
 #[inline(always)]
 fn find_bells<const OWN: bool, const SECOND: bool, const EXACT: bool>(
     law: &Law<OWN, SECOND, EXACT>,
     gathered: &Gathered,
-    batch: &mut Batch,
-) -> [bool; MOST_ROWS] {
+    batch: &Batch,
+) -> Bells {
     let filled = gathered.filled.min(MOST_ROWS);
-    let mut z = [0.0; MOST_ROWS];
-    let (mut slope, mut curvature) = moved(law, gathered, &z);
-    let least = curvature;
-    let mut step = [0.0; MOST_ROWS];
-    // 1 where it is still looked for, and where it may be a bell
-    let (mut open, mut bell) = ([1.0; MOST_ROWS], [1.0; MOST_ROWS]);
-    for _ in 0..STEPS {
-        let mut left = 0.0;
-        for g in 0..filled {
-            let next = open[g] * slope[g] / curvature[g];
-            let near = next * next * curvature[g] < NEAR * NEAR;
-            step[g] = next;
-            z[g] += next;
-            open[g] = if near { 0.0 } else { open[g] };
-            left += open[g];
-        }
-        if left == 0.0 {
-            break;
-        }
-        let (there, _) = moved(law, gathered, &z);
-        for g in 0..filled {
-            let found = (slope[g] - there[g]) / step[g];
-            let is_open = open[g] > 0.0;
-            let is_good = found >= LEAST * least[g];
-            bell[g] = if is_open && !is_good { 0.0 } else { bell[g] };
-            curvature[g] = if is_open && is_good { found } else { curvature[g] };
-            slope[g] = if is_open { there[g] } else { slope[g] };
-            open[g] *= bell[g];
-        }
-    }
-    let mut width = [0.0; MOST_ROWS];
+    let [slope, curvature, even] = moved(law, gathered);
+    let [mut z, mut width, mut bell] = [[0.0; MOST_ROWS]; 3];
     for g in 0..filled {
-        width[g] = 1.0 / curvature[g].sqrt();
+        let over_curvature = 1.0 / curvature[g];
+        z[g] = slope[g] * over_curvature;
+        width[g] = over_curvature.sqrt();
+        bell[g] = if curvature[g] >= LEAST * even[g] { 1.0 } else { 0.0 };
     }
     let [mut lo, mut hi] = [[0.0; MOST_ROWS]; 2];
     for g in 0..filled {
@@ -319,40 +326,37 @@ fn find_bells<const OWN: bool, const SECOND: bool, const EXACT: bool>(
             *bell = if lo * hi > 0.0 { *bell } else { 0.0 };
         }
     }
-    (batch.z, batch.width) = (z, width);
-    let mut is_bell = [false; MOST_ROWS];
+    let mut are_bells = [false; MOST_ROWS];
     for g in 0..filled {
         // sides are certain no farther than within reach
         let is_within = z[g].abs() + FAR * width[g] < REACH;
-        is_bell[g] = bell[g] > 0.0 && (is_within || !batch.has_sides[g]);
+        are_bells[g] = bell[g] > 0.0 && (is_within || !batch.has_sides[g]);
     }
-    is_bell
+    Bells { z, width, are_bells }
 }
 
-/// How the logarithm of each integrand moves at a z of its own: its slope, and minus its curvature.
+/// How the logarithm of each integrand moves at z = 0: its slope, minus its curvature, and what of that M leaves where it moves
+/// evenly.
 #[inline(always)]
 fn moved<const OWN: bool, const SECOND: bool, const EXACT: bool>(
     law: &Law<OWN, SECOND, EXACT>,
     gathered: &Gathered,
-    z: &Column,
-) -> (Column, Column) {
-    let [mut places, mut slopes, mut curvatures] = [[0.0; MOST_ROWS]; 3];
-    gathered.spread(z, &mut places);
+) -> [Column; 3] {
+    let [mut slopes, mut curvatures, mut evens] = [[0.0; MOST_ROWS]; 3];
     let to = Moves {
         slope: &mut slopes,
         curvature: &mut curvatures,
+        even: &mut evens,
     };
-    law.moved(gathered.columns, &places, gathered.rows(), to);
-    let (mut slope, mut curvature) = ([0.0; MOST_ROWS], [1.0; MOST_ROWS]);
-    let filled = gathered.filled.min(MOST_ROWS);
-    for g in 0..filled {
-        slope[g] = -z[g];
-    }
+    law.moved(&gathered.of, gathered.rows(), to);
+    // those of φ
+    let mut sums = [[0.0; MOST_ROWS], [1.0; MOST_ROWS], [1.0; MOST_ROWS]];
     for rank in 0..gathered.rebounds {
-        add(&mut slope, gathered.rank(&slopes, rank));
-        add(&mut curvature, gathered.rank(&curvatures, rank));
+        for (sum, of_rows) in sums.iter_mut().zip([&slopes, &curvatures, &evens]) {
+            add(sum, gathered.rank(of_rows, rank));
+        }
     }
-    (slope, curvature)
+    sums
 }
 
 /// What each rebound's setting keeps at a z of each integral.
@@ -364,7 +368,7 @@ fn kept<const OWN: bool, const SECOND: bool, const EXACT: bool>(
 ) -> Column {
     let [mut places, mut of_rows] = [[0.0; MOST_ROWS]; 2];
     gathered.spread(z, &mut places);
-    law.kept(gathered.columns, &places, gathered.rows(), &mut of_rows);
+    law.kept(&gathered.of, &places, gathered.rows(), &mut of_rows);
     of_rows
 }
 
@@ -373,7 +377,7 @@ fn kept<const OWN: bool, const SECOND: bool, const EXACT: bool>(
 fn over_bells<const OWN: bool, const SECOND: bool, const EXACT: bool>(
     law: &Law<OWN, SECOND, EXACT>,
     gathered: &Gathered,
-    (centre, width): (Column, Column),
+    bells: Bells,
     order: Order,
 ) -> Integrated {
     /// of which [`logarithm`] gives the logarithm
@@ -391,9 +395,9 @@ fn over_bells<const OWN: bool, const SECOND: bool, const EXACT: bool>(
     let nodes = pairs.flat_map(|([node, weight], last)| [-1.0, 1.0].map(|sign| (sign * node, *weight, sign * last)));
     for (index, (node, weight, last)) in nodes.enumerate() {
         for g in 0..filled {
-            z[g] = centre[g] + node * width[g];
+            z[g] = bells.z[g] + node * bells.width[g];
             ln[g] = -0.5 * z[g] * z[g];
-            factor[g] = weight * width[g];
+            factor[g] = weight * bells.width[g];
         }
         gathered.spread(&z, &mut places);
         let to = AtNode {
@@ -404,7 +408,7 @@ fn over_bells<const OWN: bool, const SECOND: bool, const EXACT: bool>(
             over_stokes: &mut over_stokes,
             of_k: &mut of_k,
         };
-        law.at_node(gathered.columns, &places, gathered.rows(), to);
+        law.at_node(&gathered.of, &places, gathered.rows(), to);
         for rank in 0..gathered.rebounds {
             add(&mut ln, gathered.rank(&ln_of_row, rank));
             for (factor, over_spread) in factor.iter_mut().zip(gathered.rank(&over_spread, rank)) {
@@ -440,7 +444,9 @@ fn over_bells<const OWN: bool, const SECOND: bool, const EXACT: bool>(
     let mut states = [State::TooFewNodes; MOST_ROWS];
     for g in 0..filled {
         let last = odd[g].abs().max(even[g].abs() * over_root);
-        if last < most * mass[g] && MASS.contains(&mass[g]) {
+        if !bells.are_bells[g] {
+            states[g] = State::Left;
+        } else if last < most * mass[g] && MASS.contains(&mass[g]) {
             states[g] = State::Found;
         }
     }
@@ -462,6 +468,7 @@ fn over_bells<const OWN: bool, const SECOND: bool, const EXACT: bool>(
     }
     Integrated {
         states,
+        bells,
         value,
         sigma,
         slopes: [kept, viscous, dry_k],

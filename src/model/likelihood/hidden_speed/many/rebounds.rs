@@ -18,16 +18,16 @@ pub(super) const LANES: usize = 8;
 /// A number of each rebound, or of each integral.
 pub(super) type Column = [f64; MOST_ROWS];
 
-/// What is read of a rebound.
-const NUMBERS: usize = 14;
+/// What is known of a rebound.
+const NUMBERS: usize = 11;
 
-/// What is known of a rebound and what its setting takes, in the order of [`Rebound`].
+/// What is known of a rebound, whatever the parameters.
 #[derive(Clone, Copy)]
 pub(super) struct Row([f64; NUMBERS]);
 
 impl Row {
     pub fn of(setting: &SettingRuns, errors: &Errors, e: f64) -> Row {
-        let SettingRuns { balance, impact, .. } = setting;
+        let impact = &setting.impact;
         let of_setting = setting.first().true_speed;
         let [share, slope] = impact.fixed;
         Row([
@@ -38,9 +38,6 @@ impl Row {
             errors.true_speed.sd,
             of_setting.mean,
             of_setting.sd,
-            balance.dry_k,
-            balance.lost.constant,
-            balance.lost.over_stokes,
             impact.dry_root,
             impact.over_stokes,
             share,
@@ -50,7 +47,7 @@ impl Row {
 }
 
 /// Rebounds.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Columns([Column; NUMBERS]);
 
 impl Columns {
@@ -85,10 +82,20 @@ impl Columns {
     }
 }
 
-/// What each adds to the slope of the logarithm and to minus its curvature.
+/// What the setting of each takes: k, and of the losses that parameters move the constant share and that over 4/St.
+pub(super) struct Laws(pub [Column; 3]);
+
+/// Rebounds, with what their settings take.
+pub(super) struct Rebounds<'n> {
+    pub known: &'n Columns,
+    pub laws: &'n Laws,
+}
+
+/// What each adds to the slope of the logarithm and to minus its curvature, and what of that M leaves where it moves evenly.
 pub(super) struct Moves<'n> {
     pub slope: &'n mut Column,
     pub curvature: &'n mut Column,
+    pub even: &'n mut Column,
 }
 
 /// What each is at a node.
@@ -143,10 +150,10 @@ struct ComeOut {
 impl<const OWN: bool, const SECOND: bool, const EXACT: bool> Law<OWN, SECOND, EXACT> {
     /// The fifth root of the true speed over the measured one, of a setting's first run.
     #[inline(always)]
-    fn roots(&self, columns: &Columns, places: &Column, count: usize) -> Column {
+    fn roots(&self, of: &Rebounds, places: &Column, count: usize) -> Column {
         let mut roots = [1.0; MOST_ROWS];
         if OWN {
-            let [_, _, _, _, _, mean, sd, ..] = &columns.0;
+            let [_, _, _, _, _, mean, sd, ..] = &of.known.0;
             for i in 0..count {
                 let ratio = (mean[i] + sd[i] * places[i]).max(0.01);
                 roots[i] = exponential(POWER * logarithm(ratio, self.fused), self.fused);
@@ -156,9 +163,9 @@ impl<const OWN: bool, const SECOND: bool, const EXACT: bool> Law<OWN, SECOND, EX
     }
 
     #[inline(always)]
-    fn at(&self, columns: &Columns, i: usize, z: f64, root: f64) -> At {
-        let [_, _, _, mean, sd, mean_of_setting, sd_of_setting, dry_k, constant, viscous, dry_root, over_stokes, share, slope] =
-            &columns.0;
+    fn at(&self, of: &Rebounds, i: usize, z: f64, root: f64) -> At {
+        let [_, _, _, mean, sd, mean_of_setting, sd_of_setting, dry_root, over_stokes, share, slope] = &of.known.0;
+        let [dry_k, constant, viscous] = &of.laws.0;
         let of_setting = (mean_of_setting[i] + sd_of_setting[i] * z).max(0.01);
         let balance = Balance {
             order: if SECOND { Order::Second } else { Order::First },
@@ -187,11 +194,11 @@ impl<const OWN: bool, const SECOND: bool, const EXACT: bool> Law<OWN, SECOND, EX
     }
 
     #[inline(always)]
-    pub fn kept(&self, columns: &Columns, places: &Column, count: usize, to: &mut Column) {
+    pub fn kept(&self, of: &Rebounds, places: &Column, count: usize, to: &mut Column) {
         let count = count.min(MOST_ROWS);
-        let roots = self.roots(columns, places, count);
+        let roots = self.roots(of, places, count);
         for i in 0..count {
-            to[i] = self.at(columns, i, places[i], roots[i]).kept;
+            to[i] = self.at(of, i, places[i], roots[i]).kept;
         }
     }
 
@@ -205,28 +212,43 @@ impl<const OWN: bool, const SECOND: bool, const EXACT: bool> Law<OWN, SECOND, EX
         denominators
     }
 
+    /// At z = 0.
     #[inline(always)]
-    pub fn moved(&self, columns: &Columns, places: &Column, count: usize, to: Moves) {
+    pub fn moved(&self, of: &Rebounds, count: usize, to: Moves) {
         let count = count.min(MOST_ROWS);
-        let roots = self.roots(columns, places, count);
-        let (slopes, curvatures) = (to.slope, to.curvature);
-        let [e, shared, own_variance, _, sd, _, sd_of_setting, ..] = &columns.0;
-        let [mut ratio, mut kept, mut kept_slope] = [[0.0; MOST_ROWS]; 3];
+        let roots = self.roots(of, &[0.0; MOST_ROWS], count);
+        let (slopes, curvatures, evens) = (to.slope, to.curvature, to.even);
+        let [e, shared, own_variance, _, sd, _, sd_of_setting, ..] = &of.known.0;
+        let [mut ratio, mut kept, mut kept_slope, mut kept_bend] = [[0.0; MOST_ROWS]; 4];
         for i in 0..count {
-            let at = self.at(columns, i, places[i], roots[i]);
+            let at = self.at(of, i, 0.0, roots[i]);
             (ratio[i], kept[i]) = (at.ratio, at.kept);
-            kept_slope[i] = at.balance.in_log_speed(&at.impact)[0] * sd_of_setting[i] * at.inverse;
+            let [first, second] = at.balance.in_log_speed(&at.impact);
+            let of_log = sd_of_setting[i] * at.inverse;
+            kept_slope[i] = first * of_log;
+            kept_bend[i] = second * of_log * of_log;
         }
         let denominators = Self::denominators(&kept, count);
         for i in 0..count {
             let of_run = [e[i], shared[i], own_variance[i]];
             let come_out = self.come_out(ratio[i], [kept[i], denominators[i]], of_run);
-            let moved = ratio[i] * come_out.slope * kept_slope[i] + (come_out.mean - shared[i]) * sd[i];
+            // of m: far from the turn its second slope is −2 m′³
+            let first = come_out.slope * kept_slope[i];
+            let second = come_out.slope * (kept_bend[i] - 2.0 * first * first);
+            // of M
+            let moved = ratio[i] * first + (come_out.mean - shared[i]) * sd[i];
+            let bent = ratio[i] * second + 2.0 * sd[i] * first;
             let inverse = come_out.over_spread * come_out.over_spread;
             let square = come_out.distance * come_out.distance * inverse;
+            // half of that of S², and of its second
             let of_variance = self.sigma * self.sigma * ratio[i] * sd[i];
+            let bend_of_variance = self.sigma * self.sigma * sd[i] * sd[i];
             slopes[i] = (come_out.distance * moved + (square - 1.0) * of_variance) * inverse;
-            curvatures[i] = moved * moved * inverse;
+            let even = moved * moved * inverse;
+            evens[i] = even;
+            let with_distance = come_out.distance * (4.0 * moved * of_variance * inverse - bent);
+            let of_spread = (4.0 * square - 2.0) * of_variance * of_variance * inverse;
+            curvatures[i] = even + (with_distance + of_spread - (square - 1.0) * bend_of_variance) * inverse;
         }
     }
 
@@ -252,9 +274,9 @@ impl<const OWN: bool, const SECOND: bool, const EXACT: bool> Law<OWN, SECOND, EX
     }
 
     #[inline(always)]
-    pub fn at_node(&self, columns: &Columns, places: &Column, count: usize, to: AtNode) {
+    pub fn at_node(&self, of: &Rebounds, places: &Column, count: usize, to: AtNode) {
         let count = count.min(MOST_ROWS);
-        let roots = self.roots(columns, places, count);
+        let roots = self.roots(of, places, count);
         let AtNode {
             ln,
             over_spread,
@@ -263,10 +285,10 @@ impl<const OWN: bool, const SECOND: bool, const EXACT: bool> Law<OWN, SECOND, EX
             over_stokes,
             of_k,
         } = to;
-        let [e, shared, own_variance, ..] = &columns.0;
+        let [e, shared, own_variance, ..] = &of.known.0;
         let [mut ratio, mut kept] = [[0.0; MOST_ROWS]; 2];
         for i in 0..count {
-            let at = self.at(columns, i, places[i], roots[i]);
+            let at = self.at(of, i, places[i], roots[i]);
             (ratio[i], kept[i]) = (at.ratio, at.kept);
             (over_stokes[i], of_k[i]) = (at.impact.over_stokes, at.of_k);
         }
