@@ -199,9 +199,16 @@ impl<'t> Records<'t> {
 
 /// How many bytes two texts have in common from their start.
 fn shared_length(one: &[u8], other: &[u8]) -> usize {
-    const STEP: usize = 16;
-    let steps = one.as_chunks::<STEP>().0.iter().zip(other.as_chunks().0);
-    let start = STEP * steps.take_while(|(a, b)| a == b).count();
+    /// bytes that are compared at once
+    const WORD: usize = size_of::<u64>();
+    let mut start = 0;
+    for (a, b) in one.as_chunks::<WORD>().0.iter().zip(other.as_chunks().0) {
+        let differs = u64::from_le_bytes(*a) ^ u64::from_le_bytes(*b);
+        if differs != 0 {
+            return start + differs.trailing_zeros() as usize / 8;
+        }
+        start += WORD;
+    }
     let rest = one[start..].iter().zip(&other[start..]);
     start + rest.take_while(|(a, b)| a == b).count()
 }
