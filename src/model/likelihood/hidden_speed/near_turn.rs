@@ -70,42 +70,18 @@ impl HiddenSpeed<'_> {
     }
 
     fn turning(&self, setting: &SettingRuns, within: f64) -> Option<Turning> {
-        /// steps of Newton's: r is all but linear
-        const STEPS: usize = 8;
-        /// r that is as good as zero beside the width of the turn
-        const NEAR: f64 = 1e-3 * TURN * TURN;
-        /// of the measured speed, so that none is what nothing below is counted at
+        /// of the measured speed, well above where no slower one is counted
         const SLOWEST: f64 = 0.1;
-        if !self.wet {
-            return None;
-        }
-        let at = |z: f64| {
-            let impact = setting.impact(z);
-            (self.kept(setting, &impact).0, self.kept_slope_at(setting, &impact, z))
-        };
-        let mut z = 0.0;
-        let mut found = at(z);
-        for _ in 0..STEPS {
-            if found.0.abs() < NEAR {
-                break;
-            }
-            z -= found.0 / found.1;
-            if !(z.abs() < within && setting.ratio(z) > SLOWEST) {
-                return None;
-            }
-            found = at(z);
-        }
-        let (kept, slope) = found;
-        if kept.abs() >= NEAR {
-            return None;
-        }
+        let z = self.turn(setting, within)?;
+        let slope = self.kept_slope(setting, z);
         let far = (2.0 * (FALL + self.largest() - self.at(0.0).ln)).max(0.0).sqrt();
-        let ratios = [-far, far].map(|z| at(z).1 / slope);
-        let bend = ratios
+        let slopes = [-far, far].map(|z| self.kept_slope(setting, z) / slope);
+        let bend = slopes
             .into_iter()
             .fold(1.0, |bend: f64, ratio| bend.max(ratio).max(1.0 / ratio));
-        let is_even = ratios.iter().all(|ratio| *ratio > 0.0) && setting.ratio(-far) > SLOWEST;
-        is_even.then_some(Turning { z, slope, bend, far })
+        let keeps_its_way = slopes.iter().all(|ratio| *ratio > 0.0);
+        let is_slow = setting.ratio(z.min(-far)) < SLOWEST;
+        (keeps_its_way && !is_slow).then_some(Turning { z, slope, bend, far })
     }
 
     /// r, as if it were linear, beyond which the integrand is nothing.

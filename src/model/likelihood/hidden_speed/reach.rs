@@ -233,7 +233,7 @@ impl HiddenSpeed<'_> {
     }
 
     /// z₀ where the r of a setting is zero within reach.
-    fn turn(&self, setting: &SettingRuns, reach: f64) -> Option<f64> {
+    pub(super) fn turn(&self, setting: &SettingRuns, reach: f64) -> Option<f64> {
         /// r that is as good as zero beside the width of the turn
         const NEAR: f64 = 1e-3 * TURN * TURN;
         if !self.wet {
