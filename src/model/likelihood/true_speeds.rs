@@ -6,7 +6,7 @@ use super::block_sums::BlockSums;
 use super::errors::Errors;
 use super::hidden_speed::{ManySpeeds, MeasuredRun, SettingRuns, SettingSlopes, SpeedRuns, Together};
 use super::nodes::Nodes;
-use super::own_rows::{ByRow, WetPlace};
+use super::own_rows::{ByRow, Part, SpeedParts, WetPlace};
 use super::prepared::Likelihood;
 use super::row_noise::{add_noise_slopes, RowNoise};
 use super::run_density::{Seen, Side};
@@ -17,33 +17,6 @@ use crate::physics::balance::{Balance, Impact};
 use crate::physics::loss::Share;
 use crate::runs::MOST_SETTINGS;
 
-/// Runs of one true speed, or a run at one of its own.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Part {
-    /// node of a rebound
-    Rebound(usize),
-    /// the same, as a run that was logged because it rebounded
-    Logged(usize),
-    /// node of a stuck run
-    Stuck(usize),
-    /// place among those that share a true speed
-    Shared(usize),
-}
-
-/// The wet runs whose impact speeds err, by their true speeds.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct TrueSpeeds {
-    /// each with the number of its first setting
-    parts: Vec<(Part, usize)>,
-    /// where the film of each setting is
-    settings: Vec<usize>,
-    /// each film of a block once
-    films: Vec<WetPlace>,
-    together: Together,
-    /// parts that may not go with others
-    apart: Vec<usize>,
-}
-
 /// One of the parts.
 #[derive(Clone, Copy)]
 struct PartOf<'p> {
@@ -53,9 +26,20 @@ struct PartOf<'p> {
     films: &'p [usize],
 }
 
-impl TrueSpeeds {
-    /// Those of these runs, where some have errors.
-    pub fn of(likelihood: &Likelihood, own: &ByRow) -> TrueSpeeds {
+impl SpeedParts {
+    fn part(&self, number: usize) -> PartOf<'_> {
+        let (part, first) = self.parts[number];
+        PartOf {
+            part,
+            number,
+            films: &self.settings[first..],
+        }
+    }
+}
+
+impl Likelihood {
+    /// The wet runs whose impact speeds err, in parts of one true speed each.
+    pub(super) fn speed_parts(&self, own: &ByRow) -> SpeedParts {
         let (mut parts, mut settings, mut films) = (vec![], vec![], vec![]);
         let mut known = HashMap::new();
         let mut add = |part: Part, of: &mut dyn Iterator<Item = WetPlace>| {
@@ -72,53 +56,42 @@ impl TrueSpeeds {
             let errors = errors.get(node);
             errors.is_some_and(|errors| errors.speed > 0.0 && !errors.is_shared)
         };
-        for (block, of) in likelihood.blocks.iter().enumerate() {
+        for (block, of) in self.blocks.iter().enumerate() {
             let at = |nodes: &Nodes, node: usize| {
                 let film = nodes.film(node);
                 std::iter::once(WetPlace { block, film })
             };
             for node in of.rebounds.clone().filter(|node| errs_alone(&own.rebounds, *node)) {
-                add(Part::Rebound(node), &mut at(&likelihood.rebounds, node));
-                if likelihood.truncated {
-                    add(Part::Logged(node), &mut at(&likelihood.rebounds, node));
+                add(Part::Rebound(node), &mut at(&self.rebounds, node));
+                if self.truncated {
+                    add(Part::Logged(node), &mut at(&self.rebounds, node));
                 }
             }
             for node in of.stuck.clone().filter(|node| errs_alone(&own.stuck, *node)) {
-                add(Part::Stuck(node), &mut at(&likelihood.stuck, node));
+                add(Part::Stuck(node), &mut at(&self.stuck, node));
             }
         }
         for (place, shared) in own.shared.iter().enumerate() {
             add(Part::Shared(place), &mut shared.settings.iter().map(|of| of.place));
         }
-        let mut found = TrueSpeeds {
+        let mut found = SpeedParts {
             parts,
             settings,
             films,
-            ..TrueSpeeds::default()
+            ..SpeedParts::default()
         };
         // what the losses take is not asked yet
-        let balance = Balance::at(likelihood.form, 0.0, Share::default(), 0.0);
+        let balance = Balance::at(self.form, 0.0, Share::default(), 0.0);
         let mut together = Together::default();
         for number in 0..found.parts.len() {
             let goes_together = |runs: SpeedRuns| together.push(&runs);
-            if !likelihood.with_part(own, found.part(number), |_| &balance, goes_together) {
+            if !self.with_part(own, found.part(number), |_| &balance, goes_together) {
                 found.apart.push(number);
             }
         }
-        TrueSpeeds { together, ..found }
+        SpeedParts { together, ..found }
     }
 
-    fn part(&self, number: usize) -> PartOf<'_> {
-        let (part, first) = self.parts[number];
-        PartOf {
-            part,
-            number,
-            films: &self.settings[first..],
-        }
-    }
-}
-
-impl Likelihood {
     /// The log likelihood of the wet runs whose impact speeds err; adds its slopes in the spreads and in ν, and in r to the sums
     /// of each block.
     pub(super) fn over_true_speeds(

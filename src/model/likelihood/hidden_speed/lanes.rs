@@ -4,8 +4,6 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::bell::FAR;
-use super::reach::REACH;
 use super::rules::Height;
 use super::{HiddenSpeed, MeasuredRun, SettingRuns, SettingSlopes, Sums, FALL};
 use crate::exponential::{exponential, is_fused, logarithm};
@@ -131,14 +129,7 @@ impl HiddenSpeed<'_> {
             of_settings.fill(SettingSlopes::default());
             return RunDensity::default();
         }
-        if let Some(found) = self.near_turn(FAR, of_settings) {
-            return found;
-        }
-        if let Some(found) = self.over_bell(of_settings) {
-            return found;
-        }
-        // what is no bell there is bent by a turn farther off
-        if let Some(found) = self.near_turn(3.0 * REACH, of_settings) {
+        if let Some(found) = self.over_bell_or_turn(of_settings) {
             return found;
         }
         let reach = self.reach(FALL);

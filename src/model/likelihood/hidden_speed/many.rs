@@ -13,7 +13,7 @@ mod together;
 pub(in crate::model::likelihood) use found::SpeedRuns;
 pub(in crate::model::likelihood) use together::Together;
 
-use batch::{Batch, DryForm, State};
+use batch::{Batch, DryForm, State, MOST_REBOUNDS};
 use found::Found;
 
 use super::reach::REACH;
@@ -25,9 +25,6 @@ use crate::model::likelihood::run_law::RunNoise;
 use crate::model::likelihood::tails::Tails;
 use crate::physics::balance::Balance;
 use crate::physics::rebound::kept_of_mean_restitution;
-
-/// Rebounds of an integral that goes with others.
-const MOST_REBOUNDS: usize = 8;
 
 /// Integrals over true speeds, gathered until there are enough of them.
 pub(in crate::model::likelihood) struct ManySpeeds<'b> {

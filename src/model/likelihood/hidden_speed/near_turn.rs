@@ -6,7 +6,9 @@
 
 use std::sync::LazyLock;
 
+use super::bell::FAR;
 use super::lanes::NodeBatch;
+use super::reach::REACH;
 use super::{HiddenSpeed, SettingRuns, SettingSlopes, FALL};
 use crate::model::likelihood::run_density::{RunDensity, Seen};
 use crate::physics::rebound::{kept_and_slope, kept_of_mean_restitution, mean_restitution, TURN};
@@ -44,6 +46,19 @@ struct Turning {
 }
 
 impl HiddenSpeed<'_> {
+    /// The integral where it is a bell or one over runs of one setting; `None` where neither rule does for it. For what
+    /// [`HiddenSpeed::goes_side_by_side`].
+    pub(super) fn over_bell_or_turn(&self, of_settings: &mut [SettingSlopes]) -> Option<RunDensity> {
+        if let Some(found) = self.near_turn(FAR, of_settings) {
+            return Some(found);
+        }
+        if let Some(found) = self.over_bell(of_settings) {
+            return Some(found);
+        }
+        // what is no bell there is bent by a turn farther off
+        self.near_turn(3.0 * REACH, of_settings)
+    }
+
     /// The integral over wet runs of one setting that turns within so many standard deviations; for what
     /// [`HiddenSpeed::goes_side_by_side`]. `None` where it does not or this rule would not do.
     pub(super) fn near_turn(&self, within: f64, of_settings: &mut [SettingSlopes]) -> Option<RunDensity> {
@@ -111,9 +126,9 @@ impl HiddenSpeed<'_> {
         /// of the width
         const SHARE: f64 = 0.95;
         /// beyond the turn, or on this side of it, so far in z that little is left
-        const FAR: f64 = 3.0;
+        const LITTLE: f64 = 3.0;
         let Turning { z, slope, bend, far } = *turning;
-        let x = x.min(mean_restitution((z.abs() + FAR) * slope.abs()));
+        let x = x.min(mean_restitution((z.abs() + LITTLE) * slope.abs()));
         let (mut own, mut beside) = (0.0, 1.0);
         for run in setting.runs {
             match run.seen {

@@ -13,6 +13,9 @@ use crate::model::likelihood::run_density::Seen;
 use crate::physics::balance::Balance;
 use crate::physics::dry;
 
+/// Rebounds of an integral that goes with others.
+pub(super) const MOST_REBOUNDS: usize = 8;
+
 /// The order of the dry law, and whether e_dry is that of the run's own speed.
 pub(super) type DryForm = (dry::Order, bool);
 

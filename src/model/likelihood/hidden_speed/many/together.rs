@@ -1,8 +1,7 @@
 //! Gathers the integrals that go together whatever the parameters, once for all evaluations.
 
-use super::batch::Batch;
+use super::batch::{Batch, MOST_REBOUNDS};
 use super::found::SpeedRuns;
-use super::MOST_REBOUNDS;
 use crate::model::likelihood::normal_nodes::Order;
 use crate::model::likelihood::run_density::Seen;
 
