@@ -234,22 +234,25 @@ impl HiddenSpeed<'_> {
         /// a run that is farther off than this leaves them where all together have nothing
         const OFF: f64 = 12.0;
         let reach = self.reach(FAR);
-        let mut all = 0.0;
-        let mut without = vec![0.0; self.runs().count()];
+        let count = self.runs().count();
+        let (mut all, mut own, mut without) = (0.0, vec![0.0; count], vec![0.0; count]);
         self.over_nodes(&reach, &mut |z, weight| {
-            let at = self.at(z);
-            all += weight * (at.ln - reach.ln).exp();
-            let mut without = without.iter_mut();
+            let mut ln = -0.5 * z * z;
+            let mut each = own.iter_mut();
             for setting in self.settings {
-                let impact = setting.impact(z);
-                let kept = self.kept(setting, &impact).0;
-                for (run, sum) in setting.runs.iter().zip(&mut without) {
-                    let mut own = AtSpeed::NONE;
-                    self.add_run(&mut own, run, kept, z);
-                    *sum += weight * (at.ln - own.ln - reach.ln).exp();
+                let kept = self.kept(setting, &setting.impact(z)).0;
+                for (run, own) in setting.runs.iter().zip(&mut each) {
+                    let mut at = AtSpeed::NONE;
+                    self.add_run(&mut at, run, kept, z);
+                    *own = at.ln;
+                    ln += at.ln;
                 }
             }
-            at.ln
+            all += weight * (ln - reach.ln).exp();
+            for (sum, own) in without.iter_mut().zip(&own) {
+                *sum += weight * (ln - own - reach.ln).exp();
+            }
+            ln
         });
         let each = self.runs().zip(without).enumerate();
         each.map(|(place, (run, without))| {

@@ -33,6 +33,14 @@ pub struct AtDraws<'p, 'r> {
 impl<'r> Pointwise<'r> {
     /// The runs at some draws, full vectors of parameters.
     pub fn at_draws<'p>(&'p self, draws: Vec<&'p [f64]>) -> AtDraws<'p, 'r> {
+        let law = |full: &&'p [f64]| {
+            let law = self.at(full);
+            // now, as whoever asks for some runs asks for the first draw first, and tasks would wait for one another
+            if !self.shared.is_empty() {
+                law.given_the_others();
+            }
+            law
+        };
         let spreads = |kind: ParameterKind| draws.iter().map(|full| NoiseSd::of(full[kind.slot()])).collect();
         AtDraws {
             pointwise: self,
@@ -42,7 +50,7 @@ impl<'r> Pointwise<'r> {
             laws: if self.is_plain() {
                 vec![]
             } else {
-                draws.par_iter().map(|full| self.at(full)).collect()
+                draws.par_iter().map(law).collect()
             },
             draws,
         }
