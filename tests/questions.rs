@@ -5,6 +5,7 @@ mod common;
 use common::{binomial_z, seed_of, Place};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
+use wetcor::findings::form_choice;
 use wetcor::findings::posterior::{self, MethodChoice, Posterior, SamplingSetup};
 use wetcor::findings::questions::{self, is_lubrication_constant, is_prefactor_constant, Answer, Context, Question};
 use wetcor::findings::{self, overview, Findings};
@@ -395,12 +396,13 @@ fn the_comparison_asks_and_a_no_is_noticed() {
         .unwrap_or_else(|error| panic!("{error}"));
     let asked = least_squares.questions.as_ref().expect("asked");
     assert_eq!(asked[0].answer, Answer::Rises);
-    let noticed: Vec<_> = least_squares
-        .notices
+    let failed: Vec<_> = least_squares
+        .verdicts
         .iter()
-        .filter(|n| n.code == "film_trend")
+        .filter(|check| check.check == "film_trend" && !check.passed && check.gates)
         .collect();
-    assert!(noticed.iter().any(|notice| notice.text == asked[0].text), "{noticed:?}");
+    assert!(failed.iter().any(|check| check.text == asked[0].text), "{failed:?}");
+    assert!(!least_squares.main.verdict.passed);
     // own leave-one-out was reused: the same as computed anew
     fitted.least_squares = least_squares;
     let anew = fitted.prefactor();
@@ -695,14 +697,15 @@ fn the_page_of_questions() {
          runs is given, that of dry runs is half of it. Rates with their binomial standard error; those in the rows of a true \
          trend of 0 are false alarms.\n\n\
          A trend is seen where its 95 % interval leaves zero and it predicts the runs better by more than {} in log density \
-         (PSIS-LOO); one value serves where \
+         (PSIS-LOO) and more than {} standard errors of that; one value serves where \
          neither end of that interval moves an e_inf or a St_c at a film ratio of the runs by more than 2 %. The last column \
          counts sets where one value was said to serve although the true trend moves St_c (of L′) or e_inf (of C′) by more \
          than that, against the value at the middle film ratio.\n\n\
          Made by `UPDATE_EXPECTED=1 cargo test --release --test questions -- --ignored the_page_of_questions`; \
          `a_trend_is_seen_as_often_as_the_page_says` and `a_trend_of_c_is_seen_as_often_as_the_page_says` hold it with fewer \
          sets.\n\n## L\n\n{}\n## C\n\n{}",
-        questions::LEAST_GAIN,
+        form_choice::GAIN,
+        form_choice::GAIN_IN_SE,
         OF_L.markdown(name, SETS),
         OF_C.markdown(name, SETS)
     );

@@ -3,6 +3,7 @@
 use serde::Serialize;
 use Line::{AtLeast, AtMost};
 
+use super::form_choice::GAIN;
 use crate::inference::mixing::{FEWEST_EFFECTIVE, LARGEST_RHAT};
 
 /// On which side of its line a value must lie; the line itself counts as holding.
@@ -126,6 +127,8 @@ const LEAKS: &str = "misfit of the wet law leaks into k";
 const VEHTARI: &str = "Vehtari et al. 2021";
 const VEHTARI_PSIS: &str = "Vehtari et al. 2024: min(1 − 1/log10 S, 0.7)";
 const FEW_RUNS: &str = "5 points, or 3.5 standard errors where there are too few runs to tell";
+
+const BETTER: &str = "log density of runs left out one by one; clear beyond 4 and beyond 2 of its standard errors";
 
 const LONGER: &str = "raise draws and warmup in [sampler]";
 const OTHER_NOISE: &str = "try [model] likelihood = \"student\" or noise = \"both\"";
@@ -433,6 +436,25 @@ pub const PREDICTIVE_STUCK: Criterion = row(
     GATES,
     "1 %, shared among the series that could stick",
     OTHER_NOISE,
+);
+
+/// What another form of the law gains in log density over the scene's own; fails where it is also more than
+/// [`super::form_choice::GAIN_IN_SE`] of its standard errors.
+pub const BETTER_FORM: Criterion = row(
+    "better_form",
+    AtMost(GAIN),
+    GATES,
+    BETTER,
+    "hold the form that predicts better",
+);
+
+/// What a trend of L or C with the film gains in log density; fails where the trend is answered to be there.
+pub const FILM_TREND: Criterion = row(
+    "film_trend",
+    AtMost(GAIN),
+    GATES,
+    BETTER,
+    "fit films apart by [data] min_film_um and max_film_ratio, or try another [model] inertia or viscous",
 );
 
 /// Shape of the leave-one-out weights, against what so many draws bear.

@@ -56,12 +56,6 @@ pub struct ComparedModel {
     pub divergences: usize,
 }
 
-/// Whether a gain in log density is beyond doubt: larger than this, and more than so many standard errors.
-pub(super) fn is_clear(gain: f64, se: Option<f64>) -> bool {
-    const CLEAR: f64 = 4.0;
-    gain > CLEAR && se.is_some_and(|se| se > 0.0 && gain > CLEAR * se)
-}
-
 impl ComparedModel {
     /// The name of its form of inertia.
     pub fn inertia(&self) -> &str {
@@ -73,9 +67,18 @@ impl ComparedModel {
         self.delta_se.filter(|se| *se > 0.0).map(|se| -self.delta / se)
     }
 
-    /// Whether the best predicts better beyond doubt.
+    /// Whether the best predicts clearly better.
     pub fn is_clearly_worse(&self) -> bool {
-        is_clear(-self.delta, self.delta_se)
+        is_gain(self.gain_of_the_best())
+    }
+
+    /// What the best gains over it in log density.
+    pub(super) fn gain_of_the_best(&self) -> Difference {
+        Difference {
+            value: -self.delta,
+            se: self.delta_se,
+            mcse: self.delta_mcse.unwrap_or_default(),
+        }
     }
 }
 
@@ -218,7 +221,9 @@ pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: 
             "runs"
         };
         found.checks.push(check_weights(row, used, units));
-        found.notices.extend(better_form(row, &evaluated[0].row));
+        found
+            .checks
+            .push(check_better_form((own.setup.form, row), &evaluated[0]));
     }
     for EvaluatedModel { row, loo, .. } in evaluated {
         if row.own {
@@ -366,16 +371,45 @@ fn geometric_mean(sampled: &Sampled, kind: ParameterKind) -> Option<f64> {
     Some((logarithms / draws as f64).exp())
 }
 
-/// The scene's own form predicts clearly worse than another.
-fn better_form(own: &ComparedModel, best: &ComparedModel) -> Option<Notice> {
+/// Whether another form of the law predicts the runs clearly better than the scene's own.
+///
+/// A run that weighs too much makes its form look better than it is: then the better form is told and forbids nothing.
+fn check_better_form((form, own): (Form, &ComparedModel), best: &EvaluatedModel) -> Check {
     let gain = -own.delta;
-    let in_se = gain / own.delta_se.unwrap_or(f64::NAN);
-    let clear = is_gain(Difference {
-        value: gain,
-        se: own.delta_se,
-        mcse: own.delta_mcse.unwrap_or(f64::NAN),
-    });
-    clear.then(|| notices::better_form(&best.model, &own.model, gain, in_se))
+    let is_better = own.is_clearly_worse();
+    let text = if is_better {
+        format!(
+            "{} predicts the runs better than {} by {gain:.1} in log density, {:.1} standard errors; hold it by {}",
+            best.row.model,
+            own.model,
+            own.errors_behind().unwrap_or_default(),
+            keys_of(best.form, form)
+        )
+    } else {
+        format!(
+            "gain in log density of the form that predicts the runs best ({})",
+            best.row.model
+        )
+    };
+    Check {
+        passed: !is_better,
+        gates: best.row.khat_high == 0,
+        ..checks::BETTER_FORM.check(gain, text)
+    }
+}
+
+/// The keys of `[model]` that hold a form, where they differ from those of another.
+fn keys_of(form: Form, other: Form) -> String {
+    let dry_speed = match form.dry_speed {
+        DrySpeed::Impact => "\"impact\"".to_owned(),
+        DrySpeed::Reference(v) => v.to_string(),
+    };
+    let keys = [
+        (form.inertia != other.inertia).then(|| format!("inertia = \"{}\"", form.inertia.name())),
+        (form.dry_speed != other.dry_speed).then(|| format!("dry_speed_m_s = {dry_speed}")),
+        (form.viscous != other.viscous).then(|| format!("viscous = \"{}\"", form.viscous.name())),
+    ];
+    format!("[model] {}", keys.into_iter().flatten().collect::<Vec<_>>().join(", "))
 }
 
 fn draw_form(

@@ -1,12 +1,13 @@
 //! Says in sentences what was learnt of the law, each made from the numbers of the findings.
 
 use super::checks;
-use super::compare::{is_clear, ComparedModel};
+use super::compare::ComparedModel;
 use super::document::Findings;
-use super::form_choice::ChosenBy;
+use super::form_choice::{is_gain, ChosenBy};
 use super::identify::Unidentified;
 use super::main_numbers::MainNumber;
 use super::questions::{Answer, Question, Trend};
+use crate::inference::diagnostics::loo::Difference;
 use crate::physics::inertia::Inertia;
 use crate::physics::{Coefficient, Quantity};
 use crate::rounding::{short, significant, with_se};
@@ -132,7 +133,12 @@ fn preference([first, second]: [&str; 2], gain: f64, se: Option<f64>) -> String 
         Some(se) => with_se(gain, se),
         None => significant(gain, 3),
     };
-    if is_clear(gain, se) {
+    let difference = Difference {
+        value: gain,
+        se,
+        mcse: 0.0,
+    };
+    if is_gain(difference) {
         format!("prefer {first}, by {} in log density over {second}", amount(gain))
     } else {
         // the first may be chosen for having fewer parameters, and gain nothing
@@ -153,7 +159,7 @@ fn inertia_compared(findings: &Findings) -> Option<(&ComparedModel, &ComparedMod
 fn level_off(findings: &Findings) -> Option<String> {
     let (best, next) = inertia_compared(findings)?;
     let scale = shared(findings, Coefficient::FilmScale)?;
-    let is_seen = best.inertia() == Inertia::Saturating.name() && is_clear(-next.delta, next.delta_se);
+    let is_seen = best.inertia() == Inertia::Saturating.name() && next.is_clearly_worse();
     is_seen.then(|| {
         format!(
             "The inertial loss levels off with the film, on a scale of δ/D = {} ({}).",
@@ -429,3 +435,4 @@ mod tests {
         assert!(has(&sentences, stuck), "{sentences:?}");
     }
 }
+// y

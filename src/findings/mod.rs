@@ -447,8 +447,8 @@ impl Findings {
             own_loo: found.own.as_ref(),
             watcher,
         };
-        let (questions, notices) = questions::answer_questions(context)?;
-        self.notices.extend(notices);
+        let (questions, checks) = questions::answer_questions(context)?;
+        self.verdicts.extend(checks);
         self.questions = Some(questions);
         self.pick_main_numbers(scene, runs, Some(posterior));
         Ok(found)

@@ -115,25 +115,17 @@ const COMPARE_LEFT_OUT: Entry = entry("compare_left_out", "compare on a part of 
 /// The code of a form of inertia that the runs chose.
 pub(super) const FORM_CHOSEN_CODE: &str = "form_chosen";
 const FORM_CHOSEN: Entry = entry(FORM_CHOSEN_CODE, "name the form in [model] to fix it");
-const BETTER_FORM: Entry = entry("better_form", "try it as [model] inertia and dry_speed_m_s");
 const FORM_NOT_COMPARED: Entry = entry(
     "form_not_compared",
     "see whether its parameters have room under their priors",
 );
-const FILM_TREND: Entry = entry(
-    "film_trend",
-    "try another [model] inertia (saturating levels off), or screen by [data] max_film_ratio",
-);
-
 /// Those that bear on the main numbers, the one that bears most on them first.
-const FIRST: [&Entry; 16] = [
+const FIRST: [&Entry; 14] = [
     &MEASUREMENT_ERRORS_TOO_LARGE,
     &SERIES_OFFSETS,
     &OUTLIER,
     &DRY_RUN_WITHOUT_REBOUND,
-    &BETTER_FORM,
     &TERM_NOT_HELD,
-    &FILM_TREND,
     &SPEED_ERROR_MATTERS,
     &UNSEEN,
     &NO_DRY_RUNS,
@@ -563,14 +555,6 @@ pub(super) fn form_chosen(chosen: &str) -> Notice {
     FORM_CHOSEN.notice(1, text)
 }
 
-/// A form that predicts better than the scene's own, by so much log density and so many standard errors of that.
-pub(super) fn better_form(better: &str, own: &str, gain: f64, in_se: f64) -> Notice {
-    let text = format!(
-        "{better} predicts the runs better than the scene's {own}: by {gain:.1} in log density, {in_se:.1} standard errors"
-    );
-    BETTER_FORM.notice(1, text)
-}
-
 /// A form that could not be sampled or compared.
 pub(super) fn form_not_compared(model: &str, why: &str) -> Notice {
     FORM_NOT_COMPARED.notice(1, format!("{model} is not compared: {why}"))
@@ -580,15 +564,6 @@ pub(super) fn form_not_compared(model: &str, why: &str) -> Notice {
 pub(super) fn form_without_roughness(model: &str, why: &str) -> Notice {
     let next = "give roughness_um in [particles], and it is compared";
     FORM_NOT_COMPARED.with_next_step(1, format!("{model} is not compared: {why}"), next)
-}
-
-/// A parameter that is not the same at every film ratio; `of_lubrication`: L below a film ratio, not C.
-pub(super) fn film_trend(runs: usize, answer: &str, of_lubrication: bool) -> Notice {
-    if of_lubrication {
-        let next = "quote L and St_c for one film ratio, or screen by [data] min_film_um and max_film_ratio";
-        return FILM_TREND.with_next_step(runs, answer.to_owned(), next);
-    }
-    FILM_TREND.notice(runs, answer.to_owned())
 }
 
 #[cfg(test)]

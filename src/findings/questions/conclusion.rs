@@ -1,10 +1,10 @@
 //! Says whether a parameter is constant, from the gain of a trend and the trend itself.
 
 use super::question::{Answer, Question, Trend};
+use crate::findings::checks::{self, Check};
 use crate::findings::compare::ComparedModel;
-use crate::findings::notices;
+use crate::findings::form_choice::is_gain;
 use crate::inference::diagnostics::loo::Difference;
-use crate::notice::Notice;
 use crate::physics::inertia::Inertia;
 use crate::physics::Form;
 
@@ -20,12 +20,9 @@ pub(super) struct TrendEvidence {
 /// A trend is small that moves no e_inf and no St_c at the films of the runs by more than this share of it.
 pub const SMALL: f64 = 0.02;
 
-/// A trend must predict the runs better by more than this, in log density: what one 2.4 of its sds from zero gains (z²/2
-/// less 1 for its own parameter), so that in fewer than 5 % of right fits either of the two questions sees one.
-pub const LEAST_GAIN: f64 = 2.0;
-
-/// A trend is there where its 95 % interval leaves zero and it gains more than [`LEAST_GAIN`]; one value serves where the whole
-/// interval is [`SMALL`]. `reports/questions.md` has how often which answer is given.
+/// A trend is there where its 95 % interval leaves zero and it predicts the runs clearly better, by the line for any other
+/// form of the law; then one value is not quoted. One value serves where the whole interval is [`SMALL`].
+/// `reports/questions.md` has how often which answer is given.
 fn conclude(gain: Difference, trend: &Trend) -> Answer {
     // a trend that is there may be small, too: then one value serves all the same
     if trend.largest_change.is_some_and(|change| change <= SMALL) {
@@ -42,7 +39,7 @@ fn conclude(gain: Difference, trend: &Trend) -> Answer {
 /// Whether a trend is there, however small.
 fn is_seen(gain: Difference, trend: &Trend) -> bool {
     let [lo, hi] = trend.interval;
-    gain.value > LEAST_GAIN && (lo > 0.0 || hi < 0.0)
+    is_gain(gain) && (lo > 0.0 || hi < 0.0)
 }
 
 /// The question answered by what both models of a form say.
@@ -158,7 +155,7 @@ fn reason(answer: Answer, gain: Difference, trend: &Trend) -> String {
         Answer::Rises | Answer::Falls => format!("{gains}; {range}, leaves zero"),
         Answer::Open => {
             let why = if lo > 0.0 || hi < 0.0 {
-                "leaves zero, but the trend predicts hardly better"
+                "leaves zero, but the trend does not predict clearly better"
             } else {
                 "holds zero"
             };
@@ -200,13 +197,14 @@ fn signed(x: f64, decimals: usize) -> String {
     }
 }
 
-/// What to do about a parameter that is not constant.
-pub(super) fn trend_notice(question: &Question) -> Option<Notice> {
-    if !matches!(question.answer, Answer::Rises | Answer::Falls) {
-        return None;
-    }
-    let of_lubrication = question.film_ratio_below.is_some();
-    Some(notices::film_trend(question.runs, &question.text, of_lubrication))
+/// Whether the runs leave a parameter the same at every film ratio: no number of a law that holds it constant may be quoted
+/// where they do not. `None` where nothing was compared.
+pub(super) fn check_trend(question: &Question) -> Option<Check> {
+    let check = checks::FILM_TREND.check(question.gain?, question.text.as_str());
+    Some(Check {
+        passed: !matches!(question.answer, Answer::Rises | Answer::Falls),
+        ..check
+    })
 }
 
 #[cfg(test)]
@@ -242,13 +240,13 @@ mod tests {
         assert_eq!(of(-1.0, 0.0, 0.1), Answer::Constant);
         assert_eq!(of(90.0, 0.6, 0.04), Answer::Rises);
         assert_eq!(of(90.0, -0.6, 0.04), Answer::Falls);
-        assert_eq!(of(2.5, 0.33, 0.1), Answer::Rises);
+        assert_eq!(of(4.5, 0.33, 0.1), Answer::Rises);
         // there, and small
-        assert_eq!(of(3.0, 0.1, 0.04), Answer::Constant);
-        // it leaves zero, and predicts hardly better
-        assert_eq!(of(1.9, 0.33, 0.1), Answer::Open);
+        assert_eq!(of(5.0, 0.1, 0.04), Answer::Constant);
+        // it leaves zero, and does not predict clearly better
+        assert_eq!(of(3.9, 0.33, 0.1), Answer::Open);
         // it predicts better, and holds zero
-        assert_eq!(of(2.4, 0.15, 0.1), Answer::Open);
+        assert_eq!(of(4.5, 0.15, 0.1), Answer::Open);
         // the runs say nothing: the prior is what is left
         assert_eq!(of(0.0, 0.0, 1.0), Answer::Open);
         let without = Trend {
@@ -263,7 +261,7 @@ mod tests {
         let open = |gain, t: Trend| reason(Answer::Open, gain_of(gain), &t);
         let text = open(-0.2, trend(0.33, 0.1));
         assert!(
-            text.contains("leaves zero, but the trend predicts hardly better"),
+            text.contains("leaves zero, but the trend does not predict clearly better"),
             "{text}"
         );
         let text = open(0.0, trend(0.0, 1.0));

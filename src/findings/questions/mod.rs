@@ -12,26 +12,26 @@ mod effect;
 mod question;
 mod trend_comparison;
 
+use super::checks::Check;
 use super::left_out::affordable_draws;
 use crate::error::Error;
 use crate::model::parameters::ParameterKind;
-use crate::notice::Notice;
 use trend_comparison::TrendComparison;
 
-pub use conclusion::{LEAST_GAIN, SMALL};
+pub use conclusion::SMALL;
 pub use question::{Answer, Question, Trend};
 pub use trend_comparison::Context;
 
 /// The paper takes L as constant for film ratios below this one (text of its summary).
 pub const THIN: f64 = 0.10;
 
-/// Both questions, in the order of the paper's text, and what wants a second look.
+/// Both questions, in the order of the paper's text, and whether a trend that was seen forbids quoting.
 ///
 /// Fails where a prior leaves a parameter no room.
-pub fn answer_questions(context: Context) -> Result<(Vec<Question>, Vec<Notice>), Error> {
+pub fn answer_questions(context: Context) -> Result<(Vec<Question>, Vec<Check>), Error> {
     let questions = vec![is_lubrication_constant(context, THIN)?, is_prefactor_constant(context)?];
-    let notices = questions.iter().filter_map(conclusion::trend_notice).collect();
-    Ok((questions, notices))
+    let checks = questions.iter().filter_map(conclusion::check_trend).collect();
+    Ok((questions, checks))
 }
 
 /// Whether one L holds for the runs with film ratios below a line, under the scene's own form.

@@ -203,11 +203,11 @@ mod tests {
             "This scene's form, cap/2, predicts best; the next, none/2, falls short by 263 (12.0 standard errors)."
         );
         assert!(sentence(true, -3.0, 0.1).contains("as good as the runs can tell"));
-        assert!(sentence(true, -30.0, 10.0).contains("as good as the runs can tell"));
+        assert!(sentence(true, -30.0, 20.0).contains("as good as the runs can tell"));
         assert!(
             sentence(false, -30.0, 5.0).starts_with("cap/2 predicts the runs better than this scene's form, none/2")
         );
-        assert!(sentence(false, -30.0, 10.0).contains("as good as the runs can tell"));
+        assert!(sentence(false, -30.0, 20.0).contains("as good as the runs can tell"));
         assert_eq!(verdict(&[ComparedModel::made_up("cap/2", true, 0.0, 0.0)]), None);
     }
 }
