@@ -122,6 +122,83 @@ fn parameters_come_from_the_posterior_and_e_inf_from_the_law_where_every_run_reb
     assert_eq!(law.st_c.method, "percentile");
 }
 
+/// Four rebounds at each film ratio: the law's two degrees of freedom do not tell its spread.
+#[test]
+fn e_inf_of_few_degrees_of_freedom_comes_from_the_posterior_alone() {
+    let few = SCENE
+        .replace("repeats = 4", "repeats = 1")
+        .replace("PTFE = [3.175, 8.0]", "PTFE = [4.762]")
+        .replace("liquids = [\"thin\", \"thick\"]", "liquids = [\"thin\"]");
+    let place = Place::new(&few);
+    let table = place.draw(seed_of("e_inf_of_few_degrees_of_freedom"), None);
+    let alone = findings::fit_least_squares(&place.scene, &table, 1, true);
+    // without a posterior the ± is as wide as Student's interval
+    let numbers = alone.main.at.iter().flat_map(|place| [&place.e_inf, &place.st_c]);
+    let of_law = numbers.filter(|number| number.source == Source::SquareRootLaw && number.method == "delta");
+    let mut held = 0;
+    for number in of_law {
+        let [lo, hi] = number.interval.expect("an interval");
+        let se = number.se.expect("a standard error");
+        assert!((0.5 * (hi - lo) / se - 1.959_964).abs() < 1e-5, "{number:?}");
+        held += 1;
+    }
+    assert!(held > 0, "{:?}", alone.main.at);
+    let row = alone
+        .scaling
+        .iter()
+        .find(|row| row.law == wetcor::scene::WetLaw::Sqrt)
+        .expect("fitted");
+    let [lo, hi] = row.e_inf.interval.expect("an interval");
+    assert!(0.5 * (hi - lo) / row.e_inf.se.expect("a standard error") > 2.5);
+    let sampled = fit(&few, |_| table);
+    for film_ratio in [0.04, 0.1] {
+        assert!(all_from_posterior(&sampled, film_ratio), "{:?}", sampled.main.at);
+    }
+}
+
+fn check_of<'f>(findings: &'f Findings, code: &str) -> &'f Check {
+    let check = findings.verdicts.iter().find(|check| check.check == code);
+    check.expect("checked")
+}
+
+#[test]
+fn a_prior_that_the_runs_contradict_is_told_and_one_they_bear_out_is_not() {
+    let of_prior = |mean: f64| {
+        let scene = SCENE.replace(
+            "[truth]",
+            &format!("[priors]\nlubrication_log = {{ normal = [{mean}, 0.01] }}\n[truth]"),
+        );
+        simulated("a_prior_that_the_runs_contradict", &scene)
+    };
+    let own = |findings: &Findings| {
+        let all = findings.main.parameters.iter();
+        let own = all.clone().find(|own| own.name == "lubrication_log");
+        own.expect("sampled").clone()
+    };
+    let contradicted = of_prior(1.98);
+    let check = check_of(&contradicted, "prior_conflict");
+    assert!(
+        !check.passed && check.gates && !contradicted.main.verdict.passed,
+        "{check:?}"
+    );
+    assert!(
+        check.text.starts_with("lubrication_log: the runs alone give 1.8"),
+        "{}",
+        check.text
+    );
+    assert!(!own(&contradicted).prior_led);
+    let borne_out = of_prior(1.86);
+    assert!(check_of(&borne_out, "prior_conflict").passed && borne_out.main.verdict.passed);
+    for findings in [&contradicted, &borne_out] {
+        let unseen = findings
+            .main
+            .learnt
+            .iter()
+            .find(|text| text.contains("viscous loss cannot be told"));
+        assert!(unseen.is_none(), "{unseen:?}");
+    }
+}
+
 #[test]
 fn one_liquid_is_named_by_the_law() {
     let scene = SCENE.replace("liquids = [\"thin\", \"thick\"]", "liquids = [\"thick\"]");

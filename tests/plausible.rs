@@ -62,6 +62,21 @@ fn the_examples_are_not_questioned() {
     }
 }
 
+/// A hollow ball: its dry law reads neither density nor diameter, its wet one both.
+#[test]
+fn the_density_of_a_sphere_without_wet_runs_forbids_nothing() {
+    let text = example("scene.toml").replace("= 940", "= 84");
+    let place = Place::new(&text);
+    let of_dry = rows(|_| ());
+    let dry: Vec<&str> = of_dry
+        .lines()
+        .filter(|line| !line.starts_with("PE,") || line.contains(",dry,"))
+        .collect();
+    assert!(dry.iter().any(|line| line.starts_with("PE,")));
+    assert_eq!(questions(&place.fit_rows(&dry.join("\n"))), "");
+    assert_asked(&questions(&place.fit_rows(&of_dry)), &["density of PE is 84 kg/m³"]);
+}
+
 #[test]
 fn densities_in_grams_are_named_as_such() {
     let text = example("scene.toml")

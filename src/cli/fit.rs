@@ -174,7 +174,10 @@ pub(super) fn fit(fit: FitOptions, ranks: &Ranks) -> Result<u8, Error> {
     let command = fit.command();
     let input = ReportInput {
         command: &command,
-        scene: &scene,
+        scene: posterior
+            .as_ref()
+            .and_then(|posterior| posterior.scene.as_deref())
+            .unwrap_or(&scene),
         runs: &table.runs,
         overview: &overview,
         findings: &findings,

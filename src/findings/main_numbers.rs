@@ -1,25 +1,26 @@
 //! Picks the main numbers, each from the one source that serves it on these runs.
 //!
 //! Parameters come from the posterior. e_inf and St_c of a film ratio come from the square-root law fitted there, where
-//! that law describes how its runs came about, and from the posterior for each liquid. Without a posterior least squares
-//! stands in, and they are provisional.
+//! that law describes how its runs came about and has ten degrees of freedom or more, and from the posterior for each
+//! liquid. Without a posterior least squares stands in, and they are provisional.
 
 use std::collections::HashMap;
 
 use serde::{Deserialize, Serialize};
 
 use super::balance::DerivedEstimate;
-use super::checks::{Check, BIAS};
+use super::checks::{self, Check, BIAS};
 use super::estimate::Estimate;
 use super::fit_verdict::Verdict;
 use super::least_squares::LeastSquares;
 use super::posterior::{Posterior, PriorSummary, QuantitySummary};
-use super::scaling::Scaling;
+use super::scaling::{Scaling, FEWEST_DEGREES};
+use crate::distributions::{normal_quantile, student_t_quantile};
 use crate::inference::diagnostics::quantile::central_interval;
 use crate::model::parameters::ParameterKind;
 use crate::physics::form::Term;
 use crate::physics::{Coefficient, Form, Quantity};
-use crate::rounding::{positive, significant, with_sd, with_se, NONE};
+use crate::rounding::{positive, short, significant, with_sd, with_se, NONE};
 use crate::runs::{FilmGroup, Runs};
 use crate::scene::{NoiseOn, Scene, WetLaw};
 
@@ -73,7 +74,8 @@ pub struct MainNumbers {
 pub struct MainNumber {
     /// its value: the mean of a posterior, the estimate of a fit
     pub value: Option<f64>,
-    /// its uncertainty: the sd of a posterior, the standard error of a fit
+    /// its uncertainty: the sd of a posterior, the standard error of a fit; of a fit with fewer than ten degrees of freedom
+    /// the half-width of Student's interval over the normal quantile, so that ± and interval agree
     pub se: Option<f64>,
     /// its central interval
     pub interval: Option<[f64; 2]>,
@@ -89,6 +91,9 @@ pub struct MainNumber {
     /// why there is no uncertainty; stands exactly then
     #[serde(skip_serializing_if = "Option::is_none")]
     pub why_none: Option<String>,
+    /// share of its replicates that gave no number; `None` where it has no replicates
+    #[serde(skip)]
+    pub failed_replicates: Option<f64>,
 }
 
 /// A parameter among the main numbers.
@@ -151,13 +156,18 @@ impl MainNumber {
     fn of_fit(estimate: &Estimate, source: Source) -> MainNumber {
         MainNumber {
             value: estimate.value,
-            se: estimate.se,
+            se: se_of_interval(estimate),
             interval: estimate.interval,
             level: estimate.level,
             method: estimate.method,
             source,
             mcse: None,
             why_none: estimate.why_none.clone(),
+            failed_replicates: estimate
+                .bootstrap
+                .as_ref()
+                .filter(|boot| boot.replicates > 0)
+                .map(|boot| boot.failed as f64 / boot.replicates as f64),
         }
     }
 
@@ -172,6 +182,7 @@ impl MainNumber {
             source: Source::Posterior,
             mcse: summary.mcse_mean,
             why_none: summary.why_none.clone().filter(|_| summary.sd.is_none()),
+            failed_replicates: None,
         }
     }
 
@@ -185,8 +196,23 @@ impl MainNumber {
             source,
             mcse: None,
             why_none: Some("the viscous loss is left out of the model".to_owned()),
+            failed_replicates: None,
         }
     }
+}
+
+/// The standard error of an estimate, widened to agree with Student's interval where that rests on few degrees of freedom.
+fn se_of_interval(estimate: &Estimate) -> Option<f64> {
+    let (value, se) = estimate.pair()?;
+    let half = match (estimate.interval, estimate.method) {
+        (Some([lo, hi]), "delta") => 0.5 * (hi - lo),
+        (Some([lo, hi]), "delta_log") => 0.5 * value * (hi / lo).ln(),
+        _ => return Some(se),
+    };
+    let probability = 0.5 + 0.5 * estimate.level;
+    let normal = normal_quantile(probability);
+    let few = student_t_quantile(probability, FEWEST_DEGREES as f64)?;
+    Some(if half > few * se { half / normal } else { se })
 }
 
 /// Whether, and why not, the numbers may be quoted.
@@ -200,6 +226,73 @@ fn judge(checks: &[Check]) -> Verdict {
     }
 }
 
+impl MainNumbers {
+    /// Before any is picked.
+    pub(super) fn none() -> MainNumbers {
+        MainNumbers {
+            verdict: judge(&[]),
+            provisional: true,
+            learnt: vec![],
+            parameters: vec![],
+            at: vec![],
+        }
+    }
+
+    /// Judges whether they may be quoted.
+    pub(super) fn judge(&mut self, checks: &[Check]) {
+        self.verdict = judge(checks);
+    }
+
+    /// Every number with its name.
+    fn named(&self) -> impl Iterator<Item = (String, &MainNumber)> {
+        let parameters = self.parameters.iter().map(|own| (own.name.clone(), &own.number));
+        let places = self.at.iter().flat_map(|place| {
+            [
+                (place.name_of(Quantity::EInf), &place.e_inf),
+                (place.name_of(Quantity::StC), &place.st_c),
+            ]
+        });
+        parameters.chain(places)
+    }
+
+    /// Whether replicates of the main numbers gave numbers; `None` where none has replicates. What the replicates of other
+    /// estimates did stands in their own tables.
+    pub(super) fn check_replicates(&self) -> Option<Check> {
+        let with_replicates = || {
+            self.named()
+                .filter_map(|(name, own)| Some((own.failed_replicates?, name)))
+        };
+        let (worst, name) = with_replicates().max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let criterion = checks::BOOTSTRAP_FAILURES;
+        let (text, concerned) = if criterion.holds(worst) {
+            let text = format!("largest share of replicates without a number ({name})");
+            (text, with_replicates().map(|(_, name)| name).collect::<Vec<_>>())
+        } else {
+            let text = format!(
+                "{:.1} % of the replicates gave no number ({name}), so that its bootstrap interval is one of the others alone",
+                100.0 * worst
+            );
+            let failed = with_replicates().filter(|(share, _)| !criterion.holds(*share));
+            (text, failed.map(|(_, name)| name).collect())
+        };
+        Some(criterion.check(worst, text).with_advice().concerning(concerned))
+    }
+}
+
+impl MainPlace {
+    /// Name of one of its numbers, as those of the posterior are named: `e_inf[PTFE,AK10,0.06]`; several liquids that are
+    /// taken as one are left out of it.
+    fn name_of(&self, quantity: Quantity) -> String {
+        let parts = [
+            Some(self.particle.clone()),
+            self.liquid.clone(),
+            Some(short(self.film_ratio)),
+        ];
+        let parts: Vec<String> = parts.into_iter().flatten().collect();
+        format!("{}[{}]", quantity.describe().name, parts.join(","))
+    }
+}
+
 /// What main numbers are picked from.
 pub(super) struct MainSources<'a> {
     pub scene: &'a Scene,
@@ -207,14 +300,12 @@ pub(super) struct MainSources<'a> {
     pub least_squares: LeastSquares<'a>,
     /// `None` if nothing was sampled
     pub posterior: Option<&'a Posterior>,
-    /// what must hold before they are quoted
-    pub checks: &'a [Check],
 }
 
 /// Picks them.
 pub(super) fn pick_main_numbers(from: MainSources) -> MainNumbers {
     MainNumbers {
-        verdict: judge(from.checks),
+        verdict: judge(&[]),
         provisional: from.posterior.is_none(),
         learnt: vec![],
         parameters: match from.posterior {
@@ -367,10 +458,11 @@ impl MainSources<'_> {
 
     /// Whether the square-root law at a film ratio describes how its runs came about: every one of them rebounded, with
     /// noise on the restitution alone, independent from run to run, e² is a line in 1/St, and one law for all liquids biases
-    /// it by no more than it may.
+    /// it by no more than it may; and whether its runs tell their spread, unless there is no posterior that would.
     fn law_serves(&self, law: &Scaling) -> bool {
         let form = self.form();
         law.verdict.passed
+            && (law.tells_its_spread() || self.posterior.is_none())
             && law.stuck == 0
             && law.measurement_errors.is_none()
             && self.scene.model.noise == NoiseOn::Restitution

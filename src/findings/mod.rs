@@ -36,6 +36,8 @@
 //! | `main_numbers.rs` | the main numbers, each from the source that serves it |
 //! | `regions.rs` | where e_inf and St_c lie together |
 //! | `left_out.rs` | draws from a model, each run predicted from the others |
+//! | `single_run.rs` | the runs without which a main number moves |
+//! | `slow_rebounds.rs` | whether barely rebounding runs may be taken at their word |
 //! | `compare.rs` | which form of the law predicts best |
 //! | `questions/` | whether L and C are the same at every film ratio |
 //! | `document.rs` | everything a fit says, as `findings.json` writes it |
@@ -81,6 +83,8 @@ mod range;
 pub mod regions;
 pub mod scaling;
 pub mod series;
+mod single_run;
+mod slow_rebounds;
 pub mod terms;
 pub mod verdicts;
 
@@ -100,12 +104,12 @@ use compare::Comparison;
 use dry::{Dry, FittedDry};
 use energy::Energy;
 use estimate::Quoting;
-use least_squares::LeastSquares;
 use left_out::ComparisonContext;
-use main_numbers::MainSources;
+use main_numbers::{MainNumbers, MainSources};
 use posterior::{contraction, ExpectedSampling, MethodChoice, Posterior, PosteriorRefusal, SamplingSetup};
 use scaling::{FittedScaling, Scaling};
 use series::SeriesFit;
+use slow_rebounds::Beside;
 use terms::SizedTerm;
 
 pub use document::{Counts, Findings, SCHEMA};
@@ -143,8 +147,8 @@ pub fn fit_least_squares_shared<S: Shares>(
     });
     let (resampling, bootstrap_notices) = resampled.transpose()?.unzip();
     let film_groups = film_groups::list_film_groups(scene, runs);
-    let mut verdicts = fits.checks(scene, runs, bootstrap);
     let balance = fits.energy_balance.as_ref();
+    let mut verdicts = verdicts::check_least_squares(scene, runs, &fits.dry, &fits.series, &fits.scaling, balance);
     let own_films_stand = balance.is_some_and(|balance| balance.verdict.passed);
     verdicts.extend(film_groups::check(&film_groups, own_films_stand));
     let mut notices = table.notices.clone();
@@ -161,21 +165,6 @@ pub fn fit_least_squares_shared<S: Shares>(
     });
     let dry: Vec<Dry> = fits.dry.into_iter().map(|fitted| fitted.dry).collect();
     let scaling: Vec<Scaling> = fits.scaling.into_iter().map(|fitted| fitted.scaling).collect();
-    let main = main_numbers::pick_main_numbers(MainSources {
-        scene,
-        runs,
-        least_squares: LeastSquares {
-            seed,
-            dry: &dry,
-            series: &fits.series,
-            scaling: &scaling,
-            energy: &fits.energy,
-            energy_balance: fits.energy_balance.as_ref(),
-            form: fits.form,
-        },
-        posterior: None,
-        checks: &verdicts,
-    });
     let mut findings = Findings {
         schema: SCHEMA,
         scene: scene.name.clone(),
@@ -185,7 +174,7 @@ pub fn fit_least_squares_shared<S: Shares>(
         data_sha256: table.sha256.clone(),
         scene_sha256: scene.sha256.clone(),
         counts: Counts::of(table),
-        main,
+        main: MainNumbers::none(),
         inertia: fits.energy_balance.as_ref().and_then(|balance| balance.choice.clone()),
         sampled_forms: vec![],
         dry,
@@ -218,7 +207,7 @@ pub fn fit_least_squares_shared<S: Shares>(
     // a wrong unit explains what else fails
     let of_input = plausible::check_input(scene, runs);
     findings.verdicts.splice(0..0, of_input);
-    findings.main.learnt = learnt::what_was_learnt(scene, runs, &findings);
+    findings.pick_main_numbers(scene, runs, None);
     Ok(findings)
 }
 
@@ -295,16 +284,6 @@ impl LeastSquaresFits {
         bootstrap::add_bootstrap_intervals(scene, runs, estimates, options, shares, done)
     }
 
-    /// What must hold of the fits, and with `bootstrap` of their replicates.
-    fn checks(&self, scene: &Scene, runs: &Runs, bootstrap: bool) -> Vec<Check> {
-        let balance = self.energy_balance.as_ref();
-        let mut checks = verdicts::check_least_squares(scene, runs, &self.dry, &self.series, &self.scaling, balance);
-        if bootstrap {
-            checks.extend(verdicts::check_replicates(&self.dry, &self.scaling));
-        }
-        checks
-    }
-
     /// What of the terms, the runs, the fits and the settings wants a second look.
     fn notices(&self, scene: &Scene, table: &Table, bootstrap: bool) -> Vec<Notice> {
         let mut notices = terms::term_notices(&self.terms);
@@ -360,6 +339,23 @@ impl Findings {
         }
         match posterior::fit_posterior(scene, runs, self.least_squares(), setup, watcher)? {
             Ok(posterior) => {
+                let (posterior, notice, open) =
+                    match slow_rebounds::fit_beside(scene, runs, self.least_squares(), &posterior)? {
+                        Beside::Same => (posterior, None, None),
+                        Beside::Stands(wider, notice) => {
+                            // forms that were compared without the noise on the energy are compared anew with it
+                            self.sampled_forms.clear();
+                            (*wider, Some(notice), None)
+                        }
+                        Beside::Open(check) => (posterior, None, Some(check)),
+                    };
+                self.notices.extend(notice);
+                self.verdicts.extend(open);
+                let scene = posterior.scene.as_deref().unwrap_or(scene);
+                let context = self.comparison_context(scene, runs, watcher);
+                let carried = single_run::find_single_runs(context, &posterior);
+                self.notices
+                    .extend(single_run::single_run_notice(scene, runs, &carried));
                 // the posterior's own check of k against the dry runs takes the place of least squares'
                 let replaced = |check: &Check| posterior.checks.iter().any(|new| new.check == check.check);
                 self.verdicts.retain(|check| !replaced(check));
@@ -367,11 +363,13 @@ impl Findings {
                     self.energy_balance.as_ref().map(|own| own.inertia) != Some(posterior.findings.inertia);
                 let offsets = scene.model.series_offsets;
                 let other_noise = scene.model.noise == NoiseOn::Both || offsets;
+                // no law of a film ratio is quoted beside the posterior then
+                let few = self.scaling.iter().all(|law| !law.tells_its_spread());
                 for check in &mut self.verdicts {
                     // least squares does not know this noise, or holds a form that predicts worse: the posterior is quoted
                     let of_balance = [checks::ENERGY_BALANCE.code, checks::WET_ERRORS.code].contains(&check.check);
                     check.gates &= !of_balance || !(other_noise || other_form);
-                    check.gates &= check.check != checks::SCALING_LAW.code || !offsets;
+                    check.gates &= check.check != checks::SCALING_LAW.code || !(offsets || few);
                     // nor does the posterior need film groups
                     check.gates &= check.check != checks::FILM_GROUPS.code;
                 }
@@ -410,8 +408,11 @@ impl Findings {
             runs,
             least_squares: self.least_squares(),
             posterior,
-            checks: &self.verdicts,
         });
+        self.verdicts
+            .retain(|check| check.check != checks::BOOTSTRAP_FAILURES.code);
+        self.verdicts.extend(self.main.check_replicates());
+        self.main.judge(&self.verdicts);
         self.main.learnt = learnt::what_was_learnt(scene, runs, self);
     }
 
@@ -425,6 +426,7 @@ impl Findings {
         posterior: &Posterior,
         watcher: Watcher,
     ) -> Result<Comparison, Error> {
+        let scene = posterior.scene.as_deref().unwrap_or(scene);
         let found = compare::compare_forms(
             self.comparison_context(scene, runs, watcher),
             posterior,

@@ -110,8 +110,9 @@ pub(super) fn check_input(scene: &Scene, runs: &Runs) -> Option<Check> {
     let used: HashSet<usize> = runs.series.iter().map(|series| series.liquid).collect();
     for (index, particle) in scene.particles.iter().enumerate() {
         let spheres = runs.spheres_of(index);
-        let (dry, wet) = (runs.dry_in(spheres.clone()), runs.series_in(spheres));
-        if dry.is_empty() && wet.is_empty() {
+        let wet = runs.series_in(spheres);
+        // the dry law reads neither density nor diameter
+        if wet.is_empty() {
             continue;
         }
         let Particle {
@@ -122,8 +123,7 @@ pub(super) fn check_input(scene: &Scene, runs: &Runs) -> Option<Check> {
         } = particle;
         questions.extend(DENSITY.question(name, [*density].into_iter()));
         questions.extend(ROUGHNESS.question(name, roughness.iter().copied()));
-        let diameters = dry.iter().map(|group| group.diameter);
-        questions.extend(DIAMETER.question(name, diameters.chain(wet.iter().map(|series| series.diameter))));
+        questions.extend(DIAMETER.question(name, wet.iter().map(|series| series.diameter)));
         let mut liquids: Vec<usize> = wet.iter().map(|series| series.liquid).collect();
         liquids.sort_unstable();
         liquids.dedup();

@@ -54,7 +54,13 @@ pub fn check_least_squares(
     ];
     for (law, criterion, text) in biases {
         for (name, share) in worst_bias(by_film_ratio(scaling, law)) {
-            checks.push(criterion.check(share, format!("{name}: {text}, in its standard errors")));
+            let check = criterion.check(share, format!("{name}: {text}, in its standard errors"));
+            // no main number is the linear law's
+            checks.push(if law == WetLaw::Linear {
+                check.concerning([])
+            } else {
+                check
+            });
         }
     }
     checks
@@ -78,11 +84,8 @@ fn by_film_ratio(scaling: &[FittedScaling], law: WetLaw) -> impl Iterator<Item =
         .filter(move |fit| fit.law == law && fit.scaling.film_ratio.is_some())
 }
 
-/// Fewest rebounds that give the two parameters of a law and a spread.
-const FEWEST: usize = 3;
-
-/// The square-root laws of film ratios. None of them at all gates, unless no film ratio has runs for one and the energy
-/// balance stands, which takes them together.
+/// The square-root laws of film ratios. None of them at all gates, unless no film ratio has runs enough for its law to be
+/// quoted and the energy balance stands, which takes them together.
 fn scaling_laws(scaling: &[FittedScaling], balance: Option<&EnergyBalance>) -> Option<Check> {
     // groups without a film ratio have a check of their own
     let laws = || by_film_ratio(scaling, WetLaw::Sqrt).filter(|fit| !fit.scaling.is_withheld);
@@ -104,7 +107,7 @@ fn scaling_laws(scaling: &[FittedScaling], balance: Option<&EnergyBalance>) -> O
     };
     (all > 0).then(|| Check {
         // a film ratio without a law is a gap; only none at all leaves no main number
-        gates: fits.failed.len() == all && !(stands && laws().all(|fit| fit.scaling.runs < FEWEST)),
+        gates: fits.failed.len() == all && !(stands && laws().all(|fit| !fit.scaling.tells_its_spread())),
         ..fits.check(checks::SCALING_LAW)
     })
 }
@@ -128,7 +131,7 @@ fn of_series(series: &[SeriesFit]) -> Option<Check> {
     let all = of_one_film().count();
     let failed = of_one_film().filter(|one| !one.verdict.passed).count();
     let text = format!("series without a usable square-root law, of {all}");
-    (all > 0).then(|| checks::SERIES.check(failed as f64, text))
+    (all > 0).then(|| checks::SERIES.check(failed as f64, text).concerning([]))
 }
 
 fn one_dry_k(fitted: &FittedDry) -> Option<Check> {
@@ -247,34 +250,6 @@ impl FailedFits {
         };
         criterion.check(failed.len() as f64, text)
     }
-}
-
-/// The check of the replicates of k, e_inf and St_c.
-pub fn check_replicates(dry: &[FittedDry], scaling: &[FittedScaling]) -> Option<Check> {
-    let of_dry = dry.iter().map(|d| (d.dry.words(), &d.dry.dry_k));
-    let of_scaling = scaling.iter().filter(|fit| fit.scaling.verdict.passed).flat_map(|fit| {
-        let ratio = fit
-            .scaling
-            .film_ratio
-            .map_or("all".to_owned(), |ratio| format!("{ratio:.3}"));
-        let name = format!("{} at film ratio {ratio}, {}", fit.scaling.words(), fit.law.name());
-        [(name.clone(), &fit.scaling.e_inf), (name, &fit.scaling.st_c)]
-    });
-    let shares = of_dry.chain(of_scaling).filter_map(|(name, estimate)| {
-        let boot = estimate.bootstrap.as_ref().filter(|boot| boot.replicates > 0)?;
-        Some((boot.failed as f64 / boot.replicates as f64, name))
-    });
-    let (worst, name) = shares.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let criterion = checks::BOOTSTRAP_FAILURES;
-    let text = if criterion.holds(worst) {
-        format!("largest share of replicates without a number ({name})")
-    } else {
-        format!(
-            "{:.1} % of the replicates gave no number ({name}), so that its bootstrap interval is one of the others alone",
-            100.0 * worst
-        )
-    };
-    Some(criterion.check(worst, text).with_advice())
 }
 
 /// A notice of the runs that were screened.

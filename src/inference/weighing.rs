@@ -102,6 +102,25 @@ impl<'p> Weighing<'p> {
         Some(adapted.integral_of(&ln_ratios, &weights))
     }
 
+    /// So many weighed draws a chain of the posterior without some runs; `None` where no proposal serves.
+    pub fn draw_without(&self, runs: &LeftOutRuns, draws: usize) -> Option<WeighedDraws> {
+        let began = std::time::Instant::now();
+        let adapted = self.adapted_without(runs)?;
+        let mut proposed = adapted.propose(draws, &format!("without {}", runs.name));
+        let mut without = adapted.ln_ratios(runs, &proposed).without(1.0).into_iter();
+        for one in &mut proposed {
+            one.ln_ratio
+                .iter_mut()
+                .zip(&mut without)
+                .for_each(|(ln, own)| *ln = own);
+        }
+        let mut weighed = WeighedDraws::new(proposed, began)?;
+        for one in &mut weighed.proposed {
+            one.move_to(self.posterior, &self.rooted);
+        }
+        Some(weighed)
+    }
+
     /// Takes the likelihood of some runs away, each time as large a share as draws of the proposal bear.
     fn adapted_without(&self, runs: &LeftOutRuns) -> Option<Weighing<'p>> {
         /// of the draws that must be left in effect by a share, and when it is all that the runs say

@@ -109,7 +109,7 @@ impl ParameterKind {
     }
 
     /// Its default prior, with the reason for it.
-    fn default_prior(self, form: Form) -> (Prior, &'static str) {
+    pub fn default_prior(self, form: Form) -> (Prior, &'static str) {
         let of_physics = |prior: LogNormal| (Prior::LogNormal(prior.median, prior.ln_sd), prior.reason);
         let of_noise = |own: NoiseParameter| (own.prior, own.reason);
         match self {

@@ -97,6 +97,27 @@ impl Prior {
         }
     }
 
+    /// Where x lies on the prior's own scale, in its sds from its centre: the logarithm for a lognormal; for a half-normal in
+    /// scales from 0. `None` for a prior without an sd.
+    pub fn standard(&self, x: f64) -> Option<f64> {
+        match *self {
+            Prior::LogNormal(median, sd) => (x > 0.0).then(|| (x / median).ln() / sd),
+            Prior::HalfNormal(scale) => Some(x / scale),
+            Prior::Fixed(_) => None,
+            _ => self.sd().map(|sd| (x - self.median()) / sd),
+        }
+    }
+
+    /// The value that lies so many sds from the centre, on the prior's own scale: the inverse of [`Prior::standard`].
+    pub fn at_standard(&self, z: f64) -> Option<f64> {
+        match *self {
+            Prior::LogNormal(median, sd) => Some(median * (sd * z).exp()),
+            Prior::HalfNormal(scale) => Some(scale * z),
+            Prior::Fixed(_) => None,
+            _ => self.sd().map(|sd| self.median() + sd * z),
+        }
+    }
+
     /// Quantile at a probability inside (0, 1); `None` where no number is it.
     pub fn quantile(&self, probability: f64) -> Option<f64> {
         let z = normal_quantile(probability);
@@ -184,6 +205,19 @@ mod tests {
         for ((prior, x), expected) in FAMILIES.into_iter().zip(oracle) {
             let (value, _) = prior.ln_density(x).expect("inside the support");
             assert!((value - expected).abs() < 1e-12 * expected.abs().max(1.0), "{prior:?}");
+        }
+    }
+
+    #[test]
+    fn sds_from_the_centre_are_counted_on_the_scale_of_the_prior() {
+        let of = |prior: Prior, x: f64| prior.standard(x).expect("a prior with an sd");
+        assert!((of(Prior::LogNormal(1.0, 0.5), 6.0) - 6f64.ln() / 0.5).abs() < 1e-12);
+        assert!((of(Prior::HalfNormal(0.1), 0.015) - 0.15).abs() < 1e-12);
+        assert!((of(Prior::Normal(1.95, 0.02), 1.89) + 3.0).abs() < 1e-9);
+        assert_eq!(Prior::Fixed(2.0).standard(2.0), None);
+        for (prior, x) in FAMILIES {
+            let back = prior.at_standard(of(prior, x)).expect("the same prior");
+            assert!((back - x).abs() < 1e-12 * x.abs().max(1.0), "{prior:?}");
         }
     }
 

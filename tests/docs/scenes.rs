@@ -27,6 +27,18 @@ fn the_table_of_the_page_is_read_by_its_scene() {
     assert!(status == Some(2) && err.contains("empty cell"), "{err}");
 }
 
+/// An example that may not be quoted would teach nobody.
+#[test]
+fn the_table_of_the_page_may_be_quoted() {
+    let page = read("docs/your-table.md");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (language, name) in [("toml", "scene.toml"), ("csv", "Versuche.csv")] {
+        std::fs::write(folder.path().join(name), block(&page, language)).expect("writable");
+    }
+    let (status, out, err) = wetcor(folder.path(), &["fit", "scene.toml"]);
+    assert!(status == Some(0) && out.contains("may be quoted"), "{out}\n{err}");
+}
+
 #[test]
 fn a_scene_is_drafted_from_the_table_of_the_page() {
     let folder = tempfile::tempdir().expect("a temporary folder");

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use crate::findings::dry::Dry;
 use crate::findings::estimate::Estimate;
 use crate::findings::least_squares::LeastSquares;
-use crate::inference::information::{DirectionalInformation, LogNormalPrior, RunsWithPriors};
+use crate::inference::information::{DirectionalInformation, LogNormalPrior, RunsWithPriors, UnseenGroup};
 use crate::inference::joint::Joint;
 use crate::model::parameters::{prior_of, ParameterKind};
 use crate::physics::loss::Loss;
@@ -29,6 +29,8 @@ pub(super) struct Identifiability<'r> {
     full: Vec<f64>,
     /// information of the runs and of the priors there
     pub information: DirectionalInformation,
+    /// the same beside the default priors, where the scene's are narrower; `None` where none is
+    beside_defaults: Option<DirectionalInformation>,
     /// whether that is where the energy balance was fitted, without priors
     pub fitted: bool,
 }
@@ -81,6 +83,25 @@ impl<'r> Identifiability<'r> {
         let kinds: Vec<ParameterKind> = free.iter().map(|j| all[*j]).collect();
         let (values, fitted) = linearisation_point(runs, least_squares, &evidence, &kinds)?;
         let information = evidence.information(&values)?;
+        let wider = kinds.iter().zip(&beliefs).map(|(kind, own)| {
+            let default = belief(&kind.default_prior(form).0);
+            if default.ln_sd > own.ln_sd {
+                default
+            } else {
+                *own
+            }
+        });
+        let wider: Vec<LogNormalPrior> = wider.collect();
+        let narrowed = wider.iter().zip(&beliefs).any(|(wider, own)| wider.ln_sd > own.ln_sd);
+        let beside_defaults = RunsWithPriors {
+            beliefs: &wider,
+            ..evidence
+        };
+        let beside_defaults = if narrowed {
+            beside_defaults.information(&values)
+        } else {
+            None
+        };
         let full = whole(&values);
         Some(Identifiability {
             joint,
@@ -90,8 +111,21 @@ impl<'r> Identifiability<'r> {
             free,
             full,
             information,
+            beside_defaults,
             fitted,
         })
+    }
+
+    /// The parameters that the runs cannot tell. One of which they say less than a narrow prior of the scene, but more than
+    /// the default one, they can.
+    pub fn unseen(&self) -> Vec<UnseenGroup> {
+        let mut groups = self.information.unseen();
+        if let Some(beside_defaults) = &self.beside_defaults {
+            let others = beside_defaults.unseen();
+            let hidden = |place: &usize| others.iter().any(|other| other.members.contains(place));
+            groups.retain(|group| group.members.iter().any(hidden));
+        }
+        groups
     }
 
     /// Value of a parameter; `None` where the scene holds it.

@@ -68,7 +68,7 @@ pub fn identify_directions(scene: &Scene, runs: &Runs, least_squares: LeastSquar
     let left = identifiability.information.left();
     let (least, spread_left) = left.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
     let name = |place: &usize| identifiability.kinds[*place].name(scene, runs);
-    let unseen = identifiability.information.unseen().into_iter().map(|group| {
+    let unseen = identifiability.unseen().into_iter().map(|group| {
         let kinds: Vec<_> = group
             .members
             .iter()

@@ -1,9 +1,11 @@
-//! Names the parameters that keep much of their prior, each with the one it moves with.
+//! Names the parameters that keep much of their prior, each with the one it moves with, and those whose runs contradict it.
 
-use super::summary::{PosteriorFindings, QuantitySummary};
+use super::summary::{PosteriorFindings, QuantitySummary, RunsAlone};
+use crate::findings::checks::{self, Check};
 use crate::findings::identify::Directions;
 use crate::findings::notices;
 use crate::notice::Notice;
+use crate::rounding::with_se;
 
 /// A correlation below this is no partner.
 const PARTNER: f64 = 0.3;
@@ -36,6 +38,50 @@ pub(in crate::findings) fn contraction_notices(
         all.push(notices::prior_rules(&parameters, add));
     }
     all
+}
+
+/// Whether the runs contradict a prior; `None` where they alone say nothing of any parameter.
+pub(super) fn prior_conflict(found: &PosteriorFindings) -> Option<Check> {
+    let alone = found.parameters.iter().filter_map(|own| {
+        let prior = own.prior.as_ref()?;
+        Some((own, prior, prior.runs_alone?))
+    });
+    let mut alone: Vec<_> = alone.collect();
+    alone.sort_by(|a, b| b.2.from_prior.abs().total_cmp(&a.2.from_prior.abs()));
+    let (worst, _, farthest) = alone.first()?;
+    let criterion = checks::PRIOR_CONFLICT;
+    let distance = farthest.from_prior.abs();
+    let conflicts: Vec<_> = alone
+        .iter()
+        .filter(|(_, prior, _)| prior.conflict().is_some())
+        .collect();
+    if conflicts.is_empty() {
+        let text = format!(
+            "largest distance of what the runs alone say from a prior ({}), in sds of the two together",
+            worst.name
+        );
+        return Some(criterion.check(distance, text));
+    }
+    let told = conflicts.iter().map(|(own, prior, alone)| {
+        format!(
+            "{}: the runs alone give {}, its prior is {}: {:.1} sds of the two together apart, and the posterior lies {:.1} of \
+             its ± from what the runs say",
+            own.name,
+            with_se(alone.value, alone.se),
+            prior.density,
+            alone.from_prior.abs(),
+            alone.from_posterior.abs()
+        )
+    });
+    let told: Vec<String> = told.collect();
+    let felt = |alone: &RunsAlone| alone.from_posterior.abs() > checks::FELT;
+    Some(
+        Check {
+            gates: conflicts.iter().any(|(_, _, alone)| felt(alone)),
+            ..criterion.check(distance, notices::shortened(&told))
+        }
+        .with_advice(),
+    )
 }
 
 /// A parameter with what is left of its prior sd, and the parameter that moves most with it.

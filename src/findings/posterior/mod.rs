@@ -45,7 +45,7 @@ pub use posterior_checks::{speed_errors, why_not_sampled, PosteriorRefusal};
 pub use sampling::{check_room, effort, start, until_mixed, MethodChoice, SamplingSetup, MOST_NUMBERS};
 pub use summary::{
     AccuracySummary, CompressionSummary, HeldParameter, PosteriorFindings, PriorSummary, QuantitySummary,
-    RejectedMethod, SeriesOffset, StandIns,
+    RejectedMethod, RunsAlone, SeriesOffset, StandIns,
 };
 
 /// A posterior with its draws, for the report and the files of draws.
@@ -61,6 +61,9 @@ pub struct Posterior {
     pub derived: Vec<DerivedDraws>,
     /// what must hold
     pub checks: Vec<Check>,
+    /// the scene it was sampled from, where that is not the one that was given: with noise on the energy, too, which barely
+    /// rebounding runs ask for
+    pub scene: Option<Box<Scene>>,
 }
 
 impl Posterior {
@@ -187,6 +190,7 @@ pub fn fit_posterior(
         sampled,
         derived,
         checks,
+        scene: None,
     }))
 }
 

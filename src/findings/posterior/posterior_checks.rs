@@ -1,5 +1,6 @@
 //! Judges whether a posterior may be quoted: convergence, compression, agreement with the dry runs, predictions.
 
+use super::contraction;
 use super::summary::{PosteriorFindings, QuantitySummary};
 use crate::findings::checks::{self, Check, Criterion};
 use crate::findings::least_squares::LeastSquares;
@@ -163,6 +164,7 @@ pub(super) fn check_posterior(found: &PosteriorFindings, least_squares: LeastSqu
     checks.extend(approximations(found));
     checks.extend(compression(found));
     checks.extend(dry_consistency(found, least_squares));
+    checks.extend(contraction::prior_conflict(found));
     checks.extend(bands(found));
     checks.extend(worst_group(found));
     checks.extend(stuck_runs(found));

@@ -7,7 +7,7 @@ use super::predictive_checks::PredictiveChecks;
 use super::sampling::SamplingSetup;
 use super::summary::{
     AccuracySummary, CompressionSummary, HeldParameter, PosteriorFindings, PriorSummary, QuantitySummary,
-    RejectedMethod, SeriesOffset, StandIns,
+    RejectedMethod, RunsAlone, SeriesOffset, StandIns,
 };
 use crate::findings::predict::Basis;
 use crate::inference::diagnostics::energy::e_bfmi;
@@ -17,6 +17,7 @@ use crate::inference::sampling::{ReachedAccuracy, Sampled};
 use crate::model::parameters::{LeftOut, ModelParameter};
 use crate::physics::form::Term;
 use crate::physics::DrySpeed;
+use crate::scene::Prior;
 
 /// What a summary of a posterior takes besides the draws.
 pub(super) struct SummarySource<'p> {
@@ -133,6 +134,17 @@ impl CompressionSummary {
 fn summarise_parameter(parameter: &ModelParameter, values: &[Vec<f64>], mcse_factor: f64) -> QuantitySummary {
     let summary = summarise_quantity(&parameter.name, values, mcse_factor);
     let sd = parameter.prior.sd();
+    let on_scale = values.iter().flatten().map(|x| parameter.prior.standard(*x));
+    let on_scale: Option<Vec<f64>> = on_scale.collect();
+    let on_scale = on_scale.and_then(|z| {
+        let found = summarise(&[z.as_slice()]);
+        found.mean.zip(found.sd)
+    });
+    // that of a half-normal in its scale
+    let of_prior = sd.map(|sd| match parameter.prior {
+        Prior::HalfNormal(scale) => sd / scale,
+        _ => 1.0,
+    });
     let prior = PriorSummary {
         symbol: parameter.kind.symbol(),
         unit: parameter.kind.unit(),
@@ -142,7 +154,9 @@ fn summarise_parameter(parameter: &ModelParameter, values: &[Vec<f64>], mcse_fac
         median: parameter.prior.median(),
         sd,
         source: parameter.source,
-        sd_ratio: summary.sd.zip(sd).map(|(posterior, prior)| posterior / prior),
+        sd_ratio: on_scale.zip(of_prior).map(|((_, posterior), prior)| posterior / prior),
+        distance: on_scale.map(|(mean, _)| mean),
+        runs_alone: on_scale.and_then(|(mean, sd)| RunsAlone::of(&parameter.prior, mean, sd)),
     };
     QuantitySummary {
         prior: Some(prior),

@@ -17,9 +17,9 @@ pub(super) struct SampledParameter<'a> {
 }
 
 impl SampledParameter<'_> {
-    /// Posterior mean minus prior median, in prior sd.
+    /// Posterior mean less the centre of the prior, in sds of the prior on its scale.
     pub(super) fn shift(&self) -> Option<f64> {
-        Some((self.found.mean? - self.prior.median) / self.prior.sd?)
+        self.prior.distance
     }
 }
 

@@ -205,7 +205,7 @@ pub(super) fn beside_the_prior(page: &mut Page, input: ReportInput, posterior: &
     );
     page.paragraph(&format!(
         "Shift: posterior mean minus prior median, in prior sd. sd ratio: posterior sd over prior sd; below {RUNS_DECIDE} \
-         the runs decide, above {PRIOR_DECIDES} they narrow nothing."
+         the runs decide, above {PRIOR_DECIDES} they narrow nothing. Both on the logarithm where the prior is lognormal."
     ));
     let parameters = cells::parameters(input, posterior);
     let table = ReportTable::of(&parameters)

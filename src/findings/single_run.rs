@@ -1,0 +1,222 @@
+//! Names the single runs that carry a main number: left out, they move it by more than one of its ±.
+//!
+//! A run is left out of the posterior by the weights 1/p(run | draw) of its draws, smoothed; where their tail is too heavy for
+//! that, by draws of the posterior without it.
+
+use rayon::prelude::*;
+
+use super::left_out::{affordable_draws, ComparisonContext};
+use super::notices;
+use super::posterior::{derived, start, Posterior};
+use crate::inference::diagnostics::pareto::{khat_threshold, tail_length};
+use crate::inference::diagnostics::psis::psis;
+use crate::inference::prepared_posterior::PreparedPosterior;
+use crate::inference::sampling::Sampled;
+use crate::inference::weighing::{LeftOutRuns, WeighedDraws, Weighing};
+use crate::model::likelihood::pointwise::Pointwise;
+use crate::model::likelihood::Likelihood;
+use crate::notice::Notice;
+use crate::physics::Quantity;
+use crate::rounding::with_se;
+use crate::runs::Runs;
+use crate::scene::Scene;
+use crate::seed::StreamName;
+
+/// Share of its ± beyond which a main number may not move unsaid when one run is left out.
+const CARRIED: f64 = 1.0;
+
+/// Log densities, runs times draws, that are computed for this; fewer where each is an integral.
+const MOST_DENSITIES: usize = 4_000_000;
+const MOST_INTEGRALS: usize = 200_000;
+
+/// Draws that leave a run out at least; of more runs than these allow none carries a number by itself.
+const FEWEST_DRAWS: usize = 400;
+
+/// Runs that are left out by draws of their own, the heaviest first.
+const MOST_DRAWN: usize = 4;
+
+/// Draws a chain for each of them, and chains.
+const DRAWN: usize = 500;
+const CHAINS: usize = 4;
+
+/// A main number of the posterior.
+struct Number {
+    name: String,
+    /// chain after chain
+    draws: Vec<f64>,
+}
+
+/// A run with the main number that it moves most.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct SingleRun {
+    /// its place among the runs
+    pub run: usize,
+    /// the number
+    pub name: String,
+    /// mean and sd with the run
+    pub with: [f64; 2],
+    /// and without it
+    pub without: [f64; 2],
+}
+
+impl SingleRun {
+    /// By how many of its ± the number moves.
+    pub fn shift(&self) -> f64 {
+        (self.without[0] - self.with[0]).abs() / self.with[1]
+    }
+}
+
+/// The runs without which a main number of the posterior moves by more than one of its ±, the heaviest first.
+pub(super) fn find_single_runs(context: ComparisonContext, posterior: &Posterior) -> Vec<SingleRun> {
+    let ComparisonContext {
+        scene,
+        runs,
+        least_squares,
+        ..
+    } = context;
+    let form = posterior.setup.form;
+    let pointwise = Pointwise::new(scene, runs, form);
+    let most = if pointwise.is_integrated() {
+        MOST_INTEGRALS
+    } else {
+        MOST_DENSITIES
+    };
+    let all = posterior.sampled.draws();
+    let used = affordable_draws(runs, all).map(|used| used.min((most / pointwise.len().max(1)).max(FEWEST_DRAWS)));
+    let Some(used) = used.filter(|_| pointwise.len() <= MOST_DENSITIES / FEWEST_DRAWS) else {
+        return vec![];
+    };
+    let step = all.div_ceil(used.max(1)).max(1);
+    let numbers = numbers_of(&posterior.sampled, &posterior.derived, step);
+    let full = posterior.sampled.full_draws();
+    let some: Vec<&[f64]> = full.iter().step_by(step).map(Vec::as_slice).collect();
+    let count = some.len();
+    let at = pointwise.at_draws(some);
+    let of_run = |run: usize| {
+        let mut row = vec![0.0; count];
+        at.ln_likelihoods(run..run + 1, &mut row);
+        row.iter_mut().for_each(|ln| *ln = -*ln);
+        let smoothed = psis(&row, tail_length(count, 1.0)).ok()?;
+        let weights: Vec<f64> = smoothed.log_weights.iter().map(|ln| ln.exp()).collect();
+        let khat = smoothed.khat.unwrap_or(0.0);
+        let without = |number: &Number| moments(&number.draws, &weights);
+        Some((run, khat, heaviest(run, &numbers, without)?))
+    };
+    let mut each: Vec<(usize, f64, SingleRun)> = (0..pointwise.len()).into_par_iter().filter_map(of_run).collect();
+    each.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let line = khat_threshold(count);
+    let heavy = each.iter().take(MOST_DRAWN).filter(|(_, khat, _)| *khat > line).count();
+    if heavy > 0 {
+        let rows = Likelihood::of_rows(scene, runs, form);
+        let parameters = posterior.sampled.parameters.clone();
+        let start = start(least_squares);
+        let prepared = PreparedPosterior::new(parameters, &rows, &start, posterior.setup.method.evaluation());
+        let stream = StreamName::new(least_squares.seed, "single run");
+        if let Some((prepared, weighing)) = prepared
+            .ok()
+            .as_ref()
+            .and_then(|prepared| Some((prepared, Weighing::new(prepared, CHAINS, stream)?)))
+        {
+            for (run, _, found) in &mut each[..heavy] {
+                let drawn = drawn_without(&pointwise, *run, &weighing);
+                let Some(others) = drawn.map(|drawn| drawn.resample(prepared, 1, stream)) else {
+                    continue;
+                };
+                let derived = derived::derived_draws(scene, runs, form, &others);
+                let others = numbers_of(&others, &derived, 1);
+                let without = |number: &Number| {
+                    let own = others.iter().find(|other| other.name == number.name);
+                    own.map_or([f64::NAN; 2], |own| moments(&own.draws, &vec![1.0; own.draws.len()]))
+                };
+                if let Some(better) = heaviest(*run, &numbers, without) {
+                    *found = better;
+                }
+            }
+        }
+    }
+    let mut carried: Vec<SingleRun> = each.into_iter().map(|(_, _, found)| found).collect();
+    carried.retain(|found| found.shift() > CARRIED);
+    carried.sort_by(|a, b| b.shift().total_cmp(&a.shift()));
+    carried
+}
+
+/// Draws of the posterior without a run; `None` where they weigh too unevenly to stand for it.
+fn drawn_without(pointwise: &Pointwise, run: usize, weighing: &Weighing) -> Option<WeighedDraws> {
+    let ln_likelihood = |full: &[Vec<f64>]| {
+        let mut row = vec![0.0; full.len()];
+        let full = full.iter().map(Vec::as_slice).collect();
+        pointwise.at_draws(full).ln_likelihoods(run..run + 1, &mut row);
+        row
+    };
+    let left_out = LeftOutRuns {
+        name: format!("{}", run + 1),
+        ln_likelihood: &ln_likelihood,
+    };
+    let drawn = weighing.draw_without(&left_out, DRAWN)?;
+    (drawn.khat() <= khat_threshold(CHAINS * DRAWN)).then_some(drawn)
+}
+
+/// The main numbers of a posterior at every so many draws.
+fn numbers_of(sampled: &Sampled, derived: &[derived::DerivedDraws], step: usize) -> Vec<Number> {
+    let thinned = |values: &[Vec<f64>]| values.iter().flatten().step_by(step).copied().collect();
+    let parameters = sampled.parameters.sampled.iter().zip(&sampled.values);
+    let parameters = parameters
+        .filter(|(own, _)| own.kind.quantity().is_some())
+        .map(|(own, values)| Number {
+            name: own.name.clone(),
+            draws: thinned(values),
+        });
+    let quoted = [Quantity::EInf, Quantity::StC].map(|quantity| quantity.describe().name);
+    let derived = derived.iter().filter(|own| quoted.contains(&own.quantity));
+    let derived = derived.map(|own| Number {
+        name: own.name.clone(),
+        draws: thinned(&own.values),
+    });
+    parameters.chain(derived).collect()
+}
+
+/// The number that a run moves most; `None` where none has a spread.
+fn heaviest(run: usize, numbers: &[Number], without: impl Fn(&Number) -> [f64; 2]) -> Option<SingleRun> {
+    let each = numbers.iter().map(|number| SingleRun {
+        run,
+        name: number.name.clone(),
+        with: moments(&number.draws, &vec![1.0; number.draws.len()]),
+        without: without(number),
+    });
+    let finite = each.filter(|own| own.shift().is_finite());
+    finite.max_by(|a, b| a.shift().total_cmp(&b.shift()))
+}
+
+/// Mean and sd of weighed draws.
+fn moments(draws: &[f64], weights: &[f64]) -> [f64; 2] {
+    let all: f64 = weights.iter().sum();
+    let mean = draws.iter().zip(weights).map(|(x, w)| w * x).sum::<f64>() / all;
+    let squares = draws.iter().zip(weights).map(|(x, w)| w * (x - mean) * (x - mean));
+    [mean, (squares.sum::<f64>() / all).sqrt()]
+}
+
+/// A notice of these runs; `None` without any.
+pub(super) fn single_run_notice(scene: &Scene, runs: &Runs, found: &[SingleRun]) -> Option<Notice> {
+    let told = found.iter().map(|own| {
+        let [[with, sd], [without, wider]] = [own.with, own.without];
+        format!(
+            "{}: {} is {} with it and {} without it",
+            run_words(scene, runs, own.run),
+            own.name,
+            with_se(with, sd),
+            with_se(without, wider)
+        )
+    });
+    let told: Vec<String> = told.collect();
+    (!told.is_empty()).then(|| notices::single_run(&told))
+}
+
+/// A run by its row, what it was made with, and its e.
+pub(super) fn run_words(scene: &Scene, runs: &Runs, run: usize) -> String {
+    let series = runs.series.iter().find(|series| series.runs().any(|own| own == run));
+    let of = match series {
+        Some(series) => series.label(scene),
+        None => "dry".to_owned(),
+    };
+    format!("row {} ({of}, e = {:.3})", runs.row[run], runs.restitution[run])
+}

@@ -1,0 +1,148 @@
+//! Fits beside the posterior one whose noise acts on the energy, too, where a run rebounds barely.
+//!
+//! Where e is small, e² is known to 2 e σ: a run of e = 0.03 fixes the energy kept to 0.001 if all noise is on e, and by that
+//! the critical Stokes number. An error of 1 % in its speed or of 3 % in its film moves that energy by several times as much.
+//! So the noise that such errors make is allowed for; where it moves a main number by more than one ±, the wider posterior
+//! stands.
+
+use super::checks::{self, Check};
+use super::least_squares::LeastSquares;
+use super::notices::{self, shortened};
+use super::posterior::{fit_posterior, Posterior};
+use super::single_run::run_words;
+use crate::error::Error;
+use crate::model::parameters::ParameterKind;
+use crate::notice::Notice;
+use crate::physics::dry::REFERENCE_SPEED;
+use crate::physics::form::Term;
+use crate::physics::Quantity;
+use crate::rounding::with_se;
+use crate::runs::Runs;
+use crate::scene::{NoiseOn, Prior, PriorChoice, Scene, Sticking, SIGMA_ENERGY};
+
+/// A rebound with a smaller restitution is slow.
+const SLOW: f64 = 0.15;
+
+/// By which speeds and films are taken to err where no column says otherwise, as shares of them.
+const SPEED_ERROR: f64 = 0.01;
+const FILM_ERROR: f64 = 0.03;
+
+/// Sd of the logarithm of the spread that these errors make: known within a factor of 2.7.
+const LN_SD: f64 = 0.5;
+
+/// Runs up to which the second posterior is sampled: it integrates every run, and takes minutes of more.
+const MOST_RUNS: usize = 600;
+
+/// What the second posterior says.
+pub(super) enum Beside {
+    /// no run asks for it, or it says the same
+    Same,
+    /// it says something else: it stands, and the notice says so
+    Stands(Box<Posterior>, Notice),
+    /// something else may be true, and it could not be sampled
+    Open(Check),
+}
+
+/// Samples the second posterior, and holds the first against it.
+pub(super) fn fit_beside(
+    scene: &Scene,
+    runs: &Runs,
+    least_squares: LeastSquares,
+    own: &Posterior,
+) -> Result<Beside, Error> {
+    let slow = slow_rebounds(scene, runs, own);
+    let Some(sigma) = spread_of_energy(scene, runs, own, &slow) else {
+        return Ok(Beside::Same);
+    };
+    let mut wider_scene = scene.clone();
+    wider_scene.model.noise = NoiseOn::Both;
+    let is_set = |choice: &PriorChoice| choice.parameter == SIGMA_ENERGY.name;
+    if !scene.priors.iter().any(is_set) {
+        wider_scene.priors.push(PriorChoice {
+            parameter: SIGMA_ENERGY.name,
+            particle: None,
+            prior: Prior::LogNormal(sigma, LN_SD),
+            line: None,
+        });
+    }
+    let rows: Vec<String> = slow.iter().map(|run| run_words(scene, runs, *run)).collect();
+    let wider = fit_posterior(&wider_scene, runs, least_squares, own.setup, &|_, _| ())?;
+    let Some(mut wider) = wider.ok().filter(Posterior::sampling_holds) else {
+        let text = format!(
+            "{}: such runs fix the energy to less than errors of speeds and films move it, and noise = \"both\" could not be \
+             sampled",
+            shortened(&rows)
+        );
+        return Ok(Beside::Open(checks::SLOW_REBOUNDS.check(None, text).with_advice()));
+    };
+    let Some((name, before, after)) = moved_most(own, &wider) else {
+        return Ok(Beside::Same);
+    };
+    let told = |pair: [f64; 2]| with_se(pair[0], pair[1]);
+    let notice = notices::slow_rebounds(slow.len(), &shortened(&rows), &name, [told(before), told(after)]);
+    wider.scene = Some(Box::new(wider_scene));
+    Ok(Beside::Stands(Box::new(wider), notice))
+}
+
+/// The rebounds with a small restitution, where noise is on the restitution alone and no column says how speeds err.
+fn slow_rebounds(scene: &Scene, runs: &Runs, own: &Posterior) -> Vec<usize> {
+    let model = &scene.model;
+    let asked = model.noise == NoiseOn::Restitution && model.sticking == Sticking::Censored;
+    let known = runs.errors.is_some() || runs.sample.is_some() || !runs.count.is_empty();
+    if !asked || known || runs.all_measured() > MOST_RUNS || !Term::Viscous.is_held(own.setup.form) {
+        return vec![];
+    }
+    let rebounds = runs.series.iter().flat_map(|series| series.rebounds.clone());
+    rebounds.filter(|run| runs.restitution[*run] < SLOW).collect()
+}
+
+/// The sd of the energy kept that the errors of speed and film make of these runs, root mean square; `None` without runs.
+fn spread_of_energy(scene: &Scene, runs: &Runs, own: &Posterior, slow: &[usize]) -> Option<f64> {
+    let mean = |kind: ParameterKind| {
+        let name = kind.name(scene, runs);
+        let found = own.findings.parameters.iter().find(|one| one.name == name)?;
+        found.mean
+    };
+    // where L is held, or its form has another parameter in its place, by that of a usual sphere
+    let l = mean(ParameterKind::LUBRICATION_LOG).filter(|_| scene.model.viscous.why_no_critical_separation().is_none());
+    let squares = slow.iter().map(|run| {
+        let sphere = runs
+            .series
+            .iter()
+            .find(|series| series.runs().any(|one| one == *run))?
+            .sphere;
+        let k = mean(ParameterKind::DryK(sphere)).unwrap_or(0.15);
+        let e_dry = 1.0 - k * REFERENCE_SPEED.powf(0.2);
+        let kept = runs.restitution[*run].powi(2);
+        let lost = (e_dry * e_dry - kept).max(0.0);
+        let viscous = l.map_or(lost, |l| (4.0 * l * runs.inverse_stokes(*run)).min(lost));
+        Some((SPEED_ERROR * viscous).powi(2) + (FILM_ERROR * (lost - viscous)).powi(2))
+    });
+    let squares: Vec<f64> = squares.collect::<Option<_>>()?;
+    let sum: f64 = squares.iter().sum();
+    (sum > 0.0).then(|| (sum / squares.len() as f64).sqrt())
+}
+
+/// The main number that differs most between two posteriors, with its mean and sd in both; `None` where none differs by more
+/// than one of the smaller sds.
+fn moved_most(own: &Posterior, wider: &Posterior) -> Option<(String, [f64; 2], [f64; 2])> {
+    let quoted = [Quantity::EInf, Quantity::StC].map(|quantity| quantity.describe().name);
+    let all = |posterior: &Posterior| -> Vec<(String, [f64; 2])> {
+        let found = &posterior.findings;
+        let parameters = posterior.sampled.parameters.sampled.iter().zip(&found.parameters);
+        let parameters = parameters.filter(|(own, _)| own.kind.quantity().is_some());
+        let derived = posterior.derived.iter().zip(&found.derived);
+        let derived = derived.filter(|(own, _)| quoted.contains(&own.quantity));
+        let each = parameters.map(|(_, one)| one).chain(derived.map(|(_, one)| one));
+        each.filter_map(|one| Some((one.name.clone(), [one.mean?, one.sd?])))
+            .collect()
+    };
+    let wider = all(wider);
+    let pairs = all(own).into_iter().filter_map(|(name, before)| {
+        let (_, after) = wider.iter().find(|(other, _)| *other == name)?;
+        let shift = (after[0] - before[0]).abs() / before[1].min(after[1]);
+        Some((shift, (name, before, *after)))
+    });
+    let (shift, most) = pairs.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (!checks::SLOW_REBOUNDS.holds(shift)).then_some(most)
+}

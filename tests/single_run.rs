@@ -1,0 +1,222 @@
+//! Holds that no single run carries a main number unseen, and that barely rebounding runs are not taken at their word.
+
+mod common;
+
+use common::{seed_of, Place};
+use rand_distr::{Distribution, StandardNormal};
+use wetcor::findings::main_numbers::MainNumber;
+use wetcor::findings::posterior::MethodChoice;
+use wetcor::findings::{self, by_weight, Findings};
+use wetcor::seed::stream;
+
+const SCENE: &str = r#"
+title = "single runs"
+[data]
+runs = "runs.csv"
+[particles.PE]
+density_kg_m3 = 940
+roughness_um = 5
+[liquids.thin]
+density_kg_m3 = 930
+viscosity_mPa_s = 9.3
+[liquids.thick]
+density_kg_m3 = 965
+viscosity_mPa_s = 48
+[model]
+inertia = "stepwise"
+[sampler]
+warmup = 400
+draws = 400
+"#;
+
+const K: f64 = 0.12;
+const L: f64 = 1.85;
+const C: f64 = 0.8;
+const SIGMA: f64 = 0.015;
+const DIAMETER: f64 = 4.762e-3;
+const FILM_RATIOS: [f64; 2] = [0.05, 0.1];
+const HEADER: &str = "particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution\n";
+
+/// Density and viscosity of a liquid, SI.
+fn of_liquid(thick: bool) -> (&'static str, f64, f64) {
+    if thick {
+        ("thick", 965.0, 0.048)
+    } else {
+        ("thin", 930.0, 0.0093)
+    }
+}
+
+/// e_inf² of a liquid at a film ratio, and what the viscous loss takes of it at 1 m/s.
+fn law(thick: bool, film_ratio: f64) -> (f64, f64) {
+    let (_, density, viscosity) = of_liquid(thick);
+    let e_dry = 1.0 - K * 2f64.powf(0.2);
+    let shape = film_ratio * (3.0 - 6.0 * film_ratio + 4.0 * film_ratio * film_ratio);
+    let at_infinity = e_dry * e_dry - C * density / 940.0 * shape;
+    (at_infinity, 4.0 * L * 9.0 * viscosity / (940.0 * DIAMETER))
+}
+
+fn line(thick: bool, film_ratio: f64, speed: f64, e: f64) -> String {
+    let (name, ..) = of_liquid(thick);
+    format!("PE,{name},4.762,{:.3},{speed:.5},{e:.5}\n", 1e6 * film_ratio * DIAMETER)
+}
+
+/// Runs as the model has them: 9 dry, and 2 of each liquid, film ratio and speed; runs that fall short stick.
+fn table(name: &str, speeds: &[f64]) -> String {
+    let mut rng = stream(seed_of(name), name, 0);
+    let mut normal = move || -> f64 { StandardNormal.sample(&mut rng) };
+    let mut rows = HEADER.to_owned();
+    for v in [0.5f64, 1.0, 2.0] {
+        for _ in 0..3 {
+            rows += &format!("PE,dry,4.762,,{v},{:.5}\n", 1.0 - K * v.powf(0.2) + 0.009 * normal());
+        }
+    }
+    for thick in [false, true] {
+        for film_ratio in FILM_RATIOS {
+            for speed in speeds {
+                for _ in 0..2 {
+                    let (at_infinity, lost) = law(thick, film_ratio);
+                    let kept = at_infinity - lost / speed;
+                    let e = if kept > 0.0 { kept.sqrt() } else { -1.0 } + SIGMA * normal();
+                    rows += &line(thick, film_ratio, *speed, e.max(0.0));
+                }
+            }
+        }
+    }
+    rows
+}
+
+/// The speed at which a run keeps so much.
+fn speed_of(thick: bool, film_ratio: f64, e: f64) -> f64 {
+    let (at_infinity, lost) = law(thick, film_ratio);
+    lost / (at_infinity - e * e)
+}
+
+fn fit(rows: &str) -> Findings {
+    let place = Place::new(SCENE);
+    let mut findings = place.fit_rows(rows);
+    findings
+        .add_posterior(&place.scene, &place.read().runs, MethodChoice::Nodes, &|_, _| {})
+        .unwrap_or_else(|error| panic!("{error}"));
+    findings
+}
+
+/// The place of a notice among all by weight, and its text.
+fn told(findings: &Findings, code: &str) -> Option<(usize, String)> {
+    let all = by_weight(&findings.notices);
+    let place = all.iter().position(|notice| notice.code == code)?;
+    Some((place, all[place].text.clone()))
+}
+
+/// St_c of the thick liquid in the thicker film.
+fn st_c(findings: &Findings) -> &MainNumber {
+    let mut places = findings.main.at.iter();
+    let here = places.find(|place| place.liquid.as_deref() == Some("thick") && (place.film_ratio - 0.1).abs() < 1e-3);
+    &here.expect("a place").st_c
+}
+
+const SPEEDS: [f64; 4] = [0.9, 1.2, 1.6, 2.2];
+
+#[test]
+fn a_barely_rebounding_run_is_not_taken_at_its_word() {
+    let rows = table("a_barely_rebounding_run", &SPEEDS);
+    // one that keeps e = 0.03, its speed written 2 % too large
+    let slow = 1.02 * speed_of(true, 0.1, 0.03);
+    let with = fit(&format!("{rows}{}", line(true, 0.1, slow, 0.03)));
+    let (place, text) = told(&with, "slow_rebounds").expect("told");
+    assert!(place == 0, "{place}");
+    let row = rows.lines().count();
+    assert!(
+        text.contains(&format!("row {row} ")) && text.contains("e = 0.030"),
+        "row {row}: {text}"
+    );
+    let (at_infinity, _) = law(true, 0.1);
+    let truth = 2.0 * L / at_infinity;
+    let own = st_c(&with);
+    let z = |own: &MainNumber| (own.value.expect("a mean") - truth) / own.se.expect("an sd");
+    assert!(z(own).abs() < 3.0, "{own:?} for {truth}");
+    let posterior = with.posterior.as_ref().expect("sampled");
+    assert!(posterior.parameters.iter().any(|own| own.name == "sigma_energy"));
+    // at its word: the same table where a scene says how well speeds and energies are known
+    let place = Place::new(&format!(
+        "{SCENE}[priors]\nsigma_energy = {{ lognormal = [1e-5, 0.1] }}\n"
+    ));
+    let mut taken = place.fit_rows(&format!("{rows}{}", line(true, 0.1, slow, 0.03)));
+    taken
+        .add_posterior(&place.scene, &place.read().runs, MethodChoice::Nodes, &|_, _| {})
+        .unwrap_or_else(|error| panic!("{error}"));
+    assert!(z(st_c(&taken)).abs() > 4.0, "{:?} for {truth}", st_c(&taken));
+    assert!(told(&taken, "slow_rebounds").is_none());
+    // nothing is said where no run rebounds barely
+    let fast = fit(&format!("{rows}{}", line(true, 0.1, speed_of(true, 0.1, 0.4), 0.4)));
+    assert!(told(&fast, "slow_rebounds").is_none());
+    let posterior = fast.posterior.as_ref().expect("sampled");
+    assert!(posterior.parameters.iter().all(|own| own.name != "sigma_energy"));
+}
+
+#[test]
+fn a_run_that_carries_a_number_is_named_among_the_first() {
+    // all wet runs but one at nearly one speed: what speed does, that one says
+    let rows = table("a_run_that_carries_a_number", &[2.1, 2.2]);
+    let far = |e: f64| line(false, 0.05, 0.35, e);
+    let (at_infinity, lost) = law(false, 0.05);
+    let expected = (at_infinity - lost / 0.35).sqrt();
+    let one = fit(&format!("{rows}{}", far(expected - 0.06)));
+    let (place, text) = told(&one, "single_run").expect("told");
+    assert!(place < 3, "{place}");
+    assert!(text.contains(&format!("row {} ", rows.lines().count())), "{text}");
+    // ten of them carry it together
+    let many = (0..10).map(|run| far(expected + 0.015 * f64::from(run % 3 - 1)));
+    let many = fit(&format!("{rows}{}", many.collect::<String>()));
+    let named = told(&many, "single_run");
+    assert!(named.is_none(), "{named:?}");
+}
+
+/// Over right tables of 21 to 89 runs, some stuck, some of a barely rebounding run: how many are refused, in how many one run
+/// is named, in how many the wider posterior stands.
+#[test]
+#[ignore = "fits 300 tables: some minutes"]
+fn right_tables_are_quoted() {
+    const SETS: u64 = 300;
+    let (mut refused, mut named, mut wider, mut slow) = (0, 0, 0, 0);
+    let mut covered = [0; 2];
+    for set in 0..SETS {
+        let name = format!("right_tables_are_quoted {set}");
+        let speeds = [0.45, 0.6, 0.75, 0.9, 1.05, 1.2, 1.5, 1.8, 2.2, 2.5];
+        let speeds: Vec<f64> = speeds
+            .into_iter()
+            .skip((set % 3) as usize)
+            .step_by(1 + (set % 4) as usize)
+            .collect();
+        let mut rows = table(&name, &speeds);
+        if set % 3 == 0 {
+            let mut rng = stream(seed_of(&name), "slow", 0);
+            let z: f64 = StandardNormal.sample(&mut rng);
+            let e = 0.08 + SIGMA * z;
+            rows += &line(true, 0.1, speed_of(true, 0.1, 0.08), e.max(0.0));
+        }
+        let found = fit(&rows);
+        let is_slow = rows.lines().skip(10).any(|row| {
+            let e: f64 = row.rsplit(',').next().and_then(|e| e.parse().ok()).unwrap_or(1.0);
+            e > 0.0 && e < 0.15
+        });
+        slow += usize::from(is_slow);
+        if !found.main.verdict.passed {
+            refused += 1;
+            println!("{set}: {}", found.main.verdict.reason);
+        }
+        named += usize::from(told(&found, "single_run").is_some());
+        wider += usize::from(told(&found, "slow_rebounds").is_some());
+        let (at_infinity, _) = law(true, 0.1);
+        let truth = 2.0 * L / at_infinity;
+        if let Some([lo, hi]) = is_slow.then(|| st_c(&found).interval).flatten() {
+            covered[0] += usize::from((lo..=hi).contains(&truth));
+            covered[1] += 1;
+        }
+    }
+    println!(
+        "of {SETS}: {refused} refused, {named} with a run named, {slow} with a slow rebound, {wider} wider; St_c covered in \
+         {} of {}",
+        covered[0], covered[1]
+    );
+    assert!(refused <= SETS as usize / 100, "{refused} of {SETS}");
+}
