@@ -9,7 +9,7 @@ use wetcor::ranks::Ranks;
 use wetcor::report::{self, markdown};
 use wetcor::{runs, scene};
 
-use super::messages::{print_notices, print_result, Said};
+use super::messages::{print_notices, print_result};
 use crate::progress::Progress;
 
 pub(super) fn check(path: &Path, json: bool, quiet: bool) -> Result<u8, Error> {
@@ -25,7 +25,7 @@ pub(super) fn check(path: &Path, json: bool, quiet: bool) -> Result<u8, Error> {
     if json {
         print_result(&report::json::text(&overview)?)?;
     } else {
-        print_notices(&overview.notices, 0, Said::all_unless(quiet));
+        print_notices(&overview.notices, quiet);
         print_result(&markdown::overview_text(&overview))?;
     }
     Ok(0)

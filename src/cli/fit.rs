@@ -16,7 +16,7 @@ use wetcor::scene::{self, Scene};
 
 use super::arguments::Stage;
 use super::draws::Draws;
-use super::messages::{print_after_writing, print_notices, say, Said, NOT_QUOTABLE};
+use super::messages::{print_after_writing, print_cautions, say, Said, NOT_QUOTABLE};
 use super::timing::Timing;
 
 /// Models that are sampled besides the scene's own: forms of the law, and trends with the film.
@@ -201,7 +201,7 @@ pub(super) fn fit(fit: FitOptions, ranks: &Ranks) -> Result<u8, Error> {
         );
         print_after_writing(&report, &text)?;
     }
-    print_notices(&findings.notices, findings.cautions(), fit.said);
+    print_cautions(&findings, fit.said);
     Ok(if verdicts::quotable(&findings.verdicts) {
         0
     } else {

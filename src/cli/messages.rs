@@ -10,7 +10,7 @@ use clap::error::{ContextKind, ContextValue};
 use terminal_size::{terminal_size_of, Height, Width};
 use textwrap::core::display_width;
 use wetcor::error::{plain, plain_lines, Error};
-use wetcor::findings::by_weight;
+use wetcor::findings::{by_weight, Findings};
 use wetcor::notice::Notice;
 
 /// Exit status: it ran, and a gating verdict failed.
@@ -106,35 +106,38 @@ pub(super) enum Said {
     Everything,
 }
 
-impl Said {
-    /// Everything, where quiet was not asked for.
-    pub(super) fn all_unless(quiet: bool) -> Said {
-        if quiet {
-            Said::Errors
-        } else {
-            Said::Everything
-        }
+/// Says every notice, unless quiet was asked for, what only informs last.
+pub(super) fn print_notices(notices: &[Notice], quiet: bool) {
+    if !quiet {
+        by_weight(notices).into_iter().for_each(|notice| warn(&notice.text));
     }
 }
 
-/// Says the notices that bear most on the main numbers, or all of them, and how many cautions of so many are left.
-pub(super) fn print_notices(notices: &[Notice], cautions: usize, said: Said) {
+/// Says the cautions of a fit that bear most on its main numbers, and how many more the report has; or all of them, and what
+/// only informs after them.
+pub(super) fn print_cautions(findings: &Findings, said: Said) {
     const SHOWN: usize = 3;
+    let cautions = findings.cautions();
     let shown = match said {
         Said::Errors => return,
-        Said::Most => SHOWN,
-        Said::Everything => notices.len(),
+        Said::Most => SHOWN.min(cautions.len()),
+        Said::Everything => cautions.len(),
     };
-    let shown = &by_weight(notices)[..shown.min(notices.len())];
-    for notice in shown {
-        warn(&notice.text);
+    for caution in &cautions[..shown] {
+        warn(caution.text);
     }
-    let more = cautions.saturating_sub(shown.len());
-    if more > 0 && said == Said::Most {
-        let verb = if more == 1 { "caution stands" } else { "cautions stand" };
-        say(&format!(
-            "{more} more {verb} in the report; --verbose prints every notice"
-        ));
+    match (said, cautions.len() - shown) {
+        (Said::Everything, _) => {
+            let informing: Vec<Notice> = findings.notices.iter().filter(|one| !one.cautions()).cloned().collect();
+            print_notices(&informing, false);
+        }
+        (_, 0) => {}
+        (_, more) => {
+            let verb = if more == 1 { "caution stands" } else { "cautions stand" };
+            say(&format!(
+                "{more} more {verb} in the report; --verbose prints every notice"
+            ));
+        }
     }
 }
 

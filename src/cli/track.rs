@@ -9,7 +9,7 @@ use wetcor::report::folder::{Contents, Destination};
 use wetcor::report::tracking;
 use wetcor::runs::{free_place, write_csv_whole, Existing};
 
-use super::messages::{print_after_writing, print_notices, warn, Said};
+use super::messages::{print_after_writing, print_notices, warn};
 use crate::progress::Progress;
 
 /// Recordings that are named on the terminal where they are left out; the table of runs and the report have all.
@@ -94,7 +94,7 @@ pub(super) fn track(request: &Track, quiet: bool) -> Result<u8, Error> {
         destination.write(tracking::files(&title, &campaign)?)?;
     }
     write_csv_whole(out, existing, &recordings::runs_table(&campaign.outcomes)?)?;
-    print_notices(&campaign.notices, 0, Said::all_unless(quiet));
+    print_notices(&campaign.notices, quiet);
     if quiet {
         return Ok(0);
     }

@@ -8,7 +8,7 @@ use wetcor::report::folder::{Contents, Destination};
 use wetcor::study::trade;
 use wetcor::{runs, scene};
 
-use super::messages::{print_after_writing, print_notices, Said};
+use super::messages::{print_after_writing, print_notices};
 use crate::progress::Progress;
 
 pub(super) fn run_trade(path: &Path, out: Option<PathBuf>, seed: u64, quiet: bool) -> Result<u8, Error> {
@@ -22,7 +22,7 @@ pub(super) fn run_trade(path: &Path, out: Option<PathBuf>, seed: u64, quiet: boo
     drop(progress);
     let files = trade::report::files(&scene, &measured)?;
     destination.write(files)?;
-    print_notices(&table.notices, 0, Said::all_unless(quiet));
+    print_notices(&table.notices, quiet);
     if !quiet {
         let page = out.join("trade.md");
         let text = format!("{}trade: {}\n", trade::report::summary(&measured), named(&page));

@@ -27,6 +27,8 @@ pub struct Criterion {
     pub line: Line,
     /// whether a failure forbids quoting the main numbers
     pub gates: bool,
+    /// whether a failure is no caution either, since it touches no main number
+    pub informs: bool,
     /// where the line comes from
     pub source: &'static str,
     /// what to do where it fails
@@ -46,6 +48,8 @@ pub struct Check {
     pub passed: bool,
     /// whether a failure forbids quoting the main numbers
     pub gates: bool,
+    /// whether a failure that forbids nothing is no caution either, since it touches no main number
+    pub informs: bool,
     /// where the line comes from
     pub source: &'static str,
     /// what it concerns, in words
@@ -91,6 +95,7 @@ impl Criterion {
             threshold: self.threshold(),
             passed: value.is_some_and(|value| self.holds(value)),
             gates: self.gates,
+            informs: self.informs,
             source: self.source,
             text: text.into(),
             advice: self.advice,
@@ -114,6 +119,17 @@ impl Check {
         }
     }
 
+    /// Whether it failed without forbidding to quote, and bears on a main number.
+    pub fn cautions(&self) -> bool {
+        !self.passed && !self.gates && !self.informs
+    }
+
+    /// What was found, without the advice that some texts end with.
+    pub fn found(&self) -> &str {
+        let found = self.text.strip_suffix(self.advice).unwrap_or(&self.text);
+        found.trim_end_matches([';', ' ', '.'])
+    }
+
     /// With more words where it fails.
     #[must_use]
     pub fn if_failed(mut self, words: &str) -> Check {
@@ -132,10 +148,20 @@ impl Check {
     }
 }
 
-/// A failure forbids quoting the main numbers.
-const GATES: bool = true;
-/// A failure is a caution.
-const CAUTIONS: bool = false;
+/// What a failure means.
+#[derive(Clone, Copy)]
+enum Failure {
+    /// the main numbers may not be quoted
+    Forbids,
+    /// a main number, or what may be concluded from it, wants a look
+    Cautions,
+    /// no main number rests on it
+    Informs,
+}
+
+const GATES: Failure = Failure::Forbids;
+const CAUTIONS: Failure = Failure::Cautions;
+const INFORMS: Failure = Failure::Informs;
 
 const USABLE: &str = "every fit must converge, with a standard error and the sign the physics has";
 const COVERS: &str = "a bias of 0.25 standard errors leaves a 95 % interval covering 94 %";
@@ -153,11 +179,18 @@ const OTHER_NOISE: &str = "try [model] likelihood = \"student\" or noise = \"bot
 /// A bias above this share of the standard error spoils a 95 % interval by more than a point of coverage.
 pub const BIAS: f64 = 0.25;
 
-const fn row(code: &'static str, line: Line, gates: bool, source: &'static str, advice: &'static str) -> Criterion {
+const fn row(
+    code: &'static str,
+    line: Line,
+    failure: Failure,
+    source: &'static str,
+    advice: &'static str,
+) -> Criterion {
     Criterion {
         code,
         line,
-        gates,
+        gates: matches!(failure, Failure::Forbids),
+        informs: matches!(failure, Failure::Informs),
         source,
         advice,
     }
@@ -270,9 +303,9 @@ pub const RUNS_IN_USE: Criterion = row(
 pub const SERIES: Criterion = row(
     "series",
     AtMost(0.0),
-    CAUTIONS,
+    INFORMS,
     USABLE,
-    "add speeds or rebounds to these series; their runs still count in the scaling with St",
+    "nothing: their runs count in every fit of several series; more speeds or rebounds would give each its own law",
 );
 
 /// Probability of so large a difference between diameters by chance; gates where it is below [`BEYOND_CHANCE`] and moves k
@@ -314,18 +347,18 @@ pub const FELT: f64 = 0.5;
 pub const SQUARE_ROOT_LAW_BIAS: Criterion = row(
     "square_root_law_bias",
     AtMost(BIAS),
-    CAUTIONS,
+    INFORMS,
     COVERS,
-    "quote the energy balance's e_inf and St_c, which keeps the liquids apart",
+    "nothing: where the liquids of a film ratio differ so much, the main numbers keep them apart",
 );
 
 /// Bias of the linear law at a film ratio, in standard errors.
 pub const LINEAR_LAW_BIAS: Criterion = row(
     "linear_law_bias",
     AtMost(BIAS),
-    CAUTIONS,
+    INFORMS,
     COVERS,
-    "quote the square-root law",
+    "nothing: no main number is the linear law's",
 );
 
 /// Share of the replicates of a main number without a number.
@@ -428,7 +461,7 @@ pub const DIVERGENCES: Criterion = row(
 pub const TRAJECTORIES_CUT: Criterion = row(
     "trajectories_cut",
     AtMost(0.0),
-    CAUTIONS,
+    INFORMS,
     "slow, not wrong",
     "nothing, if R-hat and the effective draws hold; narrower priors shorten the trajectories",
 );
@@ -498,7 +531,7 @@ pub const FILM_TREND: Criterion = row(
 pub const LOO_KHAT: Criterion = row(
     "loo_khat",
     AtMost(GIVEN),
-    CAUTIONS,
+    INFORMS,
     VEHTARI_PSIS,
     "take the comparison of forms as rough, and check the runs of largest weight",
 );

@@ -16,6 +16,7 @@ use super::least_squares::LeastSquares;
 use super::main_numbers::MainNumbers;
 use super::measurement_errors::RunsWithErrors;
 use super::noise::Noise;
+use super::notices::by_weight;
 use super::posterior::PosteriorFindings;
 use super::published;
 use super::questions::Question;
@@ -124,11 +125,30 @@ impl Counts {
     }
 }
 
+/// What a reader of the main numbers should look at, with what to do about it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Caution<'a> {
+    /// what was found
+    pub text: &'a str,
+    /// what to do about it
+    pub next_step: &'a str,
+}
+
 impl Findings {
-    /// How many things want a second look without forbidding to quote: notices, and checks that gate nothing and failed.
-    pub fn cautions(&self) -> usize {
-        let failed = self.verdicts.iter().filter(|check| !check.gates && !check.passed);
-        failed.count() + self.notices.len()
+    /// Everything that bears on a main number without forbidding to quote it: checks that failed, then notices, those
+    /// that bear on it most first.
+    pub fn cautions(&self) -> Vec<Caution<'_>> {
+        let failed = self.verdicts.iter().filter(|check| check.cautions());
+        let of_checks = failed.map(|check| Caution {
+            text: check.found(),
+            next_step: check.advice,
+        });
+        let notices = by_weight(&self.notices).into_iter().filter(|notice| notice.cautions());
+        let of_notices = notices.map(|notice| Caution {
+            text: &notice.text,
+            next_step: &notice.next_step,
+        });
+        of_checks.chain(of_notices).collect()
     }
 
     /// What least squares found, for the stages that start from it.

@@ -107,6 +107,15 @@ pub struct InertiaChoice {
 }
 
 impl InertiaChoice {
+    /// Whether the chosen form gains clearly over every other.
+    pub(super) fn is_clear(&self) -> bool {
+        let falls_short = |other: &OtherForm| {
+            let gain = -other.difference;
+            gain > GAIN && other.se.is_some_and(|se| gain > GAIN_IN_SE * se)
+        };
+        self.others.iter().all(falls_short)
+    }
+
     /// Chooses among forms: the best of those with as many parameters as the default one, then whatever gains most of those
     /// that clearly gain over it; `None` without the default one.
     pub(super) fn among(forms: &[Candidate], by: ChosenBy) -> Option<(Inertia, InertiaChoice)> {

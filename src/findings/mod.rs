@@ -368,8 +368,11 @@ impl Findings {
                 for check in &mut self.verdicts {
                     // least squares does not know this noise, or holds a form that predicts worse: the posterior is quoted
                     let of_balance = [checks::ENERGY_BALANCE.code, checks::WET_ERRORS.code].contains(&check.check);
-                    check.gates &= !of_balance || !(other_noise || other_form);
+                    let spared = of_balance && (other_noise || other_form);
+                    check.gates &= !spared;
                     check.gates &= check.check != checks::SCALING_LAW.code || !(offsets || few);
+                    // a film ratio without a law has its numbers from the posterior
+                    check.informs |= spared || check.check == checks::SCALING_LAW.code;
                     // nor does the posterior need film groups
                     check.gates &= check.check != checks::FILM_GROUPS.code;
                 }
@@ -377,6 +380,9 @@ impl Findings {
                 let directions = self.identifies.as_ref();
                 self.notices
                     .extend(contraction::contraction_notices(&posterior.findings, directions));
+                for notice in &mut self.notices {
+                    notices::after_sampling(notice, scene.model.sticking);
+                }
                 self.posterior = Some(posterior.findings.clone());
                 if let Some(check) = plausible::check_results(scene, runs, self) {
                     self.verdicts.retain(|before| before.check != check.check);
@@ -398,7 +404,7 @@ impl Findings {
         self.notices.retain(|notice| notice.code != notices::FORM_CHOSEN_CODE);
         let chosen = self.inertia.iter();
         self.notices
-            .extend(chosen.map(|choice| notices::form_chosen(choice.inertia)));
+            .extend(chosen.map(|choice| notices::form_chosen(choice.inertia, choice.is_clear())));
     }
 
     /// Picks the main numbers anew, from what was found by now.

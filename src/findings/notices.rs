@@ -2,16 +2,19 @@
 //!
 //! Stages decide whether a notice stands and hand over what they found; what a reader is given is worded here alone.
 
-use crate::notice::Notice;
+use super::checks::BIAS;
+use crate::notice::{Level, Notice};
 use crate::physics::form::Term;
 use crate::physics::Form;
 use crate::runs::{Screened, OF_READING};
-use crate::scene::ResamplingScheme;
+use crate::scene::{ResamplingScheme, Sticking};
 
 /// One entry of the table of notices.
 struct Entry {
     /// a fixed word a script can test for
     code: &'static str,
+    /// whether it bears on the main numbers, unless the data say otherwise
+    level: Level,
     /// what to do about it, unless the data say something more particular
     next_step: &'static str,
 }
@@ -22,12 +25,20 @@ impl Entry {
     }
 
     fn with_next_step(&self, count: usize, text: String, next_step: impl Into<String>) -> Notice {
-        Notice::new(self.code, count, text, next_step)
+        Notice::new(self.code, count, text, next_step).at(self.level)
     }
 }
 
+/// A caution.
 const fn entry(code: &'static str, next_step: &'static str) -> Entry {
-    Entry { code, next_step }
+    let level = Level::Cautions;
+    Entry { code, level, next_step }
+}
+
+/// What moves no main number by more than a quarter of its ±.
+const fn informing(code: &'static str, next_step: &'static str) -> Entry {
+    let level = Level::Informs;
+    Entry { code, level, next_step }
 }
 
 const SCREENED: Entry = entry("screened", "widen the limits in [data] to use them");
@@ -39,7 +50,7 @@ const DRY_RUN_WITHOUT_REBOUND: Entry = entry(
     "dry_run_without_rebound",
     "check that they were dry: nothing in the dry law makes a sphere stick",
 );
-const SERIES_FAILED: Entry = entry(
+const SERIES_FAILED: Entry = informing(
     "series_failed",
     "their runs still count in the scaling with St; more speeds or more rebounds would give them their own",
 );
@@ -48,13 +59,13 @@ const VISCOUS_FORM: Entry = entry(
     "viscous_form",
     "measure the roughness, and give roughness_rel_sd; the model comparison says what one L for all would predict",
 );
-const SETTINGS_UNUSED: Entry = entry(
+const SETTINGS_UNUSED: Entry = informing(
     "settings_unused",
     "nothing: they were checked and wait for the stage that reads them; intervals here are delta-method ones",
 );
 const TERM_NOT_HELD: Entry = entry("term_not_held", "name it in [model] terms to hold it");
-const TERM_LEFT_OUT: Entry = entry("term_left_out", "name it in [model] terms to hold it");
-const TERM_TOO_SMALL: Entry = entry("term_too_small", "terms = \"auto\" would decide by the size");
+const TERM_LEFT_OUT: Entry = informing("term_left_out", "name it in [model] terms to hold it");
+const TERM_TOO_SMALL: Entry = informing("term_too_small", "terms = \"auto\" would decide by the size");
 const SPEED_ERROR_MATTERS: Entry = entry(
     "speed_error_matters",
     "give impact_speed_sd_m_s for each run, or leave out the runs nearest to sticking",
@@ -98,32 +109,32 @@ const SINGLE_RUN: Entry = entry(
     "single_run",
     "check these rows, and repeat their settings: until then the numbers rest on them",
 );
-const BOOTSTRAP_FEWER_REPLICATES: Entry = entry(
+const BOOTSTRAP_FEWER_REPLICATES: Entry = informing(
     "bootstrap_fewer_replicates",
     "ask for fewer replicates, or fit fewer series in one scene",
 );
-const BOOTSTRAP_FEW_RUNS: Entry = entry("bootstrap_few_runs", "take such intervals as rough, or repeat the runs");
+const BOOTSTRAP_FEW_RUNS: Entry = informing("bootstrap_few_runs", "take such intervals as rough, or repeat the runs");
 const BOOTSTRAP_PARTLY_STUCK: Entry = entry(
     "bootstrap_partly_stuck",
     "compare with film ratios whose runs all rebound; the delta interval does not know of it either",
 );
-const BOOTSTRAP_SINGLE_RUN_STRATA: Entry = entry(
+const BOOTSTRAP_SINGLE_RUN_STRATA: Entry = informing(
     "bootstrap_single_run_strata",
     "a second run of such a series would tell its noise",
 );
-const BOOTSTRAP_BY_SANDWICH: Entry = entry("bootstrap_by_sandwich", "nothing: of so many runs both give the same");
-const BOOTSTRAP_ONE_SERIES: Entry = entry(
+const BOOTSTRAP_BY_SANDWICH: Entry = informing("bootstrap_by_sandwich", "nothing: of so many runs both give the same");
+const BOOTSTRAP_ONE_SERIES: Entry = informing(
     "bootstrap_one_series",
     "choose scheme = \"cases\" for their bootstrap interval",
 );
 const CONSTANTS_EXACT: Entry = entry("constants_exact", "say how well it is known, and the report adds it");
 const UNSEEN: Entry = entry("unseen", "add the runs it names");
 const PRIOR_RULES: Entry = entry("prior_rules", "quote it beside its prior, or add runs that tell it");
-const COMPARE_LEFT_OUT: Entry = entry("compare_left_out", "compare on a part of the runs");
+const COMPARE_LEFT_OUT: Entry = informing("compare_left_out", "compare on a part of the runs");
 /// The code of a form of inertia that the runs chose.
 pub(super) const FORM_CHOSEN_CODE: &str = "form_chosen";
 const FORM_CHOSEN: Entry = entry(FORM_CHOSEN_CODE, "name the form in [model] to fix it");
-const FORM_NOT_COMPARED: Entry = entry(
+const FORM_NOT_COMPARED: Entry = informing(
     "form_not_compared",
     "see whether its parameters have room under their priors",
 );
@@ -148,14 +159,14 @@ const FIRST: [&Entry; 16] = [
     &STUCK_LEFT_OUT,
 ];
 
-/// The notices in the order of how much they bear on the main numbers: how the table was read first, since everything
-/// rests on it; those that do not bear on them last, in their own order.
+/// The notices in the order of how much they bear on the main numbers: cautions about how the table was read first, since
+/// everything rests on it, then the other cautions; what only informs comes last.
 pub fn by_weight(notices: &[Notice]) -> Vec<&Notice> {
     let codes = FIRST.iter().map(|entry| entry.code);
     let codes: Vec<&str> = OF_READING.into_iter().chain(codes).collect();
     let place = |notice: &&Notice| codes.iter().position(|code| *code == notice.code);
     let mut sorted: Vec<&Notice> = notices.iter().collect();
-    sorted.sort_by_key(|notice| place(notice).unwrap_or(codes.len()));
+    sorted.sort_by_key(|notice| (!notice.cautions(), place(notice).unwrap_or(codes.len())));
     sorted
 }
 
@@ -187,6 +198,21 @@ pub(super) fn stuck_left_out(stuck: usize, wet: usize) -> Notice {
     STUCK_LEFT_OUT.notice(stuck, text)
 }
 
+/// Settles a notice once the posterior is sampled, which the main numbers of film ratios with stuck runs come from.
+pub(super) fn after_sampling(notice: &mut Notice, sticking: Sticking) {
+    if sticking != Sticking::Censored {
+        return;
+    }
+    if notice.code == STUCK_LEFT_OUT.code {
+        notice.level = Level::Informs;
+        notice.next_step = "nothing: the main numbers of their film ratios come from the posterior, which counts them".into();
+    }
+    if notice.code == BOOTSTRAP_PARTLY_STUCK.code {
+        notice.level = Level::Informs;
+        notice.next_step = "nothing: the main numbers of these film ratios come from the posterior".into();
+    }
+}
+
 /// Dry runs that stuck.
 pub(super) fn dry_run_without_rebound(stuck: usize) -> Notice {
     let text =
@@ -194,7 +220,6 @@ pub(super) fn dry_run_without_rebound(stuck: usize) -> Notice {
     DRY_RUN_WITHOUT_REBOUND.notice(stuck, text)
 }
 
-/// Series of so many without a law of their own, each with its reason.
 /// A form of the viscous loss that has something to say wherever it is told; `None` of one that has not.
 pub(super) fn viscous_form(form: Form, wet: usize) -> Option<Notice> {
     let text = |caution: &str| format!("viscous loss \"{}\": {caution}", form.viscous.name());
@@ -202,6 +227,7 @@ pub(super) fn viscous_form(form: Form, wet: usize) -> Option<Notice> {
     Some(VISCOUS_FORM.notice(wet, text(caution)))
 }
 
+/// Series of so many without a law of their own, each with its reason.
 pub(super) fn series_failed(failed: &[String], all: usize) -> Notice {
     let text = format!(
         "{} of {all} series give no square-root law: {}",
@@ -332,8 +358,8 @@ pub(super) fn measurement_errors_too_large(fits: usize, of: usize, least: f64) -
     MEASUREMENT_ERRORS_TOO_LARGE.notice(fits, text)
 }
 
-/// Outliers found among the runs; the first of them in words.
-pub(super) fn outlier(found: usize, runs: usize, first: &[String]) -> Notice {
+/// Outliers found among the runs, which move a main number by a quarter of its ± or not; the first of them in words.
+pub(super) fn outlier(found: usize, runs: usize, first: &[String], felt: bool) -> Notice {
     let mut rows = first.join("; ");
     if found > first.len() {
         rows.push_str(&format!("; and {} more", found - first.len()));
@@ -346,7 +372,8 @@ pub(super) fn outlier(found: usize, runs: usize, first: &[String]) -> Notice {
     let text = format!(
         "{what} so far from the law that normal noise would take any of {runs} runs there in one table of a hundred: {rows}"
     );
-    OUTLIER.notice(found, text)
+    let level = if felt { Level::Cautions } else { Level::Informs };
+    OUTLIER.notice(found, text).at(level)
 }
 
 /// Runs that rebound barely, and the number that differs most where their energy is allowed to scatter, before and after.
@@ -397,6 +424,8 @@ pub(super) struct GrowingNoise<'a> {
     pub(super) ends: [&'a str; 2],
     /// sd at the largest over that at the smallest
     pub(super) factor: f64,
+    /// the larger sd of both ends over the one sd that every interval takes
+    pub(super) largest_over_one: f64,
     /// probability of so much by chance
     pub(super) p: f64,
     /// what a 90 % band of single runs would hold at the ends
@@ -422,14 +451,19 @@ pub(super) fn noise_grows(runs: usize, found: &GrowingNoise) -> Notice {
         100.0 * found.band_holds[0],
         100.0 * found.band_holds[1]
     );
+    let level = if found.largest_over_one > 1.0 + BIAS {
+        Level::Cautions
+    } else {
+        Level::Informs
+    };
     if found.energy_may_scatter {
         let next = format!(
             "try [model] noise = \"both\", which scatters so; else {}",
             entry.next_step
         );
-        return entry.with_next_step(runs, text, next);
+        return entry.with_next_step(runs, text, next).at(level);
     }
-    entry.notice(runs, text)
+    entry.notice(runs, text).at(level)
 }
 
 /// Offsets that the runs of a series share.
@@ -479,12 +513,14 @@ pub(super) fn bootstrap_fewer_replicates(wanted: u64, made: usize, fits: usize, 
 
 /// Bootstrapped fits with fewer runs than a line, where the scene names the interval and where not.
 pub(super) fn bootstrap_few_runs(few: usize, all: usize, line: usize, named: bool) -> Notice {
-    let quoted = if named {
-        "the interval that the scene names may be too short for them"
-    } else {
-        "their interval is that of least squares with Student's t, since resampling so few makes intervals too short"
-    };
-    let text = format!("{few} of {all} bootstrapped fits rest on fewer than {line} runs: {quoted}");
+    let rest = format!("{few} of {all} bootstrapped fits rest on fewer than {line} runs");
+    if named {
+        let text = format!("{rest}: the interval that the scene names may be too short for them");
+        return BOOTSTRAP_FEW_RUNS.notice(few, text).at(Level::Cautions);
+    }
+    let text = format!(
+        "{rest}: their interval is that of least squares with Student's t, since resampling so few makes intervals too short"
+    );
     BOOTSTRAP_FEW_RUNS.notice(few, text)
 }
 
@@ -571,18 +607,19 @@ pub(super) fn prior_rules(wide: &[String], add: Option<&str>) -> Notice {
 
 /// Runs, wet ones among them or not, whose forms of the law are not compared.
 pub(super) fn compare_left_out(runs: usize, any_wet: bool) -> Notice {
-    let text = if any_wet {
-        format!("{runs} runs are too many to leave each out: forms of the law are not compared")
-    } else {
-        "no wet runs: there are no forms of the wet law to compare".to_owned()
-    };
-    COMPARE_LEFT_OUT.notice(runs, text)
+    if any_wet {
+        let text = format!("{runs} runs are too many to leave each out: forms of the law are not compared");
+        return COMPARE_LEFT_OUT.notice(runs, text).at(Level::Cautions);
+    }
+    let text = "no wet runs: there are no forms of the wet law to compare";
+    COMPARE_LEFT_OUT.notice(runs, text.to_owned())
 }
 
-/// A form of inertia that the runs chose.
-pub(super) fn form_chosen(chosen: &str) -> Notice {
+/// A form of inertia that the runs chose, clearly before every other or not.
+pub(super) fn form_chosen(chosen: &str, clearly: bool) -> Notice {
     let text = format!("inertia = \"auto\" took {chosen}: the intervals ignore that the same runs chose it");
-    FORM_CHOSEN.notice(1, text)
+    let level = if clearly { Level::Informs } else { Level::Cautions };
+    FORM_CHOSEN.notice(1, text).at(level)
 }
 
 /// A form that could not be sampled or compared.

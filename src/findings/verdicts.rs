@@ -209,6 +209,7 @@ fn share(shift: Option<f64>) -> String {
 fn gating_where_felt(criterion: Criterion, test: &FTest, shift: Option<f64>, text: String) -> Check {
     Check {
         gates: test.p < checks::BEYOND_CHANCE && shift.is_none_or(|shift| shift > checks::FELT),
+        informs: shift.is_some_and(|shift| shift <= checks::BIAS),
         ..criterion.check(test.p, text)
     }
     .with_advice()

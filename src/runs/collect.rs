@@ -9,7 +9,7 @@ use super::errors::{MeasurementErrors, RunError};
 use super::row::CheckedRow;
 use super::screen::{screen, Reason};
 use crate::error::{file_name, quoted};
-use crate::notice::Notice;
+use crate::notice::{Level, Notice};
 use crate::scene::Scene;
 
 const UNKNOWN_COLUMN: &str = "unknown_column";
@@ -265,19 +265,9 @@ impl Collected {
         by_scene.chain(by_file).filter(|screened| screened.runs > 0).collect()
     }
 
-    /// Says which columns of a file were not read.
-    pub fn unknown_columns(&self, path: &Path) -> Option<Notice> {
-        let unknown = &self.remarks.unknown;
-        let noun = if unknown.len() == 1 { "column" } else { "columns" };
-        let file = file_name(path);
-        (!unknown.is_empty()).then(|| {
-            Notice::new(
-                UNKNOWN_COLUMN,
-                unknown.len(),
-                format!("{file}: {noun} {} not read", unknown.join(", ")),
-                "nothing, unless one of them holds what the analysis needs under another name",
-            )
-        })
+    /// The columns that no key names.
+    pub fn unknown_columns(&self) -> &[String] {
+        &self.remarks.unknown
     }
 
     /// Says which columns of a file are read only where another has nothing.
@@ -294,6 +284,7 @@ impl Collected {
                 format!("{}: {}", file_name(path), each.join(", ")),
                 "leave out the column that is less sure, if it is the other",
             )
+            .at(Level::Informs)
         })
     }
 
@@ -311,4 +302,33 @@ impl Collected {
             )
         })
     }
+}
+
+/// Says once which columns were not read: those of each table by name, tables with the same ones together.
+pub(super) fn columns_not_read(tables: &[(String, Vec<String>)]) -> Option<Notice> {
+    let mut alike: Vec<(Vec<&str>, &[String])> = vec![];
+    for (table, columns) in tables.iter().filter(|(_, columns)| !columns.is_empty()) {
+        match alike.iter_mut().find(|(_, others)| others == columns) {
+            Some((names, _)) if names.contains(&table.as_str()) => {}
+            Some((names, _)) => names.push(table),
+            None => alike.push((vec![table], columns)),
+        }
+    }
+    let count: usize = alike.iter().map(|(_, columns)| columns.len()).sum();
+    let each: Vec<String> = alike
+        .iter()
+        .map(|(names, columns)| {
+            let noun = if columns.len() == 1 { "column" } else { "columns" };
+            format!("{}: {noun} {} not read", names.join(", "), columns.join(", "))
+        })
+        .collect();
+    (count > 0).then(|| {
+        Notice::new(
+            UNKNOWN_COLUMN,
+            count,
+            each.join("; "),
+            "nothing, unless one of them holds what the analysis needs under another name",
+        )
+        .at(Level::Informs)
+    })
 }

@@ -17,7 +17,7 @@ use super::slabs::Slabs;
 use super::stated_errors::check_stated_errors;
 use super::table::{read, Joined, Table};
 use crate::error::Error;
-use crate::notice::Notice;
+use crate::notice::{Level, Notice};
 use crate::physics::numbers::same_diameter;
 use crate::ranks::Ranks;
 use crate::scene::Scene;
@@ -134,6 +134,7 @@ fn condensed_notice(runs: &Runs, sample: &Runs) -> Notice {
         ),
         "nothing; what needs every run (comparing models, densities of each) is for a part of the table",
     )
+    .at(Level::Informs)
 }
 
 /// What some pieces give, in their order.

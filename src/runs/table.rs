@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::collect::{Collected, Gathering, Screened};
+use super::collect::{columns_not_read, Collected, Gathering, Screened};
 use super::impacts;
 use super::refusals::{whole_file, Refused};
 use super::series::Runs;
@@ -93,6 +93,8 @@ pub(super) struct Joined<'p> {
     all: Collected,
     first: Option<&'p Path>,
     notices: Vec<Notice>,
+    /// the columns of each table that were not read
+    unknown: Vec<(String, Vec<String>)>,
     /// SHA-256 of each file
     hashes: Vec<String>,
 }
@@ -100,7 +102,7 @@ pub(super) struct Joined<'p> {
 impl<'p> Joined<'p> {
     /// Adds a table; only one is held beside those before it.
     pub fn add(&mut self, (table, sha256): (Collected, String), path: &'p Path) -> Result<(), Error> {
-        self.notices.extend(table.unknown_columns(path));
+        self.unknown.push((file_name(path), table.unknown_columns().to_vec()));
         self.notices.extend(table.unheeded_columns(path));
         self.hashes.push(sha256);
         let Some(first) = self.first else {
@@ -132,6 +134,7 @@ impl<'p> Joined<'p> {
     /// The runs, what is to be said of them, and the SHA-256 of the file or, of several, that of their SHA-256, a line each.
     pub fn finish(mut self) -> (Collected, Vec<Notice>, String) {
         self.notices.extend(self.all.above_one());
+        self.notices.extend(columns_not_read(&self.unknown));
         let sha256 = match self.hashes.as_slice() {
             [only] => only.clone(),
             several => {

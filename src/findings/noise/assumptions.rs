@@ -4,6 +4,7 @@ use super::rows::RunKind;
 use super::{
     GroupSpread, GrowthTest, GrowthWith, Noise, Offsets, Outlier, SpreadTest, StandardErrorRatio, LEVEL, LINE,
 };
+use crate::findings::checks::BIAS;
 use crate::findings::notices::{self, GrowingNoise, SharedOffsets, UnderstatedError};
 use crate::notice::Notice;
 use crate::runs::sphere_words;
@@ -47,6 +48,7 @@ fn noise_grows(scene: &Scene, found: &GrowthTest) -> Notice {
         with: found.with.words(),
         ends: [&from, &to],
         factor: found.factor,
+        largest_over_one: found.largest_over_one,
         p: found.p,
         band_holds: found.band_holds,
         energy_may_scatter: found.with == GrowthWith::InverseStokes && scene.model.noise == NoiseOn::Restitution,
@@ -74,7 +76,9 @@ fn outliers(noise: &Noise) -> Option<Notice> {
         return None;
     }
     let first: Vec<String> = noise.outliers.iter().take(SHOWN).map(described).collect();
-    Some(notices::outlier(found, noise.runs, &first))
+    // those that are not described lie nearer, but nobody knows what they move
+    let felt = found > noise.outliers.len() || noise.outliers.iter().any(|one| one.moves_in_se.abs() > BIAS);
+    Some(notices::outlier(found, noise.runs, &first, felt))
 }
 
 fn described(one: &Outlier) -> String {

@@ -1,4 +1,4 @@
-//! Writes what wants a second look, and how to make the report again.
+//! Writes the cautions, what else was noted, the checks, and how to make the report again.
 
 use super::super::ReportInput;
 use super::cells::check_table;
@@ -6,22 +6,38 @@ use super::escape::{code, literal};
 use super::page::Page;
 use super::posterior;
 use super::table::ReportTable;
+use crate::findings::by_weight;
 use crate::findings::checks::Check;
 
-/// The heading over what wants a second look.
+/// The heading over what bears on the main numbers.
 pub(in crate::report) const CAUTIONS: &str = "Cautions";
+
+/// The heading over notices that do not.
+const ALSO_NOTED: &str = "Also noted";
 
 pub(super) fn cautions(page: &mut Page, input: ReportInput) {
     let findings = input.findings;
     page.heading(CAUTIONS);
-    let notices: Vec<String> = findings
-        .notices
-        .iter()
-        .map(|notice| format!("{}. Next: {}.", notice.text, notice.next_step))
-        .collect();
-    page.list(&notices);
-    if notices.is_empty() {
-        page.paragraph("None but what Checks in the appendix has.");
+    let cautions = findings.cautions();
+    let cautions: Vec<String> = cautions.iter().map(|one| told(one.text, one.next_step)).collect();
+    page.list(&cautions);
+    if cautions.is_empty() {
+        page.paragraph("None.");
+    }
+}
+
+/// What was found and what to do about it.
+fn told(text: &str, next_step: &str) -> String {
+    format!("{text}. Next: {next_step}.")
+}
+
+/// The notices that move no main number.
+pub(super) fn also_noted(page: &mut Page, input: ReportInput) {
+    let informing = by_weight(&input.findings.notices).into_iter().filter(|notice| !notice.cautions());
+    let lines: Vec<String> = informing.map(|notice| told(&notice.text, &notice.next_step)).collect();
+    if !lines.is_empty() {
+        page.section(ALSO_NOTED, "What moves no main number by more than a quarter of its ±.");
+        page.list(&lines);
     }
 }
 
@@ -35,18 +51,17 @@ pub(super) fn checks(page: &mut Page, input: ReportInput) {
     let checks = findings.verdicts.iter();
     let checks = checks.filter(|check| !check.passed || check.gates && !posterior::lists(input, check));
     let text = |check: &Check| {
-        // some texts end with it
-        let beside = !check.passed && !check.text.ends_with(check.advice);
-        if beside {
-            format!("{}. Next: {}.", check.text, check.advice)
-        } else {
+        if check.passed {
             check.text.clone()
+        } else {
+            told(check.found(), check.advice)
         }
     };
-    let outcome = |check: &Check| match (check.passed, check.gates) {
-        (true, _) => "holds",
-        (false, true) => "fails: not to be quoted",
-        (false, false) => "fails",
+    let outcome = |check: &Check| match check {
+        check if check.passed => "holds",
+        check if check.gates => "fails: not to be quoted",
+        check if check.informs => "fails; no main number rests on it",
+        _ => "fails: a caution",
     };
     page.table(&check_table(checks, 3, text, outcome));
     if input.posterior.is_some() {

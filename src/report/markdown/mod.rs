@@ -53,6 +53,7 @@ pub fn report(input: ReportInput, figures: &[&str]) -> String {
     bootstrap::bootstrap(&mut page, input);
     posterior::posterior(&mut page, input);
     cautions::checks(&mut page, input);
+    cautions::also_noted(&mut page, input);
     let mut text = page.text.trim_end().to_owned();
     text.push('\n');
     text

@@ -79,8 +79,7 @@ fn verdict(findings: &Findings) -> String {
 
 /// What one check found, with what to do about it.
 fn one_check(check: &Check) -> String {
-    let found = check.text.strip_suffix(check.advice).unwrap_or(&check.text);
-    let found = found.trim_end_matches([';', ' ', '.']);
+    let found = check.found();
     // a count of what failed stands in words; other lines are told, with the value held against them
     let counted = check.threshold == 0.0 || check.threshold == 1.0;
     let against = match check.value {

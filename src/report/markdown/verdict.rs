@@ -42,7 +42,7 @@ pub(super) fn verdict_line(findings: &Findings) -> String {
 
 /// How many cautions there are, with a blank before it; nothing where there is none.
 pub(super) fn cautions_line(findings: &Findings) -> String {
-    match findings.cautions() {
+    match findings.cautions().len() {
         0 => String::new(),
         1 => " One caution stands under Cautions.".to_owned(),
         n => format!(" {n} cautions stand under Cautions."),
