@@ -54,8 +54,11 @@ pub fn with_se(value: f64, se: f64) -> String {
     format!("{value} ± {se}")
 }
 
-/// Two ends of an interval, rounded by a standard error.
+/// Two ends of an interval, rounded by a standard error; nothing where there is none, or no width.
 pub fn between(lo: f64, hi: f64, se: f64) -> String {
+    if !(se > 0.0 && se.is_finite() && lo.is_finite() && hi.is_finite()) {
+        return NONE.to_owned();
+    }
     let place = decimals(se);
     format!("{} to {}", to_place(lo, place), to_place(hi, place))
 }
@@ -116,7 +119,9 @@ pub fn optional(x: Option<f64>, digits: usize) -> String {
 
 /// A probability.
 pub fn probability(p: f64) -> String {
-    if p < 0.001 {
+    if p.is_nan() {
+        NONE.to_owned()
+    } else if p < 0.001 {
         "below 0.001".to_owned()
     } else {
         format!("{p:.3}")
@@ -135,6 +140,9 @@ pub fn shift(x: f64, se: Option<f64>) -> String {
 
 /// The same to a decimal place.
 pub fn signed_to(x: f64, place: i32) -> String {
+    if !x.is_finite() {
+        return NONE.to_owned();
+    }
     let text = to_place(x.abs(), place);
     let is_zero = text.bytes().all(|byte| matches!(byte, b'0' | b'.'));
     match (is_zero, x < 0.0) {
@@ -167,6 +175,18 @@ pub fn short(x: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_no_number_is_printed_as_none() {
+        assert_eq!(between(6.4, 6.4, 0.0), NONE);
+        assert_eq!(between(f64::NAN, f64::NAN, f64::NAN), NONE);
+        assert_eq!(between(f64::NEG_INFINITY, 1.0, 0.1), NONE);
+        assert_eq!(
+            [signed(f64::NAN), signed_to(f64::INFINITY, 1), probability(f64::NAN)],
+            [NONE; 3]
+        );
+        assert_eq!(between(6.384, 6.507, 0.032), "6.384 to 6.507");
+    }
 
     /// The examples of the Particle Data Group's rounding rule, and the edges of its three ranges.
     #[test]

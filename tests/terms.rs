@@ -7,6 +7,7 @@ use wetcor::findings::terms::{SizedTerm, LINE};
 use wetcor::findings::Findings;
 
 /// A design clear of the threshold, in which one number sets how much one term matters.
+#[derive(Clone, Copy)]
 struct Design {
     term: &'static str,
     /// k, η in mPa s, γ in mN/m, film ratios, dry speed
@@ -266,4 +267,44 @@ fn what_cannot_be_sized_says_so() {
     assert!(of(&found, "inertia").held && found.notices.iter().all(|notice| !notice.code.starts_with("term_")));
     let found = Place::new(&text.replace("surface_tension_mN_m = 20.1\n", "")).infer(1);
     assert!(found.terms.iter().all(|sized| sized.term.name() != "bridge"));
+}
+
+/// The share of a term that the runs show is 1 where they were drawn with it and 0 where not; the planted fault takes one
+/// for the other.
+#[test]
+fn the_share_of_a_term_that_the_runs_show_is_that_of_their_truth() {
+    const SETS: u64 = 40;
+    let [_, _, bridge, second, own] = all().map(|[_, _, far]| far);
+    for present in [bridge, second, own] {
+        let absent = Design {
+            truth: USUAL.truth,
+            dry_speed: USUAL.dry_speed,
+            ..present
+        };
+        for (design, truth) in [(absent, 0.0), (present, 1.0)] {
+            let place = Place::new(&design.scene("\"auto\"", "2.0"));
+            let seed = seed_of("the_share_of_a_term_that_the_runs_show_is_that_of_their_truth");
+            let shown: Vec<[f64; 2]> = (0..SETS)
+                .map(|set| {
+                    let found = place.infer(seed.wrapping_add(set));
+                    let sized = of(&found, design.term);
+                    [sized.runs_show, sized.runs_show_se].map(|x| x.expect("the runs scatter"))
+                })
+                .collect();
+            let sets = SETS as f64;
+            let mean = shown.iter().map(|[share, _]| share).sum::<f64>() / sets;
+            let se = shown.iter().map(|[_, se]| se * se).sum::<f64>().sqrt() / sets;
+            let scatter = shown
+                .iter()
+                .map(|[share, se]| ((share - mean) / se).powi(2))
+                .sum::<f64>()
+                / (sets - 1.0);
+            let name = format!("{} {truth}: {mean} ± {se}, {scatter}", design.term);
+            // the fit is linear about a point without the term
+            assert!((mean - truth).abs() < 0.1 + 4.5 * se, "{name}");
+            assert!((mean - (1.0 - truth)).abs() > 4.5 * se + 0.2, "{name}");
+            // χ² of 39 degrees of freedom over them, within 4.5 sd
+            assert!((scatter - 1.0).abs() < 4.5 * (2.0 / (sets - 1.0)).sqrt(), "{name}");
+        }
+    }
 }

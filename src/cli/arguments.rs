@@ -84,7 +84,7 @@ table of more than 2,500,000 runs; the report is the same.")]
         #[arg(long, conflicts_with = "quiet")]
         verbose: bool,
     },
-    /// Say what was read and what it can identify, by least squares at most
+    /// Show what was read and which parameters it can determine (no sampling)
     #[command(after_help = "\
 Example:
   wetcor check datasets/mueller2016/scene.toml --json")]

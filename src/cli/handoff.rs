@@ -92,7 +92,7 @@ pub fn handoff(request: &HandoffArguments, quiet: bool) -> Result<u8, Error> {
             reason: "a law of an unknown particle".to_owned(),
         });
     };
-    let covered = found.law.covered.filter(|_| found.wet.is_some());
+    let range = found.wet.as_ref().and_then(|wet| found.law.range_in(wet));
     let wetting = found.wet.map(|wet| Wetting {
         liquid: asked.liquid.name().unwrap_or("a liquid that the scene has not"),
         density: wet.liquid_density,
@@ -111,12 +111,11 @@ pub fn handoff(request: &HandoffArguments, quiet: bool) -> Result<u8, Error> {
             reference_speed: request.speed,
             law: &|v| curve.at(v),
             log_slope: curve.log_slope(request.speed),
-            speeds: match (&found.wet, covered) {
-                (Some(wet), Some(covered)) => Some(covered.stokes.map(|stokes| stokes / wet.stokes(1.0))),
-                (Some(_), None) => None,
-                (None, _) => found.law.dry_speeds,
+            speeds: match found.wet {
+                Some(_) => range.map(|own| own.impact_speed),
+                None => found.law.dry_speeds,
             },
-            stokes: covered.map(|covered| covered.stokes),
+            stokes: range.map(|own| own.covered.stokes),
             quotable: finished.failed.is_empty(),
         },
     )?;
@@ -148,7 +147,7 @@ fn tell(request: &HandoffArguments, finished: &Finished, drawn_from: DrawnFrom, 
     if extrapolated {
         let v = request.speed;
         warn(&format!(
-            "extrapolated: at {v} m/s this pair lies outside what the runs of the particle covered"
+            "extrapolated: at {v} m/s this pair lies outside what the runs of the particle in this liquid covered"
         ));
     }
 }

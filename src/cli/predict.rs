@@ -23,8 +23,8 @@ Examples:
 A line a speed. restitution is the posterior median of the curve of the energy balance, 0 where it does not rebound; its \
 _q05 to _q95 are the points of its 50 % and 90 % bands, from the parameters' uncertainty alone: what a simulation needs. \
 run_q05 to run_q95 are those of a single run with its scatter, 0 where it sticks: what an experiment will see. log_slope \
-is d ln e/d ln v of the curve. extrapolated: outside the Stokes numbers or the film ratios of the particle's runs, or the speeds of \
-its dry ones. drawn_from: posterior, or normal_approximation where the folder is kept without its draws and the means and the \
+is d ln e/d ln v of the curve. extrapolated: outside the speeds, the Stokes numbers or the film ratios of the particle's runs in that liquid, or the \
+speeds of its dry ones. drawn_from: posterior, or normal_approximation where the folder is kept without its draws and the means and the \
 covariance in findings.json stand in. A table of settings has the columns particle, liquid, diameter, film and, in place of \
 --speed-m-s, impact_speed, in any unit; each line of the output then begins with its setting. Of a fit with [model] \
 series_offsets all bands are those of a new series, unless --measured-series is given; series says which. A fit that is not to be quoted is \
@@ -259,7 +259,21 @@ fn tell_beyond(outside: &[String]) {
 fn beyond_the_runs(asked: &Asked, found: &FoundLaw, beyond: usize) -> String {
     let (of, particle) = (asked.speeds.len(), &asked.pair.particle);
     let (law, wet) = (&found.law, found.wet.is_some());
+    if let Some(own) = found.wet.as_ref().and_then(|wet| law.range_in(wet)) {
+        let ([slowest, fastest], covered) = (own.impact_speed, own.covered);
+        let liquid = asked.pair.liquid.name().unwrap_or("this liquid");
+        return format!(
+            "{beyond} of {of} speeds extrapolated: runs of {particle} in {liquid} covered {slowest:.3} to {fastest:.3} m/s, \
+             Stokes numbers {:.1} to {:.1} and film ratios {:.3} to {:.3}",
+            covered.stokes[0], covered.stokes[1], covered.film_ratio[0], covered.film_ratio[1]
+        );
+    }
     let covered = match (law.covered.filter(|_| wet), law.dry_speeds.filter(|_| !wet)) {
+        (Some(covered), _) if !law.ranges.is_empty() => format!(
+            "no run of {particle} was made in this liquid; in others they covered Stokes numbers {:.1} to {:.1} and film \
+             ratios {:.3} to {:.3}",
+            covered.stokes[0], covered.stokes[1], covered.film_ratio[0], covered.film_ratio[1]
+        ),
         (Some(covered), _) => format!(
             "runs of {particle} covered Stokes numbers {:.1} to {:.1} and film ratios {:.3} to {:.3}",
             covered.stokes[0], covered.stokes[1], covered.film_ratio[0], covered.film_ratio[1]

@@ -296,7 +296,7 @@ pub const RUNS_IN_USE: Criterion = row(
     AtLeast(1.0),
     GATES,
     "no runs, no numbers",
-    "widen the limits in [data]",
+    "widen the limits in [data], or clear the column `exclude`",
 );
 
 /// Series without a square-root law of their own.
@@ -349,7 +349,7 @@ pub const SQUARE_ROOT_LAW_BIAS: Criterion = row(
     AtMost(BIAS),
     INFORMS,
     COVERS,
-    "nothing: where the liquids of a film ratio differ so much, the main numbers keep them apart",
+    "nothing: where the liquids of a film ratio differ so much, its main numbers are not this law's",
 );
 
 /// Bias of the linear law at a film ratio, in standard errors.

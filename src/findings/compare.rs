@@ -371,6 +371,17 @@ fn geometric_mean(sampled: &Sampled, kind: ParameterKind) -> Option<f64> {
     Some((logarithms / draws as f64).exp())
 }
 
+/// By how much log density, with its standard error, the best form predicts better than the same with e_dry at each run's
+/// own speed; `None` where the best is not the scene's own, or where that is not clear.
+pub(super) fn own_dry_speed_falls_behind(models: &[ComparedModel]) -> Option<(f64, f64)> {
+    let best = models.first().filter(|best| best.own)?;
+    let mut others = models.iter();
+    let twin =
+        others.find(|other| other.inertia() == best.inertia() && other.model.ends_with("/impact") && !other.own)?;
+    twin.is_clearly_worse().then_some(())?;
+    Some((-twin.delta, twin.delta_se?))
+}
+
 /// Whether another form of the law predicts the runs clearly better than the scene's own.
 ///
 /// A run that weighs too much makes its form look better than it is: then the better form is told and forbids nothing.

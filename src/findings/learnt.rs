@@ -47,20 +47,21 @@ fn constancy(question: &Question, findings: &Findings) -> String {
         Coefficient::InertialPrefactor
     };
     let symbol = coefficient.describe().symbol;
-    let films = match question.film_ratio_below {
-        Some(below) => format!("at every film ratio below {below:.2}"),
-        None => "at every film ratio".to_owned(),
+    let film = match question.film_ratio_below {
+        Some(below) => format!("the film below δ/D = {below:.2}"),
+        None => "the film".to_owned(),
     };
     let (Some(trend), None) = (&question.trend, &question.why_open) else {
         let why = question.why_open.as_ref().unwrap_or(&question.text);
-        return format!("Whether one {symbol} serves {films} is open: {why}.");
+        return format!("Whether {symbol} is independent of {film} is open: {why}.");
     };
     let slope = format!("{} = {}", trend.symbol, with_se(trend.mean, trend.sd));
     match question.answer {
         Answer::Constant => {
-            let value = shared(findings, coefficient).map(|own| format!(" ({symbol} = {})", own.rounded(|x| x)));
+            let value = shared(findings, coefficient).map(|own| format!(": {}", own.rounded(|x| x)));
             format!(
-                "One {symbol} serves {films}{}: a trend with the film ({slope}) would move no e_inf or St_c by more than {}.",
+                "{symbol} is independent of {film}{}. A trend with the film ({slope}) would move no e_inf or St_c \
+                 by more than {}.",
                 value.unwrap_or_default(),
                 percent(trend).unwrap_or_default(),
             )
@@ -85,7 +86,7 @@ fn constancy(question: &Question, findings: &Findings) -> String {
             let add = trend.add.as_ref();
             let add = add.map_or(String::new(), |runs| format!(", or more runs of {runs}"));
             format!(
-                "Whether one {symbol} serves {films} is open: a trend with the film ({slope}) {moves}; film ratios farther \
+                "Whether {symbol} is independent of {film} is open: a trend with the film ({slope}) {moves}; film ratios farther \
                  apart would tell{add}."
             )
         }
@@ -213,13 +214,8 @@ fn stuck(scene: &Scene, runs: &Runs, findings: &Findings) -> Option<String> {
             worst.expected
         )
     } else {
-        let series = if in_doubt.len() == 1 {
-            "series"
-        } else {
-            "series together"
-        };
         format!(
-            "{of_all}, as the law expects: in the {} {series} where chance decides, {observed} stuck and {expected:.1} were \
+            "{of_all}, as the law expects: in the {} series near the threshold {observed} stuck, and {expected:.1} were \
              expected.",
             in_doubt.len()
         )
@@ -233,7 +229,7 @@ fn determined(findings: &Findings) -> Vec<String> {
     };
     if directions.unseen.is_empty() {
         return vec![format!(
-            "The runs determine every parameter: they say least of {}, and leave {} % of its prior's spread.",
+            "The runs determine every parameter. The least constrained is {}, which keeps {} % of its prior sd.",
             directions.least_known_words,
             significant(100.0 * directions.spread_left, 2)
         )];
@@ -306,7 +302,7 @@ mod tests {
         let told = |question: &Question| plain(|findings| findings.questions = Some(vec![question.clone()]))[0].clone();
         let serves = told(&question(Answer::Constant, 0.01, 0.008));
         assert!(
-            serves.starts_with("One L serves at every film ratio below 0.10 (L = "),
+            serves.starts_with("L is independent of the film below δ/D = 0.10: "),
             "{serves}"
         );
         assert!(
@@ -330,7 +326,7 @@ mod tests {
         });
         assert_eq!(
             doubted,
-            "Whether one L serves at every film ratio below 0.10 is open: the chains do not agree."
+            "Whether L is independent of the film below δ/D = 0.10 is open: the chains do not agree."
         );
     }
 
@@ -409,7 +405,7 @@ mod tests {
         assert!(
             has(
                 &all,
-                "they say least of the film scale, and leave 5.4 % of its prior's spread."
+                "The least constrained is the film scale, which keeps 5.4 % of its prior sd."
             ),
             "{all:?}"
         );

@@ -442,8 +442,9 @@ impl Findings {
         self.notices.extend(found.notices.iter().cloned());
         if !found.models.is_empty() {
             // the comparison is made: advice to make it would be empty
+            let falls_behind = compare::own_dry_speed_falls_behind(&found.models);
             for notice in &mut self.notices {
-                notices::after_comparison(notice);
+                notices::after_comparison(notice, falls_behind);
             }
         }
         self.compare = (!found.models.is_empty()).then(|| found.models.clone());

@@ -3,9 +3,11 @@
 //! Stages decide whether a notice stands and hand over what they found; what a reader is given is worded here alone.
 
 use super::checks::BIAS;
+use super::form_choice::GAIN;
 use crate::notice::{Level, Notice};
 use crate::physics::form::Term;
 use crate::physics::Form;
+use crate::rounding::with_se;
 use crate::runs::{Screened, OF_READING};
 use crate::scene::{ResamplingScheme, Sticking};
 
@@ -41,7 +43,7 @@ const fn informing(code: &'static str, next_step: &'static str) -> Entry {
     Entry { code, level, next_step }
 }
 
-const SCREENED: Entry = entry("screened", "widen the limits in [data] to use them");
+const SCREENED: Entry = entry("screened", "see the reasons");
 const STUCK_LEFT_OUT: Entry = entry(
     "stuck_left_out",
     "quote the square-root law, and compare film ratios by how many of their runs stuck",
@@ -185,7 +187,13 @@ pub(super) fn screened(by_reason: &[Screened]) -> Notice {
     let runs: usize = by_reason.iter().map(|one| one.runs).sum();
     let reasons = by_reason.iter().map(|one| format!("{} with {}", one.runs, one.reason));
     let reasons: Vec<String> = reasons.collect();
-    SCREENED.notice(runs, format!("{runs} runs left out: {}", reasons.join(", ")))
+    let mut next: Vec<&str> = by_reason.iter().map(|one| one.next_step).collect();
+    next.dedup();
+    SCREENED.with_next_step(
+        runs,
+        format!("{runs} runs left out: {}", reasons.join(", ")),
+        next.join("; "),
+    )
 }
 
 /// Runs of the wet ones that stuck, which least squares leaves out.
@@ -205,7 +213,8 @@ pub(super) fn after_sampling(notice: &mut Notice, sticking: Sticking) {
     }
     if notice.code == STUCK_LEFT_OUT.code {
         notice.level = Level::Informs;
-        notice.next_step = "nothing: the main numbers of their film ratios come from the posterior, which counts them".into();
+        notice.next_step =
+            "nothing: the main numbers of their film ratios come from the posterior, which counts them".into();
     }
     if notice.code == BOOTSTRAP_PARTLY_STUCK.code {
         notice.level = Level::Informs;
@@ -266,6 +275,10 @@ pub(super) struct LeavingOut<'a> {
     pub(super) size: f64,
     /// largest change of a restitution
     pub(super) largest_effect: f64,
+    /// share of its full effect that the runs show, with its standard error
+    pub(super) shown: Option<(f64, f64)>,
+    /// by how much log density the runs prefer the model without it
+    pub(super) gain_without: Option<f64>,
 }
 
 impl LeavingOut<'_> {
@@ -283,10 +296,23 @@ impl LeavingOut<'_> {
 /// A term that would matter and is not in the model.
 pub(super) fn term_not_held(out: LeavingOut) -> Notice {
     let name = out.term.in_words();
-    let text = format!(
+    let shown = out.shown.map_or(String::new(), |(share, se)| {
+        format!(
+            "the runs show {} of its full effect (0: it is absent, 1: it acts in full)",
+            with_se(share, se)
+        )
+    });
+    if out.gain_without.is_some_and(|gain| gain > GAIN) {
+        let text = format!("{name}: not in the model, and the runs speak against it; {shown}");
+        return TERM_NOT_HELD.with_next_step(1, text, "nothing").at(Level::Informs);
+    }
+    let mut text = format!(
         "{name}: not in the model; if it acts, leaving it out moves {}",
         out.far()
     );
+    if !shown.is_empty() {
+        text.push_str(&format!("; {shown}"));
+    }
     if out.term == Term::OwnDrySpeed {
         return TERM_NOT_HELD.with_next_step(1, text, COMPARE_DRY_SPEEDS);
     }
@@ -295,12 +321,25 @@ pub(super) fn term_not_held(out: LeavingOut) -> Notice {
 
 const COMPARE_DRY_SPEEDS: &str = "compare the forms: dry_speed_m_s = \"impact\" holds it";
 
-/// Replaces the advice to compare forms where they have been compared.
-pub(super) fn after_comparison(notice: &mut Notice) {
-    if notice.next_step == COMPARE_DRY_SPEEDS {
+/// Settles what was said of the dry speed once the forms are compared: the scene's own with e_dry at each run's own speed
+/// falls behind by so much log density, with its standard error, where that is clear.
+pub(super) fn after_comparison(notice: &mut Notice, falls_behind: Option<(f64, f64)>) {
+    if notice.next_step != COMPARE_DRY_SPEEDS {
+        return;
+    }
+    let Some((loss, se)) = falls_behind else {
         notice.next_step =
             "see Other forms of the law: dry_speed_m_s = \"impact\" holds it where it predicts better".into();
-    }
+        return;
+    };
+    notice.level = Level::Informs;
+    notice.text = format!(
+        "{}: not in the model, and the comparison of forms speaks against it: with it the runs are predicted worse by {} \
+         in log density",
+        Term::OwnDrySpeed.in_words(),
+        with_se(loss, se)
+    );
+    notice.next_step = "nothing".into();
 }
 
 /// A term that was left out for its size, which is below a line.
@@ -639,12 +678,84 @@ mod tests {
 
     #[test]
     fn what_bears_most_on_the_main_numbers_comes_first_and_the_rest_keeps_its_order() {
-        let given = ["form_chosen", "screened", "constants_exact", "outlier", OF_READING[0]];
-        let notices = given.map(|code| Notice::new(code, 1, "", ""));
+        let given = ["form_chosen", "screened", "constants_exact", "outlier", OF_READING[2]];
+        let mut notices = given.map(|code| Notice::new(code, 1, "", "")).to_vec();
+        notices.insert(0, Notice::new(OF_READING[0], 1, "", "").at(Level::Informs));
         let codes: Vec<&str> = by_weight(&notices).iter().map(|notice| notice.code).collect();
+        let expected = [
+            OF_READING[2],
+            "outlier",
+            "screened",
+            "form_chosen",
+            "constants_exact",
+            OF_READING[0],
+        ];
+        assert_eq!(codes, expected);
+    }
+
+    fn left_out(term: Term, share: f64, gain: f64) -> Notice {
+        term_not_held(LeavingOut {
+            term,
+            moves: Some("dry_k[PTFE]"),
+            size: 15.0,
+            largest_effect: 0.15,
+            shown: Some((share, 0.1)),
+            gain_without: Some(gain),
+        })
+    }
+
+    #[test]
+    fn a_term_that_the_runs_or_the_comparison_reject_is_no_caution() {
+        let rejected = left_out(Term::DrySecondOrder, 0.02, 48.0);
+        assert!(
+            !rejected.cautions() && rejected.text.contains("speak against it"),
+            "{rejected:?}"
+        );
+        let open = left_out(Term::DrySecondOrder, 0.4, 3.9);
+        assert!(
+            open.cautions() && open.text.contains("leaving it out moves dry_k[PTFE] by 15"),
+            "{open:?}"
+        );
+        let told = |falls_behind: Option<(f64, f64)>| {
+            let mut notice = left_out(Term::OwnDrySpeed, 0.4, 3.9);
+            after_comparison(&mut notice, falls_behind);
+            notice
+        };
+        assert!(told(None).cautions());
+        let beaten = told(Some((367.2, 28.1)));
+        assert!(
+            !beaten.cautions() && beaten.text.contains("worse by 367 ± 28"),
+            "{beaten:?}"
+        );
+        assert!(!beaten.text.contains("if it acts"), "{beaten:?}");
+    }
+
+    #[test]
+    fn stuck_runs_caution_only_where_no_posterior_counts_them() {
+        let after = |sticking: Sticking| {
+            let mut notice = stuck_left_out(5, 40);
+            after_sampling(&mut notice, sticking);
+            notice
+        };
+        assert!(stuck_left_out(5, 40).cautions() && after(Sticking::Excluded).cautions());
+        let counted = after(Sticking::Censored);
+        assert!(!counted.cautions() && !counted.next_step.contains("quote the square-root law"));
+    }
+
+    #[test]
+    fn advice_on_screened_runs_goes_by_their_reasons() {
+        let screened_for = |reasons: &[&'static str]| {
+            let all = reasons.iter().copied().map(|next_step| Screened {
+                reason: "some reason".to_owned(),
+                runs: 2,
+                next_step,
+            });
+            screened(&all.collect::<Vec<_>>()).next_step
+        };
+        assert_eq!(screened_for(&["widen"]), "widen");
         assert_eq!(
-            codes,
-            [OF_READING[0], "outlier", "screened", "form_chosen", "constants_exact"]
+            screened_for(&["widen", "widen", "clear the word"]),
+            "widen; clear the word"
         );
     }
 }

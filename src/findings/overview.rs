@@ -106,6 +106,10 @@ pub fn summarise_runs(scene: &Scene, table: &Table, least_squares: &Findings) ->
             }
         }
     }
+    let mut identifies = identify::identify_each_quantity(scene, runs);
+    if let Some(directions) = &least_squares.identifies {
+        identify::settle_by_directions(&mut identifies, directions);
+    }
     Overview {
         scene: scene.name.clone(),
         title: scene.title.clone(),
@@ -113,7 +117,7 @@ pub fn summarise_runs(scene: &Scene, table: &Table, least_squares: &Findings) ->
         screened: table.screened.clone(),
         materials,
         film_groups: least_squares.film_groups.clone(),
-        identifies: identify::identify_each_quantity(scene, runs),
+        identifies,
         directions: least_squares.identifies.clone(),
         terms: least_squares.terms.clone(),
         notices: [

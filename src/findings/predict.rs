@@ -20,7 +20,7 @@ use crate::model::likelihood::{BelowRestitution, Spreads};
 use crate::physics::rebound::mean_restitution;
 use crate::physics::restitution::Restitution;
 use crate::physics::{Form, LawNumbers, Parameters, Setting};
-use crate::runs::Runs;
+use crate::runs::{Runs, Series};
 use crate::scene::Scene;
 
 /// What a prediction needs of a scene and its runs besides the draws.
@@ -48,6 +48,9 @@ pub struct ParticleBasis {
     pub dry_k_diameters_m: Vec<f64>,
     /// what its wet runs in use covered, the stuck ones with them; `None` without any
     pub covered: Option<Covered>,
+    /// the same of each liquid they were made in
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub covered_in: Vec<CoveredIn>,
     /// slowest and fastest of its dry runs in use, m/s; `None` without any
     #[serde(default)]
     pub dry_speeds_m_s: Option<[f64; 2]>,
@@ -60,6 +63,32 @@ pub struct Covered {
     pub stokes: [f64; 2],
     /// film ratios
     pub film_ratio: [f64; 2],
+}
+
+/// What the wet runs of a particle in one liquid covered.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CoveredIn {
+    /// name of the liquid
+    pub liquid: String,
+    /// slowest and fastest, m/s
+    pub impact_speed_m_s: [f64; 2],
+    /// Stokes numbers
+    pub stokes: [f64; 2],
+    /// film ratios
+    pub film_ratio: [f64; 2],
+}
+
+/// What the runs in a liquid covered, the liquid being told by its density and viscosity as a [`Setting`] has them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LiquidRange {
+    /// ρl, kg/m³
+    pub density: f64,
+    /// η, Pa s
+    pub viscosity: f64,
+    /// slowest and fastest, m/s
+    pub impact_speed: [f64; 2],
+    /// Stokes numbers and film ratios
+    pub covered: Covered,
 }
 
 /// A liquid.
@@ -89,7 +118,20 @@ impl Basis {
                 density_kg_m3: particle.density,
                 roughness_m: particle.roughness,
                 dry_k_diameters_m: diameters_with_k(runs, index),
-                covered: covered(runs, index),
+                covered: covered(runs, index, None),
+                covered_in: (0..scene.liquids.len())
+                    .filter_map(|liquid| {
+                        let Covered { stokes, film_ratio } = covered(runs, index, Some(liquid))?;
+                        let speeds = series_in(runs, index, Some(liquid))
+                            .flat_map(|series| series.runs().map(|run| runs.impact_speed[run]));
+                        Some(CoveredIn {
+                            liquid: scene.liquids[liquid].name.clone(),
+                            impact_speed_m_s: range(speeds)?,
+                            stokes,
+                            film_ratio,
+                        })
+                    })
+                    .collect(),
                 dry_speeds_m_s: range(dry_speeds(runs, index)),
             });
         let liquids = scene.liquids.iter().map(|liquid| LiquidBasis {
@@ -104,6 +146,23 @@ impl Basis {
             liquids: liquids.collect(),
         }
     }
+
+    /// What the runs of one of its particles covered, liquid by liquid.
+    pub fn ranges(&self, particle: &ParticleBasis) -> Vec<LiquidRange> {
+        let of = |own: &CoveredIn| {
+            let liquid = self.liquids.iter().find(|liquid| liquid.name == own.liquid)?;
+            Some(LiquidRange {
+                density: liquid.density_kg_m3,
+                viscosity: liquid.viscosity_pa_s,
+                impact_speed: own.impact_speed_m_s,
+                covered: Covered {
+                    stokes: own.stokes,
+                    film_ratio: own.film_ratio,
+                },
+            })
+        };
+        particle.covered_in.iter().filter_map(of).collect()
+    }
 }
 
 fn diameters_with_k(runs: &Runs, particle: usize) -> Vec<f64> {
@@ -111,12 +170,15 @@ fn diameters_with_k(runs: &Runs, particle: usize) -> Vec<f64> {
     spheres.iter().filter_map(|sphere| sphere.diameter).collect()
 }
 
-fn covered(runs: &Runs, particle: usize) -> Option<Covered> {
+/// The series of a particle in a liquid; `None`: in all of them.
+fn series_in(runs: &Runs, particle: usize, liquid: Option<usize>) -> impl Iterator<Item = &Series> + Clone {
+    let all = runs.series_in(runs.spheres_of(particle)).iter();
+    all.filter(move |series| liquid.is_none_or(|liquid| series.liquid == liquid))
+}
+
+fn covered(runs: &Runs, particle: usize, liquid: Option<usize>) -> Option<Covered> {
     let numbers = |run: usize| (1.0 / runs.inverse_stokes(run), runs.impacts.film_ratio[run]);
-    let all = runs
-        .series_in(runs.spheres_of(particle))
-        .iter()
-        .flat_map(|series| series.runs().map(numbers));
+    let all = series_in(runs, particle, liquid).flat_map(|series| series.runs().map(numbers));
     let stokes = range(all.clone().map(|(stokes, _)| stokes))?;
     let film_ratio = range(all.map(|(_, film_ratio)| film_ratio))?;
     Some(Covered { stokes, film_ratio })
@@ -149,6 +211,8 @@ pub struct ParticleLaw {
     pub smallest_restitution: f64,
     /// what its wet runs covered
     pub covered: Option<Covered>,
+    /// the same of each liquid they were made in; empty where that is not known
+    pub ranges: Vec<LiquidRange>,
     /// slowest and fastest of its dry runs, m/s
     pub dry_speeds: Option<[f64; 2]>,
     /// the draws, at least one
@@ -231,7 +295,8 @@ pub struct Predicted {
     pub stuck_probability: f64,
     /// posterior median of d ln e/d ln v of the curve, +∞ where a draw does not rebound; `None` unless finite
     pub log_slope: Option<f64>,
-    /// whether the Stokes number or the film ratio lies outside what the particle's runs covered; of a dry impact the speed
+    /// whether the speed, the Stokes number or the film ratio lies outside what the particle's runs in the liquid covered; of
+    /// a dry impact the speed
     pub extrapolated: bool,
 }
 
@@ -263,13 +328,23 @@ impl ParticleLaw {
         impact_speeds.par_iter().map(at).collect()
     }
 
-    /// Whether runs of the particle covered a setting at a speed; `None`: of dry impacts.
+    /// What the runs in the liquid of a setting covered; `None` where none was made in it.
+    pub fn range_in(&self, setting: &Setting) -> Option<&LiquidRange> {
+        let mut ranges = self.ranges.iter();
+        ranges.find(|own| own.density == setting.liquid_density && own.viscosity == setting.viscosity)
+    }
+
+    /// Whether runs of the particle, in the liquid of a setting, covered it at a speed; `None`: of dry impacts.
     fn holds(&self, wet: Option<&Setting>, v: f64) -> bool {
-        match (wet, &self.covered) {
-            (Some(setting), Some(covered)) => covered.holds(setting.stokes(v), setting.film_ratio()),
-            (Some(_), None) => false,
-            (None, _) => self.dry_speeds.is_some_and(|speeds| is_within(speeds, v)),
+        let Some(setting) = wet else {
+            return self.dry_speeds.is_some_and(|speeds| is_within(speeds, v));
+        };
+        let inside = |covered: &Covered| covered.holds(setting.stokes(v), setting.film_ratio());
+        if self.ranges.is_empty() {
+            return self.covered.as_ref().is_some_and(inside);
         }
+        let own = self.range_in(setting);
+        own.is_some_and(|own| is_within(own.impact_speed, v) && inside(&own.covered))
     }
 
     /// Bands at impact speeds above zero, m/s, in their order.
@@ -592,6 +667,7 @@ mod tests {
             form: Form::new(Inertia::Saturating, DrySpeed::Reference(2.0)),
             smallest_restitution: 0.05,
             covered: None,
+            ranges: vec![],
             dry_speeds: None,
             draws,
         }

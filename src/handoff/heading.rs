@@ -55,7 +55,7 @@ fn marks(handoff: &Handoff) -> Vec<String> {
     }
     if handoff.predicted().extrapolated {
         lines.push(
-            "EXTRAPOLATED: the reference speed or the film lies outside what the runs of this particle covered"
+            "EXTRAPOLATED: the reference speed or the film lies outside what the runs of this particle on this plate covered"
                 .to_owned(),
         );
     }
@@ -88,13 +88,13 @@ fn provenance(handoff: &Handoff) -> Vec<String> {
         (Some([slowest, fastest]), Some(stokes)) => {
             let [lo, hi] = stokes.map(number);
             format!(
-                "Runs of this particle covered St {lo} to {hi}, here {slowest} to {fastest} m/s; outside is extrapolation"
+                "Runs of this particle in this liquid covered {slowest} to {fastest} m/s, St {lo} to {hi}; outside is extrapolation"
             )
         }
         (Some([slowest, fastest]), None) => {
             format!("Dry runs of this particle covered {slowest} to {fastest} m/s; outside is extrapolation")
         }
-        (None, _) => "Runs behind the law: none with this particle; everything here is extrapolation".to_owned(),
+        (None, _) => "No run of this particle was made on this plate; everything here is extrapolation".to_owned(),
     });
     lines
 }

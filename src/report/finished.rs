@@ -417,6 +417,7 @@ impl Finished {
             form,
             smallest_restitution: self.basis.smallest_restitution,
             covered: known.covered,
+            ranges: self.basis.ranges(known),
             dry_speeds: known.dry_speeds_m_s,
             draws: draws.collect(),
         })
@@ -662,6 +663,17 @@ fn odd_number(posterior: &PosteriorRecord) -> Option<String> {
             .or_else(roughness)
             .or_else(|| diameters.find_map(|diameter| above(of_k(), *diameter)))
             .or_else(|| covered(&particle.name, particle.covered.as_ref()?))
+            .or_else(|| {
+                particle.covered_in.iter().find_map(|own| {
+                    let name = format!("{} in {}", particle.name, own.liquid);
+                    let speeds = format!("impact speeds of {}", quoted(&name));
+                    let numbers = Covered {
+                        stokes: own.stokes,
+                        film_ratio: own.film_ratio,
+                    };
+                    covered(&name, &numbers).or_else(|| range(speeds, own.impact_speed_m_s, f64::MAX))
+                })
+            })
     });
     let liquids = || {
         basis.liquids.iter().find_map(|liquid| {

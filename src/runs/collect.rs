@@ -27,6 +27,9 @@ pub struct Screened {
     pub reason: String,
     /// how many
     pub runs: usize,
+    /// what would use them
+    #[serde(skip)]
+    pub next_step: &'static str,
 }
 
 /// Runs in the order of the file.
@@ -257,10 +260,12 @@ impl Collected {
         let by_scene = Reason::ALL.into_iter().map(|reason| Screened {
             reason: reason.words().to_owned(),
             runs: self.screened[reason as usize],
+            next_step: reason.next_step(),
         });
         let by_file = self.excluded.iter().map(|(reason, runs)| Screened {
             reason: format!("excluded: {}", quoted(reason)),
             runs: *runs,
+            next_step: "clear the word in the column `exclude` to use those excluded",
         });
         by_scene.chain(by_file).filter(|screened| screened.runs > 0).collect()
     }
@@ -311,7 +316,7 @@ pub(super) fn columns_not_read(tables: &[(String, Vec<String>)]) -> Option<Notic
         match alike.iter_mut().find(|(_, others)| others == columns) {
             Some((names, _)) if names.contains(&table.as_str()) => {}
             Some((names, _)) => names.push(table),
-            None => alike.push((vec![table], columns)),
+            None => alike.push((vec![table.as_str()], columns.as_slice())),
         }
     }
     let count: usize = alike.iter().map(|(_, columns)| columns.len()).sum();
@@ -331,4 +336,25 @@ pub(super) fn columns_not_read(tables: &[(String, Vec<String>)]) -> Option<Notic
         )
         .at(Level::Informs)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_that_several_tables_have_are_told_once_and_only_inform() {
+        let table = |name: &str, columns: &[&str]| (name.to_owned(), columns.iter().map(|c| (*c).to_owned()).collect());
+        let told = |tables: &[(String, Vec<String>)]| columns_not_read(tables).map(|one| (one.text, one.count));
+        assert_eq!(told(&[table("a.csv", &[])]), None);
+        let sheets = [
+            table("b.xlsx", &["ok"]),
+            table("b.xlsx", &["ok"]),
+            table("c.csv", &["ok"]),
+            table("d.csv", &["x", "y"]),
+        ];
+        let text = "b.xlsx, c.csv: column ok not read; d.csv: columns x, y not read";
+        assert_eq!(told(&sheets), Some((text.to_owned(), 3)));
+        assert!(columns_not_read(&sheets).is_some_and(|notice| !notice.cautions()));
+    }
 }

@@ -34,6 +34,17 @@ impl Reason {
             Reason::Stuck => "stuck, which the scene's sticking leaves out",
         }
     }
+
+    /// What would use such runs.
+    pub(super) fn next_step(self) -> &'static str {
+        match self {
+            Reason::TooSlow | Reason::TooFast | Reason::FilmTooThin | Reason::FilmRatioTooLarge => {
+                "widen the limits in [data] to use those beyond them"
+            }
+            Reason::FilmRatioInvalid => "nothing uses a film ratio above 0.5",
+            Reason::Stuck => "sticking = \"censored\" in [model] uses those that stuck",
+        }
+    }
 }
 
 /// Why a checked run is left out; `None` keeps it.

@@ -91,6 +91,14 @@ impl TableFile {
         }
     }
 
+    /// Whether a file has an ending that only tables have.
+    pub(super) fn is_named_as_one(path: &Path) -> bool {
+        let file = TableFile::from(path.to_path_buf());
+        TableFile::ENDINGS
+            .iter()
+            .any(|ending| *ending != ".txt" && file.ends_with(ending))
+    }
+
     /// Whether it is a file of this ending.
     pub fn ends_with(&self, ending: &str) -> bool {
         let name = self.path.file_name().map(|name| name.to_string_lossy().to_lowercase());

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::contents::Scene;
-use super::data::data;
+use super::data::{data, TableFile};
 use super::document::Document;
 use super::keys::{guides, Key, Optional, Section};
 use super::materials::{liquids, particles, LIQUIDS, PARTICLES};
@@ -12,7 +12,7 @@ use super::published::published;
 use super::table::{SceneTable, Text};
 use super::{choices, plan, table};
 use crate::encoding::decode;
-use crate::error::Error;
+use crate::error::{named, Error};
 use crate::files;
 use crate::seed::sha256;
 
@@ -46,6 +46,12 @@ pub(super) fn guide() -> Section {
 ///
 /// Fails with every mistake named by line, key and value.
 pub fn read(path: &Path) -> Result<Scene, Error> {
+    if TableFile::is_named_as_one(path) {
+        let name = named(path);
+        return Err(Error::Usage(format!(
+            "{name}: a table, where a scene is expected; `wetcor new {name}` drafts the scene from it"
+        )));
+    }
     let bytes = files::read(path, files::MOST_OF_SCENE, "read")?;
     let hash = sha256(&bytes);
     let text = decode(&bytes).map_err(|problem| Error::input(path, vec![problem]))?;

@@ -62,6 +62,23 @@ pub struct Unidentified {
     pub determined: Vec<IdentifiableCombination>,
 }
 
+/// Says no of each quantity that the runs, counted by themselves, would tell, but not apart from others.
+pub fn settle_by_directions(each: &mut [Identified], directions: &Directions) {
+    for unseen in &directions.unseen {
+        let is_of = |own: &Identified| {
+            let name = own.quantity.split('[').next().unwrap_or_default();
+            unseen
+                .parameters
+                .iter()
+                .any(|parameter| *parameter == own.quantity || parameter == name)
+        };
+        for own in each.iter_mut().filter(|own| own.identified && is_of(own)) {
+            own.identified = false;
+            own.reason.clone_from(&unseen.reason);
+        }
+    }
+}
+
 /// Identifiability of the parameters at the fit; `None` without parameters, or where a sum is not finite.
 pub fn identify_directions(scene: &Scene, runs: &Runs, least_squares: LeastSquares) -> Option<Directions> {
     let identifiability = Identifiability::of(scene, runs, least_squares)?;

@@ -89,12 +89,17 @@ fn described(one: &Outlier) -> String {
     } else {
         "it stuck".to_owned()
     };
+    // below the threshold the law has no restitution
+    let expected = if one.expected > 0.0 {
+        format!("{:.3} was expected", one.expected)
+    } else {
+        "it should have stuck".to_owned()
+    };
     format!(
-        "row {} of the table: {group}, v = {:.3} m/s, {found} where {:.3} was expected, {:.1} σ; leaving it out moves {} by \
-         {:.1} of its standard errors",
+        "row {} of the table: {group}, v = {:.3} m/s, {found} where {expected}, {:.1} σ; leaving it out moves {} by {:.1} \
+         of its standard errors",
         one.row,
         one.impact_speed_m_s,
-        one.expected,
         one.sds.abs(),
         one.moves,
         one.moves_in_se
@@ -154,4 +159,31 @@ fn series_offsets(scene: &Scene, offsets: &Offsets) -> Option<Notice> {
         worst: worst.understated(),
     };
     Some(notices::series_offsets(&found, scene.bootstrap.scheme))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_where_the_law_has_no_rebound_should_have_stuck() {
+        let told = |restitution: f64, expected: f64| {
+            described(&Outlier {
+                row: 3,
+                particle: "PTFE".to_owned(),
+                liquid: Some("AK10".to_owned()),
+                diameter_m: 4e-3,
+                film_ratio: Some(0.06),
+                impact_speed_m_s: 0.5,
+                restitution,
+                expected,
+                sds: 9.0,
+                moves: "lubrication_log".to_owned(),
+                moves_in_se: 2.0,
+            })
+        };
+        assert!(told(0.184, -0.411).contains("e = 0.184 where it should have stuck, 9.0 σ"));
+        assert!(told(0.184, 0.6).contains("e = 0.184 where 0.600 was expected"));
+        assert!(told(0.0, 0.6).contains("it stuck where 0.600 was expected"));
+    }
 }

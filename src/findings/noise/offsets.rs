@@ -17,6 +17,12 @@ use crate::inference::arrow::Arrow;
 use crate::inference::information::Sums;
 use crate::inference::nested::FTest;
 
+/// Fewer series than this have no sd of offsets.
+const FEWEST_SERIES: usize = 3;
+
+/// Share of the offsets' squares that must be left beside what the parameters take up of them.
+const LEAST_SEEN: f64 = 0.25;
+
 /// Offsets that the wet runs of a series share.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Offsets {
@@ -82,6 +88,10 @@ pub(super) fn test_offsets(
     let f = explained / df_between as f64 / variance;
     let p = f_tail(f, df_between as f64, df_within)?;
     let spread = OffsetSpread::new(rows, sums, &one, weight);
+    // what the parameters take up of the offsets is not seen: of a small rest, or of few series, no sd can be had
+    if series < FEWEST_SERIES || spread.expected < LEAST_SEEN * spread.all {
+        return None;
+    }
     // in units of e², since the offsets' slopes are those of e
     let of_offsets = (explained - df_between as f64 * variance) / spread.expected;
     let of_offsets = if spread.expected > 0.0 {
@@ -115,6 +125,8 @@ pub(super) fn test_offsets(
 struct OffsetSpread {
     /// n − Σ v_sᵀA⁻¹v_s: what they would add to the squares that are explained
     expected: f64,
+    /// n: what they would add if the parameters took up nothing
+    all: f64,
     /// Σ v_s v_sᵀ: what they would add to the information of the scores
     scores: Arrow,
 }
@@ -123,6 +135,7 @@ impl OffsetSpread {
     fn new(rows: &Rows, sums: &[Sums], fit: &JointSolution, weight: impl Fn(usize) -> f64) -> OffsetSpread {
         let mut found = OffsetSpread {
             expected: 0.0,
+            all: 0.0,
             scores: NormalEquations::new(rows, sums, |_| 0.0).information,
         };
         for (index, (part, sums)) in rows.parts.iter().zip(sums).enumerate() {
@@ -132,7 +145,9 @@ impl OffsetSpread {
             let offset = part.places.len();
             let own = NormalEquations::slopes(part, sums);
             let slopes: Vec<(usize, f64)> = own.iter().map(|(j, slope)| (*j, slope * weight(index))).collect();
-            found.expected += weight(index) * sums.information[(offset, offset)] - fit.inverse.matrix.square(&slopes);
+            let own = weight(index) * sums.information[(offset, offset)];
+            found.all += own;
+            found.expected += own - fit.inverse.matrix.square(&slopes);
             found.scores.add_square(1.0, &slopes);
         }
         found

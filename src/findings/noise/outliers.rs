@@ -3,7 +3,7 @@
 //! A run is found by its deletion residual t: its distance from the fit to the others, over the sd of that difference as
 //! these others show it. Were all noise normal, some |t| among n runs would exceed the line t(1 − 0.01/2n) in one table of
 //! a hundred (Bonferroni). Candidates are all taken out first, and come back from the least extreme on: none hides
-//! another, and none widens the spread it is held reference.
+//! another, and none widens the spread it is held against.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -203,7 +203,7 @@ fn gather(rows: &Rows, robust: &RobustFit, unequal: Option<&UnequalSpreads>, far
     (sums, candidates.into_iter().flatten().collect())
 }
 
-/// The fit a candidate is held reference.
+/// The fit a candidate is held against.
 struct ReferenceFit<'r> {
     rows: &'r Rows<'r>,
     fitted: super::normal_equations::JointSolution,

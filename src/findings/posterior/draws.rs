@@ -39,6 +39,7 @@ impl Posterior {
             form: self.setup.form,
             smallest_restitution: basis.smallest_restitution,
             covered: particle.covered,
+            ranges: basis.ranges(particle),
             dry_speeds: particle.dry_speeds_m_s,
             draws: full.iter().step_by(step).enumerate().map(draw).collect(),
         }

@@ -299,7 +299,8 @@ fn bands(found: &PosteriorFindings) -> Vec<Check> {
     both.map(|(band, criterion)| {
         let chance = CHANCE * (band.level * (1.0 - band.level) / band.runs.max(1) as f64).sqrt();
         let text = format!(
-            "the {:.0} % predicted band holds {:.1} % of the runs",
+            "distance from {:.0} % of the share of runs in the {:.0} % predicted band, {:.1} %",
+            100.0 * band.level,
             100.0 * band.level,
             100.0 * band.coverage
         );

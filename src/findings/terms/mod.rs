@@ -69,6 +69,8 @@ pub(super) fn term_notices(terms: &[SizedTerm]) -> Vec<Notice> {
             moves: sized.moves.as_deref(),
             size: sized.size?,
             largest_effect: sized.largest_effect,
+            shown: sized.runs_show.zip(sized.runs_show_se),
+            gain_without: sized.gain_without(),
         };
         match (sized.held, out.size >= LINE, sized.chosen_by) {
             (false, true, _) => Some(notices::term_not_held(out)),

@@ -135,6 +135,7 @@ pub(super) fn term_sizes(
     let of = |term: Term| {
         let (size, moves) = sums.bias(term).unzip();
         let held = term.is_held(form);
+        let share = sums.share_shown(term).filter(|_| !held);
         let chosen_by = match term {
             Term::OwnDrySpeed => "scene",
             _ if scene.model.terms.is_some() => "scene",
@@ -148,6 +149,8 @@ pub(super) fn term_sizes(
             size,
             moves: moves.map(|kind| kind.name(scene, runs)),
             largest_effect: sums.largest_effect[term as usize],
+            runs_show: share.map(|[share, _]| share),
+            runs_show_se: share.map(|[_, se]| se),
             widens: sums.widening(term).filter(|_| held),
         }
     };
@@ -167,6 +170,12 @@ struct TermSums {
     information: Arrow,
     /// JᵀWΔe of each term
     pulls: [DVector<f64>; Term::ALL.len()],
+    /// JᵀWy, y being what the restitutions have more than the fit
+    misfit: DVector<f64>,
+    /// ΔeᵀWy of each term
+    misfit_along: [f64; Term::ALL.len()],
+    /// ΔeᵀWΔe of each term
+    squares: [f64; Term::ALL.len()],
     largest_effect: [f64; Term::ALL.len()],
 }
 
@@ -198,12 +207,16 @@ impl TermSums {
             kinds,
             places,
             pulls: std::array::from_fn(|_| zeros.clone()),
+            misfit: zeros.clone(),
+            misfit_along: [0.0; Term::ALL.len()],
+            squares: [0.0; Term::ALL.len()],
             largest_effect: [0.0; Term::ALL.len()],
         }
     }
 
     /// Adds a run's slopes, and what each term does to its restitution.
     fn add(&mut self, weight: f64, part: &Part, row: &JointRow, effects: [f64; Term::ALL.len()]) {
+        let row_misfit = row.residual;
         let slopes = part.places.iter().zip(row.slopes);
         let places: Vec<(usize, f64)> = slopes
             .filter_map(|(place, slope)| Some((self.places[*place]?, slope)))
@@ -213,6 +226,11 @@ impl TermSums {
             for (pull, effect) in self.pulls.iter_mut().zip(effects) {
                 pull[*row] += weight * of_row * effect;
             }
+            self.misfit[*row] -= weight * of_row * row_misfit;
+        }
+        for (place, effect) in effects.into_iter().enumerate() {
+            self.misfit_along[place] -= weight * effect * row_misfit;
+            self.squares[place] += weight * effect * effect;
         }
         for (largest, effect) in self.largest_effect.iter_mut().zip(effects) {
             *largest = f64::max(*largest, effect.abs());
@@ -311,6 +329,29 @@ impl TermSums {
         let sizes = sizes.map(|((bias, variance), place)| (bias.abs() / variance.sqrt(), self.kinds[*place]));
         let (size, kind) = sizes.max_by(|a, b| a.0.total_cmp(&b.0))?;
         size.is_finite().then_some((size, kind))
+    }
+
+    /// Share of the term's full effect that the runs show, with its standard error: its coefficient in a fit that is linear
+    /// about this one. `None` without a spread, or where the other parameters take up all that the term does.
+    fn share_shown(&self, term: Term) -> Option<[f64; 2]> {
+        /// what must be left of a term's squares beside the other parameters
+        const LEAST_LEFT: f64 = 1e-6;
+        let others = self.without(Some(term))?;
+        let along = |sums: &DVector<f64>| {
+            let taken = others
+                .places
+                .iter()
+                .zip(&others.bias)
+                .map(|(place, bias)| sums[*place] * bias);
+            taken.sum::<f64>()
+        };
+        let index = term as usize;
+        let left = self.squares[index] - along(&self.pulls[index]);
+        if left.is_nan() || left <= LEAST_LEFT * self.squares[index] {
+            return None;
+        }
+        let share = (self.misfit_along[index] - along(&self.misfit)) / left;
+        Some([share, left.sqrt().recip()]).filter(|own| own.iter().all(|x| x.is_finite()))
     }
 
     /// Largest factor by which the term's own parameters widen another's standard error.

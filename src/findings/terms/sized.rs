@@ -23,9 +23,23 @@ pub struct SizedTerm {
     pub moves: Option<String>,
     /// largest change of a restitution
     pub largest_effect: f64,
+    /// share of its full effect that the runs show: 0 where they show none of it, 1 where all; `None` where it is held or
+    /// cannot be told
+    pub runs_show: Option<f64>,
+    /// standard error of that share
+    pub runs_show_se: Option<f64>,
     /// factor by which holding it widens the standard error of another parameter at most; `None` if not held, or if it
     /// has no parameter
     pub widens: Option<f64>,
+}
+
+impl SizedTerm {
+    /// By how much log density the runs prefer the model without the term to one in which it acts in full; `None` where
+    /// they do not tell.
+    pub fn gain_without(&self) -> Option<f64> {
+        let (share, se) = (self.runs_show?, self.runs_show_se?);
+        Some((0.5 - share) / (se * se))
+    }
 }
 
 fn word<S: Serializer>(term: &Term, serializer: S) -> Result<S::Ok, S::Error> {

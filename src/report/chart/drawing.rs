@@ -12,6 +12,8 @@ pub(super) type Pixel = (f64, f64);
 pub(super) struct Element {
     name: &'static str,
     text: String,
+    /// of a text, in pixels
+    font_size: f64,
 }
 
 impl Element {
@@ -19,6 +21,7 @@ impl Element {
         Self {
             name,
             text: format!("<{name}"),
+            font_size: 0.0,
         }
     }
 
@@ -42,10 +45,12 @@ impl Element {
 
     /// A line of text from a place on, in a font of this height.
     pub(super) fn text(at: Pixel, size: f64) -> Self {
-        Self::new("text")
+        let mut text = Self::new("text")
             .number("x", at.0)
             .number("y", at.1)
-            .number("font-size", size)
+            .number("font-size", size);
+        text.font_size = size;
+        text
     }
 
     /// A line of text around a place.
@@ -91,7 +96,8 @@ impl Drawing {
 
     /// Draws a line of text, see [`Element::text`].
     pub(super) fn write(&mut self, text: Element, label: &str) {
-        self.elements.push_str(&text.around(&text::markup(label)));
+        let content = text::markup(label, text.font_size);
+        self.elements.push_str(&text.around(&content));
     }
 
     /// Draws inside a rectangle only.

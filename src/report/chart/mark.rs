@@ -20,9 +20,9 @@ fn colour(style: Style) -> &'static str {
 pub(super) fn marker((x, y): Pixel, style: Style) -> Element {
     let open = style.open != ((style.group / GROUPS) % 2 == 1);
     let white = "#ffffff";
-    // A white rim keeps the shapes of crowded filled markers readable.
+    // A white rim keeps the shapes of crowded filled markers readable; hollow ones show those behind them.
     let (radius, fill, edge, edge_width) = if open {
-        (4.0, white, colour(style), 1.4)
+        (4.0, "none", colour(style), 1.4)
     } else {
         (4.8, colour(style), white, 0.7)
     };

@@ -1,6 +1,7 @@
 //! Sets subscripts and superscripts in labels, and estimates how wide a label gets.
 
 use super::super::markup::escaped;
+use super::drawing::decimal;
 use crate::error::is_unseen;
 
 /// Size of a script relative to its line.
@@ -33,8 +34,9 @@ impl Script {
     }
 }
 
-/// The content of an element that holds the label.
-pub(super) fn markup(label: &str) -> String {
+/// The content of an element that holds the label, set at so many pixels. Sizes and shifts are in pixels: not every viewer
+/// reads a share of the size around it.
+pub(super) fn markup(label: &str, size: f64) -> String {
     let mut content = String::new();
     let mut at = 0.0;
     for (script, part) in parts(label) {
@@ -45,9 +47,9 @@ pub(super) fn markup(label: &str) -> String {
             content.push_str(&part);
         } else {
             content.push_str(&format!(
-                "<tspan dy=\"{:.3}em\" font-size=\"{:.0}%\">{part}</tspan>",
-                shift / script.size(),
-                100.0 * script.size()
+                "<tspan dy=\"{}\" font-size=\"{}\">{part}</tspan>",
+                decimal(shift * size),
+                decimal(script.size() * size)
             ));
         }
     }
@@ -141,17 +143,16 @@ mod tests {
 
     #[test]
     fn text_after_scripts_returns_to_the_line() {
-        let tags = markup("e_{n}^{2} x");
-        let shifts: f64 = tags
-            .split("<tspan dy=\"")
-            .skip(1)
-            .map(|t| {
-                let shift: f64 = t.split("em").next().unwrap().parse().unwrap();
-                let size = if t.contains("75%") { SCRIPT } else { 1.0 };
-                shift * size
-            })
+        let tags = markup("e_{n}^{2} x", 20.0);
+        let shifts = tags.split("<tspan dy=\"").skip(1);
+        let shifts: f64 = shifts
+            .map(|t| t.split('"').next().unwrap().parse::<f64>().unwrap())
             .sum();
-        assert!(shifts.abs() < 2e-3, "{tags}");
+        assert!(
+            tags.contains("font-size=\"15\"") && !tags.contains('%') && !tags.contains("em"),
+            "{tags}"
+        );
+        assert!(shifts.abs() < 0.02, "{tags}");
     }
 
     #[test]

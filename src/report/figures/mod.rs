@@ -7,7 +7,6 @@
 //! | `points.rs` | makes layers of points and curves |
 //! | `of_particle.rs` | looks up the series of a particle and the fits to them |
 //! | `film.rs` | figures against the film ratio |
-//! | `density.rs` | the density of a cloud of pairs |
 //! | `joint.rs` | e_inf and St_c together |
 //! | `posterior/` | figures of the posterior |
 
@@ -42,10 +41,6 @@ pub(super) use posterior::{MOST_PAIRED, MOST_PANELS};
 
 const RESTITUTION: &str = "restitution e_{n}";
 const INVERSE_STOKES: &str = "St^{−1}";
-
-/// A marker's height on an axis of restitutions: series have their speeds in common, and their stuck runs' marks would
-/// hide each other.
-const STACKED: f64 = 0.03;
 
 /// More film ratios than this are shown by their neighbours together.
 const MOST_FILM_RATIOS: usize = 12;
@@ -133,7 +128,7 @@ fn against_speed(input: ReportInput, sphere: usize, bands: Option<&Bands>) -> Ch
             layers.push(points(label, points_of, style));
         }
     }
-    layers.extend(stuck_layers(&series, stuck, STACKED));
+    layers.extend(stuck_layers(&series, stuck));
     let mut drawn = chart(
         Axis::new("impact speed v / (m s^{−1})").between(0.0, 1.05 * fastest),
         Axis::new(RESTITUTION).between(0.0, 1.0),
@@ -156,7 +151,9 @@ fn dry_layers(input: ReportInput, sphere: usize, dry_points: Vec<ChartPoint>, fa
             Order::First => "dry, 1 − k v^{1/5}",
             Order::Second => "dry, to second order in k v^{1/5}",
         };
-        let law = steps(0.0, fastest).map(|v| (v, order.restitution(k, v))).collect();
+        // steep at zero: even steps in v^(1/5)
+        let law = steps(0.0, 1.0).map(|u| fastest * u.powi(5));
+        let law = law.map(|v| (v, order.restitution(k, v))).collect();
         layers.push(curve(label, law, Style::group(0), Dash::Dashed));
     }
     layers
@@ -216,17 +213,15 @@ fn stuck_marks(input: ReportInput, series: &[ShownSeries], x: impl Fn(&Series, f
     )
 }
 
-/// Hollow marks of stuck runs, those of each series so much above those of the one before.
-fn stuck_layers(series: &[ShownSeries], stuck: Vec<Vec<ChartPoint>>, apart: f64) -> Vec<Layer> {
+/// Hollow marks of stuck runs at e = 0.
+fn stuck_layers(series: &[ShownSeries], stuck: Vec<Vec<ChartPoint>>) -> Vec<Layer> {
     let some = series
         .iter()
         .zip(stuck)
         .enumerate()
         .filter(|(_, (_, marks))| !marks.is_empty());
     let mut layers: Vec<Layer> = some
-        .enumerate()
-        .map(|(level, (group, (shown, mut marks)))| {
-            marks.iter_mut().for_each(|mark| mark.y += apart * level as f64);
+        .map(|(group, (shown, marks))| {
             // a series that has no other marks is known by these
             let only_stuck = shown.series().all(|s| s.rebounds.is_empty());
             Layer::Points {
@@ -291,7 +286,7 @@ fn against_stokes(input: ReportInput, sphere: usize, bands: Option<&Bands>) -> C
             layers.push(points(label, points_of, style));
         }
     }
-    layers.extend(stuck_layers(&series, stuck, 0.0));
+    layers.extend(stuck_layers(&series, stuck));
     let mut drawn = chart(
         Axis::new(INVERSE_STOKES).between(0.0, end),
         Axis::new(RESTITUTION).between(0.0, 1.0),

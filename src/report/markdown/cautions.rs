@@ -33,7 +33,9 @@ fn told(text: &str, next_step: &str) -> String {
 
 /// The notices that move no main number.
 pub(super) fn also_noted(page: &mut Page, input: ReportInput) {
-    let informing = by_weight(&input.findings.notices).into_iter().filter(|notice| !notice.cautions());
+    let informing = by_weight(&input.findings.notices)
+        .into_iter()
+        .filter(|notice| !notice.cautions());
     let lines: Vec<String> = informing.map(|notice| told(&notice.text, &notice.next_step)).collect();
     if !lines.is_empty() {
         page.section(ALSO_NOTED, "What moves no main number by more than a quarter of its ±.");

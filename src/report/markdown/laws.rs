@@ -13,7 +13,7 @@ use crate::findings::scaling::Scaling;
 use crate::inference::lack_of_fit::Alternative;
 use crate::physics::{DrySpeed, Inertia, Quantity};
 use crate::runs::{sphere_words, Sphere};
-use crate::scene::DryKOf;
+use crate::scene::{DryKOf, WetLaw};
 use crate::units::{micrometres, millimetres};
 
 /// Over the number of rebounds, and of the runs that stuck.
@@ -155,20 +155,42 @@ fn against_speed(page: &mut Page, input: ReportInput, sphere: Sphere) {
     page.figure(
         &figures::Names::of(input.scene, input.runs).speed(&label),
         &format!("{name}: e_n against v"),
-        &format!("{name}: restitution against impact speed at one film ratio. Points are means of repeated speeds with their standard errors, curves the square-root law of each series and the dry law (as figs. 2a and 2c of Müller & Huang 2016). Stuck runs are hollow marks at e = 0, those of one series above another's.{}", bands(input)),
+        &format!("{name}: restitution against impact speed at one film ratio. Points are means of repeated speeds with their standard errors, curves the square-root law of each series and the dry law (as figs. 2a and 2c of Müller & Huang 2016). Stuck runs are hollow marks at e = 0.{}", bands(input)),
     );
+}
+
+/// Which laws over all film ratios a figure of a sphere shows.
+fn over_all(input: ReportInput, sphere: Sphere) -> &'static str {
+    let mut rows = input.findings.scaling.iter().filter(|row| row.film_ratio.is_none());
+    if rows.any(|row| sphere.owns(input.scene, &row.particle, row.diameter_m) && row.verdict.passed) {
+        "with the laws fitted over all of them that the table calls usable"
+    } else {
+        "without a law, since the table calls none over all of them usable"
+    }
 }
 
 /// e_inf and St_c against the film ratio.
 fn against_film(page: &mut Page, input: ReportInput) {
     let curves = match input.posterior {
-        Some(_) => " Curves: the posterior's means, at the mean density ratio of the runs.",
+        Some(_) => {
+            " Curves: the posterior's means, at the mean density ratio of all runs; the points take the liquids of a film ratio \
+             as one, and where these differ in density they lie off the curve by the bias that Film thickness has."
+        }
         None => "",
+    };
+    let drawn = |law: WetLaw| {
+        let mut rows = input.findings.scaling.iter();
+        rows.any(|row| row.law == law && row.film_ratio.is_some() && row.verdict.passed)
+    };
+    let laws = if drawn(WetLaw::Linear) {
+        "by the square-root law and, hollow, the linear law"
+    } else {
+        "by the square-root law"
     };
     page.figure(
         figures::FILM,
         "e_inf and St_c",
-        &format!("e_inf and St_c against the film ratio by both laws, with their standard errors (as fig. 4).{curves}"),
+        &format!("e_inf and St_c against the film ratio {laws}, with their standard errors (as fig. 4).{curves}"),
     );
 }
 
@@ -270,7 +292,10 @@ pub(super) fn scaling(page: &mut Page, input: ReportInput) {
         page.figure(
             &names.film_ratios(&label),
             &format!("{name}: every film ratio"),
-            &format!("{name}: restitution against 1/St at every film ratio, with the laws fitted over all of them where the table calls these usable (as fig. 3)."),
+            &format!(
+                "{name}: restitution against 1/St at every film ratio, {} (as fig. 3).",
+                over_all(input, sphere)
+            ),
         );
     }
     let rows = findings.scaling.iter().filter(|row| row.film_ratio.is_none());

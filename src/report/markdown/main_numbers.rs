@@ -14,7 +14,7 @@ use crate::physics::loss::{Film, Loss};
 use crate::physics::quantity::Place;
 use crate::physics::{Coefficient, Quantity};
 use crate::runs::Sphere;
-use crate::scene::DryKOf;
+use crate::scene::{DryKOf, WetLaw};
 
 pub(super) fn main_numbers(page: &mut Page, input: ReportInput) {
     let findings = input.findings;
@@ -38,7 +38,7 @@ pub(super) fn main_numbers(page: &mut Page, input: ReportInput) {
             ChosenBy::LeaveOneOut => "how it predicts runs it has not seen (PSIS-LOO)",
         };
         page.paragraph(&format!(
-            "The form of the inertial loss, g = {}, was chosen from the runs by {by}; log density over all runs beside it: {}.",
+            "The form of the inertial loss, g = {}, was chosen from the runs by {by}; log density of the others over all runs, against it: {}.",
             choice.inertia,
             others(choice)
         ));
@@ -124,12 +124,10 @@ fn what_parameters_are(main: &MainNumbers) -> &'static str {
         "The posterior was not sampled: least squares stands in for it. ± is one standard error by the delta method; k comes \
          from the dry runs, the others from every rebound at once, together with what the dry runs say of k."
     } else if main.parameters.iter().any(|own| own.number.source == Source::DryLaw) {
-        "These come from the posterior of all runs at once, the stuck ones with them: the value is its mean, ± one standard \
-         deviation about it. k of a few dry runs alone is the dry law's, ± its standard error, the interval by Student's t: \
+        "Posterior means ± one standard deviation, from a joint fit to all runs, stuck runs included. k of a few dry runs alone is the dry law's, ± its standard error, the interval by Student's t: \
          the prior of their spread would make the posterior's wider than they say."
     } else {
-        "These come from the posterior of all runs at once, the stuck ones with them: the value is its mean, ± one standard \
-         deviation about it."
+        "Posterior means ± one standard deviation, from a joint fit to all runs, stuck runs included."
     }
 }
 
@@ -306,6 +304,12 @@ pub(super) fn published(page: &mut Page, input: ReportInput) {
     }
     if input.scene.model.dry_k == DryKOf::Diameter {
         page.paragraph("A published number is of all diameters; a particle of several has none to set beside it here, where each has its own k.");
+    }
+    if findings.published.iter().any(|row| row.law == Some(WetLaw::Linear)) {
+        page.paragraph(
+            "A linear law is set beside a published linear law, which has its bias, too. For that bias the tables of the laws \
+             call it not usable, and no main number is its own.",
+        );
     }
     let table = ReportTable::of(&findings.published)
         .column("particle", |row| &row.particle)

@@ -21,7 +21,7 @@ pub fn summary(input: ReportInput) -> String {
         text.push_str("Provisional: the posterior was not sampled.\n");
     }
     let form = input.findings.inertia.as_ref().map(|choice| {
-        let others = format!("(log density beside it: {})", others(choice));
+        let others = format!("(log density against it: {})", others(choice));
         ["inertia".to_owned(), format!("= {}", choice.inertia), others]
     });
     let parameters = main.parameters.iter().map(|parameter| {

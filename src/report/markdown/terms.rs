@@ -17,7 +17,8 @@ pub(super) fn terms(page: &mut Page, input: ReportInput) {
         "What each term matters for these runs. Its size is the largest bias of another parameter that leaving it out \
          would give, in that parameter's standard errors; below {LINE} a 95 % interval still covers 94 %. Its effect is \
          the largest change of a restitution. Holding a term costs, where it has parameters of its own: the standard \
-         error of another becomes wider by the factor given. A term that is not held is sized as if it acted in full."
+         error of another becomes wider by the factor given. A term that is not held is sized as if it acted in full; how much \
+         of that the runs show is a share with its standard error, 0 where the term is absent and 1 where it acts in full."
     ));
     let table = ReportTable::of(terms)
         .column("term", |sized| sized.term.in_words())
@@ -26,6 +27,10 @@ pub(super) fn terms(page: &mut Page, input: ReportInput) {
         .column("size", |sized| sized.size.map(|size| numbers::significant(size, 2)))
         .column("moves most", |sized| sized.moves.clone().unwrap_or_default())
         .column("effect on e", |sized| numbers::significant(sized.largest_effect, 2))
+        .column("the runs show", |sized| {
+            let share = sized.runs_show.zip(sized.runs_show_se);
+            share.map_or(String::new(), |(share, se)| numbers::with_se(share, se))
+        })
         .column("widens by", |sized| {
             sized.widens.map_or(String::new(), |factor| format!("{factor:.2}"))
         });

@@ -34,10 +34,23 @@ pub(super) fn verdict_line(findings: &Findings) -> String {
     let see = cautions_line(findings);
     let verdict = &findings.main.verdict;
     if verdict.passed {
-        format!("**Verdict: the main numbers may be quoted.**{see}")
+        let open = undetermined(findings);
+        let except = match open.len() {
+            0 => String::new(),
+            _ => format!(", except {}, which these runs do not determine", open.join(", ")),
+        };
+        format!("**Verdict: the main numbers may be quoted{except}.**{see}")
     } else {
         format!("**Verdict: not to be quoted: {}.**{see}", verdict.reason)
     }
+}
+
+/// The main parameters that the runs do not tell, or not apart from others.
+fn undetermined(findings: &Findings) -> Vec<&str> {
+    let unseen = findings.identifies.iter().flat_map(|directions| &directions.unseen);
+    let unseen: Vec<&String> = unseen.flat_map(|one| &one.parameters).collect();
+    let names = findings.main.parameters.iter().map(|own| own.name.as_str());
+    names.filter(|name| unseen.iter().any(|one| one == name)).collect()
 }
 
 /// How many cautions there are, with a blank before it; nothing where there is none.

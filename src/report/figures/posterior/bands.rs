@@ -101,6 +101,16 @@ impl Bands {
         if series[..place].iter().any(|other| same(&other)) {
             return vec![];
         }
+        // no series' colour: it is that of all in the liquid
+        let before = series[..place].iter().filter(|other| other.liquid != own.liquid);
+        let mut liquids: Vec<usize> = before.map(|other| other.liquid).collect();
+        liquids.sort_unstable();
+        liquids.dedup();
+        let style = Style::group(series.len() + 1 + liquids.len());
+        let drawn = |speeds: (f64, f64), name: String| SeriesBands {
+            style,
+            ..drawn(speeds, name)
+        };
         // where the runs of all these series lie on the axis, as speeds of this one
         let as_own = |other: &Series, v: f64| v * inverse(own, v) / inverse(other, v);
         let each = series.iter().filter(same).filter_map(|other| {

@@ -13,7 +13,7 @@ use crate::scene::Prior;
 const CURVE: usize = 120;
 /// A prior is shown where it has more than this share of its highest density.
 const SHOWN: f64 = 0.02;
-/// SpreadTest of a prior about its median within which it is looked for.
+/// Spread of a prior about its median within which it is looked for.
 const REACH: f64 = 6.0;
 /// SpreadTest in which a prior of usual tails has all but a thousandth on each side.
 const MOSTLY: f64 = 5.0;

@@ -28,7 +28,7 @@ pub(super) fn computation(page: &mut Page, input: ReportInput, posterior: &Poste
         method(found),
         input.findings.seed,
         if found.method.is_nuts() {
-            " The space is made round by the curvature at the mode, and the chains start about it."
+            " Parameters are rescaled by the Hessian at the mode, near which the chains start."
         } else {
             ""
         }

@@ -39,7 +39,7 @@ pub(super) fn posterior(page: &mut Page, input: ReportInput) {
     };
     page.section(
         "Posterior",
-        "All runs at once, the stuck ones with them, under stated priors. The order is that of the Bayesian Analysis \
+        "A joint fit to all runs, stuck runs included, under stated priors. The order is that of the Bayesian Analysis \
          Reporting Guidelines (Kruschke 2021, Nature Human Behaviour 5, 1282): model and priors, computation, what the \
          posterior says, how it predicts, other forms of the model, how to make it again.",
     );

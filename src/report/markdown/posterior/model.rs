@@ -166,7 +166,7 @@ fn where_stuck(input: ReportInput) -> &'static str {
 
 /// What was believed before, and which parameters were not sampled.
 pub(super) fn priors(page: &mut Page, input: ReportInput, posterior: &Posterior) {
-    page.subsection("Priors", "What was believed before any run, and why.");
+    page.subsection("Priors", "The priors and their rationale.");
     let parameters = parameters(input, posterior);
     let table = ReportTable::of(&parameters)
         .column("parameter", |one| &one.label)

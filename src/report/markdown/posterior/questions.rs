@@ -74,7 +74,7 @@ fn table(questions: &[Question]) -> ReportTable<&Question> {
             numbers::optional(khat.reduce(f64::max), 2)
         })
         .column("answer", |question| match question.answer {
-            Answer::Constant => "yes, one serves",
+            Answer::Constant => "yes",
             Answer::Rises => "no, it rises",
             Answer::Falls => "no, it falls",
             Answer::Open => "open",
