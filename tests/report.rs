@@ -238,7 +238,10 @@ fn a_terminal_has_the_verdict_first_and_three_cautions_unless_all_are_asked_for(
 fn cautions(findings: &Value) -> Vec<&str> {
     let notices = entries(findings, "/notices").iter();
     let notices = notices.filter(|one| one["level"] == "cautions").map(|one| &one["code"]);
-    let failed = |check: &&Value| ["passed", "gates", "informs"].iter().all(|key| check[key] == false);
+    let failed = |check: &&Value| {
+        let concerns = check["concerns"].as_array().is_some_and(|names| !names.is_empty());
+        check["passed"] == false && check["gates"] == false && concerns
+    };
     let checks = entries(findings, "/verdicts")
         .iter()
         .filter(failed)

@@ -27,7 +27,7 @@ pub struct Criterion {
     pub line: Line,
     /// whether a failure forbids quoting the main numbers
     pub gates: bool,
-    /// whether a failure is no caution either, since it touches no main number
+    /// whether no main number rests on it, so that a failure is no caution either
     pub informs: bool,
     /// where the line comes from
     pub source: &'static str,
@@ -48,8 +48,6 @@ pub struct Check {
     pub passed: bool,
     /// whether a failure forbids quoting the main numbers
     pub gates: bool,
-    /// whether a failure that forbids nothing is no caution either, since it touches no main number
-    pub informs: bool,
     /// where the line comes from
     pub source: &'static str,
     /// what it concerns, in words
@@ -95,11 +93,10 @@ impl Criterion {
             threshold: self.threshold(),
             passed: value.is_some_and(|value| self.holds(value)),
             gates: self.gates,
-            informs: self.informs,
             source: self.source,
             text: text.into(),
             advice: self.advice,
-            concerns: vec![ALL.to_owned()],
+            concerns: if self.informs { vec![] } else { vec![ALL.to_owned()] },
         }
     }
 }
@@ -121,7 +118,7 @@ impl Check {
 
     /// Whether it failed without forbidding to quote, and bears on a main number.
     pub fn cautions(&self) -> bool {
-        !self.passed && !self.gates && !self.informs
+        !self.passed && !self.gates && !self.concerns.is_empty()
     }
 
     /// What was found, without the advice that some texts end with.

@@ -372,7 +372,10 @@ impl Findings {
                     check.gates &= !spared;
                     check.gates &= check.check != checks::SCALING_LAW.code || !(offsets || few);
                     // a film ratio without a law has its numbers from the posterior
-                    check.informs |= spared || check.check == checks::SCALING_LAW.code;
+                    let of_law = check.check == checks::SCALING_LAW.code && !check.gates;
+                    if !check.passed && (spared || of_law) {
+                        check.concerns.clear();
+                    }
                     // nor does the posterior need film groups
                     check.gates &= check.check != checks::FILM_GROUPS.code;
                 }

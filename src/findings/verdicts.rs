@@ -54,13 +54,7 @@ pub fn check_least_squares(
     ];
     for (law, criterion, text) in biases {
         for (name, share) in worst_bias(by_film_ratio(scaling, law)) {
-            let check = criterion.check(share, format!("{name}: {text}, in its standard errors"));
-            // no main number is the linear law's
-            checks.push(if law == WetLaw::Linear {
-                check.concerning([])
-            } else {
-                check
-            });
+            checks.push(criterion.check(share, format!("{name}: {text}, in its standard errors")));
         }
     }
     checks
@@ -131,7 +125,7 @@ fn of_series(series: &[SeriesFit]) -> Option<Check> {
     let all = of_one_film().count();
     let failed = of_one_film().filter(|one| !one.verdict.passed).count();
     let text = format!("series without a usable square-root law, of {all}");
-    (all > 0).then(|| checks::SERIES.check(failed as f64, text).concerning([]))
+    (all > 0).then(|| checks::SERIES.check(failed as f64, text))
 }
 
 fn one_dry_k(fitted: &FittedDry) -> Option<Check> {
@@ -207,12 +201,15 @@ fn share(shift: Option<f64>) -> String {
 
 /// A check that forbids quoting where chance does not explain what was found and a main number moves by it.
 fn gating_where_felt(criterion: Criterion, test: &FTest, shift: Option<f64>, text: String) -> Check {
-    Check {
+    let check = Check {
         gates: test.p < checks::BEYOND_CHANCE && shift.is_none_or(|shift| shift > checks::FELT),
-        informs: shift.is_some_and(|shift| shift <= checks::BIAS),
         ..criterion.check(test.p, text)
     }
-    .with_advice()
+    .with_advice();
+    if !check.passed && shift.is_some_and(|shift| shift <= checks::BIAS) {
+        return check.concerning([]);
+    }
+    check
 }
 
 /// For each particle, the largest bias in standard errors.

@@ -62,7 +62,7 @@ pub(super) fn checks(page: &mut Page, input: ReportInput) {
     let outcome = |check: &Check| match check {
         check if check.passed => "holds",
         check if check.gates => "fails: not to be quoted",
-        check if check.informs => "fails; no main number rests on it",
+        check if check.concerns.is_empty() => "fails; no main number rests on it",
         _ => "fails: a caution",
     };
     page.table(&check_table(checks, 3, text, outcome));
