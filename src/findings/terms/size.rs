@@ -132,10 +132,16 @@ pub(super) fn term_sizes(
         Term::Bridge => runs.series.iter().any(tension),
         Term::Inertia | Term::Viscous | Term::OwnDrySpeed => has_wet,
     };
+    // elsewhere than at a fit of every parameter, what the runs have more than the model is no misfit of it
+    let is_fitted = |balance: &EnergyBalance, kind: ParameterKind| {
+        let fitted = balance.estimate(kind).and_then(|estimate| estimate.value_and_scale());
+        fitted.is_some_and(|(value, se)| value > SEEN * se)
+    };
+    let at_fit = balance.is_some_and(|own| own.verdict.passed && joint.kinds().all(|kind| is_fitted(own, kind)));
     let of = |term: Term| {
         let (size, moves) = sums.bias(term).unzip();
         let held = term.is_held(form);
-        let share = sums.share_shown(term).filter(|_| !held);
+        let share = sums.share_shown(term).filter(|_| at_fit && !held);
         let chosen_by = match term {
             Term::OwnDrySpeed => "scene",
             _ if scene.model.terms.is_some() => "scene",
