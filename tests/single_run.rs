@@ -6,7 +6,7 @@ use common::{seed_of, Place};
 use rand_distr::{Distribution, StandardNormal};
 use wetcor::findings::main_numbers::MainNumber;
 use wetcor::findings::posterior::MethodChoice;
-use wetcor::findings::{self, by_weight, Findings};
+use wetcor::findings::{by_weight, Findings};
 use wetcor::seed::stream;
 
 const SCENE: &str = r#"

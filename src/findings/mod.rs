@@ -342,9 +342,8 @@ impl Findings {
                 let (posterior, notice, open) =
                     match slow_rebounds::fit_beside(scene, runs, self.least_squares(), &posterior)? {
                         Beside::Same => (posterior, None, None),
-                        Beside::Stands(wider, notice) => {
-                            // forms that were compared without the noise on the energy are compared anew with it
-                            self.sampled_forms.clear();
+                        Beside::Stands(mut wider, notice) => {
+                            wider.as_given = Some(Box::new(posterior));
                             (*wider, Some(notice), None)
                         }
                         Beside::Open(check) => (posterior, None, Some(check)),
@@ -435,12 +434,9 @@ impl Findings {
         posterior: &Posterior,
         watcher: Watcher,
     ) -> Result<Comparison, Error> {
-        let scene = posterior.scene.as_deref().unwrap_or(scene);
-        let found = compare::compare_forms(
-            self.comparison_context(scene, runs, watcher),
-            posterior,
-            &self.sampled_forms,
-        );
+        // forms are compared under the noise that was given: under one on the energy, too, each run is an integral
+        let own = posterior.as_given.as_deref().unwrap_or(posterior);
+        let found = compare::compare_forms(self.comparison_context(scene, runs, watcher), own, &self.sampled_forms);
         self.verdicts.extend(found.checks.iter().cloned());
         self.notices.extend(found.notices.iter().cloned());
         if !found.models.is_empty() {
@@ -455,14 +451,14 @@ impl Findings {
             scene,
             runs,
             least_squares: self.least_squares(),
-            own: posterior,
+            own,
             own_loo: found.own.as_ref(),
             watcher,
         };
         let (questions, checks) = questions::answer_questions(context)?;
         self.verdicts.extend(checks);
         self.questions = Some(questions);
-        self.pick_main_numbers(scene, runs, Some(posterior));
+        self.pick_main_numbers(posterior.scene.as_deref().unwrap_or(scene), runs, Some(posterior));
         Ok(found)
     }
 

@@ -64,6 +64,8 @@ pub struct Posterior {
     /// the scene it was sampled from, where that is not the one that was given: with noise on the energy, too, which barely
     /// rebounding runs ask for
     pub scene: Option<Box<Scene>>,
+    /// the posterior of the scene that was given, where this one stands for it
+    pub as_given: Option<Box<Posterior>>,
 }
 
 impl Posterior {
@@ -191,6 +193,7 @@ pub fn fit_posterior(
         derived,
         checks,
         scene: None,
+        as_given: None,
     }))
 }
 
