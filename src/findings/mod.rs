@@ -361,7 +361,8 @@ impl Findings {
                 let other_form =
                     self.energy_balance.as_ref().map(|own| own.inertia) != Some(posterior.findings.inertia);
                 let offsets = scene.model.series_offsets;
-                let other_noise = scene.model.noise == NoiseOn::Both || offsets;
+                // what barely rebounding runs are allowed is too little to excuse a misfit
+                let other_noise = scene.model.noise == NoiseOn::Both && posterior.as_given.is_none() || offsets;
                 // no law of a film ratio is quoted beside the posterior then
                 let few = self.scaling.iter().all(|law| !law.tells_its_spread());
                 for check in &mut self.verdicts {
