@@ -156,6 +156,17 @@ fn e_inf_of_few_degrees_of_freedom_comes_from_the_posterior_alone() {
     }
 }
 
+#[test]
+fn what_follows_from_a_held_parameter_has_a_value_and_no_interval() {
+    let scene = SCENE.replace("[truth]", "[priors]\nlubrication_log = { fixed = 1.85 }\n[truth]");
+    let findings = simulated("what_follows_from_a_held_parameter", &scene);
+    let mut all = findings.main.parameters.iter();
+    let held = all.find(|own| own.name == "delta_c_over_roughness").expect("told");
+    assert!((held.number.value.expect("a value") - 1.85f64.exp()).abs() < 1e-9);
+    assert_eq!((held.number.se, held.number.interval), (None, None));
+    assert!(held.number.why_none.is_some());
+}
+
 fn check_of<'f>(findings: &'f Findings, code: &str) -> &'f Check {
     let check = findings.verdicts.iter().find(|check| check.check == code);
     check.expect("checked")

@@ -173,15 +173,23 @@ impl MainNumber {
 
     /// From a summary and its draws, chain by chain.
     fn of_draws(summary: &QuantitySummary, draws: &[Vec<f64>], level: f64) -> MainNumber {
+        // what follows from a parameter that the scene holds has no spread
+        let mut all = draws.iter().flatten();
+        let first = all.next();
+        let is_held = all.all(|draw| Some(draw) == first);
         MainNumber {
             value: summary.mean,
-            se: summary.sd,
-            interval: central_interval(draws, level),
+            se: summary.sd.filter(|_| !is_held),
+            interval: central_interval(draws, level).filter(|_| !is_held),
             level,
             method: "posterior_quantiles",
             source: Source::Posterior,
             mcse: summary.mcse_mean,
-            why_none: summary.why_none.clone().filter(|_| summary.sd.is_none()),
+            why_none: if is_held {
+                Some("the scene holds what it follows from".to_owned())
+            } else {
+                summary.why_none.clone().filter(|_| summary.sd.is_none())
+            },
             failed_replicates: None,
         }
     }
