@@ -325,6 +325,17 @@ pub const DRY_LAW_HOLDS: Criterion = row(
      [model] terms",
 );
 
+/// Probability of so large a misfit of the wet law inside a particle, liquid and film by chance; a failure gates where it
+/// moves a parameter by more than [`FELT`].
+pub const WET_LAW_HOLDS: Criterion = row(
+    "wet_law_holds",
+    AtLeast(BEYOND_CHANCE),
+    CAUTIONS,
+    NESTED,
+    "leave out the films or speeds at which it does not hold ([data] min_film_um, min_impact_speed_m_s, a column exclude), \
+     or try [model] dry_speed_m_s = \"impact\" or other terms",
+);
+
 const STATED: &str = "χ² against the stated measurement errors; probability of so large a one by chance";
 const ESTIMATED: &str = "let the spread be estimated: take its `fixed = 0` out of [priors]";
 

@@ -149,6 +149,7 @@ pub fn fit_least_squares_shared<S: Shares>(
     let film_groups = film_groups::list_film_groups(scene, runs);
     let balance = fits.energy_balance.as_ref();
     let mut verdicts = verdicts::check_least_squares(scene, runs, &fits.dry, &fits.series, &fits.scaling, balance);
+    verdicts.extend(noise.as_ref().and_then(verdicts::wet_law_holds));
     let own_films_stand = balance.is_some_and(|balance| balance.verdict.passed);
     verdicts.extend(film_groups::check(&film_groups, own_films_stand));
     let mut notices = table.notices.clone();

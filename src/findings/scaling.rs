@@ -18,6 +18,7 @@ use crate::inference::profile::LawProfile;
 use crate::inference::regression::Regression;
 use crate::physics::quantity::{Place, Quantity};
 use crate::physics::Coefficient;
+use crate::rounding::significant;
 use crate::runs::{sphere_words, FilmGroup, Runs, Series};
 use crate::scene::{Scene, WetLaw};
 
@@ -332,15 +333,35 @@ fn both_laws(
         limits: line.limits(&straight, quoting),
         shift_by_dry_k: [0.0; 2],
     };
-    let of_root = {
+    let advantage = advantage_of_line(
+        [&root, &line],
+        [&regression, &straight],
+        scene.data.smallest_restitution,
+    );
+    let residual_sds = root.fit.residual_sd.zip(line.fit.residual_sd);
+    let mut of_root = {
         let verdict = square_root_verdict(&root.fit, regression.x);
         scaling_of(WetLaw::Sqrt, &root.fit, verdict, &root_known, quoting)
     };
     let verdict = linear_verdict(&line.fit);
-    let of_line = biased(Scaling {
-        bias: linear_bias(&root.fit, &regression),
-        ..scaling_of(WetLaw::Linear, &line.fit, verdict, &line_known, quoting)
-    });
+    let mut of_line = scaling_of(WetLaw::Linear, &line.fit, verdict, &line_known, quoting);
+    match residual_sds.filter(|_| advantage > LIKELIER && of_line.verdict.passed) {
+        Some((of_square_root, of_linear)) => {
+            let both = format!(
+                "residual sd {} against {}",
+                significant(of_linear, 2),
+                significant(of_square_root, 2)
+            );
+            of_line.verdict = Verdict::passed(format!("describes these runs better than the square root: {both}"));
+            if of_root.verdict.passed {
+                of_root.verdict = Verdict::failed(format!("the linear law describes these runs better: {both}"));
+            }
+        }
+        None => {
+            of_line.bias = linear_bias(&root.fit, &regression);
+            of_line = biased(of_line);
+        }
+    }
     let fitted = |law: WetLaw, LawFit { fit, weights }, known: KnownLaw, scaling: Scaling| {
         let fitted = FittedScaling {
             sphere: group.sphere,
@@ -416,6 +437,46 @@ impl LawFit {
         let profile = LawProfile::new(regression, &self.fit, self.weights.as_ref());
         let profile = profile.filter(|_| self.fit.stop == Stop::Converged);
         LawLimits::find(LawOver::Stokes(law), profile, &own, quoting)
+    }
+}
+
+/// Log density by which the linear law must describe the runs better before that is said: where the square root holds,
+/// chance gives a ratio of 1000 in less than one table of 1000.
+const LIKELIER: f64 = 6.907_755_278_982_137;
+
+/// By how much the runs' log density about the linear law is above that about the square root; NaN where either was not
+/// fitted. A lucky rebound near sticking has no fair residual: runs that either law expects there are left out.
+fn advantage_of_line(fits: [&LawFit; 2], regressions: [&Regression; 2], limit: f64) -> f64 {
+    const CLEAR: f64 = 3.0;
+    let fitted = [0, 1].map(|law: usize| regressions[law].fitted(two(&fits[law].fit)));
+    let sds = fits.map(|law| law.fit.residual_sd.unwrap_or(f64::NAN));
+    let runs = 0..regressions[0].x.len();
+    let clear = |run: &usize| {
+        [0, 1]
+            .iter()
+            .all(|law: &usize| fitted[*law][*run] - limit > CLEAR * sds[*law])
+    };
+    let clear: Vec<usize> = runs.filter(clear).collect();
+    let count = |run: usize| regressions[0].counts.get(run).copied().unwrap_or(1.0);
+    let measured: f64 = clear.iter().map(|run| count(*run)).sum();
+    let [of_root, of_line] = [0, 1].map(|law: usize| -> f64 {
+        let square = |run: usize| count(run) * (regressions[law].restitution[run] - fitted[law][run]).powi(2);
+        match &fits[law].weights {
+            // the spread is integrated out
+            None => -0.5 * (measured - 2.0) * clear.iter().map(|run| square(*run)).sum::<f64>().ln(),
+            Some(weights) => {
+                let of_run = |run: &usize| match weights.variance[*run] {
+                    variance if variance.is_finite() => -0.5 * (square(*run) / variance + count(*run) * variance.ln()),
+                    _ => 0.0,
+                };
+                clear.iter().map(of_run).sum()
+            }
+        }
+    });
+    if measured > 2.0 {
+        of_line - of_root
+    } else {
+        0.0
     }
 }
 

@@ -4,6 +4,7 @@ use super::balance::EnergyBalance;
 use super::checks::{self, Check, Criterion};
 use super::dry::{self, FittedDry};
 use super::measurement_errors::ErrorSummary;
+use super::noise::Noise;
 use super::notices::{self, shortened};
 use super::scaling::FittedScaling;
 use super::series::SeriesFit;
@@ -160,6 +161,23 @@ fn dry_law_holds(fitted: &FittedDry) -> Option<Check> {
         share(shift)
     );
     Some(gating_where_felt(checks::DRY_LAW_HOLDS, &found.test, shift, text))
+}
+
+/// Whether the wet law describes the runs of each particle, liquid and film from slow to fast ones.
+pub fn wet_law_holds(noise: &Noise) -> Option<Check> {
+    let found = noise.wet_law.as_ref()?;
+    let text = format!(
+        "the wet law against {}, most of it in {}: F({}, {}) = {:.1}, {} up to {:.1} of its ± off",
+        found.against.words(),
+        found.group,
+        found.test.df_between,
+        found.test.df_within,
+        found.test.f,
+        found.moves,
+        found.moves_in_se
+    );
+    let shift = Some(found.moves_in_se);
+    Some(gating_where_felt(checks::WET_LAW_HOLDS, &found.test, shift, text))
 }
 
 /// Whether the stated errors explain the scatter of the runs that nothing else scatters.

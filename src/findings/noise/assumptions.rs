@@ -83,7 +83,7 @@ fn outliers(noise: &Noise) -> Option<Notice> {
 
 fn described(one: &Outlier) -> String {
     let diameter = format!("{:.3} mm", millimetres(one.diameter_m));
-    let group = name(&one.particle, one.liquid.as_deref(), Some(&diameter), one.film_ratio);
+    let group = group_name(&one.particle, one.liquid.as_deref(), Some(&diameter), one.film_ratio);
     let found = if one.restitution > 0.0 {
         format!("e = {:.3}", one.restitution)
     } else {
@@ -106,7 +106,13 @@ fn described(one: &Outlier) -> String {
     )
 }
 
-fn name(particle: &str, liquid: Option<&str>, diameter: Option<&str>, film_ratio: Option<f64>) -> String {
+/// Particle, liquid, diameter and film ratio in a sentence.
+pub(super) fn group_name(
+    particle: &str,
+    liquid: Option<&str>,
+    diameter: Option<&str>,
+    film_ratio: Option<f64>,
+) -> String {
     let ratio = film_ratio.map(|ratio| {
         let decimals = format!("{ratio:.4}");
         format!("film ratio {}", decimals.trim_end_matches('0').trim_end_matches('.'))
@@ -124,7 +130,7 @@ impl GroupSpread {
     /// Its name in a sentence.
     pub fn label(&self) -> String {
         let particle = sphere_words(&self.particle, self.diameter_m);
-        name(&particle, self.liquid.as_deref(), None, self.film_ratio)
+        group_name(&particle, self.liquid.as_deref(), None, self.film_ratio)
     }
 }
 

@@ -11,6 +11,7 @@
 //! | `spread.rs` | what unequal spreads of groups do to standard errors |
 //! | `growth.rs` | whether the noise grows with the impact speed, 1/St or the restitution |
 //! | `offsets.rs` | what offsets that the runs of a series share do to them |
+//! | `wet_law.rs` | whether e bends or slopes with v or 1/St, inside a film, as the law does not |
 //! | `assumptions.rs` | which assumption of the intervals fails, for the notices |
 //!
 //! The joint fit is that of the energy balance with the dry law, linearised where least squares ended, with one spread
@@ -28,6 +29,7 @@ mod rows;
 mod scatter;
 mod spread;
 mod standard_errors;
+mod wet_law;
 
 use serde::Serialize;
 
@@ -46,6 +48,7 @@ use rows::{Rows, RunKind};
 pub use spread::{GroupSpread, SpreadTest};
 use spread::{GroupVariances, UnequalSpreads};
 pub use standard_errors::{StandardErrorRatio, LEVEL, LINE};
+pub use wet_law::{WetAlternative, WetLawTest};
 
 /// What the scatter of the runs is like.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -62,6 +65,8 @@ pub struct Noise {
     pub offsets: Option<Offsets>,
     /// whether the noise grows with what changes from run to run; `None` with fewer than twenty runs of either kind
     pub growth: Option<NoiseGrowth>,
+    /// the wet law against what it does not have; `None` where no group has runs to tell
+    pub wet_law: Option<WetLawTest>,
 }
 
 /// Analyses the scatter about the joint fit; `None` without a fit or without any scatter.
@@ -91,6 +96,7 @@ pub(super) fn analyse_noise(
     // where other things scatter, too, the sds of runs without them
     let sds = robust.scatter.map(scatter::Scatter::least);
     let growth = growth::test_growth(&rows, &robust, &sorted);
+    let wet_law = wet_law::test_wet_law(&rows, &robust, &sorted);
     let normal = scene.model.likelihood == LikelihoodFamily::Normal;
     let sd_wet = sds[RunKind::Wet as usize];
     Some(Noise {
@@ -106,5 +112,6 @@ pub(super) fn analyse_noise(
             sd_wet * variances.kinds[RunKind::Wet as usize].sqrt(),
         ),
         growth,
+        wet_law,
     })
 }

@@ -1,0 +1,405 @@
+//! Tests the wet law inside each particle, liquid and film: does e² bend or slope with v or 1/St as the law does not?
+//!
+//! Every group of one particle, liquid and film ratio has an energy of its own here, so that neither the form of the
+//! inertial loss nor an offset of a series is tested, only what happens from slow to fast runs. The law is held against
+//! one more column at a time: (1/St)² and v^(1/5), each with one factor for all groups, and 1/St with a factor for one
+//! group alone, which is a viscous loss of its own. The smallest p is multiplied by the number of columns (Bonferroni).
+//!
+//! Rebounds near sticking have no fair residual and are left out, single outliers as well. A table that does not say how
+//! well speeds are known may have errors of a per cent, which near the threshold outweigh the rest: runs are weighed for
+//! that. A film group that holds several film ratios is cut at its gaps.
+
+use nalgebra::DVector;
+use serde::Serialize;
+
+use super::assumptions::group_name;
+use super::normal_equations::{inverse, Inverse};
+use super::outliers::OutlierSearch;
+use super::rows::{Rows, RunKind};
+use super::scatter::{is_clear, take, RobustFit, SampledRun};
+use crate::inference::arrow::Arrow;
+use crate::inference::nested::{nested, FTest, Spread};
+use crate::physics::rebound::slope_mean_restitution;
+use crate::runs::sphere_words;
+
+/// Relative error of speeds in a table that states none.
+const SPEED_ERROR: f64 = 0.01;
+
+/// What the wet law is held against.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum WetAlternative {
+    /// a term in (1/St)², the same in all groups
+    CurvatureInInverseStokes,
+    /// a term in v^(1/5), the same in all groups
+    SlopeInSpeed,
+    /// one group with a term in 1/St of its own
+    SlopeOfOneGroup,
+}
+
+impl WetAlternative {
+    /// Its name in a sentence.
+    pub fn words(self) -> &'static str {
+        match self {
+            WetAlternative::CurvatureInInverseStokes => "a curvature of e² in 1/St",
+            WetAlternative::SlopeInSpeed => "a slope of e² in v",
+            WetAlternative::SlopeOfOneGroup => "a viscous loss of its own in one group",
+        }
+    }
+}
+
+/// The wet law against the alternative that chance explains least.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct WetLawTest {
+    /// what it is held against
+    pub against: WetAlternative,
+    /// the test; p is multiplied by the number of alternatives
+    #[serde(flatten)]
+    pub test: FTest,
+    /// how many alternatives were tried
+    pub alternatives: usize,
+    /// particle, liquid and film ratio of the group that departs most from the law
+    pub group: String,
+    /// the parameter that the departure moves most
+    pub moves: String,
+    /// by how much, in its standard errors
+    pub moves_in_se: f64,
+}
+
+/// Runs of one particle, liquid and film, and of one series where each has an offset of its own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Group {
+    /// index into [`Rows::groups`]
+    of: usize,
+    /// index into [`Rows::parts`]; `None` where series have no offsets
+    part: Option<usize>,
+    /// film ratio of the thinnest film, where the group was cut since its films differ
+    from: Option<f64>,
+}
+
+/// A wet rebound inside its group: every number over the sd of the run.
+struct WetRow {
+    group: Group,
+    film_ratio: f64,
+    outlying: bool,
+    /// residual of the law fitted inside the groups
+    residual: f64,
+    /// slopes in the parameters, each with its place
+    slopes: Vec<(usize, f64)>,
+    /// the same, free of the group's own energy
+    within: Vec<(usize, f64)>,
+    /// slope in the energy kept
+    of_energy: f64,
+    inverse_stokes: f64,
+    speed_root: f64,
+}
+
+/// The test; `None` where no group has runs at different settings, or too few are left to tell the scatter.
+pub(super) fn test_wet_law(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch) -> Option<WetLawTest> {
+    let sampled = take(rows, &robust.point);
+    let mut wet = wet_rows(rows, robust, sorted, &sampled);
+    let law = FittedLaw::new(rows, robust, &sampled, &mut wet)?;
+    let x = |row: &WetRow| row.inverse_stokes;
+    let shared = [
+        law.against(WetAlternative::CurvatureInInverseStokes, &wet, |row| x(row) * x(row)),
+        law.against(WetAlternative::SlopeInSpeed, &wet, |row| row.speed_root),
+    ];
+    let of_groups = wet
+        .chunk_by(|a, b| a.group == b.group)
+        .map(|group| law.against(WetAlternative::SlopeOfOneGroup, group, x));
+    let found: Vec<Departure> = shared.into_iter().chain(of_groups).flatten().collect();
+    let alternatives = found.len();
+    let mut worst = found.into_iter().min_by(|a, b| a.test.p.total_cmp(&b.test.p))?;
+    worst.test.p = (worst.test.p * alternatives as f64).min(1.0);
+    let (moves, moves_in_se) = law.moves(&worst)?;
+    let most = worst.group()?;
+    let group = rows.groups[most.of];
+    let sphere = rows.runs.spheres[group.sphere];
+    let particle = sphere_words(&rows.scene.particles[sphere.particle].name, sphere.diameter);
+    let liquid = group.liquid.map(|liquid| rows.scene.liquids[liquid].name.as_str());
+    Some(WetLawTest {
+        against: worst.against,
+        test: worst.test,
+        alternatives,
+        group: group_name(&particle, liquid, None, most.from.or(group.film_ratio)),
+        moves: rows.names[moves].clone(),
+        moves_in_se,
+    })
+}
+
+/// The rebounds clear of sticking, by group; none of a group of one.
+fn wet_rows(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch, sampled: &[SampledRun]) -> Vec<WetRow> {
+    let limit = rows.scene.data.smallest_restitution;
+    let scatter = robust.scatter[RunKind::Wet as usize];
+    let mut wet = vec![];
+    for one in sampled {
+        let part = &rows.parts[one.part];
+        if rows.kind(part) != RunKind::Wet {
+            continue;
+        }
+        let run = one.row.run;
+        rows.joint
+            .each_in_log_speed(part, run..run + 1, &robust.point, |row, by_speed| {
+                let mut sd = scatter.sd(&one.row);
+                if one.row.measured == 0.0 {
+                    sd = sd.hypot(SPEED_ERROR * (row.model + by_speed.response.slope));
+                }
+                if !is_clear(rows, &row, limit, sd) {
+                    return;
+                }
+                let slopes = part.places.iter().zip(row.slopes);
+                let slopes: Vec<(usize, f64)> = slopes.map(|(j, x)| (*j, x / sd)).collect();
+                wet.push(WetRow {
+                    group: Group {
+                        of: part.group,
+                        part: rows.scene.model.series_offsets.then_some(one.part),
+                        from: None,
+                    },
+                    film_ratio: rows.runs.impacts.film_ratio[run],
+                    outlying: sorted.outlying.binary_search(&run).is_ok(),
+                    residual: row.residual / sd,
+                    within: slopes.clone(),
+                    slopes,
+                    of_energy: slope_mean_restitution(row.kept) / sd,
+                    inverse_stokes: rows.runs.inverse_stokes(run),
+                    speed_root: rows.runs.impacts.speed_root[run],
+                });
+            });
+    }
+    wet.sort_by(|a, b| {
+        let by_group = (a.group.of, a.group.part).cmp(&(b.group.of, b.group.part));
+        by_group.then(a.film_ratio.total_cmp(&b.film_ratio))
+    });
+    wet.chunk_by_mut(|a, b| a.group == b.group).for_each(cut_by_film);
+    let mut left = vec![];
+    for mut of_group in split(wet) {
+        leave_out_outliers(&mut of_group);
+        if of_group.len() > 1 {
+            free_of_own_energy(&mut of_group);
+            left.extend(of_group);
+        }
+    }
+    left
+}
+
+fn split(wet: Vec<WetRow>) -> Vec<Vec<WetRow>> {
+    let mut groups: Vec<Vec<WetRow>> = vec![];
+    for row in wet {
+        match groups.last_mut().filter(|group| group[0].group == row.group) {
+            Some(group) => group.push(row),
+            None => groups.push(vec![row]),
+        }
+    }
+    groups
+}
+
+/// Cuts a group whose films differ by more than one film ratio does, with films in ascending order.
+fn cut_by_film(group: &mut [WetRow]) {
+    /// largest over smallest of one film ratio recorded with an error of 4 %
+    const ONE_FILM: f64 = 1.28;
+    /// films of one film ratio stand closer than this
+    const GAP: f64 = 1.05;
+    let (Some(thinnest), Some(thickest)) = (group.first(), group.last()) else {
+        return;
+    };
+    let (mut from, mut before) = (thinnest.film_ratio, thinnest.film_ratio);
+    if thickest.film_ratio <= ONE_FILM * from {
+        return;
+    }
+    for row in group {
+        if row.film_ratio > ONE_FILM * from || row.film_ratio > GAP * before {
+            from = row.film_ratio;
+        }
+        before = row.film_ratio;
+        row.group.from = Some(from);
+    }
+}
+
+/// Leaves out outliers that stand alone; several among the runs of one film are no mishaps.
+fn leave_out_outliers(group: &mut Vec<WetRow>) {
+    /// share of a group's runs
+    const MISHAPS: f64 = 0.2;
+    let outlying = group.iter().filter(|row| row.outlying).count();
+    if outlying < 2 || (outlying as f64) < MISHAPS * group.len() as f64 {
+        group.retain(|row| !row.outlying);
+    }
+}
+
+/// Takes out of residuals and slopes what an energy of the group's own explains.
+fn free_of_own_energy(group: &mut [WetRow]) {
+    let residuals = centred(group, |row| row.residual);
+    let slopes: Vec<Vec<f64>> = (0..group[0].slopes.len())
+        .map(|j| centred(group, |row| row.slopes[j].1))
+        .collect();
+    for (i, row) in group.iter_mut().enumerate() {
+        row.residual = residuals[i];
+        row.within.iter_mut().zip(&slopes).for_each(|(own, all)| own.1 = all[i]);
+    }
+}
+
+/// A column of one group without its part along an energy that all its runs share; zeros where only rounding is left.
+fn centred(group: &[WetRow], column: impl Fn(&WetRow) -> f64) -> Vec<f64> {
+    const ROUNDING: f64 = 1e-20;
+    let values: Vec<f64> = group.iter().map(column).collect();
+    let own: f64 = group.iter().map(|row| row.of_energy * row.of_energy).sum();
+    let with: f64 = group
+        .iter()
+        .zip(&values)
+        .map(|(row, value)| row.of_energy * value)
+        .sum();
+    let left: Vec<f64> = group
+        .iter()
+        .zip(&values)
+        .map(|(row, value)| value - row.of_energy * with / own)
+        .collect();
+    if square(&left) > ROUNDING * square(&values) {
+        left
+    } else {
+        vec![0.0; left.len()]
+    }
+}
+
+fn square(values: &[f64]) -> f64 {
+    values.iter().map(|x| x * x).sum()
+}
+
+/// The law fitted inside the groups.
+struct FittedLaw {
+    within: Inverse,
+    /// of the fit that is quoted, in which groups have no energy of their own
+    quoted: Inverse,
+    /// what it leaves of the wet runs
+    spread: Spread,
+    /// standard errors of all runs over those of the sampled ones
+    of_all: f64,
+}
+
+/// The law against one alternative.
+struct Departure<'w> {
+    against: WetAlternative,
+    test: FTest,
+    /// the runs that the alternative is about
+    wet: &'w [WetRow],
+    /// the alternative's column beside an energy of each group's own, times its factor
+    column: Vec<f64>,
+    /// what the law has of it, as a step of the parameters
+    taken: DVector<f64>,
+    /// what it adds to the parameters' gradient
+    pull: DVector<f64>,
+}
+
+impl Departure<'_> {
+    /// The group in which it explains most.
+    fn group(&self) -> Option<Group> {
+        let explained = |group: &[(&WetRow, &f64)]| -> f64 {
+            let of_row = |(row, x): &(&WetRow, &f64)| (*x - along(&row.within, &self.taken)) * row.residual;
+            group.iter().map(of_row).sum()
+        };
+        let rows: Vec<(&WetRow, &f64)> = self.wet.iter().zip(&self.column).collect();
+        let groups = rows.chunk_by(|a, b| a.0.group == b.0.group);
+        let most = groups.max_by(|a, b| explained(a).total_cmp(&explained(b)))?;
+        Some(most[0].0.group)
+    }
+}
+
+impl FittedLaw {
+    fn new(rows: &Rows, robust: &RobustFit, sampled: &[SampledRun], wet: &mut [WetRow]) -> Option<FittedLaw> {
+        let blank = || Arrow::zeros(rows.joint.shared.len(), rows.joint.spheres.len());
+        let (mut within, mut quoted) = (blank(), blank());
+        let mut gradient = DVector::zeros(rows.names.len());
+        for row in wet.iter() {
+            within.add_square(1.0, &row.within);
+            quoted.add_square(1.0, &row.slopes);
+            row.within
+                .iter()
+                .for_each(|(j, slope)| gradient[*j] += slope * row.residual);
+        }
+        let mut of_wet = 0;
+        for one in sampled {
+            let part = &rows.parts[one.part];
+            if rows.kind(part) == RunKind::Wet {
+                of_wet += 1;
+                continue;
+            }
+            let sd = robust.scatter[RunKind::Dry as usize].sd(&one.row);
+            let (place, slope) = (part.places[0], one.row.slopes[0] / sd);
+            within.add_square(1.0, &[(place, slope)]);
+            quoted.add_square(1.0, &[(place, slope)]);
+            gradient[place] += slope * one.row.residual / sd;
+        }
+        let (within, quoted) = (inverse(&within), inverse(&quoted));
+        let step = -within.matrix.times(&gradient);
+        for row in wet.iter_mut() {
+            row.residual += along(&row.within, &step);
+        }
+        let spent: f64 = wet.iter().map(|row| within.matrix.square(&row.within)).sum();
+        let groups = wet.chunk_by(|a, b| a.group == b.group).count();
+        Some(FittedLaw {
+            within,
+            quoted,
+            spread: Spread {
+                sum_of_squares: wet.iter().map(|row| row.residual * row.residual).sum(),
+                runs: wet.len(),
+                // a parameter that the runs hold only in part counts as one
+                parameters: groups + (spent - 1e-6).max(0.0).ceil() as usize,
+            },
+            of_all: (of_wet as f64 / rows.joint.wet_rebounds().max(1) as f64).sqrt(),
+        })
+        .filter(|law| law.spread.parameters + 1 < law.spread.runs)
+    }
+
+    /// Holds the law against one more column of the energy in some groups; `None` where the law has it already.
+    fn against<'g>(
+        &self,
+        against: WetAlternative,
+        wet: &'g [WetRow],
+        column: impl Fn(&WetRow) -> f64,
+    ) -> Option<Departure<'g>> {
+        /// a column with less than this share of its square beside the law is not told from it
+        const NEW: f64 = 1e-6;
+        let groups = wet.chunk_by(|a, b| a.group == b.group);
+        let mut column: Vec<f64> = groups
+            .flat_map(|group| centred(group, |row| row.of_energy * column(row)))
+            .collect();
+        let mut pull = DVector::zeros(self.within.identified.len());
+        let mut product = 0.0;
+        for (row, x) in wet.iter().zip(&column) {
+            row.within.iter().for_each(|(j, slope)| pull[*j] += slope * x);
+            product += x * row.residual;
+        }
+        let taken = self.within.matrix.times(&pull);
+        let own = square(&column) - pull.dot(&taken);
+        if own.is_nan() || own <= NEW * square(&column) {
+            return None;
+        }
+        let factor = product / own;
+        let wide = Spread {
+            sum_of_squares: self.spread.sum_of_squares - factor * factor * own,
+            parameters: self.spread.parameters + 1,
+            ..self.spread
+        };
+        column.iter_mut().for_each(|x| *x *= factor);
+        Some(Departure {
+            against,
+            test: nested(self.spread, wide)?,
+            wet,
+            column,
+            taken: taken * factor,
+            pull: pull * factor,
+        })
+    }
+
+    /// The parameter of the quoted fit that it moves most, and by how many of its standard errors.
+    fn moves(&self, departure: &Departure) -> Option<(usize, f64)> {
+        let shift = self.quoted.matrix.times(&departure.pull);
+        let freedom = (self.spread.runs - self.spread.parameters) as f64;
+        let sd = self.of_all * (self.spread.sum_of_squares / freedom).sqrt();
+        let in_se = |j: usize| shift[j].abs() / (sd * self.quoted.matrix.get(j, j).sqrt());
+        let identified = (0..shift.len()).filter(|j| self.quoted.identified[*j]);
+        identified.map(|j| (j, in_se(j))).max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+}
+
+fn along(slopes: &[(usize, f64)], step: &DVector<f64>) -> f64 {
+    slopes.iter().map(|(j, slope)| slope * step[*j]).sum()
+}

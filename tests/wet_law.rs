@@ -1,0 +1,600 @@
+//! Holds that a wet law which does not hold is found, that one which holds is let stand, and the table that says how often.
+
+mod common;
+
+use std::path::Path;
+
+use common::{binomial_z, seed_of, Place};
+use rand::RngExt;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+use wetcor::findings::{self, Findings};
+use wetcor::physics::rebound::mean_restitution;
+use wetcor::runs::{self, NewRun, Table};
+use wetcor::scene::{self, Scene};
+use wetcor::seed::stream;
+
+const PTFE: &str = "PTFE";
+const LIQUIDS: [(&str, f64, f64); 2] = [("AK10", 930.0, 9.3e-3), ("M50", 965.0, 48.3e-3)];
+const FILMS: [f64; 3] = [0.03, 0.045, 0.06];
+const DIAMETERS: [f64; 2] = [3.175e-3, 4.762e-3];
+const SPEEDS: [f64; 6] = [0.35, 0.55, 0.81, 1.08, 1.37, 1.71];
+const DRY_SPEEDS: [f64; 4] = [0.5, 1.0, 1.5, 2.0];
+const L: f64 = 1.85;
+const C: f64 = 0.8;
+
+fn scene(model: &str) -> Scene {
+    let text = format!(
+        r#"
+title = "wet law"
+[data]
+runs = "runs.csv"
+film_ratios = [0.03, 0.045, 0.06]
+[particles.PTFE]
+density_kg_m3 = 2150
+roughness_um = 5
+[particles.PE]
+density_kg_m3 = 940
+roughness_um = 5
+[liquids.AK10]
+density_kg_m3 = 930
+viscosity_mPa_s = 9.3
+[liquids.M50]
+density_kg_m3 = 965
+viscosity_mPa_s = 48.3
+[model]
+{model}
+"#
+    );
+    scene::parse(&text, Path::new("a/scene.toml"), String::new()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// What is true of a wet impact: the restitution by the true film, ρ̃, 1/St and v.
+type Law = fn(Impact) -> f64;
+
+#[derive(Clone, Copy)]
+struct Impact {
+    dry_k: f64,
+    density_ratio: f64,
+    film_ratio: f64,
+    inverse_stokes: f64,
+    speed: f64,
+}
+
+impl Impact {
+    fn e_dry(self, speed: f64) -> f64 {
+        1.0 - self.dry_k * speed.powf(0.2)
+    }
+
+    /// Energy kept of e_dry at a speed, with the stepwise form.
+    fn kept(self, dry_speed: f64, l: f64) -> f64 {
+        self.e_inf_squared(dry_speed) - 4.0 * l * self.inverse_stokes
+    }
+
+    fn e_inf_squared(self, dry_speed: f64) -> f64 {
+        let film = self.film_ratio;
+        let shape = film * (3.0 - 6.0 * film + 4.0 * film * film);
+        self.e_dry(dry_speed).powi(2) - C * self.density_ratio * shape
+    }
+}
+
+fn right(impact: Impact) -> f64 {
+    mean_restitution(impact.kept(2.0, L))
+}
+
+fn linear(impact: Impact) -> f64 {
+    impact.e_inf_squared(2.0).sqrt() * (1.0 - 14.0 * impact.inverse_stokes)
+}
+
+fn exponential(impact: Impact) -> f64 {
+    impact.e_inf_squared(2.0).sqrt() * (-25.0 * impact.inverse_stokes).exp()
+}
+
+fn dry_at_impact_speed(impact: Impact) -> f64 {
+    mean_restitution(impact.kept(impact.speed, L))
+}
+
+/// The thinnest film loses little to viscosity, and more the faster the sphere.
+fn thinnest_film_falls(impact: Impact) -> f64 {
+    if impact.film_ratio < 0.037 {
+        mean_restitution(impact.kept(2.0, 0.6) - 0.12 * (impact.speed - 1.0))
+    } else {
+        right(impact)
+    }
+}
+
+/// How runs scatter beyond the law.
+#[derive(Clone, Copy, PartialEq)]
+enum Scatter {
+    /// normal in e
+    Normal,
+    /// two exponentials in e
+    Laplace,
+    /// normal, with 1 % errors of speeds of which the table says nothing
+    Speeds,
+    /// normal, and offsets of r that the runs of a series share
+    Offsets,
+}
+
+/// Tables that are drawn again and again.
+struct Design {
+    name: &'static str,
+    model: &'static str,
+    law: Law,
+    /// wet and dry runs
+    runs: [usize; 2],
+    particles: &'static [(&'static str, f64, f64)],
+    liquids: usize,
+    films: usize,
+    diameters: usize,
+    /// speeds that are set again, to within 1 %; else each its own
+    repeated: bool,
+    /// speeds go down to 0.2 m/s
+    slow: bool,
+    /// relative error of the films that are recorded
+    film_error: f64,
+    sigma: f64,
+    scatter: Scatter,
+}
+
+const USUAL: Design = Design {
+    name: "40 wet runs, 2 liquids, 3 films, 2 diameters",
+    model: "",
+    law: right,
+    runs: [40, 12],
+    particles: &[(PTFE, 2150.0, 0.18)],
+    liquids: 2,
+    films: 3,
+    diameters: 2,
+    repeated: true,
+    slow: false,
+    film_error: 0.03,
+    sigma: 0.015,
+    scatter: Scatter::Normal,
+};
+
+const PE: (&str, f64, f64) = ("PE", 940.0, 0.125);
+
+/// Scenes that are as the model says.
+const RIGHT: [Design; 14] = [
+    Design {
+        name: "8 wet runs, 1 liquid, 1 film, 1 diameter",
+        slow: true,
+        runs: [8, 4],
+        liquids: 1,
+        films: 1,
+        diameters: 1,
+        ..USUAL
+    },
+    Design {
+        name: "12 wet runs, 2 liquids, 1 film, 1 diameter",
+        runs: [12, 4],
+        films: 1,
+        diameters: 1,
+        ..USUAL
+    },
+    Design {
+        name: "20 wet runs, 2 liquids, 2 films, 1 diameter, own speeds",
+        runs: [20, 6],
+        films: 2,
+        diameters: 1,
+        repeated: false,
+        ..USUAL
+    },
+    USUAL,
+    Design {
+        name: "the same, own speeds",
+        repeated: false,
+        ..USUAL
+    },
+    Design {
+        name: "the same of PE",
+        particles: &[PE],
+        ..USUAL
+    },
+    Design {
+        name: "40 wet runs, 1 film, M50 and AK10, no dry runs",
+        runs: [40, 0],
+        films: 1,
+        ..USUAL
+    },
+    Design {
+        name: "80 wet runs of PTFE and PE",
+        runs: [80, 24],
+        particles: &[(PTFE, 2150.0, 0.18), PE],
+        ..USUAL
+    },
+    Design {
+        name: "250 wet runs of PTFE and PE",
+        runs: [250, 50],
+        particles: &[(PTFE, 2150.0, 0.18), PE],
+        ..USUAL
+    },
+    Design {
+        name: "250 wet runs, own speeds",
+        runs: [250, 50],
+        repeated: false,
+        ..USUAL
+    },
+    Design {
+        name: "40 wet runs, noise 0.03",
+        sigma: 0.03,
+        ..USUAL
+    },
+    Design {
+        name: "40 wet runs, exponential noise",
+        scatter: Scatter::Laplace,
+        ..USUAL
+    },
+    Design {
+        name: "40 wet runs, speeds err by 1 % unsaid",
+        scatter: Scatter::Speeds,
+        ..USUAL
+    },
+    Design {
+        name: "100 wet runs, offsets of series of 0.01 in e²",
+        runs: [100, 12],
+        scatter: Scatter::Offsets,
+        model: "series_offsets = true",
+        ..USUAL
+    },
+];
+
+/// Scenes with another law.
+const WRONG: [Design; 10] = [
+    Design {
+        name: "linear, 8 wet runs of 1 liquid and film, noise 0.0003",
+        slow: true,
+        law: linear,
+        runs: [8, 4],
+        liquids: 1,
+        films: 1,
+        diameters: 1,
+        sigma: 0.0003,
+        film_error: 0.0,
+        ..USUAL
+    },
+    Design {
+        name: "linear, 12 wet runs of 1 liquid and film, noise 0.01",
+        slow: true,
+        law: linear,
+        runs: [12, 4],
+        liquids: 1,
+        films: 1,
+        diameters: 1,
+        sigma: 0.01,
+        ..USUAL
+    },
+    Design {
+        name: "linear, 40 wet runs",
+        law: linear,
+        ..USUAL
+    },
+    Design {
+        name: "exponential, 8 wet runs of 1 liquid and film, noise 0.0003",
+        slow: true,
+        law: exponential,
+        runs: [8, 4],
+        liquids: 1,
+        films: 1,
+        diameters: 1,
+        sigma: 0.0003,
+        film_error: 0.0,
+        ..USUAL
+    },
+    Design {
+        name: "exponential, 40 wet runs",
+        law: exponential,
+        ..USUAL
+    },
+    Design {
+        name: "e_dry at impact speed, 40 wet runs",
+        law: dry_at_impact_speed,
+        ..USUAL
+    },
+    Design {
+        name: "e_dry at impact speed, 80 wet runs",
+        law: dry_at_impact_speed,
+        runs: [80, 24],
+        ..USUAL
+    },
+    Design {
+        name: "thinnest film falls with v, 40 wet runs",
+        law: thinnest_film_falls,
+        ..USUAL
+    },
+    Design {
+        name: "thinnest film falls with v, 80 wet runs",
+        law: thinnest_film_falls,
+        runs: [80, 24],
+        ..USUAL
+    },
+    Design {
+        name: "the same of PE, own speeds",
+        law: thinnest_film_falls,
+        runs: [80, 24],
+        particles: &[PE],
+        repeated: false,
+        ..USUAL
+    },
+];
+
+impl Design {
+    /// A table of it.
+    fn draw<'s>(&self, set: u64) -> Vec<NewRun<'s>> {
+        let mut rng = stream(seed_of(self.name), "wet law", set);
+        let mut normal = {
+            let mut own = stream(seed_of(self.name), "wet law, noise", set);
+            move || -> f64 { StandardNormal.sample(&mut own) }
+        };
+        let mut runs = vec![];
+        let mut offsets = std::collections::HashMap::new();
+        for place in 0..self.runs[0] + self.runs[1] {
+            let wet = place < self.runs[0];
+            let (particle, density, dry_k) = self.particles[rng.random_range(0..self.particles.len())];
+            let diameter = DIAMETERS[DIAMETERS.len() - 1 - rng.random_range(0..self.diameters)];
+            let speed = match (wet, self.repeated) {
+                (true, true) => {
+                    SPEEDS[place % SPEEDS.len()] * (1.0 + 0.01 * normal()) * if self.slow { 0.6 } else { 1.0 }
+                }
+                (true, false) => rng.random_range(0.35..1.75),
+                (false, _) => DRY_SPEEDS[place % DRY_SPEEDS.len()] * (1.0 + 0.01 * normal()),
+            };
+            let of_noise = match self.scatter {
+                Scatter::Laplace => -rng.random::<f64>().ln() * normal().signum() * 0.5f64.sqrt(),
+                _ => normal(),
+            };
+            if !wet {
+                let e = 1.0 - dry_k * speed.powf(0.2) + 0.01 * normal();
+                runs.push(run(particle, diameter, None, speed, e));
+                continue;
+            }
+            let liquid = LIQUIDS.len() - 1 - rng.random_range(0..self.liquids);
+            let liquid = if self.liquids == 1 { 0 } else { liquid };
+            let (name, liquid_density, viscosity) = LIQUIDS[liquid];
+            let nominal = rng.random_range(FILMS.len() - self.films..FILMS.len());
+            let film_ratio = FILMS[nominal] * (1.0 + self.film_error * normal());
+            let (true_speed, lost) = match self.scatter {
+                Scatter::Speeds => (speed * (1.0 + 0.01 * normal()), 1.0 + 0.01 * normal()),
+                _ => (speed, 1.0),
+            };
+            let impact = Impact {
+                dry_k,
+                density_ratio: liquid_density / density,
+                film_ratio: FILMS[nominal],
+                inverse_stokes: 9.0 * viscosity / (density * diameter * true_speed),
+                speed: true_speed,
+            };
+            let mut mean = (self.law)(impact);
+            if self.scatter == Scatter::Offsets {
+                let key = (particle, liquid, nominal, diameter.to_bits());
+                let offset = *offsets.entry(key).or_insert_with(|| 0.01 * normal());
+                mean = mean_restitution(mean * mean.abs() + offset);
+            }
+            let e = (mean + self.sigma * of_noise) * lost;
+            runs.push(run(
+                particle,
+                diameter,
+                Some((name, film_ratio, FILMS[nominal])),
+                speed,
+                e,
+            ));
+        }
+        runs
+    }
+
+    fn fit(&self, scene: &Scene, set: u64) -> Findings {
+        let table = Table::of(runs::arrange(scene, &self.draw(set)));
+        findings::fit_least_squares(scene, &table, 1, false)
+    }
+
+    /// How many of so many tables are refused.
+    fn count(&self, sets: u64) -> Counts {
+        let scene = scene(self.model);
+        let of_set = |set: u64| Counts::of(&self.fit(&scene, set));
+        (0..sets)
+            .into_par_iter()
+            .map(of_set)
+            .reduce(Counts::default, Counts::add)
+    }
+}
+
+fn run<'s>(
+    particle: &'s str,
+    diameter: f64,
+    film: Option<(&'s str, f64, f64)>,
+    impact_speed: f64,
+    restitution: f64,
+) -> NewRun<'s> {
+    NewRun {
+        particle,
+        liquid: film.map(|(liquid, ..)| liquid),
+        diameter,
+        film: film.map(|(_, ratio, nominal)| (ratio * diameter, nominal)),
+        impact_speed,
+        restitution: restitution.max(0.0),
+    }
+}
+
+/// What was counted over tables.
+#[derive(Debug, Default, Clone, Copy, PartialEq)]
+struct Counts {
+    sets: usize,
+    /// refused by the test of the wet law
+    refused: usize,
+    /// tables with a film ratio that the linear law is said to describe better
+    linear: usize,
+    /// refused for any reason
+    by_any: usize,
+    stuck: usize,
+}
+
+impl Counts {
+    fn of(findings: &Findings) -> Counts {
+        let refused = |code: &str| {
+            let gating = findings.verdicts.iter().filter(|check| !check.passed && check.gates);
+            gating.clone().any(|check| check.check == code || code.is_empty())
+        };
+        let better =
+            |row: &findings::scaling::Scaling| row.verdict.passed && row.verdict.reason.starts_with("describes");
+        Counts {
+            sets: 1,
+            refused: usize::from(refused("wet_law_holds")),
+            linear: usize::from(findings.scaling.iter().any(better)),
+            by_any: usize::from(refused("")),
+            stuck: findings.counts.stuck,
+        }
+    }
+
+    /// Its row of the page.
+    fn row(self, design: &Design) -> String {
+        let share = |count: usize, of: usize| format!("{:.1}", 100.0 * count as f64 / of as f64);
+        format!(
+            "| {} | {} | {} | {} | {} | {} |",
+            design.name,
+            self.sets,
+            share(self.stuck, self.sets * design.runs[0]),
+            share(self.refused, self.sets),
+            share(self.linear, self.sets),
+            share(self.by_any, self.sets)
+        )
+    }
+
+    fn add(self, other: Counts) -> Counts {
+        Counts {
+            sets: self.sets + other.sets,
+            refused: self.refused + other.refused,
+            linear: self.linear + other.linear,
+            by_any: self.by_any + other.by_any,
+            stuck: self.stuck + other.stuck,
+        }
+    }
+}
+
+/// The share of a design's tables that the page says are refused.
+fn on_page(page: &str, design: &Design) -> f64 {
+    let begins = format!("| {} | ", design.name);
+    let row = page.lines().find(|line| line.starts_with(&begins));
+    let cell = row.and_then(|row| row.split('|').nth(4)).expect("a row of the page");
+    0.01 * cell.trim().parse::<f64>().expect("a share")
+}
+
+/// Counts some tables of each design and holds them against the page.
+fn held_by_page(designs: &[Design]) -> Counts {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(PAGE);
+    let page = std::fs::read_to_string(path).expect("the page is kept");
+    let mut all = Counts::default();
+    for design in designs {
+        let found = design.count(30);
+        println!("{}: {found:?}", design.name);
+        // a share that was counted as none or all may be a per cent off
+        let z = binomial_z(found.refused, found.sets, on_page(&page, design).clamp(0.01, 0.99));
+        assert!(z.abs() < 4.0, "{}: {found:?}", design.name);
+        all = all.add(found);
+    }
+    all
+}
+
+#[test]
+fn a_law_that_holds_is_let_stand() {
+    let all = held_by_page(&RIGHT);
+    assert!(all.refused * 100 <= all.sets, "{all:?}");
+    assert!(all.linear * 100 <= all.sets, "{all:?}");
+    assert!(all.stuck > 3 * all.sets, "{all:?}");
+}
+
+/// The planted faults.
+#[test]
+fn a_law_that_does_not_hold_is_found() {
+    let all = held_by_page(&WRONG);
+    assert!(2 * all.refused > all.sets, "{all:?}");
+}
+
+/// Eight runs that follow the linear law to three digits, the coefficients of another table than any that is fitted elsewhere.
+#[test]
+fn runs_of_the_linear_law_are_said_to_follow_it() {
+    let place = Place::new(
+        "[data]\nruns = \"runs.csv\"\n[particles.PTFE]\ndensity_kg_m3 = 2150\n[liquids.AK10]\ndensity_kg_m3 = 930\n\
+         viscosity_mPa_s = 9.3\n",
+    );
+    let mut csv = "particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution\n".to_owned();
+    for (speed, e) in [(0.5, 0.851), (1.0, 0.822), (1.5, 0.803), (2.0, 0.795)] {
+        csv += &format!("PTFE,,4.762,,{speed},{e}\n");
+    }
+    for speed in [0.25, 0.3, 0.37, 0.48, 0.7, 1.0, 1.4, 1.9] {
+        let stokes = 2150.0 * 4.762e-3 * speed / (9.0 * 9.3e-3);
+        csv += &format!("PTFE,AK10,4.762,300,{speed},{:.3}\n", 0.75 * (1.0 - 13.0 / stokes));
+    }
+    let findings = place.fit_rows(&csv);
+    let check = findings.verdicts.iter().find(|check| check.check == "wet_law_holds");
+    let check = check.expect("eight runs of one film");
+    assert!(!check.passed && check.gates, "{check:?}");
+    assert!(check.text.contains("PTFE, AK10, film ratio 0.063"), "{}", check.text);
+    assert!(!findings.main.verdict.passed);
+    let at_film = findings.scaling.iter().filter(|row| row.film_ratio.is_some());
+    for row in at_film {
+        match row.law.name() {
+            "linear" => {
+                assert!(row.verdict.passed && row.verdict.reason.starts_with("describes these runs better"));
+                let [e_inf, st_c] = [&row.e_inf, &row.st_c].map(|estimate| estimate.value.expect("fitted"));
+                assert!(
+                    (e_inf - 0.75).abs() < 0.001 && (st_c - 13.0).abs() < 0.03,
+                    "{e_inf} {st_c}"
+                );
+            }
+            _ => assert!(row.verdict.reason.contains("residual sd 0.0"), "{}", row.verdict.reason),
+        }
+        assert!(
+            !row.verdict.reason.contains("follows the square root"),
+            "{:?}",
+            row.verdict
+        );
+    }
+    assert!(!findings.verdicts.iter().any(|check| check.check == "linear_law_bias"));
+}
+
+const PAGE: &str = "reports/wet_law.md";
+
+/// Writes `reports/wet_law.md` anew, row by row; rows that stand there with as many sets are kept.
+#[test]
+#[ignore = "minutes: UPDATE_EXPECTED=1 cargo test --release --test wet_law -- --ignored the_page_of_the_wet_law"]
+fn the_page_of_the_wet_law() {
+    if std::env::var_os("UPDATE_EXPECTED").is_none() {
+        return;
+    }
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(PAGE);
+    let before = std::fs::read_to_string(&path).unwrap_or_default();
+    let mut page = ABOUT.to_owned();
+    for (title, designs, sets) in [
+        ("Scenes that are as the model says", &RIGHT[..], 400),
+        ("Other laws", &WRONG[..], 200),
+    ] {
+        page += &format!(
+            "\n## {title}\n\n| tables | sets | runs that stuck | `wet_law_holds` refuses | linear law said to describe a film \
+             ratio | refused for any reason |\n| --- | --- | --- | --- | --- | --- |\n"
+        );
+        for design in designs {
+            let begins = format!("| {} | {sets} | ", design.name);
+            let kept = before.lines().find(|line| line.starts_with(&begins));
+            page += &kept.map_or_else(|| design.count(sets).row(design), str::to_owned);
+            page.push('\n');
+            std::fs::write(&path, &page).expect("the page can be written");
+        }
+    }
+}
+
+const ABOUT: &str = "# How often the wet law is doubted\n
+The check `wet_law_holds` looks inside each particle, liquid and film ratio, where every group has an energy of its own: is \
+there a term in (1/St)² or in v^(1/5) that all groups share, or a term in 1/St that one group has for itself? It refuses where \
+chance explains the strongest of these with p < 0.001 (F test, p times the number of terms tried) and a parameter moves by more \
+than half of its standard error. Outliers and rebounds expected within three spreads of sticking are left out; where a table \
+does not say how well speeds are known, runs are weighed as if they erred by 1 %.
+
+Tables are drawn from PTFE (or PE) of 3.175 and 4.762 mm in AK10 and M50 (9.3 and 48.3 mPa s), film ratios 0.03, 0.045 and 0.06, \
+recorded with 3 % error each, speeds 0.35 to 1.75 m/s, L = 1.85, C = 0.8 (stepwise), noise 0.015 in e, inertia left open; 12 \
+dry runs unless said. Shares are in per cent of the sets.
+
+Made by `UPDATE_EXPECTED=1 cargo test --release --test wet_law -- --ignored the_page_of_the_wet_law`, which goes on where it was \
+interrupted; delete the page to make it all again. `a_law_that_holds_is_let_stand` and `a_law_that_does_not_hold_is_found` hold \
+it with fewer sets.
+";
