@@ -2,7 +2,8 @@
 
 use super::collect::Collected;
 use super::columns::{ColumnPlace, TableLayout};
-use super::decimals::{DecimalMarks, Decimals};
+use super::decimals::{parse_number, DecimalMarks, Decimals};
+use super::labels::{label, Label};
 use super::refusals::{CellPlace, Refusals, Refused};
 use super::row::{check_row, BadCell, RawRow, RowChecker};
 use crate::error::{quoted, Problem};
@@ -72,8 +73,13 @@ impl<'s> CheckedRows<'s> {
         checked.is_some()
     }
 
-    /// Adds the row at a place of the file; `cell` gives what it has in a column of the table.
-    pub fn add<'c>(&mut self, at: CellPlace, cell: impl Fn(&ColumnPlace) -> Option<Cell<'c>>) {
+    /// Adds the row at a place of the file; `texts` are all its cells, `cell` gives what it has in a column of the table.
+    pub fn add<'c>(
+        &mut self,
+        at: CellPlace,
+        texts: impl Iterator<Item = &'c str>,
+        cell: impl Fn(&ColumnPlace) -> Option<Cell<'c>>,
+    ) {
         let layout = self.layout;
         let mut row: RawRow<'_> = layout.row_before_its_cells();
         for column in RunColumn::words() {
@@ -87,6 +93,21 @@ impl<'s> CheckedRows<'s> {
             self.collected.exclude(reason);
             return;
         }
+        let runs = layout.place(RunColumn::Runs).and_then(&cell);
+        let is_mean_of_runs = runs.is_some_and(|cell| parse_number(cell.text).is_ok_and(|runs| runs.value > 1.0));
+        let mut labels = texts.enumerate().filter(|(index, text)| match label(text) {
+            // that it is a mean it says itself
+            Some(Label::Mean) if is_mean_of_runs => false,
+            Some(_) => !self.knows(*index, text, &row),
+            None => false,
+        });
+        if let Some((_, text)) = labels.next() {
+            let text = text.trim().to_owned();
+            drop(labels);
+            self.collected.add_labelled(&text);
+            return;
+        }
+        drop(labels);
         let mut bad = vec![];
         for column in RunColumn::numbers() {
             // the film of a dry run is not read at all
@@ -108,6 +129,17 @@ impl<'s> CheckedRows<'s> {
                 let text = cell(layout.place(column)?)?.text.trim();
                 (!text.is_empty()).then(|| quoted(text))
             });
+        }
+    }
+
+    /// Whether a cell is in a column whose words have a meaning of their own, as the name of a particle has.
+    fn knows(&self, index: usize, text: &str, row: &RawRow) -> bool {
+        let column = RunColumn::words().find(|column| self.layout.place(*column).is_some_and(|at| at.index == index));
+        match column {
+            Some(RunColumn::Particle) => self.checker.knows_particle(row.particle),
+            Some(RunColumn::Liquid) => row.is_dry() || self.checker.knows_liquid(row.liquid),
+            Some(column) => self.layout.read(column, text).is_some_and(|word| label(word).is_none()),
+            None => false,
         }
     }
 

@@ -4,10 +4,12 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::averaged::MOST_AVERAGED;
 use super::columns::HeaderRemarks;
 use super::errors::{MeasurementErrors, RunError};
 use super::row::CheckedRow;
 use super::screen::{screen, Reason};
+use super::told_twice::{ComparedColumns, Comparison, TOLD_TWICE};
 use crate::error::{file_name, quoted};
 use crate::notice::{Level, Notice};
 use crate::scene::Scene;
@@ -15,10 +17,21 @@ use crate::scene::Scene;
 const UNKNOWN_COLUMN: &str = "unknown_column";
 const UNHEEDED_COLUMN: &str = "unheeded_column";
 const RESTITUTION_ABOVE_ONE: &str = "restitution_above_one";
+const LABELLED_ROWS: &str = "labelled_rows";
+const AVERAGED_ROWS: &str = "averaged_rows";
+const FILM_RATIO_OF_EACH_RUN: &str = "film_ratio_of_each_run";
 pub(super) const CONDENSED_RUNS: &str = "condensed_runs";
 
 /// The codes of what reading says of a table.
-pub(crate) const OF_READING: [&str; 4] = [UNKNOWN_COLUMN, UNHEEDED_COLUMN, RESTITUTION_ABOVE_ONE, CONDENSED_RUNS];
+pub(crate) const OF_READING: [&str; 7] = [
+    LABELLED_ROWS,
+    UNKNOWN_COLUMN,
+    UNHEEDED_COLUMN,
+    RESTITUTION_ABOVE_ONE,
+    AVERAGED_ROWS,
+    FILM_RATIO_OF_EACH_RUN,
+    CONDENSED_RUNS,
+];
 
 /// Runs left out for one reason.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -78,6 +91,34 @@ impl RunsAsRead {
     /// Whether a run stuck, where restitutions up to `limit` do.
     pub fn is_stuck(&self, run: usize, limit: f64) -> bool {
         self.stuck.get(run).copied().unwrap_or(self.restitution[run] <= limit)
+    }
+
+    /// How many wet runs there are, if the nominal film ratios are no such but each run's own δ/D.
+    fn own_film_ratios(&self) -> Option<usize> {
+        /// share by which a written film ratio may miss the film over the diameter
+        const ROUNDING: f64 = 0.01;
+        /// runs of a nominal film ratio, on average, at least
+        const RUNS_OF_RATIO: usize = 3;
+        let wet: Vec<usize> = (0..self.film_ratio.len())
+            .filter(|run| self.liquid[*run] != RunsAsRead::NO_LIQUID)
+            .collect();
+        let is_own = |run: &usize| {
+            let own = self.film[*run] / self.diameter[*run];
+            (self.film_ratio[*run] / own - 1.0).abs() <= ROUNDING
+        };
+        if wet.is_empty() || !wet.iter().all(is_own) {
+            return None;
+        }
+        // the runs of one row are one film
+        let mut ratios: Vec<(u32, u64)> = wet
+            .iter()
+            .map(|run| (self.particle[*run], self.film_ratio[*run].to_bits()))
+            .collect();
+        ratios.sort_unstable();
+        ratios.dedup();
+        let mut rows: Vec<u32> = wet.iter().map(|run| self.row[*run]).collect();
+        rows.dedup();
+        (rows.len() < RUNS_OF_RATIO * ratios.len()).then_some(wet.len())
     }
 
     /// Adds some runs of another part.
@@ -167,8 +208,17 @@ pub(super) struct Collected {
     screened: [usize; Reason::ALL.len()],
     /// left out by the file itself, by its reasons in the order they come
     excluded: Vec<(String, usize)>,
+    /// the first rows whose labels say that they are no runs, with these labels, and how many there are
+    labelled: (Vec<(u32, String)>, usize),
     above_one: usize,
+    /// rows that are means, and the runs that these stand for
+    averaged: [usize; 2],
+    /// how columns that tell the same thing compare, in the order of [`TOLD_TWICE`]
+    told_twice: [Comparison; TOLD_TWICE.len()],
 }
+
+/// Rows that a message names.
+const NAMED: usize = 5;
 
 impl Collected {
     pub fn with_capacity(rows: usize, has_film_ratio: bool, remarks: &HeaderRemarks) -> Self {
@@ -177,19 +227,40 @@ impl Collected {
             rows: 0,
             has_film_ratio,
             remarks: remarks.clone(),
-            screened: [0; Reason::ALL.len()],
-            excluded: vec![],
-            above_one: 0,
+            ..Collected::default()
         }
     }
 
     #[inline]
     pub fn push(&mut self, row: &CheckedRow, has_film_ratio: bool, scene: &Scene) {
         self.rows += 1;
+        for (comparison, ratio) in self.told_twice.iter_mut().zip(row.ratios) {
+            if let Some(ratio) = ratio {
+                comparison.add(u32::try_from(self.rows).unwrap_or(u32::MAX), ratio);
+            }
+        }
+        let runs = row.mean_of.map_or(1, |mean| mean.runs as usize);
+        if row.mean_of.is_some() {
+            self.averaged[0] += 1;
+            self.averaged[1] += runs;
+        }
         if let Some(reason) = screen(row, scene) {
-            self.screened[reason as usize] += 1;
+            self.screened[reason as usize] += runs;
             return;
         }
+        match row.mean_of {
+            // beyond, the table is refused
+            Some(mean) if self.averaged[1] <= MOST_AVERAGED => {
+                for restitution in mean.restitutions(row.restitution) {
+                    self.push_run(&CheckedRow { restitution, ..*row }, has_film_ratio);
+                }
+            }
+            _ => self.push_run(row, has_film_ratio),
+        }
+    }
+
+    #[inline]
+    fn push_run(&mut self, row: &CheckedRow, has_film_ratio: bool) {
         self.above_one += usize::from(row.restitution > 1.0);
         let columns = &mut self.columns;
         if row.errors != RunError::default() || !columns.errors.is_empty() {
@@ -207,6 +278,16 @@ impl Collected {
         columns.row.push(u32::try_from(self.rows).unwrap_or(u32::MAX));
         if has_film_ratio {
             columns.film_ratio.push(row.film_ratio.unwrap_or(f64::NAN));
+        }
+    }
+
+    /// Counts a row whose label says that it is no run.
+    pub fn add_labelled(&mut self, label: &str) {
+        self.rows += 1;
+        self.labelled.1 += 1;
+        if self.labelled.0.len() < NAMED {
+            let row = u32::try_from(self.rows).unwrap_or(u32::MAX);
+            self.labelled.0.push((row, label.to_owned()));
         }
     }
 
@@ -235,7 +316,21 @@ impl Collected {
     /// Adds parts of the file in their order.
     pub fn extend(&mut self, parts: &[Collected]) {
         for part in parts {
-            self.columns.extend(&part.columns, self.rows);
+            let rows_before = u32::try_from(self.rows).unwrap_or(u32::MAX);
+            for (all, own) in self.told_twice.iter_mut().zip(&part.told_twice) {
+                all.extend(own, rows_before);
+            }
+            self.labelled.1 += part.labelled.1;
+            let later = part.labelled.0.iter().cloned();
+            let later = later.map(|(row, label)| (row.saturating_add(rows_before), label));
+            self.labelled.0.extend(later);
+            self.labelled.0.truncate(NAMED);
+            for (all, own) in self.averaged.iter_mut().zip(part.averaged) {
+                *all += own;
+            }
+            if self.averaged[1] <= MOST_AVERAGED {
+                self.columns.extend(&part.columns, self.rows);
+            }
             self.rows += part.rows;
             self.above_one += part.above_one;
             for (all, own) in self.screened.iter_mut().zip(part.screened) {
@@ -267,7 +362,91 @@ impl Collected {
             runs: *runs,
             next_step: "clear the word in the column `exclude` to use those excluded",
         });
+        let labelled = Screened {
+            reason: "a label that says mean, total or spread of other rows".to_owned(),
+            runs: self.labelled.1,
+            next_step: "give those rows another label to use them",
+        };
+        let by_file = by_file.chain([labelled]);
         by_scene.chain(by_file).filter(|screened| screened.runs > 0).collect()
+    }
+
+    /// How many runs the rows are, a mean counted as those that it stands for.
+    pub fn runs(&self) -> usize {
+        self.rows - self.averaged[0] + self.averaged[1]
+    }
+
+    /// Whether means stand for more runs than are kept.
+    pub fn has_too_many_averaged(&self) -> bool {
+        self.averaged[1] > MOST_AVERAGED
+    }
+
+    /// How columns of the table that tell the same thing compare.
+    pub fn compared_columns(&self) -> Vec<ComparedColumns> {
+        let names = self.remarks.told_twice.iter().cloned();
+        let each = TOLD_TWICE.into_iter().zip(names).zip(&self.told_twice);
+        each.filter_map(|((columns, names), comparison)| comparison.of(columns, names))
+            .collect()
+    }
+
+    /// Names the rows whose labels say that they are no runs.
+    pub fn labelled_rows(&self) -> Option<Notice> {
+        let (first, count) = &self.labelled;
+        let mut rows: Vec<String> = first
+            .iter()
+            .map(|(row, label)| format!("row {row} {}", quoted(label)))
+            .collect();
+        if *count > rows.len() {
+            rows.push(format!("and {} more", count - rows.len()));
+        }
+        let [noun, verb, is] = if *count == 1 {
+            ["row", "is", "its label says that it is"]
+        } else {
+            ["rows", "are", "their labels say that they are"]
+        };
+        (*count > 0).then(|| {
+            Notice::new(
+                LABELLED_ROWS,
+                *count,
+                format!(
+                    "{count} {noun} {verb} left out: {is} the mean, total or spread of other rows ({})",
+                    rows.join(", ")
+                ),
+                "give such a row another word if it is a run; a mean of runs that the table does not have is read with a column \
+                 `runs`",
+            )
+        })
+    }
+
+    /// Says how many runs the rows that are means stand for.
+    pub fn averaged_rows(&self) -> Option<Notice> {
+        let [rows, runs] = self.averaged;
+        (rows > 0).then(|| {
+            Notice::new(
+                AVERAGED_ROWS,
+                rows,
+                format!(
+                    "{rows} rows are means and stand for {runs} runs: each is read as normally spread runs of its mean and sd, \
+                     so that outliers and tails among the single runs cannot be seen"
+                ),
+                "give the single runs where you have them",
+            )
+        })
+    }
+
+    /// Takes film ratios that are each run's own δ/D for no nominal ones, and says so.
+    pub fn drop_own_film_ratios(&mut self) -> Option<Notice> {
+        let runs = self.columns.own_film_ratios()?;
+        self.columns.film_ratio.clear();
+        Some(Notice::new(
+            FILM_RATIO_OF_EACH_RUN,
+            runs,
+            format!(
+                "the column film_ratio holds the own δ/D of each of {runs} wet runs and no nominal film ratio: it is not used, \
+                 and film groups are found from the films"
+            ),
+            "nothing; name the film ratios that were meant as film_ratios in [data]",
+        ))
     }
 
     /// The columns that no key names.

@@ -1,6 +1,7 @@
 //! Matches the header of a table with the columns runs can have.
 
 use super::row::RawRow;
+use super::told_twice::TOLD_TWICE;
 use super::written_units::unit_in_brackets;
 use crate::error::{quoted, Problem};
 use crate::scene::{closest, Constant, ConstantValue, Naming, RunColumn, MISSING};
@@ -34,6 +35,8 @@ pub(super) struct HeaderRemarks {
     pub unknown: Vec<String>,
     /// columns that are read only where another has nothing, each with that one
     pub unheeded: Vec<[String; 2]>,
+    /// what the columns that tell the same thing are called
+    pub told_twice: [[String; 2]; TOLD_TWICE.len()],
 }
 
 /// A column's place in the table.
@@ -67,11 +70,13 @@ impl<'s> TableLayout<'s> {
         matched.require_columns();
         if matched.problems.is_empty() {
             let unheeded = matched.unheeded();
+            let told_twice = TOLD_TWICE.map(|both| both.map(|column| matched.name(column)));
             Ok(TableLayout {
                 missing_film: matched.missing_column(RunColumn::Film, " (wet runs need it)"),
                 places: matched.places,
                 remarks: HeaderRemarks {
                     unheeded,
+                    told_twice,
                     unknown: matched.unknown,
                 },
                 width: header.len(),
@@ -134,6 +139,7 @@ impl<'s> TableLayout<'s> {
         let instead: &[RunColumn] = match column {
             RunColumn::Restitution => &[RunColumn::ReboundSpeed, RunColumn::ReboundHeight],
             RunColumn::ImpactSpeed => &[RunColumn::DropHeight, RunColumn::Stokes],
+            RunColumn::RestitutionSdOfRuns => &[RunColumn::RestitutionSe],
             _ => &[],
         };
         if self.place(column).is_some() {
@@ -278,17 +284,17 @@ impl<'h> MatchedHeader<'h> {
 
     /// The columns that are read only where another has nothing.
     fn unheeded(&self) -> Vec<[String; 2]> {
-        let pairs = [
-            [RunColumn::DropHeight, RunColumn::ImpactSpeed],
-            [RunColumn::Stokes, RunColumn::ImpactSpeed],
-            [RunColumn::Stokes, RunColumn::DropHeight],
-            [RunColumn::ReboundHeight, RunColumn::ReboundSpeed],
-        ];
         let name = |column: RunColumn| Some(quoted(&self.places[column as usize].as_ref()?.name));
-        let named = pairs
+        let named = TOLD_TWICE
             .into_iter()
             .filter_map(|[column, other]| Some([name(column)?, name(other)?]));
         named.collect()
+    }
+
+    /// What the table calls a column; its usual name where the scene says what it holds.
+    fn name(&self, column: RunColumn) -> String {
+        let place = self.places[column as usize].as_ref();
+        place.map_or_else(|| column.usual_name(), |place| place.name.clone())
     }
 
     fn lacks(&self, column: RunColumn) -> bool {
@@ -342,6 +348,10 @@ impl<'h> MatchedHeader<'h> {
         }
         if self.lacks(RunColumn::Liquid) && !self.lacks(RunColumn::Film) {
             required.push((RunColumn::Liquid, " (runs with a film need it)"));
+        }
+        let of_means = [RunColumn::RestitutionSdOfRuns, RunColumn::RestitutionSe];
+        if self.lacks(RunColumn::Runs) && !self.lacks_all(&of_means) {
+            required.push((RunColumn::Runs, " (how many runs each row is the mean of)"));
         }
         for (column, also) in required {
             let problem = self.missing_column(column, also);

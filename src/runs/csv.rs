@@ -9,6 +9,7 @@ use super::checked_rows::{Cell, CheckedRows, Holds};
 use super::collect::{Collected, Gathering};
 use super::columns::{ColumnPlace, TableLayout};
 use super::decimals::{parse_number, separator_of, DecimalMarks};
+use super::labels::label;
 use super::records::Records;
 use super::refusals::{whole_file, CellPlace, Refused};
 use super::row::{RawRow, RowChecker};
@@ -322,7 +323,7 @@ impl<'s> PieceReader<'s> {
     }
 
     /// Puts the cells of a record in a row that holds those of the one before, and gives the marks of their decimals; `None`
-    /// where one that should hold a number does not.
+    /// where one that should hold a number does not, or one may mark the row as no run.
     fn read_cells<'t>(&self, records: &Records<'t>, row: &mut RawRow<'t>) -> Option<DecimalMarks>
     where
         's: 't,
@@ -331,8 +332,15 @@ impl<'s> PieceReader<'s> {
         let unchanged = records.unchanged();
         for (cell, column) in records.cells()[unchanged..].iter().zip(&self.columns[unchanged..]) {
             let Some((column, place)) = column else {
+                if label(cell).is_some() {
+                    return None;
+                }
                 continue;
             };
+            let is_label = !column.is_number() && label(cell).is_some();
+            if is_label {
+                return None;
+            }
             let cell = self.layout.read(*column, cell);
             if !column.is_number() {
                 row.set_word(*column, cell);
@@ -350,12 +358,16 @@ impl<'s> PieceReader<'s> {
 
 /// Adds the record at hand, and names every cell of it that is wrong.
 fn add_by_cell(rows: &mut CheckedRows, record: &Records) {
-    rows.add(CellPlace::Line(record.line()), |place| {
-        Some(Cell {
-            text: record.cells().get(place.index)?,
-            holds: Holds::Text,
-        })
-    });
+    rows.add(
+        CellPlace::Line(record.line()),
+        record.cells().iter().copied(),
+        |place| {
+            Some(Cell {
+                text: record.cells().get(place.index)?,
+                holds: Holds::Text,
+            })
+        },
+    );
 }
 
 /// Says that a line of separators stands between runs.

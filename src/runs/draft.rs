@@ -66,6 +66,7 @@ pub(super) fn draft(survey: &Survey, runs: &str) -> Draft {
         None if naming.has(RunColumn::Film) => naming.only(RunColumn::Liquid, "all runs are wet, with one liquid"),
         None => vec![],
     };
+    naming.leave_half_means();
     naming.ask_for_columns(!liquids.is_empty());
     naming.say_what_is_taken();
     let mut text = Text::default();
@@ -189,6 +190,31 @@ impl<'s> Naming<'s> {
         self.guessed
             .push(format!("no column says the {}: {then}", of_runs.base()));
         vec![ONLY.to_owned()]
+    }
+
+    /// Takes no guessed column for the number of averaged runs unless another has their spread, and none for the spread
+    /// without that number: `n` may as well count the rows.
+    fn leave_half_means(&mut self) {
+        let spreads = [RunColumn::RestitutionSdOfRuns, RunColumn::RestitutionSe];
+        if self.has(RunColumn::Runs) && spreads.iter().any(|spread| self.has(*spread)) {
+            return;
+        }
+        for of_runs in [RunColumn::Runs].into_iter().chain(spreads) {
+            let is_guessed = self.columns.iter().any(|(ours, _)| ours == of_runs.base());
+            let Some(column) = self.column(of_runs).filter(|_| is_guessed) else {
+                continue;
+            };
+            self.columns.retain(|(ours, _)| ours != of_runs.base());
+            self.places.retain(|(place, _)| *place != of_runs);
+            let name = quoted(&column.name);
+            self.guessed
+                .retain(|guessed| *guessed != format!("{name} is {}", of_runs.base()));
+            self.guessed.push(format!(
+                "{name} is not read: where each row is the mean of several runs, their number goes into `runs`, with the sd of \
+                 single runs in `restitution_sd_of_runs` or the standard error of the mean in `restitution_se`"
+            ));
+            self.unused.push(column);
+        }
     }
 
     /// Leaves to be filled in what runs need and nothing gives.

@@ -16,7 +16,7 @@ pub(super) struct Guess {
 
 /// What laboratories call columns: letters and digits alone, without a unit. Of a name that is in several lists the first
 /// that is free is meant. No column is taken for one of reasons to leave runs out: it may say `no` in each row.
-const CALLED: [(RunColumn, &[&str]); 12] = [
+const CALLED: [(RunColumn, &[&str]); 15] = [
     (
         RunColumn::Particle,
         &[
@@ -165,6 +165,38 @@ const CALLED: [(RunColumn, &[&str]); 12] = [
     (
         RunColumn::FilmRatio,
         &["nominalfilmratio", "relativefilm", "deltaoverd", "δd"],
+    ),
+    (
+        RunColumn::Runs,
+        &[
+            "n",
+            "count",
+            "repeats",
+            "repetitions",
+            "numberofruns",
+            "nruns",
+            "anzahl",
+            "wiederholungen",
+            "anzahlversuche",
+        ],
+    ),
+    (
+        RunColumn::RestitutionSdOfRuns,
+        &[
+            "sd",
+            "sde",
+            "esd",
+            "std",
+            "stde",
+            "stdev",
+            "stabw",
+            "standardabweichung",
+            "sderestitution",
+        ],
+    ),
+    (
+        RunColumn::RestitutionSe,
+        &["se", "see", "ese", "sem", "stderr", "standarderror", "standardfehler"],
     ),
     (
         RunColumn::Run,

@@ -95,8 +95,9 @@ fn read_few(scene: &Scene, pieces: &Pieces, ranks: &Ranks) -> Result<Option<Tabl
     for ((table, collected), hash) in tables.iter().zip(of_files).zip(hashes) {
         joined.add((collected, hash), &table.path)?;
     }
+    let compared = std::mem::take(&mut joined.compared);
     let (collected, mut notices, sha256) = joined.finish();
-    let (rows, screened) = (collected.rows, collected.screened());
+    let (rows, screened) = (collected.runs(), collected.screened());
     let sample = arrange_part(collected.columns, &cells, scene);
     let slabs = Slabs::of(&sample, scene.data.smallest_restitution);
     let condensing = Condensing {
@@ -115,6 +116,7 @@ fn read_few(scene: &Scene, pieces: &Pieces, ranks: &Ranks) -> Result<Option<Tabl
         runs,
         rows,
         screened,
+        compared,
         notices,
         sha256,
     }))

@@ -3,6 +3,9 @@
 //! | file | job |
 //! |---|---|
 //! | `errors.rs` | holds the measurement errors of runs |
+//! | `averaged.rs` | reads a row that is the mean of several runs as those runs |
+//! | `told_twice.rs` | compares columns that tell the same thing of a run |
+//! | `labels.rs` | knows the words that mark a row as the mean, total or spread of others |
 //! | `row.rs` | checks one run and says which cell is wrong |
 //! | `written_units.rs` | reads the units that names of columns have |
 //! | `columns.rs` | matches a table's header with the columns runs can have |
@@ -42,6 +45,7 @@
 //! | `many.rs` | reads more runs than are kept, as few that stand for all and a sample |
 //! | `write.rs` | writes runs, simulated ones a row at a time |
 
+mod averaged;
 mod cells;
 mod checked_rows;
 mod classes;
@@ -57,6 +61,7 @@ mod film_groups;
 mod guess;
 mod header;
 mod impacts;
+mod labels;
 mod many;
 mod new_run;
 mod parquet;
@@ -76,6 +81,7 @@ mod spheres;
 mod stated_errors;
 mod survey;
 mod table;
+mod told_twice;
 mod true_speeds;
 mod windows;
 mod workbook;
@@ -97,6 +103,7 @@ pub use series::{DryGroup, Impacts, Runs, Series};
 pub use settings::{read_settings, AskedSetting};
 pub use spheres::{diameter_in_mm, sphere_label, sphere_words, Sphere};
 pub use table::{read, Table};
+pub use told_twice::ComparedColumns;
 pub use true_speeds::{SharedSpeed, TrueSpeed, TrueSpeeds, GAP, MOST_SETTINGS};
 pub use write::{free_place, write_csv_whole, EncodedRuns, Existing, RunWriter, TableFormat, TableParts};
 

@@ -3,7 +3,9 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use super::averaged::{mean_of, MeanOf};
 use super::errors::{self, RunError};
+use super::told_twice::{speed_ratios, SpeedRatios};
 use crate::error::PROBLEMS_SHOWN;
 use crate::physics::numbers::{free_fall_speed, speed_at_stokes};
 use crate::scene::{name_expected, HeightsTo, RunColumn, Scene, DRY};
@@ -38,6 +40,10 @@ pub(super) struct RawRow<'a> {
     pub drop_height: Option<f64>,
     pub rebound_height: Option<f64>,
     pub stokes: Option<f64>,
+    /// how many runs it is the mean of, with their sd and the standard error of their mean
+    pub runs: Option<f64>,
+    pub sd_of_runs: Option<f64>,
+    pub se: Option<f64>,
     /// why it is left out
     pub exclude: Option<&'a str>,
 }
@@ -69,6 +75,9 @@ impl<'a> RawRow<'a> {
             RunColumn::DropHeight => self.drop_height = value,
             RunColumn::ReboundHeight => self.rebound_height = value,
             RunColumn::Stokes => self.stokes = value,
+            RunColumn::Runs => self.runs = value,
+            RunColumn::RestitutionSdOfRuns => self.sd_of_runs = value,
+            RunColumn::RestitutionSe => self.se = value,
             RunColumn::Particle | RunColumn::Liquid | RunColumn::Exclude | RunColumn::Run => {}
         }
     }
@@ -86,7 +95,7 @@ pub(super) struct BadCell {
     pub expected: String,
 }
 
-fn bad_cell(column: RunColumn, expected: impl Into<String>) -> BadCell {
+pub(super) fn bad_cell(column: RunColumn, expected: impl Into<String>) -> BadCell {
     BadCell {
         column,
         expected: expected.into(),
@@ -108,6 +117,10 @@ pub(super) struct CheckedRow {
     pub film_ratio: Option<f64>,
     /// what impact speed and restitution err by, as [`super::MeasurementErrors`] has them
     pub errors: RunError,
+    /// the runs that it is the mean of; `None` of a single run
+    pub mean_of: Option<MeanOf>,
+    /// how columns that tell the same thing compare
+    pub ratios: SpeedRatios,
 }
 
 /// What a row is checked against: finds names in the scene; runs come in blocks, so the last answer is tried first.
@@ -157,6 +170,14 @@ impl<'s> RowChecker<'s> {
             self.last_liquid = *self.liquids.get(name)?;
         }
         Some(self.last_liquid)
+    }
+
+    pub fn knows_particle(&self, name: Option<&str>) -> bool {
+        name.is_some_and(|name| self.particles.contains_key(name))
+    }
+
+    pub fn knows_liquid(&self, name: Option<&str>) -> bool {
+        name.is_some_and(|name| self.liquids.contains_key(name))
     }
 
     fn name_expected(&mut self, what: &str, name: &str, names: impl Iterator<Item = &'s str>) -> String {
@@ -251,12 +272,22 @@ pub(super) fn check_row(raw: &RawRow, checker: &mut RowChecker, problems: &mut V
             "expected a film ratio above 0 and up to 1",
         ));
     }
-    if !has_speed {
+    let heights_to = checker.scene.data.naming.heights_to;
+    let mut ratios = SpeedRatios::default();
+    if raw.drop_height.is_some() || raw.stokes.is_some() || raw.rebound_height.is_some() {
         let of_stokes = StokesScale::of(checker.scene, particle, liquid, diameter);
-        impact_speed = derived_speed(raw, (film, checker.scene.data.naming.heights_to), of_stokes, problems);
+        ratios = film.map_or(ratios, |film| speed_ratios(raw, (film, heights_to), &of_stokes));
+        if !has_speed {
+            impact_speed = derived_speed(raw, (film, heights_to), of_stokes, problems);
+        }
     }
-    let rebound = rebound_speed(raw, film, checker.scene.data.naming.heights_to, problems);
+    let rebound = rebound_speed(raw, film, heights_to, problems);
     let restitution = restitution(raw, impact_speed, rebound, problems);
+    let mut row_mean_of = None;
+    if raw.runs.is_some() || raw.sd_of_runs.is_some() || raw.se.is_some() {
+        let limit = checker.scene.data.smallest_restitution;
+        row_mean_of = restitution.and_then(|restitution| mean_of(raw, restitution, limit, problems));
+    }
     let has_sd = raw.sds.iter().any(Option::is_some);
     if has_sd {
         check_sds(raw, problems);
@@ -284,6 +315,8 @@ pub(super) fn check_row(raw: &RawRow, checker: &mut RowChecker, problems: &mut V
         } else {
             RunError::default()
         },
+        mean_of: row_mean_of,
+        ratios,
     })
 }
 
@@ -309,7 +342,7 @@ fn check_sds(raw: &RawRow, problems: &mut Vec<BadCell>) {
 }
 
 /// Speed over Stokes number of a run.
-enum StokesScale {
+pub(super) enum StokesScale {
     Known(f64),
     /// without a liquid there is none
     Dry,
@@ -331,7 +364,7 @@ impl StokesScale {
 }
 
 /// How far a sphere falls from a height to where it meets the film; `None` where it lies within.
-fn fall(height: f64, film: f64, heights_to: HeightsTo) -> Option<f64> {
+pub(super) fn fall(height: f64, film: f64, heights_to: HeightsTo) -> Option<f64> {
     let fall = match heights_to {
         HeightsTo::Plate => height - film,
         HeightsTo::Film => height,

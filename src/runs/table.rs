@@ -2,12 +2,14 @@
 
 use std::path::Path;
 
+use super::averaged::MOST_AVERAGED;
 use super::collect::{columns_not_read, Collected, Gathering, Screened};
 use super::impacts;
 use super::refusals::{whole_file, Refused};
 use super::series::Runs;
 use super::source::{TableSource, READ};
 use super::stated_errors::check_stated_errors;
+use super::told_twice::ComparedColumns;
 use super::{csv, parquet, windows, workbook};
 use crate::error::{file_name, Error, Problem};
 use crate::notice::Notice;
@@ -19,10 +21,12 @@ use crate::seed::sha256;
 pub struct Table {
     /// the runs in use, ordered by series: all, or few that stand for all
     pub runs: Runs,
-    /// rows of the file
+    /// rows of the file; a row that is a mean counts as the runs that it stands for
     pub rows: usize,
     /// rows left out, by reason
     pub screened: Vec<Screened>,
+    /// columns that tell the same thing
+    pub compared: Vec<ComparedColumns>,
     /// what wants a second look
     pub notices: Vec<Notice>,
     /// SHA-256 of the file
@@ -38,14 +42,17 @@ pub fn read(scene: &Scene) -> Result<Table, Error> {
     for file in &scene.data.runs {
         joined.add(read_table(file, scene)?, &file.path)?;
     }
-    let (collected, notices, sha256) = joined.finish();
-    let (rows, screened) = (collected.rows, collected.screened());
+    let compared = std::mem::take(&mut joined.compared);
+    let (mut collected, mut notices, sha256) = joined.finish();
+    let (rows, screened) = (collected.runs(), collected.screened());
+    notices.extend(collected.drop_own_film_ratios());
     let runs = impacts::arrange(collected.columns, scene);
     check_stated_errors(scene, &runs)?;
     Ok(Table {
         rows,
         screened,
         notices,
+        compared,
         runs,
         sha256,
     })
@@ -58,6 +65,7 @@ impl Table {
             rows: runs.len(),
             runs,
             screened: vec![],
+            compared: vec![],
             notices: vec![],
             sha256: String::new(),
         }
@@ -95,6 +103,8 @@ pub(super) struct Joined<'p> {
     notices: Vec<Notice>,
     /// the columns of each table that were not read
     unknown: Vec<(String, Vec<String>)>,
+    /// columns that tell the same thing, of each table
+    pub compared: Vec<ComparedColumns>,
     /// SHA-256 of each file
     hashes: Vec<String>,
 }
@@ -104,10 +114,11 @@ impl<'p> Joined<'p> {
     pub fn add(&mut self, (table, sha256): (Collected, String), path: &'p Path) -> Result<(), Error> {
         self.unknown.push((file_name(path), table.unknown_columns().to_vec()));
         self.notices.extend(table.unheeded_columns(path));
+        self.compared.extend(table.compared_columns());
         self.hashes.push(sha256);
         let Some(first) = self.first else {
             (self.first, self.all) = (Some(path), table);
-            return Ok(());
+            return check_averaged(&self.all, path);
         };
         if table.has_film_ratio != self.all.has_film_ratio {
             let [with, without] = if self.all.has_film_ratio {
@@ -128,11 +139,13 @@ impl<'p> Joined<'p> {
             return Err(Error::input(without, vec![problem]));
         }
         self.all.extend(std::slice::from_ref(&table));
-        Ok(())
+        check_averaged(&self.all, path)
     }
 
     /// The runs, what is to be said of them, and the SHA-256 of the file or, of several, that of their SHA-256, a line each.
     pub fn finish(mut self) -> (Collected, Vec<Notice>, String) {
+        self.notices.extend(self.all.labelled_rows());
+        self.notices.extend(self.all.averaged_rows());
         self.notices.extend(self.all.above_one());
         self.notices.extend(columns_not_read(&self.unknown));
         let sha256 = match self.hashes.as_slice() {
@@ -144,6 +157,16 @@ impl<'p> Joined<'p> {
         };
         (self.all, self.notices, sha256)
     }
+}
+
+/// Refuses tables whose means stand for more runs than are kept.
+fn check_averaged(collected: &Collected, path: &Path) -> Result<(), Error> {
+    if collected.has_too_many_averaged() {
+        let found = "the rows are means of too many runs";
+        let expected = format!("at most {MOST_AVERAGED} together");
+        return Err(Error::input(path, vec![whole_file(found, &expected)]));
+    }
+    Ok(())
 }
 
 /// Where something is refused, the table is read once more: to see that it is text, and then in its order.

@@ -42,7 +42,8 @@ pub(super) fn read_sheet(sheet: Sheet, scene: &Scene) -> Result<Collected, Refus
     let mut checked = CheckedRows::new(&layout, scene);
     for SheetRow { number, cells } in rows {
         let texts: Vec<Option<String>> = cells.iter().map(Held::text).collect();
-        checked.add(CellPlace::Row(number), |place| {
+        let in_order = texts.iter().map(|text| text.as_deref().unwrap_or_default());
+        checked.add(CellPlace::Row(number), in_order, |place| {
             let text = texts.get(place.index)?.as_deref()?;
             let holds = match &cells[place.index] {
                 Held::Number(value) => Holds::Number(*value),

@@ -37,6 +37,12 @@ pub enum RunColumn {
     ReboundHeight,
     /// Stokes number of the impact
     Stokes,
+    /// how many runs the row is the mean of
+    Runs,
+    /// standard deviation of those runs about their mean
+    RestitutionSdOfRuns,
+    /// standard error of their mean
+    RestitutionSe,
     /// why the run is left out
     Exclude,
     /// free label
@@ -48,7 +54,7 @@ const NO_ERROR: Without = Without::Words("taken as exact, but for what scatters 
 
 impl RunColumn {
     /// Every column.
-    pub const ALL: [RunColumn; 17] = [
+    pub const ALL: [RunColumn; 20] = [
         RunColumn::Particle,
         RunColumn::Liquid,
         RunColumn::Diameter,
@@ -64,6 +70,9 @@ impl RunColumn {
         RunColumn::DropHeight,
         RunColumn::ReboundHeight,
         RunColumn::Stokes,
+        RunColumn::Runs,
+        RunColumn::RestitutionSdOfRuns,
+        RunColumn::RestitutionSe,
         RunColumn::Exclude,
         RunColumn::Run,
     ];
@@ -95,6 +104,9 @@ impl RunColumn {
             RunColumn::DropHeight => "drop_height",
             RunColumn::ReboundHeight => "rebound_height",
             RunColumn::Stokes => "stokes",
+            RunColumn::Runs => "runs",
+            RunColumn::RestitutionSdOfRuns => "restitution_sd_of_runs",
+            RunColumn::RestitutionSe => "restitution_se",
             RunColumn::Exclude => "exclude",
             RunColumn::Run => "run",
         }
@@ -115,6 +127,9 @@ impl RunColumn {
             | RunColumn::RestitutionSd
             | RunColumn::SpeedCorrelation
             | RunColumn::Stokes
+            | RunColumn::Runs
+            | RunColumn::RestitutionSdOfRuns
+            | RunColumn::RestitutionSe
             | RunColumn::Exclude
             | RunColumn::Run => Dimension::One,
         }
@@ -181,6 +196,21 @@ impl RunColumn {
                 Without::Words("0"),
                 "0.5",
                 "correlation of the errors of both speeds, from -1 to 1",
+            ),
+            RunColumn::Runs => (
+                Without::Words("each row is one run"),
+                "5",
+                "how many runs at one setting the row is the mean of",
+            ),
+            RunColumn::RestitutionSdOfRuns => (
+                Without::Words("restitution_se says how the runs of a mean scatter"),
+                "0.012",
+                "of a mean: sd of its single runs",
+            ),
+            RunColumn::RestitutionSe => (
+                Without::Words("restitution_sd_of_runs says how the runs of a mean scatter"),
+                "0.005",
+                "of a mean: its standard error, sd/√runs",
             ),
             RunColumn::Exclude => (
                 Without::Words("every run is used"),

@@ -1,0 +1,147 @@
+//! Knows the words by which a table marks a row as the mean, the total or the spread of others.
+
+/// What a label says that a row is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Label {
+    Mean,
+    /// a total or a spread
+    Other,
+}
+
+const MEANS: [&str; 11] = [
+    "mean",
+    "average",
+    "avg",
+    "mittelwert",
+    "mittel",
+    "durchschnitt",
+    "moyenne",
+    "media",
+    "promedio",
+    "gemiddelde",
+    "média",
+];
+
+const OTHERS: [&str; 19] = [
+    "total",
+    "totals",
+    "sum",
+    "subtotal",
+    "std",
+    "stdev",
+    "stddev",
+    "sd",
+    "rms",
+    "summe",
+    "gesamt",
+    "standardabweichung",
+    "stabw",
+    "écart",
+    "ecart",
+    "somme",
+    "suma",
+    "totale",
+    "desviación",
+];
+
+/// What may follow such a word, besides numbers and single letters, without making a remark of it.
+const AFTER: [&str; 25] = [
+    "of",
+    "the",
+    "all",
+    "runs",
+    "series",
+    "block",
+    "value",
+    "values",
+    "dev",
+    "deviation",
+    "error",
+    "von",
+    "der",
+    "des",
+    "aus",
+    "reihe",
+    "serie",
+    "de",
+    "du",
+    "type",
+    "di",
+    "del",
+    "standard",
+    "mean",
+    "wert",
+];
+
+/// Letters of the longest cell that is looked at.
+const LONGEST: usize = 60;
+
+/// What a cell says that its row is; `None` of any other word, and of a remark that only begins with such a word.
+pub(super) fn label(cell: &str) -> Option<Label> {
+    // most cells are numbers or names, told apart by their first letter
+    let first = cell.trim_start().chars().next()?;
+    if !first.is_alphabetic() || cell.len() > LONGEST {
+        return None;
+    }
+    let lower = cell.to_lowercase();
+    let mut words = lower
+        .split(|c: char| !c.is_alphanumeric())
+        .filter(|word| !word.is_empty());
+    let first = words.next()?;
+    let label = if MEANS.contains(&first) {
+        Label::Mean
+    } else if OTHERS.contains(&first) {
+        Label::Other
+    } else {
+        return None;
+    };
+    let is_remark = words.any(|word| {
+        let is_counted = word.chars().all(|c| c.is_ascii_digit()) || word.chars().count() == 1;
+        !is_counted && !AFTER.contains(&word)
+    });
+    (!is_remark).then_some(label)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_are_known_and_remarks_are_none() {
+        for cell in [
+            "mean",
+            " Mean ",
+            "MITTELWERT",
+            "Mittelwert 1-3",
+            "Moyenne",
+            "mean of 5 runs",
+            "Avg.",
+        ] {
+            assert_eq!(label(cell), Some(Label::Mean), "{cell}");
+        }
+        for cell in [
+            "total",
+            "Std. dev.",
+            "SD",
+            "Summe",
+            "Standardabweichung",
+            "écart-type",
+            "Sum:",
+        ] {
+            assert_eq!(label(cell), Some(Label::Other), "{cell}");
+        }
+        for cell in [
+            "",
+            "17",
+            "0.8",
+            "PTFE",
+            "meander",
+            "total reflection",
+            "mean speed by hand",
+            "summer",
+            "µ",
+        ] {
+            assert_eq!(label(cell), None, "{cell}");
+        }
+    }
+}
