@@ -220,6 +220,33 @@ pub const PLAUSIBLE_INPUT: Criterion = row(
     "correct the number, or the unit in its name",
 );
 
+/// Probability that so many rebounds, or such a block of rows, repeat others in every measured cell by chance.
+pub const REPEATED_ROWS: Criterion = row(
+    "repeated_rows",
+    AtLeast(BEYOND_CHANCE),
+    GATES,
+    "two runs at one setting agree to the last digit with a probability that their scatter and that digit tell",
+    "take out what was pasted or listed twice, or give the digits that tell the runs apart",
+);
+
+/// Probability that so many rows are the mean of the rows just above them by chance.
+pub const MEAN_ROWS: Criterion = row(
+    "mean_rows",
+    AtLeast(BEYOND_CHANCE),
+    GATES,
+    "another run seldom equals the mean of the others to the last digit",
+    "leave them out by a reason in the column `exclude`; a mean of runs that the table does not have is read with a column `runs`",
+);
+
+/// Distance of the speeds that one column gives from those of another, as a share.
+pub const COLUMNS_AGREE: Criterion = row(
+    "columns_agree",
+    AtMost(0.05),
+    GATES,
+    "both are of one impact, and air slows a falling sphere by 2 % at most",
+    "correct the unit of one of them, or take the wrong one out of the table",
+);
+
 /// Results outside what such experiments have.
 pub const PLAUSIBLE_RESULT: Criterion = row(
     "plausible_result",

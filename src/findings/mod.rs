@@ -43,12 +43,15 @@
 //! | `document.rs` | everything a fit says, as `findings.json` writes it |
 //! | `learnt.rs` | what was learnt, in sentences |
 //! | `laws.rs` | the law e(v) of every pair, in numbers |
+//! | `repeats.rs` | rows that repeat others, and means of the rows above them |
+//! | `columns_agree.rs` | columns that tell the same thing and contradict each other |
 //! | `plausible.rs` | constants, runs and results that no such experiment has |
 //! | `overview.rs` | what was read, for `check` |
 
 pub mod balance;
 pub mod bootstrap;
 pub mod checks;
+mod columns_agree;
 pub mod compare;
 pub mod constants;
 mod document;
@@ -81,6 +84,7 @@ mod quantities;
 pub mod questions;
 mod range;
 pub mod regions;
+mod repeats;
 pub mod scaling;
 pub mod series;
 mod single_run;
@@ -206,8 +210,12 @@ pub fn fit_least_squares_shared<S: Shares>(
     let of_results = plausible::check_results(scene, runs, &findings);
     findings.verdicts.extend(of_results);
     // a wrong unit explains what else fails
-    let of_input = plausible::check_input(scene, runs);
-    findings.verdicts.splice(0..0, of_input);
+    let of_input = plausible::check_input(scene, runs).into_iter();
+    let rows = repeats::check_rows(runs);
+    let of_table = of_input.chain(columns_agree::check_columns(&table.compared)).chain(rows.checks);
+    findings.verdicts.splice(0..0, of_table);
+    findings.notices.extend(rows.notices);
+    findings.notices.extend(columns_agree::rows_apart(&table.compared));
     findings.pick_main_numbers(scene, runs, None);
     Ok(findings)
 }

@@ -44,6 +44,8 @@ const fn informing(code: &'static str, next_step: &'static str) -> Entry {
 }
 
 const SCREENED: Entry = entry("screened", "see the reasons");
+const REPEATED_ROWS: Entry = entry("repeated_rows", "look whether a row was entered twice");
+const COLUMNS_DISAGREE: Entry = entry("columns_disagree", "look for a slip in these rows");
 const STUCK_LEFT_OUT: Entry = entry(
     "stuck_left_out",
     "quote the square-root law, and compare film ratios by how many of their runs stuck",
@@ -142,7 +144,9 @@ const FORM_NOT_COMPARED: Entry = informing(
 );
 
 /// Those that bear on the main numbers, the one that bears most on them first.
-const FIRST: [&Entry; 16] = [
+const FIRST: [&Entry; 18] = [
+    &REPEATED_ROWS,
+    &COLUMNS_DISAGREE,
     &SLOW_REBOUNDS,
     &SINGLE_RUN,
     &MEASUREMENT_ERRORS_TOO_LARGE,
@@ -194,6 +198,16 @@ pub(super) fn screened(by_reason: &[Screened]) -> Notice {
         format!("{runs} runs left out: {}", reasons.join(", ")),
         next.join("; "),
     )
+}
+
+/// Rows that repeat others, perhaps by chance.
+pub(super) fn repeated_rows(rows: usize, text: String) -> Notice {
+    REPEATED_ROWS.notice(rows, text)
+}
+
+/// Rows in which columns that tell the same thing lie apart.
+pub(super) fn columns_disagree(rows: usize, text: String) -> Notice {
+    COLUMNS_DISAGREE.notice(rows, text)
 }
 
 /// Runs of the wet ones that stuck, which least squares leaves out.

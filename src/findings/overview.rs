@@ -132,7 +132,14 @@ pub fn summarise_runs(scene: &Scene, table: &Table, least_squares: &Findings) ->
 
 /// A failed check of what the table and its scene hold, as a notice: no fit has to be looked at for it.
 fn of_table(check: &Check) -> Option<Notice> {
-    let of_table = [checks::FILM_GROUPS, checks::PLAUSIBLE_INPUT, checks::PLAUSIBLE_RESULT];
+    let of_table = [
+        checks::FILM_GROUPS,
+        checks::PLAUSIBLE_INPUT,
+        checks::PLAUSIBLE_RESULT,
+        checks::COLUMNS_AGREE,
+        checks::REPEATED_ROWS,
+        checks::MEAN_ROWS,
+    ];
     let is_one = of_table.iter().any(|criterion| criterion.code == check.check);
     let count = check.value.map_or(0, |value| value as usize);
     (is_one && !check.passed).then(|| Notice::new(check.check, count, check.text.as_str(), check.advice))

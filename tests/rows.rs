@@ -1,0 +1,337 @@
+//! Holds how rows are taken that are no single runs: means of several, totals, repeats, and columns that say a thing twice.
+
+mod common;
+
+use std::fmt::Write;
+
+use common::{rows, wetcor, Place};
+use wetcor::findings::posterior::MethodChoice;
+use wetcor::findings::verdicts::quotable;
+use wetcor::findings::Findings;
+use wetcor::runs::NewRun;
+use wetcor::scene::Scene;
+
+/// Two liquids and three films, six runs of each setting.
+const SCENE: &str = r#"
+[data]
+runs = "runs.csv"
+columns = { run = "trial" }
+[particles.PTFE]
+density_kg_m3 = 2150
+[liquids.thin]
+density_kg_m3 = 930
+viscosity_mPa_s = 9.3
+[liquids.thick]
+density_kg_m3 = 960
+viscosity_mPa_s = 20
+[model]
+inertia = "stepwise"
+[sampler]
+warmup = 400
+draws = 500
+[truth]
+dry_k = { PTFE = 0.183 }
+lubrication_log = 1.85
+inertial_prefactor = 0.8
+sigma_dry = 0.008
+sigma_wet = 0.015
+[design]
+diameter_mm = { PTFE = [4.762] }
+liquids = ["thin", "thick"]
+film_ratio = { PTFE = [0.04, 0.06, 0.08] }
+height_mm = [30, 60, 90, 120, 150]
+dry_impact_speed_m_s = [0.4, 0.8, 1.2, 1.6, 2.0]
+repeats = 6
+"#;
+
+const REPEATS: usize = 6;
+
+fn place() -> Place {
+    Place::new(&SCENE.replace("columns = { run = \"trial\" }\n", ""))
+}
+
+/// The cells of a run up to its restitution.
+fn cells(run: &NewRun) -> String {
+    let film = run.film.map_or(String::new(), |(film, _)| format!("{}", 1e6 * film));
+    let liquid = run.liquid.unwrap_or("dry");
+    let (diameter, speed) = (1e3 * run.diameter, run.impact_speed);
+    format!("{},{liquid},{diameter},{film},{speed}", run.particle)
+}
+
+const HEADER: &str = "particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution";
+
+/// The runs of each setting of the design, those of which none stuck.
+fn settings(scene: &Scene, seed: u64) -> Vec<Vec<NewRun<'_>>> {
+    let all = rows(scene, seed);
+    let mut settings: Vec<Vec<NewRun>> = vec![];
+    for run in all {
+        let is_same = |own: &&mut Vec<NewRun>| cells(&own[0]) == cells(&run);
+        match settings.iter_mut().find(is_same) {
+            Some(own) => own.push(run),
+            None => settings.push(vec![run]),
+        }
+    }
+    assert!(settings.iter().all(|own| own.len() == REPEATS));
+    settings.retain(|own| own.iter().all(|run| run.restitution > 0.15));
+    assert!(settings.len() > 25, "{}", settings.len());
+    settings
+}
+
+fn single_runs(settings: &[Vec<NewRun>]) -> String {
+    let lines = settings.iter().flatten();
+    let lines: Vec<String> = lines.map(|run| format!("{},{}", cells(run), run.restitution)).collect();
+    format!("{HEADER}\n{}\n", lines.join("\n"))
+}
+
+/// The same as means, with a spread in a column of this name.
+fn means(settings: &[Vec<NewRun>], column: &str, of_sd: impl Fn(f64) -> f64) -> String {
+    let mut text = format!("{HEADER},{column},runs\n");
+    for own in settings {
+        let n = own.len() as f64;
+        let mean = own.iter().map(|run| run.restitution).sum::<f64>() / n;
+        let squares: f64 = own.iter().map(|run| (run.restitution - mean).powi(2)).sum();
+        let sd = (squares / (n - 1.0)).sqrt();
+        writeln!(text, "{},{mean},{},{n}", cells(&own[0]), of_sd(sd)).expect("a text");
+    }
+    text
+}
+
+/// Every main estimate of least squares with its standard error.
+fn estimates(found: &Findings) -> Vec<(f64, f64)> {
+    let dry = found.dry.iter().map(|dry| (dry.dry_k.value, dry.dry_k.se));
+    let scaling = found.scaling.iter().flat_map(|law| {
+        let both = [&law.e_inf, &law.st_c];
+        both.map(|estimate| (estimate.value, estimate.se))
+    });
+    let both = dry.chain(scaling).filter_map(|(value, se)| Some((value?, se?)));
+    let main = found.main.parameters.iter();
+    let main = main.filter_map(|parameter| Some((parameter.number.value?, parameter.number.se?)));
+    both.chain(main).collect()
+}
+
+#[test]
+fn means_give_what_the_single_runs_give() {
+    let place = place();
+    let settings = settings(&place.scene, common::seed_of("means of runs"));
+    let root = (REPEATS as f64).sqrt();
+    let mut single = place.fit_rows(&single_runs(&settings));
+    let expected = estimates(&single);
+    assert!(expected.len() > 10, "{expected:?}");
+    let far = |found: &Findings| {
+        let each = estimates(found).into_iter().zip(&expected);
+        let each = each.map(|(own, other)| {
+            let value = (own.0 - other.0).abs() / other.1;
+            value.max((own.1 / other.1 - 1.0).abs())
+        });
+        each.fold(0.0, f64::max)
+    };
+    for text in [
+        means(&settings, "restitution_sd_of_runs", |sd| sd),
+        means(&settings, "restitution_se", |sd| sd / root),
+    ] {
+        let found = place.fit_rows(&text);
+        assert_eq!(found.counts.runs, single.counts.runs);
+        assert_eq!(found.counts.used, single.counts.used);
+        assert!(far(&found) < 1e-9, "{}", far(&found));
+        let told: Vec<&str> = found.notices.iter().map(|notice| notice.text.as_str()).collect();
+        let words = format!(
+            "{} rows are means and stand for {} runs",
+            settings.len(),
+            single.counts.runs
+        );
+        assert!(told.iter().any(|text| text.contains(&words)), "{told:?}");
+    }
+    // a standard error taken for the sd of single runs
+    let twin = place.fit_rows(&means(&settings, "restitution_sd_of_runs", |sd| sd / root));
+    assert!(far(&twin) > 0.3, "{}", far(&twin));
+
+    let sample = |text: &str, found: &mut Findings| {
+        std::fs::write(&place.scene.data.runs[0].path, text).expect("the folder is writable");
+        let sampled = found.add_posterior(&place.scene, &place.read().runs, MethodChoice::Nodes, &|_, _| ());
+        assert!(sampled.is_ok_and(|sampled| sampled.is_some()));
+    };
+    sample(&single_runs(&settings), &mut single);
+    let text = means(&settings, "restitution_se", |sd| sd / root);
+    let mut averaged = place.fit_rows(&text);
+    sample(&text, &mut averaged);
+    assert!(quotable(&single.verdicts) && quotable(&averaged.verdicts));
+    for (own, other) in estimates(&averaged).iter().zip(estimates(&single)) {
+        assert!((own.0 - other.0).abs() < 0.2 * other.1, "{own:?} {other:?}");
+        assert!((own.1 / other.1 - 1.0).abs() < 0.15, "{own:?} {other:?}");
+    }
+}
+
+#[test]
+fn a_draft_takes_the_number_of_runs_where_it_finds_their_spread() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let drafted = |header: &str, row: &str| {
+        let text = format!("particle,diameter_mm,impact_speed_m_s,e,{header}\nPTFE,4.762,0.8,0.82,{row}\n");
+        std::fs::write(folder.path().join("table.csv"), text).expect("writable");
+        let (status, _, err) = wetcor(folder.path(), &["new", "table.csv"]);
+        assert_eq!(status, Some(0), "{err}");
+        let scene = folder.path().join("scene.toml");
+        let text = std::fs::read_to_string(&scene).expect("a draft");
+        std::fs::remove_file(&scene).expect("removable");
+        text
+    };
+    let both = drafted("SD,n", "0.01,5");
+    assert!(both.contains("restitution_sd_of_runs = \"SD\", runs = \"n\""), "{both}");
+    let number = drafted("remark,n", "wet,5");
+    assert!(
+        !number.contains("runs = \"n\"") && number.contains("`n` is not read: where each row"),
+        "{number}"
+    );
+}
+
+/// Dry runs in blocks of three; after each block stands what is given.
+fn blocks(after: impl Fn(usize, f64) -> Option<String>) -> String {
+    let mut text = "trial,particle,liquid,diameter_mm,impact_speed_m_s,restitution,remark\n".to_owned();
+    let offsets = [
+        0.011, -0.014, 0.004, -0.009, 0.012, -0.005, 0.003, -0.002, 0.013, -0.012, 0.006, -0.007,
+    ];
+    for block in 0..4 {
+        let speed = 0.6 + 0.45 * block as f64;
+        for (run, offset) in offsets[3 * block..][..3].iter().enumerate() {
+            let v = speed + 0.003 * run as f64;
+            let e = 1.0 - 0.18 * v.powf(0.2) + offset;
+            writeln!(text, "{},PTFE,dry,4.762,{v:.3},{e:.3},", 3 * block + run + 1).expect("a text");
+        }
+        text.extend(after(block, speed));
+    }
+    text
+}
+
+#[test]
+fn rows_that_say_they_are_means_are_left_out_and_named() {
+    let place = Place::new(SCENE);
+    let plain = place.fit_rows(&blocks(|_, _| None));
+    for (label, remark) in [
+        ("mean", ""),
+        ("Mittelwert 1-3", ""),
+        ("std", ""),
+        ("", "Moyenne"),
+        ("", "Summe"),
+    ] {
+        let found = place.fit_rows(&blocks(|_, speed| {
+            Some(format!("{label},PTFE,dry,4.762,{speed},0.8,{remark}\n"))
+        }));
+        assert_eq!(found.dry[0].dry_k.value, plain.dry[0].dry_k.value, "{label}");
+        assert_eq!(found.counts.screened.iter().map(|one| one.runs).sum::<usize>(), 4);
+        assert_eq!(found.counts.runs, plain.counts.runs + 4);
+        let text = found.notices.iter().find(|notice| notice.code == "labelled_rows");
+        let text = text.map(|notice| notice.text.clone()).unwrap_or_default();
+        assert!(text.contains("row 4 `") && text.contains("row 16 `"), "{text}");
+    }
+    // a remark is none, nor is a name of the scene; what such a row has else is not read
+    let found = place.fit_rows(&blocks(|_, speed| {
+        Some(format!("9,PTFE,dry,4.762,{speed},0.8,total darkness\n"))
+    }));
+    assert_eq!(found.counts.screened.len(), 0);
+    place.fit_rows(&blocks(|_, _| Some("mean,,,,,x,\n".to_owned())));
+    let total = Place::new(&SCENE.replace("PTFE", "total"));
+    let found = total.fit_rows(&blocks(|_, _| None).replace("PTFE", "total"));
+    assert_eq!(found.counts.screened.len(), 0);
+}
+
+#[test]
+fn a_file_listed_twice_is_not_quoted() {
+    let text = SCENE.replace("runs = \"runs.csv\"", "runs = [\"runs.csv\", \"copy.csv\"]");
+    let place = Place::new(&text);
+    std::fs::write(place.path("copy.csv"), blocks(|_, _| None).replace("\n1", "\n5")).expect("writable");
+    let found = place.fit_rows(&blocks(|_, _| None));
+    let check = found.verdicts.iter().find(|check| check.check == "repeated_rows");
+    let text = check.map(|check| check.text.clone()).unwrap_or_default();
+    assert!(text.contains("rows 13 to 24 repeat rows 1 to 12"), "{text}");
+    assert!(!quotable(&found.verdicts));
+}
+
+/// The example's wet runs with each run's own film, and a column of film ratios that a cell is made for.
+fn own_films(ratio: impl Fn(usize, f64) -> f64) -> String {
+    let mut text = format!("{HEADER},film_ratio\n");
+    let (diameter, k) = (4.762, 0.18);
+    for run in 0..120 {
+        // films about two values, each its own
+        let film_ratio = [0.05, 0.08][run % 2] * (1.0 + 0.0005 * ((37 * run) % 101) as f64);
+        let v = 0.5 + 0.011 * run as f64;
+        let e = 1.0 - k * v.powf(0.2) - 0.06 / v + 0.01 * ((11 * run) % 17) as f64 / 17.0;
+        let film = 1e3 * diameter * film_ratio;
+        let ratio = ratio(run, film_ratio);
+        writeln!(text, "PTFE,thin,{diameter},{film},{v},{e:.4},{ratio:.5}").expect("a text");
+    }
+    text
+}
+
+#[test]
+fn film_ratios_of_each_run_are_no_nominal_ones() {
+    let place = place();
+    let own = place.fit_rows(&own_films(|_, ratio| ratio));
+    let notice = own
+        .notices
+        .iter()
+        .filter(|notice| notice.code == "film_ratio_of_each_run");
+    assert_eq!(notice.map(|notice| notice.count).collect::<Vec<_>>(), [120]);
+    assert_eq!(own.film_groups.len(), 2);
+    // nominal ratios stay, those that films were made of exactly among them
+    for nominal in [[0.05, 0.08], [0.051, 0.082]] {
+        let found = place.fit_rows(&own_films(|run, _| nominal[run % 2]));
+        assert!(found
+            .notices
+            .iter()
+            .all(|notice| notice.code != "film_ratio_of_each_run"));
+        assert_eq!(found.film_groups.len(), 2);
+    }
+}
+
+/// Dry and wet runs whose heights and Stokes numbers are made for their speeds.
+fn said_twice(height: impl Fn(usize, f64) -> f64, stokes: impl Fn(f64) -> f64) -> String {
+    let mut text = format!("{HEADER},drop_height_mm,stokes\n");
+    for run in 0..24 {
+        let v = 0.5 + 0.05 * run as f64;
+        let (liquid, film, loss) = if run < 8 {
+            ("dry", "", 0.0)
+        } else {
+            ("thin", "286", 0.06 / v)
+        };
+        let e = 1.0 - 0.18 * v.powf(0.2) - loss + 0.01 * ((5 * run) % 7) as f64 / 7.0;
+        let above = if run < 8 { 0.0 } else { 0.286 };
+        let height = height(run, 1e3 * v * v / (2.0 * 9.81)) + above;
+        let stokes = stokes(2150.0 * 4.762e-3 * v / (9.0 * 9.3e-3));
+        writeln!(text, "PTFE,{liquid},4.762,{film},{v:.4},{e:.4},{height:.2},{stokes:.2}").expect("a text");
+    }
+    text
+}
+
+#[test]
+fn columns_that_tell_the_same_thing_are_compared() {
+    let place = Place::new(&SCENE.replace("columns = { run = \"trial\" }", "heights_to = \"plate\""));
+    let of = |found: &Findings| -> Vec<String> {
+        let checks = found.verdicts.iter().filter(|check| check.check == "columns_agree");
+        checks
+            .inspect(|check| assert!(check.gates && !check.passed))
+            .map(|check| check.text.clone())
+            .collect()
+    };
+    let right = place.fit_rows(&said_twice(|_, h| h, |st| st));
+    assert_eq!(of(&right), Vec::<String>::new());
+    assert!(right.notices.iter().all(|notice| notice.code != "columns_disagree"));
+    // air slows a sphere a little
+    assert_eq!(
+        of(&place.fit_rows(&said_twice(|_, h| 1.04 * h, |st| st))),
+        Vec::<String>::new()
+    );
+
+    let ten = of(&place.fit_rows(&said_twice(|_, h| 10.0 * h, |st| st)));
+    assert!(
+        ten.len() == 1 && ten[0].contains("`drop_height_mm` gives 3.1"),
+        "{ten:?}"
+    );
+    assert!(ten[0].contains("a factor of 10 in the height"), "{ten:?}");
+    let nine = of(&place.fit_rows(&said_twice(|_, h| h, |st| 9.0 * st)));
+    assert!(nine.len() == 1 && nine[0].contains("without its 9"), "{nine:?}");
+
+    let slip = place.fit_rows(&said_twice(|run, h| if run == 4 { 2.0 * h } else { h }, |st| st));
+    assert_eq!(of(&slip), Vec::<String>::new());
+    let notice = slip.notices.iter().find(|notice| notice.code == "columns_disagree");
+    let text = notice.map(|notice| notice.text.clone()).unwrap_or_default();
+    assert!(text.contains("row 5 (1.41 times)"), "{text}");
+}
