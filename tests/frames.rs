@@ -473,9 +473,19 @@ fn what_is_no_recording_is_told() {
     tells(path, &["no image is in it"]);
     for video in ["fall.mp4", "fall.AVI", "fall.cine"] {
         std::fs::write(path.join(video), "a video").expect("a file");
-        tells(&path.join(video), &[video, "a video", "ffmpeg -i FILE frames/%06d.png"]);
+        tells(
+            &path.join(video),
+            &[
+                video,
+                "a video",
+                "mkdir frames && ffmpeg -i FILE -fps_mode passthrough frames/%06d.png",
+            ],
+        );
     }
-    tells(path, &["ffmpeg -i FILE frames/%06d.png"]);
+    tells(
+        path,
+        &["mkdir frames && ffmpeg -i FILE -fps_mode passthrough frames/%06d.png"],
+    );
     std::fs::write(path.join("notes"), "notes").expect("a file");
     tells(&path.join("notes"), &["not frames", "ffmpeg"]);
     std::fs::write(path.join("old.bmp"), "BM").expect("a file");
@@ -511,6 +521,38 @@ fn what_is_no_recording_is_told() {
     tells(&pages, &["one.tif", "a single page"]);
     std::fs::write(&pages, "II*").expect("a file");
     tells(&pages, &["one.tif", "TIFF"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn what_has_no_end_is_no_frame() {
+    let scene = Scene {
+        width: 60,
+        height: 60,
+        radius: 8.0,
+        ..seeded("what_has_no_end_is_no_frame")
+    };
+    let folder = TempDir::new().expect("a folder");
+    for frame in 0..6 {
+        render(&scene, |_| (30.0, 30.0), frame).png(&folder.path().join(format!("f{frame}.png")));
+    }
+    let last = folder.path().join("f6.png");
+    let told = || {
+        let message = refusal(folder.path());
+        std::fs::remove_file(&last).expect("it is there");
+        assert!(message.contains("f6.png"), "{message}");
+        message
+    };
+    std::os::unix::fs::symlink("/dev/zero", &last).expect("a link");
+    assert!(told().contains("found a device"));
+    // a pipe that nobody writes to is not waited for
+    let made = std::process::Command::new("mkfifo").arg(&last).status();
+    assert!(made.is_ok_and(|status| status.success()));
+    assert!(told().contains("found a pipe, expected a regular file"));
+    let pages = folder.path().join("pages.tif");
+    let made = std::process::Command::new("mkfifo").arg(&pages).status();
+    assert!(made.is_ok_and(|status| status.success()));
+    assert!(refusal(&pages).contains("found a pipe"));
 }
 
 #[test]

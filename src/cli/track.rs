@@ -1,18 +1,18 @@
 //! Runs `wetcor track`: from recordings to a table of runs.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use wetcor::error::{file_name, named, Error};
 use wetcor::recordings::{self, Axis, TrackOptions};
 use wetcor::report::folder::{Contents, Destination};
 use wetcor::report::tracking;
-use wetcor::runs::{free_place, write_csv_whole, Existing};
+use wetcor::runs::{free_place, Existing, WholeTable};
 
-use super::messages::{print_after_writing, print_notices, warn};
+use super::messages::{print_after_writing, print_notices, warn, NOT_QUOTABLE};
 use crate::progress::Progress;
 
-/// Recordings that are named on the terminal where they are left out; the table of runs and the report have all.
+/// Recordings of a kind that are named on the terminal; the report has all.
 const MOST_NAMED: usize = 20;
 
 /// Parts of the progress bar.
@@ -26,11 +26,15 @@ Example:
 
 The list has a line a recording: `file`, `particle`, `diameter_mm`, with a liquid `liquid` and `film_um`; `frame_rate_Hz` \
 unless positions have times; if known `scale_px_per_mm` (else by the diameter or by gravity), `density_kg_m3` (to take off the \
-drag of the air), `y_axis` (`up` or `down`), `run` (its name) and `exclude` (a reason to leave it out).
+drag of the air), `y_axis` (`up` or `down`), `y_unit` (of a plain `y` in its table), `run` (its name) and `exclude` (a reason \
+to leave it out).
 
 A `file` is a folder of PNG, JPEG or TIFF frames in order of name, a TIFF of several pages, or a table of positions with \
-`frame`, `time_s` or `time_ms`, one of `y_px`, `y_mm` and `y_m`, and `object` where it follows several. Frames of a video: \
-ffmpeg -i drop.mp4 drop/%06d.png")]
+`frame`, `time_s` or `time_ms`, one of `y_px`, `y_mm` and `y_m`, and `object` where it follows several; the names of Tracker, \
+trackpy and TrackMate are known. Frames of a video: \
+mkdir drop && ffmpeg -i drop.mp4 -fps_mode passthrough drop/%06d.png
+
+Exit status: 1 where a recording cannot be read or nothing falls in it, or no run is left; the others are written.")]
 pub(super) struct Track {
     /// The list of recordings: .csv, .tsv, .txt or .xlsx
     recordings: PathBuf,
@@ -70,12 +74,19 @@ pub(super) fn track(request: &Track, quiet: bool) -> Result<u8, Error> {
     };
     free_place(out, existing)?;
     let list = request.recordings.as_path();
-    let same = |path: &std::path::Path| path.canonicalize().ok();
-    if same(out).is_some() && same(out) == same(list) {
-        return Err(Error::Out {
-            path: out.to_path_buf(),
-            reason: "is the list of recordings".to_owned(),
-        });
+    let refuse = |reason: String| Error::Out {
+        path: out.to_path_buf(),
+        reason,
+    };
+    let same = |path: &Path| {
+        path.canonicalize()
+            .is_ok_and(|path| out.canonicalize().is_ok_and(|out| out == path))
+    };
+    if same(list) {
+        return Err(refuse("is the list of recordings".to_owned()));
+    }
+    if request.report.as_ref().is_some_and(|folder| lies_in(out, folder)) {
+        return Err(refuse("lies in the folder of the report".to_owned()));
     }
     let title = file_name(list);
     let destination = request
@@ -90,29 +101,67 @@ pub(super) fn track(request: &Track, quiet: bool) -> Result<u8, Error> {
     let progress = Progress::bar("track", PARTS, quiet);
     let campaign = recordings::track(list, options, &|share| progress.at((share * PARTS as f64) as u64))?;
     drop(progress);
-    if let Some(destination) = &destination {
-        destination.write(tracking::files(&title, &campaign)?)?;
+    let mut listed = campaign.outcomes.iter().map(|outcome| &outcome.recording);
+    if let Some(recording) = listed.find(|recording| same(&recording.file)) {
+        return Err(refuse(format!(
+            "is the recording of line {} in the list",
+            recording.line
+        )));
     }
-    write_csv_whole(out, existing, &recordings::runs_table(&campaign.outcomes)?)?;
+    // both are written whole before either has its name
+    let report = match &destination {
+        Some(destination) => Some(destination.beside(tracking::files(&title, &campaign)?)?),
+        None => None,
+    };
+    let table = WholeTable::beside(out, existing, &recordings::runs_table(&campaign.outcomes)?)?;
+    if let Some(report) = report {
+        report.put()?;
+    }
+    table.put()?;
+    let status = if tracking::is_usable(&campaign) {
+        0
+    } else {
+        NOT_QUOTABLE
+    };
     print_notices(&campaign.notices, quiet);
     if quiet {
-        return Ok(0);
+        return Ok(status);
     }
     if let Some(left) = tracking::drag_left(&campaign) {
         warn(&left);
     }
-    let left_out = tracking::left_out(&campaign);
-    for line in left_out.iter().take(MOST_NAMED) {
-        warn(line);
-    }
-    if left_out.len() > MOST_NAMED {
-        warn(&format!("{} more are left out", left_out.len() - MOST_NAMED));
-    }
+    warn_each(&tracking::uneven(&campaign), "have frames repeated or missing");
+    warn_each(&tracking::left_out(&campaign), "are left out");
     let mut text = tracking::summary(&campaign);
     text.push_str(&format!("runs: {}\n", named(out)));
     if let Some(folder) = &request.report {
         text.push_str(&format!("report: {}\n", named(&folder.join("report.md"))));
     }
     print_after_writing(out, &text)?;
-    Ok(0)
+    Ok(status)
+}
+
+/// Names the first recordings of a kind, and counts the others.
+fn warn_each(lines: &[String], what: &str) {
+    for line in lines.iter().take(MOST_NAMED) {
+        warn(line);
+    }
+    if lines.len() > MOST_NAMED {
+        warn(&format!("{} more {what}", lines.len() - MOST_NAMED));
+    }
+}
+
+/// Whether a file is a folder, or lies in it, whether they are there or not.
+fn lies_in(file: &Path, folder: &Path) -> bool {
+    let whole = |path: &Path| {
+        let path = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+        let there = path
+            .ancestors()
+            .find_map(|above| Some((above, above.canonicalize().ok()?)));
+        match there {
+            Some((above, found)) => path.strip_prefix(above).map_or(path.clone(), |rest| found.join(rest)),
+            None => path.clone(),
+        }
+    };
+    whole(file).starts_with(whole(folder))
 }

@@ -6,19 +6,30 @@ use super::flights::Flights;
 use super::gravity::{is_off, shared, FlightFit, Gravity, GRAVITY};
 use super::impact::ContactSpeeds;
 use super::list::Recording;
+use super::timing::Jump;
 use super::track::Track;
+use crate::rounding::significant;
+use crate::runs::LARGEST_RESTITUTION;
+use crate::units::{pixels_per_millimetre, MAGNITUDES};
 
 /// Rounds in which flights, contacts and gravity follow each other; each brings them nearer by orders of magnitude.
 const ROUNDS: usize = 4;
 
 /// What a recording shows, before any scale of its own.
-#[derive(Debug, Clone)]
-pub(super) struct Shown {
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shown {
+    /// heights as they were seen
     pub track: Track,
     /// whether its heights are pixels, not metres
     pub in_pixels: bool,
     /// diameter of the sphere in pixels with its standard error, where it was seen
     pub diameter: Option<[f64; 2]>,
+    /// how many frames there are, with and without the sphere; of a table its positions
+    pub frames: usize,
+    /// the number of the first frame; `None` of positions whose table has times alone
+    pub counted_from: Option<u32>,
+    /// the object that was taken, where a table has several
+    pub object: Option<String>,
 }
 
 /// Where the scale of a recording comes from.
@@ -87,6 +98,8 @@ pub struct Tracked {
     pub scale: ImageScale,
     /// every flight, in order
     pub flights: Vec<FreeFlight>,
+    /// frames that were repeated or are missing, by the jumps of the flights; their times are mended
+    pub jumps: Vec<Jump>,
     /// the first, or all where they were asked for; at least one
     pub impacts: Vec<Impact>,
     /// height of the sphere at rest less that of the contact, in m, where it came to rest
@@ -98,6 +111,8 @@ pub struct Tracked {
 pub struct Outcome {
     /// which
     pub recording: Recording,
+    /// what it shows, where it was read
+    pub shown: Option<Shown>,
     /// its impacts
     pub tracked: Result<Tracked, Refusal>,
 }
@@ -107,6 +122,8 @@ pub struct Outcome {
 pub enum Refusal {
     /// the list leaves it out, for this reason
     Excluded(String),
+    /// it cannot be read, for this reason
+    Unread(String),
     /// of what it shows
     Shows(NoContact),
 }
@@ -115,14 +132,18 @@ impl Refusal {
     /// As a reason in a table says it.
     pub fn words(&self) -> &str {
         match self {
-            Refusal::Excluded(reason) => reason,
+            Refusal::Excluded(reason) | Refusal::Unread(reason) => reason,
             Refusal::Shows(what) => what.words(),
         }
     }
 
-    /// Whether nothing falls in it, so that it cannot be what was meant.
-    pub(super) fn is_no_fall(&self) -> bool {
-        matches!(self, Refusal::Shows(NoContact::NeverFalls | NoContact::FallsUpwards))
+    /// Whether it cannot be read, or nothing falls in it, so that it cannot be what was meant.
+    pub fn is_mistake(&self) -> bool {
+        use NoContact::{BendsUpwards, FallsUpwards, NeverFalls};
+        matches!(
+            self,
+            Refusal::Unread(_) | Refusal::Shows(NeverFalls | FallsUpwards | BendsUpwards)
+        )
     }
 }
 
@@ -154,25 +175,26 @@ struct Underway {
     place: usize,
     flights: Flights,
     scale: ImageScale,
+    diameter: f64,
     film: f64,
+    frame_rate: Option<f64>,
     air: Option<SphereInAir>,
 }
 
 /// All recordings with what they gave, in their order; those that show nothing carry the reason.
 pub(super) fn analyse(
     recordings: Vec<Recording>,
-    shown: Vec<Option<Shown>>,
+    shown: Vec<Result<Shown, Refusal>>,
     all_rebounds: bool,
 ) -> (Vec<Outcome>, GravityCheck) {
-    let excluded = |recording: &Recording| recording.exclude.clone().map(Refusal::Excluded);
-    let mut reasons: Vec<Option<Refusal>> = recordings.iter().map(excluded).collect();
+    let mut reasons: Vec<Option<Refusal>> = shown.iter().map(|shown| shown.as_ref().err().cloned()).collect();
     let mut underway = vec![];
-    for (place, (recording, shown)) in recordings.iter().zip(shown).enumerate() {
-        let Some(shown) = shown else {
+    for (place, (recording, shown)) in recordings.iter().zip(&shown).enumerate() {
+        let Ok(shown) = shown else {
             continue;
         };
-        let scale = scale(recording, &shown);
-        match Flights::of(shown.track, all_rebounds) {
+        let scale = scale(recording, shown);
+        match Flights::of(shown.track.clone(), all_rebounds) {
             Ok(flights) => underway.push(Underway {
                 place,
                 flights: flights.over(scale.value),
@@ -181,8 +203,14 @@ pub(super) fn analyse(
                     density,
                 }),
                 scale,
+                diameter: recording.diameter,
                 film: recording.film,
+                frame_rate: recording.frame_rate,
             }),
+            // frames have their ground below whatever the list says of tables
+            Err(NoContact::FallsUpwards) if shown.diameter.is_some() => {
+                reasons[place] = Some(Refusal::Shows(NoContact::BendsUpwards));
+            }
             Err(reason) => reasons[place] = Some(Refusal::Shows(reason)),
         }
     }
@@ -194,14 +222,17 @@ pub(super) fn analyse(
             Err(reason) => reasons[of.place] = Some(Refusal::Shows(reason)),
         }
     }
-    let outcomes = recordings
-        .into_iter()
-        .zip(tracked)
-        .zip(reasons)
-        .map(|((recording, tracked), reason)| Outcome {
-            recording,
-            tracked: tracked.ok_or_else(|| reason.unwrap_or(Refusal::Shows(NoContact::NeverFalls))),
-        });
+    let outcomes =
+        recordings
+            .into_iter()
+            .zip(shown)
+            .zip(tracked)
+            .zip(reasons)
+            .map(|(((recording, shown), tracked), reason)| Outcome {
+                recording,
+                shown: shown.ok(),
+                tracked: tracked.ok_or_else(|| reason.unwrap_or(Refusal::Shows(NoContact::NeverFalls))),
+            });
     (outcomes.collect(), check)
 }
 
@@ -302,7 +333,7 @@ fn finish(of: &Underway, check: GravityCheck) -> Result<Tracked, NoContact> {
             },
             stuck,
             at_film,
-            verdict: verdict(flights, *contact, gravity, check),
+            verdict: verdict(of, (*contact, *speeds), gravity, check),
         }
     });
     let rest = flights
@@ -316,6 +347,7 @@ fn finish(of: &Underway, check: GravityCheck) -> Result<Tracked, NoContact> {
             heights: flights.track.heights.iter().map(|height| height - at.height).collect(),
         },
         noise: flights.sigma,
+        jumps: flights.jumps.clone(),
         scale: of.scale,
         rest,
     })
@@ -341,33 +373,114 @@ fn free_flights(flights: &Flights, gravity: Gravity, level: f64) -> Vec<FreeFlig
     flights.places().map(flight).collect()
 }
 
-/// Why an impact is left out: its flights fall at another rate than all others, or all fall at a wrong one.
-fn verdict(flights: &Flights, contact: Contact, gravity: Gravity, check: GravityCheck) -> Option<String> {
-    let wrong = "frame rate or scale is wrong";
-    if let Some(g) = check
-        .measured
-        .filter(|g| gravity.flights > 0 && is_off(g.value, g.se, GRAVITY))
-    {
-        return Some(format!(
-            "all flights fall at {:.2} m/s^2, not {GRAVITY}: {wrong}",
-            g.value
-        ));
-    }
-    let places = [
-        Some(contact.before),
-        match contact.after {
-            After::Flight(after) => Some(after),
-            After::Rest(_) => None,
-        },
-    ];
-    places.into_iter().flatten().find_map(|place| {
-        let [own, se] = flights.fit(place, flights.segments[place].parabola.time).own();
-        let off = is_off(own, se.hypot(gravity.se), gravity.value);
-        off.then(|| {
+/// Why an impact is left out, where it is: its numbers cannot all be right.
+fn verdict(
+    of: &Underway,
+    (contact, speeds): (Contact, ContactSpeeds),
+    gravity: Gravity,
+    check: GravityCheck,
+) -> Option<String> {
+    of.width_verdict()
+        .or_else(|| of.fall_verdict(contact, gravity, check))
+        .or_else(|| of.run_verdict(contact, speeds))
+}
+
+impl Underway {
+    /// Whether the sphere can be as wide as its scale says: wider than its positions scatter, and as the frames show it.
+    fn width_verdict(&self) -> Option<String> {
+        /// pixels that a tracker needs
+        const LEAST_WIDTH: f64 = 2.0;
+        /// standard deviations of a position, of which the width has more
+        const LEAST_SDS: f64 = 4.0;
+        /// by which share two scales may differ: a sphere may hang nearer to the camera than the scale did
+        const APART: f64 = 0.1;
+        let scale = self.scale.value;
+        if self.scale.source == ScaleSource::Gravity {
+            let (width, scatter) = (self.diameter * scale, self.flights.sigma * scale);
+            return (width < LEAST_WIDTH.max(LEAST_SDS * scatter)).then(|| {
+                format!(
+                    "by gravity the scale is {} px/mm and its sphere {width:.1} px wide, where positions scatter by \
+                     {scatter:.1} px: frame_rate_Hz or diameter_mm is wrong",
+                    significant(pixels_per_millimetre(scale), 3)
+                )
+            });
+        }
+        let [seen, se] = self
+            .scale
+            .by_diameter
+            .filter(|_| self.scale.source == ScaleSource::Stated)?;
+        let off = (seen - scale).abs();
+        (off > APART * scale && off > 3.0 * se).then(|| {
             format!(
-                "it falls at {own:.2} m/s^2 by itself, where all fall at {:.2}: {wrong}",
-                gravity.value
+                "by the sphere's diameter the scale is {} px/mm, by the list {}: diameter_mm or scale_px_per_mm is wrong",
+                significant(pixels_per_millimetre(seen), 3),
+                significant(pixels_per_millimetre(scale), 3)
             )
         })
-    })
+    }
+
+    /// Whether all flights fall as things do, and this one as all.
+    fn fall_verdict(&self, contact: Contact, gravity: Gravity, check: GravityCheck) -> Option<String> {
+        let all = check.measured.filter(|_| gravity.flights > 0);
+        if let Some(g) = all.filter(|g| is_off(g.value, g.se, GRAVITY)) {
+            return Some(format!(
+                "all flights fall at {} m/s^2, not {GRAVITY}, {} times as fast as things do: {}",
+                significant(g.value, 3),
+                significant(g.value / GRAVITY, 3),
+                self.what_is_wrong(g.value / GRAVITY)
+            ));
+        }
+        let places = [
+            Some(contact.before),
+            match contact.after {
+                After::Flight(after) => Some(after),
+                After::Rest(_) => None,
+            },
+        ];
+        places.into_iter().flatten().find_map(|place| {
+            let flights = &self.flights;
+            let [own, se] = flights.fit(place, flights.segments[place].parabola.time).own();
+            let off = is_off(own, se.hypot(gravity.se), gravity.value);
+            off.then(|| {
+                format!(
+                    "it falls at {own:.2} m/s^2 by itself, where all fall at {:.2}: {}",
+                    gravity.value,
+                    self.what_is_wrong(own / gravity.value)
+                )
+            })
+        })
+    }
+
+    /// What the frame rate or the scale would be if the other is right, where things fall so many times too fast.
+    fn what_is_wrong(&self, times: f64) -> String {
+        let rate = self.frame_rate.filter(|_| times > 0.0);
+        let rate = rate.map(|rate| format!("frame_rate_Hz would be {}", significant(rate / times.sqrt(), 3)));
+        let scale = (self.scale.source == ScaleSource::Stated && times > 0.0)
+            .then(|| pixels_per_millimetre(self.scale.value * times))
+            .map(|scale| format!("scale_px_per_mm would be {}", significant(scale, 3)));
+        let would: Vec<String> = rate.into_iter().chain(scale).collect();
+        if would.is_empty() {
+            return "frame rate or scale is wrong".to_owned();
+        }
+        format!("frame rate or scale is wrong ({})", would.join(", or "))
+    }
+
+    /// Whether a table of runs takes it.
+    fn run_verdict(&self, contact: Contact, speeds: ContactSpeeds) -> Option<String> {
+        let (v, v_r) = (speeds.impact_speed, speeds.rebound_speed);
+        if self.film > self.diameter {
+            return Some("film_um is more than the diameter".to_owned());
+        }
+        if v_r > LARGEST_RESTITUTION * v {
+            return Some(format!(
+                "it rebounds {} times as fast as it comes: what was taken for its flights is not one sphere's",
+                significant(v_r / v, 3)
+            ));
+        }
+        let stuck = matches!(contact.after, After::Rest(_));
+        let usual = |number: f64| MAGNITUDES.contains(&number);
+        let sds = [speeds.impact_speed_sd, speeds.rebound_speed_sd];
+        let taken = usual(v) && (stuck || usual(v_r)) && sds.into_iter().all(|sd| sd == 0.0 || usual(sd));
+        (!taken).then(|| "its speeds are beyond what a table of runs takes".to_owned())
+    }
 }

@@ -28,8 +28,16 @@ pub enum NoContact {
     NeverFalls,
     /// positions bend upwards wherever they bend: their axis points the other way
     FallsUpwards,
+    /// what frames show is accelerated upwards
+    BendsUpwards,
     /// the first that is seen is a sphere that rises
     BeginsRising,
+    /// too few frames of the fall are seen before the sphere rises
+    ShortFall,
+    /// a flight is followed by another that goes on falling
+    Torn,
+    /// too many frames are repeated or missing
+    Uneven,
     /// it ends before the sphere has come down, or just after
     EndsBefore,
     /// what follows is neither a flight of enough frames nor a sphere at rest
@@ -63,7 +71,16 @@ pub(super) fn contacts(
     };
     let held_before = segments[..*first].iter().any(|segment| segment.kind == Kind::Rest);
     if rises(*first) && !held_before && !all {
-        return Err(NoContact::BeginsRising);
+        let before = segments[*first]
+            .frames
+            .first()
+            .map_or(&[][..], |place| &track.heights[..*place]);
+        let falls = matches!(before, [top, .., last] if top > last);
+        return Err(if falls {
+            NoContact::ShortFall
+        } else {
+            NoContact::BeginsRising
+        });
     }
     let mut found = vec![];
     let mut why = NoContact::EndsBefore;
@@ -99,6 +116,8 @@ fn after(track: &Track, segments: &[Segment], before: usize, next: Option<usize>
         let jump = rising.velocity(middle) - falling.velocity(middle);
         return if rising.velocity(start) > 0.0 && jump > 0.0 {
             Ok(After::Flight(next))
+        } else if rising.velocity(start) < 0.0 {
+            Err(NoContact::Torn)
         } else {
             Err(NoContact::Unclear)
         };
@@ -116,6 +135,10 @@ impl NoContact {
         match self {
             NoContact::NeverFalls => "nothing falls in it",
             NoContact::FallsUpwards => "it falls upwards: y_axis is the other one",
+            NoContact::BendsUpwards => "what moves in its frames is accelerated upwards: the ground must be below",
+            NoContact::ShortFall => "fewer than five frames of the fall are seen before the sphere rises",
+            NoContact::Torn => "its flight is torn in two, and not by whole frames: the times of its frames are uneven",
+            NoContact::Uneven => "more than one frame in twelve is repeated or missing: its frame rate is not known",
             NoContact::BeginsRising => "it begins with a sphere that rises, after a first impact that was not seen",
             NoContact::EndsBefore => "it ends before the sphere has rebounded",
             NoContact::Unclear => "what follows the impact is neither a flight of five frames nor a sphere at rest",

@@ -6,6 +6,7 @@ use super::gravity::{FlightFit, Gravity};
 use super::impact::{rebound, stayed, ContactSpeeds, Level};
 use super::parabola::{Kind, Parabola, LEAST_FRAMES};
 use super::segments::{segments, Segment};
+use super::timing::{on_time, Jump};
 use super::track::Track;
 
 /// A track with its flights and contacts.
@@ -18,7 +19,12 @@ pub(super) struct Flights {
     pub contacts: Vec<Contact>,
     /// the sphere, where its drag is to be taken off; heights are in m then
     pub air: Option<SphereInAir>,
+    /// frames that were repeated or are missing
+    pub jumps: Vec<Jump>,
 }
+
+/// Share of frames that may be repeated or missing: of more, nobody knows which rate the others have.
+const MOST_UNEVEN: f64 = 0.08;
 
 /// Frames whose exposure may hold the contact, to each side, in frames.
 const EXPOSED: f64 = 0.5;
@@ -27,6 +33,12 @@ impl Flights {
     /// Of a track in any unit of length.
     pub fn of(track: Track, all: bool) -> Result<Flights, NoContact> {
         let sigma = track.noise().ok_or(NoContact::NeverFalls)?;
+        let frames = track.times.len() as f64;
+        let (track, jumps) = on_time(track, sigma);
+        let uneven: i32 = jumps.iter().map(|jump| jump.missing.abs()).sum();
+        if f64::from(uneven) > MOST_UNEVEN * frames {
+            return Err(NoContact::Uneven);
+        }
         let segments = segments(&track, sigma);
         let contacts = contacts(&track, &segments, (sigma, all))?;
         Ok(Flights {
@@ -35,6 +47,7 @@ impl Flights {
             segments,
             contacts,
             air: None,
+            jumps,
         })
     }
 
@@ -51,6 +64,7 @@ impl Flights {
             sigma: self.sigma / scale,
             contacts: self.contacts.clone(),
             air: self.air,
+            jumps: self.jumps.clone(),
             track,
         }
     }
@@ -117,8 +131,34 @@ impl Flights {
         self.air.map_or(0.0, moved)
     }
 
-    /// The speeds at a contact; `None` where its flights do not meet.
+    /// The speeds at a contact, with what frames that are repeated or missing do to them; `None` where its flights do not
+    /// meet.
     pub fn speeds(&self, contact: Contact, gravity: Gravity) -> Option<ContactSpeeds> {
+        let found = self.speeds_on_time(contact, gravity)?;
+        if self.jumps.is_empty() {
+            return Some(found);
+        }
+        let frames = self.track.times.len() as f64;
+        let (v, v_r) = (found.impact_speed, found.rebound_speed);
+        // frames may be all there in a time of their own, which makes the rate another
+        let net: i32 = self.jumps.iter().map(|jump| jump.missing).sum();
+        let rate = f64::from(net) / frames;
+        // and one may be missing at the contact, where no flight shows it, as often as elsewhere
+        let all: i32 = self.jumps.iter().map(|jump| jump.missing.abs()).sum();
+        let often = (f64::from(all) / frames).sqrt();
+        let late = gravity.value * self.track.frame_time() * often / (v + v_r);
+        let (late_v, late_v_r) = match contact.after {
+            After::Flight(_) => (late * v_r, late * v),
+            After::Rest(_) => (0.0, 0.0),
+        };
+        Some(
+            found
+                .with_error_along([rate * v, rate * v_r])
+                .with_error_along([late_v, late_v_r]),
+        )
+    }
+
+    fn speeds_on_time(&self, contact: Contact, gravity: Gravity) -> Option<ContactSpeeds> {
         let end = self.segments[contact.before].parabola.ends[1];
         let start = match contact.after {
             After::Flight(after) => self.segments[after].parabola.ends[0],
@@ -245,6 +285,10 @@ impl Flights {
     fn settle(&mut self, gravity: Gravity, film: f64) -> Result<(), NoContact> {
         /// standard deviations of a position above the film
         const ABOVE: f64 = 6.0;
+        /// of all heights: pictures of a video that hardly change are corrected now and then
+        const WANDER: f64 = 0.001;
+        let [lowest, highest] = self.track.ends_of_heights();
+        let scatter = ABOVE * self.sigma + WANDER * (highest - lowest);
         for place in 0..self.contacts.len() {
             let contact = self.contacts[place];
             let Some(speeds) = self.speeds(contact, gravity) else {
@@ -264,7 +308,7 @@ impl Flights {
                     let rows = self.track.heights[after..].windows(3);
                     let lowest = |row: &[f64]| row.iter().copied().fold(f64::INFINITY, f64::min) - level;
                     let highest = rows.map(lowest).fold(0.0, f64::max);
-                    if highest > film + ABOVE * self.sigma {
+                    if highest > film + scatter {
                         return Err(NoContact::Unclear);
                     }
                 }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::frames::{is_video, FFMPEG};
 use crate::error::{Error, Problem};
 use crate::notice::Notice;
 use crate::runs::{column, each_row, Column, Fields, TakesRows};
@@ -33,6 +34,8 @@ pub struct Recording {
     pub density: Option<f64>,
     /// where the heights of its table point
     pub axis: Option<Axis>,
+    /// unit of a column `y` of its table: px, mm, cm or m
+    pub y_unit: Option<String>,
     /// why it is left out, where it is
     pub exclude: Option<String>,
 }
@@ -58,6 +61,12 @@ impl Axis {
     }
 }
 
+/// What the heights of a table may be in.
+pub(super) const Y_UNITS: [&str; 4] = ["px", "mm", "cm", "m"];
+
+/// Frame rates that a camera may have, in Hz.
+const FRAME_RATES: std::ops::RangeInclusive<f64> = 1e-3..=1e9;
+
 /// The columns of the list, by their place in [`COLUMNS`].
 #[derive(Clone, Copy)]
 enum Field {
@@ -71,10 +80,11 @@ enum Field {
     Scale,
     Density,
     YAxis,
+    YUnit,
     Exclude,
 }
 
-const COLUMNS: [Column; 11] = [
+const COLUMNS: [Column; 12] = [
     column("file", Dimension::One, true),
     column("run", Dimension::One, false),
     column("particle", Dimension::One, true),
@@ -85,11 +95,27 @@ const COLUMNS: [Column; 11] = [
     column("scale", Dimension::ImageScale, false),
     column("density", Dimension::Density, false),
     column("y_axis", Dimension::One, false),
+    column("y_unit", Dimension::One, false),
     column("exclude", Dimension::One, false),
 ];
 
 /// Reads the list; files in it are beside it. Notices name columns that are not read.
+///
+/// Fails, too, where what is named is no list but a recording.
 pub(super) fn read(path: &Path) -> Result<(Vec<Recording>, Vec<Notice>), Error> {
+    if is_video(path) || path.is_dir() {
+        let expected = format!(
+            "expected a list of recordings, a .csv with columns `file`, `particle`, `diameter_mm` and more, whose `file` is \
+             a folder of frames; make them of a video with `{FFMPEG}`"
+        );
+        let problem = Problem {
+            line: None,
+            place: if path.is_dir() { "a folder" } else { "a video" }.to_owned(),
+            found: None,
+            expected,
+        };
+        return Err(Error::input(path, vec![problem]));
+    }
     let table = TableFile::named(None, &path.to_string_lossy());
     let mut rows = Rows {
         folder: path.parent().unwrap_or(Path::new("")).to_path_buf(),
@@ -165,12 +191,21 @@ impl Rows {
             None => None,
         };
         let frame_rate = fields.number(Field::FrameRate as usize, row);
+        if let Some(rate) = frame_rate.filter(|rate| !FRAME_RATES.contains(rate)) {
+            let expected = "expected a rate from 0.001 to 1e9 Hz".to_owned();
+            fields.problem(line, "frame_rate", Some(&rate.to_string()), expected);
+        }
         let scale = fields.number(Field::Scale as usize, row);
         let density = fields.number(Field::Density as usize, row);
         let axis = fields.word(Field::YAxis as usize, cells);
         let read_axis = axis.and_then(Axis::named);
         if axis.is_some() && read_axis.is_none() {
             fields.problem(line, "y_axis", axis, "expected `up` or `down`".to_owned());
+        }
+        let y_unit = fields.word(Field::YUnit as usize, cells);
+        if y_unit.is_some_and(|unit| !Y_UNITS.contains(&unit)) {
+            let expected = format!("expected one of {}", Y_UNITS.join(", "));
+            fields.problem(line, "y_unit", y_unit, expected);
         }
         Some(Recording {
             line,
@@ -184,6 +219,7 @@ impl Rows {
             scale,
             density,
             axis: read_axis,
+            y_unit: y_unit.map(str::to_owned),
             exclude,
         })
     }

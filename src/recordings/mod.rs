@@ -5,6 +5,7 @@
 //! | `track.rs` | holds where a sphere was, and how far its positions scatter |
 //! | `parabola.rs` | fits a parabola through frames, and says what it shows |
 //! | `segments.rs` | parts a track into flights, rests and what is neither |
+//! | `timing.rs` | finds frames that are missing or repeated |
 //! | `contacts.rs` | finds the contacts with the plate |
 //! | `gravity.rs` | estimates the one gravity of all flights |
 //! | `air.rs` | computes what the air takes from a falling sphere |
@@ -27,24 +28,25 @@ mod list;
 mod parabola;
 mod positions;
 mod segments;
+mod timing;
 mod track;
 mod write;
 
 pub use air::SphereInAir;
-pub use campaign::{FreeFlight, GravityCheck, ImageScale, Impact, Outcome, Refusal, ScaleSource, Tracked};
+pub use campaign::{FreeFlight, GravityCheck, ImageScale, Impact, Outcome, Refusal, ScaleSource, Shown, Tracked};
 pub use contacts::NoContact;
 pub use gravity::{Gravity, FAR, GRAVITY, OFF};
 pub use impact::ContactSpeeds;
 pub use list::{Axis, Recording};
+pub use timing::Jump;
 pub use track::Track;
 pub use write::runs_table;
 
 use std::path::Path;
 
-use campaign::Shown;
 use frames::{find_sphere, Sightings};
 
-use crate::error::{Error, Problem};
+use crate::error::{file_name, quoted, Error, Problem};
 use crate::notice::Notice;
 
 /// Recordings with what they gave.
@@ -69,45 +71,36 @@ pub struct TrackOptions {
 
 /// Reads a list of recordings and tracks each; `progress` is told what share of the work is done.
 ///
-/// Fails with every recording that cannot be read, and every one in which nothing falls, named by its line in the list.
+/// A recording that cannot be read, or in which nothing falls, carries the reason and stops no other. Fails where the list
+/// cannot be used, and where none of its recordings can be read: with each of them, named by its line.
 pub fn track(list: &Path, options: TrackOptions, progress: &(dyn Fn(f64) + Sync)) -> Result<Campaign, Error> {
-    let (recordings, notices) = list::read(list)?;
-    let mut shown = vec![];
-    let mut problems = vec![];
+    let (recordings, mut notices) = list::read(list)?;
     let count = recordings.len() as f64;
+    let mut shown = vec![];
     for (before, recording) in recordings.iter().enumerate() {
-        if recording.exclude.is_some() {
-            shown.push(None);
-            continue;
-        }
         let share = |of: f64| progress((before as f64 + of) / count);
-        match show(recording, options.axis, &share) {
-            Ok(of) => shown.push(Some(of)),
-            Err(reason) => {
-                shown.push(None);
-                problems.push(problem(recording, reason));
-            }
-        }
+        shown.push(match &recording.exclude {
+            Some(reason) => Err(Refusal::Excluded(reason.clone())),
+            None => show(recording, options.axis, &share, &mut notices).map_err(Refusal::Unread),
+        });
     }
-    if !problems.is_empty() {
-        return Err(Error::input(list, problems));
+    let unread = shown
+        .iter()
+        .zip(&recordings)
+        .filter_map(|(shown, recording)| match shown {
+            Err(Refusal::Unread(reason)) => Some(Problem {
+                line: Some(recording.line),
+                place: recording.run.clone(),
+                found: None,
+                expected: reason.clone(),
+            }),
+            _ => None,
+        });
+    let unread: Vec<Problem> = unread.collect();
+    if !unread.is_empty() && shown.iter().all(Result::is_err) {
+        return Err(Error::input(list, unread));
     }
     let (outcomes, gravity) = campaign::analyse(recordings, shown, options.all_rebounds);
-    let refused = outcomes
-        .iter()
-        .filter_map(|outcome| Some((&outcome.recording, outcome.tracked.as_ref().err()?)));
-    let problems: Vec<Problem> = refused
-        .filter(|(_, refusal)| refusal.is_no_fall())
-        .map(|(recording, refusal)| {
-            problem(
-                recording,
-                format!("{}; a reason in `exclude` leaves it out", refusal.words()),
-            )
-        })
-        .collect();
-    if !problems.is_empty() {
-        return Err(Error::input(list, problems));
-    }
     Ok(Campaign {
         outcomes,
         gravity,
@@ -115,28 +108,52 @@ pub fn track(list: &Path, options: TrackOptions, progress: &(dyn Fn(f64) + Sync)
     })
 }
 
-fn problem(recording: &Recording, expected: String) -> Problem {
-    Problem {
-        line: Some(recording.line),
-        place: recording.run.clone(),
-        found: None,
-        expected,
-    }
-}
-
 /// What a recording shows, or why it cannot be read.
-fn show(recording: &Recording, axis: Option<Axis>, progress: &(dyn Fn(f64) + Sync)) -> Result<Shown, String> {
+fn show(
+    recording: &Recording,
+    axis: Option<Axis>,
+    progress: &(dyn Fn(f64) + Sync),
+    notices: &mut Vec<Notice>,
+) -> Result<Shown, String> {
     if positions::is_table(&recording.file) {
-        let positions = positions::read(recording, axis).map_err(|error| error.to_string())?;
-        return Ok(Shown {
-            track: positions.track,
-            in_pixels: positions.in_pixels,
-            diameter: None,
-        });
+        let positions = positions::read(recording, axis).map_err(on_one_line)?;
+        if positions.falling > 1 {
+            let taken = positions.shown.object.as_deref().unwrap_or_default();
+            notices.push(Notice::new(
+                "several_objects_fall",
+                positions.falling,
+                format!(
+                    "line {}, {}: {} objects fall; object {} is taken, which falls farthest",
+                    recording.line,
+                    recording.run,
+                    positions.falling,
+                    quoted(taken)
+                ),
+                "leave only the sphere in the table if it is another",
+            ));
+        }
+        return Ok(positions.shown);
     }
     let rate = recording.frame_rate.ok_or("frames need a frame_rate_Hz")?;
     let found = find_sphere(&recording.file, &|done, of| progress(done as f64 / of as f64))?;
     Ok(shown_by_frames(&found, rate))
+}
+
+/// An error of one recording's file among those of the list, its problems one after the other.
+fn on_one_line(error: Error) -> String {
+    /// problems of one file that are told
+    const TOLD: usize = 3;
+    let Error::Input { file, problems, count } = error else {
+        return error.to_string();
+    };
+    let told: Vec<String> = problems.iter().take(TOLD).map(ToString::to_string).collect();
+    let more = count - told.len();
+    let more = if more > 0 {
+        format!("; and {more} more")
+    } else {
+        String::new()
+    };
+    format!("{}: {}{more}", file_name(&file), told.join("; "))
 }
 
 /// What frames of a rate show; those in which the sphere is a streak have no position.
@@ -154,5 +171,8 @@ fn shown_by_frames(found: &Sightings, rate: f64) -> Shown {
         },
         in_pixels: true,
         diameter: Some([2.0 * found.radius_px, 2.0 * RADIUS_SD]),
+        frames: found.frames,
+        counted_from: Some(1),
+        object: None,
     }
 }

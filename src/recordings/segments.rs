@@ -26,6 +26,15 @@ const MOST_PLACES: usize = 2_000;
 
 /// The segments of a track whose positions scatter by σ, in their order.
 pub(super) fn segments(track: &Track, sigma: f64) -> Vec<Segment> {
+    let (beside, mut found) = parted(track, sigma);
+    if let Some(beside) = beside {
+        beside.join(&mut found);
+    }
+    found
+}
+
+/// The same before any are joined, with what they are compared with; nothing where nothing falls.
+pub(super) fn parted(track: &Track, sigma: f64) -> (Option<Beside<'_>>, Vec<Segment>) {
     let block = track.times.len().div_ceil(MOST_PLACES).max(1);
     let parts = if block > 1 {
         let blocks = in_blocks(track, block);
@@ -46,16 +55,17 @@ pub(super) fn segments(track: &Track, sigma: f64) -> Vec<Segment> {
         .into_iter()
         .filter_map(|frames| Some((Parabola::through(track, &frames)?, frames)));
     let parabolas: Vec<(Parabola, Vec<usize>)> = parabolas.collect();
-    // what bends downwards most surely is a fall
+    // what bends downwards most is a fall: a long rest that drifts bends a little, and surely
     let falls = parabolas.iter().filter(|(parabola, _)| parabola.bends_downwards(sigma));
-    let surest = falls.max_by(|(a, _), (b, _)| a.of_acceleration.total_cmp(&b.of_acceleration));
+    let bend = |parabola: &Parabola| -parabola.acceleration() * parabola.of_acceleration.sqrt();
+    let surest = falls.max_by(|(a, _), (b, _)| bend(a).total_cmp(&bend(b)));
     let Some(&(fall, _)) = surest else {
         let others = parabolas.into_iter().map(|(parabola, frames)| Segment {
             frames,
             kind: Kind::Other,
             parabola,
         });
-        return others.collect();
+        return (None, others.collect());
     };
     let heights = || {
         parabolas
@@ -69,12 +79,9 @@ pub(super) fn segments(track: &Track, sigma: f64) -> Vec<Segment> {
         sigma,
         range,
     };
-    let mut found: Vec<Segment> = parabolas
-        .into_iter()
-        .filter_map(|(_, frames)| beside.segment(frames))
-        .collect();
-    beside.join(&mut found);
-    found
+    let found = parabolas.into_iter().filter_map(|(_, frames)| beside.segment(frames));
+    let found = found.collect();
+    (Some(beside), found)
 }
 
 /// Means of so many frames each.
@@ -138,18 +145,36 @@ impl Segment {
 }
 
 /// What segments of a track are compared with.
-struct Beside<'t> {
-    track: &'t Track,
+pub(super) struct Beside<'t> {
+    pub track: &'t Track,
     /// the fall that is seen best
     fall: Parabola,
-    sigma: f64,
+    pub sigma: f64,
     /// of the heights of its parts
     range: f64,
 }
 
 impl Beside<'_> {
+    /// The same on another track.
+    pub fn on<'o>(&self, track: &'o Track) -> Beside<'o> {
+        Beside {
+            track,
+            fall: self.fall,
+            sigma: self.sigma,
+            range: self.range,
+        }
+    }
+
+    /// How far the heights of two parts of one flight may be apart: by positions that scatter, and by a share of the heights
+    /// that are seen, since the drag of the air, or a lens, makes a fall no parabola to a pixel.
+    pub fn step(&self) -> f64 {
+        const SDS: f64 = 5.0;
+        const SHARE: f64 = 0.002;
+        SDS * self.sigma + SHARE * self.range
+    }
+
     /// `None` of no frames.
-    fn segment(&self, frames: Vec<usize>) -> Option<Segment> {
+    pub fn segment(&self, frames: Vec<usize>) -> Option<Segment> {
         let parabola = Parabola::through(self.track, &frames)?;
         Some(Segment {
             frames,
@@ -176,24 +201,26 @@ impl Beside<'_> {
         }
     }
 
-    /// Both as one, where they are. Only a contact parts flights, and there the velocity jumps.
-    fn as_one(&self, a: &Segment, b: &Segment) -> Option<Segment> {
+    /// Whether the whole of two segments fits as well as they do.
+    pub fn fits_as_well(&self, both: &Segment, a: &Segment, b: &Segment) -> bool {
         /// squares of σ by which the whole may fit worse than its parts
         const WORSE: f64 = 30.0;
+        let worse = both.parabola.squares - a.parabola.squares - b.parabola.squares;
+        worse < WORSE * self.sigma * self.sigma
+    }
+
+    /// Both as one, where they are. Only a contact parts flights, and there the velocity jumps.
+    pub fn as_one(&self, a: &Segment, b: &Segment) -> Option<Segment> {
         /// of the fastest speed: less is no contact
         const JUMP: f64 = 0.05;
-        /// standard deviations of a position, and a share of the heights that are seen: the drag of the air, or a lens, makes a
-        /// fall no parabola to a pixel
-        const STEP: (f64, f64) = (5.0, 0.002);
         let both = self.segment(a.frames.iter().chain(&b.frames).copied().collect())?;
-        let worse = both.parabola.squares - a.parabola.squares - b.parabola.squares;
-        if worse < WORSE * self.sigma * self.sigma {
+        if self.fits_as_well(&both, a, b) {
             return Some(both);
         }
         let middle = 0.5 * (a.span(self.track)[1] + b.span(self.track)[0]);
         let jump = b.parabola.velocity(middle) - a.parabola.velocity(middle);
         let step = b.parabola.height(middle) - a.parabola.height(middle);
-        let smooth = jump.abs() < JUMP * self.fall.fastest() && step.abs() < STEP.0 * self.sigma + STEP.1 * self.range;
+        let smooth = jump.abs() < JUMP * self.fall.fastest() && step.abs() < self.step();
         let same = a.kind == b.kind && both.kind == a.kind && a.kind != Kind::Other;
         (smooth && same).then_some(both)
     }

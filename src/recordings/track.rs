@@ -26,12 +26,14 @@ impl Track {
 
     /// The standard deviation of a position, robustly: third differences of evenly spaced frames vanish along parabolas.
     ///
-    /// Not below what rounding to a grid leaves; `None` without four frames in a row.
+    /// Not below what rounding to a grid leaves; `None` without four frames in a row, and of what does not move.
     pub fn noise(&self) -> Option<f64> {
         /// of the median of |x| of a standard normal x
         const OF_MEDIAN: f64 = 1.482_602_218_505_602;
         /// frames are one after the other where their gaps are so equal
         const EVEN: f64 = 0.01;
+        /// of heights in m or in pixels: far below what any camera tells
+        const LEAST_RANGE: f64 = 1e-15;
         // 1² + 3² + 3² + 1²
         let of_differences = 20f64.sqrt();
         let frame = self.frame_time();
@@ -40,12 +42,25 @@ impl Track {
             gaps.into_iter().all(|gap| (gap - frame).abs() <= EVEN * frame)
         };
         let fours = self.times.windows(4).zip(self.heights.windows(4));
+        let [lowest, highest] = self.ends_of_heights();
+        if highest - lowest < LEAST_RANGE {
+            return None;
+        }
         let mut differences: Vec<f64> = fours
             .filter(|(times, _)| in_a_row(times))
             .map(|(_, y)| (y[3] - 3.0 * y[2] + 3.0 * y[1] - y[0]).abs())
             .collect();
         let scatter = OF_MEDIAN * median(&mut differences)? / of_differences;
         Some(scatter.max(self.rounding()))
+    }
+
+    /// The lowest and the highest height.
+    pub(super) fn ends_of_heights(&self) -> [f64; 2] {
+        let heights = || self.heights.iter().copied();
+        [
+            heights().fold(f64::INFINITY, f64::min),
+            heights().fold(f64::NEG_INFINITY, f64::max),
+        ]
     }
 
     /// What a grid that all heights stand on makes them scatter by; next to nothing where they stand on none.

@@ -24,7 +24,7 @@ const COLUMNS: [&str; 11] = [
 pub fn runs_table(outcomes: &[Outcome]) -> Result<Vec<u8>, Error> {
     let mut writer = csv::Writer::from_writer(vec![]);
     let mut lines = vec![COLUMNS.map(str::to_owned)];
-    for Outcome { recording, tracked } in outcomes {
+    for Outcome { recording, tracked, .. } in outcomes {
         let begin = [
             recording.particle.clone(),
             recording.liquid.clone().unwrap_or_else(|| DRY.to_owned()),

@@ -148,6 +148,11 @@ impl Destination {
 
     /// Writes the files beside the folder, and puts them in place of an earlier report of ours, whole or not at all.
     pub fn write(&self, files: Files) -> Result<(), Error> {
+        self.beside(files)?.put()
+    }
+
+    /// Writes the files beside the folder, to be put in place once all else is written, too.
+    pub fn beside(&self, files: Files) -> Result<WrittenBeside<'_>, Error> {
         let staging = Staging::beside(&self.place)?;
         // told of the place the user named, not of the one beside it
         let fail = |name: &str, error| Error::io(&self.place.named().join(name), "write", error);
@@ -165,7 +170,23 @@ impl Destination {
         if let Some(last) = files.last {
             write(&last())?;
         }
-        staging.put(|place| self.allow(place))
+        Ok(WrittenBeside {
+            destination: self,
+            staging,
+        })
+    }
+}
+
+/// A report whose files are all written, but not in their place.
+pub struct WrittenBeside<'d> {
+    destination: &'d Destination,
+    staging: Staging,
+}
+
+impl WrittenBeside<'_> {
+    /// Puts them in place of an earlier report of ours.
+    pub fn put(self) -> Result<(), Error> {
+        self.staging.put(|place| self.destination.allow(place))
     }
 }
 
@@ -279,6 +300,19 @@ mod tests {
             Some("second"),
             "the earlier report stands"
         );
+    }
+
+    #[test]
+    fn what_is_written_beside_is_nowhere_until_it_is_put() {
+        let place = tempfile::tempdir().expect("a temporary folder");
+        let folder = place.path().join("report");
+        let destination = Destination::prepare(&folder, Contents::Fit, "one", &[]).expect("a free place");
+        drop(destination.beside(files("one", "first")).expect("written"));
+        assert_eq!(std::fs::read_dir(place.path()).map(Iterator::count).ok(), Some(0));
+        let written = destination.beside(files("one", "second")).expect("written");
+        assert!(!folder.exists());
+        written.put().expect("a free place");
+        assert!(folder.join("findings.json").exists());
     }
 
     #[test]

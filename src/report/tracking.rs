@@ -11,8 +11,8 @@ use super::markdown::table::ReportTable;
 use super::numbers::{significant, with_se, NONE};
 use crate::error::Error;
 use crate::recordings::{
-    Campaign, FreeFlight, GravityCheck, Impact, Outcome, Recording, ScaleSource, SphereInAir, Tracked, FAR, GRAVITY,
-    OFF,
+    Campaign, FreeFlight, GravityCheck, Impact, Jump, Outcome, Recording, ScaleSource, Shown, SphereInAir, Tracked,
+    FAR, GRAVITY, OFF,
 };
 use crate::units::{micrometres, millimetres, milliseconds, pixels_per_millimetre};
 
@@ -28,8 +28,11 @@ pub fn files(title: &str, campaign: &Campaign) -> Result<Files<'static>, Error> 
         .outcomes
         .iter()
         .filter_map(|outcome| {
-            let tracked = outcome.tracked.as_ref().ok()?;
-            Some((figure_name(&outcome.recording), figure(tracked)))
+            let figure = match &outcome.tracked {
+                Ok(tracked) => figure(tracked),
+                Err(_) => figure_of_heights(outcome.shown.as_ref()?),
+            };
+            Some((figure_name(&outcome.recording), figure))
         })
         .collect();
     let names: Vec<&str> = figures.iter().map(|(name, _)| name.as_str()).collect();
@@ -68,28 +71,73 @@ pub fn summary(campaign: &Campaign) -> String {
     let used = impacts().filter(|impact| impact.verdict.is_none());
     let stuck = used.clone().filter(|impact| impact.stuck).count();
     let verdicts = impacts().count() - used.clone().count();
-    let gave_none = campaign
-        .outcomes
-        .iter()
-        .filter(|outcome| outcome.tracked.is_err())
-        .count();
+    let refused = || {
+        campaign
+            .outcomes
+            .iter()
+            .filter_map(|outcome| outcome.tracked.as_ref().err())
+    };
+    let mistakes = refused().filter(|refusal| refusal.is_mistake()).count();
     let mut text = format!(
-        "{} recordings: {} runs, {stuck} of them stuck; {} left out with a reason\n",
+        "{} recordings: {} runs, {stuck} of them stuck; {} left out with a reason",
         campaign.outcomes.len(),
         used.count(),
-        verdicts + gave_none
+        verdicts + refused().count()
     );
-    for line in gravity_lines(campaign.gravity) {
+    if mistakes > 0 {
+        text.push_str(&format!(", {mistakes} of them unread or without a fall"));
+    }
+    text.push('\n');
+    for line in gravity_lines(campaign) {
         text.push_str(&line);
         text.push('\n');
     }
     text
 }
 
+/// Whether every recording is one that was meant, and any gives a run that is used.
+pub fn is_usable(campaign: &Campaign) -> bool {
+    let is_mistake = |outcome: &Outcome| outcome.tracked.as_ref().is_err_and(|refusal| refusal.is_mistake());
+    let is_used = |(.., impact): Row| impact.verdict.is_none();
+    !campaign.outcomes.iter().any(is_mistake) && rows(campaign).any(is_used)
+}
+
+/// Each recording with frames that are repeated or missing, and which.
+pub fn uneven(campaign: &Campaign) -> Vec<String> {
+    let lines = campaign.outcomes.iter().filter_map(|outcome| {
+        let (tracked, shown) = (outcome.tracked.as_ref().ok()?, outcome.shown.as_ref()?);
+        let recording = &outcome.recording;
+        let frames = uneven_frames(recording, shown, &tracked.jumps)?;
+        Some(format!(
+            "line {}, {}: {frames}; its times are mended, and ± holds what they may do at the contact and to the frame rate",
+            recording.line, recording.run
+        ))
+    });
+    lines.collect()
+}
+
+/// Which frames are repeated, and before which some are missing; nothing where none are.
+fn uneven_frames(recording: &Recording, shown: &Shown, jumps: &[Jump]) -> Option<String> {
+    let name = |jump: &Jump| match (shown.counted_from, recording.frame_rate) {
+        (Some(first), Some(rate)) => format!("{}", (jump.time * rate).round() + f64::from(first)),
+        _ => format!("{} ms", significant(milliseconds(jump.time), 5)),
+    };
+    let told = |is_missing: bool, verb: &str, place: &str| {
+        let of = jumps.iter().filter(|jump| (jump.missing > 0) == is_missing);
+        let count: i32 = of.clone().map(|jump| jump.missing.abs()).sum();
+        let noun = if count == 1 { "frame is" } else { "frames are" };
+        let names: Vec<String> = of.map(&name).collect();
+        (count > 0).then(|| format!("{count} {noun} {verb} ({place} {})", names.join(", ")))
+    };
+    let both = [told(false, "repeated", "at"), told(true, "missing", "before")];
+    let both: Vec<String> = both.into_iter().flatten().collect();
+    (!both.is_empty()).then(|| both.join(" and "))
+}
+
 /// Each recording or impact that is left out, with its reason.
 pub fn left_out(campaign: &Campaign) -> Vec<String> {
     let mut lines = vec![];
-    for Outcome { recording, tracked } in &campaign.outcomes {
+    for Outcome { recording, tracked, .. } in &campaign.outcomes {
         let begin = |reason: &str| format!("line {}, {}: {reason}", recording.line, recording.run);
         match tracked {
             Err(refusal) => lines.push(begin(refusal.words())),
@@ -105,7 +153,8 @@ pub fn left_out(campaign: &Campaign) -> Vec<String> {
 }
 
 /// What the gravity says of scales and frame rates.
-fn gravity_lines(gravity: GravityCheck) -> Vec<String> {
+fn gravity_lines(campaign: &Campaign) -> Vec<String> {
+    let gravity: GravityCheck = campaign.gravity;
     let mut lines = vec![];
     if let Some(g) = gravity.measured {
         lines.push(format!(
@@ -117,8 +166,9 @@ fn gravity_lines(gravity: GravityCheck) -> Vec<String> {
     }
     if let Some([scale, se]) = gravity.scale {
         lines.push(format!(
-            "scale: {} px/mm by gravity, where none was measured",
-            with_se(pixels_per_millimetre(scale), pixels_per_millimetre(se))
+            "scale: {} px/mm by gravity, where none was measured{}",
+            with_se(pixels_per_millimetre(scale), pixels_per_millimetre(se)),
+            widths_by_gravity(campaign)
         ));
     }
     if gravity.measured.is_some() || gravity.scale.is_some() {
@@ -130,9 +180,36 @@ fn gravity_lines(gravity: GravityCheck) -> Vec<String> {
     lines
 }
 
+/// How wide the spheres are by the scale that gravity gives: what shows a wrong frame rate to whoever saw the images.
+fn widths_by_gravity(campaign: &Campaign) -> String {
+    let by_gravity = campaign.outcomes.iter().filter_map(|outcome| {
+        let scale = outcome.tracked.as_ref().ok()?.scale;
+        (scale.source == ScaleSource::Gravity).then_some(scale.value * outcome.recording.diameter)
+    });
+    let widths: Vec<f64> = by_gravity.collect();
+    let least = widths.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = widths.iter().copied().fold(0.0, f64::max);
+    if !least.is_finite() {
+        return String::new();
+    }
+    let [least, most] = [least, most].map(|width| significant(width, 2));
+    let widths = if least == most {
+        least
+    } else {
+        format!("{least} to {most}")
+    };
+    format!("; the spheres are then {widths} px wide in the images")
+}
+
 fn page(title: &str, campaign: &Campaign, figures: &[&str]) -> String {
     let mut page = Page::titled(&format!("Recordings of {}", literal(title)), figures);
     page.list(&summary(campaign).lines().map(str::to_owned).collect::<Vec<_>>());
+    let mut looks: Vec<String> = campaign.notices.iter().map(|notice| literal(&notice.text)).collect();
+    looks.extend(uneven(campaign).iter().map(|line| literal(line)));
+    if !looks.is_empty() {
+        page.heading("Notices");
+        page.list(&looks);
+    }
     page.section(
         "Runs",
         "Both speeds are those at the plate, where the flights before and after the contact meet, and beside them those at \
@@ -167,11 +244,23 @@ fn page(title: &str, campaign: &Campaign, figures: &[&str]) -> String {
         "Recordings",
         "Heights of the sphere over the contact, the frames that each flight is fitted with, and what the parabolas leave.",
     );
-    for Outcome { recording, tracked } in &campaign.outcomes {
-        if let Ok(tracked) = tracked {
-            let caption = format!("{}: {}.", literal(&recording.run), caption(tracked));
-            page.figure(&figure_name(recording), "heights over time", &caption);
-        }
+    for outcome in &campaign.outcomes {
+        let Some(shown) = &outcome.shown else { continue };
+        let told = match &outcome.tracked {
+            Ok(tracked) => caption(tracked),
+            Err(refusal) => format!(
+                "{} positions in {} frames; left out: {}",
+                shown.track.times.len(),
+                shown.frames,
+                literal(refusal.words())
+            ),
+        };
+        let object = shown
+            .object
+            .as_ref()
+            .map_or(String::new(), |object| format!(", object {}", literal(object)));
+        let caption = format!("{}{object}: {told}.", literal(&outcome.recording.run));
+        page.figure(&figure_name(&outcome.recording), "heights over time", &caption);
     }
     page.text.trim_end().to_owned() + "\n"
 }
@@ -395,6 +484,33 @@ fn figure(tracked: &Tracked) -> String {
     ])
 }
 
+/// Heights of a recording that gives no run, as they were seen.
+fn figure_of_heights(shown: &Shown) -> String {
+    let track = &shown.track;
+    let start = track.times.first().copied().unwrap_or(0.0);
+    let (label, scale): (&str, fn(f64) -> f64) = if shown.in_pixels {
+        ("height / px", |height| height)
+    } else {
+        ("height / mm", millimetres)
+    };
+    let frames: Vec<usize> = (0..track.times.len()).collect();
+    let point = |frame: &usize| ChartPoint {
+        x: milliseconds(track.times[*frame] - start),
+        y: scale(track.heights[*frame]),
+        y_se: None,
+    };
+    svg(&[Chart {
+        title: None,
+        x: Axis::new("time / ms"),
+        y: Axis::new(label),
+        layers: vec![Layer::Points {
+            name: Some("not fitted".to_owned()),
+            points: thinned(&frames, MOST_POINTS).map(point).collect(),
+            style: Style::group(2).open(),
+        }],
+    }])
+}
+
 /// At most so many, evenly spaced.
 fn thinned<T>(all: &[T], most: usize) -> impl Iterator<Item = &T> {
     all.iter().step_by(all.len().div_ceil(most).max(1))
@@ -433,6 +549,11 @@ fn summary_json(title: &str, campaign: &Campaign, figures: &[&str]) -> Result<St
         scale_px_per_m: Option<f64>,
         noise_m: Option<f64>,
         rest_m: Option<f64>,
+        frames: Option<usize>,
+        positions: Option<usize>,
+        object: Option<&'c str>,
+        frames_repeated: i32,
+        frames_missing: i32,
         own_gravity: Vec<Estimate>,
         impacts: Vec<ImpactRow<'c>>,
     }
@@ -475,9 +596,11 @@ fn summary_json(title: &str, campaign: &Campaign, figures: &[&str]) -> Result<St
             verdict: impact.verdict.as_deref(),
         }
     }
-    let rows = campaign.outcomes.iter().map(|Outcome { recording, tracked }| {
-        let tracked = tracked.as_ref();
+    let rows = campaign.outcomes.iter().map(|outcome| {
+        let (recording, shown) = (&outcome.recording, outcome.shown.as_ref());
+        let tracked = outcome.tracked.as_ref();
         let of = tracked.ok();
+        let jumps = || of.iter().flat_map(|of| &of.jumps).map(|jump| jump.missing);
         RecordingRow {
             run: &recording.run,
             line: recording.line,
@@ -487,6 +610,11 @@ fn summary_json(title: &str, campaign: &Campaign, figures: &[&str]) -> Result<St
                 .map(|of| of.scale.value),
             noise_m: of.map(|of| of.noise),
             rest_m: of.and_then(|of| of.rest),
+            frames: shown.map(|shown| shown.frames),
+            positions: shown.map(|shown| shown.track.times.len()),
+            object: shown.and_then(|shown| shown.object.as_deref()),
+            frames_repeated: -jumps().filter(|missing| *missing < 0).sum::<i32>(),
+            frames_missing: jumps().filter(|missing| *missing > 0).sum(),
             own_gravity: of.map_or(vec![], |of| {
                 of.flights
                     .iter()

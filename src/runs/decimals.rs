@@ -9,7 +9,8 @@ use crate::scene::{Naming, RunColumn};
 /// What may stand between columns; of those that part a header into as many, the first.
 const SEPARATORS: [u8; 3] = [b',', b';', b'\t'];
 
-/// The byte between two columns: that which parts a header into most names that are known, and of such into most names.
+/// The byte between two columns: that which parts a header into most names that are known, of such into most names, and of
+/// such into most parts.
 pub(super) fn separator_of(header: &str, naming: &Naming) -> u8 {
     let is_known = |name: &str| {
         let theirs = naming.columns.iter().any(|(_, theirs)| theirs == name);
@@ -25,9 +26,10 @@ pub(super) fn separator_of(header: &str, naming: &Naming) -> u8 {
             .take(MOST_COLUMNS)
             .map(|name| name.trim().trim_matches('"').trim())
             .collect();
-        // blanks beside a separator name nothing
+        // blanks beside a separator name nothing, but beside a title alone they tell the separator
         let named = names.iter().filter(|name| name.contains(char::is_alphanumeric));
-        (names.iter().filter(|name| is_known(name)).count(), named.count())
+        let known = names.iter().filter(|name| is_known(name));
+        (known.count(), named.count(), names.len())
     };
     // of equals the last
     SEPARATORS.into_iter().rev().max_by_key(names).unwrap_or(b',')
@@ -196,6 +198,7 @@ mod tests {
             ("\"a;b;c;d\",liquid", b','),
             ("\"v, m/s\";\"D, mm\"", b';'),
             ("particle", b','),
+            ("ball 3\t\t", b'\t'),
             ("particle\t,\tliquid \t,film_um", b','),
             ("", b','),
         ] {

@@ -99,13 +99,14 @@ pub(crate) use header::{column, find, Column, FoundColumns};
 pub use impacts::{by_film, Conditions};
 pub use many::{read_any_number, MOST_KEPT};
 pub use new_run::NewRun;
+pub(crate) use row::LARGEST_RESTITUTION;
 pub use series::{DryGroup, Impacts, Runs, Series};
 pub use settings::{read_settings, AskedSetting};
 pub use spheres::{diameter_in_mm, sphere_label, sphere_words, Sphere};
 pub use table::{read, Table};
 pub use told_twice::ComparedColumns;
 pub use true_speeds::{SharedSpeed, TrueSpeed, TrueSpeeds, GAP, MOST_SETTINGS};
-pub use write::{free_place, write_csv_whole, EncodedRuns, Existing, RunWriter, TableFormat, TableParts};
+pub use write::{free_place, EncodedRuns, Existing, RunWriter, TableFormat, TableParts, WholeTable};
 
 use collect::RunsAsRead;
 use refusals::whole_file;

@@ -12,7 +12,7 @@ use crate::scene::{name_expected, HeightsTo, RunColumn, Scene, DRY};
 use crate::units::{MAGNITUDES, MAGNITUDE_EXPECTED};
 
 /// Largest restitution that is kept, with a notice above one; larger ones cannot be a measurement of a rebound.
-pub(super) const LARGEST_RESTITUTION: f64 = 1.1;
+pub(crate) const LARGEST_RESTITUTION: f64 = 1.1;
 
 /// Rebound speed over impact speed and a restitution given beside them must agree to this.
 const AGREEMENT: f64 = 0.002;

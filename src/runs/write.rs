@@ -106,15 +106,27 @@ pub struct RunWriter {
     table: TableFile,
 }
 
-/// Writes a whole table of runs that is CSV already.
-///
-/// Fails as [`RunWriter::create`] does.
-pub fn write_csv_whole(path: &Path, existing: Existing, bytes: &[u8]) -> Result<(), Error> {
-    let place = free_place(path, existing)?;
-    let staging = Staging::beside(&place)?;
-    let written = staging.create_itself().and_then(|mut file| file.write_all(bytes));
-    written.map_err(|error| Error::io(path, "write", error))?;
-    staging.put(|place| allow(place, existing))
+/// A whole table of runs that is written beside its place.
+pub struct WholeTable {
+    staging: Staging,
+    existing: Existing,
+}
+
+impl WholeTable {
+    /// Of runs that are CSV already. Fails as [`RunWriter::create`] does.
+    pub fn beside(path: &Path, existing: Existing, bytes: &[u8]) -> Result<WholeTable, Error> {
+        let place = free_place(path, existing)?;
+        let staging = Staging::beside(&place)?;
+        let written = staging.create_itself().and_then(|mut file| file.write_all(bytes));
+        written.map_err(|error| Error::io(path, "write", error))?;
+        Ok(WholeTable { staging, existing })
+    }
+
+    /// Gives the file its name.
+    pub fn put(self) -> Result<(), Error> {
+        let existing = self.existing;
+        self.staging.put(|place| allow(place, existing))
+    }
 }
 
 /// The place of a file, where it may be written.

@@ -8,6 +8,9 @@ use image::codecs::{jpeg::JpegDecoder, png::PngDecoder};
 use image::{ColorType, ImageDecoder};
 use tiff::decoder::{Decoder, DecodingResult};
 
+use crate::error::Error;
+use crate::files::{self, Input};
+
 /// Pixels of the largest frame that is read.
 const MOST_PIXELS: u64 = 1 << 25;
 
@@ -51,7 +54,6 @@ pub(super) struct Grey {
 /// Memory that is used again for the next frame.
 #[derive(Default)]
 pub(super) struct Room {
-    file: Vec<u8>,
     decoded: Vec<u8>,
     /// levels of a frame that is done with
     pub levels: Vec<u16>,
@@ -73,18 +75,15 @@ pub(super) fn file(path: &Path, format: Format, room: &mut Room) -> Result<Grey,
         }
         return tiff_page(&mut reader, room);
     }
-    let size = std::fs::metadata(path).map_err(|error| error.to_string())?.len();
+    let (file, size) = open(path)?;
     if size > MOST_BYTES {
         return Err(format!("{size} bytes; expected a frame of at most {MOST_BYTES}"));
     }
-    room.file.clear();
-    let mut file = File::open(path).map_err(|error| error.to_string())?;
-    std::io::Read::read_to_end(&mut file, &mut room.file).map_err(|error| error.to_string())?;
-    let bytes = std::mem::take(&mut room.file);
+    let bytes = files::read_file(&file, size, path, MOST_BYTES, READ).map_err(reason)?;
     let unreadable = |kind: &str, error: image::ImageError| {
         format!("not a {kind} image that can be read ({error}); expected a whole one")
     };
-    let grey = if format == Format::Png {
+    if format == Format::Png {
         let mut limits = image::Limits::no_limits();
         limits.max_alloc = Some(MOST_DECODED);
         PngDecoder::with_limits(Cursor::new(&bytes), limits)
@@ -94,9 +93,26 @@ pub(super) fn file(path: &Path, format: Format, room: &mut Room) -> Result<Grey,
         JpegDecoder::new(Cursor::new(&bytes))
             .map_err(|error| unreadable("JPEG", error))
             .and_then(|decoder| image(decoder, room, |error| unreadable("JPEG", error)))
-    };
-    room.file = bytes;
-    grey
+    }
+}
+
+/// What is being done, as a verb.
+const READ: &str = "read a frame";
+
+/// Opens a regular file, with its length: each frame is read more than once, which a pipe cannot be.
+fn open(path: &Path) -> Result<(File, u64), String> {
+    match files::open(path, READ).map_err(reason)? {
+        Input::File(file, length) => Ok((file, length)),
+        Input::Pipe(_) => Err("found a pipe, expected a regular file".to_owned()),
+    }
+}
+
+/// Why a file cannot be read, without its name, which the message begins with.
+fn reason(error: Error) -> String {
+    match error {
+        Error::Io { source, .. } => source.to_string(),
+        other => other.to_string(),
+    }
 }
 
 fn image(
@@ -148,7 +164,7 @@ fn image(
 
 /// A reader of a TIFF's pages.
 pub(super) fn open_tiff(path: &Path) -> Result<Decoder<BufReader<File>>, String> {
-    let file = File::open(path).map_err(|error| error.to_string())?;
+    let (file, _) = open(path)?;
     let mut limits = tiff::decoder::Limits::default();
     limits.decoding_buffer_size = MOST_DECODED as usize;
     limits.intermediate_buffer_size = MOST_DECODED as usize;

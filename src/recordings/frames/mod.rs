@@ -24,6 +24,8 @@ mod source;
 mod sphere;
 mod votes;
 
+pub(super) use source::{is_video, FFMPEG};
+
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -59,8 +61,16 @@ pub struct Sightings {
     pub contrast: f64,
 }
 
-/// Frames between which it is looked whether one could not be read.
-const WINDOW: usize = 256;
+/// Most frames that are at work at once; between two such lots it is looked whether one could not be read.
+const MOST_AT_ONCE: usize = 256;
+
+/// Pixels that are at work at once: a decoder and the search take up to twenty bytes a pixel.
+const PIXELS_AT_ONCE: usize = 1 << 25;
+
+/// Frames of so many pixels that are at work at once, however many threads there are.
+fn at_once(pixels: usize) -> usize {
+    (PIXELS_AT_ONCE / pixels.max(1)).clamp(1, MOST_AT_ONCE)
+}
 
 /// Finds the sphere in every frame of a recording, which falls downwards in them.
 ///
@@ -98,9 +108,10 @@ pub fn find_sphere(path: &Path, progress: &(dyn Fn(usize, usize) + Sync)) -> Res
     let seeker = Seeker::new(&background, radius);
     let done = AtomicUsize::new(0);
     let mut outlines: Vec<Option<Outline>> = Vec::with_capacity(frames.len());
-    for start in (0..frames.len()).step_by(WINDOW) {
-        let window = start..(start + WINDOW).min(frames.len());
-        let found: Vec<Result<Option<Outline>, String>> = window
+    let at_once = at_once(first.levels.len());
+    for start in (0..frames.len()).step_by(at_once) {
+        let lot = start..(start + at_once).min(frames.len());
+        let found: Vec<Result<Option<Outline>, String>> = lot
             .into_par_iter()
             .map_init(<(Room, Tallies)>::default, |(room, tallies), frame| {
                 let grey = read_like(&frames, frame, &first, room)?;
@@ -171,20 +182,26 @@ fn read_like(frames: &Frames, frame: usize, first: &Grey, room: &mut Room) -> Re
 }
 
 fn read_all(frames: &Frames, which: &[usize], first: &Grey) -> Result<Vec<Grey>, String> {
-    let read: Vec<Result<Grey, String>> = which
-        .par_iter()
-        .map_init(Room::default, |room, frame| read_like(frames, *frame, first, room))
-        .collect();
-    read.into_iter().collect()
+    let mut all = Vec::with_capacity(which.len());
+    for lot in which.chunks(at_once(first.levels.len())) {
+        let read: Vec<Result<Grey, String>> = lot
+            .par_iter()
+            .map_init(Room::default, |room, frame| read_like(frames, *frame, first, room))
+            .collect();
+        for grey in read {
+            all.push(grey?);
+        }
+    }
+    Ok(all)
 }
 
 /// The radius from frames beside the sample, few at once: a short flight may stand between two of the sample.
 fn radius_elsewhere(frames: &Frames, background: &Background, first: &Grey) -> Result<Option<f64>, String> {
-    /// Frames at once.
+    /// Most frames that are held at once.
     const FEW: usize = 16;
     let all: Vec<usize> = (0..frames.len()).collect();
     let mut free = vec![];
-    for few in all.chunks(FEW) {
+    for few in all.chunks(at_once(first.levels.len()).min(FEW)) {
         let read = read_all(frames, few, first)?;
         free.extend(sphere::discs(&read.iter().collect::<Vec<_>>(), background));
     }

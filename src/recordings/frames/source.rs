@@ -14,8 +14,8 @@ use super::decode::{self, Format, Grey, Room};
 /// Frames below which a background is not told from a sphere.
 pub(super) const FEWEST_FRAMES: usize = 5;
 
-/// The one command line that makes frames of a video.
-const FFMPEG: &str = "ffmpeg -i FILE frames/%06d.png";
+/// The one command line that makes frames of a video: each frame once, whatever its rate.
+pub(in crate::recordings) const FFMPEG: &str = "mkdir frames && ffmpeg -i FILE -fps_mode passthrough frames/%06d.png";
 
 const EXPECTED: &str = "expected a folder of PNG, JPEG or TIFF frames, or a TIFF of several pages";
 
@@ -110,6 +110,11 @@ fn page(path: &Path, frame: usize, idle: &Mutex<Vec<Pages>>, room: &mut Room) ->
     Ok(grey)
 }
 
+/// Whether a file is a video by its name.
+pub(in crate::recordings) fn is_video(path: &Path) -> bool {
+    VIDEOS.contains(&extension(path).as_str())
+}
+
 fn extension(path: &Path) -> String {
     path.extension()
         .and_then(OsStr::to_str)
@@ -123,9 +128,7 @@ fn of_file(path: &Path) -> Result<Frames, String> {
     match Format::of_extension(&ending) {
         Some(Format::Tiff) => {}
         Some(_) => return Err(format!("{name}: a single image; {EXPECTED}")),
-        None if VIDEOS.contains(&ending.as_str()) => {
-            return Err(format!("{name}: a video; {EXPECTED}: make frames with `{FFMPEG}`"))
-        }
+        None if is_video(path) => return Err(format!("{name}: a video; {EXPECTED}: make frames with `{FFMPEG}`")),
         None => {
             return Err(format!(
                 "{name}: not frames; {EXPECTED}; of a video, make frames with `{FFMPEG}`"
@@ -172,7 +175,7 @@ fn of_folder(folder: &Path) -> Result<Frames, String> {
         match Format::of_extension(&ending) {
             Some(format) => found.push((format, path)),
             None if OTHER_IMAGES.contains(&ending.as_str()) => foreign.push(path),
-            None if VIDEOS.contains(&ending.as_str()) => videos.push(path),
+            None if is_video(&path) => videos.push(path),
             None => {}
         }
     }

@@ -292,19 +292,24 @@ pub(super) fn largest(mut radii: Vec<f64>) -> Option<f64> {
 
 /// Radii of the discs that frames show, the two clearest a frame.
 pub(super) fn discs(frames: &[&Grey], background: &Background) -> Vec<f64> {
-    let each: Vec<Vec<f64>> = frames
-        .par_iter()
-        .map_init(Tallies::default, |tallies, grey| {
-            let difference = Difference::of(grey, background);
-            // cells of half the size where no disc is found: a sphere may be small
-            [8, 4, 2, 1]
-                .into_iter()
-                .map(|cell| discs_in(&difference, cell, tallies))
-                .find(|radii| !radii.is_empty())
-                .unwrap_or_default()
-        })
-        .collect();
-    each.concat()
+    let lot = super::at_once(frames.first().map_or(0, |grey| grey.levels.len()));
+    let mut radii = vec![];
+    for lot in frames.chunks(lot) {
+        let each: Vec<Vec<f64>> = lot
+            .par_iter()
+            .map_init(Tallies::default, |tallies, grey| {
+                let difference = Difference::of(grey, background);
+                // cells of half the size where no disc is found: a sphere may be small
+                [8, 4, 2, 1]
+                    .into_iter()
+                    .map(|cell| discs_in(&difference, cell, tallies))
+                    .find(|radii| !radii.is_empty())
+                    .unwrap_or_default()
+            })
+            .collect();
+        radii.extend(each.concat());
+    }
+    radii
 }
 
 fn discs_in(difference: &Difference, cell: usize, tallies: &mut Tallies) -> Vec<f64> {
