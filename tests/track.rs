@@ -735,6 +735,25 @@ fn lost_frames_anywhere_are_covered_by_what_is_stated() {
 }
 
 #[test]
+fn a_frame_lost_beside_the_contact_leaves_the_run_out() {
+    const NAME: &str = "a_frame_lost_beside_the_contact_leaves_the_run_out";
+    let mut rng = ChaCha8Rng::seed_from_u64(seed_of(NAME));
+    let seen = drops(20, &mut rng);
+    // the rise before it is too short for a flight, and what comes after it is a frame too early
+    let after = |seen: &Seen| vec![((1000.0 * seen.bounces.contact).ceil() as usize + 4, 1)];
+    let faults: Vec<Vec<(usize, i32)>> = seen.iter().map(after).collect();
+    let (_folder, campaign) = faulty_campaign(&seen, &faults, &mut rng);
+    let verdicts = each(&campaign).map(|tracked| tracked.expect("two flights").impacts[0].verdict.clone());
+    let told = verdicts.filter(|verdict| {
+        verdict
+            .as_ref()
+            .is_some_and(|reason| reason.contains("beside its contact"))
+    });
+    let told = told.count();
+    assert!(told >= 18, "{told}");
+}
+
+#[test]
 fn frames_at_uneven_times_are_left_out_with_the_true_reason() {
     const NAME: &str = "frames_at_uneven_times_are_left_out_with_the_true_reason";
     let mut rng = ChaCha8Rng::seed_from_u64(seed_of(NAME));
@@ -773,7 +792,7 @@ fn frames_at_uneven_times_are_left_out_with_the_true_reason() {
 fn a_sphere_that_rests_long_is_no_fall() {
     const NAME: &str = "a_sphere_that_rests_long_is_no_fall";
     let mut rng = ChaCha8Rng::seed_from_u64(seed_of(NAME));
-    // a video's pictures are corrected now and then: at rest the position drifts by more than it scatters
+    // a video's pictures hardly change at rest, and are corrected now and then: positions scatter less, and drift
     let (frames, bounces) = (
         400,
         Bounces {
@@ -786,9 +805,15 @@ fn a_sphere_that_rests_long_is_no_fall() {
     for (name, start) in [("long_before", 0.0), ("long_after", 0.4)] {
         let rows = (0..frames).map(|frame| {
             let noise: f64 = StandardNormal.sample(&mut rng);
-            let height = 8_000.0 * bounces.height(start + frame as f64 / 500.0);
+            let time = start + frame as f64 / 500.0;
+            let height = bounces.height(time);
+            let sd = if height == bounces.height(time + 0.002) {
+                0.004
+            } else {
+                0.1
+            };
             let drift = 0.12 * (frame as f64 / 40.0).sin();
-            format!("{frame},{}\n", 900.0 - height + drift + 0.02 * noise)
+            format!("{frame},{}\n", 900.0 - 8_000.0 * height + drift + sd * noise)
         });
         let rows: String = rows.collect();
         std::fs::write(folder.path().join(format!("{name}.csv")), format!("frame,y_px\n{rows}")).expect("writable");

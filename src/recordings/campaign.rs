@@ -178,6 +178,8 @@ struct Underway {
     diameter: f64,
     film: f64,
     frame_rate: Option<f64>,
+    /// gravity of the flight that tells it best, before the flights were fitted with that of all
+    own_gravity: f64,
     air: Option<SphereInAir>,
 }
 
@@ -197,6 +199,7 @@ pub(super) fn analyse(
         match Flights::of(shown.track.clone(), all_rebounds) {
             Ok(flights) => underway.push(Underway {
                 place,
+                own_gravity: own_gravity(&flights) / scale.value,
                 flights: flights.over(scale.value),
                 air: recording.density.map(|density| SphereInAir {
                     diameter: recording.diameter,
@@ -234,6 +237,13 @@ pub(super) fn analyse(
                 tracked: tracked.ok_or_else(|| reason.unwrap_or(Refusal::Shows(NoContact::NeverFalls))),
             });
     (outcomes.collect(), check)
+}
+
+/// The gravity of the flight that tells it best.
+fn own_gravity(flights: &Flights) -> f64 {
+    let own = flights.fits().into_iter().map(|fit| fit.own());
+    let best = own.min_by(|[_, a], [_, b]| a.total_cmp(b));
+    best.map_or(f64::NAN, |[value, _]| value)
 }
 
 /// The scale of a recording; one by gravity is 1 so far.
@@ -382,6 +392,7 @@ fn verdict(
 ) -> Option<String> {
     of.width_verdict()
         .or_else(|| of.fall_verdict(contact, gravity, check))
+        .or_else(|| of.contact_verdict(contact, speeds))
         .or_else(|| of.run_verdict(contact, speeds))
 }
 
@@ -400,7 +411,7 @@ impl Underway {
             return (width < LEAST_WIDTH.max(LEAST_SDS * scatter)).then(|| {
                 format!(
                     "by gravity the scale is {} px/mm and its sphere {width:.1} px wide, where positions scatter by \
-                     {scatter:.1} px: frame_rate_Hz or diameter_mm is wrong",
+                     {scatter:.1} px: frame_rate_Hz or diameter_mm is wrong, or it was taken at another scale than the others",
                     significant(pixels_per_millimetre(scale), 3)
                 )
             });
@@ -442,6 +453,9 @@ impl Underway {
             let [own, se] = flights.fit(place, flights.segments[place].parabola.time).own();
             let off = is_off(own, se.hypot(gravity.se), gravity.value);
             off.then(|| {
+                // a flight far off has lost frames to the gravity of all
+                let far = self.scale.source != ScaleSource::Gravity && is_off(self.own_gravity, 0.0, gravity.value);
+                let own = if far { self.own_gravity } else { own };
                 format!(
                     "it falls at {own:.2} m/s^2 by itself, where all fall at {:.2}: {}",
                     gravity.value,
@@ -463,6 +477,30 @@ impl Underway {
             return "frame rate or scale is wrong".to_owned();
         }
         format!("frame rate or scale is wrong ({})", would.join(", or "))
+    }
+
+    /// Whether its flights reach the contact: where frames are missing or repeated beside it, some belong to neither.
+    fn contact_verdict(&self, contact: Contact, speeds: ContactSpeeds) -> Option<String> {
+        /// positions that may be another object's, where no other frames are missing or repeated
+        const OTHERS: usize = 2;
+        /// frames about the contact, whose exposure may hold it
+        const ABOUT: f64 = 0.6;
+        let After::Flight(after) = contact.after else {
+            return None;
+        };
+        let flights = &self.flights;
+        let last = *flights.segments[contact.before].frames.last()?;
+        let first = *flights.segments[after].frames.first()?;
+        let near = ABOUT * flights.track.frame_time();
+        let is_left = |place: &usize| {
+            let (time, height) = (flights.track.times[*place], flights.track.heights[*place]);
+            (time - speeds.time).abs() > near && height > speeds.height + self.film
+        };
+        let left = (last + 1..first).filter(is_left).count();
+        let most = if flights.jumps.is_empty() { OTHERS } else { 0 };
+        (left > most).then(|| {
+            format!("{left} positions beside its contact fit neither flight: frames are missing or repeated there")
+        })
     }
 
     /// Whether a table of runs takes it.

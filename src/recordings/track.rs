@@ -34,6 +34,10 @@ impl Track {
         const EVEN: f64 = 0.01;
         /// of heights in m or in pixels: far below what any camera tells
         const LEAST_RANGE: f64 = 1e-15;
+        /// of the range of heights, by which three frames move a sphere that does not rest
+        const MOVES: f64 = 0.01;
+        /// fours of such frames that tell the scatter
+        const ENOUGH: usize = 8;
         // 1² + 3² + 3² + 1²
         let of_differences = 20f64.sqrt();
         let frame = self.frame_time();
@@ -46,9 +50,14 @@ impl Track {
         if highest - lowest < LEAST_RANGE {
             return None;
         }
+        let fours: Vec<&[f64]> = fours.filter(|(times, _)| in_a_row(times)).map(|(_, y)| y).collect();
+        // pictures of a video hardly change while the sphere rests: its flights scatter by more
+        let moves = |y: &&&[f64]| (y[3] - y[0]).abs() > MOVES * (highest - lowest);
+        let moving = fours.iter().filter(moves).count() >= ENOUGH;
         let mut differences: Vec<f64> = fours
-            .filter(|(times, _)| in_a_row(times))
-            .map(|(_, y)| (y[3] - 3.0 * y[2] + 3.0 * y[1] - y[0]).abs())
+            .iter()
+            .filter(|y| !moving || moves(y))
+            .map(|y| (y[3] - 3.0 * y[2] + 3.0 * y[1] - y[0]).abs())
             .collect();
         let scatter = OF_MEDIAN * median(&mut differences)? / of_differences;
         Some(scatter.max(self.rounding()))
