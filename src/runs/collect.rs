@@ -431,6 +431,7 @@ impl Collected {
                 ),
                 "give the single runs where you have them",
             )
+            .at(Level::Informs)
         })
     }
 
@@ -438,7 +439,7 @@ impl Collected {
     pub fn drop_own_film_ratios(&mut self) -> Option<Notice> {
         let runs = self.columns.own_film_ratios()?;
         self.columns.film_ratio.clear();
-        Some(Notice::new(
+        let notice = Notice::new(
             FILM_RATIO_OF_EACH_RUN,
             runs,
             format!(
@@ -446,7 +447,8 @@ impl Collected {
                  and film groups are found from the films"
             ),
             "nothing; name the film ratios that were meant as film_ratios in [data]",
-        ))
+        );
+        Some(notice.at(Level::Informs))
     }
 
     /// The columns that no key names.
