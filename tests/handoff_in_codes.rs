@@ -1,4 +1,5 @@
-//! Runs the drop tests of the hand-offs in LIGGGHTS, LAMMPS and YADE and compares the rebound with the law.
+//! Runs the drop tests of the hand-offs in LIGGGHTS, LAMMPS and YADE and compares the rebound with the law; and has files read
+//! whose title tries to be code.
 //!
 //! Debian has all three (`apt-get install liggghts lammps yade`). Where one is missing its test prints SKIPPED, or fails with
 //! `WETCOR_CODES_REQUIRED=1`.
@@ -12,6 +13,15 @@ use wetcor::physics::{Coefficient, DrySpeed, Form, Inertia, Parameters, Restitut
 
 /// How far a measured rebound may lie from the one asked for.
 const WITHIN: f64 = 1e-3;
+
+/// A title that tries to leave its comment in every language: it names an encoding in which a new line follows, ends comments,
+/// joins lines, opens long texts, names variables and places of templates, and begins a cell with a formula.
+const HOSTILE: &str =
+    "coding: utf-7 +AAo-open('owned', 'w')+AAo-# \n\r\u{85}\u{2028}open('owned', 'w') */ #error owned \
+                       ${owned} $(1/0) \"\"\" ''' {{e}} @(1/0) ,=HYPERLINK(1),=1+1;@SUM(1) & ??/";
+
+/// The same for Python alone, with nothing else that is not text in that encoding.
+const UTF_7: &str = "coding: utf-7 +AAo-open('owned', 'w')+AAo-#";
 
 /// A sphere, what wets its plate, and the speeds of its runs.
 struct Pair {
@@ -99,7 +109,12 @@ impl Pair {
         .at(speed)
     }
 
+    /// The files of a fit whose title tries to be code.
     fn files(&self, code: Code) -> Vec<HandoffFile> {
+        self.files_of(code, HOSTILE)
+    }
+
+    fn files_of(&self, code: Code, title: &str) -> Vec<HandoffFile> {
         let [slowest, fastest] = self.speeds;
         let law = |speed: f64| PredictedPoint {
             q50: self.law(speed),
@@ -110,7 +125,7 @@ impl Pair {
         let h: f64 = 1e-4;
         let log_slope = (self.law(self.reference * h.exp()) / self.law(self.reference)).ln() / h;
         let handoff = Handoff {
-            title: "PTFE and PE spheres on wetted glass",
+            title,
             source: "Müller & Huang 2016, energy balance",
             particle: self.particle,
             density: self.density,
@@ -150,6 +165,102 @@ fn is_there(program: &str) -> bool {
         told.expect("standard error is open");
     }
     there
+}
+
+/// What a program prints of a file that it reads without complaint.
+fn read_by(mut command: Command) -> String {
+    let output = command.output().unwrap_or_else(|error| panic!("{command:?}: {error}"));
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{command:?}\n{errors}");
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// Python looks for the encoding of a file in its first two lines.
+#[test]
+fn a_title_is_no_code_in_python() {
+    if !is_there("python3") {
+        return;
+    }
+    const READ: &str = "import ast, runpy, sys\n\
+        tree = ast.dump(ast.parse(open(sys.argv[1], 'rb').read()))\n\
+        try:\n    runpy.run_path(sys.argv[1])\n\
+        except ModuleNotFoundError as error:\n    assert error.name == 'yade'\n\
+        print(tree)";
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let python = |program: &str, name: &str, text: &str| {
+        std::fs::write(folder.path().join(name), text).expect("writable");
+        let mut python = Command::new("python3");
+        python.current_dir(&folder).args(["-c", program, name]);
+        python
+    };
+    for pair in &PAIRS {
+        let trees = ["PTFE", HOSTILE, UTF_7].map(|title| {
+            let text = pair.files_of(Code::Yade, title).swap_remove(0).text;
+            read_by(python(READ, "drop.py", &text))
+        });
+        assert!(trees.iter().all(|tree| *tree == trees[0]));
+        assert!(!folder.path().join("owned").exists());
+    }
+    // with the title in the first line it is code, which this test then sees; the source is no text in that encoding
+    let hostile = PAIRS[0].files_of(Code::Yade, UTF_7).swap_remove(0).text;
+    let lines: Vec<&str> = hostile.lines().filter(|line| !line.contains("Law: ")).collect();
+    let title = lines
+        .iter()
+        .find(|line| line.contains("coding: utf-7"))
+        .expect("it is there");
+    let early = format!("{title}\n{}\n", lines.join("\n"));
+    let ran = python("import runpy; runpy.run_path('early.py')", "early.py", &early).output();
+    assert!(!ran.expect("it runs").status.success());
+    assert!(folder.path().join("owned").exists());
+}
+
+/// Up to C++14 `??/` is a backslash, which at the end of a line joins the next to a comment.
+#[test]
+fn a_title_is_no_code_in_cpp() {
+    if !is_there("c++") {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let program = |text: &str| {
+        let own: Vec<&str> = text.lines().filter(|line| !line.starts_with("#include")).collect();
+        std::fs::write(folder.path().join("drop.cpp"), own.join("\n")).expect("writable");
+        let mut compiler = Command::new("c++");
+        compiler.current_dir(&folder).args([
+            "-std=c++11",
+            "-Wcomment",
+            "-Wtrigraphs",
+            "-Werror",
+            "-E",
+            "-P",
+            "drop.cpp",
+        ]);
+        read_by(compiler)
+    };
+    let [plain, hostile] =
+        ["PTFE", HOSTILE].map(|title| PAIRS[0].files_of(Code::MercuryDpm, title).swap_remove(0).text);
+    assert!(plain != hostile && program(&plain).contains("int main"));
+    assert_eq!(program(&plain), program(&hostile));
+}
+
+/// In the other languages a comment ends with its line, unless the line ends in what joins the next to it.
+#[test]
+fn a_title_is_no_code_elsewhere() {
+    for code in [Code::Lammps, Code::Liggghts, Code::Mfix, Code::Table] {
+        for (plain, hostile) in PAIRS[0].files_of(code, "PTFE").iter().zip(PAIRS[0].files(code)) {
+            let is_title = |line: &&str| line.starts_with(['#', '!']) && line[1..].starts_with(" Fit: ");
+            let others = |text: &str| {
+                text.lines()
+                    .filter(|line| !is_title(line))
+                    .map(str::to_owned)
+                    .collect::<Vec<_>>()
+            };
+            assert_eq!(others(&plain.text), others(&hostile.text), "{}", plain.name);
+            let title = hostile.text.lines().find(is_title).expect("it is there");
+            for code in ["\"", "$", "&", "\\", ",=", ";@"] {
+                assert!(!title.contains(code), "{code}: {title}");
+            }
+        }
+    }
 }
 
 /// A rebound from the plate and one of two spheres, each with the e that was asked for or expected.

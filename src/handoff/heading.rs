@@ -12,18 +12,31 @@ const NAME_SHOWN: usize = 200;
 /// Acceleration of the drop that the heading tells a height of, m/s².
 const GRAVITY: f64 = 9.81;
 
-/// A user's text on one line, without what could end a comment or go on after it.
+/// A user's text on one line, without what ends a comment, carries it on, or is looked for in one.
+///
+/// A backslash or `&` at the end of a line joins the next to it in C++, LAMMPS and LIGGGHTS; `??/` is a backslash in C++ before
+/// C++17; `"""` opens a text of several lines and `$` a variable in LAMMPS; and a spreadsheet takes a cell that begins with
+/// one of `=+-@` for a formula.
 fn name(text: &str) -> String {
-    plain(text, NAME_SHOWN)
-        .chars()
-        .map(|c| match c {
+    let mut shown = String::new();
+    let mut begins_cell = false;
+    for c in plain(text, NAME_SHOWN).chars() {
+        let c = match c {
             '"' | '`' => '\'',
             '\\' => '/',
             '&' => '+',
             '$' => 'S',
             c => c,
-        })
-        .collect()
+        };
+        if begins_cell && matches!(c, '=' | '+' | '-' | '@') {
+            shown.push('\'');
+        }
+        if !(c == '?' && shown.ends_with('?')) {
+            shown.push(c);
+        }
+        begins_cell = matches!(c, ',' | ';') || begins_cell && c == ' ';
+    }
+    shown
 }
 
 /// Lines as comments.
@@ -209,5 +222,7 @@ mod tests {
     #[test]
     fn a_title_cannot_leave_its_comment() {
         assert_eq!(name("a\nvariable x \"\"\" $x \\ &"), "a/nvariable x ''' Sx / +");
+        assert_eq!(name("a ???/ ??\\"), "a ?/ ?/");
+        assert_eq!(name("a,=1+1; @b, -5"), "a,'=1+1; '@b, '-5");
     }
 }

@@ -1,3 +1,4 @@
+# -*- coding: utf-8 -*-
 {{heading}}
 # Run: yade -x -n {{file}}   or with speeds in m/s: yade -x -n {{file}} 0.6 0.9 1.2
 import sys

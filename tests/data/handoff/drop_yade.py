@@ -1,3 +1,4 @@
+# -*- coding: utf-8 -*-
 # YADE: restitution of PTFE spheres on a plate, handed over by wetcor VERSION
 # Fit: PTFE on wetted glass
 # Law: posterior median of the energy balance
