@@ -30,7 +30,11 @@ fn decimals(se: f64) -> i32 {
     }
 }
 
+/// A number to a decimal place; what is none is never shown as one.
 fn to_place(x: f64, place: i32) -> String {
+    if !x.is_finite() {
+        return NONE.to_owned();
+    }
     if place >= 0 {
         let text = format!("{x:.*}", place.min(MOST_DECIMALS) as usize);
         return text;
@@ -89,7 +93,7 @@ pub fn by_mcse(value: Option<f64>, mcse: Option<f64>) -> String {
 
 /// A mean with the sd of its posterior and its own Monte Carlo error.
 pub fn with_sd(mean: f64, sd: f64, mcse: f64) -> String {
-    if sd >= LARGE {
+    if sd >= LARGE || positive(Some(sd)).is_none() {
         return format!("{} ± {}", significant(mean, 2), significant(sd, 2));
     }
     let place = decimals(sd).min(settled(mcse, sd));
@@ -119,7 +123,7 @@ pub fn optional(x: Option<f64>, digits: usize) -> String {
 
 /// A probability.
 pub fn probability(p: f64) -> String {
-    if p.is_nan() {
+    if !p.is_finite() {
         NONE.to_owned()
     } else if p < 0.001 {
         "below 0.001".to_owned()
@@ -211,6 +215,31 @@ mod tests {
     fn no_error_no_plus_minus() {
         assert_eq!(with_se(0.5, 0.0), "0.5000 ± –");
         assert_eq!(with_se(f64::NAN, 0.1), "– ± –");
+    }
+
+    #[test]
+    fn what_is_no_number_is_shown_as_none() {
+        let odd = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, 1.0, 1e300, 5e-324];
+        for (a, b) in odd.iter().flat_map(|a| odd.map(|b| (*a, b))) {
+            for text in [
+                with_se(a, b),
+                between(a, 1.0, b),
+                between(1.0, 2.0, a),
+                by_mcse(Some(a), Some(b)),
+                with_sd(a, b, 0.1),
+                with_sd(1.0, a, b),
+                significant(a, 3),
+                probability(a),
+                signed(a),
+                shift(a, Some(b)),
+                range([a, b]),
+                short(a),
+            ] {
+                assert!(!text.contains("NaN") && !text.contains("inf"), "{a} {b}: {text}");
+            }
+        }
+        assert_eq!(signed(f64::NAN), NONE);
+        assert_eq!(between(0.1, 0.2, f64::NAN), NONE);
     }
 
     #[test]
