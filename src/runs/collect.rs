@@ -10,7 +10,7 @@ use super::errors::{MeasurementErrors, RunError};
 use super::row::CheckedRow;
 use super::screen::{screen, Reason};
 use super::told_twice::{ComparedColumns, Comparison, TOLD_TWICE};
-use crate::error::{file_name, quoted};
+use crate::error::{file_name, quoted, Problem};
 use crate::notice::{Level, Notice};
 use crate::scene::Scene;
 
@@ -173,10 +173,31 @@ pub(super) enum Gathering<'a> {
     Blocks(&'a mut (dyn FnMut(RunsAsRead) + Send)),
 }
 
+/// Rows of the longest table that is read whole where the scene's model needs every run: some 2 GB.
+const MOST_WHOLE: usize = 10_000_000;
+
+/// What is wrong with so many rows, where the scene's model needs every run.
+pub(super) fn too_many_rows(rows: usize, scene: &Scene) -> Option<Problem> {
+    (rows > MOST_WHOLE && scene.model.needs_every_run()).then(|| Problem {
+        line: None,
+        place: "too many rows for a model that keeps every run".to_owned(),
+        found: Some(format!("{rows} rows")),
+        expected: format!(
+            "expected at most {MOST_WHOLE}, or [model] with a named inertia, normal likelihood and noise = \"restitution\": few \
+             runs then stand for all"
+        ),
+    })
+}
+
 /// Runs of a block, at least.
 pub(super) const BLOCK: usize = 1 << 19;
 
 impl Gathering<'_> {
+    /// Whether all runs are held.
+    pub fn is_whole(&self) -> bool {
+        matches!(self, Gathering::Whole)
+    }
+
     /// How many of so many rows are held at once, about.
     pub fn held(&self, rows: usize) -> usize {
         match self {

@@ -10,6 +10,7 @@
 //! | `written_units.rs` | reads the units that names of columns have |
 //! | `columns.rs` | matches a table's header with the columns runs can have |
 //! | `screen.rs` | says why a checked run is left out |
+//! | `damaged.rs` | catches a library's panic over a damaged file, and passes our own on |
 //! | `refusals.rs` | gathers what is wrong, cell by cell |
 //! | `decimals.rs` | finds what separates columns and decimals |
 //! | `survey.rs` | says what each column of an unknown table is called and holds |
@@ -53,6 +54,7 @@ mod collect;
 mod columns;
 mod condense;
 mod csv;
+mod damaged;
 mod decimals;
 mod draft;
 mod errors;

@@ -5,14 +5,14 @@ use std::io::{Cursor, Write};
 
 use polars::prelude::*;
 
-use super::collect::{Collected, Gathering};
+use super::collect::{too_many_rows, Collected, Gathering};
 use super::columns::{ColumnPlace, TableLayout};
 use super::csv::too_many_columns;
 use super::decimals::Decimals;
 use super::new_run::NewRun;
 use super::parquet_footer;
 use super::parquet_parts::ParquetParts;
-use super::refusals::{readable, CellPlace, Refusals, Refused};
+use super::refusals::{readable, unreadable, CellPlace, Refusals, Refused};
 use super::row::{check_row, BadCell, RowChecker};
 use super::survey::Survey;
 use crate::error::{quoted, Problem};
@@ -35,15 +35,6 @@ fn schema_of(bytes: &[u8]) -> Result<(Arc<ArrowSchema>, Vec<String>), Vec<Proble
     Ok((schema, header))
 }
 
-/// The columns of these names.
-fn columns_named(bytes: &[u8], names: Vec<String>) -> Result<DataFrame, Vec<Problem>> {
-    polars(|| parquet_footer::check_counts(bytes, &names))?;
-    polars(|| {
-        let reader = ParquetReader::new(Cursor::new(bytes));
-        reader.with_columns(Some(names)).finish()
-    })
-}
-
 /// Reads a Parquet file for what stands in its columns; of a column of a type that runs cannot have, only its name is told.
 pub(super) fn survey_parquet(bytes: &[u8]) -> Result<Survey, Vec<Problem>> {
     let (schema, header) = schema_of(bytes)?;
@@ -52,16 +43,24 @@ pub(super) fn survey_parquet(bytes: &[u8]) -> Result<Survey, Vec<Problem>> {
         field.is_some_and(|field| is_readable(&field.dtype, true) || is_readable(&field.dtype, false))
     };
     let known: Vec<String> = header.iter().filter(is_known).cloned().collect();
-    let frame = columns_named(bytes, known)?;
+    polars(|| parquet_footer::check_counts(bytes, &known))?;
     let mut survey = Survey::new(header);
-    survey.rows = frame.height();
-    for column in &mut survey.columns {
-        let Ok(given) = frame.column(&column.name) else {
-            continue;
-        };
-        let texts = polars(|| given.cast(&DataType::String))?;
-        let texts = polars(|| texts.str().cloned())?;
-        texts.iter().for_each(|cell| column.add(cell));
+    survey.rows = polars(|| ParquetReader::new(Cursor::new(bytes)).num_rows())?;
+    let to_read = if known.is_empty() { 0 } else { survey.rows };
+    for first in (0..to_read).step_by(ROWS_AT_ONCE) {
+        let frame = polars(|| {
+            let reader = ParquetReader::new(Cursor::new(bytes)).with_columns(Some(known.clone()));
+            let rows = ROWS_AT_ONCE.min(survey.rows - first);
+            reader.with_slice(Some((first, rows))).finish()
+        })?;
+        for column in &mut survey.columns {
+            let Ok(given) = frame.column(&column.name) else {
+                continue;
+            };
+            let texts = polars(|| given.cast(&DataType::String))?;
+            let texts = polars(|| texts.str().cloned())?;
+            texts.iter().for_each(|cell| column.add(cell));
+        }
     }
     Ok(survey)
 }
@@ -122,6 +121,10 @@ pub(super) fn read_parquet(
     let names = names(&layout);
     polars(|| parquet_footer::check_counts(bytes, &names))?;
     let rows = polars(|| ParquetReader::new(Cursor::new(bytes)).num_rows())?;
+    // what a few bytes may claim is not kept to be refused then
+    if let Some(problem) = gathering.is_whole().then(|| too_many_rows(rows, scene)).flatten() {
+        return Err(vec![problem].into());
+    }
     let at_once = if has_number_texts(&schema, &layout) {
         rows.max(1)
     } else {
@@ -204,12 +207,16 @@ fn collect(
             }
         });
     };
-    polars(|| collect_rows(frame, layout, checker, collected, &mut refused))
+    // the frame is in memory: a panic here is none of a damaged file
+    collect_rows(frame, layout, checker, collected, &mut refused).map_err(|error| unreadable(PARQUET, &error))
 }
+
+/// What a file is called that is to be Parquet.
+const PARQUET: &str = "Parquet file";
 
 /// Does a step of reading Parquet.
 fn polars<T>(step: impl FnOnce() -> PolarsResult<T>) -> Result<T, Vec<Problem>> {
-    readable("Parquet file", step)
+    readable(PARQUET, step)
 }
 
 fn is_text(given: &ArrowDataType) -> bool {

@@ -3,6 +3,7 @@
 use std::fmt::Display;
 
 use super::columns::TableLayout;
+use super::damaged::unless_damaged;
 use super::row::BadCell;
 use crate::error::{Problem, PROBLEMS_SHOWN};
 use crate::scene::RunColumn;
@@ -39,21 +40,21 @@ pub(super) fn whole_file(found: &str, expected: &str) -> Problem {
 /// Does a step of reading a file of some format by a library. A damaged file may make that panic: it too is only an
 /// unreadable file.
 pub(super) fn readable<T, E: Display>(format: &str, step: impl FnOnce() -> Result<T, E>) -> Result<T, Vec<Problem>> {
-    let hook = std::panic::take_hook();
-    std::panic::set_hook(Box::new(|_| {}));
-    let done = std::panic::catch_unwind(std::panic::AssertUnwindSafe(step));
-    std::panic::set_hook(hook);
-    let reason = match done {
-        Ok(Ok(value)) => return Ok(value),
-        Ok(Err(error)) => error.to_string().lines().next().unwrap_or_default().to_owned(),
-        Err(_) => "its parts contradict each other".to_owned(),
-    };
-    Err(vec![Problem {
+    match unless_damaged(step) {
+        Some(Ok(value)) => Ok(value),
+        Some(Err(error)) => Err(unreadable(format, &error)),
+        None => Err(unreadable(format, &"its parts contradict each other")),
+    }
+}
+
+/// Says why a file cannot be read, by the first line of what a library says.
+pub(super) fn unreadable(format: &str, why: &dyn Display) -> Vec<Problem> {
+    vec![Problem {
         line: None,
         place: format!("not a readable {format}"),
         found: None,
-        expected: reason,
-    }])
+        expected: why.to_string().lines().next().unwrap_or_default().to_owned(),
+    }]
 }
 
 /// Why a table is refused.

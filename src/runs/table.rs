@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::averaged::MOST_AVERAGED;
-use super::collect::{columns_not_read, Collected, Gathering, Screened};
+use super::collect::{columns_not_read, too_many_rows, Collected, Gathering, Screened};
 use super::impacts;
 use super::refusals::{whole_file, Refused};
 use super::series::Runs;
@@ -35,12 +35,18 @@ pub struct Table {
 
 /// Reads, checks and screens the runs of a scene.
 ///
-/// Fails with every bad cell named by line, column and value, and where runs without measurement errors have no other
-/// spread; then nothing of the table is used.
+/// Fails with every bad cell named by line, column and value, where runs without measurement errors have no other spread,
+/// and where there are more than are kept; then nothing of the table is used.
 pub fn read(scene: &Scene) -> Result<Table, Error> {
     let mut joined = Joined::default();
+    let mut rows = 0;
     for file in &scene.data.runs {
-        joined.add(read_table(file, scene)?, &file.path)?;
+        let (table, sha256) = read_table(file, scene)?;
+        rows += table.rows;
+        if let Some(problem) = too_many_rows(rows, scene) {
+            return Err(Error::input(&file.path, vec![problem]));
+        }
+        joined.add((table, sha256), &file.path)?;
     }
     let compared = std::mem::take(&mut joined.compared);
     let (mut collected, mut notices, sha256) = joined.finish();
