@@ -171,8 +171,9 @@ fn special(_: FileType) -> Option<&'static str> {
     Some("a device")
 }
 
+/// How a file is opened for reading that may turn out to be a pipe.
 #[cfg(unix)]
-fn options() -> OpenOptions {
+pub(crate) fn options() -> OpenOptions {
     use rustix::fs::OFlags;
     use std::os::unix::fs::OpenOptionsExt;
     let mut options = OpenOptions::new();
@@ -182,8 +183,9 @@ fn options() -> OpenOptions {
     options
 }
 
+/// How a file is opened for reading that may turn out to be a pipe.
 #[cfg(not(unix))]
-fn options() -> OpenOptions {
+pub(crate) fn options() -> OpenOptions {
     let mut options = OpenOptions::new();
     options.read(true);
     options

@@ -7,6 +7,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use super::rename::rename_to_free;
+use crate::files::options;
 
 /// How the folder begins that something is made in.
 pub(super) const PREFIX: &str = ".wetcor-";
@@ -14,6 +15,7 @@ pub(super) const PREFIX: &str = ".wetcor-";
 const LOCK: &str = "lock";
 pub(super) const NEW: &str = "new";
 pub(super) const OLD: &str = "old";
+const NAMES_MADE: [&str; 2] = [NEW, OLD];
 /// How the locked file begins; the name of the place follows, so that what is set aside can be put back.
 const MARK: &str = "wetcor makes ";
 
@@ -67,7 +69,7 @@ pub(super) fn turn(base: &Path) -> Option<File> {
 
 /// Removes a folder in which something was made: the lock last, so that what a sudden end leaves is recognised.
 pub(super) fn remove(folder: &Path) {
-    for made in [NEW, OLD].map(|name| folder.join(name)) {
+    for made in NAMES_MADE.map(|name| folder.join(name)) {
         // what the system keeps now, the next run clears
         let _ = if made.is_dir() {
             std::fs::remove_dir_all(made)
@@ -92,10 +94,14 @@ pub(super) fn clear(base: &Path) {
     }
 }
 
-/// Clears a folder whose maker is no more. Whatever else it holds, it is left alone.
+/// Clears a folder whose maker is no more. One with other things in it, or without our mark in its lock, is left alone.
 fn clear_one(base: &Path, folder: &Path) {
-    let lock = File::options().read(true).write(true).open(folder.join(LOCK));
-    let Ok(mut lock) = lock else {
+    let path = folder.join(LOCK);
+    // a pipe would be waited for
+    if path.symlink_metadata().is_ok_and(|about| !about.is_file()) {
+        return;
+    }
+    let Ok(mut lock) = options().write(true).open(&path) else {
         // its maker came no further than to make it, or is there now: then it makes another
         let _ = std::fs::remove_dir(folder);
         return;
@@ -114,7 +120,11 @@ fn clear_one(base: &Path, folder: &Path) {
     // no path is longer
     let read = Read::take(&mut lock, 1 << 16).read_to_end(&mut text);
     let Some(inside) = read.ok().and_then(|_| text.strip_prefix(MARK.as_bytes())) else {
-        if text.is_empty() {
+        let holds_only_lock = NAMES_MADE
+            .iter()
+            .all(|name| folder.join(name).symlink_metadata().is_err());
+        // its maker ended before it had made anything
+        if text.is_empty() && holds_only_lock {
             remove(folder);
         }
         return;

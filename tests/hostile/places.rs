@@ -324,6 +324,15 @@ fn what_the_dead_left_is_cleared_and_what_others_made_is_not() {
     );
     leave(&place, ".wetcor-mine02", &[("lock", "mine"), ("new/a", "b")]);
     leave(&place, ".wetcor-mine03", &[("thesis.tex", "years")]);
+    leave(
+        &place,
+        ".wetcor-mine04",
+        &[("lock", ""), ("old/a", "b"), ("new/c", "d")],
+    );
+    // waiting for somebody who writes to it would never end
+    std::fs::create_dir(place.path(".wetcor-mine05")).expect("writable");
+    let made = Command::new("mkfifo").arg(place.path(".wetcor-mine05/lock")).status();
+    assert!(made.is_ok_and(|status| status.success()));
     std::fs::write(place.path(".wetcor-note"), "mine").expect("writable");
     leave(
         &place,
@@ -338,10 +347,13 @@ fn what_the_dead_left_is_cleared_and_what_others_made_is_not() {
         ".wetcor-mine01",
         ".wetcor-mine02",
         ".wetcor-mine03",
+        ".wetcor-mine04",
+        ".wetcor-mine05",
         ".wetcor-note",
     ];
-    assert_eq!(place.entries()[..5], kept);
-    assert_eq!(place.entries()[5..], ["report", "runs.csv", "scene.toml"]);
+    assert_eq!(place.entries()[..7], kept);
+    assert_eq!(place.entries()[7..], ["report", "runs.csv", "scene.toml"]);
+    assert!(place.path(".wetcor-mine04/old/a").exists() && place.path(".wetcor-mine04/new/c").exists());
     assert!(place.path(".wetcor-mine01/thesis.tex").exists() && place.path(".wetcor-mine02/new/a").exists());
     drop(alive);
     assert!(matches!(fit(&place, "report").status, Some(0 | 1)));
