@@ -7,6 +7,7 @@ use clap::builder::PossibleValuesParser;
 use clap::{Command, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use wetcor::inference::accuracy::RANGE;
+use wetcor::model::simulate::MOST_RUNS;
 use wetcor::study::calibration;
 
 use super::{handoff, predict, track};
@@ -113,7 +114,7 @@ mpirun, in a build with the feature `mpi`, the ranks write a share of the parts 
         #[arg(long, value_name = "N", conflicts_with = "force", value_parser = clap::value_parser!(u64).range(1..=10_000))]
         parts: Option<u64>,
         /// Runs in all, spread evenly over the design [default: the design's repeats]
-        #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
+        #[arg(long, value_parser = clap::value_parser!(u64).range(1..=MOST_RUNS))]
         runs: Option<u64>,
         /// Seed of every use of chance
         #[arg(long, default_value_t = 1)]
@@ -154,7 +155,7 @@ With mpirun, in a build with the feature `mpi`, the ranks take a share of the da
         #[arg(long)]
         out: PathBuf,
         /// Data sets a design; scenes that are fitted to an accuracy in proportion
-        #[arg(long, default_value_t = calibration::SETS, value_parser = clap::value_parser!(u64).range(1..))]
+        #[arg(long, default_value_t = calibration::SETS, value_parser = clap::value_parser!(u64).range(1..=calibration::MOST_SETS))]
         sets: u64,
         /// Seed of every use of chance
         #[arg(long, default_value_t = 1)]

@@ -182,7 +182,7 @@ impl<'s> Simulation<'s> {
             Some(runs) => (runs / count, runs % count),
             None => (design.repeats, 0),
         };
-        Ok(Simulation {
+        let simulation = Simulation {
             scene,
             truth,
             design,
@@ -191,7 +191,13 @@ impl<'s> Simulation<'s> {
             repeats,
             extra,
             left_out,
-        })
+        };
+        match simulation.runs() {
+            0..=MOST_RUNS => Ok(simulation),
+            _ => Err(Error::Usage(format!(
+                "[design] repeats: found {repeats} runs at each of {count} settings, expected at most {MOST_RUNS} runs in all"
+            ))),
+        }
     }
 
     /// How many runs will be drawn.
@@ -334,7 +340,10 @@ fn wet_noise(noise: NoiseShape, stokes: f64, rng: &mut ChaCha8Rng) -> f64 {
     }
 }
 
-/// Settings of the largest design; its runs may be as many as the file can hold.
+/// Runs of the largest simulation: some forty terabytes.
+pub const MOST_RUNS: u64 = 1_000_000_000_000;
+
+/// Settings of the largest design.
 pub const MOST_SETTINGS: usize = 1_000_000;
 
 /// Checks how many settings the lists of a design make, before any of them is made.

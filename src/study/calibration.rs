@@ -47,6 +47,9 @@ const PAPER: CalibrationDesign = CalibrationDesign {
 /// Data sets of each design.
 pub const SETS: u64 = 4000;
 
+/// Most data sets of a design: the shares are then known to 0.03 %, and what each set gave is held.
+pub const MOST_SETS: u64 = 1_000_000;
+
 /// Replicates of each simulated data set: enough that their number does not show in the coverage.
 pub const REPLICATES: u64 = 2000;
 

@@ -90,6 +90,63 @@ fn d07_a_design_of_too_many_settings_is_refused_before_it_is_made() {
     assert_eq!(place.entries(), ["runs.csv", "scene.toml"]);
 }
 
+/// Runs of a scene that draws only dry runs, all alike.
+const ALIKE: &str = "[truth]\ndry_k = { PTFE = 0.183 }\nsigma_dry = 0.0\nsigma_wet = 0.0\nlubrication_log = 1.9\n\
+                     inertial_prefactor = 0.6\n[design]\ndiameter_mm = { PTFE = [4] }\ndry_impact_speed_m_s = [1]";
+
+#[test]
+fn sizes_asked_for_have_limits() {
+    let place = Place::plain();
+    place.add_to_scene(&format!("{ALIKE}\nrepeats = 2000000000000"));
+    for (command, words) in [
+        ("calibrate --out page.md --sets 1000000000000", ["--sets", "1000000"]),
+        (
+            "calibrate --out page.md --sets 18446744073709551615",
+            ["--sets", "1000000"],
+        ),
+        (
+            "simulate scene.toml --out made.csv --runs 18446744073709551615",
+            ["--runs", "1000000000000"],
+        ),
+        (
+            "simulate scene.toml --out made.csv",
+            ["[design] repeats: found 2000000000000", "at most 1000000000000"],
+        ),
+        (
+            "simulate scene.toml --out made --runs 9 --parts 1000000",
+            ["--parts", "10000"],
+        ),
+        (
+            "predict report --speed-m-s 1:2:1000000000",
+            ["--speed-m-s", "COUNT from 2 to 100000"],
+        ),
+    ] {
+        shell(&place, &format!("exec $WETCOR {command}"), AT_ONCE).assert_refused(command, &words);
+    }
+    assert_eq!(place.entries(), ["runs.csv", "scene.toml"]);
+}
+
+/// A table of a few hundred kilobytes may hold any number of rows that are alike.
+#[test]
+fn a_model_that_keeps_every_run_has_a_limit_of_rows() {
+    let place = Place::plain();
+    place.add_to_scene(ALIKE);
+    let made = place.run(
+        &["simulate", "scene.toml", "--runs", "10000001", "--out", "many.parquet"],
+        120.0,
+    );
+    assert_eq!(made.status, Some(0), "{made:?}");
+    assert!(std::fs::metadata(place.path("many.parquet")).is_ok_and(|about| about.len() < 10_000_000));
+    with_runs(&place, "many.parquet");
+    check(&place).assert_refused(
+        "open inertia",
+        &["10000001 rows", "expected at most 10000000", "named inertia"],
+    );
+    place.add_to_scene("[model]\ninertia = \"stepwise\"");
+    let few = shell(&place, "exec $WETCOR check scene.toml", 60.0);
+    assert_eq!(few.status, Some(0), "{few:?}");
+}
+
 #[test]
 fn d08_a_device_a_folder_and_a_socket_are_no_tables() {
     for extension in ["csv", "parquet"] {
