@@ -4,6 +4,7 @@ mod common;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::Arc;
 
 use common::{binomial_z, fitted_example as example, rows, seed_of, wetcor_here as wetcor};
 use rand::RngExt;
@@ -929,4 +930,16 @@ fn a_table_of_settings_gives_what_each_setting_gives_alone() {
         assert_eq!((status, out.as_str()), (Some(2), ""), "{err}");
         assert!(err.contains(expected), "{err}");
     }
+}
+
+/// A table of 10⁵ settings asks for few laws.
+#[test]
+fn the_draws_of_a_law_are_read_once() {
+    let finished = Finished::read(example()).unwrap_or_else(|error| panic!("{error}"));
+    let law = |diameter: f64| finished.law("PTFE", diameter).unwrap_or_else(|error| panic!("{error}"));
+    let dry = finished
+        .dry_law("PTFE", 4.762e-3)
+        .unwrap_or_else(|error| panic!("{error}"));
+    assert!(Arc::ptr_eq(&law(4.762e-3), &law(8e-3)), "one k at every diameter");
+    assert!(!Arc::ptr_eq(&law(4.762e-3), &dry));
 }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use rayon::prelude::*;
 use wetcor::error::{named, Error};
 use wetcor::findings::predict::PredictedSeries;
 use wetcor::report::finished::{DrawnFrom, Finished};
@@ -61,6 +62,9 @@ enum Format {
 
 /// Most speeds of one call.
 const MOST_SPEEDS: usize = 100_000;
+
+/// Pairs that are predicted at once.
+const PAIRS_AT_ONCE: usize = 64;
 
 #[derive(Clone, Copy)]
 struct Speeds {
@@ -176,36 +180,42 @@ pub fn predict(request: &Predict, quiet: bool) -> Result<u8, Error> {
     let mut draws = 0;
     let mut outside: Vec<String> = vec![];
     let mut predictions = vec![];
-    for asked in &all {
-        let in_table = |error| match (error, &request.settings, asked.line) {
-            (Error::Usage(text), Some(path), Some(line)) => {
-                Error::Usage(format!("{}: line {line}: {text}", named(path)))
-            }
-            (other, ..) => other,
+    // laws are found one after the other, their rows on every thread; each pair may have a law of its own
+    for some in all.chunks(PAIRS_AT_ONCE) {
+        let law_of = |asked: &Asked| {
+            let in_table = |error| match (error, &request.settings, asked.line) {
+                (Error::Usage(text), Some(path), Some(line)) => {
+                    Error::Usage(format!("{}: line {line}: {text}", named(path)))
+                }
+                (other, ..) => other,
+            };
+            find_law(&asked.pair, &finished, request.measured_series).map_err(in_table)
         };
-        let found = find_law(&asked.pair, &finished, request.measured_series).map_err(in_table)?;
-        let FoundLaw { wet, law } = &found;
-        let rows = match wet {
+        let found: Vec<FoundLaw> = some.iter().map(law_of).collect::<Result<_, _>>()?;
+        let rows_of = |(asked, FoundLaw { wet, law }): (&Asked, &FoundLaw)| match wet {
             Some(setting) => law.predict(setting, &asked.speeds),
             None => law.predict_dry(&asked.speeds),
         };
-        draws = law.draws.len();
-        let beyond = rows.iter().filter(|row| row.extrapolated).count();
-        if beyond > 0 {
-            outside.push(beyond_the_runs(asked, &found, beyond));
+        let rows: Vec<_> = some.par_iter().zip(&found).map(rows_of).collect();
+        for ((asked, found), rows) in some.iter().zip(&found).zip(rows) {
+            draws = found.law.draws.len();
+            let beyond = rows.iter().filter(|row| row.extrapolated).count();
+            if beyond > 0 {
+                outside.push(beyond_the_runs(asked, found, beyond));
+            }
+            let series = match offsets.filter(|_| found.wet.is_some()) {
+                Some(_) if request.measured_series => Some(PredictedSeries::Measured),
+                series => series,
+            };
+            let pair = Pair {
+                particle: &asked.pair.particle,
+                liquid: asked.pair.liquid.name(),
+                diameter: asked.pair.diameter,
+                wet: found.wet,
+                series,
+            };
+            predictions.push(Prediction { pair, rows });
         }
-        let series = match offsets.filter(|_| wet.is_some()) {
-            Some(_) if request.measured_series => Some(PredictedSeries::Measured),
-            series => series,
-        };
-        let pair = Pair {
-            particle: &asked.pair.particle,
-            liquid: asked.pair.liquid.name(),
-            diameter: asked.pair.diameter,
-            wet: *wet,
-            series,
-        };
-        predictions.push(Prediction { pair, rows });
     }
     let drawn_from = finished.drawn_from();
     let one = request.settings.is_none();

@@ -1,5 +1,7 @@
 //! Reads the setting of the command line, and finds the law of a finished fit that holds there.
 
+use std::sync::Arc;
+
 use clap::Args;
 use wetcor::error::{quoted, Error};
 use wetcor::findings::predict::{LiquidBasis, ParticleLaw};
@@ -45,7 +47,7 @@ pub(super) struct AskedPair {
 pub(super) struct FoundLaw {
     /// the wetted plate; `None`: a dry one
     pub wet: Option<Setting>,
-    pub law: ParticleLaw,
+    pub law: Arc<ParticleLaw>,
 }
 
 /// What is on the plate.

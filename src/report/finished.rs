@@ -6,7 +6,10 @@
 //! Nothing in a folder is taken on trust: its parts must be those that were written together (see [`Tie`]), and every number
 //! must be one that a fit can have found.
 
+use std::cell::RefCell;
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
@@ -58,7 +61,12 @@ pub struct Finished {
     /// the scene's numbers
     pub basis: Basis,
     posterior: PosteriorRecord,
+    /// the laws asked for before: the draws of each are read once
+    laws: RefCell<HashMap<(String, Impacts), Arc<ParticleLaw>>>,
 }
+
+/// Draws of all laws together that are kept in case they are asked for again: some 500 MB.
+const MOST_DRAWS_HELD: usize = 4_000_000;
 
 #[derive(Deserialize)]
 struct FindingsHeader {
@@ -187,13 +195,13 @@ impl DrawnFrom {
 }
 
 /// The impacts a law is asked for.
-#[derive(Clone, Copy)]
-enum Impacts<'a> {
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+enum Impacts {
     Dry,
     /// wet ones of a series that was not measured
     New,
     /// wet ones of the series whose offset has this name
-    Measured(&'a str),
+    Measured(String),
 }
 
 /// Where a parameter's values come from.
@@ -255,6 +263,7 @@ impl Finished {
             noise_grows: file.notices.into_iter().find_map(grows),
             basis: posterior.basis.clone(),
             posterior,
+            laws: RefCell::default(),
         })
     }
 
@@ -268,14 +277,14 @@ impl Finished {
     /// series have offsets it is that of a new series.
     ///
     /// Fails for a particle or diameter the fit has no k of, and where the draws are missing, cut short or not to be read.
-    pub fn law(&self, particle: &str, diameter: f64) -> Result<ParticleLaw, Error> {
+    pub fn law(&self, particle: &str, diameter: f64) -> Result<Arc<ParticleLaw>, Error> {
         self.law_with(particle, diameter, Impacts::New)
     }
 
     /// The same for dry impacts: what is of wet runs alone is not asked for.
     ///
     /// Fails as [`Finished::law`] does, and where the fit has no spread of dry runs.
-    pub fn dry_law(&self, particle: &str, diameter: f64) -> Result<ParticleLaw, Error> {
+    pub fn dry_law(&self, particle: &str, diameter: f64) -> Result<Arc<ParticleLaw>, Error> {
         self.law_with(particle, diameter, Impacts::Dry)
     }
 
@@ -292,7 +301,7 @@ impl Finished {
     /// That of the series that was measured at a setting.
     ///
     /// Fails as [`Finished::law`] does, and where series have no offsets or none was measured there.
-    pub fn law_of_series(&self, setting: &SeriesSetting) -> Result<ParticleLaw, Error> {
+    pub fn law_of_series(&self, setting: &SeriesSetting) -> Result<Arc<ParticleLaw>, Error> {
         let all = &self.posterior.series_offsets;
         if all.is_empty() {
             let text = "the fit has no offsets of series ([model] series_offsets), so that one law is that of all";
@@ -301,7 +310,7 @@ impl Finished {
         let Some(own) = all.iter().find(|own| own.is_at(setting)) else {
             return Err(self.refuse_series(setting));
         };
-        self.law_with(setting.particle, setting.diameter, Impacts::Measured(&own.name))
+        self.law_with(setting.particle, setting.diameter, Impacts::Measured(own.name.clone()))
     }
 
     /// No series was measured there: names those of the particle and liquid that were.
@@ -341,8 +350,8 @@ impl Finished {
         ))
     }
 
-    /// The law of a particle of a diameter.
-    fn law_with(&self, particle: &str, diameter: f64, impacts: Impacts) -> Result<ParticleLaw, Error> {
+    /// The law of a particle of a diameter, as it was found before or from the draws.
+    fn law_with(&self, particle: &str, diameter: f64, impacts: Impacts) -> Result<Arc<ParticleLaw>, Error> {
         let known = self.basis.particles.iter().find(|known| known.name == particle);
         let Some(known) = known.filter(|known| self.has_k(known)) else {
             return Err(self.refuse_particle(particle));
@@ -354,7 +363,21 @@ impl Finished {
                 None => return Err(refuse_diameter(known, diameter)),
             },
         };
-        let dry_k = name_of_k(particle, sphere);
+        let asked = (name_of_k(particle, sphere), impacts);
+        if let Some(before) = self.laws.borrow().get(&asked) {
+            return Ok(Arc::clone(before));
+        }
+        let law = Arc::new(self.law_from_draws(known, &asked)?);
+        let mut laws = self.laws.borrow_mut();
+        if (laws.len() + 1) * law.draws.len() > MOST_DRAWS_HELD {
+            laws.clear();
+        }
+        laws.insert(asked, Arc::clone(&law));
+        Ok(law)
+    }
+
+    fn law_from_draws(&self, known: &ParticleBasis, asked: &(String, Impacts)) -> Result<ParticleLaw, Error> {
+        let (dry_k, impacts) = asked;
         let inertia = Inertia::ALL
             .into_iter()
             .find(|form| form.name() == self.posterior.inertia)
@@ -382,7 +405,7 @@ impl Finished {
         let optional =
             |kind: ParameterKind, none: f64| (kind.key().to_owned(), (!self.has(kind.key())).then_some(none));
         let spread = |kind: ParameterKind, of_dry: bool| (kind.key().to_owned(), (of_dry != dry).then_some(0.0));
-        let mut wanted = vec![(dry_k, None)];
+        let mut wanted = vec![(dry_k.clone(), None)];
         wanted.extend(shared);
         wanted.extend([
             spread(ParameterKind::SigmaDry, true),
@@ -390,7 +413,7 @@ impl Finished {
             optional(ParameterKind::SigmaEnergy, 0.0),
             optional(ParameterKind::Nu, f64::INFINITY),
             match impacts {
-                Impacts::Measured(name) => (name.to_owned(), None),
+                Impacts::Measured(name) => (name.clone(), None),
                 Impacts::New | Impacts::Dry => optional(ParameterKind::SigmaSeries, 0.0),
             },
         ]);
