@@ -18,7 +18,11 @@ const SCENE: &str = "scene.toml";
 const MOST_SHOWN: usize = 20;
 
 pub(super) fn new(table: &Path, out: Option<PathBuf>, quiet: bool) -> Result<u8, Error> {
-    let table = TableFile::named(None, &table.to_string_lossy());
+    if table.to_str().is_none() {
+        let text = "a scene cannot name it: expected a path that is UTF-8";
+        return Err(Error::Usage(format!("{}: {text}", named(table))));
+    }
+    let table = TableFile::given(table);
     if !table.has_known_ending() {
         let text = format!("{}: expected {}", named(&table.path), TableFile::ENDING_EXPECTED);
         return Err(Error::Usage(text));

@@ -52,7 +52,7 @@ pub fn read_settings(path: &Path) -> Result<Vec<AskedSetting>, Error> {
         fields: Fields::new(&COLUMNS),
         settings: vec![],
     };
-    each_row(&TableFile::named(None, &path.to_string_lossy()), &mut rows)?;
+    each_row(&TableFile::given(path), &mut rows)?;
     let has_speed = rows.fields.has(Field::ImpactSpeed as usize);
     let Rows { fields, settings } = rows;
     let (mut problems, unread) = fields.finish();

@@ -55,12 +55,13 @@ impl TableFile {
         TableFile::ENDINGS.iter().any(|ending| self.ends_with(ending))
     }
 
-    /// The table that a scene names; the name of a sheet stands after that of its workbook.
+    /// The table that a scene names; the name of a sheet, which has no slash, stands after that of its workbook.
     pub fn named(folder: Option<&Path>, name: &str) -> TableFile {
         let lower = name.to_ascii_lowercase();
-        let sheet_at = lower
+        let last = name.rfind('/').map_or(0, |slash| slash + 1);
+        let sheet_at = lower[last..]
             .find(&format!("{}#", TableFile::WORKBOOK))
-            .map(|at| at + TableFile::WORKBOOK.len());
+            .map(|at| last + at + TableFile::WORKBOOK.len());
         let (file, sheet) = match sheet_at {
             Some(at) => (&name[..at], Some(name[at + 1..].to_owned())),
             None => (name, None),
@@ -68,6 +69,14 @@ impl TableFile {
         TableFile {
             path: folder.map_or_else(|| PathBuf::from(file), |folder| folder.join(file)),
             sheet,
+        }
+    }
+
+    /// The table that a command line names: a path that exists as it is given, or is no text, names no sheet.
+    pub fn given(path: &Path) -> TableFile {
+        match path.to_str() {
+            Some(name) if path.symlink_metadata().is_err() => TableFile::named(None, name),
+            _ => path.to_path_buf().into(),
         }
     }
 

@@ -507,3 +507,76 @@ fn d16_more_threads_than_are_of_use_are_not_started() {
     assert!(!few.err.contains("in place of"), "{}", few.err);
     assert_eq!(few.out, outcome.out);
 }
+
+/// Whatever terms a model holds and whatever runs it has, what is not a number is shown as a dash.
+#[test]
+fn no_report_prints_what_is_no_number() {
+    let place = Place::plain();
+    place.add_to_scene("[sampler]\nchains = 2\nwarmup = 50\ndraws = 50\n[bootstrap]\nreplicates = 50");
+    let (scene, runs) = (place.read("scene.toml"), place.read("runs.csv"));
+    let some = |keep: &dyn Fn(usize, &str) -> bool| -> String {
+        let lines = runs.lines().enumerate();
+        lines
+            .filter(|(at, line)| *at == 0 || keep(*at, line))
+            .map(|(_, line)| format!("{line}\n"))
+            .collect()
+    };
+    let stuck: String = some(&|_, _| true)
+        .lines()
+        .map(|line| match line.rsplit_once(',') {
+            Some((start, _)) if line.contains("AK10") => format!("{start},0\n"),
+            _ => format!("{line}\n"),
+        })
+        .collect();
+    for (model, runs) in [
+        ("terms = [\"bridge\"]", runs.clone()),
+        ("terms = [\"viscous\"]", runs.clone()),
+        ("terms = [\"inertia\", \"bridge\", \"dry_second_order\"]", runs.clone()),
+        ("noise = \"both\"", runs.clone()),
+        ("dry_speed_m_s = 1e-9", runs.clone()),
+        ("likelihood = \"student\"", some(&|at, _| at % 3 == 0)),
+        ("inertia = \"saturating\"", some(&|_, line| line.contains("dry"))),
+        ("inertia = \"none\"", some(&|_, line| line.contains("AK10"))),
+        ("terms = [\"bridge\"]", some(&|at, _| at == 1)),
+        ("sticking = \"censored\"", stuck),
+    ] {
+        place.write("scene.toml", format!("{scene}\n[model]\n{model}\n"));
+        place.write("runs.csv", runs);
+        let stages = "least_squares,bootstrap,posterior,figures";
+        let fitted = place.run(&["fit", "scene.toml", "--stages", stages, "--out", "report"], 120.0);
+        fitted.assert_mannered(model);
+        let checked = place.run(&["check", "scene.toml"], 60.0);
+        let mut told = vec![fitted.out, fitted.err, checked.out, checked.err];
+        told.extend(
+            ["report.md", "report.html"]
+                .map(|name| std::fs::read_to_string(place.path("report").join(name)).unwrap_or_default()),
+        );
+        for text in told {
+            let odd = |word: &&str| ["NaN", "inf", "infinity"].contains(word);
+            let words = text.split(|c: char| !c.is_alphanumeric() && c != '_');
+            assert_eq!(words.collect::<Vec<_>>().into_iter().find(odd), None, "{model}");
+        }
+        let _ = std::fs::remove_dir_all(place.path("report"));
+    }
+}
+
+/// A folder may be called as a sheet of a workbook is named, and a path need not be text.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_table_is_read_where_its_path_leads() {
+    use std::os::unix::ffi::OsStrExt;
+    let place = Place::plain();
+    std::fs::create_dir(place.path("b.xlsx#1")).expect("writable");
+    place
+        .run(&["new", "b.xlsx#1", "--out", "made.toml"], 10.0)
+        .assert_refused("a folder", &["b.xlsx#1: expected a file ending in"]);
+    std::fs::copy(place.path("runs.csv"), place.path("b.xlsx#1/runs.csv")).expect("writable");
+    let drafted = place.run(&["new", "b.xlsx#1/runs.csv", "--out", "made.toml"], 10.0);
+    assert_eq!(drafted.status, Some(0), "{drafted:?}");
+    assert!(place.read("made.toml").contains("runs = \"b.xlsx#1/runs.csv\""));
+    let odd = std::ffi::OsStr::from_bytes(b"a\xff.csv");
+    std::fs::copy(place.path("runs.csv"), place.folder.path().join(odd)).expect("writable");
+    let mut command = place.command(&["new"]);
+    command.arg(odd);
+    finish(command, 10.0).assert_refused("no text", &["a\u{fffd}.csv: ", "expected a path that is UTF-8"]);
+}
