@@ -24,6 +24,8 @@ pub enum Dimension {
     Frequency,
     /// pixels of an image per metre
     ImageScale,
+    /// a plain number that may be given in per cent
+    Share,
     /// a plain number: its names carry no suffix
     One,
 }
@@ -94,6 +96,7 @@ const IMAGE_SCALE: &[Unit] = &[
     unit("_px_per_mm", "px/mm", Scale::Times(1e3)),
     unit("_px_per_m", "px/m", Scale::Times(1.0)),
 ];
+const SHARE: &[Unit] = &[unit("", "", Scale::Times(1.0)), unit("_percent", "%", Scale::Over(1e2))];
 const ONE: &[Unit] = &[unit("", "", Scale::Times(1.0))];
 
 impl Dimension {
@@ -109,6 +112,7 @@ impl Dimension {
             Dimension::Time => TIME,
             Dimension::Frequency => FREQUENCY,
             Dimension::ImageScale => IMAGE_SCALE,
+            Dimension::Share => SHARE,
             Dimension::One => ONE,
         }
     }
@@ -179,7 +183,7 @@ pub fn millipascal_seconds(pascal_seconds: f64) -> f64 {
 mod tests {
     use super::*;
 
-    const ALL: [Dimension; 10] = [
+    const ALL: [Dimension; 11] = [
         Dimension::Length,
         Dimension::Thickness,
         Dimension::Speed,
@@ -189,6 +193,7 @@ mod tests {
         Dimension::Time,
         Dimension::Frequency,
         Dimension::ImageScale,
+        Dimension::Share,
         Dimension::One,
     ];
 
@@ -212,6 +217,7 @@ mod tests {
         assert!(same(SPEED[1].to_si(150.0), SPEED[2].to_si(1500.0)));
         assert!(same(DENSITY[1].to_si(2.15), 2150.0));
         assert!(same(VISCOSITY[0].to_si(9.3), VISCOSITY[1].to_si(0.0093)));
+        assert!(same(SHARE[1].to_si(86.3), 0.863));
         assert!(same(SURFACE_TENSION[0].to_si(20.1), SURFACE_TENSION[1].to_si(0.0201)));
     }
 }

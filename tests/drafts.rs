@@ -43,6 +43,7 @@ fn told(scene: &Scene, key: &str) -> String {
     let number = match key.rsplit(' ').next().expect("a key") {
         "heights_to" if scene.data.naming.heights_to == HeightsTo::Film => return "\"film\"".to_owned(),
         "heights_to" => return "\"plate\"".to_owned(),
+        "heights_of" => return "\"lowest\"".to_owned(),
         "density_kg_m3" if key.starts_with("[particles") => scene.particles[0].density,
         "density_kg_m3" => liquid().density,
         "viscosity_mPa_s" => 1e3 * liquid().viscosity,
@@ -206,6 +207,6 @@ fn what_two_units_or_two_columns_could_be_is_left_to_be_filled_in() {
         "ball,liquid,D (mm),film (um),h_drop (cm),h_rebound (cm)",
         "PTFE,\"dry, no oil\",4,,9,5",
     ));
-    assert_eq!(marks, ["heights_to"]);
+    assert_eq!(marks, ["heights_to", "heights_of"]);
     assert!(out.contains("`dry, no oil` in `liquid` is dry"), "{out}");
 }

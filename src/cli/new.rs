@@ -97,6 +97,10 @@ fn summary(draft: &Draft, out: &Path) -> String {
     } else {
         text.push_str(&format!("; liquids {}", list(&draft.liquids)));
     }
+    if !draft.sheets.is_empty() {
+        let noun = if draft.sheets.len() == 1 { "sheet" } else { "sheets" };
+        text.push_str(&format!("; {noun} {}", list(&draft.sheets)));
+    }
     text.push('\n');
     for guessed in &draft.guessed {
         text.push_str(&format!("guessed: {}\n", plain(guessed, usize::MAX)));

@@ -101,6 +101,9 @@ pub struct Findings {
 pub struct Counts {
     /// rows of the file
     pub runs: usize,
+    /// sheets of workbooks that they were read from
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub sheets: Vec<String>,
     /// rebounds used by least squares
     pub used: usize,
     /// runs that stuck
@@ -117,6 +120,7 @@ impl Counts {
         let runs = &table.runs;
         Counts {
             runs: table.rows,
+            sheets: table.sheets.clone(),
             used: runs.all_measured() - runs.stuck(),
             stuck: runs.stuck(),
             screened: table.screened.clone(),

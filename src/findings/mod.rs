@@ -212,7 +212,9 @@ pub fn fit_least_squares_shared<S: Shares>(
     // a wrong unit explains what else fails
     let of_input = plausible::check_input(scene, runs).into_iter();
     let rows = repeats::check_rows(runs);
-    let of_table = of_input.chain(columns_agree::check_columns(&table.compared)).chain(rows.checks);
+    let of_table = of_input
+        .chain(columns_agree::check_columns(&table.compared))
+        .chain(rows.checks);
     findings.verdicts.splice(0..0, of_table);
     findings.notices.extend(rows.notices);
     findings.notices.extend(columns_agree::rows_apart(&table.compared));

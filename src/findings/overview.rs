@@ -22,6 +22,9 @@ pub struct Overview {
     pub title: String,
     /// rows of the file
     pub runs: usize,
+    /// sheets of workbooks that they were read from
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub sheets: Vec<String>,
     /// runs left out, by reason
     pub screened: Vec<Screened>,
     /// one line for each particle and liquid
@@ -114,6 +117,7 @@ pub fn summarise_runs(scene: &Scene, table: &Table, least_squares: &Findings) ->
         scene: scene.name.clone(),
         title: scene.title.clone(),
         runs: table.rows,
+        sheets: table.sheets.clone(),
         screened: table.screened.clone(),
         materials,
         film_groups: least_squares.film_groups.clone(),

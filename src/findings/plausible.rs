@@ -175,7 +175,7 @@ fn films_apart(scene: &Scene, runs: &Runs, particle: usize, liquid: usize) -> Op
     let is_apart = |run: &usize| !(1.0 / APART..APART).contains(&(runs.film[*run] / median));
     let apart = || own().filter(is_apart);
     let films = range(apart().map(|run| runs.film[run]))?;
-    let first = apart().map(|run| runs.row[run]).min()?;
+    let first = runs.places.of(apart().map(|run| runs.row[run]).min()?);
     let ratio = films[0] / median;
     let times = 10f64.powf(ratio.log10().abs().round());
     let (side, slip) = match (ratio < 1.0, times) {
@@ -186,7 +186,7 @@ fn films_apart(scene: &Scene, runs: &Runs, particle: usize, liquid: usize) -> Op
     };
     let usual = &FILM.dimension.units()[0];
     Some(format!(
-        "film of {} runs of {} in {}, the first in row {first}, is {} {unit}, some {times} times {side} than their \
+        "film of {} runs of {} in {}, the first in {first}, is {} {unit}, some {times} times {side} than their \
          neighbours' {} {unit}: {slip}",
         apart().count(),
         scene.particles[particle].name,

@@ -159,6 +159,14 @@ impl TakesRows for Rows {
         self.fields.header(names, line)
     }
 
+    fn width(&self) -> Option<usize> {
+        Some(self.fields.width())
+    }
+
+    fn refuse(&mut self, problem: Problem) {
+        self.fields.refuse(problem);
+    }
+
     fn row(&mut self, line: u64, cells: &[&str]) {
         let before = self.fields.problems();
         let recording = self.recording(line, cells);

@@ -68,6 +68,7 @@ pub(super) fn read(recording: &Recording, axis: Option<Axis>) -> Result<Position
         frame_rate: recording.frame_rate,
         y_unit: recording.y_unit.as_deref(),
         found: FoundColumns::default(),
+        width: None,
         first_line: None,
         words: 0,
         numbers: CellNumbers::default(),
@@ -101,6 +102,8 @@ struct Rows<'r> {
     y_unit: Option<&'r str>,
     /// of a header that is yet to come without columns
     found: FoundColumns,
+    /// cells of that header
+    width: Option<usize>,
     /// the first line, where it is no header
     first_line: Option<Vec<String>>,
     /// lines that hold no numbers
@@ -150,10 +153,19 @@ impl TakesRows for Rows<'_> {
             }));
         }
         if problems.is_empty() {
+            self.width = Some(names.len());
             Ok(())
         } else {
             Err(problems)
         }
+    }
+
+    fn width(&self) -> Option<usize> {
+        self.width
+    }
+
+    fn refuse(&mut self, problem: Problem) {
+        self.problems.push(problem);
     }
 
     fn row(&mut self, line: u64, cells: &[&str]) {

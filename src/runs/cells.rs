@@ -1,12 +1,12 @@
 //! Reads a table whose columns are not those of runs: its rows as texts, one after the other.
 
 use super::columns::present;
-use super::csv::{separator, Csv};
+use super::csv::{other_width, separator, Csv};
 use super::decimals::{parse_number, DecimalMarks};
 use super::refusals::whole_file;
 use super::source::{TableSource, READ};
 use super::windows::WINDOW;
-use super::workbook::Sheet;
+use super::workbook::Workbook;
 use crate::error::{Error, Problem};
 use crate::scene::{Naming, TableFile};
 
@@ -16,8 +16,14 @@ pub(crate) trait TakesRows {
     /// reading.
     fn header(&mut self, names: &[String], line: u64) -> Result<(), Vec<Problem>>;
 
-    /// Takes the cells of a row that is not blank, as they stand there.
+    /// Takes the cells of a row that is not blank, as they stand there, as many as the header has.
     fn row(&mut self, line: u64, cells: &[&str]);
+
+    /// How many cells a row must have; `None` where any number will do, as before the names are found.
+    fn width(&self) -> Option<usize>;
+
+    /// Takes what is wrong with a row as a whole.
+    fn refuse(&mut self, problem: Problem);
 }
 
 /// Gives every row of a CSV, or of a sheet of a workbook, in its order.
@@ -29,23 +35,41 @@ pub(crate) fn each_row(file: &TableFile, to: &mut impl TakesRows) -> Result<(), 
         return Err(refused(vec![whole_file("a Parquet table", "a CSV or a workbook")]));
     }
     if file.ends_with(TableFile::WORKBOOK) {
-        let sheet = Sheet::read(&source.workbook(path)?, file.sheet.as_deref()).map_err(refused)?;
-        to.header(&sheet.names, sheet.header as u64).map_err(refused)?;
-        for (row, cells) in sheet.texts() {
-            let cells: Vec<&str> = cells.iter().map(String::as_str).collect();
-            to.row(row as u64, &cells);
+        let bytes = source.workbook(path)?;
+        let mut book = Workbook::open(&bytes).map_err(refused)?;
+        let mut sheet = book.sheet(file.sheet.as_deref()).map_err(refused)?;
+        let header = sheet.names(&Naming::default()).map_err(refused)?;
+        to.header(&header.names, header.line.unwrap_or(1)).map_err(refused)?;
+        while let Some(row) = sheet.next_row().map_err(refused)? {
+            let width = to.width().unwrap_or(row.width());
+            if row.width() > width {
+                to.refuse(other_width(row.number, row.width(), width, false));
+                continue;
+            }
+            let texts = row.texts(width);
+            let cells: Vec<&str> = texts.iter().map(|text| text.as_deref().unwrap_or_default()).collect();
+            to.row(row.number, &cells);
         }
-        return Ok(());
+        return sheet.refuse_hidden_rows().map_err(refused);
     }
     source.check_text(path)?;
     let fail = |error: std::io::Error| Error::io(path, READ, error);
     let separator = separator(source.reader().map_err(fail)?, &Naming::default()).map_err(fail)?;
     let mut table = Csv::new(source.reader().map_err(fail)?, WINDOW, separator);
-    let header = table.header().map_err(refused)?;
-    to.header(&header.names, header.line).map_err(refused)?;
+    let header = table.names(None).map_err(refused)?;
+    to.header(&header.names, header.line.unwrap_or(1)).map_err(refused)?;
     let read = table.each_record(|record| {
-        if !record.is_empty() {
-            to.row(record.line(), record.cells());
+        if record.is_empty() {
+            return;
+        }
+        let cells = record.cells();
+        let width = to.width().unwrap_or(cells.len());
+        // separators at the end of a row say nothing
+        let is_meant = cells.len() >= width && cells[width..].iter().all(|cell| cell.trim().is_empty());
+        if is_meant {
+            to.row(record.line(), &cells[..width]);
+        } else {
+            to.refuse(other_width(record.line(), cells.len(), width, record.has_line_ends()));
         }
     });
     read.map_err(|problem| refused(vec![problem]))

@@ -1,6 +1,6 @@
 //! Checks rows of cells one after the other, and gathers their runs or what is wrong with them.
 
-use super::collect::Collected;
+use super::collect::{Collected, SheetRead};
 use super::columns::{ColumnPlace, TableLayout};
 use super::decimals::{parse_number, DecimalMarks, Decimals};
 use super::labels::{label, Label};
@@ -57,16 +57,19 @@ impl<'s> CheckedRows<'s> {
     /// Adds a row whose cells were all read, with the marks of its decimals; whether all of it is as expected, without which
     /// nothing is added.
     #[inline]
-    pub fn add_read(&mut self, row: &RawRow, marks: DecimalMarks) -> bool {
+    pub fn add_read(&mut self, line: u64, row: &RawRow, marks: DecimalMarks) -> bool {
         if !self.decimals.take(marks) {
             return false;
         }
         if let Some(reason) = row.exclude {
+            self.collected.count(line, row.run);
             self.collected.exclude(reason);
             return true;
         }
         let checked = check_row(row, &mut self.checker, &mut vec![]);
-        if let Some(row) = &checked {
+        if let Some(checked) = &checked {
+            self.collected.count(line, row.run);
+            let row = checked;
             self.collected
                 .push(row, self.checker.has_film_ratio, self.checker.scene);
         }
@@ -88,6 +91,7 @@ impl<'s> CheckedRows<'s> {
                 row.set_word(column, text.and_then(|text| layout.read(column, text)));
             }
         }
+        self.collected.count(at.number(), row.run);
         // of a run that is left out nothing else is read
         if let Some(reason) = row.exclude {
             self.collected.exclude(reason);
@@ -163,10 +167,17 @@ impl<'s> CheckedRows<'s> {
         self.refusals.other(problem);
     }
 
-    /// The runs of a part and the marks of their decimals, unless something is wrong.
-    pub fn finish_part(self) -> Option<(Collected, DecimalMarks)> {
+    /// The runs of a part of so many lines and the marks of their decimals, unless something is wrong.
+    pub fn finish_part(mut self, lines: u64) -> Option<(Collected, DecimalMarks)> {
         let marks = self.decimals.marks();
+        self.collected.lines.last = lines;
         Some((self.refusals.or(self.collected).ok()?, marks))
+    }
+
+    /// Takes up what was read of a workbook, and its columns without a name that hold something.
+    pub fn of_sheet(&mut self, sheet: SheetRead, unnamed: impl IntoIterator<Item = usize>) {
+        self.collected.sheet = Some(sheet);
+        self.collected.add_unnamed_columns(unnamed);
     }
 
     /// Every run, unless something is wrong.

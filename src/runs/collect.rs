@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::averaged::MOST_AVERAGED;
 use super::columns::HeaderRemarks;
 use super::errors::{MeasurementErrors, RunError};
+use super::places::RowLines;
 use super::row::CheckedRow;
 use super::screen::{screen, Reason};
 use super::told_twice::{ComparedColumns, Comparison, TOLD_TWICE};
@@ -20,10 +21,14 @@ const RESTITUTION_ABOVE_ONE: &str = "restitution_above_one";
 const LABELLED_ROWS: &str = "labelled_rows";
 const AVERAGED_ROWS: &str = "averaged_rows";
 const FILM_RATIO_OF_EACH_RUN: &str = "film_ratio_of_each_run";
+const HIDDEN_ROWS: &str = "hidden_rows";
+pub(super) const SHEETS_NOT_READ: &str = "sheets_not_read";
 pub(super) const CONDENSED_RUNS: &str = "condensed_runs";
 
 /// The codes of what reading says of a table.
-pub(crate) const OF_READING: [&str; 7] = [
+pub(crate) const OF_READING: [&str; 9] = [
+    SHEETS_NOT_READ,
+    HIDDEN_ROWS,
     LABELLED_ROWS,
     UNKNOWN_COLUMN,
     UNHEEDED_COLUMN,
@@ -32,6 +37,18 @@ pub(crate) const OF_READING: [&str; 7] = [
     FILM_RATIO_OF_EACH_RUN,
     CONDENSED_RUNS,
 ];
+
+/// What was read of a workbook, and what was not.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct SheetRead {
+    pub name: String,
+    pub is_hidden: bool,
+    /// the other sheets, each with whether it is hidden
+    pub others: Vec<(String, bool)>,
+    /// hidden rows with something in them, as they were taken or left out
+    pub hidden_rows: Vec<u64>,
+    pub are_taken: bool,
+}
 
 /// Runs left out for one reason.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -236,6 +253,10 @@ pub(super) struct Collected {
     averaged: [usize; 2],
     /// how columns that tell the same thing compare, in the order of [`TOLD_TWICE`]
     told_twice: [Comparison; TOLD_TWICE.len()],
+    /// where its rows stand in the file
+    pub lines: RowLines,
+    /// what was read of a workbook
+    pub sheet: Option<SheetRead>,
 }
 
 /// Rows that a message names.
@@ -252,9 +273,16 @@ impl Collected {
         }
     }
 
+    /// Counts the next row, which stands on this line; before it is excluded or pushed.
+    #[inline]
+    pub fn count(&mut self, line: u64, label: Option<&str>) {
+        self.rows += 1;
+        self.lines.push(self.rows, line, label);
+    }
+
+    /// Adds the run of the row that was counted last.
     #[inline]
     pub fn push(&mut self, row: &CheckedRow, has_film_ratio: bool, scene: &Scene) {
-        self.rows += 1;
         for (comparison, ratio) in self.told_twice.iter_mut().zip(row.ratios) {
             if let Some(ratio) = ratio {
                 comparison.add(u32::try_from(self.rows).unwrap_or(u32::MAX), ratio);
@@ -302,9 +330,8 @@ impl Collected {
         }
     }
 
-    /// Counts a row whose label says that it is no run.
+    /// Counts the row that was counted last under those whose label says that they are no runs.
     pub fn add_labelled(&mut self, label: &str) {
-        self.rows += 1;
         self.labelled.1 += 1;
         if self.labelled.0.len() < NAMED {
             let row = u32::try_from(self.rows).unwrap_or(u32::MAX);
@@ -312,9 +339,8 @@ impl Collected {
         }
     }
 
-    /// Counts a run that the file leaves out.
+    /// Leaves out the run of the row that was counted last, as the file says.
     pub fn exclude(&mut self, reason: &str) {
-        self.rows += 1;
         self.count_excluded(reason, 1);
     }
 
@@ -352,6 +378,7 @@ impl Collected {
             if self.averaged[1] <= MOST_AVERAGED {
                 self.columns.extend(&part.columns, self.rows);
             }
+            self.lines.extend(&part.lines, self.rows);
             self.rows += part.rows;
             self.above_one += part.above_one;
             for (all, own) in self.screened.iter_mut().zip(part.screened) {
@@ -477,6 +504,29 @@ impl Collected {
         &self.remarks.unknown
     }
 
+    /// Adds columns below no name to those that were not read.
+    pub fn add_unnamed_columns(&mut self, columns: impl IntoIterator<Item = usize>) {
+        let names = columns.into_iter().map(unnamed_column);
+        self.remarks.unknown.extend(names);
+    }
+
+    /// Says what was done with the hidden rows of a sheet.
+    pub fn hidden_rows(&self, path: &Path) -> Option<Notice> {
+        let sheet = self.sheet.as_ref().filter(|sheet| !sheet.hidden_rows.is_empty())?;
+        let done = if sheet.are_taken { "are read" } else { "are left out" };
+        Some(Notice::new(
+            HIDDEN_ROWS,
+            sheet.hidden_rows.len(),
+            format!(
+                "{}, sheet {}: hidden {} {done}",
+                file_name(path),
+                quoted(&sheet.name),
+                rows_in_words(&sheet.hidden_rows)
+            ),
+            "nothing, unless `hidden_rows` in [data] should say otherwise",
+        ))
+    }
+
     /// Says which columns of a file are read only where another has nothing.
     pub fn unheeded_columns(&self, path: &Path) -> Option<Notice> {
         let unheeded = &self.remarks.unheeded;
@@ -538,6 +588,27 @@ pub(super) fn columns_not_read(tables: &[(String, Vec<String>)]) -> Option<Notic
         )
         .at(Level::Informs)
     })
+}
+
+/// A column without a name, as a message shows it.
+pub(super) fn unnamed_column(index: usize) -> String {
+    format!("no. {} (without a name)", index + 1)
+}
+
+/// Some rows in a few words: `rows 4, 9 to 12`.
+pub(super) fn rows_in_words(rows: &[u64]) -> String {
+    const MOST: usize = 8;
+    let ranges: Vec<String> = rows
+        .chunk_by(|a, b| a + 1 == *b)
+        .map(|range| match range {
+            [one] => one.to_string(),
+            [first, .., last] => format!("{first} to {last}"),
+            [] => String::new(),
+        })
+        .collect();
+    let noun = if rows.len() == 1 { "row" } else { "rows" };
+    let more = if ranges.len() > MOST { " and more" } else { "" };
+    format!("{noun} {}{more}", ranges[..ranges.len().min(MOST)].join(", "))
 }
 
 #[cfg(test)]

@@ -1,11 +1,12 @@
 //! Matches the header of a table with the columns runs can have.
 
+use super::collect::unnamed_column;
 use super::row::RawRow;
 use super::told_twice::TOLD_TWICE;
-use super::written_units::unit_in_brackets;
+use super::written_units::{unit_in_name, unit_of_cell, StatedUnit};
 use crate::error::{quoted, Problem};
 use crate::scene::{closest, Constant, ConstantValue, Naming, RunColumn, MISSING};
-use crate::units::Unit;
+use crate::units::{names_in_words, Unit};
 
 /// What a cell holds without the blanks around it; `None` where it is missing.
 pub(super) fn present(cell: &str) -> Option<&str> {
@@ -13,6 +14,18 @@ pub(super) fn present(cell: &str) -> Option<&str> {
     let is_tight = matches!(cell.as_bytes(), [first, .., last] if first.is_ascii_graphic() && last.is_ascii_graphic());
     let text = if is_tight { cell } else { cell.trim() };
     (!text.is_empty() && text != MISSING).then_some(text)
+}
+
+/// The names in a table's header, with what stands around them.
+#[derive(Debug, Default)]
+pub(super) struct Header {
+    pub names: Vec<String>,
+    /// units in the row below the names; empty without such a row
+    pub units: Vec<String>,
+    /// the line or row of the names, from 1
+    pub line: Option<u64>,
+    /// which sheet of a workbook it is
+    pub sheet: Option<String>,
 }
 
 /// Where each column stands in the table, and in which unit.
@@ -26,6 +39,8 @@ pub(super) struct TableLayout<'s> {
     /// how many columns the table has
     pub width: usize,
     naming: &'s Naming,
+    /// columns that are the same in every row
+    constants: Vec<&'s Constant>,
 }
 
 /// What a reader of a table should know of its header.
@@ -54,17 +69,22 @@ impl ColumnPlace {
 }
 
 impl<'s> TableLayout<'s> {
-    /// Matches a header; `line` is where it stands in the file.
-    pub fn new(header: &[String], line: Option<u64>, naming: &'s Naming) -> Result<TableLayout<'s>, Vec<Problem>> {
-        let mut matched = MatchedHeader::of(header, line, naming);
+    /// Matches a header.
+    pub fn new(header: &Header, naming: &'s Naming) -> Result<TableLayout<'s>, Vec<Problem>> {
+        let constants = naming.constants_of(header.sheet.as_deref());
+        let mut matched = MatchedHeader::of(header, naming, &constants);
         if matched.has_no_column() {
+            let expected =
+                "expected the names of columns, among them particle, diameter_mm, impact_speed_m_s and restitution";
+            let hint = match naming.header_row {
+                None => "; where titles stand above the names, `header_row` in [data] says in which row these are",
+                Some(_) => "",
+            };
             return Err(vec![Problem {
-                line,
+                line: header.line,
                 place: "header".to_owned(),
-                found: Some(quoted(&header.join(","))),
-                expected:
-                    "expected the names of columns, among them particle, diameter_mm, impact_speed_m_s and restitution"
-                        .to_owned(),
+                found: Some(quoted(&header.names.join(","))),
+                expected: format!("{expected}{hint}"),
             }]);
         }
         matched.require_columns();
@@ -79,8 +99,9 @@ impl<'s> TableLayout<'s> {
                     told_twice,
                     unknown: matched.unknown,
                 },
-                width: header.len(),
+                width: header.names.len(),
                 naming,
+                constants,
             })
         } else {
             Err(matched.problems)
@@ -93,13 +114,13 @@ impl<'s> TableLayout<'s> {
 
     /// Whether the table has a column or the scene says what it holds in every row.
     pub fn gives(&self, column: RunColumn) -> bool {
-        self.place(column).is_some() || self.naming.constants.iter().any(|constant| constant.column == column)
+        self.place(column).is_some() || self.constants.iter().any(|constant| constant.column == column)
     }
 
     /// A row whose cells are not read yet.
     pub fn row_before_its_cells(&self) -> RawRow<'s> {
         let mut row = RawRow::default();
-        for Constant { column, value, .. } in &self.naming.constants {
+        for Constant { column, value, .. } in self.constants.iter().copied() {
             match value {
                 ConstantValue::Number(value) => row.set(*column, Some(*value)),
                 ConstantValue::Word(word) => row.set_word(*column, present(word)),
@@ -165,7 +186,7 @@ impl<'s> TableLayout<'s> {
 struct MatchedHeader<'h> {
     /// where the header stands in the file
     line: Option<u64>,
-    naming: &'h Naming,
+    constants: &'h [&'h Constant],
     places: [Option<ColumnPlace>; RunColumn::ALL.len()],
     /// names that are no column's
     unread: Vec<&'h str>,
@@ -177,21 +198,25 @@ struct MatchedHeader<'h> {
 }
 
 impl<'h> MatchedHeader<'h> {
-    fn of(header: &'h [String], line: Option<u64>, naming: &'h Naming) -> MatchedHeader<'h> {
+    fn of(header: &'h Header, naming: &'h Naming, constants: &'h [&'h Constant]) -> MatchedHeader<'h> {
         let mut matched = MatchedHeader {
-            line,
-            naming,
+            line: header.line,
+            constants,
             places: Default::default(),
             unread: vec![],
             unknown: vec![],
             misnamed: vec![],
             problems: vec![],
         };
-        for (index, name) in header.iter().enumerate() {
+        for (index, name) in header.names.iter().enumerate() {
             let told = naming.columns.iter().find(|(_, theirs)| theirs == name);
             match RunColumn::named(told.map_or(name, |(ours, _)| ours)) {
                 Some((column, unit)) => {
-                    matched.refuse_another_unit(column, unit, name);
+                    let by_name = told.and_then(|_| unit_in_name(name, column.dimension()));
+                    let below = header.units.get(index).and_then(|cell| unit_of_cell(cell));
+                    for (stated, by) in [(by_name, "its name"), (below, "the row below its name")] {
+                        matched.refuse_another_unit((column, unit), name, stated, by);
+                    }
                     let name = name.clone();
                     matched.add_column(column, ColumnPlace { index, name, unit });
                 }
@@ -199,11 +224,11 @@ impl<'h> MatchedHeader<'h> {
             }
         }
         for (ours, theirs) in &naming.columns {
-            if !header.contains(theirs) {
+            if !header.names.contains(theirs) {
                 matched.refuse_absent(ours, theirs);
             }
         }
-        for Constant { column, name, .. } in &naming.constants {
+        for Constant { column, name, .. } in constants.iter().copied() {
             if let Some(place) = &matched.places[*column as usize] {
                 let expected = format!("expected no such column: by the scene `{name}` is the same in every row");
                 matched.refuse(format!("column {}", place.name), expected);
@@ -244,20 +269,38 @@ impl<'h> MatchedHeader<'h> {
         }
     }
 
-    /// Refuses a name whose unit in brackets is not the one that the scene reads its column in.
-    fn refuse_another_unit(&mut self, column: RunColumn, unit: &Unit, name: &str) {
-        let Some((_, suffix)) = unit_in_brackets(name) else {
+    /// Refuses a column whose header states another unit than the one that the scene reads it in.
+    fn refuse_another_unit(
+        &mut self,
+        (column, unit): (RunColumn, &Unit),
+        name: &str,
+        stated: Option<StatedUnit>,
+        by: &str,
+    ) {
+        let Some(stated) = stated.filter(|_| column.is_number()) else {
             return;
         };
-        let mut units = column.dimension().units().iter();
-        if suffix != unit.suffix && units.any(|own| own.suffix == suffix) {
-            let base = column.base();
-            let expected = format!(
-                "by its name it has another unit than `{base}{}`; expected it as `{base}{suffix}` in the scene's columns",
-                unit.suffix
-            );
-            self.refuse(format!("column {name}"), expected);
+        if matches!(&stated, StatedUnit::Ours(suffix) if *suffix == unit.suffix) {
+            return;
         }
+        let base = column.base();
+        let units = column.dimension().units();
+        let expected = match stated {
+            StatedUnit::Ours(suffix) if units.iter().any(|own| own.suffix == suffix) => format!(
+                "by {by} it has another unit than `{base}{}`; expected it as `{base}{suffix}` in the scene's columns",
+                unit.suffix
+            ),
+            StatedUnit::Ours(suffix) => {
+                let written = suffix.trim_start_matches('_').replace("m_s", "m/s").replace("um", "µm");
+                format!("by {by} it is in {written}, which `{base}` cannot be")
+            }
+            StatedUnit::Other(written) => format!(
+                "by {by} it is in {}; expected {}",
+                quoted(&written),
+                names_in_words(base, column.dimension())
+            ),
+        };
+        self.refuse(format!("column {name}"), expected);
     }
 
     /// Refuses a name that is nearly a column's; any other column is not used.
@@ -266,7 +309,7 @@ impl<'h> MatchedHeader<'h> {
             self.refuse(format!("column {name}"), expected);
             self.misnamed.push(column);
         } else if name.is_empty() {
-            self.unknown.push(format!("no. {} (without a name)", index + 1));
+            self.unknown.push(unnamed_column(index));
         } else {
             self.unread.push(name);
             self.unknown.push(quoted(name));
@@ -298,7 +341,7 @@ impl<'h> MatchedHeader<'h> {
     }
 
     fn lacks(&self, column: RunColumn) -> bool {
-        let is_constant = self.naming.constants.iter().any(|constant| constant.column == column);
+        let is_constant = self.constants.iter().any(|constant| constant.column == column);
         self.places[column as usize].is_none() && !is_constant && !self.misnamed.contains(&column)
     }
 

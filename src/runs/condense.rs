@@ -6,6 +6,7 @@
 //! is exact.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -105,6 +106,7 @@ impl Runs {
         let wet: Vec<[Vec<StandIn>; 2]> = self.series.par_iter().map(of_series).collect();
         let mut few = Runs {
             spheres: self.spheres.clone(),
+            places: Arc::clone(&self.places),
             film_groups: self.film_groups.clone(),
             ..Runs::default()
         };

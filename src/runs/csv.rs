@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::checked_rows::{Cell, CheckedRows, Holds};
 use super::collect::{Collected, Gathering};
-use super::columns::{ColumnPlace, TableLayout};
+use super::columns::{ColumnPlace, Header, TableLayout};
 use super::decimals::{parse_number, separator_of, DecimalMarks};
 use super::labels::label;
 use super::records::Records;
@@ -15,18 +15,23 @@ use super::refusals::{whole_file, CellPlace, Refused};
 use super::row::{RawRow, RowChecker};
 use super::survey::Survey;
 use super::windows::{unreadable, Window, Windows};
+use super::written_units::is_row_of_units;
 use crate::encoding::BYTE_ORDER_MARK;
 use crate::error::Problem;
 use crate::files::{MOST_COLUMNS, MOST_OF_LINE};
 use crate::scene::{Naming, RunColumn, Scene};
 use crate::seed::Hash;
 
-/// What separates the columns of a text, by its first line that is not blank.
+/// What separates the columns of a text, by the line that names them: the one that the scene says, else the first that is
+/// not blank.
 pub(super) fn separator(source: impl Read, naming: &Naming) -> std::io::Result<u8> {
     let mut lines = std::io::BufReader::new(source.take(MOST_OF_LINE as u64));
     let mut line = vec![];
+    let mut number = 0;
     while lines.read_until(b'\n', &mut line)? > 0 {
-        if !line.trim_ascii().is_empty() {
+        number += 1;
+        let is_named = naming.header_row.is_none_or(|row| number >= row);
+        if is_named && !line.trim_ascii().is_empty() {
             break;
         }
         line.clear();
@@ -37,12 +42,13 @@ pub(super) fn separator(source: impl Read, naming: &Naming) -> std::io::Result<u
     Ok(separator_of(line.unwrap_or_default(), naming))
 }
 
-/// The names in the first line that is not blank.
-#[derive(Debug)]
-pub(super) struct Header {
-    pub names: Vec<String>,
-    /// where it stands, from 1
-    pub line: u64,
+/// What is done with a record.
+enum Taken<T> {
+    /// the next is looked at
+    Passed,
+    Read(T),
+    /// it is still to be read
+    Left,
 }
 
 /// A CSV that is read from its start to its end, a window of records at a time.
@@ -74,41 +80,86 @@ impl<R: Read + Send> Csv<R> {
         Ok(!self.window.bytes.is_empty())
     }
 
-    /// Reads the header.
-    pub fn header(&mut self) -> Result<Header, Vec<Problem>> {
-        let mut header = None;
-        while header.is_none() && self.advance().map_err(|problem| vec![problem])? {
-            while header.is_none() && !self.window.pieces.is_empty() {
-                header = self.header_of_piece()?;
+    /// Reads the header: the names, and a row of units below them where there is one.
+    pub fn header(&mut self, header_row: Option<u64>) -> Result<Header, Vec<Problem>> {
+        let mut header = self.names(header_row)?;
+        let width = header.names.len();
+        let units = self.next_record(|_, cells| {
+            let is_one = cells.len() == width && is_row_of_units(cells.iter().copied());
+            Ok(match is_one {
+                true => Taken::Read(cells.iter().map(|cell| (*cell).to_owned()).collect()),
+                false => Taken::Left,
+            })
+        })?;
+        header.units = units.unwrap_or_default();
+        Ok(header)
+    }
+
+    /// Reads the names, on the line that the scene says or the first that is not blank.
+    pub fn names(&mut self, header_row: Option<u64>) -> Result<Header, Vec<Problem>> {
+        let first = header_row.unwrap_or(1);
+        let names = self.next_record(|line, cells| {
+            if line < first {
+                return Ok(Taken::Passed);
             }
-        }
-        header.ok_or_else(|| {
+            if header_row.is_some_and(|row| line > row) {
+                let found = format!("line {first} is blank");
+                return Err(whole_file(&found, "the names of columns where `header_row` says"));
+            }
+            if cells.len() > MOST_COLUMNS {
+                return Err(too_many_columns(cells.len(), Some(line)));
+            }
+            let names = cells.iter().map(|cell| cell.trim().to_owned()).collect();
+            Ok(Taken::Read(Header {
+                names,
+                line: Some(line),
+                ..Header::default()
+            }))
+        })?;
+        names.ok_or_else(|| {
             let expected = "a header line and one line a run";
-            vec![whole_file("the file is blank", expected)]
+            let found = header_row.map_or("the file is blank".to_owned(), |row| format!("there is no line {row}"));
+            vec![whole_file(&found, expected)]
         })
     }
 
-    /// Reads the header if it is in the first piece of the window, and takes what was read out of it.
-    fn header_of_piece(&mut self) -> Result<Option<Header>, Vec<Problem>> {
-        let text = self.window.text(&self.window.pieces[0]);
-        let (text, mut room) = text.map_err(|problem| vec![problem])?;
-        let mut records = Records::new(text, self.line, self.separator, &mut room);
-        let mut header = None;
-        if records.advance().map_err(|problem| vec![problem])? {
-            let (line, cells) = (records.line(), records.cells());
-            if cells.len() > MOST_COLUMNS {
-                return Err(vec![too_many_columns(cells.len(), Some(line))]);
+    /// Gives records away, the next first, until one is read, which then is taken out of what is left, or left there.
+    fn next_record<T>(
+        &mut self,
+        mut take: impl FnMut(u64, &[&str]) -> Result<Taken<T>, Problem>,
+    ) -> Result<Option<T>, Vec<Problem>> {
+        let whole = |problem| vec![problem];
+        loop {
+            while self.window.pieces.is_empty() {
+                if !self.advance().map_err(whole)? {
+                    return Ok(None);
+                }
             }
-            let names = cells.iter().map(|cell| cell.trim().to_owned()).collect();
-            header = Some(Header { names, line });
+            let (text, mut room) = self.window.text(&self.window.pieces[0]).map_err(whole)?;
+            let mut records = Records::new(text, self.line, self.separator, &mut room);
+            let mut taken = Taken::Passed;
+            let (mut read, mut line) = (0, self.line);
+            while matches!(taken, Taken::Passed) && records.advance().map_err(whole)? {
+                taken = take(records.line(), records.cells()).map_err(whole)?;
+                if !matches!(taken, Taken::Left) {
+                    (read, line) = records.next_start();
+                }
+            }
+            if matches!(taken, Taken::Passed) {
+                // blank lines at the end of the piece
+                (read, line) = records.next_start();
+            }
+            self.line = line;
+            self.window.pieces[0].start += read;
+            if self.window.pieces[0].is_empty() {
+                self.window.pieces.remove(0);
+            }
+            match taken {
+                Taken::Passed => {}
+                Taken::Read(read) => return Ok(Some(read)),
+                Taken::Left => return Ok(None),
+            }
         }
-        let (read, line) = records.next_start();
-        self.line = line;
-        self.window.pieces[0].start += read;
-        if self.window.pieces[0].is_empty() {
-            self.window.pieces.remove(0);
-        }
-        Ok(header)
     }
 
     /// Goes through the records below the header, which was read before, in their order.
@@ -138,9 +189,25 @@ impl<R: Read + Send> Csv<R> {
         }
     }
 
+    /// The cells of the first records that are not empty, with their lines.
+    pub fn first_rows(mut self, most: usize) -> Result<Vec<(u64, Vec<String>)>, Vec<Problem>> {
+        let mut rows = vec![];
+        while rows.len() < most {
+            let row = self.next_record(|line, cells| {
+                let cells = cells.iter().map(|cell| (*cell).to_owned()).collect();
+                Ok(Taken::Read((line, cells)))
+            })?;
+            match row {
+                Some(row) => rows.push(row),
+                None => break,
+            }
+        }
+        Ok(rows)
+    }
+
     /// What stands in its columns.
-    pub fn survey(mut self) -> Result<Survey, Vec<Problem>> {
-        let mut survey = Survey::new(self.header()?.names);
+    pub fn survey(mut self, header_row: Option<u64>) -> Result<Survey, Vec<Problem>> {
+        let mut survey = Survey::new(self.header(header_row)?);
         let read = self.each_record(|record| {
             if !record.is_empty() {
                 survey.add(record.cells().iter().map(|cell| Some(*cell)));
@@ -152,8 +219,8 @@ impl<R: Read + Send> Csv<R> {
 
     /// Reads the header, and finds in it the columns of runs.
     fn layout<'s>(&mut self, scene: &'s Scene) -> Result<TableLayout<'s>, Vec<Problem>> {
-        let header = self.header()?;
-        TableLayout::new(&header.names, Some(header.line), &scene.data.naming)
+        let header = self.header(scene.data.naming.header_row)?;
+        TableLayout::new(&header, &scene.data.naming)
     }
 
     /// Reads every run in the order of the file, and names all that is wrong; with the SHA-256 of the file.
@@ -174,13 +241,20 @@ impl<R: Read + Send> Csv<R> {
             if record.cells().len() == layout.width {
                 add_by_cell(&mut rows, record);
             } else {
-                rows.refuse(other_width(record, layout.width));
+                rows.refuse(other_width(
+                    record.line(),
+                    record.cells().len(),
+                    layout.width,
+                    record.has_line_ends(),
+                ));
             }
         });
         if let Err(problem) = read {
             rows.refuse(problem);
         }
-        Ok((rows.finish()?, self.hash.finish()))
+        let mut collected = rows.finish()?;
+        collected.lines.last = self.line - 1;
+        Ok((collected, self.hash.finish()))
     }
 
     /// Reads every run, a window at a time on every thread; with the SHA-256 of the file, which is about so many bytes long.
@@ -197,6 +271,7 @@ impl<R: Read + Send> Csv<R> {
         let reader = PieceReader::new(scene, &layout, self.separator);
         let rows = gathering.held(rows_like(&self.window.bytes, length).min(MOST_FORESEEN));
         let mut collected = Collected::with_capacity(rows, reader.checker.has_film_ratio, &layout.remarks);
+        collected.lines.last = self.line - 1;
         let (mut parsed, mut next) = (vec![], Window::default());
         let mut ends = PartEnds::default();
         while !self.window.bytes.is_empty() {
@@ -307,14 +382,15 @@ impl<'s> PieceReader<'s> {
                 return None;
             }
             let marks = self.read_cells(&records, &mut row);
-            let is_added = marks.is_some_and(|marks| rows.add_read(&row, marks));
+            let is_added = marks.is_some_and(|marks| rows.add_read(records.line(), &row, marks));
             if !is_added {
                 // not every cell of a row need be good
                 add_by_cell(&mut rows, &records);
                 records.forget();
             }
         }
-        let (runs, marks) = rows.finish_part()?;
+        let (_, next_line) = records.next_start();
+        let (runs, marks) = rows.finish_part(next_line - 1)?;
         Some(Part {
             runs,
             marks,
@@ -381,17 +457,16 @@ fn empty_row(line: u64) -> Problem {
 }
 
 /// Says that a row has more or fewer cells than the header.
-fn other_width(record: &Records, width: usize) -> Problem {
-    let cells = record.cells().len();
+pub(super) fn other_width(line: u64, cells: usize, width: usize, has_line_ends: bool) -> Problem {
     let mut expected = format!("expected {width} as in the header");
-    if record.has_line_ends() {
+    if has_line_ends {
         expected.push_str("; a cell goes on over the end of the line: is a quote not closed?");
     } else if cells > width {
         expected.push_str("; a number takes a decimal point, not a comma");
     }
     let noun = if cells == 1 { "cell" } else { "cells" };
     Problem {
-        line: Some(record.line()),
+        line: Some(line),
         place: "row".to_owned(),
         found: Some(format!("{cells} {noun}")),
         expected,

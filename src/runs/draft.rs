@@ -1,7 +1,8 @@
 //! Drafts a scene from a table of runs: its particles and liquids, its columns as far as they can be guessed, and every key.
 
-use super::guess::{guess, may_hold_names, may_hold_reasons, Guess};
+use super::guess::{guess, marks_bad_runs, may_hold_names, may_hold_reasons, why_not, Guess};
 use super::survey::{Survey, SurveyedColumn};
+use super::written_units::{unit_of, StatedUnit};
 use crate::error::{is_unseen, plain, quoted};
 use crate::scene::{self, name_is_allowed, wrapped, KeyGuide, RunColumn, Section, Without, DRY, FILL_IN, MISSING};
 
@@ -16,6 +17,8 @@ pub struct Draft {
     pub particles: Vec<String>,
     /// the liquids; none where every run is dry
     pub liquids: Vec<String>,
+    /// the sheets of a workbook that hold them; empty where the table has no others
+    pub sheets: Vec<String>,
     /// what was guessed of its columns and words, each in a sentence
     pub guessed: Vec<String>,
     /// columns that are not used
@@ -42,6 +45,8 @@ struct Naming<'s> {
     words: Vec<(&'static str, Vec<(String, String)>)>,
     /// our column and its value, as TOML
     constants: Vec<(String, String)>,
+    /// a sheet, our column and its value there
+    sheets: Vec<(String, &'static str, String)>,
     guessed: Vec<String>,
     unused: Vec<&'s SurveyedColumn>,
 }
@@ -49,31 +54,48 @@ struct Naming<'s> {
 /// Drafts the scene of a table that it is to name `runs`.
 pub(super) fn draft(survey: &Survey, runs: &str) -> Draft {
     let mut naming = Naming::of(survey);
-    let particles = naming.names(RunColumn::Particle, |_| false);
-    let mut particles = particles.unwrap_or_else(|| naming.only(RunColumn::Particle, "all spheres are of one kind"));
-    if particles.is_empty() {
-        // every cell is empty, which is for the reader to refuse
-        particles.push(ONLY.to_owned());
-    }
+    naming.say_what_was_read(survey);
     let is_dry = |word: &str| {
         // the `dry` of `dry, no oil`
         let lower = word.to_lowercase();
         let first = lower.split(|c: char| c.is_whitespace() || ",;:(/".contains(c)).next();
         first.is_some_and(|first| first == DRY || WITHOUT_LIQUID.contains(&first))
     };
-    let liquids = match naming.names(RunColumn::Liquid, is_dry) {
+    // sheets of one liquid each, or of one kind of sphere
+    let is_wet = naming.has(RunColumn::Film) || survey.sheets.iter().any(|sheet| is_dry(sheet));
+    let by_sheet = match survey.sheets.len() {
+        0 | 1 => None,
+        _ if is_wet && !naming.has(RunColumn::Liquid) => Some(RunColumn::Liquid),
+        _ if !naming.has(RunColumn::Particle) => Some(RunColumn::Particle),
+        _ => None,
+    };
+    let particles = match by_sheet {
+        Some(RunColumn::Particle) => Some(naming.names_of_sheets(RunColumn::Particle, survey, |_| false)),
+        _ => naming.names(RunColumn::Particle, |_| false),
+    };
+    let mut particles = particles.unwrap_or_else(|| naming.only(RunColumn::Particle, "all spheres are of one kind"));
+    if particles.is_empty() {
+        // every cell is empty, which is for the reader to refuse
+        particles.push(ONLY.to_owned());
+    }
+    let liquids = match by_sheet {
+        Some(RunColumn::Liquid) => Some(naming.names_of_sheets(RunColumn::Liquid, survey, is_dry)),
+        _ => naming.names(RunColumn::Liquid, is_dry),
+    };
+    let liquids = match liquids {
         Some(names) => names,
         None if naming.has(RunColumn::Film) => naming.only(RunColumn::Liquid, "all runs are wet, with one liquid"),
         None => vec![],
     };
     naming.leave_half_means();
+    naming.read_titles(survey);
     naming.ask_for_columns(!liquids.is_empty());
     naming.say_what_is_taken();
     let mut text = Text::default();
     text.intro(runs, survey.rows);
     for section in scene::guide() {
         match section.head {
-            "[data]" => text.data(&section, runs, &naming),
+            "[data]" => text.data(&section, runs, &naming, survey),
             "[particles.NAME]" => text.each(&section, &particles),
             "[liquids.NAME]" => text.each(&section, &liquids),
             _ => text.section(&section),
@@ -84,6 +106,7 @@ pub(super) fn draft(survey: &Survey, runs: &str) -> Draft {
         rows: survey.rows,
         particles,
         liquids,
+        sheets: survey.sheets.clone(),
         guessed: naming.guessed,
         unused: naming.unused.iter().map(|column| column.name.clone()).collect(),
         to_fill_in: text.to_fill_in,
@@ -110,6 +133,22 @@ impl<'s> Naming<'s> {
                 is_unit_guessed,
             }) = guess
             else {
+                if marks_bad_runs(column) {
+                    naming
+                        .columns
+                        .push((RunColumn::Exclude.base().to_owned(), column.name.clone()));
+                    let marks: Vec<String> = column.words.iter().map(|word| quoted(word)).collect();
+                    naming.guessed.push(format!(
+                        "{} is exclude: runs marked {} are left out",
+                        quoted(&column.name),
+                        marks.join(" or ")
+                    ));
+                    continue;
+                }
+                if let Some((of_runs, why)) = why_not(column, |candidate| !naming.has(candidate)) {
+                    let text = format!("{} may be {}, {why}", quoted(&column.name), of_runs.base());
+                    naming.guessed.push(text);
+                }
                 naming
                     .unused
                     .extend(Some(column).filter(|column| !column.name.is_empty()));
@@ -117,9 +156,11 @@ impl<'s> Naming<'s> {
             };
             let name = format!("{}{}", of_runs.base(), unit.suffix);
             let unit = if is_unit_guessed {
-                ", its unit by the size of its numbers"
+                ", its unit by the size of its numbers".to_owned()
+            } else if !column.unit.is_empty() {
+                format!(", its unit by the row below, {}", quoted(&column.unit))
             } else {
-                ""
+                String::new()
             };
             naming.guessed.push(format!("{} is {name}{unit}", quoted(&column.name)));
             naming.columns.push((name, column.name.clone()));
@@ -140,35 +181,27 @@ impl<'s> Naming<'s> {
     /// The names in a column of the scene's own, without ours for runs that are dry; `None` without the column.
     fn names(&mut self, of_runs: RunColumn, is_dry: impl Fn(&str) -> bool) -> Option<Vec<String>> {
         let column = self.column(of_runs)?;
-        let mut names: Vec<String> = vec![];
-        let mut renamed = vec![];
-        for word in &column.words {
-            if is_dry(word) {
-                if word != DRY {
-                    renamed.push((word.clone(), DRY.to_owned()));
-                }
-                continue;
-            }
-            let mut name: String = word
-                .chars()
-                .map(|c| if name_is_allowed(&c.to_string()) { c } else { '_' })
-                .collect();
-            while names.contains(&name) || name == MISSING || name == DRY {
-                name.push('_');
-            }
-            if name != *word {
-                renamed.push((word.clone(), name.clone()));
-            }
-            names.push(name);
-        }
-        for (theirs, ours) in &renamed {
+        let ours = names_of(&column.words, is_dry);
+        let renamed = || ours.iter().filter(|(theirs, ours)| theirs != ours);
+        for (theirs, ours) in renamed() {
             self.guessed
                 .push(format!("{} in {} is {ours}", quoted(theirs), quoted(&column.name)));
         }
-        if !renamed.is_empty() {
-            self.words.push((of_runs.base(), renamed));
+        if renamed().next().is_some() {
+            self.words.push((of_runs.base(), renamed().cloned().collect()));
         }
-        Some(names)
+        Some(without_dry(ours))
+    }
+
+    /// The same of the names of the sheets, each of which then has one in every row.
+    fn names_of_sheets(&mut self, of_runs: RunColumn, survey: &Survey, is_dry: impl Fn(&str) -> bool) -> Vec<String> {
+        let ours = names_of(&survey.sheets, is_dry);
+        for (sheet, name) in &ours {
+            self.guessed
+                .push(format!("sheet {} is of {} {name}", quoted(sheet), of_runs.base()));
+            self.sheets.push((sheet.clone(), of_runs.base(), name.clone()));
+        }
+        without_dry(ours)
     }
 
     /// One name for every run of a table without a column of names; where one that is not known may have them, that is to be
@@ -238,8 +271,15 @@ impl<'s> Naming<'s> {
             if !is_needed || self.has(of_runs) {
                 continue;
             }
-            // one of the columns that are not known may be it
-            if self.unused.is_empty() {
+            let is_constant = self
+                .constants
+                .iter()
+                .any(|(name, _)| RunColumn::named(name).is_some_and(|(own, _)| own == of_runs));
+            if is_constant {
+                continue;
+            }
+            // one of the columns of numbers that are not known may be it
+            if self.unused.iter().all(|column| column.largest.is_none()) {
                 self.constants.push((of_runs.usual_name(), text_of(FILL_IN)));
             } else {
                 self.columns.push((of_runs.usual_name(), FILL_IN.to_owned()));
@@ -249,6 +289,46 @@ impl<'s> Naming<'s> {
 }
 
 impl Naming<'_> {
+    /// Says which rows name the columns, and which sheets are read.
+    fn say_what_was_read(&mut self, survey: &Survey) {
+        if let Some(row) = survey.header.filter(|_| survey.has_titles) {
+            let units = if survey.columns.iter().any(|column| !column.unit.is_empty()) {
+                ", their units stand below"
+            } else {
+                ""
+            };
+            self.guessed.push(format!("row {row} names the columns{units}"));
+        }
+        if !survey.sheets_left.is_empty() {
+            let left = survey.sheets_left.join(", ");
+            self.guessed
+                .push(format!("runs stand on the sheets in `runs`, none on {left}"));
+        }
+    }
+
+    /// Takes a diameter that a title states, where no column has it.
+    fn read_titles(&mut self, survey: &Survey) {
+        if self.has(RunColumn::Diameter) {
+            return;
+        }
+        let stated = survey
+            .titles
+            .iter()
+            .find_map(|title| Some((title, diameter_in(title)?)));
+        if let Some((title, (name, value))) = stated {
+            self.guessed.push(format!("{name} is {value}, by {}", quoted(title)));
+            self.constants.push((name, value));
+        }
+    }
+
+    /// Whether heights give speeds that no other column gives.
+    fn needs_heights(&self) -> bool {
+        let filled = |of_runs: RunColumn| self.column(of_runs).map_or(0, |column| column.filled);
+        let drop = filled(RunColumn::DropHeight) > filled(RunColumn::ImpactSpeed);
+        let rebound = filled(RunColumn::ReboundSpeed).max(filled(RunColumn::Restitution));
+        drop || filled(RunColumn::ReboundHeight) > rebound
+    }
+
     /// Says what a name leaves open: which Stokes number, and which column may say what to leave out.
     fn say_what_is_taken(&mut self) {
         if let Some(column) = self.column(RunColumn::Stokes) {
@@ -362,7 +442,7 @@ impl Text {
     }
 
     /// The table of the data, with what was guessed.
-    fn data(&mut self, section: &Section, runs: &str, naming: &Naming) {
+    fn data(&mut self, section: &Section, runs: &str, naming: &Naming, survey: &Survey) {
         self.head(section.head, &section.about);
         for guessed in &naming.guessed {
             self.written.push_str(&format!("# guessed: {guessed}\n"));
@@ -377,7 +457,11 @@ impl Text {
             let words =
                 |(column, words): &(&str, Vec<_>)| ((*column).to_owned(), inline(words.iter().map(quoted_pair)));
             let (value, open) = match key.base {
-                "runs" => (text_of(runs), vec![]),
+                "runs" => (tables(runs, &survey.sheets), vec![]),
+                "sheets" => (inline(naming.sheets.iter().map(of_sheet)), vec![]),
+                "header_row" if survey.has_titles => {
+                    (survey.header.map_or(String::new(), |row| row.to_string()), vec![])
+                }
                 "columns" => (
                     inline(naming.columns.iter().map(quoted_value)),
                     to_fill_in(&naming.columns),
@@ -386,8 +470,12 @@ impl Text {
                 "constants" => (inline(naming.constants.iter().cloned()), to_fill_in(&naming.constants)),
                 _ => (String::new(), vec![]),
             };
-            let has_heights = naming.has(RunColumn::DropHeight) || naming.has(RunColumn::ReboundHeight);
-            let line = if key.base == "heights_to" && has_heights {
+            let is_open = match key.base {
+                "heights_to" | "heights_of" => naming.needs_heights(),
+                "hidden_rows" => survey.hidden_rows > 0,
+                _ => false,
+            };
+            let line = if is_open {
                 Line::ToFillIn
             } else if value.is_empty() {
                 Line::Comment
@@ -401,6 +489,71 @@ impl Text {
             );
         }
     }
+}
+
+/// The names of a particle or liquid that words stand for, each with its word; a dry run is ours.
+fn names_of(words: &[String], is_dry: impl Fn(&str) -> bool) -> Vec<(String, String)> {
+    let mut names: Vec<(String, String)> = vec![];
+    for word in words {
+        if is_dry(word) {
+            names.push((word.clone(), DRY.to_owned()));
+            continue;
+        }
+        let mut name: String = word
+            .chars()
+            .map(|c| if name_is_allowed(&c.to_string()) { c } else { '_' })
+            .collect();
+        while names.iter().any(|(_, other)| *other == name) || name == MISSING || name == DRY {
+            name.push('_');
+        }
+        names.push((word.clone(), name));
+    }
+    names
+}
+
+fn without_dry(names: Vec<(String, String)>) -> Vec<String> {
+    let ours = names.into_iter().map(|(_, ours)| ours);
+    ours.filter(|name| name != DRY).collect()
+}
+
+/// A diameter that a title states as `D = 4,762 mm`: our name of it, and its value.
+fn diameter_in(title: &str) -> Option<(String, String)> {
+    let lower = title.to_lowercase();
+    let after = ["d =", "d=", "durchmesser", "diameter", "dia.", "ø", "∅"]
+        .iter()
+        .find_map(|word| {
+            let at = lower.find(word)?;
+            // the d of `end = 4`
+            let is_word = !lower[..at].ends_with(char::is_alphanumeric);
+            is_word.then(|| lower[at + word.len()..].trim_start_matches([' ', '=', ':']))
+        })?;
+    let end = after.find(|c: char| !(c.is_ascii_digit() || ".,".contains(c)))?;
+    let value: f64 = after[..end].replace(',', ".").parse().ok()?;
+    let unit: String = after[end..]
+        .trim_start()
+        .chars()
+        .take_while(|c| c.is_alphabetic())
+        .collect();
+    let StatedUnit::Ours(suffix) = unit_of(&unit)? else {
+        return None;
+    };
+    let name = format!("{}{suffix}", RunColumn::Diameter.base());
+    RunColumn::named(&name).filter(|(column, _)| *column == RunColumn::Diameter && value > 0.0)?;
+    Some((name, value.to_string()))
+}
+
+/// The tables of runs as TOML: one, or a sheet of a workbook after the other.
+fn tables(runs: &str, sheets: &[String]) -> String {
+    let named: Vec<String> = sheets.iter().map(|sheet| text_of(&format!("{runs}#{sheet}"))).collect();
+    match named.as_slice() {
+        [] => text_of(runs),
+        [only] => only.clone(),
+        several => format!("[{}]", several.join(", ")),
+    }
+}
+
+fn of_sheet((sheet, column, value): &(String, &'static str, String)) -> (String, String) {
+    (key_of(sheet), format!("{{ {column} = {} }}", text_of(value)))
 }
 
 fn quoted_value((key, value): &(String, String)) -> (String, String) {

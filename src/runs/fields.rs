@@ -13,6 +13,8 @@ pub(crate) type Row<'r> = (u64, &'r [&'r str]);
 pub(crate) struct Fields {
     wanted: &'static [Column],
     found: FoundColumns,
+    /// cells of the header
+    width: usize,
     numbers: CellNumbers,
     problems: Vec<Problem>,
 }
@@ -23,6 +25,7 @@ impl Fields {
         Fields {
             wanted,
             found: FoundColumns::default(),
+            width: 0,
             numbers: CellNumbers::default(),
             problems: vec![],
         }
@@ -31,7 +34,13 @@ impl Fields {
     /// Finds the columns in a header. Fails where one is missing, stands twice or is misspelt.
     pub fn header(&mut self, names: &[String], line: u64) -> Result<(), Vec<Problem>> {
         self.found = find(names, line, self.wanted)?;
+        self.width = names.len();
         Ok(())
+    }
+
+    /// How many cells the header has.
+    pub fn width(&self) -> usize {
+        self.width
     }
 
     /// Whether the table has a column.
@@ -52,6 +61,11 @@ impl Fields {
             found: found.map(quoted),
             expected,
         });
+    }
+
+    /// Adds what is wrong with a row as a whole.
+    pub fn refuse(&mut self, problem: Problem) {
+        self.problems.push(problem);
     }
 
     /// A word; `None` where it is missing.

@@ -1,7 +1,8 @@
 //! Guesses which column of runs a column of somebody's table is, and in which unit.
 
 use super::survey::SurveyedColumn;
-use super::written_units::{unit_in_brackets, unit_of};
+use super::written_units::{unit_in_brackets, unit_in_name, unit_of, unit_of_cell, StatedUnit};
+use crate::error::quoted;
 use crate::scene::RunColumn;
 use crate::units::{Dimension, Unit};
 
@@ -42,6 +43,9 @@ const CALLED: [(RunColumn, &[&str]); 15] = [
             "fluessigkeit",
             "öl",
             "oel",
+            "liquide",
+            "fluide",
+            "huile",
         ],
     ),
     (
@@ -145,8 +149,12 @@ const CALLED: [(RunColumn, &[&str]); 15] = [
             "dropheight",
             "fallheight",
             "releaseheight",
+            "dropheightofball",
+            "initialheight",
             "fallhöhe",
             "fallhoehe",
+            "abwurfhöhe",
+            "hauteurdechute",
         ],
     ),
     (
@@ -159,6 +167,10 @@ const CALLED: [(RunColumn, &[&str]); 15] = [
             "ruecksprunghoehe",
             "rückprallhöhe",
             "rueckprallhoehe",
+            "steighöhe",
+            "steighoehe",
+            "sprunghöhe",
+            "hauteurderebond",
         ],
     ),
     (RunColumn::Stokes, &["st", "stokesnumber", "stokeszahl"]),
@@ -249,6 +261,35 @@ const CALLED_LIKE_REASONS: [&str; 14] = [
     "flag",
 ];
 
+/// What columns are called that mark bad runs and say nothing of good ones.
+const CALLED_BAD: [&str; 16] = [
+    "ungültig",
+    "ungueltig",
+    "invalid",
+    "bad",
+    "badrun",
+    "exclude",
+    "excluded",
+    "discard",
+    "discarded",
+    "reject",
+    "rejected",
+    "outlier",
+    "ausreißer",
+    "ausreisser",
+    "verworfen",
+    "ausgeschlossen",
+];
+
+/// Marks in such a column.
+const MARKS: [&str; 9] = ["x", "X", "xx", "×", "*", "!", "✗", "✘", "✓"];
+
+/// Whether a column marks bad runs: by its name, and by marks in it and nothing else.
+pub(super) fn marks_bad_runs(column: &SurveyedColumn) -> bool {
+    let marks = column.words.iter().all(|word| MARKS.contains(&word.as_str()));
+    CALLED_BAD.contains(&letters(&column.name).as_str()) && marks && !column.words.is_empty()
+}
+
 /// Whether a column that is not read may say which runs to leave out.
 pub(super) fn may_hold_reasons(name: &str) -> bool {
     let name = letters(name);
@@ -272,34 +313,25 @@ fn sizes(column: RunColumn) -> &'static [(&'static str, f64, f64)] {
         RunColumn::Film => &[("_um", 10.0, 3e3), ("_mm", 0.5, 3.0), ("_m", 1e-5, 1e-3)],
         RunColumn::ImpactSpeed | RunColumn::ReboundSpeed => &[("_m_s", 0.05, 8.0), ("_mm_s", 1e3, 8e3)],
         RunColumn::DropHeight | RunColumn::ReboundHeight => &[("_m", 5e-3, 0.9)],
+        RunColumn::Restitution => &[("", 0.0, 1.5), ("_percent", 5.0, 110.0)],
         _ => &[],
     }
 }
 
 /// What a column may be, of those that are still free; `None` where nothing like it is known.
 pub(super) fn guess(column: &SurveyedColumn, is_free: impl Fn(RunColumn) -> bool) -> Option<Guess> {
-    let (name, suffix) = parted(&column.name);
-    let called = |(candidate, names): &(RunColumn, &[&str])| {
-        let fits = names.contains(&name.as_str()) || letters(candidate.base()) == name;
-        (fits && is_free(*candidate) && column_may_be(column, *candidate, suffix)).then_some(*candidate)
-    };
-    let called_like = |(candidate, parts): &(RunColumn, &[&str])| {
-        let fits = parts.iter().any(|part| name.contains(part)) && may_hold_names(column);
-        (fits && is_free(*candidate) && suffix.is_none()).then_some(*candidate)
-    };
-    let candidate = CALLED
-        .iter()
-        .find_map(called)
-        .or_else(|| CALLED_LIKE.iter().find_map(called_like))?;
+    let (candidate, stated) = candidate(column, is_free)?;
     let units = candidate.dimension().units();
-    let (suffix, is_unit_guessed) = match suffix {
+    let (suffix, is_unit_guessed) = match stated {
         _ if candidate.dimension() == Dimension::One => ("", false),
-        Some(suffix) => (suffix, false),
+        Some(StatedUnit::Ours(suffix)) => (suffix, false),
+        Some(StatedUnit::Other(_)) => return None,
         None => {
             let largest = column.largest?;
             let mut sizes = sizes(candidate).iter();
-            let (suffix, _, _) = sizes.find(|(_, least, most)| (*least..=*most).contains(&largest))?;
-            (*suffix, true)
+            let found = sizes.find(|(_, least, most)| (*least..=*most).contains(&largest));
+            let (suffix, _, _) = found.or((units[0].suffix.is_empty()).then_some(&("", 0.0, 0.0)))?;
+            (*suffix, !suffix.is_empty())
         }
     };
     let unit = units.iter().find(|unit| unit.suffix == suffix)?;
@@ -310,17 +342,67 @@ pub(super) fn guess(column: &SurveyedColumn, is_free: impl Fn(RunColumn) -> bool
     })
 }
 
-/// Whether a column may be one of runs by what stands in it, and by the unit in its name.
-fn column_may_be(column: &SurveyedColumn, candidate: RunColumn, suffix: Option<&str>) -> bool {
-    let has_unit = |suffix: &str| candidate.dimension().units().iter().any(|unit| unit.suffix == suffix);
+/// Why nothing is guessed of a column whose name is known: its unit is one that no column of runs has, or it states none and
+/// its numbers leave several. In words, that follow what it may be.
+pub(super) fn why_not(column: &SurveyedColumn, is_free: impl Fn(RunColumn) -> bool) -> Option<(RunColumn, String)> {
+    let (candidate, stated) = candidate(column, is_free)?;
+    Some(match stated {
+        Some(StatedUnit::Other(written)) => (
+            candidate,
+            format!("but is in {}: convert its numbers", quoted(&written)),
+        ),
+        Some(StatedUnit::Ours(_)) => return None,
+        None => (candidate, "but its unit is not known".to_owned()),
+    })
+}
+
+/// Which column of runs a column is called like, and the unit that its header states.
+fn candidate(column: &SurveyedColumn, is_free: impl Fn(RunColumn) -> bool) -> Option<(RunColumn, Option<StatedUnit>)> {
+    let (name, stated) = parted(&column.name);
+    let stated = stated.or_else(|| unit_of_cell(&column.unit));
+    // the `in` of `v_in` is a part of the name
+    let readings = [
+        (name.clone(), stated.clone()),
+        (letters(&column.name), unit_of_cell(&column.unit)),
+    ];
+    let called = |(candidate, names): &(RunColumn, &[&str])| {
+        let fits = |(name, stated): &&(String, Option<StatedUnit>)| {
+            let is_called = names.contains(&name.as_str()) || letters(candidate.base()) == *name;
+            is_called && is_free(*candidate) && column_may_be(column, *candidate, stated.as_ref())
+        };
+        let (_, stated) = readings.iter().find(fits)?;
+        Some((*candidate, stated.clone()))
+    };
+    let called_like = |(candidate, parts): &(RunColumn, &[&str])| {
+        let fits = parts.iter().any(|part| name.contains(part)) && may_hold_names(column);
+        (fits && is_free(*candidate) && stated.is_none()).then_some((*candidate, None))
+    };
+    CALLED
+        .iter()
+        .find_map(called)
+        .or_else(|| CALLED_LIKE.iter().find_map(called_like))
+}
+
+/// Whether a column may be one of runs by what stands in it, and by the unit that its header states.
+fn column_may_be(column: &SurveyedColumn, candidate: RunColumn, stated: Option<&StatedUnit>) -> bool {
+    let units = candidate.dimension().units();
+    let has_unit = |stated: &StatedUnit| match stated {
+        StatedUnit::Ours(suffix) => units.iter().any(|unit| unit.suffix == *suffix),
+        // told as such
+        StatedUnit::Other(_) => unit_in_name(&column.name, candidate.dimension()).as_ref() == Some(stated),
+    };
     if candidate.is_number() {
         // a word among numbers is for the reader to refuse
-        let has_numbers = column.largest.is_some();
-        let in_range = candidate != RunColumn::Restitution || column.largest.is_some_and(|most| most <= 1.5);
-        has_numbers && in_range && suffix.is_none_or(has_unit)
+        let is_known = candidate != RunColumn::Restitution || stated.is_some();
+        let has_size = |largest: f64| {
+            let mut sizes = sizes(candidate).iter();
+            sizes.any(|(_, least, most)| (*least..=*most).contains(&largest))
+        };
+        let fits = column.largest.is_some_and(|largest| is_known || has_size(largest));
+        fits && stated.is_none_or(has_unit)
     } else {
         let is_of_names = matches!(candidate, RunColumn::Particle | RunColumn::Liquid);
-        suffix.is_none() && !(is_of_names && column.has_more)
+        stated.is_none() && !(is_of_names && column.has_more)
     }
 }
 
@@ -330,17 +412,17 @@ fn letters(name: &str) -> String {
     lower.chars().filter(|c| c.is_alphanumeric()).collect()
 }
 
-/// A name without its unit, by letters and digits alone, and what our names end with in that unit.
-fn parted(name: &str) -> (String, Option<&'static str>) {
+/// A name without its unit, by letters and digits alone, and that unit.
+fn parted(name: &str) -> (String, Option<StatedUnit>) {
     // in brackets, or after a slash, a comma, a blank or an underscore
-    if let Some((before, suffix)) = unit_in_brackets(name) {
-        return (letters(before), Some(suffix));
+    if let Some((before, unit)) = unit_in_brackets(name) {
+        return (letters(before), Some(unit));
     }
     for (at, mark) in name.char_indices().filter(|(_, c)| " /,_".contains(*c)) {
         let after = name[at + mark.len_utf8()..].trim_start_matches("in ");
         // the m/s of `v / m/s` is whole, and of `v_m_s` too
-        if let Some(suffix) = unit_of(after).or_else(|| unit_of(&after.replace('_', "/"))) {
-            return (letters(&name[..at]), Some(suffix));
+        if let Some(unit) = unit_of(after).or_else(|| unit_of(&after.replace('_', "/"))) {
+            return (letters(&name[..at]), Some(unit));
         }
     }
     (letters(name), None)
@@ -349,10 +431,14 @@ fn parted(name: &str) -> (String, Option<&'static str>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::runs::columns::Header;
     use crate::runs::survey::Survey;
 
     fn guessed(name: &str, cells: &[&str]) -> Option<(String, bool)> {
-        let mut survey = Survey::new(vec![name.to_owned()]);
+        let mut survey = Survey::new(Header {
+            names: vec![name.to_owned()],
+            ..Header::default()
+        });
         for cell in cells {
             survey.add([Some(*cell)]);
         }
@@ -380,6 +466,9 @@ mod tests {
             ("Silikonöl", "AK10", "liquid", false),
             ("film thickness in um", "287", "film_um", false),
             ("e", "0.7", "restitution", false),
+            ("e", "86.3", "restitution_percent", true),
+            ("e [%]", "86.3", "restitution_percent", false),
+            ("v_in", "1.2", "impact_speed_m_s", true),
             ("Kugel", "PTFE", "particle", false),
             ("Flüssigkeit", "AK10", "liquid", false),
             ("Fallhöhe (cm)", "10", "drop_height_cm", false),
@@ -404,7 +493,9 @@ mod tests {
             ("film", "0.015"),
             ("sphere radius", "2.4"),
             ("sphere comment", "bad"),
-            ("e", "37"),
+            ("e", "3"),
+            ("Drop Height (in)", "10"),
+            ("Drop Height in", "10"),
             ("", "1"),
             ("v", "150"),
             ("Fallhöhe", "150"),

@@ -5,6 +5,8 @@
 //! where slabs lie; and once for what stands for the runs of each slab (`condense.rs`): of a block of rows first, then of
 //! several such together, in a tree over the blocks' places. So it does not matter which process reads which piece.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -15,7 +17,7 @@ use super::pieces::{sha256_of, Piece, Pieces};
 use super::series::{ClassCells, DryGroup, Runs, Series};
 use super::slabs::Slabs;
 use super::stated_errors::check_stated_errors;
-use super::table::{read, Joined, Table};
+use super::table::{read, AllTables, Joined, Table};
 use crate::error::Error;
 use crate::notice::{Level, Notice};
 use crate::physics::numbers::same_diameter;
@@ -56,15 +58,18 @@ struct Outline {
 /// share the pieces of such tables, and all have the same table then.
 pub fn read_any_number(scene: &Scene, most_kept: usize, ranks: &Ranks) -> Result<Table, Error> {
     let pieces = Pieces::of(scene).filter(|pieces| pieces.rows > most_kept && !scene.model.needs_every_run());
-    let few = pieces.map(|pieces| read_few(scene, &pieces, ranks)).transpose()?;
+    let few = pieces
+        .map(|pieces| read_few(scene, &pieces, most_kept, ranks))
+        .transpose()?;
     match few.flatten() {
         Some(table) => Ok(table),
         None => read(scene),
     }
 }
 
-/// `None` where every run is to be kept.
-fn read_few(scene: &Scene, pieces: &Pieces, ranks: &Ranks) -> Result<Option<Table>, Error> {
+/// `None` where every run is to be kept: also where the tables, which are only estimated before, turn out to have no more
+/// than `most_kept` rows.
+fn read_few(scene: &Scene, pieces: &Pieces, most_kept: usize, ranks: &Ranks) -> Result<Option<Table>, Error> {
     let share = MOST_SAMPLED as f64 / pieces.rows as f64;
     let tables = &scene.data.runs;
     let own_pieces = ranks.own(pieces.all.len() as u64);
@@ -85,6 +90,9 @@ fn read_few(scene: &Scene, pieces: &Pieces, ranks: &Ranks) -> Result<Option<Tabl
     {
         return Ok(None);
     }
+    if outlines.iter().map(|outline| outline.collected.rows).sum::<usize>() <= most_kept {
+        return Ok(None);
+    }
     let mut cells = ClassCells::default();
     let mut of_files: Vec<Collected> = tables.iter().map(|_| Collected::default()).collect();
     for (piece, outline) in pieces.all.iter().zip(outlines) {
@@ -93,12 +101,19 @@ fn read_few(scene: &Scene, pieces: &Pieces, ranks: &Ranks) -> Result<Option<Tabl
     }
     let mut joined = Joined::default();
     for ((table, collected), hash) in tables.iter().zip(of_files).zip(hashes) {
-        joined.add((collected, hash), &table.path)?;
+        joined.add((collected, hash), table)?;
     }
     let compared = std::mem::take(&mut joined.compared);
-    let (collected, mut notices, sha256) = joined.finish();
+    let AllTables {
+        collected,
+        places,
+        sheets,
+        mut notices,
+        sha256,
+    } = joined.finish();
     let (rows, screened) = (collected.runs(), collected.screened());
-    let sample = arrange_part(collected.columns, &cells, scene);
+    let mut sample = arrange_part(collected.columns, &cells, scene);
+    sample.places = Arc::new(places);
     let slabs = Slabs::of(&sample, scene.data.smallest_restitution);
     let condensing = Condensing {
         scene,
@@ -106,7 +121,10 @@ fn read_few(scene: &Scene, pieces: &Pieces, ranks: &Ranks) -> Result<Option<Tabl
         slabs: &slabs,
     };
     let columns = condensing.all(pieces, ranks)?;
+    // the hash was taken beside the first reading
+    pieces.check_unchanged(scene)?;
     let mut runs = arrange_part(columns, &cells, scene);
+    runs.places = Arc::clone(&sample.places);
     runs.film_groups.iter_mut().for_each(|group| group.measure_by(&sample));
     check_stated_errors(scene, &runs)?;
     let sample = runs.alike(&sample);
@@ -115,6 +133,7 @@ fn read_few(scene: &Scene, pieces: &Pieces, ranks: &Ranks) -> Result<Option<Tabl
     Ok(Some(Table {
         runs,
         rows,
+        sheets,
         screened,
         compared,
         notices,
@@ -156,11 +175,14 @@ fn few_at_once<T: Send>(pieces: &[u64], of_piece: impl Fn(u64) -> Result<T, Erro
 fn outline(scene: &Scene, pieces: &Pieces, piece: u64, share: f64) -> Result<Outline, Error> {
     let mut outline = Outline::default();
     let mut sample = RunsAsRead::default();
+    let mut before = 0u64;
     let mut take = |block: RunsAsRead| {
         outline.is_whole |= !block.errors.is_empty();
         outline.cells = std::mem::take(&mut outline.cells).with(ClassCells::of(&block, scene));
-        let is_sampled = |run: &usize| even(piece, block.row[*run]) < share;
-        sample.extend_by(&block, (0..block.row.len()).filter(is_sampled));
+        let runs = block.restitution.len();
+        let is_sampled = |run: &usize| even(piece, before + *run as u64) < share;
+        sample.extend_by(&block, (0..runs).filter(is_sampled));
+        before += runs as u64;
     };
     let read = pieces.all[piece as usize].read(scene, &mut take)?;
     match read {
@@ -173,11 +195,12 @@ fn outline(scene: &Scene, pieces: &Pieces, piece: u64, share: f64) -> Result<Out
     Ok(outline)
 }
 
-/// A number between 0 and 1 for a row of a piece, evenly spread and in step with no design.
+/// A number between 0 and 1 for a run of a piece, evenly spread and in step with no design. Row numbers would not do: they
+/// end at `u32::MAX`, beyond which all runs would be sampled alike.
 ///
 /// Source: the finalizer of SplitMix64, Steele, Lea & Flood 2014, doi:10.1145/2660193.2660195.
-fn even(piece: u64, row: u32) -> f64 {
-    let mut x = (piece << 32 | u64::from(row)).wrapping_add(0x9e37_79b9_7f4a_7c15);
+fn even(piece: u64, run: u64) -> f64 {
+    let mut x = (piece << 40 | run).wrapping_add(0x9e37_79b9_7f4a_7c15);
     x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     (x ^ (x >> 31)) as f64 / u64::MAX as f64
@@ -314,6 +337,7 @@ impl Runs {
     fn alike(&self, some: &Runs) -> Runs {
         let mut alike = Runs {
             spheres: self.spheres.clone(),
+            places: Arc::clone(&self.places),
             film_groups: self.film_groups.clone(),
             ..Runs::default()
         };
@@ -377,6 +401,13 @@ mod tests {
 
     use super::*;
     use crate::scene;
+
+    #[test]
+    fn a_run_beyond_the_last_row_number_is_sampled_like_any_other() {
+        let first = 1u64 << 33;
+        let sampled = (first..first + 10_000).filter(|run| even(3, *run) < 0.1).count();
+        assert!((900..1100).contains(&sampled), "{sampled}");
+    }
 
     #[test]
     fn what_stands_for_rebounds_near_the_limit_does_not_stick() {

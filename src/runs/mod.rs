@@ -6,8 +6,9 @@
 //! | `averaged.rs` | reads a row that is the mean of several runs as those runs |
 //! | `told_twice.rs` | compares columns that tell the same thing of a run |
 //! | `labels.rs` | knows the words that mark a row as the mean, total or spread of others |
+//! | `places.rs` | says where a row stands as a person sees it |
 //! | `row.rs` | checks one run and says which cell is wrong |
-//! | `written_units.rs` | reads the units that names of columns have |
+//! | `written_units.rs` | reads the units that headers state |
 //! | `columns.rs` | matches a table's header with the columns runs can have |
 //! | `screen.rs` | says why a checked run is left out |
 //! | `damaged.rs` | catches a library's panic over a damaged file, and passes our own on |
@@ -25,6 +26,7 @@
 //! | `new_run.rs` | holds one run to be written |
 //! | `parquet.rs` | reads and writes Parquet with polars; with `parquet_footer.rs` and `parquet_parts.rs` the only file that names it |
 //! | `workbook.rs` | reads a sheet of a spreadsheet with calamine; the only file that names it |
+//! | `hidden_rows.rs` | finds the rows of a sheet that its workbook hides |
 //! | `source.rs` | opens a table, and reads no more of it than a format may have |
 //! | `cells.rs` | reads a table whose columns are not those of runs |
 //! | `header.rs` | matches the header of such a table with the columns it may have |
@@ -62,6 +64,7 @@ mod fields;
 mod film_groups;
 mod guess;
 mod header;
+mod hidden_rows;
 mod impacts;
 mod labels;
 mod many;
@@ -71,6 +74,7 @@ mod parquet_footer;
 mod parquet_parts;
 mod part;
 mod pieces;
+mod places;
 mod records;
 mod refusals;
 mod row;
@@ -101,6 +105,7 @@ pub(crate) use header::{column, find, Column, FoundColumns};
 pub use impacts::{by_film, Conditions};
 pub use many::{read_any_number, MOST_KEPT};
 pub use new_run::NewRun;
+pub use places::RowPlaces;
 pub(crate) use row::LARGEST_RESTITUTION;
 pub use series::{DryGroup, Impacts, Runs, Series};
 pub use settings::{read_settings, AskedSetting};
@@ -110,13 +115,16 @@ pub use told_twice::ComparedColumns;
 pub use true_speeds::{SharedSpeed, TrueSpeed, TrueSpeeds, GAP, MOST_SETTINGS};
 pub use write::{free_place, EncodedRuns, Existing, RunWriter, TableFormat, TableParts, WholeTable};
 
+use std::path::Path;
+
 use collect::RunsAsRead;
 use refusals::whole_file;
 use source::{TableSource, READ};
-use table::sheet;
+use survey::Survey;
+use workbook::Workbook;
 
-use crate::error::{Error, Problem};
-use crate::scene::{Naming, Scene, TableFile};
+use crate::error::{quoted, Error, Problem};
+use crate::scene::{HiddenRows, Naming, Scene, TableFile};
 
 /// Puts simulated runs in order, as [`read`] does those of a file.
 pub fn arrange(scene: &Scene, new: &[NewRun]) -> Runs {
@@ -149,22 +157,123 @@ pub fn draft_scene(file: &TableFile, runs: &str) -> Result<Draft, Error> {
     let survey = if file.ends_with(".parquet") {
         parquet::survey_parquet(&source.parquet(path)?).map_err(refused)?
     } else if file.ends_with(TableFile::WORKBOOK) {
-        workbook::survey_sheet(sheet(&source.workbook(path)?, file)?)
+        survey_workbook(&source.workbook(path)?, file.sheet.as_deref()).map_err(refused)?
     } else {
         source.check_text(path)?;
-        let fail = |error: std::io::Error| Error::io(path, READ, error);
-        let separator = csv::separator(source.reader().map_err(fail)?, &Naming::default()).map_err(fail)?;
-        let table = csv::Csv::new(source.reader().map_err(fail)?, windows::WINDOW, separator);
-        table.survey().map_err(refused)?
+        survey_text(&mut source, path)?
     };
     if survey.rows == 0 {
         return Err(refused(vec![whole_file("no runs below the header", "one row a run")]));
     }
-    if survey.columns.iter().filter(|column| !column.name.is_empty()).count() < 2 {
-        let expected = "the names of columns, a comma, a semicolon or a tab between each two, and no title above them";
-        return Err(refused(vec![whole_file("the first row names no columns", expected)]));
+    if !survey.is_table() {
+        let expected = match file.ends_with(TableFile::WORKBOOK) {
+            true => "a row with a name in each column, and numbers below it",
+            false => {
+                "a line with the names of columns, a comma, a semicolon or a tab between each two, and numbers below it"
+            }
+        };
+        return Err(refused(vec![whole_file("no row names the columns", expected)]));
     }
     Ok(draft::draft(&survey, runs))
+}
+
+/// Surveys a CSV, whose names may stand below titles.
+fn survey_text(source: &mut TableSource, path: &Path) -> Result<Survey, Error> {
+    let fail = |error: std::io::Error| Error::io(path, READ, error);
+    let refused = |problems: Vec<Problem>| Error::input(path, problems);
+    let plain = Naming::default();
+    let mut first = vec![];
+    for separator in [b',', b';', b'\t'] {
+        let table = csv::Csv::new(source.reader().map_err(fail)?, windows::WINDOW, separator);
+        let rows = table.first_rows(survey::ROWS_OF_HEADER).map_err(refused)?;
+        first.push((survey::row_of_names(&rows), separator, rows));
+    }
+    // the separator that parts the line of names most
+    let usual = csv::separator(source.reader().map_err(fail)?, &plain).map_err(fail)?;
+    let width = |(row, separator, rows): &(Option<u64>, u8, Vec<(u64, Vec<String>)>)| {
+        let names = rows.iter().find(|(line, _)| Some(*line) == *row);
+        (names.map_or(0, |(_, cells)| cells.len()), *separator == usual)
+    };
+    let best = first.into_iter().filter(|(row, ..)| row.is_some()).max_by_key(width);
+    let (row, separator, rows) = best.unwrap_or((None, usual, vec![]));
+    let table = csv::Csv::new(source.reader().map_err(fail)?, windows::WINDOW, separator);
+    let mut survey = table.survey(row).map_err(refused)?;
+    survey.take_titles(rows);
+    Ok(survey)
+}
+
+/// Surveys the sheet of a workbook that is named, else those that are not hidden and have the columns of the first that looks
+/// like a table.
+fn survey_workbook(bytes: &[u8], named: Option<&str>) -> Result<Survey, Vec<Problem>> {
+    let mut book = Workbook::open(bytes)?;
+    let all = book.sheets();
+    let visible = all
+        .iter()
+        .filter(|(_, is_hidden)| !is_hidden)
+        .map(|(name, _)| name.as_str());
+    let wanted: Vec<Option<&str>> = match named {
+        None if all.iter().any(|(_, is_hidden)| !is_hidden) => visible.map(Some).collect(),
+        _ => vec![named],
+    };
+    let only = wanted.len() == 1;
+    let mut found: Option<(columns::Header, Survey)> = None;
+    let mut left = vec![];
+    for name in wanted {
+        let mut sheet = book.sheet(name)?;
+        let first = sheet.peek(survey::ROWS_OF_HEADER)?;
+        let naming = Naming {
+            header_row: survey::row_of_names(&first),
+            hidden_rows: Some(HiddenRows::Leave),
+            ..Naming::default()
+        };
+        let header = match sheet.header(&naming) {
+            Err(problems) if only => return Err(problems),
+            // an empty sheet
+            Err(_) => continue,
+            Ok(header) => header,
+        };
+        let is_alike = |known: &columns::Header| {
+            (&known.names, &known.units, known.line) == (&header.names, &header.units, header.line)
+        };
+        let width = header.names.len();
+        let survey = match &mut found {
+            Some((known, survey)) if is_alike(known) => survey,
+            Some((_, survey)) if survey.is_table() && survey.rows > 0 => {
+                left.push(sheet.name().to_owned());
+                continue;
+            }
+            // what came before is a cover
+            cover => {
+                left.extend(cover.take().and_then(|(known, _)| known.sheet));
+                let mut survey = Survey::new(columns::Header {
+                    names: header.names.clone(),
+                    units: header.units.clone(),
+                    line: header.line,
+                    sheet: None,
+                });
+                survey.take_titles(first);
+                &mut cover.insert((header, survey)).1
+            }
+        };
+        survey.sheets.push(sheet.name().to_owned());
+        while let Some(row) = sheet.next_row()? {
+            survey.add(row.texts(width).iter().map(Option::as_deref));
+        }
+        survey.hidden_rows += sheet.hidden();
+    }
+    let Some((_, mut survey)) = found else {
+        return Err(vec![whole_file("every sheet is empty", "a sheet with one row a run")]);
+    };
+    if named.is_some() || all.len() == 1 {
+        survey.sheets.clear();
+    } else {
+        let hidden = all.iter().filter(|(_, is_hidden)| *is_hidden);
+        survey.sheets_left = left.iter().map(|name| quoted(name)).collect();
+        survey
+            .sheets_left
+            .extend(hidden.map(|(name, _)| format!("{} (hidden)", quoted(name))));
+    }
+    Ok(survey)
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use std::io::{Cursor, Write};
 use polars::prelude::*;
 
 use super::collect::{too_many_rows, Collected, Gathering};
-use super::columns::{ColumnPlace, TableLayout};
+use super::columns::{ColumnPlace, Header, TableLayout};
 use super::csv::too_many_columns;
 use super::decimals::Decimals;
 use super::new_run::NewRun;
@@ -44,7 +44,10 @@ pub(super) fn survey_parquet(bytes: &[u8]) -> Result<Survey, Vec<Problem>> {
     };
     let known: Vec<String> = header.iter().filter(is_known).cloned().collect();
     polars(|| parquet_footer::check_counts(bytes, &known))?;
-    let mut survey = Survey::new(header);
+    let mut survey = Survey::new(Header {
+        names: header,
+        ..Header::default()
+    });
     survey.rows = polars(|| ParquetReader::new(Cursor::new(bytes)).num_rows())?;
     let to_read = if known.is_empty() { 0 } else { survey.rows };
     for first in (0..to_read).step_by(ROWS_AT_ONCE) {
@@ -77,11 +80,19 @@ pub(super) fn parts(
 ) -> Result<Option<ParquetParts>, Vec<Problem>> {
     let footer = polars(|| Ok(parquet_footer::footer(file, length)?))?;
     let (schema, header) = schema_of(&footer)?;
-    let layout = TableLayout::new(&header, None, naming)?;
+    let layout = layout(header, naming)?;
     let is_in_parts = !has_number_texts(&schema, &layout);
     Ok(is_in_parts
         .then(|| ParquetParts::of(&footer, length, rows, names(&layout)))
         .flatten())
+}
+
+fn layout(names: Vec<String>, naming: &Naming) -> Result<TableLayout<'_>, Vec<Problem>> {
+    let header = Header {
+        names,
+        ..Header::default()
+    };
+    TableLayout::new(&header, naming)
 }
 
 /// Whether a number is to be read from a text.
@@ -100,7 +111,7 @@ pub(super) fn read_parquet(
     gathering: &mut Gathering,
 ) -> Result<Collected, Refused> {
     let (schema, header) = schema_of(bytes)?;
-    let layout = TableLayout::new(&header, None, &scene.data.naming)?;
+    let layout = layout(header, &scene.data.naming)?;
     let wanted = wanted(&layout);
     let mut refusals = Refusals::new(&layout);
     for (column, place) in &wanted {
@@ -238,7 +249,7 @@ fn is_readable(given: &ArrowDataType, is_number: bool) -> bool {
     }
 }
 
-/// The columns in use; a free label is not.
+/// The columns in use; a label, which may be of any type, is not.
 fn wanted<'l>(layout: &'l TableLayout) -> Vec<(RunColumn, &'l ColumnPlace)> {
     RunColumn::ALL
         .into_iter()
@@ -325,6 +336,7 @@ fn collect_rows(
                 let number = number_at(chunks[chunk], row).and_then(|x| layout.read_number(*column, x));
                 raw.set(*column, number.map(|x| place.to_si(x)));
             }
+            collected.count(collected.rows as u64 + 1, None);
             if let Some(reason) = raw.exclude {
                 collected.exclude(reason);
                 continue;

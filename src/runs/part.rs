@@ -1,6 +1,7 @@
 //! Takes a part of the runs, in the order of the whole.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::film_groups::{mean, FilmGroup};
 use super::series::{DryGroup, Runs, Series};
@@ -12,6 +13,7 @@ impl Runs {
     pub fn with_films_below(&self, film_ratio: f64) -> Runs {
         let mut part = Runs {
             spheres: self.spheres.clone(),
+            places: Arc::clone(&self.places),
             ..Runs::default()
         };
         let thin = |run: usize| self.film[run] / self.diameter[run] < film_ratio;
@@ -48,6 +50,7 @@ impl Runs {
     pub fn with_rebounds(&self, keep: impl Fn(usize) -> bool) -> Runs {
         let mut part = Runs {
             spheres: self.spheres.clone(),
+            places: Arc::clone(&self.places),
             film_groups: self.film_groups.clone(),
             ..Runs::default()
         };
@@ -75,6 +78,7 @@ impl Runs {
     pub fn parts(&self) -> impl Iterator<Item = Runs> + '_ {
         let empty = || Runs {
             spheres: self.spheres.clone(),
+            places: Arc::clone(&self.places),
             ..Runs::default()
         };
         let dry = std::iter::once(&self.dry).filter(|groups| !groups.is_empty());
@@ -139,6 +143,7 @@ impl Runs {
             impact_speed,
             restitution,
             row,
+            places: _,
             errors,
             count,
             sample: _,

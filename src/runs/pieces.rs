@@ -1,5 +1,7 @@
 //! Divides tables into pieces that can be read each by itself.
 
+use std::time::SystemTime;
+
 use super::collect::{Collected, Gathering, RunsAsRead};
 use super::source::{TableSource, READ};
 use super::table::{read_workbook, refuse};
@@ -23,15 +25,29 @@ pub(super) struct Piece {
 /// The pieces of the tables of a scene, in their order.
 pub(super) struct Pieces {
     pub all: Vec<Piece>,
-    /// about how many rows they have together
+    /// about how many rows they have together, rather too many than too few: of a workbook, as many as a sheet can have
     pub rows: usize,
+    /// length of each file and when it was last written
+    states: Vec<Option<FileState>>,
+}
+
+/// Length of a file and when it was last written.
+type FileState = (u64, SystemTime);
+
+fn state(table: &TableFile) -> Option<FileState> {
+    let about = std::fs::metadata(&table.path).ok()?;
+    Some((about.len(), about.modified().ok()?))
 }
 
 impl Pieces {
     /// `None` of tables that are to be read whole: one is a pipe, has numbers as texts in Parquet, or cannot be read, which
     /// reading it will tell.
     pub fn of(scene: &Scene) -> Option<Pieces> {
-        let mut pieces = Pieces { all: vec![], rows: 0 };
+        let mut pieces = Pieces {
+            all: vec![],
+            rows: 0,
+            states: scene.data.runs.iter().map(state).collect(),
+        };
         for (file, table) in scene.data.runs.iter().enumerate() {
             let (parts, rows) = parts_with_rows(table, scene)?;
             pieces.rows += rows;
@@ -39,6 +55,20 @@ impl Pieces {
         }
         Some(pieces)
     }
+
+    /// Fails where a file is no longer what it was before it was read: readings of it may then differ.
+    pub fn check_unchanged(&self, scene: &Scene) -> Result<(), Error> {
+        let mut tables = scene.data.runs.iter().zip(&self.states);
+        match tables.find(|(table, before)| state(table) != **before) {
+            Some((table, _)) => Err(changed(table)),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Says that a table was written while it was read.
+fn changed(table: &TableFile) -> Error {
+    Error::io(&table.path, READ, std::io::Error::other("it changed while it was read"))
 }
 
 /// How many parts a table has, and how many rows, about but one at least.
@@ -109,8 +139,7 @@ impl Piece {
 
     /// What is wrong where it could be read once, and no more.
     pub fn changed(&self, scene: &Scene) -> Error {
-        let error = std::io::Error::other("it changed while it was read");
-        Error::io(&scene.data.runs[self.file].path, READ, error)
+        changed(&scene.data.runs[self.file])
     }
 }
 

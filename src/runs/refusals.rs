@@ -13,11 +13,19 @@ use crate::scene::RunColumn;
 pub(super) enum CellPlace {
     /// line of a text file, from 1
     Line(u64),
-    /// row of a Parquet file, from 1
+    /// row of a Parquet file or of a sheet, from 1
     Row(usize),
 }
 
 impl CellPlace {
+    /// The number of the line or row.
+    pub fn number(self) -> u64 {
+        match self {
+            CellPlace::Line(line) => line,
+            CellPlace::Row(row) => row as u64,
+        }
+    }
+
     /// As a sentence names it.
     pub fn words(self) -> String {
         match self {

@@ -8,11 +8,14 @@ use super::errors::{self, RunError};
 use super::told_twice::{speed_ratios, SpeedRatios};
 use crate::error::PROBLEMS_SHOWN;
 use crate::physics::numbers::{free_fall_speed, speed_at_stokes};
-use crate::scene::{name_expected, HeightsTo, RunColumn, Scene, DRY};
-use crate::units::{MAGNITUDES, MAGNITUDE_EXPECTED};
+use crate::scene::{name_expected, HeightsOf, HeightsTo, RunColumn, Scene, DRY};
+use crate::units::{millimetres, MAGNITUDES, MAGNITUDE_EXPECTED};
 
 /// Largest restitution that is kept, with a notice above one; larger ones cannot be a measurement of a rebound.
 pub(crate) const LARGEST_RESTITUTION: f64 = 1.1;
+
+/// A restitution above this may be one in per cent.
+const LEAST_OF_PERCENT: f64 = 5.0;
 
 /// Rebound speed over impact speed and a restitution given beside them must agree to this.
 const AGREEMENT: f64 = 0.002;
@@ -46,6 +49,8 @@ pub(super) struct RawRow<'a> {
     pub se: Option<f64>,
     /// why it is left out
     pub exclude: Option<&'a str>,
+    /// its label
+    pub run: Option<&'a str>,
 }
 
 impl<'a> RawRow<'a> {
@@ -55,6 +60,7 @@ impl<'a> RawRow<'a> {
             RunColumn::Particle => self.particle = word,
             RunColumn::Liquid => self.liquid = word,
             RunColumn::Exclude => self.exclude = word,
+            RunColumn::Run => self.run = word,
             _ => {}
         }
     }
@@ -272,16 +278,18 @@ pub(super) fn check_row(raw: &RawRow, checker: &mut RowChecker, problems: &mut V
             "expected a film ratio above 0 and up to 1",
         ));
     }
-    let heights_to = checker.scene.data.naming.heights_to;
+    let surface = Surface::of(checker.scene, film, diameter);
     let mut ratios = SpeedRatios::default();
     if raw.drop_height.is_some() || raw.stokes.is_some() || raw.rebound_height.is_some() {
         let of_stokes = StokesScale::of(checker.scene, particle, liquid, diameter);
-        ratios = film.map_or(ratios, |film| speed_ratios(raw, (film, heights_to), &of_stokes));
+        ratios = surface
+            .as_ref()
+            .map_or(ratios, |surface| speed_ratios(raw, surface, &of_stokes));
         if !has_speed {
-            impact_speed = derived_speed(raw, (film, heights_to), of_stokes, problems);
+            impact_speed = derived_speed(raw, surface.as_ref(), of_stokes, problems);
         }
     }
-    let rebound = rebound_speed(raw, film, heights_to, problems);
+    let rebound = rebound_speed(raw, surface.as_ref(), problems);
     let restitution = restitution(raw, impact_speed, rebound, problems);
     let mut row_mean_of = None;
     if raw.runs.is_some() || raw.sd_of_runs.is_some() || raw.se.is_some() {
@@ -363,26 +371,49 @@ impl StokesScale {
     }
 }
 
-/// How far a sphere falls from a height to where it meets the film; `None` where it lies within.
-pub(super) fn fall(height: f64, film: f64, heights_to: HeightsTo) -> Option<f64> {
-    let fall = match heights_to {
-        HeightsTo::Plate => height - film,
-        HeightsTo::Film => height,
-    };
-    (fall > 0.0).then_some(fall)
+/// Where a sphere meets the film, on the scale of the heights of a table.
+pub(super) struct Surface {
+    height: f64,
+}
+
+impl Surface {
+    /// `None` where film or diameter were refused and the heights depend on it.
+    fn of(scene: &Scene, film: Option<f64>, diameter: Option<f64>) -> Option<Surface> {
+        let of_film = match scene.data.naming.heights_to {
+            HeightsTo::Plate => film?,
+            HeightsTo::Film => 0.0,
+        };
+        let of_sphere = match scene.data.naming.heights_of {
+            HeightsOf::Lowest => 0.0,
+            HeightsOf::Centre => 0.5 * diameter?,
+        };
+        Some(Surface {
+            height: of_film + of_sphere,
+        })
+    }
+
+    /// How far a sphere falls from a height to the surface; `None` where it lies within.
+    pub fn fall(&self, height: f64) -> Option<f64> {
+        let fall = height - self.height;
+        (fall > 0.0).then_some(fall)
+    }
 }
 
 /// The impact speed of a run that has a drop height or a Stokes number in its place.
 fn derived_speed(
     raw: &RawRow,
-    (film, heights_to): (Option<f64>, HeightsTo),
+    surface: Option<&Surface>,
     of_stokes: StokesScale,
     problems: &mut Vec<BadCell>,
 ) -> Option<f64> {
     let (column, speed) = if raw.drop_height.is_some() {
         let height = positive(RunColumn::DropHeight, raw.drop_height, "a drop height", problems)?;
-        let Some(fall) = fall(height, film?, heights_to) else {
-            let expected = "expected a drop height above the surface of the film";
+        let surface = surface?;
+        let Some(fall) = surface.fall(height) else {
+            let expected = format!(
+                "expected a drop height above {:.4} mm, where the fall ends",
+                millimetres(surface.height)
+            );
             problems.push(bad_cell(RunColumn::DropHeight, expected));
             return None;
         };
@@ -404,12 +435,7 @@ fn derived_speed(
 
 /// The rebound speed and the column it stands in; that of a rebound height at the surface of the film, which a sphere that
 /// turned below it did not reach.
-fn rebound_speed(
-    raw: &RawRow,
-    film: Option<f64>,
-    heights_to: HeightsTo,
-    problems: &mut Vec<BadCell>,
-) -> Option<(RunColumn, f64)> {
+fn rebound_speed(raw: &RawRow, surface: Option<&Surface>, problems: &mut Vec<BadCell>) -> Option<(RunColumn, f64)> {
     if let Some(speed) = raw.rebound_speed {
         return Some((RunColumn::ReboundSpeed, speed));
     }
@@ -419,7 +445,7 @@ fn rebound_speed(
         problems.push(bad_cell(RunColumn::ReboundHeight, expected));
         return None;
     }
-    let speed = fall(height, film?, heights_to).map_or(0.0, free_fall_speed);
+    let speed = surface?.fall(height).map_or(0.0, free_fall_speed);
     Some((RunColumn::ReboundHeight, speed))
 }
 
@@ -432,8 +458,14 @@ fn restitution(
 ) -> Option<f64> {
     let in_range = |e: f64| (0.0..=LARGEST_RESTITUTION).contains(&e);
     let given = raw.restitution;
-    if given.is_some_and(|e| !in_range(e)) {
-        let expected = format!("expected a restitution from 0 to {LARGEST_RESTITUTION}");
+    if let Some(e) = given.filter(|e| !in_range(*e)) {
+        let is_percent = e > LEAST_OF_PERCENT && in_range(e / 100.0);
+        let hint = if is_percent {
+            "; per cent stand in a column `restitution_percent`"
+        } else {
+            ""
+        };
+        let expected = format!("expected a restitution from 0 to {LARGEST_RESTITUTION}{hint}");
         problems.push(bad_cell(RunColumn::Restitution, expected));
         return None;
     }
@@ -443,7 +475,8 @@ fn restitution(
             RunColumn::ReboundSpeed,
             RunColumn::ReboundHeight,
         ];
-        let refused = could_say.into_iter().any(|column| is_bad(column, problems));
+        // a height that says nothing was refused, or what it is counted from
+        let refused = raw.rebound_height.is_some() || could_say.into_iter().any(|column| is_bad(column, problems));
         if given.is_none() && !refused {
             problems.push(bad_cell(RunColumn::Restitution, REBOUND_EXPECTED));
         }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -10,6 +11,7 @@ use super::classes::{Cells, DiameterClasses};
 use super::collect::RunsAsRead;
 use super::errors::MeasurementErrors;
 use super::film_groups::{mean_by_count, rounded_film_ratio, FilmClasses, FilmGroup};
+use super::places::RowPlaces;
 use super::spheres::{diameter_in_mm, Sphere};
 use crate::scene::{DryKOf, Scene};
 
@@ -25,8 +27,10 @@ pub struct Runs {
     pub impact_speed: Vec<f64>,
     /// e of each run
     pub restitution: Vec<f64>,
-    /// row of the table each run stood in, from 1 below the header
+    /// row each run stood in, from 1, counted over all tables below their headers
     pub row: Vec<u32>,
+    /// where these rows stand in their files
+    pub places: Arc<RowPlaces>,
     /// what was measured errs by; `None` where no run carries an error above 0
     pub errors: Option<MeasurementErrors>,
     /// how many runs each stands for, which need not be whole; empty where that is itself

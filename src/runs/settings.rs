@@ -96,6 +96,14 @@ impl TakesRows for Rows {
         self.fields.header(names, line)
     }
 
+    fn width(&self) -> Option<usize> {
+        Some(self.fields.width())
+    }
+
+    fn refuse(&mut self, problem: Problem) {
+        self.fields.refuse(problem);
+    }
+
     fn row(&mut self, line: u64, cells: &[&str]) {
         let before = self.fields.problems();
         let setting = self.setting(line, cells);

@@ -2,14 +2,19 @@
 
 use std::collections::HashSet;
 
-use super::columns::present;
+use super::columns::{present, Header};
 use super::decimals::parse_number;
+use super::written_units::is_row_of_units;
 
 /// A column of a table of which nothing is known but its cells.
 #[derive(Debug, Clone, Default)]
 pub(super) struct SurveyedColumn {
     /// its name
     pub name: String,
+    /// what stands below it in a row of units, else nothing
+    pub unit: String,
+    /// cells that are not empty
+    pub filled: usize,
     /// the first different words in it, at most [`SurveyedColumn::MOST_WORDS`], in the order they come
     pub words: Vec<String>,
     known: HashSet<String>,
@@ -24,18 +29,46 @@ pub(super) struct SurveyedColumn {
 pub(super) struct Survey {
     pub columns: Vec<SurveyedColumn>,
     pub rows: usize,
+    /// the line or row of the names
+    pub header: Option<u64>,
+    /// whether rows stand above it
+    pub has_titles: bool,
+    /// what these say
+    pub titles: Vec<String>,
+    /// sheets of a workbook that were read, each with all columns; empty where the table has no others
+    pub sheets: Vec<String>,
+    /// sheets with other columns, and hidden ones
+    pub sheets_left: Vec<String>,
+    /// hidden rows, which are not surveyed
+    pub hidden_rows: usize,
 }
 
 impl Survey {
-    pub fn new(names: Vec<String>) -> Survey {
+    pub fn new(header: Header) -> Survey {
+        let mut units = header.units.into_iter();
         let column = |name| SurveyedColumn {
             name,
+            unit: units.next().unwrap_or_default(),
             ..SurveyedColumn::default()
         };
         Survey {
-            columns: names.into_iter().map(column).collect(),
-            rows: 0,
+            columns: header.names.into_iter().map(column).collect(),
+            header: header.line,
+            ..Survey::default()
         }
+    }
+
+    /// Whether its columns have names.
+    pub fn is_table(&self) -> bool {
+        self.columns.iter().filter(|column| !column.name.is_empty()).count() >= 2
+    }
+
+    /// Takes what stands above the names, of the first rows of the table.
+    pub fn take_titles(&mut self, first: Vec<(u64, Vec<String>)>) {
+        let above = first.into_iter().filter(|(row, _)| Some(*row) < self.header);
+        let titles = above.flat_map(|(_, cells)| cells);
+        self.titles = titles.filter(|cell| present(cell).is_some()).collect();
+        self.has_titles = !self.titles.is_empty();
     }
 
     /// Adds a row; cells that it lacks are missing, those beyond the header are not seen.
@@ -48,6 +81,23 @@ impl Survey {
     }
 }
 
+/// Rows among which the names of columns are looked for.
+pub(super) const ROWS_OF_HEADER: usize = 40;
+
+/// The row that names the columns, of the first rows of a table with their numbers: words alone, with numbers in the row
+/// below it or below its units. `None` where no row is like that.
+pub(super) fn row_of_names(rows: &[(u64, Vec<String>)]) -> Option<u64> {
+    let filled = |row: &[String]| row.iter().filter(|cell| present(cell).is_some()).count();
+    let numbers = |row: &[String]| row.iter().filter(|cell| parse_number(cell.trim()).is_ok()).count();
+    let is_of_names = |at: &usize| {
+        let below = rows.iter().skip(at + 1).map(|(_, row)| row);
+        let mut below = below.skip_while(|row| is_row_of_units(row.iter().map(String::as_str)));
+        let (_, names) = &rows[*at];
+        filled(names) >= 2 && numbers(names) == 0 && below.next().is_some_and(|row| numbers(row) >= 1)
+    };
+    (0..rows.len()).find(is_of_names).map(|at| rows[at].0)
+}
+
 impl SurveyedColumn {
     /// Names of particles or liquids that one table may well have.
     pub const MOST_WORDS: usize = 100;
@@ -57,6 +107,7 @@ impl SurveyedColumn {
         let Some(cell) = cell.and_then(present) else {
             return;
         };
+        self.filled += 1;
         if let Ok(number) = parse_number(cell) {
             self.largest = Some(self.largest.map_or(number.value, |most| most.max(number.value)));
         }
@@ -69,5 +120,25 @@ impl SurveyedColumn {
         }
         self.known.insert(cell.to_owned());
         self.words.push(cell.to_owned());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rows(text: &str) -> Vec<(u64, Vec<String>)> {
+        let cells = |line: &str| line.split(',').map(str::to_owned).collect();
+        (1..).zip(text.lines().map(cells)).collect()
+    }
+
+    #[test]
+    fn names_stand_above_numbers_whatever_stands_above_them() {
+        let table = "Drops,,\nTrial,,Impact\nNo.,ball,v\n,,[m/s]\n1,PTFE,0.5\n2,PTFE,0.7";
+        assert_eq!(row_of_names(&rows(table)), Some(3));
+        assert_eq!(row_of_names(&rows("ball,v\nPTFE,0.5\nPE,0.6")), Some(1));
+        // names of numbers are no names, and words below words are not measured
+        assert_eq!(row_of_names(&rows("1,2\n3,4")), None);
+        assert_eq!(row_of_names(&rows("a,b\nc,d")), None);
     }
 }

@@ -1,17 +1,19 @@
 //! Reads the tables of a scene, every run of them.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use super::averaged::MOST_AVERAGED;
-use super::collect::{columns_not_read, too_many_rows, Collected, Gathering, Screened};
+use super::collect::{columns_not_read, too_many_rows, Collected, Gathering, Screened, SheetRead, SHEETS_NOT_READ};
 use super::impacts;
+use super::places::RowPlaces;
 use super::refusals::{whole_file, Refused};
 use super::series::Runs;
 use super::source::{TableSource, READ};
 use super::stated_errors::check_stated_errors;
 use super::told_twice::ComparedColumns;
 use super::{csv, parquet, windows, workbook};
-use crate::error::{file_name, Error, Problem};
+use crate::error::{file_name, quoted, Error, Problem};
 use crate::notice::Notice;
 use crate::scene::{Scene, TableFile};
 use crate::seed::sha256;
@@ -23,6 +25,8 @@ pub struct Table {
     pub runs: Runs,
     /// rows of the file; a row that is a mean counts as the runs that it stands for
     pub rows: usize,
+    /// the sheets of workbooks that were read, as `book.xlsx#May`
+    pub sheets: Vec<String>,
     /// rows left out, by reason
     pub screened: Vec<Screened>,
     /// columns that tell the same thing
@@ -46,16 +50,24 @@ pub fn read(scene: &Scene) -> Result<Table, Error> {
         if let Some(problem) = too_many_rows(rows, scene) {
             return Err(Error::input(&file.path, vec![problem]));
         }
-        joined.add((table, sha256), &file.path)?;
+        joined.add((table, sha256), file)?;
     }
     let compared = std::mem::take(&mut joined.compared);
-    let (mut collected, mut notices, sha256) = joined.finish();
+    let AllTables {
+        mut collected,
+        places,
+        sheets,
+        mut notices,
+        sha256,
+    } = joined.finish();
     let (rows, screened) = (collected.runs(), collected.screened());
     notices.extend(collected.drop_own_film_ratios());
-    let runs = impacts::arrange(collected.columns, scene);
+    let mut runs = impacts::arrange(collected.columns, scene);
+    runs.places = Arc::new(places);
     check_stated_errors(scene, &runs)?;
     Ok(Table {
         rows,
+        sheets,
         screened,
         notices,
         compared,
@@ -69,6 +81,7 @@ impl Table {
     pub fn of(runs: Runs) -> Table {
         Table {
             rows: runs.len(),
+            sheets: vec![],
             runs,
             screened: vec![],
             compared: vec![],
@@ -106,6 +119,9 @@ fn read_table(file: &TableFile, scene: &Scene) -> Result<(Collected, String), Er
 pub(super) struct Joined<'p> {
     all: Collected,
     first: Option<&'p Path>,
+    places: RowPlaces,
+    /// what was read of each workbook, and whether the scene names its sheet
+    sheets: Vec<(&'p TableFile, SheetRead)>,
     notices: Vec<Notice>,
     /// the columns of each table that were not read
     unknown: Vec<(String, Vec<String>)>,
@@ -115,13 +131,33 @@ pub(super) struct Joined<'p> {
     hashes: Vec<String>,
 }
 
+/// The runs of all tables, with what is to be said of them.
+pub(super) struct AllTables {
+    pub collected: Collected,
+    pub places: RowPlaces,
+    /// the sheets that were read
+    pub sheets: Vec<String>,
+    pub notices: Vec<Notice>,
+    /// SHA-256 of the file or, of several, that of their SHA-256, a line each
+    pub sha256: String,
+}
+
 impl<'p> Joined<'p> {
     /// Adds a table; only one is held beside those before it.
-    pub fn add(&mut self, (table, sha256): (Collected, String), path: &'p Path) -> Result<(), Error> {
+    pub fn add(&mut self, (mut table, sha256): (Collected, String), file: &'p TableFile) -> Result<(), Error> {
+        let path = file.path.as_path();
+        let notices = [table.hidden_rows(path), table.unheeded_columns(path)];
         self.unknown.push((file_name(path), table.unknown_columns().to_vec()));
-        self.notices.extend(table.unheeded_columns(path));
         self.compared.extend(table.compared_columns());
+        self.notices.extend(notices.into_iter().flatten());
         self.hashes.push(sha256);
+        let sheet = table.sheet.take();
+        let sheet_name = sheet.as_ref().map(|sheet| sheet.name.as_str());
+        let is_text = sheet.is_none() && !file.ends_with(".parquet");
+        let lines = std::mem::take(&mut table.lines);
+        self.places
+            .add(self.all.rows, (file_name(path).as_str(), sheet_name), is_text, lines);
+        self.sheets.extend(sheet.map(|sheet| (file, sheet)));
         let Some(first) = self.first else {
             (self.first, self.all) = (Some(path), table);
             return check_averaged(&self.all, path);
@@ -148,12 +184,14 @@ impl<'p> Joined<'p> {
         check_averaged(&self.all, path)
     }
 
-    /// The runs, what is to be said of them, and the SHA-256 of the file or, of several, that of their SHA-256, a line each.
-    pub fn finish(mut self) -> (Collected, Vec<Notice>, String) {
-        self.notices.extend(self.all.labelled_rows());
-        self.notices.extend(self.all.averaged_rows());
-        self.notices.extend(self.all.above_one());
-        self.notices.extend(columns_not_read(&self.unknown));
+    /// The runs, and what is to be said of them.
+    pub fn finish(mut self) -> AllTables {
+        let mut notices: Vec<Notice> = self.sheets_not_read().collect();
+        notices.append(&mut self.notices);
+        notices.extend(self.all.labelled_rows());
+        notices.extend(self.all.averaged_rows());
+        notices.extend(self.all.above_one());
+        notices.extend(columns_not_read(&self.unknown));
         let sha256 = match self.hashes.as_slice() {
             [only] => only.clone(),
             several => {
@@ -161,7 +199,57 @@ impl<'p> Joined<'p> {
                 crate::seed::sha256(lines.as_bytes())
             }
         };
-        (self.all, self.notices, sha256)
+        let shown = |(file, sheet): &(&TableFile, SheetRead)| format!("{}#{}", file_name(&file.path), sheet.name);
+        AllTables {
+            sheets: self.sheets.iter().map(shown).collect(),
+            collected: self.all,
+            places: self.places,
+            notices,
+            sha256,
+        }
+    }
+
+    /// Says of a workbook whose sheet the scene does not name which one was read and which were not, and of a hidden sheet
+    /// that it was read.
+    fn sheets_not_read(&self) -> impl Iterator<Item = Notice> + '_ {
+        self.sheets.iter().filter_map(|(file, sheet)| {
+            let book = file_name(&file.path);
+            let read = quoted(&sheet.name);
+            if sheet.is_hidden {
+                let text = format!("{book}: sheet {read} is hidden; it is read since the scene names it");
+                let next = "nothing, if its runs are meant";
+                return Some(Notice::new(SHEETS_NOT_READ, 1, text, next));
+            }
+            let is_read = |name: &str| {
+                let mut read = self.sheets.iter();
+                read.any(|(other, own)| other.path == file.path && own.name == name)
+            };
+            let not_read = |hidden: bool| -> Vec<String> {
+                let others = sheet.others.iter();
+                let others = others.filter(|(name, is_hidden)| *is_hidden == hidden && !is_read(name));
+                others.map(|(name, _)| quoted(name)).collect()
+            };
+            let (visible, hidden) = (not_read(false), not_read(true));
+            if file.sheet.is_some() || visible.is_empty() && hidden.is_empty() {
+                return None;
+            }
+            let mut text = format!("{book}: sheet {read} is read");
+            if !visible.is_empty() {
+                text.push_str(&format!(", not {}", visible.join(", ")));
+            }
+            if !hidden.is_empty() {
+                text.push_str(&format!(", nor the hidden {}", hidden.join(", ")));
+            }
+            Some(Notice::new(
+                SHEETS_NOT_READ,
+                visible.len() + hidden.len(),
+                text,
+                format!(
+                    "name the sheets that hold runs, as `runs = [\"{book}#{}\", …]`",
+                    sheet.name
+                ),
+            ))
+        })
     }
 }
 
@@ -202,15 +290,15 @@ pub(super) fn read_workbook(
     scene: &Scene,
 ) -> Result<(Collected, String), Error> {
     let bytes = source.workbook(&file.path)?;
-    let sheet = sheet(&bytes, file)?;
-    let shown = file.of_sheet(&sheet.name).shown();
-    let (collected, sha256) = rayon::join(|| workbook::read_sheet(sheet, scene), || sha256(&bytes));
-    Ok((collected.map_err(|refused| refuse(&shown, refused))?, sha256))
-}
-
-pub(super) fn sheet(bytes: &[u8], file: &TableFile) -> Result<workbook::Sheet, Error> {
-    let sheet = workbook::Sheet::read(bytes, file.sheet.as_deref());
-    sheet.map_err(|problems| Error::input(&file.shown(), problems))
+    let read = || {
+        let mut book = workbook::Workbook::open(&bytes).map_err(|problems| refuse(&file.shown(), problems.into()))?;
+        let sheet = book.sheet(file.sheet.as_deref());
+        let sheet = sheet.map_err(|problems| refuse(&file.shown(), problems.into()))?;
+        let shown = file.of_sheet(sheet.name()).shown();
+        workbook::read_sheet(sheet, scene).map_err(|refused| refuse(&shown, refused))
+    };
+    let (collected, sha256) = rayon::join(read, || sha256(&bytes));
+    Ok((collected?, sha256))
 }
 
 pub(super) fn refuse(path: &Path, refused: Refused) -> Error {

@@ -305,7 +305,9 @@ fn a_parquet_file_in_parts_holds_what_the_whole_does() {
 
 /// The runs of a workbook's first sheet.
 fn first_sheet(bytes: &[u8], scene: &Scene) -> Result<Collected, Refused> {
-    workbook::read_sheet(workbook::Sheet::read(bytes, None)?, scene)
+    let mut book = Workbook::open(bytes)?;
+    let sheet = book.sheet(None)?;
+    workbook::read_sheet(sheet, scene)
 }
 
 #[test]
@@ -393,6 +395,19 @@ fn a_cell_far_out_is_refused_and_fills_no_memory() {
     let good = format!("{}{}{}", row(2, &header), run(4), run(1_048_576));
     let collected = read(&good).unwrap_or_else(|refused| panic!("{refused:?}"));
     assert_eq!((collected.rows, collected.columns.restitution), (2, vec![0.8, 0.8]));
+    // a row holds what is there, and not what might be beside it
+    let far = |at: usize| row(at, &[number(&format!("A{at}"), "7"), number(&format!("EZZ{at}"), "7")]);
+    let far = format!("{}{}", row(2, &header), (3..2000).map(far).collect::<String>());
+    let bytes = workbook_of(&far);
+    let mut book = Workbook::open(&bytes).expect("a workbook");
+    let mut sheet = book.sheet(None).expect("a sheet");
+    sheet.header(&scene.data.naming).expect("a header");
+    let mut rows = 0;
+    while let Some(row) = sheet.next_row().expect("rows") {
+        assert_eq!(row.cells.len(), 2);
+        rows += 1;
+    }
+    assert_eq!(rows, 1997);
     let wide = format!("{good}{}", row(1_048_576, &[number("XFD1048576", "7")]));
     let refused = read(&wide).expect_err("too many columns");
     assert!(refused.problems[0].expected.contains("16384 columns"), "{refused:?}");

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::row::{fall, RawRow, StokesScale};
+use super::row::{RawRow, StokesScale, Surface};
 use crate::physics::numbers::free_fall_speed;
-use crate::scene::{HeightsTo, RunColumn};
+use crate::scene::RunColumn;
 
 /// Columns of which the first is read only where the second has nothing.
 pub(super) const TOLD_TWICE: [[RunColumn; 2]; 4] = [
@@ -26,8 +26,8 @@ const APART: f64 = 0.1;
 const NAMED: usize = 5;
 
 /// Those of a run.
-pub(super) fn speed_ratios(raw: &RawRow, (film, heights_to): (f64, HeightsTo), of_stokes: &StokesScale) -> SpeedRatios {
-    let by_height = |height: Option<f64>| Some(free_fall_speed(fall(height?, film, heights_to)?));
+pub(super) fn speed_ratios(raw: &RawRow, surface: &Surface, of_stokes: &StokesScale) -> SpeedRatios {
+    let by_height = |height: Option<f64>| Some(free_fall_speed(surface.fall(height?)?));
     let by_stokes = match of_stokes {
         StokesScale::Known(scale) => raw.stokes.map(|stokes| stokes * scale),
         _ => None,

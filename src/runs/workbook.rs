@@ -1,25 +1,25 @@
 //! Reads a sheet of a spreadsheet with calamine. The only file that names it.
 
+use std::collections::{BTreeSet, VecDeque};
 use std::io::Cursor;
 
-use calamine::{DataRef, Reader, Xlsx};
+use calamine::{DataRef, Reader, SheetType, SheetVisible, Xlsx, XlsxCellReader};
 use zip::result::ZipError;
 
 use super::checked_rows::{Cell, CheckedRows, Holds};
-use super::collect::Collected;
-use super::columns::TableLayout;
+use super::collect::{rows_in_words, Collected, SheetRead};
+use super::columns::{Header, TableLayout};
 use super::csv::too_many_columns;
+use super::hidden_rows::hidden_rows;
 use super::refusals::{readable, whole_file, CellPlace, Refused};
-use super::survey::Survey;
+use super::written_units::is_row_of_units;
 use crate::error::{quoted, Problem};
 use crate::files::{MOST_COLUMNS, MOST_UNPACKED};
-use crate::scene::{closest, Scene};
+use crate::scene::{closest, HiddenRows, Naming, Scene};
 
 /// What a cell holds.
-#[derive(Debug, Default, Clone, PartialEq)]
-enum Held {
-    #[default]
-    Nothing,
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Held {
     Number(f64),
     Text(String),
     /// what is neither, as a spreadsheet shows it, and what is amiss
@@ -27,81 +27,284 @@ enum Held {
 }
 
 /// A row that is not empty.
-struct SheetRow {
+pub(super) struct SheetRow {
     /// from 1, as a spreadsheet counts
-    number: usize,
-    cells: Vec<Held>,
+    pub number: u64,
+    /// those that are not empty with their columns, ascending: one far out costs no more than one beside the others
+    pub(super) cells: Vec<(usize, Held)>,
 }
 
-/// Reads the runs of a sheet. Fails with every bad cell named by row and column.
-pub(super) fn read_sheet(sheet: Sheet, scene: &Scene) -> Result<Collected, Refused> {
-    let Sheet {
-        header, names, rows, ..
-    } = sheet;
-    let layout = TableLayout::new(&names, Some(header as u64), &scene.data.naming)?;
+impl SheetRow {
+    /// The text of the cells of so many columns.
+    pub fn texts(&self, width: usize) -> Vec<Option<String>> {
+        let mut texts = vec![None; width];
+        for (column, held) in self.cells.iter().take_while(|(column, _)| *column < width) {
+            texts[*column] = Some(held.text());
+        }
+        texts
+    }
+
+    /// The same without blanks around them; nothing of an empty cell.
+    fn trimmed(&self, width: usize) -> Vec<String> {
+        let texts = self.texts(width).into_iter();
+        texts
+            .map(|text| text.map_or_else(String::new, |text| text.trim().to_owned()))
+            .collect()
+    }
+
+    /// The last column that holds something, where it lies beyond so many.
+    pub fn column_beyond(&self, width: usize) -> Option<usize> {
+        let (column, _) = self.cells.last()?;
+        Some(*column).filter(|column| *column >= width)
+    }
+
+    /// Columns up to the last that holds something.
+    pub fn width(&self) -> usize {
+        self.cells.last().map_or(0, |(column, _)| column + 1)
+    }
+
+    fn held(&self, column: usize) -> Option<&Held> {
+        let at = self.cells.binary_search_by_key(&column, |(column, _)| *column).ok()?;
+        Some(&self.cells[at].1)
+    }
+
+    fn set(&mut self, column: usize, held: Held) {
+        match self.cells.binary_search_by_key(&column, |(column, _)| *column) {
+            Ok(at) => self.cells[at].1 = held,
+            Err(at) => self.cells.insert(at, (column, held)),
+        }
+    }
+}
+
+/// Reads the runs of a sheet. Fails with every bad cell named by row and column, and where it hides rows and the scene does
+/// not say what is meant by that.
+pub(super) fn read_sheet(mut sheet: Sheet, scene: &Scene) -> Result<Collected, Refused> {
+    let header = sheet.header(&scene.data.naming)?;
+    let layout = TableLayout::new(&header, &scene.data.naming)?;
     let mut checked = CheckedRows::new(&layout, scene);
-    for SheetRow { number, cells } in rows {
-        let texts: Vec<Option<String>> = cells.iter().map(Held::text).collect();
+    let mut unnamed = BTreeSet::new();
+    while let Some(row) = sheet.next_row()? {
+        let own = row.cells.iter().map(|(column, _)| *column);
+        unnamed.extend(own.skip_while(|column| *column < layout.width));
+        let texts = row.texts(layout.width);
+        if texts.iter().all(Option::is_none) {
+            // a note beside the table
+            continue;
+        }
         let in_order = texts.iter().map(|text| text.as_deref().unwrap_or_default());
-        checked.add(CellPlace::Row(number), in_order, |place| {
+        checked.add(CellPlace::Row(row.number as usize), in_order, |place| {
             let text = texts.get(place.index)?.as_deref()?;
-            let holds = match &cells[place.index] {
+            let holds = match row.held(place.index)? {
                 Held::Number(value) => Holds::Number(*value),
                 Held::Other(_, why) => Holds::Neither(why),
-                Held::Nothing | Held::Text(_) => Holds::Text,
+                Held::Text(_) => Holds::Text,
             };
             Some(Cell { text, holds })
         });
     }
+    if let Err(problems) = sheet.refuse_hidden_rows() {
+        problems.into_iter().for_each(|problem| checked.refuse(problem));
+    }
+    checked.of_sheet(sheet.read, unnamed);
     checked.finish()
 }
 
-/// Reads a sheet for what stands in its columns.
-pub(super) fn survey_sheet(sheet: Sheet) -> Survey {
-    let mut survey = Survey::new(sheet.names);
-    for row in sheet.rows {
-        let texts: Vec<Option<String>> = row.cells.iter().map(Held::text).collect();
-        survey.add(texts.iter().map(Option::as_deref));
-    }
-    survey
+/// A workbook whose sheets can be read.
+pub(super) struct Workbook<'b> {
+    bytes: &'b [u8],
+    book: Xlsx<Cursor<&'b [u8]>>,
 }
 
-/// A sheet with a header; what the formulas gave stands for them.
-pub(super) struct Sheet {
-    pub name: String,
-    /// the row of the header, from 1
-    pub header: usize,
-    pub names: Vec<String>,
-    /// those below the header that are not empty
-    rows: std::vec::IntoIter<SheetRow>,
-}
-
-impl Sheet {
-    /// That of a workbook which is named, or the first.
-    pub fn read(bytes: &[u8], sheet: Option<&str>) -> Result<Sheet, Vec<Problem>> {
+impl<'b> Workbook<'b> {
+    /// Opens the file with these bytes.
+    pub fn open(bytes: &'b [u8]) -> Result<Workbook<'b>, Vec<Problem>> {
         check_unpacked(bytes)?;
-        let mut book: Xlsx<_> = workbook(|| Xlsx::new(Cursor::new(bytes)))?;
-        let sheet = sheet_named(&book.sheet_names(), sheet)?;
-        let mut rows = sheet_rows(&mut book, &sheet)?.into_iter();
-        let expected = "a row of column names and one row a run";
-        let header = rows
-            .next()
-            .ok_or_else(|| vec![in_sheet(&sheet, "it is empty", expected)])?;
+        let book = workbook(|| Xlsx::new(Cursor::new(bytes)))?;
+        Ok(Workbook { bytes, book })
+    }
+
+    /// Its sheets of cells, each with whether it is hidden.
+    pub fn sheets(&self) -> Vec<(String, bool)> {
+        let of_cells = |sheet: &&calamine::Sheet| sheet.typ == SheetType::WorkSheet;
+        let sheets = self.book.sheets_metadata().iter().filter(of_cells);
+        let each = sheets.map(|sheet| (sheet.name.clone(), sheet.visible != SheetVisible::Visible));
+        each.collect()
+    }
+
+    /// The sheet that is named, or the first that is not hidden.
+    pub fn sheet(&mut self, wanted: Option<&str>) -> Result<Sheet<'_, 'b>, Vec<Problem>> {
+        let mut sheets = self.sheets();
+        let at = sheet_named(&sheets, wanted)?;
+        let (name, is_hidden) = sheets.remove(at);
+        let hidden = hidden_rows(self.bytes, &name)?;
+        let (book, sheet) = (&mut self.book, name.as_str());
+        let cells = workbook(move || book.worksheet_cells_reader(sheet))?;
         Ok(Sheet {
-            header: header.number,
-            names: header.cells.iter().map(Held::name).collect(),
-            name: sheet,
-            rows,
+            read: SheetRead {
+                name,
+                is_hidden,
+                others: sheets,
+                ..SheetRead::default()
+            },
+            cells,
+            ahead: VecDeque::new(),
+            begun: None,
+            at_end: false,
+            hidden,
+            hidden_rows: None,
         })
     }
 }
 
-impl Sheet {
-    /// Each row by its number, from 1, and the texts of its cells.
-    pub fn texts(self) -> impl Iterator<Item = (usize, Vec<String>)> {
-        let text = |held: &Held| held.text().unwrap_or_default();
-        self.rows
-            .map(move |row| (row.number, row.cells.iter().map(text).collect()))
+/// A sheet, read row by row; what the formulas gave stands for them.
+pub(super) struct Sheet<'s, 'b> {
+    read: SheetRead,
+    cells: XlsxCellReader<'s, Cursor<&'b [u8]>>,
+    /// rows that were read and not given yet
+    ahead: VecDeque<SheetRow>,
+    /// the row whose cells are being read
+    begun: Option<SheetRow>,
+    at_end: bool,
+    /// numbers of the hidden rows
+    hidden: Vec<u64>,
+    /// what is done with them
+    hidden_rows: Option<HiddenRows>,
+}
+
+impl Sheet<'_, '_> {
+    pub fn name(&self) -> &str {
+        &self.read.name
+    }
+
+    /// Reads the header: the names, and a row of units below them where there is one.
+    pub fn header(&mut self, naming: &Naming) -> Result<Header, Vec<Problem>> {
+        let mut header = self.names(naming)?;
+        let width = header.names.len();
+        self.fill(1)?;
+        let below = self.ahead.front().filter(|row| row.column_beyond(width).is_none());
+        let units = below.map(|row| row.trimmed(width));
+        let units = units.filter(|units| is_row_of_units(units.iter().map(String::as_str)));
+        if let Some(units) = units {
+            self.ahead.pop_front();
+            header.units = units;
+        }
+        Ok(header)
+    }
+
+    /// Reads the names, in the row that the scene says or the first that is not empty.
+    pub fn names(&mut self, naming: &Naming) -> Result<Header, Vec<Problem>> {
+        self.hidden_rows = naming.hidden_rows;
+        let expected = "a row of column names and one row a run";
+        let first = naming.header_row.unwrap_or(1);
+        let names = loop {
+            self.fill(1)?;
+            match self.ahead.pop_front() {
+                Some(row) if row.number < first => {}
+                Some(row) if naming.header_row.is_none_or(|wanted| wanted == row.number) => break row,
+                Some(_) => {
+                    let found = format!("row {first} is empty");
+                    let expected = "the names of columns where `header_row` says";
+                    return Err(vec![in_sheet(self.name(), &found, expected)]);
+                }
+                None if naming.header_row.is_some() => {
+                    let found = format!("there is no row {first}");
+                    return Err(vec![in_sheet(self.name(), &found, expected)]);
+                }
+                None => return Err(vec![in_sheet(self.name(), "it is empty", expected)]),
+            }
+        };
+        Ok(Header {
+            names: names.trimmed(names.width()),
+            units: vec![],
+            line: Some(names.number),
+            sheet: Some(self.read.name.clone()),
+        })
+    }
+
+    /// The next row below the header that is not empty; a hidden one only where the scene takes these.
+    pub fn next_row(&mut self) -> Result<Option<SheetRow>, Vec<Problem>> {
+        loop {
+            self.fill(1)?;
+            let Some(row) = self.ahead.pop_front() else {
+                return Ok(None);
+            };
+            if self.hidden.binary_search(&row.number).is_err() {
+                return Ok(Some(row));
+            }
+            self.read.hidden_rows.push(row.number);
+            if self.hidden_rows == Some(HiddenRows::Take) {
+                self.read.are_taken = true;
+                return Ok(Some(row));
+            }
+        }
+    }
+
+    /// Hidden rows with something in them below the header, as far as was read.
+    pub fn hidden(&self) -> usize {
+        self.read.hidden_rows.len()
+    }
+
+    /// Refuses hidden rows where nothing says what is to be done with them.
+    pub fn refuse_hidden_rows(&self) -> Result<(), Vec<Problem>> {
+        if self.hidden_rows.is_some() || self.read.hidden_rows.is_empty() {
+            return Ok(());
+        }
+        let found = format!("hidden {}", rows_in_words(&self.read.hidden_rows));
+        let expected = "none, or in [data] `hidden_rows = \"leave\"` to leave them out or \"take\" to read them";
+        Err(vec![in_sheet(self.name(), &found, expected)])
+    }
+
+    /// The texts of the next rows, at most so many, which are still to be read; with their numbers.
+    pub fn peek(&mut self, rows: usize) -> Result<Vec<(u64, Vec<String>)>, Vec<Problem>> {
+        self.fill(rows)?;
+        let texts = |row: &SheetRow| {
+            let texts = row.texts(row.width()).into_iter();
+            (row.number, texts.map(Option::unwrap_or_default).collect())
+        };
+        Ok(self.ahead.iter().take(rows).map(texts).collect())
+    }
+
+    /// Reads on until so many rows are there, or the sheet ends.
+    fn fill(&mut self, rows: usize) -> Result<(), Vec<Problem>> {
+        /// cells that are read in one step
+        const AT_ONCE: usize = 1 << 14;
+        while self.ahead.len() < rows && !self.at_end {
+            let Sheet {
+                cells, ahead, begun, ..
+            } = self;
+            self.at_end = workbook(|| {
+                for _ in 0..AT_ONCE {
+                    let cell = cells.next_cell().map_err(|error| error.to_string())?;
+                    let Some(cell) = cell else {
+                        ahead.extend(begun.take());
+                        return Ok(true);
+                    };
+                    let (row, column) = cell.get_position();
+                    let (number, column) = (u64::from(row) + 1, column as usize);
+                    let Some(held) = Held::of(cell.get_value()) else {
+                        continue;
+                    };
+                    if column >= MOST_COLUMNS {
+                        let too_many = too_many_columns(column + 1, None);
+                        return Err(format!(
+                            "a row of {}, {}",
+                            too_many.found.unwrap_or_default(),
+                            too_many.expected
+                        ));
+                    }
+                    if begun.as_ref().is_some_and(|last| last.number > number) {
+                        return Err("its rows are not in order".to_owned());
+                    }
+                    if begun.as_ref().is_some_and(|last| last.number < number) {
+                        ahead.extend(begun.take());
+                    }
+                    let row = begun.get_or_insert_with(|| SheetRow { number, cells: vec![] });
+                    row.set(column, held);
+                }
+                Ok(false)
+            })?;
+        }
+        Ok(())
     }
 }
 
@@ -126,21 +329,28 @@ fn check_unpacked(bytes: &[u8]) -> Result<(), Vec<Problem>> {
     Ok(())
 }
 
-/// The sheet to read.
-fn sheet_named(sheets: &[String], wanted: Option<&str>) -> Result<String, Vec<Problem>> {
-    let Some(wanted) = wanted else {
-        let none = || vec![whole_file("the workbook has no sheet", "a sheet with one row a run")];
-        return sheets.first().cloned().ok_or_else(none);
+/// Which sheet to read, by its place.
+fn sheet_named(sheets: &[(String, bool)], wanted: Option<&str>) -> Result<usize, Vec<Problem>> {
+    let some = || {
+        let names: Vec<String> = sheets.iter().take(MOST_NAMED).map(|(sheet, _)| quoted(sheet)).collect();
+        names.join(", ")
     };
-    if let Some(sheet) = sheets.iter().find(|sheet| *sheet == wanted) {
-        return Ok(sheet.clone());
+    let Some(wanted) = wanted else {
+        let first = sheets.iter().position(|(_, is_hidden)| !is_hidden);
+        return first.ok_or_else(|| match sheets {
+            [] => vec![whole_file("the workbook has no sheet", "a sheet with one row a run")],
+            _ => {
+                let expected = format!("the one to read, as \"book.xlsx#May\", of {}", some());
+                vec![whole_file("all sheets are hidden", &expected)]
+            }
+        });
+    };
+    if let Some(sheet) = sheets.iter().position(|(sheet, _)| sheet == wanted) {
+        return Ok(sheet);
     }
-    let near = closest(wanted, sheets.iter().map(String::as_str));
+    let near = closest(wanted, sheets.iter().map(|(sheet, _)| sheet.as_str()));
     let expected = near.map_or_else(
-        || {
-            let names: Vec<String> = sheets.iter().take(MOST_NAMED).map(|sheet| quoted(sheet)).collect();
-            format!("expected one of {}", names.join(", "))
-        },
+        || format!("expected one of {}", some()),
         |near| format!("unknown sheet; did you mean {}?", quoted(near)),
     );
     Err(vec![Problem {
@@ -163,48 +373,12 @@ fn in_sheet(sheet: &str, found: &str, expected: &str) -> Problem {
     }
 }
 
-/// The rows of a sheet that are not empty; a cell far out costs no more than one beside the others.
-fn sheet_rows(book: &mut Xlsx<Cursor<&[u8]>>, sheet: &str) -> Result<Vec<SheetRow>, Vec<Problem>> {
-    workbook(|| {
-        let mut rows: Vec<SheetRow> = vec![];
-        let mut cells = book.worksheet_cells_reader(sheet).map_err(|error| error.to_string())?;
-        while let Some(cell) = cells.next_cell().map_err(|error| error.to_string())? {
-            let (row, column) = cell.get_position();
-            let (number, column) = (row as usize + 1, column as usize);
-            let held = Held::of(cell.get_value());
-            if held == Held::Nothing {
-                continue;
-            }
-            if column >= MOST_COLUMNS {
-                let too_many = too_many_columns(column + 1, None);
-                return Err(format!(
-                    "a row of {}, {}",
-                    too_many.found.unwrap_or_default(),
-                    too_many.expected
-                ));
-            }
-            match rows.last() {
-                Some(last) if last.number > number => return Err("its rows are not in order".to_owned()),
-                Some(last) if last.number == number => {}
-                _ => rows.push(SheetRow { number, cells: vec![] }),
-            }
-            if let Some(last) = rows.last_mut() {
-                last.cells.resize(last.cells.len().max(column + 1), Held::Nothing);
-                last.cells[column] = held;
-            }
-        }
-        Ok(rows)
-    })
-}
-
 impl Held {
-    fn of(cell: &DataRef) -> Held {
-        let text = |text: &str| match text.trim() {
-            "" => Held::Nothing,
-            _ => Held::Text(text.to_owned()),
-        };
-        match cell {
-            DataRef::Empty => Held::Nothing,
+    /// `None` of an empty cell.
+    fn of(cell: &DataRef) -> Option<Held> {
+        let text = |text: &str| Held::Text(text.to_owned());
+        let held = match cell {
+            DataRef::Empty => return None,
             DataRef::Int(value) => Held::Number(*value as f64),
             DataRef::Float(value) => Held::Number(*value),
             DataRef::String(value) => text(value),
@@ -213,19 +387,15 @@ impl Held {
             DataRef::DateTime(value) => Held::Other(format!("day {}", value.as_f64()), DATE),
             DataRef::DateTimeIso(value) | DataRef::DurationIso(value) => Held::Other(value.clone(), DATE),
             DataRef::Error(error) => Held::Other(error.to_string(), ": the formula failed"),
-        }
+        };
+        let is_blank = matches!(&held, Held::Text(text) if text.trim().is_empty());
+        (!is_blank).then_some(held)
     }
 
-    /// A column's name.
-    fn name(&self) -> String {
-        self.text().map_or_else(String::new, |text| text.trim().to_owned())
-    }
-
-    fn text(&self) -> Option<String> {
+    fn text(&self) -> String {
         match self {
-            Held::Nothing => None,
-            Held::Number(value) => Some(value.to_string()),
-            Held::Text(text) | Held::Other(text, _) => Some(text.clone()),
+            Held::Number(value) => value.to_string(),
+            Held::Text(text) | Held::Other(text, _) => text.clone(),
         }
     }
 }

@@ -1,36 +1,238 @@
-//! Reads the units that names of columns have.
+//! Reads the units that headers state: in the name of a column, or in the row below the names.
 
-/// How units are written.
-const UNITS: [(&str, &str); 14] = [
-    ("mm", "_mm"),
-    ("µm", "_um"),
-    ("μm", "_um"),
-    ("um", "_um"),
-    ("micron", "_um"),
-    ("microns", "_um"),
-    ("cm", "_cm"),
-    ("m", "_m"),
-    ("m/s", "_m_s"),
-    ("ms", "_m_s"),
-    ("cm/s", "_cm_s"),
-    ("cms", "_cm_s"),
-    ("mm/s", "_mm_s"),
-    ("mms", "_mm_s"),
-];
+use crate::units::Dimension;
 
-/// What our names end with in a unit that is written so; `None` where none of ours is.
-pub(super) fn unit_of(text: &str) -> Option<&'static str> {
-    let text: String = text
-        .chars()
-        .filter(|c| !c.is_whitespace() && !"_^-¹1".contains(*c))
-        .collect();
-    let unit = UNITS.iter().find(|(written, _)| *written == text);
-    unit.map(|(_, suffix)| *suffix)
+/// A unit that a header states.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum StatedUnit {
+    /// what our names end with in it
+    Ours(&'static str),
+    /// one that no column of runs can have, as the header writes it
+    Other(String),
 }
 
-/// What stands before a unit in brackets, and what our names end with in that unit.
-pub(super) fn unit_in_brackets(name: &str) -> Option<(&str, &'static str)> {
-    let at = name.find(['(', '['])?;
-    let inside = name[at + 1..].trim_end().trim_end_matches([')', ']']);
-    Some((&name[..at], unit_of(inside)?))
+/// How units are written, in small letters and without blanks, with what our names end with in them.
+const UNITS: [(&str, Option<&str>); 87] = [
+    ("mm", Some("_mm")),
+    ("millimeter", Some("_mm")),
+    ("millimetre", Some("_mm")),
+    ("millimeters", Some("_mm")),
+    ("millimetres", Some("_mm")),
+    ("µm", Some("_um")),
+    ("μm", Some("_um")),
+    ("um", Some("_um")),
+    ("micron", Some("_um")),
+    ("microns", Some("_um")),
+    ("mikrometer", Some("_um")),
+    ("micrometer", Some("_um")),
+    ("micrometre", Some("_um")),
+    ("micrometers", Some("_um")),
+    ("micrometres", Some("_um")),
+    ("cm", Some("_cm")),
+    ("centimeter", Some("_cm")),
+    ("centimetre", Some("_cm")),
+    ("zentimeter", Some("_cm")),
+    ("centimeters", Some("_cm")),
+    ("centimetres", Some("_cm")),
+    ("m", Some("_m")),
+    ("meter", Some("_m")),
+    ("metre", Some("_m")),
+    ("meters", Some("_m")),
+    ("metres", Some("_m")),
+    ("m/s", Some("_m_s")),
+    ("m/sec", Some("_m_s")),
+    ("ms", Some("_m_s")),
+    ("cm/s", Some("_cm_s")),
+    ("cm/sec", Some("_cm_s")),
+    ("cms", Some("_cm_s")),
+    ("mm/s", Some("_mm_s")),
+    ("mm/sec", Some("_mm_s")),
+    ("mms", Some("_mm_s")),
+    ("%", Some("_percent")),
+    ("percent", Some("_percent")),
+    ("percents", Some("_percent")),
+    ("pct", Some("_percent")),
+    ("prozent", Some("_percent")),
+    ("in", None),
+    ("in.", None),
+    ("inch", None),
+    ("inches", None),
+    ("zoll", None),
+    ("pouce", None),
+    ("pouces", None),
+    ("\"", None),
+    ("″", None),
+    ("”", None),
+    ("''", None),
+    ("ft", None),
+    ("ft.", None),
+    ("foot", None),
+    ("feet", None),
+    ("'", None),
+    ("′", None),
+    ("yd", None),
+    ("mil", None),
+    ("mils", None),
+    ("nm", None),
+    ("dm", None),
+    ("km", None),
+    ("mph", None),
+    ("km/h", None),
+    ("kmh", None),
+    ("kph", None),
+    ("ft/s", None),
+    ("fps", None),
+    ("in/s", None),
+    ("ips", None),
+    ("m/min", None),
+    ("°", None),
+    ("°c", None),
+    ("deg", None),
+    ("degree", None),
+    ("degrees", None),
+    ("grad", None),
+    ("rad", None),
+    ("px", None),
+    ("pixel", None),
+    ("pixels", None),
+    ("‰", None),
+    ("sec", None),
+    ("hz", None),
+    ("mv", None),
+    ("kg", None),
+];
+
+/// The unit that is written so; `None` where none is.
+pub(super) fn unit_of(text: &str) -> Option<StatedUnit> {
+    let plain: String = text
+        .chars()
+        .filter(|c| !c.is_whitespace() && !"_^-¹1".contains(*c))
+        .flat_map(char::to_lowercase)
+        .collect();
+    let (_, suffix) = UNITS.iter().find(|(written, _)| *written == plain)?;
+    Some(suffix.map_or_else(|| StatedUnit::Other(text.trim().to_owned()), StatedUnit::Ours))
+}
+
+/// The same of a cell of a row of units, which may have brackets around it.
+pub(super) fn unit_of_cell(cell: &str) -> Option<StatedUnit> {
+    let inside = cell.trim().trim_start_matches(['(', '[']).trim_end_matches([')', ']']);
+    unit_of(inside.trim_start().trim_start_matches("in "))
+}
+
+/// Whether a row below the names states units and nothing else; `-` and `1` are units of plain numbers.
+pub(super) fn is_row_of_units<'c>(cells: impl Iterator<Item = &'c str>) -> bool {
+    let mut units = 0;
+    for cell in cells.map(str::trim).filter(|cell| !cell.is_empty()) {
+        if unit_of_cell(cell).is_some() {
+            units += 1;
+        } else if !["-", "–", "1", "[-]", "[–]", "[1]", "(-)", "(1)"].contains(&cell) {
+            return false;
+        }
+    }
+    units > 0
+}
+
+/// What stands before a unit in brackets, and that unit.
+pub(super) fn unit_in_brackets(name: &str) -> Option<(&str, StatedUnit)> {
+    let groups = name.match_indices(['(', '[']);
+    let mut units = groups.filter_map(|(at, _)| {
+        let inside = &name[at + 1..];
+        let end = inside.find([')', ']']).unwrap_or(inside.len());
+        Some((&name[..at], unit_of(&inside[..end])?))
+    });
+    units.next()
+}
+
+/// The unit that the name of a column of some kind states beyond doubt: in brackets, after a slash, a comma or the word
+/// `in`, or at its end where it can be nothing else. The `in` of `v_in`, say, is no inch.
+pub(super) fn unit_in_name(name: &str, dimension: Dimension) -> Option<StatedUnit> {
+    let is_length = matches!(dimension, Dimension::Length | Dimension::Thickness);
+    // of a speed `in` says which
+    let is_meant = |unit: &StatedUnit| {
+        is_length || !matches!(unit, StatedUnit::Other(text) if text.trim_end_matches('.').eq_ignore_ascii_case("in"))
+    };
+    if let Some((_, unit)) = unit_in_brackets(name).filter(|(_, unit)| is_meant(unit)) {
+        return Some(unit);
+    }
+    let after = |mark: &str| name.split_once(mark).and_then(|(_, after)| unit_of(after));
+    let in_words = name.rsplit_once(" in ").and_then(|(_, after)| unit_of(after));
+    if let Some(unit) = after("/").or_else(|| after(",")).or(in_words).filter(&is_meant) {
+        return Some(unit);
+    }
+    let trimmed = name.trim_end();
+    if let Some(mark) = trimmed.chars().next_back().filter(|c| "%‰°\"″”".contains(*c)) {
+        return unit_of(mark.encode_utf8(&mut [0; 4]));
+    }
+    let last = trimmed
+        .rsplit(char::is_whitespace)
+        .next()
+        .filter(|last| last.len() < trimmed.len());
+    let last = last.filter(|last| is_clear(last) || (is_length && last.eq_ignore_ascii_case("in")));
+    let joined = trimmed
+        .match_indices('_')
+        .map(|(at, _)| trimmed[at + 1..].replace('_', "/"));
+    let joined = joined.filter(|tail| is_clear(tail)).find_map(|tail| unit_of(&tail));
+    last.and_then(unit_of).or(joined)
+}
+
+/// Whether what ends a name is a unit there, and no index or direction: `m`, `in` and `ms` may be either.
+fn is_clear(end: &str) -> bool {
+    end.chars().count() > 1
+        && !["in", "ms", "mil", "min", "grad", "deg", "rad", "sec", "1", "11"].contains(&end.to_lowercase().as_str())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_states_its_unit_in_any_of_the_usual_ways() {
+        let inch = |text: &str| Some(StatedUnit::Other(text.to_owned()));
+        let ours = |suffix| Some(StatedUnit::Ours(suffix));
+        for (name, unit) in [
+            ("Drop Height (in)", inch("in")),
+            ("Drop Height [inches]", inch("inches")),
+            ("Drop Height in", inch("in")),
+            ("drop height, in.", inch("in.")),
+            ("h / in", inch("in")),
+            ("h\"", inch("\"")),
+            ("height (ft)", inch("ft")),
+            ("height_ft", inch("ft")),
+            ("Fallhöhe in cm", ours("_cm")),
+            ("h (above the plate) [mm]", ours("_mm")),
+            ("height CM", ours("_cm")),
+            ("h_mm", ours("_mm")),
+            ("h (m)", ours("_m")),
+            ("h", None),
+            ("h_m", None),
+            ("h (above)", None),
+            ("height 1", None),
+        ] {
+            assert_eq!(unit_in_name(name, Dimension::Length), unit, "{name}");
+        }
+        for (name, unit) in [
+            ("v_in", None),
+            ("v (in)", None),
+            ("v in", None),
+            ("v_i/v_r", None),
+            ("v_mm_s", ours("_mm_s")),
+            ("v / cm s^-1", ours("_cm_s")),
+            ("v [mph]", inch("mph")),
+        ] {
+            assert_eq!(unit_in_name(name, Dimension::Speed), unit, "{name}");
+        }
+        for name in ["e [%]", "e %", "e in %", "e%", "e (percent)", "e_pct"] {
+            assert_eq!(unit_in_name(name, Dimension::Share), ours("_percent"), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_row_of_units_holds_nothing_else() {
+        let is_one = |cells: &[&str]| is_row_of_units(cells.iter().copied());
+        assert!(is_one(&["", "[µm]", "[cm]", "", "[%]", "-"]));
+        assert!(is_one(&["mm", "m/s"]));
+        assert!(!is_one(&["PTFE", "mm"]));
+        assert!(!is_one(&["", "-", ""]));
+        assert!(!is_one(&["mm", "4.5"]));
+    }
 }

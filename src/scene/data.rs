@@ -36,7 +36,7 @@ pub struct Data {
 pub struct TableFile {
     /// the file
     pub path: PathBuf,
-    /// which sheet of a workbook; absent: the first
+    /// which sheet of a workbook; absent: the first that is not hidden
     pub sheet: Option<String>,
 }
 
@@ -138,7 +138,8 @@ const RUNS: Key<TextOrTexts, Required> = Key {
     base: "runs",
     takes: TextOrTexts,
     absent: Required,
-    meaning: "table of runs, beside the scene: .csv, .tsv, .txt, .parquet, .xlsx (first sheet, or \"book.xlsx#May\")",
+    meaning:
+        "table of runs, beside the scene: .csv, .tsv, .txt, .parquet, .xlsx (first visible sheet, or \"book.xlsx#May\")",
     example: "\"runs.csv\"",
 };
 
@@ -256,7 +257,7 @@ pub(super) fn data(root: &SceneTable, path: &Path, names: &SceneNames) -> Option
     film_ratios.sort_by(f64::total_cmp);
     film_ratios.dedup();
     let data = Data {
-        naming: naming(&table, names),
+        naming: naming(&table, names, &runs),
         runs,
         smallest_restitution: table.read(&SMALLEST_RESTITUTION),
         film_ratios,

@@ -54,7 +54,7 @@ pub use guide::{guide, markdown, plain};
 pub use keys::{KeyGuide, Section, Without};
 pub use materials::{Liquid, Particle};
 pub use names::{closest, letters_apart, name_expected, name_is_allowed, DRY, FILL_IN, MISSING, NAME_RULE};
-pub use naming::{Constant, ConstantValue, HeightsTo, Naming};
+pub use naming::{Constant, ConstantValue, HeightsOf, HeightsTo, HiddenRows, Naming};
 pub use overwriting::why_not_overwritten;
 pub use plan::{Design, DesignSpeeds, KOfDiameter, NoiseShape, Truth};
 pub use prior::Prior;

@@ -1,10 +1,11 @@
 //! Reads what a table of runs calls its columns and its words, and what it leaves unsaid.
 
+use super::data::TableFile;
 use super::expect::{ABOVE_ZERO, FINITE};
 use super::keys::{guides, DefaultsTo, Key, KeyGuide, Optional};
 use super::names::{closest, DRY, FILL_IN, MISSING};
 use super::run_columns::RunColumn;
-use super::table::{Inner, OneOf, SceneTable};
+use super::table::{Count, Inner, OneOf, SceneTable};
 
 /// What a table of runs calls its columns and its words, and what it leaves unsaid.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -15,8 +16,25 @@ pub struct Naming {
     pub words: Vec<(RunColumn, Vec<[String; 2]>)>,
     /// columns that are the same in every row
     pub constants: Vec<Constant>,
+    /// columns that are the same in every row of a sheet, with the name of that sheet
+    pub sheets: Vec<(String, Vec<Constant>)>,
+    /// row or line that names the columns, from 1; absent: the first that is not blank
+    pub header_row: Option<u64>,
+    /// what is done with the rows that a workbook hides; absent: they are refused
+    pub hidden_rows: Option<HiddenRows>,
     /// where drop and rebound heights are counted from
     pub heights_to: HeightsTo,
+    /// the point of the sphere that they are heights of
+    pub heights_of: HeightsOf,
+}
+
+impl Naming {
+    /// The columns that are the same in every row of a table, which may be a sheet of a workbook.
+    pub fn constants_of(&self, sheet: Option<&str>) -> Vec<&Constant> {
+        let of_sheet = self.sheets.iter().filter(|(name, _)| Some(name.as_str()) == sheet);
+        let of_sheet = of_sheet.flat_map(|(_, constants)| constants);
+        self.constants.iter().chain(of_sheet).collect()
+    }
 }
 
 /// A column that is the same in every row.
@@ -47,6 +65,25 @@ pub enum HeightsTo {
     Plate,
     /// the surface of the film
     Film,
+}
+
+/// The point of a sphere that its heights are heights of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum HeightsOf {
+    /// the lowest point, which meets the film
+    #[default]
+    Lowest,
+    /// the centre, half a diameter above it
+    Centre,
+}
+
+/// What is done with the rows that a workbook hides, by a filter or by hand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum HiddenRows {
+    /// read like all others
+    Take,
+    /// left out
+    Leave,
 }
 
 /// The names that a scene gives its particles and liquids.
@@ -87,19 +124,90 @@ const HEIGHTS_TO: Key<OneOf<HeightsTo>, DefaultsTo<HeightsTo>> = Key {
     example: "\"film\"",
 };
 
+const HEIGHTS_OF: Key<OneOf<HeightsOf>, DefaultsTo<HeightsOf>> = Key {
+    base: "heights_of",
+    takes: OneOf(|| vec![("lowest", HeightsOf::Lowest), ("centre", HeightsOf::Centre)]),
+    absent: DefaultsTo(HeightsOf::Lowest),
+    meaning: "point of the sphere whose heights they are: its lowest point or its centre",
+    example: "\"centre\"",
+};
+
+const SHEETS: Key<Inner, Optional> = Key {
+    base: "sheets",
+    takes: Inner("for each sheet a table of columns with a value each"),
+    absent: Optional("sheets differ in what their columns say alone"),
+    meaning: "columns that are the same in every row of a sheet",
+    example: "{ \"Öl 10\" = { liquid = \"AK10\" } }",
+};
+
+const HEADER_ROW: Key<Count, Optional> = Key {
+    base: "header_row",
+    takes: Count(1, 1 << 20),
+    absent: Optional("the first that is not blank"),
+    meaning: "row that names the columns, as an editor or a spreadsheet counts; titles above it are not read",
+    example: "5",
+};
+
+const HIDDEN_ROWS: Key<OneOf<HiddenRows>, Optional> = Key {
+    base: "hidden_rows",
+    takes: OneOf(|| vec![("take", HiddenRows::Take), ("leave", HiddenRows::Leave)]),
+    absent: Optional("a sheet that hides rows with runs is refused"),
+    meaning: "rows that a workbook hides, by a filter or by hand: read them or leave them out",
+    example: "\"leave\"",
+};
+
 /// What is to be said of the keys that name things.
 pub(super) fn guide() -> Vec<KeyGuide> {
-    guides(&[&COLUMNS, &VALUES, &CONSTANTS, &HEIGHTS_TO])
+    guides(&[
+        &COLUMNS,
+        &VALUES,
+        &CONSTANTS,
+        &SHEETS,
+        &HEADER_ROW,
+        &HIDDEN_ROWS,
+        &HEIGHTS_TO,
+        &HEIGHTS_OF,
+    ])
 }
 
 /// Reads the naming from the table of the data.
-pub(super) fn naming(data: &SceneTable, names: &SceneNames) -> Naming {
+pub(super) fn naming(data: &SceneTable, names: &SceneNames, runs: &[TableFile]) -> Naming {
+    let everywhere = data.inner_table(&CONSTANTS);
+    let constants = everywhere.map_or_else(Vec::new, |table| constants(&table, names, &[]));
     Naming {
         columns: columns(data).unwrap_or_default(),
         words: words(data, names).unwrap_or_default(),
-        constants: constants(data, names).unwrap_or_default(),
+        sheets: sheets(data, names, &constants, runs).unwrap_or_default(),
+        constants,
+        header_row: data.read(&HEADER_ROW),
+        hidden_rows: data.read(&HIDDEN_ROWS),
         heights_to: data.read(&HEIGHTS_TO),
+        heights_of: data.read(&HEIGHTS_OF),
     }
+}
+
+fn sheets(
+    data: &SceneTable,
+    names: &SceneNames,
+    everywhere: &[Constant],
+    runs: &[TableFile],
+) -> Option<Vec<(String, Vec<Constant>)>> {
+    let table = data.inner_table(&SHEETS)?;
+    // the name of a sheet that is not named is not known yet
+    let all_are_named = runs.iter().all(|file| file.sheet.is_some());
+    let named = || runs.iter().filter_map(|file| file.sheet.as_deref());
+    let of_sheet = |sheet: String| {
+        if all_are_named && !named().any(|name| name == sheet) {
+            let near = closest(&sheet, named()).map_or(String::new(), |near| format!("; did you mean `{near}`?"));
+            table.refuse_key(&sheet, &format!("expected a sheet that `runs` names{near}"));
+        }
+        let own = table.table(&sheet)?;
+        let own = constants(&own, names, everywhere);
+        Some((sheet, own))
+    };
+    let sheets = table.keys().into_iter().filter_map(of_sheet).collect();
+    table.finish();
+    Some(sheets)
 }
 
 fn columns(data: &SceneTable) -> Option<Vec<(String, String)>> {
@@ -154,12 +262,12 @@ fn words(data: &SceneTable, names: &SceneNames) -> Option<Vec<(RunColumn, Vec<[S
     Some(words)
 }
 
-fn constants(data: &SceneTable, names: &SceneNames) -> Option<Vec<Constant>> {
-    let table = data.inner_table(&CONSTANTS)?;
+/// The columns in a table that are the same in every row, none of them among those that are so in every sheet.
+fn constants(table: &SceneTable, names: &SceneNames, everywhere: &[Constant]) -> Vec<Constant> {
     let mut constants: Vec<Constant> = vec![];
     for name in table.keys() {
         let Some((column, unit)) = RunColumn::named(&name) else {
-            refuse_column(&table, &name);
+            refuse_column(table, &name);
             continue;
         };
         let value = if column.is_number() {
@@ -176,11 +284,11 @@ fn constants(data: &SceneTable, names: &SceneNames) -> Option<Vec<Constant>> {
         } else {
             let word = table.text(&name);
             if let Some(word) = &word {
-                check_word(&table, &name, column, word, names);
+                check_word(table, &name, column, word, names);
             }
             word.map(ConstantValue::Word)
         };
-        if let Some(other) = constants.iter().find(|other| other.column == column) {
+        if let Some(other) = constants.iter().chain(everywhere).find(|other| other.column == column) {
             let expected = format!(
                 "`{}` is already given as `{}`; expected one unit for one quantity",
                 column.base(),
@@ -191,7 +299,7 @@ fn constants(data: &SceneTable, names: &SceneNames) -> Option<Vec<Constant>> {
         constants.extend(value.map(|value| Constant { column, name, value }));
     }
     table.finish();
-    Some(constants)
+    constants
 }
 
 /// Refuses a name that is no column's.

@@ -120,11 +120,9 @@ impl RunColumn {
             RunColumn::ImpactSpeed | RunColumn::ReboundSpeed | RunColumn::ImpactSpeedSd | RunColumn::ReboundSpeedSd => {
                 Dimension::Speed
             }
+            RunColumn::Restitution | RunColumn::FilmRatio | RunColumn::RestitutionSd => Dimension::Share,
             RunColumn::Particle
             | RunColumn::Liquid
-            | RunColumn::Restitution
-            | RunColumn::FilmRatio
-            | RunColumn::RestitutionSd
             | RunColumn::SpeedCorrelation
             | RunColumn::Stokes
             | RunColumn::Runs
@@ -172,12 +170,12 @@ impl RunColumn {
             RunColumn::DropHeight => (
                 Without::Words("impact_speed or stokes gives the speed"),
                 "100",
-                "height of the fall, v = √(2 g h); see heights_to",
+                "where the sphere's lowest point falls from (its centre: heights_of), v = √(2 g h)",
             ),
             RunColumn::ReboundHeight => (
                 Without::Words("rebound_speed or restitution gives the speed"),
                 "43",
-                "height of the rebound; see heights_to",
+                "how high its lowest point rebounds; see heights_of, heights_to",
             ),
             RunColumn::Stokes => (
                 Without::Words("impact_speed or drop_height gives the speed"),
@@ -217,7 +215,11 @@ impl RunColumn {
                 "touched the wall",
                 "why the run is left out; counted under these words",
             ),
-            RunColumn::Run => (Without::Words("rows are counted"), "17", "a label, not read"),
+            RunColumn::Run => (
+                Without::Words("rows are counted"),
+                "17",
+                "a label, shown in messages about the row",
+            ),
         };
         let takes = if self.is_number() { "a number" } else { "a word" };
         KeyGuide {

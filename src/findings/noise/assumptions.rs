@@ -96,9 +96,9 @@ fn described(one: &Outlier) -> String {
         "it should have stuck".to_owned()
     };
     format!(
-        "row {} of the table: {group}, v = {:.3} m/s, {found} where {expected}, {:.1} σ; leaving it out moves {} by {:.1} \
+        "{}: {group}, v = {:.3} m/s, {found} where {expected}, {:.1} σ; leaving it out moves {} by {:.1} \
          of its standard errors",
-        one.row,
+        one.place,
         one.impact_speed_m_s,
         one.sds.abs(),
         one.moves,

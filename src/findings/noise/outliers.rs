@@ -34,8 +34,10 @@ const LEAST_OF_OWN: usize = 10;
 /// A run far from the law.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Outlier {
-    /// row of the table, the first below the header is 1
+    /// row, counted over all tables below their headers from 1
     pub row: u32,
+    /// where that is: file, sheet, line or row as a person sees it, and the label of the run
+    pub place: String,
     /// name of the particle
     pub particle: String,
     /// name of the liquid; `None` for a dry run
@@ -318,6 +320,7 @@ impl<'r> ReferenceFit<'r> {
         let (moves, moves_in_se) = self.moves(candidate);
         Outlier {
             row: rows.runs.row[run],
+            place: rows.runs.places.of(rows.runs.row[run]).to_string(),
             particle: rows.scene.particles[rows.runs.spheres[sphere].particle].name.clone(),
             liquid: liquid.map(|liquid| rows.scene.liquids[liquid].name.clone()),
             diameter_m: part.diameter,

@@ -5,7 +5,7 @@ use super::super::ReportInput;
 use super::cells::list;
 use super::page::Page;
 use super::table::ReportTable;
-use crate::error::plain;
+use crate::error::{plain, quoted};
 use crate::findings::film_groups::FilmGroupWidth;
 use crate::findings::identify::{Directions, IdentifiableCombination, Unidentified};
 use crate::findings::learnt::capital;
@@ -52,9 +52,12 @@ pub(super) fn data(page: &mut Page, input: ReportInput) {
     page.section("Data", "What was read, and which ranges it covers.");
     let screened: usize = counts.screened.iter().map(|s| s.runs).sum();
     page.paragraph(&format!(
-        "{} runs read, {screened} screened, {} stuck, {} used by least squares. \
+        "{} runs read{}, {screened} screened, {} stuck, {} used by least squares. \
          St and Re = ρl δ v/η are ranges over the runs, e over the rebounds.",
-        counts.runs, counts.stuck, counts.used
+        counts.runs,
+        from_sheets(&counts.sheets),
+        counts.stuck,
+        counts.used
     ));
     page.table(&materials(&input.overview.materials));
     if let Some(directions) = &input.findings.identifies {
@@ -63,6 +66,15 @@ pub(super) fn data(page: &mut Page, input: ReportInput) {
             let lines: Vec<String> = unseen_lines(unseen).iter().map(|line| capital(line)).collect();
             page.paragraph(&format!("* {}.", lines.join(". ")));
         }
+    }
+}
+
+/// Which sheets of workbooks the runs were read from; nothing of other tables.
+fn from_sheets(sheets: &[String]) -> String {
+    let quoted: Vec<String> = sheets.iter().map(|sheet| quoted(sheet)).collect();
+    match quoted.as_slice() {
+        [] => String::new(),
+        some => format!(" from {}", some.join(", ")),
     }
 }
 
@@ -108,7 +120,8 @@ fn unseen_lines(unseen: &Unidentified) -> Vec<String> {
 pub fn overview_text(overview: &Overview) -> String {
     let noun = if overview.runs == 1 { "run" } else { "runs" };
     let title = plain(&overview.title, usize::MAX);
-    let mut text = format!("{title}\n{} {noun} read", overview.runs);
+    let sheets = from_sheets(&overview.sheets);
+    let mut text = format!("{title}\n{} {noun} read{sheets}", overview.runs);
     for screened in &overview.screened {
         text.push_str(&format!(", {} left out ({})", screened.runs, screened.reason));
     }

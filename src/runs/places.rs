@@ -1,0 +1,155 @@
+//! Says where a row stands as a person sees it: by file, sheet, line or row, and the label of its run.
+
+use std::fmt::Display;
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::quoted;
+
+/// Lines, or rows of a sheet, on which the rows of a table stand, with the labels of their runs.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct RowLines {
+    /// rows, from 1, whose line does not follow that of the row before, with their lines
+    breaks: Vec<(u32, u64)>,
+    /// labels with their rows, in order
+    labels: Vec<(u32, String)>,
+    /// last line that was read
+    pub last: u64,
+}
+
+impl RowLines {
+    /// Labels that are kept: of longer tables runs are named by their lines alone.
+    const MOST_LABELS: usize = 100_000;
+
+    /// Adds the next row.
+    #[inline]
+    pub fn push(&mut self, row: usize, line: u64, label: Option<&str>) {
+        if line != self.last + 1 || self.breaks.is_empty() {
+            self.breaks.push((short(row), line));
+        }
+        self.last = line;
+        if let Some(label) = label.filter(|_| self.labels.len() < RowLines::MOST_LABELS) {
+            self.labels.push((short(row), label.to_owned()));
+        }
+    }
+
+    /// Adds the rows of the next part of the file, of which so many rows come before.
+    pub fn extend(&mut self, part: &RowLines, rows_before: usize) {
+        let lines_before = self.last;
+        let moved = |row: u32| short(rows_before).saturating_add(row);
+        for (row, line) in &part.breaks {
+            let (row, line) = (moved(*row), lines_before + line);
+            let before = row.checked_sub(1).and_then(|row| self.line(row));
+            if before.is_none_or(|before| before + 1 != line) {
+                self.breaks.push((row, line));
+            }
+        }
+        let room = RowLines::MOST_LABELS.saturating_sub(self.labels.len());
+        let labels = part.labels.iter().take(room);
+        self.labels
+            .extend(labels.map(|(row, label)| (moved(*row), label.clone())));
+        self.last = lines_before + part.last;
+    }
+
+    /// The line of a row.
+    fn line(&self, row: u32) -> Option<u64> {
+        let at = self.breaks.partition_point(|(first, _)| *first <= row).checked_sub(1)?;
+        let (first, line) = self.breaks[at];
+        Some(line + u64::from(row - first))
+    }
+
+    fn label(&self, row: u32) -> Option<&str> {
+        let at = self.labels.binary_search_by_key(&row, |(row, _)| *row).ok()?;
+        Some(&self.labels[at].1)
+    }
+}
+
+fn short(row: usize) -> u32 {
+    u32::try_from(row).unwrap_or(u32::MAX)
+}
+
+/// Where the rows of all tables of a scene stand.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct RowPlaces {
+    tables: Vec<TableRows>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct TableRows {
+    /// rows of the tables before it
+    rows_before: u32,
+    /// what its lines are called
+    noun: &'static str,
+    /// file and sheet
+    name: String,
+    lines: RowLines,
+}
+
+impl RowPlaces {
+    /// Adds a table after so many rows: its file, its sheet where it is one of a workbook, and whether its lines are those of
+    /// a text.
+    pub(super) fn add(
+        &mut self,
+        rows_before: usize,
+        (file, sheet): (&str, Option<&str>),
+        is_text: bool,
+        lines: RowLines,
+    ) {
+        self.tables.push(TableRows {
+            rows_before: short(rows_before),
+            noun: if is_text { "line" } else { "row" },
+            name: sheet.map_or_else(|| file.to_owned(), |sheet| format!("{file}, sheet {}", quoted(sheet))),
+            lines,
+        });
+    }
+
+    /// Where a row of [`super::Runs::row`] stands, as a person sees it: `runs.csv, line 18 (run 17)`.
+    pub fn of(&self, row: u32) -> impl Display {
+        let at = self.tables.partition_point(|table| table.rows_before < row);
+        let of_table = at.checked_sub(1).map(|at| &self.tables[at]);
+        let line = of_table.and_then(|table| Some((table, table.lines.line(row - table.rows_before)?)));
+        let Some((table, line)) = line else {
+            return format!("row {row} of the table");
+        };
+        let label = table.lines.label(row - table.rows_before);
+        let label = label.map_or(String::new(), |label| format!(" (run {})", quoted(label)));
+        format!("{}, {} {line}{label}", table.name, table.noun)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_is_told_by_its_line_across_parts_and_tables() {
+        // line 1 is the header, line 4 is blank
+        let mut lines = RowLines {
+            last: 1,
+            ..RowLines::default()
+        };
+        let mut first = RowLines::default();
+        first.push(1, 1, Some("a"));
+        first.push(2, 2, None);
+        let mut second = RowLines::default();
+        second.push(1, 2, Some("c"));
+        lines.extend(&first, 0);
+        lines.extend(&second, 2);
+        let mut places = RowPlaces::default();
+        places.add(0, ("May.csv", None), true, lines);
+        let mut sheet = RowLines::default();
+        sheet.push(1, 6, Some("7"));
+        places.add(3, ("book.xlsx", Some("Öl")), false, sheet);
+        let told: Vec<String> = (1..=4).map(|row| places.of(row).to_string()).collect();
+        assert_eq!(
+            told,
+            [
+                "May.csv, line 2 (run `a`)",
+                "May.csv, line 3",
+                "May.csv, line 5 (run `c`)",
+                "book.xlsx, sheet `Öl`, row 6 (run `7`)"
+            ]
+        );
+        assert_eq!(RowPlaces::default().of(5).to_string(), "row 5 of the table");
+    }
+}

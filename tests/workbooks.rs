@@ -1,0 +1,460 @@
+//! Holds what is read of workbooks: which sheet, which rows, in which units, and what a draft makes of a laboratory's own.
+
+mod common;
+
+use std::path::Path;
+
+use common::wetcor;
+use common::workbook::{workbook, Sheet};
+use serde_json::Value;
+
+const PTFE: &str = "[particles.PTFE]\ndensity_kg_m3 = 2150\n";
+
+/// Dry rebounds of one sphere from some heights in mm, with a k of its own and a little scatter; without a header.
+fn dry_rows(k: f64) -> String {
+    let rows = (0..24).map(|row| {
+        let height = 20.0 + 12.0 * f64::from(row / 3);
+        let v = (2.0 * 9.81 * height * 1e-3).sqrt();
+        let e = 1.0 - k * v.powf(0.2) + [-0.006, 0.001, 0.005][row as usize % 3];
+        format!("PTFE,4.762,{height},{:.3}\n", e * e * height)
+    });
+    rows.collect()
+}
+
+const HEADER: &str = "particle,diameter_mm,drop_height_mm,rebound_height_mm\n";
+
+fn sheet(name: &'static str, k: f64) -> Sheet {
+    Sheet::of(name, &format!("{HEADER}{}", dry_rows(k)))
+}
+
+fn place(data: &str, sheets: &[Sheet]) -> tempfile::TempDir {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    std::fs::write(place.path().join("book.xlsx"), workbook(sheets)).expect("writable");
+    let scene = format!("[data]\nruns = \"book.xlsx\"\n{data}\n{PTFE}");
+    std::fs::write(place.path().join("scene.toml"), scene).expect("writable");
+    place
+}
+
+/// Fits by least squares: exit status, notices, and the findings.
+fn fit(folder: &Path) -> (Option<i32>, String, Value) {
+    let stages = ["--stages", "least_squares", "--out", "out", "--verbose"];
+    let (status, out, err) = wetcor(folder, &[&["fit", "scene.toml"][..], &stages].concat());
+    assert_ne!(status, Some(2), "{out}{err}");
+    let text = std::fs::read_to_string(folder.join("out/findings.json")).expect("findings");
+    (status, err, serde_json::from_str(&text).expect("JSON"))
+}
+
+fn parameter(findings: &Value, name: &str) -> f64 {
+    let all = findings["main"]["parameters"].as_array().expect("a list");
+    let own = all.iter().find(|one| one["name"] == name);
+    own.unwrap_or_else(|| panic!("{name} in {all:?}"))["value"]
+        .as_f64()
+        .expect("a number")
+}
+
+#[test]
+fn a_hidden_sheet_is_never_read_in_silence() {
+    let hidden = Sheet {
+        is_hidden: true,
+        ..sheet("old", 0.23)
+    };
+    let sheets = [hidden, sheet("May", 0.18), sheet("June", 0.18)];
+    let place_of = place("", &sheets);
+    let (_, err, findings) = fit(place_of.path());
+    assert!((parameter(&findings, "dry_k[PTFE]") - 0.18).abs() < 0.003);
+    assert!(
+        err.contains("book.xlsx: sheet `May` is read, not `June`, nor the hidden `old`"),
+        "{err}"
+    );
+    assert_eq!(findings["counts"]["sheets"], serde_json::json!(["book.xlsx#May"]));
+    let (_, checked, _) = wetcor(place_of.path(), &["check", "scene.toml"]);
+    assert!(checked.contains("24 runs read from `book.xlsx#May`"), "{checked}");
+    let report = std::fs::read_to_string(place_of.path().join("out/report.md")).expect("a report");
+    assert!(report.contains("runs read from `book.xlsx#May`"));
+    // by name it is read, and said to be hidden
+    let place = place("", &sheets);
+    let scene = std::fs::read_to_string(place.path().join("scene.toml")).expect("there");
+    std::fs::write(
+        place.path().join("scene.toml"),
+        scene.replace("book.xlsx", "book.xlsx#old"),
+    )
+    .expect("writable");
+    let (_, err, findings) = fit(place.path());
+    assert!((parameter(&findings, "dry_k[PTFE]") - 0.23).abs() < 0.003);
+    assert!(
+        err.contains("book.xlsx: sheet `old` is hidden; it is read since the scene names it"),
+        "{err}"
+    );
+    // a draft names the sheets that it means
+    std::fs::remove_file(place.path().join("scene.toml")).expect("there");
+    let (status, out, _) = wetcor(place.path(), &["new", "book.xlsx"]);
+    assert_eq!(status, Some(0));
+    assert!(out.contains("none on `old` (hidden)"), "{out}");
+    let scene = std::fs::read_to_string(place.path().join("scene.toml")).expect("there");
+    assert!(
+        scene.contains("runs = [\"book.xlsx#May\", \"book.xlsx#June\"]"),
+        "{scene}"
+    );
+}
+
+#[test]
+fn hidden_rows_are_asked_about_and_then_taken_or_left() {
+    let hidden = Sheet {
+        hidden_rows: vec![3, 4, 5, 9],
+        ..sheet("May", 0.18)
+    };
+    let sheets = [hidden];
+    let refused = place("", &sheets);
+    let (status, _, err) = wetcor(refused.path(), &["check", "scene.toml"]);
+    assert_eq!(status, Some(2));
+    assert!(
+        err.contains("found hidden rows 3 to 5, 9, expected none, or in [data] `hidden_rows = \"leave\"`"),
+        "{err}"
+    );
+    for (key, runs, said) in [("leave", 20, "are left out"), ("take", 24, "are read")] {
+        let place = place(&format!("hidden_rows = \"{key}\"\n"), &sheets);
+        let (_, err, findings) = fit(place.path());
+        assert_eq!(findings["counts"]["runs"], runs);
+        assert!(
+            err.contains(&format!("book.xlsx, sheet `May`: hidden rows 3 to 5, 9 {said}")),
+            "{err}"
+        );
+    }
+    // a draft leaves the answer open
+    std::fs::remove_file(refused.path().join("scene.toml")).expect("there");
+    let (_, out, _) = wetcor(refused.path(), &["new", "book.xlsx"]);
+    assert!(out.contains("to fill in: [data] hidden_rows"), "{out}");
+    // hidden rows without cells, or above the header, are nobody's runs
+    let mut empty = sheet("May", 0.18);
+    empty.rows.insert(4, vec![]);
+    empty.hidden_rows = vec![5];
+    let place = place("", &[empty]);
+    assert_eq!(fit(place.path()).2["counts"]["runs"], 24);
+}
+
+/// Two gross outliers on three sheets forbid quoting as they do on one, and are named by sheet, row and label.
+#[test]
+fn runs_on_several_sheets_are_all_kept_and_named_as_a_person_sees_them() {
+    let rows = dry_rows(0.18);
+    let lines: Vec<&str> = rows.lines().collect();
+    let header = "Nr.,particle,diameter_mm,drop_height_mm,rebound_height_mm\n";
+    let part = |range: std::ops::Range<usize>| -> String {
+        let own = range.map(|at| match at {
+            13 => format!("r{at},PTFE,4.762,68,20\n"),
+            _ => format!("r{at},{}\n", lines[at]),
+        });
+        format!("{header}{}", own.collect::<String>())
+    };
+    let data = "columns = { run = \"Nr.\" }\n";
+    let model = "[model]\ninertia = \"stepwise\"\n";
+    let sheets = [
+        Sheet::of("Mai", &part(0..8)),
+        Sheet::of("Öl <A>", &part(8..16)),
+        Sheet::of("Juli", &part(16..24)),
+    ];
+    let of_three = place(data, &sheets);
+    let scene = std::fs::read_to_string(of_three.path().join("scene.toml")).expect("there");
+    let three = "[\"book.xlsx#Mai\", \"book.xlsx#Öl <A>\", \"book.xlsx#Juli\"]";
+    let scene = scene.replace("\"book.xlsx\"", three) + model;
+    std::fs::write(of_three.path().join("scene.toml"), scene).expect("writable");
+    let (status, err, findings) = fit(of_three.path());
+    assert!(!err.contains("more than are kept"), "{err}");
+    let outlier = &findings["noise"]["outliers"][0];
+    assert_eq!(
+        outlier["place"], "book.xlsx, sheet `Öl <A>`, row 7 (run `r13`)",
+        "{outlier}"
+    );
+    assert!(
+        err.contains("book.xlsx, sheet `Öl <A>`, row 7 (run `r13`): PTFE, dry"),
+        "{err}"
+    );
+    assert_eq!(outlier["row"], 14);
+    let of_one = place(data, &[Sheet::of("all", &part(0..24))]);
+    let scene = std::fs::read_to_string(of_one.path().join("scene.toml")).expect("there") + model;
+    std::fs::write(of_one.path().join("scene.toml"), scene).expect("writable");
+    let (status_of_one, _, of_one) = fit(of_one.path());
+    assert_eq!(status, status_of_one);
+    assert_eq!(findings["main"]["parameters"], of_one["main"]["parameters"]);
+    assert_eq!(findings["noise"]["outliers_found"], of_one["noise"]["outliers_found"]);
+}
+
+/// A cell far out costs no more than one beside the others, and is told of.
+#[test]
+fn a_note_beside_the_table_is_no_run_and_is_told_of() {
+    let mut own = sheet("May", 0.18);
+    own.rows[2].resize(20, common::workbook::Cell::Empty);
+    own.rows[2].push(common::workbook::Cell::Text("a note".to_owned()));
+    own.rows.push(vec![common::workbook::Cell::Empty; 6]);
+    own.rows[25].push(common::workbook::Cell::Text("another".to_owned()));
+    let place = place("", &[own]);
+    let (_, err, findings) = fit(place.path());
+    assert_eq!(findings["counts"]["runs"], 24);
+    assert!(
+        err.contains("columns no. 7 (without a name), no. 21 (without a name) not read"),
+        "{err}"
+    );
+}
+
+#[test]
+fn a_unit_that_the_header_states_is_held_against_the_key() {
+    let table = |header: &str, rows: &str| format!("{header}\n{rows}");
+    let rows = "PTFE,25.4,250,170\nPTFE,25.4,350,236\nPTFE,25.4,450,301\n";
+    let refused = |columns: &str, header: &str, rows: &str| {
+        let place = tempfile::tempdir().expect("a temporary folder");
+        std::fs::write(place.path().join("runs.csv"), table(header, rows)).expect("writable");
+        let scene = format!("[data]\nruns = \"runs.csv\"\ncolumns = {{ {columns} }}\n{PTFE}");
+        std::fs::write(place.path().join("scene.toml"), scene).expect("writable");
+        let (status, _, err) = wetcor(place.path(), &["check", "scene.toml"]);
+        (status, err)
+    };
+    for height in [
+        "Drop (in)",
+        "Drop [inch]",
+        "Drop, in",
+        "Drop / ft",
+        "Drop in inches",
+        "Drop height ft",
+        "h\u{2033}",
+        "h (cm)",
+        "h [m]",
+        "h / µm",
+        "h in cm",
+        "h_cm",
+        "h (%)",
+        "h [°]",
+        "h (mph)",
+        "h (px)",
+        "h, m/s",
+    ] {
+        let columns = format!("drop_height_mm = \"{height}\"");
+        let header = format!("particle,diameter_mm,\"{height}\",rebound_height_mm");
+        let (status, err) = refused(&columns, &header, rows);
+        assert_eq!(status, Some(2), "{height}");
+        assert!(err.contains("by its name it "), "{height}: {err}");
+    }
+    for (columns, header, below) in [
+        (
+            "drop_height_mm = \"h\"",
+            "particle,diameter_mm,h,rebound_height_mm",
+            ",,[cm],",
+        ),
+        (
+            "drop_height_mm = \"h\"",
+            "particle,diameter_mm,h,rebound_height_mm",
+            ",mm,in,mm",
+        ),
+        // our own names, too
+        (
+            "drop_height_mm = \"h\"",
+            "particle,diameter_mm,h,rebound_height_mm",
+            ",cm,mm,mm",
+        ),
+    ] {
+        let (status, err) = refused(columns, header, &format!("{below}\n{rows}"));
+        assert_eq!(status, Some(2), "{below}");
+        assert!(err.contains("by the row below its name it "), "{below}: {err}");
+    }
+    // each dimension has its own
+    let others = "PTFE,4.762,0.9,0.8\nPTFE,4.762,1.2,0.79\nPTFE,4.762,1.5,0.78\n";
+    for (ours, theirs, header) in [
+        (
+            "impact_speed_m_s",
+            "v (mph)",
+            "particle,diameter_mm,v (mph),restitution",
+        ),
+        (
+            "impact_speed_m_s",
+            "v [cm/s]",
+            "particle,diameter_mm,v [cm/s],restitution",
+        ),
+        ("restitution", "e [%]", "particle,diameter_mm,impact_speed_m_s,e [%]"),
+        ("restitution", "e (mm)", "particle,diameter_mm,impact_speed_m_s,e (mm)"),
+        ("diameter_mm", "D (in)", "particle,D (in),impact_speed_m_s,restitution"),
+        ("diameter_mm", "D%", "particle,D%,impact_speed_m_s,restitution"),
+    ] {
+        let (status, err) = refused(&format!("{ours} = \"{theirs}\""), header, others);
+        assert_eq!(status, Some(2), "{theirs}");
+        assert!(err.contains("by its name it "), "{theirs}: {err}");
+    }
+    // what agrees, and what is no unit, is read
+    for (ours, theirs) in [
+        ("impact_speed_m_s", "v_in"),
+        ("impact_speed_m_s", "v (in)"),
+        ("impact_speed_m_s", "v / m s^-1"),
+        ("impact_speed_m_s", "v_m"),
+    ] {
+        let header = format!("particle,diameter_mm,{theirs},restitution");
+        let (status, err) = refused(&format!("{ours} = \"{theirs}\""), &header, others);
+        assert_eq!(status, Some(0), "{theirs}: {err}");
+    }
+    let header = "particle,diameter_mm,h,rebound_height_mm";
+    let (status, err) = refused("drop_height_mm = \"h\"", header, &format!("-,[mm],mm,(mm)\n{rows}"));
+    assert_eq!(status, Some(0), "{err}");
+}
+
+#[test]
+fn heights_of_the_centre_are_counted_from_half_a_diameter_higher() {
+    let fit_of = |data: &str, above: f64| {
+        let rows = dry_rows(0.18);
+        let moved = rows.lines().map(|line| {
+            let cells: Vec<&str> = line.split(',').collect();
+            let [drop, rebound] = [2, 3].map(|at| cells[at].parse::<f64>().expect("a number") + above);
+            format!("{},{},{drop},{rebound:.3}\n", cells[0], cells[1])
+        });
+        let place = place(
+            data,
+            &[Sheet::of("May", &format!("{HEADER}{}", moved.collect::<String>()))],
+        );
+        parameter(&fit(place.path()).2, "dry_k[PTFE]")
+    };
+    let right = fit_of("", 0.0);
+    assert!((right - 0.18).abs() < 0.003, "{right}");
+    let centre = fit_of("heights_of = \"centre\"\n", 2.381);
+    assert!((centre - right).abs() < 1e-4, "{centre} {right}");
+    // the planted fault: heights of the centre, not said to be
+    let wrong = fit_of("", 2.381);
+    assert!((wrong - right).abs() > 0.003, "{wrong} {right}");
+}
+
+/// The same settings as a laboratory writes them: titles, a merged header, units below, per cent, a sheet a liquid, runs marked
+/// as bad.
+fn laboratory() -> Vec<Sheet> {
+    let (k, l, c) = (0.183, 1.85, 1.0);
+    let kept = |v: f64, film_ratio: f64, viscosity: f64, density: f64| {
+        let dry: f64 = 1.0 - k * 2f64.powf(0.2);
+        let stokes = 2150.0 * 4.762e-3 * v / (9.0 * viscosity);
+        let stepwise = film_ratio * (3.0 - 6.0 * film_ratio + 4.0 * film_ratio * film_ratio);
+        dry * dry - c * density / 2150.0 * stepwise - 4.0 * l / stokes
+    };
+    let head = "Drop tests on glass,,,,,,\n\"Sphere D = 4.762 mm, 23 °C\",,,,,,\n\nTrial,,Film,Impact,,Result,\n\
+                Nr.,Day,Filmdicke,Fallhöhe,v_i,e,ungültig\n,,[µm],[cm],[m/s],[%],\n"
+        .replace("\"Sphere D = 4.762 mm, 23 °C\"", "Sphere D = 4.762 mm");
+    let scatter = |at: usize| [-0.004, 0.003, 0.001][at % 3];
+    let mut number = 0;
+    let mut row = |film: &str, v: f64, e: f64| {
+        number += 1;
+        let height = 100.0 * v * v / 19.62;
+        let good = format!(
+            "{number},day,{film},{height:.2},{v},{:.2},\n",
+            100.0 * (e + scatter(number))
+        );
+        let bad = format!("{number}b,day,{film},{height:.2},{v},{:.2},x\n", 40.0);
+        if number % 7 == 0 {
+            good + &bad
+        } else {
+            good
+        }
+    };
+    let speeds = [0.54, 0.77, 0.99, 1.25, 1.53, 1.88];
+    let dry: String = speeds
+        .iter()
+        .flat_map(|v| [v; 3])
+        .map(|v| row("", *v, 1.0 - k * v.powf(0.2)))
+        .collect();
+    let mut wet = |viscosity: f64, density: f64| -> String {
+        let films = [150.0, 290.0];
+        let each = films
+            .iter()
+            .flat_map(|film| speeds.iter().flat_map(move |v| [(*film, *v); 2]));
+        each.map(|(film, v)| {
+            let kept: f64 = kept(v, film * 1e-6 / 4.762e-3, viscosity, density);
+            row(&film.to_string(), v, kept.max(0.0).sqrt())
+        })
+        .collect()
+    };
+    let (thin, thick) = (wet(9.3e-3, 930.0), wet(20e-3, 950.0));
+    vec![
+        Sheet::of("trocken", &format!("{head}{dry}")),
+        Sheet::of("Öl AK10", &format!("{head}{thin}")),
+        Sheet::of("Öl AK20", &format!("{head}{thick}")),
+    ]
+}
+
+#[test]
+fn a_laboratorys_workbook_takes_one_edit_and_three_commands() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    std::fs::write(place.path().join("Versuche.xlsx"), workbook(&laboratory())).expect("writable");
+    let (status, out, err) = wetcor(place.path(), &["new", "Versuche.xlsx"]);
+    assert_eq!((status, err.as_str()), (Some(0), ""), "{out}");
+    for said in [
+        "row 5 names the columns, their units stand below",
+        "`e` is restitution_percent, its unit by the row below, `[%]`",
+        "`ungültig` is exclude: runs marked `x` are left out",
+        "sheet `trocken` is of liquid dry",
+        "diameter_mm is 4.762, by `Sphere D = 4.762 mm`",
+        "sheets trocken, Öl AK10, Öl AK20",
+    ] {
+        assert!(out.contains(said), "{said}: {out}");
+    }
+    // the one edit: what only the experimentalist knows
+    let open: Vec<&str> = out
+        .lines()
+        .filter_map(|line| line.strip_prefix("to fill in: "))
+        .collect();
+    assert_eq!(open.len(), 5, "{open:?}");
+    let path = place.path().join("scene.toml");
+    let mut scene = std::fs::read_to_string(&path).expect("a draft");
+    for value in ["2150", "930", "9.3", "950", "20"] {
+        scene = scene.replacen("= \"fill in\"", &format!("= {value}"), 1);
+    }
+    std::fs::write(&path, scene).expect("writable");
+    let (_, err, findings) = fit(place.path());
+    assert!((parameter(&findings, "dry_k[only]") - 0.183).abs() < 0.003, "{err}");
+    let l = parameter(&findings, "lubrication_log");
+    assert!((l - 1.85).abs() < 0.15, "{l}: {err}");
+    let screened = findings["counts"]["screened"].as_array().expect("a list");
+    assert_eq!(screened[0]["reason"], "excluded: `x`");
+}
+
+/// What stands above the names of a CSV is passed over, too.
+#[test]
+fn titles_above_the_names_of_a_text_are_passed_over() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let text = format!("Drops of May, on glass\n\n{HEADER}-,mm,mm,mm\n{}", dry_rows(0.18));
+    std::fs::write(place.path().join("runs.csv"), text).expect("writable");
+    let (status, out, err) = wetcor(place.path(), &["new", "runs.csv"]);
+    assert_eq!((status, err.as_str()), (Some(0), ""));
+    assert!(
+        out.contains("row 3 names the columns, their units stand below"),
+        "{out}"
+    );
+    let path = place.path().join("scene.toml");
+    let scene = std::fs::read_to_string(&path).expect("a draft");
+    assert!(scene.contains("\nheader_row = 3"), "{scene}");
+    let scene = scene.replacen("heights_to = \"fill in\"", "heights_to = \"plate\"", 1);
+    let scene = scene.replacen("heights_of = \"fill in\"", "heights_of = \"lowest\"", 1);
+    std::fs::write(&path, scene.replacen("= \"fill in\"", "= 2150", 1)).expect("writable");
+    let (_, _, findings) = fit(place.path());
+    assert_eq!(findings["counts"]["runs"], 24);
+    // without the key the message says what is missing
+    let scene = format!("[data]\nruns = \"runs.csv\"\n{PTFE}");
+    std::fs::write(&path, scene).expect("writable");
+    let (status, _, err) = wetcor(place.path(), &["check", "scene.toml"]);
+    assert_eq!(status, Some(2));
+    assert!(
+        err.contains("`header_row` in [data] says in which row these are"),
+        "{err}"
+    );
+}
+
+#[test]
+fn a_row_of_another_width_is_refused_in_every_table() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let list = "file,particle,diameter_mm,frame_rate_Hz,exclude\na.csv,PTFE,4,762,1000,\n";
+    std::fs::write(place.path().join("list.csv"), list).expect("writable");
+    let (status, _, err) = wetcor(place.path(), &["track", "list.csv", "--out", "runs.csv"]);
+    assert_eq!(status, Some(2));
+    assert!(
+        err.contains("line 2, row: found 6 cells, expected 5 as in the header"),
+        "{err}"
+    );
+    let settings = "particle,liquid,diameter_mm,film_um,impact_speed_m_s\nPTFE,AK10,4,287,1,2\nPTFE,AK10,4\n";
+    std::fs::write(place.path().join("settings.csv"), settings).expect("writable");
+    let refused =
+        wetcor::runs::read_settings(&place.path().join("settings.csv")).expect_err("two rows of other widths");
+    let said = refused.to_string();
+    assert!(
+        said.contains("line 2, row: found 6 cells") && said.contains("line 3, row: found 3 cells"),
+        "{said}"
+    );
+}
