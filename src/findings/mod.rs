@@ -4,7 +4,6 @@
 //!
 //! | file | job |
 //! |---|---|
-//! | `notices.rs` | what wants a second look: codes, sentences, next steps |
 //! | `estimate.rs` | a number with its standard error, its interval, or why there is none |
 //! | `fit_verdict.rs` | whether a fit may be quoted |
 //! | `form_choice.rs` | when a form of the law stands in for the default one |
@@ -15,6 +14,7 @@
 //! | `own_dry_speed.rs` | e_dry at each run's own speed |
 //! | `measurement_errors.rs` | measurement errors of the runs of a fit |
 //! | `checks.rs` | the table of what must hold: codes, lines, sources, advice |
+//! | `notices.rs` | what wants a second look: codes, sentences, next steps |
 //! | `film_groups.rs` | film groups with their width, and why some have no film ratio of their own |
 //! | `dry.rs` | k of each particle, and whether one k serves all diameters |
 //! | `series.rs` | the square-root law of each series |

@@ -1,6 +1,6 @@
 //! Reads a row that is the mean of several runs as those runs.
 
-use super::row::{bad_cell, BadCell, RawRow, LARGEST_RESTITUTION};
+use super::raw_row::{bad_cell, BadCell, RawRow, LARGEST_RESTITUTION};
 use crate::distributions::normal_quantile;
 use crate::scene::RunColumn;
 

@@ -4,8 +4,9 @@ use super::collect::{Collected, SheetRead};
 use super::columns::{ColumnPlace, TableLayout};
 use super::decimals::{parse_number, DecimalMarks, Decimals};
 use super::labels::{label, Label};
+use super::raw_row::{BadCell, RawRow};
 use super::refusals::{CellPlace, Refusals, Refused};
-use super::row::{check_row, BadCell, RawRow, RowChecker};
+use super::row::{check_row, RowChecker};
 use crate::error::{quoted, Problem};
 use crate::scene::{RunColumn, Scene};
 

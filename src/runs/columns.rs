@@ -1,7 +1,7 @@
 //! Matches the header of a table with the columns runs can have.
 
 use super::collect::unnamed_column;
-use super::row::RawRow;
+use super::raw_row::RawRow;
 use super::told_twice::TOLD_TWICE;
 use super::written_units::{unit_in_name, unit_of_cell, StatedUnit};
 use crate::error::{quoted, Problem};

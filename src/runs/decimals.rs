@@ -1,7 +1,7 @@
 //! Finds how a text separates its columns, and reads its numbers, whichever mark their decimals have.
 
+use super::raw_row::BadCell;
 use super::refusals::{CellPlace, Refusals};
-use super::row::BadCell;
 use crate::error::quoted;
 use crate::files::MOST_COLUMNS;
 use crate::scene::{Naming, RunColumn};

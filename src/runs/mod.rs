@@ -3,6 +3,7 @@
 //! | file | job |
 //! |---|---|
 //! | `errors.rs` | holds the measurement errors of runs |
+//! | `raw_row.rs` | holds one run as a file has it, and how its heights and Stokes number become speeds |
 //! | `averaged.rs` | reads a row that is the mean of several runs as those runs |
 //! | `told_twice.rs` | compares columns that tell the same thing of a run |
 //! | `labels.rs` | knows the words that mark a row as the mean, total or spread of others |
@@ -75,6 +76,7 @@ mod parquet_parts;
 mod part;
 mod pieces;
 mod places;
+mod raw_row;
 mod records;
 mod refusals;
 mod row;
@@ -106,7 +108,7 @@ pub use impacts::{by_film, Conditions};
 pub use many::{read_any_number, MOST_KEPT};
 pub use new_run::NewRun;
 pub use places::RowPlaces;
-pub(crate) use row::LARGEST_RESTITUTION;
+pub(crate) use raw_row::LARGEST_RESTITUTION;
 pub use series::{DryGroup, Impacts, Runs, Series};
 pub use settings::{read_settings, AskedSetting};
 pub use spheres::{diameter_in_mm, sphere_label, sphere_words, Sphere};

@@ -4,7 +4,7 @@ use std::fmt::Display;
 
 use super::columns::TableLayout;
 use super::damaged::unless_damaged;
-use super::row::BadCell;
+use super::raw_row::BadCell;
 use crate::error::{Problem, PROBLEMS_SHOWN};
 use crate::scene::RunColumn;
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::row::{RawRow, StokesScale, Surface};
+use super::raw_row::{RawRow, StokesScale, Surface};
 use crate::physics::numbers::free_fall_speed;
 use crate::scene::RunColumn;
 

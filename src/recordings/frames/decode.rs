@@ -11,6 +11,17 @@ use tiff::decoder::{Decoder, DecodingResult};
 use crate::error::Error;
 use crate::files::{self, Input};
 
+/// Most frames that are at work at once; between two such lots it is looked whether one could not be read.
+const MOST_AT_ONCE: usize = 256;
+
+/// Pixels that are at work at once: a decoder and the search take up to twenty bytes a pixel.
+const PIXELS_AT_ONCE: usize = 1 << 25;
+
+/// Frames of so many pixels that are at work at once, however many threads there are.
+pub(super) fn at_once(pixels: usize) -> usize {
+    (PIXELS_AT_ONCE / pixels.max(1)).clamp(1, MOST_AT_ONCE)
+}
+
 /// Pixels of the largest frame that is read.
 const MOST_PIXELS: u64 = 1 << 25;
 

@@ -61,17 +61,6 @@ pub struct Sightings {
     pub contrast: f64,
 }
 
-/// Most frames that are at work at once; between two such lots it is looked whether one could not be read.
-const MOST_AT_ONCE: usize = 256;
-
-/// Pixels that are at work at once: a decoder and the search take up to twenty bytes a pixel.
-const PIXELS_AT_ONCE: usize = 1 << 25;
-
-/// Frames of so many pixels that are at work at once, however many threads there are.
-fn at_once(pixels: usize) -> usize {
-    (PIXELS_AT_ONCE / pixels.max(1)).clamp(1, MOST_AT_ONCE)
-}
-
 /// Finds the sphere in every frame of a recording, which falls downwards in them.
 ///
 /// `path` is a folder of PNG, JPEG or TIFF frames of 8 or 16 bits, in order of name (frame2 before frame10), or a TIFF of
@@ -108,7 +97,7 @@ pub fn find_sphere(path: &Path, progress: &(dyn Fn(usize, usize) + Sync)) -> Res
     let seeker = Seeker::new(&background, radius);
     let done = AtomicUsize::new(0);
     let mut outlines: Vec<Option<Outline>> = Vec::with_capacity(frames.len());
-    let at_once = at_once(first.levels.len());
+    let at_once = decode::at_once(first.levels.len());
     for start in (0..frames.len()).step_by(at_once) {
         let lot = start..(start + at_once).min(frames.len());
         let found: Vec<Result<Option<Outline>, String>> = lot
@@ -183,7 +172,7 @@ fn read_like(frames: &Frames, frame: usize, first: &Grey, room: &mut Room) -> Re
 
 fn read_all(frames: &Frames, which: &[usize], first: &Grey) -> Result<Vec<Grey>, String> {
     let mut all = Vec::with_capacity(which.len());
-    for lot in which.chunks(at_once(first.levels.len())) {
+    for lot in which.chunks(decode::at_once(first.levels.len())) {
         let read: Vec<Result<Grey, String>> = lot
             .par_iter()
             .map_init(Room::default, |room, frame| read_like(frames, *frame, first, room))
@@ -201,7 +190,7 @@ fn radius_elsewhere(frames: &Frames, background: &Background, first: &Grey) -> R
     const FEW: usize = 16;
     let all: Vec<usize> = (0..frames.len()).collect();
     let mut free = vec![];
-    for few in all.chunks(at_once(first.levels.len()).min(FEW)) {
+    for few in all.chunks(decode::at_once(first.levels.len()).min(FEW)) {
         let read = read_all(frames, few, first)?;
         free.extend(sphere::discs(&read.iter().collect::<Vec<_>>(), background));
     }

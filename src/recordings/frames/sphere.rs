@@ -292,7 +292,7 @@ pub(super) fn largest(mut radii: Vec<f64>) -> Option<f64> {
 
 /// Radii of the discs that frames show, the two clearest a frame.
 pub(super) fn discs(frames: &[&Grey], background: &Background) -> Vec<f64> {
-    let lot = super::at_once(frames.first().map_or(0, |grey| grey.levels.len()));
+    let lot = super::decode::at_once(frames.first().map_or(0, |grey| grey.levels.len()));
     let mut radii = vec![];
     for lot in frames.chunks(lot) {
         let each: Vec<Vec<f64>> = lot
