@@ -326,7 +326,7 @@ fn both_formats_hold_the_same_numbers_and_reynolds_over_stokes_is_nine_ratios() 
     let (status, csv, err) = predict(example(), &ASKED);
     assert_eq!(status, Some(0), "{err}");
     // M50 has the smaller Stokes numbers: they are none of these speeds in AK10
-    let covered = "notice: 3 of 6 speeds extrapolated: runs of PTFE in AK10 covered 0.767 to 1.715 m/s, Stokes numbers 62.6 to 352.5";
+    let covered = "notice: 3 of 6 speeds extrapolated: runs of PTFE in AK10 covered 0.767 to 1.716 m/s, Stokes numbers 62.6 to 352.5";
     assert!(err.starts_with(covered), "{err}");
     let (_, json, _) = predict(example(), &[&ASKED[..], &["--format", "json"]].concat());
     let json: serde_json::Value = serde_json::from_str(&json).expect("valid JSON");
