@@ -115,13 +115,7 @@ struct Fitted {
 
 impl Fitted {
     fn of(place: Place, rows: &[NewRun]) -> Fitted {
-        let table = Table {
-            runs: runs::arrange(&place.scene, rows),
-            rows: rows.len(),
-            screened: vec![],
-            notices: vec![],
-            sha256: String::new(),
-        };
+        let table = Table::of(runs::arrange(&place.scene, rows));
         let least_squares = findings::fit_least_squares(&place.scene, &table, 1, false);
         let asked = SamplingSetup {
             form: least_squares.form,

@@ -81,15 +81,12 @@ pub(super) fn fit_beside(
     let told = |pair: [f64; 2]| with_se(pair[0], pair[1]);
     let notice = notices::slow_rebounds(slow.len(), &shortened(&rows), &name, [told(before), told(after)]);
     wider.scene = Some(Box::new(wider_scene));
-    // a prior that the runs contradict at their word is told, though less is read from them now
+    // a prior that the runs contradict at their word is no better for reading less from them
     let contradicts = |check: &&Check| check.check == checks::PRIOR_CONFLICT.code && !check.passed;
     if let Some(before) = own.checks.iter().find(contradicts) {
         let now = wider.checks.iter_mut().find(|check| check.check == before.check);
         if let Some(now) = now.filter(|now| now.passed) {
-            *now = Check {
-                gates: false,
-                ..before.clone()
-            };
+            *now = before.clone();
         }
     }
     Ok(Beside::Stands(Box::new(wider), notice))

@@ -121,13 +121,7 @@ pub fn chance(case: &str) -> impl Rng {
 }
 
 pub fn table(scene: &Scene, new: &[NewRun]) -> Table {
-    Table {
-        runs: runs::arrange(scene, new),
-        rows: new.len(),
-        screened: vec![],
-        notices: vec![],
-        sha256: String::new(),
-    }
+    Table::of(runs::arrange(scene, new))
 }
 
 /// What was found, and how it is told.
