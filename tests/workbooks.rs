@@ -326,19 +326,22 @@ fn laboratory() -> Vec<Sheet> {
         let stepwise = film_ratio * (3.0 - 6.0 * film_ratio + 4.0 * film_ratio * film_ratio);
         dry * dry - c * density / 2150.0 * stepwise - 4.0 * l / stokes
     };
-    let head = "Drop tests on glass,,,,,,\n\"Sphere D = 4.762 mm, 23 °C\",,,,,,\n\nTrial,,Film,Impact,,Result,\n\
-                Nr.,Day,Filmdicke,Fallhöhe,v_i,e,ungültig\n,,[µm],[cm],[m/s],[%],\n"
-        .replace("\"Sphere D = 4.762 mm, 23 °C\"", "Sphere D = 4.762 mm");
+    let head = "Drop tests on glass,,,,,,,\nSphere D = 4.762 mm,,,,,,,\n\nTrial,,Film,Impact,,Result,,\n\
+                Nr.,Day,Filmdicke,Fallhöhe,v_i,Steighöhe,e,ungültig\n,,[µm],[cm],[m/s],[cm],[%],\n";
     let scatter = |at: usize| [-0.004, 0.003, 0.001][at % 3];
     let mut number = 0;
     let mut row = |film: &str, v: f64, e: f64| {
         number += 1;
         let height = 100.0 * v * v / 19.62;
-        let good = format!(
-            "{number},day,{film},{height:.2},{v},{:.2},\n",
-            100.0 * (e + scatter(number))
-        );
-        let bad = format!("{number}b,day,{film},{height:.2},{v},{:.2},x\n", 40.0);
+        let e = e + scatter(number);
+        // by a ruler, now and then
+        let risen = if number % 5 == 0 {
+            format!("{:.1}", e * e * height)
+        } else {
+            String::new()
+        };
+        let good = format!("{number},day,{film},{height:.2},{v},{risen},{:.2},\n", 100.0 * e);
+        let bad = format!("{number}b,day,{film},{height:.2},{v},,40,x\n");
         if number % 7 == 0 {
             good + &bad
         } else {
@@ -380,6 +383,7 @@ fn a_laboratorys_workbook_takes_one_edit_and_three_commands() {
         "row 5 names the columns, their units stand below",
         "`e` is restitution_percent, its unit by the row below, `[%]`",
         "`ungültig` is exclude: runs marked `x` are left out",
+        "`Steighöhe` is not read: `e` says the same of more runs",
         "sheet `trocken` is of liquid dry",
         "diameter_mm is 4.762, by `Sphere D = 4.762 mm`",
         "sheets trocken, Öl AK10, Öl AK20",

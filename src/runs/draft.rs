@@ -89,6 +89,7 @@ pub(super) fn draft(survey: &Survey, runs: &str) -> Draft {
     };
     naming.leave_half_means();
     naming.read_titles(survey);
+    naming.leave_rebound_heights();
     naming.ask_for_columns(!liquids.is_empty());
     naming.say_what_is_taken();
     let mut text = Text::default();
@@ -319,6 +320,33 @@ impl Naming<'_> {
             self.guessed.push(format!("{name} is {value}, by {}", quoted(title)));
             self.constants.push((name, value));
         }
+    }
+
+    /// Leaves a rebound height where another column says the same of as many runs: a ruler is too coarse to agree with it.
+    fn leave_rebound_heights(&mut self) {
+        let filled = |of_runs: RunColumn| self.column(of_runs).map_or(0, |column| column.filled);
+        let better = [RunColumn::Restitution, RunColumn::ReboundSpeed];
+        let better = better.into_iter().max_by_key(|of_runs| filled(*of_runs));
+        let Some(better) = better.filter(|of_runs| filled(*of_runs) > 0) else {
+            return;
+        };
+        if filled(RunColumn::ReboundHeight) > filled(better) {
+            return;
+        }
+        let (Some(height), Some(better)) = (self.column(RunColumn::ReboundHeight), self.column(better)) else {
+            return;
+        };
+        // a column with our name is what it says
+        let Some(at) = self.columns.iter().position(|(_, theirs)| *theirs == height.name) else {
+            return;
+        };
+        self.columns.remove(at);
+        self.places.retain(|(place, _)| *place != RunColumn::ReboundHeight);
+        let [name, by] = [height, better].map(|column| quoted(&column.name));
+        self.guessed.retain(|told| !told.starts_with(&format!("{name} is ")));
+        self.guessed
+            .push(format!("{name} is not read: {by} says the same of more runs"));
+        self.unused.push(height);
     }
 
     /// Whether heights give speeds that no other column gives.

@@ -298,8 +298,24 @@ pub(super) fn may_hold_reasons(name: &str) -> bool {
 
 /// Whether a column that is not read holds a few words, as one of particles or liquids does.
 pub(super) fn may_hold_names(column: &SurveyedColumn) -> bool {
-    column.largest.is_none() && (1..=MOST_KINDS).contains(&column.words.len()) && !may_hold_reasons(&column.name)
+    let holds_days = CALLED_DAYS.contains(&letters(&column.name).as_str());
+    let is_of_words = column.largest.is_none() && (1..=MOST_KINDS).contains(&column.words.len());
+    is_of_words && !holds_days && !may_hold_reasons(&column.name)
 }
+
+/// What columns of days and times are called, which are words to a reader of cells.
+const CALLED_DAYS: [&str; 10] = [
+    "date",
+    "day",
+    "time",
+    "datum",
+    "tag",
+    "zeit",
+    "uhrzeit",
+    "heure",
+    "jour",
+    "timestamp",
+];
 
 /// Kinds of particles, or liquids, that one table may well have.
 const MOST_KINDS: usize = 20;

@@ -233,10 +233,14 @@ impl<'p> Joined<'p> {
             if file.sheet.is_some() || visible.is_empty() && hidden.is_empty() {
                 return None;
             }
-            let others = [("", &visible), ("the hidden ", &hidden)];
-            let others = others.iter().filter(|(_, names)| !names.is_empty());
-            let others: Vec<String> = others.map(|(kind, names)| format!("{kind}{}", names.join(", "))).collect();
-            let text = format!("{book}: sheet {read} is read, not {}", others.join(" nor "));
+            let mut text = format!("{book}: sheet {read} is read");
+            if !visible.is_empty() {
+                text.push_str(&format!(", not {}", visible.join(", ")));
+            }
+            if !hidden.is_empty() {
+                let not = if visible.is_empty() { "not" } else { "nor" };
+                text.push_str(&format!(", {not} the hidden {}", hidden.join(", ")));
+            }
             Some(Notice::new(
                 SHEETS_NOT_READ,
                 visible.len() + hidden.len(),

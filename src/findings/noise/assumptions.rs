@@ -176,7 +176,7 @@ mod tests {
         let told = |restitution: f64, expected: f64| {
             described(&Outlier {
                 row: 3,
-                place: "row 3".to_owned(),
+                place: "runs.csv, line 4".to_owned(),
                 particle: "PTFE".to_owned(),
                 liquid: Some("AK10".to_owned()),
                 diameter_m: 4e-3,
