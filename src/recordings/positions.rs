@@ -114,6 +114,8 @@ struct Rows<'r> {
 }
 
 impl TakesRows for Rows<'_> {
+    const MAY_END_BLANK: bool = true;
+
     fn header(&mut self, names: &[String], line: u64) -> Result<(), Vec<Problem>> {
         let ours = self.ours(names);
         let is_known = |name: &String| {

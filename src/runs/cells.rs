@@ -12,6 +12,9 @@ use crate::scene::{Naming, TableFile};
 
 /// What takes the rows of a table.
 pub(crate) trait TakesRows {
+    /// Whether a row may go on with empty cells; where words follow numbers, these may as well be shifted by a decimal comma.
+    const MAY_END_BLANK: bool = false;
+
     /// Takes the names in the header, without blanks around them, and the line it stands on. What it refuses ends the
     /// reading.
     fn header(&mut self, names: &[String], line: u64) -> Result<(), Vec<Problem>>;
@@ -27,7 +30,7 @@ pub(crate) trait TakesRows {
 }
 
 /// Gives every row of a CSV, or of a sheet of a workbook, in its order.
-pub(crate) fn each_row(file: &TableFile, to: &mut impl TakesRows) -> Result<(), Error> {
+pub(crate) fn each_row<T: TakesRows>(file: &TableFile, to: &mut T) -> Result<(), Error> {
     let path = file.path.as_path();
     let refused = |problems: Vec<Problem>| Error::input(&file.shown(), problems);
     let mut source = TableSource::open(path)?;
@@ -64,8 +67,8 @@ pub(crate) fn each_row(file: &TableFile, to: &mut impl TakesRows) -> Result<(), 
         }
         let cells = record.cells();
         let width = to.width().unwrap_or(cells.len());
-        // separators at the end of a row say nothing
-        let is_meant = cells.len() >= width && cells[width..].iter().all(|cell| cell.trim().is_empty());
+        let ends_blank = || cells.len() > width && cells[width..].iter().all(|cell| cell.trim().is_empty());
+        let is_meant = cells.len() == width || T::MAY_END_BLANK && ends_blank();
         if is_meant {
             to.row(record.line(), &cells[..width]);
         } else {
