@@ -224,7 +224,7 @@ liquids = ["AK10", "M50"]
 film_ratio = {{ PTFE = {film_ratios:?} }}
 height_mm = [150]
 dry_impact_speed_m_s = [0.5, 1.0, 1.5]
-repeats = 1
+repeats = 2
 "#
     )
 }

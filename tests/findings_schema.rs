@@ -315,9 +315,10 @@ fn fitted(fit: &Fit) -> Value {
 
 /// Fields that none of these fits writes: they need replicates or draws that fail, a main number that no run tells,
 /// or more runs than are kept.
-const WRITTEN_BY_NONE: [&str; 7] = [
+const WRITTEN_BY_NONE: [&str; 8] = [
     "Bootstrapped.failures",
     "CompressionSummary.held_against",
+    "Counts.sheets",
     "Failed.reason",
     "Failed.replicates",
     "MainParameter.why_none",

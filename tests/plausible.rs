@@ -176,7 +176,7 @@ fn films_of_one_series_in_millimetres_are_found_among_their_neighbours() {
     assert_asked(
         &asked,
         &[
-            "film of 25 runs of PTFE in AK10, the first in row ",
+            "film of 25 runs of PTFE in AK10, the first in runs.csv, line ",
             "some 1000 times thinner",
             "mm for µm?",
         ],

@@ -868,11 +868,11 @@ fn a_table_of_settings_gives_what_each_setting_gives_alone() {
         (status, out, err.replace(file, "settings.csv"))
     };
     let settings = "particle;liquid;diameter_mm;film_um\nPTFE;AK10;4,762;286,0\nPTFE;dry;4,762;\n";
-    let (status, both, err) = told(settings, &["--speed-m-s", "0.5:1.5:3"]);
+    let (status, both, err) = told(settings, &["--speed-m-s", "0.8:1.6:3"]);
     assert_eq!((status, err.as_str()), (Some(0), ""));
     let [wet, dry] = [
-        [&ASKED[..8], &["--speed-m-s", "0.5:1.5:3"]].concat(),
-        [&DRY[..], &["--speed-m-s", "0.5:1.5:3"]].concat(),
+        [&ASKED[..8], &["--speed-m-s", "0.8:1.6:3"]].concat(),
+        [&DRY[..], &["--speed-m-s", "0.8:1.6:3"]].concat(),
     ]
     .map(|asked| predict(example(), &asked).1);
     let alone = wet.lines().skip(1).chain(dry.lines().skip(1));
@@ -885,7 +885,7 @@ fn a_table_of_settings_gives_what_each_setting_gives_alone() {
         .nth(6)
         .expect("a line")
         .starts_with("PTFE,dry,0.004762,,1.5,"));
-    let (_, json, _) = told(settings, &["--speed-m-s", "0.5:1.5:3", "--format", "json"]);
+    let (_, json, _) = told(settings, &["--speed-m-s", "0.8:1.6:3", "--format", "json"]);
     let json: serde_json::Value = serde_json::from_str(&json).expect("valid JSON");
     assert_eq!(json["predictions"].as_array().map(Vec::len), Some(2));
     for (text, more, expected) in [

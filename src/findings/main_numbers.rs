@@ -220,7 +220,13 @@ fn se_of_interval(estimate: &Estimate) -> Option<f64> {
     let probability = 0.5 + 0.5 * estimate.level;
     let normal = normal_quantile(probability);
     let few = student_t_quantile(probability, FEWEST_DEGREES as f64)?;
-    Some(if half > few * se { half / normal } else { se })
+    // at the very number of degrees that is enough, rounding decides nothing
+    const ROUNDING: f64 = 1e-6;
+    Some(if half > few * se * (1.0 + ROUNDING) {
+        half / normal
+    } else {
+        se
+    })
 }
 
 /// Whether, and why not, the numbers may be quoted.

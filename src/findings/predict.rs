@@ -330,8 +330,9 @@ impl ParticleLaw {
 
     /// What the runs in the liquid of a setting covered; `None` where none was made in it.
     pub fn range_in(&self, setting: &Setting) -> Option<&LiquidRange> {
+        let is_same = |own: f64, given: f64| is_within([own; 2], given);
         let mut ranges = self.ranges.iter();
-        ranges.find(|own| own.density == setting.liquid_density && own.viscosity == setting.viscosity)
+        ranges.find(|own| is_same(own.density, setting.liquid_density) && is_same(own.viscosity, setting.viscosity))
     }
 
     /// Whether runs of the particle, in the liquid of a setting, covered it at a speed; `None`: of dry impacts.

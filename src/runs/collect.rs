@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::averaged::MOST_AVERAGED;
-use super::columns::HeaderRemarks;
+use super::columns::{unnamed_column, HeaderRemarks};
 use super::errors::{MeasurementErrors, RunError};
 use super::places::RowLines;
 use super::row::CheckedRow;
@@ -588,11 +588,6 @@ pub(super) fn columns_not_read(tables: &[(String, Vec<String>)]) -> Option<Notic
         )
         .at(Level::Informs)
     })
-}
-
-/// A column without a name, as a message shows it.
-pub(super) fn unnamed_column(index: usize) -> String {
-    format!("no. {} (without a name)", index + 1)
 }
 
 /// Some rows in a few words: `rows 4, 9 to 12`.

@@ -1,6 +1,5 @@
 //! Matches the header of a table with the columns runs can have.
 
-use super::collect::unnamed_column;
 use super::raw_row::RawRow;
 use super::told_twice::TOLD_TWICE;
 use super::written_units::{unit_in_name, unit_of_cell, StatedUnit};
@@ -401,4 +400,9 @@ impl<'h> MatchedHeader<'h> {
             self.problems.push(problem);
         }
     }
+}
+
+/// A column without a name, as a message shows it.
+pub(super) fn unnamed_column(index: usize) -> String {
+    format!("no. {} (without a name)", index + 1)
 }

@@ -84,9 +84,8 @@ mod tests {
     use std::sync::Arc;
 
     /// What a library does with a file that claims more than it holds.
-    fn library_panics() -> f64 {
-        let one = nalgebra::DMatrix::<f64>::zeros(1, 1);
-        one[(std::hint::black_box(5), 5)]
+    fn library_panics() {
+        nalgebra::DMatrix::<f64>::zeros(1, 1).swap_rows(std::hint::black_box(5), 0);
     }
 
     #[test]

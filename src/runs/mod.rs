@@ -26,8 +26,8 @@
 //! | `parquet_parts.rs` | takes a part of a Parquet file as a file of its own |
 //! | `new_run.rs` | holds one run to be written |
 //! | `parquet.rs` | reads and writes Parquet with polars; with `parquet_footer.rs` and `parquet_parts.rs` the only file that names it |
-//! | `workbook.rs` | reads a sheet of a spreadsheet with calamine; the only file that names it |
 //! | `hidden_rows.rs` | finds the rows of a sheet that its workbook hides |
+//! | `workbook.rs` | reads a sheet of a spreadsheet with calamine; the only file that names it |
 //! | `source.rs` | opens a table, and reads no more of it than a format may have |
 //! | `cells.rs` | reads a table whose columns are not those of runs |
 //! | `header.rs` | matches the header of such a table with the columns it may have |

@@ -12,6 +12,7 @@
 //! | `trial.rs` | tries a prior where sampling will go |
 //! | `materials.rs` | the particles and the liquids |
 //! | `choices/` | the model, prior, sampler and bootstrap tables |
+//! | `table_file.rs` | names a table of runs: its file, and the sheet of a workbook |
 //! | `naming.rs` | what a table calls its columns and its words, and what it leaves unsaid |
 //! | `plan.rs` | the truth and design tables of a simulation |
 //! | `published.rs` | numbers from the literature |
@@ -38,6 +39,7 @@ mod published;
 mod read;
 mod run_columns;
 mod table;
+mod table_file;
 mod trial;
 mod unknown_keys;
 
@@ -47,7 +49,7 @@ pub use choices::{
 };
 pub(crate) use choices::{NoiseParameter, NU, SIGMA_DRY, SIGMA_ENERGY, SIGMA_SERIES, SIGMA_WET};
 pub use contents::Scene;
-pub use data::{Data, Screens, TableFile};
+pub use data::{Data, Screens};
 pub use expect::LARGEST_FILM_RATIO;
 pub(crate) use guide::wrapped;
 pub use guide::{guide, markdown, plain};
@@ -61,4 +63,5 @@ pub use prior::Prior;
 pub use published::{Published, PublishedQuantity, WetLaw};
 pub use read::{parse, read};
 pub use run_columns::RunColumn;
+pub use table_file::TableFile;
 pub(crate) use trial::within;

@@ -1,11 +1,11 @@
 //! Reads what a table of runs calls its columns and its words, and what it leaves unsaid.
 
-use super::data::TableFile;
 use super::expect::{ABOVE_ZERO, FINITE};
 use super::keys::{guides, DefaultsTo, Key, KeyGuide, Optional};
 use super::names::{closest, DRY, FILL_IN, MISSING};
 use super::run_columns::RunColumn;
 use super::table::{Count, Inner, OneOf, SceneTable};
+use super::table_file::TableFile;
 
 /// What a table of runs calls its columns and its words, and what it leaves unsaid.
 #[derive(Debug, Clone, PartialEq, Default)]

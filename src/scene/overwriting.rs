@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::contents::Scene;
-use super::data::TableFile;
+use super::table_file::TableFile;
 use crate::files;
 
 /// What every scene has, whatever else is right or wrong with it.

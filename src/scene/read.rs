@@ -3,13 +3,14 @@
 use std::path::Path;
 
 use super::contents::Scene;
-use super::data::{data, TableFile};
+use super::data::data;
 use super::document::Document;
 use super::keys::{guides, Key, Optional, Section};
 use super::materials::{liquids, particles, LIQUIDS, PARTICLES};
 use super::naming::SceneNames;
 use super::published::published;
 use super::table::{SceneTable, Text};
+use super::table_file::TableFile;
 use super::{choices, plan, table};
 use crate::encoding::decode;
 use crate::error::{named, Error};

@@ -1,6 +1,6 @@
 //! Writes shapes and lines of text as one SVG document.
 
-use super::text;
+use super::text::{self, decimal};
 
 /// The first family is the widest, so that the room left for it suffices for the others.
 const FONTS: &str = "DejaVu Sans, Arial, Helvetica, sans-serif";
@@ -138,35 +138,4 @@ fn corners(pixels: &[Pixel]) -> String {
         .map(|(x, y)| format!("{},{}", decimal(*x), decimal(*y)))
         .collect();
     each.join(" ")
-}
-
-/// A number to a hundredth, as short as it goes.
-pub(super) fn decimal(value: f64) -> String {
-    let text = format!("{value:.2}");
-    let short = text.trim_end_matches('0').trim_end_matches('.');
-    match short {
-        "-0" | "" => "0".to_owned(),
-        _ => short.to_owned(),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_are_short_and_to_a_hundredth() {
-        let cases = [
-            (0.0, "0"),
-            (-0.001, "0"),
-            (10.0, "10"),
-            (100.0, "100"),
-            (1.5, "1.5"),
-            (-2.999, "-3"),
-            (0.126, "0.13"),
-        ];
-        for (value, expected) in cases {
-            assert_eq!(decimal(value), expected);
-        }
-    }
 }

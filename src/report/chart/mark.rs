@@ -3,7 +3,8 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use super::data::{Dash, Style};
-use super::drawing::{decimal, Element, Pixel};
+use super::drawing::{Element, Pixel};
+use super::text::decimal;
 
 /// Okabe and Ito's colours for the colour-blind (2008) without their yellow, which white
 /// paper swallows; orange, sky blue and purple are darkened for the same reason.

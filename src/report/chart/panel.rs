@@ -1,7 +1,7 @@
 //! Draws one chart: its axes, the marks inside them and the labels around them.
 
 use super::data::{Axis, Chart, ChartPoint, Extent, Layer, Style};
-use super::drawing::{decimal, Drawing, Element, Frame, Pixel};
+use super::drawing::{Drawing, Element, Frame, Pixel};
 use super::scale::{drawable, AxisScale};
 use super::{mark, text};
 
@@ -246,7 +246,7 @@ impl<'a> Panel<'a> {
             }
         }
         let (x, y) = (frame.left - self.y_label_distance(), frame.top + frame.height / 2.0);
-        let upwards = format!("rotate(-90,{},{})", decimal(x), decimal(y));
+        let upwards = format!("rotate(-90,{},{})", text::decimal(x), text::decimal(y));
         let text = Element::centred_text((x, y), self.look.label_size).set("transform", &upwards);
         drawing.write(text, &self.chart.y.label);
     }

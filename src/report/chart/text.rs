@@ -1,7 +1,6 @@
 //! Sets subscripts and superscripts in labels, and estimates how wide a label gets.
 
 use super::super::markup::escaped;
-use super::drawing::decimal;
 use crate::error::is_unseen;
 
 /// Size of a script relative to its line.
@@ -119,6 +118,16 @@ fn parts(label: &str) -> Vec<(Script, String)> {
     parts
 }
 
+/// A number to a hundredth, as short as it goes.
+pub(super) fn decimal(value: f64) -> String {
+    let text = format!("{value:.2}");
+    let short = text.trim_end_matches('0').trim_end_matches('.');
+    match short {
+        "-0" | "" => "0".to_owned(),
+        _ => short.to_owned(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -160,5 +169,21 @@ mod tests {
         assert_eq!(width("ρ\u{303}", 10.0), width("ρ", 10.0));
         assert!(width("e_{n}", 10.0) < width("en", 10.0));
         assert!(width("粒子", 10.0) > width("mm", 10.0));
+    }
+
+    #[test]
+    fn numbers_are_short_and_to_a_hundredth() {
+        let cases = [
+            (0.0, "0"),
+            (-0.001, "0"),
+            (10.0, "10"),
+            (100.0, "100"),
+            (1.5, "1.5"),
+            (-2.999, "-3"),
+            (0.126, "0.13"),
+        ];
+        for (value, expected) in cases {
+            assert_eq!(decimal(value), expected);
+        }
     }
 }
