@@ -472,10 +472,17 @@ fn failed_replicates_are_counted_with_their_reason_and_gate() {
         ("degenerate resample", 500)
     );
     assert_eq!(row.e_inf.method, "delta");
-    // the linear law gives no main number: what its replicates lack forbids nothing
-    let check = found.verdicts.iter().find(|check| check.check == "bootstrap_failures");
+    let check = found
+        .verdicts
+        .iter()
+        .find(|check| check.check == "bootstrap_failures")
+        .expect("checked");
+    assert!(check.gates && !check.passed && check.value == Some(1.0), "{check:?}");
     assert!(
-        check.is_none_or(|check| check.concerns.iter().all(|name| !name.starts_with("e_inf"))),
+        check
+            .concerns
+            .iter()
+            .all(|name| name.starts_with("e_inf") || name.starts_with("st_c")),
         "{check:?}"
     );
 }

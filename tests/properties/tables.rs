@@ -274,7 +274,11 @@ fn csv_and_parquet_hold_the_same_runs() {
             scene.data.runs = vec![path.into()];
             runs::read(&scene).unwrap_or_else(|error| panic!("{error}"))
         };
-        let (csv, parquet) = (read("both.csv"), read("both.parquet"));
+        let (mut csv, mut parquet) = (read("both.csv"), read("both.parquet"));
+        // lines of the one are rows of the other
+        for table in [&mut csv, &mut parquet] {
+            table.runs.places = Default::default();
+        }
         assert_eq!(format!("{:?}", csv.runs), format!("{:?}", parquet.runs));
         assert_eq!((csv.rows, csv.screened), (parquet.rows, parquet.screened));
     });

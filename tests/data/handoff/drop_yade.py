@@ -4,7 +4,7 @@
 # Law: posterior median of the energy balance
 # Sphere: PTFE, density 2150 kg/m3, diameter 0.004762 m, mass 0.0001215641 kg
 # Liquid on the plate: AK10, density 930 kg/m3, viscosity 0.0093 Pa s, film 0.000286 m
-# Runs of this particle covered St 97.86 to 207.9, here 0.8 to 1.7 m/s; outside is extrapolation
+# Runs of this particle in this liquid covered 0.8 to 1.7 m/s, St 97.86 to 207.9; outside is extrapolation
 # Reference speed: 1 m/s, normal to the plate, where e = 0.62048 (90 % band 0.61428 to 0.62669) and d ln e/d ln v = 0.2143
 # A constant e is within 5 % of the law from 0.814664 to 1.314348 m/s
 # Check in one run: dropped from 0.0509684 m (g = 9.81 m/s2) it rises to e^2 times that, 0.01962283 m
