@@ -884,7 +884,7 @@ fn a_table_of_settings_gives_what_each_setting_gives_alone() {
         .lines()
         .nth(6)
         .expect("a line")
-        .starts_with("PTFE,dry,0.004762,,1.5,"));
+        .starts_with("PTFE,dry,0.004762,,1.6,"));
     let (_, json, _) = told(settings, &["--speed-m-s", "0.8:1.6:3", "--format", "json"]);
     let json: serde_json::Value = serde_json::from_str(&json).expect("valid JSON");
     assert_eq!(json["predictions"].as_array().map(Vec::len), Some(2));

@@ -121,15 +121,12 @@ impl Fitted {
             form: least_squares.form,
             method: MethodChoice::Nodes,
         };
-        let own = posterior::fit_posterior(
-            &place.scene,
-            &table.runs,
-            least_squares.least_squares(),
-            asked,
-            &|_, _| (),
-        )
-        .unwrap_or_else(|error| panic!("{error}"))
-        .unwrap_or_else(|declined| panic!("{declined:?}"));
+        let found = least_squares.least_squares();
+        let own = match posterior::fit_posterior(&place.scene, &table.runs, found, asked, &|_, _| ()) {
+            Ok(Ok(own)) => own,
+            Ok(Err(declined)) => panic!("{declined:?}"),
+            Err(error) => panic!("{error}"),
+        };
         Fitted {
             place,
             table,

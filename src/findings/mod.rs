@@ -406,7 +406,7 @@ impl Findings {
                 Ok(Some(posterior))
             }
             Err(PosteriorRefusal(check)) => {
-                self.verdicts.push(check);
+                self.verdicts.push(*check);
                 self.pick_main_numbers(scene, runs, None);
                 Ok(None)
             }

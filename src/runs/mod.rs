@@ -192,7 +192,7 @@ fn survey_text(source: &mut TableSource, path: &Path) -> Result<Survey, Error> {
     }
     // the separator that parts the line of names most
     let usual = csv::separator(source.reader().map_err(fail)?, &plain).map_err(fail)?;
-    let width = |(row, separator, rows): &(Option<u64>, u8, Vec<(u64, Vec<String>)>)| {
+    let width = |(row, separator, rows): &FirstRows| {
         let names = rows.iter().find(|(line, _)| Some(*line) == *row);
         (names.map_or(0, |(_, cells)| cells.len()), *separator == usual)
     };
@@ -203,6 +203,9 @@ fn survey_text(source: &mut TableSource, path: &Path) -> Result<Survey, Error> {
     survey.take_titles(rows);
     Ok(survey)
 }
+
+/// The line of names, if one was found, by a separator of columns, and the first rows that it parts.
+type FirstRows = (Option<u64>, u8, Vec<(u64, Vec<String>)>);
 
 /// Surveys the sheet of a workbook that is named, else those that are not hidden and have the columns of the first that looks
 /// like a table.

@@ -1,6 +1,6 @@
 //! Says which assumptions of the intervals the scatter of the runs breaks.
 
-use super::rows::RunKind;
+use super::rows::{group_name, RunKind};
 use super::{
     GroupSpread, GrowthTest, GrowthWith, Noise, Offsets, Outlier, SpreadTest, StandardErrorRatio, LEVEL, LINE,
 };
@@ -104,26 +104,6 @@ fn described(one: &Outlier) -> String {
         one.moves,
         one.moves_in_se
     )
-}
-
-/// Particle, liquid, diameter and film ratio in a sentence.
-pub(super) fn group_name(
-    particle: &str,
-    liquid: Option<&str>,
-    diameter: Option<&str>,
-    film_ratio: Option<f64>,
-) -> String {
-    let ratio = film_ratio.map(|ratio| {
-        let decimals = format!("{ratio:.4}");
-        format!("film ratio {}", decimals.trim_end_matches('0').trim_end_matches('.'))
-    });
-    let parts = [
-        Some(particle),
-        Some(liquid.unwrap_or("dry")),
-        diameter,
-        ratio.as_deref(),
-    ];
-    parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
 impl GroupSpread {

@@ -111,3 +111,23 @@ impl<'a> Rows<'a> {
         self.joint.each_measured(&part.part, range, point, hand_on);
     }
 }
+
+/// Particle, liquid, diameter and film ratio in a sentence.
+pub(super) fn group_name(
+    particle: &str,
+    liquid: Option<&str>,
+    diameter: Option<&str>,
+    film_ratio: Option<f64>,
+) -> String {
+    let ratio = film_ratio.map(|ratio| {
+        let decimals = format!("{ratio:.4}");
+        format!("film ratio {}", decimals.trim_end_matches('0').trim_end_matches('.'))
+    });
+    let parts = [
+        Some(particle),
+        Some(liquid.unwrap_or("dry")),
+        diameter,
+        ratio.as_deref(),
+    ];
+    parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
+}

@@ -12,10 +12,9 @@
 use nalgebra::DVector;
 use serde::Serialize;
 
-use super::assumptions::group_name;
 use super::normal_equations::{inverse, Inverse};
 use super::outliers::OutlierSearch;
-use super::rows::{Rows, RunKind};
+use super::rows::{group_name, Rows, RunKind};
 use super::scatter::{is_clear, take, RobustFit, SampledRun};
 use crate::inference::arrow::Arrow;
 use crate::inference::nested::{nested, FTest, Spread};

@@ -42,7 +42,7 @@ pub(super) fn is_of_sampling(check: &Check) -> bool {
 
 /// Why no posterior was sampled, though the scene wants one; the check fails and gates.
 #[derive(Debug)]
-pub struct PosteriorRefusal(pub Check);
+pub struct PosteriorRefusal(pub Box<Check>);
 
 impl PosteriorRefusal {
     /// Its check among all, if nothing was sampled.
@@ -59,21 +59,21 @@ pub fn why_not_sampled(
 ) -> Option<PosteriorRefusal> {
     if parameters.sampled.is_empty() {
         let text = "no parameter is left to be sampled: no runs in use, or every prior fixed";
-        return Some(PosteriorRefusal(checks::PARAMETERS_LEFT.check(0.0, text)));
+        return Some(PosteriorRefusal(Box::new(checks::PARAMETERS_LEFT.check(0.0, text))));
     }
     if let Some(few) = too_few_runs(runs, parameters) {
-        return Some(PosteriorRefusal(few));
+        return Some(PosteriorRefusal(Box::new(few)));
     }
     if let Some(smallest) = smallest_noise(least_squares).filter(|sd| *sd < checks::NOISE.threshold()) {
         let text = format!(
             "the runs have no noise (spread {smallest:.1e}): there is no posterior to sample, and least squares is exact"
         );
-        return Some(PosteriorRefusal(checks::NOISE.check(smallest, text)));
+        return Some(PosteriorRefusal(Box::new(checks::NOISE.check(smallest, text))));
     }
     let rebounds = runs.all_measured() - runs.stuck();
     if rebounds == 0 {
         let text = "every run stuck: nothing bounds the parameters from the other side but their priors";
-        return Some(PosteriorRefusal(checks::REBOUNDS.check(0.0, text)));
+        return Some(PosteriorRefusal(Box::new(checks::REBOUNDS.check(0.0, text))));
     }
     None
 }
@@ -155,7 +155,7 @@ fn smallest_noise(least_squares: LeastSquares) -> Option<f64> {
 
 /// The sampling could not even start.
 pub(super) fn sampling_failed(why: &str) -> PosteriorRefusal {
-    PosteriorRefusal(checks::DRAWS_MADE.check(0.0, why))
+    PosteriorRefusal(Box::new(checks::DRAWS_MADE.check(0.0, why)))
 }
 
 /// Every check of a posterior.
