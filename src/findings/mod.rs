@@ -375,7 +375,9 @@ impl Findings {
                 // what barely rebounding runs are allowed is too little to excuse a misfit
                 let other_noise = scene.model.noise == NoiseOn::Both && posterior.as_given.is_none() || offsets;
                 // no law of a film ratio is quoted beside the posterior then
-                let few = self.scaling.iter().all(|law| !law.tells_its_spread());
+                let balance = self.energy_balance.as_ref();
+                let few = balance.is_some_and(|balance| balance.verdict.passed)
+                    && self.scaling.iter().all(|law| !law.tells_its_spread());
                 for check in &mut self.verdicts {
                     // least squares does not know this noise, or holds a form that predicts worse: the posterior is quoted
                     let of_balance = [checks::ENERGY_BALANCE.code, checks::WET_ERRORS.code].contains(&check.check);

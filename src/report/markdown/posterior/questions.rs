@@ -25,7 +25,7 @@ pub(super) fn questions(page: &mut Page, input: ReportInput, posterior: &Posteri
          serves where neither end of that interval moves an e_inf or a St_c at a film ratio of the runs by more than {:.0} %, \
          against no trend; otherwise the question is open, as it is where chains do not agree, or where a k-hat of a trend \
          that gains is above the line. On simulated runs like the paper's without a trend one is seen in fewer than one set \
-         of a hundred.",
+         of twenty.",
         priors(questions),
         100.0 * SMALL
     ));
