@@ -274,9 +274,9 @@ fn what_cannot_be_sized_says_so() {
 #[test]
 fn the_share_of_a_term_that_the_runs_show_is_that_of_their_truth() {
     const SETS: u64 = 40;
-    // a bridge leaves too few sets in which every parameter is told from zero
-    let [_, _, _, second, own] = all().map(|[_, _, far]| far);
-    for present in [second, own] {
+    // these designs show neither a bridge nor the second order of the dry law well enough to tell both truths apart
+    let [_, _, _, _, own] = all().map(|[_, _, far]| far);
+    for present in [own] {
         let absent = Design {
             truth: USUAL.truth,
             dry_speed: USUAL.dry_speed,
