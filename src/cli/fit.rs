@@ -91,7 +91,10 @@ impl FitOptions<'_> {
         let mut posterior = None;
         if self.wants(Stage::Posterior) {
             if !quiet {
-                say_how_long(findings.expected_sampling(scene, runs, self.method));
+                say_how_long(
+                    findings.expected_sampling(scene, runs, self.method),
+                    self.wants(Stage::Compare),
+                );
             }
             let draws = Draws::of(scene, quiet, "posterior", 1);
             posterior = timing.stage("posterior", true, || {
@@ -124,13 +127,20 @@ fn shell_word(word: &str) -> String {
     }
 }
 
-/// Says how long sampling will take, where that is more than a moment.
-fn say_how_long(expected: Option<ExpectedSampling>) {
+/// Says how long sampling will take, with the models that it is compared with, where that is more than a moment.
+fn say_how_long(expected: Option<ExpectedSampling>, is_compared: bool) {
     const MOMENT: f64 = 5.0;
-    if let Some(ExpectedSampling { one, all }) = expected.filter(|expected| expected.all > MOMENT) {
+    let Some(ExpectedSampling { one, all, stands_alone }) = expected else {
+        return;
+    };
+    let others = if is_compared && !stands_alone { COMPARED } else { 0 };
+    if (1 + others) as f64 * all > MOMENT {
+        let each = match others {
+            0 => String::new(),
+            _ => format!(" for each of up to {} models", 1 + others),
+        };
         say(&format!(
-            "sampling reads the runs one by one, {:.2} ms each time: about {all:.0} s for the posterior; other forms are compared \
-             after it",
+            "sampling reads the runs one by one, {:.2} ms each time: about {all:.1} s{each}",
             1e3 * one
         ));
     }

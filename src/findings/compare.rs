@@ -5,8 +5,8 @@ use serde::Serialize;
 use super::checks::{self, Check};
 use super::form_choice::{is_gain, ln_prior_of_prefactor, Candidate, ChosenBy, InertiaChoice};
 use super::left_out::{
-    affordable_draws, draw_and_leave_out, largest_rhat, leave_out, Asked, ComparisonContext, LeftOutModel,
-    FOR_PARAMETERS,
+    affordable_draws, draw_and_leave_out, largest_rhat, leave_out, why_none_beside, Asked, ComparisonContext,
+    LeftOutModel, FOR_PARAMETERS,
 };
 use super::notices;
 use super::posterior::{effort, Posterior, SamplingSetup};
@@ -172,11 +172,13 @@ pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: 
         notices: vec![],
         own: None,
     };
-    let Some(used) = affordable_draws(runs, own.sampled.draws()) else {
+    let draws = own.sampled.draws();
+    let used = affordable_draws(runs, draws);
+    let why_none = why_none_beside(context.scene, runs, draws);
+    let Some(used) = used.filter(|_| why_none.is_none()) else {
         let any_wet = !runs.series.is_empty();
-        found
-            .notices
-            .push(notices::compare_left_out(runs.all_measured(), any_wet));
+        let why = why_none.unwrap_or_default();
+        found.notices.push(notices::compare_left_out(&why, any_wet));
         return found;
     };
     // the scene's own is left out by its own draws, which a report writes
@@ -312,7 +314,7 @@ pub struct Chosen {
 }
 
 /// The form of inertia that a scene which leaves it open is given, by how well each predicts runs it has not seen. Where runs
-/// are too many to leave each out, the one that least squares took.
+/// are too many for that, the one that least squares took.
 pub fn choose_inertia(context: ComparisonContext, default: SamplingSetup) -> Result<Chosen, Error> {
     let ComparisonContext {
         scene,
@@ -327,7 +329,7 @@ pub fn choose_inertia(context: ComparisonContext, default: SamplingSetup) -> Res
         },
         ..default
     };
-    if affordable_draws(runs, effort(scene).chains * effort(scene).draws).is_none() {
+    if why_none_beside(scene, runs, effort(scene).chains * effort(scene).draws).is_some() {
         let balance = least_squares.energy_balance;
         return Ok(Chosen {
             setup: balance.map_or(default, |balance| of(balance.form().inertia)),

@@ -19,7 +19,7 @@ use crate::inference::nuts::Watcher;
 use crate::inference::prepared_posterior::PreparedPosterior;
 use crate::inference::sampling::{follow_until_mixed, Sampled, SamplingPlan};
 use crate::inference::weighing::{LeftOutRuns, WeighedDraws, Weighing};
-use crate::model::likelihood::pointwise::Pointwise;
+use crate::model::likelihood::pointwise::{self, Pointwise};
 use crate::model::likelihood::{Likelihood, SeriesDensities};
 use crate::model::parameters::ModelParameters;
 use crate::runs::Runs;
@@ -28,6 +28,9 @@ use crate::seed::StreamName;
 
 /// Log densities, runs times draws, that may be computed for one model.
 pub const MOST_DENSITIES: usize = 20_000_000;
+
+/// Runs up to which other models are drawn where the density of each is an integral: of more, all of them take minutes.
+const MOST_INTEGRATED: usize = 600;
 
 /// Fewer draws than this do not carry the weights.
 const FEWEST_DRAWS: usize = 400;
@@ -81,6 +84,22 @@ pub(super) struct LeftOutModel {
 pub(super) fn affordable_draws(runs: &Runs, draws: usize) -> Option<usize> {
     let used = draws.min(MOST_DENSITIES / runs.all_measured().max(1));
     (used >= FEWEST_DRAWS.min(draws) && !runs.series.is_empty() && runs.count.is_empty()).then_some(used)
+}
+
+/// Why no other model of these runs is drawn beside the scene's own, of which there are so many draws; `None` where they are.
+pub(super) fn why_none_beside(scene: &Scene, runs: &Runs, draws: usize) -> Option<String> {
+    let all = runs.all_measured();
+    if runs.series.is_empty() {
+        Some("no wet runs in use".to_owned())
+    } else if affordable_draws(runs, draws).is_none() {
+        Some(format!("{all} runs are too many to leave each out"))
+    } else if all > MOST_INTEGRATED && pointwise::is_integrated(scene, runs) {
+        Some(format!(
+            "the density of each of {all} runs is an integral, and other models are drawn for up to {MOST_INTEGRATED} of those"
+        ))
+    } else {
+        None
+    }
 }
 
 /// How well a left-out model must be known.

@@ -658,14 +658,14 @@ pub(super) fn prior_rules(wide: &[String], add: Option<&str>) -> Notice {
     PRIOR_RULES.with_next_step(wide.len(), text, add.unwrap_or(PRIOR_RULES.next_step))
 }
 
-/// Runs, wet ones among them or not, whose forms of the law are not compared.
-pub(super) fn compare_left_out(runs: usize, any_wet: bool) -> Notice {
+/// Why forms of the law are not compared, with wet runs in use or without.
+pub(super) fn compare_left_out(why: &str, any_wet: bool) -> Notice {
     if any_wet {
-        let text = format!("{runs} runs are too many to leave each out: forms of the law are not compared");
-        return COMPARE_LEFT_OUT.notice(runs, text).at(Level::Cautions);
+        let text = format!("forms of the law are not compared: {why}");
+        return COMPARE_LEFT_OUT.notice(1, text).at(Level::Cautions);
     }
     let text = "no wet runs: there are no forms of the wet law to compare";
-    COMPARE_LEFT_OUT.notice(runs, text.to_owned())
+    COMPARE_LEFT_OUT.notice(1, text.to_owned())
 }
 
 /// A form of inertia that the runs chose, clearly before every other or not.

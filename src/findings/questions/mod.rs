@@ -13,7 +13,6 @@ mod question;
 mod trend_comparison;
 
 use super::checks::Check;
-use super::left_out::affordable_draws;
 use crate::error::Error;
 use crate::model::parameters::ParameterKind;
 use trend_comparison::TrendComparison;
@@ -43,7 +42,7 @@ pub fn is_lubrication_constant(context: Context, below: f64) -> Result<Question,
             ParameterKind::LUBRICATION_LOG,
         )
     };
-    if let Some(why) = too_many(context) {
+    if let Some(why) = context.why_none() {
         return Ok(question.open(&why));
     }
     let part = context.runs.with_films_below(below);
@@ -61,7 +60,7 @@ pub fn is_lubrication_constant(context: Context, below: f64) -> Result<Question,
 /// Whether one C holds for all runs, under the scene's own form.
 pub fn is_prefactor_constant(context: Context) -> Result<Question, Error> {
     let question = unanswered("Is C the same at every film ratio?", ParameterKind::INERTIAL_PREFACTOR);
-    if let Some(why) = too_many(context) {
+    if let Some(why) = context.why_none() {
         return Ok(question.open(&why));
     }
     let models = TrendComparison {
@@ -89,15 +88,4 @@ fn unanswered(question: &'static str, of: ParameterKind) -> Question {
         text: String::new(),
         why_open: None,
     }
-}
-
-/// Why no model of the runs is compared at all.
-fn too_many(context: Context) -> Option<String> {
-    let runs = context.runs;
-    if runs.series.is_empty() {
-        return Some("no wet runs in use".to_owned());
-    }
-    let draws = context.own.sampled.draws();
-    let none = affordable_draws(runs, draws).is_none();
-    none.then(|| format!("{} runs are too many to leave each out", runs.all_measured()))
 }

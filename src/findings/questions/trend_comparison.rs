@@ -7,7 +7,8 @@ use crate::error::Error;
 use crate::findings::compare::{model_name, summarise_model};
 use crate::findings::least_squares::LeastSquares;
 use crate::findings::left_out::{
-    affordable_draws, draw_and_leave_out, leave_out, Asked, ComparisonContext, LeftOutModel, FOR_PARAMETERS,
+    affordable_draws, draw_and_leave_out, leave_out, why_none_beside, Asked, ComparisonContext, LeftOutModel,
+    FOR_PARAMETERS,
 };
 use crate::findings::posterior::{Posterior, SamplingSetup};
 use crate::inference::diagnostics::loo::{difference, Loo};
@@ -36,6 +37,13 @@ pub struct Context<'a> {
     pub own_loo: Option<&'a Loo>,
     /// hears of every draw
     pub watcher: Watcher<'a>,
+}
+
+impl Context<'_> {
+    /// Why no model with a trend is drawn at all.
+    pub(super) fn why_none(&self) -> Option<String> {
+        why_none_beside(self.scene, self.runs, self.own.sampled.draws())
+    }
 }
 
 /// Two models of the same runs, one with a trend.

@@ -100,6 +100,11 @@ impl NoiseSd {
     }
 }
 
+/// Whether the density of a run is an integral: over the noise on the energy kept, or over the true impact speed.
+pub fn is_integrated(scene: &Scene, runs: &Runs) -> bool {
+    runs.errors.is_some() || scene.model.noise == NoiseOn::Both
+}
+
 impl<'r> Pointwise<'r> {
     /// The runs under this form of the energy balance.
     pub fn new(scene: &Scene, runs: &'r Runs, form: Form) -> Pointwise<'r> {
