@@ -220,7 +220,7 @@ fn rows_that_say_they_are_means_are_left_out_and_named() {
         assert_eq!(found.counts.runs, plain.counts.runs + 4);
         let text = found.notices.iter().find(|notice| notice.code == "labelled_rows");
         let text = text.map(|notice| notice.text.clone()).unwrap_or_default();
-        assert!(text.contains("row 4 `") && text.contains("row 16 `"), "{text}");
+        assert!(text.contains("line 5 `") && text.contains("line 17 `"), "{text}");
     }
     // a remark is none, nor is a name of the scene; what such a row has else is not read
     let found = place.fit_rows(&blocks(|_, speed| {
@@ -241,7 +241,10 @@ fn a_file_listed_twice_is_not_quoted() {
     let found = place.fit_rows(&blocks(|_, _| None));
     let check = found.verdicts.iter().find(|check| check.check == "repeated_rows");
     let text = check.map(|check| check.text.clone()).unwrap_or_default();
-    assert!(text.contains("rows 13 to 24 repeat rows 1 to 12"), "{text}");
+    assert!(
+        text.contains("copy.csv, lines 2 to 13 repeat runs.csv, lines 2 to 13"),
+        "{text}"
+    );
     assert!(!quotable(&found.verdicts));
 }
 
@@ -333,5 +336,5 @@ fn columns_that_tell_the_same_thing_are_compared() {
     assert_eq!(of(&slip), Vec::<String>::new());
     let notice = slip.notices.iter().find(|notice| notice.code == "columns_disagree");
     let text = notice.map(|notice| notice.text.clone()).unwrap_or_default();
-    assert!(text.contains("row 5 (1.41 times)"), "{text}");
+    assert!(text.contains("line 6 (1.41 times)"), "{text}");
 }

@@ -4,7 +4,7 @@ mod common;
 
 use common::{seed_of, Place};
 use rand_distr::{Distribution, StandardNormal};
-use wetcor::findings::main_numbers::MainNumber;
+use wetcor::findings::main_numbers::{MainNumber, Source};
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::findings::{by_weight, Findings};
 use wetcor::seed::stream;
@@ -124,10 +124,10 @@ fn a_barely_rebounding_run_is_not_taken_at_its_word() {
     let with = fit(&format!("{rows}{}", line(true, 0.1, slow, 0.03)));
     let (place, text) = told(&with, "slow_rebounds").expect("told");
     assert!(place == 0, "{place}");
-    let row = rows.lines().count();
+    let line_of_it = rows.lines().count() + 1;
     assert!(
-        text.contains(&format!("row {row} ")) && text.contains("e = 0.030"),
-        "row {row}: {text}"
+        text.contains(&format!("runs.csv, line {line_of_it} ")) && text.contains("e = 0.030"),
+        "line {line_of_it}: {text}"
     );
     let (at_infinity, _) = law(true, 0.1);
     let truth = 2.0 * L / at_infinity;
@@ -163,11 +163,41 @@ fn a_run_that_carries_a_number_is_named_among_the_first() {
     let one = fit(&format!("{rows}{}", far(expected - 0.06)));
     let (place, text) = told(&one, "single_run").expect("told");
     assert!(place < 3, "{place}");
-    assert!(text.contains(&format!("row {} ", rows.lines().count())), "{text}");
+    assert!(
+        text.contains(&format!("runs.csv, line {} ", rows.lines().count() + 1)),
+        "{text}"
+    );
     // ten of them carry it together
     let many = (0..10).map(|run| far(expected + 0.015 * f64::from(run % 3 - 1)));
     let many = fit(&format!("{rows}{}", many.collect::<String>()));
     let named = told(&many, "single_run");
+    assert!(named.is_none(), "{named:?}");
+}
+
+#[test]
+fn a_run_that_carries_a_square_root_law_is_named() {
+    // of one liquid, sixteen runs a film ratio at nearly one speed, and one far from them
+    let rows = table(
+        "a_run_that_carries_a_law",
+        &[1.85, 1.9, 1.95, 2.0, 2.05, 2.1, 2.15, 2.2],
+    );
+    let one_liquid = rows.split_inclusive('\n').filter(|row| !row.contains(",thin,"));
+    let rows: String = one_liquid.collect();
+    let expected = 0.4;
+    let slow = speed_of(true, 0.05, expected);
+    let of_law = |rows: &str| {
+        let found = fit(rows);
+        let mut places = found.main.at.iter();
+        let is_law = places.any(|place| place.source == Source::SquareRootLaw && place.film_ratio < 0.06);
+        assert!(is_law, "{:?}", found.main.at);
+        told(&found, "single_run").filter(|(_, text)| text.contains("δ/D = 0.05, square-root law"))
+    };
+    let (place, text) = of_law(&format!("{rows}{}", line(true, 0.05, slow, expected - 0.06))).expect("told");
+    assert!(place < 3, "{place}");
+    let of_run = format!("runs.csv, line {} ", rows.lines().count() + 1);
+    assert!(text.contains(&of_run), "{text}");
+    let many = (0..10).map(|run| line(true, 0.05, slow, expected + 0.015 * f64::from(run % 3 - 1)));
+    let named = of_law(&format!("{rows}{}", many.collect::<String>()));
     assert!(named.is_none(), "{named:?}");
 }
 

@@ -3,7 +3,7 @@
 use super::checks::{self, Check};
 use super::notices;
 use crate::notice::Notice;
-use crate::runs::ComparedColumns;
+use crate::runs::{ComparedColumns, RowPlaces};
 use crate::scene::RunColumn;
 
 /// A failed check of each two columns that tell the same thing and do not.
@@ -30,7 +30,7 @@ fn distance(both: &ComparedColumns) -> f64 {
 }
 
 /// Names the rows in which such columns lie apart, where they agree in the others.
-pub(super) fn rows_apart(compared: &[ComparedColumns]) -> Option<Notice> {
+pub(super) fn rows_apart(compared: &[ComparedColumns], places: &RowPlaces) -> Option<Notice> {
     let agree = |both: &&ComparedColumns| both.all_apart > 0 && checks::COLUMNS_AGREE.holds(distance(both));
     let mut count = 0;
     let each: Vec<String> = compared
@@ -38,11 +38,9 @@ pub(super) fn rows_apart(compared: &[ComparedColumns]) -> Option<Notice> {
         .filter(agree)
         .map(|both| {
             count += both.all_apart;
-            let mut rows: Vec<String> = both
-                .apart
-                .iter()
-                .map(|(row, ratio)| format!("row {row} ({ratio:.2} times)"))
-                .collect();
+            let (rows, ratios): (Vec<u32>, Vec<f64>) = both.apart.iter().copied().unzip();
+            let rows = places.of_each(&rows).into_iter().zip(ratios);
+            let mut rows: Vec<String> = rows.map(|(row, ratio)| format!("{row} ({ratio:.2} times)")).collect();
             if both.all_apart > rows.len() {
                 rows.push(format!("and {} more", both.all_apart - rows.len()));
             }

@@ -217,7 +217,9 @@ pub fn fit_least_squares_shared<S: Shares>(
         .chain(rows.checks);
     findings.verdicts.splice(0..0, of_table);
     findings.notices.extend(rows.notices);
-    findings.notices.extend(columns_agree::rows_apart(&table.compared));
+    findings
+        .notices
+        .extend(columns_agree::rows_apart(&table.compared, &runs.places));
     findings.pick_main_numbers(scene, runs, None);
     Ok(findings)
 }
@@ -363,9 +365,7 @@ impl Findings {
                 self.verdicts.extend(open);
                 let scene = posterior.scene.as_deref().unwrap_or(scene);
                 let context = self.comparison_context(scene, runs, watcher);
-                let carried = single_run::find_single_runs(context, &posterior);
-                self.notices
-                    .extend(single_run::single_run_notice(scene, runs, &carried));
+                let mut carried = single_run::find_single_runs(context, &posterior);
                 // the posterior's own check of k against the dry runs takes the place of least squares'
                 let replaced = |check: &Check| posterior.checks.iter().any(|new| new.check == check.check);
                 self.verdicts.retain(|check| !replaced(check));
@@ -405,6 +405,10 @@ impl Findings {
                     self.verdicts.push(check);
                 }
                 self.pick_main_numbers(scene, runs, Some(&posterior));
+                carried.extend(single_run::carried_laws(&self.main, &self.scaling));
+                let carried = single_run::sorted(carried);
+                self.notices
+                    .extend(single_run::single_run_notice(scene, runs, &carried));
                 Ok(Some(posterior))
             }
             Err(PosteriorRefusal(check)) => {

@@ -7,7 +7,7 @@ use super::notices::{self, shortened};
 use crate::distributions::chi_squared_tail;
 use crate::notice::Notice;
 use crate::physics::numbers::GRAVITY;
-use crate::runs::Runs;
+use crate::runs::{RowPlaces, Runs};
 
 /// Rebounds of the largest table that is looked at: a laboratory has no larger one, and in a longer one that was simulated a
 /// repeated block would show as two equal hashes.
@@ -44,10 +44,10 @@ pub(super) fn check_rows(runs: &Runs) -> Questioned {
     let rebounds = rebounds(runs);
     let grids = Grids::of(&rebounds);
     if let Some(repeats) = Repeats::of(&rebounds, &grids) {
-        repeats.question(&mut questioned);
+        repeats.question(&runs.places, &mut questioned);
     }
     if let Some(means) = Means::of(&rebounds, &grids) {
-        means.question(&mut questioned);
+        means.question(&runs.places, &mut questioned);
     }
     questioned
 }
@@ -274,13 +274,14 @@ impl Repeats {
         })
     }
 
-    fn question(&self, questioned: &mut Questioned) {
+    fn question(&self, places: &RowPlaces, questioned: &mut Questioned) {
+        let words: Vec<String> = self.blocks.iter().map(|block| block.words(places)).collect();
         let text = format!(
             "{} of {} rebounds repeat another in every measured cell, where rounding alone would make it {:.1}: {}",
             self.repeated,
             self.rebounds,
             self.expected,
-            shortened(&self.blocks.iter().map(Block::words).collect::<Vec<_>>())
+            shortened(&words)
         );
         if self.p < checks::BEYOND_CHANCE {
             questioned
@@ -296,11 +297,9 @@ impl Repeats {
 const UNLIKELY: f64 = 0.05;
 
 impl Block {
-    fn words(&self) -> String {
-        let [rows, repeats] = [self.rows, self.repeats].map(|[from, to]| match from == to {
-            true => format!("row {from}"),
-            false => format!("rows {from} to {to}"),
-        });
+    fn words(&self, places: &RowPlaces) -> String {
+        let rows = places.of_range(self.rows, None);
+        let repeats = places.of_range(self.repeats, Some(self.rows[0]));
         let verb = if self.length == 1 { "repeats" } else { "repeat" };
         format!("{rows} {verb} {repeats}")
     }
@@ -354,20 +353,19 @@ impl Means {
         (!rows.is_empty()).then_some(Means { rows, expected, p })
     }
 
-    fn question(&self, questioned: &mut Questioned) {
+    fn question(&self, places: &RowPlaces, questioned: &mut Questioned) {
         if self.p >= checks::BEYOND_CHANCE {
             return;
         }
         const NAMED: usize = 8;
-        let mut named: Vec<String> = self.rows.iter().take(NAMED).map(u32::to_string).collect();
+        let mut named = places.of_each(&self.rows[..self.rows.len().min(NAMED)]);
         if self.rows.len() > NAMED {
             named.push(format!("and {} more", self.rows.len() - NAMED));
         }
         let text = format!(
-            "{} rows are the mean of the rows just above them in speed and restitution, where chance would make it {:.1}: row{} {}",
+            "{} rows are the mean of the rows just above them in speed and restitution, where chance would make it {:.1}: {}",
             self.rows.len(),
             self.expected,
-            if self.rows.len() == 1 { "" } else { "s" },
             named.join(", ")
         );
         questioned

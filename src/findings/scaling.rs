@@ -9,6 +9,7 @@ use super::film_groups::why_no_laws;
 use super::fit_verdict::{one_against, spread, square_root_verdict, uncertain, why_stopped, Verdict};
 use super::measurement_errors::{wet_columns, ErrorSummary};
 use super::quantities::{variables, wetted_of, FittedLaw, LawLimits, LawOver};
+use super::single_run::SingleRun;
 use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::{ErrorColumns, ErrorWeights};
 use crate::inference::law::Law;
@@ -63,6 +64,9 @@ pub struct Scaling {
     pub measurement_errors: Option<ErrorSummary>,
     /// how the fit ended
     pub stop: &'static str,
+    /// runs without which its e_inf or St_c moves by more than its standard error (square root only)
+    #[serde(skip)]
+    pub(super) carried: Vec<SingleRun>,
     /// whether its runs have no one film ratio, so that it has no numbers
     #[serde(skip)]
     pub is_withheld: bool,
@@ -362,6 +366,10 @@ fn both_laws(
             of_line = biased(of_line);
         }
     }
+    of_root.runs = pool.rebounds;
+    if group.film_ratio.is_some() && errors.is_none() {
+        of_root.carried = runs_that_carry(&regression, series, &of_root, quoting);
+    }
     let fitted = |law: WetLaw, LawFit { fit, weights }, known: KnownLaw, scaling: Scaling| {
         let fitted = FittedScaling {
             sphere: group.sphere,
@@ -530,9 +538,54 @@ fn scaling_of(law: WetLaw, fit: &Fit, verdict: Verdict, known: &KnownLaw, quotin
         speed_error_of_a_tenth_se: None,
         measurement_errors: None,
         stop: fit.stop.as_str(),
+        carried: vec![],
         is_withheld: false,
         verdict,
     }
+}
+
+/// Runs of a square-root law without which its e_inf or St_c moves by more than its standard error.
+fn runs_that_carry(regression: &Regression, series: &[Series], law: &Scaling, quoting: Quoting) -> Vec<SingleRun> {
+    /// of more runs none carries a law
+    const MOST: usize = 1000;
+    let rebounds: Vec<usize> = series.iter().flat_map(|one| one.rebounds.clone()).collect();
+    if rebounds.len() > MOST || !regression.counts.is_empty() || !law.tells_its_spread() || !law.verdict.passed {
+        return vec![];
+    }
+    let pair = |estimate: &Estimate| [estimate.value, estimate.scale()].map(|number| number.unwrap_or(f64::NAN));
+    let numbers = |law: &Scaling| [("e_inf", pair(&law.e_inf)), ("St_c", pair(&law.st_c))];
+    let of_place = |(place, run): (usize, &usize)| {
+        let others = |column: &[f64]| -> Vec<f64> {
+            let others = column.iter().enumerate().filter(|(own, _)| *own != place);
+            others.map(|(_, value)| *value).collect()
+        };
+        let (x, offset, restitution) = (
+            others(regression.x),
+            others(regression.offset),
+            others(regression.restitution),
+        );
+        let without = Regression {
+            offset: &offset,
+            ..Regression::new(regression.law, &x, &restitution)
+        };
+        let fit = without.fit();
+        let known = KnownLaw {
+            uncertain: uncertain(&fit),
+            limits: None,
+            shift_by_dry_k: [0.0; 2],
+        };
+        let without = scaling_of(WetLaw::Sqrt, &fit, square_root_verdict(&fit, &x), &known, quoting);
+        let each = numbers(law).into_iter().zip(numbers(&without));
+        let each = each.map(|((name, with), (_, without))| SingleRun {
+            run: *run,
+            name: name.to_owned(),
+            with,
+            without,
+        });
+        each.filter(SingleRun::carries)
+            .max_by(|a, b| a.shift().total_cmp(&b.shift()))
+    };
+    rebounds.iter().enumerate().filter_map(of_place).collect()
 }
 
 impl Scaling {

@@ -1,13 +1,17 @@
 //! Names the single runs that carry a main number: left out, they move it by more than one of its ±.
 //!
-//! A run is left out of the posterior by the weights 1/p(run | draw) of its draws, smoothed; where their tail is too heavy for
+//! A square-root law is fitted anew without each run. A run is left out of the posterior by the weights 1/p(run | draw) of its draws, smoothed; where their tail is too heavy for
 //! that, by draws of the posterior without it.
+
+use std::collections::HashSet;
 
 use rayon::prelude::*;
 
 use super::left_out::{affordable_draws, ComparisonContext};
+use super::main_numbers::{MainNumbers, Source};
 use super::notices;
 use super::posterior::{derived, start, Posterior};
+use super::scaling::Scaling;
 use crate::inference::diagnostics::pareto::{khat_threshold, tail_length};
 use crate::inference::diagnostics::psis::psis;
 use crate::inference::prepared_posterior::PreparedPosterior;
@@ -17,9 +21,9 @@ use crate::model::likelihood::pointwise::Pointwise;
 use crate::model::likelihood::Likelihood;
 use crate::notice::Notice;
 use crate::physics::Quantity;
-use crate::rounding::with_se;
+use crate::rounding::{short, with_se};
 use crate::runs::Runs;
-use crate::scene::Scene;
+use crate::scene::{Scene, WetLaw};
 use crate::seed::StreamName;
 
 /// Share of its ± beyond which a main number may not move unsaid when one run is left out.
@@ -60,6 +64,11 @@ pub(super) struct SingleRun {
 }
 
 impl SingleRun {
+    /// Whether the number moves by more than it may unsaid.
+    pub fn carries(&self) -> bool {
+        self.shift() > CARRIED
+    }
+
     /// By how many of its ± the number moves.
     pub fn shift(&self) -> f64 {
         (self.without[0] - self.with[0]).abs() / self.with[1]
@@ -135,9 +144,40 @@ pub(super) fn find_single_runs(context: ComparisonContext, posterior: &Posterior
         }
     }
     let mut carried: Vec<SingleRun> = each.into_iter().map(|(_, _, found)| found).collect();
-    carried.retain(|found| found.shift() > CARRIED);
-    carried.sort_by(|a, b| b.shift().total_cmp(&a.shift()));
+    carried.retain(SingleRun::carries);
     carried
+}
+
+/// The runs that carry a square-root law which is quoted.
+pub(super) fn carried_laws<'f>(main: &'f MainNumbers, scaling: &'f [Scaling]) -> impl Iterator<Item = SingleRun> + 'f {
+    let quoted = main.at.iter().filter(|place| place.source == Source::SquareRootLaw);
+    quoted.flat_map(|place| {
+        let is_here = |law: &&Scaling| {
+            law.law == WetLaw::Sqrt
+                && law.film_ratio == Some(place.film_ratio)
+                && (&law.particle, law.diameter_m) == (&place.particle, place.diameter_m)
+        };
+        let laws = scaling.iter().filter(is_here);
+        laws.flat_map(|law| {
+            law.carried.iter().map(|own| SingleRun {
+                name: format!(
+                    "{} ({}, δ/D = {}, square-root law)",
+                    own.name,
+                    law.words(),
+                    short(place.film_ratio)
+                ),
+                ..own.clone()
+            })
+        })
+    })
+}
+
+/// The heaviest first, each run once.
+pub(super) fn sorted(mut found: Vec<SingleRun>) -> Vec<SingleRun> {
+    found.sort_by(|a, b| b.shift().total_cmp(&a.shift()));
+    let mut seen = HashSet::new();
+    found.retain(|own| seen.insert(own.run));
+    found
 }
 
 /// Draws of the posterior without a run; `None` where they weigh too unevenly to stand for it.
@@ -211,12 +251,13 @@ pub(super) fn single_run_notice(scene: &Scene, runs: &Runs, found: &[SingleRun])
     (!told.is_empty()).then(|| notices::single_run(&told))
 }
 
-/// A run by its row, what it was made with, and its e.
+/// A run by where it stands, what it was made with, and its e.
 pub(super) fn run_words(scene: &Scene, runs: &Runs, run: usize) -> String {
     let series = runs.series.iter().find(|series| series.runs().any(|own| own == run));
     let of = match series {
         Some(series) => series.label(scene),
         None => "dry".to_owned(),
     };
-    format!("row {} ({of}, e = {:.3})", runs.row[run], runs.restitution[run])
+    let place = runs.places.of(runs.row[run]);
+    format!("{place} ({of}, e = {:.3})", runs.restitution[run])
 }

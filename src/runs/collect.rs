@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::averaged::MOST_AVERAGED;
 use super::columns::{unnamed_column, HeaderRemarks};
 use super::errors::{MeasurementErrors, RunError};
-use super::places::RowLines;
+use super::places::{RowLines, RowPlaces};
 use super::row::CheckedRow;
 use super::screen::{screen, Reason};
 use super::told_twice::{ComparedColumns, Comparison, TOLD_TWICE};
@@ -429,21 +429,26 @@ impl Collected {
         self.averaged[1] > MOST_AVERAGED
     }
 
-    /// How columns of the table that tell the same thing compare.
-    pub fn compared_columns(&self) -> Vec<ComparedColumns> {
+    /// How columns of the table, which stands after so many rows of others, compare where they tell the same thing.
+    pub fn compared_columns(&self, rows_before: usize) -> Vec<ComparedColumns> {
         let names = self.remarks.told_twice.iter().cloned();
         let each = TOLD_TWICE.into_iter().zip(names).zip(&self.told_twice);
-        each.filter_map(|((columns, names), comparison)| comparison.of(columns, names))
-            .collect()
+        let mut compared: Vec<ComparedColumns> = each
+            .filter_map(|((columns, names), comparison)| comparison.of(columns, names))
+            .collect();
+        let before = u32::try_from(rows_before).unwrap_or(u32::MAX);
+        for (row, _) in compared.iter_mut().flat_map(|both| &mut both.apart) {
+            *row = row.saturating_add(before);
+        }
+        compared
     }
 
     /// Names the rows whose labels say that they are no runs.
-    pub fn labelled_rows(&self) -> Option<Notice> {
+    pub fn labelled_rows(&self, places: &RowPlaces) -> Option<Notice> {
         let (first, count) = &self.labelled;
-        let mut rows: Vec<String> = first
-            .iter()
-            .map(|(row, label)| format!("row {row} {}", quoted(label)))
-            .collect();
+        let (rows, labels): (Vec<u32>, Vec<&String>) = first.iter().map(|(row, label)| (*row, label)).unzip();
+        let rows = places.of_each(&rows).into_iter().zip(labels);
+        let mut rows: Vec<String> = rows.map(|(row, label)| format!("{row} {}", quoted(label))).collect();
         if *count > rows.len() {
             rows.push(format!("and {} more", count - rows.len()));
         }

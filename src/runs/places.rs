@@ -103,12 +103,53 @@ impl RowPlaces {
         });
     }
 
+    /// The table of a row, and its line there.
+    fn line(&self, row: u32) -> Option<(&TableRows, u64)> {
+        let at = self.tables.partition_point(|table| table.rows_before < row);
+        let table = &self.tables[at.checked_sub(1)?];
+        Some((table, table.lines.line(row - table.rows_before)?))
+    }
+
+    /// Where the rows from one to another stand: `runs.csv, lines 18 to 20`; in the table of a row that is named before them,
+    /// `lines 18 to 20`.
+    pub fn of_range(&self, [from, to]: [u32; 2], named: Option<u32>) -> String {
+        let (Some((table, first)), Some((last_table, last))) = (self.line(from), self.line(to)) else {
+            return if from == to {
+                format!("row {from}")
+            } else {
+                format!("rows {from} to {to}")
+            };
+        };
+        if !std::ptr::eq(table, last_table) {
+            return format!("{} to {}", self.of(from), self.of(to));
+        }
+        let lines = if first == last {
+            format!("{} {first}", table.noun)
+        } else {
+            format!("{}s {first} to {last}", table.noun)
+        };
+        let is_named = named
+            .and_then(|row| self.line(row))
+            .is_some_and(|(other, _)| std::ptr::eq(table, other));
+        if is_named {
+            lines
+        } else {
+            format!("{}, {lines}", table.name)
+        }
+    }
+
+    /// Where each of some rows stands, the name of their table before the first: `runs.csv, line 18, line 24`.
+    pub fn of_each(&self, rows: &[u32]) -> Vec<String> {
+        let before = std::iter::once(None).chain(rows.iter().copied().map(Some));
+        rows.iter()
+            .zip(before)
+            .map(|(row, before)| self.of_range([*row; 2], before))
+            .collect()
+    }
+
     /// Where a row of [`super::Runs::row`] stands, as a person sees it: `runs.csv, line 18 (run 17)`.
     pub fn of(&self, row: u32) -> impl Display {
-        let at = self.tables.partition_point(|table| table.rows_before < row);
-        let of_table = at.checked_sub(1).map(|at| &self.tables[at]);
-        let line = of_table.and_then(|table| Some((table, table.lines.line(row - table.rows_before)?)));
-        let Some((table, line)) = line else {
+        let Some((table, line)) = self.line(row) else {
             return format!("row {row} of the table");
         };
         let label = table.lines.label(row - table.rows_before);
@@ -150,6 +191,18 @@ mod tests {
                 "book.xlsx, sheet `Öl`, row 6 (run `7`)"
             ]
         );
+        let ranges = [([1, 3], None), ([2, 2], Some(1)), ([3, 4], None), ([4, 4], Some(1))];
+        let told = ranges.map(|(rows, named)| places.of_range(rows, named));
+        assert_eq!(
+            told,
+            [
+                "May.csv, lines 2 to 5",
+                "line 3",
+                "May.csv, line 5 (run `c`) to book.xlsx, sheet `Öl`, row 6 (run `7`)",
+                "book.xlsx, sheet `Öl`, row 6"
+            ]
+        );
+        assert_eq!(places.of_each(&[1, 3]), ["May.csv, line 2", "line 5"]);
         assert_eq!(RowPlaces::default().of(5).to_string(), "row 5 of the table");
     }
 }

@@ -148,7 +148,7 @@ impl<'p> Joined<'p> {
         let path = file.path.as_path();
         let notices = [table.hidden_rows(path), table.unheeded_columns(path)];
         self.unknown.push((file_name(path), table.unknown_columns().to_vec()));
-        self.compared.extend(table.compared_columns());
+        self.compared.extend(table.compared_columns(self.all.rows));
         self.notices.extend(notices.into_iter().flatten());
         self.hashes.push(sha256);
         let sheet = table.sheet.take();
@@ -188,7 +188,7 @@ impl<'p> Joined<'p> {
     pub fn finish(mut self) -> AllTables {
         let mut notices: Vec<Notice> = self.sheets_not_read().collect();
         notices.append(&mut self.notices);
-        notices.extend(self.all.labelled_rows());
+        notices.extend(self.all.labelled_rows(&self.places));
         notices.extend(self.all.averaged_rows());
         notices.extend(self.all.above_one());
         notices.extend(columns_not_read(&self.unknown));
