@@ -81,6 +81,7 @@ fn run_verb(arguments: Arguments, ranks: &Ranks) -> Result<u8, Error> {
     }
     let is_first = ranks.is_first();
     let quiet = arguments.quiet || !is_first;
+    threads::check_address_space()?;
     threads::start(arguments.threads, quiet)?;
     let interrupted = move |text: &str| {
         if is_first && !FAILED.load(Relaxed) {

@@ -38,6 +38,30 @@ impl Idle {
     }
 }
 
+/// Address space that reading, a fit of a laboratory's table and its report take with their threads, bytes.
+#[cfg(unix)]
+const LEAST_ADDRESS_SPACE: u64 = 1 << 30;
+
+/// Refuses to begin where the system was told to give less memory than any fit takes: what is refused later ends a program
+/// there and then.
+#[cfg(unix)]
+pub(super) fn check_address_space() -> Result<(), Error> {
+    let limit = rustix::process::getrlimit(rustix::process::Resource::As).current;
+    match limit.filter(|limit| *limit < LEAST_ADDRESS_SPACE) {
+        Some(limit) => Err(Error::Usage(format!(
+            "the system gives a process {} MB of address space (`ulimit -v`); wetcor takes up to {} MB for a laboratory's table",
+            limit >> 20,
+            LEAST_ADDRESS_SPACE >> 20
+        ))),
+        None => Ok(()),
+    }
+}
+
+#[cfg(not(unix))]
+pub(super) fn check_address_space() -> Result<(), Error> {
+    Ok(())
+}
+
 /// Starts our pool and bounds the table reader's, which is its own and reads its size from the environment when it is first
 /// used: both with so many threads, or with as many as the machine runs at once.
 ///

@@ -126,6 +126,18 @@ fn sizes_asked_for_have_limits() {
     assert_eq!(place.entries(), ["runs.csv", "scene.toml"]);
 }
 
+#[test]
+fn a_limit_on_memory_is_told_before_anything_is_begun() {
+    let place = Place::plain();
+    let words = ["195 MB of address space", "1024 MB"];
+    shell(&place, "ulimit -v 200000; exec $WETCOR fit scene.toml", AT_ONCE).assert_refused("ulimit -v", &words);
+    assert_eq!(place.entries(), ["runs.csv", "scene.toml"]);
+    // that much does
+    let fit = "ulimit -v 1048576; exec $WETCOR fit scene.toml --threads 2 --stages least_squares";
+    let outcome = shell(&place, fit, 60.0);
+    assert!(matches!(outcome.status, Some(0 | 1)), "{outcome:?}");
+}
+
 /// A table of a few hundred kilobytes may hold any number of rows that are alike.
 #[test]
 fn a_model_that_keeps_every_run_has_a_limit_of_rows() {
