@@ -1,8 +1,8 @@
 //! Estimates densities of draws: smoothed ones of one quantity, and the curves around the densest shares of two.
 //!
-//! The density of two is a Gaussian kernel estimate with Scott's bandwidth n^(−1/6), in coordinates in which the cloud is round
-//! (Scott 1992, Multivariate Density Estimation, eq. 6.42), on a grid; a curve's level is the density that the share of
-//! the points exceeds, so that it holds its share whatever the smoothing.
+//! The density of two is a Gaussian kernel estimate with one and a half times Scott's bandwidth n^(−1/6), in coordinates in
+//! which the cloud is round (Scott 1992, Multivariate Density Estimation, eq. 6.42), on a grid; a curve's level is the density
+//! that the share of the points exceeds, so that it holds its share whatever the smoothing.
 
 /// Points along a smoothed density.
 const CURVE: usize = 60;
@@ -10,6 +10,8 @@ const CURVE: usize = 60;
 const SMOOTHED: usize = 1000;
 /// Grid points along each axis.
 const GRID: usize = 96;
+/// Times Scott's bandwidth: draws that follow one another are fewer than they look, and their ripples are no islands.
+const SMOOTHING: f64 = 1.5;
 /// Fewer points have no shape.
 const LEAST_POINTS: usize = 200;
 /// Points beyond these quantiles of each axis do not stretch the grid.
@@ -45,7 +47,7 @@ impl CloudDensity {
             [u, (y - centre[1] - root[1] * u) / root[2]]
         };
         let rounded: Vec<[f64; 2]> = finite.into_iter().map(inward).collect();
-        let bandwidth = (rounded.len() as f64).powf(-1.0 / 6.0);
+        let bandwidth = SMOOTHING * (rounded.len() as f64).powf(-1.0 / 6.0);
         let [lows, highs] = [OUTERMOST, 1.0 - OUTERMOST].map(|p| [0, 1].map(|axis| quantile(&rounded, axis, p)));
         let first = lows.map(|low| low - 4.0 * bandwidth);
         let step = [0, 1].map(|axis| (highs[axis] + 4.0 * bandwidth - first[axis]) / (GRID as f64 - 1.0));
