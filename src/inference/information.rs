@@ -4,9 +4,8 @@
 //! model in z over the runs' spread. An eigenvalue s² of JᵀJ belongs to a direction of which the runs alone leave the
 //! spread 1/s, runs and prior together 1/√(1 + s²). Only the sums over runs are kept, never a row a run.
 
-use nalgebra::DVector;
-
-use super::arrow::{Arrow, Axes, Blocks};
+use nalgebra::linalg::SymmetricEigen;
+use nalgebra::{DMatrix, DVector, Dyn};
 
 /// Sums over runs that share a spread, at one point, in the parameters' own units.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,17 +17,17 @@ pub struct Sums {
     /// Σ residual · slope
     pub gradient: DVector<f64>,
     /// Σ slope · slopeᵀ
-    pub information: Arrow,
+    pub information: DMatrix<f64>,
 }
 
 impl Sums {
-    /// No runs yet: so many parameters that all runs share, then so many k of which each run has at most one.
-    pub fn new(shared: usize, own: usize) -> Sums {
+    /// No runs yet, of so many parameters.
+    pub fn new(parameters: usize) -> Sums {
         Sums {
             runs: 0,
             squares: 0.0,
-            gradient: DVector::zeros(shared + own),
-            information: Arrow::zeros(shared, own),
+            gradient: DVector::zeros(parameters),
+            information: DMatrix::zeros(parameters, parameters),
         }
     }
 
@@ -39,7 +38,7 @@ impl Sums {
         for &(i, slope) in slopes {
             self.gradient[i] += residual * slope;
         }
-        self.information.add_square(1.0, slopes);
+        add_square(&mut self.information, 1.0, slopes);
     }
 
     /// The sums of some of the parameters, ascending.
@@ -48,16 +47,61 @@ impl Sums {
             runs: self.runs,
             squares: self.squares,
             gradient: self.gradient.select_rows(kept),
-            information: self.information.select(kept),
+            information: self.information.select_rows(kept).select_columns(kept),
         }
     }
 
     /// The spread the residuals leave; `before` counts as one residual, so that no number of runs leaves none.
     fn spread(&self, before: f64) -> f64 {
-        let spent = self.information.diagonal().filter(|sum| *sum > 0.0).count();
+        let spent = self.information.diagonal().iter().filter(|sum| **sum > 0.0).count();
         let left = self.runs.saturating_sub(spent) + 1;
         ((self.squares + before * before) / left as f64).sqrt()
     }
+}
+
+/// Adds weight · slopes · slopesᵀ, the slopes each with its parameter's place.
+pub fn add_square(matrix: &mut DMatrix<f64>, weight: f64, slopes: &[(usize, f64)]) {
+    for &(j, of_column) in slopes {
+        for &(i, of_row) in slopes {
+            matrix[(i, j)] += weight * of_row * of_column;
+        }
+    }
+}
+
+/// slopesᵀ · matrix · slopes, the slopes each with its parameter's place.
+pub fn square(matrix: &DMatrix<f64>, slopes: &[(usize, f64)]) -> f64 {
+    let of = |&(i, a): &(usize, f64)| slopes.iter().map(|&(j, b)| a * b * matrix[(i, j)]).sum::<f64>();
+    slopes.iter().map(of).sum()
+}
+
+/// Every entry times the factors of its row and its column.
+pub fn scaled(matrix: &DMatrix<f64>, factors: &[f64]) -> DMatrix<f64> {
+    DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
+        factors[i] * factors[j] * matrix[(i, j)]
+    })
+}
+
+/// Eigenvalues and directions of a symmetric matrix; `None` where they are not found.
+pub fn axes(matrix: DMatrix<f64>) -> Option<SymmetricEigen<f64, Dyn>> {
+    const TURNS: usize = 10_000;
+    // there are no axes of nothing
+    if matrix.is_empty() {
+        let (eigenvalues, eigenvectors) = (DVector::zeros(0), matrix);
+        return Some(SymmetricEigen {
+            eigenvectors,
+            eigenvalues,
+        });
+    }
+    SymmetricEigen::try_new(matrix, f64::EPSILON, TURNS)
+}
+
+/// Σ of(λ) · axis · axisᵀ: a function of a symmetric matrix by its axes.
+pub fn function(axes: &SymmetricEigen<f64, Dyn>, of: impl Fn(f64) -> f64) -> DMatrix<f64> {
+    let mut weighted = axes.eigenvectors.clone();
+    for (mut axis, strength) in weighted.column_iter_mut().zip(&axes.eigenvalues) {
+        axis *= of(*strength);
+    }
+    weighted * axes.eigenvectors.transpose()
 }
 
 /// The prior of a positive parameter.
@@ -83,7 +127,7 @@ pub struct RunsWithPriors<'a> {
 struct Local {
     cost: f64,
     downhill: DVector<f64>,
-    information: Arrow,
+    information: DMatrix<f64>,
 }
 
 impl RunsWithPriors<'_> {
@@ -99,20 +143,19 @@ impl RunsWithPriors<'_> {
         let z = DVector::from_iterator(p, each().map(|(x, of)| (x / of.median).ln() / of.ln_sd));
         let width = DVector::from_iterator(p, each().map(|(x, of)| x * of.ln_sd));
         let kinds = (self.sums)(values);
-        let shared = kinds.first().map_or(0, |sums| sums.information.corner.nrows());
         let mut local = Local {
             cost: z.norm_squared(),
             downhill: -z,
-            information: Arrow::zeros(shared, p - shared),
+            information: DMatrix::zeros(p, p),
         };
         for (sums, spread) in kinds.iter().zip(spreads) {
             let weight = 1.0 / (spread * spread);
             local.cost += weight * sums.squares;
             local.downhill -= sums.gradient.component_mul(&width) * weight;
-            local.information.add_weighted(&sums.information, weight);
+            local.information += &sums.information * weight;
         }
-        local.information = local.information.scaled(width.as_slice());
-        let finite = local.cost.is_finite() && local.information.is_finite();
+        local.information = scaled(&local.information, width.as_slice());
+        let finite = local.cost.is_finite() && local.information.iter().all(|x| x.is_finite());
         (finite && local.downhill.iter().all(|x| x.is_finite())).then_some(local)
     }
 
@@ -138,8 +181,9 @@ impl RunsWithPriors<'_> {
             let began = here.cost;
             for _ in 0..STEPS {
                 let mut curvature = here.information.clone();
-                curvature.change_diagonal(|x| (x + 1.0) * (1.0 + damping));
-                let Some(step) = curvature.root().map(|root| root.solve(&here.downhill)) else {
+                let damped = curvature.map_diagonal(|x| (x + 1.0) * (1.0 + damping));
+                curvature.set_diagonal(&damped);
+                let Some(step) = curvature.cholesky().map(|root| root.solve(&here.downhill)) else {
                     break;
                 };
                 let scaled_steps = values.iter().zip(self.beliefs).zip(step.iter());
@@ -168,15 +212,15 @@ impl RunsWithPriors<'_> {
 
     /// What the runs say about a point; `None` where it is not finite.
     pub fn information(&self, values: &[f64]) -> Option<DirectionalInformation> {
-        DirectionalInformation::of(&self.local(values, &self.spreads(values))?.information)
+        DirectionalInformation::of(self.local(values, &self.spreads(values))?.information)
     }
 }
 
 /// The directions of the parameters with what runs say of each.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct DirectionalInformation {
     /// s² of each direction in z
-    axes: Axes,
+    axes: SymmetricEigen<f64, Dyn>,
 }
 
 /// Parameters of which a direction is determined only by the prior.
@@ -196,15 +240,13 @@ pub const AS_MUCH: f64 = 1.0;
 const SHARE: f64 = 0.01;
 
 impl DirectionalInformation {
-    fn of(information: &Arrow) -> Option<DirectionalInformation> {
-        Some(DirectionalInformation {
-            axes: information.axes()?,
-        })
+    fn of(information: DMatrix<f64>) -> Option<DirectionalInformation> {
+        axes(information).map(|axes| DirectionalInformation { axes })
     }
 
     /// Covariance of z under runs and prior, or the part of it in the directions of wanted strengths.
-    fn covariance(&self, wanted: impl Fn(f64) -> bool) -> Blocks {
-        self.axes.function(|s2| {
+    fn covariance(&self, wanted: impl Fn(f64) -> bool) -> DMatrix<f64> {
+        function(&self.axes, |s2| {
             let s = strength(s2);
             if wanted(s) {
                 1.0 / (1.0 + s * s)
@@ -216,7 +258,7 @@ impl DirectionalInformation {
 
     /// Share of its prior sd that each parameter keeps.
     pub fn left(&self) -> Vec<f64> {
-        self.covariance(|_| true).diagonal().map(f64::sqrt).collect()
+        self.covariance(|_| true).diagonal().iter().map(|x| x.sqrt()).collect()
     }
 
     /// The parameters with a share in the unseen directions; those that move together are one group.
@@ -224,31 +266,23 @@ impl DirectionalInformation {
         /// correlation from which two parameters move together
         const TOGETHER: f64 = 0.1;
         let hidden = |s: f64| s < AS_MUCH;
-        if !self.axes.strengths().any(|s2| hidden(strength(s2))) {
+        if !self.axes.eigenvalues.iter().any(|s2| hidden(strength(*s2))) {
             return vec![];
         }
         let (all, part) = (self.covariance(|_| true), self.covariance(hidden));
-        let own: Vec<f64> = part.diagonal().collect();
-        let has_share = |(j, all): (usize, f64)| (own[j] >= SHARE && own[j] >= 0.5 * all).then_some(j);
-        let mut open: Vec<usize> = all.diagonal().enumerate().filter_map(has_share).collect();
+        let own: Vec<f64> = part.diagonal().iter().copied().collect();
+        let has_share = |j: &usize| own[*j] >= SHARE && own[*j] >= 0.5 * all[(*j, *j)];
+        let mut open: Vec<usize> = (0..own.len()).filter(has_share).collect();
         if open.is_empty() {
             open.extend((0..own.len()).max_by(|i, j| own[*i].total_cmp(&own[*j])));
         }
-        // who meets nobody is a group without being compared with all the others
-        let (mut open, mut found): (Vec<usize>, Vec<Vec<usize>>) =
-            open.into_iter().fold((vec![], vec![]), |(mut open, mut found), place| {
-                match part.together().binary_search(&place) {
-                    Ok(_) => open.push(place),
-                    Err(_) => found.push(vec![place]),
-                }
-                (open, found)
-            });
+        let mut found: Vec<Vec<usize>> = vec![];
         while let Some(first) = open.first().copied() {
             open.remove(0);
             let mut members = vec![first];
             let mut at = 0;
             while let Some(&i) = members.get(at) {
-                let moves = |j: &usize| part.get(i, *j).abs() >= TOGETHER * (own[i] * own[*j]).sqrt();
+                let moves = |j: &usize| part[(i, *j)].abs() >= TOGETHER * (own[i] * own[*j]).sqrt();
                 let (with, without): (Vec<usize>, Vec<usize>) = open.iter().partition(|j| moves(j));
                 members.extend(with);
                 open = without;
@@ -259,7 +293,12 @@ impl DirectionalInformation {
         }
         found.sort_unstable();
         let group = |members: Vec<usize>| {
-            let weight = self.axes.share(&members, |s2| hidden(strength(s2)));
+            // the squares of what the hidden directions have of the members
+            let weight: f64 = (self.axes.eigenvectors.column_iter())
+                .zip(&self.axes.eigenvalues)
+                .filter(|(_, s2)| hidden(strength(**s2)))
+                .map(|(axis, _)| members.iter().map(|place| axis[*place] * axis[*place]).sum::<f64>())
+                .sum();
             UnseenGroup {
                 members,
                 directions: (weight.round() as usize).max(1),
@@ -270,8 +309,14 @@ impl DirectionalInformation {
 
     /// Standard error of a quantity by its slopes in z, under runs and prior.
     pub fn se(&self, slopes: &[f64]) -> f64 {
-        let slopes = DVector::from_column_slice(slopes);
-        self.covariance(|_| true).times(&slopes).dot(&slopes).sqrt()
+        let along = self.axes.eigenvectors.tr_mul(&DVector::from_column_slice(slopes));
+        let of_axis = |(along, s2): (&f64, &f64)| along * along / (1.0 + s2.max(0.0));
+        along
+            .iter()
+            .zip(&self.axes.eigenvalues)
+            .map(of_axis)
+            .sum::<f64>()
+            .sqrt()
     }
 }
 
@@ -285,11 +330,11 @@ mod tests {
     use super::*;
 
     fn information(rows: &[[f64; 3]]) -> DirectionalInformation {
-        let mut sums = Sums::new(3, 0);
+        let mut sums = Sums::new(3);
         for row in rows {
             sums.add(0.0, &[(0, row[0]), (1, row[1]), (2, row[2])]);
         }
-        DirectionalInformation::of(&sums.information).expect("finite")
+        DirectionalInformation::of(sums.information).expect("finite")
     }
 
     #[test]
@@ -320,7 +365,7 @@ mod tests {
     #[test]
     fn the_fit_ends_where_only_a_product_is_determined() {
         let sums = |values: &[f64]| {
-            let mut sums = Sums::new(2, 0);
+            let mut sums = Sums::new(2);
             for x in [0.5, 1.0, 1.5, 2.0] {
                 let off = values[0] * values[1] * x - 6.0 * x;
                 sums.add(off, &[(0, values[1] * x), (1, values[0] * x)]);

@@ -343,7 +343,7 @@ impl<'r> Joint<'r> {
 
     /// Sums over the rebounds of some parts about a point, without weights.
     pub fn sums<'p>(&self, parts: impl Iterator<Item = &'p Part>, point: &[f64]) -> Sums {
-        let mut sums = Sums::new(self.shared.len(), self.spheres.len());
+        let mut sums = Sums::new(self.parameters());
         let mut measured = 0;
         for part in parts {
             measured += self.runs.measured(part.rebounds.clone());

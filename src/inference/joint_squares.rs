@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nalgebra::{DMatrix, DVector};
 
-use super::information::Sums;
+use super::information::{add_square, Sums};
 use super::joint::{JointFit, JointRow, Part, MOST_SLOPES};
 use super::profile::{Region, Squares};
 use crate::physics::rebound::{bend_mean_restitution, slope_mean_restitution, TURN};
@@ -160,7 +160,7 @@ impl<'p, 'r> JointSquares<'p, 'r> {
     }
 
     fn zeros(&self) -> Sums {
-        Sums::new(self.shared(), self.problem.joint.spheres.len())
+        Sums::new(self.problem.joint.parameters())
     }
 
     fn add(sums: &mut Sums, part: &Part, root: f64, row: &JointRow) {
@@ -185,8 +185,8 @@ impl<'p, 'r> JointSquares<'p, 'r> {
                 Some(place) => (*place, row.slopes[i]),
                 None => (0, 0.0),
             });
-            sums.information
-                .add_square(root * root * bent, &slopes[..part.places.len()]);
+            let weight = root * root * bent;
+            add_square(&mut sums.information, weight, &slopes[..part.places.len()]);
         }
     }
 
@@ -196,12 +196,16 @@ impl<'p, 'r> JointSquares<'p, 'r> {
         let about = region.minimum;
         let joint = &self.problem.joint;
         let sums = self.sums_without_turns(about);
-        let (smooth, turning) = self.apart(about, &local_covariances(&sums)?, region.rise());
+        let (smooth, turning) = self.apart(
+            about,
+            &local_covariances(sums.information.clone(), self.shared())?,
+            region.rise(),
+        );
         let count = |some: &[Neighbours]| some.iter().map(|some| some.runs.len()).sum::<usize>();
         if count(&turning) > count(&smooth) {
             return None;
         }
-        let probes = Probes::new(about, &sums, region.rise());
+        let probes = Probes::new(about, &sums, self.shared(), region.rise());
         if !probes.points().all(|point| joint.holds(point)) {
             return None;
         }
@@ -415,7 +419,7 @@ impl Expanded {
             for i in 0..=shared {
                 sums.gradient[place(i)] += gradient[i];
                 for j in 0..=shared {
-                    sums.information.add((place(i), place(j)), products[(1 + i, 1 + j)]);
+                    sums.information[(place(i), place(j))] += products[(1 + i, 1 + j)];
                 }
             }
         }
@@ -433,15 +437,15 @@ struct Probes {
 }
 
 impl Probes {
-    fn new(about: &[f64], sums: &Sums, rise: f64) -> Probes {
+    fn new(about: &[f64], sums: &Sums, shared: usize, rise: f64) -> Probes {
         /// share of what raises the squares to a limit alone: of this the third order is nothing, and rounding little
         const NEAR: f64 = 1e-2;
         let steps: Vec<f64> = sums
             .information
             .diagonal()
+            .iter()
             .map(|sum| NEAR * (rise / sum).sqrt())
             .collect();
-        let shared = sums.information.corner.nrows();
         let along = |local: usize, side: f64, mut point: Vec<f64>| {
             let places = if local == 0 {
                 shared..about.len()
@@ -468,20 +472,13 @@ impl Probes {
 }
 
 /// The covariance, for a variance of 1, of each sphere's k and the shared parameters; `None` where the runs leave one open.
-fn local_covariances(sums: &Sums) -> Option<Vec<DMatrix<f64>>> {
-    let (shared, p) = (sums.information.corner.nrows(), sums.information.len());
-    let root = sums.information.root()?;
-    let column = |place: usize| root.solve(&DVector::from_fn(p, |j, _| f64::from(u8::from(j == place))));
-    let of_shared: Vec<DVector<f64>> = (0..shared).map(column).collect();
-    let of_sphere = |sphere: usize| {
-        let of_k = column(shared + sphere);
-        DMatrix::from_fn(1 + shared, 1 + shared, |i, j| match (i, j) {
-            (0, 0) => of_k[shared + sphere],
-            (0, other) | (other, 0) => of_k[other - 1],
-            (i, j) => of_shared[i - 1][j - 1],
-        })
+fn local_covariances(information: DMatrix<f64>, shared: usize) -> Option<Vec<DMatrix<f64>>> {
+    let covariance = information.cholesky()?.inverse();
+    let of_sphere = |k: usize| {
+        let places: Vec<usize> = std::iter::once(k).chain(0..shared).collect();
+        covariance.select_rows(&places).select_columns(&places)
     };
-    Some((0..p - shared).map(of_sphere).collect())
+    Some((shared..covariance.nrows()).map(of_sphere).collect())
 }
 
 /// Adds a run to the last of its neighbours, or as one of its own.

@@ -7,7 +7,6 @@
 //! | `sums.rs` | sums of terms over runs, in lanes |
 //! | `law.rs` | the dry, linear and square-root laws: value, slopes, bends, derivatives in the speed |
 //! | `regression.rs` | a law fitted to runs |
-//! | `arrow.rs` | symmetric matrices of parameters that are linear in the particles |
 //! | `information.rs` | the directions in which runs say more than the priors |
 //! | `joint.rs` | every run in a row of one joint fit: residuals, slopes, sums; the fit itself |
 //! | `joint_squares.rs` | the squares of a joint fit about its minimum, most runs as series |
@@ -30,7 +29,6 @@
 //! | `diagnostics/` | how reliable draws of Markov chains are |
 
 pub mod accuracy;
-pub mod arrow;
 pub mod bent;
 pub mod bootstrap;
 pub mod delta;

@@ -16,6 +16,7 @@ use super::impacts::arrange_part;
 use super::pieces::{sha256_of, Piece, Pieces};
 use super::series::{ClassCells, DryGroup, Runs, Series};
 use super::slabs::Slabs;
+use super::spheres::check_spheres;
 use super::stated_errors::check_stated_errors;
 use super::table::{read, AllTables, Joined, Table};
 use crate::error::Error;
@@ -114,6 +115,7 @@ fn read_few(scene: &Scene, pieces: &Pieces, most_kept: usize, ranks: &Ranks) -> 
     let (rows, screened) = (collected.runs(), collected.screened());
     let mut sample = arrange_part(collected.columns, &cells, scene);
     sample.places = Arc::new(places);
+    check_spheres(scene, &sample.spheres)?;
     let slabs = Slabs::of(&sample, scene.data.smallest_restitution);
     let condensing = Condensing {
         scene,

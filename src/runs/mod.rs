@@ -111,7 +111,7 @@ pub use places::RowPlaces;
 pub(crate) use raw_row::LARGEST_RESTITUTION;
 pub use series::{DryGroup, Impacts, Runs, Series};
 pub use settings::{read_settings, AskedSetting};
-pub use spheres::{diameter_in_mm, sphere_label, sphere_words, Sphere};
+pub use spheres::{diameter_in_mm, sphere_label, sphere_words, Sphere, MOST_SPHERES};
 pub use table::{read, Table};
 pub use told_twice::ComparedColumns;
 pub use true_speeds::{SharedSpeed, TrueSpeed, TrueSpeeds, GAP, MOST_SETTINGS};

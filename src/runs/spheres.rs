@@ -1,7 +1,11 @@
 //! Holds the spheres that have a k of their own: the particles of the scene, or each diameter of a particle.
 
-use crate::scene::Scene;
+use crate::error::{Error, Problem};
+use crate::scene::{DryKOf, Scene};
 use crate::units::millimetres;
+
+/// Most spheres of one fit: their k are fitted together, in matrices of all of them.
+pub const MOST_SPHERES: usize = 300;
 
 /// The spheres that share one k: a particle, or one diameter of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,6 +31,25 @@ impl Sphere {
     pub fn owns(&self, scene: &Scene, particle: &str, diameter: Option<f64>) -> bool {
         scene.particles[self.particle].name == particle && self.diameter == diameter
     }
+}
+
+/// Fails where there are more spheres than are fitted together.
+pub(super) fn check_spheres(scene: &Scene, spheres: &[Sphere]) -> Result<(), Error> {
+    let count = spheres.len();
+    if count <= MOST_SPHERES {
+        return Ok(());
+    }
+    let (place, what) = match scene.model.dry_k {
+        DryKOf::Particle => ("[particles]", "particles"),
+        DryKOf::Diameter => ("[model] dry_k", "diameters of particles"),
+    };
+    let problem = Problem {
+        line: None,
+        place: place.to_owned(),
+        found: Some(format!("{count} {what}, each with a k of its own")),
+        expected: format!("expected at most {MOST_SPHERES}, since all k are fitted together: split the scene"),
+    };
+    Err(Error::input(&scene.file, vec![problem]))
 }
 
 /// The words in names of files of a particle, and of its diameter in m where it is one of several.

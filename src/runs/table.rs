@@ -10,6 +10,7 @@ use super::places::RowPlaces;
 use super::refusals::{whole_file, Refused};
 use super::series::Runs;
 use super::source::{TableSource, READ};
+use super::spheres::check_spheres;
 use super::stated_errors::check_stated_errors;
 use super::told_twice::ComparedColumns;
 use super::{csv, parquet, windows, workbook};
@@ -40,7 +41,7 @@ pub struct Table {
 /// Reads, checks and screens the runs of a scene.
 ///
 /// Fails with every bad cell named by line, column and value, where runs without measurement errors have no other spread,
-/// and where there are more than are kept; then nothing of the table is used.
+/// where there are more than are kept, and where more spheres have a k of their own than are fitted together; then nothing of the table is used.
 pub fn read(scene: &Scene) -> Result<Table, Error> {
     let mut joined = Joined::default();
     let mut rows = 0;
@@ -64,6 +65,7 @@ pub fn read(scene: &Scene) -> Result<Table, Error> {
     notices.extend(collected.drop_own_film_ratios());
     let mut runs = impacts::arrange(collected.columns, scene);
     runs.places = Arc::new(places);
+    check_spheres(scene, &runs.spheres)?;
     check_stated_errors(scene, &runs)?;
     Ok(Table {
         rows,

@@ -4,6 +4,7 @@ use std::fs::File;
 use std::process::Command;
 
 use super::attack::{finish, Outcome, Place};
+use wetcor::runs::MOST_SPHERES;
 
 /// Seconds that are plenty for what is refused at once, however busy the machine.
 const AT_ONCE: f64 = 10.0;
@@ -339,25 +340,38 @@ fn with_particles(particles: usize) -> Place {
 }
 
 #[test]
-fn d09_a_thousand_particles_are_checked_in_little_time_and_memory() {
-    for particles in [1000, 4000] {
+fn d09_more_particles_than_are_fitted_together_are_refused_at_once() {
+    let most = with_particles(MOST_SPHERES - 1);
+    assert_eq!(check(&most).status, Some(0));
+    for particles in [MOST_SPHERES, 20_000] {
         let place = with_particles(particles);
-        let checked = check(&place);
-        assert_eq!(checked.status, Some(0), "{checked:?}");
-        assert!(checked.out.contains(&format!("dry_k[Q{}]: 3 dry runs", particles - 1)));
+        let found = format!(
+            "[particles]: found {} particles, each with a k of its own",
+            particles + 1
+        );
+        let words = [
+            found.as_str(),
+            "expected at most 300, since all k are fitted together: split the scene",
+        ];
+        for verb in ["check", "fit", "trade"] {
+            shell(&place, &format!("exec $WETCOR {verb} scene.toml"), AT_ONCE).assert_refused(verb, &words);
+        }
+        assert_eq!(place.entries(), ["runs.csv", "scene.toml"]);
     }
 }
 
-/// Twice the particles take twice the time. The shortest of some times is what a busy machine moves least.
 #[test]
-fn d09_the_time_of_a_check_is_linear_in_the_particles() {
-    let places = [4000, 8000].map(with_particles);
-    let once = |place: &Place| {
-        let checked = place.run(&["check", "scene.toml"], AT_ONCE);
-        assert_eq!(checked.status, Some(0), "{checked:?}");
-        checked.seconds
-    };
-    let shortest = |place: &Place| (0..5).map(|_| once(place)).fold(f64::INFINITY, f64::min);
-    let [once, twice] = places.each_ref().map(shortest);
-    assert!(twice < 3.5 * once, "{once} s and {twice} s");
+fn d09_more_diameters_than_are_fitted_together_are_refused_at_once() {
+    let place = Place::plain();
+    place.add_to_scene("[model]\ndry_k = \"diameter\"");
+    let mut runs = place.read("runs.csv");
+    for index in 0..MOST_SPHERES {
+        runs.push_str(&format!("PTFE,dry,{:.3},,,1,0.85\n", 5.0 + 0.02 * index as f64));
+    }
+    place.write("runs.csv", runs);
+    let words = [
+        "[model] dry_k: found 301 diameters of particles, each with a k of its own",
+        "split the scene",
+    ];
+    check(&place).assert_refused("diameters", &words);
 }

@@ -164,7 +164,7 @@ fn squared_residuals(rows: &Rows, robust: &RobustFit, sorted: &OutlierSearch) ->
         let slopes = || part.places.iter().zip(row.slopes).map(|(j, slope)| (*j, slope / sd));
         let shift: f64 = slopes().map(|(j, slope)| slope * fitted.step[j]).sum();
         let inverse = &fitted.inverse.matrix;
-        let of = |(i, a): (usize, f64)| slopes().map(|(j, b)| a * b * inverse.get(i, j)).sum::<f64>();
+        let of = |(i, a): (usize, f64)| slopes().map(|(j, b)| a * b * inverse[(i, j)]).sum::<f64>();
         let leverage: f64 = slopes().map(of).sum();
         let expected = (1.0 - leverage).max(LEAST_FREE);
         let v = rows.runs.impact_speed[row.run];

@@ -1,10 +1,9 @@
 //! Puts the sums of all parts together: the joint fit linearised, in units of each run's sd.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use super::rows::{GroupedPart, Rows};
-use crate::inference::arrow::{Arrow, Blocks};
-use crate::inference::information::Sums;
+use crate::inference::information::{axes, function, scaled, Sums};
 use crate::inference::joint::{JointRow, MOST_SLOPES};
 
 /// Directions with less of this share of the information, all parameters scaled to one, are not identified.
@@ -14,13 +13,13 @@ const UNSEEN: f64 = 1e-10;
 pub(super) struct NormalEquations {
     pub(super) squares: f64,
     pub(super) gradient: DVector<f64>,
-    pub(super) information: Arrow,
+    pub(super) information: DMatrix<f64>,
 }
 
 impl NormalEquations {
     /// The sums of a part without runs: its parameters, and last an offset of all its restitutions.
     pub(super) fn blank(part: &GroupedPart) -> Sums {
-        Sums::new(part.places.len() + 1, 0)
+        Sums::new(part.places.len() + 1)
     }
 
     /// Adds a run to the sums of its part.
@@ -35,10 +34,11 @@ impl NormalEquations {
 
     /// Puts the parts together, each with its weight.
     pub(super) fn new(rows: &Rows, sums: &[Sums], weight: impl Fn(usize) -> f64) -> NormalEquations {
+        let parameters = rows.names.len();
         let mut joint = NormalEquations {
             squares: 0.0,
-            gradient: DVector::zeros(rows.names.len()),
-            information: Arrow::zeros(rows.joint.shared.len(), rows.joint.spheres.len()),
+            gradient: DVector::zeros(parameters),
+            information: DMatrix::zeros(parameters, parameters),
         };
         for (index, (part, sums)) in rows.parts.iter().zip(sums).enumerate() {
             joint.add_part(part, sums, weight(index));
@@ -62,8 +62,7 @@ impl NormalEquations {
         for (i, of_row) in part.places.iter().enumerate() {
             self.gradient[*of_row] += weight * sums.gradient[i];
             for (j, of_column) in part.places.iter().enumerate() {
-                self.information
-                    .add((*of_row, *of_column), weight * sums.information.corner[(i, j)]);
+                self.information[(*of_row, *of_column)] += weight * sums.information[(i, j)];
             }
         }
     }
@@ -71,14 +70,14 @@ impl NormalEquations {
     /// The slopes of a part, summed over its runs, each with its parameter's place.
     pub(super) fn slopes(part: &GroupedPart, sums: &Sums) -> Vec<(usize, f64)> {
         let offset = part.places.len();
-        let of = |(i, place): (usize, &usize)| (*place, sums.information.corner[(i, offset)]);
+        let of = |(i, place): (usize, &usize)| (*place, sums.information[(i, offset)]);
         part.places.iter().enumerate().map(of).collect()
     }
 
     /// The fit to these sums: the step from the point they were taken at, and the sum of squares it leaves.
     pub(super) fn fit(&self) -> JointSolution {
         let inverse = inverse(&self.information);
-        let step = -inverse.matrix.times(&self.gradient);
+        let step = -(&inverse.matrix * &self.gradient);
         JointSolution {
             left: self.squares + self.gradient.dot(&step),
             step,
@@ -107,9 +106,9 @@ impl JointSolution {
         for (part, sums) in parts {
             let n = part.places.len();
             let step = self.step.select_rows(&part.places);
-            let information = sums.information.corner.view((0, 0), (n, n));
+            let information = sums.information.view((0, 0), (n, n));
             squares += sums.squares + 2.0 * sums.gradient.rows(0, n).dot(&step) + (information * &step).dot(&step);
-            let spent = |i: usize, j: usize| self.inverse.matrix.get(part.places[i], part.places[j]);
+            let spent = |i: usize, j: usize| self.inverse.matrix[(part.places[i], part.places[j])];
             let all = (0..n * n).map(|place| (place % n, place / n));
             let spent: f64 = all.map(|(i, j)| spent(i, j) * information[(i, j)]).sum();
             freedom += sums.runs as f64 - weight * spent;
@@ -121,16 +120,16 @@ impl JointSolution {
     pub(super) fn sum(&self, part: &GroupedPart, sums: &Sums) -> (f64, f64) {
         let n = part.places.len();
         let step = self.step.select_rows(&part.places);
-        let slopes = sums.information.corner.view((0, n), (n, 1));
-        (sums.gradient[n] + slopes.dot(&step), sums.information.corner[(n, n)])
+        let slopes = sums.information.view((0, n), (n, 1));
+        (sums.gradient[n] + slopes.dot(&step), sums.information[(n, n)])
     }
 
     /// The covariance of the fit where the runs' scores have the information `scores`, as variances over those the fit
     /// claims: by how much each standard error is too short. `None` of a parameter that is not identified.
-    pub(super) fn widening(&self, scores: &Arrow) -> Vec<Option<f64>> {
+    pub(super) fn widening(&self, scores: &DMatrix<f64>) -> Vec<Option<f64>> {
         let inverse = &self.inverse.matrix;
-        let covariance = inverse.around(scores);
-        let ratio = |j: usize| (covariance[j] / inverse.get(j, j)).sqrt();
+        let covariance = (inverse * scores * inverse).diagonal();
+        let ratio = |j: usize| (covariance[j] / inverse[(j, j)]).sqrt();
         let identified = self.inverse.identified.iter().enumerate();
         identified
             .map(|(j, identified)| identified.then(|| ratio(j)).filter(|ratio| ratio.is_finite()))
@@ -141,7 +140,7 @@ impl JointSolution {
 /// Sums with the mean of the part taken out of residuals and slopes; dry parts stay as they are.
 fn demeaned(part: &GroupedPart, sums: &Sums) -> Sums {
     let offset = part.places.len();
-    let weight = sums.information.corner[(offset, offset)];
+    let weight = sums.information[(offset, offset)];
     let mut within = sums.clone();
     if part.series.is_none() || weight <= 0.0 {
         return within;
@@ -149,16 +148,16 @@ fn demeaned(part: &GroupedPart, sums: &Sums) -> Sums {
     let mean = sums.gradient[offset];
     within.squares -= mean * mean / weight;
     for i in 0..offset {
-        let of_row = sums.information.corner[(i, offset)];
+        let of_row = sums.information[(i, offset)];
         within.gradient[i] -= of_row * mean / weight;
         for j in 0..offset {
             let (was, taken) = (
-                sums.information.corner[(i, j)],
-                of_row * sums.information.corner[(j, offset)] / weight,
+                sums.information[(i, j)],
+                of_row * sums.information[(j, offset)] / weight,
             );
             // a slope that is the same in all runs leaves only rounding
-            let rounding = 1e-12 * (sums.information.corner[(i, i)] * sums.information.corner[(j, j)]).sqrt();
-            within.information.corner[(i, j)] = if (was - taken).abs() > rounding {
+            let rounding = 1e-12 * (sums.information[(i, i)] * sums.information[(j, j)]).sqrt();
+            within.information[(i, j)] = if (was - taken).abs() > rounding {
                 was - taken
             } else {
                 0.0
@@ -170,7 +169,7 @@ fn demeaned(part: &GroupedPart, sums: &Sums) -> Sums {
 
 /// The inverse of an information matrix in the directions that are identified.
 pub(super) struct Inverse {
-    pub(super) matrix: Blocks,
+    pub(super) matrix: DMatrix<f64>,
     /// how many directions are identified
     pub(super) rank: usize,
     /// whether each parameter is
@@ -178,23 +177,30 @@ pub(super) struct Inverse {
 }
 
 /// Inverts what can be inverted; the other directions are left out.
-pub(super) fn inverse(information: &Arrow) -> Inverse {
+pub(super) fn inverse(information: &DMatrix<f64>) -> Inverse {
     let over = |sum: f64| if sum > 0.0 { 1.0 / sum.sqrt() } else { 0.0 };
-    let scale: Vec<f64> = information.diagonal().map(over).collect();
-    let Some(axes) = information.clone().scaled(&scale).axes() else {
+    let scale: Vec<f64> = information.diagonal().iter().copied().map(over).collect();
+    let Some(axes) = axes(scaled(information, &scale)) else {
         return Inverse {
-            matrix: Blocks::zeros(scale.len()),
+            matrix: DMatrix::zeros(scale.len(), scale.len()),
             rank: 0,
             identified: vec![false; scale.len()],
         };
     };
     let is_identified = |strength: f64| strength > UNSEEN;
-    let kept = axes.function(|strength| f64::from(u8::from(is_identified(strength))));
-    let identified = |(scale, kept): (&f64, f64)| *scale > 0.0 && kept > 1.0 - 1e-6;
-    let matrix = axes.function(|strength| if is_identified(strength) { 1.0 / strength } else { 0.0 });
+    let kept = function(&axes, |strength| f64::from(u8::from(is_identified(strength)))).diagonal();
+    let identified = |(scale, kept): (&f64, &f64)| *scale > 0.0 && *kept > 1.0 - 1e-6;
+    let matrix = function(
+        &axes,
+        |strength| if is_identified(strength) { 1.0 / strength } else { 0.0 },
+    );
     Inverse {
-        rank: axes.strengths().filter(|strength| is_identified(*strength)).count(),
-        identified: scale.iter().zip(kept.diagonal()).map(identified).collect(),
-        matrix: matrix.scaled(&scale),
+        rank: axes
+            .eigenvalues
+            .iter()
+            .filter(|strength| is_identified(**strength))
+            .count(),
+        identified: scale.iter().zip(&kept).map(identified).collect(),
+        matrix: scaled(&matrix, &scale),
     }
 }

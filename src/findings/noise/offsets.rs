@@ -6,6 +6,7 @@
 //! df σ² + σ_s² (n − Σ v_sᵀA⁻¹v_s): unbiased for few series, too. The standard error that allows for them is that of
 //! scores with the variance σ² JᵀJ + σ_s² Σ v_s v_sᵀ.
 
+use nalgebra::DMatrix;
 use serde::Serialize;
 
 use super::normal_equations::{JointSolution, NormalEquations};
@@ -13,8 +14,7 @@ use super::rows::{Rows, RunKind};
 use super::spread::GroupVariances;
 use super::standard_errors::{standard_error_ratios, worst, StandardErrorRatio};
 use crate::distributions::f_tail;
-use crate::inference::arrow::Arrow;
-use crate::inference::information::Sums;
+use crate::inference::information::{add_square, square, Sums};
 use crate::inference::nested::FTest;
 
 /// Fewer series than this have no sd of offsets.
@@ -106,7 +106,7 @@ pub(super) fn test_offsets(
             weight(part)
         }
     });
-    scores.information.add_weighted(&spread.scores, of_offsets);
+    scores.information += &spread.scores * of_offsets;
     Some(Offsets {
         series,
         test: FTest {
@@ -128,7 +128,7 @@ struct OffsetSpread {
     /// n: what they would add if the parameters took up nothing
     all: f64,
     /// Σ v_s v_sᵀ: what they would add to the information of the scores
-    scores: Arrow,
+    scores: DMatrix<f64>,
 }
 
 impl OffsetSpread {
@@ -147,8 +147,8 @@ impl OffsetSpread {
             let slopes: Vec<(usize, f64)> = own.iter().map(|(j, slope)| (*j, slope * weight(index))).collect();
             let own = weight(index) * sums.information[(offset, offset)];
             found.all += own;
-            found.expected += own - fit.inverse.matrix.square(&slopes);
-            found.scores.add_square(1.0, &slopes);
+            found.expected += own - square(&fit.inverse.matrix, &slopes);
+            add_square(&mut found.scores, 1.0, &slopes);
         }
         found
     }

@@ -260,7 +260,7 @@ impl<'r> ReferenceFit<'r> {
         };
         let shift: f64 = slopes().map(|(j, slope)| slope * self.fitted.step[j]).sum();
         let inverse = &self.fitted.inverse.matrix;
-        let of = |(i, a): (usize, f64)| slopes().map(|(j, b)| a * b * inverse.get(i, j)).sum::<f64>();
+        let of = |(i, a): (usize, f64)| slopes().map(|(j, b)| a * b * inverse[(i, j)]).sum::<f64>();
         (-(candidate.row.residual / candidate.sd + shift), slopes().map(of).sum())
     }
 
@@ -291,8 +291,8 @@ impl<'r> ReferenceFit<'r> {
         let inverse = &self.fitted.inverse.matrix;
         let of = |j: usize| {
             let slopes = part.places.iter().zip(candidate.row.slopes);
-            let pull: f64 = slopes.map(|(i, slope)| inverse.get(j, *i) * slope / candidate.sd).sum();
-            pull * distance / (1.0 + leverage) / (spread * inverse.get(j, j).sqrt())
+            let pull: f64 = slopes.map(|(i, slope)| inverse[(j, *i)] * slope / candidate.sd).sum();
+            pull * distance / (1.0 + leverage) / (spread * inverse[(j, j)].sqrt())
         };
         let identified = (0..self.rows.names.len()).filter(|j| self.fitted.inverse.identified[*j]);
         let all = identified.map(|j| (j, of(j).abs()));

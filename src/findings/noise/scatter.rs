@@ -278,5 +278,5 @@ fn step(rows: &Rows, taken: &[SampledRun], scatter: &[Scatter; 2]) -> nalgebra::
         NormalEquations::add(&mut sums[one.part], part, &one.row, sd);
     }
     let joint = NormalEquations::new(rows, &sums, |_| 1.0);
-    -inverse(&joint.information).matrix.times(&joint.gradient)
+    -(inverse(&joint.information).matrix * &joint.gradient)
 }

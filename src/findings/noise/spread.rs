@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::normal_equations::{JointSolution, NormalEquations};
 use super::rows::{Rows, RunKind};
 use super::standard_errors::{standard_error_ratios, worst, StandardErrorRatio, LEVEL};
-use crate::inference::arrow::Arrow;
+use crate::inference::information::square;
 use crate::inference::information::Sums;
 use crate::inference::nested::FTest;
 use crate::inference::spreads::{median, LEAST_RESIDUALS, SD_OF_MEDIAN_DISTANCE};
@@ -118,7 +118,7 @@ impl GroupVariances {
             let (sum, weight) = means[index];
             if weight > 0.0 {
                 // of the mean's one degree of freedom the parameters have taken up a part already
-                let taken = fitted.inverse.matrix.square(&slopes[index]) / weight;
+                let taken = square(&fitted.inverse.matrix, &slopes[index]) / weight;
                 own[index].add(-sum * sum / weight, taken - 1.0);
             }
             inside[group.kind as usize].add(own[index].squares, own[index].freedom);
@@ -166,7 +166,7 @@ pub(super) fn test_spreads(
 ) -> Option<SpreadTest> {
     let weight = |part: usize| 1.0 / variances.kinds[rows.kind(&rows.parts[part]) as usize];
     let fitted: JointSolution = NormalEquations::new(rows, sums, weight).fit();
-    let scores: Arrow = NormalEquations::new(rows, sums, |part| {
+    let scores = NormalEquations::new(rows, sums, |part| {
         weight(part) * variances.groups[rows.parts[part].group]
     })
     .information;

@@ -9,14 +9,14 @@
 //! well speeds are known may have errors of a per cent, which near the threshold outweigh the rest: runs are weighed for
 //! that. A film group that holds several film ratios is cut at its gaps.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use super::normal_equations::{inverse, Inverse};
 use super::outliers::OutlierSearch;
 use super::rows::{group_name, Rows, RunKind};
 use super::scatter::{is_clear, take, RobustFit, SampledRun};
-use crate::inference::arrow::Arrow;
+use crate::inference::information::{self, add_square};
 use crate::inference::nested::{nested, FTest, Spread};
 use crate::physics::rebound::slope_mean_restitution;
 use crate::runs::sphere_words;
@@ -303,12 +303,12 @@ impl Departure<'_> {
 
 impl FittedLaw {
     fn new(rows: &Rows, robust: &RobustFit, sampled: &[SampledRun], wet: &mut [WetRow]) -> Option<FittedLaw> {
-        let blank = || Arrow::zeros(rows.joint.shared.len(), rows.joint.spheres.len());
+        let blank = || DMatrix::zeros(rows.names.len(), rows.names.len());
         let (mut within, mut quoted) = (blank(), blank());
         let mut gradient = DVector::zeros(rows.names.len());
         for row in wet.iter() {
-            within.add_square(1.0, &row.within);
-            quoted.add_square(1.0, &row.slopes);
+            add_square(&mut within, 1.0, &row.within);
+            add_square(&mut quoted, 1.0, &row.slopes);
             row.within
                 .iter()
                 .for_each(|(j, slope)| gradient[*j] += slope * row.residual);
@@ -322,16 +322,19 @@ impl FittedLaw {
             }
             let sd = robust.scatter[RunKind::Dry as usize].sd(&one.row);
             let (place, slope) = (part.places[0], one.row.slopes[0] / sd);
-            within.add_square(1.0, &[(place, slope)]);
-            quoted.add_square(1.0, &[(place, slope)]);
+            add_square(&mut within, 1.0, &[(place, slope)]);
+            add_square(&mut quoted, 1.0, &[(place, slope)]);
             gradient[place] += slope * one.row.residual / sd;
         }
         let (within, quoted) = (inverse(&within), inverse(&quoted));
-        let step = -within.matrix.times(&gradient);
+        let step = -(&within.matrix * &gradient);
         for row in wet.iter_mut() {
             row.residual += along(&row.within, &step);
         }
-        let spent: f64 = wet.iter().map(|row| within.matrix.square(&row.within)).sum();
+        let spent: f64 = wet
+            .iter()
+            .map(|row| information::square(&within.matrix, &row.within))
+            .sum();
         let groups = wet.chunk_by(|a, b| a.group == b.group).count();
         Some(FittedLaw {
             within,
@@ -366,7 +369,7 @@ impl FittedLaw {
             row.within.iter().for_each(|(j, slope)| pull[*j] += slope * x);
             product += x * row.residual;
         }
-        let taken = self.within.matrix.times(&pull);
+        let taken = &self.within.matrix * &pull;
         let own = square(&column) - pull.dot(&taken);
         if own.is_nan() || own <= NEW * square(&column) {
             return None;
@@ -390,10 +393,10 @@ impl FittedLaw {
 
     /// The parameter of the quoted fit that it moves most, and by how many of its standard errors.
     fn moves(&self, departure: &Departure) -> Option<(usize, f64)> {
-        let shift = self.quoted.matrix.times(&departure.pull);
+        let shift = &self.quoted.matrix * &departure.pull;
         let freedom = (self.spread.runs - self.spread.parameters) as f64;
         let sd = self.of_all * (self.spread.sum_of_squares / freedom).sqrt();
-        let in_se = |j: usize| shift[j].abs() / (sd * self.quoted.matrix.get(j, j).sqrt());
+        let in_se = |j: usize| shift[j].abs() / (sd * self.quoted.matrix[(j, j)].sqrt());
         let identified = (0..shift.len()).filter(|j| self.quoted.identified[*j]);
         identified.map(|j| (j, in_se(j))).max_by(|a, b| a.1.total_cmp(&b.1))
     }

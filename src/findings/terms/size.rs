@@ -1,12 +1,12 @@
 //! Takes the sizes of terms from weighted sums over the runs.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use super::sized::SizedTerm;
 use crate::findings::balance::{rebounds, BalanceSetup, EnergyBalance};
 use crate::findings::dry;
 use crate::findings::scaling::FittedScaling;
-use crate::inference::arrow::Arrow;
+use crate::inference::information::{add_square, scaled};
 use crate::inference::joint::{Joint, JointRow, Part};
 use crate::model::parameters::{prior_of, ParameterKind};
 use crate::physics::coefficient::Coefficients;
@@ -173,7 +173,7 @@ struct TermSums {
     /// where each parameter of the fit stands among them
     places: Vec<Option<usize>>,
     /// JᵀWJ with the priors' own
-    information: Arrow,
+    information: DMatrix<f64>,
     /// JᵀWΔe of each term
     pulls: [DVector<f64>; Term::ALL.len()],
     /// JᵀWy, y being what the restitutions have more than the fit
@@ -200,16 +200,11 @@ impl TermSums {
             kinds.push(kind);
             precision.push(1.0 / (sd * sd));
         }
-        let shared = kinds.partition_point(|kind| matches!(kind, ParameterKind::Shared(_)));
-        let mut information = Arrow::zeros(shared, kinds.len() - shared);
-        for (place, precision) in precision.into_iter().enumerate() {
-            information.add((place, place), precision);
-        }
         let zeros = DVector::zeros(kinds.len());
         TermSums {
             form: joint.form,
             weighed: point.sigma.is_some(),
-            information,
+            information: DMatrix::from_diagonal(&DVector::from_vec(precision)),
             kinds,
             places,
             pulls: std::array::from_fn(|_| zeros.clone()),
@@ -227,7 +222,7 @@ impl TermSums {
         let places: Vec<(usize, f64)> = slopes
             .filter_map(|(place, slope)| Some((self.places[*place]?, slope)))
             .collect();
-        self.information.add_square(weight, &places);
+        add_square(&mut self.information, weight, &places);
         for (row, of_row) in &places {
             for (pull, effect) in self.pulls.iter_mut().zip(effects) {
                 pull[*row] += weight * of_row * effect;
@@ -299,11 +294,10 @@ impl TermSums {
         self.weighed.then_some(())?;
         let others = |place: &usize| !term.is_some_and(|term| self.owns(term, *place));
         let places: Vec<usize> = (0..self.kinds.len()).filter(others).collect();
-        let information = self.information.select(&places);
+        let information = self.information.select_rows(&places).select_columns(&places);
         // parameters have units of their own: scaled to a unit diagonal the inverse loses no digits to them
-        let scale: Vec<f64> = information.diagonal().map(|sum| 1.0 / sum.sqrt()).collect();
-        let scaled = information.scaled(&scale);
-        let root = scaled.root()?;
+        let scale: Vec<f64> = information.diagonal().iter().map(|sum| 1.0 / sum.sqrt()).collect();
+        let root = scaled(&information, &scale).cholesky()?;
         let pull = |term: Term| {
             let scaled = places
                 .iter()
@@ -316,13 +310,8 @@ impl TermSums {
             .iter()
             .flat_map(|bias| bias.iter().zip(&scale).map(|(x, scale)| x * scale))
             .collect();
-        let variance = root
-            .inverse_diagonal()
-            .into_iter()
-            .zip(&scale)
-            .map(|(x, scale)| x * scale * scale);
         Some(Others {
-            variance: variance.collect(),
+            variance: scaled(&root.inverse(), &scale).diagonal().iter().copied().collect(),
             bias,
             places,
         })

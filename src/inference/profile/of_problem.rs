@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 use super::{limit, Limits, ProfilePoint, AGREES};
 use crate::inference::information::Sums;
 
-/// A function of the parameters with its slopes in them, of which at most one belongs to a k.
+/// A function of the parameters with its slopes in them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WithSlopes {
     /// the function
@@ -189,11 +189,11 @@ impl<'p, S: Squares> ProblemProfile<'p, S> {
         for _ in 0..STEPS {
             let slopes = DVector::from_vec(quantity(&point)?.slopes);
             let sums = self.squares.sums_at(&point)?;
-            let root = sums.information.root()?;
+            let root = sums.information.clone().cholesky()?;
             let (down, across) = (root.solve(&sums.gradient), root.solve(&slopes));
             let left = self.least + rise - sums.squares + down.dot(&sums.gradient);
             let step = &across * (side * (left / slopes.dot(&across)).sqrt()) - down;
-            let length = (step.dot(&(sums.information.times(&step))) / rise).sqrt();
+            let length = (step.dot(&(&sums.information * &step)) / rise).sqrt();
             if !length.is_finite() {
                 return None;
             }
@@ -284,8 +284,8 @@ impl<'p, S: Squares> ProblemProfile<'p, S> {
         let mut converged = false;
         for _ in 0..STEPS {
             let mut damped = here.information.clone();
-            damped.change_diagonal(|x| x * (1.0 + damping));
-            let Some(step) = damped.root().map(|root| root.solve(&here.gradient)) else {
+            damped.set_diagonal(&(here.information.diagonal() * (1.0 + damping)));
+            let Some(step) = damped.cholesky().map(|root| root.solve(&here.gradient)) else {
                 break;
             };
             // what the slopes say it falls by, at most
@@ -405,7 +405,7 @@ mod tests {
             let mut jacobian = DMatrix::zeros(self.runs(), 3);
             self.residuals(b, &mut residuals).ok()?;
             self.jacobian(b, &mut jacobian).ok()?;
-            let mut sums = Sums::new(3, 0);
+            let mut sums = Sums::new(3);
             for (residual, row) in residuals.iter().zip(jacobian.row_iter()) {
                 sums.add(*residual, &[(0, row[0]), (1, row[1]), (2, row[2])]);
             }

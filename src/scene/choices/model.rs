@@ -158,7 +158,7 @@ const DRY_K: Key<OneOf<DryKOf>, DefaultsTo<DryKOf>> = Key {
     base: "dry_k",
     takes: OneOf(|| vec![("particle", DryKOf::Particle), ("diameter", DryKOf::Diameter)]),
     absent: DefaultsTo(DryKOf::Particle),
-    meaning: "what has a k of its own",
+    meaning: "what has a k of its own; a fit takes at most 300 k",
     example: "\"diameter\"",
 };
 
