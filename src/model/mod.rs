@@ -7,11 +7,9 @@
 //! | `likelihood/` | log likelihood of all runs, from rows or compressed, and of each run |
 //! | `series_offsets.rs` | offsets of series on the whole line |
 //! | `posterior.rs` | log posterior density and its slopes on the whole line |
-//! | `normals.rs` | many standard normals at once |
 //! | `simulate.rs` | draws runs from a truth |
 
 pub mod likelihood;
-pub mod normals;
 pub mod parameters;
 pub mod posterior;
 pub mod series_offsets;

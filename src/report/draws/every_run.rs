@@ -9,7 +9,6 @@ use rayon::prelude::*;
 use crate::findings::posterior::Posterior;
 use crate::inference::diagnostics::loo::SAME;
 use crate::model::likelihood::pointwise::{Pointwise, Stretch};
-use crate::model::normals::Normals;
 use crate::report::ReportInput;
 use crate::seed::Streams;
 
@@ -26,7 +25,6 @@ pub(super) struct EveryRun<'a> {
     pub informative: Vec<usize>,
     stretches: Vec<Stretch>,
     streams: Streams,
-    normals: Normals,
 }
 
 impl<'a> EveryRun<'a> {
@@ -41,7 +39,6 @@ impl<'a> EveryRun<'a> {
             pointwise,
             full,
             streams: Streams::new(input.findings.seed, "posterior_predictive"),
-            normals: Normals::new(),
         }
     }
 
@@ -62,7 +59,7 @@ impl<'a> EveryRun<'a> {
             let at = self.pointwise.at(&self.full[draw]);
             at.ln_likelihoods(&self.stretches, &mut densities);
             likely.put(&densities)?;
-            at.predictions(&self.normals, &mut self.streams.at(draw as u64), &mut new);
+            at.predictions(&mut self.streams.at(draw as u64), &mut new);
             predicted.put(&new)?;
         }
         likely.end(whole)?;

@@ -3,10 +3,10 @@
 use std::ops::Range;
 
 use rand::Rng;
+use rand_distr::{Distribution, StandardNormal};
 
 use super::{EvaluatedLaw, Pointwise};
 use crate::model::likelihood::tails::Tails;
-use crate::model::normals::Normals;
 
 /// Runs of one kind that follow one another.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -91,7 +91,7 @@ impl EvaluatedLaw<'_, '_> {
     }
 
     /// A new draw of every run, as [`EvaluatedLaw::predict`] gives; `scratch` is overwritten.
-    pub fn predictions<R: Rng + ?Sized>(&self, normals: &Normals, rng: &mut R, scratch: &mut Vec<f64>) {
+    pub fn predictions<R: Rng + ?Sized>(&self, rng: &mut R, scratch: &mut Vec<f64>) {
         let runs = self.pointwise.len();
         scratch.resize(runs, 0.0);
         if !self.pointwise.is_plain() {
@@ -100,13 +100,13 @@ impl EvaluatedLaw<'_, '_> {
             }
             return;
         }
-        normals.fill(rng, scratch);
         let limit = self.pointwise.limit;
         let (dry, wet) = scratch.split_at_mut(self.pointwise.dry);
         let (dry_setting, wet_setting) = self.pointwise.setting.split_at(self.pointwise.dry);
         for (new, setting, sigma) in [(dry, dry_setting, self.dry.sigma), (wet, wet_setting, self.wet.sigma)] {
             for (new, setting) in new.iter_mut().zip(setting) {
-                let e = self.means[*setting as usize] + sigma * *new;
+                let z: f64 = StandardNormal.sample(rng);
+                let e = self.means[*setting as usize] + sigma * z;
                 *new = if e <= limit { 0.0 } else { e };
             }
         }

@@ -3,7 +3,6 @@
 use super::by_row::with_errors;
 use super::*;
 use crate::model::likelihood::pointwise::EvaluatedLaw;
-use crate::model::normals::Normals;
 use crate::physics::Viscous;
 use crate::seed::stream;
 
@@ -93,9 +92,9 @@ fn farthest(full: &[f64], name: &str) -> f64 {
         [mean - sigma, mean + 0.5 * sigma].map(|e| e.max(limit))
     };
     let mut below = vec![[0.0; 2]; runs.len()];
-    let (normals, mut rng, mut new) = (Normals::new(), stream(1, name, 0), vec![]);
+    let (mut rng, mut new) = (stream(1, name, 0), vec![]);
     for _ in 0..DRAWS {
-        drawn_at.predictions(&normals, &mut rng, &mut new);
+        drawn_at.predictions(&mut rng, &mut new);
         for (run, (below, new)) in below.iter_mut().zip(&new).enumerate() {
             assert!(*new == 0.0 || *new > limit);
             for (below, point) in below.iter_mut().zip(points(run)) {
