@@ -217,11 +217,18 @@ impl<'f, 'r> BalanceEstimates<'f, 'r> {
     ) -> Option<ProblemProfile<'f, JointSquares<'f, 'r>>> {
         /// slopes of m(r) are at most 1/τ, and a run weighs at most as 1/τ² = 10⁴ others: it pins no fit of more runs
         const MOST_RUNS: usize = 50_000;
-        if fitted.joint().measured_rebounds() > MOST_RUNS || !fitted.converged() {
+        /// runs times film groups: each limit of the quantities of a group reads all runs
+        const MOST_READ: usize = 5_000_000;
+        let joint = fitted.joint();
+        let read = joint.wet_rebounds() * joint.runs.film_groups.len();
+        if joint.measured_rebounds() > MOST_RUNS || read > MOST_READ || !fitted.converged() {
             return None;
         }
         let region = fitted.region(minimum, quoting)?;
-        let squares = JointSquares::new(&fitted.problem, &fitted.roots, &region);
+        let squares = JointSquares {
+            problem: &fitted.problem,
+            roots: &fitted.roots,
+        };
         ProblemProfile::new(squares, region)
     }
 
@@ -700,6 +707,3 @@ fn balance_verdict(fit: &Fit, l: Option<f64>, misfit: Option<&FTest>) -> Verdict
         Verdict::passed("converged")
     }
 }
-
-#[cfg(test)]
-mod tests;

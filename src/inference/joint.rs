@@ -418,7 +418,8 @@ pub struct JointFit<'r> {
 }
 
 impl JointFit<'_> {
-    fn each_rebound(&self, b: &[f64], mut hand_on: impl FnMut(usize, &Part, f64, JointRow)) {
+    /// Hands on every rebound about a point, with its place among the residuals and the root of its weight.
+    pub fn each_rebound(&self, b: &[f64], mut hand_on: impl FnMut(usize, &Part, f64, JointRow)) {
         let wet = self.joint.wet_rebounds();
         let mut row: usize = 0;
         for part in &self.joint.parts {

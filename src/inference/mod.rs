@@ -9,7 +9,7 @@
 //! | `regression.rs` | a law fitted to runs |
 //! | `information.rs` | the directions in which runs say more than the priors |
 //! | `joint.rs` | every run in a row of one joint fit: residuals, slopes, sums; the fit itself |
-//! | `joint_squares.rs` | the squares of a joint fit about its minimum, most runs as series |
+//! | `joint_squares.rs` | the squares of a joint fit about its minimum |
 //! | `bootstrap/` | replicates and the intervals they give |
 //! | `laplace.rs` | mode and curvature of a posterior |
 //! | `prepared_posterior.rs` | a posterior with its start, its nodes and its mode |

@@ -118,11 +118,6 @@ impl<'p, S: Squares> ProblemProfile<'p, S> {
         Some(ProblemProfile { squares, region, least })
     }
 
-    /// What it profiles.
-    pub fn squares(&self) -> &S {
-        &self.squares
-    }
-
     /// The limits of a function of the parameters; `None` where the delta method's are the same, or it has none.
     pub fn limits(&self, quantity: impl Fn(&[f64]) -> Option<WithSlopes>) -> Option<Limits> {
         let at_minimum = self.at_minimum(&quantity)?;
