@@ -11,7 +11,7 @@ use rand_distr::{Distribution, StandardNormal};
 use wetcor::inference::nuts::{Effort, TARGET_ACCEPT};
 use wetcor::inference::prepared_posterior::Evaluation;
 use wetcor::inference::sampling::{sample_posterior, SamplingPlan};
-use wetcor::model::likelihood::{Likelihood, Resolution};
+use wetcor::model::likelihood::Likelihood;
 use wetcor::model::parameters::{ModelParameters, ParameterKind};
 use wetcor::model::posterior::{LogDensity, PosteriorDensity};
 use wetcor::model::simulate::Simulation;
@@ -95,7 +95,7 @@ fn compressed(bencher: Bencher, runs: u64) {
     let (scene, runs) = simulated(runs, Own::Nothing);
     let (parameters, rows) = parts(&scene, &runs);
     let draw = truth(&scene, &parameters);
-    let (short, _) = rows.compressed(&parameters.full(&draw), &[], Resolution::Bound(1e-3));
+    let (short, _) = rows.compressed(&parameters.full(&draw), &[], 1e-3);
     evaluate(bencher, &PosteriorDensity::new(parameters, short), &draw);
 }
 

@@ -11,7 +11,7 @@ use std::path::Path;
 const PROGRAM: [&str; 2] = ["progress", "cli"];
 
 /// The folders whose table lists their files in order, before the `mod.rs` it stands in.
-const ORDERED: [&str; 4] = ["findings", "runs", "scene", "study::trade"];
+const ORDERED: [&str; 3] = ["findings", "runs", "scene"];
 
 /// The text of each file by its module, `findings::dry`; that of `lib.rs` has none.
 type Sources = BTreeMap<String, String>;

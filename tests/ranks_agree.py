@@ -15,7 +15,6 @@ import sys
 import tempfile
 import time
 
-# two scenes that are fitted to an accuracy, so that each of two ranks has one
 SETS = "21"
 # as root, as CI has it, and with more ranks than processors
 ENVIRONMENT = os.environ | {

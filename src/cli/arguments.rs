@@ -154,7 +154,7 @@ With mpirun, in a build with the feature `mpi`, the ranks take a share of the da
         /// File to write
         #[arg(long)]
         out: PathBuf,
-        /// Data sets a design; scenes that are fitted to an accuracy in proportion
+        /// Data sets a design
         #[arg(long, default_value_t = calibration::SETS, value_parser = clap::value_parser!(u64).range(1..=calibration::MOST_SETS))]
         sets: u64,
         /// Seed of every use of chance

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use wetcor::error::{named, Error};
 use wetcor::ranks::Ranks;
 use wetcor::staging::{self, Staging};
-use wetcor::study::{accuracy, calibration, main_coverage};
+use wetcor::study::{calibration, main_coverage};
 
 use super::messages::print_after_writing;
 use crate::progress::Progress;
@@ -22,12 +22,9 @@ pub(super) struct PageOrder<'p> {
 
 pub(super) fn calibrate(order: &PageOrder, ranks: &Ranks, quiet: bool) -> Result<u8, Error> {
     let PageOrder { out, sets, seed } = *order;
-    // an accuracy takes about as long as a hundred data sets
-    let of_accuracy = 100;
     let of_main = main_coverage::SETS.min(sets);
-    let scenes = (sets.min(calibration::SETS) * accuracy::SCENES).div_ceil(calibration::SETS);
     let own = |pieces: u64| ranks.own(pieces).len() as u64;
-    let all = own(sets) * calibration::DESIGNS + own(of_main) * main_coverage::DESIGNS + of_accuracy * own(scenes);
+    let all = own(sets) * calibration::DESIGNS + own(of_main) * main_coverage::DESIGNS;
     let place = if ranks.is_first() {
         let place = staging::prepare(out)?;
         calibration::may_replace(&place)?;
@@ -41,13 +38,10 @@ pub(super) fn calibrate(order: &PageOrder, ranks: &Ranks, quiet: bool) -> Result
     let step = || progress.at(1 + done.fetch_add(1, Relaxed));
     let table = calibration::measure(sets, calibration::REPLICATES, seed, ranks, &step)?;
     let main = main_coverage::measure(of_main, seed, ranks, &step)?;
-    let kept = accuracy::measure(scenes, seed, ranks, &|| {
-        progress.at(of_accuracy + done.fetch_add(of_accuracy, Relaxed));
-    })?;
     let Some(place) = place else {
         return Ok(0);
     };
-    let text = calibration::markdown(&table) + "\n" + &main_coverage::markdown(&main) + &accuracy::markdown(&kept);
+    let text = calibration::markdown(&table) + "\n" + &main_coverage::markdown(&main);
     let staging = Staging::beside(&place)?;
     let result = staging
         .create_itself()

@@ -16,7 +16,7 @@ pub(super) fn run_trade(path: &Path, out: Option<PathBuf>, seed: u64, quiet: boo
     let out = out.unwrap_or_else(|| Path::new("reports").join(format!("{}-trade", scene.name)));
     let destination = Destination::prepare(&out, Contents::Trade, &scene.title, &scene.inputs())?;
     let table = runs::read(&scene)?;
-    let progress = Progress::bar("trade", trade::PATHS, quiet);
+    let progress = Progress::bar("trade", trade::STEPS, quiet);
     let done = AtomicU64::new(0);
     let measured = trade::measure(&scene, &table, seed, &|| progress.at(1 + done.fetch_add(1, Relaxed)))?;
     drop(progress);

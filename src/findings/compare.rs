@@ -14,7 +14,7 @@ use crate::error::Error;
 use crate::inference::diagnostics::loo::{difference, Difference, Loo};
 use crate::inference::diagnostics::pareto::khat_threshold;
 use crate::inference::nuts::divergences;
-use crate::inference::sampling::Sampled;
+use crate::inference::sampling::{Method, Sampled};
 use crate::model::parameters::{ModelParameters, ParameterKind};
 use crate::notice::Notice;
 use crate::physics::dry::REFERENCE_SPEED;
@@ -450,7 +450,7 @@ pub(super) fn summarise_model(model: String, own: bool, sampled: &Sampled, found
         delta_se: None,
         delta_mcse: None,
         draws: used,
-        weighed: !sampled.method.is_nuts(),
+        weighed: sampled.method != Method::Nuts,
         rhat: largest_rhat(sampled),
         divergences: divergences(&sampled.chains),
     }

@@ -17,7 +17,7 @@ use crate::inference::diagnostics::pareto::khat_threshold;
 use crate::inference::diagnostics::summary::{summarise, Summary};
 use crate::inference::nuts::Watcher;
 use crate::inference::prepared_posterior::PreparedPosterior;
-use crate::inference::sampling::{follow_until_mixed, Sampled, SamplingPlan};
+use crate::inference::sampling::{follow_until_mixed, Method, Sampled, SamplingPlan};
 use crate::inference::weighing::{LeftOutRuns, WeighedDraws, Weighing};
 use crate::model::likelihood::pointwise::{self, Pointwise};
 use crate::model::likelihood::{Likelihood, SeriesDensities};
@@ -395,7 +395,7 @@ fn efficiency(sampled: &Sampled) -> f64 {
 /// The largest R-hat of the sampled parameters; `None` where no trajectories were followed.
 pub(super) fn largest_rhat(sampled: &Sampled) -> Option<f64> {
     let each = sampled.values.iter().filter_map(|chains| summary_of(chains).rhat);
-    each.filter(|_| sampled.method.is_nuts()).reduce(f64::max)
+    each.filter(|_| sampled.method == Method::Nuts).reduce(f64::max)
 }
 
 fn summary_of(chains: &[Vec<f64>]) -> Summary {

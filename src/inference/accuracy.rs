@@ -1,19 +1,16 @@
 //! Draws from a posterior as cheaply as an accuracy allows: the first method whose own check vouches for it.
 //!
-//! The methods in their order: the normal about the mode, the same resampled by importance weights, the No-U-Turn sampler
-//! on nodes, the same on every row. The accuracy is the largest error of any parameter's mean, in posterior sds, and of any
-//! sd, relative. A Monte Carlo error counts [`SURE`] times.
+//! The methods in their order: the normal about the mode, the same resampled by importance weights, the No-U-Turn sampler.
+//! The accuracy is the largest error of any parameter's mean, in posterior sds, and of any sd, relative. A Monte Carlo error
+//! counts [`SURE`] times.
 
 use super::diagnostics::pareto::khat_threshold;
-use super::diagnostics::rhat::rhat;
 use super::importance::{propose, weighted_shift, DrawCounts, Proposal, Weights};
 use super::mixing::{draws_a_chain, summary_of, MixingLines, ParameterDraws};
-use super::nuts::{Effort, Watcher};
-use super::prepared_posterior::{Evaluation, PreparedPosterior, Start, LARGEST_ERROR};
-use super::sampling::{sample_normal, Method, NoPosterior, NutsSampling, ReachedAccuracy, Sampled};
+use super::nuts::{Effort, SamplingFailure, Watcher};
+use super::prepared_posterior::{PreparedPosterior, LARGEST_ERROR};
+use super::sampling::{sample_normal, Method, NutsSampling, ReachedAccuracy, Sampled};
 use super::weighing::{sample_by_importance, PROPOSED};
-use crate::model::likelihood::{Likelihood, Resolution};
-use crate::model::parameters::ModelParameters;
 use crate::model::posterior::LogDensity;
 use crate::seed::StreamName;
 
@@ -43,149 +40,109 @@ pub struct AccuracyPlan<'p> {
     pub stream: StreamName<'p>,
 }
 
-/// Samples the posterior of these parameters under the likelihood of all rows to an accuracy.
+/// Samples a prepared posterior to an accuracy.
 ///
-/// Fails as [`super::sampling::sample_posterior`] does. Where no method reaches the accuracy, the last one's draws come with
-/// the error it can vouch for.
+/// Fails where the sampler does. Where no method reaches the accuracy, the last one's draws come with the error they can
+/// vouch for.
 pub fn sample_to_accuracy(
-    parameters: ModelParameters,
-    rows: &Likelihood,
-    start: &Start,
+    prepared: &PreparedPosterior,
     plan: AccuracyPlan,
     watcher: Watcher,
-) -> Result<Sampled, NoPosterior> {
-    // an error of the log density moves no mean by more than as many sds
-    let bound = LARGEST_ERROR.min(0.1 * plan.accuracy);
-    let compressed = Evaluation::Compressed(Resolution::Bound(bound));
-    let prepared = PreparedPosterior::new(parameters.clone(), rows, start, compressed)?;
-    let mut search = MethodSearch {
-        requested: plan.accuracy,
-        chains: plan.effort.chains,
-        stream: plan.stream,
-        tried: vec![],
+) -> Result<Sampled, SamplingFailure> {
+    let search = MethodSearch { prepared, plan };
+    let mut tried = vec![];
+    let (sampled, vouched) = match search.about_the_mode(&mut tried) {
+        Some(found) => found,
+        None => search.nuts(watcher)?,
     };
-    if let Some(sampled) = search.about_the_mode(&prepared, bound) {
-        return Ok(sampled);
-    }
-    let sampled = search.by_trajectories(&prepared, bound, plan.effort, watcher)?;
-    if sampled.checked_error.is_none_or(|error| error <= bound) {
-        return Ok(search.followed(sampled, bound));
-    }
-    search.tried.push((
-        Method::NutsCompressed,
-        "the log density of the nodes is off by more than a tenth of what was asked for".to_owned(),
-    ));
-    let prepared = PreparedPosterior::new(parameters, rows, start, Evaluation::Rows)?;
-    let sampled = search.by_trajectories(&prepared, 0.0, plan.effort, watcher)?;
-    Ok(search.followed(sampled, 0.0))
+    Ok(Sampled {
+        accuracy: Some(ReachedAccuracy {
+            requested: plan.accuracy,
+            vouched,
+            tried,
+        }),
+        ..sampled
+    })
 }
+
+/// Draws, and the error that they vouch for.
+type Vouched = (Sampled, f64);
 
 /// The search for the cheapest method that reaches an accuracy.
 struct MethodSearch<'p> {
-    requested: f64,
-    chains: usize,
-    stream: StreamName<'p>,
-    /// methods that did not reach it, with the reason
-    tried: Vec<(Method, String)>,
+    prepared: &'p PreparedPosterior<'p>,
+    plan: AccuracyPlan<'p>,
 }
 
 impl MethodSearch<'_> {
-    /// The normal about the mode, or its weighted draws, if either can be vouched for.
-    fn about_the_mode(&mut self, prepared: &PreparedPosterior, bound: f64) -> Option<Sampled> {
-        let NormalError { largest, efficiency } = match normal_error(prepared, self.stream) {
-            Ok(found) => found,
-            Err(why) => {
-                let both = [Method::Laplace, Method::LaplacePsis];
-                self.tried.extend(both.map(|method| (method, why.clone())));
-                return None;
-            }
+    /// The normal about the mode, or its weighted draws, if either can be vouched for; else why not.
+    fn about_the_mode(&self, tried: &mut Vec<(Method, String)>) -> Option<Vouched> {
+        let error = normal_error(self.prepared, self.plan.stream);
+        let mut attempt = |method, draw: &dyn Fn(NormalError) -> Result<Vouched, String>| {
+            let found = error.clone().and_then(draw);
+            found.map_err(|why| tried.push((method, why))).ok()
         };
-        let off = largest + bound;
+        attempt(Method::Laplace, &|error| self.laplace(error))
+            .or_else(|| attempt(Method::LaplacePsis, &|error| self.laplace_psis(error)))
+    }
+
+    /// The normal about the mode, or why it cannot be vouched for.
+    fn laplace(&self, error: NormalError) -> Result<Vouched, String> {
+        let off = error.largest + LARGEST_ERROR;
         // half of the accuracy for the normal's own error, half for the number of its draws
-        if off <= 0.5 * self.requested {
-            let each = self.each((SURE / (self.requested - off)).powi(2));
-            let sampled = sample_normal(prepared, self.size(each), self.stream);
-            let vouched = monte_carlo_error(&sampled) + off;
-            if self.holds(&sampled, vouched, bound) {
-                return Some(self.done(sampled, vouched));
-            }
-            let why = format!("its draws are too few, or leave an error of {vouched:.2}, with its own of {off:.2}");
-            self.tried.push((Method::Laplace, why));
-        } else {
-            let why = format!("the normal is off by up to {off:.2}, more than half of what was asked for");
-            self.tried.push((Method::Laplace, why));
+        if off > 0.5 * self.plan.accuracy {
+            return Err(format!(
+                "the normal is off by up to {off:.2}, more than half of what was asked for"
+            ));
         }
-        let mut wanted = (SURE / (self.requested - bound)).powi(2) * (1.0 + 1.0 / (PROPOSED as f64 * efficiency));
+        let each = self.each((SURE / (self.plan.accuracy - off)).powi(2));
+        self.checked(sample_normal(self.prepared, self.size(each), self.plan.stream), off)
+            .map_err(|vouched| {
+                format!("its draws are too few, or leave an error of {vouched:.2}, with its own of {off:.2}")
+            })
+    }
+
+    /// The same by importance weights.
+    fn laplace_psis(&self, error: NormalError) -> Result<Vouched, String> {
         /// each corrects what the one before it found missing
         const TRIES: usize = 4;
-        let mut why = "the densities allow no weights".to_owned();
+        let requested = self.plan.accuracy;
+        let resampled = 1.0 + 1.0 / (PROPOSED as f64 * error.efficiency);
+        let mut wanted = (SURE / (requested - LARGEST_ERROR)).powi(2) * resampled;
+        let mut why = String::new();
         for _ in 0..TRIES {
             let each = self.each(wanted);
-            let Some(sampled) = sample_by_importance(prepared, self.size(each), self.stream) else {
-                break;
-            };
-            let (khat, line) = (
-                sampled.khat.unwrap_or(f64::INFINITY),
-                khat_threshold(self.chains * each),
-            );
+            let draws = self.plan.effort.chains * each;
+            let sampled = sample_by_importance(self.prepared, self.size(each), self.plan.stream)
+                .ok_or("the densities allow no weights")?;
+            let (khat, line) = (sampled.khat.unwrap_or(f64::INFINITY), khat_threshold(draws));
             if khat > line {
-                why = format!("importance weights have the shape {khat:.2}, above {line:.2}");
-                break;
+                return Err(format!("importance weights have the shape {khat:.2}, above {line:.2}"));
             }
-            let vouched = monte_carlo_error(&sampled) + bound;
-            if self.holds(&sampled, vouched, bound) {
-                return Some(self.done(sampled, vouched));
+            match self.checked(sampled, LARGEST_ERROR) {
+                Ok(found) => return Ok(found),
+                Err(vouched) => {
+                    why = format!("{draws} draws are too few, or leave an error of {vouched:.2}");
+                    // draws whose error will do may yet be too few for what is asked of the tails
+                    wanted = 1.1 * draws as f64 * (vouched / requested).powi(2).max(1.2);
+                }
             }
-            why = format!(
-                "{} draws are too few, or leave an error of {vouched:.2}",
-                self.chains * each
-            );
-            // draws whose error will do may yet be too few for what is asked of the tails
-            wanted = 1.1 * (self.chains * each) as f64 * (vouched / self.requested).powi(2).max(1.2);
         }
-        self.tried.push((Method::LaplacePsis, why));
-        None
-    }
-
-    /// Whether the accuracy is reached, the nodes with it.
-    fn holds(&self, sampled: &Sampled, vouched: f64, bound: f64) -> bool {
-        let lines = asked_of_draws(sampled.method, self.chains, Some(self.requested));
-        vouched <= self.requested
-            && sampled.checked_error.is_none_or(|error| error <= bound)
-            && lines.hold(&sampled.values, sampled.mcse_factor)
-    }
-
-    fn size(&self, each: usize) -> DrawCounts {
-        DrawCounts {
-            chains: self.chains,
-            draws: each,
-        }
-    }
-
-    /// Draws a chain for so many in all.
-    fn each(&self, all: f64) -> usize {
-        ((all / self.chains as f64).ceil() as usize).clamp(FEWEST_DRAWS, MOST_DRAWS)
+        Err(why)
     }
 
     /// Trajectories, drawn on until the accuracy is reached or is out of reach.
-    fn by_trajectories(
-        &self,
-        prepared: &PreparedPosterior,
-        bound: f64,
-        effort: Effort,
-        watcher: Watcher,
-    ) -> Result<Sampled, NoPosterior> {
-        let left = self.requested - bound;
-        let lines = asked_of_draws(Method::NutsCompressed, self.chains, Some(self.requested));
-        let first = self.each((SURE / left).powi(2));
+    fn nuts(&self, watcher: Watcher) -> Result<Vouched, SamplingFailure> {
+        let plan = self.plan;
+        let left = plan.accuracy - LARGEST_ERROR;
+        let lines = asked_of_draws(Method::Nuts, plan.effort.chains, Some(plan.accuracy));
         let mut more = |values: &ParameterDraws| {
             let error = error_of_draws(values);
             let made = draws_a_chain(values);
             // draws that say nothing of their error are doubled
-            let times = if error.is_finite() {
-                1.1 * (error / left).powi(2)
-            } else {
-                2.0
+            let times = match error.is_finite() {
+                true => 1.1 * (error / left).powi(2),
+                false => 2.0,
             };
             let next = made as f64 * times.max(1.1);
             let enough = error <= left && lines.hold(values, 1.0);
@@ -195,34 +152,52 @@ impl MethodSearch<'_> {
             }
             next.ceil() as usize - made
         };
+        let first = self.each((SURE / left).powi(2));
         let sampling = NutsSampling {
-            prepared,
-            effort: Effort { draws: first, ..effort },
-            stream: self.stream,
+            prepared: self.prepared,
+            effort: Effort {
+                draws: first,
+                ..plan.effort
+            },
+            stream: plan.stream,
             watcher,
         };
-        Ok(sampling.sample_while(&mut more)?)
-    }
-
-    /// What trajectories gave, with the error they vouch for.
-    fn followed(mut self, sampled: Sampled, bound: f64) -> Sampled {
-        let vouched = match sampled.checked_error {
-            Some(error) if error > bound => f64::INFINITY,
-            _ => monte_carlo_error(&sampled) + bound,
+        let sampled = sampling.sample_while(&mut more)?;
+        let vouched = match stands_for_rows(&sampled) {
+            true => monte_carlo_error(&sampled) + LARGEST_ERROR,
+            false => f64::INFINITY,
         };
-        self.done(sampled, vouched)
+        Ok((sampled, vouched))
     }
 
-    fn done(&mut self, sampled: Sampled, vouched: f64) -> Sampled {
-        Sampled {
-            accuracy: Some(ReachedAccuracy {
-                requested: self.requested,
-                vouched,
-                tried: std::mem::take(&mut self.tried),
-            }),
-            ..sampled
+    /// Draws with the error they vouch for beside one of the method's own, where the accuracy is reached; else that error.
+    fn checked(&self, sampled: Sampled, own: f64) -> Result<Vouched, f64> {
+        let requested = self.plan.accuracy;
+        let vouched = monte_carlo_error(&sampled) + own;
+        let lines = asked_of_draws(sampled.method, self.plan.effort.chains, Some(requested));
+        let enough = lines.hold(&sampled.values, sampled.mcse_factor) && stands_for_rows(&sampled);
+        match vouched <= requested && enough {
+            true => Ok((sampled, vouched)),
+            false => Err(vouched),
         }
     }
+
+    fn size(&self, each: usize) -> DrawCounts {
+        DrawCounts {
+            chains: self.plan.effort.chains,
+            draws: each,
+        }
+    }
+
+    /// Draws a chain for so many in all.
+    fn each(&self, all: f64) -> usize {
+        ((all / self.plan.effort.chains as f64).ceil() as usize).clamp(FEWEST_DRAWS, MOST_DRAWS)
+    }
+}
+
+/// Whether the log density that was sampled is that of every row: an error of it moves no mean by more than as many sds.
+pub fn stands_for_rows(sampled: &Sampled) -> bool {
+    sampled.checked_error.is_none_or(|error| error <= LARGEST_ERROR)
 }
 
 /// How far the normal about the mode is from the posterior.
@@ -283,11 +258,8 @@ const LOST: f64 = 1.1;
 
 /// Whether no parameter has an R-hat so far from 1 that more draws would not bring its chains together.
 fn chains_agree(values: &ParameterDraws) -> bool {
-    let agree = |values: &Vec<Vec<f64>>| {
-        let chains: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
-        rhat(&chains).is_ok_and(|rhat| rhat <= LOST)
-    };
-    values.iter().all(agree)
+    let mut each = values.iter().map(|values| summary_of(values).rhat);
+    each.all(|rhat| rhat.is_some_and(|rhat| rhat <= LOST))
 }
 
 /// What is asked of draws that a method made, for an accuracy or without one.
@@ -301,7 +273,7 @@ pub fn asked_of_draws(method: Method, chains: usize, accuracy: Option<f64>) -> M
         return usual;
     };
     MixingLines {
-        rhat: method.is_nuts().then_some(LOST),
+        rhat: (method == Method::Nuts).then_some(LOST),
         effective: usual.effective.min((SURE / accuracy).powi(2)),
     }
 }

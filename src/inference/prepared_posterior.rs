@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::laplace::{laplace, Laplace};
 use super::nuts::Chain;
-use crate::model::likelihood::{Compression, Likelihood, Resolution};
+use crate::model::likelihood::{Compression, Likelihood};
 use crate::model::parameters::{ModelParameters, ParameterKind};
 use crate::model::posterior::{LogDensity, PosteriorDensity};
 
@@ -19,13 +19,13 @@ pub const CHECKED: usize = 200;
 pub enum Evaluation {
     /// every row
     Rows,
-    /// nodes
-    Compressed(Resolution),
+    /// nodes, by which the log density is off by no more than this
+    Compressed(f64),
 }
 
 impl Default for Evaluation {
     fn default() -> Evaluation {
-        Evaluation::Compressed(Resolution::Bound(LARGEST_ERROR))
+        Evaluation::Compressed(LARGEST_ERROR)
     }
 }
 
@@ -40,7 +40,7 @@ pub struct PreparedPosterior<'r> {
     pub about: Laplace,
     /// what was compressed; `None` if every row is used
     pub compression: Option<Compression>,
-    /// the error of the log density that was allowed; `None` without a bound
+    /// the error of the log density that was allowed; `None` if every row is used
     pub bound: Option<f64>,
     /// seconds it took
     pub seconds: f64,
@@ -78,8 +78,8 @@ impl<'r> PreparedPosterior<'r> {
                 let (posterior, about) = about_the_mode(posterior, about)?;
                 (posterior, about, None)
             }
-            Evaluation::Compressed(resolution) => {
-                let (posterior, about, compression) = compressed(&parameters, rows, &starts, resolution)?;
+            Evaluation::Compressed(bound) => {
+                let (posterior, about, compression) = compressed(&parameters, rows, &starts, bound)?;
                 (posterior, about, Some(compression))
             }
         };
@@ -89,8 +89,8 @@ impl<'r> PreparedPosterior<'r> {
             about,
             compression,
             bound: match evaluation {
-                Evaluation::Compressed(Resolution::Bound(bound)) => Some(bound),
-                _ => None,
+                Evaluation::Compressed(bound) => Some(bound),
+                Evaluation::Rows => None,
             },
             seconds: began.elapsed().as_secs_f64(),
         })
@@ -188,12 +188,12 @@ fn compressed(
     parameters: &ModelParameters,
     rows: &Likelihood,
     starts: &[Vec<f64>],
-    resolution: Resolution,
+    bound: f64,
 ) -> Result<(PosteriorDensity, Laplace, Compression), NoStart> {
     /// each time the mode is nearer by orders of magnitude
     const TRIES: usize = 8;
     let reference = parameters.full(&starts[0]);
-    let (rough, _) = rows.compressed(&reference, &[], resolution);
+    let (rough, _) = rows.compressed(&reference, &[], bound);
     let mut posterior = PosteriorDensity::new(parameters.clone(), rough).with_offsets_about(&reference);
     let mut about = highest(&posterior, starts)?;
     let mut tries = 0;
@@ -203,7 +203,7 @@ fn compressed(
         let offsets = parameters.series_offsets.len();
         let tests: Vec<Vec<f64>> = region(&about, offsets).iter().map(|point| full(point)).collect();
         let mode = full(&about.mode);
-        let (likelihood, compression) = rows.compressed(&mode, &tests, resolution);
+        let (likelihood, compression) = rows.compressed(&mode, &tests, bound);
         let next = PosteriorDensity::new(parameters.clone(), likelihood).with_offsets_about(&mode);
         let from = if offsets == 0 {
             about.mode.clone()

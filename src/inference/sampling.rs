@@ -20,10 +20,10 @@ pub enum Method {
     Laplace,
     /// from the same, resampled by Pareto-smoothed importance weights
     LaplacePsis,
-    /// by the No-U-Turn sampler on nodes
-    NutsCompressed,
-    /// by the No-U-Turn sampler on every row
-    NutsExact,
+    /// by the No-U-Turn sampler
+    // as findings of earlier versions say
+    #[serde(alias = "nuts_compressed", alias = "nuts_exact")]
+    Nuts,
 }
 
 impl Method {
@@ -32,14 +32,8 @@ impl Method {
         match self {
             Method::Laplace => "laplace",
             Method::LaplacePsis => "laplace_psis",
-            Method::NutsCompressed => "nuts_compressed",
-            Method::NutsExact => "nuts_exact",
+            Method::Nuts => "nuts",
         }
-    }
-
-    /// Whether trajectories were followed.
-    pub fn is_nuts(self) -> bool {
-        matches!(self, Method::NutsCompressed | Method::NutsExact)
     }
 }
 
@@ -274,13 +268,9 @@ impl NutsSampling<'_> {
         let began = std::time::Instant::now();
         let prepared = self.prepared;
         let (chains, target_accept) = self.without_divergences(more)?;
-        let method = match prepared.compression {
-            Some(_) => Method::NutsCompressed,
-            None => Method::NutsExact,
-        };
         Ok(Sampled {
             target_accept,
-            ..Sampled::of_chains(prepared, method, chains, began)
+            ..Sampled::of_chains(prepared, Method::Nuts, chains, began)
         })
     }
 

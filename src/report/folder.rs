@@ -15,7 +15,7 @@ use crate::staging::{self, OutputPlace, Staging};
 use crate::{files, findings};
 
 /// The name and version of the layout of `trade.json`.
-pub const TRADE_SCHEMA: &str = "wetcor.trade/1";
+pub const TRADE_SCHEMA: &str = "wetcor.trade/2";
 
 /// The name and version of the layout of `tracking.json`.
 pub const TRACKING_SCHEMA: &str = "wetcor.tracking/1";

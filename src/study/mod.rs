@@ -2,12 +2,10 @@
 //!
 //! | file | job |
 //! |---|---|
-//! | `accuracy.rs` | measures how often a requested accuracy is kept |
 //! | `trade/` | measures what each method for the parameters costs and how far off it is |
 //! | `main_coverage.rs` | measures how often the main numbers cover the truth |
 //! | `calibration.rs` | measures how often intervals cover the truth |
 
-pub mod accuracy;
 pub mod calibration;
 pub mod main_coverage;
 pub mod trade;

@@ -31,8 +31,8 @@ use super::predict::Basis;
 use crate::error::Error;
 use crate::inference::accuracy::{sample_to_accuracy, AccuracyPlan};
 use crate::inference::nuts::Watcher;
-use crate::inference::prepared_posterior::seconds_of_rows;
-use crate::inference::sampling::{sample_until_mixed, Sampled, SamplingPlan};
+use crate::inference::prepared_posterior::{seconds_of_rows, PreparedPosterior};
+use crate::inference::sampling::{sample_until_mixed, NoPosterior, Sampled, SamplingPlan};
 use crate::model::likelihood::Likelihood;
 use crate::model::parameters::ModelParameters;
 use crate::physics::Form;
@@ -156,7 +156,9 @@ pub fn fit_posterior(
                 effort,
                 stream,
             };
-            sample_to_accuracy(parameters, &rows, &start, plan, watcher)
+            PreparedPosterior::new(parameters, &rows, &start, setup.method.evaluation())
+                .map_err(NoPosterior::from)
+                .and_then(|prepared| Ok(sample_to_accuracy(&prepared, plan, watcher)?))
         }
         MethodChoice::Nodes | MethodChoice::Rows => {
             let until = until_mixed(plan, quantities);

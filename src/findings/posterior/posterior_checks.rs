@@ -7,6 +7,7 @@ use crate::findings::least_squares::LeastSquares;
 use crate::inference::accuracy::asked_of_draws;
 use crate::inference::diagnostics::pareto::khat_threshold;
 use crate::inference::mixing::MixingLines;
+use crate::inference::sampling::Method;
 use crate::model::parameters::{ModelParameters, ParameterKind};
 use crate::runs::{DryGroup, Runs};
 use crate::scene::Scene;
@@ -247,7 +248,7 @@ fn convergence(found: &PosteriorFindings) -> Vec<Check> {
         let text = "smallest energy fraction of a chain: how freely it changes its energy";
         checks.push(checks::E_BFMI.check(e_bfmi, text).with_advice());
     }
-    if found.method.is_nuts() {
+    if found.method == Method::Nuts {
         let diverged = "kept draws whose trajectory diverged";
         let diverged = checks::DIVERGENCES.check(found.divergences as f64, diverged);
         let cut = "kept draws whose trajectory was cut at 1024 steps";

@@ -13,7 +13,7 @@ use crate::findings::predict::Basis;
 use crate::inference::diagnostics::energy::e_bfmi;
 use crate::inference::diagnostics::summary::summarise;
 use crate::inference::nuts::{divergences, Effort, LARGEST_DEPTH};
-use crate::inference::sampling::{ReachedAccuracy, Sampled};
+use crate::inference::sampling::{Method, ReachedAccuracy, Sampled};
 use crate::model::parameters::{LeftOut, ModelParameter};
 use crate::physics::form::Term;
 use crate::physics::DrySpeed;
@@ -62,7 +62,11 @@ pub(super) fn summarise_posterior(sampled: &Sampled, source: SummarySource) -> P
         left_out: parameters.left_out.iter().map(HeldParameter::of).collect(),
         correlation: correlations(&sampled.values),
         chains: sampled.chains.len(),
-        warmup: if sampled.method.is_nuts() { effort.warmup } else { 0 },
+        warmup: if sampled.method == Method::Nuts {
+            effort.warmup
+        } else {
+            0
+        },
         draws: sampled.chains.first().map_or(0, |chain| chain.ln_density.len()),
         draws_asked: sampled.accuracy.is_none().then_some(effort.draws),
         target_accept: sampled.target_accept,

@@ -35,15 +35,6 @@ const FEW: usize = 16;
 /// Orders of quadrature that are tried in turn.
 const ORDERS: [usize; 3] = [6, 9, 13];
 
-/// How finely the rows are replaced.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Resolution {
-    /// as finely as this largest error of the log density asks for
-    Bound(f64),
-    /// by so many nodes a block, whatever the error; a block with no more settings keeps them
-    Nodes(usize),
-}
-
 /// What a compression did.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Compression {
@@ -134,20 +125,14 @@ impl Nodes {
 impl Likelihood {
     /// The same likelihood with fewer nodes, exact where each block has few settings.
     ///
-    /// `reference` is a full vector near the best; with a bound, the log density is off by no more at each of `tests`.
-    pub fn compressed(
-        &self,
-        reference: &[f64],
-        tests: &[Vec<f64>],
-        resolution: Resolution,
-    ) -> (Likelihood, Compression) {
+    /// `reference` is a full vector near the best; the log density is off by no more than the bound at each of `tests`.
+    pub fn compressed(&self, reference: &[f64], tests: &[Vec<f64>], bound: f64) -> (Likelihood, Compression) {
         // errors of regions mostly have different signs
-        let loose = self.compressed_by(reference, tests, (resolution, Shares::Loose));
-        match resolution {
-            Resolution::Bound(bound) if loose.1.tested_error > bound => {
-                self.compressed_by(reference, tests, (resolution, Shares::Strict))
-            }
-            _ => loose,
+        let loose = self.compressed_by(reference, tests, (bound, Shares::Loose));
+        if loose.1.tested_error > bound {
+            self.compressed_by(reference, tests, (bound, Shares::Strict))
+        } else {
+            loose
         }
     }
 
@@ -155,17 +140,9 @@ impl Likelihood {
         &self,
         reference: &[f64],
         tests: &[Vec<f64>],
-        (resolution, shares): (Resolution, Shares),
+        (bound, shares): (f64, Shares),
     ) -> (Likelihood, Compression) {
         let rows = self.nodes().max(1) as f64;
-        let one_order;
-        let (bound, few, orders) = match resolution {
-            Resolution::Bound(bound) => (bound, FEW, &ORDERS[..]),
-            Resolution::Nodes(nodes) => {
-                one_order = [nodes.max(1)];
-                (f64::INFINITY, one_order[0], &one_order[..])
-            }
-        };
         let share = |count: usize| bound * count as f64 / rows;
         let compressor = |block: &WetBlock, film: NodeFilm, rebounded: bool| -> Compressor {
             Compressor {
@@ -173,9 +150,6 @@ impl Likelihood {
                 tests: tests.iter().map(|full| self.read(block, film, full)).collect(),
                 limit: self.limit,
                 truncated: self.truncated,
-                few,
-                bounded: matches!(resolution, Resolution::Bound(_)),
-                orders,
             }
         };
         let compress = |block: &WetBlock, nodes: &Nodes, range: &Range<usize>, rebounded: bool| {
@@ -204,10 +178,6 @@ impl Likelihood {
                 limit: self.limit,
                 truncated: self.truncated,
                 shares,
-                most: match resolution {
-                    Resolution::Bound(_) => None,
-                    Resolution::Nodes(nodes) => Some(nodes),
-                },
             };
             scattered.compress(&settings, bound, &mut all);
             all
@@ -296,26 +266,32 @@ fn settings(rows: &Nodes, mut order: Vec<usize>, leftover: &mut f64) -> Nodes {
     settings
 }
 
+/// Whether a film keeps its settings: where they are those of a few diameters at a few speeds, or of many that repeat.
+fn keeps(settings: usize, runs: usize) -> bool {
+    /// settings that a design has at one film
+    const OF_A_DESIGN: usize = 48;
+    /// runs a setting where they repeat
+    const REPEATED: usize = 2;
+    let repeat = settings <= MOST_KEPT && REPEATED * settings <= runs;
+    settings <= OF_A_DESIGN || repeat
+}
+
 /// Compresses the rebounds, or the stuck runs, of one block at one film.
-struct Compressor<'t> {
+struct Compressor {
     /// the reference, for rebounds; `None` for stuck runs
     about: Option<LawAtFilm>,
     tests: Vec<LawAtFilm>,
     limit: f64,
     truncated: bool,
-    few: usize,
-    /// whether an error of the log density is asked for
-    bounded: bool,
-    orders: &'t [usize],
 }
 
-impl Compressor<'_> {
+impl Compressor {
     /// Adds what stands for the runs of a film; `false` and nothing where these differ in more than x.
     fn compress(&self, rows: &Nodes, range: Range<usize>, bound: f64, to: &mut CompressedBlock) -> bool {
         let runs = range.len();
         let mut leftover = 0.0;
         let settings = settings(rows, range.collect(), &mut leftover);
-        let is_kept = self.keeps(settings.len(), runs);
+        let is_kept = keeps(settings.len(), runs);
         let root = DryRoot::of(&settings);
         if !is_kept && root == DryRoot::Unknown {
             return false;
@@ -335,22 +311,12 @@ impl Compressor<'_> {
         true
     }
 
-    /// Whether a film keeps its settings: where they are those of a few diameters at a few speeds, or of many that repeat.
-    fn keeps(&self, settings: usize, runs: usize) -> bool {
-        /// settings that a design has at one film
-        const OF_A_DESIGN: usize = 48;
-        /// runs a setting where they repeat
-        const REPEATED: usize = 2;
-        let repeat = settings <= MOST_KEPT && REPEATED * settings <= runs;
-        settings <= self.few || self.bounded && (settings <= OF_A_DESIGN || repeat)
-    }
-
     fn split(&self, settings: SettingRange, block: &mut CompressedBlock) {
         let SettingRange {
             nodes, range, bound, ..
         } = settings.clone();
-        if range.len() > self.few {
-            if self.orders.iter().any(|order| self.try_order(&settings, *order, block)) {
+        if range.len() > FEW {
+            if ORDERS.iter().any(|order| self.try_order(&settings, *order, block)) {
                 return;
             }
             let x = &nodes.over_stokes[range.clone()];

@@ -41,7 +41,7 @@ pub(crate) mod trend;
 mod true_speeds;
 
 pub use by_series::SeriesDensities;
-pub use compress::{Compression, Resolution};
+pub use compress::Compression;
 pub use prepared::Likelihood;
 pub use run_density::Spreads;
 pub use run_law::BelowRestitution;

@@ -68,8 +68,6 @@ pub(super) struct Scattered<'t> {
     pub limit: f64,
     pub truncated: bool,
     pub shares: Shares,
-    /// no more nodes than this a region, whatever the error
-    pub most: Option<usize>,
 }
 
 impl Scattered<'_> {
@@ -107,12 +105,8 @@ impl Scattered<'_> {
         let settings = region.settings;
         let of_degree = |degree: usize| functions(region.axes.len(), degree);
         let functions = of_degree(2 * degree);
-        let is_wanted = match self.most {
-            Some(most) => functions <= most && of_degree(2 * degree + 2) > most,
-            // a first look, without a bound to keep, is no finer than this
-            None if self.tests.is_empty() => degree == 3 || of_degree(2 * degree + 2) * 2 > settings.len(),
-            None => true,
-        };
+        // a first look, without points to keep the bound at, is no finer than this
+        let is_wanted = !self.tests.is_empty() || degree == 3 || of_degree(2 * degree + 2) * 2 > settings.len();
         if !is_wanted || 2 * functions > settings.len() {
             return false;
         }

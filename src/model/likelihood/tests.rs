@@ -378,7 +378,7 @@ fn the_compressed_sum_keeps_its_bound_and_is_short() {
             .flat_map(|place| [-6.0, -2.0, 2.0, 6.0].map(|far| shifted(&FULL, place, far * steps[place])))
             .collect();
         for bound in [1e-1, 1e-3] {
-            let (short, compression) = rows.compressed(&FULL, &tests, Resolution::Bound(bound));
+            let (short, compression) = rows.compressed(&FULL, &tests, bound);
             assert!(compression.tested_error <= bound, "{compression:?}");
             assert!(
                 compression.nodes * 10 < rows.nodes(),
@@ -427,7 +427,7 @@ fn films_of_their_own_are_compressed_to_a_bound() {
     for (inertia, speed) in [(Inertia::Saturating, 0), (Inertia::Stepwise, 1)] {
         let rows = Likelihood::of_rows(&scene, &runs, Form::new(inertia, DRY_SPEEDS[speed]));
         for (bound, least) in [(1e-1, 4), (1e-3, 2)] {
-            let (short, compression) = rows.compressed(&FULL, &tests, Resolution::Bound(bound));
+            let (short, compression) = rows.compressed(&FULL, &tests, bound);
             assert!(compression.tested_error <= bound, "{compression:?}");
             assert!(
                 compression.nodes * least < rows.nodes(),
@@ -437,8 +437,8 @@ fn films_of_their_own_are_compressed_to_a_bound() {
             let largest = largest_difference(&rows, &short, steps, name);
             assert!(largest <= 2.0 * bound, "{bound} {largest:e}");
         }
-        // the planted fault: as few nodes as a plane asks for, whatever the error
-        let (short, _) = rows.compressed(&FULL, &[], Resolution::Nodes(6));
+        // the planted fault: as few nodes as there can be, whatever the error
+        let (short, _) = rows.compressed(&FULL, &tests, f64::INFINITY);
         let largest = largest_difference(&rows, &short, steps, name);
         assert!(largest > 1e-2, "{largest:e}");
     }
@@ -460,7 +460,7 @@ fn repeated_settings_are_compressed_exactly() {
         .collect();
     let runs = runs::arrange(&scene, &rows);
     let rows = Likelihood::of_rows(&scene, &runs, Form::new(Inertia::Cap, DRY_SPEEDS[1]));
-    let (short, compression) = rows.compressed(&FULL, &[], Resolution::Bound(1e-3));
+    let (short, compression) = rows.compressed(&FULL, &[], 1e-3);
     assert_eq!((compression.nodes, compression.rows_exact), (7, 4000));
     let (mut a, mut b) = ([0.0; SLOTS], [0.0; SLOTS]);
     for sigma in [1e-6, 1e-3, 1.0] {
@@ -481,7 +481,7 @@ fn a_bridge_is_compressed_where_settings_repeat() {
     let scene = scene();
     let form = Term::Bridge.toggled(Form::new(Inertia::Cap, DRY_SPEEDS[0]));
     let own = Likelihood::of_rows(&scene, &runs(&scene, 40, "a_bridge_is_compressed"), form);
-    let (short, compression) = own.compressed(&FULL, &[], Resolution::Bound(1e-3));
+    let (short, compression) = own.compressed(&FULL, &[], 1e-3);
     assert_eq!(compression.nodes, own.nodes());
     let (mut a, mut b) = ([0.0; SLOTS], [0.0; SLOTS]);
     let exact = own.ln_density(&FULL, &mut a).expect("inside");
@@ -498,7 +498,7 @@ fn a_bridge_is_compressed_where_settings_repeat() {
         })
         .collect();
     let repeated = Likelihood::of_rows(&scene, &runs::arrange(&scene, &rows), form);
-    let (short, compression) = repeated.compressed(&FULL, &[], Resolution::Bound(1e-3));
+    let (short, compression) = repeated.compressed(&FULL, &[], 1e-3);
     assert_eq!(compression.nodes, 7);
     let exact = repeated.ln_density(&FULL, &mut a).expect("inside");
     let near = short.ln_density(&FULL, &mut b).expect("inside");

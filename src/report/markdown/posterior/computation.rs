@@ -27,7 +27,7 @@ pub(super) fn computation(page: &mut Page, input: ReportInput, posterior: &Poste
         input.findings.wetcor,
         method(found),
         input.findings.seed,
-        if found.method.is_nuts() {
+        if found.method == Method::Nuts {
             " Parameters are rescaled by the Hessian at the mode, near which the chains start."
         } else {
             ""
@@ -90,7 +90,7 @@ fn method(found: &PosteriorFindings) -> String {
             "draws from the normal with the mode and the curvature of the posterior, weighed by what the posterior has \
              there (Pareto-smoothed importance weights) and resampled to {chains} × {draws}"
         ),
-        Method::NutsCompressed | Method::NutsExact => {
+        Method::Nuts => {
             let (sampler, version) = SAMPLER;
             let asked = match found.draws_asked {
                 Some(asked) if asked < draws => {
