@@ -213,8 +213,8 @@ fn fits() -> Vec<Fit> {
             ..plain("bca", "", RESAMPLED)
         },
         Fit {
-            bootstrap: "interval = \"studentized\"\nscheme = \"residuals\"",
-            ..plain("studentized", "", RESAMPLED)
+            bootstrap: "interval = \"percentile\"\nscheme = \"series\"",
+            ..plain("series resampled", "", RESAMPLED)
         },
         plain("student", "likelihood = \"student\"", SAMPLED),
         plain("series offsets", "series_offsets = true", SAMPLED),

@@ -1,4 +1,4 @@
-//! Holds the jackknife and studentized intervals against a script, coverage against its level, and says what cannot vary.
+//! Holds the jackknife and percentile intervals against a script, coverage against its level, and says what cannot vary.
 
 mod common;
 
@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use wetcor::findings::bootstrap::{self, Estimates, Options, Resampling, MOST_RESAMPLED};
 use wetcor::findings::estimate::{Estimate, Quoting};
 use wetcor::findings::{self, dry, energy, scaling, series, Findings};
-use wetcor::inference::bootstrap::intervals::{studentized, Replicates};
+use wetcor::inference::bootstrap::intervals::Replicates;
 use wetcor::inference::bootstrap::jackknife::{acceleration, degrees_of_freedom, influence, leave_one_out};
 use wetcor::inference::bootstrap::kernel::Sample;
 use wetcor::inference::bootstrap::sandwich::sandwich;
@@ -53,7 +53,7 @@ fn se([g, h]: [f64; 2], [aa, ab, bb]: [f64; 3]) -> f64 {
 
 /// The same runs and weights to both: numpy in extended precision, and our kernels.
 #[test]
-fn jackknife_and_studentized_limits_are_the_scripts() {
+fn jackknife_and_percentile_limits_are_the_scripts() {
     let table: Vec<Vec<f64>> = rows("runs.csv").iter().map(|row| numbers(row)).collect();
     let [x, e] = [1, 2].map(|cell| table.iter().map(|row| row[cell]).collect::<Vec<f64>>());
     let mut pool = Pool {
@@ -87,11 +87,8 @@ fn jackknife_and_studentized_limits_are_the_scripts() {
             .iter()
             .map(|stratum| influence(value, stratum.iter().map(|p| of(*p))))
             .collect();
-        let mut t = Replicates::new(weights.iter().map(|w| {
-            let fit = fit(w).expect("determined");
-            (of(fit.parameters) - value) / se(gradient(fit.parameters), fit.covariance)
-        }));
-        let limits = [0.90, 0.95].map(|level| studentized(&mut t, value, own, level).expect("replicates"));
+        let mut made = Replicates::new(weights.iter().map(|w| of(fit(w).expect("determined").parameters)));
+        let limits = [0.90, 0.95].map(|level| made.percentile(level, f64::INFINITY).expect("replicates"));
         let mut found = vec![value, own, acceleration(&influences)];
         found.extend(degrees_of_freedom(&influences));
         found.extend(limits.iter().flat_map(|made| [made.lo, made.hi]));

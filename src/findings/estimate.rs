@@ -20,8 +20,7 @@ pub struct Estimate {
     pub value: Option<f64>,
     /// standard error by least squares and the delta method; `None`, too, where the curvature of the fit forbids it
     pub se: Option<f64>,
-    /// the same even where the curvature forbids to quote it: what replicates are studentized by and where a search
-    /// starts, never an uncertainty
+    /// the same even where the curvature forbids to quote it: where a search starts, never an uncertainty
     #[serde(skip)]
     pub(super) delta_se: Option<f64>,
     /// the interval to quote

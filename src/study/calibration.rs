@@ -21,7 +21,7 @@ use crate::seed::stream;
 use crate::staging::OutputPlace;
 
 /// The methods compared, as intervals name them, the simplest first.
-pub const METHODS: [&str; 4] = ["delta", "percentile", "bca", "studentized"];
+pub const METHODS: [&str; 3] = ["delta", "percentile", "bca"];
 
 /// A design whose intervals are put to the test.
 struct CalibrationDesign {

@@ -76,7 +76,7 @@ pub fn add_bootstrap_intervals<S: Shares>(
     // what stands for others has their sums, and not the scatter inside a speed
     let some = runs.sample();
     let columns = Columns::new(scene, some, estimates.dry);
-    let weights = FitWeights::new(&columns, some, &estimates, plan.scheme);
+    let weights = FitWeights::new(&columns, some, &estimates);
     let (targets, places) = targets(scene, some, &columns, &estimates, &weights);
     let strata = columns.pool.strata.len();
     let single_run_strata = columns.pool.single_runs();
@@ -147,7 +147,7 @@ fn sandwiches_of_sample(
 ) -> Vec<Sandwich> {
     // no sample need have the run that a fit hangs on
     let all = Columns::new(scene, runs, estimates.dry);
-    let weights = FitWeights::new(&all, runs, estimates, scene.bootstrap.scheme);
+    let weights = FitWeights::new(&all, runs, estimates);
     let (of_all, _) = self::targets(scene, runs, &all, estimates, &weights);
     let of_target = |(own, all): (&Target, &Target)| {
         let share = own.regression.x.len() as f64 / all.regression.counts.iter().sum::<f64>();
@@ -212,17 +212,12 @@ struct FitWeights {
 }
 
 impl FitWeights {
-    fn new(columns: &Columns, runs: &Runs, estimates: &Estimates, scheme: ResamplingScheme) -> FitWeights {
+    fn new(columns: &Columns, runs: &Runs, estimates: &Estimates) -> FitWeights {
         let strata = Strata {
             dry_groups: runs.dry.len(),
         };
         let of = |error_weights: &Option<ErrorWeights>, places: Range<usize>| {
-            let mut weights = columns.run_weights(error_weights.as_ref(), places)?;
-            if matches!(scheme, ResamplingScheme::Residuals | ResamplingScheme::Parametric) {
-                // noise about the law at the speeds as they were read: nothing errs in speed
-                weights.bias = [0.0; 2];
-            }
-            Some(weights)
+            columns.run_weights(error_weights.as_ref(), places)
         };
         let dry = estimates.dry.iter();
         let series = estimates.series.iter().enumerate();

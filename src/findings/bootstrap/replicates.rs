@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::findings::estimate::{Bootstrapped, Estimate, Failed};
 use crate::findings::quantities::wetted_of;
-use crate::inference::bootstrap::intervals::{studentized, Replicates};
+use crate::inference::bootstrap::intervals::Replicates;
 use crate::inference::bootstrap::jackknife::{acceleration, degrees_of_freedom, influence, leave_one_out};
 use crate::inference::bootstrap::kernel::{Failure, WeightedFit};
 use crate::inference::bootstrap::sandwich::MANY_RUNS;
@@ -115,8 +115,6 @@ pub(super) struct AllReplicates {
     fitted: Vec<[f64; 2]>,
     /// runs of each target
     runs: Vec<usize>,
-    /// runs minus parameters of each target
-    to_spare: Vec<usize>,
     /// whether the scheme can draw from each target
     drawn: Vec<bool>,
 }
@@ -150,10 +148,6 @@ impl AllReplicates {
             without: targets.par_iter().map(without).collect(),
             fitted: targets.iter().map(|target| target.fitted).collect(),
             runs: runs().collect(),
-            to_spare: runs()
-                .zip(targets)
-                .map(|(runs, target)| runs.saturating_sub(target.regression.law.parameters()))
-                .collect(),
             drawn: targets
                 .iter()
                 .map(|target| plan.scheme != ResamplingScheme::Series || target.series.len() > 1)
@@ -163,7 +157,7 @@ impl AllReplicates {
 
     /// Gives an estimate what its replicates say; nothing where it has no standard error by the delta method.
     pub(super) fn add_interval(&self, task: Task) {
-        let (Some(value), Some(se)) = (task.estimate.value, task.estimate.delta_se) else {
+        let (Some(value), Some(_)) = (task.estimate.value, task.estimate.delta_se) else {
             return;
         };
         if !self.drawn[task.target] || task.dry.is_some_and(|dry| !self.drawn[dry]) {
@@ -186,18 +180,11 @@ impl AllReplicates {
             return;
         };
         let influences = self.influences(&task, value);
-        let degrees_of_freedom = match self.order.plan.scheme {
-            ResamplingScheme::Cases | ResamplingScheme::Series => degrees_of_freedom(&influences),
-            ResamplingScheme::Residuals | ResamplingScheme::Parametric => Some(self.to_spare[task.target] as f64),
-        };
         let mut made = IntervalParts {
             acceleration: acceleration(&influences),
-            degrees_of_freedom: degrees_of_freedom.unwrap_or(f64::INFINITY),
-            t: (self.order.keep_all || self.order.method == IntervalMethod::Studentized)
-                .then(|| self.studentized(&task, value)),
+            degrees_of_freedom: degrees_of_freedom(&influences).unwrap_or(f64::INFINITY),
             replicates: &mut replicates,
             value,
-            se,
         };
         let fits = std::iter::once(task.target).chain(task.dry);
         let few = fits.map(|fit| self.runs[fit]).any(|runs| runs < FEWEST_RUNS);
@@ -216,11 +203,7 @@ impl AllReplicates {
 
     /// Adds the interval of the scene's method, or of every method, at each level.
     fn add_intervals(&self, estimate: &mut Estimate, made: &mut IntervalParts) {
-        let all = [
-            IntervalMethod::Percentile,
-            IntervalMethod::Bca,
-            IntervalMethod::Studentized,
-        ];
+        let all = [IntervalMethod::Percentile, IntervalMethod::Bca];
         let mut intervals = vec![];
         for level in estimate.levels() {
             for other in all
@@ -294,41 +277,23 @@ impl AllReplicates {
         });
         wet.chain(of_dry).collect()
     }
-
-    /// t* = (θ* − θ̂)/se*, with each replicate's own delta-method standard error.
-    fn studentized(&self, task: &Task, value: f64) -> Replicates {
-        let t = self.fits(task.target, task.dry).map(|(fit, k)| {
-            let (p, k_at) = (fit.parameters, k.parameters[0]);
-            let variance = task.variance((p, fit.covariance), (k_at, k.covariance[0]));
-            (task.value(p, k_at) - value) / variance.sqrt()
-        });
-        Replicates::new(t)
-    }
 }
 
 /// What an interval of a quantity is made of.
 struct IntervalParts<'r> {
     replicates: &'r mut Replicates,
-    /// t* of the replicates, where they are asked for
-    t: Option<Replicates>,
     acceleration: f64,
     degrees_of_freedom: f64,
     value: f64,
-    se: f64,
 }
 
 impl IntervalParts<'_> {
     /// The interval, or why there is none.
     fn interval(&mut self, method: IntervalMethod, level: f64) -> Result<Interval, &'static str> {
-        const NONE: &str = "no replicates";
         let df = self.degrees_of_freedom;
         match method {
             IntervalMethod::Bca => self.replicates.bca(self.value, self.acceleration, level, df),
-            IntervalMethod::Percentile => self.replicates.percentile(level, df).ok_or(NONE),
-            IntervalMethod::Studentized => {
-                let t = self.t.as_mut().ok_or(NONE)?;
-                studentized(t, self.value, self.se, level).ok_or("a replicate's standard error is not finite")
-            }
+            IntervalMethod::Percentile => self.replicates.percentile(level, df).ok_or("no replicates"),
             IntervalMethod::Delta => Err("made by least squares"),
         }
     }

@@ -1,4 +1,4 @@
-//! Turns replicates of a quantity into percentile, BCa and studentized intervals.
+//! Turns replicates of a quantity into percentile and BCa intervals.
 //!
 //! Order statistics are interpolated on the normal scale, as R's boot does. Replicates spread as normal ones do, while
 //! the spread they stand for was itself estimated, with some degrees of freedom: percentile and BCa limits are therefore
@@ -214,18 +214,6 @@ impl Replicates {
         }
         self.between("bca", level, adjusted).ok_or("no replicates")
     }
-}
-
-/// estimate − se · quantiles of t* = (θ* − θ̂)/se*, with the upper quantile below; `None` without replicates.
-pub fn studentized(t: &mut Replicates, estimate: f64, se: f64, level: f64) -> Option<Interval> {
-    let [low, high] = tails(level);
-    let (lo, hi) = (estimate - se * t.quantile(high)?, estimate - se * t.quantile(low)?);
-    (lo.is_finite() && hi.is_finite()).then_some(Interval {
-        method: "studentized",
-        level,
-        lo,
-        hi,
-    })
 }
 
 fn tails(level: f64) -> [f64; 2] {

@@ -16,12 +16,12 @@
 //! | `batches.rs` | draws the runs of every stratum in batches |
 //! | `lines.rs` | fits lines straight from what was drawn |
 //! | `nodes.rs` | gathers runs that share stratum and abscissa |
-//! | `schemes.rs` | draws what a replicate of the other schemes is fitted to |
+//! | `schemes.rs` | draws whole series |
 //! | `replicated.rs` | keeps the replicates |
 //! | `jackknife.rs` | leaves out one run at a time: acceleration and degrees of freedom |
 //! | `sandwich.rs` | the covariance of replicates without any, of many runs |
 //! | `hanging.rs` | replicates of a fit of many runs that hangs on a few |
-//! | `intervals.rs` | percentile, BCa and studentized intervals from replicates |
+//! | `intervals.rs` | percentile and BCa intervals from replicates |
 
 mod batches;
 mod hanging;
@@ -54,7 +54,7 @@ use kernel::Failure;
 use nodes::{DrawnNodes, StrataNodes};
 use replicated::Block;
 use sandwich::{normal_replicates, sandwich};
-use schemes::{draw_series, ResamplingNoise};
+use schemes::draw_series;
 use target::solve;
 
 /// How replicates are made.
@@ -71,7 +71,6 @@ pub struct Plan {
 /// One thread's working space.
 struct Scratch {
     weights: Vec<f64>,
-    restitution: Vec<f64>,
     drawn: Option<DrawnNodes>,
 }
 
@@ -97,14 +96,6 @@ pub fn replicate<S: Shares>(
         targets,
         nodes: (plan.scheme == ResamplingScheme::Cases && alike).then(|| StrataNodes::new(pool, targets)),
         batches: (plan.scheme == ResamplingScheme::Cases && !alike).then(|| Batches::new(&pool.strata)),
-        noises: targets
-            .iter()
-            .map(|target| match plan.scheme {
-                ResamplingScheme::Residuals | ResamplingScheme::Parametric => Some(ResamplingNoise::new(target)),
-                ResamplingScheme::Cases | ResamplingScheme::Series => None,
-            })
-            .collect(),
-        scheme: plan.scheme,
         cases: Streams::new(plan.seed, CASES),
         streams: Streams::new(plan.seed, "bootstrap"),
     };
@@ -119,7 +110,6 @@ pub fn replicate<S: Shares>(
     made.blocks().filter(|block| is_own[block.number]).for_each_init(
         || Scratch {
             weights: vec![0.0; most],
-            restitution: vec![0.0; most],
             drawn: replication.nodes.as_ref().map(StrataNodes::room),
         },
         |scratch, mut block| {
@@ -194,21 +184,15 @@ struct Replication<'a> {
     nodes: Option<StrataNodes>,
     /// the same where runs of one abscissa weigh differently, and are no node
     batches: Option<Batches>,
-    noises: Vec<Option<ResamplingNoise>>,
-    scheme: ResamplingScheme,
     /// stream of [`ResamplingScheme::Cases`], of which each replicate has a stretch
     cases: Streams,
-    /// streams of the other schemes, one a replicate
+    /// streams of [`ResamplingScheme::Series`], one a replicate
     streams: Streams,
 }
 
 impl Replication<'_> {
     fn draw(&self, scratch: &mut Scratch, block: &mut Block) {
-        let Scratch {
-            weights,
-            restitution,
-            drawn,
-        } = scratch;
+        let Scratch { weights, drawn } = scratch;
         if let (Some(nodes), Some(drawn)) = (&self.nodes, drawn) {
             let mut rng = self.cases.stretch(block.first, nodes.words());
             for start in (0..block.replicates).step_by(TOGETHER) {
@@ -249,22 +233,14 @@ impl Replication<'_> {
         }
         for replicate in 0..block.replicates {
             let mut rng = self.streams.at(block.first + replicate as u64);
-            for (number, (target, noise)) in self.targets.iter().zip(&self.noises).enumerate() {
-                let (weights, restitution) = (
-                    &mut weights[..target.regression.x.len()],
-                    &mut restitution[..target.regression.x.len()],
-                );
-                let fit = match noise {
-                    Some(noise) => {
-                        noise.draw(&mut rng, self.scheme, restitution, weights);
-                        solve(target, restitution, weights)
-                    }
-                    None if target.series.len() > 1 => {
-                        let series = &self.pool.series[target.series.clone()];
-                        draw_series(&mut rng, series, self.pool.first_run(target), weights);
-                        solve(target, target.regression.restitution, weights)
-                    }
-                    None => Err(Failure::OneSeries),
+            for (number, target) in self.targets.iter().enumerate() {
+                let fit = if target.series.len() > 1 {
+                    let weights = &mut weights[..target.regression.x.len()];
+                    let series = &self.pool.series[target.series.clone()];
+                    draw_series(&mut rng, series, self.pool.first_run(target), weights);
+                    solve(target, target.regression.restitution, weights)
+                } else {
+                    Err(Failure::OneSeries)
                 };
                 block.put(number, replicate, fit);
             }

@@ -151,8 +151,6 @@ fn scheme(scheme: ResamplingScheme) -> String {
             "runs resampled inside each series and impact speed, so that only the noise varies. From n runs n − 1 are \
              drawn with the weight n/(n − 1): n of n would give a standard error √(1 − 1/n) too small"
         }
-        ResamplingScheme::Residuals => "residuals resampled, each over √(1 − leverage)",
-        ResamplingScheme::Parametric => "normal noise of the fitted spread about each law",
         ResamplingScheme::Series => {
             return format!(
                 "whole series resampled. From n series n − 1 are drawn with the weight n/(n − 1): n of n would give a \

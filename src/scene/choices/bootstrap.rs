@@ -3,7 +3,7 @@
 use super::unused::note_unused;
 use crate::scene::expect::INSIDE_ONE;
 use crate::scene::keys::{guides, DefaultsTo, Key, Optional, Section};
-use crate::scene::table::{Count, Number, OneOf, SceneTable};
+use crate::scene::table::{Count, Number, OneOf, OneOfToday, SceneTable};
 use crate::units::Dimension;
 
 /// How intervals are made.
@@ -24,10 +24,6 @@ pub struct Bootstrap {
 pub enum ResamplingScheme {
     /// runs
     Cases,
-    /// residuals of the fit
-    Residuals,
-    /// new noise about the fit
-    Parametric,
     /// whole series
     Series,
 }
@@ -37,8 +33,6 @@ impl ResamplingScheme {
     pub fn name(self) -> &'static str {
         match self {
             ResamplingScheme::Cases => "cases",
-            ResamplingScheme::Residuals => "residuals",
-            ResamplingScheme::Parametric => "parametric",
             ResamplingScheme::Series => "series",
         }
     }
@@ -51,8 +45,6 @@ pub enum IntervalMethod {
     Bca,
     /// percentiles of the replicates
     Percentile,
-    /// studentized
-    Studentized,
     /// estimate ± t · se
     Delta,
 }
@@ -63,7 +55,6 @@ impl IntervalMethod {
         match self {
             IntervalMethod::Bca => "bca",
             IntervalMethod::Percentile => "percentile",
-            IntervalMethod::Studentized => "studentized",
             IntervalMethod::Delta => "delta",
         }
     }
@@ -81,33 +72,29 @@ const REPLICATES: Key<Count, DefaultsTo<u64>> = Key {
     example: "2000",
 };
 
-const SCHEME: Key<OneOf<ResamplingScheme>, DefaultsTo<ResamplingScheme>> = Key {
+const SCHEME: Key<OneOfToday<ResamplingScheme>, DefaultsTo<ResamplingScheme>> = Key {
     base: "scheme",
-    takes: OneOf(|| {
-        let all = [
-            ResamplingScheme::Cases,
-            ResamplingScheme::Residuals,
-            ResamplingScheme::Parametric,
-            ResamplingScheme::Series,
-        ];
-        all.map(|scheme| (scheme.name(), scheme)).to_vec()
-    }),
+    takes: OneOfToday {
+        words: OneOf(|| {
+            let all = [ResamplingScheme::Cases, ResamplingScheme::Series];
+            all.map(|scheme| (scheme.name(), scheme)).to_vec()
+        }),
+        replaced: &[("residuals", "cases"), ("parametric", "cases")],
+    },
     absent: DefaultsTo(ResamplingScheme::Cases),
-    meaning: "what is resampled: runs, residuals of the fits, new noise about them, or whole series",
+    meaning: "what is resampled: runs, or whole series",
     example: "\"series\"",
 };
 
-const INTERVAL: Key<OneOf<IntervalMethod>, Optional> = Key {
+const INTERVAL: Key<OneOfToday<IntervalMethod>, Optional> = Key {
     base: "interval",
-    takes: OneOf(|| {
-        let all = [
-            IntervalMethod::Bca,
-            IntervalMethod::Percentile,
-            IntervalMethod::Studentized,
-            IntervalMethod::Delta,
-        ];
-        all.map(|method| (method.name(), method)).to_vec()
-    }),
+    takes: OneOfToday {
+        words: OneOf(|| {
+            let all = [IntervalMethod::Bca, IntervalMethod::Percentile, IntervalMethod::Delta];
+            all.map(|method| (method.name(), method)).to_vec()
+        }),
+        replaced: &[("studentized", "bca")],
+    },
     absent: Optional("percentile; of few runs that of least squares"),
     meaning: "the interval to quote",
     example: "\"bca\"",

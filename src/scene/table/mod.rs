@@ -11,7 +11,7 @@ mod quantities;
 mod values;
 
 pub(super) use quantities::{Inner, Number, NumberOr, Numbers, NumbersByParticle, QuantityOrWord};
-pub(super) use values::{Count, OneOf, SomeOf, Switch, Text, TextOrTexts, Texts, MOST_COUNTED};
+pub(super) use values::{Count, OneOf, OneOfToday, SomeOf, Switch, Text, TextOrTexts, Texts, MOST_COUNTED};
 
 use std::cell::RefCell;
 use std::rc::Rc;

@@ -1,6 +1,7 @@
 //! Reads words, texts and plain numbers, one or a list.
 
 use super::{DeValue, Located, SceneTable, Spanned};
+use crate::error::quoted;
 use crate::scene::expect::Expect;
 use crate::scene::keys::{Takes, Writes};
 
@@ -28,6 +29,12 @@ pub(in crate::scene) struct Switch;
 pub(in crate::scene) struct Count(pub u64, pub u64);
 /// One of some words, each with what it stands for.
 pub(in crate::scene) struct OneOf<T>(pub fn() -> Vec<(&'static str, T)>);
+/// One of some words; a word of earlier versions is refused with the one that replaces it.
+pub(in crate::scene) struct OneOfToday<T> {
+    pub words: OneOf<T>,
+    /// the word of before, and the one that replaces it
+    pub replaced: &'static [(&'static str, &'static str)],
+}
 /// Some of some words, or one word that stands for no list.
 pub(in crate::scene) struct SomeOf<T> {
     pub words: fn() -> Vec<(&'static str, T)>,
@@ -172,6 +179,36 @@ impl<T> Reads for OneOf<T> {
         let mut words = (self.0)().into_iter();
         let choice = words.find(|(name, _)| Some(*name) == word).map(|(_, choice)| choice);
         table.or_refused(choice, key, value, self)
+    }
+}
+
+impl<T> Takes for OneOfToday<T> {
+    fn in_words(&self) -> String {
+        self.words.in_words()
+    }
+}
+
+impl<T: PartialEq> Writes for OneOfToday<T> {
+    type Value = T;
+
+    fn written(&self, value: &T) -> String {
+        self.words.written(value)
+    }
+}
+
+impl<T> Reads for OneOfToday<T> {
+    type Value = T;
+
+    fn read(&self, table: &SceneTable, key: &str, value: &Spanned<DeValue>, to_si: ToSi) -> Option<T> {
+        let replaced = self.replaced.iter();
+        match replaced.copied().find(|(old, _)| value.get_ref().as_str() == Some(old)) {
+            Some((old, new)) => {
+                let expected = format!("expected \"{new}\", which replaces it");
+                table.refuse(key, value.span().start, Some(quoted(old)), expected);
+                None
+            }
+            None => self.words.read(table, key, value, to_si),
+        }
     }
 }
 
