@@ -14,7 +14,6 @@ use wetcor::findings;
 use wetcor::findings::bootstrap::MOST_RESAMPLED;
 use wetcor::findings::posterior::MethodChoice;
 use wetcor::model::simulate::Simulation;
-use wetcor::ranks::Alone;
 use wetcor::report::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Style};
 use wetcor::runs::{self, Existing, RunWriter, Table};
 use wetcor::scene::{self, DesignSpeeds, Scene};
@@ -216,7 +215,7 @@ fn stages(scene: &Scene, table: &Table, with_posterior: bool) -> [f64; 3] {
     let begins = |_| {
         first.get_or_init(Instant::now);
     };
-    let Ok(_) = findings::fit_least_squares_shared(scene, table, 1, Some(&Alone), &begins);
+    findings::fit_least_squares_watched(scene, table, 1, Some(&begins));
     let ended = Instant::now();
     let bootstrap = first.get().map_or(0.0, |first| (ended - *first).as_secs_f64());
     let posterior = if with_posterior {

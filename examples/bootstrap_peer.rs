@@ -11,7 +11,6 @@ use wetcor::inference::bootstrap::{replicate, Plan, Pool, Target};
 use wetcor::inference::delta::Interval;
 use wetcor::inference::law::Law;
 use wetcor::inference::regression::Regression;
-use wetcor::ranks::Alone;
 use wetcor::scene::ResamplingScheme;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -45,7 +44,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         strata: 0..pool.strata.len(),
         series: 0..1,
         fitted: [fit.parameters[0], fit.parameters[1]],
-        run_weights: None,
+        errors: None,
     };
     let e_inf = |p: [f64; 2]| if linear { p[0] } else { p[0].sqrt() };
     let value = e_inf(target.fitted);
@@ -56,8 +55,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             scheme: ResamplingScheme::Cases,
             seed: 1,
         };
-        let (Ok(fits), without) = rayon::join(
-            || replicate(&pool, &targets, plan, &Alone, &|_| ()),
+        let (fits, without) = rayon::join(
+            || replicate(&pool, &targets, plan, &|_| ()),
             || leave_one_out(&pool, &targets[0], plan.scheme),
         );
         let influences: Vec<Vec<f64>> = without
@@ -65,7 +64,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             .map(|stratum| influence(value, stratum.iter().map(|p| e_inf(*p))))
             .collect();
         let df = degrees_of_freedom(&influences).ok_or("the runs do not vary")?;
-        let mut made = Replicates::new(fits.of(0).map(|fit| e_inf(fit.parameters)));
+        let mut made = Replicates::new(fits[0].iter().map(|fit| fit.map_or(f64::NAN, e_inf)));
         made.bca(value, acceleration(&influences), 0.95, df)
     };
     let threads = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;

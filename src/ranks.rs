@@ -7,8 +7,6 @@
 #[cfg(feature = "mpi")]
 mod world;
 
-use std::convert::Infallible;
-
 use serde::de::DeserializeOwned;
 use serde::Serialize;
 
@@ -39,64 +37,6 @@ fn launched(variable: impl Fn(&str) -> Option<String>) -> Option<[u64; 2]> {
     LAUNCHERS
         .iter()
         .find_map(|[size, place]| Some([number(size)?, number(place)?]))
-}
-
-/// Who does which part of counted work.
-pub trait Shares {
-    /// why others' parts may be missing
-    type Error;
-
-    /// How many there are.
-    fn count(&self) -> u64;
-
-    /// Which of so many pieces of work are done here.
-    fn own(&self, pieces: u64) -> Vec<u64>;
-
-    /// What every piece gives, in their order, from what those done here give.
-    ///
-    /// Fails with what keeps another from going on.
-    fn put_together<T: Serialize + DeserializeOwned>(&self, own: Vec<T>) -> Result<Vec<T>, Self::Error>;
-}
-
-/// A process on its own, which never waits for another.
-#[derive(Debug, Clone, Copy)]
-pub struct Alone;
-
-impl Shares for Alone {
-    type Error = Infallible;
-
-    fn count(&self) -> u64 {
-        1
-    }
-
-    fn own(&self, pieces: u64) -> Vec<u64> {
-        (0..pieces).collect()
-    }
-
-    fn put_together<T: Serialize + DeserializeOwned>(&self, own: Vec<T>) -> Result<Vec<T>, Infallible> {
-        Ok(own)
-    }
-}
-
-impl Shares for Ranks {
-    type Error = Error;
-
-    fn count(&self) -> u64 {
-        self.count()
-    }
-
-    fn own(&self, pieces: u64) -> Vec<u64> {
-        self.own(pieces)
-    }
-
-    fn put_together<T: Serialize + DeserializeOwned>(&self, own: Vec<T>) -> Result<Vec<T>, Error> {
-        #[cfg(feature = "mpi")]
-        if let Some(world) = &self.world {
-            let each = world.exchange_all(&own)?;
-            return Ok(in_turn(each));
-        }
-        Ok(own)
-    }
 }
 
 impl Ranks {
@@ -157,7 +97,12 @@ impl Ranks {
         pieces: u64,
         work: impl FnOnce(Vec<u64>) -> Result<Vec<T>, Error>,
     ) -> Result<Vec<T>, Error> {
-        self.put_together(work(self.own(pieces))?)
+        let own = work(self.own(pieces))?;
+        #[cfg(feature = "mpi")]
+        if let Some(world) = &self.world {
+            return world.exchange_all(&own).map(in_turn);
+        }
+        Ok(own)
     }
 
     /// Waits for the others.

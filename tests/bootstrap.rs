@@ -8,12 +8,12 @@ use common::Place;
 use wetcor::findings::{self, Findings};
 use wetcor::inference::bootstrap::intervals::Replicates;
 use wetcor::inference::bootstrap::jackknife::acceleration;
-use wetcor::inference::bootstrap::kernel::{Failure, Sample};
-use wetcor::inference::bootstrap::{kernel, replicate, weights, Plan, Pool, Target};
+use wetcor::inference::bootstrap::{replicate, weights, Plan, Pool, Target};
+use wetcor::inference::kernel::{self, Failure, Sample};
 use wetcor::inference::law::Law;
 use wetcor::inference::regression::Regression;
 use wetcor::physics::dry::Order;
-use wetcor::ranks::{Alone, Ranks};
+use wetcor::ranks::Ranks;
 use wetcor::scene::{ResamplingScheme, WetLaw};
 use wetcor::study::calibration;
 
@@ -123,31 +123,22 @@ fn the_kernels_are_the_full_fit() {
     // from a start far from the minimum, too: the problem is convex
     for start in [[0.5, -7.0], [0.9, -1.0], [0.3, 5.0]] {
         let fast = kernel::square_root(&Sample::new(&x, &e, &w), start).expect("determined");
-        let covariance = full.covariance.as_ref().expect("it has scatter");
-        same(fast.parameters[0], full.parameters[0]);
-        same(fast.parameters[1], full.parameters[1]);
-        same(fast.covariance[0], covariance[(0, 0)]);
-        same(fast.covariance[1], covariance[(0, 1)]);
-        same(fast.covariance[2], covariance[(1, 1)]);
+        same(fast[0], full.parameters[0]);
+        same(fast[1], full.parameters[1]);
     }
     let full = Regression::new(Law::LINEAR, &rx, &re).fit();
     let fast = kernel::linear(&Sample::new(&x, &e, &w)).expect("determined");
-    let covariance = full.covariance.as_ref().expect("it has scatter");
-    same(fast.parameters[0], full.parameters[0]);
-    same(fast.parameters[1], full.parameters[1]);
-    same(fast.covariance[1], covariance[(0, 1)]);
-    same(fast.covariance[2], covariance[(1, 1)]);
+    same(fast[0], full.parameters[0]);
+    same(fast[1], full.parameters[1]);
     let roots = |x: &[f64]| -> Vec<f64> { x.iter().map(|x| (100.0 * x).powf(0.2)).collect() };
     let (all_roots, roots) = (roots(&rx), roots(&x));
     let full = Regression::new(Law::Dry(Order::First), &all_roots, &re).fit();
     let fast = kernel::dry(&Sample::new(&roots, &e, &w)).expect("determined");
-    same(fast.parameters[0], full.parameters[0]);
-    same(fast.covariance[0].sqrt(), full.se(0).expect("it has scatter"));
+    same(fast[0], full.parameters[0]);
     let bent = Regression::new(Law::Dry(Order::Second), &all_roots, &re).fit();
     let fast = kernel::dry_second_order(&Sample::new(&roots, &e, &w), full.parameters[0]).expect("determined");
     assert!((bent.parameters[0] / full.parameters[0] - 1.0).abs() > 0.01);
-    same(fast.parameters[0], bent.parameters[0]);
-    same(fast.covariance[0].sqrt(), bent.se(0).expect("it has scatter"));
+    same(fast[0], bent.parameters[0]);
 }
 
 #[test]
@@ -208,7 +199,7 @@ fn every_replicate_is_the_plain_fit_of_its_weights() {
                 strata,
                 series: 0..1,
                 fitted,
-                run_weights: None,
+                errors: None,
             };
             [of(0..x.len(), 0..sizes.len()), of(some.clone(), 3..10)]
         })
@@ -218,8 +209,7 @@ fn every_replicate_is_the_plain_fit_of_its_weights() {
             scheme: ResamplingScheme::Cases,
             seed: 11,
         };
-        let Ok(found) = replicate(&pool, &targets, plan, &Alone, &|_| ());
-        let found: Vec<Vec<_>> = (0..targets.len()).map(|target| found.of(target).collect()).collect();
+        let found = replicate(&pool, &targets, plan, &|_| ());
         let distance = |target: usize, number: usize, drawn: u64| {
             let Regression {
                 law,
@@ -239,10 +229,9 @@ fn every_replicate_is_the_plain_fit_of_its_weights() {
                 ..Sample::new(x, restitution, weights)
             };
             let plain = kernel::fit(law, &sample, targets[target].fitted).expect("determined");
-            let found = found[target][number];
-            let all = |fit: kernel::WeightedFit| fit.parameters.into_iter().chain(fit.covariance);
+            let found = found[target][number].expect("determined");
             let apart = |(a, b): (f64, f64)| if a == b { 0.0 } else { (a - b).abs() / b.abs() };
-            all(found).zip(all(plain)).map(apart).fold(0.0, f64::max)
+            found.into_iter().zip(plain).map(apart).fold(0.0, f64::max)
         };
         for target in 0..targets.len() {
             for number in 0..plan.replicates {
@@ -266,15 +255,15 @@ fn stratified(pool: &Pool, scheme: ResamplingScheme, replicates: usize) -> Vec<f
         strata: 0..pool.strata.len(),
         series: 0..pool.series.len(),
         fitted: [0.8, 10.0],
-        run_weights: None,
+        errors: None,
     };
     let plan = Plan {
         replicates,
         scheme,
         seed: 5,
     };
-    let Ok(made) = replicate(pool, &[target], plan, &Alone, &|_| ());
-    made.of(0).map(|fit| fit.parameters[0]).collect()
+    let made = replicate(pool, &[target], plan, &|_| ());
+    made[0].iter().map(|fit| fit.map_or(f64::NAN, |fit| fit[0])).collect()
 }
 
 #[test]
@@ -341,17 +330,17 @@ fn forgetting_the_strata_spreads_the_replicates() {
             strata: 0..pool.strata.len(),
             series: 0..pool.series.len(),
             fitted: [0.65, 0.0],
-            run_weights: None,
+            errors: None,
         };
         let plan = Plan {
             replicates: 2000,
             scheme: ResamplingScheme::Cases,
             seed: 5,
         };
-        let Ok(replicates) = replicate(&pool, &[target], plan, &Alone, &|_| ());
+        let replicates = replicate(&pool, &[target], plan, &|_| ());
         // e in the middle of the design
-        let middle = |fit: kernel::WeightedFit| fit.parameters[0] - 0.029 * fit.parameters[1];
-        Replicates::new(replicates.of(0).map(middle))
+        let middle = |fit: &kernel::WeightedFit| fit.map_or(f64::NAN, |[a, b]| a - 0.029 * b);
+        Replicates::new(replicates[0].iter().map(middle))
             .mean_sd()
             .expect("replicates")
             .1
@@ -398,9 +387,15 @@ fn the_committed_coverage_table_is_measured() {
         .unwrap_or_else(|error| panic!("{error}"));
     let measured = calibration::markdown(&table);
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("reports/calibration.md");
-    let committed = std::fs::read_to_string(path).expect("the table is there");
+    let committed = std::fs::read_to_string(&path).expect("the table is there");
     // what follows is measured by a test of its own
-    let committed = committed.split("\n## ").next().unwrap_or_default();
+    let (own, rest) = committed.split_once("\n## ").expect("further tables");
+    let committed = if std::env::var_os("UPDATE_EXPECTED").is_some() {
+        std::fs::write(&path, format!("{measured}\n## {rest}")).expect("writable");
+        &measured
+    } else {
+        own
+    };
     assert_eq!(measured.lines().count(), committed.lines().count());
     for (a, b) in measured.lines().zip(committed.lines()) {
         for (a, b) in a.split('|').zip(b.split('|')) {

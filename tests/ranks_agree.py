@@ -103,9 +103,6 @@ def the_report_is_the_same(program, plain, folder):
     findings = same_findings(program, plain, folder, WHOLE, "least_squares")
     assert findings["counts"]["runs"] == MANY, findings["counts"]
     assert any(notice["code"] == "condensed_runs" for notice in findings["notices"]), "every run was kept"
-    # of few runs the replicates are divided
-    findings = same_findings(program, plain, folder, SCENE, "least_squares,bootstrap")
-    assert findings["bootstrap"]["replicates"] == 10_000, findings["bootstrap"]
 
 
 def same_findings(program, plain, folder, scene, stages):

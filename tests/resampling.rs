@@ -12,12 +12,11 @@ use wetcor::findings::estimate::{Estimate, Quoting};
 use wetcor::findings::{self, dry, energy, scaling, series, Findings};
 use wetcor::inference::bootstrap::intervals::Replicates;
 use wetcor::inference::bootstrap::jackknife::{acceleration, degrees_of_freedom, influence, leave_one_out};
-use wetcor::inference::bootstrap::kernel::Sample;
 use wetcor::inference::bootstrap::sandwich::sandwich;
-use wetcor::inference::bootstrap::{kernel, replicate, Plan, Pool, Target};
+use wetcor::inference::bootstrap::{replicate, Plan, Pool, Target};
+use wetcor::inference::kernel::{self, Sample};
 use wetcor::inference::law::Law;
 use wetcor::inference::regression::Regression;
-use wetcor::ranks::Alone;
 use wetcor::runs::Table;
 use wetcor::scene::{IntervalMethod, ResamplingScheme, WetLaw};
 use wetcor::seed::stream;
@@ -35,20 +34,13 @@ fn numbers(row: &[String]) -> Vec<f64> {
     row.iter().map(|cell| cell.parse().expect("a number")).collect()
 }
 
-/// A quantity of a law with its gradient.
-type Quantity = (fn([f64; 2]) -> f64, fn([f64; 2]) -> [f64; 2]);
-
-fn quantity(law: &str, name: &str) -> Quantity {
+fn quantity(law: &str, name: &str) -> fn([f64; 2]) -> f64 {
     match (law, name) {
-        ("linear", "e_inf") => (|p| p[0], |_| [1.0, 0.0]),
-        ("linear", _) => (|p| p[1] / p[0], |p| [-p[1] / (p[0] * p[0]), 1.0 / p[0]]),
-        (_, "e_inf") => (|p| p[0].sqrt(), |p| [0.5 / p[0].sqrt(), 0.0]),
-        _ => (|p| -p[1] / (2.0 * p[0]), |p| [p[1] / (2.0 * p[0] * p[0]), -0.5 / p[0]]),
+        ("linear", "e_inf") => |p| p[0],
+        ("linear", _) => |p| p[1] / p[0],
+        (_, "e_inf") => |p| p[0].sqrt(),
+        _ => |p| -p[1] / (2.0 * p[0]),
     }
-}
-
-fn se([g, h]: [f64; 2], [aa, ab, bb]: [f64; 3]) -> f64 {
-    (g * g * aa + 2.0 * g * h * ab + h * h * bb).sqrt()
 }
 
 /// The same runs and weights to both: numpy in extended precision, and our kernels.
@@ -69,27 +61,27 @@ fn jackknife_and_percentile_limits_are_the_scripts() {
     let mut compared = 0;
     for row in rows("reference.csv") {
         let (law, expected) = (row[0].as_str(), numbers(&row[2..]));
-        let (of, gradient) = quantity(law, &row[1]);
+        let of = quantity(law, &row[1]);
         let fit = |w: &[f64]| match law {
             "linear" => kernel::linear(&Sample::new(&x, &e, w)),
             _ => kernel::square_root(&Sample::new(&x, &e, w), [0.52, -7.4]),
         };
         let full = fit(&vec![1.0; x.len()]).expect("determined");
-        let (value, own) = (of(full.parameters), se(gradient(full.parameters), full.covariance));
+        let value = of(full);
         let target = Target {
             regression: Regression::new(if law == "linear" { Law::LINEAR } else { Law::SQUARE_ROOT }, &x, &e),
             strata: 0..3,
             series: 0..1,
-            fitted: full.parameters,
-            run_weights: None,
+            fitted: full,
+            errors: None,
         };
         let influences: Vec<Vec<f64>> = leave_one_out(&pool, &target, ResamplingScheme::Cases)
             .iter()
             .map(|stratum| influence(value, stratum.iter().map(|p| of(*p))))
             .collect();
-        let mut made = Replicates::new(weights.iter().map(|w| of(fit(w).expect("determined").parameters)));
+        let mut made = Replicates::new(weights.iter().map(|w| of(fit(w).expect("determined"))));
         let limits = [0.90, 0.95].map(|level| made.percentile(level, f64::INFINITY).expect("replicates"));
-        let mut found = vec![value, own, acceleration(&influences)];
+        let mut found = vec![value, acceleration(&influences)];
         found.extend(degrees_of_freedom(&influences));
         found.extend(limits.iter().flat_map(|made| [made.lo, made.hi]));
         assert_eq!(found.len(), expected.len());
@@ -100,14 +92,14 @@ fn jackknife_and_percentile_limits_are_the_scripts() {
         let heavier = |run: usize| {
             let mut w = vec![1.0; x.len()];
             w[run] = 0.0;
-            of(fit(&w).expect("determined").parameters)
+            of(fit(&w).expect("determined"))
         };
         let faulty: Vec<Vec<f64>> = pool
             .strata
             .iter()
             .map(|stratum| influence(value, stratum.clone().map(heavier)))
             .collect();
-        assert!((acceleration(&faulty) / expected[2] - 1.0).abs() > 1e-3);
+        assert!((acceleration(&faulty) / expected[1] - 1.0).abs() > 1e-3);
         compared += 1;
     }
     assert_eq!(compared, 4);
@@ -134,18 +126,14 @@ fn covered(test: &str, unit_df: bool, ends: fn(f64, f64) -> (f64, f64)) -> (usiz
             })
             .collect();
         let truth: Vec<f64> = x.iter().map(|x| 0.8 - 5.0 * x - 10.0 * x * x).collect();
-        let slope = |e: &[f64]| {
-            kernel::linear(&Sample::new(&x, e, &[1.0; 24]))
-                .expect("determined")
-                .parameters
-        };
+        let slope = |e: &[f64]| kernel::linear(&Sample::new(&x, e, &[1.0; 24])).expect("determined");
         let fitted = slope(&e);
         let target = Target {
             regression: Regression::new(Law::LINEAR, &x, &e),
             strata: 0..8,
             series: 0..1,
             fitted,
-            run_weights: None,
+            errors: None,
         };
         let plan = Plan {
             replicates: 1000,
@@ -162,8 +150,8 @@ fn covered(test: &str, unit_df: bool, ends: fn(f64, f64) -> (f64, f64)) -> (usiz
         } else {
             degrees_of_freedom(&influences).expect("it varies")
         };
-        let Ok(fits) = replicate(&pool, &[target], plan, &Alone, &|_| ());
-        let made = Replicates::new(fits.of(0).map(|fit| fit.parameters[1])).percentile(0.95, df);
+        let fits = replicate(&pool, &[target], plan, &|_| ());
+        let made = Replicates::new(fits[0].iter().map(|fit| fit.expect("determined")[1])).percentile(0.95, df);
         let made = made.expect("replicates");
         let (lo, hi) = ends(made.lo, made.hi);
         let aim = slope(&truth)[1];
@@ -235,7 +223,7 @@ fn resampled(place: &Place, table: &Table, most_resampled: usize) -> (Vec<Estima
         keep_all: false,
         most_resampled,
     };
-    let Ok((resampling, _)) = bootstrap::add_bootstrap_intervals(scene, runs, estimates, options, &Alone, &|_| ());
+    let (resampling, _) = bootstrap::add_bootstrap_intervals(scene, runs, estimates, options, &|_| ());
     let of_dry = dry.into_iter().map(|fitted| fitted.dry.dry_k);
     let of_series = series.into_iter().flat_map(|fit| [fit.alpha, fit.beta]);
     let of_scaling = scaling
@@ -291,7 +279,7 @@ fn the_sandwich_is_as_wide_as_the_replicates_that_it_stands_for() {
 }
 
 #[test]
-fn a_fit_that_hangs_on_few_runs_spreads_as_if_all_were_drawn() {
+fn a_fit_of_many_that_hangs_on_few_runs_has_no_uncertainty_but_its_profile() {
     let text = [
         ("density_kg_m3 = 2150", "density_kg_m3 = 940"),
         ("viscosity_mPa_s = 20", "viscosity_mPa_s = 48.3"),
@@ -304,19 +292,42 @@ fn a_fit_that_hangs_on_few_runs_spreads_as_if_all_were_drawn() {
     let place = Place::new(&text);
     let table = place.draw(seed_of("runs that hang on few"), Some(20_000));
     let (by_rows, _) = resampled(&place, &table, usize::MAX);
-    let (by_few, of_many) = resampled(&place, &table, 0);
-    assert!(of_many.resampled_fits > 3, "{}", of_many.resampled_fits);
-    let found = shares(&by_few, &by_rows);
-    assert!(found.iter().all(|share| (share - 1.0).abs() < 0.06), "{found:?}");
-    // what the delta method says of such fits
-    let of_delta = by_few.iter().zip(&by_rows);
-    let of_delta = of_delta.filter_map(|(of, by_rows)| Some(of.se? / bootstrap_se(by_rows)));
-    let of_delta: Vec<f64> = of_delta.collect();
-    assert!(of_delta.iter().any(|share| (share - 1.0).abs() > 0.2), "{of_delta:?}");
+    let (of_many, resampling) = resampled(&place, &table, 0);
+    // one series has fewer runs than a sandwich is quoted of
+    assert_eq!(resampling.resampled_fits, 1);
+    let hangs = |estimate: &Estimate| estimate.bootstrap.is_none();
+    let (mut withheld, mut profiles, mut off) = (0, 0, false);
+    for (estimate, by_rows) in of_many.iter().zip(&by_rows) {
+        if !hangs(estimate) {
+            let share = bootstrap_se(estimate) / bootstrap_se(by_rows);
+            assert!((share - 1.0).abs() < 0.06, "{share}");
+            continue;
+        }
+        let why = estimate.why_none.as_deref().expect("it says why");
+        assert_eq!(estimate.se, None, "{why}");
+        if estimate.method == "profile" {
+            profiles += 1;
+        } else {
+            withheld += 1;
+            assert_eq!((estimate.interval, estimate.intervals.len()), (None, 0));
+            assert!(
+                why.starts_with("a single run near the edge of the square root"),
+                "{why}"
+            );
+            // what the delta method would have said
+            off |= by_rows
+                .se
+                .is_some_and(|se| (se / bootstrap_se(by_rows) - 1.0).abs() > 0.2);
+        }
+    }
+    assert!(
+        withheld + profiles > 3 && (withheld == 0 || off),
+        "{withheld} {profiles} {off}"
+    );
 }
 
 #[test]
-fn a_fit_that_hangs_on_a_run_or_has_few_has_no_sandwich() {
+fn the_sandwich_of_a_fit_that_hangs_on_a_run_is_far_from_its_limit() {
     let of = |runs: usize, edge: f64| {
         let mut rng = stream(1, "a_fit_that_hangs_on_a_run", 0);
         let x: Vec<f64> = (0..runs)
@@ -338,14 +349,13 @@ fn a_fit_that_hangs_on_a_run_or_has_few_has_no_sandwich() {
             regression,
             strata: 0..pool.strata.len(),
             series: 0..1,
-            fitted: fitted.expect("determined").parameters,
-            run_weights: None,
+            fitted: fitted.expect("determined"),
+            errors: None,
         };
-        sandwich(&pool, &target).is_some()
+        sandwich(&pool, &target).is_near()
     };
     assert!(of(2_999, 0.1));
     assert!(!of(2_999, 1e-6));
-    assert!(!of(899, 0.1));
 }
 
 #[test]

@@ -146,7 +146,7 @@ fn say_how_long(expected: Option<ExpectedSampling>, is_compared: bool) {
     }
 }
 
-/// Fits a scene; ranks share the reading of a table of more runs than are kept, and replicates, and the first does the rest.
+/// Fits a scene; ranks share the reading of a table of more runs than are kept, and the first does the rest.
 pub(super) fn fit(fit: FitOptions, ranks: &Ranks) -> Result<u8, Error> {
     let mut timing = Timing {
         started: Instant::now(),
@@ -164,21 +164,17 @@ pub(super) fn fit(fit: FitOptions, ranks: &Ranks) -> Result<u8, Error> {
         _ => runs::MOST_KEPT,
     };
     let table = timing.stage("read", quiet, || runs::read_any_number(&scene, most_kept, ranks))?;
-    // replicates are divided where every run is kept
-    if destination.is_none() && !(fit.wants(Stage::Bootstrap) && table.runs.sample.is_none()) {
+    let Some(destination) = destination else {
         return Ok(0);
-    }
+    };
     if fit.wants(Stage::Posterior) {
         // a prior without room is refused now, not after the bootstrap
         ModelParameters::of(&scene, &table.runs, scene.model.form())?;
     }
-    let mut findings = timing.fits(scene.bootstrap.replicates, quiet || destination.is_none(), |done| {
-        let shares = fit.wants(Stage::Bootstrap).then_some(ranks);
-        findings::fit_least_squares_shared(&scene, &table, fit.seed, shares, done)
-    })?;
-    let Some(destination) = destination else {
-        return Ok(0);
-    };
+    let mut findings = timing.fits(scene.bootstrap.replicates, quiet, |done| {
+        let watcher = fit.wants(Stage::Bootstrap).then_some(done);
+        findings::fit_least_squares_watched(&scene, &table, fit.seed, watcher)
+    });
     let overview = overview::summarise_runs(&scene, &table, &findings);
     let posterior = fit.sample(&scene, &table.runs, &mut findings, &mut timing)?;
     let command = fit.command();

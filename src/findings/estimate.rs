@@ -197,6 +197,15 @@ impl Estimate {
         }
     }
 
+    /// Takes back the uncertainty of least squares, which does not hold; the limits of a profile stay.
+    pub(super) fn withhold_uncertainty(&mut self, why: &str) {
+        if !self.is_curved() {
+            (self.se, self.delta_se, self.interval) = (None, None, None);
+            self.intervals.clear();
+            self.why_none = Some(why.to_owned());
+        }
+    }
+
     /// Value and standard error, where both are there.
     pub fn pair(&self) -> Option<(f64, f64)> {
         self.value.zip(self.se)

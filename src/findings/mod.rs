@@ -98,7 +98,6 @@ use crate::model::parameters::ModelParameters;
 use crate::notice::Notice;
 use crate::physics::inertia::Inertia;
 use crate::physics::Form;
-use crate::ranks::{Alone, Shares};
 use crate::runs::{Runs, Table};
 use crate::scene::{NoiseOn, Scene};
 use balance::EnergyBalance;
@@ -122,22 +121,17 @@ pub use notices::by_weight;
 
 /// Fits everything least squares can say of a scene's runs; with `bootstrap`, resamples them as the scene says.
 pub fn fit_least_squares(scene: &Scene, table: &Table, seed: u64, bootstrap: bool) -> Findings {
-    let Ok(findings) = fit_least_squares_shared(scene, table, seed, bootstrap.then_some(&Alone), &|_| ());
-    findings
+    fit_least_squares_watched(scene, table, seed, bootstrap.then_some(&|_| ()))
 }
 
-/// The same, with bootstrap intervals where there is somebody to share their replicates with; `done` is called with 0 before
-/// the first replicate, then with the number of replicates finished.
-///
-/// Fails where another of those who share cannot go on.
-pub fn fit_least_squares_shared<S: Shares>(
+/// The same, with bootstrap intervals where somebody watches their replicates: `watcher` is called with 0 before the first,
+/// then with the number of replicates finished.
+pub fn fit_least_squares_watched(
     scene: &Scene,
     table: &Table,
     seed: u64,
-    shares: Option<&S>,
-    done: &(dyn Fn(usize) + Sync),
-) -> Result<Findings, S::Error> {
-    let bootstrap = shares.is_some();
+    watcher: Option<&(dyn Fn(usize) + Sync)>,
+) -> Findings {
     let runs = &table.runs;
     let mut fits = LeastSquaresFits::new(scene, runs);
     let balance = fits.energy_balance.as_ref();
@@ -145,11 +139,11 @@ pub fn fit_least_squares_shared<S: Shares>(
         || constants::find_sensitivities(scene, runs.sample(), &fits.dry, &fits.scaling, balance),
         || noise::analyse_noise(scene, runs.sample(), &fits.dry, balance, fits.form),
     );
-    let resampled = shares.map(|shares| {
+    let resampled = watcher.map(|done| {
         done(0);
-        fits.add_bootstrap(scene, runs, seed, shares, done)
+        fits.add_bootstrap(scene, runs, seed, done)
     });
-    let (resampling, bootstrap_notices) = resampled.transpose()?.unzip();
+    let (resampling, bootstrap_notices) = resampled.unzip();
     let film_groups = film_groups::list_film_groups(scene, runs);
     let balance = fits.energy_balance.as_ref();
     let mut verdicts = verdicts::check_least_squares(scene, runs, &fits.dry, &fits.series, &fits.scaling, balance);
@@ -157,7 +151,7 @@ pub fn fit_least_squares_shared<S: Shares>(
     let own_films_stand = balance.is_some_and(|balance| balance.verdict.passed);
     verdicts.extend(film_groups::check(&film_groups, own_films_stand));
     let mut notices = table.notices.clone();
-    notices.extend(fits.notices(scene, table, bootstrap));
+    notices.extend(fits.notices(scene, table, watcher.is_some()));
     notices.extend(notices::viscous_form(fits.form, runs.wet_measured()));
     notices.extend(bootstrap_notices.into_iter().flatten());
     notices.extend(constants_notice);
@@ -221,7 +215,7 @@ pub fn fit_least_squares_shared<S: Shares>(
         .notices
         .extend(columns_agree::rows_apart(&table.compared, &runs.places));
     findings.pick_main_numbers(scene, runs, None);
-    Ok(findings)
+    findings
 }
 
 /// Every fit by least squares, with what later stages need of it besides the estimates.
@@ -275,14 +269,13 @@ impl LeastSquaresFits {
     }
 
     /// Gives the estimates their bootstrap intervals.
-    fn add_bootstrap<S: Shares>(
+    fn add_bootstrap(
         &mut self,
         scene: &Scene,
         runs: &Runs,
         seed: u64,
-        shares: &S,
         done: &(dyn Fn(usize) + Sync),
-    ) -> Result<(Resampling, Vec<Notice>), S::Error> {
+    ) -> (Resampling, Vec<Notice>) {
         let estimates = bootstrap::Estimates {
             dry: &mut self.dry,
             series: &mut self.series,
@@ -294,7 +287,7 @@ impl LeastSquaresFits {
             keep_all: false,
             most_resampled: bootstrap::MOST_RESAMPLED,
         };
-        bootstrap::add_bootstrap_intervals(scene, runs, estimates, options, shares, done)
+        bootstrap::add_bootstrap_intervals(scene, runs, estimates, options, done)
     }
 
     /// What of the terms, the runs, the fits and the settings wants a second look.

@@ -602,7 +602,7 @@ pub(super) fn bootstrap_one_series(fits: usize) -> Notice {
 pub(super) fn bootstrap_by_sandwich(runs: usize, most: usize, [resampled, all]: [usize; 2]) -> Notice {
     let rest = match resampled {
         0 => String::new(),
-        some => format!("; {some} of {all} fits were resampled, which have few runs or hang on one of them"),
+        some => format!("; {some} of {all} fits were resampled, which have few runs"),
     };
     let text = format!(
         "{runs} runs, more than the {most} that are resampled: the intervals are made with the sandwich covariance, which \

@@ -34,6 +34,22 @@ pub struct ErrorColumns {
     pub are_all: bool,
 }
 
+impl ErrorColumns {
+    /// Those of some runs, in their order.
+    pub fn of_runs(&self, runs: &[usize]) -> ErrorColumns {
+        fn of<T: Copy>(column: &[T], runs: &[usize]) -> Vec<T> {
+            runs.iter().filter_map(|run| column.get(*run)).copied().collect()
+        }
+        ErrorColumns {
+            relative_speed_sd: of(&self.relative_speed_sd, runs),
+            restitution_sd: of(&self.restitution_sd, runs),
+            speed_correlation: of(&self.speed_correlation, runs),
+            offset_slopes: of(&self.offset_slopes, runs),
+            are_all: self.are_all,
+        }
+    }
+}
+
 /// Restitutions of all runs and their slopes in the parameters, with derivatives in the speed.
 #[derive(Debug)]
 pub struct SpeedDerivatives {
@@ -67,6 +83,8 @@ pub trait SpeedDependent: ResidualProblem {
 /// How the runs of a fit were weighed by their measurement errors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ErrorWeights {
+    /// the errors
+    pub errors: ErrorColumns,
     /// σ² + τ² of each run; infinite where it is left out
     pub variance: Vec<f64>,
     /// Σ r²/(σ² + τ²), at the minimum
@@ -297,7 +315,8 @@ impl<P: SpeedDependent> Reweighting<'_, P> {
     fn variances_at(&self, b: &[f64]) -> Result<Option<Variances>, OutOfDomain> {
         let derivatives = self.problem.speed_derivatives(b, self.errors)?;
         let residuals = self.residuals_at(b)?;
-        let Some((of_errors, runs_with_errors)) = error_variances(&derivatives, self.errors, self.excluded) else {
+        let Some((of_errors, runs_with_errors)) = error_variances(&derivatives.response, self.errors, self.excluded)
+        else {
             return Ok(None);
         };
         let (of_runs, prior) = residuals.split_at(of_errors.len());
@@ -364,6 +383,7 @@ impl<P: SpeedDependent> Reweighting<'_, P> {
         // variances of runs left out are infinite
         let chi_squared: f64 = of_runs().zip(&variances.of_errors).map(|(r, tau)| r * r / tau).sum();
         let weights = ErrorWeights {
+            errors: self.errors.clone(),
             squares: squares - variances.prior_squares,
             intrinsic_sd: variances.intrinsic.sqrt(),
             reduced_chi_squared: chi_squared / self.freedom as f64,
@@ -379,13 +399,13 @@ impl<P: SpeedDependent> Reweighting<'_, P> {
 
 /// τ² of each run, that of runs without an error by the median of the others and infinite where it is excluded, and how
 /// many carry one; `None` where none does.
-fn error_variances(
-    derivatives: &SpeedDerivatives,
+pub(super) fn error_variances(
+    responses: &[SpeedResponse],
     errors: &ErrorColumns,
     excluded: &[bool],
 ) -> Option<(Vec<f64>, usize)> {
     let of_run = |run: usize| {
-        let of_speed = errors.relative_speed_sd[run] * derivatives.response[run].error_slope();
+        let of_speed = errors.relative_speed_sd[run] * responses[run].error_slope();
         let own = errors.restitution_sd[run];
         let correlation = errors.speed_correlation.get(run).copied().unwrap_or(0.0);
         own * own + of_speed * of_speed - 2.0 * correlation * own * of_speed
@@ -416,7 +436,7 @@ fn error_variances(
 }
 
 /// σ² ≥ 0 at which Σ r²/(σ² + τ²) is as wanted; 0 where it is less already.
-fn intrinsic_variance(residuals: &[f64], errors: &[f64], wanted: f64) -> f64 {
+pub(super) fn intrinsic_variance(residuals: &[f64], errors: &[f64], wanted: f64) -> f64 {
     const MOST_STEPS: usize = 100;
     let runs = || residuals.iter().map(|r| r * r).zip(errors);
     // left of the root: one run alone has as much there

@@ -10,7 +10,7 @@
 //! | square root | 1/v or 1/St | α + β x + o | √η, defined for η > 0 |
 //!
 //! Slopes and bends in the parameters follow by the chain rule: ∂e/∂b_j = F′ c_j and ∂²e/∂b_i∂b_j = F″ c_i c_j. Loops
-//! that must be fast restate sums of these in `bootstrap/kernel.rs`; a test there holds them equal to what stands here.
+//! that must be fast restate sums of these in `kernel.rs`; a test there holds them equal to what stands here.
 
 use crate::physics::dry::Order;
 use crate::scene::WetLaw;

@@ -6,6 +6,7 @@
 //! | `effective_variance.rs` | weighs runs by the measurement errors of speed and restitution |
 //! | `sums.rs` | sums of terms over runs, in lanes |
 //! | `law.rs` | the dry, linear and square-root laws: value, slopes, bends, derivatives in the speed |
+//! | `kernel.rs` | a law fitted to weighted runs in one stream over them |
 //! | `regression.rs` | a law fitted to runs |
 //! | `information.rs` | the directions in which runs say more than the priors |
 //! | `joint.rs` | every run in a row of one joint fit: residuals, slopes, sums; the fit itself |
@@ -39,6 +40,7 @@ pub mod importance;
 pub mod information;
 pub mod joint;
 pub mod joint_squares;
+pub mod kernel;
 pub mod lack_of_fit;
 pub mod laplace;
 pub mod law;

@@ -5,10 +5,10 @@
 use nalgebra::DMatrix;
 use pulp::Arch;
 
-use super::bootstrap::kernel::{self, Sample, WeightedFit};
 use super::effective_variance::{
     chi_squared, reweight, ErrorColumns, ErrorWeights, SpeedDependent, SpeedDerivatives, WeightedProblem,
 };
+use super::kernel::{self, Sample};
 use super::law::{Law, Response};
 use super::least_squares::{fit, Fit, OutOfDomain, ResidualProblem};
 use super::sums::sums;
@@ -172,7 +172,7 @@ impl<'a> Regression<'a> {
                 let squares = |run: usize| self.restitution[run].powi(2);
                 let left: Vec<f64> = (0..x.len()).map(|run| squares(run) - self.offset_of(run)).collect();
                 kernel::linear(&Sample::new(x, &left, counts)).and_then(|fitted| {
-                    let [alpha, fall] = fitted.parameters;
+                    let [alpha, fall] = fitted;
                     let all: f64 = counts.iter().sum();
                     let mean =
                         |of: &dyn Fn(usize) -> f64| (0..x.len()).map(|run| counts[run] * of(run)).sum::<f64>() / all;
@@ -183,14 +183,11 @@ impl<'a> Regression<'a> {
                         slope: -fall,
                     };
                     let start = self.flattened(&line, START_MARGIN * mean(&squares));
-                    kernel::square_root(&sample, start).or(Ok(WeightedFit {
-                        parameters: start,
-                        ..fitted
-                    }))
+                    kernel::square_root(&sample, start).or(Ok(start))
                 })
             }
         };
-        found.map_or([0.0; 2], |found| found.parameters)
+        found.unwrap_or_default()
     }
 
     /// Parameters near the minimum, inside the domain of the law at every run.
@@ -258,7 +255,7 @@ impl<'a> Regression<'a> {
             offset: self.offset,
             ..Sample::new(self.x, self.restitution, &weights)
         };
-        kernel::square_root(&sample, start).ok().map(|found| found.parameters)
+        kernel::square_root(&sample, start).ok()
     }
 
     /// The square root's minimum by whole steps of Newton's method from a start near it, a few of them: less than a

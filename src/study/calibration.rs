@@ -12,7 +12,7 @@ use crate::findings::{bootstrap, energy};
 use crate::inference::bootstrap::strata::LEAST_RUNS;
 use crate::inference::delta::{Interval, LEVELS};
 use crate::model::simulate::Simulation;
-use crate::ranks::{Alone, Ranks};
+use crate::ranks::Ranks;
 use crate::report::markdown::page::Page;
 use crate::report::markdown::table::ReportTable;
 use crate::runs;
@@ -198,7 +198,7 @@ fn infer(scene: &Scene, seed: u64, set: u64, replicated: bool) -> Result<Vec<Fit
             keep_all: true,
             most_resampled: usize::MAX,
         };
-        let Ok(_) = bootstrap::add_bootstrap_intervals(scene, &runs, estimates, options, &Alone, &|_| ());
+        bootstrap::add_bootstrap_intervals(scene, &runs, estimates, options, &|_| ());
     }
     Ok(fitted)
 }

@@ -2,7 +2,7 @@
 
 use wetcor::findings::estimate::Estimate;
 use wetcor::findings::verdicts::quotable;
-use wetcor::inference::bootstrap::kernel;
+use wetcor::inference::kernel;
 use wetcor::inference::law::Law;
 use wetcor::inference::nuts::{Effort, TARGET_ACCEPT};
 use wetcor::inference::prepared_posterior::Evaluation;
@@ -514,7 +514,7 @@ fn ten_million() -> Vec<Row> {
     let gap = fit
         .parameters
         .iter()
-        .zip(by_kernel.parameters)
+        .zip(by_kernel)
         .map(|(a, b)| (a / b - 1.0).abs())
         .fold(0.0, f64::max);
     assert!(gap < 1e-9, "{gap:e}");

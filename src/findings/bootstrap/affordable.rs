@@ -3,7 +3,7 @@
 use crate::findings::notices;
 use crate::notice::Notice;
 
-/// Replicates of all fits together that are held at once: 4 GB.
+/// Replicates of all fits together that are held at once: 2.4 GB.
 pub const MOST_HELD: usize = 100_000_000;
 
 /// How many replicates are made of so many fits where a number is wanted: no more than are held at once.

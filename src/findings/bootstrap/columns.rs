@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::findings::dry::{own_dry_speed, FittedDry};
-use crate::inference::bootstrap::{strata, Pool, RunWeights, Target};
+use crate::inference::bootstrap::{strata, Pool, RunErrors, Target};
 use crate::inference::effective_variance::ErrorWeights;
 use crate::inference::law::Law;
 use crate::inference::regression::Regression;
@@ -115,21 +115,25 @@ impl Columns {
         order
     }
 
-    /// Weights that a fit gave the runs of some places, in the order of their columns.
-    pub(super) fn run_weights(&self, error_weights: Option<&ErrorWeights>, places: Range<usize>) -> Option<RunWeights> {
-        let error_weights = error_weights?;
-        let mut weights = vec![];
+    /// The errors by which a fit weighed the runs of some places, in the order of their columns.
+    pub(super) fn run_errors(&self, error_weights: Option<&ErrorWeights>, places: Range<usize>) -> Option<RunErrors> {
+        let own = error_weights?;
+        // where each run stands in the columns of the fit
+        let mut order = vec![];
         for place in &self.places[places] {
-            let before = weights.len();
-            let at = |run: &usize| 1.0 / error_weights.variance[before + run - place.first];
-            weights.extend(self.order[place.runs.clone()].iter().map(at));
+            let before = order.len();
+            let runs = self.order[place.runs.clone()].iter();
+            order.extend(runs.map(|run| before + run - place.first));
         }
-        let counted = weights.iter().filter(|weight| **weight > 0.0).count();
-        let mean = weights.iter().sum::<f64>() / counted as f64;
-        weights.iter_mut().for_each(|weight| *weight /= mean);
-        let bias = |j: usize| error_weights.bias.get(j).copied().unwrap_or(0.0);
-        Some(RunWeights {
-            weights,
+        let variance: Vec<f64> = order.iter().map(|run| own.variance[*run]).collect();
+        let left_out: Vec<bool> = variance.iter().map(|variance| variance.is_infinite()).collect();
+        let counted = left_out.iter().filter(|left_out| !**left_out).count();
+        let mean = variance.iter().map(|variance| 1.0 / variance).sum::<f64>() / counted as f64;
+        let bias = |j: usize| own.bias.get(j).copied().unwrap_or(0.0);
+        Some(RunErrors {
+            columns: own.errors.of_runs(&order),
+            left_out,
+            weights: variance.iter().map(|variance| 1.0 / (variance * mean)).collect(),
             bias: [bias(0), bias(1)],
         })
     }
@@ -146,7 +150,7 @@ impl Columns {
         places: Range<usize>,
         k: f64,
         order: Order,
-        run_weights: Option<&'k RunWeights>,
+        errors: Option<&'k RunErrors>,
     ) -> Target<'k> {
         let range = self.joined(&places, |place| &place.runs);
         Target {
@@ -161,7 +165,7 @@ impl Columns {
             strata: self.joined(&places, |place| &place.strata),
             series: self.joined(&places, |place| &place.series),
             fitted: [k, 0.0],
-            run_weights,
+            errors,
         }
     }
 
@@ -187,7 +191,7 @@ impl Columns {
         all: Regression<'k>,
         places: Range<usize>,
         fitted: [f64; 2],
-        run_weights: Option<&'k RunWeights>,
+        errors: Option<&'k RunErrors>,
     ) -> Target<'k> {
         let range = self.joined(&places, |place| &place.runs);
         let range = range.start - self.dry_runs..range.end - self.dry_runs;
@@ -200,7 +204,7 @@ impl Columns {
             strata: self.joined(&places, |place| &place.strata),
             series: self.joined(&places, |place| &place.series),
             fitted,
-            run_weights,
+            errors,
         }
     }
 }

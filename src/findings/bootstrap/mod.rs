@@ -30,17 +30,16 @@ use super::estimate::Estimate;
 use super::quantities::wetted_of;
 use super::scaling::FittedScaling;
 use super::{film_ratio, notices};
-use crate::inference::bootstrap::kernel::WeightedFit;
-use crate::inference::bootstrap::sandwich::{sandwich, sandwich_of_part};
-use crate::inference::bootstrap::{Plan, RunWeights, Target};
+use crate::inference::bootstrap::sandwich::{sandwich, sandwich_of_sample, Sandwich};
+use crate::inference::bootstrap::{Plan, RunErrors, Target};
 use crate::inference::effective_variance::ErrorWeights;
+use crate::inference::kernel::WeightedFit;
 use crate::notice::Notice;
 use crate::physics::quantity::{Place, Quantity};
-use crate::ranks::Shares;
 use crate::runs::Runs;
 use crate::scene::{IntervalMethod, ResamplingScheme, Scene};
 use affordable::{affordable_replicates, fewer_replicates_notice};
-use by_sandwich::{FittedBySandwich, Sandwich};
+use by_sandwich::FEW_RUNS;
 use columns::Columns;
 use replicates::{AllReplicates, DrySpeedReference, Formula, ReplicateOrder, ReplicatedLaw, Task};
 
@@ -51,14 +50,13 @@ pub const DEFAULT_INTERVAL: IntervalMethod = IntervalMethod::Percentile;
 ///
 /// Of the other intervals only the delta method's are kept, unless all are asked for.
 /// `done` is called with the number of replicates finished.
-pub fn add_bootstrap_intervals<S: Shares>(
+pub fn add_bootstrap_intervals(
     scene: &Scene,
     runs: &Runs,
     mut estimates: Estimates,
     options: Options,
-    shares: &S,
     done: &(dyn Fn(usize) + Sync),
-) -> Result<(Resampling, Vec<Notice>), S::Error> {
+) -> (Resampling, Vec<Notice>) {
     let fits = estimates.dry.len() + estimates.series.len() + estimates.scaling.len();
     let plan = Plan {
         replicates: affordable_replicates(scene.bootstrap.replicates, fits),
@@ -70,55 +68,55 @@ pub fn add_bootstrap_intervals<S: Shares>(
         method: scene.bootstrap.interval.unwrap_or(DEFAULT_INTERVAL),
         named: scene.bootstrap.interval.is_some(),
         keep_all: options.keep_all,
-        many: runs.sample.is_some() || runs.len() > options.most_resampled && plan.scheme == ResamplingScheme::Cases,
     };
-    let many = order.many;
+    let is_sampled = runs.sample.is_some();
+    let many = is_sampled || runs.len() > options.most_resampled && plan.scheme == ResamplingScheme::Cases;
     // what stands for others has their sums, and not the scatter inside a speed
     let some = runs.sample();
     let columns = Columns::new(scene, some, estimates.dry);
-    let weights = FitWeights::new(&columns, some, &estimates);
-    let (targets, places) = targets(scene, some, &columns, &estimates, &weights);
-    let strata = columns.pool.strata.len();
-    let single_run_strata = columns.pool.single_runs();
-    let sandwiches: Vec<Sandwich> = if runs.sample.is_some() {
+    let errors = FitErrors::new(&columns, some, &estimates);
+    let (targets, places) = targets(scene, some, &columns, &estimates, &errors);
+    let sandwiches: Vec<Sandwich> = if is_sampled {
         sandwiches_of_sample((&columns, &targets), scene, runs, &estimates)
     } else if many {
         let of_target = |target: &Target| sandwich(&columns.pool, target);
         targets.par_iter().map(of_target).collect()
     } else {
-        targets.iter().map(|_| None).collect()
+        vec![]
     };
-    let mut resampled = vec![];
+    let is_resampled = |target: &Target| !many || target.regression.x.len() < FEW_RUNS;
+    // replicates of a sample would be those of fewer runs
+    let resampled = targets.iter().filter(|target| is_resampled(target) && !is_sampled);
+    let resampled: Vec<Target> = resampled.cloned().collect();
+    let places_of_resampled: Vec<usize> = targets
+        .iter()
+        .scan(0, |next, target| {
+            let place = *next;
+            *next += usize::from(is_resampled(target));
+            Some(place)
+        })
+        .collect();
+    let replicates = AllReplicates::make(&columns.pool, &resampled, order, done);
+    let mut by_replicates = vec![];
     for task in tasks(scene, runs, &mut estimates, &places) {
-        match FittedBySandwich::of_task(&task, &targets, &sandwiches) {
-            Some(fitted) => fitted.add_interval(task, order.method),
-            // replicates of a sample are those of fewer runs
-            None if runs.sample.is_some() => {}
-            None => resampled.push(task),
+        let mut fits = std::iter::once(task.target).chain(task.dry);
+        if !fits.all(|fit| is_resampled(&targets[fit])) {
+            by_sandwich::add_interval(task, order.method, &targets, &sandwiches);
+        } else if !is_sampled {
+            by_replicates.push(task.moved(&places_of_resampled));
         }
     }
-    let (chosen, replicates) = if many {
-        let chosen = choose(&mut resampled, targets.len());
-        let of_chosen: Vec<Target> = chosen.iter().map(|target| targets[*target].clone()).collect();
-        let (pool, of_chosen) = columns.pool.of_targets(&of_chosen);
-        (
-            chosen.len(),
-            AllReplicates::make(&pool, &of_chosen, order, shares, done)?,
-        )
-    } else {
-        // every run, whether a fit has it or not: which are drawn does not depend on what was fitted
-        let made = AllReplicates::make(&columns.pool, &targets, order, shares, done)?;
-        (targets.len(), made)
-    };
-    resampled.into_par_iter().for_each(|task| replicates.add_interval(task));
+    by_replicates
+        .into_par_iter()
+        .for_each(|task| replicates.add_interval(task));
     let resampling = Resampling {
         scheme: plan.scheme.name(),
         interval: order.method.name(),
         by_sandwich: many,
         replicates: plan.replicates,
-        resampled_fits: chosen,
-        strata,
-        single_run_strata,
+        resampled_fits: resampled.len(),
+        strata: columns.pool.strata.len(),
+        single_run_strata: columns.pool.single_runs(),
         joint: if many {
             vec![]
         } else {
@@ -132,13 +130,13 @@ pub fn add_bootstrap_intervals<S: Shares>(
         fits,
     ));
     found.extend(many.then(|| {
-        let fits = [chosen, targets.len()];
+        let fits = [resampled.len(), targets.len()];
         notices::bootstrap_by_sandwich(runs.all_measured(), options.most_resampled, fits)
     }));
-    Ok((resampling, found))
+    (resampling, found)
 }
 
-/// The sandwich of each fit, from a sample of the runs: as much narrower as all are more.
+/// The sandwich of each fit, from a sample of the runs.
 fn sandwiches_of_sample(
     (columns, targets): (&Columns, &[Target]),
     scene: &Scene,
@@ -147,31 +145,10 @@ fn sandwiches_of_sample(
 ) -> Vec<Sandwich> {
     // no sample need have the run that a fit hangs on
     let all = Columns::new(scene, runs, estimates.dry);
-    let weights = FitWeights::new(&all, runs, estimates);
-    let (of_all, _) = self::targets(scene, runs, &all, estimates, &weights);
-    let of_target = |(own, all): (&Target, &Target)| {
-        let share = own.regression.x.len() as f64 / all.regression.counts.iter().sum::<f64>();
-        let covariance = sandwich_of_part(&columns.pool, own, all)?;
-        Some(covariance.map(|entry| share * entry))
-    };
+    let errors = FitErrors::new(&all, runs, estimates);
+    let (of_all, _) = self::targets(scene, runs, &all, estimates, &errors);
+    let of_target = |(sample, all): (&Target, &Target)| sandwich_of_sample(&columns.pool, sample, all);
     targets.par_iter().zip(&of_all).map(of_target).collect()
-}
-
-/// The fits that some tasks need replicates of; the tasks then count among these.
-fn choose(tasks: &mut [Task], all: usize) -> Vec<usize> {
-    let mut needed = vec![false; all];
-    for task in tasks.iter() {
-        std::iter::once(task.target)
-            .chain(task.dry)
-            .for_each(|target| needed[target] = true);
-    }
-    let chosen: Vec<usize> = (0..all).filter(|target| needed[*target]).collect();
-    let place = |target: usize| chosen.partition_point(|other| *other < target);
-    for task in tasks {
-        task.target = place(task.target);
-        task.dry = task.dry.map(place);
-    }
-    chosen
 }
 
 /// How intervals are made beside what the scene says.
@@ -204,25 +181,23 @@ impl Strata {
     }
 }
 
-/// The weights that fits gave their runs, where these carry measurement errors, in the order of the fits.
-struct FitWeights {
-    dry: Vec<Option<RunWeights>>,
-    series: Vec<Option<RunWeights>>,
-    scaling: Vec<Option<RunWeights>>,
+/// The errors by which fits weighed their runs, where these carry any, in the order of the fits.
+struct FitErrors {
+    dry: Vec<Option<RunErrors>>,
+    series: Vec<Option<RunErrors>>,
+    scaling: Vec<Option<RunErrors>>,
 }
 
-impl FitWeights {
-    fn new(columns: &Columns, runs: &Runs, estimates: &Estimates) -> FitWeights {
+impl FitErrors {
+    fn new(columns: &Columns, runs: &Runs, estimates: &Estimates) -> FitErrors {
         let strata = Strata {
             dry_groups: runs.dry.len(),
         };
-        let of = |error_weights: &Option<ErrorWeights>, places: Range<usize>| {
-            columns.run_weights(error_weights.as_ref(), places)
-        };
+        let of = |weights: &Option<ErrorWeights>, places: Range<usize>| columns.run_errors(weights.as_ref(), places);
         let dry = estimates.dry.iter();
         let series = estimates.series.iter().enumerate();
         let scaling = estimates.scaling.iter();
-        FitWeights {
+        FitErrors {
             dry: dry
                 .map(|fitted| of(&fitted.error_weights, Strata::of_dry(runs, fitted)?))
                 .collect(),
@@ -249,7 +224,7 @@ fn targets<'c>(
     runs: &Runs,
     columns: &'c Columns,
     estimates: &Estimates,
-    weights: &'c FitWeights,
+    errors: &'c FitErrors,
 ) -> (Vec<Target<'c>>, FitPlaces) {
     let mut targets: Vec<Target> = vec![];
     let mut add = |target: Option<Target<'c>>| {
@@ -260,25 +235,25 @@ fn targets<'c>(
         dry_groups: runs.dry.len(),
     };
     let order = scene.model.form().dry;
-    let dry = estimates.dry.iter().zip(&weights.dry).map(|(fitted, weights)| {
+    let dry = estimates.dry.iter().zip(&errors.dry).map(|(fitted, errors)| {
         let k = fitted.dry.dry_k.value?;
-        Some(columns.dry(Strata::of_dry(runs, fitted)?, k, order, weights.as_ref()))
+        Some(columns.dry(Strata::of_dry(runs, fitted)?, k, order, errors.as_ref()))
     });
     let dry: Vec<Option<Target>> = dry.collect();
-    let series = estimates.series.iter().zip(&weights.series).enumerate();
-    let series = series.map(|(index, (fit, weights))| {
+    let series = estimates.series.iter().zip(&errors.series).enumerate();
+    let series = series.map(|(index, (fit, errors))| {
         let fitted = [fit.alpha.value?, fit.beta.value?];
         let own = strata.of_series(index..index + 1);
-        Some(columns.wet(columns.over_speed(), own, fitted, weights.as_ref()))
+        Some(columns.wet(columns.over_speed(), own, fitted, errors.as_ref()))
     });
     let series: Vec<Option<Target>> = series.collect();
-    let scaling = estimates.scaling.iter().zip(&weights.scaling).map(|(fitted, weights)| {
+    let scaling = estimates.scaling.iter().zip(&errors.scaling).map(|(fitted, errors)| {
         let own = strata.of_series(fitted.series.clone());
         Some(columns.wet(
             columns.over_stokes(fitted.law),
             own,
             fitted.parameters?,
-            weights.as_ref(),
+            errors.as_ref(),
         ))
     });
     let scaling: Vec<Option<Target>> = scaling.collect();
@@ -373,16 +348,16 @@ fn joint_replicates(
             Some(_) => row.film_ratio == reference_ratios[fitted.sphere],
             None => row.verdict.passed,
         };
-        let fits = replicates.fits.of(target.filter(|_| drawn)?);
-        let pair = |fit: WeightedFit| {
-            let wetted = wetted_of(fitted.law, fit.parameters);
+        let fits = &replicates.fits[target.filter(|_| drawn)?];
+        let pair = |fit: &WeightedFit| {
+            let wetted = wetted_of(fitted.law, fit.unwrap_or([f64::NAN; 2]));
             [Quantity::EInf, Quantity::StC].map(|quantity| quantity.value(&Place::NONE, &wetted))
         };
         Some(JointReplicates {
             sphere: fitted.sphere,
             film_ratio: row.film_ratio,
             law: fitted.law,
-            pairs: fits.map(pair).collect(),
+            pairs: fits.iter().map(pair).collect(),
         })
     };
     estimates

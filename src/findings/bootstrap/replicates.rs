@@ -8,13 +8,11 @@ use crate::findings::estimate::{Bootstrapped, Estimate, Failed};
 use crate::findings::quantities::wetted_of;
 use crate::inference::bootstrap::intervals::Replicates;
 use crate::inference::bootstrap::jackknife::{acceleration, degrees_of_freedom, influence, leave_one_out};
-use crate::inference::bootstrap::kernel::{Failure, WeightedFit};
-use crate::inference::bootstrap::sandwich::MANY_RUNS;
-use crate::inference::bootstrap::{replicate, replicate_many, Plan, Pool, Replicated, Target};
+use crate::inference::bootstrap::{replicate, Plan, Pool, Target};
 use crate::inference::delta::Interval;
+use crate::inference::kernel::{Failure, WeightedFit};
 use crate::physics::quantity::{Place, Quantity, Wetted};
 use crate::physics::Order;
-use crate::ranks::Shares;
 use crate::scene::{IntervalMethod, ResamplingScheme, WetLaw};
 
 /// What the parameters of a replicate are those of.
@@ -54,6 +52,13 @@ pub(super) struct Task<'e> {
 }
 
 impl Task<'_> {
+    /// The same with its targets at other places.
+    pub(super) fn moved(mut self, places: &[usize]) -> Self {
+        self.target = places[self.target];
+        self.dry = self.dry.map(|dry| places[dry]);
+        self
+    }
+
     /// The quantity at a law's parameters and k; NaN where it is not defined.
     fn value(&self, parameters: [f64; 2], k: f64) -> f64 {
         let wetted = match self.formula.fitted {
@@ -103,56 +108,40 @@ pub(super) struct ReplicateOrder {
     /// whether the scene names the interval
     pub(super) named: bool,
     pub(super) keep_all: bool,
-    /// whether the table is too large for all its runs to be drawn
-    pub(super) many: bool,
 }
 
-/// Every replicate and every leave-one-out fit, by target.
-pub(super) struct AllReplicates {
+/// Every replicate and every leave-one-out fit of the targets that are resampled.
+pub(super) struct AllReplicates<'t> {
     order: ReplicateOrder,
-    pub(super) fits: Replicated,
+    targets: &'t [Target<'t>],
+    /// by target
+    pub(super) fits: Vec<Vec<WeightedFit>>,
     without: Vec<Vec<Vec<[f64; 2]>>>,
-    fitted: Vec<[f64; 2]>,
-    /// runs of each target
-    runs: Vec<usize>,
-    /// whether the scheme can draw from each target
-    drawn: Vec<bool>,
 }
 
 /// A replicate has a fit, and the quantity is not defined there.
 const UNDEFINED: &str = "a fit without this quantity: e does not fall with 1/St";
 
-impl AllReplicates {
-    /// Makes them of some targets; `done` is called with the number of replicates finished.
-    pub(super) fn make<S: Shares>(
+impl<'t> AllReplicates<'t> {
+    /// Makes them; `done` is called with the number of replicates finished.
+    pub(super) fn make(
         pool: &Pool,
-        targets: &[Target],
+        targets: &'t [Target<'t>],
         order: ReplicateOrder,
-        shares: &S,
         done: &(dyn Fn(usize) + Sync),
-    ) -> Result<AllReplicates, S::Error> {
-        let ReplicateOrder { plan, many, .. } = order;
-        let without = |target: &Target| match many && target.regression.x.len() >= MANY_RUNS {
-            // neither skewed nor short of degrees of freedom
-            true => vec![],
-            false => leave_one_out(pool, target, plan.scheme),
-        };
-        let fits = match many {
-            true => replicate_many(pool, targets, plan, shares, done),
-            false => replicate(pool, targets, plan, shares, done),
-        };
-        let runs = || targets.iter().map(|target| target.regression.x.len());
-        Ok(AllReplicates {
+    ) -> AllReplicates<'t> {
+        let without = |target: &Target| leave_one_out(pool, target, order.plan.scheme);
+        AllReplicates {
             order,
-            fits: fits?,
+            targets,
+            fits: replicate(pool, targets, order.plan, done),
             without: targets.par_iter().map(without).collect(),
-            fitted: targets.iter().map(|target| target.fitted).collect(),
-            runs: runs().collect(),
-            drawn: targets
-                .iter()
-                .map(|target| plan.scheme != ResamplingScheme::Series || target.series.len() > 1)
-                .collect(),
-        })
+        }
+    }
+
+    /// Whether the scheme can draw from a target.
+    fn is_drawn(&self, target: usize) -> bool {
+        self.order.plan.scheme != ResamplingScheme::Series || self.targets[target].series.len() > 1
     }
 
     /// Gives an estimate what its replicates say; nothing where it has no standard error by the delta method.
@@ -160,12 +149,15 @@ impl AllReplicates {
         let (Some(value), Some(_)) = (task.estimate.value, task.estimate.delta_se) else {
             return;
         };
-        if !self.drawn[task.target] || task.dry.is_some_and(|dry| !self.drawn[dry]) {
+        let fits = || std::iter::once(task.target).chain(task.dry);
+        if !fits().all(|fit| self.is_drawn(fit)) {
             task.estimate.bootstrap = Some(Bootstrapped::none(Failure::OneSeries.as_str()));
             return;
         }
-        let of = |(fit, k): (WeightedFit, WeightedFit)| task.value(fit.parameters, k.parameters[0]);
-        let mut replicates = Replicates::new(self.fits(task.target, task.dry).map(of));
+        let values = self
+            .fits(&task)
+            .map(|fits| fits.map_or(f64::NAN, |(fit, k)| task.value(fit, k)));
+        let mut replicates = Replicates::new(values);
         let failures = match replicates.failed {
             0 => vec![],
             _ => self.failures(&task),
@@ -186,8 +178,7 @@ impl AllReplicates {
             replicates: &mut replicates,
             value,
         };
-        let fits = std::iter::once(task.target).chain(task.dry);
-        let few = fits.map(|fit| self.runs[fit]).any(|runs| runs < FEWEST_RUNS);
+        let few = fits().any(|fit| self.targets[fit].regression.x.len() < FEWEST_RUNS);
         let estimate = task.estimate;
         self.add_intervals(estimate, &mut made);
         let fallback = self.quote(estimate, &mut made, few);
@@ -243,23 +234,24 @@ impl AllReplicates {
         fallback
     }
 
-    /// The replicates of a target, each with that of its k; without one, its parameter is NaN.
-    fn fits(&self, target: usize, dry: Option<usize>) -> impl Iterator<Item = (WeightedFit, WeightedFit)> + use<'_> {
-        let k = dry.into_iter().flat_map(|dry| self.fits.of(dry));
-        self.fits.of(target).zip(k.chain(std::iter::repeat(WeightedFit::NONE)))
+    /// Each replicate's parameters with its k, NaN where the quantity does not depend on k, or why there are none.
+    fn fits<'a>(&'a self, task: &'a Task<'_>) -> impl Iterator<Item = Result<([f64; 2], f64), Failure>> + 'a {
+        (0..self.order.plan.replicates).map(move |replicate| {
+            let k = task.dry.map(|dry| self.fits[dry][replicate]).transpose();
+            Ok((self.fits[task.target][replicate]?, k?.map_or(f64::NAN, |[k, _]| k)))
+        })
     }
 
     /// Replicates without this quantity, by reason.
     fn failures(&self, task: &Task) -> Vec<Failed> {
-        let of_k = task.dry.into_iter().flat_map(|dry| self.fits.failures(dry));
-        let reasons = self.fits.failures(task.target).zip(of_k.chain(std::iter::repeat(None)));
         let mut counts: BTreeMap<&'static str, usize> = BTreeMap::new();
-        for ((fit, k), (own, of_k)) in self.fits(task.target, task.dry).zip(reasons) {
-            if !task.value(fit.parameters, k.parameters[0]).is_finite() {
-                *counts
-                    .entry(own.or(of_k).map_or(UNDEFINED, Failure::as_str))
-                    .or_default() += 1;
-            }
+        for fits in self.fits(task) {
+            let reason = match fits {
+                Ok((fit, k)) if task.value(fit, k).is_finite() => continue,
+                Ok(_) => UNDEFINED,
+                Err(failure) => failure.as_str(),
+            };
+            *counts.entry(reason).or_default() += 1;
         }
         let failed = |(reason, replicates)| Failed { reason, replicates };
         counts.into_iter().map(failed).collect()
@@ -267,12 +259,12 @@ impl AllReplicates {
 
     /// Influence values by stratum, of the runs behind k after those of the target itself.
     fn influences(&self, task: &Task, value: f64) -> Vec<Vec<f64>> {
-        let k = task.dry.map_or(f64::NAN, |dry| self.fitted[dry][0]);
+        let k = task.dry.map_or(f64::NAN, |dry| self.targets[dry].fitted[0]);
         let wet = self.without[task.target]
             .iter()
             .map(|stratum| influence(value, stratum.iter().map(|p| task.value(*p, k))));
         let of_dry = task.dry.iter().flat_map(|dry| &self.without[*dry]).map(|stratum| {
-            let fitted = self.fitted[task.target];
+            let fitted = self.targets[task.target].fitted;
             influence(value, stratum.iter().map(|p| task.value(fitted, p[0])))
         });
         wet.chain(of_dry).collect()

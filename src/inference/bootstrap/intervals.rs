@@ -34,47 +34,10 @@ impl Ordered {
     }
 }
 
-/// Numbers from which on the ends are searched by themselves.
-const MANY: usize = 4096;
-/// Numbers by which the start of the ends is estimated.
-const SAMPLE: usize = 512;
-/// Share of the numbers in each end, more than the limits of intervals leave outside.
-const END: f64 = 0.08;
-
-/// The smallest and the largest numbers, cut off by quantiles of a sample; limits are found among these several times sooner.
-fn ends(values: &[f64]) -> [Ordered; 2] {
-    let mut ends = [Ordered::default(), Ordered::default()];
-    let mut sample = Ordered {
-        values: values.iter().step_by(values.len() / SAMPLE).copied().collect(),
-        placed: vec![],
-    };
-    let outside = (END * SAMPLE as f64) as usize;
-    let last = sample.values.len() - 1;
-    let (Some(low), Some(high)) = (sample.at(outside), sample.at(last - outside)) else {
-        return ends;
-    };
-    let mut kept = [[0.0; 64]; 2];
-    for some in values.chunks(64) {
-        // each is put down, and stays where it belongs there: a branch would be mistaken too often
-        let mut counts = [0; 2];
-        for value in some {
-            for (end, belongs) in [*value < low, *value > high].into_iter().enumerate() {
-                kept[end][counts[end]] = *value;
-                counts[end] += usize::from(belongs);
-            }
-        }
-        for ((end, kept), count) in ends.iter_mut().zip(&kept).zip(counts) {
-            end.values.extend_from_slice(&kept[..count]);
-        }
-    }
-    ends
-}
-
 /// Finite replicates of one quantity.
 #[derive(Debug, Clone)]
 pub struct Replicates {
-    all: Ordered,
-    ends: Option<[Ordered; 2]>,
+    finite: Ordered,
     /// replicates that gave no number
     pub failed: usize,
 }
@@ -82,91 +45,68 @@ pub struct Replicates {
 impl Replicates {
     /// Keeps the finite replicates and counts the others.
     pub fn new(values: impl Iterator<Item = f64>) -> Replicates {
-        let (mut failed, mut finite) = (0, Vec::with_capacity(values.size_hint().1.unwrap_or(0)));
-        values.for_each(|value| {
-            if value.is_finite() {
-                finite.push(value);
-            } else {
-                failed += 1;
-            }
-        });
+        let (finite, failed): (Vec<f64>, Vec<f64>) = values.partition(|value| value.is_finite());
         Replicates {
-            all: Ordered {
+            finite: Ordered {
                 values: finite,
                 placed: vec![],
             },
-            ends: None,
-            failed,
+            failed: failed.len(),
         }
-    }
-
-    /// The replicate of this rank from 0.
-    fn at(&mut self, rank: usize) -> Option<f64> {
-        let values = &self.all.values;
-        if values.len() >= MANY {
-            let [low, high] = self.ends.get_or_insert_with(|| ends(values));
-            let between = values.len() - high.values.len();
-            if rank < low.values.len() {
-                return low.at(rank);
-            } else if rank >= between {
-                return high.at(rank - between);
-            }
-        }
-        self.all.at(rank)
     }
 
     /// Finite replicates.
     pub fn len(&self) -> usize {
-        self.all.values.len()
+        self.finite.values.len()
     }
 
     /// Whether there is no finite replicate.
     pub fn is_empty(&self) -> bool {
-        self.all.values.is_empty()
+        self.finite.values.is_empty()
     }
 
     /// Mean and standard deviation; `None` for fewer than two.
     pub fn mean_sd(&self) -> Option<(f64, f64)> {
-        let n = self.all.values.len();
+        let n = self.finite.values.len();
         if n < 2 {
             return None;
         }
         // about the first one, so that equal replicates have no spread at all
-        let first = self.all.values[0];
-        let mean = self.all.values.iter().map(|x| x - first).sum::<f64>() / n as f64;
-        let squares: f64 = self.all.values.iter().map(|x| (x - first - mean).powi(2)).sum();
+        let first = self.finite.values[0];
+        let mean = self.finite.values.iter().map(|x| x - first).sum::<f64>() / n as f64;
+        let squares: f64 = self.finite.values.iter().map(|x| (x - first - mean).powi(2)).sum();
         Some((first + mean, (squares / (n as f64 - 1.0)).sqrt()))
     }
 
     /// z0 = Φ⁻¹ of the share of replicates strictly below the estimate; infinite where all or none are.
     pub fn z0(&self, estimate: f64) -> f64 {
-        let below = self.all.values.iter().filter(|x| **x < estimate).count();
-        let share = below as f64 / self.all.values.len() as f64;
+        let below = self.finite.values.iter().filter(|x| **x < estimate).count();
+        let share = below as f64 / self.finite.values.len() as f64;
         match below {
             0 => f64::NEG_INFINITY,
-            below if below == self.all.values.len() => f64::INFINITY,
+            below if below == self.finite.values.len() => f64::INFINITY,
             _ => normal_quantile(share),
         }
     }
 
     /// The order statistic at rank (R + 1) p, interpolated on the normal scale between its neighbours.
     fn quantile(&mut self, p: f64) -> Option<f64> {
-        let count = self.all.values.len();
+        let count = self.finite.values.len();
         let rank = (count as f64 + 1.0) * p;
         let k = rank.trunc() as usize;
         if k == 0 {
-            return self.at(0);
+            return self.finite.at(0);
         }
         if k >= count {
-            return self.at(count.checked_sub(1)?);
+            return self.finite.at(count.checked_sub(1)?);
         }
-        let low = self.at(k - 1)?;
+        let low = self.finite.at(k - 1)?;
         if k as f64 == rank {
             return Some(low);
         }
         let z = |k: usize| normal_quantile(k as f64 / (count as f64 + 1.0));
         let share = (normal_quantile(p) - z(k)) / (z(k + 1) - z(k));
-        Some(low + share * (self.at(k)? - low))
+        Some(low + share * (self.finite.at(k)? - low))
     }
 
     fn between(&mut self, method: &'static str, level: f64, [lo, hi]: [f64; 2]) -> Option<Interval> {
@@ -194,7 +134,7 @@ impl Replicates {
         level: f64,
         degrees_of_freedom: f64,
     ) -> Result<Interval, &'static str> {
-        if self.all.values.iter().all(|x| *x == self.all.values[0]) {
+        if self.finite.values.iter().all(|x| *x == self.finite.values[0]) {
             return Err("all replicates equal");
         }
         let z0 = self.z0(estimate);
@@ -229,7 +169,7 @@ fn wider_tails(level: f64, degrees_of_freedom: f64) -> [f64; 2] {
 mod tests {
     use super::*;
 
-    /// The ends are looked for by themselves, in whatever order the replicates come.
+    /// In whatever order the replicates come, and their ranks are asked for.
     #[test]
     fn order_statistics_are_those_of_a_full_sort() {
         let scattered = |i: usize| (i as f64 * 0.618_033_988_749_895).fract();
@@ -241,18 +181,17 @@ mod tests {
             |_, _| 0.3,
         ];
         for (kind, of) in kinds.into_iter().enumerate() {
-            for count in [1, 2, MANY - 1, MANY, 3 * MANY + 7] {
+            for count in [1, 2, 1000] {
                 let values: Vec<f64> = (0..count).map(|i| of(scattered(i), i)).collect();
                 let mut sorted = values.clone();
                 sorted.sort_unstable_by(f64::total_cmp);
                 let mut replicates = Replicates::new(values.iter().copied());
                 for share in [0.5, 0.025, 0.0, 0.975, 0.07, 0.09, 0.95, 1.0] {
                     let rank = (share * (count - 1) as f64) as usize;
-                    assert_eq!(replicates.at(rank), Some(sorted[rank]), "{kind} {count} {share}");
+                    assert_eq!(replicates.finite.at(rank), Some(sorted[rank]), "{kind} {count} {share}");
                 }
-                assert_eq!(replicates.at(count), None);
-                let kept = replicates.mean_sd();
-                assert_eq!(kept.is_some(), count > 1);
+                assert_eq!(replicates.finite.at(count), None);
+                assert_eq!(replicates.mean_sd().is_some(), count > 1);
             }
         }
     }

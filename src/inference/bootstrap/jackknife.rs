@@ -1,7 +1,6 @@
 //! Leaves out one run at a time, or one series, for the skewness and the degrees of freedom of a quantity.
 
-use super::kernel::WeightedFit;
-use super::target::{solve, Pool, Target};
+use super::target::{Pool, Target};
 use crate::inference::law::Response;
 use crate::scene::ResamplingScheme;
 
@@ -35,9 +34,7 @@ pub fn leave_one_out(pool: &Pool, target: &Target, scheme: ResamplingScheme) -> 
                     let left = members.iter().map(|member| {
                         weights[whole.clone()].fill(n / (n - 1.0));
                         weights[member.clone()].fill(0.0);
-                        solve(target, target.regression.restitution, &weights)
-                            .unwrap_or(WeightedFit::NONE)
-                            .parameters
+                        target.fit_weighted(&weights).unwrap_or([f64::NAN; 2])
                     });
                     let left = left.collect();
                     weights[whole].fill(1.0);
@@ -62,7 +59,8 @@ fn without_to_first_order(target: &Target, slopes: &[[f64; 2]], members: &[std::
     sums.iter().map(without).collect()
 }
 
-/// What the weights of runs do to a fit, to first order.
+/// What the weights of runs do to a fit, to first order. The variances of runs with measurement errors are held: how they
+/// follow the scatter moves the fit of a law that holds to second order only.
 pub(super) struct Influences {
     /// dθ/dw of both parameters for each run, or for all that one stands for: −H⁻¹ times their own gradient, both of
     /// ½ Σ w (e − F)²
@@ -75,7 +73,7 @@ pub(super) fn first_order(target: &Target) -> Influences {
     let Target { regression, fitted, .. } = target;
     let count = |run: usize| regression.counts.get(run).copied().unwrap_or(1.0);
     let gradient_and_bend = |run: usize| -> ([f64; 2], f64) {
-        let weight = count(run) * target.run_weights.map_or(1.0, |own| own.weights[run]);
+        let weight = count(run) * target.errors.map_or(1.0, |errors| errors.weights[run]);
         if weight == 0.0 {
             return ([0.0; 2], 0.0);
         }

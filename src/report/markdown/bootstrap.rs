@@ -81,7 +81,7 @@ fn by_sandwich(resampling: &Resampling) -> String {
     let rest = match resampling.resampled_fits {
         0 => String::new(),
         fits => format!(
-            " {fits} fits have too few runs for that, or hang on one of them: these were resampled, {} replicates each.",
+            " {fits} fits have too few runs for that: these were resampled, {} replicates each.",
             resampling.replicates
         ),
     };

@@ -1,0 +1,214 @@
+//! Fits a law to weighted runs with measurement errors, as every replicate does: by effective variance, anew.
+//!
+//! What `effective_variance.rs` says of a fit to runs holds of one to weighted runs, of which each counts as often as it
+//! weighs. Runs that the fit to all left out, near where nothing rebounds, stay left out.
+
+use crate::inference::effective_variance::{error_variances, intrinsic_variance, ErrorColumns};
+use crate::inference::kernel::{self, Failure, Sample, WeightedFit};
+use crate::inference::law::{Law, LawInSpeed};
+
+/// Measurement errors of the runs of a fit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunErrors {
+    /// one number a run in every column
+    pub columns: ErrorColumns,
+    /// runs that the fit left out
+    pub left_out: Vec<bool>,
+    /// weight of each run in the fit, 1 on average but for runs that were left out and have 0
+    pub weights: Vec<f64>,
+    /// bias by errors of the speed that was taken off the parameters
+    pub bias: [f64; 2],
+}
+
+/// Bound on the rounds of weights and fits; each brings both nearer by orders of magnitude.
+const MOST_ROUNDS: usize = 60;
+
+/// Relative change of the parameters after which the weights have settled: the next one is far smaller, and far below a
+/// standard error.
+const SETTLED: f64 = 1e-5;
+
+impl RunErrors {
+    /// Weighs and fits in turn until neither changes, from the fit to all runs.
+    ///
+    /// Fails as [`kernel::fit`] does, and where the weights do not settle.
+    pub(super) fn fit(&self, law: Law, sample: &Sample, fitted: [f64; 2]) -> WeightedFit {
+        let drawn = self.drawn(sample);
+        let mut parameters = [0, 1].map(|j| fitted[j] + self.bias[j]);
+        for _ in 0..MOST_ROUNDS {
+            let weights = drawn.weigh(law, parameters)?;
+            let next = kernel::fit(law, &drawn.weighted(&weights), parameters)?;
+            let change = |j: usize| (next[j] - parameters[j]).abs() / next[j].abs();
+            let settled = (0..law.parameters()).all(|j| change(j) <= SETTLED);
+            parameters = next;
+            if settled {
+                return Ok(drawn.without_bias(law, &weights, parameters));
+            }
+        }
+        Err(Failure::NotConverged)
+    }
+
+    /// The runs that count in a replicate.
+    fn drawn(&self, sample: &Sample) -> DrawnRuns {
+        let counts = |run: &usize| sample.weights[*run] > 0.0 && !self.left_out[*run];
+        let runs: Vec<usize> = (0..sample.x.len()).filter(counts).collect();
+        let of = |column: &[f64]| -> Vec<f64> { runs.iter().filter_map(|run| column.get(*run)).copied().collect() };
+        DrawnRuns {
+            x: of(sample.x),
+            offset: of(sample.offset),
+            restitution: of(sample.restitution),
+            counts: of(sample.weights),
+            errors: self.columns.of_runs(&runs),
+        }
+    }
+}
+
+/// The runs of a replicate with their errors.
+struct DrawnRuns {
+    x: Vec<f64>,
+    offset: Vec<f64>,
+    restitution: Vec<f64>,
+    /// how often each counts
+    counts: Vec<f64>,
+    errors: ErrorColumns,
+}
+
+impl DrawnRuns {
+    fn weighted<'a>(&'a self, weights: &'a [f64]) -> Sample<'a> {
+        Sample {
+            offset: &self.offset,
+            ..Sample::new(&self.x, &self.restitution, weights)
+        }
+    }
+
+    /// How often each run counts over its variance σ² + τ² about a law.
+    fn weigh(&self, law: Law, parameters: [f64; 2]) -> Result<Vec<f64>, Failure> {
+        let runs = 0..self.x.len();
+        let responses: Vec<_> = runs.map(|run| self.in_speed(law, parameters, run).response).collect();
+        let included = vec![false; responses.len()];
+        let (of_errors, _) = error_variances(&responses, &self.errors, &included).ok_or(Failure::Degenerate)?;
+        let residuals = self.restitution.iter().zip(&responses).zip(&self.counts);
+        let residuals: Vec<f64> = residuals
+            .map(|((e, at), count)| count.sqrt() * (e - at.value))
+            .collect();
+        let freedom = self.counts.iter().sum::<f64>() - law.parameters() as f64;
+        let intrinsic = match self.errors.are_all {
+            true => 0.0,
+            false => intrinsic_variance(&residuals, &of_errors, freedom.max(1.0)),
+        };
+        let weights = self.counts.iter().zip(&of_errors);
+        Ok(weights.map(|(count, tau)| count / (intrinsic + tau)).collect())
+    }
+
+    /// Takes the bias by errors of the speed off a fit, unless that leads out of the domain.
+    fn without_bias(&self, law: Law, weights: &[f64], parameters: [f64; 2]) -> [f64; 2] {
+        let (mut information, mut pull) = ([0.0; 3], [0.0; 2]);
+        for (run, weight) in weights.iter().enumerate() {
+            let LawInSpeed {
+                response,
+                jacobian: [a, b],
+                jacobian_slope,
+            } = self.in_speed(law, parameters, run);
+            for (sum, product) in information.iter_mut().zip([a * a, a * b, b * b]) {
+                *sum += weight * product;
+            }
+            let variance = self.errors.relative_speed_sd[run].powi(2);
+            for (j, slope) in [a, b].into_iter().enumerate() {
+                pull[j] += weight * variance * response.second_order_bias(slope, jacobian_slope[j]);
+            }
+        }
+        let bias = law.solve(information, pull);
+        let corrected = [parameters[0] - bias[0], parameters[1] - bias[1]];
+        let is_defined = |run: usize| law.is_defined(self.predictor(law, corrected, run));
+        if (0..self.x.len()).all(is_defined) {
+            corrected
+        } else {
+            parameters
+        }
+    }
+
+    fn in_speed(&self, law: Law, parameters: [f64; 2], run: usize) -> LawInSpeed {
+        let slopes = self.errors.offset_slopes.get(run).copied().unwrap_or_default();
+        law.in_speed(parameters, self.x[run], self.predictor(law, parameters, run), slopes)
+    }
+
+    fn predictor(&self, law: Law, parameters: [f64; 2], run: usize) -> f64 {
+        let offset = self.offset.get(run).copied().unwrap_or(0.0);
+        law.predictor(parameters, self.x[run], offset)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inference::regression::Regression;
+    use crate::seed::stream;
+    use rand::RngExt;
+
+    /// Runs about a square-root law whose speeds and restitutions err, each with an error of its own.
+    fn runs() -> (Vec<f64>, Vec<f64>, ErrorColumns) {
+        let mut rng = stream(1, "runs whose weights are drawn", 0);
+        let mut uniform = |from: f64, to: f64| from + (to - from) * rng.random::<f64>();
+        let (mut x, mut e, mut columns) = (vec![], vec![], ErrorColumns::default());
+        for run in 0..40 {
+            x.push(0.3 + 0.02 * f64::from(run));
+            e.push((0.7 - 0.4 * x[run as usize]).sqrt() + uniform(-0.03, 0.03));
+            columns.relative_speed_sd.push(uniform(0.005, 0.03));
+            columns.restitution_sd.push(uniform(0.002, 0.01));
+        }
+        (x, e, columns)
+    }
+
+    fn repeated(values: &[f64], counts: &[usize]) -> Vec<f64> {
+        let each = values.iter().zip(counts);
+        each.flat_map(|(value, count)| std::iter::repeat_n(*value, *count))
+            .collect()
+    }
+
+    #[test]
+    fn a_weighted_fit_is_that_of_repeated_runs() {
+        let (x, e, columns) = runs();
+        for law in [Law::SQUARE_ROOT, Law::LINEAR] {
+            let fit_of = |counts: &[usize]| {
+                let errors = ErrorColumns {
+                    relative_speed_sd: repeated(&columns.relative_speed_sd, counts),
+                    restitution_sd: repeated(&columns.restitution_sd, counts),
+                    ..ErrorColumns::default()
+                };
+                let (x, e) = (repeated(&x, counts), repeated(&e, counts));
+                let (fit, weights) = Regression::new(law, &x, &e).fit_with_errors(Some(&errors));
+                ([fit.parameters[0], fit.parameters[1]], weights.expect("errors"))
+            };
+            let all = vec![1; x.len()];
+            let (fitted, own) = fit_of(&all);
+            let errors = RunErrors {
+                columns: columns.clone(),
+                left_out: own.variance.iter().map(|variance| variance.is_infinite()).collect(),
+                weights: vec![],
+                bias: [own.bias[0], own.bias[1]],
+            };
+            assert!(own.bias.iter().all(|bias| bias.abs() > 1e-5), "{:?}", own.bias);
+            let drawn: Vec<usize> = (0..x.len()).map(|run| run * 7 % 4).collect();
+            for counts in [&all, &drawn] {
+                let weights: Vec<f64> = counts.iter().map(|count| *count as f64).collect();
+                let sample = Sample::new(&x, &e, &weights);
+                let found = errors.fit(law, &sample, fitted).expect("settled");
+                let (expected, _) = fit_of(counts);
+                for j in 0..2 {
+                    assert!(
+                        (found[j] / expected[j] - 1.0).abs() < 1e-6,
+                        "{law:?} {found:?} {expected:?}"
+                    );
+                }
+            }
+            // the planted fault: weights of all runs, whatever was drawn
+            let frozen: Vec<f64> = drawn
+                .iter()
+                .zip(&own.variance)
+                .map(|(count, variance)| *count as f64 / variance)
+                .collect();
+            let frozen = kernel::fit(law, &Sample::new(&x, &e, &frozen), fitted).expect("determined");
+            let (expected, _) = fit_of(&drawn);
+            assert!((0..2).any(|j| ((frozen[j] - own.bias[j]) / expected[j] - 1.0).abs() > 1e-4));
+        }
+    }
+}
