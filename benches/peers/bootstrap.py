@@ -1,7 +1,6 @@
 """Times replicates with a BCa interval beside scipy.stats.bootstrap, on the PTFE runs at film ratio 0.06 of 2,000.
 
-SciPy: the linear law's e_inf in closed form, vectorized, all runs resampled as one stratum. Ours: the same law with each
-replicate's covariance besides, inside strata; and the square-root law. Then ours with more runs, more replicates and one
+SciPy: the linear law's e_inf in closed form, vectorized, all runs resampled as one stratum. Ours: the same law, inside strata; and the square-root law. Then ours with more runs, more replicates and one
 thread.
 
 Usage: python3 benches/peers/bootstrap.py   (needs cargo; scipy from requirements.txt for the peer)
@@ -26,7 +25,7 @@ except ImportError as missing:
 
 REPLICATES = 10_000
 REPEATS = 200  # a tenth of a second, as the peer's five take
-TARGETS = {"linear": 30, "sqrt": 200_000}
+TARGETS = {"linear": 20, "sqrt": 200_000}
 
 
 def group(scene):
