@@ -1,7 +1,7 @@
 """Times replicates with a BCa interval beside scipy.stats.bootstrap, on the PTFE runs at film ratio 0.06 of 2,000.
 
-SciPy: the linear law's e_inf in closed form, vectorized, all runs resampled as one stratum. Ours: the same law, inside strata; and the square-root law. Then ours with more runs, more replicates and one
-thread.
+SciPy: the linear law's e_inf in closed form, vectorized, all runs resampled as one stratum. Ours: the same law, inside
+strata; and the square-root law. Then ours with more runs, more replicates and one thread.
 
 Usage: python3 benches/peers/bootstrap.py   (needs cargo; scipy from requirements.txt for the peer)
 """
