@@ -119,7 +119,7 @@ const fn few(name: &'static str, wet: usize, dry: usize) -> Kind {
     }
 }
 
-const KINDS: [Kind; 21] = [
+const KINDS: [Kind; 19] = [
     right("right, 12 runs", "two films, one liquid", 9, 3),
     right("right, 26 runs", "", 20, 6),
     right("right, 52 runs", "", 40, 12),
@@ -143,8 +143,6 @@ const KINDS: [Kind; 21] = [
         ..right("right, polyethylene", "950 kg/m³, k = 0.12", 40, 12)
     },
     few("few, 4 + 2 runs", 4, 2),
-    few("few, 5 + 3 runs", 5, 3),
-    few("few, 8 wet runs", 8, 0),
     wrong(
         "dry speed",
         "e_dry at each run's own speed",
@@ -438,7 +436,7 @@ fn refusals(outcomes: &[Value]) -> String {
 
 /// Tables of a kind whose share is far from nought and one: so many beside those of right kinds.
 fn others(sets: u64) -> u64 {
-    sets / 3
+    sets / 4
 }
 
 fn markdown(sets: u64, folder: &Path) -> String {
