@@ -130,11 +130,11 @@ fn sizes_asked_for_have_limits() {
 #[test]
 fn a_limit_on_memory_is_told_before_anything_is_begun() {
     let place = Place::plain();
-    let words = ["195 MB of address space", "1024 MB"];
+    let words = ["195 MB of address space", "640 MB"];
     shell(&place, "ulimit -v 200000; exec $WETCOR fit scene.toml", AT_ONCE).assert_refused("ulimit -v", &words);
     assert_eq!(place.entries(), ["runs.csv", "scene.toml"]);
     // that much does
-    let fit = "ulimit -v 1048576; exec $WETCOR fit scene.toml --threads 2 --stages least_squares";
+    let fit = "ulimit -v 655360; exec $WETCOR fit scene.toml --threads 2 --stages least_squares";
     let outcome = shell(&place, fit, 60.0);
     assert!(matches!(outcome.status, Some(0 | 1)), "{outcome:?}");
 }
