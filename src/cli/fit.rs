@@ -93,7 +93,7 @@ impl FitOptions<'_> {
             if !quiet {
                 say_how_long(
                     findings.expected_sampling(scene, runs, self.method),
-                    self.wants(Stage::Compare),
+                    self.wants(Stage::Compare) && findings::is_compared(scene, runs),
                 );
             }
             let draws = Draws::of(scene, quiet, "posterior", 1);
@@ -130,10 +130,10 @@ fn shell_word(word: &str) -> String {
 /// Says how long sampling will take, with the models that it is compared with, where that is more than a moment.
 fn say_how_long(expected: Option<ExpectedSampling>, is_compared: bool) {
     const MOMENT: f64 = 5.0;
-    let Some(ExpectedSampling { one, all, stands_alone }) = expected else {
+    let Some(ExpectedSampling { one, all }) = expected else {
         return;
     };
-    let others = if is_compared && !stands_alone { COMPARED } else { 0 };
+    let others = if is_compared { COMPARED } else { 0 };
     if (1 + others) as f64 * all > MOMENT {
         let each = match others {
             0 => String::new(),

@@ -306,6 +306,12 @@ impl LeastSquaresFits {
     }
 }
 
+/// Whether other models are drawn beside the scene's own, to be compared.
+pub fn is_compared(scene: &Scene, runs: &Runs) -> bool {
+    let effort = posterior::effort(scene);
+    left_out::why_none_beside(scene, runs, effort.chains * effort.draws).is_none()
+}
+
 impl Findings {
     /// About how long [`Findings::add_posterior`] will sample.
     pub fn expected_sampling(&self, scene: &Scene, runs: &Runs, method: MethodChoice) -> Option<ExpectedSampling> {

@@ -9,7 +9,6 @@ use super::film_groups::why_no_laws;
 use super::fit_verdict::{one_against, spread, square_root_verdict, uncertain, why_stopped, Verdict};
 use super::measurement_errors::{wet_columns, ErrorSummary};
 use super::quantities::{variables, wetted_of, FittedLaw, LawLimits, LawOver};
-use super::single_run::SingleRun;
 use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::{ErrorColumns, ErrorWeights};
 use crate::inference::law::Law;
@@ -64,9 +63,9 @@ pub struct Scaling {
     pub measurement_errors: Option<ErrorSummary>,
     /// how the fit ended
     pub stop: &'static str,
-    /// runs without which its e_inf or St_c moves by more than its standard error (square root only)
+    /// the law without each of its runs (square root at a film ratio only, where that is cheap)
     #[serde(skip)]
-    pub(super) carried: Vec<SingleRun>,
+    pub(super) without: Vec<LawWithoutRun>,
     /// whether its runs have no one film ratio, so that it has no numbers
     #[serde(skip)]
     pub is_withheld: bool,
@@ -368,7 +367,7 @@ fn both_laws(
     }
     of_root.runs = pool.rebounds;
     if group.film_ratio.is_some() && errors.is_none() {
-        of_root.carried = runs_that_carry(&regression, series, &of_root, quoting);
+        of_root.without = without_each(&regression, series, &of_root, quoting);
     }
     let fitted = |law: WetLaw, LawFit { fit, weights }, known: KnownLaw, scaling: Scaling| {
         let fitted = FittedScaling {
@@ -538,32 +537,42 @@ fn scaling_of(law: WetLaw, fit: &Fit, verdict: Verdict, known: &KnownLaw, quotin
         speed_error_of_a_tenth_se: None,
         measurement_errors: None,
         stop: fit.stop.as_str(),
-        carried: vec![],
+        without: vec![],
         is_withheld: false,
         verdict,
     }
 }
 
-/// Runs of a square-root law without which its e_inf or St_c moves by more than its standard error.
-fn runs_that_carry(regression: &Regression, series: &[Series], law: &Scaling, quoting: Quoting) -> Vec<SingleRun> {
+/// A square-root law without one of its runs.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct LawWithoutRun {
+    /// its place among the runs
+    pub run: usize,
+    /// e_inf and its standard error
+    pub e_inf: [f64; 2],
+    /// St_c and its standard error
+    pub st_c: [f64; 2],
+}
+
+/// A value and its standard error; NaN where there is none.
+pub(super) fn with_scale(estimate: &Estimate) -> [f64; 2] {
+    [estimate.value, estimate.scale()].map(|number| number.unwrap_or(f64::NAN))
+}
+
+/// A square-root law that may be quoted without each of its runs in turn.
+fn without_each(regression: &Regression, series: &[Series], law: &Scaling, quoting: Quoting) -> Vec<LawWithoutRun> {
     /// of more runs none carries a law
     const MOST: usize = 1000;
     let rebounds: Vec<usize> = series.iter().flat_map(|one| one.rebounds.clone()).collect();
     if rebounds.len() > MOST || !regression.counts.is_empty() || !law.tells_its_spread() || !law.verdict.passed {
         return vec![];
     }
-    let pair = |estimate: &Estimate| [estimate.value, estimate.scale()].map(|number| number.unwrap_or(f64::NAN));
-    let numbers = |law: &Scaling| [("e_inf", pair(&law.e_inf)), ("St_c", pair(&law.st_c))];
     let of_place = |(place, run): (usize, &usize)| {
         let others = |column: &[f64]| -> Vec<f64> {
             let others = column.iter().enumerate().filter(|(own, _)| *own != place);
             others.map(|(_, value)| *value).collect()
         };
-        let (x, offset, restitution) = (
-            others(regression.x),
-            others(regression.offset),
-            others(regression.restitution),
-        );
+        let [x, offset, restitution] = [regression.x, regression.offset, regression.restitution].map(others);
         let without = Regression {
             offset: &offset,
             ..Regression::new(regression.law, &x, &restitution)
@@ -575,17 +584,13 @@ fn runs_that_carry(regression: &Regression, series: &[Series], law: &Scaling, qu
             shift_by_dry_k: [0.0; 2],
         };
         let without = scaling_of(WetLaw::Sqrt, &fit, square_root_verdict(&fit, &x), &known, quoting);
-        let each = numbers(law).into_iter().zip(numbers(&without));
-        let each = each.map(|((name, with), (_, without))| SingleRun {
+        LawWithoutRun {
             run: *run,
-            name: name.to_owned(),
-            with,
-            without,
-        });
-        each.filter(SingleRun::carries)
-            .max_by(|a, b| a.shift().total_cmp(&b.shift()))
+            e_inf: with_scale(&without.e_inf),
+            st_c: with_scale(&without.st_c),
+        }
     };
-    rebounds.iter().enumerate().filter_map(of_place).collect()
+    rebounds.iter().enumerate().map(of_place).collect()
 }
 
 impl Scaling {

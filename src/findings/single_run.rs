@@ -11,7 +11,7 @@ use super::left_out::{affordable_draws, ComparisonContext};
 use super::main_numbers::{MainNumbers, Source};
 use super::notices;
 use super::posterior::{derived, start, Posterior};
-use super::scaling::Scaling;
+use super::scaling::{with_scale, Scaling};
 use crate::inference::diagnostics::pareto::{khat_threshold, tail_length};
 use crate::inference::diagnostics::psis::psis;
 use crate::inference::prepared_posterior::PreparedPosterior;
@@ -149,27 +149,29 @@ pub(super) fn find_single_runs(context: ComparisonContext, posterior: &Posterior
 }
 
 /// The runs that carry a square-root law which is quoted.
-pub(super) fn carried_laws<'f>(main: &'f MainNumbers, scaling: &'f [Scaling]) -> impl Iterator<Item = SingleRun> + 'f {
-    let quoted = main.at.iter().filter(|place| place.source == Source::SquareRootLaw);
-    quoted.flat_map(|place| {
+pub(super) fn carried_laws(main: &MainNumbers, scaling: &[Scaling]) -> Vec<SingleRun> {
+    let mut carried = vec![];
+    for place in main.at.iter().filter(|place| place.source == Source::SquareRootLaw) {
         let is_here = |law: &&Scaling| {
             law.law == WetLaw::Sqrt
                 && law.film_ratio == Some(place.film_ratio)
                 && (&law.particle, law.diameter_m) == (&place.particle, place.diameter_m)
         };
-        let laws = scaling.iter().filter(is_here);
-        laws.flat_map(|law| {
-            law.carried.iter().map(|own| SingleRun {
-                name: format!(
-                    "{} ({}, δ/D = {}, square-root law)",
-                    own.name,
-                    law.words(),
-                    short(place.film_ratio)
-                ),
-                ..own.clone()
-            })
-        })
-    })
+        for law in scaling.iter().filter(is_here) {
+            let here = format!("({}, δ/D = {}, square-root law)", law.words(), short(place.film_ratio));
+            for left in &law.without {
+                let numbers = [("e_inf", &law.e_inf, left.e_inf), ("St_c", &law.st_c, left.st_c)];
+                carried.extend(numbers.map(|(name, with, without)| SingleRun {
+                    run: left.run,
+                    name: format!("{name} {here}"),
+                    with: with_scale(with),
+                    without,
+                }));
+            }
+        }
+    }
+    carried.retain(SingleRun::carries);
+    carried
 }
 
 /// The heaviest first, each run once.

@@ -26,7 +26,6 @@ use rayon::prelude::*;
 
 use super::checks::Check;
 use super::least_squares::LeastSquares;
-use super::left_out::why_none_beside;
 use super::predict::Basis;
 use crate::error::Error;
 use crate::inference::accuracy::{sample_to_accuracy, AccuracyPlan};
@@ -102,7 +101,6 @@ pub fn expected_sampling(
     Some(ExpectedSampling {
         one,
         all: rounds * draws * OF_A_DRAW * one,
-        stands_alone: why_none_beside(scene, runs, effort.chains * effort.draws).is_some(),
     })
 }
 
@@ -113,8 +111,6 @@ pub struct ExpectedSampling {
     pub one: f64,
     /// all draws, as the scene's `[sampler]` says
     pub all: f64,
-    /// whether no other model is drawn beside it
-    pub stands_alone: bool,
 }
 
 /// Samples the posterior from where least squares stands, and summarises it.
