@@ -29,12 +29,13 @@ const UNCERTAIN: &str = "uncertain_constants";
 const ROUNDING: f64 = 1e-12;
 
 /// Findings that are differences of nearly equal numbers lose this much more.
-const DIFFERENCES: [&str; 6] = [
+const DIFFERENCES: [&str; 7] = [
     "bias",
     "constants",
     "growth",
     "heterogeneity",
     "lack_of_fit",
+    "runs_show",
     "verdicts",
 ];
 const LOST: f64 = 1e6;
